@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "firmware/effects/approx.h"
+#include "firmware/effects/effect.h"
+
+namespace slipstack {
+
+template <class Real>
+class AccelerationDependentPreload {
+ public:
+  static constexpr EffectText text{
+      .id = "acceleration_dependent_preload",
+      .title = "Preload that grows with acceleration",
+      .formula = "dry friction x (1 + b |a|)",
+      .source = "pitching moment of a drive force off the centre of mass; [2]: friction scales with preload",
+      .residual = "follows |acceleration| x direction of friction",
+      .cause = "the motor pulls below the centre of mass: the slide pitches and loads the carriages",
+      .confirm =
+          "repeat one move at doubled acceleration with equal peak speed: the friction level changes; move "
+          "the mass lower and repeat"};
+  static constexpr std::array<GainGroup, 1> gains{{
+      {"pitching", "s2/m", 0.0f, 1.0e3f, 1, Acts::dry_scale},
+  }};
+  static constexpr std::array<ShapeSpec, 0> shapes{{}};
+  static constexpr int gain_count = total_count(gains);
+  static constexpr int shape_count = 0;
+
+  void prepare(std::span<const Real, shape_count>, const Scales<Real>&) {}
+  void reset(const Sample<Real>&) {}
+  void basis(const Sample<Real>& sample, std::span<Real, gain_count> out) {
+    out[0] = approx::absolute(sample.acceleration_mps2);
+  }
+};
+
+}  // namespace slipstack

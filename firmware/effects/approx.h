@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <bit>
+#include <cstdint>
+#include <type_traits>
+
+// Elementary functions for the tick. A C library's exp, sin and pow differ from one platform to the next in
+// the last bit; these are a fixed sequence of multiplications and additions, so host and target agree bit
+// for bit. Relative errors stay below 1e-7 in both float and double: one definition, one shape.
+namespace slipstack::approx {
+
+/// |x|; compiles to one instruction.
+template <class Real>
+constexpr Real absolute(Real x) {
+  return x < Real(0) ? -x : x;
+}
+
+template <class Real>
+constexpr Real clamp(Real x, Real low, Real high) {
+  const Real above = x < low ? low : x;
+  return above > high ? high : above;
+}
+
+/// Largest integer not above x, for |x| < 2^31.
+template <class Real>
+constexpr std::int32_t floor_to_int(Real x) {
+  const auto truncated = static_cast<std::int32_t>(x);
+  return truncated - (static_cast<Real>(truncated) > x ? 1 : 0);
+}
+
+/// 2^n for an integer -120 <= n <= 120, from the exponent field.
+template <class Real>
+constexpr Real power_of_two(std::int32_t n) {
+  if constexpr (std::is_same_v<Real, float>) {
+    return std::bit_cast<float>(static_cast<std::uint32_t>(n + 127) << 23);
+  } else {
+    return std::bit_cast<double>(static_cast<std::uint64_t>(n + 1023) << 52);
+  }
+}
+
+/// 2^x; x is clamped to [-100, 100]. Taylor series of degree 7 on half an octave.
+template <class Real>
+constexpr Real exp2(Real x) {
+  const Real bounded = clamp(x, Real(-100), Real(100));
+  const std::int32_t whole = floor_to_int(bounded);
+  const Real y = (bounded - static_cast<Real>(whole) - Real(0.5)) * Real(0.69314718055994531);
+  Real sum = Real(1.0 / 5040);
+  sum = sum * y + Real(1.0 / 720);
+  sum = sum * y + Real(1.0 / 120);
+  sum = sum * y + Real(1.0 / 24);
+  sum = sum * y + Real(1.0 / 6);
+  sum = sum * y + Real(0.5);
+  sum = sum * y + Real(1);
+  sum = sum * y + Real(1);
+  return sum * Real(1.4142135623730951) * power_of_two<Real>(whole);
+}
+
+/// exp(x), by exp2.
+template <class Real>
+constexpr Real exp(Real x) {
+  return exp2(x * Real(1.4426950408889634));
+}
+
+/// log2(x) for a normal x > 0. Odd series in (m-1)/(m+1) with the mantissa m in [1/sqrt 2, sqrt 2).
+template <class Real>
+constexpr Real log2(Real x) {
+  std::int32_t exponent = 0;
+  Real mantissa = Real(1);
+  if constexpr (std::is_same_v<Real, float>) {
+    const auto bits = std::bit_cast<std::uint32_t>(x);
+    exponent = static_cast<std::int32_t>(bits >> 23) - 127;
+    mantissa = std::bit_cast<float>((bits & 0x007FFFFFu) | 0x3F800000u);
+  } else {
+    const auto bits = std::bit_cast<std::uint64_t>(x);
+    exponent = static_cast<std::int32_t>(bits >> 52) - 1023;
+    mantissa = std::bit_cast<double>((bits & 0x000FFFFFFFFFFFFFull) | 0x3FF0000000000000ull);
+  }
+  const bool upper = mantissa > Real(1.4142135623730951);
+  mantissa = upper ? mantissa * Real(0.5) : mantissa;
+  exponent += upper ? 1 : 0;
+  const Real s = (mantissa - Real(1)) / (mantissa + Real(1));
+  const Real s2 = s * s;
+  Real sum = Real(1.0 / 9);
+  sum = sum * s2 + Real(1.0 / 7);
+  sum = sum * s2 + Real(1.0 / 5);
+  sum = sum * s2 + Real(1.0 / 3);
+  sum = sum * s2 + Real(1);
+  return static_cast<Real>(exponent) + sum * s * Real(2.8853900817779268);
+}
+
+/// base^exponent for base >= 0; base below 1e-30 counts as 1e-30.
+template <class Real>
+constexpr Real power(Real base, Real exponent) {
+  const Real positive = base < Real(1e-30) ? Real(1e-30) : base;
+  return exp2(exponent * log2(positive));
+}
+
+template <class Real>
+struct SinCos {
+  Real sin;
+  Real cos;
+};
+
+/// Sine and cosine of 2*pi*cycles, |cycles| < 2^29. Series of degree 9 and 8 on an eighth of a turn.
+template <class Real>
+constexpr SinCos<Real> sin_cos_of_cycles(Real cycles) {
+  const Real quarters = cycles * Real(4);
+  const std::int32_t quadrant = floor_to_int(quarters + Real(0.5));
+  const Real angle = (quarters - static_cast<Real>(quadrant)) * Real(1.5707963267948966);
+  const Real a2 = angle * angle;
+  Real sine = Real(1.0 / 362880);
+  sine = sine * a2 - Real(1.0 / 5040);
+  sine = sine * a2 + Real(1.0 / 120);
+  sine = sine * a2 - Real(1.0 / 6);
+  sine = sine * a2 * angle + angle;
+  Real cosine = Real(1.0 / 40320);
+  cosine = cosine * a2 - Real(1.0 / 720);
+  cosine = cosine * a2 + Real(1.0 / 24);
+  cosine = cosine * a2 - Real(0.5);
+  cosine = cosine * a2 + Real(1);
+  const bool swap = (quadrant & 1) != 0;
+  const Real s = swap ? cosine : sine;
+  const Real c = swap ? sine : cosine;
+  return {(quadrant & 2) != 0 ? -s : s, ((quadrant + 1) & 2) != 0 ? -c : c};
+}
+
+/// Square root of a >= 0 for set-up code: Newton's iteration from an exponent guess, five steps.
+template <class Real>
+constexpr Real square_root(Real a) {
+  if (!(a > Real(0))) return Real(0);
+  Real root = exp2(Real(0.5) * log2(a));
+  for (int step = 0; step < 2; ++step) root = Real(0.5) * (root + a / root);
+  return root;
+}
+
+}  // namespace slipstack::approx

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "firmware/effects/approx.h"
+#include "firmware/effects/effect.h"
+
+namespace slipstack {
+
+template <class Real>
+class DirectionAsymmetry {
+ public:
+  static constexpr EffectText text{
+      .id = "direction_asymmetry",
+      .title = "Friction that differs between the directions",
+      .formula = "dry friction x (1 + b d) + c |v|, d = +1 or -1 with the sign of the dry friction",
+      .source = "[5]: fatigue of the screw; the level follows the hysteresis, so nothing jumps at a reversal",
+      .residual = "another level and another slope against velocity for each direction",
+      .cause = "wear or tilt of the carriages, a screw or belt fatigued on one side, wiper lips",
+      .confirm =
+          "equal slow and fast strokes both ways: compare the two levels and slopes; turn the carriage round "
+          "and repeat"};
+  static constexpr std::array<GainGroup, 2> gains{{
+      {"level_asymmetry", "1", -0.95f, 0.95f, 1, Acts::dry_scale},
+      {"viscous_asymmetry", "N s/m", -1.0e6f, 1.0e6f, 1, Acts::force},
+  }};
+  static constexpr std::array<ShapeSpec, 0> shapes{{}};
+  static constexpr int gain_count = total_count(gains);
+  static constexpr int shape_count = 0;
+
+  void prepare(std::span<const Real, shape_count>, const Scales<Real>&) {}
+  void reset(const Sample<Real>&) {}
+  void basis(const Sample<Real>& sample, std::span<Real, gain_count> out) {
+    out[0] = sample.dry_friction_N < Real(0) ? Real(-1) : Real(1);
+    out[1] = approx::absolute(sample.velocity_mps);
+  }
+};
+
+}  // namespace slipstack

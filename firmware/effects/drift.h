@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "firmware/effects/approx.h"
+#include "firmware/effects/effect.h"
+
+namespace slipstack {
+
+template <class Real>
+class Drift {
+ public:
+  static constexpr EffectText text{
+      .id = "drift",
+      .title = "Friction level that changes with time",
+      .formula = "dry friction x (1 + b (1 - exp(-t / tau)))",
+      .source = "warming of the lubricant; run-in; creep of the carriage preload",
+      .residual = "follows time, with the sign of friction",
+      .cause = "the guideway warms and its grease thins, or the surfaces run in",
+      .confirm = "one and the same slow stroke every minute from cold for half an hour"};
+  static constexpr std::array<GainGroup, 1> gains{{
+      {"change", "1", -0.95f, 20.0f, 1, Acts::dry_scale},
+  }};
+  static constexpr std::array<ShapeSpec, 1> shapes{{
+      {"time_constant", "s", 0.1f, 1.0e6f, ShapeKind::time_constant},
+  }};
+  static constexpr int gain_count = total_count(gains);
+  static constexpr int shape_count = 1;
+
+  void prepare(std::span<const Real, shape_count> shape, const Scales<Real>&) {
+    inverse_time_per_s_ = Real(1) / shape[0];
+  }
+  void reset(const Sample<Real>&) {}
+  void basis(const Sample<Real>& sample, std::span<Real, gain_count> out) {
+    out[0] = Real(1) - approx::exp(-sample.time_s * inverse_time_per_s_);
+  }
+
+ private:
+  Real inverse_time_per_s_{};
+};
+
+}  // namespace slipstack

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <concepts>
+#include <cstdint>
+#include <span>
+#include <type_traits>
+
+// The contract of a physical effect. An effect is one header: what it is called, its formula and where that
+// comes from, its parameters with units and bounds, its basis, and what the workbench says about it. The
+// firmware sums gains x basis in the tick; the workbench fits the gains to columns made by the same basis().
+//
+//   force = [ sum(force) + sum(dry) * prod_e(1 + sum(dry_scale of e)) ] * prod_e(1 + sum(total_scale of e))
+//
+// Gains enter linearly, so bounded least squares finds them; shapes do not, so a bounded search does.
+namespace slipstack {
+
+/// What one gain's basis multiplies.
+enum class Acts : std::uint8_t {
+  force,        ///< basis in N per gain unit, added
+  dry,          ///< the same, and counted as dry friction, the level that dry_scale effects modulate
+  dry_scale,    ///< dimensionless modulation of the dry friction: preload, velocity weakening, drift
+  total_scale,  ///< dimensionless modulation of the whole force: a motor constant that varies
+};
+
+/// A run of `count` gains of the same kind.
+struct GainGroup {
+  const char* name;
+  const char* unit;
+  float lower;
+  float upper;
+  int count;
+  Acts acts;
+  bool smooth = false;  ///< neighbouring gains describe neighbouring places: a fit may expect a smooth map
+};
+
+/// What a shape parameter measures: tells the workbench over which range a given log can show it.
+enum class ShapeKind : std::uint8_t {
+  velocity,
+  exponent,
+  time_constant,
+  delay,
+  pitch,
+  frequency,
+  damping,
+  position,
+  travel,
+  slip_distance,
+};
+
+/// A parameter that enters the basis non-linearly, with its physical bounds.
+struct ShapeSpec {
+  const char* name;
+  const char* unit;
+  float lower;
+  float upper;
+  ShapeKind kind;
+};
+
+/// What people read about an effect.
+struct EffectText {
+  const char* id;
+  const char* title;
+  const char* formula;
+  const char* source;
+  const char* residual;  ///< what the residual of a model without it looks like
+  const char* cause;     ///< the usual physical cause
+  const char* confirm;   ///< the experiment that confirms it
+};
+
+/// Largest magnitude a gain may take: far beyond any axis, small enough that sums stay finite in float.
+inline constexpr float kUnbounded = 1.0e12f;
+
+/// How displacement reaches the hysteresis: absolute encoder counts on the target (nothing accumulates, so
+/// nothing drifts), metres in the workbench.
+template <class Real>
+using DisplacementOf = std::conditional_t<std::is_same_v<Real, float>, std::int32_t, Real>;
+
+/// What an effect may know of one tick.
+template <class Real>
+struct Sample {
+  Real time_s{};
+  DisplacementOf<Real> displacement{};  ///< encoder counts (float) or metres (double)
+  Real position_m{};
+  Real velocity_mps{};
+  Real acceleration_mps2{};
+  Real dry_friction_N{};  ///< sum of the `dry` forces of this tick, for effects that modulate it
+};
+
+/// What an effect needs to turn its shapes into constants of the tick.
+template <class Real>
+struct Scales {
+  Real tick_s{};
+  Real metres_per_displacement{1};  ///< encoder resolution on the target, 1 in the workbench
+};
+
+template <std::size_t N>
+constexpr int total_count(const std::array<GainGroup, N>& groups) {
+  int count = 0;
+  for (const GainGroup& group : groups) count += group.count;
+  return count;
+}
+
+/// Every effect provides these. prepare() runs outside the tick, whenever parameters change; basis() runs in
+/// it: bounded, branch-poor, no libm. basis() may advance the effect's own state, once per tick.
+template <class E, class Real>
+concept Effect = requires(E effect, const E constant, const Sample<Real> sample, const Scales<Real> scales,
+                          std::span<const Real, E::shape_count> shapes, std::span<Real, E::gain_count> out) {
+  { E::text } -> std::convertible_to<EffectText>;
+  { E::gain_count } -> std::convertible_to<int>;
+  { E::shape_count } -> std::convertible_to<int>;
+  effect.prepare(shapes, scales);
+  effect.reset(sample);
+  effect.basis(sample, out);
+};
+
+}  // namespace slipstack

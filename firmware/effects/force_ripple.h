@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "firmware/effects/approx.h"
+#include "firmware/effects/effect.h"
+#include "firmware/effects/harmonics.h"
+
+namespace slipstack {
+
+template <class Real>
+class ForceRipple {
+ public:
+  static constexpr EffectText text{
+      .id = "force_ripple",
+      .title = "Force ripple (cogging)",
+      .formula = "F = sum_h A_h cos(2 pi h x / p) + B_h sin(2 pi h x / p), h = 1..4",
+      .source = "detent force of a permanent-magnet linear motor, periodic in the magnet pitch",
+      .residual = "repeats with position, the same in both directions and at every force",
+      .cause = "magnets attracting the iron of the forcer (cogging); a ball-pass pattern of the carriage",
+      .confirm =
+          "creep over several magnet pitches both ways with the motor off, pushed by hand or by a spring"};
+  static constexpr std::array<GainGroup, 1> gains{{
+      {"cosine_and_sine", "N", -1.0e6f, 1.0e6f, 2 * kRippleHarmonics, Acts::force},
+  }};
+  static constexpr std::array<ShapeSpec, 1> shapes{{
+      {"pitch", "m", 1.0e-4f, 1.0f, ShapeKind::pitch},
+  }};
+  static constexpr int gain_count = total_count(gains);
+  static constexpr int shape_count = 1;
+
+  void prepare(std::span<const Real, shape_count> shape, const Scales<Real>&) {
+    inverse_pitch_per_m_ = Real(1) / shape[0];
+  }
+  void reset(const Sample<Real>&) {}
+  void basis(const Sample<Real>& sample, std::span<Real, gain_count> out) {
+    harmonics(approx::sin_cos_of_cycles(sample.position_m * inverse_pitch_per_m_), out);
+  }
+
+ private:
+  Real inverse_pitch_per_m_{};
+};
+
+}  // namespace slipstack

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "firmware/effects/approx.h"
+#include "firmware/effects/effect.h"
+
+namespace slipstack {
+
+/// Splines of the map: nine intervals over the stroke.
+inline constexpr int kPreloadMapSplines = 12;
+
+template <class Real>
+class PositionDependentPreload {
+ public:
+  static constexpr EffectText text{
+      .id = "position_dependent_preload",
+      .title = "Preload that varies along the rail",
+      .formula = "dry friction x (1 + sum_j w_j B3((x - x0)/h - j)), cubic B-splines on a uniform grid",
+      .source = "[1] set-ups 1 and 3, [2]: loops at four positions differ by preload",
+      .residual = "follows position, with the sign of friction: opposite in the two directions",
+      .cause = "rail straightness and mounting, carriage preload, a rail joint",
+      .confirm =
+          "pre-sliding loops and slow strokes at several places: the level differs, the shape does not"};
+  static constexpr std::array<GainGroup, 1> gains{{
+      {"map", "1", -0.95f, 3.0f, kPreloadMapSplines, Acts::dry_scale, true},
+  }};
+  static constexpr std::array<ShapeSpec, 2> shapes{{
+      {"map_start", "m", -1.0e3f, 1.0e3f, ShapeKind::position},
+      {"map_length", "m", 1.0e-4f, 1.0e3f, ShapeKind::travel},
+  }};
+  static constexpr int gain_count = total_count(gains);
+  static constexpr int shape_count = 2;
+
+  void prepare(std::span<const Real, shape_count> shape, const Scales<Real>&) {
+    start_m_ = shape[0];
+    intervals_per_m_ = static_cast<Real>(kPreloadMapSplines - 3) / shape[1];
+  }
+  void reset(const Sample<Real>&) {}
+  void basis(const Sample<Real>& sample, std::span<Real, gain_count> out) {
+    const auto intervals = static_cast<Real>(kPreloadMapSplines - 3);
+    const Real place = approx::clamp((sample.position_m - start_m_) * intervals_per_m_, Real(0), intervals);
+    std::int32_t interval = approx::floor_to_int(place);
+    interval = interval > kPreloadMapSplines - 4 ? kPreloadMapSplines - 4 : interval;
+    const Real t = place - static_cast<Real>(interval);
+    const Real s = Real(1) - t;
+    const Real t2 = t * t;
+    for (Real& weight : out) weight = Real(0);
+    const auto first = static_cast<std::size_t>(interval);
+    out[first] = s * s * s * Real(1.0 / 6);
+    out[first + 1] = Real(2.0 / 3) + t2 * (Real(0.5) * t - Real(1));
+    out[first + 2] = Real(1.0 / 6) + Real(0.5) * (t + t2 - t2 * t);
+    out[first + 3] = t2 * t * Real(1.0 / 6);
+  }
+
+ private:
+  Real start_m_{};
+  Real intervals_per_m_{};
+};
+
+}  // namespace slipstack

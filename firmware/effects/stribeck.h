@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "firmware/effects/approx.h"
+#include "firmware/effects/effect.h"
+
+namespace slipstack {
+
+template <class Real>
+class Stribeck {
+ public:
+  static constexpr EffectText text{
+      .id = "stribeck",
+      .title = "Stribeck effect: friction falls with velocity",
+      .formula = "dry friction x (1 + g exp(-(|v|/vs)^n))",
+      .source = "Stribeck; exponent after Bo and Pavelescu; s(v) of the Leuven and GMS models [4]",
+      .residual =
+          "largest at low velocity, opposing motion, vanishing beyond a velocity of a few mm/s to cm/s",
+      .cause = "a lubricant film that forms with speed; wipers and seals; slight in rolling guideways",
+      .confirm = "constant strokes from very slow to fast: friction level against log velocity"};
+  static constexpr std::array<GainGroup, 1> gains{{
+      {"weakening", "1", 0.0f, 20.0f, 1, Acts::dry_scale},
+  }};
+  static constexpr std::array<ShapeSpec, 2> shapes{{
+      {"stribeck_velocity", "m/s", 1.0e-5f, 1.0f, ShapeKind::velocity},
+      {"exponent", "1", 0.4f, 3.0f, ShapeKind::exponent},
+  }};
+  static constexpr int gain_count = total_count(gains);
+  static constexpr int shape_count = 2;
+
+  void prepare(std::span<const Real, shape_count> shape, const Scales<Real>&) {
+    inverse_velocity_spm_ = Real(1) / shape[0];
+    exponent_ = shape[1];
+  }
+  void reset(const Sample<Real>&) {}
+  void basis(const Sample<Real>& sample, std::span<Real, gain_count> out) {
+    const Real speed_ratio = approx::absolute(sample.velocity_mps) * inverse_velocity_spm_;
+    out[0] = approx::exp(-approx::power(speed_ratio, exponent_));
+  }
+
+ private:
+  Real inverse_velocity_spm_{};
+  Real exponent_{};
+};
+
+}  // namespace slipstack

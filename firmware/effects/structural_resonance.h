@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "firmware/effects/approx.h"
+#include "firmware/effects/effect.h"
+
+namespace slipstack {
+
+template <class Real>
+class StructuralResonance {
+ public:
+  static constexpr EffectText text{
+      .id = "structural_resonance",
+      .title = "Structural resonance",
+      .formula = "F = r q w^2 + d q' w + e a, q'' + 2 zeta w q' + w^2 q = a, w = 2 pi f0",
+      .source = "second mass on a spring; [1] Fig. 14 shows such resonances beside the guideway's",
+      .residual = "a spectral line that rings after fast moves and decays",
+      .cause = "an arm, gripper or machine frame that swings against the slide",
+      .confirm = "tap the arm with the axis held and look at the ring; add mass to the arm: the line falls"};
+  static constexpr std::array<GainGroup, 3> gains{{
+      {"modal_mass", "kg", -1.0e5f, 1.0e5f, 1, Acts::force},
+      {"modal_damping_mass", "kg", -1.0e5f, 1.0e5f, 1, Acts::force},
+      {"rigid_mass", "kg", -1.0e5f, 1.0e5f, 1, Acts::force},
+  }};
+  static constexpr std::array<ShapeSpec, 2> shapes{{
+      {"frequency", "Hz", 0.5f, 2.0e3f, ShapeKind::frequency},
+      {"damping", "1", 1.0e-3f, 0.5f, ShapeKind::damping},
+  }};
+  static constexpr int gain_count = total_count(gains);
+  static constexpr int shape_count = 2;
+
+  /// Exact for an acceleration held over the tick: state (w^2 q, w q') by its matrix exponential.
+  void prepare(std::span<const Real, shape_count> shape, const Scales<Real>& scales) {
+    const Real turn = shape[0] * scales.tick_s;
+    const Real zeta = shape[1];
+    const Real damped = approx::square_root(Real(1) - zeta * zeta);
+    const auto wave = approx::sin_cos_of_cycles(turn * damped);
+    const Real decay = approx::exp(-zeta * turn * Real(6.2831853071795865));
+    const Real ratio = zeta / damped;
+    keep_ = decay * (wave.cos + ratio * wave.sin);
+    couple_ = decay * wave.sin / damped;
+    keep_rate_ = decay * (wave.cos - ratio * wave.sin);
+  }
+  void reset(const Sample<Real>&) {
+    spring_mps2_ = Real(0);
+    rate_mps2_ = Real(0);
+  }
+  void basis(const Sample<Real>& sample, std::span<Real, gain_count> out) {
+    const Real excess = spring_mps2_ - sample.acceleration_mps2;
+    const Real rate = rate_mps2_;
+    spring_mps2_ = sample.acceleration_mps2 + keep_ * excess + couple_ * rate;
+    rate_mps2_ = keep_rate_ * rate - couple_ * excess;
+    out[0] = spring_mps2_;
+    out[1] = rate_mps2_;
+    out[2] = sample.acceleration_mps2;
+  }
+
+ private:
+  Real keep_{};
+  Real couple_{};
+  Real keep_rate_{};
+  Real spring_mps2_{};
+  Real rate_mps2_{};
+};
+
+}  // namespace slipstack

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "firmware/effects/effect.h"
+
+namespace slipstack {
+
+/// A delay adds no force of its own: the workbench shifts the measured force by it while fitting, the
+/// controller shifts its reference. It therefore has a shape and no gain.
+template <class Real>
+class TimeDelay {
+ public:
+  static constexpr EffectText text{
+      .id = "time_delay",
+      .title = "Force later than motion",
+      .formula = "F(t) = F_model(t - tau)",
+      .source = "[1] set-up 2: phase beyond -180 degrees from sampling delay and filters",
+      .residual =
+          "appears where the force changes fast: at acceleration steps; its phase grows with frequency",
+      .cause = "filters and sampling of drive and sensor, a slow current loop",
+      .confirm = "step the current set-point with the slide clamped and time the measured force"};
+  static constexpr std::array<GainGroup, 0> gains{{}};
+  static constexpr std::array<ShapeSpec, 1> shapes{{
+      {"delay", "s", -0.02f, 0.02f, ShapeKind::delay},
+  }};
+  static constexpr int gain_count = total_count(gains);
+  static constexpr int shape_count = 1;
+
+  void prepare(std::span<const Real, shape_count>, const Scales<Real>&) {}
+  void reset(const Sample<Real>&) {}
+  void basis(const Sample<Real>&, std::span<Real, gain_count>) {}
+};
+
+}  // namespace slipstack

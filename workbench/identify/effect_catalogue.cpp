@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/identify/effect_catalogue.h"
+
+#include <fmt/format.h>
+
+#include <stdexcept>
+#include <tuple>
+
+#include "firmware/effects/catalogue.h"
+
+namespace slipstack::workbench {
+namespace {
+
+template <class E>
+class BasisOf final : public EffectBasis {
+ public:
+  void prepare(std::span<const double> shapes, const Scales<double>& scales) override {
+    if (shapes.size() != E::shape_count) throw std::invalid_argument("wrong number of shapes");
+    effect_.prepare(shapes.first<E::shape_count>(), scales);
+  }
+  void reset(const Sample<double>& sample) override { effect_.reset(sample); }
+  void run(std::span<const Sample<double>> samples, double* out) override {
+    for (const Sample<double>& sample : samples) {
+      effect_.basis(sample, std::span<double, E::gain_count>(out, E::gain_count));
+      out += E::gain_count;
+    }
+  }
+
+ private:
+  E effect_{};
+};
+
+struct Entry {
+  EffectDescription description;
+  std::unique_ptr<EffectBasis> (*make)();
+};
+
+template <class E>
+Entry entry_of() {
+  static_assert(Effect<E, double>);
+  EffectDescription description;
+  description.text = E::text;
+  description.gain_groups.assign(E::gains.begin(), E::gains.end());
+  description.shapes.assign(E::shapes.begin(), E::shapes.end());
+  description.gain_count = E::gain_count;
+  return {std::move(description), [] { return std::unique_ptr<EffectBasis>(std::make_unique<BasisOf<E>>()); }};
+}
+
+template <class... Effects>
+std::vector<Entry> entries_of(std::type_identity<std::tuple<Effects...>>) {
+  std::vector<Entry> entries;
+  (entries.push_back(entry_of<Effects>()), ...);
+  return entries;
+}
+
+const std::vector<Entry>& entries() {
+  static const std::vector<Entry> all = entries_of(std::type_identity<Catalogue<double>>{});
+  return all;
+}
+
+}  // namespace
+
+const GainGroup& EffectDescription::group_of_gain(int index) const {
+  for (const GainGroup& group : gain_groups) {
+    if (index < group.count) return group;
+    index -= group.count;
+  }
+  throw std::out_of_range("gain index");
+}
+
+bool EffectDescription::acts_as(Acts acts) const {
+  for (const GainGroup& group : gain_groups) {
+    if (group.acts == acts) return true;
+  }
+  return false;
+}
+
+const std::vector<EffectDescription>& catalogue() {
+  static const std::vector<EffectDescription> all = [] {
+    std::vector<EffectDescription> list;
+    for (const Entry& entry : entries()) list.push_back(entry.description);
+    return list;
+  }();
+  return all;
+}
+
+const EffectDescription* find_effect(std::string_view id) {
+  for (const EffectDescription& description : catalogue()) {
+    if (id == description.text.id) return &description;
+  }
+  return nullptr;
+}
+
+std::unique_ptr<EffectBasis> make_basis(std::string_view id) {
+  for (const Entry& entry : entries()) {
+    if (id == entry.description.text.id) return entry.make();
+  }
+  throw std::invalid_argument(fmt::format("unknown effect '{}'", id));
+}
+
+std::string known_effects() {
+  std::string list;
+  for (const EffectDescription& description : catalogue()) {
+    list += (list.empty() ? "" : ", ") + description.id();
+  }
+  return list;
+}
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/identify/fit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "workbench/identify/shape_search.h"
+
+namespace slipstack::workbench {
+namespace {
+
+constexpr int kGaussNewtonSteps = 4;
+constexpr double kSettled = 1e-4;  ///< relative change of the force that ends the Gauss-Newton steps
+
+bool multiplies(const Term& term) {
+  return term.effect->acts_as(Acts::dry_scale) || term.effect->acts_as(Acts::total_scale);
+}
+
+bool any_multiplies(const Terms& terms) {
+  for (const Term& term : terms) {
+    if (multiplies(term)) return true;
+  }
+  return false;
+}
+
+void take_gains(Terms& terms, const Eigen::VectorXd& gains) {
+  Eigen::Index next = 0;
+  for (Term& term : terms) {
+    for (double& gain : term.gains) gain = gains(next++);
+  }
+}
+
+void take_errors(Terms& terms, const Eigen::VectorXd& errors) {
+  Eigen::Index next = 0;
+  for (Term& term : terms) {
+    term.standard_errors.clear();
+    for (std::size_t i = 0; i < term.gains.size(); ++i) term.standard_errors.push_back(errors(next++));
+  }
+}
+
+bool all_zero(const Term& term) {
+  for (const double gain : term.gains) {
+    if (gain != 0.0) return false;
+  }
+  return true;
+}
+
+bool dry_friction_known(const Terms& terms) {
+  for (const Term& term : terms) {
+    if (term.effect->acts_as(Acts::dry) && !all_zero(term)) return true;
+  }
+  return false;
+}
+
+/// Gains of the model without what multiplies: a place from which products can be linearised.
+void fit_without_products(const Measurement& measurement, Terms& terms, double noise_N) {
+  Terms plain;
+  for (const Term& term : terms) {
+    if (!multiplies(term)) plain.push_back(term);
+  }
+  const Linearisation linearisation(measurement, plain);
+  const NormalEquations equations(measurement, linearisation.columns(), linearisation.target());
+  take_gains(plain, equations.fit(constraints_of(plain, noise_N)).value);
+  for (Term& term : terms) {
+    if (const Term* fitted = find_term(plain, term.effect->text.id)) term.gains = fitted->gains;
+  }
+}
+
+/// A model at its gains as they are: what trials need, without a fit.
+FittedModel linearised(const Measurement& measurement, Terms terms) {
+  const double noise_N = measurement.noise_floor_N(measurement.rough_mass_kg(), {});
+  FittedModel model;
+  model.linearisation = std::make_shared<Linearisation>(measurement, terms);
+  model.equations = std::make_shared<NormalEquations>(measurement, model.linearisation->columns(),
+                                                      model.linearisation->target());
+  model.constraints = constraints_of(terms, noise_N);
+  model.solution = model.equations->fit(model.constraints);
+  model.terms = std::move(terms);
+  return model;
+}
+
+}  // namespace
+
+Term term_for_log(const Measurement& measurement, const EffectDescription& effect) {
+  Term term = make_term(measurement, effect);
+  if (term.id() == "inertia" && measurement.log().mass_kg) {
+    term.gains[0] = term.lower[0] = term.upper[0] = *measurement.log().mass_kg;
+  }
+  return term;
+}
+
+FittedModel fit_gains(const Measurement& measurement, Terms terms) {
+  const double noise_N = measurement.noise_floor_N(measurement.rough_mass_kg(), {});
+  const bool products = any_multiplies(terms);
+  if (products && !dry_friction_known(terms)) fit_without_products(measurement, terms, noise_N);
+
+  FittedModel fitted;
+  Eigen::VectorXd before = Eigen::VectorXd::Zero(measurement.row_count());
+  for (int step = 0; step < kGaussNewtonSteps; ++step) {
+    fitted.linearisation = std::make_shared<Linearisation>(measurement, terms);
+    fitted.equations = std::make_shared<NormalEquations>(measurement, fitted.linearisation->columns(),
+                                                         fitted.linearisation->target());
+    fitted.constraints = constraints_of(terms, noise_N);
+    fitted.solution = fitted.equations->fit(fitted.constraints, fitted.solution.rests);
+    take_gains(terms, fitted.solution.value);
+    if (!products) break;
+    const Eigen::VectorXd now = fitted.linearisation->columns() * fitted.solution.value;
+    const bool settled = (now - before).norm() <= kSettled * now.norm();
+    before = now;
+    if (settled) break;
+  }
+  // The state that belongs to the final gains: residuals and trials start from it.
+  fitted.linearisation = std::make_shared<Linearisation>(measurement, terms);
+  fitted.equations = std::make_shared<NormalEquations>(measurement, fitted.linearisation->columns(),
+                                                       fitted.linearisation->target());
+  take_errors(terms, fitted.equations->standard_errors(fitted.solution, fitted.constraints));
+  const auto judged = fitted.equations->cross_validate(measurement, fitted.constraints, fitted.solution.rests);
+  fitted.holdout_rmse_N = judged.rmse;
+  fitted.block_squared_error = judged.block_squared_error;
+  const Eigen::VectorXd residual = fitted.linearisation->residual_N();
+  fitted.train_rmse_N = std::sqrt(residual.squaredNorm() / static_cast<double>(residual.size()));
+  fitted.relative_error = residual.norm() / std::max(fitted.linearisation->measured_N().norm(), 1e-300);
+  fitted.noise_floor_N =
+      measurement.noise_floor_N(mass_kg(terms), fitted.linearisation->tangent_stiffness_N_per_m());
+  fitted.terms = std::move(terms);
+  return fitted;
+}
+
+Trial try_effect(const Measurement& measurement, const FittedModel& base, const EffectDescription& effect,
+                 const SearchEffort& effort, const std::vector<double>* start) {
+  const Linearisation& linearisation = *base.linearisation;
+  const double noise_N = measurement.noise_floor_N(measurement.rough_mass_kg(), {});
+  Trial best;
+  best.term = term_for_log(measurement, effect);
+  Terms terms = base.terms;
+  terms.push_back(best.term);
+  const NormalEquations::Constraints constraints = constraints_of(terms, noise_N);
+  std::vector<Rests> rests = base.solution.rests;
+  for (std::size_t i = 0; i < best.term.gains.size(); ++i) rests.push_back(Rests::free);
+
+  const auto judge = [&](const std::vector<double>& shapes) {
+    Term term = best.term;
+    term.shapes = shapes;
+    if (term.id() == "time_delay") {
+      const Eigen::VectorXd target =
+          linearisation.target() - linearisation.measured_N() + measurement.force_N(shapes[0]);
+      return base.equations->with_target(measurement, linearisation.columns(), target)
+          .cross_validate(measurement, base.constraints, base.solution.rests);
+    }
+    const Eigen::MatrixXd columns = linearisation.columns_of(term);
+    return base.equations->with(measurement, linearisation.columns(), columns, linearisation.target())
+        .cross_validate(measurement, constraints, rests);
+  };
+  const auto cost = [&](const std::vector<double>& shapes) { return judge(shapes).rmse; };
+
+  const auto starts = start != nullptr ? std::vector<std::vector<double>>{*start}
+                                       : starting_shapes(measurement, effect, linearisation.residual_N(),
+                                                         linearisation.force_N());
+  double lowest = std::numeric_limits<double>::infinity();
+  for (const auto& shapes : starts) {
+    const double value = starts.size() > 1 ? cost(shapes) : 0.0;
+    if (value < lowest) {
+      lowest = value;
+      best.term.shapes = shapes;
+    }
+  }
+  const std::vector<ShapeRange> ranges = searched_shapes(measurement, effect);
+  best.term.shapes = refine_shapes(ranges, best.term.shapes, cost, effort.evaluations).shapes;
+  const auto judged = judge(best.term.shapes);
+  best.holdout_rmse_N = judged.rmse;
+  best.block_squared_error = judged.block_squared_error;
+  return best;
+}
+
+FittedModel fit_effects(const Measurement& measurement, const std::vector<std::string>& effects,
+                        const SearchEffort& effort) {
+  Terms fixed;
+  std::vector<const EffectDescription*> searched;
+  for (const std::string& id : effects) {
+    const EffectDescription* effect = find_effect(id);
+    if (searched_shapes(measurement, *effect).empty() && !effect->acts_as(Acts::dry_scale)) {
+      fixed.push_back(term_for_log(measurement, *effect));
+    } else {
+      searched.push_back(effect);
+    }
+  }
+  FittedModel fitted = fit_gains(measurement, fixed);
+  // Dry friction before what modulates it.
+  std::stable_sort(searched.begin(), searched.end(), [](const auto* a, const auto* b) {
+    return a->acts_as(Acts::dry) && !b->acts_as(Acts::dry);
+  });
+  for (const EffectDescription* effect : searched) {
+    Terms terms = fitted.terms;
+    terms.push_back(try_effect(measurement, fitted, *effect, effort).term);
+    fitted = fit_gains(measurement, std::move(terms));
+  }
+  if (searched.size() > 1) fitted = polish_shapes(measurement, std::move(fitted), effort);
+  // In the order that was asked for.
+  Terms ordered;
+  for (const std::string& id : effects) ordered.push_back(*find_term(fitted.terms, id));
+  return fit_gains(measurement, std::move(ordered));
+}
+
+FittedModel polish_shapes(const Measurement& measurement, FittedModel fitted, const SearchEffort& effort) {
+  for (std::size_t t = 0; t < fitted.terms.size(); ++t) {
+    const EffectDescription& effect = *fitted.terms[t].effect;
+    if (searched_shapes(measurement, effect).empty()) continue;
+    Terms others = fitted.terms;
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(t));
+    const FittedModel base = linearised(measurement, std::move(others));
+    Terms terms = fitted.terms;
+    terms[t].shapes = try_effect(measurement, base, effect, effort, &fitted.terms[t].shapes).term.shapes;
+    FittedModel moved = fit_gains(measurement, std::move(terms));
+    if (moved.holdout_rmse_N < fitted.holdout_rmse_N) fitted = std::move(moved);
+  }
+  return fitted;
+}
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/identify/linearisation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace slipstack::workbench {
+namespace {
+
+constexpr std::size_t kChunk = 2048;
+
+/// Runs one effect over the log, chunk by chunk: visit(first sample, count, basis[sample][gain]).
+template <class Visit>
+void run_effect(const Measurement& measurement, const Term& term, const std::vector<double>& dry_N,
+                Visit&& visit) {
+  const auto basis = make_basis(term.id());
+  const std::size_t gains = term.gains.size();
+  basis->prepare(term.shapes, {.tick_s = measurement.tick_s(), .metres_per_displacement = 1.0});
+  std::vector<Sample<double>> samples(kChunk);
+  std::vector<double> values(kChunk * std::max<std::size_t>(gains, 1));
+  basis->reset(measurement.sample(0));
+  for (std::size_t first = 0; first < measurement.sample_count(); first += kChunk) {
+    const std::size_t count = std::min(kChunk, measurement.sample_count() - first);
+    for (std::size_t i = 0; i < count; ++i) {
+      samples[i] = measurement.sample(first + i);
+      if (!dry_N.empty()) samples[i].dry_friction_N = dry_N[first + i];
+    }
+    basis->run(std::span(samples).first(count), values.data());
+    visit(first, count, values.data());
+  }
+}
+
+/// Filters columns to the rows while they are produced: keeps only what one filter length needs.
+class RowCollector {
+ public:
+  RowCollector(const Measurement& measurement, std::size_t columns)
+      : measurement_(measurement),
+        half_(measurement.taps().size() / 2),
+        capacity_(measurement.taps().size() + kChunk),
+        buffers_(columns, std::vector<double>(capacity_, 0.0)),
+        rows_(measurement.row_count(), static_cast<Eigen::Index>(columns)) {}
+
+  /// Room for `count` values of a column, following those given before.
+  double* space(std::size_t column) { return buffers_[column].data() + held_; }
+
+  /// Takes `count` values that have been written to every column's space.
+  void commit(std::size_t count) {
+    held_ += count;
+    const Eigen::Map<const Eigen::VectorXd> taps(measurement_.taps().data(),
+                                                 static_cast<Eigen::Index>(measurement_.taps().size()));
+    const auto& centres = measurement_.row_samples();
+    while (next_row_ < centres.size() && centres[next_row_] + half_ < start_ + held_) {
+      const std::size_t offset = centres[next_row_] - half_ - start_;
+      for (std::size_t c = 0; c < buffers_.size(); ++c) {
+        rows_(static_cast<Eigen::Index>(next_row_), static_cast<Eigen::Index>(c)) =
+            taps.dot(Eigen::Map<const Eigen::VectorXd>(buffers_[c].data() + offset, taps.size()));
+      }
+      ++next_row_;
+    }
+    const std::size_t keep = std::min(held_, measurement_.taps().size());
+    const std::size_t drop = held_ - keep;
+    for (auto& buffer : buffers_) std::memmove(buffer.data(), buffer.data() + drop, keep * sizeof(double));
+    start_ += drop;
+    held_ = keep;
+  }
+
+  Eigen::MatrixXd take() { return std::move(rows_); }
+
+ private:
+  const Measurement& measurement_;
+  std::size_t half_;
+  std::size_t capacity_;
+  std::vector<std::vector<double>> buffers_;
+  Eigen::MatrixXd rows_;
+  std::size_t start_ = 0;  ///< sample index of the first value held
+  std::size_t held_ = 0;
+  std::size_t next_row_ = 0;
+};
+
+void multiply(std::vector<double>& product, const std::vector<double>& factor) {
+  if (factor.empty()) return;
+  if (product.empty()) {
+    product = factor;
+    return;
+  }
+  for (std::size_t i = 0; i < product.size(); ++i) product[i] *= factor[i];
+}
+
+void divide(std::vector<double>& product, const std::vector<double>& factor) {
+  if (factor.empty()) return;
+  for (std::size_t i = 0; i < product.size(); ++i) product[i] /= factor[i];
+}
+
+}  // namespace
+
+double delay_s(const Terms& terms) {
+  const Term* delay = find_term(terms, "time_delay");
+  return delay == nullptr ? 0.0 : delay->shapes[0];
+}
+
+Linearisation::Linearisation(const Measurement& measurement, const Terms& terms)
+    : measurement_(measurement), terms_(terms) {
+  evaluate(terms);
+  measured_N_ = measurement.force_N(delay_s(terms));
+  force_N_ = measurement.filtered(sample_force_N_);
+  columns_.resize(measurement.row_count(), unknown_count(terms));
+  Eigen::VectorXd gains(columns_.cols());
+  Eigen::Index next = 0;
+  for (std::size_t t = 0; t < terms.size(); ++t) {
+    const auto count = static_cast<Eigen::Index>(terms[t].gains.size());
+    if (count == 0) continue;
+    columns_.middleCols(next, count) = build(terms[t], factors_for(t));
+    for (Eigen::Index i = 0; i < count; ++i) gains(next + i) = terms[t].gains[static_cast<std::size_t>(i)];
+    next += count;
+  }
+  target_ = measured_N_ - force_N_ + columns_ * gains;
+}
+
+void Linearisation::evaluate(const Terms& terms) {
+  const std::size_t samples = measurement_.sample_count();
+  plain_N_.assign(samples, 0.0);
+  dry_N_.assign(samples, 0.0);
+  dry_scales_.assign(terms.size(), {});
+  total_scales_.assign(terms.size(), {});
+
+  const auto accumulate = [&](std::size_t t, bool dry_pass) {
+    const Term& term = terms[t];
+    if (term.gains.empty() || term.effect->acts_as(Acts::dry) != dry_pass) return;
+    if (term.effect->acts_as(Acts::dry_scale)) dry_scales_[t].assign(samples, 1.0);
+    if (term.effect->acts_as(Acts::total_scale)) total_scales_[t].assign(samples, 1.0);
+    std::vector<std::vector<double>*> sums;
+    for (int g = 0; g < term.effect->gain_count; ++g) {
+      const Acts acts = term.effect->group_of_gain(g).acts;
+      sums.push_back(acts == Acts::force       ? &plain_N_
+                     : acts == Acts::dry       ? &dry_N_
+                     : acts == Acts::dry_scale ? &dry_scales_[t]
+                                               : &total_scales_[t]);
+    }
+    run_effect(measurement_, term, dry_pass ? std::vector<double>{} : dry_N_,
+               [&](std::size_t first, std::size_t count, const double* basis) {
+                 for (std::size_t i = 0; i < count; ++i) {
+                   for (std::size_t g = 0; g < sums.size(); ++g) {
+                     (*sums[g])[first + i] += term.gains[g] * basis[i * sums.size() + g];
+                   }
+                 }
+               });
+  };
+  for (std::size_t t = 0; t < terms.size(); ++t) accumulate(t, true);
+  for (std::size_t t = 0; t < terms.size(); ++t) accumulate(t, false);
+
+  for (const auto& scale : dry_scales_) multiply(dry_factor_, scale);
+  for (const auto& scale : total_scales_) multiply(total_factor_, scale);
+  sample_force_N_ = dry_N_;
+  multiply(sample_force_N_, dry_factor_);
+  for (std::size_t i = 0; i < samples; ++i) sample_force_N_[i] += plain_N_[i];
+  multiply(sample_force_N_, total_factor_);
+}
+
+Linearisation::Factors Linearisation::factors_for(std::size_t term_index) const {
+  static const std::vector<double> kNone;
+  const bool own = term_index < terms_.size();
+  Factors factors;
+  factors.force = total_factor_;
+  factors.dry = dry_factor_;
+  multiply(factors.dry, total_factor_);
+  const EffectDescription* effect = own ? terms_[term_index].effect : nullptr;
+  if (effect == nullptr || effect->acts_as(Acts::dry_scale)) {
+    factors.dry_scale = dry_N_;
+    multiply(factors.dry_scale, dry_factor_);
+    multiply(factors.dry_scale, total_factor_);
+    divide(factors.dry_scale, own ? dry_scales_[term_index] : kNone);
+  }
+  if (effect == nullptr || effect->acts_as(Acts::total_scale)) {
+    factors.total_scale = sample_force_N_;
+    divide(factors.total_scale, own ? total_scales_[term_index] : kNone);
+  }
+  return factors;
+}
+
+Eigen::MatrixXd Linearisation::columns_of(const Term& candidate) const {
+  return build(candidate, factors_for(terms_.size()));
+}
+
+Eigen::MatrixXd Linearisation::build(const Term& term, const Factors& factors) const {
+  const std::size_t gains = term.gains.size();
+  std::vector<const double*> factor_of_gain;
+  for (std::size_t g = 0; g < gains; ++g) {
+    const Acts acts = term.effect->group_of_gain(static_cast<int>(g)).acts;
+    const std::vector<double>& factor = acts == Acts::force       ? factors.force
+                                        : acts == Acts::dry       ? factors.dry
+                                        : acts == Acts::dry_scale ? factors.dry_scale
+                                                                  : factors.total_scale;
+    factor_of_gain.push_back(factor.empty() ? nullptr : factor.data());
+  }
+  RowCollector collector(measurement_, gains);
+  run_effect(measurement_, term, dry_N_, [&](std::size_t first, std::size_t count, const double* basis) {
+    for (std::size_t g = 0; g < gains; ++g) {
+      double* out = collector.space(g);
+      const double* factor = factor_of_gain[g];
+      for (std::size_t i = 0; i < count; ++i) {
+        out[i] = basis[i * gains + g] * (factor == nullptr ? 1.0 : factor[first + i]);
+      }
+    }
+    collector.commit(count);
+  });
+  return collector.take();
+}
+
+Eigen::VectorXd Linearisation::tangent_stiffness_N_per_m() const {
+  Eigen::VectorXd stiffness = Eigen::VectorXd::Zero(measurement_.row_count());
+  for (const Term& term : terms_) {
+    if (term.id() != "presliding_hysteresis") continue;
+    const auto& rows = measurement_.row_samples();
+    run_effect(measurement_, term, {}, [&](std::size_t first, std::size_t count, const double* basis) {
+      const auto begin = std::lower_bound(rows.begin(), rows.end(), first);
+      for (auto row = begin; row != rows.end() && *row < first + count; ++row) {
+        double sum = 0.0;
+        for (std::size_t g = 0; g < term.gains.size(); ++g) {
+          const double z = basis[(*row - first) * term.gains.size() + g];
+          // An element yields while it is away from its limit.
+          if (std::abs(z) < 0.999 * term.shapes[g]) sum += term.gains[g];
+        }
+        stiffness(row - rows.begin()) += sum;
+      }
+    });
+  }
+  return stiffness;
+}
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/identify/measurement.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "workbench/identify/spectrum.h"
+#include "workbench/identify/zero_phase.h"
+
+namespace slipstack::workbench {
+namespace {
+
+/// The motion keeps this much more bandwidth than the rows, so that what is non-linear in it (signs, slip,
+/// exponentials of speed) is formed before the common filter and not after.
+constexpr double kMotionBandwidthRatio = 3.0;
+
+/// Rows per period of the bandwidth: above the Nyquist density, so nothing is lost.
+constexpr double kRowsPerCycle = 3.0;
+
+constexpr int kFolds = 5;
+constexpr int kBlocksPerFold = 6;
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Standard deviation of white noise under a smooth signal: sixth differences kill what a motion leaves at
+/// the highest frequencies; their median is blind to the rare samples where it does not.
+double white_noise(std::span<const double> signal) {
+  constexpr double kGain = 30.397368307141326;  // sqrt(924), 924 = sum of squares of (1 -6 15 -20 15 -6 1)
+  std::vector<double> differences;
+  differences.reserve(signal.size());
+  for (std::size_t i = 3; i + 3 < signal.size(); ++i) {
+    const double d = (signal[i - 3] + signal[i + 3]) - 6.0 * (signal[i - 2] + signal[i + 2]) +
+                     15.0 * (signal[i - 1] + signal[i + 1]) - 20.0 * signal[i];
+    differences.push_back(std::abs(d));
+  }
+  if (differences.empty()) return 0.0;
+  return median(std::move(differences)) / 0.67448975 / kGain;
+}
+
+/// Mass and velocity terms by plain least squares on a strongly smoothed log: only good for choosing filters.
+double quick_mass(const Log& log) {
+  const std::vector<double> taps = low_pass_taps(0.02 * log.sample_rate_Hz, log.sample_rate_Hz);
+  const std::vector<double> x = filter_all(log.position_m, taps);
+  const std::vector<double> f = filter_all(log.force_N, taps);
+  const std::vector<double> v = first_derivative(x, log.sample_rate_Hz);
+  const std::vector<double> a = second_derivative(x, log.sample_rate_Hz);
+  Eigen::Matrix4d gram = 1e-12 * Eigen::Matrix4d::Identity();
+  Eigen::Vector4d right = Eigen::Vector4d::Zero();
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const Eigen::Vector4d row(a[i], v[i], std::copysign(1.0, v[i]), 1.0);
+    gram += row * row.transpose();
+    right += row * f[i];
+  }
+  return std::max(0.0, gram.ldlt().solve(right)(0));
+}
+
+}  // namespace
+
+Measurement::Measurement(Log log, const ConditioningOptions& options) : log_(std::move(log)) {
+  encoder_resolution_m_ = log_.encoder_resolution_m.value_or(0.0);
+  rough_mass_kg_ = log_.mass_kg ? *log_.mass_kg : quick_mass(log_);
+  force_noise_N_ = white_noise(log_.force_N);
+  choose_bandwidth(options.bandwidth_Hz);
+  estimate_motion();
+  choose_rows(options.maximum_rows);
+}
+
+void Measurement::choose_bandwidth(double wished_Hz) {
+  const double rate = sample_rate_Hz();
+  const double highest = 0.1 * rate;
+  if (wished_Hz > 0.0) {
+    bandwidth_Hz_ = std::min(wished_Hz, 0.25 * rate);
+    return;
+  }
+  // Quantisation seen through the mass grows with the square of frequency: stop where, summed over the band,
+  // it equals the noise of the force.
+  double limit = highest;
+  const double quantisation_N = rough_mass_kg_ * encoder_resolution_m_ / std::sqrt(12.0);
+  if (quantisation_N > 0.0 && force_noise_N_ > 0.0) {
+    const double omega2 = force_noise_N_ / quantisation_N * std::sqrt(5.0);
+    limit = std::min(limit, std::sqrt(omega2) / (2.0 * std::numbers::pi));
+  }
+  // Nor beyond what the motion excites.
+  const Spectrum spectrum = power_spectrum(log_.force_N, rate, 512);
+  double excited = highest;
+  if (!spectrum.density.empty()) {
+    const double floor = 2.0 * force_noise_N_ * force_noise_N_ / rate;
+    std::size_t last = spectrum.density.size() - 1;
+    while (last > 0 && spectrum.density[last] < 2.0 * floor) --last;
+    excited = spectrum.frequency_Hz[last];
+  }
+  const double least = std::min(highest, 0.01 * rate);
+  bandwidth_Hz_ = std::clamp(std::min(limit, excited), least, highest);
+}
+
+void Measurement::estimate_motion() {
+  const double rate = sample_rate_Hz();
+  motion_taps_ = low_pass_taps(std::min(kMotionBandwidthRatio * bandwidth_Hz_, 0.3 * rate), rate);
+  position_m_ = filter_all(log_.position_m, motion_taps_);
+  velocity_mps_ = first_derivative(position_m_, rate);
+  acceleration_mps2_ = second_derivative(position_m_, rate);
+}
+
+void Measurement::choose_rows(std::size_t maximum_rows) {
+  const double rate = sample_rate_Hz();
+  taps_ = low_pass_taps(bandwidth_Hz_, rate);
+  const std::size_t margin = taps_.size() / 2 + motion_taps_.size() / 2 + 2;
+  const std::size_t count = sample_count();
+  const std::size_t usable = count > 2 * margin ? count - 2 * margin : 0;
+  row_stride_ = std::max<std::size_t>(1, static_cast<std::size_t>(rate / (kRowsPerCycle * bandwidth_Hz_)));
+  row_stride_ = std::max(row_stride_, (usable + maximum_rows - 1) / maximum_rows);
+  for (std::size_t i = margin; i < margin + usable; i += row_stride_) row_samples_.push_back(i);
+
+  fold_count_ = kFolds;
+  block_count_ = kFolds * kBlocksPerFold;
+  const std::size_t rows = row_samples_.size();
+  for (std::size_t row = 0; row < rows; ++row) {
+    row_blocks_.push_back(static_cast<int>(row * static_cast<std::size_t>(block_count_) / rows));
+  }
+}
+
+Sample<double> Measurement::sample(std::size_t index) const {
+  Sample<double> sample;
+  sample.time_s = static_cast<double>(index) * tick_s();
+  sample.displacement = position_m_[index];
+  sample.position_m = position_m_[index];
+  sample.velocity_mps = velocity_mps_[index];
+  sample.acceleration_mps2 = acceleration_mps2_[index];
+  return sample;
+}
+
+Eigen::VectorXd Measurement::filtered(std::span<const double> signal) const {
+  const std::size_t half = taps_.size() / 2;
+  const Eigen::Map<const Eigen::VectorXd> taps(taps_.data(), static_cast<Eigen::Index>(taps_.size()));
+  Eigen::VectorXd out(row_count());
+  for (Eigen::Index row = 0; row < out.size(); ++row) {
+    const double* first = signal.data() + (row_samples_[static_cast<std::size_t>(row)] - half);
+    out(row) = taps.dot(Eigen::Map<const Eigen::VectorXd>(first, taps.size()));
+  }
+  return out;
+}
+
+Eigen::VectorXd Measurement::force_N(double delay_s) const {
+  if (delay_s == 0.0) return filtered(log_.force_N);
+  const double rate = sample_rate_Hz();
+  const std::vector<double> taps = low_pass_taps(bandwidth_Hz_, rate, delay_s * rate);
+  const auto half = static_cast<std::ptrdiff_t>(taps.size() / 2);
+  const auto last = static_cast<std::ptrdiff_t>(sample_count()) - 1;
+  Eigen::VectorXd out(row_count());
+  for (Eigen::Index row = 0; row < out.size(); ++row) {
+    const auto first = static_cast<std::ptrdiff_t>(row_samples_[static_cast<std::size_t>(row)]) - half;
+    double sum = 0.0;
+    for (std::size_t k = 0; k < taps.size(); ++k) {
+      const auto index = std::clamp<std::ptrdiff_t>(first + static_cast<std::ptrdiff_t>(k), 0, last);
+      sum += taps[k] * log_.force_N[static_cast<std::size_t>(index)];
+    }
+    out(row) = sum;
+  }
+  return out;
+}
+
+double Measurement::noise_floor_N(double mass_kg, const Eigen::VectorXd& stiffness_N_per_m) const {
+  const double quantisation_m = encoder_resolution_m_ / std::sqrt(12.0);
+  // Quantisation reaches the rows through both filters, and through the differences as acceleration.
+  const std::vector<double> both = convolve(motion_taps_, taps_);
+  const std::vector<double> acceleration = second_derivative(both, sample_rate_Hz());
+  double variance = force_noise_N_ * force_noise_N_ * noise_gain(taps_);
+  variance += mass_kg * mass_kg * quantisation_m * quantisation_m * noise_gain(acceleration);
+  if (stiffness_N_per_m.size() > 0) {
+    variance += quantisation_m * quantisation_m * noise_gain(both) * stiffness_N_per_m.squaredNorm() /
+                static_cast<double>(stiffness_N_per_m.size());
+  }
+  return std::sqrt(variance);
+}
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/identify/normal_equations.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+namespace slipstack::workbench {
+namespace {
+
+struct RowRange {
+  Eigen::Index first = 0;
+  Eigen::Index count = 0;
+};
+
+/// Rows of each block: blocks are contiguous and in order.
+std::vector<RowRange> block_ranges(const Measurement& measurement) {
+  std::vector<RowRange> ranges(static_cast<std::size_t>(measurement.block_count()));
+  const std::vector<int>& blocks = measurement.row_blocks();
+  for (std::size_t row = 0; row < blocks.size(); ++row) {
+    RowRange& range = ranges[static_cast<std::size_t>(blocks[row])];
+    if (range.count == 0) range.first = static_cast<Eigen::Index>(row);
+    ++range.count;
+  }
+  return ranges;
+}
+
+}  // namespace
+
+void NormalEquations::Part::add(const Part& other, double sign) {
+  gram += sign * other.gram;
+  right += sign * other.right;
+  target_squared += sign * other.target_squared;
+}
+
+double NormalEquations::Part::squared_error(const Eigen::VectorXd& value) const {
+  return std::max(0.0, target_squared - 2.0 * right.dot(value) + value.dot(gram * value));
+}
+
+NormalEquations::NormalEquations(const Measurement& measurement, const Eigen::MatrixXd& columns,
+                                 const Eigen::VectorXd& target)
+    : unknowns_(columns.cols()), rows_(columns.rows()) {
+  for (const RowRange& range : block_ranges(measurement)) {
+    const auto part = columns.middleRows(range.first, range.count);
+    const auto wanted = target.segment(range.first, range.count);
+    Part block;
+    block.gram = Eigen::MatrixXd::Zero(unknowns_, unknowns_);
+    block.gram.selfadjointView<Eigen::Lower>().rankUpdate(part.transpose());
+    block.gram = Eigen::MatrixXd(block.gram.selfadjointView<Eigen::Lower>());
+    block.right = part.transpose() * wanted;
+    block.target_squared = wanted.squaredNorm();
+    blocks_.push_back(std::move(block));
+  }
+  sum_up();
+}
+
+NormalEquations NormalEquations::with(const Measurement& measurement, const Eigen::MatrixXd& columns,
+                                      const Eigen::MatrixXd& further, const Eigen::VectorXd& target) const {
+  NormalEquations wider;
+  wider.unknowns_ = unknowns_ + further.cols();
+  wider.rows_ = rows_;
+  const std::vector<RowRange> ranges = block_ranges(measurement);
+  for (std::size_t b = 0; b < blocks_.size(); ++b) {
+    const auto old_part = columns.middleRows(ranges[b].first, ranges[b].count);
+    const auto new_part = further.middleRows(ranges[b].first, ranges[b].count);
+    Part block;
+    block.gram.resize(wider.unknowns_, wider.unknowns_);
+    block.gram.topLeftCorner(unknowns_, unknowns_) = blocks_[b].gram;
+    block.gram.bottomLeftCorner(further.cols(), unknowns_).noalias() = new_part.transpose() * old_part;
+    block.gram.topRightCorner(unknowns_, further.cols()) =
+        block.gram.bottomLeftCorner(further.cols(), unknowns_).transpose();
+    block.gram.bottomRightCorner(further.cols(), further.cols()).noalias() = new_part.transpose() * new_part;
+    block.right.resize(wider.unknowns_);
+    block.right.head(unknowns_) = blocks_[b].right;
+    block.right.tail(further.cols()) = new_part.transpose() * target.segment(ranges[b].first, ranges[b].count);
+    block.target_squared = blocks_[b].target_squared;
+    wider.blocks_.push_back(std::move(block));
+  }
+  wider.sum_up();
+  return wider;
+}
+
+NormalEquations NormalEquations::with_target(const Measurement& measurement, const Eigen::MatrixXd& columns,
+                                             const Eigen::VectorXd& target) const {
+  NormalEquations other = *this;
+  const std::vector<RowRange> ranges = block_ranges(measurement);
+  for (std::size_t b = 0; b < blocks_.size(); ++b) {
+    const auto wanted = target.segment(ranges[b].first, ranges[b].count);
+    other.blocks_[b].right = columns.middleRows(ranges[b].first, ranges[b].count).transpose() * wanted;
+    other.blocks_[b].target_squared = wanted.squaredNorm();
+  }
+  other.sum_up();
+  return other;
+}
+
+void NormalEquations::sum_up() {
+  total_.gram = Eigen::MatrixXd::Zero(unknowns_, unknowns_);
+  total_.right = Eigen::VectorXd::Zero(unknowns_);
+  total_.target_squared = 0.0;
+  for (const Part& block : blocks_) total_.add(block, 1.0);
+}
+
+double NormalEquations::squared_error(const Eigen::VectorXd& value, int block) const {
+  return blocks_[static_cast<std::size_t>(block)].squared_error(value);
+}
+
+double NormalEquations::squared_error(const Eigen::VectorXd& value) const {
+  return total_.squared_error(value);
+}
+
+BoundedSolution NormalEquations::fit(const Constraints& constraints, const std::vector<Rests>& start) const {
+  return solve_bounded(
+      {total_.gram + constraints.penalty, total_.right, constraints.lower, constraints.upper}, start);
+}
+
+NormalEquations::CrossValidation NormalEquations::cross_validate(const Measurement& measurement,
+                                                                 const Constraints& constraints,
+                                                                 const std::vector<Rests>& start) const {
+  CrossValidation result;
+  result.block_squared_error.assign(blocks_.size(), 0.0);
+  double sum = 0.0;
+  for (int fold = 0; fold < measurement.fold_count(); ++fold) {
+    Part training = total_;
+    for (int b = 0; b < block_count(); ++b) {
+      if (measurement.fold_of_block(b) == fold) training.add(blocks_[static_cast<std::size_t>(b)], -1.0);
+    }
+    const BoundedSolution solution = solve_bounded(
+        {training.gram + constraints.penalty, training.right, constraints.lower, constraints.upper}, start);
+    for (int b = 0; b < block_count(); ++b) {
+      if (measurement.fold_of_block(b) != fold) continue;
+      const double error = squared_error(solution.value, b);
+      result.block_squared_error[static_cast<std::size_t>(b)] = error;
+      sum += error;
+    }
+  }
+  result.rmse = std::sqrt(sum / static_cast<double>(rows_));
+  return result;
+}
+
+Eigen::VectorXd NormalEquations::standard_errors(const BoundedSolution& solution,
+                                                 const Constraints& constraints) const {
+  std::vector<Eigen::Index> free;
+  for (Eigen::Index i = 0; i < unknowns_; ++i) {
+    if (solution.rests[static_cast<std::size_t>(i)] == Rests::free) free.push_back(i);
+  }
+  Eigen::VectorXd errors = Eigen::VectorXd::Zero(unknowns_);
+  const auto count = static_cast<Eigen::Index>(free.size());
+  if (count == 0) return errors;
+  Eigen::MatrixXd bread(count, count);
+  const Eigen::MatrixXd normal = total_.gram + constraints.penalty;
+  for (Eigen::Index a = 0; a < count; ++a) {
+    for (Eigen::Index b = 0; b < count; ++b) {
+      bread(a, b) = normal(free[static_cast<std::size_t>(a)], free[static_cast<std::size_t>(b)]);
+    }
+  }
+  Eigen::VectorXd scale = bread.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  bread = scale.asDiagonal() * bread * scale.asDiagonal();
+  bread.diagonal().array() += 1e-11;
+  const Eigen::LDLT<Eigen::MatrixXd> factor(bread);
+  Eigen::VectorXd variance = Eigen::VectorXd::Zero(count);
+  for (const Part& block : blocks_) {
+    const Eigen::VectorXd score = block.right - block.gram * solution.value;
+    Eigen::VectorXd part(count);
+    for (Eigen::Index a = 0; a < count; ++a) part(a) = score(free[static_cast<std::size_t>(a)]);
+    const Eigen::VectorXd influence = scale.cwiseProduct(factor.solve(scale.cwiseProduct(part)));
+    variance += influence.cwiseAbs2();
+  }
+  const double blocks = static_cast<double>(blocks_.size());
+  for (Eigen::Index a = 0; a < count; ++a) {
+    errors(free[static_cast<std::size_t>(a)]) = std::sqrt(variance(a) * blocks / (blocks - 1.0));
+  }
+  return errors;
+}
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "workbench/identify/bounded_least_squares.h"
+#include "workbench/identify/measurement.h"
+
+namespace slipstack::workbench {
+
+/// Normal equations of a regression, one set for each block of rows: enough to fit, to judge on blocks that
+/// the fit has not seen, and to give standard errors that do not believe residuals to be independent.
+class NormalEquations {
+ public:
+  /// Accumulates columns (rows x unknowns) against `target`. Cost: rows x unknowns^2.
+  NormalEquations(const Measurement& measurement, const Eigen::MatrixXd& columns,
+                  const Eigen::VectorXd& target);
+
+  /// These equations with further columns; `columns` are those that these equations were made of.
+  NormalEquations with(const Measurement& measurement, const Eigen::MatrixXd& columns,
+                       const Eigen::MatrixXd& further, const Eigen::VectorXd& target) const;
+
+  /// These equations with another target.
+  NormalEquations with_target(const Measurement& measurement, const Eigen::MatrixXd& columns,
+                              const Eigen::VectorXd& target) const;
+
+  Eigen::Index unknowns() const { return unknowns_; }
+  Eigen::Index rows() const { return rows_; }
+  int block_count() const { return static_cast<int>(blocks_.size()); }
+  const Eigen::MatrixXd& gram() const { return total_.gram; }
+  const Eigen::VectorXd& right() const { return total_.right; }
+
+  /// Sum of squared errors of `value` in one block, or in all.
+  double squared_error(const Eigen::VectorXd& value, int block) const;
+  double squared_error(const Eigen::VectorXd& value) const;
+
+  /// Bounds and regularisation of the unknowns.
+  struct Constraints {
+    Eigen::VectorXd lower;
+    Eigen::VectorXd upper;
+    Eigen::MatrixXd penalty;  ///< added to the normal matrix: inverse prior covariance x noise variance
+  };
+
+  BoundedSolution fit(const Constraints& constraints, const std::vector<Rests>& start = {}) const;
+
+  struct CrossValidation {
+    double rmse = 0.0;
+    std::vector<double> block_squared_error;  ///< each block judged by the fit to the other folds
+  };
+  /// Blocked cross-validation: each fold in turn is judged by a fit to the others.
+  CrossValidation cross_validate(const Measurement& measurement, const Constraints& constraints,
+                                 const std::vector<Rests>& start) const;
+
+  /// Standard errors that allow for correlation within blocks (the sandwich estimator over blocks); zero for
+  /// unknowns at rest on a bound.
+  Eigen::VectorXd standard_errors(const BoundedSolution& solution, const Constraints& constraints) const;
+
+ private:
+  struct Part {
+    Eigen::MatrixXd gram;
+    Eigen::VectorXd right;
+    double target_squared = 0.0;
+    void add(const Part& other, double sign);
+    double squared_error(const Eigen::VectorXd& value) const;
+  };
+  NormalEquations() = default;
+  void sum_up();
+
+  Eigen::Index unknowns_ = 0;
+  Eigen::Index rows_ = 0;
+  std::vector<Part> blocks_;
+  Part total_;
+};
+
+}  // namespace slipstack::workbench

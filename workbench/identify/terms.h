@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "workbench/identify/effect_catalogue.h"
+#include "workbench/identify/measurement.h"
+#include "workbench/identify/normal_equations.h"
+
+namespace slipstack::workbench {
+
+/// One effect within a model that is being identified.
+struct Term {
+  const EffectDescription* effect = nullptr;
+  std::vector<double> shapes;
+  std::vector<double> gains;
+  std::vector<double> lower;  ///< bounds of the gains; equal where the gain is given
+  std::vector<double> upper;
+  std::vector<double> standard_errors;  ///< of the gains; empty before a fit
+
+  std::string id() const { return effect->id(); }
+};
+
+using Terms = std::vector<Term>;
+
+/// A term with the catalogue's bounds, zero gains and shapes that suit the log: slip distances from below the
+/// encoder's step to the largest travel, maps over the stroke, the middle of the range for the rest.
+Term make_term(const Measurement& measurement, const EffectDescription& effect);
+
+/// Unknowns (gains) of all terms, in order.
+Eigen::Index unknown_count(const Terms& terms);
+bool contains(const Terms& terms, std::string_view id);
+const Term* find_term(const Terms& terms, std::string_view id);
+
+/// Bounds of all gains, and the penalty that says what is known before the data: maps are smooth and
+/// modulations of order one. `noise_N` scales it against the data.
+NormalEquations::Constraints constraints_of(const Terms& terms, double noise_N);
+
+/// The mass that the terms give the axis.
+double mass_kg(const Terms& terms);
+
+}  // namespace slipstack::workbench

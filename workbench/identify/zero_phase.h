@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <span>
+#include <vector>
+
+namespace slipstack::workbench {
+
+/// Taps of a symmetric (zero-phase) low-pass at the sampling rate: windowed sinc, Blackman window, sum 1.
+/// `cutoff_Hz` is the -6 dB point; the response is flat to 0.1 % below half of it and under -70 dB above
+/// 1.5 times it. `shift_samples` moves the output in time: y(t) = filtered input at t + shift.
+std::vector<double> low_pass_taps(double cutoff_Hz, double rate_Hz, double shift_samples = 0.0);
+
+/// Sum of squares: what the filter leaves of the variance of white noise.
+double noise_gain(std::span<const double> taps);
+
+/// Full convolution.
+std::vector<double> convolve(std::span<const double> a, std::span<const double> b);
+
+/// The input filtered at every sample; values outside are those at the ends.
+std::vector<double> filter_all(std::span<const double> input, std::span<const double> taps);
+
+/// Derivatives of a smooth signal by five-point differences (error of fourth order); one-sided at the ends.
+std::vector<double> first_derivative(std::span<const double> input, double rate_Hz);
+std::vector<double> second_derivative(std::span<const double> input, double rate_Hz);
+
+}  // namespace slipstack::workbench
