@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/log/assemble.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "workbench/log/columns.h"
+#include "workbench/log/encoder_step.h"
+#include "workbench/log/sampling.h"
+#include "workbench/log/text.h"
+
+namespace slipstack::workbench {
+namespace {
+
+constexpr double kMoreThanOneStep = 1.5;
+
+double largest_magnitude(const std::vector<double>& values) {
+  double largest = 0.0;
+  for (const double value : values) largest = std::max(largest, std::abs(value));
+  return largest;
+}
+
+double storage_error(const RawTable::Column& column, double largest) {
+  constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+  return 2.0 * std::max(column.relative_precision, kEpsilon) * largest;
+}
+
+class Assembler {
+ public:
+  explicit Assembler(RawTable table)
+      : table_(std::move(table)), header_(read_header_values(table_)), plan_(plan_columns(table_, header_)) {}
+
+  Log assemble() {
+    require_enough_samples();
+    for (const auto& [key, entry] : table_.header) log_.header.emplace(key, entry.value);
+    log_.notes = std::move(table_.notes);
+    log_.mass_kg = header_.mass_kg;
+    log_.motor_constant_N_per_A = header_.motor_constant_N_per_A;
+    log_.magnet_pitch_m = header_.magnet_pitch_m;
+    log_.encoder_resolution_m = header_.encoder_resolution_m;
+    take_time();
+    take_position();
+    take_force();
+    log_.reference_position_m = take(Quantity::kReferencePosition);
+    log_.velocity_mps = take(Quantity::kVelocity);
+    log_.normal_force_N = take(Quantity::kNormalForce);
+    log_.temperature_C = take(Quantity::kTemperature);
+    resample_if_irregular();
+    return std::move(log_);
+  }
+
+ private:
+  std::string where_column(Quantity quantity) const {
+    return table_.source + ": column " + table_.columns[plan_[quantity]->column].name;
+  }
+
+  void require_enough_samples() const {
+    const std::size_t count = table_.columns.front().values.size();
+    if (count >= Log::kMinimumSamples) return;
+    throw InputError(fmt::format("{}: {} samples are too few; record at least {}", table_.source, count,
+                                 Log::kMinimumSamples));
+  }
+
+  // Moves a column out in SI units; empty when the table lacks it.
+  std::vector<double> take(Quantity quantity) {
+    const auto& source = plan_[quantity];
+    if (!source) return {};
+    std::vector<double> values = std::move(table_.columns[source->column].values);
+    if (source->divisor != 1.0) {
+      for (double& value : values) value /= source->divisor;
+    }
+    return values;
+  }
+
+  void take_time() {
+    time_s_ = take(Quantity::kTime);
+    const WhereRow where = [this](std::size_t row) { return table_.where_row(row); };
+    require_growing_time(time_s_, where);
+    Sampling sampling;
+    if (header_.irregular_sampling) {
+      grid_ = resampling_grid(time_s_, where);
+      sampling = grid_.sampling;
+    } else {
+      const RawTable::Column& column = table_.columns[plan_[Quantity::kTime]->column];
+      const double largest_s = std::max(std::abs(time_s_.front()), std::abs(time_s_.back()));
+      sampling = uniform_sampling(time_s_, storage_error(column, largest_s), where);
+    }
+    if (!std::isnormal(sampling.rate_Hz)) {
+      throw InputError(where_column(Quantity::kTime) +
+                       ": the sample rate is beyond all numbers; write seconds");
+    }
+    log_.sample_rate_Hz = sampling.rate_Hz;
+    log_.start_time_s = sampling.start_s;
+  }
+
+  void take_position() {
+    const ColumnPlan::Source source = *plan_[Quantity::kPosition];
+    log_.position_m = take(Quantity::kPosition);
+    if (source.counts) {
+      for (double& value : log_.position_m) value *= *log_.encoder_resolution_m;
+      require_finite(log_.position_m, Quantity::kPosition);
+    }
+    const auto [lowest, highest] = std::minmax_element(log_.position_m.begin(), log_.position_m.end());
+    const std::string where = where_column(Quantity::kPosition);
+    if (*lowest == *highest) {
+      throw InputError(fmt::format("{}: the position never moves (it is always {:.6g} m); record a motion",
+                                   where, *lowest));
+    }
+    const double travel_m = *highest - *lowest;
+    if (!std::isfinite(travel_m))
+      throw InputError(where + ": the travel is beyond all numbers; check the unit");
+    if (!log_.encoder_resolution_m) estimate_resolution(table_.columns[source.column]);
+    if (log_.encoder_resolution_m && travel_m < kMoreThanOneStep * *log_.encoder_resolution_m) {
+      throw InputError(fmt::format(
+          "{}: the position never moves by more than one encoder step ({:.6g} m); record a motion or correct "
+          "encoder_resolution_m",
+          where, *log_.encoder_resolution_m));
+    }
+  }
+
+  void estimate_resolution(const RawTable::Column& column) {
+    const double error_m = storage_error(column, largest_magnitude(log_.position_m));
+    log_.encoder_resolution_m = estimate_encoder_step(log_.position_m, error_m);
+    if (log_.encoder_resolution_m) {
+      log_.notes.push_back(
+          fmt::format("encoder_resolution_m is not in the header; the positions move in steps of {:.6g} m",
+                      *log_.encoder_resolution_m));
+    } else {
+      log_.notes.push_back("encoder_resolution_m is not in the header, and the positions show no steps");
+    }
+  }
+
+  void take_force() {
+    const Quantity quantity = plan_[Quantity::kForce] ? Quantity::kForce : Quantity::kCurrent;
+    log_.force_N = take(quantity);
+    if (quantity == Quantity::kCurrent) {
+      for (double& value : log_.force_N) value *= *log_.motor_constant_N_per_A;
+      require_finite(log_.force_N, quantity);
+    } else if (plan_[Quantity::kCurrent]) {
+      log_.notes.push_back("column current_A ignored, the force is measured");
+    }
+    const auto [lowest, highest] = std::minmax_element(log_.force_N.begin(), log_.force_N.end());
+    if (*lowest == *highest) {
+      throw InputError(
+          fmt::format("{}: the force never changes (it is always {:.6g} N); check the sensor or the "
+                      "export",
+                      where_column(quantity), *lowest));
+    }
+    if (!std::isfinite(*highest - *lowest)) {
+      throw InputError(where_column(quantity) + ": the force is beyond all numbers; check the unit");
+    }
+  }
+
+  void require_finite(const std::vector<double>& values, Quantity quantity) const {
+    const auto bad = std::find_if(values.begin(), values.end(), [](double v) { return !std::isfinite(v); });
+    if (bad == values.end()) return;
+    const auto row = static_cast<std::size_t>(bad - values.begin());
+    throw InputError(table_.where_row(row) + ": column " + table_.columns[plan_[quantity]->column].name +
+                     ": the value is beyond the range of a number; correct it or remove the row");
+  }
+
+  void resample_if_irregular() {
+    if (!header_.irregular_sampling) return;
+    for (auto* const values : {&log_.position_m, &log_.force_N, &log_.reference_position_m,
+                               &log_.velocity_mps, &log_.normal_force_N, &log_.temperature_C}) {
+      if (!values->empty()) *values = resampled(time_s_, *values, grid_);
+    }
+    log_.notes.push_back(
+        fmt::format("irregular sampling: {} samples interpolated linearly to {} at {:.6g} Hz", time_s_.size(),
+                    grid_.count, log_.sample_rate_Hz));
+  }
+
+  RawTable table_;
+  HeaderValues header_;
+  ColumnPlan plan_;
+  Log log_;
+  std::vector<double> time_s_;
+  ResamplingGrid grid_;
+};
+
+}  // namespace
+
+Log assemble_log(RawTable table) {
+  return Assembler(std::move(table)).assemble();
+}
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "workbench/log/byte_source.h"
+
+namespace slipstack::workbench {
+
+// Cuts bytes into lines with a buffer of fixed size, so that neither a sparse file of gigabytes nor one
+// without a newline costs memory. Takes LF and CRLF, a missing newline at the end, and a UTF-8 byte-order
+// mark.
+class LineReader {
+ public:
+  static constexpr std::size_t kLongestLine = 65536;
+
+  // `name` is how error messages show the source; `source` must outlive the reader.
+  LineReader(std::string name, ByteSource& source);
+
+  // Puts the next line, without its end, into `line`; false at the end of the text. The view stays valid
+  // until the next call. Throws InputError for a NUL byte, a line above kLongestLine, and text in UTF-16.
+  bool next(std::string_view& line);
+
+  // Number of the line that next() gave last, counted from 1.
+  std::size_t line_number() const { return line_number_; }
+
+ private:
+  void refill();
+  void check_beginning();
+  void refuse_nul(std::string_view line) const;
+
+  std::string name_;
+  ByteSource& source_;
+  std::vector<char> buffer_;
+  std::size_t begin_ = 0;
+  std::size_t end_ = 0;
+  std::size_t line_number_ = 0;
+  bool exhausted_ = false;
+  bool started_ = false;
+};
+
+}  // namespace slipstack::workbench
