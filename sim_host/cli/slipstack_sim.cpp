@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+// slipstack-sim: simulated measurements of a linear axis, with the truth beside them.
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <cstdio>
+#include <exception>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "sim_host/log/draw.h"
+#include "sim_host/log/record.h"
+#include "sim_host/log/write.h"
+
+namespace {
+
+using namespace slipstack::sim;
+
+// Wrong use, told in one line.
+struct UsageError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+struct LogRequest {
+  std::string setup = "pick_and_place";
+  std::uint64_t seed = 1;
+  std::string effects;
+  double strength = 0.0;
+  bool closed_loop = false;
+  std::string outside;
+  double seconds = 0.0;
+  double rate_Hz = 0.0;
+  std::string out;
+  std::string truth;
+};
+
+std::vector<EffectId> parse_effects(const std::string& list, std::uint64_t seed) {
+  if (list.empty() || list == "random") return draw_effect_ids(1, seed);
+  if (list == "random:2") return draw_effect_ids(2, seed);
+  if (list == "none") return {};
+  std::vector<EffectId> ids;
+  for (std::size_t start = 0; start <= list.size();) {
+    const std::size_t end = std::min(list.find(',', start), list.size());
+    const std::string word = list.substr(start, end - start);
+    const auto id = effect_by_name(word);
+    if (!id || *id == EffectId::kInertia || *id == EffectId::kPreslidingHysteresis ||
+        *id == EffectId::kOutside) {
+      throw UsageError("--effects: '" + word +
+                       "' is not an effect that can be hidden; see slipstack-sim effects");
+    }
+    ids.push_back(*id);
+    start = end + 1;
+  }
+  return ids;
+}
+
+OutsideKind parse_outside(const std::string& word) {
+  if (word == "line") return OutsideKind::kLine;
+  if (word == "bump") return OutsideKind::kBump;
+  if (word == "backlash") return OutsideKind::kBacklash;
+  if (word == "burst") return OutsideKind::kBurst;
+  if (word == "slip") return OutsideKind::kSlip;
+  throw UsageError("--outside: '" + word + "' is none of line, bump, backlash, burst, slip");
+}
+
+void check(const LogRequest& request) {
+  if (request.setup != "pick_and_place" && request.setup != "random") {
+    throw UsageError("--setup: '" + request.setup + "' is neither pick_and_place nor random");
+  }
+  if (request.seconds != 0.0 && !(request.seconds >= 8.0 && request.seconds <= 3600.0)) {
+    throw UsageError("--seconds: must be between 8 and 3600");
+  }
+  if (request.rate_Hz != 0.0 && !(request.rate_Hz >= 200.0 && request.rate_Hz <= 50000.0)) {
+    throw UsageError("--rate: must be between 200 and 50000 Hz");
+  }
+  if (!(request.strength >= 0.0 && request.strength <= 1000.0)) {
+    throw UsageError("--strength: must be a positive multiple of the noise floor, at most 1000");
+  }
+}
+
+void write_log(const LogRequest& request) {
+  check(request);
+  const Setup setup = request.setup == "random" ? Setup::kRandom : Setup::kPickAndPlace;
+  Bench bench = draw_bench(setup, request.seed);
+  if (request.seconds > 0.0) bench.programme.seconds = request.seconds;
+  if (request.rate_Hz > 0.0) bench.rate_Hz = request.rate_Hz;
+  // Something from outside the catalogue hides alone unless effects are named.
+  const bool outside_alone = !request.outside.empty() && request.effects.empty();
+  const auto effects = outside_alone ? std::vector<EffectId>{} : parse_effects(request.effects, request.seed);
+  Rng motion(request.seed, "motion");
+  const MotionProgramme programme = make_test_programme(bench.axis, bench.programme, motion);
+  add_effects(bench.axis, effects, programme, bench.rate_Hz, request.strength, request.seed);
+  if (!request.outside.empty()) {
+    add_outside(bench.axis, parse_outside(request.outside), programme, bench.rate_Hz, request.strength,
+                request.seed);
+  }
+  const SimulatedLog log = simulate_log(bench.axis, programme, bench.rate_Hz, request.seed);
+  const TruthContext context = {request.setup, request.seed, request.closed_loop, effects, request.outside};
+  write_file(request.out, log_as_csv(bench.axis, log));
+  if (!request.truth.empty()) write_file(request.truth, truth_as_json(bench.axis, log, context));
+}
+
+void list_effects() {
+  for (const EffectId id : drawable_effects()) std::puts(std::string(name(id)).c_str());
+  std::puts("coulomb");
+}
+
+void add_log_options(CLI::App& log, LogRequest& request) {
+  log.add_option("--setup", request.setup, "pick_and_place ([1] set-up 3) or random");
+  log.add_option("--seed", request.seed, "everything random follows from it");
+  log.add_option("--effects", request.effects, "names with commas, none, random, random:2 (default: random)");
+  log.add_option("--strength", request.strength, "effect over noise floor, rms (default: 1.5 to 15, drawn)");
+  log.add_option("--outside", request.outside, "line, bump, backlash, burst or slip: outside the catalogue");
+  log.add_option("--seconds", request.seconds, "length of the programme (default: 60, random: 40 to 80)");
+  log.add_option("--rate", request.rate_Hz, "samples per second (default: 2000, random: 1000 to 5000)");
+  log.add_option("--out", request.out, "the log, CSV")->required();
+  log.add_option("--truth", request.truth, "what is hidden, JSON");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Simulated measurements of a linear axis.", "slipstack-sim");
+  app.require_subcommand(1);
+  LogRequest request;
+  CLI::App* log = app.add_subcommand("log", "write a log with a hidden effect, and the truth about it");
+  CLI::App* effects = app.add_subcommand("effects", "list the effects that can be hidden");
+  add_log_options(*log, request);
+  try {
+    app.parse(argc, argv);
+    if (effects->parsed()) list_effects();
+    if (log->parsed()) write_log(request);
+    return 0;
+  } catch (const CLI::CallForHelp&) {
+    std::fputs(app.help("", CLI::AppFormatMode::All).c_str(), stdout);
+    return 0;
+  } catch (const CLI::ParseError& error) {
+    std::fprintf(stderr, "slipstack-sim: %s (see --help)\n", error.what());
+    return 2;
+  } catch (const UsageError& error) {
+    std::fprintf(stderr, "slipstack-sim: %s\n", error.what());
+    return 2;
+  } catch (const std::runtime_error& error) {
+    std::fprintf(stderr, "slipstack-sim: %s\n", error.what());
+    return 2;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "slipstack-sim: internal fault: %s\n", error.what());
+    return 1;
+  }
+}

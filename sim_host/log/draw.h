@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+// Random axes, and effects hidden in them at a strength that a measurement can show.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "sim_host/effects/effect_id.h"
+#include "sim_host/motion/programme.h"
+#include "sim_host/plant/axis.h"
+#include "sim_host/rng.h"
+
+namespace slipstack::sim {
+
+enum class Setup { kPickAndPlace, kRandom };
+enum class OutsideKind { kLine, kBump, kBacklash, kBurst, kSlip };
+
+/// What the user would have on the bench: the axis, and how it is measured.
+struct Bench {
+  Axis axis;
+  ProgrammeOptions programme;
+  double rate_Hz = 2000.0;
+};
+
+/// A bench with nothing hidden: inertia and pre-sliding hysteresis only.
+///   pick_and_place  [1] set-up 3: 35.45 kg, 1 µm encoder, ±15 N, loops of ±40 µm, two rails with each its
+///   own
+///                   virgin curve, linear motor. The paper does not give pitch, motor constant or stroke;
+///                   ours are a 24 mm pitch, 60 N/A, 0.4 m. Small things (curve lengths, noise) vary with the
+///                   seed.
+///   random          1–60 kg, 1–30 N, 1–50 µm, and so on
+Bench draw_bench(Setup setup, std::uint64_t seed);
+
+/// The effects that are drawn when nobody names one: those that a log of the test programme can tell apart.
+const std::vector<EffectId>& drawable_effects();
+
+/// `count` different effects of drawable_effects(), at most one of stribeck and frictional_lag.
+std::vector<EffectId> draw_effect_ids(std::size_t count, std::uint64_t seed);
+
+/// Adds the effects with random formulas and shapes. Each one's gain is set so that its contribution over the
+/// programme has a root mean square of `strength` × the noise floor (force noise, and encoder steps seen
+/// through the friction's stiffness); strength 0 draws it between 1.5 and 15, evenly in the logarithm. A gain
+/// stays within what such an axis can have; where that makes the effect too faint, the force noise is
+/// lowered. Cost: three short simulations per effect. Effects that may not be chosen (inertia,
+/// presliding_hysteresis, outside) throw std::invalid_argument.
+void add_effects(Axis& axis, const std::vector<EffectId>& effects, const MotionProgramme& programme,
+                 double rate_Hz, double strength, std::uint64_t seed);
+
+/// Adds something that the catalogue does not know, of comparable strength.
+void add_outside(Axis& axis, OutsideKind kind, const MotionProgramme& programme, double rate_Hz,
+                 double strength, std::uint64_t seed);
+
+/// Force noise and encoder steps seen through the pre-sliding stiffness, N.
+double noise_floor_N(const Axis& axis);
+
+}  // namespace slipstack::sim
