@@ -15,6 +15,8 @@ class AccelerationDependentPreload {
       .formula = "dry friction x (1 + b |a|)",
       .source = "pitching moment of a drive force off the centre of mass; [2]: friction scales with preload",
       .residual = "follows |acceleration| x direction of friction",
+      .evidence =
+          "the friction level grows by {pitching} of itself for each m/s2 of acceleration, either way",
       .cause = "the motor pulls below the centre of mass: the slide pitches and loads the carriages",
       .confirm =
           "repeat one move at doubled acceleration with equal peak speed: the friction level changes; move "

@@ -14,6 +14,9 @@ class CableChainStiffness {
       .formula = "F = k (x - x0), as k x + F0 with F0 = -k x0",
       .source = "Hooke",
       .residual = "a straight line against position, the same both ways",
+      .evidence =
+          "the residual is a straight line against position, the same both ways: {stiffness}, force at "
+          "zero {force_at_zero}",
       .cause = "cable chain, hose or bellows pulling towards its rest length",
       .confirm = "creep over the whole stroke both ways with the chain unhooked, then hooked"};
   static constexpr std::array<GainGroup, 2> gains{{

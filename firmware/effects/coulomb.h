@@ -15,13 +15,14 @@ class Coulomb {
       .formula = "F = Fc sat(v / vs)",
       .source = "Coulomb; saturated so that it is defined at rest",
       .residual = "steps by twice its level when the velocity changes sign",
+      .evidence = "the residual steps by twice {coulomb} when the velocity changes sign",
       .cause = "dry friction, in a log too coarse to show pre-sliding",
       .confirm = "slow constant strokes both ways: half the difference of the mean forces"};
   static constexpr std::array<GainGroup, 1> gains{{
       {"coulomb", "N", 0.0f, 1.0e6f, 1, Acts::dry},
   }};
   static constexpr std::array<ShapeSpec, 1> shapes{{
-      {"saturation_velocity", "m/s", 1.0e-7f, 0.5f, ShapeKind::velocity},
+      {"saturation_velocity", "m/s", 1.0e-7f, 0.01f, ShapeKind::velocity},
   }};
   static constexpr int gain_count = total_count(gains);
   static constexpr int shape_count = 1;

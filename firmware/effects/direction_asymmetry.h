@@ -15,6 +15,9 @@ class DirectionAsymmetry {
       .formula = "dry friction x (1 + b d) + c |v|, d = +1 or -1 with the sign of the dry friction",
       .source = "[5]: fatigue of the screw; the level follows the hysteresis, so nothing jumps at a reversal",
       .residual = "another level and another slope against velocity for each direction",
+      .evidence =
+          "the friction level differs by {level_asymmetry} to either side between the directions, the "
+          "viscous slope by {viscous_asymmetry}",
       .cause = "wear or tilt of the carriages, a screw or belt fatigued on one side, wiper lips",
       .confirm =
           "equal slow and fast strokes both ways: compare the two levels and slopes; turn the carriage round "

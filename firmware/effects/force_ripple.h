@@ -16,6 +16,9 @@ class ForceRipple {
       .formula = "F = sum_h A_h cos(2 pi h x / p) + B_h sin(2 pi h x / p), h = 1..4",
       .source = "detent force of a permanent-magnet linear motor, periodic in the magnet pitch",
       .residual = "repeats with position, the same in both directions and at every force",
+      .evidence =
+          "the residual repeats every {pitch} of position, the same in both directions, amplitude "
+          "{cosine_and_sine}",
       .cause = "magnets attracting the iron of the forcer (cogging); a ball-pass pattern of the carriage",
       .confirm =
           "creep over several magnet pitches both ways with the motor off, pushed by hand or by a spring"};

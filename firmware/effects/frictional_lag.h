@@ -16,6 +16,9 @@ class FrictionalLag {
       .formula = "dry friction x (1 + g q), tau q' + q = exp(-(|v|/vs)^n)",
       .source = "frictional memory of the Leuven and GMS models [4]",
       .residual = "against velocity, one branch when speeding up and another when slowing down",
+      .evidence =
+          "the friction level is higher by {weakening} of itself near standstill, falls over "
+          "{stribeck_velocity}, and follows velocity {lag} late",
       .cause = "the lubricant film needs time to form and to collapse",
       .confirm =
           "slow strokes whose speed varies as a sine at several frequencies: the loop force-velocity opens "

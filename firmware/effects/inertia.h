@@ -14,6 +14,7 @@ class Inertia {
       .formula = "F = m a",
       .source = "Newton; [1] equation of motion",
       .residual = "proportional to acceleration, the same at every place and speed",
+      .evidence = "the residual is proportional to acceleration: {mass} are moved",
       .cause = "the moving mass itself",
       .confirm = "weigh the slide, or accelerate it at several levels far from reversals"};
   static constexpr std::array<GainGroup, 1> gains{{

@@ -17,6 +17,9 @@ class MotorConstantRipple {
       .source = "back-EMF harmonics of a linear motor; current x nominal constant misstates the force",
       .residual =
           "repeats with position and grows with the force: nothing at coasting, most while accelerating",
+      .evidence =
+          "the residual repeats every {pitch} of position and grows with the force, amplitude "
+          "{cosine_and_sine} of it",
       .cause = "back-EMF that is not a sine, commutation offset, a weak magnet",
       .confirm = "the same move with double the payload: the ripple doubles with the force"};
   static constexpr std::array<GainGroup, 1> gains{{

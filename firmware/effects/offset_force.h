@@ -14,6 +14,7 @@ class OffsetForce {
       .formula = "F = F0",
       .source = "[5]: offset of -3.16 N on EMPS",
       .residual = "a mean that does not depend on place, direction or speed",
+      .evidence = "the residual has a mean of {offset} at every place, speed and direction",
       .cause = "tilt of the rail, a gravity component, an amplifier or sensor offset",
       .confirm =
           "turn the axis by 180 degrees or level it: a tilt changes sign, an amplifier offset does not"};

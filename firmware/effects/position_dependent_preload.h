@@ -18,6 +18,9 @@ class PositionDependentPreload {
       .formula = "dry friction x (1 + sum_j w_j B3((x - x0)/h - j)), cubic B-splines on a uniform grid",
       .source = "[1] set-ups 1 and 3, [2]: loops at four positions differ by preload",
       .residual = "follows position, with the sign of friction: opposite in the two directions",
+      .evidence =
+          "the friction level varies along the rail, by up to {map} of itself, opposite in the two "
+          "directions",
       .cause = "rail straightness and mounting, carriage preload, a rail joint",
       .confirm =
           "pre-sliding loops and slow strokes at several places: the level differs, the shape does not"};

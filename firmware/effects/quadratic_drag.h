@@ -15,6 +15,7 @@ class QuadraticDrag {
       .formula = "F = c2 v |v|",
       .source = "fluid drag; eddy currents at low slip are viscous instead",
       .residual = "grows with the square of velocity, opposing motion",
+      .evidence = "the residual grows with the square of velocity: {quadratic_drag}",
       .cause = "air displaced in a closed guide, bellows, churning grease",
       .confirm = "strokes at doubled speeds: the added force quadruples; open the bellows and repeat"};
   static constexpr std::array<GainGroup, 1> gains{{

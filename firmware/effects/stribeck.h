@@ -16,6 +16,9 @@ class Stribeck {
       .source = "Stribeck; exponent after Bo and Pavelescu; s(v) of the Leuven and GMS models [4]",
       .residual =
           "largest at low velocity, opposing motion, vanishing beyond a velocity of a few mm/s to cm/s",
+      .evidence =
+          "the friction level is higher by {weakening} of itself near standstill and falls over "
+          "{stribeck_velocity}",
       .cause = "a lubricant film that forms with speed; wipers and seals; slight in rolling guideways",
       .confirm = "constant strokes from very slow to fast: friction level against log velocity"};
   static constexpr std::array<GainGroup, 1> gains{{

@@ -15,6 +15,7 @@ class StructuralResonance {
       .formula = "F = r q w^2 + d q' w + e a, q'' + 2 zeta w q' + w^2 q = a, w = 2 pi f0",
       .source = "second mass on a spring; [1] Fig. 14 shows such resonances beside the guideway's",
       .residual = "a spectral line that rings after fast moves and decays",
+      .evidence = "the residual rings at {frequency} after fast moves, damping {damping}",
       .cause = "an arm, gripper or machine frame that swings against the slide",
       .confirm = "tap the arm with the axis held and look at the ring; add mass to the arm: the line falls"};
   static constexpr std::array<GainGroup, 3> gains{{

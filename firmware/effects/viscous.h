@@ -14,6 +14,7 @@ class Viscous {
       .formula = "F = c v",
       .source = "[5] and any text on lubrication",
       .residual = "a straight line through zero against velocity",
+      .evidence = "the residual is a straight line against velocity: {viscous}",
       .cause = "grease, seals, back-EMF of the current loop",
       .confirm = "long strokes at four or more constant speeds: the mean force rises in proportion"};
   static constexpr std::array<GainGroup, 1> gains{{

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "workbench/identify/dequantise.h"
 #include "workbench/identify/spectrum.h"
 #include "workbench/identify/zero_phase.h"
 
@@ -15,6 +16,10 @@ namespace {
 /// The motion keeps this much more bandwidth than the rows, so that what is non-linear in it (signs, slip,
 /// exponentials of speed) is formed before the common filter and not after.
 constexpr double kMotionBandwidthRatio = 3.0;
+
+/// Hysteresis is driven by displacement at nearly full bandwidth, relative to the sampling rate: smoothing
+/// would shave its reversals.
+constexpr double kDisplacementBandwidth = 0.2;
 
 /// Rows per period of the bandwidth: above the Nyquist density, so nothing is lost.
 constexpr double kRowsPerCycle = 3.0;
@@ -101,8 +106,10 @@ void Measurement::choose_bandwidth(double wished_Hz) {
 
 void Measurement::estimate_motion() {
   const double rate = sample_rate_Hz();
+  const std::vector<double> position = dequantise(log_.position_m, encoder_resolution_m_);
+  displacement_m_ = filter_all(position, low_pass_taps(kDisplacementBandwidth * rate, rate));
   motion_taps_ = low_pass_taps(std::min(kMotionBandwidthRatio * bandwidth_Hz_, 0.3 * rate), rate);
-  position_m_ = filter_all(log_.position_m, motion_taps_);
+  position_m_ = filter_all(position, motion_taps_);
   velocity_mps_ = first_derivative(position_m_, rate);
   acceleration_mps2_ = second_derivative(position_m_, rate);
 }
@@ -128,7 +135,7 @@ void Measurement::choose_rows(std::size_t maximum_rows) {
 Sample<double> Measurement::sample(std::size_t index) const {
   Sample<double> sample;
   sample.time_s = static_cast<double>(index) * tick_s();
-  sample.displacement = position_m_[index];
+  sample.displacement = displacement_m_[index];
   sample.position_m = position_m_[index];
   sample.velocity_mps = velocity_mps_[index];
   sample.acceleration_mps2 = acceleration_mps2_[index];

@@ -80,6 +80,7 @@ class Measurement {
   double bandwidth_Hz_ = 0.0;
   double force_noise_N_ = 0.0;
   double rough_mass_kg_ = 0.0;
+  std::vector<double> displacement_m_;
   std::vector<double> position_m_;
   std::vector<double> velocity_mps_;
   std::vector<double> acceleration_mps2_;

@@ -1,0 +1,363 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/diagnose/diagnose.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <numeric>
+
+#include "workbench/diagnose/evidence.h"
+#include "workbench/identify/parallel.h"
+
+namespace slipstack::workbench {
+namespace {
+
+/// An effect is named when it lowers the held-out error by this much: on logs with nothing hidden no effect
+/// does (design.md; tests/bench/blind shows it).
+constexpr double kLeastReduction = 0.03;
+constexpr double kSignificance = 2.0;  ///< standard errors
+
+/// A simpler effect is preferred that explains this share of what the best one explains and leaves at most so
+/// much more squared error.
+constexpr double kShareOfBest = 0.95;
+constexpr double kSquaredErrorOfBest = 1.10;
+
+/// Held-out errors nearer than this are not told apart.
+constexpr double kIndistinct = 0.02;
+
+/// A further effect must explain this much (rms) of what all explain together: the form of the first, never
+/// exactly the axis', leaves less.
+constexpr double kShareOfExplained = 0.03;
+
+/// Held-out errors this near to the floor end the search.
+constexpr double kAtFloor = 1.05;
+
+constexpr std::size_t kBeam = 3;
+constexpr std::size_t kMostSteps = 5;
+
+/// What structure must explain of the residual, and how far that must stand above the floor, to be reported.
+constexpr double kStructureReduction = 0.05;
+constexpr double kAboveFloor = 1.15;
+
+double squared(double x) { return x * x; }
+
+/// A model on the way to an explanation.
+struct Explanation {
+  FittedModel model;
+  std::vector<std::string> added;
+};
+
+struct Reduction {
+  double value = 0.0;
+  double standard_error = 0.0;
+  bool earned() const { return value >= kLeastReduction && value >= kSignificance * standard_error; }
+};
+
+/// 1 - rms(after)/rms(before) from squared errors by block, with its jackknife standard error.
+Reduction reduction(const std::vector<double>& before, const std::vector<double>& after) {
+  const double before_sum = std::accumulate(before.begin(), before.end(), 1e-300);
+  const double after_sum = std::accumulate(after.begin(), after.end(), 0.0);
+  Reduction result{1.0 - std::sqrt(std::max(0.0, after_sum) / before_sum), 0.0};
+  const auto blocks = static_cast<double>(before.size());
+  std::vector<double> left_out;
+  for (std::size_t b = 0; b < before.size(); ++b) {
+    const double rest = std::max(before_sum - before[b], 1e-300);
+    left_out.push_back(1.0 - std::sqrt(std::max(0.0, after_sum - after[b]) / rest));
+  }
+  const double mean = std::accumulate(left_out.begin(), left_out.end(), 0.0) / blocks;
+  double variance = 0.0;
+  for (const double value : left_out) variance += (value - mean) * (value - mean);
+  result.standard_error = std::sqrt(variance * (blocks - 1.0) / blocks);
+  return result;
+}
+
+/// Whether the step from `before` to `after` is worth its parameters.
+bool earned(const FittedModel& baseline, const FittedModel& before, const FittedModel& after) {
+  const double step = squared(before.holdout_rmse_N) - squared(after.holdout_rmse_N);
+  const double all = squared(baseline.holdout_rmse_N) - squared(after.holdout_rmse_N);
+  return reduction(before.block_squared_error, after.block_squared_error).earned() &&
+         step >= squared(kShareOfExplained) * all;
+}
+
+/// Effects worth trying: not in the model, and not the same column under another name.
+std::vector<const EffectDescription*> effects_to_try(const Terms& terms) {
+  std::vector<const EffectDescription*> effects;
+  const Term* inertia = find_term(terms, "inertia");
+  const bool mass_is_free = inertia != nullptr && inertia->lower[0] < inertia->upper[0];
+  for (const EffectDescription& effect : catalogue()) {
+    if (contains(terms, effect.text.id)) continue;
+    if (effect.id() == "payload_mass" && mass_is_free) continue;
+    if (effect.id() == "inertia" && contains(terms, "payload_mass")) continue;
+    effects.push_back(&effect);
+  }
+  return effects;
+}
+
+/// Grows explanations level by level and remembers what the first level said.
+class Search {
+ public:
+  Search(const Measurement& measurement, const DiagnoseOptions& options)
+      : measurement_(measurement), options_(options) {}
+
+  Diagnosis run() {
+    report("fit the baseline", 0.0);
+    Diagnosis diagnosis;
+    diagnosis.baseline = fit_effects(measurement_, options_.baseline, {});
+    Explanation best{diagnosis.baseline, {}};
+    std::vector<Explanation> beam{best};
+    for (std::size_t level = 0; level < kMostSteps; ++level) {
+      std::vector<Explanation> next = grow(beam, level == 0);
+      if (level == 0) first_level_ = next;
+      if (next.empty()) break;
+      const Explanation* winner = choose(next, best.model);
+      if (!earned(diagnosis.baseline, best.model, winner->model)) break;
+      best = *winner;
+      keep_best(next);
+      beam = std::move(next);
+      if (best.model.holdout_rmse_N < kAtFloor * best.model.noise_floor_N) break;
+    }
+    prune(diagnosis, best);
+    fill(diagnosis, std::move(best));
+    report("done", 1.0);
+    return diagnosis;
+  }
+
+ private:
+  void report(const std::string& stage, double fraction) const {
+    if (options_.progress) options_.progress(stage, fraction);
+  }
+
+  /// Every explanation of the beam with every further effect: screened to first order, the best of each
+  /// fitted in full. The first level fits all, since all are listed.
+  std::vector<Explanation> grow(const std::vector<Explanation>& beam, bool first) {
+    struct Job {
+      const Explanation* from;
+      const EffectDescription* effect;
+      Trial trial;
+    };
+    std::vector<Job> jobs;
+    for (const Explanation& from : beam) {
+      for (const EffectDescription* effect : effects_to_try(from.model.terms)) jobs.push_back({&from, effect, {}});
+    }
+    std::atomic<std::size_t> done{0};
+    parallel_for(jobs.size(), [&](std::size_t i) {
+      Job& job = jobs[i];
+      job.trial = first ? try_effect(measurement_, job.from->model, *job.effect, {})
+                        : retry(job.from->model, *job.effect);
+      const std::size_t finished = ++done;
+      report(first ? "try every effect" : "try every effect on top",
+             static_cast<double>(finished) / static_cast<double>(jobs.size()));
+    });
+    std::sort(jobs.begin(), jobs.end(),
+              [](const Job& a, const Job& b) { return a.trial.holdout_rmse_N < b.trial.holdout_rmse_N; });
+    if (first) {
+      for (const Job& job : jobs) trials_.push_back(job.trial);
+    }
+    // Each set of effects once.
+    std::vector<Job> distinct;
+    for (Job& job : jobs) {
+      const bool seen = std::any_of(distinct.begin(), distinct.end(), [&](const Job& other) {
+        return same_set(added_by(*other.from, *other.effect), added_by(*job.from, *job.effect));
+      });
+      if (!seen) distinct.push_back(std::move(job));
+      if (distinct.size() == 2 * kBeam) break;
+    }
+    std::vector<Explanation> grown(distinct.size());
+    parallel_for(distinct.size(), [&](std::size_t i) {
+      Terms terms = distinct[i].from->model.terms;
+      terms.push_back(distinct[i].trial.term);
+      grown[i].model = fit_gains(measurement_, std::move(terms));
+      if (grown[i].model.terms.size() > 3 || distinct[i].effect->acts_as(Acts::dry_scale)) {
+        grown[i].model = polish_shapes(measurement_, std::move(grown[i].model), {15});
+      }
+      grown[i].added = added_by(*distinct[i].from, *distinct[i].effect);
+    });
+    return grown;
+  }
+
+  /// A trial on top of an explanation: from the shapes that the first level found, unless they are pitches
+  /// and frequencies, which another residual may show elsewhere.
+  Trial retry(const FittedModel& from, const EffectDescription& effect) const {
+    const auto first = std::find_if(trials_.begin(), trials_.end(),
+                                    [&](const Trial& trial) { return trial.term.effect == &effect; });
+    const bool elsewhere =
+        std::any_of(effect.shapes.begin(), effect.shapes.end(), [](const ShapeSpec& shape) {
+          return shape.kind == ShapeKind::pitch || shape.kind == ShapeKind::frequency;
+        });
+    const bool known = first != trials_.end() && !elsewhere;
+    return try_effect(measurement_, from, effect, {20}, known ? &first->term.shapes : nullptr);
+  }
+
+  static std::vector<std::string> added_by(const Explanation& from, const EffectDescription& effect) {
+    std::vector<std::string> added = from.added;
+    added.push_back(effect.id());
+    return added;
+  }
+  static bool same_set(std::vector<std::string> a, std::vector<std::string> b) {
+    std::sort(a.begin(), a.end());
+    std::sort(b.begin(), b.end());
+    return a == b;
+  }
+
+  static int parameters(const FittedModel& model) {
+    int count = 0;
+    for (const Term& term : model.terms) count += term.effect->parameter_count();
+    return count;
+  }
+
+  /// The lowest held-out error, unless something simpler explains as much.
+  static const Explanation* choose(const std::vector<Explanation>& all, const FittedModel& before) {
+    const Explanation* best = &*std::min_element(all.begin(), all.end(), [](const auto& a, const auto& b) {
+      return a.model.holdout_rmse_N < b.model.holdout_rmse_N;
+    });
+    const Explanation* chosen = best;
+    const double error0 = squared(before.holdout_rmse_N);
+    const double error = squared(best->model.holdout_rmse_N);
+    for (const Explanation& other : all) {
+      const double own = squared(other.model.holdout_rmse_N);
+      const bool as_good = error0 - own >= kShareOfBest * (error0 - error) && own <= kSquaredErrorOfBest * error;
+      const int fewer = parameters(chosen->model) - parameters(other.model);
+      if (as_good && (fewer > 0 || (fewer == 0 && own < squared(chosen->model.holdout_rmse_N)))) chosen = &other;
+    }
+    return chosen;
+  }
+
+  static void keep_best(std::vector<Explanation>& all) {
+    std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) {
+      return a.model.holdout_rmse_N < b.model.holdout_rmse_N;
+    });
+    if (all.size() > kBeam) all.resize(kBeam);
+  }
+
+  /// Drops what later effects have made superfluous.
+  void prune(const Diagnosis& diagnosis, Explanation& explanation) const {
+    for (std::size_t i = 0; i + 1 < explanation.added.size();) {
+      Terms terms;
+      for (const Term& term : explanation.model.terms) {
+        if (term.id() != explanation.added[i]) terms.push_back(term);
+      }
+      FittedModel without = polish_shapes(measurement_, fit_gains(measurement_, std::move(terms)), {15});
+      if (earned(diagnosis.baseline, without, explanation.model)) {
+        ++i;
+      } else {
+        explanation.model = std::move(without);
+        explanation.added.erase(explanation.added.begin() + static_cast<std::ptrdiff_t>(i));
+      }
+    }
+  }
+
+  void fill(Diagnosis& diagnosis, Explanation best) {
+    list_candidates(diagnosis, best);
+    list_steps(diagnosis, best);
+    diagnosis.explained = std::move(best.model);
+    judge(diagnosis);
+  }
+
+  /// All effects by what they explain on their own; those of the final explanation before the others, since
+  /// of a pair an impostor may look best alone.
+  void list_candidates(Diagnosis& diagnosis, const Explanation& best) {
+    const auto& before = diagnosis.baseline.block_squared_error;
+    for (const Trial& trial : trials_) {
+      Candidate candidate;
+      candidate.term = trial.term;
+      candidate.holdout_rmse_N = trial.holdout_rmse_N;
+      std::vector<double> after = trial.block_squared_error;
+      for (const Explanation& full : first_level_) {
+        if (full.added[0] != trial.term.id()) continue;
+        candidate.term = *find_term(full.model.terms, full.added[0]);
+        candidate.holdout_rmse_N = full.model.holdout_rmse_N;
+        after = full.model.block_squared_error;
+      }
+      const Reduction reduced = reduction(before, after);
+      candidate.error_reduction = reduced.value;
+      candidate.error_reduction_se = reduced.standard_error;
+      candidate.evidence = evidence_of(candidate.term);
+      diagnosis.candidates.push_back(std::move(candidate));
+    }
+    std::stable_sort(diagnosis.candidates.begin(), diagnosis.candidates.end(),
+                     [](const auto& a, const auto& b) { return a.holdout_rmse_N < b.holdout_rmse_N; });
+    std::stable_partition(diagnosis.candidates.begin(), diagnosis.candidates.end(), [&](const auto& candidate) {
+      return std::find(best.added.begin(), best.added.end(), candidate.term.id()) != best.added.end();
+    });
+    for (Candidate& candidate : diagnosis.candidates) {
+      for (const Candidate& other : diagnosis.candidates) {
+        if (&other == &candidate || other.error_reduction < kLeastReduction) continue;
+        const double apart = std::abs(other.holdout_rmse_N - candidate.holdout_rmse_N);
+        if (apart <= kIndistinct * candidate.holdout_rmse_N) {
+          candidate.confounded_with.push_back(other.term.id());
+        }
+      }
+    }
+  }
+
+  void list_steps(Diagnosis& diagnosis, const Explanation& best) const {
+    diagnosis.steps.push_back({"baseline", diagnosis.baseline.holdout_rmse_N});
+    diagnosis.best = diagnosis.baseline;
+    // The strongest first, so that the waterfall falls as fast as it can.
+    std::vector<std::string> order;
+    for (const Candidate& candidate : diagnosis.candidates) {
+      const std::string id = candidate.term.id();
+      if (std::find(best.added.begin(), best.added.end(), id) != best.added.end()) order.push_back(id);
+    }
+    Terms terms = diagnosis.baseline.terms;
+    for (std::size_t i = 0; i < order.size(); ++i) {
+      terms.push_back(*find_term(best.model.terms, order[i]));
+      FittedModel model = i + 1 == order.size()
+                              ? best.model
+                              : polish_shapes(measurement_, fit_gains(measurement_, terms), {30});
+      diagnosis.steps.push_back({order[i], model.holdout_rmse_N});
+      if (i == 0) diagnosis.best = std::move(model);
+    }
+  }
+
+  void judge(Diagnosis& diagnosis) const {
+    const FittedModel& last = diagnosis.explained;
+    const auto left = find_structure(measurement_, last.linearisation->residual_N());
+    const bool structured = left.front().error_reduction >= kStructureReduction &&
+                            last.holdout_rmse_N > kAboveFloor * last.noise_floor_N;
+    if (structured) diagnosis.unexplained = left.front();
+    if (diagnosis.steps.size() > 1) {
+      diagnosis.verdict = Verdict::missing_effect;
+      if (structured && dominated(diagnosis)) diagnosis.verdict = Verdict::unexplained;
+    } else {
+      diagnosis.verdict = structured ? Verdict::unexplained : Verdict::complete;
+    }
+  }
+
+  /// Whether a free curve over one coordinate explains far more of the baseline's residual than the best
+  /// effect: then that effect is a stand-in, and naming it would mislead.
+  bool dominated(Diagnosis& diagnosis) const {
+    const auto free = find_structure(measurement_, diagnosis.baseline.linearisation->residual_N());
+    const double best = diagnosis.candidates.front().error_reduction;
+    if (free.front().error_reduction < best + 0.25 * (1.0 - best)) return false;
+    diagnosis.unexplained = free.front();
+    return true;
+  }
+
+  const Measurement& measurement_;
+  const DiagnoseOptions& options_;
+  std::vector<Trial> trials_;
+  std::vector<Explanation> first_level_;
+};
+
+}  // namespace
+
+const char* name_of(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::missing_effect:
+      return "missing_effect";
+    case Verdict::complete:
+      return "complete";
+    case Verdict::unexplained:
+      return "unexplained";
+  }
+  return "unexplained";
+}
+
+Diagnosis diagnose(const Measurement& measurement, const DiagnoseOptions& options) {
+  return Search(measurement, options).run();
+}
+
+}  // namespace slipstack::workbench

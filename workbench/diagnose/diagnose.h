@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "workbench/diagnose/structure.h"
+#include "workbench/identify/fit.h"
+
+namespace slipstack::workbench {
+
+/// An effect tried on top of the baseline.
+struct Candidate {
+  Term term;                     ///< with fitted shapes and gains
+  double holdout_rmse_N = 0.0;
+  double error_reduction = 0.0;  ///< 1 - held-out error / baseline's
+  double error_reduction_se = 0.0;  ///< jackknife over blocks
+  std::vector<std::string> confounded_with;  ///< effects that this log cannot tell from it
+  std::string evidence;
+};
+
+struct Step {
+  std::string added;  ///< "baseline" first
+  double holdout_rmse_N = 0.0;
+};
+
+enum class Verdict { missing_effect, complete, unexplained };
+const char* name_of(Verdict verdict);
+
+struct Diagnosis {
+  Verdict verdict = Verdict::complete;
+  FittedModel baseline;
+  std::vector<Candidate> candidates;  ///< best first
+  std::vector<Step> steps;            ///< the explanation, one effect at a time
+  FittedModel best;                   ///< baseline with the first candidate; the baseline itself without one
+  FittedModel explained;              ///< baseline with every step
+  std::optional<Structure> unexplained;
+};
+
+struct DiagnoseOptions {
+  std::vector<std::string> baseline;
+  std::function<void(const std::string& stage, double fraction)> progress;  ///< may be empty
+};
+
+/// What the axis does that the baseline does not: every effect of the catalogue that the baseline lacks is
+/// fitted jointly with it and judged on held-out blocks; sets of effects are grown by a beam search, because
+/// of a pair the best single effect may be neither; whatever an effect of fewer parameters explains as well is
+/// given to it. An effect must lower the held-out error by 3 % and by two standard errors to be named.
+Diagnosis diagnose(const Measurement& measurement, const DiagnoseOptions& options);
+
+}  // namespace slipstack::workbench

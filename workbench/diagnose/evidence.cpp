@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/diagnose/evidence.h"
+
+#include <cmath>
+#include <string_view>
+
+#include "workbench/diagnose/quantity.h"
+
+namespace slipstack::workbench {
+namespace {
+
+/// The value that `name` stands for: a shape, a single gain, or the amplitude of a group of gains (of a pair
+/// of cosine and sine gains that of the strongest harmonic; of a map its largest departure).
+std::string value_of(const Term& term, std::string_view name) {
+  for (std::size_t i = 0; i < term.effect->shapes.size(); ++i) {
+    const ShapeSpec& shape = term.effect->shapes[i];
+    if (name == shape.name) return quantity(term.shapes[i], shape.unit);
+  }
+  std::size_t first = 0;
+  for (const GainGroup& group : term.effect->gain_groups) {
+    const auto count = static_cast<std::size_t>(group.count);
+    if (name != group.name) {
+      first += count;
+      continue;
+    }
+    if (count == 1) return quantity(term.gains[first], group.unit);
+    double largest = 0.0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const double own = std::abs(term.gains[first + i]);
+      const bool paired = !group.smooth && i % 2 == 0 && i + 1 < count;
+      largest = std::max(largest, paired ? std::hypot(own, term.gains[first + i + 1]) : own);
+    }
+    return quantity(largest, group.unit);
+  }
+  return std::string(name);
+}
+
+}  // namespace
+
+std::string evidence_of(const Term& fitted) {
+  std::string text;
+  const std::string_view pattern = fitted.effect->text.evidence;
+  std::size_t at = 0;
+  while (at < pattern.size()) {
+    const std::size_t open = pattern.find('{', at);
+    const std::size_t close = open == std::string_view::npos ? open : pattern.find('}', open);
+    if (close == std::string_view::npos) break;
+    text += pattern.substr(at, open - at);
+    text += value_of(fitted, pattern.substr(open + 1, close - open - 1));
+    at = close + 1;
+  }
+  return text += pattern.substr(at);
+}
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <span>
+#include <vector>
+
+namespace slipstack::workbench {
+
+/// Position from encoder readings on a grid of `resolution_m`, finer than the grid where the axis is slow.
+///
+/// A reading says only in which cell the axis is; the instant at which it leaves the cell says exactly where.
+/// Readings are taken as they are where the axis crosses cells in nearly every sample; elsewhere a cubic
+/// through the crossings, kept inside the cell, replaces the staircase. This matters in pre-sliding, where
+/// micrometres are newtons: a staircase there is structure that no filter removes. Readings that are not on
+/// the grid (resolution 0) are returned as they are. Cost O(n).
+std::vector<double> dequantise(std::span<const double> position_m, double resolution_m);
+
+}  // namespace slipstack::workbench

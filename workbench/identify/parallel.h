@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace slipstack::workbench {
+
+/// Calls body(i) for i in [0, count) on all processors; the first exception is thrown again here. The results
+/// must not depend on the order of the calls.
+template <class Body>
+void parallel_for(std::size_t count, Body&& body) {
+  std::atomic<std::size_t> next{0};
+  std::exception_ptr failure;
+  std::mutex failure_lock;
+  const auto work = [&] {
+    for (std::size_t i = next++; i < count; i = next++) {
+      try {
+        body(i);
+      } catch (...) {
+        const std::lock_guard lock(failure_lock);
+        if (!failure) failure = std::current_exception();
+      }
+    }
+  };
+  std::vector<std::jthread> threads;
+  const std::size_t processors = std::max(1u, std::thread::hardware_concurrency());
+  for (std::size_t i = 1; i < std::min(processors, count); ++i) threads.emplace_back(work);
+  work();
+  threads.clear();
+  if (failure) std::rethrow_exception(failure);
+}
+
+}  // namespace slipstack::workbench
