@@ -37,7 +37,7 @@ constexpr Real power_of_half(int n) {
 
 }  // namespace detail
 
-// e^-u and 1 - e^-u together, both to within two units in the last place.
+// e^-u and 1 - e^-u together, both to within 3 epsilon.
 template <std::floating_point Real>
 struct Decay {
   Real remaining;  // e^-u
