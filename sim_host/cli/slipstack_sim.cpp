@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "sim_host/log/closed_loop.h"
 #include "sim_host/log/draw.h"
 #include "sim_host/log/record.h"
 #include "sim_host/log/write.h"
@@ -94,7 +95,9 @@ void write_log(const LogRequest& request) {
     add_outside(bench.axis, parse_outside(request.outside), programme, bench.rate_Hz, request.strength,
                 request.seed);
   }
-  const SimulatedLog log = simulate_log(bench.axis, programme, bench.rate_Hz, request.seed);
+  const SimulatedLog log = request.closed_loop
+                               ? simulate_closed_loop_log(bench.axis, programme, bench.rate_Hz, request.seed)
+                               : simulate_log(bench.axis, programme, bench.rate_Hz, request.seed);
   const TruthContext context = {request.setup, request.seed, request.closed_loop, effects, request.outside};
   write_file(request.out, log_as_csv(bench.axis, log));
   if (!request.truth.empty()) write_file(request.truth, truth_as_json(bench.axis, log, context));
@@ -110,6 +113,7 @@ void add_log_options(CLI::App& log, LogRequest& request) {
   log.add_option("--seed", request.seed, "everything random follows from it");
   log.add_option("--effects", request.effects, "names with commas, none, random, random:2 (default: random)");
   log.add_option("--strength", request.strength, "effect over noise floor, rms (default: 1.5 to 15, drawn)");
+  log.add_flag("--closed-loop", request.closed_loop, "a controller moves the axis; the log has its errors");
   log.add_option("--outside", request.outside, "line, bump, backlash, burst or slip: outside the catalogue");
   log.add_option("--seconds", request.seconds, "length of the programme (default: 60, random: 40 to 80)");
   log.add_option("--rate", request.rate_Hz, "samples per second (default: 2000, random: 1000 to 5000)");

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace slipstack::sim {
 namespace {
@@ -61,7 +62,10 @@ Bench draw_random(Rng& rng) {
   Axis& axis = bench.axis;
   axis.mass_kg = rng.log_uniform(1.0, 60.0);
   const double level_N = rng.log_uniform(std::max(1.0, 0.12 * axis.mass_kg), 30.0);
-  const double travel_m = rng.log_uniform(1e-6, 50e-6);
+  // Rolling guideways ring below some 600 Hz on their pre-sliding stiffness: light and stiff do not go
+  // together.
+  const double stiffest_m = 2.0 * level_N / (axis.mass_kg * std::pow(2.0 * std::numbers::pi * 600.0, 2));
+  const double travel_m = std::max(rng.log_uniform(1e-6, 50e-6), stiffest_m);
   axis.curve = draw_curve(rng, level_N, travel_m);
   axis.magnet_pitch_m = rng.log_uniform(0.010, 0.060);
   axis.stroke_m = std::max(rng.log_uniform(0.08, 0.5), 3.0 * axis.magnet_pitch_m);

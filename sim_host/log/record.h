@@ -42,6 +42,7 @@ class Recorder {
   void push(double position_m, const PerEffect& parts_N, double noise_N);
   void reserve(std::size_t samples);
   void add_reference(double position_m) { log_.reference_position_m.push_back(position_m); }
+  const Encoder& encoder() const { return encoder_; }
   /// True when the next push will be logged.
   bool logs_next() const { return phase_ == 0; }
   SimulatedLog finish();
