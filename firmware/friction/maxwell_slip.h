@@ -21,8 +21,8 @@ namespace slipstack {
 // nothing drifts: with counts every z_i is exact for ever.
 //
 // The work of step() is the same for every input: N elements, used or not. Elements with Delta = 0 and k = 0
-// add nothing. About 160 instructions for 10 elements in float on a Cortex-M4F (tests/budget);
-// PackedMaxwellSlip is the fast form of the same thing. This one is the reference.
+// add nothing. 197 instructions for 10 elements in float on a Cortex-M4F (tests/budget/budget.csv);
+// PackedMaxwellSlip is the fast form of the same thing, this one is the reference.
 //
 // Source: Lampaert, Swevers, Al-Bender, IEEE TAC 47(4) 2002 (Maxwell-slip in the Leuven model); EMRP SIB63.
 template <std::size_t N, std::floating_point Real = float, DisplacementType Displacement = Real>
@@ -67,9 +67,12 @@ class MaxwellSlip {
       const Displacement stretch = difference(x, anchor_[i]);
       const Displacement below = stretch > limit ? limit : stretch;
       const Displacement z = below < -limit ? -limit : below;
-      // A spring that sticks keeps its anchor to the bit; x - z would round it where Displacement is
-      // floating.
-      anchor_[i] = z == stretch ? anchor_[i] : difference(x, z);
+      if constexpr (std::integral<Displacement>) {
+        anchor_[i] = difference(x, z);
+      } else {
+        // A spring that sticks keeps its anchor to the bit; x - z would round it.
+        anchor_[i] = z == stretch ? anchor_[i] : difference(x, z);
+      }
       force_N += stiffness_[i] * static_cast<Real>(z);
     }
     return force_N;

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "firmware/friction/maxwell_slip.h"
+#include "firmware/friction/memory_stack.h"
+#include "firmware/friction/packed_maxwell_slip.h"
+#include "firmware/friction/rational_memory_stack.h"
+#include "firmware/friction/virgin_curves.h"
+
+// The observers that are measured and traced, with parameters of the size of the pick-and-place axis (1 um
+// encoder, 15 N, some ten counts of pre-sliding), as one list of plain functions.
+namespace slipstack::budget {
+
+struct Observer {
+  const char* name;
+  void (*reset)(std::int32_t x);
+  float (*step)(std::int32_t x);
+};
+
+inline constexpr std::array<std::int32_t, 10> kSlipDistance = {1, 2, 3, 5, 8, 13, 21, 34, 55, 300};
+inline constexpr std::array<float, 10> kStiffness = {0.31F,  0.57F,  0.43F,  0.29F,  0.17F,
+                                                     0.083F, 0.047F, 0.029F, 0.011F, 0.0037F};
+inline constexpr RationalCurve<float> kRational{15.0F, 12.0F};
+inline constexpr ExponentialCurve<float> kExponential{15.0F, 9.0F};
+
+inline MaxwellSlip<10, float, std::int32_t> maxwell_slip;
+inline PackedMaxwellSlip<10> packed_maxwell_slip;
+inline PackedMaxwellSlip<6> packed_maxwell_slip_6;
+inline MemoryStack<RationalCurve<float>, 16, std::int32_t> memory_stack{kRational};
+inline MemoryStack<ExponentialCurve<float>, 16, std::int32_t> exponential_stack{kExponential};
+inline MemoryStack<PiecewiseLinearCurve<10, float>, 16, std::int32_t> piecewise_stack{{}};
+inline RationalMemoryStack<16> rational_memory_stack{kRational};
+
+template <auto& model>
+inline constexpr auto kReset = [](std::int32_t x) { model.reset(x); };
+
+// Not inlined, so that a call is a call: what is measured is the function from its first instruction to its
+// return.
+template <auto& model>
+[[gnu::noinline]] float step(std::int32_t x) {
+  return model.step(x);
+}
+
+inline constexpr std::array kObservers = {
+    Observer{"maxwell_slip_10", kReset<maxwell_slip>, step<maxwell_slip>},
+    Observer{"packed_maxwell_slip_10", kReset<packed_maxwell_slip>, step<packed_maxwell_slip>},
+    Observer{"packed_maxwell_slip_6", kReset<packed_maxwell_slip_6>, step<packed_maxwell_slip_6>},
+    Observer{"memory_stack_rational_16", kReset<memory_stack>, step<memory_stack>},
+    Observer{"memory_stack_exponential_16", kReset<exponential_stack>, step<exponential_stack>},
+    Observer{"memory_stack_piecewise_16", kReset<piecewise_stack>, step<piecewise_stack>},
+    Observer{"rational_memory_stack_16", kReset<rational_memory_stack>, step<rational_memory_stack>},
+};
+
+// Gives every observer its parameters; false if one refuses them.
+inline bool set_up_observers() {
+  constexpr std::array<float, 10> kKnots = {1.0F, 2.0F, 3.0F, 5.0F, 8.0F, 13.0F, 21.0F, 34.0F, 55.0F, 300.0F};
+  constexpr std::array<float, 10> kSlopes = {1.9F,  1.6F,  1.1F,  0.7F,  0.45F,
+                                             0.25F, 0.15F, 0.06F, 0.02F, 0.004F};
+  PiecewiseLinearCurve<10, float> curve;
+  if (curve.set_slopes(kKnots, kSlopes) != SetupStatus::kOk) return false;
+  piecewise_stack = MemoryStack<PiecewiseLinearCurve<10, float>, 16, std::int32_t>(curve);
+  if (maxwell_slip.set_elements(kSlipDistance, kStiffness) != SetupStatus::kOk) return false;
+  if (packed_maxwell_slip.set_elements(kSlipDistance, kStiffness) != SetupStatus::kOk) return false;
+  const std::span<const std::int32_t> slip_6(kSlipDistance.data(), 6);
+  const std::span<const float> stiffness_6(kStiffness.data(), 6);
+  return packed_maxwell_slip_6.set_elements(slip_6, stiffness_6) == SetupStatus::kOk;
+}
+
+}  // namespace slipstack::budget
