@@ -24,7 +24,8 @@ struct UsageError : std::runtime_error {
 
 struct LogRequest {
   std::string setup = "pick_and_place";
-  std::uint64_t seed = 1;
+  std::int64_t seed_number = 1;
+  std::uint64_t seed() const { return static_cast<std::uint64_t>(seed_number); }
   std::string effects;
   double strength = 0.0;
   bool closed_loop = false;
@@ -68,6 +69,7 @@ void check(const LogRequest& request) {
   if (request.setup != "pick_and_place" && request.setup != "random") {
     throw UsageError("--setup: '" + request.setup + "' is neither pick_and_place nor random");
   }
+  if (request.seed_number < 0) throw UsageError("--seed: must not be negative");
   if (request.seconds != 0.0 && !(request.seconds >= 8.0 && request.seconds <= 3600.0)) {
     throw UsageError("--seconds: must be between 8 and 3600");
   }
@@ -82,23 +84,24 @@ void check(const LogRequest& request) {
 void write_log(const LogRequest& request) {
   check(request);
   const Setup setup = request.setup == "random" ? Setup::kRandom : Setup::kPickAndPlace;
-  Bench bench = draw_bench(setup, request.seed);
+  Bench bench = draw_bench(setup, request.seed());
   if (request.seconds > 0.0) bench.programme.seconds = request.seconds;
   if (request.rate_Hz > 0.0) bench.rate_Hz = request.rate_Hz;
   // Something from outside the catalogue hides alone unless effects are named.
   const bool outside_alone = !request.outside.empty() && request.effects.empty();
-  const auto effects = outside_alone ? std::vector<EffectId>{} : parse_effects(request.effects, request.seed);
-  Rng motion(request.seed, "motion");
+  const auto effects =
+      outside_alone ? std::vector<EffectId>{} : parse_effects(request.effects, request.seed());
+  Rng motion(request.seed(), "motion");
   const MotionProgramme programme = make_test_programme(bench.axis, bench.programme, motion);
-  add_effects(bench.axis, effects, programme, bench.rate_Hz, request.strength, request.seed);
+  add_effects(bench.axis, effects, programme, bench.rate_Hz, request.strength, request.seed());
   if (!request.outside.empty()) {
     add_outside(bench.axis, parse_outside(request.outside), programme, bench.rate_Hz, request.strength,
-                request.seed);
+                request.seed());
   }
-  const SimulatedLog log = request.closed_loop
-                               ? simulate_closed_loop_log(bench.axis, programme, bench.rate_Hz, request.seed)
-                               : simulate_log(bench.axis, programme, bench.rate_Hz, request.seed);
-  const TruthContext context = {request.setup, request.seed, request.closed_loop, effects, request.outside};
+  const SimulatedLog log =
+      request.closed_loop ? simulate_closed_loop_log(bench.axis, programme, bench.rate_Hz, request.seed())
+                          : simulate_log(bench.axis, programme, bench.rate_Hz, request.seed());
+  const TruthContext context = {request.setup, request.seed(), request.closed_loop, effects, request.outside};
   write_file(request.out, log_as_csv(bench.axis, log));
   if (!request.truth.empty()) write_file(request.truth, truth_as_json(bench.axis, log, context));
 }
@@ -110,7 +113,7 @@ void list_effects() {
 
 void add_log_options(CLI::App& log, LogRequest& request) {
   log.add_option("--setup", request.setup, "pick_and_place ([1] set-up 3) or random");
-  log.add_option("--seed", request.seed, "everything random follows from it");
+  log.add_option("--seed", request.seed_number, "everything random follows from it");
   log.add_option("--effects", request.effects, "names with commas, none, random, random:2 (default: random)");
   log.add_option("--strength", request.strength, "effect over noise floor, rms (default: 1.5 to 15, drawn)");
   log.add_flag("--closed-loop", request.closed_loop, "a controller moves the axis; the log has its errors");

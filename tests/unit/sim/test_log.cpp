@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+// Logs: they repeat, their parts add up, and what is hidden can be seen.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "sim_host/log/closed_loop.h"
+#include "sim_host/log/draw.h"
+#include "sim_host/log/record.h"
+#include "sim_host/log/write.h"
+
+namespace slipstack::sim {
+namespace {
+
+struct Scene {
+  Bench bench;
+  MotionProgramme programme;
+};
+
+Scene make_scene(Setup setup, std::uint64_t seed, double seconds) {
+  Scene scene{draw_bench(setup, seed), {}};
+  scene.bench.programme.seconds = seconds;
+  Rng rng(seed, "motion");
+  scene.programme = make_test_programme(scene.bench.axis, scene.bench.programme, rng);
+  return scene;
+}
+
+void expect_parts_add_up(const SimulatedLog& log) {
+  ASSERT_EQ(log.parts_N.size(), log.size());
+  for (std::size_t i = 0; i < log.size(); ++i) {
+    double sum = 0.0;
+    for (const double part : log.parts_N[i]) sum += part;
+    ASSERT_NEAR(log.force_N[i] - log.noise_N[i], sum, 1e-9 * (1.0 + std::fabs(log.force_N[i]))) << i;
+  }
+}
+
+TEST(Log, ForceMinusNoiseIsTheSumOfTheDeclaredParts) {
+  for (std::uint64_t seed = 1; seed <= 2; ++seed) {
+    Scene scene = make_scene(Setup::kRandom, seed, 12.0);
+    add_effects(scene.bench.axis, drawable_effects(), scene.programme, 1000.0, 3.0, seed);
+    for (const OutsideKind kind :
+         {OutsideKind::kLine, OutsideKind::kBump, OutsideKind::kBurst, OutsideKind::kSlip}) {
+      add_outside(scene.bench.axis, kind, scene.programme, 1000.0, 3.0, seed);
+    }
+    if (seed % 2 == 0)
+      add_outside(scene.bench.axis, OutsideKind::kBacklash, scene.programme, 1000.0, 3.0, seed);
+    const SimulatedLog log = simulate_log(scene.bench.axis, scene.programme, 1000.0, seed, true);
+    expect_parts_add_up(log);
+    for (const EffectId id : drawable_effects()) EXPECT_GT(log.parts_rms_N[index(id)], 0.0) << name(id);
+    EXPECT_GT(log.parts_rms_N[index(EffectId::kOutside)], 0.0);
+  }
+}
+
+TEST(Log, ClosedLoopForceIsTheSumOfTheDeclaredPartsToo) {
+  Scene scene = make_scene(Setup::kPickAndPlace, 2, 10.0);
+  add_effects(scene.bench.axis, {EffectId::kStribeck, EffectId::kForceRipple, EffectId::kTimeDelay},
+              scene.programme, 2000.0, 3.0, 2);
+  const SimulatedLog log = simulate_closed_loop_log(scene.bench.axis, scene.programme, 2000.0, 2, true);
+  expect_parts_add_up(log);
+  double worst = 0.0;
+  for (std::size_t i = 0; i < log.size(); ++i) {
+    worst = std::max(worst, std::fabs(log.reference_position_m[i] - log.true_position_m[i]));
+  }
+  EXPECT_LT(worst, 1e-3);
+  EXPECT_GT(worst, 2e-6) << "a controller without following error";
+}
+
+TEST(Log, TheSameSeedGivesTheSameBytes) {
+  const auto bytes = [](std::uint64_t seed) {
+    Scene scene = make_scene(Setup::kRandom, seed, 10.0);
+    const auto effects = draw_effect_ids(2, seed);
+    add_effects(scene.bench.axis, effects, scene.programme, 1000.0, 0.0, seed);
+    const SimulatedLog log = simulate_log(scene.bench.axis, scene.programme, 1000.0, seed);
+    return log_as_csv(scene.bench.axis, log) +
+           truth_as_json(scene.bench.axis, log, {"random", seed, false, effects, ""});
+  };
+  EXPECT_EQ(bytes(7), bytes(7));
+  EXPECT_NE(bytes(7), bytes(8));
+}
+
+// Every effect, several axes: alone on the axis, at least 1.5 × the noise, and nothing else hidden beside it.
+TEST(Log, HiddenEffectsStandOutFromTheNoise) {
+  for (const EffectId id : drawable_effects()) {
+    for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+      Scene scene = make_scene(Setup::kRandom, seed, 10.0);
+      const double quiet_N = scene.bench.axis.force_noise_N;
+      add_effects(scene.bench.axis, {id}, scene.programme, 1000.0, 0.0, seed);
+      const Axis& axis = scene.bench.axis;
+      const SimulatedLog log = simulate_log(axis, scene.programme, 1000.0, seed);
+      const double rms_N = log.parts_rms_N[index(id)];
+      EXPECT_GE(rms_N, 1.4 * axis.force_noise_N) << name(id) << " seed " << seed;
+      EXPECT_LE(rms_N, 20.0 * noise_floor_N(axis)) << name(id) << " seed " << seed;
+      EXPECT_LE(axis.force_noise_N, quiet_N);
+      EXPECT_GT(axis.force_noise_N, 0.0);
+      for (std::size_t i = 0; i < kEffectCount; ++i) {
+        const bool expected =
+            i == index(id) || i == index(EffectId::kInertia) || i == index(EffectId::kPreslidingHysteresis);
+        EXPECT_EQ(log.parts_rms_N[i] > 0.0, expected) << kEffectNames[i] << " in a log of " << name(id);
+      }
+    }
+  }
+}
+
+TEST(Log, StrengthIsWhatWasAskedFor) {
+  for (const EffectId id :
+       {EffectId::kViscous, EffectId::kStribeck, EffectId::kOffsetForce, EffectId::kPayloadMass}) {
+    Scene scene = make_scene(Setup::kPickAndPlace, 3, 15.0);
+    const double wanted_N = 2.0 * noise_floor_N(scene.bench.axis);
+    add_effects(scene.bench.axis, {id}, scene.programme, 1000.0, 2.0, 3);
+    const SimulatedLog log = simulate_log(scene.bench.axis, scene.programme, 1000.0, 3);
+    EXPECT_NEAR(log.parts_rms_N[index(id)], wanted_N, 0.03 * wanted_N) << name(id);
+  }
+}
+
+TEST(Log, NothingHiddenMeansInertiaHysteresisAndNoise) {
+  Scene scene = make_scene(Setup::kPickAndPlace, 1, 20.0);
+  const SimulatedLog log = simulate_log(scene.bench.axis, scene.programme, 2000.0, 1, true);
+  double squares = 0.0;
+  for (std::size_t i = 0; i < log.size(); ++i) {
+    const double rest = log.force_N[i] - log.parts_N[i][index(EffectId::kInertia)] -
+                        log.parts_N[i][index(EffectId::kPreslidingHysteresis)];
+    squares += rest * rest;
+    // Half a count, and up to one for where on its grating the axis was switched on.
+    ASSERT_LE(std::fabs(log.position_m[i] - log.true_position_m[i]), 1.5e-6);
+  }
+  const double noise_N = std::sqrt(squares / static_cast<double>(log.size()));
+  EXPECT_NEAR(noise_N, scene.bench.axis.force_noise_N, 0.02 * noise_N);
+}
+
+// [1], set-up 3, as far as the paper tells it.
+TEST(Log, PickAndPlaceAxisIsThatOfThePaper) {
+  const Bench bench = draw_bench(Setup::kPickAndPlace, 9);
+  EXPECT_EQ(bench.axis.mass_kg, 35.45);
+  EXPECT_EQ(bench.axis.encoder_resolution_m, 1e-6);
+  EXPECT_DOUBLE_EQ(bench.axis.curve.saturation_N(), 15.0);
+  EXPECT_EQ(bench.programme.largest_loop_m, 40e-6);
+  EXPECT_EQ(bench.axis.curve.terms().size(), 2U);
+  // A loop of ±40 µm reaches the saturation, as the paper's loops do.
+  EXPECT_GT(bench.axis.curve.force_N(40e-6), 0.95 * 15.0);
+}
+
+TEST(Log, DrawsEveryEffectAndNoContradictions) {
+  PerEffect seen{};
+  for (std::uint64_t seed = 1; seed <= 400; ++seed) {
+    const auto pair = draw_effect_ids(2, seed);
+    ASSERT_EQ(pair.size(), 2U);
+    ASSERT_NE(pair[0], pair[1]);
+    const bool twins = (pair[0] == EffectId::kStribeck && pair[1] == EffectId::kFrictionalLag) ||
+                       (pair[1] == EffectId::kStribeck && pair[0] == EffectId::kFrictionalLag);
+    ASSERT_FALSE(twins);
+    seen[index(pair[0])] += 1.0;
+  }
+  for (const EffectId id : drawable_effects()) EXPECT_GT(seen[index(id)], 8.0) << name(id);
+}
+
+TEST(Log, RefusesEffectsThatCannotBeHidden) {
+  Scene scene = make_scene(Setup::kPickAndPlace, 1, 8.0);
+  EXPECT_THROW(add_effects(scene.bench.axis, {EffectId::kInertia}, scene.programme, 1000.0, 0.0, 1),
+               std::invalid_argument);
+}
+
+TEST(Log, BurstSlipAndLineShowWhereTheyAre) {
+  Scene scene = make_scene(Setup::kPickAndPlace, 4, 12.0);
+  Axis axis = scene.bench.axis;
+  axis.force_noise_N = 0.0;
+  const SimulatedLog clean = simulate_log(axis, scene.programme, 1000.0, 4);
+  axis.outside.burst = Burst{3.0, 0.1, 50.0};
+  axis.outside.slip = EncoderSlip{{{6.0, 25.0}}};
+  const SimulatedLog dirty = simulate_log(axis, scene.programme, 1000.0, 4);
+  double outside_N = 0.0;
+  for (std::size_t i = 0; i < clean.size(); ++i) {
+    const double t = clean.time_s(i);
+    const double difference = std::fabs(dirty.force_N[i] - clean.force_N[i]);
+    if (t >= 3.0 && t < 3.1) {
+      outside_N = std::max(outside_N, difference);
+    } else {
+      ASSERT_EQ(difference, 0.0) << t;
+    }
+    ASSERT_NEAR(clean.position_m[i] - dirty.position_m[i], t >= 6.0 ? 25e-6 : 0.0, 1e-12);
+  }
+  EXPECT_GT(outside_N, 25.0);
+  EXPECT_LE(outside_N, 50.0);
+}
+
+}  // namespace
+}  // namespace slipstack::sim
