@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "firmware/friction/memory_stack.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdint>
+
+#include "firmware/friction/rational_memory_stack.h"
+#include "firmware/friction/virgin_curves.h"
+
+namespace slipstack {
+namespace {
+
+using Real = double;
+using Stack = MemoryStack<RationalCurve<Real>, 16, std::int32_t>;
+using FastStack = RationalMemoryStack<16>;
+
+constexpr double kHeight = 100.0;
+constexpr double kDelta = 10.0;
+
+// The curve written as in the paper, not as in the core.
+double y(double x) {
+  return kHeight * (1 - (kDelta / (x + kDelta)) * (kDelta / (x + kDelta)));
+}
+
+Stack make_stack() {
+  return Stack({kHeight, kDelta});
+}
+
+TEST(MemoryStack, FollowsRuleOneOnBothSides) {
+  Stack stack = make_stack();
+  stack.reset(50);
+  EXPECT_EQ(stack.step(50), 0.0);
+  EXPECT_NEAR(stack.step(53), y(3), 1e-12);
+  EXPECT_NEAR(stack.step(90), y(40), 1e-12);
+  EXPECT_EQ(stack.depth(), 0U);
+  stack.reset(50);
+  EXPECT_NEAR(stack.step(10), -y(40), 1e-12);
+  EXPECT_EQ(stack.position(), 10);
+  EXPECT_EQ(stack.force_N(), stack.step(10));
+}
+
+TEST(MemoryStack, FollowsRuleTwoAfterEachReversal) {
+  Stack stack = make_stack();
+  stack.step(40);
+  EXPECT_NEAR(stack.step(30), y(40) - 2 * y(5), 1e-12);
+  EXPECT_EQ(stack.depth(), 1U);
+  const double turned = stack.step(10);
+  EXPECT_NEAR(turned, y(40) - 2 * y(15), 1e-12);
+  EXPECT_NEAR(stack.step(16), turned + 2 * y(3), 1e-12);
+  EXPECT_EQ(stack.depth(), 2U);
+}
+
+TEST(MemoryStack, GoesOnAsIfAClosedLoopHadNeverBeen) {
+  Stack stack = make_stack();
+  stack.step(40);
+  stack.step(10);
+  stack.step(25);
+  EXPECT_EQ(stack.depth(), 2U);
+  // Past 10 the loop 10-25 is closed: the branch from 40 goes on.
+  EXPECT_NEAR(stack.step(5), y(40) - 2 * y(17.5), 1e-12);
+  EXPECT_EQ(stack.depth(), 1U);
+  // And up past 40: the virgin curve goes on.
+  EXPECT_NEAR(stack.step(45), y(45), 1e-12);
+  EXPECT_EQ(stack.depth(), 0U);
+}
+
+TEST(MemoryStack, ClosesTheFirstReversalAtItsMirrorImage) {
+  Stack stack = make_stack();
+  stack.step(40);
+  EXPECT_NEAR(stack.step(-39), y(40) - 2 * y(39.5), 1e-12);
+  EXPECT_EQ(stack.depth(), 1U);
+  EXPECT_NEAR(stack.step(-40), -y(40), 1e-12);
+  EXPECT_EQ(stack.depth(), 0U);
+  EXPECT_NEAR(stack.step(-41), -y(41), 1e-12);
+  EXPECT_NEAR(stack.step(-31), -y(41) + 2 * y(5), 1e-12);
+  EXPECT_NEAR(stack.step(60), y(60), 1e-12);
+}
+
+TEST(MemoryStack, ClosesWhereALoopBeganNotAfterIt) {
+  Stack stack = make_stack();
+  const double top = stack.step(40);
+  stack.step(10);
+  EXPECT_EQ(stack.step(40), top);  // to the bit, and wiped
+  EXPECT_EQ(stack.depth(), 0U);
+}
+
+TEST(MemoryStack, RestIsNoReversal) {
+  Stack stack = make_stack();
+  stack.step(40);
+  const double force = stack.step(20);
+  for (int i = 0; i < 10; ++i) EXPECT_EQ(stack.step(20), force);
+  EXPECT_EQ(stack.depth(), 1U);
+  EXPECT_NEAR(stack.step(19), y(40) - 2 * y(10.5), 1e-12);
+  EXPECT_EQ(stack.depth(), 1U);
+}
+
+TEST(MemoryStack, ResetForgets) {
+  Stack stack = make_stack();
+  for (const std::int32_t x : {40, -20, 30, 0}) stack.step(x);
+  stack.reset(7);
+  EXPECT_EQ(stack.depth(), 0U);
+  EXPECT_EQ(stack.force_N(), 0.0);
+  EXPECT_NEAR(stack.step(5), -y(2), 1e-12);
+}
+
+TEST(MemoryStack, RunsAtCompileTime) {
+  constexpr double kForce = [] {
+    Stack stack({kHeight, kDelta});
+    stack.step(10);
+    return stack.step(-10);
+  }();
+  static_assert(kForce == -75.0);
+}
+
+TEST(MemoryStack, TakesMetres) {
+  MemoryStack<RationalCurve<double>, 4, double> stack({15.0, 12e-6});
+  const auto curve = [](double x) { return 15.0 * (1 - 12e-6 * 12e-6 / ((x + 12e-6) * (x + 12e-6))); };
+  EXPECT_NEAR(stack.step(40e-6), curve(40e-6), 1e-12);
+  EXPECT_NEAR(stack.step(-3e-6), curve(40e-6) - 2 * curve(21.5e-6), 1e-12);
+}
+
+// The fast form on the same course, position by position.
+TEST(RationalMemoryStack, FollowsTheSameRules) {
+  Stack stack = make_stack();
+  FastStack fast({static_cast<float>(kHeight), static_cast<float>(kDelta)});
+  stack.reset(1000);
+  fast.reset(1000);
+  EXPECT_EQ(fast.force_N(), 0.0F);
+  for (const std::int32_t x :
+       {0, -5, -5, 40, 30, 16, 25, 25, 20, 24, 5, 45, -44, -45, -20, -46, 100, 0, 3, -101, 7}) {
+    const double expected = stack.step(1000 + x);
+    EXPECT_NEAR(static_cast<double>(fast.step(1000 + x)), expected, 1e-4) << x;
+    EXPECT_EQ(fast.depth(), stack.depth()) << x;
+    EXPECT_EQ(fast.position(), 1000 + x);
+    EXPECT_NEAR(static_cast<double>(fast.force_N()), expected, 1e-4);
+  }
+  fast.reset(-3);
+  EXPECT_EQ(fast.depth(), 0U);
+  EXPECT_NEAR(static_cast<double>(fast.step(-8)), -y(5), 1e-4);
+}
+
+}  // namespace
+}  // namespace slipstack
