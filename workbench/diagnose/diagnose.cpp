@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "workbench/diagnose/evidence.h"
+#include "workbench/identify/noise_floor.h"
 #include "workbench/identify/parallel.h"
 
 namespace slipstack::workbench {
@@ -34,6 +35,9 @@ constexpr double kShareOfExplained = 0.03;
 /// Held-out errors this near to the floor end the search.
 constexpr double kAtFloor = 1.05;
 
+/// What promises less to first order is not fitted in full.
+constexpr double kWorthFitting = 0.015;
+
 constexpr std::size_t kBeam = 3;
 constexpr std::size_t kMostSteps = 5;
 
@@ -41,7 +45,9 @@ constexpr std::size_t kMostSteps = 5;
 constexpr double kStructureReduction = 0.05;
 constexpr double kAboveFloor = 1.15;
 
-double squared(double x) { return x * x; }
+double squared(double x) {
+  return x * x;
+}
 
 /// A model on the way to an explanation.
 struct Explanation {
@@ -99,7 +105,7 @@ std::vector<const EffectDescription*> effects_to_try(const Terms& terms) {
 class Search {
  public:
   Search(const Measurement& measurement, const DiagnoseOptions& options)
-      : measurement_(measurement), options_(options) {}
+      : measurement_(measurement), options_(options), floor_(measurement) {}
 
   Diagnosis run() {
     report("fit the baseline", 0.0);
@@ -114,9 +120,10 @@ class Search {
       const Explanation* winner = choose(next, best.model);
       if (!earned(diagnosis.baseline, best.model, winner->model)) break;
       best = *winner;
+      best.model = polish_shapes(measurement_, std::move(best.model), {20});
       keep_best(next);
       beam = std::move(next);
-      if (best.model.holdout_rmse_N < kAtFloor * best.model.noise_floor_N) break;
+      if (best.model.holdout_rmse_N < kAtFloor * floor_.of(best.model.terms)) break;
     }
     prune(diagnosis, best);
     fill(diagnosis, std::move(best));
@@ -139,7 +146,8 @@ class Search {
     };
     std::vector<Job> jobs;
     for (const Explanation& from : beam) {
-      for (const EffectDescription* effect : effects_to_try(from.model.terms)) jobs.push_back({&from, effect, {}});
+      for (const EffectDescription* effect : effects_to_try(from.model.terms))
+        jobs.push_back({&from, effect, {}});
     }
     std::atomic<std::size_t> done{0};
     parallel_for(jobs.size(), [&](std::size_t i) {
@@ -158,6 +166,7 @@ class Search {
     // Each set of effects once.
     std::vector<Job> distinct;
     for (Job& job : jobs) {
+      if (job.trial.holdout_rmse_N > (1.0 - kWorthFitting) * job.from->model.holdout_rmse_N) continue;
       const bool seen = std::any_of(distinct.begin(), distinct.end(), [&](const Job& other) {
         return same_set(added_by(*other.from, *other.effect), added_by(*job.from, *job.effect));
       });
@@ -166,12 +175,7 @@ class Search {
     }
     std::vector<Explanation> grown(distinct.size());
     parallel_for(distinct.size(), [&](std::size_t i) {
-      Terms terms = distinct[i].from->model.terms;
-      terms.push_back(distinct[i].trial.term);
-      grown[i].model = fit_gains(measurement_, std::move(terms));
-      if (grown[i].model.terms.size() > 3 || distinct[i].effect->acts_as(Acts::dry_scale)) {
-        grown[i].model = polish_shapes(measurement_, std::move(grown[i].model), {15});
-      }
+      grown[i].model = fit_gains(measurement_, distinct[i].trial.terms, &distinct[i].from->model);
       grown[i].added = added_by(*distinct[i].from, *distinct[i].effect);
     });
     return grown;
@@ -217,17 +221,18 @@ class Search {
     const double error = squared(best->model.holdout_rmse_N);
     for (const Explanation& other : all) {
       const double own = squared(other.model.holdout_rmse_N);
-      const bool as_good = error0 - own >= kShareOfBest * (error0 - error) && own <= kSquaredErrorOfBest * error;
+      const bool as_good =
+          error0 - own >= kShareOfBest * (error0 - error) && own <= kSquaredErrorOfBest * error;
       const int fewer = parameters(chosen->model) - parameters(other.model);
-      if (as_good && (fewer > 0 || (fewer == 0 && own < squared(chosen->model.holdout_rmse_N)))) chosen = &other;
+      if (as_good && (fewer > 0 || (fewer == 0 && own < squared(chosen->model.holdout_rmse_N))))
+        chosen = &other;
     }
     return chosen;
   }
 
   static void keep_best(std::vector<Explanation>& all) {
-    std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) {
-      return a.model.holdout_rmse_N < b.model.holdout_rmse_N;
-    });
+    std::sort(all.begin(), all.end(),
+              [](const auto& a, const auto& b) { return a.model.holdout_rmse_N < b.model.holdout_rmse_N; });
     if (all.size() > kBeam) all.resize(kBeam);
   }
 
@@ -238,7 +243,8 @@ class Search {
       for (const Term& term : explanation.model.terms) {
         if (term.id() != explanation.added[i]) terms.push_back(term);
       }
-      FittedModel without = polish_shapes(measurement_, fit_gains(measurement_, std::move(terms)), {15});
+      FittedModel without =
+          polish_shapes(measurement_, fit_gains(measurement_, std::move(terms), &explanation.model), {15});
       if (earned(diagnosis.baseline, without, explanation.model)) {
         ++i;
       } else {
@@ -252,6 +258,7 @@ class Search {
     list_candidates(diagnosis, best);
     list_steps(diagnosis, best);
     diagnosis.explained = std::move(best.model);
+    diagnosis.noise_floor_N = floor_.of(diagnosis.explained.terms);
     judge(diagnosis);
   }
 
@@ -278,9 +285,10 @@ class Search {
     }
     std::stable_sort(diagnosis.candidates.begin(), diagnosis.candidates.end(),
                      [](const auto& a, const auto& b) { return a.holdout_rmse_N < b.holdout_rmse_N; });
-    std::stable_partition(diagnosis.candidates.begin(), diagnosis.candidates.end(), [&](const auto& candidate) {
-      return std::find(best.added.begin(), best.added.end(), candidate.term.id()) != best.added.end();
-    });
+    std::stable_partition(
+        diagnosis.candidates.begin(), diagnosis.candidates.end(), [&](const auto& candidate) {
+          return std::find(best.added.begin(), best.added.end(), candidate.term.id()) != best.added.end();
+        });
     for (Candidate& candidate : diagnosis.candidates) {
       for (const Candidate& other : diagnosis.candidates) {
         if (&other == &candidate || other.error_reduction < kLeastReduction) continue;
@@ -304,9 +312,10 @@ class Search {
     Terms terms = diagnosis.baseline.terms;
     for (std::size_t i = 0; i < order.size(); ++i) {
       terms.push_back(*find_term(best.model.terms, order[i]));
-      FittedModel model = i + 1 == order.size()
-                              ? best.model
-                              : polish_shapes(measurement_, fit_gains(measurement_, terms), {30});
+      FittedModel model =
+          i + 1 == order.size()
+              ? best.model
+              : polish_shapes(measurement_, fit_gains(measurement_, terms, &best.model), {20});
       diagnosis.steps.push_back({order[i], model.holdout_rmse_N});
       if (i == 0) diagnosis.best = std::move(model);
     }
@@ -316,7 +325,7 @@ class Search {
     const FittedModel& last = diagnosis.explained;
     const auto left = find_structure(measurement_, last.linearisation->residual_N());
     const bool structured = left.front().error_reduction >= kStructureReduction &&
-                            last.holdout_rmse_N > kAboveFloor * last.noise_floor_N;
+                            last.holdout_rmse_N > kAboveFloor * diagnosis.noise_floor_N;
     if (structured) diagnosis.unexplained = left.front();
     if (diagnosis.steps.size() > 1) {
       diagnosis.verdict = Verdict::missing_effect;
@@ -338,6 +347,7 @@ class Search {
 
   const Measurement& measurement_;
   const DiagnoseOptions& options_;
+  NoiseFloor floor_;
   std::vector<Trial> trials_;
   std::vector<Explanation> first_level_;
 };

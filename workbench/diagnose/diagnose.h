@@ -13,10 +13,10 @@ namespace slipstack::workbench {
 
 /// An effect tried on top of the baseline.
 struct Candidate {
-  Term term;                     ///< with fitted shapes and gains
+  Term term;  ///< with fitted shapes and gains
   double holdout_rmse_N = 0.0;
-  double error_reduction = 0.0;  ///< 1 - held-out error / baseline's
-  double error_reduction_se = 0.0;  ///< jackknife over blocks
+  double error_reduction = 0.0;              ///< 1 - held-out error / baseline's
+  double error_reduction_se = 0.0;           ///< jackknife over blocks
   std::vector<std::string> confounded_with;  ///< effects that this log cannot tell from it
   std::string evidence;
 };
@@ -31,6 +31,7 @@ const char* name_of(Verdict verdict);
 
 struct Diagnosis {
   Verdict verdict = Verdict::complete;
+  double noise_floor_N = 0.0;  ///< of the final explanation
   FittedModel baseline;
   std::vector<Candidate> candidates;  ///< best first
   std::vector<Step> steps;            ///< the explanation, one effect at a time
@@ -46,8 +47,8 @@ struct DiagnoseOptions {
 
 /// What the axis does that the baseline does not: every effect of the catalogue that the baseline lacks is
 /// fitted jointly with it and judged on held-out blocks; sets of effects are grown by a beam search, because
-/// of a pair the best single effect may be neither; whatever an effect of fewer parameters explains as well is
-/// given to it. An effect must lower the held-out error by 3 % and by two standard errors to be named.
+/// of a pair the best single effect may be neither; whatever an effect of fewer parameters explains as well
+/// is given to it. An effect must lower the held-out error by 3 % and by two standard errors to be named.
 Diagnosis diagnose(const Measurement& measurement, const DiagnoseOptions& options);
 
 }  // namespace slipstack::workbench

@@ -31,7 +31,8 @@ struct Judged {
 /// Ridge regression of the residual on `columns`, each half of the pieces judged by the other half.
 Judged judge(const Eigen::MatrixXd& columns, const Eigen::VectorXd& residual) {
   const Eigen::Index count = columns.cols();
-  std::array<Eigen::MatrixXd, 2> gram{Eigen::MatrixXd::Zero(count, count), Eigen::MatrixXd::Zero(count, count)};
+  std::array<Eigen::MatrixXd, 2> gram{Eigen::MatrixXd::Zero(count, count),
+                                      Eigen::MatrixXd::Zero(count, count)};
   std::array<Eigen::VectorXd, 2> right{Eigen::VectorXd::Zero(count), Eigen::VectorXd::Zero(count)};
   for (Eigen::Index first = 0; first < columns.rows(); first += kPieceRows) {
     const Eigen::Index rows = std::min(kPieceRows, columns.rows() - first);
@@ -152,9 +153,9 @@ Structure line_in_time(const Measurement& measurement, const Eigen::VectorXd& re
   best.error_reduction = judged.error_reduction;
   best.where = frequency_Hz;
   best.explained_N = judged.explained;
-  best.description = fmt::format("what is left is a line in time at {}, amplitude {}, whatever the motion",
-                                 quantity(frequency_Hz, "Hz"),
-                                 quantity(judged.explained.cwiseAbs().maxCoeff(), "N"));
+  best.description =
+      fmt::format("what is left is a line in time at {}, amplitude {}, whatever the motion",
+                  quantity(frequency_Hz, "Hz"), quantity(judged.explained.cwiseAbs().maxCoeff(), "N"));
   return best;
 }
 

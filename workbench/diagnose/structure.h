@@ -11,11 +11,11 @@ namespace slipstack::workbench {
 
 /// What a free curve over one coordinate finds in a residual: no physics, only "something depends on this".
 struct Structure {
-  std::string coordinate;         ///< position, velocity, acceleration, time, frequency
-  double error_reduction = 0.0;   ///< of the residual's rms, on held-out rows
-  double where = 0.0;             ///< of the largest departure, in the coordinate's unit
-  std::string description;        ///< one sentence
-  Eigen::VectorXd explained_N;    ///< what the curve says, at the rows
+  std::string coordinate;        ///< position, velocity, acceleration, time, frequency
+  double error_reduction = 0.0;  ///< of the residual's rms, on held-out rows
+  double where = 0.0;            ///< of the largest departure, in the coordinate's unit
+  std::string description;       ///< one sentence
+  Eigen::VectorXd explained_N;   ///< what the curve says, at the rows
 };
 
 /// Looks for structure in `residual_N` (rows) along every coordinate, the strongest first.

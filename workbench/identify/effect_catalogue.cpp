@@ -38,12 +38,14 @@ struct Entry {
 template <class E>
 Entry entry_of() {
   static_assert(Effect<E, double>);
+  static_assert(complete(E::text));
   EffectDescription description;
   description.text = E::text;
   description.gain_groups.assign(E::gains.begin(), E::gains.end());
   description.shapes.assign(E::shapes.begin(), E::shapes.end());
   description.gain_count = E::gain_count;
-  return {std::move(description), [] { return std::unique_ptr<EffectBasis>(std::make_unique<BasisOf<E>>()); }};
+  return {std::move(description),
+          [] { return std::unique_ptr<EffectBasis>(std::make_unique<BasisOf<E>>()); }};
 }
 
 template <class... Effects>

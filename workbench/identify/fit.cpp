@@ -69,7 +69,7 @@ void fit_without_products(const Measurement& measurement, Terms& terms, double n
 
 /// A model at its gains as they are: what trials need, without a fit.
 FittedModel linearised(const Measurement& measurement, Terms terms) {
-  const double noise_N = measurement.noise_floor_N(measurement.rough_mass_kg(), {});
+  const double noise_N = measurement.filtered_force_noise_N();
   FittedModel model;
   model.linearisation = std::make_shared<Linearisation>(measurement, terms);
   model.equations = std::make_shared<NormalEquations>(measurement, model.linearisation->columns(),
@@ -90,39 +90,38 @@ Term term_for_log(const Measurement& measurement, const EffectDescription& effec
   return term;
 }
 
-FittedModel fit_gains(const Measurement& measurement, Terms terms) {
-  const double noise_N = measurement.noise_floor_N(measurement.rough_mass_kg(), {});
+FittedModel fit_gains(const Measurement& measurement, Terms terms, const FittedModel* known) {
+  const double noise_N = measurement.filtered_force_noise_N();
   const bool products = any_multiplies(terms);
   if (products && !dry_friction_known(terms)) fit_without_products(measurement, terms, noise_N);
 
   FittedModel fitted;
+  std::shared_ptr<const Linearisation> linearisation;
   Eigen::VectorXd before = Eigen::VectorXd::Zero(measurement.row_count());
   for (int step = 0; step < kGaussNewtonSteps; ++step) {
-    fitted.linearisation = std::make_shared<Linearisation>(measurement, terms);
-    fitted.equations = std::make_shared<NormalEquations>(measurement, fitted.linearisation->columns(),
-                                                         fitted.linearisation->target());
+    linearisation = std::make_shared<Linearisation>(measurement, terms,
+                                                    known == nullptr ? nullptr : known->linearisation.get());
+    fitted.equations =
+        std::make_shared<NormalEquations>(measurement, linearisation->columns(), linearisation->target());
     fitted.constraints = constraints_of(terms, noise_N);
     fitted.solution = fitted.equations->fit(fitted.constraints, fitted.solution.rests);
     take_gains(terms, fitted.solution.value);
     if (!products) break;
-    const Eigen::VectorXd now = fitted.linearisation->columns() * fitted.solution.value;
+    const Eigen::VectorXd now = linearisation->columns() * fitted.solution.value;
     const bool settled = (now - before).norm() <= kSettled * now.norm();
     before = now;
     if (settled) break;
   }
   // The state that belongs to the final gains: residuals and trials start from it.
-  fitted.linearisation = std::make_shared<Linearisation>(measurement, terms);
-  fitted.equations = std::make_shared<NormalEquations>(measurement, fitted.linearisation->columns(),
-                                                       fitted.linearisation->target());
+  fitted.linearisation = std::make_shared<Linearisation>(*linearisation, terms);
   take_errors(terms, fitted.equations->standard_errors(fitted.solution, fitted.constraints));
-  const auto judged = fitted.equations->cross_validate(measurement, fitted.constraints, fitted.solution.rests);
+  const auto judged =
+      fitted.equations->cross_validate(measurement, fitted.constraints, fitted.solution.rests);
   fitted.holdout_rmse_N = judged.rmse;
   fitted.block_squared_error = judged.block_squared_error;
   const Eigen::VectorXd residual = fitted.linearisation->residual_N();
   fitted.train_rmse_N = std::sqrt(residual.squaredNorm() / static_cast<double>(residual.size()));
   fitted.relative_error = residual.norm() / std::max(fitted.linearisation->measured_N().norm(), 1e-300);
-  fitted.noise_floor_N =
-      measurement.noise_floor_N(mass_kg(terms), fitted.linearisation->tangent_stiffness_N_per_m());
   fitted.terms = std::move(terms);
   return fitted;
 }
@@ -130,29 +129,30 @@ FittedModel fit_gains(const Measurement& measurement, Terms terms) {
 Trial try_effect(const Measurement& measurement, const FittedModel& base, const EffectDescription& effect,
                  const SearchEffort& effort, const std::vector<double>* start) {
   const Linearisation& linearisation = *base.linearisation;
-  const double noise_N = measurement.noise_floor_N(measurement.rough_mass_kg(), {});
+  const double noise_N = measurement.filtered_force_noise_N();
   Trial best;
   best.term = term_for_log(measurement, effect);
-  Terms terms = base.terms;
-  terms.push_back(best.term);
-  const NormalEquations::Constraints constraints = constraints_of(terms, noise_N);
+  best.terms = base.terms;
+  best.terms.push_back(best.term);
+  const NormalEquations::Constraints constraints = constraints_of(best.terms, noise_N);
   std::vector<Rests> rests = base.solution.rests;
   for (std::size_t i = 0; i < best.term.gains.size(); ++i) rests.push_back(Rests::free);
 
-  const auto judge = [&](const std::vector<double>& shapes) {
-    Term term = best.term;
-    term.shapes = shapes;
-    if (term.id() == "time_delay") {
+  const auto equations_at = [&](const std::vector<double>& shapes) {
+    if (effect.gain_count == 0) {  // a delay moves the measured force
       const Eigen::VectorXd target =
           linearisation.target() - linearisation.measured_N() + measurement.force_N(shapes[0]);
-      return base.equations->with_target(measurement, linearisation.columns(), target)
-          .cross_validate(measurement, base.constraints, base.solution.rests);
+      return base.equations->with_target(measurement, linearisation.columns(), target);
     }
+    Term term = best.term;
+    term.shapes = shapes;
     const Eigen::MatrixXd columns = linearisation.columns_of(term);
-    return base.equations->with(measurement, linearisation.columns(), columns, linearisation.target())
-        .cross_validate(measurement, constraints, rests);
+    return base.equations->with(measurement, linearisation.columns(), columns, linearisation.target());
   };
-  const auto cost = [&](const std::vector<double>& shapes) { return judge(shapes).rmse; };
+  const auto judge = [&](const NormalEquations& equations) {
+    return equations.cross_validate(measurement, constraints, rests);
+  };
+  const auto cost = [&](const std::vector<double>& shapes) { return judge(equations_at(shapes)).rmse; };
 
   const auto starts = start != nullptr ? std::vector<std::vector<double>>{*start}
                                        : starting_shapes(measurement, effect, linearisation.residual_N(),
@@ -167,7 +167,11 @@ Trial try_effect(const Measurement& measurement, const FittedModel& base, const 
   }
   const std::vector<ShapeRange> ranges = searched_shapes(measurement, effect);
   best.term.shapes = refine_shapes(ranges, best.term.shapes, cost, effort.evaluations).shapes;
-  const auto judged = judge(best.term.shapes);
+  const NormalEquations equations = equations_at(best.term.shapes);
+  const auto judged = judge(equations);
+  best.terms.back() = best.term;
+  take_gains(best.terms, equations.fit(constraints, rests).value);
+  best.term = best.terms.back();
   best.holdout_rmse_N = judged.rmse;
   best.block_squared_error = judged.block_squared_error;
   return best;
@@ -191,15 +195,13 @@ FittedModel fit_effects(const Measurement& measurement, const std::vector<std::s
     return a->acts_as(Acts::dry) && !b->acts_as(Acts::dry);
   });
   for (const EffectDescription* effect : searched) {
-    Terms terms = fitted.terms;
-    terms.push_back(try_effect(measurement, fitted, *effect, effort).term);
-    fitted = fit_gains(measurement, std::move(terms));
+    fitted = fit_gains(measurement, try_effect(measurement, fitted, *effect, effort).terms, &fitted);
   }
   if (searched.size() > 1) fitted = polish_shapes(measurement, std::move(fitted), effort);
   // In the order that was asked for.
   Terms ordered;
   for (const std::string& id : effects) ordered.push_back(*find_term(fitted.terms, id));
-  return fit_gains(measurement, std::move(ordered));
+  return fit_gains(measurement, std::move(ordered), &fitted);
 }
 
 FittedModel polish_shapes(const Measurement& measurement, FittedModel fitted, const SearchEffort& effort) {
@@ -211,7 +213,7 @@ FittedModel polish_shapes(const Measurement& measurement, FittedModel fitted, co
     const FittedModel base = linearised(measurement, std::move(others));
     Terms terms = fitted.terms;
     terms[t].shapes = try_effect(measurement, base, effect, effort, &fitted.terms[t].shapes).term.shapes;
-    FittedModel moved = fit_gains(measurement, std::move(terms));
+    FittedModel moved = fit_gains(measurement, std::move(terms), &fitted);
     if (moved.holdout_rmse_N < fitted.holdout_rmse_N) fitted = std::move(moved);
   }
   return fitted;

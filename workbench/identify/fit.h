@@ -20,8 +20,7 @@ struct FittedModel {
   BoundedSolution solution;
   double train_rmse_N = 0.0;
   double holdout_rmse_N = 0.0;
-  double noise_floor_N = 0.0;
-  double relative_error = 0.0;  ///< |residual| / |measured force|, both at the rows
+  double relative_error = 0.0;              ///< |residual| / |measured force|, both at the rows
   std::vector<double> block_squared_error;  ///< held-out, by block
 };
 
@@ -31,11 +30,13 @@ struct SearchEffort {
 };
 
 /// Fits all gains of `terms` with shapes as they are: bounded least squares, repeated where effects multiply.
-FittedModel fit_gains(const Measurement& measurement, Terms terms);
+/// `known`, a model of some of the same effects, saves building their columns again.
+FittedModel fit_gains(const Measurement& measurement, Terms terms, const FittedModel* known = nullptr);
 
 /// An effect added to a fitted model: best shapes, gains to first order, and the held-out error.
 struct Trial {
-  Term term;
+  Term term;    ///< the effect
+  Terms terms;  ///< the whole model, the effect last
   double holdout_rmse_N = 0.0;
   std::vector<double> block_squared_error;
 };

@@ -99,45 +99,29 @@ double delay_s(const Terms& terms) {
   return delay == nullptr ? 0.0 : delay->shapes[0];
 }
 
-Linearisation::Linearisation(const Measurement& measurement, const Terms& terms)
-    : measurement_(measurement), terms_(terms) {
-  evaluate(terms);
-  measured_N_ = measurement.force_N(delay_s(terms));
-  force_N_ = measurement.filtered(sample_force_N_);
-  columns_.resize(measurement.row_count(), unknown_count(terms));
-  Eigen::VectorXd gains(columns_.cols());
-  Eigen::Index next = 0;
-  for (std::size_t t = 0; t < terms.size(); ++t) {
-    const auto count = static_cast<Eigen::Index>(terms[t].gains.size());
-    if (count == 0) continue;
-    columns_.middleCols(next, count) = build(terms[t], factors_for(t));
-    for (Eigen::Index i = 0; i < count; ++i) gains(next + i) = terms[t].gains[static_cast<std::size_t>(i)];
-    next += count;
-  }
-  target_ = measured_N_ - force_N_ + columns_ * gains;
-}
-
-void Linearisation::evaluate(const Terms& terms) {
-  const std::size_t samples = measurement_.sample_count();
-  plain_N_.assign(samples, 0.0);
-  dry_N_.assign(samples, 0.0);
-  dry_scales_.assign(terms.size(), {});
-  total_scales_.assign(terms.size(), {});
+ForceTrace evaluate_force(const Measurement& measurement, const Terms& terms) {
+  ForceTrace trace;
+  const std::size_t samples = measurement.sample_count();
+  trace.plain_N.assign(samples, 0.0);
+  trace.dry_N.assign(samples, 0.0);
+  trace.dry_scales.assign(terms.size(), {});
+  trace.total_scales.assign(terms.size(), {});
 
   const auto accumulate = [&](std::size_t t, bool dry_pass) {
     const Term& term = terms[t];
     if (term.gains.empty() || term.effect->acts_as(Acts::dry) != dry_pass) return;
-    if (term.effect->acts_as(Acts::dry_scale)) dry_scales_[t].assign(samples, 1.0);
-    if (term.effect->acts_as(Acts::total_scale)) total_scales_[t].assign(samples, 1.0);
+    if (term.effect->acts_as(Acts::dry_scale)) trace.dry_scales[t].assign(samples, 1.0);
+    if (term.effect->acts_as(Acts::total_scale)) trace.total_scales[t].assign(samples, 1.0);
     std::vector<std::vector<double>*> sums;
     for (int g = 0; g < term.effect->gain_count; ++g) {
       const Acts acts = term.effect->group_of_gain(g).acts;
-      sums.push_back(acts == Acts::force       ? &plain_N_
-                     : acts == Acts::dry       ? &dry_N_
-                     : acts == Acts::dry_scale ? &dry_scales_[t]
-                                               : &total_scales_[t]);
+      sums.push_back(acts == Acts::force       ? &trace.plain_N
+                     : acts == Acts::dry       ? &trace.dry_N
+                     : acts == Acts::dry_scale ? &trace.dry_scales[t]
+                                               : &trace.total_scales[t]);
     }
-    run_effect(measurement_, term, dry_pass ? std::vector<double>{} : dry_N_,
+    static const std::vector<double> kUnknown;
+    run_effect(measurement, term, dry_pass ? kUnknown : trace.dry_N,
                [&](std::size_t first, std::size_t count, const double* basis) {
                  for (std::size_t i = 0; i < count; ++i) {
                    for (std::size_t g = 0; g < sums.size(); ++g) {
@@ -149,31 +133,82 @@ void Linearisation::evaluate(const Terms& terms) {
   for (std::size_t t = 0; t < terms.size(); ++t) accumulate(t, true);
   for (std::size_t t = 0; t < terms.size(); ++t) accumulate(t, false);
 
-  for (const auto& scale : dry_scales_) multiply(dry_factor_, scale);
-  for (const auto& scale : total_scales_) multiply(total_factor_, scale);
-  sample_force_N_ = dry_N_;
-  multiply(sample_force_N_, dry_factor_);
-  for (std::size_t i = 0; i < samples; ++i) sample_force_N_[i] += plain_N_[i];
-  multiply(sample_force_N_, total_factor_);
+  for (const auto& scale : trace.dry_scales) multiply(trace.dry_factor, scale);
+  for (const auto& scale : trace.total_scales) multiply(trace.total_factor, scale);
+  trace.force_N = trace.dry_N;
+  multiply(trace.force_N, trace.dry_factor);
+  for (std::size_t i = 0; i < samples; ++i) trace.force_N[i] += trace.plain_N[i];
+  multiply(trace.force_N, trace.total_factor);
+  return trace;
+}
+
+Linearisation::Linearisation(const Measurement& measurement, const Terms& terms, const Linearisation* known)
+    : measurement_(measurement), terms_(terms), trace_(evaluate_force(measurement, terms)) {
+  columns_.resize(measurement.row_count(), unknown_count(terms));
+  Eigen::Index next = 0;
+  for (std::size_t t = 0; t < terms.size(); ++t) {
+    const auto count = static_cast<Eigen::Index>(terms[t].gains.size());
+    if (count == 0) continue;
+    if (const auto lent = lent_columns(known, terms[t])) {
+      columns_.middleCols(next, count) = known->columns_.middleCols(*lent, count);
+    } else {
+      columns_.middleCols(next, count) = build(terms[t], factors_for(t));
+    }
+    next += count;
+  }
+  retarget();
+}
+
+Linearisation::Linearisation(const Linearisation& near, const Terms& terms)
+    : measurement_(near.measurement_),
+      terms_(terms),
+      trace_(evaluate_force(near.measurement_, terms)),
+      columns_(near.columns_) {
+  retarget();
+}
+
+void Linearisation::retarget() {
+  measured_N_ = measurement_.force_N(delay_s(terms_));
+  force_N_ = measurement_.filtered(trace_.force_N);
+  Eigen::VectorXd gains(columns_.cols());
+  Eigen::Index next = 0;
+  for (const Term& term : terms_) {
+    for (const double gain : term.gains) gains(next++) = gain;
+  }
+  target_ = measured_N_ - force_N_ + columns_ * gains;
+}
+
+std::optional<Eigen::Index> Linearisation::lent_columns(const Linearisation* known, const Term& term) const {
+  const auto plain = [](const ForceTrace& trace) {
+    return trace.dry_factor.empty() && trace.total_factor.empty();
+  };
+  const bool fixed = !term.effect->acts_as(Acts::dry_scale) && !term.effect->acts_as(Acts::total_scale);
+  if (known == nullptr || !fixed || !plain(trace_) || !plain(known->trace_)) return {};
+  Eigen::Index next = 0;
+  for (const Term& other : known->terms_) {
+    if (other.effect == term.effect && other.shapes == term.shapes) return next;
+    next += static_cast<Eigen::Index>(other.gains.size());
+  }
+  return {};
 }
 
 Linearisation::Factors Linearisation::factors_for(std::size_t term_index) const {
   static const std::vector<double> kNone;
   const bool own = term_index < terms_.size();
   Factors factors;
-  factors.force = total_factor_;
-  factors.dry = dry_factor_;
-  multiply(factors.dry, total_factor_);
+  factors.force = trace_.total_factor;
+  factors.dry = trace_.dry_factor;
+  multiply(factors.dry, trace_.total_factor);
   const EffectDescription* effect = own ? terms_[term_index].effect : nullptr;
   if (effect == nullptr || effect->acts_as(Acts::dry_scale)) {
-    factors.dry_scale = dry_N_;
-    multiply(factors.dry_scale, dry_factor_);
-    multiply(factors.dry_scale, total_factor_);
-    divide(factors.dry_scale, own ? dry_scales_[term_index] : kNone);
+    factors.dry_scale = trace_.dry_N;
+    multiply(factors.dry_scale, trace_.dry_factor);
+    multiply(factors.dry_scale, trace_.total_factor);
+    divide(factors.dry_scale, own ? trace_.dry_scales[term_index] : kNone);
   }
   if (effect == nullptr || effect->acts_as(Acts::total_scale)) {
-    factors.total_scale = sample_force_N_;
-    divide(factors.total_scale, own ? total_scales_[term_index] : kNone);
+    factors.total_scale = trace_.force_N;
+    divide(factors.total_scale, own ? trace_.total_scales[term_index] : kNone);
   }
   return factors;
 }
@@ -194,38 +229,18 @@ Eigen::MatrixXd Linearisation::build(const Term& term, const Factors& factors) c
     factor_of_gain.push_back(factor.empty() ? nullptr : factor.data());
   }
   RowCollector collector(measurement_, gains);
-  run_effect(measurement_, term, dry_N_, [&](std::size_t first, std::size_t count, const double* basis) {
-    for (std::size_t g = 0; g < gains; ++g) {
-      double* out = collector.space(g);
-      const double* factor = factor_of_gain[g];
-      for (std::size_t i = 0; i < count; ++i) {
-        out[i] = basis[i * gains + g] * (factor == nullptr ? 1.0 : factor[first + i]);
-      }
-    }
-    collector.commit(count);
-  });
+  run_effect(measurement_, term, trace_.dry_N,
+             [&](std::size_t first, std::size_t count, const double* basis) {
+               for (std::size_t g = 0; g < gains; ++g) {
+                 double* out = collector.space(g);
+                 const double* factor = factor_of_gain[g];
+                 for (std::size_t i = 0; i < count; ++i) {
+                   out[i] = basis[i * gains + g] * (factor == nullptr ? 1.0 : factor[first + i]);
+                 }
+               }
+               collector.commit(count);
+             });
   return collector.take();
-}
-
-Eigen::VectorXd Linearisation::tangent_stiffness_N_per_m() const {
-  Eigen::VectorXd stiffness = Eigen::VectorXd::Zero(measurement_.row_count());
-  for (const Term& term : terms_) {
-    if (term.id() != "presliding_hysteresis") continue;
-    const auto& rows = measurement_.row_samples();
-    run_effect(measurement_, term, {}, [&](std::size_t first, std::size_t count, const double* basis) {
-      const auto begin = std::lower_bound(rows.begin(), rows.end(), first);
-      for (auto row = begin; row != rows.end() && *row < first + count; ++row) {
-        double sum = 0.0;
-        for (std::size_t g = 0; g < term.gains.size(); ++g) {
-          const double z = basis[(*row - first) * term.gains.size() + g];
-          // An element yields while it is away from its limit.
-          if (std::abs(z) < 0.999 * term.shapes[g]) sum += term.gains[g];
-        }
-        stiffness(row - rows.begin()) += sum;
-      }
-    });
-  }
-  return stiffness;
 }
 
 }  // namespace slipstack::workbench

@@ -2,20 +2,38 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "workbench/identify/terms.h"
 
 namespace slipstack::workbench {
 
+/// The force of a model at every sample of a log, by the firmware's basis functions.
+struct ForceTrace {
+  std::vector<double> plain_N;                    ///< sum of `force` terms
+  std::vector<double> dry_N;                      ///< sum of `dry` terms, not modulated
+  std::vector<std::vector<double>> dry_scales;    ///< 1 + modulation, per term; empty where it has none
+  std::vector<std::vector<double>> total_scales;  ///< the same for the whole force
+  std::vector<double> dry_factor;                 ///< product of dry_scales; empty means one
+  std::vector<double> total_factor;               ///< product of total_scales; empty means one
+  std::vector<double> force_N;
+};
+
+ForceTrace evaluate_force(const Measurement& measurement, const Terms& terms);
+
 /// The force of a model along a log, and how it changes with every gain: one Gauss-Newton step. The force is
 /// linear in each effect's gains while the others are held (effect.h), so two or three steps settle it.
 ///
-/// Columns are evaluated at every sample with the firmware's basis(), multiplied by what the other effects make
-/// of them, and only then filtered to the rows. Cost: samples x gains x taps / row stride.
+/// Columns are evaluated at every sample with the firmware's basis(), multiplied by what the other effects
+/// make of them, and only then filtered to the rows. Cost: samples x gains x taps / row stride.
 class Linearisation {
  public:
-  Linearisation(const Measurement& measurement, const Terms& terms);
+  /// `known` may lend columns that do not depend on the gains.
+  Linearisation(const Measurement& measurement, const Terms& terms, const Linearisation* known = nullptr);
+
+  /// The same columns at other gains, close enough for the columns to hold: costs one evaluation.
+  Linearisation(const Linearisation& near, const Terms& terms);
 
   /// rows x unknowns: derivative of the force by each gain, filtered.
   const Eigen::MatrixXd& columns() const { return columns_; }
@@ -26,14 +44,11 @@ class Linearisation {
   /// Force of the model at the rows.
   const Eigen::VectorXd& force_N() const { return force_N_; }
   Eigen::VectorXd residual_N() const { return measured_N_ - force_N_; }
-  /// The model's force and dry friction at every sample, not filtered.
-  const std::vector<double>& sample_force_N() const { return sample_force_N_; }
+  /// The model's force at every sample, not filtered.
+  const std::vector<double>& sample_force_N() const { return trace_.force_N; }
 
   /// Columns for an effect that the model does not contain.
   Eigen::MatrixXd columns_of(const Term& candidate) const;
-
-  /// Tangent stiffness of the hysteresis at the rows [N/m]: how encoder quantisation becomes force.
-  Eigen::VectorXd tangent_stiffness_N_per_m() const;
 
  private:
   /// What multiplies a gain's basis at each sample; empty means one.
@@ -43,19 +58,14 @@ class Linearisation {
     std::vector<double> dry_scale;
     std::vector<double> total_scale;
   };
-  void evaluate(const Terms& terms);
+  void retarget();
   Factors factors_for(std::size_t term_index) const;
+  std::optional<Eigen::Index> lent_columns(const Linearisation* known, const Term& term) const;
   Eigen::MatrixXd build(const Term& term, const Factors& factors) const;
 
   const Measurement& measurement_;
   Terms terms_;
-  std::vector<double> plain_N_;                    ///< sum of `force` terms
-  std::vector<double> dry_N_;                      ///< sum of `dry` terms
-  std::vector<std::vector<double>> dry_scales_;    ///< 1 + modulation, per term; empty where it has none
-  std::vector<std::vector<double>> total_scales_;
-  std::vector<double> dry_factor_;    ///< product of dry_scales_; empty means one
-  std::vector<double> total_factor_;  ///< product of total_scales_; empty means one
-  std::vector<double> sample_force_N_;
+  ForceTrace trace_;
   Eigen::MatrixXd columns_;
   Eigen::VectorXd target_;
   Eigen::VectorXd measured_N_;

@@ -65,6 +65,10 @@ double quick_mass(const Log& log) {
   return std::max(0.0, gram.ldlt().solve(right)(0));
 }
 
+std::vector<double> motion_taps(double bandwidth_Hz, double rate_Hz) {
+  return low_pass_taps(std::min(kMotionBandwidthRatio * bandwidth_Hz, 0.3 * rate_Hz), rate_Hz);
+}
+
 }  // namespace
 
 Measurement::Measurement(Log log, const ConditioningOptions& options) : log_(std::move(log)) {
@@ -72,7 +76,8 @@ Measurement::Measurement(Log log, const ConditioningOptions& options) : log_(std
   rough_mass_kg_ = log_.mass_kg ? *log_.mass_kg : quick_mass(log_);
   force_noise_N_ = white_noise(log_.force_N);
   choose_bandwidth(options.bandwidth_Hz);
-  estimate_motion();
+  motion_ = estimate_motion(log_.position_m);
+  find_unknown_start();
   choose_rows(options.maximum_rows);
 }
 
@@ -104,25 +109,42 @@ void Measurement::choose_bandwidth(double wished_Hz) {
   bandwidth_Hz_ = std::clamp(std::min(limit, excited), least, highest);
 }
 
-void Measurement::estimate_motion() {
+Measurement::Motion Measurement::estimate_motion(const std::vector<double>& reading_m) const {
   const double rate = sample_rate_Hz();
-  const std::vector<double> position = dequantise(log_.position_m, encoder_resolution_m_);
-  displacement_m_ = filter_all(position, low_pass_taps(kDisplacementBandwidth * rate, rate));
-  motion_taps_ = low_pass_taps(std::min(kMotionBandwidthRatio * bandwidth_Hz_, 0.3 * rate), rate);
-  position_m_ = filter_all(position, motion_taps_);
-  velocity_mps_ = first_derivative(position_m_, rate);
-  acceleration_mps2_ = second_derivative(position_m_, rate);
+  const std::vector<double> position = dequantise(reading_m, encoder_resolution_m_);
+  Motion motion;
+  motion.displacement_m = filter_all(position, low_pass_taps(kDisplacementBandwidth * rate, rate));
+  motion.position_m = filter_all(position, motion_taps(bandwidth_Hz_, rate));
+  motion.velocity_mps = first_derivative(motion.position_m, rate);
+  motion.acceleration_mps2 = second_derivative(motion.position_m, rate);
+  return motion;
+}
+
+void Measurement::find_unknown_start() {
+  const auto [low, high] = std::minmax_element(position_m().begin(), position_m().end());
+  const double needed = std::min(2.0 * kLongestSlip_m, 0.95 * (*high - *low));
+  double lowest = position_m().front();
+  double highest = lowest;
+  for (std::size_t i = 0; i < sample_count() / 4; ++i) {
+    lowest = std::min(lowest, position_m()[i]);
+    highest = std::max(highest, position_m()[i]);
+    if (highest - lowest >= needed) {
+      unknown_start_ = i;
+      return;
+    }
+  }
 }
 
 void Measurement::choose_rows(std::size_t maximum_rows) {
   const double rate = sample_rate_Hz();
   taps_ = low_pass_taps(bandwidth_Hz_, rate);
-  const std::size_t margin = taps_.size() / 2 + motion_taps_.size() / 2 + 2;
+  const std::size_t margin = taps_.size() / 2 + motion_taps(bandwidth_Hz_, rate).size() / 2 + 2;
   const std::size_t count = sample_count();
-  const std::size_t usable = count > 2 * margin ? count - 2 * margin : 0;
+  const std::size_t begin = unknown_start_ + margin;
+  const std::size_t usable = count > begin + margin ? count - margin - begin : 0;
   row_stride_ = std::max<std::size_t>(1, static_cast<std::size_t>(rate / (kRowsPerCycle * bandwidth_Hz_)));
   row_stride_ = std::max(row_stride_, (usable + maximum_rows - 1) / maximum_rows);
-  for (std::size_t i = margin; i < margin + usable; i += row_stride_) row_samples_.push_back(i);
+  for (std::size_t i = begin; i < begin + usable; i += row_stride_) row_samples_.push_back(i);
 
   fold_count_ = kFolds;
   block_count_ = kFolds * kBlocksPerFold;
@@ -135,10 +157,10 @@ void Measurement::choose_rows(std::size_t maximum_rows) {
 Sample<double> Measurement::sample(std::size_t index) const {
   Sample<double> sample;
   sample.time_s = static_cast<double>(index) * tick_s();
-  sample.displacement = displacement_m_[index];
-  sample.position_m = position_m_[index];
-  sample.velocity_mps = velocity_mps_[index];
-  sample.acceleration_mps2 = acceleration_mps2_[index];
+  sample.displacement = motion_.displacement_m[index];
+  sample.position_m = motion_.position_m[index];
+  sample.velocity_mps = motion_.velocity_mps[index];
+  sample.acceleration_mps2 = motion_.acceleration_mps2[index];
   return sample;
 }
 
@@ -172,18 +194,31 @@ Eigen::VectorXd Measurement::force_N(double delay_s) const {
   return out;
 }
 
-double Measurement::noise_floor_N(double mass_kg, const Eigen::VectorXd& stiffness_N_per_m) const {
-  const double quantisation_m = encoder_resolution_m_ / std::sqrt(12.0);
-  // Quantisation reaches the rows through both filters, and through the differences as acceleration.
-  const std::vector<double> both = convolve(motion_taps_, taps_);
-  const std::vector<double> acceleration = second_derivative(both, sample_rate_Hz());
-  double variance = force_noise_N_ * force_noise_N_ * noise_gain(taps_);
-  variance += mass_kg * mass_kg * quantisation_m * quantisation_m * noise_gain(acceleration);
-  if (stiffness_N_per_m.size() > 0) {
-    variance += quantisation_m * quantisation_m * noise_gain(both) * stiffness_N_per_m.squaredNorm() /
-                static_cast<double>(stiffness_N_per_m.size());
+double Measurement::acceleration_noise_mps2() const {
+  std::size_t moving = 0;
+  for (std::size_t i = 1; i < sample_count(); ++i)
+    moving += log_.position_m[i] != log_.position_m[i - 1] ? 1 : 0;
+  const double share = static_cast<double>(moving) / static_cast<double>(sample_count());
+  const std::vector<double> both = convolve(motion_taps(bandwidth_Hz_, sample_rate_Hz()), taps_);
+  const double gain = noise_gain(second_derivative(both, sample_rate_Hz()));
+  return encoder_resolution_m_ * std::sqrt(share * gain / 12.0);
+}
+
+double Measurement::filtered_force_noise_N() const {
+  return force_noise_N_ * std::sqrt(noise_gain(taps_));
+}
+
+Measurement Measurement::requantised() const {
+  Measurement copy = *this;
+  if (encoder_resolution_m_ <= 0.0) return copy;
+  std::vector<double> reading = motion_.displacement_m;
+  for (double& x : reading) {
+    // A grid shifted by an irrational part of a step: no cell border falls on an old one.
+    constexpr double kShift = 0.3819660112501051;
+    x = (std::floor(x / encoder_resolution_m_ + kShift) + 0.5 - kShift) * encoder_resolution_m_;
   }
-  return std::sqrt(variance);
+  copy.motion_.displacement_m = copy.estimate_motion(reading).displacement_m;
+  return copy;
 }
 
 }  // namespace slipstack::workbench

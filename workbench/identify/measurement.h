@@ -13,9 +13,12 @@
 
 namespace slipstack::workbench {
 
+/// Longest pre-sliding travel of a rolling guideway that is looked for.
+inline constexpr double kLongestSlip_m = 2e-3;
+
 /// How a log is conditioned. Zero: chosen from the log.
 struct ConditioningOptions {
-  double bandwidth_Hz = 0.0;       ///< of the filter that force and regressors share
+  double bandwidth_Hz = 0.0;         ///< of the filter that force and regressors share
   std::size_t maximum_rows = 40000;  ///< filtered instants kept for the regression
 };
 
@@ -35,9 +38,9 @@ class Measurement {
   double encoder_resolution_m() const { return encoder_resolution_m_; }
 
   // Smooth motion, one value per sample.
-  const std::vector<double>& position_m() const { return position_m_; }
-  const std::vector<double>& velocity_mps() const { return velocity_mps_; }
-  const std::vector<double>& acceleration_mps2() const { return acceleration_mps2_; }
+  const std::vector<double>& position_m() const { return motion_.position_m; }
+  const std::vector<double>& velocity_mps() const { return motion_.velocity_mps; }
+  const std::vector<double>& acceleration_mps2() const { return motion_.acceleration_mps2; }
 
   /// What the effects know at sample `index`; time counts from the start of the log.
   Sample<double> sample(std::size_t index) const;
@@ -51,6 +54,11 @@ class Measurement {
   int fold_of_block(int block) const { return block % fold_count_; }
   int fold_count() const { return fold_count_; }
 
+  /// Start of the log that has no rows, because the state of the hysteresis is not known there: until the
+  /// axis has swept twice the longest slip distance, or nearly all of its travel. At most a quarter of the
+  /// log.
+  double unknown_start_s() const { return static_cast<double>(unknown_start_) * tick_s(); }
+
   /// The measured force at the rows; with a delay, what was measured that much later.
   Eigen::VectorXd force_N(double delay_s = 0.0) const;
   /// Any signal with a value per sample, at the rows.
@@ -62,17 +70,28 @@ class Measurement {
   // Noise.
   /// Standard deviation of white noise on the force before the filter, from differences of sixth order.
   double force_noise_N() const { return force_noise_N_; }
-  /// Standard deviation, at the rows, of force noise and of encoder quantisation, the latter seen through
-  /// `mass_kg` and through a stiffness for each row (the tangent stiffness of the hysteresis there).
-  double noise_floor_N(double mass_kg, const Eigen::VectorXd& stiffness_N_per_m) const;
+  /// What the filter leaves of it at the rows.
+  double filtered_force_noise_N() const;
+  /// What encoder quantisation leaves in the acceleration at the rows: white while the axis moves.
+  double acceleration_noise_mps2() const;
+  /// The same measurement with the displacement that another encoder of equal resolution would have seen, its
+  /// grid shifted by a fraction of a step: what the hysteresis says differently there is what quantisation
+  /// costs where the axis is slow.
+  Measurement requantised() const;
 
   /// A mass good enough to choose the bandwidth: the header's, or a quick regression.
   double rough_mass_kg() const { return rough_mass_kg_; }
 
  private:
-  void estimate_noise();
-  void estimate_motion();
+  struct Motion {
+    std::vector<double> displacement_m;  ///< nearly unfiltered: what drives the hysteresis
+    std::vector<double> position_m;
+    std::vector<double> velocity_mps;
+    std::vector<double> acceleration_mps2;
+  };
+  Motion estimate_motion(const std::vector<double>& reading_m) const;
   void choose_bandwidth(double wished_Hz);
+  void find_unknown_start();
   void choose_rows(std::size_t maximum_rows);
 
   Log log_;
@@ -80,13 +99,10 @@ class Measurement {
   double bandwidth_Hz_ = 0.0;
   double force_noise_N_ = 0.0;
   double rough_mass_kg_ = 0.0;
-  std::vector<double> displacement_m_;
-  std::vector<double> position_m_;
-  std::vector<double> velocity_mps_;
-  std::vector<double> acceleration_mps2_;
+  Motion motion_;
   std::vector<double> taps_;
-  std::vector<double> motion_taps_;
   std::size_t row_stride_ = 1;
+  std::size_t unknown_start_ = 0;
   std::vector<std::size_t> row_samples_;
   std::vector<int> row_blocks_;
   int block_count_ = 0;

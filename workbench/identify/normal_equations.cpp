@@ -72,7 +72,8 @@ NormalEquations NormalEquations::with(const Measurement& measurement, const Eige
     block.gram.bottomRightCorner(further.cols(), further.cols()).noalias() = new_part.transpose() * new_part;
     block.right.resize(wider.unknowns_);
     block.right.head(unknowns_) = blocks_[b].right;
-    block.right.tail(further.cols()) = new_part.transpose() * target.segment(ranges[b].first, ranges[b].count);
+    block.right.tail(further.cols()) =
+        new_part.transpose() * target.segment(ranges[b].first, ranges[b].count);
     block.target_squared = blocks_[b].target_squared;
     wider.blocks_.push_back(std::move(block));
   }

@@ -205,9 +205,9 @@ std::vector<double> default_shapes(const Measurement& measurement, const EffectD
     const ShapeSpec& spec = effect.shapes[i];
     switch (spec.kind) {
       case ShapeKind::slip_distance: {
-        // From below the encoder's step to beyond any pre-sliding travel of a rolling guideway (2 mm), or to
-        // the largest travel of this log.
-        const double longest = std::min(stroke.length(), 2e-3);
+        // From below the encoder's step to beyond any pre-sliding travel of a rolling guideway, or to the
+        // largest travel of this log.
+        const double longest = std::min(stroke.length(), kLongestSlip_m);
         const double step = std::max(measurement.encoder_resolution_m(), 1e-9);
         const double shortest = std::clamp(0.5 * step, longest * 1e-5, longest * 0.1);
         return slip_distances(shortest, longest, effect.shapes.size(), effect.shapes.size());
@@ -228,7 +228,8 @@ std::vector<double> default_shapes(const Measurement& measurement, const EffectD
   return shapes;
 }
 
-std::vector<std::vector<double>> starting_shapes(const Measurement& measurement, const EffectDescription& effect,
+std::vector<std::vector<double>> starting_shapes(const Measurement& measurement,
+                                                 const EffectDescription& effect,
                                                  const Eigen::VectorXd& residual_N,
                                                  const Eigen::VectorXd& force_N) {
   std::vector<std::vector<double>> points{default_shapes(measurement, effect)};
@@ -296,11 +297,9 @@ SearchResult refine_shapes(const std::vector<ShapeRange>& ranges, std::vector<do
   };
   using Objective = decltype(objective);
   nlopt::opt search(nlopt::LN_NELDERMEAD, static_cast<unsigned>(ranges.size()));
-  search.set_min_objective(
-      [](const std::vector<double>& x, std::vector<double>&, void* data) {
-        return (*static_cast<const Objective*>(data))(x);
-      },
-      const_cast<void*>(static_cast<const void*>(&objective)));
+  search.set_min_objective([](const std::vector<double>& x, std::vector<double>&,
+                              void* data) { return (*static_cast<const Objective*>(data))(x); },
+                           const_cast<void*>(static_cast<const void*>(&objective)));
   search.set_lower_bounds(lower);
   search.set_upper_bounds(upper);
   search.set_initial_step(step);

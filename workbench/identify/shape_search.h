@@ -27,11 +27,13 @@ std::vector<ShapeRange> searched_shapes(const Measurement& measurement, const Ef
 std::vector<double> default_shapes(const Measurement& measurement, const EffectDescription& effect);
 
 /// `count` slip distances for the identification, evenly spaced in logarithm.
-std::vector<double> slip_distances(double shortest_m, double longest_m, std::size_t count, std::size_t capacity);
+std::vector<double> slip_distances(double shortest_m, double longest_m, std::size_t count,
+                                   std::size_t capacity);
 
 /// Points from which the search for an effect's shapes starts. `residual_N` (rows) suggests pitches and
 /// frequencies; `force_N` (rows) those of ripples that scale with force.
-std::vector<std::vector<double>> starting_shapes(const Measurement& measurement, const EffectDescription& effect,
+std::vector<std::vector<double>> starting_shapes(const Measurement& measurement,
+                                                 const EffectDescription& effect,
                                                  const Eigen::VectorXd& residual_N,
                                                  const Eigen::VectorXd& force_N);
 

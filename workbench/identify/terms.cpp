@@ -9,11 +9,13 @@
 namespace slipstack::workbench {
 namespace {
 
-/// Prior standard deviations of dimensionless modulations: the value, and the bend between neighbours of a map.
+/// Prior standard deviations of dimensionless modulations: the value, and the bend between neighbours of a
+/// map.
 constexpr double kModulationPrior = 1.0;
 constexpr double kBendPrior = 0.3;
 
-void penalise_modulation(const GainGroup& group, Eigen::Index first, double variance, Eigen::MatrixXd& penalty) {
+void penalise_modulation(const GainGroup& group, Eigen::Index first, double variance,
+                         Eigen::MatrixXd& penalty) {
   for (Eigen::Index i = first; i < first + group.count; ++i) {
     penalty(i, i) += variance / (kModulationPrior * kModulationPrior);
   }
@@ -53,7 +55,9 @@ const Term* find_term(const Terms& terms, std::string_view id) {
   return nullptr;
 }
 
-bool contains(const Terms& terms, std::string_view id) { return find_term(terms, id) != nullptr; }
+bool contains(const Terms& terms, std::string_view id) {
+  return find_term(terms, id) != nullptr;
+}
 
 NormalEquations::Constraints constraints_of(const Terms& terms, double noise_N) {
   const Eigen::Index count = unknown_count(terms);

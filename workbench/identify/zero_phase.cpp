@@ -21,7 +21,8 @@ double at(std::span<const double> input, std::ptrdiff_t index) {
 
 std::vector<double> low_pass_taps(double cutoff_Hz, double rate_Hz, double shift_samples) {
   const double cycles_per_sample = std::min(cutoff_Hz / rate_Hz, 0.5);
-  // A Blackman window's main lobe is 6/length wide: this length puts the transition at cutoff/2 .. 3/2 cutoff.
+  // A Blackman window's main lobe is 6/length wide: this length puts the transition at cutoff/2 .. 3/2
+  // cutoff.
   const auto half = static_cast<std::ptrdiff_t>(std::ceil(3.0 / cycles_per_sample + std::abs(shift_samples)));
   std::vector<double> taps;
   double sum = 0.0;
@@ -76,7 +77,8 @@ std::vector<double> first_derivative(std::span<const double> input, double rate_
   std::vector<double> out(input.size());
   for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(input.size()); ++i) {
     out[static_cast<std::size_t>(i)] =
-        (8.0 * (at(input, i + 1) - at(input, i - 1)) - (at(input, i + 2) - at(input, i - 2))) * rate_Hz / 12.0;
+        (8.0 * (at(input, i + 1) - at(input, i - 1)) - (at(input, i + 2) - at(input, i - 2))) * rate_Hz /
+        12.0;
   }
   return out;
 }
