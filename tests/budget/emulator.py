@@ -31,17 +31,22 @@ def require(image):
         fail(f"{image} is missing: cmake --preset cortex-m4 && cmake --build --preset cortex-m4")
 
 
-def run(image, arguments=()):
-    """Output lines of the image, run to its end; ends with FAIL if its status is not 0 or it does not end."""
+def start(image, arguments=()):
+    """The finished process of the emulator; ends with FAIL if the image does not end."""
     semihosting = ["enable=on", "target=native", "arg=image", *(f"arg={a}" for a in arguments)]
     command = [
         QEMU, "-M", "mps2-an386", "-icount", "shift=10", "-display", "none", "-monitor", "none",
         "-serial", "stdio", "-semihosting-config", ",".join(semihosting), "-kernel", str(image),
     ]  # fmt: skip
     try:
-        done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=TIMEOUT_S)
+        return subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=TIMEOUT_S)
     except subprocess.TimeoutExpired:
         fail(f"{image} did not end within {TIMEOUT_S} s")
+
+
+def run(image, arguments=()):
+    """Output lines of the image, run to its end; ends with FAIL if its status is not 0."""
+    done = start(image, arguments)
     if done.returncode != 0:
         print(done.stdout[-2000:] + done.stderr[-2000:])
         fail(f"{image} ended with status {done.returncode}")

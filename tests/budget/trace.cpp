@@ -135,7 +135,10 @@ int main() {
 #else
 int main(int argc, char** argv) {
   std::string request;
-  for (int i = 1; i < argc; ++i) request += (i > 1 ? " " : "") + std::string(argv[i]);
+  for (int i = 1; i < argc; ++i) {
+    if (i > 1) request += ' ';
+    request += argv[i];
+  }
   return run(request.c_str());
 }
 #endif
