@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string_view>
 #include <utility>
 
 #include "workbench/log/columns.h"
@@ -35,7 +36,7 @@ class Assembler {
       : table_(std::move(table)), header_(read_header_values(table_)), plan_(plan_columns(table_, header_)) {}
 
   Log assemble() {
-    require_enough_samples();
+    require_enough_samples(table_.columns.front().values.size(), "");
     for (const auto& [key, entry] : table_.header) log_.header.emplace(key, entry.value);
     log_.notes = std::move(table_.notes);
     log_.mass_kg = header_.mass_kg;
@@ -45,11 +46,10 @@ class Assembler {
     take_time();
     take_position();
     take_force();
-    log_.reference_position_m = take(Quantity::kReferencePosition);
-    log_.velocity_mps = take(Quantity::kVelocity);
-    log_.normal_force_N = take(Quantity::kNormalForce);
-    log_.temperature_C = take(Quantity::kTemperature);
-    resample_if_irregular();
+    log_.reference_position_m = on_grid(take(Quantity::kReferencePosition));
+    log_.velocity_mps = on_grid(take(Quantity::kVelocity));
+    log_.normal_force_N = on_grid(take(Quantity::kNormalForce));
+    log_.temperature_C = on_grid(take(Quantity::kTemperature));
     return std::move(log_);
   }
 
@@ -58,11 +58,10 @@ class Assembler {
     return table_.source + ": column " + table_.columns[plan_[quantity]->column].name;
   }
 
-  void require_enough_samples() const {
-    const std::size_t count = table_.columns.front().values.size();
+  void require_enough_samples(std::size_t count, std::string_view when) const {
     if (count >= Log::kMinimumSamples) return;
-    throw InputError(fmt::format("{}: {} samples are too few; record at least {}", table_.source, count,
-                                 Log::kMinimumSamples));
+    throw InputError(fmt::format("{}: {} samples{} are too few; record at least {}", table_.source, count,
+                                 when, Log::kMinimumSamples));
   }
 
   // Moves a column out in SI units; empty when the table lacks it.
@@ -76,6 +75,12 @@ class Assembler {
     return values;
   }
 
+  // Irregular samples brought to the uniform grid; uniform ones as they are.
+  std::vector<double> on_grid(std::vector<double> values) const {
+    if (!header_.irregular_sampling || values.empty()) return values;
+    return resampled(time_s_, values, grid_);
+  }
+
   void take_time() {
     time_s_ = take(Quantity::kTime);
     const WhereRow where = [this](std::size_t row) { return table_.where_row(row); };
@@ -83,7 +88,11 @@ class Assembler {
     Sampling sampling;
     if (header_.irregular_sampling) {
       grid_ = resampling_grid(time_s_, where);
+      require_enough_samples(grid_.count, " on the median step");
       sampling = grid_.sampling;
+      log_.notes.push_back(
+          fmt::format("irregular sampling: {} samples interpolated linearly to {} at {:.6g} Hz",
+                      time_s_.size(), grid_.count, sampling.rate_Hz));
     } else {
       const RawTable::Column& column = table_.columns[plan_[Quantity::kTime]->column];
       const double largest_s = std::max(std::abs(time_s_.front()), std::abs(time_s_.back()));
@@ -104,6 +113,9 @@ class Assembler {
       for (double& value : log_.position_m) value *= *log_.encoder_resolution_m;
       require_finite(log_.position_m, Quantity::kPosition);
     }
+    // Interpolated positions lie on no grid: the encoder's step shows only before.
+    if (!log_.encoder_resolution_m) estimate_resolution(table_.columns[source.column]);
+    log_.position_m = on_grid(std::move(log_.position_m));
     const auto [lowest, highest] = std::minmax_element(log_.position_m.begin(), log_.position_m.end());
     const std::string where = where_column(Quantity::kPosition);
     if (*lowest == *highest) {
@@ -113,7 +125,6 @@ class Assembler {
     const double travel_m = *highest - *lowest;
     if (!std::isfinite(travel_m))
       throw InputError(where + ": the travel is beyond all numbers; check the unit");
-    if (!log_.encoder_resolution_m) estimate_resolution(table_.columns[source.column]);
     if (log_.encoder_resolution_m && travel_m < kMoreThanOneStep * *log_.encoder_resolution_m) {
       throw InputError(fmt::format(
           "{}: the position never moves by more than one encoder step ({:.6g} m); record a motion or correct "
@@ -143,6 +154,7 @@ class Assembler {
     } else if (plan_[Quantity::kCurrent]) {
       log_.notes.push_back("column current_A ignored, the force is measured");
     }
+    log_.force_N = on_grid(std::move(log_.force_N));
     const auto [lowest, highest] = std::minmax_element(log_.force_N.begin(), log_.force_N.end());
     if (*lowest == *highest) {
       throw InputError(
@@ -161,17 +173,6 @@ class Assembler {
     const auto row = static_cast<std::size_t>(bad - values.begin());
     throw InputError(table_.where_row(row) + ": column " + table_.columns[plan_[quantity]->column].name +
                      ": the value is beyond the range of a number; correct it or remove the row");
-  }
-
-  void resample_if_irregular() {
-    if (!header_.irregular_sampling) return;
-    for (auto* const values : {&log_.position_m, &log_.force_N, &log_.reference_position_m,
-                               &log_.velocity_mps, &log_.normal_force_N, &log_.temperature_C}) {
-      if (!values->empty()) *values = resampled(time_s_, *values, grid_);
-    }
-    log_.notes.push_back(
-        fmt::format("irregular sampling: {} samples interpolated linearly to {} at {:.6g} Hz", time_s_.size(),
-                    grid_.count, log_.sample_rate_Hz));
   }
 
   RawTable table_;

@@ -44,8 +44,7 @@ Changes sorted_changes(const std::vector<double>& position_m, double storage_err
 }
 
 struct Match {
-  double step_m = 0.0;  // refined by all the multiples found
-  double share = 0.0;   // of the changes that are multiples
+  double step_m = 0.0;  // refined by all the multiples found; 0: too many changes are none
   bool varied = false;  // not all the same multiple: a smooth motion at constant speed is no grid
 };
 
@@ -53,21 +52,24 @@ struct Match {
 Match match_multiples(const std::vector<double>& changes, double step_m) {
   double sum_m = 0.0;
   double sum_steps = 0.0;
-  std::size_t hits = 0;
+  const auto allowed_misses =
+      static_cast<std::size_t>((1.0 - kRequiredShare) * static_cast<double>(changes.size()));
+  std::size_t misses = 0;
   double fewest_steps = std::numeric_limits<double>::infinity();
   double most_steps = 0.0;
   for (const double change : changes) {
     const double estimate = sum_steps > 0.0 ? sum_m / sum_steps : step_m;
     const double steps = std::round(change / estimate);
-    if (steps < 1.0 || std::abs(change - steps * estimate) > kMultipleTolerance * estimate) continue;
+    if (steps < 1.0 || std::abs(change - steps * estimate) > kMultipleTolerance * estimate) {
+      if (++misses > allowed_misses) return {};
+      continue;
+    }
     sum_m += change;
     sum_steps += steps;
-    ++hits;
     fewest_steps = std::min(fewest_steps, steps);
     most_steps = std::max(most_steps, steps);
   }
-  const double share = static_cast<double>(hits) / static_cast<double>(changes.size());
-  return {sum_steps > 0.0 ? sum_m / sum_steps : step_m, share, most_steps > fewest_steps};
+  return {sum_steps > 0.0 ? sum_m / sum_steps : 0.0, most_steps > fewest_steps};
 }
 
 // 1.0000003e-7 is 1e-7: four digits, when they say the same to one part in a million.
@@ -95,7 +97,7 @@ std::optional<double> estimate_encoder_step(const std::vector<double>& position_
       // Below this, multiples cannot be told from rounding.
       if (candidate <= best || candidate * kMultipleTolerance < storage_error_m) continue;
       const Match match = match_multiples(sizes, candidate);
-      const bool is_grid = match.share >= kRequiredShare && (match.varied || changes.rests);
+      const bool is_grid = match.varied || changes.rests;
       if (is_grid && match.step_m > best) best = match.step_m;
     }
   }

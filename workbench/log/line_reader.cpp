@@ -15,14 +15,14 @@ static_assert(kBufferSize > 2 * LineReader::kLongestLine);
 }  // namespace
 
 LineReader::LineReader(std::string name, ByteSource& source)
-    : name_(std::move(name)), source_(source), buffer_(kBufferSize) {}
+    : name_(std::move(name)), source_(source), buffer_(std::make_unique_for_overwrite<char[]>(kBufferSize)) {}
 
 bool LineReader::next(std::string_view& line) {
   if (!started_) check_beginning();
   const char* newline = nullptr;
   for (std::size_t searched = 0;;) {
     const std::size_t available = end_ - begin_;
-    const char* const from = buffer_.data() + begin_ + searched;
+    const char* const from = buffer_.get() + begin_ + searched;
     newline = static_cast<const char*>(std::memchr(from, '\n', available - searched));
     if (newline != nullptr || exhausted_) break;
     if (available > kLongestLine) break;
@@ -30,8 +30,8 @@ bool LineReader::next(std::string_view& line) {
     refill();
   }
   if (newline == nullptr && begin_ == end_) return false;
-  const char* const first = buffer_.data() + begin_;
-  const char* last = newline != nullptr ? newline : buffer_.data() + end_;
+  const char* const first = buffer_.get() + begin_;
+  const char* last = newline != nullptr ? newline : buffer_.get() + end_;
   ++line_number_;
   const auto length = static_cast<std::size_t>(last - first);
   refuse_nul({first, length < kLongestLine ? length : kLongestLine});
@@ -46,10 +46,10 @@ bool LineReader::next(std::string_view& line) {
 }
 
 void LineReader::refill() {
-  std::memmove(buffer_.data(), buffer_.data() + begin_, end_ - begin_);
+  std::memmove(buffer_.get(), buffer_.get() + begin_, end_ - begin_);
   end_ -= begin_;
   begin_ = 0;
-  const std::size_t count = source_.read(buffer_.data() + end_, buffer_.size() - end_);
+  const std::size_t count = source_.read(buffer_.get() + end_, kBufferSize - end_);
   if (count == 0) exhausted_ = true;
   end_ += count;
 }
@@ -57,7 +57,7 @@ void LineReader::refill() {
 void LineReader::check_beginning() {
   started_ = true;
   while (end_ < 3 && !exhausted_) refill();
-  const std::string_view head(buffer_.data(), end_);
+  const std::string_view head(buffer_.get(), end_);
   if (head.starts_with("\xEF\xBB\xBF")) {
     begin_ = 3;
   } else if (head.starts_with("\xFF\xFE") || head.starts_with("\xFE\xFF")) {

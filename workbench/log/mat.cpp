@@ -2,243 +2,216 @@
 #include "workbench/log/mat.h"
 
 #include <fmt/format.h>
-#include <matio.h>
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
-#include <cstring>
-#include <memory>
+#include <span>
 #include <utility>
 #include <vector>
 
 #include "workbench/log/columns.h"
 #include "workbench/log/input_error.h"
+#include "workbench/log/mat_elements.h"
 #include "workbench/log/text.h"
 
 namespace slipstack::workbench {
 namespace {
 
-constexpr double kSinglePrecision = 0x1p-24;
+// Version 0x0100 and "MI", as the writing machine orders its bytes.
+constexpr std::string_view kLittleEndian("\0\1IM", 4);
+constexpr std::string_view kBigEndian("\1\0MI", 4);
 constexpr std::string_view kHdf5Signature = "\x89HDF\r\n\x1A\n";
 
-struct FileCloser {
-  void operator()(mat_t* file) const { Mat_Close(file); }
-};
-struct VariableFreer {
-  void operator()(matvar_t* variable) const { Mat_VarFree(variable); }
-};
-using File = std::unique_ptr<mat_t, FileCloser>;
-using Variable = std::unique_ptr<matvar_t, VariableFreer>;
+constexpr double kSinglePrecision = 0x1p-24;
+constexpr std::size_t kLargestVariable = std::size_t{512} << 20;
 
-std::size_t element_count(const matvar_t& variable) {
-  std::size_t count = 1;
-  for (int i = 0; i < variable.rank; ++i) {
-    if (__builtin_mul_overflow(count, variable.dims[i], &count)) return SIZE_MAX;
+// Array classes (MAT-File Format, table 1-3).
+enum class MatClass : std::uint32_t { kStruct = 2, kChar = 4, kDouble = 6, kSingle = 7, kUint64 = 15 };
+constexpr std::uint32_t kComplexFlag = 0x0800;
+
+bool is_level5(std::string_view head) {
+  return head.ends_with(kLittleEndian) || head.ends_with(kBigEndian);
+}
+
+// The head of an array, and a cursor behind it.
+struct Array {
+  std::string name;
+  std::uint32_t array_class = 0;
+  bool complex = false;
+  std::vector<double> dimensions;
+  MatCursor content;
+
+  bool is(MatClass wanted) const { return array_class == static_cast<std::uint32_t>(wanted); }
+  bool is_numeric() const {
+    return array_class >= static_cast<std::uint32_t>(MatClass::kDouble) &&
+           array_class <= static_cast<std::uint32_t>(MatClass::kUint64);
   }
-  return count;
-}
-
-bool is_vector(const matvar_t& variable) {
-  if (variable.rank != 2) return false;
-  return variable.dims[0] == 1 || variable.dims[1] == 1;
-}
-
-template <typename Number>
-std::vector<double> converted(const matvar_t& variable) {
-  const auto* const first = static_cast<const Number*>(variable.data);
-  std::vector<double> values(element_count(variable));
-  std::transform(first, first + values.size(), values.begin(),
-                 [](Number value) { return static_cast<double>(value); });
-  return values;
-}
-
-// The numbers of a real vector; empty for everything else.
-std::vector<double> numbers(const matvar_t& variable) {
-  if (variable.data == nullptr || variable.isComplex != 0 || !is_vector(variable)) return {};
-  switch (variable.class_type) {
-    case MAT_C_DOUBLE:
-      return converted<double>(variable);
-    case MAT_C_SINGLE:
-      return converted<float>(variable);
-    case MAT_C_INT8:
-      return converted<std::int8_t>(variable);
-    case MAT_C_UINT8:
-      return converted<std::uint8_t>(variable);
-    case MAT_C_INT16:
-      return converted<std::int16_t>(variable);
-    case MAT_C_UINT16:
-      return converted<std::uint16_t>(variable);
-    case MAT_C_INT32:
-      return converted<std::int32_t>(variable);
-    case MAT_C_UINT32:
-      return converted<std::uint32_t>(variable);
-    case MAT_C_INT64:
-      return converted<std::int64_t>(variable);
-    case MAT_C_UINT64:
-      return converted<std::uint64_t>(variable);
-    default:
-      return {};
+  double element_count() const {
+    double count = 1.0;
+    for (const double dimension : dimensions) count *= dimension;
+    return count;
   }
-}
-
-std::uint32_t read_u32(std::FILE* file, bool swapped, bool& ok) {
-  std::uint32_t value = 0;
-  ok = std::fread(&value, sizeof value, 1, file) == 1;
-  return swapped ? __builtin_bswap32(value) : value;
-}
-
-struct StdioCloser {
-  void operator()(std::FILE* file) const { std::fclose(file); }
+  bool is_vector() const { return dimensions.size() == 2 && (dimensions[0] == 1.0 || dimensions[1] == 1.0); }
 };
 
-// The library reads what it finds and returns less than there was; the sizes that the elements of the file
-// announce tell whether all of it is there.
-void require_whole(const std::string& name, const std::filesystem::path& path, std::size_t file_size,
-                   bool swapped) {
-  const std::unique_ptr<std::FILE, StdioCloser> file(std::fopen(path.c_str(), "rb"));
-  std::size_t offset = kMatHeaderSize;
-  while (file != nullptr && offset < file_size) {
-    bool whole = std::fseek(file.get(), static_cast<long>(offset), SEEK_SET) == 0;
-    bool ok = false;
-    const std::uint32_t type = read_u32(file.get(), swapped, ok);
-    whole = whole && ok;
-    const std::uint32_t length = read_u32(file.get(), swapped, ok);
-    whole = whole && ok;
-    if (whole && type != MAT_T_MATRIX && type != MAT_T_COMPRESSED) {
-      throw InputError(fmt::format("{}: the MAT file is damaged at byte {}; save it again", name, offset));
-    }
-    offset += 8 + std::size_t{length};
-    if (whole && offset <= file_size) continue;
-    throw InputError(name + ": the MAT file is cut off; copy or save it again");
-  }
-}
-
-// A compressed element cannot hold more than zlib's best ratio of its file: a damaged size is refused before
-// memory is asked for it.
-void require_plausible_size(const std::string& name, const matvar_t& variable, std::size_t file_size) {
-  constexpr std::size_t kBestCompression = 1032;
-  const std::size_t count = element_count(variable);
-  if (count <= file_size * kBestCompression / 8 || count <= file_size) return;
-  throw InputError(name + ": variable " + quoted(variable.name == nullptr ? "" : variable.name) +
-                   " announces more numbers than the file can hold; save it again");
+Array open_array(std::span<const std::byte> bytes, bool swapped) {
+  MatCursor cursor(bytes, swapped);
+  const std::uint32_t flags = mat_uint32(cursor.next(MatType::kUint32).data, swapped);
+  std::vector<double> dimensions = mat_numbers(cursor.next(MatType::kInt32), swapped);
+  std::string name = mat_text(cursor.next(MatType::kInt8), swapped);
+  return {std::move(name), flags & 0xFF, (flags & kComplexFlag) != 0, std::move(dimensions), cursor};
 }
 
 class MatReader {
  public:
-  MatReader(std::string name, std::size_t file_size) : file_size_(file_size) {
-    table_.source = std::move(name);
+  MatReader(const std::string& name, ByteSource& source, std::size_t file_size)
+      : source_(source), remaining_(file_size) {
+    table_.source = name;
   }
 
-  RawTable read(mat_t* file) {
-    std::vector<Variable> variables = read_variables(file);
-    const matvar_t* const record = find_record(variables);
-    if (record != nullptr) {
-      for (unsigned i = 0; i < Mat_VarGetNumberOfFields(const_cast<matvar_t*>(record)); ++i) {
-        const matvar_t* field = Mat_VarGetStructFieldByIndex(const_cast<matvar_t*>(record), i, 0);
-        const char* const field_name = Mat_VarGetStructFieldnames(record)[i];
-        if (field != nullptr && field_name != nullptr) take(field_name, *field, false);
-      }
-    }
-    for (const Variable& variable : variables) {
-      if (variable.get() == record || variable->name == nullptr) continue;
-      take(variable->name, *variable, record != nullptr);
-    }
-    if (!left_out_.empty())
+  RawTable read() {
+    read_head();
+    while (remaining_ > 0) read_variable();
+    settle_record();
+    if (!left_out_.empty()) {
       table_.notes.push_back("left out, neither vector, number nor text: " + joined(left_out_));
+    }
     require_equal_lengths();
     return std::move(table_);
   }
 
  private:
-  std::vector<Variable> read_variables(mat_t* file) {
-    std::vector<Variable> variables;
-    while (Variable variable{Mat_VarReadNextInfo(file)}) {
-      require_plausible_size(table_.source, *variable, file_size_);
-      if (variable->class_type == MAT_C_STRUCT) require_plausible_fields(*variable);
-      if (Mat_VarReadDataAll(file, variable.get()) != 0 && variable->class_type != MAT_C_EMPTY) {
-        throw InputError(table_.source + ": variable " +
-                         quoted(variable->name == nullptr ? "" : variable->name) +
-                         " cannot be read; save the file again");
-      }
-      variables.push_back(std::move(variable));
+  std::vector<std::byte> read_bytes(std::size_t count) {
+    if (count > remaining_) throw MatDamage("the file is cut off");
+    std::vector<std::byte> bytes(count);
+    std::size_t filled = 0;
+    while (filled < count) {
+      const std::size_t got = source_.read(reinterpret_cast<char*>(bytes.data()) + filled, count - filled);
+      if (got == 0) throw MatDamage("the file is cut off");
+      filled += got;
     }
-    return variables;
+    remaining_ -= count;
+    return bytes;
   }
 
-  void require_plausible_fields(const matvar_t& record) const {
-    const std::size_t count = element_count(record);
-    if (count != 1) return;
-    for (unsigned i = 0; i < Mat_VarGetNumberOfFields(const_cast<matvar_t*>(&record)); ++i) {
-      const matvar_t* field = Mat_VarGetStructFieldByIndex(const_cast<matvar_t*>(&record), i, 0);
-      if (field != nullptr) require_plausible_size(table_.source, *field, file_size_);
+  void read_head() {
+    const std::vector<std::byte> bytes = read_bytes(std::min(remaining_, kMatHeaderSize));
+    const std::string_view head(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    if (head.starts_with("MATLAB 7.3") || head.starts_with(kHdf5Signature)) {
+      throw InputError(table_.source +
+                       ": is a MAT file of version 7.3 (HDF5); save it with save(..., '-v7')");
     }
+    if (head.size() < kMatHeaderSize) throw MatDamage("the file is cut off");
+    if (!is_level5(head)) {
+      throw InputError(table_.source + ": is not a MAT file of level 5; save it with save(..., '-v7')");
+    }
+    swapped_ = head.ends_with(kLittleEndian) != (std::endian::native == std::endian::little);
   }
 
-  // The struct that holds the log, when time_s is no variable of its own.
-  const matvar_t* find_record(const std::vector<Variable>& variables) const {
-    const matvar_t* found = nullptr;
-    for (const Variable& variable : variables) {
-      if (variable->name != nullptr && std::string_view(variable->name) == "time_s") return nullptr;
-      if (variable->class_type != MAT_C_STRUCT || element_count(*variable) != 1) continue;
-      if (Mat_VarGetStructFieldByName(variable.get(), "time_s", 0) == nullptr) continue;
-      if (found != nullptr) {
-        throw InputError(table_.source + ": structs " + quoted(found->name) + " and " +
-                         quoted(variable->name) + " both hold a log; save one of them alone");
-      }
-      found = variable.get();
+  // One variable: its tag, then its bytes, inflated when they are compressed.
+  void read_variable() {
+    const std::vector<std::byte> tag = read_bytes(8);
+    const auto type = static_cast<MatType>(mat_uint32(tag, swapped_));
+    const std::size_t length = mat_uint32(std::span(tag).subspan(4), swapped_);
+    if (type != MatType::kMatrix && type != MatType::kCompressed) throw MatDamage("a variable has no type");
+    if (length > remaining_) throw MatDamage("the file is cut off");
+    if (length > kLargestVariable) throw MatDamage("a variable is larger than this program reads");
+    const std::vector<std::byte> bytes = read_bytes(length);
+    if (type == MatType::kMatrix) {
+      take_variable(bytes);
+      return;
     }
-    return found;
+    const std::vector<std::byte> inflated = mat_inflated(bytes, swapped_, kLargestVariable);
+    take_variable(MatCursor(inflated, swapped_).next(MatType::kMatrix).data);
   }
 
-  // Vectors become columns, scalars and text header entries. Beside a struct that holds the log, vectors are
-  // somebody else's.
-  void take(const std::string& name, const matvar_t& variable, bool beside_record) {
-    const bool is_text = variable.class_type == MAT_C_CHAR;
-    std::vector<double> values = is_text ? std::vector<double>{} : numbers(variable);
-    if (is_text) {
-      take_header(name, text_of(variable));
-    } else if (values.size() == 1) {
-      take_header(name, fmt::format("{}", values.front()));
-    } else if (values.empty() || beside_record) {
+  void take_variable(std::span<const std::byte> bytes) {
+    if (bytes.empty()) return;
+    Array array = open_array(bytes, swapped_);
+    const std::string name = array.name;
+    if (array.is(MatClass::kStruct) && array.element_count() == 1.0 && take_record(array)) return;
+    take(name, array, variables_);
+  }
+
+  struct Content {
+    std::vector<RawTable::Column> columns;
+    std::map<std::string, std::string> texts;
+  };
+
+  // A struct with a field time_s holds the log. False for any other struct.
+  bool take_record(const Array& record) {
+    MatCursor cursor = record.content;
+    const std::size_t name_length = mat_uint32(cursor.next(MatType::kInt32).data, swapped_);
+    const std::string names = mat_text(cursor.next(MatType::kInt8), swapped_);
+    if (name_length == 0 || names.size() % name_length != 0)
+      throw MatDamage("the fields of a struct have no names");
+    std::vector<std::string> fields;
+    for (std::size_t i = 0; i < names.size(); i += name_length) {
+      const std::string field = names.substr(i, name_length);
+      fields.push_back(field.substr(0, field.find('\0')));
+    }
+    if (std::find(fields.begin(), fields.end(), "time_s") == fields.end()) return false;
+    if (!record_name_.empty()) {
+      throw InputError(table_.source + ": structs " + quoted(record_name_) + " and " + quoted(record.name) +
+                       " both hold a log; save one of them alone");
+    }
+    record_name_ = record.name.empty() ? "?" : record.name;
+    for (const std::string& field : fields) {
+      const MatElement element = cursor.next(MatType::kMatrix);
+      if (element.data.empty()) continue;  // an empty array
+      take(field, open_array(element.data, swapped_), record_);
+    }
+    return true;
+  }
+
+  // Vectors become columns, scalars and text header entries.
+  void take(const std::string& name, Array array, Content& content) {
+    if (array.is(MatClass::kChar) && array.is_vector()) {
+      content.texts.try_emplace(printable(name),
+                                printable(trimmed(mat_text(array.content.next(), swapped_))));
+      return;
+    }
+    if (!array.is_numeric() || array.complex || !array.is_vector() || array.element_count() == 0.0) {
       left_out_.push_back(printable(name));
-    } else {
-      require_finite(name, values);
-      const double precision = variable.class_type == MAT_C_SINGLE ? kSinglePrecision : 0.0;
-      table_.columns.push_back({name, std::move(values), precision});
+      return;
     }
-  }
-
-  void take_header(const std::string& name, const std::string& value) {
-    table_.header.try_emplace(printable(name), RawTable::HeaderEntry{value, 0});
-  }
-
-  // A row of characters, one or two bytes each; what is not ASCII becomes '?' unless it came as UTF-8.
-  static std::string text_of(const matvar_t& variable) {
-    if (variable.data == nullptr || !is_vector(variable)) return {};
-    const std::size_t count = element_count(variable);
-    std::string text;
-    const auto width = static_cast<std::size_t>(std::max(variable.data_size, 1));
-    if (width == 1) {
-      text.assign(static_cast<const char*>(variable.data), std::min(count, variable.nbytes));
-    } else {
-      const auto* const bytes = static_cast<const unsigned char*>(variable.data);
-      for (std::size_t i = 0; i < std::min(count, variable.nbytes / width); ++i) {
-        std::uint16_t unit = 0;
-        std::memcpy(&unit, bytes + i * width, sizeof unit);
-        text += unit < 0x80 ? static_cast<char>(unit) : '?';
-      }
+    std::vector<double> values = mat_numbers(array.content.next(), swapped_);
+    if (static_cast<double>(values.size()) != array.element_count()) {
+      throw MatDamage("the size of variable " + quoted(name) + " does not fit its numbers");
     }
-    return printable(trimmed(text));
+    if (values.size() == 1) {
+      content.texts.try_emplace(printable(name), fmt::format("{}", values.front()));
+      return;
+    }
+    content.columns.push_back(
+        {name, std::move(values), array.is(MatClass::kSingle) ? kSinglePrecision : 0.0});
   }
 
-  void require_finite(const std::string& name, const std::vector<double>& values) const {
+  // The log is in the variables, or in one struct; then vectors beside it are somebody else's, scalars and
+  // text still its header.
+  void settle_record() {
+    const auto is_time = [](const RawTable::Column& column) { return column.name == "time_s"; };
+    const bool in_record =
+        !record_name_.empty() && std::none_of(variables_.columns.begin(), variables_.columns.end(), is_time);
+    Content& log = in_record ? record_ : variables_;
+    for (const auto& column : in_record ? variables_.columns : record_.columns) {
+      left_out_.push_back(printable(column.name));
+    }
+    if (in_record) log.texts.merge(variables_.texts);
+    table_.columns = std::move(log.columns);
+    for (const auto& [key, value] : log.texts)
+      table_.header.try_emplace(key, RawTable::HeaderEntry{value, 0});
+    for (const RawTable::Column& column : table_.columns) require_finite(column);
+  }
+
+  void require_finite(const RawTable::Column& column) const {
+    const auto& values = column.values;
     const auto bad = std::find_if(values.begin(), values.end(), [](double v) { return !std::isfinite(v); });
     if (bad == values.end()) return;
     throw InputError(fmt::format("{}: {}({}) is {}; remove or correct the sample", table_.source,
-                                 printable(name), bad - values.begin() + 1, *bad));
+                                 printable(column.name), bad - values.begin() + 1, *bad));
   }
 
   void require_equal_lengths() const {
@@ -252,8 +225,13 @@ class MatReader {
     }
   }
 
+  ByteSource& source_;
+  std::size_t remaining_;
+  bool swapped_ = false;
   RawTable table_;
-  std::size_t file_size_;
+  Content variables_;
+  Content record_;
+  std::string record_name_;
   std::vector<std::string> left_out_;
 };
 
@@ -261,29 +239,15 @@ class MatReader {
 
 bool looks_like_mat(std::string_view head) {
   if (head.starts_with("MATLAB ") || head.starts_with(kHdf5Signature)) return true;
-  if (head.size() < kMatHeaderSize) return false;
-  const std::string_view version = head.substr(kMatHeaderSize - 4);
-  return version == std::string_view("\0\1IM", 4) || version == std::string_view("\1\0MI", 4);
+  return head.size() == kMatHeaderSize && is_level5(head);
 }
 
-RawTable read_mat(const std::string& name, const std::filesystem::path& path, std::string_view head,
-                  std::size_t file_size) {
-  if (head.starts_with("MATLAB 7.3") || head.starts_with(kHdf5Signature)) {
-    throw InputError(name + ": is a MAT file of version 7.3 (HDF5); save it with save(..., '-v7')");
+RawTable read_mat(const std::string& name, ByteSource& source, std::size_t file_size) {
+  try {
+    return MatReader(name, source, file_size).read();
+  } catch (const MatDamage& damage) {
+    throw InputError(name + ": the MAT file is damaged: " + damage.what() + "; copy or save it again");
   }
-  if (head.size() < kMatHeaderSize)
-    throw InputError(name + ": the MAT file is cut off; copy or save it again");
-  const std::string_view order = head.substr(kMatHeaderSize - 2);
-  if (order != "IM" && order != "MI") {
-    throw InputError(name + ": the head of the MAT file is damaged; save it again with save(..., '-v7')");
-  }
-  const bool file_is_little = order == "IM";
-  require_whole(name, path, file_size, file_is_little != (std::endian::native == std::endian::little));
-  const File file(Mat_Open(path.c_str(), MAT_ACC_RDONLY));
-  if (file == nullptr || Mat_GetVersion(file.get()) != MAT_FT_MAT5) {
-    throw InputError(name + ": is not a MAT file of level 5; save it with save(..., '-v7')");
-  }
-  return MatReader(name, file_size).read(file.get());
 }
 
 }  // namespace slipstack::workbench

@@ -75,8 +75,7 @@ Log read_file(const std::string& name, const std::filesystem::path& path) {
   if (file.size() == 0) throw InputError(name + ": the file is empty; record a log into it");
   std::array<char, kMatHeaderSize> head{};
   const std::size_t count = file.peek(head.data(), head.size());
-  const std::string_view beginning(head.data(), count);
-  if (looks_like_mat(beginning)) return assemble_log(read_mat(name, path, beginning, file.size()));
+  if (looks_like_mat({head.data(), count})) return assemble_log(read_mat(name, file, file.size()));
   return assemble_log(read_csv(name, file));
 }
 

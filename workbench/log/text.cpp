@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/log/text.h"
 
+#include <fmt/format.h>
+
 #include <charconv>
 #include <cmath>
 #include <cstddef>
@@ -67,7 +69,7 @@ std::string printable(std::string_view text, std::size_t limit) {
 }
 
 std::string quoted(std::string_view text) {
-  return "'" + printable(text, kQuoteLimit) + "'";
+  return fmt::format("'{}'", printable(text, kQuoteLimit));
 }
 
 std::string joined(const std::vector<std::string>& names) {

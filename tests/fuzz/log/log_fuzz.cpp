@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// libFuzzer target: whatever the bytes, the log reader gives a log that keeps its promises or an error of one line.
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+#include <string_view>
+
+#include "tests/unit/log/log_support.h"
+
+namespace {
+
+void require(const std::string& fault) {
+  if (fault.empty()) return;
+  std::fprintf(stderr, "%s\n", fault.c_str());
+  std::abort();
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace slipstack::workbench;
+  const std::string_view bytes(reinterpret_cast<const char*>(data), size);
+  const bool is_mat = looks_like_mat(bytes.substr(0, kMatHeaderSize));
+  try {
+    require(test::broken_promise(is_mat ? test::parse_mat(bytes) : test::parse_text(bytes)));
+  } catch (const InputError& error) {
+    require(test::broken_message(error.what(), is_mat ? "log.mat" : "log.csv"));
+  }
+  return 0;
+}

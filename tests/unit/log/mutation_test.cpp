@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdint>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include "tests/unit/log/log_support.h"
+#include "tests/unit/log/mat_builder.h"
+#include "tests/unit/log/mutate.h"
+
+namespace slipstack::workbench::test {
+namespace {
+
+constexpr const char* kSource = "log.csv";
+
+std::vector<std::string> corpus() {
+  std::string counts =
+      "# encoder_resolution_m: 1e-7\n# motor_constant_N_per_A: 71.5\ntime_s,position_counts,current_A\n";
+  std::string wide =
+      "# mass_kg: 0\r\n# sampling: uniform\r\ntime_s,position_um,force_mN,velocity_mps,temperature_C\r\n";
+  std::string irregular = "# sampling: irregular\n# note\ntime_s,position_mm,force_N\n";
+  for (int i = 0; i < 150; ++i) {
+    const std::string n = std::to_string(i);
+    counts += n + "e-3," + std::to_string(i * i % 97) + "," + n + "\n";
+    wide += n + "," + std::to_string(i % 13) + ", -" + n + ".5,0.1,2" + n + "\r\n";
+    irregular += std::to_string(i * 3 + i % 2) + "," + n + ".25," + n + "\n";
+  }
+  return {"# mass_kg: 35.45\ntime_s,position_m,force_N\n" + usual_rows(105), counts, wide, irregular};
+}
+
+// 40 000 damaged logs: each becomes a Log that keeps its promises or an error of one line.
+TEST(Mutation, CsvGivesALogOrOneLine) {
+  const std::vector<std::string> texts = corpus();
+  for (const std::string& text : texts) ASSERT_EQ(refusal(text), "");
+  Mutator mutator(20240611);
+  int read = 0;
+  int refused = 0;
+  for (int i = 0; i < 40'000; ++i) {
+    const std::string text = mutator.mutated(texts[static_cast<std::size_t>(i) % texts.size()]);
+    try {
+      const Log log = parse_text(text);
+      ASSERT_EQ(broken_promise(log), "") << text;
+      ++read;
+    } catch (const InputError& error) {
+      ASSERT_EQ(broken_message(error.what(), kSource), "") << error.what() << "\n" << text;
+      ++refused;
+    }
+  }
+  // Both ways must really have been taken, or the damage is too mild or too heavy to test anything.
+  EXPECT_GT(read, 1000);
+  EXPECT_GT(refused, 10'000);
+}
+
+std::string mat_bytes(const TemporaryDirectory& directory, bool compressed, bool as_struct) {
+  std::vector<double> time_s;
+  std::vector<double> position_m;
+  std::vector<float> force_N;
+  for (int i = 0; i < 120; ++i) {
+    time_s.push_back(i * 1e-3);
+    position_m.push_back((i * i % 41) * 1e-6);
+    force_N.push_back(static_cast<float>(i % 17));
+  }
+  {
+    MatBuilder builder(directory / "seed.mat", MAT_FT_MAT5, compressed);
+    const std::vector<matvar_t*> variables{
+        MatBuilder::make("time_s", time_s), MatBuilder::make("position_m", position_m),
+        MatBuilder::make("force_N", MAT_C_SINGLE, MAT_T_SINGLE, force_N),
+        MatBuilder::make("mass_kg", std::vector<double>{3.0}), MatBuilder::make("site", "hall 3")};
+    if (as_struct) {
+      builder.add_struct("log", variables);
+    } else {
+      for (matvar_t* variable : variables) builder.add(variable);
+    }
+  }
+  std::ifstream file(directory / "seed.mat", std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+// 40 000 damaged MAT-files, the same.
+TEST(Mutation, MatGivesALogOrOneLine) {
+  const TemporaryDirectory directory;
+  std::mt19937_64 random(5);
+  int read = 0;
+  int refused = 0;
+  for (const bool compressed : {false, true}) {
+    for (const bool as_struct : {false, true}) {
+      const std::string seed = mat_bytes(directory, compressed, as_struct);
+      for (int i = 0; i < 10'000; ++i) {
+        std::string bytes = seed;
+        for (std::size_t k = 0; k < 1 + random() % 5; ++k) {
+          // Mostly in tags, sizes and names, where the structure is.
+          const std::size_t reach =
+              random() % 4 == 0 ? bytes.size() : std::min<std::size_t>(bytes.size(), 500);
+          bytes[random() % reach] = static_cast<char>(random() % 3 == 0 ? random() % 256 : random() % 20);
+        }
+        if (random() % 8 == 0) bytes.resize(random() % bytes.size());
+        try {
+          ASSERT_EQ(broken_promise(parse_mat(bytes)), "");
+          ++read;
+        } catch (const InputError& error) {
+          ASSERT_EQ(broken_message(error.what(), "log.mat"), "") << error.what();
+          ++refused;
+        }
+      }
+    }
+  }
+  EXPECT_GT(read, 400);
+  EXPECT_GT(refused, 20'000);
+}
+
+}  // namespace
+}  // namespace slipstack::workbench::test
