@@ -12,7 +12,7 @@ namespace slipstack::sim {
 /// velocity bandwidth drawn from the seed, 25 to 50 Hz), with following errors and whatever hunting the
 /// friction causes. The force channel is the current command × nominal motor constant; the force noise is the
 /// amplifier's: it moves the axis and does not show in the command, so `noise_N` holds its negative.
-/// Cost: about 10 µs per logged sample. Throws std::runtime_error when the controller loses the axis.
+/// Cost: about 1 µs per logged sample. Throws std::runtime_error when the controller loses the axis.
 SimulatedLog simulate_closed_loop_log(const Axis& axis, const MotionProgramme& programme, double rate_Hz,
                                       std::uint64_t seed, bool keep_parts = false);
 

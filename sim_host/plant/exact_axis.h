@@ -45,7 +45,7 @@ struct EnergyAudit {
 /// the form with sines it loses no digits when the stiffness fades away in sliding. Events are roots of these
 /// polynomials, found by safeguarded Newton steps. The result does not depend on how often it is asked for.
 ///
-/// Cost: about 0.5 µs per event.
+/// Cost: about 1 µs per event.
 class ExactAxis {
  public:
   /// At rest at x with the bank relaxed there. Throws std::invalid_argument when the mass is not positive, a

@@ -67,6 +67,25 @@ TEST(Log, ClosedLoopForceIsTheSumOfTheDeclaredPartsToo) {
   EXPECT_GT(worst, 2e-6) << "a controller without following error";
 }
 
+// The amplifier's noise moves the axis but is not in the command of the same tick, which is computed before.
+TEST(Log, ClosedLoopCommandDoesNotKnowTheNoiseToCome) {
+  Scene scene = make_scene(Setup::kPickAndPlace, 3, 10.0);
+  scene.bench.axis.force_noise_N = 5.0;
+  scene.bench.axis.encoder_resolution_m = 1e-8;
+  const SimulatedLog log = simulate_closed_loop_log(scene.bench.axis, scene.programme, 2000.0, 3);
+  double product = 0.0;
+  double noise_squares = 0.0;
+  double step_squares = 0.0;
+  for (std::size_t i = 1; i < log.size(); ++i) {
+    const double step_N = log.force_N[i] - log.force_N[i - 1];
+    product += step_N * log.noise_N[i];
+    noise_squares += log.noise_N[i] * log.noise_N[i];
+    step_squares += step_N * step_N;
+  }
+  EXPECT_NEAR(product / std::sqrt(noise_squares * step_squares), 0.0, 0.05);
+  EXPECT_NEAR(std::sqrt(noise_squares / static_cast<double>(log.size())), 5.0, 0.1);
+}
+
 TEST(Log, TheSameSeedGivesTheSameBytes) {
   const auto bytes = [](std::uint64_t seed) {
     Scene scene = make_scene(Setup::kRandom, seed, 10.0);

@@ -139,6 +139,24 @@ TEST(Loads, ForwardUndoesInverse) {
   }
 }
 
+// The friction turns where the motion turns, not at the next sample: coarse and fine sampling agree.
+TEST(PrescribedAxis, FrictionTurnsBetweenTheSamples) {
+  const Axis axis = simple_axis(200);
+  MotionProgramme programme;
+  programme.append(make_sine(0.1, 12e-6, 3.0, 5));
+  PrescribedAxis coarse(axis, programme);
+  PrescribedAxis fine(axis, programme);
+  for (int i = 1; i <= 50; ++i) {
+    const double t_s = 0.031 * i;
+    coarse.advance_to(t_s);
+    for (int j = 1; j <= 100; ++j) fine.advance_to(0.031 * (i - 1) + 0.00031 * j);
+    fine.advance_to(t_s);
+    ASSERT_NEAR(coarse.parts()[index(EffectId::kPreslidingHysteresis)],
+                fine.parts()[index(EffectId::kPreslidingHysteresis)], 1e-9)
+        << i;
+  }
+}
+
 // Driven by the force that inverse dynamics asked for, the axis makes the motion (for as long as an open loop
 // can).
 TEST(Plant, MakesTheMotionThatInverseDynamicsWasAskedFor) {
