@@ -37,7 +37,7 @@ constexpr Real power_of_half(int n) {
 
 }  // namespace detail
 
-// e^-u and 1 - e^-u together, both to within 3 epsilon.
+// e^-u and 1 - e^-u together, both to within 1.5 epsilon for double, 0.9 for float.
 template <std::floating_point Real>
 struct Decay {
   Real remaining;  // e^-u
