@@ -272,7 +272,7 @@ std::string ranking_html(const json& data) {
       "<section class=\"ranking\"><h2>Every effect of the catalogue, tried on this log</h2><table><thead><tr>"
       "<th class=\"num\">#</th><th>Effect</th><th class=\"num\">Held-out error (" +
       column.unit.label +
-      ")</th><th class=\"bars\">Share of the error it removes, ± 1 standard error</th><th></th><th></th>"
+      ")</th><th colspan=\"3\">Share of the error it removes, ± 1 standard error</th>"
       "<th>Not told apart from</th></tr></thead><tbody>" +
       shown + "</tbody>";
   if (!folded.empty()) {
