@@ -28,7 +28,8 @@ class Composer {
  public:
   Composer(const Axis& axis, const ProgrammeOptions& options, Rng& rng)
       : axis_(axis), options_(options), rng_(rng), margin_m_(0.03 * axis.stroke_m), x_m_(random_place()) {
-    brisk_ = {rng.uniform(0.08, 0.2), rng.uniform(1.0, 2.5), rng.uniform(30.0, 120.0)};
+    brisk_ = {std::max(rng.uniform(0.08, 0.2), 5.0 * axis.stroke_m / options.seconds), rng.uniform(1.0, 2.5),
+              rng.uniform(30.0, 120.0)};
   }
 
   void loops(double seconds) {
@@ -40,7 +41,7 @@ class Composer {
     const int steps = static_cast<int>(4 + rng_.below(3));
     const int cycles = static_cast<int>(3 + rng_.below(2));  // first and last are fades
     // What a place costs beside its sines: the move there and a pause.
-    const double sine_s = std::max(1.0, seconds / places - 0.9);
+    const double sine_s = std::max(0.8, seconds / places - 0.4 * axis_.stroke_m / brisk_.velocity_mps - 0.2);
     const double frequency_Hz = std::clamp(steps * cycles / sine_s, 1.0, 12.0);
     for (int place = 0; place < places; ++place) {
       move_to(random_place(), brisk_);
@@ -53,22 +54,21 @@ class Composer {
     }
   }
 
-  void strokes(double seconds) {
+  void strokes(double until_s) {
     const int speeds = static_cast<int>(4 + rng_.below(2));
     const double slowest = rng_.log_uniform(3e-3, 6e-3);
     const double fastest = std::min(rng_.log_uniform(0.1, 0.2), 1.2 * axis_.stroke_m);
-    const double each_s = seconds / speeds;
+    // What came before may have taken longer than its share; the strokes make up for it.
     for (int i = 0; i < speeds; ++i) {
       const double speed = slowest * std::pow(fastest / slowest, static_cast<double>(i) / (speeds - 1));
-      strokes_at(speed, each_s);
+      strokes_at(speed, std::max(0.7, (until_s - programme_.duration_s()) / (speeds - i)));
     }
   }
 
-  void moves(double seconds) {
+  void moves(double until_s) {
     const MoveLimits most = {std::min(rng_.uniform(0.3, 0.8), 4.0 * axis_.stroke_m), rng_.uniform(4.0, 10.0),
                              rng_.log_uniform(150.0, 900.0)};
-    const double end_s = programme_.duration_s() + seconds;
-    while (programme_.duration_s() < end_s) {
+    while (programme_.duration_s() < until_s) {
       const double share = rng_.uniform(0.4, 1.0);
       MoveLimits limits = {share * most.velocity_mps, most.acceleration_mps2, most.jerk_mps3};
       double target_m = random_place();
@@ -104,6 +104,7 @@ class Composer {
   // To and fro at one speed for about `seconds`, over as much of the stroke as that allows.
   void strokes_at(double speed, double seconds) {
     const bool quintic = rng_.chance(0.5);
+    seconds = std::max(0.5, seconds - 0.5 * axis_.stroke_m / brisk_.velocity_mps - 0.2);  // going there
     const double usable_m = axis_.stroke_m - 2.0 * margin_m_;
     const double per_way = quintic ? 1.875 : 1.15;  // time of a way over way/speed
     double way_m = std::min(usable_m, speed * seconds / (2.0 * per_way));
@@ -143,8 +144,8 @@ MotionProgramme make_test_programme(const Axis& axis, const ProgrammeOptions& op
   Composer composer(axis, options, rng);
   composer.dwell(0.2);
   composer.loops(0.27 * options.seconds);
-  composer.strokes(0.45 * options.seconds);
-  composer.moves(0.27 * options.seconds);
+  composer.strokes(0.72 * options.seconds);
+  composer.moves(options.seconds - 0.2);
   composer.dwell(0.2);
   return composer.take();
 }

@@ -86,7 +86,8 @@ TEST(Programme, StaysOnTheRailAndHoldsTogether) {
     Bench bench = draw_bench(Setup::kRandom, seed);
     Rng rng(seed, "motion");
     const MotionProgramme programme = make_test_programme(bench.axis, bench.programme, rng);
-    EXPECT_NEAR(programme.duration_s(), bench.programme.seconds, 0.35 * bench.programme.seconds) << seed;
+    EXPECT_GE(programme.duration_s(), bench.programme.seconds) << seed;
+    EXPECT_LE(programme.duration_s(), 1.03 * bench.programme.seconds) << seed;
     MotionPoint last = programme.at(0.0);
     double fastest = 0.0;
     double slow_s = 0.0;
