@@ -296,49 +296,4 @@ void add_effects(Axis& axis, const std::vector<EffectId>& effects, const MotionP
   if (!ordered.empty()) axis.force_noise_N = std::min(axis.force_noise_N, faintest_N / faintest_ratio);
 }
 
-void add_outside(Axis& axis, OutsideKind kind, const MotionProgramme& programme, double rate_Hz,
-                 double strength, std::uint64_t seed) {
-  Rng rng(seed, "outside");
-  const double level_N = (strength > 0.0 ? strength : rng.log_uniform(2.0, 10.0)) * noise_floor_N(axis);
-  const double duration_s = programme.duration_s();
-  switch (kind) {
-    case OutsideKind::kLine: {
-      const double frequency_Hz = std::min(rng.pick({50.0, 100.0, rng.uniform(20.0, 120.0)}), 0.4 * rate_Hz);
-      axis.outside.line = LineForce{std::sqrt(2.0) * level_N, frequency_Hz, rng.uniform(0.0, kTurn)};
-      break;
-    }
-    case OutsideKind::kBump:
-      // Seen only now and then: five times as high as what acts all the time.
-      axis.outside.bump = BumpForce{random_sign(rng) * 5.0 * level_N, axis.stroke_m * rng.uniform(0.25, 0.75),
-                                    rng.log_uniform(0.5e-3, 3e-3)};
-      break;
-    case OutsideKind::kBacklash: {
-      Backlash backlash;
-      backlash.gap_m = rng.log_uniform(10e-6, 80e-6);
-      backlash.motor_share = rng.uniform(0.1, 0.3);
-      backlash.contact_rad_per_s = kTurn * std::min(rng.uniform(80.0, 200.0), rate_Hz / 10.0);
-      backlash.contact_damping_ratio = rng.uniform(0.2, 0.6);
-      axis.outside.backlash = backlash;
-      break;
-    }
-    case OutsideKind::kBurst:
-      axis.outside.burst = Burst{duration_s * rng.uniform(0.1, 0.9), rng.log_uniform(0.03, 0.3),
-                                 20.0 * level_N + 2.0 * axis.curve.saturation_N()};
-      break;
-    case OutsideKind::kSlip: {
-      EncoderSlip slip;
-      const std::size_t count = 1 + rng.below(3);
-      while (slip.losses.size() < count) {
-        const double t_s = duration_s * rng.uniform(0.05, 0.95);
-        // Counts get lost when they come fast.
-        if (std::fabs(programme.at(t_s).v_mps) < 0.03) continue;
-        const double lost_m = axis.curve.travel_m() * rng.log_uniform(2.0, 40.0);
-        slip.losses.push_back({t_s, std::round(lost_m / std::max(axis.encoder_resolution_m, 1e-9))});
-      }
-      axis.outside.slip = slip;
-      break;
-    }
-  }
-}
-
 }  // namespace slipstack::sim
