@@ -105,6 +105,12 @@ constexpr int total_count(const std::array<GainGroup, N>& groups) {
   return count;
 }
 
+/// Whether no text was forgotten.
+constexpr bool complete(const EffectText& text) {
+  return text.id && text.title && text.formula && text.source && text.residual && text.evidence &&
+         text.cause && text.confirm;
+}
+
 /// Every effect provides these. prepare() runs outside the tick, whenever parameters change; basis() runs in
 /// it: bounded, branch-poor, no libm. basis() may advance the effect's own state, once per tick.
 template <class E, class Real>

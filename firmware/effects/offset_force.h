@@ -27,7 +27,7 @@ class OffsetForce {
 
   void prepare(std::span<const Real, shape_count>, const Scales<Real>&) {}
   void reset(const Sample<Real>&) {}
-  void basis(const Sample<Real>& sample, std::span<Real, gain_count> out) { out[0] = Real(1); }
+  void basis(const Sample<Real>&, std::span<Real, gain_count> out) { out[0] = Real(1); }
 };
 
 }  // namespace slipstack

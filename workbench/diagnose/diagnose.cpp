@@ -110,7 +110,8 @@ class Search {
   Diagnosis run() {
     report("fit the baseline", 0.0);
     Diagnosis diagnosis;
-    diagnosis.baseline = fit_effects(measurement_, options_.baseline, {});
+    diagnosis.baseline = options_.start.empty() ? fit_effects(measurement_, options_.baseline, {})
+                                                : fit_gains(measurement_, options_.start);
     Explanation best{diagnosis.baseline, {}};
     std::vector<Explanation> beam{best};
     for (std::size_t level = 0; level < kMostSteps; ++level) {

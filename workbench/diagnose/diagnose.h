@@ -42,6 +42,7 @@ struct Diagnosis {
 
 struct DiagnoseOptions {
   std::vector<std::string> baseline;
+  Terms start;  ///< the baseline as a model file has it; its shapes are kept; empty: searched
   std::function<void(const std::string& stage, double fraction)> progress;  ///< may be empty
 };
 

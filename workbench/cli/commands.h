@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+namespace slipstack::workbench {
+
+/// What the command line says; empty strings where an option was not given.
+struct Options {
+  std::string log;
+  std::string model;    ///< read by compare, diagnose and add; written by fit
+  std::string effects;  ///< ids separated by commas
+  std::string effect;
+  std::string out;
+  std::string report;
+  std::string json;
+  bool stepwise = false;
+};
+
+/// Each prints its result as a table on standard output and writes the files that were asked for, all or
+/// none. Throws UsageError and InputError (exit status 2).
+void run_compare(const Options& options);
+void run_fit(const Options& options);
+void run_diagnose(const Options& options);
+void run_add(const Options& options);
+
+}  // namespace slipstack::workbench

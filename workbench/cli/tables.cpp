@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/cli/tables.h"
+
+#include <fmt/format.h>
+
+#include "workbench/diagnose/quantity.h"
+
+namespace slipstack::workbench {
+namespace {
+
+/// Candidates below this are not worth a line.
+constexpr double kWorthALine = 0.005;
+constexpr std::size_t kMostLines = 10;
+
+}  // namespace
+
+void print_parameters(const Terms& terms) {
+  fmt::print("\n{:<32} {:<24} {:>14} {:>14}\n", "effect", "parameter", "value", "std. error");
+  for (const Term& term : terms) {
+    const bool elements = term.id() == "presliding_hysteresis";
+    if (elements) {
+      std::size_t used = 0;
+      double level_N = 0.0;
+      for (std::size_t i = 0; i < term.gains.size(); ++i) {
+        used += term.gains[i] > 0.0 ? 1 : 0;
+        level_N += term.gains[i] * term.shapes[i];
+      }
+      fmt::print("{:<32} {:<24} {:>14}\n", term.id(), fmt::format("level of {} elements", used),
+                 quantity(level_N, "N"));
+      continue;
+    }
+    for (std::size_t i = 0; i < term.shapes.size(); ++i) {
+      fmt::print("{:<32} {:<24} {:>14}\n", term.id(), term.effect->shapes[i].name,
+                 quantity(term.shapes[i], term.effect->shapes[i].unit));
+    }
+    for (std::size_t g = 0; g < term.gains.size(); ++g) {
+      const GainGroup& group = term.effect->group_of_gain(static_cast<int>(g));
+      const std::string name = group.count > 1 ? fmt::format("{} {}", group.name, g + 1) : group.name;
+      const bool given = term.lower[g] == term.upper[g];
+      const double error = g < term.standard_errors.size() ? term.standard_errors[g] : 0.0;
+      fmt::print("{:<32} {:<24} {:>14} {:>14}\n", term.id(), name, quantity(term.gains[g], group.unit),
+                 given         ? "given"
+                 : error > 0.0 ? quantity(error, group.unit)
+                               : "at its bound");
+    }
+  }
+}
+
+void print_candidates(const Diagnosis& diagnosis) {
+  fmt::print("\n{:<32} {:>14} {:>9} {:>9}  {}\n", "effect added to the baseline", "held-out error",
+             "reduction", "std. err.", "not told apart from");
+  std::size_t lines = 0;
+  for (const Candidate& candidate : diagnosis.candidates) {
+    if (candidate.error_reduction < kWorthALine || lines == kMostLines) continue;
+    ++lines;
+    fmt::print("{:<32} {:>14} {:>7.1f} % {:>7.1f} %  {}\n", candidate.term.id(),
+               quantity(candidate.holdout_rmse_N, "N"), 100.0 * candidate.error_reduction,
+               100.0 * candidate.error_reduction_se, fmt::join(candidate.confounded_with, ", "));
+  }
+  const std::size_t others = diagnosis.candidates.size() - lines;
+  if (others > 0) fmt::print("{} others reduce the error by less than 0.5 %\n", others);
+}
+
+void print_steps(const Diagnosis& diagnosis) {
+  fmt::print("\n{:<32} {:>14}\n", "step", "held-out error");
+  for (const Step& step : diagnosis.steps) {
+    fmt::print("{:<32} {:>14}\n", step.added, quantity(step.holdout_rmse_N, "N"));
+  }
+  fmt::print("{:<32} {:>14}\n", "noise floor", quantity(diagnosis.noise_floor_N, "N"));
+}
+
+void print_advice(const Candidate& candidate) {
+  fmt::print("\nusual cause   {}\nconfirm with  {}\n", candidate.term.effect->text.cause,
+             candidate.term.effect->text.confirm);
+}
+
+}  // namespace slipstack::workbench

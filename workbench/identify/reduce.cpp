@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/identify/reduce.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace slipstack::workbench {
+namespace {
+
+struct Element {
+  double slip_m;
+  double stiffness_N_per_m;
+  double level_N() const { return slip_m * stiffness_N_per_m; }
+};
+
+Element merged(const Element& a, const Element& b) {
+  const double stiffness = a.stiffness_N_per_m + b.stiffness_N_per_m;
+  return {(a.level_N() + b.level_N()) / stiffness, stiffness};
+}
+
+/// Largest departure of the virgin curve when neighbours become one: at the merged slip distance.
+double cost(const Element& a, const Element& b) {
+  const Element one = merged(a, b);
+  return b.stiffness_N_per_m * (b.slip_m - one.slip_m);
+}
+
+void move_above_step(std::vector<Element>& elements, double step_m) {
+  for (Element& element : elements) {
+    if (element.slip_m >= step_m || element.slip_m <= 0.0) continue;
+    element = {step_m, element.level_N() / step_m};
+  }
+}
+
+}  // namespace
+
+FittedModel reduce_hysteresis(const Measurement& measurement, const FittedModel& fitted,
+                              std::size_t elements) {
+  Terms terms = fitted.terms;
+  const auto term = std::find_if(terms.begin(), terms.end(),
+                                 [](const Term& t) { return t.id() == "presliding_hysteresis"; });
+  if (term == terms.end()) return fitted;
+  std::vector<Element> all;
+  for (std::size_t i = 0; i < term->gains.size(); ++i) {
+    if (term->gains[i] > 0.0 && term->shapes[i] > 0.0) all.push_back({term->shapes[i], term->gains[i]});
+  }
+  move_above_step(all, measurement.encoder_resolution_m());
+  std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.slip_m < b.slip_m; });
+  while (all.size() > elements) {
+    std::size_t cheapest = 0;
+    for (std::size_t i = 1; i + 1 < all.size(); ++i) {
+      if (cost(all[i], all[i + 1]) < cost(all[cheapest], all[cheapest + 1])) cheapest = i;
+    }
+    all[cheapest] = merged(all[cheapest], all[cheapest + 1]);
+    all.erase(all.begin() + static_cast<std::ptrdiff_t>(cheapest) + 1);
+  }
+  for (std::size_t i = 0; i < term->gains.size(); ++i) {
+    const bool used = i < all.size();
+    term->shapes[i] = used ? all[i].slip_m : 0.0;
+    term->gains[i] = used ? all[i].stiffness_N_per_m : 0.0;
+    if (!used) term->lower[i] = term->upper[i] = 0.0;
+  }
+  return fit_gains(measurement, std::move(terms));
+}
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+#include "firmware/effects/model.h"
+#include "workbench/identify/terms.h"
+
+namespace slipstack::workbench {
+
+/// A friction model as it lies in a file: what was identified, and the part of it that the controller runs.
+struct Model {
+  struct Source {
+    std::string log;
+    std::int64_t samples = 0;
+    double holdout_rmse_N = 0.0;
+    double noise_floor_N = 0.0;
+    double relative_error = 0.0;
+  };
+  Source source;
+  Terms terms;                         ///< as identified
+  Terms target_terms;                  ///< the same with the hysteresis reduced to the controller's elements
+  double target_holdout_rmse_N = 0.0;  ///< what the reduction costs shows against source.holdout_rmse_N
+};
+
+/// The parameter block of the controller.
+using TargetParameters = FrictionModel<float>::Parameters;
+TargetParameters target_parameters(const Terms& target_terms);
+
+/// What the controller reports back for this model.
+std::uint32_t target_hash(const Model& model);
+
+/// The model as TOML text.
+std::string to_toml(const Model& model);
+
+/// Reads a model file. Throws InputError, one line with file and line, for anything that is not a model:
+/// syntax, an unknown effect or parameter, a missing or misnumbered value, a value out of bounds, a hash that
+/// does not belong to the parameters.
+Model read_model(const std::filesystem::path& path);
+
+}  // namespace slipstack::workbench

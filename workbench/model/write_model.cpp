@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <toml++/toml.h>
+#include <sstream>
+
+#include "workbench/model/model.h"
+
+namespace slipstack::workbench {
+namespace {
+
+/// A value where there is one, an array where there are several.
+void put_values(toml::table& table, std::string_view key, std::span<const double> values) {
+  if (values.size() == 1) {
+    table.insert(key, values[0]);
+    return;
+  }
+  toml::array array;
+  for (const double value : values) array.push_back(value);
+  table.insert(key, std::move(array));
+}
+
+/// Runs of shapes of one name (slip distances) become one entry.
+toml::array shapes_of(const Term& term, std::size_t used) {
+  toml::array entries;
+  const auto& specs = term.effect->shapes;
+  for (std::size_t i = 0; i < specs.size();) {
+    std::size_t end = i + 1;
+    while (end < specs.size() && std::string_view(specs[end].name) == specs[i].name) ++end;
+    toml::table entry{{"name", specs[i].name}, {"unit", specs[i].unit}};
+    put_values(entry, "value", std::span(term.shapes).subspan(i, std::min(end, std::max(used, i + 1)) - i));
+    entries.push_back(std::move(entry));
+    i = end;
+  }
+  return entries;
+}
+
+toml::array gains_of(const Term& term, std::size_t used) {
+  toml::array entries;
+  std::size_t first = 0;
+  for (const GainGroup& group : term.effect->gain_groups) {
+    const std::size_t count = std::min(static_cast<std::size_t>(group.count), std::max<std::size_t>(used, 1));
+    toml::table entry{{"name", group.name}, {"unit", group.unit}};
+    put_values(entry, "value", std::span(term.gains).subspan(first, count));
+    if (term.standard_errors.size() == term.gains.size()) {
+      put_values(entry, "standard_error", std::span(term.standard_errors).subspan(first, count));
+    }
+    if (term.lower[first] == term.upper[first]) entry.insert("given", true);
+    entries.push_back(std::move(entry));
+    first += static_cast<std::size_t>(group.count);
+  }
+  return entries;
+}
+
+toml::array effects_of(const Terms& terms) {
+  toml::array effects;
+  for (const Term& term : terms) {
+    // Trailing elements that the model does not use are not written.
+    std::size_t used = std::max(term.gains.size(), term.shapes.size());
+    if (term.id() == "presliding_hysteresis") {
+      while (used > 1 && term.shapes[used - 1] == 0.0) --used;
+    }
+    toml::table effect{{"id", term.id()}};
+    if (!term.shapes.empty()) effect.insert("shape", shapes_of(term, used));
+    if (!term.gains.empty()) effect.insert("gain", gains_of(term, used));
+    effects.push_back(std::move(effect));
+  }
+  return effects;
+}
+
+}  // namespace
+
+std::string to_toml(const Model& model) {
+  const toml::table file{{"format", "slipstack model 1"},
+                         {"hash", fmt::format("{:08x}", target_hash(model))},
+                         {"source", toml::table{{"log", model.source.log},
+                                                {"samples", model.source.samples},
+                                                {"holdout_rmse_N", model.source.holdout_rmse_N},
+                                                {"noise_floor_N", model.source.noise_floor_N},
+                                                {"relative_error", model.source.relative_error}}},
+                         {"effect", effects_of(model.terms)},
+                         {"target", toml::table{{"holdout_rmse_N", model.target_holdout_rmse_N},
+                                                {"effect", effects_of(model.target_terms)}}}};
+  std::ostringstream text;
+  text
+      << "# A slipstack friction model. `effect` is what was identified, `target` what the controller runs;\n"
+         "# `hash` is what the controller reports for the latter.\n"
+      << file << '\n';
+  return text.str();
+}
+
+}  // namespace slipstack::workbench
