@@ -141,7 +141,7 @@ class Assembler {
           fmt::format("encoder_resolution_m is not in the header; the positions move in steps of {:.6g} m",
                       *log_.encoder_resolution_m));
     } else {
-      log_.notes.push_back("encoder_resolution_m is not in the header, and the positions show no steps");
+      log_.notes.emplace_back("encoder_resolution_m is not in the header, and the positions show no steps");
     }
   }
 
@@ -152,7 +152,7 @@ class Assembler {
       for (double& value : log_.force_N) value *= *log_.motor_constant_N_per_A;
       require_finite(log_.force_N, quantity);
     } else if (plan_[Quantity::kCurrent]) {
-      log_.notes.push_back("column current_A ignored, the force is measured");
+      log_.notes.emplace_back("column current_A ignored, the force is measured");
     }
     log_.force_N = on_grid(std::move(log_.force_N));
     const auto [lowest, highest] = std::minmax_element(log_.force_N.begin(), log_.force_N.end());

@@ -19,7 +19,7 @@ constexpr std::size_t kShortCapacity = 4;  // bytes of data that fit into the ta
 
 template <typename Number>
 Number load(const std::byte* from, bool swapped) {
-  std::array<std::byte, sizeof(Number)> bytes;
+  std::array<std::byte, sizeof(Number)> bytes{};
   std::memcpy(bytes.data(), from, bytes.size());
   if (swapped) std::reverse(bytes.begin(), bytes.end());
   return std::bit_cast<Number>(bytes);

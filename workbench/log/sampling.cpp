@@ -85,7 +85,8 @@ Line fit_line(const std::vector<double>& time_s) {
 // The power of ten, from 1 s down to 1 ns, that all stamps are multiples of; 0 when there is none.
 double decimal_rounding_s(const std::vector<double>& time_s) {
   constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-  for (double scale = 1.0; scale <= 1e9; scale *= 10.0) {
+  double scale = 1.0;
+  for (int digits = 0; digits <= 9; ++digits, scale *= 10.0) {
     const auto is_multiple = [scale](double t) {
       const double scaled = t * scale;
       return std::abs(scaled - std::round(scaled)) <= 1e-4 + 4.0 * kEpsilon * std::abs(scaled);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// libFuzzer target: whatever the bytes, the log reader gives a log that keeps its promises or an error of one line.
+// libFuzzer target: whatever the bytes, the log reader gives a log or an error of one line.
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>

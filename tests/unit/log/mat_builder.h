@@ -49,6 +49,7 @@ class MatBuilder {
   // Writes a 1×1 struct of the given variables, which become its fields and belong to it.
   MatBuilder& add_struct(const std::string& name, const std::vector<matvar_t*>& fields) {
     std::vector<const char*> names;
+    names.reserve(fields.size());
     for (const matvar_t* field : fields) names.push_back(field->name);
     std::array<std::size_t, 2> dims{1, 1};
     matvar_t* record =
