@@ -12,7 +12,7 @@ class AccelerationDependentPreload {
   static constexpr EffectText text{
       .id = "acceleration_dependent_preload",
       .title = "Preload that grows with acceleration",
-      .formula = "dry friction x (1 + b |a|)",
+      .formula = "dry friction x (1 + b |a| / (1 + |a| / ak)); a far knee ak makes it straight",
       .source = "pitching moment of a drive force off the centre of mass; [2]: friction scales with preload",
       .residual = "follows |acceleration| x direction of friction",
       .evidence =
@@ -24,15 +24,23 @@ class AccelerationDependentPreload {
   static constexpr std::array<GainGroup, 1> gains{{
       {"pitching", "s2/m", 0.0f, 1.0e3f, 1, Acts::dry_scale},
   }};
-  static constexpr std::array<ShapeSpec, 0> shapes{{}};
+  static constexpr std::array<ShapeSpec, 1> shapes{{
+      {"knee", "m/s2", 1.0e-2f, 1.0e4f, ShapeKind::acceleration},
+  }};
   static constexpr int gain_count = total_count(gains);
-  static constexpr int shape_count = 0;
+  static constexpr int shape_count = 1;
 
-  void prepare(std::span<const Real, shape_count>, const Scales<Real>&) {}
+  void prepare(std::span<const Real, shape_count> shape, const Scales<Real>&) {
+    inverse_knee_s2pm_ = Real(1) / shape[0];
+  }
   void reset(const Sample<Real>&) {}
   void basis(const Sample<Real>& sample, std::span<Real, gain_count> out) {
-    out[0] = approx::absolute(sample.acceleration_mps2);
+    const Real acceleration_mps2 = approx::absolute(sample.acceleration_mps2);
+    out[0] = acceleration_mps2 / (Real(1) + acceleration_mps2 * inverse_knee_s2pm_);
   }
+
+ private:
+  Real inverse_knee_s2pm_{};
 };
 
 }  // namespace slipstack

@@ -12,8 +12,9 @@ class DirectionAsymmetry {
   static constexpr EffectText text{
       .id = "direction_asymmetry",
       .title = "Friction that differs between the directions",
-      .formula = "dry friction x (1 + b d) + c |v|, d = +1 or -1 with the sign of the dry friction",
-      .source = "[5]: fatigue of the screw; the level follows the hysteresis, so nothing jumps at a reversal",
+      .formula =
+          "dry friction x (1 + b d + e sat(v/vs)) + c |v|, d = +1 or -1 with the sign of the dry friction",
+      .source = "[5]: fatigue of the screw; b follows the hysteresis through a reversal, e the motion",
       .residual = "another level and another slope against velocity for each direction",
       .evidence =
           "the friction level differs by {level_asymmetry} to either side between the directions, the "
@@ -22,20 +23,29 @@ class DirectionAsymmetry {
       .confirm =
           "equal slow and fast strokes both ways: compare the two levels and slopes; turn the carriage round "
           "and repeat"};
-  static constexpr std::array<GainGroup, 2> gains{{
+  static constexpr std::array<GainGroup, 3> gains{{
       {"level_asymmetry", "1", -0.95f, 0.95f, 1, Acts::dry_scale},
+      {"level_asymmetry_by_motion", "1", -0.95f, 0.95f, 1, Acts::dry_scale},
       {"viscous_asymmetry", "N s/m", -1.0e6f, 1.0e6f, 1, Acts::force},
   }};
-  static constexpr std::array<ShapeSpec, 0> shapes{{}};
+  static constexpr std::array<ShapeSpec, 1> shapes{{
+      {"saturation_velocity", "m/s", 1.0e-6f, 1.0e-2f, ShapeKind::velocity},
+  }};
   static constexpr int gain_count = total_count(gains);
-  static constexpr int shape_count = 0;
+  static constexpr int shape_count = 1;
 
-  void prepare(std::span<const Real, shape_count>, const Scales<Real>&) {}
+  void prepare(std::span<const Real, shape_count> shape, const Scales<Real>&) {
+    inverse_velocity_spm_ = Real(1) / shape[0];
+  }
   void reset(const Sample<Real>&) {}
   void basis(const Sample<Real>& sample, std::span<Real, gain_count> out) {
     out[0] = sample.dry_friction_N < Real(0) ? Real(-1) : Real(1);
-    out[1] = approx::absolute(sample.velocity_mps);
+    out[1] = approx::clamp(sample.velocity_mps * inverse_velocity_spm_, Real(-1), Real(1));
+    out[2] = approx::absolute(sample.velocity_mps);
   }
+
+ private:
+  Real inverse_velocity_spm_{};
 };
 
 }  // namespace slipstack

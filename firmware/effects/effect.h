@@ -38,6 +38,7 @@ struct GainGroup {
 /// What a shape parameter measures: tells the workbench over which range a given log can show it.
 enum class ShapeKind : std::uint8_t {
   velocity,
+  acceleration,
   exponent,
   time_constant,
   delay,
@@ -47,6 +48,7 @@ enum class ShapeKind : std::uint8_t {
   position,
   travel,
   slip_distance,
+  lag_distance,  ///< an alternative to a time constant: memory that fades with distance
 };
 
 /// A parameter that enters the basis non-linearly, with its physical bounds.
@@ -122,6 +124,15 @@ concept Effect = requires(E effect, const E constant, const Sample<Real> sample,
   effect.prepare(shapes, scales);
   effect.reset(sample);
   effect.basis(sample, out);
+};
+
+/// An effect with one group of gains may offer sum(gains x basis) in a form that costs less than its basis:
+/// the controller then uses it. It agrees with basis() to rounding (tests/unit/effects). A form that wants
+/// the gains beforehand gets them by prepare_weighted(gains), after prepare().
+template <class E, class Real>
+concept Weighted = E::gains.size() == 1 && requires(E effect, const Sample<Real> sample,
+                                                    const std::array<Real, E::gain_count> gains) {
+  { effect.weighted(sample, gains) } -> std::same_as<Real>;
 };
 
 }  // namespace slipstack

@@ -30,15 +30,17 @@ constexpr double kIndistinct = 0.02;
 
 /// A further effect must explain this much (rms) of what all explain together: the form of the first, never
 /// exactly the axis', leaves less.
-constexpr double kShareOfExplained = 0.03;
+constexpr double kShareOfExplained = 0.05;
 
 /// Held-out errors this near to the floor end the search.
-constexpr double kAtFloor = 1.05;
+constexpr double kAtFloor = 1.10;
 
 /// What promises less to first order is not fitted in full.
 constexpr double kWorthFitting = 0.015;
 
 constexpr std::size_t kBeam = 3;
+/// An explanation goes on when it explains this share of what the best of its size does.
+constexpr double kShareToGoOn = 0.5;
 constexpr std::size_t kMostSteps = 5;
 
 /// What structure must explain of the residual, and how far that must stand above the floor, to be reported.
@@ -122,11 +124,12 @@ class Search {
       if (!earned(diagnosis.baseline, best.model, winner->model)) break;
       best = *winner;
       best.model = polish_shapes(measurement_, std::move(best.model), {20});
-      keep_best(next);
+      keep_best(next, diagnosis.baseline);
       beam = std::move(next);
       if (best.model.holdout_rmse_N < kAtFloor * floor_.of(best.model.terms)) break;
     }
     prune(diagnosis, best);
+    if (best.added.size() > 1) simplify(diagnosis, best);
     fill(diagnosis, std::move(best));
     report("done", 1.0);
     return diagnosis;
@@ -185,13 +188,12 @@ class Search {
   /// A trial on top of an explanation: from the shapes that the first level found, unless they are pitches
   /// and frequencies, which another residual may show elsewhere.
   Trial retry(const FittedModel& from, const EffectDescription& effect) const {
-    const auto first = std::find_if(trials_.begin(), trials_.end(),
-                                    [&](const Trial& trial) { return trial.term.effect == &effect; });
+    const Trial* first = trial_of(effect.text.id);
     const bool elsewhere =
         std::any_of(effect.shapes.begin(), effect.shapes.end(), [](const ShapeSpec& shape) {
           return shape.kind == ShapeKind::pitch || shape.kind == ShapeKind::frequency;
         });
-    const bool known = first != trials_.end() && !elsewhere;
+    const bool known = first != nullptr && !elsewhere;
     return try_effect(measurement_, from, effect, {20}, known ? &first->term.shapes : nullptr);
   }
 
@@ -231,10 +233,16 @@ class Search {
     return chosen;
   }
 
-  static void keep_best(std::vector<Explanation>& all) {
+  /// What goes on: the best few, as long as they explain a fair part of what the best does.
+  static void keep_best(std::vector<Explanation>& all, const FittedModel& baseline) {
     std::sort(all.begin(), all.end(),
               [](const auto& a, const auto& b) { return a.model.holdout_rmse_N < b.model.holdout_rmse_N; });
     if (all.size() > kBeam) all.resize(kBeam);
+    const double error0 = squared(baseline.holdout_rmse_N);
+    const double best = error0 - squared(all.front().model.holdout_rmse_N);
+    std::erase_if(all, [&](const Explanation& one) {
+      return error0 - squared(one.model.holdout_rmse_N) < kShareToGoOn * best;
+    });
   }
 
   /// Drops what later effects have made superfluous.
@@ -253,6 +261,41 @@ class Search {
         explanation.added.erase(explanation.added.begin() + static_cast<std::ptrdiff_t>(i));
       }
     }
+  }
+
+  /// Gives to an effect of fewer parameters what it explains as well in the company of the others.
+  void simplify(const Diagnosis& diagnosis, Explanation& explanation) const {
+    for (std::string& added : explanation.added) {
+      const Trial* own = trial_of(added);
+      for (const Trial& trial : trials_) {
+        const EffectDescription& other = *trial.term.effect;
+        if (own == nullptr || contains(explanation.model.terms, other.text.id) ||
+            other.parameter_count() >= own->term.effect->parameter_count() ||
+            explained(diagnosis, trial) < kShareToGoOn * explained(diagnosis, *own)) {
+          continue;
+        }
+        Terms terms;
+        for (const Term& term : explanation.model.terms)
+          terms.push_back(term.id() == added ? trial.term : term);
+        FittedModel simpler =
+            polish_shapes(measurement_, fit_gains(measurement_, std::move(terms), &explanation.model), {15});
+        if (squared(simpler.holdout_rmse_N) <=
+            kSquaredErrorOfBest * squared(explanation.model.holdout_rmse_N)) {
+          explanation.model = std::move(simpler);
+          added = other.id();
+          own = trial_of(added);
+        }
+      }
+    }
+  }
+  const Trial* trial_of(std::string_view id) const {
+    for (const Trial& trial : trials_) {
+      if (id == trial.term.effect->text.id) return &trial;
+    }
+    return nullptr;
+  }
+  static double explained(const Diagnosis& diagnosis, const Trial& trial) {
+    return squared(diagnosis.baseline.holdout_rmse_N) - squared(trial.holdout_rmse_N);
   }
 
   void fill(Diagnosis& diagnosis, Explanation best) {

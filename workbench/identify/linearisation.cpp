@@ -8,20 +8,21 @@
 namespace slipstack::workbench {
 namespace {
 
-constexpr std::size_t kChunk = 2048;
+/// Samples that an effect is run over at once.
+constexpr std::size_t kEvaluationChunk = 2048;
 
 /// Runs one effect over the log, chunk by chunk: visit(first sample, count, basis[sample][gain]).
 template <class Visit>
 void run_effect(const Measurement& measurement, const Term& term, const std::vector<double>& dry_N,
-                Visit&& visit) {
+                std::size_t chunk, Visit&& visit) {
   const auto basis = make_basis(term.id());
   const std::size_t gains = term.gains.size();
   basis->prepare(term.shapes, {.tick_s = measurement.tick_s(), .metres_per_displacement = 1.0});
-  std::vector<Sample<double>> samples(kChunk);
-  std::vector<double> values(kChunk * std::max<std::size_t>(gains, 1));
+  std::vector<Sample<double>> samples(chunk);
+  std::vector<double> values(chunk * std::max<std::size_t>(gains, 1));
   basis->reset(measurement.sample(0));
-  for (std::size_t first = 0; first < measurement.sample_count(); first += kChunk) {
-    const std::size_t count = std::min(kChunk, measurement.sample_count() - first);
+  for (std::size_t first = 0; first < measurement.sample_count(); first += chunk) {
+    const std::size_t count = std::min(chunk, measurement.sample_count() - first);
     for (std::size_t i = 0; i < count; ++i) {
       samples[i] = measurement.sample(first + i);
       if (!dry_N.empty()) samples[i].dry_friction_N = dry_N[first + i];
@@ -30,53 +31,6 @@ void run_effect(const Measurement& measurement, const Term& term, const std::vec
     visit(first, count, values.data());
   }
 }
-
-/// Filters columns to the rows while they are produced: keeps only what one filter length needs.
-class RowCollector {
- public:
-  RowCollector(const Measurement& measurement, std::size_t columns)
-      : measurement_(measurement),
-        half_(measurement.taps().size() / 2),
-        capacity_(measurement.taps().size() + kChunk),
-        buffers_(columns, std::vector<double>(capacity_, 0.0)),
-        rows_(measurement.row_count(), static_cast<Eigen::Index>(columns)) {}
-
-  /// Room for `count` values of a column, following those given before.
-  double* space(std::size_t column) { return buffers_[column].data() + held_; }
-
-  /// Takes `count` values that have been written to every column's space.
-  void commit(std::size_t count) {
-    held_ += count;
-    const Eigen::Map<const Eigen::VectorXd> taps(measurement_.taps().data(),
-                                                 static_cast<Eigen::Index>(measurement_.taps().size()));
-    const auto& centres = measurement_.row_samples();
-    while (next_row_ < centres.size() && centres[next_row_] + half_ < start_ + held_) {
-      const std::size_t offset = centres[next_row_] - half_ - start_;
-      for (std::size_t c = 0; c < buffers_.size(); ++c) {
-        rows_(static_cast<Eigen::Index>(next_row_), static_cast<Eigen::Index>(c)) =
-            taps.dot(Eigen::Map<const Eigen::VectorXd>(buffers_[c].data() + offset, taps.size()));
-      }
-      ++next_row_;
-    }
-    const std::size_t keep = std::min(held_, measurement_.taps().size());
-    const std::size_t drop = held_ - keep;
-    for (auto& buffer : buffers_) std::memmove(buffer.data(), buffer.data() + drop, keep * sizeof(double));
-    start_ += drop;
-    held_ = keep;
-  }
-
-  Eigen::MatrixXd take() { return std::move(rows_); }
-
- private:
-  const Measurement& measurement_;
-  std::size_t half_;
-  std::size_t capacity_;
-  std::vector<std::vector<double>> buffers_;
-  Eigen::MatrixXd rows_;
-  std::size_t start_ = 0;  ///< sample index of the first value held
-  std::size_t held_ = 0;
-  std::size_t next_row_ = 0;
-};
 
 void multiply(std::vector<double>& product, const std::vector<double>& factor) {
   if (factor.empty()) return;
@@ -112,20 +66,27 @@ ForceTrace evaluate_force(const Measurement& measurement, const Terms& terms) {
     if (term.gains.empty() || term.effect->acts_as(Acts::dry) != dry_pass) return;
     if (term.effect->acts_as(Acts::dry_scale)) trace.dry_scales[t].assign(samples, 1.0);
     if (term.effect->acts_as(Acts::total_scale)) trace.total_scales[t].assign(samples, 1.0);
-    std::vector<std::vector<double>*> sums;
-    for (int g = 0; g < term.effect->gain_count; ++g) {
-      const Acts acts = term.effect->group_of_gain(g).acts;
-      sums.push_back(acts == Acts::force       ? &trace.plain_N
-                     : acts == Acts::dry       ? &trace.dry_N
-                     : acts == Acts::dry_scale ? &trace.dry_scales[t]
-                                               : &trace.total_scales[t]);
+    struct Share {
+      std::size_t gain;
+      std::vector<double>* sum;
+    };
+    std::vector<Share> shares;
+    for (std::size_t g = 0; g < term.gains.size(); ++g) {
+      const Acts acts = term.effect->group_of_gain(static_cast<int>(g)).acts;
+      if (term.gains[g] == 0.0) continue;
+      shares.push_back({g, acts == Acts::force       ? &trace.plain_N
+                           : acts == Acts::dry       ? &trace.dry_N
+                           : acts == Acts::dry_scale ? &trace.dry_scales[t]
+                                                     : &trace.total_scales[t]});
     }
+    if (shares.empty()) return;
     static const std::vector<double> kUnknown;
-    run_effect(measurement, term, dry_pass ? kUnknown : trace.dry_N,
+    run_effect(measurement, term, dry_pass ? kUnknown : trace.dry_N, kEvaluationChunk,
                [&](std::size_t first, std::size_t count, const double* basis) {
-                 for (std::size_t i = 0; i < count; ++i) {
-                   for (std::size_t g = 0; g < sums.size(); ++g) {
-                     (*sums[g])[first + i] += term.gains[g] * basis[i * sums.size() + g];
+                 for (const Share& share : shares) {
+                   const double gain = term.gains[share.gain];
+                   for (std::size_t i = 0; i < count; ++i) {
+                     (*share.sum)[first + i] += gain * basis[i * term.gains.size() + share.gain];
                    }
                  }
                });
@@ -228,8 +189,8 @@ Eigen::MatrixXd Linearisation::build(const Term& term, const Factors& factors) c
                                                                   : factors.total_scale;
     factor_of_gain.push_back(factor.empty() ? nullptr : factor.data());
   }
-  RowCollector collector(measurement_, gains);
-  run_effect(measurement_, term, trace_.dry_N,
+  RowCollector collector(measurement_.filter(), measurement_.row_samples(), gains);
+  run_effect(measurement_, term, trace_.dry_N, collector.chunk(),
              [&](std::size_t first, std::size_t count, const double* basis) {
                for (std::size_t g = 0; g < gains; ++g) {
                  double* out = collector.space(g);

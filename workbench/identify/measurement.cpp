@@ -3,6 +3,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -137,14 +138,17 @@ void Measurement::find_unknown_start() {
 
 void Measurement::choose_rows(std::size_t maximum_rows) {
   const double rate = sample_rate_Hz();
-  taps_ = low_pass_taps(bandwidth_Hz_, rate);
-  const std::size_t margin = taps_.size() / 2 + motion_taps(bandwidth_Hz_, rate).size() / 2 + 2;
+  filter_ = RowFilter(bandwidth_Hz_, rate);
+  const std::size_t group = filter_.group();
+  const std::size_t margin = filter_.taps().size() / 2 + motion_taps(bandwidth_Hz_, rate).size() / 2 + 2;
   const std::size_t count = sample_count();
   const std::size_t begin = unknown_start_ + margin;
   const std::size_t usable = count > begin + margin ? count - margin - begin : 0;
   row_stride_ = std::max<std::size_t>(1, static_cast<std::size_t>(rate / (kRowsPerCycle * bandwidth_Hz_)));
   row_stride_ = std::max(row_stride_, (usable + maximum_rows - 1) / maximum_rows);
-  for (std::size_t i = begin; i < begin + usable; i += row_stride_) row_samples_.push_back(i);
+  row_stride_ = (row_stride_ + group - 1) / group * group;
+  const std::size_t first = (begin + group - 1) / group * group + group / 2;
+  for (std::size_t i = first; i < begin + usable; i += row_stride_) row_samples_.push_back(i);
 
   fold_count_ = kFolds;
   block_count_ = kFolds * kBlocksPerFold;
@@ -165,33 +169,35 @@ Sample<double> Measurement::sample(std::size_t index) const {
 }
 
 Eigen::VectorXd Measurement::filtered(std::span<const double> signal) const {
-  const std::size_t half = taps_.size() / 2;
-  const Eigen::Map<const Eigen::VectorXd> taps(taps_.data(), static_cast<Eigen::Index>(taps_.size()));
-  Eigen::VectorXd out(row_count());
-  for (Eigen::Index row = 0; row < out.size(); ++row) {
-    const double* first = signal.data() + (row_samples_[static_cast<std::size_t>(row)] - half);
-    out(row) = taps.dot(Eigen::Map<const Eigen::VectorXd>(first, taps.size()));
+  RowCollector collector(filter_, row_samples_, 1);
+  for (std::size_t first = 0; first < signal.size(); first += collector.chunk()) {
+    const std::size_t count = std::min(collector.chunk(), signal.size() - first);
+    std::copy_n(signal.begin() + static_cast<std::ptrdiff_t>(first), count, collector.space(0));
+    collector.commit(count);
   }
-  return out;
+  return collector.take().col(0);
 }
 
 Eigen::VectorXd Measurement::force_N(double delay_s) const {
   if (delay_s == 0.0) return filtered(log_.force_N);
-  const double rate = sample_rate_Hz();
-  const std::vector<double> taps = low_pass_taps(bandwidth_Hz_, rate, delay_s * rate);
-  const auto half = static_cast<std::ptrdiff_t>(taps.size() / 2);
-  const auto last = static_cast<std::ptrdiff_t>(sample_count()) - 1;
-  Eigen::VectorXd out(row_count());
-  for (Eigen::Index row = 0; row < out.size(); ++row) {
-    const auto first = static_cast<std::ptrdiff_t>(row_samples_[static_cast<std::size_t>(row)]) - half;
+  // Later by whole samples, then by the rest with the cubic through four of them.
+  const double samples = delay_s * sample_rate_Hz();
+  const auto whole = static_cast<std::ptrdiff_t>(std::floor(samples));
+  const double u = samples - static_cast<double>(whole);
+  const std::array<double, 4> weight{-u * (u - 1.0) * (u - 2.0) / 6.0,
+                                     (u + 1.0) * (u - 1.0) * (u - 2.0) / 2.0,
+                                     -(u + 1.0) * u * (u - 2.0) / 2.0, (u + 1.0) * u * (u - 1.0) / 6.0};
+  const auto count = static_cast<std::ptrdiff_t>(sample_count());
+  std::vector<double> later(sample_count());
+  for (std::ptrdiff_t i = 0; i < count; ++i) {
     double sum = 0.0;
-    for (std::size_t k = 0; k < taps.size(); ++k) {
-      const auto index = std::clamp<std::ptrdiff_t>(first + static_cast<std::ptrdiff_t>(k), 0, last);
-      sum += taps[k] * log_.force_N[static_cast<std::size_t>(index)];
+    for (std::ptrdiff_t k = 0; k < 4; ++k) {
+      const auto index = std::clamp<std::ptrdiff_t>(i + whole + k - 1, 0, count - 1);
+      sum += weight[static_cast<std::size_t>(k)] * log_.force_N[static_cast<std::size_t>(index)];
     }
-    out(row) = sum;
+    later[static_cast<std::size_t>(i)] = sum;
   }
-  return out;
+  return filtered(later);
 }
 
 double Measurement::acceleration_noise_mps2() const {
@@ -199,13 +205,13 @@ double Measurement::acceleration_noise_mps2() const {
   for (std::size_t i = 1; i < sample_count(); ++i)
     moving += log_.position_m[i] != log_.position_m[i - 1] ? 1 : 0;
   const double share = static_cast<double>(moving) / static_cast<double>(sample_count());
-  const std::vector<double> both = convolve(motion_taps(bandwidth_Hz_, sample_rate_Hz()), taps_);
+  const std::vector<double> both = convolve(motion_taps(bandwidth_Hz_, sample_rate_Hz()), filter_.taps());
   const double gain = noise_gain(second_derivative(both, sample_rate_Hz()));
   return encoder_resolution_m_ * std::sqrt(share * gain / 12.0);
 }
 
 double Measurement::filtered_force_noise_N() const {
-  return force_noise_N_ * std::sqrt(noise_gain(taps_));
+  return force_noise_N_ * std::sqrt(noise_gain(filter_.taps()));
 }
 
 Measurement Measurement::requantised() const {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "firmware/effects/effect.h"
+#include "workbench/identify/row_filter.h"
 #include "workbench/log/log.h"
 
 namespace slipstack::workbench {
@@ -63,8 +64,8 @@ class Measurement {
   Eigen::VectorXd force_N(double delay_s = 0.0) const;
   /// Any signal with a value per sample, at the rows.
   Eigen::VectorXd filtered(std::span<const double> signal) const;
-  /// Taps of the filter.
-  const std::vector<double>& taps() const { return taps_; }
+  /// The filter between samples and rows.
+  const RowFilter& filter() const { return filter_; }
   std::size_t row_stride() const { return row_stride_; }
 
   // Noise.
@@ -100,7 +101,7 @@ class Measurement {
   double force_noise_N_ = 0.0;
   double rough_mass_kg_ = 0.0;
   Motion motion_;
-  std::vector<double> taps_;
+  RowFilter filter_;
   std::size_t row_stride_ = 1;
   std::size_t unknown_start_ = 0;
   std::vector<std::size_t> row_samples_;

@@ -22,8 +22,8 @@ Extent extent_of(const std::vector<double>& values) {
   return {*low, *high};
 }
 
-double fastest_mps(const Measurement& measurement) {
-  const Extent extent = extent_of(measurement.velocity_mps());
+double largest_magnitude(const std::vector<double>& values) {
+  const Extent extent = extent_of(values);
   return std::max(-extent.low, extent.high);
 }
 
@@ -40,11 +40,19 @@ ShapeRange narrowed(const Measurement& measurement, const ShapeSpec& spec, std::
   };
   switch (spec.kind) {
     case ShapeKind::velocity:
-      narrow(slowest_visible_mps(measurement), fastest_mps(measurement));
+      narrow(slowest_visible_mps(measurement), largest_magnitude(measurement.velocity_mps()));
       break;
     case ShapeKind::exponent:
     case ShapeKind::delay:
       range.logarithmic = false;
+      break;
+    case ShapeKind::acceleration: {
+      const double largest = largest_magnitude(measurement.acceleration_mps2());
+      narrow(0.05 * largest, 20.0 * largest);
+      break;
+    }
+    case ShapeKind::lag_distance:
+      narrow(measurement.encoder_resolution_m(), 10.0 * extent_of(measurement.position_m()).length());
       break;
     case ShapeKind::time_constant:
       narrow(measurement.tick_s(), 10.0 * measurement.duration_s());
@@ -178,6 +186,28 @@ std::vector<double> frequency_starts(const Measurement& measurement, const Shape
   return starts;
 }
 
+/// An effect whose memory may fade with time or with distance starts from either alone.
+std::vector<std::vector<double>> with_lag_distances(const std::vector<ShapeRange>& ranges,
+                                                    const EffectDescription& effect,
+                                                    std::vector<std::vector<double>> points) {
+  const auto is_kind = [&](ShapeKind kind) {
+    return [&effect, kind](const ShapeRange& range) { return effect.shapes[range.index].kind == kind; };
+  };
+  const auto distance = std::find_if(ranges.begin(), ranges.end(), is_kind(ShapeKind::lag_distance));
+  const auto time = std::find_if(ranges.begin(), ranges.end(), is_kind(ShapeKind::time_constant));
+  if (distance == ranges.end() || time == ranges.end()) return points;
+  std::vector<std::vector<double>> all;
+  for (auto& point : points) {
+    point[distance->index] = distance->upper;
+    all.push_back(point);
+    // The same memory at the speed at which the effect acts.
+    point[distance->index] = std::clamp(point[time->index] * point[0], distance->lower, distance->upper);
+    point[time->index] = time->upper;
+    all.push_back(point);
+  }
+  return all;
+}
+
 }  // namespace
 
 std::vector<double> slip_distances(double shortest_m, double longest_m, std::size_t count,
@@ -256,9 +286,15 @@ std::vector<std::vector<double>> starting_shapes(const Measurement& measurement,
       case ShapeKind::damping:
         values = {0.02};
         break;
+      case ShapeKind::acceleration:
+        values = {range.upper, middle(range)};
+        break;
+      case ShapeKind::lag_distance:
+        break;  // with the time constant, below
       default:
-        values = spread(range, 6);
+        values = spread(range, ranges.size() > 2 ? 5 : 6);
     }
+    if (values.empty()) continue;
     std::vector<std::vector<double>> product;
     for (const auto& point : points) {
       for (const double value : values) {
@@ -268,7 +304,7 @@ std::vector<std::vector<double>> starting_shapes(const Measurement& measurement,
     }
     points = std::move(product);
   }
-  return points;
+  return with_lag_distances(ranges, effect, std::move(points));
 }
 
 SearchResult refine_shapes(const std::vector<ShapeRange>& ranges, std::vector<double> start,

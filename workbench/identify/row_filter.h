@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <vector>
+
+namespace slipstack::workbench {
+
+/// The zero-phase low-pass between samples and rows, in two stages so that it costs little: means of an odd
+/// number of neighbouring samples, then a symmetric FIR over the means. Together they are one symmetric FIR,
+/// taps(), evaluated at the rows only; force and regressors pass exactly the same one.
+class RowFilter {
+ public:
+  RowFilter() = default;
+  RowFilter(double bandwidth_Hz, double rate_Hz);
+
+  /// Samples in one mean; rows must lie on the middle of one: sample % group() == group() / 2.
+  std::size_t group() const { return group_; }
+  /// FIR over the means.
+  const std::vector<double>& stage() const { return stage_; }
+  /// Both stages as one FIR over samples.
+  const std::vector<double>& taps() const { return taps_; }
+
+ private:
+  std::size_t group_ = 1;
+  std::vector<double> stage_;
+  std::vector<double> taps_;
+};
+
+/// Filters columns of samples to rows while they are produced, holding no more than one filter length.
+class RowCollector {
+ public:
+  RowCollector(const RowFilter& filter, const std::vector<std::size_t>& row_samples, std::size_t columns);
+
+  /// Samples that may be given at once.
+  std::size_t chunk() const { return chunk_; }
+  /// Room for the next `chunk()` samples of a column.
+  double* space(std::size_t column) { return raw_[column].data(); }
+  /// Takes `count` samples from every column's space: chunk() of them, fewer only at the end.
+  void commit(std::size_t count);
+  /// rows x columns.
+  Eigen::MatrixXd take() { return std::move(rows_); }
+
+ private:
+  const RowFilter& filter_;
+  const std::vector<std::size_t>& row_samples_;
+  std::size_t chunk_;
+  std::vector<std::vector<double>> raw_;
+  std::vector<std::vector<double>> means_;  ///< sums of groups, per column
+  std::size_t first_group_ = 0;             ///< of those held
+  std::size_t held_ = 0;
+  std::size_t next_row_ = 0;
+  Eigen::MatrixXd rows_;
+};
+
+}  // namespace slipstack::workbench
