@@ -32,7 +32,7 @@ class Drift {
   }
   void reset(const Sample<Real>&) {}
   void basis(const Sample<Real>& sample, std::span<Real, gain_count> out) {
-    out[0] = Real(1) - approx::exp(-sample.time_s * inverse_time_per_s_);
+    out[0] = -approx::exp_minus_one(-sample.time_s * inverse_time_per_s_);
   }
 
  private:

@@ -10,8 +10,8 @@
 namespace slipstack {
 
 /// What identifies a set of parameters: the controller reports it, the model file carries it. FNV-1a (Fowler,
-/// Noll, Vo) over the enabled effects' places in the catalogue, their shapes and gains as IEEE float bits. Not
-/// a protection against intent, only against mix-ups. Cost: 4 products a parameter; not for the tick.
+/// Noll, Vo) over the enabled effects' places in the catalogue, their shapes and gains as IEEE float bits.
+/// Not a protection against intent, only against mix-ups. Cost: 4 products a parameter; not for the tick.
 template <class... Effects>
 constexpr std::uint32_t model_hash(const std::tuple<EffectParameters<Effects, float>...>& parameters) {
   std::uint32_t hash = 2166136261u;
