@@ -44,14 +44,28 @@ class FrictionalLag {
   void basis(const Sample<Real>& sample, std::span<Real, gain_count> out) {
     std::array<Real, 1> steady{};
     weakening_.basis(sample, steady);
-    const Real rate = per_tick_ + per_velocity_ * approx::absolute(sample.velocity_mps);
-    // Exact for a rate held over the tick, to second order; never beyond the steady value.
-    const Real blend = rate / (Real(1) + Real(0.5) * rate);
-    lagged_[0] += approx::clamp(blend, Real(0), Real(1)) * (steady[0] - lagged_[0]);
+    follow(steady[0], sample.velocity_mps);
     out[0] = lagged_[0];
   }
 
+  /// The controller reads the steady weakening from a table.
+  void prepare_weighted(const std::array<Real, gain_count>& weakening) requires std::is_same_v<Real, float> {
+    weakening_.prepare_weighted(weakening);
+  }
+  Real weighted(const Sample<Real>& sample,
+                const std::array<Real, gain_count>& weakening) requires std::is_same_v<Real, float> {
+    follow(weakening_.tabled(sample.velocity_mps), sample.velocity_mps);
+    return weakening[0] * lagged_[0];
+  }
+
  private:
+  void follow(Real steady, Real velocity_mps) {
+    const Real rate = per_tick_ + per_velocity_ * approx::absolute(velocity_mps);
+    // Exact for a rate held over the tick, to second order; never beyond the steady value.
+    const Real blend = rate / (Real(1) + Real(0.5) * rate);
+    lagged_[0] += approx::clamp(blend, Real(0), Real(1)) * (steady - lagged_[0]);
+  }
+
   Stribeck<Real> weakening_;
   Real per_tick_{};
   Real per_velocity_{};

@@ -38,9 +38,12 @@ class FrictionModel<Real, std::tuple<Effects...>> {
   /// Takes new parameters: outside the tick. State is kept where the effect itself keeps it.
   void prepare(const Parameters& parameters, const Scales<Real>& scales) {
     parameters_ = parameters;
+    force_ = {};
     for_each([&](auto& effect, auto& own, auto) {
       using E = std::remove_reference_t<decltype(effect)>;
-      if (own.enabled) effect.prepare(std::span<const Real, E::shape_count>(own.shapes), scales);
+      if (!own.enabled) return;
+      effect.prepare(std::span<const Real, E::shape_count>(own.shapes), scales);
+      if constexpr (requires { effect.prepare_weighted(own.gains); }) effect.prepare_weighted(own.gains);
     });
   }
 
@@ -51,9 +54,9 @@ class FrictionModel<Real, std::tuple<Effects...>> {
     });
   }
 
-  /// The force for this sample; advances the state of every enabled effect by one tick.
-  Force step(Sample<Real> sample) {
-    Force force;
+  /// The force for this sample; advances the state of every enabled effect by one tick. The reference is to
+  /// the model's own record of it, valid until the next call.
+  const Force& step(Sample<Real> sample) {
     Real dry = Real(0);
     Real plain = Real(0);
     // Dry friction first, since the effects that modulate it want to know it.
@@ -63,8 +66,8 @@ class FrictionModel<Real, std::tuple<Effects...>> {
         if (own.enabled) {
           const Sums sums = evaluate(effect, own, sample);
           dry += sums.dry;
-          plain += sums.force;
-          force.by_effect_N[index] = sums.dry + sums.force;
+          if constexpr (has<E>(Acts::force)) plain += sums.force;
+          force_.by_effect_N[index] = sums.dry + sums.force;
         }
       }
     });
@@ -76,19 +79,25 @@ class FrictionModel<Real, std::tuple<Effects...>> {
       if constexpr (!has<E>(Acts::dry) && E::gain_count > 0) {
         if (own.enabled) {
           const Sums sums = evaluate(effect, own, sample);
-          const Real added = modulated * sums.dry_scale;
-          modulated += added;
-          plain += sums.force;
-          force.by_effect_N[index] = added + sums.force;
-          total_scale_[index] = sums.total_scale;
-          total_factor *= Real(1) + sums.total_scale;
+          Real contribution = sums.force;
+          if constexpr (has<E>(Acts::dry_scale)) {
+            const Real added = modulated * sums.dry_scale;
+            modulated += added;
+            contribution += added;
+          }
+          if constexpr (has<E>(Acts::force)) plain += sums.force;
+          force_.by_effect_N[index] = contribution;
+          if constexpr (has<E>(Acts::total_scale)) {
+            total_scale_[index] = sums.total_scale;
+            total_factor *= Real(1) + sums.total_scale;
+          }
         }
       }
     });
-    force.dry_friction_N = modulated;
-    force.total_N = (modulated + plain) * total_factor;
-    share_total_scale(force, modulated + plain);
-    return force;
+    force_.dry_friction_N = modulated;
+    force_.total_N = (modulated + plain) * total_factor;
+    share_total_scale(modulated + plain);
+    return force_;
   }
 
  private:
@@ -97,6 +106,13 @@ class FrictionModel<Real, std::tuple<Effects...>> {
     Real dry{};
     Real dry_scale{};
     Real total_scale{};
+
+    void add(Acts acts, Real value) {
+      if (acts == Acts::force) force += value;
+      if (acts == Acts::dry) dry += value;
+      if (acts == Acts::dry_scale) dry_scale += value;
+      if (acts == Acts::total_scale) total_scale += value;
+    }
   };
 
   template <class E>
@@ -109,29 +125,44 @@ class FrictionModel<Real, std::tuple<Effects...>> {
 
   template <class E>
   static Sums evaluate(E& effect, const EffectParameters<E, Real>& own, const Sample<Real>& sample) {
-    std::array<Real, E::gain_count> basis{};
-    effect.basis(sample, basis);
     Sums sums;
-    std::size_t gain = 0;
-    for (const GainGroup& group : E::gains) {
-      Real sum = Real(0);
-      for (int i = 0; i < group.count; ++i, ++gain) sum += own.gains[gain] * basis[gain];
-      if (group.acts == Acts::force) sums.force += sum;
-      if (group.acts == Acts::dry) sums.dry += sum;
-      if (group.acts == Acts::dry_scale) sums.dry_scale += sum;
-      if (group.acts == Acts::total_scale) sums.total_scale += sum;
+    if constexpr (Weighted<E, Real>) {
+      sums.add(E::gains[0].acts, effect.weighted(sample, own.gains));
+    } else {
+      std::array<Real, E::gain_count> basis;
+      effect.basis(sample, basis);
+      [&]<std::size_t... G>(std::index_sequence<G...>) {
+        (sums.add(E::gains[G].acts, sum_of_group<E, G>(own.gains, basis)), ...);
+      }
+      (std::make_index_sequence<E::gains.size()>{});
     }
     return sums;
   }
 
+  /// Gains times basis of the effect's group G, from left to right.
+  template <class E, std::size_t G>
+  static Real sum_of_group(const std::array<Real, E::gain_count>& gains,
+                           const std::array<Real, E::gain_count>& basis) {
+    constexpr std::size_t kFirst = [] {
+      std::size_t first = 0;
+      for (std::size_t g = 0; g < G; ++g) first += static_cast<std::size_t>(E::gains[g].count);
+      return first;
+    }();
+    constexpr auto kEnd = kFirst + static_cast<std::size_t>(E::gains[G].count);
+    Real sum = gains[kFirst] * basis[kFirst];
+#pragma GCC unroll 16
+    for (std::size_t i = kFirst + 1; i < kEnd; ++i) sum += gains[i] * basis[i];
+    return sum;
+  }
+
   /// Credits each total_scale effect with what its factor adds to the force before it.
-  void share_total_scale(Force& force, Real before) {
+  void share_total_scale(Real before) {
     for_each([&](auto& effect, auto& own, auto index) {
       using E = std::remove_reference_t<decltype(effect)>;
       if constexpr (has<E>(Acts::total_scale)) {
         if (own.enabled) {
           const Real added = before * total_scale_[index];
-          force.by_effect_N[index] += added;
+          force_.by_effect_N[index] += added;
           before += added;
         }
       }
@@ -148,6 +179,7 @@ class FrictionModel<Real, std::tuple<Effects...>> {
 
   std::tuple<Effects...> effects_;
   Parameters parameters_;
+  Force force_;
   std::array<Real, effect_count> total_scale_{};
 };
 

@@ -40,22 +40,47 @@ class PositionDependentPreload {
   }
   void reset(const Sample<Real>&) {}
   void basis(const Sample<Real>& sample, std::span<Real, gain_count> out) {
-    const auto intervals = static_cast<Real>(kPreloadMapSplines - 3);
-    const Real place = approx::clamp((sample.position_m - start_m_) * intervals_per_m_, Real(0), intervals);
-    std::int32_t interval = approx::floor_to_int(place);
-    interval = interval > kPreloadMapSplines - 4 ? kPreloadMapSplines - 4 : interval;
-    const Real t = place - static_cast<Real>(interval);
+    const auto [interval, t] = place_of(sample.position_m);
     const Real s = Real(1) - t;
     const Real t2 = t * t;
     for (Real& weight : out) weight = Real(0);
-    const auto first = static_cast<std::size_t>(interval);
-    out[first] = s * s * s * Real(1.0 / 6);
-    out[first + 1] = Real(2.0 / 3) + t2 * (Real(0.5) * t - Real(1));
-    out[first + 2] = Real(1.0 / 6) + Real(0.5) * (t + t2 - t2 * t);
-    out[first + 3] = t2 * t * Real(1.0 / 6);
+    out[interval] = s * s * s * Real(1.0 / 6);
+    out[interval + 1] = Real(2.0 / 3) + t2 * (Real(0.5) * t - Real(1));
+    out[interval + 2] = Real(1.0 / 6) + Real(0.5) * (t + t2 - t2 * t);
+    out[interval + 3] = t2 * t * Real(1.0 / 6);
+  }
+
+  /// The controller's form: the cubic of each interval, multiplied out beforehand.
+  void prepare_weighted(const std::array<Real, gain_count>& map) {
+    for (std::size_t i = 0; i < kIntervals; ++i) {
+      const Real w0 = map[i], w1 = map[i + 1], w2 = map[i + 2], w3 = map[i + 3];
+      cubics_[i] = {(w0 + Real(4) * w1 + w2) * Real(1.0 / 6), (w2 - w0) * Real(0.5),
+                    (w0 - Real(2) * w1 + w2) * Real(0.5), (w3 - w0 + Real(3) * (w1 - w2)) * Real(1.0 / 6)};
+    }
+  }
+  Real weighted(const Sample<Real>& sample, const std::array<Real, gain_count>&) const {
+    const auto [interval, t] = place_of(sample.position_m);
+    const std::array<Real, 4>& c = cubics_[interval];
+    return ((c[3] * t + c[2]) * t + c[1]) * t + c[0];
   }
 
  private:
+  static constexpr std::size_t kIntervals = kPreloadMapSplines - 3;
+  struct Place {
+    std::size_t interval;
+    Real t;
+  };
+
+  /// The interval a position is in, beyond the map its first or last, and where in it, 0 to 1.
+  Place place_of(Real position_m) const {
+    const Real place =
+        approx::clamp((position_m - start_m_) * intervals_per_m_, Real(0), static_cast<Real>(kIntervals));
+    const auto whole = static_cast<std::size_t>(static_cast<std::int32_t>(place));
+    const std::size_t interval = whole < kIntervals ? whole : kIntervals - 1;
+    return {interval, place - static_cast<Real>(static_cast<std::int32_t>(interval))};
+  }
+
+  std::array<std::array<Real, 4>, kIntervals> cubics_{};
   Real start_m_{};
   Real intervals_per_m_{};
 };

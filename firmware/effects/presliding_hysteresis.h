@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+
+#include "firmware/effects/approx.h"
 #include "firmware/effects/effect.h"
 #include "firmware/friction/maxwell_slip.h"
+#include "firmware/friction/packed_maxwell_slip.h"
 
 namespace slipstack {
 
@@ -44,10 +48,13 @@ class PreslidingHysteresis {
       slip[i] = to_displacement(shape[i]);
       unit[i] = metres_per_displacement_;
     }
-    // Slip distances within the bounds of `shapes` are always taken.
+    // Slip distances within the bounds of `shapes` are always taken, however fine the encoder.
     static_cast<void>(elements_.set_elements(slip, unit));
   }
-  void reset(const Sample<Real>& sample) { elements_.reset(sample.displacement); }
+  void reset(const Sample<Real>& sample) {
+    elements_.reset(sample.displacement);
+    if constexpr (kPacked) packed_.reset(sample.displacement);
+  }
   void basis(const Sample<Real>& sample, std::span<Real, gain_count> out) {
     elements_.step(sample.displacement);
     for (std::size_t i = 0; i < Elements; ++i) {
@@ -55,17 +62,41 @@ class PreslidingHysteresis {
     }
   }
 
+  /// The controller's form: two elements in a word, displacement in counts. Slip distances beyond
+  /// PackedMaxwellSlip::kLargestSlipDistance counts are cut there: choose the displacement unit accordingly.
+  void prepare_weighted(const std::array<Real, gain_count>& stiffness_N_per_m) requires kPacked {
+    std::array<std::int32_t, Elements> slip{};
+    std::array<Real, Elements> stiffness{};
+    for (std::size_t i = 0; i < Elements; ++i) {
+      slip[i] = std::min(elements_.slip_distance(i), Packed::kLargestSlipDistance);
+      stiffness[i] = stiffness_N_per_m[i] * metres_per_displacement_;
+    }
+    // Refused are stiffnesses that are negative or not finite, which the bounds of `gains` exclude.
+    static_cast<void>(packed_.set_elements(slip, stiffness));
+  }
+  Real weighted(const Sample<Real>& sample, const std::array<Real, gain_count>&) requires kPacked {
+    return packed_.step(sample.displacement);
+  }
+  /// Takes the loading state from another parameter set of the same axis, as far as the slip distances allow.
+  void carry_over(const PreslidingHysteresis& from) requires kPacked { packed_.carry_over(from.packed_); }
+
  private:
+  static constexpr bool kPacked = std::is_same_v<Real, float> && Elements % 2 == 0;
+  struct Nothing {};
+  using Packed = PackedMaxwellSlip<static_cast<std::size_t>(Elements)>;
+
   DisplacementOf<Real> to_displacement(Real slip_m) const {
     const Real scaled = slip_m / metres_per_displacement_;
     if constexpr (std::is_integral_v<DisplacementOf<Real>>) {
-      return static_cast<DisplacementOf<Real>>(scaled + Real(0.5));
+      constexpr auto kMostCounts = static_cast<Real>(1 << 29);
+      return static_cast<DisplacementOf<Real>>(approx::clamp(scaled + Real(0.5), Real(0), kMostCounts));
     } else {
       return scaled;
     }
   }
 
   MaxwellSlip<static_cast<std::size_t>(Elements), Real, DisplacementOf<Real>> elements_;
+  [[no_unique_address]] std::conditional_t<kPacked, Packed, Nothing> packed_;
   Real metres_per_displacement_{1};
 };
 

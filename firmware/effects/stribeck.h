@@ -3,6 +3,7 @@
 
 #include "firmware/effects/approx.h"
 #include "firmware/effects/effect.h"
+#include "firmware/effects/speed_table.h"
 
 namespace slipstack {
 
@@ -41,7 +42,25 @@ class Stribeck {
     out[0] = approx::exp(-approx::power(speed_ratio, exponent_));
   }
 
+  /// The controller reads the same function from a table (speed_table.h).
+  void prepare_weighted(const std::array<Real, gain_count>&) requires kTabled {
+    table_.fill(Real(1) / inverse_velocity_spm_, exponent_, [this](Real speed_mps) {
+      std::array<Real, 1> out{};
+      basis({.velocity_mps = speed_mps}, out);
+      return out[0];
+    });
+  }
+  Real tabled(Real velocity_mps) const requires kTabled { return table_.at(velocity_mps); }
+  Real weighted(const Sample<Real>& sample,
+                const std::array<Real, gain_count>& weakening) const requires kTabled {
+    return weakening[0] * tabled(sample.velocity_mps);
+  }
+
  private:
+  static constexpr bool kTabled = std::is_same_v<Real, float>;
+  struct Nothing {};
+
+  [[no_unique_address]] std::conditional_t<kTabled, SpeedTable, Nothing> table_;
   Real inverse_velocity_spm_{};
   Real exponent_{};
 };

@@ -149,6 +149,20 @@ class PackedMaxwellSlip {
     return static_cast<float>(static_cast<std::int32_t>(total)) * scale_N_;
   }
 
+  // Continues the motion of `from`, which has other parameters for the same axis: its position and direction,
+  // and its displacements as far as the slip distances of this one allow. About 60 instructions for 10
+  // elements.
+  void carry_over(const PackedMaxwellSlip& from) {
+    position_ = from.position_;
+    backward_ = from.backward_;
+    for (std::size_t j = 0; j < kWords; ++j) {
+      const std::int32_t low = slip_distance(2 * j), high = slip_distance(2 * j + 1);
+      const std::int32_t z_low = limited(from.z(2 * j), low), z_high = limited(from.z(2 * j + 1), high);
+      rows_.lanes[j] = backward_ != 0 ? portable::pack(z_low - 32768 + low, z_high - 32768 + high)
+                                      : portable::pack(z_low + 32767 - low, z_high + 32767 - high);
+    }
+  }
+
   // Displacement of element i in counts, exact.
   std::int32_t z(std::size_t i) const {
     const std::int32_t v = lane(rows_.lanes[i / 2], i);
@@ -189,6 +203,11 @@ class PackedMaxwellSlip {
 
   static std::int32_t lane(std::uint32_t word, std::size_t i) {
     return i % 2 == 0 ? portable::low_lane(word) : portable::high_lane(word);
+  }
+
+  static std::int32_t limited(std::int32_t z, std::int32_t limit) {
+    const std::int32_t below = z > limit ? limit : z;
+    return below < -limit ? -limit : below;
   }
 
   // Smallest unit for which every stiffness fits in 15 bits and the greatest sum of k z in 31.

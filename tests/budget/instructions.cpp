@@ -60,6 +60,11 @@ std::uint32_t instructions(Step step, std::int32_t x) {
   return ((ticks(step, x) - overhead) * 10 + 128) / 256 + 1;
 }
 
+std::uint32_t measure_step(const Observer& observer, std::int32_t x) {
+  if (observer.before != nullptr) observer.before(x);
+  return instructions(observer.step, x);
+}
+
 void print(const char* name, const char* input, const Count& count) {
   const auto mean_hundredths = static_cast<std::uint32_t>(count.total * 100 / count.calls);
   uart_write("instructions ");
@@ -84,7 +89,7 @@ void print(const char* name, const char* input, const Count& count) {
 // stack.
 Count measure_adversarial(const Observer& observer) {
   Count count;
-  const auto go = [&](std::int32_t x) { count.add(instructions(observer.step, x)); };
+  const auto go = [&](std::int32_t x) { count.add(measure_step(observer, x)); };
   for (std::int32_t side = -1; side <= 1; side += 2) {
     for (std::int32_t reversals = 0; reversals <= 20; ++reversals) {
       for (std::int32_t closed = 0; closed <= 11; ++closed) {
@@ -111,7 +116,7 @@ Count measure_random(const Observer& observer) {
   Count count;
   RandomMotion motion(0x5EED1234);
   observer.reset(0);
-  for (std::uint32_t i = 0; i < kRandomSteps; ++i) count.add(instructions(observer.step, motion.next()));
+  for (std::uint32_t i = 0; i < kRandomSteps; ++i) count.add(measure_step(observer, motion.next()));
   return count;
 }
 

@@ -9,6 +9,7 @@
 #include "firmware/friction/packed_maxwell_slip.h"
 #include "firmware/friction/rational_memory_stack.h"
 #include "firmware/friction/virgin_curves.h"
+#include "tests/budget/friction_model.h"
 
 // The observers that are measured and traced, with parameters of the size of the pick-and-place axis (1 um
 // encoder, 15 N, some ten counts of pre-sliding), as one list of plain functions.
@@ -18,6 +19,7 @@ struct Observer {
   const char* name;
   void (*reset)(std::int32_t x);
   float (*step)(std::int32_t x);
+  void (*before)(std::int32_t x) = nullptr;  // what comes ahead of step(x) and is not measured
 };
 
 inline constexpr std::array<std::int32_t, 10> kSlipDistance = {1, 2, 3, 5, 8, 13, 21, 34, 55, 300};
@@ -44,6 +46,20 @@ template <auto& model>
   return model.step(x);
 }
 
+inline FrictionModel<float> friction_model;
+inline CountedMotion counted_motion;
+
+inline void reset_friction_model(std::int32_t x) {
+  counted_motion.reset(x);
+  friction_model.reset(counted_motion.sample());
+}
+inline void move_friction_model(std::int32_t x) {
+  counted_motion.move(x);
+}
+[[gnu::noinline]] inline float step_friction_model(std::int32_t) {
+  return friction_model.step(counted_motion.sample()).total_N;
+}
+
 inline constexpr std::array kObservers = {
     Observer{"maxwell_slip_10", kReset<maxwell_slip>, step<maxwell_slip>},
     Observer{"packed_maxwell_slip_10", kReset<packed_maxwell_slip>, step<packed_maxwell_slip>},
@@ -52,10 +68,12 @@ inline constexpr std::array kObservers = {
     Observer{"memory_stack_exponential_16", kReset<exponential_stack>, step<exponential_stack>},
     Observer{"memory_stack_piecewise_16", kReset<piecewise_stack>, step<piecewise_stack>},
     Observer{"rational_memory_stack_16", kReset<rational_memory_stack>, step<rational_memory_stack>},
+    Observer{"friction_model_all_effects", reset_friction_model, step_friction_model, move_friction_model},
 };
 
 // Gives every observer its parameters; false if one refuses them.
 inline bool set_up_observers() {
+  friction_model.prepare(all_effects(), kScales);
   constexpr std::array<float, 10> kKnots = {1.0F, 2.0F, 3.0F, 5.0F, 8.0F, 13.0F, 21.0F, 34.0F, 55.0F, 300.0F};
   constexpr std::array<float, 10> kSlopes = {1.9F,  1.6F,  1.1F,  0.7F,  0.45F,
                                              0.25F, 0.15F, 0.06F, 0.02F, 0.004F};

@@ -54,6 +54,11 @@ void write_unsigned(std::uint32_t value) {
 }
 #endif
 
+float step(const Observer& observer, std::int32_t x) {
+  if (observer.before != nullptr) observer.before(x);
+  return observer.step(x);
+}
+
 std::uint32_t bits(float value) {
   std::uint32_t word = 0;
   std::memcpy(&word, &value, sizeof word);
@@ -71,7 +76,7 @@ void print_checksums(const Observer& observer) {
   std::uint32_t checksum = 2166136261U;
   for (std::uint32_t i = 0; i < kSteps; ++i) {
     const std::int32_t x = motion.next();
-    checksum = mix(mix(checksum, static_cast<std::uint32_t>(x)), bits(observer.step(x)));
+    checksum = mix(mix(checksum, static_cast<std::uint32_t>(x)), bits(step(observer, x)));
     if ((i + 1) % kBlock != 0) continue;
     write("block ");
     write(observer.name);
@@ -88,7 +93,7 @@ void print_block(const Observer& observer, std::uint32_t block) {
   observer.reset(kStart);
   for (std::uint32_t i = 0; i < kSteps && i < (block + 1) * kBlock; ++i) {
     const std::int32_t x = motion.next();
-    const float force_N = observer.step(x);
+    const float force_N = step(observer, x);
     if (i / kBlock != block) continue;
     write("step ");
     write_unsigned(i);

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <tuple>
+
+#include "firmware/effects/model.h"
+
+// The friction model of the controller with every effect of the catalogue enabled, with parameters of the
+// size of the pick-and-place axis, driven by encoder counts: for measurements and traces.
+namespace slipstack::budget {
+
+// 1 um encoder, 10 kHz.
+inline constexpr Scales<float> kScales{1.0e-4F, 1.0e-6F};
+
+namespace detail {
+
+// Lengths are those of the effect: one that gains a parameter does not compile here until it has a value.
+template <class E>
+void set(FrictionModel<float>::Parameters& all, const std::array<float, E::gain_count>& gains,
+         const std::array<float, E::shape_count>& shapes) {
+  std::get<EffectParameters<E, float>>(all) = {gains, shapes, true};
+}
+
+// An array of as many values as are written.
+template <class... Value>
+constexpr std::array<float, sizeof...(Value)> values(Value... value) {
+  return {value...};
+}
+
+}  // namespace detail
+
+// Every effect on, none of its gains zero.
+inline FrictionModel<float>::Parameters all_effects() {
+  using detail::set;
+  using detail::values;
+  FrictionModel<float>::Parameters p{};
+  set<Inertia<float>>(p, values(35.0F), values());
+  set<PreslidingHysteresis<float>>(
+      p, values(4.1e5F, 5.7e5F, 4.3e5F, 2.9e5F, 1.7e5F, 8.3e4F, 4.7e4F, 2.9e4F, 1.1e4F, 3.7e3F),
+      values(1e-6F, 2e-6F, 3e-6F, 5e-6F, 8e-6F, 1.3e-5F, 2.1e-5F, 3.4e-5F, 5.5e-5F, 3e-4F));
+  set<Coulomb<float>>(p, values(1.3F), values(2e-4F));
+  set<Viscous<float>>(p, values(12.0F), values());
+  set<QuadraticDrag<float>>(p, values(3.0F), values());
+  set<Stribeck<float>>(p, values(0.15F), values(3e-3F, 0.8F));
+  set<FrictionalLag<float>>(p, values(0.1F), values(8e-3F, 1.3F, 0.02F, 0.004F));
+  set<PositionDependentPreload<float>>(
+      p, values(0.1F, -0.05F, 0.2F, 0.15F, -0.1F, 0.05F, 0.02F, 0.3F, -0.2F, 0.1F, 0.07F, -0.03F),
+      values(0.0F, 0.4F));
+  set<AccelerationDependentPreload<float>>(p, values(0.004F), values(50.0F));
+  set<DirectionAsymmetry<float>>(p, values(0.05F, -0.02F, 2.0F), values(1e-4F));
+  set<ForceRipple<float>>(p, values(1.1F, -0.6F, 0.4F, 0.3F, -0.2F, 0.1F, 0.05F, 0.08F), values(0.024F));
+  set<MotorConstantRipple<float>>(p, values(0.02F, -0.01F, 0.01F, 0.005F, -0.004F, 0.003F, 0.002F, 0.001F),
+                                  values(0.024F));
+  set<OffsetForce<float>>(p, values(-0.7F), values());
+  set<CableChainStiffness<float>>(p, values(6.0F, -1.1F), values());
+  set<PayloadMass<float>>(p, values(1.5F), values());
+  set<StructuralResonance<float>>(p, values(1.2F, 0.1F, 0.3F), values(47.0F, 0.02F));
+  set<TimeDelay<float>>(p, values(), values(3e-4F));
+  set<Drift<float>>(p, values(-0.1F), values(600.0F));
+  return p;
+}
+
+// Encoder counts to samples: velocity and acceleration are differences of the counts.
+class CountedMotion {
+ public:
+  void reset(std::int32_t x) {
+    before_ = x;
+    step_ = 0;
+    ticks_ = 0;
+    move(x);
+  }
+
+  void move(std::int32_t x) {
+    const std::int32_t step = difference(x, before_);
+    sample_.time_s = static_cast<float>(ticks_++) * kScales.tick_s;
+    sample_.displacement = x;
+    sample_.position_m = static_cast<float>(x) * kScales.metres_per_displacement;
+    sample_.velocity_mps = static_cast<float>(step) * 1.0e-2F;
+    sample_.acceleration_mps2 = static_cast<float>(difference(step, step_)) * 1.0e2F;
+    before_ = x;
+    step_ = step;
+  }
+
+  const Sample<float>& sample() const { return sample_; }
+
+ private:
+  Sample<float> sample_;
+  std::int32_t before_ = 0;
+  std::int32_t step_ = 0;
+  std::int32_t ticks_ = 0;
+};
+
+}  // namespace slipstack::budget
