@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <signal.h>
 
 #include <CLI/CLI.hpp>
 
 #include "workbench/cli/commands.h"
 #include "workbench/cli/output.h"
+#include "workbench/identify/effect_catalogue.h"
 #include "workbench/log/input_error.h"
+#include "workbench/log/text.h"
 
 namespace {
 
@@ -16,56 +19,95 @@ constexpr int kInternalFault = 1;
 
 /// One line, whatever a message was made of.
 void complain(std::string_view message) {
-  std::string line(message.substr(0, message.find_last_not_of('\n') + 1));
-  for (char& c : line) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = ' ';
-  }
-  fmt::print(stderr, "slipstack: {}\n", line);
+  fmt::print(stderr, "slipstack: {}\n", printable(message.substr(0, message.find_last_not_of('\n') + 1)));
+}
+
+/// An option that was given as an empty text was meant to say something: `--report "$REPORT"`.
+CLI::Option* add_text(CLI::App& command, const std::string& name, std::string& value, const std::string& kind,
+                      const std::string& description) {
+  const auto not_empty = [](const std::string& text) {
+    return text.empty() ? std::string("must not be empty") : std::string();
+  };
+  return command.add_option(name, value, description)->check(not_empty)->type_name(kind);
+}
+
+void add_log(CLI::App& command, Options& options) {
+  add_text(command, "LOG", options.log, "FILE", "measurement: CSV, or a MAT file of version 5")->required();
 }
 
 void add_outputs(CLI::App& command, Options& options) {
-  command.add_option("--report", options.report, "write a report, one HTML page that opens offline");
-  command.add_option("--json", options.json, "write the result for machines");
+  add_text(command, "--report", options.report, "FILE", "write a report: one HTML page that opens offline");
+  add_text(command, "--json", options.json, "FILE", "write the result for machines; '-': standard output");
+}
+
+/// The effects, below the help of the commands that want their names.
+std::string effect_list() {
+  std::string list = "Effects:\n";
+  for (const EffectDescription& effect : catalogue()) {
+    list += fmt::format("  {:<31} {}\n", effect.text.id, effect.text.title);
+  }
+  return list;
+}
+
+void define_compare(CLI::App& app, Options& options) {
+  CLI::App* compare = app.add_subcommand("compare", "Compare a model with a measurement; nothing is fitted");
+  add_log(*compare, options);
+  add_text(*compare, "--model", options.model, "FILE", "model file")->required();
+  add_outputs(*compare, options);
+  compare->callback([&options] { run_compare(options); });
+}
+
+void define_fit(CLI::App& app, Options& options) {
+  CLI::App* fit = app.add_subcommand("fit", "Fit a model of chosen effects to a measurement");
+  add_log(*fit, options);
+  add_text(*fit, "--effects", options.effects, "A,B,..", "effects, separated by commas")->required();
+  add_text(*fit, "--model", options.model, "FILE", "model file to write")->required();
+  add_outputs(*fit, options);
+  fit->footer(effect_list());
+  fit->callback([&options] { run_fit(options); });
+}
+
+void define_diagnose(CLI::App& app, Options& options) {
+  CLI::App* diagnose = app.add_subcommand("diagnose", "Name the physical effect that a model lacks");
+  add_log(*diagnose, options);
+  CLI::Option* effects = add_text(*diagnose, "--effects", options.effects, "A,B,..",
+                                  "baseline (default: inertia,presliding_hysteresis)");
+  add_text(*diagnose, "--model", options.model, "FILE", "baseline: the effects of this model, fitted again")
+      ->excludes(effects);
+  diagnose->add_flag("--stepwise", options.stepwise, "go on until nothing is missing or nothing helps");
+  add_outputs(*diagnose, options);
+  diagnose->footer(effect_list());
+  diagnose->callback([&options] { run_diagnose(options); });
+}
+
+void define_add(CLI::App& app, Options& options) {
+  CLI::App* add = app.add_subcommand("add", "Add an effect to a model and fit it again");
+  add_log(*add, options);
+  add_text(*add, "--model", options.model, "FILE", "model file to start from")->required();
+  add_text(*add, "--effect", options.effect, "ID", "effect to add")->required();
+  add_text(*add, "--out", options.out, "FILE", "model file to write")->required();
+  add_outputs(*add, options);
+  add->footer(effect_list());
+  add->callback([&options] { run_add(options); });
 }
 
 void define_commands(CLI::App& app, Options& options) {
   app.require_subcommand(1);
   app.set_version_flag("--version", "slipstack " SLIPSTACK_VERSION);
-
-  CLI::App* compare = app.add_subcommand("compare", "Compare a model with a measurement");
-  compare->add_option("LOG", options.log, "measurement, CSV or MAT v5")->required();
-  compare->add_option("--model", options.model, "model file")->required();
-  add_outputs(*compare, options);
-  compare->callback([&options] { run_compare(options); });
-
-  CLI::App* fit = app.add_subcommand("fit", "Fit a model of chosen effects to a measurement");
-  fit->add_option("LOG", options.log, "measurement, CSV or MAT v5")->required();
-  fit->add_option("--effects", options.effects, "effects, separated by commas")->required();
-  fit->add_option("--model", options.model, "model file to write")->required();
-  add_outputs(*fit, options);
-  fit->callback([&options] { run_fit(options); });
-
-  CLI::App* diagnose = app.add_subcommand("diagnose", "Name the physical effect that a model lacks");
-  diagnose->add_option("LOG", options.log, "measurement, CSV or MAT v5")->required();
-  CLI::Option* effects =
-      diagnose->add_option("--effects", options.effects, "baseline (default: inertia,presliding_hysteresis)");
-  diagnose->add_option("--model", options.model, "baseline: the effects of this model")->excludes(effects);
-  diagnose->add_flag("--stepwise", options.stepwise, "go on until nothing is missing or nothing helps");
-  add_outputs(*diagnose, options);
-  diagnose->callback([&options] { run_diagnose(options); });
-
-  CLI::App* add = app.add_subcommand("add", "Add an effect to a model and fit it again");
-  add->add_option("LOG", options.log, "measurement, CSV or MAT v5")->required();
-  add->add_option("--model", options.model, "model file to start from")->required();
-  add->add_option("--effect", options.effect, "effect to add")->required();
-  add->add_option("--out", options.out, "model file to write")->required();
-  add_outputs(*add, options);
-  add->callback([&options] { run_add(options); });
+  app.footer(
+      "`slipstack COMMAND --help` tells the options of a command. Exit status: 0 done, 2 wrong use "
+      "or unusable input, 1 internal fault.");
+  define_compare(app, options);
+  define_fit(app, options);
+  define_diagnose(app, options);
+  define_add(app, options);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
+  // A file that grows beyond a limit is an error to be told, not a reason to be killed.
+  ::signal(SIGXFSZ, SIG_IGN);
   Options options;
   CLI::App app("slipstack: friction models of rolling guideways, compared with measurements");
   app.name("slipstack");

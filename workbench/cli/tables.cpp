@@ -14,8 +14,9 @@ constexpr std::size_t kMostLines = 10;
 
 }  // namespace
 
-void print_parameters(const Terms& terms) {
-  fmt::print("\n{:<32} {:<24} {:>14} {:>14}\n", "effect", "parameter", "value", "std. error");
+std::string parameter_table(const Terms& terms) {
+  std::string text =
+      fmt::format("\n{:<32} {:<24} {:>14} {:>14}\n", "effect", "parameter", "value", "std. error");
   for (const Term& term : terms) {
     const bool elements = term.id() == "presliding_hysteresis";
     if (elements) {
@@ -25,53 +26,57 @@ void print_parameters(const Terms& terms) {
         used += term.gains[i] > 0.0 ? 1 : 0;
         level_N += term.gains[i] * term.shapes[i];
       }
-      fmt::print("{:<32} {:<24} {:>14}\n", term.id(), fmt::format("level of {} elements", used),
-                 quantity(level_N, "N"));
+      text += fmt::format("{:<32} {:<24} {:>14}\n", term.id(), fmt::format("level of {} elements", used),
+                          quantity(level_N, "N"));
       continue;
     }
     for (std::size_t i = 0; i < term.shapes.size(); ++i) {
-      fmt::print("{:<32} {:<24} {:>14}\n", term.id(), term.effect->shapes[i].name,
-                 quantity(term.shapes[i], term.effect->shapes[i].unit));
+      text += fmt::format("{:<32} {:<24} {:>14}\n", term.id(), term.effect->shapes[i].name,
+                          quantity(term.shapes[i], term.effect->shapes[i].unit));
     }
     for (std::size_t g = 0; g < term.gains.size(); ++g) {
       const GainGroup& group = term.effect->group_of_gain(static_cast<int>(g));
       const std::string name = group.count > 1 ? fmt::format("{} {}", group.name, g + 1) : group.name;
       const bool given = term.lower[g] == term.upper[g];
       const double error = g < term.standard_errors.size() ? term.standard_errors[g] : 0.0;
-      fmt::print("{:<32} {:<24} {:>14} {:>14}\n", term.id(), name, quantity(term.gains[g], group.unit),
-                 given         ? "given"
-                 : error > 0.0 ? quantity(error, group.unit)
-                               : "at its bound");
+      text +=
+          fmt::format("{:<32} {:<24} {:>14} {:>14}\n", term.id(), name, quantity(term.gains[g], group.unit),
+                      given         ? "given"
+                      : error > 0.0 ? quantity(error, group.unit)
+                                    : "at its bound");
     }
   }
+  return text;
 }
 
-void print_candidates(const Diagnosis& diagnosis) {
-  fmt::print("\n{:<32} {:>14} {:>9} {:>9}  {}\n", "effect added to the baseline", "held-out error",
-             "reduction", "std. err.", "not told apart from");
+std::string candidate_table(const Diagnosis& diagnosis) {
+  std::string text = fmt::format("\n{:<32} {:>14} {:>9} {:>9}  {}\n", "effect added to the baseline",
+                                 "held-out error", "reduction", "std. err.", "not told apart from");
   std::size_t lines = 0;
   for (const Candidate& candidate : diagnosis.candidates) {
     if (candidate.error_reduction < kWorthALine || lines == kMostLines) continue;
     ++lines;
-    fmt::print("{:<32} {:>14} {:>7.1f} % {:>7.1f} %  {}\n", candidate.term.id(),
-               quantity(candidate.holdout_rmse_N, "N"), 100.0 * candidate.error_reduction,
-               100.0 * candidate.error_reduction_se, fmt::join(candidate.confounded_with, ", "));
+    text += fmt::format("{:<32} {:>14} {:>7.1f} % {:>7.1f} %  {}\n", candidate.term.id(),
+                        quantity(candidate.holdout_rmse_N, "N"), 100.0 * candidate.error_reduction,
+                        100.0 * candidate.error_reduction_se, fmt::join(candidate.confounded_with, ", "));
   }
   const std::size_t others = diagnosis.candidates.size() - lines;
-  if (others > 0) fmt::print("{} others reduce the error by less than 0.5 %\n", others);
+  if (others > 0) text += fmt::format("{} others reduce the error by less than 0.5 %\n", others);
+  return text;
 }
 
-void print_steps(const Diagnosis& diagnosis) {
-  fmt::print("\n{:<32} {:>14}\n", "step", "held-out error");
+std::string step_table(const Diagnosis& diagnosis) {
+  std::string text = fmt::format("\n{:<32} {:>14}\n", "step", "held-out error");
   for (const Step& step : diagnosis.steps) {
-    fmt::print("{:<32} {:>14}\n", step.added, quantity(step.holdout_rmse_N, "N"));
+    text += fmt::format("{:<32} {:>14}\n", step.added, quantity(step.holdout_rmse_N, "N"));
   }
-  fmt::print("{:<32} {:>14}\n", "noise floor", quantity(diagnosis.noise_floor_N, "N"));
+  text += fmt::format("{:<32} {:>14}\n", "noise floor", quantity(diagnosis.noise_floor_N, "N"));
+  return text;
 }
 
-void print_advice(const Candidate& candidate) {
-  fmt::print("\nusual cause   {}\nconfirm with  {}\n", candidate.term.effect->text.cause,
-             candidate.term.effect->text.confirm);
+std::string advice(const Candidate& candidate) {
+  return fmt::format("\nusual cause   {}\nconfirm with  {}\n", candidate.term.effect->text.cause,
+                     candidate.term.effect->text.confirm);
 }
 
 }  // namespace slipstack::workbench

@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <string>
+
 #include "workbench/diagnose/diagnose.h"
 
 namespace slipstack::workbench {
 
-// Aligned tables on standard output.
-void print_parameters(const Terms& terms);
-void print_candidates(const Diagnosis& diagnosis);
-void print_steps(const Diagnosis& diagnosis);
-/// Usual cause, what cannot be told apart, and the experiment that confirms.
-void print_advice(const Candidate& candidate);
+// Aligned tables for a terminal, each after an empty line.
+std::string parameter_table(const Terms& terms);
+std::string candidate_table(const Diagnosis& diagnosis);
+std::string step_table(const Diagnosis& diagnosis);
+/// The usual cause and the experiment that confirms.
+std::string advice(const Candidate& candidate);
 
 }  // namespace slipstack::workbench

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "workbench/cli/commands.h"
+#include "workbench/cli/output.h"
+#include "workbench/cli/progress.h"
+#include "workbench/identify/fit.h"
+#include "workbench/model/model.h"
+
+namespace slipstack::workbench {
+
+// What the commands make of their arguments. All of these throw UsageError or InputError.
+
+/// Ids of a comma-separated list, each known and named once.
+std::vector<std::string> parse_effects(const std::string& list);
+
+/// The log, conditioned; refuses one that is too short for any fit.
+Measurement measure(const Options& options, Progress& progress);
+
+/// Refuses combinations that no data can separate or that have nothing to act on.
+void check_combination(const Measurement& measurement, const std::vector<std::string>& ids);
+
+/// Refuses to fit more parameters than the log has instants.
+void check_enough(const Options& options, const Measurement& measurement,
+                  const std::vector<std::string>& ids);
+
+/// Terms of a model file, for this log: its mass is the log's where the log declares one.
+Terms terms_on(const Measurement& measurement, const Model& model);
+
+std::vector<std::string> ids_of(const Terms& terms);
+
+}  // namespace slipstack::workbench

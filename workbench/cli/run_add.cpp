@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include "workbench/cli/commands.h"
+#include "workbench/cli/inputs.h"
+#include "workbench/cli/results.h"
+#include "workbench/cli/tables.h"
+#include "workbench/identify/noise_floor.h"
+#include "workbench/log/text.h"
+#include "workbench/report/html.h"
+
+namespace slipstack::workbench {
+namespace {
+
+using nlohmann::json;
+
+/// An effect that lowers the held-out error by less is not worth its parameters (workbench/diagnose).
+constexpr double kLeastReduction = 0.03;
+
+/// The one effect that --effect names.
+const EffectDescription& effect_of(const Options& options) {
+  const EffectDescription* effect = find_effect(options.effect);
+  if (effect == nullptr) {
+    throw UsageError(fmt::format("unknown effect {}; known: {}", quoted(std::string_view(options.effect)),
+                                 known_effects()));
+  }
+  return *effect;
+}
+
+Model model_to_extend(const Options& options) {
+  Model model = read_model(options.model);
+  if (contains(model.terms, options.effect)) {
+    throw UsageError(
+        fmt::format("{} already contains {}; add another effect", printable(options.model), options.effect));
+  }
+  return model;
+}
+
+struct Addition {
+  FittedModel before;
+  FittedModel after;
+  double floor_N = 0.0;
+  std::string headline;
+};
+
+Addition added(const Measurement& measurement, const Model& old, const EffectDescription& effect,
+               Progress& progress) {
+  Addition result;
+  progress.show("fit the model as it is");
+  result.before = fit_gains(measurement, terms_on(measurement, old));
+  progress.show("add the effect");
+  const Trial trial = try_effect(measurement, result.before, effect, {});
+  result.after = polish_shapes(measurement, fit_gains(measurement, trial.terms, &result.before), {});
+  result.floor_N = NoiseFloor(measurement).of(result.after.terms);
+  result.headline = fmt::format("Added {}: held-out error {} before, {} after; noise floor {}.",
+                                effect.text.title, newtons(result.before.holdout_rmse_N),
+                                newtons(result.after.holdout_rmse_N), newtons(result.floor_N));
+  return result;
+}
+
+json report_of(const Options& options, const Measurement& measurement, const Addition& addition) {
+  const double before_N = addition.before.holdout_rmse_N;
+  const double after_N = addition.after.holdout_rmse_N;
+  json data = report_base(options, "add");
+  data["verdict"] = {{"kind", "added"}, {"headline", addition.headline}, {"detail", ""}};
+  data["figures"] = figures_json(addition.before, addition.floor_N);
+  data["figures"]["after_rmse_N"] = number_json(after_N);
+  data["baseline_effects"] = ids_of(addition.before.terms);
+  data["steps"] = {{{"added", "baseline"}, {"holdout_rmse_N", number_json(before_N)}},
+                   {{"added", options.effect}, {"holdout_rmse_N", number_json(after_N)}}};
+  data["parameters"] = parameters_json(addition.after.terms);
+  const ForceRows rows_after = rows_of(addition.after);
+  add_pictures(data, measurement, rows_of(addition.before), &rows_after);
+  return data;
+}
+
+}  // namespace
+
+void run_add(const Options& options) {
+  const EffectDescription& effect = effect_of(options);
+  Outputs outputs;
+  outputs.spare(options.log);
+  outputs.spare(options.model);
+  outputs.claim(options.out);
+  outputs.claim(options.report);
+  outputs.claim(options.json);
+  const Model old = model_to_extend(options);
+  Progress progress;
+  const Measurement measurement = measure(options, progress);
+  std::vector<std::string> ids = ids_of(old.terms);
+  ids.push_back(options.effect);
+  check_combination(measurement, ids);
+  check_enough(options, measurement, ids);
+  const Addition addition = added(measurement, old, effect, progress);
+  progress.show("reduce to the controller");
+  const Model model = model_of(options, measurement, addition.after, addition.floor_N);
+
+  std::string text = addition.headline + "\n";
+  if (addition.after.holdout_rmse_N > (1.0 - kLeastReduction) * addition.before.holdout_rmse_N) {
+    text += "It does not earn its parameters: less than 3 % on data that the fit has not seen.\n";
+  }
+  text += parameter_table(addition.after.terms);
+  text += model_lines(options.out, model);
+
+  json result = quality_json(measurement, addition.after, addition.floor_N);
+  result["log"] = options.log;
+  result["model"] = options.out;
+  result["added"] = options.effect;
+  result["hash"] = hash_text(model);
+  result["before"] = {{"train_rmse_N", number_json(addition.before.train_rmse_N)},
+                      {"holdout_rmse_N", number_json(addition.before.holdout_rmse_N)},
+                      {"relative_error", number_json(addition.before.relative_error)}};
+  if (!options.report.empty()) {
+    outputs.set(options.report, render_report(report_of(options, measurement, addition)));
+  }
+  outputs.set(options.out, to_toml(model));
+  outputs.set(options.json, json_text(result));
+  progress.finish();
+  outputs.commit(text);
+}
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "workbench/cli/commands.h"
+#include "workbench/cli/inputs.h"
+#include "workbench/cli/results.h"
+#include "workbench/diagnose/structure.h"
+#include "workbench/identify/noise_floor.h"
+#include "workbench/log/text.h"
+#include "workbench/report/html.h"
+
+namespace slipstack::workbench {
+namespace {
+
+using nlohmann::json;
+
+/// What must be explained of the residual by one coordinate for it to be worth a word.
+constexpr double kWorthAWord = 0.05;
+
+struct Comparison {
+  ForceRows rows;
+  double error_N = 0.0;
+  double relative = 0.0;
+  double floor_N = 0.0;
+  std::string left;
+};
+
+/// The model as it is against the log: nothing is fitted.
+Comparison compared(const Measurement& measurement, const Model& model) {
+  Comparison result;
+  result.rows = {measurement.force_N(delay_s(model.terms)),
+                 measurement.filtered(evaluate_force(measurement, model.terms).force_N)};
+  const Eigen::VectorXd residual = result.rows.residual_N();
+  result.error_N = std::sqrt(residual.squaredNorm() / static_cast<double>(residual.size()));
+  result.relative = residual.norm() / std::max(result.rows.measured_N.norm(), 1e-300);
+  result.floor_N = NoiseFloor(measurement).of(model.terms);
+  const auto structure = find_structure(measurement, residual);
+  result.left = structure.front().error_reduction > kWorthAWord
+                    ? structure.front().description
+                    : "what is left depends on no single coordinate";
+  return result;
+}
+
+json report_of(const Options& options, const Measurement& measurement, const Model& model,
+               const Comparison& found) {
+  json data = report_base(options, "compare");
+  data["verdict"] = {
+      {"kind", "comparison"},
+      {"headline",
+       fmt::format("The model misses the measured force by {} rms, {} of it; the noise floor is {}.",
+                   newtons(found.error_N), share(found.relative), newtons(found.floor_N))},
+      {"detail", sentence(found.left)}};
+  data["figures"] = {{"noise_floor_N", number_json(found.floor_N)},
+                     {"train_rmse_N", number_json(found.error_N)},
+                     {"relative_error", number_json(found.relative)}};
+  data["baseline_effects"] = ids_of(model.terms);
+  data["parameters"] = parameters_json(model.terms);
+  add_pictures(data, measurement, found.rows, nullptr);
+  return data;
+}
+
+}  // namespace
+
+void run_compare(const Options& options) {
+  Outputs outputs;
+  outputs.spare(options.log);
+  outputs.spare(options.model);
+  outputs.claim(options.report);
+  outputs.claim(options.json);
+  const Model model = read_model(options.model);
+  Progress progress;
+  const Measurement measurement = measure(options, progress);
+  progress.show("compare");
+  const Comparison found = compared(measurement, model);
+
+  const std::string text = fmt::format(
+      "log        {}\nmodel      {}, hash {}\neffects    {}\nerror      {} rms, {} of the force; noise "
+      "floor {}\n{}\n",
+      printable(options.log), printable(options.model), hash_text(model),
+      fmt::join(ids_of(model.terms), ", "), newtons(found.error_N), share(found.relative),
+      newtons(found.floor_N), sentence(found.left));
+  const json result{{"log", options.log},
+                    {"model", options.model},
+                    {"hash", hash_text(model)},
+                    {"samples", measurement.sample_count()},
+                    {"effects", ids_of(model.terms)},
+                    {"rmse_N", number_json(found.error_N)},
+                    {"relative_error", number_json(found.relative)},
+                    {"noise_floor_N", number_json(found.floor_N)},
+                    {"left", found.left}};
+  if (!options.report.empty()) {
+    outputs.set(options.report, render_report(report_of(options, measurement, model, found)));
+  }
+  outputs.set(options.json, json_text(result));
+  progress.finish();
+  outputs.commit(text);
+}
+
+}  // namespace slipstack::workbench

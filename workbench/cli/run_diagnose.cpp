@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include "workbench/cli/commands.h"
+#include "workbench/cli/inputs.h"
+#include "workbench/cli/results.h"
+#include "workbench/cli/tables.h"
+#include "workbench/diagnose/diagnose.h"
+#include "workbench/report/html.h"
+
+namespace slipstack::workbench {
+namespace {
+
+using nlohmann::json;
+
+constexpr const char* kDefaultBaseline = "inertia,presliding_hysteresis";
+
+struct Headline {
+  std::string line;
+  std::string detail;
+};
+
+Headline headline_of(const Diagnosis& diagnosis) {
+  const std::string floor = newtons(diagnosis.noise_floor_N);
+  const std::string before = newtons(diagnosis.baseline.holdout_rmse_N);
+  if (diagnosis.verdict == Verdict::complete) {
+    return {
+        fmt::format("Complete: held-out error {}, noise floor {}.", before, floor),
+        "No effect of the catalogue earns its parameters on data that the fit has not seen, and nothing that "
+        "depends on one coordinate is left."};
+  }
+  if (diagnosis.verdict == Verdict::unexplained) {
+    return {fmt::format("Unexplained: held-out error {}, noise floor {}.", before, floor),
+            diagnosis.unexplained
+                ? "No effect of the catalogue accounts for it; " + diagnosis.unexplained->description + "."
+                : "No effect of the catalogue accounts for it."};
+  }
+  const Candidate& first = diagnosis.candidates.front();
+  Headline headline{
+      fmt::format("Missing: {}. Adding it lowers the held-out error from {} to {}; noise floor {}.",
+                  first.term.effect->text.title, before, newtons(diagnosis.best.holdout_rmse_N), floor),
+      "Why: " + first.evidence + "."};
+  if (diagnosis.steps.size() > 2) {
+    headline.detail += " Not alone: with ";
+    for (std::size_t i = 2; i < diagnosis.steps.size(); ++i) {
+      headline.detail += (i > 2 ? ", " : "") + diagnosis.steps[i].added;
+    }
+    headline.detail += fmt::format(" the error falls to {}.", newtons(diagnosis.steps.back().holdout_rmse_N));
+  }
+  if (diagnosis.unexplained) headline.detail += " Still open: " + diagnosis.unexplained->description + ".";
+  return headline;
+}
+
+json result_of(const Options& options, const Measurement& measurement, const Diagnosis& diagnosis) {
+  json result{{"log", options.log},
+              {"samples", measurement.sample_count()},
+              {"baseline_effects", ids_of(diagnosis.baseline.terms)},
+              {"noise_floor_N", number_json(diagnosis.noise_floor_N)},
+              {"baseline",
+               {{"train_rmse_N", number_json(diagnosis.baseline.train_rmse_N)},
+                {"holdout_rmse_N", number_json(diagnosis.baseline.holdout_rmse_N)},
+                {"relative_error", number_json(diagnosis.baseline.relative_error)}}},
+              {"verdict", name_of(diagnosis.verdict)},
+              {"candidates", candidates_json(diagnosis)},
+              {"unexplained", nullptr}};
+  if (diagnosis.steps.size() > 1) {
+    result["best"] = {{"effects", ids_of(diagnosis.best.terms)},
+                      {"train_rmse_N", number_json(diagnosis.best.train_rmse_N)},
+                      {"holdout_rmse_N", number_json(diagnosis.best.holdout_rmse_N)},
+                      {"relative_error", number_json(diagnosis.best.relative_error)}};
+  }
+  if (options.stepwise) result["steps"] = steps_json(diagnosis);
+  if (diagnosis.unexplained) {
+    result["unexplained"] = {{"coordinate", diagnosis.unexplained->coordinate},
+                             {"description", diagnosis.unexplained->description}};
+  }
+  return result;
+}
+
+json report_of(const Options& options, const Measurement& measurement, const Diagnosis& diagnosis,
+               const json& result) {
+  const Headline headline = headline_of(diagnosis);
+  const bool found = diagnosis.verdict == Verdict::missing_effect;
+  const FittedModel& shown = !found             ? diagnosis.baseline
+                             : options.stepwise ? diagnosis.explained
+                                                : diagnosis.best;
+  json data = report_base(options, "diagnose");
+  data["verdict"] = {
+      {"kind", name_of(diagnosis.verdict)}, {"headline", headline.line}, {"detail", headline.detail}};
+  data["figures"] = figures_json(diagnosis.baseline, diagnosis.noise_floor_N);
+  if (found) data["figures"]["after_rmse_N"] = number_json(shown.holdout_rmse_N);
+  data["baseline_effects"] = result["baseline_effects"];
+  data["candidates"] = result["candidates"];
+  data["steps"] = steps_json(diagnosis);
+  data["unexplained"] = result["unexplained"];
+  data["parameters"] = parameters_json(shown.terms);
+  const ForceRows before = rows_of(diagnosis.baseline);
+  const ForceRows after = rows_of(shown);
+  add_pictures(data, measurement, before, found ? &after : nullptr);
+  return data;
+}
+
+std::string text_of(const Options& options, const Diagnosis& diagnosis) {
+  const Headline headline = headline_of(diagnosis);
+  std::string text = headline.line + "\n" + headline.detail + "\n" + candidate_table(diagnosis);
+  if (options.stepwise) text += step_table(diagnosis);
+  if (diagnosis.verdict == Verdict::missing_effect) text += advice(diagnosis.candidates.front());
+  return text;
+}
+
+}  // namespace
+
+void run_diagnose(const Options& options) {
+  Outputs outputs;
+  outputs.spare(options.log);
+  if (!options.model.empty()) outputs.spare(options.model);
+  outputs.claim(options.report);
+  outputs.claim(options.json);
+  Model model;
+  if (!options.model.empty()) model = read_model(options.model);
+  DiagnoseOptions wanted;
+  wanted.baseline = options.model.empty()
+                        ? parse_effects(options.effects.empty() ? kDefaultBaseline : options.effects)
+                        : ids_of(model.terms);
+  Progress progress;
+  const Measurement measurement = measure(options, progress);
+  check_combination(measurement, wanted.baseline);
+  check_enough(options, measurement, wanted.baseline);
+  if (!options.model.empty()) wanted.start = terms_on(measurement, model);
+  wanted.progress = [&progress](const std::string& stage, double fraction) {
+    progress.show(stage, fraction);
+  };
+  const Diagnosis diagnosis = diagnose(measurement, wanted);
+
+  const json result = result_of(options, measurement, diagnosis);
+  if (!options.report.empty()) {
+    progress.show("write the report");
+    outputs.set(options.report, render_report(report_of(options, measurement, diagnosis, result)));
+  }
+  outputs.set(options.json, json_text(result));
+  progress.finish();
+  outputs.commit(text_of(options, diagnosis));
+}
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include "workbench/cli/commands.h"
+#include "workbench/cli/inputs.h"
+#include "workbench/cli/results.h"
+#include "workbench/cli/tables.h"
+#include "workbench/identify/noise_floor.h"
+#include "workbench/log/text.h"
+#include "workbench/report/html.h"
+
+namespace slipstack::workbench {
+namespace {
+
+using nlohmann::json;
+
+json report_of(const Options& options, const Measurement& measurement, const FittedModel& fitted,
+               double floor_N) {
+  json data = report_base(options, "fit");
+  data["verdict"] = {{"kind", "fit"},
+                     {"headline", fmt::format("Fitted: {} held-out error, noise floor {}.",
+                                              newtons(fitted.holdout_rmse_N), newtons(floor_N))},
+                     {"detail", ""}};
+  data["figures"] = figures_json(fitted, floor_N);
+  data["baseline_effects"] = ids_of(fitted.terms);
+  data["parameters"] = parameters_json(fitted.terms);
+  add_pictures(data, measurement, rows_of(fitted), nullptr);
+  return data;
+}
+
+}  // namespace
+
+void run_fit(const Options& options) {
+  const std::vector<std::string> ids = parse_effects(options.effects);
+  Outputs outputs;
+  outputs.spare(options.log);
+  outputs.claim(options.model);
+  outputs.claim(options.report);
+  outputs.claim(options.json);
+  Progress progress;
+  const Measurement measurement = measure(options, progress);
+  check_combination(measurement, ids);
+  check_enough(options, measurement, ids);
+  progress.show("fit");
+  const FittedModel fitted = fit_effects(measurement, ids, {});
+  progress.show("reduce to the controller");
+  const double floor_N = NoiseFloor(measurement).of(fitted.terms);
+  const Model model = model_of(options, measurement, fitted, floor_N);
+
+  std::string text =
+      fmt::format("log        {}\neffects    {}\n", printable(options.log), fmt::join(ids, ", "));
+  text += fmt::format("error      {} held out, {} in sample, {} of the force; noise floor {}\n",
+                      newtons(fitted.holdout_rmse_N), newtons(fitted.train_rmse_N),
+                      share(fitted.relative_error), newtons(floor_N));
+  text += parameter_table(fitted.terms);
+  text += model_lines(options.model, model);
+
+  json result = quality_json(measurement, fitted, floor_N);
+  result["log"] = options.log;
+  result["model"] = options.model;
+  result["hash"] = hash_text(model);
+  if (!options.report.empty()) {
+    outputs.set(options.report, render_report(report_of(options, measurement, fitted, floor_N)));
+  }
+  outputs.set(options.model, to_toml(model));
+  outputs.set(options.json, json_text(result));
+  progress.finish();
+  outputs.commit(text);
+}
+
+}  // namespace slipstack::workbench
