@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <span>
+#include <vector>
+
+#include "hal/include/can_port.h"
+#include "hal/include/clock.h"
+#include "hal/include/encoder.h"
+#include "hal/include/indicator.h"
+#include "hal/include/motor_current.h"
+#include "hal/include/nonvolatile.h"
+#include "hal/include/watchdog.h"
+
+// A board in memory, for simulation and tests: the test writes what the firmware reads and reads what it
+// wrote. Everything is public on purpose.
+namespace slipstack::host {
+
+struct HostEncoder {
+  EncoderReading next;
+  EncoderReading read() const { return next; }
+};
+
+/// A motor whose current follows the set-point at once, unless `measurement_follows` is cleared.
+struct HostMotorCurrent {
+  float set_point_A = 0.0F;
+  bool enabled = false;
+  bool measurement_follows = true;
+  CurrentReading measurement;
+
+  void set(float current_A) {
+    set_point_A = current_A;
+    enabled = true;
+    if (measurement_follows) measurement.current_A = current_A;
+  }
+  void disable() {
+    set_point_A = 0.0F;
+    enabled = false;
+    if (measurement_follows) measurement.current_A = 0.0F;
+  }
+  CurrentReading measured() const { return measurement; }
+};
+
+/// Time passes only by advance(): runs are repeatable.
+struct HostClock {
+  std::uint32_t count = 0;
+  std::uint32_t rate_Hz = 1'000'000;
+  std::uint32_t now() const { return count; }
+  std::uint32_t ticks_per_second() const { return rate_Hz; }
+  void advance(std::uint32_t ticks) { count += ticks; }
+};
+
+struct HostWatchdog {
+  std::uint32_t refreshed = 0;
+  bool reset_by_watchdog = false;
+  void refresh() { ++refreshed; }
+  bool caused_last_reset() const { return reset_by_watchdog; }
+};
+
+static_assert(Encoder<HostEncoder> && MotorCurrent<HostMotorCurrent> && Clock<HostClock> &&
+              Watchdog<HostWatchdog>);
+
+/// One end of a CAN link; connect two and what one sends the other receives.
+class HostCanPort final : public CanPort {
+ public:
+  explicit HostCanPort(std::size_t mailboxes = 32) : mailboxes_(mailboxes) {}
+  void connect(HostCanPort& peer) {
+    peer_ = &peer;
+    peer.peer_ = this;
+  }
+
+  bool send(const CanFrame& frame) override {
+    if (peer_ == nullptr || bus.state == CanBusState::kOff) return false;
+    if (peer_->received_.size() >= peer_->mailboxes_) {
+      ++peer_->bus.frames_lost;
+      return true;
+    }
+    peer_->received_.push_back(frame);
+    return true;
+  }
+  bool receive(CanFrame& frame) override {
+    if (received_.empty()) return false;
+    frame = received_.front();
+    received_.pop_front();
+    return true;
+  }
+  CanBusStatus status() const override { return bus; }
+  void recover() override { bus.state = CanBusState::kActive; }
+
+  CanBusStatus bus;
+
+ private:
+  std::size_t mailboxes_;
+  HostCanPort* peer_ = nullptr;
+  std::deque<CanFrame> received_;
+};
+
+/// Flash in memory. When `bytes_until_power_fails` reaches zero, writing and erasing stop there, as they do
+/// when the supply goes: the rest of the call changes nothing and every later one fails.
+class HostNonvolatile final : public Nonvolatile {
+ public:
+  HostNonvolatile(std::size_t pages, std::size_t page_bytes, std::size_t unit)
+      : page_bytes_(page_bytes), unit_(unit), bytes(pages * page_bytes, std::byte{0xFF}) {}
+
+  std::size_t page_count() const override { return bytes.size() / page_bytes_; }
+  std::size_t page_size() const override { return page_bytes_; }
+  std::size_t write_unit() const override { return unit_; }
+
+  NonvolatileStatus read(std::size_t page, std::size_t offset, std::span<std::byte> out) const override {
+    if (!inside(page, offset, out.size())) return NonvolatileStatus::kOutOfRange;
+    std::copy_n(bytes.begin() + static_cast<std::ptrdiff_t>(page * page_bytes_ + offset), out.size(),
+                out.begin());
+    return NonvolatileStatus::kOk;
+  }
+
+  NonvolatileStatus write(std::size_t page, std::size_t offset, std::span<const std::byte> data) override {
+    if (!inside(page, offset, data.size())) return NonvolatileStatus::kOutOfRange;
+    if (offset % unit_ != 0 || data.size() % unit_ != 0) return NonvolatileStatus::kMisaligned;
+    std::byte* to = &bytes[page * page_bytes_ + offset];
+    if (std::any_of(to, to + data.size(), [](std::byte b) { return b != std::byte{0xFF}; })) {
+      return NonvolatileStatus::kNotErased;
+    }
+    for (const std::byte byte : data) {
+      if (!powered()) return NonvolatileStatus::kDeviceError;
+      *to++ = byte;
+    }
+    return NonvolatileStatus::kOk;
+  }
+
+  NonvolatileStatus erase(std::size_t page) override {
+    if (page >= page_count()) return NonvolatileStatus::kOutOfRange;
+    for (std::size_t i = 0; i < page_bytes_; ++i) {
+      if (!powered()) return NonvolatileStatus::kDeviceError;
+      bytes[page * page_bytes_ + i] = std::byte{0xFF};
+    }
+    return NonvolatileStatus::kOk;
+  }
+
+ private:
+  bool inside(std::size_t page, std::size_t offset, std::size_t size) const {
+    return page < page_count() && offset <= page_bytes_ && size <= page_bytes_ - offset;
+  }
+  bool powered() {
+    if (bytes_until_power_fails == 0) return false;
+    --bytes_until_power_fails;
+    return true;
+  }
+
+  std::size_t page_bytes_;
+  std::size_t unit_;
+
+ public:
+  std::vector<std::byte> bytes;
+  std::size_t bytes_until_power_fails = static_cast<std::size_t>(-1);
+};
+
+class HostIndicator final : public Indicator {
+ public:
+  void show(Indication indication) override { shown = indication; }
+  Indication shown = Indication::kStarting;
+};
+
+}  // namespace slipstack::host

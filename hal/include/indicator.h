@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+namespace slipstack {
+
+/// What the lamp of the board tells. Patterns are those of the CiA 303-3 run and error lamps, drawn by the
+/// board.
+enum class Indication : std::uint8_t { kStarting, kDisabled, kReady, kEnabled, kFault };
+
+/// One lamp, or more; used outside the tick.
+class Indicator {
+ public:
+  virtual void show(Indication indication) = 0;
+
+ protected:
+  ~Indicator() = default;
+};
+
+}  // namespace slipstack
