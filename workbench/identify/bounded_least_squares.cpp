@@ -15,7 +15,7 @@ constexpr double kOptimality = 1e-9;
 class ActiveSet {
  public:
   ActiveSet(const BoundedProblem& problem, const std::vector<Rests>& start)
-      : size_(problem.right.size()), scale_(size_) {
+      : problem_(problem), size_(problem.right.size()), scale_(size_) {
     for (Eigen::Index i = 0; i < size_; ++i) {
       const double norm = problem.gram(i, i);
       scale_(i) = norm > 0.0 ? 1.0 / std::sqrt(norm) : 1.0;
@@ -39,10 +39,20 @@ class ActiveSet {
       if (!moved && !release_most_violating()) break;
       moved = solve_free();
     }
-    return {scale_.cwiseProduct(value_), rests_, iteration};
+    return {unscaled(), rests_, iteration};
   }
 
  private:
+  /// The unknowns in their own units. Scaling must not round one off its bound: a model file would refuse it.
+  Eigen::VectorXd unscaled() {
+    Eigen::VectorXd value = scale_.cwiseProduct(value_).cwiseMax(problem_.lower).cwiseMin(problem_.upper);
+    for (Eigen::Index i = 0; i < size_; ++i) {
+      if (rests(i) == Rests::on_lower) value(i) = problem_.lower(i);
+      if (rests(i) == Rests::on_upper) value(i) = problem_.upper(i);
+    }
+    return value;
+  }
+
   Rests& rests(Eigen::Index i) { return rests_[static_cast<std::size_t>(i)]; }
 
   /// Where unknown i starts: as before where that is given, else at the bound nearest to zero or free.
@@ -127,6 +137,7 @@ class ActiveSet {
     return true;
   }
 
+  const BoundedProblem& problem_;
   Eigen::Index size_;
   Eigen::VectorXd scale_;
   Eigen::MatrixXd gram_;

@@ -19,18 +19,17 @@ double at(std::span<const double> input, std::ptrdiff_t index) {
 
 }  // namespace
 
-std::vector<double> low_pass_taps(double cutoff_Hz, double rate_Hz, double shift_samples) {
+std::vector<double> low_pass_taps(double cutoff_Hz, double rate_Hz) {
   const double cycles_per_sample = std::min(cutoff_Hz / rate_Hz, 0.5);
   // A Blackman window's main lobe is 6/length wide: this length puts the transition at cutoff/2 .. 3/2
   // cutoff.
-  const auto half = static_cast<std::ptrdiff_t>(std::ceil(3.0 / cycles_per_sample + std::abs(shift_samples)));
+  const auto half = static_cast<std::ptrdiff_t>(std::ceil(3.0 / cycles_per_sample));
   std::vector<double> taps;
   double sum = 0.0;
   for (std::ptrdiff_t k = -half; k <= half; ++k) {
-    const double offset = static_cast<double>(k) - shift_samples;
+    const auto offset = static_cast<double>(k);
     const double phase = offset / (static_cast<double>(half) + 1.0);
-    const double window =
-        std::abs(phase) >= 1.0 ? 0.0 : 0.42 + 0.5 * std::cos(pi * phase) + 0.08 * std::cos(2.0 * pi * phase);
+    const double window = 0.42 + 0.5 * std::cos(pi * phase) + 0.08 * std::cos(2.0 * pi * phase);
     const double argument = 2.0 * pi * cycles_per_sample * offset;
     const double sinc = std::abs(argument) < 1e-9 ? 1.0 : std::sin(argument) / argument;
     taps.push_back(window * sinc);

@@ -8,8 +8,8 @@ namespace slipstack::workbench {
 
 /// Taps of a symmetric (zero-phase) low-pass at the sampling rate: windowed sinc, Blackman window, sum 1.
 /// `cutoff_Hz` is the -6 dB point; the response is flat to 0.1 % below half of it and under -70 dB above
-/// 1.5 times it. `shift_samples` moves the output in time: y(t) = filtered input at t + shift.
-std::vector<double> low_pass_taps(double cutoff_Hz, double rate_Hz, double shift_samples = 0.0);
+/// 1.5 times it.
+std::vector<double> low_pass_taps(double cutoff_Hz, double rate_Hz);
 
 /// Sum of squares: what the filter leaves of the variance of white noise.
 double noise_gain(std::span<const double> taps);
@@ -20,7 +20,8 @@ std::vector<double> convolve(std::span<const double> a, std::span<const double> 
 /// The input filtered at every sample; values outside are those at the ends.
 std::vector<double> filter_all(std::span<const double> input, std::span<const double> taps);
 
-/// Derivatives of a smooth signal by five-point differences (error of fourth order); one-sided at the ends.
+/// Derivatives of a smooth signal by five-point differences (error of fourth order). Values outside are those
+/// at the ends: the first and last two derivatives are those of a signal that stands still there.
 std::vector<double> first_derivative(std::span<const double> input, double rate_Hz);
 std::vector<double> second_derivative(std::span<const double> input, double rate_Hz);
 

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/identify/dequantise.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <vector>
+
+namespace slipstack::workbench {
+namespace {
+
+constexpr double kResolution_m = 1e-6;
+
+std::vector<double> read(const std::vector<double>& position_m, double phase = 0.0) {
+  std::vector<double> reading;
+  for (const double x : position_m) {
+    reading.push_back((std::floor(x / kResolution_m + 0.5 + phase) - phase) * kResolution_m);
+  }
+  return reading;
+}
+
+double rms_error(const std::vector<double>& a, const std::vector<double>& b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i] - b[i]) * (a[i] - b[i]);
+  return std::sqrt(sum / static_cast<double>(a.size()));
+}
+
+/// A slow loop of pre-sliding: `amplitude_m` in `period` samples.
+std::vector<double> loop(double amplitude_m, double period, std::size_t count, double phase) {
+  std::vector<double> position;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double angle = 2.0 * std::numbers::pi * static_cast<double>(i) / period + phase;
+    position.push_back(amplitude_m * (std::sin(angle) + 0.2 * std::sin(2.7 * angle)));
+  }
+  return position;
+}
+
+const double kPlain_m = kResolution_m / std::sqrt(12.0);
+
+// A reading's own error is resolution / sqrt(12); where many samples fall into a cell it must shrink.
+TEST(Dequantise, IsFinerThanTheGridWhereTheAxisIsSlow) {
+  double worst = 0.0;
+  double mean = 0.0;
+  for (int k = 0; k < 20; ++k) {
+    const std::vector<double> truth = loop((10.0 + k) * 1e-6, 2000.0, 10'000, 0.3 * k);
+    const std::vector<double> reading = read(truth, 0.05 * k);
+    EXPECT_NEAR(rms_error(reading, truth) / kPlain_m, 1.0, 0.05);
+    const double error = rms_error(dequantise(reading, kResolution_m), truth) / kPlain_m;
+    worst = std::max(worst, error);
+    mean += error / 20.0;
+  }
+  EXPECT_LT(worst, 0.5);
+  EXPECT_LT(mean, 0.25);
+  EXPECT_GT(mean, 0.02);
+}
+
+// A steady creep is told exactly, but for the instants at which cells are left.
+TEST(Dequantise, FollowsASteadyCreep) {
+  std::vector<double> truth;
+  for (int i = 0; i < 20'000; ++i) truth.push_back(0.0137e-6 * i + 0.21e-6);
+  const std::vector<double> is = dequantise(read(truth), kResolution_m);
+  double worst = 0.0;
+  for (std::size_t i = 200; i + 200 < truth.size(); ++i) worst = std::max(worst, std::abs(is[i] - truth[i]));
+  EXPECT_LT(worst, 0.05 * kResolution_m);
+}
+
+TEST(Dequantise, NeverLeavesTheCell) {
+  std::mt19937_64 random(9);
+  std::normal_distribution<double> normal;
+  for (const double speed : {1e-9, 1e-8, 1e-7, 1e-6, 1e-5}) {
+    std::vector<double> truth{0.0};
+    double velocity = 0.0;
+    for (int i = 1; i < 20'000; ++i) {
+      velocity += 0.05 * (speed * normal(random) - velocity);
+      truth.push_back(truth.back() + velocity);
+    }
+    const std::vector<double> reading = read(truth);
+    const std::vector<double> is = dequantise(reading, kResolution_m);
+    ASSERT_EQ(is.size(), reading.size());
+    for (std::size_t i = 0; i < is.size(); ++i) {
+      ASSERT_LE(std::abs(is[i] - reading[i]), 0.5 * kResolution_m * (1.0 + 1e-9)) << speed << ' ' << i;
+    }
+  }
+}
+
+// Several cells in every sample: the readings are all there is.
+TEST(Dequantise, TakesReadingsAsTheyAreWhereTheAxisIsFast) {
+  std::vector<double> truth;
+  for (int i = 0; i < 1000; ++i) truth.push_back(3.7e-6 * i);
+  const std::vector<double> reading = read(truth);
+  EXPECT_EQ(dequantise(reading, kResolution_m), reading);
+}
+
+TEST(Dequantise, ReturnsReadingsOffTheGridAsTheyAre) {
+  const std::vector<double> smooth = loop(20e-6, 1000.0, 3000, 0.0);
+  EXPECT_EQ(dequantise(smooth, 0.0), smooth);
+  EXPECT_EQ(dequantise(smooth, -1.0), smooth);
+  // A declared resolution does not hurt readings that are finer than it.
+  EXPECT_EQ(dequantise(smooth, kResolution_m), smooth);
+}
+
+TEST(Dequantise, StandingStillIsWhereItReads) {
+  const std::vector<double> still(500, 3e-6);
+  for (const double x : dequantise(still, kResolution_m)) EXPECT_NEAR(x, 3e-6, 1e-20);
+}
+
+TEST(Dequantise, IsTheSameBothWays) {
+  const std::vector<double> truth = loop(15e-6, 1500.0, 4000, 1.0);
+  std::vector<double> reading = read(truth);
+  std::vector<double> forward = dequantise(reading, kResolution_m);
+  for (double& x : reading) x = -x;
+  const std::vector<double> mirrored = dequantise(reading, kResolution_m);
+  for (std::size_t i = 0; i < forward.size(); ++i) EXPECT_NEAR(mirrored[i], -forward[i], 1e-18);
+  const std::vector<double> backward(reading.rbegin(), reading.rend());
+  const std::vector<double> turned = dequantise(backward, kResolution_m);
+  for (std::size_t i = 0; i < forward.size(); ++i) {
+    EXPECT_NEAR(turned[forward.size() - 1 - i], mirrored[i], 1e-15) << i;
+  }
+}
+
+TEST(Dequantise, ShortRecordsAreLeftAlone) {
+  for (std::size_t count = 0; count < 3; ++count) {
+    const std::vector<double> few(count, 1e-6);
+    EXPECT_EQ(dequantise(few, kResolution_m), few);
+  }
+}
+
+}  // namespace
+}  // namespace slipstack::workbench
