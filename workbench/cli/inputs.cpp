@@ -5,10 +5,18 @@
 
 #include <algorithm>
 
+#include "workbench/identify/noise_floor.h"
 #include "workbench/identify/shape_search.h"
 #include "workbench/log/text.h"
 
 namespace slipstack::workbench {
+namespace {
+
+/// Cross-validation fits to four fifths of the instants: with fewer than these it would fit noise.
+constexpr Eigen::Index kInstantsPerParameter = 2;
+constexpr Eigen::Index kLeastInstants = 100;
+
+}  // namespace
 
 std::vector<std::string> parse_effects(const std::string& list) {
   std::vector<std::string> ids;
@@ -28,12 +36,13 @@ std::vector<std::string> parse_effects(const std::string& list) {
 Measurement measure(const Options& options, Progress& progress) {
   progress.show("read the log");
   Measurement measurement(read_log(options.log));
-  const Eigen::Index least = 100;
-  if (measurement.row_count() < least) {
+  if (measurement.row_count() < kLeastInstants) {
     throw InputError(fmt::format(
         "{}: {} samples leave {} instants after filtering, fewer than the {} that a fit needs; record longer",
-        printable(options.log), measurement.sample_count(), measurement.row_count(), least));
+        printable(options.log), measurement.sample_count(), measurement.row_count(), kLeastInstants));
   }
+  progress.show("weigh the rows");
+  weigh_rows(measurement);
   return measurement;
 }
 
@@ -64,7 +73,7 @@ void check_enough(const Options& options, const Measurement& measurement,
     parameters += effect.gain_count;
     parameters += static_cast<Eigen::Index>(searched_shapes(measurement, effect).size());
   }
-  if (measurement.row_count() <= parameters) {
+  if (measurement.row_count() < kInstantsPerParameter * parameters) {
     throw InputError(fmt::format(
         "{}: {} instants after filtering cannot tell {} parameters; record longer or fit fewer effects",
         printable(options.log), measurement.row_count(), parameters));

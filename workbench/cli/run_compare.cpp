@@ -34,7 +34,7 @@ Comparison compared(const Measurement& measurement, const Model& model) {
   result.rows = {measurement.force_N(delay_s(model.terms)),
                  measurement.filtered(evaluate_force(measurement, model.terms).force_N)};
   const Eigen::VectorXd residual = result.rows.residual_N();
-  result.error_N = std::sqrt(residual.squaredNorm() / static_cast<double>(residual.size()));
+  result.error_N = measurement.weighted_rms(residual);
   result.relative = residual.norm() / std::max(result.rows.measured_N.norm(), 1e-300);
   result.floor_N = NoiseFloor(measurement).of(model.terms);
   const auto structure = find_structure(measurement, residual);

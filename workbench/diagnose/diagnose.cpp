@@ -367,7 +367,7 @@ class Search {
 
   void judge(Diagnosis& diagnosis) const {
     const FittedModel& last = diagnosis.explained;
-    const auto left = find_structure(measurement_, last.linearisation->residual_N());
+    const auto left = find_structure(measurement_, weighted_residual(last));
     const bool structured = left.front().error_reduction >= kStructureReduction &&
                             last.holdout_rmse_N > kAboveFloor * diagnosis.noise_floor_N;
     if (structured) diagnosis.unexplained = left.front();
@@ -379,10 +379,14 @@ class Search {
     }
   }
 
+  Eigen::VectorXd weighted_residual(const FittedModel& model) const {
+    return model.linearisation->residual_N().cwiseProduct(measurement_.row_weights().cwiseSqrt());
+  }
+
   /// Whether a free curve over one coordinate explains far more of the baseline's residual than the best
   /// effect: then that effect is a stand-in, and naming it would mislead.
   bool dominated(Diagnosis& diagnosis) const {
-    const auto free = find_structure(measurement_, diagnosis.baseline.linearisation->residual_N());
+    const auto free = find_structure(measurement_, weighted_residual(diagnosis.baseline));
     const double best = diagnosis.candidates.front().error_reduction;
     if (free.front().error_reduction < best + 0.25 * (1.0 - best)) return false;
     diagnosis.unexplained = free.front();

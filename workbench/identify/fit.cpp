@@ -68,13 +68,13 @@ void fit_without_products(const Measurement& measurement, Terms& terms, double n
 }
 
 /// A model at its gains as they are: what trials need, without a fit.
-FittedModel linearised(const Measurement& measurement, Terms terms) {
-  const double noise_N = measurement.filtered_force_noise_N();
+FittedModel linearised(const Measurement& measurement, Terms terms, double error_N) {
   FittedModel model;
   model.linearisation = std::make_shared<Linearisation>(measurement, terms);
   model.equations = std::make_shared<NormalEquations>(measurement, model.linearisation->columns(),
                                                       model.linearisation->target());
-  model.constraints = constraints_of(terms, noise_N);
+  model.constraints = constraints_of(terms, error_N);
+  model.train_rmse_N = error_N;
   model.solution = model.equations->fit(model.constraints);
   model.terms = std::move(terms);
   return model;
@@ -96,6 +96,7 @@ FittedModel fit_gains(const Measurement& measurement, Terms terms, const FittedM
   if (products && !dry_friction_known(terms)) fit_without_products(measurement, terms, noise_N);
 
   FittedModel fitted;
+  double error_N = known == nullptr ? noise_N : known->train_rmse_N;
   std::shared_ptr<const Linearisation> linearisation;
   Eigen::VectorXd before = Eigen::VectorXd::Zero(measurement.row_count());
   for (int step = 0; step < kGaussNewtonSteps; ++step) {
@@ -103,8 +104,9 @@ FittedModel fit_gains(const Measurement& measurement, Terms terms, const FittedM
                                                     known == nullptr ? nullptr : known->linearisation.get());
     fitted.equations =
         std::make_shared<NormalEquations>(measurement, linearisation->columns(), linearisation->target());
-    fitted.constraints = constraints_of(terms, noise_N);
+    fitted.constraints = constraints_of(terms, error_N);
     fitted.solution = fitted.equations->fit(fitted.constraints, fitted.solution.rests);
+    error_N = std::sqrt(fitted.equations->squared_error(fitted.solution.value) / fitted.equations->weight());
     take_gains(terms, fitted.solution.value);
     if (!products) break;
     const Eigen::VectorXd now = linearisation->columns() * fitted.solution.value;
@@ -120,7 +122,7 @@ FittedModel fit_gains(const Measurement& measurement, Terms terms, const FittedM
   fitted.holdout_rmse_N = judged.rmse;
   fitted.block_squared_error = judged.block_squared_error;
   const Eigen::VectorXd residual = fitted.linearisation->residual_N();
-  fitted.train_rmse_N = std::sqrt(residual.squaredNorm() / static_cast<double>(residual.size()));
+  fitted.train_rmse_N = measurement.weighted_rms(residual);
   fitted.relative_error = residual.norm() / std::max(fitted.linearisation->measured_N().norm(), 1e-300);
   fitted.terms = std::move(terms);
   return fitted;
@@ -129,12 +131,11 @@ FittedModel fit_gains(const Measurement& measurement, Terms terms, const FittedM
 Trial try_effect(const Measurement& measurement, const FittedModel& base, const EffectDescription& effect,
                  const SearchEffort& effort, const std::vector<double>* start) {
   const Linearisation& linearisation = *base.linearisation;
-  const double noise_N = measurement.filtered_force_noise_N();
   Trial best;
   best.term = term_for_log(measurement, effect);
   best.terms = base.terms;
   best.terms.push_back(best.term);
-  const NormalEquations::Constraints constraints = constraints_of(best.terms, noise_N);
+  const NormalEquations::Constraints constraints = constraints_of(best.terms, base.train_rmse_N);
   std::vector<Rests> rests = base.solution.rests;
   for (std::size_t i = 0; i < best.term.gains.size(); ++i) rests.push_back(Rests::free);
 
@@ -210,7 +211,7 @@ FittedModel polish_shapes(const Measurement& measurement, FittedModel fitted, co
     if (searched_shapes(measurement, effect).empty()) continue;
     Terms others = fitted.terms;
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(t));
-    const FittedModel base = linearised(measurement, std::move(others));
+    const FittedModel base = linearised(measurement, std::move(others), fitted.train_rmse_N);
     Terms terms = fitted.terms;
     terms[t].shapes = try_effect(measurement, base, effect, effort, &fitted.terms[t].shapes).term.shapes;
     FittedModel moved = fit_gains(measurement, std::move(terms), &fitted);

@@ -25,6 +25,10 @@ constexpr double kDisplacementBandwidth = 0.2;
 /// Rows per period of the bandwidth: above the Nyquist density, so nothing is lost.
 constexpr double kRowsPerCycle = 3.0;
 
+/// Highest bandwidth of the rows, relative to the sampling rate: a motion is sampled well where its own
+/// frequencies are twenty times lower.
+constexpr double kHighestBandwidth = 0.05;
+
 constexpr int kFolds = 5;
 constexpr int kBlocksPerFold = 6;
 
@@ -84,7 +88,7 @@ Measurement::Measurement(Log log, const ConditioningOptions& options) : log_(std
 
 void Measurement::choose_bandwidth(double wished_Hz) {
   const double rate = sample_rate_Hz();
-  const double highest = 0.1 * rate;
+  const double highest = kHighestBandwidth * rate;
   if (wished_Hz > 0.0) {
     bandwidth_Hz_ = std::min(wished_Hz, 0.25 * rate);
     return;
@@ -153,9 +157,14 @@ void Measurement::choose_rows(std::size_t maximum_rows) {
   fold_count_ = kFolds;
   block_count_ = kFolds * kBlocksPerFold;
   const std::size_t rows = row_samples_.size();
+  row_weights_ = Eigen::VectorXd::Ones(row_count());
   for (std::size_t row = 0; row < rows; ++row) {
     row_blocks_.push_back(static_cast<int>(row * static_cast<std::size_t>(block_count_) / rows));
   }
+}
+
+double Measurement::weighted_rms(const Eigen::VectorXd& rows) const {
+  return std::sqrt(row_weights_.dot(rows.cwiseAbs2()) / row_weights_.sum());
 }
 
 Sample<double> Measurement::sample(std::size_t index) const {
@@ -214,14 +223,12 @@ double Measurement::filtered_force_noise_N() const {
   return force_noise_N_ * std::sqrt(noise_gain(filter_.taps()));
 }
 
-Measurement Measurement::requantised() const {
+Measurement Measurement::requantised(double shift_steps) const {
   Measurement copy = *this;
   if (encoder_resolution_m_ <= 0.0) return copy;
   std::vector<double> reading = motion_.displacement_m;
   for (double& x : reading) {
-    // A grid shifted by an irrational part of a step: no cell border falls on an old one.
-    constexpr double kShift = 0.3819660112501051;
-    x = (std::floor(x / encoder_resolution_m_ + kShift) + 0.5 - kShift) * encoder_resolution_m_;
+    x = (std::floor(x / encoder_resolution_m_ + shift_steps) + 0.5 - shift_steps) * encoder_resolution_m_;
   }
   copy.motion_.displacement_m = copy.estimate_motion(reading).displacement_m;
   return copy;

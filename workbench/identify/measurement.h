@@ -60,6 +60,13 @@ class Measurement {
   /// log.
   double unknown_start_s() const { return static_cast<double>(unknown_start_) * tick_s(); }
 
+  /// Weights of the rows, one each unless weigh_rows() was called: small where quantisation tells much less
+  /// than the noise of the force would. Errors are weighted rms values.
+  const Eigen::VectorXd& row_weights() const { return row_weights_; }
+  void set_row_weights(Eigen::VectorXd weights) { row_weights_ = std::move(weights); }
+  /// sqrt of the weighted mean of squares of a signal at the rows.
+  double weighted_rms(const Eigen::VectorXd& rows) const;
+
   /// The measured force at the rows; with a delay, what was measured that much later.
   Eigen::VectorXd force_N(double delay_s = 0.0) const;
   /// Any signal with a value per sample, at the rows.
@@ -78,7 +85,7 @@ class Measurement {
   /// The same measurement with the displacement that another encoder of equal resolution would have seen, its
   /// grid shifted by a fraction of a step: what the hysteresis says differently there is what quantisation
   /// costs where the axis is slow.
-  Measurement requantised() const;
+  Measurement requantised(double shift_steps) const;
 
   /// A mass good enough to choose the bandwidth: the header's, or a quick regression.
   double rough_mass_kg() const { return rough_mass_kg_; }
@@ -106,6 +113,7 @@ class Measurement {
   std::size_t unknown_start_ = 0;
   std::vector<std::size_t> row_samples_;
   std::vector<int> row_blocks_;
+  Eigen::VectorXd row_weights_;
   int block_count_ = 0;
   int fold_count_ = 0;
 };

@@ -1,20 +1,69 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/identify/noise_floor.h"
 
+#include <algorithm>
 #include <cmath>
 
+#include "workbench/identify/fit.h"
 #include "workbench/identify/linearisation.h"
 
 namespace slipstack::workbench {
+namespace {
 
-double NoiseFloor::of(const Terms& terms) const {
-  const Eigen::VectorXd here = measurement_.filtered(evaluate_force(measurement_, terms).force_N);
-  const Eigen::VectorXd there = measurement_.filtered(evaluate_force(shifted_, terms).force_N);
-  // The second reading takes the first's motion for the truth: their difference is one encoder's error.
-  const double quantisation = (here - there).squaredNorm() / static_cast<double>(here.size());
+/// Encoders that read the motion again, their grids shifted by multiples of the golden section: no border of
+/// a cell falls on another.
+constexpr int kReadings = 3;
+constexpr double kGoldenPart = 0.3819660112501051;
+
+/// Rows over which the error of one reading stands for that of another: some filter lengths.
+constexpr Eigen::Index kNeighbours = 12;
+
+/// Mean over the neighbours, by a running sum.
+Eigen::VectorXd smoothed(const Eigen::VectorXd& values) {
+  Eigen::VectorXd sums(values.size() + 1);
+  sums(0) = 0.0;
+  for (Eigen::Index i = 0; i < values.size(); ++i) sums(i + 1) = sums(i) + values(i);
+  Eigen::VectorXd means(values.size());
+  for (Eigen::Index i = 0; i < values.size(); ++i) {
+    const Eigen::Index first = std::max<Eigen::Index>(0, i - kNeighbours);
+    const Eigen::Index last = std::min(values.size(), i + kNeighbours + 1);
+    means(i) = (sums(last) - sums(first)) / static_cast<double>(last - first);
+  }
+  return means;
+}
+
+}  // namespace
+
+NoiseFloor::NoiseFloor(const Measurement& measurement) : measurement_(measurement) {
+  for (int reading = 1; reading <= kReadings; ++reading) {
+    shifted_.push_back(measurement.requantised(std::fmod(kGoldenPart * reading, 1.0)));
+  }
+}
+
+Eigen::VectorXd NoiseFloor::variance(const Terms& terms) const {
   const double force = measurement_.filtered_force_noise_N();
   const double inertia = mass_kg(terms) * measurement_.acceleration_noise_mps2();
-  return std::sqrt(force * force + inertia * inertia + quantisation);
+  Eigen::VectorXd sum =
+      Eigen::VectorXd::Constant(measurement_.row_count(), force * force + inertia * inertia);
+  const Eigen::VectorXd here = measurement_.filtered(evaluate_force(measurement_, terms).force_N);
+  for (const Measurement& shifted : shifted_) {
+    // The other reading takes the first's motion for the truth: their difference is one encoder's error.
+    const Eigen::VectorXd there = measurement_.filtered(evaluate_force(shifted, terms).force_N);
+    sum += (here - there).cwiseAbs2() / kReadings;
+  }
+  return sum;
+}
+
+double NoiseFloor::of(const Terms& terms) const {
+  const Eigen::VectorXd& weights = measurement_.row_weights();
+  return std::sqrt(weights.dot(variance(terms)) / weights.sum());
+}
+
+void weigh_rows(Measurement& measurement) {
+  const FittedModel plain = fit_effects(measurement, {"inertia", "presliding_hysteresis"}, {});
+  const Eigen::VectorXd variance = smoothed(NoiseFloor(measurement).variance(plain.terms));
+  const double least = variance.minCoeff();
+  measurement.set_row_weights((least / variance.array().max(1e-300)).matrix());
 }
 
 }  // namespace slipstack::workbench

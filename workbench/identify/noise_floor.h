@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <vector>
+
 #include "workbench/identify/measurement.h"
 #include "workbench/identify/terms.h"
 
@@ -12,15 +14,20 @@ namespace slipstack::workbench {
 /// shifted, and the model evaluated on both.
 class NoiseFloor {
  public:
-  explicit NoiseFloor(const Measurement& measurement)
-      : measurement_(measurement), shifted_(measurement.requantised()) {}
+  explicit NoiseFloor(const Measurement& measurement);
 
-  /// Standard deviation [N]. Cost: two evaluations of the model over the log.
+  /// Weighted standard deviation [N]. Cost: four evaluations of the model over the log.
   double of(const Terms& terms) const;
+  /// Its variance at each row [N^2].
+  Eigen::VectorXd variance(const Terms& terms) const;
 
  private:
   const Measurement& measurement_;
-  Measurement shifted_;
+  std::vector<Measurement> shifted_;
 };
+
+/// Weighs the rows of a measurement by what quantisation leaves of their worth, judged with a plain model of
+/// mass and hysteresis: the weights depend on the log alone, so errors of different models compare.
+void weigh_rows(Measurement& measurement);
 
 }  // namespace slipstack::workbench

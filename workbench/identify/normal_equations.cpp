@@ -25,6 +25,12 @@ std::vector<RowRange> block_ranges(const Measurement& measurement) {
   return ranges;
 }
 
+/// Rows of one block, each multiplied by the root of its weight.
+Eigen::MatrixXd weighted(const Measurement& measurement, const Eigen::MatrixXd& rows, const RowRange& range) {
+  return measurement.row_weights().segment(range.first, range.count).cwiseSqrt().asDiagonal() *
+         rows.middleRows(range.first, range.count);
+}
+
 }  // namespace
 
 void NormalEquations::Part::add(const Part& other, double sign) {
@@ -39,10 +45,10 @@ double NormalEquations::Part::squared_error(const Eigen::VectorXd& value) const 
 
 NormalEquations::NormalEquations(const Measurement& measurement, const Eigen::MatrixXd& columns,
                                  const Eigen::VectorXd& target)
-    : unknowns_(columns.cols()), rows_(columns.rows()) {
+    : unknowns_(columns.cols()), weight_(measurement.row_weights().sum()) {
   for (const RowRange& range : block_ranges(measurement)) {
-    const auto part = columns.middleRows(range.first, range.count);
-    const auto wanted = target.segment(range.first, range.count);
+    const Eigen::MatrixXd part = weighted(measurement, columns, range);
+    const Eigen::VectorXd wanted = weighted(measurement, target, range);
     Part block;
     block.gram = Eigen::MatrixXd::Zero(unknowns_, unknowns_);
     block.gram.selfadjointView<Eigen::Lower>().rankUpdate(part.transpose());
@@ -58,22 +64,23 @@ NormalEquations NormalEquations::with(const Measurement& measurement, const Eige
                                       const Eigen::MatrixXd& further, const Eigen::VectorXd& target) const {
   NormalEquations wider;
   wider.unknowns_ = unknowns_ + further.cols();
-  wider.rows_ = rows_;
+  wider.weight_ = weight_;
   const std::vector<RowRange> ranges = block_ranges(measurement);
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
+    const Eigen::VectorXd weights = measurement.row_weights().segment(ranges[b].first, ranges[b].count);
     const auto old_part = columns.middleRows(ranges[b].first, ranges[b].count);
     const auto new_part = further.middleRows(ranges[b].first, ranges[b].count);
+    const Eigen::MatrixXd twice = weights.asDiagonal() * new_part;
     Part block;
     block.gram.resize(wider.unknowns_, wider.unknowns_);
     block.gram.topLeftCorner(unknowns_, unknowns_) = blocks_[b].gram;
-    block.gram.bottomLeftCorner(further.cols(), unknowns_).noalias() = new_part.transpose() * old_part;
+    block.gram.bottomLeftCorner(further.cols(), unknowns_).noalias() = twice.transpose() * old_part;
     block.gram.topRightCorner(unknowns_, further.cols()) =
         block.gram.bottomLeftCorner(further.cols(), unknowns_).transpose();
-    block.gram.bottomRightCorner(further.cols(), further.cols()).noalias() = new_part.transpose() * new_part;
+    block.gram.bottomRightCorner(further.cols(), further.cols()).noalias() = twice.transpose() * new_part;
     block.right.resize(wider.unknowns_);
     block.right.head(unknowns_) = blocks_[b].right;
-    block.right.tail(further.cols()) =
-        new_part.transpose() * target.segment(ranges[b].first, ranges[b].count);
+    block.right.tail(further.cols()) = twice.transpose() * target.segment(ranges[b].first, ranges[b].count);
     block.target_squared = blocks_[b].target_squared;
     wider.blocks_.push_back(std::move(block));
   }
@@ -86,8 +93,8 @@ NormalEquations NormalEquations::with_target(const Measurement& measurement, con
   NormalEquations other = *this;
   const std::vector<RowRange> ranges = block_ranges(measurement);
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
-    const auto wanted = target.segment(ranges[b].first, ranges[b].count);
-    other.blocks_[b].right = columns.middleRows(ranges[b].first, ranges[b].count).transpose() * wanted;
+    const Eigen::VectorXd wanted = weighted(measurement, target, ranges[b]);
+    other.blocks_[b].right = weighted(measurement, columns, ranges[b]).transpose() * wanted;
     other.blocks_[b].target_squared = wanted.squaredNorm();
   }
   other.sum_up();
@@ -134,7 +141,7 @@ NormalEquations::CrossValidation NormalEquations::cross_validate(const Measureme
       sum += error;
     }
   }
-  result.rmse = std::sqrt(sum / static_cast<double>(rows_));
+  result.rmse = std::sqrt(sum / weight_);
   return result;
 }
 

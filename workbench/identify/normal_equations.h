@@ -13,7 +13,8 @@ namespace slipstack::workbench {
 /// the fit has not seen, and to give standard errors that do not believe residuals to be independent.
 class NormalEquations {
  public:
-  /// Accumulates columns (rows x unknowns) against `target`. Cost: rows x unknowns^2.
+  /// Accumulates columns (rows x unknowns) against `target`, rows weighted as the measurement says. Cost:
+  /// rows x unknowns^2.
   NormalEquations(const Measurement& measurement, const Eigen::MatrixXd& columns,
                   const Eigen::VectorXd& target);
 
@@ -26,7 +27,8 @@ class NormalEquations {
                               const Eigen::VectorXd& target) const;
 
   Eigen::Index unknowns() const { return unknowns_; }
-  Eigen::Index rows() const { return rows_; }
+  /// Sum of the weights of the rows: squared errors over it are mean squares.
+  double weight() const { return weight_; }
   int block_count() const { return static_cast<int>(blocks_.size()); }
   const Eigen::MatrixXd& gram() const { return total_.gram; }
   const Eigen::VectorXd& right() const { return total_.right; }
@@ -68,7 +70,7 @@ class NormalEquations {
   void sum_up();
 
   Eigen::Index unknowns_ = 0;
-  Eigen::Index rows_ = 0;
+  double weight_ = 0.0;
   std::vector<Part> blocks_;
   Part total_;
 };

@@ -58,7 +58,8 @@ ShapeRange narrowed(const Measurement& measurement, const ShapeSpec& spec, std::
       narrow(measurement.tick_s(), 10.0 * measurement.duration_s());
       break;
     case ShapeKind::pitch:
-      narrow(20.0 * measurement.encoder_resolution_m(), extent_of(measurement.position_m()).length());
+      // What does not repeat twice within the stroke is not seen to repeat.
+      narrow(20.0 * measurement.encoder_resolution_m(), 0.5 * extent_of(measurement.position_m()).length());
       break;
     case ShapeKind::frequency:
       narrow(4.0 / measurement.duration_s(), measurement.bandwidth_Hz());

@@ -11,7 +11,7 @@ namespace {
 
 /// Prior standard deviations of dimensionless modulations: the value, and the bend between neighbours of a
 /// map.
-constexpr double kModulationPrior = 1.0;
+constexpr double kModulationPrior = 0.5;
 constexpr double kBendPrior = 0.3;
 
 void penalise_modulation(const GainGroup& group, Eigen::Index first, double variance,

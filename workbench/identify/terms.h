@@ -35,8 +35,8 @@ bool contains(const Terms& terms, std::string_view id);
 const Term* find_term(const Terms& terms, std::string_view id);
 
 /// Bounds of all gains, and the penalty that says what is known before the data: maps are smooth and
-/// modulations of order one. `noise_N` scales it against the data.
-NormalEquations::Constraints constraints_of(const Terms& terms, double noise_N);
+/// modulations below one. `error_N`, what the model leaves, scales it against the data.
+NormalEquations::Constraints constraints_of(const Terms& terms, double error_N);
 
 /// The mass that the terms give the axis.
 double mass_kg(const Terms& terms);
