@@ -4,7 +4,9 @@
 #include <toml++/toml.h>
 #include <cmath>
 
+#include "firmware/effects/presliding_hysteresis.h"
 #include "workbench/log/input_error.h"
+#include "workbench/log/text.h"
 #include "workbench/model/model.h"
 
 namespace slipstack::workbench {
@@ -12,7 +14,14 @@ namespace {
 
 constexpr std::uintmax_t kLargestFile = 16u << 20;
 
-/// Where something is wrong, for a message.
+/// Names from a file are cut to this in messages.
+constexpr std::size_t kLongestName = 80;
+
+std::string name_in(const toml::table& table, std::string_view key) {
+  return printable(table[key].value_or<std::string>(""), kLongestName);
+}
+
+/// Reads a model file, and knows where in it something is wrong.
 class Reader {
  public:
   explicit Reader(const std::filesystem::path& path) : path_(path) {}
@@ -25,10 +34,11 @@ class Reader {
     }
     Model model;
     if (const toml::table* source = file["source"].as_table()) read_source(*source, model.source);
-    model.terms = read_effects(file);
+    model.terms = read_effects(file, kIdentifiedElements);
     const toml::table* target = file["target"].as_table();
     if (target == nullptr) fail(file, "table [target] is missing; fit the model again");
-    model.target_terms = read_effects(*target);
+    require_keys(*target, {"holdout_rmse_N", "effect"});
+    model.target_terms = read_effects(*target, kTargetElements);
     model.target_holdout_rmse_N = (*target)["holdout_rmse_N"].value_or(0.0);
     check_hash(file, model);
     return model;
@@ -36,11 +46,14 @@ class Reader {
 
  private:
   [[noreturn]] void fail(const toml::node& where, const std::string& what) const {
-    throw InputError(fmt::format("{}:{}: {}", path_.string(), where.source().begin.line, what));
+    throw InputError(printable(fmt::format("{}:{}: {}", path_.string(), where.source().begin.line, what)));
   }
 
   toml::table parse() const {
     std::error_code error;
+    if (!std::filesystem::exists(path_, error)) {
+      throw InputError(fmt::format("{}: no such file; `slipstack fit` writes one", path_.string()));
+    }
     if (!std::filesystem::is_regular_file(path_, error)) {
       throw InputError(
           fmt::format("{}: not a file; give a model written by `slipstack fit`", path_.string()));
@@ -52,24 +65,23 @@ class Reader {
     try {
       return toml::parse_file(path_.string());
     } catch (const toml::parse_error& problem) {
-      std::string description(problem.description());
-      for (char& c : description) {
-        if (static_cast<unsigned char>(c) < 0x20) c = ' ';
-      }
       throw InputError(fmt::format("{}:{}: not TOML: {}; mend the line or fit the model again",
-                                   path_.string(), problem.source().begin.line, description));
+                                   path_.string(), problem.source().begin.line,
+                                   printable(problem.description(), 200)));
     }
   }
 
   void require_keys(const toml::table& table, std::initializer_list<std::string_view> known) const {
     for (const auto& [key, node] : table) {
       if (std::find(known.begin(), known.end(), key.str()) == known.end()) {
-        fail(node, fmt::format("unknown key '{}'; known here: {}", key.str(), fmt::join(known, ", ")));
+        fail(node, fmt::format("unknown key '{}'; known here: {}", printable(key.str(), kLongestName),
+                               fmt::join(known, ", ")));
       }
     }
   }
 
   void read_source(const toml::table& table, Model::Source& source) const {
+    require_keys(table, {"log", "samples", "holdout_rmse_N", "noise_floor_N", "relative_error"});
     source.log = table["log"].value_or<std::string>("");
     source.samples = table["samples"].value_or<std::int64_t>(0);
     source.holdout_rmse_N = table["holdout_rmse_N"].value_or(0.0);
@@ -77,7 +89,8 @@ class Reader {
     source.relative_error = table["relative_error"].value_or(0.0);
   }
 
-  Terms read_effects(const toml::table& table) const {
+  /// At most `elements` of hysteresis.
+  Terms read_effects(const toml::table& table, std::size_t elements) const {
     const toml::array* effects = table["effect"].as_array();
     if (effects == nullptr || effects->empty()) fail(table, "no [[effect]]; a model has at least one");
     Terms terms;
@@ -89,40 +102,71 @@ class Reader {
       if (!id) fail(*effect, "this effect has no id");
       const EffectDescription* description = find_effect(*id);
       if (description == nullptr) {
-        fail(*(*effect)["id"].node(), fmt::format("unknown effect '{}'; known: {}", *id, known_effects()));
+        fail(*(*effect)["id"].node(),
+             fmt::format("unknown effect '{}'; known: {}", printable(*id, kLongestName), known_effects()));
       }
       if (contains(terms, *id)) fail(*effect, fmt::format("effect '{}' appears twice", *id));
-      terms.push_back(read_term(*effect, *description));
+      terms.push_back(read_term(*effect, *description, elements));
     }
     return terms;
   }
 
-  Term read_term(const toml::table& table, const EffectDescription& effect) const {
+  Term read_term(const toml::table& table, const EffectDescription& effect, std::size_t elements) const {
     Term term;
     term.effect = &effect;
     term.shapes.assign(effect.shapes.size(), 0.0);
     term.gains.assign(static_cast<std::size_t>(effect.gain_count), 0.0);
-    for (std::size_t i = 0; i < effect.shapes.size();) {
+    const std::size_t slip_distances = read_shapes(table, term);
+    const std::size_t stiffnesses = read_gains(table, term);
+    if (term.id() != "presliding_hysteresis") return term;
+    if (slip_distances != stiffnesses) {
+      fail(table, fmt::format("{} slip distances and {} stiffnesses; each element has one of both",
+                              slip_distances, stiffnesses));
+    }
+    if (stiffnesses > elements) {
+      fail(table, fmt::format("{} elements; {} has {}; fit the model again", stiffnesses,
+                              elements == kTargetElements ? "the controller" : "a model", elements));
+    }
+    return term;
+  }
+
+  /// Returns how many values the last shape had; runs of one name (slip distances) are one entry.
+  std::size_t read_shapes(const toml::table& table, Term& term) const {
+    const std::vector<ShapeSpec>& specs = term.effect->shapes;
+    std::vector<std::string_view> names;
+    for (const ShapeSpec& spec : specs) names.emplace_back(spec.name);
+    require_entries(table, "shape", names);
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < specs.size();) {
       std::size_t end = i + 1;
-      while (end < effect.shapes.size() &&
-             std::string_view(effect.shapes[end].name) == effect.shapes[i].name) {
-        ++end;
-      }
-      const toml::table& entry = find_entry(table, "shape", effect.shapes[i].name, effect.shapes[i].unit);
-      read_values(entry, "value", static_cast<double>(effect.shapes[i].lower),
-                  static_cast<double>(effect.shapes[i].upper), std::span(term.shapes).subspan(i, end - i));
+      while (end < specs.size() && names[end] == names[i]) ++end;
+      const toml::table& entry = find_entry(table, "shape", specs[i].name, specs[i].unit);
+      require_keys(entry, {"name", "unit", "value"});
+      count = read_values(entry, "value", static_cast<double>(specs[i].lower),
+                          static_cast<double>(specs[i].upper), std::span(term.shapes).subspan(i, end - i));
       i = end;
     }
+    return count;
+  }
+
+  /// Returns how many values the last gain had.
+  std::size_t read_gains(const toml::table& table, Term& term) const {
+    std::vector<std::string_view> names;
+    for (const GainGroup& group : term.effect->gain_groups) names.emplace_back(group.name);
+    require_entries(table, "gain", names);
     std::size_t first = 0;
-    for (const GainGroup& group : effect.gain_groups) {
+    std::size_t values = 0;
+    for (const GainGroup& group : term.effect->gain_groups) {
       const auto count = static_cast<std::size_t>(group.count);
+      const auto lower = static_cast<double>(group.lower);
+      const auto upper = static_cast<double>(group.upper);
       const toml::table& entry = find_entry(table, "gain", group.name, group.unit);
-      read_values(entry, "value", static_cast<double>(group.lower), static_cast<double>(group.upper),
-                  std::span(term.gains).subspan(first, count));
+      require_keys(entry, {"name", "unit", "value", "standard_error", "given"});
+      values = read_values(entry, "value", lower, upper, std::span(term.gains).subspan(first, count));
       const bool given = entry["given"].value_or(false);
       for (std::size_t i = first; i < first + count; ++i) {
-        term.lower.push_back(given ? term.gains[i] : static_cast<double>(group.lower));
-        term.upper.push_back(given ? term.gains[i] : static_cast<double>(group.upper));
+        term.lower.push_back(given ? term.gains[i] : lower);
+        term.upper.push_back(given ? term.gains[i] : upper);
       }
       if (entry.contains("standard_error")) {
         term.standard_errors.resize(term.gains.size(), 0.0);
@@ -131,7 +175,31 @@ class Reader {
       }
       first += count;
     }
-    return term;
+    return values;
+  }
+
+  /// Every [[effect.<kind>]] is a table with a known name that no other has.
+  void require_entries(const toml::table& effect, std::string_view kind,
+                       std::vector<std::string_view> known) const {
+    const toml::node* node = effect.get(kind);
+    if (node == nullptr) return;
+    const toml::array* entries = node->as_array();
+    if (entries == nullptr) fail(*node, fmt::format("{} must be an array of tables", kind));
+    known.erase(std::unique(known.begin(), known.end()), known.end());
+    std::vector<std::string> seen;
+    for (const toml::node& item : *entries) {
+      const toml::table* entry = item.as_table();
+      if (entry == nullptr) fail(item, fmt::format("a {} must be a table", kind));
+      const auto name = (*entry)["name"].value_or<std::string>("");
+      if (std::find(known.begin(), known.end(), name) == known.end()) {
+        fail(*entry, fmt::format("unknown {} '{}' of effect '{}'; known: {}", kind, name_in(*entry, "name"),
+                                 name_in(effect, "id"), fmt::join(known, ", ")));
+      }
+      if (std::find(seen.begin(), seen.end(), name) != seen.end()) {
+        fail(*entry, fmt::format("{} '{}' appears twice", kind, name));
+      }
+      seen.push_back(name);
+    }
   }
 
   const toml::table& find_entry(const toml::table& effect, std::string_view kind, std::string_view name,
@@ -141,10 +209,9 @@ class Reader {
       for (const toml::node& node : *entries) {
         const toml::table* entry = node.as_table();
         if (entry == nullptr || (*entry)["name"].value_or<std::string>("") != name) continue;
-        require_keys(*entry, {"name", "unit", "value", "standard_error", "given"});
-        const auto written = (*entry)["unit"].value_or<std::string>("");
-        if (written != unit)
-          fail(*entry, fmt::format("{} has unit '{}'; it must be '{}'", name, written, unit));
+        if ((*entry)["unit"].value_or<std::string>("") != unit) {
+          fail(*entry, fmt::format("{} has unit '{}'; it must be '{}'", name, name_in(*entry, "unit"), unit));
+        }
         return *entry;
       }
     }
@@ -152,10 +219,10 @@ class Reader {
                              effect["id"].value_or<std::string>("?")));
   }
 
-  /// Numbers of `key` into `out`; fewer than it holds leave the rest zero only where it holds many (unused
-  /// elements of the hysteresis).
-  void read_values(const toml::table& entry, std::string_view key, double lower, double upper,
-                   std::span<double> out) const {
+  /// Numbers of `key` into `out`; returns how many. Fewer than it holds leave the rest zero, only for the
+  /// elements of the hysteresis, which need not all be used.
+  std::size_t read_values(const toml::table& entry, std::string_view key, double lower, double upper,
+                          std::span<double> out) const {
     const toml::node* node = entry.get(key);
     const auto name = entry["name"].value_or<std::string>("?");
     if (node == nullptr) fail(entry, fmt::format("{} has no {}", name, key));
@@ -165,11 +232,13 @@ class Reader {
     } else {
       values.push_back(number(*node, name, lower, upper));
     }
-    const bool elements = name == "stiffness" || name == "slip_distance";
+    const bool elements = out.size() == static_cast<std::size_t>(kIdentifiedElements);
     if (values.empty() || values.size() > out.size() || (values.size() < out.size() && !elements)) {
-      fail(*node, fmt::format("{} has {} values; it must have {}", name, values.size(), out.size()));
+      fail(*node, fmt::format("{} has {} values; it must have {}{}", name, values.size(),
+                              elements ? "1 to " : "", out.size()));
     }
     std::copy(values.begin(), values.end(), out.begin());
+    return values.size();
   }
 
   double number(const toml::node& node, const std::string& name, double lower, double upper) const {

@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <string>
+#include <string_view>
+
+#include "tests/unit/model/model_support.h"
+
+namespace slipstack::workbench::test {
+namespace {
+
+/// Damages a model file the way editors and merges do: bytes, lines, numbers and words of TOML.
+class Mutator {
+ public:
+  explicit Mutator(std::uint64_t seed) : random_(seed) {}
+
+  std::string mutated(std::string text) {
+    const std::size_t rounds = 1 + below(3);
+    for (std::size_t i = 0; i < rounds; ++i) mutate_once(text);
+    return text;
+  }
+
+ private:
+  static constexpr std::array<std::string_view, 36> kTokens{"\n",
+                                                            "\r\n",
+                                                            "=",
+                                                            "[",
+                                                            "]",
+                                                            "[[",
+                                                            "]]",
+                                                            "[[effect]]\n",
+                                                            "[target]\n",
+                                                            "\"",
+                                                            "'",
+                                                            "\"\"\"",
+                                                            "#",
+                                                            ".",
+                                                            ",",
+                                                            "nan",
+                                                            "inf",
+                                                            "-inf",
+                                                            "1e999",
+                                                            "-1e30",
+                                                            "0x1F",
+                                                            "1979-05-27",
+                                                            "true",
+                                                            "{}",
+                                                            "[]",
+                                                            "\\n",
+                                                            "\\u0000",
+                                                            "\xFF",
+                                                            "\xC0",
+                                                            "\xEF\xBB\xBF",
+                                                            "id = ",
+                                                            "value = ",
+                                                            "gain = []\n",
+                                                            "\t",
+                                                            "99999999999999999999",
+                                                            "\"drift\""};
+
+  std::size_t below(std::size_t limit) { return limit == 0 ? 0 : random_() % limit; }
+
+  void mutate_once(std::string& text) {
+    const std::size_t at = below(text.size() + 1);
+    switch (below(9)) {
+      case 0:
+        if (at < text.size()) text[at] = static_cast<char>(text[at] ^ (1 << below(8)));
+        break;
+      case 1:
+        text.insert(at, 1, static_cast<char>(below(256)));
+        break;
+      case 2:
+        text.erase(at, 1 + below(below(6) == 0 ? text.size() : 10));
+        break;
+      case 3:
+        text.insert(at, kTokens[below(kTokens.size())]);
+        break;
+      case 4:
+        move_line(text, true);
+        break;
+      case 5:
+        move_line(text, false);
+        break;
+      case 6:
+        text.resize(at);
+        break;
+      default:
+        change_number(text);
+        break;
+    }
+  }
+
+  void move_line(std::string& text, bool keep) {
+    const std::size_t begin = text.rfind('\n', below(text.size() + 1));
+    if (begin == std::string::npos) return;
+    const std::size_t end = text.find('\n', begin + 1);
+    const std::string line = text.substr(begin, end == std::string::npos ? end : end - begin);
+    if (!keep) text.erase(begin, line.size());
+    const std::size_t to = text.rfind('\n', below(text.size() + 1));
+    text.insert(to == std::string::npos ? 0 : to, line);
+  }
+
+  void change_number(std::string& text) {
+    const std::size_t digit = text.find_first_of("0123456789", below(text.size() + 1));
+    if (digit != std::string::npos) text[digit] = below(8) == 0 ? '-' : static_cast<char>('0' + below(10));
+  }
+
+  std::mt19937_64 random_;
+};
+
+/// What the rest of the program relies on; empty when a model keeps it.
+std::string broken_promise(const Model& model) {
+  for (const Terms* terms : {&model.terms, &model.target_terms}) {
+    if (terms->empty()) return "no effects";
+    for (const Term& term : *terms) {
+      if (term.effect == nullptr) return "no effect";
+      const std::size_t gains = static_cast<std::size_t>(term.effect->gain_count);
+      if (term.gains.size() != gains || term.lower.size() != gains || term.upper.size() != gains)
+        return "gains";
+      if (term.shapes.size() != term.effect->shapes.size()) return "shapes";
+      if (!term.standard_errors.empty() && term.standard_errors.size() != gains) return "standard errors";
+      for (std::size_t i = 0; i < gains; ++i) {
+        if (!(term.lower[i] <= term.gains[i] && term.gains[i] <= term.upper[i])) return "gain out of bounds";
+      }
+      for (const double shape : term.shapes) {
+        if (!std::isfinite(shape)) return "shape";
+      }
+    }
+  }
+  static_cast<void>(target_hash(model));
+  return {};
+}
+
+std::string broken_message(const std::string& message, const std::string& path) {
+  if (!message.starts_with(path + ":")) return "does not begin with the file";
+  for (const char c : message) {
+    if (static_cast<unsigned char>(c) < 0x20) return "more than one line";
+  }
+  if (message.size() > path.size() + 1000) return "too long";
+  return {};
+}
+
+// Ten thousand damaged files: each a model that keeps its promises, or an error of one line.
+TEST(ModelMutation, GivesAModelOrOneLine) {
+  const TemporaryFile file;
+  std::mt19937_64 random(1);
+  Model small;
+  for (const char* id :
+       {"inertia", "presliding_hysteresis", "direction_asymmetry", "force_ripple", "time_delay"}) {
+    small.terms.push_back(random_term(*find_effect(id), random, 4, true));
+    small.target_terms.push_back(random_term(*find_effect(id), random, 3, false));
+  }
+  const std::array<std::string, 2> texts{to_toml(small), to_toml(full_model(2))};
+  for (const std::string& text : texts) ASSERT_EQ(refusal(file.write(text)), "");
+  // Without its hash line, a file with changed numbers is a model of its own.
+  std::string unhashed = texts[0];
+  const std::size_t hash = unhashed.find("hash = ");
+  unhashed.erase(hash, unhashed.find('\n', hash) - hash);
+  ASSERT_EQ(refusal(file.write(unhashed)), "");
+
+  Mutator mutator(20240612);
+  const std::string path = file.path().string();
+  int read = 0;
+  int refused = 0;
+  for (int i = 0; i < 10'000; ++i) {
+    const std::string text = mutator.mutated(i % 4 == 3 ? texts[1] : i % 4 == 2 ? texts[0] : unhashed);
+    file.write(text);
+    try {
+      ASSERT_EQ(broken_promise(read_model(path)), "") << text;
+      ++read;
+    } catch (const InputError& error) {
+      ASSERT_EQ(broken_message(error.what(), path), "") << error.what() << '\n' << text;
+      ++refused;
+    } catch (const std::exception& error) {
+      FAIL() << error.what() << '\n' << text;
+    }
+  }
+  EXPECT_GT(read, 500);
+  EXPECT_GT(refused, 5000);
+}
+
+}  // namespace
+}  // namespace slipstack::workbench::test
