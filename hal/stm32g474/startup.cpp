@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reset, vectors and faults of the STM32G474.
+#include <cstddef>
+#include <cstdint>
+
+#include "hal/stm32g474/board.h"
+
+int main();
+
+extern "C" {
+// From the linker script toolchain/ld/stm32g474.ld.
+extern std::uint32_t __data_load[], __data_begin[], __data_end[];  // NOLINT(bugprone-reserved-identifier)
+extern std::uint32_t __bss_begin[], __bss_end[];                   // NOLINT(bugprone-reserved-identifier)
+extern std::uint32_t __stack_top[];                                // NOLINT(bugprone-reserved-identifier)
+using Constructor = void (*)();
+extern Constructor __init_array_begin[], __init_array_end[];  // NOLINT(bugprone-reserved-identifier)
+
+void reset_handler();
+[[noreturn]] void start_program();
+void nmi_handler();
+[[noreturn]] void fault_handler();
+void sys_tick_handler();
+void tick_handler();
+void can_handler();
+
+// The FPU is off after reset, and a prologue that saves its registers would fault: no prologue here.
+// CPACR, CP10 and CP11 full access: Armv7-M Architecture Reference Manual, B3.2.20.
+__attribute__((naked, noreturn, used)) void reset_handler() {
+  asm volatile(
+      "ldr r0, =0xE000ED88 \n"
+      "ldr r1, [r0]        \n"
+      "orr r1, #0xF00000   \n"
+      "str r1, [r0]        \n"
+      "dsb                 \n"
+      "isb                 \n"
+      "b start_program     \n");
+}
+
+// Fills RAM, runs the constructors and main. Word loops of our own: memcpy may be compiled to use what is not
+// ready yet. A main that returns is a fault.
+__attribute__((used, optimize("no-tree-loop-distribute-patterns"))) void start_program() {
+  const std::uint32_t* from = __data_load;
+  for (std::uint32_t* to = __data_begin; to < __data_end; ++to, ++from) *to = *from;
+  for (std::uint32_t* to = __bss_begin; to < __bss_end; ++to) *to = 0;
+  // VTOR: after a jump from the system's boot loader it still points to that one's table.
+  slipstack::stm32g474::hardware_word(0xE000ED08) = slipstack::stm32g474::kFlashBegin;
+  for (const Constructor* constructor = __init_array_begin; constructor < __init_array_end; ++constructor) {
+    (*constructor)();
+  }
+  static_cast<void>(main());
+  fault_handler();
+}
+
+// A fault, an unexpected interrupt, a failed assertion: power stage off at once; then the watchdog, if it
+// runs, starts the controller anew within its time-out.
+__attribute__((used)) void fault_handler() {
+  asm volatile("cpsid i" ::: "memory");
+  slipstack::stm32g474::force_safe_state();
+  for (;;) asm volatile("");
+}
+
+// Either a word of the parameter pages that power left half written, which its reader deals with; or the
+// crystal has stopped (clock security system), or the program's flash is bad.
+__attribute__((used)) void nmi_handler() {
+  using namespace slipstack::stm32g474;  // NOLINT(google-build-using-namespace)
+  if (!on_flash_nmi(hardware<Flash>(kFLASH_BASE), careful_read)) fault_handler();
+}
+
+// Replaced by the application. An interrupt that nobody handles is a fault.
+__attribute__((weak, used)) void sys_tick_handler() {
+  fault_handler();
+}
+__attribute__((weak, used)) void tick_handler() {
+  fault_handler();
+}
+__attribute__((weak, used)) void can_handler() {
+  fault_handler();
+}
+
+using Vector = void (*)();
+struct VectorTable {
+  const std::uint32_t* stack_top;
+  Vector system[15];       // reset, NMI ... SysTick: exceptions 1 ... 15
+  Vector interrupts[102];  // RM0440, NVIC, vector table
+};
+
+constexpr VectorTable make_vector_table() {
+  VectorTable table{__stack_top, {}, {}};
+  for (Vector& vector : table.system) vector = fault_handler;
+  for (Vector& vector : table.interrupts) vector = fault_handler;
+  table.system[0] = reset_handler;
+  table.system[1] = nmi_handler;
+  table.system[14] = sys_tick_handler;
+  table.interrupts[slipstack::stm32g474::kTIM6_DAC_IRQ] = tick_handler;
+  table.interrupts[slipstack::stm32g474::kFDCAN1_IT0_IRQ] = can_handler;
+  return table;
+}
+extern constinit const VectorTable kVectorTable;
+__attribute__((section(".vectors"), used)) constinit const VectorTable kVectorTable = make_vector_table();
+
+// newlib's own __assert_func prints through stdio, which brings malloc in.
+[[noreturn]] void __assert_func(const char* /*file*/, int /*line*/, const char* /*function*/,
+                                const char* /*expression*/) {
+  fault_handler();
+}
+
+// A pure virtual call and the end of the program go nowhere else.
+[[noreturn]] void __cxa_pure_virtual() {
+  fault_handler();
+}
+
+[[noreturn]] void abort() {
+  fault_handler();
+}
+}  // extern "C"
