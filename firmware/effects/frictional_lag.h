@@ -27,7 +27,7 @@ class FrictionalLag {
       {"weakening", "1", 0.0f, 20.0f, 1, Acts::dry_scale},
   }};
   static constexpr std::array<ShapeSpec, 4> shapes{{
-      {"stribeck_velocity", "m/s", 1.0e-5f, 1.0f, ShapeKind::velocity},
+      {"stribeck_velocity", "m/s", 3.0e-4f, 1.0f, ShapeKind::velocity},
       {"exponent", "1", 0.4f, 3.0f, ShapeKind::exponent},
       {"lag", "s", 1.0e-4f, 1.0e3f, ShapeKind::time_constant},
       {"lag_distance", "m", 1.0e-6f, 1.0e2f, ShapeKind::lag_distance},
@@ -57,6 +57,8 @@ class FrictionalLag {
     follow(weakening_.tabled(sample.velocity_mps), sample.velocity_mps);
     return weakening[0] * lagged_[0];
   }
+
+  void carry_over(const FrictionalLag& from) { lagged_ = from.lagged_; }
 
  private:
   void follow(Real steady, Real velocity_mps) {

@@ -100,7 +100,24 @@ class FrictionModel<Real, std::tuple<Effects...>> {
     return force_;
   }
 
+  /// The force of the last step.
+  const Force& force() const { return force_; }
+
+  /// Takes over from a model of the same axis with other parameters what effects remember of the motion.
+  /// Outside the tick; some 300 instructions.
+  void carry_over(const FrictionModel& from) {
+    [&]<std::size_t... I>(std::index_sequence<I...>) {
+      (carry_one(std::get<I>(effects_), std::get<I>(from.effects_)), ...);
+    }
+    (std::index_sequence_for<Effects...>{});
+  }
+
  private:
+  template <class E>
+  static void carry_one(E& to, const E& from) {
+    if constexpr (requires { to.carry_over(from); }) to.carry_over(from);
+  }
+
   struct Sums {
     Real force{};
     Real dry{};

@@ -56,6 +56,11 @@ class StructuralResonance {
     out[2] = sample.acceleration_mps2;
   }
 
+  void carry_over(const StructuralResonance& from) {
+    spring_mps2_ = from.spring_mps2_;
+    rate_mps2_ = from.rate_mps2_;
+  }
+
  private:
   Real keep_{};
   Real couple_{};

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+#include "firmware/control/faults.h"
+#include "firmware/control/parameters.h"
+#include "firmware/effects/approx.h"
+#include "firmware/friction/displacement.h"
+#include "hal/include/encoder.h"
+#include "hal/include/motor_current.h"
+
+namespace slipstack {
+
+/// What a tick has to tell the monitor.
+struct TickInputs {
+  EncoderReading encoder;
+  CurrentReading current;
+  bool overrun = false;  ///< this tick began late, or the last one took too long
+};
+
+/// Looks at what the sensors say before the tick uses it. 35 instructions.
+class FaultMonitor {
+ public:
+  /// Constants of the tick; made outside it.
+  struct Bounds {
+    std::int32_t largest_step = 0;
+    std::int32_t largest_error = 0;
+    std::int32_t mismatch_ticks = 0;
+    std::int32_t stall_ticks = 0;
+    float over_current_A = 0.0F;
+    float mismatch_A = 0.0F;
+    float stall_current_A = 0.0F;
+  };
+  static Bounds bounds(const AxisParameters& axis) {
+    const float per_tick = axis.velocity_limit_mps * axis.tick_s / axis.encoder_resolution_m;
+    Bounds bound;
+    // Half as much again as the axis may move, and a count at either end.
+    bound.largest_step = static_cast<std::int32_t>(approx::clamp(1.5F * per_tick + 2.0F, 2.0F, 1.0e9F));
+    bound.largest_error = static_cast<std::int32_t>(
+        approx::clamp(axis.following_error_m / axis.encoder_resolution_m, 1.0F, 1.0e9F));
+    bound.mismatch_ticks = static_cast<std::int32_t>(axis.current_mismatch_s / axis.tick_s);
+    bound.stall_ticks = static_cast<std::int32_t>(axis.stall_s / axis.tick_s);
+    bound.over_current_A = axis.over_current_A;
+    bound.mismatch_A = axis.current_mismatch_A;
+    bound.stall_current_A = axis.stall_current_A;
+    return bound;
+  }
+
+  void reset(std::int32_t counts) {
+    last_counts_ = counts;
+    mismatched_ = stalled_ = 0;
+  }
+
+  /// The first fault of this tick. `set_point_A` was commanded a tick ago; `reference_counts` is where the
+  /// axis should be; `driving`: the current is on.
+  Fault check(const Bounds& bound, const TickInputs& in, std::int32_t reference_counts, float set_point_A,
+              bool driving) {
+    const std::int32_t step = difference(in.encoder.counts, last_counts_);
+    last_counts_ = in.encoder.counts;
+    const float measured_A = in.current.current_A;
+    const bool stands = step == 0 && approx::absolute(set_point_A) > bound.stall_current_A;
+    stalled_ = stands ? stalled_ + 1 : 0;
+    const bool plausible = in.current.valid && approx::absolute(measured_A - set_point_A) <= bound.mismatch_A;
+    mismatched_ = plausible ? 0 : mismatched_ + 1;
+    if (!in.encoder.valid) return Fault::kEncoderLoss;
+    if (step > bound.largest_step || step < -bound.largest_step) return Fault::kEncoderJump;
+    if (approx::absolute(measured_A) > bound.over_current_A) return Fault::kOverCurrent;
+    if (mismatched_ > bound.mismatch_ticks) return Fault::kCurrentSensor;
+    if (!driving) return Fault::kNone;
+    const std::int32_t error = difference(reference_counts, in.encoder.counts);
+    if (error > bound.largest_error || error < -bound.largest_error) return Fault::kFollowingError;
+    if (stalled_ > bound.stall_ticks) return Fault::kStall;
+    if (in.overrun) return Fault::kTickOverrun;
+    return Fault::kNone;
+  }
+
+ private:
+  std::int32_t last_counts_ = 0;
+  std::int32_t mismatched_ = 0;
+  std::int32_t stalled_ = 0;
+};
+
+}  // namespace slipstack

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace slipstack {
+
+/// Why the axis was stopped. What merely holds it back is a Limit.
+enum class Fault : std::uint8_t {
+  kNone,
+  kEncoderLoss,     ///< the encoder says that its signal is gone
+  kEncoderJump,     ///< more counts in one tick than the axis can move
+  kStall,           ///< current, and an encoder that stands still
+  kFollowingError,  ///< position away from the reference
+  kOverCurrent,     ///< measured current beyond its limit
+  kCurrentSensor,   ///< measurement missing, or away from the set-point for too long
+  kTickOverrun,     ///< a tick began late or took longer than its period
+  kWatchdog,        ///< the last reset came from the watchdog
+  kParameter,       ///< refused parameters were written while the axis was enabled
+  kNotFinite,       ///< a force that is not a number
+  kStopTimeout,     ///< a controlled stop did not come to rest in time
+  kCount
+};
+
+inline constexpr std::size_t kFaultCount = static_cast<std::size_t>(Fault::kCount);
+
+/// The error code of a fault for object 603Fh and EMCY (CiA 301 table 26, IEC 61800-7-201 table 8).
+constexpr std::uint16_t error_code(Fault fault) {
+  constexpr std::array<std::uint16_t, kFaultCount> kCodes = {0x0000, 0x7305, 0x7306, 0x7121, 0x8611, 0x2310,
+                                                             0x5210, 0x6101, 0x6010, 0x6320, 0x6102, 0x8612};
+  return kCodes[static_cast<std::size_t>(fault)];
+}
+
+/// Whether position can still be trusted, so that the axis may be braked under control. Otherwise the current
+/// goes to zero at once.
+constexpr bool stops_under_control(Fault fault) {
+  return fault == Fault::kTickOverrun || fault == Fault::kParameter;
+}
+
+/// Faults seen since the start: the first one that is not yet reset, and how often each came up. Counts stop
+/// at their largest value.
+class FaultRecord {
+ public:
+  void note(Fault fault) {
+    if (fault == Fault::kNone) return;
+    std::uint16_t& count = counts_[static_cast<std::size_t>(fault)];
+    if (count < 0xFFFF) ++count;
+    if (latched_ == Fault::kNone) latched_ = fault;
+  }
+  void reset() { latched_ = Fault::kNone; }
+  Fault latched() const { return latched_; }
+  std::uint16_t count(Fault fault) const { return counts_[static_cast<std::size_t>(fault)]; }
+
+ private:
+  Fault latched_ = Fault::kNone;
+  std::array<std::uint16_t, kFaultCount> counts_{};
+};
+
+}  // namespace slipstack

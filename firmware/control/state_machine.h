@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+#include "firmware/control/faults.h"
+
+namespace slipstack {
+
+/// States of the power drive system (IEC 61800-7-201, CiA 402: figure 2). Not ready is left by itself.
+enum class DriveState : std::uint8_t {
+  kNotReadyToSwitchOn,
+  kSwitchOnDisabled,
+  kReadyToSwitchOn,
+  kSwitchedOn,
+  kOperationEnabled,
+  kQuickStopActive,
+  kFaultReactionActive,
+  kFault,
+};
+
+/// Bits of the control word 6040h.
+enum ControlBit : std::uint16_t {
+  kSwitchOn = 1U << 0,
+  kEnableVoltage = 1U << 1,
+  kQuickStop = 1U << 2,  ///< 0 asks for it
+  kEnableOperation = 1U << 3,
+  kFaultReset = 1U << 7,  ///< rising edge
+};
+
+/// The state's bits of the status word 6041h.
+constexpr std::uint16_t status_word(DriveState state) {
+  constexpr std::uint16_t kWords[] = {0x0000, 0x0040, 0x0021, 0x0023, 0x0027, 0x0007, 0x000F, 0x0008};
+  return kWords[static_cast<std::size_t>(state)];
+}
+
+/// Follows the control word and the faults. 10 to 35 instructions a tick.
+class StateMachine {
+ public:
+  DriveState state() const { return state_; }
+  /// Current flows.
+  bool driving() const { return state_ == DriveState::kOperationEnabled || braking(); }
+  /// The axis is being stopped under control.
+  bool braking() const {
+    return state_ == DriveState::kQuickStopActive || state_ == DriveState::kFaultReactionActive;
+  }
+  const FaultRecord& faults() const { return faults_; }
+
+  void set_stop_timeout(std::int32_t ticks) { stop_timeout_ticks_ = ticks; }
+
+  /// One tick. `ready`: parameters are there. `standing`: the reference is at rest.
+  void step(std::uint16_t control, Fault fault, bool ready, bool standing) {
+    const std::uint16_t rising = static_cast<std::uint16_t>(control & ~last_control_);
+    last_control_ = control;
+    if (fault != Fault::kNone) raise(fault);
+    if (braking()) {
+      stop(standing);
+    } else if (state_ == DriveState::kFault) {
+      if ((rising & kFaultReset) != 0 && fault == Fault::kNone) {
+        faults_.reset();
+        state_ = DriveState::kSwitchOnDisabled;
+      }
+    } else if (state_ == DriveState::kNotReadyToSwitchOn) {
+      if (ready) state_ = DriveState::kSwitchOnDisabled;
+    } else {
+      follow(control);
+    }
+  }
+
+  /// A fault: latched and counted; zero current at once, or a controlled stop.
+  void raise(Fault fault) {
+    const bool again = state_ == DriveState::kFault && faults_.latched() == fault;
+    if (!again) faults_.note(fault);
+    if (driving() && stops_under_control(fault)) {
+      if (state_ != DriveState::kFaultReactionActive) begin_stop(DriveState::kFaultReactionActive);
+    } else {
+      state_ = DriveState::kFault;
+    }
+  }
+
+ private:
+  void begin_stop(DriveState state) {
+    state_ = state;
+    stopping_ticks_ = 0;
+  }
+
+  void stop(bool standing) {
+    if (standing && stopping_ticks_ > 0) {
+      state_ = state_ == DriveState::kQuickStopActive ? DriveState::kSwitchOnDisabled : DriveState::kFault;
+    } else if (++stopping_ticks_ > stop_timeout_ticks_) {
+      faults_.note(Fault::kStopTimeout);
+      state_ = DriveState::kFault;
+    }
+  }
+
+  // Transitions 2 to 12 by the commands of table 4: shutdown, switch on, enable operation and their reverse.
+  void follow(std::uint16_t control) {
+    constexpr std::uint16_t kVoltage = kEnableVoltage | kQuickStop;
+    if ((control & kEnableVoltage) == 0) {
+      state_ = DriveState::kSwitchOnDisabled;
+      return;
+    }
+    if ((control & kQuickStop) == 0) {
+      if (state_ == DriveState::kOperationEnabled) {
+        begin_stop(DriveState::kQuickStopActive);
+      } else {
+        state_ = DriveState::kSwitchOnDisabled;
+      }
+      return;
+    }
+    const bool switch_on = (control & kSwitchOn) != 0;
+    const bool enable = (control & kEnableOperation) != 0;
+    switch (state_) {
+      case DriveState::kSwitchOnDisabled:
+        if ((control & (kVoltage | kSwitchOn)) == kVoltage) state_ = DriveState::kReadyToSwitchOn;
+        break;
+      case DriveState::kReadyToSwitchOn:
+        if (switch_on) state_ = DriveState::kSwitchedOn;
+        break;
+      case DriveState::kSwitchedOn:
+        state_ =
+            !switch_on ? DriveState::kReadyToSwitchOn : (enable ? DriveState::kOperationEnabled : state_);
+        break;
+      case DriveState::kOperationEnabled:
+        state_ = !switch_on ? DriveState::kReadyToSwitchOn : (enable ? state_ : DriveState::kSwitchedOn);
+        break;
+      default:
+        break;
+    }
+  }
+
+  DriveState state_ = DriveState::kNotReadyToSwitchOn;
+  std::uint16_t last_control_ = 0;
+  std::int32_t stopping_ticks_ = 0;
+  std::int32_t stop_timeout_ticks_ = 10000;
+  FaultRecord faults_;
+};
+
+}  // namespace slipstack

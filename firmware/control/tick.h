@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+#include "firmware/control/controller.h"
+#include "hal/include/clock.h"
+#include "hal/include/encoder.h"
+#include "hal/include/motor_current.h"
+#include "hal/include/watchdog.h"
+
+namespace slipstack {
+
+/// How regularly the tick ran, in Clock ticks.
+struct TickTiming {
+  std::uint32_t shortest_period = 0xFFFFFFFF;
+  std::uint32_t longest_period = 0;
+  std::uint32_t longest_duration = 0;
+  std::uint32_t overruns = 0;
+};
+
+/// The control tick: reads the board, runs the controller, writes the board. The same on every platform;
+/// called by a timer interrupt of the highest priority, by the emulator's loop, or by a test. Calls are
+/// resolved at compile time: nothing in it goes through a pointer.
+template <Encoder E, MotorCurrent M, Clock C, Watchdog W>
+class Tick {
+ public:
+  Tick(E& encoder, M& motor, C& clock, W& watchdog)
+      : encoder_(encoder), motor_(motor), clock_(clock), watchdog_(watchdog) {
+    motor_.disable();
+    if (watchdog_.caused_last_reset()) controller_.inject(Fault::kWatchdog);
+  }
+
+  /// The period that the timer keeps, in Clock ticks; 0 switches the supervision of time off.
+  void set_period(std::uint32_t clock_ticks) { period_ = clock_ticks; }
+
+  /// One tick.
+  void run() {
+    const std::uint32_t begin = clock_.now();
+    const TickInputs inputs{encoder_.read(), motor_.measured(), late(begin)};
+    const ControlOutput& out = controller_.step(inputs);
+    if (out.driving) {
+      motor_.set(out.current_A);
+    } else {
+      motor_.disable();
+    }
+    watchdog_.refresh();
+    duration_ = clock_.now() - begin;
+    if (duration_ > timing_.longest_duration) timing_.longest_duration = duration_;
+  }
+
+  Controller& controller() { return controller_; }
+  const TickTiming& timing() const { return timing_; }
+
+ private:
+  // Late: half a period or more, or the tick before took longer than a period.
+  bool late(std::uint32_t begin) {
+    const std::uint32_t period = begin - last_begin_;
+    last_begin_ = begin;
+    if (!running_) {
+      running_ = true;
+      return false;
+    }
+    if (period > timing_.longest_period) timing_.longest_period = period;
+    if (period < timing_.shortest_period) timing_.shortest_period = period;
+    const bool is_late = period_ != 0 && (period > period_ + period_ / 2 || duration_ > period_);
+    timing_.overruns += is_late ? 1 : 0;
+    return is_late;
+  }
+
+  E& encoder_;
+  M& motor_;
+  C& clock_;
+  W& watchdog_;
+  Controller controller_;
+  TickTiming timing_;
+  std::uint32_t period_ = 0;
+  std::uint32_t last_begin_ = 0;
+  std::uint32_t duration_ = 0;
+  bool running_ = false;
+};
+
+}  // namespace slipstack

@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: Apache-2.0
+// Each fault injected into a moving axis: latched, counted, and ended with zero current or a controlled stop.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <memory>
+
+#include "tests/loop/axis_loop.h"
+
+namespace slipstack::loop {
+namespace {
+
+class Faults : public ::testing::Test {
+ protected:
+  Faults()
+      : bench_(sim::draw_bench(sim::Setup::kPickAndPlace, 7)),
+        loop_(std::make_unique<AxisLoop>(bench_.axis)) {
+    parameters_ = pick_and_place_parameters(bench_.axis);
+    model_ = identified_model(bench_.axis, 0.0, 0.0);
+    EXPECT_EQ(loop_->controller().configure(parameters_, model_), ParameterStatus::kOk);
+    loop_->run(0.01);
+    EXPECT_TRUE(loop_->enable());
+    home_ = loop_->controller().reference().counts();
+    EXPECT_EQ(loop_->controller().move_to(home_ + 100000), PlanStatus::kOk);
+    loop_->run(0.1);
+    EXPECT_TRUE(loop_->motor.enabled);
+    EXPECT_GT(loop_->plant.velocity_mps(), 0.2);
+  }
+
+  // Steps with what the sensors say changed by `disturb`, until the state is Fault or the time is over.
+  // Returns the ticks that took; the largest current meanwhile goes to largest_A_.
+  int inject(const std::function<void(AxisLoop&, std::int32_t counts)>& disturb, int most_ticks) {
+    for (int tick = 1; tick <= most_ticks; ++tick) {
+      const auto counts = static_cast<std::int32_t>(loop_->encoder.counts(loop_->plant.position_m()));
+      loop_->board_encoder.next.counts = counts;
+      disturb(*loop_, counts);
+      loop_->tick.run();
+      if (loop_->motor.enabled) largest_A_ = std::max(largest_A_, std::abs(loop_->motor.set_point_A));
+      loop_->plant.step(loop_->motor.enabled ? static_cast<double>(loop_->motor.set_point_A) : 0.0, kTick_s);
+      loop_->clock.advance(1000);
+      if (state() == DriveState::kFault) return tick;
+    }
+    return most_ticks + 1;
+  }
+
+  DriveState state() { return loop_->controller().state().state(); }
+  const FaultRecord& record() { return loop_->controller().state().faults(); }
+
+  void expect_dead(Fault fault) {
+    EXPECT_EQ(state(), DriveState::kFault);
+    EXPECT_EQ(record().latched(), fault);
+    EXPECT_EQ(record().count(fault), 1);
+    EXPECT_FALSE(loop_->motor.enabled);
+    EXPECT_EQ(loop_->motor.set_point_A, 0.0F);
+    // It stays so, whatever is commanded short of a reset.
+    loop_->board_encoder.next.valid = true;
+    loop_->motor.measurement = {};
+    loop_->motor.measurement_follows = true;
+    loop_->controller().command(0x0F);
+    loop_->run(0.5);
+    EXPECT_EQ(state(), DriveState::kFault);
+    EXPECT_FALSE(loop_->motor.enabled);
+    loop_->controller().command(0x80);
+    loop_->run(0.001);
+    EXPECT_EQ(state(), DriveState::kSwitchOnDisabled);
+    EXPECT_EQ(record().latched(), Fault::kNone);
+    EXPECT_EQ(record().count(fault), 1);
+    EXPECT_TRUE(loop_->enable());
+  }
+
+  sim::Bench bench_;
+  std::unique_ptr<AxisLoop> loop_;
+  AxisParameters parameters_;
+  ModelParameters model_;
+  std::int32_t home_ = 0;
+  float largest_A_ = 0.0F;
+};
+
+TEST_F(Faults, EncoderLoss) {
+  EXPECT_EQ(inject([](AxisLoop& loop, std::int32_t) { loop.board_encoder.next.valid = false; }, 5), 1);
+  expect_dead(Fault::kEncoderLoss);
+}
+
+TEST_F(Faults, EncoderJumpsByAMillionCounts) {
+  EXPECT_EQ(
+      inject([](AxisLoop& loop, std::int32_t counts) { loop.board_encoder.next.counts = counts + 1000000; },
+             5),
+      1);
+  EXPECT_EQ(largest_A_, 0.0F);
+  EXPECT_EQ(record().latched(), Fault::kEncoderJump);
+  EXPECT_FALSE(loop_->motor.enabled);
+}
+
+TEST_F(Faults, EncoderFreezes) {
+  const std::int32_t frozen = loop_->board_encoder.next.counts;
+  // 0.3 m/s against a window of 1 mm: 3.4 ms.
+  const int ticks =
+      inject([frozen](AxisLoop& loop, std::int32_t) { loop.board_encoder.next.counts = frozen; }, 200);
+  EXPECT_GT(ticks, 20);
+  EXPECT_LT(ticks, 50);
+  EXPECT_EQ(record().latched(), Fault::kFollowingError);
+  EXPECT_FALSE(loop_->motor.enabled);
+}
+
+TEST_F(Faults, EncoderRunsBackwards) {
+  const std::int32_t turned = loop_->board_encoder.next.counts;
+  const int ticks = inject(
+      [turned](AxisLoop& loop, std::int32_t counts) { loop.board_encoder.next.counts = 2 * turned - counts; },
+      200);
+  EXPECT_LT(ticks, 40);
+  EXPECT_EQ(record().latched(), Fault::kFollowingError);
+  EXPECT_FALSE(loop_->motor.enabled);
+}
+
+TEST_F(Faults, BlockedAxisIsAStall) {
+  parameters_.following_error_m = 0.5F;
+  parameters_.stall_current_A = 1.0F;
+  loop_->run(1.0);
+  ASSERT_EQ(loop_->controller().configure(parameters_, model_), ParameterStatus::kOk);
+  loop_->run(0.01);
+  ASSERT_EQ(loop_->controller().move_to(home_), PlanStatus::kOk);
+  const std::int32_t stuck = loop_->board_encoder.next.counts;
+  inject([stuck](AxisLoop& loop, std::int32_t) { loop.board_encoder.next.counts = stuck; }, 2000);
+  EXPECT_EQ(record().latched(), Fault::kStall);
+  EXPECT_FALSE(loop_->motor.enabled);
+}
+
+TEST_F(Faults, OverCurrent) {
+  EXPECT_EQ(inject(
+                [](AxisLoop& loop, std::int32_t) {
+                  loop.motor.measurement_follows = false;
+                  loop.motor.measurement.current_A = 15.5F;
+                },
+                5),
+            1);
+  expect_dead(Fault::kOverCurrent);
+}
+
+TEST_F(Faults, CurrentSensorMissing) {
+  const int ticks = inject(
+      [](AxisLoop& loop, std::int32_t) {
+        loop.motor.measurement_follows = false;
+        loop.motor.measurement.valid = false;
+      },
+      100);
+  EXPECT_EQ(ticks, 21);  // 2 ms and the tick that sees it
+  expect_dead(Fault::kCurrentSensor);
+}
+
+TEST_F(Faults, CurrentSensorImplausible) {
+  inject(
+      [](AxisLoop& loop, std::int32_t) {
+        loop.motor.measurement_follows = false;
+        loop.motor.measurement.current_A = loop.motor.set_point_A + 2.5F;
+      },
+      100);
+  expect_dead(Fault::kCurrentSensor);
+}
+
+TEST_F(Faults, TickOverrunBrakesUnderControl) {
+  loop_->clock.advance(600);
+  const int ticks = inject([](AxisLoop&, std::int32_t) {}, 2000);
+  // From 0.3 m/s at 15 m/s2: 20 ms; the axis stands when the current goes.
+  EXPECT_GT(ticks, 150);
+  EXPECT_LT(ticks, 260);
+  EXPECT_LT(std::abs(loop_->plant.velocity_mps()), 0.01);
+  EXPECT_EQ(loop_->tick.timing().overruns, 1U);
+  expect_dead(Fault::kTickOverrun);
+}
+
+TEST_F(Faults, RefusedParametersBrakeUnderControlAndChangeNothing) {
+  AxisParameters wrong = parameters_;
+  wrong.velocity_gain_N_s_per_m = std::numeric_limits<float>::quiet_NaN();
+  const std::uint32_t hash = loop_->controller().parameters().hash;
+  EXPECT_EQ(loop_->controller().configure(wrong, model_), ParameterStatus::kAxisOutOfBounds);
+  const int ticks = inject([](AxisLoop&, std::int32_t) {}, 2000);
+  EXPECT_GT(ticks, 150);
+  EXPECT_LT(ticks, 260);
+  EXPECT_EQ(loop_->controller().parameters().hash, hash);
+  EXPECT_EQ(loop_->controller().parameters().axis.velocity_gain_N_s_per_m,
+            parameters_.velocity_gain_N_s_per_m);
+  expect_dead(Fault::kParameter);
+}
+
+TEST_F(Faults, QuickStopEndsDisabledAndAtRest) {
+  loop_->controller().command(0x0B);
+  loop_->run(0.01);
+  EXPECT_EQ(state(), DriveState::kQuickStopActive);
+  loop_->run(0.03);
+  EXPECT_EQ(state(), DriveState::kSwitchOnDisabled);
+  EXPECT_FALSE(loop_->motor.enabled);
+  EXPECT_LT(std::abs(loop_->plant.velocity_mps()), 0.01);
+  EXPECT_EQ(record().latched(), Fault::kNone);
+}
+
+TEST(Watchdog, AResetByItIsAFaultUntilAcknowledged) {
+  host::HostEncoder encoder;
+  host::HostMotorCurrent motor;
+  host::HostClock clock;
+  host::HostWatchdog watchdog;
+  watchdog.reset_by_watchdog = true;
+  const auto tick =
+      std::make_unique<Tick<host::HostEncoder, host::HostMotorCurrent, host::HostClock, host::HostWatchdog>>(
+          encoder, motor, clock, watchdog);
+  tick->run();
+  EXPECT_EQ(tick->controller().state().state(), DriveState::kFault);
+  EXPECT_EQ(tick->controller().state().faults().latched(), Fault::kWatchdog);
+  EXPECT_EQ(watchdog.refreshed, 1U);
+}
+
+}  // namespace
+}  // namespace slipstack::loop
