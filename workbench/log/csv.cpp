@@ -134,7 +134,7 @@ class CsvParser {
   }
 
   static const char* skip_blanks(const char* position, const char* end) {
-    while (position != end && (*position == ' ' || *position == '\t' || *position == '\r')) ++position;
+    while (position != end && (*position == ' ' || *position == '\t')) ++position;
     return position;
   }
 

@@ -40,7 +40,7 @@ bool LineReader::next(std::string_view& line) {
                      std::to_string(kLongestLine) + " bytes; write one sample to a line");
   }
   begin_ += length + (newline != nullptr ? 1 : 0);
-  if (last != first && last[-1] == '\r') --last;
+  while (last != first && last[-1] == '\r') --last;  // copied twice, some files have two
   line = {first, static_cast<std::size_t>(last - first)};
   return true;
 }

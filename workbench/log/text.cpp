@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t kQuoteLimit = 40;
 
 bool is_blank(char c) {
-  return c == ' ' || c == '\t' || c == '\r';
+  return c == ' ' || c == '\t';
 }
 
 // Length of the well-formed UTF-8 sequence at the head of `text` (RFC 3629: no overlong forms, no surrogates,

@@ -7,7 +7,7 @@
 
 namespace slipstack::workbench {
 
-// The text without spaces, tabs and carriage returns at both ends.
+// The text without spaces and tabs at both ends.
 std::string_view trimmed(std::string_view text);
 
 // A copy that is safe in a terminal, a report and JSON: control characters become blanks, bytes that are not

@@ -238,14 +238,25 @@ TEST_F(ReadMatTest, OtherByteOrder) {
   expect_usual(parse_mat(file));
 }
 
-// A variable that announces 2³¹ × 2³¹ numbers asks for no memory.
+// Announced sizes that the numbers do not fill, from one too many to 2³¹ × 2³¹, ask for no memory.
 TEST_F(ReadMatTest, AnnouncesMoreThanItHolds) {
   write_usual();
-  std::string content = bytes();
-  const std::size_t dims = 128 + 8 + 16 + 8;  // header, element tag, array flags, tag of the dimensions
-  for (std::size_t i = 0; i < 8; ++i) content[dims + i] = static_cast<char>(i % 4 == 3 ? 0x7F : 0xFF);
-  directory_.write("log.csv", content);
-  EXPECT_NE(refusal_of_file(path_), "");
+  const std::string whole = bytes();
+  const std::size_t rows =
+      128 + 8 + 16 + 8;  // header, tag of the variable, array flags, tag of the dimensions
+  ASSERT_EQ(whole.substr(rows, 8), std::string("\xF4\x01\0\0\1\0\0\0", 8)) << "500 x 1";
+  for (const std::string& wrong : {std::string("\xF5\x01\0\0", 4), std::string("\xF3\x01\0\0", 4),
+                                   std::string("\xFF\xFF\xFF\x7F", 4), std::string("\xF4\x01\0\x80", 4)}) {
+    std::string damaged = whole;
+    damaged.replace(rows, 4, wrong);
+    EXPECT_EQ(refusal_of_mat(damaged),
+              "log.mat: the MAT file is damaged: the size of variable 'time_s' does not fit its numbers; "
+              "copy or save "
+              "it again");
+  }
+  std::string damaged = whole;
+  damaged.replace(rows, 8, "\xFF\xFF\xFF\x7F\xFF\xFF\xFF\x7F");
+  EXPECT_TRUE(refusal_of_mat(damaged).starts_with("log.mat: column time_s is missing; "));
 }
 
 TEST_F(ReadMatTest, SparseFileOfTwoGibibytes) {
