@@ -43,8 +43,11 @@ consteval CanBitTiming plan_can_timing(std::uint32_t clock_Hz, std::uint32_t bit
     if (clock_Hz % (prescaler * bit_rate) != 0) continue;
     const std::uint32_t quanta = clock_Hz / (prescaler * bit_rate);
     if (quanta < 8 || quanta > 385) continue;
-    const std::uint32_t sampled = quanta * kLatestSamplePoint_e4 / 10'000;  // quanta before the sample point
-    CanBitTiming timing{prescaler, sampled - 1, quanta - sampled, quanta - sampled};
+    // Quanta after the sample point: 12.5 % of the bit, rounded up, and at least the two that the FDCAN
+    // needs.
+    const std::uint32_t after = quanta - quanta * kLatestSamplePoint_e4 / 10'000;
+    const std::uint32_t segment_2 = after < 2 ? 2 : after;
+    const CanBitTiming timing{prescaler, quanta - segment_2 - 1, segment_2, segment_2};
     if (timing.segment_1 < 2 || timing.segment_1 > 256 || timing.segment_2 < 2 || timing.segment_2 > 128)
       continue;
     if (timing.sample_point_e4() < kEarliestSamplePoint_e4) continue;

@@ -111,9 +111,9 @@ class FlashPages final : public Nonvolatile {
   // 24.5 ms at most for a page (DS12288), 6 cycles or more a poll at 170 MHz: this is 94 ms at least.
   static constexpr std::uint32_t kPolls = 4'000'000;
   static constexpr std::uint32_t kErrors =
-      kFLASH_SR_OPERR.mask | kFLASH_SR_PROGERR.mask | kFLASH_SR_PGAERR.mask | kFLASH_SR_SIZERR.mask |
-      kFLASH_SR_PGSERR.mask | kFLASH_SR_MISERR.mask | kFLASH_SR_FASTERR.mask | kFLASH_SR_RDERR.mask |
-      kFLASH_SR_OPTVERR.mask;
+      kFLASH_SR_OPERR.mask | kFLASH_SR_PROGERR.mask | kFLASH_SR_WRPERR.mask | kFLASH_SR_PGAERR.mask |
+      kFLASH_SR_SIZERR.mask | kFLASH_SR_PGSERR.mask | kFLASH_SR_MISERR.mask | kFLASH_SR_FASTERR.mask |
+      kFLASH_SR_RDERR.mask | kFLASH_SR_OPTVERR.mask;
 
   // The data cache is off while flash is written, erased, or read with care, and comes back empty: it does
   // not see what changes below it.
