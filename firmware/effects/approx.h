@@ -15,7 +15,11 @@ namespace slipstack::approx {
 /// |x|; compiles to one instruction.
 template <class Real>
 constexpr Real absolute(Real x) {
-  return x < Real(0) ? -x : x;
+  if constexpr (std::is_same_v<Real, float>) {
+    return __builtin_fabsf(x);
+  } else {
+    return __builtin_fabs(x);
+  }
 }
 
 /// x within [low, high]; NaN becomes low, so that what is clamped is always fit for an index.

@@ -3,6 +3,7 @@
 
 #include "firmware/effects/approx.h"
 #include "firmware/effects/effect.h"
+#include "firmware/effects/speed_table.h"
 
 namespace slipstack {
 
@@ -33,6 +34,18 @@ class Drift {
   void reset(const Sample<Real>&) {}
   void basis(const Sample<Real>& sample, std::span<Real, gain_count> out) {
     out[0] = -approx::exp_minus_one(-sample.time_s * inverse_time_per_s_);
+  }
+
+  /// The controller reads exp(-t / tau) from the table of velocity weakening, n = 1.
+  using Table = std::conditional_t<std::is_same_v<Real, float>, SpeedTable, NoTable>;
+  void prepare_weighted(const std::array<Real, gain_count>&,
+                        Table& table) const requires std::is_same_v<Real, float> {
+    table.fill(Real(1) / inverse_time_per_s_, Real(1),
+               [this](Real time_s) { return approx::exp(-time_s * inverse_time_per_s_); });
+  }
+  Real weighted(const Sample<Real>& sample, const std::array<Real, gain_count>& change,
+                const Table& table) const requires std::is_same_v<Real, float> {
+    return change[0] * (Real(1) - table.at(sample.time_s));
   }
 
  private:

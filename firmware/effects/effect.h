@@ -38,6 +38,7 @@ struct GainGroup {
 /// What a shape parameter measures: tells the workbench over which range a given log can show it.
 enum class ShapeKind : std::uint8_t {
   velocity,
+  fading_velocity,  ///< over which an effect fades: below what a log shows, it is not seen
   acceleration,
   exponent,
   time_constant,
@@ -126,13 +127,36 @@ concept Effect = requires(E effect, const E constant, const Sample<Real> sample,
   effect.basis(sample, out);
 };
 
+/// Stands for the table of an effect that has none.
+struct NoTable {};
+
 /// An effect with one group of gains may offer sum(gains x basis) in a form that costs less than its basis:
-/// the controller then uses it. It agrees with basis() to rounding (tests/unit/effects). A form that wants
-/// the gains beforehand gets them by prepare_weighted(gains), after prepare().
+/// the controller then uses it. It agrees with basis() to rounding, or to the error that its table states
+/// (tests/unit/effects, tests/unit/control). Its constants are made by prepare_weighted(gains, table), after
+/// prepare(). Tables lie apart from the effects, so that everything else is near one base address.
 template <class E, class Real>
-concept Weighted = E::gains.size() == 1 && requires(E effect, const Sample<Real> sample,
-                                                    const std::array<Real, E::gain_count> gains) {
-  { effect.weighted(sample, gains) } -> std::same_as<Real>;
+concept Weighted = E::gains.size() == 1 &&
+                   requires(E effect, const Sample<Real> sample, const std::array<Real, E::gain_count> gains,
+                            typename E::Table table) {
+  effect.prepare_weighted(gains, table);
+  { effect.weighted(sample, gains, table) } -> std::same_as<Real>;
 };
+
+namespace detail {
+template <class E>
+struct TableOf {
+  using type = NoTable;
+};
+template <class E>
+requires requires {
+  typename E::Table;
+}
+struct TableOf<E> {
+  using type = typename E::Table;
+};
+}  // namespace detail
+
+template <class E>
+using TableOf = typename detail::TableOf<E>::type;
 
 }  // namespace slipstack

@@ -27,7 +27,7 @@ class FrictionalLag {
       {"weakening", "1", 0.0f, 20.0f, 1, Acts::dry_scale},
   }};
   static constexpr std::array<ShapeSpec, 4> shapes{{
-      {"stribeck_velocity", "m/s", 3.0e-4f, 1.0f, ShapeKind::velocity},
+      {"stribeck_velocity", "m/s", 3.0e-4f, 1.0f, ShapeKind::fading_velocity},
       {"exponent", "1", 0.4f, 3.0f, ShapeKind::exponent},
       {"lag", "s", 1.0e-4f, 1.0e3f, ShapeKind::time_constant},
       {"lag_distance", "m", 1.0e-6f, 1.0e2f, ShapeKind::lag_distance},
@@ -49,15 +49,16 @@ class FrictionalLag {
   }
 
   /// The controller reads the steady weakening from a table.
-  void prepare_weighted(const std::array<Real, gain_count>& weakening) requires std::is_same_v<Real, float> {
-    weakening_.prepare_weighted(weakening);
+  using Table = typename Stribeck<Real>::Table;
+  void prepare_weighted(const std::array<Real, gain_count>& weakening,
+                        Table& table) requires std::is_same_v<Real, float> {
+    weakening_.prepare_weighted(weakening, table);
   }
-  Real weighted(const Sample<Real>& sample,
-                const std::array<Real, gain_count>& weakening) requires std::is_same_v<Real, float> {
-    follow(weakening_.tabled(sample.velocity_mps), sample.velocity_mps);
+  Real weighted(const Sample<Real>& sample, const std::array<Real, gain_count>& weakening,
+                const Table& table) requires std::is_same_v<Real, float> {
+    follow(table.at(sample.velocity_mps), sample.velocity_mps);
     return weakening[0] * lagged_[0];
   }
-
   void carry_over(const FrictionalLag& from) { lagged_ = from.lagged_; }
 
  private:

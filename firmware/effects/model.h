@@ -19,7 +19,8 @@ struct EffectParameters {
 
 /// The force of a set of effects at one tick: the sum that effect.h defines, by effect.
 ///
-/// Work per tick is fixed by which effects are enabled, never by the motion. State: that of the effects.
+/// Work per tick is fixed: in float by the catalogue, in double by which effects are enabled. State: that of
+/// the effects.
 template <class Real, class EffectList = Catalogue<Real>>
 class FrictionModel;
 
@@ -39,35 +40,45 @@ class FrictionModel<Real, std::tuple<Effects...>> {
   void prepare(const Parameters& parameters, const Scales<Real>& scales) {
     parameters_ = parameters;
     force_ = {};
-    for_each([&](auto& effect, auto& own, auto) {
+    for_each([&](auto& effect, auto& own, auto index) {
       using E = std::remove_reference_t<decltype(effect)>;
-      if (!own.enabled) return;
+      if (!own.enabled) {
+        if constexpr (!kEveryEffect) return;
+        own.gains = {};
+        for (std::size_t i = 0; i < own.shapes.size(); ++i)
+          own.shapes[i] = static_cast<Real>(E::shapes[i].lower);
+      }
       effect.prepare(std::span<const Real, E::shape_count>(own.shapes), scales);
-      if constexpr (requires { effect.prepare_weighted(own.gains); }) effect.prepare_weighted(own.gains);
+      if constexpr (Weighted<E, Real>) effect.prepare_weighted(own.gains, std::get<index>(tables_));
     });
   }
 
   /// Forgets the motion so far: the hysteresis is virgin at this sample.
   void reset(const Sample<Real>& sample) {
     for_each([&](auto& effect, auto& own, auto) {
-      if (own.enabled) effect.reset(sample);
+      if (kEveryEffect || own.enabled) effect.reset(sample);
     });
   }
 
   /// The force for this sample; advances the state of every enabled effect by one tick. The reference is to
   /// the model's own record of it, valid until the next call.
-  const Force& step(Sample<Real> sample) {
+  [[gnu::noinline]] const Force& step(Sample<Real> sample) {
     Real dry = Real(0);
     Real plain = Real(0);
     // Dry friction first, since the effects that modulate it want to know it.
     for_each([&](auto& effect, auto& own, auto index) {
       using E = std::remove_reference_t<decltype(effect)>;
       if constexpr (has<E>(Acts::dry)) {
-        if (own.enabled) {
-          const Sums sums = evaluate(effect, own, sample);
-          dry += sums.dry;
-          if constexpr (has<E>(Acts::force)) plain += sums.force;
-          force_.by_effect_N[index] = sums.dry + sums.force;
+        static_assert(!has<E>(Acts::dry_scale) && !has<E>(Acts::total_scale));
+        if (kEveryEffect || own.enabled) {
+          const auto sums = evaluate(effect, own, sample, std::get<index>(tables_));
+          Real contribution = sum_of<E, Acts::dry>(sums);
+          dry += contribution;
+          if constexpr (has<E>(Acts::force)) {
+            plain += sum_of<E, Acts::force>(sums);
+            contribution += sum_of<E, Acts::force>(sums);
+          }
+          force_.by_effect_N[index] = contribution;
         }
       }
     });
@@ -77,19 +88,22 @@ class FrictionModel<Real, std::tuple<Effects...>> {
     for_each([&](auto& effect, auto& own, auto index) {
       using E = std::remove_reference_t<decltype(effect)>;
       if constexpr (!has<E>(Acts::dry) && E::gain_count > 0) {
-        if (own.enabled) {
-          const Sums sums = evaluate(effect, own, sample);
-          Real contribution = sums.force;
+        if (kEveryEffect || own.enabled) {
+          const auto sums = evaluate(effect, own, sample, std::get<index>(tables_));
+          Real contribution = Real(0);
           if constexpr (has<E>(Acts::dry_scale)) {
-            const Real added = modulated * sums.dry_scale;
-            modulated += added;
-            contribution += added;
+            contribution = modulated * sum_of<E, Acts::dry_scale>(sums);
+            modulated += contribution;
           }
-          if constexpr (has<E>(Acts::force)) plain += sums.force;
+          if constexpr (has<E>(Acts::force)) {
+            const Real force = sum_of<E, Acts::force>(sums);
+            plain += force;
+            contribution = has<E>(Acts::dry_scale) ? contribution + force : force;
+          }
           force_.by_effect_N[index] = contribution;
           if constexpr (has<E>(Acts::total_scale)) {
-            total_scale_[index] = sums.total_scale;
-            total_factor *= Real(1) + sums.total_scale;
+            total_scale_[index] = sum_of<E, Acts::total_scale>(sums);
+            total_factor *= Real(1) + total_scale_[index];
           }
         }
       }
@@ -113,24 +127,14 @@ class FrictionModel<Real, std::tuple<Effects...>> {
   }
 
  private:
+  // The controller evaluates every effect, with zero gains those that are off: a tick costs the same whatever
+  // the model, and asks no questions.
+  static constexpr bool kEveryEffect = std::is_same_v<Real, float>;
+
   template <class E>
   static void carry_one(E& to, const E& from) {
     if constexpr (requires { to.carry_over(from); }) to.carry_over(from);
   }
-
-  struct Sums {
-    Real force{};
-    Real dry{};
-    Real dry_scale{};
-    Real total_scale{};
-
-    void add(Acts acts, Real value) {
-      if (acts == Acts::force) force += value;
-      if (acts == Acts::dry) dry += value;
-      if (acts == Acts::dry_scale) dry_scale += value;
-      if (acts == Acts::total_scale) total_scale += value;
-    }
-  };
 
   template <class E>
   static constexpr bool has(Acts acts) {
@@ -140,20 +144,40 @@ class FrictionModel<Real, std::tuple<Effects...>> {
     return false;
   }
 
+  /// Gains times basis, summed over each group of gains.
   template <class E>
-  static Sums evaluate(E& effect, const EffectParameters<E, Real>& own, const Sample<Real>& sample) {
-    Sums sums;
+  static std::array<Real, E::gains.size()> evaluate(E& effect, const EffectParameters<E, Real>& own,
+                                                    const Sample<Real>& sample, const TableOf<E>& table) {
     if constexpr (Weighted<E, Real>) {
-      sums.add(E::gains[0].acts, effect.weighted(sample, own.gains));
+      return {effect.weighted(sample, own.gains, table)};
     } else {
       std::array<Real, E::gain_count> basis;
       effect.basis(sample, basis);
-      [&]<std::size_t... G>(std::index_sequence<G...>) {
-        (sums.add(E::gains[G].acts, sum_of_group<E, G>(own.gains, basis)), ...);
+      return [&]<std::size_t... G>(std::index_sequence<G...>) {
+        return std::array<Real, E::gains.size()>{sum_of_group<E, G>(own.gains, basis)...};
       }
       (std::make_index_sequence<E::gains.size()>{});
     }
-    return sums;
+  }
+
+  /// The sum over those groups that act so; there is at least one. Nothing is added to a zero, which would
+  /// cost an instruction each time.
+  template <class E, Acts kActs>
+  static Real sum_of(const std::array<Real, E::gains.size()>& sums) {
+    constexpr std::size_t kFirst = [] {
+      std::size_t g = 0;
+      while (E::gains[g].acts != kActs) ++g;
+      return g;
+    }();
+    Real sum = sums[kFirst];
+    [&]<std::size_t... G>(std::index_sequence<G...>) {
+      const auto add = [&]<std::size_t kGroup>(std::integral_constant<std::size_t, kGroup>) {
+        if constexpr (kGroup > kFirst && E::gains[kGroup].acts == kActs) sum += sums[kGroup];
+      };
+      (add(std::integral_constant<std::size_t, G>{}), ...);
+    }
+    (std::make_index_sequence<E::gains.size()>{});
+    return sum;
   }
 
   /// Gains times basis of the effect's group G, from left to right.
@@ -177,7 +201,7 @@ class FrictionModel<Real, std::tuple<Effects...>> {
     for_each([&](auto& effect, auto& own, auto index) {
       using E = std::remove_reference_t<decltype(effect)>;
       if constexpr (has<E>(Acts::total_scale)) {
-        if (own.enabled) {
+        if (kEveryEffect || own.enabled) {
           const Real added = before * total_scale_[index];
           force_.by_effect_N[index] += added;
           before += added;
@@ -198,6 +222,7 @@ class FrictionModel<Real, std::tuple<Effects...>> {
   Parameters parameters_;
   Force force_;
   std::array<Real, effect_count> total_scale_{};
+  std::tuple<TableOf<Effects>...> tables_;  // last: large
 };
 
 }  // namespace slipstack

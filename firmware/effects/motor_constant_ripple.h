@@ -39,19 +39,21 @@ class MotorConstantRipple {
   void basis(const Sample<Real>& sample, std::span<Real, gain_count> out) {
     harmonics(approx::sin_cos_of_cycles(sample.position_m * inverse_pitch_per_m_), out);
   }
+
   /// The controller reads one period of the weighted sum from a table (ripple_table.h).
-  void prepare_weighted(const std::array<Real, gain_count>& amplitudes) requires kTabled {
-    table_.fill([&](Real cycles) { return harmonic_sum(approx::sin_cos_of_cycles(cycles), amplitudes); });
+  using Table = std::conditional_t<std::is_same_v<Real, float>, RippleTable, NoTable>;
+  void prepare_weighted(const std::array<Real, gain_count>& amplitudes, Table& table) const
+    requires std::is_same_v<Real, float>
+  {
+    table.fill([&](Real cycles) { return harmonic_sum(approx::sin_cos_of_cycles(cycles), amplitudes); });
   }
-  Real weighted(const Sample<Real>& sample, const std::array<Real, gain_count>&) const requires kTabled {
-    return table_.at(sample.position_m * inverse_pitch_per_m_);
+  Real weighted(const Sample<Real>& sample, const std::array<Real, gain_count>&, const Table& table) const
+    requires std::is_same_v<Real, float>
+  {
+    return table.at(sample.position_m * inverse_pitch_per_m_);
   }
 
  private:
-  static constexpr bool kTabled = std::is_same_v<Real, float>;
-  struct Nothing {};
-
-  [[no_unique_address]] std::conditional_t<kTabled, RippleTable, Nothing> table_;
   Real inverse_pitch_per_m_{};
 };
 

@@ -51,14 +51,15 @@ class PositionDependentPreload {
   }
 
   /// The controller's form: the cubic of each interval, multiplied out beforehand.
-  void prepare_weighted(const std::array<Real, gain_count>& map) {
+  using Table = NoTable;
+  void prepare_weighted(const std::array<Real, gain_count>& map, NoTable&) {
     for (std::size_t i = 0; i < kIntervals; ++i) {
       const Real w0 = map[i], w1 = map[i + 1], w2 = map[i + 2], w3 = map[i + 3];
       cubics_[i] = {(w0 + Real(4) * w1 + w2) * Real(1.0 / 6), (w2 - w0) * Real(0.5),
                     (w0 - Real(2) * w1 + w2) * Real(0.5), (w3 - w0 + Real(3) * (w1 - w2)) * Real(1.0 / 6)};
     }
   }
-  Real weighted(const Sample<Real>& sample, const std::array<Real, gain_count>&) const {
+  Real weighted(const Sample<Real>& sample, const std::array<Real, gain_count>&, NoTable) const {
     const auto [interval, t] = place_of(sample.position_m);
     const std::array<Real, 4>& c = cubics_[interval];
     return ((c[3] * t + c[2]) * t + c[1]) * t + c[0];

@@ -26,6 +26,8 @@ class SpeedTable {
     // (v / vs)^n runs from 2^-15.6 to at least 2^3.6: within 2e-5 of the weakening's two ends.
     const float first = stribeck_velocity_mps * approx::exp2(-15.6F / exponent);
     first_bits_ = std::bit_cast<std::uint32_t>(first) & ~((1U << shift_) - 1U);
+    last_ = (kIntervals << shift_) - 1U;
+    mask_ = (1U << shift_) - 1U;
     per_interval_ = std::bit_cast<float>((127U - shift_) << 23);
     const auto at_step = [&](std::uint32_t halves) {
       return weakening(std::bit_cast<float>(first_bits_ + (halves << (shift_ - 1U))));
@@ -42,11 +44,9 @@ class SpeedTable {
   float at(float velocity_mps) const {
     const std::uint32_t bits = std::bit_cast<std::uint32_t>(velocity_mps) & 0x7FFFFFFFU;
     const std::uint32_t above = bits > first_bits_ ? bits - first_bits_ : 0U;
-    const std::uint32_t last = (kIntervals << shift_) - 1U;
-    const std::uint32_t place = above < last ? above : last;
+    const std::uint32_t place = above < last_ ? above : last_;
     const std::uint32_t index = place >> shift_;
-    const auto rest = static_cast<std::int32_t>(place - (index << shift_));
-    const float t = static_cast<float>(rest) * per_interval_;
+    const float t = static_cast<float>(static_cast<std::int32_t>(place & mask_)) * per_interval_;
     const Parabola& p = intervals_[index];
     return (p.bend * t + p.slope) * t + p.begin;
   }
@@ -57,10 +57,12 @@ class SpeedTable {
     float begin, slope, bend;
   };
 
-  std::array<Parabola, kIntervals> intervals_{};
   std::uint32_t first_bits_ = 0;
+  std::uint32_t last_ = 0;
+  std::uint32_t mask_ = 0;
   std::uint32_t shift_ = 22;
   float per_interval_ = 0.0F;
+  std::array<Parabola, kIntervals> intervals_{};
 };
 
 }  // namespace slipstack

@@ -26,7 +26,7 @@ class Stribeck {
       {"weakening", "1", 0.0f, 20.0f, 1, Acts::dry_scale},
   }};
   static constexpr std::array<ShapeSpec, 2> shapes{{
-      {"stribeck_velocity", "m/s", 1.0e-5f, 1.0f, ShapeKind::velocity},
+      {"stribeck_velocity", "m/s", 3.0e-4f, 1.0f, ShapeKind::fading_velocity},
       {"exponent", "1", 0.4f, 3.0f, ShapeKind::exponent},
   }};
   static constexpr int gain_count = total_count(gains);
@@ -43,24 +43,21 @@ class Stribeck {
   }
 
   /// The controller reads the same function from a table (speed_table.h).
-  void prepare_weighted(const std::array<Real, gain_count>&) requires kTabled {
-    table_.fill(Real(1) / inverse_velocity_spm_, exponent_, [this](Real speed_mps) {
+  using Table = std::conditional_t<std::is_same_v<Real, float>, SpeedTable, NoTable>;
+  void prepare_weighted(const std::array<Real, gain_count>&,
+                        Table& table) requires std::is_same_v<Real, float> {
+    table.fill(Real(1) / inverse_velocity_spm_, exponent_, [this](Real speed_mps) {
       std::array<Real, 1> out{};
       basis({.velocity_mps = speed_mps}, out);
       return out[0];
     });
   }
-  Real tabled(Real velocity_mps) const requires kTabled { return table_.at(velocity_mps); }
-  Real weighted(const Sample<Real>& sample,
-                const std::array<Real, gain_count>& weakening) const requires kTabled {
-    return weakening[0] * tabled(sample.velocity_mps);
+  Real weighted(const Sample<Real>& sample, const std::array<Real, gain_count>& weakening,
+                const Table& table) const requires std::is_same_v<Real, float> {
+    return weakening[0] * table.at(sample.velocity_mps);
   }
 
  private:
-  static constexpr bool kTabled = std::is_same_v<Real, float>;
-  struct Nothing {};
-
-  [[no_unique_address]] std::conditional_t<kTabled, SpeedTable, Nothing> table_;
   Real inverse_velocity_spm_{};
   Real exponent_{};
 };

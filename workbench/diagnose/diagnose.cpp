@@ -18,7 +18,7 @@ namespace {
 /// An effect is named when it lowers the held-out error by this much: on logs with nothing hidden no effect
 /// does (design.md; tests/bench/blind shows it).
 constexpr double kLeastReduction = 0.03;
-constexpr double kSignificance = 2.0;  ///< standard errors
+constexpr double kSignificance = 3.0;  ///< standard errors
 
 /// A simpler effect is preferred that explains this share of what the best one explains and leaves at most so
 /// much more squared error.
@@ -27,6 +27,14 @@ constexpr double kSquaredErrorOfBest = 1.10;
 
 /// Held-out errors nearer than this are not told apart.
 constexpr double kIndistinct = 0.02;
+
+/// Of what the baseline leaves above the noise floor, the first effect must explain this part (mean square):
+/// what quantisation and the form of the virgin curve leave is no effect.
+constexpr double kShareOfExcess = 0.25;
+
+/// A further effect must lower the held-out error by more, since the form of the first is never exactly the
+/// axis' own.
+constexpr double kLeastFurtherReduction = 0.05;
 
 /// A further effect must explain this much (rms) of what all explain together: the form of the first, never
 /// exactly the axis', leaves less.
@@ -81,12 +89,17 @@ Reduction reduction(const std::vector<double>& before, const std::vector<double>
   return result;
 }
 
-/// Whether the step from `before` to `after` is worth its parameters.
-bool earned(const FittedModel& baseline, const FittedModel& before, const FittedModel& after) {
+/// Whether the step from `before` to `after` is worth its parameters; `floor_N` is that of `after`.
+bool earned(const FittedModel& baseline, const FittedModel& before, const FittedModel& after,
+            double floor_N) {
+  const Reduction reduced = reduction(before.block_squared_error, after.block_squared_error);
+  if (!reduced.earned()) return false;
   const double step = squared(before.holdout_rmse_N) - squared(after.holdout_rmse_N);
+  if (before.terms.size() <= baseline.terms.size()) {
+    return step >= kShareOfExcess * (squared(before.holdout_rmse_N) - squared(floor_N));
+  }
   const double all = squared(baseline.holdout_rmse_N) - squared(after.holdout_rmse_N);
-  return reduction(before.block_squared_error, after.block_squared_error).earned() &&
-         step >= squared(kShareOfExplained) * all;
+  return reduced.value >= kLeastFurtherReduction && step >= squared(kShareOfExplained) * all;
 }
 
 /// Effects worth trying: not in the model, and not the same column under another name.
@@ -121,7 +134,7 @@ class Search {
       if (level == 0) first_level_ = next;
       if (next.empty()) break;
       const Explanation* winner = choose(next, best.model);
-      if (!earned(diagnosis.baseline, best.model, winner->model)) break;
+      if (!earned(diagnosis.baseline, best.model, winner->model, floor_.of(winner->model.terms))) break;
       best = *winner;
       best.model = polish_shapes(measurement_, std::move(best.model), {20});
       keep_best(next, diagnosis.baseline);
@@ -254,7 +267,7 @@ class Search {
       }
       FittedModel without =
           polish_shapes(measurement_, fit_gains(measurement_, std::move(terms), &explanation.model), {15});
-      if (earned(diagnosis.baseline, without, explanation.model)) {
+      if (earned(diagnosis.baseline, without, explanation.model, floor_.of(explanation.model.terms))) {
         ++i;
       } else {
         explanation.model = std::move(without);

@@ -49,7 +49,7 @@ struct DiagnoseOptions {
 /// What the axis does that the baseline does not: every effect of the catalogue that the baseline lacks is
 /// fitted jointly with it and judged on held-out blocks; sets of effects are grown by a beam search, because
 /// of a pair the best single effect may be neither; whatever an effect of fewer parameters explains as well
-/// is given to it. An effect must lower the held-out error by 3 % and by two standard errors to be named.
+/// is given to it. An effect must lower the held-out error by 3 % and by three standard errors to be named.
 Diagnosis diagnose(const Measurement& measurement, const DiagnoseOptions& options);
 
 }  // namespace slipstack::workbench

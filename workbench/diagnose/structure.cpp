@@ -172,7 +172,9 @@ Structure event_in_time(const Measurement& measurement, const Eigen::VectorXd& r
   std::nth_element(sorted.begin(), sorted.begin() + few, sorted.end(), std::greater<>());
   const double share = std::accumulate(sorted.begin(), sorted.begin() + few, 0.0) / whole;
   // One per cent of Gaussian rows holds 8.6 % of the energy.
-  const double excess = std::max(0.0, (share - 0.086) / (1.0 - 0.086));
+  // What quantisation leaves at reversals holds some 30 %.
+  constexpr double kUsual = 0.35;
+  const double excess = std::max(0.0, (share - kUsual) / (1.0 - kUsual));
   const Eigen::VectorXd times = row_times(measurement);
   const double time_s = times(static_cast<Eigen::Index>(loudest));
   return {"time", 1.0 - std::sqrt(1.0 - excess), time_s,

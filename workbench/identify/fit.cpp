@@ -67,6 +67,16 @@ void fit_without_products(const Measurement& measurement, Terms& terms, double n
   }
 }
 
+/// Whether an effect fades below the slowest speed that the log shows: then it stands for something that
+/// happens at reversals, and the log does not show this effect.
+bool below_visible(const EffectDescription& effect, const std::vector<ShapeRange>& ranges,
+                   const std::vector<double>& shapes) {
+  return std::any_of(ranges.begin(), ranges.end(), [&](const ShapeRange& range) {
+    return effect.shapes[range.index].kind == ShapeKind::fading_velocity &&
+           shapes[range.index] < 1.05 * range.lower;
+  });
+}
+
 /// A model at its gains as they are: what trials need, without a fit.
 FittedModel linearised(const Measurement& measurement, Terms terms, double error_N) {
   FittedModel model;
@@ -175,6 +185,10 @@ Trial try_effect(const Measurement& measurement, const FittedModel& base, const 
   best.term = best.terms.back();
   best.holdout_rmse_N = judged.rmse;
   best.block_squared_error = judged.block_squared_error;
+  if (below_visible(effect, ranges, best.term.shapes)) {
+    best.holdout_rmse_N = base.holdout_rmse_N;
+    best.block_squared_error = base.block_squared_error;
+  }
   return best;
 }
 

@@ -15,8 +15,13 @@ namespace {
 constexpr int kReadings = 3;
 constexpr double kGoldenPart = 0.3819660112501051;
 
+/// Quantisation far below what the plain model leaves anyway does not matter.
+constexpr double kWorthWeighing = 0.1;
+
 /// Rows over which the error of one reading stands for that of another: some filter lengths.
 constexpr Eigen::Index kNeighbours = 12;
+
+double squared(double x) { return x * x; }
 
 /// Mean over the neighbours, by a running sum.
 Eigen::VectorXd smoothed(const Eigen::VectorXd& values) {
@@ -63,7 +68,8 @@ void weigh_rows(Measurement& measurement) {
   const FittedModel plain = fit_effects(measurement, {"inertia", "presliding_hysteresis"}, {});
   const Eigen::VectorXd variance = smoothed(NoiseFloor(measurement).variance(plain.terms));
   const double least = variance.minCoeff();
-  measurement.set_row_weights((least / variance.array().max(1e-300)).matrix());
+  const double enough = std::max({least, squared(kWorthWeighing * plain.train_rmse_N), 1e-300});
+  measurement.set_row_weights((enough / (enough + variance.array() - least)).matrix());
 }
 
 }  // namespace slipstack::workbench

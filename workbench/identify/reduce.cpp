@@ -24,11 +24,26 @@ double cost(const Element& a, const Element& b) {
   return b.stiffness_N_per_m * (b.slip_m - one.slip_m);
 }
 
-void move_above_step(std::vector<Element>& elements, double step_m) {
-  for (Element& element : elements) {
-    if (element.slip_m >= step_m || element.slip_m <= 0.0) continue;
-    element = {step_m, element.level_N() / step_m};
+/// Slip distances in whole encoder steps, at least one, with the level kept; those that then agree are one.
+/// The target counts steps, and would round without keeping the level.
+std::vector<Element> in_whole_steps(std::vector<Element> elements, double step_m) {
+  if (step_m > 0.0) {
+    for (Element& element : elements) {
+      const double slip_m = step_m * std::max(1.0, std::round(element.slip_m / step_m));
+      element = {slip_m, element.level_N() / slip_m};
+    }
   }
+  std::sort(elements.begin(), elements.end(),
+            [](const Element& a, const Element& b) { return a.slip_m < b.slip_m; });
+  std::vector<Element> distinct;
+  for (const Element& element : elements) {
+    if (!distinct.empty() && element.slip_m - distinct.back().slip_m <= 0.5 * step_m) {
+      distinct.back().stiffness_N_per_m += element.stiffness_N_per_m;
+    } else {
+      distinct.push_back(element);
+    }
+  }
+  return distinct;
 }
 
 }  // namespace
@@ -43,8 +58,7 @@ FittedModel reduce_hysteresis(const Measurement& measurement, const FittedModel&
   for (std::size_t i = 0; i < term->gains.size(); ++i) {
     if (term->gains[i] > 0.0 && term->shapes[i] > 0.0) all.push_back({term->shapes[i], term->gains[i]});
   }
-  move_above_step(all, measurement.encoder_resolution_m());
-  std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.slip_m < b.slip_m; });
+  all = in_whole_steps(std::move(all), measurement.encoder_resolution_m());
   while (all.size() > elements) {
     std::size_t cheapest = 0;
     for (std::size_t i = 1; i + 1 < all.size(); ++i) {
@@ -53,6 +67,7 @@ FittedModel reduce_hysteresis(const Measurement& measurement, const FittedModel&
     all[cheapest] = merged(all[cheapest], all[cheapest + 1]);
     all.erase(all.begin() + static_cast<std::ptrdiff_t>(cheapest) + 1);
   }
+  all = in_whole_steps(std::move(all), measurement.encoder_resolution_m());
   for (std::size_t i = 0; i < term->gains.size(); ++i) {
     const bool used = i < all.size();
     term->shapes[i] = used ? all[i].slip_m : 0.0;

@@ -27,8 +27,10 @@ double largest_magnitude(const std::vector<double>& values) {
   return std::max(-extent.low, extent.high);
 }
 
+/// Below this an axis has not moved ten encoder steps in one period of the bandwidth: what looks like an
+/// effect of velocity is one of displacement there.
 double slowest_visible_mps(const Measurement& measurement) {
-  return std::max(1e-6, measurement.encoder_resolution_m() * measurement.bandwidth_Hz());
+  return std::max(1e-6, 10.0 * measurement.encoder_resolution_m() * measurement.bandwidth_Hz());
 }
 
 /// Intersection of the catalogue's bounds with what the log shows.
@@ -40,6 +42,7 @@ ShapeRange narrowed(const Measurement& measurement, const ShapeSpec& spec, std::
   };
   switch (spec.kind) {
     case ShapeKind::velocity:
+    case ShapeKind::fading_velocity:
       narrow(slowest_visible_mps(measurement), largest_magnitude(measurement.velocity_mps()));
       break;
     case ShapeKind::exponent:

@@ -119,9 +119,6 @@ std::array<double, E::shape_count> random_shapes(Draw& draw) {
   for (double& shape : shapes) {
     const ShapeSpec& spec = E::shapes[i++];
     switch (spec.kind) {
-      case ShapeKind::velocity:
-        shape = draw.log_uniform(1e-4, 9e-3);
-        break;
       case ShapeKind::exponent:
         shape = draw.uniform(0.5, 2.5);
         break;
@@ -154,6 +151,9 @@ std::array<double, E::shape_count> random_shapes(Draw& draw) {
         break;
       case ShapeKind::slip_distance:
         shape = kResolution_m * std::round(draw.log_uniform(2.0, 2e4));
+        break;
+      default:  // velocities
+        shape = draw.log_uniform(1e-3, 9e-3);
         break;
     }
     shape = static_cast<double>(static_cast<float>(shape));

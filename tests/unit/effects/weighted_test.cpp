@@ -33,6 +33,8 @@ constexpr double kLoss<Stribeck<R>> = 3.4e-4;
 template <class R>
 constexpr double kLoss<FrictionalLag<R>> = 3.4e-4;
 template <class R>
+constexpr double kLoss<Drift<R>> = 3.4e-4;
+template <class R>
 constexpr double kLoss<ForceRipple<R>> = 5e-4;
 template <class R>
 constexpr double kLoss<MotorConstantRipple<R>> = 5e-4;
@@ -54,7 +56,8 @@ TEST(Weighted, AgreesWithTheBasis) {
         const Scales<float> scales{.tick_s = 1e-4F, .metres_per_displacement = 1e-7F};
         basis_form.prepare(shapes, scales);
         short_form.prepare(shapes, scales);
-        if constexpr (requires { short_form.prepare_weighted(gains); }) short_form.prepare_weighted(gains);
+        TableOf<E> table;
+        short_form.prepare_weighted(gains, table);
         const auto motion = test::random_motion(seed, 500);
         basis_form.reset(test::on_target(motion[0]));
         short_form.reset(test::on_target(motion[0]));
@@ -68,7 +71,7 @@ TEST(Weighted, AgreesWithTheBasis) {
             sum += part;
             size += std::abs(static_cast<double>(gains[g]));
           }
-          const float is = short_form.weighted(test::on_target(sample), gains);
+          const float is = short_form.weighted(test::on_target(sample), gains, table);
           worst = std::max(worst, std::abs(static_cast<double>(is) - sum) / size);
         }
       }
@@ -101,7 +104,8 @@ TEST(Weighted, PackedHysteresisKeepsStiffnessToSixteenBits) {
     Effect short_form;
     basis_form.prepare(test::as<float>(slip_m), scales);
     short_form.prepare(test::as<float>(slip_m), scales);
-    short_form.prepare_weighted(stiffness);
+    TableOf<Effect> table;
+    short_form.prepare_weighted(stiffness, table);
     basis_form.reset({.displacement = 5});
     short_form.reset({.displacement = 5});
     const double half_bit =
@@ -119,7 +123,7 @@ TEST(Weighted, PackedHysteresisKeepsStiffnessToSixteenBits) {
         sum_N += static_cast<double>(stiffness[i]) * static_cast<double>(basis[i]);
       }
       const double error_N =
-          std::abs(static_cast<double>(short_form.weighted({.displacement = x}, stiffness)) - sum_N);
+          std::abs(static_cast<double>(short_form.weighted({.displacement = x}, stiffness, table)) - sum_N);
       ASSERT_LE(error_N, allowed_N) << seed << ' ' << k;
       closest = std::max(closest, error_N / allowed_N);
     }

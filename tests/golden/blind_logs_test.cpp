@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "tests/golden/shared_data.h"
+
+// Six logs made by a generator that shares no code with the project; truth.json says what each hides.
+namespace slipstack::workbench {
+namespace {
+
+class BlindLog : public testing::TestWithParam<int> {
+ protected:
+  void diagnose_log(const std::string& name) {
+    const auto truth_file = shared_file("hidden_effect/truth.json");
+    truth_ = nlohmann::json::parse(std::ifstream(truth_file))[name];
+    const Measurement measurement = measured(shared_file(("hidden_effect/" + name + ".csv").c_str()));
+    force_noise_N_ = measurement.force_noise_N();
+    diagnosis_ = diagnose(measurement,
+                          {.baseline = {"inertia", "presliding_hysteresis"}, .start = {}, .progress = {}});
+  }
+  const Term& found() const { return diagnosis_.candidates.front().term; }
+
+  Diagnosis diagnosis_;
+  nlohmann::json truth_;
+  double force_noise_N_ = 0.0;
+};
+
+TEST_P(BlindLog, IsDiagnosedRightly) {
+  SKIP_WITHOUT(shared_file("hidden_effect/truth.json"));
+  diagnose_log("blind_" + std::to_string(GetParam()));
+  const std::string hidden = truth_["effects"][0];
+  if (hidden == "none") {
+    EXPECT_EQ(diagnosis_.verdict, Verdict::complete);
+    EXPECT_EQ(diagnosis_.steps.size(), 1u);
+  } else {
+    EXPECT_EQ(diagnosis_.verdict, Verdict::missing_effect);
+    EXPECT_EQ(found().id(), hidden);
+    EXPECT_EQ(diagnosis_.steps.size(), 2u) << "further effects were named";
+  }
+  // The floor stands on the noise that the generator added, and the error on the floor.
+  const double noise_N = truth_["noise_N"];
+  EXPECT_NEAR(force_noise_N_, noise_N, 0.03 * noise_N);
+  const double over_floor = diagnosis_.best.holdout_rmse_N / diagnosis_.noise_floor_N;
+  EXPECT_LE(over_floor, 1.15);
+  EXPECT_GE(over_floor, 0.9) << "better than the noise allows";
+}
+
+INSTANTIATE_TEST_SUITE_P(All, BlindLog, testing::Range(1, 7));
+
+TEST_F(BlindLog, ViscousCoefficientIsFound) {
+  SKIP_WITHOUT(shared_file("hidden_effect/truth.json"));
+  diagnose_log("blind_1");
+  EXPECT_NEAR(found().gains[0], truth_["c"].get<double>(), 0.01 * truth_["c"].get<double>());
+  EXPECT_NEAR(found().gains[0], truth_["c"].get<double>(), 4.0 * found().standard_errors[0]);
+}
+
+TEST_F(BlindLog, StribeckVelocityIsFound) {
+  SKIP_WITHOUT(shared_file("hidden_effect/truth.json"));
+  diagnose_log("blind_2");
+  EXPECT_NEAR(found().shapes[0], truth_["vs"].get<double>(), 0.05 * truth_["vs"].get<double>());
+  EXPECT_NEAR(found().shapes[1], 1.0, 0.05);  // the log's weakening is exponential
+}
+
+TEST_F(BlindLog, RipplePitchIsFound) {
+  SKIP_WITHOUT(shared_file("hidden_effect/truth.json"));
+  diagnose_log("blind_4");
+  EXPECT_NEAR(found().shapes[0], truth_["pitch_m"].get<double>(), 1e-3 * truth_["pitch_m"].get<double>());
+}
+
+TEST_F(BlindLog, ResonanceIsFound) {
+  SKIP_WITHOUT(shared_file("hidden_effect/truth.json"));
+  diagnose_log("blind_5");
+  EXPECT_NEAR(found().shapes[0], truth_["f0"].get<double>(), 2e-3 * truth_["f0"].get<double>());
+  EXPECT_NEAR(found().shapes[1], truth_["zeta"].get<double>(), 0.05 * truth_["zeta"].get<double>());
+}
+
+}  // namespace
+}  // namespace slipstack::workbench
