@@ -17,10 +17,12 @@ namespace slipstack {
 /// Parameters as the tick wants them: checked, multiplied out, the model prepared.
 struct ControlSet {
   AxisParameters axis;
-  FrictionModel<float> model;
   std::uint32_t hash = 0;
   std::int32_t lead = 0;
   int displacement_shift = 0;
+  std::int32_t shift_up = 0;
+  std::int32_t shift_down = 0;
+  float steps_per_count = 1.0F;
   float mass_kg = 1.0F;
   float per_mass_kg = 1.0F;
   float mps_per_count = 0.0F;
@@ -38,6 +40,7 @@ struct ControlSet {
   FaultMonitor::Bounds monitor;
   LevelAdaptation::Bounds adaptation;
   bool valid = false;
+  FrictionModel<float> model;  // last: large
 
   /// Outside the tick: some 200 000 instructions, most of them for tables. Nothing changes unless kOk.
   ParameterStatus prepare(const AxisParameters& new_axis, const ModelParameters& parameters) {
@@ -47,6 +50,9 @@ struct ControlSet {
     hash = model_hash(parameters);
     lead = lead_ticks(parameters, axis.tick_s);
     displacement_shift = slipstack::displacement_shift(axis, parameters);
+    shift_up = displacement_shift > 0 ? displacement_shift : 0;
+    shift_down = displacement_shift < 0 ? -displacement_shift : 0;
+    steps_per_count = displacement_shift > 0 ? approx::power_of_two<float>(displacement_shift) : 0.0F;
     mass_kg = slipstack::mass_kg(parameters);
     per_mass_kg = 1.0F / mass_kg;
     mps_per_count = axis.encoder_resolution_m / axis.tick_s;
@@ -55,7 +61,8 @@ struct ControlSet {
     integral_per_tick = axis.integral_per_s * axis.tick_s;
     blend_keep = approx::exp(-3.0F * axis.tick_s / axis.swap_time_s);
     disturbance_kg = axis.disturbance_share * mass_kg;
-    adaptation_counts = axis.adaptation_speed_mps / mps_per_count;
+    // Beyond any velocity when it is switched off.
+    adaptation_counts = axis.adapt_level ? axis.adaptation_speed_mps / mps_per_count : 1.0e30F;
     largest_step_A = axis.current_rate_A_per_s * axis.tick_s;
     stop_timeout_ticks = static_cast<std::int32_t>(axis.stop_timeout_s / axis.tick_s);
     braking = to_fixed(axis.quick_stop_mps2 / mps2_per_count) + 1;

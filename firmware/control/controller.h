@@ -3,6 +3,7 @@
 
 #include <array>
 #include <atomic>
+#include <bit>
 #include <cstdint>
 
 #include "firmware/control/control_set.h"
@@ -88,19 +89,17 @@ class Controller {
 
     const ReferencePoint ahead = reference_.next();
     const float model_N = model_force(set, ahead);
-    const ReferencePoint now = delayed(ahead, set.lead);
+    const ReferencePoint& now = delayed(ahead, set.lead);
     const float feedback_N = feedback(set, now);
     const float disturbance_mps2 = estimate_.disturbance_mps2();
     float wanted_N = model_N + feedback_N - set.disturbance_kg * disturbance_mps2;
-    if (swapped) blend_N_ = last_wanted_N_ - wanted_N;
-    if (!out_.driving) blend_N_ = 0.0F;
+    if (swapped) blend_N_ = out_.driving ? last_wanted_N_ - wanted_N : 0.0F;
     wanted_N += blend_N_;
     blend_N_ *= set.blend_keep;
     last_wanted_N_ = wanted_N;
 
     const float force_N = drive(set, wanted_N);
-    expected_mps2_ =
-        out_.driving ? now.acceleration * set.mps2_per_count + (force_N - model_N) * set.per_mass_kg : 0.0F;
+    expected_mps2_ = now.acceleration * set.mps2_per_count + (force_N - model_N) * set.per_mass_kg;
     integral_N_ += set.integral_per_tick * (proportional_N_ + force_N - wanted_N);
     adapt(set, now, disturbance_mps2);
     return out_;
@@ -148,6 +147,7 @@ class Controller {
   void rest(std::int32_t counts) {
     reference_.hold(counts);
     integral_N_ = 0.0F;
+    expected_mps2_ = 0.0F;
     limit_.reset();
     for (Notch& notch : notch_) notch.reset();
   }
@@ -156,9 +156,10 @@ class Controller {
     const AxisParameters& axis = set.axis;
     Sample<float> sample;
     sample.time_s = static_cast<float>(sets_.tick()) * axis.tick_s;
-    const auto q32 = static_cast<std::uint64_t>(static_cast<std::uint32_t>(at.counts)) << 32 |
-                     static_cast<std::uint32_t>(at.fraction * 0x1p31F) << 1;
-    sample.displacement = static_cast<std::int32_t>(q32 >> (32 - set.displacement_shift));
+    // Counts times 2^up / 2^down; one of the two is zero.
+    sample.displacement =
+        (static_cast<std::int32_t>(static_cast<std::uint32_t>(at.counts) << set.shift_up) >> set.shift_down) +
+        static_cast<std::int32_t>(at.fraction * set.steps_per_count);
     sample.position_m = (static_cast<float>(at.counts) + at.fraction) * axis.encoder_resolution_m;
     sample.velocity_mps = at.velocity * set.mps_per_count;
     sample.acceleration_mps2 = at.acceleration * set.mps2_per_count;
@@ -193,8 +194,8 @@ class Controller {
   /// The force that the limited current gives.
   float drive(const ControlSet& set, float wanted_N) {
     const float wanted_A = wanted_N * set.A_per_N;
-    // NaN fails every comparison.
-    const bool finite = wanted_A > -1.0e9F && wanted_A < 1.0e9F;
+    // All bits of the exponent set: infinite, or not a number.
+    const bool finite = (std::bit_cast<std::uint32_t>(wanted_A) & 0x7F800000U) != 0x7F800000U;
     if (!finite && out_.driving) {
       state_.raise(Fault::kNotFinite);
       out_.driving = false;
@@ -220,13 +221,12 @@ class Controller {
   void adapt(const ControlSet& set, const ReferencePoint& at, float disturbance_mps2) {
     out_.residual_N = -set.mass_kg * disturbance_mps2;
     const bool sliding = approx::absolute(at.velocity) > set.adaptation_counts;
-    if (set.axis.adapt_level && sliding && out_.driving && out_.limits == 0) {
+    if (sliding && out_.driving && out_.limits == 0) {
       adaptation_.step(set.adaptation, dry_N_, out_.residual_N);
     }
     out_.level = adaptation_.level();
   }
 
-  ParameterSwap<ControlSet> sets_;
   StateMachine state_;
   FaultMonitor monitor_;
   ReferenceGenerator reference_;
@@ -235,7 +235,6 @@ class Controller {
   CurrentLimit limit_;
   LevelAdaptation adaptation_;
   ControlOutput out_;
-  std::array<ReferencePoint, kDelayed> delay_{};
   float integral_N_ = 0.0F;
   float proportional_N_ = 0.0F;
   float blend_N_ = 0.0F;
@@ -246,6 +245,9 @@ class Controller {
   std::atomic<std::uint16_t> control_word_{0};
   std::atomic<Fault> injected_{Fault::kNone};
   std::atomic<bool> refused_{false};
+  // Last, because they are large: what comes before is near one base address.
+  std::array<ReferencePoint, kDelayed> delay_{};
+  ParameterSwap<ControlSet> sets_;
 };
 
 }  // namespace slipstack

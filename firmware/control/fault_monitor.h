@@ -64,18 +64,24 @@ class FaultMonitor {
     const bool plausible = in.current.valid && approx::absolute(measured_A - set_point_A) <= bound.mismatch_A;
     mismatched_ = plausible ? 0 : mismatched_ + 1;
     if (!in.encoder.valid) return Fault::kEncoderLoss;
-    if (step > bound.largest_step || step < -bound.largest_step) return Fault::kEncoderJump;
+    if (outside(step, bound.largest_step)) return Fault::kEncoderJump;
     if (approx::absolute(measured_A) > bound.over_current_A) return Fault::kOverCurrent;
     if (mismatched_ > bound.mismatch_ticks) return Fault::kCurrentSensor;
     if (!driving) return Fault::kNone;
     const std::int32_t error = difference(reference_counts, in.encoder.counts);
-    if (error > bound.largest_error || error < -bound.largest_error) return Fault::kFollowingError;
+    if (outside(error, bound.largest_error)) return Fault::kFollowingError;
     if (stalled_ > bound.stall_ticks) return Fault::kStall;
     if (in.overrun) return Fault::kTickOverrun;
     return Fault::kNone;
   }
 
  private:
+  // |value| > limit >= 0, in one comparison.
+  static bool outside(std::int32_t value, std::int32_t limit) {
+    const auto upper = static_cast<std::uint32_t>(limit);
+    return static_cast<std::uint32_t>(value) + upper > 2U * upper;
+  }
+
   std::int32_t last_counts_ = 0;
   std::int32_t mismatched_ = 0;
   std::int32_t stalled_ = 0;

@@ -17,8 +17,10 @@ class ParameterSwap {
   /// In the tick: begins it; true when a new set came into force.
   bool begin_tick() {
     const std::uint32_t tick = tick_.load(std::memory_order_relaxed);
-    const bool take = armed_.load(std::memory_order_acquire) && armed_for_ == tick;
+    const bool take =
+        armed_.load(std::memory_order_relaxed) && armed_for_.load(std::memory_order_relaxed) == tick;
     if (take) {
+      std::atomic_thread_fence(std::memory_order_acquire);
       active_.store(active_.load(std::memory_order_relaxed) ^ 1U, std::memory_order_relaxed);
       armed_.store(false, std::memory_order_release);
       pending_.store(false, std::memory_order_release);
@@ -45,19 +47,19 @@ class ParameterSwap {
     const std::uint32_t tick = tick_.load(std::memory_order_acquire);
     const std::uint32_t active = active_.load(std::memory_order_relaxed);
     sets_[active ^ 1U].continue_from(sets_[active]);
-    armed_for_ = tick;
+    armed_for_.store(tick, std::memory_order_relaxed);
     armed_.store(true, std::memory_order_release);
   }
 
   bool pending() const { return pending_.load(std::memory_order_acquire); }
 
  private:
-  std::array<Set, 2> sets_{};
   std::atomic<std::uint32_t> active_{0};
   std::atomic<std::uint32_t> tick_{0};
   std::atomic<bool> armed_{false};
   std::atomic<bool> pending_{false};
-  std::uint32_t armed_for_ = 0;
+  std::atomic<std::uint32_t> armed_for_{0};
+  std::array<Set, 2> sets_{};  // last: large
 };
 
 }  // namespace slipstack

@@ -50,6 +50,8 @@ class StateMachine {
 
   /// One tick. `ready`: parameters are there. `standing`: the reference is at rest.
   void step(std::uint16_t control, Fault fault, bool ready, bool standing) {
+    // Nearly every tick: enabled, nothing new.
+    if (state_ == DriveState::kOperationEnabled && fault == Fault::kNone && control == last_control_) return;
     const std::uint16_t rising = static_cast<std::uint16_t>(control & ~last_control_);
     last_control_ = control;
     if (fault != Fault::kNone) raise(fault);

@@ -13,7 +13,6 @@ namespace slipstack {
 
 /// How regularly the tick ran, in Clock ticks.
 struct TickTiming {
-  std::uint32_t shortest_period = 0xFFFFFFFF;
   std::uint32_t longest_period = 0;
   std::uint32_t longest_duration = 0;
   std::uint32_t overruns = 0;
@@ -32,7 +31,10 @@ class Tick {
   }
 
   /// The period that the timer keeps, in Clock ticks; 0 switches the supervision of time off.
-  void set_period(std::uint32_t clock_ticks) { period_ = clock_ticks; }
+  void set_period(std::uint32_t clock_ticks) {
+    longest_ = clock_ticks == 0 ? 0xFFFFFFFF : clock_ticks;
+    latest_ = clock_ticks == 0 ? 0xFFFFFFFF : clock_ticks + clock_ticks / 2;
+  }
 
   /// One tick.
   void run() {
@@ -62,8 +64,7 @@ class Tick {
       return false;
     }
     if (period > timing_.longest_period) timing_.longest_period = period;
-    if (period < timing_.shortest_period) timing_.shortest_period = period;
-    const bool is_late = period_ != 0 && (period > period_ + period_ / 2 || duration_ > period_);
+    const bool is_late = period > latest_ || duration_ > longest_;
     timing_.overruns += is_late ? 1 : 0;
     return is_late;
   }
@@ -72,12 +73,13 @@ class Tick {
   M& motor_;
   C& clock_;
   W& watchdog_;
-  Controller controller_;
   TickTiming timing_;
-  std::uint32_t period_ = 0;
+  std::uint32_t longest_ = 0xFFFFFFFF;
+  std::uint32_t latest_ = 0xFFFFFFFF;
   std::uint32_t last_begin_ = 0;
   std::uint32_t duration_ = 0;
   bool running_ = false;
+  Controller controller_;  // last: large
 };
 
 }  // namespace slipstack

@@ -42,14 +42,12 @@ class ForceRipple {
 
   /// The controller reads one period of the weighted sum from a table (ripple_table.h).
   using Table = std::conditional_t<std::is_same_v<Real, float>, RippleTable, NoTable>;
-  void prepare_weighted(const std::array<Real, gain_count>& amplitudes, Table& table) const
-    requires std::is_same_v<Real, float>
-  {
+  void prepare_weighted(const std::array<Real, gain_count>& amplitudes,
+                        Table& table) const requires std::is_same_v<Real, float> {
     table.fill([&](Real cycles) { return harmonic_sum(approx::sin_cos_of_cycles(cycles), amplitudes); });
   }
-  Real weighted(const Sample<Real>& sample, const std::array<Real, gain_count>&, const Table& table) const
-    requires std::is_same_v<Real, float>
-  {
+  Real weighted(const Sample<Real>& sample, const std::array<Real, gain_count>&,
+                const Table& table) const requires std::is_same_v<Real, float> {
     return table.at(sample.position_m * inverse_pitch_per_m_);
   }
 

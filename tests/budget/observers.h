@@ -10,6 +10,7 @@
 #include "firmware/friction/rational_memory_stack.h"
 #include "firmware/friction/virgin_curves.h"
 #include "tests/budget/friction_model.h"
+#include "tests/budget/tick_under_test.h"
 
 // The observers that are measured and traced, with parameters of the size of the pick-and-place axis (1 um
 // encoder, 15 N, some ten counts of pre-sliding), as one list of plain functions.
@@ -69,11 +70,13 @@ inline constexpr std::array kObservers = {
     Observer{"memory_stack_piecewise_16", kReset<piecewise_stack>, step<piecewise_stack>},
     Observer{"rational_memory_stack_16", kReset<rational_memory_stack>, step<rational_memory_stack>},
     Observer{"friction_model_all_effects", reset_friction_model, step_friction_model, move_friction_model},
+    Observer{"control_tick_all_effects", reset_tick, run_tick, prepare_tick},
 };
 
 // Gives every observer its parameters; false if one refuses them.
 inline bool set_up_observers() {
   friction_model.prepare(all_effects(), kScales);
+  tick_under_test.set_period(100);
   constexpr std::array<float, 10> kKnots = {1.0F, 2.0F, 3.0F, 5.0F, 8.0F, 13.0F, 21.0F, 34.0F, 55.0F, 300.0F};
   constexpr std::array<float, 10> kSlopes = {1.9F,  1.6F,  1.1F,  0.7F,  0.45F,
                                              0.25F, 0.15F, 0.06F, 0.02F, 0.004F};

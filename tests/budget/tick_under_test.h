@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+#include "firmware/control/tick.h"
+#include "tests/budget/friction_model.h"
+#include "tests/budget/motion.h"
+
+// The whole control tick with every effect of the catalogue on, both notches, disturbance compensation and
+// adaptation, on a board that is a few words of memory. Driven by encoder counts that any motion may produce.
+namespace slipstack::budget {
+
+struct MemoryEncoder {
+  EncoderReading next;
+  EncoderReading read() const { return next; }
+};
+struct MemoryMotor {
+  float set_point_A = 0.0F;
+  bool enabled = false;
+  CurrentReading measurement;
+  void set(float current_A) {
+    set_point_A = current_A;
+    enabled = true;
+    measurement.current_A = current_A;
+  }
+  void disable() {
+    set_point_A = 0.0F;
+    enabled = false;
+    measurement.current_A = 0.0F;
+  }
+  CurrentReading measured() const { return measurement; }
+};
+struct MemoryClock {
+  std::uint32_t count = 0;
+  std::uint32_t now() const { return count; }
+  std::uint32_t ticks_per_second() const { return 1000000; }
+};
+struct MemoryWatchdog {
+  std::uint32_t refreshed = 0;
+  void refresh() { ++refreshed; }
+  bool caused_last_reset() const { return false; }
+};
+
+inline MemoryEncoder memory_encoder;
+inline MemoryMotor memory_motor;
+inline MemoryClock memory_clock;
+inline MemoryWatchdog memory_watchdog;
+inline Tick tick_under_test(memory_encoder, memory_motor, memory_clock, memory_watchdog);
+
+inline AxisParameters everything_on() {
+  AxisParameters axis;
+  axis.adapt_level = true;
+  axis.disturbance_share = 0.5F;
+  axis.notch[0] = {180.0F, 0.2F, 0.1F};
+  axis.notch[1] = {410.0F, 0.1F, 0.2F};
+  axis.following_error_m = 1.0e-2F;
+  axis.velocity_limit_mps = 0.5F;
+  axis.stall_s = 1.0F;
+  return axis;
+}
+
+// What the world does between two ticks: the axis follows its reference with an error, commands and moves
+// come at random, parameters are changed in motion, sensors fail now and then.
+class TickScenario {
+ public:
+  void reset(std::int32_t start) {
+    memory_encoder.next = {start, 0, true};
+    static_cast<void>(tick_under_test.controller().configure(everything_on(), all_effects()));
+  }
+
+  void before() {
+    Controller& controller = tick_under_test.controller();
+    memory_clock.count += 100;
+    ++ticks_;
+    if (random_.below(2000) == 0) {
+      static_cast<void>(controller.configure(everything_on(), all_effects()));
+    }
+    const DriveState state = controller.state().state();
+    if (state != DriveState::kOperationEnabled) {
+      constexpr std::uint16_t kUp[] = {0x0080, 0x0006, 0x0007, 0x000F};
+      controller.command(kUp[random_.below(4)]);
+    } else if (random_.below(3000) == 0) {
+      controller.command(random_.below(2) == 0 ? 0x000B : 0x0000);
+    } else {
+      controller.command(0x000F);
+      if (controller.reference().idle()) {
+        static_cast<void>(controller.move_to(static_cast<std::int32_t>(random_.below(300000))));
+      }
+    }
+    const std::int32_t wobble = static_cast<std::int32_t>(random_.below(7)) - 3;
+    const std::int32_t reference = controller.output().reference_counts;
+    memory_encoder.next.counts = reference + wobble;
+    memory_encoder.next.valid = random_.below(5000) != 0;
+    if (random_.below(5000) == 0) memory_encoder.next.counts += 1000000;
+    if (random_.below(5000) == 0) memory_clock.count += 80;
+    if (random_.below(5000) == 0) memory_motor.measurement.current_A = 100.0F;
+  }
+
+ private:
+  Random random_{0xBADCAB1E};
+  std::uint32_t ticks_ = 0;
+};
+
+inline TickScenario tick_scenario;
+
+// As an Observer: one step is one tick, its force the current that was commanded.
+inline void reset_tick(std::int32_t x) {
+  tick_scenario.reset(x);
+}
+inline void prepare_tick(std::int32_t) {
+  tick_scenario.before();
+}
+[[gnu::noinline]] inline float run_tick(std::int32_t) {
+  tick_under_test.run();
+  return memory_motor.set_point_A;
+}
+
+}  // namespace slipstack::budget
