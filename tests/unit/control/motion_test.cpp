@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+// References: they end where they were told to, within their limits, without a jump.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <random>
+
+#include "firmware/control/motion_plan.h"
+
+namespace slipstack {
+namespace {
+
+double position(const ReferencePoint& point) {
+  return static_cast<double>(point.counts) + static_cast<double>(point.fraction);
+}
+
+struct Seen {
+  double velocity = 0.0, acceleration = 0.0, jerk = 0.0, step = 0.0;
+  int ticks = 0;
+};
+
+// Plays to the end and measures by differences of the positions, apart from what the generator says.
+Seen play(ReferenceGenerator& generator) {
+  Seen seen;
+  double x1 = generator.counts();
+  double v1 = 0.0, a1 = 0.0;
+  do {
+    const ReferencePoint point = generator.next();
+    const double v = position(point) - x1;
+    const double a = v - v1;
+    if (seen.ticks > 0) {
+      seen.velocity = std::max(seen.velocity, std::abs(v));
+      seen.acceleration = std::max(seen.acceleration, std::abs(a));
+      seen.jerk = std::max(seen.jerk, std::abs(a - a1));
+    }
+    x1 = position(point);
+    v1 = v;
+    a1 = a;
+    ++seen.ticks;
+  } while (!generator.idle() && seen.ticks < 3000000);
+  return seen;
+}
+
+TEST(Move, EndsExactlyAtItsTargetWithinItsLimits) {
+  std::mt19937 random(3);
+  const auto log_uniform = [&random](double low, double high) {
+    return std::exp(std::uniform_real_distribution<double>(std::log(low), std::log(high))(random));
+  };
+  double fastest = 0.0, hardest = 0.0;
+  for (int i = 0; i < 400; ++i) {
+    ReferenceGenerator generator;
+    const auto start = static_cast<std::int32_t>(random());
+    generator.hold(start);
+    const auto way = static_cast<std::int32_t>(log_uniform(1.0, 3e6)) * (i % 2 == 0 ? 1 : -1);
+    const MotionLimits limits{static_cast<float>(log_uniform(3.0, 300.0)),
+                              static_cast<float>(log_uniform(1e-2, 2.0)),
+                              static_cast<float>(log_uniform(1e-4, 0.1))};
+    const auto target =
+        static_cast<std::int32_t>(static_cast<std::uint32_t>(start) + static_cast<std::uint32_t>(way));
+    ASSERT_EQ(plan_move(generator, target, limits), PlanStatus::kOk);
+    // The counter may wrap on the way: measured from where it starts.
+    ReferenceGenerator from_zero;
+    from_zero.hold(0);
+    ASSERT_EQ(plan_move(from_zero, way, limits), PlanStatus::kOk);
+    const Seen seen = play(from_zero);
+    ASSERT_EQ(from_zero.counts(), way);
+    // The final correction is below 2^-8 count; fractions come as floats: 2^-20 for 1e6 counts is not seen.
+    const double slack = 0.01;
+    ASSERT_LE(seen.velocity, static_cast<double>(limits.velocity) * 1.0001 + slack) << i;
+    ASSERT_LE(seen.acceleration, static_cast<double>(limits.acceleration) * 1.0001 + slack) << i;
+    ASSERT_LE(seen.jerk, static_cast<double>(limits.jerk) * 1.0001 + slack) << i;
+    fastest = std::max(fastest, seen.velocity / static_cast<double>(limits.velocity));
+    hardest = std::max(hardest, seen.acceleration / static_cast<double>(limits.acceleration));
+    while (!generator.idle()) generator.next();
+    ASSERT_EQ(generator.counts(), target);
+  }
+  // The limits are used, not merely kept.
+  EXPECT_GT(fastest, 0.95);
+  EXPECT_GT(hardest, 0.95);
+}
+
+TEST(Move, TakesTheTimeOfTheClosedForm) {
+  ReferenceGenerator generator;
+  generator.hold(0);
+  // v = 20, a = 0.1, j = 0.001 in counts and ticks: 100 + 200 + 100000 / 20.
+  ASSERT_EQ(plan_move(generator, 100000, {20.0F, 0.1F, 0.001F}), PlanStatus::kOk);
+  EXPECT_NEAR(play(generator).ticks, 5300, 3);
+}
+
+TEST(Move, SaysWhatIsWrong) {
+  ReferenceGenerator generator;
+  generator.hold(5);
+  EXPECT_EQ(plan_move(generator, 5, {1.0F, 1.0F, 1.0F}), PlanStatus::kNothingToDo);
+  EXPECT_EQ(plan_move(generator, 9, {0.0F, 1.0F, 1.0F}), PlanStatus::kBadLimits);
+  EXPECT_EQ(plan_move(generator, 9, {1.0F, std::nanf(""), 1.0F}), PlanStatus::kBadLimits);
+  EXPECT_EQ(plan_move(generator, 200000000, {1e3F, 1.0F, 1.0F}), PlanStatus::kTooLong);
+  EXPECT_EQ(plan_move(generator, 9, {1e-6F, 1.0F, 1.0F}), PlanStatus::kTooLong);
+  EXPECT_EQ(plan_move(generator, 900, {1.0F, 0.1F, 0.1F}), PlanStatus::kOk);
+  EXPECT_EQ(plan_move(generator, 0, {1.0F, 0.1F, 0.1F}), PlanStatus::kBusy);
+}
+
+TEST(Generator, BrakesFromAnywhereWithTheGivenDeceleration) {
+  for (int stop_at = 50; stop_at < 900; stop_at += 50) {
+    ReferenceGenerator generator;
+    generator.hold(0);
+    generator.set_braking(to_fixed(0.2F));
+    ASSERT_EQ(plan_move(generator, -20000, {40.0F, 0.1F, 0.001F}), PlanStatus::kOk);
+    ReferencePoint point;
+    for (int i = 0; i < stop_at; ++i) point = generator.next();
+    const double before = static_cast<double>(point.velocity);
+    generator.stop();
+    int ticks = 0;
+    double last = position(point);
+    for (; !generator.standing(); ++ticks) {
+      point = generator.next();
+      ASSERT_LE(std::abs(static_cast<double>(point.acceleration)), 0.2001);
+      last = position(point);
+    }
+    EXPECT_NEAR(ticks, std::abs(before) / 0.2, 3.0);
+    EXPECT_NEAR(position(generator.next()), last, 0.3);
+    EXPECT_TRUE(generator.idle());
+  }
+}
+
+TEST(Stream, PassesItsSetpointsSmoothly) {
+  constexpr int kPeriod = 10;
+  const auto wanted = [](int k) {
+    return static_cast<std::int32_t>(std::lround(4000.0 * (1.0 - std::cos(0.02 * k))));
+  };
+  ReferenceGenerator generator;
+  generator.hold(0);
+  SetpointStream stream;
+  stream.start(generator, kPeriod);
+  double last = 0.0, last_v = 0.0, roughest = 0.0;
+  for (int k = 1; k < 600; ++k) {
+    ASSERT_TRUE(stream.push(generator, wanted(k)));
+    for (int i = 0; i < kPeriod; ++i) {
+      const double x = position(generator.next());
+      if (i == 0) {
+        ASSERT_NEAR(x, wanted(k - 1), 1e-3) << k;
+      }
+      roughest = std::max(roughest, std::abs(x - last - last_v));
+      last_v = x - last;
+      last = x;
+    }
+  }
+  // The sine itself has 0.016 counts per tick^2, rounding of set-points to counts adds some 0.03.
+  EXPECT_LT(roughest, 0.2);
+  EXPECT_EQ(generator.underruns(), 0U);
+  // Nothing more comes: braked, counted, and at rest.
+  for (int i = 0; i < 100000 && !generator.idle(); ++i) generator.next();
+  EXPECT_TRUE(generator.idle());
+  EXPECT_EQ(generator.underruns(), 1U);
+}
+
+}  // namespace
+}  // namespace slipstack

@@ -1,0 +1,256 @@
+// SPDX-License-Identifier: Apache-2.0
+// The parts of the controller against closed forms.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <limits>
+#include <memory>
+#include <numbers>
+#include <random>
+
+#include "firmware/control/controller.h"
+
+namespace slipstack {
+namespace {
+
+constexpr float kTick_s = 1e-4F;
+
+TEST(StateEstimate, VelocityNoiseOfQuantisedCountsIsWhatItsHeaderSays) {
+  const auto gains = StateEstimate::gains(1e-6F, kTick_s, 400.0F);
+  StateEstimate estimate;
+  estimate.reset(0);
+  double x_m = 0.0, squares = 0.0, worst_m = 0.0;
+  int samples = 0;
+  for (int i = 0; i < 400000; ++i) {
+    // A velocity that wanders, so that counts come at all phases.
+    const double t = i * 1e-4;
+    const double v = 0.03 * std::sin(0.5 * t) + 0.0123;
+    const double a = 0.03 * 0.5 * std::cos(0.5 * t);
+    x_m += v * 1e-4;
+    estimate.step(gains, static_cast<std::int32_t>(std::lround(x_m * 1e6)), static_cast<float>(a));
+    if (i < 2000) continue;
+    const double error = static_cast<double>(estimate.velocity_mps()) - v;
+    squares += error * error;
+    const double position = estimate.counts() * 1e-6 + static_cast<double>(estimate.offset_m());
+    worst_m = std::max(worst_m, std::abs(position - x_m));
+    ++samples;
+  }
+  const double deviation = std::sqrt(squares / samples);
+  EXPECT_LT(deviation, 4.0e-5);
+  EXPECT_GT(deviation, 0.5e-5);
+  EXPECT_LT(worst_m, 1.2e-6);
+}
+
+// A disturbance that steps appears as 1 - (1 + wt + (wt)^2 / 2) exp(-wt): three poles at the bandwidth.
+TEST(StateEstimate, DisturbanceComesThroughAThirdOrderLowPass) {
+  const double w = 300.0;
+  const auto gains = StateEstimate::gains(1e-9F, kTick_s, static_cast<float>(w));
+  StateEstimate estimate;
+  estimate.reset(0);
+  for (int i = 1; i < 500; ++i) {
+    const double t = i * 1e-4;
+    estimate.step(gains, static_cast<std::int32_t>(std::lround(0.5 * 2.0 * t * t * 1e9)), 0.0F);
+    const double should = 2.0 * (1.0 - (1.0 + w * t + 0.5 * w * w * t * t) * std::exp(-w * t));
+    ASSERT_NEAR(static_cast<double>(estimate.disturbance_mps2()), should, 0.05) << i;
+  }
+}
+
+TEST(StateEstimate, TheCounterMayWrap) {
+  const auto gains = StateEstimate::gains(1e-6F, kTick_s, 400.0F);
+  StateEstimate here, far;
+  here.reset(0);
+  far.reset(2147483000);
+  for (std::uint32_t i = 0; i < 1000; ++i) {
+    here.step(gains, static_cast<std::int32_t>(3 * i), 0.0F);
+    far.step(gains, static_cast<std::int32_t>(2147483000U + 3 * i), 0.0F);
+    ASSERT_EQ(here.velocity_mps(), far.velocity_mps());
+    ASSERT_EQ(here.offset_m(), far.offset_m());
+  }
+}
+
+TEST(Notch, HasItsDepthAtTheCentreAndUnityElsewhere) {
+  const auto gains = Notch::gains(200.0F, 0.1F, 0.05F, kTick_s);
+  const auto amplitude = [&](double frequency_Hz) {
+    Notch notch;
+    std::complex<double> sum = 0.0;
+    for (int i = 0; i < 40000; ++i) {
+      const double phase = 2.0 * std::numbers::pi * frequency_Hz * i * 1e-4;
+      const double out = static_cast<double>(notch.step(gains, static_cast<float>(std::sin(phase))));
+      if (i >= 20000) sum += out * std::polar(1.0, -phase);
+    }
+    return 2.0 * std::abs(sum) / 20000.0;
+  };
+  EXPECT_NEAR(amplitude(200.0), 0.05, 1e-3);
+  EXPECT_NEAR(amplitude(10.0), 1.0, 1e-3);
+  EXPECT_NEAR(amplitude(3000.0), 1.0, 1e-2);
+  // -3 dB of a notch with depth 0 lies at about f (1 +- damping).
+  EXPECT_NEAR(amplitude(220.0), 0.7, 0.03);
+}
+
+TEST(CurrentLimit, HoldsMagnitudeAndRateAndSaysWhich) {
+  CurrentLimit limit;
+  std::mt19937 random(5);
+  std::uniform_real_distribution<float> wanted(-30.0F, 30.0F);
+  float last_A = 0.0F;
+  for (int i = 0; i < 20000; ++i) {
+    std::uint16_t limits = 0;
+    const float want_A = wanted(random) * (i % 3 == 0 ? 0.1F : 1.0F);
+    const float is_A = limit.step(10.0F, 2.0F, want_A, limits);
+    ASSERT_LE(std::abs(is_A), 10.0F);
+    ASSERT_LE(std::abs(is_A - last_A), 2.00001F);
+    ASSERT_EQ(limits == 0, is_A == want_A);
+    last_A = is_A;
+  }
+}
+
+// Least squares in closed form: what was believed before, worth 1 / P, fades by the forgetting; each tick
+// adds dry^2.
+TEST(LevelAdaptation, IsTheLeastSquaresEstimateWithForgetting) {
+  const auto bounds = LevelAdaptation::bounds(0.5F, 1.5F, 0.5F, kTick_s);
+  LevelAdaptation adaptation;
+  const double forgetting = 1.0 - 1e-4 / 0.5;
+  double believed = 1.0 / static_cast<double>(adaptation.variance_per_N2());
+  double weight = 0.0;
+  for (int i = 0; i < 40000; ++i) {
+    const float dry_N = (i / 1000) % 2 == 0 ? 12.0F : -12.0F;
+    adaptation.step(bounds, dry_N, (1.3F - adaptation.level()) * dry_N);
+    believed *= forgetting;
+    weight = weight * forgetting + 144.0;
+    const double should = 1.3 - 0.3 * believed / (believed + weight);
+    ASSERT_NEAR(static_cast<double>(adaptation.level()), should, 1e-4) << i;
+  }
+  EXPECT_NEAR(adaptation.level(), 1.3F, 2e-3F);
+}
+
+TEST(LevelAdaptation, StaysBoundedForAnyInput) {
+  const auto bounds = LevelAdaptation::bounds(0.6F, 1.4F, 1.0F, kTick_s);
+  std::mt19937 random(9);
+  LevelAdaptation adaptation;
+  const float inf = std::numeric_limits<float>::infinity();
+  const float wild[] = {0.0F, 1.0F, -1.0F, 1e-30F, 1e30F, -1e30F, inf, -inf, std::nanf(""), 15.0F};
+  for (int i = 0; i < 100000; ++i) {
+    adaptation.step(bounds, wild[random() % 10], wild[random() % 10]);
+    ASSERT_GE(adaptation.level(), 0.6F);
+    ASSERT_LE(adaptation.level(), 1.4F);
+    ASSERT_GE(adaptation.variance_per_N2(), 0.0F);
+    ASSERT_LE(adaptation.variance_per_N2(), bounds.largest_variance_per_N2);
+  }
+}
+
+TEST(StateMachine, FollowsEveryTransitionOfTheFigure) {
+  const auto run = [](StateMachine& machine, int control) {
+    machine.step(static_cast<std::uint16_t>(control), Fault::kNone, true, true);
+    return machine.state();
+  };
+  StateMachine machine;
+  EXPECT_EQ(machine.state(), DriveState::kNotReadyToSwitchOn);
+  EXPECT_EQ(run(machine, 0x0F), DriveState::kSwitchOnDisabled);  // not straight on
+  EXPECT_EQ(run(machine, 0x0F), DriveState::kSwitchOnDisabled);
+  EXPECT_EQ(run(machine, 0x06), DriveState::kReadyToSwitchOn);
+  EXPECT_EQ(run(machine, 0x07), DriveState::kSwitchedOn);
+  EXPECT_EQ(run(machine, 0x06), DriveState::kReadyToSwitchOn);
+  EXPECT_EQ(run(machine, 0x07), DriveState::kSwitchedOn);
+  EXPECT_EQ(run(machine, 0x0F), DriveState::kOperationEnabled);
+  EXPECT_EQ(run(machine, 0x07), DriveState::kSwitchedOn);
+  EXPECT_EQ(run(machine, 0x0F), DriveState::kOperationEnabled);
+  EXPECT_EQ(run(machine, 0x06), DriveState::kReadyToSwitchOn);
+  run(machine, 0x07);
+  run(machine, 0x0F);
+  EXPECT_EQ(run(machine, 0x0D), DriveState::kSwitchOnDisabled);
+  run(machine, 0x06);
+  run(machine, 0x07);
+  run(machine, 0x0F);
+  EXPECT_EQ(run(machine, 0x0B), DriveState::kQuickStopActive);
+  run(machine, 0x0F);
+  EXPECT_EQ(run(machine, 0x0F), DriveState::kSwitchOnDisabled);
+  EXPECT_EQ(status_word(DriveState::kOperationEnabled), 0x27);
+}
+
+TEST(StateMachine, AStopThatDoesNotEndIsAFault) {
+  StateMachine machine;
+  machine.set_stop_timeout(50);
+  for (const int control : {0x06, 0x06, 0x07, 0x0F}) {
+    machine.step(static_cast<std::uint16_t>(control), Fault::kNone, true, true);
+  }
+  ASSERT_TRUE(machine.driving());
+  for (int i = 0; i < 52; ++i) machine.step(0x0B, Fault::kNone, true, false);
+  EXPECT_EQ(machine.state(), DriveState::kFault);
+  EXPECT_EQ(machine.faults().count(Fault::kStopTimeout), 1);
+}
+
+ModelParameters plain_model(float mass_kg) {
+  ModelParameters model{};
+  auto& inertia = std::get<EffectParameters<Inertia<float>, float>>(model);
+  inertia = {{mass_kg}, {}, true};
+  return model;
+}
+
+TEST(Parameters, NothingOutOfBoundsPasses) {
+  const AxisParameters good;
+  EXPECT_EQ(check(good, plain_model(35.0F)), ParameterStatus::kOk);
+  EXPECT_EQ(check(good, plain_model(0.0F)), ParameterStatus::kNoMass);
+  EXPECT_EQ(check(good, plain_model(-1.0F)), ParameterStatus::kGainOutOfBounds);
+  for (const detail::Bound& bound : detail::kAxisBounds) {
+    const float inf = std::numeric_limits<float>::infinity();
+    for (const float wrong :
+         {bound.lower - 1.0F - bound.lower, bound.upper * 1.01F, inf, -inf, std::nanf("")}) {
+      if (wrong >= bound.lower && wrong <= bound.upper) continue;
+      AxisParameters bad = good;
+      bad.*bound.member = wrong;
+      EXPECT_EQ(check(bad, plain_model(35.0F)), ParameterStatus::kAxisOutOfBounds);
+    }
+  }
+  ModelParameters model = plain_model(35.0F);
+  auto& stribeck = std::get<EffectParameters<Stribeck<float>, float>>(model);
+  stribeck.enabled = true;
+  stribeck.shapes = {0.01F, std::nanf("")};
+  EXPECT_EQ(check(good, model), ParameterStatus::kShapeOutOfBounds);
+}
+
+// Other parameters in motion: the current changes by no more than the motion itself makes it change.
+TEST(Parameters, AChangeInMotionDoesNotMakeTheForceJump) {
+  const auto controller = std::make_unique<Controller>();
+  AxisParameters axis;
+  axis.current_rate_A_per_s = 1e7F;
+  ModelParameters model = plain_model(35.0F);
+  std::get<EffectParameters<Viscous<float>, float>>(model) = {{10.0F}, {}, true};
+  ASSERT_EQ(controller->configure(axis, model), ParameterStatus::kOk);
+  TickInputs in;
+  const auto step = [&] {
+    const ControlOutput& out = controller->step(in);
+    in.encoder.counts = out.reference_counts;
+    in.current.current_A = out.current_A;
+    return out.current_A;
+  };
+  for (const int control : {0x06, 0x07, 0x0F}) {
+    controller->command(static_cast<std::uint16_t>(control));
+    step();
+    step();
+  }
+  ASSERT_EQ(controller->state().state(), DriveState::kOperationEnabled);
+  ASSERT_EQ(controller->move_to(300000), PlanStatus::kOk);
+  float last_A = 0.0F;
+  for (int i = 0; i < 1000; ++i) last_A = step();
+  // 200 N s/m more at 1 m/s and beyond: 3 A.
+  std::get<EffectParameters<Viscous<float>, float>>(model).gains[0] = 210.0F;
+  axis.velocity_gain_N_s_per_m = 9000.0F;
+  ASSERT_EQ(controller->configure(axis, model), ParameterStatus::kOk);
+  EXPECT_TRUE(controller->change_pending());
+  const float before_A = last_A;
+  float largest_step_A = 0.0F;
+  for (int i = 0; i < 600; ++i) {
+    const float now_A = step();
+    largest_step_A = std::max(largest_step_A, std::abs(now_A - last_A));
+    last_A = now_A;
+  }
+  EXPECT_FALSE(controller->change_pending());
+  // 0.0875 A from the jerk of the move, 0.045 A from the change; at once it would be more than 3 A.
+  EXPECT_LT(largest_step_A, 0.14F);
+  EXPECT_GT(std::abs(last_A - before_A), 1.0F);
+  EXPECT_EQ(controller->parameters().axis.velocity_gain_N_s_per_m, 9000.0F);
+}
+
+}  // namespace
+}  // namespace slipstack
