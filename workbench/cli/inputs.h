@@ -23,7 +23,7 @@ Measurement measure(const Options& options, Progress& progress);
 /// Refuses combinations that no data can separate or that have nothing to act on.
 void check_combination(const Measurement& measurement, const std::vector<std::string>& ids);
 
-/// Refuses to fit more parameters than the log has instants.
+/// Refuses to fit more parameters than the instants of the log can tell.
 void check_enough(const Options& options, const Measurement& measurement,
                   const std::vector<std::string>& ids);
 

@@ -103,6 +103,18 @@ void define_commands(CLI::App& app, Options& options) {
   define_add(app, options);
 }
 
+/// The parser alone would only say that a command is required.
+void check_command(const CLI::App& app, int argc, char** argv) {
+  if (argc < 2 || argv[1][0] == '-') return;
+  std::vector<std::string> known;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+    if (command->get_name() == argv[1]) return;
+    known.push_back(command->get_name());
+  }
+  throw UsageError(
+      fmt::format("unknown command {}; known: {}", quoted(std::string_view(argv[1])), joined(known)));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -113,6 +125,7 @@ int main(int argc, char** argv) {
   app.name("slipstack");
   try {
     define_commands(app, options);
+    check_command(app, argc, argv);
     app.parse(argc, argv);
     return 0;
   } catch (const CLI::ParseError& error) {

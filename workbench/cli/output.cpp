@@ -30,11 +30,16 @@ constexpr const char* kStandardOutput = "-";
                            std::generic_category().message(error)));
 }
 
-/// The place with symbolic links followed: a link is written through, not replaced.
+/// The place with symbolic links followed, those to nothing too: a link is written through, not replaced.
 fs::path followed(const std::string& name) {
   std::error_code error;
-  fs::path place = fs::weakly_canonical(name, error);
-  return error ? fs::path(name) : place;
+  fs::path place = fs::absolute(name, error);
+  constexpr int kMostLinks = 40;
+  for (int link = 0; link < kMostLinks && fs::is_symlink(place, error); ++link) {
+    place = place.parent_path() / fs::read_symlink(place, error);
+  }
+  fs::path canonical = fs::weakly_canonical(place, error);
+  return error ? place : canonical;
 }
 
 bool is_standard_output(const std::string& name) {
@@ -73,7 +78,7 @@ int create(const fs::path& path) {
 
 /// Finds out whether a file can be put at `place`, by putting one beside it for a moment.
 void probe(const std::string& name, const fs::path& place, const fs::path& temporary) {
-  if (::access(place.c_str(), F_OK) == 0 && ::access(place.c_str(), W_OK) != 0) refuse_errno(name, errno);
+  if (::access(place.c_str(), W_OK) != 0 && errno != ENOENT) refuse_errno(name, errno);
   const Cleanup cleanup({temporary.string()});
   const int descriptor = create(temporary);
   if (descriptor < 0) refuse_errno(name, errno);

@@ -12,6 +12,11 @@ namespace {
 constexpr double kWorthALine = 0.005;
 constexpr std::size_t kMostLines = 10;
 
+/// An exponent is a number, not a share of one.
+std::string shape_value(const ShapeSpec& shape, double value) {
+  return shape.kind == ShapeKind::exponent ? fmt::format("{:.3g}", value) : quantity(value, shape.unit);
+}
+
 }  // namespace
 
 std::string parameter_table(const Terms& terms) {
@@ -32,7 +37,7 @@ std::string parameter_table(const Terms& terms) {
     }
     for (std::size_t i = 0; i < term.shapes.size(); ++i) {
       text += fmt::format("{:<32} {:<24} {:>14}\n", term.id(), term.effect->shapes[i].name,
-                          quantity(term.shapes[i], term.effect->shapes[i].unit));
+                          shape_value(term.effect->shapes[i], term.shapes[i]));
     }
     for (std::size_t g = 0; g < term.gains.size(); ++g) {
       const GainGroup& group = term.effect->group_of_gain(static_cast<int>(g));
@@ -56,9 +61,10 @@ std::string candidate_table(const Diagnosis& diagnosis) {
   for (const Candidate& candidate : diagnosis.candidates) {
     if (candidate.error_reduction < kWorthALine || lines == kMostLines) continue;
     ++lines;
-    text += fmt::format("{:<32} {:>14} {:>7.1f} % {:>7.1f} %  {}\n", candidate.term.id(),
+    text += fmt::format("{:<32} {:>14} {:>7.1f} % {:>7.1f} %{}{}\n", candidate.term.id(),
                         quantity(candidate.holdout_rmse_N, "N"), 100.0 * candidate.error_reduction,
-                        100.0 * candidate.error_reduction_se, fmt::join(candidate.confounded_with, ", "));
+                        100.0 * candidate.error_reduction_se, candidate.confounded_with.empty() ? "" : "  ",
+                        fmt::join(candidate.confounded_with, ", "));
   }
   const std::size_t others = diagnosis.candidates.size() - lines;
   if (others > 0) text += fmt::format("{} others reduce the error by less than 0.5 %\n", others);
