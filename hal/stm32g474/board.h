@@ -98,13 +98,15 @@ class Board {
         lamp_(led_),
         tick_timer_(hardware<Timer>(kTIM6_BASE)),
         uart_(hardware<Usart>(kUSART2_BASE)),
-        watchdog_(hardware<Iwdg>(kIWDG_BASE)) {}
+        watchdog_(hardware<Iwdg>(kIWDG_BASE)) {
+    // Here and not in start(): whoever is constructed after the board may ask.
+    watchdog_.note_last_reset(take_reset_cause(hardware<Rcc>(kRCC_BASE)) == ResetCause::kWatchdog);
+  }
 
   // Clocks, pins, every device; the tick and the watchdog last. After the first fault the rest does not
   // start, and the power stage is off. `filters` as for Can::start().
   [[nodiscard]] BoardFault start(std::span<const CanFilter> filters) {
     force_safe_state();
-    watchdog_.note_last_reset(take_reset_cause(hardware<Rcc>(kRCC_BASE)) == ResetCause::kWatchdog);
     const ClockStart clock = start_clock_tree(hardware<Rcc>(kRCC_BASE), hardware<Pwr>(kPWR_BASE),
                                               hardware<Flash>(kFLASH_BASE), wait_us);
     if (clock.fault != ClockFault::kNone) return BoardFault::kClock;

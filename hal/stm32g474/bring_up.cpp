@@ -41,7 +41,7 @@ void write_field(std::string_view name, std::int32_t value) {
 }
 
 void tell_state() {
-  const TickTiming timing = board.tick_timer().timing();
+  const TickPunctuality timing = board.tick_timer().timing();
   const CanBusStatus bus = board.can().status();
   write_field("ticks ", static_cast<std::int32_t>(timing.ticks));
   write_field(" overruns ", static_cast<std::int32_t>(timing.overruns));

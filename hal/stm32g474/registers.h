@@ -372,6 +372,7 @@ static_assert(offsetof(CanMessageRam<std::uint32_t>, rx_fifo) == 0x0B0);
 static_assert(offsetof(CanMessageRam<std::uint32_t>, tx_events) == 0x260);
 static_assert(offsetof(CanMessageRam<std::uint32_t>, tx_buffers) == 0x278);
 
+// NOLINTBEGIN(bugprone-macro-parentheses): the arguments are names and literals.
 // kRCC_BASE and its kin: addresses.
 #define SLIPSTACK_BASE(peripheral, address) inline constexpr std::uint32_t k##peripheral##_BASE = address;
 // kTIM6_DAC_IRQ and its kin: numbers of the interrupts, 0 is the first after the processor's own exceptions.
@@ -382,5 +383,6 @@ static_assert(offsetof(CanMessageRam<std::uint32_t>, tx_buffers) == 0x278);
 #define SLIPSTACK_FIELD(peripheral, register_name, field, position, mask) \
   inline constexpr Field k##peripheral##_##register_name##_##field{position, mask};
 #include "hal/stm32g474/registers.def"
+// NOLINTEND(bugprone-macro-parentheses)
 
 }  // namespace slipstack::stm32g474

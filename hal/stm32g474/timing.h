@@ -30,7 +30,7 @@ class CycleClock {
 };
 
 // How punctual the ticks were, in cycles of the core, since reset_extremes().
-struct TickTiming {
+struct TickPunctuality {
   std::uint32_t ticks = 0;
   std::uint32_t overruns = 0;              // ticks that were not done when the next was due
   std::uint32_t latency_min = 0xFFFFFFFF;  // from the timer's event to the handler: max - min is the jitter
@@ -83,7 +83,7 @@ class TickTimer {
   }
 
   // Read outside the handler, the counts may be of two neighbouring ticks.
-  const TickTiming& timing() const { return timing_; }
+  const TickPunctuality& timing() const { return timing_; }
   void reset_extremes() {
     timing_.latency_min = 0xFFFFFFFF;
     timing_.latency_max = 0;
@@ -92,7 +92,7 @@ class TickTimer {
 
  private:
   TimerBlock& timer_;
-  TickTiming timing_;
+  TickPunctuality timing_;
 };
 
 // A time-out of the independent watchdog, which runs on the LSI: 32 kHz nominal, 29.5 ... 34 kHz over voltage

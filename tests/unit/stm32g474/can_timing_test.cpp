@@ -17,7 +17,8 @@ struct Case {
 
 template <std::uint32_t kClock_Hz, std::uint32_t kBitRate>
 constexpr Case planned() {
-  return {kClock_Hz, kBitRate, plan_can_timing(kClock_Hz, kBitRate)};
+  constexpr CanBitTiming kPlanned = plan_can_timing(kClock_Hz, kBitRate);
+  return {kClock_Hz, kBitRate, kPlanned};
 }
 
 // The rates of CiA 301 at the crystal's clock, at the bus clock, and at clocks of other boards.

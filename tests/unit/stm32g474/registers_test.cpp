@@ -47,6 +47,7 @@ std::uint32_t number(const std::string& text) {
 #define SKIP_WITHOUT_TABLES() \
   if (!std::filesystem::exists(tables() / "registers.csv")) GTEST_SKIP() << "SKIP: no tables in " << tables()
 
+// NOLINTBEGIN(bugprone-macro-parentheses): the arguments are names and literals.
 struct Named {
   std::string name;
   std::uint32_t value;
@@ -161,6 +162,8 @@ TEST(Registers, InterruptNumbersAreThoseOfThePart) {
     EXPECT_EQ(interrupt.value, table[interrupt.name]) << interrupt.name;
   }
 }
+
+// NOLINTEND(bugprone-macro-parentheses)
 
 TEST(Registers, FieldsInPiecesTakeTheirBitsInOrder) {
   EXPECT_EQ(kTIM_SMCR_SMS(3), 0x00000003U);

@@ -17,9 +17,10 @@ struct SimWord {
   std::function<void(SimWord&, std::uint32_t)> on_write;
   std::uint32_t writes = 0;
 
-  operator std::uint32_t() const {
+  // Converts as a volatile word does.
+  operator std::uint32_t() const {  // NOLINT(google-explicit-constructor)
     return on_read ? on_read(value) : value;
-  }  // NOLINT(google-explicit-constructor)
+  }
   SimWord& operator=(std::uint32_t written) {
     ++writes;
     if (on_write) {

@@ -9,7 +9,6 @@
 
 namespace slipstack::stm32g474 {
 namespace {
-using test::Journal;
 using test::SimWord;
 
 TEST(TickTimer, DividesTheCoreClock) {
