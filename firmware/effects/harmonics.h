@@ -13,7 +13,8 @@ inline constexpr int kRippleHarmonics = 4;
 
 /// cos and sin of the first harmonics from those of the fundamental, by rotation: four products a harmonic.
 template <class Real>
-constexpr void harmonics(approx::SinCos<Real> fundamental, std::span<Real, 2 * kRippleHarmonics> out) {
+constexpr void harmonics(approx::SinCos<Real> fundamental,
+                         std::span<Real, std::size_t{2} * kRippleHarmonics> out) {
   Real cosine = fundamental.cos;
   Real sine = fundamental.sin;
   for (std::size_t h = 0; h < kRippleHarmonics; ++h) {
@@ -28,8 +29,9 @@ constexpr void harmonics(approx::SinCos<Real> fundamental, std::span<Real, 2 * k
 /// The sum of gains times harmonics, as the real part of w (c1 + w (c2 + ...)) with w = cos + i sin and
 /// c = A - i B: the same as the products with harmonics(), to rounding.
 template <class Real>
-constexpr Real harmonic_sum(approx::SinCos<Real> w, const std::array<Real, 2 * kRippleHarmonics>& gains) {
-  constexpr std::size_t kLast = 2 * (kRippleHarmonics - 1);
+constexpr Real harmonic_sum(approx::SinCos<Real> w,
+                            const std::array<Real, std::size_t{2} * kRippleHarmonics>& gains) {
+  constexpr std::size_t kLast = std::size_t{2} * (kRippleHarmonics - 1);
   Real real = gains[kLast];
   Real imaginary = -gains[kLast + 1];
   for (std::size_t h = kLast; h > 0; h -= 2) {

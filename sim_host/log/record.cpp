@@ -23,7 +23,7 @@ Recorder::Recorder(const Axis& axis, double rate_Hz, int oversampling, bool keep
     : axis_(axis),
       oversampling_(oversampling),
       keep_parts_(keep_parts),
-      rng_(std::move(noise)),
+      rng_(noise),
       encoder_(axis.encoder_resolution_m, rng_.uniform()),
       delay_(1.0 / (rate_Hz * oversampling), late_s(axis), filter_s(axis)) {
   if (axis.outside.slip) encoder_.set_slip(*axis.outside.slip);

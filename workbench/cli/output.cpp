@@ -122,7 +122,9 @@ void Outputs::claim(const std::string& path) {
 void Outputs::set(const std::string& path, std::string content) {
   if (path.empty()) return;
   for (Output& output : outputs_) {
-    if (output.name == path) output.content = std::move(content);
+    if (output.name != path) continue;
+    output.content = std::move(content);
+    return;
   }
 }
 

@@ -40,6 +40,61 @@ std::vector<double> slopes(const std::vector<Knot>& knots) {
   return slope;
 }
 
+/// The cubic with these values and slopes at both ends of [0, length].
+struct Cubic {
+  double length;
+  double from_m;
+  double from_slope;
+  double to_m;
+  double to_slope;
+  double at(double time) const {
+    const double t = time / length;
+    const double u = 1.0 - t;
+    return from_m * u * u * (1.0 + 2.0 * t) + to_m * t * t * (3.0 - 2.0 * t) +
+           length * t * u * (from_slope * u - to_slope * t);
+  }
+};
+
+/// The way through one cell, between the instants at which it was entered and left.
+class Passage {
+ public:
+  Passage(const Cubic& cubic, double centre_m, double resolution_m)
+      : cubic_(cubic), centre_m_(centre_m), half_m_(0.5 * resolution_m) {
+    for (double time = 0.5; time < cubic.length; time += 1.0) {
+      stays_inside_ = stays_inside_ && std::abs(cubic.at(time) - centre_m) <= half_m_;
+    }
+  }
+
+  double at(double time) const {
+    const double position_m = stays_inside_ ? cubic_.at(time) : stopping_at(time);
+    return std::clamp(position_m, centre_m_ - half_m_, centre_m_ + half_m_);
+  }
+
+ private:
+  /// Came in so fast and stayed so long that it must have stopped, nobody knows where: at the centre, braking
+  /// and starting evenly.
+  double stopping_at(double time) const {
+    const double braking = ramp(cubic_.from_slope);
+    const double starting = ramp(cubic_.to_slope);
+    if (time < braking) return Cubic{braking, cubic_.from_m, cubic_.from_slope, centre_m_, 0.0}.at(time);
+    const double left = cubic_.length - time;
+    if (left < starting) {
+      return Cubic{starting, centre_m_, 0.0, cubic_.to_m, cubic_.to_slope}.at(starting - left);
+    }
+    return centre_m_;
+  }
+  /// Time from a border to the centre, in samples.
+  double ramp(double slope) const {
+    const double longest = 0.5 * cubic_.length;
+    return 2.0 * half_m_ < longest * std::abs(slope) ? 2.0 * half_m_ / std::abs(slope) : longest;
+  }
+
+  Cubic cubic_;
+  double centre_m_;
+  double half_m_;
+  bool stays_inside_ = true;
+};
+
 }  // namespace
 
 std::vector<double> dequantise(std::span<const double> position_m, double resolution_m) {
@@ -51,14 +106,11 @@ std::vector<double> dequantise(std::span<const double> position_m, double resolu
     const double length = knots[k + 1].time - knots[k].time;
     // A cell crossed within two samples tells no more than its readings.
     if (length < 2.0) continue;
-    for (auto i = static_cast<std::size_t>(std::ceil(knots[k].time));
-         i < smooth.size() && static_cast<double>(i) < knots[k + 1].time; ++i) {
-      const double t = (static_cast<double>(i) - knots[k].time) / length;
-      const double u = 1.0 - t;
-      const double cubic = knots[k].position_m * u * u * (1.0 + 2.0 * t) +
-                           knots[k + 1].position_m * t * t * (3.0 - 2.0 * t) +
-                           length * t * u * (slope[k] * u - slope[k + 1] * t);
-      smooth[i] = std::clamp(cubic, position_m[i] - 0.5 * resolution_m, position_m[i] + 0.5 * resolution_m);
+    const auto first = static_cast<std::size_t>(std::ceil(knots[k].time));
+    const Passage passage({length, knots[k].position_m, slope[k], knots[k + 1].position_m, slope[k + 1]},
+                          position_m[first], resolution_m);
+    for (std::size_t i = first; i < smooth.size() && static_cast<double>(i) < knots[k + 1].time; ++i) {
+      smooth[i] = passage.at(static_cast<double>(i) - knots[k].time);
     }
   }
   return smooth;

@@ -21,7 +21,9 @@ constexpr double kWorthWeighing = 0.1;
 /// Rows over which the error of one reading stands for that of another: some filter lengths.
 constexpr Eigen::Index kNeighbours = 12;
 
-double squared(double x) { return x * x; }
+double squared(double x) {
+  return x * x;
+}
 
 /// Mean over the neighbours, by a running sum.
 Eigen::VectorXd smoothed(const Eigen::VectorXd& values) {

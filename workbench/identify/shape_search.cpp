@@ -326,7 +326,7 @@ SearchResult refine_shapes(const std::vector<ShapeRange>& ranges, std::vector<do
     step.push_back(std::max(1e-12, range.logarithmic ? std::min(0.25, 0.25 * (upper.back() - lower.back()))
                                                      : 0.1 * (upper.back() - lower.back())));
   }
-  const auto objective = [&](const std::vector<double>& x) {
+  auto objective = [&](const std::vector<double>& x) {
     std::vector<double> shapes = start;
     for (std::size_t i = 0; i < ranges.size(); ++i) {
       shapes[ranges[i].index] = ranges[i].logarithmic ? std::exp(x[i]) : x[i];
@@ -338,8 +338,8 @@ SearchResult refine_shapes(const std::vector<ShapeRange>& ranges, std::vector<do
   using Objective = decltype(objective);
   nlopt::opt search(nlopt::LN_NELDERMEAD, static_cast<unsigned>(ranges.size()));
   search.set_min_objective([](const std::vector<double>& x, std::vector<double>&,
-                              void* data) { return (*static_cast<const Objective*>(data))(x); },
-                           const_cast<void*>(static_cast<const void*>(&objective)));
+                              void* data) { return (*static_cast<Objective*>(data))(x); },
+                           &objective);
   search.set_lower_bounds(lower);
   search.set_upper_bounds(upper);
   search.set_initial_step(step);

@@ -59,11 +59,11 @@ bool contains(const Terms& terms, std::string_view id) {
   return find_term(terms, id) != nullptr;
 }
 
-NormalEquations::Constraints constraints_of(const Terms& terms, double noise_N) {
+NormalEquations::Constraints constraints_of(const Terms& terms, double error_N) {
   const Eigen::Index count = unknown_count(terms);
   NormalEquations::Constraints constraints{Eigen::VectorXd(count), Eigen::VectorXd(count),
                                            Eigen::MatrixXd::Zero(count, count)};
-  const double variance = noise_N * noise_N;
+  const double variance = error_N * error_N;
   Eigen::Index next = 0;
   for (const Term& term : terms) {
     Eigen::Index first = next;

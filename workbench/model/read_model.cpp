@@ -134,6 +134,7 @@ class Reader {
   std::size_t read_shapes(const toml::table& table, Term& term) const {
     const std::vector<ShapeSpec>& specs = term.effect->shapes;
     std::vector<std::string_view> names;
+    names.reserve(specs.size());
     for (const ShapeSpec& spec : specs) names.emplace_back(spec.name);
     require_entries(table, "shape", names);
     std::size_t count = 0;

@@ -53,6 +53,7 @@ std::string key_figures_html(const json& data) {
       {"noise_floor_N", "Noise floor", "floor"},
   };
   std::vector<double> values_N;
+  values_N.reserve(wanted.size());
   for (const KeyFigure& figure : wanted) values_N.push_back(number_at(figures, figure.key).value_or(0.0));
   const Column column = aligned_column("N", values_N, 2);
   std::string out;
@@ -93,7 +94,7 @@ std::string effect_title(const json& data, const std::string& id) {
   for (const char* list : {"candidates", "parameters"}) {
     for (const json& item : array_at(data, list)) {
       if (text_at(item, "effect") != id) continue;
-      const std::string title = text_at(item, "title");
+      std::string title = text_at(item, "title");
       if (!title.empty()) return title;
     }
   }
@@ -174,7 +175,7 @@ std::string charts_html(const json& data, FigureNumbers& figures) {
            escape_html(title) + "</figcaption></figure>\n";
   };
   const auto titled = [](const json& item, const char* otherwise) {
-    const std::string title = text_at(item, "title");
+    std::string title = text_at(item, "title");
     return title.empty() ? std::string(otherwise) : title;
   };
   std::string out;

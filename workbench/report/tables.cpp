@@ -218,6 +218,7 @@ std::string waterfall_html(const json& data, FigureNumbers& figures) {
   for (const Step& step : steps) full = std::max(full, step.rmse_N);
   if (full <= 0.0) return "";
   std::vector<double> values_N;
+  values_N.reserve(steps.size());
   for (const Step& step : steps) values_N.push_back(step.rmse_N);
   const Column column = aligned_column("N", values_N, 3);
   const std::string floor_line = floor ? "<line class=\"floor\" x1=\"" + along(*floor, full) + "\" x2=\"" +
