@@ -36,12 +36,13 @@ inline constexpr std::uint32_t kEarliestSamplePoint_e4 = 7500;
 
 // The timing whose bit rate is exact, whose sample point is the nearest to 87.5 % from below, and among those
 // the one with the most quanta. Not valid when no timing samples within [75 %, 87.5 %] at exactly this rate.
-// Compile time only: tries every prescaler.
-consteval CanBitTiming plan_can_timing(std::uint32_t clock_Hz, std::uint32_t bit_rate) {
+// Tries every prescaler: meant for constants, so that a clock that does not suit CAN does not compile.
+constexpr CanBitTiming plan_can_timing(std::uint32_t clock_Hz, std::uint32_t bit_rate) {
   CanBitTiming best;
   for (std::uint32_t prescaler = 1; prescaler <= 512; ++prescaler) {
-    if (clock_Hz % (prescaler * bit_rate) != 0) continue;
-    const std::uint32_t quanta = clock_Hz / (prescaler * bit_rate);
+    const std::uint64_t divisor = std::uint64_t{prescaler} * bit_rate;
+    if (divisor == 0 || clock_Hz % divisor != 0) continue;
+    const auto quanta = static_cast<std::uint32_t>(clock_Hz / divisor);
     if (quanta < 8 || quanta > 385) continue;
     // Quanta after the sample point: 12.5 % of the bit, rounded up, and at least the two that the FDCAN
     // needs.

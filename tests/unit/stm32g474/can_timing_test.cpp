@@ -81,6 +81,8 @@ TEST(CanTiming, RefusesWhatTheClockDoesNotGive) {
   static_assert(!plan_can_timing(24'000'000, 700'000).valid());   // no divisor
   static_assert(!plan_can_timing(4'000'000, 1'000'000).valid());  // 4 quanta
   static_assert(!plan_can_timing(24'000'000, 24'000'000).valid());
+  static_assert(!plan_can_timing(24'000'000, 1U << 23U).valid());  // 512 times this is 2^32
+  static_assert(!plan_can_timing(24'000'000, 0).valid());
   static_assert(!CanBitTiming{}.valid());
 }
 
