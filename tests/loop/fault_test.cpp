@@ -159,6 +159,43 @@ TEST_F(Faults, CurrentSensorImplausible) {
   expect_dead(Fault::kCurrentSensor);
 }
 
+TEST_F(Faults, ACurrentThatIsNotANumberIsImplausible) {
+  inject(
+      [](AxisLoop& loop, std::int32_t) {
+        loop.motor.measurement_follows = false;
+        loop.motor.measurement.current_A = std::numeric_limits<float>::quiet_NaN();
+      },
+      100);
+  expect_dead(Fault::kCurrentSensor);
+}
+
+TEST_F(Faults, AForceThatIsNotFiniteNeverReachesTheMotor) {
+  // Within its bounds each, but their product overflows.
+  parameters_.velocity_gain_N_s_per_m = 1e6F;
+  auto& inertia = std::get<EffectParameters<Inertia<float>, float>>(model_);
+  auto& ripple = std::get<EffectParameters<MotorConstantRipple<float>, float>>(model_);
+  auto& drift = std::get<EffectParameters<Drift<float>, float>>(model_);
+  auto& hysteresis = std::get<EffectParameters<PreslidingHysteresis<float>, float>>(model_);
+  inertia.gains[0] = 1e5F;
+  ripple.enabled = true;
+  ripple.gains.fill(0.9F);
+  ripple.shapes = {0.024F};
+  drift.enabled = true;
+  drift.gains = {20.0F};
+  drift.shapes = {1.0F};
+  hysteresis.gains.fill(1e12F);
+  hysteresis.shapes.fill(1.0F);
+  if (loop_->controller().configure(parameters_, model_) == ParameterStatus::kOk) {
+    inject([](AxisLoop&, std::int32_t) {}, 3000);
+    EXPECT_TRUE(std::isfinite(loop_->motor.set_point_A));
+    EXPECT_LE(largest_A_, parameters_.current_limit_A);
+  }
+  loop_->controller().inject(Fault::kNotFinite);
+  inject([](AxisLoop&, std::int32_t) {}, 2);
+  EXPECT_EQ(state(), DriveState::kFault);
+  EXPECT_FALSE(loop_->motor.enabled);
+}
+
 TEST_F(Faults, TickOverrunBrakesUnderControl) {
   loop_->clock.advance(600);
   const int ticks = inject([](AxisLoop&, std::int32_t) {}, 2000);
