@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the commands write: all of it or nothing, never over an input, never half of a file."""
 
+import html
 import json
 import os
 import pty
@@ -97,6 +98,12 @@ class Places(program.Workshop):
     def test_longest_name(self):
         self.assert_done("compare", "good.csv", "--model", "good.toml", "--json", "j" * 255)
         self.assert_refused(["compare", "good.csv", "--model", "good.toml", "--json", "j" * 256], "name too long")
+
+    def test_report_says_how_it_came_about(self):
+        (self.here / "good.csv").rename(self.here / "it's good.csv")
+        self.assert_done("compare", "it's good.csv", "--model", "good.toml", "--report", "new.html")
+        line = "slipstack compare 'it'\\''s good.csv' --model good.toml --report new.html"
+        self.assertIn(line, html.unescape((self.here / "new.html").read_text()))
 
     def test_nothing_but_what_was_asked_for(self):
         self.assert_done(*every_command()["add"])

@@ -7,6 +7,7 @@ namespace slipstack::workbench {
 
 /// What the command line says; empty strings where an option was not given.
 struct Options {
+  std::string command_line;  ///< as it would be typed again
   std::string log;
   std::string model;    ///< read by compare, diagnose and add; written by fit
   std::string effects;  ///< ids separated by commas

@@ -115,6 +115,26 @@ void check_command(const CLI::App& app, int argc, char** argv) {
       fmt::format("unknown command {}; known: {}", quoted(std::string_view(argv[1])), joined(known)));
 }
 
+/// The command as a shell would take it again: quoted where blanks or signs ask for it.
+std::string command_line(int argc, char** argv) {
+  constexpr std::string_view kPlain =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=.,:/@%";
+  std::string line = "slipstack";
+  for (int i = 1; i < argc; ++i) {
+    const std::string_view word = argv[i];
+    const bool plain = !word.empty() && word.find_first_not_of(kPlain) == std::string_view::npos;
+    line += ' ';
+    if (plain) {
+      line += word;
+      continue;
+    }
+    line += '\'';
+    for (const char c : word) line += c == '\'' ? "'\\''" : std::string(1, c);
+    line += '\'';
+  }
+  return line;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -126,6 +146,7 @@ int main(int argc, char** argv) {
   try {
     define_commands(app, options);
     check_command(app, argc, argv);
+    options.command_line = command_line(argc, argv);
     app.parse(argc, argv);
     return 0;
   } catch (const CLI::ParseError& error) {

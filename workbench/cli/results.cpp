@@ -32,7 +32,7 @@ std::string json_text(const json& value) {
 
 json report_base(const Options& options, const std::string& command) {
   return {{"title", "slipstack " + command},
-          {"command", "slipstack " + command},
+          {"command", printable(options.command_line)},
           {"log", printable(options.log)}};
 }
 
