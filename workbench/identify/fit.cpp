@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <functional>
 
 #include "workbench/identify/shape_search.h"
 
@@ -75,6 +75,25 @@ bool below_visible(const EffectDescription& effect, const std::vector<ShapeRange
     return effect.shapes[range.index].kind == ShapeKind::fading_velocity &&
            shapes[range.index] < 1.05 * range.lower;
   });
+}
+
+/// The start of lowest cost; among pitches that do as well, within 1 %, the shortest: harmonics of a pitch
+/// are harmonics of its multiples too.
+std::vector<double> best_start(const EffectDescription& effect,
+                               const std::vector<std::vector<double>>& starts,
+                               const std::function<double(const std::vector<double>&)>& cost) {
+  std::vector<double> costs;
+  costs.reserve(starts.size());
+  for (const auto& shapes : starts) costs.push_back(cost(shapes));
+  std::size_t best = static_cast<std::size_t>(std::min_element(costs.begin(), costs.end()) - costs.begin());
+  const double enough = 1.01 * costs[best];
+  for (std::size_t shape = 0; shape < effect.shapes.size(); ++shape) {
+    if (effect.shapes[shape].kind != ShapeKind::pitch) continue;
+    for (std::size_t i = 0; i < starts.size(); ++i) {
+      if (costs[i] <= enough && starts[i][shape] < starts[best][shape]) best = i;
+    }
+  }
+  return starts[best];
 }
 
 /// A model at its gains as they are: what trials need, without a fit.
@@ -168,14 +187,7 @@ Trial try_effect(const Measurement& measurement, const FittedModel& base, const 
   const auto starts = start != nullptr ? std::vector<std::vector<double>>{*start}
                                        : starting_shapes(measurement, effect, linearisation.residual_N(),
                                                          linearisation.force_N());
-  double lowest = std::numeric_limits<double>::infinity();
-  for (const auto& shapes : starts) {
-    const double value = starts.size() > 1 ? cost(shapes) : 0.0;
-    if (value < lowest) {
-      lowest = value;
-      best.term.shapes = shapes;
-    }
-  }
+  best.term.shapes = starts.size() > 1 ? best_start(effect, starts, cost) : starts.front();
   const std::vector<ShapeRange> ranges = searched_shapes(measurement, effect);
   best.term.shapes = refine_shapes(ranges, best.term.shapes, cost, effort.evaluations).shapes;
   const NormalEquations equations = equations_at(best.term.shapes);
