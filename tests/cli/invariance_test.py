@@ -44,16 +44,17 @@ class Written(program.Workshop):
             # Whether a further small effect is worth its parameters may hang on the last bit, the first must not.
             self.assertEqual(found["steps"][1]["added"], self.expected["steps"][1]["added"])
             self.assertEqual(found["candidates"][0]["effect"], self.expected["candidates"][0]["effect"])
-            errors = self.errors(self.expected)
-            for effect, error_N in self.errors(found).items():
+            # Wider on one side, so that an effect at the limit is not lost to the last bit.
+            errors = self.errors(self.expected, 0.0)
+            for effect, error_N in self.errors(found, 0.05).items():
                 self.assertTrue(math.isclose(error_N, errors[effect], rel_tol=tolerance), (what, effect))
 
     @staticmethod
-    def errors(result):
+    def errors(result, least_reduction):
         """Held-out errors by effect, of those that say something: others are stopped searches for nothing."""
         before = result["baseline"]["holdout_rmse_N"]
         return {"baseline": before, **{candidate["effect"]: candidate["holdout_rmse_N"]
-                                       for candidate in result["candidates"] if candidate["error_reduction"] > 0.03}}
+                                       for candidate in result["candidates"] if candidate["error_reduction"] > least_reduction}}
 
     def test_plain_copy(self):
         self.write(self.names, self.rows)
