@@ -36,7 +36,8 @@ class FrictionModel<Real, std::tuple<Effects...>> {
     std::array<Real, effect_count> by_effect_N{};  ///< in the order of the catalogue; sums to total_N
   };
 
-  /// Takes new parameters: outside the tick. State is kept where the effect itself keeps it.
+  /// Takes new parameters: outside the tick. On the controller the hysteresis then starts unloaded: prepare a
+  /// second model and carry_over() what this one remembers.
   void prepare(const Parameters& parameters, const Scales<Real>& scales) {
     parameters_ = parameters;
     force_ = {};
