@@ -41,8 +41,9 @@ Entry entry_of() {
   static_assert(complete(E::text));
   EffectDescription description;
   description.text = E::text;
-  description.gain_groups.assign(E::gains.begin(), E::gains.end());
-  description.shapes.assign(E::shapes.begin(), E::shapes.end());
+  // One by one: GCC 12 takes the copy of an empty array for a copy from nowhere (-Wnonnull).
+  for (const GainGroup& group : E::gains) description.gain_groups.push_back(group);
+  for (const ShapeSpec& shape : E::shapes) description.shapes.push_back(shape);
   description.gain_count = E::gain_count;
   return {std::move(description),
           [] { return std::unique_ptr<EffectBasis>(std::make_unique<BasisOf<E>>()); }};

@@ -18,9 +18,10 @@ namespace {
 /// exponentials of speed) is formed before the common filter and not after.
 constexpr double kMotionBandwidthRatio = 3.0;
 
-/// Hysteresis is driven by displacement at nearly full bandwidth, relative to the sampling rate: smoothing
-/// would shave its reversals.
-constexpr double kDisplacementBandwidth = 0.2;
+/// Hysteresis is driven by displacement as it is, where it lies on an encoder's grid: a filter with a sharp
+/// edge overshoots by nanometres where a move ends, and to hysteresis that is a reversal. Readings on no grid
+/// carry noise instead, which is as bad; these taps are positive, so that they make no reversal of their own.
+constexpr std::array<double, 5> kDisplacementTaps{1.0 / 16.0, 4.0 / 16.0, 6.0 / 16.0, 4.0 / 16.0, 1.0 / 16.0};
 
 /// Rows per period of the bandwidth: above the Nyquist density, so nothing is lost.
 constexpr double kRowsPerCycle = 3.0;
@@ -118,7 +119,7 @@ Measurement::Motion Measurement::estimate_motion(const std::vector<double>& read
   const double rate = sample_rate_Hz();
   const std::vector<double> position = dequantise(reading_m, encoder_resolution_m_);
   Motion motion;
-  motion.displacement_m = filter_all(position, low_pass_taps(kDisplacementBandwidth * rate, rate));
+  motion.displacement_m = encoder_resolution_m_ > 0.0 ? position : filter_all(position, kDisplacementTaps);
   motion.position_m = filter_all(position, motion_taps(bandwidth_Hz_, rate));
   motion.velocity_mps = first_derivative(motion.position_m, rate);
   motion.acceleration_mps2 = second_derivative(motion.position_m, rate);

@@ -92,7 +92,7 @@ class Measurement {
 
  private:
   struct Motion {
-    std::vector<double> displacement_m;  ///< nearly unfiltered: what drives the hysteresis
+    std::vector<double> displacement_m;  ///< what drives the hysteresis: as read, between the steps
     std::vector<double> position_m;
     std::vector<double> velocity_mps;
     std::vector<double> acceleration_mps2;

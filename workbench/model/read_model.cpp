@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <toml++/toml.h>
+#include <algorithm>
 #include <cmath>
 
 #include "firmware/effects/presliding_hysteresis.h"
@@ -245,11 +246,13 @@ class Reader {
   double number(const toml::node& node, const std::string& name, double lower, double upper) const {
     const auto value = node.value<double>();
     if (!value || !std::isfinite(*value)) fail(node, fmt::format("{} is not a finite number", name));
-    if (*value < lower || *value > upper) {
+    // Bounds are float: a decimal that means the bound may lie beyond it by half a float's last place.
+    const double inside = std::clamp(*value, lower, upper);
+    if (std::abs(*value - inside) > 1e-7 * std::abs(inside)) {
       fail(node, fmt::format("{} = {:g} is out of bounds; it must lie in [{:g}, {:g}]", name, *value, lower,
                              upper));
     }
-    return *value;
+    return inside;
   }
 
   void check_hash(const toml::table& file, const Model& model) const {

@@ -101,6 +101,32 @@ TEST(Dequantise, ReturnsReadingsOffTheGridAsTheyAre) {
   EXPECT_EQ(dequantise(smooth, kResolution_m), smooth);
 }
 
+// A fast move ends somewhere in a cell, and the axis dwells there: the readings around say no more than that
+// it stopped, and the best place is the middle. (A curve through the borders with the speed of the move
+// swings out to a border and stays there.)
+TEST(Dequantise, DwellsInTheMiddleOfTheCell) {
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<double> place(0.0, 200e-6);
+  std::vector<double> truth;
+  std::vector<std::size_t> dwelling;
+  double from = place(random);
+  for (int move = 0; move < 200; ++move) {
+    const double to = place(random);
+    for (int i = 0; i < 300; ++i) {
+      const double u = std::min(1.0, i / 100.0);
+      truth.push_back(from + (to - from) * u * u * u * (10.0 + u * (6.0 * u - 15.0)));
+      if (i > 120) dwelling.push_back(truth.size() - 1);
+    }
+    from = to;
+  }
+  const std::vector<double> is = dequantise(read(truth), kResolution_m);
+  double sum = 0.0;
+  for (const std::size_t i : dwelling) sum += (is[i] - truth[i]) * (is[i] - truth[i]);
+  const double error = std::sqrt(sum / static_cast<double>(dwelling.size())) / kPlain_m;
+  EXPECT_LT(error, 1.1);
+  EXPECT_GT(error, 0.6);
+}
+
 TEST(Dequantise, StandingStillIsWhereItReads) {
   const std::vector<double> still(500, 3e-6);
   for (const double x : dequantise(still, kResolution_m)) EXPECT_NEAR(x, 3e-6, 1e-20);

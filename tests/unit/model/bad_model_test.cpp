@@ -167,6 +167,34 @@ TEST(BadModel, OutOfBounds) {
   expect_refused(with("[1e5, 2e5]", "[1e5, -2e5]"), 37, "out of bounds");
   expect_refused(with("standard_error = 0.02", "standard_error = -0.02"), 11, "out of bounds");
 }
+// 1.0e-2f is 0.00999999977…: who writes 0.01 means the bound. The value is then the bound itself.
+TEST(BadModel, DecimalsOfABoundAreTheBound) {
+  const TemporaryFile file;
+  constexpr std::string_view kCoulomb = R"(format = "slipstack model 1"
+[[effect]]
+id = "coulomb"
+[[effect.shape]]
+name = "saturation_velocity"
+unit = "m/s"
+value = 0.01
+[[effect.gain]]
+name = "coulomb"
+unit = "N"
+value = 3
+[target]
+[[target.effect]]
+id = "offset_force"
+[[target.effect.gain]]
+name = "offset"
+unit = "N"
+value = 3
+)";
+  const Model model = read_model(file.write(kCoulomb));
+  EXPECT_EQ(model.terms[0].shapes[0], static_cast<double>(0.01F));
+  std::string beyond(kCoulomb);
+  beyond.replace(beyond.find("0.01"), 4, "0.010001");
+  expect_refused(beyond, 7, "out of bounds");
+}
 TEST(BadModel, NotANumber) {
   for (const char* value : {"nan", "inf", "-inf", "\"35\"", "true", "1979-05-27", "{}", "[[1]]"}) {
     expect_refused(with("35.45", value), 10, "mass is not a finite number");

@@ -36,6 +36,9 @@ class TemporaryFile {
   const std::filesystem::path& directory() const { return directory_; }
   std::filesystem::path path() const { return directory_ / "model.toml"; }
   std::filesystem::path write(std::string_view content) const {
+    // A new file each time: file systems flush one that is truncated and written again, and that takes its
+    // time.
+    std::filesystem::remove(path());
     std::ofstream file(path(), std::ios::binary | std::ios::trunc);
     file.write(content.data(), static_cast<std::streamsize>(content.size()));
     return path();

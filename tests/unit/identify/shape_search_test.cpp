@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/identify/shape_search.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "tests/unit/identify/identify_support.h"
+
+namespace slipstack::workbench {
+namespace {
+
+/// Distance in the coordinates of the search.
+double apart(const ShapeRange& range, double a, double b) {
+  return range.logarithmic ? std::log(a / b) : (a - b) / (range.upper - range.lower);
+}
+
+TEST(ShapeSearch, RangesLieWithinTheCatalogue) {
+  for (std::uint64_t seed = 0; seed < 4; ++seed) {
+    Log log = test::wandering_log(seed, 2000.0, 20'000);
+    if (seed % 2 == 0) log.encoder_resolution_m = 1e-7;
+    const Measurement measurement(log);
+    for (const EffectDescription& effect : catalogue()) {
+      for (const ShapeRange& range : searched_shapes(measurement, effect)) {
+        const ShapeSpec& spec = effect.shapes[range.index];
+        EXPECT_GE(range.lower, static_cast<double>(spec.lower)) << effect.id() << ' ' << spec.name;
+        EXPECT_LE(range.upper, static_cast<double>(spec.upper)) << effect.id() << ' ' << spec.name;
+        EXPECT_LE(range.lower, range.upper) << effect.id() << ' ' << spec.name;
+        if (range.logarithmic) {
+          EXPECT_GT(range.lower, 0.0) << effect.id() << ' ' << spec.name;
+        }
+      }
+    }
+  }
+}
+
+TEST(ShapeSearch, StartsLieWithinTheRanges) {
+  const Measurement measurement(test::wandering_log(5, 2000.0, 20'000));
+  test::Draw draw(6);
+  const Eigen::VectorXd residual = draw.matrix(measurement.row_count(), 1);
+  const Eigen::VectorXd force = draw.matrix(measurement.row_count(), 1);
+  for (const EffectDescription& effect : catalogue()) {
+    const auto starts = starting_shapes(measurement, effect, residual, force);
+    ASSERT_FALSE(starts.empty()) << effect.id();
+    for (const auto& shapes : starts) {
+      ASSERT_EQ(shapes.size(), effect.shapes.size()) << effect.id();
+      for (std::size_t i = 0; i < shapes.size(); ++i) {
+        EXPECT_GE(shapes[i], static_cast<double>(effect.shapes[i].lower)) << effect.id();
+        EXPECT_LE(shapes[i], static_cast<double>(effect.shapes[i].upper)) << effect.id();
+      }
+      for (const ShapeRange& range : searched_shapes(measurement, effect)) {
+        EXPECT_GE(shapes[range.index], range.lower) << effect.id();
+        EXPECT_LE(shapes[range.index], range.upper) << effect.id();
+      }
+    }
+  }
+}
+
+TEST(ShapeSearch, FindsTheBottomOfABowl) {
+  const std::vector<ShapeRange> ranges{{0, 1e-4, 1.0, true}, {2, -2.0, 3.0, false}};
+  int calls = 0;
+  const auto cost = [&](const std::vector<double>& shapes) {
+    ++calls;
+    return 1.0 + std::pow(apart(ranges[0], shapes[0], 0.02), 2.0) +
+           10.0 * std::pow(apart(ranges[1], shapes[2], -0.7), 2.0);
+  };
+  const SearchResult result = refine_shapes(ranges, {0.1, 42.0, 1.0}, cost, 80);
+  EXPECT_NEAR(result.shapes[0] / 0.02, 1.0, 0.02);
+  EXPECT_NEAR(result.shapes[2], -0.7, 0.05);
+  EXPECT_EQ(result.shapes[1], 42.0);  // is not searched
+  EXPECT_LE(calls, 82);
+  EXPECT_EQ(result.cost, cost(result.shapes));
+}
+
+// A shape that wants beyond its bound stays on it, but for the rounding of a logarithm and back.
+TEST(ShapeSearch, StaysWithinItsBounds) {
+  test::Draw draw(7);
+  for (int trial = 0; trial < 200; ++trial) {
+    const bool logarithmic = trial % 4 != 0;
+    const auto lower = static_cast<double>(static_cast<float>(draw.log_uniform(1e-6, 1e-2)));
+    const auto upper = static_cast<double>(static_cast<float>(lower * draw.log_uniform(2.0, 1e5)));
+    const double sign = draw.sign();
+    double lowest = upper;
+    double highest = lower;
+    const auto cost = [&](const std::vector<double>& shapes) {
+      lowest = std::min(lowest, shapes[0]);
+      highest = std::max(highest, shapes[0]);
+      return 10.0 + sign * std::log(shapes[0]);
+    };
+    const SearchResult result =
+        refine_shapes({{0, lower, upper, logarithmic}}, {0.5 * (lower + upper)}, cost, 60);
+    EXPECT_GE(lowest, lower * (1.0 - 1e-14)) << trial;
+    EXPECT_LE(highest, upper * (1.0 + 1e-14)) << trial;
+    EXPECT_NEAR(result.shapes[0] / (sign > 0.0 ? lower : upper), 1.0, 0.05) << trial;
+  }
+}
+
+TEST(ShapeSearch, SlipDistancesAreEvenInTheLogarithm) {
+  const std::vector<double> slip = slip_distances(1e-7, 1e-3, 5, 8);
+  ASSERT_EQ(slip.size(), 8u);
+  for (std::size_t i = 0; i < 5; ++i)
+    EXPECT_NEAR(slip[i], std::pow(10.0, -7.0 + static_cast<double>(i)), 1e-12);
+  for (std::size_t i = 5; i < 8; ++i) EXPECT_EQ(slip[i], 0.0);
+}
+
+}  // namespace
+}  // namespace slipstack::workbench

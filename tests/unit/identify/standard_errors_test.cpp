@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+// Standard errors promise how far a repeated measurement would land: many are repeated here.
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <vector>
+
+#include "tests/unit/identify/identify_support.h"
+#include "workbench/identify/normal_equations.h"
+
+namespace slipstack::workbench {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using test::Draw;
+
+/// Gauss-Markov noise whose memory fades over `memory_rows`.
+VectorXd remembering_noise(Draw& draw, Index rows, double memory_rows) {
+  const double keep = std::exp(-1.0 / memory_rows);
+  VectorXd noise(rows);
+  double state = draw.normal();
+  for (Index row = 0; row < rows; ++row) {
+    noise(row) = state;
+    state = keep * state + std::sqrt(1.0 - keep * keep) * draw.normal();
+  }
+  return noise;
+}
+
+struct Calibration {
+  double coverage = 0.0;        ///< share of intervals of two standard errors that hold the truth
+  double ratio = 0.0;           ///< mean standard error over the scatter of the estimates
+  double naive_coverage = 0.0;  ///< the same for standard errors that take residuals to be independent
+};
+
+/// Fits four unknowns, one of them a constant, to many records with noise that remembers.
+Calibration calibrate(double memory_rows, int repetitions, bool with_bounds) {
+  const Measurement measurement(test::wandering_log(1, 1000.0, 20'000));
+  const Index rows = measurement.row_count();
+  const Index n = 4;
+  Draw draw(2);
+  MatrixXd columns(rows, n);
+  columns.col(0).setOnes();
+  for (Index i = 1; i < n; ++i) columns.col(i) = remembering_noise(draw, rows, memory_rows);
+  const VectorXd truth = VectorXd::LinSpaced(n, 1.0, 2.0);
+  NormalEquations::Constraints constraints{VectorXd::Constant(n, -1e9), VectorXd::Constant(n, 1e9),
+                                           MatrixXd::Zero(n, n)};
+  if (with_bounds) constraints.lower.setZero();
+  const MatrixXd inverse = (columns.transpose() * columns).inverse();
+  Calibration result;
+  double errors = 0.0;
+  double scatter = 0.0;
+  for (int k = 0; k < repetitions; ++k) {
+    const VectorXd target = columns * truth + 0.5 * remembering_noise(draw, rows, memory_rows);
+    const NormalEquations equations(measurement, columns, target);
+    const BoundedSolution solution = equations.fit(constraints);
+    const VectorXd error = equations.standard_errors(solution, constraints);
+    const double sigma = std::sqrt(equations.squared_error(solution.value) / static_cast<double>(rows - n));
+    for (Index i = 0; i < n; ++i) {
+      const double off = std::abs(solution.value(i) - truth(i));
+      result.coverage += off < 2.0 * error(i) ? 1.0 : 0.0;
+      result.naive_coverage += off < 2.0 * sigma * std::sqrt(inverse(i, i)) ? 1.0 : 0.0;
+      errors += error(i) * error(i);
+      scatter += off * off;
+    }
+  }
+  result.coverage /= repetitions * static_cast<double>(n);
+  result.naive_coverage /= repetitions * static_cast<double>(n);
+  result.ratio = std::sqrt(errors / scatter);
+  return result;
+}
+
+TEST(StandardErrors, HoldTheTruthForIndependentNoise) {
+  const Calibration is = calibrate(0.01, 300, false);
+  EXPECT_GT(is.coverage, 0.88);
+  EXPECT_LT(is.coverage, 0.98);
+  EXPECT_NEAR(is.ratio, 1.0, 0.1);
+}
+
+TEST(StandardErrors, HoldTheTruthForNoiseThatRemembers) {
+  const Calibration is = calibrate(5.0, 400, true);
+  EXPECT_GT(is.coverage, 0.85);
+  EXPECT_LT(is.coverage, 0.99);
+  EXPECT_NEAR(is.ratio, 1.0, 0.15);
+  EXPECT_LT(is.naive_coverage, 0.75);  // what believing in independence would have told
+}
+
+TEST(StandardErrors, AreZeroForWhatRestsOnABound) {
+  const Measurement measurement(test::wandering_log(3, 1000.0, 6000));
+  Draw draw(4);
+  const MatrixXd columns = draw.matrix(measurement.row_count(), 3);
+  const VectorXd target =
+      columns * Eigen::Vector3d(1.0, -1.0, 2.0) + 0.1 * draw.matrix(measurement.row_count(), 1);
+  NormalEquations::Constraints constraints{Eigen::Vector3d(0.0, 0.0, 1.5), Eigen::Vector3d(5.0, 5.0, 1.5),
+                                           MatrixXd::Zero(3, 3)};
+  const NormalEquations equations(measurement, columns, target);
+  const BoundedSolution solution = equations.fit(constraints);
+  const VectorXd errors = equations.standard_errors(solution, constraints);
+  EXPECT_GT(errors(0), 0.0);
+  EXPECT_EQ(errors(1), 0.0);
+  EXPECT_EQ(errors(2), 0.0);
+}
+
+// Units are the user's choice: metres or micrometres, the error goes with the value.
+TEST(StandardErrors, ScaleWithTheUnit) {
+  const Measurement measurement(test::wandering_log(5, 1000.0, 6000));
+  Draw draw(6);
+  MatrixXd columns = draw.matrix(measurement.row_count(), 3);
+  const VectorXd target = draw.matrix(measurement.row_count(), 1);
+  const NormalEquations::Constraints constraints{VectorXd::Constant(3, -1e12), VectorXd::Constant(3, 1e12),
+                                                 MatrixXd::Zero(3, 3)};
+  const auto errors_of = [&] {
+    const NormalEquations equations(measurement, columns, target);
+    return equations.standard_errors(equations.fit(constraints), constraints);
+  };
+  const VectorXd before = errors_of();
+  columns.col(1) *= 1e6;
+  const VectorXd after = errors_of();
+  EXPECT_NEAR(after(1) * 1e6 / before(1), 1.0, 1e-6);
+  EXPECT_NEAR(after(0) / before(0), 1.0, 1e-6);
+}
+
+}  // namespace
+}  // namespace slipstack::workbench
