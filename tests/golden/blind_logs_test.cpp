@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/golden/shared_data.h"
+#include "workbench/identify/standard_errors.h"
 
 // Six logs made by a generator that shares no code with the project; truth.json says what each hides.
 namespace slipstack::workbench {
@@ -19,10 +20,24 @@ class BlindLog : public testing::TestWithParam<int> {
     force_noise_N_ = measurement.force_noise_N();
     diagnosis_ = diagnose(measurement,
                           {.baseline = {"inertia", "presliding_hysteresis"}, .start = {}, .progress = {}});
+    best_ = with_standard_errors(measurement, diagnosis_.best).terms;
   }
   const Term& found() const { return diagnosis_.candidates.front().term; }
 
+  /// The shape of what was found, within `share` of the truth, and no further off than its standard error
+  /// admits.
+  void expect_shape(std::size_t index, const char* key, double share) {
+    const Term& term = *find_term(best_, found().id());
+    const double truth = truth_[key];
+    const double error = term.shape_standard_errors[index];
+    EXPECT_NEAR(found().shapes[index], truth, share * truth);
+    EXPECT_NEAR(term.shapes[index], truth, 4.0 * error);
+    EXPECT_LT(error, share * truth) << "an error that says nothing";
+    EXPECT_GT(error, 1e-6 * truth);
+  }
+
   Diagnosis diagnosis_;
+  Terms best_;
   nlohmann::json truth_;
   double force_noise_N_ = 0.0;
 };
@@ -53,27 +68,28 @@ TEST_F(BlindLog, ViscousCoefficientIsFound) {
   SKIP_WITHOUT(shared_file("hidden_effect/truth.json"));
   diagnose_log("blind_1");
   EXPECT_NEAR(found().gains[0], truth_["c"].get<double>(), 0.01 * truth_["c"].get<double>());
-  EXPECT_NEAR(found().gains[0], truth_["c"].get<double>(), 4.0 * found().standard_errors[0]);
+  const Term& viscous = *find_term(best_, "viscous");
+  EXPECT_NEAR(viscous.gains[0], truth_["c"].get<double>(), 4.0 * viscous.gain_standard_errors[0]);
 }
 
 TEST_F(BlindLog, StribeckVelocityIsFound) {
   SKIP_WITHOUT(shared_file("hidden_effect/truth.json"));
   diagnose_log("blind_2");
-  EXPECT_NEAR(found().shapes[0], truth_["vs"].get<double>(), 0.05 * truth_["vs"].get<double>());
+  expect_shape(0, "vs", 0.05);
   EXPECT_NEAR(found().shapes[1], 1.0, 0.05);  // the log's weakening is exponential
 }
 
 TEST_F(BlindLog, RipplePitchIsFound) {
   SKIP_WITHOUT(shared_file("hidden_effect/truth.json"));
   diagnose_log("blind_4");
-  EXPECT_NEAR(found().shapes[0], truth_["pitch_m"].get<double>(), 1e-3 * truth_["pitch_m"].get<double>());
+  expect_shape(0, "pitch_m", 1e-3);
 }
 
 TEST_F(BlindLog, ResonanceIsFound) {
   SKIP_WITHOUT(shared_file("hidden_effect/truth.json"));
   diagnose_log("blind_5");
-  EXPECT_NEAR(found().shapes[0], truth_["f0"].get<double>(), 2e-3 * truth_["f0"].get<double>());
-  EXPECT_NEAR(found().shapes[1], truth_["zeta"].get<double>(), 0.05 * truth_["zeta"].get<double>());
+  expect_shape(0, "f0", 2e-3);
+  expect_shape(1, "zeta", 0.05);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include "workbench/cli/inputs.h"
 #include "workbench/diagnose/quantity.h"
 #include "workbench/identify/reduce.h"
+#include "workbench/identify/standard_errors.h"
 #include "workbench/log/text.h"
 
 namespace slipstack::workbench {
@@ -57,7 +58,8 @@ ForceRows rows_of(const FittedModel& fitted) {
 
 Model model_of(const Options& options, const Measurement& measurement, const FittedModel& fitted,
                double floor_N) {
-  const FittedModel reduced = reduce_hysteresis(measurement, fitted, kTargetElements);
+  const FittedModel reduced =
+      with_standard_errors(measurement, reduce_hysteresis(measurement, fitted, kTargetElements));
   Model model;
   model.source = {printable(options.log), static_cast<std::int64_t>(measurement.sample_count()),
                   fitted.holdout_rmse_N, floor_N, fitted.relative_error};

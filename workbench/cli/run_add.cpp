@@ -6,6 +6,7 @@
 #include "workbench/cli/results.h"
 #include "workbench/cli/tables.h"
 #include "workbench/identify/noise_floor.h"
+#include "workbench/identify/standard_errors.h"
 #include "workbench/log/text.h"
 #include "workbench/report/html.h"
 
@@ -50,7 +51,8 @@ Addition added(const Measurement& measurement, const Model& old, const EffectDes
   result.before = fit_gains(measurement, terms_on(measurement, old));
   progress.show("add the effect");
   const Trial trial = try_effect(measurement, result.before, effect, {});
-  result.after = polish_shapes(measurement, fit_gains(measurement, trial.terms, &result.before), {});
+  result.after = with_standard_errors(
+      measurement, polish_shapes(measurement, fit_gains(measurement, trial.terms, &result.before), {}));
   result.floor_N = NoiseFloor(measurement).of(result.after.terms);
   result.headline = fmt::format("Added {}: held-out error {} before, {} after; noise floor {}.",
                                 effect.text.title, newtons(result.before.holdout_rmse_N),

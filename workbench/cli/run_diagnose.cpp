@@ -6,6 +6,7 @@
 #include "workbench/cli/results.h"
 #include "workbench/cli/tables.h"
 #include "workbench/diagnose/diagnose.h"
+#include "workbench/identify/standard_errors.h"
 #include "workbench/report/html.h"
 
 namespace slipstack::workbench {
@@ -93,7 +94,7 @@ json report_of(const Options& options, const Measurement& measurement, const Dia
   data["candidates"] = result["candidates"];
   data["steps"] = steps_json(diagnosis);
   data["unexplained"] = result["unexplained"];
-  data["parameters"] = parameters_json(shown.terms);
+  data["parameters"] = parameters_json(with_standard_errors(measurement, shown).terms);
   const ForceRows before = rows_of(diagnosis.baseline);
   const ForceRows after = rows_of(shown);
   add_pictures(data, measurement, before, found ? &after : nullptr);

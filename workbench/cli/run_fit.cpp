@@ -6,6 +6,7 @@
 #include "workbench/cli/results.h"
 #include "workbench/cli/tables.h"
 #include "workbench/identify/noise_floor.h"
+#include "workbench/identify/standard_errors.h"
 #include "workbench/log/text.h"
 #include "workbench/report/html.h"
 
@@ -42,7 +43,7 @@ void run_fit(const Options& options) {
   check_combination(measurement, ids);
   check_enough(options, measurement, ids);
   progress.show("fit");
-  const FittedModel fitted = fit_effects(measurement, ids, {});
+  const FittedModel fitted = with_standard_errors(measurement, fit_effects(measurement, ids, {}));
   progress.show("reduce to the controller");
   const double floor_N = NoiseFloor(measurement).of(fitted.terms);
   const Model model = model_of(options, measurement, fitted, floor_N);

@@ -36,14 +36,17 @@ std::string parameter_table(const Terms& terms) {
       continue;
     }
     for (std::size_t i = 0; i < term.shapes.size(); ++i) {
-      text += fmt::format("{:<32} {:<24} {:>14}\n", term.id(), term.effect->shapes[i].name,
-                          shape_value(term.effect->shapes[i], term.shapes[i]));
+      const ShapeSpec& shape = term.effect->shapes[i];
+      const double error = i < term.shape_standard_errors.size() ? term.shape_standard_errors[i] : 0.0;
+      text +=
+          fmt::format("{:<32} {:<24} {:>14} {:>14}\n", term.id(), shape.name,
+                      shape_value(shape, term.shapes[i]), error > 0.0 ? shape_value(shape, error) : "set");
     }
     for (std::size_t g = 0; g < term.gains.size(); ++g) {
       const GainGroup& group = term.effect->group_of_gain(static_cast<int>(g));
       const std::string name = group.count > 1 ? fmt::format("{} {}", group.name, g + 1) : group.name;
       const bool given = term.lower[g] == term.upper[g];
-      const double error = g < term.standard_errors.size() ? term.standard_errors[g] : 0.0;
+      const double error = g < term.gain_standard_errors.size() ? term.gain_standard_errors[g] : 0.0;
       text +=
           fmt::format("{:<32} {:<24} {:>14} {:>14}\n", term.id(), name, quantity(term.gains[g], group.unit),
                       given         ? "given"

@@ -31,14 +31,6 @@ void take_gains(Terms& terms, const Eigen::VectorXd& gains) {
   }
 }
 
-void take_errors(Terms& terms, const Eigen::VectorXd& errors) {
-  Eigen::Index next = 0;
-  for (Term& term : terms) {
-    term.standard_errors.clear();
-    for (std::size_t i = 0; i < term.gains.size(); ++i) term.standard_errors.push_back(errors(next++));
-  }
-}
-
 bool all_zero(const Term& term) {
   for (const double gain : term.gains) {
     if (gain != 0.0) return false;
@@ -145,7 +137,6 @@ FittedModel fit_gains(const Measurement& measurement, Terms terms, const FittedM
   }
   // The state that belongs to the final gains: residuals and trials start from it.
   fitted.linearisation = std::make_shared<Linearisation>(*linearisation, terms);
-  take_errors(terms, fitted.equations->standard_errors(fitted.solution, fitted.constraints));
   const auto judged =
       fitted.equations->cross_validate(measurement, fitted.constraints, fitted.solution.rests);
   fitted.holdout_rmse_N = judged.rmse;

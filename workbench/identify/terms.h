@@ -18,7 +18,9 @@ struct Term {
   std::vector<double> gains;
   std::vector<double> lower;  ///< bounds of the gains; equal where the gain is given
   std::vector<double> upper;
-  std::vector<double> standard_errors;  ///< of the gains; empty before a fit
+  // Standard errors of what the fit chose, zero where it was not free; empty until with_standard_errors().
+  std::vector<double> gain_standard_errors;
+  std::vector<double> shape_standard_errors;
 
   std::string id() const { return effect->id(); }
 };

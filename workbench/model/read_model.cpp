@@ -143,9 +143,14 @@ class Reader {
       std::size_t end = i + 1;
       while (end < specs.size() && names[end] == names[i]) ++end;
       const toml::table& entry = find_entry(table, "shape", specs[i].name, specs[i].unit);
-      require_keys(entry, {"name", "unit", "value"});
+      require_keys(entry, {"name", "unit", "value", "standard_error"});
       count = read_values(entry, "value", static_cast<double>(specs[i].lower),
                           static_cast<double>(specs[i].upper), std::span(term.shapes).subspan(i, end - i));
+      if (entry.contains("standard_error")) {
+        term.shape_standard_errors.resize(specs.size(), 0.0);
+        read_values(entry, "standard_error", 0.0, HUGE_VAL,
+                    std::span(term.shape_standard_errors).subspan(i, end - i));
+      }
       i = end;
     }
     return count;
@@ -171,9 +176,9 @@ class Reader {
         term.upper.push_back(given ? term.gains[i] : upper);
       }
       if (entry.contains("standard_error")) {
-        term.standard_errors.resize(term.gains.size(), 0.0);
+        term.gain_standard_errors.resize(term.gains.size(), 0.0);
         read_values(entry, "standard_error", 0.0, HUGE_VAL,
-                    std::span(term.standard_errors).subspan(first, count));
+                    std::span(term.gain_standard_errors).subspan(first, count));
       }
       first += count;
     }

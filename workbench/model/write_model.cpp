@@ -28,7 +28,11 @@ toml::array shapes_of(const Term& term, std::size_t used) {
     std::size_t end = i + 1;
     while (end < specs.size() && std::string_view(specs[end].name) == specs[i].name) ++end;
     toml::table entry{{"name", specs[i].name}, {"unit", specs[i].unit}};
-    put_values(entry, "value", std::span(term.shapes).subspan(i, std::min(end, std::max(used, i + 1)) - i));
+    const std::size_t count = std::min(end, std::max(used, i + 1)) - i;
+    put_values(entry, "value", std::span(term.shapes).subspan(i, count));
+    if (term.shape_standard_errors.size() == specs.size() && term.shape_standard_errors[i] > 0.0) {
+      put_values(entry, "standard_error", std::span(term.shape_standard_errors).subspan(i, count));
+    }
     entries.push_back(std::move(entry));
     i = end;
   }
@@ -42,8 +46,8 @@ toml::array gains_of(const Term& term, std::size_t used) {
     const std::size_t count = std::min(static_cast<std::size_t>(group.count), std::max<std::size_t>(used, 1));
     toml::table entry{{"name", group.name}, {"unit", group.unit}};
     put_values(entry, "value", std::span(term.gains).subspan(first, count));
-    if (term.standard_errors.size() == term.gains.size()) {
-      put_values(entry, "standard_error", std::span(term.standard_errors).subspan(first, count));
+    if (term.gain_standard_errors.size() == term.gains.size()) {
+      put_values(entry, "standard_error", std::span(term.gain_standard_errors).subspan(first, count));
     }
     if (term.lower[first] == term.upper[first]) entry.insert("given", true);
     entries.push_back(std::move(entry));

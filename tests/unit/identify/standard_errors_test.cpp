@@ -7,6 +7,7 @@
 
 #include "tests/unit/identify/identify_support.h"
 #include "workbench/identify/normal_equations.h"
+#include "workbench/identify/standard_errors.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -119,6 +120,88 @@ TEST(StandardErrors, ScaleWithTheUnit) {
   const VectorXd after = errors_of();
   EXPECT_NEAR(after(1) * 1e6 / before(1), 1.0, 1e-6);
   EXPECT_NEAR(after(0) / before(0), 1.0, 1e-6);
+}
+
+/// The force of viscous friction and of a ripple over one pitch, on a motion that wanders.
+Terms ripple_model(const Measurement& measurement) {
+  Terms terms{make_term(measurement, *find_effect("viscous")),
+              make_term(measurement, *find_effect("force_ripple"))};
+  terms[0].gains = {4.0};
+  terms[1].shapes[0] = 0.024;
+  terms[1].gains[0] = 0.4;
+  terms[1].gains[1] = -0.3;
+  return terms;
+}
+
+struct Estimate {
+  double value = 0.0;
+  double error = 0.0;
+};
+
+/// What many records of that axis give for the pitch and for the amplitude of its first harmonic.
+std::vector<std::vector<Estimate>> repeated_fits(int repetitions) {
+  std::vector<std::vector<Estimate>> estimates(2);
+  Log log = test::wandering_log(7, 1000.0, 12'000);
+  const Terms truth = ripple_model(Measurement(log));
+  const std::vector<double> force_N = evaluate_force(Measurement(log), truth).force_N;
+  Draw draw(8);
+  for (int k = 0; k < repetitions; ++k) {
+    for (std::size_t i = 0; i < force_N.size(); ++i) log.force_N[i] = force_N[i] + 0.5 * draw.normal();
+    const Measurement measurement(log);
+    const Terms found =
+        with_standard_errors(measurement, fit_effects(measurement, {"viscous", "force_ripple"}, {})).terms;
+    const Term& ripple = *find_term(found, "force_ripple");
+    estimates[0].push_back({ripple.shapes[0], ripple.shape_standard_errors[0]});
+    estimates[1].push_back({ripple.gains[0], ripple.gain_standard_errors[0]});
+  }
+  return estimates;
+}
+
+TEST(StandardErrors, OfShapesTellHowFarRepeatedRecordsScatter) {
+  const double truth[] = {0.024, 0.4};
+  const auto estimates = repeated_fits(60);
+  for (std::size_t which = 0; which < estimates.size(); ++which) {
+    double scatter = 0.0;
+    double errors = 0.0;
+    int inside = 0;
+    for (const Estimate& estimate : estimates[which]) {
+      const double off = std::abs(estimate.value - truth[which]);
+      scatter += off * off;
+      errors += estimate.error * estimate.error;
+      inside += off < 2.0 * estimate.error ? 1 : 0;
+    }
+    EXPECT_GT(std::sqrt(errors / scatter), 0.75) << which;
+    EXPECT_LT(std::sqrt(errors / scatter), 1.35) << which;
+    EXPECT_GE(inside, 50) << which;
+  }
+}
+
+// The direction of the sine within the ripple turns as the pitch moves: who holds the pitch for known
+// promises too much for the gains.
+TEST(StandardErrors, OfGainsKnowThatThePitchWasFitted) {
+  Log log = test::wandering_log(9, 1000.0, 12'000);
+  for (double& position_m : log.position_m) position_m += 0.1;  // far from where the phase is counted from
+  const Terms truth = ripple_model(Measurement(log));
+  const std::vector<double> force_N = evaluate_force(Measurement(log), truth).force_N;
+  Draw draw(10);
+  for (std::size_t i = 0; i < force_N.size(); ++i) log.force_N[i] = force_N[i] + 0.5 * draw.normal();
+  const Measurement measurement(log);
+  const FittedModel fitted = fit_gains(measurement, truth);
+  const Eigen::VectorXd held = fitted.equations->standard_errors(fitted.solution, fitted.constraints);
+  const Terms jointly = with_standard_errors(measurement, fitted).terms;
+  EXPECT_GT(jointly[1].gain_standard_errors[0], 0.99 * held(1));
+  EXPECT_GT(jointly[1].gain_standard_errors[1], 0.99 * held(2));
+  EXPECT_GT(jointly[1].gain_standard_errors[0] + jointly[1].gain_standard_errors[1],
+            1.05 * (held(1) + held(2)));
+}
+
+TEST(StandardErrors, AreZeroForTheShapesOfAnEffectWithoutForce) {
+  const Measurement measurement(test::wandering_log(10, 1000.0, 6000));
+  FittedModel fitted = fit_gains(measurement, ripple_model(measurement));
+  for (double& gain : fitted.terms[1].gains) gain = 0.0;
+  const Terms terms = with_standard_errors(measurement, fitted).terms;
+  EXPECT_EQ(terms[1].shape_standard_errors[0], 0.0);
+  EXPECT_GT(terms[0].gain_standard_errors[0], 0.0);
 }
 
 }  // namespace

@@ -69,6 +69,10 @@ inline Term random_term(const EffectDescription& effect, std::mt19937_64& random
                               ? 1e-6 * std::pow(1.3, static_cast<double>(i))
                               : between(static_cast<double>(spec.lower), static_cast<double>(spec.upper)));
   }
+  // The slip distances are a grid, not fitted.
+  if (with_errors && !hysteresis) {
+    for (std::size_t i = 0; i < effect.shapes.size(); ++i) term.shape_standard_errors.push_back(unit(random));
+  }
   std::size_t index = 0;
   for (const GainGroup& group : effect.gain_groups) {
     for (int i = 0; i < group.count; ++i, ++index) {
@@ -78,7 +82,7 @@ inline Term random_term(const EffectDescription& effect, std::mt19937_64& random
       term.gains.push_back(used ? between(low, high) : 0.0);
       term.lower.push_back(low);
       term.upper.push_back(high);
-      if (with_errors) term.standard_errors.push_back(used ? unit(random) : 0.0);
+      if (with_errors) term.gain_standard_errors.push_back(used ? unit(random) : 0.0);
     }
   }
   return term;

@@ -120,7 +120,11 @@ std::string broken_promise(const Model& model) {
       if (term.gains.size() != gains || term.lower.size() != gains || term.upper.size() != gains)
         return "gains";
       if (term.shapes.size() != term.effect->shapes.size()) return "shapes";
-      if (!term.standard_errors.empty() && term.standard_errors.size() != gains) return "standard errors";
+      if (!term.gain_standard_errors.empty() && term.gain_standard_errors.size() != gains)
+        return "errors of gains";
+      if (!term.shape_standard_errors.empty() && term.shape_standard_errors.size() != term.shapes.size()) {
+        return "errors of shapes";
+      }
       for (std::size_t i = 0; i < gains; ++i) {
         if (!(term.lower[i] <= term.gains[i] && term.gains[i] <= term.upper[i])) return "gain out of bounds";
       }

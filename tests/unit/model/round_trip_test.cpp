@@ -18,7 +18,8 @@ void expect_equal(const Terms& is, const Terms& should) {
     EXPECT_EQ(a.gains, b.gains) << a.id();
     EXPECT_EQ(a.lower, b.lower) << a.id();
     EXPECT_EQ(a.upper, b.upper) << a.id();
-    EXPECT_EQ(a.standard_errors, b.standard_errors) << a.id();
+    EXPECT_EQ(a.gain_standard_errors, b.gain_standard_errors) << a.id();
+    EXPECT_EQ(a.shape_standard_errors, b.shape_standard_errors) << a.id();
   }
 }
 
