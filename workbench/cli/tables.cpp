@@ -3,6 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "workbench/diagnose/quantity.h"
 
 namespace slipstack::workbench {
@@ -13,8 +16,16 @@ constexpr double kWorthALine = 0.005;
 constexpr std::size_t kMostLines = 10;
 
 /// An exponent is a number, not a share of one.
-std::string shape_value(const ShapeSpec& shape, double value) {
-  return shape.kind == ShapeKind::exponent ? fmt::format("{:.3g}", value) : quantity(value, shape.unit);
+std::string shape_value(const ShapeSpec& shape, double value, int significant = 3) {
+  return shape.kind == ShapeKind::exponent ? fmt::format("{:.{}g}", value, significant)
+                                           : quantity(value, shape.unit, significant);
+}
+
+/// Digits that a value deserves: down to the second digit of its standard error, three where there is none.
+int digits_known(double value, double error) {
+  if (error <= 0.0 || value == 0.0) return 3;
+  const double ratio = std::log10(std::abs(value)) - std::floor(std::log10(error));
+  return std::clamp(static_cast<int>(std::floor(ratio)) + 2, 3, 8);
 }
 
 }  // namespace
@@ -38,20 +49,20 @@ std::string parameter_table(const Terms& terms) {
     for (std::size_t i = 0; i < term.shapes.size(); ++i) {
       const ShapeSpec& shape = term.effect->shapes[i];
       const double error = i < term.shape_standard_errors.size() ? term.shape_standard_errors[i] : 0.0;
-      text +=
-          fmt::format("{:<32} {:<24} {:>14} {:>14}\n", term.id(), shape.name,
-                      shape_value(shape, term.shapes[i]), error > 0.0 ? shape_value(shape, error) : "set");
+      text += fmt::format("{:<32} {:<24} {:>14} {:>14}\n", term.id(), shape.name,
+                          shape_value(shape, term.shapes[i], digits_known(term.shapes[i], error)),
+                          error > 0.0 ? shape_value(shape, error) : "set");
     }
     for (std::size_t g = 0; g < term.gains.size(); ++g) {
       const GainGroup& group = term.effect->group_of_gain(static_cast<int>(g));
       const std::string name = group.count > 1 ? fmt::format("{} {}", group.name, g + 1) : group.name;
       const bool given = term.lower[g] == term.upper[g];
       const double error = g < term.gain_standard_errors.size() ? term.gain_standard_errors[g] : 0.0;
-      text +=
-          fmt::format("{:<32} {:<24} {:>14} {:>14}\n", term.id(), name, quantity(term.gains[g], group.unit),
-                      given         ? "given"
-                      : error > 0.0 ? quantity(error, group.unit)
-                                    : "at its bound");
+      text += fmt::format("{:<32} {:<24} {:>14} {:>14}\n", term.id(), name,
+                          quantity(term.gains[g], group.unit, digits_known(term.gains[g], error)),
+                          given         ? "given"
+                          : error > 0.0 ? quantity(error, group.unit)
+                                        : "at its bound");
     }
   }
   return text;
