@@ -7,7 +7,7 @@
 
 namespace slipstack::sim {
 
-enum class CurveKind { kExponential, kRational, kStretched };
+enum class CurveKind { kExponential, kRational, kStretched, kPoints };
 
 std::string_view name(CurveKind kind);
 
@@ -15,18 +15,22 @@ std::string_view name(CurveKind kind);
 ///   exponential  level·(1 − exp(−u))
 ///   rational     level·(1 − 1/(1+u)²)                        ([2], h₀ and δ)
 ///   stretched    level·(1 − exp(−uⁿ)), 0 < n ≤ 1: a power law xⁿ that saturates
+///   points       straight lines from the origin through measured points, level from the last on
 struct CurveTerm {
   CurveKind kind = CurveKind::kExponential;
   double level_N = 1.0;
   double length_m = 1e-5;
   double exponent = 1.0;
+  std::vector<double> points_m{};  // of `points`: displacements, and the forces there
+  std::vector<double> points_N{};
 };
 
 /// A virgin curve: the sum of its terms (several scales, several rails). Rising, concave, saturating.
 class VirginCurve {
  public:
   VirginCurve() = default;
-  /// Throws std::invalid_argument when a level or length is not positive or an exponent not in (0, 1].
+  /// Throws std::invalid_argument when a level or length is not positive, an exponent not in (0, 1], or
+  /// points do not rise and bend downwards.
   explicit VirginCurve(std::vector<CurveTerm> terms);
 
   /// Force at displacement x ≥ 0 on the virgin curve, N.

@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 
 #include "workbench/cli/commands.h"
+#include "workbench/cli/experiment/experiment.h"
 #include "workbench/cli/output.h"
 #include "workbench/identify/effect_catalogue.h"
 #include "workbench/log/input_error.h"
@@ -101,6 +102,7 @@ void define_commands(CLI::App& app, Options& options) {
   define_fit(app, options);
   define_diagnose(app, options);
   define_add(app, options);
+  define_experiment(app, options);
 }
 
 /// The parser alone would only say that a command is required.

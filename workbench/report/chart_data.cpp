@@ -103,7 +103,7 @@ std::string chart_data_json(const json& data) {
   std::string out = "{\"series\":";
   append_value(out, series, kValueDigits);
   out += ',';
-  for (const char* key : {"loops", "profiles", "spectrum"}) {
+  for (const char* key : {"loops", "profiles", "spectrum", "charts"}) {
     append_string(out, key);
     out += ':';
     append_value(out, member(data, key), kValueDigits);

@@ -95,6 +95,8 @@ std::string render_report(const json& data) {
   body += reasons_html(data);
   body += ranking_html(data);
   body += charts_html(data, figures);
+  body += experiment_charts_html(data, figures);
+  body += experiment_tables_html(data);
   body += parameters_html(data);
   body += method_html(data);
   const std::string title = text_at(data, "title");

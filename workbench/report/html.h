@@ -14,10 +14,11 @@ namespace slipstack::workbench {
 /// `data` holds SI values, NaN as null. Any part may be missing, null, empty or of another type and is then
 /// left out. Strings may come from anywhere: they are escaped, and stray bytes replaced. Arrays that belong
 /// together are equally long, null where a sample was excluded. Members:
-///   title, command, log; samples, duration_s, sample_rate_Hz; header: {mass_kg, magnet_pitch_m,
+///   title, command, log, setup; samples, duration_s, sample_rate_Hz; header: {mass_kg, magnet_pitch_m,
 ///   encoder_resolution_m,
 ///     motor_constant_N_per_A, normal_force_N}
-///   verdict: {kind: missing_effect | complete | unexplained | comparison | fit | added, headline, detail}
+///   verdict: {kind: missing_effect | complete | unexplained | comparison | fit | added |
+///     experiment, headline, detail}
 ///   figures: {noise_floor_N, train_rmse_N, holdout_rmse_N, after_rmse_N, relative_error (a share)}
 ///   baseline_effects: [id];  notes: [text];  unexplained: {coordinate, description}
 ///   series: {time_s, position_m, velocity_mps, measured_N, model_N, residual_N, after_N}; "after": with the
@@ -32,6 +33,9 @@ namespace slipstack::workbench {
 ///   baseline's held-out
 ///     error), confounded_with: [id], evidence, cause, confirm_with}], best first
 ///   steps: [{added: "baseline" or id, holdout_rmse_N}]
+///   charts: [{title, x_axis: {name, unit, log}, y_axis, x: [value], curves: [{name, role, dashed, y, x}],
+///     orbit}]: an experiment's, in the units named; in an orbit every curve has its own x
+///   tables: [{title, columns: [{heading, unit, number}], rows: [[text]]}]
 ///   parameters: [{effect, title, formula, parameters: [{name, value, standard_error, unit (SI), note}]}]
 ///
 /// Cost: linear in the number of values, about 10 bytes of page for each.

@@ -115,6 +115,9 @@ std::string in_sentence(std::string title) {
 std::string masthead_html(const json& data) {
   std::string strip;
   if (const std::string log = text_at(data, "log"); !log.empty()) strip += entry("Log", escape_html(log));
+  if (const std::string setup = text_at(data, "setup"); !setup.empty()) {
+    strip += entry("Set-up", escape_html(setup));
+  }
   if (const auto samples = number_at(data, "samples")) strip += entry("Samples", fixed(*samples, 0));
   if (const auto duration = number_at(data, "duration_s")) {
     strip += entry("Duration", with_unit(*duration, "s", 4));

@@ -36,6 +36,10 @@ std::string charts_html(const nlohmann::json& data, FigureNumbers& figures);
 /// Every parameter of the model with its standard error, grouped by effect.
 std::string parameters_html(const nlohmann::json& data);
 
+/// Charts and tables of an experiment (`charts`, `tables`).
+std::string experiment_charts_html(const nlohmann::json& data, FigureNumbers& figures);
+std::string experiment_tables_html(const nlohmann::json& data);
+
 /// Baseline, command, notes: what somebody needs to get the same report again.
 std::string method_html(const nlohmann::json& data);
 

@@ -18,13 +18,17 @@ const kStyles = {
   velocity: {width: 1.25, dash: [5, 3], colour: 'forward'},
 };
 
+// The curves of an experiment: eight colours that go on from the palette.
+for (let i = 1; i <= 8; ++i) kStyles['curve' + i] = {width: 1.5};
+
 const styleOf = (series) => ({...kStyles[series.role], ...series.style});
 const colourOf = (series, theme) => theme[kStyles[series.role].colour ?? series.role];
 
 // Colours as they are computed for `element`, so that one chart can follow the screen and another the paper.
 function readTheme(element, into = {}) {
   const style = getComputedStyle(element);
-  for (const name of ['page', 'ink', 'soft', 'rule', 'hair', 'measured', 'before', 'after', 'forward', 'backward', 'floor', 'motion']) {
+  for (const name of ['page', 'ink', 'soft', 'rule', 'hair', 'measured', 'before', 'after', 'forward', 'backward', 'floor', 'motion',
+                      'curve1', 'curve2', 'curve3', 'curve4', 'curve5', 'curve6', 'curve7', 'curve8']) {
     into[name] = style.getPropertyValue('--' + name).trim();
   }
   into.font = style.fontFamily || 'sans-serif';

@@ -123,6 +123,23 @@ function spectrumPlot(spectrum) {
   ], {height: 260, paperHeight: 200, levels: floor});
 }
 
+// A chart of an experiment: the page says what its axes and curves are, in display units.
+function curvesPlot(chart) {
+  const axis = (of) => ({label: of.unit ? `${of.name} (${of.unit})` : of.name, name: of.name, unit: of.unit, log: of.log});
+  const style = (curve) => ({...(curve.dashed ? {dash: [5, 3]} : {})});
+  const positive = (values, log) => (log ? values.map((value) => (value > 0 ? value : null)) : values);
+  if (chart.orbit) {
+    return {
+      kind: 'xy', height: 330, paperHeight: 240, x: axis(chart.x_axis), y: [axis(chart.y_axis)],
+      data: [null, ...chart.curves.map((curve) => [curve.x, curve.y])],
+      series: chart.curves.map((curve) => ({name: curve.name, role: curve.role, style: style(curve)})),
+    };
+  }
+  const entries = chart.curves.map((curve) => ({
+    name: curve.name, role: curve.role, style: style(curve), values: positive(curve.y, chart.y_axis.log)}));
+  return linePlot(positive(chart.x, chart.x_axis.log), axis(chart.x_axis), [axis(chart.y_axis)], entries, {height: 300, paperHeight: 220});
+}
+
 function plotsFor(figure) {
   const index = Number(figure.dataset.index);
   switch (figure.dataset.chart) {
@@ -130,6 +147,7 @@ function plotsFor(figure) {
     case 'loop': return [loopPlot(report.loops[index])];
     case 'profile': return [profilePlot(report.profiles[index])];
     case 'spectrum': return [spectrumPlot(report.spectrum)];
+    case 'curves': return [curvesPlot(report.charts[index])];
     default: return [];
   }
 }

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+// The axis of a set-up as the event-exact path needs it.
+#pragma once
+
+#include <string_view>
+
+#include "sim_host/experiments/setup.h"
+#include "sim_host/friction/element_bank.h"
+#include "sim_host/plant/exact_axis.h"
+
+namespace slipstack::sim {
+
+/// Mass (payload included), Newtonian viscous friction, linear cable chain and arm of a set-up. The cable's
+/// rest is taken relative to the set-up's position, so that the exact axis starts at zero. Throws SetupError
+/// that names the first effect that is not linear; `experiment` says in the message what was asked for.
+LinearPart linear_part(const ExperimentSetup& setup, std::string_view experiment);
+
+/// The elements of a set-up's friction.
+ElementBank element_bank(const ExperimentSetup& setup);
+
+}  // namespace slipstack::sim

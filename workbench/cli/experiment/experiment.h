@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "workbench/cli/commands.h"
+#include "workbench/cli/experiment/result.h"
+#include "workbench/cli/output.h"
+#include "workbench/cli/progress.h"
+
+namespace slipstack::workbench {
+
+/// `slipstack experiment`: the experiments of the papers, on simulated set-ups and measured data.
+void define_experiment(CLI::App& app, const Options& options);
+
+/// What every experiment writes.
+struct ExperimentOutputs {
+  std::string report;
+  std::string json;
+};
+
+/// Adds --report and --json.
+void add_experiment_outputs(CLI::App& command, ExperimentOutputs& outputs);
+/// An option with a text that must not be empty.
+CLI::Option* add_word(CLI::App& command, const std::string& name, std::string& value, const std::string& kind,
+                      const std::string& description);
+
+/// Runs `work` under a progress line and writes what it returns: tables on standard output, JSON and report
+/// where asked for, all or none. `inputs` are files that no output may replace. A SetupError or
+/// std::invalid_argument of the plant becomes a UsageError: one line, status 2.
+void deliver(const Options& options, const ExperimentOutputs& outputs, const std::vector<std::string>& inputs,
+             const std::function<ExperimentResult(Progress&)>& work);
+
+// Each experiment: one file of this folder, one line in define_experiment().
+void define_free(CLI::App& experiment, const Options& options);
+
+}  // namespace slipstack::workbench
