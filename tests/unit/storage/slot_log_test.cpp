@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "firmware/storage/slot_log.h"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+#include <optional>
+#include <random>
+#include <set>
+#include <string_view>
+#include <vector>
+
+namespace slipstack {
+namespace {
+
+using Bytes = std::vector<std::byte>;
+
+/// Flash with a supply that fails at a given step: a step is one unit written, or one page erased. The unit
+/// or page of that step then holds what `tear` says; everything later fails.
+class CutFlash final : public Nonvolatile {
+ public:
+  enum class Tear { nothing, garbage, half, all };
+
+  CutFlash(std::size_t pages, std::size_t page, std::size_t unit)
+      : page_(page), unit_(unit), bytes(pages * page, std::byte{0xFF}), erased(pages, 0) {}
+  std::size_t page_count() const override { return bytes.size() / page_; }
+  std::size_t page_size() const override { return page_; }
+  std::size_t write_unit() const override { return unit_; }
+  NonvolatileStatus read(std::size_t page, std::size_t offset, std::span<std::byte> out) const override {
+    if (page >= page_count() || offset + out.size() > page_) return NonvolatileStatus::kOutOfRange;
+    for (std::size_t i = 0; i < out.size(); ++i) {
+      const std::size_t at = page * page_ + offset + i;
+      // A torn unit of a flash with error correction cannot be read at all.
+      if (unreadable.count(at / unit_) != 0) return NonvolatileStatus::kDeviceError;
+      out[i] = bytes[at];
+    }
+    return NonvolatileStatus::kOk;
+  }
+  NonvolatileStatus write(std::size_t page, std::size_t offset, std::span<const std::byte> data) override {
+    if (page >= page_count() || offset + data.size() > page_) return NonvolatileStatus::kOutOfRange;
+    if (offset % unit_ != 0 || data.size() % unit_ != 0) return NonvolatileStatus::kMisaligned;
+    for (std::size_t done = 0; done < data.size(); done += unit_) {
+      const std::size_t at = page * page_ + offset + done;
+      for (std::size_t i = 0; i < unit_; ++i) {
+        if (bytes[at + i] != std::byte{0xFF}) return NonvolatileStatus::kNotErased;
+      }
+      if (!step(at, unit_, data.subspan(done, unit_))) return NonvolatileStatus::kDeviceError;
+    }
+    return NonvolatileStatus::kOk;
+  }
+  NonvolatileStatus erase(std::size_t page) override {
+    if (page >= page_count()) return NonvolatileStatus::kOutOfRange;
+    const Bytes blank(page_, std::byte{0xFF});
+    for (std::size_t i = 0; i < page_ / unit_; ++i) unreadable.erase(page * page_ / unit_ + i);
+    if (!step(page * page_, page_, blank)) return NonvolatileStatus::kDeviceError;
+    ++erased[page];
+    return NonvolatileStatus::kOk;
+  }
+
+  std::size_t steps = 0;
+  std::optional<std::size_t> cut_at;
+  Tear tear = Tear::nothing;
+  bool torn_unreadable = false;
+  std::mt19937 random{7};
+
+ private:
+  bool step(std::size_t at, std::size_t size, std::span<const std::byte> to) {
+    if (cut_at && steps > *cut_at) return false;
+    const bool cut = cut_at && steps == *cut_at;
+    ++steps;
+    for (std::size_t i = 0; i < size; ++i) {
+      if (!cut || tear == Tear::all || (tear == Tear::half && i < size / 2)) bytes[at + i] = to[i];
+      if (cut && tear == Tear::garbage) bytes[at + i] = static_cast<std::byte>(random() & 0xFFU);
+    }
+    if (cut && torn_unreadable) {
+      for (std::size_t i = 0; i < size / unit_; ++i) unreadable.insert(at / unit_ + i);
+    }
+    return !cut;
+  }
+  std::size_t page_;
+  std::size_t unit_;
+
+ public:
+  Bytes bytes;
+  std::set<std::size_t> unreadable;
+  std::vector<int> erased;
+};
+
+Bytes pattern(std::size_t size, unsigned seed) {
+  std::mt19937 random(seed);
+  Bytes bytes(size);
+  for (std::byte& byte : bytes) byte = static_cast<std::byte>(random() & 0xFFU);
+  return bytes;
+}
+
+std::optional<Bytes> newest(Nonvolatile& flash) {
+  SlotLog log(flash);
+  if (log.mount() != StoreStatus::kOk) return std::nullopt;
+  Bytes out(4096);
+  std::size_t size = 0;
+  if (log.load(out, size) != StoreStatus::kOk) return std::nullopt;
+  out.resize(size);
+  return out;
+}
+
+TEST(Crc32, CheckValueOfTheStandard) {
+  const std::string_view text = "123456789";
+  EXPECT_EQ(crc32(std::as_bytes(std::span(text))), 0xCBF43926U);
+}
+
+TEST(SlotLog, BlankFlashHoldsNothing) {
+  CutFlash flash(2, 2048, 8);
+  SlotLog log(flash);
+  EXPECT_EQ(log.mount(), StoreStatus::kNothingStored);
+  std::size_t size = 1;
+  Bytes out(10);
+  EXPECT_EQ(log.load(out, size), StoreStatus::kNothingStored);
+  EXPECT_EQ(size, 0U);
+}
+
+TEST(SlotLog, KeepsTheNewestOfManyRecordsOfAnySize) {
+  for (const std::size_t unit : {1U, 2U, 8U, 16U, 32U}) {
+    CutFlash flash(4, 1024, unit);
+    std::mt19937 random(static_cast<unsigned>(unit));
+    SlotLog log(flash);
+    log.mount();
+    for (unsigned i = 0; i < 300; ++i) {
+      const Bytes record = pattern(random() % 900, i);
+      ASSERT_EQ(log.store(record), StoreStatus::kOk);
+      ASSERT_EQ(newest(flash), record) << unit << ' ' << i;
+    }
+  }
+}
+
+TEST(SlotLog, RefusesWhatDoesNotFit) {
+  CutFlash flash(2, 2048, 8);
+  SlotLog log(flash);
+  log.mount();
+  const Bytes before = flash.bytes;
+  EXPECT_EQ(log.store(Bytes(log.capacity() + 1)), StoreStatus::kTooLarge);
+  EXPECT_EQ(flash.bytes, before);
+  EXPECT_EQ(log.store(pattern(log.capacity(), 1)), StoreStatus::kOk);
+  EXPECT_EQ(log.store(pattern(log.capacity(), 2)), StoreStatus::kOk);
+  EXPECT_EQ(newest(flash), pattern(log.capacity(), 2));
+}
+
+// From flash with `earlier` records in it, cuts the next store at each of its steps in turn. Afterwards the
+// old or the new record is there; and a store after the cut works.
+void cut_every_step(std::size_t earlier, std::size_t size, CutFlash::Tear tear, bool unreadable) {
+  CutFlash start(2, 1024, 8);
+  {
+    SlotLog log(start);
+    log.mount();
+    for (unsigned i = 0; i < earlier; ++i) ASSERT_EQ(log.store(pattern(size, i)), StoreStatus::kOk);
+  }
+  start.steps = 0;
+  const std::optional<Bytes> old = newest(start);
+  const Bytes wanted = pattern(size, 1000);
+  for (std::size_t step = 0;; ++step) {
+    CutFlash flash = start;
+    flash.cut_at = step;
+    flash.tear = tear;
+    flash.torn_unreadable = unreadable;
+    SlotLog log(flash);
+    log.mount();
+    const StoreStatus status = log.store(wanted);
+    if (status == StoreStatus::kOk) {
+      EXPECT_GT(step, size / 8) << "fewer steps than units to write";
+      EXPECT_EQ(newest(flash), wanted);
+      return;
+    }
+    flash.cut_at.reset();
+    const std::optional<Bytes> found = newest(flash);
+    ASSERT_TRUE(found == old || found == wanted) << "step " << step << " of " << earlier;
+    for (unsigned again = 0; again < 3; ++again) {
+      SlotLog next(flash);
+      next.mount();
+      ASSERT_EQ(next.store(pattern(size, 2000 + again)), StoreStatus::kOk) << step;
+      ASSERT_EQ(newest(flash), pattern(size, 2000 + again)) << step;
+    }
+  }
+}
+
+TEST(SlotLog, PowerCutAtEveryStepLeavesTheOldOrTheNewRecord) {
+  using Tear = CutFlash::Tear;
+  for (std::size_t earlier = 0; earlier < 7; ++earlier) {
+    for (const std::size_t size : {0U, 5U, 300U, 900U}) {
+      for (const Tear tear : {Tear::nothing, Tear::garbage, Tear::half, Tear::all}) {
+        for (const bool unreadable : {false, true}) cut_every_step(earlier, size, tear, unreadable);
+        ASSERT_FALSE(HasFatalFailure());
+      }
+    }
+  }
+}
+
+TEST(SlotLog, TwoCutsInARowLoseNothing) {
+  CutFlash start(2, 1024, 8);
+  SlotLog first(start);
+  first.mount();
+  ASSERT_EQ(first.store(pattern(500, 1)), StoreStatus::kOk);
+  for (std::size_t one = 0; one < 70; ++one) {
+    for (std::size_t two = 0; two < 70; two += 3) {
+      CutFlash flash = start;
+      flash.tear = CutFlash::Tear::garbage;
+      for (const std::size_t step : {one, two}) {
+        flash.cut_at = flash.steps + step;
+        SlotLog log(flash);
+        log.mount();
+        static_cast<void>(log.store(pattern(500, 2)));
+        flash.cut_at.reset();
+      }
+      const std::optional<Bytes> found = newest(flash);
+      ASSERT_TRUE(found == pattern(500, 1) || found == pattern(500, 2)) << one << ' ' << two;
+    }
+  }
+}
+
+TEST(SlotLog, AFlippedBitIsNoticed) {
+  CutFlash flash(2, 1024, 8);
+  SlotLog log(flash);
+  log.mount();
+  ASSERT_EQ(log.store(pattern(800, 1)), StoreStatus::kOk);
+  ASSERT_EQ(log.store(pattern(800, 2)), StoreStatus::kOk);
+  for (std::size_t at = 1024; at < 1024 + 24 + 800 + 4; ++at) {
+    CutFlash damaged = flash;
+    damaged.bytes[at] ^= std::byte{0x10};
+    ASSERT_EQ(newest(damaged), pattern(800, 1)) << at;
+  }
+}
+
+TEST(SlotLog, WearIsCountedAndShared) {
+  CutFlash flash(2, 1024, 8);
+  SlotLog log(flash);
+  log.mount();
+  for (unsigned i = 0; i < 1000; ++i) ASSERT_EQ(log.store(pattern(200, i)), StoreStatus::kOk);
+  SlotLog mounted(flash);
+  mounted.mount();
+  // 24 + 200 + 8 bytes each: four to a slot.
+  EXPECT_EQ(flash.erased[0] + flash.erased[1], 250);
+  EXPECT_EQ(mounted.erasures(0), static_cast<std::uint32_t>(flash.erased[0]));
+  EXPECT_EQ(mounted.erasures(1), static_cast<std::uint32_t>(flash.erased[1]));
+  EXPECT_LE(std::abs(flash.erased[0] - flash.erased[1]), 1);
+  EXPECT_EQ(mounted.sequence(), 1000U);
+}
+
+}  // namespace
+}  // namespace slipstack
