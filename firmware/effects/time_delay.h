@@ -17,7 +17,7 @@ class TimeDelay {
       .source = "[1] set-up 2: phase beyond -180 degrees from sampling delay and filters",
       .residual =
           "appears where the force changes fast: at acceleration steps; its phase grows with frequency",
-      .evidence = "the force comes {delay} later than the motion explains",
+      .evidence = "force and motion are {delay} apart in time (positive: the force comes later)",
       .cause = "filters and sampling of drive and sensor, a slow current loop",
       .confirm = "step the current set-point with the slide clamped and time the measured force"};
   static constexpr std::array<GainGroup, 0> gains{{}};

@@ -24,6 +24,7 @@ SimulatedLog simulate_closed_loop_log(const Axis& axis, const MotionProgramme& p
   const Encoder& encoder = recorder.encoder();
   CascadeController controller(CascadeController::tuned(axis, rng.uniform(25.0, 50.0)), tick_s,
                                encoder.position_m(start_m));
+  double previous_A = 0.0;
   for (std::size_t i = 0; i < ticks; ++i) {
     const double t_s = static_cast<double>(i) * tick_s;
     const MotionPoint reference = programme.at(t_s);
@@ -31,7 +32,10 @@ SimulatedLog simulate_closed_loop_log(const Axis& axis, const MotionProgramme& p
     const double measured_m = encoder.position_m(plant.position_m(), t_s);
     const double current_A = controller.update_N(reference, measured_m) / axis.motor_constant_N_per_A;
     const bool logged = recorder.logs_next();
-    recorder.push(plant.position_m(), plant.parts(current_A, noise_N), -noise_N);
+    // A command is held until the next: around the instant of the encoder, the current is the mean of two.
+    const double around_A = 0.5 * (previous_A + current_A);
+    previous_A = current_A;
+    recorder.push(plant.position_m(), plant.parts(around_A, noise_N), -noise_N);
     if (logged) recorder.add_reference(reference.x_m);
     plant.step(current_A, tick_s, noise_N);
     if (!(std::fabs(plant.position_m() - reference.x_m) < axis.stroke_m)) {

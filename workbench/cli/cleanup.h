@@ -12,7 +12,7 @@ namespace slipstack::workbench {
 /// Removes files at the end of its life, and when a signal ends the program during it. One at a time.
 class Cleanup {
  public:
-  static constexpr std::size_t kMostFiles = 4;
+  static constexpr std::size_t kMostFiles = 64;
 
   explicit Cleanup(std::vector<std::string> files);
   ~Cleanup();

@@ -13,6 +13,7 @@ struct Options {
   std::string effects;  ///< ids separated by commas
   std::string effect;
   std::string out;
+  std::string pages;  ///< folder
   std::string report;
   std::string json;
   bool stepwise = false;
@@ -24,5 +25,6 @@ void run_compare(const Options& options);
 void run_fit(const Options& options);
 void run_diagnose(const Options& options);
 void run_add(const Options& options);
+void run_effects(const Options& options);
 
 }  // namespace slipstack::workbench

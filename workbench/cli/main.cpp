@@ -92,6 +92,13 @@ void define_add(CLI::App& app, Options& options) {
   add->callback([&options] { run_add(options); });
 }
 
+void define_effects(CLI::App& app, Options& options) {
+  CLI::App* effects = app.add_subcommand("effects", "Tell about the effects of the catalogue");
+  add_text(*effects, "ID", options.effect, "ID", "effect to tell about; without: list all");
+  add_text(*effects, "--pages", options.pages, "FOLDER", "write the reference page of every effect there");
+  effects->callback([&options] { run_effects(options); });
+}
+
 void define_commands(CLI::App& app, Options& options) {
   app.require_subcommand(1);
   app.set_version_flag("--version", "slipstack " SLIPSTACK_VERSION);
@@ -102,6 +109,7 @@ void define_commands(CLI::App& app, Options& options) {
   define_fit(app, options);
   define_diagnose(app, options);
   define_add(app, options);
+  define_effects(app, options);
   define_experiment(app, options);
 }
 

@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "workbench/diagnose/evidence.h"
+#include "workbench/diagnose/lines.h"
 #include "workbench/identify/noise_floor.h"
 #include "workbench/identify/parallel.h"
 
@@ -54,6 +55,17 @@ constexpr std::size_t kMostSteps = 5;
 /// What structure must explain of the residual, and how far that must stand above the floor, to be reported.
 constexpr double kStructureReduction = 0.05;
 constexpr double kAboveFloor = 1.15;
+
+/// An explanation that leaves so much explains nothing: share of the force, multiple of the floor, share of
+/// what the baseline left. Real axes end at a few per cent of the force, far above the floor of a good force
+/// sensor.
+constexpr double kFairShareOfForce = 0.06;
+constexpr double kFarAboveFloor = 4.0;
+constexpr double kMostOfBaseline = 0.35;
+
+/// A line that is this share of what is left, so far above the floor, is what drives the rest.
+constexpr double kLineDrives = 0.3;
+constexpr double kLineAboveFloor = 2.0;
 
 double squared(double x) {
   return x * x;
@@ -381,15 +393,41 @@ class Search {
   void judge(Diagnosis& diagnosis) const {
     const FittedModel& last = diagnosis.explained;
     const auto left = find_structure(measurement_, weighted_residual(last));
-    const bool structured = left.front().error_reduction >= kStructureReduction &&
-                            last.holdout_rmse_N > kAboveFloor * diagnosis.noise_floor_N;
-    if (structured) diagnosis.unexplained = left.front();
+    const bool above_floor = last.holdout_rmse_N > kAboveFloor * diagnosis.noise_floor_N;
+    if (above_floor && left.front().error_reduction >= kStructureReduction)
+      diagnosis.unexplained = left.front();
+    const auto line = line_beyond_rows(measurement_, last.linearisation->sample_force_N(), last.train_rmse_N);
+    const double known = diagnosis.unexplained ? diagnosis.unexplained->error_reduction : kStructureReduction;
+    if (line && line->error_reduction >= known) diagnosis.unexplained = *line;
     if (diagnosis.steps.size() > 1) {
       diagnosis.verdict = Verdict::missing_effect;
-      if (structured && dominated(diagnosis)) diagnosis.verdict = Verdict::unexplained;
+      if (above_floor && diagnosis.unexplained && dominated(diagnosis))
+        diagnosis.verdict = Verdict::unexplained;
+      if (insufficient(diagnosis) || line_drives(diagnosis)) {
+        diagnosis.verdict = Verdict::unexplained;
+        if (!diagnosis.unexplained) diagnosis.unexplained = left.front();
+      }
     } else {
-      diagnosis.verdict = structured ? Verdict::unexplained : Verdict::complete;
+      diagnosis.verdict = diagnosis.unexplained ? Verdict::unexplained : Verdict::complete;
     }
+  }
+
+  /// Whether a line in time is most of what is left: a controller answers it with motion at its frequency,
+  /// and an effect that knows that frequency poses as the cause.
+  static bool line_drives(const Diagnosis& diagnosis) {
+    return diagnosis.unexplained && diagnosis.unexplained->coordinate == "frequency" &&
+           diagnosis.unexplained->error_reduction >= kLineDrives &&
+           diagnosis.explained.holdout_rmse_N > kLineAboveFloor * diagnosis.noise_floor_N;
+  }
+
+  /// Whether the best explanation leaves the axis unexplained by any measure: far above the floor, a fair
+  /// share of the force, and most of what the baseline left. What it names is then a stand-in for something
+  /// else.
+  static bool insufficient(const Diagnosis& diagnosis) {
+    const FittedModel& last = diagnosis.explained;
+    return last.relative_error > kFairShareOfForce &&
+           last.holdout_rmse_N > kFarAboveFloor * diagnosis.noise_floor_N &&
+           last.holdout_rmse_N > kMostOfBaseline * diagnosis.baseline.holdout_rmse_N;
   }
 
   Eigen::VectorXd weighted_residual(const FittedModel& model) const {

@@ -7,7 +7,8 @@
 namespace slipstack::workbench {
 
 /// A value with its unit as people write it: 0.024 "m" -> "24.0 mm", 3.1e-4 "s" -> "310 us", 0.42 "1" -> "42
-/// %". Three significant digits, unless told otherwise. Units without a customary prefix are printed as they are.
+/// %". Three significant digits, unless told otherwise. Units without a customary prefix are printed as they
+/// are.
 std::string quantity(double value, std::string_view unit, int significant = 3);
 
 }  // namespace slipstack::workbench

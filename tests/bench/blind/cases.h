@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+namespace slipstack::bench {
+
+/// What is hidden in a log of the benchmark.
+enum class Kind { clean, single, pair, triple, line, bump, backlash, burst, slip };
+const char* name_of(Kind kind);
+bool outside_catalogue(Kind kind);
+
+/// One simulated log and what the diagnosis said of it.
+struct Outcome {
+  Kind kind = Kind::clean;
+  std::uint64_t seed = 0;
+  bool closed_loop = false;
+  std::vector<std::string> hidden;
+  std::string verdict;
+  std::vector<std::string> ranking;  ///< candidates, best first
+  std::vector<std::string> added;    ///< the explanation
+  std::string coordinate;            ///< of what is unexplained
+  double baseline_over_floor = 0.0;  ///< held-out error without what is hidden: how visible it is
+  double explained_over_floor = 0.0;
+  /// (estimate - truth) / standard error of parameters that have one meaning in plant and model.
+  std::vector<double> deviations;
+
+  bool visible() const { return baseline_over_floor >= 1.10; }
+  bool right() const;  ///< all that was hidden is named and nothing else; or `complete`; or `unexplained`
+};
+
+/// Simulates the log of a random axis and diagnoses it as a user would, from its file. The truth never
+/// reaches the diagnosis. Throws std::runtime_error where the simulated controller loses its axis.
+Outcome run_case(Kind kind, std::uint64_t seed, bool closed_loop, const std::filesystem::path& folder);
+
+nlohmann::json to_json(const Outcome& outcome);
+Outcome outcome_from(const nlohmann::json& entry);
+
+}  // namespace slipstack::bench

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "workbench/cli/commands.h"
+#include "workbench/cli/effect_page.h"
+#include "workbench/cli/output.h"
+#include "workbench/log/text.h"
+
+namespace slipstack::workbench {
+
+void run_effects(const Options& options) {
+  Outputs outputs;
+  std::string text;
+  if (!options.pages.empty()) {
+    const std::filesystem::path folder = options.pages;
+    std::error_code error;
+    std::filesystem::create_directories(folder, error);
+    if (error) {
+      throw UsageError(fmt::format("{}: cannot be made: {}; name a folder that can be written",
+                                   printable(options.pages), error.message()));
+    }
+    const auto put = [&](const std::string& name, std::string page) {
+      const std::string path = (folder / name).string();
+      outputs.claim(path);
+      outputs.set(path, std::move(page));
+    };
+    put("README.md", effect_index());
+    for (const EffectDescription& effect : catalogue()) put(effect.id() + ".md", effect_page(effect));
+    text = fmt::format("{} pages in {}\n", catalogue().size() + 1, printable(options.pages));
+  } else if (!options.effect.empty()) {
+    const EffectDescription* effect = find_effect(options.effect);
+    if (effect == nullptr) {
+      throw UsageError(fmt::format("unknown effect {}; known: {}", quoted(std::string_view(options.effect)),
+                                   known_effects()));
+    }
+    text = effect_page(*effect);
+    text.erase(0, text.find('\n') + 1);  // the note for those who would edit the file
+  } else {
+    for (const EffectDescription& effect : catalogue()) {
+      text += fmt::format("{:<31} {}\n", effect.text.id, effect.text.title);
+    }
+    text += "`slipstack effects ID` tells all about one.\n";
+  }
+  outputs.commit(text);
+}
+
+}  // namespace slipstack::workbench

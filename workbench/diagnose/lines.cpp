@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/diagnose/lines.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "workbench/diagnose/held_out.h"
+#include "workbench/diagnose/quantity.h"
+#include "workbench/identify/spectrum.h"
+
+namespace slipstack::workbench {
+namespace {
+
+constexpr std::size_t kSegment = 2048;
+/// A line stands this far above the median of its surroundings: averaged spectra of noise reach five at most.
+constexpr double kStandsOut = 12.0;
+/// The log is heard in so many parts; a line is in most of them, ringing after moves is not.
+constexpr std::size_t kParts = 8;
+/// Power that the median part has, relative to the mean.
+constexpr double kSteady = 0.4;
+
+std::string told(double frequency_Hz, double amplitude_N) {
+  return fmt::format("what is left is a line in time at {}, amplitude {}, whatever the motion",
+                     quantity(frequency_Hz, "Hz"), quantity(amplitude_N, "N"));
+}
+
+double median_of(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Power of the three bins that a line spreads over, through a Hann window.
+double power_at(const Spectrum& spectrum, std::size_t bin) {
+  const double width_Hz = spectrum.frequency_Hz[1] - spectrum.frequency_Hz[0];
+  return (spectrum.density[bin - 1] + spectrum.density[bin] + spectrum.density[bin + 1]) * width_Hz;
+}
+
+/// Whether most parts of the signal have the line.
+bool steady(std::span<const double> signal, double rate_Hz, std::size_t bin) {
+  std::vector<double> powers;
+  const std::size_t length = signal.size() / kParts;
+  for (std::size_t part = 0; part < kParts; ++part) {
+    const Spectrum spectrum = power_spectrum(signal.subspan(part * length, length), rate_Hz, kSegment);
+    if (spectrum.density.empty()) return false;
+    powers.push_back(power_at(spectrum, bin));
+  }
+  double mean = 0.0;
+  for (const double power : powers) mean += power / static_cast<double>(kParts);
+  return median_of(powers) >= kSteady * mean;
+}
+
+}  // namespace
+
+Structure line_at_rows(const Measurement& measurement, const Eigen::VectorXd& residual_N) {
+  const double rate_Hz = measurement.sample_rate_Hz() / static_cast<double>(measurement.row_stride());
+  const Eigen::VectorXd times = row_times(measurement);
+  const std::span<const double> rows(residual_N.data(), static_cast<std::size_t>(residual_N.size()));
+  const Spectrum spectrum = power_spectrum(rows, rate_Hz, 1024);
+  Structure best{"frequency", 0.0, 0.0, "", Eigen::VectorXd::Zero(residual_N.size())};
+  if (spectrum.density.empty()) return best;
+  std::size_t peak = 2;
+  for (std::size_t k = 2; k < spectrum.density.size(); ++k) {
+    if (spectrum.density[k] > spectrum.density[peak]) peak = k;
+  }
+  // The phase must hold over the whole log: steps of a third of a turn over its length around the peak.
+  const double step_Hz = 0.3 / measurement.duration_s();
+  const double width_Hz = spectrum.frequency_Hz[1];
+  const auto columns_at = [&](double frequency_Hz) {
+    Eigen::MatrixXd columns(residual_N.size(), 2);
+    const Eigen::ArrayXd phase = 2.0 * std::numbers::pi * frequency_Hz * times.array();
+    columns.col(0) = phase.cos();
+    columns.col(1) = phase.sin();
+    return columns;
+  };
+  double strongest = 0.0;
+  double frequency_Hz = spectrum.frequency_Hz[peak];
+  for (double f = spectrum.frequency_Hz[peak] - width_Hz; f <= spectrum.frequency_Hz[peak] + width_Hz;
+       f += step_Hz) {
+    const double power = (columns_at(f).transpose() * residual_N).squaredNorm();
+    if (power > strongest) {
+      strongest = power;
+      frequency_Hz = f;
+    }
+  }
+  const HeldOut judged = held_out(columns_at(frequency_Hz), residual_N, short_pieces(residual_N.size()));
+  best.error_reduction = judged.error_reduction;
+  best.where = frequency_Hz;
+  best.explained_N = judged.explained;
+  best.description = told(frequency_Hz, judged.explained.cwiseAbs().maxCoeff());
+  return best;
+}
+
+std::optional<Structure> line_beyond_rows(const Measurement& measurement, const std::vector<double>& model_N,
+                                          double error_N) {
+  std::vector<double> residual_N = measurement.log().force_N;
+  for (std::size_t i = 0; i < residual_N.size(); ++i) residual_N[i] -= model_N[i];
+  const double rate_Hz = measurement.sample_rate_Hz();
+  const Spectrum spectrum = power_spectrum(residual_N, rate_Hz, kSegment);
+  if (spectrum.density.size() < 4 || residual_N.size() < kParts * kSegment) return {};
+  const double width_Hz = spectrum.frequency_Hz[1] - spectrum.frequency_Hz[0];
+  const auto first = static_cast<std::size_t>(measurement.bandwidth_Hz() / width_Hz) + 2;
+  if (first + 4 >= spectrum.density.size()) return {};
+  std::size_t peak = first;
+  for (std::size_t k = first; k + 1 < spectrum.density.size(); ++k) {
+    if (spectrum.density[k] > spectrum.density[peak]) peak = k;
+  }
+  const std::size_t around = std::min<std::size_t>(40, spectrum.density.size() / 8);
+  const std::size_t from = std::max(first, peak > around ? peak - around : 0);
+  const std::size_t to = std::min(spectrum.density.size(), peak + around);
+  const double usual = median_of({spectrum.density.begin() + static_cast<std::ptrdiff_t>(from),
+                                  spectrum.density.begin() + static_cast<std::ptrdiff_t>(to)});
+  if (spectrum.density[peak] < kStandsOut * usual || !steady(residual_N, rate_Hz, peak)) return {};
+  const double power = std::max(0.0, power_at(spectrum, peak) - 3.0 * usual * width_Hz);
+  const double reduction = 1.0 - error_N / std::sqrt(error_N * error_N + power);
+  const double frequency_Hz = spectrum.frequency_Hz[peak];
+  return Structure{"frequency", reduction, frequency_Hz, told(frequency_Hz, std::sqrt(2.0 * power)),
+                   Eigen::VectorXd::Zero(measurement.row_count())};
+}
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "workbench/diagnose/structure.h"
+
+namespace slipstack::workbench {
+
+/// A force at one short stretch of the rail: a damaged ball track, a dent, a cable that snags. Searched where
+/// the residual is loudest per pass; every other pass judged by the rest, so that what happened there only
+/// once says nothing. `position_m` and `residual_N` at the rows. Reduction 0 where no place is passed four
+/// times.
+Structure place_on_rail(const Eigen::VectorXd& position_m, const Eigen::VectorXd& residual_N);
+
+}  // namespace slipstack::workbench
