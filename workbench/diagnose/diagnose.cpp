@@ -66,6 +66,7 @@ constexpr double kMostOfBaseline = 0.35;
 /// A line that is this share of what is left, so far above the floor, is what drives the rest.
 constexpr double kLineDrives = 0.3;
 constexpr double kLineAboveFloor = 2.0;
+constexpr double kSameLine = 0.02;
 
 double squared(double x) {
   return x * x;
@@ -412,12 +413,18 @@ class Search {
     }
   }
 
-  /// Whether a line in time is most of what is left: a controller answers it with motion at its frequency,
-  /// and an effect that knows that frequency poses as the cause.
+  /// Whether a line in time is what is left, most of it or at the very frequency of the resonance that was
+  /// named: a controller answers a line with motion at its frequency, and a mode that hardly decays poses as
+  /// the cause.
   static bool line_drives(const Diagnosis& diagnosis) {
-    return diagnosis.unexplained && diagnosis.unexplained->coordinate == "frequency" &&
-           diagnosis.unexplained->error_reduction >= kLineDrives &&
-           diagnosis.explained.holdout_rmse_N > kLineAboveFloor * diagnosis.noise_floor_N;
+    const auto& left = diagnosis.unexplained;
+    if (!left || left->coordinate != "frequency" ||
+        diagnosis.explained.holdout_rmse_N < kLineAboveFloor * diagnosis.noise_floor_N) {
+      return false;
+    }
+    const Term* mode = find_term(diagnosis.explained.terms, "structural_resonance");
+    const bool posing = mode != nullptr && std::abs(mode->shapes[0] - left->where) < kSameLine * left->where;
+    return posing || left->error_reduction >= kLineDrives;
   }
 
   /// Whether the best explanation leaves the axis unexplained by any measure: far above the floor, a fair

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+// Structure in a residual: found where it was put, and only there.
+#include "workbench/diagnose/structure.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "tests/unit/identify/identify_support.h"
+#include "workbench/diagnose/held_out.h"
+#include "workbench/diagnose/lines.h"
+#include "workbench/diagnose/places.h"
+
+namespace slipstack::workbench {
+namespace {
+
+using test::Draw;
+
+class Residual : public testing::Test {
+ protected:
+  Residual() : measurement_(test::wandering_log(3, 2000.0, 60'000)) {
+    position_m_ = at_rows(measurement_, measurement_.position_m());
+    Draw draw(4);
+    noise_N_ = 0.05 * draw.matrix(measurement_.row_count(), 1);
+    middle_m_ = 0.5 * (position_m_.minCoeff() + position_m_.maxCoeff());
+  }
+  Eigen::VectorXd bump_N(double height_N, double width_m) const {
+    return height_N * (-((position_m_.array() - middle_m_) / width_m).square()).exp().matrix();
+  }
+
+  Measurement measurement_;
+  Eigen::VectorXd position_m_;
+  Eigen::VectorXd noise_N_;
+  double middle_m_ = 0.0;
+};
+
+TEST_F(Residual, OfNoiseHasNoStructure) {
+  for (const Structure& structure : find_structure(measurement_, noise_N_)) {
+    EXPECT_LT(structure.error_reduction, 0.02) << structure.description;
+  }
+}
+
+TEST_F(Residual, OfAShortBumpIsOneOfPosition) {
+  const Structure found = find_structure(measurement_, noise_N_ + bump_N(0.5, 1e-3)).front();
+  EXPECT_EQ(found.coordinate, "position");
+  EXPECT_NEAR(found.where, middle_m_, 1e-3);
+  EXPECT_GT(found.error_reduction, 0.05);
+}
+
+// The same force in one pass only is an accident of that moment, wherever the axis was.
+TEST_F(Residual, OfOnePassIsOneOfTime) {
+  Eigen::VectorXd residual_N = noise_N_;
+  const Eigen::VectorXd all_N = bump_N(3.0, 1e-3);
+  Eigen::Index row = 0;
+  while (all_N(row) < 1.0) ++row;
+  const Eigen::Index first = row;
+  for (; row < first + 40; ++row) residual_N(row) += all_N(row);
+  EXPECT_LT(place_on_rail(position_m_, residual_N).error_reduction, 0.02);
+  const Structure found = find_structure(measurement_, residual_N).front();
+  EXPECT_EQ(found.coordinate, "time");
+  EXPECT_NEAR(found.where, row_times(measurement_)(first), 0.5);
+}
+
+TEST_F(Residual, ThatDependsOnVelocityIsOneOfVelocity) {
+  const Eigen::VectorXd velocity_mps = at_rows(measurement_, measurement_.velocity_mps());
+  const Eigen::VectorXd residual_N = noise_N_ + (velocity_mps.array() * 30.0).tanh().matrix() * 0.2;
+  const Structure found = find_structure(measurement_, residual_N).front();
+  EXPECT_EQ(found.coordinate, "velocity");
+  EXPECT_GT(found.error_reduction, 0.3);
+}
+
+TEST_F(Residual, ThatIsALineIsOneOfFrequency) {
+  const double frequency_Hz = 0.3 * measurement_.bandwidth_Hz();
+  const Eigen::ArrayXd phase = 2.0 * std::numbers::pi * frequency_Hz * row_times(measurement_).array() + 1.0;
+  const Structure found = find_structure(measurement_, noise_N_ + 0.2 * phase.sin().matrix()).front();
+  EXPECT_EQ(found.coordinate, "frequency");
+  EXPECT_NEAR(found.where, frequency_Hz, 0.05);
+}
+
+/// A log whose force is noise and `more`, and what is found above the band of the rows.
+std::optional<Structure> beyond(const std::function<double(double)>& more) {
+  Draw draw(5);
+  Log log = test::wandering_log(3, 2000.0, 60'000);
+  for (std::size_t i = 0; i < log.force_N.size(); ++i) {
+    log.force_N[i] = 0.1 * draw.normal() + more(static_cast<double>(i) / 2000.0);
+  }
+  const Measurement measurement(log);
+  return line_beyond_rows(measurement, std::vector<double>(log.force_N.size(), 0.0), 0.05);
+}
+
+TEST(LineBeyondRows, IsFoundWithItsAmplitude) {
+  const auto line = beyond([](double t_s) { return 0.1 * std::sin(2.0 * std::numbers::pi * 311.0 * t_s); });
+  ASSERT_TRUE(line.has_value());
+  EXPECT_EQ(line->coordinate, "frequency");
+  EXPECT_NEAR(line->where, 311.0, 1.0);
+  // rms 0.0707 beside 0.05
+  EXPECT_NEAR(line->error_reduction, 1.0 - 0.05 / std::hypot(0.05, 0.0707), 0.03);
+}
+
+TEST(LineBeyondRows, IsNotFoundInNoise) {
+  EXPECT_FALSE(beyond([](double) { return 0.0; }).has_value());
+}
+
+// A mode that a move excites rings for a moment.
+TEST(LineBeyondRows, IsNotRinging) {
+  const auto ringing = [](double t_s) {
+    const double since_s = std::fmod(t_s, 12.0);
+    return 3.0 * std::exp(-since_s / 0.05) * std::sin(2.0 * std::numbers::pi * 311.0 * since_s);
+  };
+  EXPECT_FALSE(beyond(ringing).has_value());
+}
+
+}  // namespace
+}  // namespace slipstack::workbench
