@@ -80,6 +80,8 @@ void define_experiment(CLI::App& app, const Options& options) {
   experiment->require_subcommand(1);
   define_setup(*experiment);
   define_free(*experiment, options);
+  define_characterize(*experiment, options);
+  define_guideway(*experiment, options);
   experiment->footer(setup_list());
 }
 

@@ -36,5 +36,7 @@ void deliver(const Options& options, const ExperimentOutputs& outputs, const std
 
 // Each experiment: one file of this folder, one line in define_experiment().
 void define_free(CLI::App& experiment, const Options& options);
+void define_characterize(CLI::App& experiment, const Options& options);
+void define_guideway(CLI::App& experiment, const Options& options);
 
 }  // namespace slipstack::workbench
