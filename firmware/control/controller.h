@@ -74,6 +74,7 @@ class Controller {
                       set.axis.jerk_limit_mps3 * per_mps2 * set.axis.tick_s});
   }
   ReferenceGenerator& reference() { return reference_; }
+  const ReferenceGenerator& reference() const { return reference_; }
   /// Outside the tick: a fault found elsewhere, as a reset by the watchdog; seen by the next tick.
   void inject(Fault fault) { injected_.store(fault, std::memory_order_release); }
 

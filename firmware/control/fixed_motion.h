@@ -30,10 +30,11 @@ inline std::int64_t to_fixed(float counts) {
 /// A stretch of motion with constant jerk. Each tick: a += jerk, v += a, x += v.
 struct MotionSegment {
   std::int32_t ticks = 0;
-  std::int32_t start_counts = 0;  ///< where it begins, if `sets_position`
-  std::int64_t velocity = 0;      ///< at its begin, counts per tick x 2^-48
-  std::int64_t acceleration = 0;  ///< counts per tick^2 x 2^-48
-  std::int64_t jerk = 0;          ///< counts per tick^3 x 2^-48
+  std::int32_t start_counts = 0;    ///< where it begins, if `sets_position`
+  std::int64_t start_fraction = 0;  ///< of a count x 2^-48
+  std::int64_t velocity = 0;        ///< at its begin, counts per tick x 2^-48
+  std::int64_t acceleration = 0;    ///< counts per tick^2 x 2^-48
+  std::int64_t jerk = 0;            ///< counts per tick^3 x 2^-48
   bool sets_position = false;
 };
 

@@ -104,52 +104,69 @@ inline PlanStatus plan_move(ReferenceGenerator& generator, std::int32_t target_c
   return PlanStatus::kOk;
 }
 
-/// Set-points that arrive every `period` ticks, joined by cubics: position and velocity are continuous, the
-/// velocity at each set-point is the mean over the period before it. One period of delay.
+/// Set-points that arrive every `period` ticks, joined by a cubic B-spline (de Boor, A Practical Guide to
+/// Splines, chapter 9): position, velocity and acceleration are continuous, so that a stream asks no steps of
+/// the current. The spline's control points are c = p - (p_next - 2 p + p_before) / 6; it passes the
+/// set-points to within a 36th of their fourth difference. Three periods of delay: after the last set-point,
+/// send it three times more.
 class SetpointStream {
  public:
-  /// Starts from rest at the generator's position; a set-point every 1 to 1000 ticks.
+  static constexpr std::int32_t kLongestPeriod = 100;
+
+  /// Starts from rest at the generator's position; a set-point every 1 to kLongestPeriod ticks.
   void start(const ReferenceGenerator& generator, std::int32_t period_ticks) {
-    last_counts_ = generator.counts();
-    velocity_ = 0;
-    period_ = period_ticks < 1 ? 1 : (period_ticks > 1000 ? 1000 : period_ticks);
+    origin_ = generator.counts();
+    last_ = before_ = 0;
+    control_ = {};
+    period_ = period_ticks < 1 ? 1 : (period_ticks > kLongestPeriod ? kLongestPeriod : period_ticks);
   }
 
-  /// Queues the cubic from the last set-point to this one; false when there is no room or the set-points lie
-  /// 2^12 counts per tick or more apart. About 500 instructions, outside the tick.
-  bool push(ReferenceGenerator& generator, std::int32_t counts) {
+  /// Takes a set-point, counts and a fraction of 2^-32, and queues a segment of one period. False when there
+  /// is no room or the set-points lie 2^12 counts per tick or more apart. About 800 instructions, outside the
+  /// tick.
+  bool push(ReferenceGenerator& generator, std::int32_t counts, std::uint32_t fraction = 0) {
     const std::int64_t n = period_;
-    const std::int64_t way = difference(counts, last_counts_);
-    if (generator.free() == 0 || way >= n << 12 || way <= -(n << 12)) return false;
-    // 2^24 per count: what is lost is below 0.03 count after 1000 ticks, and products fit.
-    const std::int64_t whole = way * (std::int64_t{1} << 24);
-    const std::int64_t mean = whole / n;
-    // Third differences j and a of the sums that reach `way` and the mean velocity after n ticks:
-    //   n a + j n (n + 1) / 2 = v1 - v0,   n v0 + a n (n + 1) / 2 + j n (n + 1) (n + 2) / 6 = way.
-    const std::int64_t v0 = velocity_ >> 24;
-    std::int64_t a = 0;
-    std::int64_t j = 0;
-    if (n > 1) {
-      j = (12 * ((v0 + mean) * n - 2 * whole) + 12 * (mean - v0)) / (2 * n * (n * n - 1));
-      a = (mean - v0) / n - j * (n + 1) / 2;
-    }
-    MotionSegment segment{.ticks = period_,
-                          .start_counts = last_counts_,
-                          .velocity = velocity_,
-                          .acceleration = a * (std::int64_t{1} << 24),
-                          .jerk = j * (std::int64_t{1} << 24),
-                          .sets_position = true};
-    if (n == 1) segment.velocity = way * (std::int64_t{1} << kFractionBits);
+    // 2^36 per count: what is lost is below 10^-5 count after the longest period, and products fit.
+    const std::int64_t next = static_cast<std::int64_t>(difference(counts, origin_)) * kUnit +
+                              (static_cast<std::int64_t>(fraction) << 4);
+    const std::int64_t largest = n * (kUnit << 12);
+    if (generator.free() == 0 || next - last_ >= largest || next - last_ <= -largest) return false;
+    const std::int64_t newest = last_ - (next - 2 * last_ + before_) / 6;
+    const auto [c0, c1, c2] = control_;
+    // The cubic x0 + V m + A m^2 / 2 + J m^3 / 6 over ticks m, and the sums of the generator that pass
+    // through it.
+    const std::int64_t jerk = (newest - 3 * c2 + 3 * c1 - c0) / (n * n * n);
+    const std::int64_t acceleration = (c2 - 2 * c1 + c0) / (n * n);
+    const std::int64_t velocity = (c2 - c0) / (2 * n);
+    const std::int64_t start = (c0 + 4 * c1 + c2) / 6;
+    constexpr std::int64_t kFine = std::int64_t{1} << (kFractionBits - kUnitBits);
+    const MotionSegment segment{.ticks = period_,
+                                .start_counts = sum(origin_, static_cast<std::int32_t>(start >> kUnitBits)),
+                                .start_fraction = (start & (kUnit - 1)) * kFine,
+                                .velocity = (velocity - acceleration / 2 + jerk / 6) * kFine,
+                                .acceleration = (acceleration - jerk) * kFine,
+                                .jerk = jerk * kFine,
+                                .sets_position = true};
     if (!generator.push(segment)) return false;
-    last_counts_ = counts;
-    velocity_ = mean * (std::int64_t{1} << 24);
+    // The origin follows, so that differences stay small however far the stream goes.
+    const auto moved = static_cast<std::int32_t>(last_ >> kUnitBits);
+    const std::int64_t shift = moved * kUnit;
+    origin_ = sum(origin_, moved);
+    control_ = {c1 - shift, c2 - shift, newest - shift};
+    before_ = last_ - shift;
+    last_ = next - shift;
     return true;
   }
 
  private:
-  std::int32_t last_counts_ = 0;
+  static constexpr int kUnitBits = 36;
+  static constexpr std::int64_t kUnit = std::int64_t{1} << kUnitBits;
+
+  std::int32_t origin_ = 0;
   std::int32_t period_ = 1;
-  std::int64_t velocity_ = 0;
+  std::int64_t before_ = 0;  // set-points, relative to the origin
+  std::int64_t last_ = 0;
+  std::array<std::int64_t, 3> control_{};  // oldest first
 };
 
 }  // namespace slipstack

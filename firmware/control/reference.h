@@ -105,7 +105,7 @@ class ReferenceGenerator {
     jerk_ = segment.jerk;
     if (segment.sets_position) {
       counts_ = segment.start_counts;
-      fraction_ = 0;
+      fraction_ = segment.start_fraction;
     }
     taken_.store(at + 1, std::memory_order_release);
   }

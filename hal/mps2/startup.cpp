@@ -20,6 +20,7 @@ extern Constructor __init_array_begin[], __init_array_end[];  // NOLINT(bugprone
 [[noreturn]] void fault_handler();
 void reset_handler();
 void sys_tick_handler();
+void tick_handler();
 
 // The FPU is off after reset, and a prologue that saves its registers would fault: no prologue here.
 // CPACR, CP10 and CP11 full access: Armv7-M Architecture Reference Manual, B3.2.20.
@@ -57,7 +58,10 @@ __attribute__((used)) void fault_handler() {
 }
 
 // Replaced by the application that uses the tick.
-__attribute__((weak, used)) void sys_tick_handler() {}
+__attribute__((weak, used)) void tick_handler() {}
+__attribute__((used)) void sys_tick_handler() {
+  tick_handler();
+}
 
 using Vector = void (*)();
 struct VectorTable {

@@ -27,6 +27,17 @@ inline std::uint32_t systick_now() {
   return detail::systick_word(8);
 }
 
+// Starts the counter with a period of `counts`, 2 to 2^24, and its exception at the end of each.
+inline void systick_start_periodic(std::uint32_t counts) {
+  detail::systick_word(4) = counts - 1;
+  detail::systick_word(8) = 0;
+  detail::systick_word(0) = 0x7;  // processor clock, exception, enabled
+}
+
+inline void systick_stop() {
+  detail::systick_word(0) = 0x4;
+}
+
 // Counts from `begin` to `end`, both read with systick_now(), less than 2^24 apart.
 inline std::uint32_t systick_elapsed(std::uint32_t begin, std::uint32_t end) {
   return (begin - end) & kSystickMask;

@@ -15,11 +15,16 @@ struct UartRegisters {
 };
 constexpr std::uint32_t kUart0Address = 0x40004000;
 constexpr std::uint32_t kTransmitterFull = 1U << 0;
+constexpr std::uint32_t kReceiverFull = 1U << 1;
 constexpr std::uint32_t kTransmitterEnable = 1U << 0;
+constexpr std::uint32_t kReceiverEnable = 1U << 1;
 constexpr std::uint32_t kBaudDivider = 217;  // 25 MHz / 115200; the emulator does not wait
 
+UartRegisters& uart_at(std::uint32_t address) {
+  return *reinterpret_cast<UartRegisters*>(address);
+}
 UartRegisters& uart0() {
-  return *reinterpret_cast<UartRegisters*>(kUart0Address);
+  return uart_at(kUart0Address);
 }
 
 }  // namespace
@@ -53,6 +58,23 @@ void uart_write_unsigned(std::uint32_t value, int width) {
 
 void uart_write_hex(std::uint32_t value) {
   for (int shift = 28; shift >= 0; shift -= 4) uart_write("0123456789abcdef"[(value >> shift) & 0xFU]);
+}
+
+void Uart::start() {
+  uart_at(address_).baud_divider = kBaudDivider;
+  uart_at(address_).control = kTransmitterEnable | kReceiverEnable;
+}
+
+bool Uart::read(std::uint8_t& byte) {
+  if ((uart_at(address_).state & kReceiverFull) == 0) return false;
+  byte = static_cast<std::uint8_t>(uart_at(address_).data);
+  return true;
+}
+
+bool Uart::write(std::uint8_t byte) {
+  if ((uart_at(address_).state & kTransmitterFull) != 0) return false;
+  uart_at(address_).data = byte;
+  return true;
 }
 
 }  // namespace slipstack::mps2

@@ -19,4 +19,21 @@ void uart_write_unsigned(std::uint32_t value, int width = 0);
 // Eight hexadecimal digits.
 void uart_write_hex(std::uint32_t value);
 
+// The other UARTs, both ways; no call waits. UART1 carries CAN frames as SLCAN.
+inline constexpr std::uint32_t kUart1Address = 0x40005000;
+
+class Uart {
+ public:
+  explicit Uart(std::uint32_t address) : address_(address) {}
+  // Transmitter and receiver on.
+  void start();
+  // Takes the byte that has come; false when there is none.
+  bool read(std::uint8_t& byte);
+  // Sends a byte; false when the transmitter is full.
+  bool write(std::uint8_t byte);
+
+ private:
+  std::uint32_t address_;
+};
+
 }  // namespace slipstack::mps2

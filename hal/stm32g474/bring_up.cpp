@@ -84,7 +84,7 @@ extern "C" void can_handler() {
   board.can().on_interrupt();
 }
 
-extern "C" void sys_tick_handler() {
+extern "C" void lamp_handler() {
   board.indicator().step();
 }
 

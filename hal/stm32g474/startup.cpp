@@ -19,7 +19,7 @@ void reset_handler();
 [[noreturn]] void start_program();
 void nmi_handler();
 [[noreturn]] void fault_handler();
-void sys_tick_handler();
+void lamp_handler();
 void tick_handler();
 void can_handler();
 
@@ -67,7 +67,7 @@ __attribute__((used)) void nmi_handler() {
 }
 
 // Replaced by the application. An interrupt that nobody handles is a fault.
-__attribute__((weak, used)) void sys_tick_handler() {
+__attribute__((weak, used)) void lamp_handler() {
   fault_handler();
 }
 __attribute__((weak, used)) void tick_handler() {
@@ -90,7 +90,7 @@ constexpr VectorTable make_vector_table() {
   for (Vector& vector : table.interrupts) vector = fault_handler;
   table.system[0] = reset_handler;
   table.system[1] = nmi_handler;
-  table.system[14] = sys_tick_handler;
+  table.system[14] = lamp_handler;
   table.interrupts[slipstack::stm32g474::kTIM6_DAC_IRQ] = tick_handler;
   table.interrupts[slipstack::stm32g474::kFDCAN1_IT0_IRQ] = can_handler;
   return table;

@@ -2,6 +2,7 @@
 #include "sim_host/loop/emulated_board.h"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sched.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
@@ -11,74 +12,113 @@
 #include <chrono>
 #include <csignal>
 #include <filesystem>
-#include <stdexcept>
 
 namespace slipstack::sim {
 
 namespace {
 
 constexpr std::size_t kMemoryBytes = 16U << 20;
+constexpr int kNotStarted = 127;
 
 double seconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
+// Processors that this thread may run on, the first of which is left to the host's side of the loop.
+cpu_set_t allowed_processors() {
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  sched_getaffinity(0, sizeof set, &set);
+  return set;
+}
+
+int first_of(const cpu_set_t& set) {
+  int processor = 0;
+  while (processor < CPU_SETSIZE && !CPU_ISSET(processor, &set)) ++processor;
+  return processor;
+}
+
+// Both sides look at the other without pause. On one processor each would wait for the other until the
+// scheduler takes turns, thousands of times longer than a tick; so they get one each where there are two.
+void use_other_processors() {
+  cpu_set_t set = allowed_processors();
+  if (CPU_COUNT(&set) < 2) return;
+  CPU_CLR(first_of(set), &set);
+  sched_setaffinity(0, sizeof set, &set);
+}
+
+void use_first_processor() {
+  const cpu_set_t all = allowed_processors();
+  if (CPU_COUNT(&all) < 2) return;
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  CPU_SET(first_of(all), &set);
+  sched_setaffinity(0, sizeof set, &set);
+}
+
 // In the child: replaced by the emulator, and killed when the parent ends.
-[[noreturn]] void become_emulator(const std::string& machine, const std::string& image,
-                                  const std::string& memory, pid_t parent) {
+[[noreturn]] void become_emulator(const EmulatedBoard::Options& options, const std::string& machine,
+                                  const std::string& image, int memory, pid_t parent) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (getppid() != parent) _exit(127);
+  if (getppid() != parent) _exit(kNotStarted);
+  use_other_processors();
+  // A key that interrupts the run is for the parent, which then ends this process.
+  setpgid(0, 0);
   const int nowhere = open("/dev/null", O_RDWR);
   for (const int stream : {0, 1, 2}) dup2(nowhere, stream);
   const std::string board = machine + ",memory-backend=ram";
-  const std::string backend = "memory-backend-file,id=ram,share=on,size=16M,mem-path=" + memory;
-  execlp("qemu-system-arm", "qemu-system-arm", "-M", board.c_str(), "-object", backend.c_str(), "-display",
-         "none", "-monitor", "none", "-serial", "null", "-semihosting-config", "enable=on,target=native",
-         "-kernel", image.c_str(), static_cast<char*>(nullptr));
-  _exit(127);
+  const std::string backend =
+      fmt::format("memory-backend-file,id=ram,share=on,size=16M,mem-path=/proc/self/fd/{}", memory);
+  execlp(options.emulator.c_str(), "qemu-system-arm", "-M", board.c_str(), "-object", backend.c_str(),
+         "-display", "none", "-monitor", "none", "-serial", "null", "-serial", options.can.c_str(),
+         "-semihosting-config", "enable=on,target=native", "-kernel", image.c_str(),
+         static_cast<char*>(nullptr));
+  _exit(kNotStarted);
+}
+
+std::string how_it_ended(int status) {
+  if (WIFSIGNALED(status)) return fmt::format("killed by signal {}", WTERMSIG(status));
+  return fmt::format("status {}", WEXITSTATUS(status));
 }
 
 }  // namespace
 
-EmulatedBoard::EmulatedBoard(const std::string& machine, const std::string& image, double start_timeout_s) {
+EmulatedBoard::EmulatedBoard(const std::string& machine, const std::string& image, const Options& options)
+    : options_(options) {
   if (!std::filesystem::is_regular_file(image)) {
-    throw std::runtime_error(
+    throw LoopError(
         image + ": no such image; build it: cmake --preset cortex-m4 && cmake --build --preset cortex-m4");
   }
-  std::string path =
-      (std::filesystem::exists("/dev/shm") ? "/dev/shm" : "/tmp") + std::string("/slipstack-loop-XXXXXX");
-  const int file = mkstemp(path.data());
-  if (file < 0) throw std::runtime_error(path + ": cannot be created");
-  memory_path_ = path;
+  // Memory without a name: whatever happens, nothing is left behind.
+  memory_ = memfd_create("slipstack-loop", 0);
   void* memory = MAP_FAILED;
-  if (ftruncate(file, kMemoryBytes) == 0) {
-    memory = mmap(nullptr, sizeof(PlantLink), PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
+  if (memory_ >= 0 && ftruncate(memory_, kMemoryBytes) == 0) {
+    memory = mmap(nullptr, PlantMemory::kBytes, PROT_READ | PROT_WRITE, MAP_SHARED, memory_, 0);
   }
-  close(file);
   if (memory == MAP_FAILED) {
     release();
-    throw std::runtime_error(path + ": cannot be mapped");
+    throw LoopError("no memory to share with the emulator; 16 MB are needed");
   }
   link_ = static_cast<PlantLink*>(memory);
   const pid_t parent = getpid();
   process_ = fork();
-  if (process_ == 0) become_emulator(machine, image, memory_path_, parent);
+  if (process_ == 0) become_emulator(options_, machine, image, memory_, parent);
   const auto begin = std::chrono::steady_clock::now();
   while (process_ > 0 && link_->magic != PlantLink::kMagic && !ended() &&
-         seconds_since(begin) < start_timeout_s) {
+         seconds_since(begin) < options_.start_timeout_s) {
     usleep(1000);
   }
-  if (process_ > 0 && link_->magic == PlantLink::kMagic) return;
-  release();
-  throw std::runtime_error(image + ": does not start in qemu-system-arm -M " + machine +
-                           " (package qemu-system-arm; machine mps2-an386)");
+  if (process_ <= 0 || link_->magic != PlantLink::kMagic) refuse(machine, image);
+  processors_ = allowed_processors();
+  use_first_processor();
 }
 
 EmulatedBoard::~EmulatedBoard() {
+  if (CPU_COUNT(&processors_) > 0) sched_setaffinity(0, sizeof processors_, &processors_);
   release();
 }
 
-void EmulatedBoard::tick(double timeout_s) {
+void EmulatedBoard::tick() {
   const std::uint32_t sequence = link_->host_sequence + 1;
   std::atomic_thread_fence(std::memory_order_seq_cst);
   link_->host_sequence = sequence;
@@ -91,8 +131,13 @@ void EmulatedBoard::tick(double timeout_s) {
   }
   const auto begin = std::chrono::steady_clock::now();
   while (link_->guest_sequence != sequence) {
-    if (ended()) throw std::runtime_error("the emulator ended in the middle of the run");
-    if (seconds_since(begin) > timeout_s) throw std::runtime_error("the emulator does not answer");
+    if (ended()) {
+      throw LoopError(fmt::format("the emulator ended in the middle of the run ({})", how_it_ended(status_)));
+    }
+    if (seconds_since(begin) > options_.tick_timeout_s) {
+      throw LoopError(
+          fmt::format("the emulator does not answer within {} s; is it stopped?", options_.tick_timeout_s));
+    }
     sched_yield();
   }
   std::atomic_thread_fence(std::memory_order_acquire);
@@ -100,10 +145,21 @@ void EmulatedBoard::tick(double timeout_s) {
 
 bool EmulatedBoard::ended() {
   if (process_ <= 0) return true;
-  int status = 0;
-  if (waitpid(process_, &status, WNOHANG) != process_) return false;
+  if (waitpid(process_, &status_, WNOHANG) != process_) return false;
   process_ = -1;
   return true;
+}
+
+void EmulatedBoard::refuse(const std::string& machine, const std::string& image) {
+  const bool gone = ended();
+  const bool missing = gone && WIFEXITED(status_) && WEXITSTATUS(status_) == kNotStarted;
+  const std::string how = gone ? how_it_ended(status_) : "no answer";
+  release();
+  if (missing) {
+    throw LoopError(options_.emulator + ": cannot be started; install the package qemu-system-arm");
+  }
+  throw LoopError(
+      fmt::format("{}: does not run on {} ({}); is it an image for this board?", image, machine, how));
 }
 
 void EmulatedBoard::release() {
@@ -112,9 +168,10 @@ void EmulatedBoard::release() {
     waitpid(process_, nullptr, 0);
     process_ = -1;
   }
-  if (link_ != nullptr) munmap(link_, sizeof(PlantLink));
+  if (link_ != nullptr) munmap(link_, PlantMemory::kBytes);
   link_ = nullptr;
-  if (!memory_path_.empty()) unlink(memory_path_.c_str());
+  if (memory_ >= 0) close(memory_);
+  memory_ = -1;
 }
 
 }  // namespace slipstack::sim

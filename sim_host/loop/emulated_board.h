@@ -2,39 +2,63 @@
 // The host's end of the lock-step loop with an emulated board.
 #pragma once
 
+#include <sched.h>
 #include <sys/types.h>
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 
 #include "hal/include/plant_link.h"
+#include "sim_host/loop/lockstep_board.h"
 
 namespace slipstack::sim {
 
 /// An emulator that runs an image and shares the guest's PSRAM. The emulator ends with this object, and with
-/// this process however that ends.
-class EmulatedBoard {
+/// this process however that ends; nothing is left in the file system. While it lives, the thread that made
+/// it keeps to one processor and the emulator to the others.
+class EmulatedBoard final : public LockstepBoard {
  public:
-  /// Starts `qemu-system-arm -M <machine>`. Throws std::runtime_error in one line when the image or the
-  /// emulator is missing, or the image does not answer within `start_timeout_s`.
-  EmulatedBoard(const std::string& machine, const std::string& image, double start_timeout_s = 10.0);
-  ~EmulatedBoard();
+  struct Options {
+    double start_timeout_s = 10.0;
+    double tick_timeout_s = 2.0;
+    /// What the board's CAN, SLCAN on its UART1, is connected to: a character device of the emulator, as
+    /// "unix:PATH,server=on,wait=off" or "pty"; "null": nothing.
+    std::string can = "null";
+    /// Program to start; another name shows what happens without it.
+    std::string emulator = "qemu-system-arm";
+  };
+
+  /// Starts the emulator of `machine`, mps2-an386 or mps2-an500, with an image. Throws LoopError in one line
+  /// when the image or the emulator is missing, or the image does not answer in time.
+  EmulatedBoard(const std::string& machine, const std::string& image, const Options& options);
+  EmulatedBoard(const std::string& machine, const std::string& image)
+      : EmulatedBoard(machine, image, Options{}) {}
+  ~EmulatedBoard() override;
   EmulatedBoard(const EmulatedBoard&) = delete;
   EmulatedBoard& operator=(const EmulatedBoard&) = delete;
 
-  PlantLink& link() { return *link_; }
-  /// Lets the guest run one tick with the words written before. Throws when the emulator ended or does not
-  /// answer within `timeout_s`.
-  void tick(double timeout_s = 2.0);
+  PlantLink& link() override { return *link_; }
+  void tick() override;
+  /// The board's flash: its marker, then its pages.
+  std::span<std::byte> flash() {
+    return {reinterpret_cast<std::byte*>(link_) + PlantMemory::kFlashOffset,
+            PlantMemory::kBytes - PlantMemory::kFlashOffset};
+  }
   /// Process of the emulator.
   pid_t process() const { return process_; }
 
  private:
   bool ended();
   void release();
+  [[noreturn]] void refuse(const std::string& machine, const std::string& image);
 
-  std::string memory_path_;
+  Options options_;
+  int memory_ = -1;
   PlantLink* link_ = nullptr;
   pid_t process_ = -1;
+  cpu_set_t processors_{};  // that the thread could use before
+  int status_ = 0;          // of the process, once it has ended
 };
 
 }  // namespace slipstack::sim

@@ -2,45 +2,55 @@
 // The firmware image in the emulator against the same tick in this process, with the same plant.
 #include <gtest/gtest.h>
 
+#include <sys/socket.h>
+#include <sys/un.h>
 #include <sys/wait.h>
+#include <unistd.h>
 #include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <cstring>
+#include <filesystem>
 #include <memory>
 #include <stdexcept>
 #include <vector>
 
+#include "hal/lockstep/link_service.h"
 #include "sim_host/loop/emulated_board.h"
 #include "tests/loop/axis_loop.h"
 
 namespace slipstack::loop {
 namespace {
 
-struct ParameterBlock {
-  AxisParameters axis;
-  ModelParameters model;
-};
-
-bool available() {
-  return std::system("command -v qemu-system-arm >/dev/null 2>&1") == 0 &&
-         std::system("test -f " SLIPSTACK_LOOP_IMAGE) == 0;
+std::string image_of(const std::string& machine) {
+  return SLIPSTACK_TARGET_BUILD "/bin/slipstack-" + machine + ".elf";
 }
+
+bool available(const std::string& machine) {
+  return std::system("command -v qemu-system-arm >/dev/null 2>&1") == 0 &&
+         std::filesystem::is_regular_file(image_of(machine));
+}
+
+class Emulated : public ::testing::TestWithParam<std::string> {
+ protected:
+  void SetUp() override {
+    if (!available(GetParam())) GTEST_SKIP() << "no emulator or no image " << image_of(GetParam());
+  }
+};
+INSTANTIATE_TEST_SUITE_P(Boards, Emulated, ::testing::Values("mps2-an386", "mps2-an500"),
+                         [](const auto& own) { return own.param == "mps2-an386" ? "CortexM4" : "CortexM7"; });
 
 // The emulated controller with a plant, driven through the link.
 class EmulatedLoop {
  public:
-  explicit EmulatedLoop(const sim::Axis& axis)
-      : board("mps2-an386", SLIPSTACK_LOOP_IMAGE),
-        plant(axis, 0.1),
-        encoder_(axis.encoder_resolution_m, 0.37) {
+  EmulatedLoop(const std::string& machine, const sim::Axis& axis)
+      : board(machine, image_of(machine)), plant(axis, 0.1), encoder_(axis.encoder_resolution_m, 0.37) {
     PlantLink& link = board.link();
-    const ParameterBlock block{pick_and_place_parameters(axis), identified_model(axis, 0.0, 0.0)};
-    static_assert(sizeof block <= sizeof(PlantLink::parameters));
-    std::memcpy(link.parameters.data(), &block, sizeof block);
-    link.parameter_bytes = sizeof block;
+    lockstep::write_parameters(link, {pick_and_place_parameters(axis), identified_model(axis, 0.0, 0.0)});
     link.parameter_sequence = 1;
     link.encoder_valid = 1;
+    link.current_valid = 1;
+    link.period = 1000;
     link.control_word = 0;
   }
   void step() {
@@ -57,11 +67,10 @@ class EmulatedLoop {
   sim::Encoder encoder_;
 };
 
-TEST(Emulated, RunsTheSameLoopAsTheHostFasterThanTheAxis) {
-  if (!available()) GTEST_SKIP() << "no emulator or no image " SLIPSTACK_LOOP_IMAGE;
+TEST_P(Emulated, RunsTheSameLoopAsTheHost) {
   sim::Bench bench = sim::draw_bench(sim::Setup::kPickAndPlace, 3);
   bench.axis.force_noise_N = 0.0;
-  EmulatedLoop target(bench.axis);
+  EmulatedLoop target(GetParam(), bench.axis);
   const auto host = std::make_unique<AxisLoop>(bench.axis);
   ASSERT_EQ(host->controller().configure(pick_and_place_parameters(bench.axis),
                                          identified_model(bench.axis, 0.0, 0.0)),
@@ -79,6 +88,10 @@ TEST(Emulated, RunsTheSameLoopAsTheHostFasterThanTheAxis) {
     ++ticks;
     ASSERT_EQ(link.current_A, host->motor.set_point_A) << ticks;
     ASSERT_EQ(link.state, static_cast<std::uint32_t>(host->controller().state().state())) << ticks;
+    const auto& by_effect_N = host->controller().friction().by_effect_N;
+    for (std::size_t i = 0; i < by_effect_N.size(); ++i) {
+      ASSERT_EQ(link.by_effect_N[i], by_effect_N[i]) << ticks << ' ' << i;
+    }
   };
   for (const int control : {0, 6, 7, 15}) {
     link.control_word = static_cast<std::uint32_t>(control);
@@ -103,15 +116,17 @@ TEST(Emulated, RunsTheSameLoopAsTheHostFasterThanTheAxis) {
   const double times_real_time = kTick_s / turn_s[static_cast<std::size_t>(ticks) / 2];
   RecordProperty("times_real_time", std::to_string(times_real_time));
   std::printf("%d ticks, %.1f times real time at 10 kHz\n", ticks, times_real_time);
-  EXPECT_GT(times_real_time, 10.0);
+  EXPECT_EQ(link.ticks, static_cast<std::uint32_t>(ticks));
+  EXPECT_EQ(link.watchdog_refreshed, static_cast<std::uint32_t>(ticks));
+  EXPECT_EQ(link.longest_period, 1000U);
+  EXPECT_EQ(link.overruns, 0U);
 }
 
-TEST(Emulated, AKilledEmulatorIsOneClearErrorAndNothingIsLeft) {
-  if (!available()) GTEST_SKIP() << "no emulator or no image " SLIPSTACK_LOOP_IMAGE;
+TEST_P(Emulated, AKilledEmulatorIsOneClearErrorAndNothingIsLeft) {
   const sim::Bench bench = sim::draw_bench(sim::Setup::kPickAndPlace, 3);
   pid_t process = 0;
   {
-    EmulatedLoop loop(bench.axis);
+    EmulatedLoop loop(GetParam(), bench.axis);
     for (int i = 0; i < 100; ++i) loop.step();
     process = loop.board.process();
     ASSERT_EQ(kill(process, SIGKILL), 0);
@@ -124,14 +139,68 @@ TEST(Emulated, AKilledEmulatorIsOneClearErrorAndNothingIsLeft) {
   EXPECT_NE(kill(process, 0), 0);
 }
 
-TEST(Emulated, AMissingImageSaysHowToBuildIt) {
+// The emulator is held, then killed from outside: the process that waits for it comes back either way.
+TEST_P(Emulated, AStoppedEmulatorIsNoticed) {
+  const sim::Bench bench = sim::draw_bench(sim::Setup::kPickAndPlace, 3);
+  sim::EmulatedBoard board(GetParam(), image_of(GetParam()), {.tick_timeout_s = 0.3});
+  board.tick();
+  ASSERT_EQ(kill(board.process(), SIGSTOP), 0);
   try {
-    sim::EmulatedBoard board("mps2-an386", "no_such_image.elf");
+    for (int i = 0; i < 1000; ++i) board.tick();
     FAIL();
-  } catch (const std::runtime_error& error) {
-    EXPECT_NE(std::string(error.what()).find("cmake --build"), std::string::npos);
-    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+  } catch (const sim::LoopError& error) {
+    EXPECT_NE(std::string(error.what()).find("does not answer"), std::string::npos) << error.what();
   }
+}
+
+TEST_P(Emulated, TheNodeOfTheBoardSpeaksSlcanOnItsUart) {
+  const std::string path = ::testing::TempDir() + "slipstack-can-" + std::to_string(getpid());
+  sim::EmulatedBoard board(GetParam(), image_of(GetParam()), {.can = "unix:" + path + ",server=on,wait=off"});
+  const int line = socket(AF_UNIX, SOCK_STREAM, 0);
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  ASSERT_LT(path.size(), sizeof address.sun_path);
+  path.copy(address.sun_path, path.size());
+  ASSERT_EQ(connect(line, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+  board.link().period = 1000;
+  // A heartbeat every second of the board's own clock; a question is answered at once.
+  std::string heard;
+  ASSERT_EQ(write(line, "V\r", 2), 2);
+  const auto begin = std::chrono::steady_clock::now();
+  while (heard.find("t77F17F\r") == std::string::npos &&
+         std::chrono::steady_clock::now() - begin < std::chrono::seconds(60)) {
+    for (int i = 0; i < 100; ++i) board.tick();
+    char part[256];
+    const ssize_t got = recv(line, part, sizeof part, MSG_DONTWAIT);
+    if (got > 0) heard.append(part, static_cast<std::size_t>(got));
+  }
+  EXPECT_NE(heard.find("V1013\r"), std::string::npos) << heard;
+  EXPECT_NE(heard.find("t77F17F\r"), std::string::npos) << heard;
+  close(line);
+  unlink(path.c_str());
+}
+
+void expect_refused(const std::string& machine, const std::string& image,
+                    const sim::EmulatedBoard::Options& options, const std::string& expected) {
+  try {
+    const sim::EmulatedBoard board(machine, image, options);
+    FAIL() << expected;
+  } catch (const sim::LoopError& error) {
+    EXPECT_NE(std::string(error.what()).find(expected), std::string::npos) << error.what();
+    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
+  }
+}
+
+TEST_P(Emulated, WhatCannotRunIsRefusedInOneLine) {
+  expect_refused(GetParam(), image_of(GetParam()), {.emulator = "no-such-emulator"}, "install the package");
+  expect_refused("no-such-machine", image_of(GetParam()), {}, "does not run on no-such-machine");
+  // An image, but none that answers.
+  expect_refused(GetParam(), SLIPSTACK_TARGET_BUILD "/bin/board.elf", {.start_timeout_s = 0.5},
+                 "does not run on");
+}
+
+TEST(EmulatedBoard, AMissingImageSaysHowToBuildIt) {
+  expect_refused("mps2-an386", "no_such_image.elf", {}, "cmake --build");
 }
 
 }  // namespace

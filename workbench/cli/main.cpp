@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 
 #include "workbench/cli/commands.h"
+#include "workbench/cli/define_loop.h"
 #include "workbench/cli/experiment/experiment.h"
 #include "workbench/cli/output.h"
 #include "workbench/identify/effect_catalogue.h"
@@ -111,6 +112,7 @@ void define_commands(CLI::App& app, Options& options) {
   define_add(app, options);
   define_effects(app, options);
   define_experiment(app, options);
+  define_loop(app);
 }
 
 /// The parser alone would only say that a command is required.
@@ -169,6 +171,9 @@ int main(int argc, char** argv) {
   } catch (const InputError& error) {
     complain(error.what());
     return kUnusableInput;
+  } catch (const RunError& error) {
+    complain(error.what());
+    return kInternalFault;
   } catch (const std::bad_alloc&) {
     complain("out of memory; give a shorter log or a larger machine");
     return kInternalFault;

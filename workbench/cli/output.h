@@ -13,6 +13,11 @@ struct UsageError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// A run that had begun and could not be finished: printed as one line, exit status 1.
+struct RunError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
 /// What a command writes: its files and its text, all of it or nothing. Whether a place can be written is
 /// found out before the work starts; files take their names when everything is done, each at once, so that
 /// nobody ever reads half of one. A signal that ends the program leaves nothing behind either.

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <concepts>
+#include <cstdint>
+#include <type_traits>
+
+#include "firmware/control/tick.h"
+#include "hal/include/can_port.h"
+#include "hal/include/indicator.h"
+#include "hal/include/nonvolatile.h"
+
+namespace slipstack {
+
+/// What a node on the bus works with: everything is used outside the tick.
+struct NodeContext {
+  Controller& controller;
+  const TickTiming& timing;
+  CanPort& can;
+  Nonvolatile& nonvolatile;
+};
+
+/// What commands the controller from outside. start() is called once, when the board runs: the place to load
+/// the stored parameters and configure() the controller, which is not ready before. serve() is called in
+/// every turn of the main loop and returns soon; `now_us` counts modulo 2^32.
+template <class N>
+concept Node = requires(N node, NodeContext context, std::uint32_t now_us) {
+  node.start(context);
+  node.serve(context, now_us);
+};
+
+/// A board, as the application wants it: the devices of hal/include, and how it starts and waits.
+/// start() begins the ticks: from then on the board calls Application::tick() at its tick rate, at the
+/// highest priority; false: a device does not work, and the motor is off. wait() is called between two turns
+/// of the main loop; false ends the program (an emulated board).
+template <class B>
+concept Board = requires(B board, Controller controller, const TickTiming timing) {
+  { board.can() } -> std::convertible_to<CanPort&>;
+  { board.nonvolatile() } -> std::convertible_to<Nonvolatile&>;
+  { board.indicator() } -> std::convertible_to<Indicator&>;
+  { board.tick_period() } -> std::same_as<std::uint32_t>;  // Clock ticks; 0: time is not supervised
+  { board.start() } -> std::same_as<bool>;
+  { board.wait(controller, timing) } -> std::same_as<bool>;
+};
+
+/// The firmware: the control tick, and beside it the main loop that serves the node, new parameters and the
+/// lamp. The same on every board.
+template <Board B, Node N>
+class Application {
+ public:
+  Application(B& board, N& node)
+      : board_(board),
+        node_(node),
+        tick_(board.encoder(), board.motor_current(), board.clock(), board.watchdog()),
+        context_{tick_.controller(), tick_.timing(), board.can(), board.nonvolatile()} {}
+
+  /// From the tick's interrupt.
+  void tick() { tick_.run(); }
+
+  /// The main loop. Returns 0 when the board ends it, 1 when it does not start.
+  int run() {
+    tick_.set_period(board_.tick_period());
+    if (!board_.start()) {
+      board_.indicator().show(Indication::kFault);
+      return 1;
+    }
+    begin();
+    do {
+      serve();
+    } while (board_.wait(tick_.controller(), tick_.timing()));
+    return 0;
+  }
+
+  /// What run() does once the board runs, and in each turn: for tests, and hosts with a loop of their own.
+  void begin() {
+    last_clock_ = board_.clock().now();
+    node_.start(context_);
+  }
+  void serve() {
+    tick_.controller().poll();
+    node_.serve(context_, now_us());
+    const Indication indication = indication_of(tick_.controller().state().state());
+    if (indication != shown_) board_.indicator().show(indication);
+    shown_ = indication;
+  }
+
+  Controller& controller() { return tick_.controller(); }
+  const TickTiming& timing() const { return tick_.timing(); }
+
+ private:
+  using ClockType = std::remove_reference_t<decltype(std::declval<B&>().clock())>;
+
+  static constexpr Indication indication_of(DriveState state) {
+    switch (state) {
+      case DriveState::kNotReadyToSwitchOn:
+        return Indication::kStarting;
+      case DriveState::kSwitchOnDisabled:
+        return Indication::kDisabled;
+      case DriveState::kReadyToSwitchOn:
+      case DriveState::kSwitchedOn:
+        return Indication::kReady;
+      case DriveState::kOperationEnabled:
+      case DriveState::kQuickStopActive:
+        return Indication::kEnabled;
+      default:
+        return Indication::kFault;
+    }
+  }
+
+  // Clock ticks added up to microseconds; the turns are far closer together than the clock's 2^32 ticks.
+  std::uint32_t now_us() {
+    const std::uint32_t per_us = board_.clock().ticks_per_second() / 1'000'000U;
+    const std::uint32_t now = board_.clock().now();
+    const std::uint32_t whole_us = (now - last_clock_) / per_us;
+    last_clock_ += whole_us * per_us;
+    now_us_ += whole_us;
+    return now_us_;
+  }
+
+  B& board_;
+  N& node_;
+  Indication shown_ = Indication::kStarting;
+  std::uint32_t last_clock_ = 0;
+  std::uint32_t now_us_ = 0;
+  Tick<std::remove_reference_t<decltype(std::declval<B&>().encoder())>,
+       std::remove_reference_t<decltype(std::declval<B&>().motor_current())>, ClockType,
+       std::remove_reference_t<decltype(std::declval<B&>().watchdog())>>
+      tick_;
+  NodeContext context_;
+};
+
+}  // namespace slipstack

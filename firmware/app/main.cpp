@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// The one main of the firmware. SLIPSTACK_BOARD names the board's header, which has `BoardOfImage`; a line in
+// the board's CMakeLists.txt sets it.
+#include "firmware/app/application.h"
+#include "firmware/app/heartbeat_node.h"
+#include SLIPSTACK_BOARD
+
+namespace {
+using namespace slipstack;  // NOLINT(google-build-using-namespace)
+
+constexpr std::uint8_t kNodeId = 127;
+
+BoardOfImage board;
+HeartbeatNode node{kNodeId};
+Application application{board, node};
+}  // namespace
+
+extern "C" {
+void tick_handler();
+void tick_handler() {
+  board.begin_tick();
+  application.tick();
+  board.end_tick();
+}
+
+// Of lower priority than the tick; boards without these interrupts do nothing in them.
+void can_handler();
+void can_handler() {
+  board.on_can_interrupt();
+}
+void lamp_handler();
+void lamp_handler() {
+  board.on_lamp_interrupt();
+}
+}
+
+int main() {
+  return application.run();
+}

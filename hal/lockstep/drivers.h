@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "hal/include/clock.h"
+#include "hal/include/encoder.h"
+#include "hal/include/motor_current.h"
+#include "hal/include/plant_link.h"
+#include "hal/include/watchdog.h"
+
+// What the tick asks of a board, answered by a simulated plant at the other end of a PlantLink. The same on
+// the emulated boards and in the host's process.
+namespace slipstack::lockstep {
+
+class LinkEncoder {
+ public:
+  explicit LinkEncoder(PlantLink& link) : link_(link) {}
+  EncoderReading read() const { return {link_.counts, 0, link_.encoder_valid != 0}; }
+
+ private:
+  PlantLink& link_;
+};
+
+/// The amplifier measures what it was told, unless the host says by how much it does not.
+class LinkMotor {
+ public:
+  explicit LinkMotor(PlantLink& link) : link_(link) {}
+  void set(float current_A) {
+    set_point_A_ = current_A;
+    link_.current_A = current_A;
+    link_.driving = 1;
+  }
+  void disable() {
+    set_point_A_ = 0.0F;
+    link_.current_A = 0.0F;
+    link_.driving = 0;
+  }
+  CurrentReading measured() const {
+    return {set_point_A_ + link_.current_offset_A, link_.current_valid != 0};
+  }
+
+ private:
+  PlantLink& link_;
+  float set_point_A_ = 0.0F;
+};
+
+/// Lock-step: a tick takes exactly its period, and what the host adds to it.
+class LinkClock {
+ public:
+  explicit LinkClock(PlantLink& link) : link_(link) {}
+  std::uint32_t now() const { return count_; }
+  std::uint32_t ticks_per_second() const { return PlantLink::kClockTicks_Hz; }
+  void turn() { count_ += link_.period + link_.late; }
+
+ private:
+  PlantLink& link_;
+  std::uint32_t count_ = 0;
+};
+
+class LinkWatchdog {
+ public:
+  explicit LinkWatchdog(PlantLink& link) : link_(link) {}
+  void refresh() { link_.watchdog_refreshed = link_.watchdog_refreshed + 1; }
+  bool caused_last_reset() const { return false; }
+
+ private:
+  PlantLink& link_;
+};
+
+static_assert(Encoder<LinkEncoder> && MotorCurrent<LinkMotor> && Clock<LinkClock> && Watchdog<LinkWatchdog>);
+
+}  // namespace slipstack::lockstep

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "firmware/control/tick.h"
+#include "hal/stm32g474/board.h"
+
+namespace slipstack {
+
+/// The NUCLEO-G474RE for firmware/app/main.cpp: current set-point by DAC, ticks from TIM6.
+class BoardOfImage : public stm32g474::Board<stm32g474::DriveKind::kDac> {
+ public:
+  BoardOfImage() : Board(kSetup) {}
+
+  std::uint32_t tick_period() const { return stm32g474::kCore_Hz / kSetup.tick_rate_Hz; }
+  bool start() { return Board::start({}) == stm32g474::BoardFault::kNone; }
+  bool wait(Controller&, const TickTiming&) {
+    // Until the next interrupt: the tick's at the latest.
+    asm volatile("wfi");
+    return true;
+  }
+  void begin_tick() { tick_timer().begin(); }
+  void end_tick() { tick_timer().end(); }
+  void on_can_interrupt() { can().on_interrupt(); }
+  void on_lamp_interrupt() { indicator().step(); }
+
+ private:
+  static constexpr stm32g474::BoardSetup kSetup{};
+};
+
+}  // namespace slipstack

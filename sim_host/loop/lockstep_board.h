@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+// A controller in lock-step with a plant, wherever it runs.
+#pragma once
+
+#include <stdexcept>
+
+#include "hal/include/plant_link.h"
+
+namespace slipstack::sim {
+
+/// A run that could not go on: one line that says what happened.
+struct LoopError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// The host's end of a PlantLink.
+class LockstepBoard {
+ public:
+  virtual ~LockstepBoard() = default;
+  virtual PlantLink& link() = 0;
+  /// Lets the controller run one tick with the words written before. Throws LoopError when it does not come
+  /// back.
+  virtual void tick() = 0;
+};
+
+}  // namespace slipstack::sim

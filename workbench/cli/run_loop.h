@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace slipstack::workbench {
+
+/// What `slipstack loop` was asked; zeros and empty texts where an option was not given.
+struct LoopRequest {
+  std::string board = "host";
+  std::string image;
+  std::string setup = "pick_and_place";
+  std::int64_t seed = 1;
+  std::string effects = "none";
+  double strength = 0.0;
+  double seconds = 60.0;
+  double log_rate_Hz = 2000.0;
+  double push_N = 0.0;
+  std::string model;
+  bool adapt = false;
+  std::string out;
+  std::string json;
+};
+
+/// Runs the firmware in lock-step with the simulated axis through the test programme at 10 kHz, prints what
+/// came of it, writes the log. Throws UsageError and InputError (status 2), RunError when a run that had
+/// begun could not be finished (status 1).
+void run_loop(const LoopRequest& request);
+
+}  // namespace slipstack::workbench
