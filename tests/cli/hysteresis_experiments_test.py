@@ -92,6 +92,38 @@ class HysteresisExperiments(unittest.TestCase):
         zeta = 2 / math.pi * 20 / (20 + 6)
         self.assertAlmostEqual(predicted["damping_ratio"], zeta, delta=0.005)
 
+    def test_transducer_corrects_a_log_and_its_repetition(self):
+        for seed, name in (("3", "a.csv"), ("4", "b.csv")):
+            self.assertEqual(run("experiment", "transducer", "--seed", seed, "--write-log", name,
+                                 cwd=self.here).returncode, 0)
+        for logs in (("a.csv",), ("a.csv", "b.csv"), ()):
+            found = self.result("transducer", *logs)["summary"]
+            self.assertAlmostEqual(found["hysteresis_mV_per_V"], 1.5e-4, delta=1e-5)
+            self.assertLess(found["formula_share"], 1 / 3)
+            self.assertGreater(found["formula_share"], 0.1)
+            self.assertLess(found["least_squares_share"], 0.5 * found["formula_share"])
+            self.assertLess(found["uncertainty_formula_N"], found["uncertainty_before_N"] / 3)
+
+    def test_transducer_refuses_a_malformed_log(self):
+        self.assertEqual(run("experiment", "transducer", "--write-log", "a.csv", cwd=self.here).returncode, 0)
+        good = (self.here / "a.csv").read_text().splitlines()
+
+        def spoiled(change):
+            rows = list(good)
+            change(rows)
+            (self.here / "bad.csv").write_text("\n".join(rows) + "\n")
+            return self.refused("transducer", "bad.csv")
+
+        self.assertIn("signal_mV_per_V", spoiled(lambda r: r.__setitem__(1, "time_s,load_N,volts")))
+        self.assertIn("bad.csv:6", spoiled(lambda r: r.__setitem__(5, "1,2")))
+        self.assertIn("bad.csv:6", spoiled(lambda r: r.__setitem__(5, r[5].replace(",", ",x", 1))))
+        self.assertIn("negative", spoiled(lambda r: r.__setitem__(12, r[12].replace(",", ",-", 1))))
+        self.assertIn("zero load", spoiled(lambda r: r.pop()))
+        self.assertIn("time does not rise", spoiled(lambda r: r.__setitem__(9, r[8])))
+        self.assertIn("no load steps", spoiled(lambda r: r.clear()))
+        self.assertIn("no transducer", self.refused("transducer", "--setup", "slideway"))
+        self.assertIn("nothing.csv", self.refused("transducer", "nothing.csv"))
+
     def test_what_cannot_be_used_is_said_in_one_line(self):
         masing_log(self.here / "loops.csv", [10e-6])
         masing_log(self.here / "bare.csv", [10e-6], header={})

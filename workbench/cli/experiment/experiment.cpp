@@ -82,6 +82,7 @@ void define_experiment(CLI::App& app, const Options& options) {
   define_free(*experiment, options);
   define_characterize(*experiment, options);
   define_guideway(*experiment, options);
+  define_transducer(*experiment, options);
   experiment->footer(setup_list());
 }
 

@@ -38,5 +38,6 @@ void deliver(const Options& options, const ExperimentOutputs& outputs, const std
 void define_free(CLI::App& experiment, const Options& options);
 void define_characterize(CLI::App& experiment, const Options& options);
 void define_guideway(CLI::App& experiment, const Options& options);
+void define_transducer(CLI::App& experiment, const Options& options);
 
 }  // namespace slipstack::workbench
