@@ -8,7 +8,7 @@ import unittest
 
 import program
 
-DIAGNOSIS = {"log": str, "samples": int, "baseline_effects": list, "noise_floor_N": float, "baseline": dict,
+DIAGNOSIS = {"cannot_show": list, "log": str, "samples": int, "baseline_effects": list, "noise_floor_N": float, "baseline": dict,
              "verdict": str, "candidates": list, "unexplained": (dict, type(None))}
 CANDIDATE = {"effect": str, "title": str, "holdout_rmse_N": float, "error_reduction": float,
              "error_reduction_se": float, "confounded_with": list, "evidence": str, "cause": str, "confirm_with": str}
@@ -57,6 +57,10 @@ class Contract(program.Workshop):
         self.assertLessEqual(set(named), set(known) - set(baseline))
         for candidate in result["candidates"]:
             self.check_candidate(candidate, result, known)
+        for entry in result["cannot_show"]:
+            self.assertIn(entry["effect"], named)
+            self.assertTrue(0.0 <= entry["share_told_apart"] <= 1.0 + 1e-9)
+            self.assertTrue(entry["least_visible_N"] is None or entry["least_visible_N"] > 0.0)
         if result["unexplained"] is not None:
             self.assert_keys(result["unexplained"], {"coordinate": str, "description": str})
             self.assertIn(result["unexplained"]["coordinate"],

@@ -64,7 +64,14 @@ json result_of(const Options& options, const Measurement& measurement, const Dia
               {"verdict", name_of(diagnosis.verdict)},
               {"candidates", candidates_json(diagnosis)},
               {"unexplained", nullptr}};
-  if (diagnosis.steps.size() > 1) {
+  json cannot_show = json::array();
+  for (const Visibility& one : diagnosis.cannot_show) {
+    cannot_show.push_back({{"effect", one.effect},
+                           {"least_visible_N", number_json(one.least_N)},
+                           {"share_told_apart", one.share}});
+  }
+  result["cannot_show"] = cannot_show;
+  if (diagnosis.verdict == Verdict::missing_effect) {
     result["best"] = {{"effects", ids_of(diagnosis.best.terms)},
                       {"train_rmse_N", number_json(diagnosis.best.train_rmse_N)},
                       {"holdout_rmse_N", number_json(diagnosis.best.holdout_rmse_N)},
@@ -106,6 +113,11 @@ std::string text_of(const Options& options, const Diagnosis& diagnosis) {
   std::string text = headline.line + "\n" + headline.detail + "\n" + candidate_table(diagnosis);
   if (options.stepwise) text += step_table(diagnosis);
   if (diagnosis.verdict == Verdict::missing_effect) text += advice(diagnosis.candidates.front());
+  if (!diagnosis.cannot_show.empty()) {
+    std::vector<std::string> ids;
+    for (const Visibility& one : diagnosis.cannot_show) ids.push_back(one.effect);
+    text += fmt::format("\nthis log cannot show   {}\n", fmt::join(ids, ", "));
+  }
   return text;
 }
 

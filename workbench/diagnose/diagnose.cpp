@@ -68,6 +68,10 @@ constexpr double kLineDrives = 0.3;
 constexpr double kLineAboveFloor = 2.0;
 constexpr double kSameLine = 0.02;
 
+/// An effect that would have to be this share of the force before it were named is one that the log cannot
+/// show.
+constexpr double kCannotShow = 0.2;
+
 double squared(double x) {
   return x * x;
 }
@@ -330,6 +334,7 @@ class Search {
     diagnosis.explained = std::move(best.model);
     diagnosis.noise_floor_N = floor_.of(diagnosis.explained.terms);
     judge(diagnosis);
+    list_what_cannot_be_shown(diagnosis);
   }
 
   /// All effects by what they explain on their own; those of the final explanation before the others, since
@@ -367,6 +372,21 @@ class Search {
           candidate.confounded_with.push_back(other.term.id());
         }
       }
+    }
+  }
+
+  void list_what_cannot_be_shown(Diagnosis& diagnosis) const {
+    const Linearisation& baseline = *diagnosis.explained.linearisation;
+    const double force_N = measurement_.weighted_rms(baseline.measured_N());
+    std::vector<Visibility> all(diagnosis.candidates.size());
+    parallel_for(all.size(), [&](std::size_t i) {
+      const Term& term = diagnosis.candidates[i].term;
+      if (contains(diagnosis.explained.terms, term.effect->text.id)) return;
+      all[i] = visibility_of(measurement_, diagnosis.explained, term, kLeastReduction);
+    });
+    for (Visibility& one : all) {
+      if (!one.effect.empty() && one.least_N > kCannotShow * force_N)
+        diagnosis.cannot_show.push_back(std::move(one));
     }
   }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "workbench/diagnose/structure.h"
+#include "workbench/diagnose/visibility.h"
 #include "workbench/identify/fit.h"
 
 namespace slipstack::workbench {
@@ -38,6 +39,8 @@ struct Diagnosis {
   FittedModel best;                   ///< baseline with the first candidate; the baseline itself without one
   FittedModel explained;              ///< baseline with every step
   std::optional<Structure> unexplained;
+  /// Effects that this log could show only if they were a large part of the force: not ruled out by it.
+  std::vector<Visibility> cannot_show;
 };
 
 struct DiagnoseOptions {

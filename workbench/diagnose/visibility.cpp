@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/diagnose/visibility.h"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+#include <limits>
+
+namespace slipstack::workbench {
+namespace {
+
+/// Columns at the rows, each row by the root of its weight. A delay has no gain: its column is the slope of
+/// the force.
+Eigen::MatrixXd weighted_columns(const Measurement& measurement, const FittedModel& base, const Term& term) {
+  Eigen::MatrixXd columns;
+  if (term.gains.empty()) {
+    const double step_s = measurement.tick_s();
+    columns = (measurement.force_N(step_s) - measurement.force_N(-step_s)) / (2.0 * step_s);
+  } else {
+    columns = base.linearisation->columns_of(term);
+  }
+  return measurement.row_weights().cwiseSqrt().asDiagonal() * columns;
+}
+
+/// Columns without what the baseline's free gains can imitate.
+Eigen::MatrixXd beyond_baseline(const Measurement& measurement, const FittedModel& base,
+                                const Eigen::MatrixXd& columns) {
+  std::vector<Eigen::Index> free;
+  for (std::size_t i = 0; i < base.solution.rests.size(); ++i) {
+    const auto index = static_cast<Eigen::Index>(i);
+    if (base.constraints.lower(index) < base.constraints.upper(index)) free.push_back(index);
+  }
+  if (free.empty()) return columns;
+  const Eigen::MatrixXd known =
+      measurement.row_weights().cwiseSqrt().asDiagonal() * base.linearisation->columns()(Eigen::all, free);
+  Eigen::MatrixXd gram = known.transpose() * known;
+  gram.diagonal().array() += 1e-9 * gram.diagonal().maxCoeff() + 1e-300;
+  return columns - known * gram.ldlt().solve(known.transpose() * columns);
+}
+
+}  // namespace
+
+Visibility visibility_of(const Measurement& measurement, const FittedModel& base, const Term& term,
+                         double least_reduction) {
+  const Eigen::MatrixXd columns = weighted_columns(measurement, base, term);
+  const Eigen::MatrixXd left = beyond_baseline(measurement, base, columns);
+  Eigen::VectorXd gains = Eigen::VectorXd::Zero(columns.cols());
+  for (std::size_t i = 0; i < term.gains.size(); ++i) gains(static_cast<Eigen::Index>(i)) = term.gains[i];
+  const bool fitted = (columns * gains).squaredNorm() > 0.0;
+  if (!fitted) {  // of several gains, the one that is seen best
+    Eigen::Index best = 0;
+    left.colwise().squaredNorm().maxCoeff(&best);
+    if (columns.cols() > 0) gains(best) = 1.0;
+  }
+  const Eigen::VectorXd force = columns * gains;
+  const double own = force.squaredNorm();
+  const double beyond = (left * gains).squaredNorm();
+  Visibility visibility{term.id(), own > 0.0 ? beyond / own : 0.0, std::numeric_limits<double>::infinity()};
+  // Named when error / (error with it) falls by least_reduction: error^2 + share x force^2 = (error / (1 -
+  // r))^2.
+  const double kept = 1.0 - least_reduction;
+  const double wanted_N = base.holdout_rmse_N * std::sqrt(1.0 / (kept * kept) - 1.0);
+  if (visibility.share > 0.0) {
+    // Rare forces are high while they last: a level counts, not its mean over the log.
+    const double peak_over_rms =
+        force.cwiseAbs().maxCoeff() / std::sqrt(own / measurement.row_weights().sum());
+    visibility.least_N = wanted_N / std::sqrt(visibility.share) * peak_over_rms;
+  }
+  return visibility;
+}
+
+}  // namespace slipstack::workbench
