@@ -33,6 +33,10 @@ constexpr double kIndistinct = 0.02;
 /// what quantisation and the form of the virgin curve leave is no effect.
 constexpr double kShareOfExcess = 0.25;
 
+/// Coulomb friction beside hysteresis is hysteresis of a slip distance shorter than the encoder shows: it
+/// takes up what quantisation leaves at reversals, and must explain more than that.
+constexpr double kShareOfExcessCoulomb = 0.7;
+
 /// A further effect must lower the held-out error by more, since the form of the first is never exactly the
 /// axis' own.
 constexpr double kLeastFurtherReduction = 0.05;
@@ -106,14 +110,21 @@ Reduction reduction(const std::vector<double>& before, const std::vector<double>
   return result;
 }
 
+bool coulomb_joins_hysteresis(const FittedModel& before, const FittedModel& after) {
+  return contains(before.terms, "presliding_hysteresis") && !contains(before.terms, "coulomb") &&
+         contains(after.terms, "coulomb");
+}
+
 /// Whether the step from `before` to `after` is worth its parameters; `floor_N` is that of `after`.
 bool earned(const FittedModel& baseline, const FittedModel& before, const FittedModel& after,
             double floor_N) {
   const Reduction reduced = reduction(before.block_squared_error, after.block_squared_error);
   if (!reduced.earned()) return false;
   const double step = squared(before.holdout_rmse_N) - squared(after.holdout_rmse_N);
+  const double excess = squared(before.holdout_rmse_N) - squared(floor_N);
+  if (coulomb_joins_hysteresis(before, after) && step < kShareOfExcessCoulomb * excess) return false;
   if (before.terms.size() <= baseline.terms.size()) {
-    return step >= kShareOfExcess * (squared(before.holdout_rmse_N) - squared(floor_N));
+    return step >= kShareOfExcess * excess;
   }
   const double all = squared(baseline.holdout_rmse_N) - squared(after.holdout_rmse_N);
   return reduced.value >= kLeastFurtherReduction && step >= squared(kShareOfExplained) * all;
@@ -149,6 +160,10 @@ class Search {
     for (std::size_t level = 0; level < kMostSteps; ++level) {
       std::vector<Explanation> next = grow(beam, level == 0);
       if (level == 0) first_level_ = next;
+      std::erase_if(next, [&](const Explanation& one) {
+        return coulomb_joins_hysteresis(best.model, one.model) &&
+               !earned(diagnosis.baseline, best.model, one.model, floor_.of(one.model.terms));
+      });
       if (next.empty()) break;
       const Explanation* winner = choose(next, best.model);
       if (!earned(diagnosis.baseline, best.model, winner->model, floor_.of(winner->model.terms))) break;
