@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <numbers>
+#include <sstream>
 
 #include "sim_host/experiments/setup_files.h"
 #include "sim_host/experiments/setup_table.h"
@@ -117,6 +118,7 @@ SetupDefaults read_defaults(SetupTable& table, double stroke_m) {
   defaults.lowest_Hz = table.number_or("lowest_Hz", kPositive, 1.0);
   defaults.highest_Hz = table.number_or("highest_Hz", kPositive, 100.0);
   defaults.frequencies = table.count_or("frequencies", 2, 10000, 40);
+  defaults.most_periods = table.count_or("most_periods", 4, 1000000, 400);
   table.finish();
   return defaults;
 }
@@ -168,6 +170,9 @@ ExperimentSetup interpret(const toml::table& table, const std::string& name) {
   ExperimentSetup setup;
   SetupTable file(table, "");
   setup.name = name;
+  std::ostringstream text;
+  text << table;
+  setup.text = text.str();
   setup.title = file.text("title");
   if (auto inner = file.table("transducer")) {
     setup.transducer = read_transducer(*inner);

@@ -38,6 +38,7 @@ struct SetupDefaults {
   double lowest_Hz = 1.0;
   double highest_Hz = 100.0;
   std::size_t frequencies = 40;
+  std::size_t most_periods = 400;  // patience at one frequency
 };
 
 /// The transducer of [3] as a calibration machine sees it; reading in mV/V over load in N.
@@ -59,6 +60,7 @@ struct TransducerSetup {
 struct ExperimentSetup {
   std::string name;   // as asked for
   std::string title;  // for people
+  std::string text;   // all its keys, those of what it is based on included: tells set-ups apart
   Axis axis;
   double position_m = 0.0;  // where on the stroke experiments take place
   SensorSet sensors;

@@ -7,6 +7,7 @@
 #include "workbench/cli/commands.h"
 #include "workbench/cli/define_loop.h"
 #include "workbench/cli/experiment/experiment.h"
+#include "workbench/cli/experiment/stop.h"
 #include "workbench/cli/output.h"
 #include "workbench/identify/effect_catalogue.h"
 #include "workbench/log/input_error.h"
@@ -165,6 +166,9 @@ int main(int argc, char** argv) {
     if (error.get_exit_code() == 0) return app.exit(error);
     complain(fmt::format("{}; see `slipstack --help`", error.what()));
     return kUnusableInput;
+  } catch (const Stopped& stopped) {
+    complain(stopped.what());
+    return kStoppedStatus;
   } catch (const UsageError& error) {
     complain(error.what());
     return kUnusableInput;

@@ -53,12 +53,12 @@ void add_experiment_outputs(CLI::App& command, ExperimentOutputs& outputs) {
   add_word(command, "--json", outputs.json, "FILE", "write the result for machines; '-': standard output");
 }
 
-void deliver(const Options& options, const ExperimentOutputs& wanted, const std::vector<std::string>& inputs,
+void deliver(const Options& options, const ExperimentOutputs& outputs, const std::vector<std::string>& inputs,
              const std::function<ExperimentResult(Progress&)>& work) {
-  Outputs outputs;
-  for (const std::string& input : inputs) outputs.spare(input);
-  outputs.claim(wanted.report);
-  outputs.claim(wanted.json);
+  Outputs files;
+  for (const std::string& input : inputs) files.spare(input);
+  files.claim(outputs.report);
+  files.claim(outputs.json);
   Progress progress;
   ExperimentResult result;
   try {
@@ -66,12 +66,12 @@ void deliver(const Options& options, const ExperimentOutputs& wanted, const std:
   } catch (const sim::SetupError& error) {
     throw UsageError(error.what());
   }
-  outputs.set(wanted.json, json_text(result_json(result)));
-  if (!wanted.report.empty()) {
-    outputs.set(wanted.report, render_report(result_report(result, options.command_line)));
+  files.set(outputs.json, json_text(result_json(result)));
+  if (!outputs.report.empty()) {
+    files.set(outputs.report, render_report(result_report(result, options.command_line)));
   }
   progress.finish();
-  outputs.commit(result_text(result));
+  files.commit(result_text(result));
 }
 
 void define_experiment(CLI::App& app, const Options& options) {
@@ -79,10 +79,15 @@ void define_experiment(CLI::App& app, const Options& options) {
       app.add_subcommand("experiment", "Run an experiment of the papers, simulated or on data");
   experiment->require_subcommand(1);
   define_setup(*experiment);
+  define_loops(*experiment, options);
+  define_step(*experiment, options);
   define_free(*experiment, options);
   define_characterize(*experiment, options);
   define_guideway(*experiment, options);
   define_transducer(*experiment, options);
+  define_stepped_sine(*experiment, options);
+  define_describing_function(*experiment, options);
+  define_sensitivity(*experiment, options);
   experiment->footer(setup_list());
 }
 

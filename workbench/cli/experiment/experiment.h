@@ -35,9 +35,14 @@ void deliver(const Options& options, const ExperimentOutputs& outputs, const std
              const std::function<ExperimentResult(Progress&)>& work);
 
 // Each experiment: one file of this folder, one line in define_experiment().
+void define_describing_function(CLI::App& experiment, const Options& options);
 void define_free(CLI::App& experiment, const Options& options);
 void define_characterize(CLI::App& experiment, const Options& options);
 void define_guideway(CLI::App& experiment, const Options& options);
 void define_transducer(CLI::App& experiment, const Options& options);
+void define_loops(CLI::App& experiment, const Options& options);
+void define_sensitivity(CLI::App& experiment, const Options& options);
+void define_step(CLI::App& experiment, const Options& options);
+void define_stepped_sine(CLI::App& experiment, const Options& options);
 
 }  // namespace slipstack::workbench

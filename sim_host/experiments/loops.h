@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// Quasi-static hysteresis loops at stepped amplitude and several positions.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "sim_host/experiments/setup.h"
+#include "sim_host/experiments/sweep.h"
+
+namespace slipstack::sim {
+
+struct LoopRequest {
+  bool by_force = false;           // a force sine, else a displacement sine
+  std::vector<double> amplitudes;  // m, or N by force; rising
+  std::vector<double> positions_m;
+  double frequency_Hz = 1.0;
+  std::size_t cycles = 10;    // averaged, after two that are thrown away
+  std::size_t samples = 200;  // of the averaged loop
+  bool sensors = false;
+  std::uint64_t seed = 1;
+};
+
+/// One averaged loop. Displacement from the loop's own middle, friction force without inertia.
+struct Loop {
+  double position_m = 0.0;
+  double asked = 0.0;  // amplitude that was asked for
+  std::vector<double> displacement_m;
+  std::vector<double> force_N;
+  double amplitude_m = 0.0;
+  double force_amplitude_N = 0.0;  // half the height at the tips
+  double area_J = 0.0;             // of the polygon
+  double stiffness_N_per_m = 0.0;  // kₑ ≈ y(A)/A [2]
+  double damping_N_per_m = 0.0;    // cₑ·ω = area/(π·A²)
+  double damping_ratio = 0.0;      // ζᵣ = area/(2π·A·y(A))
+  double closed_form_damping_ratio =
+      0.0;               // of the set-up's virgin curve at this amplitude, preload map aside
+  bool rolling = false;  // by force: the tips' tangent is below a twentieth of the first slope
+};
+
+/// All loops, position by position. With a displacement sine the motion is given and the drive force computed
+/// (inverse dynamics); with a force sine the axis moves (forward dynamics). The force of inertia, known mass
+/// times acceleration of the sine, is taken off; a cable chain, cogging and the like stay in: they are what
+/// is measured. Positions are independent pieces. Throws SetupError on amplitudes, positions or a frequency
+/// that cannot be.
+std::vector<Loop> run_loops(const ExperimentSetup& setup, const LoopRequest& request, const Watch& watch);
+
+/// Fills the figures of a loop from its displacement and force.
+void evaluate_loop(Loop& loop);
+
+}  // namespace slipstack::sim

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "sim_host/experiments/stepped_sine.h"
+
+namespace slipstack::workbench {
+
+/// A stopped sweep in a file (--resume): read when there is one, written when the user stops, removed when
+/// the sweep is done. It belongs to one request; another one is refused.
+class SweepFile {
+ public:
+  /// `path` empty: nothing is kept. `request` tells requests apart.
+  SweepFile(std::string path, std::string request) : path_(std::move(path)), request_(std::move(request)) {}
+
+  /// What was kept, or nothing. Throws UsageError when the file is not such a file or belongs to another
+  /// request.
+  std::vector<sim::SweepChain> read() const;
+  /// Keeps the chains, whole or not at all; throws UsageError when that fails.
+  void write(const std::vector<sim::SweepChain>& chains) const;
+  void remove() const;
+  /// "kept in FILE; …" or what to do to keep it the next time.
+  std::string stopped_text(const std::vector<sim::SweepChain>& chains, std::size_t points) const;
+
+ private:
+  std::string path_;
+  std::string request_;
+};
+
+/// All that decides the result of a stepped sine, as text.
+std::string request_text(const sim::ExperimentSetup& setup, const sim::SteppedSineRequest& request);
+
+/// Runs a stepped sine under Ctrl-C, resuming and keeping in `path`; throws Stopped when the user stops it.
+/// Done, the file is removed, unless it is one of several (`one_of_many`), which the caller removes together.
+std::vector<sim::SweepChain> run_kept_sweep(const std::string& path, const sim::ExperimentSetup& setup,
+                                            const sim::SteppedSineRequest& request, const sim::Watch& watch,
+                                            bool one_of_many = false);
+
+}  // namespace slipstack::workbench
