@@ -53,7 +53,7 @@ class Controller {
     if (status == ParameterStatus::kOk) {
       sets_.arm();
     } else {
-      refused_.store(true, std::memory_order_release);
+      events_.fetch_or(kRefused, std::memory_order_release);
     }
     return status;
   }
@@ -76,21 +76,23 @@ class Controller {
   ReferenceGenerator& reference() { return reference_; }
   const ReferenceGenerator& reference() const { return reference_; }
   /// Outside the tick: a fault found elsewhere, as a reset by the watchdog; seen by the next tick.
-  void inject(Fault fault) { injected_.store(fault, std::memory_order_release); }
+  void inject(Fault fault) { events_.store(static_cast<std::uint32_t>(fault), std::memory_order_release); }
 
   /// In the tick.
   const ControlOutput& step(const TickInputs& in) {
     out_.limits = 0;
     const bool swapped = sets_.begin_tick();
     if (swapped) take_parameters(in.encoder.counts);
-    ControlSet& set = sets_.active();
+    ControlSet& set = *approx::one_address(&sets_.active());
     supervise(in, set);
     if (!out_.driving) rest(in.encoder.counts);
     estimate_.step(set.estimate, in.encoder.counts, expected_mps2_);
 
-    const ReferencePoint ahead = reference_.next();
-    const float model_N = model_force(set, ahead);
-    const ReferencePoint& now = delayed(ahead, set.lead);
+    const std::uint32_t tick = sets_.tick();
+    ReferencePoint& ahead = delay_[tick % kDelayed];
+    reference_.next(ahead, set.braking);
+    const float model_N = model_force(set, ahead, tick);
+    const ReferencePoint& now = delayed(tick, set.lead);
     const float feedback_N = feedback(set, now);
     const float disturbance_mps2 = estimate_.disturbance_mps2();
     float wanted_N = model_N + feedback_N - set.disturbance_kg * disturbance_mps2;
@@ -114,14 +116,12 @@ class Controller {
   std::uint32_t ticks() const { return sets_.tick(); }
 
  private:
+  static constexpr std::uint32_t kRefused = 0x100;
   static constexpr std::uint32_t kDelayed = 64;
   static_assert(kLargestLeadTicks < static_cast<std::int32_t>(kDelayed));
 
   void take_parameters(std::int32_t counts) {
-    const ControlSet& set = sets_.active();
-    state_.set_stop_timeout(set.stop_timeout_ticks);
-    reference_.set_braking(set.braking);
-    adaptation_.limit(set.adaptation);
+    adaptation_.limit(sets_.active().adaptation);
     if (started_) return;
     started_ = true;
     estimate_.reset(counts);
@@ -132,16 +132,20 @@ class Controller {
     Fault fault = set.valid
                       ? monitor_.check(set.monitor, in, out_.reference_counts, limit_.last_A(), out_.driving)
                       : Fault::kNone;
-    if (injected_.load(std::memory_order_relaxed) != Fault::kNone) {
-      fault = injected_.exchange(Fault::kNone, std::memory_order_acquire);
-    }
-    if (refused_.load(std::memory_order_relaxed)) {
-      refused_.store(false, std::memory_order_relaxed);
-      if (out_.driving && fault == Fault::kNone) fault = Fault::kParameter;
-    }
-    state_.step(control_word_.load(std::memory_order_relaxed), fault, set.valid, reference_.standing());
+    if (events_.load(std::memory_order_relaxed) != 0) fault = take_event(fault);
+    const std::uint16_t control = control_word_.load(std::memory_order_relaxed);
+    if (state_.goes_on(control, fault)) return;
+    state_.step(control, fault, set.valid, reference_.standing(), set.stop_timeout_ticks);
     out_.driving = state_.driving();
     if (state_.braking() && !reference_.braking() && !reference_.standing()) reference_.stop();
+  }
+
+  // What came from outside the tick: an injected fault, or parameters that were refused.
+  Fault take_event(Fault fault) {
+    const std::uint32_t event = events_.exchange(0, std::memory_order_acquire);
+    const auto injected = static_cast<Fault>(event & 0xFFU);
+    if (injected != Fault::kNone) return injected;
+    return out_.driving && fault == Fault::kNone ? Fault::kParameter : fault;
   }
 
   // Without current the reference lies where the axis is, so that the hysteresis follows it.
@@ -153,26 +157,25 @@ class Controller {
     for (Notch& notch : notch_) notch.reset();
   }
 
-  float model_force(ControlSet& set, const ReferencePoint& at) {
+  float model_force(ControlSet& set, const ReferencePoint& at, std::uint32_t tick) {
     const AxisParameters& axis = set.axis;
-    Sample<float> sample;
-    sample.time_s = static_cast<float>(sets_.tick()) * axis.tick_s;
-    // Counts times 2^up / 2^down; one of the two is zero.
-    sample.displacement =
-        (static_cast<std::int32_t>(static_cast<std::uint32_t>(at.counts) << set.shift_up) >> set.shift_down) +
-        static_cast<std::int32_t>(at.fraction * set.steps_per_count);
-    sample.position_m = (static_cast<float>(at.counts) + at.fraction) * axis.encoder_resolution_m;
-    sample.velocity_mps = at.velocity * set.mps_per_count;
-    sample.acceleration_mps2 = at.acceleration * set.mps2_per_count;
+    const Sample<float> sample{
+        .time_s = static_cast<float>(tick) * axis.tick_s,
+        // Counts times 2^up / 2^down; one of the two is zero.
+        .displacement = (static_cast<std::int32_t>(static_cast<std::uint32_t>(at.counts) << set.shift_up) >>
+                         set.shift_down) +
+                        static_cast<std::int32_t>(at.fraction * set.steps_per_count),
+        .position_m = (static_cast<float>(at.counts) + at.fraction) * axis.encoder_resolution_m,
+        .velocity_mps = at.velocity * set.mps_per_count,
+        .acceleration_mps2 = at.acceleration * set.mps2_per_count,
+        .dry_friction_N = 0.0F};
     const FrictionModel<float>::Force& force = set.model.step(sample);
     dry_N_ = force.dry_friction_N;
     out_.feedforward_N = force.total_N + (adaptation_.level() - 1.0F) * dry_N_;
     return out_.feedforward_N;
   }
 
-  const ReferencePoint& delayed(const ReferencePoint& ahead, std::int32_t ticks) {
-    const std::uint32_t tick = sets_.tick();
-    delay_[tick % kDelayed] = ahead;
+  const ReferencePoint& delayed(std::uint32_t tick, std::int32_t ticks) const {
     // Before the axis was enabled there is no history worth waiting for.
     return delay_[(tick - (out_.driving ? static_cast<std::uint32_t>(ticks) : 0U)) % kDelayed];
   }
@@ -219,13 +222,13 @@ class Controller {
     estimate_.reset(estimate_.counts());
   }
 
+  // In every other tick; new parameters come into force in those between, so that no tick has both.
   void adapt(const ControlSet& set, const ReferencePoint& at, float disturbance_mps2) {
     out_.residual_N = -set.mass_kg * disturbance_mps2;
-    const bool sliding = approx::absolute(at.velocity) > set.adaptation_counts;
-    if (sliding && out_.driving && out_.limits == 0) {
-      adaptation_.step(set.adaptation, dry_N_, out_.residual_N);
-    }
     out_.level = adaptation_.level();
+    if (!LevelAdaptation::takes_part(sets_.tick()) || out_.limits != 0 || !out_.driving) return;
+    if (approx::absolute(at.velocity) <= set.adaptation_counts) return;
+    adaptation_.step(set.adaptation, dry_N_, out_.residual_N);
   }
 
   StateMachine state_;
@@ -244,8 +247,7 @@ class Controller {
   float dry_N_ = 0.0F;
   bool started_ = false;
   std::atomic<std::uint16_t> control_word_{0};
-  std::atomic<Fault> injected_{Fault::kNone};
-  std::atomic<bool> refused_{false};
+  std::atomic<std::uint32_t> events_{0};  // a fault, and kRefused
   // Last, because they are large: what comes before is near one base address.
   std::array<ReferencePoint, kDelayed> delay_{};
   ParameterSwap<ControlSet> sets_;

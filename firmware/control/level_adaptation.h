@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <bit>
+#include <cstdint>
+
 namespace slipstack {
 
 /// Slow adaptation of the hysteresis level: friction = level x dry friction of the model + the rest. The
@@ -21,36 +24,47 @@ class LevelAdaptation {
     float lowest = 1.0F;
     float highest = 1.0F;
     float forgetting = 1.0F;
-    float per_forgetting = 1.0F;
+    float smallest_variance_per_N2 = 0.0F;  ///< above zero, so that it never stops to learn
     float largest_variance_per_N2 = 0.0F;
   };
   static Bounds bounds(float lowest, float highest, float memory_s, float tick_s) {
-    const float forgetting = 1.0F - tick_s / memory_s;
-    return {lowest, highest, forgetting, 1.0F / forgetting, tick_s / memory_s};
+    const float forgotten = static_cast<float>(kEvery) * tick_s / memory_s;
+    const float forgetting = 1.0F - forgotten;
+    return {lowest, highest, forgetting, 1.0e-6F * forgotten, forgotten};
   }
 
-  /// One tick with the dry friction of the model at level 1, and the force that the model at the present
+  /// It is slow by intent: one step in kEvery ticks is enough.
+  static constexpr std::uint32_t kEvery = 2;
+  static constexpr bool takes_part(std::uint32_t tick) { return tick % kEvery == 0; }
+
+  /// One step with the dry friction of the model at level 1, and the force that the model at the present
   /// level misses, both in N. Takes part only when both are finite.
   void step(const Bounds& bound, float dry_N, float residual_N) {
     const float weighted = variance_ * dry_N;
-    const float gain = weighted / (bound.forgetting + weighted * dry_N);
-    const float next = level_ + gain * residual_N;
-    if (!(next > -1.0e6F && next < 1.0e6F)) return;
-    level_ = limited(bound, next);
-    const float variance = variance_ * (1.0F - gain * dry_N) * bound.per_forgetting;
-    variance_ = variance < bound.largest_variance_per_N2 ? variance : bound.largest_variance_per_N2;
+    const float share = 1.0F / (bound.forgetting + weighted * dry_N);
+    const float next = level_ + weighted * share * residual_N;
+    // All bits of the exponent set: infinite, or not a number.
+    if ((std::bit_cast<std::uint32_t>(next) & 0x7F800000U) == 0x7F800000U) return;
+    level_ = limited(bound.lowest, bound.highest, next);
+    // (1 - k dry) / forgetting is the same as this share.
+    variance_ = limited(bound.smallest_variance_per_N2, bound.largest_variance_per_N2, variance_ * share);
   }
 
   /// Brings the level within other bounds.
-  void limit(const Bounds& bound) { level_ = limited(bound, level_); }
+  void limit(const Bounds& bound) { level_ = limited(bound.lowest, bound.highest, level_); }
 
   float level() const { return level_; }
   float variance_per_N2() const { return variance_; }
 
  private:
-  static float limited(const Bounds& bound, float level) {
-    const float above = level > bound.lowest ? level : bound.lowest;
-    return above < bound.highest ? above : bound.highest;
+  // The bounds are positive, so that the bits compare as the numbers do.
+  // For positive bounds: then the bits compare as the numbers do.
+  static float limited(float smallest, float largest, float value) {
+    const auto low = std::bit_cast<std::int32_t>(smallest);
+    const auto high = std::bit_cast<std::int32_t>(largest);
+    const auto wanted = std::bit_cast<std::int32_t>(value);
+    const std::int32_t above = wanted > low ? wanted : low;
+    return std::bit_cast<float>(above < high ? above : high);
   }
 
   float level_ = 1.0F;

@@ -56,9 +56,6 @@ class ReferenceGenerator {
     taken_.store(pushed_.load(std::memory_order_acquire), std::memory_order_release);
   }
 
-  /// Deceleration of stop() and of a queue that ran dry, counts per tick^2 x 2^-48, > 0.
-  void set_braking(std::int64_t deceleration) { deceleration_ = deceleration; }
-
   bool standing() const { return velocity_ == 0 && left_ == 0; }
   bool braking() const { return braking_; }
   bool idle() const { return standing() && free() == kCapacity; }
@@ -66,11 +63,14 @@ class ReferenceGenerator {
   /// How often the queue ran dry in motion.
   std::uint32_t underruns() const { return underruns_; }
 
-  /// Position now; then moves on by one tick.
-  ReferencePoint next() {
-    if (left_ == 0) begin_segment();
-    if (braking_) brake();
-    ReferencePoint point;
+  /// Position now; then moves on by one tick. `deceleration`: of stop() and of a queue that ran dry, counts
+  /// per tick^2 x 2^-48, > 0.
+  void next(ReferencePoint& point, const std::int64_t& deceleration) {
+    if (braking_) {
+      brake(deceleration);
+    } else if (left_ == 0) {
+      begin_segment(deceleration);
+    }
     point.counts = counts_;
     point.fraction = static_cast<float>(static_cast<std::uint32_t>(fraction_ >> 16)) * 0x1p-32F;
     acceleration_ += jerk_;
@@ -82,22 +82,23 @@ class ReferenceGenerator {
     counts_ = sum(counts_, static_cast<std::int32_t>(fraction_ >> kFractionBits));
     fraction_ &= (std::int64_t{1} << kFractionBits) - 1;
     left_ -= left_ > 0 ? 1 : 0;
-    return point;
   }
 
  private:
-  void begin_segment() {
+  void begin_segment(const std::int64_t& deceleration) {
     const std::uint32_t at = taken_.load(std::memory_order_relaxed);
-    if (at == pushed_.load(std::memory_order_acquire)) {
+    // Writer and tick share a core: what keeps the compiler from changing the order is enough.
+    const std::uint32_t pushed = pushed_.load(std::memory_order_relaxed);
+    std::atomic_signal_fence(std::memory_order_acquire);
+    if (at == pushed) {
       jerk_ = 0;
       acceleration_ = 0;
-      if (velocity_ != 0 && !braking_) {
-        braking_ = true;
-        ++underruns_;
-      }
+      if (velocity_ == 0) return;
+      braking_ = true;
+      ++underruns_;
+      brake(deceleration);
       return;
     }
-    if (braking_) return;
     const MotionSegment& segment = queue_[at % kCapacity];
     left_ = segment.ticks;
     velocity_ = segment.velocity;
@@ -107,14 +108,16 @@ class ReferenceGenerator {
       counts_ = segment.start_counts;
       fraction_ = segment.start_fraction;
     }
-    taken_.store(at + 1, std::memory_order_release);
+    std::atomic_signal_fence(std::memory_order_release);
+    taken_.store(at + 1, std::memory_order_relaxed);
   }
 
-  void brake() {
+  // What is queued while the axis brakes waits for the tick after it has come to rest.
+  void brake(std::int64_t deceleration) {
     jerk_ = 0;
     left_ = 0;
-    acceleration_ = velocity_ > deceleration_ ? -deceleration_
-                                              : (velocity_ < -deceleration_ ? deceleration_ : -velocity_);
+    acceleration_ =
+        velocity_ > deceleration ? -deceleration : (velocity_ < -deceleration ? deceleration : -velocity_);
     if (velocity_ == 0) braking_ = false;
   }
 
@@ -124,7 +127,6 @@ class ReferenceGenerator {
   std::int64_t velocity_ = 0;
   std::int64_t acceleration_ = 0;
   std::int64_t jerk_ = 0;
-  std::int64_t deceleration_ = std::int64_t{1} << 40;
   bool braking_ = false;
   std::uint32_t underruns_ = 0;
   std::atomic<std::uint32_t> pushed_{0};

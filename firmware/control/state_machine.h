@@ -34,7 +34,7 @@ constexpr std::uint16_t status_word(DriveState state) {
   return kWords[static_cast<std::size_t>(state)];
 }
 
-/// Follows the control word and the faults. 10 to 35 instructions a tick.
+/// Follows the control word and the faults. Some 10 instructions in most ticks, up to 35.
 class StateMachine {
  public:
   DriveState state() const { return state_; }
@@ -46,17 +46,20 @@ class StateMachine {
   }
   const FaultRecord& faults() const { return faults_; }
 
-  void set_stop_timeout(std::int32_t ticks) { stop_timeout_ticks_ = ticks; }
+  /// Nearly every tick: enabled, and nothing new for step().
+  bool goes_on(std::uint16_t control, Fault fault) const {
+    return state_ == DriveState::kOperationEnabled && fault == Fault::kNone && control == last_control_;
+  }
 
-  /// One tick. `ready`: parameters are there. `standing`: the reference is at rest.
-  void step(std::uint16_t control, Fault fault, bool ready, bool standing) {
-    // Nearly every tick: enabled, nothing new.
-    if (state_ == DriveState::kOperationEnabled && fault == Fault::kNone && control == last_control_) return;
+  /// One tick. `ready`: parameters are there. `standing`: the reference is at rest. `stop_timeout_ticks`:
+  /// longest controlled stop.
+  void step(std::uint16_t control, Fault fault, bool ready, bool standing,
+            const std::int32_t& stop_timeout_ticks) {
     const std::uint16_t rising = static_cast<std::uint16_t>(control & ~last_control_);
     last_control_ = control;
     if (fault != Fault::kNone) raise(fault);
     if (braking()) {
-      stop(standing);
+      stop(standing, stop_timeout_ticks);
     } else if (state_ == DriveState::kFault) {
       if ((rising & kFaultReset) != 0 && fault == Fault::kNone) {
         faults_.reset();
@@ -86,10 +89,10 @@ class StateMachine {
     stopping_ticks_ = 0;
   }
 
-  void stop(bool standing) {
+  void stop(bool standing, std::int32_t stop_timeout_ticks) {
     if (standing && stopping_ticks_ > 0) {
       state_ = state_ == DriveState::kQuickStopActive ? DriveState::kSwitchOnDisabled : DriveState::kFault;
-    } else if (++stopping_ticks_ > stop_timeout_ticks_) {
+    } else if (++stopping_ticks_ > stop_timeout_ticks) {
       faults_.note(Fault::kStopTimeout);
       state_ = DriveState::kFault;
     }
@@ -134,7 +137,6 @@ class StateMachine {
   DriveState state_ = DriveState::kNotReadyToSwitchOn;
   std::uint16_t last_control_ = 0;
   std::int32_t stopping_ticks_ = 0;
-  std::int32_t stop_timeout_ticks_ = 10000;
   FaultRecord faults_;
 };
 

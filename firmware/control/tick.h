@@ -59,13 +59,11 @@ class Tick {
   bool late(std::uint32_t begin) {
     const std::uint32_t period = begin - last_begin_;
     last_begin_ = begin;
-    if (!running_) {
-      running_ = true;
-      return false;
-    }
+    if (controller_.ticks() == 0) return false;
     if (period > timing_.longest_period) timing_.longest_period = period;
     const bool is_late = period > latest_ || duration_ > longest_;
-    timing_.overruns += is_late ? 1 : 0;
+    if (is_late) [[unlikely]]
+      ++timing_.overruns;
     return is_late;
   }
 
@@ -78,7 +76,6 @@ class Tick {
   std::uint32_t latest_ = 0xFFFFFFFF;
   std::uint32_t last_begin_ = 0;
   std::uint32_t duration_ = 0;
-  bool running_ = false;
   Controller controller_;  // last: large
 };
 

@@ -22,6 +22,14 @@ constexpr Real absolute(Real x) {
   }
 }
 
+/// The same pointer, but the compiler no longer knows where from: it then makes one address of it and reads
+/// its members relative to that, instead of computing an address for each.
+template <class T>
+inline T* one_address(T* pointer) {
+  asm("" : "+r"(pointer));
+  return pointer;
+}
+
 /// x within [low, high]; NaN becomes low, so that what is clamped is always fit for an index.
 template <class Real>
 constexpr Real clamp(Real x, Real low, Real high) {

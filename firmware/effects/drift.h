@@ -2,8 +2,8 @@
 #pragma once
 
 #include "firmware/effects/approx.h"
+#include "firmware/effects/decay_table.h"
 #include "firmware/effects/effect.h"
-#include "firmware/effects/speed_table.h"
 
 namespace slipstack {
 
@@ -36,20 +36,21 @@ class Drift {
     out[0] = -approx::exp_minus_one(-sample.time_s * inverse_time_per_s_);
   }
 
-  /// The controller reads exp(-t / tau) from the table of velocity weakening, n = 1.
-  using Table = std::conditional_t<std::is_same_v<Real, float>, SpeedTable, NoTable>;
+  /// The controller reads the same function from a table (decay_table.h).
+  using Table = std::conditional_t<std::is_same_v<Real, float>, DecayTable, NoTable>;
   void prepare_weighted(const std::array<Real, gain_count>&,
-                        Table& table) const requires std::is_same_v<Real, float> {
-    table.fill(Real(1) / inverse_time_per_s_, Real(1),
-               [this](Real time_s) { return approx::exp(-time_s * inverse_time_per_s_); });
+                        Table& table) requires std::is_same_v<Real, float> {
+    per_time_per_s_ = inverse_time_per_s_ * Table::kPerUnit;
+    table.fill();
   }
   Real weighted(const Sample<Real>& sample, const std::array<Real, gain_count>& change,
                 const Table& table) const requires std::is_same_v<Real, float> {
-    return change[0] * (Real(1) - table.at(sample.time_s));
+    return change[0] * table.at(sample.time_s * per_time_per_s_);
   }
 
  private:
   Real inverse_time_per_s_{};
+  Real per_time_per_s_{};
 };
 
 }  // namespace slipstack

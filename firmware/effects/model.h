@@ -63,7 +63,8 @@ class FrictionModel<Real, std::tuple<Effects...>> {
 
   /// The force for this sample; advances the state of every enabled effect by one tick. The reference is to
   /// the model's own record of it, valid until the next call.
-  [[gnu::noinline]] const Force& step(Sample<Real> sample) {
+  [[gnu::noinline]] const Force& step(const Sample<Real>& given) {
+    Sample<Real> sample = given;
     Real dry = Real(0);
     Real plain = Real(0);
     // Dry friction first, since the effects that modulate it want to know it.

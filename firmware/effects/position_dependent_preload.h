@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <limits>
+
 #include "firmware/effects/approx.h"
 #include "firmware/effects/effect.h"
 
@@ -60,8 +62,12 @@ class PositionDependentPreload {
     }
   }
   Real weighted(const Sample<Real>& sample, const std::array<Real, gain_count>&, NoTable) const {
-    const auto [interval, t] = place_of(sample.position_m);
-    const std::array<Real, 4>& c = cubics_[interval];
+    // The end of the map is taken in its last interval, the least bit before its end.
+    constexpr Real kLast = static_cast<Real>(kIntervals) * (Real(1) - std::numeric_limits<Real>::epsilon());
+    const Real place = approx::clamp((sample.position_m - start_m_) * intervals_per_m_, Real(0), kLast);
+    const auto interval = static_cast<std::int32_t>(place);
+    const Real t = place - static_cast<Real>(interval);
+    const Real* const c = approx::one_address(cubics_[static_cast<std::size_t>(interval)].data());
     return ((c[3] * t + c[2]) * t + c[1]) * t + c[0];
   }
 

@@ -4,6 +4,8 @@
 #include <array>
 #include <cstdint>
 
+#include "firmware/effects/approx.h"
+
 namespace slipstack {
 
 /// One period of a sum of harmonics, read from a table with a parabola in each of 64 intervals: 25
@@ -32,10 +34,10 @@ class RippleTable {
     const float part = cycles - static_cast<float>(static_cast<std::int32_t>(cycles));
     // Masking makes the remainder of a negative place positive.
     const auto place = static_cast<std::uint32_t>(static_cast<std::int32_t>(part * kSteps));
-    const Parabola& p = intervals_[(place >> kRestBits) % kIntervals];
+    const Parabola* const p = approx::one_address(&intervals_[(place >> kRestBits) % kIntervals]);
     const auto rest = static_cast<std::int32_t>(place & ((1U << kRestBits) - 1U));
     const float t = static_cast<float>(rest) * (1.0F / static_cast<float>(1U << kRestBits));
-    return (p.bend * t + p.slope) * t + p.begin;
+    return (p->bend * t + p->slope) * t + p->begin;
   }
 
  private:

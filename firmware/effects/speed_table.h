@@ -27,8 +27,7 @@ class SpeedTable {
     const float first = stribeck_velocity_mps * approx::exp2(-15.6F / exponent);
     first_bits_ = std::bit_cast<std::uint32_t>(first) & ~((1U << shift_) - 1U);
     last_ = (kIntervals << shift_) - 1U;
-    mask_ = (1U << shift_) - 1U;
-    per_interval_ = std::bit_cast<float>((127U - shift_) << 23);
+    shift_up_ = 32U - shift_;
     const auto at_step = [&](std::uint32_t halves) {
       return weakening(std::bit_cast<float>(first_bits_ + (halves << (shift_ - 1U))));
     };
@@ -45,10 +44,10 @@ class SpeedTable {
     const std::uint32_t bits = std::bit_cast<std::uint32_t>(velocity_mps) & 0x7FFFFFFFU;
     const std::uint32_t above = bits > first_bits_ ? bits - first_bits_ : 0U;
     const std::uint32_t place = above < last_ ? above : last_;
-    const std::uint32_t index = place >> shift_;
-    const float t = static_cast<float>(static_cast<std::int32_t>(place & mask_)) * per_interval_;
-    const Parabola& p = intervals_[index];
-    return (p.bend * t + p.slope) * t + p.begin;
+    // What is below the interval, at the upper end of the word; exact, since it has fewer than 24 bits.
+    const float t = static_cast<float>(place << shift_up_) * 0x1p-32F;
+    const Parabola* const p = approx::one_address(&intervals_[place >> shift_]);
+    return (p->bend * t + p->slope) * t + p->begin;
   }
 
  private:
@@ -59,9 +58,8 @@ class SpeedTable {
 
   std::uint32_t first_bits_ = 0;
   std::uint32_t last_ = 0;
-  std::uint32_t mask_ = 0;
   std::uint32_t shift_ = 22;
-  float per_interval_ = 0.0F;
+  std::uint32_t shift_up_ = 10;
   std::array<Parabola, kIntervals> intervals_{};
 };
 

@@ -66,9 +66,9 @@ inline std::uint32_t advance<5>(PackedRows<5>& rows, std::uint32_t turn, std::ui
       "smlad  %[total], r8, r10, %[total]   \n"
       "sub    %[row], #60                   \n"
       "stm    %[row], {r3, r4, r5, r6, r8}  \n"
-      : [total] "+r"(total)
+      : [total] "+r"(total), "+m"(rows)
       : [row] "r"(&rows), [turn] "r"(turn), [both] "r"(both)
-      : "r3", "r4", "r5", "r6", "r8", "r9", "r10", "r12", "memory");
+      : "r3", "r4", "r5", "r6", "r8", "r9", "r10", "r12");
   return total;
 }
 #endif

@@ -12,6 +12,13 @@
 namespace slipstack {
 namespace {
 
+ReferencePoint next(ReferenceGenerator& generator) {
+  static const std::int64_t kBraking = to_fixed(0.2F);
+  ReferencePoint point;
+  generator.next(point, kBraking);
+  return point;
+}
+
 double position(const ReferencePoint& point) {
   return static_cast<double>(point.counts) + static_cast<double>(point.fraction);
 }
@@ -27,7 +34,7 @@ Seen play(ReferenceGenerator& generator) {
   double x1 = generator.counts();
   double v1 = 0.0, a1 = 0.0;
   do {
-    const ReferencePoint point = generator.next();
+    const ReferencePoint point = next(generator);
     const double v = position(point) - x1;
     const double a = v - v1;
     if (seen.ticks > 0) {
@@ -73,7 +80,7 @@ TEST(Move, EndsExactlyAtItsTargetWithinItsLimits) {
     ASSERT_LE(seen.jerk, static_cast<double>(limits.jerk) * 1.0001 + slack) << i;
     fastest = std::max(fastest, seen.velocity / static_cast<double>(limits.velocity));
     hardest = std::max(hardest, seen.acceleration / static_cast<double>(limits.acceleration));
-    while (!generator.idle()) generator.next();
+    while (!generator.idle()) next(generator);
     ASSERT_EQ(generator.counts(), target);
   }
   // The limits are used, not merely kept.
@@ -105,21 +112,20 @@ TEST(Generator, BrakesFromAnywhereWithTheGivenDeceleration) {
   for (int stop_at = 50; stop_at < 900; stop_at += 50) {
     ReferenceGenerator generator;
     generator.hold(0);
-    generator.set_braking(to_fixed(0.2F));
     ASSERT_EQ(plan_move(generator, -20000, {40.0F, 0.1F, 0.001F}), PlanStatus::kOk);
     ReferencePoint point;
-    for (int i = 0; i < stop_at; ++i) point = generator.next();
+    for (int i = 0; i < stop_at; ++i) point = next(generator);
     const double before = static_cast<double>(point.velocity);
     generator.stop();
     int ticks = 0;
     double last = position(point);
     for (; !generator.standing(); ++ticks) {
-      point = generator.next();
+      point = next(generator);
       ASSERT_LE(std::abs(static_cast<double>(point.acceleration)), 0.2001);
       last = position(point);
     }
     EXPECT_NEAR(ticks, std::abs(before) / 0.2, 3.0);
-    EXPECT_NEAR(position(generator.next()), last, 0.3);
+    EXPECT_NEAR(position(next(generator)), last, 0.3);
     EXPECT_TRUE(generator.idle());
   }
 }
@@ -137,7 +143,7 @@ TEST(Stream, PassesItsSetpointsSmoothly) {
   for (int k = 1; k < 600; ++k) {
     ASSERT_TRUE(stream.push(generator, wanted(k)));
     for (int i = 0; i < kPeriod; ++i) {
-      const double x = position(generator.next());
+      const double x = position(next(generator));
       if (i == 0) {
         // Fourth differences of what is rounded to counts are up to 8.
         ASSERT_NEAR(x, wanted(std::max(k - 3, 0)), 8.0 / 36.0 + 0.01) << k;
@@ -152,7 +158,7 @@ TEST(Stream, PassesItsSetpointsSmoothly) {
   EXPECT_GT(roughest, 0.016);
   EXPECT_EQ(generator.underruns(), 0U);
   // Nothing more comes: braked, counted, and at rest.
-  for (int i = 0; i < 100000 && !generator.idle(); ++i) generator.next();
+  for (int i = 0; i < 100000 && !generator.idle(); ++i) next(generator);
   EXPECT_TRUE(generator.idle());
   EXPECT_EQ(generator.underruns(), 1U);
 }
@@ -172,7 +178,7 @@ TEST(Stream, KeepsASteadyAcceleration) {
     const auto fraction = static_cast<std::uint32_t>((wanted - counts) * 0x1p32);
     ASSERT_TRUE(stream.push(generator, counts, fraction));
     for (int i = 0; i < kPeriod; ++i) {
-      const double x = position(generator.next());
+      const double x = position(next(generator));
       // The first periods come from rest.
       if (k > 6) {
         ASSERT_NEAR(x - last - last_v, kAcceleration, 2e-5) << k << ' ' << i;

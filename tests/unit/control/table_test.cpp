@@ -11,6 +11,7 @@
 #include <numbers>
 #include <random>
 
+#include "firmware/effects/decay_table.h"
 #include "firmware/effects/ripple_table.h"
 #include "firmware/effects/speed_table.h"
 #include "firmware/friction/packed_maxwell_slip.h"
@@ -51,6 +52,22 @@ TEST(SpeedTable, EndsAreOneAndZeroAndWildInputIsHarmless) {
     EXPECT_GE(table->at(wild), -1e-5F);
     EXPECT_LT(table->at(wild), 1e-5F);
   }
+}
+
+TEST(DecayTable, ErrorIsWhatItsHeaderSays) {
+  auto table = std::make_unique<DecayTable>();
+  table->fill();
+  double worst = 0.0;
+  for (int i = 0; i < 400000; ++i) {
+    const double x = 20.0 * i / 400000.0;
+    const double is = static_cast<double>(table->at(static_cast<float>(x) * DecayTable::kPerUnit));
+    worst = std::max(worst, std::abs(is + std::expm1(-x)));
+  }
+  EXPECT_LT(worst, 1.7e-5);
+  EXPECT_GT(worst, 1.3e-5);
+  EXPECT_EQ(table->at(0.0F), 0.0F);
+  EXPECT_NEAR(table->at(std::numeric_limits<float>::infinity()), 1.0F, 1e-6F);
+  EXPECT_TRUE(std::isfinite(table->at(std::nanf(""))));
 }
 
 TEST(RippleTable, ErrorOfEachHarmonicIsWhatItsHeaderSays) {

@@ -33,7 +33,7 @@ constexpr double kLoss<Stribeck<R>> = 3.4e-4;
 template <class R>
 constexpr double kLoss<FrictionalLag<R>> = 3.4e-4;
 template <class R>
-constexpr double kLoss<Drift<R>> = 3.4e-4;
+constexpr double kLoss<Drift<R>> = 1.8e-5;
 template <class R>
 constexpr double kLoss<ForceRipple<R>> = 5e-4;
 template <class R>
