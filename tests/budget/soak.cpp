@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: Apache-2.0
+// Image that runs the control tick from the SysTick exception for as many ticks as its first word says, while
+// the main loop changes parameters, commands and moves at random, and sensors fail. After every tick: nothing
+// that is not a number, no current without permission or beyond its limit, counters that fit what was
+// injected. Status 0 and a line of counts; 1 and the reason otherwise.
+#include <bit>
+#include <cstdint>
+#include <cstring>
+
+#include "hal/mps2/semihosting.h"
+#include "hal/mps2/systick.h"
+#include "hal/mps2/uart.h"
+#include "tests/budget/tick_under_test.h"
+
+namespace {
+
+using namespace slipstack;
+using namespace slipstack::budget;
+using mps2::uart_write;
+using mps2::uart_write_unsigned;
+
+// 25.6 counts an instruction: some 2500 for a tick, its checks, and what is left to the main loop.
+constexpr std::uint32_t kPeriod = 64000;
+constexpr std::uint32_t kClockPeriod = 100;
+
+struct Injected {
+  std::uint32_t losses = 0;
+  std::uint32_t jumps = 0;
+  std::uint32_t over_currents = 0;
+  std::uint32_t late = 0;
+};
+
+Random sensor_random{0xBADCAB1E};
+Injected injected;
+volatile std::uint32_t ticks = 0;
+const char* volatile wrong = nullptr;
+float last_A = 0.0F;
+std::uint32_t last_faults = 0;
+
+bool finite(float value) {
+  return (std::bit_cast<std::uint32_t>(value) & 0x7F800000U) != 0x7F800000U;
+}
+
+void sense() {
+  const std::int32_t wobble = static_cast<std::int32_t>(sensor_random.below(7)) - 3;
+  memory_encoder.next.counts = tick_under_test.controller().output().reference_counts + wobble;
+  memory_encoder.next.valid = true;
+  memory_clock.count += kClockPeriod;
+  const std::uint32_t event = sensor_random.below(20000);
+  if (event == 0) {
+    memory_encoder.next.valid = false;
+    ++injected.losses;
+  } else if (event == 1) {
+    memory_encoder.next.counts += 1000000;
+    ++injected.jumps;
+  } else if (event == 2 && ticks > 0) {
+    memory_clock.count += 80;
+    ++injected.late;
+  } else if (event == 3) {
+    memory_motor.measurement.current_A = 100.0F;
+    ++injected.over_currents;
+  }
+}
+
+std::uint32_t fault_sum() {
+  const FaultRecord& faults = tick_under_test.controller().state().faults();
+  std::uint32_t sum = 0;
+  for (std::size_t i = 1; i < kFaultCount; ++i) sum += faults.count(static_cast<Fault>(i));
+  return sum;
+}
+
+void inspect() {
+  const Controller& controller = tick_under_test.controller();
+  const ControlOutput& out = controller.output();
+  for (const float value : {out.current_A, out.position_error_m, out.velocity_mps, out.feedforward_N,
+                            out.feedback_N, out.residual_N, out.level}) {
+    if (!finite(value)) wrong = "a value is not finite";
+  }
+  for (const float force_N : controller.friction().by_effect_N) {
+    if (!finite(force_N)) wrong = "the force of an effect is not finite";
+  }
+  const AxisParameters& axis = controller.parameters().axis;
+  const float step_A = memory_motor.set_point_A - last_A;
+  const float largest_A = axis.current_rate_A_per_s * axis.tick_s * 1.001F;
+  last_A = memory_motor.set_point_A;
+  if (approx::absolute(last_A) > axis.current_limit_A) wrong = "the current is beyond its limit";
+  if (memory_motor.enabled && approx::absolute(step_A) > largest_A) wrong = "the current jumps";
+  if (!controller.state().driving() && (memory_motor.enabled || last_A != 0.0F)) {
+    wrong = "current without permission";
+  }
+  if (!(out.level >= axis.level_lowest && out.level <= axis.level_highest))
+    wrong = "the level left its bounds";
+  const std::uint32_t faults = fault_sum();
+  if (faults < last_faults) wrong = "a fault counter went back";
+  last_faults = faults;
+  if (controller.ticks() != ticks || memory_watchdog.refreshed != ticks) wrong = "ticks were lost";
+  if (tick_under_test.timing().overruns != injected.late) wrong = "overruns do not fit";
+}
+
+// In the main loop, interrupted by ticks wherever it is.
+void command(Random& random) {
+  Controller& controller = tick_under_test.controller();
+  controller.poll();
+  if (random.below(300) == 0) {
+    AxisParameters axis = everything_on();
+    axis.velocity_gain_N_s_per_m = static_cast<float>(2000 + random.below(8000));
+    axis.adapt_level = random.below(2) == 0;
+    if (random.below(50) == 0) axis.tick_s = 1.0F;  // refused
+    static_cast<void>(controller.configure(axis, all_effects()));
+  }
+  const DriveState state = controller.state().state();
+  if (state != DriveState::kOperationEnabled) {
+    constexpr std::uint16_t kUp[] = {0x0080, 0x0006, 0x0007, 0x000F};
+    controller.command(kUp[random.below(4)]);
+  } else if (random.below(5000) == 0) {
+    controller.command(random.below(2) == 0 ? 0x000B : 0x0000);
+  } else {
+    controller.command(0x000F);
+    if (controller.reference().idle()) {
+      static_cast<void>(controller.move_to(static_cast<std::int32_t>(random.below(300000))));
+    }
+  }
+}
+
+void tell(const char* name, std::uint32_t value) {
+  uart_write(" ");
+  uart_write(name);
+  uart_write(" ");
+  uart_write_unsigned(value);
+}
+
+std::uint32_t number(const char* text) {
+  std::uint32_t value = 0;
+  for (; *text >= '0' && *text <= '9'; ++text) value = value * 10 + static_cast<std::uint32_t>(*text - '0');
+  return value;
+}
+
+}  // namespace
+
+extern "C" void tick_handler();
+extern "C" void tick_handler() {
+  sense();
+  run_tick(0);
+  ticks = ticks + 1;
+  inspect();
+}
+
+int main() {
+  char buffer[64];
+  const char* words = mps2::command_line(buffer);
+  const char* space = std::strchr(words, ' ');
+  const std::uint32_t wanted = space == nullptr ? 100000 : number(space + 1);
+  tick_scenario.reset(0);
+  tick_under_test.set_period(kClockPeriod);
+  Random random{0x50AC5EED};
+  mps2::systick_start_periodic(kPeriod);
+  while (ticks < wanted && wrong == nullptr) command(random);
+  mps2::systick_stop();
+  const FaultRecord& faults = tick_under_test.controller().state().faults();
+  uart_write("soak");
+  tell("ticks", ticks);
+  tell("losses", injected.losses);
+  tell("jumps", injected.jumps);
+  tell("over_currents", injected.over_currents);
+  tell("late", injected.late);
+  tell("overruns", tick_under_test.timing().overruns);
+  tell("counted_losses", faults.count(Fault::kEncoderLoss));
+  tell("counted_jumps", faults.count(Fault::kEncoderJump));
+  tell("counted_over_currents", faults.count(Fault::kOverCurrent));
+  tell("counted_overruns", faults.count(Fault::kTickOverrun));
+  tell("counted_parameters", faults.count(Fault::kParameter));
+  uart_write("\n");
+  if (wrong != nullptr) {
+    uart_write("wrong: ");
+    uart_write(wrong);
+    uart_write("\n");
+    return 1;
+  }
+  return 0;
+}
