@@ -62,7 +62,8 @@ Equivalent equivalent(const VirginCurve& curve, double amplitude_m) {
   return out;
 }
 
-std::complex<double> dynamic_stiffness(const ExperimentSetup& setup, double w) {
+std::complex<double> dynamic_stiffness(const ExperimentSetup& setup, double rad_per_s) {
+  const double w = rad_per_s;
   const Effects& effects = setup.axis.effects;
   const double mass_kg = setup.axis.mass_kg + effects.payload_kg.value_or(0.0);
   std::complex<double> stiffness(-mass_kg * w * w, 0.0);

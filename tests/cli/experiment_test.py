@@ -3,7 +3,6 @@
 """`slipstack experiment` as a user sees it: tables, JSON, report page, stopping and going on, bad input."""
 
 import json
-import os
 import pathlib
 import shutil
 import signal
