@@ -19,7 +19,8 @@ class CurrentLimit {
   void reset() { last_A_ = 0.0F; }
 
   /// The wanted current within both limits; adds to `limits` what applied.
-  float step(float largest_A, float largest_step_A, float wanted_A, std::uint16_t& limits) {
+  [[gnu::always_inline]] float step(float largest_A, float largest_step_A, float wanted_A,
+                                    std::uint16_t& limits) {
     float current_A = wanted_A;
     if (current_A > largest_A || current_A < -largest_A) {
       limits |= kLimitCurrent;

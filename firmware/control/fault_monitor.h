@@ -54,8 +54,8 @@ class FaultMonitor {
 
   /// The first fault of this tick. `set_point_A` was commanded a tick ago; `reference_counts` is where the
   /// axis should be; `driving`: the current is on.
-  Fault check(const Bounds& bound, const TickInputs& in, std::int32_t reference_counts, float set_point_A,
-              bool driving) {
+  [[gnu::always_inline]] Fault check(const Bounds& bound, const TickInputs& in, std::int32_t reference_counts,
+                                     float set_point_A, bool driving) {
     const std::int32_t step = difference(in.encoder.counts, last_counts_);
     last_counts_ = in.encoder.counts;
     const float measured_A = in.current.current_A;

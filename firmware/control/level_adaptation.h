@@ -39,7 +39,7 @@ class LevelAdaptation {
 
   /// One step with the dry friction of the model at level 1, and the force that the model at the present
   /// level misses, both in N. Takes part only when both are finite.
-  void step(const Bounds& bound, float dry_N, float residual_N) {
+  [[gnu::always_inline]] void step(const Bounds& bound, float dry_N, float residual_N) {
     const float weighted = variance_ * dry_N;
     const float share = 1.0F / (bound.forgetting + weighted * dry_N);
     const float next = level_ + weighted * share * residual_N;

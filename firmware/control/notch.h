@@ -28,7 +28,7 @@ class Notch {
 
   void reset() { first_ = second_ = 0.0F; }
 
-  float step(const Gains& gain, float in) {
+  [[gnu::always_inline]] float step(const Gains& gain, float in) {
     const float out = gain.b0 * in + first_;
     first_ = gain.b1 * in - gain.a1 * out + second_;
     second_ = gain.b2 * in - gain.a2 * out;

@@ -65,7 +65,7 @@ class ReferenceGenerator {
 
   /// Position now; then moves on by one tick. `deceleration`: of stop() and of a queue that ran dry, counts
   /// per tick^2 x 2^-48, > 0.
-  void next(ReferencePoint& point, const std::int64_t& deceleration) {
+  [[gnu::always_inline]] void next(ReferencePoint& point, const std::int64_t& deceleration) {
     if (braking_) {
       brake(deceleration);
     } else if (left_ == 0) {

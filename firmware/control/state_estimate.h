@@ -55,7 +55,7 @@ class StateEstimate {
   }
 
   /// One tick: the counts now, and the acceleration that was expected over the tick that ends now.
-  void step(const Gains& gain, std::int32_t counts, float expected_mps2) {
+  [[gnu::always_inline]] void step(const Gains& gain, std::int32_t counts, float expected_mps2) {
     const float gained_mps = (expected_mps2 + disturbance_mps2_) * gain.tick_s;
     const float predicted_m = offset_m_ + (velocity_mps_ + 0.5F * gained_mps) * gain.tick_s;
     const float error_m = static_cast<float>(difference(counts, counts_)) * gain.resolution_m - predicted_m;

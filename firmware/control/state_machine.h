@@ -53,8 +53,8 @@ class StateMachine {
 
   /// One tick. `ready`: parameters are there. `standing`: the reference is at rest. `stop_timeout_ticks`:
   /// longest controlled stop.
-  void step(std::uint16_t control, Fault fault, bool ready, bool standing,
-            const std::int32_t& stop_timeout_ticks) {
+  [[gnu::always_inline]] void step(std::uint16_t control, Fault fault, bool ready, bool standing,
+                                   const std::int32_t& stop_timeout_ticks) {
     const std::uint16_t rising = static_cast<std::uint16_t>(control & ~last_control_);
     last_control_ = control;
     if (fault != Fault::kNone) raise(fault);

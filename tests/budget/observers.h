@@ -10,6 +10,7 @@
 #include "firmware/friction/rational_memory_stack.h"
 #include "firmware/friction/virgin_curves.h"
 #include "tests/budget/friction_model.h"
+#include "tests/budget/stages.h"
 #include "tests/budget/tick_under_test.h"
 
 // The observers that are measured and traced, with parameters of the size of the pick-and-place axis (1 um
@@ -70,6 +71,13 @@ inline constexpr std::array kObservers = {
     Observer{"memory_stack_piecewise_16", kReset<piecewise_stack>, step<piecewise_stack>},
     Observer{"rational_memory_stack_16", kReset<rational_memory_stack>, step<rational_memory_stack>},
     Observer{"friction_model_all_effects", reset_friction_model, step_friction_model, move_friction_model},
+    Observer{"stage_state_estimate", reset_stages, step_estimate},
+    Observer{"stage_reference", reset_stages, step_reference, fill_reference},
+    Observer{"stage_fault_monitor", reset_stages, step_monitor},
+    Observer{"stage_state_machine", reset_stages, step_machine},
+    Observer{"stage_notch", reset_stages, step_notch},
+    Observer{"stage_current_limit", reset_stages, step_limit},
+    Observer{"stage_level_adaptation", reset_stages, step_level},
     Observer{"control_tick_all_effects", reset_tick, run_tick, prepare_tick},
 };
 

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+#include "tests/budget/tick_under_test.h"
+
+// The stages of the tick one by one, each as a function that is not inlined, driven by a position.
+namespace slipstack::budget {
+
+struct Stages {
+  AxisParameters axis = everything_on();
+  StateEstimate::Gains estimate_gains =
+      StateEstimate::gains(axis.encoder_resolution_m, axis.tick_s, axis.observer_bandwidth_rad_per_s);
+  FaultMonitor::Bounds monitor_bounds = FaultMonitor::bounds(axis);
+  Notch::Gains notch_gains = Notch::gains(180.0F, 0.2F, 0.1F, axis.tick_s);
+  LevelAdaptation::Bounds level_bounds =
+      LevelAdaptation::bounds(axis.level_lowest, axis.level_highest, axis.level_memory_s, axis.tick_s);
+  std::int64_t braking = to_fixed(0.15F);
+  std::int32_t stop_timeout_ticks = 100;
+  StateEstimate estimate;
+  ReferenceGenerator reference;
+  ReferencePoint point;
+  FaultMonitor monitor;
+  StateMachine machine;
+  Notch notch;
+  CurrentLimit limit;
+  LevelAdaptation level;
+  std::uint16_t limits = 0;
+};
+inline Stages stages;
+
+inline void reset_stages(std::int32_t x) {
+  stages.estimate.reset(x);
+  stages.reference.hold(x);
+  stages.monitor.reset(x);
+  stages.notch.reset();
+  stages.limit.reset();
+}
+
+[[gnu::noinline]] inline float step_estimate(std::int32_t x) {
+  stages.estimate.step(stages.estimate_gains, x, 0.1F);
+  return stages.estimate.velocity_mps();
+}
+
+// Some segments, some stops, some time without either.
+inline void fill_reference(std::int32_t x) {
+  const std::uint32_t choice = static_cast<std::uint32_t>(x) % 64U;
+  if (choice == 0) stages.reference.stop();
+  if (choice < 16 && stages.reference.free() > 4) {
+    static_cast<void>(stages.reference.push({.ticks = static_cast<std::int32_t>(choice % 4) + 1,
+                                             .start_counts = x,
+                                             .velocity = to_fixed(static_cast<float>(choice) - 8.0F),
+                                             .jerk = to_fixed(0.001F),
+                                             .sets_position = choice % 2 == 0}));
+  }
+}
+[[gnu::noinline]] inline float step_reference(std::int32_t) {
+  stages.reference.next(stages.point, stages.braking);
+  return stages.point.velocity;
+}
+
+[[gnu::noinline]] inline float step_monitor(std::int32_t x) {
+  const TickInputs inputs{{x, 0, x % 61 != 0}, {static_cast<float>(x % 7), x % 13 != 0}, x % 101 == 0};
+  return static_cast<float>(stages.monitor.check(stages.monitor_bounds, inputs, x + x % 5000, 3.0F, true));
+}
+
+[[gnu::noinline]] inline float step_machine(std::int32_t x) {
+  const auto control = static_cast<std::uint16_t>(x);
+  const Fault fault = x % 97 == 0 ? Fault::kTickOverrun : Fault::kNone;
+  if (!stages.machine.goes_on(control, fault)) {
+    stages.machine.step(control, fault, true, x % 3 == 0, stages.stop_timeout_ticks);
+  }
+  return static_cast<float>(stages.machine.state());
+}
+
+[[gnu::noinline]] inline float step_notch(std::int32_t x) {
+  return stages.notch.step(stages.notch_gains, static_cast<float>(x) * 1.0e-3F);
+}
+
+[[gnu::noinline]] inline float step_limit(std::int32_t x) {
+  return stages.limit.step(10.0F, 2.0F, static_cast<float>(x) * 1.0e-2F, stages.limits);
+}
+
+[[gnu::noinline]] inline float step_level(std::int32_t x) {
+  stages.level.step(stages.level_bounds, static_cast<float>(x) * 1.0e-2F, static_cast<float>(x % 11));
+  return stages.level.level();
+}
+
+}  // namespace slipstack::budget
