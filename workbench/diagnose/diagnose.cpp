@@ -65,6 +65,8 @@ constexpr double kAboveFloor = 1.15;
 /// sensor.
 constexpr double kFairShareOfForce = 0.06;
 constexpr double kFarAboveFloor = 4.0;
+/// A model that leaves this share of the force, far above the floor, is not complete.
+constexpr double kIncomplete = 0.02;
 constexpr double kMostOfBaseline = 0.35;
 
 /// A line that is this share of what is left, so far above the floor, is what drives the rest.
@@ -444,6 +446,7 @@ class Search {
         if (!diagnosis.unexplained) diagnosis.unexplained = left.front();
       }
     } else {
+      if (!diagnosis.unexplained && far_from_complete(diagnosis)) diagnosis.unexplained = left.front();
       diagnosis.verdict = diagnosis.unexplained ? Verdict::unexplained : Verdict::complete;
     }
   }
@@ -462,6 +465,12 @@ class Search {
     return posing || left->error_reduction >= kLineDrives;
   }
 
+  /// Whether so much is left, whatever its form, that calling the model complete would be wrong.
+  static bool far_from_complete(const Diagnosis& diagnosis) {
+    return diagnosis.explained.relative_error > kIncomplete &&
+           diagnosis.explained.holdout_rmse_N > kFarAboveFloor * diagnosis.noise_floor_N;
+  }
+
   /// Whether the best explanation leaves the axis unexplained by any measure: far above the floor, a fair
   /// share of the force, and most of what the baseline left. What it names is then a stand-in for something
   /// else.
@@ -476,11 +485,11 @@ class Search {
     return model.linearisation->residual_N().cwiseProduct(measurement_.row_weights().cwiseSqrt());
   }
 
-  /// Whether a free curve over one coordinate explains far more of the baseline's residual than the best
-  /// effect: then that effect is a stand-in, and naming it would mislead.
+  /// Whether a free curve over one coordinate explains far more of the baseline's residual than all effects
+  /// that were named: then those are stand-ins, and naming them would mislead.
   bool dominated(Diagnosis& diagnosis) const {
     const auto free = find_structure(measurement_, weighted_residual(diagnosis.baseline));
-    const double best = diagnosis.candidates.front().error_reduction;
+    const double best = 1.0 - diagnosis.explained.holdout_rmse_N / diagnosis.baseline.holdout_rmse_N;
     if (free.front().error_reduction < best + 0.25 * (1.0 - best)) return false;
     diagnosis.unexplained = free.front();
     return true;
