@@ -47,8 +47,8 @@ class Averager {
     x_[k] += x_m / static_cast<double>(request_.cycles);
     force_[k] += force_N / static_cast<double>(request_.cycles);
   }
-  Loop loop() && {
-    Loop loop;
+  MeasuredLoop loop() && {
+    MeasuredLoop loop;
     loop.displacement_m = std::move(x_);
     loop.force_N = std::move(force_);
     return loop;
@@ -69,8 +69,8 @@ double moving_mass_kg(const ExperimentSetup& setup) {
   return setup.axis.mass_kg + setup.axis.effects.payload_kg.value_or(0.0);
 }
 
-Loop loop_by_displacement(const ExperimentSetup& setup, const LoopRequest& request, double position_m,
-                          double amplitude_m, const Rng& noise) {
+MeasuredLoop loop_by_displacement(const ExperimentSetup& setup, const LoopRequest& request, double position_m,
+                                  double amplitude_m, const Rng& noise) {
   const auto cycles = static_cast<int>(request.cycles + kThrownAway);
   MotionProgramme programme;
   // One cycle more at each end, where the sine fades in and out.
@@ -93,8 +93,8 @@ Loop loop_by_displacement(const ExperimentSetup& setup, const LoopRequest& reque
   return std::move(averager).loop();
 }
 
-Loop loop_by_force(const ExperimentSetup& setup, const LoopRequest& request, double position_m,
-                   double amplitude_N, const Rng& noise) {
+MeasuredLoop loop_by_force(const ExperimentSetup& setup, const LoopRequest& request, double position_m,
+                           double amplitude_N, const Rng& noise) {
   SmoothAxis axis(setup.axis, position_m);
   const double w = kTurn * request.frequency_Hz;
   // A sine from zero: nothing is thrown about at the start.
@@ -167,7 +167,7 @@ void check(const ExperimentSetup& setup, const LoopRequest& request) {
 
 }  // namespace
 
-void evaluate_loop(Loop& loop) {
+void evaluate_loop(MeasuredLoop& loop) {
   auto& x = loop.displacement_m;
   auto& force = loop.force_N;
   const auto [low, high] = std::minmax_element(x.begin(), x.end());
@@ -189,10 +189,11 @@ void evaluate_loop(Loop& loop) {
   loop.damping_ratio = loop.area_J / (kTurn * a * loop.force_amplitude_N);
 }
 
-std::vector<Loop> run_loops(const ExperimentSetup& setup, const LoopRequest& request, const Watch& watch) {
+std::vector<MeasuredLoop> run_loops(const ExperimentSetup& setup, const LoopRequest& request,
+                                    const Watch& watch) {
   check(setup, request);
   const std::size_t count = request.positions_m.size() * request.amplitudes.size();
-  std::vector<Loop> loops(count);
+  std::vector<MeasuredLoop> loops(count);
   PointCounter counter(watch, count);
   for_each_piece(count, watch, [&](std::size_t i) {
     if (watch.stopped()) return;

@@ -22,7 +22,7 @@ struct LoopRequest {
 };
 
 /// One averaged loop. Displacement from the loop's own middle, friction force without inertia.
-struct Loop {
+struct MeasuredLoop {
   double position_m = 0.0;
   double asked = 0.0;  // amplitude that was asked for
   std::vector<double> displacement_m;
@@ -43,9 +43,10 @@ struct Loop {
 /// times acceleration of the sine, is taken off; a cable chain, cogging and the like stay in: they are what
 /// is measured. Positions are independent pieces. Throws SetupError on amplitudes, positions or a frequency
 /// that cannot be.
-std::vector<Loop> run_loops(const ExperimentSetup& setup, const LoopRequest& request, const Watch& watch);
+std::vector<MeasuredLoop> run_loops(const ExperimentSetup& setup, const LoopRequest& request,
+                                    const Watch& watch);
 
 /// Fills the figures of a loop from its displacement and force.
-void evaluate_loop(Loop& loop);
+void evaluate_loop(MeasuredLoop& loop);
 
 }  // namespace slipstack::sim

@@ -40,7 +40,7 @@ struct LoopsOptions {
   }
 };
 
-ExperimentTable loops_table(const std::vector<sim::Loop>& loops, const LengthUnit& unit) {
+ExperimentTable loops_table(const std::vector<sim::MeasuredLoop>& loops, const LengthUnit& unit) {
   ExperimentTable table{"loops",
                         "Loops",
                         {{"position_m", "position", "mm", 1e3, 5},
@@ -53,7 +53,7 @@ ExperimentTable loops_table(const std::vector<sim::Loop>& loops, const LengthUni
                          {"closed_form_damping_ratio", "ζ of the curve", "%", 100.0, 4},
                          {"rolling", "", "", 1.0, 4}},
                         {}};
-  for (const sim::Loop& loop : loops) {
+  for (const sim::MeasuredLoop& loop : loops) {
     table.rows.push_back({loop.position_m, loop.amplitude_m, loop.force_amplitude_N, loop.area_J,
                           loop.stiffness_N_per_m, loop.damping_N_per_m, loop.damping_ratio,
                           loop.closed_form_damping_ratio, std::string(loop.rolling ? "rolling" : "")});
@@ -61,9 +61,10 @@ ExperimentTable loops_table(const std::vector<sim::Loop>& loops, const LengthUni
   return table;
 }
 
-void add_loop_charts(ExperimentResult& result, const std::vector<sim::Loop>& loops, const LengthUnit& unit) {
+void add_loop_charts(ExperimentResult& result, const std::vector<sim::MeasuredLoop>& loops,
+                     const LengthUnit& unit) {
   ExperimentChart* chart = nullptr;
-  for (const sim::Loop& loop : loops) {
+  for (const sim::MeasuredLoop& loop : loops) {
     const std::string title = fmt::format("Loops at {:.4g} mm", 1e3 * loop.position_m);
     if (chart == nullptr || chart->title != title) {
       result.charts.push_back(
@@ -80,14 +81,14 @@ void add_loop_charts(ExperimentResult& result, const std::vector<sim::Loop>& loo
 }
 
 ExperimentResult loops_result(const sim::ExperimentSetup& setup, const sim::LoopRequest& request,
-                              const std::vector<sim::Loop>& loops) {
+                              const std::vector<sim::MeasuredLoop>& loops) {
   ExperimentResult result;
   result.experiment = "loops";
   result.setup = setup.title;
   double largest_m = 0.0;
   double low = 1.0;
   double high = 0.0;
-  for (const sim::Loop& loop : loops) {
+  for (const sim::MeasuredLoop& loop : loops) {
     largest_m = std::max(largest_m, loop.amplitude_m);
     low = std::min(low, loop.damping_ratio);
     high = std::max(high, loop.damping_ratio);
