@@ -55,7 +55,10 @@ class Application {
         context_{tick_.controller(), tick_.timing(), board.can(), board.nonvolatile()} {}
 
   /// From the tick's interrupt.
-  void tick() { tick_.run(); }
+  void tick() {
+    tick_.run();
+    if constexpr (requires { node_.after_tick(); }) node_.after_tick();
+  }
 
   /// The main loop. Returns 0 when the board ends it, 1 when it does not start.
   int run() {

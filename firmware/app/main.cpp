@@ -1,17 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 // The one main of the firmware. SLIPSTACK_BOARD names the board's header, which has `BoardOfImage`; a line in
 // the board's CMakeLists.txt sets it.
+#include <array>
+
 #include "firmware/app/application.h"
-#include "firmware/app/heartbeat_node.h"
+#include "firmware/app/canopen_node.h"
 #include SLIPSTACK_BOARD
 
 namespace {
 using namespace slipstack;  // NOLINT(google-build-using-namespace)
 
-constexpr std::uint8_t kNodeId = 127;
+constexpr std::uint8_t kNodeId = 127;  // until LSS gives another
+constexpr std::uint32_t kSerial = 1;   // the boards do not tell theirs yet
 
 BoardOfImage board;
-HeartbeatNode node{kNodeId};
+// Kept out of the working memory: the linker script has a place for it.
+[[gnu::section(".trace")]] std::array<canopen::TraceSample, 4096> trace;
+CanopenNode node{kNodeId, kSerial, trace};
 Application application{board, node};
 }  // namespace
 

@@ -112,6 +112,8 @@ class Controller {
   const FrictionModel<float>::Force& friction() const { return sets_.active().model.force(); }
   const StateMachine& state() const { return state_; }
   const StateEstimate& estimate() const { return estimate_; }
+  /// As the encoder said at the last tick.
+  std::int32_t measured_counts() const { return monitor_.last_counts(); }
   const ControlSet& parameters() const { return sets_.active(); }
   std::uint32_t ticks() const { return sets_.tick(); }
 

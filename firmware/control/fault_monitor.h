@@ -52,6 +52,9 @@ class FaultMonitor {
     mismatched_ = stalled_ = 0;
   }
 
+  /// The counts of the last check.
+  std::int32_t last_counts() const { return last_counts_; }
+
   /// The first fault of this tick. `set_point_A` was commanded a tick ago; `reference_counts` is where the
   /// axis should be; `driving`: the current is on.
   [[gnu::always_inline]] Fault check(const Bounds& bound, const TickInputs& in, std::int32_t reference_counts,

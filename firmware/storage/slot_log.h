@@ -119,7 +119,7 @@ class SlotLog {
   bool by_page(std::size_t slot, std::size_t at, Bytes bytes, Work&& work) const {
     while (!bytes.empty()) {
       const std::size_t offset = at % device_.page_size();
-      const std::size_t count = std::min(bytes.size(), device_.page_size() - offset);
+      const std::size_t count = std::min<std::size_t>(bytes.size(), device_.page_size() - offset);
       if (!work(slot * pages_per_slot() + at / device_.page_size(), offset, bytes.first(count))) return false;
       bytes = bytes.subspan(count);
       at += count;
@@ -205,7 +205,7 @@ class SlotLog {
     std::uint32_t crc = crc32(head);
     std::array<std::byte, kLargestUnit> part;
     for (std::size_t done = 0; done < header.size; done += part.size()) {
-      const std::span<std::byte> bytes(part.data(), std::min(part.size(), header.size - done));
+      const std::span<std::byte> bytes(part.data(), std::min<std::size_t>(part.size(), header.size - done));
       if (!read(slot, at + header_bytes() + done, bytes)) return false;
       crc = crc32(bytes, crc);
     }

@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "workbench/cli/can/define_can.h"
 #include "workbench/cli/commands.h"
 #include "workbench/cli/define_loop.h"
 #include "workbench/cli/experiment/experiment.h"
@@ -114,6 +115,7 @@ void define_commands(CLI::App& app, Options& options) {
   define_effects(app, options);
   define_experiment(app, options);
   define_loop(app);
+  define_can(app);
 }
 
 /// The parser alone would only say that a command is required.

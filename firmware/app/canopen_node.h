@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "firmware/app/application.h"
+#include "firmware/canopen/drive.h"
+
+namespace slipstack {
+
+/// The CANopen device as node of the application: `Application application{board, node};`. The trace buffer
+/// lies in memory of the caller's: it is larger than everything else together.
+class CanopenNode {
+ public:
+  /// `node_id`: where none is stored; FFh waits for LSS.
+  CanopenNode(std::uint8_t node_id, std::uint32_t serial, std::span<canopen::TraceSample> trace)
+      : node_id_(node_id), serial_(serial), trace_(trace) {}
+
+  void start(NodeContext& context) {
+    log_.emplace(context.nonvolatile);
+    drive_.emplace(context.controller, context.timing, trace_, serial_);
+    node_.emplace(context.can, *log_, *drive_);
+    node_->start(node_id_, 0);
+  }
+  void serve(NodeContext&, std::uint32_t now_us) { node_->poll(now_us); }
+
+  /// From the tick's interrupt, behind the tick.
+  void after_tick() {
+    if (drive_) drive_->after_tick();
+  }
+
+  canopen::Node& canopen() { return *node_; }
+
+ private:
+  std::uint8_t node_id_;
+  std::uint32_t serial_;
+  canopen::TraceBuffer trace_;
+  std::optional<SlotLog> log_;
+  std::optional<canopen::Drive> drive_;
+  std::optional<canopen::Node> node_;
+};
+
+}  // namespace slipstack

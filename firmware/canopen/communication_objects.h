@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+
+#include "firmware/canopen/object.h"
+
+// Objects of the communication profile (CiA 301, 7.5): 1000h to 1FFFh.
+namespace slipstack::canopen {
+
+inline constexpr std::uint8_t kPdoCount = 4;          ///< each way
+inline constexpr std::uint8_t kMappedLargest = 8;     ///< objects in a PDO
+inline constexpr std::uint8_t kHeartbeatSources = 4;  ///< that 1016h can watch
+inline constexpr std::uint8_t kErrorHistory = 8;
+
+/// Vendor 0 is no vendor: CiA gives numbers to members only, and slipstack has none.
+inline constexpr std::uint32_t kVendorId = 0;
+inline constexpr std::uint32_t kProductCode = 0x534C4B31;  ///< "SLK1"
+inline constexpr std::uint32_t kRevision = 0x00010000;
+
+inline constexpr std::uint32_t kInvalidPdo = 0x80000000;
+
+inline constexpr auto kCommunicationObjects = [] {
+  constexpr Storage kSetting = Storage::kSetting;
+  return std::to_array<Object>({
+      // Drive profile 402, servo drive (IEC 61800-7-201, 6.2).
+      variable(0x1000, Type::kU32, "Device type").constant(0x00020192),
+      variable(0x1001, Type::kU8, "Error register").read_only().from_device().mapped(Mapping::kTransmit),
+      [] {
+        Object object = head(0x1003, ObjectCode::kArray, "Pre-defined error field", 0);
+        object.access = Access::kReadWrite;  // 0 empties the history
+        object.live = true;
+        return object.within(0, 0);
+      }(),
+      entry(0x1003, 1, Type::kU32, "Standard error field").read_only().from_device(),
+      entry(0x1003, 2, Type::kU32, "Standard error field").read_only().from_device(),
+      entry(0x1003, 3, Type::kU32, "Standard error field").read_only().from_device(),
+      entry(0x1003, 4, Type::kU32, "Standard error field").read_only().from_device(),
+      entry(0x1003, 5, Type::kU32, "Standard error field").read_only().from_device(),
+      entry(0x1003, 6, Type::kU32, "Standard error field").read_only().from_device(),
+      entry(0x1003, 7, Type::kU32, "Standard error field").read_only().from_device(),
+      entry(0x1003, 8, Type::kU32, "Standard error field").read_only().from_device(),
+      variable(0x1005, Type::kU32, "COB-ID SYNC").at_first(0x80U).stored(kSetting),
+      variable(0x1006, Type::kU32, "Communication cycle period").in("s", 1e-6F).stored(kSetting),
+      variable(0x1008, Type::kString, "Manufacturer device name").reads("slipstack drive"),
+      variable(0x1009, Type::kString, "Manufacturer hardware version").reads("any board"),
+      variable(0x100A, Type::kString, "Manufacturer software version").reads("0.1.0"),
+      head(0x1010, ObjectCode::kArray, "Store parameters", 4),
+      entry(0x1010, 1, Type::kU32, "Save all parameters").from_device(),
+      entry(0x1010, 2, Type::kU32, "Save communication parameters").from_device(),
+      entry(0x1010, 3, Type::kU32, "Save application parameters").from_device(),
+      entry(0x1010, 4, Type::kU32, "Save manufacturer parameters").from_device(),
+      head(0x1011, ObjectCode::kArray, "Restore default parameters", 4),
+      entry(0x1011, 1, Type::kU32, "Restore all default parameters").from_device(),
+      entry(0x1011, 2, Type::kU32, "Restore communication default parameters").from_device(),
+      entry(0x1011, 3, Type::kU32, "Restore application default parameters").from_device(),
+      entry(0x1011, 4, Type::kU32, "Restore manufacturer default parameters").from_device(),
+      variable(0x1014, Type::kU32, "COB-ID EMCY").at_first(0x80U).node_id_added().stored(kSetting),
+      variable(0x1015, Type::kU16, "Inhibit time EMCY").in("s", 1e-4F).stored(kSetting),
+      head(0x1016, ObjectCode::kArray, "Consumer heartbeat time", kHeartbeatSources),
+      entry(0x1016, 1, Type::kU32, "Consumer heartbeat time").stored(kSetting),
+      entry(0x1016, 2, Type::kU32, "Consumer heartbeat time").stored(kSetting),
+      entry(0x1016, 3, Type::kU32, "Consumer heartbeat time").stored(kSetting),
+      entry(0x1016, 4, Type::kU32, "Consumer heartbeat time").stored(kSetting),
+      variable(0x1017, Type::kU16, "Producer heartbeat time").at_first(1000U).in("s", 1e-3F).stored(kSetting),
+      head(0x1018, ObjectCode::kRecord, "Identity object", 4),
+      entry(0x1018, 1, Type::kU32, "Vendor-ID").constant(kVendorId),
+      entry(0x1018, 2, Type::kU32, "Product code").constant(kProductCode),
+      entry(0x1018, 3, Type::kU32, "Revision number").constant(kRevision),
+      entry(0x1018, 4, Type::kU32, "Serial number").read_only().from_device(),
+      variable(0x1019, Type::kU8, "Synchronous counter overflow value").within(0, 240).stored(kSetting),
+      head(0x1029, ObjectCode::kArray, "Error behaviour", 1),
+      entry(0x1029, 1, Type::kU8, "Communication error").within(0, 2).stored(kSetting),
+      head(0x1200, ObjectCode::kRecord, "SDO server parameter", 2),
+      [] {
+        Object object = entry(0x1200, 1, Type::kU32, "COB-ID client to server").constant(0x600);
+        return object.node_id_added();
+      }(),
+      [] {
+        Object object = entry(0x1200, 2, Type::kU32, "COB-ID server to client").constant(0x580);
+        return object.node_id_added();
+      }(),
+  });
+}();
+
+/// What an SDO or a master finds in a PDO at first: mapping entries (index << 16 | sub << 8 | bits).
+struct DefaultPdo {
+  std::uint32_t cob;  ///< without the node id
+  std::uint8_t transmission;
+  std::uint16_t inhibit_100us;
+  std::uint16_t event_ms;
+  std::uint8_t count;
+  std::array<std::uint32_t, kMappedLargest> mapped;
+};
+
+constexpr std::uint32_t mapping_entry(std::uint16_t index, std::uint8_t sub, std::uint8_t bits) {
+  return (static_cast<std::uint32_t>(index) << 16) | (static_cast<std::uint32_t>(sub) << 8) | bits;
+}
+
+/// RPDO 1 controlword and mode, 2 the set-point of cyclic position, taken at SYNC; 3 and 4 unused.
+inline constexpr std::array<DefaultPdo, kPdoCount> kReceivePdos{{
+    {0x200, 255, 0, 0, 2, {mapping_entry(0x6040, 0, 16), mapping_entry(0x6060, 0, 8)}},
+    {0x300, 1, 0, 0, 2, {mapping_entry(0x6040, 0, 16), mapping_entry(0x607A, 0, 32)}},
+    {0x400 | kInvalidPdo, 255, 0, 0, 0, {}},
+    {0x500 | kInvalidPdo, 255, 0, 0, 0, {}},
+}};
+
+/// TPDO 1 statusword and mode on change, 2 position and torque, 3 the measurement stream of `slipstack
+/// record` (tick, position, current), 4 following error and residual.
+inline constexpr std::array<DefaultPdo, kPdoCount> kTransmitPdos{{
+    {0x180,
+     255,
+     100,
+     0,
+     3,
+     {mapping_entry(0x6041, 0, 16), mapping_entry(0x6061, 0, 8), mapping_entry(0x603F, 0, 16)}},
+    {0x280,
+     1,
+     0,
+     0,
+     3,
+     {mapping_entry(0x6041, 0, 16), mapping_entry(0x6064, 0, 32), mapping_entry(0x6077, 0, 16)}},
+    {0x380 | kInvalidPdo,
+     1,
+     0,
+     0,
+     3,
+     {mapping_entry(0x2210, 5, 16), mapping_entry(0x6064, 0, 32), mapping_entry(0x2200, 11, 16)}},
+    {0x480, 1, 0, 0, 2, {mapping_entry(0x60F4, 0, 32), mapping_entry(0x2200, 3, 32)}},
+}};
+
+inline constexpr auto kReceivePdoObjects = [] {
+  std::array<Object, kPdoCount*(3 + kMappedLargest + 1)> rows{};
+  std::size_t at = 0;
+  for (std::uint8_t n = 0; n < kPdoCount; ++n) {
+    const DefaultPdo& pdo = kReceivePdos[n];
+    const auto index = static_cast<std::uint16_t>(0x1400 + n);
+    rows[at] = head(index, ObjectCode::kRecord, "RPDO communication parameter", 2);
+    rows[at++].number = n + 1;
+    rows[at++] = entry(index, 1, Type::kU32, "COB-ID used by RPDO")
+                     .at_first(pdo.cob)
+                     .node_id_added()
+                     .stored(Storage::kSetting);
+    rows[at++] = entry(index, 2, Type::kU8, "Transmission type")
+                     .at_first(std::uint32_t{pdo.transmission})
+                     .stored(Storage::kSetting);
+  }
+  for (std::uint8_t n = 0; n < kPdoCount; ++n) {
+    const DefaultPdo& pdo = kReceivePdos[n];
+    const auto index = static_cast<std::uint16_t>(0x1600 + n);
+    rows[at] =
+        head(index, ObjectCode::kRecord, "RPDO mapping parameter", pdo.count).within(0, kMappedLargest);
+    rows[at].number = n + 1;
+    rows[at].access = Access::kReadWrite;
+    rows[at++].storage = Storage::kSetting;
+    for (std::uint8_t sub = 1; sub <= kMappedLargest; ++sub) {
+      rows[at] = entry(index, sub, Type::kU32, "Mapped object")
+                     .at_first(pdo.mapped[sub - 1U])
+                     .stored(Storage::kSetting);
+      rows[at++].number = sub;
+    }
+  }
+  return rows;
+}();
+
+inline constexpr auto kTransmitPdoObjects = [] {
+  std::array<Object, kPdoCount*(6 + kMappedLargest + 1)> rows{};
+  std::size_t at = 0;
+  for (std::uint8_t n = 0; n < kPdoCount; ++n) {
+    const DefaultPdo& pdo = kTransmitPdos[n];
+    const auto index = static_cast<std::uint16_t>(0x1800 + n);
+    rows[at] = head(index, ObjectCode::kRecord, "TPDO communication parameter", 6);
+    rows[at++].number = n + 1;
+    rows[at++] = entry(index, 1, Type::kU32, "COB-ID used by TPDO")
+                     .at_first(pdo.cob)
+                     .node_id_added()
+                     .stored(Storage::kSetting);
+    rows[at++] = entry(index, 2, Type::kU8, "Transmission type")
+                     .at_first(std::uint32_t{pdo.transmission})
+                     .stored(Storage::kSetting);
+    rows[at++] = entry(index, 3, Type::kU16, "Inhibit time")
+                     .at_first(std::uint32_t{pdo.inhibit_100us})
+                     .in("s", 1e-4F)
+                     .stored(Storage::kSetting);
+    rows[at++] = entry(index, 5, Type::kU16, "Event timer")
+                     .at_first(std::uint32_t{pdo.event_ms})
+                     .in("s", 1e-3F)
+                     .stored(Storage::kSetting);
+    rows[at++] = entry(index, 6, Type::kU8, "SYNC start value").within(0, 240).stored(Storage::kSetting);
+  }
+  for (std::uint8_t n = 0; n < kPdoCount; ++n) {
+    const DefaultPdo& pdo = kTransmitPdos[n];
+    const auto index = static_cast<std::uint16_t>(0x1A00 + n);
+    rows[at] =
+        head(index, ObjectCode::kRecord, "TPDO mapping parameter", pdo.count).within(0, kMappedLargest);
+    rows[at].number = n + 1;
+    rows[at].access = Access::kReadWrite;
+    rows[at++].storage = Storage::kSetting;
+    for (std::uint8_t sub = 1; sub <= kMappedLargest; ++sub) {
+      rows[at] = entry(index, sub, Type::kU32, "Mapped object")
+                     .at_first(pdo.mapped[sub - 1U])
+                     .stored(Storage::kSetting);
+      rows[at++].number = sub;
+    }
+  }
+  return rows;
+}();
+
+}  // namespace slipstack::canopen

@@ -1,0 +1,290 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "firmware/canopen/dictionary.h"
+#include "firmware/canopen/outbox.h"
+
+namespace slipstack::canopen {
+
+/// What a mapping says, made ready: rows and bits, in order.
+class PdoMap {
+ public:
+  /// Whether one mapping entry may stand in a PDO that way.
+  static Abort check_entry(std::uint32_t entry, bool receive) {
+    const auto index = static_cast<std::uint16_t>(entry >> 16);
+    const auto sub = static_cast<std::uint8_t>(entry >> 8);
+    const auto bits = static_cast<std::uint8_t>(entry);
+    if (receive && is_dummy(index, sub)) {
+      return bits == 8 * size_of(static_cast<Type>(index)) ? Abort::kNone : Abort::kNotMappable;
+    }
+    const std::size_t row = find_row(index, sub);
+    if (row == kNoRow) return has_index(index) ? Abort::kNoSubIndex : Abort::kNoObject;
+    const Object& object = kObjects[row];
+    const bool allowed = object.mapping == Mapping::kBoth ||
+                         object.mapping == (receive ? Mapping::kReceive : Mapping::kTransmit);
+    return allowed && bits == 8 * size_of(object.type) ? Abort::kNone : Abort::kNotMappable;
+  }
+
+  /// Takes the first `count` entries. Nothing changes unless kNone.
+  Abort build(std::span<const std::uint32_t> entries, bool receive) {
+    PdoMap made;
+    for (const std::uint32_t entry : entries) {
+      const Abort code = check_entry(entry, receive);
+      if (code != Abort::kNone) return code;
+      const auto index = static_cast<std::uint16_t>(entry >> 16);
+      const std::size_t bytes = (entry & 0xFF) / 8;
+      if (made.bytes_ + bytes > 8) return Abort::kMappingTooLong;
+      made.row_[made.count_] =
+          is_dummy(index, 0) && receive ? kNoRow : find_row(index, static_cast<std::uint8_t>(entry >> 8));
+      made.size_[made.count_++] = static_cast<std::uint8_t>(bytes);
+      made.bytes_ = static_cast<std::uint8_t>(made.bytes_ + bytes);
+    }
+    *this = made;
+    return Abort::kNone;
+  }
+
+  std::uint8_t bytes() const { return bytes_; }
+
+  void pack(Dictionary& dictionary, std::span<std::uint8_t, 8> out) const {
+    std::size_t at = 0;
+    for (std::size_t i = 0; i < count_; ++i) {
+      to_bytes(dictionary.read(row_[i]), out.subspan(at, size_[i]));
+      at += size_[i];
+    }
+  }
+  /// Values that the dictionary refuses are counted in `refused`; the others are taken.
+  void unpack(Dictionary& dictionary, std::span<const std::uint8_t> in, std::uint32_t& refused) const {
+    std::size_t at = 0;
+    for (std::size_t i = 0; i < count_; ++i) {
+      if (row_[i] != kNoRow) {
+        const std::uint32_t value = from_bytes(kObjects[row_[i]].type, in.subspan(at, size_[i]));
+        if (dictionary.write(row_[i], value) != Abort::kNone && refused < 0xFFFFFFFF) ++refused;
+      }
+      at += size_[i];
+    }
+  }
+
+ private:
+  // Entries for the basic types: bytes that nobody takes.
+  static bool is_dummy(std::uint16_t index, std::uint8_t sub) { return sub == 0 && index >= 1 && index <= 7; }
+
+  std::array<std::size_t, kMappedLargest> row_{};
+  std::array<std::uint8_t, kMappedLargest> size_{};
+  std::uint8_t count_ = 0;
+  std::uint8_t bytes_ = 0;
+};
+
+/// CAN-IDs that no PDO, SYNC or EMCY may use (CiA 301 table 40).
+constexpr bool is_restricted(std::uint32_t id) {
+  const auto between = [id](std::uint32_t low, std::uint32_t high) { return id >= low && id <= high; };
+  return id == 0 || between(0x001, 0x07F) || between(0x101, 0x180) || between(0x581, 0x5FF) ||
+         between(0x601, 0x67F) || between(0x6E0, 0x6FF) || between(0x701, 0x77F) || between(0x780, 0x7FF);
+}
+
+/// The four RPDOs and four TPDOs (CiA 301, 7.2.2). What they are is read from the dictionary; activate()
+/// after a change of it.
+class Pdos {
+ public:
+  explicit Pdos(Dictionary& dictionary) : dictionary_(dictionary) {}
+
+  /// Takes all mappings from the dictionary: after a start, or a reset of communication.
+  void load() {
+    for (std::uint8_t n = 0; n < kPdoCount; ++n) {
+      receive_[n] = {};
+      transmit_[n] = {};
+      static_cast<void>(build(n, true, dictionary_.value(map_row(n, true))));
+      static_cast<void>(build(n, false, dictionary_.value(map_row(n, false))));
+    }
+  }
+
+  /// Whether a value may be written to a communication or mapping object of a PDO.
+  Abort check(std::size_t row, std::uint32_t value) {
+    const Object& object = kObjects[row];
+    const bool receive = object.index < 0x1800;
+    const auto n = static_cast<std::uint8_t>(object.index & 0xFF);
+    if ((object.index & 0x0200) != 0) return check_mapping(n, receive, object.sub, value);
+    const bool off = (dictionary_.value(cob_row(n, receive)) & kInvalidPdo) != 0;
+    if (object.sub == 1) {
+      if ((value & 0x3FFFF800) != 0) return Abort::kBadValue;  // 11-bit identifiers only
+      if ((value & kInvalidPdo) != 0) return Abort::kNone;
+      if (!off && ((value ^ dictionary_.value(row)) & 0x7FF) != 0) return Abort::kBadValue;
+      // 180h is TPDO 1 of no node.
+      return is_restricted(value & 0x7FF) ? Abort::kBadValue : Abort::kNone;
+    }
+    if (object.sub == 2) {
+      // 241 to 251 are reserved; remote requests (252, 253) are not served.
+      return value > 240 && value < 254 ? Abort::kBadValue : Abort::kNone;
+    }
+    if (object.sub == 3 || object.sub == 6) return off ? Abort::kNone : Abort::kUnsupportedAccess;
+    return Abort::kNone;
+  }
+
+  /// A value was written to such an object.
+  void written(std::size_t row) {
+    const Object& object = kObjects[row];
+    const auto n = static_cast<std::uint8_t>(object.index & 0xFF);
+    const bool receive = object.index < 0x1800;
+    if ((object.index & 0x0200) != 0) {
+      if (object.sub == 0) static_cast<void>(build(n, receive, dictionary_.value(row)));
+    } else if (!receive && (object.sub == 1 || object.sub == 2 || object.sub == 6)) {
+      transmit_[n].restart();
+    } else if (receive) {
+      receive_[n].held = false;
+    }
+  }
+
+  /// A frame in operational; false: no RPDO has this identifier. `wrong_length`: shorter than what is mapped.
+  bool receive(const CanFrame& frame, bool& wrong_length) {
+    wrong_length = false;
+    bool found = false;
+    for (std::uint8_t n = 0; n < kPdoCount; ++n) {
+      const std::uint32_t cob = dictionary_.value(cob_row(n, true));
+      if ((cob & kInvalidPdo) != 0 || (cob & 0x7FF) != frame.id) continue;
+      found = true;
+      Receive& pdo = receive_[n];
+      if (frame.length < pdo.map.bytes()) {
+        wrong_length = true;
+      } else if (dictionary_.value(cob_row(n, true) + 1) <= 240) {
+        pdo.data = frame.data;
+        pdo.held = true;  // until SYNC
+      } else {
+        pdo.map.unpack(dictionary_, frame.data, refused_);
+      }
+    }
+    return found;
+  }
+
+  /// SYNC: what was received takes effect, then what is due is sent.
+  void sync(std::uint8_t counter, std::uint32_t now_us, Outbox& out) {
+    for (Receive& pdo : receive_) {
+      if (!pdo.held) continue;
+      pdo.held = false;
+      pdo.map.unpack(dictionary_, pdo.data, refused_);
+    }
+    for (std::uint8_t n = 0; n < kPdoCount; ++n) {
+      const std::uint32_t type = dictionary_.value(cob_row(n, false) + 1);
+      if (type > 240 || !enabled(n)) continue;
+      Transmit& pdo = transmit_[n];
+      if (!pdo.started && !starts(n, type, counter)) continue;
+      if (type == 0) {
+        if (changed(n)) send(n, now_us, out);
+      } else if (++pdo.syncs >= type) {
+        pdo.syncs = 0;
+        send(n, now_us, out);
+      }
+    }
+  }
+
+  /// Event-driven TPDOs: on change, and by the event timer; never within the inhibit time.
+  void step(std::uint32_t now_us, Outbox& out) {
+    for (std::uint8_t n = 0; n < kPdoCount; ++n) {
+      const std::size_t row = cob_row(n, false);
+      if (!enabled(n) || dictionary_.value(row + 1) < 254) continue;
+      Transmit& pdo = transmit_[n];
+      const std::uint32_t since_us = now_us - pdo.last_us;
+      if (pdo.sent_once && since_us < dictionary_.value(row + 2) * 100U) continue;
+      const std::uint32_t event_us = dictionary_.value(row + 3) * 1000U;
+      const bool due = event_us != 0 && pdo.sent_once && since_us >= event_us;
+      if (due || !pdo.sent_once || changed(n)) send(n, now_us, out);
+    }
+  }
+
+  /// Entering operational: every event-driven TPDO is sent once.
+  void restart() {
+    for (Transmit& pdo : transmit_) pdo.restart();
+    for (Receive& pdo : receive_) pdo.held = false;
+  }
+
+  std::uint32_t refused() const { return refused_; }
+
+ private:
+  struct Receive {
+    PdoMap map;
+    std::array<std::uint8_t, 8> data{};
+    bool held = false;
+  };
+  struct Transmit {
+    PdoMap map;
+    std::array<std::uint8_t, 8> last{};
+    std::uint32_t last_us = 0;
+    std::uint32_t syncs = 0;
+    bool started = false;
+    bool sent_once = false;
+    void restart() {
+      syncs = 0;
+      started = sent_once = false;
+    }
+  };
+
+  // Sub-index 1 of the communication record; 2 follows, and in a TPDO 3, 5 and 6.
+  static std::size_t cob_row(std::uint8_t n, bool receive) {
+    return receive ? kRow<0x1400, 1> + 3U * n : kRow<0x1800, 1> + 6U * n;
+  }
+  static std::size_t map_row(std::uint8_t n, bool receive) {
+    return (receive ? kRow<0x1600> : kRow<0x1A00>)+(kMappedLargest + 1U) * n;
+  }
+
+  bool enabled(std::uint8_t n) const {
+    return (dictionary_.value(cob_row(n, false)) & kInvalidPdo) == 0 && transmit_[n].map.bytes() > 0;
+  }
+
+  Abort check_mapping(std::uint8_t n, bool receive, std::uint8_t sub, std::uint32_t value) {
+    if ((dictionary_.value(cob_row(n, receive)) & kInvalidPdo) == 0) return Abort::kUnsupportedAccess;
+    if (sub != 0) {
+      if (dictionary_.value(map_row(n, receive)) != 0) return Abort::kUnsupportedAccess;
+      return value == 0 ? Abort::kNone : PdoMap::check_entry(value, receive);
+    }
+    PdoMap trial;
+    const auto all = entries(n, receive);
+    return trial.build(std::span(all).first(value), receive);
+  }
+
+  std::array<std::uint32_t, kMappedLargest> entries(std::uint8_t n, bool receive) const {
+    std::array<std::uint32_t, kMappedLargest> all;
+    for (std::size_t i = 0; i < all.size(); ++i) all[i] = dictionary_.value(map_row(n, receive) + 1 + i);
+    return all;
+  }
+
+  Abort build(std::uint8_t n, bool receive, std::uint32_t count) {
+    const auto all = entries(n, receive);
+    PdoMap& map = receive ? receive_[n].map : transmit_[n].map;
+    return map.build(std::span(all).first(count <= kMappedLargest ? count : 0U), receive);
+  }
+
+  // With a SYNC start value, the first SYNC that counts is the one with this counter.
+  bool starts(std::uint8_t n, std::uint32_t type, std::uint8_t counter) {
+    const std::uint32_t start = dictionary_.value(cob_row(n, false) + 4);
+    if (start != 0 && counter != 0 && counter != start) return false;
+    transmit_[n].started = true;
+    if (start != 0 && counter != 0 && type != 0) transmit_[n].syncs = type - 1;
+    return true;
+  }
+
+  bool changed(std::uint8_t n) {
+    std::array<std::uint8_t, 8> now{};
+    transmit_[n].map.pack(dictionary_, now);
+    return !transmit_[n].sent_once || now != transmit_[n].last;
+  }
+
+  void send(std::uint8_t n, std::uint32_t now_us, Outbox& out) {
+    Transmit& pdo = transmit_[n];
+    std::array<std::uint8_t, 8> now{};
+    pdo.map.pack(dictionary_, now);
+    if (!out.push(dictionary_.value(cob_row(n, false)) & 0x7FF, std::span(now).first(pdo.map.bytes())))
+      return;
+    pdo.last = now;
+    pdo.last_us = now_us;
+    pdo.sent_once = true;
+  }
+
+  Dictionary& dictionary_;
+  std::array<Receive, kPdoCount> receive_;
+  std::array<Transmit, kPdoCount> transmit_;
+  std::uint32_t refused_ = 0;
+};
+
+}  // namespace slipstack::canopen

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+
+#include "firmware/canopen/object.h"
+
+// Objects of the drive profile (CiA 402, IEC 61800-7-201): 6000h and up. Position is in encoder counts,
+// velocity in counts per second, force in thousandths of the rated force (6076h).
+namespace slipstack::canopen {
+
+inline constexpr std::uint32_t kSupportedModes = (1U << 0) | (1U << 7);  ///< pp, csp
+
+inline constexpr auto kProfileObjects = [] {
+  constexpr Storage kParameter = Storage::kParameter;
+  constexpr Mapping kOut = Mapping::kTransmit;
+  constexpr Mapping kIn = Mapping::kBoth;
+  return std::to_array<Object>({
+      variable(0x6007, Type::kI16, "Abort connection option code")
+          .within(0, 3)
+          .at_first(3U)
+          .stored(kParameter),
+      variable(0x603F, Type::kU16, "Error code").read_only().from_device().mapped(kOut),
+      variable(0x6040, Type::kU16, "Controlword").mapped(kIn).from_device(),
+      variable(0x6041, Type::kU16, "Statusword").read_only().from_device().mapped(kOut),
+      variable(0x605A, Type::kI16, "Quick stop option code").within(0, 2).at_first(2U).stored(kParameter),
+      variable(0x605B, Type::kI16, "Shutdown option code").within(0, 0).stored(kParameter),
+      variable(0x605C, Type::kI16, "Disable operation option code").within(0, 0).stored(kParameter),
+      variable(0x605D, Type::kI16, "Halt option code").within(1, 1).at_first(1U).stored(kParameter),
+      variable(0x605E, Type::kI16, "Fault reaction option code").within(2, 2).at_first(2U).stored(kParameter),
+      variable(0x6060, Type::kI8, "Modes of operation").mapped(kIn).from_device(),
+      variable(0x6061, Type::kI8, "Modes of operation display").read_only().from_device().mapped(kOut),
+      variable(0x6064, Type::kI32, "Position actual value")
+          .read_only()
+          .from_device()
+          .mapped(kOut)
+          .in("count"),
+      variable(0x606C, Type::kI32, "Velocity actual value")
+          .read_only()
+          .from_device()
+          .mapped(kOut)
+          .in("count/s"),
+      variable(0x6075, Type::kU32, "Motor rated current")
+          .within(1, 1000000)
+          .at_first(10000U)
+          .in("A", 1e-3F)
+          .stored(kParameter),
+      variable(0x6076, Type::kU32, "Motor rated torque").read_only().from_device().in("N", 1e-3F),
+      variable(0x6077, Type::kI16, "Torque actual value")
+          .read_only()
+          .from_device()
+          .mapped(kOut)
+          .in("rated force", 1e-3F),
+      variable(0x607A, Type::kI32, "Target position").mapped(kIn).from_device().in("count"),
+      variable(0x6081, Type::kU32, "Profile velocity")
+          .within(1, 2000000000)
+          .at_first(100000U)
+          .mapped(kIn)
+          .in("count/s")
+          .stored(kParameter),
+      variable(0x6083, Type::kU32, "Profile acceleration")
+          .within(1, 2000000000)
+          .at_first(1000000U)
+          .mapped(kIn)
+          .in("count/s2")
+          .stored(kParameter),
+      head(0x60A4, ObjectCode::kArray, "Profile jerk", 1),
+      entry(0x60A4, 1, Type::kU32, "Profile jerk")
+          .within(1, 2147483647)
+          .at_first(100000000U)
+          .in("count/s3")
+          .stored(kParameter),
+      head(0x60C2, ObjectCode::kRecord, "Interpolation time period", 2),
+      entry(0x60C2, 1, Type::kU8, "Interpolation time period value")
+          .within(1, 255)
+          .at_first(1U)
+          .stored(kParameter),
+      entry(0x60C2, 2, Type::kI8, "Interpolation time index")
+          .within(-4, -1)
+          .at_first(0xFFFFFFFDU)
+          .stored(kParameter),
+      variable(0x60F4, Type::kI32, "Following error actual value")
+          .read_only()
+          .from_device()
+          .mapped(kOut)
+          .in("count"),
+      variable(0x6502, Type::kU32, "Supported drive modes").constant(kSupportedModes),
+  });
+}();
+
+}  // namespace slipstack::canopen

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <bit>
+#include <cstdint>
+
+#include "firmware/canopen/dictionary.h"
+#include "firmware/control/parameters.h"
+
+// Axis and friction model as they stand in the dictionary: staged, until they are applied.
+namespace slipstack::canopen {
+
+/// The axis of 2000h.
+inline AxisParameters staged_axis(const Dictionary& dictionary) {
+  constexpr std::size_t kFirst = kRow<kAxisIndex>;
+  AxisParameters axis;
+  for (std::size_t i = 0; i < kAxisObjects.size(); ++i) {
+    axis.*kAxisObjects[i].member = dictionary.real(kFirst + 1 + i);
+  }
+  for (std::size_t i = 0; i < axis.notch.size(); ++i) {
+    const std::size_t row = kFirst + kNotchFirst + 3 * i;
+    axis.notch[i] = {dictionary.real(row), dictionary.real(row + 1), dictionary.real(row + 2)};
+  }
+  axis.compensate = dictionary.value(kFirst + kCompensateSub) != 0;
+  axis.adapt_level = dictionary.value(kFirst + kAdaptLevelSub) != 0;
+  return axis;
+}
+
+namespace detail {
+
+/// Visits the rows and the parameters of the model together: first "enabled", then each gain and shape.
+template <class Model, class Enabled, class Real>
+void visit_model(Model& model, Enabled&& enabled, Real&& real) {
+  std::size_t row = kRow<kEffectIndex>;
+  std::apply(
+      [&](auto&... own) {
+        const auto visit = [&](auto& one) {
+          ++row;  // the head
+          enabled(row++, one.enabled);
+          for (auto& gain : one.gains) real(row++, gain);
+          for (auto& shape : one.shapes) real(row++, shape);
+        };
+        (visit(own), ...);
+      },
+      model);
+}
+
+}  // namespace detail
+
+/// The model of 2100h and up.
+inline ModelParameters staged_model(const Dictionary& dictionary) {
+  ModelParameters model{};
+  detail::visit_model(
+      model, [&](std::size_t row, bool& enabled) { enabled = dictionary.value(row) != 0; },
+      [&](std::size_t row, float& value) { value = dictionary.real(row); });
+  return model;
+}
+
+/// Calls `take(row, word)` for every word of a model, in the order of the image 2141h. What belongs to an
+/// effect that is off is the table's default: it has no meaning, and lies within its bounds.
+template <class Take>
+void model_words(const ModelParameters& model, Take&& take) {
+  bool on = false;
+  detail::visit_model(
+      model,
+      [&](std::size_t row, const bool& enabled) {
+        on = enabled;
+        take(row, enabled ? 1U : 0U);
+      },
+      [&](std::size_t row, const float& value) {
+        take(row, on ? std::bit_cast<std::uint32_t>(value) : kObjects[row].initial);
+      });
+}
+
+/// The row of each word of the image.
+inline constexpr auto kModelImageRows = [] {
+  std::array<std::size_t, kModelWords> rows{};
+  std::size_t at = 0;
+  for (std::size_t row = kRow<kEffectIndex>; kObjects[row].index < kModelIndex; ++row) {
+    if (kObjects[row].sub != 0) rows[at++] = row;
+  }
+  return rows;
+}();
+
+}  // namespace slipstack::canopen

@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: Apache-2.0
+// NMT, heartbeat, SYNC, EMCY, LSS, bus-off: CiA 301 and CiA 305.
+#include "tests/can/bench.h"
+
+namespace slipstack::can {
+namespace {
+
+TEST(Nmt, BootsUpIntoPreOperational) {
+  Bench bench;
+  EXPECT_EQ(bench.all(), (std::vector<Message>{{0x705, {0x00}}}));
+  EXPECT_EQ(bench.node->state(), canopen::NmtState::kPreOperational);
+}
+
+TEST(Nmt, FollowsCommandsForItsNodeAndForAll) {
+  Bench bench;
+  bench.nmt(0x01, 6);  // another node
+  EXPECT_EQ(bench.node->state(), canopen::NmtState::kPreOperational);
+  bench.nmt(0x01, 0);
+  EXPECT_EQ(bench.node->state(), canopen::NmtState::kOperational);
+  bench.nmt(0x02);
+  EXPECT_EQ(bench.node->state(), canopen::NmtState::kStopped);
+  bench.nmt(0x80);
+  EXPECT_EQ(bench.node->state(), canopen::NmtState::kPreOperational);
+  bench.all();
+  for (const std::uint8_t reset : {std::uint8_t{0x81}, std::uint8_t{0x82}}) {
+    bench.nmt(reset);
+    EXPECT_EQ(bench.all_with(0x705), (std::vector<Data>{{0x00}}));
+    EXPECT_EQ(bench.node->state(), canopen::NmtState::kPreOperational);
+  }
+  bench.send(0, {0x01});  // too short
+  bench.send(0, {0x01, 0, 0});
+  bench.send(0, {0x55, 0});
+  bench.poll();
+  EXPECT_EQ(bench.node->state(), canopen::NmtState::kPreOperational);
+  EXPECT_EQ(bench.read(0x2211, 3), 3U);
+}
+
+TEST(Nmt, StoppedAnswersNoSdo) {
+  Bench bench;
+  bench.nmt(0x02);
+  EXPECT_TRUE(bench.sdo(Bench::address(0x40, 0x1000, 0)).empty());
+}
+
+TEST(Heartbeat, SaysTheStateOnItsGrid) {
+  Bench bench;
+  ASSERT_EQ(bench.write(0x1017, 0, 100, 2), 0U);
+  bench.run_ms(1000);
+  EXPECT_EQ(bench.all_with(0x705), std::vector<Data>(10, Data{0x7F}));
+  bench.nmt(0x01);
+  bench.run_ms(300);
+  EXPECT_EQ(bench.all_with(0x705), std::vector<Data>(3, Data{0x05}));
+  bench.nmt(0x02);
+  bench.run_ms(300);
+  EXPECT_EQ(bench.all_with(0x705), std::vector<Data>(3, Data{0x04}));
+}
+
+TEST(Heartbeat, ConsumerReportsALostMasterOnceAndItsReturn) {
+  Bench bench;
+  ASSERT_EQ(bench.write(0x1016, 1, 0x00010032, 4), 0U);           // node 1, 50 ms
+  EXPECT_EQ(bench.write(0x1016, 2, 0x00010064, 4), 0x06040043U);  // the same node again
+  bench.nmt(0x01);
+  bench.all();
+  bench.run_ms(200);
+  EXPECT_TRUE(bench.all_with(0x085).empty()) << "not watched before its first heartbeat";
+  bench.send(0x701, {0x05});
+  bench.run_ms(49);
+  EXPECT_TRUE(bench.all_with(0x085).empty());
+  bench.run_ms(3);
+  const auto lost = bench.all_with(0x085);
+  ASSERT_EQ(lost.size(), 1U);
+  EXPECT_EQ(Bench::number(lost[0], 0, 2), 0x8130U);
+  EXPECT_EQ(lost[0][2] & 0x11, 0x11);                                  // generic, communication
+  EXPECT_EQ(bench.node->state(), canopen::NmtState::kPreOperational);  // 1029h:1 is 0
+  EXPECT_EQ(bench.read(0x1001, 0) & 0x10, 0x10U);
+  bench.send(0x701, {0x05});
+  bench.run_ms(2);
+  const auto back = bench.all_with(0x085);
+  ASSERT_EQ(back.size(), 1U);
+  EXPECT_EQ(back[0], (Data{0, 0, 0, 2, 0, 0, 0, 0}));
+  EXPECT_EQ(bench.read(0x1003, 0), 1U);
+  EXPECT_EQ(bench.read(0x1003, 1) & 0xFFFF, 0x8130U);
+  EXPECT_EQ(bench.write(0x1003, 0, 1, 1), 0x06090031U);  // only 0 may be written
+  EXPECT_EQ(bench.write(0x1003, 0, 0, 1), 0U);
+  EXPECT_EQ(bench.read(0x1003, 0), 0U);
+}
+
+TEST(Heartbeat, ErrorBehaviourDecides) {
+  for (const auto& [behaviour, state] :
+       {std::pair{0, canopen::NmtState::kPreOperational}, std::pair{1, canopen::NmtState::kOperational},
+        std::pair{2, canopen::NmtState::kStopped}}) {
+    Bench bench;
+    bench.write(0x1029, 1, static_cast<std::uint32_t>(behaviour), 1);
+    bench.write(0x1016, 1, 0x00010032, 4);
+    bench.nmt(0x01);
+    bench.send(0x701, {0x05});
+    bench.run_ms(100);
+    EXPECT_EQ(bench.node->state(), state) << behaviour;
+  }
+}
+
+TEST(Sync, ProducerCountsToTheOverflowValue) {
+  Bench bench;
+  ASSERT_EQ(bench.write(0x1019, 0, 4, 1), 0U);
+  ASSERT_EQ(bench.write(0x1006, 0, 10000, 4), 0U);
+  EXPECT_EQ(bench.write(0x1019, 0, 5, 1), 0x08000022U);  // not while the period is set
+  ASSERT_EQ(bench.write(0x1005, 0, 0x40000080, 4), 0U);
+  EXPECT_EQ(bench.write(0x1005, 0, 0x40000081, 4), 0x06090030U);  // the identifier stays while producing
+  bench.all();
+  bench.run_ms(60);
+  EXPECT_EQ(bench.all_with(0x080), (std::vector<Data>{{1}, {2}, {3}, {4}, {1}, {2}}));
+}
+
+TEST(BusOff, WaitsRecoversAndTells) {
+  Bench bench;
+  bench.nmt(0x01);
+  bench.all();
+  bench.device.bus.state = CanBusState::kOff;
+  bench.run_ms(100);
+  EXPECT_EQ(bench.device.bus.state, CanBusState::kOff) << "not at once: another node may talk first";
+  EXPECT_EQ(bench.node->state(), canopen::NmtState::kPreOperational);
+  bench.run_ms(5);
+  EXPECT_EQ(bench.device.bus.state, CanBusState::kActive);
+  bench.run_ms(2);
+  const auto messages = bench.all_with(0x085);
+  ASSERT_EQ(messages.size(), 2U);
+  EXPECT_EQ(Bench::number(messages[0], 0, 2), 0x8140U);
+  EXPECT_EQ(Bench::number(messages[1], 0, 2), 0x0000U);
+  EXPECT_EQ(bench.read(0x2211, 6), 1U);
+}
+
+TEST(Emcy, InhibitTimeAndIdentifier) {
+  Bench bench;
+  bench.configure();
+  ASSERT_EQ(bench.write(0x1015, 0, 1000, 2), 0U);  // 100 ms
+  EXPECT_EQ(bench.write(0x1014, 0, 0x86, 4), 0x06090030U);
+  ASSERT_EQ(bench.write(0x1014, 0, 0x80000085, 4), 0U);
+  ASSERT_EQ(bench.write(0x1014, 0, 0x90, 4), 0U);
+  bench.all();
+  bench.loop->controller().inject(Fault::kOverCurrent);
+  bench.run_ms(5);
+  const auto first = bench.all_with(0x090);
+  ASSERT_EQ(first.size(), 1U);
+  EXPECT_EQ(Bench::number(first[0], 0, 2), 0x2310U);
+  EXPECT_EQ(first[0][2], 0x03);  // generic, current
+  bench.write(0x6040, 0, 0x80, 2);
+  bench.run_ms(50);
+  EXPECT_TRUE(bench.all_with(0x090).empty());
+  bench.run_ms(60);
+  const auto reset = bench.all_with(0x090);
+  ASSERT_EQ(reset.size(), 1U);
+  EXPECT_EQ(Bench::number(reset[0], 0, 2), 0U);
+}
+
+Data lss(std::uint8_t command, std::uint32_t word = 0) {
+  return {command,
+          static_cast<std::uint8_t>(word),
+          static_cast<std::uint8_t>(word >> 8),
+          static_cast<std::uint8_t>(word >> 16),
+          static_cast<std::uint8_t>(word >> 24),
+          0,
+          0,
+          0};
+}
+
+TEST(Lss, SelectsByIdentityAndSetsTheNodeId) {
+  Bench bench;
+  bench.all();
+  const std::array<std::uint32_t, 4> identity = {0, 0x534C4B31, 0x00010000, 0x12345678};
+  // With a wrong serial number nobody answers.
+  for (const std::uint32_t serial : {0x12345679U, 0x12345678U}) {
+    for (std::uint8_t i = 0; i < 3; ++i)
+      bench.send(0x7E5, lss(static_cast<std::uint8_t>(0x40 + i), identity[i]));
+    bench.send(0x7E5, lss(0x43, serial));
+    bench.poll();
+    const auto answers = bench.all_with(0x7E4);
+    if (serial != identity[3]) {
+      EXPECT_TRUE(answers.empty());
+    } else {
+      EXPECT_EQ(answers, (std::vector<Data>{{0x44, 0, 0, 0, 0, 0, 0, 0}}));
+    }
+  }
+  const auto ask = [&](const Data& request) {
+    bench.send(0x7E5, request);
+    bench.poll();
+    const auto answers = bench.all_with(0x7E4);
+    return answers.empty() ? Data{} : answers[0];
+  };
+  EXPECT_EQ(ask(lss(0x5E)), (Data{0x5E, 5, 0, 0, 0, 0, 0, 0}));
+  EXPECT_EQ(ask(lss(0x5D)), (Data{0x5D, 0x78, 0x56, 0x34, 0x12, 0, 0, 0}));
+  EXPECT_EQ(ask(lss(0x11, 128)), (Data{0x11, 1, 0, 0, 0, 0, 0, 0}));
+  EXPECT_EQ(ask(lss(0x11, 33)), (Data{0x11, 0, 0, 0, 0, 0, 0, 0}));
+  EXPECT_EQ(ask(lss(0x13, 0x0500)), (Data{0x13, 1, 0, 0, 0, 0, 0, 0}));
+  EXPECT_EQ(ask(lss(0x13, 0x0200)), (Data{0x13, 0, 0, 0, 0, 0, 0, 0}));
+  EXPECT_EQ(ask(lss(0x17)), (Data{0x17, 0, 0, 0, 0, 0, 0, 0}));
+  bench.send(0x7E5, lss(0x04, 0));
+  bench.poll();
+  EXPECT_EQ(bench.node->id(), 5) << "the new id comes with the next reset";
+  bench.nmt(0x82);
+  EXPECT_EQ(bench.all_with(0x721), (std::vector<Data>{{0}}));
+  bench.power_on();
+  bench.begin();
+  EXPECT_EQ(bench.all_with(0x721), (std::vector<Data>{{0}})) << "stored";
+}
+
+TEST(Lss, AnUnconfiguredNodeIsFoundByFastscan) {
+  Bench bench(true, 0xFF);
+  EXPECT_TRUE(bench.all().empty()) << "no boot-up without an id";
+  const auto answered = [&](std::uint32_t word, std::uint8_t bit, std::uint8_t part, std::uint8_t next) {
+    Data request = lss(0x51, word);
+    request[5] = bit;
+    request[6] = part;
+    request[7] = next;
+    bench.send(0x7E5, request);
+    bench.poll();
+    return !bench.all_with(0x7E4).empty();
+  };
+  ASSERT_TRUE(answered(0, 0x80, 0, 0));
+  const std::array<std::uint32_t, 4> identity = {0, 0x534C4B31, 0x00010000, 0x12345678};
+  for (std::uint8_t part = 0; part < 4; ++part) {
+    std::uint32_t word = 0;
+    for (int bit = 31; bit >= 0; --bit) {
+      if (!answered(word, static_cast<std::uint8_t>(bit), part, part)) word |= 1U << bit;
+    }
+    EXPECT_EQ(word, identity[part]);
+    ASSERT_TRUE(answered(word, 0, part, static_cast<std::uint8_t>(part == 3 ? 0 : part + 1)));
+  }
+  bench.send(0x7E5, lss(0x11, 9));
+  bench.send(0x7E5, lss(0x04, 0));
+  bench.poll();
+  EXPECT_EQ(bench.all_with(0x709), (std::vector<Data>{{0}}));
+}
+
+}  // namespace
+}  // namespace slipstack::can

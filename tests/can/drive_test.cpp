@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+// The drive profile on the simulated axis: state machine, three modes, faults, locked parameters.
+#include <cmath>
+
+#include "tests/can/bench.h"
+
+namespace slipstack::can {
+namespace {
+
+TEST(Drive, StatusWordOfEachState) {
+  Bench bench;
+  EXPECT_EQ(bench.read(0x6041, 0) & 0x4F, 0x00U) << "not ready: no model";
+  bench.configure();
+  EXPECT_EQ(bench.read(0x6041, 0) & 0x4F, 0x40U);
+  const auto after = [&](std::uint32_t word) {
+    bench.write(0x6040, 0, word, 2);
+    bench.run_ms(1);
+    return bench.read(0x6041, 0) & 0x6F;
+  };
+  EXPECT_EQ(after(0x06), 0x21U);
+  EXPECT_EQ(after(0x07), 0x23U);
+  EXPECT_EQ(after(0x0F), 0x27U);
+  EXPECT_EQ(after(0x07), 0x23U);
+  EXPECT_EQ(after(0x0F), 0x27U);
+  EXPECT_EQ(after(0x06), 0x21U);
+  EXPECT_EQ(after(0x00) & 0x4F, 0x40U);
+  EXPECT_EQ(bench.read(0x6502, 0), 0x81U);
+}
+
+TEST(Drive, ProfilePositionHandshakeAndArrival) {
+  Bench bench;
+  bench.configure();
+  bench.enable(1);
+  const std::int32_t home = bench.read_signed(0x6064, 0);
+  ASSERT_EQ(bench.write(0x6081, 0, 100000, 4), 0U | 0x08000022U) << "a parameter: locked while enabled";
+  ASSERT_EQ(bench.write(0x607A, 0, static_cast<std::uint32_t>(home + 20000), 4), 0U);
+  EXPECT_EQ(bench.read(0x6041, 0) & 0x1400, 0x0400U);
+  ASSERT_EQ(bench.write(0x6040, 0, 0x1F, 2), 0U);
+  EXPECT_EQ(bench.read(0x6041, 0) & 0x1000, 0x1000U) << "set-point acknowledged";
+  bench.run_ms(20);
+  EXPECT_EQ(bench.read(0x6041, 0) & 0x0400, 0U) << "under way";
+  ASSERT_EQ(bench.write(0x6040, 0, 0x0F, 2), 0U);
+  EXPECT_EQ(bench.read(0x6041, 0) & 0x1000, 0U);
+  // 20 mm at 0.1 m/s (profile velocity, slower than the axis may), some ramps: between 0.2 and 0.35 s.
+  bench.run_ms(150);
+  EXPECT_EQ(bench.read(0x6041, 0) & 0x0400, 0U);
+  EXPECT_NEAR(bench.read_signed(0x606C, 0), 100000, 3000);
+  bench.run_ms(200);
+  EXPECT_EQ(bench.read(0x6041, 0) & 0x0400, 0x0400U);
+  EXPECT_NEAR(bench.read_signed(0x6064, 0), home + 20000, 10);
+  // Relative, and halt.
+  ASSERT_EQ(bench.write(0x607A, 0, static_cast<std::uint32_t>(-50000), 4), 0U);
+  ASSERT_EQ(bench.write(0x6040, 0, 0x5F, 2), 0U);
+  bench.run_ms(200);
+  ASSERT_EQ(bench.write(0x6040, 0, 0x10F, 2), 0U);
+  bench.run_ms(100);
+  const std::int32_t halted = bench.read_signed(0x6064, 0);
+  EXPECT_LT(halted, home + 15000);
+  EXPECT_GT(halted, home - 20000);
+  bench.run_ms(100);
+  EXPECT_NEAR(bench.read_signed(0x6064, 0), halted, 10);
+  EXPECT_EQ(bench.read(0x6041, 0) & 0x6F, 0x27U);
+}
+
+TEST(Drive, CyclicPositionFollowsAtSync) {
+  Bench bench;
+  bench.configure();
+  ASSERT_EQ(bench.write(0x60C2, 1, 2, 1), 0U);  // 2 ms
+  bench.enable(8);
+  bench.nmt(0x01);
+  const std::int32_t home = bench.read_signed(0x6064, 0);
+  for (int i = 0; i < 500; ++i) {
+    const auto target =
+        home + static_cast<std::int32_t>(std::lround(3000.0 * (1.0 - std::cos(2.0 * M_PI * i / 250.0))));
+    const auto bits = static_cast<std::uint32_t>(target);
+    bench.send(0x305, {0x0F, 0x00, static_cast<std::uint8_t>(bits), static_cast<std::uint8_t>(bits >> 8),
+                       static_cast<std::uint8_t>(bits >> 16), static_cast<std::uint8_t>(bits >> 24)});
+    bench.send(0x080, {});
+    bench.run_ms(2);
+    // The spline is three periods late; half a one has run since the set-point was taken, at the first poll.
+    if (i > 20) {
+      const double expected = 3000.0 * (1.0 - std::cos(2.0 * M_PI * (i - 2.5) / 250.0));
+      ASSERT_NEAR(bench.read_signed(0x6064, 0) - home, expected, 20.0) << i;
+    }
+    ASSERT_LT(std::abs(bench.read_signed(0x60F4, 0)), 30) << i;
+  }
+  EXPECT_EQ(bench.read(0x2211, 8), 0U) << "the reference never ran dry";
+  EXPECT_EQ(bench.read(0x6041, 0) & 0x1000, 0x1000U);
+}
+
+TEST(Drive, QuickStopOptionZeroCutsTheCurrentAtOnce) {
+  Bench bench;
+  bench.configure();
+  EXPECT_EQ(bench.write(0x605A, 0, 1, 2), 0x06090030U);
+  ASSERT_EQ(bench.write(0x605A, 0, 0, 2), 0U);
+  bench.enable(1);
+  bench.write(0x607A, 0, 50000, 4);
+  bench.write(0x6040, 0, 0x1F, 2);
+  bench.run_ms(100);
+  EXPECT_TRUE(bench.loop->motor.enabled);
+  bench.write(0x6040, 0, 0x02, 2);
+  bench.run_ms(1);
+  EXPECT_EQ(bench.read(0x6041, 0) & 0x4F, 0x40U);
+  EXPECT_FALSE(bench.loop->motor.enabled);
+}
+
+TEST(Drive, AFaultGoesOutAsEmergencyAndIsReset) {
+  Bench bench;
+  bench.configure();
+  bench.enable(1);
+  bench.nmt(0x01);
+  bench.all();
+  bench.loop->board_encoder.next.valid = false;
+  bench.run_ms(2);
+  const auto emergency = bench.all_with(0x085);
+  ASSERT_EQ(emergency.size(), 1U);
+  EXPECT_EQ(Bench::number(emergency[0], 0, 2), 0x7305U);
+  EXPECT_EQ(bench.read(0x6041, 0) & 0x4F, 0x08U);
+  EXPECT_EQ(bench.read(0x603F, 0), 0x7305U);
+  EXPECT_EQ(bench.read(0x2212, 1), 1U);
+  bench.loop->board_encoder.next.valid = true;
+  bench.write(0x6040, 0, 0x00, 2);
+  bench.write(0x6040, 0, 0x80, 2);
+  bench.run_ms(2);
+  EXPECT_EQ(bench.read(0x6041, 0) & 0x4F, 0x40U);
+  EXPECT_EQ(bench.read(0x1001, 0), 0U);
+}
+
+TEST(Drive, ParametersAreLockedWhileEnabled) {
+  Bench bench;
+  bench.configure();
+  bench.enable(1);
+  EXPECT_EQ(bench.write_real(0x2000, 5, 50.0F), 0x08000022U);
+  EXPECT_EQ(bench.write_real(0x2100, 2, 50.0F), 0x08000022U);
+  EXPECT_EQ(bench.write(0x2140, 3, bench.read(0x2140, 1), 4), 0x08000022U);
+  EXPECT_EQ(bench.write(0x1010, 1, 0x65766173, 4), 0x08000022U);
+  EXPECT_EQ(Bench::number(bench.sdo(Bench::address(0xC4, 0x2141, 0)), 4), 0x08000022U);
+  EXPECT_EQ(bench.read(0x6041, 0) & 0x6F, 0x27U) << "a refused write does not stop the axis";
+  EXPECT_EQ(bench.write(0x1017, 0, 50, 2), 0U) << "settings of the communication are not parameters";
+}
+
+TEST(Drive, ALostMasterStopsTheAxis) {
+  Bench bench;
+  bench.configure();
+  bench.write(0x1016, 1, 0x00010032, 4);
+  bench.enable(1);
+  bench.nmt(0x01);
+  bench.send(0x701, {0x05});
+  bench.run_ms(100);
+  EXPECT_EQ(bench.read(0x6041, 0) & 0x4F, 0x40U) << "6007h: quick stop, then switched off";
+}
+
+}  // namespace
+}  // namespace slipstack::can

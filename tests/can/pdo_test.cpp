@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+// PDOs: transmission types, SYNC, inhibit and event time, mapping at run time (CiA 301, 7.2.2, 7.5.2.35 to
+// 38).
+#include "tests/can/bench.h"
+
+namespace slipstack::can {
+namespace {
+
+// The procedure of the standard: PDO off, no mapping, entries, count, PDO on.
+void map(Bench& bench, std::uint16_t comm, std::uint32_t cob, const std::vector<std::uint32_t>& entries) {
+  const auto mapping = static_cast<std::uint16_t>(comm + 0x200);
+  ASSERT_EQ(bench.write(comm, 1, cob | 0x80000000U, 4), 0U);
+  ASSERT_EQ(bench.write(mapping, 0, 0, 1), 0U);
+  std::uint8_t sub = 0;
+  for (const std::uint32_t entry : entries) ASSERT_EQ(bench.write(mapping, ++sub, entry, 4), 0U);
+  ASSERT_EQ(bench.write(mapping, 0, sub, 1), 0U);
+  ASSERT_EQ(bench.write(comm, 1, cob, 4), 0U);
+}
+
+TEST(Pdo, DefaultsOnTheWire) {
+  Bench bench;
+  bench.all();
+  bench.nmt(0x01);
+  // TPDO 1 once on entering operational: statusword (not ready, remote), no mode, no error.
+  EXPECT_EQ(bench.all_with(0x185), (std::vector<Data>{{0x00, 0x02, 0x00, 0x00, 0x00}}));
+  bench.send(0x080, {});
+  bench.poll();
+  const auto second = bench.all_with(0x285);
+  ASSERT_EQ(second.size(), 1U);
+  ASSERT_EQ(second[0].size(), 8U);
+  EXPECT_EQ(static_cast<std::int32_t>(Bench::number(second[0], 2)), bench.read_signed(0x6064, 0));
+}
+
+TEST(Pdo, NothingOutsideOperational) {
+  Bench bench;
+  bench.all();
+  bench.send(0x080, {});
+  bench.send(0x205, {0x06, 0x00, 0x08});
+  bench.run_ms(20);
+  EXPECT_TRUE(bench.all().empty());
+  EXPECT_EQ(bench.read(0x6060, 0), 0U);
+}
+
+TEST(Pdo, ReceiveEventDrivenAtOnceSynchronousAtSync) {
+  Bench bench;
+  bench.nmt(0x01);
+  bench.send(0x205, {0x06, 0x00, 0x08});
+  bench.poll();
+  EXPECT_EQ(bench.read(0x6040, 0), 6U);
+  EXPECT_EQ(bench.read(0x6060, 0), 8U);
+  bench.send(0x305, {0x06, 0x00, 0x10, 0x27, 0, 0});
+  bench.poll();
+  EXPECT_EQ(bench.read(0x607A, 0), 0U) << "held until SYNC";
+  bench.send(0x080, {});
+  bench.poll();
+  EXPECT_EQ(bench.read(0x607A, 0), 10000U);
+}
+
+TEST(Pdo, TooShortIsNotTakenAndTold) {
+  Bench bench;
+  bench.nmt(0x01);
+  bench.all();
+  bench.send(0x205, {0x06, 0x00});
+  bench.run_ms(2);
+  const auto emergency = bench.all_with(0x085);
+  ASSERT_EQ(emergency.size(), 1U);
+  EXPECT_EQ(Bench::number(emergency[0], 0, 2), 0x8210U);
+  EXPECT_EQ(bench.read(0x6040, 0), 0U);
+  // A value that the object refuses is counted; its neighbours are taken.
+  bench.send(0x205, {0x06, 0x00, 0x55});
+  bench.run_ms(1);
+  EXPECT_EQ(bench.read(0x6040, 0), 6U);
+  EXPECT_EQ(bench.read(0x6060, 0), 0U);
+  EXPECT_EQ(bench.read(0x2211, 7), 1U);
+}
+
+TEST(Pdo, MappingAtRunTime) {
+  Bench bench;
+  const std::uint32_t counts = 0x60640020, residual = 0x22000320, ticks = 0x22100510;
+  EXPECT_EQ(bench.write(0x1A00, 1, counts, 4), 0x06010000U) << "while the PDO is in use";
+  EXPECT_EQ(bench.write(0x1800, 3, 5, 2), 0x06010000U);
+  ASSERT_EQ(bench.write(0x1800, 1, 0x80000185, 4), 0U);
+  EXPECT_EQ(bench.write(0x1A00, 1, counts, 4), 0x06010000U) << "while objects are mapped";
+  ASSERT_EQ(bench.write(0x1A00, 0, 0, 1), 0U);
+  EXPECT_EQ(bench.write(0x1A00, 1, 0x60640010, 4), 0x06040041U);  // wrong length
+  EXPECT_EQ(bench.write(0x1A00, 1, 0x20000120, 4), 0x06040041U);  // not mappable
+  EXPECT_EQ(bench.write(0x1A00, 1, 0x5FFF0020, 4), 0x06020000U);
+  EXPECT_EQ(bench.write(0x1A00, 1, 0x2200FF20, 4), 0x06090011U);
+  EXPECT_EQ(bench.write(0x1A00, 0, 9, 1), 0x06090031U);
+  ASSERT_EQ(bench.write(0x1A00, 1, counts, 4), 0U);
+  ASSERT_EQ(bench.write(0x1A00, 2, residual, 4), 0U);
+  ASSERT_EQ(bench.write(0x1A00, 3, ticks, 4), 0U);
+  EXPECT_EQ(bench.write(0x1A00, 0, 3, 1), 0x06040042U);  // 80 bits
+  ASSERT_EQ(bench.write(0x1A00, 0, 2, 1), 0U);
+  EXPECT_EQ(bench.write(0x1800, 1, 0x00000581, 4), 0x06090030U);  // an SDO's identifier
+  EXPECT_EQ(bench.write(0x1800, 1, 0x20000185, 4), 0x06090030U);  // 29 bits
+  EXPECT_EQ(bench.write(0x1800, 2, 252, 1), 0x06090030U);         // remote requests
+  ASSERT_EQ(bench.write(0x1800, 2, 1, 1), 0U);
+  ASSERT_EQ(bench.write(0x1800, 1, 0x00000199, 4), 0U);
+  bench.nmt(0x01);
+  bench.run_ms(3);
+  bench.all();
+  bench.send(0x080, {});
+  bench.poll();
+  const auto sent = bench.all_with(0x199);
+  ASSERT_EQ(sent.size(), 1U);
+  EXPECT_EQ(Bench::number(sent[0], 0), bench.read(0x6064, 0));
+  EXPECT_EQ(Bench::number(sent[0], 4), bench.read(0x2200, 3));
+}
+
+TEST(Pdo, EveryNthSyncAndStartValue) {
+  Bench bench;
+  ASSERT_EQ(bench.write(0x1801, 1, 0x80000285, 4), 0U);
+  ASSERT_EQ(bench.write(0x1801, 2, 3, 1), 0U);
+  ASSERT_EQ(bench.write(0x1801, 6, 2, 1), 0U);  // begins at the SYNC with counter 2
+  ASSERT_EQ(bench.write(0x1801, 1, 0x285, 4), 0U);
+  bench.nmt(0x01);
+  bench.all();
+  std::vector<int> when;
+  for (int i = 0; i < 12; ++i) {
+    bench.send(0x080, {static_cast<std::uint8_t>(i % 6 + 1)});
+    bench.poll();
+    if (!bench.all_with(0x285).empty()) when.push_back(i + 1);
+  }
+  EXPECT_EQ(when, (std::vector<int>{2, 5, 8, 11}));
+}
+
+TEST(Pdo, InhibitAndEventTime) {
+  Bench bench;
+  ASSERT_EQ(bench.write(0x1800, 1, 0x80000185, 4), 0U);
+  ASSERT_EQ(bench.write(0x1800, 3, 500, 2), 0U);  // 50 ms
+  ASSERT_EQ(bench.write(0x1800, 5, 200, 2), 0U);  // 200 ms
+  ASSERT_EQ(bench.write(0x1A00, 0, 0, 1), 0U);
+  ASSERT_EQ(bench.write(0x1A00, 1, 0x22100510, 4), 0U);  // changes with every tick
+  ASSERT_EQ(bench.write(0x1A00, 0, 1, 1), 0U);
+  ASSERT_EQ(bench.write(0x1800, 1, 0x185, 4), 0U);
+  bench.nmt(0x01);
+  bench.all();
+  bench.run_ms(1000);
+  EXPECT_EQ(bench.all_with(0x185).size(), 20U) << "no faster than the inhibit time";
+  // An object that does not change: the event timer.
+  map(bench, 0x1800, 0x185, {0x60610008});
+  bench.all();
+  bench.run_ms(1000);
+  const std::size_t sent = bench.all_with(0x185).size();
+  EXPECT_GE(sent, 5U);
+  EXPECT_LE(sent, 6U);
+}
+
+TEST(Pdo, DummyEntriesSkipBytes) {
+  Bench bench;
+  map(bench, 0x1403, 0x505, {0x00060010, 0x00050008, 0x60400010});
+  bench.nmt(0x01);
+  bench.send(0x505, {0xAA, 0xBB, 0xCC, 0x06, 0x00});
+  bench.poll();
+  EXPECT_EQ(bench.read(0x6040, 0), 6U);
+}
+
+}  // namespace
+}  // namespace slipstack::can

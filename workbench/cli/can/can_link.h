@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "hal/include/can_port.h"
+
+namespace slipstack::workbench {
+
+/// A bus as a master sees it: a CAN interface of this machine, or a node in this process (tests).
+class CanLink {
+ public:
+  virtual ~CanLink() = default;
+  /// Throws UsageError when the bus does not take the frame.
+  virtual void send(const CanFrame& frame) = 0;
+  /// The next frame within this time, else false.
+  virtual bool receive(CanFrame& frame, int timeout_ms) = 0;
+  virtual std::string name() const = 0;
+};
+
+}  // namespace slipstack::workbench
