@@ -124,6 +124,23 @@ class HysteresisExperiments(unittest.TestCase):
         self.assertIn("no transducer", self.refused("transducer", "--setup", "slideway"))
         self.assertIn("nothing.csv", self.refused("transducer", "nothing.csv"))
 
+    def test_models_side_by_side(self):
+        found = self.result("models", "--report", "m.html")
+        self.assertGreater((self.here / "m.html").stat().st_size, 20000)
+        models = {m["model"]: m for m in found["models"]}
+        self.assertEqual(len(models), 6)
+        self.assertEqual(found["summary"]["returning"], ["gms", "maxwell-slip"])
+        self.assertLess(models["maxwell-slip"]["held_out_error"], 0.01)
+        for name in ("dahl", "lugre", "bouc-wen"):
+            self.assertGreater(models[name]["return_error"], 0.05)
+            self.assertGreater(models[name]["relative_error"], 5 * models["maxwell-slip"]["relative_error"])
+        masing_log(self.here / "loops.csv", [10e-6])
+        measured = {m["model"]: m["relative_error"] for m in self.result("models", "loops.csv")["models"]}
+        self.assertLess(measured["maxwell-slip"], 0.05)
+        self.assertLess(measured["maxwell-slip"], measured["dahl"])
+        self.assertIn("nothing.csv", self.refused("models", "nothing.csv"))
+        self.assertIn("transducer", self.refused("models", "--setup", "transducer"))
+
     def test_what_cannot_be_used_is_said_in_one_line(self):
         masing_log(self.here / "loops.csv", [10e-6])
         masing_log(self.here / "bare.csv", [10e-6], header={})

@@ -88,6 +88,7 @@ void define_experiment(CLI::App& app, const Options& options) {
   define_stepped_sine(*experiment, options);
   define_describing_function(*experiment, options);
   define_sensitivity(*experiment, options);
+  define_models(*experiment, options);
   experiment->footer(setup_list());
 }
 

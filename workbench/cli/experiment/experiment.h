@@ -44,5 +44,6 @@ void define_loops(CLI::App& experiment, const Options& options);
 void define_sensitivity(CLI::App& experiment, const Options& options);
 void define_step(CLI::App& experiment, const Options& options);
 void define_stepped_sine(CLI::App& experiment, const Options& options);
+void define_models(CLI::App& experiment, const Options& options);
 
 }  // namespace slipstack::workbench
