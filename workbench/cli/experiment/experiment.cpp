@@ -65,6 +65,8 @@ void deliver(const Options& options, const ExperimentOutputs& outputs, const std
     result = work(progress);
   } catch (const sim::SetupError& error) {
     throw UsageError(error.what());
+  } catch (const std::invalid_argument& error) {
+    throw UsageError(error.what());
   }
   files.set(outputs.json, json_text(result_json(result)));
   if (!outputs.report.empty()) {
