@@ -1,0 +1,249 @@
+// SPDX-License-Identifier: Apache-2.0
+// The commands' master against the node, in one process: deploy, record, status, and what goes wrong.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <sstream>
+
+#include "workbench/cli/can/master.h"
+#include "workbench/cli/can/simulated_drive.h"
+#include "workbench/cli/output.h"
+#include "workbench/log/log.h"
+
+namespace slipstack::workbench {
+namespace {
+
+/// The master's end of a cable; while it waits the drive's time passes. `meddle` sees the frames to the
+/// master and may hold them back.
+class CableLink final : public CanLink {
+ public:
+  CableLink(host::HostCanPort& port, SimulatedDrive& drive) : port_(port), drive_(drive) {}
+  void send(const CanFrame& frame) override {
+    if (!cut) port_.send(frame);
+  }
+  bool receive(CanFrame& frame, int timeout_ms) override {
+    for (int tick = 0; tick <= 10 * timeout_ms; ++tick) {
+      while (port_.receive(frame)) {
+        if (!cut && !(meddle && meddle(frame))) return true;
+      }
+      if (timeout_ms > 0) drive_.step();
+    }
+    return false;
+  }
+  std::string name() const override { return "cable"; }
+  bool cut = false;
+  std::function<bool(const CanFrame&)> meddle;
+
+ private:
+  host::HostCanPort& port_;
+  SimulatedDrive& drive_;
+};
+
+struct Desk {
+  sim::Bench bench = sim::draw_bench(sim::Setup::kPickAndPlace, 4);
+  host::HostNonvolatile flash{2, 2048, 8};
+  host::HostCanPort device{4096};
+  host::HostCanPort port{4096};
+  std::unique_ptr<SimulatedDrive> drive;
+  std::unique_ptr<CableLink> link;
+  std::unique_ptr<SdoClient> client;
+  Desk() {
+    port.connect(device);
+    power_on();
+  }
+  void power_on() {
+    drive = std::make_unique<SimulatedDrive>(bench.axis, device, flash, 5, 4);
+    link = std::make_unique<CableLink>(port, *drive);
+    client = std::make_unique<SdoClient>(*link, 5);
+    for (int i = 0; i < 20; ++i) drive->step();
+  }
+};
+
+Model model_of_mass(double mass_kg) {
+  Model model;
+  for (const EffectDescription& effect : catalogue()) {
+    const std::string id = effect.text.id;
+    if (id != "inertia" && id != "viscous") continue;
+    Term term;
+    term.effect = &effect;
+    term.gains = {id == "inertia" ? mass_kg : 12.0};
+    model.terms.push_back(term);
+  }
+  model.target_terms = model.terms;
+  return model;
+}
+
+const Show kQuiet = [](const std::string&, double) {};
+
+TEST(Deploy, StagesAppliesAndStores) {
+  Desk desk;
+  const Model model = model_of_mass(33.5);
+  const std::string text = deploy_model(*desk.client, model, "m.toml", true, kQuiet);
+  EXPECT_NE(text.find("read back the same"), std::string::npos) << text;
+  EXPECT_EQ(desk.drive->controller().parameters().hash, target_hash(model));
+  EXPECT_FLOAT_EQ(desk.drive->controller().parameters().mass_kg, 33.5F);
+  desk.power_on();
+  EXPECT_EQ(desk.drive->controller().parameters().hash, target_hash(model)) << "stored";
+}
+
+TEST(Deploy, NoStoreIsGoneWithTheNextStart) {
+  Desk desk;
+  const std::uint32_t before = desk.drive->controller().parameters().hash;
+  deploy_model(*desk.client, model_of_mass(20.0), "m.toml", false, kQuiet);
+  EXPECT_NE(desk.drive->controller().parameters().hash, before);
+  desk.power_on();
+  EXPECT_EQ(desk.drive->controller().parameters().hash, before);
+}
+
+// The cable is pulled at every frame in turn: the old model runs, or the new one, and a second try succeeds.
+TEST(Deploy, ACableThatIsPulledNeverLeavesAMixture) {
+  const Model model = model_of_mass(33.5);
+  bool whole = false;
+  for (int frames = 0; !whole; ++frames) {
+    Desk desk;
+    const std::uint32_t before = desk.drive->controller().parameters().hash;
+    int left = frames;
+    desk.link->meddle = [&](const CanFrame& frame) {
+      if (frame.id == 0x585 && left-- == 0) desk.link->cut = true;
+      return false;
+    };
+    try {
+      deploy_model(*desk.client, model, "m.toml", true, kQuiet);
+      whole = !desk.link->cut;
+    } catch (const UsageError& error) {
+      EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+    }
+    const std::uint32_t after = desk.drive->controller().parameters().hash;
+    ASSERT_TRUE(after == before || after == target_hash(model)) << frames;
+    desk.link->cut = false;
+    desk.link->meddle = nullptr;
+    for (int i = 0; i < 12000; ++i) desk.drive->step();  // the broken transfer times out
+    if (frames % 10 == 0) {
+      deploy_model(*desk.client, model, "m.toml", true, kQuiet);
+      ASSERT_EQ(desk.drive->controller().parameters().hash, target_hash(model)) << frames;
+    }
+    ASSERT_LT(frames, 500);
+  }
+}
+
+TEST(Deploy, AnEnabledDriveRefuses) {
+  Desk desk;
+  desk.client->write(0x6060, 0, 1, 1);
+  for (const std::uint32_t word : {6U, 7U, 15U}) {
+    desk.client->write(0x6040, 0, word, 2);
+    for (int i = 0; i < 20; ++i) desk.drive->step();
+  }
+  const std::uint32_t before = desk.drive->controller().parameters().hash;
+  EXPECT_THROW(deploy_model(*desk.client, model_of_mass(33.5), "m.toml", true, kQuiet), UsageError);
+  EXPECT_EQ(desk.drive->controller().parameters().hash, before);
+}
+
+TEST(Deploy, AModelOutOfBoundsIsRefusedBeforeAnythingIsSent) {
+  Desk desk;
+  Model model = model_of_mass(33.5);
+  model.target_terms[0].gains[0] = -1.0;
+  EXPECT_THROW(deploy_model(*desk.client, model, "m.toml", true, kQuiet), UsageError);
+  EXPECT_THROW(SdoClient(*desk.link, 6).read(0x1000, 0), UsageError) << "nobody there";
+}
+
+/// A long move under way: what a log is recorded of.
+void set_moving(Desk& desk) {
+  desk.client->write(0x6081, 0, 20000, 4);
+  desk.client->write(0x6060, 0, 1, 1);
+  for (const std::uint32_t word : {6U, 7U, 15U}) {
+    desk.client->write(0x6040, 0, word, 2);
+    for (int i = 0; i < 20; ++i) desk.drive->step();
+  }
+  desk.client->write(0x607A, 0, 60000, 4);
+  desk.client->write(0x6040, 0, 0x5F, 2);
+}
+
+std::filesystem::path written(const std::string& text) {
+  const std::filesystem::path path = std::filesystem::path(::testing::TempDir()) /
+                                     ("slipstack_record_" + std::to_string(::getpid()) + ".csv");
+  std::ofstream(path, std::ios::binary) << text;
+  return path;
+}
+
+std::vector<std::array<double, 3>> rows_of(const std::string& text) {
+  std::vector<std::array<double, 3>> rows;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    std::array<double, 3> row{};
+    if (std::sscanf(line.c_str(), "%lf,%lf,%lf", &row[0], &row[1], &row[2]) == 3) rows.push_back(row);
+  }
+  return rows;
+}
+
+TEST(Record, AStreamIsUniformAndPutsEverythingBack) {
+  Desk desk;
+  const std::uint32_t cob = desk.client->read(0x1802, 1);
+  const std::uint32_t sync = desk.client->read(0x1005, 0);
+  set_moving(desk);
+  const Recording recording = record_stream(*desk.client, 2.0, 1000.0, kQuiet);
+  EXPECT_EQ(recording.samples, 2000U);
+  EXPECT_EQ(recording.lost, 0U);
+  EXPECT_EQ(recording.log.find("irregular"), std::string::npos);
+  const auto rows = rows_of(recording.log);
+  ASSERT_EQ(rows.size(), 2000U);
+  for (std::size_t i = 0; i < rows.size(); ++i) ASSERT_NEAR(rows[i][0], 1e-3 * static_cast<double>(i), 1e-9);
+  EXPECT_EQ(desk.client->read(0x1802, 1), cob);
+  EXPECT_EQ(desk.client->read(0x1005, 0), sync);
+  EXPECT_EQ(desk.client->read(0x1006, 0), 0U);
+  const auto path = written(recording.log);
+  EXPECT_NO_THROW(read_log(path)) << "the log that diagnose reads";
+  std::filesystem::remove(path);
+}
+
+TEST(Record, LostFramesAreCountedAndMarked) {
+  Desk desk;
+  int number = 0;
+  desk.link->meddle = [&](const CanFrame& frame) {
+    return frame.id == 0x385 && (++number % 100 == 50 || number % 100 == 51);
+  };
+  set_moving(desk);
+  const Recording recording = record_stream(*desk.client, 1.0, 1000.0, kQuiet);
+  EXPECT_EQ(recording.samples, 1000U);
+  EXPECT_EQ(recording.lost, 20U);
+  EXPECT_NE(recording.log.find("# lost_samples: 20\n"), std::string::npos);
+  EXPECT_NE(recording.log.find("# sampling: irregular\n"), std::string::npos);
+  const auto path = written(recording.log);
+  EXPECT_NO_THROW(read_log(path));
+  std::filesystem::remove(path);
+}
+
+TEST(Record, TheTraceHoldsEveryTick) {
+  Desk desk;
+  const Recording recording = record_trace(*desk.client, 1, kQuiet);
+  const auto rows = rows_of(recording.log);
+  ASSERT_EQ(rows.size(), 4096U);
+  for (std::size_t i = 0; i < rows.size(); ++i) ASSERT_NEAR(rows[i][0], 1e-4 * static_cast<double>(i), 1e-9);
+}
+
+TEST(Record, ADriveThatGoesSilentIsOneLine) {
+  Desk desk;
+  int number = 0;
+  desk.link->meddle = [&](const CanFrame& frame) {
+    if (frame.id == 0x385 && ++number == 100) desk.link->cut = true;
+    return false;
+  };
+  try {
+    record_stream(*desk.client, 1.0, 1000.0, kQuiet);
+    FAIL();
+  } catch (const UsageError& error) {
+    EXPECT_NE(std::string(error.what()).find("stopped after"), std::string::npos) << error.what();
+  }
+}
+
+TEST(Status, SaysWhatTheDriveSays) {
+  Desk desk;
+  const std::string text = drive_status(*desk.client);
+  EXPECT_NE(text.find("switch on disabled"), std::string::npos) << text;
+  EXPECT_NE(text.find("lock       off"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace slipstack::workbench

@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Node and commands over real AF_CAN, on this kernel or in user-mode-linux; tshark reads the capture."""
+
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+SLIPSTACK = os.environ.get("SLIPSTACK", str(REPOSITORY / "build/host/bin/slipstack"))
+SLIPSTACK_SIM = os.environ.get("SLIPSTACK_SIM", str(REPOSITORY / "build/host/bin/slipstack-sim"))
+SKIPPED = 77
+
+
+def skip(reason):
+    print(f"SKIP: {reason}")
+    sys.exit(SKIPPED)
+
+
+def session(folder):
+    """What the session printed, by section."""
+    log, model = folder / "good.csv", folder / "good.toml"
+    subprocess.run([SLIPSTACK_SIM, "log", "--setup", "pick_and_place", "--seed", "1", "--out", log, "--truth",
+                    folder / "truth", "--effects", "viscous", "--seconds", "8", "--rate", "500", "--strength", "10"],
+                   check=True, capture_output=True)
+    fitted = subprocess.run([SLIPSTACK, "fit", log, "--effects", "inertia,presliding_hysteresis,viscous", "--model",
+                             model], check=True, capture_output=True, text=True)
+    done = subprocess.run([REPOSITORY / "toolchain/with-can", "bash",
+                           pathlib.Path(__file__).with_name("socketcan_session.sh"), SLIPSTACK, model],
+                          capture_output=True, text=True, timeout=280)
+    if done.returncode == SKIPPED:
+        skip(done.stdout.strip().removeprefix("SKIP: "))
+    parts = re.split(r"^== (\w+)\n", done.stdout, flags=re.M)
+    return dict(zip(parts[1::2], parts[2::2])), re.search(r"hash[ =]*([0-9a-f]{8})", fitted.stdout + model.read_text())
+
+
+class SocketCan(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="slipstack-can-"))
+        cls.addClassCleanup(shutil.rmtree, cls.folder)
+        cls.said, cls.hash = session(cls.folder)
+
+    def test_status(self):
+        self.assertIn("switch on disabled", self.said["status"])
+
+    def test_deploy_and_store(self):
+        self.assertIn("read back the same", self.said["deploy"])
+        self.assertIn("stored     yes", self.said["deploy"])
+        deployed = re.search(r"hash ([0-9a-f]{8})", self.said["deploy"])[1]
+        self.assertIn(f"active {deployed}", self.said["stored"])
+
+    def test_record(self):
+        self.assertIn("samples    500", self.said["record"])
+        self.assertTrue(self.said["record"].endswith("\n500\n"), self.said["record"])
+        self.assertTrue(self.said["trace"].endswith("\n4096\n"), self.said["trace"])
+
+    def test_refusals_are_one_line_and_status_2(self):
+        lines = self.said["refused"].splitlines()
+        self.assertEqual(len(lines), 4, lines)
+        self.assertIn("does not answer", lines[0])
+        self.assertEqual(lines[1], "status 2")
+        self.assertIn("no such interface", lines[2])
+        self.assertEqual(lines[3], "status 2")
+
+    def test_foreign_frames(self):
+        self.assertIn("node ends with 0", self.said["foreign"])
+        capture = self.said["capture"]
+        self.assertRegex(capture, r"705#00\n")
+        self.assertRegex(capture, r"585#4300100092010200\n")
+        self.assertRegex(capture, r"085#1082")
+
+    def test_tshark_finds_nothing_malformed(self):
+        if shutil.which("tshark") is None:
+            self.skipTest("tshark is not installed")
+        path = self.folder / "capture.log"
+        path.write_text(self.said["capture"])
+        done = subprocess.run(["tshark", "-r", path, "-d", "can.subdissector,canopen", "-T", "fields", "-e", "_ws.col.Protocol",
+                               "-e", "_ws.col.Info", "-e", "_ws.malformed"], capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        rows = [line.split("\t") for line in done.stdout.splitlines()]
+        self.assertGreater(len(rows), 2000)
+        self.assertEqual([row for row in rows if len(row) > 2 and row[2]], [])
+        info = " ".join({row[1] for row in rows if row[0] == "CANopen"})
+        for what in ("SDO", "PDO", "EMCY", "NMT", "SYNC"):
+            self.assertIn(what, info)
+
+
+if __name__ == "__main__":
+    unittest.main()
