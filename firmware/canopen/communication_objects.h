@@ -130,7 +130,7 @@ inline constexpr std::array<DefaultPdo, kPdoCount> kTransmitPdos{{
 }};
 
 inline constexpr auto kReceivePdoObjects = [] {
-  std::array<Object, kPdoCount*(3 + kMappedLargest + 1)> rows{};
+  std::array<Object, std::size_t{kPdoCount} * (3U + kMappedLargest + 1U)> rows{};
   std::size_t at = 0;
   for (std::uint8_t n = 0; n < kPdoCount; ++n) {
     const DefaultPdo& pdo = kReceivePdos[n];
@@ -164,7 +164,7 @@ inline constexpr auto kReceivePdoObjects = [] {
 }();
 
 inline constexpr auto kTransmitPdoObjects = [] {
-  std::array<Object, kPdoCount*(6 + kMappedLargest + 1)> rows{};
+  std::array<Object, std::size_t{kPdoCount} * (6U + kMappedLargest + 1U)> rows{};
   std::size_t at = 0;
   for (std::uint8_t n = 0; n < kPdoCount; ++n) {
     const DefaultPdo& pdo = kTransmitPdos[n];

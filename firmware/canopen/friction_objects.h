@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <string_view>
 #include <utility>
 
 #include "firmware/canopen/object.h"
@@ -133,7 +134,9 @@ constexpr void describe_effect(std::array<Object, N>& rows, std::size_t& at, std
                      .in(shape.unit)
                      .stored(Storage::kParameter);
       bool repeated = false;
-      for (const ShapeSpec& other : E::shapes) repeated |= &other != &shape && other.name == shape.name;
+      for (const ShapeSpec& other : E::shapes) {
+        repeated |= &other != &shape && std::string_view(other.name) == shape.name;
+      }
       rows[at++].number = repeated ? i + 1 : 0;
     }
   }

@@ -59,6 +59,16 @@ enum class Storage : std::uint8_t {
 
 /// One sub-index. Values travel as 32 raw bits: floats as their IEEE bits, shorter integers extended by sign.
 struct Object {
+ private:
+  // First, because clang wants to have seen it where it is used in a constant.
+  template <class Change>
+  constexpr Object with(Change&& change) const {
+    Object copy = *this;
+    change(copy);
+    return copy;
+  }
+
+ public:
   std::uint16_t index = 0;
   std::uint8_t sub = 0;
   Type type = Type::kU32;
@@ -134,14 +144,6 @@ struct Object {
 
   constexpr bool readable() const { return access != Access::kWrite; }
   constexpr bool writable() const { return access == Access::kWrite || access == Access::kReadWrite; }
-
- private:
-  template <class Change>
-  constexpr Object with(Change&& change) const {
-    Object copy = *this;
-    change(copy);
-    return copy;
-  }
 };
 
 /// A value of `type` with the widest bounds the type has.

@@ -222,10 +222,10 @@ class Pdos {
 
   // Sub-index 1 of the communication record; 2 follows, and in a TPDO 3, 5 and 6.
   static std::size_t cob_row(std::uint8_t n, bool receive) {
-    return receive ? kRow<0x1400, 1> + 3U * n : kRow<0x1800, 1> + 6U * n;
+    return receive ? kRow<0x1400, 1> + std::size_t{3} * n : kRow<0x1800, 1> + std::size_t{6} * n;
   }
   static std::size_t map_row(std::uint8_t n, bool receive) {
-    return (receive ? kRow<0x1600> : kRow<0x1A00>)+(kMappedLargest + 1U) * n;
+    return (receive ? kRow<0x1600> : kRow<0x1A00>)+std::size_t{kMappedLargest + 1U} * n;
   }
 
   bool enabled(std::uint8_t n) const {

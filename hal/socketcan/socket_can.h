@@ -54,7 +54,7 @@ class SocketCan final : public CanPort {
     address.can_family = AF_CAN;
     address.can_ifindex = request.ifr_ifindex;
     if (::bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) < 0) {
-      const std::string reason = std::strerror(errno);
+      std::string reason = std::strerror(errno);
       close();
       return reason;
     }

@@ -194,7 +194,7 @@ void SdoClient::download(std::uint16_t index, std::uint8_t sub, const std::vecto
       send(frame);
     }
     const Frame taken = answer(index, sub);
-    at += 7U * taken[1];
+    at += std::size_t{7} * taken[1];
     block = taken[2];
     if (watch) watch(std::min(1.0, static_cast<double>(at) / static_cast<double>(data.size())));
   }

@@ -33,9 +33,9 @@ class SdoClient {
 
  private:
   using Frame = std::array<std::uint8_t, 8>;
-  void send(const Frame& frame);
+  void send(const Frame& data);
   Frame answer(std::uint16_t index, std::uint8_t sub);
-  bool next(Frame& frame, int timeout_ms);
+  bool next(Frame& data, int timeout_ms);
   void drain();
   [[noreturn]] void refuse(std::uint16_t index, std::uint8_t sub, std::uint32_t code) const;
 
