@@ -126,9 +126,9 @@ Eigen::MatrixXd lugre_columns(const std::vector<double>& shape, const SampledMot
 Eigen::MatrixXd gms_columns(const std::vector<double>& shape, const std::vector<double>& slips,
                             const SampledMotion& motion) {
   Eigen::MatrixXd columns(static_cast<Eigen::Index>(motion.position_m.size()),
-                          static_cast<Eigen::Index>(kGmsElements) + 1);
-  std::vector<double> z(kGmsElements, 0.0);
-  std::vector<bool> slipping(kGmsElements, false);
+                          static_cast<Eigen::Index>(slips.size()) + 1);
+  std::vector<double> z(slips.size(), 0.0);
+  std::vector<bool> slipping(slips.size(), false);
   const double stay = std::exp(-shape[2] * motion.step_s);
   double direction = 0.0;
   along(motion, [&](double dx, double v, Eigen::Index row) {
@@ -137,7 +137,7 @@ Eigen::MatrixXd gms_columns(const std::vector<double>& shape, const std::vector<
       direction = sign_of(dx);
     }
     const double level = level_at(v, shape[0], shape[1]);
-    for (std::size_t i = 0; i < kGmsElements; ++i) {
+    for (std::size_t i = 0; i < slips.size(); ++i) {
       const double limit = direction * slips[i] * level;
       if (slipping[i] && dx != 0.0) {
         z[i] = limit + (z[i] - limit) * stay;
@@ -150,21 +150,21 @@ Eigen::MatrixXd gms_columns(const std::vector<double>& shape, const std::vector<
       }
       columns(row, static_cast<Eigen::Index>(i)) = z[i] / slips[i];
     }
-    columns(row, static_cast<Eigen::Index>(kGmsElements)) = v;
+    columns(row, static_cast<Eigen::Index>(slips.size())) = v;
   });
   return columns;
 }
 
 Eigen::MatrixXd maxwell_columns(const std::vector<double>& slips, const SampledMotion& motion) {
   Eigen::MatrixXd columns(static_cast<Eigen::Index>(motion.position_m.size()),
-                          static_cast<Eigen::Index>(kMaxwellElements) + 1);
-  std::vector<double> z(kMaxwellElements, 0.0);
+                          static_cast<Eigen::Index>(slips.size()) + 1);
+  std::vector<double> z(slips.size(), 0.0);
   along(motion, [&](double dx, double v, Eigen::Index row) {
-    for (std::size_t i = 0; i < kMaxwellElements; ++i) {
+    for (std::size_t i = 0; i < slips.size(); ++i) {
       z[i] = std::clamp(z[i] + dx, -slips[i], slips[i]);
       columns(row, static_cast<Eigen::Index>(i)) = z[i] / slips[i];
     }
-    columns(row, static_cast<Eigen::Index>(kMaxwellElements)) = v;
+    columns(row, static_cast<Eigen::Index>(slips.size())) = v;
   });
   return columns;
 }

@@ -42,10 +42,10 @@ struct ShapeParameter {
 /// States are scaled so that the gains are forces; every model has viscous friction too.
 std::vector<ShapeParameter> shapes_of(FrictionKind kind, const SampledMotion& motion);
 
-/// What multiplies the gains, a column for each: states of the model on this motion, started relaxed. Steps
-/// are integrated exactly where velocity is constant within a sample (Dahl, LuGre, GMS, Maxwell-slip),
-/// Bouc-Wen by Runge-Kutta steps of at most a tenth of ℓ. One pass over the motion, about 10 to 200 ns for
-/// each sample.
+/// What multiplies the gains, a column for each (of the models with elements, one for each of `slips_m`):
+/// states of the model on this motion, started relaxed. Steps are integrated exactly where velocity is
+/// constant within a sample (Dahl, LuGre, GMS, Maxwell-slip), Bouc-Wen by Runge-Kutta steps of at most a
+/// tenth of ℓ. One pass over the motion, about 10 to 200 ns for each sample.
 Eigen::MatrixXd model_columns(FrictionKind kind, const std::vector<double>& shape,
                               const std::vector<double>& slips_m, const SampledMotion& motion);
 
