@@ -3,47 +3,21 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "hal/cortex_m/start.h"
 #include "hal/mps2/semihosting.h"
 #include "hal/mps2/uart.h"
 
 int main();
 
 extern "C" {
-// From the linker script toolchain/ld/mps2-an386.ld.
-extern std::uint32_t __data_load[], __data_begin[], __data_end[];  // NOLINT(bugprone-reserved-identifier)
-extern std::uint32_t __bss_begin[], __bss_end[];                   // NOLINT(bugprone-reserved-identifier)
-extern std::uint32_t __stack_top[];                                // NOLINT(bugprone-reserved-identifier)
-using Constructor = void (*)();
-extern Constructor __init_array_begin[], __init_array_end[];  // NOLINT(bugprone-reserved-identifier)
-
-[[noreturn]] void start_program();
 [[noreturn]] void fault_handler();
-void reset_handler();
 void sys_tick_handler();
 void tick_handler();
 
-// The FPU is off after reset, and a prologue that saves its registers would fault: no prologue here.
-// CPACR, CP10 and CP11 full access: Armv7-M Architecture Reference Manual, B3.2.20.
-__attribute__((naked, noreturn, used)) void reset_handler() {
-  asm volatile(
-      "ldr r0, =0xE000ED88 \n"
-      "ldr r1, [r0]        \n"
-      "orr r1, #0xF00000   \n"
-      "str r1, [r0]        \n"
-      "dsb                 \n"
-      "isb                 \n"
-      "b start_program     \n");
-}
-
-// Fills RAM, runs the constructors, runs main and ends with its status. Word loops of our own: memcpy may be
-// compiled to use what is not ready yet.
-__attribute__((used, optimize("no-tree-loop-distribute-patterns"))) void start_program() {
-  const std::uint32_t* from = __data_load;
-  for (std::uint32_t* to = __data_begin; to < __data_end; ++to, ++from) *to = *from;
-  for (std::uint32_t* to = __bss_begin; to < __bss_end; ++to) *to = 0;
-  for (const Constructor* constructor = __init_array_begin; constructor < __init_array_end; ++constructor) {
-    (*constructor)();
-  }
+// Fills RAM, runs the constructors, runs main and ends with its status.
+__attribute__((used)) void start_program() {
+  slipstack::cortex_m::fill_memory();
+  slipstack::cortex_m::run_constructors();
   slipstack::mps2::exit_emulator(main());
 }
 

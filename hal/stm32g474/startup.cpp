@@ -3,50 +3,24 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "hal/cortex_m/start.h"
 #include "hal/stm32g474/board.h"
 
 int main();
 
 extern "C" {
-// From the linker script toolchain/ld/stm32g474.ld.
-extern std::uint32_t __data_load[], __data_begin[], __data_end[];  // NOLINT(bugprone-reserved-identifier)
-extern std::uint32_t __bss_begin[], __bss_end[];                   // NOLINT(bugprone-reserved-identifier)
-extern std::uint32_t __stack_top[];                                // NOLINT(bugprone-reserved-identifier)
-using Constructor = void (*)();
-extern Constructor __init_array_begin[], __init_array_end[];  // NOLINT(bugprone-reserved-identifier)
-
-void reset_handler();
-[[noreturn]] void start_program();
 void nmi_handler();
 [[noreturn]] void fault_handler();
 void lamp_handler();
 void tick_handler();
 void can_handler();
 
-// The FPU is off after reset, and a prologue that saves its registers would fault: no prologue here.
-// CPACR, CP10 and CP11 full access: Armv7-M Architecture Reference Manual, B3.2.20.
-__attribute__((naked, noreturn, used)) void reset_handler() {
-  asm volatile(
-      "ldr r0, =0xE000ED88 \n"
-      "ldr r1, [r0]        \n"
-      "orr r1, #0xF00000   \n"
-      "str r1, [r0]        \n"
-      "dsb                 \n"
-      "isb                 \n"
-      "b start_program     \n");
-}
-
-// Fills RAM, runs the constructors and main. Word loops of our own: memcpy may be compiled to use what is not
-// ready yet. A main that returns is a fault.
-__attribute__((used, optimize("no-tree-loop-distribute-patterns"))) void start_program() {
-  const std::uint32_t* from = __data_load;
-  for (std::uint32_t* to = __data_begin; to < __data_end; ++to, ++from) *to = *from;
-  for (std::uint32_t* to = __bss_begin; to < __bss_end; ++to) *to = 0;
+// Fills RAM, runs the constructors and main. A main that returns is a fault.
+__attribute__((used)) void start_program() {
+  slipstack::cortex_m::fill_memory();
   // VTOR: after a jump from the system's boot loader it still points to that one's table.
   slipstack::stm32g474::hardware_word(0xE000ED08) = slipstack::stm32g474::kFlashBegin;
-  for (const Constructor* constructor = __init_array_begin; constructor < __init_array_end; ++constructor) {
-    (*constructor)();
-  }
+  slipstack::cortex_m::run_constructors();
   static_cast<void>(main());
   fault_handler();
 }
