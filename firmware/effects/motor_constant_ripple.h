@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "firmware/effects/approx.h"
 #include "firmware/effects/effect.h"
-#include "firmware/effects/harmonics.h"
-#include "firmware/effects/ripple_table.h"
+#include "firmware/effects/ripple.h"
 
 namespace slipstack {
 
 template <class Real>
-class MotorConstantRipple {
+class MotorConstantRipple : public Ripple<Real> {
  public:
   static constexpr EffectText text{
       .id = "motor_constant_ripple",
@@ -26,33 +24,6 @@ class MotorConstantRipple {
   static constexpr std::array<GainGroup, 1> gains{{
       {"cosine_and_sine", "1", -0.9f, 0.9f, 2 * kRippleHarmonics, Acts::total_scale},
   }};
-  static constexpr std::array<ShapeSpec, 1> shapes{{
-      {"pitch", "m", 1.0e-4f, 1.0f, ShapeKind::pitch},
-  }};
-  static constexpr int gain_count = total_count(gains);
-  static constexpr int shape_count = 1;
-
-  void prepare(std::span<const Real, shape_count> shape, const Scales<Real>&) {
-    inverse_pitch_per_m_ = Real(1) / shape[0];
-  }
-  void reset(const Sample<Real>&) {}
-  void basis(const Sample<Real>& sample, std::span<Real, gain_count> out) {
-    harmonics(approx::sin_cos_of_cycles(sample.position_m * inverse_pitch_per_m_), out);
-  }
-
-  /// The controller reads one period of the weighted sum from a table (ripple_table.h).
-  using Table = std::conditional_t<std::is_same_v<Real, float>, RippleTable, NoTable>;
-  void prepare_weighted(const std::array<Real, gain_count>& amplitudes,
-                        Table& table) const requires std::is_same_v<Real, float> {
-    table.fill([&](Real cycles) { return harmonic_sum(approx::sin_cos_of_cycles(cycles), amplitudes); });
-  }
-  Real weighted(const Sample<Real>& sample, const std::array<Real, gain_count>&,
-                const Table& table) const requires std::is_same_v<Real, float> {
-    return table.at(sample.position_m * inverse_pitch_per_m_);
-  }
-
- private:
-  Real inverse_pitch_per_m_{};
 };
 
 }  // namespace slipstack

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "firmware/effects/approx.h"
+#include "firmware/effects/effect.h"
+#include "firmware/effects/harmonics.h"
+#include "firmware/effects/ripple_table.h"
+
+namespace slipstack {
+
+/// What effects that repeat over a pitch have in common: harmonics of the place within it, cosine and sine of
+/// each. What they multiply, their bounds and their texts are the effect's own.
+template <class Real>
+class Ripple {
+ public:
+  static constexpr std::array<ShapeSpec, 1> shapes{{
+      {"pitch", "m", 1.0e-4f, 1.0f, ShapeKind::pitch},
+  }};
+  static constexpr int gain_count = 2 * kRippleHarmonics;
+  static constexpr int shape_count = 1;
+
+  void prepare(std::span<const Real, shape_count> shape, const Scales<Real>&) {
+    inverse_pitch_per_m_ = Real(1) / shape[0];
+  }
+  void reset(const Sample<Real>&) {}
+  void basis(const Sample<Real>& sample, std::span<Real, gain_count> out) {
+    harmonics(approx::sin_cos_of_cycles(sample.position_m * inverse_pitch_per_m_), out);
+  }
+
+  /// The controller reads one period of the weighted sum from a table (ripple_table.h).
+  using Table = std::conditional_t<std::is_same_v<Real, float>, RippleTable, NoTable>;
+  void prepare_weighted(const std::array<Real, gain_count>& amplitudes,
+                        Table& table) const requires std::is_same_v<Real, float> {
+    table.fill([&](Real cycles) { return harmonic_sum(approx::sin_cos_of_cycles(cycles), amplitudes); });
+  }
+  Real weighted(const Sample<Real>& sample, const std::array<Real, gain_count>&,
+                const Table& table) const requires std::is_same_v<Real, float> {
+    return table.at(sample.position_m * inverse_pitch_per_m_);
+  }
+
+ private:
+  Real inverse_pitch_per_m_{};
+};
+
+}  // namespace slipstack
