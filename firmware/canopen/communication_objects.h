@@ -129,36 +129,49 @@ inline constexpr std::array<DefaultPdo, kPdoCount> kTransmitPdos{{
     {0x480, 1, 0, 0, 2, {mapping_entry(0x60F4, 0, 32), mapping_entry(0x2200, 3, 32)}},
 }};
 
+namespace detail {
+
+/// The rows that RPDOs and TPDOs share, appended at `at`: communication record, sub-indices 0 to 2.
+template <std::size_t N>
+constexpr void append_communication(std::array<Object, N>& rows, std::size_t& at, std::uint16_t index,
+                                    const DefaultPdo& pdo, std::uint8_t highest, const char* object,
+                                    const char* cob) {
+  rows[at] = head(index, ObjectCode::kRecord, object, highest);
+  rows[at++].number = (index & 0xFF) + 1;
+  rows[at++] = entry(index, 1, Type::kU32, cob).at_first(pdo.cob).node_id_added().stored(Storage::kSetting);
+  rows[at++] = entry(index, 2, Type::kU8, "Transmission type")
+                   .at_first(std::uint32_t{pdo.transmission})
+                   .stored(Storage::kSetting);
+}
+
+/// A mapping record, appended at `at`.
+template <std::size_t N>
+constexpr void append_mapping(std::array<Object, N>& rows, std::size_t& at, std::uint16_t index,
+                              const DefaultPdo& pdo, const char* object) {
+  rows[at] = head(index, ObjectCode::kRecord, object, pdo.count).within(0, kMappedLargest);
+  rows[at].number = (index & 0xFF) + 1;
+  rows[at].access = Access::kReadWrite;
+  rows[at++].storage = Storage::kSetting;
+  for (std::uint8_t sub = 1; sub <= kMappedLargest; ++sub) {
+    rows[at] = entry(index, sub, Type::kU32, "Mapped object")
+                   .at_first(pdo.mapped[sub - 1U])
+                   .stored(Storage::kSetting);
+    rows[at++].number = sub;
+  }
+}
+
+}  // namespace detail
+
 inline constexpr auto kReceivePdoObjects = [] {
   std::array<Object, std::size_t{kPdoCount} * (3U + kMappedLargest + 1U)> rows{};
   std::size_t at = 0;
   for (std::uint8_t n = 0; n < kPdoCount; ++n) {
-    const DefaultPdo& pdo = kReceivePdos[n];
-    const auto index = static_cast<std::uint16_t>(0x1400 + n);
-    rows[at] = head(index, ObjectCode::kRecord, "RPDO communication parameter", 2);
-    rows[at++].number = n + 1;
-    rows[at++] = entry(index, 1, Type::kU32, "COB-ID used by RPDO")
-                     .at_first(pdo.cob)
-                     .node_id_added()
-                     .stored(Storage::kSetting);
-    rows[at++] = entry(index, 2, Type::kU8, "Transmission type")
-                     .at_first(std::uint32_t{pdo.transmission})
-                     .stored(Storage::kSetting);
+    detail::append_communication(rows, at, static_cast<std::uint16_t>(0x1400 + n), kReceivePdos[n], 2,
+                                 "RPDO communication parameter", "COB-ID used by RPDO");
   }
   for (std::uint8_t n = 0; n < kPdoCount; ++n) {
-    const DefaultPdo& pdo = kReceivePdos[n];
-    const auto index = static_cast<std::uint16_t>(0x1600 + n);
-    rows[at] =
-        head(index, ObjectCode::kRecord, "RPDO mapping parameter", pdo.count).within(0, kMappedLargest);
-    rows[at].number = n + 1;
-    rows[at].access = Access::kReadWrite;
-    rows[at++].storage = Storage::kSetting;
-    for (std::uint8_t sub = 1; sub <= kMappedLargest; ++sub) {
-      rows[at] = entry(index, sub, Type::kU32, "Mapped object")
-                     .at_first(pdo.mapped[sub - 1U])
-                     .stored(Storage::kSetting);
-      rows[at++].number = sub;
-    }
+    detail::append_mapping(rows, at, static_cast<std::uint16_t>(0x1600 + n), kReceivePdos[n],
+                           "RPDO mapping parameter");
   }
   return rows;
 }();
@@ -169,15 +182,8 @@ inline constexpr auto kTransmitPdoObjects = [] {
   for (std::uint8_t n = 0; n < kPdoCount; ++n) {
     const DefaultPdo& pdo = kTransmitPdos[n];
     const auto index = static_cast<std::uint16_t>(0x1800 + n);
-    rows[at] = head(index, ObjectCode::kRecord, "TPDO communication parameter", 6);
-    rows[at++].number = n + 1;
-    rows[at++] = entry(index, 1, Type::kU32, "COB-ID used by TPDO")
-                     .at_first(pdo.cob)
-                     .node_id_added()
-                     .stored(Storage::kSetting);
-    rows[at++] = entry(index, 2, Type::kU8, "Transmission type")
-                     .at_first(std::uint32_t{pdo.transmission})
-                     .stored(Storage::kSetting);
+    detail::append_communication(rows, at, index, pdo, 6, "TPDO communication parameter",
+                                 "COB-ID used by TPDO");
     rows[at++] = entry(index, 3, Type::kU16, "Inhibit time")
                      .at_first(std::uint32_t{pdo.inhibit_100us})
                      .in("s", 1e-4F)
@@ -189,19 +195,8 @@ inline constexpr auto kTransmitPdoObjects = [] {
     rows[at++] = entry(index, 6, Type::kU8, "SYNC start value").within(0, 240).stored(Storage::kSetting);
   }
   for (std::uint8_t n = 0; n < kPdoCount; ++n) {
-    const DefaultPdo& pdo = kTransmitPdos[n];
-    const auto index = static_cast<std::uint16_t>(0x1A00 + n);
-    rows[at] =
-        head(index, ObjectCode::kRecord, "TPDO mapping parameter", pdo.count).within(0, kMappedLargest);
-    rows[at].number = n + 1;
-    rows[at].access = Access::kReadWrite;
-    rows[at++].storage = Storage::kSetting;
-    for (std::uint8_t sub = 1; sub <= kMappedLargest; ++sub) {
-      rows[at] = entry(index, sub, Type::kU32, "Mapped object")
-                     .at_first(pdo.mapped[sub - 1U])
-                     .stored(Storage::kSetting);
-      rows[at++].number = sub;
-    }
+    detail::append_mapping(rows, at, static_cast<std::uint16_t>(0x1A00 + n), kTransmitPdos[n],
+                           "TPDO mapping parameter");
   }
   return rows;
 }();

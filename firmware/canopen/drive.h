@@ -5,6 +5,7 @@
 #include <array>
 #include <cstring>
 
+#include "firmware/canopen/counter.h"
 #include "firmware/canopen/node.h"
 #include "firmware/canopen/staged_model.h"
 #include "firmware/canopen/trace.h"
@@ -236,7 +237,7 @@ class Drive final : public Application {
     applied_ = slipstack::check(axis, model);
     if (applied_ == ParameterStatus::kOk) applied_ = controller_.configure(axis, model);
     if (applied_ == ParameterStatus::kOk) return Abort::kNone;
-    if (refused_ < 0xFFFFFFFF) ++refused_;
+    count(refused_);
     return Abort::kGeneral;
   }
 

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "firmware/canopen/access_lock.h"
+#include "firmware/canopen/counter.h"
 #include "firmware/canopen/dictionary.h"
 #include "firmware/canopen/emergency.h"
 #include "firmware/canopen/heartbeat.h"
@@ -90,8 +91,6 @@ class Node final : private Behind {
   const AccessLock& lock() const { return lock_; }
 
  private:
-  static void count(std::uint32_t& counter) { counter += counter < 0xFFFFFFFF ? 1U : 0U; }
-
   // ---- frames in ----
 
   void take(const CanFrame& frame, std::uint32_t now_us) {

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <span>
 
+#include "firmware/canopen/counter.h"
 #include "hal/include/can_port.h"
 
 namespace slipstack::canopen {
@@ -17,7 +18,7 @@ class Outbox {
 
   bool push(const CanFrame& frame) {
     if (count_ == kCapacity) {
-      if (lost_ < 0xFFFFFFFF) ++lost_;
+      count(lost_);
       return false;
     }
     frames_[(first_ + count_) % kCapacity] = frame;

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <span>
 
+#include "firmware/canopen/counter.h"
 #include "firmware/canopen/dictionary.h"
 #include "firmware/canopen/outbox.h"
 
@@ -62,7 +63,7 @@ class PdoMap {
     for (std::size_t i = 0; i < count_; ++i) {
       if (row_[i] != kNoRow) {
         const std::uint32_t value = from_bytes(kObjects[row_[i]].type, in.subspan(at, size_[i]));
-        if (dictionary.write(row_[i], value) != Abort::kNone && refused < 0xFFFFFFFF) ++refused;
+        if (dictionary.write(row_[i], value) != Abort::kNone) count(refused);
       }
       at += size_[i];
     }

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <span>
 
+#include "firmware/canopen/counter.h"
 #include "firmware/canopen/dictionary.h"
 
 namespace slipstack::canopen {
@@ -108,7 +109,7 @@ class SdoServer {
     out[3] = sub_;
     to_bytes(static_cast<std::uint32_t>(code), std::span(out).subspan(4));
     state_ = State::kIdle;
-    if (aborts_ < 0xFFFFFFFF) ++aborts_;
+    count(aborts_);
     return true;
   }
 
