@@ -16,22 +16,7 @@ ElementBank elements_between(const VirginCurve& curve, double smallest_m, double
   if (!(smallest_m > 0.0) || !(largest_m >= smallest_m) || count < 2) {
     throw std::invalid_argument("loops: amplitudes must be positive and rising");
   }
-  const double first_m = smallest_m / 30.0;
-  const double last_m = 3.0 * largest_m;
-  std::vector<double> slip(count);
-  std::vector<double> slope(count + 1, 0.0);
-  double before_m = 0.0;
-  double before_N = 0.0;
-  for (std::size_t i = 0; i < count; ++i) {
-    slip[i] = first_m * std::pow(last_m / first_m, static_cast<double>(i) / static_cast<double>(count - 1));
-    const double force_N = curve.force_N(slip[i]);
-    slope[i] = (force_N - before_N) / (slip[i] - before_m);
-    before_m = slip[i];
-    before_N = force_N;
-  }
-  std::vector<double> stiffness(count);
-  for (std::size_t i = 0; i < count; ++i) stiffness[i] = std::max(0.0, slope[i] - slope[i + 1]);
-  return ElementBank(std::move(stiffness), std::move(slip));
+  return ElementBank::sample(curve, smallest_m / 30.0, 3.0 * largest_m, count);
 }
 
 void move_to_force(ElementBank& bank, double force_N) {

@@ -34,8 +34,8 @@ struct QuasiStaticRecord {
 QuasiStaticRecord record_loops(const ElementBank& bank, const QuasiStaticTest& test);
 
 /// Elements of a virgin curve that are fine where loops of these amplitudes are drawn: slip distances from
-/// 1/30 of the smallest to three times the largest amplitude. ElementBank::sample() spreads them over the
-/// whole travel. Throws std::invalid_argument when the amplitudes are not positive.
+/// 1/30 of the smallest to three times the largest amplitude. ElementBank::sample(curve, count) spreads them
+/// over the whole travel. Throws std::invalid_argument when the amplitudes are not positive.
 ElementBank elements_between(const VirginCurve& curve, double smallest_m, double largest_m,
                              std::size_t count = 200);
 

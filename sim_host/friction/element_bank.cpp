@@ -27,8 +27,10 @@ ElementBank::ElementBank(std::vector<double> stiffness_N_per_m, std::vector<doub
 }
 
 ElementBank ElementBank::sample(const VirginCurve& curve, std::size_t count) {
-  const double last_m = curve.displacement_m(0.9999);
-  const double first_m = 1e-3 * curve.travel_m();
+  return sample(curve, 1e-3 * curve.travel_m(), curve.displacement_m(0.9999), count);
+}
+
+ElementBank ElementBank::sample(const VirginCurve& curve, double first_m, double last_m, std::size_t count) {
   std::vector<double> slip(count);
   std::vector<double> slope(count + 1, 0.0);
   double previous_m = 0.0;

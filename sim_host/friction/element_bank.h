@@ -26,6 +26,8 @@ class ElementBank {
   /// The piecewise linear curve through `count` points of a smooth virgin curve, geometrically spaced from
   /// 1/1000 of its travel to 99.99 % of its saturation; it levels off after the last.
   static ElementBank sample(const VirginCurve& curve, std::size_t count);
+  /// The same, from the first to the last slip distance given: 0 < first_m < last_m, count of two or more.
+  static ElementBank sample(const VirginCurve& curve, double first_m, double last_m, std::size_t count);
 
   /// Moves the body to x on a straight way; reversals inside the way are the caller's to resolve. Cost: one
   /// step per element that begins to slip; after a reversal one per element.
