@@ -48,7 +48,7 @@ std::string parameter_table(const Terms& terms) {
     }
     for (std::size_t i = 0; i < term.shapes.size(); ++i) {
       const ShapeSpec& shape = term.effect->shapes[i];
-      const double error = i < term.shape_standard_errors.size() ? term.shape_standard_errors[i] : 0.0;
+      const double error = term.shape_standard_error(i);
       text += fmt::format("{:<32} {:<24} {:>14} {:>14}\n", term.id(), shape.name,
                           shape_value(shape, term.shapes[i], digits_known(term.shapes[i], error)),
                           error > 0.0 ? shape_value(shape, error) : "set");
@@ -57,7 +57,7 @@ std::string parameter_table(const Terms& terms) {
       const GainGroup& group = term.effect->group_of_gain(static_cast<int>(g));
       const std::string name = group.count > 1 ? fmt::format("{} {}", group.name, g + 1) : group.name;
       const bool given = term.lower[g] == term.upper[g];
-      const double error = g < term.gain_standard_errors.size() ? term.gain_standard_errors[g] : 0.0;
+      const double error = term.gain_standard_error(g);
       text += fmt::format("{:<32} {:<24} {:>14} {:>14}\n", term.id(), name,
                           quantity(term.gains[g], group.unit, digits_known(term.gains[g], error)),
                           given         ? "given"

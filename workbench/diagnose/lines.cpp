@@ -10,6 +10,7 @@
 #include "workbench/diagnose/held_out.h"
 #include "workbench/diagnose/quantity.h"
 #include "workbench/identify/spectrum.h"
+#include "workbench/log/median.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -25,12 +26,6 @@ constexpr double kSteady = 0.4;
 std::string told(double frequency_Hz, double amplitude_N) {
   return fmt::format("what is left is a line in time at {}, amplitude {}, whatever the motion",
                      quantity(frequency_Hz, "Hz"), quantity(amplitude_N, "N"));
-}
-
-double median_of(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 /// Power of the three bins that a line spreads over, through a Hann window.
@@ -50,7 +45,7 @@ bool steady(std::span<const double> signal, double rate_Hz, std::size_t bin) {
   }
   double mean = 0.0;
   for (const double power : powers) mean += power / static_cast<double>(kParts);
-  return median_of(powers) >= kSteady * mean;
+  return median(powers) >= kSteady * mean;
 }
 
 }  // namespace
@@ -111,8 +106,8 @@ std::optional<Structure> line_beyond_rows(const Measurement& measurement, const 
   const std::size_t around = std::min<std::size_t>(40, spectrum.density.size() / 8);
   const std::size_t from = std::max(first, peak > around ? peak - around : 0);
   const std::size_t to = std::min(spectrum.density.size(), peak + around);
-  const double usual = median_of({spectrum.density.begin() + static_cast<std::ptrdiff_t>(from),
-                                  spectrum.density.begin() + static_cast<std::ptrdiff_t>(to)});
+  const double usual = median({spectrum.density.begin() + static_cast<std::ptrdiff_t>(from),
+                               spectrum.density.begin() + static_cast<std::ptrdiff_t>(to)});
   if (spectrum.density[peak] < kStandsOut * usual || !steady(residual_N, rate_Hz, peak)) return {};
   const double power = std::max(0.0, power_at(spectrum, peak) - 3.0 * usual * width_Hz);
   const double reduction = 1.0 - error_N / std::sqrt(error_N * error_N + power);

@@ -8,6 +8,7 @@
 
 #include "workbench/diagnose/held_out.h"
 #include "workbench/diagnose/quantity.h"
+#include "workbench/log/median.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -38,12 +39,11 @@ double loudest_place(const Eigen::VectorXd& position_m, const Eigen::VectorXd& r
   for (const Bin& bin : bins) {
     if (bin.rows > 0.0) usual.push_back(bin.energy / bin.rows);
   }
-  const auto middle = usual.begin() + static_cast<std::ptrdiff_t>(usual.size() / 2);
-  std::nth_element(usual.begin(), middle, usual.end());
+  const double usual_energy = median(std::move(usual));
   std::size_t loudest = 0;
   double most = -1.0;
   for (std::size_t b = 0; b < bins.size(); ++b) {
-    const double excess = bins[b].energy - *middle * bins[b].rows;
+    const double excess = bins[b].energy - usual_energy * bins[b].rows;
     if (excess > most) {
       most = excess;
       loudest = b;
@@ -83,9 +83,9 @@ Structure place_on_rail(const Eigen::VectorXd& position_m, const Eigen::VectorXd
     const double half_width_m = half_width * width_m;
     const Passes passes = passes_through(position_m, middle_m, half_width_m);
     if (passes.count < kFewestPasses) continue;
-    std::vector<double> knots;
+    std::vector<double> knots(kKnotsPerPlace);
     for (int k = 0; k < kKnotsPerPlace; ++k) {
-      knots.push_back(middle_m + half_width_m * (2.0 * k / (kKnotsPerPlace - 1) - 1.0));
+      knots[static_cast<std::size_t>(k)] = middle_m + half_width_m * (2.0 * k / (kKnotsPerPlace - 1) - 1.0);
     }
     const Eigen::VectorXd here_N = residual_N(passes.rows);
     const HeldOut judged = held_out(hat_functions(position_m(passes.rows), knots), here_N, passes.halves);

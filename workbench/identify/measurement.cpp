@@ -10,6 +10,7 @@
 #include "workbench/identify/dequantise.h"
 #include "workbench/identify/spectrum.h"
 #include "workbench/identify/zero_phase.h"
+#include "workbench/log/median.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -32,12 +33,6 @@ constexpr double kHighestBandwidth = 0.05;
 
 constexpr int kFolds = 5;
 constexpr int kBlocksPerFold = 6;
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// Standard deviation of white noise under a smooth signal: sixth differences kill what a motion leaves at
 /// the highest frequencies; their median is blind to the rare samples where it does not.

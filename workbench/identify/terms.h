@@ -23,6 +23,13 @@ struct Term {
   std::vector<double> shape_standard_errors;
 
   std::string id() const { return effect->id(); }
+  /// Zero also before with_standard_errors().
+  double gain_standard_error(std::size_t gain) const {
+    return gain < gain_standard_errors.size() ? gain_standard_errors[gain] : 0.0;
+  }
+  double shape_standard_error(std::size_t shape) const {
+    return shape < shape_standard_errors.size() ? shape_standard_errors[shape] : 0.0;
+  }
 };
 
 using Terms = std::vector<Term>;

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "workbench/log/input_error.h"
+#include "workbench/log/median.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -21,9 +22,7 @@ constexpr double kLongestForMean = 2.5;  // in median steps: what coarsely round
 double median_step(const std::vector<double>& time_s) {
   std::vector<double> steps(time_s.size() - 1);
   for (std::size_t i = 0; i < steps.size(); ++i) steps[i] = time_s[i + 1] - time_s[i];
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
-  return *middle;
+  return median(std::move(steps));
 }
 
 // The step of the samples, not led astray by the very gaps that it is to find, nor by rounding as coarse as

@@ -30,7 +30,7 @@ toml::array shapes_of(const Term& term, std::size_t used) {
     toml::table entry{{"name", specs[i].name}, {"unit", specs[i].unit}};
     const std::size_t count = std::min(end, std::max(used, i + 1)) - i;
     put_values(entry, "value", std::span(term.shapes).subspan(i, count));
-    if (term.shape_standard_errors.size() == specs.size() && term.shape_standard_errors[i] > 0.0) {
+    if (term.shape_standard_error(i) > 0.0) {
       put_values(entry, "standard_error", std::span(term.shape_standard_errors).subspan(i, count));
     }
     entries.push_back(std::move(entry));

@@ -222,7 +222,7 @@ json term_json(const Term& term) {
   const bool elements = term.id() == "presliding_hysteresis";
   if (!elements) {
     for (std::size_t i = 0; i < term.shapes.size(); ++i) {
-      const double error = i < term.shape_standard_errors.size() ? term.shape_standard_errors[i] : 0.0;
+      const double error = term.shape_standard_error(i);
       list.push_back(parameter_json(term.effect->shapes[i].name, i, false, term.shapes[i], error,
                                     term.effect->shapes[i].unit, "shape"));
     }
@@ -230,7 +230,7 @@ json term_json(const Term& term) {
   for (std::size_t g = 0; g < term.gains.size(); ++g) {
     const GainGroup& group = term.effect->group_of_gain(static_cast<int>(g));
     if (elements && term.gains[g] == 0.0) continue;
-    const double error = g < term.gain_standard_errors.size() ? term.gain_standard_errors[g] : 0.0;
+    const double error = term.gain_standard_error(g);
     const std::string note =
         elements ? fmt::format("slip distance {}", quantity(term.shapes[g], "m")) : gain_note(term, g);
     list.push_back(parameter_json(group.name, g, group.count > 1, term.gains[g], error, group.unit, note));
