@@ -92,6 +92,14 @@ std::string effect_page(const EffectDescription& effect) {
   return text;
 }
 
+std::string effect_lines(const std::string& indent) {
+  std::string text;
+  for (const EffectDescription& effect : catalogue()) {
+    text += fmt::format("{}{:<31} {}\n", indent, effect.text.id, effect.text.title);
+  }
+  return text;
+}
+
 std::string effect_index() {
   std::string text = fmt::format(
       "{}# The catalogue of effects\n\n| effect | formula | where its residual shows |\n|---|---|---|\n",

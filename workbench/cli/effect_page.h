@@ -12,6 +12,9 @@ namespace slipstack::workbench {
 /// be stale.
 std::string effect_page(const EffectDescription& effect);
 
+/// Id and title of every effect, a line each.
+std::string effect_lines(const std::string& indent);
+
 /// The page that lists all, with links.
 std::string effect_index();
 

@@ -7,6 +7,7 @@
 #include "workbench/cli/can/define_can.h"
 #include "workbench/cli/commands.h"
 #include "workbench/cli/define_loop.h"
+#include "workbench/cli/effect_page.h"
 #include "workbench/cli/experiment/experiment.h"
 #include "workbench/cli/experiment/stop.h"
 #include "workbench/cli/output.h"
@@ -46,11 +47,7 @@ void add_outputs(CLI::App& command, Options& options) {
 
 /// The effects, below the help of the commands that want their names.
 std::string effect_list() {
-  std::string list = "Effects:\n";
-  for (const EffectDescription& effect : catalogue()) {
-    list += fmt::format("  {:<31} {}\n", effect.text.id, effect.text.title);
-  }
-  return list;
+  return "Effects:\n" + effect_lines("  ");
 }
 
 void define_compare(CLI::App& app, Options& options) {

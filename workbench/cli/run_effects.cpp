@@ -38,10 +38,7 @@ void run_effects(const Options& options) {
     text = effect_page(*effect);
     text.erase(0, text.find('\n') + 1);  // the note for those who would edit the file
   } else {
-    for (const EffectDescription& effect : catalogue()) {
-      text += fmt::format("{:<31} {}\n", effect.text.id, effect.text.title);
-    }
-    text += "`slipstack effects ID` tells all about one.\n";
+    text = effect_lines("") + "`slipstack effects ID` tells all about one.\n";
   }
   outputs.commit(text);
 }
