@@ -7,9 +7,15 @@
 #include <cmath>
 
 #include "sim_host/experiments/exact_parts.h"
+#include "sim_host/plant/smooth_axis.h"
 
 namespace slipstack::sim {
 namespace {
+
+/// Time that a turn may take, in steps of the record: creeping motion may have none.
+constexpr double kPatience = 4e3;
+/// Swings below this share of the release are rest.
+constexpr double kSmallestSwing = 1e-6;
 
 // The curve through the elements and its area, from stiffnesses and slip distances alone.
 struct ElementCurve {
@@ -42,25 +48,17 @@ struct ElementCurve {
   }
 };
 
-}  // namespace
+// Between turning points the motion is recorded at a fraction of the fastest swing.
+double record_step_s(const ExperimentSetup& setup, double stiffness_N_per_m) {
+  const double mass_kg = setup.axis.mass_kg + setup.axis.effects.payload_kg.value_or(0.0);
+  return 2.0 * M_PI / 40.0 * std::sqrt(mass_kg / stiffness_N_per_m);
+}
 
-FreeResponse run_free(const ExperimentSetup& setup, double release_m, std::size_t turns) {
-  const LinearPart linear = linear_part(setup, "the free response");
-  if (linear.viscous_N_s_per_m > 0.0 || linear.spring_N_per_m > 0.0 || linear.arm_ratio > 0.0) {
-    throw SetupError(
-        fmt::format("{}: the energy balance of the free response knows mass and hysteresis only; take "
-                    "viscous, cable_chain and "
-                    "arm out of the set-up",
-                    setup.name));
-  }
-  if (!(std::isfinite(release_m) && release_m > 0.0)) {
-    throw SetupError(
-        fmt::format("release from {:g} m does not move the axis; give a positive distance", release_m));
-  }
+FreeResponse follow_exactly(const ExperimentSetup& setup, double release_m, std::size_t turns) {
   ElementBank bank = element_bank(setup);
   const ElementCurve curve{bank};
   bank.move_to(release_m);
-  ExactAxis axis(linear, bank);
+  ExactAxis axis(linear_part(setup, "the free response"), bank);
   axis.restart(0.0, bank, 0.0);
 
   FreeResponse out;
@@ -68,13 +66,11 @@ FreeResponse run_free(const ExperimentSetup& setup, double release_m, std::size_
   double x = release_m;
   double force = curve.force_N(release_m);
   int direction = -1;
-  // Between turning points it is followed at a fraction of the fastest swing.
-  const double period_s = 2.0 * M_PI * std::sqrt(linear.mass_kg / bank.initial_stiffness_N_per_m());
-  const double step_s = period_s / 40.0;
+  const double step_s = record_step_s(setup, bank.initial_stiffness_N_per_m());
   std::size_t sample = 0;
   out.time_s.push_back(0.0);
   out.position_m.push_back(release_m);
-  const double patience_s = 1e4 * period_s * static_cast<double>(turns + 1);
+  const double patience_s = kPatience * step_s * static_cast<double>(turns + 1);
   while (out.turns.size() < turns && axis.time_s() < patience_s) {
     const double next_s = static_cast<double>(sample + 1) * step_s;
     if (axis.advance_to_reversal(next_s)) {
@@ -89,9 +85,58 @@ FreeResponse run_free(const ExperimentSetup& setup, double release_m, std::size_
     out.time_s.push_back(axis.time_s());
     out.position_m.push_back(axis.position_m());
   }
-  const EnergyAudit audit = axis.energy();
-  out.imbalance_J = audit.imbalance() + out.start_energy_J;
+  out.imbalance_J = axis.energy().imbalance() + out.start_energy_J;
   return out;
+}
+
+FreeResponse integrate(const ExperimentSetup& setup, double release_m, std::size_t turns, double tolerance) {
+  SmoothAxis::Options options;
+  options.tolerance = tolerance;
+  SmoothAxis axis(setup.axis, setup.position_m, options);
+  axis.place(setup.position_m + release_m);
+  axis.set_force({});
+  FreeResponse out;
+  out.exact = false;
+  const double step_s = record_step_s(setup, axis.hysteresis().initial_stiffness_N_per_m());
+  const double patience_s = kPatience * step_s * static_cast<double>(turns + 1);
+  std::size_t sample = 0;
+  const auto record = [&] {
+    out.time_s.push_back(axis.time_s());
+    out.position_m.push_back(axis.position_m() - setup.position_m);
+  };
+  record();
+  while (out.turns.size() < turns && axis.time_s() < patience_s) {
+    if (axis.advance_to_reversal(static_cast<double>(sample + 1) * step_s)) {
+      const double before_m = out.turns.empty() ? release_m : out.turns.back().position_m;
+      const double x_m = axis.position_m() - setup.position_m;
+      if (std::fabs(x_m - before_m) < kSmallestSwing * release_m) break;  // at rest, as far as anyone can see
+      out.turns.push_back({axis.time_s(), x_m, axis.hysteresis_N(), x_m});
+    } else {
+      ++sample;
+    }
+    record();
+  }
+  return out;
+}
+
+}  // namespace
+
+FreeResponse run_free(const ExperimentSetup& setup, double release_m, std::size_t turns) {
+  if (!(std::isfinite(release_m) && release_m > 0.0)) {
+    throw SetupError(
+        fmt::format("release from {:g} m does not move the axis; give a positive distance", release_m));
+  }
+  if (setup.position_m + release_m > setup.axis.stroke_m) {
+    throw SetupError(
+        fmt::format("release from {:g} m lies beyond the stroke of {}, which ends {:g} m away; give less",
+                    release_m, setup.name, setup.axis.stroke_m - setup.position_m));
+  }
+  if (has_mass_and_hysteresis_only(setup.axis)) return follow_exactly(setup, release_m, turns);
+  FreeResponse fine = integrate(setup, release_m, turns, 1e-10);
+  const FreeResponse coarse = integrate(setup, release_m, turns, 1e-8);
+  fine.turns.resize(std::min(fine.turns.size(), coarse.turns.size()));
+  for (std::size_t i = 0; i < fine.turns.size(); ++i) fine.turns[i].check_m = coarse.turns[i].position_m;
+  return fine;
 }
 
 }  // namespace slipstack::sim

@@ -12,11 +12,12 @@ namespace slipstack::sim {
 struct TurningPoint {
   double time_s = 0.0;
   double position_m = 0.0;  // from where the axis was relaxed
-  double force_N = 0.0;     // friction
-  double balance_m = 0.0;   // where the energy balance of the branch puts it
+  double force_N = 0.0;     // pre-sliding hysteresis
+  double check_m = 0.0;     // exact: where the energy balance puts it; else: by a coarser integration
 };
 
 struct FreeResponse {
+  bool exact = true;  // event-exact, with energies; else integrated by Runge-Kutta steps
   std::vector<TurningPoint> turns;
   std::vector<double> time_s;
   std::vector<double> position_m;
@@ -24,10 +25,15 @@ struct FreeResponse {
   double imbalance_J = 0.0;  // work − kinetic − stored − dissipated
 };
 
-/// Moves the axis quasi-statically by `release_m`, lets it go, and follows it event-exactly for `turns`
-/// turning points ([1] Fig. 2). On a branch after a reversal with force F_m the friction is F_m ∓ 2·y(w/2)
-/// after a way w, so the mass comes to rest where F_m·w = 4·∫₀^{w/2} y; balance_m follows from that and from
-/// nothing else. Effects that are not linear (see exact_parts()) throw SetupError.
+/// Moves the axis quasi-statically by `release_m`, lets it go, and follows it for at most `turns` turning
+/// points ([1] Fig. 2); fewer when it creeps to rest before.
+///
+/// With mass and hysteresis only it is followed event-exactly. On a branch after a reversal with force F_m
+/// the friction is F_m ∓ 2·y(w/2) after a way w, so the mass comes to rest where F_m·w = 4·∫₀^{w/2} y;
+/// check_m follows from that and from nothing else. With other effects it is integrated (SmoothAxis, 1e-10),
+/// and once more at 1e-8: check_m is where that one turns.
+///
+/// Throws SetupError when the release is not positive or leaves the stroke.
 FreeResponse run_free(const ExperimentSetup& setup, double release_m, std::size_t turns);
 
 }  // namespace slipstack::sim

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim_host/friction/element_bank.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -121,6 +122,29 @@ double ElementBank::next_slip_m(int direction) const {
   const std::size_t next = direction == direction_ ? slipping_ : 0;
   if (next >= slip_.size()) return direction * std::numeric_limits<double>::infinity();
   return anchor_m(next) + direction * slip_[next];
+}
+
+std::vector<double> ElementBank::snapshot() const {
+  std::vector<double> values = {x_m_,
+                                static_cast<double>(direction_),
+                                static_cast<double>(slipping_),
+                                event_x_m_,
+                                event_force_N_,
+                                dissipated_J_};
+  values.insert(values.end(), anchor_.begin(), anchor_.end());
+  return values;
+}
+
+void ElementBank::restore(std::span<const double> values) {
+  constexpr std::size_t kOwn = 6;
+  if (values.size() != kOwn + slip_.size()) throw std::invalid_argument("element bank: not a snapshot");
+  x_m_ = values[0];
+  direction_ = static_cast<int>(values[1]);
+  slipping_ = std::min(static_cast<std::size_t>(values[2]), slip_.size());
+  event_x_m_ = values[3];
+  event_force_N_ = values[4];
+  dissipated_J_ = values[5];
+  std::copy(values.begin() + kOwn, values.end(), anchor_.begin());
 }
 
 double ElementBank::stored_J() const {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include "sim_host/friction/virgin_curve.h"
@@ -44,6 +45,11 @@ class ElementBank {
   double next_slip_m(int direction) const;
   /// Makes `direction` the present one without moving: all elements stick when it is a reversal.
   void turn_to(int direction);
+
+  /// The whole state as numbers, and back into a bank of the same elements; bit for bit. restore() throws
+  /// std::invalid_argument when their count does not fit.
+  std::vector<double> snapshot() const;
+  void restore(std::span<const double> values);
 
   /// All relaxed at x, energies zero.
   void reset(double x_m);

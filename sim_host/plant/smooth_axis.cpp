@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <stdexcept>
 
 namespace slipstack::sim {
@@ -25,14 +26,6 @@ constexpr double kE1 = 71.0 / 57600.0, kE3 = -71.0 / 16695.0, kE4 = 71.0 / 1920.
 // States of a plain motion come first.
 constexpr std::size_t kPlainStates = 5;
 
-bool is_plain(const Axis& axis) {
-  const Effects& effects = axis.effects;
-  return !(effects.coulomb || effects.viscous || effects.drag || effects.stribeck || effects.lag ||
-           effects.preload || effects.acceleration || effects.asymmetry || effects.ripple ||
-           effects.motor_ripple || effects.offset_N || effects.cable || effects.resonance || effects.drift ||
-           axis.outside.line || axis.outside.bump || axis.current_loop_rad_per_s > 0.0);
-}
-
 double cubic_root(double v0, double a0, double v1, double a1) {
   // Hermite cubic of the velocity over the step (derivatives times its length): its root in (0, 1).
   double low = 0.0;
@@ -51,23 +44,46 @@ double cubic_root(double v0, double a0, double v1, double a1) {
 
 }  // namespace
 
+bool has_mass_and_hysteresis_only(const Axis& axis) {
+  const Effects& effects = axis.effects;
+  return !(effects.coulomb || effects.viscous || effects.drag || effects.stribeck || effects.lag ||
+           effects.preload || effects.acceleration || effects.asymmetry || effects.ripple ||
+           effects.motor_ripple || effects.offset_N || effects.cable || effects.resonance || effects.drift ||
+           axis.outside.line || axis.outside.bump || axis.current_loop_rad_per_s > 0.0);
+}
+
 SmoothAxis::SmoothAxis(const Axis& axis, double x_m) : SmoothAxis(axis, x_m, Options{}) {}
 
 SmoothAxis::SmoothAxis(const Axis& axis, double x_m, const Options& options)
     : carriage_(axis),
       masing_(axis.curve, x_m),
+      seal_(carriage_.coulomb()),
       options_(options),
       force_limit_N_(axis.current_limit_A * axis.motor_constant_N_per_A),
-      plain_(is_plain(axis)),
+      plain_(has_mass_and_hysteresis_only(axis)),
       inner_(axis.effects.resonance || axis.effects.lag || axis.current_loop_rad_per_s > 0.0),
       mass_kg_(axis.mass_kg + axis.effects.payload_kg.value_or(0.0)) {
   if (axis.outside.backlash) throw std::invalid_argument("smooth axis: backlash is the tick-by-tick plant's");
-  carriage_.reset(x_m);
+  seal_.reset(x_m);
   y_[kX] = swing_start_m_ = x_ref_m_ = highest_m_ = lowest_m_ = x_m;
   y_[kLevel] = 1.0;
   fastest_rate_per_s_ = std::sqrt(
       std::min(masing_.initial_stiffness_N_per_m(), 1e3 * axis.curve.saturation_N() / axis.curve.travel_m()) /
       mass_kg_);
+}
+
+void SmoothAxis::place(double x_m) {
+  if (x_m == y_[kX]) return;
+  const double way_m = x_m - y_[kX];
+  if (way_m * masing_.direction() < 0.0) masing_.turn(y_[kX]);
+  while (masing_.direction() * (x_m - masing_.closing_m()) >= 0.0) masing_.close();
+  seal_.move_to(x_m);
+  y_ = {};
+  y_[kX] = swing_start_m_ = x_ref_m_ = highest_m_ = lowest_m_ = x_m;
+  y_[kLevel] = 1.0;
+  x_scale_m_ = std::fabs(way_m);
+  v_scale_mps_ = x_scale_m_ * fastest_rate_per_s_;
+  rate_known_ = false;
 }
 
 void SmoothAxis::set_force(const SineForce& force) {
@@ -101,7 +117,7 @@ double SmoothAxis::acceleration(double t_s, const State& y, double& drive_N) con
   }
   const InnerState inner = {y[kArm], y[kArmSpeed], y[kLevel]};
   const Loads loads = loads_on(axis, axis.mass_kg, t_s, y[kX], y[kV], masing_.force_N(y[kX]),
-                               axis.effects.coulomb ? carriage_.coulomb().force_after_N(y[kX]) : 0.0, inner);
+                               axis.effects.coulomb ? seal_.force_after_N(y[kX]) : 0.0, inner);
   return acceleration_mps2(axis, loads, command_N);
 }
 
@@ -224,7 +240,7 @@ void SmoothAxis::commit(const Step& step, double h_s, Event event) {
   y_ = step.end;
   rate_ = step.rate;
   t_s_ += h_s;
-  if (carriage_.axis().effects.coulomb) carriage_.move_to(y_[kX]);
+  if (carriage_.axis().effects.coulomb) seal_.move_to(y_[kX]);
   highest_m_ = std::max(highest_m_, y_[kX]);
   lowest_m_ = std::min(lowest_m_, y_[kX]);
   swing_v_mps_ = std::max(swing_v_mps_, std::fabs(y_[kV]));
@@ -323,16 +339,17 @@ std::vector<double> SmoothAxis::snapshot() const {
         lowest_m_, force_start_s_, static_cast<double>(reversals_)}) {
     values.push_back(value);
   }
-  for (const double value : masing_.snapshot()) values.push_back(value);
+  const std::vector<double> hysteresis = masing_.snapshot();
+  const std::vector<double> seal = seal_.snapshot();
+  values.insert(values.end(), seal.begin(), seal.end());
+  values.insert(values.end(), hysteresis.begin(), hysteresis.end());
   return values;
 }
 
 void SmoothAxis::restore(const std::vector<double>& values) {
   constexpr std::size_t kOwn = kStates + 11;
-  if (carriage_.axis().effects.coulomb) {
-    throw std::invalid_argument("smooth axis: a Coulomb seal cannot be taken up again");
-  }
-  if (values.size() < kOwn + 2) throw std::invalid_argument("smooth axis: not a snapshot");
+  const std::size_t seal = seal_.snapshot().size();
+  if (values.size() < kOwn + seal + 2) throw std::invalid_argument("smooth axis: not a snapshot");
   std::copy_n(values.begin(), kStates, y_.begin());
   const double* own = values.data() + kStates;
   for (double* target : {&t_s_, &next_h_s_, &x_scale_m_, &v_scale_mps_, &swing_start_m_, &swing_v_mps_,
@@ -340,7 +357,8 @@ void SmoothAxis::restore(const std::vector<double>& values) {
     *target = *own++;
   }
   reversals_ = static_cast<std::size_t>(*own);
-  masing_.restore(values.data() + kOwn, values.size() - kOwn);
+  seal_.restore(std::span(values).subspan(kOwn, seal));
+  masing_.restore(values.data() + kOwn + seal, values.size() - kOwn - seal);
   rate_known_ = false;
 }
 

@@ -13,6 +13,9 @@
 
 namespace slipstack::sim {
 
+/// Whether nothing acts beside mass, payload and pre-sliding hysteresis, and the current follows at once.
+bool has_mass_and_hysteresis_only(const Axis& axis);
+
 /// The axis under a force given as a function of time.
 ///
 /// Dormand and Prince's pair of orders 5 and 4 (J. Comput. Appl. Math. 6, 1980) with step-size control. Steps
@@ -36,6 +39,9 @@ class SmoothAxis {
   SmoothAxis(const Axis& axis, double x_m);
   SmoothAxis(const Axis& axis, double x_m, const Options& options);
 
+  /// Carries the carriage there without hurry and holds it: the friction remembers the way, the arm is at
+  /// rest.
+  void place(double x_m);
   /// The force that the drive is asked for (current × motor constant), from now on; its time counts from now.
   /// An integral over its period starts anew.
   void set_force(const SineForce& force);
@@ -91,6 +97,7 @@ class SmoothAxis {
 
   Carriage carriage_;
   Masing masing_;
+  ElementBank seal_;  // Coulomb friction; empty without
   Options options_;
   SineForce force_;
   double force_start_s_ = 0.0;

@@ -118,7 +118,6 @@ class Experiment(Workshop):
         self.refuse_setup("no toml", "mine.toml:1: not TOML")
         self.assert_refused(["experiment", "free", "--setup", "nowhere.toml"], "nowhere.toml: neither a set-up file")
         self.assert_refused(["experiment", "step", "--setup", "transducer"], "transducer: has no mass")
-        self.assert_refused(["experiment", "free", "--setup", "pick_and_place_rail"], "preload_map")
 
     def test_refuses_what_cannot_be_asked_of_an_axis(self):
         sine = ["experiment", "stepped-sine"]
@@ -134,6 +133,7 @@ class Experiment(Workshop):
         self.assert_refused(["experiment", "step", "--force-N", "-1"], "cannot move the axis")
         self.assert_refused(["experiment", "step", "--force-N", "9"], "beyond the friction's level")
         self.assert_refused(["experiment", "free", "--release-m", "-1"], "does not move the axis")
+        self.assert_refused(["experiment", "free", "--setup", "roller", "--release-m", "7"], "beyond the stroke")
         self.assert_refused(["experiment", "loops", "--amplitudes-m", "0"], "cannot move the axis")
         self.assert_refused(["experiment", "loops", "--frequency-Hz", "6000"], "half the sampling rate")
         self.assert_refused(["experiment", "loops", "--frequency-Hz", "20"], "not quasi-static")

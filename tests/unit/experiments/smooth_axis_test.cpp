@@ -147,7 +147,7 @@ INSTANTIATE_TEST_SUITE_P(Catalogue, EveryEffect, ::testing::ValuesIn(kEffects));
 TEST(SmoothAxis, GoesOnFromASnapshotBitForBit) {
   const ExperimentSetup setup = parse_setup(
       "based_on = \"pick_and_place_rail\"\n[arm]\nmass_ratio = 0.2\nfrequency_Hz = 30.0\ndamping_ratio = "
-      "0.02",
+      "0.02\n[coulomb]\nlevel_N = 1.0\nslip_m = 1e-6",
       "test");
   SmoothAxis one(setup.axis, 0.2);
   one.set_force({0.0, 12.5, kTurn * 3.0, 0.0});
