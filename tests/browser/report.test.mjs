@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The report in a real browser: node report.test.mjs SYNTHETIC_REPORT REPORT_FROM_JSON FOLDER
+// The report in a real browser: node report.test.mjs SYNTHETIC_REPORT REPORT_FROM_JSON FOLDER SLIPSTACK
 // Exit 0: all passed; 1: something failed; 77: no browser here, nothing tested.
 import assert from 'node:assert/strict';
 import {execFileSync} from 'node:child_process';
@@ -9,7 +9,7 @@ import {pathToFileURL} from 'node:url';
 import {contrast, difference, kVision, rgb} from './colours.mjs';
 import {pdfPages} from './pdf_text.mjs';
 
-const [, , synthesize, render, folder] = process.argv;
+const [, , synthesize, render, folder, slipstack] = process.argv;
 const kSeed = '7';
 
 function skip(reason) {
@@ -46,6 +46,10 @@ async function open(kind, {width = 1400, height = 900, colorScheme = 'light', ed
     fs.writeFileSync(json, JSON.stringify(data));
   }
   execFileSync(render, [json, html]);
+  return {data: JSON.parse(fs.readFileSync(json, 'utf8')), ...await openPage(html, {width, height, colorScheme})};
+}
+
+async function openPage(html, {width = 1400, height = 900, colorScheme = 'light'} = {}) {
   const context = await browser.newContext({viewport: {width, height}, colorScheme, offline: true});
   const page = await context.newPage();
   const seen = {console: [], requests: []};
@@ -63,7 +67,7 @@ async function open(kind, {width = 1400, height = 900, colorScheme = 'light', ed
   const url = pathToFileURL(path.resolve(html)).href;
   await page.goto(url);
   await settled(page);
-  return {page, seen, url, data: JSON.parse(fs.readFileSync(json, 'utf8')), close: () => context.close()};
+  return {page, seen, url, close: () => context.close()};
 }
 
 const settled = (page) => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => setTimeout(done, 30))));
@@ -392,6 +396,68 @@ test('missing parts are left out', async () => {
   assert.equal(await torn.page.locator('.waterfall').count(), 0);
   assert.equal(await torn.page.locator('figure[data-chart=force] canvas').count(), 2);
   await torn.close();
+});
+
+// Every experiment of the program, small, as it is: roles and columns that the page does not know would show here.
+const kExperiments = {
+  loops: [], step: [], free: [], characterize: [], transducer: [], models: [],
+  guideway: [path.join(folder, 'loops.csv'), '--to-load-N', '20'],
+  'stepped-sine': ['--points', '5', '--forces-N', '3.75,9.75', '--direction', 'both'],
+  'describing-function': ['--points', '5', '--forces-N', '3.75,9.75'],
+  sensitivity: ['--points', '5', '--forces-N', '3.75,12.75'],
+};
+
+// Twelve cosines of 5 µm with the force of Masing's rules on a rational virgin curve.
+function writeLoops(file) {
+  const virgin = (x) => 0.35 * (1 - (3e-6 / (x + 3e-6)) ** 2);
+  const lines = ['# load_per_ball_N: 54', '# groove_angle_deg: 90', '# ball_diameter_m: 0.006', '# balls: 2', 'time_s,position_m,force_N'];
+  for (let i = 0; i < 4800; ++i) {
+    const phase = 2 * Math.PI * i / 400;
+    const x = -5e-6 * Math.cos(phase);
+    const sign = Math.sin(phase) >= 0 ? 1 : -1;
+    lines.push(`${i * 1e-3},${x},${sign * (2 * virgin((5e-6 + sign * x) / 2) - virgin(5e-6))}`);
+  }
+  fs.writeFileSync(file, lines.join('\n') + '\n');
+}
+
+test('the report of every experiment draws all its curves, and one name stands once in the key', async () => {
+  writeLoops(path.join(folder, 'loops.csv'));
+  for (const [name, options] of Object.entries(kExperiments)) {
+    const html = path.join(folder, `experiment-${name}.html`);
+    execFileSync(slipstack, ['experiment', name, ...options, '--report', html], {stdio: 'pipe'});
+    const {page, seen, close} = await openPage(html);
+    assert.deepEqual(seen.console, [], name);
+    const figures = page.locator('figure[data-chart]');
+    assert.ok(await figures.count() > 0, name);
+    assert.equal(await figures.locator('canvas').count(), await figures.count(), name);
+    for (const line of await page.locator('.keyline').all()) {
+      const names = await line.locator('button span').allTextContents();
+      assert.equal(new Set(names).size, names.length, `${name}: ${names}`);
+    }
+    if (name === 'sensitivity') {
+      // The map: the darker the cell, the larger its number.
+      const cells = await page.locator('td[style]').evaluateAll((all) => all.map((cell) => (
+        {value: Number(cell.textContent), shade: Number(cell.style.getPropertyValue('--shade'))})));
+      assert.equal(cells.length, 10);
+      cells.sort((a, b) => a.value - b.value);
+      assert.ok(cells.every((cell, i) => i === 0 || cell.shade >= cells[i - 1].shade), JSON.stringify(cells));
+      assert.ok(cells.at(-1).shade > cells[0].shade);
+    }
+    await close();
+  }
+});
+
+test('a key that stands for several curves hides and shows them all', async () => {
+  const {page, close} = await openPage(path.join(folder, 'experiment-characterize.html'));
+  const shown = () => page.evaluate(() => window.slipstackReport.figures[0].plots[0].u.series.slice(1).map((series) => series.show));
+  assert.ok((await shown()).length > 8 && (await shown()).every((one) => one));
+  const first = page.locator('figure[data-chart]').first().locator('.keyline button').first();
+  await first.click();
+  const hidden = (await shown()).filter((one) => !one).length;
+  assert.ok(hidden > 1 && hidden < (await shown()).length);
+  await first.click();
+  assert.ok((await shown()).every((one) => one));
+  await close();
 });
 
 test('prints on A4: every chart whole, on one page, with its caption and axes', async () => {

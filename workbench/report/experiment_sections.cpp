@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Charts and tables of an experiment: their axes, curves and columns are named by the data itself.
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
 
 #include "workbench/report/format.h"
 #include "workbench/report/json_access.h"
@@ -18,11 +23,13 @@ bool is_number_column(const json& table, std::size_t column) {
   return number.is_boolean() && number.get<bool>();
 }
 
-std::string cell_html(const json& table, std::size_t column, const std::string& text, const char* element) {
-  std::string out = "<";
-  out.append(element);
+// A cell is a text, or a text with a shade from 0 to 1.
+std::string cell_html(const json& table, std::size_t column, const json& cell, const char* element) {
+  const std::optional<double> shade = number_at(cell, "shade");
+  std::string out = fmt::format("<{}", element);
   if (is_number_column(table, column)) out += " class=\"num\"";
-  return out.append(">").append(escape_html(text)).append("</").append(element).append(">");
+  if (shade) out += fmt::format(" style=\"--shade: {:.3f}\"", std::clamp(*shade, 0.0, 1.0));
+  return out + fmt::format(">{}</{}>", escape_html(shade ? text_at(cell, "text") : text_of(cell)), element);
 }
 
 std::string table_html(const json& table) {
@@ -38,7 +45,7 @@ std::string table_html(const json& table) {
   for (const json& row : array_at(table, "rows")) {
     if (!row.is_array()) continue;
     body += "<tr>";
-    for (std::size_t i = 0; i < row.size(); ++i) body += cell_html(table, i, text_of(row[i]), "td");
+    for (std::size_t i = 0; i < row.size(); ++i) body += cell_html(table, i, row[i], "td");
     body += "</tr>\n";
   }
   if (body.empty()) return "";

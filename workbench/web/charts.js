@@ -16,6 +16,7 @@ const kStyles = {
   floor: {width: 1.25, dash: [4, 3]},
   motion: {width: 1.25},
   velocity: {width: 1.25, dash: [5, 3], colour: 'forward'},
+  reference: {width: 1.5, dash: [7, 3], colour: 'measured'},
 };
 
 // The curves of an experiment: eight colours that go on from the palette.
@@ -164,7 +165,7 @@ function drawLevels(plot, theme, ratio) {
 }
 
 function describe(plot) {
-  const names = plot.series.filter((series) => !series.edge).map((series) => series.name).join(', ');
+  const names = [...new Set(plot.series.filter((series) => !series.edge).map((series) => series.name))].join(', ');
   return `${plot.y.map((axis) => axis.label).join(' and ')} over ${plot.x.label}: ${names}`;
 }
 

@@ -41,6 +41,8 @@ function keyline(plot, toggle) {
   const outputs = [];
   plot.series.forEach((series, i) => {
     if (series.edge && series.band === undefined) return;
+    // Curves of one name are one entry: the first stands for all.
+    if (!series.edge && plot.series.findIndex((other) => other.name === series.name && !other.edge) < i) return;
     const item = element(series.edge ? 'span' : 'button', series.edge ? 'item' : '');
     item.append(sample(series), element('span', '', series.edge ? '± 1 standard deviation' : series.name));
     if (!series.edge) {
@@ -49,7 +51,7 @@ function keyline(plot, toggle) {
       item.addEventListener('click', () => {
         const show = item.getAttribute('aria-pressed') !== 'true';
         item.setAttribute('aria-pressed', String(show));
-        toggle(i, show);
+        plot.series.forEach((other, k) => { if (k === i || (other.name === series.name && !other.edge)) toggle(k, show); });
       });
       outputs[i] = element('output');
       item.append(outputs[i]);

@@ -79,14 +79,14 @@ ExperimentChart loops_chart(const std::string& title, const std::vector<LoopSeri
   const LengthUnit unit = length_unit(largest_amplitude(series));
   ExperimentChart chart{
       title, {"Position", unit.label, unit.per_m, false}, {"Force", "N", 1.0, false}, {}, {}, true};
-  for (const LoopSeries& one : series) {
+  for (std::size_t i = 0; i < series.size(); ++i) {
+    const LoopSeries& one = series[i];
     for (const sim::AveragedLoop& loop : one.loops) {
-      ChartCurve curve{
-          fmt::format("{}, {:.3g} {}", one.name, loop.figures.amplitude_m * unit.per_m, unit.label),
-          loop.loop.force_N,
-          {},
-          "",
-          false};
+      ChartCurve curve{one.name, loop.loop.force_N, {}, palette_role(i), false};
+      if (series.size() == 1) {
+        curve.name += fmt::format(", {:.3g} {}", loop.figures.amplitude_m * unit.per_m, unit.label);
+        curve.role.clear();
+      }
       for (const double x : loop.loop.position_m) curve.x.push_back(x - loop.position_m);
       curve.x.push_back(curve.x.front());
       curve.y.push_back(curve.y.front());
@@ -133,7 +133,7 @@ ExperimentChart damping_chart(const std::vector<LoopSeries>& series, const sim::
     }
     chart.curves.push_back(std::move(line));
   }
-  ChartCurve closed{"closed form", {}, {}, "model", true};
+  ChartCurve closed{"closed form", {}, {}, "reference", false};
   for (const double x : chart.x) closed.y.push_back(curve.closed_form(x).damping_ratio);
   chart.curves.push_back(std::move(closed));
   return chart;

@@ -83,10 +83,10 @@ json chart_json(const ExperimentChart& chart) {
     return json{{"name", of.name}, {"unit", of.unit}, {"log", of.log}};
   };
   json curves = json::array();
-  std::size_t next = 1;
+  std::size_t next = 0;
   for (const ChartCurve& curve : chart.curves) {
     json one{{"name", curve.name},
-             {"role", curve.role.empty() ? fmt::format("curve{}", (next++ - 1) % 8 + 1) : curve.role},
+             {"role", curve.role.empty() ? palette_role(next++) : curve.role},
              {"dashed", curve.dashed},
              {"y", scaled(curve.y, chart.y_axis.per_si)}};
     if (!curve.x.empty()) one["x"] = scaled(curve.x, chart.x_axis.per_si);
@@ -104,6 +104,13 @@ std::string html_text(const Cell& cell, const TableColumn& column) {
   return column.digits == 0 ? fixed(value, 0) : significant(value, column.digits);
 }
 
+json html_cell(const Cell& cell, const TableColumn& column) {
+  const double* value = std::get_if<double>(&cell);
+  if (value == nullptr || !(column.dark_at > 0.0) || !(*value > 0.0)) return html_text(cell, column);
+  const double shade = std::log(*value / column.pale_at) / std::log(column.dark_at / column.pale_at);
+  return {{"text", html_text(cell, column)}, {"shade", std::clamp(shade, 0.0, 1.0)}};
+}
+
 json table_json(const ExperimentTable& table) {
   json columns = json::array();
   for (std::size_t c = 0; c < table.columns.size(); ++c) {
@@ -117,7 +124,7 @@ json table_json(const ExperimentTable& table) {
   for (const auto& row : table.rows) {
     json cells = json::array();
     for (std::size_t c = 0; c < row.size(); ++c) {
-      cells.push_back(html_text(row[c], table.columns[c]));
+      cells.push_back(html_cell(row[c], table.columns[c]));
     }
     rows.push_back(std::move(cells));
   }
@@ -125,6 +132,10 @@ json table_json(const ExperimentTable& table) {
 }
 
 }  // namespace
+
+std::string palette_role(std::size_t index) {
+  return fmt::format("curve{}", index % 8 + 1);
+}
 
 std::string result_text(const ExperimentResult& result) {
   std::string text = fmt::format("set-up     {}\n{}\n", printable(result.setup), result.headline);

@@ -15,6 +15,9 @@ struct TableColumn {
   std::string unit;     ///< for people: "µm"; may be empty
   double per_si = 1.0;  ///< shown value = SI value × per_si
   int digits = 4;       ///< significant ones; 0: a whole number
+  /// The report's cells are shaded by their logarithm, from none here (SI) …
+  double pale_at = 0.0;
+  double dark_at = 0.0;  ///< … to dark here; both 0: not at all
 };
 
 /// A number in SI units (not finite: no value) or a word.
@@ -39,11 +42,16 @@ struct ChartCurve {
   std::string name;
   std::vector<double> y;  ///< not finite: a gap
   std::vector<double> x;  ///< empty: the chart's x (always given in an orbit)
-  std::string role =
-      "";  ///< a colour of the style sheet ("measured", "before", …); empty: the next of a palette
+  /// A line style of workbench/web/plots.js ("measured", "reference", palette_role()); empty: the next of the
+  /// palette.
+  std::string role = "";
   bool dashed = false;
 };
 
+/// The role of the palette's colour for curve `index`, from 0; it repeats after eight.
+std::string palette_role(std::size_t index);
+
+/// Curves of one name belong together: one entry in the key line shows and hides them.
 /// A chart over one rising x, or an orbit: curves with an x of their own, drawn in their order, linear axes.
 struct ExperimentChart {
   std::string title;

@@ -117,7 +117,7 @@ void add_charts(ExperimentResult& result, const sim::SteppedSineRequest& request
       response_chart("Amplitude: describing function, and simulated", request.frequencies_Hz);
   ExperimentChart phase = phase_chart("Phase: describing function, and simulated", request.frequencies_Hz);
   for (std::size_t i = 0; i < described.size(); ++i) {
-    const std::string role = fmt::format("curve{}", i % 8 + 1);
+    const std::string role = palette_role(i);
     std::vector<double> size;
     std::vector<double> angle;
     for (const sim::DescribedPoint& point : described[i]) {

@@ -93,7 +93,7 @@ ExperimentTable guideways_table(const sim::BallContact& from, const sim::BallCon
                          {"load_per_ball_N", "load", "N", 1.0, 4},
                          {"groove_angle_deg", "groove", "°", 1.0, 4},
                          {"ball_diameter_m", "ball", "mm", 1e3, 4},
-                         {"balls", "balls", "", 1.0, 3},
+                         {"balls", "balls", "", 1.0, 0},
                          {"material", "material", "", 1.0, 4},
                          {"amplitude_m", "A", "µm", 1e6, 4},
                          {"force_N", "F", "N", 1.0, 4},

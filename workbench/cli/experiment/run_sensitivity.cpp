@@ -14,6 +14,9 @@ namespace {
 
 /// From here on a response belongs to the sensitive region: it changes three times as much as the level.
 constexpr double kSensitive = 3.0;
+/// Shades of the map: none where the response changes less than the level, dark at ten times as much.
+constexpr double kPale = 1.0;
+constexpr double kDark = 10.0;
 
 struct SensitivityOptions {
   SineOptions sine;
@@ -32,7 +35,8 @@ ExperimentTable map_table(const std::vector<sim::SensitivityPoint>& points,
                         {{"frequency_Hz", "frequency", "Hz", 1.0, 5}},
                         {}};
   for (const double force_N : request.forces_N) {
-    table.columns.push_back({fmt::format("at_{:g}_N", force_N), fmt::format("{:g} N", force_N), "", 1.0, 3});
+    table.columns.push_back(
+        {fmt::format("at_{:g}_N", force_N), fmt::format("{:g} N", force_N), "", 1.0, 3, kPale, kDark});
   }
   const std::size_t frequencies = request.frequencies_Hz.size();
   for (std::size_t k = 0; k < frequencies; ++k) {

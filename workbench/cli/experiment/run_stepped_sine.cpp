@@ -113,8 +113,8 @@ void add_charts(ExperimentResult& result, const std::vector<sim::SweepChain>& ch
   for (const sim::SweepChain& chain : chains) {
     for (const sim::Sweep& sweep : chain.sweeps) {
       const bool alone = chains.size() == 1;
-      const std::string role = fmt::format(
-          "curve{}", (alone ? &sweep - chain.sweeps.data() : static_cast<std::ptrdiff_t>(colour)) % 8 + 1);
+      const std::string role =
+          palette_role(alone ? static_cast<std::size_t>(&sweep - chain.sweeps.data()) : colour);
       const std::string name = sweep_name(sweep, request.repeats);
       amplitude.curves.push_back({name, compliance(sweep), {}, role, !sweep.up});
       phase.curves.push_back({name, phase_deg(sweep), {}, role, !sweep.up});
