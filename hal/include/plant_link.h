@@ -14,6 +14,7 @@ namespace slipstack {
 struct PlantLink {
   static constexpr std::uint32_t kMagic = 0x534C4B32;  // "SLK2"
   static constexpr std::uint32_t kQuit = 0xFFFFFFFF;   ///< as control_word: the guest ends with status 0
+  static constexpr std::uint32_t kCommandedByBus = 0xFFFFFFFE;  ///< as control_word: the node alone commands
   static constexpr std::uint32_t kClockTicks_Hz = 10'000'000;
   static constexpr std::size_t kEffects = 24;
   static constexpr std::size_t kFaults = 16;

@@ -46,7 +46,8 @@ class LinkService {
       set_points_ = link_.stream_sequence;
       take_set_point(controller);
     }
-    controller.command(static_cast<std::uint16_t>(link_.control_word));
+    const std::uint32_t word = link_.control_word;
+    if (word != PlantLink::kCommandedByBus) controller.command(static_cast<std::uint16_t>(word));
   }
 
   /// After a tick: everything that the host may want to record.

@@ -11,7 +11,9 @@
 #include <atomic>
 #include <chrono>
 #include <csignal>
+#include <cstring>
 #include <filesystem>
+#include <string_view>
 
 namespace slipstack::sim {
 
@@ -58,7 +60,7 @@ void use_first_processor() {
 
 // In the child: replaced by the emulator, and killed when the parent ends.
 [[noreturn]] void become_emulator(const EmulatedBoard::Options& options, const std::string& machine,
-                                  const std::string& image, int memory, pid_t parent) {
+                                  const std::string& image, int memory, int said, pid_t parent) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent) _exit(kNotStarted);
   use_other_processors();
@@ -66,6 +68,7 @@ void use_first_processor() {
   setpgid(0, 0);
   const int nowhere = open("/dev/null", O_RDWR);
   for (const int stream : {0, 1, 2}) dup2(nowhere, stream);
+  if (said >= 0) dup2(said, 1);
   const std::string board = machine + ",memory-backend=ram";
   const std::string backend =
       fmt::format("memory-backend-file,id=ram,share=on,size=16M,mem-path=/proc/self/fd/{}", memory);
@@ -100,17 +103,43 @@ EmulatedBoard::EmulatedBoard(const std::string& machine, const std::string& imag
     throw LoopError("no memory to share with the emulator; 16 MB are needed");
   }
   link_ = static_cast<PlantLink*>(memory);
+  fill_flash();
+  int said[2] = {-1, -1};
+  if (options_.can == "pty" && pipe2(said, O_CLOEXEC) != 0) said[0] = said[1] = -1;
+  said_ = said[0];
   const pid_t parent = getpid();
   process_ = fork();
-  if (process_ == 0) become_emulator(options_, machine, image, memory_, parent);
+  if (process_ == 0) become_emulator(options_, machine, image, memory_, said[1], parent);
+  if (said[1] >= 0) close(said[1]);
   const auto begin = std::chrono::steady_clock::now();
   while (process_ > 0 && link_->magic != PlantLink::kMagic && !ended() &&
          seconds_since(begin) < options_.start_timeout_s) {
     usleep(1000);
   }
   if (process_ <= 0 || link_->magic != PlantLink::kMagic) refuse(machine, image);
+  find_terminal();
   processors_ = allowed_processors();
   use_first_processor();
+}
+
+// As hal/mps2/memory_flash.h lays it out; with the marker the board takes it as it is.
+void EmulatedBoard::fill_flash() {
+  constexpr std::string_view kMarker = "slipnv01";
+  const std::span<std::byte> memory = flash();
+  if (options_.pages.empty() || options_.pages.size() > memory.size() - kMarker.size()) return;
+  std::memcpy(memory.data(), kMarker.data(), kMarker.size());
+  std::memcpy(memory.data() + kMarker.size(), options_.pages.data(), options_.pages.size());
+}
+
+// QEMU says "char device redirected to /dev/pts/7 (label serial1)" before the image starts.
+void EmulatedBoard::find_terminal() {
+  if (said_ < 0) return;
+  char text[256];
+  const ssize_t got = read(said_, text, sizeof text);
+  const std::string_view line(text, got > 0 ? static_cast<std::size_t>(got) : 0);
+  const std::size_t begin = line.find("/dev/");
+  if (begin == std::string_view::npos) return;
+  can_terminal_ = line.substr(begin, line.find_first_of(" \n", begin) - begin);
 }
 
 EmulatedBoard::~EmulatedBoard() {
@@ -171,7 +200,8 @@ void EmulatedBoard::release() {
   if (link_ != nullptr) munmap(link_, PlantMemory::kBytes);
   link_ = nullptr;
   if (memory_ >= 0) close(memory_);
-  memory_ = -1;
+  if (said_ >= 0) close(said_);
+  memory_ = said_ = -1;
 }
 
 }  // namespace slipstack::sim

@@ -23,8 +23,10 @@ class EmulatedBoard final : public LockstepBoard {
     double start_timeout_s = 10.0;
     double tick_timeout_s = 2.0;
     /// What the board's CAN, SLCAN on its UART1, is connected to: a character device of the emulator, as
-    /// "unix:PATH,server=on,wait=off" or "pty"; "null": nothing.
+    /// "unix:PATH,server=on,wait=off" or "pty" (then can_terminal() tells which); "null": nothing.
     std::string can = "null";
+    /// What is in its flash when it starts: the pages, one behind the other. Empty: erased.
+    std::span<const std::byte> pages;
     /// Program to start; another name shows what happens without it.
     std::string emulator = "qemu-system-arm";
   };
@@ -45,16 +47,22 @@ class EmulatedBoard final : public LockstepBoard {
     return {reinterpret_cast<std::byte*>(link_) + PlantMemory::kFlashOffset,
             PlantMemory::kBytes - PlantMemory::kFlashOffset};
   }
+  /// The pseudo-terminal on which the board speaks SLCAN, if it was started with "pty".
+  const std::string& can_terminal() const { return can_terminal_; }
   /// Process of the emulator.
   pid_t process() const { return process_; }
 
  private:
   bool ended();
   void release();
+  void fill_flash();
+  void find_terminal();
   [[noreturn]] void refuse(const std::string& machine, const std::string& image);
 
   Options options_;
   int memory_ = -1;
+  int said_ = -1;  ///< what the emulator prints
+  std::string can_terminal_;
   PlantLink* link_ = nullptr;
   pid_t process_ = -1;
   cpu_set_t processors_{};  // that the thread could use before

@@ -3,9 +3,7 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <cmath>
-#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <vector>
@@ -16,6 +14,7 @@
 #include "sim_host/log/write.h"
 #include "sim_host/loop/emulated_board.h"
 #include "sim_host/loop/run.h"
+#include "workbench/cli/board_image.h"
 #include "workbench/cli/loop_parameters.h"
 #include "workbench/cli/output.h"
 #include "workbench/cli/progress.h"
@@ -87,27 +86,10 @@ std::vector<sim::EffectId> effects_of(const std::string& list) {
   return ids;
 }
 
-/// Beside the program, where an installation puts it, or where the cortex-m4 preset builds it.
-std::string image_of(const LoopRequest& request) {
-  if (!request.image.empty()) return request.image;
-  std::error_code ignored;
-  const auto program = std::filesystem::read_symlink("/proc/self/exe", ignored);
-  const std::string name = "slipstack-" + request.board + ".elf";
-  const auto beside = program.parent_path();
-  const std::array candidates = {beside / name, beside / "../share/slipstack" / name,
-                                 beside / "../../cortex-m4/bin" / name};
-  for (const auto& candidate : candidates) {
-    if (std::filesystem::is_regular_file(candidate, ignored)) {
-      return candidate.lexically_normal().string();
-    }
-  }
-  return candidates.back().lexically_normal().string();
-}
-
 std::unique_ptr<sim::LockstepBoard> board_of(const LoopRequest& request) {
   if (request.board == "host") return std::make_unique<HostBoard>();
   try {
-    return std::make_unique<sim::EmulatedBoard>(request.board, image_of(request));
+    return std::make_unique<sim::EmulatedBoard>(request.board, board_image(request.board, request.image));
   } catch (const sim::LoopError& error) {
     throw UsageError(error.what());
   }

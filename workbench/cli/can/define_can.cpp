@@ -2,17 +2,11 @@
 #include "workbench/cli/can/define_can.h"
 
 #include <fmt/format.h>
-#include <signal.h>
-#include <time.h>
 
-#include <atomic>
-#include <fstream>
 #include <memory>
-#include <vector>
 
-#include "hal/socketcan/socket_can.h"
 #include "workbench/cli/can/master.h"
-#include "workbench/cli/can/simulated_drive.h"
+#include "workbench/cli/can/run_node.h"
 #include "workbench/cli/can/socket_link.h"
 #include "workbench/cli/output.h"
 #include "workbench/cli/progress.h"
@@ -31,8 +25,6 @@ struct Request {
   bool trace = false;
   int decimation = 1;
   std::string out;
-  std::int64_t seed = 1;
-  std::string flash;
 };
 
 void add_bus(CLI::App& command, Request& request) {
@@ -82,62 +74,22 @@ void status(const Request& request) {
   fmt::print("{}", drive_status(drive));
 }
 
-std::atomic<bool> stopped{false};
-void on_signal(int) {
-  stopped.store(true);
-}
-
-/// Flash that lies in a file, so that what is stored survives the program.
-void load_flash(host::HostNonvolatile& flash, const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) return;  // a new one
-  file.read(reinterpret_cast<char*>(flash.bytes.data()), static_cast<std::streamsize>(flash.bytes.size()));
-  if (file.gcount() != static_cast<std::streamsize>(flash.bytes.size()) || file.peek() != EOF) {
-    throw UsageError(fmt::format("--flash {}: not the flash of a node ({} bytes); name a new file",
-                                 printable(path), flash.bytes.size()));
-  }
-}
-
-void save_flash(const host::HostNonvolatile& flash, const std::string& path) {
-  Outputs outputs;
-  outputs.claim(path);
-  outputs.set(path, std::string(reinterpret_cast<const char*>(flash.bytes.data()), flash.bytes.size()));
-  outputs.commit("");
-}
-
-void node(const Request& request) {
-  host::HostNonvolatile flash(2, 2048, 8);
-  if (!request.flash.empty()) load_flash(flash, request.flash);
-  SocketCan port;
-  const std::string error = port.open(request.can);
-  if (!error.empty()) throw UsageError(fmt::format("--can {}: {}", printable(request.can), error));
-  const sim::Bench bench =
-      sim::draw_bench(sim::Setup::kPickAndPlace, static_cast<std::uint64_t>(request.seed));
-  const auto drive =
-      std::make_unique<SimulatedDrive>(bench.axis, port, flash, static_cast<std::uint8_t>(request.node),
-                                       static_cast<std::uint64_t>(request.seed));
-  ::signal(SIGINT, on_signal);
-  ::signal(SIGTERM, on_signal);
-  fmt::print("node {} on {}: a simulated axis of {:.4g} kg; ends with Ctrl-C\n", request.node,
-             printable(request.can), bench.axis.mass_kg);
-  std::fflush(stdout);
-  std::vector<std::byte> saved = flash.bytes;
-  timespec next{};
-  ::clock_gettime(CLOCK_MONOTONIC, &next);
-  while (!stopped.load() && !port.down()) {
-    for (int tick = 0; tick < 10; ++tick) drive->step();
-    if (!request.flash.empty() && flash.bytes != saved) {
-      save_flash(flash, request.flash);
-      saved = flash.bytes;
-    }
-    next.tv_nsec += 1'000'000;
-    if (next.tv_nsec >= 1'000'000'000) {
-      next.tv_nsec -= 1'000'000'000;
-      ++next.tv_sec;
-    }
-    ::clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &next, nullptr);
-  }
-  if (port.down()) throw UsageError(fmt::format("--can {}: the interface went down", printable(request.can)));
+void define_node(CLI::App& app) {
+  const auto request = std::make_shared<NodeRequest>();
+  CLI::App* node = app.add_subcommand("node", "Run the firmware as a CANopen node around a simulated axis");
+  node->add_option("--board", request->board,
+                   "host, or mps2-an386 or mps2-an500: the image in the emulator, SLCAN on a terminal")
+      ->type_name("NAME");
+  node->add_option("--image", request->image, "firmware image (default: the one that the build makes)")
+      ->type_name("FILE");
+  node->add_option("--can", request->can, "CAN interface, as can0 or vcan0; --board host only")
+      ->type_name("NAME");
+  node->add_option("--node", request->node, "node id where none is stored (default: 5)")
+      ->type_name("N")
+      ->check(CLI::Range(1, 127));
+  node->add_option("--seed", request->seed, "of the axis")->type_name("N")->check(CLI::Range(0, 1000000));
+  node->add_option("--flash", request->flash, "file that keeps what is stored")->type_name("FILE");
+  node->callback([request] { run_node(*request); });
 }
 
 }  // namespace
@@ -168,11 +120,7 @@ void define_can(CLI::App& app) {
   add_bus(*one, *request);
   one->callback([request] { status(*request); });
 
-  one = app.add_subcommand("node", "Run the firmware as a CANopen node around a simulated axis");
-  add_bus(*one, *request);
-  one->add_option("--seed", request->seed, "of the axis")->type_name("N")->check(CLI::Range(0, 1000000));
-  one->add_option("--flash", request->flash, "file that keeps what is stored")->type_name("FILE");
-  one->callback([request] { node(*request); });
+  define_node(app);
 }
 
 }  // namespace slipstack::workbench

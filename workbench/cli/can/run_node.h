@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace slipstack::workbench {
+
+/// What `slipstack node` was asked; empty texts where an option was not given.
+struct NodeRequest {
+  std::string board = "host";
+  std::string image;
+  std::string can;  ///< --board host only
+  int node = 5;
+  std::int64_t seed = 1;
+  std::string flash;  ///< file that keeps what is stored
+};
+
+/// Runs the firmware as a CANopen node around a simulated axis, in time with the clock, until it is
+/// interrupted: in this process on a CAN interface, or as the image of an emulated board whose UART speaks
+/// SLCAN on a pseudo-terminal. Throws UsageError and InputError (status 2), RunError when the interface or
+/// the emulator goes away.
+void run_node(const NodeRequest& request);
+
+}  // namespace slipstack::workbench
