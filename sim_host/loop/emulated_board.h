@@ -26,7 +26,7 @@ class EmulatedBoard final : public LockstepBoard {
     /// "unix:PATH,server=on,wait=off" or "pty" (then can_terminal() tells which); "null": nothing.
     std::string can = "null";
     /// What is in its flash when it starts: the pages, one behind the other. Empty: erased.
-    std::span<const std::byte> pages;
+    std::span<const std::byte> pages{};
     /// Program to start; another name shows what happens without it.
     std::string emulator = "qemu-system-arm";
   };
