@@ -28,10 +28,19 @@ section status
 section deploy
 "$slipstack" deploy "$model" --can slcan0 --node 6
 section move
-for frame in 2F60600001000000 2B40600006000000 2B40600007000000 2B4060000F000000 237A600030750300 2B4060001F000000; do
-  cansend slcan0 "606#$frame"
-  sleep 0.3
-done
+# One after the other: a controlword that another overtakes before the next tick has not been there.
+write() { cansend slcan0 "606#$1"; }
+until_state() { for _ in $(seq 40); do "$slipstack" status --can slcan0 --node 6 | grep -q "$1" && return; sleep 0.1; done; }
+write 2F60600001000000
+write 2B40600006000000
+until_state 'ready to switch on'
+write 2B40600007000000
+until_state 'switched on'
+write 2B4060000F000000
+until_state 'operation enabled'
+write 237A600030750300
+write 2B4060001F000000
+until_state 'position   2266'
 section trace
 "$slipstack" record --can slcan0 --node 6 --trace --decimation 4 --out "$here/trace.csv"
 head -5 "$here/trace.csv"
@@ -44,14 +53,15 @@ grep -c '^[0-9]' "$here/log.csv"
 section refused
 "$slipstack" deploy "$model" --can slcan0 --node 6
 echo "status $?"
-cansend slcan0 606#2B40600000000000
+write 2B40600000000000
+until_state 'switch on disabled'
 section foreign
 cansend slcan0 606#R
 cansend slcan0 12345678#1122334455667788
 # A block download of the model begins, one segment, and the master is gone.
 cansend slcan0 606#C641210094010000
 cansend slcan0 606#0101020304050607
-sleep 2
+heard '586#8041210000000405'
 "$slipstack" status --can slcan0 --node 6
 kill $dump
 section capture
