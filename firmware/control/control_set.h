@@ -5,9 +5,11 @@
 #include <cstdint>
 
 #include "firmware/control/fault_monitor.h"
+#include "firmware/control/feedback.h"
+#include "firmware/control/feedforward.h"
 #include "firmware/control/fixed_motion.h"
+#include "firmware/control/hysteresis_memory.h"
 #include "firmware/control/level_adaptation.h"
-#include "firmware/control/notch.h"
 #include "firmware/control/parameters.h"
 #include "firmware/control/state_estimate.h"
 #include "firmware/effects/model_hash.h"
@@ -20,15 +22,12 @@ struct ControlSet {
   std::uint32_t hash = 0;
   std::int32_t lead = 0;
   int displacement_shift = 0;
-  std::int32_t shift_up = 0;
-  std::int32_t shift_down = 0;
-  float steps_per_count = 1.0F;
   float mass_kg = 1.0F;
   float per_mass_kg = 1.0F;
   float mps_per_count = 0.0F;
   float mps2_per_count = 0.0F;
   float A_per_N = 0.0F;
-  float integral_per_tick = 0.0F;
+  float counts_per_mps = 0.0F;
   float blend_keep = 0.0F;
   float disturbance_kg = 0.0F;
   float adaptation_counts = 0.0F;
@@ -36,11 +35,15 @@ struct ControlSet {
   std::int32_t stop_timeout_ticks = 0;
   std::int64_t braking = 0;
   StateEstimate::Gains estimate;
-  std::array<Notch::Gains, 2> notch;
+  FeedForward::Scales scales;
+  Feedback::Gains feedback;
   FaultMonitor::Bounds monitor;
   LevelAdaptation::Bounds adaptation;
   bool valid = false;
-  FrictionModel<float> model;  // last: large
+  FrictionModel<float> model;     // large: last of what the tick wants
+  TargetCurve virgin_curve;       ///< for the main loop
+  std::int32_t start_counts = 0;  ///< where the axis is before there are parameters
+  std::uint32_t number = 0;       ///< of this set, counted since the start
 
   /// Outside the tick: some 200 000 instructions, most of them for tables. Nothing changes unless kOk.
   ParameterStatus prepare(const AxisParameters& new_axis, const ModelParameters& parameters) {
@@ -50,15 +53,12 @@ struct ControlSet {
     hash = model_hash(parameters);
     lead = lead_ticks(parameters, axis.tick_s);
     displacement_shift = slipstack::displacement_shift(axis, parameters);
-    shift_up = displacement_shift > 0 ? displacement_shift : 0;
-    shift_down = displacement_shift < 0 ? -displacement_shift : 0;
-    steps_per_count = displacement_shift > 0 ? approx::power_of_two<float>(displacement_shift) : 0.0F;
     mass_kg = slipstack::mass_kg(parameters);
     per_mass_kg = 1.0F / mass_kg;
     mps_per_count = axis.encoder_resolution_m / axis.tick_s;
     mps2_per_count = mps_per_count / axis.tick_s;
+    counts_per_mps = 1.0F / mps_per_count;
     A_per_N = 1.0F / axis.motor_constant_N_per_A;
-    integral_per_tick = axis.integral_per_s * axis.tick_s;
     blend_keep = approx::exp(-3.0F * axis.tick_s / axis.swap_time_s);
     disturbance_kg = axis.disturbance_share * mass_kg;
     // Beyond any velocity when it is switched off.
@@ -68,26 +68,54 @@ struct ControlSet {
     braking = to_fixed(axis.quick_stop_mps2 / mps2_per_count) + 1;
     estimate =
         StateEstimate::gains(axis.encoder_resolution_m, axis.tick_s, axis.observer_bandwidth_rad_per_s);
-    for (std::size_t i = 0; i < notch.size(); ++i) {
-      const NotchParameters& own = axis.notch[i];
-      notch[i] = Notch::gains(own.frequency_Hz, own.damping, own.depth, axis.tick_s);
-    }
+    prepare_feedback();
     monitor = FaultMonitor::bounds(axis);
     adaptation =
         LevelAdaptation::bounds(axis.level_lowest, axis.level_highest, axis.level_memory_s, axis.tick_s);
-    const Scales<float> scales{axis.tick_s,
-                               axis.encoder_resolution_m * approx::power_of_two<float>(-displacement_shift)};
-    model.prepare(axis.compensate ? parameters : mass_only(parameters), scales);
+    prepare_model(axis.compensate ? parameters : mass_only(parameters));
     valid = true;
     return ParameterStatus::kOk;
   }
 
-  /// Takes over the state of the model that runs; hysteresis only if displacement has the same unit.
+  /// Takes over the state of the model that runs; hysteresis only if displacement has the same unit. The
+  /// first parameters find an axis at rest, its hysteresis unloaded.
   void continue_from(const ControlSet& other) {
-    if (other.valid && other.displacement_shift == displacement_shift) model.carry_over(other.model);
+    if (!other.valid) {
+      Sample<float> here;
+      here.displacement = FeedForward::displacement(scales, {.counts = other.start_counts});
+      model.reset(here);
+    } else if (other.displacement_shift == displacement_shift) {
+      model.carry_over(other.model);
+    }
   }
 
  private:
+  void prepare_feedback() {
+    feedback.resolution_m = axis.encoder_resolution_m;
+    feedback.mps_per_count = mps_per_count;
+    feedback.position_per_s = axis.position_gain_per_s;
+    feedback.velocity_N_s_per_m = axis.velocity_gain_N_s_per_m;
+    feedback.integral_per_tick = axis.integral_per_s * axis.tick_s;
+    for (std::size_t i = 0; i < feedback.notch.size(); ++i) {
+      const NotchParameters& own = axis.notch[i];
+      feedback.notch[i] = Notch::gains(own.frequency_Hz, own.damping, own.depth, axis.tick_s);
+    }
+  }
+
+  void prepare_model(const ModelParameters& parameters) {
+    scales.tick_s = axis.tick_s;
+    scales.resolution_m = axis.encoder_resolution_m;
+    scales.mps_per_count = mps_per_count;
+    scales.mps2_per_count = mps2_per_count;
+    scales.shift_up = displacement_shift > 0 ? displacement_shift : 0;
+    scales.shift_down = displacement_shift < 0 ? -displacement_shift : 0;
+    scales.steps_per_count = displacement_shift > 0 ? approx::power_of_two<float>(displacement_shift) : 0.0F;
+    const float metres_per_step =
+        axis.encoder_resolution_m * approx::power_of_two<float>(-displacement_shift);
+    model.prepare(parameters, Scales<float>{axis.tick_s, metres_per_step});
+    virgin_curve = virgin_curve_of(parameters, metres_per_step);
+  }
+
   static ModelParameters mass_only(const ModelParameters& parameters) {
     ModelParameters kept{};
     std::get<EffectParameters<Inertia<float>, float>>(kept) =

@@ -3,6 +3,8 @@
 
 #include <cstdint>
 
+#include "firmware/effects/approx.h"
+
 namespace slipstack {
 
 /// What holds the controller back at a tick: not faults. Bits of one word.
@@ -13,21 +15,24 @@ enum Limit : std::uint16_t {
   kLimitLevel = 1U << 3,        ///< the adapted friction level is at its bound
 };
 
-/// Limits magnitude and rate of the current. 16 instructions.
+/// Limits magnitude and rate of the current, also of one that is not a number. 16 instructions.
 class CurrentLimit {
  public:
   void reset() { last_A_ = 0.0F; }
+
+  /// Whether a value is larger than a limit, or not a number.
+  static bool beyond(float value, float limit) { return !(approx::absolute(value) <= limit); }
 
   /// The wanted current within both limits; adds to `limits` what applied.
   [[gnu::always_inline]] float step(float largest_A, float largest_step_A, float wanted_A,
                                     std::uint16_t& limits) {
     float current_A = wanted_A;
-    if (current_A > largest_A || current_A < -largest_A) {
+    if (beyond(current_A, largest_A)) [[unlikely]] {
       limits |= kLimitCurrent;
       current_A = current_A > 0.0F ? largest_A : -largest_A;
     }
     const float step_A = current_A - last_A_;
-    if (step_A > largest_step_A || step_A < -largest_step_A) {
+    if (beyond(step_A, largest_step_A)) [[unlikely]] {
       limits |= kLimitCurrentRate;
       current_A = last_A_ + (step_A > 0.0F ? largest_step_A : -largest_step_A);
     }

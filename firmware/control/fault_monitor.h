@@ -52,8 +52,9 @@ class FaultMonitor {
     mismatched_ = stalled_ = 0;
   }
 
-  /// The counts of the last check.
+  /// The counts and the measured current of the last check.
   std::int32_t last_counts() const { return last_counts_; }
+  float last_A() const { return last_A_; }
 
   /// The first fault of this tick. `set_point_A` was commanded a tick ago; `reference_counts` is where the
   /// axis should be; `driving`: the current is on.
@@ -62,6 +63,7 @@ class FaultMonitor {
     const std::int32_t step = difference(in.encoder.counts, last_counts_);
     last_counts_ = in.encoder.counts;
     const float measured_A = in.current.current_A;
+    last_A_ = measured_A;
     const bool stands = step == 0 && approx::absolute(set_point_A) > bound.stall_current_A;
     stalled_ = stands ? stalled_ + 1 : 0;
     const bool plausible = in.current.valid && approx::absolute(measured_A - set_point_A) <= bound.mismatch_A;
@@ -88,6 +90,7 @@ class FaultMonitor {
   std::int32_t last_counts_ = 0;
   std::int32_t mismatched_ = 0;
   std::int32_t stalled_ = 0;
+  float last_A_ = 0.0F;
 };
 
 }  // namespace slipstack

@@ -34,8 +34,7 @@ class LevelAdaptation {
   }
 
   /// It is slow by intent: one step in kEvery ticks is enough.
-  static constexpr std::uint32_t kEvery = 2;
-  static constexpr bool takes_part(std::uint32_t tick) { return tick % kEvery == 0; }
+  static constexpr std::int8_t kEvery = 2;
 
   /// One step with the dry friction of the model at level 1, and the force that the model at the present
   /// level misses, both in N. Takes part only when both are finite.
@@ -57,7 +56,6 @@ class LevelAdaptation {
   float variance_per_N2() const { return variance_; }
 
  private:
-  // The bounds are positive, so that the bits compare as the numbers do.
   // For positive bounds: then the bits compare as the numbers do.
   static float limited(float smallest, float largest, float value) {
     const auto low = std::bit_cast<std::int32_t>(smallest);

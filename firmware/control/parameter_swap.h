@@ -14,18 +14,20 @@ namespace slipstack {
 template <class Set>
 class ParameterSwap {
  public:
-  /// In the tick: begins it; true when a new set came into force.
-  bool begin_tick() {
+  /// In the tick: begins it; true when a new set came into force. A tick that has enough to do may not take
+  /// it: the change then waits.
+  bool begin_tick(bool may_take = true) {
     const std::uint32_t tick = tick_.load(std::memory_order_relaxed);
-    const bool take =
-        armed_.load(std::memory_order_relaxed) && armed_for_.load(std::memory_order_relaxed) == tick;
-    if (take) {
-      std::atomic_thread_fence(std::memory_order_acquire);
-      active_.store(active_.load(std::memory_order_relaxed) ^ 1U, std::memory_order_relaxed);
-      armed_.store(false, std::memory_order_release);
-      pending_.store(false, std::memory_order_release);
-    }
+    const bool take = armed_.load(std::memory_order_relaxed) &&
+                      armed_for_.load(std::memory_order_relaxed) == tick && may_take;
     // Who arms shares the core with the tick: only the compiler must keep the order.
+    if (take) {
+      std::atomic_signal_fence(std::memory_order_acquire);
+      active_.store(active_.load(std::memory_order_relaxed) ^ 1U, std::memory_order_relaxed);
+      armed_.store(false, std::memory_order_relaxed);
+      std::atomic_signal_fence(std::memory_order_release);
+      pending_.store(false, std::memory_order_relaxed);
+    }
     std::atomic_signal_fence(std::memory_order_release);
     tick_.store(tick + 1, std::memory_order_relaxed);
     return take;
@@ -42,13 +44,11 @@ class ParameterSwap {
   }
 
   /// Outside the tick, after filling the spare set, and again from the main loop while pending(): continues
-  /// the motion of the active set, and has the next tick take the new one. Only every other tick may: the
-  /// change costs it some 20 instructions, which the ticks between spend on adaptation.
+  /// the motion of the active set, and has the next tick take the new one.
   void arm() {
     pending_.store(true, std::memory_order_relaxed);
     armed_.store(false, std::memory_order_release);
     const std::uint32_t tick = tick_.load(std::memory_order_acquire);
-    if (tick % 2 != 0) return;
     const std::uint32_t active = active_.load(std::memory_order_relaxed);
     sets_[active ^ 1U].continue_from(sets_[active]);
     armed_for_.store(tick, std::memory_order_relaxed);

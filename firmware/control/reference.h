@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "firmware/control/fixed_motion.h"
+#include "firmware/effects/approx.h"
 #include "firmware/friction/displacement.h"
 
 namespace slipstack {
@@ -46,18 +47,32 @@ class ReferenceGenerator {
     fraction_ = 0;
     velocity_ = acceleration_ = jerk_ = 0;
     left_ = 0;
-    braking_ = false;
-    taken_.store(pushed_.load(std::memory_order_acquire), std::memory_order_release);
+    phase_ = Phase::kPlaying;
+    forget_queue();
+  }
+
+  /// Is where the axis is and moves as it does, counts per tick: from now on until hold() or stop(), which
+  /// then brakes from this velocity. In the tick.
+  void follow(std::int32_t counts, float velocity) {
+    counts_ = counts;
+    followed_velocity_ = velocity;
+    left_ = 1;  // not at rest, and nothing of the queue
+    phase_ = Phase::kFollowing;
   }
 
   /// Brakes to standstill; what is queued is forgotten.
   void stop() {
-    braking_ = true;
-    taken_.store(pushed_.load(std::memory_order_acquire), std::memory_order_release);
+    if (phase_ == Phase::kPlaying) phase_ = Phase::kStopping;
+    if (phase_ == Phase::kFollowing) phase_ = Phase::kLeaving;
+    forget_queue();
   }
 
   bool standing() const { return velocity_ == 0 && left_ == 0; }
-  bool braking() const { return braking_; }
+  bool braking() const { return phase_ >= Phase::kBraking; }
+  /// Brakes from the next tick on, or the one after it.
+  bool about_to_brake() const {
+    return phase_ == Phase::kLeft || (phase_ == Phase::kBraking && acceleration_ == 0);
+  }
   bool idle() const { return standing() && free() == kCapacity; }
   std::int32_t counts() const { return counts_; }
   /// How often the queue ran dry in motion.
@@ -66,8 +81,18 @@ class ReferenceGenerator {
   /// Position now; then moves on by one tick. `deceleration`: of stop() and of a queue that ran dry, counts
   /// per tick^2 x 2^-48, > 0.
   [[gnu::always_inline]] void next(ReferencePoint& point, const std::int64_t& deceleration) {
-    if (braking_) {
-      brake(deceleration);
+    if (phase_ != Phase::kPlaying) [[unlikely]] {
+      if (phase_ == Phase::kBraking) {
+        brake(deceleration);
+      } else if (phase_ == Phase::kStopping) {
+        acceleration_ = jerk_ = 0;
+        phase_ = Phase::kBraking;
+      } else if (phase_ == Phase::kLeft) {
+        take_followed_velocity();
+      } else {
+        point = followed();
+        return;
+      }
     } else if (left_ == 0) {
       begin_segment(deceleration);
     }
@@ -85,6 +110,38 @@ class ReferenceGenerator {
   }
 
  private:
+  // A stop begins in a tick that has enough to do: velocity stays for one more, for two where it is taken
+  // over from the axis.
+  enum class Phase : std::uint8_t { kPlaying, kFollowing, kBraking, kStopping, kLeaving, kLeft };
+
+  ReferencePoint followed() {
+    if (phase_ == Phase::kLeaving) {
+      advance_followed();
+      phase_ = Phase::kLeft;
+    }
+    return {counts_, 0.0F, followed_velocity_, 0.0F};
+  }
+
+  // By the whole counts of a tick.
+  void advance_followed() { counts_ = sum(counts_, static_cast<std::int32_t>(bounded_velocity())); }
+  float bounded_velocity() const { return approx::clamp(followed_velocity_, -16384.0F, 16384.0F); }
+
+  // To 2^-16 of a count per tick. This tick goes on with it, the next one brakes.
+  void take_followed_velocity() {
+    advance_followed();
+    velocity_ = static_cast<std::int64_t>(static_cast<std::int32_t>(bounded_velocity() * 0x1p16F)) *
+                (std::int64_t{1} << (kFractionBits - 16));
+    acceleration_ = jerk_ = fraction_ = 0;
+    phase_ = Phase::kBraking;
+  }
+
+  // Writer and tick share a core: nothing but the order of the compiler matters.
+  void forget_queue() {
+    const std::uint32_t pushed = pushed_.load(std::memory_order_relaxed);
+    std::atomic_signal_fence(std::memory_order_acq_rel);
+    taken_.store(pushed, std::memory_order_relaxed);
+  }
+
   void begin_segment(const std::int64_t& deceleration) {
     const std::uint32_t at = taken_.load(std::memory_order_relaxed);
     // Writer and tick share a core: what keeps the compiler from changing the order is enough.
@@ -94,7 +151,7 @@ class ReferenceGenerator {
       jerk_ = 0;
       acceleration_ = 0;
       if (velocity_ == 0) return;
-      braking_ = true;
+      phase_ = Phase::kBraking;
       ++underruns_;
       brake(deceleration);
       return;
@@ -118,7 +175,7 @@ class ReferenceGenerator {
     left_ = 0;
     acceleration_ =
         velocity_ > deceleration ? -deceleration : (velocity_ < -deceleration ? deceleration : -velocity_);
-    if (velocity_ == 0) braking_ = false;
+    if (velocity_ == 0) phase_ = Phase::kPlaying;
   }
 
   std::int32_t counts_ = 0;
@@ -127,7 +184,8 @@ class ReferenceGenerator {
   std::int64_t velocity_ = 0;
   std::int64_t acceleration_ = 0;
   std::int64_t jerk_ = 0;
-  bool braking_ = false;
+  Phase phase_ = Phase::kPlaying;
+  float followed_velocity_ = 0.0F;
   std::uint32_t underruns_ = 0;
   std::atomic<std::uint32_t> pushed_{0};
   std::atomic<std::uint32_t> taken_{0};

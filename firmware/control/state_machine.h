@@ -28,6 +28,10 @@ enum ControlBit : std::uint16_t {
   kFaultReset = 1U << 7,  ///< rising edge
 };
 
+/// What the tick is asked for beyond the control word, in the same word.
+inline constexpr std::uint32_t kTorqueMode = 1U << 16;      ///< the force is given; 0: the position
+inline constexpr std::uint32_t kReleaseOnFault = 1U << 17;  ///< no controlled stop after a fault (605Eh: 0)
+
 /// The state's bits of the status word 6041h.
 constexpr std::uint16_t status_word(DriveState state) {
   constexpr std::uint16_t kWords[] = {0x0000, 0x0040, 0x0021, 0x0023, 0x0027, 0x0007, 0x000F, 0x0008};
@@ -47,16 +51,21 @@ class StateMachine {
   const FaultRecord& faults() const { return faults_; }
 
   /// Nearly every tick: enabled, and nothing new for step().
-  bool goes_on(std::uint16_t control, Fault fault) const {
-    return state_ == DriveState::kOperationEnabled && fault == Fault::kNone && control == last_control_;
+  bool goes_on(std::uint32_t command, Fault fault) const {
+    return state_ == DriveState::kOperationEnabled && fault == Fault::kNone && command == last_command_;
   }
 
-  /// One tick. `ready`: parameters are there. `standing`: the reference is at rest. `stop_timeout_ticks`:
-  /// longest controlled stop.
-  [[gnu::always_inline]] void step(std::uint16_t control, Fault fault, bool ready, bool standing,
+  /// The force is given, not the position.
+  bool torque_mode() const {
+    return state_ == DriveState::kOperationEnabled && (last_command_ & kTorqueMode) != 0;
+  }
+
+  /// One tick. `command`: ControlBit, kTorqueMode, kReleaseOnFault. `ready`: parameters are there.
+  /// `standing`: the reference is at rest. `stop_timeout_ticks`: longest controlled stop.
+  [[gnu::always_inline]] void step(std::uint32_t command, Fault fault, bool ready, bool standing,
                                    const std::int32_t& stop_timeout_ticks) {
-    const std::uint16_t rising = static_cast<std::uint16_t>(control & ~last_control_);
-    last_control_ = control;
+    const std::uint32_t rising = command & ~last_command_;
+    last_command_ = command;
     if (fault != Fault::kNone) raise(fault);
     if (braking()) {
       stop(standing, stop_timeout_ticks);
@@ -68,7 +77,7 @@ class StateMachine {
     } else if (state_ == DriveState::kNotReadyToSwitchOn) {
       if (ready) state_ = DriveState::kSwitchOnDisabled;
     } else {
-      follow(control);
+      follow(command);
     }
   }
 
@@ -76,7 +85,7 @@ class StateMachine {
   void raise(Fault fault) {
     const bool again = state_ == DriveState::kFault && faults_.latched() == fault;
     if (!again) faults_.note(fault);
-    if (driving() && stops_under_control(fault)) {
+    if (driving() && stops_under_control(fault) && (last_command_ & kReleaseOnFault) == 0) {
       if (state_ != DriveState::kFaultReactionActive) begin_stop(DriveState::kFaultReactionActive);
     } else {
       state_ = DriveState::kFault;
@@ -99,8 +108,8 @@ class StateMachine {
   }
 
   // Transitions 2 to 12 by the commands of table 4: shutdown, switch on, enable operation and their reverse.
-  void follow(std::uint16_t control) {
-    constexpr std::uint16_t kVoltage = kEnableVoltage | kQuickStop;
+  void follow(std::uint32_t control) {
+    constexpr std::uint32_t kVoltage = kEnableVoltage | kQuickStop;
     if ((control & kEnableVoltage) == 0) {
       state_ = DriveState::kSwitchOnDisabled;
       return;
@@ -135,7 +144,7 @@ class StateMachine {
   }
 
   DriveState state_ = DriveState::kNotReadyToSwitchOn;
-  std::uint16_t last_control_ = 0;
+  std::uint32_t last_command_ = 0;
   std::int32_t stopping_ticks_ = 0;
   FaultRecord faults_;
 };

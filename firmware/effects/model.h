@@ -41,7 +41,7 @@ class FrictionModel<Real, std::tuple<Effects...>> {
   void prepare(const Parameters& parameters, const Scales<Real>& scales) {
     parameters_ = parameters;
     force_ = {};
-    for_each([&](auto& effect, auto& own, auto index) {
+    for_each([&](auto& effect, auto& own, auto index) __attribute__((always_inline)) {
       using E = std::remove_reference_t<decltype(effect)>;
       if (!own.enabled) {
         if constexpr (!kEveryEffect) return;
@@ -64,20 +64,27 @@ class FrictionModel<Real, std::tuple<Effects...>> {
   /// The force for this sample; advances the state of every enabled effect by one tick. The reference is to
   /// the model's own record of it, valid until the next call.
   [[gnu::noinline]] const Force& step(const Sample<Real>& given) {
-    Sample<Real> sample = given;
+    // Member by member, so that the compiler keeps it in registers.
+    Sample<Real> sample{.time_s = given.time_s,
+                        .displacement = given.displacement,
+                        .position_m = given.position_m,
+                        .velocity_mps = given.velocity_mps,
+                        .acceleration_mps2 = given.acceleration_mps2,
+                        .dry_friction_N = Real(0)};
+    std::array<Real, effect_count> total_scale{};
     Real dry = Real(0);
     Real plain = Real(0);
     // Dry friction first, since the effects that modulate it want to know it.
-    for_each([&](auto& effect, auto& own, auto index) {
+    for_each([&](auto& effect, auto& own, auto index) __attribute__((always_inline)) {
       using E = std::remove_reference_t<decltype(effect)>;
       if constexpr (has<E>(Acts::dry)) {
         static_assert(!has<E>(Acts::dry_scale) && !has<E>(Acts::total_scale));
         if (kEveryEffect || own.enabled) {
           const auto sums = evaluate(effect, own, sample, std::get<index>(tables_));
           Real contribution = sum_of<E, Acts::dry>(sums);
-          dry += contribution;
+          add<index == first_dry()>(dry, contribution);
           if constexpr (has<E>(Acts::force)) {
-            plain += sum_of<E, Acts::force>(sums);
+            add<index == first_plain()>(plain, sum_of<E, Acts::force>(sums));
             contribution += sum_of<E, Acts::force>(sums);
           }
           force_.by_effect_N[index] = contribution;
@@ -87,7 +94,7 @@ class FrictionModel<Real, std::tuple<Effects...>> {
     sample.dry_friction_N = dry;
     Real total_factor = Real(1);
     Real modulated = dry;
-    for_each([&](auto& effect, auto& own, auto index) {
+    for_each([&](auto& effect, auto& own, auto index) __attribute__((always_inline)) {
       using E = std::remove_reference_t<decltype(effect)>;
       if constexpr (!has<E>(Acts::dry) && E::gain_count > 0) {
         if (kEveryEffect || own.enabled) {
@@ -99,20 +106,20 @@ class FrictionModel<Real, std::tuple<Effects...>> {
           }
           if constexpr (has<E>(Acts::force)) {
             const Real force = sum_of<E, Acts::force>(sums);
-            plain += force;
+            add<index == first_plain()>(plain, force);
             contribution = has<E>(Acts::dry_scale) ? contribution + force : force;
           }
-          force_.by_effect_N[index] = contribution;
+          if constexpr (!only_total_scale<E>()) force_.by_effect_N[index] = contribution;
           if constexpr (has<E>(Acts::total_scale)) {
-            total_scale_[index] = sum_of<E, Acts::total_scale>(sums);
-            total_factor *= Real(1) + total_scale_[index];
+            total_scale[index] = sum_of<E, Acts::total_scale>(sums);
+            total_factor *= Real(1) + total_scale[index];
           }
         }
       }
     });
     force_.dry_friction_N = modulated;
     force_.total_N = (modulated + plain) * total_factor;
-    share_total_scale(modulated + plain);
+    share_total_scale(modulated + plain, total_scale);
     return force_;
   }
 
@@ -146,10 +153,44 @@ class FrictionModel<Real, std::tuple<Effects...>> {
     return false;
   }
 
+  /// Whether the effect's force is known only once the whole force is.
+  template <class E>
+  static constexpr bool only_total_scale() {
+    return has<E>(Acts::total_scale) && !has<E>(Acts::force) && !has<E>(Acts::dry_scale);
+  }
+
+  /// The first effect of the catalogue that adds to the dry friction, and to the rest, in the order of
+  /// step(): only where every effect is evaluated.
+  static constexpr std::size_t first_dry() {
+    constexpr std::array<bool, effect_count> kIs{has<Effects>(Acts::dry)...};
+    return first_true(kIs);
+  }
+  static constexpr std::size_t first_plain() {
+    constexpr std::array<bool, effect_count> kEarly{
+        (has<Effects>(Acts::dry) && has<Effects>(Acts::force))...};
+    constexpr std::array<bool, effect_count> kLate{has<Effects>(Acts::force)...};
+    return first_true(kEarly) < effect_count ? first_true(kEarly) : first_true(kLate);
+  }
+  static constexpr std::size_t first_true(const std::array<bool, effect_count>& is) {
+    std::size_t i = 0;
+    while (i < is.size() && !is[i]) ++i;
+    return kEveryEffect ? i : effect_count;
+  }
+
+  /// Nothing is added to a zero: it costs an instruction, and the compiler must keep it (0 + -0 is 0).
+  template <bool kFirst>
+  [[gnu::always_inline]] static void add(Real& sum, Real value) {
+    if constexpr (kFirst) {
+      sum = value;
+    } else {
+      sum += value;
+    }
+  }
+
   /// Gains times basis, summed over each group of gains.
   template <class E>
-  static std::array<Real, E::gains.size()> evaluate(E& effect, const EffectParameters<E, Real>& own,
-                                                    const Sample<Real>& sample, const TableOf<E>& table) {
+  [[gnu::always_inline]] static std::array<Real, E::gains.size()> evaluate(
+      E& effect, const EffectParameters<E, Real>& own, const Sample<Real>& sample, const TableOf<E>& table) {
     if constexpr (Weighted<E, Real>) {
       return {effect.weighted(sample, own.gains, table)};
     } else {
@@ -162,8 +203,7 @@ class FrictionModel<Real, std::tuple<Effects...>> {
     }
   }
 
-  /// The sum over those groups that act so; there is at least one. Nothing is added to a zero, which would
-  /// cost an instruction each time.
+  /// The sum over those groups that act so; there is at least one.
   template <class E, Acts kActs>
   static Real sum_of(const std::array<Real, E::gains.size()>& sums) {
     constexpr std::size_t kFirst = [] {
@@ -199,22 +239,24 @@ class FrictionModel<Real, std::tuple<Effects...>> {
   }
 
   /// Credits each total_scale effect with what its factor adds to the force before it.
-  void share_total_scale(Real before) {
-    for_each([&](auto& effect, auto& own, auto index) {
+  [[gnu::always_inline]] void share_total_scale(Real before,
+                                                const std::array<Real, effect_count>& total_scale) {
+    for_each([&](auto& effect, auto& own, auto index) __attribute__((always_inline)) {
       using E = std::remove_reference_t<decltype(effect)>;
       if constexpr (has<E>(Acts::total_scale)) {
         if (kEveryEffect || own.enabled) {
-          const Real added = before * total_scale_[index];
-          force_.by_effect_N[index] += added;
+          const Real added = before * total_scale[index];
+          add<only_total_scale<E>()>(force_.by_effect_N[index], added);
           before += added;
         }
       }
     });
   }
 
+  // Inlined before anything else is looked at, so that what the visitor refers to stays in registers.
   template <class F>
-  void for_each(F&& visit) {
-    [&]<std::size_t... I>(std::index_sequence<I...>) {
+  [[gnu::always_inline]] void for_each(F&& visit) {
+    [&]<std::size_t... I>(std::index_sequence<I...>) __attribute__((always_inline)) {
       (visit(std::get<I>(effects_), std::get<I>(parameters_), std::integral_constant<std::size_t, I>{}), ...);
     }
     (std::index_sequence_for<Effects...>{});
@@ -223,7 +265,6 @@ class FrictionModel<Real, std::tuple<Effects...>> {
   std::tuple<Effects...> effects_;
   Parameters parameters_;
   Force force_;
-  std::array<Real, effect_count> total_scale_{};
   std::tuple<TableOf<Effects>...> tables_;  // last: large
 };
 

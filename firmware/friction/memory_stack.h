@@ -53,6 +53,20 @@ class MemoryStack {
     depth_ = 0;
   }
 
+  // Takes another curve for the same motion: what would be had it been there from the start, the count and
+  // height of overflow aside. O(Depth), outside the tick.
+  constexpr void set_curve(const Curve& curve) {
+    curve_ = curve;
+    if (depth_ > 0) reversal_[0].force_N = virgin_force_N(reversal_[0].travel);
+    for (std::size_t i = 1; i < depth_; ++i) {
+      const Reversal& from = reversal_[i - 1];
+      const Real height_N = branch_height_N(reversal_[i].travel, from.travel);
+      reversal_[i].force_N =
+          reversal_[i].travel > from.travel ? from.force_N + height_N : from.force_N - height_N;
+    }
+    if (direction_ != 0) force_N_ = force_on_branch();
+  }
+
   // Moves to x and returns the friction force in N, positive after motion towards +x.
   constexpr Real step(Displacement x) {
     const Displacement travel = difference(x, origin_);
@@ -120,13 +134,15 @@ class MemoryStack {
   }
 
   constexpr Real force_on_branch() const {
-    if (depth_ == 0) {
-      const Real force_N = curve_.force(static_cast<Real>(distance(travel_, Displacement{})));
-      return travel_ < Displacement{} ? -force_N : force_N;
-    }
+    if (depth_ == 0) return virgin_force_N(travel_);
     const Reversal& from = reversal_[depth_ - 1];
     const Real height_N = branch_height_N(travel_, from.travel);
     return direction_ > 0 ? from.force_N + height_N : from.force_N - height_N;
+  }
+
+  constexpr Real virgin_force_N(Displacement travel) const {
+    const Real force_N = curve_.force(static_cast<Real>(distance(travel, Displacement{})));
+    return travel < Displacement{} ? -force_N : force_N;
   }
 
   Curve curve_;

@@ -48,7 +48,6 @@ template <auto& model>
   return model.step(x);
 }
 
-inline FrictionModel<float> friction_model;
 inline CountedMotion counted_motion;
 
 inline void reset_friction_model(std::int32_t x) {
@@ -73,6 +72,8 @@ inline constexpr std::array kObservers = {
     Observer{"friction_model_all_effects", reset_friction_model, step_friction_model, move_friction_model},
     Observer{"stage_state_estimate", reset_stages, step_estimate},
     Observer{"stage_reference", reset_stages, step_reference, fill_reference},
+    Observer{"stage_feedforward", reset_stages, step_feedforward, move_feedforward},
+    Observer{"stage_feedback", reset_stages, step_feedback, move_feedforward},
     Observer{"stage_fault_monitor", reset_stages, step_monitor},
     Observer{"stage_state_machine", reset_stages, step_machine},
     Observer{"stage_notch", reset_stages, step_notch},

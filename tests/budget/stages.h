@@ -3,10 +3,15 @@
 
 #include <cstdint>
 
+#include "firmware/control/feedback.h"
+#include "firmware/control/feedforward.h"
+#include "tests/budget/friction_model.h"
 #include "tests/budget/tick_under_test.h"
 
 // The stages of the tick one by one, each as a function that is not inlined, driven by a position.
 namespace slipstack::budget {
+
+inline FrictionModel<float> friction_model;
 
 struct Stages {
   AxisParameters axis = everything_on();
@@ -16,11 +21,29 @@ struct Stages {
   Notch::Gains notch_gains = Notch::gains(180.0F, 0.2F, 0.1F, axis.tick_s);
   LevelAdaptation::Bounds level_bounds =
       LevelAdaptation::bounds(axis.level_lowest, axis.level_highest, axis.level_memory_s, axis.tick_s);
+  FeedForward::Scales scales{.tick_s = 1.0e-4F,
+                             .resolution_m = 1.0e-6F,
+                             .mps_per_count = 1.0e-2F,
+                             .mps2_per_count = 1.0e2F,
+                             .shift_up = 4,
+                             .shift_down = 0,
+                             .steps_per_count = 16.0F};
+  Feedback::Gains feedback_gains{
+      .resolution_m = 1.0e-6F,
+      .mps_per_count = 1.0e-2F,
+      .position_per_s = 40.0F,
+      .velocity_N_s_per_m = 6000.0F,
+      .integral_per_tick = 4.0e-3F,
+      .notch = {Notch::gains(180.0F, 0.2F, 0.1F, 1.0e-4F), Notch::gains(410.0F, 0.1F, 0.2F, 1.0e-4F)}};
   std::int64_t braking = to_fixed(0.15F);
   std::int32_t stop_timeout_ticks = 100;
   StateEstimate estimate;
   ReferenceGenerator reference;
   ReferencePoint point;
+  FeedForward feedforward;
+  Feedback feedback;
+  float error_m = 0.0F;
+  std::uint32_t ticks = 0;
   FaultMonitor monitor;
   StateMachine machine;
   Notch notch;
@@ -33,6 +56,7 @@ inline Stages stages;
 inline void reset_stages(std::int32_t x) {
   stages.estimate.reset(x);
   stages.reference.hold(x);
+  stages.feedback.reset();
   stages.monitor.reset(x);
   stages.notch.reset();
   stages.limit.reset();
@@ -58,6 +82,24 @@ inline void fill_reference(std::int32_t x) {
 [[gnu::noinline]] inline float step_reference(std::int32_t) {
   stages.reference.next(stages.point, stages.braking);
   return stages.point.velocity;
+}
+
+// The friction model, and what it takes to make its sample of a point of the reference.
+inline void move_feedforward(std::int32_t x) {
+  const auto step = static_cast<float>(difference(x, stages.point.counts));
+  stages.point = {x, 0.25F, step, step - stages.point.velocity};
+  ++stages.ticks;
+}
+[[gnu::noinline]] inline float step_feedforward(std::int32_t) {
+  return stages.feedforward.step(friction_model, stages.scales, stages.point, stages.ticks, 1.1F);
+}
+
+// Both notches are in it.
+[[gnu::noinline]] inline float step_feedback(std::int32_t) {
+  const float force_N =
+      stages.feedback.step(stages.feedback_gains, stages.point, stages.estimate, stages.error_m);
+  stages.feedback.integrate(stages.feedback_gains, 0.9F * force_N, force_N);
+  return force_N;
 }
 
 [[gnu::noinline]] inline float step_monitor(std::int32_t x) {

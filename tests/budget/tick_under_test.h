@@ -61,7 +61,8 @@ inline AxisParameters everything_on() {
 }
 
 // What the world does between two ticks: the axis follows its reference with an error, commands and moves
-// come at random, parameters are changed in motion, sensors fail now and then.
+// come at random, position and torque mode take turns, parameters are changed in motion, sensors fail now
+// and then.
 class TickScenario {
  public:
   void reset(std::int32_t start) {
@@ -73,17 +74,23 @@ class TickScenario {
     Controller& controller = tick_under_test.controller();
     memory_clock.count += 100;
     ++ticks_;
+    controller.poll();
     if (random_.below(2000) == 0) {
       static_cast<void>(controller.configure(everything_on(), all_effects()));
     }
+    if (random_.below(500) == 0) {
+      options_ = (random_.below(3) == 0 ? kTorqueMode : 0U) | (random_.below(2) == 0 ? kReleaseOnFault : 0U);
+      const auto target_N = static_cast<float>(random_.below(200)) - 100.0F;
+      controller.set_torque(target_N, 0.1F * target_N);
+    }
     const DriveState state = controller.state().state();
     if (state != DriveState::kOperationEnabled) {
-      constexpr std::uint16_t kUp[] = {0x0080, 0x0006, 0x0007, 0x000F};
-      controller.command(kUp[random_.below(4)]);
+      constexpr std::uint32_t kUp[] = {0x0080, 0x0006, 0x0007, 0x000F};
+      controller.command_all(options_ | kUp[random_.below(4)]);
     } else if (random_.below(3000) == 0) {
-      controller.command(random_.below(2) == 0 ? 0x000B : 0x0000);
+      controller.command_all(options_ | (random_.below(2) == 0 ? 0x000BU : 0x0000U));
     } else {
-      controller.command(0x000F);
+      controller.command_all(options_ | 0x000FU);
       if (controller.reference().idle()) {
         static_cast<void>(controller.move_to(static_cast<std::int32_t>(random_.below(300000))));
       }
@@ -100,6 +107,7 @@ class TickScenario {
  private:
   Random random_{0xBADCAB1E};
   std::uint32_t ticks_ = 0;
+  std::uint32_t options_ = 0;  // kTorqueMode, kReleaseOnFault
 };
 
 inline TickScenario tick_scenario;

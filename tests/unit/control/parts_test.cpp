@@ -225,6 +225,7 @@ TEST(Parameters, AChangeInMotionDoesNotMakeTheForceJump) {
     in.current.current_A = out.current_A;
     return out.current_A;
   };
+  step();  // takes the parameters
   for (const int control : {0x06, 0x07, 0x0F}) {
     controller->command(static_cast<std::uint16_t>(control));
     step();

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+#include "firmware/control/reference.h"
+#include "firmware/effects/model.h"
+
+namespace slipstack {
+
+/// The friction model on the reference: the force that moves the axis as asked, if the model is right.
+class FeedForward {
+ public:
+  /// Constants of the tick; made outside it.
+  struct Scales {
+    float tick_s = 0.0F;
+    float resolution_m = 1.0F;
+    float mps_per_count = 0.0F;
+    float mps2_per_count = 0.0F;
+    std::int32_t shift_up = 0;  ///< displacement is counts x 2^up / 2^down; one of the two is zero
+    std::int32_t shift_down = 0;
+    float steps_per_count = 0.0F;  ///< 2^up, 0 where displacement is coarser than a count
+  };
+
+  /// Where the hysteresis sees the reference, in its own steps.
+  static std::int32_t displacement(const Scales& scale, const ReferencePoint& at) {
+    return (static_cast<std::int32_t>(static_cast<std::uint32_t>(at.counts) << scale.shift_up) >>
+            scale.shift_down) +
+           static_cast<std::int32_t>(at.fraction * scale.steps_per_count);
+  }
+
+  /// One tick: the force in N at this point of the reference with the dry friction at this level. Cost:
+  /// tests/budget/budget.csv, stage_feedforward.
+  [[gnu::always_inline]] float step(FrictionModel<float>& model, const Scales& scale,
+                                    const ReferencePoint& at, std::uint32_t tick, float level) {
+    const Sample<float> sample{
+        .time_s = static_cast<float>(tick) * scale.tick_s,
+        .displacement = displacement(scale, at),
+        .position_m = (static_cast<float>(at.counts) + at.fraction) * scale.resolution_m,
+        .velocity_mps = at.velocity * scale.mps_per_count,
+        .acceleration_mps2 = at.acceleration * scale.mps2_per_count,
+        .dry_friction_N = 0.0F};
+    const FrictionModel<float>::Force& force = model.step(sample);
+    dry_N_ = force.dry_friction_N;
+    return force.total_N + (level - 1.0F) * dry_N_;
+  }
+
+  /// The dry friction of the last step, at level 1.
+  float dry_N() const { return dry_N_; }
+
+ private:
+  float dry_N_ = 0.0F;
+};
+
+}  // namespace slipstack
