@@ -14,7 +14,7 @@
 
 namespace slipstack::canopen {
 
-enum class Mode : std::int8_t { kNone = 0, kProfilePosition = 1, kCyclicPosition = 8 };
+enum class Mode : std::int8_t { kNone = 0, kProfilePosition = 1, kCyclicPosition = 8, kCyclicTorque = 10 };
 
 /// The drive profile CiA 402 and the friction objects, bound to the controller. Runs in the main loop;
 /// reaches the tick only through what the controller offers for that.
@@ -48,6 +48,8 @@ class Drive final : public Application {
   void step(std::uint32_t) override {
     controller_.poll();
     follow_mode();
+    command();
+    give_torque();
     profile_position();
   }
 
@@ -101,7 +103,8 @@ class Drive final : public Application {
       case kModelIndex:
         return read_model(object.sub);
       case kObserverIndex:
-        return snapshot([&] { return read_observer(object.sub); });
+        return object.sub < kMemorySub ? snapshot([&] { return read_observer(object.sub); })
+                                       : read_memory(object.sub);
       case kByEffectIndex:
         return word(controller_.friction().by_effect_N[object.sub - 1U]);
       case kTimingIndex:
@@ -122,11 +125,12 @@ class Drive final : public Application {
     switch (object.index) {
       case 0x6007:
       case 0x605A:
+      case 0x605E:
         return value_now == 1 ? Abort::kBadValue : Abort::kNone;  // not offered
       case 0x6060: {
         const auto mode = static_cast<Mode>(static_cast<std::int8_t>(value_now));
-        const bool known =
-            mode == Mode::kNone || mode == Mode::kProfilePosition || mode == Mode::kCyclicPosition;
+        const bool known = mode == Mode::kNone || mode == Mode::kProfilePosition ||
+                           mode == Mode::kCyclicPosition || mode == Mode::kCyclicTorque;
         return known ? Abort::kNone : Abort::kBadValue;
       }
       case kModelIndex:
@@ -145,7 +149,12 @@ class Drive final : public Application {
         return controlword(static_cast<std::uint16_t>(value_now));
       case 0x6060:
         mode_ = static_cast<Mode>(static_cast<std::int8_t>(value_now));
-        return follow_mode();
+        follow_mode();
+        give_torque();
+        return command();
+      case 0x6071:
+      case 0x60B2:
+        return give_torque();
       case kTraceIndex:
         if (object.sub == 1) trace_command(value_now);
         return;
@@ -296,6 +305,21 @@ class Drive final : public Application {
     }
   }
 
+  // Written by the main loop, as this is read in it.
+  std::uint32_t read_memory(std::uint8_t sub) const {
+    const HysteresisMemory& memory = controller_.memory();
+    switch (sub) {
+      case kMemorySub:
+        return memory.depth();
+      case kMemorySub + 1:
+        return memory.overflow_count();
+      case kMemorySub + 2:
+        return word(memory.overflow_height_N());
+      default:
+        return memory.missed_ticks();
+    }
+  }
+
   std::uint32_t read_timing(std::uint8_t sub) const {
     switch (sub) {
       case 1:
@@ -350,6 +374,10 @@ class Drive final : public Application {
     return static_cast<float>(value(kRow<0x6075>)) * 1e-3F *
            controller_.parameters().axis.motor_constant_N_per_A;
   }
+  // Of the rated current, and so of the rated force.
+  float in_thousandths(float current_A) const {
+    return current_A / (static_cast<float>(value(kRow<0x6075>)) * 1e-6F);
+  }
   static std::uint32_t rounded(float number, float largest) {
     const float limited = approx::clamp(number, -largest, largest);
     return static_cast<std::uint32_t>(static_cast<std::int32_t>(limited + (limited < 0.0F ? -0.5F : 0.5F)));
@@ -371,8 +399,10 @@ class Drive final : public Application {
         return rounded(in_counts(out.velocity_mps), 2.1e9F);
       case 0x6076:
         return rounded(rated_force_N() * 1e3F, 2.1e9F);
+      case 0x6074:
+        return rounded(in_thousandths(out.current_A), 32767.0F);
       case 0x6077:
-        return rounded(out.current_A / (static_cast<float>(value(kRow<0x6075>)) * 1e-6F), 32767.0F);
+        return rounded(in_thousandths(controller_.measured_A()), 32767.0F);
       case 0x60F4:
         return rounded(in_counts(out.position_error_m), 2.1e9F);
       default:
@@ -417,13 +447,27 @@ class Drive final : public Application {
     if (active_ == Mode::kProfilePosition) new_set_point(rising);
   }
 
-  // Quick stop option 0: no braking, current off.
+  // Quick stop option 0: no braking, current off; fault reaction option 0 the same. Halt leaves torque mode:
+  // the axis brakes and holds its place.
   void command() {
     std::uint16_t word_now = control_;
     const bool quick_stop = (word_now & kQuickStop) == 0;
     if (quick_stop && dictionary_ != nullptr && value(kRow<0x605A>) == 0)
       word_now &= static_cast<std::uint16_t>(~kEnableVoltage);
-    controller_.command(word_now);
+    std::uint32_t options = 0;
+    if (active_ == Mode::kCyclicTorque && !halted()) options |= kTorqueMode;
+    if (dictionary_ != nullptr && value(kRow<0x605E>) == 0) options |= kReleaseOnFault;
+    controller_.command_all(options | word_now);
+  }
+
+  // 6071h and 60B2h, in thousandths of the rated force. The target counts in torque mode only, the offset in
+  // every mode.
+  void give_torque() {
+    const float per_thousandth_N = 1e-3F * rated_force_N();
+    const auto force_N = [&](std::size_t row) {
+      return static_cast<float>(static_cast<std::int32_t>(value(row))) * per_thousandth_N;
+    };
+    controller_.set_torque(force_N(kRow<0x6071>), force_N(kRow<0x60B2>));
   }
 
   void follow_mode() {

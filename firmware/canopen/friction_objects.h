@@ -58,6 +58,7 @@ inline constexpr std::uint16_t kEffectIndex = 0x2100;  ///< + place in the catal
 inline constexpr std::uint16_t kModelIndex = 0x2140;
 inline constexpr std::uint16_t kModelImageIndex = 0x2141;
 inline constexpr std::uint16_t kObserverIndex = 0x2200;
+inline constexpr std::uint8_t kMemorySub = 14;  ///< of 2200h: first of the memory stack
 inline constexpr std::uint16_t kByEffectIndex = 0x2201;
 inline constexpr std::uint16_t kTimingIndex = 0x2210;
 inline constexpr std::uint16_t kCountersIndex = 0x2211;
@@ -199,7 +200,7 @@ inline constexpr auto kModelRows = std::to_array<Object>({
 });
 
 inline constexpr auto kObserverRows = std::to_array<Object>({
-    head(kObserverIndex, ObjectCode::kRecord, "Observer", 13),
+    head(kObserverIndex, ObjectCode::kRecord, "Observer", 17),
     reading(kObserverIndex, 1, Type::kReal32, "Feed-forward").in("N"),
     reading(kObserverIndex, 2, Type::kReal32, "Feedback").in("N"),
     reading(kObserverIndex, 3, Type::kReal32, "Residual").in("N"),
@@ -213,6 +214,10 @@ inline constexpr auto kObserverRows = std::to_array<Object>({
     reading(kObserverIndex, 11, Type::kI16, "Current over current limit").in("", 1.0F / 32767.0F),
     reading(kObserverIndex, 12, Type::kReal32, "Current").in("A"),
     reading(kObserverIndex, 13, Type::kU32, "Model hash"),
+    reading(kObserverIndex, kMemorySub, Type::kU8, "Depth of the memory stack"),
+    reading(kObserverIndex, kMemorySub + 1, Type::kU32, "Loops given up by a full stack"),
+    reading(kObserverIndex, kMemorySub + 2, Type::kReal32, "Highest loop given up").in("N"),
+    reading(kObserverIndex, kMemorySub + 3, Type::kU32, "Ticks the memory stack missed"),
 });
 
 inline constexpr auto kTimingRows = std::to_array<Object>({

@@ -9,7 +9,7 @@
 // velocity in counts per second, force in thousandths of the rated force (6076h).
 namespace slipstack::canopen {
 
-inline constexpr std::uint32_t kSupportedModes = (1U << 0) | (1U << 7);  ///< pp, csp
+inline constexpr std::uint32_t kSupportedModes = (1U << 0) | (1U << 7) | (1U << 9);  ///< pp, csp, cst
 
 inline constexpr auto kProfileObjects = [] {
   constexpr Storage kParameter = Storage::kParameter;
@@ -27,7 +27,7 @@ inline constexpr auto kProfileObjects = [] {
       variable(0x605B, Type::kI16, "Shutdown option code").within(0, 0).stored(kParameter),
       variable(0x605C, Type::kI16, "Disable operation option code").within(0, 0).stored(kParameter),
       variable(0x605D, Type::kI16, "Halt option code").within(1, 1).at_first(1U).stored(kParameter),
-      variable(0x605E, Type::kI16, "Fault reaction option code").within(2, 2).at_first(2U).stored(kParameter),
+      variable(0x605E, Type::kI16, "Fault reaction option code").within(0, 2).at_first(2U).stored(kParameter),
       variable(0x6060, Type::kI8, "Modes of operation").mapped(kIn).from_device(),
       variable(0x6061, Type::kI8, "Modes of operation display").read_only().from_device().mapped(kOut),
       variable(0x6064, Type::kI32, "Position actual value")
@@ -40,6 +40,12 @@ inline constexpr auto kProfileObjects = [] {
           .from_device()
           .mapped(kOut)
           .in("count/s"),
+      variable(0x6071, Type::kI16, "Target torque").mapped(kIn).from_device().in("rated force", 1e-3F),
+      variable(0x6074, Type::kI16, "Torque demand")
+          .read_only()
+          .from_device()
+          .mapped(kOut)
+          .in("rated force", 1e-3F),
       variable(0x6075, Type::kU32, "Motor rated current")
           .within(1, 1000000)
           .at_first(10000U)
@@ -70,6 +76,7 @@ inline constexpr auto kProfileObjects = [] {
           .at_first(100000000U)
           .in("count/s3")
           .stored(kParameter),
+      variable(0x60B2, Type::kI16, "Torque offset").mapped(kIn).from_device().in("rated force", 1e-3F),
       head(0x60C2, ObjectCode::kRecord, "Interpolation time period", 2),
       entry(0x60C2, 1, Type::kU8, "Interpolation time period value")
           .within(1, 255)
