@@ -33,6 +33,10 @@ constexpr double kIndistinct = 0.02;
 /// what quantisation and the form of the virgin curve leave is no effect.
 constexpr double kShareOfExcess = 0.25;
 
+/// An error this near to the noise floor has nothing to explain. Encoder steps seen through mass and
+/// acceleration can be shrunk by any filter that resembles a resonance; that is no resonance.
+constexpr double kNothingToExplain = 1.05;
+
 /// Coulomb friction beside hysteresis is hysteresis of a slip distance shorter than the encoder shows: it
 /// takes up what quantisation leaves at reversals, and must explain more than that.
 constexpr double kShareOfExcessCoulomb = 0.7;
@@ -126,7 +130,7 @@ bool earned(const FittedModel& baseline, const FittedModel& before, const Fitted
   const double excess = squared(before.holdout_rmse_N) - squared(floor_N);
   if (coulomb_joins_hysteresis(before, after) && step < kShareOfExcessCoulomb * excess) return false;
   if (before.terms.size() <= baseline.terms.size()) {
-    return step >= kShareOfExcess * excess;
+    return step >= kShareOfExcess * excess && before.holdout_rmse_N >= kNothingToExplain * floor_N;
   }
   const double all = squared(baseline.holdout_rmse_N) - squared(after.holdout_rmse_N);
   return reduced.value >= kLeastFurtherReduction && step >= squared(kShareOfExplained) * all;

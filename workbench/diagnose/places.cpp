@@ -70,9 +70,25 @@ Passes passes_through(const Eigen::VectorXd& position_m, double middle_m, double
   return passes;
 }
 
+/// What the force at a place does: the same whichever way it is passed, or against the motion.
+enum class Side { kEither, kAgainst };
+
+std::string describe(Side side, double where_m, int passes, double force_N) {
+  if (side == Side::kAgainst) {
+    return fmt::format(
+        "what is left sits at one place of the rail, {}, and {} the motion in each of {} passes: {}",
+        quantity(where_m, "m"), force_N > 0.0 ? "resists" : "eases", passes,
+        quantity(std::abs(force_N), "N"));
+  }
+  return fmt::format(
+      "what is left sits at one place of the rail, {}, and comes back in each of {} passes: {}",
+      quantity(where_m, "m"), passes, quantity(force_N, "N"));
+}
+
 }  // namespace
 
-Structure place_on_rail(const Eigen::VectorXd& position_m, const Eigen::VectorXd& residual_N) {
+Structure place_on_rail(const Eigen::VectorXd& position_m, const Eigen::VectorXd& velocity_mps,
+                        const Eigen::VectorXd& residual_N) {
   Structure best{"position", 0.0, 0.0, "", Eigen::VectorXd::Zero(residual_N.size())};
   const double first_m = position_m.minCoeff();
   const double width_m = (position_m.maxCoeff() - first_m) / kBins;
@@ -88,21 +104,25 @@ Structure place_on_rail(const Eigen::VectorXd& position_m, const Eigen::VectorXd
       knots[static_cast<std::size_t>(k)] = middle_m + half_width_m * (2.0 * k / (kKnotsPerPlace - 1) - 1.0);
     }
     const Eigen::VectorXd here_N = residual_N(passes.rows);
-    const HeldOut judged = held_out(hat_functions(position_m(passes.rows), knots), here_N, passes.halves);
-    // Of all the log's residual, of which this stretch is a part.
-    const double kept =
-        here_N.squaredNorm() * (1.0 - judged.error_reduction) * (1.0 - judged.error_reduction);
-    const double reduction = 1.0 - std::sqrt(std::max(0.0, whole - here_N.squaredNorm() + kept) / whole);
-    if (judged.error_reduction <= 0.0 || reduction <= best.error_reduction) continue;
-    Eigen::Index peak = 0;
-    judged.explained.cwiseAbs().maxCoeff(&peak);
-    best.error_reduction = reduction;
-    best.where = position_m(passes.rows[static_cast<std::size_t>(peak)]);
-    best.explained_N.setZero();
-    best.explained_N(passes.rows) = judged.explained;
-    best.description =
-        fmt::format("what is left sits at one place of the rail, {}, and comes back in each of {} passes: {}",
-                    quantity(best.where, "m"), passes.count, quantity(judged.explained(peak), "N"));
+    const Eigen::VectorXd way = velocity_mps(passes.rows).cwiseSign();
+    const Eigen::MatrixXd hats = hat_functions(position_m(passes.rows), knots);
+    for (const Side side : {Side::kEither, Side::kAgainst}) {
+      const Eigen::MatrixXd columns = side == Side::kEither ? hats : Eigen::MatrixXd(way.asDiagonal() * hats);
+      const HeldOut judged = held_out(columns, here_N, passes.halves);
+      // Of all the log's residual, of which this stretch is a part.
+      const double kept =
+          here_N.squaredNorm() * (1.0 - judged.error_reduction) * (1.0 - judged.error_reduction);
+      const double reduction = 1.0 - std::sqrt(std::max(0.0, whole - here_N.squaredNorm() + kept) / whole);
+      if (judged.error_reduction <= 0.0 || reduction <= best.error_reduction) continue;
+      Eigen::Index peak = 0;
+      judged.explained.cwiseAbs().maxCoeff(&peak);
+      best.error_reduction = reduction;
+      best.where = position_m(passes.rows[static_cast<std::size_t>(peak)]);
+      best.explained_N.setZero();
+      best.explained_N(passes.rows) = judged.explained;
+      const double force_N = judged.explained(peak) * (side == Side::kAgainst ? way(peak) : 1.0);
+      best.description = describe(side, best.where, passes.count, force_N);
+    }
   }
   return best;
 }

@@ -80,12 +80,13 @@ std::vector<Structure> find_structure(const Measurement& measurement, const Eige
   const Eigen::VectorXd position_m = at_rows(measurement, measurement.position_m());
   std::vector<Structure> found;
   found.push_back(over("position", "m", position_m, residual_N));
-  found.push_back(over("velocity", "m/s", at_rows(measurement, measurement.velocity_mps()), residual_N));
+  const Eigen::VectorXd velocity_mps = at_rows(measurement, measurement.velocity_mps());
+  found.push_back(over("velocity", "m/s", velocity_mps, residual_N));
   found.push_back(
       over("acceleration", "m/s2", at_rows(measurement, measurement.acceleration_mps2()), residual_N));
   found.push_back(over("time", "s", row_times(measurement), residual_N));
   found.push_back(line_at_rows(measurement, residual_N));
-  Structure place = place_on_rail(position_m, residual_N);
+  Structure place = place_on_rail(position_m, velocity_mps, residual_N);
   Structure event = event_in_time(measurement, residual_N);
   // Moments that come back at one place of the rail are no accident of time.
   const bool comes_back = place.error_reduction >= kComesBack * event.error_reduction;

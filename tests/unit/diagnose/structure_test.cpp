@@ -21,6 +21,7 @@ class Residual : public testing::Test {
  protected:
   Residual() : measurement_(test::wandering_log(3, 2000.0, 60'000)) {
     position_m_ = at_rows(measurement_, measurement_.position_m());
+    velocity_mps_ = at_rows(measurement_, measurement_.velocity_mps());
     Draw draw(4);
     noise_N_ = 0.05 * draw.matrix(measurement_.row_count(), 1);
     middle_m_ = 0.5 * (position_m_.minCoeff() + position_m_.maxCoeff());
@@ -31,6 +32,7 @@ class Residual : public testing::Test {
 
   Measurement measurement_;
   Eigen::VectorXd position_m_;
+  Eigen::VectorXd velocity_mps_;
   Eigen::VectorXd noise_N_;
   double middle_m_ = 0.0;
 };
@@ -48,6 +50,18 @@ TEST_F(Residual, OfAShortBumpIsOneOfPosition) {
   EXPECT_GT(found.error_reduction, 0.05);
 }
 
+// Dirt brakes whichever way it is passed: no force of the place alone, and found all the same.
+TEST_F(Residual, ThatBrakesAtOnePlaceIsOneOfPosition) {
+  const Eigen::VectorXd brakes_N = velocity_mps_.cwiseSign().cwiseProduct(bump_N(0.5, 1e-3));
+  const Structure found = find_structure(measurement_, noise_N_ + brakes_N).front();
+  EXPECT_EQ(found.coordinate, "position");
+  EXPECT_NEAR(found.where, middle_m_, 1e-3);
+  EXPECT_GT(found.error_reduction, 0.05);
+  EXPECT_NE(found.description.find("resists the motion"), std::string::npos) << found.description;
+  const Structure eased = find_structure(measurement_, noise_N_ - brakes_N).front();
+  EXPECT_NE(eased.description.find("eases the motion"), std::string::npos) << eased.description;
+}
+
 // The same force in one pass only is an accident of that moment, wherever the axis was.
 TEST_F(Residual, OfOnePassIsOneOfTime) {
   Eigen::VectorXd residual_N = noise_N_;
@@ -56,15 +70,14 @@ TEST_F(Residual, OfOnePassIsOneOfTime) {
   while (all_N(row) < 1.0) ++row;
   const Eigen::Index first = row;
   for (; row < first + 40; ++row) residual_N(row) += all_N(row);
-  EXPECT_LT(place_on_rail(position_m_, residual_N).error_reduction, 0.02);
+  EXPECT_LT(place_on_rail(position_m_, velocity_mps_, residual_N).error_reduction, 0.02);
   const Structure found = find_structure(measurement_, residual_N).front();
   EXPECT_EQ(found.coordinate, "time");
   EXPECT_NEAR(found.where, row_times(measurement_)(first), 0.5);
 }
 
 TEST_F(Residual, ThatDependsOnVelocityIsOneOfVelocity) {
-  const Eigen::VectorXd velocity_mps = at_rows(measurement_, measurement_.velocity_mps());
-  const Eigen::VectorXd residual_N = noise_N_ + (velocity_mps.array() * 30.0).tanh().matrix() * 0.2;
+  const Eigen::VectorXd residual_N = noise_N_ + (velocity_mps_.array() * 30.0).tanh().matrix() * 0.2;
   const Structure found = find_structure(measurement_, residual_N).front();
   EXPECT_EQ(found.coordinate, "velocity");
   EXPECT_GT(found.error_reduction, 0.3);
