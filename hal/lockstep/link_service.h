@@ -68,6 +68,8 @@ class LinkService {
     link_.longest_period = timing.longest_period;
     link_.longest_duration = timing.longest_duration;
     link_.overruns = timing.overruns;
+    link_.memory_depth = controller.memory().depth();
+    link_.memory_overflow = controller.memory().overflow_count();
     link_.model_hash = controller.parameters().hash;
     const auto& by_effect_N = controller.friction().by_effect_N;
     for (std::size_t i = 0; i < by_effect_N.size(); ++i) link_.by_effect_N[i] = by_effect_N[i];

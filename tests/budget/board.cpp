@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Image that shows what the other images rely on: memory set up, constructors run, FPU on, and that an
-// assertion and a fault end the emulator with statuses of their own. check_board.py runs it with each of its
-// words.
+// Image that shows what the other images rely on: memory set up, constructors run, FPU on and computing as
+// the host does, in main and in an exception, and that an assertion and a fault end the emulator with
+// statuses of their own. check_board.py runs it with each of its words.
 #undef NDEBUG
 #include <cassert>
 #include <cstdint>
@@ -22,6 +22,24 @@ struct Constructed {
 };
 Constructed constructed;
 
+// Whether the FPU rounds to nearest and keeps denormals: by its register, and by what it computes.
+bool computes_as_the_host() {
+  std::uint32_t mode = 0;
+  asm volatile("vmrs %0, fpscr" : "=r"(mode));
+  constexpr std::uint32_t kControl = 0x07C00000;  // AHP, DN, FZ, RMode
+  volatile float smallest = 0x1p-126F;
+  volatile float denormal = 0x1p-149F;
+  volatile float one = 1.0F;
+  volatile float less_than_half = 0x1.8p-25F;
+  volatile float more_than_half = 0x1.8p-24F;
+  return (mode & kControl) == 0 && smallest * 0.5F == 0x1p-127F && denormal * 2.0F == 0x1p-148F &&
+         one + less_than_half == 1.0F && one + more_than_half == 1.0F + 0x1p-23F &&
+         -one - less_than_half == -1.0F && -one - more_than_half == -1.0F - 0x1p-23F;
+}
+
+volatile std::uint32_t exceptions = 0;
+volatile bool exception_computes_as_the_host = false;
+
 // What is wrong, or nullptr.
 const char* self_check() {
   if (from_flash != 0x12345678) return ".data was not copied";
@@ -31,8 +49,12 @@ const char* self_check() {
   if (constructed.value != 0x12345679) return "constructors did not run";
   volatile float two = 2.0F;
   if (two * 1.5F != 3.0F) return "the FPU does not multiply";
-  volatile float smallest = 0x1p-126F;
-  if (smallest * 0.5F != 0x1p-127F) return "denormals are flushed";
+  if (!computes_as_the_host()) return "main: rounding or denormals are not the host's";
+  slipstack::mps2::systick_start_periodic(10000);
+  while (exceptions == 0) asm volatile("");
+  slipstack::mps2::systick_stop();
+  if (!exception_computes_as_the_host) return "exception: rounding or denormals are not the host's";
+  if (!computes_as_the_host()) return "main after an exception: rounding or denormals are not the host's";
   slipstack::mps2::systick_start_free();
   const std::uint32_t begin = slipstack::mps2::systick_now();
   if (slipstack::mps2::systick_elapsed(begin, slipstack::mps2::systick_now()) == 0)
@@ -41,6 +63,12 @@ const char* self_check() {
 }
 
 }  // namespace
+
+extern "C" void tick_handler();
+extern "C" void tick_handler() {
+  exception_computes_as_the_host = computes_as_the_host();
+  exceptions = exceptions + 1;
+}
 
 int main() {
   using namespace slipstack::mps2;

@@ -38,6 +38,11 @@ def main():
     # Overruns are a fault only while the current flows.
     if count["overruns"] != count["late"] or count["counted_overruns"] > count["late"]:
         faults.append("overruns do not fit")
+    # A refusal stops a driven axis, and only that; two before one tick count once.
+    if not 0.7 * count["refused_driving"] <= count["counted_parameters"] <= count["refused_driving"]:
+        faults.append("refused parameters do not fit")
+    if options.ticks >= 200000 and count["refused_driving"] in (0, count["refused"]):
+        faults.append("no parameters were refused, or none at rest")
     if options.ticks >= 200000 and min(count["losses"], count["jumps"], count["late"], count["counted_overruns"]) == 0:
         faults.append("nothing was injected")
     for fault in faults:

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Image that runs the control tick from the SysTick exception for as many ticks as its first word says, while
-// the main loop changes parameters, commands and moves at random, and sensors fail. After every tick: nothing
+// the main loop changes parameters, commands, modes and moves at random, offers parameters that must be
+// refused, and sensors fail. After every tick: nothing
 // that is not a number, no current without permission or beyond its limit, counters that fit what was
 // injected. Status 0 and a line of counts; 1 and the reason otherwise.
 #include <bit>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 
 #include "hal/mps2/semihosting.h"
 #include "hal/mps2/systick.h"
@@ -28,6 +30,8 @@ struct Injected {
   std::uint32_t jumps = 0;
   std::uint32_t over_currents = 0;
   std::uint32_t late = 0;
+  std::uint32_t refused = 0;
+  std::uint32_t refused_driving = 0;  // of these: while the current was on
 };
 
 Random sensor_random{0xBADCAB1E};
@@ -97,25 +101,85 @@ void inspect() {
   if (tick_under_test.timing().overruns != injected.late) wrong = "overruns do not fit";
 }
 
+// Parameters that no tick may see, one of each kind.
+void offer_bad_parameters(Random& random) {
+  Controller& controller = tick_under_test.controller();
+  if (controller.change_pending()) return;
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+  AxisParameters axis = everything_on();
+  auto model = all_effects();
+  auto& hysteresis = std::get<EffectParameters<PreslidingHysteresis<float>, float>>(model);
+  ParameterStatus expected = ParameterStatus::kAxisOutOfBounds;
+  switch (random.below(5)) {
+    case 0:
+      axis.velocity_gain_N_s_per_m = 2.0e6F;
+      break;
+    case 1:
+      axis.notch[1].frequency_Hz = kNan;
+      break;
+    case 2:
+      hysteresis.gains[3] = -1.0F;
+      expected = ParameterStatus::kGainOutOfBounds;
+      break;
+    case 3:
+      hysteresis.gains[7] = kNan;
+      expected = ParameterStatus::kGainOutOfBounds;
+      break;
+    default:
+      hysteresis.shapes[0] = std::numeric_limits<float>::infinity();
+      expected = ParameterStatus::kShapeOutOfBounds;
+      break;
+  }
+  const std::uint32_t hash = controller.parameters().hash;
+  const std::uint32_t number = controller.parameters().number;
+  // No tick comes between the question and the refusal, so that both speak of the same state.
+  asm volatile("cpsid i" ::: "memory");
+  const bool driving = controller.state().driving();
+  const ParameterStatus status = controller.configure(axis, model);
+  if (status != expected) wrong = "bad parameters were not refused for what is wrong with them";
+  if (controller.parameters().hash != hash || controller.parameters().number != number ||
+      controller.change_pending()) {
+    wrong = "refused parameters came into force";
+  }
+  ++injected.refused;
+  if (driving) ++injected.refused_driving;
+  asm volatile("cpsie i" ::: "memory");
+}
+
+void change_parameters(Random& random) {
+  AxisParameters axis = everything_on();
+  axis.velocity_gain_N_s_per_m = static_cast<float>(2000 + random.below(8000));
+  axis.adapt_level = random.below(2) == 0;
+  // Resolution and tick are fixed at the start: refused, but nothing is wrong with them.
+  const bool fixed = random.below(50) == 0;
+  if (fixed) axis.tick_s = 2.0e-4F;
+  Controller& controller = tick_under_test.controller();
+  if (controller.configure(axis, all_effects()) == ParameterStatus::kOk && fixed) {
+    wrong = "the tick's period changed";
+  }
+}
+
 // In the main loop, interrupted by ticks wherever it is.
 void command(Random& random) {
+  static std::uint32_t options = 0;
   Controller& controller = tick_under_test.controller();
   controller.poll();
-  if (random.below(300) == 0) {
-    AxisParameters axis = everything_on();
-    axis.velocity_gain_N_s_per_m = static_cast<float>(2000 + random.below(8000));
-    axis.adapt_level = random.below(2) == 0;
-    if (random.below(50) == 0) axis.tick_s = 1.0F;  // refused
-    static_cast<void>(controller.configure(axis, all_effects()));
+  if (random.below(300) == 0) change_parameters(random);
+  // At rest more often: that never lasts long.
+  if (random.below(controller.state().driving() ? 30000 : 100) == 0) offer_bad_parameters(random);
+  if (random.below(20000) == 0) {
+    options = random.below(3) == 0 ? kTorqueMode : 0U;
+    const auto target_N = static_cast<float>(random.below(200)) - 100.0F;
+    controller.set_torque(target_N, 0.1F * target_N);
   }
   const DriveState state = controller.state().state();
   if (state != DriveState::kOperationEnabled) {
-    constexpr std::uint16_t kUp[] = {0x0080, 0x0006, 0x0007, 0x000F};
-    controller.command(kUp[random.below(4)]);
+    constexpr std::uint32_t kUp[] = {0x0080, 0x0006, 0x0007, 0x000F};
+    controller.command_all(options | kUp[random.below(4)]);
   } else if (random.below(5000) == 0) {
-    controller.command(random.below(2) == 0 ? 0x000B : 0x0000);
+    controller.command_all(options | (random.below(2) == 0 ? 0x000BU : 0x0000U));
   } else {
-    controller.command(0x000F);
+    controller.command_all(options | 0x000FU);
     if (controller.reference().idle()) {
       static_cast<void>(controller.move_to(static_cast<std::int32_t>(random.below(300000))));
     }
@@ -164,6 +228,8 @@ int main() {
   tell("over_currents", injected.over_currents);
   tell("late", injected.late);
   tell("overruns", tick_under_test.timing().overruns);
+  tell("refused", injected.refused);
+  tell("refused_driving", injected.refused_driving);
   tell("counted_losses", faults.count(Fault::kEncoderLoss));
   tell("counted_jumps", faults.count(Fault::kEncoderJump));
   tell("counted_over_currents", faults.count(Fault::kOverCurrent));
