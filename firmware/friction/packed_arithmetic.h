@@ -52,7 +52,7 @@ inline std::int32_t saturate16(std::int32_t value) {
 // The same value, within [-32768, 32767], in both lanes (PKHBT; the compiler does not find it by itself).
 inline std::uint32_t both_lanes(std::int32_t value) {
 #if defined(__ARM_FEATURE_SIMD32)
-  std::uint32_t word;
+  std::uint32_t word = 0;
   asm("pkhbt %0, %1, %1, lsl #16" : "=r"(word) : "r"(value));
   return word;
 #else

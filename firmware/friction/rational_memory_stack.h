@@ -54,6 +54,9 @@ class RationalMemoryStack {
   // The branches point at each other.
   RationalMemoryStack(const RationalMemoryStack&) = delete;
   RationalMemoryStack& operator=(const RationalMemoryStack&) = delete;
+  RationalMemoryStack(RationalMemoryStack&&) = delete;
+  RationalMemoryStack& operator=(RationalMemoryStack&&) = delete;
+  ~RationalMemoryStack() = default;
 
   // Forgets everything: the virgin state, unloaded, at x.
   void reset(std::int32_t x) {

@@ -58,6 +58,7 @@ __attribute__((section(".vectors"), used)) const VectorTable kVectorTable = {
      fault_handler, fault_handler, fault_handler, fault_handler},
 };
 
+// The names below are the C library's and the C++ ABI's. NOLINTBEGIN(readability-identifier-naming)
 // newlib's own __assert_func prints through stdio, which brings malloc in.
 [[noreturn]] void __assert_func(const char* file, int line, const char* function, const char* expression) {
   using slipstack::mps2::uart_write;
@@ -82,4 +83,5 @@ __attribute__((section(".vectors"), used)) const VectorTable kVectorTable = {
   slipstack::mps2::uart_write("abort\n");
   slipstack::mps2::exit_emulator(slipstack::mps2::kExitAssertion);
 }
+// NOLINTEND(readability-identifier-naming)
 }  // extern "C"

@@ -72,6 +72,7 @@ constexpr VectorTable make_vector_table() {
 extern constinit const VectorTable kVectorTable;
 __attribute__((section(".vectors"), used)) constinit const VectorTable kVectorTable = make_vector_table();
 
+// The names below are the C library's and the C++ ABI's. NOLINTBEGIN(readability-identifier-naming)
 // newlib's own __assert_func prints through stdio, which brings malloc in.
 [[noreturn]] void __assert_func(const char* /*file*/, int /*line*/, const char* /*function*/,
                                 const char* /*expression*/) {
@@ -86,4 +87,5 @@ __attribute__((section(".vectors"), used)) constinit const VectorTable kVectorTa
 [[noreturn]] void abort() {
   fault_handler();
 }
+// NOLINTEND(readability-identifier-naming)
 }  // extern "C"
