@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the observer tells of its memory, 2200h: reversal points held, loops given up, ticks missed.
+// What the observer tells of its memory, 2200h:0Eh to 11h: reversal points held, loops given up, ticks
+// missed.
 #include <algorithm>
 #include <cmath>
 #include <random>

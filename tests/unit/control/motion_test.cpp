@@ -130,6 +130,53 @@ TEST(Generator, BrakesFromAnywhereWithTheGivenDeceleration) {
   }
 }
 
+// In torque mode the reference is where the axis is; the stop out of it begins where the axis goes on to be.
+TEST(Generator, FollowsTheAxisAndBrakesFromItsVelocity) {
+  for (const float velocity : {31.25F, -7.4F, 0.3F, 0.0F}) {
+    ReferenceGenerator generator;
+    generator.hold(0);
+    std::int32_t axis = 500;
+    for (int tick = 0; tick < 20; ++tick) {
+      axis += static_cast<std::int32_t>(velocity);
+      generator.follow(axis, velocity);
+      const ReferencePoint point = next(generator);
+      ASSERT_EQ(point.counts, axis);
+      ASSERT_EQ(point.velocity, velocity);
+      ASSERT_FALSE(generator.standing());
+      ASSERT_FALSE(generator.braking());
+      ASSERT_FALSE(generator.about_to_brake());
+    }
+    // What was queued meanwhile is not played.
+    ASSERT_TRUE(generator.push({.ticks = 5, .velocity = to_fixed(100.0F)}));
+    generator.stop();
+    double last = axis;
+    double last_v = static_cast<double>(velocity);
+    int ticks = 0;
+    int steady = 0;
+    while (!generator.standing() && ++ticks < 1000) {
+      const double x = position(next(generator));
+      // Two ticks with the velocity kept, whole counts of it while it is handed over; then 0.2 a tick.
+      const double v = x - last;
+      ASSERT_NEAR(v, last_v, 1.01) << ticks;
+      if (ticks > 3) {
+        ASSERT_LE(std::abs(v - last_v), 0.2 + 1e-4) << ticks;
+      }
+      steady += generator.about_to_brake() ? 1 : 0;
+      last = x;
+      last_v = v;
+    }
+    EXPECT_EQ(steady, 2) << "the ticks before the deceleration begins";
+    EXPECT_NEAR(ticks, std::abs(velocity) / 0.2F + 3.0F, 2.0F) << velocity;
+    EXPECT_NEAR(
+        last - axis,
+        2.5 * static_cast<double>(velocity * std::abs(velocity)) + 2.0 * static_cast<double>(velocity),
+        1.5 + 0.6 * std::abs(static_cast<double>(velocity)))
+        << velocity;
+    EXPECT_TRUE(generator.idle());
+    EXPECT_EQ(generator.underruns(), 0U);
+  }
+}
+
 TEST(Stream, PassesItsSetpointsSmoothly) {
   constexpr int kPeriod = 10;
   const auto wanted = [](int k) {

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <random>
 
 #include "firmware/friction/rational_memory_stack.h"
 #include "firmware/friction/virgin_curves.h"
@@ -103,6 +104,33 @@ TEST(MemoryStack, ResetForgets) {
   EXPECT_EQ(stack.depth(), 0U);
   EXPECT_EQ(stack.force_N(), 0.0);
   EXPECT_NEAR(stack.step(5), -y(2), 1e-12);
+}
+
+// Another curve in the middle of a motion: the force is what it would be had the curve been there from the
+// start.
+TEST(MemoryStack, TakesAnotherCurveForTheSameMotion) {
+  std::mt19937 random(12);
+  for (int run = 0; run < 200; ++run) {
+    Stack changed({kHeight, kDelta});
+    Stack should({0.3 * kHeight, 4.0 * kDelta});
+    changed.reset(1000);
+    should.reset(1000);
+    std::int32_t x = 1000;
+    const std::uint64_t change_at = random() % 40;
+    for (std::uint64_t step = 0; step < 60; ++step) {
+      if (step == change_at) {
+        changed.set_curve({0.3 * kHeight, 4.0 * kDelta});
+        ASSERT_NEAR(changed.force_N(), should.force_N(), 1e-9) << run << ' ' << step;
+      }
+      x += static_cast<std::int32_t>(random() % 200) - 100;
+      const double is_N = changed.step(x);
+      const double should_N = should.step(x);
+      ASSERT_EQ(changed.depth(), should.depth());
+      if (step >= change_at) {
+        ASSERT_NEAR(is_N, should_N, 1e-9) << run << ' ' << step;
+      }
+    }
+  }
 }
 
 TEST(MemoryStack, RunsAtCompileTime) {
