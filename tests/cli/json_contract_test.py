@@ -8,7 +8,7 @@ import unittest
 
 import program
 
-DIAGNOSIS = {"cannot_show": list, "log": str, "samples": int, "baseline_effects": list, "noise_floor_N": float, "baseline": dict,
+DIAGNOSIS = {"cannot_show": list, "noise": dict, "mended": list, "log": str, "samples": int, "baseline_effects": list, "noise_floor_N": float, "baseline": dict,
              "verdict": str, "candidates": list, "unexplained": (dict, type(None))}
 CANDIDATE = {"effect": str, "title": str, "holdout_rmse_N": float, "error_reduction": float,
              "error_reduction_se": float, "confounded_with": list, "evidence": str, "cause": str, "confirm_with": str}
@@ -49,7 +49,9 @@ class Contract(program.Workshop):
         self.assert_keys(result, DIAGNOSIS, also=[*(["steps"] if stepwise else []), *(["best"] if found else [])])
         self.assertIn(result["verdict"], ("missing_effect", "complete", "unexplained"))
         self.assertEqual(result["baseline_effects"], baseline)
-        self.assert_keys(result["baseline"], QUALITY)
+        self.assert_keys(result["baseline"], {**QUALITY, "holdout_interval_N": list})
+        low, high = result["baseline"]["holdout_interval_N"]
+        self.assertTrue(low <= result["baseline"]["holdout_rmse_N"] <= high)
         self.assertGreater(result["noise_floor_N"], 0.0)
         known = self.known_effects()
         named = [candidate["effect"] for candidate in result["candidates"]]
@@ -109,7 +111,8 @@ class Contract(program.Workshop):
         result = self.result("diagnose", self.stock / "two.csv", "--stepwise")
         steps = result["steps"]
         for step in steps:
-            self.assert_keys(step, {"added": str, "holdout_rmse_N": float})
+            self.assert_keys(step, {"added": str, "holdout_rmse_N": float},
+                             also=[] if step is steps[0] else ["evidence"])
         self.assertEqual(steps[0], {"added": "baseline", "holdout_rmse_N": result["baseline"]["holdout_rmse_N"]})
         self.assertGreaterEqual(len(steps), 3)
         errors = [step["holdout_rmse_N"] for step in steps]

@@ -25,6 +25,32 @@ TEST(Emps, DirectionAsymmetryIsNamedAndLowersTheError) {
   EXPECT_LT(diagnosis.best.holdout_rmse_N, 0.8 * diagnosis.baseline.holdout_rmse_N);
 }
 
+// From mass alone to the end: what a user sees with --effects inertia --stepwise.
+TEST(Emps, StepByStepToTheEnd) {
+  const auto path = shared_file("emps/emps_estimation.csv");
+  SKIP_WITHOUT(path);
+  const Measurement measurement = measured(path);
+  const Diagnosis diagnosis =
+      diagnose(measurement,
+               {.baseline = {"inertia", "coulomb", "viscous", "offset_force"}, .start = {}, .progress = {}});
+  ASSERT_GE(diagnosis.steps.size(), 3u);
+  for (std::size_t i = 1; i < diagnosis.steps.size(); ++i) {
+    EXPECT_LT(diagnosis.steps[i].holdout_rmse_N, diagnosis.steps[i - 1].holdout_rmse_N);
+    EXPECT_FALSE(diagnosis.steps[i].evidence.empty()) << "no physical reading";
+  }
+  const FittedModel& last = diagnosis.explained;
+  // Published with friction by direction: 3.11 % [5].
+  EXPECT_LT(last.relative_error, 0.026);
+  EXPECT_GT(last.relative_error, 0.015);
+  const double force_N = measurement.weighted_rms(last.linearisation->measured_N());
+  EXPECT_LT(last.holdout_rmse_N / force_N, 0.029);
+  // No viscous friction that drives, in either direction.
+  const double viscous = find_term(last.terms, "viscous")->gains[0];
+  const Term* direction = find_term(last.terms, "direction_asymmetry");
+  ASSERT_NE(direction, nullptr);
+  EXPECT_GT(viscous, std::abs(direction->gains.back()));
+}
+
 TEST(Emps, BaselineParametersAreThePublishedOnes) {
   const auto path = shared_file("emps/emps_estimation.csv");
   SKIP_WITHOUT(path);

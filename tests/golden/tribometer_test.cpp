@@ -49,5 +49,24 @@ TEST(Tribometer, WhatIsLeftIsNotCalledComplete) {
   }
 }
 
+// Blocked cross-validation with an asymmetric loop whose viscous part is held at zero: the model has no
+// viscous friction that it could be a part of, so any would drive the contact one way.
+TEST(Tribometer, AsymmetricLoopByPhysicsAlone) {
+  const auto path = shared_file("tribometer/tribometer_loops.csv");
+  SKIP_WITHOUT(path);
+  const Measurement measurement = measured(path);
+  const FittedModel loop = fit_effects(measurement, {"presliding_hysteresis"}, {});
+  const Trial trial = try_effect(measurement, loop, *find_effect("direction_asymmetry"), {});
+  Terms terms = trial.terms;
+  Term& asymmetry = terms.back();
+  asymmetry.gains.back() = asymmetry.lower.back() = asymmetry.upper.back() = 0.0;
+  const FittedModel fitted = polish_shapes(measurement, fit_gains(measurement, terms, &loop), {});
+  const double force_N = measurement.weighted_rms(fitted.linearisation->measured_N());
+  RecordProperty("holdout_percent", std::to_string(100.0 * fitted.holdout_rmse_N / force_N));
+  EXPECT_LE(fitted.holdout_rmse_N / force_N, 0.038);
+  EXPECT_GT(fitted.holdout_rmse_N / force_N, 0.030);
+  for (const double stiffness : fitted.terms[0].gains) EXPECT_GE(stiffness, 0.0);
+}
+
 }  // namespace
 }  // namespace slipstack::workbench

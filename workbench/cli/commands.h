@@ -2,15 +2,19 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 namespace slipstack::workbench {
 
 /// What the command line says; empty strings where an option was not given.
 struct Options {
   std::string command_line;  ///< as it would be typed again
-  std::string log;
-  std::string model;    ///< read by compare, diagnose and add; written by fit
-  std::string effects;  ///< ids separated by commas
+  std::vector<std::string> logs;
+  std::string log;       ///< the logs as a text, separated by ", "
+  std::string per_log;   ///< ids of effects with gains of each log's own; "none"; empty: the usual ones
+  double noise_N = 0.0;  ///< standard deviation of the force's noise before the filter; 0: estimated
+  std::string model;     ///< read by compare, diagnose and add; written by fit
+  std::string effects;   ///< ids separated by commas
   std::string effect;
   std::string out;
   std::string pages;  ///< folder

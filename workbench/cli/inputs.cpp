@@ -14,7 +14,7 @@ namespace {
 
 /// Cross-validation fits to four fifths of the instants: with fewer than these it would fit noise.
 constexpr Eigen::Index kInstantsPerParameter = 2;
-constexpr Eigen::Index kLeastInstants = 100;
+constexpr std::size_t kLeastInstants = 100;
 
 }  // namespace
 
@@ -33,13 +33,37 @@ std::vector<std::string> parse_effects(const std::string& list) {
   return ids;
 }
 
+void spare_logs(const Options& options, Outputs& outputs) {
+  for (const std::string& log : options.logs) outputs.spare(log);
+}
+
 Measurement measure(const Options& options, Progress& progress) {
-  progress.show("read the log");
-  Measurement measurement(read_log(options.log));
-  if (measurement.row_count() < kLeastInstants) {
+  for (std::size_t i = 0; i < options.logs.size(); ++i) {
+    if (std::find(options.logs.begin(), options.logs.begin() + static_cast<std::ptrdiff_t>(i),
+                  options.logs[i]) != options.logs.begin() + static_cast<std::ptrdiff_t>(i)) {
+      throw UsageError(fmt::format("{}: the log is named twice; name it once", printable(options.logs[i])));
+    }
+  }
+  ConditioningOptions conditioning;
+  conditioning.force_noise_N = options.noise_N;
+  if (options.per_log == "none") {
+    conditioning.per_log.clear();
+  } else if (!options.per_log.empty()) {
+    conditioning.per_log = parse_effects(options.per_log);
+  }
+  std::vector<Log> logs;
+  for (const std::string& path : options.logs) {
+    progress.show(options.logs.size() == 1 ? "read the log" : "read the logs",
+                  static_cast<double>(logs.size()) / static_cast<double>(options.logs.size()));
+    logs.push_back(read_log(path));
+    logs.back().path = path;
+  }
+  Measurement measurement(std::move(logs), conditioning);
+  for (const LogPart& part : measurement.parts()) {
+    if (part.row_count >= kLeastInstants) continue;
     throw InputError(fmt::format(
         "{}: {} samples leave {} instants after filtering, fewer than the {} that a fit needs; record longer",
-        printable(options.log), measurement.sample_count(), measurement.row_count(), kLeastInstants));
+        printable(part.path), part.sample_count, part.row_count, kLeastInstants));
   }
   progress.show("weigh the rows");
   weigh_rows(measurement);
@@ -70,7 +94,8 @@ void check_enough(const Options& options, const Measurement& measurement,
   Eigen::Index parameters = 0;
   for (const std::string& id : ids) {
     const EffectDescription& effect = *find_effect(id);
-    parameters += effect.gain_count;
+    parameters += static_cast<Eigen::Index>(static_cast<std::size_t>(effect.gain_count) *
+                                            measurement.gain_sets(effect.text.id));
     parameters += static_cast<Eigen::Index>(searched_shapes(measurement, effect).size());
   }
   if (measurement.row_count() < kInstantsPerParameter * parameters) {
@@ -83,9 +108,8 @@ void check_enough(const Options& options, const Measurement& measurement,
 Terms terms_on(const Measurement& measurement, const Model& model) {
   Terms terms = model.terms;
   for (Term& term : terms) {
-    if (term.id() == "inertia" && measurement.log().mass_kg) {
-      term.gains[0] = term.lower[0] = term.upper[0] = *measurement.log().mass_kg;
-    }
+    term = with_gain_sets(measurement, std::move(term));
+    if (term.id() == "inertia") give_mass(measurement, term);
   }
   return terms;
 }

@@ -17,7 +17,10 @@ namespace slipstack::workbench {
 /// Ids of a comma-separated list, each known and named once.
 std::vector<std::string> parse_effects(const std::string& list);
 
-/// The log, conditioned; refuses one that is too short for any fit.
+/// The logs are inputs: no output may take the place of one.
+void spare_logs(const Options& options, Outputs& outputs);
+
+/// The logs, conditioned; refuses what is too short for any fit, and logs that do not fit together.
 Measurement measure(const Options& options, Progress& progress);
 
 /// Refuses combinations that no data can separate or that have nothing to act on.

@@ -12,6 +12,7 @@
 #include "workbench/cli/experiment/stop.h"
 #include "workbench/cli/output.h"
 #include "workbench/identify/effect_catalogue.h"
+#include "workbench/identify/parts.h"
 #include "workbench/log/input_error.h"
 #include "workbench/log/text.h"
 
@@ -27,17 +28,34 @@ void complain(std::string_view message) {
   fmt::print(stderr, "slipstack: {}\n", printable(message.substr(0, message.find_last_not_of('\n') + 1)));
 }
 
+const auto kNotEmpty = [](const std::string& text) {
+  return text.empty() ? std::string("must not be empty") : std::string();
+};
+
 /// An option that was given as an empty text was meant to say something: `--report "$REPORT"`.
 CLI::Option* add_text(CLI::App& command, const std::string& name, std::string& value, const std::string& kind,
                       const std::string& description) {
-  const auto not_empty = [](const std::string& text) {
-    return text.empty() ? std::string("must not be empty") : std::string();
-  };
-  return command.add_option(name, value, description)->check(not_empty)->type_name(kind);
+  return command.add_option(name, value, description)->check(kNotEmpty)->type_name(kind);
 }
 
 void add_log(CLI::App& command, Options& options) {
-  add_text(command, "LOG", options.log, "FILE", "measurement: CSV, or a MAT file of version 5")->required();
+  command
+      .add_option("LOG", options.logs,
+                  "measurement: CSV, or a MAT file of version 5; several of one axis are fitted together")
+      ->check(kNotEmpty)
+      ->type_name("FILE")
+      ->expected(1, -1)
+      ->required()
+      ->each(
+          [&options](const std::string& name) { options.log += (options.log.empty() ? "" : ", ") + name; });
+  add_text(command, "--per-log", options.per_log, "A,B,..",
+           "of several logs: effects with gains of each log's own ('none': all are shared; default: " +
+               joined(effects_of_each_log()) + ")");
+  command
+      .add_option("--noise", options.noise_N,
+                  "standard deviation of the force's noise in one sample, N (default: estimated)")
+      ->check(CLI::PositiveNumber)
+      ->type_name("N");
 }
 
 void add_outputs(CLI::App& command, Options& options) {

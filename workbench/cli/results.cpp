@@ -3,8 +3,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "workbench/cli/inputs.h"
 #include "workbench/diagnose/quantity.h"
+#include "workbench/identify/block_bootstrap.h"
+#include "workbench/identify/noise_floor.h"
 #include "workbench/identify/reduce.h"
 #include "workbench/identify/standard_errors.h"
 #include "workbench/log/text.h"
@@ -15,6 +20,16 @@ using nlohmann::json;
 
 std::string newtons(double value_N) {
   return quantity(value_N, "N");
+}
+
+std::string interval_text(const Measurement& measurement, const FittedModel& fitted) {
+  const Interval interval = holdout_interval(measurement, fitted);
+  return newtons(interval.low) + " to " + newtons(interval.high);
+}
+
+json interval_json(const Measurement& measurement, const FittedModel& fitted) {
+  const Interval interval = holdout_interval(measurement, fitted);
+  return {number_json(interval.low), number_json(interval.high)};
 }
 
 std::string share(double value) {
@@ -44,12 +59,109 @@ json figures_json(const FittedModel& fitted, double floor_N) {
           {"relative_error", number_json(fitted.relative_error)}};
 }
 
+namespace {
+
+const char* noise_method(const Measurement& measurement) {
+  return measurement.force_noise_given() ? "given by --noise"
+                                         : "from differences of sixth order of the force";
+}
+
+}  // namespace
+
+std::string noise_line(const Measurement& measurement) {
+  return fmt::format(
+      "noise      {} in one sample of the force, {}; with the encoder's quantisation, by reading "
+      "the motion on shifted grids\n",
+      newtons(measurement.force_noise_N()), noise_method(measurement));
+}
+
+std::string mended_lines(const Measurement& measurement) {
+  std::string text;
+  for (const LogPart& part : measurement.parts()) {
+    for (const std::string& note : part.mended) {
+      const std::string of = measurement.parts().size() > 1 ? printable(part.path) + ": " : "";
+      text += fmt::format("mended     {}{}\n", of, note);
+    }
+  }
+  return text;
+}
+
+json mended_json(const Measurement& measurement) {
+  json list = json::array();
+  for (const LogPart& part : measurement.parts()) {
+    for (const std::string& note : part.mended) list.push_back({{"log", part.path}, {"what", note}});
+  }
+  return list;
+}
+
+json noise_json(const Measurement& measurement) {
+  return {{"force_noise_N", number_json(measurement.force_noise_N())},
+          {"method", noise_method(measurement)},
+          {"quantisation", "the motion read again on three shifted encoder grids"}};
+}
+
 json quality_json(const Measurement& measurement, const FittedModel& fitted, double floor_N) {
   json result = figures_json(fitted, floor_N);
   result["samples"] = measurement.sample_count();
+  result["noise"] = noise_json(measurement);
+  result["mended"] = mended_json(measurement);
+  result["holdout_interval_N"] = interval_json(measurement, fitted);
   result["effects"] = ids_of(fitted.terms);
   result["parameters"] = parameters_json(fitted.terms);
+  if (measurement.parts().size() > 1) result["logs"] = logs_json(log_results(measurement, fitted));
   return result;
+}
+
+std::vector<LogResult> log_results(const Measurement& measurement, const ForceRows& rows,
+                                   const std::vector<double>& floors_N, const FittedModel* fitted) {
+  std::vector<LogResult> results;
+  for (std::size_t p = 0; p < measurement.parts().size(); ++p) {
+    const LogPart& part = measurement.parts()[p];
+    const auto first = static_cast<Eigen::Index>(part.first_row);
+    const auto count = static_cast<Eigen::Index>(part.row_count);
+    const Eigen::VectorXd weights = measurement.row_weights().segment(first, count);
+    const Eigen::VectorXd usable = measurement.row_usable().segment(first, count);
+    const Eigen::VectorXd residual_N = rows.residual_N().segment(first, count).cwiseProduct(usable);
+    LogResult result;
+    result.path = part.path;
+    result.samples = part.sample_count;
+    result.rmse_N = std::sqrt(weights.dot(residual_N.cwiseAbs2()) / weights.sum());
+    result.noise_floor_N = floors_N[p];
+    result.force_noise_N = part.force_noise_N;
+    result.relative_error =
+        residual_N.norm() /
+        std::max(rows.measured_N.segment(first, count).cwiseProduct(usable).norm(), 1e-300);
+    if (fitted != nullptr) {
+      double sum = 0.0;
+      for (int block = part.first_block; block < part.first_block + part.block_count; ++block) {
+        sum += fitted->block_squared_error[static_cast<std::size_t>(block)];
+      }
+      result.holdout_rmse_N = std::sqrt(sum / weights.sum());
+    }
+    results.push_back(std::move(result));
+  }
+  return results;
+}
+
+std::vector<LogResult> log_results(const Measurement& measurement, const FittedModel& fitted) {
+  if (measurement.parts().size() == 1) return {};
+  const std::vector<double> floors_N = NoiseFloor(measurement).of_each_log(fitted.terms);
+  return log_results(measurement, rows_of(fitted), floors_N, &fitted);
+}
+
+json logs_json(const std::vector<LogResult>& logs) {
+  json list = json::array();
+  for (const LogResult& one : logs) {
+    json entry{{"log", one.path},
+               {"samples", one.samples},
+               {"rmse_N", number_json(one.rmse_N)},
+               {"noise_floor_N", number_json(one.noise_floor_N)},
+               {"force_noise_N", number_json(one.force_noise_N)},
+               {"relative_error", number_json(one.relative_error)}};
+    if (one.holdout_rmse_N > 0.0) entry["holdout_rmse_N"] = one.holdout_rmse_N;
+    list.push_back(std::move(entry));
+  }
+  return list;
 }
 
 ForceRows rows_of(const FittedModel& fitted) {
@@ -63,8 +175,8 @@ Model model_of(const Options& options, const Measurement& measurement, const Fit
   Model model;
   model.source = {printable(options.log), static_cast<std::int64_t>(measurement.sample_count()),
                   fitted.holdout_rmse_N, floor_N, fitted.relative_error};
-  model.terms = fitted.terms;
-  model.target_terms = reduced.terms;
+  model.terms = averaged_over_logs(measurement, fitted.terms);
+  model.target_terms = averaged_over_logs(measurement, reduced.terms);
   model.target_holdout_rmse_N = reduced.holdout_rmse_N;
   return model;
 }

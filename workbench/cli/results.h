@@ -15,6 +15,9 @@ namespace slipstack::workbench {
 
 /// A force in N for people.
 std::string newtons(double value_N);
+/// The 95 % interval of a model's held-out error by block bootstrap, for people and for machines.
+std::string interval_text(const Measurement& measurement, const FittedModel& fitted);
+nlohmann::json interval_json(const Measurement& measurement, const FittedModel& fitted);
 /// A share of one, in per cent.
 std::string share(double value);
 
@@ -30,8 +33,33 @@ nlohmann::json report_base(const Options& options, const std::string& command);
 /// The figures that the report shows on top.
 nlohmann::json figures_json(const FittedModel& fitted, double floor_N);
 
+/// Where the noise floor comes from: one line, and the same for machines.
+std::string noise_line(const Measurement& measurement);
+nlohmann::json noise_json(const Measurement& measurement);
+
+/// What was mended in the logs and left out of them: a line each, empty for clean logs.
+std::string mended_lines(const Measurement& measurement);
+nlohmann::json mended_json(const Measurement& measurement);
+
 /// A fit, for machines.
 nlohmann::json quality_json(const Measurement& measurement, const FittedModel& fitted, double floor_N);
+
+/// What a model leaves of one log among several.
+struct LogResult {
+  std::string path;
+  std::size_t samples = 0;
+  double rmse_N = 0.0;  ///< weighted
+  double holdout_rmse_N =
+      0.0;  ///< the same on blocks that the fit has not seen; zero where nothing was fitted
+  double noise_floor_N = 0.0;
+  double relative_error = 0.0;
+  double force_noise_N = 0.0;
+};
+/// One for each log. `fitted` may be nullptr; its terms then are not given either.
+std::vector<LogResult> log_results(const Measurement& measurement, const ForceRows& rows,
+                                   const std::vector<double>& floors_N, const FittedModel* fitted);
+std::vector<LogResult> log_results(const Measurement& measurement, const FittedModel& fitted);
+nlohmann::json logs_json(const std::vector<LogResult>& logs);
 
 /// Measured force and the model's, at the rows.
 ForceRows rows_of(const FittedModel& fitted);

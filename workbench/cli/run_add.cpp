@@ -81,7 +81,7 @@ json report_of(const Options& options, const Measurement& measurement, const Add
 void run_add(const Options& options) {
   const EffectDescription& effect = effect_of(options);
   Outputs outputs;
-  outputs.spare(options.log);
+  spare_logs(options, outputs);
   outputs.spare(options.model);
   outputs.claim(options.out);
   outputs.claim(options.report);
@@ -101,6 +101,7 @@ void run_add(const Options& options) {
   if (addition.after.holdout_rmse_N > (1.0 - kLeastReduction) * addition.before.holdout_rmse_N) {
     text += "It does not earn its parameters: less than 3 % on data that the fit has not seen.\n";
   }
+  text += mended_lines(measurement) + log_table(log_results(measurement, addition.after));
   text += parameter_table(addition.after.terms);
   text += model_lines(options.out, model);
 

@@ -7,6 +7,7 @@
 #include "workbench/cli/commands.h"
 #include "workbench/cli/inputs.h"
 #include "workbench/cli/results.h"
+#include "workbench/cli/tables.h"
 #include "workbench/diagnose/structure.h"
 #include "workbench/identify/noise_floor.h"
 #include "workbench/log/text.h"
@@ -25,18 +26,25 @@ struct Comparison {
   double error_N = 0.0;
   double relative = 0.0;
   double floor_N = 0.0;
+  std::vector<LogResult> logs;
   std::string left;
 };
 
 /// The model as it is against the log: nothing is fitted.
 Comparison compared(const Measurement& measurement, const Model& model) {
   Comparison result;
-  result.rows = {measurement.force_N(delay_s(model.terms)),
-                 measurement.filtered(evaluate_force(measurement, model.terms).force_N)};
-  const Eigen::VectorXd residual = result.rows.residual_N();
+  Terms terms = model.terms;
+  const bool several = measurement.parts().size() > 1;  // each with the load that it declares
+  if (several) terms = terms_on(measurement, model);
+  result.rows = {measurement.force_N(delay_s(terms)),
+                 measurement.filtered(evaluate_force(measurement, terms).force_N)};
+  const Eigen::VectorXd& usable = measurement.row_usable();
+  const Eigen::VectorXd residual = result.rows.residual_N().cwiseProduct(usable);
   result.error_N = measurement.weighted_rms(residual);
-  result.relative = residual.norm() / std::max(result.rows.measured_N.norm(), 1e-300);
-  result.floor_N = NoiseFloor(measurement).of(model.terms);
+  result.relative = residual.norm() / std::max(result.rows.measured_N.cwiseProduct(usable).norm(), 1e-300);
+  const NoiseFloor floor(measurement);
+  result.floor_N = floor.of(terms);
+  result.logs = log_results(measurement, result.rows, floor.of_each_log(terms), nullptr);
   const auto structure = find_structure(measurement, residual);
   result.left = structure.front().error_reduction > kWorthAWord
                     ? structure.front().description
@@ -66,7 +74,7 @@ json report_of(const Options& options, const Measurement& measurement, const Mod
 
 void run_compare(const Options& options) {
   Outputs outputs;
-  outputs.spare(options.log);
+  spare_logs(options, outputs);
   outputs.spare(options.model);
   outputs.claim(options.report);
   outputs.claim(options.json);
@@ -76,21 +84,24 @@ void run_compare(const Options& options) {
   progress.show("compare");
   const Comparison found = compared(measurement, model);
 
-  const std::string text = fmt::format(
+  std::string text = fmt::format(
       "log        {}\nmodel      {}, hash {}\neffects    {}\nerror      {} rms, {} of the force; noise "
       "floor {}\n{}\n",
       printable(options.log), printable(options.model), hash_text(model),
       fmt::join(ids_of(model.terms), ", "), newtons(found.error_N), share(found.relative),
       newtons(found.floor_N), sentence(found.left));
-  const json result{{"log", options.log},
-                    {"model", options.model},
-                    {"hash", hash_text(model)},
-                    {"samples", measurement.sample_count()},
-                    {"effects", ids_of(model.terms)},
-                    {"rmse_N", number_json(found.error_N)},
-                    {"relative_error", number_json(found.relative)},
-                    {"noise_floor_N", number_json(found.floor_N)},
-                    {"left", found.left}};
+  text += mended_lines(measurement) + log_table(found.logs);
+  json result{{"log", options.log},
+              {"model", options.model},
+              {"hash", hash_text(model)},
+              {"samples", measurement.sample_count()},
+              {"effects", ids_of(model.terms)},
+              {"rmse_N", number_json(found.error_N)},
+              {"relative_error", number_json(found.relative)},
+              {"noise_floor_N", number_json(found.floor_N)},
+              {"left", found.left}};
+  result["mended"] = mended_json(measurement);
+  if (found.logs.size() > 1) result["logs"] = logs_json(found.logs);
   if (!options.report.empty()) {
     outputs.set(options.report, render_report(report_of(options, measurement, model, found)));
   }

@@ -60,10 +60,15 @@ json result_of(const Options& options, const Measurement& measurement, const Dia
               {"baseline",
                {{"train_rmse_N", number_json(diagnosis.baseline.train_rmse_N)},
                 {"holdout_rmse_N", number_json(diagnosis.baseline.holdout_rmse_N)},
+                {"holdout_interval_N", interval_json(measurement, diagnosis.baseline)},
                 {"relative_error", number_json(diagnosis.baseline.relative_error)}}},
               {"verdict", name_of(diagnosis.verdict)},
               {"candidates", candidates_json(diagnosis)},
               {"unexplained", nullptr}};
+  result["noise"] = noise_json(measurement);
+  result["mended"] = mended_json(measurement);
+  const std::vector<LogResult> logs = log_results(measurement, diagnosis.explained);
+  if (!logs.empty()) result["logs"] = logs_json(logs);
   json cannot_show = json::array();
   for (const Visibility& one : diagnosis.cannot_show) {
     cannot_show.push_back({{"effect", one.effect},
@@ -75,6 +80,7 @@ json result_of(const Options& options, const Measurement& measurement, const Dia
     result["best"] = {{"effects", ids_of(diagnosis.best.terms)},
                       {"train_rmse_N", number_json(diagnosis.best.train_rmse_N)},
                       {"holdout_rmse_N", number_json(diagnosis.best.holdout_rmse_N)},
+                      {"holdout_interval_N", interval_json(measurement, diagnosis.best)},
                       {"relative_error", number_json(diagnosis.best.relative_error)}};
   }
   if (options.stepwise) result["steps"] = steps_json(diagnosis);
@@ -108,10 +114,18 @@ json report_of(const Options& options, const Measurement& measurement, const Dia
   return data;
 }
 
-std::string text_of(const Options& options, const Diagnosis& diagnosis) {
+std::string text_of(const Options& options, const Measurement& measurement, const Diagnosis& diagnosis) {
   const Headline headline = headline_of(diagnosis);
   std::string text = headline.line + "\n" + headline.detail + "\n" + candidate_table(diagnosis);
   if (options.stepwise) text += step_table(diagnosis);
+  text += log_table(log_results(measurement, diagnosis.explained));
+  text += fmt::format("\nintervals  baseline {}", interval_text(measurement, diagnosis.baseline));
+  if (diagnosis.verdict == Verdict::missing_effect) {
+    text += fmt::format("; with {} {}", diagnosis.candidates.front().term.id(),
+                        interval_text(measurement, diagnosis.best));
+  }
+  text += " (95 %, block bootstrap)\n";
+  text += fmt::format("{}", noise_line(measurement)) + mended_lines(measurement);
   if (diagnosis.verdict == Verdict::missing_effect) text += advice(diagnosis.candidates.front());
   if (!diagnosis.cannot_show.empty()) {
     std::vector<std::string> ids;
@@ -125,7 +139,7 @@ std::string text_of(const Options& options, const Diagnosis& diagnosis) {
 
 void run_diagnose(const Options& options) {
   Outputs outputs;
-  outputs.spare(options.log);
+  spare_logs(options, outputs);
   if (!options.model.empty()) outputs.spare(options.model);
   outputs.claim(options.report);
   outputs.claim(options.json);
@@ -152,7 +166,7 @@ void run_diagnose(const Options& options) {
   }
   outputs.set(options.json, json_text(result));
   progress.finish();
-  outputs.commit(text_of(options, diagnosis));
+  outputs.commit(text_of(options, measurement, diagnosis));
 }
 
 }  // namespace slipstack::workbench

@@ -6,6 +6,7 @@
 #include "workbench/cli/results.h"
 #include "workbench/cli/tables.h"
 #include "workbench/identify/noise_floor.h"
+#include "workbench/identify/robust.h"
 #include "workbench/identify/standard_errors.h"
 #include "workbench/log/text.h"
 #include "workbench/report/html.h"
@@ -29,36 +30,48 @@ json report_of(const Options& options, const Measurement& measurement, const Fit
   return data;
 }
 
+std::string outlier_line(const RobustFit& robust) {
+  if (robust.outliers == 0) return "";
+  return fmt::format(
+      "outliers   {} instants beyond five robust standard deviations pull no more than at five (Huber), the "
+      "first at {:.3f} s\n",
+      robust.outliers, robust.first_s);
+}
+
 }  // namespace
 
 void run_fit(const Options& options) {
   const std::vector<std::string> ids = parse_effects(options.effects);
   Outputs outputs;
-  outputs.spare(options.log);
+  spare_logs(options, outputs);
   outputs.claim(options.model);
   outputs.claim(options.report);
   outputs.claim(options.json);
   Progress progress;
-  const Measurement measurement = measure(options, progress);
+  Measurement measurement = measure(options, progress);
   check_combination(measurement, ids);
   check_enough(options, measurement, ids);
   progress.show("fit");
-  const FittedModel fitted = with_standard_errors(measurement, fit_effects(measurement, ids, {}));
+  const RobustFit robust = fit_robustly(measurement, fit_effects(measurement, ids, {}));
+  const FittedModel fitted = with_standard_errors(measurement, robust.model);
   progress.show("reduce to the controller");
   const double floor_N = NoiseFloor(measurement).of(fitted.terms);
   const Model model = model_of(options, measurement, fitted, floor_N);
 
   std::string text =
       fmt::format("log        {}\neffects    {}\n", printable(options.log), fmt::join(ids, ", "));
-  text += fmt::format("error      {} held out, {} in sample, {} of the force; noise floor {}\n",
-                      newtons(fitted.holdout_rmse_N), newtons(fitted.train_rmse_N),
-                      share(fitted.relative_error), newtons(floor_N));
+  text += fmt::format("error      {} held out ({}), {} in sample, {} of the force; noise floor {}\n",
+                      newtons(fitted.holdout_rmse_N), interval_text(measurement, fitted),
+                      newtons(fitted.train_rmse_N), share(fitted.relative_error), newtons(floor_N));
+  text += noise_line(measurement) + mended_lines(measurement) + outlier_line(robust);
+  text += log_table(log_results(measurement, fitted));
   text += parameter_table(fitted.terms);
   text += model_lines(options.model, model);
 
   json result = quality_json(measurement, fitted, floor_N);
   result["log"] = options.log;
   result["model"] = options.model;
+  result["outliers"] = robust.outliers;
   result["hash"] = hash_text(model);
   if (!options.report.empty()) {
     outputs.set(options.report, render_report(report_of(options, measurement, fitted, floor_N)));

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "workbench/diagnose/quantity.h"
+#include "workbench/log/text.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -28,6 +29,11 @@ int digits_known(double value, double error) {
   return std::clamp(static_cast<int>(std::floor(ratio)) + 2, 3, 8);
 }
 
+/// " (log 2)" where each log has its own gains.
+std::string of_log(const Term& term, std::size_t gain) {
+  return term.gain_sets() > 1 ? fmt::format(" (log {})", gain / term.gains_per_set() + 1) : "";
+}
+
 }  // namespace
 
 std::string parameter_table(const Terms& terms) {
@@ -35,15 +41,20 @@ std::string parameter_table(const Terms& terms) {
       fmt::format("\n{:<32} {:<24} {:>14} {:>14}\n", "effect", "parameter", "value", "std. error");
   for (const Term& term : terms) {
     const bool elements = term.id() == "presliding_hysteresis";
+    const std::size_t count = term.gains_per_set();
     if (elements) {
-      std::size_t used = 0;
-      double level_N = 0.0;
-      for (std::size_t i = 0; i < term.gains.size(); ++i) {
-        used += term.gains[i] > 0.0 ? 1 : 0;
-        level_N += term.gains[i] * term.shapes[i];
+      for (std::size_t set = 0; set < term.gain_sets(); ++set) {
+        std::size_t used = 0;
+        double level_N = 0.0;
+        for (std::size_t i = 0; i < count; ++i) {
+          const double stiffness = term.gains[set * count + i];
+          used += stiffness > 0.0 ? 1 : 0;
+          level_N += stiffness * term.shapes[i];
+        }
+        text += fmt::format("{:<32} {:<24} {:>14}\n", term.id(),
+                            fmt::format("level of {} elements{}", used, of_log(term, set * count)),
+                            quantity(level_N, "N"));
       }
-      text += fmt::format("{:<32} {:<24} {:>14}\n", term.id(), fmt::format("level of {} elements", used),
-                          quantity(level_N, "N"));
       continue;
     }
     for (std::size_t i = 0; i < term.shapes.size(); ++i) {
@@ -54,8 +65,9 @@ std::string parameter_table(const Terms& terms) {
                           error > 0.0 ? shape_value(shape, error) : "set");
     }
     for (std::size_t g = 0; g < term.gains.size(); ++g) {
-      const GainGroup& group = term.effect->group_of_gain(static_cast<int>(g));
-      const std::string name = group.count > 1 ? fmt::format("{} {}", group.name, g + 1) : group.name;
+      const GainGroup& group = term.effect->group_of_gain(static_cast<int>(g % count));
+      const std::string name =
+          (group.count > 1 ? fmt::format("{} {}", group.name, g % count + 1) : group.name) + of_log(term, g);
       const bool given = term.lower[g] == term.upper[g];
       const double error = term.gain_standard_error(g);
       text += fmt::format("{:<32} {:<24} {:>14} {:>14}\n", term.id(), name,
@@ -85,10 +97,26 @@ std::string candidate_table(const Diagnosis& diagnosis) {
   return text;
 }
 
+std::string log_table(const std::vector<LogResult>& logs) {
+  if (logs.size() < 2) return "";
+  const bool held_out = logs.front().holdout_rmse_N > 0.0;
+  std::string text = fmt::format("\n{:<32} {:>9} {:>14} {:>14} {:>9}\n", "log", "samples",
+                                 held_out ? "held-out error" : "error", "noise floor", "of force");
+  for (std::size_t i = 0; i < logs.size(); ++i) {
+    const LogResult& one = logs[i];
+    text +=
+        fmt::format("{:<32} {:>9} {:>14} {:>14} {:>9}\n", fmt::format("{} {}", i + 1, printable(one.path)),
+                    one.samples, newtons(held_out ? one.holdout_rmse_N : one.rmse_N),
+                    newtons(one.noise_floor_N), share(one.relative_error));
+  }
+  return text;
+}
+
 std::string step_table(const Diagnosis& diagnosis) {
   std::string text = fmt::format("\n{:<32} {:>14}\n", "step", "held-out error");
   for (const Step& step : diagnosis.steps) {
-    text += fmt::format("{:<32} {:>14}\n", step.added, quantity(step.holdout_rmse_N, "N"));
+    text += fmt::format("{:<32} {:>14}{}{}\n", step.added, quantity(step.holdout_rmse_N, "N"),
+                        step.evidence.empty() ? "" : "  ", step.evidence);
   }
   text += fmt::format("{:<32} {:>14}\n", "noise floor", quantity(diagnosis.noise_floor_N, "N"));
   return text;

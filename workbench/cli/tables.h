@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "workbench/cli/results.h"
 #include "workbench/diagnose/diagnose.h"
 
 namespace slipstack::workbench {
@@ -10,6 +11,8 @@ namespace slipstack::workbench {
 // Aligned tables for a terminal, each after an empty line.
 std::string parameter_table(const Terms& terms);
 std::string candidate_table(const Diagnosis& diagnosis);
+/// What is left of each log; empty for a single one.
+std::string log_table(const std::vector<LogResult>& logs);
 std::string step_table(const Diagnosis& diagnosis);
 /// The usual cause and the experiment that confirms.
 std::string advice(const Candidate& candidate);

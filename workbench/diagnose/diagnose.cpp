@@ -7,6 +7,7 @@
 #include <atomic>
 #include <cmath>
 #include <numeric>
+#include <tuple>
 
 #include "workbench/diagnose/evidence.h"
 #include "workbench/diagnose/lines.h"
@@ -137,15 +138,21 @@ bool earned(const FittedModel& baseline, const FittedModel& before, const Fitted
 }
 
 /// Effects worth trying: not in the model, and not the same column under another name.
-std::vector<const EffectDescription*> effects_to_try(const Terms& terms) {
+std::vector<const EffectDescription*> effects_to_try(const Terms& terms,
+                                                     const std::vector<std::string>& wanted) {
   std::vector<const EffectDescription*> effects;
   const Term* inertia = find_term(terms, "inertia");
   const bool mass_is_free = inertia != nullptr && inertia->lower[0] < inertia->upper[0];
-  for (const EffectDescription& effect : catalogue()) {
-    if (contains(terms, effect.text.id)) continue;
-    if (effect.id() == "payload_mass" && mass_is_free) continue;
-    if (effect.id() == "inertia" && contains(terms, "payload_mass")) continue;
-    effects.push_back(&effect);
+  std::vector<const EffectDescription*> all;
+  for (const std::string& id : wanted) all.push_back(find_effect(id));
+  if (wanted.empty()) {
+    for (const EffectDescription& effect : catalogue()) all.push_back(&effect);
+  }
+  for (const EffectDescription* effect : all) {
+    if (contains(terms, effect->text.id)) continue;
+    if (effect->id() == "payload_mass" && mass_is_free) continue;
+    if (effect->id() == "inertia" && contains(terms, "payload_mass")) continue;
+    effects.push_back(effect);
   }
   return effects;
 }
@@ -201,7 +208,7 @@ class Search {
     };
     std::vector<Job> jobs;
     for (const Explanation& from : beam) {
-      for (const EffectDescription* effect : effects_to_try(from.model.terms))
+      for (const EffectDescription* effect : effects_to_try(from.model.terms, options_.candidates))
         jobs.push_back({&from, effect, {}});
     }
     std::atomic<std::size_t> done{0};
@@ -213,8 +220,11 @@ class Search {
       report(first ? "try every effect" : "try every effect on top",
              static_cast<double>(finished) / static_cast<double>(jobs.size()));
     });
-    std::sort(jobs.begin(), jobs.end(),
-              [](const Job& a, const Job& b) { return a.trial.holdout_rmse_N < b.trial.holdout_rmse_N; });
+    // By error, then by name: effects that do nothing tie, whatever the order of the catalogue.
+    std::sort(jobs.begin(), jobs.end(), [](const Job& a, const Job& b) {
+      return std::tuple(a.trial.holdout_rmse_N, std::string_view(a.effect->text.id), a.from) <
+             std::tuple(b.trial.holdout_rmse_N, std::string_view(b.effect->text.id), b.from);
+    });
     if (first) {
       for (const Job& job : jobs) trials_.push_back(job.trial);
     }
@@ -412,7 +422,7 @@ class Search {
   }
 
   void list_steps(Diagnosis& diagnosis, const Explanation& best) const {
-    diagnosis.steps.push_back({"baseline", diagnosis.baseline.holdout_rmse_N});
+    diagnosis.steps.push_back({"baseline", diagnosis.baseline.holdout_rmse_N, ""});
     diagnosis.best = diagnosis.baseline;
     // The strongest first, so that the waterfall falls as fast as it can.
     std::vector<std::string> order;
@@ -427,7 +437,8 @@ class Search {
           i + 1 == order.size()
               ? best.model
               : polish_shapes(measurement_, fit_gains(measurement_, terms, &best.model), {20});
-      diagnosis.steps.push_back({order[i], model.holdout_rmse_N});
+      diagnosis.steps.push_back(
+          {order[i], model.holdout_rmse_N, evidence_of(*find_term(best.model.terms, order[i]))});
       if (i == 0) diagnosis.best = std::move(model);
     }
   }

@@ -25,6 +25,7 @@ struct Candidate {
 struct Step {
   std::string added;  ///< "baseline" first
   double holdout_rmse_N = 0.0;
+  std::string evidence;  ///< the physical reading of what was added, in the company of the others
 };
 
 enum class Verdict { missing_effect, complete, unexplained };
@@ -47,6 +48,8 @@ struct DiagnoseOptions {
   std::vector<std::string> baseline;
   Terms start;  ///< the baseline as a model file has it; its shapes are kept; empty: searched
   std::function<void(const std::string& stage, double fraction)> progress;  ///< may be empty
+  /// Effects to try, all of the catalogue where empty. The answer does not depend on their order.
+  std::vector<std::string> candidates = {};
 };
 
 /// What the axis does that the baseline does not: every effect of the catalogue that the baseline lacks is

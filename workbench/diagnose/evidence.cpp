@@ -23,7 +23,13 @@ std::string value_of(const Term& term, std::string_view name) {
       first += count;
       continue;
     }
-    if (count == 1) return quantity(term.gains[first], group.unit);
+    if (count == 1) {  // of each log, where each has its own
+      std::string values;
+      for (std::size_t g = first; g < term.gains.size(); g += term.gains_per_set()) {
+        values += (values.empty() ? "" : " / ") + quantity(term.gains[g], group.unit);
+      }
+      return values;
+    }
     double largest = 0.0;
     for (std::size_t i = 0; i < count; ++i) {
       const double own = std::abs(term.gains[first + i]);

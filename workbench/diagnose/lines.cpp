@@ -65,10 +65,17 @@ Structure line_at_rows(const Measurement& measurement, const Eigen::VectorXd& re
   const double step_Hz = 0.3 / measurement.duration_s();
   const double width_Hz = spectrum.frequency_Hz[1];
   const auto columns_at = [&](double frequency_Hz) {
-    Eigen::MatrixXd columns(residual_N.size(), 2);
+    const std::vector<LogPart>& parts = measurement.parts();
+    Eigen::MatrixXd columns =
+        Eigen::MatrixXd::Zero(residual_N.size(), 2 * static_cast<Eigen::Index>(parts.size()));
     const Eigen::ArrayXd phase = 2.0 * std::numbers::pi * frequency_Hz * times.array();
-    columns.col(0) = phase.cos();
-    columns.col(1) = phase.sin();
+    for (std::size_t p = 0; p < parts.size(); ++p) {  // each log has its own phase
+      const auto first = static_cast<Eigen::Index>(parts[p].first_row);
+      const auto count = static_cast<Eigen::Index>(parts[p].row_count);
+      const auto column = 2 * static_cast<Eigen::Index>(p);
+      columns.col(column).segment(first, count) = phase.segment(first, count).cos();
+      columns.col(column + 1).segment(first, count) = phase.segment(first, count).sin();
+    }
     return columns;
   };
   double strongest = 0.0;

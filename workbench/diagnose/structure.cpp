@@ -12,6 +12,7 @@
 #include "workbench/diagnose/lines.h"
 #include "workbench/diagnose/places.h"
 #include "workbench/diagnose/quantity.h"
+#include "workbench/log/text.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -50,6 +51,15 @@ Structure over(const std::string& coordinate, const std::string& unit, const Eig
           judged.explained};
 }
 
+/// A time, and of several logs which.
+std::string when_of(const Measurement& measurement, double time_s) {
+  const auto sample = static_cast<std::size_t>(std::lround(time_s / measurement.tick_s()));
+  const LogPart& part = measurement.parts()[measurement.part_at(sample)];
+  const double own_s = static_cast<double>(sample - part.first_sample) * measurement.tick_s();
+  if (measurement.parts().size() == 1) return quantity(time_s, "s");
+  return fmt::format("{} of {}", quantity(own_s, "s"), printable(part.path));
+}
+
 /// Energy that sits in a few rows: an event, not an effect.
 Structure event_in_time(const Measurement& measurement, const Eigen::VectorXd& residual) {
   std::vector<double> energy(static_cast<std::size_t>(residual.size()));
@@ -68,9 +78,10 @@ Structure event_in_time(const Measurement& measurement, const Eigen::VectorXd& r
   const double excess = std::max(0.0, (share - kUsual) / (1.0 - kUsual));
   const Eigen::VectorXd times = row_times(measurement);
   const double time_s = times(static_cast<Eigen::Index>(loudest));
+  const std::string when = when_of(measurement, time_s);
   return {"time", 1.0 - std::sqrt(1.0 - excess), time_s,
           fmt::format("what is left sits in few moments: 1 % of the time holds {:.0f} % of it, most at {}",
-                      100.0 * share, quantity(time_s, "s")),
+                      100.0 * share, when),
           residual};
 }
 
@@ -85,6 +96,9 @@ std::vector<Structure> find_structure(const Measurement& measurement, const Eige
   found.push_back(
       over("acceleration", "m/s2", at_rows(measurement, measurement.acceleration_mps2()), residual_N));
   found.push_back(over("time", "s", row_times(measurement), residual_N));
+  if (measurement.parts().size() > 1) {
+    found.back().description += " (" + when_of(measurement, found.back().where) + ")";
+  }
   found.push_back(line_at_rows(measurement, residual_N));
   Structure place = place_on_rail(position_m, velocity_mps, residual_N);
   Structure event = event_in_time(measurement, residual_N);

@@ -105,10 +105,20 @@ FittedModel linearised(const Measurement& measurement, Terms terms, double error
 
 Term term_for_log(const Measurement& measurement, const EffectDescription& effect) {
   Term term = make_term(measurement, effect);
-  if (term.id() == "inertia" && measurement.log().mass_kg) {
-    term.gains[0] = term.lower[0] = term.upper[0] = *measurement.log().mass_kg;
-  }
+  if (term.id() == "inertia") give_mass(measurement, term);
   return term;
+}
+
+void give_mass(const Measurement& measurement, Term& inertia) {
+  const auto& parts = measurement.parts();
+  if (!parts.front().mass_kg) return;
+  // Declared masses are each log's, whether the gain would be or not.
+  while (inertia.gains.size() < parts.size()) inertia.gains.push_back(0.0);
+  inertia.lower.resize(inertia.gains.size());
+  inertia.upper.resize(inertia.gains.size());
+  for (std::size_t log = 0; log < parts.size(); ++log) {
+    inertia.gains[log] = inertia.lower[log] = inertia.upper[log] = *parts[log].mass_kg;
+  }
 }
 
 FittedModel fit_gains(const Measurement& measurement, Terms terms, const FittedModel* known) {
@@ -143,7 +153,9 @@ FittedModel fit_gains(const Measurement& measurement, Terms terms, const FittedM
   fitted.block_squared_error = judged.block_squared_error;
   const Eigen::VectorXd residual = fitted.linearisation->residual_N();
   fitted.train_rmse_N = measurement.weighted_rms(residual);
-  fitted.relative_error = residual.norm() / std::max(fitted.linearisation->measured_N().norm(), 1e-300);
+  const Eigen::VectorXd& usable = measurement.row_usable();
+  fitted.relative_error = residual.cwiseProduct(usable).norm() /
+                          std::max(fitted.linearisation->measured_N().cwiseProduct(usable).norm(), 1e-300);
   fitted.terms = std::move(terms);
   return fitted;
 }
@@ -175,9 +187,11 @@ Trial try_effect(const Measurement& measurement, const FittedModel& base, const 
   };
   const auto cost = [&](const std::vector<double>& shapes) { return judge(equations_at(shapes)).rmse; };
 
-  const auto starts = start != nullptr ? std::vector<std::vector<double>>{*start}
-                                       : starting_shapes(measurement, effect, linearisation.residual_N(),
-                                                         linearisation.force_N());
+  const auto starts = start != nullptr
+                          ? std::vector<std::vector<double>>{*start}
+                          : starting_shapes(measurement, effect,
+                                            linearisation.residual_N().cwiseProduct(measurement.row_usable()),
+                                            linearisation.force_N());
   best.term.shapes = starts.size() > 1 ? best_start(effect, starts, cost) : starts.front();
   const std::vector<ShapeRange> ranges = searched_shapes(measurement, effect);
   best.term.shapes = refine_shapes(ranges, best.term.shapes, cost, effort.evaluations).shapes;

@@ -56,5 +56,7 @@ FittedModel polish_shapes(const Measurement& measurement, FittedModel fitted, co
 
 /// A term for `effect` as this log wants it: the inertia is given where the log declares a mass.
 Term term_for_log(const Measurement& measurement, const EffectDescription& effect);
+/// Sets the gain of the inertia to the mass that each log declares, where they declare one.
+void give_mass(const Measurement& measurement, Term& inertia);
 
 }  // namespace slipstack::workbench

@@ -11,23 +11,27 @@ namespace {
 /// Samples that an effect is run over at once.
 constexpr std::size_t kEvaluationChunk = 2048;
 
-/// Runs one effect over the log, chunk by chunk: visit(first sample, count, basis[sample][gain]).
+/// Runs one effect over the logs, chunk by chunk: visit(first sample, count, basis[sample][gain]). Every log
+/// begins with a fresh state.
 template <class Visit>
 void run_effect(const Measurement& measurement, const Term& term, const std::vector<double>& dry_N,
                 std::size_t chunk, Visit&& visit) {
   const auto basis = make_basis(term.id());
-  const std::size_t gains = term.gains.size();
+  const std::size_t gains = term.gains_per_set();
   basis->prepare(term.shapes, {.tick_s = measurement.tick_s(), .metres_per_displacement = 1.0});
   std::vector<Sample<double>> samples(chunk);
   std::vector<double> values(chunk * std::max<std::size_t>(gains, 1));
-  basis->reset(measurement.sample(0));
   for (std::size_t first = 0; first < measurement.sample_count(); first += chunk) {
     const std::size_t count = std::min(chunk, measurement.sample_count() - first);
-    for (std::size_t i = 0; i < count; ++i) {
-      samples[i] = measurement.sample(first + i);
-      if (!dry_N.empty()) samples[i].dry_friction_N = dry_N[first + i];
-    }
-    basis->run(std::span(samples).first(count), values.data());
+    measurement.each_part(first, count, [&](std::size_t part, std::size_t from, std::size_t part_count) {
+      const std::size_t at = from - first;
+      for (std::size_t i = at; i < at + part_count; ++i) {
+        samples[i] = measurement.sample(first + i, part);
+        if (!dry_N.empty()) samples[i].dry_friction_N = dry_N[first + i];
+      }
+      if (from == measurement.parts()[part].first_sample) basis->reset(measurement.sample(from, part));
+      basis->run(std::span(samples).subspan(at, part_count), values.data() + at * gains);
+    });
     visit(first, count, values.data());
   }
 }
@@ -71,9 +75,13 @@ ForceTrace evaluate_force(const Measurement& measurement, const Terms& terms) {
       std::vector<double>* sum;
     };
     std::vector<Share> shares;
-    for (std::size_t g = 0; g < term.gains.size(); ++g) {
+    const std::size_t gains = term.gains_per_set();
+    const bool own_sets = term.gain_sets() > 1;
+    for (std::size_t g = 0; g < gains; ++g) {
       const Acts acts = term.effect->group_of_gain(static_cast<int>(g)).acts;
-      if (term.gains[g] == 0.0) continue;
+      bool used = false;
+      for (std::size_t i = g; i < term.gains.size(); i += gains) used = used || term.gains[i] != 0.0;
+      if (!used) continue;
       shares.push_back({g, acts == Acts::force       ? &trace.plain_N
                            : acts == Acts::dry       ? &trace.dry_N
                            : acts == Acts::dry_scale ? &trace.dry_scales[t]
@@ -83,12 +91,14 @@ ForceTrace evaluate_force(const Measurement& measurement, const Terms& terms) {
     static const std::vector<double> kUnknown;
     run_effect(measurement, term, dry_pass ? kUnknown : trace.dry_N, kEvaluationChunk,
                [&](std::size_t first, std::size_t count, const double* basis) {
-                 for (const Share& share : shares) {
-                   const double gain = term.gains[share.gain];
-                   for (std::size_t i = 0; i < count; ++i) {
-                     (*share.sum)[first + i] += gain * basis[i * term.gains.size() + share.gain];
+                 measurement.each_part(first, count, [&](std::size_t part, std::size_t from, std::size_t n) {
+                   const double* own = basis + (from - first) * gains;
+                   for (const Share& share : shares) {
+                     const double gain = term.gains[(own_sets ? part * gains : 0) + share.gain];
+                     double* sum = share.sum->data() + from;
+                     for (std::size_t i = 0; i < n; ++i) sum[i] += gain * own[i * gains + share.gain];
                    }
-                 }
+                 });
                });
   };
   for (std::size_t t = 0; t < terms.size(); ++t) accumulate(t, true);
@@ -179,7 +189,8 @@ Eigen::MatrixXd Linearisation::columns_of(const Term& candidate) const {
 }
 
 Eigen::MatrixXd Linearisation::build(const Term& term, const Factors& factors) const {
-  const std::size_t gains = term.gains.size();
+  const std::size_t gains = term.gains_per_set();
+  const std::size_t sets = term.gain_sets();
   std::vector<const double*> factor_of_gain;
   for (std::size_t g = 0; g < gains; ++g) {
     const Acts acts = term.effect->group_of_gain(static_cast<int>(g)).acts;
@@ -201,7 +212,18 @@ Eigen::MatrixXd Linearisation::build(const Term& term, const Factors& factors) c
                }
                collector.commit(count);
              });
-  return collector.take();
+  if (sets == 1) return collector.take();
+  // No row sees two logs, so a log's own column is the common one where its rows are.
+  const Eigen::MatrixXd common = collector.take();
+  Eigen::MatrixXd own = Eigen::MatrixXd::Zero(common.rows(), static_cast<Eigen::Index>(gains * sets));
+  for (std::size_t set = 0; set < sets; ++set) {
+    const LogPart& part = measurement_.parts()[set];
+    const auto first = static_cast<Eigen::Index>(part.first_row);
+    const auto count = static_cast<Eigen::Index>(part.row_count);
+    own.block(first, static_cast<Eigen::Index>(set * gains), count, static_cast<Eigen::Index>(gains)) =
+        common.middleRows(first, count);
+  }
+  return own;
 }
 
 }  // namespace slipstack::workbench

@@ -8,9 +8,10 @@
 #include <numbers>
 
 #include "workbench/identify/dequantise.h"
+#include "workbench/identify/mend.h"
 #include "workbench/identify/spectrum.h"
+#include "workbench/identify/white_noise.h"
 #include "workbench/identify/zero_phase.h"
-#include "workbench/log/median.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -34,31 +35,21 @@ constexpr double kHighestBandwidth = 0.05;
 constexpr int kFolds = 5;
 constexpr int kBlocksPerFold = 6;
 
-/// Standard deviation of white noise under a smooth signal: sixth differences kill what a motion leaves at
-/// the highest frequencies; their median is blind to the rare samples where it does not.
-double white_noise(std::span<const double> signal) {
-  constexpr double kGain = 30.397368307141326;  // sqrt(924), 924 = sum of squares of (1 -6 15 -20 15 -6 1)
-  std::vector<double> differences;
-  differences.reserve(signal.size());
-  for (std::size_t i = 3; i + 3 < signal.size(); ++i) {
-    const double d = (signal[i - 3] + signal[i + 3]) - 6.0 * (signal[i - 2] + signal[i + 2]) +
-                     15.0 * (signal[i - 1] + signal[i + 1]) - 20.0 * signal[i];
-    differences.push_back(std::abs(d));
-  }
-  if (differences.empty()) return 0.0;
-  return median(std::move(differences)) / 0.67448975 / kGain;
-}
-
 /// Mass and velocity terms by plain least squares on a strongly smoothed log: only good for choosing filters.
-double quick_mass(const Log& log) {
-  const std::vector<double> taps = low_pass_taps(0.02 * log.sample_rate_Hz, log.sample_rate_Hz);
-  const std::vector<double> x = filter_all(log.position_m, taps);
-  const std::vector<double> f = filter_all(log.force_N, taps);
-  const std::vector<double> v = first_derivative(x, log.sample_rate_Hz);
-  const std::vector<double> a = second_derivative(x, log.sample_rate_Hz);
+/// What mend() cut, and what the smoothing sees of it, is left out.
+double quick_mass(const std::vector<double>& position_m, const std::vector<double>& force_N, double rate_Hz,
+                  const std::vector<Stretch>& cut) {
+  const std::vector<double> taps = low_pass_taps(0.02 * rate_Hz, rate_Hz);
+  const std::vector<double> x = filter_all(position_m, taps);
+  const std::vector<double> f = filter_all(force_N, taps);
+  const std::vector<double> v = first_derivative(x, rate_Hz);
+  const std::vector<double> a = second_derivative(x, rate_Hz);
   Eigen::Matrix4d gram = 1e-12 * Eigen::Matrix4d::Identity();
   Eigen::Vector4d right = Eigen::Vector4d::Zero();
+  auto next = cut.begin();
   for (std::size_t i = 0; i < x.size(); ++i) {
+    while (next != cut.end() && i >= next->end + taps.size()) ++next;
+    if (next != cut.end() && i + taps.size() >= next->first) continue;
     const Eigen::Vector4d row(a[i], v[i], std::copysign(1.0, v[i]), 1.0);
     gram += row * row.transpose();
     right += row * f[i];
@@ -72,14 +63,28 @@ std::vector<double> motion_taps(double bandwidth_Hz, double rate_Hz) {
 
 }  // namespace
 
-Measurement::Measurement(Log log, const ConditioningOptions& options) : log_(std::move(log)) {
+Measurement::Measurement(Log log, const ConditioningOptions& options)
+    : Measurement(std::vector<Log>{std::move(log)}, options) {}
+
+Measurement::Measurement(std::vector<Log> logs, const ConditioningOptions& options)
+    : Measurement(join(std::move(logs)), options) {}
+
+Measurement::Measurement(JoinedLogs joined, const ConditioningOptions& options)
+    : log_(std::move(joined.log)), parts_(std::move(joined.parts)), per_log_(options.per_log) {
   encoder_resolution_m_ = log_.encoder_resolution_m.value_or(0.0);
-  rough_mass_kg_ = log_.mass_kg ? *log_.mass_kg : quick_mass(log_);
-  force_noise_N_ = white_noise(log_.force_N);
+  force_noise_given_ = options.force_noise_N > 0.0;
+  for (LogPart& part : parts_) {
+    const std::vector<double> force_N = part_of(log_.force_N, part);
+    part.rough_mass_kg =
+        part.mass_kg ? *part.mass_kg
+                     : quick_mass(part_of(log_.position_m, part), force_N, sample_rate_Hz(), part.cut);
+    part.force_noise_N = force_noise_given_ ? options.force_noise_N : white_noise(force_N);
+  }
   choose_bandwidth(options.bandwidth_Hz);
   motion_ = estimate_motion(log_.position_m);
-  find_unknown_start();
+  for (LogPart& part : parts_) find_unknown_start(part);
   choose_rows(options.maximum_rows);
+  choose_blocks();
 }
 
 void Measurement::choose_bandwidth(double wished_Hz) {
@@ -89,48 +94,70 @@ void Measurement::choose_bandwidth(double wished_Hz) {
     bandwidth_Hz_ = std::min(wished_Hz, 0.25 * rate);
     return;
   }
-  // Quantisation seen through the mass grows with the square of frequency: stop where, summed over the band,
-  // it equals the noise of the force.
   double limit = highest;
-  const double quantisation_N = rough_mass_kg_ * encoder_resolution_m_ / std::sqrt(12.0);
-  if (quantisation_N > 0.0 && force_noise_N_ > 0.0) {
-    const double omega2 = force_noise_N_ / quantisation_N * std::sqrt(5.0);
-    limit = std::min(limit, std::sqrt(omega2) / (2.0 * std::numbers::pi));
-  }
-  // Nor beyond what the motion excites.
-  const Spectrum spectrum = power_spectrum(log_.force_N, rate, 512);
-  double excited = highest;
-  if (!spectrum.density.empty()) {
-    const double floor = 2.0 * force_noise_N_ * force_noise_N_ / rate;
+  double excited = 0.0;
+  for (const LogPart& part : parts_) {
+    // Quantisation seen through the mass grows with the square of frequency: stop where, summed over the
+    // band, it equals the noise of the force.
+    const double quantisation_N = part.rough_mass_kg * part.encoder_resolution_m / std::sqrt(12.0);
+    if (quantisation_N > 0.0 && part.force_noise_N > 0.0) {
+      const double omega2 = part.force_noise_N / quantisation_N * std::sqrt(5.0);
+      limit = std::min(limit, std::sqrt(omega2) / (2.0 * std::numbers::pi));
+    }
+    // Nor beyond what the motion of any log excites.
+    const std::span<const double> force_N =
+        std::span(log_.force_N).subspan(part.first_sample, part.sample_count);
+    const Spectrum spectrum = power_spectrum(force_N, rate, 512);
+    if (spectrum.density.empty()) {
+      excited = highest;
+      continue;
+    }
+    const double floor = 2.0 * part.force_noise_N * part.force_noise_N / rate;
     std::size_t last = spectrum.density.size() - 1;
     while (last > 0 && spectrum.density[last] < 2.0 * floor) --last;
-    excited = spectrum.frequency_Hz[last];
+    excited = std::max(excited, spectrum.frequency_Hz[last]);
   }
   const double least = std::min(highest, 0.01 * rate);
   bandwidth_Hz_ = std::clamp(std::min(limit, excited), least, highest);
 }
 
 Measurement::Motion Measurement::estimate_motion(const std::vector<double>& reading_m) const {
+  if (parts_.size() == 1) return estimate_motion(reading_m, encoder_resolution_m_);
+  Motion all;
+  for (const LogPart& part : parts_) {
+    const Motion motion = estimate_motion(part_of(reading_m, part), part.encoder_resolution_m);
+    for (auto column :
+         {&Motion::displacement_m, &Motion::position_m, &Motion::velocity_mps, &Motion::acceleration_mps2}) {
+      (all.*column).insert((all.*column).end(), (motion.*column).begin(), (motion.*column).end());
+    }
+  }
+  return all;
+}
+
+Measurement::Motion Measurement::estimate_motion(const std::vector<double>& reading_m,
+                                                 double resolution_m) const {
   const double rate = sample_rate_Hz();
-  const std::vector<double> position = dequantise(reading_m, encoder_resolution_m_);
+  const std::vector<double> position = dequantise(reading_m, resolution_m);
   Motion motion;
-  motion.displacement_m = encoder_resolution_m_ > 0.0 ? position : filter_all(position, kDisplacementTaps);
+  motion.displacement_m = resolution_m > 0.0 ? position : filter_all(position, kDisplacementTaps);
   motion.position_m = filter_all(position, motion_taps(bandwidth_Hz_, rate));
   motion.velocity_mps = first_derivative(motion.position_m, rate);
   motion.acceleration_mps2 = second_derivative(motion.position_m, rate);
   return motion;
 }
 
-void Measurement::find_unknown_start() {
-  const auto [low, high] = std::minmax_element(position_m().begin(), position_m().end());
+void Measurement::find_unknown_start(LogPart& part) const {
+  const auto first = position_m().begin() + static_cast<std::ptrdiff_t>(part.first_sample);
+  const auto [low, high] = std::minmax_element(first, first + static_cast<std::ptrdiff_t>(part.sample_count));
   const double needed = std::min(2.0 * kLongestSlip_m, 0.95 * (*high - *low));
-  double lowest = position_m().front();
+  double lowest = *first;
   double highest = lowest;
-  for (std::size_t i = 0; i < sample_count() / 4; ++i) {
-    lowest = std::min(lowest, position_m()[i]);
-    highest = std::max(highest, position_m()[i]);
+  for (std::size_t i = 0; i < part.sample_count / 4; ++i) {
+    const double x = position_m()[part.first_sample + i];
+    lowest = std::min(lowest, x);
+    highest = std::max(highest, x);
     if (highest - lowest >= needed) {
-      unknown_start_ = i;
+      part.unknown_start = i;
       return;
     }
   }
@@ -141,31 +168,77 @@ void Measurement::choose_rows(std::size_t maximum_rows) {
   filter_ = RowFilter(bandwidth_Hz_, rate);
   const std::size_t group = filter_.group();
   const std::size_t margin = filter_.taps().size() / 2 + motion_taps(bandwidth_Hz_, rate).size() / 2 + 2;
-  const std::size_t count = sample_count();
-  const std::size_t begin = unknown_start_ + margin;
-  const std::size_t usable = count > begin + margin ? count - margin - begin : 0;
+  const auto usable = [margin](const LogPart& part) {
+    const std::size_t lost = part.unknown_start + 2 * margin;
+    return part.sample_count > lost ? part.sample_count - lost : 0;
+  };
+  std::size_t all_usable = 0;
+  for (const LogPart& part : parts_) all_usable += usable(part);
   row_stride_ = std::max<std::size_t>(1, static_cast<std::size_t>(rate / (kRowsPerCycle * bandwidth_Hz_)));
-  row_stride_ = std::max(row_stride_, (usable + maximum_rows - 1) / maximum_rows);
+  row_stride_ = std::max(row_stride_, (all_usable + maximum_rows - 1) / maximum_rows);
   row_stride_ = (row_stride_ + group - 1) / group * group;
-  const std::size_t first = (begin + group - 1) / group * group + group / 2;
-  for (std::size_t i = first; i < begin + usable; i += row_stride_) row_samples_.push_back(i);
-
-  fold_count_ = kFolds;
-  block_count_ = kFolds * kBlocksPerFold;
-  const std::size_t rows = row_samples_.size();
-  row_weights_ = Eigen::VectorXd::Ones(row_count());
-  for (std::size_t row = 0; row < rows; ++row) {
-    row_blocks_.push_back(static_cast<int>(row * static_cast<std::size_t>(block_count_) / rows));
+  for (LogPart& part : parts_) {
+    part.first_row = row_samples_.size();
+    const std::size_t begin = part.first_sample + part.unknown_start + margin;
+    const std::size_t first = (begin + group - 1) / group * group + group / 2;
+    for (std::size_t i = first; i < begin + usable(part); i += row_stride_) row_samples_.push_back(i);
+    part.row_count = row_samples_.size() - part.first_row;
   }
+  row_usable_ = Eigen::VectorXd::Ones(row_count());
+  for (const LogPart& part : parts_) {
+    for (const Stretch& cut : part.cut) {
+      // Rows that see anything of it through the filters.
+      const std::size_t from = part.first_sample + cut.first;
+      const std::size_t to = part.first_sample + cut.end + margin;
+      const auto first =
+          std::lower_bound(row_samples_.begin(), row_samples_.end(), from - std::min(from, margin));
+      for (auto row = first; row != row_samples_.end() && *row < to; ++row) {
+        row_usable_(row - row_samples_.begin()) = 0.0;
+      }
+    }
+  }
+  row_weights_ = row_usable_;
+}
+
+void Measurement::choose_blocks() {
+  fold_count_ = kFolds;
+  row_blocks_.reserve(row_samples_.size());
+  for (LogPart& part : parts_) {
+    // Each log has as many blocks in one fold as in another, so that its own gains are judged too.
+    const double share = static_cast<double>(part.row_count) / static_cast<double>(row_samples_.size());
+    part.first_block = block_count_;
+    part.block_count = kFolds * std::max(1, static_cast<int>(std::lround(kBlocksPerFold * share)));
+    for (std::size_t row = 0; row < part.row_count; ++row) {
+      const std::size_t block = row * static_cast<std::size_t>(part.block_count) / part.row_count;
+      row_blocks_.push_back(part.first_block + static_cast<int>(block));
+    }
+    block_count_ += part.block_count;
+  }
+}
+
+double Measurement::unknown_start_s() const {
+  std::size_t longest = 0;
+  for (const LogPart& part : parts_) longest = std::max(longest, part.unknown_start);
+  return static_cast<double>(longest) * tick_s();
+}
+
+std::size_t Measurement::gain_sets(std::string_view effect) const {
+  return std::find(per_log_.begin(), per_log_.end(), effect) == per_log_.end() ? 1 : parts_.size();
+}
+
+std::size_t Measurement::part_at(std::size_t index) const {
+  std::size_t part = 0;
+  while (part + 1 < parts_.size() && index >= parts_[part].end_sample()) ++part;
+  return part;
 }
 
 double Measurement::weighted_rms(const Eigen::VectorXd& rows) const {
   return std::sqrt(row_weights_.dot(rows.cwiseAbs2()) / row_weights_.sum());
 }
 
-Sample<double> Measurement::sample(std::size_t index) const {
+Sample<double> Measurement::sample(std::size_t index, std::size_t part) const {
   Sample<double> sample;
-  sample.time_s = static_cast<double>(index) * tick_s();
+  sample.time_s = static_cast<double>(index - parts_[part].first_sample) * tick_s();
   sample.displacement = motion_.displacement_m[index];
   sample.position_m = motion_.position_m[index];
   sample.velocity_mps = motion_.velocity_mps[index];
@@ -192,41 +265,61 @@ Eigen::VectorXd Measurement::force_N(double delay_s) const {
   const std::array<double, 4> weight{-u * (u - 1.0) * (u - 2.0) / 6.0,
                                      (u + 1.0) * (u - 1.0) * (u - 2.0) / 2.0,
                                      -(u + 1.0) * u * (u - 2.0) / 2.0, (u + 1.0) * u * (u - 1.0) / 6.0};
-  const auto count = static_cast<std::ptrdiff_t>(sample_count());
   std::vector<double> later(sample_count());
-  for (std::ptrdiff_t i = 0; i < count; ++i) {
-    double sum = 0.0;
-    for (std::ptrdiff_t k = 0; k < 4; ++k) {
-      const auto index = std::clamp<std::ptrdiff_t>(i + whole + k - 1, 0, count - 1);
-      sum += weight[static_cast<std::size_t>(k)] * log_.force_N[static_cast<std::size_t>(index)];
+  for (const LogPart& part : parts_) {
+    const auto first = static_cast<std::ptrdiff_t>(part.first_sample);
+    const auto end = static_cast<std::ptrdiff_t>(part.end_sample());
+    for (std::ptrdiff_t i = first; i < end; ++i) {
+      double sum = 0.0;
+      for (std::ptrdiff_t k = 0; k < 4; ++k) {
+        const auto index = std::clamp<std::ptrdiff_t>(i + whole + k - 1, first, end - 1);
+        sum += weight[static_cast<std::size_t>(k)] * log_.force_N[static_cast<std::size_t>(index)];
+      }
+      later[static_cast<std::size_t>(i)] = sum;
     }
-    later[static_cast<std::size_t>(i)] = sum;
   }
   return filtered(later);
 }
 
-double Measurement::acceleration_noise_mps2() const {
+double Measurement::acceleration_noise_mps2(const LogPart& part) const {
   std::size_t moving = 0;
-  for (std::size_t i = 1; i < sample_count(); ++i)
+  for (std::size_t i = part.first_sample + 1; i < part.end_sample(); ++i)
     moving += log_.position_m[i] != log_.position_m[i - 1] ? 1 : 0;
-  const double share = static_cast<double>(moving) / static_cast<double>(sample_count());
+  const double share = static_cast<double>(moving) / static_cast<double>(part.sample_count);
   const std::vector<double> both = convolve(motion_taps(bandwidth_Hz_, sample_rate_Hz()), filter_.taps());
   const double gain = noise_gain(second_derivative(both, sample_rate_Hz()));
-  return encoder_resolution_m_ * std::sqrt(share * gain / 12.0);
+  return part.encoder_resolution_m * std::sqrt(share * gain / 12.0);
+}
+
+double Measurement::force_noise_N() const {
+  double sum = 0.0;
+  for (const LogPart& part : parts_) {
+    sum += static_cast<double>(part.sample_count) * part.force_noise_N * part.force_noise_N;
+  }
+  return std::sqrt(sum / static_cast<double>(sample_count()));
 }
 
 double Measurement::filtered_force_noise_N() const {
-  return force_noise_N_ * std::sqrt(noise_gain(filter_.taps()));
+  return force_noise_N() * std::sqrt(noise_gain(filter_.taps()));
+}
+
+double Measurement::filtered_force_noise_N(const LogPart& part) const {
+  return part.force_noise_N * std::sqrt(noise_gain(filter_.taps()));
 }
 
 Measurement Measurement::requantised(double shift_steps) const {
   Measurement copy = *this;
-  if (encoder_resolution_m_ <= 0.0) return copy;
   std::vector<double> reading = motion_.displacement_m;
-  for (double& x : reading) {
-    x = (std::floor(x / encoder_resolution_m_ + shift_steps) + 0.5 - shift_steps) * encoder_resolution_m_;
+  for (const LogPart& part : parts_) {
+    const double step_m = part.encoder_resolution_m;
+    if (step_m <= 0.0) continue;
+    for (std::size_t i = part.first_sample; i < part.end_sample(); ++i) {
+      reading[i] = (std::floor(reading[i] / step_m + shift_steps) + 0.5 - shift_steps) * step_m;
+    }
+    const std::vector<double> displacement_m = dequantise(part_of(reading, part), step_m);
+    std::copy(displacement_m.begin(), displacement_m.end(),
+              copy.motion_.displacement_m.begin() + static_cast<std::ptrdiff_t>(part.first_sample));
   }
-  copy.motion_.displacement_m = copy.estimate_motion(reading).displacement_m;
   return copy;
 }
 

@@ -2,13 +2,16 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cstddef>
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "firmware/effects/effect.h"
+#include "workbench/identify/parts.h"
 #include "workbench/identify/row_filter.h"
 #include "workbench/log/log.h"
 
@@ -21,14 +24,34 @@ inline constexpr double kLongestSlip_m = 2e-3;
 struct ConditioningOptions {
   double bandwidth_Hz = 0.0;         ///< of the filter that force and regressors share
   std::size_t maximum_rows = 40000;  ///< filtered instants kept for the regression
+  /// Effects whose gains are each log's own where there are several.
+  std::vector<std::string> per_log = effects_of_each_log();
+  /// Standard deviation of the force's noise before the filter; zero: estimated.
+  double force_noise_N = 0.0;
 };
 
 /// A log made ready for inverse-dynamics identification ([5], IDIM): smooth motion at every sample, and the
 /// force seen through one zero-phase low-pass at a set of instants, the *rows*. Whatever is compared with the
-/// force goes through the same filter first (filtered()).
+/// force goes through the same filter first (filtered()). Several logs of one axis lie one after another, as
+/// parts(): no filter and no effect's memory reaches from one to the next, and each has blocks in every fold.
 class Measurement {
  public:
   explicit Measurement(Log log, const ConditioningOptions& options = {});
+  explicit Measurement(std::vector<Log> logs, const ConditioningOptions& options = {});
+
+  /// The logs, in the order in which they were given.
+  const std::vector<LogPart>& parts() const { return parts_; }
+  /// Calls visit(part index, first sample, count) for each part of the samples [first, first + count).
+  template <class Visit>
+  void each_part(std::size_t first, std::size_t count, Visit&& visit) const {
+    for (std::size_t p = 0; p < parts_.size(); ++p) {
+      const std::size_t from = std::max(first, parts_[p].first_sample);
+      const std::size_t to = std::min(first + count, parts_[p].end_sample());
+      if (from < to) visit(p, from, to - from);
+    }
+  }
+  /// How many sets of gains an effect has: one, or one for each log.
+  std::size_t gain_sets(std::string_view effect) const;
 
   const Log& log() const { return log_; }
   std::size_t sample_count() const { return log_.position_m.size(); }
@@ -43,8 +66,10 @@ class Measurement {
   const std::vector<double>& velocity_mps() const { return motion_.velocity_mps; }
   const std::vector<double>& acceleration_mps2() const { return motion_.acceleration_mps2; }
 
-  /// What the effects know at sample `index`; time counts from the start of the log.
-  Sample<double> sample(std::size_t index) const;
+  /// What the effects know at sample `index`; time counts from the start of its log.
+  Sample<double> sample(std::size_t index) const { return sample(index, part_at(index)); }
+  Sample<double> sample(std::size_t index, std::size_t part) const;
+  std::size_t part_at(std::size_t index) const;
 
   // Rows.
   Eigen::Index row_count() const { return static_cast<Eigen::Index>(row_samples_.size()); }
@@ -57,13 +82,15 @@ class Measurement {
 
   /// Start of the log that has no rows, because the state of the hysteresis is not known there: until the
   /// axis has swept twice the longest slip distance, or nearly all of its travel. At most a quarter of the
-  /// log.
-  double unknown_start_s() const { return static_cast<double>(unknown_start_) * tick_s(); }
+  /// log; of several logs the longest.
+  double unknown_start_s() const;
 
   /// Weights of the rows, one each unless weigh_rows() was called: small where quantisation tells much less
   /// than the noise of the force would. Errors are weighted rms values.
   const Eigen::VectorXd& row_weights() const { return row_weights_; }
-  void set_row_weights(Eigen::VectorXd weights) { row_weights_ = std::move(weights); }
+  void set_row_weights(const Eigen::VectorXd& weights) { row_weights_ = weights.cwiseProduct(row_usable_); }
+  /// One for rows that count, zero for those that see what mend() cut out.
+  const Eigen::VectorXd& row_usable() const { return row_usable_; }
   /// sqrt of the weighted mean of squares of a signal at the rows.
   double weighted_rms(const Eigen::VectorXd& rows) const;
 
@@ -76,19 +103,19 @@ class Measurement {
   std::size_t row_stride() const { return row_stride_; }
 
   // Noise.
-  /// Standard deviation of white noise on the force before the filter, from differences of sixth order.
-  double force_noise_N() const { return force_noise_N_; }
-  /// What the filter leaves of it at the rows.
+  /// Standard deviation of white noise on the force before the filter, from differences of sixth order or as
+  /// given; of several logs the rms.
+  double force_noise_N() const;
+  bool force_noise_given() const { return force_noise_given_; }
+  /// What the filter leaves of it at the rows, of all logs or of one.
   double filtered_force_noise_N() const;
-  /// What encoder quantisation leaves in the acceleration at the rows: white while the axis moves.
-  double acceleration_noise_mps2() const;
+  double filtered_force_noise_N(const LogPart& part) const;
+  /// What encoder quantisation leaves in the acceleration at the rows of a log: white while the axis moves.
+  double acceleration_noise_mps2(const LogPart& part) const;
   /// The same measurement with the displacement that another encoder of equal resolution would have seen, its
   /// grid shifted by a fraction of a step: what the hysteresis says differently there is what quantisation
   /// costs where the axis is slow.
   Measurement requantised(double shift_steps) const;
-
-  /// A mass good enough to choose the bandwidth: the header's, or a quick regression.
-  double rough_mass_kg() const { return rough_mass_kg_; }
 
  private:
   struct Motion {
@@ -98,21 +125,26 @@ class Measurement {
     std::vector<double> acceleration_mps2;
   };
   Motion estimate_motion(const std::vector<double>& reading_m) const;
+  Motion estimate_motion(const std::vector<double>& reading_m, double resolution_m) const;
   void choose_bandwidth(double wished_Hz);
-  void find_unknown_start();
+  void find_unknown_start(LogPart& part) const;
   void choose_rows(std::size_t maximum_rows);
+  void choose_blocks();
+
+  Measurement(JoinedLogs joined, const ConditioningOptions& options);
 
   Log log_;
+  std::vector<LogPart> parts_;
+  std::vector<std::string> per_log_;
   double encoder_resolution_m_ = 0.0;
   double bandwidth_Hz_ = 0.0;
-  double force_noise_N_ = 0.0;
-  double rough_mass_kg_ = 0.0;
+  bool force_noise_given_ = false;
   Motion motion_;
   RowFilter filter_;
   std::size_t row_stride_ = 1;
-  std::size_t unknown_start_ = 0;
   std::vector<std::size_t> row_samples_;
   std::vector<int> row_blocks_;
+  Eigen::VectorXd row_usable_;
   Eigen::VectorXd row_weights_;
   int block_count_ = 0;
   int fold_count_ = 0;

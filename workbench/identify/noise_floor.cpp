@@ -48,10 +48,14 @@ NoiseFloor::NoiseFloor(const Measurement& measurement) : measurement_(measuremen
 }
 
 Eigen::VectorXd NoiseFloor::variance(const Terms& terms) const {
-  const double force = measurement_.filtered_force_noise_N();
-  const double inertia = mass_kg(terms) * measurement_.acceleration_noise_mps2();
-  Eigen::VectorXd sum =
-      Eigen::VectorXd::Constant(measurement_.row_count(), force * force + inertia * inertia);
+  Eigen::VectorXd sum(measurement_.row_count());
+  for (std::size_t p = 0; p < measurement_.parts().size(); ++p) {
+    const LogPart& part = measurement_.parts()[p];
+    const double force = measurement_.filtered_force_noise_N(part);
+    const double inertia = mass_kg(terms, p) * measurement_.acceleration_noise_mps2(part);
+    sum.segment(static_cast<Eigen::Index>(part.first_row), static_cast<Eigen::Index>(part.row_count))
+        .setConstant(force * force + inertia * inertia);
+  }
   const Eigen::VectorXd here = measurement_.filtered(evaluate_force(measurement_, terms).force_N);
   for (const Measurement& shifted : shifted_) {
     // The other reading takes the first's motion for the truth: their difference is one encoder's error.
@@ -64,6 +68,19 @@ Eigen::VectorXd NoiseFloor::variance(const Terms& terms) const {
 double NoiseFloor::of(const Terms& terms) const {
   const Eigen::VectorXd& weights = measurement_.row_weights();
   return std::sqrt(weights.dot(variance(terms)) / weights.sum());
+}
+
+std::vector<double> NoiseFloor::of_each_log(const Terms& terms) const {
+  const Eigen::VectorXd rows = variance(terms);
+  std::vector<double> floors;
+  floors.reserve(measurement_.parts().size());
+  for (const LogPart& part : measurement_.parts()) {
+    const auto first = static_cast<Eigen::Index>(part.first_row);
+    const auto count = static_cast<Eigen::Index>(part.row_count);
+    const Eigen::VectorXd weights = measurement_.row_weights().segment(first, count);
+    floors.push_back(std::sqrt(weights.dot(rows.segment(first, count)) / weights.sum()));
+  }
+  return floors;
 }
 
 void weigh_rows(Measurement& measurement) {

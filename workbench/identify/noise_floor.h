@@ -18,6 +18,8 @@ class NoiseFloor {
 
   /// Weighted standard deviation [N]. Cost: four evaluations of the model over the log.
   double of(const Terms& terms) const;
+  /// The same for each log of the measurement.
+  std::vector<double> of_each_log(const Terms& terms) const;
   /// Its variance at each row [N^2].
   Eigen::VectorXd variance(const Terms& terms) const;
 

@@ -54,9 +54,11 @@ FittedModel reduce_hysteresis(const Measurement& measurement, const FittedModel&
   const auto term = std::find_if(terms.begin(), terms.end(),
                                  [](const Term& t) { return t.id() == "presliding_hysteresis"; });
   if (term == terms.end()) return fitted;
+  // Of several logs the mean: slip distances are the axis'.
+  const Term mean = averaged_over_logs(measurement, {*term}).front();
   std::vector<Element> all;
-  for (std::size_t i = 0; i < term->gains.size(); ++i) {
-    if (term->gains[i] > 0.0 && term->shapes[i] > 0.0) all.push_back({term->shapes[i], term->gains[i]});
+  for (std::size_t i = 0; i < mean.gains.size(); ++i) {
+    if (mean.gains[i] > 0.0 && mean.shapes[i] > 0.0) all.push_back({mean.shapes[i], mean.gains[i]});
   }
   all = in_whole_steps(std::move(all), measurement.encoder_resolution_m());
   while (all.size() > elements) {
@@ -69,9 +71,10 @@ FittedModel reduce_hysteresis(const Measurement& measurement, const FittedModel&
   }
   all = in_whole_steps(std::move(all), measurement.encoder_resolution_m());
   for (std::size_t i = 0; i < term->gains.size(); ++i) {
-    const bool used = i < all.size();
-    term->shapes[i] = used ? all[i].slip_m : 0.0;
-    term->gains[i] = used ? all[i].stiffness_N_per_m : 0.0;
+    const std::size_t element = i % term->gains_per_set();
+    const bool used = element < all.size();
+    term->shapes[element] = used ? all[element].slip_m : 0.0;
+    term->gains[i] = used ? all[element].stiffness_N_per_m : 0.0;
     if (!used) term->lower[i] = term->upper[i] = 0.0;
   }
   return fit_gains(measurement, std::move(terms));

@@ -39,12 +39,12 @@ Term make_term(const Measurement& measurement, const EffectDescription& effect) 
     }
   }
   term.shapes = default_shapes(measurement, effect);
-  return term;
+  return with_gain_sets(measurement, std::move(term));
 }
 
 Eigen::Index unknown_count(const Terms& terms) {
   Eigen::Index count = 0;
-  for (const Term& term : terms) count += term.effect->gain_count;
+  for (const Term& term : terms) count += static_cast<Eigen::Index>(term.gains.size());
   return count;
 }
 
@@ -67,11 +67,13 @@ NormalEquations::Constraints constraints_of(const Terms& terms, double error_N) 
   Eigen::Index next = 0;
   for (const Term& term : terms) {
     Eigen::Index first = next;
-    for (const GainGroup& group : term.effect->gain_groups) {
-      if (group.acts == Acts::dry_scale || group.acts == Acts::total_scale) {
-        penalise_modulation(group, first, variance, constraints.penalty);
+    for (std::size_t set = 0; set < term.gain_sets(); ++set) {
+      for (const GainGroup& group : term.effect->gain_groups) {
+        if (group.acts == Acts::dry_scale || group.acts == Acts::total_scale) {
+          penalise_modulation(group, first, variance, constraints.penalty);
+        }
+        first += group.count;
       }
-      first += group.count;
     }
     for (std::size_t i = 0; i < term.gains.size(); ++i, ++next) {
       constraints.lower(next) = term.lower[i];
@@ -81,12 +83,50 @@ NormalEquations::Constraints constraints_of(const Terms& terms, double error_N) 
   return constraints;
 }
 
-double mass_kg(const Terms& terms) {
+double mass_kg(const Terms& terms, std::size_t log) {
   double mass = 0.0;
   for (const Term& term : terms) {
-    if (term.id() == "inertia" || term.id() == "payload_mass") mass += term.gains[0];
+    if (term.id() != "inertia" && term.id() != "payload_mass") continue;
+    mass += term.gains[term.gain_sets() > 1 ? log : 0];
   }
   return mass;
+}
+
+Term with_gain_sets(const Measurement& measurement, Term term) {
+  const std::size_t sets = measurement.gain_sets(term.effect->text.id);
+  const std::size_t count = term.gains_per_set();
+  for (std::vector<double>* values : {&term.gains, &term.lower, &term.upper}) {
+    const std::vector<double> first(values->begin(), values->begin() + static_cast<std::ptrdiff_t>(count));
+    for (std::size_t set = 1; set < sets; ++set) values->insert(values->end(), first.begin(), first.end());
+  }
+  return term;
+}
+
+Terms averaged_over_logs(const Measurement& measurement, Terms terms) {
+  const auto samples = static_cast<double>(measurement.sample_count());
+  for (Term& term : terms) {
+    const std::size_t sets = term.gain_sets();
+    const std::size_t count = term.gains_per_set();
+    if (sets == 1) continue;
+    const auto mean = [&](std::vector<double>& values, bool of_squares) {
+      if (values.size() != sets * count) return;
+      for (std::size_t g = 0; g < count; ++g) {
+        double sum = 0.0;
+        for (std::size_t set = 0; set < sets; ++set) {
+          const double weight = static_cast<double>(measurement.parts()[set].sample_count) / samples;
+          const double own = weight * values[set * count + g];
+          sum += of_squares ? own * own : own;
+        }
+        values[g] = of_squares ? std::sqrt(sum) : sum;
+      }
+      values.resize(count);
+    };
+    mean(term.gains, false);
+    mean(term.lower, false);
+    mean(term.upper, false);
+    mean(term.gain_standard_errors, true);
+  }
+  return terms;
 }
 
 }  // namespace slipstack::workbench

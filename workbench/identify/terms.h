@@ -11,7 +11,8 @@
 
 namespace slipstack::workbench {
 
-/// One effect within a model that is being identified.
+/// One effect within a model that is being identified. Where its gains are each log's own, `gains` holds one
+/// set after another, in the order of the logs.
 struct Term {
   const EffectDescription* effect = nullptr;
   std::vector<double> shapes;
@@ -23,6 +24,9 @@ struct Term {
   std::vector<double> shape_standard_errors;
 
   std::string id() const { return effect->id(); }
+  /// Gains of one set, and how many sets there are.
+  std::size_t gains_per_set() const { return static_cast<std::size_t>(effect->gain_count); }
+  std::size_t gain_sets() const { return gains.empty() ? 1 : gains.size() / gains_per_set(); }
   /// Zero also before with_standard_errors().
   double gain_standard_error(std::size_t gain) const {
     return gain < gain_standard_errors.size() ? gain_standard_errors[gain] : 0.0;
@@ -47,7 +51,13 @@ const Term* find_term(const Terms& terms, std::string_view id);
 /// modulations below one. `error_N`, what the model leaves, scales it against the data.
 NormalEquations::Constraints constraints_of(const Terms& terms, double error_N);
 
-/// The mass that the terms give the axis.
-double mass_kg(const Terms& terms);
+/// The mass that the terms give the axis in one of the logs.
+double mass_kg(const Terms& terms, std::size_t log = 0);
+
+/// `term` with as many sets of gains as this measurement wants of it, each a copy of the first.
+Term with_gain_sets(const Measurement& measurement, Term term);
+/// Terms with one set of gains each, for a controller that does not know what it will carry: the mean over
+/// the logs, each as long as it is.
+Terms averaged_over_logs(const Measurement& measurement, Terms terms);
 
 }  // namespace slipstack::workbench

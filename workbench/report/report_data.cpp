@@ -9,6 +9,7 @@
 
 #include "workbench/diagnose/quantity.h"
 #include "workbench/identify/spectrum.h"
+#include "workbench/log/text.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -198,6 +199,11 @@ json notes_of(const Measurement& measurement) {
       "Force noise before the filter: {} (from differences of sixth order). Held-out errors: {} contiguous "
       "blocks in {} folds, each judged by a fit to the others.",
       quantity(measurement.force_noise_N(), "N"), measurement.block_count(), measurement.fold_count()));
+  if (measurement.parts().size() > 1) {
+    std::string logs;
+    for (const LogPart& part : measurement.parts()) logs += (logs.empty() ? "" : ", ") + printable(part.path);
+    notes.push_back(fmt::format("Logs, one after another: {}.", logs));
+  }
   for (const std::string& note : measurement.log().notes) notes.push_back(note);
   return notes;
 }
@@ -228,12 +234,14 @@ json term_json(const Term& term) {
     }
   }
   for (std::size_t g = 0; g < term.gains.size(); ++g) {
-    const GainGroup& group = term.effect->group_of_gain(static_cast<int>(g));
+    const std::size_t own = g % term.gains_per_set();
+    const GainGroup& group = term.effect->group_of_gain(static_cast<int>(own));
     if (elements && term.gains[g] == 0.0) continue;
     const double error = term.gain_standard_error(g);
     const std::string note =
-        elements ? fmt::format("slip distance {}", quantity(term.shapes[g], "m")) : gain_note(term, g);
-    list.push_back(parameter_json(group.name, g, group.count > 1, term.gains[g], error, group.unit, note));
+        elements ? fmt::format("slip distance {}", quantity(term.shapes[own], "m")) : gain_note(term, g);
+    list.push_back(parameter_json(group.name, own, group.count > 1, term.gains[g], error, group.unit, note));
+    if (term.gain_sets() > 1) list.back()["log"] = g / term.gains_per_set() + 1;
   }
   return {{"effect", term.id()},
           {"title", term.effect->text.title},
@@ -306,6 +314,7 @@ json steps_json(const Diagnosis& diagnosis) {
   json list = json::array();
   for (const Step& step : diagnosis.steps) {
     list.push_back({{"added", step.added}, {"holdout_rmse_N", number_json(step.holdout_rmse_N)}});
+    if (!step.evidence.empty()) list.back()["evidence"] = step.evidence;
   }
   return list;
 }

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+
+#include "tests/unit/identify/simulated_axis.h"
+#include "workbench/diagnose/diagnose.h"
+#include "workbench/identify/noise_floor.h"
+
+// What the answer must not depend on.
+namespace slipstack::workbench {
+namespace {
+
+Log viscous_log() {
+  sim::Bench bench = sim::draw_bench(sim::Setup::kPickAndPlace, 1);
+  bench.programme.seconds = 15.0;
+  Log log = test::simulate(bench, 21);
+  const Measurement motion(log);
+  for (std::size_t i = 0; i < log.force_N.size(); ++i) log.force_N[i] += 12.0 * motion.velocity_mps()[i];
+  return log;
+}
+
+Diagnosis diagnosed(const Log& log, std::vector<std::string> candidates) {
+  Measurement measurement(log);
+  weigh_rows(measurement);
+  DiagnoseOptions options;
+  options.baseline = {"inertia", "presliding_hysteresis"};
+  options.candidates = std::move(candidates);
+  return diagnose(measurement, options);
+}
+
+TEST(Order, TheRankDoesNotDependOnTheCataloguesOrder) {
+  const Log log = viscous_log();
+  const Diagnosis usual = diagnosed(log, {});
+  ASSERT_EQ(usual.candidates.front().term.id(), "viscous");
+  std::vector<std::string> ids;
+  for (const EffectDescription& effect : catalogue()) ids.push_back(effect.id());
+  std::mt19937_64 random(3);
+  for (int turn = 0; turn < 2; ++turn) {
+    if (turn == 0) {
+      std::reverse(ids.begin(), ids.end());
+    } else {
+      std::shuffle(ids.begin(), ids.end(), random);
+    }
+    const Diagnosis other = diagnosed(log, ids);
+    EXPECT_EQ(other.verdict, usual.verdict);
+    ASSERT_EQ(other.candidates.size(), usual.candidates.size());
+    for (std::size_t i = 0; i < usual.candidates.size(); ++i) {
+      EXPECT_EQ(other.candidates[i].term.id(), usual.candidates[i].term.id()) << i;
+      EXPECT_EQ(other.candidates[i].holdout_rmse_N, usual.candidates[i].holdout_rmse_N) << i;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace slipstack::workbench

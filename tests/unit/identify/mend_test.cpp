@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/identify/mend.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/identify/identify_support.h"
+#include "tests/unit/identify/simulated_axis.h"
+#include "workbench/identify/noise_floor.h"
+#include "workbench/identify/robust.h"
+
+// Faults of a recorder, put into a log of the plant.
+namespace slipstack::workbench {
+namespace {
+
+const std::vector<std::string> kEffects{"inertia", "presliding_hysteresis", "viscous"};
+
+Log plant_log(std::uint64_t seed) {
+  sim::Bench bench = sim::draw_bench(sim::Setup::kPickAndPlace, 1);
+  bench.programme.seconds = 20.0;
+  Log log = test::simulate(bench, seed);
+  log.mass_kg.reset();
+  // As a file would have it: five decimals.
+  for (double& force : log.force_N) force = 1e-5 * std::round(1e5 * force);
+  return log;
+}
+
+struct Found {
+  double mass_kg = 0.0;
+  double level_N = 0.0;
+  double error_N = 0.0;
+  std::vector<std::string> mended;
+};
+
+Found found_in(const Log& log) {
+  Measurement measurement(log);
+  weigh_rows(measurement);
+  const RobustFit fit = fit_robustly(measurement, fit_effects(measurement, kEffects, {}));
+  const Term& hysteresis = *find_term(fit.model.terms, "presliding_hysteresis");
+  Found found;
+  found.mass_kg = find_term(fit.model.terms, "inertia")->gains[0];
+  for (std::size_t i = 0; i < hysteresis.gains.size(); ++i) {
+    found.level_N += hysteresis.gains[i] * hysteresis.shapes[i];
+  }
+  found.error_N = fit.model.holdout_rmse_N;
+  found.mended = measurement.parts()[0].mended;
+  return found;
+}
+
+/// The faulty log gives the clean one's answer, and says what was done.
+void expect_same(const Log& clean, const Log& faulty, const char* said, double share = 0.01) {
+  const Found truth = found_in(clean);
+  const Found found = found_in(faulty);
+  ASSERT_EQ(truth.mended.size(), 0u) << truth.mended.front();
+  EXPECT_NEAR(found.mass_kg, truth.mass_kg, share * truth.mass_kg);
+  EXPECT_NEAR(found.level_N, truth.level_N, share * truth.level_N);
+  EXPECT_LT(found.error_N, 1.3 * truth.error_N);
+  ASSERT_FALSE(found.mended.empty());
+  EXPECT_NE(found.mended.front().find(said), std::string::npos) << found.mended.front();
+}
+
+TEST(Mend, LeavesCleanLogsAlone) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    const Log log = plant_log(seed);
+    Log copy = log;
+    EXPECT_TRUE(mend(copy).notes.empty()) << seed;
+    EXPECT_EQ(copy.force_N, log.force_N);
+    EXPECT_EQ(copy.position_m, log.position_m);
+  }
+  const Log wandering = test::wandering_log(1, 1000.0, 20000);
+  Log copy = wandering;
+  EXPECT_TRUE(mend(copy).notes.empty());
+}
+
+TEST(Mend, WildSamplesOfForceAndPosition) {
+  const Log clean = plant_log(11);
+  test::Draw draw(5);
+  Log wild = clean;
+  for (int i = 0; i < 40; ++i) {
+    const auto at = static_cast<std::size_t>(draw.uniform(100.0, static_cast<double>(clean.force_N.size()) - 100.0));
+    wild.force_N[at] += draw.sign() * draw.log_uniform(20.0, 2000.0);
+  }
+  expect_same(clean, wild, "wild samples of the force");
+  Log glitches = clean;
+  for (int i = 0; i < 10; ++i) {
+    const auto at = static_cast<std::size_t>(draw.uniform(100.0, static_cast<double>(clean.force_N.size()) - 100.0));
+    glitches.position_m[at] += draw.sign() * 4096e-6;
+  }
+  expect_same(clean, glitches, "of the position");
+}
+
+TEST(Mend, ABurstIsAnEventAndStays) {
+  Log log = plant_log(12);
+  test::Draw draw(6);
+  for (std::size_t i = 20000; i < 20200; ++i) {
+    if (draw.uniform(0.0, 1.0) < 0.5) log.force_N[i] += draw.sign() * draw.uniform(10.0, 100.0);
+  }
+  Log copy = log;
+  EXPECT_TRUE(mend(copy).notes.empty());
+  EXPECT_EQ(copy.force_N, log.force_N);
+}
+
+TEST(Mend, SamplesWrittenAgain) {
+  const Log clean = plant_log(13);
+  test::Draw draw(7);
+  Log repeats = clean;
+  for (int i = 0; i < 300; ++i) {
+    const auto at = static_cast<std::size_t>(draw.uniform(100.0, static_cast<double>(clean.force_N.size()) - 100.0));
+    repeats.force_N[at] = repeats.force_N[at - 1];
+    repeats.position_m[at] = repeats.position_m[at - 1];
+  }
+  expect_same(clean, repeats, "repeat the one before");
+}
+
+TEST(Mend, ForceAtItsLimit) {
+  const Log clean = plant_log(14);
+  Log limited = clean;
+  double largest = 0.0;
+  for (const double force : clean.force_N) largest = std::max(largest, std::abs(force));
+  for (double& force : limited.force_N) force = std::clamp(force, -0.6 * largest, 0.6 * largest);
+  expect_same(clean, limited, "at its limit", 0.02);
+}
+
+TEST(Mend, FrozenForce) {
+  const Log clean = plant_log(15);
+  Log off = clean;
+  std::fill(off.force_N.begin() + 15000, off.force_N.begin() + 19000, 0.0);
+  expect_same(clean, off, "frozen");
+}
+
+TEST(Mend, StuckEncoder) {
+  const Log clean = plant_log(16);
+  Log stuck = clean;
+  // While it moves: the first fast stretch behind the middle.
+  std::size_t at = clean.position_m.size() / 2;
+  while (std::abs(clean.position_m[at + 1] - clean.position_m[at]) < 20e-6) ++at;
+  std::fill_n(stuck.position_m.begin() + static_cast<std::ptrdiff_t>(at), 200, clean.position_m[at]);
+  ASSERT_GT(std::abs(clean.position_m[at + 200] - clean.position_m[at]), 1e-3);
+  expect_same(clean, stuck, "encoder stuck", 0.02);
+}
+
+TEST(Mend, MotionWithoutForce) {
+  const Log clean = plant_log(17);
+  Log idle = clean;
+  test::Draw draw(8);
+  std::size_t at = clean.position_m.size() / 3;
+  while (std::abs(clean.position_m[at + 1] - clean.position_m[at]) < 20e-6) ++at;
+  for (std::size_t i = at; i < at + 3000; ++i) idle.force_N[i] = 1e-5 * std::round(1e4 * draw.normal());
+  expect_same(clean, idle, "without any force", 0.02);
+}
+
+TEST(Mend, TooMuchIsRefused) {
+  Log log = plant_log(18);
+  test::Draw draw(9);
+  for (std::size_t i = 50; i + 50 < log.force_N.size(); i += 31) log.force_N[i] += 500.0 * draw.sign();
+  try {
+    mend(log);
+    FAIL() << "taken";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("are wild"), std::string::npos);
+    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+  }
+}
+
+TEST(Robust, AFewKnocksDoNotMoveTheAnswer) {
+  const Log clean = plant_log(19);
+  Log knocked = clean;
+  test::Draw draw(10);
+  for (int knock = 0; knock < 6; ++knock) {
+    const auto at = static_cast<std::size_t>(draw.uniform(9000.0, static_cast<double>(clean.force_N.size()) - 200.0));
+    for (std::size_t i = at; i < at + 40; ++i) knocked.force_N[i] += 60.0;
+  }
+  Measurement measurement(knocked);
+  weigh_rows(measurement);
+  const FittedModel plain = fit_effects(measurement, kEffects, {});
+  const RobustFit robust = fit_robustly(measurement, plain);
+  EXPECT_GT(robust.outliers, 5);
+  const double truth = found_in(clean).mass_kg;
+  const auto mass = [](const FittedModel& model) { return find_term(model.terms, "inertia")->gains[0]; };
+  EXPECT_NEAR(mass(robust.model), truth, 0.005 * truth);
+  EXPECT_LE(std::abs(mass(robust.model) - truth), std::abs(mass(plain) - truth) + 1e-3 * truth);
+  EXPECT_LT(robust.model.holdout_rmse_N, 0.5 * plain.holdout_rmse_N);
+}
+
+TEST(Robust, GaussianResidualsAreNotTouched) {
+  Measurement measurement(test::wandering_log(20, 500.0, 8000));
+  const FittedModel plain = fit_effects(measurement, {"inertia", "viscous", "offset_force"}, {});
+  const RobustFit robust = fit_robustly(measurement, plain);
+  EXPECT_EQ(robust.outliers, 0);
+  EXPECT_EQ(robust.model.terms[0].gains, plain.terms[0].gains);
+}
+
+}  // namespace
+}  // namespace slipstack::workbench

@@ -1,0 +1,353 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/identify/mend.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "workbench/identify/white_noise.h"
+#include "workbench/log/median.h"
+#include "workbench/log/text.h"
+
+namespace slipstack::workbench {
+namespace {
+
+/// A median over seven samples leaves steps and slopes as they are and takes out what is at most three wide.
+constexpr std::size_t kHalfWindow = 3;
+/// A wild sample stands this many standard deviations of the noise out of its neighbours' median, and this
+/// many times as far as samples around it do, or as they step: ringing stands out everywhere, and a median cuts
+/// the tip of every peak.
+constexpr double kWild = 12.0;
+constexpr double kWildAmongOthers = 8.0;
+/// Of the wildest within the window.
+constexpr double kShareOfWildest = 0.2;
+/// Nor is the tip of a short peak wild, which rises and falls by steps on either side.
+constexpr double kWildAmongNeighbours = 5.0;
+/// Nor is a sample wild that stands out by less than this share of the force's rms, or of the travel.
+constexpr double kLeastForce = 0.05;
+constexpr double kLeastTravel = 1e-4;
+/// So near to each other, more than three wild samples are a burst.
+constexpr std::size_t kApart = 24;
+constexpr std::size_t kWidest = 3;
+
+/// Equal neighbours are a fault only where noise is this many times the smallest step of the force.
+constexpr double kNoiseOverStep = 3.0;
+/// So many equal forces in a row do not happen by chance then: each has a chance of 0.1 at most.
+constexpr std::size_t kFrozen = 8;
+/// Chance repeats, of which so many times as many must be seen.
+constexpr double kBeyondChance = 5.0;
+constexpr double kFewestRepeats = 10.0;
+
+/// An encoder that stood for so many samples and makes up for them in one step was stuck.
+constexpr std::size_t kStuck = 20;
+constexpr double kJump = 20.0;  ///< encoder steps, and times the steps that follow
+
+/// Motion without force lasts at least so long, [s].
+constexpr double kForceless_s = 0.25;
+constexpr double kForcelessNoise = 1.5;  ///< rms over the noise
+constexpr double kForceSeen = 10.0;      ///< rms of the whole log over the noise
+constexpr double kForcelessTravel = 50.0;  ///< encoder steps
+
+/// More than this share of a log must not be mended or cut.
+constexpr double kMostMended = 0.02;
+constexpr double kMostCut = 0.4;
+/// What is this share of the log is its nature, not a fault of it.
+constexpr double kNature = 0.2;
+
+double median_of_seven(const std::vector<double>& values, std::size_t i) {
+  std::array<double, 2 * kHalfWindow + 1> window{};
+  std::copy_n(values.begin() + static_cast<std::ptrdiff_t>(i - kHalfWindow), window.size(), window.begin());
+  std::nth_element(window.begin(), window.begin() + kHalfWindow, window.end());
+  return window[kHalfWindow];
+}
+
+/// Of the five samples on either side, the sample next to the stretch left out.
+double largest_step_beside(const std::vector<double>& values, const Stretch& one) {
+  constexpr std::size_t kBeside = 6;
+  double largest = 0.0;
+  for (std::size_t k = 2; k <= kBeside; ++k) {
+    if (one.first >= k) largest = std::max(largest, std::abs(values[one.first - k + 1] - values[one.first - k]));
+    if (one.end + k <= values.size()) {
+      largest = std::max(largest, std::abs(values[one.end + k - 1] - values[one.end + k - 2]));
+    }
+  }
+  return largest;
+}
+
+/// Wild samples of one signal, as stretches of up to three.
+std::vector<Stretch> wild_samples(const std::vector<double>& values, double noise, double least) {
+  std::vector<std::size_t> wild;
+  std::vector<double> departures(values.size(), 0.0);
+  for (std::size_t i = kHalfWindow; i + kHalfWindow < values.size(); ++i) {
+    departures[i] = std::abs(values[i] - median_of_seven(values, i));
+  }
+  const double least_departure = std::max(kWild * noise, least);
+  for (std::size_t i = kHalfWindow; i + kHalfWindow < values.size(); ++i) {
+    if (departures[i] <= least_departure) continue;
+    // One wild sample moves the medians of its neighbours by a step of the signal: they are not wild.
+    const auto around = departures.begin() + static_cast<std::ptrdiff_t>(i - kHalfWindow);
+    const double most = *std::max_element(around, around + 2 * kHalfWindow + 1);
+    if (departures[i] > kShareOfWildest * most) wild.push_back(i);
+  }
+  std::vector<Stretch> clusters;
+  for (const std::size_t i : wild) {
+    if (!clusters.empty() && i - clusters.back().end < kApart) {
+      clusters.back().end = i + 1;
+    } else {
+      clusters.push_back({i, i + 1});
+    }
+  }
+  std::erase_if(clusters, [&](const Stretch& one) {
+    if (one.end - one.first > kWidest) return true;
+    const double own = *std::max_element(departures.begin() + static_cast<std::ptrdiff_t>(one.first),
+                                         departures.begin() + static_cast<std::ptrdiff_t>(one.end));
+    const std::size_t from = one.first > 4 * kApart ? one.first - 4 * kApart : 0;
+    const std::size_t to = std::min(values.size(), one.end + 4 * kApart);
+    std::vector<double> others, steps;
+    others.reserve(to - from);
+    steps.reserve(to - from);
+    for (std::size_t i = from + 1; i < to; ++i) {
+      if (i < one.first || i >= one.end) others.push_back(departures[i]);
+      steps.push_back(std::abs(values[i] - values[i - 1]));
+    }
+    const auto usual = others.begin() + static_cast<std::ptrdiff_t>(others.size() * 9 / 10);
+    std::nth_element(others.begin(), usual, others.end());
+    if (own < kWildAmongOthers * std::max(*usual, median(std::move(steps)))) return true;
+    return own < kWildAmongNeighbours * largest_step_beside(values, one);
+  });
+  return clusters;
+}
+
+/// Straight from the sample before to the sample behind.
+void interpolate(std::vector<double>& values, const Stretch& gap) {
+  if (gap.first == 0 || gap.end >= values.size()) return;
+  const double from = values[gap.first - 1];
+  const double to = values[gap.end];
+  const auto steps = static_cast<double>(gap.end - gap.first + 1);
+  for (std::size_t i = gap.first; i < gap.end; ++i) {
+    values[i] = std::lerp(from, to, static_cast<double>(i - gap.first + 1) / steps);
+  }
+}
+
+/// The smallest difference between neighbours that differ: the step of a digital force.
+double smallest_step(const std::vector<double>& values) {
+  double smallest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 1; i < values.size(); ++i) {
+    const double step = std::abs(values[i] - values[i - 1]);
+    if (step > 0.0) smallest = std::min(smallest, step);
+  }
+  return smallest;
+}
+
+double rms(const std::vector<double>& values) {
+  double sum = 0.0;
+  for (const double value : values) sum += value * value;
+  return std::sqrt(sum / static_cast<double>(values.size()));
+}
+
+class Mender {
+ public:
+  explicit Mender(Log& log)
+      : log_(log),
+        count_(log.position_m.size()),
+        noise_N_(white_noise(log.force_N)),
+        step_m_(log.encoder_resolution_m.value_or(0.0)) {}
+
+  Mending run() {
+    const bool noise_shows = noise_N_ > kNoiseOverStep * smallest_step(log_.force_N);
+    if (noise_shows) cut_frozen_force();
+    if (noise_shows) mend_repeats();
+    const double position_noise_m = std::max(step_m_, white_noise(log_.position_m));
+    const auto [low, high] = std::minmax_element(log_.position_m.begin(), log_.position_m.end());
+    mend_wild(log_.position_m, position_noise_m, kLeastTravel * (*high - *low), "position");
+    cut_stuck_encoder();
+    cut_forceless_motion();
+    mend_wild(log_.force_N, noise_N_, kLeastForce * rms(log_.force_N), "force");
+    join_cuts();
+    return std::move(mending_);
+  }
+
+ private:
+  std::string at(std::size_t sample) const {
+    return fmt::format("{:.3f} s", log_.start_time_s + static_cast<double>(sample) / log_.sample_rate_Hz);
+  }
+  double share(std::size_t samples) const {
+    return static_cast<double>(samples) / static_cast<double>(count_);
+  }
+  void note(std::string text) { mending_.notes.push_back(std::move(text)); }
+
+  void mend_wild(std::vector<double>& values, double noise, double least, const char* what) {
+    if (noise <= 0.0) return;
+    std::vector<Stretch> wild = wild_samples(values, noise, least);
+    std::erase_if(wild, [&](const Stretch& one) { return is_cut(one); });
+    if (wild.empty()) return;
+    std::size_t samples = 0;
+    for (const Stretch& one : wild) samples += one.end - one.first;
+    if (share(samples) > kMostMended) {
+      throw InputError(fmt::format(
+          "{}: {} of {} samples of the {} are wild, the first at {}; check the cable and the shield and "
+          "record again",
+          printable(log_.path), samples, count_, what, at(wild.front().first)));
+    }
+    for (const Stretch& one : wild) interpolate(values, one);
+    note(fmt::format("{} wild {} of the {} interpolated, the first at {}", samples,
+                     samples == 1 ? "sample" : "samples", what, at(wild.front().first)));
+  }
+
+  bool is_cut(const Stretch& one) const {
+    return std::any_of(mending_.cut.begin(), mending_.cut.end(), [&](const Stretch& cut) {
+      return one.first < cut.end + kHalfWindow && one.end + kHalfWindow > cut.first;
+    });
+  }
+
+  /// Both force and position as the sample before: lost by the recorder, which wrote the last one again.
+  void mend_repeats() {
+    std::vector<Stretch> repeats;
+    std::size_t samples = 0;
+    for (std::size_t i = 1; i < count_; ++i) {
+      if (log_.force_N[i] != log_.force_N[i - 1] || log_.position_m[i] != log_.position_m[i - 1]) continue;
+      Stretch run{i, i + 1};
+      while (run.end < count_ && log_.force_N[run.end] == log_.force_N[i] &&
+             log_.position_m[run.end] == log_.position_m[i])
+        ++run.end;
+      if (run.end - run.first + 1 < kFrozen && !is_cut(run)) {
+        samples += run.end - run.first;
+        repeats.push_back(run);
+      }
+      i = run.end;
+    }
+    // Neighbours agree by chance now and then: density of their difference at zero, times the step.
+    const double chance = 0.2821 * smallest_step(log_.force_N) / noise_N_ * static_cast<double>(count_);
+    if (static_cast<double>(samples) < kFewestRepeats + kBeyondChance * chance || share(samples) > kNature)
+      return;
+    for (const Stretch& run : repeats) {
+      interpolate(log_.force_N, run);
+      interpolate(log_.position_m, run);
+      if (step_m_ <= 0.0) continue;
+      for (std::size_t i = run.first; i < run.end; ++i) {
+        log_.position_m[i] = step_m_ * std::round(log_.position_m[i] / step_m_);
+      }
+    }
+    note(fmt::format("{} samples repeat the one before and were interpolated, the first at {}", samples,
+                     at(repeats.front().first)));
+  }
+
+  void cut_frozen_force() {
+    const auto [low, high] = std::minmax_element(log_.force_N.begin(), log_.force_N.end());
+    const double lowest = *low;
+    const double highest = *high;
+    std::vector<Stretch> limited, frozen;
+    for (std::size_t i = 0; i < count_;) {
+      std::size_t end = i + 1;
+      while (end < count_ && log_.force_N[end] == log_.force_N[i]) ++end;
+      if (end - i >= kFrozen) {
+        const bool at_limit = log_.force_N[i] == lowest || log_.force_N[i] == highest;
+        (at_limit ? limited : frozen).push_back({i, end});
+      }
+      i = end;
+    }
+    cut(limited, "the force is at its limit");
+    cut(frozen, "the force is frozen");
+  }
+
+  void cut_stuck_encoder() {
+    const std::vector<double>& x = log_.position_m;
+    std::vector<Stretch> stuck;
+    for (std::size_t i = 0; i < count_;) {
+      std::size_t end = i + 1;
+      while (end < count_ && x[end] == x[i]) ++end;
+      if (end - i >= kStuck && end + kStuck < count_) {
+        const double jump_m = std::abs(x[end] - x[end - 1]);
+        std::vector<double> next;
+        next.reserve(kStuck);
+        for (std::size_t k = end + 1; k <= end + kStuck; ++k) next.push_back(std::abs(x[k] - x[k - 1]));
+        if (jump_m > kJump * std::max(step_m_, median(std::move(next))) && jump_m > 0.0) {
+          stuck.push_back({i, end + 1});
+        }
+      }
+      i = end;
+    }
+    cut(stuck, "the position stands still and then jumps (encoder stuck)");
+  }
+
+  void cut_forceless_motion() {
+    const auto window = static_cast<std::size_t>(std::max(50.0, kForceless_s * log_.sample_rate_Hz));
+    if (noise_N_ <= 0.0 || rms(log_.force_N) < kForceSeen * noise_N_) return;
+    std::vector<Stretch> idle;
+    std::size_t samples = 0;
+    for (std::size_t first = 0; first + window <= count_; first += window / 2) {
+      double sum = 0.0;
+      double lowest = log_.position_m[first];
+      double highest = lowest;
+      for (std::size_t i = first; i < first + window; ++i) {
+        sum += log_.force_N[i] * log_.force_N[i];
+        lowest = std::min(lowest, log_.position_m[i]);
+        highest = std::max(highest, log_.position_m[i]);
+      }
+      const double most = kForcelessNoise * noise_N_;
+      const double travel_m = std::max(kForcelessTravel * step_m_, 1e-4);
+      if (sum > most * most * static_cast<double>(window) || highest - lowest < travel_m) continue;
+      if (!idle.empty() && first <= idle.back().end) {
+        idle.back().end = first + window;
+      } else {
+        idle.push_back({first, first + window});
+      }
+    }
+    for (const Stretch& one : idle) samples += one.end - one.first;
+    if (share(samples) > kNature) return;
+    // A window at the edge held still some force: half of one more goes.
+    for (Stretch& one : idle) {
+      one.first = one.first > window / 2 ? one.first - window / 2 : 0;
+      one.end = std::min(count_, one.end + window / 2);
+    }
+    cut(idle, "the axis moves without any force (drive off)");
+  }
+
+  void cut(const std::vector<Stretch>& stretches, const char* why) {
+    if (stretches.empty()) return;
+    std::size_t samples = 0;
+    for (const Stretch& one : stretches) samples += one.end - one.first;
+    note(fmt::format("{:.3g} s left out in {} {}, the first at {}: {}",
+                     static_cast<double>(samples) / log_.sample_rate_Hz, stretches.size(),
+                     stretches.size() == 1 ? "place" : "places", at(stretches.front().first), why));
+    mending_.cut.insert(mending_.cut.end(), stretches.begin(), stretches.end());
+  }
+
+  void join_cuts() {
+    std::vector<Stretch>& cuts = mending_.cut;
+    std::sort(cuts.begin(), cuts.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    std::vector<Stretch> joined;
+    std::size_t samples = 0;
+    for (const Stretch& one : cuts) {
+      if (!joined.empty() && one.first <= joined.back().end) {
+        joined.back().end = std::max(joined.back().end, one.end);
+      } else {
+        joined.push_back(one);
+      }
+    }
+    for (const Stretch& one : joined) samples += one.end - one.first;
+    if (share(samples) > kMostCut) {
+      throw InputError(fmt::format("{}: {:.0f} % of the log cannot be used: {}; record again",
+                                   printable(log_.path), 100.0 * share(samples),
+                                   mending_.notes.empty() ? "" : mending_.notes.back()));
+    }
+    cuts = std::move(joined);
+  }
+
+  Log& log_;
+  std::size_t count_;
+  double noise_N_;
+  double step_m_;
+  Mending mending_;
+};
+
+}  // namespace
+
+Mending mend(Log& log) {
+  return Mender(log).run();
+}
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "workbench/log/log.h"
+
+namespace slipstack::workbench {
+
+/// Samples that say nothing of the axis: [first, end).
+struct Stretch {
+  std::size_t first = 0;
+  std::size_t end = 0;
+};
+
+/// What a log's own faults leave to do.
+struct Mending {
+  std::vector<Stretch> cut;        ///< not to be compared with any model; ascending, apart
+  std::vector<std::string> notes;  ///< one sentence for each kind of fault: what, how much, where first
+};
+
+/// Finds what no axis does and only a recorder can, and mends it where neighbours tell what was there:
+/// - single wild samples of force or position, alone among good ones: interpolated. Many close together are
+///   a burst, an event of the axis or its surroundings, and stay.
+/// - samples that repeat the one before, where noise makes that impossible: interpolated.
+/// - force at its limit, or frozen (drive off, sensor lost), while its noise is gone: cut.
+/// - an encoder that stands still and then jumps to where it should be: cut.
+/// - motion without any force, as by hand with the drive off: cut.
+///
+/// Nothing is changed in a log without such faults. Throws InputError where they fill so much of the log that
+/// what is left would mislead. O(n).
+Mending mend(Log& log);
+
+}  // namespace slipstack::workbench
