@@ -144,8 +144,10 @@ std::vector<const EffectDescription*> effects_to_try(const Terms& terms,
   const Term* inertia = find_term(terms, "inertia");
   const bool mass_is_free = inertia != nullptr && inertia->lower[0] < inertia->upper[0];
   std::vector<const EffectDescription*> all;
+  all.reserve(wanted.size());
   for (const std::string& id : wanted) all.push_back(find_effect(id));
   if (wanted.empty()) {
+    all.reserve(catalogue().size());
     for (const EffectDescription& effect : catalogue()) all.push_back(&effect);
   }
   for (const EffectDescription* effect : all) {
