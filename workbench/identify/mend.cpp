@@ -18,8 +18,8 @@ namespace {
 /// A median over seven samples leaves steps and slopes as they are and takes out what is at most three wide.
 constexpr std::size_t kHalfWindow = 3;
 /// A wild sample stands this many standard deviations of the noise out of its neighbours' median, and this
-/// many times as far as samples around it do, or as they step: ringing stands out everywhere, and a median cuts
-/// the tip of every peak.
+/// many times as far as samples around it do, or as they step: ringing stands out everywhere, and a median
+/// cuts the tip of every peak.
 constexpr double kWild = 12.0;
 constexpr double kWildAmongOthers = 8.0;
 /// Of the wildest within the window.
@@ -47,8 +47,8 @@ constexpr double kJump = 20.0;  ///< encoder steps, and times the steps that fol
 
 /// Motion without force lasts at least so long, [s].
 constexpr double kForceless_s = 0.25;
-constexpr double kForcelessNoise = 1.5;  ///< rms over the noise
-constexpr double kForceSeen = 10.0;      ///< rms of the whole log over the noise
+constexpr double kForcelessNoise = 1.5;    ///< rms over the noise
+constexpr double kForceSeen = 10.0;        ///< rms of the whole log over the noise
 constexpr double kForcelessTravel = 50.0;  ///< encoder steps
 
 /// More than this share of a log must not be mended or cut.
@@ -69,7 +69,8 @@ double largest_step_beside(const std::vector<double>& values, const Stretch& one
   constexpr std::size_t kBeside = 6;
   double largest = 0.0;
   for (std::size_t k = 2; k <= kBeside; ++k) {
-    if (one.first >= k) largest = std::max(largest, std::abs(values[one.first - k + 1] - values[one.first - k]));
+    if (one.first >= k)
+      largest = std::max(largest, std::abs(values[one.first - k + 1] - values[one.first - k]));
     if (one.end + k <= values.size()) {
       largest = std::max(largest, std::abs(values[one.end + k - 1] - values[one.end + k - 2]));
     }

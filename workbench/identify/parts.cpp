@@ -81,9 +81,8 @@ JoinedLogs join(std::vector<Log> logs) {
   all.header = logs.front().header;
   for (std::size_t i = 0; i < logs.size(); ++i) {
     Log& log = logs[i];
-    for (auto column :
-         {&Log::position_m, &Log::force_N, &Log::reference_position_m, &Log::velocity_mps,
-          &Log::normal_force_N, &Log::temperature_C}) {
+    for (auto column : {&Log::position_m, &Log::force_N, &Log::reference_position_m, &Log::velocity_mps,
+                        &Log::normal_force_N, &Log::temperature_C}) {
       append(all.*column, log.*column, i == 0);
       std::vector<double>().swap(log.*column);
     }

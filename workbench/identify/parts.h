@@ -23,8 +23,8 @@ struct LogPart {
   int block_count = 0;
   std::optional<double> mass_kg;
   double encoder_resolution_m = 0.0;
-  double force_noise_N = 0.0;     ///< standard deviation before the filter
-  double rough_mass_kg = 0.0;     ///< the header's, or a quick regression: good enough to choose the bandwidth
+  double force_noise_N = 0.0;  ///< standard deviation before the filter
+  double rough_mass_kg = 0.0;  ///< the header's, or a quick regression: good enough to choose the bandwidth
   std::size_t unknown_start = 0;  ///< samples at its start in which the state of the hysteresis is not known
 
   std::vector<Stretch> cut;         ///< samples, counted from its first, that say nothing

@@ -31,8 +31,7 @@ RobustFit fit_robustly(Measurement& measurement, FittedModel fitted) {
   const Eigen::VectorXd plain = measurement.row_weights();
   double sum = plain.sum();
   for (int iteration = 0; iteration < kIterations; ++iteration) {
-    const Eigen::VectorXd residual =
-        robust.model.linearisation->residual_N().cwiseProduct(plain.cwiseSqrt());
+    const Eigen::VectorXd residual = robust.model.linearisation->residual_N().cwiseProduct(plain.cwiseSqrt());
     const double limit = kHuber * robust_deviation(residual, plain);
     const Eigen::VectorXd weights =
         plain.array() * (limit / residual.array().abs().max(std::max(limit, 1e-300)));

@@ -12,11 +12,12 @@ struct RobustFit {
   double first_s = 0.0;       ///< time of the first, from the start of its log
 };
 
-/// `fitted` again with Huber's loss (Huber 1964) by iterated weights: rows whose residual is beyond five robust
-/// standard deviations (of the median of magnitudes) pull no more than at five. Gaussian residuals never get
-/// there, so a clean log gives the same answer to the last bit. The weights stay on the measurement: held-out
-/// errors are then those of the good instants. For a model that is complete: of one that lacks an effect,
-/// what the effect does is no outlier. Cost: as many fits of the gains as it takes, five at most.
+/// `fitted` again with Huber's loss (Huber 1964) by iterated weights: rows whose residual is beyond five
+/// robust standard deviations (of the median of magnitudes) pull no more than at five. Gaussian residuals
+/// never get there, so a clean log gives the same answer to the last bit. The weights stay on the
+/// measurement: held-out errors are then those of the good instants. For a model that is complete: of one
+/// that lacks an effect, what the effect does is no outlier. Cost: as many fits of the gains as it takes,
+/// five at most.
 RobustFit fit_robustly(Measurement& measurement, FittedModel fitted);
 
 }  // namespace slipstack::workbench

@@ -76,13 +76,15 @@ TEST(Mend, WildSamplesOfForceAndPosition) {
   test::Draw draw(5);
   Log wild = clean;
   for (int i = 0; i < 40; ++i) {
-    const auto at = static_cast<std::size_t>(draw.uniform(100.0, static_cast<double>(clean.force_N.size()) - 100.0));
+    const auto at =
+        static_cast<std::size_t>(draw.uniform(100.0, static_cast<double>(clean.force_N.size()) - 100.0));
     wild.force_N[at] += draw.sign() * draw.log_uniform(20.0, 2000.0);
   }
   expect_same(clean, wild, "wild samples of the force");
   Log glitches = clean;
   for (int i = 0; i < 10; ++i) {
-    const auto at = static_cast<std::size_t>(draw.uniform(100.0, static_cast<double>(clean.force_N.size()) - 100.0));
+    const auto at =
+        static_cast<std::size_t>(draw.uniform(100.0, static_cast<double>(clean.force_N.size()) - 100.0));
     glitches.position_m[at] += draw.sign() * 4096e-6;
   }
   expect_same(clean, glitches, "of the position");
@@ -104,7 +106,8 @@ TEST(Mend, SamplesWrittenAgain) {
   test::Draw draw(7);
   Log repeats = clean;
   for (int i = 0; i < 300; ++i) {
-    const auto at = static_cast<std::size_t>(draw.uniform(100.0, static_cast<double>(clean.force_N.size()) - 100.0));
+    const auto at =
+        static_cast<std::size_t>(draw.uniform(100.0, static_cast<double>(clean.force_N.size()) - 100.0));
     repeats.force_N[at] = repeats.force_N[at - 1];
     repeats.position_m[at] = repeats.position_m[at - 1];
   }
@@ -166,7 +169,8 @@ TEST(Robust, AFewKnocksDoNotMoveTheAnswer) {
   Log knocked = clean;
   test::Draw draw(10);
   for (int knock = 0; knock < 6; ++knock) {
-    const auto at = static_cast<std::size_t>(draw.uniform(9000.0, static_cast<double>(clean.force_N.size()) - 200.0));
+    const auto at =
+        static_cast<std::size_t>(draw.uniform(9000.0, static_cast<double>(clean.force_N.size()) - 200.0));
     for (std::size_t i = at; i < at + 40; ++i) knocked.force_N[i] += 60.0;
   }
   Measurement measurement(knocked);

@@ -113,7 +113,8 @@ TEST(SeveralLogs, PayloadOfEachLogIsFoundOnThePlant) {
   EXPECT_GT(one_mass.holdout_rmse_N, 3.0 * fitted.holdout_rmse_N);
   // The model file holds the mean, each log as long as it is.
   const Terms mean = averaged_over_logs(both, fitted.terms);
-  const double share = static_cast<double>(both.parts()[1].sample_count) / static_cast<double>(both.sample_count());
+  const double share =
+      static_cast<double>(both.parts()[1].sample_count) / static_cast<double>(both.sample_count());
   EXPECT_NEAR(find_term(mean, "inertia")->gains[0],
               inertia.gains[0] + share * (inertia.gains[1] - inertia.gains[0]), 1e-9);
 }
