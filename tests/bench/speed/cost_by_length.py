@@ -1,0 +1,59 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""What a diagnosis costs by the length of the log: a table of time, processor time and memory, reading included.
+
+On demand, since it takes minutes:  tests/bench/speed/cost_by_length.py --samples 31250,62500,125000,250000
+The last line fits cost = c x samples^p; p = 1 is linear.
+"""
+
+import argparse
+import math
+import os
+import pathlib
+import subprocess
+import tempfile
+import time
+
+REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
+RATE_HZ = 2500
+
+
+def simulate(program, log, samples):
+    subprocess.run([program, "log", "--setup", "pick_and_place", "--seed", "9", "--effects", "viscous", "--rate",
+                    str(RATE_HZ), "--seconds", str(samples / RATE_HZ), "--out", log, "--truth", f"{log}.json"],
+                   check=True, capture_output=True)
+
+
+def measured(command):
+    """Seconds, processor seconds and peak MB of a command."""
+    start = time.monotonic()
+    with open(os.devnull, "w", encoding="utf-8") as nowhere:
+        child = subprocess.Popen(command, stdout=nowhere, stderr=nowhere)
+        _, status, usage = os.wait4(child.pid, 0)
+    if status != 0:
+        raise RuntimeError(f"{command} ended with {status}")
+    return time.monotonic() - start, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024.0
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--samples", default="31250,62500,125000,250000")
+    parser.add_argument("--programs", default=str(REPOSITORY / "build/host/bin"), help="folder of slipstack and slipstack-sim")
+    wanted = parser.parse_args()
+    points = []
+    print(f"{'samples':>9} {'seconds':>8} {'processor s':>12} {'us/sample':>10} {'peak MB':>8}")
+    with tempfile.TemporaryDirectory() as folder:
+        for samples in map(int, wanted.samples.split(",")):
+            log = f"{folder}/log.csv"
+            simulate(f"{wanted.programs}/slipstack-sim", log, samples)
+            seconds, processor, memory = measured([f"{wanted.programs}/slipstack", "diagnose", log])
+            points.append((math.log(samples), math.log(processor)))
+            print(f"{samples:9d} {seconds:8.2f} {processor:12.2f} {1e6 * processor / samples:10.2f} {memory:8.0f}", flush=True)
+    if len(points) > 1:
+        mean = [sum(values) / len(points) for values in zip(*points)]
+        slope = sum((x - mean[0]) * (y - mean[1]) for x, y in points) / sum((x - mean[0]) ** 2 for x, _ in points)
+        print(f"processor time grows with samples to the power {slope:.2f}")
+
+
+if __name__ == "__main__":
+    main()
