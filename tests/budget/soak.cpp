@@ -47,7 +47,11 @@ bool finite(float value) {
 
 void sense() {
   const std::int32_t wobble = static_cast<std::int32_t>(sensor_random.below(7)) - 3;
-  memory_encoder.next.counts = tick_under_test.controller().output().reference_counts + wobble;
+  // The axis follows its reference; under a given force it stands against a stop, or it would run away.
+  static std::int32_t place = 0;
+  const Controller& controller = tick_under_test.controller();
+  if (!controller.state().torque_mode()) place = controller.output().reference_counts;
+  memory_encoder.next.counts = place + wobble;
   memory_encoder.next.valid = true;
   memory_clock.count += kClockPeriod;
   const std::uint32_t event = sensor_random.below(20000);
