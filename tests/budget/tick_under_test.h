@@ -5,60 +5,14 @@
 
 #include "firmware/control/tick.h"
 #include "tests/budget/friction_model.h"
+#include "tests/budget/memory_board.h"
 #include "tests/budget/motion.h"
 
 // The whole control tick with every effect of the catalogue on, both notches, disturbance compensation and
 // adaptation, on a board that is a few words of memory. Driven by encoder counts that any motion may produce.
 namespace slipstack::budget {
 
-struct MemoryEncoder {
-  EncoderReading next;
-  EncoderReading read() const { return next; }
-};
-struct MemoryMotor {
-  float set_point_A = 0.0F;
-  bool enabled = false;
-  CurrentReading measurement;
-  void set(float current_A) {
-    set_point_A = current_A;
-    enabled = true;
-    measurement.current_A = current_A;
-  }
-  void disable() {
-    set_point_A = 0.0F;
-    enabled = false;
-    measurement.current_A = 0.0F;
-  }
-  CurrentReading measured() const { return measurement; }
-};
-struct MemoryClock {
-  std::uint32_t count = 0;
-  std::uint32_t now() const { return count; }
-  std::uint32_t ticks_per_second() const { return 1000000; }
-};
-struct MemoryWatchdog {
-  std::uint32_t refreshed = 0;
-  void refresh() { ++refreshed; }
-  bool caused_last_reset() const { return false; }
-};
-
-inline MemoryEncoder memory_encoder;
-inline MemoryMotor memory_motor;
-inline MemoryClock memory_clock;
-inline MemoryWatchdog memory_watchdog;
 inline Tick tick_under_test(memory_encoder, memory_motor, memory_clock, memory_watchdog);
-
-inline AxisParameters everything_on() {
-  AxisParameters axis;
-  axis.adapt_level = true;
-  axis.disturbance_share = 0.5F;
-  axis.notch[0] = {180.0F, 0.2F, 0.1F};
-  axis.notch[1] = {410.0F, 0.1F, 0.2F};
-  axis.following_error_m = 1.0e-2F;
-  axis.velocity_limit_mps = 0.5F;
-  axis.stall_s = 1.0F;
-  return axis;
-}
 
 // What the world does between two ticks: the axis follows its reference with an error, commands and moves
 // come at random, position and torque mode take turns, parameters are changed in motion, sensors fail now
