@@ -19,6 +19,8 @@ inline constexpr std::uint32_t kProductCode = 0x534C4B31;  ///< "SLK1"
 inline constexpr std::uint32_t kRevision = 0x00010000;
 
 inline constexpr std::uint32_t kInvalidPdo = 0x80000000;
+/// No remote requests on this TPDO: CiA 301 lets a device leave them out, and so do we.
+inline constexpr std::uint32_t kNoRemote = 0x40000000;
 
 inline constexpr auto kCommunicationObjects = [] {
   constexpr Storage kSetting = Storage::kSetting;
@@ -108,25 +110,25 @@ inline constexpr std::array<DefaultPdo, kPdoCount> kReceivePdos{{
 /// TPDO 1 statusword and mode on change, 2 position and torque, 3 the measurement stream of `slipstack
 /// record` (tick, position, current), 4 following error and residual.
 inline constexpr std::array<DefaultPdo, kPdoCount> kTransmitPdos{{
-    {0x180,
+    {0x180 | kNoRemote,
      255,
      100,
      0,
      3,
      {mapping_entry(0x6041, 0, 16), mapping_entry(0x6061, 0, 8), mapping_entry(0x603F, 0, 16)}},
-    {0x280,
+    {0x280 | kNoRemote,
      1,
      0,
      0,
      3,
      {mapping_entry(0x6041, 0, 16), mapping_entry(0x6064, 0, 32), mapping_entry(0x6077, 0, 16)}},
-    {0x380 | kInvalidPdo,
+    {0x380 | kNoRemote | kInvalidPdo,
      1,
      0,
      0,
      3,
      {mapping_entry(0x2210, 5, 16), mapping_entry(0x6064, 0, 32), mapping_entry(0x2200, 11, 16)}},
-    {0x480, 1, 0, 0, 2, {mapping_entry(0x60F4, 0, 32), mapping_entry(0x2200, 3, 32)}},
+    {0x480 | kNoRemote, 1, 0, 0, 2, {mapping_entry(0x60F4, 0, 32), mapping_entry(0x2200, 3, 32)}},
 }};
 
 namespace detail {

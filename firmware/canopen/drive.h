@@ -59,7 +59,6 @@ class Drive final : public Application {
   bool enabled() override { return controller_.state().driving(); }
   void set_operational(bool operational) override { operational_ = operational; }
   std::uint32_t serial_number() const override { return serial_; }
-  bool set_bit_rate(std::uint8_t) override { return false; }
 
   void connection_lost() override {
     if (!enabled()) return;

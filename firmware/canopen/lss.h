@@ -6,6 +6,7 @@
 #include <span>
 
 #include "firmware/canopen/object.h"
+#include "hal/include/can_port.h"
 
 namespace slipstack::canopen {
 
@@ -19,6 +20,12 @@ class Lss {
 
   /// What the node does after a request.
   enum class Wish : std::uint8_t { kNothing, kStore, kActivateBitRate };
+  /// Bits per second by index (CiA 305 table 1); 0: reserved.
+  static constexpr std::array<std::uint32_t, 9> kBitRates = {1'000'000, 800'000, 500'000, 250'000, 125'000,
+                                                             0,         50'000,  20'000,  10'000};
+  static constexpr std::uint32_t bits_per_s(std::uint8_t index) {
+    return index < kBitRates.size() ? kBitRates[index] : 0;
+  }
   struct Identity {
     std::array<std::uint32_t, 4> words{};  ///< vendor, product, revision, serial
   };
@@ -35,9 +42,19 @@ class Lss {
     fast_ = 0;
   }
 
-  /// A request of 8 bytes; true: `out` is the response. `writable` false: the access lock is closed.
-  bool receive(std::span<const std::uint8_t, 8> in, const Identity& identity, std::uint8_t active_node,
-               bool writable, std::array<std::uint8_t, 8>& out, Wish& wish) {
+  /// What the node is and allows: `writable` false when the access lock is closed, `port` for the bit rates.
+  struct Device {
+    Identity identity;
+    std::uint8_t active_node;
+    bool writable;
+    const CanPort& port;
+  };
+
+  /// A request of 8 bytes; true: `out` is the response.
+  bool receive(std::span<const std::uint8_t, 8> in, const Device& device, std::array<std::uint8_t, 8>& out,
+               Wish& wish) {
+    const Identity& identity = device.identity;
+    const std::uint8_t active_node = device.active_node;
     out = {in[0], 0, 0, 0, 0, 0, 0, 0};
     wish = Wish::kNothing;
     const std::uint32_t word = number(in.subspan(1, 4));
@@ -56,7 +73,7 @@ class Lss {
       case 0x51:
         return fast_scan(in, word, identity, active_node, out);
       default:
-        return configuring_ && configure(in, identity, active_node, writable, out, wish);
+        return configuring_ && configure(in, device, out, wish);
     }
   }
 
@@ -100,8 +117,9 @@ class Lss {
     return true;
   }
 
-  bool configure(std::span<const std::uint8_t, 8> in, const Identity& identity, std::uint8_t active_node,
-                 bool writable, std::array<std::uint8_t, 8>& out, Wish& wish) {
+  bool configure(std::span<const std::uint8_t, 8> in, const Device& device, std::array<std::uint8_t, 8>& out,
+                 Wish& wish) {
+    const bool writable = device.writable;
     switch (in[0]) {
       case 0x11:
         if (!writable || !((in[1] >= 1 && in[1] <= 127) || in[1] == kUnconfigured)) {
@@ -111,8 +129,9 @@ class Lss {
         }
         return true;
       case 0x13:
-        // CiA 305 table 1: 0 to 8 without the reserved 5; 9 is automatic.
-        if (!writable || in[1] != 0 || in[2] > 8 || in[2] == 5) {
+        // Table 0 is CiA 305's; what the port does not offer is refused here, before anybody switches.
+        if (!writable || in[1] != 0 || bits_per_s(in[2]) == 0 ||
+            !device.port.offers_bit_rate(bits_per_s(in[2]))) {
           out[1] = 1;
         } else {
           bit_rate_ = in[2];
@@ -131,11 +150,11 @@ class Lss {
       case 0x5C:
       case 0x5D:
         for (std::size_t i = 0; i < 4; ++i) {
-          out[1 + i] = static_cast<std::uint8_t>(identity.words[in[0] - 0x5AU] >> (8 * i));
+          out[1 + i] = static_cast<std::uint8_t>(device.identity.words[in[0] - 0x5AU] >> (8 * i));
         }
         return true;
       case 0x5E:
-        out[1] = active_node;
+        out[1] = device.active_node;
         return true;
       default:
         return false;

@@ -36,8 +36,6 @@ class Application : public Behind {
   virtual void connection_lost() = 0;
   virtual void set_operational(bool operational) = 0;
   virtual std::uint32_t serial_number() const = 0;
-  /// Index of CiA 305 table 1; false: not possible here.
-  virtual bool set_bit_rate(std::uint8_t index) = 0;
 
  protected:
   ~Application() = default;
@@ -69,17 +67,21 @@ class Node final : private Behind {
     const std::uint32_t stored = dictionary_.value(kRow<kNodeIndex, 1>);
     const auto rate = static_cast<std::uint8_t>(dictionary_.value(kRow<kNodeIndex, 2>));
     lss_.begin(stored >= 1 && stored <= 127 ? static_cast<std::uint8_t>(stored) : node, rate);
+    // A port that offers no rates has one from elsewhere.
+    static_cast<void>(port_.set_bit_rate(Lss::bits_per_s(rate)));
     reset_node(now_us);
   }
 
   void poll(std::uint32_t now_us) {
+    if (switching_ != Switching::kNo && !switched(now_us)) return stay_silent(now_us);
     outbox_.flush(port_);
     watch_bus(now_us);
     CanFrame frame;
-    for (int i = 0; i < kFramesPerPoll && port_.receive(frame); ++i) {
+    for (int i = 0; i < kFramesPerPoll && switching_ == Switching::kNo && port_.receive(frame); ++i) {
       count(received_);
       take(frame, now_us);
     }
+    if (switching_ != Switching::kNo) return stay_silent(now_us);
     application_.step(now_us);
     if (node_ != Lss::kUnconfigured) step(now_us);
     outbox_.flush(port_);
@@ -98,7 +100,7 @@ class Node final : private Behind {
       if (frame.length > 8) count(malformed_);
       return;  // neither remote requests nor 29-bit identifiers are served
     }
-    if (frame.id == Lss::kRequest) return take_lss(frame);
+    if (frame.id == Lss::kRequest) return take_lss(frame, now_us);
     if (node_ == Lss::kUnconfigured) return;
     if (frame.id == 0) return take_nmt(frame, now_us);
     if (frame.id == 0x600U + node_) return take_sdo(frame, now_us);
@@ -154,24 +156,53 @@ class Node final : private Behind {
     application_.synchronise();
   }
 
-  void take_lss(const CanFrame& frame) {
+  void take_lss(const CanFrame& frame, std::uint32_t now_us) {
     if (frame.length != 8) return count(malformed_);
     Lss::Wish wish = Lss::Wish::kNothing;
     SdoFrame out;
-    const Lss::Identity identity{{kVendorId, kProductCode, kRevision, application_.serial_number()}};
-    bool answer = lss_.receive(frame.data, identity, node_, may_write(), out, wish);
+    const Lss::Device device{
+        {{kVendorId, kProductCode, kRevision, application_.serial_number()}}, node_, may_write(), port_};
+    const bool answer = lss_.receive(frame.data, device, out, wish);
     if (wish == Lss::Wish::kStore) {
       dictionary_.set(kRow<kNodeIndex, 1>, lss_.node());
       dictionary_.set(kRow<kNodeIndex, 2>, lss_.bit_rate());
       if (set_.save(dictionary_, node_, Group::kNode) != StoreStatus::kOk) out[1] = 2;
     } else if (wish == Lss::Wish::kActivateBitRate) {
-      static_cast<void>(application_.set_bit_rate(lss_.bit_rate()));
+      // What waited goes out in the old rate or not at all.
+      outbox_.flush(port_);
+      outbox_.clear();
+      switching_ = Switching::kBefore;
+      switch_us_ = now_us;
     }
     if (answer) outbox_.push(Lss::kResponse, out);
     // A node without an id that has got one boots when it is no longer configured (CiA 305, 6.3.3).
     if (node_ == Lss::kUnconfigured && !lss_.configuring() && lss_.node() != Lss::kUnconfigured) {
       reset_communication(now_us_);
     }
+  }
+
+  // ---- change of bit rate (CiA 305, activate bit timing) ----
+
+  // After the delay every node changes, and after a second one they talk again: nobody hears two rates.
+  bool switched(std::uint32_t now_us) {
+    const std::uint32_t delay_us = lss_.switch_delay_ms() * 1000U;
+    if (now_us - switch_us_ < delay_us) return false;
+    if (switching_ == Switching::kBefore) {
+      static_cast<void>(port_.set_bit_rate(Lss::bits_per_s(lss_.bit_rate())));
+      switching_ = Switching::kAfter;
+      switch_us_ = now_us;
+      if (delay_us > 0) return false;
+    }
+    switching_ = Switching::kNo;
+    return true;
+  }
+  // Nothing is sent, and what comes in is nobody's.
+  void stay_silent(std::uint32_t now_us) {
+    now_us_ = now_us;
+    CanFrame frame;
+    for (int i = 0; i < kFramesPerPoll && port_.receive(frame); ++i) {
+    }
+    application_.step(now_us);
   }
 
   // ---- states ----
@@ -493,6 +524,9 @@ class Node final : private Behind {
   NmtState state_ = NmtState::kInitialising;
   std::uint8_t node_ = Lss::kUnconfigured;
   std::uint8_t sync_counter_ = 0;
+  enum class Switching : std::uint8_t { kNo, kBefore, kAfter };
+  Switching switching_ = Switching::kNo;
+  std::uint32_t switch_us_ = 0;
   bool bus_off_ = false;
   std::uint32_t bus_off_us_ = 0;
   std::uint32_t bus_offs_ = 0;

@@ -111,6 +111,7 @@ class Pdos {
     const bool off = (dictionary_.value(cob_row(n, receive)) & kInvalidPdo) != 0;
     if (object.sub == 1) {
       if ((value & 0x3FFFF800) != 0) return Abort::kBadValue;  // 11-bit identifiers only
+      if (!receive && (value & kNoRemote) == 0) return Abort::kBadValue;
       if ((value & kInvalidPdo) != 0) return Abort::kNone;
       if (!off && ((value ^ dictionary_.value(row)) & 0x7FF) != 0) return Abort::kBadValue;
       // 180h is TPDO 1 of no node.

@@ -91,8 +91,16 @@ class HostCanPort final : public CanPort {
   }
   CanBusStatus status() const override { return bus; }
   void recover() override { bus.state = CanBusState::kActive; }
+  bool offers_bit_rate(std::uint32_t bits_per_s) const override { return bits_per_s <= fastest; }
+  bool set_bit_rate(std::uint32_t bits_per_s) override {
+    if (!offers_bit_rate(bits_per_s)) return false;
+    bit_rate = bits_per_s;
+    return true;
+  }
 
   CanBusStatus bus;
+  std::uint32_t bit_rate = 0;  ///< 0: never set
+  std::uint32_t fastest = 1'000'000;
 
  private:
   std::size_t mailboxes_;

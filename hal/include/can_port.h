@@ -37,6 +37,11 @@ class CanPort {
   virtual CanBusStatus status() const = 0;
   /// Leaves bus-off; the port takes part again after 128 x 11 recessive bits.
   virtual void recover() = 0;
+  /// Whether this port can change to a bit rate by itself. A port of an operating system cannot.
+  virtual bool offers_bit_rate(std::uint32_t) const { return false; }
+  /// Leaves the bus, changes the bit rate, joins again: some milliseconds at most, frames that wait are given
+  /// up. False: nothing has changed.
+  virtual bool set_bit_rate(std::uint32_t) { return false; }
 
  protected:
   ~CanPort() = default;

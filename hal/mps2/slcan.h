@@ -25,8 +25,11 @@ concept SerialLine = requires(S line, std::uint8_t byte) {
 ///
 ///   tiiildd..  TiiiiiiiiLdd..  riiil  RiiiiiiiiL    a frame, 11 or 29 bits, data or remote request
 ///   O C                                             open and close; open from the start
-///   Sn sxxxx                                        bit rate: taken, there is no bus
+///   Sn sxxxx                                        bit rate of the host's end of the bus
 ///   V N F                                           version, serial number, status flags
+///
+/// There is no bus, but a bit rate at either end: when both are known and differ, no frame passes, and those
+/// of the host count as lost.
 ///
 /// Each line ends with CR and is answered, by CR or by BEL for what is none of these. Whatever comes in, work
 /// and memory are bounded: a line that is too long is dropped to its end and counted.
@@ -43,6 +46,7 @@ class SlcanPort final : public CanPort {
     flush();
     const std::uint32_t highest = frame.extended ? 0x1FFFFFFFU : 0x7FFU;
     if (!open_ || frame.length > 8 || frame.id > highest || room() <= kLongestLine) return false;
+    if (!rates_agree()) return true;  // out on the wire, where nobody understands it
     put(letter_of(frame));
     put_hex(frame.id, frame.extended ? 8 : 3);
     put_hex(frame.length, 1);
@@ -77,11 +81,26 @@ class SlcanPort final : public CanPort {
     return status;
   }
   void recover() override { open_ = true; }
+  bool offers_bit_rate(std::uint32_t bits_per_s) const override {
+    return std::find(kBitRates.begin(), kBitRates.end(), bits_per_s) != kBitRates.end();
+  }
+  bool set_bit_rate(std::uint32_t bits_per_s) override {
+    if (!offers_bit_rate(bits_per_s)) return false;
+    own_bit_rate_ = bits_per_s;
+    return true;
+  }
 
   /// Lines that were no command and no frame.
   std::uint32_t lines_refused() const { return lines_refused_; }
 
  private:
+  // S0 to S8.
+  static constexpr std::array<std::uint32_t, 9> kBitRates = {10'000,  20'000,  50'000,  100'000,  125'000,
+                                                             250'000, 500'000, 800'000, 1'000'000};
+  bool rates_agree() const {
+    return own_bit_rate_ == 0 || host_bit_rate_ == 0 || own_bit_rate_ == host_bit_rate_;
+  }
+
   static constexpr char kBell = '\a';
 
   static char letter_of(const CanFrame& frame) {
@@ -105,7 +124,7 @@ class SlcanPort final : public CanPort {
     if (length <= text_.size()) {
       const std::span<const char> text(text_.data(), length);
       const std::optional<CanFrame> frame = parse_frame(text);
-      if (frame && open_) {
+      if (frame && open_ && rates_agree()) {
         const std::array<char, 1> taken = {frame->extended ? 'Z' : 'z'};
         answer(taken);
         return frame;
@@ -168,10 +187,12 @@ class SlcanPort final : public CanPort {
         return true;
       case 'S':
         if (text.size() != 2 || text[1] < '0' || text[1] > '8') return false;
+        host_bit_rate_ = kBitRates[static_cast<std::size_t>(text[1] - '0')];
         answer({});
         return true;
       case 's':
         if (text.size() != 5 || !hex(text.subspan(1))) return false;
+        host_bit_rate_ = 0;  // registers of a part that is not here
         answer({});
         return true;
       case 'V':
@@ -209,6 +230,8 @@ class SlcanPort final : public CanPort {
 
   Line& line_;
   bool open_ = true;
+  std::uint32_t own_bit_rate_ = 0;  // 0: not said
+  std::uint32_t host_bit_rate_ = 0;
   std::uint32_t lines_refused_ = 0;
   std::size_t length_ = 0;  // of the line so far; more than text_ holds: too long
   std::array<char, kLongestLine> text_{};

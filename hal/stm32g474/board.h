@@ -123,7 +123,8 @@ class Board {
     pwm_.start();  // with the DAC as well: it triggers the ADC
     if (kDrive == DriveKind::kDac && !dac_.start()) return BoardFault::kDac;
     if (current_input_.start(wait_us) != AdcFault::kNone) return BoardFault::kAdc;
-    if (can_.start(crystal_ ? kCanTimingCrystal : kCanTimingHsi, filters) != CanFault::kNone)
+    const CanBitTiming& timing = crystal_ ? kCanTimingCrystal : kCanTimingHsi;
+    if (can_.start(timing, filters, crystal_ ? kHse_Hz : kCore_Hz) != CanFault::kNone)
       return BoardFault::kCan;
     return start_interrupts();
   }

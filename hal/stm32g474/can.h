@@ -50,8 +50,9 @@ class Can final : public CanPort {
   // Sets the port up and joins the bus. Without filters, every data frame with an 11-bit identifier is
   // received, into FIFO 0; with filters, only what they accept. Frames with 29-bit identifiers and remote
   // requests are not: CANopen needs neither. The clock of the FDCAN must be running, and not above the bus
-  // clock.
-  [[nodiscard]] CanFault start(const CanBitTiming& timing, std::span<const CanFilter> filters) {
+  // clock; told, the bit rate can be changed later.
+  [[nodiscard]] CanFault start(const CanBitTiming& timing, std::span<const CanFilter> filters,
+                               std::uint32_t clock_Hz = 0) {
     if (!timing.valid()) return CanFault::kBadTiming;
     if (filters.size() > kCanStandardFilters) return CanFault::kTooManyFilters;
     for (const CanFilter& filter : filters) {
@@ -60,15 +61,8 @@ class Can final : public CanPort {
         return CanFault::kBadFilter;
       }
     }
-    // Configuration may change only in INIT with CCE.
-    can_.cccr = kFDCAN_CCCR_INIT(1);
-    if (!wait_for(can_.cccr, kFDCAN_CCCR_INIT.mask, kFDCAN_CCCR_INIT.mask, kPolls))
-      return CanFault::kNoAnswer;
-    can_.cccr =
-        kFDCAN_CCCR_INIT(1) | kFDCAN_CCCR_CCE(1);  // everything else 0: classic frames, retransmission on
-    can_.nbtp = kFDCAN_NBTP_NSJW.place(timing.jump_width - 1) | kFDCAN_NBTP_NBRP.place(timing.prescaler - 1) |
-                kFDCAN_NBTP_NTSEG1.place(timing.segment_1 - 1) |
-                kFDCAN_NBTP_NTSEG2.place(timing.segment_2 - 1);
+    clock_Hz_ = clock_Hz;
+    if (!configure(timing)) return CanFault::kNoAnswer;
     write_filters(filters);
     can_.txbc = kFDCAN_TXBC_TFQM(0);  // FIFO: frames leave in the order they came
     can_.ir = 0xFFFFFFFF;             // clears by writing 1
@@ -76,9 +70,20 @@ class Can final : public CanPort {
         kFDCAN_IE_RF0NE(1) | kFDCAN_IE_RF1NE(1) | kFDCAN_IE_RF0LE(1) | kFDCAN_IE_RF1LE(1) | kFDCAN_IE_BOE(1);
     can_.ils = 0;  // all on line 0
     can_.ile = kFDCAN_ILE_EINT0(1);
-    clear_bits(can_.cccr, kFDCAN_CCCR_INIT.mask);
-    if (!wait_for(can_.cccr, kFDCAN_CCCR_INIT.mask, 0, kPolls)) return CanFault::kNoAnswer;
-    return CanFault::kNone;
+    return join() ? CanFault::kNone : CanFault::kNoAnswer;
+  }
+
+  // The rates at which the clock gives exact bits with a sample point as CiA 301 wants it.
+  bool offers_bit_rate(std::uint32_t bits_per_s) const override {
+    return bits_per_s <= 1'000'000 && clock_Hz_ != 0 && plan_can_timing(clock_Hz_, bits_per_s).valid();
+  }
+  // What has been received stays; filters and interrupts too. About 40 000 instructions, waiting apart.
+  bool set_bit_rate(std::uint32_t bits_per_s) override {
+    if (!offers_bit_rate(bits_per_s)) return false;
+    const CanBitTiming timing = plan_can_timing(clock_Hz_, bits_per_s);
+    can_.txbcr = kFDCAN_TXBCR_CR(7);
+    const bool configured = configure(timing);
+    return join() && configured;
   }
 
   // Queues a frame in the transmit FIFO, which holds three. False: the FIFO is full, the bus is off, or it is
@@ -164,6 +169,22 @@ class Can final : public CanPort {
            std::uint32_t{frame.data[at + 2]} << 16U | std::uint32_t{frame.data[at + 3]} << 24U;
   }
 
+  // Leaves the bus, and writes what may change only in INIT with CCE. The rest of CCCR is 0: classic frames,
+  // retransmission on.
+  bool configure(const CanBitTiming& timing) {
+    can_.cccr = kFDCAN_CCCR_INIT(1);
+    if (!wait_for(can_.cccr, kFDCAN_CCCR_INIT.mask, kFDCAN_CCCR_INIT.mask, kPolls)) return false;
+    can_.cccr = kFDCAN_CCCR_INIT(1) | kFDCAN_CCCR_CCE(1);
+    can_.nbtp = kFDCAN_NBTP_NSJW.place(timing.jump_width - 1) | kFDCAN_NBTP_NBRP.place(timing.prescaler - 1) |
+                kFDCAN_NBTP_NTSEG1.place(timing.segment_1 - 1) |
+                kFDCAN_NBTP_NTSEG2.place(timing.segment_2 - 1);
+    return true;
+  }
+  bool join() {
+    clear_bits(can_.cccr, kFDCAN_CCCR_INIT.mask);
+    return wait_for(can_.cccr, kFDCAN_CCCR_INIT.mask, 0, kPolls);
+  }
+
   void write_filters(std::span<const CanFilter> filters) {
     for (std::size_t i = 0; i < kCanStandardFilters; ++i) ram_.standard_filters[i] = 0;  // disabled
     for (std::size_t i = 0; i < filters.size(); ++i) {
@@ -217,6 +238,7 @@ class Can final : public CanPort {
   CanRing<kReceiveFrames> received_;
   std::atomic<std::uint32_t> frames_lost_{0};
   std::atomic<std::uint32_t> bus_offs_{0};
+  std::uint32_t clock_Hz_ = 0;  // 0: not told
   std::uint32_t recoveries_ = 0;
   std::uint32_t sends_put_off_ = 0;
   std::uint32_t frames_refused_ = 0;

@@ -84,6 +84,13 @@ class Bench {
     std::copy(data.begin(), data.end(), frame.data.begin());
     ASSERT_TRUE(master.send(frame));
   }
+  void request(std::uint32_t id, std::uint8_t length) {
+    CanFrame frame;
+    frame.id = id;
+    frame.length = length;
+    frame.remote = true;
+    ASSERT_TRUE(master.send(frame));
+  }
   /// The next frame that the node sent.
   std::optional<Message> next() {
     CanFrame frame;

@@ -230,5 +230,60 @@ TEST(Lss, AnUnconfiguredNodeIsFoundByFastscan) {
   EXPECT_EQ(bench.all_with(0x709), (std::vector<Data>{{0}}));
 }
 
+TEST(Lss, ChangesTheBitRateAfterTheDelayAndIsSilentMeanwhile) {
+  Bench bench;
+  EXPECT_EQ(bench.device.bit_rate, 250'000U) << "as the table says, from the start";
+  ASSERT_EQ(bench.write(0x1017, 0, 5, 2), 0U);
+  bench.run_ms(6);
+  bench.all();
+  bench.send(0x7E5, lss(0x04, 1));
+  bench.send(0x7E5, {0x13, 0, 2, 0, 0, 0, 0, 0});  // 500 kbit/s
+  bench.poll();
+  EXPECT_EQ(bench.all_with(0x7E4), (std::vector<Data>{lss(0x13)}));
+  EXPECT_EQ(bench.device.bit_rate, 250'000U) << "not before it is activated";
+  bench.send(0x7E5, lss(0x15, 20));
+  bench.poll();
+  bench.all();
+  bench.run_ms(19);
+  EXPECT_EQ(bench.device.bit_rate, 250'000U);
+  bench.run_ms(1);
+  EXPECT_EQ(bench.device.bit_rate, 500'000U);
+  bench.send(0x605, Bench::address(0x40, 0x1000, 0));
+  bench.run_ms(19);
+  EXPECT_TRUE(bench.all().empty()) << "no heartbeat, no answer, for two delays";
+  bench.run_ms(7);
+  EXPECT_FALSE(bench.all_with(0x705).empty());
+  EXPECT_EQ(bench.read(0x1000, 0), 0x00020192U);
+  // Not stored: gone with the power. Stored: there.
+  bench.power_on();
+  bench.begin();
+  EXPECT_EQ(bench.device.bit_rate, 250'000U);
+  bench.send(0x7E5, lss(0x04, 1));
+  bench.send(0x7E5, {0x13, 0, 4, 0, 0, 0, 0, 0});
+  bench.send(0x7E5, lss(0x17));
+  bench.poll();
+  bench.power_on();
+  bench.begin();
+  EXPECT_EQ(bench.device.bit_rate, 125'000U);
+  EXPECT_EQ(bench.read(0x2402, 2), 4U);
+}
+
+TEST(Lss, RefusesBitRatesThatThePortDoesNotOffer) {
+  Bench bench;
+  bench.device.fastest = 250'000;
+  bench.send(0x7E5, lss(0x04, 1));
+  bench.poll();
+  bench.all();
+  // Table 1 is another manufacturer's; index 5 is reserved, 9 automatic.
+  for (const auto& [table, index, answer] :
+       {std::array{0, 0, 1}, {0, 2, 1}, {0, 3, 0}, {0, 5, 1}, {0, 8, 0}, {0, 9, 1}, {1, 3, 1}}) {
+    bench.send(0x7E5,
+               {0x13, static_cast<std::uint8_t>(table), static_cast<std::uint8_t>(index), 0, 0, 0, 0, 0});
+    bench.poll();
+    EXPECT_EQ(bench.all_with(0x7E4), (std::vector<Data>{lss(0x13, static_cast<std::uint32_t>(answer))}))
+        << index;
+  }
+}
+
 }  // namespace
 }  // namespace slipstack::can

@@ -8,6 +8,7 @@ namespace {
 
 // The procedure of the standard: PDO off, no mapping, entries, count, PDO on.
 void map(Bench& bench, std::uint16_t comm, std::uint32_t cob, const std::vector<std::uint32_t>& entries) {
+  if (comm >= 0x1800) cob |= 0x40000000U;  // no remote requests
   const auto mapping = static_cast<std::uint16_t>(comm + 0x200);
   ASSERT_EQ(bench.write(comm, 1, cob | 0x80000000U, 4), 0U);
   ASSERT_EQ(bench.write(mapping, 0, 0, 1), 0U);
@@ -79,7 +80,7 @@ TEST(Pdo, MappingAtRunTime) {
   const std::uint32_t counts = 0x60640020, residual = 0x22000320, ticks = 0x22100510;
   EXPECT_EQ(bench.write(0x1A00, 1, counts, 4), 0x06010000U) << "while the PDO is in use";
   EXPECT_EQ(bench.write(0x1800, 3, 5, 2), 0x06010000U);
-  ASSERT_EQ(bench.write(0x1800, 1, 0x80000185, 4), 0U);
+  ASSERT_EQ(bench.write(0x1800, 1, 0xC0000185, 4), 0U);
   EXPECT_EQ(bench.write(0x1A00, 1, counts, 4), 0x06010000U) << "while objects are mapped";
   ASSERT_EQ(bench.write(0x1A00, 0, 0, 1), 0U);
   EXPECT_EQ(bench.write(0x1A00, 1, 0x60640010, 4), 0x06040041U);  // wrong length
@@ -92,11 +93,11 @@ TEST(Pdo, MappingAtRunTime) {
   ASSERT_EQ(bench.write(0x1A00, 3, ticks, 4), 0U);
   EXPECT_EQ(bench.write(0x1A00, 0, 3, 1), 0x06040042U);  // 80 bits
   ASSERT_EQ(bench.write(0x1A00, 0, 2, 1), 0U);
-  EXPECT_EQ(bench.write(0x1800, 1, 0x00000581, 4), 0x06090030U);  // an SDO's identifier
-  EXPECT_EQ(bench.write(0x1800, 1, 0x20000185, 4), 0x06090030U);  // 29 bits
+  EXPECT_EQ(bench.write(0x1800, 1, 0x40000581, 4), 0x06090030U);  // an SDO's identifier
+  EXPECT_EQ(bench.write(0x1800, 1, 0x60000185, 4), 0x06090030U);  // 29 bits
   EXPECT_EQ(bench.write(0x1800, 2, 252, 1), 0x06090030U);         // remote requests
   ASSERT_EQ(bench.write(0x1800, 2, 1, 1), 0U);
-  ASSERT_EQ(bench.write(0x1800, 1, 0x00000199, 4), 0U);
+  ASSERT_EQ(bench.write(0x1800, 1, 0x40000199, 4), 0U);
   bench.nmt(0x01);
   bench.run_ms(3);
   bench.all();
@@ -110,10 +111,10 @@ TEST(Pdo, MappingAtRunTime) {
 
 TEST(Pdo, EveryNthSyncAndStartValue) {
   Bench bench;
-  ASSERT_EQ(bench.write(0x1801, 1, 0x80000285, 4), 0U);
+  ASSERT_EQ(bench.write(0x1801, 1, 0xC0000285, 4), 0U);
   ASSERT_EQ(bench.write(0x1801, 2, 3, 1), 0U);
   ASSERT_EQ(bench.write(0x1801, 6, 2, 1), 0U);  // begins at the SYNC with counter 2
-  ASSERT_EQ(bench.write(0x1801, 1, 0x285, 4), 0U);
+  ASSERT_EQ(bench.write(0x1801, 1, 0x40000285, 4), 0U);
   bench.nmt(0x01);
   bench.all();
   std::vector<int> when;
@@ -127,13 +128,13 @@ TEST(Pdo, EveryNthSyncAndStartValue) {
 
 TEST(Pdo, InhibitAndEventTime) {
   Bench bench;
-  ASSERT_EQ(bench.write(0x1800, 1, 0x80000185, 4), 0U);
+  ASSERT_EQ(bench.write(0x1800, 1, 0xC0000185, 4), 0U);
   ASSERT_EQ(bench.write(0x1800, 3, 500, 2), 0U);  // 50 ms
   ASSERT_EQ(bench.write(0x1800, 5, 200, 2), 0U);  // 200 ms
   ASSERT_EQ(bench.write(0x1A00, 0, 0, 1), 0U);
   ASSERT_EQ(bench.write(0x1A00, 1, 0x22100510, 4), 0U);  // changes with every tick
   ASSERT_EQ(bench.write(0x1A00, 0, 1, 1), 0U);
-  ASSERT_EQ(bench.write(0x1800, 1, 0x185, 4), 0U);
+  ASSERT_EQ(bench.write(0x1800, 1, 0x40000185, 4), 0U);
   bench.nmt(0x01);
   bench.all();
   bench.run_ms(1000);
@@ -154,6 +155,33 @@ TEST(Pdo, DummyEntriesSkipBytes) {
   bench.send(0x505, {0xAA, 0xBB, 0xCC, 0x06, 0x00});
   bench.poll();
   EXPECT_EQ(bench.read(0x6040, 0), 6U);
+}
+
+// CiA 301 leaves remote requests to the device, and CiA's application note 802 advises against them: bit 30
+// of the COB-IDs says that this one has none, transmission types 252 and 253 are refused, and so is node
+// guarding.
+TEST(Remote, RequestsAreSaidToBeUnsupportedAndAreIgnored) {
+  Bench bench;
+  for (std::uint16_t pdo = 0x1800; pdo < 0x1804; ++pdo) {
+    const std::uint32_t cob = bench.read(pdo, 1);
+    EXPECT_NE(cob & 0x40000000U, 0U);
+    EXPECT_EQ(bench.write(pdo, 1, cob & ~0x40000000U, 4), 0x06090030U);
+    EXPECT_EQ(bench.read(pdo, 1), cob);
+    for (const std::uint32_t type : {252U, 253U}) EXPECT_EQ(bench.write(pdo, 2, type, 1), 0x06090030U);
+  }
+  for (const std::uint16_t guarding : {std::uint16_t{0x100C}, std::uint16_t{0x100D}}) {
+    EXPECT_EQ(bench.write(guarding, 0, 10, 1), 0x06020000U);
+  }
+  ASSERT_EQ(bench.write(0x1017, 0, 0, 2), 0U);
+  bench.nmt(0x01);
+  bench.run_ms(20);
+  const std::uint32_t malformed = bench.read(0x2211, 3);
+  bench.all();
+  for (std::uint32_t id = 0; id <= 0x7FF; ++id) bench.request(id, static_cast<std::uint8_t>(id % 9));
+  for (int i = 0; i < 200; ++i) bench.run_ms(1);
+  EXPECT_EQ(bench.all(), std::vector<Message>{}) << "no PDO, no heartbeat, no SDO, no SYNC";
+  EXPECT_EQ(bench.node->state(), canopen::NmtState::kOperational);
+  EXPECT_EQ(bench.read(0x2211, 3), malformed);
 }
 
 }  // namespace

@@ -93,5 +93,80 @@ TEST(SdoSegmented, AMasterThatDiesIsTimedOut) {
   EXPECT_EQ(bench.read(0x1000, 0), 0x00020192U);
 }
 
+// Every state in which a transfer can be left: after the frames of one row.
+struct Left {
+  const char* where;
+  std::uint32_t index;
+  std::vector<Data> frames;
+};
+const std::vector<Left> kLeft = {
+    {"segmented download, nothing sent", 0x2000, {{0x21, 0x00, 0x20, 5, 4, 0, 0, 0}}},
+    {"segmented download, half", 0x2000, {{0x20, 0x00, 0x20, 5, 0, 0, 0, 0}, {0x0A, 1, 2, 0, 0, 0, 0, 0}}},
+    {"segmented upload, announced", 0x1008, {{0x40, 0x08, 0x10, 0, 0, 0, 0, 0}}},
+    {"segmented upload, half", 0x1008, {{0x40, 0x08, 0x10, 0, 0, 0, 0, 0}, {0x60, 0, 0, 0, 0, 0, 0, 0}}},
+    {"block download, announced", 0x2141, {{0xC6, 0x41, 0x21, 0, 0x94, 1, 0, 0}}},
+    {"block download, two segments",
+     0x2141,
+     {{0xC6, 0x41, 0x21, 0, 0x94, 1, 0, 0}, {1, 1, 2, 3, 4, 5, 6, 7}, {2, 1, 2, 3, 4, 5, 6, 7}}},
+    {"block download, not ended", 0x2141, {{0xC0, 0x41, 0x21, 0, 0, 0, 0, 0}, {0x81, 1, 2, 3, 4, 5, 6, 7}}},
+    {"block upload, announced", 0x2141, {{0xA4, 0x41, 0x21, 0, 4, 0, 0, 0}}},
+    {"block upload, no acknowledgement",
+     0x2141,
+     {{0xA4, 0x41, 0x21, 0, 4, 0, 0, 0}, {0xA3, 0, 0, 0, 0, 0, 0, 0}}},
+    {"block upload, next block",
+     0x2141,
+     {{0xA4, 0x41, 0x21, 0, 4, 0, 0, 0}, {0xA3, 0, 0, 0, 0, 0, 0, 0}, {0xA2, 4, 6, 0, 0, 0, 0, 0}}}};
+
+void leave(Bench& bench, const Left& left) {
+  for (const Data& frame : left.frames) {
+    bench.send(0x605, frame);
+    bench.run_ms(2);
+  }
+}
+
+TEST(SdoTimeout, AMasterThatDiesInAnyStateIsToldOnceAndNothingIsTaken) {
+  for (const Left& left : kLeft) {
+    Bench bench;
+    const std::uint32_t staged = bench.read(0x2140, 1);
+    const std::uint32_t gain = bench.read(0x2000, 5);
+    leave(bench, left);
+    bench.run_ms(980);
+    bench.all();
+    bench.run_ms(40);
+    const auto told = bench.all_with(0x585);
+    const auto low = static_cast<std::uint8_t>(left.index);
+    const auto high = static_cast<std::uint8_t>(left.index >> 8);
+    ASSERT_EQ(told.size(), 1U) << left.where;
+    EXPECT_EQ(told[0], (Data{0x80, low, high, left.frames[0][3], 0, 0, 0x04, 0x05})) << left.where;
+    bench.run_ms(3000);
+    EXPECT_TRUE(bench.all_with(0x585).empty()) << left.where;
+    EXPECT_EQ(bench.read(0x2140, 1), staged) << left.where;
+    EXPECT_EQ(bench.read(0x2000, 5), gain) << left.where;
+  }
+}
+
+TEST(SdoTimeout, AnotherRequestEndsWhatWasLeft) {
+  for (const Left& left : kLeft) {
+    Bench bench;
+    leave(bench, left);
+    // A block download takes any frame but an abort as a segment: the next master aborts first.
+    bench.send(0x605, {0x80, 0, 0, 0, 0, 0, 0, 0});
+    bench.run_ms(1);
+    bench.all();
+    EXPECT_EQ(bench.read(0x1000, 0), 0x00020192U) << left.where;
+    bench.run_ms(2000);
+    EXPECT_TRUE(bench.all_with(0x585).empty()) << left.where << ": no time-out of what is over";
+  }
+}
+
+TEST(SdoSegmented, ChecksTheToggleOfAnUpload) {
+  Bench bench;
+  bench.sdo(Bench::address(0x40, 0x1008, 0));
+  EXPECT_EQ(bench.sdo({0x70, 0, 0, 0, 0, 0, 0, 0}), (Data{0x80, 0x08, 0x10, 0, 0, 0, 0x03, 0x05}));
+  bench.sdo(Bench::address(0x40, 0x1008, 0));
+  EXPECT_EQ(bench.sdo({0x60, 0, 0, 0, 0, 0, 0, 0}).at(0) & 0xF0, 0x00);
+  EXPECT_EQ(bench.sdo({0x60, 0, 0, 0, 0, 0, 0, 0}), (Data{0x80, 0x08, 0x10, 0, 0, 0, 0x03, 0x05}));
+}
+
 }  // namespace
 }  // namespace slipstack::can

@@ -44,11 +44,11 @@ TEST(Store, SignatureAndGroups) {
 
 TEST(Store, PdoMappingAndIdentifiersComeBack) {
   Bench bench;
-  ASSERT_EQ(bench.write(0x1800, 1, 0x80000185, 4), 0U);
+  ASSERT_EQ(bench.write(0x1800, 1, 0xC0000185, 4), 0U);
   ASSERT_EQ(bench.write(0x1A00, 0, 0, 1), 0U);
   ASSERT_EQ(bench.write(0x1A00, 1, 0x60640020, 4), 0U);
   ASSERT_EQ(bench.write(0x1A00, 0, 1, 1), 0U);
-  ASSERT_EQ(bench.write(0x1800, 1, 0x185, 4), 0U);
+  ASSERT_EQ(bench.write(0x1800, 1, 0x40000185, 4), 0U);
   ASSERT_EQ(bench.write(0x1010, 1, kSave, 4), 0U);
   again(bench);
   bench.nmt(0x01);

@@ -95,6 +95,26 @@ TEST(Slcan, AnswersCommands) {
   EXPECT_TRUE(port.send({.id = 1}));
 }
 
+TEST(Slcan, FramesPassWhenBothEndsHaveTheSameBitRate) {
+  TestLine line;
+  SlcanPort port(line);
+  EXPECT_FALSE(port.set_bit_rate(123'456));
+  ASSERT_TRUE(port.set_bit_rate(250'000));
+  line.type("t0010\r");
+  EXPECT_EQ(everything(port, line).size(), 1U) << "the host has not said its own";
+  line.type("S6\rt0010\r");
+  EXPECT_TRUE(everything(port, line).empty());
+  EXPECT_EQ(port.status().frames_lost, 1U);
+  line.out.clear();
+  EXPECT_TRUE(port.send({.id = 1}));
+  EXPECT_EQ(line.out, "") << "sent, and understood by nobody";
+  ASSERT_TRUE(port.set_bit_rate(500'000));
+  line.type("t0010\r");
+  EXPECT_EQ(everything(port, line).size(), 1U);
+  EXPECT_TRUE(port.send({.id = 1}));
+  EXPECT_EQ(line.out, "z\rt0010\r");
+}
+
 TEST(Slcan, RefusesWhatIsNoFrame) {
   for (const char* wrong :
        {"t",     "t12",      "t123",       "t1239",      "t123G",  "t12311",   "t1231111", "t8001FF",

@@ -180,6 +180,46 @@ TEST(Can, RefusesASetUpThatCannotWork) {
   EXPECT_EQ(sim.start(), CanFault::kNoAnswer);
 }
 
+// NBTP read back as the manual writes it, against the clock: exact rate, sample point after CiA 301 table 1.
+TEST(Can, ChangesToEveryBitRateOfCia305) {
+  for (const std::uint32_t clock_Hz : {24'000'000U, 170'000'000U}) {
+    SimCan sim;
+    const CanBitTiming first = plan_can_timing(clock_Hz, 1'000'000);
+    EXPECT_FALSE(sim.can->offers_bit_rate(250'000)) << "the clock is not known yet";
+    ASSERT_EQ(sim.can->start(first, {}, clock_Hz), CanFault::kNone);
+    const std::uint32_t filters = sim.registers.rxgfc.value;
+    for (const std::uint32_t rate :
+         {10'000U, 20'000U, 50'000U, 125'000U, 250'000U, 500'000U, 800'000U, 1'000'000U}) {
+      if (clock_Hz % rate != 0) {
+        EXPECT_FALSE(sim.can->offers_bit_rate(rate)) << rate;
+        continue;
+      }
+      ASSERT_TRUE(sim.can->send(frame_of(0x123, {1})));
+      ASSERT_TRUE(sim.can->set_bit_rate(rate)) << clock_Hz << ' ' << rate;
+      EXPECT_TRUE(sim.transmit_queue.empty()) << "what waited is given up";
+      const std::uint32_t nbtp = sim.registers.nbtp.value;
+      const std::uint32_t segment_1 = (nbtp >> 8U & 0xFFU) + 1;
+      const std::uint32_t quanta = 1 + segment_1 + (nbtp & 0x7FU) + 1;
+      EXPECT_EQ(clock_Hz, rate * ((nbtp >> 16U & 0x1FFU) + 1) * quanta);
+      EXPECT_GE((1 + segment_1) * 1000 / quanta, 750U) << rate;
+      EXPECT_LE((1 + segment_1) * 1000, quanta * 875U) << rate;
+      EXPECT_EQ(sim.registers.cccr.value, 0U) << "back on the bus";
+      EXPECT_EQ(sim.registers.rxgfc.value, filters);
+      sim.arrive(frame_of(0x321, {7}));
+      CanFrame frame;
+      ASSERT_TRUE(sim.can->receive(frame));
+      EXPECT_EQ(frame.id, 0x321U);
+    }
+    const std::uint32_t before = sim.registers.nbtp.value;
+    for (const std::uint32_t rate : {0U, 123'456U, 2'000'000U}) {
+      EXPECT_FALSE(sim.can->set_bit_rate(rate));
+      EXPECT_EQ(sim.registers.nbtp.value, before);
+    }
+    sim.answers = false;
+    EXPECT_FALSE(sim.can->set_bit_rate(250'000));
+  }
+}
+
 TEST(Can, SendsWhatItIsGiven) {
   SimCan sim;
   ASSERT_EQ(sim.start(), CanFault::kNone);

@@ -211,7 +211,7 @@ Recording record_stream(SdoClient& drive, double seconds, double rate_Hz, const 
   Kept period(drive, 0x1006, 0, 4);
   Kept sync(drive, 0x1005, 0, 4);
   period.set(static_cast<std::uint32_t>(std::lround(1e6 / rate_Hz)));
-  cob.set(cob.before() & 0x7FF);
+  cob.set(cob.before() & ~kInvalidPdo);
   sync.set(0x40000000U | (sync.before() & 0x7FF));
   drive.nmt(1);
   const auto wanted = static_cast<std::size_t>(std::lround(seconds * rate_Hz));
