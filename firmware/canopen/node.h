@@ -81,8 +81,8 @@ class Node final : private Behind {
       count(received_);
       take(frame, now_us);
     }
-    if (switching_ != Switching::kNo) return stay_silent(now_us);
     application_.step(now_us);
+    if (switching_ != Switching::kNo) return;
     if (node_ != Lss::kUnconfigured) step(now_us);
     outbox_.flush(port_);
   }
@@ -167,7 +167,8 @@ class Node final : private Behind {
       dictionary_.set(kRow<kNodeIndex, 1>, lss_.node());
       dictionary_.set(kRow<kNodeIndex, 2>, lss_.bit_rate());
       if (set_.save(dictionary_, node_, Group::kNode) != StoreStatus::kOk) out[1] = 2;
-    } else if (wish == Lss::Wish::kActivateBitRate) {
+    } else if (wish == Lss::Wish::kActivateBitRate && !application_.enabled()) {
+      // Not in motion: for two delays nobody could stop the axis.
       // What waited goes out in the old rate or not at all.
       outbox_.flush(port_);
       outbox_.clear();

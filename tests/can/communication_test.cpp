@@ -268,6 +268,18 @@ TEST(Lss, ChangesTheBitRateAfterTheDelayAndIsSilentMeanwhile) {
   EXPECT_EQ(bench.read(0x2402, 2), 4U);
 }
 
+TEST(Lss, AMovingAxisStaysOnTheBus) {
+  Bench bench;
+  bench.configure();
+  bench.enable(1);
+  bench.send(0x7E5, lss(0x04, 1));
+  bench.send(0x7E5, {0x13, 0, 2, 0, 0, 0, 0, 0});
+  bench.send(0x7E5, lss(0x15, 0xFFFF));
+  bench.run_ms(2);
+  EXPECT_EQ(bench.read(0x6041, 0) & 0x6F, 0x27U) << "it answers, and at once";
+  EXPECT_EQ(bench.device.bit_rate, 250'000U);
+}
+
 TEST(Lss, RefusesBitRatesThatThePortDoesNotOffer) {
   Bench bench;
   bench.device.fastest = 250'000;

@@ -165,11 +165,14 @@ inline void check_dictionary(const canopen::Dictionary& dictionary) {
 inline void check_alive(FuzzedNode& fuzzed) {
   fuzzed.port.blocked = false;
   fuzzed.port.bus.state = CanBusState::kActive;
-  fuzzed.send(0x7E5, {0x04, 0, 0, 0, 0, 0, 0, 0});
-  fuzzed.send(0, {129, 0});
-  // What came before is still waiting in front of these; a driver may take some of it after the reset.
+  // All that waits is taken; a change of bit rate may be in it, and silence for twice 65.5 s at most.
   const std::size_t turns = fuzzed.port.waiting.size() / canopen::Node::kFramesPerPoll + 4;
   for (std::size_t i = 0; i < turns; ++i) fuzzed.poll(5000);
+  fuzzed.poll(66'000'000);
+  fuzzed.poll(66'000'000);
+  fuzzed.send(0x7E5, {0x04, 0, 0, 0, 0, 0, 0, 0});
+  fuzzed.send(0, {129, 0});
+  for (int i = 0; i < 4; ++i) fuzzed.poll(5000);
   const std::uint8_t id = fuzzed.node().id();
   if (id == canopen::Lss::kUnconfigured) return;
   require(id >= 1 && id <= 127, "a node id that is none");
