@@ -41,7 +41,7 @@ FLASH = r"_ZNK?9slipstack.*\d(MemoryFlash|FlashPages)"
 INTERFACES = {
     "Behind": r"_ZN9slipstack7canopen4Node(4read|5check|7written|12begin_upload|6upload|14begin_download|8download|12end_download)E",
     "Application": r"_ZNK?9slipstack7canopen5Drive\w+E",
-    "CanPort": r"_ZNK?9slipstack(4mps29SlcanPort|9stm32g4743Can).*(4send|7receive|6status|7recover)E",
+    "CanPort": r"_ZNK?9slipstack(4mps29SlcanPort|9stm32g4743Can).*(4send|7receive|6status|7recover|\d+\w*bit_rate)E",
     "Nonvolatile": FLASH + r".*(10page_count|9page_size|10write_unit|5erase|4read|5write)E",
     "Indicator": r"_ZN9slipstack.*4showENS_10IndicationE",
     "constructors": r"_GLOBAL__sub_I_",
@@ -51,7 +51,7 @@ INTERFACES = {
 CALLERS = [
     (r"canopen::(Pdos|SdoServer|Dictionary)::", ["Behind"]),
     (r"SlotLog::|ParameterSet::", ["Nonvolatile"]),
-    (r"canopen::Node::", ["Application", "CanPort", "Nonvolatile"]),
+    (r"canopen::(Node|Lss|Outbox)::|CanopenNode::", ["Application", "CanPort", "Nonvolatile"]),
     (r"start_clock_tree", ["wait"]),
     (r"start_program", ["constructors"]),
     (r"int main\(\)|Application<", ["CanPort", "Nonvolatile", "Indicator", "Application"]),
