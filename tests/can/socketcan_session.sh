@@ -34,6 +34,10 @@ cansend vcan0 000#0105
 cansend vcan0 205#0600   # too short: EMCY 8210h
 cansend vcan0 12345678#1122334455667788
 cansend vcan0 605#R
+# Error frames as a driver gives them (linux/can/error.h): bus-off, then restarted.
+cansend vcan0 20000040#0000000000000000
+sleep 0.3
+cansend vcan0 20000100#0000000000000000
 sleep 0.5
 kill -TERM $node
 wait $node

@@ -97,6 +97,12 @@ class SocketCan(unittest.TestCase):
         self.assertRegex(capture, r"585#4300100092010200\n")
         self.assertRegex(capture, r"085#1082")
 
+    def test_error_frames_are_bus_off_and_its_end(self):
+        # Recovered from bus-off; the error of the short PDO is still there, so the next message tells that one.
+        self.assertEqual(re.findall(r"085#(?:4081|1082)\w{12}", self.said["capture"]),
+                         ["085#1082110305020000", "085#4081110100000000", "085#1082110100000000"])
+        self.assertTrue(re.search(r"085#4081.*\n(?:.*\n){0,3}.*705#7F", self.said["capture"]), "not pre-operational")
+
     def test_tshark_finds_nothing_malformed(self):
         check_capture(self, self.folder / "capture.log", self.said["capture"], 2000,
                       ("SDO", "PDO", "EMCY", "NMT", "SYNC"))
