@@ -57,11 +57,7 @@ std::vector<EffectId> parse_effects(const std::string& list, std::uint64_t seed)
 }
 
 OutsideKind parse_outside(const std::string& word) {
-  if (word == "line") return OutsideKind::kLine;
-  if (word == "bump") return OutsideKind::kBump;
-  if (word == "backlash") return OutsideKind::kBacklash;
-  if (word == "burst") return OutsideKind::kBurst;
-  if (word == "slip") return OutsideKind::kSlip;
+  if (const auto kind = outside_by_name(word)) return *kind;
   throw UsageError("--outside: '" + word + "' is none of line, bump, backlash, burst, slip");
 }
 
@@ -91,8 +87,7 @@ void write_log(const LogRequest& request) {
   const bool outside_alone = !request.outside.empty() && request.effects.empty();
   const auto effects =
       outside_alone ? std::vector<EffectId>{} : parse_effects(request.effects, request.seed());
-  Rng motion(request.seed(), "motion");
-  const MotionProgramme programme = make_test_programme(bench.axis, bench.programme, motion);
+  const MotionProgramme programme = draw_programme(bench, request.seed());
   add_effects(bench.axis, effects, programme, bench.rate_Hz, request.strength, request.seed());
   if (!request.outside.empty()) {
     add_outside(bench.axis, parse_outside(request.outside), programme, bench.rate_Hz, request.strength,

@@ -85,6 +85,11 @@ Bench draw_bench(Setup setup, std::uint64_t seed) {
   return setup == Setup::kPickAndPlace ? draw_pick_and_place(rng) : draw_random(rng);
 }
 
+MotionProgramme draw_programme(const Bench& bench, std::uint64_t seed) {
+  Rng motion(seed, "motion");
+  return make_test_programme(bench.axis, bench.programme, motion);
+}
+
 const std::vector<EffectId>& drawable_effects() {
   static const std::vector<EffectId> kList = {
       EffectId::kViscous,

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -15,6 +16,8 @@ namespace slipstack::sim {
 
 enum class Setup { kPickAndPlace, kRandom };
 enum class OutsideKind { kLine, kBump, kBacklash, kBurst, kSlip };
+/// line, bump, backlash, burst, slip; none for any other word.
+std::optional<OutsideKind> outside_by_name(std::string_view word);
 
 /// What the user would have on the bench: the axis, and how it is measured.
 struct Bench {
@@ -31,6 +34,9 @@ struct Bench {
 ///                   seed.
 ///   random          1–60 kg, 1–30 N, 1–50 µm, and so on
 Bench draw_bench(Setup setup, std::uint64_t seed);
+
+/// The test programme of a bench, its random parts from the seed.
+MotionProgramme draw_programme(const Bench& bench, std::uint64_t seed);
 
 /// The effects that are drawn when nobody names one: those that a log of the test programme can tell apart.
 const std::vector<EffectId>& drawable_effects();

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // How the things outside the catalogue are drawn.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "sim_host/log/draw.h"
 
@@ -16,6 +18,19 @@ double random_sign(Rng& rng) {
 }
 
 }  // namespace
+
+std::optional<OutsideKind> outside_by_name(std::string_view word) {
+  constexpr std::array<std::pair<std::string_view, OutsideKind>, 5> kNames{
+      {{"line", OutsideKind::kLine},
+       {"bump", OutsideKind::kBump},
+       {"backlash", OutsideKind::kBacklash},
+       {"burst", OutsideKind::kBurst},
+       {"slip", OutsideKind::kSlip}}};
+  for (const auto& [name, kind] : kNames) {
+    if (name == word) return kind;
+  }
+  return {};
+}
 
 void add_outside(Axis& axis, OutsideKind kind, const MotionProgramme& programme, double rate_Hz,
                  double strength, std::uint64_t seed) {

@@ -179,8 +179,7 @@ void run_loop(const LoopRequest& request) {
   sim::Bench bench =
       sim::draw_bench(request.setup == "random" ? sim::Setup::kRandom : sim::Setup::kPickAndPlace, seed);
   bench.programme.seconds = request.seconds;
-  sim::Rng motion(seed, "motion");
-  const sim::MotionProgramme programme = sim::make_test_programme(bench.axis, bench.programme, motion);
+  const sim::MotionProgramme programme = sim::draw_programme(bench, seed);
   Progress progress;
   progress.show("draw the axis");
   sim::add_effects(bench.axis, effects_of(request.effects), programme, request.log_rate_Hz, request.strength,

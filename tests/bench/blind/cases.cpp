@@ -25,20 +25,7 @@ constexpr std::array<const char*, 9> kNames{"clean", "single",   "pair",  "tripl
                                             "bump",  "backlash", "burst", "slip"};
 
 std::optional<sim::OutsideKind> outside_of(Kind kind) {
-  switch (kind) {
-    case Kind::line:
-      return sim::OutsideKind::kLine;
-    case Kind::bump:
-      return sim::OutsideKind::kBump;
-    case Kind::backlash:
-      return sim::OutsideKind::kBacklash;
-    case Kind::burst:
-      return sim::OutsideKind::kBurst;
-    case Kind::slip:
-      return sim::OutsideKind::kSlip;
-    default:
-      return {};
-  }
+  return sim::outside_by_name(name_of(kind));
 }
 
 std::size_t hidden_count(Kind kind) {
@@ -52,8 +39,7 @@ struct Written {
 
 Written write_log(Kind kind, std::uint64_t seed, bool closed_loop, const std::filesystem::path& folder) {
   sim::Bench bench = sim::draw_bench(sim::Setup::kRandom, seed);
-  sim::Rng motion(seed, "motion");
-  const sim::MotionProgramme programme = sim::make_test_programme(bench.axis, bench.programme, motion);
+  const sim::MotionProgramme programme = sim::draw_programme(bench, seed);
   const auto effects = sim::draw_effect_ids(hidden_count(kind), seed);
   sim::add_effects(bench.axis, effects, programme, bench.rate_Hz, 0.0, seed);
   if (const auto outside = outside_of(kind)) {

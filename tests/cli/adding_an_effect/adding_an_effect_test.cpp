@@ -39,8 +39,7 @@ void add_brake(sim::SimulatedLog& log) {
 
 workbench::Log log_with_brake(std::uint64_t seed) {
   const sim::Bench bench = sim::draw_bench(sim::Setup::kPickAndPlace, seed);
-  sim::Rng motion(seed, "motion");
-  const sim::MotionProgramme programme = sim::make_test_programme(bench.axis, bench.programme, motion);
+  const sim::MotionProgramme programme = sim::draw_programme(bench, seed);
   sim::SimulatedLog simulated = sim::simulate_log(bench.axis, programme, bench.rate_Hz, seed);
   add_brake(simulated);
   workbench::Log log;

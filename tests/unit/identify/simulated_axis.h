@@ -23,8 +23,7 @@ inline Log log_of(const sim::Axis& axis, const sim::SimulatedLog& simulated) {
 
 /// An axis of mass and hysteresis, recorded over the usual programme.
 inline Log simulate(const sim::Bench& bench, std::uint64_t seed) {
-  sim::Rng motion(seed, "motion");
-  const sim::MotionProgramme programme = sim::make_test_programme(bench.axis, bench.programme, motion);
+  const sim::MotionProgramme programme = sim::draw_programme(bench, seed);
   return log_of(bench.axis, sim::simulate_log(bench.axis, programme, bench.rate_Hz, seed));
 }
 

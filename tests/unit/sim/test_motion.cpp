@@ -84,8 +84,7 @@ TEST(Segment, RefusesWhatCannotMove) {
 TEST(Programme, StaysOnTheRailAndHoldsTogether) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     Bench bench = draw_bench(Setup::kRandom, seed);
-    Rng rng(seed, "motion");
-    const MotionProgramme programme = make_test_programme(bench.axis, bench.programme, rng);
+    const MotionProgramme programme = draw_programme(bench, seed);
     EXPECT_GE(programme.duration_s(), bench.programme.seconds) << seed;
     EXPECT_LE(programme.duration_s(), 1.03 * bench.programme.seconds) << seed;
     MotionPoint last = programme.at(0.0);

@@ -101,8 +101,7 @@ TEST(Plant, PartsAddUpToTheDrive) {
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     Bench bench = draw_bench(Setup::kRandom, seed);
     bench.programme.seconds = 8.0;
-    Rng motion(seed, "motion");
-    const MotionProgramme programme = make_test_programme(bench.axis, bench.programme, motion);
+    const MotionProgramme programme = draw_programme(bench, seed);
     Axis axis = bench.axis;
     add_effects(axis, drawable_effects(), programme, 1000.0, 2.0, seed);
     add_outside(axis, seed % 2 == 0 ? OutsideKind::kBacklash : OutsideKind::kBump, programme, 1000.0, 2.0,

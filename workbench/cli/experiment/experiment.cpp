@@ -4,10 +4,12 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <stdexcept>
 
 #include "sim_host/experiments/setup.h"
 #include "sim_host/experiments/setup_files.h"
 #include "workbench/cli/results.h"
+#include "workbench/log/log.h"
 #include "workbench/log/text.h"
 #include "workbench/report/html.h"
 
@@ -51,6 +53,14 @@ CLI::Option* add_word(CLI::App& command, const std::string& name, std::string& v
 void add_experiment_outputs(CLI::App& command, ExperimentOutputs& outputs) {
   add_word(command, "--report", outputs.report, "FILE", "write a report: one HTML page that opens offline");
   add_word(command, "--json", outputs.json, "FILE", "write the result for machines; '-': standard output");
+}
+
+void said_of(const std::string& where, const std::function<void()>& work) {
+  try {
+    work();
+  } catch (const std::invalid_argument& error) {
+    throw InputError(fmt::format("{}: {}", printable(where), error.what()));
+  }
 }
 
 void deliver(const Options& options, const ExperimentOutputs& outputs, const std::vector<std::string>& inputs,

@@ -34,6 +34,9 @@ CLI::Option* add_word(CLI::App& command, const std::string& name, std::string& v
 void deliver(const Options& options, const ExperimentOutputs& outputs, const std::vector<std::string>& inputs,
              const std::function<ExperimentResult(Progress&)>& work);
 
+/// Runs `work`; what the plant refuses becomes one line that begins with `where`, status 2.
+void said_of(const std::string& where, const std::function<void()>& work);
+
 // Each experiment: one file of this folder, one line in define_experiment().
 void define_describing_function(CLI::App& experiment, const Options& options);
 void define_free(CLI::App& experiment, const Options& options);

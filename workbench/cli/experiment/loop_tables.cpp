@@ -7,11 +7,10 @@
 #include <cmath>
 #include <limits>
 #include <set>
-#include <stdexcept>
 
+#include "workbench/cli/experiment/experiment.h"
 #include "workbench/cli/experiment/options.h"
 #include "workbench/log/log.h"
-#include "workbench/log/text.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -25,14 +24,6 @@ double largest_amplitude(const std::vector<LoopSeries>& series) {
 }
 
 }  // namespace
-
-void said_of(const std::string& where, const std::function<void()>& work) {
-  try {
-    work();
-  } catch (const std::invalid_argument& error) {
-    throw InputError(fmt::format("{}: {}", printable(where), error.what()));
-  }
-}
 
 std::vector<sim::AveragedLoop> loops_of_log(const std::string& path) {
   const Log log = read_log(path);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -21,9 +20,6 @@ struct LoopSeries {
 
 /// A record read as loops: any log that read_log() takes, ten loops averaged. Throws InputError.
 std::vector<sim::AveragedLoop> loops_of_log(const std::string& path);
-
-/// Runs `work`; what the plant refuses becomes one line that begins with `where`, status 2.
-void said_of(const std::string& where, const std::function<void()>& work);
 
 /// kₑ, cₑω, ζᵣ of every loop, with the closed forms of the rational curve beside them.
 ExperimentTable figures_table(const std::vector<LoopSeries>& series, const sim::RationalCurve& curve);
