@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
+#include <span>
 #include <string>
 
 #include "hal/include/can_port.h"
@@ -15,6 +17,8 @@ class CanLink {
   virtual void send(const CanFrame& frame) = 0;
   /// The next frame within this time, else false.
   virtual bool receive(CanFrame& frame, int timeout_ms) = 0;
+  /// Only frames with these 11-bit identifiers matter from now on: a full bus need not be read through.
+  virtual void listen_to(std::span<const std::uint32_t>) {}
   virtual std::string name() const = 0;
 };
 

@@ -99,7 +99,7 @@ std::vector<Sample> stream(SdoClient& drive, std::uint32_t cob, std::size_t want
           fmt::format("node {}: the stream stopped after {} samples; is the drive still on the bus?",
                       drive.node(), samples.size()));
     }
-    if (frame.id != cob || frame.length != 8) continue;
+    if (frame.id != cob || frame.extended || frame.remote || frame.length != 8) continue;
     const auto low = static_cast<std::uint16_t>(frame.data[0] | frame.data[1] << 8);
     Sample sample;
     std::int16_t current = 0;
@@ -213,6 +213,7 @@ Recording record_stream(SdoClient& drive, double seconds, double rate_Hz, const 
   period.set(static_cast<std::uint32_t>(std::lround(1e6 / rate_Hz)));
   cob.set(cob.before() & ~kInvalidPdo);
   sync.set(0x40000000U | (sync.before() & 0x7FF));
+  drive.listen_also_to({cob.before() & 0x7FF});
   drive.nmt(1);
   const auto wanted = static_cast<std::size_t>(std::lround(seconds * rate_Hz));
   const std::vector<Sample> samples = stream(drive, cob.before() & 0x7FF, wanted, limit_A, show);

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <initializer_list>
 #include <vector>
 
 #include "workbench/cli/can/can_link.h"
@@ -14,7 +15,14 @@ namespace slipstack::workbench {
 /// Throws UsageError, one line, when the node does not answer or refuses.
 class SdoClient {
  public:
-  SdoClient(CanLink& link, std::uint8_t node) : link_(link), node_(node) {}
+  SdoClient(CanLink& link, std::uint8_t node) : link_(link), node_(node) { listen_also_to({}); }
+
+  /// Beside the server's answers, frames with these identifiers are received.
+  void listen_also_to(std::initializer_list<std::uint32_t> ids) {
+    std::vector<std::uint32_t> all(ids);
+    all.push_back(0x580U + node_);
+    link_.listen_to(all);
+  }
 
   std::uint32_t read(std::uint16_t index, std::uint8_t sub);
   float read_real(std::uint16_t index, std::uint8_t sub);

@@ -31,6 +31,7 @@ class SocketLink final : public CanLink {
     if (socket_.receive(frame)) return true;
     return socket_.wait(timeout_ms) && socket_.receive(frame);
   }
+  void listen_to(std::span<const std::uint32_t> ids) override { socket_.listen_to(ids); }
   std::string name() const override { return name_; }
 
  private:
