@@ -12,6 +12,7 @@
 #include "sim_host/log/draw.h"
 #include "sim_host/log/record.h"
 #include "sim_host/log/write.h"
+#include "sim_host/motion/set_points.h"
 
 namespace {
 
@@ -32,6 +33,7 @@ struct LogRequest {
   std::string outside;
   double seconds = 0.0;
   double rate_Hz = 0.0;
+  std::string set_points;
   std::string out;
   std::string truth;
 };
@@ -77,6 +79,20 @@ void check(const LogRequest& request) {
   }
 }
 
+// The motion of a file, within the axis.
+MotionProgramme programme_of(const std::string& path, const Axis& axis) {
+  SetPointFile points = read_set_points(path);
+  for (std::size_t i = 0; i < points.position_m.size(); ++i) {
+    if (!(points.position_m[i] >= 0.0 && points.position_m[i] <= axis.stroke_m)) {
+      throw UsageError(path + ": set point " + std::to_string(i + 1) + " lies outside the stroke, 0 to " +
+                       std::to_string(axis.stroke_m) + " m");
+    }
+  }
+  MotionProgramme programme;
+  programme.append(make_sampled(std::move(points.position_m), points.rate_Hz));
+  return programme;
+}
+
 void write_log(const LogRequest& request) {
   check(request);
   const Setup setup = request.setup == "random" ? Setup::kRandom : Setup::kPickAndPlace;
@@ -93,9 +109,13 @@ void write_log(const LogRequest& request) {
     add_outside(bench.axis, parse_outside(request.outside), programme, bench.rate_Hz, request.strength,
                 request.seed());
   }
+  // What is hidden is as strong as over the usual programme, whatever the motion that is recorded.
+  const MotionProgramme asked =
+      request.set_points.empty() ? MotionProgramme() : programme_of(request.set_points, bench.axis);
+  const MotionProgramme& motion_run = request.set_points.empty() ? programme : asked;
   const SimulatedLog log =
-      request.closed_loop ? simulate_closed_loop_log(bench.axis, programme, bench.rate_Hz, request.seed())
-                          : simulate_log(bench.axis, programme, bench.rate_Hz, request.seed());
+      request.closed_loop ? simulate_closed_loop_log(bench.axis, motion_run, bench.rate_Hz, request.seed())
+                          : simulate_log(bench.axis, motion_run, bench.rate_Hz, request.seed());
   const TruthContext context = {request.setup, request.seed(), request.closed_loop, effects, request.outside};
   write_file(request.out, log_as_csv(bench.axis, log));
   if (!request.truth.empty()) write_file(request.truth, truth_as_json(bench.axis, log, context));
@@ -115,6 +135,8 @@ void add_log_options(CLI::App& log, LogRequest& request) {
   log.add_option("--outside", request.outside, "line, bump, backlash, burst or slip: outside the catalogue");
   log.add_option("--seconds", request.seconds, "length of the programme (default: 60, random: 40 to 80)");
   log.add_option("--rate", request.rate_Hz, "samples per second (default: 2000, random: 1000 to 5000)");
+  log.add_option("--setpoints", request.set_points,
+                 "run the motion of this CSV file (time_s, position_m) instead of the usual programme");
   log.add_option("--out", request.out, "the log, CSV")->required();
   log.add_option("--truth", request.truth, "what is hidden, JSON");
 }

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// A motion that a file gives, sample by sample.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "sim_host/motion/segment.h"
+
+namespace slipstack::sim {
+
+/// Through `position_m`, `rate_Hz` of them a second: quintics between the samples, whose velocity and
+/// acceleration are the central differences there, so that both are continuous; the axis stands at both ends.
+/// Throws std::invalid_argument for fewer than three samples or a rate that is not positive.
+std::unique_ptr<Segment> make_sampled(std::vector<double> position_m, double rate_Hz);
+
+struct SetPointFile {
+  double rate_Hz = 0.0;
+  std::vector<double> position_m;
+};
+
+/// Reads a CSV file: `#` lines, a header row with time_s and position_m among its names, rows on a uniform
+/// grid of time. Throws std::runtime_error, one line with file and line.
+SetPointFile read_set_points(const std::string& path);
+
+}  // namespace slipstack::sim
