@@ -50,6 +50,7 @@ enum class ShapeKind : std::uint8_t {
   travel,
   slip_distance,
   lag_distance,  ///< an alternative to a time constant: memory that fades with distance
+  own,           ///< of a user's own effect (host only): searched over its bounds, or what the log shows
 };
 
 /// A parameter that enters the basis non-linearly, with its physical bounds.

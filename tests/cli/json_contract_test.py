@@ -8,7 +8,8 @@ import unittest
 
 import program
 
-DIAGNOSIS = {"cannot_show": list, "noise": dict, "mended": list, "log": str, "samples": int, "baseline_effects": list, "noise_floor_N": float, "baseline": dict,
+DIAGNOSIS = {"cannot_show": list, "cannot_separate": list, "next_experiment": (dict, type(None)), "noise": dict,
+             "mended": list, "log": str, "samples": int, "baseline_effects": list, "noise_floor_N": float, "baseline": dict,
              "verdict": str, "candidates": list, "unexplained": (dict, type(None))}
 CANDIDATE = {"effect": str, "title": str, "holdout_rmse_N": float, "error_reduction": float,
              "error_reduction_se": float, "confounded_with": list, "evidence": str, "cause": str, "confirm_with": str}
@@ -59,6 +60,9 @@ class Contract(program.Workshop):
         self.assertLessEqual(set(named), set(known) - set(baseline))
         for candidate in result["candidates"]:
             self.check_candidate(candidate, result, known)
+        for pair in result["cannot_separate"]:
+            self.assertLessEqual({pair["effect"], pair["other"]}, set(named))
+            self.assertTrue(0.0 <= pair["angle_deg"] <= 90.0)
         for entry in result["cannot_show"]:
             self.assertIn(entry["effect"], named)
             self.assertTrue(0.0 <= entry["share_told_apart"] <= 1.0 + 1e-9)
@@ -159,6 +163,9 @@ class Contract(program.Workshop):
         named = self.result("diagnose", "good.csv", "--effects", program.BASELINE)
         fitted = self.result("diagnose", "good.csv", "--model", "good.toml")
         default = self.result("diagnose", "good.csv")
+        # The command of the next experiment says what was given.
+        for result in (named, default):
+            result.pop("next_experiment")
         self.assertEqual(named, default)
         self.assertEqual(named["verdict"], fitted["verdict"])
         self.assertEqual(named["candidates"][0]["effect"], fitted["candidates"][0]["effect"])

@@ -16,8 +16,10 @@ struct Options {
   std::string model;     ///< read by compare, diagnose and add; written by fit
   std::string effects;   ///< ids separated by commas
   std::string effect;
+  std::vector<std::string> own_effects;  ///< definitions of the user's own
   std::string out;
   std::string pages;  ///< folder
+  std::string header;
   std::string report;
   std::string json;
   bool stepwise = false;

@@ -7,6 +7,7 @@
 
 #include "workbench/identify/noise_floor.h"
 #include "workbench/identify/shape_search.h"
+#include "workbench/identify/user_effect.h"
 #include "workbench/log/text.h"
 
 namespace slipstack::workbench {
@@ -35,6 +36,23 @@ std::vector<std::string> parse_effects(const std::string& list) {
 
 void spare_logs(const Options& options, Outputs& outputs) {
   for (const std::string& log : options.logs) outputs.spare(log);
+}
+
+std::vector<const EffectDescription*> declared_effects(const Options& options) {
+  std::vector<const EffectDescription*> effects;
+  for (const std::string& text : options.own_effects) {
+    if (!is_definition(text)) {
+      throw UsageError(
+          fmt::format("--effect: {} defines no effect; write 'name = expression; parameter: unit; ...'",
+                      quoted(std::string_view(text))));
+    }
+    const EffectDescription* effect = &declare_effect(text);
+    if (std::find(effects.begin(), effects.end(), effect) != effects.end()) {
+      throw UsageError(fmt::format("effect '{}' is given twice; give it once", effect->id()));
+    }
+    effects.push_back(effect);
+  }
+  return effects;
 }
 
 Measurement measure(const Options& options, Progress& progress) {

@@ -14,8 +14,11 @@ namespace slipstack::workbench {
 
 // What the commands make of their arguments. All of these throw UsageError or InputError.
 
-/// Ids of a comma-separated list, each known and named once.
+/// Ids of a comma-separated list, of the catalogue or declared, each known and named once.
 std::vector<std::string> parse_effects(const std::string& list);
+
+/// The effects that `--effect` defines, declared, in order; refuses what is no definition.
+std::vector<const EffectDescription*> declared_effects(const Options& options);
 
 /// The logs are inputs: no output may take the place of one.
 void spare_logs(const Options& options, Outputs& outputs);

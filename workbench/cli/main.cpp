@@ -7,10 +7,12 @@
 #include "workbench/cli/can/define_can.h"
 #include "workbench/cli/commands.h"
 #include "workbench/cli/define_loop.h"
+#include "workbench/cli/define_simulate.h"
 #include "workbench/cli/effect_page.h"
 #include "workbench/cli/experiment/experiment.h"
 #include "workbench/cli/experiment/stop.h"
 #include "workbench/cli/output.h"
+#include "workbench/expression/definition.h"
 #include "workbench/identify/effect_catalogue.h"
 #include "workbench/identify/parts.h"
 #include "workbench/log/input_error.h"
@@ -63,6 +65,18 @@ void add_outputs(CLI::App& command, Options& options) {
   add_text(command, "--json", options.json, "FILE", "write the result for machines; '-': standard output");
 }
 
+/// An effect of the user's own, and an example that can be typed.
+CLI::Option* add_own_effects(CLI::App& command, Options& options, const std::string& description) {
+  return command
+      .add_option("--effect", options.own_effects,
+                  description +
+                      ", as 'snag = A*exp(-((x-x0)/w)^2)*sign(v); A: N; x0: m; w: m in [1e-4, 1e-2]'; "
+                      "may be repeated")
+      ->type_name("DEFINITION")
+      ->allow_extra_args(false)
+      ->take_all();
+}
+
 /// The effects, below the help of the commands that want their names.
 std::string effect_list() {
   return "Effects:\n" + effect_lines("  ");
@@ -80,6 +94,7 @@ void define_fit(CLI::App& app, Options& options) {
   CLI::App* fit = app.add_subcommand("fit", "Fit a model of chosen effects to a measurement");
   add_log(*fit, options);
   add_text(*fit, "--effects", options.effects, "A,B,..", "effects, separated by commas")->required();
+  add_own_effects(*fit, options, "fit also an effect of your own");
   add_text(*fit, "--model", options.model, "FILE", "model file to write")->required();
   add_outputs(*fit, options);
   fit->footer(effect_list());
@@ -93,6 +108,7 @@ void define_diagnose(CLI::App& app, Options& options) {
                                   "baseline (default: inertia,presliding_hysteresis)");
   add_text(*diagnose, "--model", options.model, "FILE", "baseline: the effects of this model, fitted again")
       ->excludes(effects);
+  add_own_effects(*diagnose, options, "try also an effect of your own");
   diagnose->add_flag("--stepwise", options.stepwise, "go on until nothing is missing or nothing helps");
   add_outputs(*diagnose, options);
   diagnose->footer(effect_list());
@@ -103,7 +119,9 @@ void define_add(CLI::App& app, Options& options) {
   CLI::App* add = app.add_subcommand("add", "Add an effect to a model and fit it again");
   add_log(*add, options);
   add_text(*add, "--model", options.model, "FILE", "model file to start from")->required();
-  add_text(*add, "--effect", options.effect, "ID", "effect to add")->required();
+  add_text(*add, "--effect", options.effect, "ID",
+           "effect to add; or one of your own, as 'name = expression; parameter: unit; ...'")
+      ->required();
   add_text(*add, "--out", options.out, "FILE", "model file to write")->required();
   add_outputs(*add, options);
   add->footer(effect_list());
@@ -114,6 +132,9 @@ void define_effects(CLI::App& app, Options& options) {
   CLI::App* effects = app.add_subcommand("effects", "Tell about the effects of the catalogue");
   add_text(*effects, "ID", options.effect, "ID", "effect to tell about; without: list all");
   add_text(*effects, "--pages", options.pages, "FOLDER", "write the reference page of every effect there");
+  add_text(*effects, "--header", options.header, "FILE",
+           "write the effect that --effect defines as a header for the controller's catalogue");
+  add_own_effects(*effects, options, "an effect of your own")->needs("--header");
   effects->callback([&options] { run_effects(options); });
 }
 
@@ -129,6 +150,7 @@ void define_commands(CLI::App& app, Options& options) {
   define_add(app, options);
   define_effects(app, options);
   define_experiment(app, options);
+  define_simulate(app, options);
   define_loop(app);
   define_can(app);
 }
@@ -186,6 +208,10 @@ int main(int argc, char** argv) {
   } catch (const Stopped& stopped) {
     complain(stopped.what());
     return kStoppedStatus;
+  } catch (const DefinitionError& error) {
+    complain(fmt::format("--effect: {}", error.what()));
+    fmt::print(stderr, "{}", error.picture());
+    return kUnusableInput;
   } catch (const UsageError& error) {
     complain(error.what());
     return kUnusableInput;

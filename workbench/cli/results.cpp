@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/cli/results.h"
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <ctime>
 
 #include "workbench/cli/inputs.h"
 #include "workbench/diagnose/quantity.h"
@@ -164,6 +167,50 @@ json logs_json(const std::vector<LogResult>& logs) {
   return list;
 }
 
+Model::Change change_of(const Options& options, const std::vector<std::string>& added, double before_N,
+                        double after_N, double floor_N) {
+  std::time_t now = std::time(nullptr);
+  if (const char* epoch = std::getenv("SOURCE_DATE_EPOCH")) now = std::strtoll(epoch, nullptr, 10);
+  return {fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(now)),
+          fmt::format("{}", fmt::join(added, ", ")),
+          printable(options.log),
+          before_N,
+          after_N,
+          floor_N};
+}
+
+json history_json(const Model& model) {
+  json list = json::array();
+  for (const Model::Change& change : model.history) {
+    list.push_back({{"date", change.date},
+                    {"added", change.added},
+                    {"log", change.log},
+                    {"before_N", change.before_N > 0.0 ? json(change.before_N) : json(nullptr)},
+                    {"after_N", number_json(change.after_N)},
+                    {"noise_floor_N", number_json(change.noise_floor_N)}});
+  }
+  return list;
+}
+
+void add_history(json& report, const Model& model) {
+  if (model.history.empty()) return;
+  const auto column = [](const char* heading, bool number) {
+    return json{{"heading", heading}, {"unit", ""}, {"number", number}};
+  };
+  json rows = json::array();
+  for (const Model::Change& change : model.history) {
+    rows.push_back({printable(change.date), printable(change.added), printable(change.log),
+                    change.before_N > 0.0 ? newtons(change.before_N) : "–", newtons(change.after_N),
+                    newtons(change.noise_floor_N)});
+  }
+  report["tables"].push_back(
+      {{"title", "History of the model"},
+       {"columns",
+        {column("When", false), column("Added", false), column("On the log", false),
+         column("Held-out error before", true), column("after", true), column("Noise floor", true)}},
+       {"rows", rows}});
+}
+
 ForceRows rows_of(const FittedModel& fitted) {
   return {fitted.linearisation->measured_N(), fitted.linearisation->force_N()};
 }
@@ -178,7 +225,16 @@ Model model_of(const Options& options, const Measurement& measurement, const Fit
   model.terms = averaged_over_logs(measurement, fitted.terms);
   model.target_terms = averaged_over_logs(measurement, reduced.terms);
   model.target_holdout_rmse_N = reduced.holdout_rmse_N;
+  leave_out_own_effects(measurement, model);
   return model;
+}
+
+void leave_out_own_effects(const Measurement& measurement, Model& model) {
+  const auto own = [](const Term& term) { return term.effect->is_own(); };
+  if (std::erase_if(model.target_terms, own) == 0) return;
+  const Eigen::VectorXd left = measurement.force_N(delay_s(model.target_terms)) -
+                               measurement.filtered(evaluate_force(measurement, model.target_terms).force_N);
+  model.target_holdout_rmse_N = std::max(model.target_holdout_rmse_N, measurement.weighted_rms(left));
 }
 
 std::string hash_text(const Model& model) {

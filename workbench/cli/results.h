@@ -61,12 +61,26 @@ std::vector<LogResult> log_results(const Measurement& measurement, const ForceRo
 std::vector<LogResult> log_results(const Measurement& measurement, const FittedModel& fitted);
 nlohmann::json logs_json(const std::vector<LogResult>& logs);
 
+/// One change of a model, now: the effects that were added, on which log, the error before (0: nothing was
+/// there) and after. The date is SOURCE_DATE_EPOCH's where the environment gives one.
+Model::Change change_of(const Options& options, const std::vector<std::string>& added, double before_N,
+                        double after_N, double floor_N);
+
+/// The history of a model for machines, and as a table of the report.
+nlohmann::json history_json(const Model& model);
+void add_history(nlohmann::json& report, const Model& model);
+
 /// Measured force and the model's, at the rows.
 ForceRows rows_of(const FittedModel& fitted);
 
 /// The model file of a fit, with the hysteresis reduced to the controller's elements.
 Model model_of(const Options& options, const Measurement& measurement, const FittedModel& fitted,
                double floor_N);
+
+/// Takes the user's own effects out of what the controller runs, which cannot evaluate their expressions, and
+/// says in the target's error what that costs.
+void leave_out_own_effects(const Measurement& measurement, Model& model);
+
 std::string hash_text(const Model& model);
 
 /// Where the model went, and what the reduction to the controller costs.

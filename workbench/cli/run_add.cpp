@@ -7,6 +7,7 @@
 #include "workbench/cli/tables.h"
 #include "workbench/identify/noise_floor.h"
 #include "workbench/identify/standard_errors.h"
+#include "workbench/identify/user_effect.h"
 #include "workbench/log/text.h"
 #include "workbench/report/html.h"
 
@@ -20,6 +21,7 @@ constexpr double kLeastReduction = 0.03;
 
 /// The one effect that --effect names.
 const EffectDescription& effect_of(const Options& options) {
+  if (is_definition(options.effect)) return declare_effect(options.effect);
   const EffectDescription* effect = find_effect(options.effect);
   if (effect == nullptr) {
     throw UsageError(fmt::format("unknown effect {}; known: {}", quoted(std::string_view(options.effect)),
@@ -28,16 +30,17 @@ const EffectDescription& effect_of(const Options& options) {
   return *effect;
 }
 
-Model model_to_extend(const Options& options) {
+Model model_to_extend(const Options& options, const EffectDescription& effect) {
   Model model = read_model(options.model);
-  if (contains(model.terms, options.effect)) {
+  if (contains(model.terms, effect.text.id)) {
     throw UsageError(
-        fmt::format("{} already contains {}; add another effect", printable(options.model), options.effect));
+        fmt::format("{} already contains {}; add another effect", printable(options.model), effect.id()));
   }
   return model;
 }
 
 struct Addition {
+  std::string effect;
   FittedModel before;
   FittedModel after;
   double floor_N = 0.0;
@@ -47,6 +50,7 @@ struct Addition {
 Addition added(const Measurement& measurement, const Model& old, const EffectDescription& effect,
                Progress& progress) {
   Addition result;
+  result.effect = effect.id();
   progress.show("fit the model as it is");
   result.before = fit_gains(measurement, terms_on(measurement, old));
   progress.show("add the effect");
@@ -60,7 +64,8 @@ Addition added(const Measurement& measurement, const Model& old, const EffectDes
   return result;
 }
 
-json report_of(const Options& options, const Measurement& measurement, const Addition& addition) {
+json report_of(const Options& options, const Measurement& measurement, const Addition& addition,
+               const Model& model) {
   const double before_N = addition.before.holdout_rmse_N;
   const double after_N = addition.after.holdout_rmse_N;
   json data = report_base(options, "add");
@@ -69,10 +74,11 @@ json report_of(const Options& options, const Measurement& measurement, const Add
   data["figures"]["after_rmse_N"] = number_json(after_N);
   data["baseline_effects"] = ids_of(addition.before.terms);
   data["steps"] = {{{"added", "baseline"}, {"holdout_rmse_N", number_json(before_N)}},
-                   {{"added", options.effect}, {"holdout_rmse_N", number_json(after_N)}}};
+                   {{"added", addition.effect}, {"holdout_rmse_N", number_json(after_N)}}};
   data["parameters"] = parameters_json(addition.after.terms);
   const ForceRows rows_after = rows_of(addition.after);
   add_pictures(data, measurement, rows_of(addition.before), &rows_after);
+  add_history(data, model);
   return data;
 }
 
@@ -86,16 +92,19 @@ void run_add(const Options& options) {
   outputs.claim(options.out);
   outputs.claim(options.report);
   outputs.claim(options.json);
-  const Model old = model_to_extend(options);
+  const Model old = model_to_extend(options, effect);
   Progress progress;
   const Measurement measurement = measure(options, progress);
   std::vector<std::string> ids = ids_of(old.terms);
-  ids.push_back(options.effect);
+  ids.push_back(effect.id());
   check_combination(measurement, ids);
   check_enough(options, measurement, ids);
   const Addition addition = added(measurement, old, effect, progress);
   progress.show("reduce to the controller");
-  const Model model = model_of(options, measurement, addition.after, addition.floor_N);
+  Model model = model_of(options, measurement, addition.after, addition.floor_N);
+  model.history = old.history;
+  model.history.push_back(change_of(options, {effect.id()}, addition.before.holdout_rmse_N,
+                                    addition.after.holdout_rmse_N, addition.floor_N));
 
   std::string text = addition.headline + "\n";
   if (addition.after.holdout_rmse_N > (1.0 - kLeastReduction) * addition.before.holdout_rmse_N) {
@@ -108,13 +117,14 @@ void run_add(const Options& options) {
   json result = quality_json(measurement, addition.after, addition.floor_N);
   result["log"] = options.log;
   result["model"] = options.out;
-  result["added"] = options.effect;
+  result["added"] = effect.id();
   result["hash"] = hash_text(model);
+  result["history"] = history_json(model);
   result["before"] = {{"train_rmse_N", number_json(addition.before.train_rmse_N)},
                       {"holdout_rmse_N", number_json(addition.before.holdout_rmse_N)},
                       {"relative_error", number_json(addition.before.relative_error)}};
   if (!options.report.empty()) {
-    outputs.set(options.report, render_report(report_of(options, measurement, addition)));
+    outputs.set(options.report, render_report(report_of(options, measurement, addition, model)));
   }
   outputs.set(options.out, to_toml(model));
   outputs.set(options.json, json_text(result));

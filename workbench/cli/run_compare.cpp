@@ -67,6 +67,7 @@ json report_of(const Options& options, const Measurement& measurement, const Mod
   data["baseline_effects"] = ids_of(model.terms);
   data["parameters"] = parameters_json(model.terms);
   add_pictures(data, measurement, found.rows, nullptr);
+  add_history(data, model);
   return data;
 }
 
@@ -102,6 +103,7 @@ void run_compare(const Options& options) {
               {"left", found.left}};
   result["mended"] = mended_json(measurement);
   if (found.logs.size() > 1) result["logs"] = logs_json(found.logs);
+  result["history"] = history_json(model);
   if (!options.report.empty()) {
     outputs.set(options.report, render_report(report_of(options, measurement, model, found)));
   }

@@ -3,6 +3,7 @@
 
 #include "workbench/cli/commands.h"
 #include "workbench/cli/inputs.h"
+#include "workbench/cli/next_experiment.h"
 #include "workbench/cli/results.h"
 #include "workbench/cli/tables.h"
 #include "workbench/diagnose/diagnose.h"
@@ -69,13 +70,7 @@ json result_of(const Options& options, const Measurement& measurement, const Dia
   result["mended"] = mended_json(measurement);
   const std::vector<LogResult> logs = log_results(measurement, diagnosis.explained);
   if (!logs.empty()) result["logs"] = logs_json(logs);
-  json cannot_show = json::array();
-  for (const Visibility& one : diagnosis.cannot_show) {
-    cannot_show.push_back({{"effect", one.effect},
-                           {"least_visible_N", number_json(one.least_N)},
-                           {"share_told_apart", one.share}});
-  }
-  result["cannot_show"] = cannot_show;
+  add_limits(result, options, diagnosis);
   if (diagnosis.verdict == Verdict::missing_effect) {
     result["best"] = {{"effects", ids_of(diagnosis.best.terms)},
                       {"train_rmse_N", number_json(diagnosis.best.train_rmse_N)},
@@ -92,7 +87,7 @@ json result_of(const Options& options, const Measurement& measurement, const Dia
 }
 
 json report_of(const Options& options, const Measurement& measurement, const Diagnosis& diagnosis,
-               const json& result) {
+               const json& result, const Model& model) {
   const Headline headline = headline_of(diagnosis);
   const bool found = diagnosis.verdict == Verdict::missing_effect;
   const FittedModel& shown = !found             ? diagnosis.baseline
@@ -111,6 +106,13 @@ json report_of(const Options& options, const Measurement& measurement, const Dia
   const ForceRows before = rows_of(diagnosis.baseline);
   const ForceRows after = rows_of(shown);
   add_pictures(data, measurement, before, found ? &after : nullptr);
+  if (!diagnosis.candidates.empty() && diagnosis.candidates.front().error_reduction > 0.0) {
+    const Term& first = diagnosis.candidates.front().term;
+    add_expected(data, measurement, "as " + first.id() + " would leave it",
+                 expected_residual_N(diagnosis.baseline, first));
+  }
+  add_limits_report(data, options, diagnosis);
+  if (!options.model.empty()) add_history(data, model);
   return data;
 }
 
@@ -127,17 +129,15 @@ std::string text_of(const Options& options, const Measurement& measurement, cons
   text += " (95 %, block bootstrap)\n";
   text += fmt::format("{}", noise_line(measurement)) + mended_lines(measurement);
   if (diagnosis.verdict == Verdict::missing_effect) text += advice(diagnosis.candidates.front());
-  if (!diagnosis.cannot_show.empty()) {
-    std::vector<std::string> ids;
-    for (const Visibility& one : diagnosis.cannot_show) ids.push_back(one.effect);
-    text += fmt::format("\nthis log cannot show   {}\n", fmt::join(ids, ", "));
-  }
+  text += limits_text(options, diagnosis);
   return text;
 }
 
 }  // namespace
 
 void run_diagnose(const Options& options) {
+  DiagnoseOptions wanted;
+  wanted.own = declared_effects(options);
   Outputs outputs;
   spare_logs(options, outputs);
   if (!options.model.empty()) outputs.spare(options.model);
@@ -145,7 +145,6 @@ void run_diagnose(const Options& options) {
   outputs.claim(options.json);
   Model model;
   if (!options.model.empty()) model = read_model(options.model);
-  DiagnoseOptions wanted;
   wanted.baseline = options.model.empty()
                         ? parse_effects(options.effects.empty() ? kDefaultBaseline : options.effects)
                         : ids_of(model.terms);
@@ -162,7 +161,7 @@ void run_diagnose(const Options& options) {
   const json result = result_of(options, measurement, diagnosis);
   if (!options.report.empty()) {
     progress.show("write the report");
-    outputs.set(options.report, render_report(report_of(options, measurement, diagnosis, result)));
+    outputs.set(options.report, render_report(report_of(options, measurement, diagnosis, result, model)));
   }
   outputs.set(options.json, json_text(result));
   progress.finish();

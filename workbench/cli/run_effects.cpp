@@ -5,15 +5,36 @@
 
 #include "workbench/cli/commands.h"
 #include "workbench/cli/effect_page.h"
+#include "workbench/cli/inputs.h"
 #include "workbench/cli/output.h"
+#include "workbench/expression/to_cpp.h"
 #include "workbench/log/text.h"
 
 namespace slipstack::workbench {
 
+namespace {
+
+/// The header of the one effect that --effect defines.
+std::string header_text(const Options& options) {
+  if (options.own_effects.size() != 1) throw UsageError("--header: define one effect by --effect");
+  const EffectDescription& effect = *declared_effects(options).front();
+  const Definition definition = parse_definition(effect.definition);
+  return to_effect_header(definition, roles_of(definition));
+}
+
+}  // namespace
+
 void run_effects(const Options& options) {
   Outputs outputs;
   std::string text;
-  if (!options.pages.empty()) {
+  if (!options.header.empty()) {
+    outputs.claim(options.header);
+    outputs.set(options.header, header_text(options));
+    text = fmt::format(
+        "{}: put it into firmware/effects and its class into firmware/effects/catalogue.h "
+        "(docs/adding-an-effect.md)\n",
+        printable(options.header));
+  } else if (!options.pages.empty()) {
     const std::filesystem::path folder = options.pages;
     std::error_code error;
     std::filesystem::create_directories(folder, error);

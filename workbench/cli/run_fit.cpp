@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "workbench/cli/commands.h"
 #include "workbench/cli/inputs.h"
 #include "workbench/cli/results.h"
@@ -41,7 +43,11 @@ std::string outlier_line(const RobustFit& robust) {
 }  // namespace
 
 void run_fit(const Options& options) {
-  const std::vector<std::string> ids = parse_effects(options.effects);
+  const std::vector<const EffectDescription*> own = declared_effects(options);
+  std::vector<std::string> ids = parse_effects(options.effects);
+  for (const EffectDescription* effect : own) {
+    if (std::find(ids.begin(), ids.end(), effect->id()) == ids.end()) ids.push_back(effect->id());
+  }
   Outputs outputs;
   spare_logs(options, outputs);
   outputs.claim(options.model);
@@ -56,7 +62,8 @@ void run_fit(const Options& options) {
   const FittedModel fitted = with_standard_errors(measurement, robust.model);
   progress.show("reduce to the controller");
   const double floor_N = NoiseFloor(measurement).of(fitted.terms);
-  const Model model = model_of(options, measurement, fitted, floor_N);
+  Model model = model_of(options, measurement, fitted, floor_N);
+  model.history = {change_of(options, ids, 0.0, fitted.holdout_rmse_N, floor_N)};
 
   std::string text =
       fmt::format("log        {}\neffects    {}\n", printable(options.log), fmt::join(ids, ", "));

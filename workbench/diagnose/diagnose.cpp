@@ -79,6 +79,13 @@ constexpr double kLineDrives = 0.3;
 constexpr double kLineAboveFloor = 2.0;
 constexpr double kSameLine = 0.02;
 
+/// Forces nearer than this share nine tenths of their squares: what one explains, so does the other, ...
+constexpr double kSameDirection_deg = 18.0;
+/// ... unless their errors differ by more than this.
+constexpr double kSameError = 0.10;
+/// Of the best reduction of the error, what an effect must reach to be worth telling from others.
+constexpr double kPromising = 0.5;
+
 /// An effect that would have to be this share of the force before it were named is one that the log cannot
 /// show.
 constexpr double kCannotShow = 0.2;
@@ -139,10 +146,15 @@ bool earned(const FittedModel& baseline, const FittedModel& before, const Fitted
 
 /// Effects worth trying: not in the model, and not the same column under another name.
 std::vector<const EffectDescription*> effects_to_try(const Terms& terms,
-                                                     const std::vector<std::string>& wanted) {
+                                                     const std::vector<std::string>& wanted,
+                                                     const std::vector<const EffectDescription*>& own) {
   std::vector<const EffectDescription*> effects;
   const Term* inertia = find_term(terms, "inertia");
   const bool mass_is_free = inertia != nullptr && inertia->lower[0] < inertia->upper[0];
+  // These take longest: first, so that the processors share the work well.
+  for (const EffectDescription* effect : own) {
+    if (!contains(terms, effect->text.id)) effects.push_back(effect);
+  }
   std::vector<const EffectDescription*> all;
   all.reserve(wanted.size());
   for (const std::string& id : wanted) all.push_back(find_effect(id));
@@ -210,7 +222,8 @@ class Search {
     };
     std::vector<Job> jobs;
     for (const Explanation& from : beam) {
-      for (const EffectDescription* effect : effects_to_try(from.model.terms, options_.candidates))
+      for (const EffectDescription* effect :
+           effects_to_try(from.model.terms, options_.candidates, options_.own))
         jobs.push_back({&from, effect, {}});
     }
     std::atomic<std::size_t> done{0};
@@ -254,7 +267,8 @@ class Search {
     const Trial* first = trial_of(effect.text.id);
     const bool elsewhere =
         std::any_of(effect.shapes.begin(), effect.shapes.end(), [](const ShapeSpec& shape) {
-          return shape.kind == ShapeKind::pitch || shape.kind == ShapeKind::frequency;
+          return shape.kind == ShapeKind::pitch || shape.kind == ShapeKind::frequency ||
+                 shape.kind == ShapeKind::own;
         });
     const bool known = first != nullptr && !elsewhere;
     return try_effect(measurement_, from, effect, {20}, known ? &first->term.shapes : nullptr);
@@ -368,6 +382,7 @@ class Search {
     diagnosis.noise_floor_N = floor_.of(diagnosis.explained.terms);
     judge(diagnosis);
     list_what_cannot_be_shown(diagnosis);
+    list_what_cannot_be_separated(diagnosis);
   }
 
   /// All effects by what they explain on their own; those of the final explanation before the others, since
@@ -421,6 +436,35 @@ class Search {
       if (!one.effect.empty() && one.least_N > kCannotShow * force_N)
         diagnosis.cannot_show.push_back(std::move(one));
     }
+  }
+
+  /// Of effects that promise much alone, those that explain as much as another (what list_candidates says)
+  /// and those whose forces hardly differ.
+  void list_what_cannot_be_separated(Diagnosis& diagnosis) const {
+    Terms promising;
+    double best = kLeastReduction;
+    for (const Candidate& one : diagnosis.candidates) best = std::max(best, one.error_reduction);
+    const double enough = std::max(kLeastReduction, kPromising * best);
+    for (const Candidate& one : diagnosis.candidates) {
+      if (one.error_reduction >= enough && !one.term.gains.empty()) promising.push_back(one.term);
+    }
+    if (promising.size() < 2) return;
+    for (Separation& pair :
+         separations(measurement_, diagnosis.baseline, promising, diagnosis.noise_floor_N)) {
+      const auto candidate = std::find_if(diagnosis.candidates.begin(), diagnosis.candidates.end(),
+                                          [&](const Candidate& one) { return one.term.id() == pair.effect; });
+      const auto& alike = candidate->confounded_with;
+      const bool as_good = std::find(alike.begin(), alike.end(), pair.other) != alike.end();
+      // Whether the better one can be imitated counts: an effect that contains another imitates it always.
+      const auto behind = std::find_if(candidate, diagnosis.candidates.end(),
+                                       [&](const Candidate& one) { return one.term.id() == pair.other; });
+      if (behind == diagnosis.candidates.end()) continue;
+      const bool same = pair.angle_deg < kSameDirection_deg &&
+                        behind->holdout_rmse_N < (1.0 + kSameError) * candidate->holdout_rmse_N;
+      if (as_good || same) diagnosis.cannot_separate.push_back(std::move(pair));
+    }
+    std::stable_sort(diagnosis.cannot_separate.begin(), diagnosis.cannot_separate.end(),
+                     [](const auto& a, const auto& b) { return a.angle_deg < b.angle_deg; });
   }
 
   void list_steps(Diagnosis& diagnosis, const Explanation& best) const {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "workbench/diagnose/separation.h"
 #include "workbench/diagnose/structure.h"
 #include "workbench/diagnose/visibility.h"
 #include "workbench/identify/fit.h"
@@ -42,10 +43,14 @@ struct Diagnosis {
   std::optional<Structure> unexplained;
   /// Effects that this log could show only if they were a large part of the force: not ruled out by it.
   std::vector<Visibility> cannot_show;
+  /// Pairs of promising effects that this log cannot separate, the nearest first: their forces, without what
+  /// the baseline imitates, point the same way or explain the same.
+  std::vector<Separation> cannot_separate;
 };
 
 struct DiagnoseOptions {
   std::vector<std::string> baseline;
+  std::vector<const EffectDescription*> own = {};  ///< the user's own effects, tried beside the catalogue's
   Terms start;  ///< the baseline as a model file has it; its shapes are kept; empty: searched
   std::function<void(const std::string& stage, double fraction)> progress;  ///< may be empty
   /// Effects to try, all of the catalogue where empty. The answer does not depend on their order.

@@ -1,44 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/diagnose/visibility.h"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 #include <limits>
 
+#include "workbench/diagnose/separation.h"
+
 namespace slipstack::workbench {
-namespace {
-
-/// Columns at the rows, each row by the root of its weight. A delay has no gain: its column is the slope of
-/// the force.
-Eigen::MatrixXd weighted_columns(const Measurement& measurement, const FittedModel& base, const Term& term) {
-  Eigen::MatrixXd columns;
-  if (term.gains.empty()) {
-    const double step_s = measurement.tick_s();
-    columns = (measurement.force_N(step_s) - measurement.force_N(-step_s)) / (2.0 * step_s);
-  } else {
-    columns = base.linearisation->columns_of(term);
-  }
-  return measurement.row_weights().cwiseSqrt().asDiagonal() * columns;
-}
-
-/// Columns without what the baseline's free gains can imitate.
-Eigen::MatrixXd beyond_baseline(const Measurement& measurement, const FittedModel& base,
-                                const Eigen::MatrixXd& columns) {
-  std::vector<Eigen::Index> free;
-  for (std::size_t i = 0; i < base.solution.rests.size(); ++i) {
-    const auto index = static_cast<Eigen::Index>(i);
-    if (base.constraints.lower(index) < base.constraints.upper(index)) free.push_back(index);
-  }
-  if (free.empty()) return columns;
-  const Eigen::MatrixXd known =
-      measurement.row_weights().cwiseSqrt().asDiagonal() * base.linearisation->columns()(Eigen::all, free);
-  Eigen::MatrixXd gram = known.transpose() * known;
-  gram.diagonal().array() += 1e-9 * gram.diagonal().maxCoeff() + 1e-300;
-  return columns - known * gram.ldlt().solve(known.transpose() * columns);
-}
-
-}  // namespace
-
 Visibility visibility_of(const Measurement& measurement, const FittedModel& base, const Term& term,
                          double least_reduction) {
   const Eigen::MatrixXd columns = weighted_columns(measurement, base, term);

@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "firmware/effects/catalogue.h"
+#include "workbench/identify/user_effect.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -30,13 +31,8 @@ class BasisOf final : public EffectBasis {
   E effect_{};
 };
 
-struct Entry {
-  EffectDescription description;
-  std::unique_ptr<EffectBasis> (*make)();
-};
-
 template <class E>
-Entry entry_of() {
+EffectDescription description_of() {
   static_assert(Effect<E, double>);
   static_assert(complete(E::text));
   EffectDescription description;
@@ -45,20 +41,16 @@ Entry entry_of() {
   for (const GainGroup& group : E::gains) description.gain_groups.push_back(group);
   for (const ShapeSpec& shape : E::shapes) description.shapes.push_back(shape);
   description.gain_count = E::gain_count;
-  return {std::move(description),
-          [] { return std::unique_ptr<EffectBasis>(std::make_unique<BasisOf<E>>()); }};
+  description.make = [] { return std::make_unique<BasisOf<E>>(); };
+  return description;
 }
 
 template <class... Effects>
-std::vector<Entry> entries_of(std::type_identity<std::tuple<Effects...>>) {
-  std::vector<Entry> entries;
-  (entries.push_back(entry_of<Effects>()), ...);
-  return entries;
-}
-
-const std::vector<Entry>& entries() {
-  static const std::vector<Entry> all = entries_of(std::type_identity<Catalogue<double>>{});
-  return all;
+std::vector<EffectDescription> descriptions_of(std::type_identity<std::tuple<Effects...>>) {
+  std::vector<EffectDescription> list;
+  list.reserve(sizeof...(Effects));
+  (list.push_back(description_of<Effects>()), ...);
+  return list;
 }
 
 }  // namespace
@@ -79,11 +71,7 @@ bool EffectDescription::acts_as(Acts acts) const {
 }
 
 const std::vector<EffectDescription>& catalogue() {
-  static const std::vector<EffectDescription> all = [] {
-    std::vector<EffectDescription> list;
-    for (const Entry& entry : entries()) list.push_back(entry.description);
-    return list;
-  }();
+  static const std::vector<EffectDescription> all = descriptions_of(std::type_identity<Catalogue<double>>{});
   return all;
 }
 
@@ -91,14 +79,7 @@ const EffectDescription* find_effect(std::string_view id) {
   for (const EffectDescription& description : catalogue()) {
     if (id == description.text.id) return &description;
   }
-  return nullptr;
-}
-
-std::unique_ptr<EffectBasis> make_basis(std::string_view id) {
-  for (const Entry& entry : entries()) {
-    if (id == entry.description.text.id) return entry.make();
-  }
-  throw std::invalid_argument(fmt::format("unknown effect '{}'", id));
+  return find_own_effect(id);
 }
 
 std::string known_effects() {

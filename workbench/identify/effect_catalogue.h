@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -11,14 +12,20 @@
 
 namespace slipstack::workbench {
 
-/// What the workbench knows of one effect of the firmware's catalogue, without its type.
+class EffectBasis;
+
+/// What the workbench knows of one effect, without its type: of the firmware's catalogue, or the user's own
+/// (user_effect.h).
 struct EffectDescription {
   EffectText text;
   std::vector<GainGroup> gain_groups;
   std::vector<ShapeSpec> shapes;
   int gain_count = 0;
+  std::function<std::unique_ptr<EffectBasis>()> make;  ///< a fresh instance
+  std::string definition;                              ///< of a user's own effect; empty: of the catalogue
 
   std::string id() const { return text.id; }
+  bool is_own() const { return !definition.empty(); }
   /// How gain `index` acts, and the group it belongs to.
   const GainGroup& group_of_gain(int index) const;
   bool acts_as(Acts acts) const;
@@ -26,8 +33,8 @@ struct EffectDescription {
   int parameter_count() const { return gain_count + static_cast<int>(shapes.size()); }
 };
 
-/// One effect of the firmware in double precision, called through a virtual function: host only. The basis
-/// that it returns is the firmware's own.
+/// One effect in double precision, called through a virtual function: host only. Of an effect of the
+/// catalogue, the basis that it returns is the firmware's own.
 class EffectBasis {
  public:
   virtual ~EffectBasis() = default;
@@ -40,11 +47,8 @@ class EffectBasis {
 /// Every effect, in the catalogue's order.
 const std::vector<EffectDescription>& catalogue();
 
-/// The description of `id`, or nullptr.
+/// The description of `id`, of the catalogue or declared by the user, or nullptr.
 const EffectDescription* find_effect(std::string_view id);
-
-/// A fresh instance of the effect `id`; `id` must be of the catalogue.
-std::unique_ptr<EffectBasis> make_basis(std::string_view id);
 
 /// All ids, separated by commas: for messages.
 std::string known_effects();

@@ -194,7 +194,10 @@ Trial try_effect(const Measurement& measurement, const FittedModel& base, const 
                                             linearisation.force_N());
   best.term.shapes = starts.size() > 1 ? best_start(effect, starts, cost) : starts.front();
   const std::vector<ShapeRange> ranges = searched_shapes(measurement, effect);
-  best.term.shapes = refine_shapes(ranges, best.term.shapes, cost, effort.evaluations).shapes;
+  // A user's own effect may have many shapes, and a narrow place to find.
+  const int evaluations = effect.is_own() ? effort.evaluations * std::max(1, static_cast<int>(ranges.size()))
+                                          : effort.evaluations;
+  best.term.shapes = refine_shapes(ranges, best.term.shapes, cost, evaluations).shapes;
   const NormalEquations equations = equations_at(best.term.shapes);
   const auto judged = judge(equations);
   best.terms.back() = best.term;

@@ -16,7 +16,7 @@ constexpr std::size_t kEvaluationChunk = 2048;
 template <class Visit>
 void run_effect(const Measurement& measurement, const Term& term, const std::vector<double>& dry_N,
                 std::size_t chunk, Visit&& visit) {
-  const auto basis = make_basis(term.id());
+  const auto basis = term.effect->make();
   const std::size_t gains = term.gains_per_set();
   basis->prepare(term.shapes, {.tick_s = measurement.tick_s(), .metres_per_displacement = 1.0});
   std::vector<Sample<double>> samples(chunk);

@@ -6,6 +6,7 @@
 #include <nlopt.hpp>
 #include <numbers>
 
+#include "workbench/identify/own_starts.h"
 #include "workbench/identify/spectrum.h"
 
 namespace slipstack::workbench {
@@ -33,8 +34,27 @@ double slowest_visible_mps(const Measurement& measurement) {
   return std::max(1e-6, 10.0 * measurement.encoder_resolution_m() * measurement.bandwidth_Hz());
 }
 
+/// Bounds of a user's own shape: as they were given, or what the log shows of its unit.
+ShapeRange own_range(const Measurement& measurement, const ShapeSpec& spec, std::size_t index) {
+  ShapeRange range{index, static_cast<double>(spec.lower), static_cast<double>(spec.upper), false};
+  if (spec.upper < kUnbounded || spec.lower > -kUnbounded) {
+    range.logarithmic = range.lower > 0.0 && range.upper > 3.0 * range.lower;
+    return range;
+  }
+  const std::string_view unit = spec.unit;
+  if (unit == "m") {
+    const Extent stroke = extent_of(measurement.position_m());
+    return {index, stroke.low, stroke.high, false, (stroke.high - stroke.low) / 256.0};
+  }
+  if (unit == "s") return {index, measurement.tick_s(), 10.0 * measurement.duration_s(), true};
+  const double largest = unit == "m/s" ? largest_magnitude(measurement.velocity_mps())
+                                       : largest_magnitude(measurement.acceleration_mps2());
+  return {index, -largest, largest, false};
+}
+
 /// Intersection of the catalogue's bounds with what the log shows.
 ShapeRange narrowed(const Measurement& measurement, const ShapeSpec& spec, std::size_t index) {
+  if (spec.kind == ShapeKind::own) return own_range(measurement, spec, index);
   ShapeRange range{index, static_cast<double>(spec.lower), static_cast<double>(spec.upper), true};
   const auto narrow = [&range](double low, double high) {
     range.lower = std::clamp(low, range.lower, range.upper);
@@ -268,6 +288,9 @@ std::vector<std::vector<double>> starting_shapes(const Measurement& measurement,
                                                  const Eigen::VectorXd& force_N) {
   std::vector<std::vector<double>> points{default_shapes(measurement, effect)};
   const std::vector<ShapeRange> ranges = searched_shapes(measurement, effect);
+  const bool own = std::any_of(effect.shapes.begin(), effect.shapes.end(),
+                               [](const ShapeSpec& shape) { return shape.kind == ShapeKind::own; });
+  if (own) return own_starting_shapes(measurement, effect, ranges, residual_N);
   for (const ShapeRange& range : ranges) {
     std::vector<double> values;
     switch (effect.shapes[range.index].kind) {
@@ -323,6 +346,10 @@ SearchResult refine_shapes(const std::vector<ShapeRange>& ranges, std::vector<do
     lower.push_back(to_search(range, range.lower));
     upper.push_back(to_search(range, range.upper));
     point.push_back(std::clamp(to_search(range, start[range.index]), lower.back(), upper.back()));
+    if (range.first_step > 0.0) {
+      step.push_back(range.first_step);
+      continue;
+    }
     step.push_back(std::max(1e-12, range.logarithmic ? std::min(0.25, 0.25 * (upper.back() - lower.back()))
                                                      : 0.1 * (upper.back() - lower.back())));
   }

@@ -16,6 +16,7 @@ struct ShapeRange {
   double lower = 0.0;
   double upper = 0.0;
   bool logarithmic = true;
+  double first_step = 0.0;  ///< of the search; 0: a part of the range
 };
 
 /// Shapes of the effect that a search moves: bounds of the catalogue, narrowed to what the log can show

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "firmware/effects/model.h"
 #include "workbench/identify/terms.h"
@@ -19,7 +20,17 @@ struct Model {
     double noise_floor_N = 0.0;
     double relative_error = 0.0;
   };
+  /// One step of how the model came to be.
+  struct Change {
+    std::string date;   ///< UTC, ISO 8601
+    std::string added;  ///< effects, separated by commas
+    std::string log;
+    double before_N = 0.0;  ///< held-out error without them; 0 where there was no model before
+    double after_N = 0.0;
+    double noise_floor_N = 0.0;
+  };
   Source source;
+  std::vector<Change> history;         ///< the oldest first; empty in files from before it was written
   Terms terms;                         ///< as identified
   Terms target_terms;                  ///< the same with the hysteresis reduced to the controller's elements
   double target_holdout_rmse_N = 0.0;  ///< what the reduction costs shows against source.holdout_rmse_N

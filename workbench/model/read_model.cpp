@@ -6,6 +6,8 @@
 #include <cmath>
 
 #include "firmware/effects/presliding_hysteresis.h"
+#include "workbench/expression/definition.h"
+#include "workbench/identify/user_effect.h"
 #include "workbench/log/input_error.h"
 #include "workbench/log/text.h"
 #include "workbench/model/model.h"
@@ -29,12 +31,13 @@ class Reader {
 
   Model read() {
     const toml::table file = parse();
-    require_keys(file, {"format", "hash", "source", "effect", "target"});
+    require_keys(file, {"format", "hash", "source", "history", "effect", "target"});
     if (file["format"].value_or<std::string>("") != "slipstack model 1") {
       fail(file, "no line format = \"slipstack model 1\"; give a file that `slipstack fit` or `add` wrote");
     }
     Model model;
     if (const toml::table* source = file["source"].as_table()) read_source(*source, model.source);
+    read_history(file, model);
     model.terms = read_effects(file, kIdentifiedElements);
     const toml::table* target = file["target"].as_table();
     if (target == nullptr) fail(file, "table [target] is missing; fit the model again");
@@ -90,6 +93,22 @@ class Reader {
     source.relative_error = table["relative_error"].value_or(0.0);
   }
 
+  void read_history(const toml::table& file, Model& model) const {
+    const toml::node* node = file.get("history");
+    if (node == nullptr) return;
+    const toml::array* changes = node->as_array();
+    if (changes == nullptr) fail(*node, "history must be an array of tables");
+    for (const toml::node& item : *changes) {
+      const toml::table* change = item.as_table();
+      if (change == nullptr) fail(item, "a change of the history must be a table");
+      require_keys(*change, {"date", "added", "log", "before_N", "after_N", "noise_floor_N"});
+      model.history.push_back(
+          {(*change)["date"].value_or<std::string>(""), (*change)["added"].value_or<std::string>(""),
+           (*change)["log"].value_or<std::string>(""), (*change)["before_N"].value_or(0.0),
+           (*change)["after_N"].value_or(0.0), (*change)["noise_floor_N"].value_or(0.0)});
+    }
+  }
+
   /// At most `elements` of hysteresis.
   Terms read_effects(const toml::table& table, std::size_t elements) const {
     const toml::array* effects = table["effect"].as_array();
@@ -98,10 +117,11 @@ class Reader {
     for (const toml::node& node : *effects) {
       const toml::table* effect = node.as_table();
       if (effect == nullptr) fail(node, "an effect must be a table");
-      require_keys(*effect, {"id", "shape", "gain"});
+      require_keys(*effect, {"id", "definition", "shape", "gain"});
       const auto id = (*effect)["id"].value<std::string>();
       if (!id) fail(*effect, "this effect has no id");
-      const EffectDescription* description = find_effect(*id);
+      const EffectDescription* description =
+          effect->contains("definition") ? &read_definition(*effect, *id) : in_catalogue(*id);
       if (description == nullptr) {
         fail(*(*effect)["id"].node(),
              fmt::format("unknown effect '{}'; known: {}", printable(*id, kLongestName), known_effects()));
@@ -110,6 +130,30 @@ class Reader {
       terms.push_back(read_term(*effect, *description, elements));
     }
     return terms;
+  }
+
+  /// Names alone mean the catalogue: what a file says must not depend on what was declared before it was
+  /// read.
+  static const EffectDescription* in_catalogue(const std::string& id) {
+    const EffectDescription* description = find_effect(id);
+    return description == nullptr || description->is_own() ? nullptr : description;
+  }
+
+  /// A user's own effect: declared by the file itself.
+  const EffectDescription& read_definition(const toml::table& effect, const std::string& id) const {
+    const toml::node& node = *effect.get("definition");
+    const auto text = node.value<std::string>();
+    if (!text) fail(node, "definition must be a text");
+    try {
+      const EffectDescription& description = declare_effect(*text);
+      if (description.id() != id) {
+        fail(node, fmt::format("the definition is of '{}', not of '{}'", description.id(),
+                               printable(id, kLongestName)));
+      }
+      return description;
+    } catch (const DefinitionError& error) {
+      fail(node, fmt::format("definition, character {}: {}", error.column() + 1, error.what()));
+    }
   }
 
   Term read_term(const toml::table& table, const EffectDescription& effect, std::size_t elements) const {

@@ -65,6 +65,7 @@ toml::array effects_of(const Terms& terms) {
       while (used > 1 && term.shapes[used - 1] == 0.0) --used;
     }
     toml::table effect{{"id", term.id()}};
+    if (term.effect->is_own()) effect.insert("definition", term.effect->definition);
     if (!term.shapes.empty()) effect.insert("shape", shapes_of(term, used));
     if (!term.gains.empty()) effect.insert("gain", gains_of(term, used));
     effects.push_back(std::move(effect));
@@ -72,19 +73,32 @@ toml::array effects_of(const Terms& terms) {
   return effects;
 }
 
+toml::array history_of(const Model& model) {
+  toml::array changes;
+  for (const Model::Change& change : model.history) {
+    toml::table entry{{"date", change.date}, {"added", change.added}, {"log", change.log}};
+    if (change.before_N > 0.0) entry.insert("before_N", change.before_N);
+    entry.insert("after_N", change.after_N);
+    entry.insert("noise_floor_N", change.noise_floor_N);
+    changes.push_back(std::move(entry));
+  }
+  return changes;
+}
+
 }  // namespace
 
 std::string to_toml(const Model& model) {
-  const toml::table file{{"format", "slipstack model 1"},
-                         {"hash", fmt::format("{:08x}", target_hash(model))},
-                         {"source", toml::table{{"log", model.source.log},
-                                                {"samples", model.source.samples},
-                                                {"holdout_rmse_N", model.source.holdout_rmse_N},
-                                                {"noise_floor_N", model.source.noise_floor_N},
-                                                {"relative_error", model.source.relative_error}}},
-                         {"effect", effects_of(model.terms)},
-                         {"target", toml::table{{"holdout_rmse_N", model.target_holdout_rmse_N},
-                                                {"effect", effects_of(model.target_terms)}}}};
+  toml::table file{{"format", "slipstack model 1"},
+                   {"hash", fmt::format("{:08x}", target_hash(model))},
+                   {"source", toml::table{{"log", model.source.log},
+                                          {"samples", model.source.samples},
+                                          {"holdout_rmse_N", model.source.holdout_rmse_N},
+                                          {"noise_floor_N", model.source.noise_floor_N},
+                                          {"relative_error", model.source.relative_error}}},
+                   {"effect", effects_of(model.terms)},
+                   {"target", toml::table{{"holdout_rmse_N", model.target_holdout_rmse_N},
+                                          {"effect", effects_of(model.target_terms)}}}};
+  if (!model.history.empty()) file.insert("history", history_of(model));
   std::ostringstream text;
   text
       << "# A slipstack friction model. `effect` is what was identified, `target` what the controller runs;\n"

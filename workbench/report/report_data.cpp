@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -287,6 +288,18 @@ void add_pictures(json& data, const Measurement& measurement, const ForceRows& b
   data["notes"] = notes_of(measurement);
 }
 
+void add_expected(json& data, const Measurement& measurement, const std::string& name,
+                  const Eigen::VectorXd& expected_N) {
+  const auto all = [](Eigen::Index) { return true; };
+  const std::array<Eigen::VectorXd, 4> coordinates{
+      at_rows(measurement, measurement.position_m()), at_rows(measurement, measurement.velocity_mps()),
+      at_rows(measurement, measurement.acceleration_mps2()), row_times(measurement)};
+  for (std::size_t i = 0; i < coordinates.size(); ++i) {  // in the order of add_pictures()
+    data["profiles"][i]["expected_mean_N"] = Bins(coordinates[i]).mean_and_spread(expected_N, all).first;
+    data["profiles"][i]["expected_name"] = name;
+  }
+}
+
 json parameters_json(const Terms& terms) {
   json list = json::array();
   for (const Term& term : terms) list.push_back(term_json(term));
@@ -297,15 +310,17 @@ json candidates_json(const Diagnosis& diagnosis) {
   json list = json::array();
   for (const Candidate& candidate : diagnosis.candidates) {
     const EffectText& text = candidate.term.effect->text;
-    list.push_back({{"effect", text.id},
-                    {"title", text.title},
-                    {"holdout_rmse_N", number_json(candidate.holdout_rmse_N)},
-                    {"error_reduction", number_json(candidate.error_reduction)},
-                    {"error_reduction_se", number_json(candidate.error_reduction_se)},
-                    {"confounded_with", candidate.confounded_with},
-                    {"evidence", candidate.evidence},
-                    {"cause", text.cause},
-                    {"confirm_with", text.confirm}});
+    json entry{{"effect", text.id},
+               {"title", text.title},
+               {"holdout_rmse_N", number_json(candidate.holdout_rmse_N)},
+               {"error_reduction", number_json(candidate.error_reduction)},
+               {"error_reduction_se", number_json(candidate.error_reduction_se)},
+               {"confounded_with", candidate.confounded_with},
+               {"evidence", candidate.evidence},
+               {"cause", text.cause},
+               {"confirm_with", text.confirm}};
+    if (candidate.term.effect->is_own()) entry["definition"] = candidate.term.effect->definition;
+    list.push_back(std::move(entry));
   }
   return list;
 }

@@ -20,6 +20,10 @@ struct ForceRows {
 void add_pictures(nlohmann::json& data, const Measurement& measurement, const ForceRows& before,
                   const ForceRows* after);
 
+/// Adds to the profiles that add_pictures() drew what an effect is expected to leave, at the rows.
+void add_expected(nlohmann::json& data, const Measurement& measurement, const std::string& name,
+                  const Eigen::VectorXd& expected_N);
+
 /// [{effect, title, formula, parameters: [{name, value, standard_error, unit, note}]}]
 nlohmann::json parameters_json(const Terms& terms);
 

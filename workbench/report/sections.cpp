@@ -167,6 +167,11 @@ std::string reasons_html(const json& data) {
     const std::string where = text_at(unexplained, "coordinate");
     cells += reason_cell("Left unexplained", where.empty() ? left : "Over " + where + ": " + left);
   }
+  const json& next = member(data, "next_experiment");
+  if (const std::string why = text_at(next, "why"); !why.empty()) {
+    cells += "<div><dt>Next experiment</dt><dd>" + escape_html(why) + " <code>" +
+             escape_html(text_at(next, "command")) + "</code></dd></div>";
+  }
   if (cells.empty()) return "";
   return "<section class=\"why\"><h2>Why</h2><dl class=\"reasons\">" + cells + "</dl></section>\n";
 }

@@ -95,9 +95,9 @@ const sumOf = (a, b, sign) => a.map((value, i) => (value === null || b[i] === nu
 
 function profilePlot(profile) {
   const along = displayUnit(profile.unit, magnitude(profile.x));
-  const lines = [profile.mean_N, profile.after_mean_N, profile.forward_mean_N, profile.backward_mean_N];
+  const lines = [profile.mean_N, profile.after_mean_N, profile.forward_mean_N, profile.backward_mean_N, profile.expected_mean_N];
   const force = displayUnit('N', magnitude(...lines, profile.spread_N));
-  const [mean, after, forward, backward, spread] = [...lines, profile.spread_N].map((values) => (nonEmpty(values) ? scaled(values, force.perSi) : []));
+  const [mean, after, forward, backward, expected, spread] = [...lines, profile.spread_N].map((values) => (nonEmpty(values) ? scaled(values, force.perSi) : []));
   const name = capital(profile.coordinate || 'coordinate');
   const entries = [];
   if (mean.length && spread.length) {
@@ -105,7 +105,8 @@ function profilePlot(profile) {
                  {name: 'lower', edge: true, role: 'before', values: sumOf(mean, spread, -1)});
   }
   entries.push({name: 'mean', role: 'before', style: {width: 1.75}, values: mean}, {name: 'forward', role: 'forward', values: forward},
-               {name: 'backward', role: 'backward', values: backward}, {name: report.after_label, role: 'after', values: after});
+               {name: 'backward', role: 'backward', values: backward}, {name: profile.expected_name || 'expected', role: 'curve1', style: {width: 2, dash: [6, 2]}, values: expected},
+               {name: report.after_label, role: 'after', values: after});
   return linePlot(scaled(profile.x, along.perSi), {label: `${name} (${along.label})`, name, unit: along.label},
                   [{label: `Residual (${force.label})`}], entries, {height: 240, paperHeight: 185});
 }

@@ -69,6 +69,7 @@ void deliver(const Options& options, const ExperimentOutputs& outputs, const std
   for (const std::string& input : inputs) files.spare(input);
   files.claim(outputs.report);
   files.claim(outputs.json);
+  files.claim(outputs.out);
   Progress progress;
   ExperimentResult result;
   try {
@@ -79,6 +80,7 @@ void deliver(const Options& options, const ExperimentOutputs& outputs, const std
     throw UsageError(error.what());
   }
   files.set(outputs.json, json_text(result_json(result)));
+  files.set(outputs.out, result.file);
   if (!outputs.report.empty()) {
     files.set(outputs.report, render_report(result_report(result, options.command_line)));
   }
@@ -101,6 +103,7 @@ void define_experiment(CLI::App& app, const Options& options) {
   define_describing_function(*experiment, options);
   define_sensitivity(*experiment, options);
   define_models(*experiment, options);
+  define_plan(*experiment, options);
   experiment->footer(setup_list());
 }
 

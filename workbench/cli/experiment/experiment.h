@@ -20,6 +20,7 @@ void define_experiment(CLI::App& app, const Options& options);
 struct ExperimentOutputs {
   std::string report;
   std::string json;
+  std::string out = "";  ///< a file of the experiment's own kind
 };
 
 /// Adds --report and --json.
@@ -48,5 +49,6 @@ void define_sensitivity(CLI::App& experiment, const Options& options);
 void define_step(CLI::App& experiment, const Options& options);
 void define_stepped_sine(CLI::App& experiment, const Options& options);
 void define_models(CLI::App& experiment, const Options& options);
+void define_plan(CLI::App& experiment, const Options& options);
 
 }  // namespace slipstack::workbench

@@ -167,7 +167,9 @@ json result_json(const ExperimentResult& result) {
 }
 
 json result_report(const ExperimentResult& result, const std::string& command_line) {
-  json data{{"title", fmt::format("slipstack experiment {}", result.experiment)},
+  const std::string command =
+      result.command.empty() ? fmt::format("experiment {}", result.experiment) : result.command;
+  json data{{"title", fmt::format("slipstack {}", command)},
             {"command", printable(command_line)},
             {"setup", printable(result.setup)},
             {"verdict", {{"kind", "experiment"}, {"headline", result.headline}, {"detail", result.detail}}},

@@ -72,6 +72,8 @@ struct ExperimentResult {
   std::vector<ExperimentTable> tables;
   std::vector<ExperimentChart> charts;
   std::vector<std::string> notes;
+  std::string command = "";  ///< where it is not "experiment <experiment>"
+  std::string file = "";     ///< what --out holds
 };
 
 /// Headline and aligned tables for a terminal.

@@ -1,0 +1,108 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""slipstack experiment plan: the planned motion resolves what the first log could not, on an axis that shares no code."""
+
+import json
+import shlex
+import shutil
+import unittest
+
+import program
+
+AXIS = ("--effects", "frictional_lag", "--strength", "6")
+SEED = 11
+
+
+def poor_motion(path, rate_Hz=1000):
+    """Slow strokes by the quintic: the law of friction over velocity shows, what it remembers does not."""
+    rows = []
+    position_m, time_s = 0.1, 0.0
+
+    def put(x_m):
+        nonlocal time_s
+        rows.append(f"{time_s:.6f},{x_m:.12f}")
+        time_s += 1 / rate_Hz
+
+    def rest(seconds):
+        for _ in range(int(seconds * rate_Hz)):
+            put(position_m)
+
+    rest(0.3)
+    for distance_m, seconds in ((2e-4, 2.0), (0.02, 5.0), (0.15, 8.0), (0.05, 6.0)):
+        for way in (1, -1):
+            start_m, count = position_m, int(seconds * rate_Hz)
+            for i in range(count):
+                u = i / count
+                put(start_m + way * distance_m * u ** 3 * (10 - 15 * u + 6 * u * u))
+            position_m = start_m + way * distance_m
+            rest(0.2)
+    path.write_text("time_s,position_m\n" + "\n".join(rows) + "\n")
+
+
+class Plan(program.Workshop):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        poor_motion(cls.stock / "poor.csv")
+        cls.record("poor.csv", "first.csv")
+
+    @classmethod
+    def record(cls, motion, log):
+        program.simulate(cls.stock / log, *AXIS, "--setpoints", str(cls.stock / motion), seed=SEED)
+
+    def diagnosed(self, log):
+        return json.loads(self.assert_done("diagnose", log, "--json", "-").stdout)
+
+    @staticmethod
+    def pairs(result):
+        return {frozenset((pair["effect"], pair["other"])) for pair in result["cannot_separate"]}
+
+    def test_the_planned_motion_resolves_the_confusion_of_the_first_log(self):
+        first = self.diagnosed(self.stock / "first.csv")
+        confused = frozenset(("stribeck", "frictional_lag"))
+        self.assertIn(confused, self.pairs(first))
+        self.assertIsNotNone(first["next_experiment"])
+        done = self.assert_done("experiment", "plan", "--log", self.stock / "first.csv", "--for", "stribeck,frictional_lag",
+                                "--seconds", "40", "--limits", "velocity=0.3,acceleration=4,jerk=200", "--out",
+                                self.stock / "plan.csv", "--json", "-")
+        expected = {(row["effect"], row["other"]): row for row in json.loads(done.stdout)["evidence"]}
+        lag = expected[("frictional_lag", "stribeck")]
+        self.assertGreater(lag["evidence"], 3 * max(lag["log_evidence"], 1))
+        self.record("plan.csv", "second.csv")
+        second = self.diagnosed(self.stock / "second.csv")
+        self.assertEqual(second["verdict"], "missing_effect")
+        self.assertEqual(second["candidates"][0]["effect"], "frictional_lag")
+        self.assertNotIn("stribeck", second["candidates"][0]["confounded_with"])
+        self.assertNotIn(confused, self.pairs(second))
+
+    def test_the_proposed_command_runs_as_it_is_printed(self):
+        shutil.copy(self.stock / "first.csv", self.here / "first.csv")
+        words = shlex.split(self.diagnosed("first.csv")["next_experiment"]["command"])
+        self.assertEqual(words[:3], ["slipstack", "experiment", "plan"])
+        self.assert_done(*words[1:])
+        self.assertTrue((self.here / "setpoints.csv").read_text().startswith("# what: set points"))
+
+    def test_limits_are_kept(self):
+        done = self.assert_done("experiment", "plan", "--for", "viscous,quadratic_drag", "--seconds", "15", "--limits",
+                                "stroke=0.1:0.3,velocity=0.2,acceleration=1,jerk=40,force=60", "--out", "s.csv", "--json", "-")
+        summary = json.loads(done.stdout)["summary"]
+        for key, limit in (("velocity_mps", 0.2), ("acceleration_mps2", 1), ("jerk_mps3", 41), ("force_N", 60)):
+            self.assertLessEqual(summary[key], limit)
+        rows = [list(map(float, line.split(","))) for line in (self.here / "s.csv").read_text().splitlines()[4:]]
+        self.assertTrue(all(0.1 <= row[1] <= 0.3 and abs(row[2]) <= 0.2 and abs(row[3]) <= 1 for row in rows))
+        self.assertLessEqual(rows[-1][0], 15)
+
+    def test_wrong_use(self):
+        plan = ["experiment", "plan", "--out", "s.csv"]
+        self.assert_refused([*plan, "--for", "viscous"], "--limits: stroke is missing")
+        self.assert_refused([*plan, "--for", "nothing", "--log", "good.csv"], "unknown effect")
+        self.assert_refused([*plan, "--for", "time_delay", "--log", "good.csv"], "no experiment can be planned")
+        for limits, told in (("speed=1", "'speed=1' is none of"), ("velocity=fast", "not a number"),
+                             ("velocity=-1", "one positive number"), ("stroke=0.3:0.1", "low below high")):
+            self.assert_refused([*plan, "--for", "viscous", "--log", "good.csv", "--limits", limits], told)
+        self.assert_refused([*plan, "--for", "viscous", "--log", "good.csv", "--seconds", "1"], "--seconds")
+        self.assert_refused([*plan, "--for", "viscous", "--log", "good.csv", "--limits", "force=0.1"], "no motion fits")
+
+
+if __name__ == "__main__":
+    unittest.main()

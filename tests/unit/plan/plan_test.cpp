@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/plan/plan.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "workbench/identify/shape_search.h"
+
+namespace slipstack::workbench {
+namespace {
+
+Knowledge knowledge_of(const std::vector<std::string>& effects) {
+  Knowledge knowledge;
+  Term inertia;
+  inertia.effect = find_effect("inertia");
+  inertia.gains = inertia.lower = inertia.upper = {12.0};
+  Term hysteresis;
+  hysteresis.effect = find_effect("presliding_hysteresis");
+  const auto capacity = static_cast<std::size_t>(hysteresis.effect->gain_count);
+  hysteresis.shapes = slip_distances(1e-6, 5e-5, 8, capacity);
+  hysteresis.gains.assign(capacity, 0.0);
+  for (std::size_t i = 0; i < 8; ++i) hysteresis.gains[i] = 1.0 / hysteresis.shapes[i];
+  hysteresis.lower.assign(capacity, 0.0);
+  hysteresis.upper.assign(capacity, 1e12);
+  knowledge.model = {inertia, hysteresis};
+  for (const std::string& id : effects) {
+    Term term;
+    term.effect = find_effect(id);
+    knowledge.effects.push_back(term);
+  }
+  knowledge.encoder_resolution_m = 1e-7;
+  knowledge.force_noise_N = 0.1;
+  return knowledge;
+}
+
+PlanOptions options_of(double seconds) {
+  PlanOptions options;
+  options.limits = {0.02, 0.38, 0.5, 5.0, 250.0, 0.0};
+  options.seconds = seconds;
+  return options;
+}
+
+const ExpectedEvidence& evidence(const Plan& plan, const std::string& effect, const std::string& other) {
+  for (const ExpectedEvidence& one : plan.expected) {
+    if (one.effect == effect && one.other == other) return one;
+  }
+  throw std::logic_error("no such pair");
+}
+
+TEST(Plan, KeepsTheLimitsAndTheTime) {
+  const PlanOptions options = options_of(25.0);
+  const Plan plan = plan_experiment(knowledge_of({"stribeck", "frictional_lag"}), options);
+  const AxisLimits found = extremes_of(plan.motion);
+  EXPECT_GE(found.low_m, options.limits.low_m);
+  EXPECT_LE(found.high_m, options.limits.high_m);
+  EXPECT_LE(found.velocity_mps, options.limits.velocity_mps);
+  EXPECT_LE(found.acceleration_mps2, options.limits.acceleration_mps2);
+  EXPECT_LE(found.jerk_mps3, 1.02 * options.limits.jerk_mps3);
+  EXPECT_LE(plan.motion.duration_s(), options.seconds);
+  EXPECT_GT(plan.motion.duration_s(), 0.2 * options.seconds);
+  EXPECT_FALSE(plan.pieces.empty());
+  // A lag shows and is told from Stribeck's law; the other way it contains it.
+  EXPECT_GT(evidence(plan, "frictional_lag", "stribeck").evidence, 10.0);
+  EXPECT_GT(evidence(plan, "stribeck", "").evidence, 10.0);
+  EXPECT_GT(evidence(plan, "frictional_lag", "").chi_squared,
+            evidence(plan, "frictional_lag", "stribeck").chi_squared);
+}
+
+TEST(Plan, IsTheSameEveryTime) {
+  const Plan one = plan_experiment(knowledge_of({"viscous", "quadratic_drag"}), options_of(15.0));
+  const Plan two = plan_experiment(knowledge_of({"viscous", "quadratic_drag"}), options_of(15.0));
+  EXPECT_EQ(one.motion.position_m, two.motion.position_m);
+  EXPECT_EQ(one.pieces, two.pieces);
+}
+
+TEST(Plan, DropsWhatTheForceDoesNotAllow) {
+  Knowledge knowledge = knowledge_of({"viscous"});
+  PlanOptions options = options_of(20.0);
+  EXPECT_GT(plan_experiment(knowledge, options).peak_force_N, 30.0);
+  options.limits.force_N = 15.0;
+  const Plan weak = plan_experiment(knowledge, options);
+  EXPECT_LE(weak.peak_force_N, 15.0);
+  options.limits.force_N = 1.0;  // friction alone is more
+  EXPECT_THROW(plan_experiment(knowledge, options), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace slipstack::workbench

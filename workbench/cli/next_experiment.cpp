@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/cli/next_experiment.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "workbench/cli/results.h"
+#include "workbench/diagnose/quantity.h"
+#include "workbench/identify/effect_catalogue.h"
+#include "workbench/log/text.h"
+
+namespace slipstack::workbench {
+namespace {
+
+using nlohmann::json;
+
+/// As many effects as one experiment is planned for.
+constexpr std::size_t kMostEffects = 3;
+
+bool can_be_planned(const std::string& id) {
+  const EffectDescription* effect = find_effect(id);
+  return effect != nullptr && effect->gain_count > 0 && id != "inertia" && id != "presliding_hysteresis";
+}
+
+std::string shell_quoted(const std::string& word) {
+  std::string text = "'";
+  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return text + "'";
+}
+
+std::string command_for(const Options& options, const std::vector<std::string>& effects) {
+  std::string text = "slipstack experiment plan --log " + shell_quoted(options.logs.front());
+  if (!options.model.empty()) text += " --model " + shell_quoted(options.model);
+  if (!options.effects.empty()) text += " --effects " + options.effects;
+  for (const std::string& id : effects) {
+    const EffectDescription& effect = *find_effect(id);
+    if (effect.is_own()) text += " --effect " + shell_quoted(effect.definition);
+  }
+  return text + fmt::format(" --for {} --out setpoints.csv", fmt::join(effects, ","));
+}
+
+NextExperiment planned(const Options& options, std::vector<std::string> effects, std::string why) {
+  std::string command = command_for(options, effects);
+  return {std::move(effects), std::move(why), std::move(command)};
+}
+
+json table(const char* title, const std::vector<std::pair<const char*, bool>>& columns, json rows) {
+  json heads = json::array();
+  for (const auto& [heading, number] : columns) {
+    heads.push_back({{"heading", heading}, {"unit", ""}, {"number", number}});
+  }
+  return {{"title", title}, {"columns", std::move(heads)}, {"rows", std::move(rows)}};
+}
+
+}  // namespace
+
+std::optional<NextExperiment> next_experiment(const Options& options, const Diagnosis& diagnosis) {
+  if (diagnosis.candidates.empty()) return {};
+  const std::string first = diagnosis.candidates.front().term.id();
+  // The pair with the first candidate in it before the others.
+  std::vector<Separation> pairs = diagnosis.cannot_separate;
+  std::stable_partition(pairs.begin(), pairs.end(),
+                        [&](const Separation& pair) { return pair.effect == first; });
+  for (const Separation& pair : pairs) {
+    if (!can_be_planned(pair.effect) || !can_be_planned(pair.other)) continue;
+    return planned(options, {pair.effect, pair.other},
+                   fmt::format("this log cannot separate {} from {}: their forces are {:.0f} degrees apart",
+                               pair.effect, pair.other, pair.angle_deg));
+  }
+  if (diagnosis.verdict == Verdict::missing_effect && can_be_planned(first)) {
+    return planned(options, {first}, fmt::format("it would confirm {} where it shows most", first));
+  }
+  std::vector<std::string> unseen;
+  for (const Visibility& one : diagnosis.cannot_show) {
+    if (can_be_planned(one.effect) && unseen.size() < kMostEffects) unseen.push_back(one.effect);
+  }
+  if (unseen.empty()) return {};
+  return planned(options, unseen, fmt::format("this log does not rule out {}", fmt::join(unseen, ", ")));
+}
+
+void add_limits(json& result, const Options& options, const Diagnosis& diagnosis) {
+  json cannot_show = json::array();
+  for (const Visibility& one : diagnosis.cannot_show) {
+    cannot_show.push_back({{"effect", one.effect},
+                           {"least_visible_N", number_json(one.least_N)},
+                           {"share_told_apart", one.share}});
+  }
+  result["cannot_show"] = cannot_show;
+  json cannot_separate = json::array();
+  for (const Separation& pair : diagnosis.cannot_separate) {
+    cannot_separate.push_back(
+        {{"effect", pair.effect}, {"other", pair.other}, {"angle_deg", number_json(pair.angle_deg)}});
+  }
+  result["cannot_separate"] = cannot_separate;
+  result["next_experiment"] = nullptr;
+  if (const auto next = next_experiment(options, diagnosis)) {
+    result["next_experiment"] = {
+        {"for", next->effects}, {"why", next->why}, {"command", printable(next->command)}};
+  }
+}
+
+std::string limits_text(const Options& options, const Diagnosis& diagnosis) {
+  std::string text;
+  if (!diagnosis.cannot_show.empty()) {
+    std::vector<std::string> ids;
+    for (const Visibility& one : diagnosis.cannot_show) ids.push_back(one.effect);
+    text += fmt::format("\nthis log cannot show   {}\n", fmt::join(ids, ", "));
+  }
+  for (const Separation& pair : diagnosis.cannot_separate) {
+    text += fmt::format("{}cannot separate        {} from {}: {:.1f} degrees apart\n",
+                        &pair == &diagnosis.cannot_separate.front() && text.empty() ? "\n" : "", pair.effect,
+                        pair.other, pair.angle_deg);
+  }
+  if (const auto next = next_experiment(options, diagnosis)) {
+    text += fmt::format("\nnext experiment        {}:\n  {}\n", next->why, printable(next->command));
+  }
+  return text;
+}
+
+void add_limits_report(json& report, const Options& options, const Diagnosis& diagnosis) {
+  json unseen = json::array();
+  for (const Visibility& one : diagnosis.cannot_show) {
+    unseen.push_back(
+        {one.effect, std::isfinite(one.least_N) ? newtons(one.least_N) : "no force", share(one.share)});
+  }
+  if (!unseen.empty()) {
+    report["tables"].push_back(table("What this log cannot show",
+                                     {{"Effect", false},
+                                      {"Seen from a peak force of", true},
+                                      {"Share of it that nothing else imitates", true}},
+                                     std::move(unseen)));
+  }
+  json pairs = json::array();
+  for (const Separation& pair : diagnosis.cannot_separate) {
+    pairs.push_back({pair.effect, pair.other, fmt::format("{:.1f}°", pair.angle_deg)});
+  }
+  if (!pairs.empty()) {
+    report["tables"].push_back(
+        table("What this log cannot separate",
+              {{"Effect", false}, {"From", false}, {"Angle between their forces", true}}, std::move(pairs)));
+  }
+  if (const auto next = next_experiment(options, diagnosis)) {
+    report["next_experiment"] = {{"why", sentence(next->why)}, {"command", printable(next->command)}};
+  }
+}
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/plan/information.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "workbench/diagnose/separation.h"
+
+namespace slipstack::workbench {
+namespace {
+
+std::vector<Eigen::Index> run(Eigen::Index first, Eigen::Index count) {
+  std::vector<Eigen::Index> indices;
+  for (Eigen::Index i = 0; i < count; ++i) indices.push_back(first + i);
+  return indices;
+}
+
+}  // namespace
+
+std::vector<Information> Information::of(const Measurement& measurement, const FittedModel& base,
+                                         const std::vector<Expected>& effects, const std::vector<int>& groups,
+                                         int group_count, double noise_N) {
+  Information layout;
+  std::vector<Eigen::MatrixXd> parts;
+  Eigen::Index next = 0;
+  const auto append = [&](Eigen::MatrixXd columns) {
+    std::vector<Eigen::Index> indices = run(next, columns.cols());
+    next += columns.cols();
+    parts.push_back(std::move(columns));
+    return indices;
+  };
+  std::vector<Eigen::Index> free;
+  for (Eigen::Index i = 0; i < base.constraints.lower.size(); ++i) {
+    if (base.constraints.lower(i) < base.constraints.upper(i)) free.push_back(i);
+  }
+  layout.base_ = append(measurement.row_weights().cwiseSqrt().asDiagonal() *
+                        base.linearisation->columns()(Eigen::all, free));
+  for (const Expected& effect : effects) {
+    const Eigen::MatrixXd own = weighted_columns(measurement, base, effect.term);
+    Eigen::VectorXd gains = Eigen::VectorXd::Ones(own.cols());
+    for (std::size_t g = 0; g < effect.term.gains.size(); ++g) {
+      gains(static_cast<Eigen::Index>(g)) = effect.term.gains[g];
+    }
+    layout.force_.push_back(append(own * gains).front());
+    std::vector<Eigen::Index> imitation = append(own);
+    for (const std::vector<double>& shapes : effect.imitations) {
+      Term other = effect.term;
+      other.shapes = shapes;
+      const std::vector<Eigen::Index> more = append(weighted_columns(measurement, base, other));
+      imitation.insert(imitation.end(), more.begin(), more.end());
+    }
+    layout.imitation_.push_back(std::move(imitation));
+  }
+  layout.gram_ = Eigen::MatrixXd::Zero(next, next);
+  std::vector<Information> all(static_cast<std::size_t>(group_count), layout);
+  // Row by row groups are runs: each is one product.
+  const Eigen::Index rows = measurement.row_count();
+  for (Eigen::Index first = 0; first < rows;) {
+    const int group = groups[static_cast<std::size_t>(first)];
+    Eigen::Index end = first + 1;
+    while (end < rows && groups[static_cast<std::size_t>(end)] == group) ++end;
+    if (group >= 0) {
+      Eigen::MatrixXd block(end - first, next);
+      Eigen::Index at = 0;
+      for (const Eigen::MatrixXd& part : parts) {
+        block.middleCols(at, part.cols()) = part.middleRows(first, end - first) / noise_N;
+        at += part.cols();
+      }
+      Information& own = all[static_cast<std::size_t>(group)];
+      own.gram_ += block.transpose() * block;
+      own.rows_ += static_cast<double>(end - first);
+    }
+    first = end;
+  }
+  return all;
+}
+
+void Information::add(const Information& other) {
+  gram_ += other.gram_;
+  rows_ += other.rows_;
+}
+
+double Information::left_of(std::size_t i, const std::vector<Eigen::Index>& known) const {
+  const double own = gram_(force_[i], force_[i]);
+  std::vector<Eigen::Index> seen;
+  for (const Eigen::Index column : known) {
+    if (gram_(column, column) > 0.0) seen.push_back(column);
+  }
+  if (seen.empty() || own <= 0.0) return own;
+  Eigen::MatrixXd normal = gram_(seen, seen);
+  Eigen::VectorXd right = gram_(seen, force_[i]);
+  const Eigen::VectorXd scale = normal.diagonal().cwiseSqrt().cwiseInverse();
+  normal = scale.asDiagonal() * normal * scale.asDiagonal();
+  right = scale.cwiseProduct(right);
+  // Columns that hardly differ span no more than one: a direction nobody measured is not fitted.
+  normal.diagonal().array() += 1e-9;
+  return std::max(0.0, own - right.dot(normal.ldlt().solve(right)));
+}
+
+Information::Figure Information::alone(std::size_t i) const {
+  return {left_of(i, base_), 90.0, rows_};
+}
+
+Information::Figure Information::against(std::size_t i, std::size_t j) const {
+  std::vector<Eigen::Index> known = base_;
+  known.insert(known.end(), imitation_[j].begin(), imitation_[j].end());
+  const double own = left_of(i, base_);
+  const double left = left_of(i, known);
+  const double sine = own > 0.0 ? std::sqrt(std::clamp(left / own, 0.0, 1.0)) : 0.0;
+  return {left, std::asin(sine) * 180.0 / std::numbers::pi, rows_};
+}
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "workbench/identify/terms.h"
+
+namespace slipstack::workbench {
+
+/// A motion that an axis is asked for, sampled uniformly from time 0.
+struct SetPoints {
+  double rate_Hz = 1000.0;
+  std::vector<double> position_m;
+  std::vector<double> velocity_mps;
+  std::vector<double> acceleration_mps2;
+
+  std::size_t size() const { return position_m.size(); }
+  double duration_s() const { return static_cast<double>(size()) / rate_Hz; }
+};
+
+/// The file of a motion: `# key: value` lines, then time_s,position_m,velocity_mps,acceleration_mps2.
+std::string to_csv(const SetPoints& points, const std::vector<std::string>& header);
+
+/// Reads such a file. Velocity and acceleration may be missing: then they are central differences. Throws
+/// InputError, one line with file and line.
+SetPoints read_set_points(const std::filesystem::path& path);
+
+/// The force that a model needs along a motion; hysteresis relaxed at its start.
+std::vector<double> force_along(const SetPoints& points, const Terms& terms);
+
+}  // namespace slipstack::workbench
