@@ -29,17 +29,26 @@ class CableLink final : public CanLink {
       while (port_.receive(frame)) {
         if (!cut && !(meddle && meddle(frame))) return true;
       }
-      if (timeout_ms > 0) drive_.step();
+      if (timeout_ms > 0) {
+        drive_.step();
+        ++ticks_;
+      }
     }
     return false;
   }
+  double stamp_s() const override {
+    return stamped ? 1.0 + 1e-4 * static_cast<double>(ticks_) + late_s : 0.0;
+  }
   std::string name() const override { return "cable"; }
   bool cut = false;
+  bool stamped = false;
+  double late_s = 0.0;
   std::function<bool(const CanFrame&)> meddle;
 
  private:
   host::HostCanPort& port_;
   SimulatedDrive& drive_;
+  std::uint64_t ticks_ = 0;
 };
 
 struct Desk {
@@ -186,6 +195,7 @@ TEST(Record, AStreamIsUniformAndPutsEverythingBack) {
   const Recording recording = record_stream(*desk.client, 2.0, 1000.0, kQuiet);
   EXPECT_EQ(recording.samples, 2000U);
   EXPECT_EQ(recording.lost, 0U);
+  EXPECT_FALSE(recording.arrival_spread_s) << "this bus tells no time stamps";
   EXPECT_EQ(recording.log.find("irregular"), std::string::npos);
   const auto rows = rows_of(recording.log);
   ASSERT_EQ(rows.size(), 2000U);
@@ -196,6 +206,20 @@ TEST(Record, AStreamIsUniformAndPutsEverythingBack) {
   const auto path = written(recording.log);
   EXPECT_NO_THROW(read_log(path)) << "the log that diagnose reads";
   std::filesystem::remove(path);
+}
+
+TEST(Record, ArrivalIsTheSpreadOfTheStampsAgainstTheDrivesClock) {
+  Desk desk;
+  desk.link->stamped = true;
+  int number = 0;
+  desk.link->meddle = [&](const CanFrame& frame) {
+    if (frame.id == 0x385) desk.link->late_s = ++number % 7 == 3 ? 5e-3 : 0.0;
+    return false;
+  };
+  set_moving(desk);
+  const Recording recording = record_stream(*desk.client, 0.5, 1000.0, kQuiet);
+  ASSERT_TRUE(recording.arrival_spread_s);
+  EXPECT_NEAR(*recording.arrival_spread_s, 5e-3, 2e-4);  // and the tick in which a frame is sent
 }
 
 TEST(Record, LostFramesAreCountedAndMarked) {

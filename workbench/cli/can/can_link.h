@@ -19,6 +19,8 @@ class CanLink {
   virtual bool receive(CanFrame& frame, int timeout_ms) = 0;
   /// Only frames with these 11-bit identifiers matter from now on: a full bus need not be read through.
   virtual void listen_to(std::span<const std::uint32_t>) {}
+  /// When the bus gave the frame received last, seconds since any fixed time; 0: not known.
+  virtual double stamp_s() const { return 0.0; }
   virtual std::string name() const = 0;
 };
 

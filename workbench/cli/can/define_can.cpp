@@ -64,8 +64,13 @@ void record(const Request& request) {
                                   : record_stream(drive, request.seconds, request.rate_Hz, show);
   outputs.set(request.out, recording.log);
   progress.finish();
-  outputs.commit(fmt::format("log        {}\nsamples    {}, {} lost\n", printable(request.out),
-                             recording.samples, recording.lost));
+  std::string text = fmt::format("log        {}\nsamples    {}, {} lost\n", printable(request.out),
+                                 recording.samples, recording.lost);
+  if (recording.arrival_spread_s) {
+    text +=
+        fmt::format("arrival    within {:.2f} ms of the drive's clock\n", 1e3 * *recording.arrival_spread_s);
+  }
+  outputs.commit(text);
 }
 
 void status(const Request& request) {

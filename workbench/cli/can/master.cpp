@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <optional>
 #include <vector>
 
 #include "firmware/canopen/staged_model.h"
@@ -85,6 +86,7 @@ struct Sample {
   std::int64_t tick = 0;
   std::int32_t counts = 0;
   double current_A = 0.0;
+  double stamp_s = 0.0;  // of the frame; 0: the bus tells none
 };
 
 /// Takes the frames of TPDO 3: ticks modulo 2^16, counts, current over the limit / 32767.
@@ -110,11 +112,27 @@ std::vector<Sample> stream(SdoClient& drive, std::uint32_t cob, std::size_t want
                       ? low
                       : samples.back().tick +
                             static_cast<std::uint16_t>(low - static_cast<std::uint16_t>(samples.back().tick));
+    sample.stamp_s = drive.link().stamp_s();
     samples.push_back(sample);
     if (samples.size() % 64 == 0)
       show("record", static_cast<double>(samples.size()) / static_cast<double>(wanted));
   }
   return samples;
+}
+
+/// How far frames came early or late against the drive's own clock, first to last of them; none without
+/// stamps.
+std::optional<double> arrival_spread_s(const std::vector<Sample>& samples, double tick_s) {
+  double earliest_s = HUGE_VAL;
+  double latest_s = -HUGE_VAL;
+  for (const Sample& sample : samples) {
+    if (sample.stamp_s == 0.0) return {};
+    const double late_s = sample.stamp_s - samples.front().stamp_s -
+                          static_cast<double>(sample.tick - samples.front().tick) * tick_s;
+    earliest_s = std::min(earliest_s, late_s);
+    latest_s = std::max(latest_s, late_s);
+  }
+  return latest_s - earliest_s;
 }
 
 std::string state_name(std::uint32_t word) {
@@ -224,6 +242,7 @@ Recording record_stream(SdoClient& drive, double seconds, double rate_Hz, const 
   Recording recording;
   recording.samples = samples.size();
   bool irregular = false;
+  recording.arrival_spread_s = arrival_spread_s(samples, tick_s);
   for (std::size_t i = 1; i < samples.size(); ++i) {
     const std::int64_t gap = samples[i].tick - samples[i - 1].tick;
     irregular |= gap != step;

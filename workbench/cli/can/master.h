@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "workbench/cli/can/sdo_client.h"
@@ -23,6 +24,8 @@ struct Recording {
   std::string log;  ///< CSV text
   std::size_t samples = 0;
   std::size_t lost = 0;
+  /// Of a stream: latest less earliest arrival against the drive's clock, by the bus's time stamps.
+  std::optional<double> arrival_spread_s = {};
 };
 
 /// Streams position and current by TPDO 3 for some seconds, timed by the drive's own SYNC, and makes a log of

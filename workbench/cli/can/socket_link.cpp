@@ -32,6 +32,7 @@ class SocketLink final : public CanLink {
     return socket_.wait(timeout_ms) && socket_.receive(frame);
   }
   void listen_to(std::span<const std::uint32_t> ids) override { socket_.listen_to(ids); }
+  double stamp_s() const override { return socket_.stamp_s(); }
   std::string name() const override { return name_; }
 
  private:
