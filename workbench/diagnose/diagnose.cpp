@@ -426,11 +426,12 @@ class Search {
   void list_what_cannot_be_shown(Diagnosis& diagnosis) const {
     const Linearisation& baseline = *diagnosis.explained.linearisation;
     const double force_N = measurement_.weighted_rms(baseline.measured_N());
+    const Imitation imitated = baseline_imitation(measurement_, diagnosis.explained);
     std::vector<Visibility> all(diagnosis.candidates.size());
     parallel_for(all.size(), [&](std::size_t i) {
       const Term& term = diagnosis.candidates[i].term;
       if (contains(diagnosis.explained.terms, term.effect->text.id)) return;
-      all[i] = visibility_of(measurement_, diagnosis.explained, term, kLeastReduction);
+      all[i] = visibility_of(measurement_, diagnosis.explained, imitated, term, kLeastReduction);
     });
     for (Visibility& one : all) {
       if (!one.effect.empty() && one.least_N > kCannotShow * force_N)

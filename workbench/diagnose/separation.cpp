@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/diagnose/separation.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "workbench/identify/parallel.h"
 
@@ -21,14 +21,19 @@ Eigen::MatrixXd weighted_columns(const Measurement& measurement, const FittedMod
   return measurement.row_weights().cwiseSqrt().asDiagonal() * columns;
 }
 
-Eigen::MatrixXd beyond(const Eigen::MatrixXd& known, const Eigen::MatrixXd& columns) {
-  if (known.cols() == 0) return columns;
+Imitation::Imitation(const Eigen::MatrixXd& known) {
+  if (known.cols() == 0) return;
   // Of unit length, so that units do not decide which column the regularisation takes away.
   const Eigen::RowVectorXd length = known.colwise().norm();
-  const Eigen::MatrixXd unit = known * length.cwiseMax(1e-150).cwiseInverse().asDiagonal();
-  Eigen::MatrixXd gram = unit.transpose() * unit;
+  unit_ = known * length.cwiseMax(1e-150).cwiseInverse().asDiagonal();
+  Eigen::MatrixXd gram = unit_.transpose() * unit_;
   gram.diagonal().array() += 1e-10;
-  return columns - unit * gram.ldlt().solve(unit.transpose() * columns);
+  gram_.compute(gram);
+}
+
+Eigen::MatrixXd Imitation::beyond(const Eigen::MatrixXd& columns) const {
+  if (unit_.cols() == 0) return columns;
+  return columns - unit_ * gram_.solve(unit_.transpose() * columns);
 }
 
 namespace {
@@ -47,17 +52,14 @@ std::vector<Eigen::Index> free_columns(const FittedModel& base) {
 Eigen::VectorXd expected_residual_N(const FittedModel& base, const Term& term) {
   if (term.gains.empty()) return Eigen::VectorXd::Zero(base.linearisation->force_N().size());
   const Eigen::MatrixXd columns = base.linearisation->columns_of(term);
-  const Eigen::MatrixXd left = beyond(base.linearisation->columns()(Eigen::all, free_columns(base)), columns);
+  const Imitation baseline(base.linearisation->columns()(Eigen::all, free_columns(base)));
+  const Eigen::MatrixXd left = baseline.beyond(columns);
   return left * seen_gains(term, left);
 }
 
-Eigen::MatrixXd beyond_baseline(const Measurement& measurement, const FittedModel& base,
-                                const Eigen::MatrixXd& columns) {
-  const std::vector<Eigen::Index> free = free_columns(base);
-  if (free.empty()) return columns;
-  return beyond(
-      measurement.row_weights().cwiseSqrt().asDiagonal() * base.linearisation->columns()(Eigen::all, free),
-      columns);
+Imitation baseline_imitation(const Measurement& measurement, const FittedModel& base) {
+  return Imitation(measurement.row_weights().cwiseSqrt().asDiagonal() *
+                   base.linearisation->columns()(Eigen::all, free_columns(base)));
 }
 
 Eigen::VectorXd seen_gains(const Term& term, const Eigen::MatrixXd& beyond_base) {
@@ -72,9 +74,12 @@ Eigen::VectorXd seen_gains(const Term& term, const Eigen::MatrixXd& beyond_base)
 
 std::vector<Separation> separations(const Measurement& measurement, const FittedModel& base,
                                     const Terms& terms, double noise_N) {
+  const Imitation baseline = baseline_imitation(measurement, base);
   std::vector<Eigen::MatrixXd> columns(terms.size());
+  std::vector<std::optional<Imitation>> imitations(terms.size());
   parallel_for(terms.size(), [&](std::size_t i) {
-    columns[i] = beyond_baseline(measurement, base, weighted_columns(measurement, base, terms[i]));
+    columns[i] = baseline.beyond(weighted_columns(measurement, base, terms[i]));
+    imitations[i].emplace(columns[i]);
   });
   std::vector<Separation> all;
   for (std::size_t i = 0; i < terms.size(); ++i) {
@@ -82,7 +87,7 @@ std::vector<Separation> separations(const Measurement& measurement, const Fitted
     const double own = force.squaredNorm();
     for (std::size_t j = 0; j < terms.size(); ++j) {
       if (i == j) continue;
-      const double left = own > 0.0 ? beyond(columns[j], force).squaredNorm() : 0.0;
+      const double left = own > 0.0 ? imitations[j]->beyond(force).squaredNorm() : 0.0;
       const double sine = own > 0.0 ? std::sqrt(std::clamp(left / own, 0.0, 1.0)) : 0.0;
       all.push_back({terms[i].id(), terms[j].id(), std::asin(sine) * 180.0 / std::numbers::pi,
                      left / (noise_N * noise_N)});

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <string>
 #include <vector>
@@ -25,12 +26,20 @@ struct Separation {
 /// slope of the force.
 Eigen::MatrixXd weighted_columns(const Measurement& measurement, const FittedModel& base, const Term& term);
 
-/// `columns` without what the free gains of `base` imitate.
-Eigen::MatrixXd beyond_baseline(const Measurement& measurement, const FittedModel& base,
-                                const Eigen::MatrixXd& columns);
+/// What some columns can imitate; factored once, asked for many others.
+class Imitation {
+ public:
+  explicit Imitation(const Eigen::MatrixXd& known);
+  /// `columns` without what the known ones imitate.
+  Eigen::MatrixXd beyond(const Eigen::MatrixXd& columns) const;
 
-/// The same without what `known` imitates.
-Eigen::MatrixXd beyond(const Eigen::MatrixXd& known, const Eigen::MatrixXd& columns);
+ private:
+  Eigen::MatrixXd unit_;
+  Eigen::LDLT<Eigen::MatrixXd> gram_;
+};
+
+/// What the free gains of `base` imitate, its rows by the root of their weights.
+Imitation baseline_imitation(const Measurement& measurement, const FittedModel& base);
 
 /// The gains of a term, those of one that was not fitted replaced by the one that is seen best.
 Eigen::VectorXd seen_gains(const Term& term, const Eigen::MatrixXd& beyond_base);

@@ -32,7 +32,7 @@ Visibility of_effect(const Measurement& measurement, const char* id, double shap
                                                    make_term(measurement, *find_effect("coulomb"))});
   Term term = make_term(measurement, *find_effect(id));
   if (!term.shapes.empty()) term.shapes[0] = shape;
-  return visibility_of(measurement, base, term, 0.03);
+  return visibility_of(measurement, base, baseline_imitation(measurement, base), term, 0.03);
 }
 
 TEST(Visibility, OfStribeckNeedsSlowMotion) {
