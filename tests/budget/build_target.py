@@ -6,7 +6,6 @@
 """
 
 import argparse
-import shutil
 import subprocess
 import sys
 
@@ -18,9 +17,7 @@ def main():
     parser.add_argument("--source", required=True)
     parser.add_argument("--build", required=True)
     options = parser.parse_args()
-    if shutil.which("arm-none-eabi-g++") is None:
-        emulator.skip("arm-none-eabi-g++ is not installed (packages gcc-arm-none-eabi, "
-                      "libstdc++-arm-none-eabi-newlib)")  # fmt: skip
+    emulator.require_tool("arm-none-eabi-g++")
     for command in (
         ["cmake", "--preset", "cortex-m4", "-B", options.build],
         ["cmake", "--build", options.build],

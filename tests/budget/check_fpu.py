@@ -10,7 +10,6 @@ which exceptions begin with, and to FPSCR. No other instruction of the image may
 
 import argparse
 import re
-import shutil
 import subprocess
 import sys
 
@@ -78,8 +77,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--image", nargs="+", required=True)
     options = parser.parse_args()
-    if shutil.which("arm-none-eabi-objdump") is None:
-        emulator.skip("arm-none-eabi-objdump is not installed (package binutils-arm-none-eabi)")
+    emulator.require_tool("arm-none-eabi-objdump")
     failed = False
     for image in options.image:
         emulator.require(image)

@@ -13,13 +13,12 @@ tick's into 2 KiB, and each figure must be that of the budget within its toleran
 """
 
 import argparse
-import csv
 import pathlib
 import re
-import shutil
 import subprocess
 import sys
 
+import budget_file
 import check_stack
 import emulator
 
@@ -168,11 +167,9 @@ def main():
     parser.add_argument("--update", action="store_true")
     parser.add_argument("--paths", action="store_true", help="print the deepest path of each level")
     options = parser.parse_args()
-    if shutil.which("arm-none-eabi-nm") is None:
-        emulator.skip("arm-none-eabi-nm is not installed (package binutils-arm-none-eabi)")
-    lines = options.budget.read_text().splitlines() if options.budget.is_file() else []
-    comments = [line for line in lines if line.startswith("#")]
-    budget = {(r["image"], r["level"]): r for r in csv.DictReader(line for line in lines if not line.startswith("#"))}
+    emulator.require_tool("arm-none-eabi-nm")
+    comments, rows_before = budget_file.read(options.budget)
+    budget = {(row["image"], row["level"]): row for row in rows_before}
     made, failed = [], False
     print(f"{'stack, bytes':<24}{'level':<18}{'is':>6}{'budget':>8}{'limit':>7}")
     for image in IMAGES:
@@ -200,11 +197,7 @@ def main():
         print(f"{image:<24}{level:<18} not measured")
         failed = True
     if options.update:
-        with options.budget.open("w", newline="") as file:
-            file.writelines(f"{comment}\n" for comment in comments)
-            writer = csv.DictWriter(file, ["image", "level", "bytes", "tolerance"], lineterminator="\n")
-            writer.writeheader()
-            writer.writerows(made)
+        budget_file.write(options.budget, comments, ["image", "level", "bytes", "tolerance"], made)
         return 0
     if failed:
         print(f"FAIL: see the right-hand column; the budget is {options.budget}, paths by --paths")

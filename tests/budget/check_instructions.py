@@ -10,9 +10,9 @@ the limits in its last column are goals and stay.
 """
 
 import argparse
-import csv
 import sys
 
+import budget_file
 import emulator
 
 COLUMNS = ["name", "input", "min", "mean", "max", "tolerance", "limit"]
@@ -51,10 +51,7 @@ def main():
     options = parser.parse_args()
     emulator.require(options.image)
 
-    with open(options.budget, newline="") as file:
-        comments = [line for line in file if line.startswith("#")]
-    with open(options.budget, newline="") as file:
-        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    comments, rows = budget_file.read(options.budget)
     measured = measure(options.image)
 
     print("instructions per call, Cortex-M4F (emulated mps2-an386)")
@@ -78,11 +75,7 @@ def main():
         failed |= not options.update
         rows.append(dict(zip(COLUMNS, [*key, found[0], f"{found[1]:.2f}", found[2], "0.5", ""])))
     if options.update:
-        with open(options.budget, "w", newline="") as file:
-            file.writelines(comments)
-            writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
-            writer.writeheader()
-            writer.writerows(rows)
+        budget_file.write(options.budget, comments, COLUMNS, rows)
         return 0
     if failed:
         print(f"FAIL: see the right-hand column; the budget is {options.budget}")

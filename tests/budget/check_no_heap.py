@@ -8,7 +8,6 @@ That the ordinary images link shows that they have none; that these do not link 
 """
 
 import argparse
-import shutil
 import subprocess
 import sys
 
@@ -19,9 +18,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--build", required=True)
     options = parser.parse_args()
-    if shutil.which("arm-none-eabi-g++") is None:
-        emulator.skip("arm-none-eabi-g++ is not installed (packages gcc-arm-none-eabi, "
-                      "libstdc++-arm-none-eabi-newlib)")  # fmt: skip
+    emulator.require_tool("arm-none-eabi-g++")
     for target in ("heap_probe_malloc", "heap_probe_new"):
         done = subprocess.run(
             ["cmake", "--build", options.build, "--target", target], capture_output=True, text=True

@@ -14,7 +14,6 @@ no graph, but for those of the compiler's library that are known to be leaves.
 import argparse
 import pathlib
 import re
-import shutil
 import sys
 
 import emulator
@@ -61,8 +60,7 @@ def main():
     options = parser.parse_args()
     for graph in options.graph:
         if not pathlib.Path(graph).is_file():
-            if shutil.which("arm-none-eabi-g++") is None:
-                emulator.skip("arm-none-eabi-g++ is not installed (package gcc-arm-none-eabi)")
+            emulator.require_tool("arm-none-eabi-g++")
             fail(f"{graph} is missing: build the cortex-m4 preset")
     frames, labels, calls = read(options.graph)
     known = {}

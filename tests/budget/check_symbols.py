@@ -7,7 +7,6 @@
 
 import argparse
 import re
-import shutil
 import subprocess
 import sys
 
@@ -21,8 +20,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--image", nargs="+", required=True)
     options = parser.parse_args()
-    if shutil.which("arm-none-eabi-nm") is None:
-        emulator.skip("arm-none-eabi-nm is not installed (package binutils-arm-none-eabi)")
+    emulator.require_tool("arm-none-eabi-nm")
     failed = False
     for image in options.image:
         emulator.require(image)

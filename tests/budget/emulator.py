@@ -9,6 +9,12 @@ import sys
 SKIP = 77  # ctest's SKIP_RETURN_CODE
 QEMU = "qemu-system-arm"
 TIMEOUT_S = 300
+PACKAGES = {
+    QEMU: "package qemu-system-arm",
+    "arm-none-eabi-g++": "packages gcc-arm-none-eabi, libstdc++-arm-none-eabi-newlib",
+    "arm-none-eabi-nm": "package binutils-arm-none-eabi",
+    "arm-none-eabi-objdump": "package binutils-arm-none-eabi",
+}
 
 
 def skip(reason):
@@ -21,13 +27,17 @@ def fail(reason):
     sys.exit(1)
 
 
+def require_tool(tool):
+    """Ends with SKIP unless this program of the cross tools, or the emulator, is installed."""
+    if shutil.which(tool) is None:
+        skip(f"{tool} is not installed ({PACKAGES[tool]})")
+
+
 def require(image):
     """Ends with SKIP unless the emulator and the image are there."""
-    if shutil.which(QEMU) is None:
-        skip(f"{QEMU} is not installed (package qemu-system-arm)")
+    require_tool(QEMU)
     if not pathlib.Path(image).is_file():
-        if shutil.which("arm-none-eabi-g++") is None:
-            skip("arm-none-eabi-g++ is not installed (packages gcc-arm-none-eabi, libstdc++-arm-none-eabi-newlib)")
+        require_tool("arm-none-eabi-g++")
         fail(f"{image} is missing: cmake --preset cortex-m4 && cmake --build --preset cortex-m4")
 
 
