@@ -118,7 +118,7 @@ class Controller {
     const float feedback_N = feedback_.step(set.feedback, now, estimate_, out_.position_error_m);
     tell(now, model_N, feedback_N);
     const float disturbance_mps2 = estimate_.disturbance_mps2();
-    float wanted_N = model_N + feedback_N - set.disturbance_kg * disturbance_mps2;
+    float wanted_N = approx::multiply_subtract(set.disturbance_kg, disturbance_mps2, model_N + feedback_N);
     if (torque_) wanted_N = give_torque(now);
     wanted_N += offset_N_.load(std::memory_order_relaxed);
     if (fades_) [[unlikely]]
@@ -128,7 +128,8 @@ class Controller {
     last_wanted_N_ = wanted_N;
 
     const float force_N = drive(set, wanted_N);
-    expected_mps2_ = now.acceleration * set.mps2_per_count + (force_N - model_N) * set.per_mass_kg;
+    expected_mps2_ =
+        approx::multiply_add(force_N - model_N, set.per_mass_kg, now.acceleration * set.mps2_per_count);
     feedback_.integrate(set.feedback, force_N, wanted_N);
     adapt(set, now, disturbance_mps2);
     return out_;

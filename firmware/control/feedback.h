@@ -35,14 +35,16 @@ class Feedback {
     error_m =
         (static_cast<float>(difference(at.counts, estimate.counts())) + at.fraction) * gain.resolution_m -
         estimate.offset_m();
-    const float wanted_mps = at.velocity * gain.mps_per_count + gain.position_per_s * error_m;
+    const float wanted_mps =
+        approx::multiply_add(gain.position_per_s, error_m, at.velocity * gain.mps_per_count);
     proportional_N_ = gain.velocity_N_s_per_m * (wanted_mps - estimate.velocity_mps());
     return notch_[1].step(gain.notch[1], notch_[0].step(gain.notch[0], proportional_N_ + integral_N_));
   }
 
   /// Behind the limits: what was wanted and what was given, both N.
   [[gnu::always_inline]] void integrate(const Gains& gain, float given_N, float wanted_N) {
-    integral_N_ += gain.integral_per_tick * (proportional_N_ + given_N - wanted_N);
+    integral_N_ =
+        approx::multiply_add(gain.integral_per_tick, proportional_N_ + given_N - wanted_N, integral_N_);
   }
 
   /// Forgets the past.

@@ -42,7 +42,7 @@ class FeedForward {
         .dry_friction_N = 0.0F};
     const FrictionModel<float>::Force& force = model.step(sample);
     dry_N_ = force.dry_friction_N;
-    return force.total_N + (level - 1.0F) * dry_N_;
+    return approx::multiply_add(level - 1.0F, dry_N_, force.total_N);
   }
 
   /// The dry friction of the last step, at level 1.

@@ -4,6 +4,8 @@
 #include <bit>
 #include <cstdint>
 
+#include "firmware/effects/approx.h"
+
 namespace slipstack {
 
 /// Slow adaptation of the hysteresis level: friction = level x dry friction of the model + the rest. The
@@ -40,8 +42,8 @@ class LevelAdaptation {
   /// level misses, both in N. Takes part only when both are finite.
   [[gnu::always_inline]] void step(const Bounds& bound, float dry_N, float residual_N) {
     const float weighted = variance_ * dry_N;
-    const float share = 1.0F / (bound.forgetting + weighted * dry_N);
-    const float next = level_ + weighted * share * residual_N;
+    const float share = 1.0F / approx::multiply_add(weighted, dry_N, bound.forgetting);
+    const float next = approx::multiply_add(weighted * share, residual_N, level_);
     // All bits of the exponent set: infinite, or not a number.
     if ((std::bit_cast<std::uint32_t>(next) & 0x7F800000U) == 0x7F800000U) return;
     level_ = limited(bound.lowest, bound.highest, next);

@@ -29,9 +29,9 @@ class Notch {
   void reset() { first_ = second_ = 0.0F; }
 
   [[gnu::always_inline]] float step(const Gains& gain, float in) {
-    const float out = gain.b0 * in + first_;
-    first_ = gain.b1 * in - gain.a1 * out + second_;
-    second_ = gain.b2 * in - gain.a2 * out;
+    const float out = approx::multiply_add(gain.b0, in, first_);
+    first_ = approx::multiply_subtract(gain.a1, out, gain.b1 * in) + second_;
+    second_ = approx::multiply_subtract(gain.a2, out, gain.b2 * in);
     return out;
   }
 

@@ -20,6 +20,7 @@
 #include "firmware/effects/stribeck.h"
 #include "firmware/effects/structural_resonance.h"
 #include "firmware/effects/time_delay.h"
+#include "firmware/effects/user_table.h"
 #include "firmware/effects/viscous.h"
 
 namespace slipstack {
@@ -31,6 +32,6 @@ using Catalogue =
                Stribeck<Real>, FrictionalLag<Real>, PositionDependentPreload<Real>,
                AccelerationDependentPreload<Real>, DirectionAsymmetry<Real>, ForceRipple<Real>,
                MotorConstantRipple<Real>, OffsetForce<Real>, CableChainStiffness<Real>, PayloadMass<Real>,
-               StructuralResonance<Real>, TimeDelay<Real>, Drift<Real>>;
+               StructuralResonance<Real>, TimeDelay<Real>, Drift<Real>, UserTable<Real>>;
 
 }  // namespace slipstack

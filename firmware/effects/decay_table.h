@@ -12,8 +12,8 @@ namespace slipstack {
 /// 16 on. Largest error 1.7e-5 (tests/unit/control/table_test.cpp). About 20 instructions.
 class DecayTable {
  public:
-  /// Fills the table. About 20 000 instructions: not for the tick.
-  void fill() {
+  /// Fills the table: some 20 000 instructions, of the compiler (kDecayTable).
+  constexpr DecayTable() {
     const auto at_step = [](std::uint32_t halves) {
       return -approx::exp_minus_one(static_cast<float>(halves) * (-0.5F / kPerUnit));
     };
@@ -33,7 +33,7 @@ class DecayTable {
     const float t = place - static_cast<float>(index);
     const Parabola* const p =
         approx::one_address(&intervals_[static_cast<std::uint32_t>(index) % kIntervals]);
-    return (p->bend * t + p->slope) * t + p->begin;
+    return approx::multiply_add(approx::multiply_add(p->bend, t, p->slope), t, p->begin);
   }
 
   static constexpr float kPerUnit = 8.0F;
@@ -45,5 +45,8 @@ class DecayTable {
   };
   std::array<Parabola, kIntervals> intervals_{};
 };
+
+/// The only one: it depends on nothing, and lies with the code.
+inline constexpr DecayTable kDecayTable;
 
 }  // namespace slipstack

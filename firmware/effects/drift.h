@@ -37,15 +37,13 @@ class Drift {
   }
 
   /// The controller reads the same function from a table (decay_table.h).
-  using Table = std::conditional_t<std::is_same_v<Real, float>, DecayTable, NoTable>;
-  void prepare_weighted(const std::array<Real, gain_count>&,
-                        Table& table) requires std::is_same_v<Real, float> {
-    per_time_per_s_ = inverse_time_per_s_ * Table::kPerUnit;
-    table.fill();
+  using Table = NoTable;
+  void prepare_weighted(const std::array<Real, gain_count>&, NoTable&) requires std::is_same_v<Real, float> {
+    per_time_per_s_ = inverse_time_per_s_ * DecayTable::kPerUnit;
   }
   Real weighted(const Sample<Real>& sample, const std::array<Real, gain_count>& change,
-                const Table& table) const requires std::is_same_v<Real, float> {
-    return change[0] * table.at(sample.time_s * per_time_per_s_);
+                NoTable) const requires std::is_same_v<Real, float> {
+    return change[0] * kDecayTable.at(sample.time_s * per_time_per_s_);
   }
 
  private:

@@ -51,6 +51,7 @@ enum class ShapeKind : std::uint8_t {
   slip_distance,
   lag_distance,  ///< an alternative to a time constant: memory that fades with distance
   own,           ///< of a user's own effect (host only): searched over its bounds, or what the log shows
+  table,         ///< where a table lies: computed, never searched
 };
 
 /// A parameter that enters the basis non-linearly, with its physical bounds.

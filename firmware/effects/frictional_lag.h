@@ -63,10 +63,11 @@ class FrictionalLag {
 
  private:
   void follow(Real steady, Real velocity_mps) {
-    const Real rate = per_tick_ + per_velocity_ * approx::absolute(velocity_mps);
+    const Real rate = approx::multiply_add(per_velocity_, approx::absolute(velocity_mps), per_tick_);
     // Exact for a rate held over the tick, to second order; never beyond the steady value.
     const Real blend = rate / (Real(1) + Real(0.5) * rate);
-    lagged_[0] += approx::clamp(blend, Real(0), Real(1)) * (steady - lagged_[0]);
+    lagged_[0] =
+        approx::multiply_add(approx::clamp(blend, Real(0), Real(1)), steady - lagged_[0], lagged_[0]);
   }
 
   Stribeck<Real> weakening_;

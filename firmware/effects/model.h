@@ -5,6 +5,7 @@
 #include <tuple>
 #include <utility>
 
+#include "firmware/effects/approx.h"
 #include "firmware/effects/catalogue.h"
 
 namespace slipstack {
@@ -187,54 +188,49 @@ class FrictionModel<Real, std::tuple<Effects...>> {
     }
   }
 
-  /// Gains times basis, summed over each group of gains.
+  /// Sums of gains times basis by what they act on, indexed by Acts.
+  using Sums = std::array<Real, 4>;
+
   template <class E>
-  [[gnu::always_inline]] static std::array<Real, E::gains.size()> evaluate(
-      E& effect, const EffectParameters<E, Real>& own, const Sample<Real>& sample, const TableOf<E>& table) {
+  [[gnu::always_inline]] static Sums evaluate(E& effect, const EffectParameters<E, Real>& own,
+                                              const Sample<Real>& sample, const TableOf<E>& table) {
+    Sums sums{};
     if constexpr (Weighted<E, Real>) {
-      return {effect.weighted(sample, own.gains, table)};
+      sums[static_cast<std::size_t>(E::gains[0].acts)] = effect.weighted(sample, own.gains, table);
     } else {
       std::array<Real, E::gain_count> basis;
       effect.basis(sample, basis);
-      return [&]<std::size_t... G>(std::index_sequence<G...>) {
-        return std::array<Real, E::gains.size()>{sum_of_group<E, G>(own.gains, basis)...};
+      [&]<std::size_t... A>(std::index_sequence<A...>) {
+        ((sums[A] = sum_over<E, static_cast<Acts>(A)>(own.gains, basis)), ...);
       }
-      (std::make_index_sequence<E::gains.size()>{});
+      (std::make_index_sequence<std::tuple_size_v<Sums>>{});
     }
+    return sums;
   }
 
-  /// The sum over those groups that act so; there is at least one.
   template <class E, Acts kActs>
-  static Real sum_of(const std::array<Real, E::gains.size()>& sums) {
-    constexpr std::size_t kFirst = [] {
-      std::size_t g = 0;
-      while (E::gains[g].acts != kActs) ++g;
-      return g;
-    }();
-    Real sum = sums[kFirst];
-    [&]<std::size_t... G>(std::index_sequence<G...>) {
-      const auto add = [&]<std::size_t kGroup>(std::integral_constant<std::size_t, kGroup>) {
-        if constexpr (kGroup > kFirst && E::gains[kGroup].acts == kActs) sum += sums[kGroup];
-      };
-      (add(std::integral_constant<std::size_t, G>{}), ...);
-    }
-    (std::make_index_sequence<E::gains.size()>{});
-    return sum;
+  static Real sum_of(const Sums& sums) {
+    static_assert(has<E>(kActs));
+    return sums[static_cast<std::size_t>(kActs)];
   }
 
-  /// Gains times basis of the effect's group G, from left to right.
-  template <class E, std::size_t G>
-  static Real sum_of_group(const std::array<Real, E::gain_count>& gains,
-                           const std::array<Real, E::gain_count>& basis) {
-    constexpr std::size_t kFirst = [] {
-      std::size_t first = 0;
-      for (std::size_t g = 0; g < G; ++g) first += static_cast<std::size_t>(E::gains[g].count);
-      return first;
-    }();
-    constexpr auto kEnd = kFirst + static_cast<std::size_t>(E::gains[G].count);
-    Real sum = gains[kFirst] * basis[kFirst];
+  /// Gains times basis over the groups that act so, from left to right.
+  template <class E, Acts kActs>
+  [[gnu::always_inline]] static Real sum_over(const std::array<Real, E::gain_count>& gains,
+                                              const std::array<Real, E::gain_count>& basis) {
+    Real sum = Real(0);
+    bool first = true;
+    std::size_t i = 0;
+#pragma GCC unroll 4
+    for (const GainGroup& group : E::gains) {
+      const std::size_t end = i + static_cast<std::size_t>(group.count);
 #pragma GCC unroll 16
-    for (std::size_t i = kFirst + 1; i < kEnd; ++i) sum += gains[i] * basis[i];
+      for (; i < end; ++i) {
+        if (group.acts != kActs) continue;
+        sum = first ? gains[i] * basis[i] : approx::multiply_add(gains[i], basis[i], sum);
+        first = false;
+      }
+    }
     return sum;
   }
 
@@ -262,9 +258,11 @@ class FrictionModel<Real, std::tuple<Effects...>> {
     (std::index_sequence_for<Effects...>{});
   }
 
+  // In reach of one base address, the first 1020 bytes: what every effect writes, its state, most gains (a
+  // tuple begins with its last element, the hysteresis and its unused stiffnesses come last).
+  Force force_;
   std::tuple<Effects...> effects_;
   Parameters parameters_;
-  Force force_;
   std::tuple<TableOf<Effects>...> tables_;  // last: large
 };
 

@@ -68,7 +68,7 @@ class PositionDependentPreload {
     const auto interval = static_cast<std::int32_t>(place);
     const Real t = place - static_cast<Real>(interval);
     const Real* const c = approx::one_address(cubics_[static_cast<std::size_t>(interval)].data());
-    return ((c[3] * t + c[2]) * t + c[1]) * t + c[0];
+    return approx::multiply_add(approx::multiply_add(approx::multiply_add(c[3], t, c[2]), t, c[1]), t, c[0]);
   }
 
  private:

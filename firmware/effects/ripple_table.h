@@ -35,14 +35,13 @@ class RippleTable {
     // Masking makes the remainder of a negative place positive.
     const auto place = static_cast<std::uint32_t>(static_cast<std::int32_t>(part * kSteps));
     const Parabola* const p = approx::one_address(&intervals_[(place >> kRestBits) % kIntervals]);
-    const auto rest = static_cast<std::int32_t>(place & ((1U << kRestBits) - 1U));
-    const float t = static_cast<float>(rest) * (1.0F / static_cast<float>(1U << kRestBits));
-    return (p->bend * t + p->slope) * t + p->begin;
+    const float t = approx::from_fixed<kRestBits>(place & ((1U << kRestBits) - 1U));
+    return approx::multiply_add(approx::multiply_add(p->bend, t, p->slope), t, p->begin);
   }
 
  private:
   static constexpr std::uint32_t kIntervals = 64;
-  static constexpr std::uint32_t kRestBits = 18;
+  static constexpr int kRestBits = 18;
   static constexpr float kSteps = static_cast<float>(kIntervals << kRestBits);
   struct Parabola {
     float begin, slope, bend;

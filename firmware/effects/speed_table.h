@@ -45,9 +45,9 @@ class SpeedTable {
     const std::uint32_t above = bits > first_bits_ ? bits - first_bits_ : 0U;
     const std::uint32_t place = above < last_ ? above : last_;
     // What is below the interval, at the upper end of the word; exact, since it has fewer than 24 bits.
-    const float t = static_cast<float>(place << shift_up_) * 0x1p-32F;
+    const float t = approx::from_fixed<32>(place << shift_up_);
     const Parabola* const p = approx::one_address(&intervals_[place >> shift_]);
-    return (p->bend * t + p->slope) * t + p->begin;
+    return approx::multiply_add(approx::multiply_add(p->bend, t, p->slope), t, p->begin);
   }
 
  private:

@@ -31,6 +31,16 @@ constexpr std::array<float, sizeof...(Value)> values(Value... value) {
 
 }  // namespace detail
 
+// A user's own effect: a bump 4 mm wide, tabulated.
+inline std::array<float, kUserTablePoints> bump_of_4_newtons() {
+  std::array<float, kUserTablePoints> points{};
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const float u = (static_cast<float>(i) - 16.0F) / 16.0F;
+    points[i] = 4.0F * (1.0F - u * u) * (1.0F - u * u) + 0.01F;
+  }
+  return points;
+}
+
 // Every effect on, none of its gains zero.
 inline FrictionModel<float>::Parameters all_effects() {
   using detail::set;
@@ -59,6 +69,7 @@ inline FrictionModel<float>::Parameters all_effects() {
   set<StructuralResonance<float>>(p, values(1.2F, 0.1F, 0.3F), values(47.0F, 0.02F));
   set<TimeDelay<float>>(p, values(), values(3e-4F));
   set<Drift<float>>(p, values(-0.1F), values(600.0F));
+  set<UserTable<float>>(p, bump_of_4_newtons(), values(-1e-3F, 8.0e3F, 0.0F, 0.0F, 1e-3F));
   return p;
 }
 

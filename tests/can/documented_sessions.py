@@ -66,7 +66,8 @@ class Reader:
         if can_id == "605" and self.block == "down":
             self.block = None if command & 0x80 else "down"
             return "block segment", "segment, 7 bytes"
-        if can_id == "585" and self.block == "up" and command & 0x7F and command >> 5 != 6:
+        if can_id == "585" and self.block == "up" and command & 0x7F:
+            self.block = None if command & 0x80 else "up"
             return "block segment up", "segment, 7 bytes"
         words = {("605", 2): "upload", ("585", 2): "value of", ("605", 1): "download", ("585", 3): "taken:",
                  ("585", 4): "abort"}

@@ -98,6 +98,23 @@ TEST(Deploy, StagesAppliesAndStores) {
   EXPECT_EQ(desk.drive->controller().parameters().hash, target_hash(model)) << "stored";
 }
 
+// What an effect of the user's own is on the controller: its table arrives, is stored, and acts.
+TEST(Deploy, ATableOfAnOwnEffect) {
+  Desk desk;
+  Model model = model_of_mass(33.5);
+  Term table;
+  table.effect = &controller_table();
+  table.shapes = {-1.0, 320.0, 0.0, 0.0, 0.0};  // over all of the rail
+  table.gains.assign(kUserTablePoints, 2.5);
+  model.target_terms.push_back(table);
+  deploy_model(*desk.client, model, "m.toml", true, kQuiet);
+  EXPECT_EQ(desk.drive->controller().parameters().hash, target_hash(model));
+  EXPECT_NE(target_hash(model), target_hash(model_of_mass(33.5)));
+  desk.power_on();
+  EXPECT_EQ(desk.drive->controller().parameters().hash, target_hash(model)) << "stored";
+  EXPECT_EQ(desk.drive->controller().friction().by_effect_N.back(), 2.5F);
+}
+
 TEST(Deploy, NoStoreIsGoneWithTheNextStart) {
   Desk desk;
   const std::uint32_t before = desk.drive->controller().parameters().hash;

@@ -30,6 +30,8 @@ echo "status $?"
 echo "status $?"
 section foreign
 cansend vcan0 605#4000100000000000
+cansend vcan0 605#4012210100000000
+sleep 0.2
 cansend vcan0 000#0105
 cansend vcan0 205#0600   # too short: EMCY 8210h
 cansend vcan0 12345678#1122334455667788

@@ -11,6 +11,8 @@ import tempfile
 import unittest
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(REPOSITORY / "tests/cli"))
+from own_effect_test import SNAG, hide_snag  # noqa: E402
 SLIPSTACK = os.environ.get("SLIPSTACK", str(REPOSITORY / "build/host/bin/slipstack"))
 SLIPSTACK_SIM = os.environ.get("SLIPSTACK_SIM", str(REPOSITORY / "build/host/bin/slipstack-sim"))
 SKIPPED = 77
@@ -32,9 +34,28 @@ def model_in(folder):
     return model
 
 
+def own_model_in(folder):
+    """A model with an effect of the user's own: hidden in a simulated log, named by the diagnosis, added."""
+    clean, log, base, model = (folder / name for name in ("clean.csv", "snag.csv", "base.toml", "snag.toml"))
+
+    def run(*arguments):
+        return subprocess.run([SLIPSTACK, *arguments], check=True, capture_output=True, text=True).stdout
+
+    subprocess.run([SLIPSTACK_SIM, "log", "--setup", "pick_and_place", "--seed", "3", "--out", clean, "--truth",
+                    folder / "truth", "--effects", "none", "--seconds", "20", "--rate", "1000"],
+                   check=True, capture_output=True)
+    hide_snag(clean, log, 4.0, 0.21, 0.004)
+    if "Missing: snag" not in run("diagnose", log, "--effect", SNAG):
+        raise RuntimeError("the diagnosis does not name what was hidden")
+    run("fit", log, "--effects", "inertia,presliding_hysteresis", "--model", base)
+    if "controller snag as a table" not in run("add", log, "--model", base, "--effect", SNAG, "--out", model):
+        raise RuntimeError("the own effect got no table")
+    return model
+
+
 def session(folder):
     """What the session printed, by section."""
-    model = model_in(folder)
+    model = own_model_in(folder)
     done = subprocess.run([REPOSITORY / "toolchain/with-can", "bash",
                            pathlib.Path(__file__).with_name("socketcan_session.sh"), SLIPSTACK, model],
                           capture_output=True, text=True, timeout=280)
@@ -97,6 +118,8 @@ class SocketCan(unittest.TestCase):
         capture = self.said["capture"]
         self.assertRegex(capture, r"705#00\n")
         self.assertRegex(capture, r"585#4300100092010200\n")
+        # The table of the own effect is on, as any master reads it.
+        self.assertRegex(capture, r"585#4F12210101000000\n")
         self.assertRegex(capture, r"085#1082")
 
     def test_error_frames_are_bus_off_and_its_end(self):

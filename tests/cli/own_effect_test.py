@@ -58,7 +58,20 @@ class OwnEffect(program.Workshop):
         log = self.stock / "snag.csv"
         self.succeed("fit", log, "--effects", BASELINE, "--effect", SNAG, "--model", "one.toml")
         self.succeed("fit", log, "--effects", BASELINE, "--model", "base.toml")
-        self.succeed("add", log, "--model", "base.toml", "--effect", SNAG, "--out", "two.toml", "--report", "r.html")
+        said = self.succeed("add", log, "--model", "base.toml", "--effect", SNAG, "--out", "two.toml", "--report", "r.html",
+                            "--json", "added.json")
+        self.assertRegex(said, r"controller snag as a table over position from \d+ mm to \d+ mm x direction")
+        added = json.loads((self.here / "added.json").read_text())
+        own = added["own_effects"][0]
+        self.assertEqual((own["effect"], own["on_controller"], own["over"]), ("snag", True, "position"))
+        self.assertLess(own["largest_error_N"], 0.01 * own["peak_N"])
+        self.assertLess(own["from"], 0.205)
+        self.assertGreater(own["to"], 0.215)
+        # The firmware runs it: in process, along a motion of its own.
+        self.succeed("loop", "--model", "two.toml", "--seconds", "8", "--json", "loop.json")
+        loop = json.loads((self.here / "loop.json").read_text())
+        self.assertEqual(loop["model_hash"], added["hash"])
+        self.assertIn("user_table", loop["last_force_by_effect_N"])
         self.assertIn("exp(-((x-x0)/w)^2)", (self.here / "r.html").read_text())
         floor_N = json.loads(self.succeed("compare", log, "--model", "base.toml", "--json", "-"))["noise_floor_N"]
         for model in ("one.toml", "two.toml"):
@@ -69,6 +82,19 @@ class OwnEffect(program.Workshop):
         result = json.loads(self.succeed("diagnose", log, "--model", "two.toml", "--json", "-"))
         self.assertEqual(result["verdict"], "complete")
         self.assertIn("snag", result["baseline_effects"])
+
+    def test_without_a_table_the_reason_is_told(self):
+        definition = "both = A*x*v; A: N s/m2"
+        said = self.succeed("fit", self.stock / "snag.csv", "--effects", BASELINE, "--effect", definition, "--model", "b.toml",
+                            "--json", "b.json")
+        self.assertIn("controller without both: it follows position and speed at once", said)
+        own = json.loads((self.here / "b.json").read_text())["own_effects"]
+        self.assertEqual(own, [{"effect": "both", "on_controller": False,
+                                "why_not": "it follows position and speed at once"}])
+        self.assertIn("left_out", (self.here / "b.toml").read_text())
+        self.succeed("compare", self.stock / "snag.csv", "--model", "b.toml")
+        self.assert_refused(["fit", "good.csv", "--effects", BASELINE + ",user_table", "--model", "new.toml"],
+                            "unknown effect 'user_table'")
 
     def assert_caret(self, definition, marked, command=("diagnose", "good.csv", "--effect")):
         before = self.content()

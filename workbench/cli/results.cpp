@@ -8,11 +8,13 @@
 #include <cmath>
 #include <cstdlib>
 #include <ctime>
+#include <optional>
 
 #include "workbench/cli/inputs.h"
 #include "workbench/diagnose/quantity.h"
 #include "workbench/identify/block_bootstrap.h"
 #include "workbench/identify/noise_floor.h"
+#include "workbench/identify/own_table.h"
 #include "workbench/identify/reduce.h"
 #include "workbench/identify/standard_errors.h"
 #include "workbench/log/text.h"
@@ -225,16 +227,90 @@ Model model_of(const Options& options, const Measurement& measurement, const Fit
   model.terms = averaged_over_logs(measurement, fitted.terms);
   model.target_terms = averaged_over_logs(measurement, reduced.terms);
   model.target_holdout_rmse_N = reduced.holdout_rmse_N;
-  leave_out_own_effects(measurement, model);
+  tabulate_own_effects(measurement, model, floor_N);
   return model;
 }
 
-void leave_out_own_effects(const Measurement& measurement, Model& model) {
-  const auto own = [](const Term& term) { return term.effect->is_own(); };
-  if (std::erase_if(model.target_terms, own) == 0) return;
+namespace {
+/// Of the noise floor: what a table may miss, at its worst place, before it shows in the error.
+constexpr double kTableShare = 0.25;
+}  // namespace
+
+void tabulate_own_effects(const Measurement& measurement, Model& model, double floor_N) {
+  Terms kept;
+  std::optional<Term> table;
+  for (const Term& term : model.target_terms) {
+    if (!term.effect->is_own()) {
+      kept.push_back(term);
+      continue;
+    }
+    Model::OwnOnTarget own;
+    own.id = term.id();
+    if (table) {
+      own.why_not = "the controller has one table, and it is taken";
+    } else if (const Tabulated made = tabulate(measurement, term, kTableShare * floor_N); made.table) {
+      table = made.table->term;
+      own = {term.id(),
+             "",
+             made.table->over_velocity ? "velocity" : "position",
+             made.table->from,
+             made.table->to,
+             made.table->reversal_velocity_mps,
+             made.table->largest_error_N,
+             made.table->peak_N};
+    } else {
+      own.why_not = made.why_not;
+    }
+    model.target_own.push_back(std::move(own));
+  }
+  if (model.target_own.empty()) return;
+  if (table) kept.push_back(std::move(*table));
+  model.target_terms = std::move(kept);
   const Eigen::VectorXd left = measurement.force_N(delay_s(model.target_terms)) -
                                measurement.filtered(evaluate_force(measurement, model.target_terms).force_N);
   model.target_holdout_rmse_N = std::max(model.target_holdout_rmse_N, measurement.weighted_rms(left));
+}
+
+std::string own_lines(const Model& model) {
+  std::string text;
+  for (const Model::OwnOnTarget& own : model.target_own) {
+    if (!own.why_not.empty()) {
+      text += fmt::format(
+          "controller without {}: {}; `slipstack effects --effect '...' --header FILE` makes it an effect of "
+          "the "
+          "catalogue\n",
+          own.id, own.why_not);
+      continue;
+    }
+    const char* unit = own.over == "velocity" ? "m/s" : "m";
+    text += fmt::format(
+        "controller {} as a table over {} from {} to {}{}: at most {} off ({} of its peak)\n", own.id,
+        own.over, quantity(own.from, unit), quantity(own.to, unit),
+        own.reversal_velocity_mps > 0.0
+            ? fmt::format(" x direction (a slope below {})", quantity(own.reversal_velocity_mps, "m/s"))
+            : "",
+        newtons(own.largest_error_N), share(own.largest_error_N / own.peak_N));
+  }
+  return text;
+}
+
+json own_json(const Model& model) {
+  json list = json::array();
+  for (const Model::OwnOnTarget& own : model.target_own) {
+    json entry{{"effect", own.id}, {"on_controller", own.why_not.empty()}};
+    if (own.why_not.empty()) {
+      entry["over"] = own.over;
+      entry["from"] = own.from;
+      entry["to"] = own.to;
+      entry["reversal_velocity_mps"] = own.reversal_velocity_mps;
+      entry["largest_error_N"] = own.largest_error_N;
+      entry["peak_N"] = own.peak_N;
+    } else {
+      entry["why_not"] = own.why_not;
+    }
+    list.push_back(std::move(entry));
+  }
+  return list;
 }
 
 std::string hash_text(const Model& model) {
@@ -248,7 +324,7 @@ std::string model_lines(const std::string& path, const Model& model) {
         fmt::format("controller {} hysteresis elements: held-out error {} instead of {}\n", kTargetElements,
                     newtons(model.target_holdout_rmse_N), newtons(model.source.holdout_rmse_N));
   }
-  return text;
+  return text + own_lines(model);
 }
 
 }  // namespace slipstack::workbench

@@ -77,9 +77,13 @@ ForceRows rows_of(const FittedModel& fitted);
 Model model_of(const Options& options, const Measurement& measurement, const FittedModel& fitted,
                double floor_N);
 
-/// Takes the user's own effects out of what the controller runs, which cannot evaluate their expressions, and
-/// says in the target's error what that costs.
-void leave_out_own_effects(const Measurement& measurement, Model& model);
+/// Puts a table in the place of a user's own effect in what the controller runs, which evaluates no
+/// expressions; leaves out those that have none, or come after the first. The target's error then tells what
+/// that costs.
+void tabulate_own_effects(const Measurement& measurement, Model& model, double floor_N);
+/// What became of them, a line each; and for machines.
+std::string own_lines(const Model& model);
+nlohmann::json own_json(const Model& model);
 
 std::string hash_text(const Model& model);
 

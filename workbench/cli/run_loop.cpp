@@ -6,9 +6,12 @@
 #include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <tuple>
+#include <type_traits>
 #include <vector>
 
 #include "firmware/app/heartbeat_node.h"
+#include "firmware/effects/catalogue.h"
 #include "hal/host/link_board.h"
 #include "sim_host/log/draw.h"
 #include "sim_host/log/write.h"
@@ -141,9 +144,10 @@ std::string text_of(const LoopRequest& request, const PlantLink& link, const sim
 nlohmann::json json_of(const LoopRequest& request, const PlantLink& link, const sim::LoopResult& result) {
   const double simulated_s = static_cast<double>(result.ticks) * kTick_s;
   nlohmann::json by_effect = nlohmann::json::object();
-  for (std::size_t i = 0; i < catalogue().size(); ++i) {
-    by_effect[catalogue()[i].id()] = static_cast<double>(link.by_effect_N[i]);
-  }
+  [&]<class... Effects>(std::type_identity<std::tuple<Effects...>>) {
+    std::size_t i = 0;
+    ((by_effect[Effects::text.id] = static_cast<double>(link.by_effect_N[i++])), ...);
+  }(std::type_identity<Catalogue<float>>{});
   return {{"board", request.board},
           {"model_hash", fmt::format("{:08x}", static_cast<std::uint32_t>(link.model_hash))},
           {"ticks", result.ticks},

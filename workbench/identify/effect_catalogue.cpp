@@ -5,6 +5,7 @@
 
 #include <stdexcept>
 #include <tuple>
+#include <type_traits>
 
 #include "firmware/effects/catalogue.h"
 #include "workbench/identify/user_effect.h"
@@ -49,7 +50,10 @@ template <class... Effects>
 std::vector<EffectDescription> descriptions_of(std::type_identity<std::tuple<Effects...>>) {
   std::vector<EffectDescription> list;
   list.reserve(sizeof...(Effects));
-  (list.push_back(description_of<Effects>()), ...);
+  const auto take = [&list]<class E>(std::type_identity<E>) {
+    if constexpr (!std::is_same_v<E, UserTable<double>>) list.push_back(description_of<E>());
+  };
+  (take(std::type_identity<Effects>{}), ...);
   return list;
 }
 
@@ -73,6 +77,11 @@ bool EffectDescription::acts_as(Acts acts) const {
 const std::vector<EffectDescription>& catalogue() {
   static const std::vector<EffectDescription> all = descriptions_of(std::type_identity<Catalogue<double>>{});
   return all;
+}
+
+const EffectDescription& controller_table() {
+  static const EffectDescription table = description_of<UserTable<double>>();
+  return table;
 }
 
 const EffectDescription* find_effect(std::string_view id) {

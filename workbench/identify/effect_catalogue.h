@@ -44,8 +44,12 @@ class EffectBasis {
   virtual void run(std::span<const Sample<double>> samples, double* out) = 0;
 };
 
-/// Every effect, in the catalogue's order.
+/// Every effect that a fit may choose, in the catalogue's order.
 const std::vector<EffectDescription>& catalogue();
+
+/// The firmware's user_table, which no fit chooses: what stands for an own effect in what the controller runs
+/// (own_table.h). Not among catalogue(), nor found by find_effect().
+const EffectDescription& controller_table();
 
 /// The description of `id`, of the catalogue or declared by the user, or nullptr.
 const EffectDescription* find_effect(std::string_view id);

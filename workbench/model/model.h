@@ -29,10 +29,22 @@ struct Model {
     double after_N = 0.0;
     double noise_floor_N = 0.0;
   };
+  /// A user's own effect on the controller: a table, or left out.
+  struct OwnOnTarget {
+    std::string id;
+    std::string why_not;  ///< empty: `user_table` among target_terms stands for it
+    std::string over;     ///< "position" or "velocity"
+    double from = 0.0;    ///< m or m/s
+    double to = 0.0;
+    double reversal_velocity_mps = 0.0;
+    double largest_error_N = 0.0;
+    double peak_N = 0.0;
+  };
   Source source;
-  std::vector<Change> history;         ///< the oldest first; empty in files from before it was written
-  Terms terms;                         ///< as identified
-  Terms target_terms;                  ///< the same with the hysteresis reduced to the controller's elements
+  std::vector<Change> history;  ///< the oldest first; empty in files from before it was written
+  Terms terms;                  ///< as identified
+  Terms target_terms;           ///< the same with the hysteresis reduced to the controller's elements
+  std::vector<OwnOnTarget> target_own;
   double target_holdout_rmse_N = 0.0;  ///< what the reduction costs shows against source.holdout_rmse_N
 };
 

@@ -38,11 +38,12 @@ class Reader {
     Model model;
     if (const toml::table* source = file["source"].as_table()) read_source(*source, model.source);
     read_history(file, model);
-    model.terms = read_effects(file, kIdentifiedElements);
+    model.terms = read_effects(file, kIdentifiedElements, false);
     const toml::table* target = file["target"].as_table();
     if (target == nullptr) fail(file, "table [target] is missing; fit the model again");
-    require_keys(*target, {"holdout_rmse_N", "effect"});
-    model.target_terms = read_effects(*target, kTargetElements);
+    require_keys(*target, {"holdout_rmse_N", "effect", "own"});
+    model.target_terms = read_effects(*target, kTargetElements, true);
+    read_own(*target, model);
     model.target_holdout_rmse_N = (*target)["holdout_rmse_N"].value_or(0.0);
     check_hash(file, model);
     return model;
@@ -109,8 +110,26 @@ class Reader {
     }
   }
 
-  /// At most `elements` of hysteresis.
-  Terms read_effects(const toml::table& table, std::size_t elements) const {
+  void read_own(const toml::table& target, Model& model) const {
+    const toml::node* node = target.get("own");
+    if (node == nullptr) return;
+    const toml::array* entries = node->as_array();
+    if (entries == nullptr) fail(*node, "own must be an array of tables");
+    for (const toml::node& item : *entries) {
+      const toml::table* own = item.as_table();
+      if (own == nullptr) fail(item, "an own effect of the target must be a table");
+      require_keys(*own, {"id", "left_out", "over", "from", "to", "reversal_velocity_mps", "largest_error_N",
+                          "peak_N"});
+      const auto value = [own](const char* key) { return (*own)[key].value_or(0.0); };
+      model.target_own.push_back({(*own)["id"].value_or<std::string>(""),
+                                  (*own)["left_out"].value_or<std::string>(""),
+                                  (*own)["over"].value_or<std::string>(""), value("from"), value("to"),
+                                  value("reversal_velocity_mps"), value("largest_error_N"), value("peak_N")});
+    }
+  }
+
+  /// At most `elements` of hysteresis. Only a target has tables.
+  Terms read_effects(const toml::table& table, std::size_t elements, bool target) const {
     const toml::array* effects = table["effect"].as_array();
     if (effects == nullptr || effects->empty()) fail(table, "no [[effect]]; a model has at least one");
     Terms terms;
@@ -120,8 +139,9 @@ class Reader {
       require_keys(*effect, {"id", "definition", "shape", "gain"});
       const auto id = (*effect)["id"].value<std::string>();
       if (!id) fail(*effect, "this effect has no id");
-      const EffectDescription* description =
-          effect->contains("definition") ? &read_definition(*effect, *id) : in_catalogue(*id);
+      const EffectDescription* description = effect->contains("definition") ? &read_definition(*effect, *id)
+                                             : target && *id == controller_table().id() ? &controller_table()
+                                                                                        : in_catalogue(*id);
       if (description == nullptr) {
         fail(*(*effect)["id"].node(),
              fmt::format("unknown effect '{}'; known: {}", printable(*id, kLongestName), known_effects()));

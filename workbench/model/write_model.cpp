@@ -85,6 +85,25 @@ toml::array history_of(const Model& model) {
   return changes;
 }
 
+toml::array own_of(const Model& model) {
+  toml::array entries;
+  for (const Model::OwnOnTarget& own : model.target_own) {
+    toml::table entry{{"id", own.id}};
+    if (own.why_not.empty()) {
+      entry.insert("over", own.over);
+      entry.insert("from", own.from);
+      entry.insert("to", own.to);
+      if (own.reversal_velocity_mps > 0.0) entry.insert("reversal_velocity_mps", own.reversal_velocity_mps);
+      entry.insert("largest_error_N", own.largest_error_N);
+      entry.insert("peak_N", own.peak_N);
+    } else {
+      entry.insert("left_out", own.why_not);
+    }
+    entries.push_back(std::move(entry));
+  }
+  return entries;
+}
+
 }  // namespace
 
 std::string to_toml(const Model& model) {
@@ -98,6 +117,7 @@ std::string to_toml(const Model& model) {
                    {"effect", effects_of(model.terms)},
                    {"target", toml::table{{"holdout_rmse_N", model.target_holdout_rmse_N},
                                           {"effect", effects_of(model.target_terms)}}}};
+  if (!model.target_own.empty()) file["target"].as_table()->insert("own", own_of(model));
   if (!model.history.empty()) file.insert("history", history_of(model));
   std::ostringstream text;
   text

@@ -49,7 +49,7 @@ def lss(*data):
 
 
 def image():
-    """The model of a node as delivered, with a mass: every row of 2100h to 2111h but the first."""
+    """The model of a node as delivered, with a mass: every row of 2100h to 2112h but the first."""
     eds = Eds((REPOSITORY / "docs/slipstack.eds").read_text(encoding="ascii"))
     words = [(key, entry) for key, entry in sorted(eds.objects.items()) if 0x2100 <= key[0] < 0x2140 and key[1] > 0]
     packed = {(0x2100, 1): struct.pack("<I", 1), (0x2100, 2): struct.pack("<f", 12.5)}
@@ -68,7 +68,7 @@ def block_down(data, with_crc=True):
 
 SAVE = sdo(0x23, 0x1010, 1, b"save")
 ENABLE = write(0x6060, 0, 8, 1) + b"".join(write(0x6040, 0, word, 2) + bytes([0xC2]) for word in (6, 7, 15))
-SEGMENTS = b"".join(raw(i % 58 + 1 | (0x80 if i == 57 else 0), 1, 2, 3, 4, 5, 6, 7) for i in range(58))
+SEGMENTS = b"".join(raw(i % 80 + 1 | (0x80 if i == 79 else 0), 1, 2, 3, 4, 5, 6, 7) for i in range(80))
 
 NODE = {
     "too_long": frame(0x605, bytes(8), 0)[:1] + b"\x0F" + bytes(8) + POLL,
@@ -76,17 +76,17 @@ NODE = {
     "segmented_up": sdo(0x40, 0x1008) + raw(0x60) + POLL + raw(0x70) + POLL + raw(0x60) + POLL,
     "segmented_down": sdo(0x21, 0x2000, 5, b"\4") + raw(0x07, 0, 0, 0x20, 0x42) + POLL + raw(0x13) + POLL,
     "unsized_down": sdo(0x20, 0x2000, 5) + b"".join(raw(i % 2 << 4, 1, 2, 3, 4, 5, 6, 7) + POLL for i in range(6))
-                    + sdo(0x20, 0x2141) + b"".join(raw(i % 2 << 4, 1, 2, 3, 4, 5, 6, 7) + POLL for i in range(60)),
-    "unsized_block": sdo(0xC2, 0x2141) + SEGMENTS.replace(b"\xba\1\2", b"\x3a\1\2") + SEGMENTS[:400] + POLL * 5,
+                    + sdo(0x20, 0x2141) + b"".join(raw(i % 2 << 4, 1, 2, 3, 4, 5, 6, 7) + POLL for i in range(82)),
+    "unsized_block": sdo(0xC2, 0x2141) + SEGMENTS.replace(b"\xd0\1\2", b"\x50\1\2") + SEGMENTS[:400] + POLL * 5,
     "mapping_too_long": write(0x1800, 1, 0xC0000185, 4) + write(0x1A00, 0, 0, 1)
                         + b"".join(write(0x1A00, i, 0x60640020, 4) for i in range(1, 9)) + write(0x1A00, 0, 8, 1)
                         + write(0x1A00, 0, 2, 1) + write(0x1800, 1, 0x40000185, 4) + nmt(1) + POLL * 3,
     "toggle_wrong": sdo(0x40, 0x1008) + raw(0x70) + POLL + sdo(0x21, 0x2000, 5, b"\4") + raw(0x17, 0, 0, 0x20) + POLL,
     "block_down": block_down(image()) + sdo(0x40, 0x2140, 1),
     "block_down_no_crc": block_down(image(), False),
-    "block_down_wrong": block_down(bytes(range(1, 102)) * 4),
+    "block_down_wrong": block_down(bytes(range(1, 141)) * 4),
     "block_up": sdo(0xA4, 0x2141, 0, b"\x0a") + raw(0xA3) + POLL * 4 + raw(0xA2, 10, 20) + POLL * 4 + raw(0xA2, 7, 20) + POLL,
-    "master_dies": sdo(0xC6, 0x2141, 0, (404).to_bytes(4, "little")) + SEGMENTS[:40] + LONG + sdo(0x40, 0x1000),
+    "master_dies": sdo(0xC6, 0x2141, 0, (560).to_bytes(4, "little")) + SEGMENTS[:40] + LONG + sdo(0x40, 0x1000),
     "trace": write(0x2300, 3, 1, 2) + write(0x2300, 4, 0, 1) + write(0x2300, 7, 20, 2) + write(0x2300, 1, 1, 1) + TICKS * 4
              + sdo(0xA4, 0x2310, 0, b"\x7f") + raw(0xA3) + POLL * 20 + raw(0xA2, 127, 127) + POLL * 20 + raw(0xA1) + POLL,
     "model_applied": real(0x2100, 2, 12.5) + sdo(0x40, 0x2140, 1) + write(0x2140, 3, 0x3032E61F, 4) + TICKS + POLL + SAVE + sdo(0x40, 0x2140, 2),

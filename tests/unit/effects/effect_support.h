@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <random>
 #include <span>
+#include <string_view>
 #include <tuple>
 #include <type_traits>
 #include <utility>
@@ -151,6 +152,12 @@ std::array<double, E::shape_count> random_shapes(Draw& draw) {
         break;
       case ShapeKind::slip_distance:
         shape = kResolution_m * std::round(draw.log_uniform(2.0, 2e4));
+        break;
+      case ShapeKind::table:
+        shape = std::string_view(spec.unit) == "1/m"   ? draw.uniform(60.0, 600.0)
+                : std::string_view(spec.unit) == "s/m" ? draw.uniform(10.0, 60.0)
+                : std::string_view(spec.unit) == "m"   ? draw.uniform(-0.15, -0.05)
+                                                       : draw.log_uniform(1e-3, 9e-3);
         break;
       default:  // velocities
         shape = draw.log_uniform(1e-3, 9e-3);

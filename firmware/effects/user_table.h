@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "firmware/effects/approx.h"
+#include "firmware/effects/effect.h"
+
+namespace slipstack {
+
+/// Points of the table: 32 intervals, a power of two, so that saturating a place keeps it inside.
+inline constexpr int kUserTablePoints = 33;
+
+/// What a user's own effect is on the controller, which evaluates no expressions: a force at evenly spaced
+/// places or velocities, straight lines between them, the last value beyond either end. The workbench fills
+/// it from an effect that was fitted (workbench/identify/user_table.h); no fit chooses it.
+template <class Real>
+class UserTable {
+ public:
+  static constexpr EffectText text{
+      .id = "user_table",
+      .title = "Table of an effect of one's own",
+      .formula = "F = T((x - x0) n + (v - v0) m) d, T straight between 33 points; d = 1, or sat(v/vr)",
+      .source = "docs/own-effect.md",
+      .residual = "what the effect that it tabulates says",
+      .evidence = "a table of up to {force} stands for an effect of one's own",
+      .cause = "what the one who wrote the effect had in mind",
+      .confirm = "compare a log with the model, once with the table and once without"};
+  static constexpr std::array<GainGroup, 1> gains{{
+      {"force", "N", -1.0e6f, 1.0e6f, kUserTablePoints, Acts::force, true},
+  }};
+  /// Intervals per metre, or per m/s: zero where the table does not follow it. A reversal velocity of zero:
+  /// the same force both ways.
+  static constexpr std::array<ShapeSpec, 5> shapes{{
+      {"position_start", "m", -1.0e3f, 1.0e3f, ShapeKind::table},
+      {"intervals_per_position", "1/m", 0.0f, 1.0e7f, ShapeKind::table},
+      {"velocity_start", "m/s", -1.0e3f, 1.0e3f, ShapeKind::table},
+      {"intervals_per_velocity", "s/m", 0.0f, 1.0e7f, ShapeKind::table},
+      {"reversal_velocity", "m/s", 0.0f, 1.0f, ShapeKind::table},
+  }};
+  static constexpr int gain_count = kUserTablePoints;
+  static constexpr int shape_count = 5;
+
+  void prepare(std::span<const Real, shape_count> shape, const Scales<Real>&) {
+    per_position_ = shape[1];
+    per_velocity_ = shape[3];
+    offset_ = -(shape[0] * shape[1] + shape[2] * shape[3]);
+    const bool by_direction = shape[4] > Real(0);
+    per_reversal_ = by_direction ? Real(1) / shape[4] : Real(0);
+    either_way_ = by_direction ? Real(0) : Real(1);
+  }
+  void reset(const Sample<Real>&) {}
+  void basis(const Sample<Real>& sample, std::span<Real, gain_count> out) {
+    const Real raw = per_position_ * sample.position_m + per_velocity_ * sample.velocity_mps + offset_;
+    const Real place = approx::clamp(raw, Real(0), static_cast<Real>(kIntervals));
+    const auto whole = static_cast<std::size_t>(static_cast<std::int32_t>(place));
+    const std::size_t interval = whole < kIntervals ? whole : kIntervals - 1;
+    const Real t = place - static_cast<Real>(static_cast<std::int32_t>(interval));
+    const Real factor = either_way_ + approx::clamp(sample.velocity_mps * per_reversal_, Real(-1), Real(1));
+    for (Real& weight : out) weight = Real(0);
+    out[interval] = (Real(1) - t) * factor;
+    out[interval + 1] = t * factor;
+  }
+
+  /// The controller's form: the place in fixed point. Within rounding of the basis; a place is cut to 2^-18
+  /// of an interval, the direction to 2^-22.
+  using Table = NoTable;
+  void prepare_weighted(const std::array<Real, gain_count>&, NoTable&) requires std::is_same_v<Real, float> {
+    // Powers of two: they change no digit.
+    place_per_position_ = per_position_ * kSteps;
+    place_per_velocity_ = per_velocity_ * kSteps;
+    place_offset_ = offset_ * kSteps;
+    direction_per_velocity_ = per_reversal_ * kWays;
+    direction_offset_ = static_cast<std::int32_t>(either_way_ * kWays);
+  }
+  Real weighted(const Sample<Real>& sample, const std::array<Real, gain_count>& points,
+                NoTable) const requires std::is_same_v<Real, float> {
+    const float along = approx::multiply_add(place_per_position_, sample.position_m, place_offset_);
+    const std::uint32_t place = approx::saturated_unsigned<kPlaceBits>(
+        approx::multiply_add(place_per_velocity_, sample.velocity_mps, along));
+    const float* const point = approx::one_address(&points[place >> kRestBits]);
+    const float t = approx::from_fixed<kRestBits>(place & ((1U << kRestBits) - 1U));
+    const std::int32_t way =
+        approx::saturated_signed<kWayBits>(sample.velocity_mps * direction_per_velocity_) + direction_offset_;
+    return approx::multiply_add(point[1] - point[0], t, point[0]) * approx::from_fixed<kWayBits - 1>(way);
+  }
+
+ private:
+  static constexpr std::size_t kIntervals = kUserTablePoints - 1;
+  static constexpr int kRestBits = 18;
+  static constexpr int kPlaceBits = kRestBits + 5;
+  static_assert(kIntervals == 1U << 5);
+  static constexpr int kWayBits = 23;
+  static constexpr float kSteps = static_cast<float>(1 << kRestBits);
+  static constexpr float kWays = static_cast<float>(1 << (kWayBits - 1));
+
+  Real per_position_{};
+  Real per_velocity_{};
+  Real offset_{};
+  Real per_reversal_{};
+  Real either_way_{};
+  Real place_per_position_{};
+  Real place_per_velocity_{};
+  Real place_offset_{};
+  Real direction_per_velocity_{};
+  std::int32_t direction_offset_ = 0;
+};
+
+}  // namespace slipstack
