@@ -70,7 +70,7 @@ class Contract(program.Workshop):
         if result["unexplained"] is not None:
             self.assert_keys(result["unexplained"], {"coordinate": str, "description": str})
             self.assertIn(result["unexplained"]["coordinate"],
-                          ("time", "position", "velocity", "acceleration", "frequency"))
+                          ("time", "position", "velocity", "acceleration", "frequency", "reversal"))
         if result["verdict"] == "unexplained":
             self.assertIsNotNone(result["unexplained"])
         if found:

@@ -13,6 +13,7 @@
 #include "workbench/diagnose/lines.h"
 #include "workbench/identify/noise_floor.h"
 #include "workbench/identify/parallel.h"
+#include "workbench/identify/standard_errors.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -202,6 +203,7 @@ class Search {
     }
     prune(diagnosis, best);
     if (best.added.size() > 1) simplify(diagnosis, best);
+    if (!best.added.empty()) best.model = settle_shapes(measurement_, std::move(best.model));
     fill(diagnosis, std::move(best));
     report("done", 1.0);
     return diagnosis;

@@ -28,6 +28,24 @@ std::string told(double frequency_Hz, double amplitude_N) {
                      quantity(frequency_Hz, "Hz"), quantity(amplitude_N, "N"));
 }
 
+/// Bins that a line spreads over, through a Hann window, and that are its surroundings on either side.
+constexpr std::size_t kOwn = 4;
+constexpr std::size_t kAround = 16;
+
+/// The higher of the medians on both sides: beside the edge of a broad hump (the encoder's steps, seen
+/// through the mass up to where the motion's filter ends) one side is as high as the peak.
+double around(const Spectrum& spectrum, std::size_t peak) {
+  const auto bin = spectrum.density.begin() + static_cast<std::ptrdiff_t>(peak);
+  double usual = 0.0;
+  if (peak >= kAround) usual = median({bin - kAround, bin - kOwn + 1});
+  const std::size_t end = std::min(spectrum.density.size(), peak + kAround + 1);
+  if (end > peak + kOwn + 2) {
+    usual =
+        std::max(usual, median({bin + kOwn, spectrum.density.begin() + static_cast<std::ptrdiff_t>(end)}));
+  }
+  return usual;
+}
+
 /// Power of the three bins that a line spreads over, through a Hann window.
 double power_at(const Spectrum& spectrum, std::size_t bin) {
   const double width_Hz = spectrum.frequency_Hz[1] - spectrum.frequency_Hz[0];
@@ -110,11 +128,7 @@ std::optional<Structure> line_beyond_rows(const Measurement& measurement, const 
   for (std::size_t k = first; k + 1 < spectrum.density.size(); ++k) {
     if (spectrum.density[k] > spectrum.density[peak]) peak = k;
   }
-  const std::size_t around = std::min<std::size_t>(40, spectrum.density.size() / 8);
-  const std::size_t from = std::max(first, peak > around ? peak - around : 0);
-  const std::size_t to = std::min(spectrum.density.size(), peak + around);
-  const double usual = median({spectrum.density.begin() + static_cast<std::ptrdiff_t>(from),
-                               spectrum.density.begin() + static_cast<std::ptrdiff_t>(to)});
+  const double usual = around(spectrum, peak);
   if (spectrum.density[peak] < kStandsOut * usual || !steady(residual_N, rate_Hz, peak)) return {};
   const double power = std::max(0.0, power_at(spectrum, peak) - 3.0 * usual * width_Hz);
   const double reduction = 1.0 - error_N / std::sqrt(error_N * error_N + power);

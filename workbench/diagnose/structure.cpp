@@ -12,12 +12,13 @@
 #include "workbench/diagnose/lines.h"
 #include "workbench/diagnose/places.h"
 #include "workbench/diagnose/quantity.h"
+#include "workbench/diagnose/reversals.h"
 #include "workbench/log/text.h"
 
 namespace slipstack::workbench {
 namespace {
 
-/// An event is one of a place when the place explains this share of what the event would.
+/// An event is one of a place, or of reversals, when they explain this share of what the event would.
 constexpr double kComesBack = 0.5;
 
 /// Knots of a free curve; each holds at least this many rows, so that noise alone explains little.
@@ -104,8 +105,12 @@ std::vector<Structure> find_structure(const Measurement& measurement, const Eige
   Structure event = event_in_time(measurement, residual_N);
   // Moments that come back at one place of the rail are no accident of time.
   const bool comes_back = place.error_reduction >= kComesBack * event.error_reduction;
-  if (!comes_back && event.error_reduction > found[3].error_reduction) found[3] = std::move(event);
+  Structure reversal = after_reversals(measurement, residual_N);
+  const bool reverses = reversal.error_reduction >= kComesBack * event.error_reduction;
+  if (!comes_back && !reverses && event.error_reduction > found[3].error_reduction)
+    found[3] = std::move(event);
   if (place.error_reduction > found[0].error_reduction) found[0] = std::move(place);
+  found.push_back(std::move(reversal));
   std::sort(found.begin(), found.end(),
             [](const auto& a, const auto& b) { return a.error_reduction > b.error_reduction; });
   return found;

@@ -11,7 +11,7 @@ namespace slipstack::workbench {
 
 /// What a free curve over one coordinate finds in a residual: no physics, only "something depends on this".
 struct Structure {
-  std::string coordinate;        ///< position, velocity, acceleration, time, frequency
+  std::string coordinate;        ///< position, velocity, acceleration, time, frequency, reversal
   double error_reduction = 0.0;  ///< of the residual's rms, on held-out rows
   double where = 0.0;            ///< of the largest departure, in the coordinate's unit
   std::string description;       ///< one sentence

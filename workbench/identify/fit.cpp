@@ -6,12 +6,15 @@
 #include <functional>
 
 #include "workbench/identify/shape_search.h"
+#include "workbench/identify/standard_errors.h"
 
 namespace slipstack::workbench {
 namespace {
 
 constexpr int kGaussNewtonSteps = 4;
-constexpr double kSettled = 1e-4;  ///< relative change of the force that ends the Gauss-Newton steps
+constexpr double kAsGoodPitch = 1.01;    ///< cost, over that of the best pitch
+constexpr double kWorthRefining = 1.03;  ///< the same, before the pitch is refined
+constexpr double kSettled = 1e-4;        ///< relative change of the force that ends the Gauss-Newton steps
 
 bool multiplies(const Term& term) {
   return term.effect->acts_as(Acts::dry_scale) || term.effect->acts_as(Acts::total_scale);
@@ -86,6 +89,26 @@ std::vector<double> best_start(const EffectDescription& effect,
     }
   }
   return starts[best];
+}
+
+/// Unless a half or a third of the pitch does as well: noise in the harmonics that a multiple adds can make
+/// it the best by a hair.
+std::vector<double> with_shortest_pitch(const EffectDescription& effect,
+                                        const std::vector<ShapeRange>& ranges, SearchResult found,
+                                        const std::function<double(const std::vector<double>&)>& cost,
+                                        int evaluations) {
+  const double enough = kAsGoodPitch * found.cost;
+  for (const ShapeRange& range : ranges) {
+    if (effect.shapes[range.index].kind != ShapeKind::pitch) continue;
+    for (const double part : {2.0, 3.0}) {
+      std::vector<double> shapes = found.shapes;
+      shapes[range.index] /= part;
+      if (shapes[range.index] < range.lower || cost(shapes) > kWorthRefining * found.cost) continue;
+      SearchResult shorter = refine_shapes(ranges, std::move(shapes), cost, evaluations / 2);
+      if (shorter.cost <= enough) found = std::move(shorter);
+    }
+  }
+  return found.shapes;
 }
 
 /// A model at its gains as they are: what trials need, without a fit.
@@ -197,7 +220,8 @@ Trial try_effect(const Measurement& measurement, const FittedModel& base, const 
   // A user's own effect may have many shapes, and a narrow place to find.
   const int evaluations = effect.is_own() ? effort.evaluations * std::max(1, static_cast<int>(ranges.size()))
                                           : effort.evaluations;
-  best.term.shapes = refine_shapes(ranges, best.term.shapes, cost, evaluations).shapes;
+  best.term.shapes = with_shortest_pitch(
+      effect, ranges, refine_shapes(ranges, best.term.shapes, cost, evaluations), cost, evaluations);
   const NormalEquations equations = equations_at(best.term.shapes);
   const auto judged = judge(equations);
   best.terms.back() = best.term;
@@ -236,7 +260,8 @@ FittedModel fit_effects(const Measurement& measurement, const std::vector<std::s
   // In the order that was asked for.
   Terms ordered;
   for (const std::string& id : effects) ordered.push_back(*find_term(fitted.terms, id));
-  return fit_gains(measurement, std::move(ordered), &fitted);
+  fitted = fit_gains(measurement, std::move(ordered), &fitted);
+  return searched.empty() ? fitted : settle_shapes(measurement, std::move(fitted));
 }
 
 FittedModel polish_shapes(const Measurement& measurement, FittedModel fitted, const SearchEffort& effort) {

@@ -180,7 +180,7 @@ void Measurement::choose_rows(std::size_t maximum_rows) {
   for (LogPart& part : parts_) {
     part.first_row = row_samples_.size();
     const std::size_t begin = part.first_sample + part.unknown_start + margin;
-    const std::size_t first = (begin + group - 1) / group * group + group / 2;
+    const std::size_t first = (begin + group - 1) / group * group;
     for (std::size_t i = first; i < begin + usable(part); i += row_stride_) row_samples_.push_back(i);
     part.row_count = row_samples_.size() - part.first_row;
   }
@@ -281,14 +281,18 @@ Eigen::VectorXd Measurement::force_N(double delay_s) const {
   return filtered(later);
 }
 
-double Measurement::acceleration_noise_mps2(const LogPart& part) const {
+double Measurement::position_noise_m_per_root_Hz(const LogPart& part) const {
   std::size_t moving = 0;
   for (std::size_t i = part.first_sample + 1; i < part.end_sample(); ++i)
     moving += log_.position_m[i] != log_.position_m[i - 1] ? 1 : 0;
   const double share = static_cast<double>(moving) / static_cast<double>(part.sample_count);
+  return part.encoder_resolution_m * std::sqrt(share / 12.0 * 2.0 / sample_rate_Hz());
+}
+
+double Measurement::acceleration_noise_mps2(const LogPart& part) const {
   const std::vector<double> both = convolve(motion_taps(bandwidth_Hz_, sample_rate_Hz()), filter_.taps());
   const double gain = noise_gain(second_derivative(both, sample_rate_Hz()));
-  return part.encoder_resolution_m * std::sqrt(share * gain / 12.0);
+  return position_noise_m_per_root_Hz(part) * std::sqrt(0.5 * sample_rate_Hz() * gain);
 }
 
 double Measurement::force_noise_N() const {

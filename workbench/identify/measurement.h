@@ -102,6 +102,11 @@ class Measurement {
   const RowFilter& filter() const { return filter_; }
   std::size_t row_stride() const { return row_stride_; }
 
+  /// Slip distances to identify hysteresis with; empty: spread evenly over the decades. weigh_rows() puts
+  /// them where this log's virgin curve bends.
+  const std::vector<double>& slip_distances_m() const { return slip_distances_m_; }
+  void set_slip_distances(std::vector<double> slip_m) { slip_distances_m_ = std::move(slip_m); }
+
   // Noise.
   /// Standard deviation of white noise on the force before the filter, from differences of sixth order or as
   /// given; of several logs the rms.
@@ -112,6 +117,9 @@ class Measurement {
   double filtered_force_noise_N(const LogPart& part) const;
   /// What encoder quantisation leaves in the acceleration at the rows of a log: white while the axis moves.
   double acceleration_noise_mps2(const LogPart& part) const;
+  /// One-sided density of a position's error by quantisation, white while the axis moves [m/sqrt(Hz)]; times
+  /// (2 pi f)^2 it is that of the acceleration.
+  double position_noise_m_per_root_Hz(const LogPart& part) const;
   /// The same measurement with the displacement that another encoder of equal resolution would have seen, its
   /// grid shifted by a fraction of a step: what the hysteresis says differently there is what quantisation
   /// costs where the axis is slow.
@@ -139,6 +147,7 @@ class Measurement {
   double encoder_resolution_m_ = 0.0;
   double bandwidth_Hz_ = 0.0;
   bool force_noise_given_ = false;
+  std::vector<double> slip_distances_m_;
   Motion motion_;
   RowFilter filter_;
   std::size_t row_stride_ = 1;

@@ -6,6 +6,9 @@
 
 #include "workbench/identify/fit.h"
 #include "workbench/identify/linearisation.h"
+#include "workbench/identify/residual_noise.h"
+#include "workbench/identify/slip_grid.h"
+#include "workbench/identify/zero_phase.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -49,19 +52,26 @@ NoiseFloor::NoiseFloor(const Measurement& measurement) : measurement_(measuremen
 
 Eigen::VectorXd NoiseFloor::variance(const Terms& terms) const {
   Eigen::VectorXd sum(measurement_.row_count());
+  const Eigen::VectorXd here = measurement_.filtered(evaluate_force(measurement_, terms).force_N);
+  const Eigen::VectorXd residual_N = measurement_.force_N(delay_s(terms)) - here;
+  std::vector<Eigen::VectorXd> readings_N;
+  readings_N.reserve(shifted_.size());
+  for (const Measurement& shifted : shifted_) {
+    // The other reading takes the first's motion for the truth: their difference is one encoder's error.
+    readings_N.push_back(here - measurement_.filtered(evaluate_force(shifted, terms).force_N));
+  }
   for (std::size_t p = 0; p < measurement_.parts().size(); ++p) {
     const LogPart& part = measurement_.parts()[p];
-    const double force = measurement_.filtered_force_noise_N(part);
+    double force = measurement_.filtered_force_noise_N(part);
+    if (!measurement_.force_noise_given()) {
+      const double seen_N = residual_noise_N(measurement_, part, residual_N, readings_N, mass_kg(terms, p));
+      force = std::max(force, seen_N * std::sqrt(noise_gain(measurement_.filter().taps())));
+    }
     const double inertia = mass_kg(terms, p) * measurement_.acceleration_noise_mps2(part);
     sum.segment(static_cast<Eigen::Index>(part.first_row), static_cast<Eigen::Index>(part.row_count))
         .setConstant(force * force + inertia * inertia);
   }
-  const Eigen::VectorXd here = measurement_.filtered(evaluate_force(measurement_, terms).force_N);
-  for (const Measurement& shifted : shifted_) {
-    // The other reading takes the first's motion for the truth: their difference is one encoder's error.
-    const Eigen::VectorXd there = measurement_.filtered(evaluate_force(shifted, terms).force_N);
-    sum += (here - there).cwiseAbs2() / kReadings;
-  }
+  for (const Eigen::VectorXd& reading_N : readings_N) sum += reading_N.cwiseAbs2() / kReadings;
   return sum;
 }
 
@@ -85,6 +95,9 @@ std::vector<double> NoiseFloor::of_each_log(const Terms& terms) const {
 
 void weigh_rows(Measurement& measurement) {
   const FittedModel plain = fit_effects(measurement, {"inertia", "presliding_hysteresis"}, {});
+  if (const Term* hysteresis = find_term(plain.terms, "presliding_hysteresis")) {
+    measurement.set_slip_distances(refined_slip_distances(*hysteresis, measurement.encoder_resolution_m()));
+  }
   const Eigen::VectorXd variance = smoothed(NoiseFloor(measurement).variance(plain.terms));
   const double least = variance.minCoeff();
   const double enough = std::max({least, squared(kWorthWeighing * plain.train_rmse_N), 1e-300});

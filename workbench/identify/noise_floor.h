@@ -8,10 +8,11 @@
 
 namespace slipstack::workbench {
 
-/// What no model can explain at the rows: the noise of the force through the filter; the encoder's
-/// quantisation through mass times acceleration; and what quantisation does to the hysteresis, which is not
-/// white where the axis is slow, so it is tried out: the motion is read again by an encoder whose grid is
-/// shifted, and the model evaluated on both.
+/// What no model can explain at the rows: the noise of the force through the filter, from the differences of
+/// the force or, where that says more, from what the model leaves (residual_noise_N(), unless the noise was
+/// given); the encoder's quantisation through mass times acceleration; and what quantisation does to the
+/// hysteresis, which is not white where the axis is slow, so it is tried out: the motion is read again by an
+/// encoder whose grid is shifted, and the model evaluated on both.
 class NoiseFloor {
  public:
   explicit NoiseFloor(const Measurement& measurement);

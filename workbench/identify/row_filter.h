@@ -7,15 +7,16 @@
 
 namespace slipstack::workbench {
 
-/// The zero-phase low-pass between samples and rows, in two stages so that it costs little: means of an odd
-/// number of neighbouring samples, then a symmetric FIR over the means. Together they are one symmetric FIR,
-/// taps(), evaluated at the rows only; force and regressors pass exactly the same one.
+/// The zero-phase low-pass between samples and rows, in two stages so that it costs little: triangular means
+/// of neighbouring samples, one for each group of them, then a symmetric FIR over the means. Together they
+/// are one symmetric FIR, taps(), evaluated at the rows only; force and regressors pass exactly the same one.
 class RowFilter {
  public:
   RowFilter() = default;
   RowFilter(double bandwidth_Hz, double rate_Hz);
 
-  /// Samples in one mean; rows must lie on the middle of one: sample % group() == group() / 2.
+  /// Samples in one group: a mean falls to zero that far on either side of the group's first sample. Rows
+  /// must lie there: sample % group() == 0.
   std::size_t group() const { return group_; }
   /// FIR over the means.
   const std::vector<double>& stage() const { return stage_; }
@@ -47,7 +48,8 @@ class RowCollector {
   const std::vector<std::size_t>& row_samples_;
   std::size_t chunk_;
   std::vector<std::vector<double>> raw_;
-  std::vector<std::vector<double>> means_;  ///< sums of groups, per column
+  std::vector<std::vector<double>> means_;  ///< triangular sums around the groups' first samples, per column
+  std::vector<double> rising_;              ///< what the last group gives to the next mean, per column
   std::size_t first_group_ = 0;             ///< of those held
   std::size_t held_ = 0;
   std::size_t next_row_ = 0;

@@ -259,6 +259,9 @@ std::vector<double> default_shapes(const Measurement& measurement, const EffectD
     const ShapeSpec& spec = effect.shapes[i];
     switch (spec.kind) {
       case ShapeKind::slip_distance: {
+        if (measurement.slip_distances_m().size() == effect.shapes.size()) {
+          return measurement.slip_distances_m();
+        }
         // From below the encoder's step to beyond any pre-sliding travel of a rolling guideway, or to the
         // largest travel of this log.
         const double longest = std::min(stroke.length(), kLongestSlip_m);

@@ -14,10 +14,17 @@ constexpr double kRelativeStep = 3e-4;
 /// A shape this close to an end of its range was stopped there.
 constexpr double kAtItsBound = 1e-6;
 
+/// Steps over which the tangent is trusted: 3 % of the shape.
+constexpr double kFurthestSteps = 100.0;
+/// What settling may cost in held-out error.
+constexpr double kAsGoodHeldOut = 1.002;
+
 struct FreeShape {
   std::size_t term = 0;
   std::size_t shape = 0;
   double step = 0.0;
+  double lower = 0.0;
+  double upper = 0.0;
 };
 
 std::vector<FreeShape> free_shapes(const Measurement& measurement, const Terms& terms) {
@@ -27,8 +34,9 @@ std::vector<FreeShape> free_shapes(const Measurement& measurement, const Terms& 
       const double value = terms[t].shapes[range.index];
       const double margin = kAtItsBound * (range.upper - range.lower);
       if (value <= range.lower + margin || value >= range.upper - margin) continue;
-      shapes.push_back(
-          {t, range.index, kRelativeStep * (range.logarithmic ? value : range.upper - range.lower)});
+      shapes.push_back({t, range.index,
+                        kRelativeStep * (range.logarithmic ? value : range.upper - range.lower), range.lower,
+                        range.upper});
     }
   }
   return shapes;
@@ -47,33 +55,72 @@ Eigen::VectorXd derivative(const Measurement& measurement, const Terms& terms, c
   return (difference_N(shape.step) - difference_N(-shape.step)) / (2.0 * shape.step);
 }
 
+/// The model's unknowns about where it is: its gains as they are, and how far each shape should move.
+struct Tangent {
+  std::vector<FreeShape> shapes;
+  Eigen::MatrixXd columns;
+  NormalEquations::Constraints constraints;
+  Eigen::Index gains = 0;
+};
+
+Tangent tangent_of(const Measurement& measurement, const FittedModel& fitted) {
+  Tangent tangent;
+  tangent.shapes = free_shapes(measurement, fitted.terms);
+  const Eigen::MatrixXd& columns = fitted.linearisation->columns();
+  tangent.gains = columns.cols();
+  const Eigen::Index count = tangent.gains + static_cast<Eigen::Index>(tangent.shapes.size());
+  tangent.columns.resize(columns.rows(), count);
+  tangent.columns.leftCols(tangent.gains) = columns;
+  tangent.constraints = fitted.constraints;
+  tangent.constraints.penalty.conservativeResize(count, count);
+  tangent.constraints.penalty.rightCols(count - tangent.gains).setZero();
+  tangent.constraints.penalty.bottomRows(count - tangent.gains).setZero();
+  tangent.constraints.lower.conservativeResize(count);
+  tangent.constraints.upper.conservativeResize(count);
+  for (std::size_t i = 0; i < tangent.shapes.size(); ++i) {
+    const Eigen::Index column = tangent.gains + static_cast<Eigen::Index>(i);
+    tangent.columns.col(column) = derivative(measurement, fitted.terms, tangent.shapes[i]);
+    // As far as the tangent holds; without gain, an effect's shapes say nothing.
+    const bool seen = tangent.columns.col(column).squaredNorm() > 0.0;
+    const double furthest = seen ? kFurthestSteps * tangent.shapes[i].step : 0.0;
+    tangent.constraints.lower(column) = -furthest;
+    tangent.constraints.upper(column) = furthest;
+  }
+  return tangent;
+}
+
 }  // namespace
 
-FittedModel with_standard_errors(const Measurement& measurement, FittedModel fitted) {
-  const std::vector<FreeShape> shapes = free_shapes(measurement, fitted.terms);
-  const Eigen::MatrixXd& columns = fitted.linearisation->columns();
-  const Eigen::Index gains = columns.cols();
-  const Eigen::Index count = gains + static_cast<Eigen::Index>(shapes.size());
+FittedModel settle_shapes(const Measurement& measurement, FittedModel fitted) {
+  const Tangent tangent = tangent_of(measurement, fitted);
+  if (tangent.shapes.empty()) return fitted;
+  const NormalEquations equations(measurement, tangent.columns, fitted.linearisation->target());
+  const Eigen::VectorXd value = equations.fit(tangent.constraints).value;
+  Terms terms = fitted.terms;
+  for (std::size_t i = 0; i < tangent.shapes.size(); ++i) {
+    const FreeShape& shape = tangent.shapes[i];
+    double& moved = terms[shape.term].shapes[shape.shape];
+    moved = std::clamp(moved + value(tangent.gains + static_cast<Eigen::Index>(i)), shape.lower, shape.upper);
+  }
+  FittedModel settled = fit_gains(measurement, std::move(terms), &fitted);
+  const bool better = settled.train_rmse_N < fitted.train_rmse_N &&
+                      settled.holdout_rmse_N < kAsGoodHeldOut * fitted.holdout_rmse_N;
+  return better ? settled : fitted;
+}
 
-  Eigen::MatrixXd all(columns.rows(), count);
-  all.leftCols(gains) = columns;
+FittedModel with_standard_errors(const Measurement& measurement, FittedModel fitted) {
+  const Tangent tangent = tangent_of(measurement, fitted);
+  const Eigen::Index count = tangent.columns.cols();
   BoundedSolution solution = fitted.solution;
   solution.value.conservativeResize(count);
   solution.rests.resize(static_cast<std::size_t>(count), Rests::free);
-  for (std::size_t i = 0; i < shapes.size(); ++i) {
-    const Eigen::Index column = gains + static_cast<Eigen::Index>(i);
-    all.col(column) = derivative(measurement, fitted.terms, shapes[i]);
+  for (Eigen::Index column = tangent.gains; column < count; ++column) {
     solution.value(column) = 0.0;  // how far the shape is from where it is
-    // Without gain, an effect's shapes say nothing.
-    if (all.col(column).squaredNorm() == 0.0)
+    if (tangent.constraints.upper(column) == 0.0)
       solution.rests[static_cast<std::size_t>(column)] = Rests::on_lower;
   }
-  NormalEquations::Constraints constraints = fitted.constraints;
-  constraints.penalty.conservativeResize(count, count);
-  constraints.penalty.rightCols(count - gains).setZero();
-  constraints.penalty.bottomRows(count - gains).setZero();
-  const NormalEquations equations(measurement, all, fitted.linearisation->target());
-  const Eigen::VectorXd errors = equations.standard_errors(solution, constraints);
+  const NormalEquations equations(measurement, tangent.columns, fitted.linearisation->target());
+  const Eigen::VectorXd errors = equations.standard_errors(solution, tangent.constraints);
 
   Eigen::Index next = 0;
   for (Term& term : fitted.terms) {
@@ -82,7 +129,7 @@ FittedModel with_standard_errors(const Measurement& measurement, FittedModel fit
     next += static_cast<Eigen::Index>(term.gains.size());
     term.shape_standard_errors.assign(term.shapes.size(), 0.0);
   }
-  for (const FreeShape& shape : shapes) {
+  for (const FreeShape& shape : tangent.shapes) {
     fitted.terms[shape.term].shape_standard_errors[shape.shape] = errors(next++);
   }
   return fitted;

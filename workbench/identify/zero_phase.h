@@ -6,8 +6,8 @@
 
 namespace slipstack::workbench {
 
-/// Taps of a symmetric (zero-phase) low-pass at the sampling rate: windowed sinc, Blackman window, sum 1.
-/// `cutoff_Hz` is the -6 dB point; the response is flat to 0.1 % below half of it and under -70 dB above
+/// Taps of a symmetric (zero-phase) low-pass at the sampling rate: windowed sinc, Kaiser window, sum 1.
+/// `cutoff_Hz` is the -6 dB point; the response is flat to 0.01 % below half of it and under -90 dB above
 /// 1.5 times it.
 std::vector<double> low_pass_taps(double cutoff_Hz, double rate_Hz);
 

@@ -11,6 +11,7 @@
 #include "workbench/diagnose/held_out.h"
 #include "workbench/diagnose/lines.h"
 #include "workbench/diagnose/places.h"
+#include "workbench/diagnose/reversals.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -65,15 +66,53 @@ TEST_F(Residual, ThatBrakesAtOnePlaceIsOneOfPosition) {
 // The same force in one pass only is an accident of that moment, wherever the axis was.
 TEST_F(Residual, OfOnePassIsOneOfTime) {
   Eigen::VectorXd residual_N = noise_N_;
-  const Eigen::VectorXd all_N = bump_N(3.0, 1e-3);
+  const Eigen::VectorXd all_N = bump_N(3.0, 3e-3);
   Eigen::Index row = 0;
-  while (all_N(row) < 1.0) ++row;
+  while (all_N(row) < 0.1) ++row;
   const Eigen::Index first = row;
   for (; row < first + 40; ++row) residual_N(row) += all_N(row);
   EXPECT_LT(place_on_rail(position_m_, velocity_mps_, residual_N).error_reduction, 0.02);
   const Structure found = find_structure(measurement_, residual_N).front();
   EXPECT_EQ(found.coordinate, "time");
   EXPECT_NEAR(found.where, row_times(measurement_)(first), 0.5);
+}
+
+/// Rows at which a signal changes sign.
+std::vector<Eigen::Index> reversals_of(const Eigen::VectorXd& signal) {
+  std::vector<Eigen::Index> rows;
+  for (Eigen::Index row = 1; row < signal.size(); ++row) {
+    if ((signal(row) > 0.0) != (signal(row - 1) > 0.0)) rows.push_back(row);
+  }
+  return rows;
+}
+
+// Play: a knock after every reversal, now this way, now that, each of its own strength.
+TEST_F(Residual, OfKnocksAfterReversalsIsOneOfReversals) {
+  Eigen::VectorXd residual_N = noise_N_;
+  Draw draw(5);
+  for (const Eigen::Index row : reversals_of(velocity_mps_)) {
+    const double knock_N = draw.uniform(0.5, 2.0) * draw.sign();
+    for (Eigen::Index k = 0; k < 3 && row + k < residual_N.size(); ++k)
+      residual_N(row + k) += knock_N * (k == 1 ? -1.0 : 1.0);
+  }
+  const Structure found = find_structure(measurement_, residual_N).front();
+  EXPECT_EQ(found.coordinate, "reversal") << found.description;
+  EXPECT_GT(found.error_reduction, 0.3);
+}
+
+// The same knocks anywhere else follow nothing, and one reversal alone is an event.
+TEST_F(Residual, OfKnocksElsewhereIsNotOneOfReversals) {
+  Eigen::VectorXd anywhere_N = noise_N_;
+  Draw draw(6);
+  for (int k = 0; k < 100; ++k) {
+    anywhere_N(static_cast<Eigen::Index>(draw.uniform(0.0, static_cast<double>(anywhere_N.size() - 1)))) +=
+        2.0;
+  }
+  EXPECT_LT(after_reversals(measurement_, anywhere_N).error_reduction, 0.1);
+  Eigen::VectorXd once_N = noise_N_;
+  const auto rows = reversals_of(velocity_mps_);
+  once_N.segment(rows[rows.size() / 2], 4).array() += 20.0;
+  EXPECT_EQ(after_reversals(measurement_, once_N).error_reduction, 0.0);
 }
 
 TEST_F(Residual, ThatDependsOnVelocityIsOneOfVelocity) {

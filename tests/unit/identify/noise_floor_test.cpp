@@ -7,6 +7,7 @@
 #include <cmath>
 #include <vector>
 
+#include "sim_host/log/closed_loop.h"
 #include "tests/unit/identify/identify_support.h"
 #include "tests/unit/identify/simulated_axis.h"
 
@@ -74,6 +75,38 @@ TEST(NoiseFloor, KnowsForceNoiseByItself) {
   EXPECT_NEAR(spread.mean, 1.0, 0.03);
   EXPECT_GT(spread.lowest, 0.95);
   EXPECT_LT(spread.highest, 1.05);
+}
+
+// A drive that pushes the axis with its own noise, seen by no sensor: the measured current does not carry it,
+// the motion does. What the true model leaves is that noise, and the floor must say so; without it, five
+// times too low.
+TEST(NoiseFloor, KnowsForcesThatNoSensorSees) {
+  double mean = 0.0;
+  double by_sensor_only = 0.0;
+  constexpr int kLogs = 6;
+  for (std::uint64_t seed = 60; seed < 60 + kLogs; ++seed) {
+    const sim::Bench bench = bench_of(sim::Setup::kRandom, seed);
+    const sim::SimulatedLog simulated =
+        sim::simulate_closed_loop_log(bench.axis, sim::draw_programme(bench, seed), bench.rate_Hz, seed);
+    const Measurement measurement(test::log_of(bench.axis, simulated));
+    const Terms truth = test::truth_of(measurement, bench.axis);
+    const double left_N = measurement.weighted_rms(Linearisation(measurement, truth).residual_N());
+    const double ratio = left_N / NoiseFloor(measurement).of(truth);
+    EXPECT_GT(ratio, 0.6) << seed;
+    EXPECT_LT(ratio, 1.6) << seed;
+    mean += ratio / kLogs;
+    by_sensor_only += left_N / measurement.filtered_force_noise_N() / kLogs;
+  }
+  EXPECT_NEAR(mean, 1.05, 0.2);
+  EXPECT_GT(by_sensor_only, 3.0) << "nothing that the sensor does not see";
+}
+
+// Noise that is given is not doubted.
+TEST(NoiseFloor, LeavesAGivenNoiseAlone) {
+  const Log log = test::wandering_log(11, 1000.0, 20'000, 0.5);
+  const Measurement measurement(log, {.force_noise_N = 0.01});
+  const Terms nothing{make_term(measurement, *find_effect("viscous"))};
+  EXPECT_NEAR(NoiseFloor(measurement).of(nothing), measurement.filtered_force_noise_N(), 1e-12);
 }
 
 }  // namespace
