@@ -165,11 +165,13 @@ constexpr void append_mapping(std::array<Object, N>& rows, std::size_t& at, std:
 }  // namespace detail
 
 inline constexpr auto kReceivePdoObjects = [] {
-  std::array<Object, std::size_t{kPdoCount} * (3U + kMappedLargest + 1U)> rows{};
+  std::array<Object, std::size_t{kPdoCount} * (4U + kMappedLargest + 1U)> rows{};
   std::size_t at = 0;
   for (std::uint8_t n = 0; n < kPdoCount; ++n) {
-    detail::append_communication(rows, at, static_cast<std::uint16_t>(0x1400 + n), kReceivePdos[n], 2,
-                                 "RPDO communication parameter", "COB-ID used by RPDO");
+    const auto index = static_cast<std::uint16_t>(0x1400 + n);
+    detail::append_communication(rows, at, index, kReceivePdos[n], 5, "RPDO communication parameter",
+                                 "COB-ID used by RPDO");
+    rows[at++] = entry(index, 5, Type::kU16, "Event timer").in("s", 1e-3F).stored(Storage::kSetting);
   }
   for (std::uint8_t n = 0; n < kPdoCount; ++n) {
     detail::append_mapping(rows, at, static_cast<std::uint16_t>(0x1600 + n), kReceivePdos[n],

@@ -102,15 +102,21 @@ class Dictionary {
 
   /// What a master writes.
   Abort write(std::size_t row, std::uint32_t value) {
+    const Abort abort = put(row, value);
+    if (abort == Abort::kNone) announce(row);
+    return abort;
+  }
+  /// The first half of a write: the value stands in the dictionary, and nothing has followed from it yet.
+  Abort put(std::size_t row, std::uint32_t value) {
     const Object& object = kObjects[row];
     if (!object.writable()) return Abort::kReadOnly;
     Abort abort = check_bounds(object, value);
     if (abort == Abort::kNone) abort = behind_.check(row, value);
-    if (abort != Abort::kNone) return abort;
-    values_[row] = value;
-    behind_.written(row, value);
-    return Abort::kNone;
+    if (abort == Abort::kNone) values_[row] = value;
+    return abort;
   }
+  /// The second half: the device acts on it.
+  void announce(std::size_t row) { behind_.written(row, values_[row]); }
 
   Behind& behind() { return behind_; }
 

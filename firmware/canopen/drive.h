@@ -27,9 +27,15 @@ class Drive final : public Application {
       : controller_(controller), timing_(timing), trace_(trace), serial_(serial) {}
 
   /// From the tick's interrupt, behind the tick.
+  ///
+  /// What is recorded beside the counts is the force that acted when they were read: a command is held from
+  /// this tick to the next, so about this instant the current was the mean of the last command and this one.
+  /// The command alone would be half a tick early, at a jerk of 100 m/s3 and 35 kg 0.18 N.
   void after_tick() {
-    trace_.sample({controller_.measured_counts(), controller_.output().reference_counts,
-                   controller_.output().current_A},
+    const float command_A = controller_.output().current_A;
+    about_reading_A_ = 0.5F * (last_command_A_ + command_A);
+    last_command_A_ = command_A;
+    trace_.sample({controller_.measured_counts(), controller_.output().reference_counts, about_reading_A_},
                   controller_.ticks());
   }
 
@@ -296,7 +302,7 @@ class Drive final : public Application {
       case 10:
         return out.limits;
       case 11:
-        return rounded(out.current_A / controller_.parameters().axis.current_limit_A * 32767.0F, 32767.0F);
+        return rounded(about_reading_A_ / controller_.parameters().axis.current_limit_A * 32767.0F, 32767.0F);
       case 12:
         return word(out.current_A);
       default:
@@ -440,8 +446,7 @@ class Drive final : public Application {
     command();
     if ((rising & kHaltBit) != 0 && operation_enabled()) {
       controller_.reference().stop();
-      waiting_ = false;
-      streaming_ = false;
+      waiting_ = streaming_ = target_stands_ = false;
     }
     if (active_ == Mode::kProfilePosition) new_set_point(rising);
   }
@@ -471,15 +476,17 @@ class Drive final : public Application {
 
   void follow_mode() {
     if (!operation_enabled()) {
-      streaming_ = waiting_ = acknowledged_ = false;
+      streaming_ = waiting_ = acknowledged_ = target_stands_ = false;
     }
     if (mode_ == active_) return;
     if (operation_enabled()) controller_.reference().stop();
     active_ = mode_;
-    streaming_ = waiting_ = acknowledged_ = false;
+    streaming_ = waiting_ = acknowledged_ = target_stands_ = false;
   }
 
-  // Controlword bit 4 rises: a set-point; statusword bit 12 says it was taken and falls with bit 4.
+  // Controlword bit 4 rises: a set-point, which is the target and the profile as they are now; statusword bit
+  // 12 says it was taken and falls with bit 4. A relative target counts from the one before; where there is
+  // none, or a halt has given it up, from where the axis is asked to be.
   void new_set_point(std::uint16_t rising) {
     if ((control_ & kNewSetPointBit) == 0) {
       acknowledged_ = false;
@@ -487,7 +494,9 @@ class Drive final : public Application {
     }
     if ((rising & kNewSetPointBit) == 0 || !operation_enabled() || halted() || waiting_) return;
     const auto target = static_cast<std::int32_t>(value(kRow<0x607A>));
-    target_ = (control_ & kRelativeBit) != 0 ? sum(last_target_, target) : target;
+    const std::int32_t from = target_stands_ ? last_target_ : controller_.reference().counts();
+    target_ = (control_ & kRelativeBit) != 0 ? sum(from, target) : target;
+    profile_ = {value(kRow<0x6081>), value(kRow<0x6083>), value(kRow<0x60A4, 1>)};
     if ((control_ & kImmediatelyBit) != 0) controller_.reference().stop();
     waiting_ = acknowledged_ = true;
   }
@@ -497,16 +506,17 @@ class Drive final : public Application {
     if (!controller_.reference().idle()) return;
     const ControlSet& set = controller_.parameters();
     const float tick_s = set.axis.tick_s;
-    const auto limit = [&](std::size_t row, float per, float axis) {
-      const float own = static_cast<float>(value(row)) * per;
+    const auto limit = [](std::uint32_t wanted, float per, float axis) {
+      const float own = static_cast<float>(wanted) * per;
       return own < axis ? own : axis;
     };
     const MotionLimits limits{
-        limit(kRow<0x6081>, tick_s, set.axis.velocity_limit_mps / set.mps_per_count),
-        limit(kRow<0x6083>, tick_s * tick_s, set.axis.acceleration_limit_mps2 / set.mps2_per_count),
-        limit(kRow<0x60A4, 1>, tick_s * tick_s * tick_s,
+        limit(profile_.velocity, tick_s, set.axis.velocity_limit_mps / set.mps_per_count),
+        limit(profile_.acceleration, tick_s * tick_s, set.axis.acceleration_limit_mps2 / set.mps2_per_count),
+        limit(profile_.jerk, tick_s * tick_s * tick_s,
               set.axis.jerk_limit_mps3 / set.mps2_per_count * tick_s)};
     waiting_ = false;
+    target_stands_ = true;
     last_target_ = target_;
     static_cast<void>(plan_move(controller_.reference(), target_, limits));
   }
@@ -529,6 +539,8 @@ class Drive final : public Application {
   const TickTiming& timing_;
   TraceBuffer& trace_;
   std::uint32_t serial_;
+  float last_command_A_ = 0.0F;
+  float about_reading_A_ = 0.0F;
   Dictionary* dictionary_ = nullptr;
   ParameterStatus applied_ = ParameterStatus::kNoMass;
   std::uint32_t refused_ = 0;
@@ -539,8 +551,15 @@ class Drive final : public Application {
   bool streaming_ = false;
   bool waiting_ = false;
   bool acknowledged_ = false;
+  struct Profile {
+    std::uint32_t velocity = 1;      // counts/s
+    std::uint32_t acceleration = 1;  // counts/s2
+    std::uint32_t jerk = 1;          // counts/s3
+  };
+  Profile profile_;
   std::int32_t target_ = 0;
   std::int32_t last_target_ = 0;
+  bool target_stands_ = false;
   SetpointStream stream_;
   TraceHead head_;
   std::array<std::uint32_t, kModelWords> incoming_{};

@@ -9,8 +9,19 @@
 
 namespace slipstack::canopen {
 
-/// Sources of errors; each is there or not.
-enum class ErrorSource : std::uint8_t { kDrive, kBusOff, kHeartbeat, kPdoLength, kOverrun, kCount };
+/// Sources of errors; each is there or not. The number is byte 3 of the message.
+enum class ErrorSource : std::uint8_t {
+  kDrive,
+  kBusOff,
+  kHeartbeat,
+  kPdoLength,
+  kOverrun,
+  kPassive,
+  kCollision,
+  kSyncLength,
+  kPdoTimeout,
+  kCount
+};
 
 /// The bits of the error register 1001h that an error code sets (CiA 301 tables 26 and 53).
 constexpr std::uint8_t register_bits(std::uint16_t code) {
@@ -41,23 +52,23 @@ class Emergency {
   std::uint32_t history(std::uint8_t number) const { return number <= count_ ? history_[number - 1U] : 0; }
   void clear_history() { count_ = 0; }
   bool active(ErrorSource source) const { return active_[at(source)] != 0; }
+  /// What begins anew with the communication: its errors are gone, and nothing is waiting to be sent.
+  void reset_communication() {
+    for (std::size_t i = 1; i < active_.size(); ++i) active_[i] = 0;
+    waiting_count_ = 0;
+    if (active_[0] != 0) queue(active_[0], ErrorSource::kDrive, 0);
+  }
 
   /// The error of a source, 0 when it is gone. `detail`: the manufacturer's bytes.
+  /// Another detail, as a second node that is lost, is told too.
   void set(ErrorSource source, std::uint16_t code, std::uint32_t detail = 0) {
     std::uint16_t& active = active_[at(source)];
-    if (active == code) return;
+    if (active == code && (code == 0 || details_[at(source)] == detail)) return;
     active = code;
+    details_[at(source)] = detail;
     if (code != 0) remember(code, source);
-    bool any = false;
-    for (const std::uint16_t other : active_) any |= other != 0;
     // Gone, but another is left: a message with that one's code says so.
-    waiting_[(first_ + waiting_count_) % kWaiting] = {any && code == 0 ? first_active() : code,
-                                                      error_register(), at(source), detail};
-    if (waiting_count_ < kWaiting) {
-      ++waiting_count_;
-    } else {
-      first_ = (first_ + 1) % kWaiting;  // the oldest gives way
-    }
+    queue(code == 0 ? first_active() : code, source, detail);
   }
 
   /// Sends what is due; `inhibit_100us` between two messages.
@@ -90,6 +101,15 @@ class Emergency {
   };
   static constexpr std::uint8_t at(ErrorSource source) { return static_cast<std::uint8_t>(source); }
 
+  void queue(std::uint16_t code, ErrorSource source, std::uint32_t detail) {
+    waiting_[(first_ + waiting_count_) % kWaiting] = {code, error_register(), at(source), detail};
+    if (waiting_count_ < kWaiting) {
+      ++waiting_count_;
+    } else {
+      first_ = (first_ + 1) % kWaiting;  // the oldest gives way
+    }
+  }
+  // The first of those that are left, 0 without one.
   std::uint16_t first_active() const {
     for (const std::uint16_t code : active_) {
       if (code != 0) return code;
@@ -103,6 +123,7 @@ class Emergency {
   }
 
   std::array<std::uint16_t, static_cast<std::size_t>(ErrorSource::kCount)> active_{};
+  std::array<std::uint32_t, static_cast<std::size_t>(ErrorSource::kCount)> details_{};
   std::array<std::uint32_t, kErrorHistory> history_{};
   std::uint8_t count_ = 0;
   std::array<Message, kWaiting> waiting_{};

@@ -211,7 +211,8 @@ inline constexpr auto kObserverRows = std::to_array<Object>({
     reading(kObserverIndex, 8, Type::kReal32, "Velocity").in("m/s"),
     reading(kObserverIndex, 9, Type::kI32, "Reference").in("count"),
     reading(kObserverIndex, 10, Type::kU16, "Limits"),
-    reading(kObserverIndex, 11, Type::kI16, "Current over current limit").in("", 1.0F / 32767.0F),
+    reading(kObserverIndex, 11, Type::kI16, "Current about the reading over current limit")
+        .in("", 1.0F / 32767.0F),
     reading(kObserverIndex, 12, Type::kReal32, "Current").in("A"),
     reading(kObserverIndex, 13, Type::kU32, "Model hash"),
     reading(kObserverIndex, kMemorySub, Type::kU8, "Depth of the memory stack"),

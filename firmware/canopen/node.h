@@ -50,6 +50,8 @@ class Node final : private Behind {
   static constexpr int kFramesPerPoll = 16;
   static constexpr int kBlockFramesPerPoll = 8;
   static constexpr std::uint32_t kBusOffWait_us = 100'000;  ///< before the port recovers
+  static constexpr std::uint32_t kEventHeld_us =
+      1'000'000;  ///< how long a lost frame, or another's, is an error
 
   Node(CanPort& port, SlotLog& storage, Application& application)
       : port_(port),
@@ -105,17 +107,30 @@ class Node final : private Behind {
     if (frame.id == 0) return take_nmt(frame, now_us);
     if (frame.id == 0x600U + node_) return take_sdo(frame, now_us);
     if (frame.id == (dictionary_.value(kRow<0x1005>) & 0x7FF)) return take_sync(frame, now_us);
+    if (is_own(frame.id)) {
+      emergency_.set(ErrorSource::kCollision, 0x8150, frame.id);
+      collision_us_ = now_us;
+      return;
+    }
     if (frame.id > 0x700 && frame.id < 0x780) {
       if (frame.length == 1) heartbeats_.receive(static_cast<std::uint8_t>(frame.id & 0x7F), now_us);
       return;
     }
     if (state_ != NmtState::kOperational) return;
-    bool wrong_length = false;
-    if (pdos_.receive(frame, wrong_length)) {
-      // 8210h: PDO not processed due to length error.
-      if (wrong_length) count(malformed_);
-      emergency_.set(ErrorSource::kPdoLength, wrong_length ? 0x8210 : 0, frame.id);
-    }
+    const Pdos::Fit fit = pdos_.receive(frame, now_us);
+    if (fit == Pdos::Fit::kNobodys) return;
+    // 8210h: not processed due to length error; 8220h: length exceeded.
+    if (fit != Pdos::Fit::kRight) count(malformed_);
+    const std::uint16_t code = fit == Pdos::Fit::kRight ? 0 : fit == Pdos::Fit::kTooShort ? 0x8210 : 0x8220;
+    emergency_.set(ErrorSource::kPdoLength, code, frame.id);
+  }
+
+  // Identifiers that only this node may send: somebody else has its node id, or one of its PDOs'.
+  bool is_own(std::uint32_t id) const {
+    const std::uint32_t emergency = dictionary_.value(kRow<0x1014>);
+    return id == 0x580U + node_ || id == 0x700U + node_ ||
+           ((emergency & kInvalidPdo) == 0 && id == (emergency & 0x7FF)) ||
+           (state_ == NmtState::kOperational && pdos_.sends(id));
   }
 
   void take_nmt(const CanFrame& frame, std::uint32_t now_us) {
@@ -147,8 +162,13 @@ class Node final : private Behind {
   void send_sdo(const SdoFrame& out) { outbox_.push(0x580U + node_, out); }
 
   void take_sync(const CanFrame& frame, std::uint32_t now_us) {
+    // 8240h: unexpected SYNC data length. By 1019h there is a counter or there is none; without one where it
+    // is expected, and with one where it is not, SYNC is still SYNC.
+    const bool counted = dictionary_.value(kRow<0x1019>) > 1;
+    const bool right = frame.length == (counted ? 1 : 0);
+    emergency_.set(ErrorSource::kSyncLength, right ? 0 : 0x8240, frame.length);
     if (frame.length > 1) return count(malformed_);
-    sync(frame.length == 1 ? frame.data[0] : std::uint8_t{0}, now_us);
+    sync(right && counted ? frame.data[0] : std::uint8_t{0}, now_us);
   }
   void sync(std::uint8_t counter, std::uint32_t now_us) {
     if (state_ != NmtState::kOperational) return;
@@ -242,6 +262,8 @@ class Node final : private Behind {
     load_communication();
     sdo_.reset();
     heartbeats_.reset();
+    emergency_.reset_communication();
+    frames_lost_ = port_.status().frames_lost;
     pdos_.load();
     pdos_.restart();
     outbox_.clear();
@@ -272,6 +294,7 @@ class Node final : private Behind {
     emergency_.set(ErrorSource::kDrive, application_.error_code());
     step_heartbeats(now_us);
     step_sync(now_us);
+    watch_frames(now_us);
     SdoFrame out;
     for (int i = 0; i < kBlockFramesPerPoll && outbox_.room() > 8; ++i) {
       if (!sdo_.next(now_us, out)) break;
@@ -335,6 +358,26 @@ class Node final : private Behind {
       emergency_.set(ErrorSource::kBusOff, 0x8140);
       emergency_.set(ErrorSource::kBusOff, 0);
     }
+  }
+
+  // Events rather than states: the error is gone when there was none for a while.
+  void watch_frames(std::uint32_t now_us) {
+    const CanBusStatus bus = port_.status();
+    // 8110h: CAN overrun.
+    if (bus.frames_lost != frames_lost_) {
+      frames_lost_ = bus.frames_lost;
+      overrun_us_ = now_us;
+      emergency_.set(ErrorSource::kOverrun, 0x8110);
+    } else if (now_us - overrun_us_ >= kEventHeld_us) {
+      emergency_.set(ErrorSource::kOverrun, 0);
+    }
+    // 8150h: CAN-ID collision.
+    if (now_us - collision_us_ >= kEventHeld_us) emergency_.set(ErrorSource::kCollision, 0);
+    // 8120h: CAN in error passive mode.
+    emergency_.set(ErrorSource::kPassive, bus.state == CanBusState::kPassive ? 0x8120 : 0);
+    // 8250h: RPDO time-out.
+    const std::uint8_t late = state_ == NmtState::kOperational ? pdos_.late(now_us) : std::uint8_t{0};
+    emergency_.set(ErrorSource::kPdoTimeout, late != 0 ? 0x8250 : 0, late);
   }
 
   // Error behaviour 1029h, and 6007h.
@@ -536,6 +579,9 @@ class Node final : private Behind {
   std::uint32_t last_sync_us_ = 0;
   std::uint32_t received_ = 0;
   std::uint32_t malformed_ = 0;
+  std::uint32_t frames_lost_ = 0;
+  std::uint32_t overrun_us_ = 0;
+  std::uint32_t collision_us_ = 0;
 };
 
 }  // namespace slipstack::canopen

@@ -57,15 +57,30 @@ class PdoMap {
       at += size_[i];
     }
   }
-  /// Values that the dictionary refuses are counted in `refused`; the others are taken.
-  void unpack(Dictionary& dictionary, std::span<const std::uint8_t> in, std::uint32_t& refused) const {
+  /// Puts the values into the dictionary; nothing follows from them before announce(). Those that it refuses
+  /// are counted in `refused`; the others are taken. A bit in the result for each that was.
+  std::uint8_t unpack(Dictionary& dictionary, std::span<const std::uint8_t> in,
+                      std::uint32_t& refused) const {
     std::size_t at = 0;
+    std::uint8_t taken = 0;
     for (std::size_t i = 0; i < count_; ++i) {
       if (row_[i] != kNoRow) {
         const std::uint32_t value = from_bytes(kObjects[row_[i]].type, in.subspan(at, size_[i]));
-        if (dictionary.write(row_[i], value) != Abort::kNone) count(refused);
+        if (dictionary.put(row_[i], value) == Abort::kNone) {
+          taken = static_cast<std::uint8_t>(taken | (1U << i));
+        } else {
+          count(refused);
+        }
       }
       at += size_[i];
+    }
+    return taken;
+  }
+  /// The device acts on what unpack() took: on all of it together, so that a controlword meets the target
+  /// that came with it, in whichever order they are mapped.
+  void announce(Dictionary& dictionary, std::uint8_t taken) const {
+    for (std::size_t i = 0; i < count_; ++i) {
+      if ((taken >> i & 1U) != 0) dictionary.announce(row_[i]);
     }
   }
 
@@ -135,38 +150,60 @@ class Pdos {
     } else if (!receive && (object.sub == 1 || object.sub == 2 || object.sub == 6)) {
       transmit_[n].restart();
     } else if (receive) {
-      receive_[n].held = false;
+      receive_[n].held = receive_[n].watched = false;
     }
   }
 
-  /// A frame in operational; false: no RPDO has this identifier. `wrong_length`: shorter than what is mapped.
-  bool receive(const CanFrame& frame, bool& wrong_length) {
-    wrong_length = false;
-    bool found = false;
+  /// How a frame fitted what is mapped (CiA 301, 7.2.2.5.1): a longer one is taken, without its tail.
+  enum class Fit : std::uint8_t { kNobodys, kRight, kTooShort, kTooLong };
+
+  /// A frame in operational.
+  Fit receive(const CanFrame& frame, std::uint32_t now_us) {
+    Fit fit = Fit::kNobodys;
     for (std::uint8_t n = 0; n < kPdoCount; ++n) {
-      const std::uint32_t cob = dictionary_.value(cob_row(n, true));
+      const std::size_t row = cob_row(n, true);
+      const std::uint32_t cob = dictionary_.value(row);
       if ((cob & kInvalidPdo) != 0 || (cob & 0x7FF) != frame.id) continue;
-      found = true;
       Receive& pdo = receive_[n];
       if (frame.length < pdo.map.bytes()) {
-        wrong_length = true;
-      } else if (dictionary_.value(cob_row(n, true) + 1) <= 240) {
+        fit = Fit::kTooShort;
+        continue;
+      }
+      if (fit != Fit::kTooShort) fit = frame.length > pdo.map.bytes() ? Fit::kTooLong : Fit::kRight;
+      pdo.last_us = now_us;
+      pdo.watched = true;
+      if (dictionary_.value(row + 1) <= 240) {
         pdo.data = frame.data;
         pdo.held = true;  // until SYNC
       } else {
-        pdo.map.unpack(dictionary_, frame.data, refused_);
+        pdo.map.announce(dictionary_, pdo.map.unpack(dictionary_, frame.data, refused_));
       }
     }
-    return found;
+    return fit;
+  }
+
+  /// The first RPDO, 1 to 4, that has not come for longer than its event timer since it last did; 0: none.
+  std::uint8_t late(std::uint32_t now_us) {
+    for (std::uint8_t n = 0; n < kPdoCount; ++n) {
+      const std::size_t row = cob_row(n, true);
+      const std::uint32_t limit_us = dictionary_.value(row + 2) * 1000U;
+      if (limit_us == 0 || (dictionary_.value(row) & kInvalidPdo) != 0) receive_[n].watched = false;
+      if (receive_[n].watched && now_us - receive_[n].last_us > limit_us) {
+        return static_cast<std::uint8_t>(n + 1);
+      }
+    }
+    return 0;
   }
 
   /// SYNC: what was received takes effect, then what is due is sent.
   void sync(std::uint8_t counter, std::uint32_t now_us, Outbox& out) {
-    for (Receive& pdo : receive_) {
-      if (!pdo.held) continue;
+    std::array<std::uint8_t, kPdoCount> taken{};
+    for (std::size_t n = 0; n < kPdoCount; ++n) {
+      Receive& pdo = receive_[n];
+      if (pdo.held) taken[n] = pdo.map.unpack(dictionary_, pdo.data, refused_);
       pdo.held = false;
-      pdo.map.unpack(dictionary_, pdo.data, refused_);
     }
+    for (std::size_t n = 0; n < kPdoCount; ++n) receive_[n].map.announce(dictionary_, taken[n]);
     for (std::uint8_t n = 0; n < kPdoCount; ++n) {
       const std::uint32_t type = dictionary_.value(cob_row(n, false) + 1);
       if (type > 240 || !enabled(n)) continue;
@@ -198,7 +235,15 @@ class Pdos {
   /// Entering operational: every event-driven TPDO is sent once.
   void restart() {
     for (Transmit& pdo : transmit_) pdo.restart();
-    for (Receive& pdo : receive_) pdo.held = false;
+    for (Receive& pdo : receive_) pdo.held = pdo.watched = false;
+  }
+
+  /// Whether a TPDO in use has this identifier.
+  bool sends(std::uint32_t id) const {
+    for (std::uint8_t n = 0; n < kPdoCount; ++n) {
+      if (enabled(n) && (dictionary_.value(cob_row(n, false)) & 0x7FF) == id) return true;
+    }
+    return false;
   }
 
   std::uint32_t refused() const { return refused_; }
@@ -207,7 +252,9 @@ class Pdos {
   struct Receive {
     PdoMap map;
     std::array<std::uint8_t, 8> data{};
+    std::uint32_t last_us = 0;
     bool held = false;
+    bool watched = false;  // came once, since it is in use with an event timer
   };
   struct Transmit {
     PdoMap map;
@@ -222,9 +269,9 @@ class Pdos {
     }
   };
 
-  // Sub-index 1 of the communication record; 2 follows, and in a TPDO 3, 5 and 6.
+  // Sub-index 1 of the communication record; 2 follows, then in an RPDO 5, in a TPDO 3, 5 and 6.
   static std::size_t cob_row(std::uint8_t n, bool receive) {
-    return receive ? kRow<0x1400, 1> + std::size_t{3} * n : kRow<0x1800, 1> + std::size_t{6} * n;
+    return receive ? kRow<0x1400, 1> + std::size_t{4} * n : kRow<0x1800, 1> + std::size_t{6} * n;
   }
   static std::size_t map_row(std::uint8_t n, bool receive) {
     return (receive ? kRow<0x1600> : kRow<0x1A00>)+std::size_t{kMappedLargest + 1U} * n;

@@ -13,6 +13,8 @@ inline constexpr std::uint32_t kSupportedModes = (1U << 0) | (1U << 7) | (1U << 
 
 inline constexpr auto kProfileObjects = [] {
   constexpr Storage kParameter = Storage::kParameter;
+  // Belongs to a set-point, and may change from one to the next.
+  constexpr Storage kSetting = Storage::kSetting;
   constexpr Mapping kOut = Mapping::kTransmit;
   constexpr Mapping kIn = Mapping::kBoth;
   return std::to_array<Object>({
@@ -63,19 +65,19 @@ inline constexpr auto kProfileObjects = [] {
           .at_first(100000U)
           .mapped(kIn)
           .in("count/s")
-          .stored(kParameter),
+          .stored(kSetting),
       variable(0x6083, Type::kU32, "Profile acceleration")
           .within(1, 2000000000)
           .at_first(1000000U)
           .mapped(kIn)
           .in("count/s2")
-          .stored(kParameter),
+          .stored(kSetting),
       head(0x60A4, ObjectCode::kArray, "Profile jerk", 1),
       entry(0x60A4, 1, Type::kU32, "Profile jerk")
           .within(1, 2147483647)
           .at_first(100000000U)
           .in("count/s3")
-          .stored(kParameter),
+          .stored(kSetting),
       variable(0x60B2, Type::kI16, "Torque offset").mapped(kIn).from_device().in("rated force", 1e-3F),
       head(0x60C2, ObjectCode::kRecord, "Interpolation time period", 2),
       entry(0x60C2, 1, Type::kU8, "Interpolation time period value")

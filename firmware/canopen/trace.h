@@ -15,7 +15,7 @@ namespace slipstack::canopen {
 struct TraceSample {
   std::int32_t counts = 0;     ///< as the encoder said
   std::int32_t reference = 0;  ///< counts
-  float current_A = 0.0F;      ///< as commanded
+  float current_A = 0.0F;      ///< commanded, about the instant of the counts
 };
 
 enum class TraceState : std::uint8_t { kIdle, kArmed, kTriggered, kReady };

@@ -13,8 +13,11 @@ namespace slipstack {
 template <class Real>
 class Ripple {
  public:
+  // From 1 mm: balls of the smallest guides pass every 2 mm, ball screws have a lead of 1 mm at the least,
+  // magnets of linear motors lie 6 mm apart and more. What seems to repeat more finely does not repeat along
+  // the rail: a log that is coarse for the speed aliases into it.
   static constexpr std::array<ShapeSpec, 1> shapes{{
-      {"pitch", "m", 1.0e-4f, 1.0f, ShapeKind::pitch},
+      {"pitch", "m", 1.0e-3f, 1.0f, ShapeKind::pitch},
   }};
   static constexpr int gain_count = 2 * kRippleHarmonics;
   static constexpr int shape_count = 1;

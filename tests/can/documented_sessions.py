@@ -23,8 +23,11 @@ TITLES = {"bring_up": ("1: bring-up", """A node on `vcan0` (`slipstack node --ca
 305h were sent by `cansend`: device type, heartbeat every 100 ms, operational, mode 8 and the controlwords 6, 7, Fh by RPDO 1, a
 target by RPDO 2, taken at SYNC; then off again."""),
           "deploy": ("2: deploy a model", "`slipstack deploy axis.toml --can vcan0 --node 5`"),
-          "record": ("3: record and diagnose", """`slipstack record --can vcan0 --node 5 --seconds 1 --rate 200 --out log.csv`, then the same with `--trace`, then
-`slipstack status --can vcan0 --node 5`. `slipstack diagnose log.csv` reads either log.""")}
+          "record": ("3: record and diagnose", """Enabled in mode 1 by RPDO 1, then `slipstack record --can vcan0 --node 5 --seconds 20 --rate 500 --out log.csv`.
+Meanwhile `cansend` moves the axis: small moves at several places, slow strokes, fast ones (what the axis was never asked to do, no log can tell), each by
+its velocity to 6081h and its target by RPDO 2 with bit 4 of the controlword down, then up; taken at the SYNC that the drive sends while it
+records. Off again; `slipstack diagnose log.csv | head -2`: this node was started with `--effects viscous --strength 6`, so that there is something to find.
+Then the trace (`slipstack record --trace --out trace.csv`) and `slipstack status --can vcan0 --node 5`.""")}
 BY_THE_CLOCK = ("080", "185", "285", "385", "485")
 
 
@@ -138,10 +141,17 @@ def structure(text):
 
 
 def main():
-    new = page(capture())
+    said = capture()
+    new = page(said)
     if "?" in new.replace("type?", "") or "abort" in new.split("```")[1]:
         print(new)
         print("FAIL: frames that nobody understands")
+        return 1
+    # Where the machine is too busy, the record is over before the moves are (can_master_test has the same in the
+    # drive's own time).
+    if "Missing: Viscous friction." not in new and ("yes" in said["moves"] or sys.argv[1:]):
+        print(new)
+        print("FAIL: the log of session 3 does not show the hidden effect")
         return 1
     if sys.argv[1:] == ["--write"]:
         PAGE.write_text(new)

@@ -10,11 +10,22 @@ cp "$model" "$here/axis.toml"
 cd "$here" || exit 1
 candump -L vcan0 >dump.log &
 dump=$!
-"$slipstack" node --can vcan0 --node 5 >/dev/null &
+"$slipstack" node --can vcan0 --node 5 --effects viscous --strength 6 >/dev/null &
 node=$!
 heard() { for _ in $(seq 100); do grep -q "$1" dump.log && return; sleep 0.1; done; }
 section() { sleep 0.3; echo "== $1"; cat dump.log; : >dump.log; echo "== $1 said"; cat said 2>/dev/null; rm -f said; }
 send() { cansend vcan0 "$1"; sleep 0.05; }
+little_endian() { for i in 0 8 16 24; do printf %02X $(($1 >> i & 255)); done; }
+# A move: profile velocity (counts/s) and target (counts); bit 4 of the controlword down and up, each until the drive has
+# said so by TPDO 1, and the target reached.
+go() {
+  send 605#23816000$(little_endian "$2")
+  send 305#0F00$(little_endian "$1")
+  told '185#3706'
+  send 305#1F00$(little_endian "$1")
+  told '185#3716'
+}
+told() { while read -r -t 60 line <&3; do case $line in *"$1"*) return ;; esac; done; }
 
 heard '705#00'
 send 605#4000100000000000
@@ -35,11 +46,46 @@ send 000#8005
 section bring_up
 "$slipstack" deploy axis.toml --can vcan0 --node 5 >said
 section deploy
-"$slipstack" record --can vcan0 --node 5 --seconds 1 --rate 200 --out log.csv >said
+send 000#0105
+send 205#060001
+send 205#070001
+send 205#0F0001
+heard '185#3706'
+coproc telling { exec candump -L vcan0,185:7FF; }
+exec 3<&"${telling[0]}"
+"$slipstack" record --can vcan0 --node 5 --seconds 20 --rate 500 --out log.csv >said &
+recorder=$!
+heard '385#'
+# Small moves at several places, slow strokes, fast ones.
+go 200060 2000
+go 200000 1000
+go 230000 100000
+go 230080 1000
+go 180000 200000
+go 179900 500
+go 190000 150000
+go 182000 10000
+go 150000 50000
+go 150050 300
+go 250000 250000
+go 249000 2000
+go 190000 150000
+go 240000 60000
+go 239900 500
+go 160000 220000
+go 180000 20000
+go 250000 120000
+go 170000 180000
+go 200000 80000
+kill -0 $recorder 2>/dev/null && all_moves=yes
+wait $recorder
+send 205#000000
+"$slipstack" diagnose log.csv | head -2 >>said
 "$slipstack" record --can vcan0 --node 5 --trace --out trace.csv >>said
 "$slipstack" status --can vcan0 --node 5 >>said
 section record
+echo "== moves"; echo "all within the record: ${all_moves:-no}"
 kill -TERM $node
 wait $node
-kill $dump
+kill $dump $telling_PID
 rm -rf "$here"

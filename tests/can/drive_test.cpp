@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The drive profile on the simulated axis: state machine, three modes, faults, locked parameters.
+#include <algorithm>
 #include <cmath>
 
 #include "tests/can/bench.h"
@@ -32,7 +33,6 @@ TEST(Drive, ProfilePositionHandshakeAndArrival) {
   bench.configure();
   bench.enable(1);
   const std::int32_t home = bench.read_signed(0x6064, 0);
-  ASSERT_EQ(bench.write(0x6081, 0, 100000, 4), 0U | 0x08000022U) << "a parameter: locked while enabled";
   ASSERT_EQ(bench.write(0x607A, 0, static_cast<std::uint32_t>(home + 20000), 4), 0U);
   EXPECT_EQ(bench.read(0x6041, 0) & 0x1400, 0x0400U);
   ASSERT_EQ(bench.write(0x6040, 0, 0x1F, 2), 0U);
@@ -60,6 +60,94 @@ TEST(Drive, ProfilePositionHandshakeAndArrival) {
   bench.run_ms(100);
   EXPECT_NEAR(bench.read_signed(0x6064, 0), halted, 10);
   EXPECT_EQ(bench.read(0x6041, 0) & 0x6F, 0x27U);
+}
+
+// A master sends controlword and target in one frame, and may map them in either order.
+TEST(Drive, ASetPointIsTheTargetThatCameInTheSameFrame) {
+  for (const bool target_first : {false, true}) {
+    for (const std::uint32_t type : {1U, 255U}) {
+      Bench bench;
+      bench.configure();
+      ASSERT_EQ(bench.write(0x1401, 1, 0x80000305, 4), 0U);
+      ASSERT_EQ(bench.write(0x1401, 2, type, 1), 0U);
+      ASSERT_EQ(bench.write(0x1601, 0, 0, 1), 0U);
+      ASSERT_EQ(bench.write(0x1601, 1, target_first ? 0x607A0020 : 0x60400010, 4), 0U);
+      ASSERT_EQ(bench.write(0x1601, 2, target_first ? 0x60400010 : 0x607A0020, 4), 0U);
+      ASSERT_EQ(bench.write(0x1601, 0, 2, 1), 0U);
+      ASSERT_EQ(bench.write(0x1401, 1, 0x305, 4), 0U);
+      bench.enable(1);
+      bench.nmt(0x01);
+      const std::int32_t home = bench.read_signed(0x6064, 0);
+      for (const int way : {3000, -2000}) {
+        const auto target = static_cast<std::uint32_t>(home + way);
+        for (const std::uint8_t word : {std::uint8_t{0x0F}, std::uint8_t{0x1F}}) {
+          // The word that asks for nothing carries another target: what counts came with the one that asks.
+          const std::uint32_t carried = word == 0x1F ? target : static_cast<std::uint32_t>(home + 50000);
+          Data data = {word, 0};
+          for (int i = 0; i < 4; ++i) data.push_back(static_cast<std::uint8_t>(carried >> (8 * i)));
+          if (target_first) std::rotate(data.begin(), data.begin() + 2, data.end());
+          bench.send(0x305, data);
+          if (type == 1) bench.send(0x080, {});
+          bench.run_ms(1);
+        }
+        bench.run_ms(400);
+        EXPECT_NEAR(bench.read_signed(0x6064, 0), home + way, 10) << target_first << ' ' << type;
+      }
+    }
+  }
+}
+
+// Profile velocity and the others belong to the set-point: they may be changed while the drive is enabled,
+// and a move under way keeps its own.
+TEST(Drive, TheProfileIsThatOfTheSetPoint) {
+  Bench bench;
+  bench.configure();
+  bench.enable(1);
+  const std::int32_t home = bench.read_signed(0x6064, 0);
+  ASSERT_EQ(bench.write(0x6081, 0, 50000, 4), 0U);
+  ASSERT_EQ(bench.write(0x607A, 0, static_cast<std::uint32_t>(home + 20000), 4), 0U);
+  ASSERT_EQ(bench.write(0x6040, 0, 0x1F, 2), 0U);
+  bench.run_ms(10);
+  ASSERT_EQ(bench.write(0x6040, 0, 0x0F, 2), 0U);
+  // The next, back again, waits until this one is done; its velocity is taken with it.
+  ASSERT_EQ(bench.write(0x6081, 0, 20000, 4), 0U);
+  ASSERT_EQ(bench.write(0x607A, 0, static_cast<std::uint32_t>(home), 4), 0U);
+  ASSERT_EQ(bench.write(0x6040, 0, 0x1F, 2), 0U);
+  ASSERT_EQ(bench.write(0x6081, 0, 90000, 4), 0U);
+  bench.run_ms(200);
+  EXPECT_NEAR(bench.read_signed(0x606C, 0), 50000, 2500);
+  bench.run_ms(500);
+  EXPECT_NEAR(bench.read_signed(0x606C, 0), -20000, 1500);
+  bench.run_ms(1000);
+  EXPECT_NEAR(bench.read_signed(0x6064, 0), home, 10);
+}
+
+TEST(Drive, ARelativeTargetCountsFromTheTargetBeforeOrFromWhereTheAxisIsAsked) {
+  Bench bench;
+  bench.configure();
+  bench.enable(1);
+  const std::int32_t home = bench.read_signed(0x6064, 0);
+  const auto go = [&](int way) {
+    ASSERT_EQ(bench.write(0x607A, 0, static_cast<std::uint32_t>(way), 4), 0U);
+    ASSERT_EQ(bench.write(0x6040, 0, 0x5F, 2), 0U);
+    bench.run_ms(1);
+    ASSERT_EQ(bench.write(0x6040, 0, 0x4F, 2), 0U);
+  };
+  go(4000);  // the first: there is no target before
+  bench.run_ms(20);
+  go(4000);  // from the target of the one under way
+  bench.run_ms(600);
+  EXPECT_NEAR(bench.read_signed(0x6064, 0), home + 8000, 10);
+  go(50000);
+  bench.run_ms(100);
+  ASSERT_EQ(bench.write(0x6040, 0, 0x10F, 2), 0U);  // halt gives the target up
+  bench.run_ms(300);
+  const std::int32_t halted = bench.read_signed(0x6064, 0);
+  ASSERT_LT(halted, home + 40000);
+  ASSERT_EQ(bench.write(0x6040, 0, 0x0F, 2), 0U);
+  go(1000);
+  bench.run_ms(300);
+  EXPECT_NEAR(bench.read_signed(0x6064, 0), halted + 1000, 10);
 }
 
 TEST(Drive, CyclicPositionFollowsAtSync) {

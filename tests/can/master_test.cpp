@@ -5,71 +5,15 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <functional>
 #include <sstream>
 
+#include "tests/can/desk.h"
 #include "workbench/cli/can/master.h"
-#include "workbench/cli/can/simulated_drive.h"
 #include "workbench/cli/output.h"
 #include "workbench/log/log.h"
 
 namespace slipstack::workbench {
 namespace {
-
-/// The master's end of a cable; while it waits the drive's time passes. `meddle` sees the frames to the
-/// master and may hold them back.
-class CableLink final : public CanLink {
- public:
-  CableLink(host::HostCanPort& port, SimulatedDrive& drive) : port_(port), drive_(drive) {}
-  void send(const CanFrame& frame) override {
-    if (!cut) port_.send(frame);
-  }
-  bool receive(CanFrame& frame, int timeout_ms) override {
-    for (int tick = 0; tick <= 10 * timeout_ms; ++tick) {
-      while (port_.receive(frame)) {
-        if (!cut && !(meddle && meddle(frame))) return true;
-      }
-      if (timeout_ms > 0) {
-        drive_.step();
-        ++ticks_;
-      }
-    }
-    return false;
-  }
-  double stamp_s() const override {
-    return stamped ? 1.0 + 1e-4 * static_cast<double>(ticks_) + late_s : 0.0;
-  }
-  std::string name() const override { return "cable"; }
-  bool cut = false;
-  bool stamped = false;
-  double late_s = 0.0;
-  std::function<bool(const CanFrame&)> meddle;
-
- private:
-  host::HostCanPort& port_;
-  SimulatedDrive& drive_;
-  std::uint64_t ticks_ = 0;
-};
-
-struct Desk {
-  sim::Bench bench = sim::draw_bench(sim::Setup::kPickAndPlace, 4);
-  host::HostNonvolatile flash{2, 2048, 8};
-  host::HostCanPort device{4096};
-  host::HostCanPort port{4096};
-  std::unique_ptr<SimulatedDrive> drive;
-  std::unique_ptr<CableLink> link;
-  std::unique_ptr<SdoClient> client;
-  Desk() {
-    port.connect(device);
-    power_on();
-  }
-  void power_on() {
-    drive = std::make_unique<SimulatedDrive>(bench.axis, device, flash, 5, 4);
-    link = std::make_unique<CableLink>(port, *drive);
-    client = std::make_unique<SdoClient>(*link, 5);
-    for (int i = 0; i < 20; ++i) drive->step();
-  }
-};
 
 Model model_of_mass(double mass_kg) {
   Model model;
@@ -84,8 +28,6 @@ Model model_of_mass(double mass_kg) {
   model.target_terms = model.terms;
   return model;
 }
-
-const Show kQuiet = [](const std::string&, double) {};
 
 TEST(Deploy, StagesAppliesAndStores) {
   Desk desk;

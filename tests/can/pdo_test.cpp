@@ -113,6 +113,7 @@ TEST(Pdo, EveryNthSyncAndStartValue) {
   Bench bench;
   ASSERT_EQ(bench.write(0x1801, 1, 0xC0000285, 4), 0U);
   ASSERT_EQ(bench.write(0x1801, 2, 3, 1), 0U);
+  ASSERT_EQ(bench.write(0x1019, 0, 6, 1), 0U);
   ASSERT_EQ(bench.write(0x1801, 6, 2, 1), 0U);  // begins at the SYNC with counter 2
   ASSERT_EQ(bench.write(0x1801, 1, 0x40000285, 4), 0U);
   bench.nmt(0x01);

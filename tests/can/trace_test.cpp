@@ -38,10 +38,11 @@ class Recorder {
 
   void run(int ticks) {
     for (int i = 0; i < ticks; ++i) {
+      const float held_A = bench.loop->motor.set_point_A;  // until the encoder is read
       bench.loop->step();
       const Controller& controller = bench.loop->controller();
       moments.push_back({bench.loop->board_encoder.next.counts, controller.output().reference_counts,
-                         bench.loop->motor.set_point_A, controller.ticks()});
+                         0.5F * (held_A + bench.loop->motor.set_point_A), controller.ticks()});
       bench.drive->after_tick();
       if (moments.size() % 10 == 0) turn();
     }

@@ -17,6 +17,7 @@
 #include "sim_host/log/write.h"
 #include "sim_host/loop/emulated_board.h"
 #include "sim_host/loop/run.h"
+#include "workbench/cli/axis_effects.h"
 #include "workbench/cli/board_image.h"
 #include "workbench/cli/loop_parameters.h"
 #include "workbench/cli/output.h"
@@ -67,26 +68,8 @@ void check(const LoopRequest& request) {
   if (std::fabs(per_sample - std::round(per_sample)) > 1e-6) {
     refuse("--log-rate: 10000 must be a multiple of it");
   }
-  if (!(request.strength >= 0.0 && request.strength <= 1000.0)) {
-    refuse("--strength: must be a positive multiple of the noise floor, at most 1000");
-  }
+  check_strength(request.strength);
   if (!std::isfinite(request.push_N)) refuse("--push: must be a number");
-}
-
-std::vector<sim::EffectId> effects_of(const std::string& list) {
-  std::vector<sim::EffectId> ids;
-  if (list == "none") return ids;
-  for (const std::string_view field : split_fields(list)) {
-    const auto id = sim::effect_by_name(field);
-    if (!id || *id == sim::EffectId::kInertia || *id == sim::EffectId::kPreslidingHysteresis ||
-        *id == sim::EffectId::kOutside) {
-      throw UsageError(
-          fmt::format("--effects: {} is no effect that an axis can be given; see `slipstack-sim effects`",
-                      quoted(field)));
-    }
-    ids.push_back(*id);
-  }
-  return ids;
 }
 
 std::unique_ptr<sim::LockstepBoard> board_of(const LoopRequest& request) {

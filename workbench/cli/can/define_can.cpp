@@ -93,6 +93,12 @@ void define_node(CLI::App& app) {
       ->type_name("N")
       ->check(CLI::Range(1, 127));
   node->add_option("--seed", request->seed, "of the axis")->type_name("N")->check(CLI::Range(0, 1000000));
+  node->add_option("--effects", request->effects,
+                   "what the axis has beside mass and hysteresis (default: none)")
+      ->type_name("A,B,..");
+  node->add_option("--strength", request->strength,
+                   "effect over noise floor, rms (default: 1.5 to 15, drawn)")
+      ->type_name("X");
   node->add_option("--flash", request->flash, "file that keeps what is stored")->type_name("FILE");
   node->callback([request] { run_node(*request); });
 }

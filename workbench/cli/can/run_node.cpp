@@ -12,6 +12,7 @@
 
 #include "hal/socketcan/socket_can.h"
 #include "sim_host/loop/emulated_board.h"
+#include "workbench/cli/axis_effects.h"
 #include "workbench/cli/board_image.h"
 #include "workbench/cli/can/simulated_drive.h"
 #include "workbench/cli/output.h"
@@ -183,10 +184,14 @@ void run_node(const NodeRequest& request) {
   if (host && !request.image.empty()) {
     throw UsageError("--image: there is none on --board host; name an emulated board");
   }
+  check_strength(request.strength);
+  const std::vector<sim::EffectId> effects = effects_of(request.effects);
   host::HostNonvolatile flash(2, 2048, 8);
   load_flash(flash, request.flash);
-  const sim::Bench bench =
-      sim::draw_bench(sim::Setup::kPickAndPlace, static_cast<std::uint64_t>(request.seed));
+  const auto seed = static_cast<std::uint64_t>(request.seed);
+  sim::Bench bench = sim::draw_bench(sim::Setup::kPickAndPlace, seed);
+  sim::add_effects(bench.axis, effects, sim::draw_programme(bench, seed), bench.rate_Hz, request.strength,
+                   seed);
   if (host) return run_on_host(request, bench.axis, flash);
   run_emulated(request, bench.axis, flash);
 }

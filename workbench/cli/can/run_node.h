@@ -13,7 +13,9 @@ struct NodeRequest {
   std::string can;  ///< --board host only
   int node = 5;
   std::int64_t seed = 1;
-  std::string flash;  ///< file that keeps what is stored
+  std::string effects = "none";  ///< of the axis, beside mass and hysteresis
+  double strength = 0.0;         ///< over the noise floor; 0: drawn
+  std::string flash;             ///< file that keeps what is stored
 };
 
 /// Runs the firmware as a CANopen node around a simulated axis, in time with the clock, until it is
