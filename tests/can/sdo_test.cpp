@@ -93,6 +93,9 @@ TEST(SdoSegmented, AMasterThatDiesIsTimedOut) {
   EXPECT_EQ(bench.read(0x1000, 0), 0x00020192U);
 }
 
+constexpr auto kImageLow = static_cast<std::uint8_t>(4 * canopen::kModelWords);
+constexpr auto kImageHigh = static_cast<std::uint8_t>(4 * canopen::kModelWords >> 8);
+
 // Every state in which a transfer can be left: after the frames of one row.
 struct Left {
   const char* where;
@@ -104,10 +107,12 @@ const std::vector<Left> kLeft = {
     {"segmented download, half", 0x2000, {{0x20, 0x00, 0x20, 5, 0, 0, 0, 0}, {0x0A, 1, 2, 0, 0, 0, 0, 0}}},
     {"segmented upload, announced", 0x1008, {{0x40, 0x08, 0x10, 0, 0, 0, 0, 0}}},
     {"segmented upload, half", 0x1008, {{0x40, 0x08, 0x10, 0, 0, 0, 0, 0}, {0x60, 0, 0, 0, 0, 0, 0, 0}}},
-    {"block download, announced", 0x2141, {{0xC6, 0x41, 0x21, 0, 0x94, 1, 0, 0}}},
+    {"block download, announced", 0x2141, {{0xC6, 0x41, 0x21, 0, kImageLow, kImageHigh, 0, 0}}},
     {"block download, two segments",
      0x2141,
-     {{0xC6, 0x41, 0x21, 0, 0x94, 1, 0, 0}, {1, 1, 2, 3, 4, 5, 6, 7}, {2, 1, 2, 3, 4, 5, 6, 7}}},
+     {{0xC6, 0x41, 0x21, 0, kImageLow, kImageHigh, 0, 0},
+      {1, 1, 2, 3, 4, 5, 6, 7},
+      {2, 1, 2, 3, 4, 5, 6, 7}}},
     {"block download, not ended", 0x2141, {{0xC0, 0x41, 0x21, 0, 0, 0, 0, 0}, {0x81, 1, 2, 3, 4, 5, 6, 7}}},
     {"block upload, announced", 0x2141, {{0xA4, 0x41, 0x21, 0, 4, 0, 0, 0}}},
     {"block upload, no acknowledgement",
