@@ -39,7 +39,7 @@ class Eds:
                 continue
             if line.startswith("["):
                 name = line[1:-1]
-                if not line.endswith("]") or name.upper() in self.sections:
+                if not line.endswith("]") or not re.fullmatch(r"[0-9A-Za-z_]+", name) or name.upper() in self.sections:
                     self._bad(f"line {number}: section {line} malformed or twice")
                 section = self.sections.setdefault(name.upper(), {})
                 continue
@@ -61,11 +61,16 @@ class Eds:
         match = re.fullmatch(r"\$NODEID\s*\+\s*(.+)", text, re.I)
         if match:
             text, offset = match[1], self.node
-        try:
-            return int(text, 8 if re.fullmatch(r"0[0-7]+", text) else 0) + offset
-        except ValueError:
+        if not re.fullmatch(r"-?(0[xX][0-9A-Fa-f]+|0[0-7]*|[1-9]\d*)", text, re.A):
             self._bad(f"{what}: {text!r} is no number")
             return 0
+        return int(text, 8 if re.fullmatch(r"-?0[0-7]+", text) else 0) + offset
+
+    def _real(self, text, what):
+        if re.fullmatch(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?", text, re.A):
+            return float(text)
+        self._bad(f"{what}: {text!r} is no number")
+        return 0.0
 
     def _check_head(self):
         for key in FILE_INFO:
@@ -89,7 +94,10 @@ class Eds:
             count = self.number(self.get(title, "SupportedObjects"), title)
             if len(self.sections.get(title.upper(), {})) != count + 1:
                 self._bad(f"[{title}]: SupportedObjects is not the number of its entries")
-            for i in range(1, count + 1):
+            for i in range(1, min(count, 0xFFFF) + 1):
+                if str(i) not in self.sections.get(title.upper(), {}):
+                    self._bad(f"[{title}] lacks {i}")
+                    break
                 index = self.number(self.get(title, str(i)), f"[{title}] {i}")
                 if not allowed(index):
                     self._bad(f"[{title}]: {index:04X} does not belong there")
@@ -107,6 +115,7 @@ class Eds:
             kind = self.number(self.get(name, "ObjectType"), name)
             if kind not in OBJECT_TYPES:
                 self._bad(f"[{name}]: ObjectType {kind}")
+                continue
             if kind in (8, 9):
                 self._check_whole(index, name)
             else:
@@ -117,7 +126,7 @@ class Eds:
             self._bad(f"sub-indices of no object: {sorted(subs - known)}")
 
     def _check_whole(self, index, name):
-        found = sorted(int(s[7:], 16) for s in self.sections if s.startswith(name + "SUB"))
+        found = sorted(int(s[7:], 16) for s in self.sections if re.fullmatch(name + "SUB[0-9A-F]{1,2}", s))
         if self.number(self.get(name, "SubNumber"), name) != len(found):
             self._bad(f"[{name}]: SubNumber is not the number of its sub-indices")
         if not found or found[0] != 0:
@@ -152,6 +161,8 @@ class Eds:
             self._bad(f"[{section}]: AccessType {access}")
         if mapping not in ("0", "1"):
             self._bad(f"[{section}]: PDOMapping {mapping}")
+        if kind not in (2, 7):
+            self._bad(f"[{section}]: ObjectType {kind} of one value")
         if (kind == 2) != (data_type == 15):
             self._bad(f"[{section}]: DOMAIN goes with DataType 0x000F")
         entry = {"type": data_type, "access": access, "mapped": mapping == "1", "default": None,
@@ -161,11 +172,13 @@ class Eds:
         for key in ("DefaultValue", "LowLimit", "HighLimit"):
             text = own.get(key.upper(), "")
             if text and data_type not in (9, 15):
-                values[key] = float(text) if data_type == 8 else self.number(text, f"[{section}] {key}")
+                values[key] = (self._real if data_type == 8 else self.number)(text, f"[{section}] {key}")
                 if data_type != 8:
                     self._check_range(section, key, values[key], data_type)
         entry["default"] = values.get("DefaultValue")
-        if "LowLimit" in values and access not in ("ro", "const"):
+        if ("LowLimit" in values) != ("HighLimit" in values):
+            self._bad(f"[{section}]: one limit without the other")
+        elif "LowLimit" in values and access not in ("ro", "const"):
             low, high = values["LowLimit"], values["HighLimit"]
             if not low <= high or (entry["default"] is not None and not low <= entry["default"] <= high):
                 self._bad(f"[{section}]: default {entry['default']} is not within {low} to {high}")

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <sstream>
 
 #include "tests/can/desk.h"
@@ -130,7 +131,7 @@ void set_moving(Desk& desk) {
 }
 
 std::filesystem::path written(const std::string& text) {
-  const std::filesystem::path path = std::filesystem::path(::testing::TempDir()) /
+  std::filesystem::path path = std::filesystem::path(::testing::TempDir()) /
                                      ("slipstack_record_" + std::to_string(::getpid()) + ".csv");
   std::ofstream(path, std::ios::binary) << text;
   return path;
@@ -219,6 +220,69 @@ TEST(Record, ADriveThatGoesSilentIsOneLine) {
   } catch (const UsageError& error) {
     EXPECT_NE(std::string(error.what()).find("stopped after"), std::string::npos) << error.what();
   }
+}
+
+/// A node that gives the same answer to everything.
+class StubbornLink final : public CanLink {
+ public:
+  explicit StubbornLink(const std::array<std::uint8_t, 8>& says) { frame_.data = says; }
+  void send(const CanFrame& frame) override {
+    ++sent;
+    for (std::size_t i = 1; i < 4; ++i) frame_.data[i] = echo ? frame.data[i] : frame_.data[i];
+    waiting_ = true;
+  }
+  bool receive(CanFrame& frame, int timeout_ms) override {
+    if (timeout_ms == 0 || !(waiting_ || again)) return false;
+    waiting_ = false;
+    frame_.id = 0x585;
+    frame_.length = 8;
+    frame = frame_;
+    return true;
+  }
+  std::string name() const override { return "stubborn"; }
+  bool echo = true;
+  bool again = false;
+  int sent = 0;
+
+ private:
+  CanFrame frame_;
+  bool waiting_ = false;
+};
+
+// What another master, or a broken node, says is not taken for an answer, and no transfer goes on for ever.
+TEST(Client, WrongAnswersAreToldAndEnd) {
+  const auto refusal = [](StubbornLink link, const std::function<void(SdoClient&)>& act) -> std::string {
+    SdoClient client(link, 5);
+    try {
+      act(client);
+    } catch (const UsageError& error) {
+      EXPECT_LT(link.sent, 5000);
+      return error.what();
+    }
+    return "nothing";
+  };
+  const std::string wrong = "two masters";
+  const auto write = [](SdoClient& client) { client.write(0x6060, 0, 1, 1); };
+  const auto upload = [](SdoClient& client) { client.upload(0x2310, 0); };
+  const auto download = [](SdoClient& client) {
+    client.download(0x2141, 0, std::vector<std::uint8_t>(5000, 1));
+  };
+  EXPECT_EQ(refusal(StubbornLink({0x60}), write), "nothing") << "taken";
+  EXPECT_NE(refusal(StubbornLink({0x43}), write).find(wrong), std::string::npos) << "an upload's answer";
+  StubbornLink of_another({0x60, 0x17, 0x10, 0});
+  of_another.echo = false;
+  EXPECT_NE(refusal(of_another, write).find(wrong), std::string::npos) << "another object's";
+  EXPECT_NE(refusal(StubbornLink({0xC6, 0, 0, 0, 0xFF, 0xFF, 0xFF, 0xFF}), upload).find(wrong),
+            std::string::npos)
+      << "4 GiB";
+  EXPECT_NE(refusal(StubbornLink({0xC6, 0, 0, 0, 0, 0, 0, 0}), upload).find(wrong), std::string::npos)
+      << "nothing";
+  EXPECT_NE(refusal(StubbornLink({0xA4, 0, 0, 0, 0, 0, 0, 0}), download).find(wrong), std::string::npos)
+      << "blocks of no segment";
+  EXPECT_NE(refusal(StubbornLink({0xA4, 0, 0, 0, 0x80, 0, 0, 0}), download).find(wrong), std::string::npos)
+      << "blocks of 128 segments";
+  EXPECT_NE(refusal(StubbornLink({0xA4, 0, 0, 0, 0x7F, 0, 0, 0}), download).find(wrong), std::string::npos)
+      << "never an acknowledgement";
 }
 
 TEST(Status, SaysWhatTheDriveSays) {

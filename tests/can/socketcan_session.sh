@@ -28,6 +28,38 @@ section refused
 echo "status $?"
 "$slipstack" status --can nonesuch0 --node 5
 echo "status $?"
+section misused
+refused() { "$@" >"$here/said" 2>&1; echo "status $? lines $(wc -l <"$here/said"): $(cat "$here/said")"; }
+before=$("$slipstack" status --can vcan0 --node 5 | grep -E 'model|stored')
+echo 'not = a model' >"$here/wrong.toml"
+refused "$slipstack" deploy "$here/wrong.toml" --can vcan0 --node 5
+refused "$slipstack" deploy "$here/none.toml" --can vcan0 --node 5
+refused "$slipstack" deploy "$model" --can vcan0 --node 9
+refused "$slipstack" record --can vcan0 --node 5 --seconds 1 --out "$here/none/log.csv"
+refused "$slipstack" record --can vcan0 --node 9 --seconds 1 --out "$here/left.csv"
+refused "$slipstack" record --can nonesuch0 --node 5 --seconds 1 --out "$here/left.csv"
+refused "$slipstack" record --can vcan0 --node 5 --seconds 0 --out "$here/left.csv"
+refused "$slipstack" record --can vcan0 --node 5 --seconds 1 --rate 5000 --out "$here/left.csv"
+refused "$slipstack" node --can nonesuch0 --node 6
+refused "$slipstack" node --can vcan0 --node 6 --effects nothing_known
+refused "$slipstack" node --can vcan0 --node 6 --flash "$here/wrong.toml"
+# Enabled, then locked.
+for frame in 605#2F60600001 605#2B40600006 605#2B40600007 605#2B4060000F; do
+  cansend vcan0 "${frame}$(printf '%*s' $((20 - ${#frame})) '' | tr ' ' 0)"
+  sleep 0.1
+done
+refused "$slipstack" deploy "$model" --can vcan0 --node 5
+cansend vcan0 605#2B40600000000000
+sleep 0.1
+cansend vcan0 605#2F00240A01000000
+sleep 0.1
+refused "$slipstack" deploy "$model" --can vcan0 --node 5
+"$slipstack" status --can vcan0 --node 5 | grep lock
+[ "$before" = "$("$slipstack" status --can vcan0 --node 5 | grep -E 'model|stored')" ] && echo "model and store as before"
+[ -e "$here/left.csv" ] || echo "no log left"
+# The lock was not stored: gone with a reset.
+cansend vcan0 000#8105
+sleep 0.3
 section foreign
 cansend vcan0 605#4000100000000000
 cansend vcan0 605#4012210100000000

@@ -113,6 +113,17 @@ class SocketCan(unittest.TestCase):
         self.assertIn("no such interface", lines[2])
         self.assertEqual(lines[3], "status 2")
 
+    def test_misuse_is_one_line_status_2_and_nothing_half_written(self):
+        lines = self.said["misused"].splitlines()
+        expected = ("wrong.toml", "none.toml", "node 9 does not answer", "none/log.csv", "node 9 does not answer",
+                    "no such interface", "--seconds", "--rate", "no such interface", "nothing_known", "not the flash",
+                    "enabled; disable", "the access lock is closed")
+        for line, what in zip(lines, expected):
+            self.assertTrue(line.startswith("status 2 lines 1: slipstack: "), line)
+            self.assertIn(what, line)
+        self.assertEqual(lines[len(expected):],
+                         ["lock       locked", "model and store as before", "no log left"])
+
     def test_foreign_frames(self):
         self.assertIn("node ends with 0", self.said["foreign"])
         capture = self.said["capture"]

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <optional>
@@ -43,6 +44,16 @@ std::string log_head(double resolution_m, double constant, double mass_kg, std::
   if (lost > 0) text += fmt::format("# lost_samples: {}\n", lost);
   if (irregular) text += "# sampling: irregular\n";
   return text + "time_s,position_counts,current_A\n";
+}
+
+/// Throws UsageError where the drive says of itself what no axis is: no log could be made of it.
+void check_axis(const SdoClient& drive, double tick_s, double resolution_m, double constant) {
+  if (tick_s > 1e-6 && tick_s < 1.0 && resolution_m > 0.0 && resolution_m < 1.0 && std::isfinite(constant))
+    return;
+  throw UsageError(fmt::format(
+      "node {}: tick {} s, encoder {} m, motor constant {} N/A (2000h:01 to :03) are none of an axis; is it "
+      "commissioned?",
+      drive.node(), tick_s, resolution_m, constant));
 }
 
 double mass_of(SdoClient& drive) {
@@ -212,6 +223,7 @@ Recording record_stream(SdoClient& drive, double seconds, double rate_Hz, const 
   const double resolution_m = static_cast<double>(drive.read_real(kAxisIndex, 1));
   const double constant = static_cast<double>(drive.read_real(kAxisIndex, 3));
   const double limit_A = static_cast<double>(drive.read_real(kAxisIndex, 9));
+  check_axis(drive, tick_s, resolution_m, constant);
   const double mass_kg = mass_of(drive);
   const std::uint32_t hash = drive.read(kModelIndex, 2);
   Kept cob(drive, 0x1802, 1, 4);
@@ -238,7 +250,7 @@ Recording record_stream(SdoClient& drive, double seconds, double rate_Hz, const 
   sync.set(sync.before() & 0x7FF);
   cob.set(cob.before() | kInvalidPdo);
 
-  const auto step = static_cast<std::int64_t>(std::lround(1.0 / (rate_Hz * tick_s)));
+  const auto step = std::max<std::int64_t>(1, std::lround(1.0 / (rate_Hz * tick_s)));
   Recording recording;
   recording.samples = samples.size();
   bool irregular = false;
@@ -283,6 +295,8 @@ Recording record_trace(SdoClient& drive, std::uint32_t decimation, const Show& s
       data.size() != head.head_bytes + sizeof(TraceSample) * head.samples) {
     throw UsageError(fmt::format("node {}: the trace is of another version", drive.node()));
   }
+  check_axis(drive, static_cast<double>(head.tick_s), static_cast<double>(head.encoder_resolution_m),
+             static_cast<double>(head.motor_constant_N_per_A));
   Recording recording;
   recording.samples = head.samples;
   recording.log = log_head(static_cast<double>(head.encoder_resolution_m),

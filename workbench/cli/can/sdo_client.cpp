@@ -14,6 +14,10 @@ namespace {
 
 constexpr int kPatience_ms = 1000;
 constexpr std::uint8_t kBlock = 127;
+/// More than any object of a drive has; a size beyond it is no size.
+constexpr std::uint32_t kLargest = 16U << 20;
+/// How often blocks may pass without anything new before a transfer is given up.
+constexpr int kTries = 10;
 
 std::array<std::uint8_t, 8> request(std::uint8_t command, std::uint16_t index, std::uint8_t sub,
                                     std::uint32_t data = 0) {
@@ -115,14 +119,22 @@ SdoClient::Frame SdoClient::answer(std::uint16_t index, std::uint8_t sub) {
   return frame;
 }
 
+void SdoClient::wrong(std::uint16_t index, std::uint8_t sub) const {
+  throw UsageError(fmt::format("node {}: a wrong answer to {:04X}h:{:02X}; do two masters talk to it?", node_,
+                               index, sub));
+}
+
+// The answer is to this request, and its command under `mask` is this one.
+void SdoClient::expect(const Frame& frame, std::uint8_t mask, std::uint8_t command, std::uint16_t index,
+                       std::uint8_t sub) const {
+  if ((frame[0] & mask) != command || number(&frame[1], 2) != index || frame[3] != sub) wrong(index, sub);
+}
+
 std::uint32_t SdoClient::read(std::uint16_t index, std::uint8_t sub) {
   drain();
   send(request(0x40, index, sub));
   const Frame frame = answer(index, sub);
-  if ((frame[0] & 0xE3) != 0x43 || number(&frame[1], 2) != index || frame[3] != sub) {
-    throw UsageError(fmt::format("node {}: a wrong answer to {:04X}h:{:02X}; do two masters talk to it?",
-                                 node_, index, sub));
-  }
+  expect(frame, 0xE3, 0x43, index, sub);
   return number(&frame[4], 4U - (frame[0] >> 2 & 3U));
 }
 
@@ -135,7 +147,9 @@ std::uint32_t SdoClient::try_write(std::uint16_t index, std::uint8_t sub, std::u
   send(request(static_cast<std::uint8_t>(0x23 | (4 - bytes) << 2), index, sub, value));
   Frame frame;
   if (!next(frame, kPatience_ms)) return static_cast<std::uint32_t>(answer(index, sub)[0]);
-  return frame[0] == 0x80 ? number(&frame[4], 4) : 0;
+  if (frame[0] == 0x80) return number(&frame[4], 4);
+  expect(frame, 0xFF, 0x60, index, sub);
+  return 0;
 }
 
 void SdoClient::write(std::uint16_t index, std::uint8_t sub, std::uint32_t value, int bytes) {
@@ -146,54 +160,66 @@ void SdoClient::write(std::uint16_t index, std::uint8_t sub, std::uint32_t value
 std::vector<std::uint8_t> SdoClient::upload(std::uint16_t index, std::uint8_t sub, const Watch& watch) {
   drain();
   send(request(0xA4, index, sub, kBlock));
-  const std::uint32_t size = [&] {
-    const Frame begin = answer(index, sub);
-    return number(&begin[4], 4);
-  }();
+  const Frame begin = answer(index, sub);
+  expect(begin, 0xFB, 0xC2, index, sub);  // with its size, with a checksum or without
+  const std::uint32_t size = number(&begin[4], 4);
+  if (size == 0 || size > kLargest) wrong(index, sub);
   send({0xA3});
   std::vector<std::uint8_t> data;
-  data.reserve(size + 7);
-  std::uint8_t good = 0;
-  for (;;) {
-    const Frame frame = answer(index, sub);
-    if (good == 0 && data.size() >= size) {  // the end
-      data.resize(size);
-      send({0xA1});
-      if (number(&frame[1], 2) != crc_of(data)) {
-        throw UsageError(fmt::format("node {}: the checksum of {:04X}h is wrong; try again", node_, index));
-      }
-      return data;
-    }
-    const std::uint8_t place = frame[0] & 0x7F;
-    if (place == good + 1) {
-      good = place;
-      data.insert(data.end(), frame.begin() + 1, frame.end());
-    }
-    if ((frame[0] & 0x80) != 0 || place == kBlock) {
-      send({0xA2, good, kBlock});
-      good = 0;
-      if (watch) watch(static_cast<double>(data.size()) / size);
-    }
+  data.reserve(size + 7 * kBlock);
+  while (data.size() < size) {
+    take_block(data, index, sub);
+    if (watch) watch(std::min(1.0, static_cast<double>(data.size()) / size));
   }
+  const Frame end = answer(index, sub);
+  if ((end[0] & 0xE3) != 0xC1) wrong(index, sub);
+  data.resize(size);
+  send({0xA1});
+  if ((begin[0] & 0x04) != 0 && number(&end[1], 2) != crc_of(data)) {
+    throw UsageError(fmt::format("node {}: the checksum of {:04X}h is wrong; try again", node_, index));
+  }
+  return data;
+}
+
+// One block of segments: those in order are taken, the rest asked for again.
+void SdoClient::take_block(std::vector<std::uint8_t>& data, std::uint16_t index, std::uint8_t sub) {
+  for (int tries = 0; tries < kTries; ++tries) {
+    std::uint8_t good = 0;
+    for (int frames = 0; frames < kBlock; ++frames) {
+      const Frame frame = answer(index, sub);
+      const std::uint8_t place = frame[0] & 0x7F;
+      if (place == 0) wrong(index, sub);
+      if (place == good + 1) {
+        good = place;
+        data.insert(data.end(), frame.begin() + 1, frame.end());
+      }
+      if ((frame[0] & 0x80) != 0 || place == kBlock) break;
+    }
+    send({0xA2, good, kBlock});
+    if (good > 0) return;
+  }
+  throw UsageError(fmt::format("node {}: {:04X}h:{:02X} does not come over; the transfer was given up", node_,
+                               index, sub));
 }
 
 void SdoClient::download(std::uint16_t index, std::uint8_t sub, const std::vector<std::uint8_t>& data,
                          const Watch& watch) {
   drain();
   send(request(0xC6, index, sub, static_cast<std::uint32_t>(data.size())));
-  std::uint8_t block = answer(index, sub)[4];
+  const Frame begin = answer(index, sub);
+  expect(begin, 0xFB, 0xA0, index, sub);
+  std::uint8_t block = begin[4];
   std::size_t at = 0;
-  while (at < data.size()) {
-    std::uint8_t place = 0;
-    for (std::size_t from = at; place < block && from < data.size(); from += 7) {
-      Frame frame{};
-      frame[0] = ++place;
-      const std::size_t count = std::min<std::size_t>(7, data.size() - from);
-      std::copy_n(data.begin() + static_cast<std::ptrdiff_t>(from), count, frame.begin() + 1);
-      if (from + 7 >= data.size()) frame[0] |= 0x80;
-      send(frame);
+  for (int tries = 0; at < data.size(); ++tries) {
+    if (block == 0 || block > kBlock) wrong(index, sub);
+    if (tries == kTries) {
+      throw UsageError(fmt::format("node {}: {:04X}h:{:02X} does not go over; the transfer was given up",
+                                   node_, index, sub));
     }
+    const std::uint8_t sent = send_block(data, at, block);
     const Frame taken = answer(index, sub);
+    if (taken[0] != 0xA2 || taken[1] > sent) wrong(index, sub);
+    if (taken[1] > 0) tries = -1;
     at += std::size_t{7} * taken[1];
     block = taken[2];
     if (watch) watch(std::min(1.0, static_cast<double>(at) / static_cast<double>(data.size())));
@@ -202,7 +228,22 @@ void SdoClient::download(std::uint16_t index, std::uint8_t sub, const std::vecto
   const auto unused = static_cast<std::uint8_t>((7 - data.size() % 7) % 7);
   send({static_cast<std::uint8_t>(0xC1 | unused << 2), static_cast<std::uint8_t>(crc & 0xFF),
         static_cast<std::uint8_t>(crc >> 8)});
-  answer(index, sub);
+  if (answer(index, sub)[0] != 0xA1) wrong(index, sub);
+}
+
+// At most `block` segments from `at` on; how many.
+std::uint8_t SdoClient::send_block(const std::vector<std::uint8_t>& data, std::size_t at,
+                                   std::uint8_t block) {
+  std::uint8_t place = 0;
+  for (std::size_t from = at; place < block && from < data.size(); from += 7) {
+    Frame frame{};
+    frame[0] = ++place;
+    const std::size_t count = std::min<std::size_t>(7, data.size() - from);
+    std::copy_n(data.begin() + static_cast<std::ptrdiff_t>(from), count, frame.begin() + 1);
+    if (from + 7 >= data.size()) frame[0] |= 0x80;
+    send(frame);
+  }
+  return place;
 }
 
 void SdoClient::nmt(std::uint8_t command) {

@@ -45,6 +45,11 @@ class SdoClient {
   Frame answer(std::uint16_t index, std::uint8_t sub);
   bool next(Frame& data, int timeout_ms);
   void drain();
+  void take_block(std::vector<std::uint8_t>& data, std::uint16_t index, std::uint8_t sub);
+  std::uint8_t send_block(const std::vector<std::uint8_t>& data, std::size_t at, std::uint8_t block);
+  void expect(const Frame& frame, std::uint8_t mask, std::uint8_t command, std::uint16_t index,
+              std::uint8_t sub) const;
+  [[noreturn]] void wrong(std::uint16_t index, std::uint8_t sub) const;
   [[noreturn]] void refuse(std::uint16_t index, std::uint8_t sub, std::uint32_t code) const;
 
   CanLink& link_;
