@@ -132,7 +132,7 @@ void set_moving(Desk& desk) {
 
 std::filesystem::path written(const std::string& text) {
   std::filesystem::path path = std::filesystem::path(::testing::TempDir()) /
-                                     ("slipstack_record_" + std::to_string(::getpid()) + ".csv");
+                               ("slipstack_record_" + std::to_string(::getpid()) + ".csv");
   std::ofstream(path, std::ios::binary) << text;
   return path;
 }

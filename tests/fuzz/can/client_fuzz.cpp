@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// libFuzzer target: whatever a node answers, or somebody else in its name, the commands' master ends, says one
-// line, and a log that it writes holds as many rows as it says.
+// libFuzzer target: whatever a node answers, or somebody else in its name, the commands' master ends, says
+// one line, and a log that it writes holds as many rows as it says.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -84,7 +84,8 @@ class FuzzedBus final : public CanLink {
 void check(const Recording& recording) {
   const std::size_t head = recording.log.find("time_s,");
   require(head != std::string::npos, "a log without a head");
-  const auto rows = std::count(recording.log.begin() + static_cast<std::ptrdiff_t>(head), recording.log.end(), '\n');
+  const auto rows =
+      std::count(recording.log.begin() + static_cast<std::ptrdiff_t>(head), recording.log.end(), '\n');
   require(rows == static_cast<std::ptrdiff_t>(recording.samples) + 1, "not as many rows as it says");
 }
 
