@@ -65,6 +65,8 @@ constexpr std::size_t kMostSteps = 5;
 /// What structure must explain of the residual, and how far that must stand above the floor, to be reported.
 constexpr double kStructureReduction = 0.05;
 constexpr double kAboveFloor = 1.15;
+/// The encoder's steps are loudest at reversals: what is left there is play only so far above the floor.
+constexpr double kPlayAboveFloor = 1.6;
 
 /// An explanation that leaves so much explains nothing: share of the force, multiple of the floor, share of
 /// what the baseline left. Real axes end at a few per cent of the force, far above the floor of a good force
@@ -79,6 +81,8 @@ constexpr double kMostOfBaseline = 0.35;
 constexpr double kLineDrives = 0.3;
 constexpr double kLineAboveFloor = 2.0;
 constexpr double kSameLine = 0.02;
+/// Share of what all effects explain that such a line explains alone.
+constexpr double kLinePoses = 0.5;
 
 /// Forces nearer than this share nine tenths of their squares: what one explains, so does the other, ...
 constexpr double kSameDirection_deg = 18.0;
@@ -494,8 +498,11 @@ class Search {
 
   void judge(Diagnosis& diagnosis) const {
     const FittedModel& last = diagnosis.explained;
-    const auto left = find_structure(measurement_, weighted_residual(last));
+    auto left = find_structure(measurement_, weighted_residual(last));
     const bool above_floor = last.holdout_rmse_N > kAboveFloor * diagnosis.noise_floor_N;
+    if (last.holdout_rmse_N < kPlayAboveFloor * diagnosis.noise_floor_N) {
+      std::erase_if(left, [](const Structure& one) { return one.coordinate == "reversal"; });
+    }
     if (above_floor && left.front().error_reduction >= kStructureReduction)
       diagnosis.unexplained = left.front();
     const auto line = line_beyond_rows(measurement_, last.linearisation->sample_force_N(), last.train_rmse_N);
@@ -505,7 +512,7 @@ class Search {
       diagnosis.verdict = Verdict::missing_effect;
       if (above_floor && diagnosis.unexplained && dominated(diagnosis))
         diagnosis.verdict = Verdict::unexplained;
-      if (insufficient(diagnosis) || line_drives(diagnosis)) {
+      if (line_poses(diagnosis) || insufficient(diagnosis) || line_drives(diagnosis)) {
         diagnosis.verdict = Verdict::unexplained;
         if (!diagnosis.unexplained) diagnosis.unexplained = left.front();
       }
@@ -527,6 +534,22 @@ class Search {
     const Term* mode = find_term(diagnosis.explained.terms, "structural_resonance");
     const bool posing = mode != nullptr && std::abs(mode->shapes[0] - left->where) < kSameLine * left->where;
     return posing || left->error_reduction >= kLineDrives;
+  }
+
+  /// Whether the resonance that was named is a line in time: moves excite a mode anew each time, in whatever
+  /// phase, but what keeps its phase from the first move to the last is no ringing. Within a control loop the
+  /// axis moves at the line's frequency, and a mode that hardly decays makes the line of that motion.
+  bool line_poses(Diagnosis& diagnosis) const {
+    const Term* mode = find_term(diagnosis.explained.terms, "structural_resonance");
+    if (mode == nullptr || contains(diagnosis.baseline.terms, "structural_resonance")) return false;
+    Structure line = line_at_rows(measurement_, weighted_residual(diagnosis.baseline));
+    const double explained = 1.0 - diagnosis.explained.holdout_rmse_N / diagnosis.baseline.holdout_rmse_N;
+    if (std::abs(mode->shapes[0] - line.where) > kSameLine * line.where ||
+        line.error_reduction < kLinePoses * explained) {
+      return false;
+    }
+    diagnosis.unexplained = std::move(line);
+    return true;
   }
 
   /// Whether so much is left, whatever its form, that calling the model complete would be wrong.

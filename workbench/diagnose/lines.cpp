@@ -18,6 +18,8 @@ namespace {
 constexpr std::size_t kSegment = 2048;
 /// A line stands this far above the median of its surroundings: averaged spectra of noise reach five at most.
 constexpr double kStandsOut = 12.0;
+/// So far in the measured force too, where it stands among what else the force does.
+constexpr double kInForce = 4.0;
 /// The log is heard in so many parts; a line is in most of them, ringing after moves is not.
 constexpr std::size_t kParts = 8;
 /// Power that the median part has, relative to the mean.
@@ -130,6 +132,10 @@ std::optional<Structure> line_beyond_rows(const Measurement& measurement, const 
   }
   const double usual = around(spectrum, peak);
   if (spectrum.density[peak] < kStandsOut * usual || !steady(residual_N, rate_Hz, peak)) return {};
+  // At one slow speed driven again and again the encoder's steps come at one frequency, and through mass
+  // times acceleration that is a line: of the encoder, and not in the force.
+  const Spectrum force = power_spectrum(measurement.log().force_N, rate_Hz, kSegment);
+  if (force.density[peak] < kInForce * around(force, peak)) return {};
   const double power = std::max(0.0, power_at(spectrum, peak) - 3.0 * usual * width_Hz);
   const double reduction = 1.0 - error_N / std::sqrt(error_N * error_N + power);
   const double frequency_Hz = spectrum.frequency_Hz[peak];

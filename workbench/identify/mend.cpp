@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "workbench/identify/white_noise.h"
 #include "workbench/log/median.h"
@@ -44,6 +45,11 @@ constexpr double kFewestRepeats = 10.0;
 /// An encoder that stood for so many samples and makes up for them in one step was stuck.
 constexpr std::size_t kStuck = 20;
 constexpr double kJump = 20.0;  ///< encoder steps, and times the steps that follow
+
+/// One that stood to the end had moved at so many steps a sample, or the force has so many times the range
+/// that it has elsewhere while the position stands.
+constexpr double kSpeed = 5.0;
+constexpr double kForceStands = 2.0;
 
 /// Motion without force lasts at least so long, [s].
 constexpr double kForceless_s = 0.25;
@@ -272,6 +278,50 @@ class Mender {
       i = end;
     }
     cut(stuck, "the position stands still and then jumps (encoder stuck)");
+    if (const auto last = stuck_to_the_end()) {
+      cut({*last}, "the position stands still to the end of the log, the axis does not (encoder stuck)");
+    }
+  }
+
+  /// The last stretch of one position, where the axis cannot have stood: it came in at speed and stopped
+  /// within a sample, or the force does there what it does nowhere else while the position stands.
+  std::optional<Stretch> stuck_to_the_end() const {
+    const std::vector<double>& x = log_.position_m;
+    std::size_t first = count_ - 1;
+    while (first > 0 && x[first - 1] == x[first]) --first;
+    if (count_ - first < kStuck || first < 2 * kStuck) return {};
+    std::vector<double> before;
+    before.reserve(kStuck);
+    for (std::size_t k = first - kStuck; k < first; ++k) before.push_back(std::abs(x[k] - x[k - 1]));
+    const double slowest_m = *std::min_element(before.end() - 4, before.end());
+    const bool at_speed =
+        slowest_m > kSpeed * std::max(step_m_, 1e-12) && slowest_m > 0.5 * median(std::move(before));
+    if (at_speed || force_range_N(first, count_) > kForceStands * largest_standing_range_N(first)) {
+      return Stretch{first, count_};
+    }
+    return {};
+  }
+
+  /// Between the twentieth parts at either end of the values, so that noise and single samples do not count.
+  double force_range_N(std::size_t first, std::size_t end) const {
+    std::vector<double> values(log_.force_N.begin() + static_cast<std::ptrdiff_t>(first),
+                               log_.force_N.begin() + static_cast<std::ptrdiff_t>(end));
+    std::sort(values.begin(), values.end());
+    return values[values.size() - 1 - values.size() / 20] - values[values.size() / 20];
+  }
+
+  /// The largest range of the force in any earlier stretch of one position, or a quarter of that of the whole
+  /// log.
+  double largest_standing_range_N(std::size_t before) const {
+    const std::vector<double>& x = log_.position_m;
+    double largest = 0.25 * force_range_N(0, count_);
+    for (std::size_t i = 0; i < before;) {
+      std::size_t end = i + 1;
+      while (end < before && x[end] == x[i]) ++end;
+      if (end - i >= kStuck) largest = std::max(largest, force_range_N(i, end));
+      i = end;
+    }
+    return largest;
   }
 
   void cut_forceless_motion() {

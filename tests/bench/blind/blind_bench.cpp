@@ -20,6 +20,7 @@ struct Request {
   std::uint64_t first_seed = 1000;
   std::uint64_t count = 20;
   std::string results;
+  bool check = false;
 };
 
 /// A folder for the log of the moment, gone at the end.
@@ -58,7 +59,8 @@ std::map<std::pair<std::string, std::uint64_t>, Outcome> earlier(const std::stri
   return known;
 }
 
-void run(const Request& request) {
+/// 0, or 1 where --check finds too little.
+int run(const Request& request) {
   const Folder folder;
   const auto known = request.results.empty() ? decltype(earlier("")){} : earlier(request.results);
   std::ofstream results;
@@ -78,6 +80,9 @@ void run(const Request& request) {
     }
   }
   fmt::print("{}", summary(outcomes));
+  const std::vector<std::string> found = request.check ? shortfalls(outcomes) : std::vector<std::string>{};
+  for (const std::string& shortfall : found) fmt::print("short: {}\n", shortfall);
+  return found.empty() ? 0 : 1;
 }
 
 }  // namespace
@@ -90,10 +95,11 @@ int main(int argc, char** argv) {
   app.add_option("--first-seed", request.first_seed);
   app.add_option("--count", request.count, "logs of each kind");
   app.add_option("--results", request.results, "file of outcomes; a run that was stopped goes on from it");
+  app.add_flag("--check", request.check,
+               "status 1 when a share falls short of what every test run must reach");
   try {
     app.parse(argc, argv);
-    run(request);
-    return 0;
+    return run(request);
   } catch (const CLI::ParseError& error) {
     return app.exit(error);
   } catch (const std::exception& error) {

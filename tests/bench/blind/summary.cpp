@@ -55,7 +55,7 @@ bool right_coordinate(const Outcome& o) {
     case Kind::bump:
       return o.coordinate == "position";
     case Kind::backlash:
-      return o.coordinate == "acceleration" || o.coordinate == "velocity";
+      return o.coordinate == "reversal";
     default:
       return o.coordinate == "time";
   }
@@ -172,6 +172,41 @@ std::string summary(const std::vector<Outcome>& outcomes) {
   Outcomes all;
   for (const Outcome& outcome : outcomes) all.push_back(&outcome);
   return headline(all) + errors(all) + calibration(all) + by_visibility(all) + confusion(all);
+}
+
+std::vector<std::string> shortfalls(const std::vector<Outcome>& outcomes) {
+  Outcomes all;
+  all.reserve(outcomes.size());
+  for (const Outcome& outcome : outcomes) all.push_back(&outcome);
+  std::vector<std::string> found;
+  const auto least = [&](const char* what, const Outcomes& of, const Test& test, double share) {
+    const auto hits = static_cast<double>(those(of, test).size());
+    if (of.empty() || hits < share * static_cast<double>(of.size()))
+      found.push_back(fmt::format("{}: {}, at least {:.0f} % wanted", what, rate(of, test), 100.0 * share));
+  };
+  const Outcomes clean = those(all, kind_is(Kind::clean));
+  least(
+      "no false alarm", clean, [](const Outcome& o) { return o.verdict != "missing_effect"; }, 1.0);
+  least(
+      "clean logs complete", clean, [](const Outcome& o) { return o.verdict == "complete"; }, 0.75);
+  least("singles named first", those(all, kind_is(Kind::single)), named_first, 0.75);
+  least("pairs found", those(all, kind_is(Kind::pair)), all_found, 0.75);
+  const Outcomes outside = those(all, [](const Outcome& o) { return outside_catalogue(o.kind); });
+  least("outside the catalogue, with the coordinate", outside, right_coordinate, 0.75);
+  const auto within = [&](const char* what, const Outcomes& of, double low, double high) {
+    std::vector<double> ratios;
+    ratios.reserve(of.size());
+    for (const Outcome* o : of) ratios.push_back(o->explained_over_floor);
+    const double middle = quantile(ratios, 0.5);
+    if (middle < low || middle > high)
+      found.push_back(
+          fmt::format("{}: median error over floor {:.2f}, not {} to {}", what, middle, low, high));
+  };
+  // Below one, the floor is too high, and hides what should be found.
+  within("clean", clean, 0.85, 1.15);
+  within("explained", those(all, [](const Outcome& o) { return !o.hidden.empty() && all_found(o); }), 0.85,
+         1.25);
+  return found;
 }
 
 std::string line_of(const Outcome& o) {

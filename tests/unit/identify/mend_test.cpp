@@ -141,6 +141,32 @@ TEST(Mend, StuckEncoder) {
   expect_same(clean, stuck, "encoder stuck", 0.02);
 }
 
+// It never comes back: stuck in the middle of a move, or while the axis rested before further moves.
+TEST(Mend, EncoderStuckToTheEnd) {
+  const Log clean = plant_log(16);
+  const std::size_t count = clean.position_m.size();
+  for (const bool at_rest : {false, true}) {
+    Log stuck = clean;
+    std::size_t at = count * 3 / 4;
+    const auto step = [&](std::size_t i) { return std::abs(clean.position_m[i + 1] - clean.position_m[i]); };
+    while (at_rest ? step(at) > 0.0 || step(at + 40) > 0.0 : step(at) < 20e-6) ++at;
+    std::fill(stuck.position_m.begin() + static_cast<std::ptrdiff_t>(at), stuck.position_m.end(),
+              clean.position_m[at]);
+    expect_same(clean, stuck, "to the end of the log", 0.03);
+  }
+}
+
+TEST(Mend, StandingAtTheEndIsNoFault) {
+  Log log = plant_log(16);
+  test::Draw draw(10);
+  const double held_m = log.position_m.back();
+  for (int i = 0; i < 3000; ++i) {
+    log.position_m.push_back(held_m);
+    log.force_N.push_back(1e-5 * std::round(1e5 * (0.05 * draw.normal())));
+  }
+  EXPECT_TRUE(mend(log).cut.empty());
+}
+
 TEST(Mend, MotionWithoutForce) {
   const Log clean = plant_log(17);
   Log idle = clean;
