@@ -16,8 +16,8 @@ namespace slipstack::workbench {
 namespace {
 
 constexpr std::size_t kSegment = 2048;
-/// A line stands this far above the median of its surroundings: averaged spectra of noise reach five at most.
-constexpr double kStandsOut = 12.0;
+/// A line stands this far above both its sides: averaged spectra of noise reach three at most.
+constexpr double kStandsOut = 8.0;
 /// So far in the measured force too, where it stands among what else the force does.
 constexpr double kInForce = 4.0;
 /// The log is heard in so many parts; a line is in most of them, ringing after moves is not.
@@ -30,22 +30,21 @@ std::string told(double frequency_Hz, double amplitude_N) {
                      quantity(frequency_Hz, "Hz"), quantity(amplitude_N, "N"));
 }
 
-/// Bins that a line spreads over, through a Hann window, and that are its surroundings on either side.
-constexpr std::size_t kOwn = 4;
-constexpr std::size_t kAround = 16;
+/// Bins beside a line that it does not reach, through a Hann window.
+constexpr std::size_t kNear = 4;
+constexpr std::size_t kFar = 6;
 
-/// The higher of the medians on both sides: beside the edge of a broad hump (the encoder's steps, seen
-/// through the mass up to where the motion's filter ends) one side is as high as the peak.
-double around(const Spectrum& spectrum, std::size_t peak) {
-  const auto bin = spectrum.density.begin() + static_cast<std::ptrdiff_t>(peak);
-  double usual = 0.0;
-  if (peak >= kAround) usual = median({bin - kAround, bin - kOwn + 1});
-  const std::size_t end = std::min(spectrum.density.size(), peak + kAround + 1);
-  if (end > peak + kOwn + 2) {
-    usual =
-        std::max(usual, median({bin + kOwn, spectrum.density.begin() + static_cast<std::ptrdiff_t>(end)}));
+/// How far a bin stands above the louder of its two sides: beside the edge of a broad hump (the encoder's
+/// steps, seen through the mass up to where the motion's filter ends) one side is as high as the peak.
+double prominence(const Spectrum& spectrum, std::size_t bin) {
+  double left = 0.0;
+  double right = 0.0;
+  for (std::size_t away = kNear; away <= kFar; ++away) {
+    left += spectrum.density[bin - away];
+    right += spectrum.density[bin + away];
   }
-  return usual;
+  const double beside = std::max(left, right) / static_cast<double>(kFar - kNear + 1);
+  return spectrum.density[bin] / std::max(beside, 1e-300);
 }
 
 /// Power of the three bins that a line spreads over, through a Hann window.
@@ -125,17 +124,19 @@ std::optional<Structure> line_beyond_rows(const Measurement& measurement, const 
   if (spectrum.density.size() < 4 || residual_N.size() < kParts * kSegment) return {};
   const double width_Hz = spectrum.frequency_Hz[1] - spectrum.frequency_Hz[0];
   const auto first = static_cast<std::size_t>(measurement.bandwidth_Hz() / width_Hz) + 2;
-  if (first + 4 >= spectrum.density.size()) return {};
-  std::size_t peak = first;
-  for (std::size_t k = first; k + 1 < spectrum.density.size(); ++k) {
-    if (spectrum.density[k] > spectrum.density[peak]) peak = k;
-  }
-  const double usual = around(spectrum, peak);
-  if (spectrum.density[peak] < kStandsOut * usual || !steady(residual_N, rate_Hz, peak)) return {};
   // At one slow speed driven again and again the encoder's steps come at one frequency, and through mass
   // times acceleration that is a line: of the encoder, and not in the force.
   const Spectrum force = power_spectrum(measurement.log().force_N, rate_Hz, kSegment);
-  if (force.density[peak] < kInForce * around(force, peak)) return {};
+  std::size_t peak = 0;
+  double most = kStandsOut;
+  for (std::size_t k = std::max(first, kFar); k + kFar < spectrum.density.size(); ++k) {
+    const double stands_out = std::min(prominence(spectrum, k), kStandsOut / kInForce * prominence(force, k));
+    if (stands_out < most) continue;
+    most = stands_out;
+    peak = k;
+  }
+  if (peak == 0 || !steady(residual_N, rate_Hz, peak)) return {};
+  const double usual = spectrum.density[peak] / prominence(spectrum, peak);
   const double power = std::max(0.0, power_at(spectrum, peak) - 3.0 * usual * width_Hz);
   const double reduction = 1.0 - error_N / std::sqrt(error_N * error_N + power);
   const double frequency_Hz = spectrum.frequency_Hz[peak];
