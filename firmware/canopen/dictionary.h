@@ -39,6 +39,7 @@ enum class Abort : std::uint32_t {
   kCannotStore = 0x08000020,
   kLocalControl = 0x08000021,
   kDeviceState = 0x08000022,
+  kNoData = 0x08000024,
 };
 
 /// What stands behind the dictionary. Called outside the tick, each in bounded time.
@@ -46,6 +47,8 @@ class Behind {
  public:
   /// The value of a live object.
   virtual std::uint32_t read(std::size_t row) = 0;
+  /// Whether there is something to be read now.
+  virtual Abort check_read(std::size_t) { return Abort::kNone; }
   /// Whether a value, within its bounds, may be taken now. `over_pdo`: no master waits for the answer.
   virtual Abort check(std::size_t row, std::uint32_t value) = 0;
   /// A value was taken.

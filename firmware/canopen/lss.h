@@ -39,6 +39,7 @@ class Lss {
     bit_rate_ = bit_rate;
     configuring_ = false;
     selected_ = 0;
+    identified_ = 0;
     fast_ = 0;
   }
 
@@ -67,6 +68,13 @@ class Lss {
       case 0x42:
       case 0x43:
         return select(static_cast<std::uint8_t>(in[0] - 0x40), word, identity, out);
+      case 0x46:
+      case 0x47:
+      case 0x48:
+      case 0x49:
+      case 0x4A:
+      case 0x4B:
+        return identify(static_cast<std::uint8_t>(in[0] - 0x46), word, identity, out);
       case 0x4C:
         out[0] = 0x50;
         return active_node == kUnconfigured && !configuring_;
@@ -93,6 +101,20 @@ class Lss {
     selected_ = 0;
     configuring_ = true;
     out = {0x44, 0, 0, 0, 0, 0, 0, 0};
+    return true;
+  }
+
+  // LSS identify remote slave: six messages in this order, vendor and product, revision and serial number as
+  // the lowest and the highest that are meant.
+  bool identify(std::uint8_t part, std::uint32_t word, const Identity& identity,
+                std::array<std::uint8_t, 8>& out) {
+    const std::uint32_t own = identity.words[part < 2 ? part : 2U + (part - 2U) / 2U];
+    const bool fits = part < 2 ? word == own : (part % 2 == 0 ? word <= own : word >= own);
+    if (part == 0) identified_ = 0;
+    identified_ = part == identified_ && fits ? static_cast<std::uint8_t>(part + 1) : std::uint8_t{0};
+    if (identified_ < 6) return false;
+    identified_ = 0;
+    out = {0x4F, 0, 0, 0, 0, 0, 0, 0};
     return true;
   }
 
@@ -163,6 +185,7 @@ class Lss {
 
   bool configuring_ = false;
   std::uint8_t selected_ = 0;
+  std::uint8_t identified_ = 0;
   std::uint8_t fast_ = 0;
   std::uint8_t node_ = kUnconfigured;
   std::uint8_t bit_rate_ = 3;

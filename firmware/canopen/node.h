@@ -419,6 +419,13 @@ class Node final : private Behind {
     }
   }
 
+  // The history has no entries yet (CiA 301, 7.5.2.4).
+  Abort check_read(std::size_t row) override {
+    const Object& object = kObjects[row];
+    const bool none = object.index == 0x1003 && object.sub > emergency_.count();
+    return none ? Abort::kNoData : Abort::kNone;
+  }
+
   std::uint32_t read_counter(std::uint8_t sub) const {
     const SlotLog& log = set_.log();
     const std::array<std::uint32_t, 12> counters = {0,
@@ -472,6 +479,7 @@ class Node final : private Behind {
       case 0x1016:
         return heartbeats_.check(row, value);
       case 0x1019:
+        if (value == 1) return Abort::kBadValue;  // reserved: a counter counts to 2 at the least
         return dictionary_.value(kRow<0x1006>) != 0 ? Abort::kDeviceState : Abort::kNone;
       case kLockIndex:
         return check_lock(object.sub, value);

@@ -147,6 +147,8 @@ class SdoServer {
     Abort code = find(in);
     if (code != Abort::kNone) return code;
     if (!object().readable()) return Abort::kWriteOnly;
+    code = dictionary_.behind().check_read(row_);
+    if (code != Abort::kNone) return code;
     offset_ = 0;
     if (is_domain()) return dictionary_.behind().begin_upload(row_, size_);
     if (object().text != nullptr) {

@@ -103,6 +103,8 @@ TEST(Sync, ProducerCountsToTheOverflowValue) {
   ASSERT_EQ(bench.write(0x1019, 0, 4, 1), 0U);
   ASSERT_EQ(bench.write(0x1006, 0, 10000, 4), 0U);
   EXPECT_EQ(bench.write(0x1019, 0, 5, 1), 0x08000022U);  // not while the period is set
+  EXPECT_EQ(bench.write(0x1019, 0, 1, 1), 0x06090030U);  // 1 and from 241 on: reserved
+  EXPECT_EQ(bench.write(0x1019, 0, 241, 1), 0x06090031U);
   ASSERT_EQ(bench.write(0x1005, 0, 0x40000080, 4), 0U);
   EXPECT_EQ(bench.write(0x1005, 0, 0x40000081, 4), 0x06090030U);  // the identifier stays while producing
   bench.all();
@@ -200,6 +202,31 @@ TEST(Lss, SelectsByIdentityAndSetsTheNodeId) {
   bench.power_on();
   bench.begin();
   EXPECT_EQ(bench.all_with(0x721), (std::vector<Data>{{0}})) << "stored";
+}
+
+TEST(Lss, IdentifyAnswersWithinTheRangesInOrderOnly) {
+  Bench bench;
+  // Vendor, product, revision from and to, serial number from and to.
+  const std::array<std::uint32_t, 6> own = {0, 0x534C4B31, 0x00010000, 0x00010000, 0x12345678, 0x12345678};
+  const auto answered = [&](const std::array<std::uint32_t, 6>& words, std::uint8_t skipped) {
+    bench.all();
+    for (std::uint8_t i = 0; i < 6; ++i) {
+      if (i != skipped) bench.send(0x7E5, lss(static_cast<std::uint8_t>(0x46 + i), words[i]));
+    }
+    bench.poll();
+    const auto answers = bench.all_with(0x7E4);
+    return answers == std::vector<Data>{lss(0x4F)};
+  };
+  EXPECT_TRUE(answered(own, 6));
+  EXPECT_TRUE(answered({0, 0x534C4B31, 0, 0xFFFFFFFF, 0x12345600, 0x123456FF}, 6));
+  for (std::uint8_t i = 0; i < 6; ++i) {
+    EXPECT_FALSE(answered(own, i)) << "without part " << int{i};
+    auto others = own;
+    others[i] += i == 3 || i == 5 ? 0xFFFFFFFFU : 1U;  // the ends of a range the other way
+    EXPECT_FALSE(answered(others, 6)) << "part " << int{i};
+  }
+  EXPECT_TRUE(answered(own, 6));
+  EXPECT_EQ(bench.node->id(), 5) << "and nothing has changed";
 }
 
 TEST(Lss, AnUnconfiguredNodeIsFoundByFastscan) {

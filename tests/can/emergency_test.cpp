@@ -45,6 +45,23 @@ void expect_none(Bench& bench, std::uint16_t code) {
   EXPECT_EQ(bench.read(0x1003, 1) & 0xFFFF, code);
 }
 
+TEST(Emcy, AnEmptyHistoryHasNoDataToRead) {
+  Bench bench;
+  EXPECT_EQ(bench.read(0x1003, 0), 0U);
+  for (const std::uint8_t command : {std::uint8_t{0x40}, std::uint8_t{0xA4}}) {
+    Data request = Bench::address(command, 0x1003, 1);
+    if (command == 0xA4) request[4] = 127;
+    const Data answer = bench.sdo(request);
+    EXPECT_EQ(answer.at(0), 0x80);
+    EXPECT_EQ(Bench::number(answer, 4), 0x08000024U);
+  }
+  bench.nmt(0x01);
+  bench.send(0x205, {0x06});
+  bench.run_ms(2);
+  EXPECT_EQ(bench.read(0x1003, 1) & 0xFFFF, 0x8210U);
+  EXPECT_EQ(Bench::number(bench.sdo(Bench::address(0x40, 0x1003, 2)), 4), 0x08000024U);
+}
+
 TEST(Emcy, OverrunIsToldOnceForALossThatGoesOn) {
   Bench bench;
   bench.all();
