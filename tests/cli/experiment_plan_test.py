@@ -3,6 +3,7 @@
 """slipstack experiment plan: the planned motion resolves what the first log could not, on an axis that shares no code."""
 
 import json
+import re
 import shlex
 import shutil
 import unittest
@@ -91,6 +92,30 @@ class Plan(program.Workshop):
         rows = [list(map(float, line.split(","))) for line in (self.here / "s.csv").read_text().splitlines()[4:]]
         self.assertTrue(all(0.1 <= row[1] <= 0.3 and abs(row[2]) <= 0.2 and abs(row[3]) <= 1 for row in rows))
         self.assertLessEqual(rows[-1][0], 15)
+
+    def test_several_logs_and_a_limit_of_the_current(self):
+        text = (self.stock / "first.csv").read_text()
+        constant = float(re.search(r"# motor_constant_N_per_A: (\S+)", text)[1])
+        for name in ("one.csv", "two.csv"):
+            (self.here / name).write_text(text)
+        (self.here / "bare.csv").write_text(re.sub(r"# motor_constant.*\n", "", text))
+        plan = ["experiment", "plan", "--for", "stribeck,viscous", "--seconds", "20", "--out", "s.csv", "--json", "-", "--log"]
+        single = json.loads(self.assert_done(*plan, "one.csv").stdout)
+        double = json.loads(self.assert_done(*plan, "one.csv", "two.csv", "--limits", f"current={60 / constant}").stdout)
+        self.assertAlmostEqual(double["summary"]["limits"]["force_N"], 60, places=4)
+        self.assertLessEqual(double["summary"]["force_N"], 60)
+        # Twice the data: what the logs tell grows, about by as much.
+        key = [(row["effect"], row["other"]) for row in single["evidence"]].index(("viscous", "nothing"))
+        ratio = double["evidence"][key]["log_evidence"] / single["evidence"][key]["log_evidence"]
+        self.assertGreater(ratio, 1.5)
+        self.assertLess(ratio, 2.6)
+        self.assert_refused(["experiment", "plan", "--for", "viscous", "--log", "bare.csv", "--limits", "current=2", "--out",
+                             "s.csv"],
+                            "motor constant")
+        # diagnose names all of its logs in what it proposes.
+        result = json.loads(self.assert_done("diagnose", "one.csv", "two.csv", "--json", "-").stdout)
+        if result["next_experiment"]:
+            self.assertIn("--log 'one.csv' 'two.csv'", result["next_experiment"]["command"])
 
     def test_wrong_use(self):
         plan = ["experiment", "plan", "--out", "s.csv"]

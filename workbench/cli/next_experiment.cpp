@@ -31,7 +31,8 @@ std::string shell_quoted(const std::string& word) {
 }
 
 std::string command_for(const Options& options, const std::vector<std::string>& effects) {
-  std::string text = "slipstack experiment plan --log " + shell_quoted(options.logs.front());
+  std::string text = "slipstack experiment plan --log";
+  for (const std::string& log : options.logs) text += fmt::format(" {}", shell_quoted(log));
   if (!options.model.empty()) text += " --model " + shell_quoted(options.model);
   if (!options.effects.empty()) text += " --effects " + options.effects;
   for (const std::string& id : effects) {

@@ -7,6 +7,7 @@
 #include <atomic>
 #include <cmath>
 #include <numeric>
+#include <span>
 #include <tuple>
 
 #include "workbench/diagnose/evidence.h"
@@ -48,7 +49,8 @@ constexpr double kShareOfExcessCoulomb = 0.7;
 constexpr double kLeastFurtherReduction = 0.05;
 
 /// A further effect must explain this much (rms) of what all explain together: the form of the first, never
-/// exactly the axis', leaves less.
+/// exactly the axis', leaves less. What dry friction explains where the baseline has none does not count: its
+/// elements have no form to be wrong.
 constexpr double kShareOfExplained = 0.05;
 
 /// Held-out errors this near to the floor end the search.
@@ -134,9 +136,15 @@ bool coulomb_joins_hysteresis(const FittedModel& before, const FittedModel& afte
          contains(after.terms, "coulomb");
 }
 
-/// Whether the step from `before` to `after` is worth its parameters; `floor_N` is that of `after`.
-bool earned(const FittedModel& baseline, const FittedModel& before, const FittedModel& after,
-            double floor_N) {
+bool has_dry_friction(const FittedModel& model) {
+  return std::any_of(model.terms.begin(), model.terms.end(),
+                     [](const Term& term) { return term.effect->acts_as(Acts::dry); });
+}
+
+/// Whether the step from `before` to `after` is worth its parameters; `floor_N` is that of `after`, `known_N`
+/// the error of the baseline, or of the first explanation that has dry friction.
+bool earned(const FittedModel& baseline, const FittedModel& before, const FittedModel& after, double floor_N,
+            double known_N) {
   const Reduction reduced = reduction(before.block_squared_error, after.block_squared_error);
   if (!reduced.earned()) return false;
   const double step = squared(before.holdout_rmse_N) - squared(after.holdout_rmse_N);
@@ -145,14 +153,15 @@ bool earned(const FittedModel& baseline, const FittedModel& before, const Fitted
   if (before.terms.size() <= baseline.terms.size()) {
     return step >= kShareOfExcess * excess && before.holdout_rmse_N >= kNothingToExplain * floor_N;
   }
-  const double all = squared(baseline.holdout_rmse_N) - squared(after.holdout_rmse_N);
+  const double all = squared(known_N) - squared(after.holdout_rmse_N);
   return reduced.value >= kLeastFurtherReduction && step >= squared(kShareOfExplained) * all;
 }
 
 /// Effects worth trying: not in the model, and not the same column under another name.
 std::vector<const EffectDescription*> effects_to_try(const Terms& terms,
                                                      const std::vector<std::string>& wanted,
-                                                     const std::vector<const EffectDescription*>& own) {
+                                                     const std::vector<const EffectDescription*>& own,
+                                                     bool weightless, double stroke_m) {
   std::vector<const EffectDescription*> effects;
   const Term* inertia = find_term(terms, "inertia");
   const bool mass_is_free = inertia != nullptr && inertia->lower[0] < inertia->upper[0];
@@ -169,6 +178,13 @@ std::vector<const EffectDescription*> effects_to_try(const Terms& terms,
   }
   for (const EffectDescription* effect : all) {
     if (contains(terms, effect->text.id)) continue;
+    // What does not repeat twice within the stroke is not seen to repeat.
+    const bool too_coarse =
+        std::any_of(effect->shapes.begin(), effect->shapes.end(), [&](const ShapeSpec& shape) {
+          return shape.kind == ShapeKind::pitch && 2.0 * static_cast<double>(shape.lower) > stroke_m;
+        });
+    if (too_coarse) continue;
+    if (weightless && (effect->id() == "structural_resonance" || effect->id() == "payload_mass")) continue;
     if (effect->id() == "payload_mass" && mass_is_free) continue;
     if (effect->id() == "inertia" && contains(terms, "payload_mass")) continue;
     effects.push_back(effect);
@@ -187,6 +203,7 @@ class Search {
     Diagnosis diagnosis;
     diagnosis.baseline = options_.start.empty() ? fit_effects(measurement_, options_.baseline, {})
                                                 : fit_gains(measurement_, options_.start);
+    known_N_ = diagnosis.baseline.holdout_rmse_N;
     Explanation best{diagnosis.baseline, {}};
     std::vector<Explanation> beam{best};
     for (std::size_t level = 0; level < kMostSteps; ++level) {
@@ -194,11 +211,15 @@ class Search {
       if (level == 0) first_level_ = next;
       std::erase_if(next, [&](const Explanation& one) {
         return coulomb_joins_hysteresis(best.model, one.model) &&
-               !earned(diagnosis.baseline, best.model, one.model, floor_.of(one.model.terms));
+               !earned(diagnosis.baseline, best.model, one.model, floor_.of(one.model.terms), known_N_);
       });
       if (next.empty()) break;
       const Explanation* winner = choose(next, best.model);
-      if (!earned(diagnosis.baseline, best.model, winner->model, floor_.of(winner->model.terms))) break;
+      if (!earned(diagnosis.baseline, best.model, winner->model, floor_.of(winner->model.terms), known_N_))
+        break;
+      if (!has_dry_friction(best.model) && has_dry_friction(winner->model)) {
+        known_N_ = winner->model.holdout_rmse_N;
+      }
       best = *winner;
       best.model = polish_shapes(measurement_, std::move(best.model), {20});
       keep_best(next, diagnosis.baseline);
@@ -227,9 +248,13 @@ class Search {
       Trial trial;
     };
     std::vector<Job> jobs;
+    // A log that declares a mass of zero says that inertia does not count: nothing swings either.
+    const bool weightless = measurement_.log().mass_kg && *measurement_.log().mass_kg == 0.0;
+    const auto [lowest, highest] =
+        std::minmax_element(measurement_.position_m().begin(), measurement_.position_m().end());
     for (const Explanation& from : beam) {
-      for (const EffectDescription* effect :
-           effects_to_try(from.model.terms, options_.candidates, options_.own))
+      for (const EffectDescription* effect : effects_to_try(from.model.terms, options_.candidates,
+                                                            options_.own, weightless, *highest - *lowest))
         jobs.push_back({&from, effect, {}});
     }
     std::atomic<std::size_t> done{0};
@@ -337,7 +362,8 @@ class Search {
       }
       FittedModel without =
           polish_shapes(measurement_, fit_gains(measurement_, std::move(terms), &explanation.model), {15});
-      if (earned(diagnosis.baseline, without, explanation.model, floor_.of(explanation.model.terms))) {
+      if (earned(diagnosis.baseline, without, explanation.model, floor_.of(explanation.model.terms),
+                 known_N_)) {
         ++i;
       } else {
         explanation.model = std::move(without);
@@ -477,7 +503,7 @@ class Search {
   void list_steps(Diagnosis& diagnosis, const Explanation& best) const {
     diagnosis.steps.push_back({"baseline", diagnosis.baseline.holdout_rmse_N, ""});
     diagnosis.best = diagnosis.baseline;
-    // The strongest first, so that the waterfall falls as fast as it can.
+    // The strongest first, then whatever helps most, so that the waterfall falls as fast as it can.
     std::vector<std::string> order;
     for (const Candidate& candidate : diagnosis.candidates) {
       const std::string id = candidate.term.id();
@@ -485,6 +511,7 @@ class Search {
     }
     Terms terms = diagnosis.baseline.terms;
     for (std::size_t i = 0; i < order.size(); ++i) {
+      if (i > 0 && i + 1 < order.size()) put_next(terms, best.model, std::span(order).subspan(i));
       terms.push_back(*find_term(best.model.terms, order[i]));
       FittedModel model =
           i + 1 == order.size()
@@ -493,6 +520,19 @@ class Search {
       diagnosis.steps.push_back(
           {order[i], model.holdout_rmse_N, evidence_of(*find_term(best.model.terms, order[i]))});
       if (i == 0) diagnosis.best = std::move(model);
+    }
+  }
+
+  /// Brings to the front what lowers the error most on top of `terms`, with the shapes of `full`.
+  void put_next(const Terms& terms, const FittedModel& full, std::span<std::string> order) const {
+    double least_N = HUGE_VAL;
+    for (std::string& id : order) {
+      Terms more = terms;
+      more.push_back(*find_term(full.terms, id));
+      const double error_N = fit_gains(measurement_, std::move(more), &full).holdout_rmse_N;
+      if (error_N >= least_N) continue;
+      least_N = error_N;
+      std::swap(order.front(), id);
     }
   }
 
@@ -584,6 +624,7 @@ class Search {
 
   const Measurement& measurement_;
   const DiagnoseOptions& options_;
+  double known_N_ = 0.0;  ///< see earned()
   NoiseFloor floor_;
   std::vector<Trial> trials_;
   std::vector<Explanation> first_level_;

@@ -151,8 +151,39 @@ class ActiveSet {
 
 }  // namespace
 
+void turn(const EachWay& pairs, Eigen::VectorXd& vector) {
+  for (const auto& [a, b] : pairs) {
+    const double sum = 0.5 * (vector(a) + vector(b));
+    vector(b) = 0.5 * (vector(a) - vector(b));
+    vector(a) = sum;
+  }
+}
+
+void turn(const EachWay& pairs, Eigen::MatrixXd& matrix) {
+  for (const auto& [a, b] : pairs) {
+    const Eigen::VectorXd column = 0.5 * (matrix.col(a) + matrix.col(b));
+    matrix.col(b) = 0.5 * (matrix.col(a) - matrix.col(b));
+    matrix.col(a) = column;
+    const Eigen::RowVectorXd row = 0.5 * (matrix.row(a) + matrix.row(b));
+    matrix.row(b) = 0.5 * (matrix.row(a) - matrix.row(b));
+    matrix.row(a) = row;
+  }
+}
+
 BoundedSolution solve_bounded(const BoundedProblem& problem, const std::vector<Rests>& start) {
-  return ActiveSet(problem, start).run();
+  if (problem.each_way.empty()) return ActiveSet(problem, start).run();
+  // In sums and differences the pairs have bounds of their own.
+  BoundedProblem turned = problem;
+  turned.each_way.clear();
+  turn(problem.each_way, turned.gram);
+  turn(problem.each_way, turned.right);
+  for (const auto& [a, b] : problem.each_way) {
+    turned.lower(a) = turned.lower(b) = 0.0;
+    turned.upper(b) = turned.upper(a);
+  }
+  BoundedSolution solution = ActiveSet(turned, start).run();
+  turn(problem.each_way, solution.value);
+  return solution;
 }
 
 }  // namespace slipstack::workbench

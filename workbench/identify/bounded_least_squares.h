@@ -3,9 +3,20 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace slipstack::workbench {
+
+/// Pairs (a, b) of unknowns whose sum and difference may not be negative: b_a >= |b_b|, what a coefficient is
+/// on either side. An upper bound of a then holds for both.
+using EachWay = std::vector<std::pair<Eigen::Index, Eigen::Index>>;
+
+/// v_a, v_b -> (v_a + v_b) / 2, (v_a - v_b) / 2 for each pair: from sum and difference to the unknowns, and
+/// what this makes of a gradient.
+void turn(const EachWay& pairs, Eigen::VectorXd& vector);
+/// The same for both sides of a symmetric matrix.
+void turn(const EachWay& pairs, Eigen::MatrixXd& matrix);
 
 /// min 1/2 b' G b - c' b  subject to lower <= b <= upper: least squares by its normal equations.
 struct BoundedProblem {
@@ -13,9 +24,11 @@ struct BoundedProblem {
   Eigen::VectorXd right;  ///< c
   Eigen::VectorXd lower;
   Eigen::VectorXd upper;
+  EachWay each_way = {};
 };
 
-/// Which bound each unknown rests on; kept between solves of similar problems it saves most of the work.
+/// Which bound each unknown rests on, of a pair each_way its sum and its difference; kept between solves of
+/// similar problems it saves most of the work.
 enum class Rests : std::int8_t { on_lower = -1, free = 0, on_upper = 1 };
 
 struct BoundedSolution {

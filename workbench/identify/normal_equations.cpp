@@ -117,8 +117,9 @@ double NormalEquations::squared_error(const Eigen::VectorXd& value) const {
 }
 
 BoundedSolution NormalEquations::fit(const Constraints& constraints, const std::vector<Rests>& start) const {
-  return solve_bounded(
-      {total_.gram + constraints.penalty, total_.right, constraints.lower, constraints.upper}, start);
+  return solve_bounded({total_.gram + constraints.penalty, total_.right, constraints.lower, constraints.upper,
+                        constraints.each_way},
+                       start);
 }
 
 NormalEquations::CrossValidation NormalEquations::cross_validate(const Measurement& measurement,
@@ -132,8 +133,10 @@ NormalEquations::CrossValidation NormalEquations::cross_validate(const Measureme
     for (int b = 0; b < block_count(); ++b) {
       if (measurement.fold_of_block(b) == fold) training.add(blocks_[static_cast<std::size_t>(b)], -1.0);
     }
-    const BoundedSolution solution = solve_bounded(
-        {training.gram + constraints.penalty, training.right, constraints.lower, constraints.upper}, start);
+    const BoundedSolution solution =
+        solve_bounded({training.gram + constraints.penalty, training.right, constraints.lower,
+                       constraints.upper, constraints.each_way},
+                      start);
     for (int b = 0; b < block_count(); ++b) {
       if (measurement.fold_of_block(b) != fold) continue;
       const double error = squared_error(solution.value, b);
@@ -155,7 +158,8 @@ Eigen::VectorXd NormalEquations::standard_errors(const BoundedSolution& solution
   const auto count = static_cast<Eigen::Index>(free.size());
   if (count == 0) return errors;
   Eigen::MatrixXd bread(count, count);
-  const Eigen::MatrixXd normal = total_.gram + constraints.penalty;
+  Eigen::MatrixXd normal = total_.gram + constraints.penalty;
+  turn(constraints.each_way, normal);
   for (Eigen::Index a = 0; a < count; ++a) {
     for (Eigen::Index b = 0; b < count; ++b) {
       bread(a, b) = normal(free[static_cast<std::size_t>(a)], free[static_cast<std::size_t>(b)]);
@@ -165,18 +169,20 @@ Eigen::VectorXd NormalEquations::standard_errors(const BoundedSolution& solution
   bread = scale.asDiagonal() * bread * scale.asDiagonal();
   bread.diagonal().array() += 1e-11;
   const Eigen::LDLT<Eigen::MatrixXd> factor(bread);
-  Eigen::VectorXd variance = Eigen::VectorXd::Zero(count);
+  Eigen::VectorXd variance = Eigen::VectorXd::Zero(unknowns_);
   for (const Part& block : blocks_) {
-    const Eigen::VectorXd score = block.right - block.gram * solution.value;
+    Eigen::VectorXd score = block.right - block.gram * solution.value;
+    turn(constraints.each_way, score);
     Eigen::VectorXd part(count);
     for (Eigen::Index a = 0; a < count; ++a) part(a) = score(free[static_cast<std::size_t>(a)]);
-    const Eigen::VectorXd influence = scale.cwiseProduct(factor.solve(scale.cwiseProduct(part)));
+    part = scale.cwiseProduct(factor.solve(scale.cwiseProduct(part)));
+    Eigen::VectorXd influence = Eigen::VectorXd::Zero(unknowns_);
+    for (Eigen::Index a = 0; a < count; ++a) influence(free[static_cast<std::size_t>(a)]) = part(a);
+    turn(constraints.each_way, influence);
     variance += influence.cwiseAbs2();
   }
   const double blocks = static_cast<double>(blocks_.size());
-  for (Eigen::Index a = 0; a < count; ++a) {
-    errors(free[static_cast<std::size_t>(a)]) = std::sqrt(variance(a) * blocks / (blocks - 1.0));
-  }
+  errors = (variance * blocks / (blocks - 1.0)).cwiseSqrt();
   return errors;
 }
 

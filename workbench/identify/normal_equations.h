@@ -42,6 +42,7 @@ class NormalEquations {
     Eigen::VectorXd lower;
     Eigen::VectorXd upper;
     Eigen::MatrixXd penalty;  ///< added to the normal matrix: inverse prior covariance x noise variance
+    EachWay each_way = {};    ///< pairs of unknowns, see BoundedProblem
   };
 
   BoundedSolution fit(const Constraints& constraints, const std::vector<Rests>& start = {}) const;

@@ -13,6 +13,13 @@ namespace {
 /// map.
 constexpr double kModulationPrior = 0.5;
 constexpr double kBendPrior = 0.3;
+/// The mean of a map: the level that it modulates is that of the middle of the rail, or a map of -50 %
+/// throughout and twice the level would be as good.
+constexpr double kMeanPrior = 0.01;
+
+double squared(double x) {
+  return x * x;
+}
 
 void penalise_modulation(const GainGroup& group, Eigen::Index first, double variance,
                          Eigen::MatrixXd& penalty) {
@@ -23,6 +30,63 @@ void penalise_modulation(const GainGroup& group, Eigen::Index first, double vari
   const Eigen::Vector3d bend(1.0, -2.0, 1.0);
   for (Eigen::Index i = first; i + 2 < first + group.count; ++i) {
     penalty.block<3, 3>(i, i) += variance / (kBendPrior * kBendPrior) * bend * bend.transpose();
+  }
+  const auto splines = static_cast<double>(group.count);
+  penalty.block(first, first, group.count, group.count).array() += variance / squared(kMeanPrior * splines);
+}
+
+/// Where the gains of a set begin among the unknowns, and the gain of that name within it.
+struct GainAt {
+  const Term* term = nullptr;
+  Eigen::Index first = 0;
+  std::size_t index = 0;
+
+  double lower(std::size_t set) const { return term->lower[at(set)]; }
+  double upper(std::size_t set) const { return term->upper[at(set)]; }
+  Eigen::Index unknown(std::size_t set) const { return first + static_cast<Eigen::Index>(at(set)); }
+
+ private:
+  std::size_t at(std::size_t set) const { return set * term->gains_per_set() + index; }
+};
+
+GainAt find_gain(const Terms& terms, std::string_view effect, std::string_view name) {
+  Eigen::Index first = 0;
+  for (const Term& term : terms) {
+    if (effect == term.effect->text.id) {
+      std::size_t index = 0;
+      for (const GainGroup& group : term.effect->gain_groups) {
+        if (name == group.name) return {&term, first, index};
+        index += static_cast<std::size_t>(group.count);
+      }
+    }
+    first += static_cast<Eigen::Index>(term.gains.size());
+  }
+  return {};
+}
+
+/// Viscous friction opposes motion in either direction: c |v| is a part of the c v that the model has, at
+/// most as large. Without the latter, one direction would be driven.
+void couple_viscous(const Terms& terms, NormalEquations::Constraints& constraints) {
+  const GainAt part = find_gain(terms, "direction_asymmetry", "viscous_asymmetry");
+  if (part.term == nullptr) return;
+  const GainAt whole = find_gain(terms, "viscous", "viscous");
+  for (std::size_t set = 0; set < part.term->gain_sets(); ++set) {
+    const Eigen::Index b = part.unknown(set);
+    if (whole.term == nullptr) {
+      constraints.lower(b) = constraints.upper(b) = 0.0;
+      continue;
+    }
+    // Either of them each log's own, the other not: no pair, and nothing is coupled.
+    if (whole.term->gain_sets() != part.term->gain_sets()) continue;
+    const Eigen::Index a = whole.unknown(set);
+    if (whole.lower(set) == whole.upper(set)) {
+      constraints.lower(b) = std::max(constraints.lower(b), -whole.upper(set));
+      constraints.upper(b) = std::min(constraints.upper(b), whole.upper(set));
+    } else if (part.lower(set) == part.upper(set)) {
+      constraints.lower(a) = std::max(constraints.lower(a), std::abs(part.upper(set)));
+    } else {
+      constraints.each_way.emplace_back(a, b);
+    }
   }
 }
 
@@ -61,8 +125,8 @@ bool contains(const Terms& terms, std::string_view id) {
 
 NormalEquations::Constraints constraints_of(const Terms& terms, double error_N) {
   const Eigen::Index count = unknown_count(terms);
-  NormalEquations::Constraints constraints{Eigen::VectorXd(count), Eigen::VectorXd(count),
-                                           Eigen::MatrixXd::Zero(count, count)};
+  NormalEquations::Constraints constraints{
+      Eigen::VectorXd(count), Eigen::VectorXd(count), Eigen::MatrixXd::Zero(count, count), {}};
   const double variance = error_N * error_N;
   Eigen::Index next = 0;
   for (const Term& term : terms) {
@@ -80,6 +144,7 @@ NormalEquations::Constraints constraints_of(const Terms& terms, double error_N) 
       constraints.upper(next) = term.upper[i];
     }
   }
+  couple_viscous(terms, constraints);
   return constraints;
 }
 

@@ -369,8 +369,13 @@ class Planner {
 std::vector<ExpectedEvidence> expected_evidence(const Measurement& measurement, const FittedModel& base,
                                                 const Terms& effects) {
   const std::vector<int> groups(measurement.row_samples().size(), 0);
+  Terms on_logs;
+  for (const Term& term : effects) {
+    const bool each = measurement.gain_sets(term.effect->text.id) > 1;
+    on_logs.push_back(each ? with_gain_sets(measurement, term) : term);
+  }
   const std::vector<Information> all =
-      Information::of(measurement, base, expected_effects(measurement, effects), groups, 1,
+      Information::of(measurement, base, expected_effects(measurement, on_logs), groups, 1,
                       NoiseFloor(measurement).of(base.terms));
   return evidence_of(all.front(), effects);
 }

@@ -313,5 +313,67 @@ TEST(BoundedLeastSquares, NothingToFitIsZero) {
   EXPECT_EQ(solve_bounded(p).value, VectorXd::Zero(3));
 }
 
+// Where a coefficient may not be negative on either side: a >= |b|. Against a grid of all that is allowed.
+TEST(EachWay, FindsTheMinimumWithinTheWedge) {
+  int on_an_edge = 0;
+  for (std::uint64_t seed = 0; seed < 60; ++seed) {
+    Random random(seed + 900);
+    const MatrixXd columns = random.matrix(30, 2);
+    const VectorXd target = columns * (random.matrix(2, 1) * 1.5) + random.matrix(30, 1);
+    BoundedProblem p{columns.transpose() * columns,
+                     columns.transpose() * target,
+                     VectorXd::Constant(2, -1e12),
+                     VectorXd::Constant(2, 2.5),
+                     {{0, 1}}};
+    const VectorXd b = solve_bounded(p).value;
+    ASSERT_GE(b(0), std::abs(b(1)) - 1e-12) << seed;
+    ASSERT_LE(b(0) + std::abs(b(1)), 2.5 + 1e-12) << seed;
+    if (b(0) - std::abs(b(1)) < 1e-9) ++on_an_edge;
+    double best = std::numeric_limits<double>::infinity();
+    for (int i = 0; i <= 250; ++i) {
+      for (int k = 0; k <= 250; ++k) {
+        const VectorXd at = VectorXd{{0.005 * (i + k), 0.005 * (i - k)}};
+        best = std::min(best, objective(p, at));
+      }
+    }
+    EXPECT_LE(objective(p, b), best + 1e-12) << seed;
+    EXPECT_GE(objective(p, b), best - 0.01 * (1.0 + std::abs(best))) << seed;
+  }
+  EXPECT_GT(on_an_edge, 15);
+  EXPECT_LT(on_an_edge, 55);
+}
+
+// Among other unknowns, and with a start from another problem, the answer is the same minimum.
+TEST(EachWay, OtherUnknownsAndAStartChangeNothing) {
+  for (std::uint64_t seed = 0; seed < 40; ++seed) {
+    Random random(seed + 1300);
+    BoundedProblem p = random_problem(random, 6, 40, 0.5);
+    p.lower(1) = p.lower(4) = -1e12;
+    p.upper(1) = p.upper(4) = 1e12;
+    // Both of a pair are in one unit.
+    for (const Index i : {1, 4}) {
+      const double unit = 1.0 / std::sqrt(p.gram(i, i));
+      p.gram.row(i) *= unit;
+      p.gram.col(i) *= unit;
+      p.right(i) *= unit;
+    }
+    const BoundedProblem loose = p;
+    p.each_way = {{4, 1}};
+    const BoundedSolution cold = solve_bounded(p);
+    const BoundedSolution warm = solve_bounded(p, solve_bounded(loose).rests);
+    EXPECT_NEAR(objective(p, cold.value), objective(p, warm.value),
+                1e-7 * (1.0 + std::abs(objective(p, cold.value))))
+        << seed;
+    EXPECT_GE(cold.value(4), std::abs(cold.value(1)) * (1.0 - 1e-12)) << seed;
+    // Where the wedge does not bind, it is not there.
+    const VectorXd free = solve_bounded(loose).value;
+    if (free(4) > std::abs(free(1))) {
+      EXPECT_LT((cold.value - free).norm(), 1e-6 * (1.0 + free.norm())) << seed;
+    } else {
+      EXPECT_GT(objective(p, cold.value), objective(p, free)) << seed;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace slipstack::workbench

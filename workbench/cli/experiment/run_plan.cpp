@@ -29,7 +29,7 @@ constexpr double kJerkTime_s = 0.02;
 
 struct PlanRequest {
   std::string effects;
-  std::string log;
+  std::vector<std::string> logs;
   std::string model;
   std::string baseline;
   std::string limits;
@@ -39,11 +39,16 @@ struct PlanRequest {
   ExperimentOutputs outputs;
 };
 
+/// The logs by name, for people.
+std::string names_of(const std::vector<std::string>& logs) {
+  return fmt::format("{}", fmt::join(logs, ", "));
+}
+
 /// "stroke=0.02:0.38,velocity=0.5,...": what was given.
 std::map<std::string, std::vector<double>> parse_limits(const std::string& text) {
   std::map<std::string, std::vector<double>> given;
   if (text.empty()) return given;
-  const std::vector<std::string> known{"stroke", "velocity", "acceleration", "jerk", "force"};
+  const std::vector<std::string> known{"stroke", "velocity", "acceleration", "jerk", "force", "current"};
   for (const std::string_view field : split_fields(text)) {
     const std::size_t equals = field.find('=');
     const std::string key(field.substr(0, equals));
@@ -111,6 +116,16 @@ AxisLimits limits_of(const PlanRequest& request, const Measurement* measurement)
     if (key == "acceleration") limits.acceleration_mps2 = values[0];
     if (key == "force") limits.force_N = values[0];
   }
+  if (given.contains("current")) {
+    const auto constant = measurement == nullptr ? std::nullopt : measurement->log().motor_constant_N_per_A;
+    if (!constant) {
+      throw UsageError(
+          "--limits: current says nothing without a motor constant; give a log with the line "
+          "'# motor_constant_N_per_A: value', or force= instead");
+    }
+    const double force_N = given.at("current")[0] * *constant;
+    limits.force_N = limits.force_N > 0.0 ? std::min(limits.force_N, force_N) : force_N;
+  }
   limits.jerk_mps3 = given.contains("jerk") ? given.at("jerk")[0] : limits.acceleration_mps2 / kJerkTime_s;
   return limits;
 }
@@ -154,7 +169,7 @@ Known known_of(const PlanRequest& request, const std::vector<std::string>& ids, 
   if (!request.model.empty()) model = read_model(request.model);
   Knowledge& knowledge = known.knowledge;
   knowledge.rate_Hz = request.rate_Hz;
-  if (request.log.empty()) {
+  if (request.logs.empty()) {
     knowledge.model = request.model.empty() ? assumed_model() : model.terms;
     std::erase_if(knowledge.model, [&](const Term& term) {
       return std::find(ids.begin(), ids.end(), term.id()) != ids.end();
@@ -166,8 +181,8 @@ Known known_of(const PlanRequest& request, const std::vector<std::string>& ids, 
     return known;
   }
   Options as_log;
-  as_log.log = request.log;
-  as_log.logs = {request.log};
+  as_log.log = names_of(request.logs);
+  as_log.logs = request.logs;
   known.measurement = std::make_unique<Measurement>(measure(as_log, progress));
   const Measurement& measurement = *known.measurement;
   progress.show("fit the baseline");
@@ -186,13 +201,15 @@ Known known_of(const PlanRequest& request, const std::vector<std::string>& ids, 
         terms, [&](const Term& term) { return std::find(ids.begin(), ids.end(), term.id()) != ids.end(); });
     known.base = fit_gains(measurement, std::move(terms));
   }
-  knowledge.model = known.base.terms;
+  // What the next motion carries is what the logs carried on average.
+  knowledge.model = averaged_over_logs(measurement, known.base.terms);
   knowledge.encoder_resolution_m = measurement.encoder_resolution_m();
   knowledge.force_noise_N = measurement.force_noise_N();
   progress.show("try the effects");
   for (const std::string& id : ids) {
     knowledge.effects.push_back(try_effect(measurement, known.base, *find_effect(id), {}).term);
   }
+  knowledge.effects = averaged_over_logs(measurement, std::move(knowledge.effects));
   return known;
 }
 
@@ -237,9 +254,9 @@ ExperimentResult plan_result(const PlanRequest& request, const Known& known, con
   const AxisLimits reached = extremes_of(plan.motion);
   ExperimentResult result;
   result.experiment = "plan";
-  result.setup = request.log.empty()
+  result.setup = request.logs.empty()
                      ? request.model.empty() ? "an axis of which only the limits are known" : request.model
-                     : request.log;
+                     : names_of(request.logs);
   const auto weakest = std::min_element(plan.expected.begin(), plan.expected.end(),
                                         [](const auto& a, const auto& b) { return a.evidence < b.evidence; });
   result.headline =
@@ -280,7 +297,7 @@ ExperimentResult plan_result(const PlanRequest& request, const Known& known, con
                                      quantity(reached.low_m, "m"), quantity(reached.high_m, "m"),
                                      quantity(reached.velocity_mps, "m/s"), reached.acceleration_mps2,
                                      reached.jerk_mps3, newtons(plan.peak_force_N)));
-  if (request.log.empty() && request.model.empty()) {
+  if (request.logs.empty() && request.model.empty()) {
     result.notes.push_back(
         fmt::format("Assumed: {} kg, {} N of friction, noise {} % of it; give --log or --model.",
                     kAssumedMass_kg, kAssumedFriction_N, 100.0 * kAssumedNoise));
@@ -308,9 +325,11 @@ void run_plan(const Options& options, const PlanRequest& request) {
     throw UsageError("--rate: must be between 200 and 20000 Hz");
   }
   parse_limits(request.limits);
-  deliver(options, request.outputs, {request.log, request.model}, [&](Progress& progress) {
+  std::vector<std::string> inputs = request.logs;
+  inputs.push_back(request.model);
+  deliver(options, request.outputs, inputs, [&](Progress& progress) {
     AxisLimits limits;
-    if (request.log.empty()) limits = limits_of(request, nullptr);
+    if (request.logs.empty()) limits = limits_of(request, nullptr);
     Known known = known_of(request, ids, progress);
     if (known.measurement) limits = limits_of(request, known.measurement.get());
     const Plan plan = plan_experiment(
@@ -329,8 +348,12 @@ void define_plan(CLI::App& experiment, const Options& options) {
       "plan", "Plan the motion that tells effects apart, within the limits of the axis");
   auto request = std::make_shared<PlanRequest>();
   add_word(*command, "--for", request->effects, "A,B,..", "effects to show and to tell apart")->required();
-  add_word(*command, "--log", request->log, "FILE",
-           "what is known so far: model, noise, and limits where not given");
+  command
+      ->add_option("--log", request->logs,
+                   "what is known so far: model, noise, and limits where not given; several of one axis")
+      ->type_name("FILE...")
+      ->expected(1, -1)
+      ->take_all();
   CLI::Option* model = add_word(*command, "--model", request->model, "FILE", "model of the axis");
   add_word(*command, "--effects", request->baseline, "A,B,..",
            "baseline on the log (default: inertia,presliding_hysteresis)")
@@ -340,8 +363,8 @@ void define_plan(CLI::App& experiment, const Options& options) {
       ->allow_extra_args(false)
       ->take_all();
   add_word(*command, "--limits", request->limits, "K=V,..",
-           "stroke=low:high,velocity=,acceleration=,jerk=,force= in SI units (default: the log's motion; no "
-           "force)");
+           "stroke=low:high,velocity=,acceleration=,jerk=,force=,current= in SI units (default: the log's "
+           "motion; no force)");
   command->add_option("--seconds", request->seconds, "the motion may last")->capture_default_str();
   command->add_option("--rate", request->rate_Hz, "set points per second")->capture_default_str();
   add_word(*command, "--out", request->outputs.out, "FILE", "set-point file to write, CSV")->required();
