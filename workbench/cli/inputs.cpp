@@ -15,7 +15,7 @@ namespace {
 
 /// Cross-validation fits to four fifths of the instants: with fewer than these it would fit noise.
 constexpr Eigen::Index kInstantsPerParameter = 2;
-constexpr std::size_t kLeastInstants = 100;
+constexpr Eigen::Index kLeastInstants = 100;
 
 }  // namespace
 
@@ -55,13 +55,18 @@ std::vector<const EffectDescription*> declared_effects(const Options& options) {
   return effects;
 }
 
-Measurement measure(const Options& options, Progress& progress) {
+namespace {
+
+void refuse_repeats(const Options& options) {
   for (std::size_t i = 0; i < options.logs.size(); ++i) {
     if (std::find(options.logs.begin(), options.logs.begin() + static_cast<std::ptrdiff_t>(i),
                   options.logs[i]) != options.logs.begin() + static_cast<std::ptrdiff_t>(i)) {
       throw UsageError(fmt::format("{}: the log is named twice; name it once", printable(options.logs[i])));
     }
   }
+}
+
+ConditioningOptions conditioning_of(const Options& options) {
   ConditioningOptions conditioning;
   conditioning.force_noise_N = options.noise_N;
   if (options.per_log == "none") {
@@ -69,23 +74,61 @@ Measurement measure(const Options& options, Progress& progress) {
   } else if (!options.per_log.empty()) {
     conditioning.per_log = parse_effects(options.per_log);
   }
+  return conditioning;
+}
+
+void show_reading(const Options& options, std::size_t log, Progress& progress) {
+  progress.show(options.logs.size() == 1 ? "read the log" : "read the logs",
+                static_cast<double>(log) / static_cast<double>(options.logs.size()));
+}
+
+void refuse_short(const Measurement& measurement) {
+  for (std::size_t log = 0; log < measurement.log_count(); ++log) {
+    const Eigen::Index rows = measurement.rows_of_log(log).count;
+    if (rows >= kLeastInstants) continue;
+    throw InputError(fmt::format(
+        "{}: {} samples leave {} instants after filtering, fewer than the {} that a fit needs; record longer",
+        printable(measurement.parts()[measurement.parts_of_log(log).first].path),
+        measurement.log_sample_count(log), rows, kLeastInstants));
+  }
+}
+
+}  // namespace
+
+Measurement measure(const Options& options, Progress& progress) {
+  refuse_repeats(options);
   std::vector<Log> logs;
   for (const std::string& path : options.logs) {
-    progress.show(options.logs.size() == 1 ? "read the log" : "read the logs",
-                  static_cast<double>(logs.size()) / static_cast<double>(options.logs.size()));
+    show_reading(options, logs.size(), progress);
     logs.push_back(read_log(path));
     logs.back().path = path;
   }
-  Measurement measurement(std::move(logs), conditioning);
-  for (const LogPart& part : measurement.parts()) {
-    if (part.row_count >= kLeastInstants) continue;
-    throw InputError(fmt::format(
-        "{}: {} samples leave {} instants after filtering, fewer than the {} that a fit needs; record longer",
-        printable(part.path), part.sample_count, part.row_count, kLeastInstants));
-  }
+  Measurement measurement(std::move(logs), conditioning_of(options));
+  refuse_short(measurement);
   progress.show("weigh the rows");
   weigh_rows(measurement);
   return measurement;
+}
+
+std::vector<LongLog> open_logs(const Options& options, Progress& progress) {
+  refuse_repeats(options);
+  const std::size_t in_memory = LongLog::kInMemoryBytes / options.logs.size();
+  std::vector<LongLog> logs;
+  for (const std::string& path : options.logs) {
+    show_reading(options, logs.size(), progress);
+    logs.push_back(LongLog::open(path, in_memory));
+  }
+  return logs;
+}
+
+Searched measure_stretches(const Options& options, const std::vector<LongLog>& logs,
+                           const std::vector<LogStretch>& stretches, Progress& progress) {
+  Searched searched;
+  searched.measurement = std::make_unique<Measurement>(pieces_of(logs, stretches), conditioning_of(options));
+  refuse_short(*searched.measurement);
+  progress.show("weigh the rows");
+  searched.weighing = weigh_rows(*searched.measurement);
+  return searched;
 }
 
 void check_combination(const Measurement& measurement, const std::vector<std::string>& ids) {

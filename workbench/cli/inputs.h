@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "workbench/cli/commands.h"
 #include "workbench/cli/output.h"
 #include "workbench/cli/progress.h"
+#include "workbench/diagnose/team.h"
+#include "workbench/identify/excerpt.h"
 #include "workbench/identify/fit.h"
+#include "workbench/identify/noise_floor.h"
 #include "workbench/model/model.h"
 
 namespace slipstack::workbench {
@@ -22,6 +26,18 @@ std::vector<const EffectDescription*> declared_effects(const Options& options);
 
 /// The logs are inputs: no output may take the place of one.
 void spare_logs(const Options& options, Outputs& outputs);
+
+/// The logs, long ones left in their files. Each process of the team reads its share of them from end to end.
+std::vector<LongLog> open_logs(const Options& options, Progress& progress);
+
+/// Logs and what of them is searched: all, or, of many samples, an excerpt.
+struct Searched {
+  std::unique_ptr<Measurement> measurement;
+  RowWeighing weighing;
+};
+/// These stretches, conditioned; refuses what is too short for any fit, and logs that do not fit together.
+Searched measure_stretches(const Options& options, const std::vector<LongLog>& logs,
+                           const std::vector<LogStretch>& stretches, Progress& progress);
 
 /// The logs, conditioned; refuses what is too short for any fit, and logs that do not fit together.
 Measurement measure(const Options& options, Progress& progress);

@@ -27,13 +27,13 @@ std::string newtons(double value_N) {
   return quantity(value_N, "N");
 }
 
-std::string interval_text(const Measurement& measurement, const FittedModel& fitted) {
-  const Interval interval = holdout_interval(measurement, fitted);
+std::string interval_text(const FittedModel& fitted) {
+  const Interval interval = holdout_interval(fitted);
   return newtons(interval.low) + " to " + newtons(interval.high);
 }
 
-json interval_json(const Measurement& measurement, const FittedModel& fitted) {
-  const Interval interval = holdout_interval(measurement, fitted);
+json interval_json(const FittedModel& fitted) {
+  const Interval interval = holdout_interval(fitted);
   return {number_json(interval.low), number_json(interval.high)};
 }
 
@@ -84,7 +84,7 @@ std::string mended_lines(const Measurement& measurement) {
   std::string text;
   for (const LogPart& part : measurement.parts()) {
     for (const std::string& note : part.mended) {
-      const std::string of = measurement.parts().size() > 1 ? printable(part.path) + ": " : "";
+      const std::string of = measurement.log_count() > 1 ? printable(part.path) + ": " : "";
       text += fmt::format("mended     {}{}\n", of, note);
     }
   }
@@ -99,6 +99,13 @@ json mended_json(const Measurement& measurement) {
   return list;
 }
 
+std::string excerpt_line(const Measurement& measurement) {
+  if (!measurement.is_excerpt()) return "";
+  return fmt::format(
+      "excerpt    effects searched in {} stretches, {} of {} samples; errors are those of all samples\n",
+      measurement.parts().size(), measurement.sample_count(), measurement.whole_sample_count());
+}
+
 json noise_json(const Measurement& measurement) {
   return {{"force_noise_N", number_json(measurement.force_noise_N())},
           {"method", noise_method(measurement)},
@@ -107,36 +114,35 @@ json noise_json(const Measurement& measurement) {
 
 json quality_json(const Measurement& measurement, const FittedModel& fitted, double floor_N) {
   json result = figures_json(fitted, floor_N);
-  result["samples"] = measurement.sample_count();
+  result["samples"] = measurement.whole_sample_count();
   result["noise"] = noise_json(measurement);
   result["mended"] = mended_json(measurement);
-  result["holdout_interval_N"] = interval_json(measurement, fitted);
+  result["holdout_interval_N"] = interval_json(fitted);
   result["effects"] = ids_of(fitted.terms);
   result["parameters"] = parameters_json(fitted.terms);
-  if (measurement.parts().size() > 1) result["logs"] = logs_json(log_results(measurement, fitted));
+  if (measurement.log_count() > 1) result["logs"] = logs_json(log_results(measurement, fitted));
   return result;
 }
 
 std::vector<LogResult> log_results(const Measurement& measurement, const ForceRows& rows,
                                    const std::vector<double>& floors_N, const FittedModel* fitted) {
   std::vector<LogResult> results;
-  for (std::size_t p = 0; p < measurement.parts().size(); ++p) {
-    const LogPart& part = measurement.parts()[p];
-    const auto first = static_cast<Eigen::Index>(part.first_row);
-    const auto count = static_cast<Eigen::Index>(part.row_count);
+  for (std::size_t log = 0; log < measurement.log_count(); ++log) {
+    const LogPart& part = measurement.parts()[measurement.parts_of_log(log).first];
+    const auto [first, count] = measurement.rows_of_log(log);
     const Eigen::VectorXd weights = measurement.row_weights().segment(first, count);
     const Eigen::VectorXd usable = measurement.row_usable().segment(first, count);
     const Eigen::VectorXd residual_N = rows.residual_N().segment(first, count).cwiseProduct(usable);
     LogResult result;
     result.path = part.path;
-    result.samples = part.sample_count;
+    result.samples = measurement.log_sample_count(log);
     result.rmse_N = std::sqrt(weights.dot(residual_N.cwiseAbs2()) / weights.sum());
-    result.noise_floor_N = floors_N[p];
+    result.noise_floor_N = floors_N[log];
     result.force_noise_N = part.force_noise_N;
     result.relative_error =
         residual_N.norm() /
         std::max(rows.measured_N.segment(first, count).cwiseProduct(usable).norm(), 1e-300);
-    if (fitted != nullptr) {
+    if (fitted != nullptr && !measurement.is_excerpt()) {  // the blocks are those of the whole then
       double sum = 0.0;
       for (int block = part.first_block; block < part.first_block + part.block_count; ++block) {
         sum += fitted->block_squared_error[static_cast<std::size_t>(block)];
@@ -149,7 +155,7 @@ std::vector<LogResult> log_results(const Measurement& measurement, const ForceRo
 }
 
 std::vector<LogResult> log_results(const Measurement& measurement, const FittedModel& fitted) {
-  if (measurement.parts().size() == 1) return {};
+  if (measurement.log_count() == 1) return {};
   const std::vector<double> floors_N = NoiseFloor(measurement).of_each_log(fitted.terms);
   return log_results(measurement, rows_of(fitted), floors_N, &fitted);
 }
@@ -222,7 +228,7 @@ Model model_of(const Options& options, const Measurement& measurement, const Fit
   const FittedModel reduced =
       with_standard_errors(measurement, reduce_hysteresis(measurement, fitted, kTargetElements));
   Model model;
-  model.source = {printable(options.log), static_cast<std::int64_t>(measurement.sample_count()),
+  model.source = {printable(options.log), static_cast<std::int64_t>(measurement.whole_sample_count()),
                   fitted.holdout_rmse_N, floor_N, fitted.relative_error};
   model.terms = averaged_over_logs(measurement, fitted.terms);
   model.target_terms = averaged_over_logs(measurement, reduced.terms);

@@ -16,8 +16,8 @@ namespace slipstack::workbench {
 /// A force in N for people.
 std::string newtons(double value_N);
 /// The 95 % interval of a model's held-out error by block bootstrap, for people and for machines.
-std::string interval_text(const Measurement& measurement, const FittedModel& fitted);
-nlohmann::json interval_json(const Measurement& measurement, const FittedModel& fitted);
+std::string interval_text(const FittedModel& fitted);
+nlohmann::json interval_json(const FittedModel& fitted);
 /// A share of one, in per cent.
 std::string share(double value);
 
@@ -35,6 +35,8 @@ nlohmann::json figures_json(const FittedModel& fitted, double floor_N);
 
 /// Where the noise floor comes from: one line, and the same for machines.
 std::string noise_line(const Measurement& measurement);
+/// What of long logs was searched; empty where all was.
+std::string excerpt_line(const Measurement& measurement);
 nlohmann::json noise_json(const Measurement& measurement);
 
 /// What was mended in the logs and left out of them: a line each, empty for clean logs.

@@ -34,7 +34,7 @@ struct Comparison {
 Comparison compared(const Measurement& measurement, const Model& model) {
   Comparison result;
   Terms terms = model.terms;
-  const bool several = measurement.parts().size() > 1;  // each with the load that it declares
+  const bool several = measurement.log_count() > 1;  // each with the load that it declares
   if (several) terms = terms_on(measurement, model);
   result.rows = {measurement.force_N(delay_s(terms)),
                  measurement.filtered(evaluate_force(measurement, terms).force_N)};
@@ -95,7 +95,7 @@ void run_compare(const Options& options) {
   json result{{"log", options.log},
               {"model", options.model},
               {"hash", hash_text(model)},
-              {"samples", measurement.sample_count()},
+              {"samples", measurement.whole_sample_count()},
               {"effects", ids_of(model.terms)},
               {"rmse_N", number_json(found.error_N)},
               {"relative_error", number_json(found.relative)},

@@ -7,6 +7,7 @@
 #include "workbench/cli/results.h"
 #include "workbench/cli/tables.h"
 #include "workbench/diagnose/diagnose.h"
+#include "workbench/diagnose/whole_logs.h"
 #include "workbench/identify/standard_errors.h"
 #include "workbench/report/html.h"
 
@@ -55,18 +56,19 @@ Headline headline_of(const Diagnosis& diagnosis) {
 
 json result_of(const Options& options, const Measurement& measurement, const Diagnosis& diagnosis) {
   json result{{"log", options.log},
-              {"samples", measurement.sample_count()},
+              {"samples", measurement.whole_sample_count()},
               {"baseline_effects", ids_of(diagnosis.baseline.terms)},
               {"noise_floor_N", number_json(diagnosis.noise_floor_N)},
               {"baseline",
                {{"train_rmse_N", number_json(diagnosis.baseline.train_rmse_N)},
                 {"holdout_rmse_N", number_json(diagnosis.baseline.holdout_rmse_N)},
-                {"holdout_interval_N", interval_json(measurement, diagnosis.baseline)},
+                {"holdout_interval_N", interval_json(diagnosis.baseline)},
                 {"relative_error", number_json(diagnosis.baseline.relative_error)}}},
               {"verdict", name_of(diagnosis.verdict)},
               {"candidates", candidates_json(diagnosis)},
               {"unexplained", nullptr}};
   result["noise"] = noise_json(measurement);
+  result["searched_samples"] = measurement.sample_count();
   result["mended"] = mended_json(measurement);
   const std::vector<LogResult> logs = log_results(measurement, diagnosis.explained);
   if (!logs.empty()) result["logs"] = logs_json(logs);
@@ -75,7 +77,7 @@ json result_of(const Options& options, const Measurement& measurement, const Dia
     result["best"] = {{"effects", ids_of(diagnosis.best.terms)},
                       {"train_rmse_N", number_json(diagnosis.best.train_rmse_N)},
                       {"holdout_rmse_N", number_json(diagnosis.best.holdout_rmse_N)},
-                      {"holdout_interval_N", interval_json(measurement, diagnosis.best)},
+                      {"holdout_interval_N", interval_json(diagnosis.best)},
                       {"relative_error", number_json(diagnosis.best.relative_error)}};
   }
   if (options.stepwise) result["steps"] = steps_json(diagnosis);
@@ -121,19 +123,22 @@ std::string text_of(const Options& options, const Measurement& measurement, cons
   std::string text = headline.line + "\n" + headline.detail + "\n" + candidate_table(diagnosis);
   if (options.stepwise) text += step_table(diagnosis);
   text += log_table(log_results(measurement, diagnosis.explained));
-  text += fmt::format("\nintervals  baseline {}", interval_text(measurement, diagnosis.baseline));
+  text += fmt::format("\nintervals  baseline {}", interval_text(diagnosis.baseline));
   if (diagnosis.verdict == Verdict::missing_effect) {
-    text += fmt::format("; with {} {}", diagnosis.candidates.front().term.id(),
-                        interval_text(measurement, diagnosis.best));
+    text +=
+        fmt::format("; with {} {}", diagnosis.candidates.front().term.id(), interval_text(diagnosis.best));
   }
   text += " (95 %, block bootstrap)\n";
-  text += fmt::format("{}", noise_line(measurement)) + mended_lines(measurement);
+  text += noise_line(measurement) + excerpt_line(measurement) + mended_lines(measurement);
   if (diagnosis.verdict == Verdict::missing_effect) text += advice(diagnosis.candidates.front());
   text += limits_text(options, diagnosis);
   return text;
 }
 
 }  // namespace
+
+/// Searches that surprises in the whole logs may lead to after the first.
+constexpr int kMostRounds = 2;
 
 void run_diagnose(const Options& options) {
   DiagnoseOptions wanted;
@@ -149,14 +154,33 @@ void run_diagnose(const Options& options) {
                         ? parse_effects(options.effects.empty() ? kDefaultBaseline : options.effects)
                         : ids_of(model.terms);
   Progress progress;
-  const Measurement measurement = measure(options, progress);
-  check_combination(measurement, wanted.baseline);
-  check_enough(options, measurement, wanted.baseline);
-  if (!options.model.empty()) wanted.start = terms_on(measurement, model);
-  wanted.progress = [&progress](const std::string& stage, double fraction) {
-    progress.show(stage, fraction);
-  };
-  const Diagnosis diagnosis = diagnose(measurement, wanted);
+  Alone team;
+  const std::vector<LongLog> logs = open_logs(options, progress);
+  std::vector<LogStretch> stretches = searched_stretches(logs);
+  Searched searched;
+  Diagnosis diagnosis;
+  for (int round = 0;; ++round) {
+    diagnosis = {};
+    searched = measure_stretches(options, logs, stretches, progress);
+    const Measurement& measurement = *searched.measurement;
+    check_combination(measurement, wanted.baseline);
+    check_enough(options, measurement, wanted.baseline);
+    if (!options.model.empty()) wanted.start = terms_on(measurement, model);
+    wanted.progress = [&progress](const std::string& stage, double fraction) {
+      progress.show(stage, fraction);
+    };
+    WholeLogs whole(logs, measurement, searched.weighing, team);
+    if (measurement.is_excerpt()) {
+      wanted.judge_on_whole = [&](Diagnosis& found) {
+        whole.judge(found, [&](double fraction) { progress.show("judge by the whole logs", fraction); });
+      };
+    }
+    diagnosis = diagnose(measurement, wanted);
+    const std::vector<LogStretch> surprises = whole.surprises(stretches);
+    if (surprises.empty() || round == kMostRounds) break;
+    stretches = joined(stretches, surprises);
+  }
+  const Measurement& measurement = *searched.measurement;
 
   const json result = result_of(options, measurement, diagnosis);
   if (!options.report.empty()) {

@@ -68,8 +68,8 @@ void run_fit(const Options& options) {
   std::string text =
       fmt::format("log        {}\neffects    {}\n", printable(options.log), fmt::join(ids, ", "));
   text += fmt::format("error      {} held out ({}), {} in sample, {} of the force; noise floor {}\n",
-                      newtons(fitted.holdout_rmse_N), interval_text(measurement, fitted),
-                      newtons(fitted.train_rmse_N), share(fitted.relative_error), newtons(floor_N));
+                      newtons(fitted.holdout_rmse_N), interval_text(fitted), newtons(fitted.train_rmse_N),
+                      share(fitted.relative_error), newtons(floor_N));
   text += noise_line(measurement) + mended_lines(measurement) + outlier_line(robust);
   text += log_table(log_results(measurement, fitted));
   text += parameter_table(fitted.terms);

@@ -12,17 +12,13 @@
 
 #include "workbench/diagnose/evidence.h"
 #include "workbench/diagnose/lines.h"
+#include "workbench/diagnose/reduction.h"
 #include "workbench/identify/noise_floor.h"
 #include "workbench/identify/parallel.h"
 #include "workbench/identify/standard_errors.h"
 
 namespace slipstack::workbench {
 namespace {
-
-/// An effect is named when it lowers the held-out error by this much: on logs with nothing hidden no effect
-/// does (design.md; tests/bench/blind shows it).
-constexpr double kLeastReduction = 0.03;
-constexpr double kSignificance = 3.0;  ///< standard errors
 
 /// A simpler effect is preferred that explains this share of what the best one explains and leaves at most so
 /// much more squared error.
@@ -106,30 +102,6 @@ struct Explanation {
   FittedModel model;
   std::vector<std::string> added;
 };
-
-struct Reduction {
-  double value = 0.0;
-  double standard_error = 0.0;
-  bool earned() const { return value >= kLeastReduction && value >= kSignificance * standard_error; }
-};
-
-/// 1 - rms(after)/rms(before) from squared errors by block, with its jackknife standard error.
-Reduction reduction(const std::vector<double>& before, const std::vector<double>& after) {
-  const double before_sum = std::accumulate(before.begin(), before.end(), 1e-300);
-  const double after_sum = std::accumulate(after.begin(), after.end(), 0.0);
-  Reduction result{1.0 - std::sqrt(std::max(0.0, after_sum) / before_sum), 0.0};
-  const auto blocks = static_cast<double>(before.size());
-  std::vector<double> left_out;
-  for (std::size_t b = 0; b < before.size(); ++b) {
-    const double rest = std::max(before_sum - before[b], 1e-300);
-    left_out.push_back(1.0 - std::sqrt(std::max(0.0, after_sum - after[b]) / rest));
-  }
-  const double mean = std::accumulate(left_out.begin(), left_out.end(), 0.0) / blocks;
-  double variance = 0.0;
-  for (const double value : left_out) variance += (value - mean) * (value - mean);
-  result.standard_error = std::sqrt(variance * (blocks - 1.0) / blocks);
-  return result;
-}
 
 bool coulomb_joins_hysteresis(const FittedModel& before, const FittedModel& after) {
   return contains(before.terms, "presliding_hysteresis") && !contains(before.terms, "coulomb") &&
@@ -408,42 +380,59 @@ class Search {
   }
 
   void fill(Diagnosis& diagnosis, Explanation best) {
-    list_candidates(diagnosis, best);
+    list_candidates(diagnosis);
+    rank_candidates(diagnosis, best.added);
     list_steps(diagnosis, best);
     diagnosis.explained = std::move(best.model);
+    if (options_.judge_on_whole) {
+      report("judge by the whole logs", 0.0);
+      options_.judge_on_whole(diagnosis);
+      drop_unearned_steps(diagnosis);
+      std::vector<std::string> added;
+      for (std::size_t i = 1; i < diagnosis.steps.size(); ++i) added.push_back(diagnosis.steps[i].added);
+      rank_candidates(diagnosis, added);
+    }
     diagnosis.noise_floor_N = floor_.of(diagnosis.explained.terms);
     judge(diagnosis);
     list_what_cannot_be_shown(diagnosis);
     list_what_cannot_be_separated(diagnosis);
   }
 
-  /// All effects by what they explain on their own; those of the final explanation before the others, since
-  /// of a pair an impostor may look best alone.
-  void list_candidates(Diagnosis& diagnosis, const Explanation& best) {
-    const auto& before = diagnosis.baseline.block_squared_error;
+  void list_candidates(Diagnosis& diagnosis) const {
     for (const Trial& trial : trials_) {
       Candidate candidate;
       candidate.term = trial.term;
+      candidate.terms = trial.terms;
       candidate.holdout_rmse_N = trial.holdout_rmse_N;
-      std::vector<double> after = trial.block_squared_error;
+      candidate.block_squared_error = trial.block_squared_error;
       for (const Explanation& full : first_level_) {
         if (full.added[0] != trial.term.id()) continue;
         candidate.term = *find_term(full.model.terms, full.added[0]);
+        candidate.terms = full.model.terms;
         candidate.holdout_rmse_N = full.model.holdout_rmse_N;
-        after = full.model.block_squared_error;
+        candidate.block_squared_error = full.model.block_squared_error;
       }
-      const Reduction reduced = reduction(before, after);
-      candidate.error_reduction = reduced.value;
-      candidate.error_reduction_se = reduced.standard_error;
       candidate.evidence = evidence_of(candidate.term);
       diagnosis.candidates.push_back(std::move(candidate));
     }
+  }
+
+  /// All effects by what they explain on their own; those of the final explanation before the others, since
+  /// of a pair an impostor may look best alone.
+  static void rank_candidates(Diagnosis& diagnosis, const std::vector<std::string>& added) {
+    for (Candidate& candidate : diagnosis.candidates) {
+      const Reduction reduced =
+          reduction(diagnosis.baseline.block_squared_error, candidate.block_squared_error);
+      candidate.error_reduction = reduced.value;
+      candidate.error_reduction_se = reduced.standard_error;
+      candidate.confounded_with.clear();
+    }
     std::stable_sort(diagnosis.candidates.begin(), diagnosis.candidates.end(),
                      [](const auto& a, const auto& b) { return a.holdout_rmse_N < b.holdout_rmse_N; });
-    std::stable_partition(
-        diagnosis.candidates.begin(), diagnosis.candidates.end(), [&](const auto& candidate) {
-          return std::find(best.added.begin(), best.added.end(), candidate.term.id()) != best.added.end();
-        });
+    std::stable_partition(diagnosis.candidates.begin(), diagnosis.candidates.end(),
+                          [&](const auto& candidate) {
+                            return std::find(added.begin(), added.end(), candidate.term.id()) != added.end();
+                          });
     for (Candidate& candidate : diagnosis.candidates) {
       for (const Candidate& other : diagnosis.candidates) {
         if (&other == &candidate || other.error_reduction < kLeastReduction) continue;
@@ -501,7 +490,7 @@ class Search {
   }
 
   void list_steps(Diagnosis& diagnosis, const Explanation& best) const {
-    diagnosis.steps.push_back({"baseline", diagnosis.baseline.holdout_rmse_N, ""});
+    diagnosis.steps.push_back({"baseline", diagnosis.baseline.holdout_rmse_N, "", diagnosis.baseline.terms});
     diagnosis.best = diagnosis.baseline;
     // The strongest first, then whatever helps most, so that the waterfall falls as fast as it can.
     std::vector<std::string> order;
@@ -518,7 +507,7 @@ class Search {
               ? best.model
               : polish_shapes(measurement_, fit_gains(measurement_, terms, &best.model), {20});
       diagnosis.steps.push_back(
-          {order[i], model.holdout_rmse_N, evidence_of(*find_term(best.model.terms, order[i]))});
+          {order[i], model.holdout_rmse_N, evidence_of(*find_term(best.model.terms, order[i])), model.terms});
       if (i == 0) diagnosis.best = std::move(model);
     }
   }
@@ -534,6 +523,24 @@ class Search {
       least_N = error_N;
       std::swap(order.front(), id);
     }
+  }
+
+  /// Steps that the whole logs do not bear out, from the last on.
+  void drop_unearned_steps(Diagnosis& diagnosis) const {
+    std::vector<Step>& steps = diagnosis.steps;
+    const std::size_t found = steps.size();
+    while (steps.size() > 1 &&
+           steps.back().holdout_rmse_N > (1.0 - kLeastReduction) * steps[steps.size() - 2].holdout_rmse_N) {
+      steps.pop_back();
+    }
+    if (steps.size() == found) return;
+    if (steps.size() == 1) diagnosis.best = diagnosis.baseline;
+    if (steps.size() <= 2) {
+      diagnosis.explained = diagnosis.best;
+      return;
+    }
+    diagnosis.explained = fit_gains(measurement_, steps.back().terms, &diagnosis.explained);
+    diagnosis.explained.holdout_rmse_N = steps.back().holdout_rmse_N;
   }
 
   void judge(Diagnosis& diagnosis) const {

@@ -15,8 +15,10 @@ namespace slipstack::workbench {
 
 /// An effect tried on top of the baseline.
 struct Candidate {
-  Term term;  ///< with fitted shapes and gains
+  Term term;    ///< with fitted shapes and gains
+  Terms terms;  ///< the baseline and the effect
   double holdout_rmse_N = 0.0;
+  std::vector<double> block_squared_error;
   double error_reduction = 0.0;              ///< 1 - held-out error / baseline's
   double error_reduction_se = 0.0;           ///< jackknife over blocks
   std::vector<std::string> confounded_with;  ///< effects that this log cannot tell from it
@@ -27,6 +29,7 @@ struct Step {
   std::string added;  ///< "baseline" first
   double holdout_rmse_N = 0.0;
   std::string evidence;  ///< the physical reading of what was added, in the company of the others
+  Terms terms;           ///< the model so far
 };
 
 enum class Verdict { missing_effect, complete, unexplained };
@@ -55,6 +58,8 @@ struct DiagnoseOptions {
   std::function<void(const std::string& stage, double fraction)> progress;  ///< may be empty
   /// Effects to try, all of the catalogue where empty. The answer does not depend on their order.
   std::vector<std::string> candidates = {};
+  /// Where the measurement is an excerpt: puts the errors that the whole logs show in place of the excerpt's.
+  std::function<void(Diagnosis&)> judge_on_whole = {};
 };
 
 /// What the axis does that the baseline does not: every effect of the catalogue that the baseline lacks is

@@ -89,8 +89,7 @@ Eigen::VectorXd at_rows(const Measurement& measurement, const std::vector<double
 Eigen::VectorXd row_times(const Measurement& measurement) {
   Eigen::VectorXd times(measurement.row_count());
   for (Eigen::Index row = 0; row < times.size(); ++row) {
-    times(row) =
-        static_cast<double>(measurement.row_samples()[static_cast<std::size_t>(row)]) * measurement.tick_s();
+    times(row) = measurement.time_s(measurement.row_samples()[static_cast<std::size_t>(row)]);
   }
   return times;
 }

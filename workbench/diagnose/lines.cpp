@@ -80,8 +80,10 @@ Structure line_at_rows(const Measurement& measurement, const Eigen::VectorXd& re
   for (std::size_t k = 2; k < spectrum.density.size(); ++k) {
     if (spectrum.density[k] > spectrum.density[peak]) peak = k;
   }
-  // The phase must hold over the whole log: steps of a third of a turn over its length around the peak.
-  const double step_Hz = 0.3 / measurement.duration_s();
+  // The phase must hold over each part: steps of a third of a turn over its length around the peak.
+  std::size_t longest = 0;
+  for (const LogPart& part : measurement.parts()) longest = std::max(longest, part.sample_count);
+  const double step_Hz = 0.3 / (static_cast<double>(longest) * measurement.tick_s());
   const double width_Hz = spectrum.frequency_Hz[1];
   const auto columns_at = [&](double frequency_Hz) {
     const std::vector<LogPart>& parts = measurement.parts();

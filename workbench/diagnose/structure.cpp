@@ -54,10 +54,14 @@ Structure over(const std::string& coordinate, const std::string& unit, const Eig
 
 /// A time, and of several logs which.
 std::string when_of(const Measurement& measurement, double time_s) {
-  const auto sample = static_cast<std::size_t>(std::lround(time_s / measurement.tick_s()));
-  const LogPart& part = measurement.parts()[measurement.part_at(sample)];
-  const double own_s = static_cast<double>(sample - part.first_sample) * measurement.tick_s();
-  if (measurement.parts().size() == 1) return quantity(time_s, "s");
+  if (measurement.log_count() == 1) return quantity(time_s, "s");
+  std::size_t log = 0;
+  double own_s = time_s;
+  const auto length_s = [&] {
+    return static_cast<double>(measurement.log_sample_count(log)) * measurement.tick_s();
+  };
+  for (; log + 1 < measurement.log_count() && own_s >= length_s(); ++log) own_s -= length_s();
+  const LogPart& part = measurement.parts()[measurement.parts_of_log(log).first];
   return fmt::format("{} of {}", quantity(own_s, "s"), printable(part.path));
 }
 
@@ -97,7 +101,7 @@ std::vector<Structure> find_structure(const Measurement& measurement, const Eige
   found.push_back(
       over("acceleration", "m/s2", at_rows(measurement, measurement.acceleration_mps2()), residual_N));
   found.push_back(over("time", "s", row_times(measurement), residual_N));
-  if (measurement.parts().size() > 1) {
+  if (measurement.log_count() > 1) {
     found.back().description += " (" + when_of(measurement, found.back().where) + ")";
   }
   found.push_back(line_at_rows(measurement, residual_N));

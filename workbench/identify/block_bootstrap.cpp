@@ -33,13 +33,8 @@ Interval block_bootstrap(const std::vector<double>& squared_errors, const std::v
   return {errors[kDraws / 40], errors[kDraws - 1 - kDraws / 40]};
 }
 
-Interval holdout_interval(const Measurement& measurement, const FittedModel& fitted) {
-  std::vector<double> weights(fitted.block_squared_error.size(), 0.0);
-  for (std::size_t row = 0; row < measurement.row_blocks().size(); ++row) {
-    weights[static_cast<std::size_t>(measurement.row_blocks()[row])] +=
-        measurement.row_weights()(static_cast<Eigen::Index>(row));
-  }
-  return block_bootstrap(fitted.block_squared_error, weights);
+Interval holdout_interval(const FittedModel& fitted) {
+  return block_bootstrap(fitted.block_squared_error, fitted.block_weight);
 }
 
 }  // namespace slipstack::workbench

@@ -18,6 +18,6 @@ struct Interval {
 Interval block_bootstrap(const std::vector<double>& squared_errors, const std::vector<double>& weights);
 
 /// That of a model's held-out error.
-Interval holdout_interval(const Measurement& measurement, const FittedModel& fitted);
+Interval holdout_interval(const FittedModel& fitted);
 
 }  // namespace slipstack::workbench

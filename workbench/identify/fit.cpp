@@ -136,11 +136,11 @@ void give_mass(const Measurement& measurement, Term& inertia) {
   const auto& parts = measurement.parts();
   if (!parts.front().mass_kg) return;
   // Declared masses are each log's, whether the gain would be or not.
-  while (inertia.gains.size() < parts.size()) inertia.gains.push_back(0.0);
+  while (inertia.gains.size() < measurement.log_count()) inertia.gains.push_back(0.0);
   inertia.lower.resize(inertia.gains.size());
   inertia.upper.resize(inertia.gains.size());
-  for (std::size_t log = 0; log < parts.size(); ++log) {
-    inertia.gains[log] = inertia.lower[log] = inertia.upper[log] = *parts[log].mass_kg;
+  for (const LogPart& part : parts) {
+    inertia.gains[part.log] = inertia.lower[part.log] = inertia.upper[part.log] = *part.mass_kg;
   }
 }
 
@@ -170,10 +170,13 @@ FittedModel fit_gains(const Measurement& measurement, Terms terms, const FittedM
   }
   // The state that belongs to the final gains: residuals and trials start from it.
   fitted.linearisation = std::make_shared<Linearisation>(*linearisation, terms);
-  const auto judged =
-      fitted.equations->cross_validate(measurement, fitted.constraints, fitted.solution.rests);
+  const auto judged = fitted.equations->cross_validate(fitted.constraints, fitted.solution.rests);
   fitted.holdout_rmse_N = judged.rmse;
   fitted.block_squared_error = judged.block_squared_error;
+  fitted.block_weight.resize(judged.block_squared_error.size());
+  for (int block = 0; block < fitted.equations->block_count(); ++block) {
+    fitted.block_weight[static_cast<std::size_t>(block)] = fitted.equations->weight(block);
+  }
   const Eigen::VectorXd residual = fitted.linearisation->residual_N();
   fitted.train_rmse_N = measurement.weighted_rms(residual);
   const Eigen::VectorXd& usable = measurement.row_usable();
@@ -206,7 +209,7 @@ Trial try_effect(const Measurement& measurement, const FittedModel& base, const 
     return base.equations->with(measurement, linearisation.columns(), columns, linearisation.target());
   };
   const auto judge = [&](const NormalEquations& equations) {
-    return equations.cross_validate(measurement, constraints, rests);
+    return equations.cross_validate(constraints, rests);
   };
   const auto cost = [&](const std::vector<double>& shapes) { return judge(equations_at(shapes)).rmse; };
 

@@ -22,6 +22,7 @@ struct FittedModel {
   double holdout_rmse_N = 0.0;
   double relative_error = 0.0;              ///< |residual| / |measured force|, both at the rows
   std::vector<double> block_squared_error;  ///< held-out, by block
+  std::vector<double> block_weight;         ///< of the rows of each block
 };
 
 /// How much work a shape search may spend.

@@ -94,7 +94,8 @@ ForceTrace evaluate_force(const Measurement& measurement, const Terms& terms) {
                  measurement.each_part(first, count, [&](std::size_t part, std::size_t from, std::size_t n) {
                    const double* own = basis + (from - first) * gains;
                    for (const Share& share : shares) {
-                     const double gain = term.gains[(own_sets ? part * gains : 0) + share.gain];
+                     const double gain =
+                         term.gains[(own_sets ? measurement.parts()[part].log * gains : 0) + share.gain];
                      double* sum = share.sum->data() + from;
                      for (std::size_t i = 0; i < n; ++i) sum[i] += gain * own[i * gains + share.gain];
                    }
@@ -216,11 +217,10 @@ Eigen::MatrixXd Linearisation::build(const Term& term, const Factors& factors) c
   // No row sees two logs, so a log's own column is the common one where its rows are.
   const Eigen::MatrixXd common = collector.take();
   Eigen::MatrixXd own = Eigen::MatrixXd::Zero(common.rows(), static_cast<Eigen::Index>(gains * sets));
-  for (std::size_t set = 0; set < sets; ++set) {
-    const LogPart& part = measurement_.parts()[set];
+  for (const LogPart& part : measurement_.parts()) {
     const auto first = static_cast<Eigen::Index>(part.first_row);
     const auto count = static_cast<Eigen::Index>(part.row_count);
-    own.block(first, static_cast<Eigen::Index>(set * gains), count, static_cast<Eigen::Index>(gains)) =
+    own.block(first, static_cast<Eigen::Index>(part.log * gains), count, static_cast<Eigen::Index>(gains)) =
         common.middleRows(first, count);
   }
   return own;

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include "workbench/identify/dequantise.h"
 #include "workbench/identify/mend.h"
@@ -69,8 +70,43 @@ Measurement::Measurement(Log log, const ConditioningOptions& options)
 Measurement::Measurement(std::vector<Log> logs, const ConditioningOptions& options)
     : Measurement(join(std::move(logs)), options) {}
 
+Measurement::Measurement(std::vector<LogPiece> pieces, const ConditioningOptions& options)
+    : Measurement(join(std::move(pieces)), options) {}
+
+Measurement::Measurement(LogPiece piece, const Measurement& like, const std::vector<std::size_t>& borders)
+    : log_samples_(like.log_samples_),
+      per_log_(like.per_log_),
+      bandwidth_Hz_(like.bandwidth_Hz_),
+      force_noise_given_(true),
+      row_stride_(like.row_stride_) {
+  const LogPart& same = like.parts_[like.parts_of_log(piece.log_index).first];
+  std::vector<LogPiece> pieces;
+  pieces.push_back(std::move(piece));
+  JoinedLogs joined = join(std::move(pieces));
+  log_ = std::move(joined.log);
+  parts_ = std::move(joined.parts);
+  LogPart& part = parts_.front();
+  part.encoder_resolution_m = same.encoder_resolution_m;
+  part.rough_mass_kg = same.rough_mass_kg;
+  part.force_noise_N = same.force_noise_N;
+  encoder_resolution_m_ = part.encoder_resolution_m;
+  motion_ = estimate_motion(log_.position_m);
+  find_unknown_start(part);
+  filter_ = like.filter_;
+  choose_rows({borders.front(), borders.back()});
+  fold_count_ = kFolds;
+  block_count_ = part.block_count = static_cast<int>(borders.size()) - 1;
+  for (const std::size_t sample : row_samples_) {
+    const auto behind = std::upper_bound(borders.begin(), borders.end(), sample);
+    row_blocks_.push_back(static_cast<int>(behind - borders.begin()) - 1);
+  }
+}
+
 Measurement::Measurement(JoinedLogs joined, const ConditioningOptions& options)
-    : log_(std::move(joined.log)), parts_(std::move(joined.parts)), per_log_(options.per_log) {
+    : log_(std::move(joined.log)),
+      parts_(std::move(joined.parts)),
+      log_samples_(std::move(joined.log_samples)),
+      per_log_(options.per_log) {
   encoder_resolution_m_ = log_.encoder_resolution_m.value_or(0.0);
   force_noise_given_ = options.force_noise_N > 0.0;
   for (LogPart& part : parts_) {
@@ -80,11 +116,54 @@ Measurement::Measurement(JoinedLogs joined, const ConditioningOptions& options)
                      : quick_mass(part_of(log_.position_m, part), force_N, sample_rate_Hz(), part.cut);
     part.force_noise_N = force_noise_given_ ? options.force_noise_N : white_noise(force_N);
   }
+  share_noise();
   choose_bandwidth(options.bandwidth_Hz);
   motion_ = estimate_motion(log_.position_m);
   for (LogPart& part : parts_) find_unknown_start(part);
-  choose_rows(options.maximum_rows);
+  filter_ = RowFilter(bandwidth_Hz_, sample_rate_Hz());
+  choose_stride(options.maximum_rows);
+  choose_rows({0, sample_count()});
   choose_blocks();
+}
+
+void Measurement::share_noise() {
+  for (std::size_t log = 0; log < log_count(); ++log) {
+    const Stretch own = parts_of_log(log);
+    double squares = 0.0;
+    double samples = 0.0;
+    for (std::size_t p = own.first; p < own.end; ++p) {
+      const auto count = static_cast<double>(parts_[p].sample_count);
+      squares += count * parts_[p].force_noise_N * parts_[p].force_noise_N;
+      samples += count;
+    }
+    for (std::size_t p = own.first; p < own.end; ++p) parts_[p].force_noise_N = std::sqrt(squares / samples);
+  }
+}
+
+std::size_t Measurement::whole_sample_count() const {
+  return std::accumulate(log_samples_.begin(), log_samples_.end(), std::size_t{0});
+}
+
+Stretch Measurement::parts_of_log(std::size_t log) const {
+  Stretch parts{0, parts_.size()};
+  while (parts.first < parts.end && parts_[parts.first].log != log) ++parts.first;
+  while (parts.first < parts.end && parts_[parts.end - 1].log != log) --parts.end;
+  return parts;
+}
+
+RowRange Measurement::rows_of_log(std::size_t log) const {
+  const Stretch own = parts_of_log(log);
+  if (own.first == own.end) return {};
+  const std::size_t first = parts_[own.first].first_row;
+  const std::size_t end = parts_[own.end - 1].first_row + parts_[own.end - 1].row_count;
+  return {static_cast<Eigen::Index>(first), static_cast<Eigen::Index>(end - first)};
+}
+
+double Measurement::time_s(std::size_t index) const {
+  const LogPart& part = parts_[part_at(index)];
+  std::size_t before = index - part.first_sample;
+  for (std::size_t log = 0; log < part.log; ++log) before += log_samples_[log];
+  return part.start_s + static_cast<double>(before) * tick_s();
 }
 
 void Measurement::choose_bandwidth(double wished_Hz) {
@@ -147,12 +226,12 @@ Measurement::Motion Measurement::estimate_motion(const std::vector<double>& read
 }
 
 void Measurement::find_unknown_start(LogPart& part) const {
+  const bool is_piece = part.sample_count < log_samples_[part.log];
   const auto first = position_m().begin() + static_cast<std::ptrdiff_t>(part.first_sample);
-  const auto [low, high] = std::minmax_element(first, first + static_cast<std::ptrdiff_t>(part.sample_count));
-  const double needed = std::min(2.0 * kLongestSlip_m, 0.95 * (*high - *low));
+  const double needed = swept_before_known_m(part.log_travel_m);
   double lowest = *first;
   double highest = lowest;
-  for (std::size_t i = 0; i < part.sample_count / 4; ++i) {
+  for (std::size_t i = 0; i < (is_piece ? part.sample_count : part.sample_count / 4); ++i) {
     const double x = position_m()[part.first_sample + i];
     lowest = std::min(lowest, x);
     highest = std::max(highest, x);
@@ -161,27 +240,39 @@ void Measurement::find_unknown_start(LogPart& part) const {
       return;
     }
   }
+  // A piece of which the state is never known has no rows: others of its log have.
+  if (is_piece) part.unknown_start = part.sample_count;
 }
 
-void Measurement::choose_rows(std::size_t maximum_rows) {
-  const double rate = sample_rate_Hz();
-  filter_ = RowFilter(bandwidth_Hz_, rate);
+std::size_t Measurement::margin() const {
+  return filter_.taps().size() / 2 + motion_taps(bandwidth_Hz_, sample_rate_Hz()).size() / 2 + 2;
+}
+
+std::size_t Measurement::usable(const LogPart& part) const {
+  const std::size_t lost = part.unknown_start + 2 * margin();
+  return part.sample_count > lost ? part.sample_count - lost : 0;
+}
+
+void Measurement::choose_stride(std::size_t maximum_rows) {
   const std::size_t group = filter_.group();
-  const std::size_t margin = filter_.taps().size() / 2 + motion_taps(bandwidth_Hz_, rate).size() / 2 + 2;
-  const auto usable = [margin](const LogPart& part) {
-    const std::size_t lost = part.unknown_start + 2 * margin;
-    return part.sample_count > lost ? part.sample_count - lost : 0;
-  };
   std::size_t all_usable = 0;
   for (const LogPart& part : parts_) all_usable += usable(part);
-  row_stride_ = std::max<std::size_t>(1, static_cast<std::size_t>(rate / (kRowsPerCycle * bandwidth_Hz_)));
+  row_stride_ =
+      std::max<std::size_t>(1, static_cast<std::size_t>(sample_rate_Hz() / (kRowsPerCycle * bandwidth_Hz_)));
   row_stride_ = std::max(row_stride_, (all_usable + maximum_rows - 1) / maximum_rows);
   row_stride_ = (row_stride_ + group - 1) / group * group;
+}
+
+void Measurement::choose_rows(Stretch own) {
+  const std::size_t group = filter_.group();
+  const std::size_t seen = margin();
   for (LogPart& part : parts_) {
     part.first_row = row_samples_.size();
-    const std::size_t begin = part.first_sample + part.unknown_start + margin;
+    const std::size_t known = part.first_sample + part.unknown_start + seen;
+    const std::size_t begin = std::max(known, own.first);
+    const std::size_t end = std::min(known + usable(part), own.end);
     const std::size_t first = (begin + group - 1) / group * group;
-    for (std::size_t i = first; i < begin + usable(part); i += row_stride_) row_samples_.push_back(i);
+    for (std::size_t i = first; i < end; i += row_stride_) row_samples_.push_back(i);
     part.row_count = row_samples_.size() - part.first_row;
   }
   row_usable_ = Eigen::VectorXd::Ones(row_count());
@@ -189,9 +280,9 @@ void Measurement::choose_rows(std::size_t maximum_rows) {
     for (const Stretch& cut : part.cut) {
       // Rows that see anything of it through the filters.
       const std::size_t from = part.first_sample + cut.first;
-      const std::size_t to = part.first_sample + cut.end + margin;
+      const std::size_t to = part.first_sample + cut.end + seen;
       const auto first =
-          std::lower_bound(row_samples_.begin(), row_samples_.end(), from - std::min(from, margin));
+          std::lower_bound(row_samples_.begin(), row_samples_.end(), from - std::min(from, seen));
       for (auto row = first; row != row_samples_.end() && *row < to; ++row) {
         row_usable_(row - row_samples_.begin()) = 0.0;
       }
@@ -203,16 +294,22 @@ void Measurement::choose_rows(std::size_t maximum_rows) {
 void Measurement::choose_blocks() {
   fold_count_ = kFolds;
   row_blocks_.reserve(row_samples_.size());
-  for (LogPart& part : parts_) {
+  for (std::size_t log = 0; log < log_count(); ++log) {
     // Each log has as many blocks in one fold as in another, so that its own gains are judged too.
-    const double share = static_cast<double>(part.row_count) / static_cast<double>(row_samples_.size());
-    part.first_block = block_count_;
-    part.block_count = kFolds * std::max(1, static_cast<int>(std::lround(kBlocksPerFold * share)));
-    for (std::size_t row = 0; row < part.row_count; ++row) {
-      const std::size_t block = row * static_cast<std::size_t>(part.block_count) / part.row_count;
-      row_blocks_.push_back(part.first_block + static_cast<int>(block));
+    const Stretch own = parts_of_log(log);
+    const std::size_t first_row = parts_[own.first].first_row;
+    const std::size_t rows = parts_[own.end - 1].first_row + parts_[own.end - 1].row_count - first_row;
+    const double share = static_cast<double>(rows) / static_cast<double>(row_samples_.size());
+    const int blocks = kFolds * std::max(1, static_cast<int>(std::lround(kBlocksPerFold * share)));
+    for (std::size_t row = 0; row < rows; ++row) {
+      const std::size_t block = row * static_cast<std::size_t>(blocks) / rows;
+      row_blocks_.push_back(block_count_ + static_cast<int>(block));
     }
-    block_count_ += part.block_count;
+    for (std::size_t p = own.first; p < own.end; ++p) {
+      parts_[p].first_block = block_count_;
+      parts_[p].block_count = blocks;
+    }
+    block_count_ += blocks;
   }
 }
 
@@ -223,7 +320,7 @@ double Measurement::unknown_start_s() const {
 }
 
 std::size_t Measurement::gain_sets(std::string_view effect) const {
-  return std::find(per_log_.begin(), per_log_.end(), effect) == per_log_.end() ? 1 : parts_.size();
+  return std::find(per_log_.begin(), per_log_.end(), effect) == per_log_.end() ? 1 : log_count();
 }
 
 std::size_t Measurement::part_at(std::size_t index) const {
@@ -234,16 +331,6 @@ std::size_t Measurement::part_at(std::size_t index) const {
 
 double Measurement::weighted_rms(const Eigen::VectorXd& rows) const {
   return std::sqrt(row_weights_.dot(rows.cwiseAbs2()) / row_weights_.sum());
-}
-
-Sample<double> Measurement::sample(std::size_t index, std::size_t part) const {
-  Sample<double> sample;
-  sample.time_s = static_cast<double>(index - parts_[part].first_sample) * tick_s();
-  sample.displacement = motion_.displacement_m[index];
-  sample.position_m = motion_.position_m[index];
-  sample.velocity_mps = motion_.velocity_mps[index];
-  sample.acceleration_mps2 = motion_.acceleration_mps2[index];
-  return sample;
 }
 
 Eigen::VectorXd Measurement::filtered(std::span<const double> signal) const {

@@ -20,6 +20,11 @@ namespace slipstack::workbench {
 /// Longest pre-sliding travel of a rolling guideway that is looked for.
 inline constexpr double kLongestSlip_m = 2e-3;
 
+/// Travel after which the state of the hysteresis is known, of a log that travels so far in all.
+inline double swept_before_known_m(double log_travel_m) {
+  return std::min(2.0 * kLongestSlip_m, 0.95 * log_travel_m);
+}
+
 /// How a log is conditioned. Zero: chosen from the log.
 struct ConditioningOptions {
   double bandwidth_Hz = 0.0;         ///< of the filter that force and regressors share
@@ -30,6 +35,11 @@ struct ConditioningOptions {
   double force_noise_N = 0.0;
 };
 
+struct RowRange {
+  Eigen::Index first = 0;
+  Eigen::Index count = 0;
+};
+
 /// A log made ready for inverse-dynamics identification ([5], IDIM): smooth motion at every sample, and the
 /// force seen through one zero-phase low-pass at a set of instants, the *rows*. Whatever is compared with the
 /// force goes through the same filter first (filtered()). Several logs of one axis lie one after another, as
@@ -38,9 +48,23 @@ class Measurement {
  public:
   explicit Measurement(Log log, const ConditioningOptions& options = {});
   explicit Measurement(std::vector<Log> logs, const ConditioningOptions& options = {});
+  /// Pieces of long logs, each with a memory of its own.
+  explicit Measurement(std::vector<LogPiece> pieces, const ConditioningOptions& options = {});
+  /// A piece conditioned exactly as `like` was, which has its log: the same filter, noise and gain sets. Its
+  /// blocks are the samples from each of `borders` to the next, counted from its first; rows fall only there.
+  Measurement(LogPiece piece, const Measurement& like, const std::vector<std::size_t>& borders);
 
-  /// The logs, in the order in which they were given.
+  /// The logs, in the order in which they were given, or pieces of them.
   const std::vector<LogPart>& parts() const { return parts_; }
+  std::size_t log_count() const { return log_samples_.size(); }
+  /// Samples of one log, whatever part of it is here.
+  std::size_t log_sample_count(std::size_t log) const { return log_samples_[log]; }
+  /// Samples of all logs, of which these are parts.
+  std::size_t whole_sample_count() const;
+  bool is_excerpt() const { return whole_sample_count() > sample_count(); }
+  /// Parts [first, end) of one log; none where a piece of another is all that is here.
+  Stretch parts_of_log(std::size_t log) const;
+  RowRange rows_of_log(std::size_t log) const;
   /// Calls visit(part index, first sample, count) for each part of the samples [first, first + count).
   template <class Visit>
   void each_part(std::size_t first, std::size_t count, Visit&& visit) const {
@@ -57,7 +81,8 @@ class Measurement {
   std::size_t sample_count() const { return log_.position_m.size(); }
   double sample_rate_Hz() const { return log_.sample_rate_Hz; }
   double tick_s() const { return 1.0 / log_.sample_rate_Hz; }
-  double duration_s() const { return static_cast<double>(sample_count()) * tick_s(); }
+  /// Of all logs.
+  double duration_s() const { return static_cast<double>(whole_sample_count()) * tick_s(); }
   double bandwidth_Hz() const { return bandwidth_Hz_; }
   double encoder_resolution_m() const { return encoder_resolution_m_; }
 
@@ -68,8 +93,19 @@ class Measurement {
 
   /// What the effects know at sample `index`; time counts from the start of its log.
   Sample<double> sample(std::size_t index) const { return sample(index, part_at(index)); }
-  Sample<double> sample(std::size_t index, std::size_t part) const;
+  Sample<double> sample(std::size_t index, std::size_t part) const {
+    Sample<double> sample;
+    sample.time_s = parts_[part].start_s +
+                    static_cast<double>(index - parts_[part].first_sample) * (1.0 / log_.sample_rate_Hz);
+    sample.displacement = motion_.displacement_m[index];
+    sample.position_m = motion_.position_m[index];
+    sample.velocity_mps = motion_.velocity_mps[index];
+    sample.acceleration_mps2 = motion_.acceleration_mps2[index];
+    return sample;
+  }
   std::size_t part_at(std::size_t index) const;
+  /// Time of a sample since the start of the first log, as if the logs followed each other.
+  double time_s(std::size_t index) const;
 
   // Rows.
   Eigen::Index row_count() const { return static_cast<Eigen::Index>(row_samples_.size()); }
@@ -101,6 +137,8 @@ class Measurement {
   /// The filter between samples and rows.
   const RowFilter& filter() const { return filter_; }
   std::size_t row_stride() const { return row_stride_; }
+  /// Samples at either end of a part that are only seen through filters.
+  std::size_t margin() const;
 
   /// Slip distances to identify hysteresis with; empty: spread evenly over the decades. weigh_rows() puts
   /// them where this log's virgin curve bends.
@@ -134,15 +172,19 @@ class Measurement {
   };
   Motion estimate_motion(const std::vector<double>& reading_m) const;
   Motion estimate_motion(const std::vector<double>& reading_m, double resolution_m) const;
+  void share_noise();
   void choose_bandwidth(double wished_Hz);
   void find_unknown_start(LogPart& part) const;
-  void choose_rows(std::size_t maximum_rows);
+  void choose_stride(std::size_t maximum_rows);
+  void choose_rows(Stretch own);
   void choose_blocks();
+  std::size_t usable(const LogPart& part) const;
 
   Measurement(JoinedLogs joined, const ConditioningOptions& options);
 
   Log log_;
   std::vector<LogPart> parts_;
+  std::vector<std::size_t> log_samples_;
   std::vector<std::string> per_log_;
   double encoder_resolution_m_ = 0.0;
   double bandwidth_Hz_ = 0.0;

@@ -397,8 +397,15 @@ class Mender {
 
 }  // namespace
 
-Mending mend(Log& log) {
-  return Mender(log).run();
+Mending mend(Log& log, Mended what) {
+  if (what == Mended::whole_log) return Mender(log).run();
+  Log as_it_was = log;
+  try {
+    return Mender(log).run();
+  } catch (const InputError&) {
+    log = std::move(as_it_was);
+    return {{{0, log.position_m.size()}}, {}};
+  }
 }
 
 }  // namespace slipstack::workbench

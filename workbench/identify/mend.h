@@ -30,7 +30,8 @@ struct Mending {
 /// - motion without any force, as by hand with the drive off: cut.
 ///
 /// Nothing is changed in a log without such faults. Throws InputError where they fill so much of the log that
-/// what is left would mislead. O(n).
-Mending mend(Log& log);
+/// what is left would mislead; of `a piece` of a longer log, all of it is cut then. O(n).
+enum class Mended { whole_log, piece };
+Mending mend(Log& log, Mended what = Mended::whole_log);
 
 }  // namespace slipstack::workbench

@@ -60,16 +60,24 @@ Eigen::VectorXd NoiseFloor::variance(const Terms& terms) const {
     // The other reading takes the first's motion for the truth: their difference is one encoder's error.
     readings_N.push_back(here - measurement_.filtered(evaluate_force(shifted, terms).force_N));
   }
-  for (std::size_t p = 0; p < measurement_.parts().size(); ++p) {
-    const LogPart& part = measurement_.parts()[p];
-    double force = measurement_.filtered_force_noise_N(part);
+  for (std::size_t log = 0; log < measurement_.log_count(); ++log) {
+    const Stretch own = measurement_.parts_of_log(log);
+    if (own.first == own.end) continue;
+    const LogPart& first = measurement_.parts()[own.first];
+    double force = measurement_.filtered_force_noise_N(first);
     if (!measurement_.force_noise_given()) {
-      const double seen_N = residual_noise_N(measurement_, part, residual_N, readings_N, mass_kg(terms, p));
+      LogPart all = first;  // its parts as one
+      all.sample_count = measurement_.parts()[own.end - 1].end_sample() - first.first_sample;
+      all.row_count = static_cast<std::size_t>(measurement_.rows_of_log(log).count);
+      const double seen_N = residual_noise_N(measurement_, all, residual_N, readings_N, mass_kg(terms, log));
       force = std::max(force, seen_N * std::sqrt(noise_gain(measurement_.filter().taps())));
     }
-    const double inertia = mass_kg(terms, p) * measurement_.acceleration_noise_mps2(part);
-    sum.segment(static_cast<Eigen::Index>(part.first_row), static_cast<Eigen::Index>(part.row_count))
-        .setConstant(force * force + inertia * inertia);
+    for (std::size_t p = own.first; p < own.end; ++p) {
+      const LogPart& part = measurement_.parts()[p];
+      const double inertia = mass_kg(terms, log) * measurement_.acceleration_noise_mps2(part);
+      sum.segment(static_cast<Eigen::Index>(part.first_row), static_cast<Eigen::Index>(part.row_count))
+          .setConstant(force * force + inertia * inertia);
+    }
   }
   for (const Eigen::VectorXd& reading_N : readings_N) sum += reading_N.cwiseAbs2() / kReadings;
   return sum;
@@ -83,17 +91,16 @@ double NoiseFloor::of(const Terms& terms) const {
 std::vector<double> NoiseFloor::of_each_log(const Terms& terms) const {
   const Eigen::VectorXd rows = variance(terms);
   std::vector<double> floors;
-  floors.reserve(measurement_.parts().size());
-  for (const LogPart& part : measurement_.parts()) {
-    const auto first = static_cast<Eigen::Index>(part.first_row);
-    const auto count = static_cast<Eigen::Index>(part.row_count);
-    const Eigen::VectorXd weights = measurement_.row_weights().segment(first, count);
-    floors.push_back(std::sqrt(weights.dot(rows.segment(first, count)) / weights.sum()));
+  floors.reserve(measurement_.log_count());
+  for (std::size_t log = 0; log < measurement_.log_count(); ++log) {
+    const RowRange own = measurement_.rows_of_log(log);
+    const Eigen::VectorXd weights = measurement_.row_weights().segment(own.first, own.count);
+    floors.push_back(std::sqrt(weights.dot(rows.segment(own.first, own.count)) / weights.sum()));
   }
   return floors;
 }
 
-void weigh_rows(Measurement& measurement) {
+RowWeighing weigh_rows(Measurement& measurement) {
   const FittedModel plain = fit_effects(measurement, {"inertia", "presliding_hysteresis"}, {});
   if (const Term* hysteresis = find_term(plain.terms, "presliding_hysteresis")) {
     measurement.set_slip_distances(refined_slip_distances(*hysteresis, measurement.encoder_resolution_m()));
@@ -102,6 +109,14 @@ void weigh_rows(Measurement& measurement) {
   const double least = variance.minCoeff();
   const double enough = std::max({least, squared(kWorthWeighing * plain.train_rmse_N), 1e-300});
   measurement.set_row_weights((enough / (enough + variance.array() - least)).matrix());
+  return {plain.terms, least, enough};
+}
+
+void RowWeighing::apply(Measurement& piece) const {
+  if (piece.row_count() == 0) return;
+  const Eigen::VectorXd variance = smoothed(NoiseFloor(piece).variance(plain));
+  const Eigen::ArrayXd above = (variance.array() - least).max(0.0);
+  piece.set_row_weights((enough / (enough + above)).matrix());
 }
 
 }  // namespace slipstack::workbench

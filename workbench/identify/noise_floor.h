@@ -31,6 +31,13 @@ class NoiseFloor {
 
 /// Weighs the rows of a measurement by what quantisation leaves of their worth, judged with a plain model of
 /// mass and hysteresis: the weights depend on the log alone, so errors of different models compare.
-void weigh_rows(Measurement& measurement);
+/// The weighing comes back, for pieces of the same logs.
+struct RowWeighing {
+  Terms plain;          ///< the plain model
+  double least = 0.0;   ///< variance of the best row [N^2]
+  double enough = 0.0;  ///< a variance above `least` that halves a row's weight [N^2]
+  void apply(Measurement& piece) const;
+};
+RowWeighing weigh_rows(Measurement& measurement);
 
 }  // namespace slipstack::workbench

@@ -8,11 +8,6 @@
 namespace slipstack::workbench {
 namespace {
 
-struct RowRange {
-  Eigen::Index first = 0;
-  Eigen::Index count = 0;
-};
-
 /// Rows of each block: blocks are contiguous and in order.
 std::vector<RowRange> block_ranges(const Measurement& measurement) {
   std::vector<RowRange> ranges(static_cast<std::size_t>(measurement.block_count()));
@@ -37,6 +32,7 @@ void NormalEquations::Part::add(const Part& other, double sign) {
   gram += sign * other.gram;
   right += sign * other.right;
   target_squared += sign * other.target_squared;
+  weight += sign * other.weight;
 }
 
 double NormalEquations::Part::squared_error(const Eigen::VectorXd& value) const {
@@ -45,7 +41,7 @@ double NormalEquations::Part::squared_error(const Eigen::VectorXd& value) const 
 
 NormalEquations::NormalEquations(const Measurement& measurement, const Eigen::MatrixXd& columns,
                                  const Eigen::VectorXd& target)
-    : unknowns_(columns.cols()), weight_(measurement.row_weights().sum()) {
+    : unknowns_(columns.cols()), folds_(measurement.fold_count()) {
   for (const RowRange& range : block_ranges(measurement)) {
     const Eigen::MatrixXd part = weighted(measurement, columns, range);
     const Eigen::VectorXd wanted = weighted(measurement, target, range);
@@ -55,6 +51,7 @@ NormalEquations::NormalEquations(const Measurement& measurement, const Eigen::Ma
     block.gram = Eigen::MatrixXd(block.gram.selfadjointView<Eigen::Lower>());
     block.right = part.transpose() * wanted;
     block.target_squared = wanted.squaredNorm();
+    block.weight = measurement.row_weights().segment(range.first, range.count).sum();
     blocks_.push_back(std::move(block));
   }
   sum_up();
@@ -64,7 +61,7 @@ NormalEquations NormalEquations::with(const Measurement& measurement, const Eige
                                       const Eigen::MatrixXd& further, const Eigen::VectorXd& target) const {
   NormalEquations wider;
   wider.unknowns_ = unknowns_ + further.cols();
-  wider.weight_ = weight_;
+  wider.folds_ = folds_;
   const std::vector<RowRange> ranges = block_ranges(measurement);
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
     const Eigen::VectorXd weights = measurement.row_weights().segment(ranges[b].first, ranges[b].count);
@@ -82,6 +79,7 @@ NormalEquations NormalEquations::with(const Measurement& measurement, const Eige
     block.right.head(unknowns_) = blocks_[b].right;
     block.right.tail(further.cols()) = twice.transpose() * target.segment(ranges[b].first, ranges[b].count);
     block.target_squared = blocks_[b].target_squared;
+    block.weight = blocks_[b].weight;
     wider.blocks_.push_back(std::move(block));
   }
   wider.sum_up();
@@ -101,10 +99,42 @@ NormalEquations NormalEquations::with_target(const Measurement& measurement, con
   return other;
 }
 
+NormalEquations::NormalEquations(Eigen::Index unknowns, int blocks, int folds)
+    : unknowns_(unknowns), folds_(folds), blocks_(static_cast<std::size_t>(blocks), nothing(unknowns)) {
+  sum_up();
+}
+
+NormalEquations::Part NormalEquations::nothing(Eigen::Index unknowns) {
+  return {Eigen::MatrixXd::Zero(unknowns, unknowns), Eigen::VectorXd::Zero(unknowns), 0.0, 0.0};
+}
+
+void NormalEquations::add(const NormalEquations& rows, int block) {
+  for (const Part& part : rows.blocks_) blocks_[static_cast<std::size_t>(block++)].add(part, 1.0);
+}
+
+void NormalEquations::add(const std::vector<double>& numbers, int block) {
+  const double* next = numbers.data();
+  Part part = nothing(unknowns_);
+  part.gram = Eigen::Map<const Eigen::MatrixXd>(next, unknowns_, unknowns_);
+  next += unknowns_ * unknowns_;
+  part.right = Eigen::Map<const Eigen::VectorXd>(next, unknowns_);
+  next += unknowns_;
+  part.target_squared = next[0];
+  part.weight = next[1];
+  blocks_[static_cast<std::size_t>(block)].add(part, 1.0);
+}
+
+std::vector<double> NormalEquations::numbers_of(int block) const {
+  const Part& part = blocks_[static_cast<std::size_t>(block)];
+  std::vector<double> numbers(part.gram.data(), part.gram.data() + part.gram.size());
+  numbers.insert(numbers.end(), part.right.data(), part.right.data() + part.right.size());
+  numbers.push_back(part.target_squared);
+  numbers.push_back(part.weight);
+  return numbers;
+}
+
 void NormalEquations::sum_up() {
-  total_.gram = Eigen::MatrixXd::Zero(unknowns_, unknowns_);
-  total_.right = Eigen::VectorXd::Zero(unknowns_);
-  total_.target_squared = 0.0;
+  total_ = nothing(unknowns_);
   for (const Part& block : blocks_) total_.add(block, 1.0);
 }
 
@@ -122,29 +152,28 @@ BoundedSolution NormalEquations::fit(const Constraints& constraints, const std::
                        start);
 }
 
-NormalEquations::CrossValidation NormalEquations::cross_validate(const Measurement& measurement,
-                                                                 const Constraints& constraints,
+NormalEquations::CrossValidation NormalEquations::cross_validate(const Constraints& constraints,
                                                                  const std::vector<Rests>& start) const {
   CrossValidation result;
   result.block_squared_error.assign(blocks_.size(), 0.0);
   double sum = 0.0;
-  for (int fold = 0; fold < measurement.fold_count(); ++fold) {
+  for (int fold = 0; fold < folds_; ++fold) {
     Part training = total_;
     for (int b = 0; b < block_count(); ++b) {
-      if (measurement.fold_of_block(b) == fold) training.add(blocks_[static_cast<std::size_t>(b)], -1.0);
+      if (b % folds_ == fold) training.add(blocks_[static_cast<std::size_t>(b)], -1.0);
     }
     const BoundedSolution solution =
         solve_bounded({training.gram + constraints.penalty, training.right, constraints.lower,
                        constraints.upper, constraints.each_way},
                       start);
     for (int b = 0; b < block_count(); ++b) {
-      if (measurement.fold_of_block(b) != fold) continue;
+      if (b % folds_ != fold) continue;
       const double error = squared_error(solution.value, b);
       result.block_squared_error[static_cast<std::size_t>(b)] = error;
       sum += error;
     }
   }
-  result.rmse = std::sqrt(sum / weight_);
+  result.rmse = std::sqrt(sum / weight());
   return result;
 }
 

@@ -18,6 +18,17 @@ class NormalEquations {
   NormalEquations(const Measurement& measurement, const Eigen::MatrixXd& columns,
                   const Eigen::VectorXd& target);
 
+  /// Without any row yet: for add(). `folds`: block b is of fold b % folds.
+  NormalEquations(Eigen::Index unknowns, int blocks, int folds);
+  /// Adds the rows of other equations, block by block, from `block` on; sum_up() when all are there.
+  void add(const NormalEquations& rows, int block);
+  /// Adds numbers that other equations of this size gave for one block (numbers_of()).
+  void add(const std::vector<double>& numbers, int block);
+  /// All of one block: unknowns^2 + unknowns + 2 numbers.
+  std::vector<double> numbers_of(int block) const;
+  /// Makes the whole of the blocks.
+  void sum_up();
+
   /// These equations with further columns; `columns` are those that these equations were made of.
   NormalEquations with(const Measurement& measurement, const Eigen::MatrixXd& columns,
                        const Eigen::MatrixXd& further, const Eigen::VectorXd& target) const;
@@ -28,7 +39,8 @@ class NormalEquations {
 
   Eigen::Index unknowns() const { return unknowns_; }
   /// Sum of the weights of the rows: squared errors over it are mean squares.
-  double weight() const { return weight_; }
+  double weight() const { return total_.weight; }
+  double weight(int block) const { return blocks_[static_cast<std::size_t>(block)].weight; }
   int block_count() const { return static_cast<int>(blocks_.size()); }
   const Eigen::MatrixXd& gram() const { return total_.gram; }
   const Eigen::VectorXd& right() const { return total_.right; }
@@ -52,8 +64,7 @@ class NormalEquations {
     std::vector<double> block_squared_error;  ///< each block judged by the fit to the other folds
   };
   /// Blocked cross-validation: each fold in turn is judged by a fit to the others.
-  CrossValidation cross_validate(const Measurement& measurement, const Constraints& constraints,
-                                 const std::vector<Rests>& start) const;
+  CrossValidation cross_validate(const Constraints& constraints, const std::vector<Rests>& start) const;
 
   /// Standard errors that allow for correlation within blocks (the sandwich estimator over blocks); zero for
   /// unknowns at rest on a bound.
@@ -64,14 +75,15 @@ class NormalEquations {
     Eigen::MatrixXd gram;
     Eigen::VectorXd right;
     double target_squared = 0.0;
+    double weight = 0.0;
     void add(const Part& other, double sign);
     double squared_error(const Eigen::VectorXd& value) const;
   };
   NormalEquations() = default;
-  void sum_up();
+  static Part nothing(Eigen::Index unknowns);
 
   Eigen::Index unknowns_ = 0;
-  double weight_ = 0.0;
+  int folds_ = 1;
   std::vector<Part> blocks_;
   Part total_;
 };

@@ -51,36 +51,54 @@ void append(std::vector<double>& all, const std::vector<double>& more, bool firs
 }  // namespace
 
 JoinedLogs join(std::vector<Log> logs) {
-  if (logs.empty()) throw InputError("no log");
+  std::vector<LogPiece> pieces;
+  for (Log& log : logs) {
+    const std::size_t samples = log.position_m.size();
+    const auto [low, high] = std::minmax_element(log.position_m.begin(), log.position_m.end());
+    const double travel_m = *high - *low;
+    pieces.push_back({std::move(log), pieces.size(), 0, samples, travel_m});
+  }
+  return join(std::move(pieces));
+}
+
+JoinedLogs join(std::vector<LogPiece> pieces) {
+  if (pieces.empty()) throw InputError("no log");
   JoinedLogs joined;
   std::size_t next = 0;
-  for (Log& log : logs) {
-    require_one_axis(logs.front(), log);
-    Mending mending = mend(log);
+  for (LogPiece& piece : pieces) {
+    Log& log = piece.log;
+    require_one_axis(pieces.front().log, log);
+    Mending mending = mend(log, piece.is_whole() ? Mended::whole_log : Mended::piece);
     LogPart part;
     part.cut = std::move(mending.cut);
     part.mended = std::move(mending.notes);
     part.path = log.path;
+    part.log = piece.log_index;
+    part.log_travel_m = piece.log_travel_m;
+    part.start_s = static_cast<double>(piece.first_sample) / log.sample_rate_Hz;
     part.first_sample = next;
     part.sample_count = log.position_m.size();
     part.mass_kg = log.mass_kg;
     part.encoder_resolution_m = log.encoder_resolution_m.value_or(0.0);
     next += part.sample_count;
+    if (part.log >= joined.log_samples.size()) joined.log_samples.resize(part.log + 1);
+    joined.log_samples[part.log] = piece.log_samples;
     joined.parts.push_back(std::move(part));
   }
-  if (logs.size() == 1) {
-    joined.log = std::move(logs.front());
+  if (pieces.size() == 1) {
+    joined.log = std::move(pieces.front().log);
     return joined;
   }
+  const Log& first = pieces.front().log;
   Log& all = joined.log;
-  all.path = logs.front().path;
-  all.sample_rate_Hz = logs.front().sample_rate_Hz;
-  all.start_time_s = logs.front().start_time_s;
-  all.mass_kg = logs.front().mass_kg;
-  all.motor_constant_N_per_A = logs.front().motor_constant_N_per_A;
-  all.header = logs.front().header;
-  for (std::size_t i = 0; i < logs.size(); ++i) {
-    Log& log = logs[i];
+  all.path = first.path;
+  all.sample_rate_Hz = first.sample_rate_Hz;
+  all.start_time_s = first.start_time_s;
+  all.mass_kg = first.mass_kg;
+  all.motor_constant_N_per_A = first.motor_constant_N_per_A;
+  all.header = first.header;
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    Log& log = pieces[i].log;
     for (auto column : {&Log::position_m, &Log::force_N, &Log::reference_position_m, &Log::velocity_mps,
                         &Log::normal_force_N, &Log::temperature_C}) {
       append(all.*column, log.*column, i == 0);
@@ -90,7 +108,10 @@ JoinedLogs join(std::vector<Log> logs) {
     if (log.encoder_resolution_m) {
       all.encoder_resolution_m = std::max(all.encoder_resolution_m.value_or(0.0), *log.encoder_resolution_m);
     }
-    for (const std::string& note : log.notes) all.notes.push_back(printable(log.path) + ": " + note);
+    if (i > 0 && pieces[i].log_index == pieces[i - 1].log_index) continue;
+    for (const std::string& note : log.notes) {
+      all.notes.push_back(joined.log_samples.size() > 1 ? printable(log.path) + ": " + note : note);
+    }
   }
   return joined;
 }

@@ -11,10 +11,22 @@
 
 namespace slipstack::workbench {
 
-/// One log within a measurement of several, which lie one after another: its samples, its rows, its blocks,
-/// and what is its own.
+/// A log, or a piece of one.
+struct LogPiece {
+  Log log;
+  std::size_t log_index = 0;     ///< of the log that it is from
+  std::size_t first_sample = 0;  ///< within that log
+  std::size_t log_samples = 0;   ///< of that log in all
+  double log_travel_m = 0.0;     ///< of that log in all
+  bool is_whole() const { return log.position_m.size() == log_samples; }
+};
+
+/// One log within a measurement of several, or one piece of a long log; they lie one after another: its
+/// samples, its rows, its blocks, and what is its own.
 struct LogPart {
   std::string path;
+  std::size_t log = 0;   ///< index of the log that it is from
+  double start_s = 0.0;  ///< time of its first sample since the start of its log
   std::size_t first_sample = 0;
   std::size_t sample_count = 0;
   std::size_t first_row = 0;
@@ -25,6 +37,7 @@ struct LogPart {
   double encoder_resolution_m = 0.0;
   double force_noise_N = 0.0;  ///< standard deviation before the filter
   double rough_mass_kg = 0.0;  ///< the header's, or a quick regression: good enough to choose the bandwidth
+  double log_travel_m = 0.0;   ///< travel of its log in all
   std::size_t unknown_start = 0;  ///< samples at its start in which the state of the hysteresis is not known
 
   std::vector<Stretch> cut;         ///< samples, counted from its first, that say nothing
@@ -37,12 +50,15 @@ struct LogPart {
 struct JoinedLogs {
   Log log;  ///< the header of the first; columns that only some logs have are left out
   std::vector<LogPart> parts;
+  std::vector<std::size_t> log_samples;  ///< of each log, whatever part of it is here
 };
 
 /// Joins logs of one axis: different loads, places, days. Throws InputError where they do not fit together:
 /// another sampling rate, a mass that only some declare, another magnet pitch. Each is mended
 /// (mend.h). Cost: one copy of the samples, none for a single log.
 JoinedLogs join(std::vector<Log> logs);
+/// The same of pieces, in the order of their logs and of time; each log has one at least.
+JoinedLogs join(std::vector<LogPiece> pieces);
 
 /// The part of `values`, one per sample of all logs.
 std::vector<double> part_of(const std::vector<double>& values, const LogPart& part);

@@ -85,7 +85,8 @@ ShapeRange narrowed(const Measurement& measurement, const ShapeSpec& spec, std::
       narrow(20.0 * measurement.encoder_resolution_m(), 0.5 * extent_of(measurement.position_m()).length());
       break;
     case ShapeKind::frequency:
-      narrow(4.0 / measurement.duration_s(), measurement.bandwidth_Hz());
+      narrow(4.0 / (static_cast<double>(measurement.sample_count()) * measurement.tick_s()),
+             measurement.bandwidth_Hz());
       break;
     default:
       break;

@@ -168,7 +168,7 @@ Term with_gain_sets(const Measurement& measurement, Term term) {
 }
 
 Terms averaged_over_logs(const Measurement& measurement, Terms terms) {
-  const auto samples = static_cast<double>(measurement.sample_count());
+  const auto samples = static_cast<double>(measurement.whole_sample_count());
   for (Term& term : terms) {
     const std::size_t sets = term.gain_sets();
     const std::size_t count = term.gains_per_set();
@@ -178,7 +178,7 @@ Terms averaged_over_logs(const Measurement& measurement, Terms terms) {
       for (std::size_t g = 0; g < count; ++g) {
         double sum = 0.0;
         for (std::size_t set = 0; set < sets; ++set) {
-          const double weight = static_cast<double>(measurement.parts()[set].sample_count) / samples;
+          const double weight = static_cast<double>(measurement.log_sample_count(set)) / samples;
           const double own = weight * values[set * count + g];
           sum += of_squares ? own * own : own;
         }

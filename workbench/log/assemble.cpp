@@ -32,17 +32,22 @@ double storage_error(const RawTable::Column& column, double largest) {
 
 class Assembler {
  public:
-  explicit Assembler(RawTable table)
-      : table_(std::move(table)), header_(read_header_values(table_)), plan_(plan_columns(table_, header_)) {}
+  enum class Of { whole, unknown, known };
+  explicit Assembler(RawTable table, Of of = Of::whole, const Log* head = nullptr)
+      : table_(std::move(table)),
+        header_(read_header_values(table_)),
+        plan_(plan_columns(table_, header_)),
+        of_(of),
+        head_(head) {}
 
   Log assemble() {
-    require_enough_samples(table_.columns.front().values.size(), "");
+    if (of_ == Of::whole) require_enough_samples(table_.columns.front().values.size(), "");
     for (const auto& [key, entry] : table_.header) log_.header.emplace(key, entry.value);
     log_.notes = std::move(table_.notes);
     log_.mass_kg = header_.mass_kg;
     log_.motor_constant_N_per_A = header_.motor_constant_N_per_A;
     log_.magnet_pitch_m = header_.magnet_pitch_m;
-    log_.encoder_resolution_m = header_.encoder_resolution_m;
+    log_.encoder_resolution_m = of_ == Of::known ? head_->encoder_resolution_m : header_.encoder_resolution_m;
     take_time();
     take_position();
     take_force();
@@ -83,6 +88,11 @@ class Assembler {
 
   void take_time() {
     time_s_ = take(Quantity::kTime);
+    if (of_ == Of::known) {
+      log_.sample_rate_Hz = head_->sample_rate_Hz;
+      log_.start_time_s = time_s_.front();
+      return;
+    }
     const WhereRow where = [this](std::size_t row) { return table_.where_row(row); };
     require_growing_time(time_s_, where);
     Sampling sampling;
@@ -114,23 +124,11 @@ class Assembler {
       require_finite(log_.position_m, Quantity::kPosition);
     }
     // Interpolated positions lie on no grid: the encoder's step shows only before.
-    if (!log_.encoder_resolution_m) estimate_resolution(table_.columns[source.column]);
+    if (!log_.encoder_resolution_m && of_ != Of::known) estimate_resolution(table_.columns[source.column]);
     log_.position_m = on_grid(std::move(log_.position_m));
+    if (of_ != Of::whole) return;
     const auto [lowest, highest] = std::minmax_element(log_.position_m.begin(), log_.position_m.end());
-    const std::string where = where_column(Quantity::kPosition);
-    if (*lowest == *highest) {
-      throw InputError(fmt::format("{}: the position never moves (it is always {:.6g} m); record a motion",
-                                   where, *lowest));
-    }
-    const double travel_m = *highest - *lowest;
-    if (!std::isfinite(travel_m))
-      throw InputError(where + ": the travel is beyond all numbers; check the unit");
-    if (log_.encoder_resolution_m && travel_m < kMoreThanOneStep * *log_.encoder_resolution_m) {
-      throw InputError(fmt::format(
-          "{}: the position never moves by more than one encoder step ({:.6g} m); record a motion or correct "
-          "encoder_resolution_m",
-          where, *log_.encoder_resolution_m));
-    }
+    require_motion(where_column(Quantity::kPosition), *lowest, *highest, log_.encoder_resolution_m);
   }
 
   void estimate_resolution(const RawTable::Column& column) {
@@ -155,16 +153,9 @@ class Assembler {
       log_.notes.emplace_back("column current_A ignored, the force is measured");
     }
     log_.force_N = on_grid(std::move(log_.force_N));
+    if (of_ != Of::whole) return;
     const auto [lowest, highest] = std::minmax_element(log_.force_N.begin(), log_.force_N.end());
-    if (*lowest == *highest) {
-      throw InputError(
-          fmt::format("{}: the force never changes (it is always {:.6g} N); check the sensor or the "
-                      "export",
-                      where_column(quantity), *lowest));
-    }
-    if (!std::isfinite(*highest - *lowest)) {
-      throw InputError(where_column(quantity) + ": the force is beyond all numbers; check the unit");
-    }
+    require_force(where_column(quantity), *lowest, *highest);
   }
 
   void require_finite(const std::vector<double>& values, Quantity quantity) const {
@@ -178,6 +169,8 @@ class Assembler {
   RawTable table_;
   HeaderValues header_;
   ColumnPlan plan_;
+  Of of_;
+  const Log* head_;
   Log log_;
   std::vector<double> time_s_;
   ResamplingGrid grid_;
@@ -185,8 +178,42 @@ class Assembler {
 
 }  // namespace
 
+void require_motion(const std::string& where, double lowest_m, double highest_m,
+                    const std::optional<double>& resolution_m) {
+  if (lowest_m == highest_m) {
+    throw InputError(fmt::format("{}: the position never moves (it is always {:.6g} m); record a motion",
+                                 where, lowest_m));
+  }
+  const double travel_m = highest_m - lowest_m;
+  if (!std::isfinite(travel_m)) {
+    throw InputError(where + ": the travel is beyond all numbers; check the unit");
+  }
+  if (resolution_m && travel_m < kMoreThanOneStep * *resolution_m) {
+    throw InputError(fmt::format(
+        "{}: the position never moves by more than one encoder step ({:.6g} m); record a motion or correct "
+        "encoder_resolution_m",
+        where, *resolution_m));
+  }
+}
+
+void require_force(const std::string& where, double lowest_N, double highest_N) {
+  if (lowest_N == highest_N) {
+    throw InputError(
+        fmt::format("{}: the force never changes (it is always {:.6g} N); check the sensor or the export",
+                    where, lowest_N));
+  }
+  if (!std::isfinite(highest_N - lowest_N)) {
+    throw InputError(where + ": the force is beyond all numbers; check the unit");
+  }
+}
+
 Log assemble_log(RawTable table) {
   return Assembler(std::move(table)).assemble();
+}
+
+Log assemble_piece(RawTable table, const Log* head) {
+  using Of = Assembler::Of;
+  return Assembler(std::move(table), head == nullptr ? Of::unknown : Of::known, head).assemble();
 }
 
 }  // namespace slipstack::workbench

@@ -14,8 +14,13 @@ static_assert(kBufferSize > 2 * LineReader::kLongestLine);
 
 }  // namespace
 
-LineReader::LineReader(std::string name, ByteSource& source)
-    : name_(std::move(name)), source_(source), buffer_(std::make_unique_for_overwrite<char[]>(kBufferSize)) {}
+LineReader::LineReader(std::string name, ByteSource& source, Place place)
+    : name_(std::move(name)),
+      source_(source),
+      buffer_(std::make_unique_for_overwrite<char[]>(kBufferSize)),
+      begin_byte_(place.byte),
+      line_number_(place.lines),
+      started_(place.byte > 0) {}
 
 bool LineReader::next(std::string_view& line) {
   if (!started_) check_beginning();
@@ -47,6 +52,7 @@ bool LineReader::next(std::string_view& line) {
 
 void LineReader::refill() {
   std::memmove(buffer_.get(), buffer_.get() + begin_, end_ - begin_);
+  begin_byte_ += begin_;
   end_ -= begin_;
   begin_ = 0;
   const std::size_t count = source_.read(buffer_.get() + end_, kBufferSize - end_);

@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "workbench/log/byte_source.h"
 
@@ -17,8 +18,16 @@ class LineReader {
  public:
   static constexpr std::size_t kLongestLine = 65536;
 
-  // `name` is how error messages show the source; `source` must outlive the reader.
-  LineReader(std::string name, ByteSource& source);
+  // Where a line begins: byte offset within the source, and how many lines are before it.
+  struct Place {
+    std::size_t byte = 0;
+    std::size_t lines = 0;
+  };
+
+  // `name` is how error messages show the source; `source` must outlive the reader. A source that was moved
+  // to a place found earlier goes on there.
+  LineReader(std::string name, ByteSource& source) : LineReader(std::move(name), source, {}) {}
+  LineReader(std::string name, ByteSource& source, Place place);
 
   // Puts the next line, without its end, into `line`; false at the end of the text. The view stays valid
   // until the next call. Throws InputError for a NUL byte, a line above kLongestLine, and text in UTF-16.
@@ -26,6 +35,8 @@ class LineReader {
 
   // Number of the line that next() gave last, counted from 1.
   std::size_t line_number() const { return line_number_; }
+  // Where the next line begins.
+  Place place() const { return {begin_byte_ + begin_, line_number_}; }
 
  private:
   void refill();
@@ -37,6 +48,7 @@ class LineReader {
   std::unique_ptr<char[]> buffer_;
   std::size_t begin_ = 0;
   std::size_t end_ = 0;
+  std::size_t begin_byte_ = 0;  // of the buffer within the source
   std::size_t line_number_ = 0;
   bool exhausted_ = false;
   bool started_ = false;

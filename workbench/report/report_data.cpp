@@ -39,17 +39,11 @@ Eigen::VectorXd at_rows(const Measurement& measurement, const std::vector<double
 Eigen::VectorXd row_times(const Measurement& measurement) {
   Eigen::VectorXd times(measurement.row_count());
   for (Eigen::Index row = 0; row < times.size(); ++row) {
-    times(row) =
-        measurement.log().start_time_s +
-        static_cast<double>(measurement.row_samples()[static_cast<std::size_t>(row)]) * measurement.tick_s();
+    times(row) = measurement.log().start_time_s +
+                 measurement.time_s(measurement.row_samples()[static_cast<std::size_t>(row)]);
   }
   return times;
 }
-
-struct RowRange {
-  Eigen::Index first;
-  Eigen::Index count;
-};
 
 /// Stretches in which the axis moves to and fro within a few tenths of a millimetre: pre-sliding loops.
 std::vector<RowRange> find_loops(const Measurement& measurement, const Eigen::VectorXd& position_m) {
@@ -200,10 +194,19 @@ json notes_of(const Measurement& measurement) {
       "Force noise before the filter: {} (from differences of sixth order). Held-out errors: {} contiguous "
       "blocks in {} folds, each judged by a fit to the others.",
       quantity(measurement.force_noise_N(), "N"), measurement.block_count(), measurement.fold_count()));
-  if (measurement.parts().size() > 1) {
+  if (measurement.log_count() > 1) {
     std::string logs;
-    for (const LogPart& part : measurement.parts()) logs += (logs.empty() ? "" : ", ") + printable(part.path);
+    for (std::size_t log = 0; log < measurement.log_count(); ++log) {
+      const LogPart& part = measurement.parts()[measurement.parts_of_log(log).first];
+      logs += (logs.empty() ? "" : ", ") + printable(part.path);
+    }
     notes.push_back(fmt::format("Logs, one after another: {}.", logs));
+  }
+  if (measurement.is_excerpt()) {
+    notes.push_back(fmt::format(
+        "Effects were searched, and the pictures drawn, in {} stretches, {} of {} samples; errors are those "
+        "of all.",
+        measurement.parts().size(), measurement.sample_count(), measurement.whole_sample_count()));
   }
   for (const std::string& note : measurement.log().notes) notes.push_back(note);
   return notes;
@@ -262,7 +265,7 @@ void add_pictures(json& data, const Measurement& measurement, const ForceRows& b
   const Eigen::VectorXd position_m = at_rows(measurement, measurement.position_m());
   const Eigen::VectorXd velocity_mps = at_rows(measurement, measurement.velocity_mps());
   const Eigen::VectorXd acceleration_mps2 = at_rows(measurement, measurement.acceleration_mps2());
-  data["samples"] = measurement.sample_count();
+  data["samples"] = measurement.whole_sample_count();
   data["duration_s"] = measurement.duration_s();
   data["sample_rate_Hz"] = measurement.sample_rate_Hz();
   json header = json::object();

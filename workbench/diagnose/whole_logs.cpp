@@ -1,0 +1,371 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/diagnose/whole_logs.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <tuple>
+#include <utility>
+
+#include "workbench/identify/parallel.h"
+#include "workbench/log/input_error.h"
+
+namespace slipstack::workbench {
+namespace {
+
+using nlohmann::json;
+
+constexpr int kFolds = 5;
+constexpr int kBlocksPerFold = 6;
+
+/// Samples conditioned at once, and before them at most so many in which the hysteresis finds its state.
+constexpr std::size_t kPiece = 196608;
+constexpr std::size_t kLongestLead = 262144;
+
+/// Samples over which an error is looked at on its own.
+constexpr std::size_t kWindow = 16384;
+/// A window that errs so many times as much as the worst of the excerpt is a surprise.
+constexpr double kSurprise = 2.0;
+constexpr std::size_t kMostSurprises = 3;
+
+bool multiplies(const Term& term) {
+  return term.effect->acts_as(Acts::dry_scale) || term.effect->acts_as(Acts::total_scale);
+}
+
+bool any_multiplies(const Terms& terms) {
+  return std::any_of(terms.begin(), terms.end(), multiplies);
+}
+
+/// Whether `model` is `base` with one more term, and all terms simply add.
+bool only_adds(const Terms& base, const Terms& model) {
+  if (model.size() != base.size() + 1 || any_multiplies(model)) return false;
+  for (std::size_t t = 0; t < base.size(); ++t) {
+    if (model[t].effect != base[t].effect || model[t].shapes != base[t].shapes) return false;
+  }
+  return true;
+}
+
+std::string packed(const json& value) {
+  const std::vector<std::uint8_t> bytes = json::to_cbor(value);
+  return {bytes.begin(), bytes.end()};
+}
+
+json unpacked(const std::string& bytes) {
+  return json::from_cbor(bytes.begin(), bytes.end());
+}
+
+json to_json(const Terms& terms) {
+  json list = json::array();
+  for (const Term& term : terms) {
+    list.push_back({{"effect", term.id()},
+                    {"shapes", term.shapes},
+                    {"gains", term.gains},
+                    {"lower", term.lower},
+                    {"upper", term.upper}});
+  }
+  return list;
+}
+
+Terms terms_of(const json& list) {
+  Terms terms;
+  for (const json& one : list) {
+    Term term;
+    term.effect = find_effect(one.at("effect").get<std::string>());
+    term.shapes = one.at("shapes").get<std::vector<double>>();
+    term.gains = one.at("gains").get<std::vector<double>>();
+    term.lower = one.at("lower").get<std::vector<double>>();
+    term.upper = one.at("upper").get<std::vector<double>>();
+    terms.push_back(std::move(term));
+  }
+  return terms;
+}
+
+/// Unweighted squares of what a model leaves and of the measured force.
+struct Squares {
+  double left = 0.0;
+  double measured = 0.0;
+};
+
+}  // namespace
+
+struct WholeLogs::Sums {
+  int first_block = 0;
+  std::vector<NormalEquations> equations;  ///< of the unit's blocks, by model
+  std::vector<Squares> squares;            ///< by model, of the full ones
+  std::vector<Window> windows;             ///< of the last full model
+};
+
+WholeLogs::WholeLogs(const std::vector<LongLog>& logs, const Measurement& excerpt,
+                     const RowWeighing& weighing, Team& team)
+    : logs_(logs), excerpt_(excerpt), weighing_(weighing), team_(team) {
+  const auto all = static_cast<double>(excerpt.whole_sample_count());
+  for (std::size_t log = 0; log < logs.size(); ++log) {
+    const std::size_t samples = logs[log].sample_count();
+    const double share = static_cast<double>(samples) / all;
+    const int blocks = kFolds * std::max(1, static_cast<int>(std::lround(kBlocksPerFold * share)));
+    const auto count = static_cast<std::size_t>(blocks);
+    for (std::size_t b = 0; b < count; ++b) {
+      const std::size_t first = samples * b / count;
+      const std::size_t end = samples * (b + 1) / count;
+      const bool goes_on = b > 0 && end - units_.back().borders.front() <= kPiece;
+      if (!goes_on) units_.push_back({log, block_count_, {first}});
+      units_.back().borders.push_back(end);
+      ++block_count_;
+    }
+  }
+}
+
+void WholeLogs::sum_piece(const Unit& unit, const std::vector<std::size_t>& borders,
+                          const std::vector<Terms>& models, std::size_t full, Sums& sums) const {
+  const std::size_t margin = excerpt_.margin();
+  const LongLog& log = logs_[unit.log];
+  const std::size_t known = lead_in(log, borders.front(), kLongestLead);
+  const std::size_t from = known - std::min(known, 2 * margin);
+  const std::size_t to = std::min(log.sample_count(), borders.back() + margin);
+  std::vector<std::size_t> local;
+  local.reserve(borders.size());
+  for (const std::size_t border : borders) local.push_back(border - from);
+  Measurement piece({log.piece(from, to - from), unit.log, from, log.sample_count(), log.travel_m()},
+                    excerpt_, local);
+  if (piece.row_count() == 0) return;
+  weighing_.apply(piece);
+
+  const Linearisation base(piece, models.front());
+  const NormalEquations base_equations(piece, base.columns(), base.target());
+  for (std::size_t m = 0; m < models.size(); ++m) {
+    const Terms& model = models[m];
+    if (m >= full && only_adds(models.front(), model)) {
+      const Term& added = model.back();
+      if (added.gains.empty()) {  // a delay moves the measured force
+        const Eigen::VectorXd target = base.target() - base.measured_N() + piece.force_N(delay_s(model));
+        sums.equations[m].add(base_equations.with_target(piece, base.columns(), target), 0);
+      } else {
+        sums.equations[m].add(
+            base_equations.with(piece, base.columns(), base.columns_of(added), base.target()), 0);
+      }
+      continue;
+    }
+    std::optional<Linearisation> own;
+    if (m > 0) own.emplace(piece, model, &base);
+    const Linearisation& linearisation = m > 0 ? *own : base;
+    sums.equations[m].add(
+        m > 0 ? NormalEquations(piece, linearisation.columns(), linearisation.target()) : base_equations, 0);
+    if (m >= full) continue;
+    const Eigen::VectorXd left = linearisation.residual_N().cwiseProduct(piece.row_usable());
+    sums.squares[m].left += left.squaredNorm();
+    sums.squares[m].measured += linearisation.measured_N().cwiseProduct(piece.row_usable()).squaredNorm();
+    if (m + 1 != full) continue;
+    for (Eigen::Index row = 0; row < left.size(); ++row) {
+      const std::size_t window = (from + piece.row_samples()[static_cast<std::size_t>(row)]) / kWindow;
+      if (sums.windows.empty() || sums.windows.back().index != window) {
+        sums.windows.push_back({unit.log, window, 0.0, 0.0});
+      }
+      sums.windows.back().squares += piece.row_weights()(row) * left(row) * left(row);
+      sums.windows.back().weight += piece.row_weights()(row);
+    }
+  }
+}
+
+WholeLogs::Sums WholeLogs::sum_unit(const Unit& unit, const std::vector<Terms>& models,
+                                    std::size_t full) const {
+  Sums sums;
+  sums.first_block = unit.first_block;
+  for (const Terms& model : models) {
+    sums.equations.emplace_back(unknown_count(model), unit.block_count(), kFolds);
+  }
+  sums.squares.resize(full);
+  if (unit.block_count() > 1) {
+    sum_piece(unit, unit.borders, models, full, sums);
+  } else {  // a block may be long
+    const std::size_t end = unit.borders.back();
+    for (std::size_t first = unit.borders.front(); first < end; first += kPiece) {
+      sum_piece(unit, {first, std::min(end, first + kPiece)}, models, full, sums);
+    }
+  }
+  for (NormalEquations& equations : sums.equations) equations.sum_up();
+  return sums;
+}
+
+/// Every unit, by block, on the first process; each process sums its share.
+std::vector<WholeLogs::Sums> WholeLogs::sum(const std::vector<Terms>& models, std::size_t full,
+                                            const Progress& progress) {
+  std::vector<const Unit*> mine;
+  for (std::size_t u = 0; u < units_.size(); ++u) {
+    if (static_cast<int>(u) % team_.size() == team_.rank()) mine.push_back(&units_[u]);
+  }
+  std::vector<Sums> sums(mine.size());
+  std::atomic<std::size_t> done{0};
+  json said;
+  try {
+    parallel_for(mine.size(), [&](std::size_t i) {
+      sums[i] = sum_unit(*mine[i], models, full);
+      if (progress) progress(static_cast<double>(++done) / static_cast<double>(mine.size()));
+    });
+  } catch (const InputError& error) {
+    said["fault"] = error.what();
+  }
+  if (team_.size() == 1) {
+    if (said.contains("fault")) throw InputError(said["fault"].get<std::string>());
+    return sums;
+  }
+  if (!said.contains("fault")) {
+    said["sums"] = json::array();
+    for (const Sums& one : sums) {
+      json entry{{"block", one.first_block},
+                 {"equations", json::array()},
+                 {"squares", json::array()},
+                 {"windows", json::array()}};
+      for (const NormalEquations& equations : one.equations) {
+        json blocks = json::array();
+        for (int b = 0; b < equations.block_count(); ++b) blocks.push_back(equations.numbers_of(b));
+        entry["equations"].push_back(std::move(blocks));
+      }
+      for (const Squares& squares : one.squares) entry["squares"].push_back({squares.left, squares.measured});
+      for (const Window& window : one.windows) {
+        entry["windows"].push_back({window.log, window.index, window.squares, window.weight});
+      }
+      said["sums"].push_back(std::move(entry));
+    }
+  }
+  std::vector<Sums> all;
+  for (const std::string& bytes : team_.gather(packed(said))) {
+    const json heard = unpacked(bytes);
+    if (heard.contains("fault")) throw InputError(heard["fault"].get<std::string>());
+    for (const json& entry : heard["sums"]) {
+      Sums one;
+      one.first_block = entry["block"].get<int>();
+      for (std::size_t m = 0; m < models.size(); ++m) {
+        const json& blocks = entry["equations"][m];
+        NormalEquations equations(unknown_count(models[m]), static_cast<int>(blocks.size()), kFolds);
+        for (std::size_t b = 0; b < blocks.size(); ++b) {
+          equations.add(blocks[b].get<std::vector<double>>(), static_cast<int>(b));
+        }
+        equations.sum_up();
+        one.equations.push_back(std::move(equations));
+      }
+      for (const json& squares : entry["squares"]) {
+        one.squares.push_back({squares[0].get<double>(), squares[1].get<double>()});
+      }
+      for (const json& window : entry["windows"]) {
+        one.windows.push_back({window[0].get<std::size_t>(), window[1].get<std::size_t>(),
+                               window[2].get<double>(), window[3].get<double>()});
+      }
+      all.push_back(std::move(one));
+    }
+  }
+  std::sort(all.begin(), all.end(),
+            [](const Sums& a, const Sums& b) { return a.first_block < b.first_block; });
+  return all;
+}
+
+void WholeLogs::judge(Diagnosis& diagnosis, const Progress& progress) {
+  // The baseline and the steps first, of which more is told; then the candidates.
+  std::vector<Terms> models;
+  for (const Step& step : diagnosis.steps) models.push_back(step.terms);
+  const std::size_t full = models.size();
+  for (const Candidate& candidate : diagnosis.candidates) models.push_back(candidate.terms);
+  if (team_.size() > 1) {
+    json request{{"full", full}, {"models", json::array()}};
+    for (const Terms& model : models) request["models"].push_back(to_json(model));
+    team_.broadcast(packed(request), 0);
+  }
+  const std::vector<Sums> sums = sum(models, full, progress);
+
+  windows_.clear();
+  for (const Sums& one : sums) windows_.insert(windows_.end(), one.windows.begin(), one.windows.end());
+  const double error_N = diagnosis.baseline.train_rmse_N;
+  std::vector<FittedModel> judged(models.size());
+  parallel_for(models.size(), [&](std::size_t m) {
+    NormalEquations equations(unknown_count(models[m]), block_count_, kFolds);
+    for (const Sums& one : sums) equations.add(one.equations[m], one.first_block);
+    equations.sum_up();
+    const NormalEquations::Constraints constraints = constraints_of(models[m], error_N);
+    const BoundedSolution solution = equations.fit(constraints);
+    const auto held_out = equations.cross_validate(constraints, solution.rests);
+    FittedModel& model = judged[m];
+    model.train_rmse_N = std::sqrt(equations.squared_error(solution.value) / equations.weight());
+    model.holdout_rmse_N = held_out.rmse;
+    model.block_squared_error = held_out.block_squared_error;
+    for (int block = 0; block < equations.block_count(); ++block) {
+      model.block_weight.push_back(equations.weight(block));
+    }
+    if (m >= full) return;
+    Squares squares;
+    for (const Sums& one : sums) {
+      squares.left += one.squares[m].left;
+      squares.measured += one.squares[m].measured;
+    }
+    model.relative_error = std::sqrt(squares.left / std::max(squares.measured, 1e-300));
+  });
+  // An effect that the excerpt cannot show was given the baseline's error, and keeps it.
+  std::vector<bool> shown;
+  for (const Candidate& candidate : diagnosis.candidates) {
+    shown.push_back(candidate.block_squared_error != diagnosis.baseline.block_squared_error);
+  }
+  const auto take = [&](FittedModel& into, const FittedModel& from) {
+    into.train_rmse_N = from.train_rmse_N;
+    into.holdout_rmse_N = from.holdout_rmse_N;
+    into.relative_error = from.relative_error;
+    into.block_squared_error = from.block_squared_error;
+    into.block_weight = from.block_weight;
+  };
+  take(diagnosis.baseline, judged[0]);
+  take(diagnosis.best, judged[std::min<std::size_t>(1, full - 1)]);
+  take(diagnosis.explained, judged[full - 1]);
+  for (std::size_t s = 0; s < full; ++s) diagnosis.steps[s].holdout_rmse_N = judged[s].holdout_rmse_N;
+  for (std::size_t c = 0; c < diagnosis.candidates.size(); ++c) {
+    const FittedModel& model = shown[c] ? judged[full + c] : judged[0];
+    diagnosis.candidates[c].holdout_rmse_N = model.holdout_rmse_N;
+    diagnosis.candidates[c].block_squared_error = model.block_squared_error;
+  }
+}
+
+void WholeLogs::serve() {
+  for (;;) {
+    const json request = unpacked(team_.broadcast({}, 0));
+    if (request.is_null()) return;
+    std::vector<Terms> models;
+    for (const json& model : request["models"]) models.push_back(terms_of(model));
+    sum(models, request["full"].get<std::size_t>(), {});
+  }
+}
+
+void WholeLogs::done() {
+  if (team_.size() > 1) team_.broadcast(packed(json(nullptr)), 0);
+}
+
+std::vector<LogStretch> WholeLogs::surprises(const std::vector<LogStretch>& excerpt) const {
+  const auto in_excerpt = [&](const Window& window) {
+    return std::any_of(excerpt.begin(), excerpt.end(), [&](const LogStretch& one) {
+      return one.log == window.log && window.index * kWindow < one.first + one.count &&
+             (window.index + 1) * kWindow > one.first;
+    });
+  };
+  const auto error = [](const Window& window) { return std::sqrt(window.squares / window.weight); };
+  double known = 0.0;
+  std::vector<Window> unknown;
+  for (const Window& window : windows_) {
+    if (window.weight <= 0.0) continue;
+    if (in_excerpt(window)) {
+      known = std::max(known, error(window));
+    } else {
+      unknown.push_back(window);
+    }
+  }
+  std::sort(unknown.begin(), unknown.end(), [&](const Window& a, const Window& b) {
+    return std::tuple(-error(a), a.log, a.index) < std::tuple(-error(b), b.log, b.index);
+  });
+  std::vector<LogStretch> found;
+  for (const Window& window : unknown) {
+    if (error(window) < kSurprise * known || found.size() == kMostSurprises) break;
+    const LongLog& log = logs_[window.log];
+    const std::size_t first = lead_in(log, window.index * kWindow, kLongestLead);
+    const std::size_t end = std::min(log.sample_count(), (window.index + 1) * kWindow);
+    found.push_back({window.log, first, end - first});
+  }
+  return found;
+}
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "workbench/diagnose/diagnose.h"
+#include "workbench/diagnose/team.h"
+#include "workbench/identify/excerpt.h"
+#include "workbench/identify/noise_floor.h"
+#include "workbench/log/long_log.h"
+
+namespace slipstack::workbench {
+
+/// Judges by the whole logs what was found on an excerpt of them. Logs are read again piece by piece; of each
+/// piece only sums remain, by block: the normal equations of every model. All gains are fitted again to
+/// these, and held-out errors are those of blocked cross-validation over the whole. The blocks are those of
+/// the logs, each summed by one thread of one process, so the answer is the same for any number of either.
+/// Memory: some pieces a thread, whatever the length of the logs. Cost: linear in samples.
+class WholeLogs {
+ public:
+  using Progress = std::function<void(double fraction)>;
+
+  /// `weighing` is what weigh_rows() gave for the excerpt. All references must outlive this.
+  WholeLogs(const std::vector<LongLog>& logs, const Measurement& excerpt, const RowWeighing& weighing,
+            Team& team);
+
+  /// On the first process of the team: puts the errors of the whole logs in place of the excerpt's, for the
+  /// baseline, every candidate and every step. Throws InputError where a log cannot be read again.
+  void judge(Diagnosis& diagnosis, const Progress& progress);
+  /// On the others: works until the first is done().
+  void serve();
+  /// Ends serve() on the others.
+  void done();
+
+  /// Stretches outside the excerpt, the worst first, where the last model fails by far more than anywhere in
+  /// the excerpt: what happens there was not seen by the search.
+  std::vector<LogStretch> surprises(const std::vector<LogStretch>& excerpt) const;
+
+ private:
+  /// Blocks of one log that follow each other: what one thread sums.
+  struct Unit {
+    std::size_t log = 0;
+    int first_block = 0;               ///< of all logs
+    std::vector<std::size_t> borders;  ///< samples at which blocks begin, and the end
+    int block_count() const { return static_cast<int>(borders.size()) - 1; }
+  };
+  struct Sums;
+  struct Window {
+    std::size_t log;
+    std::size_t index;
+    double squares;
+    double weight;
+  };
+  std::vector<Sums> sum(const std::vector<Terms>& models, std::size_t full, const Progress& progress);
+  Sums sum_unit(const Unit& unit, const std::vector<Terms>& models, std::size_t full) const;
+  void sum_piece(const Unit& unit, const std::vector<std::size_t>& borders, const std::vector<Terms>& models,
+                 std::size_t full, Sums& sums) const;
+
+  const std::vector<LongLog>& logs_;
+  const Measurement& excerpt_;
+  const RowWeighing& weighing_;
+  Team& team_;
+  std::vector<Unit> units_;
+  int block_count_ = 0;
+  std::vector<Window> windows_;
+};
+
+}  // namespace slipstack::workbench

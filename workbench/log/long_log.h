@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+#include "workbench/log/log.h"
+
+namespace slipstack::workbench {
+
+/// Where the axis was during kGlanceSamples samples: enough to tell how it moved, at a hundredth of the size.
+struct Glance {
+  float first_m = 0.0F;
+  float low_m = 0.0F;
+  float high_m = 0.0F;
+};
+inline constexpr std::size_t kGlanceSamples = 128;
+
+/// A log of any length, read in pieces: a short one is held in memory, a long CSV file stays where it is and
+/// is read again from the byte where a piece begins. Memory: 64 MiB of text at most, else a ten-thousandth of
+/// a byte for each of the file.
+class LongLog {
+ public:
+  static constexpr std::size_t kInMemoryBytes = std::size_t{64} << 20;
+
+  /// Reads the log once from end to end and checks all that read_log() checks. `in_memory_bytes`: files up to
+  /// this size are held in memory; others too where they are no CSV text or sampled irregularly. Throws
+  /// InputError.
+  static LongLog open(const std::filesystem::path& path, std::size_t in_memory_bytes = kInMemoryBytes);
+
+  /// Everything but the samples.
+  const Log& head() const;
+  std::size_t sample_count() const;
+  /// From the lowest position to the highest.
+  double travel_m() const;
+  /// One for every kGlanceSamples samples, the last for what is left.
+  const std::vector<Glance>& glances() const;
+
+  /// Samples [first, first + count), which must exist; starts at their time. May be called from several
+  /// threads. Throws InputError where the file has changed since open().
+  Log piece(std::size_t first, std::size_t count) const;
+  /// The whole log; of one in memory nothing is left here.
+  Log take();
+
+ private:
+  struct State;
+  explicit LongLog(std::shared_ptr<State> state) : state_(std::move(state)) {}
+  std::shared_ptr<State> state_;
+};
+
+}  // namespace slipstack::workbench
