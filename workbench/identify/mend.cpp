@@ -38,6 +38,10 @@ constexpr std::size_t kWidest = 3;
 constexpr double kNoiseOverStep = 3.0;
 /// So many equal forces in a row do not happen by chance then: each has a chance of 0.1 at most.
 constexpr std::size_t kFrozen = 8;
+/// Where the force is constant during so much of the time that the axis rests, it is no sensor's but a
+/// current that a controller commands, which has no noise while nothing moves.
+constexpr double kRestsWithoutNoise = 0.5;
+constexpr std::size_t kRest = 50;  ///< samples within an encoder step
 /// Chance repeats, of which so many times as many must be seen.
 constexpr double kBeyondChance = 5.0;
 constexpr double kFewestRepeats = 10.0;
@@ -166,7 +170,7 @@ class Mender {
   Mending run() {
     const bool noise_shows = noise_N_ > kNoiseOverStep * smallest_step(log_.force_N);
     if (noise_shows) cut_frozen_force();
-    if (noise_shows) mend_repeats();
+    if (noise_shows && noise_at_rest_) mend_repeats();
     const double position_noise_m = std::max(step_m_, white_noise(log_.position_m));
     const auto [low, high] = std::minmax_element(log_.position_m.begin(), log_.position_m.end());
     mend_wild(log_.position_m, position_noise_m, kLeastTravel * (*high - *low), "position");
@@ -242,20 +246,40 @@ class Mender {
                      at(repeats.front().first)));
   }
 
+  /// Whether the force is constant in these stretches as it is nearly always while the axis rests.
+  bool rests_without_noise(const std::vector<Stretch>& constant) const {
+    std::size_t rest = 0;
+    for (std::size_t i = 0; i < count_;) {
+      std::size_t end = i + 1;
+      while (end < count_ && std::abs(log_.position_m[end] - log_.position_m[i]) <= 1.5 * step_m_) ++end;
+      if (end - i >= kRest) rest += end - i;
+      i = end;
+    }
+    std::size_t samples = 0;
+    for (const Stretch& one : constant) samples += one.end - one.first;
+    return constant.size() > 1 &&
+           static_cast<double>(samples) > kRestsWithoutNoise * static_cast<double>(rest);
+  }
+
   void cut_frozen_force() {
     const auto [low, high] = std::minmax_element(log_.force_N.begin(), log_.force_N.end());
     const double lowest = *low;
     const double highest = *high;
-    std::vector<Stretch> limited, frozen;
+    std::vector<Stretch> limited, frozen, at_rest;
     for (std::size_t i = 0; i < count_;) {
       std::size_t end = i + 1;
       while (end < count_ && log_.force_N[end] == log_.force_N[i]) ++end;
       if (end - i >= kFrozen) {
         const bool at_limit = log_.force_N[i] == lowest || log_.force_N[i] == highest;
-        (at_limit ? limited : frozen).push_back({i, end});
+        const auto from = log_.position_m.begin() + static_cast<std::ptrdiff_t>(i);
+        const bool rests = std::all_of(from, from + static_cast<std::ptrdiff_t>(end - i),
+                                       [&](double x) { return std::abs(x - *from) <= 1.5 * step_m_; });
+        (rests ? at_rest : at_limit ? limited : frozen).push_back({i, end});
       }
       i = end;
     }
+    noise_at_rest_ = !rests_without_noise(at_rest);
+    if (noise_at_rest_) frozen.insert(frozen.end(), at_rest.begin(), at_rest.end());
     cut(limited, "the force is at its limit");
     cut(frozen, "the force is frozen");
   }
@@ -392,6 +416,7 @@ class Mender {
   std::size_t count_;
   double noise_N_;
   double step_m_;
+  bool noise_at_rest_ = true;  ///< or a force that is constant while the axis rests
   Mending mending_;
 };
 

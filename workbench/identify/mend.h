@@ -25,7 +25,9 @@ struct Mending {
 /// - single wild samples of force or position, alone among good ones: interpolated. Many close together are
 ///   a burst, an event of the axis or its surroundings, and stay.
 /// - samples that repeat the one before, where noise makes that impossible: interpolated.
-/// - force at its limit, or frozen (drive off, sensor lost), while its noise is gone: cut.
+/// - force at its limit, or frozen (drive off, sensor lost), while its noise is gone: cut. Not at rest in a
+/// log
+///   whose force has no noise at rest, as a commanded current.
 /// - an encoder that stands still and then jumps to where it should be: cut.
 /// - motion without any force, as by hand with the drive off: cut.
 ///

@@ -130,6 +130,30 @@ TEST(Mend, FrozenForce) {
   expect_same(clean, off, "frozen");
 }
 
+// A current that a controller commands is constant while nothing moves: no fault, however often.
+TEST(Mend, ForceWithoutNoiseAtRestStays) {
+  Log log = plant_log(18);
+  const std::vector<double> position_m = log.position_m;
+  const double step_m = *log.encoder_resolution_m;
+  std::size_t still = 0;
+  for (std::size_t i = 0; i < position_m.size();) {
+    std::size_t end = i + 1;
+    while (end < position_m.size() && std::abs(position_m[end] - position_m[i]) <= 1.5 * step_m) ++end;
+    if (end - i >= 8) {
+      std::fill(log.force_N.begin() + static_cast<std::ptrdiff_t>(i),
+                log.force_N.begin() + static_cast<std::ptrdiff_t>(end), log.force_N[i]);
+      still += end - i;
+    }
+    i = end;
+  }
+  ASSERT_GT(still, 500u);
+  const Log before = log;
+  const Mending mending = mend(log);
+  EXPECT_TRUE(mending.cut.empty());
+  EXPECT_TRUE(mending.notes.empty()) << mending.notes.front();
+  EXPECT_EQ(log.force_N, before.force_N);
+}
+
 TEST(Mend, StuckEncoder) {
   const Log clean = plant_log(16);
   Log stuck = clean;
