@@ -20,7 +20,7 @@ constexpr std::size_t kSegment = 2048;
 constexpr double kStandsOut = 8.0;
 /// So far in the measured force too, where it stands among what else the force does.
 constexpr double kInForce = 4.0;
-/// The log is heard in so many parts; a line is in most of them, ringing after moves is not.
+/// The log is heard in so many parts or more; a line is in most of them, ringing after moves is not.
 constexpr std::size_t kParts = 8;
 /// Power that the median part has, relative to the mean.
 constexpr double kSteady = 0.4;
@@ -53,17 +53,20 @@ double power_at(const Spectrum& spectrum, std::size_t bin) {
   return (spectrum.density[bin - 1] + spectrum.density[bin] + spectrum.density[bin + 1]) * width_Hz;
 }
 
-/// Whether most parts of the signal have the line.
+/// Whether most moments of the signal have the line: a controller that hunts within an encoder's step makes
+/// one too, but only while the axis rests.
 bool steady(std::span<const double> signal, double rate_Hz, std::size_t bin) {
   std::vector<double> powers;
-  const std::size_t length = signal.size() / kParts;
-  for (std::size_t part = 0; part < kParts; ++part) {
+  const std::size_t parts = std::max(kParts, signal.size() / kSegment);
+  const std::size_t length = signal.size() / parts;
+  powers.reserve(parts);
+  for (std::size_t part = 0; part < parts; ++part) {
     const Spectrum spectrum = power_spectrum(signal.subspan(part * length, length), rate_Hz, kSegment);
     if (spectrum.density.empty()) return false;
     powers.push_back(power_at(spectrum, bin));
   }
   double mean = 0.0;
-  for (const double power : powers) mean += power / static_cast<double>(kParts);
+  for (const double power : powers) mean += power / static_cast<double>(parts);
   return median(powers) >= kSteady * mean;
 }
 
