@@ -106,10 +106,10 @@ TEST(Measurement, TheRowFilterPassesTheMotion) {
     const RowFilter filter(bandwidth_Hz, 2000.0);
     const auto response = [&](double frequency_Hz) {
       std::complex<double> sum;
-      const auto half = static_cast<double>(filter.taps().size() / 2);
+      const std::size_t half = filter.taps().size() / 2;
       for (std::size_t k = 0; k < filter.taps().size(); ++k) {
-        sum += filter.taps()[k] *
-               std::polar(1.0, kTwoPi * frequency_Hz / 2000.0 * (static_cast<double>(k) - half));
+        sum += filter.taps()[k] * std::polar(1.0, kTwoPi * frequency_Hz / 2000.0 *
+                                                      (static_cast<double>(k) - static_cast<double>(half)));
       }
       return std::abs(sum);
     };
