@@ -113,7 +113,7 @@ inline std::int32_t saturated_signed(float x) {
 template <int kBits>
 inline float from_fixed(std::int32_t whole) {
 #if defined(__arm__) && defined(__ARM_FP)
-  float x;
+  float x = 0.0F;
   asm("vcvt.f32.s32 %0, %0, %2" : "=t"(x) : "0"(whole), "i"(kBits));
   return x;
 #else
@@ -123,7 +123,7 @@ inline float from_fixed(std::int32_t whole) {
 template <int kBits>
 inline float from_fixed(std::uint32_t whole) {
 #if defined(__arm__) && defined(__ARM_FP)
-  float x;
+  float x = 0.0F;
   asm("vcvt.f32.u32 %0, %0, %2" : "=t"(x) : "0"(whole), "i"(kBits));
   return x;
 #else

@@ -84,23 +84,21 @@ void show_reading(const Options& options, std::size_t log, Progress& progress) {
 
 void refuse_short(const Measurement& measurement) {
   for (std::size_t log = 0; log < measurement.log_count(); ++log) {
-    const Eigen::Index rows = measurement.rows_of_log(log).count;
-    const RowRange own = measurement.rows_of_log(log);
-    const auto usable =
-        static_cast<Eigen::Index>(measurement.row_usable().segment(own.first, own.count).sum());
-    if (rows >= kLeastInstants && usable < kLeastInstants) {
-      const LogPart& part = measurement.parts()[measurement.parts_of_log(log).first];
-      throw InputError(fmt::format(
-          "{}: of {} instants {} are left once its faults are cut out, fewer than the {} that a fit needs "
-          "({}); "
-          "record again",
-          printable(part.path), rows, usable, kLeastInstants, part.mended.empty() ? "" : part.mended.back()));
+    const auto [first, count] = measurement.rows_of_log(log);
+    const auto usable = static_cast<Eigen::Index>(measurement.row_usable().segment(first, count).sum());
+    if (usable >= kLeastInstants) continue;
+    const LogPart& part = measurement.parts()[measurement.parts_of_log(log).first];
+    if (count >= kLeastInstants) {
+      throw InputError(
+          fmt::format("{}: of {} instants {} are left once its faults are cut out, fewer than the {} that a "
+                      "fit needs ({}); "
+                      "record again",
+                      printable(part.path), count, usable, kLeastInstants,
+                      part.mended.empty() ? "" : part.mended.back()));
     }
-    if (rows >= kLeastInstants) continue;
     throw InputError(fmt::format(
         "{}: {} samples leave {} instants after filtering, fewer than the {} that a fit needs; record longer",
-        printable(measurement.parts()[measurement.parts_of_log(log).first].path),
-        measurement.log_sample_count(log), rows, kLeastInstants));
+        printable(part.path), measurement.log_sample_count(log), count, kLeastInstants));
   }
 }
 

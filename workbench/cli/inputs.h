@@ -8,7 +8,6 @@
 #include "workbench/cli/commands.h"
 #include "workbench/cli/output.h"
 #include "workbench/cli/progress.h"
-#include "workbench/diagnose/team.h"
 #include "workbench/identify/excerpt.h"
 #include "workbench/identify/fit.h"
 #include "workbench/identify/noise_floor.h"
@@ -27,7 +26,7 @@ std::vector<const EffectDescription*> declared_effects(const Options& options);
 /// The logs are inputs: no output may take the place of one.
 void spare_logs(const Options& options, Outputs& outputs);
 
-/// The logs, long ones left in their files. Each process of the team reads its share of them from end to end.
+/// The logs, long ones left in their files.
 std::vector<LongLog> open_logs(const Options& options, Progress& progress);
 
 /// Logs and what of them is searched: all, or, of many samples, an excerpt.

@@ -17,9 +17,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr int kFolds = 5;
-constexpr int kBlocksPerFold = 6;
-
 /// Samples conditioned at once, and before them at most so many in which the hysteresis finds its state.
 constexpr std::size_t kPiece = 196608;
 constexpr std::size_t kLongestLead = 262144;
@@ -29,14 +26,6 @@ constexpr std::size_t kWindow = 16384;
 /// A window that errs so many times as much as the worst of the excerpt is a surprise.
 constexpr double kSurprise = 2.0;
 constexpr std::size_t kMostSurprises = 3;
-
-bool multiplies(const Term& term) {
-  return term.effect->acts_as(Acts::dry_scale) || term.effect->acts_as(Acts::total_scale);
-}
-
-bool any_multiplies(const Terms& terms) {
-  return std::any_of(terms.begin(), terms.end(), multiplies);
-}
 
 /// Whether `model` is `base` with one more term, and all terms simply add.
 bool only_adds(const Terms& base, const Terms& model) {
@@ -104,8 +93,7 @@ WholeLogs::WholeLogs(const std::vector<LongLog>& logs, const Measurement& excerp
   for (std::size_t log = 0; log < logs.size(); ++log) {
     const std::size_t samples = logs[log].sample_count();
     const double share = static_cast<double>(samples) / all;
-    const int blocks = kFolds * std::max(1, static_cast<int>(std::lround(kBlocksPerFold * share)));
-    const auto count = static_cast<std::size_t>(blocks);
+    const auto count = static_cast<std::size_t>(blocks_of_share(share));
     for (std::size_t b = 0; b < count; ++b) {
       const std::size_t first = samples * b / count;
       const std::size_t end = samples * (b + 1) / count;

@@ -16,17 +16,6 @@ constexpr double kAsGoodPitch = 1.01;    ///< cost, over that of the best pitch
 constexpr double kWorthRefining = 1.03;  ///< the same, before the pitch is refined
 constexpr double kSettled = 1e-4;        ///< relative change of the force that ends the Gauss-Newton steps
 
-bool multiplies(const Term& term) {
-  return term.effect->acts_as(Acts::dry_scale) || term.effect->acts_as(Acts::total_scale);
-}
-
-bool any_multiplies(const Terms& terms) {
-  for (const Term& term : terms) {
-    if (multiplies(term)) return true;
-  }
-  return false;
-}
-
 void take_gains(Terms& terms, const Eigen::VectorXd& gains) {
   Eigen::Index next = 0;
   for (Term& term : terms) {

@@ -33,7 +33,6 @@ constexpr double kRowsPerCycle = 3.0;
 /// frequencies are twenty times lower.
 constexpr double kHighestBandwidth = 0.05;
 
-constexpr int kFolds = 5;
 constexpr int kBlocksPerFold = 6;
 
 /// Mass and velocity terms by plain least squares on a strongly smoothed log: only good for choosing filters.
@@ -63,6 +62,10 @@ std::vector<double> motion_taps(double bandwidth_Hz, double rate_Hz) {
 }
 
 }  // namespace
+
+int blocks_of_share(double share) {
+  return kFolds * std::max(1, static_cast<int>(std::lround(kBlocksPerFold * share)));
+}
 
 Measurement::Measurement(Log log, const ConditioningOptions& options)
     : Measurement(std::vector<Log>{std::move(log)}, options) {}
@@ -300,7 +303,7 @@ void Measurement::choose_blocks() {
     const std::size_t first_row = parts_[own.first].first_row;
     const std::size_t rows = parts_[own.end - 1].first_row + parts_[own.end - 1].row_count - first_row;
     const double share = static_cast<double>(rows) / static_cast<double>(row_samples_.size());
-    const int blocks = kFolds * std::max(1, static_cast<int>(std::lround(kBlocksPerFold * share)));
+    const int blocks = blocks_of_share(share);
     for (std::size_t row = 0; row < rows; ++row) {
       const std::size_t block = row * static_cast<std::size_t>(blocks) / rows;
       row_blocks_.push_back(block_count_ + static_cast<int>(block));

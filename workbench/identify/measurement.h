@@ -25,6 +25,11 @@ inline double swept_before_known_m(double log_travel_m) {
   return std::min(2.0 * kLongestSlip_m, 0.95 * log_travel_m);
 }
 
+/// Cross-validation: a block is of fold block % kFolds. A log that is this share of all is cut into so many
+/// blocks, as many in one fold as in another.
+inline constexpr int kFolds = 5;
+int blocks_of_share(double share);
+
 /// How a log is conditioned. Zero: chosen from the log.
 struct ConditioningOptions {
   double bandwidth_Hz = 0.0;         ///< of the filter that force and regressors share

@@ -108,15 +108,18 @@ RowWeighing weigh_rows(Measurement& measurement) {
   const Eigen::VectorXd variance = smoothed(NoiseFloor(measurement).variance(plain.terms));
   const double least = variance.minCoeff();
   const double enough = std::max({least, squared(kWorthWeighing * plain.train_rmse_N), 1e-300});
-  measurement.set_row_weights((enough / (enough + variance.array() - least)).matrix());
-  return {plain.terms, least, enough};
+  RowWeighing weighing{plain.terms, least, enough};
+  measurement.set_row_weights(weighing.weights(variance));
+  return weighing;
+}
+
+Eigen::VectorXd RowWeighing::weights(const Eigen::VectorXd& variance) const {
+  return (enough / (enough + (variance.array() - least).max(0.0))).matrix();
 }
 
 void RowWeighing::apply(Measurement& piece) const {
   if (piece.row_count() == 0) return;
-  const Eigen::VectorXd variance = smoothed(NoiseFloor(piece).variance(plain));
-  const Eigen::ArrayXd above = (variance.array() - least).max(0.0);
-  piece.set_row_weights((enough / (enough + above)).matrix());
+  piece.set_row_weights(weights(smoothed(NoiseFloor(piece).variance(plain))));
 }
 
 }  // namespace slipstack::workbench

@@ -36,6 +36,7 @@ struct RowWeighing {
   Terms plain;          ///< the plain model
   double least = 0.0;   ///< variance of the best row [N^2]
   double enough = 0.0;  ///< a variance above `least` that halves a row's weight [N^2]
+  Eigen::VectorXd weights(const Eigen::VectorXd& variance) const;  ///< of rows of these variances [N^2]
   void apply(Measurement& piece) const;
 };
 RowWeighing weigh_rows(Measurement& measurement);

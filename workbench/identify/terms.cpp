@@ -112,6 +112,14 @@ Eigen::Index unknown_count(const Terms& terms) {
   return count;
 }
 
+bool multiplies(const Term& term) {
+  return term.effect->acts_as(Acts::dry_scale) || term.effect->acts_as(Acts::total_scale);
+}
+
+bool any_multiplies(const Terms& terms) {
+  return std::any_of(terms.begin(), terms.end(), multiplies);
+}
+
 const Term* find_term(const Terms& terms, std::string_view id) {
   for (const Term& term : terms) {
     if (id == term.effect->text.id) return &term;

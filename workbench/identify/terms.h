@@ -44,6 +44,9 @@ Term make_term(const Measurement& measurement, const EffectDescription& effect);
 
 /// Unknowns (gains) of all terms, in order.
 Eigen::Index unknown_count(const Terms& terms);
+/// Whether a term modulates what others give, and whether any of them does: the force is then no sum.
+bool multiplies(const Term& term);
+bool any_multiplies(const Terms& terms);
 bool contains(const Terms& terms, std::string_view id);
 const Term* find_term(const Terms& terms, std::string_view id);
 
