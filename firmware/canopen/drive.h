@@ -129,9 +129,10 @@ class Drive final : public Application {
     const Object& object = kObjects[row];
     switch (object.index) {
       case 0x6007:
-      case 0x605A:
       case 0x605E:
         return value_now == 1 ? Abort::kBadValue : Abort::kNone;  // not offered
+      case 0x605A:
+        return value_now == 0 || value_now == 2 || value_now == 6 ? Abort::kNone : Abort::kBadValue;
       case 0x6060: {
         const auto mode = static_cast<Mode>(static_cast<std::int8_t>(value_now));
         const bool known = mode == Mode::kNone || mode == Mode::kProfilePosition ||
@@ -451,8 +452,8 @@ class Drive final : public Application {
     if (active_ == Mode::kProfilePosition) new_set_point(rising);
   }
 
-  // Quick stop option 0: no braking, current off; fault reaction option 0 the same. Halt leaves torque mode:
-  // the axis brakes and holds its place.
+  // Quick stop option 0: no braking, current off; fault reaction option 0 the same. Option 6: braked and
+  // held, the state kept. Halt leaves torque mode: the axis brakes and holds its place.
   void command() {
     std::uint16_t word_now = control_;
     const bool quick_stop = (word_now & kQuickStop) == 0;
@@ -461,6 +462,7 @@ class Drive final : public Application {
     std::uint32_t options = 0;
     if (active_ == Mode::kCyclicTorque && !halted()) options |= kTorqueMode;
     if (dictionary_ != nullptr && value(kRow<0x605E>) == 0) options |= kReleaseOnFault;
+    if (dictionary_ != nullptr && value(kRow<0x605A>) == 6) options |= kStayStopped;
     controller_.command_all(options | word_now);
   }
 

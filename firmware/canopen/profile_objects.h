@@ -25,7 +25,7 @@ inline constexpr auto kProfileObjects = [] {
       variable(0x603F, Type::kU16, "Error code").read_only().from_device().mapped(kOut),
       variable(0x6040, Type::kU16, "Controlword").mapped(kIn).from_device(),
       variable(0x6041, Type::kU16, "Statusword").read_only().from_device().mapped(kOut),
-      variable(0x605A, Type::kI16, "Quick stop option code").within(0, 2).at_first(2U).stored(kParameter),
+      variable(0x605A, Type::kI16, "Quick stop option code").within(0, 6).at_first(2U).stored(kParameter),
       variable(0x605B, Type::kI16, "Shutdown option code").within(0, 0).stored(kParameter),
       variable(0x605C, Type::kI16, "Disable operation option code").within(0, 0).stored(kParameter),
       variable(0x605D, Type::kI16, "Halt option code").within(1, 1).at_first(1U).stored(kParameter),

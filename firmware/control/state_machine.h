@@ -31,6 +31,7 @@ enum ControlBit : std::uint16_t {
 /// What the tick is asked for beyond the control word, in the same word.
 inline constexpr std::uint32_t kTorqueMode = 1U << 16;      ///< the force is given; 0: the position
 inline constexpr std::uint32_t kReleaseOnFault = 1U << 17;  ///< no controlled stop after a fault (605Eh: 0)
+inline constexpr std::uint32_t kStayStopped = 1U << 18;     ///< quick stop ends holding the axis (605Ah: 6)
 
 /// The state's bits of the status word 6041h.
 constexpr std::uint16_t status_word(DriveState state) {
@@ -60,14 +61,16 @@ class StateMachine {
     return state_ == DriveState::kOperationEnabled && (last_command_ & kTorqueMode) != 0;
   }
 
-  /// One tick. `command`: ControlBit, kTorqueMode, kReleaseOnFault. `ready`: parameters are there.
-  /// `standing`: the reference is at rest. `stop_timeout_ticks`: longest controlled stop.
+  /// One tick. `command`: ControlBit, kTorqueMode, kReleaseOnFault, kStayStopped. `ready`: parameters are
+  /// there. `standing`: the reference is at rest. `stop_timeout_ticks`: longest controlled stop.
   [[gnu::always_inline]] void step(std::uint32_t command, Fault fault, bool ready, bool standing,
                                    const std::int32_t& stop_timeout_ticks) {
     const std::uint32_t rising = command & ~last_command_;
     last_command_ = command;
     if (fault != Fault::kNone) raise(fault);
-    if (braking()) {
+    if (state_ == DriveState::kQuickStopActive && leaves_quick_stop(command)) {
+      // transition 12 or 16
+    } else if (braking()) {
       stop(standing, stop_timeout_ticks);
     } else if (state_ == DriveState::kFault) {
       if ((rising & kFaultReset) != 0 && fault == Fault::kNone) {
@@ -77,7 +80,7 @@ class StateMachine {
     } else if (state_ == DriveState::kNotReadyToSwitchOn) {
       if (ready) state_ = DriveState::kSwitchOnDisabled;
     } else {
-      follow(command);
+      follow(command, ready);
     }
   }
 
@@ -98,18 +101,35 @@ class StateMachine {
     stopping_ticks_ = 0;
   }
 
+  // By command: transition 12 (disable voltage), and 16 (enable operation) where the option lets the axis
+  // stay.
+  bool leaves_quick_stop(std::uint32_t control) {
+    constexpr std::uint32_t kEnable = kSwitchOn | kEnableVoltage | kQuickStop | kEnableOperation;
+    if ((control & kEnableVoltage) == 0) {
+      state_ = DriveState::kSwitchOnDisabled;
+    } else if ((control & (kEnable | kFaultReset | kStayStopped)) == (kEnable | kStayStopped)) {
+      state_ = DriveState::kOperationEnabled;
+    }
+    return state_ != DriveState::kQuickStopActive;
+  }
+
   void stop(bool standing, std::int32_t stop_timeout_ticks) {
     if (standing && stopping_ticks_ > 0) {
-      state_ = state_ == DriveState::kQuickStopActive ? DriveState::kSwitchOnDisabled : DriveState::kFault;
+      if (state_ == DriveState::kFaultReactionActive) {
+        state_ = DriveState::kFault;
+      } else if ((last_command_ & kStayStopped) == 0) {
+        state_ = DriveState::kSwitchOnDisabled;
+      }
     } else if (++stopping_ticks_ > stop_timeout_ticks) {
       faults_.note(Fault::kStopTimeout);
       state_ = DriveState::kFault;
     }
   }
 
-  // Transitions 2 to 12 by the commands of table 4: shutdown, switch on, enable operation and their reverse.
-  void follow(std::uint32_t control) {
-    constexpr std::uint32_t kVoltage = kEnableVoltage | kQuickStop;
+  // Transitions 2 to 11 by the commands of table 4: shutdown, switch on, enable operation and their reverse.
+  // Those commands have bit 7 clear. With it set, nothing brings the axis nearer to moving; what takes
+  // current away is followed all the same.
+  void follow(std::uint32_t control, bool ready) {
     if ((control & kEnableVoltage) == 0) {
       state_ = DriveState::kSwitchOnDisabled;
       return;
@@ -124,16 +144,20 @@ class StateMachine {
     }
     const bool switch_on = (control & kSwitchOn) != 0;
     const bool enable = (control & kEnableOperation) != 0;
+    const bool up = ready && (control & kFaultReset) == 0;
     switch (state_) {
       case DriveState::kSwitchOnDisabled:
-        if ((control & (kVoltage | kSwitchOn)) == kVoltage) state_ = DriveState::kReadyToSwitchOn;
+        if (up && !switch_on) state_ = DriveState::kReadyToSwitchOn;
         break;
       case DriveState::kReadyToSwitchOn:
-        if (switch_on) state_ = DriveState::kSwitchedOn;
+        if (up && switch_on) state_ = DriveState::kSwitchedOn;
         break;
       case DriveState::kSwitchedOn:
-        state_ =
-            !switch_on ? DriveState::kReadyToSwitchOn : (enable ? DriveState::kOperationEnabled : state_);
+        if (!switch_on) {
+          state_ = DriveState::kReadyToSwitchOn;
+        } else if (up && enable) {
+          state_ = DriveState::kOperationEnabled;
+        }
         break;
       case DriveState::kOperationEnabled:
         state_ = !switch_on ? DriveState::kReadyToSwitchOn : (enable ? state_ : DriveState::kSwitchedOn);

@@ -119,12 +119,27 @@ function uplotScales(plot) {
   return scales;
 }
 
+// Ticks of a logarithmic axis. uPlot's own do not end when the axis begins off the ticks, as after a zoom.
+function logSplits(u, index, min, max) {
+  const splits = [];
+  for (let power = Math.floor(Math.log10(min)); power <= Math.ceil(Math.log10(max)); ++power) {
+    for (let digit = 1; digit < 10; ++digit) {
+      const value = Number(`${digit}e${power}`);
+      if (value >= min && value <= max) splits.push(value);
+    }
+  }
+  if (splits.length > 1) return splits;
+  const step = (max - min) / 4;
+  return [min, min + step, min + 2 * step, min + 3 * step, max].map((value) => Number(value.toPrecision(3)));
+}
+
 const decades = (u, splits) => splits.map((value) => (Math.abs(Math.log10(value) % 1) < 1e-9 ? value : null));
 
 function uplotAxes(plot, theme) {
   const font = '11px ' + theme.font;
   const common = (axis) => ({
     label: axis.label, font, labelFont: font, stroke: () => theme.soft, labelGap: 0, labelSize: 17, gap: 3,
+    ...(axis.log ? {splits: logSplits} : {}),
     grid: {stroke: () => theme.hair, width: 1, ...(axis.log ? {filter: decades} : {})}, ticks: {stroke: () => theme.rule, width: 1, size: 4},
     border: {show: true, stroke: () => theme.rule, width: 1},
     values: axis.log ? (u, splits) => splits.map(logTickText)
