@@ -4,10 +4,13 @@
 #include <string>
 #include <vector>
 
+#include "workbench/fleet/team.h"
+
 namespace slipstack::workbench {
 
 /// What the command line says; empty strings where an option was not given.
 struct Options {
+  Team* team = nullptr;      ///< processes that share the work
   std::string command_line;  ///< as it would be typed again
   std::vector<std::string> logs;
   std::string log;       ///< the logs as a text, separated by ", "

@@ -119,25 +119,20 @@ Measurement measure(const Options& options, Progress& progress) {
   return measurement;
 }
 
-std::vector<LongLog> open_logs(const Options& options, Progress& progress) {
+TeamLogs open_logs(const Options& options, Progress& progress) {
   refuse_repeats(options);
-  const std::size_t in_memory = LongLog::kInMemoryBytes / options.logs.size();
-  std::vector<LongLog> logs;
-  for (const std::string& path : options.logs) {
-    show_reading(options, logs.size(), progress);
-    logs.push_back(LongLog::open(path, in_memory));
-  }
-  return logs;
+  const char* stage = options.logs.size() == 1 ? "read the log" : "read the logs";
+  progress.show(stage);
+  return {*options.team, options.logs, LongLog::kInMemoryBytes,
+          [&](double fraction) { progress.show(stage, fraction); }};
 }
 
-Searched measure_stretches(const Options& options, const std::vector<LongLog>& logs,
+Searched measure_stretches(const Options& options, const TeamLogs& logs,
                            const std::vector<LogStretch>& stretches, Progress& progress) {
-  Searched searched;
-  searched.measurement = std::make_unique<Measurement>(pieces_of(logs, stretches), conditioning_of(options));
-  refuse_short(*searched.measurement);
-  progress.show("weigh the rows");
-  searched.weighing = weigh_rows(*searched.measurement);
-  return searched;
+  return logs.measure(stretches, conditioning_of(options), [&](const Measurement& measurement) {
+    refuse_short(measurement);
+    progress.show("weigh the rows");
+  });
 }
 
 void check_combination(const Measurement& measurement, const std::vector<std::string>& ids) {

@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <memory>
 #include <string>
 #include <vector>
 
 #include "workbench/cli/commands.h"
 #include "workbench/cli/output.h"
 #include "workbench/cli/progress.h"
-#include "workbench/identify/excerpt.h"
+#include "workbench/diagnose/team_logs.h"
 #include "workbench/identify/fit.h"
-#include "workbench/identify/noise_floor.h"
 #include "workbench/model/model.h"
 
 namespace slipstack::workbench {
@@ -26,16 +24,11 @@ std::vector<const EffectDescription*> declared_effects(const Options& options);
 /// The logs are inputs: no output may take the place of one.
 void spare_logs(const Options& options, Outputs& outputs);
 
-/// The logs, long ones left in their files.
-std::vector<LongLog> open_logs(const Options& options, Progress& progress);
+/// The logs, long ones left in their files, every process of the team at work.
+TeamLogs open_logs(const Options& options, Progress& progress);
 
-/// Logs and what of them is searched: all, or, of many samples, an excerpt.
-struct Searched {
-  std::unique_ptr<Measurement> measurement;
-  RowWeighing weighing;
-};
 /// These stretches, conditioned; refuses what is too short for any fit, and logs that do not fit together.
-Searched measure_stretches(const Options& options, const std::vector<LongLog>& logs,
+Searched measure_stretches(const Options& options, const TeamLogs& logs,
                            const std::vector<LogStretch>& stretches, Progress& progress);
 
 /// The logs, conditioned; refuses what is too short for any fit, and logs that do not fit together.

@@ -3,6 +3,8 @@
 #include <signal.h>
 
 #include <CLI/CLI.hpp>
+#include <cstdlib>
+#include <memory>
 
 #include "workbench/cli/can/define_can.h"
 #include "workbench/cli/commands.h"
@@ -12,7 +14,10 @@
 #include "workbench/cli/experiment/experiment.h"
 #include "workbench/cli/experiment/stop.h"
 #include "workbench/cli/output.h"
+#include "workbench/diagnose/team_logs.h"
 #include "workbench/expression/definition.h"
+#include "workbench/fleet/mpi_team.h"
+#include "workbench/fleet/requests.h"
 #include "workbench/identify/effect_catalogue.h"
 #include "workbench/identify/parts.h"
 #include "workbench/log/input_error.h"
@@ -187,12 +192,10 @@ std::string command_line(int argc, char** argv) {
   return line;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  // A file that grows beyond a limit is an error to be told, not a reason to be killed.
-  ::signal(SIGXFSZ, SIG_IGN);
+/// What the command line says, done; the exit status.
+int run(Team& team, int argc, char** argv) {
   Options options;
+  options.team = &team;
   CLI::App app("slipstack: friction models of rolling guideways, compared with measurements");
   app.name("slipstack");
   try {
@@ -228,4 +231,35 @@ int main(int argc, char** argv) {
     complain(fmt::format("internal fault: {}", error.what()));
     return kInternalFault;
   }
+}
+
+/// Of processes that mpirun started together the first does what the command line says; the others work for
+/// it.
+int run_in_team(int argc, char** argv) {
+  std::unique_ptr<Team> team;
+  try {
+    team = join_team();
+  } catch (const InputError& error) {
+    if (is_first_started()) complain(error.what());
+    return kUnusableInput;
+  }
+  if (team->is_first()) {
+    const Dismissal dismissal(*team);
+    return run(*team, argc, argv);
+  }
+  try {
+    serve_logs(*team);
+    return 0;
+  } catch (const std::exception& error) {
+    complain(fmt::format("process {}: internal fault: {}", team->rank(), error.what()));
+    std::_Exit(kInternalFault);  // mpirun then ends the others, which wait for this one
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  // A file that grows beyond a limit is an error to be told, not a reason to be killed.
+  ::signal(SIGXFSZ, SIG_IGN);
+  return run_in_team(argc, argv);
 }

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/cli/progress.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
 #include <cstdio>
+#include <cstdlib>
 
 namespace slipstack::workbench {
 namespace {
@@ -13,10 +15,22 @@ using namespace std::chrono_literals;
 constexpr auto kPatience = 500ms;
 constexpr auto kRedraw = 100ms;
 
+/// Whether somebody watches standard error. mpirun hands it on by a pipe: then where its own goes counts.
+bool is_watched() {
+  if (isatty(STDERR_FILENO) == 1) return true;
+  if (std::getenv("OMPI_COMM_WORLD_RANK") == nullptr) return false;
+  const int descriptor =
+      ::open(fmt::format("/proc/{}/fd/2", ::getppid()).c_str(), O_WRONLY | O_NOCTTY | O_CLOEXEC);
+  if (descriptor < 0) return false;
+  const bool watched = isatty(descriptor) == 1;
+  ::close(descriptor);
+  return watched;
+}
+
 }  // namespace
 
 Progress::Progress() {
-  if (isatty(STDERR_FILENO) == 1) painter_ = std::thread([this] { run(); });
+  if (is_watched()) painter_ = std::thread([this] { run(); });
 }
 
 Progress::~Progress() {

@@ -154,9 +154,8 @@ void run_diagnose(const Options& options) {
                         ? parse_effects(options.effects.empty() ? kDefaultBaseline : options.effects)
                         : ids_of(model.terms);
   Progress progress;
-  Alone team;
-  const std::vector<LongLog> logs = open_logs(options, progress);
-  std::vector<LogStretch> stretches = searched_stretches(logs);
+  const TeamLogs logs = open_logs(options, progress);
+  std::vector<LogStretch> stretches = searched_stretches(logs.logs());
   Searched searched;
   Diagnosis diagnosis;
   for (int round = 0;; ++round) {
@@ -169,7 +168,7 @@ void run_diagnose(const Options& options) {
     wanted.progress = [&progress](const std::string& stage, double fraction) {
       progress.show(stage, fraction);
     };
-    WholeLogs whole(logs, measurement, searched.weighing, team);
+    WholeLogs whole(logs.logs(), measurement, searched.weighing, logs.team());
     if (measurement.is_excerpt()) {
       wanted.judge_on_whole = [&](Diagnosis& found) {
         whole.judge(found, [&](double fraction) { progress.show("judge by the whole logs", fraction); });

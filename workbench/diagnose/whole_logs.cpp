@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <tuple>
 #include <utility>
 
+#include "workbench/fleet/requests.h"
 #include "workbench/identify/parallel.h"
-#include "workbench/log/input_error.h"
+#include "workbench/identify/user_effect.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -36,19 +36,11 @@ bool only_adds(const Terms& base, const Terms& model) {
   return true;
 }
 
-std::string packed(const json& value) {
-  const std::vector<std::uint8_t> bytes = json::to_cbor(value);
-  return {bytes.begin(), bytes.end()};
-}
-
-json unpacked(const std::string& bytes) {
-  return json::from_cbor(bytes.begin(), bytes.end());
-}
-
 json to_json(const Terms& terms) {
   json list = json::array();
   for (const Term& term : terms) {
     list.push_back({{"effect", term.id()},
+                    {"definition", term.effect->definition},
                     {"shapes", term.shapes},
                     {"gains", term.gains},
                     {"lower", term.lower},
@@ -61,7 +53,9 @@ Terms terms_of(const json& list) {
   Terms terms;
   for (const json& one : list) {
     Term term;
-    term.effect = find_effect(one.at("effect").get<std::string>());
+    const auto definition = one.at("definition").get<std::string>();
+    term.effect =
+        definition.empty() ? find_effect(one.at("effect").get<std::string>()) : &declare_effect(definition);
     term.shapes = one.at("shapes").get<std::vector<double>>();
     term.gains = one.at("gains").get<std::vector<double>>();
     term.lower = one.at("lower").get<std::vector<double>>();
@@ -176,76 +170,93 @@ WholeLogs::Sums WholeLogs::sum_unit(const Unit& unit, const std::vector<Terms>& 
   return sums;
 }
 
-/// Every unit, by block, on the first process; each process sums its share.
-std::vector<WholeLogs::Sums> WholeLogs::sum(const std::vector<Terms>& models, std::size_t full,
-                                            const Progress& progress) {
+/// The units that are this process's.
+std::vector<WholeLogs::Sums> WholeLogs::sum_share(const std::vector<Terms>& models, std::size_t full,
+                                                  const Progress& progress) const {
   std::vector<const Unit*> mine;
   for (std::size_t u = 0; u < units_.size(); ++u) {
     if (static_cast<int>(u) % team_.size() == team_.rank()) mine.push_back(&units_[u]);
   }
   std::vector<Sums> sums(mine.size());
   std::atomic<std::size_t> done{0};
-  json said;
-  try {
-    parallel_for(mine.size(), [&](std::size_t i) {
-      sums[i] = sum_unit(*mine[i], models, full);
-      if (progress) progress(static_cast<double>(++done) / static_cast<double>(mine.size()));
-    });
-  } catch (const InputError& error) {
-    said["fault"] = error.what();
-  }
-  if (team_.size() == 1) {
-    if (said.contains("fault")) throw InputError(said["fault"].get<std::string>());
-    return sums;
-  }
-  if (!said.contains("fault")) {
-    said["sums"] = json::array();
-    for (const Sums& one : sums) {
-      json entry{{"block", one.first_block},
-                 {"equations", json::array()},
-                 {"squares", json::array()},
-                 {"windows", json::array()}};
-      for (const NormalEquations& equations : one.equations) {
-        json blocks = json::array();
-        for (int b = 0; b < equations.block_count(); ++b) blocks.push_back(equations.numbers_of(b));
-        entry["equations"].push_back(std::move(blocks));
-      }
-      for (const Squares& squares : one.squares) entry["squares"].push_back({squares.left, squares.measured});
-      for (const Window& window : one.windows) {
-        entry["windows"].push_back({window.log, window.index, window.squares, window.weight});
-      }
-      said["sums"].push_back(std::move(entry));
+  parallel_for(mine.size(), [&](std::size_t i) {
+    sums[i] = sum_unit(*mine[i], models, full);
+    if (progress) progress(static_cast<double>(++done) / static_cast<double>(mine.size()));
+  });
+  return sums;
+}
+
+json WholeLogs::to_json(const std::vector<Sums>& sums) {
+  json list = json::array();
+  for (const Sums& one : sums) {
+    json entry{{"block", one.first_block},
+               {"equations", json::array()},
+               {"squares", json::array()},
+               {"windows", json::array()}};
+    for (const NormalEquations& equations : one.equations) {
+      json blocks = json::array();
+      for (int b = 0; b < equations.block_count(); ++b) blocks.push_back(equations.numbers_of(b));
+      entry["equations"].push_back(std::move(blocks));
     }
+    for (const Squares& squares : one.squares) entry["squares"].push_back({squares.left, squares.measured});
+    for (const Window& window : one.windows) {
+      entry["windows"].push_back({window.log, window.index, window.squares, window.weight});
+    }
+    list.push_back(std::move(entry));
   }
+  return list;
+}
+
+std::vector<WholeLogs::Sums> WholeLogs::sums_of(const json& list, const std::vector<Terms>& models) {
   std::vector<Sums> all;
-  for (const std::string& bytes : team_.gather(packed(said))) {
-    const json heard = unpacked(bytes);
-    if (heard.contains("fault")) throw InputError(heard["fault"].get<std::string>());
-    for (const json& entry : heard["sums"]) {
-      Sums one;
-      one.first_block = entry["block"].get<int>();
-      for (std::size_t m = 0; m < models.size(); ++m) {
-        const json& blocks = entry["equations"][m];
-        NormalEquations equations(unknown_count(models[m]), static_cast<int>(blocks.size()), kFolds);
-        for (std::size_t b = 0; b < blocks.size(); ++b) {
-          equations.add(blocks[b].get<std::vector<double>>(), static_cast<int>(b));
-        }
-        equations.sum_up();
-        one.equations.push_back(std::move(equations));
+  all.reserve(list.size());
+  for (const json& entry : list) {
+    Sums one;
+    one.first_block = entry["block"].get<int>();
+    for (std::size_t m = 0; m < models.size(); ++m) {
+      const json& blocks = entry["equations"][m];
+      NormalEquations equations(unknown_count(models[m]), static_cast<int>(blocks.size()), kFolds);
+      for (std::size_t b = 0; b < blocks.size(); ++b) {
+        equations.add(blocks[b].get<std::vector<double>>(), static_cast<int>(b));
       }
-      for (const json& squares : entry["squares"]) {
-        one.squares.push_back({squares[0].get<double>(), squares[1].get<double>()});
-      }
-      for (const json& window : entry["windows"]) {
-        one.windows.push_back({window[0].get<std::size_t>(), window[1].get<std::size_t>(),
-                               window[2].get<double>(), window[3].get<double>()});
-      }
-      all.push_back(std::move(one));
+      equations.sum_up();
+      one.equations.push_back(std::move(equations));
     }
+    for (const json& squares : entry["squares"]) {
+      one.squares.push_back({squares[0].get<double>(), squares[1].get<double>()});
+    }
+    for (const json& window : entry["windows"]) {
+      one.windows.push_back({window[0].get<std::size_t>(), window[1].get<std::size_t>(),
+                             window[2].get<double>(), window[3].get<double>()});
+    }
+    all.push_back(std::move(one));
+  }
+  return all;
+}
+
+/// Every unit, by block; each process sums its share.
+std::vector<WholeLogs::Sums> WholeLogs::sum(const std::vector<Terms>& models, std::size_t full,
+                                            const Progress& progress) const {
+  json request{{"do", "sum"}, {"full", full}, {"models", json::array()}};
+  for (const Terms& model : models) request["models"].push_back(workbench::to_json(model));
+  std::vector<Sums> all;
+  const std::vector<json> answers = ask(team_, request, [&] {
+    all = sum_share(models, full, progress);
+    return nullptr;
+  });
+  for (std::size_t rank = 1; rank < answers.size(); ++rank) {
+    for (Sums& one : sums_of(answers[rank], models)) all.push_back(std::move(one));
   }
   std::sort(all.begin(), all.end(),
             [](const Sums& a, const Sums& b) { return a.first_block < b.first_block; });
   return all;
+}
+
+json WholeLogs::share(const json& request) const {
+  std::vector<Terms> models;
+  models.reserve(request.at("models").size());
+  for (const json& model : request.at("models")) models.push_back(terms_of(model));
+  return to_json(sum_share(models, request.at("full").get<std::size_t>(), {}));
 }
 
 void WholeLogs::judge(Diagnosis& diagnosis, const Progress& progress) {
@@ -254,11 +265,6 @@ void WholeLogs::judge(Diagnosis& diagnosis, const Progress& progress) {
   for (const Step& step : diagnosis.steps) models.push_back(step.terms);
   const std::size_t full = models.size();
   for (const Candidate& candidate : diagnosis.candidates) models.push_back(candidate.terms);
-  if (team_.size() > 1) {
-    json request{{"full", full}, {"models", json::array()}};
-    for (const Terms& model : models) request["models"].push_back(to_json(model));
-    team_.broadcast(packed(request), 0);
-  }
   const std::vector<Sums> sums = sum(models, full, progress);
 
   windows_.clear();
@@ -308,20 +314,6 @@ void WholeLogs::judge(Diagnosis& diagnosis, const Progress& progress) {
     diagnosis.candidates[c].holdout_rmse_N = model.holdout_rmse_N;
     diagnosis.candidates[c].block_squared_error = model.block_squared_error;
   }
-}
-
-void WholeLogs::serve() {
-  for (;;) {
-    const json request = unpacked(team_.broadcast({}, 0));
-    if (request.is_null()) return;
-    std::vector<Terms> models;
-    for (const json& model : request["models"]) models.push_back(terms_of(model));
-    sum(models, request["full"].get<std::size_t>(), {});
-  }
-}
-
-void WholeLogs::done() {
-  if (team_.size() > 1) team_.broadcast(packed(json(nullptr)), 0);
 }
 
 std::vector<LogStretch> WholeLogs::surprises(const std::vector<LogStretch>& excerpt) const {

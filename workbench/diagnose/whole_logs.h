@@ -2,10 +2,11 @@
 #pragma once
 
 #include <functional>
+#include <nlohmann/json.hpp>
 #include <vector>
 
 #include "workbench/diagnose/diagnose.h"
-#include "workbench/diagnose/team.h"
+#include "workbench/fleet/team.h"
 #include "workbench/identify/excerpt.h"
 #include "workbench/identify/noise_floor.h"
 #include "workbench/log/long_log.h"
@@ -28,10 +29,8 @@ class WholeLogs {
   /// On the first process of the team: puts the errors of the whole logs in place of the excerpt's, for the
   /// baseline, every candidate and every step. Throws InputError where a log cannot be read again.
   void judge(Diagnosis& diagnosis, const Progress& progress);
-  /// On the others: works until the first is done().
-  void serve();
-  /// Ends serve() on the others.
-  void done();
+  /// On the others: their answer to what judge() asks of them.
+  nlohmann::json share(const nlohmann::json& request) const;
 
   /// Stretches outside the excerpt, the worst first, where the last model fails by far more than anywhere in
   /// the excerpt: what happens there was not seen by the search.
@@ -52,7 +51,11 @@ class WholeLogs {
     double squares;
     double weight;
   };
-  std::vector<Sums> sum(const std::vector<Terms>& models, std::size_t full, const Progress& progress);
+  std::vector<Sums> sum(const std::vector<Terms>& models, std::size_t full, const Progress& progress) const;
+  std::vector<Sums> sum_share(const std::vector<Terms>& models, std::size_t full,
+                              const Progress& progress) const;
+  static nlohmann::json to_json(const std::vector<Sums>& sums);
+  static std::vector<Sums> sums_of(const nlohmann::json& list, const std::vector<Terms>& models);
   Sums sum_unit(const Unit& unit, const std::vector<Terms>& models, std::size_t full) const;
   void sum_piece(const Unit& unit, const std::vector<std::size_t>& borders, const std::vector<Terms>& models,
                  std::size_t full, Sums& sums) const;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <filesystem>
 #include <map>
@@ -40,6 +41,11 @@ struct Log {
   std::map<std::string, std::string> header;  // every `# key: value` line, valid UTF-8
   std::vector<std::string> notes;             // what the reader assumed or left out, one sentence each
 };
+
+// What a log holds for each sample.
+inline constexpr std::array kSampleColumns{&Log::position_m,           &Log::force_N,
+                                           &Log::reference_position_m, &Log::velocity_mps,
+                                           &Log::normal_force_N,       &Log::temperature_C};
 
 // Reads a log in the CSV format of docs (`# key: value` lines, one header row, rows of numbers) or a MATLAB
 // level 5 MAT-file with the same names as variables or as fields of one struct. Which of the two is decided

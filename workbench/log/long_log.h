@@ -7,16 +7,9 @@
 #include <vector>
 
 #include "workbench/log/log.h"
+#include "workbench/log/survey.h"
 
 namespace slipstack::workbench {
-
-/// Where the axis was during kGlanceSamples samples: enough to tell how it moved, at a hundredth of the size.
-struct Glance {
-  float first_m = 0.0F;
-  float low_m = 0.0F;
-  float high_m = 0.0F;
-};
-inline constexpr std::size_t kGlanceSamples = 128;
 
 /// A log of any length, read in pieces: a short one is held in memory, a long CSV file stays where it is and
 /// is read again from the byte where a piece begins. Memory: 64 MiB of text at most, else a ten-thousandth of
@@ -30,6 +23,14 @@ class LongLog {
   /// InputError.
   static LongLog open(const std::filesystem::path& path, std::size_t in_memory_bytes = kInMemoryBytes);
 
+  /// A log of which survey() has told already, elsewhere: nothing of it is read yet. Throws InputError where
+  /// the file is not the one that was surveyed.
+  static LongLog open(const std::filesystem::path& path, Survey survey);
+  /// Whether open() would leave the log in its file.
+  static bool stays_in_file(const std::filesystem::path& path, std::size_t in_memory_bytes);
+  /// Of a log that stays in its file; nullptr where it is held in memory.
+  const Survey* survey() const;
+
   /// Everything but the samples.
   const Log& head() const;
   std::size_t sample_count() const;
@@ -41,8 +42,6 @@ class LongLog {
   /// Samples [first, first + count), which must exist; starts at their time. May be called from several
   /// threads. Throws InputError where the file has changed since open().
   Log piece(std::size_t first, std::size_t count) const;
-  /// The whole log; of one in memory nothing is left here.
-  Log take();
 
  private:
   struct State;

@@ -13,6 +13,9 @@
 #include <thread>
 
 #include "tests/unit/identify/simulated_axis.h"
+#include "workbench/diagnose/team_logs.h"
+#include "workbench/fleet/requests.h"
+#include "workbench/log/input_error.h"
 
 // Long logs: what is found on an excerpt and judged by the whole is what a search of the whole would say.
 namespace slipstack::workbench {
@@ -41,19 +44,14 @@ std::filesystem::path viscous_file(const std::string& name, std::uint64_t seed, 
 struct Found {
   Diagnosis diagnosis;
   std::unique_ptr<Measurement> measurement;
-  RowWeighing weighing;
   std::vector<LogStretch> surprises;
 };
 
-Found diagnosed(const std::vector<LongLog>& logs, const std::vector<LogStretch>& stretches, Team& team) {
+Found diagnosed(const TeamLogs& logs, const std::vector<LogStretch>& stretches) {
   Found found;
-  found.measurement = std::make_unique<Measurement>(pieces_of(logs, stretches));
-  found.weighing = weigh_rows(*found.measurement);
-  WholeLogs whole(logs, *found.measurement, found.weighing, team);
-  if (!team.is_first()) {
-    whole.serve();
-    return found;
-  }
+  Searched searched = logs.measure(stretches, {});
+  found.measurement = std::move(searched.measurement);
+  WholeLogs whole(logs.logs(), *found.measurement, searched.weighing, logs.team());
   DiagnoseOptions options;
   options.baseline = kBaseline;
   options.candidates = {"viscous",      "quadratic_drag", "coulomb",
@@ -63,7 +61,6 @@ Found diagnosed(const std::vector<LongLog>& logs, const std::vector<LogStretch>&
   }
   found.diagnosis = diagnose(*found.measurement, options);
   found.surprises = whole.surprises(stretches);
-  whole.done();
   return found;
 }
 
@@ -119,15 +116,16 @@ void expect_equal(const Diagnosis& a, const Diagnosis& b) {
 
 TEST(WholeLogs, AnExcerptJudgedByTheWholeSaysWhatTheWholeSays) {
   const std::filesystem::path path = viscous_file("viscous.csv", 5, 260.0);
-  std::vector<LongLog> logs{LongLog::open(path, 0)};
   Alone alone;
+  const TeamLogs team_logs(alone, {path.string()}, 0);
+  const std::vector<LongLog>& logs = team_logs.logs();
   const std::vector<LogStretch> stretches = choose_stretches(logs);
   const std::size_t chosen =
       std::accumulate(stretches.begin(), stretches.end(), std::size_t{0},
                       [](std::size_t sum, const auto& one) { return sum + one.count; });
   ASSERT_LT(chosen, logs[0].sample_count() * 3 / 4);
-  const Found excerpt = diagnosed(logs, stretches, alone);
-  const Found whole = diagnosed(logs, everything(logs), alone);
+  const Found excerpt = diagnosed(team_logs, stretches);
+  const Found whole = diagnosed(team_logs, everything(logs));
   ASSERT_TRUE(excerpt.measurement->is_excerpt());
   EXPECT_EQ(excerpt.diagnosis.verdict, whole.diagnosis.verdict);
   ASSERT_EQ(excerpt.diagnosis.candidates.front().term.id(), "viscous");
@@ -139,31 +137,75 @@ TEST(WholeLogs, AnExcerptJudgedByTheWholeSaysWhatTheWholeSays) {
   EXPECT_TRUE(excerpt.surprises.empty());
 }
 
-TEST(WholeLogs, TheAnswerIsTheSameForAnyNumberOfProcesses) {
-  std::vector<LongLog> logs{LongLog::open(viscous_file("one.csv", 6, 180.0), 0),
-                            LongLog::open(viscous_file("two.csv", 6, 120.0), 0)};
-  const std::vector<LogStretch> stretches = choose_stretches(logs);
-  Alone alone;
-  const Found one = diagnosed(logs, stretches, alone);
-  ASSERT_TRUE(one.measurement->is_excerpt());
-  Posing::Shared shared(3);
-  std::vector<Found> found(3);
-  {
-    std::vector<std::jthread> threads;
-    threads.reserve(3);
-    for (int rank = 0; rank < 3; ++rank) {
-      threads.emplace_back([&, rank] {
-        Posing team(shared, rank);
-        found[static_cast<std::size_t>(rank)] = diagnosed(logs, stretches, team);
-      });
-    }
+/// What the first process of a team does while the others serve.
+template <class Work>
+void as_team(int members, Work&& work) {
+  Posing::Shared shared(members);
+  std::vector<std::jthread> threads;
+  threads.reserve(static_cast<std::size_t>(members));
+  for (int rank = 1; rank < members; ++rank) {
+    threads.emplace_back([&shared, rank] {
+      Posing team(shared, rank);
+      serve_logs(team);
+    });
   }
-  expect_equal(one.diagnosis, found[0].diagnosis);
+  Posing first(shared, 0);
+  const Dismissal dismissal(first);
+  work(first);
+}
+
+TEST(WholeLogs, TheAnswerIsTheSameForAnyNumberOfProcesses) {
+  const std::vector<std::string> paths{viscous_file("one.csv", 6, 180.0).string(),
+                                       viscous_file("two.csv", 6, 120.0).string()};
+  Alone alone;
+  const TeamLogs logs(alone, paths, 0);
+  const std::vector<LogStretch> stretches = choose_stretches(logs.logs());
+  const Found one = diagnosed(logs, stretches);
+  ASSERT_TRUE(one.measurement->is_excerpt());
+  as_team(3, [&](Team& team) {
+    const TeamLogs shared(team, paths, 0);
+    expect_equal(one.diagnosis, diagnosed(shared, stretches).diagnosis);
+  });
+}
+
+TEST(TeamLogs, AFaultAnywhereIsToldAsOneProcessTellsIt) {
+  const std::filesystem::path good = viscous_file("good.csv", 9, 40.0);
+  std::vector<std::string> paths{good.string()};
+  for (const char* name : {"bad1.csv", "bad2.csv", "bad3.csv"}) {
+    const std::filesystem::path bad = std::filesystem::path(testing::TempDir()) / name;
+    std::filesystem::copy_file(good, bad, std::filesystem::copy_options::overwrite_existing);
+    std::ofstream(bad, std::ios::app) << "40.000,zero,0\n";
+    paths.push_back(bad.string());
+  }
+  const auto refusal = [&](Team& team) -> std::string {
+    try {
+      const TeamLogs logs(team, paths, 0);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "nothing";
+  };
+  Alone alone;
+  const std::string told = refusal(alone);
+  EXPECT_NE(told.find("bad1.csv:"), std::string::npos) << told;
+  for (const int members : {2, 3}) {
+    as_team(members, [&](Team& team) { EXPECT_EQ(refusal(team), told) << members; });
+  }
+}
+
+TEST(TeamLogs, AFileThatShrinksMeanwhileEndsTheWorkOfAll) {
+  const std::filesystem::path path = viscous_file("shrinks.csv", 6, 260.0);
+  as_team(3, [&](Team& team) {
+    const TeamLogs logs(team, {path.string()}, 0);
+    const std::vector<LogStretch> stretches = choose_stretches(logs.logs());
+    std::filesystem::resize_file(path, std::filesystem::file_size(path) / 50);
+    EXPECT_THROW(logs.measure(stretches, {}), InputError);
+  });
 }
 
 TEST(WholeLogs, AnEventOutsideTheExcerptIsASurprise) {
   const std::filesystem::path path = viscous_file("event.csv", 7, 260.0);
-  std::vector<LongLog> logs{LongLog::open(path)};
+  const std::vector<LongLog> logs{LongLog::open(path)};
   const std::vector<LogStretch> stretches = choose_stretches(logs);
   // A place that the excerpt leaves out.
   std::size_t event = 0;
@@ -172,7 +214,7 @@ TEST(WholeLogs, AnEventOutsideTheExcerptIsASurprise) {
     if (stretches[i + 1].first > end + 40'000) event = (end + stretches[i + 1].first) / 2;
   }
   ASSERT_GT(event, 0u);
-  Log log = logs[0].take();
+  const Log log = logs[0].piece(0, logs[0].sample_count());
   const std::filesystem::path disturbed = std::filesystem::path(testing::TempDir()) / "disturbed.csv";
   {
     std::ofstream file(disturbed);
@@ -185,9 +227,9 @@ TEST(WholeLogs, AnEventOutsideTheExcerptIsASurprise) {
                           log.force_N[i] + 40.0 * std::exp(-away * away));
     }
   }
-  logs = {LongLog::open(disturbed)};
   Alone alone;
-  const Found found = diagnosed(logs, choose_stretches(logs), alone);
+  const TeamLogs team_logs(alone, {disturbed.string()});
+  const Found found = diagnosed(team_logs, choose_stretches(team_logs.logs()));
   ASSERT_FALSE(found.surprises.empty());
   EXPECT_LE(found.surprises[0].first, event);
   EXPECT_GE(found.surprises[0].first + found.surprises[0].count + 16'384, event);

@@ -78,6 +78,28 @@ TEST(LongLog, PiecesOfAFileAndOfMemoryAreThoseOfTheWholeLog) {
   expect_same(in_file.piece(0, kRows), whole, 0, kRows);
 }
 
+TEST(LongLog, ASurveyThatWasToldIsAsGoodAsReading) {
+  const std::filesystem::path path = written("told.csv", 7);
+  const Log whole = read_log(path);
+  const LongLog read = LongLog::open(path, 0);
+  ASSERT_NE(read.survey(), nullptr);
+  const LongLog told = LongLog::open(path, survey_of(to_bytes(*read.survey())));
+  EXPECT_EQ(told.sample_count(), kRows);
+  EXPECT_EQ(told.travel_m(), read.travel_m());
+  EXPECT_EQ(told.head().notes, read.head().notes);
+  EXPECT_EQ(told.head().header, read.head().header);
+  EXPECT_EQ(told.head().magnet_pitch_m, read.head().magnet_pitch_m);
+  ASSERT_EQ(told.glances().size(), read.glances().size());
+  for (std::size_t i = 0; i < read.glances().size(); ++i) {
+    ASSERT_EQ(told.glances()[i].first_m, read.glances()[i].first_m);
+    ASSERT_EQ(told.glances()[i].high_m, read.glances()[i].high_m);
+  }
+  expect_same(told.piece(40'000, 50'000), whole, 40'000, 50'000);
+  // Another file under the same name.
+  std::ofstream(path, std::ios::app) << "50.1,1,1,20\n";
+  EXPECT_THROW(LongLog::open(path, *read.survey()), InputError);
+}
+
 TEST(LongLog, GlancesHoldEverySample) {
   const std::filesystem::path path = written("glances.csv", 3);
   const Log whole = read_log(path);
