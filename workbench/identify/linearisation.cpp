@@ -3,26 +3,29 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
+#include <utility>
 
 namespace slipstack::workbench {
 namespace {
 
-/// Samples that an effect is run over at once.
-constexpr std::size_t kEvaluationChunk = 2048;
+using Eigen::Index;
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// Samples that an effect is run over at once: what thirty gains make of them stays in the nearest cache.
+constexpr std::size_t kChunk = 128;
 
 /// Runs one effect over the logs, chunk by chunk: visit(first sample, count, basis[sample][gain]). Every log
 /// begins with a fresh state.
 template <class Visit>
 void run_effect(const Measurement& measurement, const Term& term, const std::vector<double>& dry_N,
-                std::size_t chunk, Visit&& visit) {
+                Visit&& visit) {
   const auto basis = term.effect->make();
   const std::size_t gains = term.gains_per_set();
   basis->prepare(term.shapes, {.tick_s = measurement.tick_s(), .metres_per_displacement = 1.0});
-  std::vector<Sample<double>> samples(chunk);
-  std::vector<double> values(chunk * std::max<std::size_t>(gains, 1));
-  for (std::size_t first = 0; first < measurement.sample_count(); first += chunk) {
-    const std::size_t count = std::min(chunk, measurement.sample_count() - first);
+  std::vector<Sample<double>> samples(kChunk);
+  std::vector<double> values(kChunk * std::max<std::size_t>(gains, 1));
+  for (std::size_t first = 0; first < measurement.sample_count(); first += kChunk) {
+    const std::size_t count = std::min(kChunk, measurement.sample_count() - first);
     measurement.each_part(first, count, [&](std::size_t part, std::size_t from, std::size_t part_count) {
       const std::size_t at = from - first;
       for (std::size_t i = at; i < at + part_count; ++i) {
@@ -57,7 +60,8 @@ double delay_s(const Terms& terms) {
   return delay == nullptr ? 0.0 : delay->shapes[0];
 }
 
-ForceTrace evaluate_force(const Measurement& measurement, const Terms& terms) {
+ForceTrace evaluate_force(const Measurement& measurement, const Terms& terms,
+                          const std::vector<double>* dry_N) {
   ForceTrace trace;
   const std::size_t samples = measurement.sample_count();
   trace.plain_N.assign(samples, 0.0);
@@ -70,39 +74,42 @@ ForceTrace evaluate_force(const Measurement& measurement, const Terms& terms) {
     if (term.gains.empty() || term.effect->acts_as(Acts::dry) != dry_pass) return;
     if (term.effect->acts_as(Acts::dry_scale)) trace.dry_scales[t].assign(samples, 1.0);
     if (term.effect->acts_as(Acts::total_scale)) trace.total_scales[t].assign(samples, 1.0);
+    const auto gains = static_cast<Index>(term.gains_per_set());
+    const Eigen::Map<const Eigen::MatrixXd> gain(term.gains.data(), gains,
+                                                 static_cast<Index>(term.gain_sets()));
     struct Share {
-      std::size_t gain;
-      std::vector<double>* sum;
+      Index first, count;  ///< of the gains
+      double* sum;
     };
     std::vector<Share> shares;
-    const std::size_t gains = term.gains_per_set();
-    const bool own_sets = term.gain_sets() > 1;
-    for (std::size_t g = 0; g < gains; ++g) {
-      const Acts acts = term.effect->group_of_gain(static_cast<int>(g)).acts;
-      bool used = false;
-      for (std::size_t i = g; i < term.gains.size(); i += gains) used = used || term.gains[i] != 0.0;
-      if (!used) continue;
-      shares.push_back({g, acts == Acts::force       ? &trace.plain_N
-                           : acts == Acts::dry       ? &trace.dry_N
-                           : acts == Acts::dry_scale ? &trace.dry_scales[t]
-                                                     : &trace.total_scales[t]});
+    Index first_gain = 0;
+    for (const GainGroup& group : term.effect->gain_groups) {
+      double* sum = group.acts == Acts::force       ? trace.plain_N.data()
+                    : group.acts == Acts::dry       ? trace.dry_N.data()
+                    : group.acts == Acts::dry_scale ? trace.dry_scales[t].data()
+                                                    : trace.total_scales[t].data();
+      const bool used = !gain.middleRows(first_gain, group.count).isZero(0.0);
+      if (used) shares.push_back({first_gain, group.count, sum});
+      first_gain += group.count;
     }
     if (shares.empty()) return;
     static const std::vector<double> kUnknown;
-    run_effect(measurement, term, dry_pass ? kUnknown : trace.dry_N, kEvaluationChunk,
-               [&](std::size_t first, std::size_t count, const double* basis) {
-                 measurement.each_part(first, count, [&](std::size_t part, std::size_t from, std::size_t n) {
-                   const double* own = basis + (from - first) * gains;
-                   for (const Share& share : shares) {
-                     const double gain =
-                         term.gains[(own_sets ? measurement.parts()[part].log * gains : 0) + share.gain];
-                     double* sum = share.sum->data() + from;
-                     for (std::size_t i = 0; i < n; ++i) sum[i] += gain * own[i * gains + share.gain];
-                   }
-                 });
-               });
+    run_effect(
+        measurement, term, dry_pass ? kUnknown : trace.dry_N,
+        [&](std::size_t first, std::size_t count, const double* basis) {
+          measurement.each_part(first, count, [&](std::size_t part, std::size_t from, std::size_t n) {
+            const auto rows = static_cast<Index>(n);
+            const auto set = static_cast<Index>(term.gain_sets() > 1 ? measurement.parts()[part].log : 0);
+            const Eigen::Map<const RowMajor> own(basis + (from - first) * term.gains_per_set(), rows, gains);
+            for (const Share& share : shares) {
+              Eigen::Map<Eigen::VectorXd>(share.sum + from, rows).noalias() +=
+                  own.middleCols(share.first, share.count) * gain.col(set).segment(share.first, share.count);
+            }
+          });
+        });
   };
-  for (std::size_t t = 0; t < terms.size(); ++t) accumulate(t, true);
+  if (dry_N != nullptr) trace.dry_N = *dry_N;
+  for (std::size_t t = 0; t < terms.size() && dry_N == nullptr; ++t) accumulate(t, true);
   for (std::size_t t = 0; t < terms.size(); ++t) accumulate(t, false);
 
   for (const auto& scale : trace.dry_scales) multiply(trace.dry_factor, scale);
@@ -185,6 +192,29 @@ Linearisation::Factors Linearisation::factors_for(std::size_t term_index) const 
   return factors;
 }
 
+/// Writes the basis at samples [first, first + count), each gain's times what multiplies it.
+void Linearisation::multiply_basis(const Term& term, const Factors& factors, std::size_t first,
+                                   std::size_t count, const double* basis, double* out) {
+  const auto gains = static_cast<Index>(term.gains_per_set());
+  const auto samples = static_cast<Index>(count);
+  const Eigen::Map<const RowMajor> from(basis, samples, gains);
+  Eigen::Map<RowMajor> to(out, samples, gains);
+  Index gain = 0;
+  for (const GainGroup& group : term.effect->gain_groups) {
+    const std::vector<double>& factor = group.acts == Acts::force       ? factors.force
+                                        : group.acts == Acts::dry       ? factors.dry
+                                        : group.acts == Acts::dry_scale ? factors.dry_scale
+                                                                        : factors.total_scale;
+    if (factor.empty()) {
+      to.middleCols(gain, group.count) = from.middleCols(gain, group.count);
+    } else {
+      const Eigen::Map<const Eigen::VectorXd> each(factor.data() + first, samples);
+      to.middleCols(gain, group.count) = each.asDiagonal() * from.middleCols(gain, group.count);
+    }
+    gain += group.count;
+  }
+}
+
 Eigen::MatrixXd Linearisation::columns_of(const Term& candidate) const {
   return build(candidate, factors_for(terms_.size()));
 }
@@ -192,27 +222,21 @@ Eigen::MatrixXd Linearisation::columns_of(const Term& candidate) const {
 Eigen::MatrixXd Linearisation::build(const Term& term, const Factors& factors) const {
   const std::size_t gains = term.gains_per_set();
   const std::size_t sets = term.gain_sets();
-  std::vector<const double*> factor_of_gain;
-  for (std::size_t g = 0; g < gains; ++g) {
-    const Acts acts = term.effect->group_of_gain(static_cast<int>(g)).acts;
-    const std::vector<double>& factor = acts == Acts::force       ? factors.force
-                                        : acts == Acts::dry       ? factors.dry
-                                        : acts == Acts::dry_scale ? factors.dry_scale
-                                                                  : factors.total_scale;
-    factor_of_gain.push_back(factor.empty() ? nullptr : factor.data());
-  }
   RowCollector collector(measurement_.filter(), measurement_.row_samples(), gains);
-  run_effect(measurement_, term, trace_.dry_N, collector.chunk(),
+  std::size_t held = 0;
+  run_effect(measurement_, term, trace_.dry_N,
              [&](std::size_t first, std::size_t count, const double* basis) {
-               for (std::size_t g = 0; g < gains; ++g) {
-                 double* out = collector.space(g);
-                 const double* factor = factor_of_gain[g];
-                 for (std::size_t i = 0; i < count; ++i) {
-                   out[i] = basis[i * gains + g] * (factor == nullptr ? 1.0 : factor[first + i]);
-                 }
+               // What is beyond the collector's room goes into its next.
+               for (std::size_t done = 0; done < count;) {
+                 const std::size_t n = std::min(count - done, collector.chunk() - held);
+                 double* out = collector.space() + held * gains;
+                 multiply_basis(term, factors, first + done, n, basis + done * gains, out);
+                 held += n;
+                 done += n;
+                 if (held == collector.chunk()) collector.commit(std::exchange(held, 0));
                }
-               collector.commit(count);
              });
+  collector.commit(held);
   if (sets == 1) return collector.take();
   // No row sees two logs, so a log's own column is the common one where its rows are.
   const Eigen::MatrixXd common = collector.take();

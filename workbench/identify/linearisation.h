@@ -20,7 +20,9 @@ struct ForceTrace {
   std::vector<double> force_N;
 };
 
-ForceTrace evaluate_force(const Measurement& measurement, const Terms& terms);
+/// `dry_N`, where the sum of the dry terms is known, saves evaluating them: hysteresis costs most of all.
+ForceTrace evaluate_force(const Measurement& measurement, const Terms& terms,
+                          const std::vector<double>* dry_N = nullptr);
 
 /// The force of a model along a log, and how it changes with every gain: one Gauss-Newton step. The force is
 /// linear in each effect's gains while the others are held (effect.h), so two or three steps settle it.
@@ -46,6 +48,8 @@ class Linearisation {
   Eigen::VectorXd residual_N() const { return measured_N_ - force_N_; }
   /// The model's force at every sample, not filtered.
   const std::vector<double>& sample_force_N() const { return trace_.force_N; }
+  /// The same of the dry terms, before anything modulates them.
+  const std::vector<double>& sample_dry_N() const { return trace_.dry_N; }
 
   /// Columns for an effect that the model does not contain.
   Eigen::MatrixXd columns_of(const Term& candidate) const;
@@ -61,6 +65,8 @@ class Linearisation {
   void retarget();
   Factors factors_for(std::size_t term_index) const;
   std::optional<Eigen::Index> lent_columns(const Linearisation* known, const Term& term) const;
+  static void multiply_basis(const Term& term, const Factors& factors, std::size_t first, std::size_t count,
+                             const double* basis, double* out);
   Eigen::MatrixXd build(const Term& term, const Factors& factors) const;
 
   const Measurement& measurement_;

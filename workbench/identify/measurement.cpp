@@ -340,7 +340,7 @@ Eigen::VectorXd Measurement::filtered(std::span<const double> signal) const {
   RowCollector collector(filter_, row_samples_, 1);
   for (std::size_t first = 0; first < signal.size(); first += collector.chunk()) {
     const std::size_t count = std::min(collector.chunk(), signal.size() - first);
-    std::copy_n(signal.begin() + static_cast<std::ptrdiff_t>(first), count, collector.space(0));
+    std::copy_n(signal.begin() + static_cast<std::ptrdiff_t>(first), count, collector.space());
     collector.commit(count);
   }
   return collector.take().col(0);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
+#include <utility>
 
 #include "workbench/identify/zero_phase.h"
 
@@ -40,49 +41,62 @@ RowCollector::RowCollector(const RowFilter& filter, const std::vector<std::size_
                            std::size_t columns)
     : filter_(filter),
       row_samples_(row_samples),
+      columns_(columns),
       chunk_(kChunk / filter.group() * filter.group()),
-      raw_(columns, std::vector<double>(chunk_)),
-      means_(columns, std::vector<double>(filter.stage().size() + chunk_ / filter.group())),
+      raw_(chunk_ * columns),
+      means_((filter.stage().size() + chunk_ / filter.group()) * columns),
       rising_(columns, 0.0),
       rows_(static_cast<Eigen::Index>(row_samples.size()), static_cast<Eigen::Index>(columns)) {}
 
-void RowCollector::commit(std::size_t count) {
+// kColumns: as many, or 0 for as many as there are. One column is the common case, and then no loop.
+template <std::size_t kColumns>
+void RowCollector::take_means(std::size_t groups) {
+  const std::size_t columns = kColumns == 0 ? columns_ : kColumns;
   const std::size_t group = filter_.group();
-  const std::size_t groups = count / group;
-  for (std::size_t c = 0; c < raw_.size(); ++c) {
-    const double* from = raw_[c].data();
-    double* to = means_[c].data() + held_;
-    double before = rising_[c];
-    for (std::size_t g = 0; g < groups; ++g, from += group) {
-      double sum = 0.0;
-      double rising = 0.0;
-      for (std::size_t i = 0; i < group; ++i) {
-        sum += from[i];
-        rising += static_cast<double>(i) * from[i];
+  const double share = 1.0 / static_cast<double>(group);
+  const double* from = raw_.data();
+  double* mean = means_.data() + held_ * columns;
+  double* next = rising_.data();
+  for (std::size_t g = 0; g < groups; ++g, mean += columns) {
+    for (std::size_t c = 0; c < columns; ++c) mean[c] = std::exchange(next[c], 0.0);
+    for (std::size_t i = 0; i < group; ++i, from += columns) {
+      const double up = share * static_cast<double>(i);
+      const double down = 1.0 - up;
+      for (std::size_t c = 0; c < columns; ++c) {
+        mean[c] += down * from[c];
+        next[c] += up * from[c];
       }
-      rising /= static_cast<double>(group);
-      to[g] = before + sum - rising;
-      before = rising;
     }
-    rising_[c] = before;
   }
   held_ += groups;
+}
 
-  const std::size_t length = filter_.stage().size();
-  const std::size_t half = length / 2;
-  const Eigen::Map<const Eigen::VectorXd> stage(filter_.stage().data(), static_cast<Eigen::Index>(length));
+void RowCollector::filter_rows() {
+  const std::size_t half = filter_.stage().size() / 2;
+  const auto length = static_cast<Eigen::Index>(filter_.stage().size());
+  const auto columns = static_cast<Eigen::Index>(columns_);
+  const Eigen::Map<const Eigen::VectorXd> stage(filter_.stage().data(), length);
+  Eigen::VectorXd row(columns);
   for (; next_row_ < row_samples_.size(); ++next_row_) {
-    const std::size_t centre = row_samples_[next_row_] / group;
+    const std::size_t centre = row_samples_[next_row_] / filter_.group();
     if (centre + half >= first_group_ + held_) break;
-    const std::size_t offset = centre - half - first_group_;
-    for (std::size_t c = 0; c < means_.size(); ++c) {
-      rows_(static_cast<Eigen::Index>(next_row_), static_cast<Eigen::Index>(c)) =
-          stage.dot(Eigen::Map<const Eigen::VectorXd>(means_[c].data() + offset, stage.size()));
+    const double* means = means_.data() + (centre - half - first_group_) * columns_;
+    if (columns_ == 1) {
+      row(0) = stage.dot(Eigen::Map<const Eigen::VectorXd>(means, length));
+    } else {
+      row.noalias() = Eigen::Map<const Eigen::MatrixXd>(means, columns, length) * stage;
     }
+    rows_.row(static_cast<Eigen::Index>(next_row_)) = row.transpose();
   }
-  const std::size_t keep = std::min(held_, length);
+}
+
+void RowCollector::commit(std::size_t count) {
+  const std::size_t groups = count / filter_.group();
+  columns_ == 1 ? take_means<1>(groups) : take_means<0>(groups);
+  filter_rows();
+  const std::size_t keep = std::min(held_, filter_.stage().size());
   const std::size_t drop = held_ - keep;
-  for (auto& column : means_) std::memmove(column.data(), column.data() + drop, keep * sizeof(double));
+  std::memmove(means_.data(), means_.data() + drop * columns_, keep * columns_ * sizeof(double));
   first_group_ += drop;
   held_ = keep;
 }

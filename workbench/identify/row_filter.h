@@ -36,21 +36,26 @@ class RowCollector {
 
   /// Samples that may be given at once.
   std::size_t chunk() const { return chunk_; }
-  /// Room for the next `chunk()` samples of a column.
-  double* space(std::size_t column) { return raw_[column].data(); }
-  /// Takes `count` samples from every column's space: chunk() of them, fewer only at the end.
+  /// Room for the next `chunk()` samples: space()[sample * columns + column].
+  double* space() { return raw_.data(); }
+  /// Takes `count` samples from the space: chunk() of them, fewer only at the end.
   void commit(std::size_t count);
   /// rows x columns.
   Eigen::MatrixXd take() { return std::move(rows_); }
 
  private:
+  template <std::size_t kColumns>
+  void take_means(std::size_t groups);
+  void filter_rows();
+
   const RowFilter& filter_;
   const std::vector<std::size_t>& row_samples_;
+  std::size_t columns_;
   std::size_t chunk_;
-  std::vector<std::vector<double>> raw_;
-  std::vector<std::vector<double>> means_;  ///< triangular sums around the groups' first samples, per column
-  std::vector<double> rising_;              ///< what the last group gives to the next mean, per column
-  std::size_t first_group_ = 0;             ///< of those held
+  std::vector<double> raw_;      ///< [sample][column]
+  std::vector<double> means_;    ///< triangular sums around the groups' first samples, [group][column]
+  std::vector<double> rising_;   ///< what the last group gives to the next mean, [column]
+  std::size_t first_group_ = 0;  ///< of those held
   std::size_t held_ = 0;
   std::size_t next_row_ = 0;
   Eigen::MatrixXd rows_;

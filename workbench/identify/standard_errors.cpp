@@ -44,13 +44,17 @@ std::vector<FreeShape> free_shapes(const Measurement& measurement, const Terms& 
 
 /// What the model leaves changes by minus this when a shape grows: derivative of modelled less measured
 /// force, rows.
-Eigen::VectorXd derivative(const Measurement& measurement, const Terms& terms, const FreeShape& shape) {
+Eigen::VectorXd derivative(const Measurement& measurement, const FittedModel& fitted,
+                           const FreeShape& shape) {
+  const Terms& terms = fitted.terms;
+  const std::vector<double>* dry_N =
+      terms[shape.term].effect->acts_as(Acts::dry) ? nullptr : &fitted.linearisation->sample_dry_N();
   const auto difference_N = [&](double step) -> Eigen::VectorXd {
     Terms moved = terms;
     moved[shape.term].shapes[shape.shape] += step;
     // A delay moves the measured force, every other shape the model's.
     if (moved[shape.term].gains.empty()) return -measurement.force_N(delay_s(moved));
-    return measurement.filtered(evaluate_force(measurement, moved).force_N);
+    return measurement.filtered(evaluate_force(measurement, moved, dry_N).force_N);
   };
   return (difference_N(shape.step) - difference_N(-shape.step)) / (2.0 * shape.step);
 }
@@ -79,7 +83,7 @@ Tangent tangent_of(const Measurement& measurement, const FittedModel& fitted) {
   tangent.constraints.upper.conservativeResize(count);
   for (std::size_t i = 0; i < tangent.shapes.size(); ++i) {
     const Eigen::Index column = tangent.gains + static_cast<Eigen::Index>(i);
-    tangent.columns.col(column) = derivative(measurement, fitted.terms, tangent.shapes[i]);
+    tangent.columns.col(column) = derivative(measurement, fitted, tangent.shapes[i]);
     // As far as the tangent holds; without gain, an effect's shapes say nothing.
     const bool seen = tangent.columns.col(column).squaredNorm() > 0.0;
     const double furthest = seen ? kFurthestSteps * tangent.shapes[i].step : 0.0;

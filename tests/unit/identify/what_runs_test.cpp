@@ -3,8 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cstring>
+#include <span>
+#include <tuple>
+#include <type_traits>
 #include <vector>
 
+#include "firmware/effects/catalogue.h"
 #include "firmware/effects/model.h"
 #include "tests/unit/identify/identify_support.h"
 
@@ -54,6 +59,46 @@ TEST(WhatRuns, EvaluatesEachEffectAsTheFirmwareDoes) {
     }
     EXPECT_GT(apart, 0.0);
   }
+}
+
+/// The basis of one effect at every sample, one sample after the other.
+template <class E>
+std::vector<double> one_by_one(const Measurement& measurement, const std::vector<double>& shapes) {
+  E effect{};
+  effect.prepare(std::span(shapes).template first<E::shape_count>(), {.tick_s = measurement.tick_s()});
+  effect.reset(measurement.sample(0));
+  std::vector<double> basis(measurement.sample_count() * E::gain_count);
+  for (std::size_t i = 0; i < measurement.sample_count(); ++i) {
+    effect.basis(measurement.sample(i),
+                 std::span<double, E::gain_count>(basis.data() + i * E::gain_count, E::gain_count));
+  }
+  return basis;
+}
+
+// The workbench runs many samples at once, in as wide vectors as the machine has: no bit may depend on that.
+TEST(WhatRuns, GivesTheSameBitsByVectorsAsOneByOne) {
+  const Measurement measurement(test::wandering_log(21, 2000.0, 3001));
+  Draw draw(22);
+  std::vector<Sample<double>> samples;
+  for (std::size_t i = 0; i < measurement.sample_count(); ++i) samples.push_back(measurement.sample(i));
+  std::size_t effects = 0;
+  const auto compare = [&]<class E>(std::type_identity<E>) {
+    const EffectDescription* effect = find_effect(E::text.id);
+    if (effect == nullptr || E::gain_count == 0) return;  // user_table, and a delay, which has no basis
+    const Term term = test::random_term(measurement, E::text.id, draw);
+    const auto basis = effect->make();
+    basis->prepare(term.shapes, {.tick_s = measurement.tick_s()});
+    basis->reset(samples.front());
+    std::vector<double> at_once(samples.size() * E::gain_count);
+    basis->run(samples, at_once.data());
+    const std::vector<double> expected = one_by_one<E>(measurement, term.shapes);
+    EXPECT_EQ(std::memcmp(at_once.data(), expected.data(), at_once.size() * sizeof(double)), 0) << E::text.id;
+    ++effects;
+  };
+  [&]<class... E>(std::type_identity<std::tuple<E...>>) {
+    (compare(std::type_identity<E>{}), ...);
+  }(std::type_identity<Catalogue<double>>{});
+  EXPECT_GE(effects, 15u);
 }
 
 /// The controller's version of a model: ten elements with slip distances of whole counts.
