@@ -30,9 +30,20 @@ constexpr double kWildAmongNeighbours = 5.0;
 /// Nor is a sample wild that stands out by less than this share of the force's rms, or of the travel.
 constexpr double kLeastForce = 0.05;
 constexpr double kLeastTravel = 1e-4;
-/// So near to each other, more than three wild samples are a burst.
-constexpr std::size_t kApart = 24;
+/// Wild samples next to each other, and in a chain of samples so near to each other: more are a burst. Of
+/// wild samples that have nothing to do with each other, one in a hundred, every fifth is as near to the
+/// next, and one chain in ten thousand is longer.
 constexpr std::size_t kWidest = 3;
+constexpr std::size_t kApart = 24;
+constexpr std::size_t kLongestChain = 6;
+
+/// One sample alone is wild by less, where what its neighbours say of it, a cubic, is known so well: this
+/// many standard deviations of the noise, and times what nine in ten samples around differ by from theirs.
+constexpr double kSpike = 9.0;
+constexpr double kSpikeAmongOthers = 4.0;
+/// It makes its neighbours differ by two thirds of that, the other way. A step does not, on one side.
+constexpr double kLeastEcho = 0.45;
+constexpr double kMostEcho = 0.9;
 
 /// Equal neighbours are a fault only where noise is this many times the smallest step of the force.
 constexpr double kNoiseOverStep = 3.0;
@@ -74,18 +85,42 @@ double median_of_seven(const std::vector<double>& values, std::size_t i) {
   return window[kHalfWindow];
 }
 
-/// Of the five samples on either side, the sample next to the stretch left out.
-double largest_step_beside(const std::vector<double>& values, const Stretch& one) {
+/// Of the five samples on either side, those next to the stretch and other wild ones left out.
+double largest_step_beside(const std::vector<double>& values, const Stretch& one,
+                           const std::vector<std::size_t>& wild) {
   constexpr std::size_t kBeside = 6;
   double largest = 0.0;
+  const auto step_to = [&](std::size_t i) {
+    const auto next = std::lower_bound(wild.begin(), wild.end(), i - 1);
+    if (next == wild.end() || *next > i) largest = std::max(largest, std::abs(values[i] - values[i - 1]));
+  };
   for (std::size_t k = 2; k <= kBeside; ++k) {
-    if (one.first >= k)
-      largest = std::max(largest, std::abs(values[one.first - k + 1] - values[one.first - k]));
-    if (one.end + k <= values.size()) {
-      largest = std::max(largest, std::abs(values[one.end + k - 1] - values[one.end + k - 2]));
-    }
+    if (one.first >= k) step_to(one.first - k + 1);
+    if (one.end + k <= values.size()) step_to(one.end + k - 1);
   }
   return largest;
+}
+
+/// Neighbours together, chains that are bursts left out.
+std::vector<Stretch> apart_from_bursts(const std::vector<std::size_t>& wild) {
+  std::vector<Stretch> stretches;
+  for (std::size_t first = 0, end = 0; first < wild.size(); first = end) {
+    end = first + 1;
+    while (end < wild.size() && wild[end] - wild[end - 1] <= kApart) ++end;
+    if (end - first > kLongestChain) continue;
+    std::vector<Stretch> chain;
+    for (std::size_t i = first; i < end; ++i) {
+      if (!chain.empty() && wild[i] - chain.back().end < kWidest) {
+        chain.back().end = wild[i] + 1;
+      } else {
+        chain.push_back({wild[i], wild[i] + 1});
+      }
+    }
+    const bool single = std::all_of(chain.begin(), chain.end(),
+                                    [](const Stretch& one) { return one.end - one.first <= kWidest; });
+    if (single) stretches.insert(stretches.end(), chain.begin(), chain.end());
+  }
+  return stretches;
 }
 
 /// Wild samples of one signal, as stretches of up to three.
@@ -103,16 +138,8 @@ std::vector<Stretch> wild_samples(const std::vector<double>& values, double nois
     const double most = *std::max_element(around, around + 2 * kHalfWindow + 1);
     if (departures[i] > kShareOfWildest * most) wild.push_back(i);
   }
-  std::vector<Stretch> clusters;
-  for (const std::size_t i : wild) {
-    if (!clusters.empty() && i - clusters.back().end < kApart) {
-      clusters.back().end = i + 1;
-    } else {
-      clusters.push_back({i, i + 1});
-    }
-  }
+  std::vector<Stretch> clusters = apart_from_bursts(wild);
   std::erase_if(clusters, [&](const Stretch& one) {
-    if (one.end - one.first > kWidest) return true;
     const double own = *std::max_element(departures.begin() + static_cast<std::ptrdiff_t>(one.first),
                                          departures.begin() + static_cast<std::ptrdiff_t>(one.end));
     const std::size_t from = one.first > 4 * kApart ? one.first - 4 * kApart : 0;
@@ -127,9 +154,41 @@ std::vector<Stretch> wild_samples(const std::vector<double>& values, double nois
     const auto usual = others.begin() + static_cast<std::ptrdiff_t>(others.size() * 9 / 10);
     std::nth_element(others.begin(), usual, others.end());
     if (own < kWildAmongOthers * std::max(*usual, median(std::move(steps)))) return true;
-    return own < kWildAmongNeighbours * largest_step_beside(values, one);
+    return own < kWildAmongNeighbours * largest_step_beside(values, one, wild);
   });
   return clusters;
+}
+
+/// What each sample differs by from the cubic through two neighbours on either side.
+std::vector<double> departures_from_cubic(const std::vector<double>& values) {
+  std::vector<double> departures(values.size(), 0.0);
+  for (std::size_t i = 2; i + 2 < values.size(); ++i) {
+    departures[i] = values[i] - (4.0 * (values[i - 1] + values[i + 1]) - values[i - 2] - values[i + 2]) / 6.0;
+  }
+  return departures;
+}
+
+/// Wild samples that stand alone: spikes of a cable, which would vanish in the motion of the signal but not
+/// in its noise.
+std::vector<Stretch> spikes(const std::vector<double>& values, double noise) {
+  const std::vector<double> departures = departures_from_cubic(values);
+  std::vector<std::size_t> found;
+  for (std::size_t i = 3; i + 3 < values.size(); ++i) {
+    const double own = std::abs(departures[i]);
+    if (own <= kSpike * noise) continue;
+    const double before = -departures[i - 1] / departures[i];
+    const double behind = -departures[i + 1] / departures[i];
+    if (std::min(before, behind) < kLeastEcho || std::max(before, behind) > kMostEcho) continue;
+    const std::size_t from = i > 4 * kApart ? i - 4 * kApart : 0;
+    const std::size_t to = std::min(values.size(), i + 4 * kApart);
+    std::vector<double> others;
+    others.reserve(to - from);
+    for (std::size_t k = from; k < to; ++k) others.push_back(std::abs(departures[k]));
+    const auto usual = others.begin() + static_cast<std::ptrdiff_t>(others.size() * 9 / 10);
+    std::nth_element(others.begin(), usual, others.end());
+    if (own > kSpikeAmongOthers * *usual) found.push_back(i);
+  }
+  return apart_from_bursts(found);
 }
 
 /// Straight from the sample before to the sample behind.
@@ -176,7 +235,9 @@ class Mender {
     mend_wild(log_.position_m, position_noise_m, kLeastTravel * (*high - *low), "position");
     cut_stuck_encoder();
     cut_forceless_motion();
-    mend_wild(log_.force_N, noise_N_, kLeastForce * rms(log_.force_N), "force");
+    // A digital force flickers by its step.
+    const double force_noise_N = std::max(noise_N_, smallest_step(log_.force_N));
+    mend_wild(log_.force_N, noise_N_ > 0.0 ? force_noise_N : 0.0, kLeastForce * rms(log_.force_N), "force");
     join_cuts();
     return std::move(mending_);
   }
@@ -192,20 +253,27 @@ class Mender {
 
   void mend_wild(std::vector<double>& values, double noise, double least, const char* what) {
     if (noise <= 0.0) return;
-    std::vector<Stretch> wild = wild_samples(values, noise, least);
-    std::erase_if(wild, [&](const Stretch& one) { return is_cut(one); });
-    if (wild.empty()) return;
     std::size_t samples = 0;
-    for (const Stretch& one : wild) samples += one.end - one.first;
+    std::size_t first = count_;
+    const auto mend_those = [&](std::vector<Stretch> wild) {
+      std::erase_if(wild, [&](const Stretch& one) { return is_cut(one); });
+      for (const Stretch& one : wild) {
+        interpolate(values, one);
+        samples += one.end - one.first;
+        first = std::min(first, one.first);
+      }
+    };
+    mend_those(wild_samples(values, noise, least));
+    mend_those(spikes(values, noise));
+    if (samples == 0) return;
     if (share(samples) > kMostMended) {
       throw InputError(fmt::format(
           "{}: {} of {} samples of the {} are wild, the first at {}; check the cable and the shield and "
           "record again",
-          printable(log_.path), samples, count_, what, at(wild.front().first)));
+          printable(log_.path), samples, count_, what, at(first)));
     }
-    for (const Stretch& one : wild) interpolate(values, one);
     note(fmt::format("{} wild {} of the {} interpolated, the first at {}", samples,
-                     samples == 1 ? "sample" : "samples", what, at(wild.front().first)));
+                     samples == 1 ? "sample" : "samples", what, at(first)));
   }
 
   bool is_cut(const Stretch& one) const {

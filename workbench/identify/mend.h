@@ -22,7 +22,8 @@ struct Mending {
 };
 
 /// Finds what no axis does and only a recorder can, and mends it where neighbours tell what was there:
-/// - single wild samples of force or position, alone among good ones: interpolated. Many close together are
+/// - wild samples of force or position among good ones, up to three in a row: interpolated. Many close
+/// together are
 ///   a burst, an event of the axis or its surroundings, and stay.
 /// - samples that repeat the one before, where noise makes that impossible: interpolated.
 /// - force at its limit, or frozen (drive off, sensor lost), while its noise is gone: cut. Not at rest in a

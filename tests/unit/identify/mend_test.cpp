@@ -90,6 +90,27 @@ TEST(Mend, WildSamplesOfForceAndPosition) {
   expect_same(clean, glitches, "of the position");
 }
 
+// One in a hundred: many are near another by chance, which makes no burst of them.
+TEST(Mend, WildSamplesThatHappenToBeNearToEachOther) {
+  const Log clean = plant_log(11);
+  test::Draw draw(15);
+  Log wild = clean;
+  int left = 0;
+  int wild_ones = 0;
+  for (std::size_t i = 100; i + 100 < clean.force_N.size(); ++i) {
+    if (draw.uniform(0.0, 1.0) < 0.01) wild.force_N[i] += draw.sign() * draw.log_uniform(20.0, 200.0);
+  }
+  Log mended = wild;
+  EXPECT_EQ(mend(mended).notes.size(), 1U);
+  for (std::size_t i = 0; i < clean.force_N.size(); ++i) {
+    if (wild.force_N[i] == clean.force_N[i]) continue;
+    ++wild_ones;
+    if (mended.force_N[i] == wild.force_N[i]) ++left;
+  }
+  EXPECT_GT(wild_ones, 100);
+  EXPECT_LT(left, wild_ones / 20);
+}
+
 TEST(Mend, ABurstIsAnEventAndStays) {
   Log log = plant_log(12);
   test::Draw draw(6);
