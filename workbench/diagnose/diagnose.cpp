@@ -187,8 +187,13 @@ class Search {
       });
       if (next.empty()) break;
       const Explanation* winner = choose(next, best.model);
-      if (!earned(diagnosis.baseline, best.model, winner->model, floor_.of(winner->model.terms), known_N_))
-        break;
+      if (!earned(diagnosis.baseline, best.model, winner->model, floor_.of(winner->model.terms), known_N_) ||
+          !needs_both(diagnosis.baseline, beam, *winner, best)) {
+        if (level > 0 || !promises(diagnosis.baseline, *winner)) break;
+        keep_best(next, diagnosis.baseline);
+        beam = std::move(next);
+        continue;
+      }
       if (!has_dry_friction(best.model) && has_dry_friction(winner->model)) {
         known_N_ = winner->model.holdout_rmse_N;
       }
@@ -282,6 +287,28 @@ class Search {
     added.push_back(effect.id());
     return added;
   }
+  /// Whether the first effect explains enough, though not in enough blocks to be sure of: another one may be
+  /// loud in those where it does nothing, and both together are sure.
+  bool promises(const FittedModel& baseline, const Explanation& first) const {
+    const double floor_N = floor_.of(first.model.terms);
+    const double step = squared(baseline.holdout_rmse_N) - squared(first.model.holdout_rmse_N);
+    return step >= kShareOfExcess * (squared(baseline.holdout_rmse_N) - squared(floor_N)) &&
+           baseline.holdout_rmse_N >= kNothingToExplain * floor_N &&
+           first.model.holdout_rmse_N < (1.0 - kLeastReduction) * baseline.holdout_rmse_N;
+  }
+
+  /// Whether the last of two effects, of which the first was not sure alone, earns its place beside it;
+  /// prune() asks that of the first. One that was sure was asked when it was added.
+  bool needs_both(const FittedModel& baseline, const std::vector<Explanation>& beam,
+                  const Explanation& winner, const Explanation& best) const {
+    if (!best.added.empty() || winner.added.size() < 2) return true;
+    const auto first = std::find_if(beam.begin(), beam.end(), [&](const Explanation& one) {
+      return one.added.front() == winner.added.front();
+    });
+    return first != beam.end() &&
+           earned(baseline, first->model, winner.model, floor_.of(winner.model.terms), known_N_);
+  }
+
   static bool same_set(std::vector<std::string> a, std::vector<std::string> b) {
     std::sort(a.begin(), a.end());
     std::sort(b.begin(), b.end());
@@ -559,7 +586,8 @@ class Search {
       diagnosis.verdict = Verdict::missing_effect;
       if (above_floor && diagnosis.unexplained && dominated(diagnosis))
         diagnosis.verdict = Verdict::unexplained;
-      if (line_poses(diagnosis) || insufficient(diagnosis) || line_drives(diagnosis)) {
+      if (line_poses(diagnosis) || insufficient(diagnosis) || line_drives(diagnosis) ||
+          play_poses(diagnosis)) {
         diagnosis.verdict = Verdict::unexplained;
         if (!diagnosis.unexplained) diagnosis.unexplained = left.front();
       }
@@ -597,6 +625,14 @@ class Search {
     }
     diagnosis.unexplained = std::move(line);
     return true;
+  }
+
+  /// Whether Coulomb friction that was named beside hysteresis is play: both make a force after each
+  /// reversal. Coulomb friction explains the whole of its own, play knocks as well, and that comes after
+  /// reversals too.
+  static bool play_poses(const Diagnosis& diagnosis) {
+    return diagnosis.unexplained && diagnosis.unexplained->coordinate == "reversal" &&
+           coulomb_joins_hysteresis(diagnosis.baseline, diagnosis.explained);
   }
 
   /// Whether so much is left, whatever its form, that calling the model complete would be wrong.
