@@ -44,11 +44,17 @@ Eigen::VectorXd smoothed(const Eigen::VectorXd& values) {
 
 }  // namespace
 
-NoiseFloor::NoiseFloor(const Measurement& measurement) : measurement_(measurement) {
+std::vector<Measurement> other_readings(const Measurement& measurement) {
+  std::vector<Measurement> readings;
+  readings.reserve(kReadings);
   for (int reading = 1; reading <= kReadings; ++reading) {
-    shifted_.push_back(measurement.requantised(std::fmod(kGoldenPart * reading, 1.0)));
+    readings.push_back(measurement.requantised(std::fmod(kGoldenPart * reading, 1.0)));
   }
+  return readings;
 }
+
+NoiseFloor::NoiseFloor(const Measurement& measurement)
+    : measurement_(measurement), shifted_(other_readings(measurement)) {}
 
 Eigen::VectorXd NoiseFloor::variance(const Terms& terms) const {
   Eigen::VectorXd sum(measurement_.row_count());

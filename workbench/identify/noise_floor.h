@@ -8,6 +8,10 @@
 
 namespace slipstack::workbench {
 
+/// The same motion as encoders of equal resolution would read it whose grids are shifted, each by another
+/// part of a step.
+std::vector<Measurement> other_readings(const Measurement& measurement);
+
 /// What no model can explain at the rows: the noise of the force through the filter, from the differences of
 /// the force or, where that says more, from what the model leaves (residual_noise_N(), unless the noise was
 /// given); the encoder's quantisation through mass times acceleration; and what quantisation does to the

@@ -13,10 +13,10 @@ namespace slipstack::workbench {
 /// the fit has not seen, and to give standard errors that do not believe residuals to be independent.
 class NormalEquations {
  public:
-  /// Accumulates columns (rows x unknowns) against `target`, rows weighted as the measurement says. Cost:
-  /// rows x unknowns^2.
+  /// Accumulates columns (rows x unknowns) against `target`, rows weighted as the measurement says. With
+  /// `parts_of_block`, blocks so many times as short, for standard_errors() alone. Cost: rows x unknowns^2.
   NormalEquations(const Measurement& measurement, const Eigen::MatrixXd& columns,
-                  const Eigen::VectorXd& target);
+                  const Eigen::VectorXd& target, int parts_of_block = 1);
 
   /// Without any row yet: for add(). `folds`: block b is of fold b % folds.
   NormalEquations(Eigen::Index unknowns, int blocks, int folds);
@@ -66,8 +66,10 @@ class NormalEquations {
   /// Blocked cross-validation: each fold in turn is judged by a fit to the others.
   CrossValidation cross_validate(const Constraints& constraints, const std::vector<Rests>& start) const;
 
-  /// Standard errors that allow for correlation within blocks (the sandwich estimator over blocks); zero for
-  /// unknowns at rest on a bound.
+  /// Standard errors that allow for correlation within blocks: the scatter of the bounded solution when each
+  /// block's noise has another sign (wild cluster bootstrap; Cameron, Gelbach & Miller 2008), widened where
+  /// few blocks tell of an unknown. Unknowns that lie near a bound scatter on one side of it; zero for those
+  /// at rest on one. Cost: 200 bounded solutions.
   Eigen::VectorXd standard_errors(const BoundedSolution& solution, const Constraints& constraints) const;
 
  private:

@@ -2,7 +2,9 @@
 #include "workbench/identify/standard_errors.h"
 
 #include <algorithm>
+#include <cmath>
 
+#include "workbench/identify/noise_floor.h"
 #include "workbench/identify/shape_search.h"
 
 namespace slipstack::workbench {
@@ -18,6 +20,16 @@ constexpr double kAtItsBound = 1e-6;
 constexpr double kFurthestSteps = 100.0;
 /// What settling may cost in held-out error.
 constexpr double kAsGoodHeldOut = 1.002;
+
+/// Rows that noise forgets itself in, by far: the filter reaches over nine. And parts that a block is cut
+/// into at most, so that enough of them tell of what only few moves show; finer ones give the same errors.
+constexpr Eigen::Index kLongMemory_rows = 45;
+constexpr Eigen::Index kMostParts = 4;
+
+int parts_of_block(const Measurement& measurement) {
+  const Eigen::Index rows = measurement.row_count() / std::max(1, measurement.block_count());
+  return static_cast<int>(std::clamp<Eigen::Index>(rows / kLongMemory_rows, 1, kMostParts));
+}
 
 struct FreeShape {
   std::size_t term = 0;
@@ -93,6 +105,27 @@ Tangent tangent_of(const Measurement& measurement, const FittedModel& fitted) {
   return tangent;
 }
 
+/// What the encoder's steps do to each unknown, mean square: how far it moves when another encoder of equal
+/// resolution reads the same motion, its grid shifted. A record has one grid, and hysteresis of a motion that
+/// is read wrongly by part of a step is wrong wherever that motion comes back, in each block alike: no
+/// scatter between blocks tells of it.
+Eigen::VectorXd reading_variance(const Measurement& measurement, const FittedModel& fitted,
+                                 const Tangent& tangent, const NormalEquations& equations,
+                                 const BoundedSolution& solution) {
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(tangent.columns.cols());
+  if (measurement.encoder_resolution_m() <= 0.0) return sum;
+  const BoundedSolution here = equations.fit(tangent.constraints, solution.rests);
+  Eigen::MatrixXd columns = tangent.columns;
+  const std::vector<Measurement> readings = other_readings(measurement);
+  for (const Measurement& reading : readings) {
+    const Linearisation moved(reading, fitted.terms);
+    columns.leftCols(tangent.gains) = moved.columns();
+    const NormalEquations other(measurement, columns, moved.target());
+    sum += (other.fit(tangent.constraints, here.rests).value - here.value).cwiseAbs2();
+  }
+  return sum / static_cast<double>(readings.size());
+}
+
 }  // namespace
 
 FittedModel settle_shapes(const Measurement& measurement, FittedModel fitted) {
@@ -113,7 +146,7 @@ FittedModel settle_shapes(const Measurement& measurement, FittedModel fitted) {
 }
 
 FittedModel with_standard_errors(const Measurement& measurement, FittedModel fitted) {
-  const Tangent tangent = tangent_of(measurement, fitted);
+  Tangent tangent = tangent_of(measurement, fitted);
   const Eigen::Index count = tangent.columns.cols();
   BoundedSolution solution = fitted.solution;
   solution.value.conservativeResize(count);
@@ -123,8 +156,22 @@ FittedModel with_standard_errors(const Measurement& measurement, FittedModel fit
     if (tangent.constraints.upper(column) == 0.0)
       solution.rests[static_cast<std::size_t>(column)] = Rests::on_lower;
   }
-  const NormalEquations equations(measurement, tangent.columns, fitted.linearisation->target());
-  const Eigen::VectorXd errors = equations.standard_errors(solution, tangent.constraints);
+  const NormalEquations equations(measurement, tangent.columns, fitted.linearisation->target(),
+                                  parts_of_block(measurement));
+  for (std::size_t i = 0; i < tangent.shapes.size(); ++i) {
+    // Another record's shape may be anywhere in its range.
+    const FreeShape& shape = tangent.shapes[i];
+    const Eigen::Index column = tangent.gains + static_cast<Eigen::Index>(i);
+    if (tangent.constraints.upper(column) == 0.0) continue;
+    const double value = fitted.terms[shape.term].shapes[shape.shape];
+    tangent.constraints.lower(column) = shape.lower - value;
+    tangent.constraints.upper(column) = shape.upper - value;
+  }
+  Eigen::VectorXd errors = equations.standard_errors(solution, tangent.constraints);
+  const Eigen::VectorXd by_reading = reading_variance(measurement, fitted, tangent, equations, solution);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    if (errors(i) > 0.0) errors(i) = std::hypot(errors(i), std::sqrt(by_reading(i)));
+  }
 
   Eigen::Index next = 0;
   for (Term& term : fitted.terms) {

@@ -6,10 +6,11 @@
 namespace slipstack::workbench {
 
 /// `fitted` with the standard error of every parameter that the fit was free to choose, gains and searched
-/// shapes jointly: how far another record of the same axis would land. They allow for correlation within
-/// blocks (the sandwich estimator over blocks; Huber 1967). Zero: given, at its bound, or without effect on
-/// the force. Cost: two evaluations of the model for each searched shape, and one accumulation of normal
-/// equations.
+/// shapes jointly: how far from the truth it may be, in two of three cases. They allow for correlation within
+/// blocks, for how few blocks tell of a parameter, and for the encoder's steps, which another grid would put
+/// elsewhere. Zero: given, at its bound, or without effect on the force. Not in them: what the form of the
+/// model gets wrong. Cost: two evaluations of the model for each searched shape, four for the encoder, and
+/// five accumulations of normal equations.
 FittedModel with_standard_errors(const Measurement& measurement, FittedModel fitted);
 
 /// `fitted` with its searched shapes, jointly with its gains, at the bottom of the squared error: one

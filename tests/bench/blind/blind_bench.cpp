@@ -20,24 +20,34 @@ struct Request {
   std::uint64_t first_seed = 1000;
   std::uint64_t count = 20;
   std::string results;
+  std::string keep;
   bool check = false;
 };
 
-/// A folder for the log of the moment, gone at the end.
+/// A folder for the logs: of the moment and gone at the end, unless it was asked for.
 class Folder {
  public:
-  Folder() : path_(std::filesystem::temp_directory_path() / fmt::format("slipstack-blind-{}", ::getpid())) {
+  explicit Folder(const std::string& kept)
+      : kept_(!kept.empty()),
+        path_(kept_
+                  ? std::filesystem::path(kept)
+                  : std::filesystem::temp_directory_path() / fmt::format("slipstack-blind-{}", ::getpid())) {
     std::filesystem::create_directories(path_);
   }
   ~Folder() {
     std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
+    if (!kept_) std::filesystem::remove_all(path_, ignored);
   }
   Folder(const Folder&) = delete;
   Folder& operator=(const Folder&) = delete;
   const std::filesystem::path& path() const { return path_; }
+  /// Of one log; the same for all unless they are kept.
+  std::filesystem::path log(const std::string& kind, std::uint64_t seed) const {
+    return path_ / (kept_ ? fmt::format("{}_{}.csv", kind, seed) : "log.csv");
+  }
 
  private:
+  bool kept_;
   std::filesystem::path path_;
 };
 
@@ -61,7 +71,7 @@ std::map<std::pair<std::string, std::uint64_t>, Outcome> earlier(const std::stri
 
 /// 0, or 1 where --check finds too little.
 int run(const Request& request) {
-  const Folder folder;
+  const Folder folder(request.keep);
   const auto known = request.results.empty() ? decltype(earlier("")){} : earlier(request.results);
   std::ofstream results;
   if (!request.results.empty()) results.open(request.results, std::ios::app);
@@ -74,7 +84,7 @@ int run(const Request& request) {
         continue;
       }
       // Every third axis is moved by its controller, with all its errors.
-      outcomes.push_back(run_case(kind_of(name), seed, seed % 3 == 0, folder.path()));
+      outcomes.push_back(run_case(kind_of(name), seed, seed % 3 == 0, folder.log(name, seed)));
       fmt::print(stderr, "{}\n", line_of(outcomes.back()));
       if (results.is_open()) results << to_json(outcomes.back()).dump() << std::endl;
     }
@@ -95,6 +105,7 @@ int main(int argc, char** argv) {
   app.add_option("--first-seed", request.first_seed);
   app.add_option("--count", request.count, "logs of each kind");
   app.add_option("--results", request.results, "file of outcomes; a run that was stopped goes on from it");
+  app.add_option("--keep", request.keep, "folder to keep the logs in");
   app.add_flag("--check", request.check,
                "status 1 when a share falls short of what every test run must reach");
   try {

@@ -37,7 +37,7 @@ struct Written {
   json truth;
 };
 
-Written write_log(Kind kind, std::uint64_t seed, bool closed_loop, const std::filesystem::path& folder) {
+Written write_log(Kind kind, std::uint64_t seed, bool closed_loop, const std::filesystem::path& path) {
   sim::Bench bench = sim::draw_bench(sim::Setup::kRandom, seed);
   const sim::MotionProgramme programme = sim::draw_programme(bench, seed);
   const auto effects = sim::draw_effect_ids(hidden_count(kind), seed);
@@ -48,39 +48,8 @@ Written write_log(Kind kind, std::uint64_t seed, bool closed_loop, const std::fi
   const sim::SimulatedLog log =
       closed_loop ? sim::simulate_closed_loop_log(bench.axis, programme, bench.rate_Hz, seed)
                   : sim::simulate_log(bench.axis, programme, bench.rate_Hz, seed);
-  const std::filesystem::path path = folder / "log.csv";
   sim::write_file(path.string(), sim::log_as_csv(bench.axis, log));
   return {path, json::parse(sim::truth_as_json(bench.axis, log, {"random", seed, closed_loop, effects, ""}))};
-}
-
-/// Parameters that plant and model define alike: effect, its formula in the plant, the key there, shape or
-/// gain here.
-struct Known {
-  const char* effect;
-  const char* formula;
-  const char* key;
-  bool shape;
-};
-constexpr std::array<Known, 6> kKnown{{{"viscous", "linear", "coefficient_N_s_per_m", false},
-                                       {"offset_force", "constant", "force_N", false},
-                                       {"payload_mass", "mass", "mass_kg", false},
-                                       {"force_ripple", "harmonics", "pitch_m", true},
-                                       {"structural_resonance", "mass_on_spring", "frequency_Hz", true},
-                                       {"time_delay", "delay", "delay_s", true}}};
-
-std::vector<double> deviations(const workbench::Terms& terms, const json& truth) {
-  std::vector<double> found;
-  for (const Known& known : kKnown) {
-    const workbench::Term* term = workbench::find_term(terms, known.effect);
-    const json& formulas = truth["formulas"];
-    if (term == nullptr || !formulas.contains(known.effect) || formulas[known.effect] != known.formula)
-      continue;
-    const double value = known.shape ? term->shapes[0] : term->gains[0];
-    const double error = known.shape ? term->shape_standard_errors[0] : term->gain_standard_errors[0];
-    if (error > 0.0)
-      found.push_back((value - truth["parameters"][known.effect][known.key].get<double>()) / error);
-  }
-  return found;
 }
 
 }  // namespace
@@ -103,8 +72,8 @@ bool Outcome::right() const {
   return verdict == "missing_effect" && wanted == named;
 }
 
-Outcome run_case(Kind kind, std::uint64_t seed, bool closed_loop, const std::filesystem::path& folder) {
-  const Written written = write_log(kind, seed, closed_loop, folder);
+Outcome run_case(Kind kind, std::uint64_t seed, bool closed_loop, const std::filesystem::path& path) {
+  const Written written = write_log(kind, seed, closed_loop, path);
   workbench::Measurement measurement(workbench::read_log(written.log));
   workbench::weigh_rows(measurement);
   const workbench::Diagnosis diagnosis = workbench::diagnose(
@@ -122,12 +91,19 @@ Outcome run_case(Kind kind, std::uint64_t seed, bool closed_loop, const std::fil
   if (diagnosis.unexplained) outcome.coordinate = diagnosis.unexplained->coordinate;
   outcome.baseline_over_floor = diagnosis.baseline.holdout_rmse_N / diagnosis.noise_floor_N;
   outcome.explained_over_floor = diagnosis.explained.holdout_rmse_N / diagnosis.noise_floor_N;
-  outcome.deviations =
-      deviations(workbench::with_standard_errors(measurement, diagnosis.explained).terms, written.truth);
+  outcome.estimates =
+      estimates_of(workbench::with_standard_errors(measurement, diagnosis.explained).terms, written.truth);
   return outcome;
 }
 
 json to_json(const Outcome& outcome) {
+  json estimated = json::array();
+  for (const Estimate& one : outcome.estimates) {
+    estimated.push_back({{"parameter", one.parameter},
+                         {"truth", one.truth},
+                         {"value", one.value},
+                         {"standard_error", one.standard_error}});
+  }
   return {{"kind", name_of(outcome.kind)},
           {"seed", outcome.seed},
           {"closed_loop", outcome.closed_loop},
@@ -138,7 +114,7 @@ json to_json(const Outcome& outcome) {
           {"coordinate", outcome.coordinate},
           {"baseline_over_floor", outcome.baseline_over_floor},
           {"explained_over_floor", outcome.explained_over_floor},
-          {"deviations", outcome.deviations}};
+          {"estimates", std::move(estimated)}};
 }
 
 Outcome outcome_from(const json& entry) {
@@ -155,7 +131,10 @@ Outcome outcome_from(const json& entry) {
   outcome.coordinate = entry.at("coordinate");
   outcome.baseline_over_floor = entry.at("baseline_over_floor");
   outcome.explained_over_floor = entry.at("explained_over_floor");
-  outcome.deviations = entry.at("deviations").get<std::vector<double>>();
+  for (const json& one : entry.at("estimates")) {
+    outcome.estimates.push_back(
+        {one.at("parameter"), one.at("truth"), one.at("value"), one.at("standard_error")});
+  }
   return outcome;
 }
 

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/bench/blind/estimates.h"
+
 namespace slipstack::bench {
 
 /// What is hidden in a log of the benchmark.
@@ -26,16 +28,15 @@ struct Outcome {
   std::string coordinate;            ///< of what is unexplained
   double baseline_over_floor = 0.0;  ///< held-out error without what is hidden: how visible it is
   double explained_over_floor = 0.0;
-  /// (estimate - truth) / standard error of parameters that have one meaning in plant and model.
-  std::vector<double> deviations;
+  std::vector<Estimate> estimates;  ///< of what was hidden and named
 
   bool visible() const { return baseline_over_floor >= 1.10; }
   bool right() const;  ///< all that was hidden is named and nothing else; or `complete`; or `unexplained`
 };
 
-/// Simulates the log of a random axis and diagnoses it as a user would, from its file. The truth never
-/// reaches the diagnosis. Throws std::runtime_error where the simulated controller loses its axis.
-Outcome run_case(Kind kind, std::uint64_t seed, bool closed_loop, const std::filesystem::path& folder);
+/// Simulates the log of a random axis to `path` and diagnoses it as a user would, from that file. The truth
+/// never reaches the diagnosis. Throws std::runtime_error where the simulated controller loses its axis.
+Outcome run_case(Kind kind, std::uint64_t seed, bool closed_loop, const std::filesystem::path& path);
 
 nlohmann::json to_json(const Outcome& outcome);
 Outcome outcome_from(const nlohmann::json& entry);

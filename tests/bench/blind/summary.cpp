@@ -112,20 +112,10 @@ std::string errors(const Outcomes& all) {
          row("error over floor after adding, 90 %", fmt::format("{:.2f}", quantile(ratios, 0.9)), "<= 1.3");
 }
 
-std::string calibration(const Outcomes& all) {
-  std::vector<double> deviations;
-  for (const Outcome* o : all) {
-    for (const double d : o->deviations) deviations.push_back(std::abs(d));
-  }
-  const auto within = [&](double limit) {
-    const auto count =
-        std::count_if(deviations.begin(), deviations.end(), [&](double d) { return d <= limit; });
-    return fmt::format("{}/{} {:.1f} %", count, deviations.size(),
-                       100.0 * static_cast<double>(count) /
-                           static_cast<double>(std::max<std::size_t>(1, deviations.size())));
-  };
-  return row("parameters within one standard error", within(1.0), "68 %") +
-         row("parameters within two standard errors", within(2.0), "95 %");
+std::string uncertainty(const Outcomes& all) {
+  std::vector<Estimate> estimates;
+  for (const Outcome* o : all) estimates.insert(estimates.end(), o->estimates.begin(), o->estimates.end());
+  return estimates.empty() ? "" : calibration(estimates);
 }
 
 std::string by_visibility(const Outcomes& all) {
@@ -171,7 +161,7 @@ std::string confusion(const Outcomes& all) {
 std::string summary(const std::vector<Outcome>& outcomes) {
   Outcomes all;
   for (const Outcome& outcome : outcomes) all.push_back(&outcome);
-  return headline(all) + errors(all) + calibration(all) + by_visibility(all) + confusion(all);
+  return headline(all) + errors(all) + uncertainty(all) + by_visibility(all) + confusion(all);
 }
 
 std::vector<std::string> shortfalls(const std::vector<Outcome>& outcomes) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tests/unit/identify/identify_support.h"
+#include "tests/unit/identify/simulated_axis.h"
 #include "workbench/identify/normal_equations.h"
 #include "workbench/identify/standard_errors.h"
 
@@ -85,6 +86,57 @@ TEST(StandardErrors, HoldTheTruthForNoiseThatRemembers) {
   EXPECT_LT(is.coverage, 0.99);
   EXPECT_NEAR(is.ratio, 1.0, 0.15);
   EXPECT_LT(is.naive_coverage, 0.75);  // what believing in independence would have told
+}
+
+/// Share of intervals of one standard error that hold the truth of an unknown that so many of thirty blocks
+/// show, and of sandwich errors without corrections for it.
+struct FewBlocks {
+  double coverage = 0.0;
+  double plain_coverage = 0.0;
+};
+
+FewBlocks fits_of_what_few_blocks_show(int shown, double lower, int repetitions) {
+  const Measurement measurement(test::wandering_log(11, 1000.0, 20'000));
+  const Index rows = measurement.row_count();
+  Draw draw(12);
+  MatrixXd columns(rows, 2);
+  columns.col(0).setOnes();
+  for (Index row = 0; row < rows; ++row) {
+    const int block = measurement.row_blocks()[static_cast<std::size_t>(row)];
+    columns(row, 1) = block % 7 == 3 && block / 7 < shown ? 1.0 + 0.2 * draw.normal() : 0.0;
+  }
+  const Eigen::Vector2d truth(1.0, 0.0);
+  const NormalEquations::Constraints constraints{Eigen::Vector2d(-1e9, lower), VectorXd::Constant(2, 1e9),
+                                                 MatrixXd::Zero(2, 2)};
+  const MatrixXd inverse = (columns.transpose() * columns).inverse();
+  FewBlocks result;
+  for (int k = 0; k < repetitions; ++k) {
+    const VectorXd target = columns * truth + 0.5 * remembering_noise(draw, rows, 3.0);
+    const NormalEquations equations(measurement, columns, target);
+    const BoundedSolution solution = equations.fit(constraints);
+    const double error = equations.standard_errors(solution, constraints)(1);
+    VectorXd score = VectorXd::Zero(measurement.block_count());
+    const VectorXd influence = columns * inverse.col(1);
+    const VectorXd residual = target - columns * solution.value;
+    for (Index row = 0; row < rows; ++row) {
+      score(measurement.row_blocks()[static_cast<std::size_t>(row)]) += influence(row) * residual(row);
+    }
+    const double off = std::abs(solution.value(1) - truth(1));
+    result.coverage += off < error ? 1.0 / repetitions : 0.0;
+    result.plain_coverage += off < score.norm() ? 1.0 / repetitions : 0.0;
+  }
+  return result;
+}
+
+// What three blocks show, a fit fits: their residuals are smaller than their noise, and there are few of
+// them.
+TEST(StandardErrors, HoldTheTruthOfWhatFewBlocksShow) {
+  for (const int shown : {3, 4}) {
+    const FewBlocks is = fits_of_what_few_blocks_show(shown, -1e9, 500);
+    EXPECT_GT(is.coverage, 0.60) << shown;
+    EXPECT_LT(is.coverage, 0.80) << shown;
+    EXPECT_LT(is.plain_coverage, 0.60) << shown;
+  }
 }
 
 TEST(StandardErrors, AreZeroForWhatRestsOnABound) {
@@ -193,6 +245,29 @@ TEST(StandardErrors, OfGainsKnowThatThePitchWasFitted) {
   EXPECT_GT(jointly[1].gain_standard_errors[1], 0.99 * held(2));
   EXPECT_GT(jointly[1].gain_standard_errors[0] + jointly[1].gain_standard_errors[1],
             1.05 * (held(1) + held(2)));
+}
+
+// The force is free of noise: what moves the offset from record to record, or away from zero in all of them,
+// is the encoder's grid alone.
+TEST(StandardErrors, KnowWhatTheEncodersStepsDo) {
+  double squares = 0.0;
+  double scatter = 0.0;
+  for (const std::uint64_t seed : {21, 22, 23, 24, 25, 26}) {
+    sim::Bench bench = sim::draw_bench(sim::Setup::kRandom, seed);
+    bench.programme.seconds = 15.0;
+    bench.axis.force_noise_N = 1e-6;
+    bench.axis.encoder_resolution_m *= 2.0;
+    Measurement measurement(test::simulate(bench, seed));
+    const Terms terms =
+        with_standard_errors(
+            measurement, fit_effects(measurement, {"inertia", "presliding_hysteresis", "offset_force"}, {}))
+            .terms;
+    const double error = terms[2].gain_standard_errors[0];
+    scatter += std::pow(terms[2].gains[0] / error, 2);
+    squares += 1.0;
+  }
+  EXPECT_GT(std::sqrt(scatter / squares), 0.2);
+  EXPECT_LT(std::sqrt(scatter / squares), 1.5);
 }
 
 TEST(StandardErrors, AreZeroForTheShapesOfAnEffectWithoutForce) {

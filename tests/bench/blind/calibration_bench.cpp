@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whether parameters lie as near to the truth as their standard errors say: simulated axes with one known
+// effect each, recorded several times with other noise. Tells what is left of the mean over the records
+// (bias) from how they scatter.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <map>
+
+#include "sim_host/log/closed_loop.h"
+#include "sim_host/log/draw.h"
+#include "sim_host/log/record.h"
+#include "sim_host/log/write.h"
+#include "tests/bench/blind/estimates.h"
+#include "workbench/identify/noise_floor.h"
+#include "workbench/identify/robust.h"
+#include "workbench/identify/standard_errors.h"
+#include "workbench/log/log.h"
+
+namespace {
+
+using namespace slipstack;
+using bench::Estimate;
+using nlohmann::json;
+
+constexpr sim::EffectId kEffects[] = {
+    sim::EffectId::kViscous,     sim::EffectId::kQuadraticDrag,       sim::EffectId::kOffsetForce,
+    sim::EffectId::kPayloadMass, sim::EffectId::kCableChainStiffness, sim::EffectId::kForceRipple,
+    sim::EffectId::kTimeDelay,   sim::EffectId::kStructuralResonance,
+};
+
+/// A log of this axis as a user would have it.
+workbench::Log as_log(const sim::Axis& axis, const sim::SimulatedLog& simulated) {
+  workbench::Log log;
+  log.path = "simulated";
+  log.sample_rate_Hz = simulated.rate_Hz;
+  log.position_m = simulated.position_m;
+  log.force_N = simulated.force_N;
+  log.mass_kg = axis.mass_kg;
+  log.magnet_pitch_m = axis.magnet_pitch_m;
+  log.encoder_resolution_m = axis.encoder_resolution_m;
+  return log;
+}
+
+/// What one axis' records say of its hidden effect: one list for each record.
+std::vector<std::vector<Estimate>> records_of(sim::EffectId effect, std::uint64_t seed, int repeats) {
+  sim::Bench bench = sim::draw_bench(sim::Setup::kRandom, seed);
+  const sim::MotionProgramme programme = sim::draw_programme(bench, seed);
+  sim::add_effects(bench.axis, {effect}, programme, bench.rate_Hz, 0.0, seed);
+  const bool closed_loop = seed % 3 == 0;
+  const std::vector<std::string> effects{"inertia", "presliding_hysteresis", std::string(sim::name(effect))};
+  std::vector<std::vector<Estimate>> records;
+  for (int k = 0; k < repeats; ++k) {
+    const std::uint64_t noise_seed = seed + 1'000'000 * static_cast<std::uint64_t>(k);
+    const sim::SimulatedLog log =
+        closed_loop ? sim::simulate_closed_loop_log(bench.axis, programme, bench.rate_Hz, noise_seed)
+                    : sim::simulate_log(bench.axis, programme, bench.rate_Hz, noise_seed);
+    const json truth =
+        json::parse(sim::truth_as_json(bench.axis, log, {"random", seed, closed_loop, {effect}, ""}));
+    workbench::Measurement measurement(as_log(bench.axis, log));
+    workbench::weigh_rows(measurement);
+    const workbench::RobustFit fit =
+        workbench::fit_robustly(measurement, workbench::fit_effects(measurement, effects, {}));
+    records.push_back(
+        bench::estimates_of(workbench::with_standard_errors(measurement, fit.model).terms, truth));
+    if (records.back().empty()) break;  // a formula that is not the catalogue's
+  }
+  return records;
+}
+
+/// Mean deviation over the records and its scatter, both in standard errors, for each parameter of one axis.
+void print_axis(sim::EffectId effect, std::uint64_t seed, const std::vector<std::vector<Estimate>>& records) {
+  for (std::size_t i = 0; i < records.front().size(); ++i) {
+    double sum = 0.0;
+    double squares = 0.0;
+    double count = 0.0;
+    for (const auto& record : records) {
+      if (i >= record.size()) continue;
+      const double d = record[i].deviation();
+      sum += d;
+      squares += d * d;
+      count += 1.0;
+    }
+    const double mean = sum / count;
+    const double scatter =
+        count > 1.0 ? std::sqrt((squares / count - mean * mean) * count / (count - 1.0)) : 0.0;
+    fmt::print(
+        stderr, "{:<24} {:>6} {:<7} {:<42} {:>11.5g} {:>11.5g} +- {:<9.2g} bias {:>6.2f} scatter {:.2f}\n",
+        sim::name(effect), seed, seed % 3 == 0 ? "closed" : "", records.front()[i].parameter,
+        records.front()[i].truth, records.front()[i].value, records.front()[i].standard_error, mean, scatter);
+  }
+}
+
+int run(std::uint64_t first_seed, std::uint64_t count, int repeats) {
+  std::vector<Estimate> all;
+  for (const sim::EffectId effect : kEffects) {
+    for (std::uint64_t seed = first_seed; seed < first_seed + count; ++seed) {
+      const auto records = records_of(effect, seed, repeats);
+      if (records.front().empty()) continue;
+      print_axis(effect, seed, records);
+      // One axis, one voice: what is systematic is the same in each of its records.
+      all.insert(all.end(), records.front().begin(), records.front().end());
+    }
+  }
+  fmt::print("{}", bench::calibration(all));
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Whether the stated standard errors are true, on simulated axes whose effect is known");
+  std::uint64_t first_seed = 1;
+  std::uint64_t count = 10;
+  int repeats = 1;
+  app.add_option("--first-seed", first_seed);
+  app.add_option("--count", count, "axes of each effect; those of another formula do not count");
+  app.add_option("--repeats", repeats, "records of each axis, with other noise")->check(CLI::PositiveNumber);
+  try {
+    app.parse(argc, argv);
+    return run(first_seed, count, repeats);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error);
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "calibration_bench: {}\n", error.what());
+    return 1;
+  }
+}

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "workbench/identify/terms.h"
+
+namespace slipstack::bench {
+
+/// A parameter that has one meaning in plant and model.
+struct Estimate {
+  std::string parameter;
+  double truth = 0.0;
+  double value = 0.0;
+  double standard_error = 0.0;
+  double deviation() const { return (value - truth) / standard_error; }
+};
+
+/// Those of `terms`, with standard errors, that were hidden by a formula that is the catalogue's own.
+/// `truth`: the plant's own account of itself.
+std::vector<Estimate> estimates_of(const workbench::Terms& terms, const nlohmann::json& truth);
+
+/// How many estimates lie within one and two standard errors of the truth, of all and of each parameter.
+std::string calibration(const std::vector<Estimate>& estimates);
+
+}  // namespace slipstack::bench
