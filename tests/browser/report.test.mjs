@@ -114,7 +114,7 @@ test('opens offline: no request but the file, no message on the console', async 
 test('the verdict comes first and says what it costs', async () => {
   const {page, data, close} = await open('missing_effect');
   assert.equal(await page.locator('h1').textContent(), data.verdict.headline);
-  assert.equal(await page.locator('.detail').textContent(), data.verdict.detail);
+  assert.equal((await page.locator('.detail').textContent()).replace(/\u00a0/g, ' '), data.verdict.detail);
   const keys = await page.locator('.key dd').allTextContents();
   assert.deepEqual(keys.slice(0, 3).map((text) => text.replace(/\u00a0/g, ' ')),
                    [data.figures.holdout_rmse_N, data.figures.after_rmse_N, 0.33].map((value) => `${value.toFixed(2)} N`));
@@ -122,7 +122,7 @@ test('the verdict comes first and says what it costs', async () => {
   assert.deepEqual(order.map((text) => text.replace('drag to zoom, double-click to reset', '')), [
     'Missing: force ripple', 'Why', 'Every effect of the catalogue, tried on this log', 'Force over time', 'Hysteresis',
     'What is left, and where', 'Parameters', 'How it was measured']);
-  const why = await page.locator('.why').textContent();
+  const why = (await page.locator('.why').textContent()).replace(/\u00a0/g, ' ');
   for (const text of [data.candidates[0].evidence, data.candidates[0].cause, data.candidates[0].confirm_with]) assert.ok(why.includes(text));
   assert.ok(why.includes('cannot tell it apart from') && why.includes('motor constant ripple'));
   await close();
@@ -265,6 +265,28 @@ test('other charts zoom alone: profile along x, spectrum along its logarithm, lo
   assert.deepEqual(await ranges(page, 1), [home]);
   assert.deepEqual(await ranges(page, 0), others);
   await close();
+});
+
+test('a logarithmic axis may begin anywhere, and zoom to anywhere', async () => {
+  for (const start of [0.09765625, 3.3]) {
+    const {page, seen, close} = await open('missing_effect', {edit: (data) => {
+      data.spectrum.frequency_Hz = data.spectrum.frequency_Hz.map((_, i) => start * (i + 1));
+    }});
+    assert.deepEqual(seen.console, [], `from ${start}`);
+    const spectrum = await page.locator('figure[data-chart=spectrum] canvas').count();
+    assert.equal(spectrum, 1);
+    for (const [from, to] of [[0.111, 0.37], [0.6, 0.61], [0.013, 0.9]]) {
+      await drag(page, 7, 0, [from, 0.5], [to, 0.5]);
+      const splits = await page.evaluate(() => {
+        const {u} = window.slipstackReport.figures[7].plots[0];
+        return u.axes[0]._splits.filter((value) => value !== null);
+      });
+      assert.ok(splits.length >= 2 && splits.length < 60, `${splits.length} ticks from ${from} to ${to}`);
+      await doubleClick(page, 7, 0);
+    }
+    assert.deepEqual(seen.console, [], `from ${start}, zoomed`);
+    await close();
+  }
 });
 
 test('the cursor reads values, and a click on the key hides a line', async () => {

@@ -121,6 +121,44 @@ TEST(Format, ColumnsAlign) {
   EXPECT_EQ(aligned_column("N", {5.0, 1e-12}, 3).decimals, 5);
 }
 
+TEST(Prose, NumbersStayWithTheirUnits) {
+  EXPECT_EQ(prose_html("1.56 N to 103 mN; 2.6 um, 9.7 N s/m (64 %)"),
+            "1.56\u00a0N to 103\u00a0mN; 2.6\u00a0\u00b5m, 9.7\u00a0N\u00a0s/m (64\u00a0%)");
+  EXPECT_EQ(prose_html("21 samples, 5 mice & 3 us <b>"), "21 samples, 5 mice &amp; 3\u00a0\u00b5s &lt;b&gt;");
+  EXPECT_EQ(prose_html("um 5"), "um 5");
+  EXPECT_EQ(prose_html(""), "");
+}
+
+TEST(Report, IntervalsStandUnderTheErrors) {
+  json data = test::synthetic_report("missing_effect", 3);
+  data["figures"]["holdout_interval_N"] = {1.25, 1.75};
+  data["figures"]["after_interval_N"] = {0.5, 0.75};
+  data["figures"]["relative_error"] = 0.0408;
+  data["figures"]["after_relative_error"] = 0.0308;
+  const std::string page = render_report(data);
+  EXPECT_NE(page.find("95\u00a0%: 1.25 to 1.75\u00a0N"), std::string::npos);
+  EXPECT_NE(page.find("95\u00a0%: 0.50 to 0.75\u00a0N"), std::string::npos);
+  EXPECT_NE(page.find("4.08 \u2192 3.08"), std::string::npos);
+  data["figures"]["after_interval_N"] = {nullptr, 0.75};
+  EXPECT_EQ(render_report(data).find("0.50 to"), std::string::npos);
+}
+
+TEST(Report, WhatIsShownAfterIsNamedByAllThatWasAdded) {
+  json data = test::synthetic_report("missing_effect", 3);
+  data["after_effects"] = {"force_ripple", "cable_chain_stiffness"};
+  EXPECT_NE(render_report(data).find("with force ripple and cable chain stiffness added"), std::string::npos);
+  data["after_effects"].push_back("viscous");
+  EXPECT_NE(render_report(data).find("with all 3 effects added"), std::string::npos);
+}
+
+TEST(Report, ACommandIsCopiedAsItWasGivenAndBreaksBetweenItsWords) {
+  json data = test::synthetic_report("missing_effect", 3);
+  data["next_experiment"] = {{"why", "It would tell."}, {"command", "slipstack experiment plan --log 'a b'"}};
+  EXPECT_NE(render_report(data).find(
+                "<span>plan</span> <span>--log</span> <span>&#39;a</span> <span>b&#39;</span>"),
+            std::string::npos);
+}
+
 TEST(Report, HoldsWhatItWasGiven) {
   const json data = test::synthetic_report("missing_effect", 3);
   const std::string page = render_report(data);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The power drive systems state machine of CiA 402 (IEC 61800-7-201, figure 2 and tables 28 to 30) at the node:
-// the tables below are the standard's, the rest sends controlwords as frames and reads statuswords from frames.
+// The power drive systems state machine of CiA 402 (IEC 61800-7-201, figure 2 and tables 28 to 30) at the
+// node: the tables below are the standard's, the rest sends controlwords as frames and reads statuswords from
+// frames.
 #include <optional>
 #include <string_view>
 
@@ -28,7 +29,9 @@ constexpr StatusCoding kStatus[] = {
     {State::kReaction, "fault reaction active", 0x4F, 0x0F},
     {State::kFault, "fault", 0x4F, 0x08},
 };
-const char* name_of(State state) { return kStatus[static_cast<std::size_t>(state)].name; }
+const char* name_of(State state) {
+  return kStatus[static_cast<std::size_t>(state)].name;
+}
 std::optional<State> state_in(std::uint32_t statusword) {
   std::optional<State> found;
   for (const StatusCoding& row : kStatus) {
@@ -227,9 +230,8 @@ TEST_P(Transport, EveryWordFromEveryStateDoesWhatTheStandardsTableSays) {
             const bool down = without < from.state && without != State::kEnabled;
             if (down || without == State::kQuickStop) expected = without;
           }
-          EXPECT_EQ(at.state(), expected)
-              << name_of(from.state) << ", controlword " << std::hex << word << ": " << name_of(at.state())
-              << ", not " << name_of(expected);
+          EXPECT_EQ(at.state(), expected) << name_of(from.state) << ", controlword " << std::hex << word
+                                          << ": " << name_of(at.state()) << ", not " << name_of(expected);
           ++(expected == from.state ? refused : taken);
         }
       }
@@ -240,7 +242,8 @@ TEST_P(Transport, EveryWordFromEveryStateDoesWhatTheStandardsTableSays) {
   EXPECT_GT(refused, 250);
 }
 
-// Each transition by the plainest word of its command, watched in the statuswords that TPDO 1 sends by itself.
+// Each transition by the plainest word of its command, watched in the statuswords that TPDO 1 sends by
+// itself.
 TEST_P(Transport, EachTransitionIsToldByTheStatusword) {
   std::array<int, 17> seen{};
   for (const Transition& row : kTransitions) {
@@ -265,7 +268,8 @@ TEST_P(Transport, EachTransitionIsToldByTheStatusword) {
               states.back() == State::kEnabled || states.back() == State::kQuickStop);
     ++seen[static_cast<std::size_t>(row.number)];
   }
-  for (const int number : {2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 15, 16}) EXPECT_GT(seen[static_cast<std::size_t>(number)], 0);
+  for (const int number : {2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 15, 16})
+    EXPECT_GT(seen[static_cast<std::size_t>(number)], 0);
 }
 
 // 0 and 1: by themselves, as soon as there is something to control; no command does it.
@@ -328,9 +332,11 @@ TEST_P(Transport, EnabledAgainWhileBrakingTheAxisComesToRest) {
 // 13 from every state, through the fault reaction (14): braked where the position is still known, and the
 // reaction seen; else both within one tick.
 TEST_P(Transport, AFaultFromEveryState) {
-  for (const State from : {State::kDisabled, State::kReady, State::kSwitchedOn, State::kEnabled, State::kQuickStop}) {
+  for (const State from :
+       {State::kDisabled, State::kReady, State::kSwitchedOn, State::kEnabled, State::kQuickStop}) {
     for (const bool position_known : {true, false}) {
-      SCOPED_TRACE(testing::Message() << name_of(from) << (position_known ? ", late tick" : ", encoder lost"));
+      SCOPED_TRACE(testing::Message()
+                   << name_of(from) << (position_known ? ", late tick" : ", encoder lost"));
       Desk402 desk(GetParam());
       desk.bring_to(from);
       ASSERT_FALSE(HasFatalFailure());

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the commands write: all of it or nothing, never over an input, never half of a file."""
 
+import fcntl
 import html
 import json
 import os
@@ -10,7 +11,9 @@ import resource
 import select
 import signal
 import stat
+import struct
 import subprocess
+import termios
 import time
 import unittest
 
@@ -254,6 +257,34 @@ class Terminal(program.Workshop):
         self.assertRegex(progress, rb"try every effect +\d+ % +\d+\.\d s")
         self.assertRegex(result, rb"^(Missing|Complete|Unexplained): ")
         self.assertNotIn(b"\x1b", result)
+
+    def shown_on_a_terminal(self, columns):
+        master, slave = pty.openpty()
+        fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
+        process = subprocess.Popen([SLIPSTACK, "diagnose", "good.csv"], cwd=self.here, stdout=slave,
+                                   stderr=subprocess.DEVNULL)
+        os.close(slave)
+        shown = b""
+        try:
+            while piece := os.read(master, 65536):
+                shown += piece
+        except OSError:  # the other end is closed
+            pass
+        os.close(master)
+        self.assertEqual(process.wait(program.PATIENCE_S), 0)
+        return shown.decode().replace("\r\n", "\n")
+
+    def test_long_lines_break_between_words_on_a_terminal_and_nowhere_else(self):
+        plain = self.assert_done("diagnose", "good.csv").stdout.decode()
+        self.assertTrue(any(len(line) > 100 for line in plain.splitlines()))
+        for columns in (80, 60):
+            shown = self.shown_on_a_terminal(columns)
+            prose = [line for line in shown.splitlines() if not line.startswith("  slipstack")]
+            self.assertLessEqual(max(map(len, prose)), columns)
+            self.assertEqual(shown.split(), plain.split(), "the same words")
+            for command in (line for line in plain.splitlines() if line.startswith("  slipstack")):
+                self.assertIn(command, shown.splitlines(), "a command to copy stays on one line")
+        self.assertEqual(self.shown_on_a_terminal(20), plain, "narrower than words: as it is")
 
 
 if __name__ == "__main__":

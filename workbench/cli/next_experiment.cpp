@@ -10,6 +10,7 @@
 #include "workbench/diagnose/quantity.h"
 #include "workbench/identify/effect_catalogue.h"
 #include "workbench/log/text.h"
+#include "workbench/report/sections.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -18,6 +19,12 @@ using nlohmann::json;
 
 /// As many effects as one experiment is planned for.
 constexpr std::size_t kMostEffects = 3;
+
+/// In a sentence.
+std::string title_of(const std::string& id) {
+  const EffectDescription* effect = find_effect(id);
+  return effect == nullptr ? id : in_sentence(effect->text.title);
+}
 
 bool can_be_planned(const std::string& id) {
   const EffectDescription* effect = find_effect(id);
@@ -57,8 +64,10 @@ json table(const char* title, const std::vector<std::pair<const char*, bool>>& c
 
 }  // namespace
 
-std::optional<NextExperiment> next_experiment(const Options& options, const Diagnosis& diagnosis) {
+std::optional<NextExperiment> next_experiment(const Options& options, const Diagnosis& diagnosis,
+                                              bool by_title) {
   if (diagnosis.candidates.empty()) return {};
+  const auto name = [by_title](const std::string& id) { return by_title ? title_of(id) : id; };
   const std::string first = diagnosis.candidates.front().term.id();
   // The pair with the first candidate in it before the others.
   std::vector<Separation> pairs = diagnosis.cannot_separate;
@@ -68,17 +77,20 @@ std::optional<NextExperiment> next_experiment(const Options& options, const Diag
     if (!can_be_planned(pair.effect) || !can_be_planned(pair.other)) continue;
     return planned(options, {pair.effect, pair.other},
                    fmt::format("this log cannot separate {} from {}: their forces are {:.0f} degrees apart",
-                               pair.effect, pair.other, pair.angle_deg));
+                               name(pair.effect), name(pair.other), pair.angle_deg));
   }
   if (diagnosis.verdict == Verdict::missing_effect && can_be_planned(first)) {
-    return planned(options, {first}, fmt::format("it would confirm {} where it shows most", first));
+    return planned(options, {first}, fmt::format("it would confirm {} where it shows most", name(first)));
   }
   std::vector<std::string> unseen;
   for (const Visibility& one : diagnosis.cannot_show) {
     if (can_be_planned(one.effect) && unseen.size() < kMostEffects) unseen.push_back(one.effect);
   }
   if (unseen.empty()) return {};
-  return planned(options, unseen, fmt::format("this log does not rule out {}", fmt::join(unseen, ", ")));
+  std::vector<std::string> names;
+  names.reserve(unseen.size());
+  for (const std::string& id : unseen) names.push_back(name(id));
+  return planned(options, unseen, fmt::format("this log does not rule out {}", fmt::join(names, ", ")));
 }
 
 void add_limits(json& result, const Options& options, const Diagnosis& diagnosis) {
@@ -121,10 +133,14 @@ std::string limits_text(const Options& options, const Diagnosis& diagnosis) {
 }
 
 void add_limits_report(json& report, const Options& options, const Diagnosis& diagnosis) {
+  const auto heading = [](const std::string& id) {
+    const EffectDescription* effect = find_effect(id);
+    return effect == nullptr ? id : fmt::format("{} ({})", effect->text.title, id);
+  };
   json unseen = json::array();
   for (const Visibility& one : diagnosis.cannot_show) {
-    unseen.push_back(
-        {one.effect, std::isfinite(one.least_N) ? newtons(one.least_N) : "no force", share(one.share)});
+    unseen.push_back({heading(one.effect), std::isfinite(one.least_N) ? newtons(one.least_N) : "no force",
+                      share(one.share)});
   }
   if (!unseen.empty()) {
     report["tables"].push_back(table("What this log cannot show",
@@ -135,14 +151,14 @@ void add_limits_report(json& report, const Options& options, const Diagnosis& di
   }
   json pairs = json::array();
   for (const Separation& pair : diagnosis.cannot_separate) {
-    pairs.push_back({pair.effect, pair.other, fmt::format("{:.1f}°", pair.angle_deg)});
+    pairs.push_back({heading(pair.effect), heading(pair.other), fmt::format("{:.1f}°", pair.angle_deg)});
   }
   if (!pairs.empty()) {
     report["tables"].push_back(
         table("What this log cannot separate",
               {{"Effect", false}, {"From", false}, {"Angle between their forces", true}}, std::move(pairs)));
   }
-  if (const auto next = next_experiment(options, diagnosis)) {
+  if (const auto next = next_experiment(options, diagnosis, true)) {
     report["next_experiment"] = {{"why", sentence(next->why)}, {"command", printable(next->command)}};
   }
 }

@@ -20,7 +20,9 @@ struct NextExperiment {
 
 /// Telling the first candidate from what this log cannot separate it from; else effects that the log cannot
 /// show; else confirming the first. Nothing where no effect comes into question.
-std::optional<NextExperiment> next_experiment(const Options& options, const Diagnosis& diagnosis);
+/// `by_title`: effects are called by their titles in `why`, as on a page; else by their ids.
+std::optional<NextExperiment> next_experiment(const Options& options, const Diagnosis& diagnosis,
+                                              bool by_title = false);
 
 /// What the log cannot show, cannot separate, and the next experiment: into the result for machines, ...
 void add_limits(nlohmann::json& result, const Options& options, const Diagnosis& diagnosis);

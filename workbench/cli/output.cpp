@@ -12,6 +12,7 @@
 #include <system_error>
 
 #include "workbench/cli/cleanup.h"
+#include "workbench/cli/wrap.h"
 #include "workbench/log/text.h"
 
 namespace slipstack::workbench {
@@ -164,7 +165,8 @@ void Outputs::write_streams(const std::string& text) const {
     if (::close(descriptor) != 0 && failed == 0) failed = errno;
     if (failed != 0) refuse_errno(output.name, failed);
   }
-  const int failed = write_all(STDOUT_FILENO, standard != nullptr ? standard->content : text);
+  const int failed =
+      write_all(STDOUT_FILENO, standard != nullptr ? standard->content : wrapped(text, terminal_width()));
   if (failed != 0) refuse_errno("standard output", failed);
 }
 

@@ -175,6 +175,27 @@ json logs_json(const std::vector<LogResult>& logs) {
   return list;
 }
 
+void add_logs(json& report, const std::vector<LogResult>& logs) {
+  if (logs.size() < 2) return;
+  const bool held_out = logs.front().holdout_rmse_N > 0.0;
+  json rows = json::array();
+  for (std::size_t i = 0; i < logs.size(); ++i) {
+    const LogResult& one = logs[i];
+    rows.push_back({fmt::format("{}", i + 1), printable(one.path), fmt::format("{}", one.samples),
+                    newtons(held_out ? one.holdout_rmse_N : one.rmse_N), newtons(one.noise_floor_N),
+                    share(one.relative_error)});
+  }
+  const auto column = [](const char* heading, bool number) {
+    return json{{"heading", heading}, {"unit", ""}, {"number", number}};
+  };
+  report["tables"].push_back({{"title", "The logs one by one"},
+                              {"columns",
+                               {column("", true), column("Log", false), column("Samples", true),
+                                column(held_out ? "Held-out error" : "Error", true),
+                                column("Noise floor", true), column("Relative force error", true)}},
+                              {"rows", rows}});
+}
+
 Model::Change change_of(const Options& options, const std::vector<std::string>& added, double before_N,
                         double after_N, double floor_N) {
   std::time_t now = std::time(nullptr);

@@ -71,6 +71,8 @@ Model::Change change_of(const Options& options, const std::vector<std::string>& 
 /// The history of a model for machines, and as a table of the report.
 nlohmann::json history_json(const Model& model);
 void add_history(nlohmann::json& report, const Model& model);
+/// A table of the logs into a report; nothing for a single one.
+void add_logs(nlohmann::json& report, const std::vector<LogResult>& logs);
 
 /// Measured force and the model's, at the rows.
 ForceRows rows_of(const FittedModel& fitted);

@@ -72,12 +72,16 @@ json report_of(const Options& options, const Measurement& measurement, const Add
   data["verdict"] = {{"kind", "added"}, {"headline", addition.headline}, {"detail", ""}};
   data["figures"] = figures_json(addition.before, addition.floor_N);
   data["figures"]["after_rmse_N"] = number_json(after_N);
+  data["figures"]["holdout_interval_N"] = interval_json(addition.before);
+  data["figures"]["after_interval_N"] = interval_json(addition.after);
+  data["figures"]["after_relative_error"] = number_json(addition.after.relative_error);
   data["baseline_effects"] = ids_of(addition.before.terms);
   data["steps"] = {{{"added", "baseline"}, {"holdout_rmse_N", number_json(before_N)}},
                    {{"added", addition.effect}, {"holdout_rmse_N", number_json(after_N)}}};
   data["parameters"] = parameters_json(addition.after.terms);
   const ForceRows rows_after = rows_of(addition.after);
   add_pictures(data, measurement, rows_of(addition.before), &rows_after);
+  add_logs(data, log_results(measurement, addition.after));
   add_history(data, model);
   return data;
 }

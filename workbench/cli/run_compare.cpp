@@ -67,6 +67,7 @@ json report_of(const Options& options, const Measurement& measurement, const Mod
   data["baseline_effects"] = ids_of(model.terms);
   data["parameters"] = parameters_json(model.terms);
   add_pictures(data, measurement, found.rows, nullptr);
+  add_logs(data, found.logs);
   add_history(data, model);
   return data;
 }

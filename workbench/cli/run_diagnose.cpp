@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "workbench/cli/commands.h"
 #include "workbench/cli/inputs.h"
 #include "workbench/cli/next_experiment.h"
@@ -10,6 +12,7 @@
 #include "workbench/diagnose/whole_logs.h"
 #include "workbench/identify/standard_errors.h"
 #include "workbench/report/html.h"
+#include "workbench/report/sections.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -23,7 +26,13 @@ struct Headline {
   std::string detail;
 };
 
-Headline headline_of(const Diagnosis& diagnosis) {
+/// How an effect is called in a sentence: by its id, or on a page by its title.
+std::string called(const std::string& id, bool by_title) {
+  const EffectDescription* effect = by_title ? find_effect(id) : nullptr;
+  return effect == nullptr ? id : in_sentence(effect->text.title);
+}
+
+Headline headline_of(const Diagnosis& diagnosis, bool by_title) {
   const std::string floor = newtons(diagnosis.noise_floor_N);
   const std::string before = newtons(diagnosis.baseline.holdout_rmse_N);
   if (diagnosis.verdict == Verdict::complete) {
@@ -46,7 +55,7 @@ Headline headline_of(const Diagnosis& diagnosis) {
   if (diagnosis.steps.size() > 2) {
     headline.detail += " Not alone: with ";
     for (std::size_t i = 2; i < diagnosis.steps.size(); ++i) {
-      headline.detail += (i > 2 ? ", " : "") + diagnosis.steps[i].added;
+      headline.detail += (i > 2 ? ", " : "") + called(diagnosis.steps[i].added, by_title);
     }
     headline.detail += fmt::format(" the error falls to {}.", newtons(diagnosis.steps.back().holdout_rmse_N));
   }
@@ -90,7 +99,7 @@ json result_of(const Options& options, const Measurement& measurement, const Dia
 
 json report_of(const Options& options, const Measurement& measurement, const Diagnosis& diagnosis,
                const json& result, const Model& model) {
-  const Headline headline = headline_of(diagnosis);
+  const Headline headline = headline_of(diagnosis, true);
   const bool found = diagnosis.verdict == Verdict::missing_effect;
   const FittedModel& shown = !found             ? diagnosis.baseline
                              : options.stepwise ? diagnosis.explained
@@ -99,7 +108,16 @@ json report_of(const Options& options, const Measurement& measurement, const Dia
   data["verdict"] = {
       {"kind", name_of(diagnosis.verdict)}, {"headline", headline.line}, {"detail", headline.detail}};
   data["figures"] = figures_json(diagnosis.baseline, diagnosis.noise_floor_N);
-  if (found) data["figures"]["after_rmse_N"] = number_json(shown.holdout_rmse_N);
+  data["figures"]["holdout_interval_N"] = interval_json(diagnosis.baseline);
+  if (found) {
+    data["figures"]["after_rmse_N"] = number_json(shown.holdout_rmse_N);
+    data["figures"]["after_interval_N"] = interval_json(shown);
+    data["figures"]["after_relative_error"] = number_json(shown.relative_error);
+    const std::size_t added = options.stepwise ? diagnosis.steps.size() : 2;
+    for (std::size_t i = 1; i < std::min(added, diagnosis.steps.size()); ++i) {
+      data["after_effects"].push_back(diagnosis.steps[i].added);
+    }
+  }
   data["baseline_effects"] = result["baseline_effects"];
   data["candidates"] = result["candidates"];
   data["steps"] = steps_json(diagnosis);
@@ -110,16 +128,17 @@ json report_of(const Options& options, const Measurement& measurement, const Dia
   add_pictures(data, measurement, before, found ? &after : nullptr);
   if (!diagnosis.candidates.empty() && diagnosis.candidates.front().error_reduction > 0.0) {
     const Term& first = diagnosis.candidates.front().term;
-    add_expected(data, measurement, "as " + first.id() + " would leave it",
+    add_expected(data, measurement, "as " + called(first.id(), true) + " would leave it",
                  expected_residual_N(diagnosis.baseline, first));
   }
+  add_logs(data, log_results(measurement, diagnosis.explained));
   add_limits_report(data, options, diagnosis);
   if (!options.model.empty()) add_history(data, model);
   return data;
 }
 
 std::string text_of(const Options& options, const Measurement& measurement, const Diagnosis& diagnosis) {
-  const Headline headline = headline_of(diagnosis);
+  const Headline headline = headline_of(diagnosis, false);
   std::string text = headline.line + "\n" + headline.detail + "\n" + candidate_table(diagnosis);
   if (options.stepwise) text += step_table(diagnosis);
   text += log_table(log_results(measurement, diagnosis.explained));

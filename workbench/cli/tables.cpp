@@ -92,7 +92,13 @@ std::string candidate_table(const Diagnosis& diagnosis) {
                         100.0 * candidate.error_reduction_se, candidate.confounded_with.empty() ? "" : "  ",
                         fmt::join(candidate.confounded_with, ", "));
   }
+  if (lines == 0) {
+    return fmt::format("\nnone of the {} effects tried reduces the error by 0.5 %\n",
+                       diagnosis.candidates.size());
+  }
   const std::size_t others = diagnosis.candidates.size() - lines;
+  const bool by_error = std::ranges::is_sorted(diagnosis.candidates, {}, &Candidate::holdout_rmse_N);
+  if (!by_error) text += "first those that explain the log together; each with the error it leaves alone\n";
   if (others > 0) text += fmt::format("{} others reduce the error by less than 0.5 %\n", others);
   return text;
 }

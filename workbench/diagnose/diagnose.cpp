@@ -423,6 +423,22 @@ class Search {
     judge(diagnosis);
     list_what_cannot_be_shown(diagnosis);
     list_what_cannot_be_separated(diagnosis);
+    if (diagnosis.steps.size() == 2) show_as_handed_out(diagnosis);
+  }
+
+  /// The one effect that is missing, with the error that the best model has: its shapes have been settled
+  /// since it was ranked among the others, whose shapes have not.
+  static void show_as_handed_out(Diagnosis& diagnosis) {
+    Candidate& first = diagnosis.candidates.front();
+    if (diagnosis.best.holdout_rmse_N >= first.holdout_rmse_N) return;
+    first.term = *find_term(diagnosis.best.terms, first.term.id());
+    first.terms = diagnosis.best.terms;
+    first.holdout_rmse_N = diagnosis.best.holdout_rmse_N;
+    first.block_squared_error = diagnosis.best.block_squared_error;
+    first.evidence = evidence_of(first.term);
+    const Reduction reduced = reduction(diagnosis.baseline.block_squared_error, first.block_squared_error);
+    first.error_reduction = reduced.value;
+    first.error_reduction_se = reduced.standard_error;
   }
 
   void list_candidates(Diagnosis& diagnosis) const {

@@ -86,6 +86,12 @@ void append_value(std::string& out, const json& value, int digits) {
 std::string after_label(const json& data) {
   const std::string kind = text_at(member(data, "verdict"), "kind");
   const json& candidates = array_at(data, "candidates");
+  const json& added = array_at(data, "after_effects");
+  if (added.size() > 2) return "with all " + std::to_string(added.size()) + " effects added";
+  if (added.size() == 2) {
+    return "with " + in_sentence(effect_title(data, text_of(added[0]))) + " and " +
+           in_sentence(effect_title(data, text_of(added[1]))) + " added";
+  }
   if ((kind == "missing_effect" || kind == "added") && !candidates.empty()) {
     const std::string id = text_at(candidates.front(), "effect");
     if (!id.empty()) return "with " + in_sentence(effect_title(data, id)) + " added";

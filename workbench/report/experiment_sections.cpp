@@ -29,7 +29,7 @@ std::string cell_html(const json& table, std::size_t column, const json& cell, c
   std::string out = fmt::format("<{}", element);
   if (is_number_column(table, column)) out += " class=\"num\"";
   if (shade) out += fmt::format(" style=\"--shade: {:.3f}\"", std::clamp(*shade, 0.0, 1.0));
-  return out + fmt::format(">{}</{}>", escape_html(shade ? text_at(cell, "text") : text_of(cell)), element);
+  return out + fmt::format(">{}</{}>", prose_html(shade ? text_at(cell, "text") : text_of(cell)), element);
 }
 
 std::string table_html(const json& table) {

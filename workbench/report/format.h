@@ -12,6 +12,10 @@ namespace slipstack::workbench {
 /// tab and newline are dropped, so that a log's name cannot hide anything.
 std::string escape_html(std::string_view text);
 
+/// Plain text as it is printed: inert in HTML, a no-break space between a number and its unit, µ for the u of
+/// "um".
+std::string prose_html(std::string_view text);
+
 /// `value` with `digits` significant digits, trailing zeros kept (0.340), a true minus sign, thousands in
 /// groups of three, and powers of ten written out for magnitudes outside 1e-4 … 1e7.
 std::string significant(double value, int digits);

@@ -40,17 +40,27 @@ constexpr std::array<HeaderField, 5> kHeaderFields = {{
 /// charts.
 struct KeyFigure {
   const char* key;
+  const char* interval;  ///< where its 95 % interval stands; "" for none
   std::string name;
   const char* role;
 };
+
+/// "95 %: 1.50 to 1.61", in the unit of the figure above it.
+std::string interval_html(const json& figures, const char* key, const Column& column) {
+  const json& interval = array_at(figures, key);
+  if (interval.size() != 2 || !interval[0].is_number() || !interval[1].is_number()) return "";
+  return "<span class=\"range\">95\u00a0%: " + column.text(interval[0].get<double>()) + " to " +
+         column.text(interval[1].get<double>()) + "\u00a0" + column.unit.label + "</span>";
+}
 
 std::string key_figures_html(const json& data) {
   const json& figures = member(data, "figures");
   const bool has_after = number_at(figures, "after_rmse_N").has_value();
   const std::vector<KeyFigure> wanted = {
-      {"holdout_rmse_N", has_after ? "Held-out error before" : "Held-out error", "before"},
-      {"after_rmse_N", "Held-out error " + after_label(data), "after"},
-      {"noise_floor_N", "Noise floor", "floor"},
+      {"holdout_rmse_N", "holdout_interval_N", has_after ? "Held-out error before" : "Held-out error",
+       "before"},
+      {"after_rmse_N", "after_interval_N", "Held-out error " + after_label(data), "after"},
+      {"noise_floor_N", "", "Noise floor", "floor"},
   };
   std::vector<double> values_N;
   values_N.reserve(wanted.size());
@@ -61,18 +71,34 @@ std::string key_figures_html(const json& data) {
     const auto value = number_at(figures, figure.key);
     if (!value) continue;
     out += "<div class=\"key " + std::string(figure.role) + "\"><dt>" + escape_html(figure.name) +
-           "</dt><dd>" + column.text(*value) + "<small>\u00a0" + column.unit.label + "</small></dd></div>";
+           interval_html(figures, figure.interval, column) + "</dt><dd>" + column.text(*value) +
+           "<small>\u00a0" + column.unit.label + "</small></dd></div>";
   }
   if (const auto relative = number_at(figures, "relative_error")) {
-    out += "<div class=\"key plain\"><dt>Relative force error</dt><dd>" + significant(*relative * 100.0, 3) +
-           "<small>\u00a0%</small></dd></div>";
+    const auto after = number_at(figures, "after_relative_error");
+    out += "<div class=\"key plain\"><dt>Relative force error" +
+           std::string(after ? ", before and after" : "") + "</dt><dd>" + significant(*relative * 100.0, 3) +
+           (after ? " \u2192 " + significant(*after * 100.0, 3) : "") + "<small>\u00a0%</small></dd></div>";
   }
   return out.empty() ? out : "<dl class=\"keys\">" + out + "</dl>";
 }
 
 std::string reason_cell(const char* name, const std::string& text) {
   if (text.empty()) return "";
-  return "<div><dt>" + std::string(name) + "</dt><dd>" + escape_html(text) + "</dd></div>";
+  return "<div><dt>" + std::string(name) + "</dt><dd>" + prose_html(text) + "</dd></div>";
+}
+
+/// A command to copy: it wraps between its words only.
+std::string command_html(const std::string& command) {
+  std::string out = "<code class=\"command\">";
+  std::size_t at = 0;
+  while (at < command.size()) {
+    const std::size_t end = std::min(command.find(' ', at), command.size());
+    out += "<span>" + escape_html(command.substr(at, end - at)) + "</span>";
+    if (end < command.size()) out += ' ';
+    at = end + 1;
+  }
+  return out + "</code>";
 }
 
 std::string confounders_text(const json& data, const json& candidate) {
@@ -141,9 +167,9 @@ std::string verdict_html(const json& data, FigureNumbers& figures) {
   const std::string kind = text_at(verdict, "kind");
   std::string headline = text_at(verdict, "headline");
   if (headline.empty()) headline = text_at(data, "title");
-  std::string said = "<h1>" + escape_html(headline.empty() ? "Report" : headline) + "</h1>";
+  std::string said = "<h1>" + prose_html(headline.empty() ? "Report" : headline) + "</h1>";
   if (const std::string detail = text_at(verdict, "detail"); !detail.empty()) {
-    said += "<p class=\"detail\">" + escape_html(detail) + "</p>";
+    said += "<p class=\"detail\">" + prose_html(detail) + "</p>";
   }
   said += key_figures_html(data);
   const std::string waterfall = waterfall_html(data, figures);
@@ -169,8 +195,8 @@ std::string reasons_html(const json& data) {
   }
   const json& next = member(data, "next_experiment");
   if (const std::string why = text_at(next, "why"); !why.empty()) {
-    cells += "<div><dt>Next experiment</dt><dd>" + escape_html(why) + " <code>" +
-             escape_html(text_at(next, "command")) + "</code></dd></div>";
+    cells += "<div class=\"whole\"><dt>Next experiment</dt><dd>" + prose_html(why) +
+             command_html(text_at(next, "command")) + "</dd></div>";
   }
   if (cells.empty()) return "";
   return "<section class=\"why\"><h2>Why</h2><dl class=\"reasons\">" + cells + "</dl></section>\n";
@@ -245,7 +271,7 @@ std::string method_html(const json& data) {
   }
   std::string notes;
   for (const json& note : array_at(data, "notes")) {
-    if (note.is_string()) notes += "<li>" + escape_html(text_of(note)) + "</li>";
+    if (note.is_string()) notes += "<li>" + prose_html(text_of(note)) + "</li>";
   }
   row("Notes", notes.empty() ? "" : "<ul>" + notes + "</ul>");
   if (rows.empty()) return "";

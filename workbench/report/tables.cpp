@@ -103,7 +103,7 @@ std::string candidate_texts(const json& candidate) {
   for (const auto& [key, name] :
        {std::pair{"evidence", "Evidence"}, {"cause", "Usual cause"}, {"confirm_with", "Confirm with"}}) {
     const std::string text = text_at(candidate, key);
-    if (!text.empty()) out += "<p><i>" + std::string(name) + "</i> " + escape_html(text) + "</p>";
+    if (!text.empty()) out += "<p><i>" + std::string(name) + "</i> " + prose_html(text) + "</p>";
   }
   return out;
 }
@@ -139,7 +139,7 @@ struct ValueText {
   std::string value;
   std::string error;
   std::string unit;
-  bool weak = false;  ///< not told apart from zero: within two standard errors of it
+  bool weak = false;  ///< within two standard errors of zero
 };
 
 /// Parameters of one effect that share a unit are shown in the same one, so that they compare at a glance.
@@ -174,16 +174,27 @@ ValueText value_text(const json& parameter, const json& neighbours) {
   return out;
 }
 
+/// "cosine and sine 2 (log 1)", for people.
+std::string parameter_name(const json& parameter) {
+  std::string name = text_at(parameter, "name");
+  std::ranges::replace(name, '_', ' ');
+  const auto log = number_at(parameter, "log");
+  return log ? name + " (log " + fixed(*log, 0) + ")" : name;
+}
+
 std::string parameter_rows(const json& parameters, std::size_t first, std::size_t last) {
   std::string out;
   for (std::size_t i = first; i < last; ++i) {
     const json& parameter = parameters[i];
     const ValueText text = value_text(parameter, parameters);
-    out += "<tr><td class=\"pname\">" + escape_html(text_at(parameter, "name")) + "</td><td class=\"num\">" +
+    const std::string note = text_at(parameter, "note");
+    // A shape says where something happens: there "zero" would mean nothing.
+    const char* weak = note == "shape" ? "not determined by this log" : "≈\u00a00 within its error";
+    out += "<tr><td class=\"pname\">" + escape_html(parameter_name(parameter)) + "</td><td class=\"num\">" +
            text.value + "</td><td class=\"num pm\">" + (text.error.empty() ? "" : "±\u202f" + text.error) +
            "</td><td class=\"unit\">" + escape_html(text.unit) + "</td><td class=\"note\">" +
-           (text.weak ? "<span class=\"weak\">≈\u00a00 within its error</span> " : "") +
-           escape_html(text_at(parameter, "note")) + "</td></tr>";
+           (text.weak ? "<span class=\"weak\">" + std::string(weak) + "</span> " : "") + prose_html(note) +
+           "</td></tr>";
   }
   return out;
 }
@@ -262,6 +273,7 @@ std::string ranking_html(const json& data) {
     errors_N.push_back(number_at(candidate, "holdout_rmse_N").value_or(0.0));
   }
   const Column column = aligned_column("N", errors_N, 3);
+  const bool together = !std::ranges::is_sorted(errors_N);
   std::string shown;
   std::string folded;
   // One more row costs less than a fold that hides a single one.
@@ -283,7 +295,13 @@ std::string ranking_html(const json& data) {
         std::to_string(candidates.size() - open_rows) + "</button></td></tr></tbody><tbody class=\"rest\">" +
         folded + "</tbody>";
   }
-  return out + "</table></section>\n";
+  out += "</table>";
+  if (together) {
+    out +=
+        "<p class=\"legend\">First the effects that explain the log together, then the others; each with the "
+        "error it leaves alone.</p>";
+  }
+  return out + "</section>\n";
 }
 
 std::string parameters_html(const json& data) {

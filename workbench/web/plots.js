@@ -105,7 +105,7 @@ function profilePlot(profile) {
                  {name: 'lower', edge: true, role: 'before', values: sumOf(mean, spread, -1)});
   }
   entries.push({name: 'mean', role: 'before', style: {width: 1.75}, values: mean}, {name: 'forward', role: 'forward', values: forward},
-               {name: 'backward', role: 'backward', values: backward}, {name: profile.expected_name || 'expected', role: 'curve1', style: {width: 2, dash: [6, 2]}, values: expected},
+               {name: 'backward', role: 'backward', values: backward}, {name: profile.expected_name || 'expected', role: 'curve7', style: {width: 1.75, dash: [8, 3, 2, 3]}, values: expected},
                {name: report.after_label, role: 'after', values: after});
   return linePlot(scaled(profile.x, along.perSi), {label: `${name} (${along.label})`, name, unit: along.label},
                   [{label: `Residual (${force.label})`}], entries, {height: 240, paperHeight: 185});
