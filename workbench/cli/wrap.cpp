@@ -13,8 +13,8 @@ namespace {
 constexpr std::size_t kNarrowest = 40;
 
 std::size_t length_of(std::string_view text) {
-  return static_cast<std::size_t>(std::ranges::count_if(
-      text, [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
+  return static_cast<std::size_t>(
+      std::ranges::count_if(text, [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
 }
 
 /// Behind the last gap of two spaces or more that leaves a third of the width: where the text of the line

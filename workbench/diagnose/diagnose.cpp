@@ -4,11 +4,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 #include <span>
+#include <string_view>
 #include <tuple>
+#include <utility>
 
 #include "workbench/diagnose/evidence.h"
 #include "workbench/diagnose/lines.h"
@@ -89,12 +93,24 @@ constexpr double kSameError = 0.10;
 /// Of the best reduction of the error, what an effect must reach to be worth telling from others.
 constexpr double kPromising = 0.5;
 
+/// Effects that are a case of another: a chain so soft that its pull is constant, a lag of no time, a mode so
+/// stiff that its mass moves along. No log can exclude that; what it can show is that the other is no more
+/// than that.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 3> kCases{
+    {{"offset_force", "cable_chain_stiffness"},
+     {"stribeck", "frictional_lag"},
+     {"payload_mass", "structural_resonance"}}};
+
 /// An effect that would have to be this share of the force before it were named is one that the log cannot
 /// show.
 constexpr double kCannotShow = 0.2;
 
 double squared(double x) {
   return x * x;
+}
+
+double radians(double degrees) {
+  return degrees * std::numbers::pi / 180.0;
 }
 
 /// A model on the way to an explanation.
@@ -526,10 +542,49 @@ class Search {
       if (behind == diagnosis.candidates.end()) continue;
       const bool same = pair.angle_deg < kSameDirection_deg &&
                         behind->holdout_rmse_N < (1.0 + kSameError) * candidate->holdout_rmse_N;
-      if (as_good || same) diagnosis.cannot_separate.push_back(std::move(pair));
+      if (!as_good && !same) continue;
+      if (is_the_simpler_case(diagnosis, *candidate, *behind)) {
+        std::erase(candidate->confounded_with, pair.other);
+        std::erase(behind->confounded_with, pair.effect);
+        std::erase_if(diagnosis.cannot_show, [&](const Visibility& one) { return one.effect == pair.other; });
+        continue;
+      }
+      diagnosis.cannot_separate.push_back(std::move(pair));
     }
     std::stable_sort(diagnosis.cannot_separate.begin(), diagnosis.cannot_separate.end(),
                      [](const auto& a, const auto& b) { return a.angle_deg < b.angle_deg; });
+  }
+
+  /// Whether `simpler` is a case of `richer` (kCases), and this log would show what else the richer can be:
+  /// then the richer imitates it, as in any log, and does not compete with it. At the middle of the richer's
+  /// shapes, one of its gains at a time.
+  bool is_the_simpler_case(const Diagnosis& diagnosis, const Candidate& simpler,
+                           const Candidate& richer) const {
+    const auto known = [&](const auto& pair) {
+      return pair.first == simpler.term.id() && pair.second == richer.term.id();
+    };
+    if (std::none_of(kCases.begin(), kCases.end(), known)) return false;
+    const Imitation baseline = baseline_imitation(measurement_, diagnosis.baseline);
+    const auto beyond = [&](const Term& term) {
+      return baseline.beyond(weighted_columns(measurement_, diagnosis.baseline, term));
+    };
+    const Eigen::MatrixXd force = beyond(simpler.term);
+    const Term own = make_term(measurement_, *richer.term.effect);
+    const double left = share_left(Imitation(force), beyond(own));
+    const double explained_N = std::sqrt(
+        std::max(0.0, squared(diagnosis.baseline.holdout_rmse_N) - squared(simpler.holdout_rmse_N)));
+    return std::asin(left) > radians(kSameDirection_deg) && left * explained_N > diagnosis.noise_floor_N;
+  }
+
+  /// Of the column that is imitated worst, the share that is left of its length.
+  static double share_left(const Imitation& known, const Eigen::MatrixXd& columns) {
+    const Eigen::VectorXd own = columns.colwise().norm();
+    const Eigen::VectorXd left = known.beyond(columns).colwise().norm();
+    double share = 0.0;
+    for (Eigen::Index i = 0; i < own.size(); ++i) {
+      if (own(i) > 0.0) share = std::max(share, std::min(1.0, left(i) / own(i)));
+    }
+    return share;
   }
 
   void list_steps(Diagnosis& diagnosis, const Explanation& best) const {
