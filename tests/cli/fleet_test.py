@@ -80,6 +80,11 @@ class Fleet(program.Workshop):
         self.assertIn("viscous", found["stdout"].decode().splitlines()[0].lower())
         self.assertRegex(found["stdout"].decode(), r"excerpt +effects searched")
 
+    def test_a_fit_is_shared_like_a_diagnosis(self):
+        found = self.assert_same((3,), "fit", *self.logs, "--effects", program.BASELINE + ",viscous", "--model", "out.toml",
+                                 "--json", "out.json")
+        self.assertRegex(found["stdout"].decode(), r"excerpt +shapes fitted")
+
     def test_short_logs_and_other_commands_are_the_same_too(self):
         self.assert_same((1, 3), "diagnose", "good.csv", "--json", "-")
         self.assert_same((2,), "fit", "good.csv", "--effects", program.BASELINE, "--model", "out.toml", "--json", "out.json")

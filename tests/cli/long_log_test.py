@@ -50,6 +50,29 @@ class LongLog(program.Workshop):
         self.assertEqual([log["samples"] for log in found["logs"]], [self.samples, samples_of(self.here / "other.csv")])
         self.assertEqual(found["candidates"][0]["effect"], "viscous")
 
+    def test_is_fitted_compared_and_extended_by_the_whole_too(self):
+        log = self.stock / "long.csv"
+        fitted = self.answer("fit", log, "--effects", program.BASELINE + ",viscous", "--model", "m.toml")
+        compared = self.answer("compare", log, "--model", "m.toml")
+        self.assertAlmostEqual(compared["relative_error"] / fitted["relative_error"], 1.0, delta=0.01)
+        self.assertGreater(compared["rmse_N"], 0.99 * fitted["train_rmse_N"])
+        self.assertLess(compared["rmse_N"], 1.3 * fitted["train_rmse_N"])  # wild instants are held back in a fit
+        # A model that lacks viscous friction errs by it, in the whole as in the excerpt.
+        self.answer("fit", log, "--effects", program.BASELINE, "--model", "poor.toml")
+        poor = self.answer("compare", log, "--model", "poor.toml")
+        self.assertGreater(poor["rmse_N"], 3.0 * compared["rmse_N"])
+        added = self.answer("add", log, "--model", "poor.toml", "--effect", "viscous", "--out", "better.toml")
+        self.assertAlmostEqual(added["before"]["holdout_rmse_N"] / poor["rmse_N"], 1.0, delta=0.03)
+        self.assertAlmostEqual(added["holdout_rmse_N"] / compared["rmse_N"], 1.0, delta=0.05)
+        self.assertLess(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss, MOST_MB * 1024)
+
+    def answer(self, *arguments):
+        found = json.loads(self.assert_done(*arguments, "--json", "-").stdout)
+        self.assertEqual(found["samples"], self.samples)
+        self.assertGreater(found["searched_samples"], 20_000)
+        self.assertLess(found["searched_samples"], 300_000)
+        return found
+
 
 if __name__ == "__main__":
     unittest.main()

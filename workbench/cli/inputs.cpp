@@ -77,11 +77,6 @@ ConditioningOptions conditioning_of(const Options& options) {
   return conditioning;
 }
 
-void show_reading(const Options& options, std::size_t log, Progress& progress) {
-  progress.show(options.logs.size() == 1 ? "read the log" : "read the logs",
-                static_cast<double>(log) / static_cast<double>(options.logs.size()));
-}
-
 void refuse_short(const Measurement& measurement) {
   for (std::size_t log = 0; log < measurement.log_count(); ++log) {
     const auto [first, count] = measurement.rows_of_log(log);
@@ -102,37 +97,51 @@ void refuse_short(const Measurement& measurement) {
   }
 }
 
-}  // namespace
-
-Measurement measure(const Options& options, Progress& progress) {
-  refuse_repeats(options);
-  std::vector<Log> logs;
-  for (const std::string& path : options.logs) {
-    show_reading(options, logs.size(), progress);
-    logs.push_back(read_log(path));
-    logs.back().path = path;
-  }
-  Measurement measurement(std::move(logs), conditioning_of(options));
-  refuse_short(measurement);
-  progress.show("weigh the rows");
-  weigh_rows(measurement);
-  return measurement;
-}
-
+/// The logs, long ones left in their files, every process of the team at work.
 TeamLogs open_logs(const Options& options, Progress& progress) {
   refuse_repeats(options);
   const char* stage = options.logs.size() == 1 ? "read the log" : "read the logs";
   progress.show(stage);
   return {*options.team, options.logs, LongLog::kInMemoryBytes,
-          [&](double fraction) { progress.show(stage, fraction); }};
+          [&progress, stage](double fraction) { progress.show(stage, fraction); }};
 }
 
-Searched measure_stretches(const Options& options, const TeamLogs& logs,
-                           const std::vector<LogStretch>& stretches, Progress& progress) {
+Searched measured(const Options& options, const TeamLogs& logs, const std::vector<LogStretch>& stretches,
+                  Progress& progress) {
   return logs.measure(stretches, conditioning_of(options), [&](const Measurement& measurement) {
     refuse_short(measurement);
     progress.show("weigh the rows");
   });
+}
+
+/// Searches that surprises in the whole logs may lead to after the first.
+constexpr int kMostRounds = 2;
+
+}  // namespace
+
+Searched search(const Options& options, Progress& progress,
+                const std::function<void(Measurement&, WholeLogs&)>& work) {
+  const TeamLogs logs = open_logs(options, progress);
+  std::vector<LogStretch> stretches = searched_stretches(logs.logs());
+  for (int round = 0;; ++round) {
+    Searched searched = measured(options, logs, stretches, progress);
+    WholeLogs whole(logs.logs(), *searched.measurement, searched.weighing, logs.team());
+    work(*searched.measurement, whole);
+    const std::vector<LogStretch> surprises = whole.surprises(stretches);
+    if (surprises.empty() || round == kMostRounds) return searched;
+    stretches = joined(stretches, surprises);
+  }
+}
+
+Searched measure_all(const Options& options, Progress& progress) {
+  const TeamLogs logs = open_logs(options, progress);
+  std::vector<LogStretch> all;
+  for (const LongLog& log : logs.logs()) all.push_back({all.size(), 0, log.sample_count()});
+  return measured(options, logs, all, progress);
+}
+
+WholeLogs::Progress judging(Progress& progress) {
+  return [&progress](double fraction) { progress.show("judge by the whole logs", fraction); };
 }
 
 void check_combination(const Measurement& measurement, const std::vector<std::string>& ids) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -8,6 +9,7 @@
 #include "workbench/cli/output.h"
 #include "workbench/cli/progress.h"
 #include "workbench/diagnose/team_logs.h"
+#include "workbench/diagnose/whole_logs.h"
 #include "workbench/identify/fit.h"
 #include "workbench/model/model.h"
 
@@ -24,15 +26,17 @@ std::vector<const EffectDescription*> declared_effects(const Options& options);
 /// The logs are inputs: no output may take the place of one.
 void spare_logs(const Options& options, Outputs& outputs);
 
-/// The logs, long ones left in their files, every process of the team at work.
-TeamLogs open_logs(const Options& options, Progress& progress);
+/// Calls `work` with what of the logs is searched, all or an excerpt (searched_stretches()), and with what
+/// judges by the whole of them. Where something happens that the excerpt did not show (surprises()) it joins
+/// the excerpt and `work` is called again, twice at most. What was searched last.
+Searched search(const Options& options, Progress& progress,
+                const std::function<void(Measurement&, WholeLogs&)>& work);
 
-/// These stretches, conditioned; refuses what is too short for any fit, and logs that do not fit together.
-Searched measure_stretches(const Options& options, const TeamLogs& logs,
-                           const std::vector<LogStretch>& stretches, Progress& progress);
+/// All of the logs, however long, conditioned in memory: where no whole can judge afterwards.
+Searched measure_all(const Options& options, Progress& progress);
 
-/// The logs, conditioned; refuses what is too short for any fit, and logs that do not fit together.
-Measurement measure(const Options& options, Progress& progress);
+/// What to show while the whole logs judge.
+WholeLogs::Progress judging(Progress& progress);
 
 /// Refuses combinations that no data can separate or that have nothing to act on.
 void check_combination(const Measurement& measurement, const std::vector<std::string>& ids);

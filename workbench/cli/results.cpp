@@ -99,11 +99,11 @@ json mended_json(const Measurement& measurement) {
   return list;
 }
 
-std::string excerpt_line(const Measurement& measurement) {
+std::string excerpt_line(const Measurement& measurement, std::string_view what) {
   if (!measurement.is_excerpt()) return "";
-  return fmt::format(
-      "excerpt    effects searched in {} stretches, {} of {} samples; errors are those of all samples\n",
-      measurement.parts().size(), measurement.sample_count(), measurement.whole_sample_count());
+  return fmt::format("excerpt    {} in {} stretches, {} of {} samples; errors are those of all samples\n",
+                     what, measurement.parts().size(), measurement.sample_count(),
+                     measurement.whole_sample_count());
 }
 
 json noise_json(const Measurement& measurement) {
@@ -115,6 +115,7 @@ json noise_json(const Measurement& measurement) {
 json quality_json(const Measurement& measurement, const FittedModel& fitted, double floor_N) {
   json result = figures_json(fitted, floor_N);
   result["samples"] = measurement.whole_sample_count();
+  result["searched_samples"] = measurement.sample_count();
   result["noise"] = noise_json(measurement);
   result["mended"] = mended_json(measurement);
   result["holdout_interval_N"] = interval_json(fitted);
@@ -244,10 +245,12 @@ ForceRows rows_of(const FittedModel& fitted) {
   return {fitted.linearisation->measured_N(), fitted.linearisation->force_N()};
 }
 
+FittedModel on_controller(const Measurement& measurement, const FittedModel& fitted) {
+  return with_standard_errors(measurement, reduce_hysteresis(measurement, fitted, kTargetElements));
+}
+
 Model model_of(const Options& options, const Measurement& measurement, const FittedModel& fitted,
-               double floor_N) {
-  const FittedModel reduced =
-      with_standard_errors(measurement, reduce_hysteresis(measurement, fitted, kTargetElements));
+               const FittedModel& reduced, double floor_N) {
   Model model;
   model.source = {printable(options.log), static_cast<std::int64_t>(measurement.whole_sample_count()),
                   fitted.holdout_rmse_N, floor_N, fitted.relative_error};

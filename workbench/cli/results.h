@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
 
 #include "workbench/cli/commands.h"
 #include "workbench/identify/fit.h"
@@ -35,8 +36,8 @@ nlohmann::json figures_json(const FittedModel& fitted, double floor_N);
 
 /// Where the noise floor comes from: one line, and the same for machines.
 std::string noise_line(const Measurement& measurement);
-/// What of long logs was searched; empty where all was.
-std::string excerpt_line(const Measurement& measurement);
+/// In what of long logs `what` was done; empty where in all.
+std::string excerpt_line(const Measurement& measurement, std::string_view what);
 nlohmann::json noise_json(const Measurement& measurement);
 
 /// What was mended in the logs and left out of them: a line each, empty for clean logs.
@@ -77,9 +78,12 @@ void add_logs(nlohmann::json& report, const std::vector<LogResult>& logs);
 /// Measured force and the model's, at the rows.
 ForceRows rows_of(const FittedModel& fitted);
 
-/// The model file of a fit, with the hysteresis reduced to the controller's elements.
+/// `fitted` with the hysteresis reduced to the controller's elements.
+FittedModel on_controller(const Measurement& measurement, const FittedModel& fitted);
+
+/// The model file of a fit and of what on_controller() made of it.
 Model model_of(const Options& options, const Measurement& measurement, const FittedModel& fitted,
-               double floor_N);
+               const FittedModel& reduced, double floor_N);
 
 /// Puts a table in the place of a user's own effect in what the controller runs, which evaluates no
 /// expressions; leaves out those that have none, or come after the first. The target's error then tells what

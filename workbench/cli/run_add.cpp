@@ -43,12 +43,13 @@ struct Addition {
   std::string effect;
   FittedModel before;
   FittedModel after;
+  FittedModel reduced;  ///< to what the controller runs
   double floor_N = 0.0;
   std::string headline;
 };
 
-Addition added(const Measurement& measurement, const Model& old, const EffectDescription& effect,
-               Progress& progress) {
+Addition added(const Measurement& measurement, WholeLogs& whole, const Model& old,
+               const EffectDescription& effect, Progress& progress) {
   Addition result;
   result.effect = effect.id();
   progress.show("fit the model as it is");
@@ -57,6 +58,9 @@ Addition added(const Measurement& measurement, const Model& old, const EffectDes
   const Trial trial = try_effect(measurement, result.before, effect, {});
   result.after = with_standard_errors(
       measurement, polish_shapes(measurement, fit_gains(measurement, trial.terms, &result.before), {}));
+  progress.show("reduce to the controller");
+  result.reduced = on_controller(measurement, result.after);
+  whole.fit({&result.before, &result.reduced, &result.after}, 0.0, judging(progress));
   result.floor_N = NoiseFloor(measurement).of(result.after.terms);
   result.headline = fmt::format("Added {}: held-out error {} before, {} after; noise floor {}.",
                                 effect.text.title, newtons(result.before.holdout_rmse_N),
@@ -98,14 +102,16 @@ void run_add(const Options& options) {
   outputs.claim(options.json);
   const Model old = model_to_extend(options, effect);
   Progress progress;
-  const Measurement measurement = measure(options, progress);
   std::vector<std::string> ids = ids_of(old.terms);
   ids.push_back(effect.id());
-  check_combination(measurement, ids);
-  check_enough(options, measurement, ids);
-  const Addition addition = added(measurement, old, effect, progress);
-  progress.show("reduce to the controller");
-  Model model = model_of(options, measurement, addition.after, addition.floor_N);
+  Addition addition;
+  const Searched searched = search(options, progress, [&](Measurement& measured, WholeLogs& whole) {
+    check_combination(measured, ids);
+    check_enough(options, measured, ids);
+    addition = added(measured, whole, old, effect, progress);
+  });
+  const Measurement& measurement = *searched.measurement;
+  Model model = model_of(options, measurement, addition.after, addition.reduced, addition.floor_N);
   model.history = old.history;
   model.history.push_back(change_of(options, {effect.id()}, addition.before.holdout_rmse_N,
                                     addition.after.holdout_rmse_N, addition.floor_N));
@@ -114,7 +120,8 @@ void run_add(const Options& options) {
   if (addition.after.holdout_rmse_N > (1.0 - kLeastReduction) * addition.before.holdout_rmse_N) {
     text += "It does not earn its parameters: less than 3 % on data that the fit has not seen.\n";
   }
-  text += mended_lines(measurement) + log_table(log_results(measurement, addition.after));
+  text += excerpt_line(measurement, "shapes fitted") + mended_lines(measurement) +
+          log_table(log_results(measurement, addition.after));
   text += parameter_table(addition.after.terms);
   text += model_lines(options.out, model);
 

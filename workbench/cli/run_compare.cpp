@@ -31,7 +31,8 @@ struct Comparison {
 };
 
 /// The model as it is against the log: nothing is fitted.
-Comparison compared(const Measurement& measurement, const Model& model) {
+Comparison compared(const Measurement& measurement, WholeLogs& whole, const Model& model,
+                    Progress& progress) {
   Comparison result;
   Terms terms = model.terms;
   const bool several = measurement.log_count() > 1;  // each with the load that it declares
@@ -42,6 +43,11 @@ Comparison compared(const Measurement& measurement, const Model& model) {
   const Eigen::VectorXd residual = result.rows.residual_N().cwiseProduct(usable);
   result.error_N = measurement.weighted_rms(residual);
   result.relative = residual.norm() / std::max(result.rows.measured_N.cwiseProduct(usable).norm(), 1e-300);
+  if (measurement.is_excerpt()) {
+    const WholeLogs::Left left = whole.left_by({terms}, judging(progress)).front();
+    result.error_N = left.rmse_N;
+    result.relative = left.relative_error;
+  }
   const NoiseFloor floor(measurement);
   result.floor_N = floor.of(terms);
   result.logs = log_results(measurement, result.rows, floor.of_each_log(terms), nullptr);
@@ -82,9 +88,12 @@ void run_compare(const Options& options) {
   outputs.claim(options.json);
   const Model model = read_model(options.model);
   Progress progress;
-  const Measurement measurement = measure(options, progress);
-  progress.show("compare");
-  const Comparison found = compared(measurement, model);
+  Comparison found;
+  const Searched searched = search(options, progress, [&](Measurement& measured, WholeLogs& whole) {
+    progress.show("compare");
+    found = compared(measured, whole, model, progress);
+  });
+  const Measurement& measurement = *searched.measurement;
 
   std::string text = fmt::format(
       "log        {}\nmodel      {}, hash {}\neffects    {}\nerror      {} rms, {} of the force; noise "
@@ -92,11 +101,13 @@ void run_compare(const Options& options) {
       printable(options.log), printable(options.model), hash_text(model),
       fmt::join(ids_of(model.terms), ", "), newtons(found.error_N), share(found.relative),
       newtons(found.floor_N), sentence(found.left));
-  text += mended_lines(measurement) + log_table(found.logs);
+  text += excerpt_line(measurement, "noise floor and what is left seen") + mended_lines(measurement) +
+          log_table(found.logs);
   json result{{"log", options.log},
               {"model", options.model},
               {"hash", hash_text(model)},
               {"samples", measurement.whole_sample_count()},
+              {"searched_samples", measurement.sample_count()},
               {"effects", ids_of(model.terms)},
               {"rmse_N", number_json(found.error_N)},
               {"relative_error", number_json(found.relative)},

@@ -9,7 +9,6 @@
 #include "workbench/cli/results.h"
 #include "workbench/cli/tables.h"
 #include "workbench/diagnose/diagnose.h"
-#include "workbench/diagnose/whole_logs.h"
 #include "workbench/identify/standard_errors.h"
 #include "workbench/report/html.h"
 #include "workbench/report/sections.h"
@@ -148,16 +147,13 @@ std::string text_of(const Options& options, const Measurement& measurement, cons
         fmt::format("; with {} {}", diagnosis.candidates.front().term.id(), interval_text(diagnosis.best));
   }
   text += " (95 %, block bootstrap)\n";
-  text += noise_line(measurement) + excerpt_line(measurement) + mended_lines(measurement);
+  text += noise_line(measurement) + excerpt_line(measurement, "effects searched") + mended_lines(measurement);
   if (diagnosis.verdict == Verdict::missing_effect) text += advice(diagnosis.candidates.front());
   text += limits_text(options, diagnosis);
   return text;
 }
 
 }  // namespace
-
-/// Searches that surprises in the whole logs may lead to after the first.
-constexpr int kMostRounds = 2;
 
 void run_diagnose(const Options& options) {
   DiagnoseOptions wanted;
@@ -173,31 +169,19 @@ void run_diagnose(const Options& options) {
                         ? parse_effects(options.effects.empty() ? kDefaultBaseline : options.effects)
                         : ids_of(model.terms);
   Progress progress;
-  const TeamLogs logs = open_logs(options, progress);
-  std::vector<LogStretch> stretches = searched_stretches(logs.logs());
-  Searched searched;
   Diagnosis diagnosis;
-  for (int round = 0;; ++round) {
-    diagnosis = {};
-    searched = measure_stretches(options, logs, stretches, progress);
-    const Measurement& measurement = *searched.measurement;
+  const Searched searched = search(options, progress, [&](Measurement& measurement, WholeLogs& whole) {
     check_combination(measurement, wanted.baseline);
     check_enough(options, measurement, wanted.baseline);
     if (!options.model.empty()) wanted.start = terms_on(measurement, model);
     wanted.progress = [&progress](const std::string& stage, double fraction) {
       progress.show(stage, fraction);
     };
-    WholeLogs whole(logs.logs(), measurement, searched.weighing, logs.team());
     if (measurement.is_excerpt()) {
-      wanted.judge_on_whole = [&](Diagnosis& found) {
-        whole.judge(found, [&](double fraction) { progress.show("judge by the whole logs", fraction); });
-      };
+      wanted.judge_on_whole = [&](Diagnosis& found) { whole.judge(found, judging(progress)); };
     }
     diagnosis = diagnose(measurement, wanted);
-    const std::vector<LogStretch> surprises = whole.surprises(stretches);
-    if (surprises.empty() || round == kMostRounds) break;
-    stretches = joined(stretches, surprises);
-  }
+  });
   const Measurement& measurement = *searched.measurement;
 
   const json result = result_of(options, measurement, diagnosis);

@@ -54,15 +54,22 @@ void run_fit(const Options& options) {
   outputs.claim(options.report);
   outputs.claim(options.json);
   Progress progress;
-  Measurement measurement = measure(options, progress);
-  check_combination(measurement, ids);
-  check_enough(options, measurement, ids);
-  progress.show("fit");
-  const RobustFit robust = fit_robustly(measurement, fit_effects(measurement, ids, {}));
-  const FittedModel fitted = with_standard_errors(measurement, robust.model);
-  progress.show("reduce to the controller");
+  RobustFit robust;
+  FittedModel fitted;
+  FittedModel reduced;
+  const Searched searched = search(options, progress, [&](Measurement& measured, WholeLogs& whole) {
+    check_combination(measured, ids);
+    check_enough(options, measured, ids);
+    progress.show("fit");
+    robust = fit_robustly(measured, fit_effects(measured, ids, {}));
+    fitted = with_standard_errors(measured, robust.model);
+    progress.show("reduce to the controller");
+    reduced = on_controller(measured, fitted);
+    whole.fit({&fitted, &reduced}, robust.limit_N, judging(progress));
+  });
+  const Measurement& measurement = *searched.measurement;
   const double floor_N = NoiseFloor(measurement).of(fitted.terms);
-  Model model = model_of(options, measurement, fitted, floor_N);
+  Model model = model_of(options, measurement, fitted, reduced, floor_N);
   model.history = {change_of(options, ids, 0.0, fitted.holdout_rmse_N, floor_N)};
 
   std::string text =
@@ -70,7 +77,8 @@ void run_fit(const Options& options) {
   text += fmt::format("error      {} held out ({}), {} in sample, {} of the force; noise floor {}\n",
                       newtons(fitted.holdout_rmse_N), interval_text(fitted), newtons(fitted.train_rmse_N),
                       share(fitted.relative_error), newtons(floor_N));
-  text += noise_line(measurement) + mended_lines(measurement) + outlier_line(robust);
+  text += noise_line(measurement) + excerpt_line(measurement, "shapes fitted") + mended_lines(measurement) +
+          outlier_line(robust);
   text += log_table(log_results(measurement, fitted));
   text += parameter_table(fitted.terms);
   text += model_lines(options.model, model);

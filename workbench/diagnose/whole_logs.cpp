@@ -65,10 +65,26 @@ Terms terms_of(const json& list) {
   return terms;
 }
 
-/// Unweighted squares of what a model leaves and of the measured force.
+/// Huber's weights: what leaves more than the limit pulls no more than at the limit.
+void limit(Measurement& piece, const Eigen::VectorXd& residual_N, double limit_N) {
+  const Eigen::VectorXd plain = piece.row_weights();
+  const Eigen::ArrayXd magnitude = residual_N.cwiseProduct(plain.cwiseSqrt()).array().abs();
+  piece.set_row_weights(plain.array() * (limit_N / magnitude.max(limit_N)));
+}
+
+/// Squares of what a model leaves and of the measured force.
 struct Squares {
   double left = 0.0;
   double measured = 0.0;
+  double weighted_left = 0.0;
+  double weight = 0.0;
+  void add(const Squares& other) {
+    left += other.left;
+    measured += other.measured;
+    weighted_left += other.weighted_left;
+    weight += other.weight;
+  }
+  double relative() const { return std::sqrt(left / std::max(measured, 1e-300)); }
 };
 
 }  // namespace
@@ -99,8 +115,9 @@ WholeLogs::WholeLogs(const std::vector<LongLog>& logs, const Measurement& excerp
   }
 }
 
-void WholeLogs::sum_piece(const Unit& unit, const std::vector<std::size_t>& borders,
-                          const std::vector<Terms>& models, std::size_t full, Sums& sums) const {
+void WholeLogs::sum_piece(const Unit& unit, const std::vector<std::size_t>& borders, const Task& task,
+                          Sums& sums) const {
+  const auto& [models, full, limit_N] = task;
   const std::size_t margin = excerpt_.margin();
   const LongLog& log = logs_[unit.log];
   const std::size_t known = lead_in(log, borders.front(), kLongestLead);
@@ -115,6 +132,7 @@ void WholeLogs::sum_piece(const Unit& unit, const std::vector<std::size_t>& bord
   weighing_.apply(piece);
 
   const Linearisation base(piece, models.front());
+  if (limit_N > 0.0) limit(piece, base.residual_N(), limit_N);
   const NormalEquations base_equations(piece, base.columns(), base.target());
   for (std::size_t m = 0; m < models.size(); ++m) {
     const Terms& model = models[m];
@@ -136,8 +154,9 @@ void WholeLogs::sum_piece(const Unit& unit, const std::vector<std::size_t>& bord
         m > 0 ? NormalEquations(piece, linearisation.columns(), linearisation.target()) : base_equations, 0);
     if (m >= full) continue;
     const Eigen::VectorXd left = linearisation.residual_N().cwiseProduct(piece.row_usable());
-    sums.squares[m].left += left.squaredNorm();
-    sums.squares[m].measured += linearisation.measured_N().cwiseProduct(piece.row_usable()).squaredNorm();
+    sums.squares[m].add({left.squaredNorm(),
+                         linearisation.measured_N().cwiseProduct(piece.row_usable()).squaredNorm(),
+                         left.cwiseAbs2().dot(piece.row_weights()), piece.row_weights().sum()});
     if (m + 1 != full) continue;
     for (Eigen::Index row = 0; row < left.size(); ++row) {
       const std::size_t window = (from + piece.row_samples()[static_cast<std::size_t>(row)]) / kWindow;
@@ -150,20 +169,19 @@ void WholeLogs::sum_piece(const Unit& unit, const std::vector<std::size_t>& bord
   }
 }
 
-WholeLogs::Sums WholeLogs::sum_unit(const Unit& unit, const std::vector<Terms>& models,
-                                    std::size_t full) const {
+WholeLogs::Sums WholeLogs::sum_unit(const Unit& unit, const Task& task) const {
   Sums sums;
   sums.first_block = unit.first_block;
-  for (const Terms& model : models) {
+  for (const Terms& model : task.models) {
     sums.equations.emplace_back(unknown_count(model), unit.block_count(), kFolds);
   }
-  sums.squares.resize(full);
+  sums.squares.resize(task.full);
   if (unit.block_count() > 1) {
-    sum_piece(unit, unit.borders, models, full, sums);
+    sum_piece(unit, unit.borders, task, sums);
   } else {  // a block may be long
     const std::size_t end = unit.borders.back();
     for (std::size_t first = unit.borders.front(); first < end; first += kPiece) {
-      sum_piece(unit, {first, std::min(end, first + kPiece)}, models, full, sums);
+      sum_piece(unit, {first, std::min(end, first + kPiece)}, task, sums);
     }
   }
   for (NormalEquations& equations : sums.equations) equations.sum_up();
@@ -171,8 +189,7 @@ WholeLogs::Sums WholeLogs::sum_unit(const Unit& unit, const std::vector<Terms>& 
 }
 
 /// The units that are this process's.
-std::vector<WholeLogs::Sums> WholeLogs::sum_share(const std::vector<Terms>& models, std::size_t full,
-                                                  const Progress& progress) const {
+std::vector<WholeLogs::Sums> WholeLogs::sum_share(const Task& task, const Progress& progress) const {
   std::vector<const Unit*> mine;
   for (std::size_t u = 0; u < units_.size(); ++u) {
     if (static_cast<int>(u) % team_.size() == team_.rank()) mine.push_back(&units_[u]);
@@ -180,7 +197,7 @@ std::vector<WholeLogs::Sums> WholeLogs::sum_share(const std::vector<Terms>& mode
   std::vector<Sums> sums(mine.size());
   std::atomic<std::size_t> done{0};
   parallel_for(mine.size(), [&](std::size_t i) {
-    sums[i] = sum_unit(*mine[i], models, full);
+    sums[i] = sum_unit(*mine[i], task);
     if (progress) progress(static_cast<double>(++done) / static_cast<double>(mine.size()));
   });
   return sums;
@@ -198,7 +215,9 @@ json WholeLogs::to_json(const std::vector<Sums>& sums) {
       for (int b = 0; b < equations.block_count(); ++b) blocks.push_back(equations.numbers_of(b));
       entry["equations"].push_back(std::move(blocks));
     }
-    for (const Squares& squares : one.squares) entry["squares"].push_back({squares.left, squares.measured});
+    for (const Squares& squares : one.squares) {
+      entry["squares"].push_back({squares.left, squares.measured, squares.weighted_left, squares.weight});
+    }
     for (const Window& window : one.windows) {
       entry["windows"].push_back({window.log, window.index, window.squares, window.weight});
     }
@@ -223,7 +242,8 @@ std::vector<WholeLogs::Sums> WholeLogs::sums_of(const json& list, const std::vec
       one.equations.push_back(std::move(equations));
     }
     for (const json& squares : entry["squares"]) {
-      one.squares.push_back({squares[0].get<double>(), squares[1].get<double>()});
+      one.squares.push_back({squares[0].get<double>(), squares[1].get<double>(), squares[2].get<double>(),
+                             squares[3].get<double>()});
     }
     for (const json& window : entry["windows"]) {
       one.windows.push_back({window[0].get<std::size_t>(), window[1].get<std::size_t>(),
@@ -235,17 +255,16 @@ std::vector<WholeLogs::Sums> WholeLogs::sums_of(const json& list, const std::vec
 }
 
 /// Every unit, by block; each process sums its share.
-std::vector<WholeLogs::Sums> WholeLogs::sum(const std::vector<Terms>& models, std::size_t full,
-                                            const Progress& progress) const {
-  json request{{"do", "sum"}, {"full", full}, {"models", json::array()}};
-  for (const Terms& model : models) request["models"].push_back(workbench::to_json(model));
+std::vector<WholeLogs::Sums> WholeLogs::sum(const Task& task, const Progress& progress) const {
+  json request{{"do", "sum"}, {"full", task.full}, {"limit_N", task.limit_N}, {"models", json::array()}};
+  for (const Terms& model : task.models) request["models"].push_back(workbench::to_json(model));
   std::vector<Sums> all;
   const std::vector<json> answers = ask(team_, request, [&] {
-    all = sum_share(models, full, progress);
+    all = sum_share(task, progress);
     return nullptr;
   });
   for (std::size_t rank = 1; rank < answers.size(); ++rank) {
-    for (Sums& one : sums_of(answers[rank], models)) all.push_back(std::move(one));
+    for (Sums& one : sums_of(answers[rank], task.models)) all.push_back(std::move(one));
   }
   std::sort(all.begin(), all.end(),
             [](const Sums& a, const Sums& b) { return a.first_block < b.first_block; });
@@ -253,64 +272,120 @@ std::vector<WholeLogs::Sums> WholeLogs::sum(const std::vector<Terms>& models, st
 }
 
 json WholeLogs::share(const json& request) const {
-  std::vector<Terms> models;
-  models.reserve(request.at("models").size());
-  for (const json& model : request.at("models")) models.push_back(terms_of(model));
-  return to_json(sum_share(models, request.at("full").get<std::size_t>(), {}));
+  Task task;
+  task.full = request.at("full").get<std::size_t>();
+  task.limit_N = request.at("limit_N").get<double>();
+  task.models.reserve(request.at("models").size());
+  for (const json& model : request.at("models")) task.models.push_back(terms_of(model));
+  return to_json(sum_share(task, {}));
 }
 
-void WholeLogs::judge(Diagnosis& diagnosis, const Progress& progress) {
-  // The baseline and the steps first, of which more is told; then the candidates.
-  std::vector<Terms> models;
-  for (const Step& step : diagnosis.steps) models.push_back(step.terms);
-  const std::size_t full = models.size();
-  for (const Candidate& candidate : diagnosis.candidates) models.push_back(candidate.terms);
-  const std::vector<Sums> sums = sum(models, full, progress);
-
+/// Gains and errors of the models; `error_N` scales what is known before the data.
+std::vector<FittedModel> WholeLogs::judged(const Task& task, double error_N, const Progress& progress) {
+  const std::vector<Sums> sums = sum(task, progress);
+  const std::vector<Terms>& models = task.models;
   windows_.clear();
   for (const Sums& one : sums) windows_.insert(windows_.end(), one.windows.begin(), one.windows.end());
-  const double error_N = diagnosis.baseline.train_rmse_N;
   std::vector<FittedModel> judged(models.size());
   parallel_for(models.size(), [&](std::size_t m) {
     NormalEquations equations(unknown_count(models[m]), block_count_, kFolds);
     for (const Sums& one : sums) equations.add(one.equations[m], one.first_block);
     equations.sum_up();
     const NormalEquations::Constraints constraints = constraints_of(models[m], error_N);
-    const BoundedSolution solution = equations.fit(constraints);
-    const auto held_out = equations.cross_validate(constraints, solution.rests);
     FittedModel& model = judged[m];
-    model.train_rmse_N = std::sqrt(equations.squared_error(solution.value) / equations.weight());
+    model.solution = equations.fit(constraints);
+    const auto held_out = equations.cross_validate(constraints, model.solution.rests);
+    model.train_rmse_N = std::sqrt(equations.squared_error(model.solution.value) / equations.weight());
     model.holdout_rmse_N = held_out.rmse;
     model.block_squared_error = held_out.block_squared_error;
     for (int block = 0; block < equations.block_count(); ++block) {
       model.block_weight.push_back(equations.weight(block));
     }
-    if (m >= full) return;
+    if (m >= task.full) return;
     Squares squares;
-    for (const Sums& one : sums) {
-      squares.left += one.squares[m].left;
-      squares.measured += one.squares[m].measured;
-    }
-    model.relative_error = std::sqrt(squares.left / std::max(squares.measured, 1e-300));
+    for (const Sums& one : sums) squares.add(one.squares[m]);
+    model.relative_error = squares.relative();
   });
+  return judged;
+}
+
+namespace {
+
+/// The errors of `judged` in place of those of `model`.
+void take_errors(FittedModel& model, const FittedModel& judged) {
+  model.train_rmse_N = judged.train_rmse_N;
+  model.holdout_rmse_N = judged.holdout_rmse_N;
+  model.relative_error = judged.relative_error;
+  model.block_squared_error = judged.block_squared_error;
+  model.block_weight = judged.block_weight;
+}
+
+}  // namespace
+
+void WholeLogs::fit(const std::vector<FittedModel*>& models, double limit_N, const Progress& progress) {
+  if (!excerpt_.is_excerpt()) return;
+  const auto half = [&progress](double from) {
+    return [&progress, from](double fraction) {
+      if (progress) progress(from + 0.5 * fraction);
+    };
+  };
+  Task task;
+  task.limit_N = limit_N;
+  for (const FittedModel* model : models) task.models.push_back(model->terms);
+  task.full = task.models.size();
+  const std::vector<FittedModel> found = judged(task, models.front()->train_rmse_N, half(0.0));
+  task.models.clear();
+  for (std::size_t m = 0; m < models.size(); ++m) {
+    FittedModel& model = *models[m];
+    take_errors(model, found[m]);
+    model.solution = found[m].solution;
+    Eigen::Index next = 0;
+    for (Term& term : model.terms) {
+      for (double& gain : term.gains) gain = model.solution.value(next++);
+    }
+    model.linearisation =
+        std::make_shared<const Linearisation>(excerpt_, model.terms, model.linearisation.get());
+    task.models.push_back(model.terms);
+  }
+  // With these gains; and where terms multiply, the force is no longer the one that was linearised.
+  const std::vector<Left> left = left_by(task.models, half(0.5));
+  for (std::size_t m = 0; m < models.size(); ++m) models[m]->relative_error = left[m].relative_error;
+}
+
+std::vector<WholeLogs::Left> WholeLogs::left_by(const std::vector<Terms>& models, const Progress& progress) {
+  const std::vector<Sums> sums = sum({models, models.size(), 0.0}, progress);
+  windows_.clear();
+  std::vector<Squares> squares(models.size());
+  for (const Sums& one : sums) {
+    for (std::size_t m = 0; m < models.size(); ++m) squares[m].add(one.squares[m]);
+    windows_.insert(windows_.end(), one.windows.begin(), one.windows.end());
+  }
+  std::vector<Left> left;
+  left.reserve(models.size());
+  for (const Squares& one : squares) {
+    left.push_back({std::sqrt(one.weighted_left / std::max(one.weight, 1e-300)), one.relative()});
+  }
+  return left;
+}
+
+void WholeLogs::judge(Diagnosis& diagnosis, const Progress& progress) {
+  // The baseline and the steps first, of which more is told; then the candidates.
+  Task task;
+  for (const Step& step : diagnosis.steps) task.models.push_back(step.terms);
+  const std::size_t full = task.full = task.models.size();
+  for (const Candidate& candidate : diagnosis.candidates) task.models.push_back(candidate.terms);
+  const std::vector<FittedModel> found = judged(task, diagnosis.baseline.train_rmse_N, progress);
   // An effect that the excerpt cannot show was given the baseline's error, and keeps it.
   std::vector<bool> shown;
   for (const Candidate& candidate : diagnosis.candidates) {
     shown.push_back(candidate.block_squared_error != diagnosis.baseline.block_squared_error);
   }
-  const auto take = [&](FittedModel& into, const FittedModel& from) {
-    into.train_rmse_N = from.train_rmse_N;
-    into.holdout_rmse_N = from.holdout_rmse_N;
-    into.relative_error = from.relative_error;
-    into.block_squared_error = from.block_squared_error;
-    into.block_weight = from.block_weight;
-  };
-  take(diagnosis.baseline, judged[0]);
-  take(diagnosis.best, judged[std::min<std::size_t>(1, full - 1)]);
-  take(diagnosis.explained, judged[full - 1]);
-  for (std::size_t s = 0; s < full; ++s) diagnosis.steps[s].holdout_rmse_N = judged[s].holdout_rmse_N;
+  take_errors(diagnosis.baseline, found[0]);
+  take_errors(diagnosis.best, found[std::min<std::size_t>(1, full - 1)]);
+  take_errors(diagnosis.explained, found[full - 1]);
+  for (std::size_t s = 0; s < full; ++s) diagnosis.steps[s].holdout_rmse_N = found[s].holdout_rmse_N;
   for (std::size_t c = 0; c < diagnosis.candidates.size(); ++c) {
-    const FittedModel& model = shown[c] ? judged[full + c] : judged[0];
+    const FittedModel& model = shown[c] ? found[full + c] : found[0];
     diagnosis.candidates[c].holdout_rmse_N = model.holdout_rmse_N;
     diagnosis.candidates[c].block_squared_error = model.block_squared_error;
   }

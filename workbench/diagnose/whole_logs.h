@@ -29,7 +29,18 @@ class WholeLogs {
   /// On the first process of the team: puts the errors of the whole logs in place of the excerpt's, for the
   /// baseline, every candidate and every step. Throws InputError where a log cannot be read again.
   void judge(Diagnosis& diagnosis, const Progress& progress);
-  /// On the others: their answer to what judge() asks of them.
+  /// On the first: fits the gains of models that were fitted to the excerpt again, to the whole, and judges
+  /// them by it; shapes and standard errors stay those of the excerpt. Nothing where the excerpt is all there
+  /// is. Instants at which the first model leaves more than `limit_N` pull no more than there (RobustFit); 0:
+  /// none. What the last model leaves is what surprises() looks at.
+  void fit(const std::vector<FittedModel*>& models, double limit_N, const Progress& progress);
+  /// What models leave as they are, nothing fitted: weighted rms [N], and the share of the force.
+  struct Left {
+    double rmse_N = 0.0;
+    double relative_error = 0.0;
+  };
+  std::vector<Left> left_by(const std::vector<Terms>& models, const Progress& progress);
+  /// On the others: their answer to what these ask of them.
   nlohmann::json share(const nlohmann::json& request) const;
 
   /// Stretches outside the excerpt, the worst first, where the last model fails by far more than anywhere in
@@ -51,14 +62,20 @@ class WholeLogs {
     double squares;
     double weight;
   };
-  std::vector<Sums> sum(const std::vector<Terms>& models, std::size_t full, const Progress& progress) const;
-  std::vector<Sums> sum_share(const std::vector<Terms>& models, std::size_t full,
-                              const Progress& progress) const;
+  /// What is summed.
+  struct Task {
+    std::vector<Terms> models;
+    std::size_t full = 0;  ///< so many of them also say what they leave
+    double limit_N = 0.0;  ///< see fit()
+  };
+  std::vector<FittedModel> judged(const Task& task, double error_N, const Progress& progress);
+  std::vector<Sums> sum(const Task& task, const Progress& progress) const;
+  std::vector<Sums> sum_share(const Task& task, const Progress& progress) const;
   static nlohmann::json to_json(const std::vector<Sums>& sums);
   static std::vector<Sums> sums_of(const nlohmann::json& list, const std::vector<Terms>& models);
-  Sums sum_unit(const Unit& unit, const std::vector<Terms>& models, std::size_t full) const;
-  void sum_piece(const Unit& unit, const std::vector<std::size_t>& borders, const std::vector<Terms>& models,
-                 std::size_t full, Sums& sums) const;
+  Sums sum_unit(const Unit& unit, const Task& task) const;
+  void sum_piece(const Unit& unit, const std::vector<std::size_t>& borders, const Task& task,
+                 Sums& sums) const;
 
   const std::vector<LongLog>& logs_;
   const Measurement& excerpt_;

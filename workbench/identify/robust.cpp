@@ -36,10 +36,9 @@ RobustFit fit_robustly(Measurement& measurement, FittedModel fitted) {
     const Eigen::VectorXd weights =
         plain.array() * (limit / residual.array().abs().max(std::max(limit, 1e-300)));
     const Eigen::Index outliers = (residual.array().abs() > limit).count();
-    if (outliers == 0 ||
-        static_cast<double>(outliers) > kMostOutliers * static_cast<double>(residual.size())) {
-      break;
-    }
+    if (static_cast<double>(outliers) > kMostOutliers * static_cast<double>(residual.size())) break;
+    robust.limit_N = limit;
+    if (outliers == 0) break;
     robust.outliers = outliers;
     Eigen::Index first = 0;
     (residual.array().abs() > limit).cast<int>().maxCoeff(&first);

@@ -10,6 +10,8 @@ struct RobustFit {
   FittedModel model;
   Eigen::Index outliers = 0;  ///< rows that weigh less than they would
   double first_s = 0.0;       ///< time of the first, from the start of its log
+  /// Weighted residual [N] beyond which an instant pulls no more; 0: all pull as they do.
+  double limit_N = 0.0;
 };
 
 /// `fitted` again with Huber's loss (Huber 1964) by iterated weights: rows whose residual is beyond five

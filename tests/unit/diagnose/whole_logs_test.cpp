@@ -168,6 +168,37 @@ TEST(WholeLogs, TheAnswerIsTheSameForAnyNumberOfProcesses) {
   });
 }
 
+TEST(WholeLogs, GainsAreThoseOfTheWholeAndWildInstantsAreHeldBack) {
+  const std::filesystem::path path = viscous_file("gains.csv", 5, 260.0);
+  Alone alone;
+  const TeamLogs logs(alone, {path.string()}, 0);
+  const std::vector<std::string> effects{"inertia", "presliding_hysteresis", "viscous"};
+  const auto viscous = [](const FittedModel& model) { return find_term(model.terms, "viscous")->gains[0]; };
+  const Searched all = logs.measure(everything(logs.logs()), {});
+  const FittedModel by_all = fit_effects(*all.measurement, effects, {});
+  const Searched part = logs.measure(choose_stretches(logs.logs()), {});
+  ASSERT_TRUE(part.measurement->is_excerpt());
+  const FittedModel by_part = fit_effects(*part.measurement, effects, {});
+  WholeLogs whole(logs.logs(), *part.measurement, part.weighing, alone);
+  const auto ignore = [](double) {};
+  const auto judged = [&](double limit_N) {
+    FittedModel model = by_part;
+    whole.fit({&model}, limit_N, ignore);
+    return model;
+  };
+  const FittedModel plain = judged(0.0);
+  EXPECT_LT(std::abs(viscous(plain) - viscous(by_all)), 0.5 * std::abs(viscous(by_part) - viscous(by_all)));
+  EXPECT_NEAR(plain.holdout_rmse_N / by_all.holdout_rmse_N, 1.0, 0.05);
+  // What the model is told to leave, it leaves.
+  const WholeLogs::Left left = whole.left_by({plain.terms}, ignore).front();
+  EXPECT_NEAR(left.rmse_N / plain.train_rmse_N, 1.0, 0.01);
+  EXPECT_EQ(left.relative_error, plain.relative_error);
+  // A limit that nothing reaches changes nothing; one that many reach pulls towards the median.
+  EXPECT_EQ(viscous(judged(1e6)), viscous(plain));
+  EXPECT_NE(viscous(judged(plain.train_rmse_N)), viscous(plain));
+  EXPECT_LT(judged(plain.train_rmse_N).train_rmse_N, plain.train_rmse_N);
+}
+
 TEST(TeamLogs, AFaultAnywhereIsToldAsOneProcessTellsIt) {
   const std::filesystem::path good = viscous_file("good.csv", 9, 40.0);
   std::vector<std::string> paths{good.string()};

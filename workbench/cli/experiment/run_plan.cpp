@@ -183,7 +183,9 @@ Known known_of(const PlanRequest& request, const std::vector<std::string>& ids, 
   Options as_log;
   as_log.log = names_of(request.logs);
   as_log.logs = request.logs;
-  known.measurement = std::make_unique<Measurement>(measure(as_log, progress));
+  Alone alone;
+  as_log.team = &alone;
+  known.measurement = measure_all(as_log, progress).measurement;
   const Measurement& measurement = *known.measurement;
   progress.show("fit the baseline");
   if (request.model.empty()) {
