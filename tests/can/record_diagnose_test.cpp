@@ -119,6 +119,17 @@ TEST(RecordAndDiagnose, ACleanAxisIsComplete) {
   }
 }
 
+TEST(RecordAndDiagnose, ACleanAxisAtAFewSamplesIsNotGivenAName) {
+  for (const std::uint64_t seed : {1U, 2U, 3U}) {
+    Desk desk(seed);
+    const Mover mover(desk);
+    const Recording recording = record_stream(*desk.client, 18.0, 500.0, kQuiet);
+    const Diagnosis diagnosis = diagnosis_of(recording.log, "coarse");
+    EXPECT_NE(diagnosis.verdict, Verdict::missing_effect)
+        << seed << ' ' << diagnosis.candidates[0].term.effect->text.id;
+  }
+}
+
 TEST(RecordAndDiagnose, AHiddenEffectIsNamed) {
   for (const sim::EffectId hidden : {sim::EffectId::kViscous, sim::EffectId::kDirectionAsymmetry}) {
     sim::Bench bench = sim::draw_bench(sim::Setup::kPickAndPlace, 1);

@@ -61,6 +61,11 @@ def with_column(name, value):
     return change
 
 
+def in_milliseconds(lines):
+    for line in range(NAMES + 1, len(lines) + 1):
+        replace_field(lines, line, 0, f"{1e3 * float(lines[line - 1].split(',')[0]):.3f}")
+
+
 def every_sample(column, value):
     def change(lines):
         for line in range(NAMES + 1, len(lines) + 1):
@@ -111,6 +116,7 @@ SPOILT = {
     "a field too few": (field(2, "1,2"), [f"bad.csv:{SAMPLE}", "4 fields", "3"]),
     "time goes back": (time_of(-2), [f"bad.csv:{SAMPLE}", "time_s", "goes back"]),
     "time repeats": (time_of(-1), [f"bad.csv:{SAMPLE}", "time_s", "repeats"]),
+    "time in milliseconds": (in_milliseconds, ["bad.csv", "time_s", "milliseconds", "write seconds"]),
     "gap": (gap, [f"bad.csv:{SAMPLE}", "gap", "sampling: irregular"]),
     "too few samples": (keep_samples(99), ["bad.csv", "99 samples", "at least 100"]),
     "too few after filtering": (keep_samples(150), ["bad.csv", "150 samples", "record longer"]),

@@ -16,6 +16,8 @@ namespace {
 /// Cross-validation fits to four fifths of the instants: with fewer than these it would fit noise.
 constexpr Eigen::Index kInstantsPerParameter = 2;
 constexpr Eigen::Index kLeastInstants = 100;
+/// Slower samples show no reversal and no move: as a rule their time is in another unit.
+constexpr double kLeastRate_Hz = 10.0;
 
 }  // namespace
 
@@ -77,7 +79,14 @@ ConditioningOptions conditioning_of(const Options& options) {
   return conditioning;
 }
 
-void refuse_short(const Measurement& measurement) {
+void refuse_slow_or_short(const Measurement& measurement) {
+  if (measurement.sample_rate_Hz() < kLeastRate_Hz) {
+    throw InputError(fmt::format(
+        "{}: column time_s: {:.3g} samples a second are too few to see friction (at least {:.0f}); if the "
+        "column "
+        "holds milliseconds, write seconds",
+        printable(measurement.parts().front().path), measurement.sample_rate_Hz(), kLeastRate_Hz));
+  }
   for (std::size_t log = 0; log < measurement.log_count(); ++log) {
     const auto [first, count] = measurement.rows_of_log(log);
     const auto usable = static_cast<Eigen::Index>(measurement.row_usable().segment(first, count).sum());
@@ -109,7 +118,7 @@ TeamLogs open_logs(const Options& options, Progress& progress) {
 Searched measured(const Options& options, const TeamLogs& logs, const std::vector<LogStretch>& stretches,
                   Progress& progress) {
   return logs.measure(stretches, conditioning_of(options), [&](const Measurement& measurement) {
-    refuse_short(measurement);
+    refuse_slow_or_short(measurement);
     progress.show("weigh the rows");
   });
 }

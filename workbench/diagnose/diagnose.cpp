@@ -15,7 +15,10 @@
 #include <utility>
 
 #include "workbench/diagnose/evidence.h"
+#include "workbench/diagnose/held_out.h"
 #include "workbench/diagnose/lines.h"
+#include "workbench/diagnose/places.h"
+#include "workbench/diagnose/quantity.h"
 #include "workbench/diagnose/reduction.h"
 #include "workbench/identify/noise_floor.h"
 #include "workbench/identify/parallel.h"
@@ -28,6 +31,10 @@ namespace {
 /// much more squared error.
 constexpr double kShareOfBest = 0.95;
 constexpr double kSquaredErrorOfBest = 1.10;
+/// Frictional lag contains Stribeck friction. Where even the lag ends so far above the floor, its form is not
+/// the axis' own either, and its two more shapes bend towards whatever reversals do (a bristle's stretch lags
+/// too): there the share alone decides.
+constexpr double kFormIsNotTheAxis = 1.5;
 
 /// Held-out errors nearer than this are not told apart.
 constexpr double kIndistinct = 0.02;
@@ -86,6 +93,12 @@ constexpr double kSameLine = 0.02;
 /// Share of what all effects explain that such a line explains alone.
 constexpr double kLinePoses = 0.5;
 
+/// A moving mass that comes out so many times smaller or larger than the declared one is no payload.
+constexpr double kAnotherAxis = 5.0;
+
+/// Of what several effects explain, what one place of the rail must explain to stand for them.
+constexpr double kShareOfSeveral = 0.9;
+
 /// Forces nearer than this share nine tenths of their squares: what one explains, so does the other, ...
 constexpr double kSameDirection_deg = 18.0;
 /// ... unless their errors differ by more than this.
@@ -104,6 +117,12 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 3> kCases{
 /// An effect that would have to be this share of the force before it were named is one that the log cannot
 /// show.
 constexpr double kCannotShow = 0.2;
+
+/// What grows with the force must explain this share of it: clocks of current and encoder a few per cent of a
+/// sample apart, and sensors a per mille off a straight line, are no delay, mode, payload or ripple.
+constexpr double kLeastShareOfForce = 1e-3;
+constexpr std::string_view kGrowWithForce[] = {"time_delay", "structural_resonance", "payload_mass",
+                                               "motor_constant_ripple"};
 
 double squared(double x) {
   return x * x;
@@ -129,6 +148,17 @@ bool has_dry_friction(const FittedModel& model) {
                      [](const Term& term) { return term.effect->acts_as(Acts::dry); });
 }
 
+/// Whether the step adds what grows with the force, and no more of it than instruments err.
+bool within_instruments(const FittedModel& baseline, const FittedModel& before, const FittedModel& after,
+                        double step) {
+  if (!(baseline.relative_error > 0.0)) return false;
+  const double force_N = baseline.train_rmse_N / baseline.relative_error;
+  return step < squared(kLeastShareOfForce * force_N) &&
+         std::any_of(std::begin(kGrowWithForce), std::end(kGrowWithForce), [&](std::string_view id) {
+           return contains(after.terms, id) && !contains(before.terms, id);
+         });
+}
+
 /// Whether the step from `before` to `after` is worth its parameters; `floor_N` is that of `after`, `known_N`
 /// the error of the baseline, or of the first explanation that has dry friction.
 bool earned(const FittedModel& baseline, const FittedModel& before, const FittedModel& after, double floor_N,
@@ -138,6 +168,7 @@ bool earned(const FittedModel& baseline, const FittedModel& before, const Fitted
   const double step = squared(before.holdout_rmse_N) - squared(after.holdout_rmse_N);
   const double excess = squared(before.holdout_rmse_N) - squared(floor_N);
   if (coulomb_joins_hysteresis(before, after) && step < kShareOfExcessCoulomb * excess) return false;
+  if (within_instruments(baseline, before, after, step)) return false;
   if (before.terms.size() <= baseline.terms.size()) {
     return step >= kShareOfExcess * excess && before.holdout_rmse_N >= kNothingToExplain * floor_N;
   }
@@ -220,7 +251,7 @@ class Search {
       if (best.model.holdout_rmse_N < kAtFloor * floor_.of(best.model.terms)) break;
     }
     prune(diagnosis, best);
-    if (best.added.size() > 1) simplify(diagnosis, best);
+    if (!best.added.empty()) simplify(diagnosis, best);
     if (!best.added.empty()) best.model = settle_shapes(measurement_, std::move(best.model));
     fill(diagnosis, std::move(best));
     report("done", 1.0);
@@ -337,18 +368,27 @@ class Search {
     return count;
   }
 
+  /// Whether a simpler model explains as much as the best one, of what the model before them left.
+  bool stands_for(const FittedModel& simpler, const FittedModel& best, const FittedModel& before) const {
+    const double error0 = squared(before.holdout_rmse_N);
+    const double error = squared(best.holdout_rmse_N);
+    const double own = squared(simpler.holdout_rmse_N);
+    if (error0 - own < kShareOfBest * (error0 - error)) return false;
+    if (own <= kSquaredErrorOfBest * error) return true;
+    const bool nested = contains(best.terms, "frictional_lag") &&
+                        !contains(simpler.terms, "frictional_lag") && contains(simpler.terms, "stribeck");
+    return nested && error > squared(kFormIsNotTheAxis * floor_.of(best.terms));
+  }
+
   /// The lowest held-out error, unless something simpler explains as much.
-  static const Explanation* choose(const std::vector<Explanation>& all, const FittedModel& before) {
+  const Explanation* choose(const std::vector<Explanation>& all, const FittedModel& before) const {
     const Explanation* best = &*std::min_element(all.begin(), all.end(), [](const auto& a, const auto& b) {
       return a.model.holdout_rmse_N < b.model.holdout_rmse_N;
     });
     const Explanation* chosen = best;
-    const double error0 = squared(before.holdout_rmse_N);
-    const double error = squared(best->model.holdout_rmse_N);
     for (const Explanation& other : all) {
       const double own = squared(other.model.holdout_rmse_N);
-      const bool as_good =
-          error0 - own >= kShareOfBest * (error0 - error) && own <= kSquaredErrorOfBest * error;
+      const bool as_good = stands_for(other.model, best->model, before);
       const int fewer = parameters(chosen->model) - parameters(other.model);
       if (as_good && (fewer > 0 || (fewer == 0 && own < squared(chosen->model.holdout_rmse_N))))
         chosen = &other;
@@ -368,9 +408,10 @@ class Search {
     });
   }
 
-  /// Drops what later effects have made superfluous.
+  /// Drops what other effects have made superfluous: of the last one too, since what it was added to need not
+  /// be what the step before chose.
   void prune(const Diagnosis& diagnosis, Explanation& explanation) const {
-    for (std::size_t i = 0; i + 1 < explanation.added.size();) {
+    for (std::size_t i = 0; explanation.added.size() > 1 && i < explanation.added.size();) {
       Terms terms;
       for (const Term& term : explanation.model.terms) {
         if (term.id() != explanation.added[i]) terms.push_back(term);
@@ -404,7 +445,8 @@ class Search {
         FittedModel simpler =
             polish_shapes(measurement_, fit_gains(measurement_, std::move(terms), &explanation.model), {15});
         if (squared(simpler.holdout_rmse_N) <=
-            kSquaredErrorOfBest * squared(explanation.model.holdout_rmse_N)) {
+                kSquaredErrorOfBest * squared(explanation.model.holdout_rmse_N) ||
+            stands_for(simpler, explanation.model, diagnosis.baseline)) {
           explanation.model = std::move(simpler);
           added = other.id();
           own = trial_of(added);
@@ -662,6 +704,10 @@ class Search {
         diagnosis.verdict = Verdict::unexplained;
         if (!diagnosis.unexplained) diagnosis.unexplained = left.front();
       }
+      if (auto other = mass_of_another_axis(diagnosis)) {
+        diagnosis.verdict = Verdict::unexplained;
+        diagnosis.unexplained = std::move(*other);
+      }
     } else {
       if (!diagnosis.unexplained && far_from_complete(diagnosis)) diagnosis.unexplained = left.front();
       diagnosis.verdict = diagnosis.unexplained ? Verdict::unexplained : Verdict::complete;
@@ -706,6 +752,31 @@ class Search {
            coulomb_joins_hysteresis(diagnosis.baseline, diagnosis.explained);
   }
 
+  /// A mass in the wrong unit, or time, position or force: the payload that would make up for it is no
+  /// answer.
+  std::optional<Structure> mass_of_another_axis(const Diagnosis& diagnosis) const {
+    const auto told = [&](std::string description) {
+      const double left = diagnosis.explained.holdout_rmse_N / diagnosis.baseline.holdout_rmse_N;
+      return Structure{"acceleration", 1.0 - left, 0.0,
+                       std::move(description) + ": check mass_kg and the units of time, position and force",
+                       weighted_residual(diagnosis.baseline)};
+    };
+    // Whatever then takes the inertia back: a payload below zero, a mode of all the mass.
+    if (measurement_.log().mass_kg && diagnosis.baseline.relative_error > kAnotherAxis) {
+      return told(fmt::format("the declared mass would need {:.3g} times the measured force",
+                              diagnosis.baseline.relative_error));
+    }
+    if (!contains(diagnosis.explained.terms, "payload_mass")) return {};
+    for (std::size_t log = 0; log < measurement_.log_count(); ++log) {
+      const double declared_kg = mass_kg(diagnosis.baseline.terms, log);
+      const double found_kg = mass_kg(diagnosis.explained.terms, log);
+      if (found_kg * kAnotherAxis > declared_kg && found_kg < kAnotherAxis * declared_kg) continue;
+      return told(fmt::format("force and acceleration make a mass of {} where the log declares {}",
+                              quantity(found_kg, "kg"), quantity(declared_kg, "kg")));
+    }
+    return {};
+  }
+
   /// Whether so much is left, whatever its form, that calling the model complete would be wrong.
   static bool far_from_complete(const Diagnosis& diagnosis) {
     return diagnosis.explained.relative_error > kIncomplete &&
@@ -726,12 +797,28 @@ class Search {
     return model.linearisation->residual_N().cwiseProduct(measurement_.row_weights().cwiseSqrt());
   }
 
+  static double far_above(double reduction) { return reduction + 0.25 * (1.0 - reduction); }
+
+  /// Whether one place of the rail explains what several effects were gathered for, and far more than the
+  /// first of them: a dent is no preload along the rail with a ripple to correct it.
+  bool one_place_explains(Diagnosis& diagnosis, double best) const {
+    if (diagnosis.steps.size() < 3) return false;
+    Structure place = place_on_rail(at_rows(measurement_, measurement_.position_m()),
+                                    at_rows(measurement_, measurement_.velocity_mps()),
+                                    weighted_residual(diagnosis.baseline));
+    const double first = 1.0 - diagnosis.steps[1].holdout_rmse_N / diagnosis.baseline.holdout_rmse_N;
+    if (place.error_reduction < far_above(first) || place.error_reduction < kShareOfSeveral * best)
+      return false;
+    diagnosis.unexplained = std::move(place);
+    return true;
+  }
+
   /// Whether a free curve over one coordinate explains far more of the baseline's residual than all effects
   /// that were named: then those are stand-ins, and naming them would mislead.
   bool dominated(Diagnosis& diagnosis) const {
     const auto free = find_structure(measurement_, weighted_residual(diagnosis.baseline));
     const double best = 1.0 - diagnosis.explained.holdout_rmse_N / diagnosis.baseline.holdout_rmse_N;
-    if (free.front().error_reduction < best + 0.25 * (1.0 - best)) return false;
+    if (free.front().error_reduction < far_above(best)) return one_place_explains(diagnosis, best);
     diagnosis.unexplained = free.front();
     return true;
   }

@@ -23,6 +23,11 @@ constexpr double kMostRows = 0.4;
 /// Fewest reversals, and the share of them that must be needed for half of the energy.
 constexpr std::size_t kFewest = 10;
 constexpr double kSpread = 0.05;
+/// The same of the log's stretches that have reversals: a burst of noise crosses zero as often as it likes,
+/// but all in one stretch, or over the border of two.
+constexpr Eigen::Index kStretches = 50;
+constexpr double kSpreadInTime = 0.1;
+constexpr std::ptrdiff_t kMoreThanOne = 3;
 
 /// Rows at which a signal changes sign.
 std::vector<Eigen::Index> sign_changes(const Eigen::VectorXd& signal) {
@@ -42,14 +47,15 @@ std::vector<Eigen::Index> sign_changes(const Eigen::VectorXd& signal) {
   return rows;
 }
 
-/// How many of the loudest reversals hold half of the energy.
-std::size_t needed_for_half(std::vector<double> energies) {
+/// Whether half of the energy needs more than a share of those that have any.
+bool spread(std::vector<double> energies, double share) {
   std::sort(energies.begin(), energies.end(), std::greater<>());
   const double half = 0.5 * std::accumulate(energies.begin(), energies.end(), 0.0);
   double sum = 0.0;
-  std::size_t count = 0;
-  while (count < energies.size() && sum < half) sum += energies[count++];
-  return count;
+  std::ptrdiff_t count = 0;
+  while (count < std::ssize(energies) && sum < half) sum += energies[static_cast<std::size_t>(count++)];
+  const auto any = std::count_if(energies.begin(), energies.end(), [](double one) { return one > 0.0; });
+  return count >= kMoreThanOne && static_cast<double>(count) >= share * static_cast<double>(any);
 }
 
 }  // namespace
@@ -60,7 +66,7 @@ Structure after_reversals(const Measurement& measurement, const Eigen::VectorXd&
   if (!(whole > 0.0)) return best;
   const double row_s = measurement.tick_s() * static_cast<double>(measurement.row_stride());
   // The filter spreads a knock to both sides.
-  const auto spread = static_cast<Eigen::Index>(std::ceil(0.5 / (measurement.bandwidth_Hz() * row_s)));
+  const auto smear = static_cast<Eigen::Index>(std::ceil(0.5 / (measurement.bandwidth_Hz() * row_s)));
   const std::pair<const char*, Eigen::VectorXd> signals[] = {
       {"velocity", at_rows(measurement, measurement.velocity_mps())},
       {"acceleration", at_rows(measurement, measurement.acceleration_mps2())},
@@ -69,22 +75,25 @@ Structure after_reversals(const Measurement& measurement, const Eigen::VectorXd&
     const std::vector<Eigen::Index> changes = sign_changes(signal);
     if (changes.size() < kFewest) continue;
     for (const double lasting_s : kLasting_s) {
-      const auto length = std::max<Eigen::Index>(1, static_cast<Eigen::Index>(lasting_s / row_s)) + spread;
+      const auto length = std::max<Eigen::Index>(1, static_cast<Eigen::Index>(lasting_s / row_s)) + smear;
       std::vector<double> energies;
       energies.reserve(changes.size());
+      std::vector<double> by_stretch(kStretches, 0.0);
       Eigen::VectorXd here = Eigen::VectorXd::Zero(residual_N.size());
       Eigen::Index next = 0;
       for (const Eigen::Index change : changes) {
-        const Eigen::Index from = std::max(next, change - spread);
+        const Eigen::Index from = std::max(next, change - smear);
         next = std::max(next, std::min(residual_N.size(), change + length));
         energies.push_back(from < next ? residual_N.segment(from, next - from).squaredNorm() : 0.0);
+        by_stretch[static_cast<std::size_t>(change * kStretches / residual_N.size())] += energies.back();
         if (from < next) here.segment(from, next - from).setOnes();
       }
       const double rows = here.sum() / static_cast<double>(residual_N.size());
       const double energy = std::accumulate(energies.begin(), energies.end(), 0.0) / whole;
-      const std::size_t needed = needed_for_half(std::move(energies));
-      if (rows > kMostRows || static_cast<double>(needed) < kSpread * static_cast<double>(changes.size()))
+      if (rows > kMostRows || !spread(std::move(energies), kSpread) ||
+          !spread(std::move(by_stretch), kSpreadInTime)) {
         continue;
+      }
       const double excess = std::clamp((energy - rows) / (1.0 - rows), 0.0, 1.0);
       const double reduction = 1.0 - std::sqrt(1.0 - excess);
       if (reduction <= best.error_reduction) continue;

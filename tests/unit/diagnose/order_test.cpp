@@ -12,10 +12,14 @@
 namespace slipstack::workbench {
 namespace {
 
-Log viscous_log() {
+Log plain_log() {
   sim::Bench bench = sim::draw_bench(sim::Setup::kPickAndPlace, 1);
   bench.programme.seconds = 15.0;
-  Log log = test::simulate(bench, 21);
+  return test::simulate(bench, 21);
+}
+
+Log viscous_log() {
+  Log log = plain_log();
   const Measurement motion(log);
   for (std::size_t i = 0; i < log.force_N.size(); ++i) log.force_N[i] += 12.0 * motion.velocity_mps()[i];
   return log;
@@ -51,6 +55,26 @@ TEST(Order, TheRankDoesNotDependOnTheCataloguesOrder) {
       EXPECT_EQ(other.candidates[i].holdout_rmse_N, usual.candidates[i].holdout_rmse_N) << i;
     }
   }
+}
+
+// A payload that makes a thousandth of the declared mass is a mistake in a unit, one of a few kilograms is
+// not.
+TEST(Order, AMassInGramsIsNoPayload) {
+  Log log = plain_log();
+  const double mass_kg = log.mass_kg.value();
+  log.mass_kg = 1e3 * mass_kg;
+  const Diagnosis wrong = diagnosed(log, {});
+  EXPECT_EQ(wrong.verdict, Verdict::unexplained);
+  ASSERT_TRUE(wrong.unexplained);
+  EXPECT_EQ(wrong.unexplained->coordinate, "acceleration");
+  EXPECT_NE(wrong.unexplained->description.find("check mass_kg"), std::string::npos)
+      << wrong.unexplained->description;
+  log.mass_kg = 0.01 * mass_kg;
+  EXPECT_EQ(diagnosed(log, {}).verdict, Verdict::unexplained);
+  log.mass_kg = 0.6 * mass_kg;
+  const Diagnosis loaded = diagnosed(log, {});
+  EXPECT_EQ(loaded.verdict, Verdict::missing_effect);
+  EXPECT_EQ(loaded.candidates.front().term.id(), "payload_mass");
 }
 
 }  // namespace

@@ -115,6 +115,21 @@ TEST_F(Residual, OfKnocksElsewhereIsNotOneOfReversals) {
   EXPECT_EQ(after_reversals(measurement_, once_N).error_reduction, 0.0);
 }
 
+// A burst of noise makes the force change its sign all the time, but only while it lasts.
+TEST(AfterReversals, ABurstIsAnEventInTime) {
+  const Log quiet = test::wandering_log(3, 2000.0, 60'000);
+  Log loud = quiet;
+  std::vector<double> burst_N(quiet.force_N.size(), 0.0);
+  Draw draw(7);
+  for (std::size_t i = 30'000; i < 30'800; ++i) loud.force_N[i] += burst_N[i] = 20.0 * draw.normal();
+  const Measurement measurement(loud);
+  const Eigen::VectorXd residual_N = measurement.filtered(burst_N);
+  EXPECT_EQ(after_reversals(measurement, residual_N).error_reduction, 0.0);
+  const Structure found = find_structure(measurement, residual_N).front();
+  EXPECT_EQ(found.coordinate, "time") << found.description;
+  EXPECT_NEAR(found.where, 15.2, 0.3);
+}
+
 TEST_F(Residual, ThatDependsOnVelocityIsOneOfVelocity) {
   const Eigen::VectorXd residual_N = noise_N_ + (velocity_mps_.array() * 30.0).tanh().matrix() * 0.2;
   const Structure found = find_structure(measurement_, residual_N).front();
