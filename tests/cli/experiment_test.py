@@ -48,7 +48,7 @@ class Experiment(Workshop):
                 tables = sum(len(value) + 3 for value in result.values() if isinstance(value, list))
                 self.assertGreaterEqual(text.count("\n"), tables)
                 page = (self.here / "r.html").read_text()
-                self.assertIn(result["headline"].replace("'", "&#39;")[:30], page)
+                self.assertIn(result["headline"].replace("'", "&#39;")[:30], page.replace("\u00a0", " "))
                 self.assertIn('data-chart="curves"', page)
                 for entry in result[rows]:
                     self.assertEqual(entry.keys(), result[rows][0].keys())

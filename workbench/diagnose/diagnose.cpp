@@ -606,6 +606,9 @@ class Search {
       return pair.first == simpler.term.id() && pair.second == richer.term.id();
     };
     if (std::none_of(kCases.begin(), kCases.end(), known)) return false;
+    // What the simpler one leaves may be what the richer one is more than that.
+    const bool more_left = simpler.holdout_rmse_N > kFormIsNotTheAxis * diagnosis.noise_floor_N;
+    if (more_left && richer.holdout_rmse_N < (1.0 - kIndistinct) * simpler.holdout_rmse_N) return false;
     const Imitation baseline = baseline_imitation(measurement_, diagnosis.baseline);
     const auto beyond = [&](const Term& term) {
       return baseline.beyond(weighted_columns(measurement_, diagnosis.baseline, term));

@@ -41,9 +41,13 @@ constexpr std::size_t kLongestChain = 6;
 /// many standard deviations of the noise, and times what nine in ten samples around differ by from theirs.
 constexpr double kSpike = 9.0;
 constexpr double kSpikeAmongOthers = 4.0;
-/// It makes its neighbours differ by two thirds of that, the other way. A step does not, on one side.
-constexpr double kLeastEcho = 0.45;
+/// It makes its neighbours differ by two thirds of that, the other way. A corner makes them differ by half of
+/// that, a step by all of it on one side.
+constexpr double kLeastEcho = 0.52;
 constexpr double kMostEcho = 0.9;
+/// Fewer spikes of the force are reversals of a stiff axis, which look alike and spoil nothing; a bad cable
+/// gives more. The position of a mass has none.
+constexpr double kLeastShareOfForceSpikes = 1.5e-3;
 
 /// Equal neighbours are a fault only where noise is this many times the smallest step of the force.
 constexpr double kNoiseOverStep = 3.0;
@@ -169,8 +173,8 @@ std::vector<double> departures_from_cubic(const std::vector<double>& values) {
 }
 
 /// Wild samples that stand alone: spikes of a cable, which would vanish in the motion of the signal but not
-/// in its noise.
-std::vector<Stretch> spikes(const std::vector<double>& values, double noise) {
+/// in its noise. None where they are a smaller share of the samples than `least_share`.
+std::vector<Stretch> spikes(const std::vector<double>& values, double noise, double least_share) {
   const std::vector<double> departures = departures_from_cubic(values);
   std::vector<std::size_t> found;
   for (std::size_t i = 3; i + 3 < values.size(); ++i) {
@@ -188,7 +192,8 @@ std::vector<Stretch> spikes(const std::vector<double>& values, double noise) {
     std::nth_element(others.begin(), usual, others.end());
     if (own > kSpikeAmongOthers * *usual) found.push_back(i);
   }
-  return apart_from_bursts(found);
+  const double share = static_cast<double>(found.size()) / static_cast<double>(values.size());
+  return share < least_share ? std::vector<Stretch>{} : apart_from_bursts(found);
 }
 
 /// Straight from the sample before to the sample behind.
@@ -232,12 +237,13 @@ class Mender {
     if (noise_shows && noise_at_rest_) mend_repeats();
     const double position_noise_m = std::max(step_m_, white_noise(log_.position_m));
     const auto [low, high] = std::minmax_element(log_.position_m.begin(), log_.position_m.end());
-    mend_wild(log_.position_m, position_noise_m, kLeastTravel * (*high - *low), "position");
+    mend_wild(log_.position_m, position_noise_m, kLeastTravel * (*high - *low), 0.0, "position");
     cut_stuck_encoder();
     cut_forceless_motion();
     // A digital force flickers by its step.
     const double force_noise_N = std::max(noise_N_, smallest_step(log_.force_N));
-    mend_wild(log_.force_N, noise_N_ > 0.0 ? force_noise_N : 0.0, kLeastForce * rms(log_.force_N), "force");
+    mend_wild(log_.force_N, noise_N_ > 0.0 ? force_noise_N : 0.0, kLeastForce * rms(log_.force_N),
+              kLeastShareOfForceSpikes, "force");
     join_cuts();
     return std::move(mending_);
   }
@@ -251,7 +257,8 @@ class Mender {
   }
   void note(std::string text) { mending_.notes.push_back(std::move(text)); }
 
-  void mend_wild(std::vector<double>& values, double noise, double least, const char* what) {
+  void mend_wild(std::vector<double>& values, double noise, double least, double least_share_of_spikes,
+                 const char* what) {
     if (noise <= 0.0) return;
     std::size_t samples = 0;
     std::size_t first = count_;
@@ -264,7 +271,7 @@ class Mender {
       }
     };
     mend_those(wild_samples(values, noise, least));
-    mend_those(spikes(values, noise));
+    mend_those(spikes(values, noise, least_share_of_spikes));
     if (samples == 0) return;
     if (share(samples) > kMostMended) {
       throw InputError(fmt::format(
