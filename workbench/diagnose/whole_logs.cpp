@@ -10,6 +10,7 @@
 
 #include "workbench/fleet/requests.h"
 #include "workbench/identify/parallel.h"
+#include "workbench/identify/robust.h"
 #include "workbench/identify/user_effect.h"
 
 namespace slipstack::workbench {
@@ -63,13 +64,6 @@ Terms terms_of(const json& list) {
     terms.push_back(std::move(term));
   }
   return terms;
-}
-
-/// Huber's weights: what leaves more than the limit pulls no more than at the limit.
-void limit(Measurement& piece, const Eigen::VectorXd& residual_N, double limit_N) {
-  const Eigen::VectorXd plain = piece.row_weights();
-  const Eigen::ArrayXd magnitude = residual_N.cwiseProduct(plain.cwiseSqrt()).array().abs();
-  piece.set_row_weights(plain.array() * (limit_N / magnitude.max(limit_N)));
 }
 
 /// Squares of what a model leaves and of the measured force.
@@ -132,7 +126,7 @@ void WholeLogs::sum_piece(const Unit& unit, const std::vector<std::size_t>& bord
   weighing_.apply(piece);
 
   const Linearisation base(piece, models.front());
-  if (limit_N > 0.0) limit(piece, base.residual_N(), limit_N);
+  if (limit_N > 0.0) piece.set_row_weights(huber_weights(piece.row_weights(), base.residual_N(), limit_N));
   const NormalEquations base_equations(piece, base.columns(), base.target());
   for (std::size_t m = 0; m < models.size(); ++m) {
     const Terms& model = models[m];

@@ -39,6 +39,21 @@ void run_effect(const Measurement& measurement, const Term& term, const std::vec
   }
 }
 
+/// What belongs to gains that act so.
+template <class T>
+T& of_acts(Acts acts, T& force, T& dry, T& dry_scale, T& total_scale) {
+  switch (acts) {
+    case Acts::force:
+      return force;
+    case Acts::dry:
+      return dry;
+    case Acts::dry_scale:
+      return dry_scale;
+    default:
+      return total_scale;
+  }
+}
+
 void multiply(std::vector<double>& product, const std::vector<double>& factor) {
   if (factor.empty()) return;
   if (product.empty()) {
@@ -84,10 +99,8 @@ ForceTrace evaluate_force(const Measurement& measurement, const Terms& terms,
     std::vector<Share> shares;
     Index first_gain = 0;
     for (const GainGroup& group : term.effect->gain_groups) {
-      double* sum = group.acts == Acts::force       ? trace.plain_N.data()
-                    : group.acts == Acts::dry       ? trace.dry_N.data()
-                    : group.acts == Acts::dry_scale ? trace.dry_scales[t].data()
-                                                    : trace.total_scales[t].data();
+      double* sum =
+          of_acts(group.acts, trace.plain_N, trace.dry_N, trace.dry_scales[t], trace.total_scales[t]).data();
       const bool used = !gain.middleRows(first_gain, group.count).isZero(0.0);
       if (used) shares.push_back({first_gain, group.count, sum});
       first_gain += group.count;
@@ -108,8 +121,11 @@ ForceTrace evaluate_force(const Measurement& measurement, const Terms& terms,
           });
         });
   };
-  if (dry_N != nullptr) trace.dry_N = *dry_N;
-  for (std::size_t t = 0; t < terms.size() && dry_N == nullptr; ++t) accumulate(t, true);
+  if (dry_N != nullptr) {
+    trace.dry_N = *dry_N;
+  } else {
+    for (std::size_t t = 0; t < terms.size(); ++t) accumulate(t, true);
+  }
   for (std::size_t t = 0; t < terms.size(); ++t) accumulate(t, false);
 
   for (const auto& scale : trace.dry_scales) multiply(trace.dry_factor, scale);
@@ -201,10 +217,8 @@ void Linearisation::multiply_basis(const Term& term, const Factors& factors, std
   Eigen::Map<RowMajor> to(out, samples, gains);
   Index gain = 0;
   for (const GainGroup& group : term.effect->gain_groups) {
-    const std::vector<double>& factor = group.acts == Acts::force       ? factors.force
-                                        : group.acts == Acts::dry       ? factors.dry
-                                        : group.acts == Acts::dry_scale ? factors.dry_scale
-                                                                        : factors.total_scale;
+    const std::vector<double>& factor =
+        of_acts(group.acts, factors.force, factors.dry, factors.dry_scale, factors.total_scale);
     if (factor.empty()) {
       to.middleCols(gain, group.count) = from.middleCols(gain, group.count);
     } else {

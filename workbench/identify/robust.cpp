@@ -26,6 +26,12 @@ double robust_deviation(const Eigen::VectorXd& residual, const Eigen::VectorXd& 
 
 }  // namespace
 
+Eigen::VectorXd huber_weights(const Eigen::VectorXd& plain, const Eigen::VectorXd& residual_N,
+                              double limit_N) {
+  const Eigen::ArrayXd magnitude = residual_N.cwiseProduct(plain.cwiseSqrt()).array().abs();
+  return plain.array() * (limit_N / magnitude.max(std::max(limit_N, 1e-300)));
+}
+
 RobustFit fit_robustly(Measurement& measurement, FittedModel fitted) {
   RobustFit robust{std::move(fitted), 0, 0.0};
   const Eigen::VectorXd plain = measurement.row_weights();
@@ -33,8 +39,7 @@ RobustFit fit_robustly(Measurement& measurement, FittedModel fitted) {
   for (int iteration = 0; iteration < kIterations; ++iteration) {
     const Eigen::VectorXd residual = robust.model.linearisation->residual_N().cwiseProduct(plain.cwiseSqrt());
     const double limit = kHuber * robust_deviation(residual, plain);
-    const Eigen::VectorXd weights =
-        plain.array() * (limit / residual.array().abs().max(std::max(limit, 1e-300)));
+    const Eigen::VectorXd weights = huber_weights(plain, robust.model.linearisation->residual_N(), limit);
     const Eigen::Index outliers = (residual.array().abs() > limit).count();
     if (static_cast<double>(outliers) > kMostOutliers * static_cast<double>(residual.size())) break;
     robust.limit_N = limit;

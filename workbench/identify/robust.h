@@ -14,6 +14,11 @@ struct RobustFit {
   double limit_N = 0.0;
 };
 
+/// Huber's weights (Huber 1964): those of `plain`, less where a residual, weighted by `plain`, is beyond the
+/// limit, so that it pulls no more than at the limit. Rows.
+Eigen::VectorXd huber_weights(const Eigen::VectorXd& plain, const Eigen::VectorXd& residual_N,
+                              double limit_N);
+
 /// `fitted` again with Huber's loss (Huber 1964) by iterated weights: rows whose residual is beyond five
 /// robust standard deviations (of the median of magnitudes) pull no more than at five. Gaussian residuals
 /// never get there, so a clean log gives the same answer to the last bit. The weights stay on the

@@ -15,6 +15,7 @@
 #include "sim_host/log/record.h"
 #include "sim_host/log/write.h"
 #include "tests/bench/blind/estimates.h"
+#include "tests/unit/identify/simulated_axis.h"
 #include "workbench/identify/noise_floor.h"
 #include "workbench/identify/robust.h"
 #include "workbench/identify/standard_errors.h"
@@ -32,19 +33,6 @@ constexpr sim::EffectId kEffects[] = {
     sim::EffectId::kTimeDelay,   sim::EffectId::kStructuralResonance,
 };
 
-/// A log of this axis as a user would have it.
-workbench::Log as_log(const sim::Axis& axis, const sim::SimulatedLog& simulated) {
-  workbench::Log log;
-  log.path = "simulated";
-  log.sample_rate_Hz = simulated.rate_Hz;
-  log.position_m = simulated.position_m;
-  log.force_N = simulated.force_N;
-  log.mass_kg = axis.mass_kg;
-  log.magnet_pitch_m = axis.magnet_pitch_m;
-  log.encoder_resolution_m = axis.encoder_resolution_m;
-  return log;
-}
-
 /// What one axis' records say of its hidden effect: one list for each record.
 std::vector<std::vector<Estimate>> records_of(sim::EffectId effect, std::uint64_t seed, int repeats) {
   sim::Bench bench = sim::draw_bench(sim::Setup::kRandom, seed);
@@ -60,7 +48,7 @@ std::vector<std::vector<Estimate>> records_of(sim::EffectId effect, std::uint64_
                     : sim::simulate_log(bench.axis, programme, bench.rate_Hz, noise_seed);
     const json truth =
         json::parse(sim::truth_as_json(bench.axis, log, {"random", seed, closed_loop, {effect}, ""}));
-    workbench::Measurement measurement(as_log(bench.axis, log));
+    workbench::Measurement measurement(workbench::test::log_of(bench.axis, log));
     workbench::weigh_rows(measurement);
     const workbench::RobustFit fit =
         workbench::fit_robustly(measurement, workbench::fit_effects(measurement, effects, {}));
