@@ -60,6 +60,9 @@ struct DiagnoseOptions {
   std::vector<std::string> candidates = {};
   /// Where the measurement is an excerpt: puts the errors that the whole logs show in place of the excerpt's.
   std::function<void(Diagnosis&)> judge_on_whole = {};
+
+  /// Tells `progress`, where there is one.
+  void report(const std::string& stage, double fraction) const;
 };
 
 /// What the axis does that the baseline does not: every effect of the catalogue that the baseline lacks is

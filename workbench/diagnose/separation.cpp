@@ -21,6 +21,10 @@ Eigen::MatrixXd weighted_columns(const Measurement& measurement, const FittedMod
   return measurement.row_weights().cwiseSqrt().asDiagonal() * columns;
 }
 
+Eigen::VectorXd weighted_residual(const Measurement& measurement, const FittedModel& model) {
+  return model.linearisation->residual_N().cwiseProduct(measurement.row_weights().cwiseSqrt());
+}
+
 Imitation::Imitation(const Eigen::MatrixXd& known) {
   if (known.cols() == 0) return;
   // Of unit length, so that units do not decide which column the regularisation takes away.

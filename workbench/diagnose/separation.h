@@ -26,6 +26,9 @@ struct Separation {
 /// slope of the force.
 Eigen::MatrixXd weighted_columns(const Measurement& measurement, const FittedModel& base, const Term& term);
 
+/// What the model leaves at the rows, each by the root of its weight.
+Eigen::VectorXd weighted_residual(const Measurement& measurement, const FittedModel& model);
+
 /// What some columns can imitate; factored once, asked for many others.
 class Imitation {
  public:

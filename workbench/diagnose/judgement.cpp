@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/diagnose/judgement.h"
+
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "workbench/diagnose/lines.h"
+#include "workbench/diagnose/stand_ins.h"
+
+namespace slipstack::workbench {
+namespace {
+
+/// The encoder's steps are loudest at reversals: what is left there is play only so far above the floor.
+constexpr double kPlayAboveFloor = 1.6;
+
+/// Everything that the explanation leaves, the strongest first.
+std::vector<Structure> structure_left(const Measurement& measurement, const Diagnosis& diagnosis) {
+  auto left = find_structure(measurement, weighted_residual(measurement, diagnosis.explained));
+  if (diagnosis.explained.holdout_rmse_N < kPlayAboveFloor * diagnosis.noise_floor_N) {
+    std::erase_if(left, [](const Structure& one) { return one.coordinate == "reversal"; });
+  }
+  return left;
+}
+
+/// How far above the floor an error must be for structure to be reported.
+constexpr double kAboveFloor = 1.15;
+
+bool above_floor(const Diagnosis& diagnosis) {
+  return diagnosis.explained.holdout_rmse_N > kAboveFloor * diagnosis.noise_floor_N;
+}
+
+/// What structure must explain of the residual to be reported.
+constexpr double kStructureReduction = 0.05;
+
+/// What of it is worth a word: the strongest, or a line above the rows' bandwidth that is stronger.
+std::optional<Structure> worth_telling(const Measurement& measurement, const Diagnosis& diagnosis,
+                                       const Structure& strongest) {
+  std::optional<Structure> told;
+  if (above_floor(diagnosis) && strongest.error_reduction >= kStructureReduction) told = strongest;
+  const FittedModel& last = diagnosis.explained;
+  auto line = line_beyond_rows(measurement, last.linearisation->sample_force_N(), last.train_rmse_N);
+  const double known = told ? told->error_reduction : kStructureReduction;
+  if (line && line->error_reduction >= known) told = std::move(line);
+  return told;
+}
+
+/// So many times the floor: real axes end there with a good force sensor.
+constexpr double kFarAboveFloor = 4.0;
+/// A model that leaves this share of the force, far above the floor, is not complete.
+constexpr double kIncomplete = 0.02;
+
+/// Whether so much is left, whatever its form, that calling the model complete would be wrong.
+bool far_from_complete(const Diagnosis& diagnosis) {
+  return diagnosis.explained.relative_error > kIncomplete &&
+         diagnosis.explained.holdout_rmse_N > kFarAboveFloor * diagnosis.noise_floor_N;
+}
+
+/// An explanation that leaves so much explains nothing: share of the force, share of what the baseline left.
+/// Real axes end at a few per cent of the force, far above the floor of a good force sensor.
+constexpr double kFairShareOfForce = 0.06;
+constexpr double kMostOfBaseline = 0.35;
+
+/// Whether the best explanation leaves the axis unexplained by any measure: far above the floor, a fair share
+/// of the force, and most of what the baseline left. What it names is then a stand-in for something else.
+bool insufficient(const Diagnosis& diagnosis) {
+  const FittedModel& last = diagnosis.explained;
+  return last.relative_error > kFairShareOfForce &&
+         last.holdout_rmse_N > kFarAboveFloor * diagnosis.noise_floor_N &&
+         last.holdout_rmse_N > kMostOfBaseline * diagnosis.baseline.holdout_rmse_N;
+}
+
+/// Effects were named: whether they hold. `strongest`: structure left, where the reason has none of its own.
+void judge_named(const Measurement& measurement, const Structure& strongest, Diagnosis& diagnosis) {
+  const auto blame = [&](std::optional<Structure> stood_in_for) {
+    if (!stood_in_for) return false;
+    diagnosis.verdict = Verdict::unexplained;
+    diagnosis.unexplained = std::move(stood_in_for);
+    return true;
+  };
+  diagnosis.verdict = Verdict::missing_effect;
+  if (above_floor(diagnosis) && diagnosis.unexplained) blame(curve_behind_all(measurement, diagnosis));
+  if (!blame(line_as_resonance(measurement, diagnosis)) &&
+      (insufficient(diagnosis) || line_drives(diagnosis) || play_poses(diagnosis))) {
+    blame(diagnosis.unexplained ? diagnosis.unexplained : strongest);
+  }
+  blame(mass_of_another_axis(measurement, diagnosis));
+}
+
+}  // namespace
+
+void judge(const Measurement& measurement, Diagnosis& diagnosis) {
+  const std::vector<Structure> left = structure_left(measurement, diagnosis);
+  diagnosis.unexplained = worth_telling(measurement, diagnosis, left.front());
+  if (diagnosis.steps.size() > 1) {
+    judge_named(measurement, left.front(), diagnosis);
+    return;
+  }
+  if (!diagnosis.unexplained && far_from_complete(diagnosis)) diagnosis.unexplained = left.front();
+  diagnosis.verdict = diagnosis.unexplained ? Verdict::unexplained : Verdict::complete;
+}
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/diagnose/search.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace slipstack::workbench {
+namespace {
+
+bool has_dry_friction(const FittedModel& model) {
+  return std::any_of(model.terms.begin(), model.terms.end(),
+                     [](const Term& term) { return term.effect->acts_as(Acts::dry); });
+}
+
+int parameters(const FittedModel& model) {
+  int count = 0;
+  for (const Term& term : model.terms) count += term.effect->parameter_count();
+  return count;
+}
+
+/// The lowest held-out error, unless something simpler explains as much of what `before` left.
+const Explanation& choose(const NoiseFloor& floor, const std::vector<Explanation>& all,
+                          const FittedModel& before) {
+  const Explanation& best = *std::min_element(all.begin(), all.end(), [](const auto& a, const auto& b) {
+    return a.model.holdout_rmse_N < b.model.holdout_rmse_N;
+  });
+  const Explanation* chosen = &best;
+  for (const Explanation& other : all) {
+    const bool as_good = stands_for(floor, other.model, best.model, before);
+    const int fewer = parameters(chosen->model) - parameters(other.model);
+    const bool better = other.model.holdout_rmse_N < chosen->model.holdout_rmse_N;
+    if (as_good && (fewer > 0 || (fewer == 0 && better))) chosen = &other;
+  }
+  return *chosen;
+}
+
+/// Whether the last of two effects, of which the first was not sure alone, earns its place beside it; prune()
+/// asks that of the first. One that was sure was asked when it was added.
+bool needs_both(const Yardstick& yardstick, const std::vector<Explanation>& beam, const Explanation& winner,
+                const Explanation& best) {
+  if (!best.added.empty() || winner.added.size() < 2) return true;
+  const auto first = std::find_if(beam.begin(), beam.end(), [&](const Explanation& one) {
+    return one.added.front() == winner.added.front();
+  });
+  return first != beam.end() && earned(yardstick, first->model, winner.model);
+}
+
+constexpr std::size_t kBeam = 3;
+/// An explanation goes on when it explains this share of what the best of its size does.
+constexpr double kShareToGoOn = 0.5;
+
+/// What goes on: the best few, as long as they explain a fair part of what the best does.
+void keep_best(std::vector<Explanation>& all, const FittedModel& baseline) {
+  std::sort(all.begin(), all.end(),
+            [](const auto& a, const auto& b) { return a.model.holdout_rmse_N < b.model.holdout_rmse_N; });
+  if (all.size() > kBeam) all.resize(kBeam);
+  const auto explained = [&](const Explanation& one) {
+    return explained_N2(baseline.holdout_rmse_N, one.model.holdout_rmse_N);
+  };
+  const double best = explained(all.front());
+  std::erase_if(all, [&](const Explanation& one) { return explained(one) < kShareToGoOn * best; });
+}
+
+/// Every explanation of the beam with every further effect: screened to first order, the best of each fitted
+/// in full. The first level is remembered, since all of it is listed.
+std::vector<Explanation> grow(const Measurement& measurement, const DiagnoseOptions& options,
+                              const std::vector<Explanation>& beam, bool first, Found& found) {
+  std::vector<Attempt> attempts = try_effects(measurement, options, beam, first ? nullptr : &found.alone);
+  if (first) {
+    found.alone.reserve(attempts.size());
+    for (const Attempt& attempt : attempts) found.alone.push_back(attempt.trial);
+  }
+  std::vector<Explanation> grown = fit_best(measurement, std::move(attempts), 2 * kBeam);
+  if (first) found.first_level = grown;
+  return grown;
+}
+
+constexpr std::size_t kMostSteps = 5;
+/// Held-out errors this near to the floor end the search.
+constexpr double kAtFloor = 1.10;
+
+}  // namespace
+
+Found search(const Measurement& measurement, const DiagnoseOptions& options, const FittedModel& baseline,
+             const NoiseFloor& floor) {
+  Found found{{baseline, {}}, {baseline, floor, baseline.holdout_rmse_N}, {}, {}};
+  Explanation& best = found.best;
+  Yardstick& yardstick = found.yardstick;
+  std::vector<Explanation> beam{best};
+  for (std::size_t level = 0; level < kMostSteps; ++level) {
+    std::vector<Explanation> next = grow(measurement, options, beam, level == 0, found);
+    std::erase_if(next, [&](const Explanation& one) {
+      return coulomb_joins_hysteresis(best.model, one.model) && !earned(yardstick, best.model, one.model);
+    });
+    if (next.empty()) break;
+    const Explanation& winner = choose(floor, next, best.model);
+    if (earned(yardstick, best.model, winner.model) && needs_both(yardstick, beam, winner, best)) {
+      if (!has_dry_friction(best.model) && has_dry_friction(winner.model)) {
+        yardstick.known_N = winner.model.holdout_rmse_N;
+      }
+      best = winner;
+      best.model = polish_shapes(measurement, std::move(best.model), {20});
+      if (best.model.holdout_rmse_N < kAtFloor * floor.of(best.model.terms)) break;
+    } else if (level > 0 || !promises(yardstick, winner.model)) {
+      break;
+    }
+    keep_best(next, baseline);
+    beam = std::move(next);
+  }
+  return found;
+}
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/diagnose/simplify.h"
+
+#include <utility>
+
+namespace slipstack::workbench {
+namespace {
+
+/// An effect may take the place of another when alone it explains this share of what the other does alone.
+constexpr double kShareAlone = 0.5;
+
+/// Whether `other` has fewer parameters than `own` and explains a fair part of it alone.
+bool may_replace(const FittedModel& baseline, const Trial& own, const Trial& other) {
+  const auto explained = [&](const Trial& trial) {
+    return explained_N2(baseline.holdout_rmse_N, trial.holdout_rmse_N);
+  };
+  return other.term.effect->parameter_count() < own.term.effect->parameter_count() &&
+         explained(other) >= kShareAlone * explained(own);
+}
+
+FittedModel fit_polished(const Measurement& measurement, Terms terms, const FittedModel& known) {
+  return polish_shapes(measurement, fit_gains(measurement, std::move(terms), &known), {15});
+}
+
+}  // namespace
+
+void prune(const Measurement& measurement, const Yardstick& yardstick, Explanation& explanation) {
+  for (std::size_t i = 0; explanation.added.size() > 1 && i < explanation.added.size();) {
+    Terms terms;
+    for (const Term& term : explanation.model.terms) {
+      if (term.id() != explanation.added[i]) terms.push_back(term);
+    }
+    FittedModel without = fit_polished(measurement, std::move(terms), explanation.model);
+    if (earned(yardstick, without, explanation.model)) {
+      ++i;
+    } else {
+      explanation.model = std::move(without);
+      explanation.added.erase(explanation.added.begin() + static_cast<std::ptrdiff_t>(i));
+    }
+  }
+}
+
+void simplify(const Measurement& measurement, const Yardstick& yardstick, const std::vector<Trial>& alone,
+              Explanation& explanation) {
+  for (std::string& added : explanation.added) {
+    const Trial* own = find_trial(alone, added);
+    if (own == nullptr) continue;
+    for (const Trial& other : alone) {
+      if (contains(explanation.model.terms, other.term.effect->text.id) ||
+          !may_replace(yardstick.baseline, *own, other)) {
+        continue;
+      }
+      Terms terms;
+      for (const Term& term : explanation.model.terms)
+        terms.push_back(term.id() == added ? other.term : term);
+      FittedModel simpler = fit_polished(measurement, std::move(terms), explanation.model);
+      if (!hardly_worse(simpler, explanation.model) &&
+          !stands_for(yardstick.floor, simpler, explanation.model, yardstick.baseline)) {
+        continue;
+      }
+      explanation.model = std::move(simpler);
+      added = other.term.id();
+      own = &other;
+    }
+  }
+}
+
+}  // namespace slipstack::workbench

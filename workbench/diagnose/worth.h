@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "workbench/identify/fit.h"
+#include "workbench/identify/noise_floor.h"
+
+namespace slipstack::workbench {
+
+/// Mean square of what a model with held-out error `after_N` explains of an error `before_N` [N^2].
+inline double explained_N2(double before_N, double after_N) {
+  return before_N * before_N - after_N * after_N;
+}
+
+/// What steps from one model to the next are held against.
+struct Yardstick {
+  const FittedModel& baseline;
+  const NoiseFloor& floor;
+  double known_N;  ///< held-out error of the baseline, or of the first explanation that has dry friction
+};
+
+/// Whether the step adds Coulomb friction to hysteresis: both make a force after each reversal.
+bool coulomb_joins_hysteresis(const FittedModel& before, const FittedModel& after);
+
+/// Whether the step from `before` to `after` is worth its parameters.
+bool earned(const Yardstick& yardstick, const FittedModel& before, const FittedModel& after);
+
+/// Whether the first effect explains enough, though not in enough blocks to be sure of: another one may be
+/// loud in those where it does nothing, and both together are sure.
+bool promises(const Yardstick& yardstick, const FittedModel& first);
+
+/// Frictional lag contains Stribeck friction. Where even the lag ends so far above the floor, its form is not
+/// the axis' own either, and its two more shapes bend towards whatever reversals do (a bristle's stretch lags
+/// too): there the share alone decides.
+inline constexpr double kFormIsNotTheAxis = 1.5;
+
+/// Whether the simpler model's held-out error is hardly larger.
+bool hardly_worse(const FittedModel& simpler, const FittedModel& best);
+
+/// Whether a simpler model explains as much as the best one, of what the model before them left.
+bool stands_for(const NoiseFloor& floor, const FittedModel& simpler, const FittedModel& best,
+                const FittedModel& before);
+
+}  // namespace slipstack::workbench
