@@ -1,19 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstddef>
 #include <string>
 #include <vector>
 
+#include "workbench/identify/stretch.h"
 #include "workbench/log/log.h"
 
 namespace slipstack::workbench {
-
-/// Samples that say nothing of the axis: [first, end).
-struct Stretch {
-  std::size_t first = 0;
-  std::size_t end = 0;
-};
 
 /// What a log's own faults leave to do.
 struct Mending {
@@ -23,12 +17,10 @@ struct Mending {
 
 /// Finds what no axis does and only a recorder can, and mends it where neighbours tell what was there:
 /// - wild samples of force or position among good ones, up to three in a row: interpolated. Many close
-/// together are
-///   a burst, an event of the axis or its surroundings, and stay.
+///   together are a burst, an event of the axis or its surroundings, and stay.
 /// - samples that repeat the one before, where noise makes that impossible: interpolated.
 /// - force at its limit, or frozen (drive off, sensor lost), while its noise is gone: cut. Not at rest in a
-/// log
-///   whose force has no noise at rest, as a commanded current.
+///   log whose force has no noise at rest, as a commanded current.
 /// - an encoder that stands still and then jumps to where it should be: cut.
 /// - motion without any force, as by hand with the drive off: cut.
 ///

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+namespace slipstack::workbench {
+
+/// Samples of a log: [first, end).
+struct Stretch {
+  std::size_t first = 0;
+  std::size_t end = 0;
+  std::size_t size() const { return end - first; }
+};
+
+/// Samples in all of them.
+inline std::size_t samples_in(const std::vector<Stretch>& stretches) {
+  std::size_t samples = 0;
+  for (const Stretch& one : stretches) samples += one.size();
+  return samples;
+}
+
+}  // namespace slipstack::workbench
