@@ -131,6 +131,20 @@ inline float from_fixed(std::uint32_t whole) {
 #endif
 }
 
+/// x within [-1, 1], cut to 2^-31; NaN becomes 0. Two instructions on the controller: fixed point saturates,
+/// and its largest number, rounded to nearest, is 1.
+inline float clamp_to_one(float x) {
+#if defined(__arm__) && defined(__ARM_FP)
+  asm("vcvt.s32.f32 %0, %0, #31\n\tvcvt.f32.s32 %0, %0, #31" : "+t"(x));
+  return x;
+#else
+  if (x >= 1.0F) return 1.0F;
+  if (x <= -1.0F) return -1.0F;
+  constexpr float kOne = 2147483648.0F;
+  return x == x ? static_cast<float>(static_cast<std::int32_t>(x * kOne)) / kOne : 0.0F;
+#endif
+}
+
 /// 2^n for an integer -120 <= n <= 120, from the exponent field.
 template <class Real>
 constexpr Real power_of_two(std::int32_t n) {

@@ -1,38 +1,78 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "firmware/effects/approx.h"
 #include "firmware/effects/effect.h"
 
 namespace slipstack {
 
+/// Legendre polynomials over the stroke that the log showed: they leave the straight line alone, so that
+/// `stiffness` is the mean slope whether or not the chain stiffens. Beyond the stroke the line goes on, and
+/// they keep the value of its end: a cubic would run away.
 template <class Real>
 class CableChainStiffness {
  public:
   static constexpr EffectText text{
       .id = "cable_chain_stiffness",
       .title = "Cable chain stiffness",
-      .formula = "F = k (x - x0), as k x + F0 with F0 = -k x0",
-      .source = "Hooke",
-      .residual = "a straight line against position, the same both ways",
+      .formula =
+          "F = k (x - x0), as k x + F0, + a P2(u) + b P3(u); u = -1 .. 1 over the stroke, "
+          "P2 = (3 u^2 - 1)/2, P3 = (5 u^3 - 3 u)/2",
+      .source = "Hooke; what a chain stiffens, as Legendre polynomials",
+      .residual = "a line against position, straight or steeper towards the ends, the same both ways",
       .evidence =
-          "the residual is a straight line against position, the same both ways: {stiffness}, force at "
-          "zero {force_at_zero}",
+          "the residual is a line against position, the same both ways: {stiffness}, force at zero "
+          "{force_at_zero}; at the ends of the stroke it bends by {quadratic_at_ends} (square) and "
+          "{cubic_at_ends} (cube)",
       .cause = "cable chain, hose or bellows pulling towards its rest length",
       .confirm = "creep over the whole stroke both ways with the chain unhooked, then hooked"};
-  static constexpr std::array<GainGroup, 2> gains{{
+  static constexpr std::array<GainGroup, 4> gains{{
       {"stiffness", "N/m", 0.0f, 1.0e6f, 1, Acts::force},
       {"force_at_zero", "N", -1.0e6f, 1.0e6f, 1, Acts::force},
+      {"quadratic_at_ends", "N", -1.0e6f, 1.0e6f, 1, Acts::force},
+      {"cubic_at_ends", "N", -1.0e6f, 1.0e6f, 1, Acts::force},
   }};
-  static constexpr std::array<ShapeSpec, 0> shapes{{}};
+  static constexpr std::array<ShapeSpec, 2> shapes{{
+      {"stroke_start", "m", -1.0e3f, 1.0e3f, ShapeKind::position},
+      {"stroke_length", "m", 1.0e-4f, 1.0e3f, ShapeKind::travel},
+  }};
   static constexpr int gain_count = total_count(gains);
-  static constexpr int shape_count = 0;
+  static constexpr int shape_count = 2;
 
-  void prepare(std::span<const Real, shape_count>, const Scales<Real>&) {}
+  void prepare(std::span<const Real, shape_count> shape, const Scales<Real>&) {
+    middle_m_ = shape[0] + Real(0.5) * shape[1];
+    per_m_ = Real(2) / shape[1];
+  }
   void reset(const Sample<Real>&) {}
   void basis(const Sample<Real>& sample, std::span<Real, gain_count> out) {
+    const Real u = approx::clamp((sample.position_m - middle_m_) * per_m_, Real(-1), Real(1));
+    const Real square = u * u;
     out[0] = sample.position_m;
     out[1] = Real(1);
+    out[2] = Real(1.5) * square - Real(0.5);
+    out[3] = u * (Real(2.5) * square - Real(1.5));
   }
+
+  /// The controller's form: one cubic of the place.
+  using Table = NoTable;
+  void prepare_weighted(const std::array<Real, gain_count>& gain,
+                        NoTable&) requires std::is_same_v<Real, float> {
+    middle_ = -(middle_m_ * per_m_);
+    line_ = {gain[1] - 0.5F * gain[2], -1.5F * gain[3], 1.5F * gain[2], 2.5F * gain[3], gain[0]};
+  }
+  Real weighted(const Sample<Real>& sample, const std::array<Real, gain_count>&,
+                NoTable) const requires std::is_same_v<Real, float> {
+    const float u = approx::clamp_to_one(approx::multiply_add(per_m_, sample.position_m, middle_));
+    const Real bent = approx::multiply_add(
+        approx::multiply_add(approx::multiply_add(line_[3], u, line_[2]), u, line_[1]), u, line_[0]);
+    return approx::multiply_add(line_[4], sample.position_m, bent);
+  }
+
+ private:
+  Real middle_m_{};
+  Real per_m_{};
+  Real middle_{};
+  std::array<Real, 5> line_{};  ///< powers of the place from 1, then the position
 };
 
 }  // namespace slipstack

@@ -110,6 +110,15 @@ constexpr int total_count(const std::array<GainGroup, N>& groups) {
   return count;
 }
 
+/// Whether all gains multiply the same thing.
+template <std::size_t N>
+constexpr bool act_alike(const std::array<GainGroup, N>& groups) {
+  for (const GainGroup& group : groups) {
+    if (group.acts != groups[0].acts) return false;
+  }
+  return N > 0;
+}
+
 /// Whether no text was forgotten.
 constexpr bool complete(const EffectText& text) {
   return text.id && text.title && text.formula && text.source && text.residual && text.evidence &&
@@ -132,14 +141,14 @@ concept Effect = requires(E effect, const E constant, const Sample<Real> sample,
 /// Stands for the table of an effect that has none.
 struct NoTable {};
 
-/// An effect with one group of gains may offer sum(gains x basis) in a form that costs less than its basis:
+/// An effect whose gains all act alike may offer sum(gains x basis) in a form that costs less than its basis:
 /// the controller then uses it. It agrees with basis() to rounding, or to the error that its table states
 /// (tests/unit/effects, tests/unit/control). Its constants are made by prepare_weighted(gains, table), after
 /// prepare(). Tables lie apart from the effects, so that everything else is near one base address.
 template <class E, class Real>
-concept Weighted = E::gains.size() == 1 &&
-                   requires(E effect, const Sample<Real> sample, const std::array<Real, E::gain_count> gains,
-                            typename E::Table table) {
+concept Weighted = act_alike(E::gains) &&
+    requires(E effect, const Sample<Real> sample, const std::array<Real, E::gain_count> gains,
+             typename E::Table table) {
   effect.prepare_weighted(gains, table);
   { effect.weighted(sample, gains, table) } -> std::same_as<Real>;
 };

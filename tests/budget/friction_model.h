@@ -64,7 +64,7 @@ inline FrictionModel<float>::Parameters all_effects() {
   set<MotorConstantRipple<float>>(p, values(0.02F, -0.01F, 0.01F, 0.005F, -0.004F, 0.003F, 0.002F, 0.001F),
                                   values(0.024F));
   set<OffsetForce<float>>(p, values(-0.7F), values());
-  set<CableChainStiffness<float>>(p, values(6.0F, -1.1F), values());
+  set<CableChainStiffness<float>>(p, values(6.0F, -1.1F, 0.15F, 0.3F), values(0.0F, 0.4F));
   set<PayloadMass<float>>(p, values(1.5F), values());
   set<StructuralResonance<float>>(p, values(1.2F, 0.1F, 0.3F), values(47.0F, 0.02F));
   set<TimeDelay<float>>(p, values(), values(3e-4F));

@@ -321,6 +321,19 @@ TEST(Saturated, CutsToWholeNumbersAndKeepsItsRange) {
   EXPECT_EQ(approx::saturated_signed<23>(std::nanf("")), 0);
 }
 
+TEST(ClampToOne, KeepsFloatsAndItsRange) {
+  for (const float x : {0.0F, 1.0F, -1.0F, 0.5F, -0.999999940395F, 0.1F, -1.0F / 256.0F}) {
+    EXPECT_EQ(approx::clamp_to_one(x), x);
+  }
+  for (const float wild : {1.0000001F, 3.0F, 1e30F, std::numeric_limits<float>::infinity()}) {
+    EXPECT_EQ(approx::clamp_to_one(wild), 1.0F);
+    EXPECT_EQ(approx::clamp_to_one(-wild), -1.0F);
+  }
+  EXPECT_EQ(approx::clamp_to_one(1.9e-9F), std::ldexp(4.0F, -31));
+  EXPECT_EQ(approx::clamp_to_one(-1e-10F), 0.0F);
+  EXPECT_EQ(approx::clamp_to_one(std::nanf("")), 0.0F);
+}
+
 TEST(MultiplyAdd, RoundsTheProductFirst) {
   // (1 + u)^2 is no float: fused, what is left of it would be u^2.
   constexpr float kNext = 1.0F + std::numeric_limits<float>::epsilon();

@@ -87,7 +87,10 @@ struct Formula<OffsetForce<R>> {
 };
 template <class R>
 struct Formula<CableChainStiffness<R>> {
-  static Values of(const Sample<double>& s, const Values&) { return {s.position_m, 1.0}; }
+  static Values of(const Sample<double>& s, const Values& p) {
+    const double u = std::max(-1.0, std::min(1.0, 2.0 * (s.position_m - p[0]) / p[1] - 1.0));
+    return {s.position_m, 1.0, (3.0 * u * u - 1.0) / 2.0, (5.0 * std::pow(u, 3.0) - 3.0 * u) / 2.0};
+  }
 };
 template <class R>
 struct Formula<Drift<R>> {
@@ -108,6 +111,10 @@ template <class R>
 constexpr Allowed kAllowed<Stribeck<R>>{1.5e-8, 4.0};
 template <class R>
 constexpr Allowed kAllowed<Drift<R>>{8e-9, 2.0};
+// The middle of the stroke is rounded, and so is the place in half a stroke of 0.05 m; the cubic is six
+// times as steep at its ends.
+template <class R>
+constexpr Allowed kAllowed<CableChainStiffness<R>>{0.0, 8.0};
 // The fourth harmonic turns four times as fast: its error is four times that of the first.
 template <class R>
 constexpr Allowed kAllowed<ForceRipple<R>>{1.8e-7, 6.0};
@@ -200,6 +207,79 @@ TEST(Basis, CableChainStiffness) {
 }
 TEST(Basis, Drift) {
   expect_formula<Drift>();
+}
+
+/// Over the stroke from -0.1 to 0.3 m: a line, then what bends.
+std::array<double, 4> chain_at(double position_m) {
+  CableChainStiffness<double> chain;
+  chain.prepare(std::array{-0.1, 0.4}, {.tick_s = 1e-4});
+  std::array<double, 4> out{};
+  chain.basis({.position_m = position_m}, out);
+  return out;
+}
+
+/// Means over the stroke of f, by Simpson's rule: exact to rounding for the polynomials here.
+template <class F>
+double mean_over_stroke(F&& f) {
+  constexpr int kHalves = 2000;
+  double sum = 0.0;
+  for (int i = 0; i <= kHalves; ++i) {
+    const double weight = i == 0 || i == kHalves ? 1.0 : i % 2 == 1 ? 4.0 : 2.0;
+    sum += weight * f(-0.1 + 0.4 * i / kHalves);
+  }
+  return sum / (3.0 * kHalves);
+}
+
+// So that the stiffness is the mean slope, whether or not the chain stiffens.
+TEST(Basis, CableChainBendsBesideItsLineAndMean) {
+  for (const std::size_t bend : {2U, 3U}) {
+    for (const std::size_t line : {0U, 1U}) {
+      EXPECT_NEAR(mean_over_stroke([&](double x) { return chain_at(x)[bend] * chain_at(x)[line]; }), 0.0,
+                  1e-11)
+          << bend << ' ' << line;
+    }
+  }
+  EXPECT_NEAR(mean_over_stroke([](double x) { return chain_at(x)[2] * chain_at(x)[3]; }), 0.0, 1e-11);
+  EXPECT_NEAR(mean_over_stroke([](double x) { return std::pow(chain_at(x)[2], 2.0); }), 1.0 / 5.0, 1e-9);
+}
+
+// u (1 + s u^2) about a rest position x0, u = x - x0: any cubic of the place is met exactly.
+TEST(Basis, CableChainMeetsACubicChain) {
+  Draw draw(7);
+  for (int trial = 0; trial < 100; ++trial) {
+    const double stiffness = draw.uniform(1.0, 100.0);
+    const double bend = draw.uniform(0.1, 20.0);
+    const double rest_m = draw.uniform(-0.2, 0.3);
+    const auto chain_N = [&](double x) {
+      return stiffness * (x - rest_m) * (1.0 + bend * std::pow(x - rest_m, 2.0));
+    };
+    std::array<double, 4> gains{};
+    const auto part = [&](std::size_t g, double per) {
+      return mean_over_stroke([&](double x) { return chain_N(x) * chain_at(x)[g]; }) * per;
+    };
+    gains[2] = part(2, 5.0);
+    gains[3] = part(3, 7.0);
+    gains[0] = mean_over_stroke([&](double x) { return chain_N(x) * (x - 0.1); }) * 3.0 / (0.2 * 0.2);
+    gains[1] = part(1, 1.0) - 0.1 * gains[0];
+    for (double x = -0.1; x <= 0.3; x += 0.013) {
+      const auto basis = chain_at(x);
+      double sum = 0.0;
+      for (std::size_t g = 0; g < 4; ++g) sum += gains[g] * basis[g];
+      EXPECT_NEAR(sum, chain_N(x), 1e-7 * stiffness) << rest_m;
+    }
+  }
+}
+
+// Where the log showed nothing a cubic would run away: the line goes on, what bends keeps its last value.
+TEST(Basis, CableChainBendsNoFartherBeyondTheStroke) {
+  for (const double beyond_m : {0.0, 1e-6, 0.01, 1.0, 1e3}) {
+    EXPECT_NEAR(chain_at(-0.1 - beyond_m)[2], 1.0, 1e-12);
+    EXPECT_NEAR(chain_at(-0.1 - beyond_m)[3], -1.0, 1e-12);
+    EXPECT_NEAR(chain_at(0.3 + beyond_m)[2], 1.0, 1e-12);
+    EXPECT_NEAR(chain_at(0.3 + beyond_m)[3], 1.0, 1e-12);
+    EXPECT_EQ(chain_at(0.3 + beyond_m)[0], 0.3 + beyond_m);
+    EXPECT_EQ(chain_at(0.3 + beyond_m)[1], 1.0);
+  }
 }
 
 TEST(Basis, StribeckIsWholeAtRestAndGoneWhenFast) {
