@@ -44,20 +44,25 @@ double share_left(const Imitation& known, const Eigen::MatrixXd& columns) {
 /// Effects that are a case of another: a chain so soft that its pull is constant, a lag of no time, a mode so
 /// stiff that its mass moves along. No log can exclude that; what it can show is that the other is no more
 /// than that.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 3> kCases{
-    {{"offset_force", "cable_chain_stiffness"},
-     {"stribeck", "frictional_lag"},
-     {"payload_mass", "structural_resonance"}}};
+struct Case {
+  std::string_view simpler;
+  std::string_view richer;
+  Eigen::Index gains;  ///< by so many of its gains the richer one shows; 0: by all
+};
+/// A chain shows by its stiffness: its bend is measured in strokes of the very log, however short.
+constexpr std::array<Case, 3> kCases{{{"offset_force", "cable_chain_stiffness", 2},
+                                      {"stribeck", "frictional_lag", 0},
+                                      {"payload_mass", "structural_resonance", 0}}};
 
 /// Whether `simpler` is a case of `richer` (kCases), and this log would show what else the richer can be:
 /// then the richer imitates it, as in any log, and does not compete with it. At the middle of the richer's
 /// shapes, one of its gains at a time.
 bool is_the_simpler_case(const Measurement& measurement, const Diagnosis& diagnosis, const Candidate& simpler,
                          const Candidate& richer) {
-  const auto known = [&](const auto& pair) {
-    return pair.first == simpler.term.id() && pair.second == richer.term.id();
-  };
-  if (std::none_of(kCases.begin(), kCases.end(), known)) return false;
+  const auto* const known = std::find_if(kCases.begin(), kCases.end(), [&](const Case& one) {
+    return one.simpler == simpler.term.id() && one.richer == richer.term.id();
+  });
+  if (known == kCases.end()) return false;
   // What the simpler one leaves may be what the richer one is more than that.
   const bool more_left = simpler.holdout_rmse_N > kFormIsNotTheAxis * diagnosis.noise_floor_N;
   if (more_left && richer.holdout_rmse_N < (1.0 - kIndistinct) * simpler.holdout_rmse_N) return false;
@@ -67,7 +72,9 @@ bool is_the_simpler_case(const Measurement& measurement, const Diagnosis& diagno
   };
   const Eigen::MatrixXd force = beyond(simpler.term);
   const Term own = make_term(measurement, *richer.term.effect);
-  const double left = share_left(Imitation(force), beyond(own));
+  const Eigen::MatrixXd columns = beyond(own);
+  const double left =
+      share_left(Imitation(force), columns.leftCols(known->gains > 0 ? known->gains : columns.cols()));
   const double explained_N =
       std::sqrt(std::max(0.0, explained_N2(diagnosis.baseline.holdout_rmse_N, simpler.holdout_rmse_N)));
   return std::asin(left) > radians(kSameDirection_deg) && left * explained_N > diagnosis.noise_floor_N;
