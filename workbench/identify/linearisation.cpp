@@ -79,7 +79,7 @@ ForceTrace evaluate_force(const Measurement& measurement, const Terms& terms,
                           const std::vector<double>* dry_N) {
   ForceTrace trace;
   const std::size_t samples = measurement.sample_count();
-  trace.plain_N.assign(samples, 0.0);
+  std::vector<double> plain_N(samples, 0.0);  // sum of `force` terms
   trace.dry_N.assign(samples, 0.0);
   trace.dry_scales.assign(terms.size(), {});
   trace.total_scales.assign(terms.size(), {});
@@ -100,7 +100,7 @@ ForceTrace evaluate_force(const Measurement& measurement, const Terms& terms,
     Index first_gain = 0;
     for (const GainGroup& group : term.effect->gain_groups) {
       double* sum =
-          of_acts(group.acts, trace.plain_N, trace.dry_N, trace.dry_scales[t], trace.total_scales[t]).data();
+          of_acts(group.acts, plain_N, trace.dry_N, trace.dry_scales[t], trace.total_scales[t]).data();
       const bool used = !gain.middleRows(first_gain, group.count).isZero(0.0);
       if (used) shares.push_back({first_gain, group.count, sum});
       first_gain += group.count;
@@ -130,9 +130,10 @@ ForceTrace evaluate_force(const Measurement& measurement, const Terms& terms,
 
   for (const auto& scale : trace.dry_scales) multiply(trace.dry_factor, scale);
   for (const auto& scale : trace.total_scales) multiply(trace.total_factor, scale);
-  trace.force_N = trace.dry_N;
-  multiply(trace.force_N, trace.dry_factor);
-  for (std::size_t i = 0; i < samples; ++i) trace.force_N[i] += trace.plain_N[i];
+  trace.force_N = std::move(plain_N);
+  for (std::size_t i = 0; i < samples; ++i) {
+    trace.force_N[i] += trace.dry_factor.empty() ? trace.dry_N[i] : trace.dry_N[i] * trace.dry_factor[i];
+  }
   multiply(trace.force_N, trace.total_factor);
   return trace;
 }
@@ -147,7 +148,7 @@ Linearisation::Linearisation(const Measurement& measurement, const Terms& terms,
     if (const auto lent = lent_columns(known, terms[t])) {
       columns_.middleCols(next, count) = known->columns_.middleCols(*lent, count);
     } else {
-      columns_.middleCols(next, count) = build(terms[t], factors_for(t));
+      columns_.middleCols(next, count) = build(terms[t], factors_for(*terms[t].effect, t));
     }
     next += count;
   }
@@ -187,21 +188,21 @@ std::optional<Eigen::Index> Linearisation::lent_columns(const Linearisation* kno
   return {};
 }
 
-Linearisation::Factors Linearisation::factors_for(std::size_t term_index) const {
+Linearisation::Factors Linearisation::factors_for(const EffectDescription& effect,
+                                                  std::size_t term_index) const {
   static const std::vector<double> kNone;
   const bool own = term_index < terms_.size();
   Factors factors;
   factors.force = trace_.total_factor;
   factors.dry = trace_.dry_factor;
   multiply(factors.dry, trace_.total_factor);
-  const EffectDescription* effect = own ? terms_[term_index].effect : nullptr;
-  if (effect == nullptr || effect->acts_as(Acts::dry_scale)) {
+  if (effect.acts_as(Acts::dry_scale)) {
     factors.dry_scale = trace_.dry_N;
     multiply(factors.dry_scale, trace_.dry_factor);
     multiply(factors.dry_scale, trace_.total_factor);
     divide(factors.dry_scale, own ? trace_.dry_scales[term_index] : kNone);
   }
-  if (effect == nullptr || effect->acts_as(Acts::total_scale)) {
+  if (effect.acts_as(Acts::total_scale)) {
     factors.total_scale = trace_.force_N;
     divide(factors.total_scale, own ? trace_.total_scales[term_index] : kNone);
   }
@@ -230,7 +231,7 @@ void Linearisation::multiply_basis(const Term& term, const Factors& factors, std
 }
 
 Eigen::MatrixXd Linearisation::columns_of(const Term& candidate) const {
-  return build(candidate, factors_for(terms_.size()));
+  return build(candidate, factors_for(*candidate.effect, terms_.size()));
 }
 
 Eigen::MatrixXd Linearisation::build(const Term& term, const Factors& factors) const {

@@ -11,7 +11,6 @@ namespace slipstack::workbench {
 
 /// The force of a model at every sample of a log, by the firmware's basis functions.
 struct ForceTrace {
-  std::vector<double> plain_N;                    ///< sum of `force` terms
   std::vector<double> dry_N;                      ///< sum of `dry` terms, not modulated
   std::vector<std::vector<double>> dry_scales;    ///< 1 + modulation, per term; empty where it has none
   std::vector<std::vector<double>> total_scales;  ///< the same for the whole force
@@ -63,7 +62,8 @@ class Linearisation {
     std::vector<double> total_scale;
   };
   void retarget();
-  Factors factors_for(std::size_t term_index) const;
+  /// Of an effect that is the model's term `term_index`, or none of them.
+  Factors factors_for(const EffectDescription& effect, std::size_t term_index) const;
   std::optional<Eigen::Index> lent_columns(const Linearisation* known, const Term& term) const;
   static void multiply_basis(const Term& term, const Factors& factors, std::size_t first, std::size_t count,
                              const double* basis, double* out);

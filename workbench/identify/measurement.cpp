@@ -86,14 +86,14 @@ Measurement::Measurement(LogPiece piece, const Measurement& like, const std::vec
   std::vector<LogPiece> pieces;
   pieces.push_back(std::move(piece));
   JoinedLogs joined = join(std::move(pieces));
-  log_ = std::move(joined.log);
+  take_log(std::move(joined.log));
   parts_ = std::move(joined.parts);
   LogPart& part = parts_.front();
   part.encoder_resolution_m = same.encoder_resolution_m;
   part.rough_mass_kg = same.rough_mass_kg;
   part.force_noise_N = same.force_noise_N;
   encoder_resolution_m_ = part.encoder_resolution_m;
-  motion_ = estimate_motion(log_.position_m);
+  estimate_motion();
   find_unknown_start(part);
   filter_ = like.filter_;
   choose_rows({borders.front(), borders.back()});
@@ -106,27 +106,32 @@ Measurement::Measurement(LogPiece piece, const Measurement& like, const std::vec
 }
 
 Measurement::Measurement(JoinedLogs joined, const ConditioningOptions& options)
-    : log_(std::move(joined.log)),
-      parts_(std::move(joined.parts)),
+    : parts_(std::move(joined.parts)),
       log_samples_(std::move(joined.log_samples)),
       per_log_(options.per_log) {
-  encoder_resolution_m_ = log_.encoder_resolution_m.value_or(0.0);
+  take_log(std::move(joined.log));
+  encoder_resolution_m_ = log_->encoder_resolution_m.value_or(0.0);
   force_noise_given_ = options.force_noise_N > 0.0;
   for (LogPart& part : parts_) {
-    const std::vector<double> force_N = part_of(log_.force_N, part);
+    const std::vector<double> force_N = part_of(log_->force_N, part);
     part.rough_mass_kg =
         part.mass_kg ? *part.mass_kg
-                     : quick_mass(part_of(log_.position_m, part), force_N, sample_rate_Hz(), part.cut);
+                     : quick_mass(part_of(log_->position_m, part), force_N, sample_rate_Hz(), part.cut);
     part.force_noise_N = force_noise_given_ ? options.force_noise_N : white_noise(force_N);
   }
   share_noise();
   choose_bandwidth(options.bandwidth_Hz);
-  motion_ = estimate_motion(log_.position_m);
+  estimate_motion();
   for (LogPart& part : parts_) find_unknown_start(part);
   filter_ = RowFilter(bandwidth_Hz_, sample_rate_Hz());
   choose_stride(options.maximum_rows);
   choose_rows({0, sample_count()});
   choose_blocks();
+}
+
+void Measurement::take_log(Log log) {
+  sample_rate_Hz_ = log.sample_rate_Hz;
+  log_ = std::make_shared<const Log>(std::move(log));
 }
 
 void Measurement::share_noise() {
@@ -188,7 +193,7 @@ void Measurement::choose_bandwidth(double wished_Hz) {
     }
     // Nor beyond what the motion of any log excites.
     const std::span<const double> force_N =
-        std::span(log_.force_N).subspan(part.first_sample, part.sample_count);
+        std::span(log_->force_N).subspan(part.first_sample, part.sample_count);
     const Spectrum spectrum = power_spectrum(force_N, rate, 512);
     if (spectrum.density.empty()) {
       excited = highest;
@@ -203,29 +208,34 @@ void Measurement::choose_bandwidth(double wished_Hz) {
   bandwidth_Hz_ = std::clamp(std::min(limit, excited), least, highest);
 }
 
-Measurement::Motion Measurement::estimate_motion(const std::vector<double>& reading_m) const {
-  if (parts_.size() == 1) return estimate_motion(reading_m, encoder_resolution_m_);
-  Motion all;
-  for (const LogPart& part : parts_) {
-    const Motion motion = estimate_motion(part_of(reading_m, part), part.encoder_resolution_m);
-    for (auto column :
-         {&Motion::displacement_m, &Motion::position_m, &Motion::velocity_mps, &Motion::acceleration_mps2}) {
-      (all.*column).insert((all.*column).end(), (motion.*column).begin(), (motion.*column).end());
-    }
-  }
-  return all;
-}
-
-Measurement::Motion Measurement::estimate_motion(const std::vector<double>& reading_m,
-                                                 double resolution_m) const {
+void Measurement::estimate_motion() {
   const double rate = sample_rate_Hz();
-  const std::vector<double> position = dequantise(reading_m, resolution_m);
+  const std::vector<double> taps = motion_taps(bandwidth_Hz_, rate);
+  const bool several = parts_.size() > 1;
+  const auto append = [several](std::vector<double>& all, std::vector<double> more) {
+    if (several) {
+      all.insert(all.end(), more.begin(), more.end());
+    } else {
+      all = std::move(more);
+    }
+  };
   Motion motion;
-  motion.displacement_m = resolution_m > 0.0 ? position : filter_all(position, kDisplacementTaps);
-  motion.position_m = filter_all(position, motion_taps(bandwidth_Hz_, rate));
-  motion.velocity_mps = first_derivative(motion.position_m, rate);
-  motion.acceleration_mps2 = second_derivative(motion.position_m, rate);
-  return motion;
+  if (several) {
+    for (auto* all : {&displacement_m_, &motion.position_m, &motion.velocity_mps, &motion.acceleration_mps2})
+      all->reserve(sample_count());
+  }
+  for (const LogPart& part : parts_) {
+    const std::span<const double> reading_m =
+        std::span(log_->position_m).subspan(part.first_sample, part.sample_count);
+    std::vector<double> position_m = dequantise(reading_m, part.encoder_resolution_m);
+    std::vector<double> smooth_m = filter_all(position_m, taps);
+    append(displacement_m_, part.encoder_resolution_m > 0.0 ? std::move(position_m)
+                                                            : filter_all(position_m, kDisplacementTaps));
+    append(motion.velocity_mps, first_derivative(smooth_m, rate));
+    append(motion.acceleration_mps2, second_derivative(smooth_m, rate));
+    append(motion.position_m, std::move(smooth_m));
+  }
+  motion_ = std::make_shared<const Motion>(std::move(motion));
 }
 
 void Measurement::find_unknown_start(LogPart& part) const {
@@ -347,7 +357,7 @@ Eigen::VectorXd Measurement::filtered(std::span<const double> signal) const {
 }
 
 Eigen::VectorXd Measurement::force_N(double delay_s) const {
-  if (delay_s == 0.0) return filtered(log_.force_N);
+  if (delay_s == 0.0) return filtered(log_->force_N);
   // Later by whole samples, then by the rest with the cubic through four of them.
   const double samples = delay_s * sample_rate_Hz();
   const auto whole = static_cast<std::ptrdiff_t>(std::floor(samples));
@@ -363,7 +373,7 @@ Eigen::VectorXd Measurement::force_N(double delay_s) const {
       double sum = 0.0;
       for (std::ptrdiff_t k = 0; k < 4; ++k) {
         const auto index = std::clamp<std::ptrdiff_t>(i + whole + k - 1, first, end - 1);
-        sum += weight[static_cast<std::size_t>(k)] * log_.force_N[static_cast<std::size_t>(index)];
+        sum += weight[static_cast<std::size_t>(k)] * log_->force_N[static_cast<std::size_t>(index)];
       }
       later[static_cast<std::size_t>(i)] = sum;
     }
@@ -374,7 +384,7 @@ Eigen::VectorXd Measurement::force_N(double delay_s) const {
 double Measurement::position_noise_m_per_root_Hz(const LogPart& part) const {
   std::size_t moving = 0;
   for (std::size_t i = part.first_sample + 1; i < part.end_sample(); ++i)
-    moving += log_.position_m[i] != log_.position_m[i - 1] ? 1 : 0;
+    moving += log_->position_m[i] != log_->position_m[i - 1] ? 1 : 0;
   const double share = static_cast<double>(moving) / static_cast<double>(part.sample_count);
   return part.encoder_resolution_m * std::sqrt(share / 12.0 * 2.0 / sample_rate_Hz());
 }
@@ -403,16 +413,18 @@ double Measurement::filtered_force_noise_N(const LogPart& part) const {
 
 Measurement Measurement::requantised(double shift_steps) const {
   Measurement copy = *this;
-  std::vector<double> reading = motion_.displacement_m;
+  std::vector<double> reading_m;
   for (const LogPart& part : parts_) {
     const double step_m = part.encoder_resolution_m;
     if (step_m <= 0.0) continue;
-    for (std::size_t i = part.first_sample; i < part.end_sample(); ++i) {
-      reading[i] = (std::floor(reading[i] / step_m + shift_steps) + 0.5 - shift_steps) * step_m;
-    }
-    const std::vector<double> displacement_m = dequantise(part_of(reading, part), step_m);
-    std::copy(displacement_m.begin(), displacement_m.end(),
-              copy.motion_.displacement_m.begin() + static_cast<std::ptrdiff_t>(part.first_sample));
+    const auto first = static_cast<std::ptrdiff_t>(part.first_sample);
+    reading_m.resize(part.sample_count);
+    std::transform(
+        displacement_m_.begin() + first,
+        displacement_m_.begin() + static_cast<std::ptrdiff_t>(part.end_sample()), reading_m.begin(),
+        [&](double x) { return (std::floor(x / step_m + shift_steps) + 0.5 - shift_steps) * step_m; });
+    const std::vector<double> displacement_m = dequantise(reading_m, step_m);
+    std::copy(displacement_m.begin(), displacement_m.end(), copy.displacement_m_.begin() + first);
   }
   return copy;
 }

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -82,30 +83,30 @@ class Measurement {
   /// How many sets of gains an effect has: one, or one for each log.
   std::size_t gain_sets(std::string_view effect) const;
 
-  const Log& log() const { return log_; }
-  std::size_t sample_count() const { return log_.position_m.size(); }
-  double sample_rate_Hz() const { return log_.sample_rate_Hz; }
-  double tick_s() const { return 1.0 / log_.sample_rate_Hz; }
+  const Log& log() const { return *log_; }
+  std::size_t sample_count() const { return log_->position_m.size(); }
+  double sample_rate_Hz() const { return sample_rate_Hz_; }
+  double tick_s() const { return 1.0 / sample_rate_Hz_; }
   /// Of all logs.
   double duration_s() const { return static_cast<double>(whole_sample_count()) * tick_s(); }
   double bandwidth_Hz() const { return bandwidth_Hz_; }
   double encoder_resolution_m() const { return encoder_resolution_m_; }
 
   // Smooth motion, one value per sample.
-  const std::vector<double>& position_m() const { return motion_.position_m; }
-  const std::vector<double>& velocity_mps() const { return motion_.velocity_mps; }
-  const std::vector<double>& acceleration_mps2() const { return motion_.acceleration_mps2; }
+  const std::vector<double>& position_m() const { return motion_->position_m; }
+  const std::vector<double>& velocity_mps() const { return motion_->velocity_mps; }
+  const std::vector<double>& acceleration_mps2() const { return motion_->acceleration_mps2; }
 
   /// What the effects know at sample `index`; time counts from the start of its log.
   Sample<double> sample(std::size_t index) const { return sample(index, part_at(index)); }
   Sample<double> sample(std::size_t index, std::size_t part) const {
     Sample<double> sample;
     sample.time_s = parts_[part].start_s +
-                    static_cast<double>(index - parts_[part].first_sample) * (1.0 / log_.sample_rate_Hz);
-    sample.displacement = motion_.displacement_m[index];
-    sample.position_m = motion_.position_m[index];
-    sample.velocity_mps = motion_.velocity_mps[index];
-    sample.acceleration_mps2 = motion_.acceleration_mps2[index];
+                    static_cast<double>(index - parts_[part].first_sample) * (1.0 / sample_rate_Hz_);
+    sample.displacement = displacement_m_[index];
+    sample.position_m = motion_->position_m[index];
+    sample.velocity_mps = motion_->velocity_mps[index];
+    sample.acceleration_mps2 = motion_->acceleration_mps2[index];
     return sample;
   }
   std::size_t part_at(std::size_t index) const;
@@ -170,13 +171,12 @@ class Measurement {
 
  private:
   struct Motion {
-    std::vector<double> displacement_m;  ///< what drives the hysteresis: as read, between the steps
     std::vector<double> position_m;
     std::vector<double> velocity_mps;
     std::vector<double> acceleration_mps2;
   };
-  Motion estimate_motion(const std::vector<double>& reading_m) const;
-  Motion estimate_motion(const std::vector<double>& reading_m, double resolution_m) const;
+  void take_log(Log log);
+  void estimate_motion();
   void share_noise();
   void choose_bandwidth(double wished_Hz);
   void find_unknown_start(LogPart& part) const;
@@ -187,7 +187,9 @@ class Measurement {
 
   Measurement(JoinedLogs joined, const ConditioningOptions& options);
 
-  Log log_;
+  // Copies share what never changes: other readings (requantised()) have another displacement alone.
+  std::shared_ptr<const Log> log_;
+  double sample_rate_Hz_ = 0.0;
   std::vector<LogPart> parts_;
   std::vector<std::size_t> log_samples_;
   std::vector<std::string> per_log_;
@@ -195,7 +197,8 @@ class Measurement {
   double bandwidth_Hz_ = 0.0;
   bool force_noise_given_ = false;
   std::vector<double> slip_distances_m_;
-  Motion motion_;
+  std::vector<double> displacement_m_;  ///< what drives the hysteresis: as read, between the steps
+  std::shared_ptr<const Motion> motion_;
   RowFilter filter_;
   std::size_t row_stride_ = 1;
   std::vector<std::size_t> row_samples_;

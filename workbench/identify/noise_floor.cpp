@@ -42,14 +42,52 @@ Eigen::VectorXd smoothed(const Eigen::VectorXd& values) {
   return means;
 }
 
+Measurement read_again(const Measurement& measurement, int reading) {
+  return measurement.requantised(std::fmod(kGoldenPart * (reading + 1), 1.0));
+}
+
+/// See NoiseFloor; `reading_of(i)` gives the other readings, one after another.
+template <class ReadingOf>
+Eigen::VectorXd variance_at_rows(const Measurement& measurement, const Terms& terms, ReadingOf&& reading_of) {
+  Eigen::VectorXd sum(measurement.row_count());
+  const Eigen::VectorXd here = measurement.filtered(evaluate_force(measurement, terms).force_N);
+  const Eigen::VectorXd residual_N = measurement.force_N(delay_s(terms)) - here;
+  std::vector<Eigen::VectorXd> readings_N;
+  readings_N.reserve(kReadings);
+  for (int reading = 0; reading < kReadings; ++reading) {
+    const Measurement& shifted = reading_of(reading);
+    // The other reading takes the first's motion for the truth: their difference is one encoder's error.
+    readings_N.push_back(here - measurement.filtered(evaluate_force(shifted, terms).force_N));
+  }
+  for (std::size_t log = 0; log < measurement.log_count(); ++log) {
+    const Stretch own = measurement.parts_of_log(log);
+    if (own.first == own.end) continue;
+    const LogPart& first = measurement.parts()[own.first];
+    double force = measurement.filtered_force_noise_N(first);
+    if (!measurement.force_noise_given()) {
+      LogPart all = first;  // its parts as one
+      all.sample_count = measurement.parts()[own.end - 1].end_sample() - first.first_sample;
+      all.row_count = static_cast<std::size_t>(measurement.rows_of_log(log).count);
+      const double seen_N = residual_noise_N(measurement, all, residual_N, readings_N, mass_kg(terms, log));
+      force = std::max(force, seen_N * std::sqrt(noise_gain(measurement.filter().taps())));
+    }
+    for (std::size_t p = own.first; p < own.end; ++p) {
+      const LogPart& part = measurement.parts()[p];
+      const double inertia = mass_kg(terms, log) * measurement.acceleration_noise_mps2(part);
+      sum.segment(static_cast<Eigen::Index>(part.first_row), static_cast<Eigen::Index>(part.row_count))
+          .setConstant(force * force + inertia * inertia);
+    }
+  }
+  for (const Eigen::VectorXd& reading_N : readings_N) sum += reading_N.cwiseAbs2() / kReadings;
+  return sum;
+}
+
 }  // namespace
 
 std::vector<Measurement> other_readings(const Measurement& measurement) {
   std::vector<Measurement> readings;
   readings.reserve(kReadings);
-  for (int reading = 1; reading <= kReadings; ++reading) {
-    readings.push_back(measurement.requantised(std::fmod(kGoldenPart * reading, 1.0)));
-  }
+  for (int reading = 0; reading < kReadings; ++reading) readings.push_back(read_again(measurement, reading));
   return readings;
 }
 
@@ -57,36 +95,9 @@ NoiseFloor::NoiseFloor(const Measurement& measurement)
     : measurement_(measurement), shifted_(other_readings(measurement)) {}
 
 Eigen::VectorXd NoiseFloor::variance(const Terms& terms) const {
-  Eigen::VectorXd sum(measurement_.row_count());
-  const Eigen::VectorXd here = measurement_.filtered(evaluate_force(measurement_, terms).force_N);
-  const Eigen::VectorXd residual_N = measurement_.force_N(delay_s(terms)) - here;
-  std::vector<Eigen::VectorXd> readings_N;
-  readings_N.reserve(shifted_.size());
-  for (const Measurement& shifted : shifted_) {
-    // The other reading takes the first's motion for the truth: their difference is one encoder's error.
-    readings_N.push_back(here - measurement_.filtered(evaluate_force(shifted, terms).force_N));
-  }
-  for (std::size_t log = 0; log < measurement_.log_count(); ++log) {
-    const Stretch own = measurement_.parts_of_log(log);
-    if (own.first == own.end) continue;
-    const LogPart& first = measurement_.parts()[own.first];
-    double force = measurement_.filtered_force_noise_N(first);
-    if (!measurement_.force_noise_given()) {
-      LogPart all = first;  // its parts as one
-      all.sample_count = measurement_.parts()[own.end - 1].end_sample() - first.first_sample;
-      all.row_count = static_cast<std::size_t>(measurement_.rows_of_log(log).count);
-      const double seen_N = residual_noise_N(measurement_, all, residual_N, readings_N, mass_kg(terms, log));
-      force = std::max(force, seen_N * std::sqrt(noise_gain(measurement_.filter().taps())));
-    }
-    for (std::size_t p = own.first; p < own.end; ++p) {
-      const LogPart& part = measurement_.parts()[p];
-      const double inertia = mass_kg(terms, log) * measurement_.acceleration_noise_mps2(part);
-      sum.segment(static_cast<Eigen::Index>(part.first_row), static_cast<Eigen::Index>(part.row_count))
-          .setConstant(force * force + inertia * inertia);
-    }
-  }
-  for (const Eigen::VectorXd& reading_N : readings_N) sum += reading_N.cwiseAbs2() / kReadings;
-  return sum;
+  return variance_at_rows(measurement_, terms, [this](int reading) -> const Measurement& {
+    return shifted_[static_cast<std::size_t>(reading)];
+  });
 }
 
 double NoiseFloor::of(const Terms& terms) const {
@@ -125,7 +136,9 @@ Eigen::VectorXd RowWeighing::weights(const Eigen::VectorXd& variance) const {
 
 void RowWeighing::apply(Measurement& piece) const {
   if (piece.row_count() == 0) return;
-  piece.set_row_weights(weights(smoothed(NoiseFloor(piece).variance(plain))));
+  // One reading at a time: pieces are judged by many threads at once.
+  piece.set_row_weights(weights(
+      smoothed(variance_at_rows(piece, plain, [&](int reading) { return read_again(piece, reading); }))));
 }
 
 }  // namespace slipstack::workbench
