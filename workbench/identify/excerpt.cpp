@@ -4,8 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
-#include <numeric>
+#include <map>
 #include <tuple>
 #include <utility>
 
@@ -20,12 +21,14 @@ constexpr std::size_t kSpeeds = 24;  ///< by octaves, either way
 constexpr std::size_t kAccelerations = 12;
 constexpr std::size_t kTimes = 8;
 constexpr std::size_t kKinds = kPlaces + kSpeeds + kAccelerations + kTimes + 2;
-using Shown = std::array<float, kKinds>;
+using Shown = std::array<std::uint16_t, kKinds>;
 
-/// Glances of the shortest stretch and of the longest; stretches that are fewer are longer.
-constexpr std::size_t kShortest = 64;
+/// Samples of the shortest stretch and of the longest; stretches that are fewer are longer.
+constexpr std::size_t kShortest = 64 * kGlanceSamples;
 constexpr std::size_t kFewest = 6;
-constexpr std::size_t kLongest = kExcerptSamples / kGlanceSamples / kFewest;
+constexpr std::size_t kLongest = kExcerptSamples / kGlanceSamples / kFewest * kGlanceSamples;
+/// Of one log so many stretches at most are looked at, evenly spread: 1.3e8 samples of the shortest.
+constexpr std::size_t kMostStretches = 16384;
 /// A state that was left so long ago is not looked for, [samples].
 constexpr std::size_t kLongestLead = kExcerptSamples / 4;
 /// Sweeps of the pre-sliding travel that a stretch should hold.
@@ -52,10 +55,11 @@ class Chooser {
  public:
   explicit Chooser(const std::vector<LongLog>& logs) : logs_(logs) {
     for (const LongLog& log : logs) {
-      const std::vector<Glance>& glances = log.glances();
-      for (const Glance& glance : glances) stroke_.take(glance);
+      const Glances& glances = log.glances();
+      for (const Glance& glance : glances.all()) stroke_.take(glance);
       for (std::size_t i = 1; i < glances.size(); ++i) {
-        fastest_ = std::max(fastest_, std::abs(glances[i].first_m - glances[i - 1].first_m));
+        const float step = std::abs(glances[i].first_m - glances[i - 1].first_m);
+        fastest_ = std::max(fastest_, per_shortest(glances) * step);
       }
     }
   }
@@ -81,50 +85,61 @@ class Chooser {
   /// moment's, since of a move and a dwell the move holds many sweeps and the dwell most of the time.
   void choose_length() {
     const auto sweep = static_cast<float>(swept_before_known_m(static_cast<double>(stroke_.length())));
-    std::vector<std::size_t> times;
+    std::map<std::size_t, std::size_t> sweeps;  // how many took so many samples: few lengths, however many
     for (const LongLog& log : logs_) {
+      const Glances& glances = log.glances();
       Extent swept;
       std::size_t since = 0;
-      for (std::size_t i = 0; i < log.glances().size(); ++i) {
-        swept.take(log.glances()[i]);
+      for (std::size_t i = 0; i < glances.size(); ++i) {
+        swept.take(glances[i]);
         if (swept.length() < sweep) continue;
-        times.push_back(i - since + 1);
+        ++sweeps[(i - since + 1) * glances.samples()];
         since = i;
         swept = {};
       }
     }
-    length_ = kLongest;
-    if (times.empty()) return;
-    std::sort(times.begin(), times.end());
-    const std::size_t all = std::accumulate(times.begin(), times.end(), std::size_t{0});
+    std::size_t all = 0;
+    for (const auto& [samples, count] : sweeps) all += samples * count;
     std::size_t passed = 0;
-    auto middle = times.begin();
-    for (; 2 * (passed + *middle) < all; ++middle) passed += *middle;
-    length_ = std::clamp(kSweeps * *middle, kShortest, kLongest);
+    for (const auto& [samples, count] : sweeps) {
+      passed += samples * count;
+      if (2 * passed < all) continue;
+      length_ = std::clamp(kSweeps * samples, kShortest, kLongest);
+      return;
+    }
+    length_ = kLongest;
   }
 
   void cut(std::size_t log) {
     const std::size_t glances = logs_[log].glances().size();
-    const std::size_t count = std::max<std::size_t>(1, glances / length_);
-    for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t samples = logs_[log].glances().samples();
+    const std::size_t count = std::clamp<std::size_t>(glances * samples / length_, 1, glances);
+    const std::size_t step = 1 + (count - 1) / kMostStretches;
+    for (std::size_t i = 0; i < count; i += step) {
       const std::size_t from = glances * i / count;
       const std::size_t to = glances * (i + 1) / count;
-      const std::size_t first = lead_in(logs_[log], from * kGlanceSamples, kLongestLead);
-      const std::size_t end = std::min(to * kGlanceSamples, logs_[log].sample_count());
+      const std::size_t first = lead_in(logs_[log], from * samples, kLongestLead);
+      const std::size_t end = std::min(to * samples, logs_[log].sample_count());
       stretches_.push_back({log, first, end - first});
       shown_.push_back(shown(logs_[log].glances(), from, to));
     }
   }
 
-  Shown shown(const std::vector<Glance>& glances, std::size_t from, std::size_t to) const {
+  /// What makes a way from glance to glance one within the shortest: of longer glances the mean speed.
+  static float per_shortest(const Glances& glances) {
+    return static_cast<float>(kGlanceSamples) / static_cast<float>(glances.samples());
+  }
+
+  Shown shown(const Glances& glances, std::size_t from, std::size_t to) const {
+    const float per = per_shortest(glances);
     Shown kinds{};
     for (std::size_t i = std::max<std::size_t>(from, 1); i + 1 < to; ++i) {
       const float way = (glances[i].first_m - stroke_.low) / stroke_.length();
       std::size_t at = 0;
       ++kinds[at + std::min(kPlaces - 1, static_cast<std::size_t>(way * static_cast<float>(kPlaces)))];
       at += kPlaces;
-      const float step = glances[i + 1].first_m - glances[i].first_m;
-      const float before = glances[i].first_m - glances[i - 1].first_m;
+      const float step = per * (glances[i + 1].first_m - glances[i].first_m);
+      const float before = per * (glances[i].first_m - glances[i - 1].first_m);
       const std::size_t speed = octave(std::abs(step), fastest_, kSpeeds / 2);
       ++kinds[at + (step < 0.0F ? kSpeeds / 2 : 0) + speed];
       at += kSpeeds;
@@ -146,7 +161,7 @@ class Chooser {
       if (chosen[i] || !allowed(i)) continue;
       float gain = 0.0F;
       for (std::size_t k = 0; k < kKinds; ++k) {
-        gain += std::sqrt(so_far_[k] + shown_[i][k]) - std::sqrt(so_far_[k]);
+        gain += std::sqrt(so_far_[k] + static_cast<float>(shown_[i][k])) - std::sqrt(so_far_[k]);
       }
       if (gain > most) {
         most = gain;
@@ -155,7 +170,7 @@ class Chooser {
     }
     if (best == stretches_.size()) return false;
     chosen[best] = true;
-    for (std::size_t k = 0; k < kKinds; ++k) so_far_[k] += shown_[best][k];
+    for (std::size_t k = 0; k < kKinds; ++k) so_far_[k] += static_cast<float>(shown_[best][k]);
     samples_ += stretches_[best].count;
     return true;
   }
@@ -163,10 +178,10 @@ class Chooser {
   const std::vector<LongLog>& logs_;
   Extent stroke_;
   float fastest_ = 0.0F;           ///< way from glance to glance
-  std::size_t length_ = kLongest;  ///< of a stretch, in glances
+  std::size_t length_ = kLongest;  ///< of a stretch, in samples
   std::vector<LogStretch> stretches_;
   std::vector<Shown> shown_;
-  Shown so_far_{};
+  std::array<float, kKinds> so_far_{};
   std::size_t samples_ = 0;  ///< chosen
 };
 
@@ -175,10 +190,11 @@ class Chooser {
 std::size_t lead_in(const LongLog& log, std::size_t sample, std::size_t most) {
   const auto needed_m = static_cast<float>(swept_before_known_m(log.travel_m()));
   Extent swept;
-  std::size_t glance = sample / kGlanceSamples;
-  const std::size_t earliest = (sample > most ? sample - most : 0) / kGlanceSamples;
-  while (glance > earliest && !(swept.length() > needed_m)) swept.take(log.glances()[--glance]);
-  return std::min(sample, glance * kGlanceSamples);
+  const Glances& glances = log.glances();
+  std::size_t glance = sample / glances.samples();
+  const std::size_t earliest = (sample > most ? sample - most : 0) / glances.samples();
+  while (glance > earliest && !(swept.length() > needed_m)) swept.take(glances[--glance]);
+  return std::min(sample, glance * glances.samples());
 }
 
 std::vector<LogStretch> searched_stretches(const std::vector<LongLog>& logs) {

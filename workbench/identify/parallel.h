@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <sched.h>
+
 #include <algorithm>
 #include <atomic>
 #include <cstddef>
@@ -11,8 +13,18 @@
 
 namespace slipstack::workbench {
 
-/// Calls body(i) for i in [0, count) on all processors; the first exception is thrown again here. The results
-/// must not depend on the order of the calls.
+/// Processors that this thread may run on: fewer than the machine has where taskset, a container or mpirun
+/// binds it. More threads would only cost memory.
+inline std::size_t usable_processors() {
+  cpu_set_t usable;
+  if (sched_getaffinity(0, sizeof(usable), &usable) == 0) {
+    return static_cast<std::size_t>(std::max(1, CPU_COUNT(&usable)));
+  }
+  return std::max(1u, std::thread::hardware_concurrency());
+}
+
+/// Calls body(i) for i in [0, count) on all usable processors; the first exception is thrown again here. The
+/// results must not depend on the order of the calls.
 template <class Body>
 void parallel_for(std::size_t count, Body&& body) {
   std::atomic<std::size_t> next{0};
@@ -29,7 +41,7 @@ void parallel_for(std::size_t count, Body&& body) {
     }
   };
   std::vector<std::jthread> threads;
-  const std::size_t processors = std::max(1u, std::thread::hardware_concurrency());
+  const std::size_t processors = usable_processors();
   for (std::size_t i = 1; i < std::min(processors, count); ++i) threads.emplace_back(work);
   work();
   threads.clear();

@@ -102,6 +102,9 @@ RawTable CsvReader::without_rows(const RawTable& table) {
 
 RawTable CsvReader::rows(std::size_t maximum) {
   rows_ = 0;
+  if (maximum < kMaximumRows) {  // else nobody knows how many there are
+    for (RawTable::Column& column : table_.columns) column.values.reserve(maximum);
+  }
   while (rows_ < maximum && next_line()) take_row();
   note_oddities();
   RawTable table = without_rows(table_);

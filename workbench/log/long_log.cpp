@@ -35,7 +35,7 @@ LongLog LongLog::open(const std::filesystem::path& path, std::size_t in_memory_b
   state->known.head = read_log(path);
   const std::vector<double>& position_m = state->known.head.position_m;
   state->known.samples = position_m.size();
-  state->known.glances = glances_of(position_m);
+  state->known.glances.take(position_m);
   const auto [lowest, highest] = std::minmax_element(position_m.begin(), position_m.end());
   state->known.travel_m = *highest - *lowest;
   return LongLog(std::move(state));
@@ -69,7 +69,7 @@ double LongLog::travel_m() const {
   return state_->known.travel_m;
 }
 
-const std::vector<Glance>& LongLog::glances() const {
+const Glances& LongLog::glances() const {
   return state_->known.glances;
 }
 

@@ -12,8 +12,8 @@
 namespace slipstack::workbench {
 
 /// A log of any length, read in pieces: a short one is held in memory, a long CSV file stays where it is and
-/// is read again from the byte where a piece begins. Memory: 64 MiB of text at most, else a ten-thousandth of
-/// a byte for each of the file.
+/// is read again from the byte where a piece begins. Memory: 64 MiB of text at most, else that of the
+/// survey.
 class LongLog {
  public:
   static constexpr std::size_t kInMemoryBytes = std::size_t{64} << 20;
@@ -36,8 +36,7 @@ class LongLog {
   std::size_t sample_count() const;
   /// From the lowest position to the highest.
   double travel_m() const;
-  /// One for every kGlanceSamples samples, the last for what is left.
-  const std::vector<Glance>& glances() const;
+  const Glances& glances() const;
 
   /// Samples [first, first + count), which must exist; starts at their time. May be called from several
   /// threads. Throws InputError where the file has changed since open().

@@ -40,34 +40,11 @@ struct Range {
   }
 };
 
-/// Glances of positions that come in any number at a time.
-class Glancing {
- public:
-  void take(const std::vector<double>& position_m) {
-    for (const double x : position_m) {
-      const auto at = static_cast<float>(x);
-      if (count_++ % kGlanceSamples == 0) glances.push_back({at, at, at});
-      glances.back().low_m = std::min(glances.back().low_m, at);
-      glances.back().high_m = std::max(glances.back().high_m, at);
-    }
-  }
-  std::vector<Glance> glances;
-
- private:
-  std::size_t count_ = 0;
-};
-
 std::string name_of(const RawTable& table, const ColumnPlan& plan, Quantity quantity) {
   return table.source + ": column " + table.columns[plan[quantity]->column].name;
 }
 
 }  // namespace
-
-std::vector<Glance> glances_of(const std::vector<double>& position_m) {
-  Glancing glancing;
-  glancing.take(position_m);
-  return std::move(glancing.glances);
-}
 
 bool reads_in_pieces(const std::string& name, const InputFile& file) {
   std::array<char, kMatHeaderSize> head{};
@@ -81,7 +58,6 @@ Survey survey(const std::string& name, const InputFile& file) {
   found.bytes = file.size();
   FileSource source(file, 0);
   CsvReader reader(name, source);
-  Glancing glancing;
   Range position_m, force_N;
   double last_s = 0.0;
   for (;;) {
@@ -97,7 +73,7 @@ Survey survey(const std::string& name, const InputFile& file) {
     const Log piece = assemble_piece(std::move(rows), tells ? nullptr : &found.head);
     if (first) {
       found.head = piece;
-      for (const auto column : kSampleColumns) (found.head.*column).clear();
+      for (const auto column : kSampleColumns) std::vector<double>().swap(found.head.*column);
     }
     const double step_s = 1.0 / found.head.sample_rate_Hz;
     const double gap_s = piece.start_time_s - last_s;
@@ -119,7 +95,7 @@ Survey survey(const std::string& name, const InputFile& file) {
     last_s = piece.start_time_s + static_cast<double>(count - 1) * step_s;
     position_m.take(piece.position_m);
     force_N.take(piece.force_N);
-    glancing.take(piece.position_m);
+    found.glances.take(piece.position_m);
     found.places.push_back(place);
     found.samples += count;
   }
@@ -135,7 +111,6 @@ Survey survey(const std::string& name, const InputFile& file) {
                  found.head.encoder_resolution_m);
   require_force(name_of(found.table, plan, plan[Quantity::kForce] ? Quantity::kForce : Quantity::kCurrent),
                 force_N.low, force_N.high);
-  found.glances = std::move(glancing.glances);
   found.travel_m = position_m.high - position_m.low;
   return found;
 }
@@ -221,7 +196,8 @@ std::string to_bytes(const Survey& survey) {
                                                              {"samples", survey.samples},
                                                              {"travel_m", survey.travel_m},
                                                              {"bytes", survey.bytes},
-                                                             {"glances", binary_json(survey.glances)},
+                                                             {"glance_samples", survey.glances.samples()},
+                                                             {"glances", binary_json(survey.glances.all())},
                                                              {"places", binary_json(survey.places)}});
   return {bytes.begin(), bytes.end()};
 }
@@ -234,7 +210,7 @@ Survey survey_of(const std::string& bytes) {
   survey.samples = value.at("samples").get<std::size_t>();
   survey.travel_m = value.at("travel_m").get<double>();
   survey.bytes = value.at("bytes").get<std::size_t>();
-  survey.glances = vector_of<Glance>(value.at("glances"));
+  survey.glances = {vector_of<Glance>(value.at("glances")), value.at("glance_samples").get<std::size_t>()};
   survey.places = vector_of<LineReader::Place>(value.at("places"));
   return survey;
 }

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "workbench/log/glances.h"
 #include "workbench/log/input_file.h"
 #include "workbench/log/line_reader.h"
 #include "workbench/log/log.h"
@@ -12,26 +13,15 @@
 
 namespace slipstack::workbench {
 
-/// Where the axis was during kGlanceSamples samples: enough to tell how it moved, at a hundredth of the size.
-struct Glance {
-  float first_m = 0.0F;
-  float low_m = 0.0F;
-  float high_m = 0.0F;
-};
-inline constexpr std::size_t kGlanceSamples = 128;
-
-/// Glances of positions, the last for what is left.
-std::vector<Glance> glances_of(const std::vector<double>& position_m);
-
 /// Rows of a file between places at which reading may go on.
 inline constexpr std::size_t kRowsPerPlace = 32768;
 
 /// What one reading of a long CSV file tells of it, small enough to be kept and to be told to others: 12
-/// bytes for kGlanceSamples samples.
+/// bytes for kGlanceSamples samples, 13 MB at most, and 16 for kRowsPerPlace.
 struct Survey {
   Log head;  ///< without samples
   std::size_t samples = 0;
-  std::vector<Glance> glances;
+  Glances glances;
   double travel_m = 0.0;
   RawTable table;  ///< header and column names
   std::vector<LineReader::Place> places;

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <barrier>
 #include <cmath>
 #include <filesystem>
@@ -264,6 +265,33 @@ TEST(WholeLogs, AnEventOutsideTheExcerptIsASurprise) {
   ASSERT_FALSE(found.surprises.empty());
   EXPECT_LE(found.surprises[0].first, event);
   EXPECT_GE(found.surprises[0].first + found.surprises[0].count + 16'384, event);
+}
+
+TEST(ChooseStretches, ManagesWithCoarserGlances) {
+  const std::filesystem::path path = viscous_file("coarse.csv", 5, 400.0);
+  const LongLog fine = LongLog::open(path, 0);
+  Survey survey = *fine.survey();
+  survey.glances = Glances(512);
+  const Log all = fine.piece(0, fine.sample_count());
+  survey.glances.take(all.position_m);
+  ASSERT_EQ(survey.glances.samples(), 8 * kGlanceSamples);
+  const std::vector<LongLog> logs{LongLog::open(path, std::move(survey))};
+  std::size_t samples = 0;
+  for (const LogStretch& one : choose_stretches(logs)) {
+    samples += one.count;
+    EXPECT_LE(one.first + one.count, all.position_m.size());
+  }
+  EXPECT_GE(samples, kExcerptSamples);
+  EXPECT_LT(samples, 2 * kExcerptSamples);
+  for (std::size_t sample = 100'000; sample < 400'000; sample += 30'011) {
+    const std::size_t first = lead_in(logs[0], sample, 90'000);
+    ASSERT_LE(first, sample);
+    if (first + 90'000 <= sample) continue;  // not known for so long
+    const auto begin = all.position_m.begin();
+    const auto [low, high] = std::minmax_element(begin + static_cast<std::ptrdiff_t>(first),
+                                                 begin + static_cast<std::ptrdiff_t>(sample) + 1);
+    EXPECT_GT(*high - *low, 0.99 * swept_before_known_m(fine.travel_m()));
+  }
 }
 
 TEST(ChooseStretches, CoversSlowPartsAndFastOnesAndEveryLog) {

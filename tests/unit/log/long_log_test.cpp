@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -90,6 +91,7 @@ TEST(LongLog, ASurveyThatWasToldIsAsGoodAsReading) {
   EXPECT_EQ(told.head().header, read.head().header);
   EXPECT_EQ(told.head().magnet_pitch_m, read.head().magnet_pitch_m);
   ASSERT_EQ(told.glances().size(), read.glances().size());
+  EXPECT_EQ(told.glances().samples(), read.glances().samples());
   for (std::size_t i = 0; i < read.glances().size(); ++i) {
     ASSERT_EQ(told.glances()[i].first_m, read.glances()[i].first_m);
     ASSERT_EQ(told.glances()[i].high_m, read.glances()[i].high_m);
@@ -110,6 +112,31 @@ TEST(LongLog, GlancesHoldEverySample) {
     ASSERT_LE(glance.low_m, static_cast<float>(whole.position_m[i])) << i;
     ASSERT_GE(glance.high_m, static_cast<float>(whole.position_m[i])) << i;
   }
+}
+
+TEST(LongLog, GlancesJoinWhereTheyBecomeTooMany) {
+  constexpr std::size_t kMost = 16;
+  std::mt19937_64 random(8);
+  std::vector<double> position_m;
+  Glances glances(kMost);
+  while (position_m.size() < 9 * kMost * kGlanceSamples) {
+    std::vector<double> more(1 + random() % 700);
+    for (double& x : more) x = static_cast<double>(random() % 1000) * 1e-4;
+    glances.take(more);
+    position_m.insert(position_m.end(), more.begin(), more.end());
+    const std::size_t samples = glances.samples();
+    ASSERT_LE(glances.size(), kMost);
+    ASSERT_EQ(glances.size(), (position_m.size() + samples - 1) / samples);
+    for (std::size_t i = 0; i < glances.size(); ++i) {
+      const auto from = position_m.begin() + static_cast<std::ptrdiff_t>(i * samples);
+      const auto to = i + 1 < glances.size() ? from + static_cast<std::ptrdiff_t>(samples) : position_m.end();
+      const auto [low, high] = std::minmax_element(from, to);
+      ASSERT_EQ(glances[i].first_m, static_cast<float>(*from)) << i;
+      ASSERT_EQ(glances[i].low_m, static_cast<float>(*low)) << i;
+      ASSERT_EQ(glances[i].high_m, static_cast<float>(*high)) << i;
+    }
+  }
+  EXPECT_EQ(glances.samples(), 16 * kGlanceSamples);
 }
 
 TEST(LongLog, ThreadsReadAtOnce) {
