@@ -125,32 +125,41 @@ json quality_json(const Measurement& measurement, const FittedModel& fitted, dou
   return result;
 }
 
+namespace {
+
+/// Errors at the rows of one log.
+LogErrors errors_at_rows(const Measurement& measurement, std::size_t log, const ForceRows& rows,
+                         const FittedModel* fitted) {
+  const auto [first, count] = measurement.rows_of_log(log);
+  const Eigen::VectorXd weights = measurement.row_weights().segment(first, count);
+  const Eigen::VectorXd usable = measurement.row_usable().segment(first, count);
+  const Eigen::VectorXd residual_N = rows.residual_N().segment(first, count).cwiseProduct(usable);
+  LogErrors errors;
+  errors.rmse_N = std::sqrt(weights.dot(residual_N.cwiseAbs2()) / weights.sum());
+  errors.relative_error =
+      residual_N.norm() / std::max(rows.measured_N.segment(first, count).cwiseProduct(usable).norm(), 1e-300);
+  if (fitted == nullptr) return errors;
+  const LogPart& part = measurement.parts()[measurement.parts_of_log(log).first];
+  double sum = 0.0;
+  for (int block = part.first_block; block < part.first_block + part.block_count; ++block) {
+    sum += fitted->block_squared_error[static_cast<std::size_t>(block)];
+  }
+  errors.holdout_rmse_N = std::sqrt(sum / weights.sum());
+  return errors;
+}
+
+}  // namespace
+
 std::vector<LogResult> log_results(const Measurement& measurement, const ForceRows& rows,
-                                   const std::vector<double>& floors_N, const FittedModel* fitted) {
+                                   const std::vector<double>& floors_N, const FittedModel* fitted,
+                                   const std::vector<LogErrors>& whole) {
   std::vector<LogResult> results;
+  results.reserve(measurement.log_count());
   for (std::size_t log = 0; log < measurement.log_count(); ++log) {
     const LogPart& part = measurement.parts()[measurement.parts_of_log(log).first];
-    const auto [first, count] = measurement.rows_of_log(log);
-    const Eigen::VectorXd weights = measurement.row_weights().segment(first, count);
-    const Eigen::VectorXd usable = measurement.row_usable().segment(first, count);
-    const Eigen::VectorXd residual_N = rows.residual_N().segment(first, count).cwiseProduct(usable);
-    LogResult result;
-    result.path = part.path;
-    result.samples = measurement.log_sample_count(log);
-    result.rmse_N = std::sqrt(weights.dot(residual_N.cwiseAbs2()) / weights.sum());
-    result.noise_floor_N = floors_N[log];
-    result.force_noise_N = part.force_noise_N;
-    result.relative_error =
-        residual_N.norm() /
-        std::max(rows.measured_N.segment(first, count).cwiseProduct(usable).norm(), 1e-300);
-    if (fitted != nullptr && !measurement.is_excerpt()) {  // the blocks are those of the whole then
-      double sum = 0.0;
-      for (int block = part.first_block; block < part.first_block + part.block_count; ++block) {
-        sum += fitted->block_squared_error[static_cast<std::size_t>(block)];
-      }
-      result.holdout_rmse_N = std::sqrt(sum / weights.sum());
-    }
-    results.push_back(std::move(result));
+    const LogErrors errors = whole.empty() ? errors_at_rows(measurement, log, rows, fitted) : whole[log];
+    results.push_back(
+        {errors, part.path, measurement.log_sample_count(log), floors_N[log], part.force_noise_N});
   }
   return results;
 }
@@ -158,7 +167,7 @@ std::vector<LogResult> log_results(const Measurement& measurement, const ForceRo
 std::vector<LogResult> log_results(const Measurement& measurement, const FittedModel& fitted) {
   if (measurement.log_count() == 1) return {};
   const std::vector<double> floors_N = NoiseFloor(measurement).of_each_log(fitted.terms);
-  return log_results(measurement, rows_of(fitted), floors_N, &fitted);
+  return log_results(measurement, rows_of(fitted), floors_N, &fitted, fitted.log_errors);
 }
 
 json logs_json(const std::vector<LogResult>& logs) {

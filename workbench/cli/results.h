@@ -48,19 +48,17 @@ nlohmann::json mended_json(const Measurement& measurement);
 nlohmann::json quality_json(const Measurement& measurement, const FittedModel& fitted, double floor_N);
 
 /// What a model leaves of one log among several.
-struct LogResult {
+struct LogResult : LogErrors {
   std::string path;
   std::size_t samples = 0;
-  double rmse_N = 0.0;  ///< weighted
-  double holdout_rmse_N =
-      0.0;  ///< the same on blocks that the fit has not seen; zero where nothing was fitted
   double noise_floor_N = 0.0;
-  double relative_error = 0.0;
   double force_noise_N = 0.0;
 };
-/// One for each log. `fitted` may be nullptr; its terms then are not given either.
+/// One for each log. `fitted` may be nullptr; its terms then are not given either. `whole` are the errors of
+/// the whole logs where the measurement is an excerpt.
 std::vector<LogResult> log_results(const Measurement& measurement, const ForceRows& rows,
-                                   const std::vector<double>& floors_N, const FittedModel* fitted);
+                                   const std::vector<double>& floors_N, const FittedModel* fitted,
+                                   const std::vector<LogErrors>& whole);
 std::vector<LogResult> log_results(const Measurement& measurement, const FittedModel& fitted);
 nlohmann::json logs_json(const std::vector<LogResult>& logs);
 

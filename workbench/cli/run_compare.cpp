@@ -43,14 +43,16 @@ Comparison compared(const Measurement& measurement, WholeLogs& whole, const Mode
   const Eigen::VectorXd residual = result.rows.residual_N().cwiseProduct(usable);
   result.error_N = measurement.weighted_rms(residual);
   result.relative = residual.norm() / std::max(result.rows.measured_N.cwiseProduct(usable).norm(), 1e-300);
+  std::vector<LogErrors> whole_errors;
   if (measurement.is_excerpt()) {
-    const WholeLogs::Left left = whole.left_by({terms}, judging(progress)).front();
+    WholeLogs::Left left = whole.left_by({terms}, judging(progress)).front();
     result.error_N = left.rmse_N;
     result.relative = left.relative_error;
+    whole_errors = std::move(left.logs);
   }
   const NoiseFloor floor(measurement);
   result.floor_N = floor.of(terms);
-  result.logs = log_results(measurement, result.rows, floor.of_each_log(terms), nullptr);
+  result.logs = log_results(measurement, result.rows, floor.of_each_log(terms), nullptr, whole_errors);
   const auto structure = find_structure(measurement, residual);
   result.left = structure.front().error_reduction > kWorthAWord
                     ? structure.front().description

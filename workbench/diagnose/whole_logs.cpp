@@ -79,11 +79,13 @@ struct Squares {
     weight += other.weight;
   }
   double relative() const { return std::sqrt(left / std::max(measured, 1e-300)); }
+  double rmse_N() const { return std::sqrt(weighted_left / std::max(weight, 1e-300)); }
 };
 
 }  // namespace
 
 struct WholeLogs::Sums {
+  std::size_t log = 0;
   int first_block = 0;
   std::vector<NormalEquations> equations;  ///< of the unit's blocks, by model
   std::vector<Squares> squares;            ///< by model, of the full ones
@@ -165,6 +167,7 @@ void WholeLogs::sum_piece(const Unit& unit, const std::vector<std::size_t>& bord
 
 WholeLogs::Sums WholeLogs::sum_unit(const Unit& unit, const Task& task) const {
   Sums sums;
+  sums.log = unit.log;
   sums.first_block = unit.first_block;
   for (const Terms& model : task.models) {
     sums.equations.emplace_back(unknown_count(model), unit.block_count(), kFolds);
@@ -200,7 +203,8 @@ std::vector<WholeLogs::Sums> WholeLogs::sum_share(const Task& task, const Progre
 json WholeLogs::to_json(const std::vector<Sums>& sums) {
   json list = json::array();
   for (const Sums& one : sums) {
-    json entry{{"block", one.first_block},
+    json entry{{"log", one.log},
+               {"block", one.first_block},
                {"equations", json::array()},
                {"squares", json::array()},
                {"windows", json::array()}};
@@ -225,6 +229,7 @@ std::vector<WholeLogs::Sums> WholeLogs::sums_of(const json& list, const std::vec
   all.reserve(list.size());
   for (const json& entry : list) {
     Sums one;
+    one.log = entry["log"].get<std::size_t>();
     one.first_block = entry["block"].get<int>();
     for (std::size_t m = 0; m < models.size(); ++m) {
       const json& blocks = entry["equations"][m];
@@ -274,6 +279,16 @@ json WholeLogs::share(const json& request) const {
   return to_json(sum_share(task, {}));
 }
 
+/// What one of the models that say so leaves of each log.
+std::vector<LogErrors> WholeLogs::log_errors(const std::vector<Sums>& sums, std::size_t model) const {
+  std::vector<Squares> squares(logs_.size());
+  for (const Sums& one : sums) squares[one.log].add(one.squares[model]);
+  std::vector<LogErrors> errors;
+  errors.reserve(squares.size());
+  for (const Squares& one : squares) errors.push_back({one.rmse_N(), 0.0, one.relative()});
+  return errors;
+}
+
 /// Gains and errors of the models; `error_N` scales what is known before the data.
 std::vector<FittedModel> WholeLogs::judged(const Task& task, double error_N, const Progress& progress) {
   const std::vector<Sums> sums = sum(task, progress);
@@ -299,6 +314,21 @@ std::vector<FittedModel> WholeLogs::judged(const Task& task, double error_N, con
     Squares squares;
     for (const Sums& one : sums) squares.add(one.squares[m]);
     model.relative_error = squares.relative();
+    model.log_errors = log_errors(sums, m);
+    for (std::size_t log = 0; log < logs_.size(); ++log) {
+      double left = 0.0;
+      double weight = 0.0;
+      for (const Sums& one : sums) {
+        if (one.log != log) continue;
+        const auto first = static_cast<std::size_t>(one.first_block);
+        const auto count = static_cast<std::size_t>(one.equations[m].block_count());
+        for (std::size_t block = first; block < first + count; ++block) {
+          left += model.block_squared_error[block];
+          weight += model.block_weight[block];
+        }
+      }
+      model.log_errors[log].holdout_rmse_N = std::sqrt(left / std::max(weight, 1e-300));
+    }
   });
   return judged;
 }
@@ -312,6 +342,7 @@ void take_errors(FittedModel& model, const FittedModel& judged) {
   model.relative_error = judged.relative_error;
   model.block_squared_error = judged.block_squared_error;
   model.block_weight = judged.block_weight;
+  model.log_errors = judged.log_errors;
 }
 
 }  // namespace
@@ -343,7 +374,14 @@ void WholeLogs::fit(const std::vector<FittedModel*>& models, double limit_N, con
   }
   // With these gains; and where terms multiply, the force is no longer the one that was linearised.
   const std::vector<Left> left = left_by(task.models, half(0.5));
-  for (std::size_t m = 0; m < models.size(); ++m) models[m]->relative_error = left[m].relative_error;
+  for (std::size_t m = 0; m < models.size(); ++m) {
+    models[m]->relative_error = left[m].relative_error;
+    for (std::size_t log = 0; log < logs_.size(); ++log) {
+      LogErrors& errors = models[m]->log_errors[log];
+      errors.rmse_N = left[m].logs[log].rmse_N;
+      errors.relative_error = left[m].logs[log].relative_error;
+    }
+  }
 }
 
 std::vector<WholeLogs::Left> WholeLogs::left_by(const std::vector<Terms>& models, const Progress& progress) {
@@ -356,8 +394,8 @@ std::vector<WholeLogs::Left> WholeLogs::left_by(const std::vector<Terms>& models
   }
   std::vector<Left> left;
   left.reserve(models.size());
-  for (const Squares& one : squares) {
-    left.push_back({std::sqrt(one.weighted_left / std::max(one.weight, 1e-300)), one.relative()});
+  for (std::size_t m = 0; m < models.size(); ++m) {
+    left.push_back({squares[m].rmse_N(), squares[m].relative(), log_errors(sums, m)});
   }
   return left;
 }

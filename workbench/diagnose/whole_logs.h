@@ -34,10 +34,12 @@ class WholeLogs {
   /// is. Instants at which the first model leaves more than `limit_N` pull no more than there (RobustFit); 0:
   /// none. What the last model leaves is what surprises() looks at.
   void fit(const std::vector<FittedModel*>& models, double limit_N, const Progress& progress);
-  /// What models leave as they are, nothing fitted: weighted rms [N], and the share of the force.
+  /// What models leave as they are, nothing fitted: weighted rms [N], and the share of the force; of all, and
+  /// of each log.
   struct Left {
     double rmse_N = 0.0;
     double relative_error = 0.0;
+    std::vector<LogErrors> logs;
   };
   std::vector<Left> left_by(const std::vector<Terms>& models, const Progress& progress);
   /// On the others: their answer to what these ask of them.
@@ -56,6 +58,7 @@ class WholeLogs {
     int block_count() const { return static_cast<int>(borders.size()) - 1; }
   };
   struct Sums;
+  std::vector<LogErrors> log_errors(const std::vector<Sums>& sums, std::size_t model) const;
   struct Window {
     std::size_t log;
     std::size_t index;

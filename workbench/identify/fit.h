@@ -11,6 +11,14 @@
 
 namespace slipstack::workbench {
 
+/// What a model leaves of one whole log among several.
+struct LogErrors {
+  double rmse_N = 0.0;  ///< weighted
+  double holdout_rmse_N =
+      0.0;  ///< the same on blocks that the fit has not seen; zero where nothing was fitted
+  double relative_error = 0.0;
+};
+
 /// A model fitted to a measurement, with what is needed to judge it and to try further effects on it.
 struct FittedModel {
   Terms terms;
@@ -23,6 +31,7 @@ struct FittedModel {
   double relative_error = 0.0;              ///< |residual| / |measured force|, both at the rows
   std::vector<double> block_squared_error;  ///< held-out, by block
   std::vector<double> block_weight;         ///< of the rows of each block
+  std::vector<LogErrors> log_errors;        ///< by log, where the measurement is an excerpt of the logs
 };
 
 /// How much work a shape search may spend.

@@ -107,6 +107,11 @@ class Posing final : public Team {
 void expect_equal(const Diagnosis& a, const Diagnosis& b) {
   EXPECT_EQ(a.verdict, b.verdict);
   EXPECT_EQ(a.baseline.holdout_rmse_N, b.baseline.holdout_rmse_N);
+  ASSERT_EQ(a.explained.log_errors.size(), b.explained.log_errors.size());
+  for (std::size_t log = 0; log < a.explained.log_errors.size(); ++log) {
+    EXPECT_EQ(a.explained.log_errors[log].rmse_N, b.explained.log_errors[log].rmse_N);
+    EXPECT_EQ(a.explained.log_errors[log].holdout_rmse_N, b.explained.log_errors[log].holdout_rmse_N);
+  }
   ASSERT_EQ(a.candidates.size(), b.candidates.size());
   for (std::size_t i = 0; i < a.candidates.size(); ++i) {
     EXPECT_EQ(a.candidates[i].term.id(), b.candidates[i].term.id());
@@ -198,6 +203,51 @@ TEST(WholeLogs, GainsAreThoseOfTheWholeAndWildInstantsAreHeldBack) {
   EXPECT_EQ(viscous(judged(1e6)), viscous(plain));
   EXPECT_NE(viscous(judged(plain.train_rmse_N)), viscous(plain));
   EXPECT_LT(judged(plain.train_rmse_N).train_rmse_N, plain.train_rmse_N);
+}
+
+/// Weighted rms of what a model leaves of one log, and its share of the force, at the rows.
+LogErrors errors_of(const Measurement& measurement, const Terms& terms, std::size_t log) {
+  const auto [first, count] = measurement.rows_of_log(log);
+  const Eigen::VectorXd measured_N = measurement.force_N().segment(first, count);
+  const Eigen::VectorXd left_N =
+      measured_N - measurement.filtered(evaluate_force(measurement, terms).force_N).segment(first, count);
+  const Eigen::VectorXd weights = measurement.row_weights().segment(first, count);
+  return {std::sqrt(weights.dot(left_N.cwiseAbs2()) / weights.sum()), 0.0, left_N.norm() / measured_N.norm()};
+}
+
+TEST(WholeLogs, ErrorsOfEachLogAreThoseOfItsWhole) {
+  const std::vector<std::string> paths{viscous_file("first.csv", 5, 260.0).string(),
+                                       viscous_file("second.csv", 5, 130.0).string()};
+  Alone alone;
+  const TeamLogs logs(alone, paths, 0);
+  const Searched all = logs.measure(everything(logs.logs()), {});
+  const Searched part = logs.measure(choose_stretches(logs.logs()), {});
+  ASSERT_TRUE(part.measurement->is_excerpt());
+  FittedModel model = fit_effects(*part.measurement, kBaseline, {});
+  EXPECT_TRUE(model.log_errors.empty());
+  WholeLogs whole(logs.logs(), *part.measurement, part.weighing, alone);
+  whole.fit({&model}, 0.0, {});
+  const FittedModel by_all = fit_effects(*all.measurement, kBaseline, {});
+  ASSERT_EQ(model.log_errors.size(), 2u);
+  const std::vector<LogErrors> left = whole.left_by({model.terms}, {}).front().logs;
+  for (std::size_t log = 0; log < 2; ++log) {
+    const LogErrors& found = model.log_errors[log];
+    const LogErrors expected = errors_of(*all.measurement, model.terms, log);
+    const LogErrors excerpt = errors_of(*part.measurement, model.terms, log);
+    EXPECT_NEAR(found.rmse_N / expected.rmse_N, 1.0, 0.01);
+    EXPECT_NEAR(found.relative_error / expected.relative_error, 1.0, 0.01);
+    EXPECT_EQ(found.rmse_N, left[log].rmse_N);
+    EXPECT_EQ(found.relative_error, left[log].relative_error);
+    EXPECT_EQ(left[log].holdout_rmse_N, 0.0);
+    const LogPart& own = all.measurement->parts()[log];
+    double held_out = 0.0;
+    double weight = 0.0;
+    for (int b = own.first_block; b < own.first_block + own.block_count; ++b) {
+      held_out += by_all.block_squared_error[static_cast<std::size_t>(b)];
+      weight += by_all.block_weight[static_cast<std::size_t>(b)];
+    }
+    EXPECT_NEAR(found.holdout_rmse_N / std::sqrt(held_out / weight), 1.0, 0.02);
+  }
 }
 
 TEST(TeamLogs, AFaultAnywhereIsToldAsOneProcessTellsIt) {
