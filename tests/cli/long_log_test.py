@@ -70,6 +70,15 @@ class LongLog(program.Workshop):
         self.assertAlmostEqual(added["holdout_rmse_N"] / compared["rmse_N"], 1.0, delta=0.05)
         self.assertLess(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss, MOST_MB * 1024)
 
+    def test_a_plan_knows_where_the_axis_was_in_all_of_it(self):
+        found = json.loads(self.assert_done("experiment", "plan", "--log", self.stock / "long.csv", "--for", "viscous", "--seconds", "10",
+                                            "--out", "plan.csv", "--json", "-").stdout)
+        rows = (self.stock / "long.csv").read_text().splitlines()[HEADER:]
+        position_m = [float(row.split(",")[1]) for row in rows]
+        self.assertEqual(found["summary"]["limits"]["low_m"], min(position_m))
+        self.assertEqual(found["summary"]["limits"]["high_m"], max(position_m))
+        self.assertLess(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss, MOST_MB * 1024)
+
     def answer(self, *arguments):
         found = json.loads(self.assert_done(*arguments, "--json", "-").stdout)
         self.assertEqual(found["samples"], self.samples)

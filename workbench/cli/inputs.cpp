@@ -142,13 +142,6 @@ Searched search(const Options& options, Progress& progress,
   }
 }
 
-Searched measure_all(const Options& options, Progress& progress) {
-  const TeamLogs logs = open_logs(options, progress);
-  std::vector<LogStretch> all;
-  for (const LongLog& log : logs.logs()) all.push_back({all.size(), 0, log.sample_count()});
-  return measured(options, logs, all, progress);
-}
-
 WholeLogs::Progress judging(Progress& progress) {
   return [&progress](double fraction) { progress.show("judge by the whole logs", fraction); };
 }

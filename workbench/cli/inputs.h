@@ -32,9 +32,6 @@ void spare_logs(const Options& options, Outputs& outputs);
 Searched search(const Options& options, Progress& progress,
                 const std::function<void(Measurement&, WholeLogs&)>& work);
 
-/// All of the logs, however long, conditioned in memory: where no whole can judge afterwards.
-Searched measure_all(const Options& options, Progress& progress);
-
 /// What to show while the whole logs judge.
 WholeLogs::Progress judging(Progress& progress);
 

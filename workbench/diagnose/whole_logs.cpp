@@ -84,12 +84,27 @@ struct Squares {
 
 }  // namespace
 
+void WholeLogs::Reached::add(const Reached& other) {
+  low_m = std::min(low_m, other.low_m);
+  high_m = std::max(high_m, other.high_m);
+  velocity_mps = std::max(velocity_mps, other.velocity_mps);
+  acceleration_mps2 = std::max(acceleration_mps2, other.acceleration_mps2);
+}
+
+void WholeLogs::Reached::take(const Measurement& measurement, std::size_t first, std::size_t end) {
+  for (std::size_t i = first; i < end; ++i) {
+    const double x_m = measurement.log().position_m[i];
+    add({x_m, x_m, std::abs(measurement.velocity_mps()[i]), std::abs(measurement.acceleration_mps2()[i])});
+  }
+}
+
 struct WholeLogs::Sums {
   std::size_t log = 0;
   int first_block = 0;
   std::vector<NormalEquations> equations;  ///< of the unit's blocks, by model
   std::vector<Squares> squares;            ///< by model, of the full ones
   std::vector<Window> windows;             ///< of the last full model
+  Reached reached;
 };
 
 WholeLogs::WholeLogs(const std::vector<LongLog>& logs, const Measurement& excerpt,
@@ -124,6 +139,7 @@ void WholeLogs::sum_piece(const Unit& unit, const std::vector<std::size_t>& bord
   for (const std::size_t border : borders) local.push_back(border - from);
   Measurement piece({log.piece(from, to - from), unit.log, from, log.sample_count(), log.travel_m()},
                     excerpt_, local);
+  sums.reached.take(piece, borders.front() - from, borders.back() - from);
   if (piece.row_count() == 0) return;
   weighing_.apply(piece);
 
@@ -203,11 +219,14 @@ std::vector<WholeLogs::Sums> WholeLogs::sum_share(const Task& task, const Progre
 json WholeLogs::to_json(const std::vector<Sums>& sums) {
   json list = json::array();
   for (const Sums& one : sums) {
-    json entry{{"log", one.log},
-               {"block", one.first_block},
-               {"equations", json::array()},
-               {"squares", json::array()},
-               {"windows", json::array()}};
+    json entry{
+        {"log", one.log},
+        {"block", one.first_block},
+        {"equations", json::array()},
+        {"reached",
+         {one.reached.low_m, one.reached.high_m, one.reached.velocity_mps, one.reached.acceleration_mps2}},
+        {"squares", json::array()},
+        {"windows", json::array()}};
     for (const NormalEquations& equations : one.equations) {
       json blocks = json::array();
       for (int b = 0; b < equations.block_count(); ++b) blocks.push_back(equations.numbers_of(b));
@@ -240,6 +259,9 @@ std::vector<WholeLogs::Sums> WholeLogs::sums_of(const json& list, const std::vec
       equations.sum_up();
       one.equations.push_back(std::move(equations));
     }
+    const json& reached = entry["reached"];
+    one.reached = {reached[0].get<double>(), reached[1].get<double>(), reached[2].get<double>(),
+                   reached[3].get<double>()};
     for (const json& squares : entry["squares"]) {
       one.squares.push_back({squares[0].get<double>(), squares[1].get<double>(), squares[2].get<double>(),
                              squares[3].get<double>()});
@@ -254,7 +276,7 @@ std::vector<WholeLogs::Sums> WholeLogs::sums_of(const json& list, const std::vec
 }
 
 /// Every unit, by block; each process sums its share.
-std::vector<WholeLogs::Sums> WholeLogs::sum(const Task& task, const Progress& progress) const {
+std::vector<WholeLogs::Sums> WholeLogs::sum(const Task& task, const Progress& progress) {
   json request{{"do", "sum"}, {"full", task.full}, {"limit_N", task.limit_N}, {"models", json::array()}};
   for (const Terms& model : task.models) request["models"].push_back(workbench::to_json(model));
   std::vector<Sums> all;
@@ -267,6 +289,7 @@ std::vector<WholeLogs::Sums> WholeLogs::sum(const Task& task, const Progress& pr
   }
   std::sort(all.begin(), all.end(),
             [](const Sums& a, const Sums& b) { return a.first_block < b.first_block; });
+  for (const Sums& one : all) reached_.add(one.reached);
   return all;
 }
 

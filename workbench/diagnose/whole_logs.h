@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <vector>
 
@@ -42,6 +43,18 @@ class WholeLogs {
     std::vector<LogErrors> logs;
   };
   std::vector<Left> left_by(const std::vector<Terms>& models, const Progress& progress);
+  /// How far and how fast the axis went in all logs, known after the first of these: positions as read, the
+  /// rest smoothed.
+  struct Reached {
+    double low_m = std::numeric_limits<double>::infinity();
+    double high_m = -std::numeric_limits<double>::infinity();
+    double velocity_mps = 0.0;
+    double acceleration_mps2 = 0.0;
+    void add(const Reached& other);
+    /// Of the samples [first, end) of a measurement.
+    void take(const Measurement& measurement, std::size_t first, std::size_t end);
+  };
+  const Reached& reached() const { return reached_; }
   /// On the others: their answer to what these ask of them.
   nlohmann::json share(const nlohmann::json& request) const;
 
@@ -72,7 +85,7 @@ class WholeLogs {
     double limit_N = 0.0;  ///< see fit()
   };
   std::vector<FittedModel> judged(const Task& task, double error_N, const Progress& progress);
-  std::vector<Sums> sum(const Task& task, const Progress& progress) const;
+  std::vector<Sums> sum(const Task& task, const Progress& progress);
   std::vector<Sums> sum_share(const Task& task, const Progress& progress) const;
   static nlohmann::json to_json(const std::vector<Sums>& sums);
   static std::vector<Sums> sums_of(const nlohmann::json& list, const std::vector<Terms>& models);
@@ -87,6 +100,7 @@ class WholeLogs {
   std::vector<Unit> units_;
   int block_count_ = 0;
   std::vector<Window> windows_;
+  Reached reached_;
 };
 
 }  // namespace slipstack::workbench

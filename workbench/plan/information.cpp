@@ -82,6 +82,11 @@ void Information::add(const Information& other) {
   rows_ += other.rows_;
 }
 
+void Information::repeat(double times) {
+  gram_ *= times;
+  rows_ *= times;
+}
+
 double Information::left_of(std::size_t i, const std::vector<Eigen::Index>& known) const {
   const double own = gram_(force_[i], force_[i]);
   std::vector<Eigen::Index> seen;

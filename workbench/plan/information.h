@@ -28,6 +28,8 @@ class Information {
                                      int group_count, double noise_N);
 
   void add(const Information& other);
+  /// As if there were so many times the rows, alike.
+  void repeat(double times);
 
   struct Figure {
     double chi_squared =

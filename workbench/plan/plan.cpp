@@ -374,9 +374,12 @@ std::vector<ExpectedEvidence> expected_evidence(const Measurement& measurement, 
     const bool each = measurement.gain_sets(term.effect->text.id) > 1;
     on_logs.push_back(each ? with_gain_sets(measurement, term) : term);
   }
-  const std::vector<Information> all =
-      Information::of(measurement, base, expected_effects(measurement, on_logs), groups, 1,
-                      NoiseFloor(measurement).of(base.terms));
+  std::vector<Information> all = Information::of(measurement, base, expected_effects(measurement, on_logs),
+                                                 groups, 1, NoiseFloor(measurement).of(base.terms));
+  if (measurement.is_excerpt()) {
+    all.front().repeat(static_cast<double>(measurement.whole_sample_count()) /
+                       static_cast<double>(measurement.sample_count()));
+  }
   return evidence_of(all.front(), effects);
 }
 

@@ -50,7 +50,8 @@ struct Plan {
 /// Throws std::invalid_argument where no piece fits into the limits.
 Plan plan_experiment(const Knowledge& knowledge, const PlanOptions& options);
 
-/// The evidence that a measurement with this baseline would hold about the effects.
+/// The evidence that a measurement with this baseline would hold about the effects; of an excerpt, what the
+/// whole would hold if it were like it.
 std::vector<ExpectedEvidence> expected_evidence(const Measurement& measurement, const FittedModel& base,
                                                 const Terms& effects);
 

@@ -81,22 +81,24 @@ std::map<std::string, std::vector<double>> parse_limits(const std::string& text)
   return given;
 }
 
-double largest(const std::vector<double>& values) {
-  double most = 0.0;
-  for (const double value : values) most = std::max(most, std::abs(value));
-  return most;
-}
+/// What the request knows of the axis, and how it is recorded.
+struct Known {
+  std::unique_ptr<Measurement> measurement;  ///< of long logs an excerpt
+  WholeLogs::Reached reached;                ///< in all of the logs
+  FittedModel base;                          ///< on the logs; empty without
+  Knowledge knowledge;
+  std::vector<ExpectedEvidence> so_far;
+};
 
-AxisLimits limits_of(const PlanRequest& request, const Measurement* measurement) {
+/// `known`: nullptr without a log.
+AxisLimits limits_of(const PlanRequest& request, const Known* known) {
   const auto given = parse_limits(request.limits);
   AxisLimits limits;
-  if (measurement != nullptr) {  // what the axis did in the log, it can do again
-    const auto& position_m = measurement->log().position_m;
-    const auto [low, high] = std::minmax_element(position_m.begin(), position_m.end());
-    limits.low_m = *low;
-    limits.high_m = *high;
-    limits.velocity_mps = largest(measurement->velocity_mps());
-    limits.acceleration_mps2 = largest(measurement->acceleration_mps2());
+  if (known != nullptr) {  // what the axis did in the log, it can do again
+    limits.low_m = known->reached.low_m;
+    limits.high_m = known->reached.high_m;
+    limits.velocity_mps = known->reached.velocity_mps;
+    limits.acceleration_mps2 = known->reached.acceleration_mps2;
   } else {
     for (const char* key : {"stroke", "velocity", "acceleration"}) {
       if (!given.contains(key)) {
@@ -117,7 +119,7 @@ AxisLimits limits_of(const PlanRequest& request, const Measurement* measurement)
     if (key == "force") limits.force_N = values[0];
   }
   if (given.contains("current")) {
-    const auto constant = measurement == nullptr ? std::nullopt : measurement->log().motor_constant_N_per_A;
+    const auto constant = known == nullptr ? std::nullopt : known->measurement->log().motor_constant_N_per_A;
     if (!constant) {
       throw UsageError(
           "--limits: current says nothing without a motor constant; give a log with the line "
@@ -155,13 +157,53 @@ Term unknown_term(const EffectDescription& effect) {
   return term;
 }
 
-/// What the request knows of the axis, and how it is recorded.
-struct Known {
-  std::unique_ptr<Measurement> measurement;
-  FittedModel base;  ///< on the log; empty without one
-  Knowledge knowledge;
-  std::vector<ExpectedEvidence> so_far;
-};
+/// The baseline, beside the effects that are planned for, on the logs.
+FittedModel base_of(const PlanRequest& request, const std::vector<std::string>& ids, const Model& model,
+                    const Measurement& measurement) {
+  const auto planned = [&](const std::string& id) {
+    return std::find(ids.begin(), ids.end(), id) != ids.end();
+  };
+  if (!request.model.empty()) {
+    Terms terms = terms_on(measurement, model);
+    std::erase_if(terms, [&](const Term& term) { return planned(term.id()); });
+    return fit_gains(measurement, std::move(terms));
+  }
+  std::vector<std::string> baseline =
+      parse_effects(request.baseline.empty() ? kDefaultBaseline : request.baseline);
+  std::erase_if(baseline, planned);
+  if (baseline.empty()) throw UsageError("--effects: nothing is left beside those of --for; name a baseline");
+  check_combination(measurement, baseline);
+  return fit_effects(measurement, baseline, {});
+}
+
+/// What the logs tell: the effects by what is searched of them, the baseline and the limits by the whole.
+void know_by_logs(Known& known, const PlanRequest& request, const std::vector<std::string>& ids,
+                  const Model& model, Progress& progress) {
+  Options as_log;
+  as_log.log = names_of(request.logs);
+  as_log.logs = request.logs;
+  Alone alone;
+  as_log.team = &alone;
+  Knowledge& knowledge = known.knowledge;
+  Searched searched = search(as_log, progress, [&](Measurement& measurement, WholeLogs& whole) {
+    progress.show("fit the baseline");
+    known.base = base_of(request, ids, model, measurement);
+    knowledge.encoder_resolution_m = measurement.encoder_resolution_m();
+    knowledge.force_noise_N = measurement.force_noise_N();
+    progress.show("try the effects");
+    Terms effects;
+    for (const std::string& id : ids) {
+      effects.push_back(try_effect(measurement, known.base, *find_effect(id), {}).term);
+    }
+    knowledge.effects = averaged_over_logs(measurement, std::move(effects));
+    whole.fit({&known.base}, 0.0, judging(progress));
+    known.reached = whole.reached();
+    if (!measurement.is_excerpt()) known.reached.take(measurement, 0, measurement.sample_count());
+    // What the next motion carries is what the logs carried on average.
+    knowledge.model = averaged_over_logs(measurement, known.base.terms);
+  });
+  known.measurement = std::move(searched.measurement);
+}
 
 Known known_of(const PlanRequest& request, const std::vector<std::string>& ids, Progress& progress) {
   Known known;
@@ -180,38 +222,7 @@ Known known_of(const PlanRequest& request, const std::vector<std::string>& ids, 
     for (const std::string& id : ids) knowledge.effects.push_back(unknown_term(*find_effect(id)));
     return known;
   }
-  Options as_log;
-  as_log.log = names_of(request.logs);
-  as_log.logs = request.logs;
-  Alone alone;
-  as_log.team = &alone;
-  known.measurement = measure_all(as_log, progress).measurement;
-  const Measurement& measurement = *known.measurement;
-  progress.show("fit the baseline");
-  if (request.model.empty()) {
-    std::vector<std::string> baseline =
-        parse_effects(request.baseline.empty() ? kDefaultBaseline : request.baseline);
-    std::erase_if(baseline,
-                  [&](const std::string& id) { return std::find(ids.begin(), ids.end(), id) != ids.end(); });
-    if (baseline.empty())
-      throw UsageError("--effects: nothing is left beside those of --for; name a baseline");
-    check_combination(measurement, baseline);
-    known.base = fit_effects(measurement, baseline, {});
-  } else {
-    Terms terms = terms_on(measurement, model);
-    std::erase_if(
-        terms, [&](const Term& term) { return std::find(ids.begin(), ids.end(), term.id()) != ids.end(); });
-    known.base = fit_gains(measurement, std::move(terms));
-  }
-  // What the next motion carries is what the logs carried on average.
-  knowledge.model = averaged_over_logs(measurement, known.base.terms);
-  knowledge.encoder_resolution_m = measurement.encoder_resolution_m();
-  knowledge.force_noise_N = measurement.force_noise_N();
-  progress.show("try the effects");
-  for (const std::string& id : ids) {
-    knowledge.effects.push_back(try_effect(measurement, known.base, *find_effect(id), {}).term);
-  }
-  knowledge.effects = averaged_over_logs(measurement, std::move(knowledge.effects));
+  know_by_logs(known, request, ids, model, progress);
   return known;
 }
 
@@ -333,7 +344,7 @@ void run_plan(const Options& options, const PlanRequest& request) {
     AxisLimits limits;
     if (request.logs.empty()) limits = limits_of(request, nullptr);
     Known known = known_of(request, ids, progress);
-    if (known.measurement) limits = limits_of(request, known.measurement.get());
+    if (known.measurement) limits = limits_of(request, &known);
     const Plan plan = plan_experiment(
         known.knowledge, {limits, request.seconds, [&](const std::string& stage, double fraction) {
                             progress.show(stage, fraction);
