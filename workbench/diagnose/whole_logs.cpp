@@ -340,17 +340,19 @@ std::vector<FittedModel> WholeLogs::judged(const Task& task, double error_N, con
     model.log_errors = log_errors(sums, m);
     for (std::size_t log = 0; log < logs_.size(); ++log) {
       double left = 0.0;
+      double unseen = 0.0;
       double weight = 0.0;
       for (const Sums& one : sums) {
         if (one.log != log) continue;
-        const auto first = static_cast<std::size_t>(one.first_block);
-        const auto count = static_cast<std::size_t>(one.equations[m].block_count());
-        for (std::size_t block = first; block < first + count; ++block) {
-          left += model.block_squared_error[block];
-          weight += model.block_weight[block];
+        const int end = one.first_block + one.equations[m].block_count();
+        for (int block = one.first_block; block < end; ++block) {
+          left += equations.squared_error(model.solution.value, block);
+          unseen += model.block_squared_error[static_cast<std::size_t>(block)];
+          weight += equations.weight(block);
         }
       }
-      model.log_errors[log].holdout_rmse_N = std::sqrt(left / std::max(weight, 1e-300));
+      model.log_errors[log].rmse_N = std::sqrt(left / std::max(weight, 1e-300));
+      model.log_errors[log].holdout_rmse_N = std::sqrt(unseen / std::max(weight, 1e-300));
     }
   });
   return judged;
