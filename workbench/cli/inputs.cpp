@@ -115,31 +115,19 @@ TeamLogs open_logs(const Options& options, Progress& progress) {
           [&progress, stage](double fraction) { progress.show(stage, fraction); }};
 }
 
-Searched measured(const Options& options, const TeamLogs& logs, const std::vector<LogStretch>& stretches,
-                  Progress& progress) {
-  return logs.measure(stretches, conditioning_of(options), [&](const Measurement& measurement) {
+/// Refuses what cannot be fitted; the rows are weighed next.
+std::function<void(const Measurement&)> may_be_fitted(Progress& progress) {
+  return [&progress](const Measurement& measurement) {
     refuse_slow_or_short(measurement);
     progress.show("weigh the rows");
-  });
+  };
 }
-
-/// Searches that surprises in the whole logs may lead to after the first.
-constexpr int kMostRounds = 2;
 
 }  // namespace
 
 Searched search(const Options& options, Progress& progress,
                 const std::function<void(Measurement&, WholeLogs&)>& work) {
-  const TeamLogs logs = open_logs(options, progress);
-  std::vector<LogStretch> stretches = searched_stretches(logs.logs());
-  for (int round = 0;; ++round) {
-    Searched searched = measured(options, logs, stretches, progress);
-    WholeLogs whole(logs.logs(), *searched.measurement, searched.weighing, logs.team());
-    work(*searched.measurement, whole);
-    const std::vector<LogStretch> surprises = whole.surprises(stretches);
-    if (surprises.empty() || round == kMostRounds) return searched;
-    stretches = joined(stretches, surprises);
-  }
+  return search_logs(open_logs(options, progress), conditioning_of(options), may_be_fitted(progress), work);
 }
 
 WholeLogs::Progress judging(Progress& progress) {

@@ -26,9 +26,7 @@ std::vector<const EffectDescription*> declared_effects(const Options& options);
 /// The logs are inputs: no output may take the place of one.
 void spare_logs(const Options& options, Outputs& outputs);
 
-/// Calls `work` with what of the logs is searched, all or an excerpt (searched_stretches()), and with what
-/// judges by the whole of them. Where something happens that the excerpt did not show (surprises()) it joins
-/// the excerpt and `work` is called again, twice at most. What was searched last.
+/// The logs of the command, searched (search_logs()).
 Searched search(const Options& options, Progress& progress,
                 const std::function<void(Measurement&, WholeLogs&)>& work);
 

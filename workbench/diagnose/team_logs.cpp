@@ -192,6 +192,23 @@ Searched TeamLogs::measure(const std::vector<LogStretch>& stretches, const Condi
   return result;
 }
 
+/// Searches that surprises in the whole logs may lead to after the first.
+constexpr int kMostRounds = 2;
+
+Searched search_logs(const TeamLogs& logs, const ConditioningOptions& conditioning,
+                     const std::function<void(const Measurement&)>& refuse,
+                     const std::function<void(Measurement&, WholeLogs&)>& work) {
+  std::vector<LogStretch> stretches = searched_stretches(logs.logs());
+  for (int round = 0;; ++round) {
+    Searched searched = logs.measure(stretches, conditioning, refuse);
+    WholeLogs whole(logs.logs(), *searched.measurement, searched.weighing, logs.team());
+    work(*searched.measurement, whole);
+    const std::vector<LogStretch> surprises = whole.surprises(stretches);
+    if (surprises.empty() || round == kMostRounds) return searched;
+    stretches = joined(stretches, surprises);
+  }
+}
+
 void serve_logs(Team& team) {
   Helper helper(team);
   serve(team, [&](const json& request) { return helper.work(request); });

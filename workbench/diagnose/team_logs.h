@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "workbench/diagnose/whole_logs.h"
 #include "workbench/fleet/team.h"
 #include "workbench/identify/excerpt.h"
 #include "workbench/identify/noise_floor.h"
@@ -43,6 +44,14 @@ class TeamLogs {
   Team& team_;
   std::vector<LongLog> logs_;
 };
+
+/// Calls `work` with what of the logs is searched, all or an excerpt (searched_stretches()), and with what
+/// judges by the whole of them. Where something happens that the excerpt did not show
+/// (WholeLogs::surprises()) it joins the excerpt and `work` is called again, twice at most. What was searched
+/// last. `refuse`: see TeamLogs::measure().
+Searched search_logs(const TeamLogs& logs, const ConditioningOptions& conditioning,
+                     const std::function<void(const Measurement&)>& refuse,
+                     const std::function<void(Measurement&, WholeLogs&)>& work);
 
 /// What all processes but the first do: their share of TeamLogs and of WholeLogs, until they are dismissed.
 void serve_logs(Team& team);

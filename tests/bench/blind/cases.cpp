@@ -12,9 +12,8 @@
 #include "sim_host/log/record.h"
 #include "sim_host/log/write.h"
 #include "workbench/diagnose/diagnose.h"
-#include "workbench/identify/noise_floor.h"
+#include "workbench/diagnose/team_logs.h"
 #include "workbench/identify/standard_errors.h"
-#include "workbench/log/log.h"
 
 namespace slipstack::bench {
 namespace {
@@ -74,10 +73,21 @@ bool Outcome::right() const {
 
 Outcome run_case(Kind kind, std::uint64_t seed, bool closed_loop, const std::filesystem::path& path) {
   const Written written = write_log(kind, seed, closed_loop, path);
-  workbench::Measurement measurement(workbench::read_log(written.log));
-  workbench::weigh_rows(measurement);
-  const workbench::Diagnosis diagnosis = workbench::diagnose(
-      measurement, {.baseline = {"inertia", "presliding_hysteresis"}, .start = {}, .progress = {}});
+  // As a user's logs are: long ones searched by an excerpt and judged by the whole.
+  workbench::Alone alone;
+  workbench::Diagnosis diagnosis;
+  workbench::DiagnoseOptions options;
+  options.baseline = {"inertia", "presliding_hysteresis"};
+  const workbench::Searched searched = workbench::search_logs(
+      workbench::TeamLogs(alone, {written.log}), {}, {},
+      [&](workbench::Measurement& measurement, workbench::WholeLogs& whole) {
+        options.judge_on_whole = {};
+        if (measurement.is_excerpt()) {
+          options.judge_on_whole = [&](workbench::Diagnosis& found) { whole.judge(found, {}); };
+        }
+        diagnosis = workbench::diagnose(measurement, options);
+      });
+  const workbench::Measurement& measurement = *searched.measurement;
   Outcome outcome;
   outcome.kind = kind;
   outcome.seed = seed;

@@ -4,9 +4,9 @@
 
     tests/bench/blind/stranger_generator.py [--slipstack PROGRAM] [--logs N] [--first-seed S] [--keep FOLDER] [--only WORD]
 
-Base friction by LuGre, Dahl, elasto-plastic, Bouc-Wen, GMS, Maxwell slip of four or six elements, Iwan with Weibull;
-motion prescribed or by a PID with the friction in the loop; encoders of 1 nm to 5 um, 500 Hz to 10 kHz, force or
-current, quantised, white or coloured noise, jitter, lost samples. Effects in another form than the catalogue's, pairs,
+Base friction by LuGre, Dahl, elasto-plastic, Bouc-Wen, GMS, Leuven, Maxwell slip of four or six elements, Iwan with
+Weibull; motion prescribed, by a PID with the friction in the loop, or by a sine of force alone; encoders of 1 nm to
+5 um, 200 Hz to 20 kHz, force or current, quantised, saturated, white or coloured noise, jitter, lost samples. Effects in another form than the catalogue's, pairs,
 nothing hidden, and what no effect of the catalogue is. `raised`: how far the hidden force, without what stop operators
 and inertia imitate of it, raises the error over noise and over what they miss of the base friction (`misfit`, in
 multiples of the noise).
@@ -54,7 +54,7 @@ OUTSIDE = {"hum": {"frequency"}, "neighbour": {"frequency"}, "bump": {"position"
 CASES = ([()] * 6 + [(name,) for name in SINGLES] + PAIRS + [(name,) for name in OUTSIDE])
 MOTION_OF = {"stribeck": ["jogs", "mixed", "decreasing"], "frictional_lag": ["mixed", "decreasing", "multisine"],
              "presliding": ["presliding"]}
-FAST = ["p2p", "multisine", "mixed", "chirp"]
+FAST = ["p2p", "multisine", "mixed", "chirp", "steps"]
 
 
 class Hidden:
@@ -214,6 +214,26 @@ def looped(rng, axis, kind, friction, hidden, fine_Hz, control_every):
     return tuple(out)
 
 
+def forced(rng, axis, friction, hidden, fine_Hz, seconds):
+    """No controller: a sine of force with slowly varying amplitude moves the mass; x, v, a, force, bare as above."""
+    dt, m = 1.0 / fine_Hz, axis["mass_kg"]
+    twin, out = axis["friction"](), numpy.empty((5, int(seconds * fine_Hz)))
+    x, v, a, last, fr = 0.0, 0.0, 0.0, 0.0, 0.0
+    w, depth, top = axis["sine_Hz"] * 2 * math.pi, axis["sine_depth"], axis["sine_N"]
+    for i in range(out.shape[1]):
+        t = i * dt
+        u = top * (1.0 - depth * (0.5 - 0.5 * math.cos(2 * math.pi * t / (0.25 * seconds)))) * math.cos(w * t) - axis["spring_Npm"] * x
+        fr = friction.step(x - last, v, dt, hidden.level(t, x, v, a, dt))
+        same = twin.step(x - last, v, dt, 1.0) if hidden.names else fr
+        last = x
+        f = hidden.force(t, x, v, a, dt, fr)
+        a = (u - fr - f) / m
+        out[:, i] = x, v, a, u, u - (fr + f - same)
+        v += a * dt
+        x += v * dt
+    return tuple(out)
+
+
 def beyond_imitation(x, a, force_N, other_N):
     """Rms of a force, and of another, without what inertia and stop operators imitate."""
     slip = numpy.geomspace(3e-8, 2e-3, 28)
@@ -238,30 +258,41 @@ def make_log(seed, hidden_names, path):
     choices = MOTION_OF.get(root, FAST if root in ("payload_mass", "acceleration_dependent_preload", "structural_resonance",
                                                    "time_delay", "quadratic_drag", "backlash", "loose_coupling")
                             else list(physics.MOTIONS) if not hidden_names else [k for k in physics.MOTIONS if k != "presliding"])
-    kind = str(rng.choice(choices))
+    kind = str(rng.choice(choices + ["forced"] if "presliding" not in choices[:1] and root not in MOTION_OF else choices))
     name = str(rng.choice(list(physics.FRICTIONS)))
-    closed = bool(rng.random() < 0.3) and kind != "presliding" and not {"time_delay:transport", "time_delay:filter", "encoder_slip"} & set(hidden_names)
-    rate_Hz = int(rng.choice([500, 1000, 2000, 4000, 10000], p=[0.1, 0.25, 0.3, 0.25, 0.1]))
+    closed = bool(rng.random() < 0.3) and kind not in ("presliding", "forced") and not {"time_delay:transport", "time_delay:filter", "encoder_slip"} & set(hidden_names)
+    rate_Hz = int(rng.choice([200, 500, 1000, 2000, 4000, 10000, 20000], p=[0.05, 0.1, 0.2, 0.3, 0.2, 0.1, 0.05]))
     fine_Hz = max(rate_Hz, 8000) * (2 if closed else 1)
     stroke_m = rng.uniform(0.08, 0.7)
     mass_kg, level_N = 10 ** rng.uniform(0, 2), 10 ** rng.uniform(0.3, 1.8)
     level_N = max(level_N, 0.4 * mass_kg)  # rails preloaded in proportion, or friction is lost in inertia
     length_m = 10 ** rng.uniform(-5.5, -4.4)
-    ref = 0.5 * stroke_m + physics.travel(physics.MOTIONS[kind](rng, 1.0 / fine_Hz, stroke_m), 1.0 / fine_Hz)
+    make_friction = physics.FRICTIONS[name]
+    friction_seed = int(rng.integers(1 << 30))
+    axis = {"friction": lambda: make_friction(numpy.random.default_rng(friction_seed), level_N, length_m), "mass_kg": mass_kg}
+    if kind == "forced":
+        # The spring of the fixture brings it back: half its own frequency, so that the sine moves it.
+        sine_Hz, way_m, seconds = rng.uniform(0.8, 4.0), 0.12 * stroke_m, 20.0
+        w2 = (2 * math.pi * sine_Hz) ** 2
+        axis.update(sine_Hz=sine_Hz, sine_depth=rng.uniform(0.2, 0.6), spring_Npm=0.25 * mass_kg * w2,
+                    sine_N=0.75 * mass_kg * w2 * way_m + 1.6 * level_N)
+        axis.update(level_N=level_N, stroke_m=stroke_m, low_m=-0.5 * stroke_m, top_mps=1.0, top_mps2=1.0, seconds=seconds)
+        ref = forced(rng, axis, axis["friction"](), Hidden(numpy.random.default_rng(0), [], axis), fine_Hz, seconds)[0]
+    else:
+        ref = 0.5 * stroke_m + physics.travel(physics.MOTIONS[kind](rng, 1.0 / fine_Hz, stroke_m), 1.0 / fine_Hz)
     v = numpy.gradient(ref, 1.0 / fine_Hz)
     top = float(numpy.abs(v).max())
-    axis = {"level_N": level_N, "stroke_m": float(numpy.ptp(ref)), "low_m": float(ref.min()), "top_mps": top, "mass_kg": mass_kg,
+    axis |= {"level_N": level_N, "stroke_m": float(numpy.ptp(ref)), "low_m": float(ref.min()), "top_mps": top, "mass_kg": mass_kg,
             "top_mps2": float(numpy.abs(numpy.gradient(v, 1.0 / fine_Hz)).max()), "seconds": len(ref) / fine_Hz,
             "reference_m": ref, "encoder_m": float(rng.choice([1e-9, 1e-8, 1e-7, 1e-6, 5e-6], p=[0.1, 0.25, 0.35, 0.2, 0.1]))}
     if closed:
         axis["encoder_m"] = min(axis["encoder_m"], 1e-6)
     if kind == "presliding":
         axis["encoder_m"] = min(axis["encoder_m"], 1e-8)
-    make_friction = physics.FRICTIONS[name]
-    friction_seed = int(rng.integers(1 << 30))
-    axis["friction"] = lambda: make_friction(numpy.random.default_rng(friction_seed), level_N, length_m)
     hidden = Hidden(rng, hidden_names, axis)
-    if closed:
+    if kind == "forced":
+        x, v, a, force, bare = forced(rng, axis, axis["friction"](), hidden, fine_Hz, axis["seconds"])
+    elif closed:
         x, v, a, force, bare = looped(rng, axis, kind, axis["friction"](), hidden, fine_Hz, fine_Hz // max(rate_Hz, 4000))
     else:
         x, v, a, force, bare = sampled(rng, axis, kind, axis["friction"](), hidden, fine_Hz)
@@ -293,6 +324,9 @@ def make_log(seed, hidden_names, path):
     left_N, misfit_N = beyond_imitation(xs, a_s, fs - bs, bs)
     raised = math.hypot(1.0, left_N / math.hypot(noise_N, misfit_N))
     measured = fs + noise
+    if rng.random() < 0.07:  # the amplifier's end of range
+        top_N = 0.85 * numpy.abs(measured).max()
+        measured = numpy.clip(measured, -top_N, top_N)
     xm = xs.copy()
     if "encoder_slip" in names:
         xm[t > hidden.event_s] += 40 * max(axis["encoder_m"], 2e-6)

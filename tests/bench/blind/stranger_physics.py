@@ -125,7 +125,43 @@ class Gms:
         return float(self.force.sum())
 
 
-FRICTIONS = {"lugre": LuGre, "dahl": Dahl, "elastoplastic": ElastoPlastic, "boucwen": BoucWen, "gms": Gms,
+class Leuven:
+    """Swevers 2000: hysteresis with nonlocal memory of a bristle that creeps into sliding, dz = dx (1 - |F/level|^n)."""
+
+    def __init__(self, rng, level_N, length_m):
+        self.level_N, self.length_m, self.n = level_N, length_m, float(rng.choice([1.0, 2.0, 4.0]))
+        self.ends, self.force_N = [(0.0, 0.0)], 0.0  # (z, force) where the bristle turned round
+        self.z, self.side = 0.0, 0.0
+
+    def branch(self):
+        """Force on the branch that began at the last reversal: the virgin curve, doubled after the first."""
+        z, force_N = self.ends[-1]
+        twice = 1.0 if len(self.ends) == 1 else 2.0
+        way = self.z - z
+        return force_N + math.copysign(twice * 1.1 * self.level_N * -math.expm1(-abs(way) / (twice * self.length_m)), way)
+
+    def step(self, dx, v, dt, level):
+        parts = min(1 + int(abs(dx) / (0.2 * self.length_m)), 25)
+        for _ in range(parts):
+            ratio = self.force_N / (self.level_N * level)
+            share = 1.0 - math.copysign(abs(ratio) ** self.n, ratio * dx)
+            dz = dx / parts * max(share, 0.0)
+            if dz * self.side < 0.0:
+                self.ends.append((self.z, self.force_N))
+            if dz:
+                self.side = dz
+            self.z += dz
+            # A loop that closes is forgotten, with the reversal that began it.
+            while len(self.ends) > 2 and (self.z - self.ends[-2][0]) * self.side > 0.0:
+                del self.ends[-2:]
+                if not self.ends:
+                    self.ends = [(0.0, 0.0)]
+            self.force_N = self.branch()
+            self.force_N = min(max(self.force_N, -self.level_N * level), self.level_N * level)
+        return self.force_N
+
+
+FRICTIONS = {"leuven": Leuven, "lugre": LuGre, "dahl": Dahl, "elastoplastic": ElastoPlastic, "boucwen": BoucWen, "gms": Gms,
              "uniform4": lambda *a: Elements(*a, "uniform4"), "geometric6": lambda *a: Elements(*a, "geometric6"),
              "iwan": lambda *a: Elements(*a, "iwan")}
 
@@ -224,9 +260,24 @@ def presliding(rng, step_s, stroke_m):
     return [rng.uniform(5e-6, 60e-6) * fade(len(t)) * wave]
 
 
+def random_steps(rng, step_s, stroke_m):
+    """Moves of a micrometre to most of the rail, each as fast as a drive would, with pauses of any length."""
+    pieces, at = [], 0.5 * stroke_m
+    for _ in range(40):
+        way = 10 ** rng.uniform(-6, math.log10(0.6 * stroke_m)) * rng.choice([-1, 1])
+        to = at + way if 0.05 * stroke_m < at + way < 0.95 * stroke_m else at - way
+        if not 0.0 <= to <= stroke_m:
+            continue
+        move_s = 0.02 + abs(to - at) / 0.5
+        u = numpy.arange(0.0, move_s + rng.uniform(0.05, 0.4), step_s) / move_s
+        pieces.append(at + (to - at) * smooth(u))
+        at = to
+    return pieces
+
+
 def mixed(rng, step_s, stroke_m):
     return point_to_point(rng, step_s, stroke_m) + small_sines(rng, step_s) + jogs(rng, step_s, stroke_m)
 
 
 MOTIONS = {"p2p": point_to_point, "jogs": jogs, "multisine": multisine, "chirp": chirp, "decreasing": decreasing_sine,
-           "dwells": long_dwells, "presliding": presliding, "mixed": mixed}
+           "dwells": long_dwells, "presliding": presliding, "mixed": mixed, "steps": random_steps}
