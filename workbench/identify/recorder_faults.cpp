@@ -6,7 +6,6 @@
 #include <limits>
 #include <utility>
 
-#include "workbench/log/median.h"
 #include "workbench/log/rms.h"
 
 namespace slipstack::workbench {
@@ -116,6 +115,10 @@ std::vector<double> steps_m(const std::vector<double>& x, std::size_t first, std
   return steps;
 }
 
+double largest(const std::vector<double>& values) {
+  return *std::max_element(values.begin(), values.end());
+}
+
 /// Between the twentieth parts at either end of the values, so that noise and single samples do not count.
 double force_range_N(const Log& log, std::size_t first, std::size_t end) {
   std::vector<double> values(log.force_N.begin() + static_cast<std::ptrdiff_t>(first),
@@ -127,13 +130,13 @@ double force_range_N(const Log& log, std::size_t first, std::size_t end) {
 /// The largest range of the force in any earlier stretch of one position, or a quarter of that of the whole
 /// log.
 double largest_standing_range_N(const Log& log, std::size_t before) {
-  double largest = 0.25 * force_range_N(log, 0, log.force_N.size());
+  double widest_N = 0.25 * force_range_N(log, 0, log.force_N.size());
   for (std::size_t i = 0; i < before;) {
     const std::size_t end = end_of_run(log.position_m, i, before);
-    if (end - i >= kStuck) largest = std::max(largest, force_range_N(log, i, end));
+    if (end - i >= kStuck) widest_N = std::max(widest_N, force_range_N(log, i, end));
     i = end;
   }
-  return largest;
+  return widest_N;
 }
 
 }  // namespace
@@ -147,8 +150,9 @@ std::vector<Stretch> stuck_encoder(const Log& log) {
     const std::size_t end = end_of_run(x, i, x.size());
     if (end - i >= kStuck && end + kStuck < x.size()) {
       const double jump_m = std::abs(x[end] - x[end - 1]);
-      const double usual_m = std::max(encoder_step_m(log), median(steps_m(x, end + 1, kStuck)));
-      if (jump_m > kJump * usual_m && jump_m > 0.0) stuck.push_back({i, end + 1});
+      // A move of a few samples begins with a jump too, and goes on with larger steps.
+      const double next_m = std::max(encoder_step_m(log), largest(steps_m(x, end + 1, kStuck)));
+      if (jump_m > kJump * next_m && jump_m > 0.0) stuck.push_back({i, end + 1});
     }
     i = end;
   }
@@ -165,10 +169,10 @@ std::optional<Stretch> stuck_to_the_end(const Log& log) {
   std::size_t first = x.size() - 1;
   while (first > 0 && x[first - 1] == x[first]) --first;
   if (x.size() - first < kStuck || first < 2 * kStuck) return {};
-  std::vector<double> before = steps_m(x, first - kStuck, kStuck);
+  const std::vector<double> before = steps_m(x, first - kStuck, kStuck);
   const double slowest_m = *std::min_element(before.end() - 4, before.end());
-  const bool at_speed = slowest_m > kSpeed * std::max(encoder_step_m(log), 1e-12) &&
-                        slowest_m > 0.5 * median(std::move(before));
+  const bool at_speed =
+      slowest_m > kSpeed * std::max(encoder_step_m(log), 1e-12) && slowest_m > 0.5 * largest(before);
   if (at_speed || force_range_N(log, first, x.size()) > kForceStands * largest_standing_range_N(log, first)) {
     return Stretch{first, x.size()};
   }

@@ -186,6 +186,29 @@ TEST(Mend, StuckEncoder) {
   expect_same(clean, stuck, "encoder stuck", 0.02);
 }
 
+// Pick and place at 200 samples a second: whole moves between two samples at rest, of a few samples each.
+TEST(Mend, MovesOfAFewSamplesAreNoFault) {
+  test::Draw draw(11);
+  Log log;
+  log.path = "test";
+  log.sample_rate_Hz = 200.0;
+  log.encoder_resolution_m = 1e-7;
+  double from_m = 0.0;
+  for (int move = 0; move < 40; ++move) {
+    const double way_m = draw.sign() * draw.log_uniform(1e-4, 2e-2);
+    const double samples = draw.uniform(3.0, 7.0);
+    for (int i = 0; i < 60; ++i) {
+      const double u = std::min(1.0, i / samples);
+      const double x_m = from_m + way_m * u * u * u * (10.0 + u * (6.0 * u - 15.0));
+      log.position_m.push_back(1e-7 * std::round(1e7 * x_m));
+      log.force_N.push_back(1e-4 * std::round(1e4 * (5.0 * (1.0 - 2.0 * u) + 0.05 * draw.normal())));
+    }
+    from_m += way_m;
+  }
+  const Mending mending = mend(log);
+  EXPECT_TRUE(mending.cut.empty()) << mending.notes.front();
+}
+
 // It never comes back: stuck in the middle of a move, or while the axis rested before further moves.
 TEST(Mend, EncoderStuckToTheEnd) {
   const Log clean = plant_log(16);
