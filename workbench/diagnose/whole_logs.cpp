@@ -23,9 +23,9 @@ constexpr std::size_t kPiece = 196608;
 constexpr std::size_t kLongestLead = 262144;
 
 /// Samples over which an error is looked at on its own.
-constexpr std::size_t kWindow = 16384;
+constexpr std::size_t kWindow = 4096;
 /// A window that errs so many times as much as the worst of the excerpt is a surprise.
-constexpr double kSurprise = 2.0;
+constexpr double kSurprise = 5.0;
 constexpr std::size_t kMostSurprises = 3;
 
 /// Whether `model` is `base` with one more term, and all terms simply add.
@@ -449,11 +449,16 @@ void WholeLogs::judge(Diagnosis& diagnosis, const Progress& progress) {
 }
 
 std::vector<LogStretch> WholeLogs::surprises(const std::vector<LogStretch>& excerpt) const {
+  // What of a stretch leads in was not seen by the search either.
   const auto in_excerpt = [&](const Window& window) {
-    return std::any_of(excerpt.begin(), excerpt.end(), [&](const LogStretch& one) {
-      return one.log == window.log && window.index * kWindow < one.first + one.count &&
-             (window.index + 1) * kWindow > one.first;
-    });
+    for (std::size_t i = 0; i < excerpt.size(); ++i) {
+      const std::size_t known = excerpt[i].first + excerpt_.parts()[i].unknown_start;
+      if (excerpt[i].log == window.log && window.index * kWindow >= known &&
+          (window.index + 1) * kWindow <= excerpt[i].first + excerpt[i].count) {
+        return true;
+      }
+    }
+    return false;
   };
   const auto error = [](const Window& window) { return std::sqrt(window.squares / window.weight); };
   double known = 0.0;

@@ -32,8 +32,8 @@ std::vector<LogStretch> searched_stretches(const std::vector<LongLog>& logs);
 /// the logs and of time. Depends on the logs alone. Cost: stretches x chosen, from glances only.
 std::vector<LogStretch> choose_stretches(const std::vector<LongLog>& logs);
 
-/// Where a stretch must begin so that the state of the hysteresis is known at `sample`: the axis has swept
-/// its pre-sliding travel in between. At most `most` samples before.
+/// Where a stretch must begin so that the state is known at `sample`: the axis has swept its pre-sliding
+/// travel in between, and what swings has settled. At most `most` samples before.
 std::size_t lead_in(const LongLog& log, std::size_t sample, std::size_t most);
 
 /// Both, in order; what overlaps or touches is one.

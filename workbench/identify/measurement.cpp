@@ -242,6 +242,7 @@ void Measurement::find_unknown_start(LogPart& part) const {
   const bool is_piece = part.sample_count < log_samples_[part.log];
   const auto first = position_m().begin() + static_cast<std::ptrdiff_t>(part.first_sample);
   const double needed = swept_before_known_m(part.log_travel_m);
+  const std::size_t settling = part.start_s > 0.0 ? settling_samples(sample_rate_Hz()) : 0;
   double lowest = *first;
   double highest = lowest;
   for (std::size_t i = 0; i < (is_piece ? part.sample_count : part.sample_count / 4); ++i) {
@@ -249,7 +250,7 @@ void Measurement::find_unknown_start(LogPart& part) const {
     lowest = std::min(lowest, x);
     highest = std::max(highest, x);
     if (highest - lowest >= needed) {
-      part.unknown_start = i;
+      part.unknown_start = std::min(std::max(i, settling), part.sample_count);
       return;
     }
   }

@@ -26,6 +26,12 @@ inline double swept_before_known_m(double log_travel_m) {
   return std::min(2.0 * kLongestSlip_m, 0.95 * log_travel_m);
 }
 
+/// Samples at the start of a piece of a log after which what swings or follows late has forgotten a state
+/// that is not known: two seconds, or so many as a piece can spare.
+inline std::size_t settling_samples(double sample_rate_Hz) {
+  return static_cast<std::size_t>(std::min(2.0 * sample_rate_Hz, 10240.0));
+}
+
 /// Cross-validation: a block is of fold block % kFolds. A log that is this share of all is cut into so many
 /// blocks, as many in one fold as in another.
 inline constexpr int kFolds = 5;

@@ -293,7 +293,7 @@ TEST(TeamLogs, AFileThatShrinksMeanwhileEndsTheWorkOfAll) {
 }
 
 TEST(WholeLogs, AnEventOutsideTheExcerptIsASurprise) {
-  const std::filesystem::path path = viscous_file("event.csv", 7, 260.0);
+  const std::filesystem::path path = viscous_file("event.csv", 7, 400.0);
   const std::vector<LongLog> logs{LongLog::open(path)};
   const std::vector<LogStretch> stretches = choose_stretches(logs);
   // A place that the excerpt leaves out.
