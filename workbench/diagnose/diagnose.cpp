@@ -7,6 +7,7 @@
 
 #include "workbench/diagnose/candidates.h"
 #include "workbench/diagnose/judgement.h"
+#include "workbench/diagnose/mass_and_mode.h"
 #include "workbench/diagnose/search.h"
 #include "workbench/diagnose/simplify.h"
 #include "workbench/diagnose/steps.h"
@@ -27,6 +28,7 @@ void settle(const Measurement& measurement, Found& found) {
   prune(measurement, found.yardstick, found.best);
   if (found.best.added.empty()) return;
   simplify(measurement, found.yardstick, found.alone, found.best);
+  name_mass_beside_mode(measurement, found.yardstick, found.best);
   found.best.model = settle_shapes(measurement, std::move(found.best.model));
 }
 

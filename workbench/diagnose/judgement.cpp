@@ -47,13 +47,16 @@ std::optional<Structure> worth_telling(const Measurement& measurement, const Dia
 
 /// So many times the floor: real axes end there with a good force sensor.
 constexpr double kFarAboveFloor = 4.0;
-/// A model that leaves this share of the force, far above the floor, is not complete.
+/// A model that leaves this share of the force, far above the floor, is not complete; nor one that leaves so
+/// many times the floor, whatever the share: moves that take great forces hide all others.
 constexpr double kIncomplete = 0.02;
+constexpr double kNeverComplete = 12.0;
 
 /// Whether so much is left, whatever its form, that calling the model complete would be wrong.
 bool far_from_complete(const Diagnosis& diagnosis) {
-  return diagnosis.explained.relative_error > kIncomplete &&
-         diagnosis.explained.holdout_rmse_N > kFarAboveFloor * diagnosis.noise_floor_N;
+  const double above_floor = diagnosis.explained.holdout_rmse_N / diagnosis.noise_floor_N;
+  return above_floor > kNeverComplete ||
+         (diagnosis.explained.relative_error > kIncomplete && above_floor > kFarAboveFloor);
 }
 
 /// An explanation that leaves so much explains nothing: share of the force, share of what the baseline left.

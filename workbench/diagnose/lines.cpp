@@ -70,24 +70,20 @@ bool steady(std::span<const double> signal, double rate_Hz, std::size_t bin) {
   return median(powers) >= kSteady * mean;
 }
 
-}  // namespace
-
-Structure line_at_rows(const Measurement& measurement, const Eigen::VectorXd& residual_N) {
+Spectrum row_spectrum(const Measurement& measurement, const Eigen::VectorXd& residual_N) {
   const double rate_Hz = measurement.sample_rate_Hz() / static_cast<double>(measurement.row_stride());
-  const Eigen::VectorXd times = row_times(measurement);
   const std::span<const double> rows(residual_N.data(), static_cast<std::size_t>(residual_N.size()));
-  const Spectrum spectrum = power_spectrum(rows, rate_Hz, 1024);
-  Structure best{"frequency", 0.0, 0.0, "", Eigen::VectorXd::Zero(residual_N.size())};
-  if (spectrum.density.empty()) return best;
-  std::size_t peak = 2;
-  for (std::size_t k = 2; k < spectrum.density.size(); ++k) {
-    if (spectrum.density[k] > spectrum.density[peak]) peak = k;
-  }
+  return power_spectrum(rows, rate_Hz, 1024);
+}
+
+/// The strongest line at the rows between `around_Hz` - `width_Hz` and `around_Hz` + `width_Hz`.
+Structure line_within(const Measurement& measurement, const Eigen::VectorXd& residual_N, double around_Hz,
+                      double width_Hz) {
+  const Eigen::VectorXd times = row_times(measurement);
   // The phase must hold over each part: steps of a third of a turn over its length around the peak.
   std::size_t longest = 0;
   for (const LogPart& part : measurement.parts()) longest = std::max(longest, part.sample_count);
   const double step_Hz = 0.3 / (static_cast<double>(longest) * measurement.tick_s());
-  const double width_Hz = spectrum.frequency_Hz[1];
   const auto columns_at = [&](double frequency_Hz) {
     const std::vector<LogPart>& parts = measurement.parts();
     Eigen::MatrixXd columns =
@@ -103,9 +99,8 @@ Structure line_at_rows(const Measurement& measurement, const Eigen::VectorXd& re
     return columns;
   };
   double strongest = 0.0;
-  double frequency_Hz = spectrum.frequency_Hz[peak];
-  for (double f = spectrum.frequency_Hz[peak] - width_Hz; f <= spectrum.frequency_Hz[peak] + width_Hz;
-       f += step_Hz) {
+  double frequency_Hz = around_Hz;
+  for (double f = around_Hz - width_Hz; f <= around_Hz + width_Hz; f += step_Hz) {
     const double power = (columns_at(f).transpose() * residual_N).squaredNorm();
     if (power > strongest) {
       strongest = power;
@@ -113,11 +108,27 @@ Structure line_at_rows(const Measurement& measurement, const Eigen::VectorXd& re
     }
   }
   const HeldOut judged = held_out(columns_at(frequency_Hz), residual_N, short_pieces(residual_N.size()));
-  best.error_reduction = judged.error_reduction;
-  best.where = frequency_Hz;
-  best.explained_N = judged.explained;
-  best.description = told(frequency_Hz, judged.explained.cwiseAbs().maxCoeff());
-  return best;
+  return {"frequency", judged.error_reduction, frequency_Hz,
+          told(frequency_Hz, judged.explained.cwiseAbs().maxCoeff()), judged.explained};
+}
+
+}  // namespace
+
+Structure line_at_rows(const Measurement& measurement, const Eigen::VectorXd& residual_N) {
+  const Spectrum spectrum = row_spectrum(measurement, residual_N);
+  if (spectrum.density.empty()) return {"frequency", 0.0, 0.0, "", Eigen::VectorXd::Zero(residual_N.size())};
+  std::size_t peak = 2;
+  for (std::size_t k = 2; k < spectrum.density.size(); ++k) {
+    if (spectrum.density[k] > spectrum.density[peak]) peak = k;
+  }
+  return line_within(measurement, residual_N, spectrum.frequency_Hz[peak], spectrum.frequency_Hz[1]);
+}
+
+Structure line_near(const Measurement& measurement, const Eigen::VectorXd& residual_N, double frequency_Hz) {
+  const Spectrum spectrum = row_spectrum(measurement, residual_N);
+  if (spectrum.density.size() < 2)
+    return {"frequency", 0.0, frequency_Hz, "", Eigen::VectorXd::Zero(residual_N.size())};
+  return line_within(measurement, residual_N, frequency_Hz, spectrum.frequency_Hz[1]);
 }
 
 std::optional<Structure> line_beyond_rows(const Measurement& measurement, const std::vector<double>& model_N,

@@ -19,14 +19,14 @@ int parameters(const FittedModel& model) {
 }
 
 /// The lowest held-out error, unless something simpler explains as much of what `before` left.
-const Explanation& choose(const NoiseFloor& floor, const std::vector<Explanation>& all,
+const Explanation& choose(const Yardstick& yardstick, const std::vector<Explanation>& all,
                           const FittedModel& before) {
   const Explanation& best = *std::min_element(all.begin(), all.end(), [](const auto& a, const auto& b) {
     return a.model.holdout_rmse_N < b.model.holdout_rmse_N;
   });
   const Explanation* chosen = &best;
   for (const Explanation& other : all) {
-    const bool as_good = stands_for(floor, other.model, best.model, before);
+    const bool as_good = stands_for(yardstick, other.model, best.model, before);
     const int fewer = parameters(chosen->model) - parameters(other.model);
     const bool better = other.model.holdout_rmse_N < chosen->model.holdout_rmse_N;
     if (as_good && (fewer > 0 || (fewer == 0 && better))) chosen = &other;
@@ -83,17 +83,21 @@ constexpr double kAtFloor = 1.10;
 
 Found search(const Measurement& measurement, const DiagnoseOptions& options, const FittedModel& baseline,
              const NoiseFloor& floor) {
-  Found found{{baseline, {}}, {baseline, floor, baseline.holdout_rmse_N}, {}, {}};
+  Found found{{baseline, {}},
+              {baseline, floor, measurement.tick_s(), measurement.bandwidth_Hz(), baseline.holdout_rmse_N},
+              {},
+              {}};
   Explanation& best = found.best;
   Yardstick& yardstick = found.yardstick;
   std::vector<Explanation> beam{best};
   for (std::size_t level = 0; level < kMostSteps; ++level) {
     std::vector<Explanation> next = grow(measurement, options, beam, level == 0, found);
     std::erase_if(next, [&](const Explanation& one) {
-      return coulomb_joins_hysteresis(best.model, one.model) && !earned(yardstick, best.model, one.model);
+      return (has_no_true_mode(one.model) && !has_no_true_mode(baseline)) ||
+             (coulomb_joins_hysteresis(best.model, one.model) && !earned(yardstick, best.model, one.model));
     });
     if (next.empty()) break;
-    const Explanation& winner = choose(floor, next, best.model);
+    const Explanation& winner = choose(yardstick, next, best.model);
     if (earned(yardstick, best.model, winner.model) && needs_both(yardstick, beam, winner, best)) {
       if (!has_dry_friction(best.model) && has_dry_friction(winner.model)) {
         yardstick.known_N = winner.model.holdout_rmse_N;

@@ -55,7 +55,7 @@ void simplify(const Measurement& measurement, const Yardstick& yardstick, const 
         terms.push_back(term.id() == added ? other.term : term);
       FittedModel simpler = fit_polished(measurement, std::move(terms), explanation.model);
       if (!hardly_worse(simpler, explanation.model) &&
-          !stands_for(yardstick.floor, simpler, explanation.model, yardstick.baseline)) {
+          !stands_for(yardstick, simpler, explanation.model, yardstick.baseline)) {
         continue;
       }
       explanation.model = std::move(simpler);

@@ -62,11 +62,15 @@ std::optional<Structure> curve_behind_all(const Measurement& measurement, const 
 
 /// Share of what all effects explain that such a line explains alone.
 constexpr double kLinePoses = 0.5;
+/// What rings for hundreds of periods is no arm.
+constexpr double kHardlyDamped = 1.5e-3;
 
 std::optional<Structure> line_as_resonance(const Measurement& measurement, const Diagnosis& diagnosis) {
   const Term* mode = find_term(diagnosis.explained.terms, "structural_resonance");
   if (mode == nullptr || contains(diagnosis.baseline.terms, "structural_resonance")) return {};
-  Structure line = line_at_rows(measurement, weighted_residual(measurement, diagnosis.baseline));
+  const Eigen::VectorXd residual_N = weighted_residual(measurement, diagnosis.baseline);
+  if (mode->shapes[1] < kHardlyDamped) return line_near(measurement, residual_N, mode->shapes[0]);
+  Structure line = line_at_rows(measurement, residual_N);
   if (!at_frequency_of(*mode, line) || line.error_reduction < kLinePoses * reduction_of_all(diagnosis))
     return {};
   return line;

@@ -2,6 +2,7 @@
 #include "workbench/diagnose/worth.h"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <string_view>
 
@@ -35,9 +36,18 @@ constexpr double kLeastShareOfForce = 1e-3;
 constexpr std::string_view kGrowWithForce[] = {"time_delay", "structural_resonance", "payload_mass",
                                                "motor_constant_ripple"};
 
+/// A delay below this part of a sample is how the recorder stamps them, or a friction that runs ahead of the
+/// displacement by its own damping.
+constexpr double kLeastDelay = 0.25;
+
 /// Whether the step adds what grows with the force, and no more of it than instruments err.
-bool within_instruments(const FittedModel& baseline, const FittedModel& before, const FittedModel& after,
+bool within_instruments(const Yardstick& yardstick, const FittedModel& before, const FittedModel& after,
                         double step_N2) {
+  const FittedModel& baseline = yardstick.baseline;
+  if (contains(after.terms, "time_delay") && !contains(before.terms, "time_delay") &&
+      std::abs(delay_s(after.terms)) < kLeastDelay * yardstick.tick_s) {
+    return true;
+  }
   if (!(baseline.relative_error > 0.0)) return false;
   const double force_N = baseline.train_rmse_N / baseline.relative_error;
   return step_N2 < squared(kLeastShareOfForce * force_N) &&
@@ -49,6 +59,24 @@ bool within_instruments(const FittedModel& baseline, const FittedModel& before, 
 /// Coulomb friction beside hysteresis is hysteresis of a slip distance shorter than the encoder shows: it
 /// takes up what quantisation leaves at reversals, and must explain more than that.
 constexpr double kShareOfExcessCoulomb = 0.7;
+
+/// Of all dry friction, what it must be: a virgin curve that begins steeply has as much below the encoder's
+/// step.
+constexpr double kShareOfDryFriction = 0.05;
+
+/// Of the dry friction of a model, the share that Coulomb friction has.
+double coulomb_share(const FittedModel& model) {
+  double coulomb_N = 0.0;
+  double hysteresis_N = 0.0;
+  if (const Term* term = find_term(model.terms, "coulomb")) coulomb_N = std::abs(term->gains[0]);
+  if (const Term* term = find_term(model.terms, "presliding_hysteresis")) {
+    for (std::size_t i = 0; i < term->gains.size(); ++i) {
+      hysteresis_N += term->gains[i] * term->shapes[i % term->shapes.size()];
+    }
+    hysteresis_N /= static_cast<double>(term->gain_sets());
+  }
+  return coulomb_N / std::max(coulomb_N + hysteresis_N, 1e-300);
+}
 
 /// A further effect must lower the held-out error by more, since the form of the first is never exactly the
 /// axis' own.
@@ -66,14 +94,33 @@ bool coulomb_joins_hysteresis(const FittedModel& before, const FittedModel& afte
          contains(after.terms, "coulomb");
 }
 
+/// A mode so damped does not ring.
+constexpr double kNoRinging = 0.3;
+/// An arm may be heavier than the carriage, by so much.
+constexpr double kHeaviestArm = 5.0;
+/// Of the mass, what must not swing: one that swings as a whole is a filter of the acceleration, and smooths
+/// what the encoder's steps make of it.
+constexpr double kMostThatSwings = 0.6;
+
+bool has_no_true_mode(const FittedModel& model) {
+  const Term* mode = find_term(model.terms, "structural_resonance");
+  if (mode == nullptr) return false;
+  const double moving_kg = mass_kg(model.terms);
+  return mode->shapes[1] > kNoRinging || mode->gains[2] < -kMostThatSwings * moving_kg ||
+         std::hypot(mode->gains[0], mode->gains[1]) > kHeaviestArm * moving_kg;
+}
+
 bool earned(const Yardstick& yardstick, const FittedModel& before, const FittedModel& after) {
   const Reduction reduced = reduction(before.block_squared_error, after.block_squared_error);
   if (!reduced.earned()) return false;
   const double floor_N = yardstick.floor.of(after.terms);
   const double step = explained_N2(before.holdout_rmse_N, after.holdout_rmse_N);
   const double excess = explained_N2(before.holdout_rmse_N, floor_N);
-  if (coulomb_joins_hysteresis(before, after) && step < kShareOfExcessCoulomb * excess) return false;
-  if (within_instruments(yardstick.baseline, before, after, step)) return false;
+  if (coulomb_joins_hysteresis(before, after) &&
+      (step < kShareOfExcessCoulomb * excess || coulomb_share(after) < kShareOfDryFriction)) {
+    return false;
+  }
+  if (within_instruments(yardstick, before, after, step)) return false;
   if (before.terms.size() <= yardstick.baseline.terms.size()) return explains_excess(before, after, floor_N);
   const double all = explained_N2(yardstick.known_N, after.holdout_rmse_N);
   return reduced.value >= kLeastFurtherReduction && step >= squared(kShareOfExplained) * all;
@@ -91,19 +138,29 @@ bool hardly_worse(const FittedModel& simpler, const FittedModel& best) {
   return squared(simpler.holdout_rmse_N) <= kSquaredErrorOfBest * squared(best.holdout_rmse_N);
 }
 
+/// No mode is heard to ring above this part of the rows' bandwidth: what else explains nearly as much is no
+/// less.
+constexpr double kHeard = 0.7;
+
+bool is_not_heard(const Yardstick& yardstick, const Terms& terms) {
+  const Term* mode = find_term(terms, "structural_resonance");
+  return mode != nullptr && mode->shapes[0] > kHeard * yardstick.bandwidth_Hz;
+}
+
 /// ... and explains this share of what the best one explains.
 constexpr double kShareOfBest = 0.95;
 
-bool stands_for(const NoiseFloor& floor, const FittedModel& simpler, const FittedModel& best,
+bool stands_for(const Yardstick& yardstick, const FittedModel& simpler, const FittedModel& best,
                 const FittedModel& before) {
   if (explained_N2(before.holdout_rmse_N, simpler.holdout_rmse_N) <
       kShareOfBest * explained_N2(before.holdout_rmse_N, best.holdout_rmse_N)) {
     return false;
   }
   if (hardly_worse(simpler, best)) return true;
+  if (!contains(simpler.terms, "structural_resonance") && is_not_heard(yardstick, best.terms)) return true;
   const bool nested = contains(best.terms, "frictional_lag") && !contains(simpler.terms, "frictional_lag") &&
                       contains(simpler.terms, "stribeck");
-  return nested && squared(best.holdout_rmse_N) > squared(kFormIsNotTheAxis * floor.of(best.terms));
+  return nested && squared(best.holdout_rmse_N) > squared(kFormIsNotTheAxis * yardstick.floor.of(best.terms));
 }
 
 }  // namespace slipstack::workbench

@@ -15,11 +15,18 @@ inline double explained_N2(double before_N, double after_N) {
 struct Yardstick {
   const FittedModel& baseline;
   const NoiseFloor& floor;
-  double known_N;  ///< held-out error of the baseline, or of the first explanation that has dry friction
+  double tick_s;
+  double bandwidth_Hz;  ///< of the rows
+  double known_N;       ///< held-out error of the baseline, or of the first explanation that has dry friction
 };
 
 /// Whether the step adds Coulomb friction to hysteresis: both make a force after each reversal.
 bool coulomb_joins_hysteresis(const FittedModel& before, const FittedModel& after);
+
+/// Whether the model has a mode that is none: so damped that it does not ring, many times heavier than the
+/// axis that it would shake, or of all its mass. A delay bends into such a mode, and so does friction of
+/// another form in slow motion of one frequency, at that frequency.
+bool has_no_true_mode(const FittedModel& model);
 
 /// Whether the step from `before` to `after` is worth its parameters.
 bool earned(const Yardstick& yardstick, const FittedModel& before, const FittedModel& after);
@@ -37,7 +44,7 @@ inline constexpr double kFormIsNotTheAxis = 1.5;
 bool hardly_worse(const FittedModel& simpler, const FittedModel& best);
 
 /// Whether a simpler model explains as much as the best one, of what the model before them left.
-bool stands_for(const NoiseFloor& floor, const FittedModel& simpler, const FittedModel& best,
+bool stands_for(const Yardstick& yardstick, const FittedModel& simpler, const FittedModel& best,
                 const FittedModel& before);
 
 }  // namespace slipstack::workbench

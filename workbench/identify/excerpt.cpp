@@ -195,7 +195,8 @@ std::size_t lead_in(const LongLog& log, std::size_t sample, std::size_t most) {
   const std::size_t settling = settling_samples(log.head().sample_rate_Hz);
   const std::size_t settled = (sample > settling ? sample - settling : 0) / glances.samples();
   const std::size_t earliest = (sample > most ? sample - most : 0) / glances.samples();
-  while (glance > earliest && (glance > settled || !(swept.length() > needed_m))) swept.take(glances[--glance]);
+  while (glance > earliest && (glance > settled || !(swept.length() > needed_m)))
+    swept.take(glances[--glance]);
   return std::min(sample, glance * glances.samples());
 }
 

@@ -11,7 +11,7 @@ namespace {
 /// plain fit did not know has hidden it.
 constexpr double kLeastLevel = 0.05;
 /// Share of all levels that the shortest element holds where slip begins below it.
-constexpr double kBeginsBelow = 0.05;
+constexpr double kBeginsBelow = 0.02;
 /// The shortest slip distance that slow motion between two encoder steps can show, in steps.
 constexpr double kShortestSteps = 0.25;
 
