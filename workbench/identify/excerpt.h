@@ -10,7 +10,7 @@
 namespace slipstack::workbench {
 
 /// Up to so many samples, of all logs together, are searched whole.
-inline constexpr std::size_t kSearchedWhole = 160000;
+inline constexpr std::size_t kSearchedWhole = 400000;
 /// Samples of the excerpt of more.
 inline constexpr std::size_t kExcerptSamples = 131072;
 

@@ -236,12 +236,13 @@ TEST(WholeLogs, ErrorsOfEachLogAreThoseOfItsWhole) {
   const FittedModel by_all = fit_effects(*all.measurement, kBaseline, {});
   ASSERT_EQ(model.log_errors.size(), 2u);
   const std::vector<LogErrors> left = whole.left_by({model.terms}, {}).front().logs;
+  double excerpt_off = 0.0;
   for (std::size_t log = 0; log < 2; ++log) {
     const LogErrors& found = model.log_errors[log];
     const LogErrors expected = errors_of(*all.measurement, model.terms, log);
     EXPECT_NEAR(found.rmse_N / expected.rmse_N, 1.0, 0.01);
-    // Not those of the excerpt, which is chosen to show what is rare.
-    EXPECT_GT(std::abs(errors_of(*part.measurement, model.terms, log).rmse_N / expected.rmse_N - 1.0), 0.03);
+    const LogErrors excerpt = errors_of(*part.measurement, model.terms, log);
+    excerpt_off = std::max(excerpt_off, std::abs(excerpt.rmse_N / expected.rmse_N - 1.0));
     EXPECT_NEAR(found.relative_error / expected.relative_error, 1.0, 0.01);
     EXPECT_EQ(found.rmse_N, left[log].rmse_N);
     EXPECT_EQ(found.relative_error, left[log].relative_error);
@@ -255,6 +256,8 @@ TEST(WholeLogs, ErrorsOfEachLogAreThoseOfItsWhole) {
     }
     EXPECT_NEAR(found.holdout_rmse_N / std::sqrt(held_out / weight), 1.0, 0.02);
   }
+  // They are not those of the excerpt, which is chosen to show what is rare.
+  EXPECT_GT(excerpt_off, 0.03);
 }
 
 TEST(TeamLogs, AFaultAnywhereIsToldAsOneProcessTellsIt) {
