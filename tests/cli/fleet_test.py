@@ -43,7 +43,7 @@ class Fleet(program.Workshop):
         cls.logs = []
         for number, seconds in enumerate((60, 45, 8)):
             log = cls.stock / f"axis{number}.csv"
-            program.simulate(log, "--effects", "viscous", "--seconds", str(seconds), "--rate", "2000", seed=11)
+            program.simulate(log, "--effects", "viscous", "--seconds", str(seconds), "--rate", "4000", seed=11)
             cls.logs.append(log)
         # Two stay in their files, the third is held in memory.
         for log in cls.logs[:2]:
