@@ -23,9 +23,7 @@ bool too_coarse(const EffectDescription& effect, double stroke_m) {
 bool says_nothing_new(const Measurement& measurement, const Terms& terms, const EffectDescription& effect) {
   const bool weightless = measurement.log().mass_kg && *measurement.log().mass_kg == 0.0;
   if (weightless && (effect.id() == "structural_resonance" || effect.id() == "payload_mass")) return true;
-  const Term* inertia = find_term(terms, "inertia");
-  const bool mass_is_free = inertia != nullptr && inertia->lower[0] < inertia->upper[0];
-  return (effect.id() == "payload_mass" && mass_is_free) ||
+  return (effect.id() == "payload_mass" && mass_is_free(terms)) ||
          (effect.id() == "inertia" && contains(terms, "payload_mass"));
 }
 

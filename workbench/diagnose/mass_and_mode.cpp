@@ -22,28 +22,19 @@ constexpr double kLeastRise = 0.10;
 /// One further below says that the arm is a part of it: a payload is hardly ever lighter than nothing.
 constexpr double kStandsOnDeclared = 0.15;
 
-Terms without_mode(const Terms& terms) {
-  Terms others = terms;
-  std::erase_if(others, [](const Term& term) { return term.id() == kMode; });
-  return others;
-}
-
-void rename(Explanation& explanation, std::vector<std::string> in_place_of_mode) {
-  std::erase(explanation.added, kMode);
-  for (std::string& id : in_place_of_mode) explanation.added.push_back(std::move(id));
-}
-
 /// Payload and delay in place of the mode, where they leave hardly more.
 bool is_payload_and_delay(const Measurement& measurement, Explanation& explanation) {
   if (contains(explanation.model.terms, kDelay)) return false;
-  Terms terms = without_mode(explanation.model.terms);
+  Terms terms = without(explanation.model.terms, kMode);
   terms.push_back(make_term(measurement, *find_effect(kPayload)));
   const FittedModel heavier = fit_gains(measurement, std::move(terms), &explanation.model);
   const Trial trial = try_effect(measurement, heavier, *find_effect(kDelay), {});
   FittedModel both = fit_gains(measurement, trial.terms, &heavier);
   if (!hardly_worse(both, explanation.model)) return false;
   explanation.model = std::move(both);
-  rename(explanation, {std::string(kPayload), std::string(kDelay)});
+  std::erase(explanation.added, kMode);
+  explanation.added.emplace_back(kPayload);
+  explanation.added.emplace_back(kDelay);
   return true;
 }
 
@@ -85,8 +76,7 @@ void split_payload_off(const Measurement& measurement, const Yardstick& yardstic
 void name_mass_beside_mode(const Measurement& measurement, const Yardstick& yardstick,
                            Explanation& explanation) {
   const Terms& terms = explanation.model.terms;
-  const Term* inertia = find_term(terms, "inertia");
-  const bool mass_is_known = inertia != nullptr && inertia->lower[0] == inertia->upper[0];
+  const bool mass_is_known = contains(terms, "inertia") && !mass_is_free(terms);
   const bool mode_is_new =
       std::find(explanation.added.begin(), explanation.added.end(), kMode) != explanation.added.end();
   if (!mass_is_known || !mode_is_new || contains(terms, kPayload)) return;

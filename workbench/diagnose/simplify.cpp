@@ -26,15 +26,12 @@ FittedModel fit_polished(const Measurement& measurement, Terms terms, const Fitt
 
 void prune(const Measurement& measurement, const Yardstick& yardstick, Explanation& explanation) {
   for (std::size_t i = 0; explanation.added.size() > 1 && i < explanation.added.size();) {
-    Terms terms;
-    for (const Term& term : explanation.model.terms) {
-      if (term.id() != explanation.added[i]) terms.push_back(term);
-    }
-    FittedModel without = fit_polished(measurement, std::move(terms), explanation.model);
-    if (earned(yardstick, without, explanation.model)) {
+    FittedModel fewer =
+        fit_polished(measurement, without(explanation.model.terms, explanation.added[i]), explanation.model);
+    if (earned(yardstick, fewer, explanation.model)) {
       ++i;
     } else {
-      explanation.model = std::move(without);
+      explanation.model = std::move(fewer);
       explanation.added.erase(explanation.added.begin() + static_cast<std::ptrdiff_t>(i));
     }
   }

@@ -98,6 +98,12 @@ void WholeLogs::Reached::take(const Measurement& measurement, std::size_t first,
   }
 }
 
+WholeLogs::Reached WholeLogs::reached() const {
+  Reached all = reached_;
+  if (!excerpt_.is_excerpt()) all.take(excerpt_, 0, excerpt_.sample_count());
+  return all;
+}
+
 struct WholeLogs::Sums {
   std::size_t log = 0;
   int first_block = 0;
@@ -338,21 +344,24 @@ std::vector<FittedModel> WholeLogs::judged(const Task& task, double error_N, con
     for (const Sums& one : sums) squares.add(one.squares[m]);
     model.relative_error = squares.relative();
     model.log_errors = log_errors(sums, m);
-    for (std::size_t log = 0; log < logs_.size(); ++log) {
+    struct Weighted {
       double left = 0.0;
       double unseen = 0.0;
       double weight = 0.0;
-      for (const Sums& one : sums) {
-        if (one.log != log) continue;
-        const int end = one.first_block + one.equations[m].block_count();
-        for (int block = one.first_block; block < end; ++block) {
-          left += equations.squared_error(model.solution.value, block);
-          unseen += model.block_squared_error[static_cast<std::size_t>(block)];
-          weight += equations.weight(block);
-        }
+    };
+    std::vector<Weighted> of_log(logs_.size());
+    for (const Sums& one : sums) {
+      const int end = one.first_block + one.equations[m].block_count();
+      for (int block = one.first_block; block < end; ++block) {
+        of_log[one.log].left += equations.squared_error(model.solution.value, block);
+        of_log[one.log].unseen += model.block_squared_error[static_cast<std::size_t>(block)];
+        of_log[one.log].weight += equations.weight(block);
       }
-      model.log_errors[log].rmse_N = std::sqrt(left / std::max(weight, 1e-300));
-      model.log_errors[log].holdout_rmse_N = std::sqrt(unseen / std::max(weight, 1e-300));
+    }
+    for (std::size_t log = 0; log < logs_.size(); ++log) {
+      const double weight = std::max(of_log[log].weight, 1e-300);
+      model.log_errors[log].rmse_N = std::sqrt(of_log[log].left / weight);
+      model.log_errors[log].holdout_rmse_N = std::sqrt(of_log[log].unseen / weight);
     }
   });
   return judged;

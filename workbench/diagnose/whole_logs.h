@@ -43,8 +43,8 @@ class WholeLogs {
     std::vector<LogErrors> logs;
   };
   std::vector<Left> left_by(const std::vector<Terms>& models, const Progress& progress);
-  /// How far and how fast the axis went in all logs, known after the first of these: positions as read, the
-  /// rest smoothed.
+  /// How far and how fast the axis went in all logs: positions as read, the rest smoothed. Of an excerpt
+  /// known after the first of these; else O(samples).
   struct Reached {
     double low_m = std::numeric_limits<double>::infinity();
     double high_m = -std::numeric_limits<double>::infinity();
@@ -54,7 +54,7 @@ class WholeLogs {
     /// Of the samples [first, end) of a measurement.
     void take(const Measurement& measurement, std::size_t first, std::size_t end);
   };
-  const Reached& reached() const { return reached_; }
+  Reached reached() const;
   /// On the others: their answer to what these ask of them.
   nlohmann::json share(const nlohmann::json& request) const;
 

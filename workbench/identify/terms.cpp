@@ -131,6 +131,11 @@ bool contains(const Terms& terms, std::string_view id) {
   return find_term(terms, id) != nullptr;
 }
 
+Terms without(Terms terms, std::string_view id) {
+  std::erase_if(terms, [&](const Term& term) { return term.id() == id; });
+  return terms;
+}
+
 NormalEquations::Constraints constraints_of(const Terms& terms, double error_N) {
   const Eigen::Index count = unknown_count(terms);
   NormalEquations::Constraints constraints{
@@ -163,6 +168,11 @@ double mass_kg(const Terms& terms, std::size_t log) {
     mass += term.gains[term.gain_sets() > 1 ? log : 0];
   }
   return mass;
+}
+
+bool mass_is_free(const Terms& terms) {
+  const Term* inertia = find_term(terms, "inertia");
+  return inertia != nullptr && inertia->lower[0] < inertia->upper[0];
 }
 
 Term with_gain_sets(const Measurement& measurement, Term term) {

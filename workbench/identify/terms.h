@@ -49,6 +49,8 @@ bool multiplies(const Term& term);
 bool any_multiplies(const Terms& terms);
 bool contains(const Terms& terms, std::string_view id);
 const Term* find_term(const Terms& terms, std::string_view id);
+/// All terms but that of this effect.
+Terms without(Terms terms, std::string_view id);
 
 /// Bounds of all gains, and the penalty that says what is known before the data: maps are smooth and
 /// modulations below one. `error_N`, what the model leaves, scales it against the data.
@@ -56,6 +58,8 @@ NormalEquations::Constraints constraints_of(const Terms& terms, double error_N);
 
 /// The mass that the terms give the axis in one of the logs.
 double mass_kg(const Terms& terms, std::size_t log = 0);
+/// Whether there is an inertia that is fitted, since no log declares the mass.
+bool mass_is_free(const Terms& terms);
 
 /// `term` with as many sets of gains as this measurement wants of it, each a copy of the first.
 Term with_gain_sets(const Measurement& measurement, Term term);

@@ -258,7 +258,7 @@ def make_log(seed, hidden_names, path):
     choices = MOTION_OF.get(root, FAST if root in ("payload_mass", "acceleration_dependent_preload", "structural_resonance",
                                                    "time_delay", "quadratic_drag", "backlash", "loose_coupling")
                             else list(physics.MOTIONS) if not hidden_names else [k for k in physics.MOTIONS if k != "presliding"])
-    kind = str(rng.choice(choices + ["forced"] if "presliding" not in choices[:1] and root not in MOTION_OF else choices))
+    kind = str(rng.choice(choices if root in MOTION_OF else choices + ["forced"]))
     name = str(rng.choice(list(physics.FRICTIONS)))
     closed = bool(rng.random() < 0.3) and kind not in ("presliding", "forced") and not {"time_delay:transport", "time_delay:filter", "encoder_slip"} & set(hidden_names)
     rate_Hz = int(rng.choice([200, 500, 1000, 2000, 4000, 10000, 20000], p=[0.05, 0.1, 0.2, 0.3, 0.2, 0.1, 0.05]))

@@ -154,8 +154,6 @@ class Leuven:
             # A loop that closes is forgotten, with the reversal that began it.
             while len(self.ends) > 2 and (self.z - self.ends[-2][0]) * self.side > 0.0:
                 del self.ends[-2:]
-                if not self.ends:
-                    self.ends = [(0.0, 0.0)]
             self.force_N = self.branch()
             self.force_N = min(max(self.force_N, -self.level_N * level), self.level_N * level)
         return self.force_N

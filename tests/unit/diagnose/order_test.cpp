@@ -4,13 +4,14 @@
 #include <algorithm>
 #include <random>
 
+#include "tests/unit/diagnose/diagnosed.h"
 #include "tests/unit/identify/simulated_axis.h"
-#include "workbench/diagnose/diagnose.h"
-#include "workbench/identify/noise_floor.h"
 
 // What the answer must not depend on.
 namespace slipstack::workbench {
 namespace {
+
+using test::diagnosed;
 
 Log plain_log() {
   sim::Bench bench = sim::draw_bench(sim::Setup::kPickAndPlace, 1);
@@ -23,15 +24,6 @@ Log viscous_log() {
   const Measurement motion(log);
   for (std::size_t i = 0; i < log.force_N.size(); ++i) log.force_N[i] += 12.0 * motion.velocity_mps()[i];
   return log;
-}
-
-Diagnosis diagnosed(const Log& log, std::vector<std::string> candidates) {
-  Measurement measurement(log);
-  weigh_rows(measurement);
-  DiagnoseOptions options;
-  options.baseline = {"inertia", "presliding_hysteresis"};
-  options.candidates = std::move(candidates);
-  return diagnose(measurement, options);
 }
 
 TEST(Order, TheRankDoesNotDependOnTheCataloguesOrder) {

@@ -3,14 +3,15 @@
 // good.
 #include <gtest/gtest.h>
 
+#include "tests/unit/diagnose/diagnosed.h"
 #include "tests/unit/identify/identify_support.h"
 #include "tests/unit/identify/simulated_axis.h"
-#include "workbench/diagnose/diagnose.h"
-#include "workbench/identify/noise_floor.h"
 #include "workbench/identify/standard_errors.h"
 
 namespace slipstack::workbench {
 namespace {
+
+using test::diagnosed;
 
 struct Recorded {
   Log log;
@@ -44,25 +45,18 @@ Log with_outliers(const Recorded& recorded, std::uint64_t seed) {
   return log;
 }
 
-Diagnosis diagnosed(const Log& log, Measurement& measurement) {
-  measurement = Measurement(log);
-  weigh_rows(measurement);
-  return diagnose(measurement,
-                  {.baseline = {"inertia", "presliding_hysteresis"}, .start = {}, .progress = {}});
-}
-
 TEST(Outliers, AreNoEffect) {
   const Recorded clean = record(false, 41);
-  Measurement measurement(clean.log);
-  const Diagnosis is = diagnosed(with_outliers(clean, 1), measurement);
+  Measurement measurement(with_outliers(clean, 1));
+  const Diagnosis is = diagnosed(measurement);
   EXPECT_EQ(is.verdict, Verdict::complete);
   EXPECT_LT(is.explained.holdout_rmse_N, 1.2 * is.noise_floor_N);
 }
 
 TEST(Outliers, HideNoEffectAndBendNoGain) {
   const Recorded viscous = record(true, 42);
-  Measurement measurement(viscous.log);
-  const Diagnosis is = diagnosed(with_outliers(viscous, 2), measurement);
+  Measurement measurement(with_outliers(viscous, 2));
+  const Diagnosis is = diagnosed(measurement);
   ASSERT_EQ(is.verdict, Verdict::missing_effect);
   ASSERT_EQ(is.steps.size(), 2U);
   EXPECT_EQ(is.steps[1].added, "viscous");

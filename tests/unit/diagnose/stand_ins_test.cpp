@@ -9,13 +9,14 @@
 #include <vector>
 
 #include "sim_host/log/closed_loop.h"
+#include "tests/unit/diagnose/diagnosed.h"
 #include "tests/unit/identify/identify_support.h"
 #include "tests/unit/identify/simulated_axis.h"
-#include "workbench/diagnose/diagnose.h"
-#include "workbench/identify/noise_floor.h"
 
 namespace slipstack::workbench {
 namespace {
+
+using test::diagnosed;
 
 constexpr double kTurn = 2.0 * std::numbers::pi;
 
@@ -23,14 +24,6 @@ sim::Bench bench_of(std::uint64_t seed) {
   sim::Bench bench = sim::draw_bench(sim::Setup::kRandom, seed);
   bench.programme.seconds = 25.0;
   return bench;
-}
-
-Diagnosis diagnosed(const Log& log) {
-  Measurement measurement(log);
-  weigh_rows(measurement);
-  DiagnoseOptions options;
-  options.baseline = {"inertia", "presliding_hysteresis"};
-  return diagnose(measurement, options);
 }
 
 std::vector<std::string> added(const Diagnosis& is) {

@@ -92,11 +92,6 @@ TEST(Linearisation, MovedToOtherGainsKeepsItsColumns) {
   EXPECT_LT((there.columns() * gains_of(terms) - there.force_N()).norm(), 1e-12 * there.force_N().norm());
 }
 
-Terms without(Terms terms, std::string_view id) {
-  std::erase_if(terms, [&](const Term& term) { return term.id() == id; });
-  return terms;
-}
-
 TEST(Linearisation, LentColumnsEqualBuiltOnes) {
   const Measurement measurement(test::wandering_log(7, 2000.0, 6000));
   Terms terms = linear_model(measurement, 8);

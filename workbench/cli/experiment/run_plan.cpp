@@ -198,7 +198,6 @@ void know_by_logs(Known& known, const PlanRequest& request, const std::vector<st
     knowledge.effects = averaged_over_logs(measurement, std::move(effects));
     whole.fit({&known.base}, 0.0, judging(progress));
     known.reached = whole.reached();
-    if (!measurement.is_excerpt()) known.reached.take(measurement, 0, measurement.sample_count());
     // What the next motion carries is what the logs carried on average.
     knowledge.model = averaged_over_logs(measurement, known.base.terms);
   });
