@@ -12,8 +12,10 @@ class AccelerationDependentPreload {
   static constexpr EffectText text{
       .id = "acceleration_dependent_preload",
       .title = "Preload that grows with acceleration",
-      .formula = "dry friction x (1 + b |a| / (1 + |a| / ak)); a far knee ak makes it straight",
-      .source = "pitching moment of a drive force off the centre of mass; [2]: friction scales with preload",
+      .formula = "dry friction x (1 + b f + c f |a| / ak), f = |a| / (1 + |a| / ak)",
+      .source =
+          "pitching moment of a drive force off the centre of mass; [2]: friction scales with preload; b the "
+          "slope at small accelerations, c at large ones, ak between",
       .residual = "follows |acceleration| x direction of friction",
       .evidence =
           "the friction level grows by {pitching} of itself for each m/s2 of acceleration, either way",
@@ -21,8 +23,9 @@ class AccelerationDependentPreload {
       .confirm =
           "repeat one move at doubled acceleration with equal peak speed: the friction level changes; move "
           "the mass lower and repeat"};
-  static constexpr std::array<GainGroup, 1> gains{{
+  static constexpr std::array<GainGroup, 2> gains{{
       {"pitching", "s2/m", 0.0f, 1.0e3f, 1, Acts::dry_scale},
+      {"pitching_beyond_knee", "s2/m", 0.0f, 1.0e3f, 1, Acts::dry_scale},
   }};
   static constexpr std::array<ShapeSpec, 1> shapes{{
       {"knee", "m/s2", 1.0e-2f, 1.0e4f, ShapeKind::acceleration},
@@ -36,7 +39,9 @@ class AccelerationDependentPreload {
   void reset(const Sample<Real>&) {}
   void basis(const Sample<Real>& sample, std::span<Real, gain_count> out) {
     const Real acceleration_mps2 = approx::absolute(sample.acceleration_mps2);
-    out[0] = acceleration_mps2 / (Real(1) + acceleration_mps2 * inverse_knee_s2pm_);
+    const Real knees = acceleration_mps2 * inverse_knee_s2pm_;
+    out[0] = acceleration_mps2 / (Real(1) + knees);
+    out[1] = out[0] * knees;
   }
 
  private:

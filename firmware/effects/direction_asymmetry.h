@@ -13,7 +13,8 @@ class DirectionAsymmetry {
       .id = "direction_asymmetry",
       .title = "Friction that differs between the directions",
       .formula =
-          "dry friction x (1 + b d + e sat(v/vs)) + c |v|, d = +1 or -1 with the sign of the dry friction",
+          "dry friction x (1 + b d + e s) + c |v|, d = +1 or -1 with the sign of the dry friction, "
+          "s = (3 u - u^3) / 2, u = sat(v/vs)",
       .source = "[5]: fatigue of the screw; b follows the hysteresis through a reversal, e the motion",
       .residual = "another level and another slope against velocity for each direction",
       .evidence =
@@ -40,7 +41,8 @@ class DirectionAsymmetry {
   void reset(const Sample<Real>&) {}
   void basis(const Sample<Real>& sample, std::span<Real, gain_count> out) {
     out[0] = sample.dry_friction_N < Real(0) ? Real(-1) : Real(1);
-    out[1] = approx::clamp(sample.velocity_mps * inverse_velocity_spm_, Real(-1), Real(1));
+    const Real u = approx::clamp(sample.velocity_mps * inverse_velocity_spm_, Real(-1), Real(1));
+    out[1] = u * approx::multiply_subtract(Real(0.5) * u, u, Real(1.5));
     out[2] = approx::absolute(sample.velocity_mps);
   }
 

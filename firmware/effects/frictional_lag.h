@@ -13,7 +13,7 @@ class FrictionalLag {
   static constexpr EffectText text{
       .id = "frictional_lag",
       .title = "Frictional lag: friction follows velocity late",
-      .formula = "dry friction x (1 + g q), q' = (1/tau + |v|/d) (exp(-(|v|/vs)^n) - q)",
+      .formula = "dry friction x (1 + q), q' = (1/tau + |v|/d) (g exp(-u) + h / (1 + u) - q), u = (|v|/vs)^n",
       .source = "frictional memory of the Leuven and GMS models [4]",
       .residual = "against velocity, one branch when speeding up and another when slowing down",
       .evidence =
@@ -23,9 +23,7 @@ class FrictionalLag {
       .confirm =
           "slow strokes whose speed varies as a sine at several frequencies: the loop force-velocity opens "
           "with frequency"};
-  static constexpr std::array<GainGroup, 1> gains{{
-      {"weakening", "1", 0.0f, 20.0f, 1, Acts::dry_scale},
-  }};
+  static constexpr std::array<GainGroup, 2> gains{Stribeck<Real>::gains};
   static constexpr std::array<ShapeSpec, 4> shapes{{
       {"stribeck_velocity", "m/s", 3.0e-4f, 1.0f, ShapeKind::fading_velocity},
       {"exponent", "1", 0.4f, 3.0f, ShapeKind::exponent},
@@ -40,40 +38,53 @@ class FrictionalLag {
     per_tick_ = scales.tick_s / shape[2];
     per_velocity_ = scales.tick_s / shape[3];
   }
-  void reset(const Sample<Real>& sample) { weakening_.basis(sample, lagged_); }
+  void reset(const Sample<Real>& sample) {
+    weakening_.basis(sample, lagged_);
+    // The controller follows the mixture of the two as one.
+    if constexpr (std::is_same_v<Real, float>) {
+      lagged_[0] = approx::multiply_add(share_, lagged_[0] - lagged_[1], lagged_[1]);
+    }
+  }
   void basis(const Sample<Real>& sample, std::span<Real, gain_count> out) {
-    std::array<Real, 1> steady{};
+    std::array<Real, gain_count> steady{};
     weakening_.basis(sample, steady);
-    follow(steady[0], sample.velocity_mps);
-    out[0] = lagged_[0];
+    for (std::size_t i = 0; i < gain_count; ++i) {
+      lagged_[i] = followed(lagged_[i], steady[i], sample.velocity_mps);
+      out[i] = lagged_[i];
+    }
   }
 
-  /// The controller reads the steady weakening from a table.
+  /// The controller reads the steady weakening, as a share of that at standstill, from a table.
   using Table = typename Stribeck<Real>::Table;
   void prepare_weighted(const std::array<Real, gain_count>& weakening,
                         Table& table) requires std::is_same_v<Real, float> {
-    weakening_.prepare_weighted(weakening, table);
+    const Real whole = weakening[0] + weakening[1];
+    share_ = whole > Real(0) ? weakening[0] / whole : Real(1);
+    weakening_.prepare_weighted({share_, Real(1) - share_}, table);
+    at_standstill_ = whole;
   }
-  Real weighted(const Sample<Real>& sample, const std::array<Real, gain_count>& weakening,
+  Real weighted(const Sample<Real>& sample, const std::array<Real, gain_count>&,
                 const Table& table) requires std::is_same_v<Real, float> {
-    follow(table.at(sample.velocity_mps), sample.velocity_mps);
-    return weakening[0] * lagged_[0];
+    lagged_[0] = followed(lagged_[0], table.at(sample.velocity_mps), sample.velocity_mps);
+    return at_standstill_ * lagged_[0];
   }
   void carry_over(const FrictionalLag& from) { lagged_ = from.lagged_; }
 
  private:
-  void follow(Real steady, Real velocity_mps) {
+  /// What was `lagged` a tick ago, on its way to `steady`.
+  Real followed(Real lagged, Real steady, Real velocity_mps) const {
     const Real rate = approx::multiply_add(per_velocity_, approx::absolute(velocity_mps), per_tick_);
     // Exact for a rate held over the tick, to second order; never beyond the steady value.
     const Real blend = rate / (Real(1) + Real(0.5) * rate);
-    lagged_[0] =
-        approx::multiply_add(approx::clamp(blend, Real(0), Real(1)), steady - lagged_[0], lagged_[0]);
+    return approx::multiply_add(approx::clamp(blend, Real(0), Real(1)), steady - lagged, lagged);
   }
 
   Stribeck<Real> weakening_;
   Real per_tick_{};
   Real per_velocity_{};
-  std::array<Real, 1> lagged_{};
+  Real at_standstill_{};
+  Real share_{1};
+  std::array<Real, gain_count> lagged_{};
 };
 
 }  // namespace slipstack

@@ -8,8 +8,8 @@
 
 namespace slipstack {
 
-/// Splines of the map: nine intervals over the stroke.
-inline constexpr int kPreloadMapSplines = 12;
+/// Splines of the map: 17 intervals over the stroke.
+inline constexpr int kPreloadMapSplines = 20;
 
 template <class Real>
 class PositionDependentPreload {
@@ -53,21 +53,21 @@ class PositionDependentPreload {
   }
 
   /// The controller's form: the cubic of each interval, multiplied out beforehand.
-  using Table = NoTable;
-  void prepare_weighted(const std::array<Real, gain_count>& map, NoTable&) {
+  using Table = std::array<std::array<Real, 4>, kPreloadMapSplines - 3>;
+  void prepare_weighted(const std::array<Real, gain_count>& map, Table& cubics) {
     for (std::size_t i = 0; i < kIntervals; ++i) {
       const Real w0 = map[i], w1 = map[i + 1], w2 = map[i + 2], w3 = map[i + 3];
-      cubics_[i] = {(w0 + Real(4) * w1 + w2) * Real(1.0 / 6), (w2 - w0) * Real(0.5),
+      cubics[i] = {(w0 + Real(4) * w1 + w2) * Real(1.0 / 6), (w2 - w0) * Real(0.5),
                     (w0 - Real(2) * w1 + w2) * Real(0.5), (w3 - w0 + Real(3) * (w1 - w2)) * Real(1.0 / 6)};
     }
   }
-  Real weighted(const Sample<Real>& sample, const std::array<Real, gain_count>&, NoTable) const {
+  Real weighted(const Sample<Real>& sample, const std::array<Real, gain_count>&, const Table& cubics) const {
     // The end of the map is taken in its last interval, the least bit before its end.
     constexpr Real kLast = static_cast<Real>(kIntervals) * (Real(1) - std::numeric_limits<Real>::epsilon());
     const Real place = approx::clamp((sample.position_m - start_m_) * intervals_per_m_, Real(0), kLast);
     const auto interval = static_cast<std::int32_t>(place);
     const Real t = place - static_cast<Real>(interval);
-    const Real* const c = approx::one_address(cubics_[static_cast<std::size_t>(interval)].data());
+    const Real* const c = approx::one_address(cubics[static_cast<std::size_t>(interval)].data());
     return approx::multiply_add(approx::multiply_add(approx::multiply_add(c[3], t, c[2]), t, c[1]), t, c[0]);
   }
 
@@ -87,7 +87,6 @@ class PositionDependentPreload {
     return {interval, place - static_cast<Real>(static_cast<std::int32_t>(interval))};
   }
 
-  std::array<std::array<Real, 4>, kIntervals> cubics_{};
   Real start_m_{};
   Real intervals_per_m_{};
 };

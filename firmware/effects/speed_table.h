@@ -9,22 +9,21 @@
 
 namespace slipstack {
 
-/// The velocity weakening exp(-(|v| / vs)^n), 0.4 <= n <= 3, read from a table: 16 instructions on the
-/// controller instead of some 150 for two exponentials and a logarithm.
+/// A velocity weakening, a mixture of exp(-u) and 1 / (1 + u), u = (|v| / vs)^n, 0.4 <= n <= 3, read from a
+/// table: 16 instructions on the controller instead of some 150 for two exponentials and a logarithm.
 ///
 /// The bits of a positive float rise with its value, and the upper ones are nearly its logarithm: intervals
-/// are even within each octave, 2, 4, 8 or 16 of them as n asks, with a parabola in each. Largest error
-/// 3.3e-4 for n < 0.6, 1.7e-4 above (tests/unit/control/table_test.cpp).
+/// are even within each octave, 2, 4 or 8 of them as n asks, with a parabola in each. Largest error
+/// 4.8e-4 for n < 0.8, 2.9e-4 above (tests/unit/control/table_test.cpp).
 class SpeedTable {
  public:
   /// Fills the table from `weakening`, a function of |v| in m/s. About 60 000 instructions: not for the tick.
   template <class Weakening>
   void fill(float stribeck_velocity_mps, float exponent, Weakening weakening) {
-    const std::uint32_t halvings =
-        exponent < 0.6F ? 1U : (exponent < 1.2F ? 2U : (exponent < 2.4F ? 3U : 4U));
+    const std::uint32_t halvings = exponent < 0.8F ? 1U : (exponent < 1.6F ? 2U : 3U);
     shift_ = 23U - halvings;
-    // (v / vs)^n runs from 2^-15.6 to at least 2^3.6: within 2e-5 of the weakening's two ends.
-    const float first = stribeck_velocity_mps * approx::exp2(-15.6F / exponent);
+    // u runs from 2^-13.6 to at least 2^12: within 2.5e-4 of the weakening's two ends.
+    const float first = stribeck_velocity_mps * approx::exp2(-13.6F / exponent);
     first_bits_ = std::bit_cast<std::uint32_t>(first) & ~((1U << shift_) - 1U);
     last_ = (kIntervals << shift_) - 1U;
     shift_up_ = 32U - shift_;

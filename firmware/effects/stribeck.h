@@ -13,8 +13,10 @@ class Stribeck {
   static constexpr EffectText text{
       .id = "stribeck",
       .title = "Stribeck effect: friction falls with velocity",
-      .formula = "dry friction x (1 + g exp(-(|v|/vs)^n))",
-      .source = "Stribeck; exponent after Bo and Pavelescu; s(v) of the Leuven and GMS models [4]",
+      .formula = "dry friction x (1 + g exp(-u) + h / (1 + u)), u = (|v|/vs)^n",
+      .source =
+          "Stribeck; g after Bo and Pavelescu (Wear 82, 1982), h after Hess and Soom (J. Tribology 112, 1990); "
+          "s(v) of the Leuven and GMS models [4]",
       .residual =
           "largest at low velocity, opposing motion, vanishing beyond a velocity of a few mm/s to cm/s",
       .evidence =
@@ -22,8 +24,9 @@ class Stribeck {
           "{stribeck_velocity}",
       .cause = "a lubricant film that forms with speed; wipers and seals; slight in rolling guideways",
       .confirm = "constant strokes from very slow to fast: friction level against log velocity"};
-  static constexpr std::array<GainGroup, 1> gains{{
+  static constexpr std::array<GainGroup, 2> gains{{
       {"weakening", "1", 0.0f, 20.0f, 1, Acts::dry_scale},
+      {"weakening_with_tail", "1", 0.0f, 20.0f, 1, Acts::dry_scale},
   }};
   static constexpr std::array<ShapeSpec, 2> shapes{{
       {"stribeck_velocity", "m/s", 3.0e-4f, 1.0f, ShapeKind::fading_velocity},
@@ -39,22 +42,24 @@ class Stribeck {
   void reset(const Sample<Real>&) {}
   void basis(const Sample<Real>& sample, std::span<Real, gain_count> out) {
     const Real speed_ratio = approx::absolute(sample.velocity_mps) * inverse_velocity_spm_;
-    out[0] = approx::exp(-approx::power(speed_ratio, exponent_));
+    const Real u = approx::power(speed_ratio, exponent_);
+    out[0] = approx::exp(-u);
+    out[1] = Real(1) / (Real(1) + u);
   }
 
   /// The controller reads the same function from a table (speed_table.h).
   using Table = std::conditional_t<std::is_same_v<Real, float>, SpeedTable, NoTable>;
-  void prepare_weighted(const std::array<Real, gain_count>&,
+  void prepare_weighted(const std::array<Real, gain_count>& weakening,
                         Table& table) requires std::is_same_v<Real, float> {
-    table.fill(Real(1) / inverse_velocity_spm_, exponent_, [this](Real speed_mps) {
-      std::array<Real, 1> out{};
+    table.fill(Real(1) / inverse_velocity_spm_, exponent_, [&](Real speed_mps) {
+      std::array<Real, gain_count> out{};
       basis({.velocity_mps = speed_mps}, out);
-      return out[0];
+      return weakening[0] * out[0] + weakening[1] * out[1];
     });
   }
-  Real weighted(const Sample<Real>& sample, const std::array<Real, gain_count>& weakening,
+  Real weighted(const Sample<Real>& sample, const std::array<Real, gain_count>&,
                 const Table& table) const requires std::is_same_v<Real, float> {
-    return weakening[0] * table.at(sample.velocity_mps);
+    return table.at(sample.velocity_mps);
   }
 
  private:

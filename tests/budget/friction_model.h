@@ -53,12 +53,13 @@ inline FrictionModel<float>::Parameters all_effects() {
   set<Coulomb<float>>(p, values(1.3F), values(2e-4F));
   set<Viscous<float>>(p, values(12.0F), values());
   set<QuadraticDrag<float>>(p, values(3.0F), values());
-  set<Stribeck<float>>(p, values(0.15F), values(3e-3F, 0.8F));
-  set<FrictionalLag<float>>(p, values(0.1F), values(8e-3F, 1.3F, 0.02F, 0.004F));
+  set<Stribeck<float>>(p, values(0.15F, 0.04F), values(3e-3F, 0.8F));
+  set<FrictionalLag<float>>(p, values(0.1F, 0.03F), values(8e-3F, 1.3F, 0.02F, 0.004F));
   set<PositionDependentPreload<float>>(
-      p, values(0.1F, -0.05F, 0.2F, 0.15F, -0.1F, 0.05F, 0.02F, 0.3F, -0.2F, 0.1F, 0.07F, -0.03F),
+      p, values(0.1F, -0.05F, 0.2F, 0.15F, -0.1F, 0.05F, 0.02F, 0.3F, -0.2F, 0.1F, 0.07F, -0.03F, 0.12F, 0.09F,
+                -0.06F, 0.01F, 0.14F, -0.08F, 0.03F, 0.04F),
       values(0.0F, 0.4F));
-  set<AccelerationDependentPreload<float>>(p, values(0.004F), values(50.0F));
+  set<AccelerationDependentPreload<float>>(p, values(0.004F, 0.002F), values(50.0F));
   set<DirectionAsymmetry<float>>(p, values(0.05F, -0.02F, 2.0F), values(1e-4F));
   set<ForceRipple<float>>(p, values(1.1F, -0.6F, 0.4F, 0.3F, -0.2F, 0.1F, 0.05F, 0.08F), values(0.024F));
   set<MotorConstantRipple<float>>(p, values(0.02F, -0.01F, 0.01F, 0.005F, -0.004F, 0.003F, 0.002F, 0.001F),

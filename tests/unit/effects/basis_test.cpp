@@ -56,21 +56,22 @@ struct Formula<QuadraticDrag<R>> {
 template <class R>
 struct Formula<Stribeck<R>> {
   static Values of(const Sample<double>& s, const Values& p) {
-    return {std::exp(-std::pow(std::abs(s.velocity_mps) / p[0], p[1]))};
+    const double u = std::pow(std::abs(s.velocity_mps) / p[0], p[1]);
+    return {std::exp(-u), 1.0 / (1.0 + u)};
   }
 };
 template <class R>
 struct Formula<AccelerationDependentPreload<R>> {
   static Values of(const Sample<double>& s, const Values& p) {
     const double a = std::abs(s.acceleration_mps2);
-    return {a * p[0] / (p[0] + a)};
+    return {a * p[0] / (p[0] + a), a * a / (p[0] + a)};
   }
 };
 template <class R>
 struct Formula<DirectionAsymmetry<R>> {
   static Values of(const Sample<double>& s, const Values& p) {
-    return {sign(s.dry_friction_N), std::max(-1.0, std::min(1.0, s.velocity_mps / p[0])),
-            std::abs(s.velocity_mps)};
+    const double u = std::max(-1.0, std::min(1.0, s.velocity_mps / p[0]));
+    return {sign(s.dry_friction_N), 1.5 * u - 0.5 * std::pow(u, 3.0), std::abs(s.velocity_mps)};
   }
 };
 template <class R>
@@ -286,12 +287,15 @@ TEST(Basis, StribeckIsWholeAtRestAndGoneWhenFast) {
   for (const double exponent : {0.4, 1.0, 3.0}) {
     Stribeck<double> effect;
     effect.prepare(std::array{0.01, exponent}, {.tick_s = 1e-4});
-    std::array<double, 1> out{};
+    std::array<double, 2> out{};
     effect.basis({.velocity_mps = 0.0}, out);
     EXPECT_NEAR(out[0], 1.0, 2e-12);
+    EXPECT_NEAR(out[1], 1.0, 2e-12);
     effect.basis({.velocity_mps = 1e4}, out);
     EXPECT_GE(out[0], 0.0);
     EXPECT_LT(out[0], 1e-30 + std::exp(-std::pow(1e6, exponent)));
+    EXPECT_GT(out[1], 0.0);
+    EXPECT_LT(out[1], std::pow(1e6, -exponent));
   }
 }
 

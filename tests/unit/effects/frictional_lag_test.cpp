@@ -25,7 +25,7 @@ std::vector<double> lag_step_response(double lag_s, int ticks) {
   effect.reset({.velocity_mps = Real(1)});  // fast: nothing of the level at rest
   std::vector<double> response;
   for (int i = 0; i < ticks; ++i) {
-    std::array<Real, 1> out{};
+    std::array<Real, 2> out{};
     effect.basis({.velocity_mps = Real(0)}, out);
     response.push_back(static_cast<double>(out[0]));
   }
@@ -63,11 +63,14 @@ TEST(FrictionalLag, FadesWithTimeAndWithDistance) {
   effect.prepare(std::array{0.01, 1.0, kLag_s, kDistance_m}, {.tick_s = test::kTick_s});
   effect.reset({.velocity_mps = 0.0});
   const double steady = std::exp(-kSpeed_mps / 0.01);
+  const double steady_with_tail = 1.0 / (1.0 + kSpeed_mps / 0.01);
   const double rate_per_s = 1.0 / kLag_s + kSpeed_mps / kDistance_m;
-  std::array<double, 1> out{};
+  std::array<double, 2> out{};
   for (int i = 1; i <= 2000; ++i) {
     effect.basis({.velocity_mps = -kSpeed_mps}, out);
-    EXPECT_NEAR(out[0], steady + (1.0 - steady) * std::exp(-rate_per_s * i * test::kTick_s), 5e-7) << i;
+    const double left = std::exp(-rate_per_s * i * test::kTick_s);
+    EXPECT_NEAR(out[0], steady + (1.0 - steady) * left, 5e-7) << i;
+    EXPECT_NEAR(out[1], steady_with_tail + (1.0 - steady_with_tail) * left, 5e-7) << i;
   }
 }
 
@@ -86,7 +89,7 @@ TEST(FrictionalLag, FollowsItsEquation) {
       const double steady = std::exp(-std::abs(velocity) / 0.01);
       const double rate_per_s = 1.0 / lag_s + std::abs(velocity) / 2e-3;
       exact = steady + (exact - steady) * std::exp(-rate_per_s * test::kTick_s);
-      std::array<double, 1> out{};
+      std::array<double, 2> out{};
       effect.basis({.velocity_mps = velocity}, out);
       worst = std::max(worst, std::abs(out[0] - exact));
     }
@@ -99,7 +102,7 @@ TEST(FrictionalLag, NeverOvershoots) {
   FrictionalLag<float> effect;
   effect.prepare(std::array{0.01F, 1.0F, 1e-4F, 1e-6F}, {.tick_s = 1e-3F});
   effect.reset({.velocity_mps = 0.0F});
-  std::array<float, 1> out{};
+  std::array<float, 2> out{};
   effect.basis({.velocity_mps = 2.0F}, out);
   EXPECT_GE(out[0], 0.0F);
   EXPECT_LT(out[0], 1e-20F);
@@ -112,7 +115,7 @@ TEST(FrictionalLag, StartsWhereTheVelocityIs) {
   FrictionalLag<double> effect;
   effect.prepare(std::array{0.01, 1.0, 0.1, kNoDistance_m}, {.tick_s = test::kTick_s});
   effect.reset({.velocity_mps = -0.02});
-  std::array<double, 1> out{};
+  std::array<double, 2> out{};
   for (int i = 0; i < 100; ++i) effect.basis({.velocity_mps = -0.02}, out);
   EXPECT_NEAR(out[0], std::exp(-2.0), 1e-8);
 }
@@ -124,7 +127,7 @@ TEST(FrictionalLag, OpensALoopAgainstVelocity) {
   effect.reset({});
   double up = 0.0;
   double down = 0.0;
-  std::array<double, 1> out{};
+  std::array<double, 2> out{};
   for (int i = 0; i < 20'000; ++i) {
     const double phase = kTwoPi * 2.0 * i * test::kTick_s;
     const double velocity = 0.02 * (1.0 - std::cos(phase)) / 2.0;

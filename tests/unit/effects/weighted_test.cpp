@@ -32,9 +32,9 @@ constexpr double kLoss = 4e-7;
 template <class R>
 constexpr double kLoss<CableChainStiffness<R>> = 8e-7;
 template <class R>
-constexpr double kLoss<Stribeck<R>> = 3.4e-4;
+constexpr double kLoss<Stribeck<R>> = 4.9e-4;
 template <class R>
-constexpr double kLoss<FrictionalLag<R>> = 3.4e-4;
+constexpr double kLoss<FrictionalLag<R>> = 4.9e-4;
 template <class R>
 constexpr double kLoss<Drift<R>> = 1.8e-5;
 template <class R>
