@@ -14,7 +14,7 @@ namespace slipstack {
 ///
 /// The bits of a positive float rise with its value, and the upper ones are nearly its logarithm: intervals
 /// are even within each octave, 2, 4 or 8 of them as n asks, with a parabola in each. Largest error
-/// 4.8e-4 for n < 0.8, 2.9e-4 above (tests/unit/control/table_test.cpp).
+/// 4.8e-4 for n < 0.8, 3.1e-4 above (tests/unit/control/table_test.cpp).
 class SpeedTable {
  public:
   /// Fills the table from `weakening`, a function of |v| in m/s. About 60 000 instructions: not for the tick.

@@ -57,14 +57,15 @@ def fit_scipy(log, cutoff_Hz):
     target = low_passed(force, cutoff_Hz)
 
     def model(parameters):
-        mass, stiffness, gain, speed, exponent = (parameters[0], parameters[1:1 + ELEMENTS], *parameters[1 + ELEMENTS:])
+        mass, stiffness, gain, tail, speed, exponent = (parameters[0], parameters[1:1 + ELEMENTS], *parameters[1 + ELEMENTS:])
         dry = states @ (1e5 * stiffness)
-        weakening = 1.0 + gain * numpy.exp(-(numpy.abs(velocity) / speed) ** exponent)
+        u = (numpy.abs(velocity) / speed) ** exponent
+        weakening = 1.0 + gain * numpy.exp(-u) + tail / (1.0 + u)
         return low_passed(mass * acceleration + dry * weakening, cutoff_Hz)
 
-    start = numpy.concatenate([[30.0], numpy.full(ELEMENTS, 0.1), [0.1, 0.02, 1.0]])
-    lower = numpy.concatenate([[0.0], numpy.zeros(ELEMENTS), [0.0, 1e-3, 0.5]])
-    upper = numpy.concatenate([[1e3], numpy.full(ELEMENTS, 1e3), [5.0, 1.0, 2.0]])
+    start = numpy.concatenate([[30.0], numpy.full(ELEMENTS, 0.1), [0.1, 0.1, 0.02, 1.0]])
+    lower = numpy.concatenate([[0.0], numpy.zeros(ELEMENTS), [0.0, 0.0, 1e-3, 0.5]])
+    upper = numpy.concatenate([[1e3], numpy.full(ELEMENTS, 1e3), [5.0, 5.0, 1.0, 2.0]])
     begin, begin_processor = time.monotonic(), time.process_time()
     found = scipy.optimize.least_squares(lambda p: model(p) - target, start, bounds=(lower, upper), x_scale="jac", max_nfev=100)
     seconds, processor_s = time.monotonic() - begin, time.process_time() - begin_processor

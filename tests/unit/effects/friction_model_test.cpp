@@ -178,7 +178,7 @@ TEST(FrictionModel, DisabledEffectsContributeNothing) {
     }
   }
   EXPECT_GE(on, 5);
-  EXPECT_LE(on, 13);
+  EXPECT_LE(on, 14);
 }
 
 TEST(FrictionModel, AnEmptyModelIsZero) {

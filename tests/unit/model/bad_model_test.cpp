@@ -38,6 +38,10 @@ value = 1.0
 name = "weakening"
 unit = "1"
 value = 0.5
+[[effect.gain]]
+name = "weakening_with_tail"
+unit = "1"
+value = 0.0
 [target]
 holdout_rmse_N = 0.1
 [[target.effect]]
@@ -98,7 +102,7 @@ TEST(BadModel, UnknownEffect) {
   expect_refused(with("\"inertia\"", "\"inertial\""), 6, "unknown effect 'inertial'; known: inertia, ");
 }
 TEST(BadModel, EffectTwice) {
-  expect_refused(with("[target]\n", "[[effect]]\nid = \"inertia\"\n[target]\n"), 26,
+  expect_refused(with("[target]\n", "[[effect]]\nid = \"inertia\"\n[target]\n"), 30,
                  "'inertia' appears twice");
 }
 TEST(BadModel, EffectWithoutId) {
@@ -117,7 +121,7 @@ TEST(BadModel, NoTarget) {
 }
 TEST(BadModel, NoEffectsInTarget) {
   const std::string text(kGood.substr(0, kGood.find("[[target.effect]]")));
-  expect_refused(text, 26, "no [[effect]]");
+  expect_refused(text, 30, "no [[effect]]");
 }
 
 TEST(BadModel, UnknownKey) {
@@ -125,7 +129,7 @@ TEST(BadModel, UnknownKey) {
   expect_refused(with("value = 35.45", "value = 35.45\nvalve = 3"), 11, "unknown key 'valve'");
   expect_refused(with("id = \"inertia\"", "id = \"inertia\"\ntitle = 3"), 7, "unknown key 'title'");
   expect_refused(with("[source]", "version = 3\n[source]"), 2, "unknown key 'version'");
-  expect_refused(with("holdout_rmse_N = 0.1", "holdout_rmse = 0.1"), 27, "unknown key 'holdout_rmse'");
+  expect_refused(with("holdout_rmse_N = 0.1", "holdout_rmse = 0.1"), 31, "unknown key 'holdout_rmse'");
 }
 TEST(BadModel, UnknownParameter) {
   expect_refused(with("name = \"weakening\"", "name = \"weakness\""), 22,
@@ -138,7 +142,7 @@ TEST(BadModel, UnknownParameter) {
 }
 TEST(BadModel, ParameterTwice) {
   expect_refused(
-      with("[target]\n", "[[effect.gain]]\nname = \"weakening\"\nunit = \"1\"\nvalue = 1\n[target]\n"), 26,
+      with("[target]\n", "[[effect.gain]]\nname = \"weakening\"\nunit = \"1\"\nvalue = 1\n[target]\n"), 30,
       "gain 'weakening' appears twice");
 }
 TEST(BadModel, MissingShape) {
@@ -164,7 +168,7 @@ TEST(BadModel, OutOfBounds) {
                  "mass = -1 is out of bounds; it must lie in [0, 100000]");
   expect_refused(with("value = 35.45", "value = 1e9"), 10, "out of bounds");
   expect_refused(with("value = 0.01", "value = 0"), 17, "out of bounds");
-  expect_refused(with("[1e5, 2e5]", "[1e5, -2e5]"), 37, "out of bounds");
+  expect_refused(with("[1e5, 2e5]", "[1e5, -2e5]"), 41, "out of bounds");
   expect_refused(with("standard_error = 0.02", "standard_error = -0.02"), 11, "out of bounds");
 }
 // 1.0e-2f is 0.00999999977…: who writes 0.01 means the bound. The value is then the bound itself.
@@ -199,14 +203,14 @@ TEST(BadModel, NotANumber) {
   for (const char* value : {"nan", "inf", "-inf", "\"35\"", "true", "1979-05-27", "{}", "[[1]]"}) {
     expect_refused(with("35.45", value), 10, "mass is not a finite number");
   }
-  expect_refused(with("[1e-6, 2e-6]", "[1e-6, nan]"), 33, "slip_distance is not a finite number");
+  expect_refused(with("[1e-6, 2e-6]", "[1e-6, nan]"), 37, "slip_distance is not a finite number");
 }
 TEST(BadModel, WrongNumberOfValues) {
   expect_refused(with("35.45", "[35.45, 1.0]"), 10, "mass has 2 values; it must have 1");
   expect_refused(with("35.45", "[]"), 10, "mass has 0 values");
   std::string many = "[1e5";
   for (int i = 0; i < 40; ++i) many += ", 1e5";
-  expect_refused(with("[1e5, 2e5]", many + "]"), 37, "stiffness has 41 values");
+  expect_refused(with("[1e5, 2e5]", many + "]"), 41, "stiffness has 41 values");
 }
 // The controller has ten elements; with or without a hash line, a file must not ask for more.
 TEST(BadModel, MoreElementsThanTheControllerHas) {
@@ -218,12 +222,12 @@ TEST(BadModel, MoreElementsThanTheControllerHas) {
   }
   std::string text = with("[1e-6, 2e-6]", slip + "]");
   text.replace(text.find("[1e5, 2e5]"), 10, stiffness + "]");
-  expect_refused(text, 28, "12 elements; the controller has 10");
+  expect_refused(text, 32, "12 elements; the controller has 10");
   text.insert(text.find("[source]"), "hash = \"00000000\"\n");
-  expect_refused(text, 29, "12 elements; the controller has 10");
+  expect_refused(text, 33, "12 elements; the controller has 10");
 }
 TEST(BadModel, SlipDistancesAndStiffnessesThatDoNotPair) {
-  expect_refused(with("[1e5, 2e5]", "[1e5, 2e5, 3e5]"), 28, "2 slip distances and 3 stiffnesses");
+  expect_refused(with("[1e5, 2e5]", "[1e5, 2e5, 3e5]"), 32, "2 slip distances and 3 stiffnesses");
 }
 
 TEST(BadModel, HashOfAnother) {
