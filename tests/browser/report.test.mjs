@@ -493,7 +493,9 @@ test('prints on A4: every chart whole, on one page, with its caption and axes', 
       near(width, 595.3, 1, 'A4 width');
       near(height, 841.9, 1, 'A4 height');
     }
-    const where = (text) => pages.flatMap(({runs}, number) => runs.filter((run) => run.text === text).map((run) => ({...run, number})));
+    // Chromium keeps no-break spaces from 156 on; before, it wrote plain ones.
+    const plain = (text) => text.replaceAll('\u00a0', ' ');
+    const where = (text) => pages.flatMap(({runs}, number) => runs.filter((run) => plain(run.text) === text).map((run) => ({...run, number})));
     const charts = [['Force (N)', 'Residual (N)', 'Position (mm)', 'Velocity (mm/s)', 'Time (s)'], ['Force (N)', 'Displacement (µm)'],
                     ['Force (N)', 'Displacement (mm)'], ['Residual (N)', 'Position (mm)'], ['Residual (N)', 'Velocity (mm/s)'],
                     ['Residual (N)', 'Acceleration (m/s²)'], ['Residual (N)', 'Time (s)'], ['Residual density (N/√Hz)', 'Frequency (Hz)']];
