@@ -93,6 +93,8 @@ constexpr double kAtSpeed = 0.2;
 /// Rows at either end of a pass over which the filter spreads a knock.
 constexpr Eigen::Index kSmear = 2;
 constexpr std::size_t kFewestLoudPasses = 3;
+/// More rows than this, and passes are no short feature but most of what the axis does.
+constexpr double kShort = 0.15;
 /// All passes but one in five have this share of the mean pass' energy times speed, without what the noise
 /// has there: a slow pass is longer.
 constexpr double kLoud = 0.15;
@@ -157,7 +159,7 @@ Structure loud_passes(const Eigen::VectorXd& position_m, const Eigen::VectorXd& 
     std::sort(energies.begin(), energies.end());
     const double mean =
         std::accumulate(energies.begin(), energies.end(), 0.0) / static_cast<double>(passes.size());
-    if (energies[energies.size() / 5] < kLoud * mean || mean <= 0.0 || rows >= 1.0) continue;
+    if (energies[energies.size() / 5] < kLoud * mean || mean <= 0.0 || rows > kShort) continue;
     const double energy = here_N.squaredNorm() / residual_N.squaredNorm();
     const double excess = std::clamp((energy - rows) / (1.0 - rows), 0.0, 1.0);
     const double reduction = 1.0 - std::sqrt(1.0 - excess);
