@@ -85,7 +85,8 @@ void judge_named(const Measurement& measurement, const Structure& strongest, Dia
   diagnosis.verdict = Verdict::missing_effect;
   if (above_floor(diagnosis) && diagnosis.unexplained) blame(curve_behind_all(measurement, diagnosis));
   if (!blame(line_as_resonance(measurement, diagnosis)) &&
-      (insufficient(diagnosis) || line_drives(diagnosis) || play_poses(diagnosis))) {
+      (insufficient(diagnosis) || line_drives(diagnosis) || line_drowns(measurement, diagnosis) ||
+       play_poses(diagnosis))) {
     blame(diagnosis.unexplained ? diagnosis.unexplained : strongest);
   }
   blame(mass_of_another_axis(measurement, diagnosis));
