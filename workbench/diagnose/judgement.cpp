@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "workbench/diagnose/lines.h"
+#include "workbench/diagnose/lost_counts.h"
 #include "workbench/diagnose/stand_ins.h"
 
 namespace slipstack::workbench {
@@ -84,15 +85,15 @@ void judge_named(const Measurement& measurement, const Structure& strongest, Dia
   diagnosis.verdict = Verdict::missing_effect;
   if (above_floor(diagnosis) && diagnosis.unexplained) blame(curve_behind_all(measurement, diagnosis));
   if (!blame(line_as_resonance(measurement, diagnosis)) &&
-      (insufficient(diagnosis) || line_drives(diagnosis) || play_poses(diagnosis))) {
+      (insufficient(diagnosis) || line_drives(diagnosis) || line_drowns(measurement, diagnosis) ||
+       play_poses(diagnosis))) {
     blame(diagnosis.unexplained ? diagnosis.unexplained : strongest);
   }
   blame(mass_of_another_axis(measurement, diagnosis));
 }
 
-}  // namespace
-
-void judge(const Measurement& measurement, Diagnosis& diagnosis) {
+/// By what the explanation leaves.
+void judge_by_what_is_left(const Measurement& measurement, Diagnosis& diagnosis) {
   const std::vector<Structure> left = structure_left(measurement, diagnosis);
   diagnosis.unexplained = worth_telling(measurement, diagnosis, left.front());
   if (diagnosis.steps.size() > 1) {
@@ -101,6 +102,18 @@ void judge(const Measurement& measurement, Diagnosis& diagnosis) {
   }
   if (!diagnosis.unexplained && far_from_complete(diagnosis)) diagnosis.unexplained = left.front();
   diagnosis.verdict = diagnosis.unexplained ? Verdict::unexplained : Verdict::complete;
+}
+
+}  // namespace
+
+void judge(const Measurement& measurement, Diagnosis& diagnosis) {
+  judge_by_what_is_left(measurement, diagnosis);
+  auto lost = lost_counts(measurement);
+  if (!lost) return;
+  // It comes before all else that is left: what depends on the position may depend on the jumps.
+  if (diagnosis.unexplained) lost->description += "; besides, " + diagnosis.unexplained->description;
+  diagnosis.unexplained = std::move(lost);
+  if (diagnosis.verdict == Verdict::complete) diagnosis.verdict = Verdict::unexplained;
 }
 
 }  // namespace slipstack::workbench

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numbers>
 
@@ -15,15 +16,17 @@
 namespace slipstack::workbench {
 namespace {
 
-constexpr std::size_t kSegment = 2048;
-/// A line stands this far above both its sides: averaged spectra of noise reach three at most.
+/// Samples of a spectrum: as many as the log has parts for, within these.
+constexpr std::size_t kLongestSegment = 2048;
+constexpr std::size_t kShortestSegment = 256;
+/// A line stands this far above both its sides: medians of spectra of noise reach three at most.
 constexpr double kStandsOut = 8.0;
 /// So far in the measured force too, where it stands among what else the force does.
 constexpr double kInForce = 4.0;
-/// The log is heard in so many parts or more; a line is in most of them, ringing after moves is not.
+/// The log is heard in so many parts or more. A line is in all of them, ringing after moves is not.
 constexpr std::size_t kParts = 8;
-/// Power that the median part has, relative to the mean.
-constexpr double kSteady = 0.4;
+/// Power that the median part has, of which all but a quarter of the parts have this share.
+constexpr double kSteady = 0.25;
 
 std::string told(double frequency_Hz, double amplitude_N) {
   return fmt::format("what is left is a line in time at {}, amplitude {}, whatever the motion",
@@ -53,27 +56,65 @@ double power_at(const Spectrum& spectrum, std::size_t bin) {
   return (spectrum.density[bin - 1] + spectrum.density[bin] + spectrum.density[bin + 1]) * width_Hz;
 }
 
-/// Whether most moments of the signal have the line: a controller that hunts within an encoder's step makes
-/// one too, but only while the axis rests.
-bool steady(std::span<const double> signal, double rate_Hz, std::size_t bin) {
-  std::vector<double> powers;
-  const std::size_t parts = std::max(kParts, signal.size() / kSegment);
+/// The longest segment of which a signal has enough; zero where it has not.
+std::size_t segment_for(std::size_t samples) {
+  std::size_t segment = kLongestSegment;
+  while (segment * kParts > samples) segment /= 2;
+  return segment < kShortestSegment ? 0 : segment;
+}
+
+/// Spectra of the parts of a signal, in the order of time; none of a short one.
+std::vector<Spectrum> spectra_of_parts(std::span<const double> signal, double rate_Hz) {
+  const std::size_t segment = segment_for(signal.size());
+  if (segment == 0) return {};
+  const std::size_t parts = signal.size() / segment;
   const std::size_t length = signal.size() / parts;
-  powers.reserve(parts);
+  std::vector<Spectrum> spectra;
+  spectra.reserve(parts);
   for (std::size_t part = 0; part < parts; ++part) {
-    const Spectrum spectrum = power_spectrum(signal.subspan(part * length, length), rate_Hz, kSegment);
-    if (spectrum.density.empty()) return false;
-    powers.push_back(power_at(spectrum, bin));
+    spectra.push_back(power_spectrum(signal.subspan(part * length, length), rate_Hz, segment));
   }
-  double mean = 0.0;
-  for (const double power : powers) mean += power / static_cast<double>(parts);
-  return median(powers) >= kSteady * mean;
+  return spectra;
+}
+
+/// At each frequency what the median part has. A few loud moves, or a controller that hunts for a while, have
+/// all frequencies and would hide a line that is there all the time.
+Spectrum median_spectrum(const std::vector<Spectrum>& parts) {
+  if (parts.empty()) return {};
+  Spectrum spectrum = parts.front();
+  std::vector<double> densities(parts.size());
+  for (std::size_t k = 0; k < spectrum.density.size(); ++k) {
+    for (std::size_t p = 0; p < parts.size(); ++p) densities[p] = parts[p].density[k];
+    spectrum.density[k] = median(densities);
+  }
+  return spectrum;
+}
+
+/// Whether nearly all parts have the line: a controller that hunts within an encoder's step makes one too,
+/// but only while the axis rests.
+bool steady(const std::vector<Spectrum>& parts, std::size_t bin) {
+  std::vector<double> powers;
+  powers.reserve(parts.size());
+  for (const Spectrum& part : parts) powers.push_back(power_at(part, bin));
+  std::sort(powers.begin(), powers.end());
+  return powers[powers.size() / 4] >= kSteady * powers[powers.size() / 2];
+}
+
+/// Rows of a spectrum, at most.
+constexpr std::size_t kLongestRowSegment = 1024;
+
+double row_rate_Hz(const Measurement& measurement) {
+  return measurement.sample_rate_Hz() / static_cast<double>(measurement.row_stride());
+}
+
+std::span<const double> rows_of(const Eigen::VectorXd& residual_N) {
+  return {residual_N.data(), static_cast<std::size_t>(residual_N.size())};
 }
 
 Spectrum row_spectrum(const Measurement& measurement, const Eigen::VectorXd& residual_N) {
-  const double rate_Hz = measurement.sample_rate_Hz() / static_cast<double>(measurement.row_stride());
-  const std::span<const double> rows(residual_N.data(), static_cast<std::size_t>(residual_N.size()));
-  return power_spectrum(rows, rate_Hz, 1024);
+  // Of few rows a coarser one: a line's own frequency is looked for around its peak anyway.
+  const std::size_t segment = std::bit_floor(static_cast<std::size_t>(residual_N.size()));
+  return power_spectrum(rows_of(residual_N), row_rate_Hz(measurement), std::min(segment, kLongestRowSegment));
 }
 
 /// The strongest line at the rows between `around_Hz` - `width_Hz` and `around_Hz` + `width_Hz`.
@@ -121,7 +162,21 @@ Structure line_at_rows(const Measurement& measurement, const Eigen::VectorXd& re
   for (std::size_t k = 2; k < spectrum.density.size(); ++k) {
     if (spectrum.density[k] > spectrum.density[peak]) peak = k;
   }
-  return line_within(measurement, residual_N, spectrum.frequency_Hz[peak], spectrum.frequency_Hz[1]);
+  Structure loudest =
+      line_within(measurement, residual_N, spectrum.frequency_Hz[peak], spectrum.frequency_Hz[1]);
+  // Beside what moves leave, which is louder at low frequencies, one that is there all the time stands out.
+  const Spectrum usual = median_spectrum(spectra_of_parts(rows_of(residual_N), row_rate_Hz(measurement)));
+  std::size_t sharpest = 0;
+  double most = kStandsOut;
+  for (std::size_t k = kFar; k + kFar < usual.density.size(); ++k) {
+    if (prominence(usual, k) < most) continue;
+    most = prominence(usual, k);
+    sharpest = k;
+  }
+  if (sharpest == 0) return loudest;
+  Structure steadiest =
+      line_within(measurement, residual_N, usual.frequency_Hz[sharpest], usual.frequency_Hz[1]);
+  return steadiest.error_reduction > loudest.error_reduction ? steadiest : loudest;
 }
 
 Structure line_near(const Measurement& measurement, const Eigen::VectorXd& residual_N, double frequency_Hz) {
@@ -136,13 +191,14 @@ std::optional<Structure> line_beyond_rows(const Measurement& measurement, const 
   std::vector<double> residual_N = measurement.log().force_N;
   for (std::size_t i = 0; i < residual_N.size(); ++i) residual_N[i] -= model_N[i];
   const double rate_Hz = measurement.sample_rate_Hz();
-  const Spectrum spectrum = power_spectrum(residual_N, rate_Hz, kSegment);
-  if (spectrum.density.size() < 4 || residual_N.size() < kParts * kSegment) return {};
+  const std::vector<Spectrum> parts = spectra_of_parts(residual_N, rate_Hz);
+  const Spectrum spectrum = median_spectrum(parts);
+  if (spectrum.density.size() < 4) return {};
   const double width_Hz = spectrum.frequency_Hz[1] - spectrum.frequency_Hz[0];
   const auto first = static_cast<std::size_t>(measurement.bandwidth_Hz() / width_Hz) + 2;
   // At one slow speed driven again and again the encoder's steps come at one frequency, and through mass
   // times acceleration that is a line: of the encoder, and not in the force.
-  const Spectrum force = power_spectrum(measurement.log().force_N, rate_Hz, kSegment);
+  const Spectrum force = median_spectrum(spectra_of_parts(measurement.log().force_N, rate_Hz));
   std::size_t peak = 0;
   double most = kStandsOut;
   for (std::size_t k = std::max(first, kFar); k + kFar < spectrum.density.size(); ++k) {
@@ -151,7 +207,7 @@ std::optional<Structure> line_beyond_rows(const Measurement& measurement, const 
     most = stands_out;
     peak = k;
   }
-  if (peak == 0 || !steady(residual_N, rate_Hz, peak)) return {};
+  if (peak == 0 || !steady(parts, peak)) return {};
   const double usual = spectrum.density[peak] / prominence(spectrum, peak);
   const double power = std::max(0.0, power_at(spectrum, peak) - 3.0 * usual * width_Hz);
   const double reduction = 1.0 - error_N / std::sqrt(error_N * error_N + power);

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -113,6 +114,22 @@ bool line_drives(const Diagnosis& diagnosis) {
   }
   const Term* mode = find_term(diagnosis.explained.terms, "structural_resonance");
   return (mode != nullptr && at_frequency_of(*mode, *left)) || left->error_reduction >= kLineDrives;
+}
+
+/// So many times as strong as the baseline's error, and that less than so many times the floor.
+constexpr double kDrowns = 2.0;
+constexpr double kNearFloor = 2.0;
+
+bool line_drowns(const Measurement& measurement, const Diagnosis& diagnosis) {
+  const auto& left = diagnosis.unexplained;
+  if (!left || left->coordinate != "frequency" || left->where < measurement.bandwidth_Hz() ||
+      diagnosis.baseline.holdout_rmse_N > kNearFloor * diagnosis.noise_floor_N) {
+    return false;
+  }
+  // Its reduction is of the rms of both.
+  const double rest = std::max(1.0 - left->error_reduction, 1e-6);
+  const double line_N = diagnosis.explained.train_rmse_N * std::sqrt(1.0 / (rest * rest) - 1.0);
+  return line_N > kDrowns * diagnosis.baseline.holdout_rmse_N;
 }
 
 bool play_poses(const Diagnosis& diagnosis) {

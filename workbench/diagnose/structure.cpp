@@ -52,19 +52,6 @@ Structure over(const std::string& coordinate, const std::string& unit, const Eig
           judged.explained};
 }
 
-/// A time, and of several logs which.
-std::string when_of(const Measurement& measurement, double time_s) {
-  if (measurement.log_count() == 1) return quantity(time_s, "s");
-  std::size_t log = 0;
-  double own_s = time_s;
-  const auto length_s = [&] {
-    return static_cast<double>(measurement.log_sample_count(log)) * measurement.tick_s();
-  };
-  for (; log + 1 < measurement.log_count() && own_s >= length_s(); ++log) own_s -= length_s();
-  const LogPart& part = measurement.parts()[measurement.parts_of_log(log).first];
-  return fmt::format("{} of {}", quantity(own_s, "s"), printable(part.path));
-}
-
 /// Energy that sits in a few rows: an event, not an effect.
 Structure event_in_time(const Measurement& measurement, const Eigen::VectorXd& residual) {
   std::vector<double> energy(static_cast<std::size_t>(residual.size()));
@@ -91,6 +78,18 @@ Structure event_in_time(const Measurement& measurement, const Eigen::VectorXd& r
 }
 
 }  // namespace
+
+std::string when_of(const Measurement& measurement, double time_s) {
+  if (measurement.log_count() == 1) return quantity(time_s, "s");
+  std::size_t log = 0;
+  double own_s = time_s;
+  const auto length_s = [&] {
+    return static_cast<double>(measurement.log_sample_count(log)) * measurement.tick_s();
+  };
+  for (; log + 1 < measurement.log_count() && own_s >= length_s(); ++log) own_s -= length_s();
+  const LogPart& part = measurement.parts()[measurement.parts_of_log(log).first];
+  return fmt::format("{} of {}", quantity(own_s, "s"), printable(part.path));
+}
 
 std::vector<Structure> find_structure(const Measurement& measurement, const Eigen::VectorXd& residual_N) {
   const Eigen::VectorXd position_m = at_rows(measurement, measurement.position_m());

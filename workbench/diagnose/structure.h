@@ -21,4 +21,7 @@ struct Structure {
 /// Looks for structure in `residual_N` (rows) along every coordinate, the strongest first.
 std::vector<Structure> find_structure(const Measurement& measurement, const Eigen::VectorXd& residual_N);
 
+/// A time, and of several logs which.
+std::string when_of(const Measurement& measurement, double time_s);
+
 }  // namespace slipstack::workbench

@@ -147,10 +147,21 @@ void join_cuts(const Log& log, Mending& mending) {
   cuts = std::move(joined);
 }
 
+/// Finds the encoder's jumps; takes them back where all of the log is there.
+void mend_jumps(Log& log, Mended what, Mending& mending) {
+  mending.jumps = encoder_jumps(log);
+  if (mending.jumps.empty() || what == Mended::piece) return;
+  const EncoderJump first = mending.jumps.front();
+  take_back(mending.jumps, log);
+  mending.notes.push_back(fmt::format("{} {} of the encoder taken back, the first at {}: {:.3g} um",
+                                      mending.jumps.size(), mending.jumps.size() == 1 ? "jump" : "jumps",
+                                      time_of(log, first.sample), 1e6 * first.jump_m));
+}
+
 /// Equal neighbours are a fault only where noise is this many times the smallest step of the force.
 constexpr double kNoiseOverStep = 3.0;
 
-Mending mend_in_place(Log& log) {
+Mending mend_in_place(Log& log, Mended what) {
   Mending mending;
   const double noise_N = white_noise(log.force_N);
   if (noise_N > kNoiseOverStep * smallest_step(log.force_N)) {
@@ -160,6 +171,7 @@ Mending mend_in_place(Log& log) {
     if (constant.noise_at_rest) mend_repeats(log, noise_N, mending);
   }
   mend_position(log, mending);
+  mend_jumps(log, what, mending);
   cut(log, stuck_encoder(log), "the position stands still and then jumps (encoder stuck)", mending);
   if (const auto last = stuck_to_the_end(log)) {
     cut(log, {*last}, "the position stands still to the end of the log, the axis does not (encoder stuck)",
@@ -174,13 +186,13 @@ Mending mend_in_place(Log& log) {
 }  // namespace
 
 Mending mend(Log& log, Mended what) {
-  if (what == Mended::whole_log) return mend_in_place(log);
+  if (what == Mended::whole_log) return mend_in_place(log, what);
   Log as_it_was = log;
   try {
-    return mend_in_place(log);
+    return mend_in_place(log, what);
   } catch (const InputError&) {
     log = std::move(as_it_was);
-    return {{{0, log.position_m.size()}}, {}};
+    return {{{0, log.position_m.size()}}, {}, {}};
   }
 }
 

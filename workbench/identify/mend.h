@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "workbench/identify/encoder_jumps.h"
 #include "workbench/identify/stretch.h"
 #include "workbench/log/log.h"
 
@@ -12,6 +13,7 @@ namespace slipstack::workbench {
 /// What a log's own faults leave to do.
 struct Mending {
   std::vector<Stretch> cut;        ///< not to be compared with any model; ascending, apart
+  std::vector<EncoderJump> jumps;  ///< of the encoder, ascending
   std::vector<std::string> notes;  ///< one sentence for each kind of fault: what, how much, where first
 };
 
@@ -21,6 +23,9 @@ struct Mending {
 /// - samples that repeat the one before, where noise makes that impossible: interpolated.
 /// - force at its limit, or frozen (drive off, sensor lost), while its noise is gone: cut. Not at rest in a
 ///   log whose force has no noise at rest, as a commanded current.
+/// - an encoder that jumps while the axis does not: taken back, and told (`jumps`), since no position of the
+/// log
+///   is sure then. Of a piece only told: other pieces of the log know nothing of it.
 /// - an encoder that stands still and then jumps to where it should be: cut.
 /// - motion without any force, as by hand with the drive off: cut.
 ///

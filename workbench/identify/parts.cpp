@@ -71,6 +71,7 @@ JoinedLogs join(std::vector<LogPiece> pieces) {
     Mending mending = mend(log, piece.is_whole() ? Mended::whole_log : Mended::piece);
     LogPart part;
     part.cut = std::move(mending.cut);
+    part.jumps = std::move(mending.jumps);
     part.mended = std::move(mending.notes);
     part.path = log.path;
     part.log = piece.log_index;

@@ -41,6 +41,7 @@ struct LogPart {
   std::size_t unknown_start = 0;  ///< samples at its start in which the state of the hysteresis is not known
 
   std::vector<Stretch> cut;         ///< samples, counted from its first, that say nothing
+  std::vector<EncoderJump> jumps;   ///< of the encoder, samples counted from its first
   std::vector<std::string> mended;  ///< what was mended and cut, one sentence each
 
   std::size_t end_sample() const { return first_sample + sample_count; }

@@ -173,10 +173,15 @@ std::optional<Stretch> stuck_to_the_end(const Log& log) {
   const double slowest_m = *std::min_element(before.end() - 4, before.end());
   const bool at_speed =
       slowest_m > kSpeed * std::max(encoder_step_m(log), 1e-12) && slowest_m > 0.5 * largest(before);
-  if (at_speed || force_range_N(log, first, x.size()) > kForceStands * largest_standing_range_N(log, first)) {
-    return Stretch{first, x.size()};
-  }
+  if (at_speed || force_tells_of_motion(log, x.size())) return Stretch{first, x.size()};
   return {};
+}
+
+bool force_tells_of_motion(const Log& log, std::size_t sample) {
+  const std::vector<double>& x = log.position_m;
+  std::size_t first = sample - 1;
+  while (first > 0 && x[first - 1] == x[first]) --first;
+  return force_range_N(log, first, sample) > kForceStands * largest_standing_range_N(log, first);
 }
 
 /// Motion without force lasts at least so long, [s].

@@ -35,6 +35,9 @@ std::vector<Stretch> stuck_encoder(const Log& log);
 /// The last stretch of one position, where the axis cannot have stood: it came in at speed and stopped within
 /// a sample, or the force does there what it does nowhere else while the position stands.
 std::optional<Stretch> stuck_to_the_end(const Log& log);
+/// Whether in the stretch of one position that ends before `sample` the force does what it does nowhere else
+/// while the position stands.
+bool force_tells_of_motion(const Log& log, std::size_t sample);
 
 /// Motion without any force, as by hand with the drive off.
 std::vector<Stretch> forceless_motion(const Log& log, double noise_N);

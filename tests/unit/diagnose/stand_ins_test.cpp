@@ -58,6 +58,26 @@ TEST(StandIns, APayloadBesideAModeIsNamed) {
   EXPECT_NEAR(found_kg, 0.06 * bench.axis.mass_kg, 0.01 * bench.axis.mass_kg);
 }
 
+// So few counts are lost that the model stays good: the log is not all right all the same. Once they are
+// taken back, what the axis does beside is named as without.
+TEST(StandIns, LostCountsAreTold) {
+  for (const double payload_share : {0.0, 0.2}) {
+    sim::Bench bench = bench_of(33);
+    bench.axis.effects.payload_kg = payload_share * bench.axis.mass_kg;
+    Log log = test::simulate(bench, 33);
+    std::size_t at = log.position_m.size() / 2;
+    while (std::abs(log.position_m[at + 1] - log.position_m[at]) * log.sample_rate_Hz < 0.03) ++at;
+    for (std::size_t i = at; i < log.position_m.size(); ++i) log.position_m[i] += 40e-6;
+    const Diagnosis is = diagnosed(log);
+    ASSERT_TRUE(is.unexplained);
+    EXPECT_EQ(is.unexplained->coordinate, "time");
+    EXPECT_NEAR(is.unexplained->where, static_cast<double>(at) / log.sample_rate_Hz, 1e-3);
+    EXPECT_EQ(is.verdict, payload_share > 0.0 ? Verdict::missing_effect : Verdict::unexplained);
+    const std::vector<std::string> hidden(payload_share > 0.0 ? 1 : 0, "payload_mass");
+    EXPECT_EQ(added(is), hidden);
+  }
+}
+
 TEST(StandIns, APayloadAndADelayAreNoMode) {
   sim::Bench bench = bench_of(33);
   bench.axis.effects.payload_kg = 0.2 * bench.axis.mass_kg;

@@ -63,6 +63,32 @@ TEST_F(Residual, ThatBrakesAtOnePlaceIsOneOfPosition) {
   EXPECT_NE(eased.description.find("eases the motion"), std::string::npos) << eased.description;
 }
 
+// Passed at different speeds, a short feature fills a row or two, each time in another way: no curve over the
+// place, but each pass has its share.
+TEST(PlaceOnRail, IsKnownByTheEnergyOfItsPasses) {
+  constexpr Eigen::Index kRows = 3000;
+  constexpr double kRow_s = 0.01;
+  constexpr double kPlace_m = 0.031;
+  Draw draw(6);
+  Eigen::VectorXd position_m(kRows), velocity_mps(kRows);
+  for (Eigen::Index row = 0; row < kRows; ++row) {
+    const double t_s = kRow_s * static_cast<double>(row);
+    position_m(row) = 0.1 * std::sin(1.3 * t_s) + 0.03 * std::sin(0.4 * t_s);
+    velocity_mps(row) = 0.13 * std::cos(1.3 * t_s) + 0.012 * std::cos(0.4 * t_s);
+  }
+  const Eigen::VectorXd noise_N = 0.05 * draw.matrix(kRows, 1);
+  Eigen::VectorXd residual_N = noise_N;
+  for (Eigen::Index row = 0; row < kRows; ++row) {
+    const double width = (position_m(row) - kPlace_m) / 1.5e-3;
+    residual_N(row) += (row % 2 == 0 ? 1.0 : -1.0) * std::exp(-width * width);
+  }
+  const Structure place = place_on_rail(position_m, velocity_mps, residual_N);
+  EXPECT_NEAR(place.where, kPlace_m, 2e-3);
+  EXPECT_GT(place.error_reduction, 0.3);
+  EXPECT_NE(place.description.find("passes there"), std::string::npos) << place.description;
+  EXPECT_LT(place_on_rail(position_m, velocity_mps, noise_N).error_reduction, 0.02);
+}
+
 // The same force in one pass only is an accident of that moment, wherever the axis was.
 TEST_F(Residual, OfOnePassIsOneOfTime) {
   Eigen::VectorXd residual_N = noise_N_;
@@ -145,6 +171,20 @@ TEST_F(Residual, ThatIsALineIsOneOfFrequency) {
   EXPECT_NEAR(found.where, frequency_Hz, 0.05);
 }
 
+// Low frequencies are louder, and the log has fewer rows than a long spectrum.
+TEST(LineAtRows, IsFoundInAShortLog) {
+  const Measurement measurement(test::wandering_log(3, 500.0, 5000));
+  ASSERT_LT(measurement.row_count(), 1024);
+  const double frequency_Hz = 0.4 * measurement.bandwidth_Hz();
+  const Eigen::ArrayXd times = row_times(measurement).array();
+  Draw draw(7);
+  const Eigen::VectorXd residual_N = 0.05 * draw.matrix(measurement.row_count(), 1) +
+                                     (0.2 * (2.0 * std::numbers::pi * frequency_Hz * times).sin()).matrix();
+  const Structure line = line_at_rows(measurement, residual_N);
+  EXPECT_NEAR(line.where, frequency_Hz, 0.05);
+  EXPECT_GT(line.error_reduction, 0.5);
+}
+
 /// A log whose force is noise and `more`, and what is found above the band of the rows.
 std::optional<Structure> beyond(const std::function<double(double)>& more) {
   Draw draw(5);
@@ -163,6 +203,17 @@ TEST(LineBeyondRows, IsFoundWithItsAmplitude) {
   EXPECT_NEAR(line->where, 311.0, 1.0);
   // rms 0.0707 beside 0.05
   EXPECT_NEAR(line->error_reduction, 1.0 - 0.05 / std::hypot(0.05, 0.0707), 0.03);
+}
+
+// A quarter of the log has all frequencies, louder than the line.
+TEST(LineBeyondRows, IsHeardBesideLoudMoments) {
+  Draw draw(8);
+  const auto line = beyond([&](double t_s) {
+    const double loud_N = t_s > 20.0 && t_s < 27.0 ? 3.0 : 0.0;
+    return 0.1 * std::sin(2.0 * std::numbers::pi * 311.0 * t_s) + loud_N * draw.normal();
+  });
+  ASSERT_TRUE(line.has_value());
+  EXPECT_NEAR(line->where, 311.0, 1.0);
 }
 
 TEST(LineBeyondRows, IsNotFoundInNoise) {

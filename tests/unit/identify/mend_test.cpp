@@ -186,6 +186,51 @@ TEST(Mend, StuckEncoder) {
   expect_same(clean, stuck, "encoder stuck", 0.02);
 }
 
+/// From sample `at` on the encoder reads so much more.
+Log with_jump(Log log, std::size_t at, double jump_m) {
+  for (std::size_t i = at; i < log.position_m.size(); ++i) log.position_m[i] += jump_m;
+  return log;
+}
+
+// At speed, as when counts come too fast; it may also happen while the axis rests. Both are taken back.
+TEST(Mend, JumpsOfTheEncoder) {
+  Log clean = plant_log(16);
+  clean.mass_kg = 10.0;
+  const auto step = [&](std::size_t i) { return std::abs(clean.position_m[i + 1] - clean.position_m[i]); };
+  std::size_t moves = clean.position_m.size() / 2;
+  while (step(moves) < 20e-6) ++moves;
+  std::size_t rests = clean.position_m.size() / 4;
+  while (clean.position_m[rests - 40] != clean.position_m[rests + 40]) ++rests;
+  for (const std::size_t at : {moves, rests}) {
+    for (const double jump_m : {-200e-6, 90e-6}) {
+      Log log = with_jump(clean, at, jump_m);
+      const Mending mending = mend(log);
+      ASSERT_EQ(mending.jumps.size(), 1U) << at;
+      EXPECT_EQ(mending.jumps[0].sample, at);
+      EXPECT_NEAR(mending.jumps[0].jump_m, jump_m, 2e-6);
+      EXPECT_NEAR(log.position_m.back(), clean.position_m.back(), 2e-6);
+      EXPECT_TRUE(mending.cut.empty());
+      // Of a piece it is told and left: other pieces of the log do not know of it.
+      Log piece = with_jump(clean, at, jump_m);
+      EXPECT_EQ(mend(piece, Mended::piece).jumps.size(), 1U);
+      EXPECT_EQ(piece.position_m.back(), clean.position_m.back() + jump_m);
+    }
+  }
+  expect_same(plant_log(16), with_jump(plant_log(16), moves, 200e-6), "of the encoder taken back");
+}
+
+// Knocks, the corners of moves and a steep start are motion.
+TEST(Mend, NoMotionIsAJumpOfTheEncoder) {
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    sim::Bench bench = sim::draw_bench(sim::Setup::kRandom, seed);
+    bench.programme.seconds = 20.0;
+    const sim::MotionProgramme programme = sim::draw_programme(bench, seed);
+    sim::add_outside(bench.axis, sim::OutsideKind::kBacklash, programme, bench.rate_Hz, 0.0, seed);
+    const sim::SimulatedLog log = sim::simulate_log(bench.axis, programme, bench.rate_Hz, seed);
+    EXPECT_TRUE(encoder_jumps(test::log_of(bench.axis, log)).empty()) << seed;
+  }
+}
+
 // Pick and place at 200 samples a second: whole moves between two samples at rest, of a few samples each.
 TEST(Mend, MovesOfAFewSamplesAreNoFault) {
   test::Draw draw(11);
@@ -207,6 +252,7 @@ TEST(Mend, MovesOfAFewSamplesAreNoFault) {
   }
   const Mending mending = mend(log);
   EXPECT_TRUE(mending.cut.empty()) << mending.notes.front();
+  EXPECT_TRUE(mending.jumps.empty()) << mending.notes.front();
 }
 
 // It never comes back: stuck in the middle of a move, or while the axis rested before further moves.
