@@ -110,6 +110,29 @@ bool has_no_true_mode(const FittedModel& model) {
          std::hypot(mode->gains[0], mode->gains[1]) > kHeaviestArm * moving_kg;
 }
 
+/// Of a bristle's pre-sliding travel, how far its stretch follows late at most.
+constexpr double kFurthestStretch = 2.0;
+/// A lag in time that much slower than the one over distance, where friction weakens, is none.
+constexpr double kNoLagInTime = 10.0;
+
+bool lags_by_own_stretch(const FittedModel& model) {
+  const Term* lag = find_term(model.terms, "frictional_lag");
+  const Term* hysteresis = find_term(model.terms, "presliding_hysteresis");
+  if (lag == nullptr || hysteresis == nullptr) return false;
+  double level_N = 0.0;
+  double travel_Nm = 0.0;
+  for (std::size_t i = 0; i < hysteresis->gains.size(); ++i) {
+    const double slip_m = hysteresis->shapes[i % hysteresis->shapes.size()];
+    level_N += hysteresis->gains[i] * slip_m;
+    travel_Nm += hysteresis->gains[i] * slip_m * slip_m;
+  }
+  const double velocity_mps = lag->shapes[0];
+  const double time_s = lag->shapes[2];
+  const double distance_m = lag->shapes[3];
+  return distance_m * level_N <= kFurthestStretch * travel_Nm &&
+         time_s * velocity_mps >= kNoLagInTime * distance_m;
+}
+
 bool earned(const Yardstick& yardstick, const FittedModel& before, const FittedModel& after) {
   const Reduction reduced = reduction(before.block_squared_error, after.block_squared_error);
   if (!reduced.earned()) return false;
