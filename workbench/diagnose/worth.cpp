@@ -78,6 +78,24 @@ double coulomb_share(const FittedModel& model) {
   return coulomb_N / std::max(coulomb_N + hysteresis_N, 1e-300);
 }
 
+/// A pitch or a frequency is the best of some hundred: so many standard errors are to the best of them what
+/// three are to one.
+constexpr double kSignificanceOfSearched = 4.5;
+/// Nor does chance lower the error by so much on blocks that the fit has not seen: the best of a hundred
+/// waves explains some 2 ln 100 of the independent errors, of which a log's reversals alone make dozens.
+constexpr double kMoreThanChance = 0.15;
+
+/// Whether the step adds what may repeat at any pitch or frequency.
+bool searched_far(const FittedModel& before, const FittedModel& after) {
+  return std::any_of(after.terms.begin(), after.terms.end(), [&](const Term& term) {
+    const auto& shapes = term.effect->shapes;
+    return !contains(before.terms, term.effect->text.id) &&
+           std::any_of(shapes.begin(), shapes.end(), [](const ShapeSpec& shape) {
+             return shape.kind == ShapeKind::pitch || shape.kind == ShapeKind::frequency;
+           });
+  });
+}
+
 /// A further effect must lower the held-out error by more, since the form of the first is never exactly the
 /// axis' own.
 constexpr double kLeastFurtherReduction = 0.05;
@@ -135,7 +153,9 @@ bool lags_by_own_stretch(const FittedModel& model) {
 
 bool earned(const Yardstick& yardstick, const FittedModel& before, const FittedModel& after) {
   const Reduction reduced = reduction(before.block_squared_error, after.block_squared_error);
-  if (!reduced.earned()) return false;
+  const bool by_chance = reduced.value < kMoreThanChance && searched_far(before, after);
+  const double significance = by_chance ? kSignificanceOfSearched : kSignificance;
+  if (!surely_lowered(before.block_squared_error, after.block_squared_error, significance)) return false;
   const double floor_N = yardstick.floor.of(after.terms);
   const double step = explained_N2(before.holdout_rmse_N, after.holdout_rmse_N);
   const double excess = explained_N2(before.holdout_rmse_N, floor_N);
