@@ -30,6 +30,8 @@ void settle(const Measurement& measurement, Found& found) {
   simplify(measurement, found.yardstick, found.alone, found.best);
   name_mass_beside_mode(measurement, found.yardstick, found.best);
   found.best.model = settle_shapes(measurement, std::move(found.best.model));
+  // With shapes settled, the first may do what another was added for.
+  if (found.best.added.size() > 1) prune(measurement, found.yardstick, found.best);
 }
 
 /// Puts the errors that the whole logs show in place of the excerpt's; what they do not bear out goes.

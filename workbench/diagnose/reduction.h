@@ -14,10 +14,18 @@ inline constexpr double kSignificance = 3.0;  ///< standard errors
 struct Reduction {
   double value = 0.0;
   double standard_error = 0.0;
-  bool earned() const { return value >= kLeastReduction && value >= kSignificance * standard_error; }
+  bool earned(double significance = kSignificance) const {
+    return value >= kLeastReduction && value >= significance * standard_error;
+  }
 };
 
 /// 1 - rms(after)/rms(before) from squared errors by block, with its jackknife standard error.
 Reduction reduction(const std::vector<double>& before, const std::vector<double>& after);
+
+/// Whether the error is lowered beyond chance. An effect that is loud in a few blocks alone, as drag is in
+/// the fast moves of a log of slow ones, makes the standard error as large as itself: then the others must
+/// show it, without up to a fifth of the blocks that speak loudest for it.
+bool surely_lowered(const std::vector<double>& before, const std::vector<double>& after,
+                    double significance = kSignificance);
 
 }  // namespace slipstack::workbench

@@ -75,6 +75,18 @@ std::vector<Explanation> grow(const Measurement& measurement, const DiagnoseOpti
   return grown;
 }
 
+/// Of what a lag by the bristle's own stretch explains, what Stribeck friction must to have its name.
+constexpr double kShareOfStretch = 0.75;
+
+/// Whether the model's lag is Stribeck friction of a bristle, seen through its own stretch.
+bool lag_is_of_bristle(const Found& found, const FittedModel& baseline, const FittedModel& model) {
+  const Trial* lag = find_trial(found.alone, "frictional_lag");
+  const Trial* stribeck = find_trial(found.alone, "stribeck");
+  return lag != nullptr && stribeck != nullptr && lags_by_own_stretch(model) &&
+         explained_N2(baseline.holdout_rmse_N, stribeck->holdout_rmse_N) >=
+             kShareOfStretch * explained_N2(baseline.holdout_rmse_N, lag->holdout_rmse_N);
+}
+
 constexpr std::size_t kMostSteps = 5;
 /// Held-out errors this near to the floor end the search.
 constexpr double kAtFloor = 1.10;
@@ -94,6 +106,7 @@ Found search(const Measurement& measurement, const DiagnoseOptions& options, con
     std::vector<Explanation> next = grow(measurement, options, beam, level == 0, found);
     std::erase_if(next, [&](const Explanation& one) {
       return (has_no_true_mode(one.model) && !has_no_true_mode(baseline)) ||
+             lag_is_of_bristle(found, baseline, one.model) ||
              (coulomb_joins_hysteresis(best.model, one.model) && !earned(yardstick, best.model, one.model));
     });
     if (next.empty()) break;

@@ -18,6 +18,16 @@ bool may_replace(const FittedModel& baseline, const Trial& own, const Trial& oth
          explained(other) >= kShareAlone * explained(own);
 }
 
+/// Of what the explanation explains, what it must with the simpler effect in the other's place: where much is
+/// left either way, an error that is hardly larger may explain far less.
+constexpr double kShareInPlace = 0.9;
+
+bool takes_place(const FittedModel& simpler, const FittedModel& model, const FittedModel& baseline) {
+  return hardly_worse(simpler, model) &&
+         explained_N2(baseline.holdout_rmse_N, simpler.holdout_rmse_N) >=
+             kShareInPlace * explained_N2(baseline.holdout_rmse_N, model.holdout_rmse_N);
+}
+
 FittedModel fit_polished(const Measurement& measurement, Terms terms, const FittedModel& known) {
   return polish_shapes(measurement, fit_gains(measurement, std::move(terms), &known), {15});
 }
@@ -35,6 +45,10 @@ void prune(const Measurement& measurement, const Yardstick& yardstick, Explanati
       explanation.added.erase(explanation.added.begin() + static_cast<std::ptrdiff_t>(i));
     }
   }
+  // What is left of a pair must be worth its name alone.
+  if (explanation.added.size() == 1 && !earned(yardstick, yardstick.baseline, explanation.model)) {
+    explanation = {yardstick.baseline, {}};
+  }
 }
 
 void simplify(const Measurement& measurement, const Yardstick& yardstick, const std::vector<Trial>& alone,
@@ -51,7 +65,7 @@ void simplify(const Measurement& measurement, const Yardstick& yardstick, const 
       for (const Term& term : explanation.model.terms)
         terms.push_back(term.id() == added ? other.term : term);
       FittedModel simpler = fit_polished(measurement, std::move(terms), explanation.model);
-      if (!hardly_worse(simpler, explanation.model) &&
+      if (!takes_place(simpler, explanation.model, yardstick.baseline) &&
           !stands_for(yardstick, simpler, explanation.model, yardstick.baseline)) {
         continue;
       }

@@ -78,6 +78,24 @@ double coulomb_share(const FittedModel& model) {
   return coulomb_N / std::max(coulomb_N + hysteresis_N, 1e-300);
 }
 
+/// A pitch or a frequency is the best of some hundred: so many standard errors are to the best of them what
+/// three are to one.
+constexpr double kSignificanceOfSearched = 4.5;
+/// Nor does chance lower the error by so much on blocks that the fit has not seen: the best of a hundred
+/// waves explains some 2 ln 100 of the independent errors, of which a log's reversals alone make dozens.
+constexpr double kMoreThanChance = 0.15;
+
+/// Whether the step adds what may repeat at any pitch or frequency.
+bool searched_far(const FittedModel& before, const FittedModel& after) {
+  return std::any_of(after.terms.begin(), after.terms.end(), [&](const Term& term) {
+    const auto& shapes = term.effect->shapes;
+    return !contains(before.terms, term.effect->text.id) &&
+           std::any_of(shapes.begin(), shapes.end(), [](const ShapeSpec& shape) {
+             return shape.kind == ShapeKind::pitch || shape.kind == ShapeKind::frequency;
+           });
+  });
+}
+
 /// A further effect must lower the held-out error by more, since the form of the first is never exactly the
 /// axis' own.
 constexpr double kLeastFurtherReduction = 0.05;
@@ -110,9 +128,34 @@ bool has_no_true_mode(const FittedModel& model) {
          std::hypot(mode->gains[0], mode->gains[1]) > kHeaviestArm * moving_kg;
 }
 
+/// Of a bristle's pre-sliding travel, how far its stretch follows late at most.
+constexpr double kFurthestStretch = 2.0;
+/// A lag in time that much slower than the one over distance, where friction weakens, is none.
+constexpr double kNoLagInTime = 10.0;
+
+bool lags_by_own_stretch(const FittedModel& model) {
+  const Term* lag = find_term(model.terms, "frictional_lag");
+  const Term* hysteresis = find_term(model.terms, "presliding_hysteresis");
+  if (lag == nullptr || hysteresis == nullptr) return false;
+  double level_N = 0.0;
+  double travel_Nm = 0.0;
+  for (std::size_t i = 0; i < hysteresis->gains.size(); ++i) {
+    const double slip_m = hysteresis->shapes[i % hysteresis->shapes.size()];
+    level_N += hysteresis->gains[i] * slip_m;
+    travel_Nm += hysteresis->gains[i] * slip_m * slip_m;
+  }
+  const double velocity_mps = lag->shapes[0];
+  const double time_s = lag->shapes[2];
+  const double distance_m = lag->shapes[3];
+  return distance_m * level_N <= kFurthestStretch * travel_Nm &&
+         time_s * velocity_mps >= kNoLagInTime * distance_m;
+}
+
 bool earned(const Yardstick& yardstick, const FittedModel& before, const FittedModel& after) {
   const Reduction reduced = reduction(before.block_squared_error, after.block_squared_error);
-  if (!reduced.earned()) return false;
+  const bool by_chance = reduced.value < kMoreThanChance && searched_far(before, after);
+  const double significance = by_chance ? kSignificanceOfSearched : kSignificance;
+  if (!surely_lowered(before.block_squared_error, after.block_squared_error, significance)) return false;
   const double floor_N = yardstick.floor.of(after.terms);
   const double step = explained_N2(before.holdout_rmse_N, after.holdout_rmse_N);
   const double excess = explained_N2(before.holdout_rmse_N, floor_N);

@@ -28,6 +28,10 @@ bool coulomb_joins_hysteresis(const FittedModel& before, const FittedModel& afte
 /// another form in slow motion of one frequency, at that frequency.
 bool has_no_true_mode(const FittedModel& model);
 
+/// Whether the model's frictional lag is the hysteresis' own: over the pre-sliding travel and not in time. A
+/// bristle whose level weakens with velocity (LuGre, Leuven) has to creep to its new stretch; no film forms.
+bool lags_by_own_stretch(const FittedModel& model);
+
 /// Whether the step from `before` to `after` is worth its parameters.
 bool earned(const Yardstick& yardstick, const FittedModel& before, const FittedModel& after);
 

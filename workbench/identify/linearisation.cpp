@@ -14,6 +14,22 @@ using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::Ro
 /// Samples that an effect is run over at once: what thirty gains make of them stays in the nearest cache.
 constexpr std::size_t kChunk = 128;
 
+/// Runs dry friction from sample `first` on, through the turning points between the samples.
+void run_through_turns(const Measurement& measurement, EffectBasis& basis, std::size_t first,
+                       std::span<const Sample<double>> samples, std::size_t gains, double* values) {
+  std::vector<double> unseen(std::max<std::size_t>(gains, 1));
+  std::size_t done = 0;
+  for (const Turn& turn : measurement.turns(first, samples.size())) {
+    const std::size_t ahead = turn.before_sample - first;
+    basis.run(samples.subspan(done, ahead - done), values + done * gains);
+    Sample<double> between = samples[ahead];
+    between.displacement = turn.displacement_m;
+    basis.run(std::span(&between, 1), unseen.data());
+    done = ahead;
+  }
+  basis.run(samples.subspan(done), values + done * gains);
+}
+
 /// Runs one effect over the logs, chunk by chunk: visit(first sample, count, basis[sample][gain]). Every log
 /// begins with a fresh state.
 template <class Visit>
@@ -33,7 +49,13 @@ void run_effect(const Measurement& measurement, const Term& term, const std::vec
         if (!dry_N.empty()) samples[i].dry_friction_N = dry_N[first + i];
       }
       if (from == measurement.parts()[part].first_sample) basis->reset(measurement.sample(from, part));
-      basis->run(std::span(samples).subspan(at, part_count), values.data() + at * gains);
+      const auto own = std::span(samples).subspan(at, part_count);
+      double* const out = values.data() + at * gains;
+      if (term.effect->acts_as(Acts::dry)) {
+        run_through_turns(measurement, *basis, from, own, gains, out);
+      } else {
+        basis->run(own, out);
+      }
     });
     visit(first, count, values.data());
   }

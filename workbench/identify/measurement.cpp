@@ -236,6 +236,44 @@ void Measurement::estimate_motion() {
     append(motion.position_m, std::move(smooth_m));
   }
   motion_ = std::make_shared<const Motion>(std::move(motion));
+  find_turns();
+}
+
+/// A turning point is taken from the parabola through three samples where it bends by so many encoder steps:
+/// then the parabola's top is known better than the step ...
+constexpr double kCurvedSteps = 16.0;
+/// ... and where it bends as much one sample before and one after, within this share: a move that ends
+/// between two samples has no top beyond them.
+constexpr double kSteadyCurvature = 0.5;
+
+void Measurement::find_turns() {
+  turns_.clear();
+  for (const LogPart& part : parts_) {
+    const double least_m = kCurvedSteps * part.encoder_resolution_m;
+    if (!(least_m > 0.0)) continue;
+    for (std::size_t i = part.first_sample + 2; i + 2 < part.end_sample(); ++i) {
+      const double* const x = &displacement_m_[i];
+      if ((x[0] - x[-1]) * (x[1] - x[0]) >= 0.0) continue;
+      const double bend_m = x[-1] - 2.0 * x[0] + x[1];
+      const double before_m = x[-2] - 2.0 * x[-1] + x[0];
+      const double after_m = x[0] - 2.0 * x[1] + x[2];
+      if (std::abs(bend_m) < least_m || std::abs(before_m - bend_m) > kSteadyCurvature * std::abs(bend_m) ||
+          std::abs(after_m - bend_m) > kSteadyCurvature * std::abs(bend_m)) {
+        continue;
+      }
+      const double slope_m = 0.5 * (x[1] - x[-1]);
+      const bool later = slope_m * bend_m < 0.0;
+      turns_.push_back({later ? i + 1 : i, x[0] - slope_m * slope_m / (2.0 * bend_m)});
+    }
+  }
+}
+
+std::span<const Turn> Measurement::turns(std::size_t first, std::size_t count) const {
+  const auto at = [&](std::size_t sample) {
+    return std::lower_bound(turns_.begin(), turns_.end(), sample,
+                            [](const Turn& turn, std::size_t s) { return turn.before_sample < s; });
+  };
+  return {at(first), at(first + count)};
 }
 
 void Measurement::find_unknown_start(LogPart& part) const {
@@ -427,6 +465,7 @@ Measurement Measurement::requantised(double shift_steps) const {
     const std::vector<double> displacement_m = dequantise(reading_m, step_m);
     std::copy(displacement_m.begin(), displacement_m.end(), copy.displacement_m_.begin() + first);
   }
+  copy.find_turns();
   return copy;
 }
 

@@ -52,6 +52,13 @@ struct RowRange {
   Eigen::Index count = 0;
 };
 
+/// Where the axis turned round between two samples: before which of them, and how far it came. Hysteresis
+/// remembers the turning point, which no sample shows.
+struct Turn {
+  std::size_t before_sample = 0;
+  double displacement_m = 0.0;
+};
+
 /// A log made ready for inverse-dynamics identification ([5], IDIM): smooth motion at every sample, and the
 /// force seen through one zero-phase low-pass at a set of instants, the *rows*. Whatever is compared with the
 /// force goes through the same filter first (filtered()). Several logs of one axis lie one after another, as
@@ -116,6 +123,8 @@ class Measurement {
     return sample;
   }
   std::size_t part_at(std::size_t index) const;
+  /// Turning points before samples [first, first + count).
+  std::span<const Turn> turns(std::size_t first, std::size_t count) const;
   /// Time of a sample since the start of the first log, as if the logs followed each other.
   double time_s(std::size_t index) const;
 
@@ -183,6 +192,7 @@ class Measurement {
   };
   void take_log(Log log);
   void estimate_motion();
+  void find_turns();
   void share_noise();
   void choose_bandwidth(double wished_Hz);
   void find_unknown_start(LogPart& part) const;
@@ -204,6 +214,7 @@ class Measurement {
   bool force_noise_given_ = false;
   std::vector<double> slip_distances_m_;
   std::vector<double> displacement_m_;  ///< what drives the hysteresis: as read, between the steps
+  std::vector<Turn> turns_;
   std::shared_ptr<const Motion> motion_;
   RowFilter filter_;
   std::size_t row_stride_ = 1;

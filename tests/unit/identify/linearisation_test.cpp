@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "tests/unit/identify/identify_support.h"
@@ -151,6 +153,65 @@ TEST(Linearisation, DelayMovesTheMeasuredForce) {
   const Linearisation linearisation(measurement, terms);
   EXPECT_EQ(linearisation.measured_N(), measurement.force_N(0.0031));
   EXPECT_EQ(delay_s({}), 0.0);
+}
+
+double rms(const std::vector<double>& is, const std::vector<double>& should, std::size_t first) {
+  double sum = 0.0;
+  for (std::size_t i = first; i < is.size(); ++i) sum += (is[i] - should[i]) * (is[i] - should[i]);
+  return std::sqrt(sum / static_cast<double>(is.size() - first));
+}
+
+// Between two samples at a reversal the axis goes several micrometres there and back. What the hysteresis
+// makes of that is what one sampled 64 times as often makes of it.
+TEST(Linearisation, HysteresisRemembersTurnsBetweenSamples) {
+  constexpr double kRate_Hz = 1000.0;
+  constexpr std::size_t kCount = 8000;
+  constexpr std::size_t kFiner = 64;
+  const auto position_m = [](double t) { return 0.03 * std::sin(14.5 * t) + 2e-3 * std::sin(33.1 * t); };
+  const auto read_m = [&](double t) { return std::round(position_m(t) / 1e-8) * 1e-8; };
+  Log log = test::log_of(kRate_Hz, kCount, read_m, [](double) { return 0.0; });
+  log.encoder_resolution_m = 1e-8;
+  const Measurement measurement(log);
+  Term hysteresis = make_term(measurement, *find_effect("presliding_hysteresis"));
+  const std::size_t element = hysteresis.shapes.size() / 2;
+  hysteresis.shapes[element] = 5e-6;
+  std::fill(hysteresis.gains.begin(), hysteresis.gains.end(), 0.0);
+  hysteresis.gains[element] = 1.0 / 5e-6;
+
+  const auto stops = [&](std::size_t finer) {
+    std::vector<double> force_N;
+    double z_m = 0.0;
+    double last_m = read_m(0.0);
+    for (std::size_t i = 0; i < kCount * finer; ++i) {
+      const double x_m = i % finer == 0 ? log.position_m[i / finer]
+                                        : position_m(static_cast<double>(i) / (kRate_Hz * double(finer)));
+      z_m = std::clamp(z_m + x_m - last_m, -5e-6, 5e-6);
+      last_m = x_m;
+      if (i % finer == 0) force_N.push_back(z_m / 5e-6);
+    }
+    return force_N;
+  };
+  const std::vector<double> truth_N = stops(kFiner);
+  const std::vector<double> blind_N = stops(1);
+  const std::vector<double> is_N = evaluate_force(measurement, {hysteresis}).force_N;
+  EXPECT_GT(rms(blind_N, truth_N, 100), 0.005);
+  EXPECT_LT(rms(is_N, truth_N, 100), 0.1 * rms(blind_N, truth_N, 100));
+  EXPECT_GT(measurement.turns(0, kCount).size(), 20U);
+}
+
+// A move that ends between two samples turns nowhere, and neither does one whose steps are the encoder's.
+TEST(Linearisation, AStopIsNoTurn) {
+  const auto there_and_wait = [](double t) {
+    return 0.2 * std::clamp(std::abs(std::fmod(t + 0.25, 1.0) - 0.5), 0.1003, 0.4003);
+  };
+  Log log = test::log_of(1000.0, 4000, there_and_wait, [](double) { return 0.0; });
+  log.encoder_resolution_m = 1e-8;
+  EXPECT_TRUE(Measurement(log).turns(0, 4000).empty());
+  Log slow = test::log_of(
+      1000.0, 4000, [](double t) { return std::round(1e-4 * std::sin(5.0 * t) / 1e-6) * 1e-6; },
+      [](double) { return 0.0; });
+  slow.encoder_resolution_m = 1e-6;
+  EXPECT_TRUE(Measurement(slow).turns(0, 4000).empty());
 }
 
 }  // namespace
