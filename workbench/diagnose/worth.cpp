@@ -61,8 +61,8 @@ bool within_instruments(const Yardstick& yardstick, const FittedModel& before, c
 constexpr double kShareOfExcessCoulomb = 0.7;
 
 /// Of all dry friction, what it must be: a virgin curve that begins steeply has as much below the encoder's
-/// step.
-constexpr double kShareOfDryFriction = 0.05;
+/// step (a stretched exponential of exponent 0.6 a tenth below a hundredth of its travel).
+constexpr double kShareOfDryFriction = 0.10;
 
 /// Of the dry friction of a model, the share that Coulomb friction has.
 double coulomb_share(const FittedModel& model) {
