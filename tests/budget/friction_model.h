@@ -56,8 +56,9 @@ inline FrictionModel<float>::Parameters all_effects() {
   set<Stribeck<float>>(p, values(0.15F, 0.04F), values(3e-3F, 0.8F));
   set<FrictionalLag<float>>(p, values(0.1F, 0.03F), values(8e-3F, 1.3F, 0.02F, 0.004F));
   set<PositionDependentPreload<float>>(
-      p, values(0.1F, -0.05F, 0.2F, 0.15F, -0.1F, 0.05F, 0.02F, 0.3F, -0.2F, 0.1F, 0.07F, -0.03F, 0.12F, 0.09F,
-                -0.06F, 0.01F, 0.14F, -0.08F, 0.03F, 0.04F),
+      p,
+      values(0.1F, -0.05F, 0.2F, 0.15F, -0.1F, 0.05F, 0.02F, 0.3F, -0.2F, 0.1F, 0.07F, -0.03F, 0.12F, 0.09F,
+             -0.06F, 0.01F, 0.14F, -0.08F, 0.03F, 0.04F),
       values(0.0F, 0.4F));
   set<AccelerationDependentPreload<float>>(p, values(0.004F, 0.002F), values(50.0F));
   set<DirectionAsymmetry<float>>(p, values(0.05F, -0.02F, 2.0F), values(1e-4F));

@@ -214,11 +214,11 @@ TEST(FrictionModel, WorkedExample) {
   const double plain_N = 6.0 + 4e-5;
   EXPECT_NEAR(force.dry_friction_N, dry_N, 1e-6);
   EXPECT_NEAR(force.total_N, (dry_N + plain_N) * 1.05, 1e-6);
-  EXPECT_NEAR(force.by_effect_N[0], 6.0, 1e-12);                                  // inertia
-  EXPECT_NEAR(force.by_effect_N[2], 10.0, 1e-12);                                 // coulomb
-  EXPECT_NEAR(force.by_effect_N[5], 10.0 * (stribeck_factor - 1.0), 1e-6);        // stribeck
+  EXPECT_NEAR(force.by_effect_N[0], 6.0, 1e-12);                                               // inertia
+  EXPECT_NEAR(force.by_effect_N[2], 10.0, 1e-12);                                              // coulomb
+  EXPECT_NEAR(force.by_effect_N[5], 10.0 * (stribeck_factor - 1.0), 1e-6);                     // stribeck
   EXPECT_NEAR(force.by_effect_N[9], 10.0 * stribeck_factor * (0.1 + by_motion) + 4e-5, 1e-6);  // direction
-  EXPECT_NEAR(force.by_effect_N[11], 0.05 * (dry_N + plain_N), 1e-6);             // motor constant
+  EXPECT_NEAR(force.by_effect_N[11], 0.05 * (dry_N + plain_N), 1e-6);  // motor constant
 }
 
 // Parameters may be sent again in motion; the hysteresis goes on from where it is.
