@@ -58,7 +58,7 @@ class PositionDependentPreload {
     for (std::size_t i = 0; i < kIntervals; ++i) {
       const Real w0 = map[i], w1 = map[i + 1], w2 = map[i + 2], w3 = map[i + 3];
       cubics[i] = {(w0 + Real(4) * w1 + w2) * Real(1.0 / 6), (w2 - w0) * Real(0.5),
-                    (w0 - Real(2) * w1 + w2) * Real(0.5), (w3 - w0 + Real(3) * (w1 - w2)) * Real(1.0 / 6)};
+                   (w0 - Real(2) * w1 + w2) * Real(0.5), (w3 - w0 + Real(3) * (w1 - w2)) * Real(1.0 / 6)};
     }
   }
   Real weighted(const Sample<Real>& sample, const std::array<Real, gain_count>&, const Table& cubics) const {

@@ -15,7 +15,8 @@ class Stribeck {
       .title = "Stribeck effect: friction falls with velocity",
       .formula = "dry friction x (1 + g exp(-u) + h / (1 + u)), u = (|v|/vs)^n",
       .source =
-          "Stribeck; g after Bo and Pavelescu (Wear 82, 1982), h after Hess and Soom (J. Tribology 112, 1990); "
+          "Stribeck; g after Bo and Pavelescu (Wear 82, 1982), h after Hess and Soom (J. Tribology 112, "
+          "1990); "
           "s(v) of the Leuven and GMS models [4]",
       .residual =
           "largest at low velocity, opposing motion, vanishing beyond a velocity of a few mm/s to cm/s",
