@@ -21,8 +21,8 @@ class Stribeck {
       .residual =
           "largest at low velocity, opposing motion, vanishing beyond a velocity of a few mm/s to cm/s",
       .evidence =
-          "the friction level is higher by {weakening} of itself near standstill and falls over "
-          "{stribeck_velocity}",
+          "the friction level falls from standstill over {stribeck_velocity}, by {weakening} of itself, by "
+          "{weakening_with_tail} with a long tail",
       .cause = "a lubricant film that forms with speed; wipers and seals; slight in rolling guideways",
       .confirm = "constant strokes from very slow to fast: friction level against log velocity"};
   static constexpr std::array<GainGroup, 2> gains{{
