@@ -18,8 +18,8 @@ class DirectionAsymmetry {
       .source = "[5]: fatigue of the screw; b follows the hysteresis through a reversal, e the motion",
       .residual = "another level and another slope against velocity for each direction",
       .evidence =
-          "the friction level differs by {level_asymmetry} to either side between the directions, the "
-          "viscous slope by {viscous_asymmetry}",
+          "the friction level differs by {level_asymmetry} to either side between the directions, by "
+          "{level_asymmetry_by_motion} more once the axis moves, the viscous slope by {viscous_asymmetry}",
       .cause = "wear or tilt of the carriages, a screw or belt fatigued on one side, wiper lips",
       .confirm =
           "equal slow and fast strokes both ways: compare the two levels and slopes; turn the carriage round "
