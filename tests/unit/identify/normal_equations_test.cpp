@@ -47,6 +47,24 @@ Rows rows_where(const Measurement& measurement, const MatrixXd& columns, const V
   return {root.asDiagonal() * columns(rows, Eigen::all), root.cwiseProduct(target(rows))};
 }
 
+// Where a piece of a log is mended throughout, a block has no rows. (As many columns as the program has: the
+// products of small matrices go another way.)
+TEST(NormalEquations, BlocksWithoutRowsAddNothing) {
+  const Measurement measurement = weighted_measurement(8);
+  Draw draw(9);
+  const Index n = 60;
+  const MatrixXd columns = draw.matrix(measurement.row_count(), n);
+  const VectorXd target = draw.matrix(measurement.row_count(), 1);
+  const NormalEquations whole(measurement, columns, target);
+  const int parts = static_cast<int>(3 * measurement.row_count()) / measurement.block_count();
+  const NormalEquations parted(measurement, columns, target, parts);
+  int empty = 0;
+  for (int block = 0; block < parted.block_count(); ++block) empty += parted.weight(block) == 0.0 ? 1 : 0;
+  EXPECT_GT(empty, parted.block_count() / 2);
+  EXPECT_NEAR((parted.gram() - whole.gram()).norm(), 0.0, 1e-10 * whole.gram().norm());
+  EXPECT_NEAR((parted.right() - whole.right()).norm(), 0.0, 1e-10 * whole.right().norm());
+}
+
 TEST(NormalEquations, CrossValidationIsThatOfDirectFits) {
   const Measurement measurement = weighted_measurement(1);
   Draw draw(2);
