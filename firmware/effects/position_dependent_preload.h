@@ -8,8 +8,9 @@
 
 namespace slipstack {
 
-/// Splines of the map: 17 intervals over the stroke.
-inline constexpr int kPreloadMapSplines = 20;
+/// Intervals of the map over the stroke, and the splines that this takes.
+inline constexpr int kPreloadMapIntervals = 17;
+inline constexpr int kPreloadMapSplines = kPreloadMapIntervals + 3;
 
 template <class Real>
 class PositionDependentPreload {
@@ -38,7 +39,7 @@ class PositionDependentPreload {
 
   void prepare(std::span<const Real, shape_count> shape, const Scales<Real>&) {
     start_m_ = shape[0];
-    intervals_per_m_ = static_cast<Real>(kPreloadMapSplines - 3) / shape[1];
+    intervals_per_m_ = static_cast<Real>(kIntervals) / shape[1];
   }
   void reset(const Sample<Real>&) {}
   void basis(const Sample<Real>& sample, std::span<Real, gain_count> out) {
@@ -53,7 +54,7 @@ class PositionDependentPreload {
   }
 
   /// The controller's form: the cubic of each interval, multiplied out beforehand.
-  using Table = std::array<std::array<Real, 4>, kPreloadMapSplines - 3>;
+  using Table = std::array<std::array<Real, 4>, kPreloadMapIntervals>;
   void prepare_weighted(const std::array<Real, gain_count>& map, Table& cubics) {
     for (std::size_t i = 0; i < kIntervals; ++i) {
       const Real w0 = map[i], w1 = map[i + 1], w2 = map[i + 2], w3 = map[i + 3];
@@ -72,7 +73,7 @@ class PositionDependentPreload {
   }
 
  private:
-  static constexpr std::size_t kIntervals = kPreloadMapSplines - 3;
+  static constexpr std::size_t kIntervals = kPreloadMapIntervals;
   struct Place {
     std::size_t interval;
     Real t;

@@ -64,16 +64,29 @@ constexpr double kShareOfExcessCoulomb = 0.7;
 /// step (a stretched exponential of exponent 0.6 a tenth below a hundredth of its travel).
 constexpr double kShareOfDryFriction = 0.10;
 
+/// Sums over the elements of a hysteresis, over all logs that have their own.
+struct ElementSums {
+  double level_N = 0.0;
+  double travel_Nm = 0.0;  ///< level times slip distance: over the level, the mean slip distance
+};
+ElementSums element_sums(const Term& hysteresis) {
+  ElementSums sums;
+  for (std::size_t i = 0; i < hysteresis.gains.size(); ++i) {
+    const double slip_m = hysteresis.shapes[i % hysteresis.shapes.size()];
+    const double level_N = hysteresis.gains[i] * slip_m;
+    sums.level_N += level_N;
+    sums.travel_Nm += level_N * slip_m;
+  }
+  return sums;
+}
+
 /// Of the dry friction of a model, the share that Coulomb friction has.
 double coulomb_share(const FittedModel& model) {
   double coulomb_N = 0.0;
   double hysteresis_N = 0.0;
   if (const Term* term = find_term(model.terms, "coulomb")) coulomb_N = std::abs(term->gains[0]);
   if (const Term* term = find_term(model.terms, "presliding_hysteresis")) {
-    for (std::size_t i = 0; i < term->gains.size(); ++i) {
-      hysteresis_N += term->gains[i] * term->shapes[i % term->shapes.size()];
-    }
-    hysteresis_N /= static_cast<double>(term->gain_sets());
+    hysteresis_N = element_sums(*term).level_N / static_cast<double>(term->gain_sets());
   }
   return coulomb_N / std::max(coulomb_N + hysteresis_N, 1e-300);
 }
@@ -137,17 +150,11 @@ bool lags_by_own_stretch(const FittedModel& model) {
   const Term* lag = find_term(model.terms, "frictional_lag");
   const Term* hysteresis = find_term(model.terms, "presliding_hysteresis");
   if (lag == nullptr || hysteresis == nullptr) return false;
-  double level_N = 0.0;
-  double travel_Nm = 0.0;
-  for (std::size_t i = 0; i < hysteresis->gains.size(); ++i) {
-    const double slip_m = hysteresis->shapes[i % hysteresis->shapes.size()];
-    level_N += hysteresis->gains[i] * slip_m;
-    travel_Nm += hysteresis->gains[i] * slip_m * slip_m;
-  }
+  const ElementSums sums = element_sums(*hysteresis);
   const double velocity_mps = lag->shapes[0];
   const double time_s = lag->shapes[2];
   const double distance_m = lag->shapes[3];
-  return distance_m * level_N <= kFurthestStretch * travel_Nm &&
+  return distance_m * sums.level_N <= kFurthestStretch * sums.travel_Nm &&
          time_s * velocity_mps >= kNoLagInTime * distance_m;
 }
 

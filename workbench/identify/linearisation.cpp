@@ -14,17 +14,18 @@ using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::Ro
 /// Samples that an effect is run over at once: what thirty gains make of them stays in the nearest cache.
 constexpr std::size_t kChunk = 128;
 
-/// Runs dry friction from sample `first` on, through the turning points between the samples.
+/// Runs dry friction from sample `first` on, through the turning points between the samples; `unseen` has
+/// room for what one of these gives.
 void run_through_turns(const Measurement& measurement, EffectBasis& basis, std::size_t first,
-                       std::span<const Sample<double>> samples, std::size_t gains, double* values) {
-  std::vector<double> unseen(std::max<std::size_t>(gains, 1));
+                       std::span<const Sample<double>> samples, std::size_t gains, double* values,
+                       double* unseen) {
   std::size_t done = 0;
   for (const Turn& turn : measurement.turns(first, samples.size())) {
     const std::size_t ahead = turn.before_sample - first;
     basis.run(samples.subspan(done, ahead - done), values + done * gains);
     Sample<double> between = samples[ahead];
     between.displacement = turn.displacement_m;
-    basis.run(std::span(&between, 1), unseen.data());
+    basis.run(std::span(&between, 1), unseen);
     done = ahead;
   }
   basis.run(samples.subspan(done), values + done * gains);
@@ -40,6 +41,7 @@ void run_effect(const Measurement& measurement, const Term& term, const std::vec
   basis->prepare(term.shapes, {.tick_s = measurement.tick_s(), .metres_per_displacement = 1.0});
   std::vector<Sample<double>> samples(kChunk);
   std::vector<double> values(kChunk * std::max<std::size_t>(gains, 1));
+  std::vector<double> unseen(std::max<std::size_t>(gains, 1));
   for (std::size_t first = 0; first < measurement.sample_count(); first += kChunk) {
     const std::size_t count = std::min(kChunk, measurement.sample_count() - first);
     measurement.each_part(first, count, [&](std::size_t part, std::size_t from, std::size_t part_count) {
@@ -52,7 +54,7 @@ void run_effect(const Measurement& measurement, const Term& term, const std::vec
       const auto own = std::span(samples).subspan(at, part_count);
       double* const out = values.data() + at * gains;
       if (term.effect->acts_as(Acts::dry)) {
-        run_through_turns(measurement, *basis, from, own, gains, out);
+        run_through_turns(measurement, *basis, from, own, gains, out, unseen.data());
       } else {
         basis->run(own, out);
       }

@@ -23,9 +23,8 @@ struct Mending {
 /// - samples that repeat the one before, where noise makes that impossible: interpolated.
 /// - force at its limit, or frozen (drive off, sensor lost), while its noise is gone: cut. Not at rest in a
 ///   log whose force has no noise at rest, as a commanded current.
-/// - an encoder that jumps while the axis does not: taken back, and told (`jumps`), since no position of the
-/// log
-///   is sure then. Of a piece only told: other pieces of the log know nothing of it.
+/// - an encoder that jumps while the axis does not: taken back, and told (`jumps`), since no position of
+///   the log is sure then. Of a piece only told: other pieces of the log know nothing of it.
 /// - an encoder that stands still and then jumps to where it should be: cut.
 /// - motion without any force, as by hand with the drive off: cut.
 ///
