@@ -2,6 +2,7 @@
 #include "workbench/identify/dequantise.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 
@@ -70,6 +71,16 @@ class Passage {
     return std::clamp(position_m, centre_m_ - half_m_, centre_m_ + half_m_);
   }
 
+  /// Straight to the first of two places, each a share of the cell, to the second, and out; a third of the
+  /// time each.
+  double astray_at(double time, const std::array<double, 2>& places) const {
+    const std::array way{cubic_.from_m, centre_m_ + (2.0 * places[0] - 1.0) * half_m_,
+                         centre_m_ + (2.0 * places[1] - 1.0) * half_m_, cubic_.to_m};
+    const double thirds = 3.0 * time / cubic_.length;
+    const std::size_t leg = std::min<std::size_t>(static_cast<std::size_t>(thirds), 2);
+    return std::lerp(way[leg], way[leg + 1], thirds - static_cast<double>(leg));
+  }
+
  private:
   /// Came in so fast and stayed so long that it must have stopped, nobody knows where: at the centre, braking
   /// and starting evenly.
@@ -95,9 +106,23 @@ class Passage {
   bool stays_inside_ = true;
 };
 
+/// A stay this much longer than that in a cell beside is no steady motion.
+constexpr double kUnsteady = 3.0;
+
+/// Whether nothing tells how the axis went from knot k to the next.
+bool goes_unseen(const std::vector<Knot>& knots, std::size_t k, double longest_known) {
+  const double stay = knots[k + 1].time - knots[k].time;
+  if (stay <= longest_known) return false;
+  if (knots[k].position_m == knots[k + 1].position_m) return true;
+  const double before = k > 0 ? knots[k].time - knots[k - 1].time : stay;
+  const double after = k + 2 < knots.size() ? knots[k + 2].time - knots[k + 1].time : stay;
+  return stay > kUnsteady * std::min(before, after);
+}
+
 }  // namespace
 
-std::vector<double> dequantise(std::span<const double> position_m, double resolution_m) {
+std::vector<double> dequantise(std::span<const double> position_m, double resolution_m,
+                               const UnseenWay& unseen) {
   std::vector<double> smooth(position_m.begin(), position_m.end());
   if (resolution_m <= 0.0 || position_m.size() < 3) return smooth;
   const std::vector<Knot> knots = crossings(position_m);
@@ -109,8 +134,10 @@ std::vector<double> dequantise(std::span<const double> position_m, double resolu
     const auto first = static_cast<std::size_t>(std::ceil(knots[k].time));
     const Passage passage({length, knots[k].position_m, slope[k], knots[k + 1].position_m, slope[k + 1]},
                           position_m[first], resolution_m);
+    const bool astray = goes_unseen(knots, k, unseen.longest_known);
     for (std::size_t i = first; i < smooth.size() && static_cast<double>(i) < knots[k + 1].time; ++i) {
-      smooth[i] = passage.at(static_cast<double>(i) - knots[k].time);
+      const double time = static_cast<double>(i) - knots[k].time;
+      smooth[i] = astray ? passage.astray_at(time, unseen.places) : passage.at(time);
     }
   }
   return smooth;

@@ -1,10 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
+#include <limits>
 #include <span>
 #include <vector>
 
 namespace slipstack::workbench {
+
+/// What no crossing tells: how the axis went about within a cell.
+struct UnseenWay {
+  /// Samples. The cubic is believed in a shorter stay, and in a longer one on the way through with steady
+  /// speed; else the axis may have crept to and fro as it liked, and is taken to go by the two `places`.
+  double longest_known = std::numeric_limits<double>::infinity();
+  /// Shares of the cell.
+  std::array<double, 2> places{0.5, 0.5};
+};
 
 /// Position from encoder readings on a grid of `resolution_m`, finer than the grid where the axis is slow.
 ///
@@ -13,6 +24,7 @@ namespace slipstack::workbench {
 /// through the crossings, kept inside the cell, replaces the staircase. This matters in pre-sliding, where
 /// micrometres are newtons: a staircase there is structure that no filter removes. Readings that are not on
 /// the grid (resolution 0) are returned as they are. Cost O(n).
-std::vector<double> dequantise(std::span<const double> position_m, double resolution_m);
+std::vector<double> dequantise(std::span<const double> position_m, double resolution_m,
+                               const UnseenWay& unseen = {});
 
 }  // namespace slipstack::workbench

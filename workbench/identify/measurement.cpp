@@ -246,18 +246,23 @@ constexpr double kCurvedSteps = 16.0;
 /// between two samples has no top beyond them.
 constexpr double kSteadyCurvature = 0.5;
 
-void Measurement::find_turns() {
+void Measurement::find_turns(double beyond_corners) {
   turns_.clear();
   for (const LogPart& part : parts_) {
-    const double least_m = kCurvedSteps * part.encoder_resolution_m;
-    if (!(least_m > 0.0)) continue;
+    const double step_m = part.encoder_resolution_m;
+    if (!(step_m > 0.0)) continue;
     for (std::size_t i = part.first_sample + 2; i + 2 < part.end_sample(); ++i) {
       const double* const x = &displacement_m_[i];
       if ((x[0] - x[-1]) * (x[1] - x[0]) >= 0.0) continue;
       const double bend_m = x[-1] - 2.0 * x[0] + x[1];
       const double before_m = x[-2] - 2.0 * x[-1] + x[0];
       const double after_m = x[0] - 2.0 * x[1] + x[2];
-      if (std::abs(bend_m) < least_m || std::abs(before_m - bend_m) > kSteadyCurvature * std::abs(bend_m) ||
+      if (before_m * bend_m < 0.0 && after_m * bend_m < 0.0) {
+        if (beyond_corners > 0.0) turns_.push_back({i, x[0] - 0.5 * beyond_corners * bend_m});
+        continue;
+      }
+      if (std::abs(bend_m) < kCurvedSteps * step_m ||
+          std::abs(before_m - bend_m) > kSteadyCurvature * std::abs(bend_m) ||
           std::abs(after_m - bend_m) > kSteadyCurvature * std::abs(bend_m)) {
         continue;
       }
@@ -450,22 +455,25 @@ double Measurement::filtered_force_noise_N(const LogPart& part) const {
   return part.force_noise_N * std::sqrt(noise_gain(filter_.taps()));
 }
 
-Measurement Measurement::requantised(double shift_steps) const {
+Measurement Measurement::requantised(const OtherReading& other) const {
   Measurement copy = *this;
+  // Motion slower than the bandwidth of the force is not known to go evenly.
+  const UnseenWay unseen{sample_rate_Hz() / bandwidth_Hz_, other.places};
   std::vector<double> reading_m;
   for (const LogPart& part : parts_) {
     const double step_m = part.encoder_resolution_m;
     if (step_m <= 0.0) continue;
     const auto first = static_cast<std::ptrdiff_t>(part.first_sample);
     reading_m.resize(part.sample_count);
-    std::transform(
-        displacement_m_.begin() + first,
-        displacement_m_.begin() + static_cast<std::ptrdiff_t>(part.end_sample()), reading_m.begin(),
-        [&](double x) { return (std::floor(x / step_m + shift_steps) + 0.5 - shift_steps) * step_m; });
-    const std::vector<double> displacement_m = dequantise(reading_m, step_m);
+    std::transform(displacement_m_.begin() + first,
+                   displacement_m_.begin() + static_cast<std::ptrdiff_t>(part.end_sample()),
+                   reading_m.begin(), [&](double x) {
+                     return (std::floor(x / step_m + other.shift_steps) + 0.5 - other.shift_steps) * step_m;
+                   });
+    const std::vector<double> displacement_m = dequantise(reading_m, step_m, unseen);
     std::copy(displacement_m.begin(), displacement_m.end(), copy.displacement_m_.begin() + first);
   }
-  copy.find_turns();
+  copy.find_turns(other.beyond_corners);
   return copy;
 }
 

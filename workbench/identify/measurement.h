@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <memory>
 #include <optional>
@@ -57,6 +58,15 @@ struct RowRange {
 struct Turn {
   std::size_t before_sample = 0;
   double displacement_m = 0.0;
+};
+
+/// How else an encoder of equal resolution may have come to its readings.
+struct OtherReading {
+  double shift_steps = 0.0;                ///< of its grid
+  std::array<double, 2> places{0.5, 0.5};  ///< in cells where the axis stays unseen (UnseenWay)
+  /// A zigzag from sample to sample may be faster than they are: it goes beyond each of its corners by this
+  /// share of its height.
+  double beyond_corners = 0.0;
 };
 
 /// A log made ready for inverse-dynamics identification ([5], IDIM): smooth motion at every sample, and the
@@ -179,10 +189,9 @@ class Measurement {
   /// One-sided density of a position's error by quantisation, white while the axis moves [m/sqrt(Hz)]; times
   /// (2 pi f)^2 it is that of the acceleration.
   double position_noise_m_per_root_Hz(const LogPart& part) const;
-  /// The same measurement with the displacement that another encoder of equal resolution would have seen, its
-  /// grid shifted by a fraction of a step: what the hysteresis says differently there is what quantisation
-  /// costs where the axis is slow.
-  Measurement requantised(double shift_steps) const;
+  /// The same measurement with another displacement that the encoder's readings allow: what the hysteresis
+  /// says differently there is what quantisation costs where the axis is slow.
+  Measurement requantised(const OtherReading& other) const;
 
  private:
   struct Motion {
@@ -192,7 +201,7 @@ class Measurement {
   };
   void take_log(Log log);
   void estimate_motion();
-  void find_turns();
+  void find_turns(double beyond_corners = 0.0);
   void share_noise();
   void choose_bandwidth(double wished_Hz);
   void find_unknown_start(LogPart& part) const;

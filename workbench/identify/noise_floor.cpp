@@ -2,7 +2,10 @@
 #include "workbench/identify/noise_floor.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
+#include <vector>
 
 #include "workbench/identify/fit.h"
 #include "workbench/identify/linearisation.h"
@@ -13,16 +16,28 @@
 namespace slipstack::workbench {
 namespace {
 
-/// Encoders that read the motion again, their grids shifted by multiples of the golden section: no border of
-/// a cell falls on another.
+/// Encoders that read the motion again. Their grids are shifted by multiples of the golden section: no border
+/// of a cell falls on another. In a cell that the axis stays in unseen they have it go by each third of it
+/// once early and once late. What zigzags faster than the samples go has corners between them, beyond what is
+/// read by up to its height.
 constexpr int kReadings = 3;
 constexpr double kGoldenPart = 0.3819660112501051;
+constexpr double kLow = 1.0 / 6.0;
+constexpr double kHigh = 5.0 / 6.0;
+constexpr std::array<OtherReading, kReadings> kOtherReadings{{
+    {kGoldenPart, {kHigh, kLow}, kLow},
+    {2.0 * kGoldenPart, {kLow, 0.5}, 0.5},
+    {3.0 * kGoldenPart - 1.0, {0.5, kHigh}, kHigh},
+}};
 
 /// Quantisation far below what the plain model leaves anyway does not matter.
 constexpr double kWorthWeighing = 0.1;
 
 /// Rows over which the error of one reading stands for that of another: some filter lengths.
 constexpr Eigen::Index kNeighbours = 12;
+
+/// Classes of rows by what quantisation does there.
+constexpr std::size_t kClasses = 20;
 
 double squared(double x) {
   return x * x;
@@ -42,14 +57,18 @@ Eigen::VectorXd smoothed(const Eigen::VectorXd& values) {
   return means;
 }
 
-Measurement read_again(const Measurement& measurement, int reading) {
-  return measurement.requantised(std::fmod(kGoldenPart * (reading + 1), 1.0));
-}
+/// Variances at the rows [N^2].
+struct RowVariances {
+  Eigen::VectorXd noise;         ///< of force and acceleration
+  Eigen::VectorXd quantisation;  ///< what it may do to the hysteresis
+  Eigen::VectorXd left;          ///< squared residual
+};
 
-/// See NoiseFloor; `reading_of(i)` gives the other readings, one after another.
+/// `reading_of(i)` gives the other readings, one after another.
 template <class ReadingOf>
-Eigen::VectorXd variance_at_rows(const Measurement& measurement, const Terms& terms, ReadingOf&& reading_of) {
-  Eigen::VectorXd sum(measurement.row_count());
+RowVariances variances_at_rows(const Measurement& measurement, const Terms& terms, ReadingOf&& reading_of) {
+  RowVariances variances{
+      Eigen::VectorXd(measurement.row_count()), Eigen::VectorXd::Zero(measurement.row_count()), {}};
   const Eigen::VectorXd here = measurement.filtered(evaluate_force(measurement, terms).force_N);
   const Eigen::VectorXd residual_N = measurement.force_N(delay_s(terms)) - here;
   std::vector<Eigen::VectorXd> readings_N;
@@ -74,12 +93,53 @@ Eigen::VectorXd variance_at_rows(const Measurement& measurement, const Terms& te
     for (std::size_t p = own.first; p < own.end; ++p) {
       const LogPart& part = measurement.parts()[p];
       const double inertia = mass_kg(terms, log) * measurement.acceleration_noise_mps2(part);
-      sum.segment(static_cast<Eigen::Index>(part.first_row), static_cast<Eigen::Index>(part.row_count))
+      variances.noise
+          .segment(static_cast<Eigen::Index>(part.first_row), static_cast<Eigen::Index>(part.row_count))
           .setConstant(force * force + inertia * inertia);
     }
   }
-  for (const Eigen::VectorXd& reading_N : readings_N) sum += reading_N.cwiseAbs2() / kReadings;
-  return sum;
+  for (const Eigen::VectorXd& reading_N : readings_N) {
+    variances.quantisation += reading_N.cwiseAbs2() / kReadings;
+  }
+  variances.left = residual_N.cwiseAbs2();
+  return variances;
+}
+
+/// The readings tell how far quantisation may lead astray; it has led no further than what is left. Judged in
+/// classes of rows, since at one row both are chance: where the axis rests within a cell for long the
+/// readings err by all that the cell allows, and so did the axis, unless it moved as evenly as is assumed.
+Eigen::VectorXd borne_out(const RowVariances& rows, const Eigen::VectorXd& usable) {
+  const Eigen::VectorXd likely = smoothed(rows.quantisation);
+  std::vector<Eigen::Index> order;
+  for (Eigen::Index row = 0; row < likely.size(); ++row) {
+    if (usable(row) > 0.0) order.push_back(row);
+  }
+  std::stable_sort(order.begin(), order.end(),
+                   [&](Eigen::Index a, Eigen::Index b) { return likely(a) < likely(b); });
+  Eigen::VectorXd variance = rows.quantisation;
+  for (std::size_t c = 0; c < kClasses; ++c) {
+    const auto members = std::span(order).subspan(
+        c * order.size() / kClasses, (c + 1) * order.size() / kClasses - c * order.size() / kClasses);
+    double expected = 0.0;
+    double left = 0.0;
+    for (const Eigen::Index row : members) {
+      expected += rows.quantisation(row);
+      left += rows.left(row) - rows.noise(row);
+    }
+    if (left >= expected || expected <= 0.0) continue;
+    const double share = std::max(left, 0.0) / expected;
+    for (const Eigen::Index row : members) variance(row) *= share;
+  }
+  return variance;
+}
+
+/// By what may be: a row that happens to be right is worth no more than its neighbours.
+Eigen::VectorXd variance_to_weigh_by(const Measurement& measurement, const Terms& plain) {
+  // One reading at a time: pieces are judged by many threads at once.
+  const RowVariances rows = variances_at_rows(measurement, plain, [&](int reading) {
+    return measurement.requantised(kOtherReadings[static_cast<std::size_t>(reading)]);
+  });
+  return smoothed(rows.noise + rows.quantisation);
 }
 
 }  // namespace
@@ -87,7 +147,7 @@ Eigen::VectorXd variance_at_rows(const Measurement& measurement, const Terms& te
 std::vector<Measurement> other_readings(const Measurement& measurement) {
   std::vector<Measurement> readings;
   readings.reserve(kReadings);
-  for (int reading = 0; reading < kReadings; ++reading) readings.push_back(read_again(measurement, reading));
+  for (const OtherReading& other : kOtherReadings) readings.push_back(measurement.requantised(other));
   return readings;
 }
 
@@ -95,9 +155,10 @@ NoiseFloor::NoiseFloor(const Measurement& measurement)
     : measurement_(measurement), shifted_(other_readings(measurement)) {}
 
 Eigen::VectorXd NoiseFloor::variance(const Terms& terms) const {
-  return variance_at_rows(measurement_, terms, [this](int reading) -> const Measurement& {
+  const RowVariances rows = variances_at_rows(measurement_, terms, [this](int reading) -> const Measurement& {
     return shifted_[static_cast<std::size_t>(reading)];
   });
+  return rows.noise + borne_out(rows, measurement_.row_usable());
 }
 
 double NoiseFloor::of(const Terms& terms) const {
@@ -122,7 +183,7 @@ RowWeighing weigh_rows(Measurement& measurement) {
   if (const Term* hysteresis = find_term(plain.terms, "presliding_hysteresis")) {
     measurement.set_slip_distances(refined_slip_distances(*hysteresis, measurement.encoder_resolution_m()));
   }
-  const Eigen::VectorXd variance = smoothed(NoiseFloor(measurement).variance(plain.terms));
+  const Eigen::VectorXd variance = variance_to_weigh_by(measurement, plain.terms);
   const double least = variance.minCoeff();
   const double enough = std::max({least, squared(kWorthWeighing * plain.train_rmse_N), 1e-300});
   RowWeighing weighing{plain.terms, least, enough};
@@ -136,9 +197,7 @@ Eigen::VectorXd RowWeighing::weights(const Eigen::VectorXd& variance) const {
 
 void RowWeighing::apply(Measurement& piece) const {
   if (piece.row_count() == 0) return;
-  // One reading at a time: pieces are judged by many threads at once.
-  piece.set_row_weights(weights(
-      smoothed(variance_at_rows(piece, plain, [&](int reading) { return read_again(piece, reading); }))));
+  piece.set_row_weights(weights(variance_to_weigh_by(piece, plain)));
 }
 
 }  // namespace slipstack::workbench

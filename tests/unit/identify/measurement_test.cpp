@@ -175,7 +175,7 @@ TEST(Measurement, RequantisedIsAnotherReading) {
   for (double& x : log.position_m) x = std::floor(x / kResolution_m + 0.5) * kResolution_m;
   log.encoder_resolution_m = kResolution_m;
   const Measurement measurement(log);
-  const Measurement other = measurement.requantised(0.382);
+  const Measurement other = measurement.requantised({.shift_steps = 0.382});
   double sum = 0.0;
   double largest = 0.0;
   for (std::size_t i = 0; i < measurement.sample_count(); ++i) {
