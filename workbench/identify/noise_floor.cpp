@@ -74,9 +74,9 @@ RowVariances variances_at_rows(const Measurement& measurement, const Terms& term
   std::vector<Eigen::VectorXd> readings_N;
   readings_N.reserve(kReadings);
   for (int reading = 0; reading < kReadings; ++reading) {
-    const Measurement& shifted = reading_of(reading);
+    const Measurement& other = reading_of(reading);
     // The other reading takes the first's motion for the truth: their difference is one encoder's error.
-    readings_N.push_back(here - measurement.filtered(evaluate_force(shifted, terms).force_N));
+    readings_N.push_back(here - measurement.filtered(evaluate_force(other, terms).force_N));
   }
   for (std::size_t log = 0; log < measurement.log_count(); ++log) {
     const Stretch own = measurement.parts_of_log(log);
@@ -144,19 +144,23 @@ Eigen::VectorXd variance_to_weigh_by(const Measurement& measurement, const Terms
 
 }  // namespace
 
-std::vector<Measurement> other_readings(const Measurement& measurement) {
+std::vector<Measurement> shifted_readings(const Measurement& measurement) {
   std::vector<Measurement> readings;
   readings.reserve(kReadings);
-  for (const OtherReading& other : kOtherReadings) readings.push_back(measurement.requantised(other));
+  for (const OtherReading& other : kOtherReadings) {
+    readings.push_back(measurement.requantised({.shift_steps = other.shift_steps}));
+  }
   return readings;
 }
 
-NoiseFloor::NoiseFloor(const Measurement& measurement)
-    : measurement_(measurement), shifted_(other_readings(measurement)) {}
+NoiseFloor::NoiseFloor(const Measurement& measurement) : measurement_(measurement) {
+  readings_.reserve(kReadings);
+  for (const OtherReading& other : kOtherReadings) readings_.push_back(measurement.requantised(other));
+}
 
 Eigen::VectorXd NoiseFloor::variance(const Terms& terms) const {
   const RowVariances rows = variances_at_rows(measurement_, terms, [this](int reading) -> const Measurement& {
-    return shifted_[static_cast<std::size_t>(reading)];
+    return readings_[static_cast<std::size_t>(reading)];
   });
   return rows.noise + borne_out(rows, measurement_.row_usable());
 }

@@ -10,13 +10,14 @@ namespace slipstack::workbench {
 
 /// The same motion as encoders of equal resolution would read it whose grids are shifted, each by another
 /// part of a step.
-std::vector<Measurement> other_readings(const Measurement& measurement);
+std::vector<Measurement> shifted_readings(const Measurement& measurement);
 
 /// What no model can explain at the rows: the noise of the force through the filter, from the differences of
 /// the force or, where that says more, from what the model leaves (residual_noise_N(), unless the noise was
 /// given); the encoder's quantisation through mass times acceleration; and what quantisation does to the
-/// hysteresis, which is not white where the axis is slow, so it is tried out: the motion is read again by an
-/// encoder whose grid is shifted, and the model evaluated on both.
+/// hysteresis, which is not white where the axis is slow, so it is tried out: the motion is read again by
+/// encoders whose grid is shifted, which believe that the axis went about otherwise where no reading tells,
+/// and the model evaluated on each; what they err by is taken as far as the residual bears it out.
 class NoiseFloor {
  public:
   explicit NoiseFloor(const Measurement& measurement);
@@ -30,7 +31,7 @@ class NoiseFloor {
 
  private:
   const Measurement& measurement_;
-  std::vector<Measurement> shifted_;
+  std::vector<Measurement> readings_;
 };
 
 /// Weighs the rows of a measurement by what quantisation leaves of their worth, judged with a plain model of

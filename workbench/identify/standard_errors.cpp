@@ -116,7 +116,7 @@ Eigen::VectorXd reading_variance(const Measurement& measurement, const FittedMod
   if (measurement.encoder_resolution_m() <= 0.0) return sum;
   const BoundedSolution here = equations.fit(tangent.constraints, solution.rests);
   Eigen::MatrixXd columns = tangent.columns;
-  const std::vector<Measurement> readings = other_readings(measurement);
+  const std::vector<Measurement> readings = shifted_readings(measurement);
   for (const Measurement& reading : readings) {
     const Linearisation moved(reading, fitted.terms);
     columns.leftCols(tangent.gains) = moved.columns();

@@ -146,6 +146,44 @@ TEST(Dequantise, IsTheSameBothWays) {
   }
 }
 
+/// Arrives fast, stays within a cell for long, and leaves by the same border or the other one.
+std::vector<double> stay(std::size_t samples, double leaves_by) {
+  std::vector<double> truth;
+  for (int i = 0; i < 400; ++i) truth.push_back(-0.05e-6 * (400 - i) - 0.49e-6);
+  for (std::size_t i = 0; i < samples; ++i) truth.push_back(0.2e-6);
+  for (int i = 1; i < 400; ++i) truth.push_back((0.49e-6 + 0.05e-6 * i) * leaves_by);
+  return truth;
+}
+
+// What nobody saw may have gone either way; what a crossing tells, and a short or steady stay, may not.
+TEST(Dequantise, GoesAstrayOnlyWhereNothingTells) {
+  const UnseenWay early{.longest_known = 100.0, .places = {0.9, 0.1}};
+  for (const double leaves_by : {1.0, -1.0}) {
+    const std::vector<double> reading = read(stay(1000, leaves_by));
+    const std::vector<double> believed = dequantise(reading, kResolution_m);
+    const std::vector<double> astray = dequantise(reading, kResolution_m, early);
+    double furthest = 0.0;
+    for (std::size_t i = 0; i < reading.size(); ++i) {
+      EXPECT_LE(std::abs(astray[i] - reading[i]), 0.5001 * kResolution_m);
+      if (i < 380 || i > 1420) {
+        EXPECT_EQ(astray[i], believed[i]);
+      }
+      furthest = std::max(furthest, std::abs(astray[i] - believed[i]));
+    }
+    EXPECT_GT(furthest, 0.3 * kResolution_m);
+    EXPECT_NEAR(astray[400 + 333], 0.4 * kResolution_m, 0.02 * kResolution_m);
+    EXPECT_NEAR(astray[400 + 667], -0.4 * kResolution_m, 0.02 * kResolution_m);
+    const std::vector<double> brief = read(stay(40, leaves_by));
+    EXPECT_EQ(dequantise(brief, kResolution_m, early), dequantise(brief, kResolution_m));
+  }
+  std::vector<double> creep;
+  for (int i = 0; i < 20'000; ++i) creep.push_back(0.0031e-6 * i + 0.21e-6);
+  const std::vector<double> slow = read(creep);
+  const std::vector<double> is = dequantise(slow, kResolution_m, early);
+  const std::vector<double> believed = dequantise(slow, kResolution_m);
+  for (std::size_t i = 700; i + 700 < is.size(); ++i) EXPECT_EQ(is[i], believed[i]);
+}
+
 TEST(Dequantise, ShortRecordsAreLeftAlone) {
   for (std::size_t count = 0; count < 3; ++count) {
     const std::vector<double> few(count, 1e-6);

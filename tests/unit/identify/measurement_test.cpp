@@ -189,6 +189,35 @@ TEST(Measurement, RequantisedIsAnotherReading) {
   EXPECT_GT(rms, 0.1 * kResolution_m / std::sqrt(12.0));
 }
 
+/// Displacements that the hysteresis passes between samples, of the same log read otherwise.
+std::size_t turns_of(const std::vector<double>& position_m, double beyond_corners) {
+  Log log = test::wandering_log(9, 2000.0, static_cast<Eigen::Index>(position_m.size()));
+  log.position_m = position_m;
+  log.encoder_resolution_m = 1e-6;
+  const Measurement measurement = Measurement(log).requantised({.beyond_corners = beyond_corners});
+  return measurement.turns(0, measurement.sample_count()).size();
+}
+
+// What zigzags from sample to sample may be faster than they are; what swings slowly, or moves on, is seen.
+TEST(Measurement, AZigzagMayGoBeyondItsCorners) {
+  std::vector<double> zigzag = test::wandering_log(9, 2000.0, 20'000).position_m;
+  for (double& x : zigzag) x = std::floor(x / 1e-6 + 0.5) * 1e-6;
+  const std::vector<double> moves = zigzag;
+  for (std::size_t i = 8000; i < 9000; ++i) zigzag[i] = zigzag[8000] + (i % 2 == 0 ? 0.0 : 3e-6);
+  EXPECT_EQ(turns_of(zigzag, 0.0), turns_of(moves, 0.0));
+  EXPECT_GT(turns_of(zigzag, 0.5), turns_of(moves, 0.5) + 900);
+
+  Log log = test::wandering_log(9, 2000.0, 20'000);
+  log.position_m = zigzag;
+  log.encoder_resolution_m = 1e-6;
+  const Measurement measurement = Measurement(log).requantised({.beyond_corners = 0.5});
+  for (const Turn& turn : measurement.turns(8100, 800)) {
+    const double low_m = zigzag[8000];
+    const bool above = turn.displacement_m > low_m + 1.5e-6;
+    EXPECT_NEAR(turn.displacement_m, above ? low_m + 4.5e-6 : low_m - 1.5e-6, 1.01e-6);
+  }
+}
+
 TEST(Measurement, WeightsAreOneUntilTheyAreSet) {
   Measurement measurement(test::wandering_log(10, 1000.0, 6000));
   const Eigen::VectorXd ones = Eigen::VectorXd::Ones(measurement.row_count());
