@@ -108,6 +108,20 @@ inline std::int32_t saturated_signed(float x) {
 #endif
 }
 
+/// x / 2^kShift, rounded down, within [0, 2^kBits - 1]. One instruction on the controller.
+template <int kShift, int kBits>
+inline std::uint32_t saturated_shifted(std::int32_t x) {
+#if defined(__ARM_FEATURE_SAT)
+  std::uint32_t saturated = 0;
+  asm("usat %0, %2, %1, asr %3" : "=r"(saturated) : "r"(x), "i"(kBits), "i"(kShift));
+  return saturated;
+#else
+  constexpr std::int32_t kLast = (std::int32_t{1} << kBits) - 1;
+  const std::int32_t shifted = x >> kShift;
+  return static_cast<std::uint32_t>(shifted < 0 ? 0 : (shifted > kLast ? kLast : shifted));
+#endif
+}
+
 /// whole x 2^-kBits, 1 <= kBits <= 32, for |whole| < 2^24 or with its last bits zero: exact. One instruction
 /// on the controller.
 template <int kBits>

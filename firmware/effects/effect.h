@@ -41,6 +41,9 @@ enum class ShapeKind : std::uint8_t {
   fading_velocity,  ///< over which an effect fades: below what a log shows, it is not seen
   acceleration,
   exponent,
+  /// Of a law that is known by its exponent, the middle of the bounds: kept there until all else is known,
+  /// since a neighbour's law beside it looks like another exponent.
+  customary_exponent,
   time_constant,
   delay,
   pitch,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "firmware/effects/approx.h"
+#include "firmware/effects/drag_table.h"
 #include "firmware/effects/effect.h"
 
 namespace slipstack {
@@ -12,24 +13,51 @@ class QuadraticDrag {
   static constexpr EffectText text{
       .id = "quadratic_drag",
       .title = "Quadratic drag",
-      .formula = "F = c2 v |v|",
-      .source = "fluid drag; eddy currents at low slip are viscous instead",
-      .residual = "grows with the square of velocity, opposing motion",
-      .evidence = "the residual grows with the square of velocity: {quadratic_drag}",
+      .formula = "F = c2 v |v| (|v| / v1)^(n - 2), v1 = 1 m/s",
+      .source =
+          "fluid drag: n = 2 where the flow is turbulent, 1.5 to 1.8 in laminar boundary layers and smooth "
+          "gaps; eddy currents at low slip are viscous instead",
+      .residual = "grows with the square of velocity, or nearly, opposing motion",
+      .evidence =
+          "the residual grows with the square of velocity, or nearly (exponent {exponent}): "
+          "{quadratic_drag}",
       .cause = "air displaced in a closed guide, bellows, churning grease",
       .confirm = "strokes at doubled speeds: the added force quadruples; open the bellows and repeat"};
   static constexpr std::array<GainGroup, 1> gains{{
       {"quadratic_drag", "N s2/m2", 0.0f, 1.0e6f, 1, Acts::force},
   }};
-  static constexpr std::array<ShapeSpec, 0> shapes{{}};
+  static constexpr std::array<ShapeSpec, 1> shapes{{
+      {"exponent", "1", 1.5f, 2.5f, ShapeKind::customary_exponent},
+  }};
   static constexpr int gain_count = total_count(gains);
-  static constexpr int shape_count = 0;
+  static constexpr int shape_count = 1;
 
-  void prepare(std::span<const Real, shape_count>, const Scales<Real>&) {}
+  void prepare(std::span<const Real, shape_count> shape, const Scales<Real>&) {
+    above_one_ = shape[0] - Real(1);
+  }
   void reset(const Sample<Real>&) {}
   void basis(const Sample<Real>& sample, std::span<Real, gain_count> out) {
-    out[0] = sample.velocity_mps * approx::absolute(sample.velocity_mps);
+    out[0] = sample.velocity_mps * growth(approx::absolute(sample.velocity_mps));
   }
+
+  /// The controller reads gain and power from a table.
+  using Table = std::conditional_t<std::is_same_v<Real, float>, DragTable, NoTable>;
+  void prepare_weighted(const std::array<Real, gain_count>& drag,
+                        Table& table) requires std::is_same_v<Real, float> {
+    table.fill([&](Real speed_mps) { return drag[0] * growth(speed_mps); });
+  }
+  Real weighted(const Sample<Real>& sample, const std::array<Real, gain_count>&,
+                const Table& table) const requires std::is_same_v<Real, float> {
+    return sample.velocity_mps * table.at(approx::absolute(sample.velocity_mps));
+  }
+
+ private:
+  /// The square is exact, and costs least.
+  Real growth(Real speed_mps) const {
+    return above_one_ == Real(1) ? speed_mps : approx::power(speed_mps, above_one_);
+  }
+
+  Real above_one_{1};
 };
 
 }  // namespace slipstack

@@ -6,11 +6,12 @@
 #include <cstdint>
 
 #include "firmware/effects/approx.h"
+#include "firmware/friction/packed_arithmetic.h"
 
 namespace slipstack {
 
 /// A velocity weakening, a mixture of exp(-u) and 1 / (1 + u), u = (|v| / vs)^n, 0.4 <= n <= 3, read from a
-/// table: 16 instructions on the controller instead of some 150 for two exponentials and a logarithm.
+/// table: 12 instructions on the controller instead of some 150 for two exponentials and a logarithm.
 ///
 /// The bits of a positive float rise with its value, and the upper ones are nearly its logarithm: intervals
 /// are even within each octave, 2, 4 or 8 of them as n asks, with a parabola in each. Largest error
@@ -25,7 +26,9 @@ class SpeedTable {
     // u runs from 2^-13.6 to at least 2^12: within 2.5e-4 of the weakening's two ends.
     const float first = stribeck_velocity_mps * approx::exp2(-13.6F / exponent);
     first_bits_ = std::bit_cast<std::uint32_t>(first) & ~((1U << shift_) - 1U);
-    last_ = (kIntervals << shift_) - 1U;
+    const std::uint32_t last = first_bits_ + (kIntervals << shift_) - 1U;
+    beyond_ = ~last & 0xFFFF0000U;
+    before_ = beyond_ + first_bits_;
     shift_up_ = 32U - shift_;
     const auto at_step = [&](std::uint32_t halves) {
       return weakening(std::bit_cast<float>(first_bits_ + (halves << (shift_ - 1U))));
@@ -40,9 +43,10 @@ class SpeedTable {
 
   /// The weakening at a velocity of either sign, m/s. NaN reads the last interval.
   float at(float velocity_mps) const {
-    const std::uint32_t bits = std::bit_cast<std::uint32_t>(velocity_mps) & 0x7FFFFFFFU;
-    const std::uint32_t above = bits > first_bits_ ? bits - first_bits_ : 0U;
-    const std::uint32_t place = above < last_ ? above : last_;
+    const auto bits = std::bit_cast<std::uint32_t>(approx::absolute(velocity_mps));
+    // Limited to [0, the last place] by the upper half of the word: the lower half of first_bits_ is zero,
+    // and moves what is read at either end, where the weakening is flat, by a part of one interval.
+    const std::uint32_t place = subtract_saturating_unsigned(add_saturating_unsigned(bits, beyond_), before_);
     // What is below the interval, at the upper end of the word; exact, since it has fewer than 24 bits.
     const float t = approx::from_fixed<32>(place << shift_up_);
     const Parabola* const p = approx::one_address(&intervals_[place >> shift_]);
@@ -56,7 +60,8 @@ class SpeedTable {
   };
 
   std::uint32_t first_bits_ = 0;
-  std::uint32_t last_ = 0;
+  std::uint32_t beyond_ = 0xFFFF0000U;  ///< what the last place lacks of a full upper half
+  std::uint32_t before_ = 0xFFFF0000U;
   std::uint32_t shift_ = 22;
   std::uint32_t shift_up_ = 10;
   std::array<Parabola, kIntervals> intervals_{};

@@ -33,6 +33,17 @@ constexpr std::uint32_t add_saturating(std::uint32_t a, std::uint32_t b) {
   return pack(saturate16(low_lane(a) + low_lane(b)), saturate16(high_lane(a) + high_lane(b)));
 }
 
+constexpr std::uint32_t add_saturating_unsigned(std::uint32_t a, std::uint32_t b) {
+  const std::uint32_t low = (a & 0xFFFFU) + (b & 0xFFFFU);
+  const std::uint32_t high = (a >> 16) + (b >> 16);
+  return (low > 0xFFFFU ? 0xFFFFU : low) | ((high > 0xFFFFU ? 0xFFFFU : high) << 16);
+}
+constexpr std::uint32_t subtract_saturating_unsigned(std::uint32_t a, std::uint32_t b) {
+  const std::uint32_t low = (a & 0xFFFFU) > (b & 0xFFFFU) ? (a & 0xFFFFU) - (b & 0xFFFFU) : 0U;
+  const std::uint32_t high = (a >> 16) > (b >> 16) ? (a >> 16) - (b >> 16) : 0U;
+  return low | (high << 16);
+}
+
 constexpr std::uint32_t multiply_add(std::uint32_t a, std::uint32_t b, std::uint32_t accumulator) {
   return accumulator + static_cast<std::uint32_t>(low_lane(a) * low_lane(b)) +
          static_cast<std::uint32_t>(high_lane(a) * high_lane(b));
@@ -66,6 +77,22 @@ inline std::uint32_t add_saturating(std::uint32_t a, std::uint32_t b) {
   return static_cast<std::uint32_t>(__qadd16(static_cast<int16x2_t>(a), static_cast<int16x2_t>(b)));
 #else
   return portable::add_saturating(a, b);
+#endif
+}
+
+// Both lanes, unsigned, a + b limited to 65535 (UQADD16), and a - b limited to 0 (UQSUB16).
+inline std::uint32_t add_saturating_unsigned(std::uint32_t a, std::uint32_t b) {
+#if defined(__ARM_FEATURE_SIMD32)
+  return static_cast<std::uint32_t>(__uqadd16(static_cast<uint16x2_t>(a), static_cast<uint16x2_t>(b)));
+#else
+  return portable::add_saturating_unsigned(a, b);
+#endif
+}
+inline std::uint32_t subtract_saturating_unsigned(std::uint32_t a, std::uint32_t b) {
+#if defined(__ARM_FEATURE_SIMD32)
+  return static_cast<std::uint32_t>(__uqsub16(static_cast<uint16x2_t>(a), static_cast<uint16x2_t>(b)));
+#else
+  return portable::subtract_saturating_unsigned(a, b);
 #endif
 }
 

@@ -52,7 +52,7 @@ inline FrictionModel<float>::Parameters all_effects() {
       values(1e-6F, 2e-6F, 3e-6F, 5e-6F, 8e-6F, 1.3e-5F, 2.1e-5F, 3.4e-5F, 5.5e-5F, 3e-4F));
   set<Coulomb<float>>(p, values(1.3F), values(2e-4F));
   set<Viscous<float>>(p, values(12.0F), values());
-  set<QuadraticDrag<float>>(p, values(3.0F), values());
+  set<QuadraticDrag<float>>(p, values(3.0F), values(1.9F));
   set<Stribeck<float>>(p, values(0.15F, 0.04F), values(3e-3F, 0.8F));
   set<FrictionalLag<float>>(p, values(0.1F, 0.03F), values(8e-3F, 1.3F, 0.02F, 0.004F));
   set<PositionDependentPreload<float>>(

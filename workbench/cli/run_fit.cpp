@@ -61,7 +61,7 @@ void run_fit(const Options& options) {
     check_combination(measured, ids);
     check_enough(options, measured, ids);
     progress.show("fit");
-    robust = fit_robustly(measured, fit_effects(measured, ids, {}));
+    robust = fit_robustly(measured, settle_customary_shapes(measured, fit_effects(measured, ids, {})));
     fitted = with_standard_errors(measured, robust.model);
     progress.show("reduce to the controller");
     reduced = on_controller(measured, fitted);

@@ -16,12 +16,6 @@ namespace {
 constexpr double kWorthALine = 0.005;
 constexpr std::size_t kMostLines = 10;
 
-/// An exponent is a number, not a share of one.
-std::string shape_value(const ShapeSpec& shape, double value, int significant = 3) {
-  return shape.kind == ShapeKind::exponent ? fmt::format("{:.{}g}", value, significant)
-                                           : quantity(value, shape.unit, significant);
-}
-
 /// Digits that a value deserves: down to the second digit of its standard error, three where there is none.
 int digits_known(double value, double error) {
   if (error <= 0.0 || value == 0.0) return 3;

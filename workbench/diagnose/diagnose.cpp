@@ -29,6 +29,7 @@ void settle(const Measurement& measurement, Found& found) {
   if (found.best.added.empty()) return;
   simplify(measurement, found.yardstick, found.alone, found.best);
   name_mass_beside_mode(measurement, found.yardstick, found.best);
+  found.best.model = settle_customary_shapes(measurement, std::move(found.best.model));
   found.best.model = settle_shapes(measurement, std::move(found.best.model));
   // With shapes settled, the first may do what another was added for.
   if (found.best.added.size() > 1) prune(measurement, found.yardstick, found.best);

@@ -15,7 +15,7 @@ namespace {
 std::string value_of(const Term& term, std::string_view name) {
   for (std::size_t i = 0; i < term.effect->shapes.size(); ++i) {
     const ShapeSpec& shape = term.effect->shapes[i];
-    if (name == shape.name) return quantity(term.shapes[i], shape.unit);
+    if (name == shape.name) return shape_value(shape, term.shapes[i]);
   }
   std::size_t first = 0;
   for (const GainGroup& group : term.effect->gain_groups) {

@@ -39,4 +39,9 @@ std::string quantity(double value, std::string_view unit, int significant) {
   return digits(value / 1e-9, significant) + " n" + std::string(unit);
 }
 
+std::string shape_value(const ShapeSpec& shape, double value, int significant) {
+  const bool is_exponent = shape.kind == ShapeKind::exponent || shape.kind == ShapeKind::customary_exponent;
+  return is_exponent ? fmt::format("{:.{}g}", value, significant) : quantity(value, shape.unit, significant);
+}
+
 }  // namespace slipstack::workbench

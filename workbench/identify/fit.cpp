@@ -113,6 +113,24 @@ FittedModel linearised(const Measurement& measurement, Terms terms, double error
   return model;
 }
 
+/// Evaluations in the search of a shape that has a customary value, and the part of the held-out error that
+/// it must leave at most to lose it.
+constexpr int kCustomaryEvaluations = 25;
+constexpr double kWantsAnotherShape = 0.998;
+
+/// Held-out error of the model with `term` added to `base`.
+double held_out_with(const Measurement& measurement, const FittedModel& base, const Term& term) {
+  Terms terms = base.terms;
+  terms.push_back(term);
+  std::vector<Rests> rests = base.solution.rests;
+  rests.resize(rests.size() + term.gains.size(), Rests::free);
+  const Linearisation& linearisation = *base.linearisation;
+  return base.equations
+      ->with(measurement, linearisation.columns(), linearisation.columns_of(term), linearisation.target())
+      .cross_validate(constraints_of(terms, base.train_rmse_N), rests)
+      .rmse;
+}
+
 }  // namespace
 
 Term term_for_log(const Measurement& measurement, const EffectDescription& effect) {
@@ -267,6 +285,31 @@ FittedModel polish_shapes(const Measurement& measurement, FittedModel fitted, co
     terms[t].shapes = try_effect(measurement, base, effect, effort, &fitted.terms[t].shapes).term.shapes;
     FittedModel moved = fit_gains(measurement, std::move(terms), &fitted);
     if (moved.holdout_rmse_N < fitted.holdout_rmse_N) fitted = std::move(moved);
+  }
+  return fitted;
+}
+
+FittedModel settle_customary_shapes(const Measurement& measurement, FittedModel fitted) {
+  for (std::size_t t = 0; t < fitted.terms.size(); ++t) {
+    const Term& term = fitted.terms[t];
+    std::vector<ShapeRange> ranges = customary_shapes(measurement, *term.effect);
+    if (ranges.empty()) continue;
+    if (contains(fitted.terms, "viscous")) {
+      for (ShapeRange& range : ranges) range.lower = range.customary;
+    }
+    const FittedModel base = linearised(measurement, without(fitted.terms, term.id()), fitted.train_rmse_N);
+    Terms terms = fitted.terms;
+    terms[t].shapes = refine_shapes(
+                          ranges, term.shapes,
+                          [&](const std::vector<double>& shapes) {
+                            Term moved = term;
+                            moved.shapes = shapes;
+                            return held_out_with(measurement, base, moved);
+                          },
+                          kCustomaryEvaluations)
+                          .shapes;
+    FittedModel moved = fit_gains(measurement, std::move(terms), &fitted);
+    if (moved.holdout_rmse_N < kWantsAnotherShape * fitted.holdout_rmse_N) fitted = std::move(moved);
   }
   return fitted;
 }

@@ -64,6 +64,11 @@ FittedModel fit_effects(const Measurement& measurement, const std::vector<std::s
 /// Improves the shapes of every searched term of a fitted model in turn, others held; then fits all gains.
 FittedModel polish_shapes(const Measurement& measurement, FittedModel fitted, const SearchEffort& effort);
 
+/// The model with shapes that have a customary value where held-out data want them, once it is known which
+/// effects there are: viscous friction beside quadratic drag looks like a drag of lower exponent. Beside a
+/// viscous friction the exponent of a drag is therefore not lowered.
+FittedModel settle_customary_shapes(const Measurement& measurement, FittedModel fitted);
+
 /// A term for `effect` as this log wants it: the inertia is given where the log declares a mass.
 Term term_for_log(const Measurement& measurement, const EffectDescription& effect);
 /// Sets the gain of the inertia to the mass that each log declares, where they declare one.

@@ -66,6 +66,7 @@ ShapeRange narrowed(const Measurement& measurement, const ShapeSpec& spec, std::
       narrow(slowest_visible_mps(measurement), largest_magnitude(measurement.velocity_mps()));
       break;
     case ShapeKind::exponent:
+    case ShapeKind::customary_exponent:
     case ShapeKind::delay:
       range.logarithmic = false;
       break;
@@ -95,7 +96,8 @@ ShapeRange narrowed(const Measurement& measurement, const ShapeSpec& spec, std::
 }
 
 bool is_searched(ShapeKind kind) {
-  return kind != ShapeKind::slip_distance && kind != ShapeKind::position && kind != ShapeKind::travel;
+  return kind != ShapeKind::slip_distance && kind != ShapeKind::position && kind != ShapeKind::travel &&
+         kind != ShapeKind::customary_exponent;
 }
 
 double middle(const ShapeRange& range) {
@@ -249,6 +251,16 @@ std::vector<ShapeRange> searched_shapes(const Measurement& measurement, const Ef
   std::vector<ShapeRange> ranges;
   for (std::size_t i = 0; i < effect.shapes.size(); ++i) {
     if (is_searched(effect.shapes[i].kind)) ranges.push_back(narrowed(measurement, effect.shapes[i], i));
+  }
+  return ranges;
+}
+
+std::vector<ShapeRange> customary_shapes(const Measurement& measurement, const EffectDescription& effect) {
+  std::vector<ShapeRange> ranges;
+  for (std::size_t i = 0; i < effect.shapes.size(); ++i) {
+    if (effect.shapes[i].kind != ShapeKind::customary_exponent) continue;
+    ranges.push_back(narrowed(measurement, effect.shapes[i], i));
+    ranges.back().customary = middle(ranges.back());
   }
   return ranges;
 }

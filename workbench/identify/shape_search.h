@@ -17,12 +17,16 @@ struct ShapeRange {
   double upper = 0.0;
   bool logarithmic = true;
   double first_step = 0.0;  ///< of the search; 0: a part of the range
+  double customary = 0.0;   ///< of customary_shapes(): the value that it has until all else is known
 };
 
 /// Shapes of the effect that a search moves: bounds of the catalogue, narrowed to what the log can show
 /// (no velocity above its fastest, no pitch longer than its stroke, no frequency beyond its bandwidth).
 /// Grids and maps (slip distances, places) are set by default_shapes() and not searched.
 std::vector<ShapeRange> searched_shapes(const Measurement& measurement, const EffectDescription& effect);
+
+/// Shapes that keep their customary value until settle_customary_shapes() (fit.h).
+std::vector<ShapeRange> customary_shapes(const Measurement& measurement, const EffectDescription& effect);
 
 /// Starting values: see make_term().
 std::vector<double> default_shapes(const Measurement& measurement, const EffectDescription& effect);

@@ -39,10 +39,19 @@ struct FreeShape {
   double upper = 0.0;
 };
 
+/// Shapes of a term that the log chose: of customary ones those that have left their customary value.
+std::vector<ShapeRange> chosen_shapes(const Measurement& measurement, const Term& term) {
+  std::vector<ShapeRange> ranges = searched_shapes(measurement, *term.effect);
+  for (const ShapeRange& range : customary_shapes(measurement, *term.effect)) {
+    if (term.shapes[range.index] != range.customary) ranges.push_back(range);
+  }
+  return ranges;
+}
+
 std::vector<FreeShape> free_shapes(const Measurement& measurement, const Terms& terms) {
   std::vector<FreeShape> shapes;
   for (std::size_t t = 0; t < terms.size(); ++t) {
-    for (const ShapeRange& range : searched_shapes(measurement, *terms[t].effect)) {
+    for (const ShapeRange& range : chosen_shapes(measurement, terms[t])) {
       const double value = terms[t].shapes[range.index];
       const double margin = kAtItsBound * (range.upper - range.lower);
       if (value <= range.lower + margin || value >= range.upper - margin) continue;

@@ -50,8 +50,9 @@ std::vector<std::vector<Estimate>> records_of(sim::EffectId effect, std::uint64_
         json::parse(sim::truth_as_json(bench.axis, log, {"random", seed, closed_loop, {effect}, ""}));
     workbench::Measurement measurement(workbench::test::log_of(bench.axis, log));
     workbench::weigh_rows(measurement);
-    const workbench::RobustFit fit =
-        workbench::fit_robustly(measurement, workbench::fit_effects(measurement, effects, {}));
+    const workbench::RobustFit fit = workbench::fit_robustly(
+        measurement,
+        workbench::settle_customary_shapes(measurement, workbench::fit_effects(measurement, effects, {})));
     records.push_back(
         bench::estimates_of(workbench::with_standard_errors(measurement, fit.model).terms, truth));
     if (records.back().empty()) break;  // a formula that is not the catalogue's

@@ -12,6 +12,7 @@
 #include <random>
 
 #include "firmware/effects/decay_table.h"
+#include "firmware/effects/drag_table.h"
 #include "firmware/effects/ripple_table.h"
 #include "firmware/effects/speed_table.h"
 #include "firmware/friction/packed_maxwell_slip.h"
@@ -73,6 +74,34 @@ TEST(SpeedTable, EndsAreOneAndZeroAndWildInputIsHarmless) {
     EXPECT_GE(table->at(wild), -1e-5F);
     EXPECT_LT(table->at(wild), 1e-5F);
   }
+}
+
+double worst_share_of_drag(double power) {
+  DragTable table;
+  table.fill([power](float v) { return static_cast<float>(std::pow(static_cast<double>(v), power)); });
+  double worst = 0.0;
+  for (double octave = -10.0; octave < 6.0; octave += 0.001) {
+    const auto v = static_cast<float>(std::exp2(octave));
+    const double law = std::pow(static_cast<double>(v), power);
+    worst = std::max(worst, std::abs(static_cast<double>(table.at(v)) / law - 1.0));
+  }
+  return worst;
+}
+
+TEST(DragTable, ErrorIsWhatItsHeaderSays) {
+  EXPECT_LT(worst_share_of_drag(0.5), 0.002);
+  EXPECT_LT(worst_share_of_drag(1.0), 3e-7);
+  EXPECT_LT(worst_share_of_drag(1.5), 0.006);
+  EXPECT_GT(worst_share_of_drag(1.5), 0.003);
+}
+
+TEST(DragTable, GoesOnBeyondItsEnds) {
+  DragTable table;
+  table.fill([](float v) { return v; });
+  EXPECT_NEAR(table.at(0.0F), 0.0F, 1e-9F);
+  EXPECT_NEAR(table.at(1e-5F), 1e-5F, 1e-9F);
+  EXPECT_NEAR(table.at(100.0F), 100.0F, 1e-4F);
+  EXPECT_TRUE(std::isnan(table.at(std::nanf(""))));
 }
 
 TEST(DecayTable, ErrorIsWhatItsHeaderSays) {

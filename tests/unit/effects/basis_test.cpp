@@ -49,8 +49,8 @@ struct Formula<Viscous<R>> {
 };
 template <class R>
 struct Formula<QuadraticDrag<R>> {
-  static Values of(const Sample<double>& s, const Values&) {
-    return {sign(s.velocity_mps) * std::pow(s.velocity_mps, 2.0)};
+  static Values of(const Sample<double>& s, const Values& p) {
+    return {sign(s.velocity_mps) * std::pow(std::abs(s.velocity_mps), p[0])};
   }
 };
 template <class R>
@@ -110,6 +110,8 @@ template <class R>
 constexpr Allowed kAllowed<AccelerationDependentPreload<R>>{0.0, 2.0};
 template <class R>
 constexpr Allowed kAllowed<Stribeck<R>>{1.5e-8, 4.0};
+template <class R>
+constexpr Allowed kAllowed<QuadraticDrag<R>>{1.0e-8, 4.0};
 template <class R>
 constexpr Allowed kAllowed<Drift<R>>{8e-9, 2.0};
 // The middle of the stroke is rounded, and so is the place in half a stroke of 0.05 m; the cubic is six

@@ -123,6 +123,9 @@ std::array<double, E::shape_count> random_shapes(Draw& draw) {
       case ShapeKind::exponent:
         shape = draw.uniform(0.5, 2.5);
         break;
+      case ShapeKind::customary_exponent:
+        shape = draw.uniform(1.6, 2.4);
+        break;
       case ShapeKind::time_constant:
         shape = draw.log_uniform(1.0, 2.0);
         break;

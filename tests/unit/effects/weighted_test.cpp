@@ -35,6 +35,9 @@ template <class R>
 constexpr double kLoss<Stribeck<R>> = 4.9e-4;
 template <class R>
 constexpr double kLoss<FrictionalLag<R>> = 4.9e-4;
+/// Of the square of a velocity below 1 m/s.
+template <class R>
+constexpr double kLoss<QuadraticDrag<R>> = 6e-3;
 template <class R>
 constexpr double kLoss<Drift<R>> = 1.8e-5;
 template <class R>

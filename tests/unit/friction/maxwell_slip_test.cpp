@@ -166,6 +166,17 @@ TEST(PackedArithmetic, IsWhatTheInstructionsDo) {
         ASSERT_EQ(multiply_add(first, second, 0x7FFFFFFFU), static_cast<std::uint32_t>(exact));
       }
     }
+    for (const std::int32_t b : kValues) {
+      const std::uint32_t own = portable::pack(a, b);
+      const std::uint32_t other = portable::pack(b, a);
+      const std::int32_t c = a & 0xFFFF;
+      const std::int32_t d = b & 0xFFFF;
+      const auto more = static_cast<std::uint32_t>(std::min(0xFFFF, c + d));
+      ASSERT_EQ(add_saturating_unsigned(own, other), more | (more << 16));
+      ASSERT_EQ(subtract_saturating_unsigned(own, other),
+                static_cast<std::uint32_t>(std::max(0, c - d)) |
+                    (static_cast<std::uint32_t>(std::max(0, d - c)) << 16));
+    }
     EXPECT_EQ(both_lanes(a), portable::pack(a, a));
     EXPECT_EQ(saturate16(a * 3), limited(a * 3));
   }

@@ -4,9 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
 #include <vector>
 
 #include "tests/unit/identify/identify_support.h"
+#include "workbench/identify/fit.h"
+#include "workbench/identify/standard_errors.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -55,6 +58,44 @@ TEST(ShapeSearch, StartsLieWithinTheRanges) {
       }
     }
   }
+}
+
+/// What the log says of a drag of this exponent, with so much viscous friction beside it.
+Term drag_found(double exponent, double viscous_N_s_per_m) {
+  Log log = test::wandering_log(7, 1000.0, 20'000);
+  Terms truth;
+  {
+    const Measurement measurement(log);
+    truth = {make_term(measurement, *find_effect("viscous")),
+             make_term(measurement, *find_effect("quadratic_drag"))};
+    truth[0].gains = {viscous_N_s_per_m};
+    truth[1].gains = {400.0};
+    truth[1].shapes = {exponent};
+    log.force_N = evaluate_force(measurement, truth).force_N;
+  }
+  test::Draw draw(3);
+  for (double& force_N : log.force_N) force_N += 0.002 * draw.normal();
+  const Measurement measurement(log);
+  std::vector<std::string> effects{"offset_force", "quadratic_drag"};
+  if (viscous_N_s_per_m > 0.0) effects.emplace_back("viscous");
+  const FittedModel fitted = settle_customary_shapes(measurement, fit_effects(measurement, effects, {}));
+  return *find_term(with_standard_errors(measurement, fitted).terms, "quadratic_drag");
+}
+
+TEST(ShapeSearch, GivesDragTheExponentOfTheLog) {
+  for (const double exponent : {1.7, 2.3}) {
+    const Term drag = drag_found(exponent, 0.0);
+    EXPECT_NEAR(drag.shapes[0], exponent, 0.02);
+    EXPECT_GT(drag.shape_standard_errors[0], 0.0);
+    EXPECT_NEAR(drag.shapes[0], exponent, 5.0 * drag.shape_standard_errors[0]);
+  }
+}
+
+TEST(ShapeSearch, LeavesDragItsSquareBesideViscousFriction) {
+  const Term drag = drag_found(2.0, 3.0);
+  EXPECT_NEAR(drag.shapes[0], 2.0, 0.05);
+  EXPECT_GE(drag.shapes[0], 2.0);
+  EXPECT_NEAR(drag.gains[0], 400.0, 80.0);
 }
 
 TEST(ShapeSearch, FindsTheBottomOfABowl) {
