@@ -137,7 +137,11 @@ bool has_no_true_mode(const FittedModel& model) {
   const Term* mode = find_term(model.terms, "structural_resonance");
   if (mode == nullptr) return false;
   const double moving_kg = mass_kg(model.terms);
-  return mode->shapes[1] > kNoRinging || mode->gains[2] < -kMostThatSwings * moving_kg ||
+  // Of a mass that is fitted, the mode has no rigid part: what swings comes to it.
+  const bool free = mass_is_free(model.terms);
+  const bool swings_as_a_whole = free ? mode->gains[0] > kMostThatSwings * (moving_kg + mode->gains[0])
+                                      : mode->gains[2] < -kMostThatSwings * moving_kg;
+  return mode->shapes[1] > kNoRinging || swings_as_a_whole ||
          std::hypot(mode->gains[0], mode->gains[1]) > kHeaviestArm * moving_kg;
 }
 

@@ -48,6 +48,21 @@ TEST(StandIns, AModeAloneNeedsNoPayload) {
   EXPECT_EQ(added(diagnosed(test::simulate(bench, 31))), std::vector<std::string>{"structural_resonance"});
 }
 
+// The mode's rigid mass and a mass that no log declares are one force: the axis keeps its mass.
+TEST(StandIns, AModeLeavesAFittedMassToTheAxis) {
+  sim::Bench bench = bench_of(31);
+  let_swing(bench.axis);
+  Log log = test::simulate(bench, 31);
+  log.mass_kg.reset();
+  const Diagnosis is = diagnosed(log);
+  EXPECT_EQ(added(is), std::vector<std::string>{"structural_resonance"});
+  const Term& mode = *find_term(is.explained.terms, "structural_resonance");
+  EXPECT_EQ(mode.gains[2], 0.0);
+  const double found_kg = mass_kg(is.explained.terms) + mode.gains[0];
+  EXPECT_NEAR(found_kg, bench.axis.mass_kg, 0.01 * bench.axis.mass_kg);
+  EXPECT_LT(mode.gains[0], 0.2 * bench.axis.mass_kg);
+}
+
 TEST(StandIns, APayloadBesideAModeIsNamed) {
   sim::Bench bench = bench_of(31);
   let_swing(bench.axis);
