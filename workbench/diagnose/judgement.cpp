@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/diagnose/judgement.h"
 
+#include <fmt/format.h>
+
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "workbench/diagnose/lines.h"
 #include "workbench/diagnose/lost_counts.h"
+#include "workbench/diagnose/reduction.h"
 #include "workbench/diagnose/stand_ins.h"
+#include "workbench/diagnose/worth.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -74,6 +79,41 @@ bool insufficient(const Diagnosis& diagnosis) {
          last.holdout_rmse_N > kMostOfBaseline * diagnosis.baseline.holdout_rmse_N;
 }
 
+/// What instruments may have done is told where it explains this share of the baseline's error.
+constexpr double kInstrumentsTold = 0.1;
+/// ... and so many standard errors of it: a remark needs less than a name.
+constexpr double kSureEnoughToTell = 2.0;
+/// Of two that say nearly the same, so much more error, the one of fewer parameters.
+constexpr double kNearlyTheSame = 1.05;
+
+/// Whether the candidate lowers the baseline's error beyond chance and by enough for a word, and is no larger
+/// than clocks and sensors err.
+bool instruments_may_do(const Measurement& measurement, const FittedModel& baseline,
+                        const Candidate& candidate) {
+  const Reduction reduced = reduction(baseline.block_squared_error, candidate.block_squared_error);
+  const double step_N2 = explained_N2(baseline.holdout_rmse_N, candidate.holdout_rmse_N);
+  return reduced.value >= kInstrumentsTold && reduced.earned(kSureEnoughToTell) &&
+         within_instruments(baseline, measurement.tick_s(), baseline.terms, candidate.terms, step_N2);
+}
+
+/// Without a name: what lowers the error most, where it is no larger than clocks and sensors err. Who reads
+/// of its symptoms alone would look for a fault of the axis.
+std::string instruments_behind(const Measurement& measurement, const Diagnosis& diagnosis) {
+  const Candidate* told = nullptr;
+  for (const Candidate& candidate : diagnosis.candidates) {
+    const bool near = told == nullptr || candidate.holdout_rmse_N < kNearlyTheSame * told->holdout_rmse_N;
+    if (!near || !instruments_may_do(measurement, diagnosis.baseline, candidate)) break;
+    if (told == nullptr || candidate.term.effect->parameter_count() < told->term.effect->parameter_count()) {
+      told = &candidate;
+    }
+  }
+  if (told == nullptr) return {};
+  const double lowered = 1.0 - told->holdout_rmse_N / diagnosis.baseline.holdout_rmse_N;
+  return fmt::format(
+      "; {} would lower the error by {:.0f} %, but is no larger than what clocks and sensors err: {}",
+      told->term.id(), 100.0 * lowered, told->evidence);
+}
+
 /// Effects were named: whether they hold. `strongest`: structure left, where the reason has none of its own.
 void judge_named(const Measurement& measurement, const Structure& strongest, Diagnosis& diagnosis) {
   const auto blame = [&](std::optional<Structure> stood_in_for) {
@@ -101,6 +141,7 @@ void judge_by_what_is_left(const Measurement& measurement, Diagnosis& diagnosis)
     return;
   }
   if (!diagnosis.unexplained && far_from_complete(diagnosis)) diagnosis.unexplained = left.front();
+  if (diagnosis.unexplained) diagnosis.unexplained->description += instruments_behind(measurement, diagnosis);
   diagnosis.verdict = diagnosis.unexplained ? Verdict::unexplained : Verdict::complete;
 }
 

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "workbench/diagnose/repeats.h"
+
 namespace slipstack::workbench {
 namespace {
 
@@ -107,6 +109,7 @@ Found search(const Measurement& measurement, const DiagnoseOptions& options, con
     std::erase_if(next, [&](const Explanation& one) {
       return (has_no_true_mode(one.model) && !has_no_true_mode(baseline)) ||
              lag_is_of_bristle(found, baseline, one.model) ||
+             ripple_not_borne_out(measurement, one.model, baseline.terms) ||
              (coulomb_joins_hysteresis(best.model, one.model) && !earned(yardstick, best.model, one.model));
     });
     if (next.empty()) break;

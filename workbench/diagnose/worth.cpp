@@ -40,22 +40,6 @@ constexpr std::string_view kGrowWithForce[] = {"time_delay", "structural_resonan
 /// displacement by its own damping.
 constexpr double kLeastDelay = 0.25;
 
-/// Whether the step adds what grows with the force, and no more of it than instruments err.
-bool within_instruments(const Yardstick& yardstick, const FittedModel& before, const FittedModel& after,
-                        double step_N2) {
-  const FittedModel& baseline = yardstick.baseline;
-  if (contains(after.terms, "time_delay") && !contains(before.terms, "time_delay") &&
-      std::abs(delay_s(after.terms)) < kLeastDelay * yardstick.tick_s) {
-    return true;
-  }
-  if (!(baseline.relative_error > 0.0)) return false;
-  const double force_N = baseline.train_rmse_N / baseline.relative_error;
-  return step_N2 < squared(kLeastShareOfForce * force_N) &&
-         std::any_of(std::begin(kGrowWithForce), std::end(kGrowWithForce), [&](std::string_view id) {
-           return contains(after.terms, id) && !contains(before.terms, id);
-         });
-}
-
 /// Coulomb friction beside hysteresis is hysteresis of a slip distance shorter than the encoder shows: it
 /// takes up what quantisation leaves at reversals, and must explain more than that.
 constexpr double kShareOfExcessCoulomb = 0.7;
@@ -120,6 +104,19 @@ constexpr double kShareOfExplained = 0.05;
 
 }  // namespace
 
+bool within_instruments(const FittedModel& baseline, double tick_s, const Terms& before, const Terms& after,
+                        double step_N2) {
+  if (contains(after, "time_delay") && !contains(before, "time_delay") &&
+      std::abs(delay_s(after)) < kLeastDelay * tick_s) {
+    return true;
+  }
+  if (!(baseline.relative_error > 0.0)) return false;
+  const double force_N = baseline.train_rmse_N / baseline.relative_error;
+  return step_N2 < squared(kLeastShareOfForce * force_N) &&
+         std::any_of(std::begin(kGrowWithForce), std::end(kGrowWithForce),
+                     [&](std::string_view id) { return contains(after, id) && !contains(before, id); });
+}
+
 bool coulomb_joins_hysteresis(const FittedModel& before, const FittedModel& after) {
   return contains(before.terms, "presliding_hysteresis") && !contains(before.terms, "coulomb") &&
          contains(after.terms, "coulomb");
@@ -137,7 +134,11 @@ bool has_no_true_mode(const FittedModel& model) {
   const Term* mode = find_term(model.terms, "structural_resonance");
   if (mode == nullptr) return false;
   const double moving_kg = mass_kg(model.terms);
-  return mode->shapes[1] > kNoRinging || mode->gains[2] < -kMostThatSwings * moving_kg ||
+  // Of a mass that is fitted, the mode has no rigid part: what swings comes to it.
+  const bool free = mass_is_free(model.terms);
+  const bool swings_as_a_whole = free ? mode->gains[0] > kMostThatSwings * (moving_kg + mode->gains[0])
+                                      : mode->gains[2] < -kMostThatSwings * moving_kg;
+  return mode->shapes[1] > kNoRinging || swings_as_a_whole ||
          std::hypot(mode->gains[0], mode->gains[1]) > kHeaviestArm * moving_kg;
 }
 
@@ -170,7 +171,7 @@ bool earned(const Yardstick& yardstick, const FittedModel& before, const FittedM
       (step < kShareOfExcessCoulomb * excess || coulomb_share(after) < kShareOfDryFriction)) {
     return false;
   }
-  if (within_instruments(yardstick, before, after, step)) return false;
+  if (within_instruments(yardstick.baseline, yardstick.tick_s, before.terms, after.terms, step)) return false;
   if (before.terms.size() <= yardstick.baseline.terms.size()) return explains_excess(before, after, floor_N);
   const double all = explained_N2(yardstick.known_N, after.holdout_rmse_N);
   return reduced.value >= kLeastFurtherReduction && step >= squared(kShareOfExplained) * all;

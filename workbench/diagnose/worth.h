@@ -32,6 +32,11 @@ bool has_no_true_mode(const FittedModel& model);
 /// bristle whose level weakens with velocity (LuGre, Leuven) has to creep to its new stretch; no film forms.
 bool lags_by_own_stretch(const FittedModel& model);
 
+/// Whether the step adds what grows with the force, and no more of it than clocks and sensors err; it
+/// explains `step_N2` (mean square) of what `before` leaves.
+bool within_instruments(const FittedModel& baseline, double tick_s, const Terms& before, const Terms& after,
+                        double step_N2);
+
 /// Whether the step from `before` to `after` is worth its parameters.
 bool earned(const Yardstick& yardstick, const FittedModel& before, const FittedModel& after);
 

@@ -90,6 +90,16 @@ void couple_viscous(const Terms& terms, NormalEquations::Constraints& constraint
   }
 }
 
+/// A mode's rigid mass and a mass of the axis that is fitted are one and the same force: the axis has it, or
+/// the split is chance, and a mass may come out as none.
+void leave_rigid_mass_to_axis(const Terms& terms, NormalEquations::Constraints& constraints) {
+  const GainAt rigid = find_gain(terms, "structural_resonance", "rigid_mass");
+  if (rigid.term == nullptr || !mass_is_free(terms)) return;
+  for (std::size_t set = 0; set < rigid.term->gain_sets(); ++set) {
+    constraints.lower(rigid.unknown(set)) = constraints.upper(rigid.unknown(set)) = 0.0;
+  }
+}
+
 }  // namespace
 
 Term make_term(const Measurement& measurement, const EffectDescription& effect) {
@@ -158,6 +168,7 @@ NormalEquations::Constraints constraints_of(const Terms& terms, double error_N) 
     }
   }
   couple_viscous(terms, constraints);
+  leave_rigid_mass_to_axis(terms, constraints);
   return constraints;
 }
 

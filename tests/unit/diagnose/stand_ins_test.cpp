@@ -48,6 +48,40 @@ TEST(StandIns, AModeAloneNeedsNoPayload) {
   EXPECT_EQ(added(diagnosed(test::simulate(bench, 31))), std::vector<std::string>{"structural_resonance"});
 }
 
+// The mode's rigid mass and a mass that no log declares are one force: the axis keeps its mass.
+TEST(StandIns, AModeLeavesAFittedMassToTheAxis) {
+  sim::Bench bench = bench_of(31);
+  let_swing(bench.axis);
+  Log log = test::simulate(bench, 31);
+  log.mass_kg.reset();
+  const Diagnosis is = diagnosed(log);
+  EXPECT_EQ(added(is), std::vector<std::string>{"structural_resonance"});
+  const Term& mode = *find_term(is.explained.terms, "structural_resonance");
+  EXPECT_EQ(mode.gains[2], 0.0);
+  const double found_kg = mass_kg(is.explained.terms) + mode.gains[0];
+  EXPECT_NEAR(found_kg, bench.axis.mass_kg, 0.01 * bench.axis.mass_kg);
+  EXPECT_LT(mode.gains[0], 0.2 * bench.axis.mass_kg);
+}
+
+// A fifth of a sample between the clocks is no delay of the axis; what it does at fast moves looks like play.
+TEST(StandIns, WhatInstrumentsErrIsToldBesideItsSymptoms) {
+  for (const double part_of_tick : {0.2, 1.5}) {
+    sim::Bench bench = bench_of(33);
+    bench.axis.force_noise_N *= 0.1;
+    bench.axis.encoder_resolution_m *= 0.1;
+    bench.axis.effects.delay = sim::RecordingDelay{part_of_tick / bench.rate_Hz, 0.0};
+    const Diagnosis is = diagnosed(test::simulate(bench, 33));
+    if (part_of_tick > 1.0) {
+      EXPECT_EQ(added(is), std::vector<std::string>{"time_delay"});
+      continue;
+    }
+    EXPECT_EQ(is.verdict, Verdict::unexplained);
+    ASSERT_TRUE(is.unexplained);
+    EXPECT_NE(is.unexplained->description.find("time_delay would lower the error"), std::string::npos)
+        << is.unexplained->description;
+  }
+}
+
 TEST(StandIns, APayloadBesideAModeIsNamed) {
   sim::Bench bench = bench_of(31);
   let_swing(bench.axis);

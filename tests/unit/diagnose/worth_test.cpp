@@ -102,5 +102,24 @@ TEST(LagsByOwnStretch, OverThePreSlidingTravelAndNotInTime) {
   EXPECT_FALSE(lags_by_own_stretch(none));
 }
 
+/// A fitted mass of 2 kg with an arm of `modal_kg` on it.
+FittedModel with_arm(const Measurement& measurement, double modal_kg) {
+  FittedModel model;
+  Term inertia = make_term(measurement, *find_effect("inertia"));
+  inertia.gains = {2.0};
+  Term mode = make_term(measurement, *find_effect("structural_resonance"));
+  mode.shapes = {30.0, 0.02};
+  mode.gains = {modal_kg, 0.0, 0.0};
+  model.terms = {inertia, mode};
+  return model;
+}
+
+TEST(HasNoTrueMode, WhereMostOfAFittedMassSwings) {
+  const Measurement measurement(test::wandering_log(1, 2000.0, 6000));
+  EXPECT_FALSE(has_no_true_mode(with_arm(measurement, 0.3)));
+  EXPECT_FALSE(has_no_true_mode(with_arm(measurement, 2.8)));  // 58 % of both
+  EXPECT_TRUE(has_no_true_mode(with_arm(measurement, 3.2)));   // 62 %
+}
+
 }  // namespace
 }  // namespace slipstack::workbench

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+// A ripple repeats along the rail: strokes over whole pitches must show it, not only the places of rest.
+#include "workbench/diagnose/repeats.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "tests/unit/diagnose/diagnosed.h"
+#include "tests/unit/identify/identify_support.h"
+
+namespace slipstack::workbench {
+namespace {
+
+constexpr double kPitch_m = 12e-3;
+constexpr double kStroke_m = 50e-3;
+constexpr double kSeconds = 24.0;
+constexpr double kCycle_s = 8.0;
+
+/// Where in its cycle the axis is: the log begins and ends between strokes, where the filter cuts rows off.
+double in_cycle_s(double t) {
+  return std::fmod(t + 0.5 * kCycle_s, kCycle_s);
+}
+
+/// Whether the axis is on one of the two long strokes of a cycle, which take a second each.
+bool strokes(double t) {
+  return in_cycle_s(t) < 2.0;
+}
+
+/// A stroke out and back in two seconds, then six of moves of a tenth of a millimetre about another place in
+/// each second.
+double position_m(double t) {
+  const double in_cycle = in_cycle_s(t);
+  if (strokes(t)) return 0.5 * kStroke_m * (1.0 - std::cos(std::numbers::pi * in_cycle));
+  const double second = std::floor(in_cycle) - 2.0;
+  const double into = std::min(1.0, (in_cycle - 2.0 - second) / 0.5);
+  const double step = 0.5 * (1.0 - std::cos(std::numbers::pi * into));
+  const double place = second < 5.0 ? second + step : 5.0 * (1.0 - step);
+  return 1.9e-3 * place + 1e-4 * std::sin(2.0 * std::numbers::pi * 3.0 * t) * std::sin(std::numbers::pi * t);
+}
+
+/// A ripple of which `in_strokes` shows in the strokes, and all of it elsewhere.
+Log log_with(double in_strokes) {
+  test::Draw draw(3);
+  return test::log_of(1000.0, static_cast<std::size_t>(1000.0 * kSeconds), position_m, [&](double t) {
+    const double ripple_N = std::cos(2.0 * std::numbers::pi * position_m(t) / kPitch_m);
+    return (strokes(t) ? in_strokes : 1.0) * ripple_N + 0.02 * draw.normal();
+  });
+}
+
+/// The same ripple with its gain fitted to all of the log.
+FittedModel with_ripple(const Measurement& measurement) {
+  Term inertia = make_term(measurement, *find_effect("inertia"));
+  Term ripple = make_term(measurement, *find_effect("force_ripple"));
+  ripple.shapes = {kPitch_m};
+  return fit_gains(measurement, {inertia, ripple});
+}
+
+TEST(WayOfStrokes, CountsLongStrokesOnly) {
+  const Measurement measurement(log_with(1.0));
+  const double cycles = kSeconds / kCycle_s;
+  EXPECT_NEAR(way_of_strokes(measurement, kPitch_m).sum(), 2.0 * cycles * kStroke_m, 0.02 * kStroke_m);
+  EXPECT_EQ(way_of_strokes(measurement, 1.1 * kStroke_m).sum(), 0.0);
+  // The moves between the places are strokes of their own where less is asked for.
+  EXPECT_GT(way_of_strokes(measurement, 1.5e-3).sum(), 2.1 * cycles * kStroke_m);
+}
+
+TEST(ShareBorneOut, IsWhatTheAxisShowsOfIt) {
+  const Eigen::VectorXd claimed_N = Eigen::VectorXd::LinSpaced(50, -1.0, 2.0);
+  const Eigen::VectorXd weight = Eigen::VectorXd::Constant(50, 1e-3);
+  for (const double shown : {-0.5, 0.0, 0.4, 1.0}) {
+    EXPECT_NEAR(share_borne_out(claimed_N, (shown - 1.0) * claimed_N, weight), shown, 1e-12);
+  }
+  EXPECT_EQ(share_borne_out(claimed_N, claimed_N, Eigen::VectorXd::Zero(50)), 0.0);
+}
+
+TEST(RippleNotBorneOut, WhereStrokesDoNotShowIt) {
+  for (const double in_strokes : {1.0, 0.8, 0.2, 0.0}) {
+    Measurement measurement(log_with(in_strokes));
+    EXPECT_EQ(ripple_not_borne_out(measurement, with_ripple(measurement), {}), in_strokes < 0.5)
+        << in_strokes;
+  }
+}
+
+TEST(RippleNotBorneOut, AsksOnlyOfRipplesThatAreNew) {
+  const Measurement measurement(log_with(0.0));
+  const FittedModel ripple = with_ripple(measurement);
+  EXPECT_FALSE(ripple_not_borne_out(measurement, ripple, ripple.terms));
+  const FittedModel plain = fit_gains(measurement, {make_term(measurement, *find_effect("inertia"))});
+  EXPECT_FALSE(ripple_not_borne_out(measurement, plain, {}));
+}
+
+}  // namespace
+}  // namespace slipstack::workbench
