@@ -92,6 +92,8 @@ bool lag_is_of_bristle(const Found& found, const FittedModel& baseline, const Fi
 constexpr std::size_t kMostSteps = 5;
 /// Held-out errors this near to the floor end the search.
 constexpr double kAtFloor = 1.10;
+/// Beyond this, shapes found while the other effects were missing are searched anew.
+constexpr double kNearFloor = 1.20;
 
 }  // namespace
 
@@ -120,6 +122,9 @@ Found search(const Measurement& measurement, const DiagnoseOptions& options, con
       }
       best = winner;
       best.model = polish_shapes(measurement, std::move(best.model), {20});
+      if (level > 0 && best.model.holdout_rmse_N > kNearFloor * floor.of(best.model.terms)) {
+        best.model = search_anew(measurement, std::move(best.model), best.added);
+      }
       if (best.model.holdout_rmse_N < kAtFloor * floor.of(best.model.terms)) break;
     } else if (level > 0 || !promises(yardstick, winner.model)) {
       break;

@@ -82,10 +82,10 @@ std::vector<double> best_start(const EffectDescription& effect,
 
 /// Unless a half or a third of the pitch does as well: noise in the harmonics that a multiple adds can make
 /// it the best by a hair.
-std::vector<double> with_shortest_pitch(const EffectDescription& effect,
-                                        const std::vector<ShapeRange>& ranges, SearchResult found,
-                                        const std::function<double(const std::vector<double>&)>& cost,
-                                        int evaluations) {
+SearchResult with_shortest_pitch(const EffectDescription& effect, const std::vector<ShapeRange>& ranges,
+                                 SearchResult found,
+                                 const std::function<double(const std::vector<double>&)>& cost,
+                                 int evaluations) {
   const double enough = kAsGoodPitch * found.cost;
   for (const ShapeRange& range : ranges) {
     if (effect.shapes[range.index].kind != ShapeKind::pitch) continue;
@@ -97,7 +97,24 @@ std::vector<double> with_shortest_pitch(const EffectDescription& effect,
       if (shorter.cost <= enough) found = std::move(shorter);
     }
   }
-  return found.shapes;
+  return found;
+}
+
+/// Starts of one valley each: a memory that fades with distance alone is far from one that fades with time.
+std::vector<std::vector<std::vector<double>>> valleys(const EffectDescription& effect,
+                                                      const std::vector<ShapeRange>& ranges,
+                                                      std::vector<std::vector<double>> starts) {
+  const auto distance = std::find_if(ranges.begin(), ranges.end(), [&](const ShapeRange& range) {
+    return effect.shapes[range.index].kind == ShapeKind::lag_distance;
+  });
+  if (distance == ranges.end()) return {std::move(starts)};
+  const auto by_distance = std::stable_partition(starts.begin(), starts.end(), [&](const auto& shapes) {
+    return shapes[distance->index] == distance->upper;
+  });
+  std::vector<std::vector<std::vector<double>>> all{{starts.begin(), by_distance},
+                                                    {by_distance, starts.end()}};
+  std::erase_if(all, [](const auto& one) { return one.empty(); });
+  return all;
 }
 
 /// A model at its gains as they are: what trials need, without a fit.
@@ -225,13 +242,18 @@ Trial try_effect(const Measurement& measurement, const FittedModel& base, const 
                           : starting_shapes(measurement, effect,
                                             linearisation.residual_N().cwiseProduct(measurement.row_usable()),
                                             linearisation.force_N());
-  best.term.shapes = starts.size() > 1 ? best_start(effect, starts, cost) : starts.front();
   const std::vector<ShapeRange> ranges = searched_shapes(measurement, effect);
   // A user's own effect may have many shapes, and a narrow place to find.
   const int evaluations = effect.is_own() ? effort.evaluations * std::max(1, static_cast<int>(ranges.size()))
                                           : effort.evaluations;
-  best.term.shapes = with_shortest_pitch(
-      effect, ranges, refine_shapes(ranges, best.term.shapes, cost, evaluations), cost, evaluations);
+  SearchResult lowest;
+  for (const auto& valley : valleys(effect, ranges, starts)) {
+    const std::vector<double> first = valley.size() > 1 ? best_start(effect, valley, cost) : valley.front();
+    SearchResult found = with_shortest_pitch(effect, ranges, refine_shapes(ranges, first, cost, evaluations),
+                                             cost, evaluations);
+    if (lowest.shapes.empty() || found.cost < lowest.cost) lowest = std::move(found);
+  }
+  best.term.shapes = std::move(lowest.shapes);
   const NormalEquations equations = equations_at(best.term.shapes);
   const auto judged = judge(equations);
   best.terms.back() = best.term;
@@ -245,6 +267,25 @@ Trial try_effect(const Measurement& measurement, const FittedModel& base, const 
   }
   return best;
 }
+
+namespace {
+
+/// The model with the shapes of one term searched, the others' held: from `start`, or from everywhere. As it
+/// was where that is no better.
+FittedModel with_shapes_searched(const Measurement& measurement, FittedModel fitted, std::size_t t,
+                                 const SearchEffort& effort, const std::vector<double>* start) {
+  const EffectDescription& effect = *fitted.terms[t].effect;
+  if (searched_shapes(measurement, effect).empty()) return fitted;
+  const FittedModel base =
+      linearised(measurement, without(fitted.terms, fitted.terms[t].id()), fitted.train_rmse_N);
+  Terms terms = fitted.terms;
+  terms[t].shapes = try_effect(measurement, base, effect, effort, start).term.shapes;
+  FittedModel moved = fit_gains(measurement, std::move(terms), &fitted);
+  if (moved.holdout_rmse_N < fitted.holdout_rmse_N) fitted = std::move(moved);
+  return fitted;
+}
+
+}  // namespace
 
 FittedModel fit_effects(const Measurement& measurement, const std::vector<std::string>& effects,
                         const SearchEffort& effort) {
@@ -276,15 +317,17 @@ FittedModel fit_effects(const Measurement& measurement, const std::vector<std::s
 
 FittedModel polish_shapes(const Measurement& measurement, FittedModel fitted, const SearchEffort& effort) {
   for (std::size_t t = 0; t < fitted.terms.size(); ++t) {
-    const EffectDescription& effect = *fitted.terms[t].effect;
-    if (searched_shapes(measurement, effect).empty()) continue;
-    Terms others = fitted.terms;
-    others.erase(others.begin() + static_cast<std::ptrdiff_t>(t));
-    const FittedModel base = linearised(measurement, std::move(others), fitted.train_rmse_N);
-    Terms terms = fitted.terms;
-    terms[t].shapes = try_effect(measurement, base, effect, effort, &fitted.terms[t].shapes).term.shapes;
-    FittedModel moved = fit_gains(measurement, std::move(terms), &fitted);
-    if (moved.holdout_rmse_N < fitted.holdout_rmse_N) fitted = std::move(moved);
+    const std::vector<double> here = fitted.terms[t].shapes;
+    fitted = with_shapes_searched(measurement, std::move(fitted), t, effort, &here);
+  }
+  return fitted;
+}
+
+FittedModel search_anew(const Measurement& measurement, FittedModel fitted,
+                        const std::vector<std::string>& effects) {
+  for (std::size_t t = 0; t < fitted.terms.size(); ++t) {
+    if (std::find(effects.begin(), effects.end(), fitted.terms[t].id()) == effects.end()) continue;
+    fitted = with_shapes_searched(measurement, std::move(fitted), t, {}, nullptr);
   }
   return fitted;
 }

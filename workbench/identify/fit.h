@@ -69,6 +69,11 @@ FittedModel polish_shapes(const Measurement& measurement, FittedModel fitted, co
 /// viscous friction the exponent of a drag is therefore not lowered.
 FittedModel settle_customary_shapes(const Measurement& measurement, FittedModel fitted);
 
+/// Searches the shapes of these effects of a fitted model from everywhere, the others' as they are: what was
+/// found while another effect was missing may lie in another valley.
+FittedModel search_anew(const Measurement& measurement, FittedModel fitted,
+                        const std::vector<std::string>& effects);
+
 /// A term for `effect` as this log wants it: the inertia is given where the log declares a mass.
 Term term_for_log(const Measurement& measurement, const EffectDescription& effect);
 /// Sets the gain of the inertia to the mass that each log declares, where they declare one.
