@@ -12,6 +12,7 @@
 #include "tests/can/desk.h"
 #include "workbench/diagnose/diagnose.h"
 #include "workbench/identify/measurement.h"
+#include "workbench/identify/noise_floor.h"
 #include "workbench/log/log.h"
 
 namespace slipstack::workbench {
@@ -104,7 +105,9 @@ Diagnosis diagnosis_of(const std::string& text, const char* name) {
   std::filesystem::remove(path);
   DiagnoseOptions options;
   options.baseline = {"inertia", "presliding_hysteresis"};
-  return diagnose(Measurement(log), options);
+  Measurement measurement(log);
+  weigh_rows(measurement);
+  return diagnose(measurement, options);
 }
 
 TEST(RecordAndDiagnose, ACleanAxisIsComplete) {

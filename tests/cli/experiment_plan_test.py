@@ -10,7 +10,7 @@ import unittest
 
 import program
 
-AXIS = ("--effects", "frictional_lag", "--strength", "6")
+AXIS = ("--effects", "frictional_lag", "--strength", "2")
 SEED = 11
 
 

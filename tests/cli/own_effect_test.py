@@ -47,7 +47,7 @@ class OwnEffect(program.Workshop):
         self.assertEqual(result["verdict"], "missing_effect")
         first = result["candidates"][0]
         self.assertEqual((first["effect"], first["definition"]), ("snag", SNAG))
-        self.assertLess(result["best"]["holdout_rmse_N"], 1.15 * result["noise_floor_N"])
+        self.assertLess(result["best"]["holdout_rmse_N"], 1.2 * result["noise_floor_N"])
         self.assertGreater(result["baseline"]["holdout_rmse_N"], 2.0 * result["noise_floor_N"])
 
     def test_is_not_named_on_a_clean_log(self):

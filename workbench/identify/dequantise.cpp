@@ -61,8 +61,10 @@ class Passage {
  public:
   Passage(const Cubic& cubic, double centre_m, double resolution_m)
       : cubic_(cubic), centre_m_(centre_m), half_m_(0.5 * resolution_m) {
+    // Where it touches the border, rounding must not decide.
+    const double border_m = (1.0 + 1e-6) * half_m_;
     for (double time = 0.5; time < cubic.length; time += 1.0) {
-      stays_inside_ = stays_inside_ && std::abs(cubic.at(time) - centre_m) <= half_m_;
+      stays_inside_ = stays_inside_ && std::abs(cubic.at(time) - centre_m) <= border_m;
     }
   }
 
@@ -71,11 +73,12 @@ class Passage {
     return std::clamp(position_m, centre_m_ - half_m_, centre_m_ + half_m_);
   }
 
-  /// Straight to the first of two places, each a share of the cell, to the second, and out; a third of the
-  /// time each.
+  /// Straight to the first of two places, each a share of the cell from where it was entered, to the second,
+  /// and out; a third of the time each.
   double astray_at(double time, const std::array<double, 2>& places) const {
-    const std::array way{cubic_.from_m, centre_m_ + (2.0 * places[0] - 1.0) * half_m_,
-                         centre_m_ + (2.0 * places[1] - 1.0) * half_m_, cubic_.to_m};
+    const double across_m = 2.0 * (centre_m_ - cubic_.from_m);
+    const std::array way{cubic_.from_m, cubic_.from_m + places[0] * across_m,
+                         cubic_.from_m + places[1] * across_m, cubic_.to_m};
     const double thirds = 3.0 * time / cubic_.length;
     const std::size_t leg = std::min<std::size_t>(static_cast<std::size_t>(thirds), 2);
     return std::lerp(way[leg], way[leg + 1], thirds - static_cast<double>(leg));

@@ -13,7 +13,7 @@ struct UnseenWay {
   /// Samples. The cubic is believed in a shorter stay, and in a longer one on the way through with steady
   /// speed; else the axis may have crept to and fro as it liked, and is taken to go by the two `places`.
   double longest_known = std::numeric_limits<double>::infinity();
-  /// Shares of the cell.
+  /// Shares of the cell, from where it was entered.
   std::array<double, 2> places{0.5, 0.5};
 };
 

@@ -258,7 +258,12 @@ void Measurement::find_turns(double beyond_corners) {
       const double before_m = x[-2] - 2.0 * x[-1] + x[0];
       const double after_m = x[0] - 2.0 * x[1] + x[2];
       if (before_m * bend_m < 0.0 && after_m * bend_m < 0.0) {
-        if (beyond_corners > 0.0) turns_.push_back({i, x[0] - 0.5 * beyond_corners * bend_m});
+        // Half-way between what rounding leaves and a step.
+        const double least_m =
+            std::min({std::abs(x[0] - x[-1]), std::abs(x[1] - x[0]), std::abs(before_m), std::abs(after_m)});
+        if (beyond_corners > 0.0 && least_m > 0.4 * step_m) {
+          turns_.push_back({i, x[0] - 0.5 * beyond_corners * bend_m});
+        }
         continue;
       }
       if (std::abs(bend_m) < kCurvedSteps * step_m ||

@@ -36,8 +36,9 @@ constexpr double kWorthWeighing = 0.1;
 /// Rows over which the error of one reading stands for that of another: some filter lengths.
 constexpr Eigen::Index kNeighbours = 12;
 
-/// Classes of rows by what quantisation does there.
+/// Classes of rows by what quantisation does there, and by how much less may be left of it by chance.
 constexpr std::size_t kClasses = 20;
+constexpr double kChance = 1.25;
 
 double squared(double x) {
   return x * x;
@@ -126,8 +127,8 @@ Eigen::VectorXd borne_out(const RowVariances& rows, const Eigen::VectorXd& usabl
       expected += rows.quantisation(row);
       left += rows.left(row) - rows.noise(row);
     }
-    if (left >= expected || expected <= 0.0) continue;
-    const double share = std::max(left, 0.0) / expected;
+    if (kChance * left >= expected || expected <= 0.0) continue;
+    const double share = kChance * std::max(left, 0.0) / expected;
     for (const Eigen::Index row : members) variance(row) *= share;
   }
   return variance;
