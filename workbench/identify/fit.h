@@ -68,6 +68,8 @@ FittedModel polish_shapes(const Measurement& measurement, FittedModel fitted, co
 /// effects there are: viscous friction beside quadratic drag looks like a drag of lower exponent. Beside a
 /// viscous friction the exponent of a drag is therefore not lowered.
 FittedModel settle_customary_shapes(const Measurement& measurement, FittedModel fitted);
+/// The same for `time_delay` alone: a low pass beside the delay, where there is one.
+FittedModel settle_lag(const Measurement& measurement, FittedModel fitted);
 
 /// A term for `effect` as this log wants it: the inertia is given where the log declares a mass.
 Term term_for_log(const Measurement& measurement, const EffectDescription& effect);
