@@ -132,11 +132,13 @@ inline float mass_kg(const ModelParameters& model) {
   return (inertia.enabled ? inertia.gains[0] : 0.0F) + (payload.enabled ? payload.gains[0] : 0.0F);
 }
 
-/// Ticks by which the reference of the model runs ahead of the feedback's, for `time_delay`.
+/// Ticks by which the reference of the model runs ahead of the feedback's, for `time_delay`: a low pass is
+/// as late as its time constant where the force changes slowly against it.
 inline std::int32_t lead_ticks(const ModelParameters& model, float tick_s) {
   const auto& delay = std::get<EffectParameters<TimeDelay<float>, float>>(model);
-  if (!delay.enabled || !(delay.shapes[0] > 0.0F)) return 0;
-  return static_cast<std::int32_t>(delay.shapes[0] / tick_s + 0.5F);
+  const float lag_s = delay.shapes[0] + delay.shapes[1];
+  if (!delay.enabled || !(lag_s > 0.0F)) return 0;
+  return static_cast<std::int32_t>(lag_s / tick_s + 0.5F);
 }
 
 /// Whether parameters may reach the tick: every number finite and within its bounds. Outside the tick.

@@ -46,6 +46,7 @@ enum class ShapeKind : std::uint8_t {
   customary_exponent,
   time_constant,
   delay,
+  filter,  ///< time constant of a low pass beside a delay: kept at 0 until all else is known
   pitch,
   frequency,
   damping,

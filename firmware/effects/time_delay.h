@@ -5,27 +5,31 @@
 
 namespace slipstack {
 
-/// A delay adds no force of its own: the workbench shifts the measured force by it while fitting, the
-/// controller shifts its reference. It therefore has a shape and no gain.
+/// A lag adds no force of its own: the workbench puts its inverse on the measured force while fitting, the
+/// controller advances its reference by delay and filter together. It therefore has shapes and no gain.
 template <class Real>
 class TimeDelay {
  public:
   static constexpr EffectText text{
       .id = "time_delay",
       .title = "Force later than motion",
-      .formula = "F(t) = F_model(t - tau)",
+      .formula = "F(t) + T dF/dt = F_model(t - tau)",
       .source = "[1] set-up 2: phase beyond -180 degrees from sampling delay and filters",
       .residual =
           "appears where the force changes fast: at acceleration steps; its phase grows with frequency",
-      .evidence = "force and motion are {delay} apart in time (positive: the force comes later)",
+      .evidence =
+          "force and motion are {delay} apart in time (positive: the force comes later), beside a low pass "
+          "of "
+          "{filter} (0: none)",
       .cause = "filters and sampling of drive and sensor, a slow current loop",
       .confirm = "step the current set-point with the slide clamped and time the measured force"};
   static constexpr std::array<GainGroup, 0> gains{{}};
-  static constexpr std::array<ShapeSpec, 1> shapes{{
+  static constexpr std::array<ShapeSpec, 2> shapes{{
       {"delay", "s", -0.02f, 0.02f, ShapeKind::delay},
+      {"filter", "s", 0.0f, 0.02f, ShapeKind::filter},
   }};
   static constexpr int gain_count = total_count(gains);
-  static constexpr int shape_count = 1;
+  static constexpr int shape_count = 2;
 
   void prepare(std::span<const Real, shape_count>, const Scales<Real>&) {}
   void reset(const Sample<Real>&) {}

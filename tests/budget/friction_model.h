@@ -69,7 +69,7 @@ inline FrictionModel<float>::Parameters all_effects() {
   set<CableChainStiffness<float>>(p, values(6.0F, -1.1F, 0.15F, 0.3F), values(0.0F, 0.4F));
   set<PayloadMass<float>>(p, values(1.5F), values());
   set<StructuralResonance<float>>(p, values(1.2F, 0.1F, 0.3F), values(47.0F, 0.02F));
-  set<TimeDelay<float>>(p, values(), values(3e-4F));
+  set<TimeDelay<float>>(p, values(), values(2e-4F, 1e-4F));
   set<Drift<float>>(p, values(-0.1F), values(600.0F));
   set<UserTable<float>>(p, bump_of_4_newtons(), values(-1e-3F, 8.0e3F, 0.0F, 0.0F, 1e-3F));
   return p;

@@ -59,7 +59,7 @@ section foreign
 cansend slcan0 606#R
 cansend slcan0 12345678#1122334455667788
 # A block download of the model begins, one segment, and the master is gone.
-cansend slcan0 606#C641210070020000
+cansend slcan0 606#C641210074020000
 cansend slcan0 606#0101020304050607
 heard '586#8041210000000405'
 "$slipstack" status --can slcan0 --node 6

@@ -62,7 +62,8 @@ std::string shape_rows(const EffectDescription& effect) {
 /// What becomes of the effect on the controller.
 std::string deployment(const EffectDescription& effect) {
   if (effect.id() == "time_delay") {
-    return "A delay adds no force: the controller shifts the reference that the compensator sees by it.";
+    return "A lag adds no force: the controller shifts the reference that the compensator sees by delay and "
+           "filter together, which is how late a low pass is for what changes slowly against it.";
   }
   return "The controller evaluates the same `basis()` in every tick, from the gains and shapes of the model "
          "file.";

@@ -305,7 +305,7 @@ void tabulate_own_effects(const Measurement& measurement, Model& model, double f
   if (model.target_own.empty()) return;
   if (table) kept.push_back(std::move(*table));
   model.target_terms = std::move(kept);
-  const Eigen::VectorXd left = measurement.force_N(delay_s(model.target_terms)) -
+  const Eigen::VectorXd left = measurement.force_N(lag_of(model.target_terms)) -
                                measurement.filtered(evaluate_force(measurement, model.target_terms).force_N);
   model.target_holdout_rmse_N = std::max(model.target_holdout_rmse_N, measurement.weighted_rms(left));
 }

@@ -37,7 +37,7 @@ Comparison compared(const Measurement& measurement, WholeLogs& whole, const Mode
   Terms terms = model.terms;
   const bool several = measurement.log_count() > 1;  // each with the load that it declares
   if (several) terms = terms_on(measurement, model);
-  result.rows = {measurement.force_N(delay_s(terms)),
+  result.rows = {measurement.force_N(lag_of(terms)),
                  measurement.filtered(evaluate_force(measurement, terms).force_N)};
   const Eigen::VectorXd& usable = measurement.row_usable();
   const Eigen::VectorXd residual = result.rows.residual_N().cwiseProduct(usable);

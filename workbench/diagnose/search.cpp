@@ -89,6 +89,17 @@ bool lag_is_of_bristle(const Found& found, const FittedModel& baseline, const Fi
              kShareOfStretch * explained_N2(baseline.holdout_rmse_N, lag->holdout_rmse_N);
 }
 
+/// A low pass beside a delay, before other effects are tried: what it leaves as a delay looks like a mode.
+/// The search goes on from there.
+void go_on_with_low_pass(const Measurement& measurement, Explanation& best, std::vector<Explanation>& next) {
+  if (!contains(best.model.terms, "time_delay")) return;
+  best.model = settle_lag(measurement, std::move(best.model));
+  if (lag_of(best.model.terms).filter_s == 0.0) return;
+  for (Explanation& one : next) {
+    if (one.added == best.added) one = best;
+  }
+}
+
 constexpr std::size_t kMostSteps = 5;
 /// Held-out errors this near to the floor end the search.
 constexpr double kAtFloor = 1.10;
@@ -125,6 +136,7 @@ Found search(const Measurement& measurement, const DiagnoseOptions& options, con
       if (level > 0 && best.model.holdout_rmse_N > kNearFloor * floor.of(best.model.terms)) {
         best.model = search_anew(measurement, std::move(best.model), best.added);
       }
+      go_on_with_low_pass(measurement, best, next);
       if (best.model.holdout_rmse_N < kAtFloor * floor.of(best.model.terms)) break;
     } else if (level > 0 || !promises(yardstick, winner.model)) {
       break;

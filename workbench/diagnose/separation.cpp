@@ -14,7 +14,7 @@ Eigen::MatrixXd weighted_columns(const Measurement& measurement, const FittedMod
   Eigen::MatrixXd columns;
   if (term.gains.empty()) {
     const double step_s = measurement.tick_s();
-    columns = (measurement.force_N(step_s) - measurement.force_N(-step_s)) / (2.0 * step_s);
+    columns = (measurement.force_N({step_s}) - measurement.force_N({-step_s})) / (2.0 * step_s);
   } else {
     columns = base.linearisation->columns_of(term);
   }

@@ -156,8 +156,8 @@ void WholeLogs::sum_piece(const Unit& unit, const std::vector<std::size_t>& bord
     const Terms& model = models[m];
     if (m >= full && only_adds(models.front(), model)) {
       const Term& added = model.back();
-      if (added.gains.empty()) {  // a delay moves the measured force
-        const Eigen::VectorXd target = base.target() - base.measured_N() + piece.force_N(delay_s(model));
+      if (added.gains.empty()) {  // a lag moves the measured force
+        const Eigen::VectorXd target = base.target() - base.measured_N() + piece.force_N(lag_of(model));
         sums.equations[m].add(base_equations.with_target(piece, base.columns(), target), 0);
       } else {
         sums.equations[m].add(

@@ -36,7 +36,7 @@ constexpr double kLeastShareOfForce = 1e-3;
 constexpr std::string_view kGrowWithForce[] = {"time_delay", "structural_resonance", "payload_mass",
                                                "motor_constant_ripple"};
 
-/// A delay below this part of a sample is how the recorder stamps them, or a friction that runs ahead of the
+/// A lag below this part of a sample is how the recorder stamps them, or a friction that runs ahead of the
 /// displacement by its own damping.
 constexpr double kLeastDelay = 0.25;
 
@@ -107,7 +107,7 @@ constexpr double kShareOfExplained = 0.05;
 bool within_instruments(const FittedModel& baseline, double tick_s, const Terms& before, const Terms& after,
                         double step_N2) {
   if (contains(after, "time_delay") && !contains(before, "time_delay") &&
-      std::abs(delay_s(after)) < kLeastDelay * tick_s) {
+      std::abs(lag_of(after).total_s()) < kLeastDelay * tick_s) {
     return true;
   }
   if (!(baseline.relative_error > 0.0)) return false;

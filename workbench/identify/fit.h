@@ -68,6 +68,8 @@ FittedModel polish_shapes(const Measurement& measurement, FittedModel fitted, co
 /// effects there are: viscous friction beside quadratic drag looks like a drag of lower exponent. Beside a
 /// viscous friction the exponent of a drag is therefore not lowered.
 FittedModel settle_customary_shapes(const Measurement& measurement, FittedModel fitted);
+/// The same for `time_delay` alone: a low pass beside the delay, where there is one.
+FittedModel settle_lag(const Measurement& measurement, FittedModel fitted);
 
 /// Searches the shapes of these effects of a fitted model from everywhere, the others' as they are: what was
 /// found while another effect was missing may lie in another valley.

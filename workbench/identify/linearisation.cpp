@@ -94,9 +94,9 @@ void divide(std::vector<double>& product, const std::vector<double>& factor) {
 
 }  // namespace
 
-double delay_s(const Terms& terms) {
-  const Term* delay = find_term(terms, "time_delay");
-  return delay == nullptr ? 0.0 : delay->shapes[0];
+ForceLag lag_of(const Terms& terms) {
+  const Term* lag = find_term(terms, "time_delay");
+  return lag == nullptr ? ForceLag{} : ForceLag{lag->shapes[0], lag->shapes[1]};
 }
 
 ForceTrace evaluate_force(const Measurement& measurement, const Terms& terms,
@@ -188,7 +188,7 @@ Linearisation::Linearisation(const Linearisation& near, const Terms& terms)
 }
 
 void Linearisation::retarget() {
-  measured_N_ = measurement_.force_N(delay_s(terms_));
+  measured_N_ = measurement_.force_N(lag_of(terms_));
   force_N_ = measurement_.filtered(trace_.force_N);
   Eigen::VectorXd gains(columns_.cols());
   Eigen::Index next = 0;

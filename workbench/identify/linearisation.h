@@ -79,6 +79,6 @@ class Linearisation {
 };
 
 /// Delay that the terms declare, 0 without.
-double delay_s(const Terms& terms);
+ForceLag lag_of(const Terms& terms);
 
 }  // namespace slipstack::workbench

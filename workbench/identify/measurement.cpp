@@ -405,10 +405,10 @@ Eigen::VectorXd Measurement::filtered(std::span<const double> signal) const {
   return collector.take().col(0);
 }
 
-Eigen::VectorXd Measurement::force_N(double delay_s) const {
-  if (delay_s == 0.0) return filtered(log_->force_N);
+Eigen::VectorXd Measurement::force_N(const ForceLag& lag) const {
+  if (lag.delay_s == 0.0 && lag.filter_s == 0.0) return filtered(log_->force_N);
   // Later by whole samples, then by the rest with the cubic through four of them.
-  const double samples = delay_s * sample_rate_Hz();
+  const double samples = lag.delay_s * sample_rate_Hz();
   const auto whole = static_cast<std::ptrdiff_t>(std::floor(samples));
   const double u = samples - static_cast<double>(whole);
   const std::array<double, 4> weight{-u * (u - 1.0) * (u - 2.0) / 6.0,
@@ -426,8 +426,20 @@ Eigen::VectorXd Measurement::force_N(double delay_s) const {
       }
       later[static_cast<std::size_t>(i)] = sum;
     }
+    if (lag.filter_s == 0.0) continue;
+    const std::span<double> own(later.data() + first, static_cast<std::size_t>(end - first));
+    const std::vector<double> slope = first_derivative(own, sample_rate_Hz());
+    for (std::size_t i = 0; i < own.size(); ++i) own[i] += lag.filter_s * slope[i];
   }
   return filtered(later);
+}
+
+double Measurement::force_noise_gain(const ForceLag& lag) const {
+  const double plain = noise_gain(filter_.taps());
+  if (lag.filter_s == 0.0) return std::sqrt(plain);
+  // The taps are symmetric, their slope is not: the one is orthogonal to the other.
+  const double slope = noise_gain(first_derivative(filter_.taps(), sample_rate_Hz()));
+  return std::sqrt(plain + lag.filter_s * lag.filter_s * slope);
 }
 
 double Measurement::position_noise_m_per_root_Hz(const LogPart& part) const {

@@ -48,6 +48,13 @@ struct ConditioningOptions {
   double force_noise_N = 0.0;
 };
 
+/// What the recorded force went through after the axis: a delay, then a first-order low pass.
+struct ForceLag {
+  double delay_s = 0.0;
+  double filter_s = 0.0;  ///< time constant
+  double total_s() const { return delay_s + filter_s; }
+};
+
 struct RowRange {
   Eigen::Index first = 0;
   Eigen::Index count = 0;
@@ -161,8 +168,8 @@ class Measurement {
   /// sqrt of the weighted mean of squares of a signal at the rows.
   double weighted_rms(const Eigen::VectorXd& rows) const;
 
-  /// The measured force at the rows; with a delay, what was measured that much later.
-  Eigen::VectorXd force_N(double delay_s = 0.0) const;
+  /// The force at the rows before it went through `lag`: F + filter dF/dt, measured later by the delay.
+  Eigen::VectorXd force_N(const ForceLag& lag = {}) const;
   /// Any signal with a value per sample, at the rows.
   Eigen::VectorXd filtered(std::span<const double> signal) const;
   /// The filter between samples and rows.
@@ -184,6 +191,9 @@ class Measurement {
   /// What the filter leaves of it at the rows, of all logs or of one.
   double filtered_force_noise_N() const;
   double filtered_force_noise_N(const LogPart& part) const;
+  /// White noise of the force at the rows of force_N(lag), over what it is before: the low pass lies before
+  /// the noise, its inverse makes the noise louder.
+  double force_noise_gain(const ForceLag& lag) const;
   /// What encoder quantisation leaves in the acceleration at the rows of a log: white while the axis moves.
   double acceleration_noise_mps2(const LogPart& part) const;
   /// One-sided density of a position's error by quantisation, white while the axis moves [m/sqrt(Hz)]; times

@@ -71,7 +71,8 @@ RowVariances variances_at_rows(const Measurement& measurement, const Terms& term
   RowVariances variances{
       Eigen::VectorXd(measurement.row_count()), Eigen::VectorXd::Zero(measurement.row_count()), {}};
   const Eigen::VectorXd here = measurement.filtered(evaluate_force(measurement, terms).force_N);
-  const Eigen::VectorXd residual_N = measurement.force_N(delay_s(terms)) - here;
+  const ForceLag lag = lag_of(terms);
+  const Eigen::VectorXd residual_N = measurement.force_N(lag) - here;
   std::vector<Eigen::VectorXd> readings_N;
   readings_N.reserve(kReadings);
   for (int reading = 0; reading < kReadings; ++reading) {
@@ -83,13 +84,14 @@ RowVariances variances_at_rows(const Measurement& measurement, const Terms& term
     const Stretch own = measurement.parts_of_log(log);
     if (own.first == own.end) continue;
     const LogPart& first = measurement.parts()[own.first];
-    double force = measurement.filtered_force_noise_N(first);
+    double force = first.force_noise_N * measurement.force_noise_gain(lag);
     if (!measurement.force_noise_given()) {
       LogPart all = first;  // its parts as one
       all.sample_count = measurement.parts()[own.end - 1].end_sample() - first.first_sample;
       all.row_count = static_cast<std::size_t>(measurement.rows_of_log(log).count);
-      const double seen_N = residual_noise_N(measurement, all, residual_N, readings_N, mass_kg(terms, log));
-      force = std::max(force, seen_N * std::sqrt(noise_gain(measurement.filter().taps())));
+      const double seen_N =
+          residual_noise_N(measurement, all, residual_N, readings_N, mass_kg(terms, log), lag);
+      force = std::max(force, seen_N * measurement.force_noise_gain(lag));
     }
     for (std::size_t p = own.first; p < own.end; ++p) {
       const LogPart& part = measurement.parts()[p];

@@ -32,8 +32,10 @@ constexpr Band kBands[] = {{0.35, 0.55}, {0.55, 0.75}, {0.75, 0.95}};
 /// freedom).
 constexpr double kMedianOverMean = 0.95;
 
-/// Squared magnitude of the rows' filter, with what folds because the rows are as far apart as they are.
-double power_response(const Measurement& measurement, double frequency_Hz, double row_rate_Hz) {
+/// Squared magnitude of the rows' filter and of the inverse of a low pass of `filter_s`, with what folds
+/// because the rows are as far apart as they are.
+double power_response(const Measurement& measurement, double frequency_Hz, double row_rate_Hz,
+                      double filter_s) {
   const std::vector<double>& taps = measurement.filter().taps();
   const std::size_t half = taps.size() / 2;
   double power = 0.0;
@@ -43,7 +45,7 @@ double power_response(const Measurement& measurement, double frequency_Hz, doubl
     for (std::size_t k = 0; k < taps.size(); ++k) {
       response += taps[k] * std::cos(turn * (static_cast<double>(k) - static_cast<double>(half)));
     }
-    power += response * response;
+    power += response * response * (1.0 + std::pow(turn * measurement.sample_rate_Hz() * filter_s, 2));
   }
   return power;
 }
@@ -52,7 +54,7 @@ double power_response(const Measurement& measurement, double frequency_Hz, doubl
 
 double residual_noise_N(const Measurement& measurement, const LogPart& part,
                         const Eigen::VectorXd& residual_N, const std::vector<Eigen::VectorXd>& readings_N,
-                        double mass_kg) {
+                        double mass_kg, const ForceLag& lag) {
   const std::size_t pieces = part.row_count / kPiece;
   if (pieces < kFewestPieces) return 0.0;
   const double row_rate_Hz = measurement.sample_rate_Hz() / static_cast<double>(measurement.row_stride());
@@ -87,8 +89,8 @@ double residual_noise_N(const Measurement& measurement, const LogPart& part,
     for (const double f : frequency_Hz) {
       const double at = f / measurement.bandwidth_Hz();
       if (at < kBands[b].from || at >= kBands[b].to) continue;
-      const double own = power_response(measurement, f, row_rate_Hz);
-      response += own;
+      response += power_response(measurement, f, row_rate_Hz, lag.filter_s);
+      const double own = power_response(measurement, f, row_rate_Hz, 0.0);
       encoder += own * std::pow(kTurn * f, 4) * quantisation * quantisation;
     }
     if (response <= 0.0) continue;

@@ -13,9 +13,10 @@ namespace slipstack::workbench {
 /// and motion say little: of its bands the quietest, of the log's pieces the median, so that neither a line
 /// nor what happens at reversals counts. What the encoder's steps do there through `mass_kg` is taken off,
 /// and so is what they do through hysteresis: the mean power of `readings_N`. Zero for a log of fewer than
-/// eight pieces of 128 rows. `residual_N` and `readings_N`: of all rows.
+/// eight pieces of 128 rows. `residual_N` and `readings_N`: of all rows; `lag`: undone in the residual, it
+/// came before the noise.
 double residual_noise_N(const Measurement& measurement, const LogPart& part,
                         const Eigen::VectorXd& residual_N, const std::vector<Eigen::VectorXd>& readings_N,
-                        double mass_kg);
+                        double mass_kg, const ForceLag& lag);
 
 }  // namespace slipstack::workbench

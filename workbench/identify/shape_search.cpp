@@ -68,6 +68,7 @@ ShapeRange narrowed(const Measurement& measurement, const ShapeSpec& spec, std::
     case ShapeKind::exponent:
     case ShapeKind::customary_exponent:
     case ShapeKind::delay:
+    case ShapeKind::filter:
       range.logarithmic = false;
       break;
     case ShapeKind::acceleration: {
@@ -95,9 +96,13 @@ ShapeRange narrowed(const Measurement& measurement, const ShapeSpec& spec, std::
   return range;
 }
 
+bool is_customary(ShapeKind kind) {
+  return kind == ShapeKind::customary_exponent || kind == ShapeKind::filter;
+}
+
 bool is_searched(ShapeKind kind) {
   return kind != ShapeKind::slip_distance && kind != ShapeKind::position && kind != ShapeKind::travel &&
-         kind != ShapeKind::customary_exponent;
+         !is_customary(kind);
 }
 
 double middle(const ShapeRange& range) {
@@ -258,9 +263,10 @@ std::vector<ShapeRange> searched_shapes(const Measurement& measurement, const Ef
 std::vector<ShapeRange> customary_shapes(const Measurement& measurement, const EffectDescription& effect) {
   std::vector<ShapeRange> ranges;
   for (std::size_t i = 0; i < effect.shapes.size(); ++i) {
-    if (effect.shapes[i].kind != ShapeKind::customary_exponent) continue;
+    const ShapeKind kind = effect.shapes[i].kind;
+    if (!is_customary(kind)) continue;
     ranges.push_back(narrowed(measurement, effect.shapes[i], i));
-    ranges.back().customary = middle(ranges.back());
+    ranges.back().customary = kind == ShapeKind::filter ? 0.0 : middle(ranges.back());
   }
   return ranges;
 }
@@ -290,6 +296,9 @@ std::vector<double> default_shapes(const Measurement& measurement, const EffectD
         break;
       case ShapeKind::exponent:
         shapes.push_back(1.0);
+        break;
+      case ShapeKind::filter:
+        shapes.push_back(0.0);
         break;
       default:
         shapes.push_back(middle(narrowed(measurement, spec, i)));

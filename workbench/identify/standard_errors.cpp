@@ -73,8 +73,8 @@ Eigen::VectorXd derivative(const Measurement& measurement, const FittedModel& fi
   const auto difference_N = [&](double step) -> Eigen::VectorXd {
     Terms moved = terms;
     moved[shape.term].shapes[shape.shape] += step;
-    // A delay moves the measured force, every other shape the model's.
-    if (moved[shape.term].gains.empty()) return -measurement.force_N(delay_s(moved));
+    // A lag moves the measured force, every other shape the model's.
+    if (moved[shape.term].gains.empty()) return -measurement.force_N(lag_of(moved));
     return measurement.filtered(evaluate_force(measurement, moved, dry_N).force_N);
   };
   return (difference_N(shape.step) - difference_N(-shape.step)) / (2.0 * shape.step);
@@ -138,8 +138,15 @@ Eigen::VectorXd reading_variance(const Measurement& measurement, const FittedMod
 }  // namespace
 
 FittedModel settle_shapes(const Measurement& measurement, FittedModel fitted) {
-  const Tangent tangent = tangent_of(measurement, fitted);
+  Tangent tangent = tangent_of(measurement, fitted);
   if (tangent.shapes.empty()) return fitted;
+  for (std::size_t i = 0; i < tangent.shapes.size(); ++i) {
+    // The column of a low pass has the force's noise in it, which draws to no low pass at all.
+    const FreeShape& shape = tangent.shapes[i];
+    if (fitted.terms[shape.term].effect->shapes[shape.shape].kind != ShapeKind::filter) continue;
+    const Eigen::Index column = tangent.gains + static_cast<Eigen::Index>(i);
+    tangent.constraints.lower(column) = tangent.constraints.upper(column) = 0.0;
+  }
   const NormalEquations equations(measurement, tangent.columns, fitted.linearisation->target());
   const Eigen::VectorXd value = equations.fit(tangent.constraints).value;
   Terms terms = fitted.terms;

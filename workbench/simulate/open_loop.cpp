@@ -16,22 +16,25 @@ constexpr double kStepTimesRate = 0.1;
 constexpr int kMostSteps = 200;
 constexpr std::size_t kSamplesPerReport = 4096;
 
-/// The measured force between samples, as late as the model says.
+/// The measured force between samples, as it was before the lag of the model.
 class Drive {
  public:
-  Drive(const Measurement& measurement, double delay_s)
-      : force_N_(measurement.log().force_N), late_(delay_s * measurement.sample_rate_Hz()) {}
+  Drive(const Measurement& measurement, const ForceLag& lag)
+      : force_N_(measurement.log().force_N),
+        late_(lag.delay_s * measurement.sample_rate_Hz()),
+        filter_(lag.filter_s * measurement.sample_rate_Hz()) {}
 
   double at(double sample) const {
     const double place = std::clamp(sample + late_, 0.0, static_cast<double>(force_N_.size() - 1));
     const auto i = std::min(static_cast<std::size_t>(place), force_N_.size() - 2);
     const double t = place - static_cast<double>(i);
-    return force_N_[i] + t * (force_N_[i + 1] - force_N_[i]);
+    return force_N_[i] + (t + filter_) * (force_N_[i + 1] - force_N_[i]);
   }
 
  private:
   const std::vector<double>& force_N_;
-  double late_;
+  double late_;    ///< samples
+  double filter_;  ///< the same
 };
 
 int steps_for(const ModelStepper& probe, double tick_s) {
@@ -73,7 +76,7 @@ OpenLoop simulate_open_loop(const Measurement& measurement, const Terms& terms,
   result.steps_per_sample = steps_for(ModelStepper(terms, tick_s), tick_s);
   const double step_s = tick_s / result.steps_per_sample;
   ModelStepper model(terms, step_s);
-  const Drive drive(measurement, model.delay_s());
+  const Drive drive(measurement, model.lag());
 
   // Up to the free start the effects see the measured motion, at the step that follows.
   Sample<double> sample = measurement.sample(0);

@@ -23,15 +23,16 @@ struct Known {
   bool shape;
   std::size_t at;
 };
-constexpr std::array<Known, 9> kKnown{{{"viscous", "linear", "coefficient_N_s_per_m", false, 0},
-                                       {"quadratic_drag", "quadratic", "coefficient", false, 0},
-                                       {"offset_force", "constant", "force_N", false, 0},
-                                       {"cable_chain_stiffness", "linear", "stiffness_N_per_m", false, 0},
-                                       {"payload_mass", "mass", "mass_kg", false, 0},
-                                       {"force_ripple", "harmonics", "pitch_m", true, 0},
-                                       {"structural_resonance", "mass_on_spring", "frequency_Hz", true, 0},
-                                       {"structural_resonance", "mass_on_spring", "damping_ratio", true, 1},
-                                       {"time_delay", "delay", "delay_s", true, 0}}};
+constexpr std::array<Known, 10> kKnown{{{"viscous", "linear", "coefficient_N_s_per_m", false, 0},
+                                        {"quadratic_drag", "quadratic", "coefficient", false, 0},
+                                        {"offset_force", "constant", "force_N", false, 0},
+                                        {"cable_chain_stiffness", "linear", "stiffness_N_per_m", false, 0},
+                                        {"payload_mass", "mass", "mass_kg", false, 0},
+                                        {"force_ripple", "harmonics", "pitch_m", true, 0},
+                                        {"structural_resonance", "mass_on_spring", "frequency_Hz", true, 0},
+                                        {"structural_resonance", "mass_on_spring", "damping_ratio", true, 1},
+                                        {"time_delay", "delay", "delay_s", true, 0},
+                                        {"time_delay", "first_order_filter", "filter_s", true, 1}}};
 
 /// A ripple that has only even orders of its pitch is one of half that pitch.
 int common_order(const json& harmonics) {

@@ -313,7 +313,7 @@ TEST(Basis, DriftStartsAtZero) {
 
 TEST(Basis, TimeDelayAddsNoForce) {
   static_assert(TimeDelay<float>::gain_count == 0);
-  static_assert(TimeDelay<float>::shape_count == 1);
+  static_assert(TimeDelay<float>::shape_count == 2);
 }
 
 }  // namespace

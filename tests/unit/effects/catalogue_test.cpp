@@ -116,8 +116,9 @@ TEST(Catalogue, ParametersAreBoundedAndNamed) {
       EXPECT_FALSE(std::string_view(spec.unit).empty()) << spec.name;
       EXPECT_TRUE(std::isfinite(spec.lower) && std::isfinite(spec.upper)) << spec.name;
       EXPECT_LT(spec.lower, spec.upper) << spec.name;
-      const bool may_be_zero = spec.kind == ShapeKind::delay || spec.kind == ShapeKind::position ||
-                               spec.kind == ShapeKind::slip_distance || spec.kind == ShapeKind::table;
+      const bool may_be_zero = spec.kind == ShapeKind::delay || spec.kind == ShapeKind::filter ||
+                               spec.kind == ShapeKind::position || spec.kind == ShapeKind::slip_distance ||
+                               spec.kind == ShapeKind::table;
       if (!may_be_zero) {
         EXPECT_GT(spec.lower, 0.0F) << spec.name << ": it divides or is searched in its logarithm";
       }

@@ -132,6 +132,9 @@ std::array<double, E::shape_count> random_shapes(Draw& draw) {
       case ShapeKind::delay:
         shape = draw.uniform(-0.01, 0.01);
         break;
+      case ShapeKind::filter:
+        shape = draw.uniform(0.0, 0.01);
+        break;
       case ShapeKind::pitch:
         shape = draw.log_uniform(1e-3, 0.1);
         break;

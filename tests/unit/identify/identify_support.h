@@ -101,6 +101,7 @@ inline Term random_term(const Measurement& measurement, std::string_view id, Dra
       case ShapeKind::travel:
       case ShapeKind::slip_distance:
       case ShapeKind::delay:
+      case ShapeKind::filter:
       case ShapeKind::customary_exponent:
         break;  // as the log suggests
       default:  // velocities

@@ -143,16 +143,17 @@ TEST(Linearisation, CandidateColumnsAreThoseOfTheWiderModel) {
   }
 }
 
-TEST(Linearisation, DelayMovesTheMeasuredForce) {
+TEST(Linearisation, LagMovesTheMeasuredForce) {
   const Measurement measurement(test::wandering_log(12, 2000.0, 6000));
   Terms terms = linear_model(measurement, 13);
   for (Term& term : terms) {
-    if (term.id() == "time_delay") term.shapes[0] = 0.0031;
+    if (term.id() == "time_delay") term.shapes = {0.0031, 0.0012};
   }
-  EXPECT_EQ(delay_s(terms), 0.0031);
+  EXPECT_EQ(lag_of(terms).delay_s, 0.0031);
+  EXPECT_EQ(lag_of(terms).filter_s, 0.0012);
   const Linearisation linearisation(measurement, terms);
-  EXPECT_EQ(linearisation.measured_N(), measurement.force_N(0.0031));
-  EXPECT_EQ(delay_s({}), 0.0);
+  EXPECT_EQ(linearisation.measured_N(), measurement.force_N({0.0031, 0.0012}));
+  EXPECT_EQ(lag_of({}).total_s(), 0.0);
 }
 
 double rms(const std::vector<double>& is, const std::vector<double>& should, std::size_t first) {

@@ -43,7 +43,7 @@ TEST(SeveralLogs, RowsSeeOneLogOnlyAndEveryFoldHasEveryLog) {
   const auto rows = static_cast<Eigen::Index>(both.parts()[0].row_count);
   ASSERT_EQ(rows, static_cast<Eigen::Index>(other.parts()[0].row_count));
   EXPECT_EQ(both.force_N().head(rows), other.force_N().head(rows));
-  EXPECT_EQ(both.force_N(0.003).head(rows), other.force_N(0.003).head(rows));
+  EXPECT_EQ(both.force_N({0.003}).head(rows), other.force_N({0.003}).head(rows));
   for (const LogPart& part : both.parts()) {
     std::set<int> folds;
     for (std::size_t row = part.first_row; row < part.first_row + part.row_count; ++row) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/identify/shape_search.h"
+#include "sim_host/sensors/delay_line.h"
 
 #include <gtest/gtest.h>
 
@@ -7,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "sim_host/sensors/delay_line.h"
 #include "tests/unit/identify/identify_support.h"
 #include "workbench/identify/fit.h"
 #include "workbench/identify/standard_errors.h"
@@ -96,6 +98,51 @@ TEST(ShapeSearch, LeavesDragItsSquareBesideViscousFriction) {
   EXPECT_NEAR(drag.shapes[0], 2.0, 0.05);
   EXPECT_GE(drag.shapes[0], 2.0);
   EXPECT_NEAR(drag.gains[0], 400.0, 80.0);
+}
+
+/// What the log says of a lag, of a force recorded with so much noise.
+Term lag_found(const ForceLag& lag, double noise_N, std::uint64_t seed) {
+  Log log = test::wandering_log(seed, 2000.0, 30'000);
+  {
+    const Measurement measurement(log);
+    Terms truth{make_term(measurement, *find_effect("viscous")),
+                make_term(measurement, *find_effect("inertia"))};
+    truth[0].gains = {8.0};
+    truth[1].gains = {3.0};
+    log.force_N = evaluate_force(measurement, truth).force_N;
+  }
+  sim::DelayLine recorder(1.0 / log.sample_rate_Hz, lag.delay_s, lag.filter_s);
+  for (double& force_N : log.force_N) force_N = recorder.push(force_N);
+  test::Draw draw(seed);
+  for (double& force_N : log.force_N) force_N += noise_N * draw.normal();
+  const Measurement measurement(log);
+  const FittedModel fitted = settle_customary_shapes(
+      measurement, fit_effects(measurement, {"inertia", "viscous", "time_delay"}, {}));
+  return *find_term(with_standard_errors(measurement, fitted).terms, "time_delay");
+}
+
+TEST(ShapeSearch, LeavesADelayADelay) {
+  for (const std::uint64_t seed : {21u, 22u, 23u}) {
+    const Term lag = lag_found({2e-3, 0.0}, 0.05, seed);
+    EXPECT_EQ(lag.shapes[1], 0.0);
+    EXPECT_EQ(lag.shape_standard_errors[1], 0.0);
+    EXPECT_NEAR(lag.shapes[0], 2e-3, 5.0 * lag.shape_standard_errors[0]);
+  }
+}
+
+// Noise that the inverse of the low pass makes louder does not make it shorter.
+TEST(ShapeSearch, TellsALowPassFromADelay) {
+  for (const ForceLag lag : {ForceLag{0.0, 4e-3}, ForceLag{2e-3, 3e-3}}) {
+    for (const double noise_N : {0.002, 0.05}) {
+      const Term found = lag_found(lag, noise_N, 24);
+      constexpr double kRamp_s = 1.5e-5;  // the recorder goes straight from sample to sample
+      EXPECT_GT(found.shape_standard_errors[1], 0.0);
+      EXPECT_NEAR(found.shapes[1], lag.filter_s, 4.0 * found.shape_standard_errors[1] + kRamp_s);
+      EXPECT_NEAR(found.shapes[0], lag.delay_s, 4.0 * found.shape_standard_errors[0] + kRamp_s);
+      EXPECT_NEAR(found.shapes[0] + found.shapes[1], lag.total_s(), 2e-4);
+      EXPECT_LT(found.shape_standard_errors[1], 0.25 * lag.filter_s);
+    }
+  }
 }
 
 TEST(ShapeSearch, FindsTheBottomOfABowl) {
