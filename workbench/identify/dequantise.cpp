@@ -116,9 +116,10 @@ constexpr double kUnsteady = 3.0;
 bool goes_unseen(const std::vector<Knot>& knots, std::size_t k, double longest_known) {
   const double stay = knots[k + 1].time - knots[k].time;
   if (stay <= longest_known) return false;
-  if (knots[k].position_m == knots[k + 1].position_m) return true;
-  const double before = k > 0 ? knots[k].time - knots[k - 1].time : stay;
-  const double after = k + 2 < knots.size() ? knots[k + 2].time - knots[k + 1].time : stay;
+  const bool whole = k > 0 && k + 2 < knots.size();
+  if (!whole || knots[k].position_m == knots[k + 1].position_m) return true;
+  const double before = knots[k].time - knots[k - 1].time;
+  const double after = knots[k + 2].time - knots[k + 1].time;
   return stay > kUnsteady * std::min(before, after);
 }
 
