@@ -16,18 +16,21 @@
 namespace slipstack::workbench {
 namespace {
 
-/// Encoders that read the motion again. Their grids are shifted by multiples of the golden section: no border
-/// of a cell falls on another. In a cell that the axis stays in unseen they have it go by each fifth of it
-/// once early and once late, apart in between too. What zigzags faster than the samples go has corners
-/// between them, beyond what is read by up to its height.
-constexpr int kReadings = 5;
+/// Encoders that read the motion again. Their grids are shifted by multiples of the golden section, no border
+/// of a cell on another, and each as far the other way, so that a mirrored log is judged alike. In a cell
+/// that the axis stays in unseen they have it go by each third of it early and late, apart in between too.
+/// What zigzags faster than the samples go has corners between them, beyond what is read by up to its height.
+constexpr int kReadings = 6;
 constexpr double kGoldenPart = 0.3819660112501051;
+constexpr double kLow = 1.0 / 6.0;
+constexpr double kHigh = 5.0 / 6.0;
 constexpr std::array<OtherReading, kReadings> kOtherReadings{{
-    {kGoldenPart, {0.9, 0.9}, 0.1},
-    {2.0 * kGoldenPart, {0.1, 0.5}, 0.5},
-    {3.0 * kGoldenPart - 1.0, {0.5, 0.1}, 0.9},
-    {4.0 * kGoldenPart - 1.0, {0.7, 0.3}, 0.3},
-    {5.0 * kGoldenPart - 1.0, {0.3, 0.7}, 0.7},
+    {kGoldenPart, {kHigh, kHigh}, kLow},
+    {1.0 - kGoldenPart, {kHigh, kHigh}, kLow},
+    {2.0 * kGoldenPart, {kLow, 0.5}, 0.5},
+    {1.0 - 2.0 * kGoldenPart, {kLow, 0.5}, 0.5},
+    {3.0 * kGoldenPart - 1.0, {0.5, kLow}, kHigh},
+    {2.0 - 3.0 * kGoldenPart, {0.5, kLow}, kHigh},
 }};
 
 /// Quantisation far below what the plain model leaves anyway does not matter.
