@@ -149,6 +149,7 @@ TEST(Dequantise, IsTheSameBothWays) {
 /// Arrives fast, stays within a cell for long, and leaves by the same border or the other one.
 std::vector<double> stay(std::size_t samples, double leaves_by) {
   std::vector<double> truth;
+  truth.reserve(samples + 800);
   for (int i = 0; i < 400; ++i) truth.push_back(-0.05e-6 * (400 - i) - 0.49e-6);
   for (std::size_t i = 0; i < samples; ++i) truth.push_back(0.2e-6);
   for (int i = 1; i < 400; ++i) truth.push_back((0.49e-6 + 0.05e-6 * i) * leaves_by);
@@ -177,6 +178,7 @@ TEST(Dequantise, GoesAstrayOnlyWhereNothingTells) {
     EXPECT_EQ(dequantise(brief, kResolution_m, early), dequantise(brief, kResolution_m));
   }
   std::vector<double> creep;
+  creep.reserve(20'000);
   for (int i = 0; i < 20'000; ++i) creep.push_back(0.0031e-6 * i + 0.21e-6);
   const std::vector<double> slow = read(creep);
   const std::vector<double> is = dequantise(slow, kResolution_m, early);

@@ -226,7 +226,7 @@ TEST(Measurement, RequantisedIsAnotherReading) {
 
 /// Displacements that the hysteresis passes between samples, of the same log read otherwise.
 std::size_t turns_of(const std::vector<double>& position_m, double beyond_corners) {
-  Log log = test::wandering_log(9, 2000.0, static_cast<Eigen::Index>(position_m.size()));
+  Log log = test::wandering_log(9, 2000.0, position_m.size());
   log.position_m = position_m;
   log.encoder_resolution_m = 1e-6;
   const Measurement measurement = Measurement(log).requantised({.beyond_corners = beyond_corners});

@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "sim_host/sensors/delay_line.h"
 #include "tests/unit/identify/identify_support.h"
 #include "workbench/identify/fit.h"
 #include "workbench/identify/standard_errors.h"
