@@ -18,9 +18,8 @@ class TimeDelay {
       .residual =
           "appears where the force changes fast: at acceleration steps; its phase grows with frequency",
       .evidence =
-          "force and motion are {delay} apart in time (positive: the force comes later), beside a low pass "
-          "of "
-          "{filter} (0: none)",
+          "force and motion are {delay} apart in time (positive: the force comes later), beside a low "
+          "pass of {filter} (0: none)",
       .cause = "filters and sampling of drive and sensor, a slow current loop",
       .confirm = "step the current set-point with the slide clamped and time the measured force"};
   static constexpr std::array<GainGroup, 0> gains{{}};

@@ -243,6 +243,21 @@ FittedModel settle_customary_shapes_of(const Measurement& measurement, FittedMod
   });
 }
 
+/// The model with the shapes of one term searched, the others' held: from `start`, or from everywhere. As it
+/// was where that is no better.
+FittedModel with_shapes_searched(const Measurement& measurement, FittedModel fitted, std::size_t t,
+                                 const SearchEffort& effort, const std::vector<double>* start) {
+  const EffectDescription& effect = *fitted.terms[t].effect;
+  if (searched_shapes(measurement, effect).empty()) return fitted;
+  const FittedModel base =
+      linearised(measurement, without(fitted.terms, fitted.terms[t].id()), fitted.train_rmse_N);
+  Terms terms = fitted.terms;
+  terms[t].shapes = try_effect(measurement, base, effect, effort, start).term.shapes;
+  FittedModel moved = fit_gains(measurement, std::move(terms), &fitted);
+  if (moved.holdout_rmse_N < fitted.holdout_rmse_N) fitted = std::move(moved);
+  return fitted;
+}
+
 }  // namespace
 
 Term term_for_log(const Measurement& measurement, const EffectDescription& effect) {
@@ -356,25 +371,6 @@ Trial try_effect(const Measurement& measurement, const FittedModel& base, const 
   }
   return best;
 }
-
-namespace {
-
-/// The model with the shapes of one term searched, the others' held: from `start`, or from everywhere. As it
-/// was where that is no better.
-FittedModel with_shapes_searched(const Measurement& measurement, FittedModel fitted, std::size_t t,
-                                 const SearchEffort& effort, const std::vector<double>* start) {
-  const EffectDescription& effect = *fitted.terms[t].effect;
-  if (searched_shapes(measurement, effect).empty()) return fitted;
-  const FittedModel base =
-      linearised(measurement, without(fitted.terms, fitted.terms[t].id()), fitted.train_rmse_N);
-  Terms terms = fitted.terms;
-  terms[t].shapes = try_effect(measurement, base, effect, effort, start).term.shapes;
-  FittedModel moved = fit_gains(measurement, std::move(terms), &fitted);
-  if (moved.holdout_rmse_N < fitted.holdout_rmse_N) fitted = std::move(moved);
-  return fitted;
-}
-
-}  // namespace
 
 FittedModel fit_effects(const Measurement& measurement, const std::vector<std::string>& effects,
                         const SearchEffort& effort) {

@@ -78,7 +78,7 @@ class Linearisation {
   Eigen::VectorXd force_N_;
 };
 
-/// Delay that the terms declare, 0 without.
+/// Lag of the force that the terms declare, none without.
 ForceLag lag_of(const Terms& terms);
 
 }  // namespace slipstack::workbench

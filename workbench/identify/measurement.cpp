@@ -465,11 +465,7 @@ double Measurement::force_noise_N() const {
 }
 
 double Measurement::filtered_force_noise_N() const {
-  return force_noise_N() * std::sqrt(noise_gain(filter_.taps()));
-}
-
-double Measurement::filtered_force_noise_N(const LogPart& part) const {
-  return part.force_noise_N * std::sqrt(noise_gain(filter_.taps()));
+  return force_noise_N() * force_noise_gain({});
 }
 
 Measurement Measurement::requantised(const OtherReading& other) const {

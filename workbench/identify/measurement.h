@@ -188,9 +188,8 @@ class Measurement {
   /// given; of several logs the rms.
   double force_noise_N() const;
   bool force_noise_given() const { return force_noise_given_; }
-  /// What the filter leaves of it at the rows, of all logs or of one.
+  /// What the filter leaves of it at the rows.
   double filtered_force_noise_N() const;
-  double filtered_force_noise_N(const LogPart& part) const;
   /// White noise of the force at the rows of force_N(lag), over what it is before: the low pass lies before
   /// the noise, its inverse makes the noise louder.
   double force_noise_gain(const ForceLag& lag) const;

@@ -20,11 +20,10 @@ namespace {
 /// of a cell on another, and each as far the other way, so that a mirrored log is judged alike. In a cell
 /// that the axis stays in unseen they have it go by each third of it early and late, apart in between too.
 /// What zigzags faster than the samples go has corners between them, beyond what is read by up to its height.
-constexpr int kReadings = 6;
 constexpr double kGoldenPart = 0.3819660112501051;
 constexpr double kLow = 1.0 / 6.0;
 constexpr double kHigh = 5.0 / 6.0;
-constexpr std::array<OtherReading, kReadings> kOtherReadings{{
+constexpr std::array<OtherReading, 6> kOtherReadings{{
     {kGoldenPart, {kHigh, kHigh}, kLow},
     {1.0 - kGoldenPart, {kHigh, kHigh}, kLow},
     {2.0 * kGoldenPart, {kLow, 0.5}, 0.5},
@@ -77,24 +76,25 @@ RowVariances variances_at_rows(const Measurement& measurement, const Terms& term
   const ForceLag lag = lag_of(terms);
   const Eigen::VectorXd residual_N = measurement.force_N(lag) - here;
   std::vector<Eigen::VectorXd> readings_N;
-  readings_N.reserve(kReadings);
-  for (int reading = 0; reading < kReadings; ++reading) {
+  readings_N.reserve(kOtherReadings.size());
+  for (std::size_t reading = 0; reading < kOtherReadings.size(); ++reading) {
     const Measurement& other = reading_of(reading);
     // The other reading takes the first's motion for the truth: their difference is one encoder's error.
     readings_N.push_back(here - measurement.filtered(evaluate_force(other, terms).force_N));
   }
+  const double gain = measurement.force_noise_gain(lag);
   for (std::size_t log = 0; log < measurement.log_count(); ++log) {
     const Stretch own = measurement.parts_of_log(log);
     if (own.first == own.end) continue;
     const LogPart& first = measurement.parts()[own.first];
-    double force = first.force_noise_N * measurement.force_noise_gain(lag);
+    double force = first.force_noise_N * gain;
     if (!measurement.force_noise_given()) {
       LogPart all = first;  // its parts as one
       all.sample_count = measurement.parts()[own.end - 1].end_sample() - first.first_sample;
       all.row_count = static_cast<std::size_t>(measurement.rows_of_log(log).count);
       const double seen_N =
           residual_noise_N(measurement, all, residual_N, readings_N, mass_kg(terms, log), lag);
-      force = std::max(force, seen_N * measurement.force_noise_gain(lag));
+      force = std::max(force, seen_N * gain);
     }
     for (std::size_t p = own.first; p < own.end; ++p) {
       const LogPart& part = measurement.parts()[p];
@@ -105,7 +105,7 @@ RowVariances variances_at_rows(const Measurement& measurement, const Terms& term
     }
   }
   for (const Eigen::VectorXd& reading_N : readings_N) {
-    variances.quantisation += reading_N.cwiseAbs2() / kReadings;
+    variances.quantisation += reading_N.cwiseAbs2() / static_cast<double>(kOtherReadings.size());
   }
   variances.left = residual_N.cwiseAbs2();
   return variances;
@@ -124,8 +124,9 @@ Eigen::VectorXd borne_out(const RowVariances& rows, const Eigen::VectorXd& usabl
                    [&](Eigen::Index a, Eigen::Index b) { return likely(a) < likely(b); });
   Eigen::VectorXd variance = rows.quantisation;
   for (std::size_t c = 0; c < kClasses; ++c) {
-    const auto members = std::span(order).subspan(
-        c * order.size() / kClasses, (c + 1) * order.size() / kClasses - c * order.size() / kClasses);
+    const std::size_t first = c * order.size() / kClasses;
+    const std::size_t end = (c + 1) * order.size() / kClasses;
+    const auto members = std::span(order).subspan(first, end - first);
     double expected = 0.0;
     double left = 0.0;
     for (const Eigen::Index row : members) {
@@ -142,8 +143,8 @@ Eigen::VectorXd borne_out(const RowVariances& rows, const Eigen::VectorXd& usabl
 /// By what may be: a row that happens to be right is worth no more than its neighbours.
 Eigen::VectorXd variance_to_weigh_by(const Measurement& measurement, const Terms& plain) {
   // One reading at a time: pieces are judged by many threads at once.
-  const RowVariances rows = variances_at_rows(measurement, plain, [&](int reading) {
-    return measurement.requantised(kOtherReadings[static_cast<std::size_t>(reading)]);
+  const RowVariances rows = variances_at_rows(measurement, plain, [&](std::size_t reading) {
+    return measurement.requantised(kOtherReadings[reading]);
   });
   return smoothed(rows.noise + rows.quantisation);
 }
@@ -152,7 +153,7 @@ Eigen::VectorXd variance_to_weigh_by(const Measurement& measurement, const Terms
 
 std::vector<Measurement> shifted_readings(const Measurement& measurement) {
   std::vector<Measurement> readings;
-  readings.reserve(kReadings);
+  readings.reserve(kOtherReadings.size());
   for (const OtherReading& other : kOtherReadings) {
     readings.push_back(measurement.requantised({.shift_steps = other.shift_steps}));
   }
@@ -160,14 +161,13 @@ std::vector<Measurement> shifted_readings(const Measurement& measurement) {
 }
 
 NoiseFloor::NoiseFloor(const Measurement& measurement) : measurement_(measurement) {
-  readings_.reserve(kReadings);
+  readings_.reserve(kOtherReadings.size());
   for (const OtherReading& other : kOtherReadings) readings_.push_back(measurement.requantised(other));
 }
 
 Eigen::VectorXd NoiseFloor::variance(const Terms& terms) const {
-  const RowVariances rows = variances_at_rows(measurement_, terms, [this](int reading) -> const Measurement& {
-    return readings_[static_cast<std::size_t>(reading)];
-  });
+  const RowVariances rows = variances_at_rows(
+      measurement_, terms, [this](std::size_t reading) -> const Measurement& { return readings_[reading]; });
   return rows.noise + borne_out(rows, measurement_.row_usable());
 }
 

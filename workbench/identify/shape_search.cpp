@@ -109,6 +109,11 @@ double middle(const ShapeRange& range) {
   return range.logarithmic ? std::sqrt(range.lower * range.upper) : 0.5 * (range.lower + range.upper);
 }
 
+/// What a shape is until all else is known.
+double customary(ShapeKind kind, const ShapeRange& range) {
+  return kind == ShapeKind::filter ? 0.0 : middle(range);
+}
+
 /// `count` values strictly inside the range, evenly spaced.
 std::vector<double> spread(const ShapeRange& range, int count) {
   std::vector<double> values;
@@ -263,10 +268,9 @@ std::vector<ShapeRange> searched_shapes(const Measurement& measurement, const Ef
 std::vector<ShapeRange> customary_shapes(const Measurement& measurement, const EffectDescription& effect) {
   std::vector<ShapeRange> ranges;
   for (std::size_t i = 0; i < effect.shapes.size(); ++i) {
-    const ShapeKind kind = effect.shapes[i].kind;
-    if (!is_customary(kind)) continue;
+    if (!is_customary(effect.shapes[i].kind)) continue;
     ranges.push_back(narrowed(measurement, effect.shapes[i], i));
-    ranges.back().customary = kind == ShapeKind::filter ? 0.0 : middle(ranges.back());
+    ranges.back().customary = customary(effect.shapes[i].kind, ranges.back());
   }
   return ranges;
 }
@@ -297,11 +301,8 @@ std::vector<double> default_shapes(const Measurement& measurement, const EffectD
       case ShapeKind::exponent:
         shapes.push_back(1.0);
         break;
-      case ShapeKind::filter:
-        shapes.push_back(0.0);
-        break;
       default:
-        shapes.push_back(middle(narrowed(measurement, spec, i)));
+        shapes.push_back(customary(spec.kind, narrowed(measurement, spec, i)));
     }
   }
   return shapes;
