@@ -50,6 +50,23 @@ Eigen::VectorXd force_of(const FittedModel& model, std::size_t index) {
 /// Less than this, and strokes do not bear out what is claimed: halfway between all and nothing.
 constexpr double kBorneOut = 0.5;
 
+/// Of the force `claimed_N`, how much strokes show wherever one pitch of the rail is left out, whichever it
+/// is: what sits at one place fits a ripple too, but does not come back a pitch further on.
+double share_beside_any_place(const Measurement& measurement, const Eigen::VectorXd& claimed_N,
+                              const Eigen::VectorXd& left_N, double pitch_m) {
+  const Eigen::VectorXd position_m = at_rows(measurement, measurement.position_m());
+  const Eigen::VectorXd way_m = way_of_strokes(measurement, pitch_m);
+  double least = share_borne_out(claimed_N, left_N, way_m);
+  const double last_m = position_m.maxCoeff();
+  for (double first_m = position_m.minCoeff(); first_m < last_m; first_m += 0.5 * pitch_m) {
+    const auto beside = (position_m.array() < first_m) || (position_m.array() > first_m + pitch_m);
+    const Eigen::VectorXd elsewhere_m = beside.select(way_m.array(), 0.0);
+    if (elsewhere_m.sum() < pitch_m) continue;
+    least = std::min(least, share_borne_out(claimed_N, left_N, elsewhere_m));
+  }
+  return least;
+}
+
 }  // namespace
 
 Eigen::VectorXd way_of_strokes(const Measurement& measurement, double length_m) {
@@ -77,8 +94,8 @@ bool ripple_not_borne_out(const Measurement& measurement, const FittedModel& mod
                                     [](const ShapeSpec& shape) { return shape.kind == ShapeKind::pitch; });
     if (pitch == shapes.end() || contains(known, model.terms[i].effect->text.id)) continue;
     const double pitch_m = model.terms[i].shapes[static_cast<std::size_t>(pitch - shapes.begin())];
-    const double share = share_borne_out(force_of(model, i), model.linearisation->residual_N(),
-                                         way_of_strokes(measurement, pitch_m));
+    const double share =
+        share_beside_any_place(measurement, force_of(model, i), model.linearisation->residual_N(), pitch_m);
     if (share < kBorneOut) return true;
   }
   return false;

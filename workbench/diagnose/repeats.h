@@ -18,9 +18,9 @@ double share_borne_out(const Eigen::VectorXd& claimed_N, const Eigen::VectorXd& 
                        const Eigen::VectorXd& weight);
 
 /// Whether the model has a ripple, which is none of the `known` terms, that strokes over whole pitches do not
-/// bear out. What repeats along the rail shows wherever the axis goes; what only fits the places where it
-/// rests or creeps is something else, which a pitch was found for: a friction force that creeps there, a
-/// wander in time.
+/// bear out, all of them or with any one pitch of the rail left out. What repeats along the rail shows
+/// wherever the axis goes; what only fits the places where it rests or creeps is something else, which a
+/// pitch was found for: a friction force that creeps there, a wander in time, a dent.
 bool ripple_not_borne_out(const Measurement& measurement, const FittedModel& model, const Terms& known);
 
 }  // namespace slipstack::workbench

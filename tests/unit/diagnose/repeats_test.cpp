@@ -50,12 +50,24 @@ Log log_with(double in_strokes) {
   });
 }
 
-/// The same ripple with its gain fitted to all of the log.
+/// A dent of which the axis shows `beyond` a pitch further on as well, and back to the start of the rail.
+Log log_with_dent(double beyond) {
+  test::Draw draw(5);
+  return test::log_of(1000.0, static_cast<std::size_t>(1000.0 * kSeconds), position_m, [&](double t) {
+    const double pitches = position_m(t) / kPitch_m;
+    const double from_middle = pitches - std::floor(pitches) - 0.5;
+    const double dent_N = std::exp(-std::pow(from_middle / 0.1, 2));
+    return (std::floor(pitches) == 2.0 ? 1.0 : beyond) * dent_N + 0.02 * draw.normal();
+  });
+}
+
+/// A ripple with its gain fitted to all of the log.
 FittedModel with_ripple(const Measurement& measurement) {
   Term inertia = make_term(measurement, *find_effect("inertia"));
+  Term offset = make_term(measurement, *find_effect("offset_force"));
   Term ripple = make_term(measurement, *find_effect("force_ripple"));
   ripple.shapes = {kPitch_m};
-  return fit_gains(measurement, {inertia, ripple});
+  return fit_gains(measurement, {inertia, offset, ripple});
 }
 
 TEST(WayOfStrokes, CountsLongStrokesOnly) {
@@ -81,6 +93,13 @@ TEST(RippleNotBorneOut, WhereStrokesDoNotShowIt) {
     Measurement measurement(log_with(in_strokes));
     EXPECT_EQ(ripple_not_borne_out(measurement, with_ripple(measurement), {}), in_strokes < 0.5)
         << in_strokes;
+  }
+}
+
+TEST(RippleNotBorneOut, WhereItIsADentOfOnePlace) {
+  for (const double beyond : {1.0, 0.7, 0.0}) {
+    const Measurement measurement(log_with_dent(beyond));
+    EXPECT_EQ(ripple_not_borne_out(measurement, with_ripple(measurement), {}), beyond == 0.0) << beyond;
   }
 }
 
