@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "workbench/diagnose/bursts.h"
 #include "workbench/diagnose/lines.h"
 #include "workbench/diagnose/lost_counts.h"
 #include "workbench/diagnose/reduction.h"
@@ -39,7 +40,8 @@ bool above_floor(const Diagnosis& diagnosis) {
 /// What structure must explain of the residual to be reported.
 constexpr double kStructureReduction = 0.05;
 
-/// What of it is worth a word: the strongest, or a line above the rows' bandwidth that is stronger.
+/// What of it is worth a word: the strongest, or a line above the rows' bandwidth that is stronger; a burst,
+/// however little of it is heard at the rows.
 std::optional<Structure> worth_telling(const Measurement& measurement, const Diagnosis& diagnosis,
                                        const Structure& strongest) {
   std::optional<Structure> told;
@@ -48,6 +50,7 @@ std::optional<Structure> worth_telling(const Measurement& measurement, const Dia
   auto line = line_beyond_rows(measurement, last.linearisation->sample_force_N(), last.train_rmse_N);
   const double known = told ? told->error_reduction : kStructureReduction;
   if (line && line->error_reduction >= known) told = std::move(line);
+  if (!told) told = burst_in_force(measurement, weighted_residual(measurement, last));
   return told;
 }
 

@@ -104,15 +104,6 @@ bool stands_out(const std::vector<double>& values, const std::vector<double>& de
          own >= kWildAmongNeighbours * largest_step_beside(values, one, wild);
 }
 
-/// What each sample differs by from the cubic through two neighbours on either side.
-std::vector<double> departures_from_cubic(const std::vector<double>& values) {
-  std::vector<double> departures(values.size(), 0.0);
-  for (std::size_t i = 2; i + 2 < values.size(); ++i) {
-    departures[i] = values[i] - (4.0 * (values[i - 1] + values[i + 1]) - values[i - 2] - values[i + 2]) / 6.0;
-  }
-  return departures;
-}
-
 }  // namespace
 
 /// A wild sample stands this many standard deviations of the noise out of its neighbours' median ...
@@ -134,6 +125,14 @@ std::vector<Stretch> wild_samples(const std::vector<double>& values, double nois
   std::vector<Stretch> stretches = apart_from_bursts(wild);
   std::erase_if(stretches, [&](const Stretch& one) { return !stands_out(values, departures, wild, one); });
   return stretches;
+}
+
+std::vector<double> departures_from_cubic(const std::vector<double>& values) {
+  std::vector<double> departures(values.size(), 0.0);
+  for (std::size_t i = 2; i + 2 < values.size(); ++i) {
+    departures[i] = values[i] - (4.0 * (values[i - 1] + values[i + 1]) - values[i - 2] - values[i + 2]) / 6.0;
+  }
+  return departures;
 }
 
 /// One sample alone is wild by less, where what its neighbours say of it, a cubic, is known so well: this

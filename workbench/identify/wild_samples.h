@@ -17,6 +17,10 @@ inline constexpr std::size_t kHalfWindow = 3;
 /// these. O(n).
 std::vector<Stretch> wild_samples(const std::vector<double>& values, double noise, double least);
 
+/// What each sample differs by from the cubic through two neighbours on either side; zero for the two at
+/// either end. O(n).
+std::vector<double> departures_from_cubic(const std::vector<double>& values);
+
 /// Wild samples that stand alone: spikes of a cable, which would vanish in the motion of the signal but not
 /// in its noise. None where they are a smaller share of the samples than `least_share`. O(n).
 std::vector<Stretch> spikes(const std::vector<double>& values, double noise, double least_share);
