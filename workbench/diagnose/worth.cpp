@@ -201,6 +201,9 @@ bool is_not_heard(const Yardstick& yardstick, const Terms& terms) {
 /// ... and explains this share of what the best one explains.
 constexpr double kShareOfBest = 0.95;
 
+/// A lag that explains this share of what Stribeck friction leaves above the floor bends to no wrong form.
+constexpr double kMoreThanForm = 0.8;
+
 bool stands_for(const Yardstick& yardstick, const FittedModel& simpler, const FittedModel& best,
                 const FittedModel& before) {
   if (explained_N2(before.holdout_rmse_N, simpler.holdout_rmse_N) <
@@ -211,7 +214,10 @@ bool stands_for(const Yardstick& yardstick, const FittedModel& simpler, const Fi
   if (!contains(simpler.terms, "structural_resonance") && is_not_heard(yardstick, best.terms)) return true;
   const bool nested = contains(best.terms, "frictional_lag") && !contains(simpler.terms, "frictional_lag") &&
                       contains(simpler.terms, "stribeck");
-  return nested && squared(best.holdout_rmse_N) > squared(kFormIsNotTheAxis * yardstick.floor.of(best.terms));
+  const double floor_N = yardstick.floor.of(best.terms);
+  return nested && best.holdout_rmse_N > kFormIsNotTheAxis * floor_N &&
+         explained_N2(simpler.holdout_rmse_N, best.holdout_rmse_N) <
+             kMoreThanForm * explained_N2(simpler.holdout_rmse_N, floor_N);
 }
 
 }  // namespace slipstack::workbench

@@ -46,7 +46,7 @@ bool promises(const Yardstick& yardstick, const FittedModel& first);
 
 /// Frictional lag contains Stribeck friction. Where even the lag ends so far above the floor, its form is not
 /// the axis' own either, and its two more shapes bend towards whatever reversals do (a bristle's stretch lags
-/// too): there the share alone decides.
+/// too): there the share alone decides, unless the lag explains nearly all that Stribeck friction leaves.
 inline constexpr double kFormIsNotTheAxis = 1.5;
 
 /// Whether the simpler model's held-out error is hardly larger.

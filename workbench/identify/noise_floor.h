@@ -22,7 +22,7 @@ class NoiseFloor {
  public:
   explicit NoiseFloor(const Measurement& measurement);
 
-  /// Weighted standard deviation [N]. Cost: four evaluations of the model over the log.
+  /// Weighted standard deviation [N]. Cost: seven evaluations of the model over the log.
   double of(const Terms& terms) const;
   /// The same for each log of the measurement.
   std::vector<double> of_each_log(const Terms& terms) const;

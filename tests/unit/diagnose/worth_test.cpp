@@ -80,6 +80,24 @@ TEST(Earned, WhatIsSearchedFarMustBeSurer) {
   EXPECT_TRUE(earned(yardstick, baseline, with_errors(measurement, sure, "force_ripple")));
 }
 
+// Where neither reaches the floor, Stribeck friction has the name, unless the lag explains nearly all it
+// leaves.
+TEST(StandsFor, StribeckFrictionOfAnotherFormForALag) {
+  const Measurement measurement(test::wandering_log(1, 2000.0, 6000));
+  const NoiseFloor floor(measurement);
+  const FittedModel before = with_errors(measurement, Blocks(20, 1e4), nullptr);
+  const Yardstick yardstick{before, floor, measurement.tick_s(), measurement.bandwidth_Hz(), 1.0};
+  const double floor_N2 = std::pow(floor.of(with_errors(measurement, {1.0}, "frictional_lag").terms), 2);
+  const auto stands = [&](double stribeck, double lag) {
+    return stands_for(yardstick, with_errors(measurement, Blocks(20, stribeck * floor_N2), "stribeck"),
+                      with_errors(measurement, Blocks(20, lag * floor_N2), "frictional_lag"), before);
+  };
+  EXPECT_TRUE(stands(2.1, 2.0));    // nearly as good
+  EXPECT_FALSE(stands(4.0, 2.0));   // the lag is the axis
+  EXPECT_TRUE(stands(26.0, 7.0));   // 76 % of what is left above the floor
+  EXPECT_FALSE(stands(26.0, 5.5));  // 82 %
+}
+
 /// A model of hysteresis over some 20 um, with a lag.
 FittedModel with_lag(const Measurement& measurement, double time_s, double distance_m) {
   FittedModel model;
