@@ -2,6 +2,7 @@
 #include "workbench/identify/residual_noise.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <complex>
 #include <limits>
@@ -28,6 +29,9 @@ struct Band {
 };
 constexpr Band kBands[] = {{0.35, 0.55}, {0.55, 0.75}, {0.75, 0.95}};
 
+/// Power of a piece in each of them.
+using Powers = std::array<double, std::size(kBands)>;
+
 /// The median of a piece's power in a band over its mean, for white noise (drawn: some twelve degrees of
 /// freedom).
 constexpr double kMedianOverMean = 0.95;
@@ -50,6 +54,23 @@ double power_response(const Measurement& measurement, double frequency_Hz, doubl
   return power;
 }
 
+/// The median power that pieces have `left` in a band without what quantisation does there. Where it is loud
+/// the difference of both is anything: the half of the pieces where it does least tells, if these are enough.
+double median_where_least_quantised(const std::vector<Powers>& left, const std::vector<Powers>& quantised,
+                                    std::size_t band) {
+  std::vector<double> sorted;
+  sorted.reserve(left.size());
+  for (const Powers& power : quantised) sorted.push_back(power[band]);
+  const std::size_t last = std::max(kFewestPieces, (sorted.size() + 1) / 2) - 1;
+  std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(last), sorted.end());
+  std::vector<double> power;
+  power.reserve(left.size());
+  for (std::size_t piece = 0; piece < left.size(); ++piece) {
+    if (quantised[piece][band] <= sorted[last]) power.push_back(left[piece][band] - quantised[piece][band]);
+  }
+  return median(std::move(power));
+}
+
 }  // namespace
 
 double residual_noise_N(const Measurement& measurement, const LogPart& part,
@@ -58,32 +79,38 @@ double residual_noise_N(const Measurement& measurement, const LogPart& part,
   const std::size_t pieces = part.row_count / kPiece;
   if (pieces < kFewestPieces) return 0.0;
   const double row_rate_Hz = measurement.sample_rate_Hz() / static_cast<double>(measurement.row_stride());
-  std::vector<std::vector<double>> power(std::size(kBands));
+  std::vector<Powers> left;
+  std::vector<Powers> quantised;
   std::vector<double> frequency_Hz;
-  const auto add_bands = [&](const double* rows_N, double sign, bool another) {
+  const auto powers_of = [&](const double* rows_N) {
     const Spectrum spectrum = power_spectrum({rows_N, kPiece}, row_rate_Hz, kSegment);
     frequency_Hz = spectrum.frequency_Hz;
-    for (std::size_t b = 0; b < power.size(); ++b) {
-      if (another) power[b].push_back(0.0);
-      for (std::size_t k = 0; k < frequency_Hz.size(); ++k) {
-        const double at = frequency_Hz[k] / measurement.bandwidth_Hz();
-        if (at >= kBands[b].from && at < kBands[b].to) power[b].back() += sign * spectrum.density[k];
+    Powers power{};
+    for (std::size_t k = 0; k < frequency_Hz.size(); ++k) {
+      const double at = frequency_Hz[k] / measurement.bandwidth_Hz();
+      for (std::size_t b = 0; b < power.size(); ++b) {
+        if (at >= kBands[b].from && at < kBands[b].to) power[b] += spectrum.density[k];
       }
     }
+    return power;
   };
   for (std::size_t piece = 0; piece < pieces; ++piece) {
     const std::size_t first = part.first_row + piece * kPiece;
     const auto rows = static_cast<Eigen::Index>(first);
     if (measurement.row_usable().segment(rows, kPiece).minCoeff() == 0.0) continue;
-    add_bands(residual_N.data() + first, 1.0, true);
+    left.push_back(powers_of(residual_N.data() + first));
+    quantised.emplace_back();
     for (const Eigen::VectorXd& reading_N : readings_N) {
-      add_bands(reading_N.data() + first, -1.0 / static_cast<double>(readings_N.size()), false);
+      const Powers power = powers_of(reading_N.data() + first);
+      for (std::size_t b = 0; b < power.size(); ++b) {
+        quantised.back()[b] += power[b] / static_cast<double>(readings_N.size());
+      }
     }
   }
-  if (power[0].size() < kFewestPieces) return 0.0;
+  if (left.size() < kFewestPieces) return 0.0;
   const double quantisation = mass_kg * measurement.position_noise_m_per_root_Hz(part);
   double least = std::numeric_limits<double>::infinity();
-  for (std::size_t b = 0; b < power.size(); ++b) {
+  for (std::size_t b = 0; b < std::size(kBands); ++b) {
     double response = 0.0;  // of white force noise of density one
     double encoder = 0.0;
     for (const double f : frequency_Hz) {
@@ -94,7 +121,8 @@ double residual_noise_N(const Measurement& measurement, const LogPart& part,
       encoder += own * std::pow(kTurn * f, 4) * quantisation * quantisation;
     }
     if (response <= 0.0) continue;
-    const double density = (median(std::move(power[b])) / kMedianOverMean - encoder) / response;
+    const double power = median_where_least_quantised(left, quantised, b);
+    const double density = (power / kMedianOverMean - encoder) / response;
     least = std::min(least, std::max(0.0, density));
   }
   if (!std::isfinite(least)) return 0.0;
