@@ -468,10 +468,12 @@ double Measurement::filtered_force_noise_N() const {
   return force_noise_N() * force_noise_gain({});
 }
 
+/// Of a period of the force's bandwidth, how long a cubic follows the motion: a quarter of it.
+constexpr double kFollowed = 0.25;
+
 Measurement Measurement::requantised(const OtherReading& other) const {
   Measurement copy = *this;
-  // Motion slower than the bandwidth of the force is not known to go evenly.
-  const UnseenWay unseen{sample_rate_Hz() / bandwidth_Hz_, other.places};
+  const UnseenWay unseen{kFollowed * sample_rate_Hz() / bandwidth_Hz_, other.places};
   std::vector<double> reading_m;
   for (const LogPart& part : parts_) {
     const double step_m = part.encoder_resolution_m;
