@@ -74,14 +74,17 @@ class Passage {
   }
 
   /// Straight to the first of two places, each a share of the cell from where it was entered, to the second,
-  /// and out; a third of the time each.
-  double astray_at(double time, const std::array<double, 2>& places) const {
+  /// and out; a third of the time each, or in and out as fast as it came and goes.
+  double astray_at(double time, const UnseenWay& unseen) const {
     const double across_m = 2.0 * (centre_m_ - cubic_.from_m);
-    const std::array way{cubic_.from_m, cubic_.from_m + places[0] * across_m,
-                         cubic_.from_m + places[1] * across_m, cubic_.to_m};
-    const double thirds = 3.0 * time / cubic_.length;
-    const std::size_t leg = std::min<std::size_t>(static_cast<std::size_t>(thirds), 2);
-    return std::lerp(way[leg], way[leg + 1], thirds - static_cast<double>(leg));
+    const double first_m = cubic_.from_m + unseen.places[0] * across_m;
+    const double second_m = cubic_.from_m + unseen.places[1] * across_m;
+    const double third = cubic_.length / 3.0;
+    const double arrives = unseen.at_speed ? std::min(third, ramp(cubic_.from_slope)) : third;
+    const double departs = cubic_.length - (unseen.at_speed ? std::min(third, ramp(cubic_.to_slope)) : third);
+    if (time < arrives) return std::lerp(cubic_.from_m, first_m, time / arrives);
+    if (time < departs) return std::lerp(first_m, second_m, (time - arrives) / (departs - arrives));
+    return std::lerp(second_m, cubic_.to_m, (time - departs) / (cubic_.length - departs));
   }
 
  private:
@@ -141,7 +144,7 @@ std::vector<double> dequantise(std::span<const double> position_m, double resolu
     const bool astray = goes_unseen(knots, k, unseen.longest_known);
     for (std::size_t i = first; i < smooth.size() && static_cast<double>(i) < knots[k + 1].time; ++i) {
       const double time = static_cast<double>(i) - knots[k].time;
-      smooth[i] = astray ? passage.astray_at(time, unseen.places) : passage.at(time);
+      smooth[i] = astray ? passage.astray_at(time, unseen) : passage.at(time);
     }
   }
   return smooth;

@@ -473,7 +473,7 @@ constexpr double kFollowed = 0.25;
 
 Measurement Measurement::requantised(const OtherReading& other) const {
   Measurement copy = *this;
-  const UnseenWay unseen{kFollowed * sample_rate_Hz() / bandwidth_Hz_, other.places};
+  const UnseenWay unseen{kFollowed * sample_rate_Hz() / bandwidth_Hz_, other.places, other.at_speed};
   std::vector<double> reading_m;
   for (const LogPart& part : parts_) {
     const double step_m = part.encoder_resolution_m;

@@ -74,6 +74,7 @@ struct OtherReading {
   /// A zigzag from sample to sample may be faster than they are: it goes beyond each of its corners by this
   /// share of its height.
   double beyond_corners = 0.0;
+  bool at_speed = false;  ///< in such cells, in and out (UnseenWay)
 };
 
 /// A log made ready for inverse-dynamics identification ([5], IDIM): smooth motion at every sample, and the

@@ -28,8 +28,8 @@ constexpr std::array<OtherReading, 6> kOtherReadings{{
     {1.0 - kGoldenPart, {kHigh, kHigh}, kLow},
     {2.0 * kGoldenPart, {kLow, 0.5}, 0.5},
     {1.0 - 2.0 * kGoldenPart, {kLow, 0.5}, 0.5},
-    {3.0 * kGoldenPart - 1.0, {0.5, kLow}, kHigh},
-    {2.0 - 3.0 * kGoldenPart, {0.5, kLow}, kHigh},
+    {3.0 * kGoldenPart - 1.0, {0.5, kLow}, kHigh, true},
+    {2.0 - 3.0 * kGoldenPart, {0.5, kLow}, kHigh, true},
 }};
 
 /// Quantisation far below what the plain model leaves anyway does not matter.
@@ -87,21 +87,20 @@ RowVariances variances_at_rows(const Measurement& measurement, const Terms& term
     const Stretch own = measurement.parts_of_log(log);
     if (own.first == own.end) continue;
     const LogPart& first = measurement.parts()[own.first];
-    double force = first.force_noise_N * gain;
+    double force = first.force_noise_N;
     if (!measurement.force_noise_given()) {
       LogPart all = first;  // its parts as one
       all.sample_count = measurement.parts()[own.end - 1].end_sample() - first.first_sample;
       all.row_count = static_cast<std::size_t>(measurement.rows_of_log(log).count);
-      const double seen_N =
-          residual_noise_N(measurement, all, residual_N, readings_N, mass_kg(terms, log), lag);
-      force = std::max(force, seen_N * gain);
+      force =
+          residual_noise(measurement, all, residual_N, readings_N, mass_kg(terms, log), lag).bounded(force);
     }
     for (std::size_t p = own.first; p < own.end; ++p) {
       const LogPart& part = measurement.parts()[p];
       const double inertia = mass_kg(terms, log) * measurement.acceleration_noise_mps2(part);
       variances.noise
           .segment(static_cast<Eigen::Index>(part.first_row), static_cast<Eigen::Index>(part.row_count))
-          .setConstant(force * force + inertia * inertia);
+          .setConstant(squared(gain * force) + squared(inertia));
     }
   }
   for (const Eigen::VectorXd& reading_N : readings_N) {

@@ -13,8 +13,8 @@ namespace slipstack::workbench {
 std::vector<Measurement> shifted_readings(const Measurement& measurement);
 
 /// What no model can explain at the rows: the noise of the force through the filter, from the differences of
-/// the force or, where that says more, from what the model leaves (residual_noise_N(), unless the noise was
-/// given); the encoder's quantisation through mass times acceleration; and what quantisation does to the
+/// the force within what the model leaves bounds it by (residual_noise(), unless the noise was given); the
+/// encoder's quantisation through mass times acceleration; and what quantisation does to the
 /// hysteresis, which is not white where the axis is slow, so it is tried out: the motion is read again by
 /// encoders whose grid is shifted, which believe that the axis went about otherwise where no reading tells,
 /// and the model evaluated on each; what they err by is taken as far as the residual bears it out.

@@ -54,66 +54,87 @@ double power_response(const Measurement& measurement, double frequency_Hz, doubl
   return power;
 }
 
-/// The median power that pieces have `left` in a band without what quantisation does there. Where it is loud
-/// the difference of both is anything: the half of the pieces where it does least tells, if these are enough.
-double median_where_least_quantised(const std::vector<Powers>& left, const std::vector<Powers>& quantised,
-                                    std::size_t band) {
-  std::vector<double> sorted;
-  sorted.reserve(left.size());
-  for (const Powers& power : quantised) sorted.push_back(power[band]);
-  const std::size_t last = std::max(kFewestPieces, (sorted.size() + 1) / 2) - 1;
-  std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(last), sorted.end());
-  std::vector<double> power;
-  power.reserve(left.size());
-  for (std::size_t piece = 0; piece < left.size(); ++piece) {
-    if (quantised[piece][band] <= sorted[last]) power.push_back(left[piece][band] - quantised[piece][band]);
-  }
-  return median(std::move(power));
-}
-
-}  // namespace
-
-double residual_noise_N(const Measurement& measurement, const LogPart& part,
-                        const Eigen::VectorXd& residual_N, const std::vector<Eigen::VectorXd>& readings_N,
-                        double mass_kg, const ForceLag& lag) {
-  const std::size_t pieces = part.row_count / kPiece;
-  if (pieces < kFewestPieces) return 0.0;
-  const double row_rate_Hz = measurement.sample_rate_Hz() / static_cast<double>(measurement.row_stride());
-  std::vector<Powers> left;
-  std::vector<Powers> quantised;
+/// What pieces of a log have in the bands.
+struct Pieces {
+  std::vector<Powers> left;       ///< of what the model leaves
+  std::vector<Powers> quantised;  ///< mean of what other readings differ by
   std::vector<double> frequency_Hz;
+};
+
+Pieces pieces_of(const Measurement& measurement, const LogPart& part, double row_rate_Hz,
+                 const Eigen::VectorXd& residual_N, const std::vector<Eigen::VectorXd>& readings_N) {
+  Pieces pieces;
   const auto powers_of = [&](const double* rows_N) {
     const Spectrum spectrum = power_spectrum({rows_N, kPiece}, row_rate_Hz, kSegment);
-    frequency_Hz = spectrum.frequency_Hz;
+    pieces.frequency_Hz = spectrum.frequency_Hz;
     Powers power{};
-    for (std::size_t k = 0; k < frequency_Hz.size(); ++k) {
-      const double at = frequency_Hz[k] / measurement.bandwidth_Hz();
+    for (std::size_t k = 0; k < spectrum.density.size(); ++k) {
+      const double at = spectrum.frequency_Hz[k] / measurement.bandwidth_Hz();
       for (std::size_t b = 0; b < power.size(); ++b) {
         if (at >= kBands[b].from && at < kBands[b].to) power[b] += spectrum.density[k];
       }
     }
     return power;
   };
-  for (std::size_t piece = 0; piece < pieces; ++piece) {
+  for (std::size_t piece = 0; piece < part.row_count / kPiece; ++piece) {
     const std::size_t first = part.first_row + piece * kPiece;
     const auto rows = static_cast<Eigen::Index>(first);
     if (measurement.row_usable().segment(rows, kPiece).minCoeff() == 0.0) continue;
-    left.push_back(powers_of(residual_N.data() + first));
-    quantised.emplace_back();
+    pieces.left.push_back(powers_of(residual_N.data() + first));
+    pieces.quantised.emplace_back();
     for (const Eigen::VectorXd& reading_N : readings_N) {
       const Powers power = powers_of(reading_N.data() + first);
       for (std::size_t b = 0; b < power.size(); ++b) {
-        quantised.back()[b] += power[b] / static_cast<double>(readings_N.size());
+        pieces.quantised.back()[b] += power[b] / static_cast<double>(readings_N.size());
       }
     }
   }
-  if (left.size() < kFewestPieces) return 0.0;
+  return pieces;
+}
+
+/// Median powers in one band.
+struct Heard {
+  double left = 0.0;
+  double unquantised = 0.0;  ///< without what quantisation does
+};
+
+/// Where quantisation is loud, what is left without it is the difference of two large numbers, anything: the
+/// half of the pieces where it does least tells, if these are enough.
+Heard heard_where_least_quantised(const Pieces& pieces, std::size_t band) {
+  std::vector<double> sorted;
+  sorted.reserve(pieces.left.size());
+  for (const Powers& power : pieces.quantised) sorted.push_back(power[band]);
+  const std::size_t last = std::max(kFewestPieces, (sorted.size() + 1) / 2) - 1;
+  std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(last), sorted.end());
+  std::vector<double> left;
+  std::vector<double> unquantised;
+  for (std::size_t piece = 0; piece < pieces.left.size(); ++piece) {
+    if (pieces.quantised[piece][band] > sorted[last]) continue;
+    left.push_back(pieces.left[piece][band]);
+    unquantised.push_back(pieces.left[piece][band] - pieces.quantised[piece][band]);
+  }
+  return {median(std::move(left)), median(std::move(unquantised))};
+}
+
+}  // namespace
+
+double HeardNoise::bounded(double sensor_N) const {
+  return std::clamp(sensor_N, least_N, std::max(least_N, most_N));
+}
+
+HeardNoise residual_noise(const Measurement& measurement, const LogPart& part,
+                          const Eigen::VectorXd& residual_N, const std::vector<Eigen::VectorXd>& readings_N,
+                          double mass_kg, const ForceLag& lag) {
+  const double row_rate_Hz = measurement.sample_rate_Hz() / static_cast<double>(measurement.row_stride());
+  const Pieces pieces = pieces_of(measurement, part, row_rate_Hz, residual_N, readings_N);
+  if (pieces.left.size() < kFewestPieces) return {};
   const double quantisation = mass_kg * measurement.position_noise_m_per_root_Hz(part);
   double least = std::numeric_limits<double>::infinity();
+  double most = 0.0;
   for (std::size_t b = 0; b < std::size(kBands); ++b) {
     double response = 0.0;  // of white force noise of density one
     double encoder = 0.0;
-    for (const double f : frequency_Hz) {
+    for (const double f : pieces.frequency_Hz) {
       const double at = f / measurement.bandwidth_Hz();
       if (at < kBands[b].from || at >= kBands[b].to) continue;
       response += power_response(measurement, f, row_rate_Hz, lag.filter_s);
@@ -121,12 +142,13 @@ double residual_noise_N(const Measurement& measurement, const LogPart& part,
       encoder += own * std::pow(kTurn * f, 4) * quantisation * quantisation;
     }
     if (response <= 0.0) continue;
-    const double power = median_where_least_quantised(left, quantised, b);
-    const double density = (power / kMedianOverMean - encoder) / response;
-    least = std::min(least, std::max(0.0, density));
+    const Heard heard = heard_where_least_quantised(pieces, b);
+    least = std::min(least, std::max(0.0, (heard.unquantised / kMedianOverMean - encoder) / response));
+    most = std::max(most, (heard.left / kMedianOverMean - encoder) / response);
   }
-  if (!std::isfinite(least)) return 0.0;
-  return std::sqrt(least * 0.5 * measurement.sample_rate_Hz());
+  if (!std::isfinite(least)) return {};
+  const double band_Hz = 0.5 * measurement.sample_rate_Hz();
+  return {std::sqrt(least * band_Hz), std::sqrt(most * band_Hz)};
 }
 
 }  // namespace slipstack::workbench
