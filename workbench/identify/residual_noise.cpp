@@ -18,8 +18,8 @@ namespace {
 constexpr double kTurn = 2.0 * std::numbers::pi;
 
 /// Rows of a piece, and of the segments whose spectra are averaged within it.
-constexpr std::size_t kPiece = 128;
-constexpr std::size_t kSegment = 64;
+constexpr std::size_t kPiece = 64;
+constexpr std::size_t kSegment = 32;
 constexpr std::size_t kFewestPieces = 8;
 
 /// Bands within the bandwidth. Below the first, friction and motion are loud.
@@ -32,9 +32,9 @@ constexpr Band kBands[] = {{0.35, 0.55}, {0.55, 0.75}, {0.75, 0.95}};
 /// Power of a piece in each of them.
 using Powers = std::array<double, std::size(kBands)>;
 
-/// The median of a piece's power in a band over its mean, for white noise (drawn: some twelve degrees of
+/// The median of a piece's power in a band over its mean, for white noise (drawn: some eight degrees of
 /// freedom).
-constexpr double kMedianOverMean = 0.95;
+constexpr double kMedianOverMean = 0.91;
 
 /// Squared magnitude of the rows' filter and of the inverse of a low pass of `filter_s`, with what folds
 /// because the rows are as far apart as they are.

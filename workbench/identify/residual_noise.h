@@ -23,7 +23,7 @@ struct HeardNoise {
 /// pieces by the median, so that neither a line nor what happens at reversals counts. At least what the
 /// quietest of its bands has without what the encoder's steps do there: through `mass_kg`, and through
 /// hysteresis, the mean power of `readings_N`. At most what the loudest band has without the first of these.
-/// No bounds for a log of fewer than eight pieces of 128 rows. `residual_N` and `readings_N`: of all rows;
+/// No bounds for a log of fewer than eight pieces of 64 rows. `residual_N` and `readings_N`: of all rows;
 /// `lag`: undone in the residual, it came before the noise.
 HeardNoise residual_noise(const Measurement& measurement, const LogPart& part,
                           const Eigen::VectorXd& residual_N, const std::vector<Eigen::VectorXd>& readings_N,

@@ -95,11 +95,11 @@ TEST(NoiseFloor, KnowsForcesThatNoSensorSees) {
     const double left_N = measurement.weighted_rms(Linearisation(measurement, truth).residual_N());
     const double ratio = left_N / NoiseFloor(measurement).of(truth);
     EXPECT_GT(ratio, 0.75) << seed;
-    EXPECT_LT(ratio, 1.6) << seed;
+    EXPECT_LT(ratio, 1.5) << seed;
     mean += ratio / kLogs;
     by_sensor_only += left_N / measurement.filtered_force_noise_N() / kLogs;
   }
-  EXPECT_NEAR(mean, 1.05, 0.07);
+  EXPECT_NEAR(mean, 1.05, 0.06);
   EXPECT_GT(by_sensor_only, 3.0) << "nothing that the sensor does not see";
 }
 
