@@ -25,8 +25,8 @@ struct ShapeRange {
 /// Grids and maps (slip distances, places) are set by default_shapes() and not searched.
 std::vector<ShapeRange> searched_shapes(const Measurement& measurement, const EffectDescription& effect);
 
-/// Shapes that keep their customary value until settle_customary_shapes() (fit.h): exponents the middle of
-/// their bounds, a filter 0.
+/// Shapes that keep their customary value until settle_customary_shapes() (settle_customary.h):
+/// exponents the middle of their bounds, a filter 0.
 std::vector<ShapeRange> customary_shapes(const Measurement& measurement, const EffectDescription& effect);
 
 /// Starting values: see make_term().

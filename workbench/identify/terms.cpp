@@ -122,6 +122,13 @@ Eigen::Index unknown_count(const Terms& terms) {
   return count;
 }
 
+void take_gains(Terms& terms, const Eigen::VectorXd& gains) {
+  Eigen::Index next = 0;
+  for (Term& term : terms) {
+    for (double& gain : term.gains) gain = gains(next++);
+  }
+}
+
 bool multiplies(const Term& term) {
   return term.effect->acts_as(Acts::dry_scale) || term.effect->acts_as(Acts::total_scale);
 }
