@@ -84,7 +84,7 @@ std::map<std::string, std::vector<double>> parse_limits(const std::string& text)
 /// What the request knows of the axis, and how it is recorded.
 struct Known {
   std::unique_ptr<Measurement> measurement;  ///< of long logs an excerpt
-  WholeLogs::Reached reached;                ///< in all of the logs
+  Reached reached;                           ///< in all of the logs
   FittedModel base;                          ///< on the logs; empty without
   Knowledge knowledge;
   std::vector<ExpectedEvidence> so_far;
