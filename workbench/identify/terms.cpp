@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "workbench/identify/shape_search.h"
+#include "workbench/log/squared.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -16,10 +17,6 @@ constexpr double kBendPrior = 0.3;
 /// The mean of a map: the level that it modulates is that of the middle of the rail, or a map of -50 %
 /// throughout and twice the level would be as good.
 constexpr double kMeanPrior = 0.01;
-
-double squared(double x) {
-  return x * x;
-}
 
 void penalise_modulation(const GainGroup& group, Eigen::Index first, double variance,
                          Eigen::MatrixXd& penalty) {
