@@ -18,7 +18,6 @@
 namespace slipstack::workbench {
 namespace {
 
-constexpr const char* kDefaultBaseline = "inertia,presliding_hysteresis";
 /// Of an axis about which nothing is said.
 constexpr double kAssumedMass_kg = 10.0;
 constexpr double kAssumedFriction_N = 10.0;
