@@ -75,6 +75,14 @@ struct Desk {
     client = std::make_unique<SdoClient>(*link, 5);
     for (int i = 0; i < 20; ++i) drive->step();
   }
+  /// Profile position mode, operation enabled.
+  void enable() {
+    client->write(0x6060, 0, 1, 1);
+    for (const std::uint32_t word : {6U, 7U, 15U}) {
+      client->write(0x6040, 0, word, 2);
+      for (int i = 0; i < 20; ++i) drive->step();
+    }
+  }
 };
 
 inline const Show kQuiet = [](const std::string&, double) {};

@@ -100,11 +100,7 @@ TEST(Deploy, ACableThatIsPulledNeverLeavesAMixture) {
 
 TEST(Deploy, AnEnabledDriveRefuses) {
   Desk desk;
-  desk.client->write(0x6060, 0, 1, 1);
-  for (const std::uint32_t word : {6U, 7U, 15U}) {
-    desk.client->write(0x6040, 0, word, 2);
-    for (int i = 0; i < 20; ++i) desk.drive->step();
-  }
+  desk.enable();
   const std::uint32_t before = desk.drive->controller().parameters().hash;
   EXPECT_THROW(deploy_model(*desk.client, model_of_mass(33.5), "m.toml", true, kQuiet), UsageError);
   EXPECT_EQ(desk.drive->controller().parameters().hash, before);
@@ -121,11 +117,7 @@ TEST(Deploy, AModelOutOfBoundsIsRefusedBeforeAnythingIsSent) {
 /// A long move under way: what a log is recorded of.
 void set_moving(Desk& desk) {
   desk.client->write(0x6081, 0, 20000, 4);
-  desk.client->write(0x6060, 0, 1, 1);
-  for (const std::uint32_t word : {6U, 7U, 15U}) {
-    desk.client->write(0x6040, 0, word, 2);
-    for (int i = 0; i < 20; ++i) desk.drive->step();
-  }
+  desk.enable();
   desk.client->write(0x607A, 0, 60000, 4);
   desk.client->write(0x6040, 0, 0x5F, 2);
 }

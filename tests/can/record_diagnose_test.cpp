@@ -49,11 +49,7 @@ constexpr std::array<Move, 19> kMoves = {{{200060, 2000},
 class Mover {
  public:
   explicit Mover(Desk& desk) : desk_(desk) {
-    desk.client->write(0x6060, 0, 1, 1);
-    for (const std::uint32_t word : {6U, 7U, 15U}) {
-      desk.client->write(0x6040, 0, word, 2);
-      for (int i = 0; i < 20; ++i) desk.drive->step();
-    }
+    desk.enable();
     desk.link->each_tick = [this](std::uint64_t tick) { give(tick); };
   }
 

@@ -21,13 +21,18 @@ constexpr double kLeastRate_Hz = 10.0;
 
 }  // namespace
 
+const EffectDescription& effect_named(std::string_view id) {
+  const EffectDescription* effect = find_effect(id);
+  if (effect == nullptr) {
+    throw UsageError(fmt::format("unknown effect {}; known: {}", quoted(id), known_effects()));
+  }
+  return *effect;
+}
+
 std::vector<std::string> parse_effects(const std::string& list) {
   std::vector<std::string> ids;
   for (const std::string_view field : split_fields(list)) {
-    const std::string id(field);
-    if (find_effect(id) == nullptr) {
-      throw UsageError(fmt::format("unknown effect {}; known: {}", quoted(field), known_effects()));
-    }
+    const std::string id = effect_named(field).id();
     if (std::find(ids.begin(), ids.end(), id) != ids.end()) {
       throw UsageError(fmt::format("effect '{}' is named twice; name it once", id));
     }

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "workbench/cli/commands.h"
@@ -16,6 +17,12 @@
 namespace slipstack::workbench {
 
 // What the commands make of their arguments. All of these throw UsageError or InputError.
+
+/// Effects of the model that is there before anything is known.
+inline constexpr const char* kDefaultBaseline = "inertia,presliding_hysteresis";
+
+/// The effect of the catalogue, or declared, of this id.
+const EffectDescription& effect_named(std::string_view id);
 
 /// Ids of a comma-separated list, of the catalogue or declared, each known and named once.
 std::vector<std::string> parse_effects(const std::string& list);

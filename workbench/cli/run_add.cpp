@@ -5,6 +5,7 @@
 #include "workbench/cli/inputs.h"
 #include "workbench/cli/results.h"
 #include "workbench/cli/tables.h"
+#include "workbench/diagnose/reduction.h"
 #include "workbench/identify/noise_floor.h"
 #include "workbench/identify/standard_errors.h"
 #include "workbench/identify/user_effect.h"
@@ -16,18 +17,9 @@ namespace {
 
 using nlohmann::json;
 
-/// An effect that lowers the held-out error by less is not worth its parameters (workbench/diagnose).
-constexpr double kLeastReduction = 0.03;
-
 /// The one effect that --effect names.
 const EffectDescription& effect_of(const Options& options) {
-  if (is_definition(options.effect)) return declare_effect(options.effect);
-  const EffectDescription* effect = find_effect(options.effect);
-  if (effect == nullptr) {
-    throw UsageError(fmt::format("unknown effect {}; known: {}", quoted(std::string_view(options.effect)),
-                                 known_effects()));
-  }
-  return *effect;
+  return is_definition(options.effect) ? declare_effect(options.effect) : effect_named(options.effect);
 }
 
 Model model_to_extend(const Options& options, const EffectDescription& effect) {

@@ -18,8 +18,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr const char* kDefaultBaseline = "inertia,presliding_hysteresis";
-
 struct Headline {
   std::string line;
   std::string detail;

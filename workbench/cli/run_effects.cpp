@@ -51,12 +51,7 @@ void run_effects(const Options& options) {
     for (const EffectDescription& effect : catalogue()) put(effect.id() + ".md", effect_page(effect));
     text = fmt::format("{} pages in {}\n", catalogue().size() + 1, printable(options.pages));
   } else if (!options.effect.empty()) {
-    const EffectDescription* effect = find_effect(options.effect);
-    if (effect == nullptr) {
-      throw UsageError(fmt::format("unknown effect {}; known: {}", quoted(std::string_view(options.effect)),
-                                   known_effects()));
-    }
-    text = effect_page(*effect);
+    text = effect_page(effect_named(options.effect));
     text.erase(0, text.find('\n') + 1);  // the note for those who would edit the file
   } else {
     text = effect_lines("") + "`slipstack effects ID` tells all about one.\n";

@@ -9,6 +9,7 @@
 
 #include "workbench/diagnose/held_out.h"
 #include "workbench/diagnose/quantity.h"
+#include "workbench/diagnose/reduction.h"
 #include "workbench/log/median.h"
 
 namespace slipstack::workbench {
@@ -161,8 +162,7 @@ Structure loud_passes(const Eigen::VectorXd& position_m, const Eigen::VectorXd& 
         std::accumulate(energies.begin(), energies.end(), 0.0) / static_cast<double>(passes.size());
     if (energies[energies.size() / 5] < kLoud * mean || mean <= 0.0 || rows > kShort) continue;
     const double energy = here_N.squaredNorm() / residual_N.squaredNorm();
-    const double excess = std::clamp((energy - rows) / (1.0 - rows), 0.0, 1.0);
-    const double reduction = 1.0 - std::sqrt(1.0 - excess);
+    const double reduction = reduction_beyond(energy, rows);
     if (reduction <= best.error_reduction) continue;
     best.error_reduction = reduction;
     best.explained_N = here_N;

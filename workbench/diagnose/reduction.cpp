@@ -24,6 +24,11 @@ Reduction reduction(const std::vector<double>& before, const std::vector<double>
   return result;
 }
 
+double reduction_beyond(double energy, double expected) {
+  const double excess = std::clamp((energy - expected) / (1.0 - expected), 0.0, 1.0);
+  return 1.0 - std::sqrt(1.0 - excess);
+}
+
 /// Share of the blocks that may speak louder than chance.
 constexpr double kLoudBlocks = 0.2;
 

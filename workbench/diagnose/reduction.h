@@ -22,6 +22,10 @@ struct Reduction {
 /// 1 - rms(after)/rms(before) from squared errors by block, with its jackknife standard error.
 Reduction reduction(const std::vector<double>& before, const std::vector<double>& after);
 
+/// What some rows add to an rms beyond what rows like the others would: these hold the share `energy` of all
+/// squares, where `expected` would be no news.
+double reduction_beyond(double energy, double expected);
+
 /// Whether the error is lowered beyond chance. An effect that is loud in a few blocks alone, as drag is in
 /// the fast moves of a log of slow ones, makes the standard error as large as itself: then the others must
 /// show it, without up to a fifth of the blocks that speak loudest for it.

@@ -10,6 +10,7 @@
 
 #include "workbench/diagnose/held_out.h"
 #include "workbench/diagnose/quantity.h"
+#include "workbench/diagnose/reduction.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -94,8 +95,7 @@ Structure after_reversals(const Measurement& measurement, const Eigen::VectorXd&
           !spread(std::move(by_stretch), kSpreadInTime)) {
         continue;
       }
-      const double excess = std::clamp((energy - rows) / (1.0 - rows), 0.0, 1.0);
-      const double reduction = 1.0 - std::sqrt(1.0 - excess);
+      const double reduction = reduction_beyond(energy, rows);
       if (reduction <= best.error_reduction) continue;
       Eigen::Index loudest = 0;
       residual_N.cwiseProduct(here).cwiseAbs().maxCoeff(&loudest);
@@ -104,10 +104,8 @@ Structure after_reversals(const Measurement& measurement, const Eigen::VectorXd&
       best.explained_N = residual_N.cwiseProduct(here);
       best.description = fmt::format(
           "what is left comes after reversals of the {}: {:.0f} % of it in the {:.0f} % of the time that lie "
-          "within {} "
-          "of one of {} (play or a loose joint in the drive, or friction that reverses in a way of its own); "
-          "most "
-          "at {}",
+          "within {} of one of {} (play or a loose joint in the drive, or friction that reverses in a way of "
+          "its own); most at {}",
           name, 100.0 * energy, 100.0 * rows, quantity(lasting_s, "s"), changes.size(),
           quantity(best.where, "s"));
     }

@@ -61,9 +61,13 @@ Eigen::VectorXd expected_residual_N(const FittedModel& base, const Term& term) {
   return left * seen_gains(term, left);
 }
 
+Eigen::MatrixXd weighted_free_columns(const Measurement& measurement, const FittedModel& base) {
+  return measurement.row_weights().cwiseSqrt().asDiagonal() *
+         base.linearisation->columns()(Eigen::all, free_columns(base));
+}
+
 Imitation baseline_imitation(const Measurement& measurement, const FittedModel& base) {
-  return Imitation(measurement.row_weights().cwiseSqrt().asDiagonal() *
-                   base.linearisation->columns()(Eigen::all, free_columns(base)));
+  return Imitation(weighted_free_columns(measurement, base));
 }
 
 Eigen::VectorXd seen_gains(const Term& term, const Eigen::MatrixXd& beyond_base) {

@@ -41,6 +41,9 @@ class Imitation {
   Eigen::LDLT<Eigen::MatrixXd> gram_;
 };
 
+/// Columns of `base` whose gains a fit may choose, as those of weighted_columns().
+Eigen::MatrixXd weighted_free_columns(const Measurement& measurement, const FittedModel& base);
+
 /// What the free gains of `base` imitate, its rows by the root of their weights.
 Imitation baseline_imitation(const Measurement& measurement, const FittedModel& base);
 

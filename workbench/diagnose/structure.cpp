@@ -12,6 +12,7 @@
 #include "workbench/diagnose/lines.h"
 #include "workbench/diagnose/places.h"
 #include "workbench/diagnose/quantity.h"
+#include "workbench/diagnose/reduction.h"
 #include "workbench/diagnose/reversals.h"
 #include "workbench/log/text.h"
 
@@ -67,11 +68,10 @@ Structure event_in_time(const Measurement& measurement, const Eigen::VectorXd& r
   // One per cent of Gaussian rows holds 8.6 % of the energy.
   // What quantisation leaves at reversals holds some 30 %.
   constexpr double kUsual = 0.35;
-  const double excess = std::max(0.0, (share - kUsual) / (1.0 - kUsual));
   const Eigen::VectorXd times = row_times(measurement);
   const double time_s = times(static_cast<Eigen::Index>(loudest));
   const std::string when = when_of(measurement, time_s);
-  return {"time", 1.0 - std::sqrt(1.0 - excess), time_s,
+  return {"time", reduction_beyond(share, kUsual), time_s,
           fmt::format("what is left sits in few moments: 1 % of the time holds {:.0f} % of it, most at {}",
                       100.0 * share, when),
           residual};

@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "workbench/diagnose/log_sums.h"
 #include "workbench/diagnose/whole_logs.h"
 #include "workbench/fleet/requests.h"
 #include "workbench/identify/parallel.h"
@@ -137,7 +138,7 @@ class Helper {
       return nullptr;
     }
     if (what == "sum") {
-      return WholeLogs(logs_, *searched_.measurement, searched_.weighing, team_).share(request);
+      return LogSums(logs_, *searched_.measurement, searched_.weighing, team_).share(request);
     }
     throw std::logic_error("a request that no process knows: " + what);
   }

@@ -8,6 +8,7 @@
 
 #include "workbench/identify/recorder_faults.h"
 #include "workbench/identify/white_noise.h"
+#include "workbench/log/median.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -64,10 +65,8 @@ constexpr double kMost = 1e-3;
 /// What this share of the values does not exceed; zero of none.
 double quantile(std::vector<double> values, double share) {
   if (values.empty()) return 0.0;
-  const auto place =
-      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), place, values.end());
-  return *place;
+  const auto rank = static_cast<std::size_t>(share * static_cast<double>(values.size() - 1));
+  return value_at_rank(std::move(values), rank);
 }
 
 /// The way that the axis' own acceleration may make within a sample [m]: of what it reaches ...

@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/identify/measurement.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 
+#include "workbench/identify/conditioning.h"
 #include "workbench/identify/dequantise.h"
 #include "workbench/identify/mend.h"
-#include "workbench/identify/spectrum.h"
 #include "workbench/identify/white_noise.h"
 #include "workbench/identify/zero_phase.h"
 
@@ -29,33 +27,7 @@ constexpr std::array<double, 5> kDisplacementTaps{1.0 / 16.0, 4.0 / 16.0, 6.0 / 
 /// Rows per period of the bandwidth: above the Nyquist density, so nothing is lost.
 constexpr double kRowsPerCycle = 3.0;
 
-/// Highest bandwidth of the rows, relative to the sampling rate: a motion is sampled well where its own
-/// frequencies are twenty times lower.
-constexpr double kHighestBandwidth = 0.05;
-
 constexpr int kBlocksPerFold = 6;
-
-/// Mass and velocity terms by plain least squares on a strongly smoothed log: only good for choosing filters.
-/// What mend() cut, and what the smoothing sees of it, is left out.
-double quick_mass(const std::vector<double>& position_m, const std::vector<double>& force_N, double rate_Hz,
-                  const std::vector<Stretch>& cut) {
-  const std::vector<double> taps = low_pass_taps(0.02 * rate_Hz, rate_Hz);
-  const std::vector<double> x = filter_all(position_m, taps);
-  const std::vector<double> f = filter_all(force_N, taps);
-  const std::vector<double> v = first_derivative(x, rate_Hz);
-  const std::vector<double> a = second_derivative(x, rate_Hz);
-  Eigen::Matrix4d gram = 1e-12 * Eigen::Matrix4d::Identity();
-  Eigen::Vector4d right = Eigen::Vector4d::Zero();
-  auto next = cut.begin();
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    while (next != cut.end() && i >= next->end + taps.size()) ++next;
-    if (next != cut.end() && i + taps.size() >= next->first) continue;
-    const Eigen::Vector4d row(a[i], v[i], std::copysign(1.0, v[i]), 1.0);
-    gram += row * row.transpose();
-    right += row * f[i];
-  }
-  return std::max(0.0, gram.ldlt().solve(right)(0));
-}
 
 std::vector<double> motion_taps(double bandwidth_Hz, double rate_Hz) {
   return low_pass_taps(std::min(kMotionBandwidthRatio * bandwidth_Hz, 0.3 * rate_Hz), rate_Hz);
@@ -116,11 +88,12 @@ Measurement::Measurement(JoinedLogs joined, const ConditioningOptions& options)
     const std::vector<double> force_N = part_of(log_->force_N, part);
     part.rough_mass_kg =
         part.mass_kg ? *part.mass_kg
-                     : quick_mass(part_of(log_->position_m, part), force_N, sample_rate_Hz(), part.cut);
+                     : rough_mass_kg(part_of(log_->position_m, part), force_N, sample_rate_Hz(), part.cut);
     part.force_noise_N = force_noise_given_ ? options.force_noise_N : white_noise(force_N);
   }
   share_noise();
-  choose_bandwidth(options.bandwidth_Hz);
+  bandwidth_Hz_ = options.bandwidth_Hz > 0.0 ? std::min(options.bandwidth_Hz, 0.25 * sample_rate_Hz())
+                                             : bandwidth_shown_Hz(*log_, parts_);
   estimate_motion();
   for (LogPart& part : parts_) find_unknown_start(part);
   filter_ = RowFilter(bandwidth_Hz_, sample_rate_Hz());
@@ -174,40 +147,6 @@ double Measurement::time_s(std::size_t index) const {
   return part.start_s + static_cast<double>(before) * tick_s();
 }
 
-void Measurement::choose_bandwidth(double wished_Hz) {
-  const double rate = sample_rate_Hz();
-  const double highest = kHighestBandwidth * rate;
-  if (wished_Hz > 0.0) {
-    bandwidth_Hz_ = std::min(wished_Hz, 0.25 * rate);
-    return;
-  }
-  double limit = highest;
-  double excited = 0.0;
-  for (const LogPart& part : parts_) {
-    // Quantisation seen through the mass grows with the square of frequency: stop where, summed over the
-    // band, it equals the noise of the force.
-    const double quantisation_N = part.rough_mass_kg * part.encoder_resolution_m / std::sqrt(12.0);
-    if (quantisation_N > 0.0 && part.force_noise_N > 0.0) {
-      const double omega2 = part.force_noise_N / quantisation_N * std::sqrt(5.0);
-      limit = std::min(limit, std::sqrt(omega2) / (2.0 * std::numbers::pi));
-    }
-    // Nor beyond what the motion of any log excites.
-    const std::span<const double> force_N =
-        std::span(log_->force_N).subspan(part.first_sample, part.sample_count);
-    const Spectrum spectrum = power_spectrum(force_N, rate, 512);
-    if (spectrum.density.empty()) {
-      excited = highest;
-      continue;
-    }
-    const double floor = 2.0 * part.force_noise_N * part.force_noise_N / rate;
-    std::size_t last = spectrum.density.size() - 1;
-    while (last > 0 && spectrum.density[last] < 2.0 * floor) --last;
-    excited = std::max(excited, spectrum.frequency_Hz[last]);
-  }
-  const double least = std::min(highest, 0.01 * rate);
-  bandwidth_Hz_ = std::clamp(std::min(limit, excited), least, highest);
-}
-
 void Measurement::estimate_motion() {
   const double rate = sample_rate_Hz();
   const std::vector<double> taps = motion_taps(bandwidth_Hz_, rate);
@@ -236,46 +175,7 @@ void Measurement::estimate_motion() {
     append(motion.position_m, std::move(smooth_m));
   }
   motion_ = std::make_shared<const Motion>(std::move(motion));
-  find_turns();
-}
-
-/// A turning point is taken from the parabola through three samples where it bends by so many encoder steps:
-/// then the parabola's top is known better than the step ...
-constexpr double kCurvedSteps = 16.0;
-/// ... and where it bends as much one sample before and one after, within this share: a move that ends
-/// between two samples has no top beyond them.
-constexpr double kSteadyCurvature = 0.5;
-
-void Measurement::find_turns(double beyond_corners) {
-  turns_.clear();
-  for (const LogPart& part : parts_) {
-    const double step_m = part.encoder_resolution_m;
-    if (!(step_m > 0.0)) continue;
-    for (std::size_t i = part.first_sample + 2; i + 2 < part.end_sample(); ++i) {
-      const double* const x = &displacement_m_[i];
-      if ((x[0] - x[-1]) * (x[1] - x[0]) >= 0.0) continue;
-      const double bend_m = x[-1] - 2.0 * x[0] + x[1];
-      const double before_m = x[-2] - 2.0 * x[-1] + x[0];
-      const double after_m = x[0] - 2.0 * x[1] + x[2];
-      if (before_m * bend_m < 0.0 && after_m * bend_m < 0.0) {
-        // Half-way between what rounding leaves and a step.
-        const double least_m =
-            std::min({std::abs(x[0] - x[-1]), std::abs(x[1] - x[0]), std::abs(before_m), std::abs(after_m)});
-        if (beyond_corners > 0.0 && least_m > 0.4 * step_m) {
-          turns_.push_back({i, x[0] - 0.5 * beyond_corners * bend_m});
-        }
-        continue;
-      }
-      if (std::abs(bend_m) < kCurvedSteps * step_m ||
-          std::abs(before_m - bend_m) > kSteadyCurvature * std::abs(bend_m) ||
-          std::abs(after_m - bend_m) > kSteadyCurvature * std::abs(bend_m)) {
-        continue;
-      }
-      const double slope_m = 0.5 * (x[1] - x[-1]);
-      const bool later = slope_m * bend_m < 0.0;
-      turns_.push_back({later ? i + 1 : i, x[0] - slope_m * slope_m / (2.0 * bend_m)});
-    }
-  }
+  turns_ = find_turns(displacement_m_, parts_);
 }
 
 std::span<const Turn> Measurement::turns(std::size_t first, std::size_t count) const {
@@ -488,7 +388,7 @@ Measurement Measurement::requantised(const OtherReading& other) const {
     const std::vector<double> displacement_m = dequantise(reading_m, step_m, unseen);
     std::copy(displacement_m.begin(), displacement_m.end(), copy.displacement_m_.begin() + first);
   }
-  copy.find_turns(other.beyond_corners);
+  copy.turns_ = find_turns(copy.displacement_m_, parts_, other.beyond_corners);
   return copy;
 }
 

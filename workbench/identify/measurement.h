@@ -15,6 +15,7 @@
 #include "firmware/effects/effect.h"
 #include "workbench/identify/parts.h"
 #include "workbench/identify/row_filter.h"
+#include "workbench/identify/turns.h"
 #include "workbench/log/log.h"
 
 namespace slipstack::workbench {
@@ -60,21 +61,12 @@ struct RowRange {
   Eigen::Index count = 0;
 };
 
-/// Where the axis turned round between two samples: before which of them, and how far it came. Hysteresis
-/// remembers the turning point, which no sample shows.
-struct Turn {
-  std::size_t before_sample = 0;
-  double displacement_m = 0.0;
-};
-
 /// How else an encoder of equal resolution may have come to its readings.
 struct OtherReading {
   double shift_steps = 0.0;                ///< of its grid
   std::array<double, 2> places{0.5, 0.5};  ///< in cells where the axis stays unseen (UnseenWay)
-  /// A zigzag from sample to sample may be faster than they are: it goes beyond each of its corners by this
-  /// share of its height.
-  double beyond_corners = 0.0;
-  bool at_speed = false;  ///< in such cells, in and out (UnseenWay)
+  double beyond_corners = 0.0;             ///< of a zigzag: see find_turns()
+  bool at_speed = false;                   ///< in such cells, in and out (UnseenWay)
 };
 
 /// A log made ready for inverse-dynamics identification ([5], IDIM): smooth motion at every sample, and the
@@ -211,9 +203,7 @@ class Measurement {
   };
   void take_log(Log log);
   void estimate_motion();
-  void find_turns(double beyond_corners = 0.0);
   void share_noise();
-  void choose_bandwidth(double wished_Hz);
   void find_unknown_start(LogPart& part) const;
   void choose_stride(std::size_t maximum_rows);
   void choose_rows(Stretch own);

@@ -12,6 +12,7 @@
 #include "workbench/identify/residual_noise.h"
 #include "workbench/identify/slip_grid.h"
 #include "workbench/identify/zero_phase.h"
+#include "workbench/log/squared.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -41,10 +42,6 @@ constexpr Eigen::Index kNeighbours = 12;
 /// Classes of rows by what quantisation does there, and by how much less may be left of it by chance.
 constexpr std::size_t kClasses = 20;
 constexpr double kChance = 1.25;
-
-double squared(double x) {
-  return x * x;
-}
 
 /// Mean over the neighbours, by a running sum.
 Eigen::VectorXd smoothed(const Eigen::VectorXd& values) {

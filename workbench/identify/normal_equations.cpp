@@ -8,12 +8,10 @@
 #include <cstdint>
 #include <random>
 
+#include "workbench/log/squared.h"
+
 namespace slipstack::workbench {
 namespace {
-
-double squared(double x) {
-  return x * x;
-}
 
 /// Records that are drawn to see how far the unknowns scatter: to 5 % of the standard error.
 constexpr int kDraws = 200;

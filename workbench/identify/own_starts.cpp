@@ -19,17 +19,6 @@ bool is_place(const EffectDescription& effect, const ShapeRange& range) {
   return std::string_view(effect.shapes[range.index].unit) == "m" && !range.logarithmic;
 }
 
-/// `count` values strictly inside the range, evenly spaced.
-std::vector<double> spread(const ShapeRange& range, std::size_t count) {
-  std::vector<double> values;
-  for (std::size_t i = 0; i < count; ++i) {
-    const double t = (static_cast<double>(i) + 0.5) / static_cast<double>(count);
-    values.push_back(range.logarithmic ? range.lower * std::pow(range.upper / range.lower, t)
-                                       : range.lower + t * (range.upper - range.lower));
-  }
-  return values;
-}
-
 /// Places of the range where the residual, or the residual that changes sign with the direction, has the
 /// largest mean for its number of rows.
 std::vector<double> loud_places(const Measurement& measurement, const ShapeRange& range,

@@ -21,7 +21,7 @@ double robust_deviation(const Eigen::VectorXd& residual, const Eigen::VectorXd& 
   for (Eigen::Index row = 0; row < residual.size(); ++row) {
     if (weights(row) > 0.0) magnitudes.push_back(std::abs(residual(row)));
   }
-  return magnitudes.empty() ? 0.0 : median(std::move(magnitudes)) / 0.67448975;
+  return magnitudes.empty() ? 0.0 : median(std::move(magnitudes)) / kMedianOfNormal;
 }
 
 }  // namespace

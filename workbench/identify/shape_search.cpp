@@ -114,17 +114,6 @@ double customary(ShapeKind kind, const ShapeRange& range) {
   return kind == ShapeKind::filter ? 0.0 : middle(range);
 }
 
-/// `count` values strictly inside the range, evenly spaced.
-std::vector<double> spread(const ShapeRange& range, int count) {
-  std::vector<double> values;
-  for (int i = 0; i < count; ++i) {
-    const double t = (static_cast<double>(i) + 0.5) / static_cast<double>(count);
-    values.push_back(range.logarithmic ? range.lower * std::pow(range.upper / range.lower, t)
-                                       : range.lower + t * (range.upper - range.lower));
-  }
-  return values;
-}
-
 /// Local maxima of `power`, the highest first.
 std::vector<std::size_t> peaks(const std::vector<double>& power, std::size_t wanted) {
   std::vector<std::size_t> found;
@@ -246,6 +235,16 @@ std::vector<std::vector<double>> with_lag_distances(const std::vector<ShapeRange
 }
 
 }  // namespace
+
+std::vector<double> spread(const ShapeRange& range, std::size_t count) {
+  std::vector<double> values;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double t = (static_cast<double>(i) + 0.5) / static_cast<double>(count);
+    values.push_back(range.logarithmic ? range.lower * std::pow(range.upper / range.lower, t)
+                                       : range.lower + t * (range.upper - range.lower));
+  }
+  return values;
+}
 
 std::vector<double> slip_distances(double shortest_m, double longest_m, std::size_t count,
                                    std::size_t capacity) {

@@ -20,13 +20,16 @@ struct ShapeRange {
   double customary = 0.0;   ///< of customary_shapes(): the value that it has until all else is known
 };
 
+/// `count` values strictly inside the range, evenly spaced.
+std::vector<double> spread(const ShapeRange& range, std::size_t count);
+
 /// Shapes of the effect that a search moves: bounds of the catalogue, narrowed to what the log can show
 /// (no velocity above its fastest, no pitch longer than its stroke, no frequency beyond its bandwidth).
 /// Grids and maps (slip distances, places) are set by default_shapes() and not searched.
 std::vector<ShapeRange> searched_shapes(const Measurement& measurement, const EffectDescription& effect);
 
-/// Shapes that keep their customary value until settle_customary_shapes() (fit.h): exponents the middle of
-/// their bounds, a filter 0.
+/// Shapes that keep their customary value until settle_customary_shapes() (settle_customary.h):
+/// exponents the middle of their bounds, a filter 0.
 std::vector<ShapeRange> customary_shapes(const Measurement& measurement, const EffectDescription& effect);
 
 /// Starting values: see make_term().

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "workbench/identify/shape_search.h"
+#include "workbench/log/squared.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -16,10 +17,6 @@ constexpr double kBendPrior = 0.3;
 /// The mean of a map: the level that it modulates is that of the middle of the rail, or a map of -50 %
 /// throughout and twice the level would be as good.
 constexpr double kMeanPrior = 0.01;
-
-double squared(double x) {
-  return x * x;
-}
 
 void penalise_modulation(const GainGroup& group, Eigen::Index first, double variance,
                          Eigen::MatrixXd& penalty) {
@@ -120,6 +117,13 @@ Eigen::Index unknown_count(const Terms& terms) {
   Eigen::Index count = 0;
   for (const Term& term : terms) count += static_cast<Eigen::Index>(term.gains.size());
   return count;
+}
+
+void take_gains(Terms& terms, const Eigen::VectorXd& gains) {
+  Eigen::Index next = 0;
+  for (Term& term : terms) {
+    for (double& gain : term.gains) gain = gains(next++);
+  }
 }
 
 bool multiplies(const Term& term) {

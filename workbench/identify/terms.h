@@ -44,6 +44,8 @@ Term make_term(const Measurement& measurement, const EffectDescription& effect);
 
 /// Unknowns (gains) of all terms, in order.
 Eigen::Index unknown_count(const Terms& terms);
+/// Puts such unknowns into the terms.
+void take_gains(Terms& terms, const Eigen::VectorXd& gains);
 /// Whether a term modulates what others give, and whether any of them does: the force is then no sum.
 bool multiplies(const Term& term);
 bool any_multiplies(const Terms& terms);

@@ -18,7 +18,7 @@ double white_noise(std::span<const double> signal) {
     differences.push_back(std::abs(d));
   }
   if (differences.empty()) return 0.0;
-  return median(std::move(differences)) / 0.67448975 / kGain;
+  return median(std::move(differences)) / kMedianOfNormal / kGain;
 }
 
 }  // namespace slipstack::workbench

@@ -47,9 +47,8 @@ Stretch around(std::size_t first, std::size_t end, std::size_t count) {
 
 /// What nine in ten of them do not exceed.
 double ninth_decile(std::vector<double> values) {
-  const auto place = values.begin() + static_cast<std::ptrdiff_t>(values.size() * 9 / 10);
-  std::nth_element(values.begin(), place, values.end());
-  return *place;
+  const std::size_t rank = values.size() * 9 / 10;
+  return value_at_rank(std::move(values), rank);
 }
 
 /// What each sample differs by from the median of its window.

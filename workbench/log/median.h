@@ -2,15 +2,26 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
+#include <utility>
 #include <vector>
 
 namespace slipstack::workbench {
 
+/// The value that comes at `rank`, from 0, when they are sorted; there must be so many. O(n).
+inline double value_at_rank(std::vector<double> values, std::size_t rank) {
+  const auto place = values.begin() + static_cast<std::ptrdiff_t>(rank);
+  std::nth_element(values.begin(), place, values.end());
+  return *place;
+}
+
 /// The median, of an even number the upper one; `values` must not be empty. O(n).
 inline double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  const std::size_t middle = values.size() / 2;
+  return value_at_rank(std::move(values), middle);
 }
+
+/// The median of the magnitudes of a normal variable, in standard deviations.
+inline constexpr double kMedianOfNormal = 0.67448975;
 
 }  // namespace slipstack::workbench

@@ -14,8 +14,6 @@ namespace slipstack::workbench {
 namespace {
 
 constexpr double kJitterTolerance = 0.01;       // of a step, beyond the rounding of the stamps
-constexpr double kShortestStep = 0.5;           // in steps
-constexpr double kLongestStep = 1.5;            // in steps: a missing sample makes 2
 constexpr double kLongestIrregularStep = 10.0;  // in median steps
 constexpr double kLongestForMean = 2.5;  // in median steps: what coarsely rounded stamps may still show
 

@@ -8,6 +8,10 @@
 
 namespace slipstack::workbench {
 
+// From one sample to the next, in steps: more and one is missing, less and a stamp is wrong.
+inline constexpr double kShortestStep = 0.5;
+inline constexpr double kLongestStep = 1.5;
+
 struct Sampling {
   double rate_Hz = 0.0;
   double start_s = 0.0;

@@ -18,6 +18,7 @@
 #include "workbench/log/columns.h"
 #include "workbench/log/csv.h"
 #include "workbench/log/mat.h"
+#include "workbench/log/sampling.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -26,8 +27,6 @@ using nlohmann::json;
 
 /// Rates of two stretches of a log agree better than this, or samples are missing.
 constexpr double kSameRate = 1e-3;
-constexpr double kShortestStep = 0.5;  ///< in steps, from one stretch to the next
-constexpr double kLongestStep = 1.5;
 
 struct Range {
   double low = std::numeric_limits<double>::infinity();

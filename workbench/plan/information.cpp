@@ -31,12 +31,7 @@ std::vector<Information> Information::of(const Measurement& measurement, const F
     parts.push_back(std::move(columns));
     return indices;
   };
-  std::vector<Eigen::Index> free;
-  for (Eigen::Index i = 0; i < base.constraints.lower.size(); ++i) {
-    if (base.constraints.lower(i) < base.constraints.upper(i)) free.push_back(i);
-  }
-  layout.base_ = append(measurement.row_weights().cwiseSqrt().asDiagonal() *
-                        base.linearisation->columns()(Eigen::all, free));
+  layout.base_ = append(weighted_free_columns(measurement, base));
   for (const Expected& effect : effects) {
     const Eigen::MatrixXd own = weighted_columns(measurement, base, effect.term);
     Eigen::VectorXd gains = Eigen::VectorXd::Ones(own.cols());

@@ -1,28 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/plan/plan.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <random>
 #include <stdexcept>
 
 #include "workbench/identify/noise_floor.h"
 #include "workbench/identify/shape_search.h"
-#include "workbench/plan/pieces.h"
+#include "workbench/plan/sequence.h"
 
 namespace slipstack::workbench {
 namespace {
 
-constexpr double kSettle_s = 0.5;
 /// Pieces whose gain is less than this share of the first's, for their time, end the plan.
 constexpr double kWorthTaking = 0.01;
 constexpr int kMostRepeats = 3;
 constexpr double kPresliding_m = 20e-6;  ///< where the model has no hysteresis
-/// Columns that an effect may imitate others with.
-constexpr int kMostImitationColumns = 24;
 
 /// Travel over which the hysteresis of a model reaches nine tenths of its level.
 double presliding_of(const Terms& terms) {
@@ -70,46 +64,6 @@ Measurement expected_measurement(const Knowledge& knowledge, const SetPoints& mo
   return measurement;
 }
 
-/// Shapes at which an effect may pass for another: its own search's starting points, a few of them.
-std::vector<std::vector<double>> imitations_of(const Measurement& measurement, const Term& term) {
-  if (term.gains.empty() || searched_shapes(measurement, *term.effect).empty()) return {};
-  const Eigen::VectorXd nothing = Eigen::VectorXd::Zero(measurement.row_count());
-  const auto points = starting_shapes(measurement, *term.effect, nothing, nothing);
-  const auto most = static_cast<std::size_t>(std::max(1, kMostImitationColumns / term.effect->gain_count));
-  const std::size_t stride = std::max<std::size_t>(1, points.size() / most);
-  std::vector<std::vector<double>> few;
-  for (std::size_t i = 0; i < points.size() && few.size() < most; i += stride) few.push_back(points[i]);
-  return few;
-}
-
-std::vector<Information::Expected> expected_effects(const Measurement& measurement, const Terms& effects) {
-  std::vector<Information::Expected> expected;
-  for (const Term& term : effects) expected.push_back({term, imitations_of(measurement, term)});
-  return expected;
-}
-
-int free_parameters(const Term& term) {
-  return term.effect->parameter_count();
-}
-
-std::vector<ExpectedEvidence> evidence_of(const Information& information, const Terms& effects) {
-  std::vector<ExpectedEvidence> all;
-  const auto put = [&](std::size_t i, const std::string& other, const Information::Figure& figure, int more) {
-    const double n = std::max(figure.rows, 2.0);
-    all.push_back({effects[i].id(), other, figure.angle_deg, figure.chi_squared,
-                   n * std::log1p(figure.chi_squared / n) - more * std::log(n)});
-  };
-  for (std::size_t i = 0; i < effects.size(); ++i) {
-    put(i, "", information.alone(i), free_parameters(effects[i]));
-    for (std::size_t j = 0; j < effects.size(); ++j) {
-      if (i == j) continue;
-      const int more = std::max(0, free_parameters(effects[i]) - free_parameters(effects[j]));
-      put(i, effects[j].id(), information.against(i, j), more);
-    }
-  }
-  return all;
-}
-
 /// What is learned about all effects and pairs; grows ever more slowly with more of the same.
 double worth(const Information& information, const Terms& effects) {
   double sum = 0.0;
@@ -121,62 +75,6 @@ double worth(const Information& information, const Terms& effects) {
     }
   }
   return sum;
-}
-
-/// Level of the dry friction that a model has.
-double friction_level_N(const Terms& terms) {
-  double level_N = 0.0;
-  for (const Term& term : terms) {
-    if (term.id() == "coulomb") level_N += term.gains[0];
-    if (term.id() != "presliding_hysteresis") continue;
-    for (std::size_t i = 0; i < term.gains.size(); ++i) level_N += term.gains[i] * term.shapes[i];
-  }
-  return level_N;
-}
-
-/// The pieces one after the other, each reached by a move of its own.
-struct Sequence {
-  SetPoints motion;
-  std::vector<std::pair<std::size_t, std::size_t>> samples;  ///< first and end of each piece
-};
-
-/// Pace of the moves between pieces: half, since the way there teaches nothing; slower where the force asks
-/// for it. Acceleration goes with its square.
-double pace_of(const AxisLimits& limits, const Terms& model) {
-  constexpr double kHalf = 0.5;
-  if (limits.force_N <= 0.0 || mass_kg(model) <= 0.0) return kHalf;
-  const double left_N = 0.8 * limits.force_N - friction_level_N(model);
-  const double full_N = mass_kg(model) * limits.acceleration_mps2;
-  return std::clamp(std::sqrt(std::max(left_N, 0.0) / full_N), 0.05, kHalf);
-}
-
-Sequence in_sequence(const std::vector<const Piece*>& pieces, const AxisLimits& limits, const Terms& model,
-                     double rate_Hz) {
-  const double pace = pace_of(limits, model);
-  MotionBuilder builder(rate_Hz, pieces.front()->start_m);
-  Sequence sequence;
-  builder.dwell(kSettle_s);
-  for (const Piece* piece : pieces) {
-    builder.move_to(piece->start_m, limits, pace);
-    const std::size_t first = builder.size();
-    piece->append(builder);
-    sequence.samples.emplace_back(first, builder.size());
-  }
-  builder.dwell(kSettle_s);
-  sequence.motion = builder.points();
-  return sequence;
-}
-
-std::vector<int> groups_of(const Measurement& measurement, const Sequence& sequence) {
-  std::vector<int> groups;
-  groups.reserve(measurement.row_samples().size());
-  std::size_t piece = 0;
-  for (const std::size_t sample : measurement.row_samples()) {
-    while (piece < sequence.samples.size() && sample >= sequence.samples[piece].second) ++piece;
-    const bool inside = piece < sequence.samples.size() && sample >= sequence.samples[piece].first;
-    groups.push_back(inside ? static_cast<int>(piece) : -1);
-  }
-  return groups;
 }
 
 /// An effect as strong as an experiment should show it: see Knowledge.
@@ -275,10 +173,13 @@ class Planner {
       possible_.push_back(as_expected(measurement, base, std::move(other)));
     }
     information_ = Information::of(measurement, base, expected_effects(measurement, possible_),
-                                   groups_of(measurement, sequence), static_cast<int>(all.size()),
+                                   sequence.groups_of(measurement), static_cast<int>(all.size()),
                                    NoiseFloor(measurement).of(base.terms));
     for (const Piece& piece : pieces_) durations_s_.push_back(duration_s(piece) + kSettle_s);
-    if (options_.limits.force_N <= 0.0) return;
+    if (options_.limits.force_N > 0.0) leave_out_strong(sequence);
+  }
+
+  void leave_out_strong(const Sequence& sequence) {
     // With the effects as strong as they are expected, some pieces may ask for too much: they are not taken.
     // What the hysteresis adds depends on what comes before, so inertia and friction count at their worst.
     const std::vector<double> force_N = force_along(sequence.motion, with(knowledge_.model, effects_));
@@ -365,23 +266,6 @@ class Planner {
 };
 
 }  // namespace
-
-std::vector<ExpectedEvidence> expected_evidence(const Measurement& measurement, const FittedModel& base,
-                                                const Terms& effects) {
-  const std::vector<int> groups(measurement.row_samples().size(), 0);
-  Terms on_logs;
-  for (const Term& term : effects) {
-    const bool each = measurement.gain_sets(term.effect->text.id) > 1;
-    on_logs.push_back(each ? with_gain_sets(measurement, term) : term);
-  }
-  std::vector<Information> all = Information::of(measurement, base, expected_effects(measurement, on_logs),
-                                                 groups, 1, NoiseFloor(measurement).of(base.terms));
-  if (measurement.is_excerpt()) {
-    all.front().repeat(static_cast<double>(measurement.whole_sample_count()) /
-                       static_cast<double>(measurement.sample_count()));
-  }
-  return evidence_of(all.front(), effects);
-}
 
 Plan plan_experiment(const Knowledge& knowledge, const PlanOptions& options) {
   return Planner(knowledge, options).run();

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "workbench/plan/information.h"
+#include "workbench/plan/expected_evidence.h"
 #include "workbench/plan/motion.h"
 
 namespace slipstack::workbench {
@@ -25,15 +25,6 @@ struct PlanOptions {
   std::function<void(const std::string& stage, double fraction)> progress;
 };
 
-/// What one effect's evidence is against another's, or alone where `other` is empty.
-struct ExpectedEvidence {
-  std::string effect;
-  std::string other;
-  double angle_deg = 0.0;
-  double chi_squared = 0.0;
-  double evidence = 0.0;  ///< expected difference of BIC: n ln(1 + chi^2/n) - (more parameters) ln n
-};
-
 struct Plan {
   SetPoints motion;
   std::vector<std::string> pieces;  ///< in order, with how often
@@ -49,10 +40,5 @@ struct Plan {
 ///
 /// Throws std::invalid_argument where no piece fits into the limits.
 Plan plan_experiment(const Knowledge& knowledge, const PlanOptions& options);
-
-/// The evidence that a measurement with this baseline would hold about the effects; of an excerpt, what the
-/// whole would hold if it were like it.
-std::vector<ExpectedEvidence> expected_evidence(const Measurement& measurement, const FittedModel& base,
-                                                const Terms& effects);
 
 }  // namespace slipstack::workbench

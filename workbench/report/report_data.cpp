@@ -8,6 +8,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "workbench/diagnose/held_out.h"
 #include "workbench/diagnose/quantity.h"
 #include "workbench/identify/spectrum.h"
 #include "workbench/log/text.h"
@@ -27,22 +28,9 @@ json array_of(const Eigen::VectorXd& values) {
   return array;
 }
 
-/// A per-sample signal at the rows.
-Eigen::VectorXd at_rows(const Measurement& measurement, const std::vector<double>& signal) {
-  Eigen::VectorXd rows(measurement.row_count());
-  for (Eigen::Index row = 0; row < rows.size(); ++row) {
-    rows(row) = signal[measurement.row_samples()[static_cast<std::size_t>(row)]];
-  }
-  return rows;
-}
-
-Eigen::VectorXd row_times(const Measurement& measurement) {
-  Eigen::VectorXd times(measurement.row_count());
-  for (Eigen::Index row = 0; row < times.size(); ++row) {
-    times(row) = measurement.log().start_time_s +
-                 measurement.time_s(measurement.row_samples()[static_cast<std::size_t>(row)]);
-  }
-  return times;
+/// Times of the rows as the log counts them.
+Eigen::VectorXd recorded_times(const Measurement& measurement) {
+  return row_times(measurement).array() + measurement.log().start_time_s;
 }
 
 /// Stretches in which the axis moves to and fro within a few tenths of a millimetre: pre-sliding loops.
@@ -261,7 +249,7 @@ json number_json(double value) {
 
 void add_pictures(json& data, const Measurement& measurement, const ForceRows& before,
                   const ForceRows* after) {
-  const Eigen::VectorXd time_s = row_times(measurement);
+  const Eigen::VectorXd time_s = recorded_times(measurement);
   const Eigen::VectorXd position_m = at_rows(measurement, measurement.position_m());
   const Eigen::VectorXd velocity_mps = at_rows(measurement, measurement.velocity_mps());
   const Eigen::VectorXd acceleration_mps2 = at_rows(measurement, measurement.acceleration_mps2());
@@ -296,7 +284,7 @@ void add_expected(json& data, const Measurement& measurement, const std::string&
   const auto all = [](Eigen::Index) { return true; };
   const std::array<Eigen::VectorXd, 4> coordinates{
       at_rows(measurement, measurement.position_m()), at_rows(measurement, measurement.velocity_mps()),
-      at_rows(measurement, measurement.acceleration_mps2()), row_times(measurement)};
+      at_rows(measurement, measurement.acceleration_mps2()), recorded_times(measurement)};
   for (std::size_t i = 0; i < coordinates.size(); ++i) {  // in the order of add_pictures()
     data["profiles"][i]["expected_mean_N"] = Bins(coordinates[i]).mean_and_spread(expected_N, all).first;
     data["profiles"][i]["expected_name"] = name;

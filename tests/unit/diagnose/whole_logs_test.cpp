@@ -227,7 +227,7 @@ TEST(WholeLogs, ErrorsOfEachLogAreThoseOfItsWhole) {
   EXPECT_TRUE(model.log_errors.empty());
   WholeLogs whole(logs.logs(), *part.measurement, part.weighing, alone);
   whole.fit({&model}, 0.0, {});
-  WholeLogs::Reached reached;
+  Reached reached;
   reached.take(*all.measurement, 0, all.measurement->sample_count());
   EXPECT_EQ(whole.reached().low_m, reached.low_m);
   EXPECT_EQ(whole.reached().high_m, reached.high_m);

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <random>
 #include <span>
 #include <string_view>
 #include <tuple>
@@ -13,6 +12,7 @@
 #include <vector>
 
 #include "firmware/effects/catalogue.h"
+#include "tests/unit/draw.h"
 
 namespace slipstack::test {
 
@@ -23,23 +23,6 @@ void for_each_effect(Visit&& visit) {
     (visit(std::type_identity<Effects>{}), ...);
   }(std::type_identity<Catalogue<Real>>{});
 }
-
-/// Seeded random numbers for parameters and motions.
-class Draw {
- public:
-  explicit Draw(std::uint64_t seed) : random_(seed) {}
-  double uniform(double low, double high) {
-    return std::uniform_real_distribution<double>(low, high)(random_);
-  }
-  double log_uniform(double low, double high) { return std::exp(uniform(std::log(low), std::log(high))); }
-  double sign() { return uniform(-1.0, 1.0) < 0.0 ? -1.0 : 1.0; }
-  std::size_t below(std::size_t count) { return random_() % count; }
-  double normal() { return normal_(random_); }
-
- private:
-  std::mt19937_64 random_;
-  std::normal_distribution<double> normal_;
-};
 
 inline constexpr double kTick_s = 1e-4;
 inline constexpr double kResolution_m = 1e-7;

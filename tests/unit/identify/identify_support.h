@@ -6,32 +6,22 @@
 #include <cstdint>
 #include <functional>
 #include <numbers>
-#include <random>
 #include <string_view>
 #include <vector>
 
 #include "firmware/effects/model.h"
+#include "tests/unit/draw.h"
 #include "workbench/identify/fit.h"
 
 namespace slipstack::workbench::test {
 
-/// Seeded random numbers.
-class Draw {
+/// Seeded random numbers, and matrices of them.
+class Draw : public slipstack::test::Draw {
  public:
-  explicit Draw(std::uint64_t seed) : random_(seed) {}
-  double uniform(double low, double high) {
-    return std::uniform_real_distribution<double>(low, high)(random_);
-  }
-  double log_uniform(double low, double high) { return std::exp(uniform(std::log(low), std::log(high))); }
-  double sign() { return uniform(-1.0, 1.0) < 0.0 ? -1.0 : 1.0; }
-  double normal() { return normal_(random_); }
+  using slipstack::test::Draw::Draw;
   Eigen::MatrixXd matrix(Eigen::Index rows, Eigen::Index columns) {
     return Eigen::MatrixXd::NullaryExpr(rows, columns, [this] { return normal(); });
   }
-
- private:
-  std::mt19937_64 random_;
-  std::normal_distribution<double> normal_;
 };
 
 /// A log of `count` samples whose position and force are functions of time.

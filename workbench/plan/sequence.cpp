@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/plan/sequence.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace slipstack::workbench {
+namespace {
+
+/// Pace of the moves between pieces: half, since the way there teaches nothing; slower where the force asks
+/// for it. Acceleration goes with its square.
+double pace_of(const AxisLimits& limits, const Terms& model) {
+  constexpr double kHalf = 0.5;
+  if (limits.force_N <= 0.0 || mass_kg(model) <= 0.0) return kHalf;
+  const double left_N = 0.8 * limits.force_N - friction_level_N(model);
+  const double full_N = mass_kg(model) * limits.acceleration_mps2;
+  return std::clamp(std::sqrt(std::max(left_N, 0.0) / full_N), 0.05, kHalf);
+}
+
+}  // namespace
+
+std::vector<int> Sequence::groups_of(const Measurement& measurement) const {
+  std::vector<int> groups;
+  groups.reserve(measurement.row_samples().size());
+  std::size_t piece = 0;
+  for (const std::size_t sample : measurement.row_samples()) {
+    while (piece < samples.size() && sample >= samples[piece].second) ++piece;
+    const bool inside = piece < samples.size() && sample >= samples[piece].first;
+    groups.push_back(inside ? static_cast<int>(piece) : -1);
+  }
+  return groups;
+}
+
+Sequence in_sequence(const std::vector<const Piece*>& pieces, const AxisLimits& limits, const Terms& model,
+                     double rate_Hz) {
+  const double pace = pace_of(limits, model);
+  MotionBuilder builder(rate_Hz, pieces.front()->start_m);
+  Sequence sequence;
+  builder.dwell(kSettle_s);
+  for (const Piece* piece : pieces) {
+    builder.move_to(piece->start_m, limits, pace);
+    const std::size_t first = builder.size();
+    piece->append(builder);
+    sequence.samples.emplace_back(first, builder.size());
+  }
+  builder.dwell(kSettle_s);
+  sequence.motion = builder.points();
+  return sequence;
+}
+
+double friction_level_N(const Terms& terms) {
+  double level_N = 0.0;
+  for (const Term& term : terms) {
+    if (term.id() == "coulomb") level_N += term.gains[0];
+    if (term.id() != "presliding_hysteresis") continue;
+    for (std::size_t i = 0; i < term.gains.size(); ++i) level_N += term.gains[i] * term.shapes[i];
+  }
+  return level_N;
+}
+
+}  // namespace slipstack::workbench
