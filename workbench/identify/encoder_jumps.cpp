@@ -91,13 +91,14 @@ bool stands(const double* x, std::size_t count) {
   return std::all_of(x, x + count, [x](double value) { return value == *x; });
 }
 
-/// Whether what comes on either side of the jump is one motion: the axis moves on both, or rests on both and
-/// the force says nothing else.
+/// Whether what comes on either side of the jump is one motion: the axis moves on both, or rests on both,
+/// came to rest as a mass does, and the force says nothing else.
 bool one_motion(const Log& log, std::size_t sample) {
   const bool stands_before = stands(&log.position_m[sample - kSide], kSide);
   const bool stands_behind = stands(&log.position_m[sample], kSide);
   if (stands_before != stands_behind) return false;
-  return !stands_before || (log.mass_kg.value_or(0.0) > 0.0 && !force_tells_of_motion(log, sample));
+  return !stands_before || (log.mass_kg.value_or(0.0) > 0.0 && !stopped_dead(log, sample) &&
+                            !force_tells_of_motion(log, sample));
 }
 
 }  // namespace

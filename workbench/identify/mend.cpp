@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "workbench/identify/recorder_faults.h"
@@ -35,6 +36,40 @@ void interpolate(std::vector<double>& values, const Stretch& gap) {
   }
 }
 
+/// What the cubic through two samples on either side of a gap says more than the straight line, at sample
+/// `i`.
+double bend(const std::vector<double>& values, const Stretch& gap, std::size_t i) {
+  const auto width = static_cast<double>(gap.size() + 1);
+  const double u = static_cast<double>(i - gap.first + 1);
+  const double slope = (values[gap.end] - values[gap.first - 1]) / width;
+  // Cubic u·(width − u)·(p + q·u) that meets the samples one further on either side.
+  const double before = (values[gap.first - 1] - values[gap.first - 2] - slope) / (width + 1.0);
+  const double behind = (slope - values[gap.end + 1] + values[gap.end]) / (width + 1.0);
+  const double q = (behind - before) / (width + 2.0);
+  return u * (width - u) * (before + q * (u + 1.0));
+}
+
+/// The positions of a mass bend, and lie on the encoder's grid. The cubic is taken where no other of the
+/// `gaps` (ascending) is within its samples.
+void interpolate_positions(Log& log, const std::vector<Stretch>& gaps) {
+  std::vector<double>& x = log.position_m;
+  const double step_m = log.encoder_resolution_m.value_or(0.0);
+  for (std::size_t g = 0; g < gaps.size(); ++g) {
+    const Stretch& gap = gaps[g];
+    if (gap.first == 0 || gap.end >= x.size()) continue;
+    interpolate(x, gap);
+    const bool alone = gap.first >= 2 && gap.end + 1 < x.size() &&
+                       (g == 0 || gaps[g - 1].end + 1 < gap.first) &&
+                       (g + 1 == gaps.size() || gap.end + 1 < gaps[g + 1].first);
+    std::vector<double> bends(gap.size(), 0.0);
+    for (std::size_t i = gap.first; alone && i < gap.end; ++i) bends[i - gap.first] = bend(x, gap, i);
+    for (std::size_t i = gap.first; i < gap.end; ++i) {
+      x[i] += bends[i - gap.first];
+      if (step_m > 0.0) x[i] = x[gap.first - 1] + step_m * std::round((x[i] - x[gap.first - 1]) / step_m);
+    }
+  }
+}
+
 void cut(const Log& log, const std::vector<Stretch>& stretches, const char* why, Mending& mending) {
   if (stretches.empty()) return;
   mending.notes.push_back(fmt::format("{:.3g} s left out in {} {}, the first at {}: {}",
@@ -55,18 +90,11 @@ std::vector<Stretch> beside_cuts(std::vector<Stretch> stretches, const Mending& 
 }
 
 void mend_repeats(Log& log, double noise_N, Mending& mending) {
-  const std::vector<Stretch> repeats = beside_cuts(repeated_samples(log), mending);
+  const std::vector<Stretch> repeats = beside_cuts(repeated_samples(log, noise_N), mending);
   const std::size_t samples = samples_in(repeats);
   if (repeat_by_chance(log, noise_N, samples)) return;
-  const double step_m = log.encoder_resolution_m.value_or(0.0);
-  for (const Stretch& run : repeats) {
-    interpolate(log.force_N, run);
-    interpolate(log.position_m, run);
-    if (step_m <= 0.0) continue;
-    for (std::size_t i = run.first; i < run.end; ++i) {
-      log.position_m[i] = step_m * std::round(log.position_m[i] / step_m);
-    }
-  }
+  for (const Stretch& run : repeats) interpolate(log.force_N, run);
+  interpolate_positions(log, repeats);
   mending.notes.push_back(
       fmt::format("{} samples repeat the one before and were interpolated, the first at {}", samples,
                   time_of(log, repeats.front().first)));
@@ -75,22 +103,45 @@ void mend_repeats(Log& log, double noise_N, Mending& mending) {
 /// More than this share of a log must not be mended.
 constexpr double kMostMended = 0.02;
 
-/// Interpolates wild samples of one signal of the log, beside what is cut; spikes only where they are not
-/// rarer than `least_share_of_spikes`.
-void mend_wild(const Log& log, std::vector<double>& values, double noise, double least,
-               double least_share_of_spikes, const char* what, Mending& mending) {
+/// The wildest samples hide the others near them: so often one looks again.
+constexpr int kLooks = 4;
+
+/// Of both, ascending; what a single good sample parts becomes one.
+std::vector<Stretch> together(std::vector<Stretch> one, const std::vector<Stretch>& other) {
+  one.insert(one.end(), other.begin(), other.end());
+  std::sort(one.begin(), one.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<Stretch> all;
+  for (const Stretch& next : one) {
+    if (!all.empty() && next.first <= all.back().end + 1) {
+      all.back().end = std::max(all.back().end, next.end);
+    } else {
+      all.push_back(next);
+    }
+  }
+  return all;
+}
+
+/// Mends wild samples of one signal of the log, beside what is cut; spikes only where they are not rarer than
+/// `least_share_of_spikes`.
+void mend_wild(const Log& log, const std::vector<double>& values, double noise, double least,
+               double least_share_of_spikes, const char* what,
+               const std::function<void(const std::vector<Stretch>&)>& interpolate_them, Mending& mending) {
   if (noise <= 0.0) return;
-  std::size_t samples = 0;
-  std::size_t first = values.size();
+  std::vector<Stretch> wild;
   const auto mend_those = [&](std::vector<Stretch> found) {
-    const std::vector<Stretch> wild = beside_cuts(std::move(found), mending);
-    for (const Stretch& one : wild) interpolate(values, one);
-    samples += samples_in(wild);
-    if (!wild.empty()) first = std::min(first, wild.front().first);
+    found = beside_cuts(std::move(found), mending);
+    if (found.empty()) return false;
+    // All of them again: what was wild beside them is mended now.
+    wild = together(std::move(wild), found);
+    interpolate_them(wild);
+    return true;
   };
-  mend_those(wild_samples(values, noise, least));
+  for (int look = 0; look < kLooks && mend_those(wild_samples(values, noise, least)); ++look) {
+  }
   mend_those(spikes(values, noise, least_share_of_spikes));
-  if (samples == 0) return;
+  if (wild.empty()) return;
+  const std::size_t samples = samples_in(wild);
+  const std::size_t first = wild.front().first;
   if (share_of(log, samples) > kMostMended) {
     throw InputError(fmt::format(
         "{}: {} of {} samples of the {} are wild, the first at {}; check the cable and the shield "
@@ -107,7 +158,9 @@ constexpr double kLeastTravel = 1e-4;
 void mend_position(Log& log, Mending& mending) {
   const double noise_m = std::max(log.encoder_resolution_m.value_or(0.0), white_noise(log.position_m));
   const auto [low, high] = std::minmax_element(log.position_m.begin(), log.position_m.end());
-  mend_wild(log, log.position_m, noise_m, kLeastTravel * (*high - *low), 0.0, "position", mending);
+  mend_wild(
+      log, log.position_m, noise_m, kLeastTravel * (*high - *low), 0.0, "position",
+      [&](const std::vector<Stretch>& wild) { interpolate_positions(log, wild); }, mending);
 }
 
 /// Nor one of the force by less than this share of its rms.
@@ -119,8 +172,12 @@ constexpr double kLeastShareOfForceSpikes = 1.5e-3;
 void mend_force(Log& log, double noise_N, Mending& mending) {
   // A digital force flickers by its step.
   const double least_noise_N = noise_N > 0.0 ? std::max(noise_N, smallest_step(log.force_N)) : 0.0;
-  mend_wild(log, log.force_N, least_noise_N, kLeastForce * rms(log.force_N), kLeastShareOfForceSpikes,
-            "force", mending);
+  mend_wild(
+      log, log.force_N, least_noise_N, kLeastForce * rms(log.force_N), kLeastShareOfForceSpikes, "force",
+      [&](const std::vector<Stretch>& wild) {
+        for (const Stretch& one : wild) interpolate(log.force_N, one);
+      },
+      mending);
 }
 
 /// More than this share of a log must not be cut.
@@ -165,7 +222,7 @@ Mending mend_in_place(Log& log, Mended what) {
   Mending mending;
   const double noise_N = white_noise(log.force_N);
   if (noise_N > kNoiseOverStep * smallest_step(log.force_N)) {
-    const ConstantForce constant = constant_force(log);
+    const ConstantForce constant = constant_force(log, noise_N);
     cut(log, constant.at_limit, "the force is at its limit", mending);
     cut(log, constant.frozen, "the force is frozen", mending);
     if (constant.noise_at_rest) mend_repeats(log, noise_N, mending);

@@ -45,6 +45,11 @@ bool rests_without_noise(const Log& log, const std::vector<Stretch>& constant) {
 /// most.
 constexpr std::size_t kFrozen = 8;
 
+/// Where none of so many steps of the force on either side is this share of the noise, the force has no noise
+/// there: of white noise one place in 10^4 looks so.
+constexpr std::size_t kBeside = 4;
+constexpr double kQuiet = 0.5;
+
 }  // namespace
 
 double smallest_step(const std::vector<double>& values) {
@@ -56,7 +61,17 @@ double smallest_step(const std::vector<double>& values) {
   return smallest;
 }
 
-ConstantForce constant_force(const Log& log) {
+bool quiet_beside(const Log& log, double noise_N, const Stretch& stretch) {
+  const std::vector<double>& force_N = log.force_N;
+  const std::size_t from = stretch.first > kBeside ? stretch.first - kBeside : 1;
+  const std::size_t to = std::min(stretch.end + kBeside, force_N.size());
+  for (std::size_t i = from; i < to; ++i) {
+    if (std::abs(force_N[i] - force_N[i - 1]) > kQuiet * noise_N) return false;
+  }
+  return true;
+}
+
+ConstantForce constant_force(const Log& log, double noise_N) {
   const std::vector<double>& force_N = log.force_N;
   const auto [lowest, highest] = std::minmax_element(force_N.begin(), force_N.end());
   ConstantForce found;
@@ -74,16 +89,19 @@ ConstantForce constant_force(const Log& log) {
     i = end;
   }
   found.noise_at_rest = !rests_without_noise(log, at_rest);
+  // A command creeps while the axis rests, and its digits stand now and then; a sensor freezes out of noise.
+  std::erase_if(at_rest, [&](const Stretch& one) { return quiet_beside(log, noise_N, one); });
   if (found.noise_at_rest) found.frozen.insert(found.frozen.end(), at_rest.begin(), at_rest.end());
   return found;
 }
 
-std::vector<Stretch> repeated_samples(const Log& log) {
+std::vector<Stretch> repeated_samples(const Log& log, double noise_N) {
   const std::vector<double>& force_N = log.force_N;
   std::vector<Stretch> repeats;
   for (std::size_t i = 0; i < force_N.size();) {
     const std::size_t end = end_of_run(log.position_m, i, end_of_run(force_N, i, force_N.size()));
-    if (end - i > 1 && end - i < kFrozen) repeats.push_back({i + 1, end});
+    const Stretch repeat{i + 1, end};
+    if (end - i > 1 && end - i < kFrozen && !quiet_beside(log, noise_N, repeat)) repeats.push_back(repeat);
     i = end;
   }
   return repeats;
@@ -127,13 +145,26 @@ double force_range_N(const Log& log, std::size_t first, std::size_t end) {
   return values[values.size() - 1 - values.size() / 20] - values[values.size() / 20];
 }
 
+constexpr double kJump = 20.0;  ///< encoder steps, and times the steps that follow
+
+/// Whether the stretch of one position that ends before `end` was made up for in one step.
+bool ends_by_jump(const Log& log, std::size_t end) {
+  const std::vector<double>& x = log.position_m;
+  if (end + kStuck >= x.size()) return false;
+  const double jump_m = std::abs(x[end] - x[end - 1]);
+  // A move of a few samples begins with a jump too, and goes on with larger steps.
+  const double next_m = std::max(encoder_step_m(log), largest(steps_m(x, end + 1, kStuck)));
+  return jump_m > kJump * next_m && jump_m > 0.0;
+}
+
 /// The largest range of the force in any earlier stretch of one position, or a quarter of that of the whole
-/// log.
+/// log. A stretch that a jump ends may be a stuck encoder's, and tells of no rest.
 double largest_standing_range_N(const Log& log, std::size_t before) {
   double widest_N = 0.25 * force_range_N(log, 0, log.force_N.size());
   for (std::size_t i = 0; i < before;) {
     const std::size_t end = end_of_run(log.position_m, i, before);
-    if (end - i >= kStuck) widest_N = std::max(widest_N, force_range_N(log, i, end));
+    if (end - i >= kStuck && !ends_by_jump(log, end))
+      widest_N = std::max(widest_N, force_range_N(log, i, end));
     i = end;
   }
   return widest_N;
@@ -141,27 +172,33 @@ double largest_standing_range_N(const Log& log, std::size_t before) {
 
 }  // namespace
 
-constexpr double kJump = 20.0;  ///< encoder steps, and times the steps that follow
+/// The axis moves at so many encoder steps a sample, and at this share of its speed in the samples before.
+constexpr double kSpeed = 5.0;
+constexpr double kSteady = 0.5;
+
+bool stopped_dead(const Log& log, std::size_t sample) {
+  const std::vector<double>& x = log.position_m;
+  std::size_t first = sample - 1;
+  while (first > 0 && x[first - 1] == x[first]) --first;
+  if (first < 2 * kStuck) return false;
+  const std::vector<double> before = steps_m(x, first - kStuck, kStuck);
+  const double slowest_m = *std::min_element(before.end() - 4, before.end());
+  return slowest_m > kSpeed * std::max(encoder_step_m(log), 1e-12) && slowest_m > kSteady * largest(before);
+}
 
 std::vector<Stretch> stuck_encoder(const Log& log) {
   const std::vector<double>& x = log.position_m;
   std::vector<Stretch> stuck;
   for (std::size_t i = 0; i < x.size();) {
     const std::size_t end = end_of_run(x, i, x.size());
-    if (end - i >= kStuck && end + kStuck < x.size()) {
-      const double jump_m = std::abs(x[end] - x[end - 1]);
-      // A move of a few samples begins with a jump too, and goes on with larger steps.
-      const double next_m = std::max(encoder_step_m(log), largest(steps_m(x, end + 1, kStuck)));
-      if (jump_m > kJump * next_m && jump_m > 0.0) stuck.push_back({i, end + 1});
-    }
+    if (end - i >= kStuck && ends_by_jump(log, end)) stuck.push_back({i, end + 1});
     i = end;
   }
   return stuck;
 }
 
-/// One that stood to the end had moved at so many steps a sample, or the force has so many times the range
-/// that it has elsewhere while the position stands.
-constexpr double kSpeed = 5.0;
+/// One that stood to the end may be told by the force, which has so many times the range that it has
+/// elsewhere while the position stands.
 constexpr double kForceStands = 2.0;
 
 std::optional<Stretch> stuck_to_the_end(const Log& log) {
@@ -169,11 +206,7 @@ std::optional<Stretch> stuck_to_the_end(const Log& log) {
   std::size_t first = x.size() - 1;
   while (first > 0 && x[first - 1] == x[first]) --first;
   if (x.size() - first < kStuck || first < 2 * kStuck) return {};
-  const std::vector<double> before = steps_m(x, first - kStuck, kStuck);
-  const double slowest_m = *std::min_element(before.end() - 4, before.end());
-  const bool at_speed =
-      slowest_m > kSpeed * std::max(encoder_step_m(log), 1e-12) && slowest_m > 0.5 * largest(before);
-  if (at_speed || force_tells_of_motion(log, x.size())) return Stretch{first, x.size()};
+  if (stopped_dead(log, x.size()) || force_tells_of_motion(log, x.size())) return Stretch{first, x.size()};
   return {};
 }
 

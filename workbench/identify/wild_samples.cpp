@@ -27,7 +27,10 @@ std::vector<Stretch> apart_from_bursts(const std::vector<std::size_t>& wild) {
     if (end - first > kLongestChain) continue;
     std::vector<Stretch> chain;
     for (std::size_t i = first; i < end; ++i) {
-      if (!chain.empty() && wild[i] - chain.back().end < kWidest) {
+      // A good sample between two wild ones goes with them, two good ones hold what was there.
+      const bool together =
+          !chain.empty() && (wild[i] == chain.back().end || wild[i] - chain.back().first < kWidest);
+      if (together) {
         chain.back().end = wild[i] + 1;
       } else {
         chain.push_back({wild[i], wild[i] + 1});

@@ -18,6 +18,8 @@ namespace slipstack::workbench {
 namespace {
 
 constexpr double kMoreThanOneStep = 1.5;
+constexpr double kOnGrid = 0.05;  // of an encoder step: rounding of what was written
+constexpr double kMostOnGrid = 0.99;
 
 double largest_magnitude(const std::vector<double>& values) {
   double largest = 0.0;
@@ -97,12 +99,7 @@ class Assembler {
     require_growing_time(time_s_, where);
     Sampling sampling;
     if (header_.irregular_sampling) {
-      grid_ = resampling_grid(time_s_, where);
-      require_enough_samples(grid_.count, " on the median step");
-      sampling = grid_.sampling;
-      log_.notes.push_back(
-          fmt::format("irregular sampling: {} samples interpolated linearly to {} at {:.6g} Hz",
-                      time_s_.size(), grid_.count, sampling.rate_Hz));
+      sampling = take_grid(where);
     } else {
       const RawTable::Column& column = table_.columns[plan_[Quantity::kTime]->column];
       const double largest_s = std::max(std::abs(time_s_.front()), std::abs(time_s_.back()));
@@ -116,6 +113,45 @@ class Assembler {
     log_.start_time_s = sampling.start_s;
   }
 
+  // The grid that irregular samples are brought to.
+  Sampling take_grid(const WhereRow& where) {
+    if (const auto even = taken_evenly(time_s_, table_.columns[plan_[Quantity::kPosition]->column].values)) {
+      grid_ = {even->sampling, even->places.back() + 1};
+      for (std::size_t i = 0; i < time_s_.size(); ++i) {
+        time_s_[i] = grid_.sampling.start_s + static_cast<double>(even->places[i]) / grid_.sampling.rate_Hz;
+      }
+      log_.notes.push_back(fmt::format(
+          "irregular sampling: the time stamps are up to {:.2g} s off an even {:.6g} Hz, but the positions "
+          "say that the samples were taken evenly, and so they are read",
+          even->jitter_s, grid_.sampling.rate_Hz));
+      if (const std::size_t missing = grid_.count - time_s_.size(); missing > 0) {
+        log_.notes.push_back(fmt::format("{} missing samples interpolated", missing));
+      }
+    } else {
+      grid_ = resampling_grid(time_s_, where);
+      log_.notes.push_back(fmt::format("irregular sampling: {} samples interpolated to {} at {:.6g} Hz",
+                                       time_s_.size(), grid_.count, grid_.sampling.rate_Hz));
+    }
+    require_enough_samples(grid_.count, " on the median step");
+    return grid_.sampling;
+  }
+
+  // Irregular positions brought to the uniform grid, and back to the encoder's, where they came from one.
+  std::vector<double> position_on_grid(const std::vector<double>& reading_m) const {
+    std::vector<double> position_m = resampled_smoothly(time_s_, reading_m, grid_);
+    const double step_m = log_.encoder_resolution_m.value_or(0.0);
+    if (!(step_m > 0.0)) return position_m;
+    const auto on_encoder_grid = [&](double x) {
+      return reading_m.front() + step_m * std::round((x - reading_m.front()) / step_m);
+    };
+    const auto on_it = std::count_if(reading_m.begin(), reading_m.end(), [&](double x) {
+      return std::abs(x - on_encoder_grid(x)) < kOnGrid * step_m;
+    });
+    if (static_cast<double>(on_it) < kMostOnGrid * static_cast<double>(reading_m.size())) return position_m;
+    for (double& x : position_m) x = on_encoder_grid(x);
+    return position_m;
+  }
+
   void take_position() {
     const ColumnPlan::Source source = *plan_[Quantity::kPosition];
     log_.position_m = take(Quantity::kPosition);
@@ -125,7 +161,7 @@ class Assembler {
     }
     // Interpolated positions lie on no grid: the encoder's step shows only before.
     if (!log_.encoder_resolution_m && of_ != Of::known) estimate_resolution(table_.columns[source.column]);
-    log_.position_m = on_grid(std::move(log_.position_m));
+    if (header_.irregular_sampling) log_.position_m = position_on_grid(log_.position_m);
     if (of_ != Of::whole) return;
     const auto [lowest, highest] = std::minmax_element(log_.position_m.begin(), log_.position_m.end());
     require_motion(where_column(Quantity::kPosition), *lowest, *highest, log_.encoder_resolution_m);

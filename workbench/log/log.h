@@ -54,7 +54,8 @@ inline constexpr std::array kSampleColumns{&Log::position_m,           &Log::for
 // Columns: time_s; position_m, _mm, _um or _counts (counts need `# encoder_resolution_m`); force_N, _mN, _uN
 // or current_A (needs `# motor_constant_N_per_A`); optionally reference_position_m, velocity_mps,
 // normal_force_N, temperature_C. Time stamps must be uniform to 1 % of a step plus their own rounding; with
-// `# sampling: irregular` the log is resampled linearly on the median step instead.
+// `# sampling: irregular` the log is resampled on the median step instead, or read as evenly sampled where
+// its motion says that only the stamps are uneven (sampling.h).
 //
 // Cost: one pass over the file in 1 MiB pieces, about 0.15 s and 8 bytes per number for 10⁶ rows.
 // Throws InputError for everything that makes the file unusable.

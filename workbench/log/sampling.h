@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,6 +30,21 @@ void require_growing_time(const std::vector<double>& time_s, const WhereRow& whe
 // a step is missing, or when a stamp lies off the line by more than 1 % of a step plus its rounding. O(n).
 Sampling uniform_sampling(const std::vector<double>& time_s, double storage_error_s, const WhereRow& where);
 
+// Samples that were taken evenly though their stamps jitter, as where a clock triggers the converter and a
+// computer stamps what it is handed: each stamp lies nearest to its own place of an even grid, of which
+// places may be empty (lost samples), and the motion says so. A position read at a wrong time is off by speed
+// times jitter, which no mass does: where the two ways to read the log differ most, each position is told
+// from its four neighbours much better by place than by stamp. `jitter_s`: the farthest that a stamp is off
+// its place.
+struct EvenSamples {
+  Sampling sampling;
+  std::vector<std::size_t> places;  // ascending, the first is 0
+  double jitter_s = 0.0;
+};
+// Empty where the stamps are exact, too far off any grid, or not belied by the motion. O(n).
+std::optional<EvenSamples> taken_evenly(const std::vector<double>& time_s,
+                                        const std::vector<double>& position);
+
 // The uniform grid on which irregular samples are interpolated: from the first stamp on, with the median
 // step. Throws InputError when a step is longer than ten median steps: there is nothing to interpolate. O(n).
 struct ResamplingGrid {
@@ -40,5 +56,11 @@ ResamplingGrid resampling_grid(const std::vector<double>& time_s, const WhereRow
 // `values` at `time_s`, interpolated linearly at the points of the grid. O(n).
 std::vector<double> resampled(const std::vector<double>& time_s, const std::vector<double>& values,
                               const ResamplingGrid& grid);
+
+// The same by the cubic through two samples on either side, for the position of a mass: half a step between
+// two samples, a straight line is off by an eighth of the acceleration times the step squared, and through
+// the mass that is a force.
+std::vector<double> resampled_smoothly(const std::vector<double>& time_s, const std::vector<double>& values,
+                                       const ResamplingGrid& grid);
 
 }  // namespace slipstack::workbench

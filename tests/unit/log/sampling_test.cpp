@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
+#include <numbers>
 #include <random>
 #include <string>
 #include <vector>
@@ -183,6 +185,92 @@ TEST(Resampling, LeavesUniformSamplesWhereTheyAre) {
   ASSERT_EQ(same.position_m.size(), plain.position_m.size());
   EXPECT_NEAR(same.sample_rate_Hz, 1000.0, 1e-6);
   for (std::size_t i = 0; i < plain.force_N.size(); ++i) EXPECT_NEAR(same.force_N[i], plain.force_N[i], 1e-7);
+}
+
+// A stage that swings by 0.1 m twice a second, read by an encoder of 1 um, 2000 times a second.
+double swing_m(double t) {
+  return 1e-6 * std::round(1e5 * std::sin(4.0 * std::numbers::pi * t));
+}
+
+// `taken_s`: when a sample was taken; `stamp_s`: when the log says it was.
+std::string swing_log(const std::vector<double>& taken_s, const std::vector<double>& stamp_s) {
+  std::string text = "# sampling: irregular\n# encoder_resolution_m: 1e-6\ntime_s,position_m,force_N\n";
+  for (std::size_t i = 0; i < taken_s.size(); ++i) {
+    char line[128];
+    std::snprintf(line, sizeof line, "%.7f,%.6f,%.5f\n", stamp_s[i], swing_m(taken_s[i]),
+                  std::cos(40.0 * taken_s[i]));
+    text += line;
+  }
+  return text;
+}
+
+std::vector<double> even_times(std::size_t count) {
+  std::vector<double> times(count);
+  for (std::size_t i = 0; i < count; ++i) times[i] = static_cast<double>(i) / 2000.0;
+  return times;
+}
+
+std::vector<double> with_jitter(std::vector<double> times, double share) {
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> jitter(-share / 2000.0, share / 2000.0);
+  for (double& t : times) t += jitter(random);
+  return times;
+}
+
+// A clock took the samples, a computer stamped them late: they are read as taken.
+TEST(Resampling, StampsThatTheMotionBeliesAreNotBelieved) {
+  const std::vector<double> taken_s = even_times(4000);
+  for (const double share : {0.05, 0.2}) {
+    const Log log = parse_text(swing_log(taken_s, with_jitter(taken_s, share)));
+    ASSERT_EQ(log.position_m.size(), taken_s.size());
+    EXPECT_NEAR(log.sample_rate_Hz, 2000.0, 1e-3);
+    EXPECT_TRUE(has_note(log, "taken evenly"));
+    for (std::size_t i = 0; i < taken_s.size(); ++i) {
+      ASSERT_NEAR(log.position_m[i], swing_m(taken_s[i]), 1e-9) << i;
+      ASSERT_NEAR(log.force_N[i], std::cos(40.0 * taken_s[i]), 1e-5) << i;
+    }
+  }
+}
+
+TEST(Resampling, LostSamplesAmongSuchStampsKeepTheirPlaces) {
+  const std::vector<double> all_s = even_times(4000);
+  const std::vector<double> all_stamps = with_jitter(all_s, 0.2);
+  std::vector<double> taken_s, stamp_s;
+  for (std::size_t i = 0; i < all_s.size(); ++i) {
+    if (i % 97 == 50) continue;
+    taken_s.push_back(all_s[i]);
+    stamp_s.push_back(all_stamps[i]);
+  }
+  const Log log = parse_text(swing_log(taken_s, stamp_s));
+  ASSERT_EQ(log.position_m.size(), all_s.size());
+  EXPECT_TRUE(has_note(log, "41 missing samples"));
+  for (std::size_t i = 0; i < all_s.size(); ++i)
+    ASSERT_NEAR(log.position_m[i], swing_m(all_s[i]), 1.1e-6) << i;
+}
+
+// Samples that were truly taken at uneven times move as their stamps say.
+TEST(Resampling, StampsThatTheMotionBearsOutAreBelieved) {
+  const std::vector<double> taken_s = with_jitter(even_times(4000), 0.2);
+  const Log log = parse_text(swing_log(taken_s, taken_s));
+  EXPECT_FALSE(has_note(log, "taken evenly"));
+  EXPECT_TRUE(has_note(log, "samples interpolated"));
+  for (std::size_t i = 0; i < log.position_m.size(); ++i) {
+    const double t = log.start_time_s + static_cast<double>(i) / log.sample_rate_Hz;
+    ASSERT_NEAR(log.position_m[i], swing_m(t), 1.6e-6) << i;
+  }
+}
+
+// At 16 m/s^2 and 200 samples a second a straight line between neighbours is 50 um off.
+TEST(Resampling, PositionsOfAMassBend) {
+  std::vector<double> taken_s;
+  for (std::size_t i = 0; i < 400; ++i) {
+    if (i % 37 != 20) taken_s.push_back(static_cast<double>(i) / 200.0);
+  }
+  const Log log = parse_text(swing_log(taken_s, taken_s));
+  ASSERT_EQ(log.position_m.size(), 400U);
+  for (std::size_t i = 0; i < 400; ++i) {
+    ASSERT_NEAR(log.position_m[i], swing_m(static_cast<double>(i) / 200.0), 5e-6) << i;
+  }
 }
 
 TEST(Resampling, RefusesToInventALongPiece) {
