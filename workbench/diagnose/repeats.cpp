@@ -77,7 +77,8 @@ Eigen::VectorXd way_of_strokes(const Measurement& measurement, double length_m) 
     const auto count = static_cast<Eigen::Index>(part.row_count);
     if (count > 0) strokes_of_log(position_m, first, first + count, length_m, way_m);
   }
-  return way_m;
+  // What mend() cut is no force of the axis.
+  return way_m.cwiseProduct(measurement.row_usable());
 }
 
 double share_borne_out(const Eigen::VectorXd& claimed_N, const Eigen::VectorXd& left_N,

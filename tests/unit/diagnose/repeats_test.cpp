@@ -79,6 +79,23 @@ TEST(WayOfStrokes, CountsLongStrokesOnly) {
   EXPECT_GT(way_of_strokes(measurement, 1.5e-3).sum(), 2.1 * cycles * kStroke_m);
 }
 
+// Where the encoder sticks, force and motion are not of one axis.
+TEST(WayOfStrokes, CountsNoRowThatWasCut) {
+  Log log = log_with(1.0);
+  constexpr std::size_t kStuck = 12300;  // on the way out
+  for (std::size_t i = kStuck; i < kStuck + 300; ++i) log.position_m[i] = log.position_m[kStuck];
+  const Measurement measurement(log);
+  const Eigen::VectorXd way_m = way_of_strokes(measurement, kPitch_m);
+  int cut = 0;
+  for (Eigen::Index row = 0; row < way_m.size(); ++row) {
+    if (measurement.row_usable()(row) > 0.0) continue;
+    ++cut;
+    EXPECT_EQ(way_m(row), 0.0);
+  }
+  EXPECT_GT(cut, 0);
+  EXPECT_FALSE(ripple_not_borne_out(measurement, with_ripple(measurement), {}));
+}
+
 TEST(ShareBorneOut, IsWhatTheAxisShowsOfIt) {
   const Eigen::VectorXd claimed_N = Eigen::VectorXd::LinSpaced(50, -1.0, 2.0);
   const Eigen::VectorXd weight = Eigen::VectorXd::Constant(50, 1e-3);
