@@ -113,7 +113,7 @@ class Pairs(program.Workshop):
         self.resolves(one_speed, "quadratic_drag", "position_dependent_preload")
 
     def test_warming_and_a_film_that_forms_on_one_way(self):
-        self.resolves(lambda: one_way(0.015), "drift", "frictional_lag")
+        self.resolves(lambda: one_way(0.01), "drift", "frictional_lag")
 
     def test_friction_that_falls_with_velocity_and_one_that_differs_by_direction_on_one_way(self):
         self.resolves(one_way, "stribeck", "direction_asymmetry")

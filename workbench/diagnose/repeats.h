@@ -9,8 +9,8 @@
 namespace slipstack::workbench {
 
 /// Rows on the way of strokes that are at least `length_m` long: how far the axis goes there, m; else zero.
-/// A stroke ends where the axis has come back by a tenth of `length_m`. Logs are strokes of their own; rows that
-/// see what mend() cut count nothing.
+/// A stroke ends where the axis has come back by a tenth of `length_m`. Logs are strokes of their own; rows
+/// that see what mend() cut count nothing.
 Eigen::VectorXd way_of_strokes(const Measurement& measurement, double length_m);
 
 /// Of the force `claimed_N`, how much the axis shows: 1 all, 0 nothing, below zero the opposite. `left_N` is
