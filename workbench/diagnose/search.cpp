@@ -89,6 +89,27 @@ bool lag_is_of_bristle(const Found& found, const FittedModel& baseline, const Fi
              kShareOfStretch * explained_N2(baseline.holdout_rmse_N, lag->holdout_rmse_N);
 }
 
+/// The explanation with a lag for its Stribeck friction, where that explains what Stribeck friction cannot
+/// stand for: the lag's shapes were found while the other effects were missing, and are searched anew. The
+/// search goes on from there.
+void go_on_with_lag(const Measurement& measurement, const FittedModel& baseline, const Found& found,
+                    Explanation& best, std::vector<Explanation>& next) {
+  const auto stribeck = std::find(best.added.begin(), best.added.end(), "stribeck");
+  if (stribeck == best.added.end()) return;
+  const FittedModel before = fit_gains(measurement, without(best.model.terms, "stribeck"), &best.model);
+  const Trial trial = try_effect(measurement, before, *find_effect("frictional_lag"), {});
+  FittedModel model = fit_gains(measurement, trial.terms, &before);
+  if (lag_is_of_bristle(found, baseline, model) || stands_for(found.yardstick, best.model, model, before)) {
+    return;
+  }
+  const std::vector<std::string> was = best.added;
+  best.model = polish_shapes(measurement, std::move(model), {20});
+  best.added[static_cast<std::size_t>(stribeck - best.added.begin())] = "frictional_lag";
+  for (Explanation& one : next) {
+    if (one.added == was) one = best;
+  }
+}
+
 /// A low pass beside a delay, before other effects are tried: what it leaves as a delay looks like a mode.
 /// The search goes on from there.
 void go_on_with_low_pass(const Measurement& measurement, Explanation& best, std::vector<Explanation>& next) {
@@ -135,6 +156,7 @@ Found search(const Measurement& measurement, const DiagnoseOptions& options, con
       best.model = polish_shapes(measurement, std::move(best.model), {20});
       if (level > 0 && best.model.holdout_rmse_N > kNearFloor * floor.of(best.model.terms)) {
         best.model = search_anew(measurement, std::move(best.model), best.added);
+        go_on_with_lag(measurement, baseline, found, best, next);
       }
       go_on_with_low_pass(measurement, best, next);
       if (best.model.holdout_rmse_N < kAtFloor * floor.of(best.model.terms)) break;
