@@ -9,6 +9,7 @@
 
 #include "workbench/diagnose/held_out.h"
 #include "workbench/diagnose/quantity.h"
+#include "workbench/diagnose/reduction.h"
 #include "workbench/identify/stretch.h"
 #include "workbench/identify/wild_samples.h"
 
@@ -79,7 +80,7 @@ std::optional<Structure> burst_in_force(const Measurement& measurement, const Ei
   if (jumps_N.empty()) return {};
   const auto loudest = std::max_element(jumps_N.begin(), jumps_N.end());
   const Stretch burst = loud_stretch(jumps_N, static_cast<std::size_t>(loudest - jumps_N.begin()));
-  if (static_cast<double>(burst.end - burst.first) > kShort * static_cast<double>(jumps_N.size())) return {};
+  if (static_cast<double>(burst.size()) > kShort * static_cast<double>(jumps_N.size())) return {};
   const double loud_N = kAboveAllElse * extremes(jumps_N, burst).without;
   const auto loud = std::count_if(jumps_N.begin() + static_cast<std::ptrdiff_t>(burst.first),
                                   jumps_N.begin() + static_cast<std::ptrdiff_t>(burst.end),
@@ -92,9 +93,9 @@ std::optional<Structure> burst_in_force(const Measurement& measurement, const Ei
   const Eigen::VectorXd times = row_times(measurement);
   const Eigen::VectorXd within_N =
       ((times.array() >= first_s) && (times.array() <= end_s)).select(residual_N.array(), 0.0);
-  const double whole = std::max(residual_N.squaredNorm(), 1e-300);
+  const double share = within_N.squaredNorm() / std::max(residual_N.squaredNorm(), 1e-300);
   return Structure{
-      "time", 1.0 - std::sqrt(std::max(0.0, 1.0 - within_N.squaredNorm() / whole)), first_s,
+      "time", reduction_beyond(share, 0.0), first_s,
       fmt::format("the force jumps about for {} at {}, by {}, as nowhere else in the log: look "
                   "for a loose plug, a disturbed sensor or a knock",
                   quantity(end_s - first_s, "s"), when_of(measurement, first_s), quantity(*loudest, "N")),

@@ -89,6 +89,14 @@ bool lag_is_of_bristle(const Found& found, const FittedModel& baseline, const Fi
              kShareOfStretch * explained_N2(baseline.holdout_rmse_N, lag->holdout_rmse_N);
 }
 
+/// The search goes on from `now` instead of the explanation of `next` that added these effects.
+void go_on_from(const Explanation& now, const std::vector<std::string>& added,
+                std::vector<Explanation>& next) {
+  for (Explanation& one : next) {
+    if (one.added == added) one = now;
+  }
+}
+
 /// The explanation with a lag for its Stribeck friction, where that explains what Stribeck friction cannot
 /// stand for: the lag's shapes were found while the other effects were missing, and are searched anew. The
 /// search goes on from there.
@@ -105,9 +113,7 @@ void go_on_with_lag(const Measurement& measurement, const FittedModel& baseline,
   const std::vector<std::string> was = best.added;
   best.model = polish_shapes(measurement, std::move(model), {20});
   best.added[static_cast<std::size_t>(stribeck - best.added.begin())] = "frictional_lag";
-  for (Explanation& one : next) {
-    if (one.added == was) one = best;
-  }
+  go_on_from(best, was, next);
 }
 
 /// A low pass beside a delay, before other effects are tried: what it leaves as a delay looks like a mode.
@@ -115,10 +121,7 @@ void go_on_with_lag(const Measurement& measurement, const FittedModel& baseline,
 void go_on_with_low_pass(const Measurement& measurement, Explanation& best, std::vector<Explanation>& next) {
   if (!contains(best.model.terms, "time_delay")) return;
   best.model = settle_lag(measurement, std::move(best.model));
-  if (lag_of(best.model.terms).filter_s == 0.0) return;
-  for (Explanation& one : next) {
-    if (one.added == best.added) one = best;
-  }
+  if (lag_of(best.model.terms).filter_s != 0.0) go_on_from(best, best.added, next);
 }
 
 constexpr std::size_t kMostSteps = 5;

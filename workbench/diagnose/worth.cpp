@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "workbench/diagnose/reduction.h"
+#include "workbench/log/squared.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -18,10 +19,6 @@ constexpr double kShareOfExcess = 0.25;
 /// An error this near to the noise floor has nothing to explain. Encoder steps seen through mass and
 /// acceleration can be shrunk by any filter that resembles a resonance; that is no resonance.
 constexpr double kNothingToExplain = 1.05;
-
-double squared(double x) {
-  return x * x;
-}
 
 /// Whether `first` explains enough of what the model `before` it leaves above a floor of `floor_N`.
 bool explains_excess(const FittedModel& before, const FittedModel& first, double floor_N) {

@@ -7,7 +7,6 @@
 #include <numeric>
 
 #include "workbench/identify/conditioning.h"
-#include "workbench/identify/dequantise.h"
 #include "workbench/identify/mend.h"
 #include "workbench/identify/white_noise.h"
 #include "workbench/identify/zero_phase.h"
@@ -373,7 +372,8 @@ constexpr double kFollowed = 0.25;
 
 Measurement Measurement::requantised(const OtherReading& other) const {
   Measurement copy = *this;
-  const UnseenWay unseen{kFollowed * sample_rate_Hz() / bandwidth_Hz_, other.places, other.at_speed};
+  UnseenWay unseen = other.unseen;
+  unseen.longest_known = kFollowed * sample_rate_Hz() / bandwidth_Hz_;
   std::vector<double> reading_m;
   for (const LogPart& part : parts_) {
     const double step_m = part.encoder_resolution_m;

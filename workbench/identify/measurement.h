@@ -3,7 +3,6 @@
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <memory>
 #include <optional>
@@ -13,6 +12,7 @@
 #include <vector>
 
 #include "firmware/effects/effect.h"
+#include "workbench/identify/dequantise.h"
 #include "workbench/identify/parts.h"
 #include "workbench/identify/row_filter.h"
 #include "workbench/identify/turns.h"
@@ -63,10 +63,9 @@ struct RowRange {
 
 /// How else an encoder of equal resolution may have come to its readings.
 struct OtherReading {
-  double shift_steps = 0.0;                ///< of its grid
-  std::array<double, 2> places{0.5, 0.5};  ///< in cells where the axis stays unseen (UnseenWay)
-  double beyond_corners = 0.0;             ///< of a zigzag: see find_turns()
-  bool at_speed = false;                   ///< in such cells, in and out (UnseenWay)
+  double shift_steps = 0.0;     ///< of its grid
+  UnseenWay unseen = {};        ///< how long a stay is known follows from the bandwidth
+  double beyond_corners = 0.0;  ///< of a zigzag: see find_turns()
 };
 
 /// A log made ready for inverse-dynamics identification ([5], IDIM): smooth motion at every sample, and the

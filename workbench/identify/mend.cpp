@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <utility>
 
 #include "workbench/identify/recorder_faults.h"
@@ -49,6 +48,10 @@ double bend(const std::vector<double>& values, const Stretch& gap, std::size_t i
   return u * (width - u) * (before + q * (u + 1.0));
 }
 
+void interpolate_force(Log& log, const std::vector<Stretch>& gaps) {
+  for (const Stretch& gap : gaps) interpolate(log.force_N, gap);
+}
+
 /// The positions of a mass bend, and lie on the encoder's grid. The cubic is taken where no other of the
 /// `gaps` (ascending) is within its samples.
 void interpolate_positions(Log& log, const std::vector<Stretch>& gaps) {
@@ -68,6 +71,21 @@ void interpolate_positions(Log& log, const std::vector<Stretch>& gaps) {
       if (step_m > 0.0) x[i] = x[gap.first - 1] + step_m * std::round((x[i] - x[gap.first - 1]) / step_m);
     }
   }
+}
+
+/// Ascending; those that no more than `apart` samples part become one.
+std::vector<Stretch> joined(std::vector<Stretch> stretches, std::size_t apart) {
+  std::sort(stretches.begin(), stretches.end(),
+            [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<Stretch> all;
+  for (const Stretch& one : stretches) {
+    if (!all.empty() && one.first <= all.back().end + apart) {
+      all.back().end = std::max(all.back().end, one.end);
+    } else {
+      all.push_back(one);
+    }
+  }
+  return all;
 }
 
 void cut(const Log& log, const std::vector<Stretch>& stretches, const char* why, Mending& mending) {
@@ -93,7 +111,7 @@ void mend_repeats(Log& log, double noise_N, Mending& mending) {
   const std::vector<Stretch> repeats = beside_cuts(repeated_samples(log, noise_N), mending);
   const std::size_t samples = samples_in(repeats);
   if (repeat_by_chance(log, noise_N, samples)) return;
-  for (const Stretch& run : repeats) interpolate(log.force_N, run);
+  interpolate_force(log, repeats);
   interpolate_positions(log, repeats);
   mending.notes.push_back(
       fmt::format("{} samples repeat the one before and were interpolated, the first at {}", samples,
@@ -106,34 +124,20 @@ constexpr double kMostMended = 0.02;
 /// The wildest samples hide the others near them: so often one looks again.
 constexpr int kLooks = 4;
 
-/// Of both, ascending; what a single good sample parts becomes one.
-std::vector<Stretch> together(std::vector<Stretch> one, const std::vector<Stretch>& other) {
-  one.insert(one.end(), other.begin(), other.end());
-  std::sort(one.begin(), one.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-  std::vector<Stretch> all;
-  for (const Stretch& next : one) {
-    if (!all.empty() && next.first <= all.back().end + 1) {
-      all.back().end = std::max(all.back().end, next.end);
-    } else {
-      all.push_back(next);
-    }
-  }
-  return all;
-}
-
 /// Mends wild samples of one signal of the log, beside what is cut; spikes only where they are not rarer than
 /// `least_share_of_spikes`.
-void mend_wild(const Log& log, const std::vector<double>& values, double noise, double least,
+void mend_wild(Log& log, const std::vector<double>& values, double noise, double least,
                double least_share_of_spikes, const char* what,
-               const std::function<void(const std::vector<Stretch>&)>& interpolate_them, Mending& mending) {
+               void (*interpolate_gaps)(Log&, const std::vector<Stretch>&), Mending& mending) {
   if (noise <= 0.0) return;
   std::vector<Stretch> wild;
   const auto mend_those = [&](std::vector<Stretch> found) {
     found = beside_cuts(std::move(found), mending);
     if (found.empty()) return false;
-    // All of them again: what was wild beside them is mended now.
-    wild = together(std::move(wild), found);
-    interpolate_them(wild);
+    // All of them again: what was wild beside them is mended now. What a single good sample parts is one.
+    found.insert(found.end(), wild.begin(), wild.end());
+    wild = joined(std::move(found), 1);
+    interpolate_gaps(log, wild);
     return true;
   };
   for (int look = 0; look < kLooks && mend_those(wild_samples(values, noise, least)); ++look) {
@@ -158,9 +162,8 @@ constexpr double kLeastTravel = 1e-4;
 void mend_position(Log& log, Mending& mending) {
   const double noise_m = std::max(log.encoder_resolution_m.value_or(0.0), white_noise(log.position_m));
   const auto [low, high] = std::minmax_element(log.position_m.begin(), log.position_m.end());
-  mend_wild(
-      log, log.position_m, noise_m, kLeastTravel * (*high - *low), 0.0, "position",
-      [&](const std::vector<Stretch>& wild) { interpolate_positions(log, wild); }, mending);
+  mend_wild(log, log.position_m, noise_m, kLeastTravel * (*high - *low), 0.0, "position",
+            interpolate_positions, mending);
 }
 
 /// Nor one of the force by less than this share of its rms.
@@ -172,12 +175,8 @@ constexpr double kLeastShareOfForceSpikes = 1.5e-3;
 void mend_force(Log& log, double noise_N, Mending& mending) {
   // A digital force flickers by its step.
   const double least_noise_N = noise_N > 0.0 ? std::max(noise_N, smallest_step(log.force_N)) : 0.0;
-  mend_wild(
-      log, log.force_N, least_noise_N, kLeastForce * rms(log.force_N), kLeastShareOfForceSpikes, "force",
-      [&](const std::vector<Stretch>& wild) {
-        for (const Stretch& one : wild) interpolate(log.force_N, one);
-      },
-      mending);
+  mend_wild(log, log.force_N, least_noise_N, kLeastForce * rms(log.force_N), kLeastShareOfForceSpikes,
+            "force", interpolate_force, mending);
 }
 
 /// More than this share of a log must not be cut.
@@ -185,23 +184,13 @@ constexpr double kMostCut = 0.4;
 
 /// Cuts that touch become one.
 void join_cuts(const Log& log, Mending& mending) {
-  std::vector<Stretch>& cuts = mending.cut;
-  std::sort(cuts.begin(), cuts.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-  std::vector<Stretch> joined;
-  for (const Stretch& one : cuts) {
-    if (!joined.empty() && one.first <= joined.back().end) {
-      joined.back().end = std::max(joined.back().end, one.end);
-    } else {
-      joined.push_back(one);
-    }
-  }
-  const double share = share_of(log, samples_in(joined));
+  mending.cut = joined(std::move(mending.cut), 0);
+  const double share = share_of(log, samples_in(mending.cut));
   if (share > kMostCut) {
     throw InputError(fmt::format("{}: {:.0f} % of the log cannot be used: {}; record again",
                                  printable(log.path), 100.0 * share,
                                  mending.notes.empty() ? "" : mending.notes.back()));
   }
-  cuts = std::move(joined);
 }
 
 /// Finds the encoder's jumps; takes them back where all of the log is there.

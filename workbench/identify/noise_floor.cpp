@@ -19,18 +19,19 @@ namespace {
 
 /// Encoders that read the motion again. Their grids are shifted by multiples of the golden section, no border
 /// of a cell on another, and each as far the other way, so that a mirrored log is judged alike. In a cell
-/// that the axis stays in unseen they have it go by each third of it early and late, apart in between too.
+/// that the axis stays in unseen they have it go to the far side, half-way and on, or half-way at once and
+/// back, as an axis does that a controller lets unload.
 /// What zigzags faster than the samples go has corners between them, beyond what is read by up to its height.
 constexpr double kGoldenPart = 0.3819660112501051;
 constexpr double kLow = 1.0 / 6.0;
 constexpr double kHigh = 5.0 / 6.0;
 constexpr std::array<OtherReading, 6> kOtherReadings{{
-    {kGoldenPart, {kHigh, kHigh}, kLow},
-    {1.0 - kGoldenPart, {kHigh, kHigh}, kLow},
-    {2.0 * kGoldenPart, {kLow, 0.5}, 0.5},
-    {1.0 - 2.0 * kGoldenPart, {kLow, 0.5}, 0.5},
-    {3.0 * kGoldenPart - 1.0, {0.5, kLow}, kHigh, true},
-    {2.0 - 3.0 * kGoldenPart, {0.5, kLow}, kHigh, true},
+    {kGoldenPart, {.places = {kHigh, kHigh}}, kLow},
+    {1.0 - kGoldenPart, {.places = {kHigh, kHigh}}, kLow},
+    {2.0 * kGoldenPart, {.places = {kLow, 0.5}}, 0.5},
+    {1.0 - 2.0 * kGoldenPart, {.places = {kLow, 0.5}}, 0.5},
+    {3.0 * kGoldenPart - 1.0, {.places = {0.5, kLow}, .at_speed = true}, kHigh},
+    {2.0 - 3.0 * kGoldenPart, {.places = {0.5, kLow}, .at_speed = true}, kHigh},
 }};
 
 /// Quantisation far below what the plain model leaves anyway does not matter.

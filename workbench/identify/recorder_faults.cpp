@@ -18,6 +18,13 @@ std::size_t end_of_run(const std::vector<double>& values, std::size_t first, std
   return i;
 }
 
+/// Where the run of equal values begins that ends before `end`.
+std::size_t start_of_run(const std::vector<double>& values, std::size_t end) {
+  std::size_t first = end - 1;
+  while (first > 0 && values[first - 1] == values[first]) --first;
+  return first;
+}
+
 double encoder_step_m(const Log& log) {
   return log.encoder_resolution_m.value_or(0.0);
 }
@@ -50,6 +57,17 @@ constexpr std::size_t kFrozen = 8;
 constexpr std::size_t kBeside = 4;
 constexpr double kQuiet = 0.5;
 
+/// Whether the force has no noise on either side of the stretch, as a command while the axis rests.
+bool quiet_beside(const Log& log, double noise_N, const Stretch& stretch) {
+  const std::vector<double>& force_N = log.force_N;
+  const std::size_t from = stretch.first > kBeside ? stretch.first - kBeside : 1;
+  const std::size_t to = std::min(stretch.end + kBeside, force_N.size());
+  for (std::size_t i = from; i < to; ++i) {
+    if (std::abs(force_N[i] - force_N[i - 1]) > kQuiet * noise_N) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 double smallest_step(const std::vector<double>& values) {
@@ -59,16 +77,6 @@ double smallest_step(const std::vector<double>& values) {
     if (step > 0.0) smallest = std::min(smallest, step);
   }
   return smallest;
-}
-
-bool quiet_beside(const Log& log, double noise_N, const Stretch& stretch) {
-  const std::vector<double>& force_N = log.force_N;
-  const std::size_t from = stretch.first > kBeside ? stretch.first - kBeside : 1;
-  const std::size_t to = std::min(stretch.end + kBeside, force_N.size());
-  for (std::size_t i = from; i < to; ++i) {
-    if (std::abs(force_N[i] - force_N[i - 1]) > kQuiet * noise_N) return false;
-  }
-  return true;
 }
 
 ConstantForce constant_force(const Log& log, double noise_N) {
@@ -178,8 +186,7 @@ constexpr double kSteady = 0.5;
 
 bool stopped_dead(const Log& log, std::size_t sample) {
   const std::vector<double>& x = log.position_m;
-  std::size_t first = sample - 1;
-  while (first > 0 && x[first - 1] == x[first]) --first;
+  const std::size_t first = start_of_run(x, sample);
   if (first < 2 * kStuck) return false;
   const std::vector<double> before = steps_m(x, first - kStuck, kStuck);
   const double slowest_m = *std::min_element(before.end() - 4, before.end());
@@ -203,17 +210,14 @@ constexpr double kForceStands = 2.0;
 
 std::optional<Stretch> stuck_to_the_end(const Log& log) {
   const std::vector<double>& x = log.position_m;
-  std::size_t first = x.size() - 1;
-  while (first > 0 && x[first - 1] == x[first]) --first;
+  const std::size_t first = start_of_run(x, x.size());
   if (x.size() - first < kStuck || first < 2 * kStuck) return {};
   if (stopped_dead(log, x.size()) || force_tells_of_motion(log, x.size())) return Stretch{first, x.size()};
   return {};
 }
 
 bool force_tells_of_motion(const Log& log, std::size_t sample) {
-  const std::vector<double>& x = log.position_m;
-  std::size_t first = sample - 1;
-  while (first > 0 && x[first - 1] == x[first]) --first;
+  const std::size_t first = start_of_run(log.position_m, sample);
   return force_range_N(log, first, sample) > kForceStands * largest_standing_range_N(log, first);
 }
 

@@ -27,8 +27,6 @@ ConstantForce constant_force(const Log& log, double noise_N);
 /// Both force and position as the sample before, for less than a frozen force takes: lost by the recorder,
 /// which wrote the last one again. Not where the force is quiet on both sides.
 std::vector<Stretch> repeated_samples(const Log& log, double noise_N);
-/// Whether the force has no noise on either side of the stretch, as a command while the axis rests.
-bool quiet_beside(const Log& log, double noise_N, const Stretch& stretch);
 /// Whether so many samples repeat the one before by chance, or by the nature of the log.
 bool repeat_by_chance(const Log& log, double noise_N, std::size_t repeats);
 

@@ -101,15 +101,15 @@ struct Heard {
 /// Where quantisation is loud, what is left without it is the difference of two large numbers, anything: the
 /// half of the pieces where it does least tells, if these are enough.
 Heard heard_where_least_quantised(const Pieces& pieces, std::size_t band) {
-  std::vector<double> sorted;
-  sorted.reserve(pieces.left.size());
-  for (const Powers& power : pieces.quantised) sorted.push_back(power[band]);
-  const std::size_t last = std::max(kFewestPieces, (sorted.size() + 1) / 2) - 1;
-  std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(last), sorted.end());
+  std::vector<double> quantised;
+  quantised.reserve(pieces.left.size());
+  for (const Powers& power : pieces.quantised) quantised.push_back(power[band]);
+  const std::size_t last = std::max(kFewestPieces, (quantised.size() + 1) / 2) - 1;
+  const double most = value_at_rank(std::move(quantised), last);
   std::vector<double> left;
   std::vector<double> unquantised;
   for (std::size_t piece = 0; piece < pieces.left.size(); ++piece) {
-    if (pieces.quantised[piece][band] > sorted[last]) continue;
+    if (pieces.quantised[piece][band] > most) continue;
     left.push_back(pieces.left[piece][band]);
     unquantised.push_back(pieces.left[piece][band] - pieces.quantised[piece][band]);
   }

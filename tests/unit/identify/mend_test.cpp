@@ -24,6 +24,19 @@ Log plant_log(std::uint64_t seed) {
   return log;
 }
 
+/// Stretches of at least so many samples in which the position stays within an encoder step.
+std::vector<Stretch> rests_of(const Log& log, std::size_t shortest) {
+  const std::vector<double>& x = log.position_m;
+  std::vector<Stretch> rests;
+  for (std::size_t i = 0; i < x.size();) {
+    std::size_t end = i + 1;
+    while (end < x.size() && std::abs(x[end] - x[i]) <= 1.5 * *log.encoder_resolution_m) ++end;
+    if (end - i >= shortest) rests.push_back({i, end});
+    i = end;
+  }
+  return rests;
+}
+
 struct Found {
   double mass_kg = 0.0;
   double level_N = 0.0;
@@ -158,18 +171,13 @@ TEST(Mend, InterpolatedPositionsBend) {
 // goes on, which no recorder does.
 TEST(Mend, ACommandThatCreepsAtRestStays) {
   Log log = plant_log(18);
-  const std::vector<double> position_m = log.position_m;
-  const double step_m = *log.encoder_resolution_m;
   std::size_t equal = 0;
-  for (std::size_t i = 0; i < position_m.size();) {
-    std::size_t end = i + 1;
-    while (end < position_m.size() && std::abs(position_m[end] - position_m[i]) <= 1.5 * step_m) ++end;
-    for (std::size_t k = i + 1; end - i >= 20 && k < end; ++k) {
-      log.position_m[k] = position_m[i];
+  for (const auto& [i, end] : rests_of(log, 20)) {
+    for (std::size_t k = i + 1; k < end; ++k) {
+      log.position_m[k] = log.position_m[i];
       log.force_N[k] = log.force_N[i] + 1e-4 * static_cast<double>((k - i) / (i % 2 == 0 ? 3 : 10));
       equal += log.force_N[k] == log.force_N[k - 1] ? 1 : 0;
     }
-    i = end;
   }
   ASSERT_GT(equal, 500U);
   const Log before = log;
@@ -199,18 +207,11 @@ TEST(Mend, FrozenForce) {
 // A current that a controller commands is constant while nothing moves: no fault, however often.
 TEST(Mend, ForceWithoutNoiseAtRestStays) {
   Log log = plant_log(18);
-  const std::vector<double> position_m = log.position_m;
-  const double step_m = *log.encoder_resolution_m;
   std::size_t still = 0;
-  for (std::size_t i = 0; i < position_m.size();) {
-    std::size_t end = i + 1;
-    while (end < position_m.size() && std::abs(position_m[end] - position_m[i]) <= 1.5 * step_m) ++end;
-    if (end - i >= 8) {
-      std::fill(log.force_N.begin() + static_cast<std::ptrdiff_t>(i),
-                log.force_N.begin() + static_cast<std::ptrdiff_t>(end), log.force_N[i]);
-      still += end - i;
-    }
-    i = end;
+  for (const Stretch& rest : rests_of(log, 8)) {
+    std::fill(log.force_N.begin() + static_cast<std::ptrdiff_t>(rest.first),
+              log.force_N.begin() + static_cast<std::ptrdiff_t>(rest.end), log.force_N[rest.first]);
+    still += rest.size();
   }
   ASSERT_GT(still, 500u);
   const Log before = log;
