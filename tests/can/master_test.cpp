@@ -9,8 +9,8 @@
 #include <sstream>
 
 #include "tests/can/desk.h"
-#include "workbench/cli/can/master.h"
-#include "workbench/cli/output.h"
+#include "workbench/console/output.h"
+#include "workbench/controller/master.h"
 #include "workbench/log/log.h"
 
 namespace slipstack::workbench {

@@ -11,8 +11,8 @@
 
 #include "tests/can/desk.h"
 #include "workbench/diagnose/diagnose.h"
-#include "workbench/identify/measurement.h"
-#include "workbench/identify/noise_floor.h"
+#include "workbench/estimate/measurement/measurement.h"
+#include "workbench/estimate/uncertainty/noise_floor.h"
 #include "workbench/log/log.h"
 
 namespace slipstack::workbench {

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/golden/shared_data.h"
-#include "workbench/identify/standard_errors.h"
+#include "workbench/estimate/uncertainty/standard_errors.h"
 
 // Six logs made by a generator that shares no code with the project; truth.json says what each hides.
 namespace slipstack::workbench {

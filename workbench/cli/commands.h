@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "workbench/fleet/team.h"
+#include "workbench/long_logs/processes/team.h"
 
 namespace slipstack::workbench {
 

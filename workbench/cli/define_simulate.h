@@ -9,6 +9,6 @@ namespace slipstack::workbench {
 
 /// `slipstack simulate`: a model run forward, from a log's force to the position, or from set points to the
 /// force.
-void define_simulate(CLI::App& app, const Options& options);
+void define_simulate(CLI::App& app, const std::string& command_line);
 
 }  // namespace slipstack::workbench

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "workbench/cli/results.h"
+#include "workbench/report/results.h"
 
 namespace slipstack::workbench {
 namespace {

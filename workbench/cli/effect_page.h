@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "workbench/identify/effect_catalogue.h"
+#include "workbench/model/effects/effect_catalogue.h"
 
 namespace slipstack::workbench {
 

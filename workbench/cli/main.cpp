@@ -6,22 +6,22 @@
 #include <cstdlib>
 #include <memory>
 
-#include "workbench/cli/can/define_can.h"
+#include "workbench/base/errors.h"
+#include "workbench/base/text.h"
 #include "workbench/cli/commands.h"
-#include "workbench/cli/define_loop.h"
 #include "workbench/cli/define_simulate.h"
 #include "workbench/cli/effect_page.h"
-#include "workbench/cli/experiment/experiment.h"
-#include "workbench/cli/experiment/stop.h"
-#include "workbench/cli/output.h"
-#include "workbench/diagnose/team_logs.h"
-#include "workbench/expression/definition.h"
-#include "workbench/fleet/mpi_team.h"
-#include "workbench/fleet/requests.h"
-#include "workbench/identify/effect_catalogue.h"
-#include "workbench/identify/parts.h"
-#include "workbench/log/input_error.h"
-#include "workbench/log/text.h"
+#include "workbench/console/output.h"
+#include "workbench/controller/define_can.h"
+#include "workbench/estimate/measurement/parts.h"
+#include "workbench/long_logs/processes/mpi_team.h"
+#include "workbench/long_logs/processes/requests.h"
+#include "workbench/long_logs/team_logs.h"
+#include "workbench/loop/define_loop.h"
+#include "workbench/model/effects/effect_catalogue.h"
+#include "workbench/model/expression/definition.h"
+#include "workbench/cli/define_experiments.h"
+#include "workbench/papers/stop.h"
 
 namespace {
 
@@ -154,8 +154,8 @@ void define_commands(CLI::App& app, Options& options) {
   define_diagnose(app, options);
   define_add(app, options);
   define_effects(app, options);
-  define_experiment(app, options);
-  define_simulate(app, options);
+  define_experiment(app, options.command_line);
+  define_simulate(app, options.command_line);
   define_loop(app);
   define_can(app);
 }

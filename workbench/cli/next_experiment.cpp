@@ -6,10 +6,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "workbench/cli/results.h"
-#include "workbench/diagnose/quantity.h"
-#include "workbench/identify/effect_catalogue.h"
-#include "workbench/log/text.h"
+#include "workbench/base/quantity.h"
+#include "workbench/base/text.h"
+#include "workbench/model/effects/effect_catalogue.h"
+#include "workbench/model/effects/effect_registry.h"
+#include "workbench/report/results.h"
 #include "workbench/report/sections.h"
 
 namespace slipstack::workbench {

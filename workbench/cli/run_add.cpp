@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include "workbench/base/text.h"
 #include "workbench/cli/commands.h"
 #include "workbench/cli/inputs.h"
-#include "workbench/cli/results.h"
-#include "workbench/cli/tables.h"
-#include "workbench/diagnose/reduction.h"
-#include "workbench/identify/noise_floor.h"
-#include "workbench/identify/standard_errors.h"
-#include "workbench/identify/user_effect.h"
-#include "workbench/log/text.h"
+#include "workbench/estimate/nonlinear/checks.h"
+#include "workbench/diagnose/evidence/reduction.h"
+#include "workbench/estimate/uncertainty/noise_floor.h"
+#include "workbench/estimate/uncertainty/standard_errors.h"
+#include "workbench/model/effects/effect_registry.h"
+#include "workbench/model/effects/user_effect.h"
 #include "workbench/report/html.h"
+#include "workbench/report/results.h"
+#include "workbench/report/text_tables.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -40,19 +42,19 @@ struct Addition {
   std::string headline;
 };
 
-Addition added(const Measurement& measurement, WholeLogs& whole, const Model& old,
-               const EffectDescription& effect, Progress& progress) {
+Addition added(LogSearch& logs, const Model& old, const EffectDescription& effect, Progress& progress) {
+  const Measurement& measurement = logs.measurement();
   Addition result;
   result.effect = effect.id();
   progress.show("fit the model as it is");
-  result.before = fit_gains(measurement, terms_on(measurement, old));
+  result.before = fit_gains(measurement, terms_on(measurement, old.terms));
   progress.show("add the effect");
   const Trial trial = try_effect(measurement, result.before, effect, {});
   result.after = with_standard_errors(
       measurement, polish_shapes(measurement, fit_gains(measurement, trial.terms, &result.before), {}));
   progress.show("reduce to the controller");
   result.reduced = on_controller(measurement, result.after);
-  whole.fit({&result.before, &result.reduced, &result.after}, 0.0, judging(progress));
+  logs.fit_to_whole({&result.before, &result.reduced, &result.after}, 0.0);
   result.floor_N = NoiseFloor(measurement).of(result.after.terms);
   result.headline = fmt::format("Added {}: held-out error {} before, {} after; noise floor {}.",
                                 effect.text.title, newtons(result.before.holdout_rmse_N),
@@ -64,7 +66,7 @@ json report_of(const Options& options, const Measurement& measurement, const Add
                const Model& model) {
   const double before_N = addition.before.holdout_rmse_N;
   const double after_N = addition.after.holdout_rmse_N;
-  json data = report_base(options, "add");
+  json data = report_base(options.command_line, options.log, "add");
   data["verdict"] = {{"kind", "added"}, {"headline", addition.headline}, {"detail", ""}};
   data["figures"] = figures_json(addition.before, addition.floor_N);
   data["figures"]["after_rmse_N"] = number_json(after_N);
@@ -97,15 +99,16 @@ void run_add(const Options& options) {
   std::vector<std::string> ids = ids_of(old.terms);
   ids.push_back(effect.id());
   Addition addition;
-  const Searched searched = search(options, progress, [&](Measurement& measured, WholeLogs& whole) {
-    check_combination(measured, ids);
-    check_enough(options, measured, ids);
-    addition = added(measured, whole, old, effect, progress);
-  });
-  const Measurement& measurement = *searched.measurement;
-  Model model = model_of(options, measurement, addition.after, addition.reduced, addition.floor_N);
+  LogSearch logs(log_request(options), progress);
+  do {
+    check_combination(logs.measurement(), ids);
+    check_enough(options.log, logs.measurement(), ids);
+    addition = added(logs, old, effect, progress);
+  } while (logs.extend());
+  const Measurement& measurement = logs.measurement();
+  Model model = model_of(options.log, measurement, addition.after, addition.reduced, addition.floor_N);
   model.history = old.history;
-  model.history.push_back(change_of(options, {effect.id()}, addition.before.holdout_rmse_N,
+  model.history.push_back(change_of(options.log, {effect.id()}, addition.before.holdout_rmse_N,
                                     addition.after.holdout_rmse_N, addition.floor_N));
 
   std::string text = addition.headline + "\n";

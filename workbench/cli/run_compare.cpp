@@ -4,14 +4,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "workbench/base/text.h"
 #include "workbench/cli/commands.h"
 #include "workbench/cli/inputs.h"
-#include "workbench/cli/results.h"
-#include "workbench/cli/tables.h"
-#include "workbench/diagnose/structure.h"
-#include "workbench/identify/noise_floor.h"
-#include "workbench/log/text.h"
+#include "workbench/diagnose/alternatives/structure.h"
+#include "workbench/estimate/uncertainty/noise_floor.h"
 #include "workbench/report/html.h"
+#include "workbench/report/results.h"
+#include "workbench/report/text_tables.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -31,12 +31,12 @@ struct Comparison {
 };
 
 /// The model as it is against the log: nothing is fitted.
-Comparison compared(const Measurement& measurement, WholeLogs& whole, const Model& model,
-                    Progress& progress) {
+Comparison compared(LogSearch& logs, const Model& model) {
+  const Measurement& measurement = logs.measurement();
   Comparison result;
   Terms terms = model.terms;
   const bool several = measurement.log_count() > 1;  // each with the load that it declares
-  if (several) terms = terms_on(measurement, model);
+  if (several) terms = terms_on(measurement, model.terms);
   result.rows = {measurement.force_N(lag_of(terms)),
                  measurement.filtered(evaluate_force(measurement, terms).force_N)};
   const Eigen::VectorXd& usable = measurement.row_usable();
@@ -45,7 +45,7 @@ Comparison compared(const Measurement& measurement, WholeLogs& whole, const Mode
   result.relative = residual.norm() / std::max(result.rows.measured_N.cwiseProduct(usable).norm(), 1e-300);
   std::vector<LogErrors> whole_errors;
   if (measurement.is_excerpt()) {
-    WholeLogs::Left left = whole.left_by({terms}, judging(progress)).front();
+    WholeLogs::Left left = logs.left_by({terms}).front();
     result.error_N = left.rmse_N;
     result.relative = left.relative_error;
     whole_errors = std::move(left.logs);
@@ -62,7 +62,7 @@ Comparison compared(const Measurement& measurement, WholeLogs& whole, const Mode
 
 json report_of(const Options& options, const Measurement& measurement, const Model& model,
                const Comparison& found) {
-  json data = report_base(options, "compare");
+  json data = report_base(options.command_line, options.log, "compare");
   data["verdict"] = {
       {"kind", "comparison"},
       {"headline",
@@ -91,11 +91,12 @@ void run_compare(const Options& options) {
   const Model model = read_model(options.model);
   Progress progress;
   Comparison found;
-  const Searched searched = search(options, progress, [&](Measurement& measured, WholeLogs& whole) {
+  LogSearch logs(log_request(options), progress);
+  do {
     progress.show("compare");
-    found = compared(measured, whole, model, progress);
-  });
-  const Measurement& measurement = *searched.measurement;
+    found = compared(logs, model);
+  } while (logs.extend());
+  const Measurement& measurement = logs.measurement();
 
   std::string text = fmt::format(
       "log        {}\nmodel      {}, hash {}\neffects    {}\nerror      {} rms, {} of the force; noise "

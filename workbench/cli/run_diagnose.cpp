@@ -6,12 +6,13 @@
 #include "workbench/cli/commands.h"
 #include "workbench/cli/inputs.h"
 #include "workbench/cli/next_experiment.h"
-#include "workbench/cli/results.h"
-#include "workbench/cli/tables.h"
 #include "workbench/diagnose/diagnose.h"
-#include "workbench/identify/standard_errors.h"
+#include "workbench/estimate/uncertainty/standard_errors.h"
+#include "workbench/model/effects/effect_registry.h"
 #include "workbench/report/html.h"
+#include "workbench/report/results.h"
 #include "workbench/report/sections.h"
+#include "workbench/report/text_tables.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -101,7 +102,7 @@ json report_of(const Options& options, const Measurement& measurement, const Dia
   const FittedModel& shown = !found             ? diagnosis.baseline
                              : options.stepwise ? diagnosis.explained
                                                 : diagnosis.best;
-  json data = report_base(options, "diagnose");
+  json data = report_base(options.command_line, options.log, "diagnose");
   data["verdict"] = {
       {"kind", name_of(diagnosis.verdict)}, {"headline", headline.line}, {"detail", headline.detail}};
   data["figures"] = figures_json(diagnosis.baseline, diagnosis.noise_floor_N);
@@ -155,7 +156,7 @@ std::string text_of(const Options& options, const Measurement& measurement, cons
 
 void run_diagnose(const Options& options) {
   DiagnoseOptions wanted;
-  wanted.own = declared_effects(options);
+  wanted.own = declare_effects(options.own_effects);
   Outputs outputs;
   spare_logs(options, outputs);
   if (!options.model.empty()) outputs.spare(options.model);
@@ -167,20 +168,13 @@ void run_diagnose(const Options& options) {
                         ? parse_effects(options.effects.empty() ? kDefaultBaseline : options.effects)
                         : ids_of(model.terms);
   Progress progress;
-  Diagnosis diagnosis;
-  const Searched searched = search(options, progress, [&](Measurement& measurement, WholeLogs& whole) {
-    check_combination(measurement, wanted.baseline);
-    check_enough(options, measurement, wanted.baseline);
-    if (!options.model.empty()) wanted.start = terms_on(measurement, model);
-    wanted.progress = [&progress](const std::string& stage, double fraction) {
-      progress.show(stage, fraction);
-    };
-    if (measurement.is_excerpt()) {
-      wanted.judge_on_whole = [&](Diagnosis& found) { whole.judge(found, judging(progress)); };
-    }
-    diagnosis = diagnose(measurement, wanted);
-  });
-  const Measurement& measurement = *searched.measurement;
+  if (!options.model.empty()) wanted.start = model.terms;
+  wanted.progress = [&progress](const std::string& stage, double fraction) {
+    progress.show(stage, fraction);
+  };
+  LogSearch logs(log_request(options), progress);
+  const Diagnosis diagnosis = logs.diagnose(wanted);
+  const Measurement& measurement = logs.measurement();
 
   const json result = result_of(options, measurement, diagnosis);
   if (!options.report.empty()) {

@@ -3,12 +3,13 @@
 
 #include <filesystem>
 
+#include "workbench/base/text.h"
 #include "workbench/cli/commands.h"
 #include "workbench/cli/effect_page.h"
 #include "workbench/cli/inputs.h"
-#include "workbench/cli/output.h"
-#include "workbench/expression/to_cpp.h"
-#include "workbench/log/text.h"
+#include "workbench/console/output.h"
+#include "workbench/model/effects/effect_registry.h"
+#include "workbench/model/expression/to_cpp.h"
 
 namespace slipstack::workbench {
 
@@ -17,7 +18,7 @@ namespace {
 /// The header of the one effect that --effect defines.
 std::string header_text(const Options& options) {
   if (options.own_effects.size() != 1) throw UsageError("--header: define one effect by --effect");
-  const EffectDescription& effect = *declared_effects(options).front();
+  const EffectDescription& effect = *declare_effects(options.own_effects).front();
   const Definition definition = parse_definition(effect.definition);
   return to_effect_header(definition, roles_of(definition));
 }

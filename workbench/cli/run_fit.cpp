@@ -3,15 +3,17 @@
 
 #include <algorithm>
 
+#include "workbench/base/text.h"
 #include "workbench/cli/commands.h"
 #include "workbench/cli/inputs.h"
-#include "workbench/cli/results.h"
-#include "workbench/cli/tables.h"
-#include "workbench/identify/noise_floor.h"
-#include "workbench/identify/robust.h"
-#include "workbench/identify/standard_errors.h"
-#include "workbench/log/text.h"
+#include "workbench/estimate/nonlinear/checks.h"
+#include "workbench/estimate/linear/robust.h"
+#include "workbench/estimate/uncertainty/noise_floor.h"
+#include "workbench/estimate/uncertainty/standard_errors.h"
+#include "workbench/model/effects/effect_registry.h"
 #include "workbench/report/html.h"
+#include "workbench/report/results.h"
+#include "workbench/report/text_tables.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -20,7 +22,7 @@ using nlohmann::json;
 
 json report_of(const Options& options, const Measurement& measurement, const FittedModel& fitted,
                double floor_N) {
-  json data = report_base(options, "fit");
+  json data = report_base(options.command_line, options.log, "fit");
   data["verdict"] = {{"kind", "fit"},
                      {"headline", fmt::format("Fitted: {} held-out error, noise floor {}.",
                                               newtons(fitted.holdout_rmse_N), newtons(floor_N))},
@@ -43,7 +45,7 @@ std::string outlier_line(const RobustFit& robust) {
 }  // namespace
 
 void run_fit(const Options& options) {
-  const std::vector<const EffectDescription*> own = declared_effects(options);
+  const std::vector<const EffectDescription*> own = declare_effects(options.own_effects);
   std::vector<std::string> ids = parse_effects(options.effects);
   for (const EffectDescription* effect : own) {
     if (std::find(ids.begin(), ids.end(), effect->id()) == ids.end()) ids.push_back(effect->id());
@@ -57,20 +59,22 @@ void run_fit(const Options& options) {
   RobustFit robust;
   FittedModel fitted;
   FittedModel reduced;
-  const Searched searched = search(options, progress, [&](Measurement& measured, WholeLogs& whole) {
+  LogSearch logs(log_request(options), progress);
+  do {
+    Measurement& measured = logs.measurement();
     check_combination(measured, ids);
-    check_enough(options, measured, ids);
+    check_enough(options.log, measured, ids);
     progress.show("fit");
     robust = fit_robustly(measured, settle_customary_shapes(measured, fit_effects(measured, ids, {})));
     fitted = with_standard_errors(measured, robust.model);
     progress.show("reduce to the controller");
     reduced = on_controller(measured, fitted);
-    whole.fit({&fitted, &reduced}, robust.limit_N, judging(progress));
-  });
-  const Measurement& measurement = *searched.measurement;
+    logs.fit_to_whole({&fitted, &reduced}, robust.limit_N);
+  } while (logs.extend());
+  const Measurement& measurement = logs.measurement();
   const double floor_N = NoiseFloor(measurement).of(fitted.terms);
-  Model model = model_of(options, measurement, fitted, reduced, floor_N);
-  model.history = {change_of(options, ids, 0.0, fitted.holdout_rmse_N, floor_N)};
+  Model model = model_of(options.log, measurement, fitted, reduced, floor_N);
+  model.history = {change_of(options.log, ids, 0.0, fitted.holdout_rmse_N, floor_N)};
 
   std::string text =
       fmt::format("log        {}\neffects    {}\n", printable(options.log), fmt::join(ids, ", "));

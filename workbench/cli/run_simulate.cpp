@@ -6,12 +6,11 @@
 #include <iterator>
 #include <memory>
 
+#include "workbench/base/quantity.h"
+#include "workbench/base/text.h"
 #include "workbench/cli/define_simulate.h"
-#include "workbench/cli/experiment/experiment.h"
-#include "workbench/cli/inputs.h"
-#include "workbench/cli/results.h"
-#include "workbench/diagnose/quantity.h"
-#include "workbench/log/text.h"
+#include "workbench/papers/experiment.h"
+#include "workbench/report/results.h"
 #include "workbench/simulate/open_loop.h"
 #include "workbench/simulate/set_points.h"
 
@@ -114,7 +113,7 @@ ExperimentResult simulate_log(const SimulateOptions& wanted, const Model& model,
   }
   OpenLoopOptions options{wanted.start_s, wanted.end_s,
                           [&](double fraction) { progress.show("simulate", fraction); }};
-  const OpenLoop found = simulate_open_loop(measurement, terms_on(measurement, model), options);
+  const OpenLoop found = simulate_open_loop(measurement, terms_on(measurement, model.terms), options);
   if (!std::isfinite(found.rmse_m)) {
     throw InputError(fmt::format("{}: the simulated axis runs away; the model does not fit this log",
                                  printable(wanted.model)));
@@ -158,7 +157,7 @@ ExperimentResult simulate_set_points(const SimulateOptions& wanted, const Model&
   return result;
 }
 
-void run_simulate(const Options& options, const SimulateOptions& wanted) {
+void run_simulate(const std::string& command_line, const SimulateOptions& wanted) {
   if (wanted.log.empty() == wanted.set_points.empty()) {
     throw UsageError(
         "simulate: give either --log, to start from its force, or --setpoints, to ask for theirs");
@@ -169,7 +168,7 @@ void run_simulate(const Options& options, const SimulateOptions& wanted) {
   if (!(wanted.start_s >= 0.0) || !(wanted.end_s >= 0.0)) {
     throw UsageError("--start, --end: must not be negative");
   }
-  deliver(options, wanted.outputs, {wanted.model, wanted.log, wanted.set_points}, [&](Progress& progress) {
+  deliver(command_line, wanted.outputs, {wanted.model, wanted.log, wanted.set_points}, [&](Progress& progress) {
     const Model model = read_model(wanted.model);
     if (!(mass_kg(model.terms) > 0.0)) {
       throw InputError(
@@ -182,7 +181,7 @@ void run_simulate(const Options& options, const SimulateOptions& wanted) {
 
 }  // namespace
 
-void define_simulate(CLI::App& app, const Options& options) {
+void define_simulate(CLI::App& app, const std::string& command_line) {
   CLI::App* command = app.add_subcommand(
       "simulate", "Run a model forward: from a log's force to the position, or from set points to the force");
   auto wanted = std::make_shared<SimulateOptions>();
@@ -195,7 +194,7 @@ void define_simulate(CLI::App& app, const Options& options) {
   command->add_option("--end", wanted->end_s, "where to stop (default: the end of the log)")->type_name("S");
   add_word(*command, "--out", wanted->outputs.out, "FILE", "write the simulated motion or force, CSV");
   add_experiment_outputs(*command, wanted->outputs);
-  command->callback([&options, wanted] { run_simulate(options, *wanted); });
+  command->callback([&command_line, wanted] { run_simulate(command_line, *wanted); });
 }
 
 }  // namespace slipstack::workbench

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <utility>
 
-#include "workbench/diagnose/evidence.h"
-#include "workbench/diagnose/reduction.h"
+#include "workbench/diagnose/evidence/evidence.h"
+#include "workbench/diagnose/evidence/reduction.h"
 
 namespace slipstack::workbench {
 namespace {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "workbench/diagnose/diagnose.h"
-#include "workbench/diagnose/search.h"
+#include "workbench/diagnose/search/search.h"
 
 namespace slipstack::workbench {
 

@@ -5,15 +5,15 @@
 #include <utility>
 #include <vector>
 
+#include "workbench/diagnose/alternatives/judgement.h"
 #include "workbench/diagnose/candidates.h"
-#include "workbench/diagnose/judgement.h"
-#include "workbench/diagnose/mass_and_mode.h"
-#include "workbench/diagnose/search.h"
-#include "workbench/diagnose/simplify.h"
-#include "workbench/diagnose/steps.h"
-#include "workbench/diagnose/undecided.h"
-#include "workbench/identify/noise_floor.h"
-#include "workbench/identify/standard_errors.h"
+#include "workbench/diagnose/detectability/undecided.h"
+#include "workbench/diagnose/evidence/mass_and_mode.h"
+#include "workbench/diagnose/evidence/simplify.h"
+#include "workbench/diagnose/search/search.h"
+#include "workbench/diagnose/search/steps.h"
+#include "workbench/estimate/uncertainty/noise_floor.h"
+#include "workbench/estimate/uncertainty/standard_errors.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -35,16 +35,6 @@ void settle(const Measurement& measurement, Found& found) {
   if (found.best.added.size() > 1) prune(measurement, found.yardstick, found.best);
 }
 
-/// Puts the errors that the whole logs show in place of the excerpt's; what they do not bear out goes.
-void judge_on_whole(const Measurement& measurement, const DiagnoseOptions& options, Diagnosis& diagnosis) {
-  options.report("judge by the whole logs", 0.0);
-  options.judge_on_whole(diagnosis);
-  drop_unearned_steps(measurement, diagnosis);
-  std::vector<std::string> added;
-  for (std::size_t i = 1; i < diagnosis.steps.size(); ++i) added.push_back(diagnosis.steps[i].added);
-  rank_candidates(diagnosis, added);
-}
-
 }  // namespace
 
 const char* name_of(Verdict verdict) {
@@ -63,28 +53,39 @@ void DiagnoseOptions::report(const std::string& stage, double fraction) const {
   if (progress) progress(stage, fraction);
 }
 
-Diagnosis diagnose(const Measurement& measurement, const DiagnoseOptions& options) {
-  const NoiseFloor floor(measurement);
-  Diagnosis diagnosis;
+EffectSearch::EffectSearch(const Measurement& measurement, const DiagnoseOptions& options)
+    : measurement_(measurement), options_(options), floor_(measurement) {
   options.report("fit the baseline", 0.0);
-  diagnosis.baseline = fit_baseline(measurement, options);
+  diagnosis_.baseline = fit_baseline(measurement, options);
 
-  Found found = search(measurement, options, diagnosis.baseline, floor);
+  Found found = search(measurement, options, diagnosis_.baseline, floor_);
   settle(measurement, found);
 
-  diagnosis.candidates = list_candidates(found);
-  rank_candidates(diagnosis, found.best.added);
-  list_steps(measurement, found.best, diagnosis);
-  diagnosis.explained = std::move(found.best.model);
-  if (options.judge_on_whole) judge_on_whole(measurement, options, diagnosis);
-  diagnosis.noise_floor_N = floor.of(diagnosis.explained.terms);
+  diagnosis_.candidates = list_candidates(found);
+  rank_candidates(diagnosis_, found.best.added);
+  list_steps(measurement, found.best, diagnosis_);
+  diagnosis_.explained = std::move(found.best.model);
+}
 
-  judge(measurement, diagnosis);
-  list_what_cannot_be_shown(measurement, diagnosis);
-  list_what_cannot_be_separated(measurement, diagnosis);
-  if (diagnosis.steps.size() == 2) show_as_handed_out(diagnosis);
-  options.report("done", 1.0);
-  return diagnosis;
+void EffectSearch::drop_what_whole_logs_do_not_support() {
+  drop_unearned_steps(measurement_, diagnosis_);
+  std::vector<std::string> added;
+  for (std::size_t i = 1; i < diagnosis_.steps.size(); ++i) added.push_back(diagnosis_.steps[i].added);
+  rank_candidates(diagnosis_, added);
+}
+
+Diagnosis EffectSearch::conclude() {
+  diagnosis_.noise_floor_N = floor_.of(diagnosis_.explained.terms);
+  judge(measurement_, diagnosis_);
+  list_what_cannot_be_shown(measurement_, diagnosis_);
+  list_what_cannot_be_separated(measurement_, diagnosis_);
+  if (diagnosis_.steps.size() == 2) show_as_handed_out(diagnosis_);
+  options_.report("done", 1.0);
+  return std::move(diagnosis_);
+}
+
+Diagnosis diagnose(const Measurement& measurement, const DiagnoseOptions& options) {
+  return EffectSearch(measurement, options).conclude();
 }
 
 }  // namespace slipstack::workbench

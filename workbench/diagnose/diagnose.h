@@ -6,10 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "workbench/diagnose/separation.h"
-#include "workbench/diagnose/structure.h"
-#include "workbench/diagnose/visibility.h"
-#include "workbench/identify/fit.h"
+#include "workbench/diagnose/alternatives/structure.h"
+#include "workbench/diagnose/detectability/detectability.h"
+#include "workbench/diagnose/detectability/separation.h"
+#include "workbench/estimate/nonlinear/fit.h"
+#include "workbench/estimate/uncertainty/noise_floor.h"
 
 namespace slipstack::workbench {
 
@@ -58,11 +59,27 @@ struct DiagnoseOptions {
   std::function<void(const std::string& stage, double fraction)> progress;  ///< may be empty
   /// Effects to try, all of the catalogue where empty. The answer does not depend on their order.
   std::vector<std::string> candidates = {};
-  /// Where the measurement is an excerpt: puts the errors that the whole logs show in place of the excerpt's.
-  std::function<void(Diagnosis&)> judge_on_whole = {};
 
   /// Tells `progress`, where there is one.
   void report(const std::string& stage, double fraction) const;
+};
+
+/// A diagnosis in two steps, between which the errors of the whole logs may take the place of the excerpt's.
+class EffectSearch {
+ public:
+  /// Fits the baseline and searches what it lacks: candidates and steps. Both references must outlive this.
+  EffectSearch(const Measurement& measurement, const DiagnoseOptions& options);
+  Diagnosis& diagnosis() { return diagnosis_; }
+  /// After the errors in diagnosis() were replaced: drops the steps that these do not support.
+  void drop_what_whole_logs_do_not_support();
+  /// The verdict, and what the log cannot show or separate.
+  Diagnosis conclude();
+
+ private:
+  const Measurement& measurement_;
+  const DiagnoseOptions& options_;
+  NoiseFloor floor_;
+  Diagnosis diagnosis_;
 };
 
 /// What the axis does that the baseline does not: every effect of the catalogue that the baseline lacks is

@@ -9,10 +9,10 @@
 #include <string_view>
 #include <utility>
 
-#include "workbench/log/columns.h"
-#include "workbench/log/encoder_step.h"
-#include "workbench/log/sampling.h"
-#include "workbench/log/text.h"
+#include "workbench/base/text.h"
+#include "workbench/log/csv/columns.h"
+#include "workbench/log/sampling/encoder_step.h"
+#include "workbench/log/sampling/sampling.h"
 
 namespace slipstack::workbench {
 namespace {

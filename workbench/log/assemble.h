@@ -4,8 +4,8 @@
 #include <optional>
 #include <string>
 
+#include "workbench/log/csv/raw_table.h"
 #include "workbench/log/log.h"
-#include "workbench/log/raw_table.h"
 
 namespace slipstack::workbench {
 

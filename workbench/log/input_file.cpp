@@ -9,7 +9,7 @@
 #include <system_error>
 #include <utility>
 
-#include "workbench/log/input_error.h"
+#include "workbench/base/errors.h"
 
 namespace slipstack::workbench {
 namespace {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "workbench/log/input_error.h"
+#include "workbench/base/errors.h"
 
 namespace slipstack::workbench {
 

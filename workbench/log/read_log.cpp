@@ -3,12 +3,12 @@
 #include <new>
 #include <string_view>
 
+#include "workbench/base/text.h"
 #include "workbench/log/assemble.h"
-#include "workbench/log/csv.h"
+#include "workbench/log/csv/csv.h"
 #include "workbench/log/input_file.h"
 #include "workbench/log/log.h"
-#include "workbench/log/mat.h"
-#include "workbench/log/text.h"
+#include "workbench/log/mat/mat.h"
 
 namespace slipstack::workbench {
 namespace {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "firmware/effects/model.h"
-#include "workbench/identify/terms.h"
+#include "workbench/model/term.h"
 
 namespace slipstack::workbench {
 

@@ -6,10 +6,11 @@
 #include <cmath>
 
 #include "firmware/effects/presliding_hysteresis.h"
-#include "workbench/expression/definition.h"
-#include "workbench/identify/user_effect.h"
-#include "workbench/log/input_error.h"
-#include "workbench/log/text.h"
+#include "workbench/base/errors.h"
+#include "workbench/base/text.h"
+#include "workbench/model/effects/effect_registry.h"
+#include "workbench/model/effects/user_effect.h"
+#include "workbench/model/expression/definition.h"
 #include "workbench/model/model.h"
 
 namespace slipstack::workbench {

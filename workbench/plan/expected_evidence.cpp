@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "workbench/identify/noise_floor.h"
-#include "workbench/identify/shape_search.h"
+#include "workbench/estimate/nonlinear/shape_search.h"
+#include "workbench/estimate/uncertainty/noise_floor.h"
 
 namespace slipstack::workbench {
 namespace {

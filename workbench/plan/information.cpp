@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "workbench/diagnose/separation.h"
+#include "workbench/diagnose/detectability/separation.h"
 
 namespace slipstack::workbench {
 namespace {

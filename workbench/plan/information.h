@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "workbench/identify/fit.h"
+#include "workbench/estimate/nonlinear/fit.h"
 
 namespace slipstack::workbench {
 

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "workbench/diagnose/quantity.h"
+#include "workbench/base/quantity.h"
 
 namespace slipstack::workbench {
 namespace {

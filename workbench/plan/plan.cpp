@@ -6,8 +6,8 @@
 #include <random>
 #include <stdexcept>
 
-#include "workbench/identify/noise_floor.h"
-#include "workbench/identify/shape_search.h"
+#include "workbench/estimate/nonlinear/shape_search.h"
+#include "workbench/estimate/uncertainty/noise_floor.h"
 #include "workbench/plan/sequence.h"
 
 namespace slipstack::workbench {

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "workbench/identify/terms.h"
+#include "workbench/estimate/terms/terms.h"
 #include "workbench/plan/pieces.h"
 
 namespace slipstack::workbench {

@@ -8,10 +8,10 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "workbench/diagnose/held_out.h"
-#include "workbench/diagnose/quantity.h"
-#include "workbench/identify/spectrum.h"
-#include "workbench/log/text.h"
+#include "workbench/base/quantity.h"
+#include "workbench/base/text.h"
+#include "workbench/diagnose/evidence/held_out.h"
+#include "workbench/signal/spectrum.h"
 
 namespace slipstack::workbench {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "workbench/identify/linearisation.h"
+#include "workbench/estimate/linear/linearisation.h"
 
 namespace slipstack::workbench {
 

@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "workbench/identify/terms.h"
+#include "workbench/estimate/terms/terms.h"
 
 namespace slipstack::workbench {
 

@@ -4,8 +4,8 @@
 #include <functional>
 #include <vector>
 
-#include "workbench/identify/measurement.h"
-#include "workbench/identify/terms.h"
+#include "workbench/estimate/measurement/measurement.h"
+#include "workbench/estimate/terms/terms.h"
 
 namespace slipstack::workbench {
 

@@ -9,8 +9,8 @@
 #include <iterator>
 #include <map>
 
-#include "workbench/log/input_error.h"
-#include "workbench/log/text.h"
+#include "workbench/base/errors.h"
+#include "workbench/base/text.h"
 #include "workbench/simulate/model_stepper.h"
 
 namespace slipstack::workbench {

@@ -15,10 +15,10 @@
 #include "sim_host/log/record.h"
 #include "sim_host/log/write.h"
 #include "tests/bench/blind/estimates.h"
-#include "tests/unit/identify/simulated_axis.h"
-#include "workbench/identify/noise_floor.h"
-#include "workbench/identify/robust.h"
-#include "workbench/identify/standard_errors.h"
+#include "tests/unit/estimate/simulated_axis.h"
+#include "workbench/estimate/linear/robust.h"
+#include "workbench/estimate/uncertainty/noise_floor.h"
+#include "workbench/estimate/uncertainty/standard_errors.h"
 #include "workbench/log/log.h"
 
 namespace {

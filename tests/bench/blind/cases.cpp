@@ -12,8 +12,8 @@
 #include "sim_host/log/record.h"
 #include "sim_host/log/write.h"
 #include "workbench/diagnose/diagnose.h"
-#include "workbench/diagnose/team_logs.h"
-#include "workbench/identify/standard_errors.h"
+#include "workbench/estimate/uncertainty/standard_errors.h"
+#include "workbench/long_logs/team_logs.h"
 
 namespace slipstack::bench {
 namespace {

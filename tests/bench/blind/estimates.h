@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "workbench/identify/terms.h"
+#include "workbench/estimate/terms/terms.h"
 
 namespace slipstack::bench {
 

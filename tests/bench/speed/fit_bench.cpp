@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "workbench/identify/fit.h"
-#include "workbench/identify/noise_floor.h"
-#include "workbench/identify/robust.h"
+#include "workbench/estimate/linear/robust.h"
+#include "workbench/estimate/nonlinear/fit.h"
+#include "workbench/estimate/uncertainty/noise_floor.h"
 #include "workbench/log/log.h"
 
 int main(int count, char** words) {

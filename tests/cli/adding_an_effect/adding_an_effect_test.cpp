@@ -15,8 +15,9 @@
 #include "sim_host/log/draw.h"
 #include "sim_host/log/record.h"
 #include "workbench/diagnose/diagnose.h"
-#include "workbench/identify/effect_catalogue.h"
-#include "workbench/identify/noise_floor.h"
+#include "workbench/estimate/uncertainty/noise_floor.h"
+#include "workbench/model/effects/effect_catalogue.h"
+#include "workbench/model/effects/effect_registry.h"
 
 namespace slipstack {
 namespace {

@@ -9,8 +9,8 @@
 #include <span>
 #include <string>
 
-#include "workbench/cli/can/master.h"
-#include "workbench/cli/output.h"
+#include "workbench/console/output.h"
+#include "workbench/controller/master.h"
 
 namespace {
 

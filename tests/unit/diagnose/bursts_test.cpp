@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // A burst of the force is heard wherever the axis is, and no fast move, spike or noise is taken for one.
-#include "workbench/diagnose/bursts.h"
+#include "workbench/diagnose/alternatives/bursts.h"
 
 #include <gtest/gtest.h>
 
-#include "tests/unit/identify/identify_support.h"
+#include "tests/unit/estimate/estimate_support.h"
 
 namespace slipstack::workbench {
 namespace {

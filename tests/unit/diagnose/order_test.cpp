@@ -5,7 +5,7 @@
 #include <random>
 
 #include "tests/unit/diagnose/diagnosed.h"
-#include "tests/unit/identify/simulated_axis.h"
+#include "tests/unit/estimate/simulated_axis.h"
 
 // What the answer must not depend on.
 namespace slipstack::workbench {

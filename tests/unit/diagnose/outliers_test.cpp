@@ -4,9 +4,9 @@
 #include <gtest/gtest.h>
 
 #include "tests/unit/diagnose/diagnosed.h"
-#include "tests/unit/identify/identify_support.h"
-#include "tests/unit/identify/simulated_axis.h"
-#include "workbench/identify/standard_errors.h"
+#include "tests/unit/estimate/estimate_support.h"
+#include "tests/unit/estimate/simulated_axis.h"
+#include "workbench/estimate/uncertainty/standard_errors.h"
 
 namespace slipstack::workbench {
 namespace {

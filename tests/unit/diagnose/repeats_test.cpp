@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A ripple repeats along the rail: strokes over whole pitches must show it, not only the places of rest.
-#include "workbench/diagnose/repeats.h"
+#include "workbench/diagnose/evidence/repeats.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,8 @@
 #include <numbers>
 
 #include "tests/unit/diagnose/diagnosed.h"
-#include "tests/unit/identify/identify_support.h"
+#include "tests/unit/estimate/estimate_support.h"
+#include "workbench/model/effects/effect_registry.h"
 
 namespace slipstack::workbench {
 namespace {

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // Structure in a residual: found where it was put, and only there.
-#include "workbench/diagnose/structure.h"
+#include "workbench/diagnose/alternatives/structure.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "tests/unit/identify/identify_support.h"
-#include "workbench/diagnose/held_out.h"
-#include "workbench/diagnose/lines.h"
-#include "workbench/diagnose/places.h"
-#include "workbench/diagnose/reversals.h"
+#include "tests/unit/estimate/estimate_support.h"
+#include "workbench/diagnose/alternatives/lines.h"
+#include "workbench/diagnose/alternatives/places.h"
+#include "workbench/diagnose/alternatives/reversals.h"
+#include "workbench/diagnose/evidence/held_out.h"
 
 namespace slipstack::workbench {
 namespace {

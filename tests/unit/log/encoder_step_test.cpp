@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/log/encoder_step.h"
+#include "workbench/log/sampling/encoder_step.h"
 
 #include <gtest/gtest.h>
 

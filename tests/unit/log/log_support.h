@@ -16,9 +16,9 @@
 
 #include "workbench/log/assemble.h"
 #include "workbench/log/byte_source.h"
-#include "workbench/log/csv.h"
+#include "workbench/log/csv/csv.h"
 #include "workbench/log/log.h"
-#include "workbench/log/mat.h"
+#include "workbench/log/mat/mat.h"
 
 namespace slipstack::workbench::test {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/log/mat_elements.h"
+#include "workbench/log/mat/mat_elements.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/log/sampling.h"
+#include "workbench/log/sampling/sampling.h"
 
 #include <gtest/gtest.h>
 

@@ -13,7 +13,7 @@
 #include <string_view>
 
 #include "firmware/effects/presliding_hysteresis.h"
-#include "workbench/log/input_error.h"
+#include "workbench/base/errors.h"
 #include "workbench/model/model.h"
 
 namespace slipstack::workbench::test {

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "tests/unit/model/model_support.h"
+#include "workbench/model/effects/effect_registry.h"
 
 namespace slipstack::workbench::test {
 namespace {

@@ -5,7 +5,8 @@
 
 #include <cmath>
 
-#include "workbench/identify/shape_search.h"
+#include "workbench/estimate/nonlinear/shape_search.h"
+#include "workbench/model/effects/effect_registry.h"
 
 namespace slipstack::workbench {
 namespace {

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/diagnose/separation.h"
+#include "workbench/diagnose/detectability/separation.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
+#include "workbench/model/effects/effect_registry.h"
 #include "workbench/plan/information.h"
 
 namespace slipstack::workbench {

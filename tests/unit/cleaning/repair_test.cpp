@@ -1,0 +1,407 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/cleaning/repair.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/estimate/estimate_support.h"
+#include "tests/unit/estimate/simulated_axis.h"
+#include "workbench/estimate/linear/robust.h"
+#include "workbench/estimate/uncertainty/noise_floor.h"
+
+// Faults of a recorder, put into a log of the plant.
+namespace slipstack::workbench {
+namespace {
+
+const std::vector<std::string> kEffects{"inertia", "presliding_hysteresis", "viscous"};
+
+Log plant_log(std::uint64_t seed) {
+  sim::Bench bench = sim::draw_bench(sim::Setup::kPickAndPlace, 1);
+  bench.programme.seconds = 20.0;
+  Log log = test::simulate(bench, seed);
+  log.mass_kg.reset();
+  // As a file would have it: five decimals.
+  for (double& force : log.force_N) force = 1e-5 * std::round(1e5 * force);
+  return log;
+}
+
+/// Stretches of at least so many samples in which the position stays within an encoder step.
+std::vector<Stretch> rests_of(const Log& log, std::size_t shortest) {
+  const std::vector<double>& x = log.position_m;
+  std::vector<Stretch> rests;
+  for (std::size_t i = 0; i < x.size();) {
+    std::size_t end = i + 1;
+    while (end < x.size() && std::abs(x[end] - x[i]) <= 1.5 * *log.encoder_resolution_m) ++end;
+    if (end - i >= shortest) rests.push_back({i, end});
+    i = end;
+  }
+  return rests;
+}
+
+struct Found {
+  double mass_kg = 0.0;
+  double level_N = 0.0;
+  double error_N = 0.0;
+  std::vector<std::string> mended;
+};
+
+Found found_in(const Log& log) {
+  Measurement measurement(log);
+  weigh_rows(measurement);
+  const RobustFit fit = fit_robustly(measurement, fit_effects(measurement, kEffects, {}));
+  const Term& hysteresis = *find_term(fit.model.terms, "presliding_hysteresis");
+  Found found;
+  found.mass_kg = find_term(fit.model.terms, "inertia")->gains[0];
+  for (std::size_t i = 0; i < hysteresis.gains.size(); ++i) {
+    found.level_N += hysteresis.gains[i] * hysteresis.shapes[i];
+  }
+  found.error_N = fit.model.holdout_rmse_N;
+  found.mended = measurement.parts()[0].mended;
+  return found;
+}
+
+/// The faulty log gives the clean one's answer, and says what was done.
+void expect_same(const Log& clean, const Log& faulty, const char* said, double share = 0.01) {
+  const Found truth = found_in(clean);
+  const Found found = found_in(faulty);
+  ASSERT_EQ(truth.mended.size(), 0u) << truth.mended.front();
+  EXPECT_NEAR(found.mass_kg, truth.mass_kg, share * truth.mass_kg);
+  EXPECT_NEAR(found.level_N, truth.level_N, share * truth.level_N);
+  EXPECT_LT(found.error_N, 1.3 * truth.error_N);
+  ASSERT_FALSE(found.mended.empty());
+  EXPECT_NE(found.mended.front().find(said), std::string::npos) << found.mended.front();
+}
+
+TEST(Mend, LeavesCleanLogsAlone) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    const Log log = plant_log(seed);
+    Log copy = log;
+    EXPECT_TRUE(mend(copy).notes.empty()) << seed;
+    EXPECT_EQ(copy.force_N, log.force_N);
+    EXPECT_EQ(copy.position_m, log.position_m);
+  }
+  const Log wandering = test::wandering_log(1, 1000.0, 20000);
+  Log copy = wandering;
+  EXPECT_TRUE(mend(copy).notes.empty());
+}
+
+TEST(Mend, WildSamplesOfForceAndPosition) {
+  const Log clean = plant_log(11);
+  test::Draw draw(5);
+  Log wild = clean;
+  for (int i = 0; i < 40; ++i) {
+    const auto at =
+        static_cast<std::size_t>(draw.uniform(100.0, static_cast<double>(clean.force_N.size()) - 100.0));
+    wild.force_N[at] += draw.sign() * draw.log_uniform(20.0, 2000.0);
+  }
+  expect_same(clean, wild, "wild samples of the force");
+  Log glitches = clean;
+  for (int i = 0; i < 10; ++i) {
+    const auto at =
+        static_cast<std::size_t>(draw.uniform(100.0, static_cast<double>(clean.force_N.size()) - 100.0));
+    glitches.position_m[at] += draw.sign() * 4096e-6;
+  }
+  expect_same(clean, glitches, "of the position");
+}
+
+// One in a hundred: many are near another by chance, which makes no burst of them.
+TEST(Mend, WildSamplesThatHappenToBeNearToEachOther) {
+  const Log clean = plant_log(11);
+  test::Draw draw(15);
+  Log wild = clean;
+  int left = 0;
+  int wild_ones = 0;
+  for (std::size_t i = 100; i + 100 < clean.force_N.size(); ++i) {
+    if (draw.uniform(0.0, 1.0) < 0.01) wild.force_N[i] += draw.sign() * draw.log_uniform(20.0, 200.0);
+  }
+  Log mended = wild;
+  EXPECT_EQ(mend(mended).notes.size(), 1U);
+  for (std::size_t i = 0; i < clean.force_N.size(); ++i) {
+    if (wild.force_N[i] == clean.force_N[i]) continue;
+    ++wild_ones;
+    if (mended.force_N[i] == wild.force_N[i]) ++left;
+  }
+  EXPECT_GT(wild_ones, 100);
+  EXPECT_LT(left, wild_ones / 40);
+}
+
+TEST(Mend, ABurstIsAnEventAndStays) {
+  Log log = plant_log(12);
+  test::Draw draw(6);
+  for (std::size_t i = 20000; i < 20200; ++i) {
+    if (draw.uniform(0.0, 1.0) < 0.5) log.force_N[i] += draw.sign() * draw.uniform(10.0, 100.0);
+  }
+  Log copy = log;
+  EXPECT_TRUE(mend(copy).notes.empty());
+  EXPECT_EQ(copy.force_N, log.force_N);
+}
+
+TEST(Mend, SamplesWrittenAgain) {
+  const Log clean = plant_log(13);
+  test::Draw draw(7);
+  Log repeats = clean;
+  for (int i = 0; i < 300; ++i) {
+    const auto at =
+        static_cast<std::size_t>(draw.uniform(100.0, static_cast<double>(clean.force_N.size()) - 100.0));
+    repeats.force_N[at] = repeats.force_N[at - 1];
+    repeats.position_m[at] = repeats.position_m[at - 1];
+  }
+  expect_same(clean, repeats, "repeat the one before");
+}
+
+// What a mass did between two samples bends; a straight line there is itself wild.
+TEST(Mend, InterpolatedPositionsBend) {
+  const Log clean = plant_log(13);
+  Log repeats = clean;
+  std::vector<std::size_t> places;
+  for (std::size_t i = 100; i + 100 < clean.force_N.size(); i += 83) {
+    repeats.force_N[i] = repeats.force_N[i - 1];
+    repeats.position_m[i] = repeats.position_m[i - 1];
+    places.push_back(i);
+  }
+  ASSERT_GT(places.size(), 200U);
+  EXPECT_EQ(mend(repeats).notes.size(), 1U);
+  double worst_m = 0.0;
+  for (const std::size_t i : places) {
+    worst_m = std::max(worst_m, std::abs(repeats.position_m[i] - clean.position_m[i]));
+  }
+  EXPECT_LE(worst_m, 1.5 * *clean.encoder_resolution_m);
+}
+
+// A controller's command creeps while the axis rests: in the digits of a file it stands for some samples and
+// goes on, which no recorder does.
+TEST(Mend, ACommandThatCreepsAtRestStays) {
+  Log log = plant_log(18);
+  std::size_t equal = 0;
+  for (const auto& [i, end] : rests_of(log, 20)) {
+    for (std::size_t k = i + 1; k < end; ++k) {
+      log.position_m[k] = log.position_m[i];
+      log.force_N[k] = log.force_N[i] + 1e-4 * static_cast<double>((k - i) / (i % 2 == 0 ? 3 : 10));
+      equal += log.force_N[k] == log.force_N[k - 1] ? 1 : 0;
+    }
+  }
+  ASSERT_GT(equal, 500U);
+  const Log before = log;
+  const Mending mending = mend(log);
+  EXPECT_TRUE(mending.notes.empty()) << mending.notes.front();
+  EXPECT_TRUE(mending.cut.empty());
+  EXPECT_EQ(log.force_N, before.force_N);
+  EXPECT_EQ(log.position_m, before.position_m);
+}
+
+TEST(Mend, ForceAtItsLimit) {
+  const Log clean = plant_log(14);
+  Log limited = clean;
+  double largest = 0.0;
+  for (const double force : clean.force_N) largest = std::max(largest, std::abs(force));
+  for (double& force : limited.force_N) force = std::clamp(force, -0.6 * largest, 0.6 * largest);
+  expect_same(clean, limited, "at its limit", 0.02);
+}
+
+TEST(Mend, FrozenForce) {
+  const Log clean = plant_log(15);
+  Log off = clean;
+  std::fill(off.force_N.begin() + 15000, off.force_N.begin() + 19000, 0.0);
+  expect_same(clean, off, "frozen");
+}
+
+// A current that a controller commands is constant while nothing moves: no fault, however often.
+TEST(Mend, ForceWithoutNoiseAtRestStays) {
+  Log log = plant_log(18);
+  std::size_t still = 0;
+  for (const Stretch& rest : rests_of(log, 8)) {
+    std::fill(log.force_N.begin() + static_cast<std::ptrdiff_t>(rest.first),
+              log.force_N.begin() + static_cast<std::ptrdiff_t>(rest.end), log.force_N[rest.first]);
+    still += rest.size();
+  }
+  ASSERT_GT(still, 500u);
+  const Log before = log;
+  const Mending mending = mend(log);
+  EXPECT_TRUE(mending.cut.empty());
+  EXPECT_TRUE(mending.notes.empty()) << mending.notes.front();
+  EXPECT_EQ(log.force_N, before.force_N);
+}
+
+TEST(Mend, StuckEncoder) {
+  const Log clean = plant_log(16);
+  Log stuck = clean;
+  // While it moves: the first fast stretch behind the middle.
+  std::size_t at = clean.position_m.size() / 2;
+  while (std::abs(clean.position_m[at + 1] - clean.position_m[at]) < 20e-6) ++at;
+  std::fill_n(stuck.position_m.begin() + static_cast<std::ptrdiff_t>(at), 200, clean.position_m[at]);
+  ASSERT_GT(std::abs(clean.position_m[at + 200] - clean.position_m[at]), 1e-3);
+  expect_same(clean, stuck, "encoder stuck", 0.02);
+}
+
+// Stuck more than once, and each time until the axis rests: no rest by which the force could be judged, nor
+// an encoder that lost counts.
+TEST(Mend, EncoderStuckUntilTheAxisRests) {
+  Log clean = plant_log(16);
+  clean.mass_kg = 10.0;
+  Log stuck = clean;
+  const auto step = [&](std::size_t i) { return std::abs(clean.position_m[i + 1] - clean.position_m[i]); };
+  int times = 0;
+  for (std::size_t at = clean.position_m.size() / 2; times < 3 && at + 3000 < clean.position_m.size(); ++at) {
+    if (step(at) < 20e-6) continue;
+    std::size_t rests = at;
+    while (rests < at + 2500 && clean.position_m[rests] != clean.position_m[rests + 40]) ++rests;
+    if (clean.position_m[rests] != clean.position_m[rests + 40]) continue;
+    std::fill(stuck.position_m.begin() + static_cast<std::ptrdiff_t>(at),
+              stuck.position_m.begin() + static_cast<std::ptrdiff_t>(rests + 10), clean.position_m[at]);
+    ++times;
+    at = rests + 500;
+  }
+  ASSERT_EQ(times, 3);
+  const Mending mending = mend(stuck);
+  EXPECT_TRUE(mending.jumps.empty()) << mending.notes.front();
+  EXPECT_EQ(mending.cut.size(), 3U);
+}
+
+/// From sample `at` on the encoder reads so much more.
+Log with_jump(Log log, std::size_t at, double jump_m) {
+  for (std::size_t i = at; i < log.position_m.size(); ++i) log.position_m[i] += jump_m;
+  return log;
+}
+
+// At speed, as when counts come too fast; it may also happen while the axis rests. Both are taken back.
+TEST(Mend, JumpsOfTheEncoder) {
+  Log clean = plant_log(16);
+  clean.mass_kg = 10.0;
+  const auto step = [&](std::size_t i) { return std::abs(clean.position_m[i + 1] - clean.position_m[i]); };
+  std::size_t moves = clean.position_m.size() / 2;
+  while (step(moves) < 20e-6) ++moves;
+  std::size_t rests = clean.position_m.size() / 4;
+  while (clean.position_m[rests - 40] != clean.position_m[rests + 40]) ++rests;
+  for (const std::size_t at : {moves, rests}) {
+    for (const double jump_m : {-200e-6, 90e-6}) {
+      Log log = with_jump(clean, at, jump_m);
+      const Mending mending = mend(log);
+      ASSERT_EQ(mending.jumps.size(), 1U) << at;
+      EXPECT_EQ(mending.jumps[0].sample, at);
+      EXPECT_NEAR(mending.jumps[0].jump_m, jump_m, 2e-6);
+      EXPECT_NEAR(log.position_m.back(), clean.position_m.back(), 2e-6);
+      EXPECT_TRUE(mending.cut.empty());
+      // Of a piece it is told and left: other pieces of the log do not know of it.
+      Log piece = with_jump(clean, at, jump_m);
+      EXPECT_EQ(mend(piece, Mended::piece).jumps.size(), 1U);
+      EXPECT_EQ(piece.position_m.back(), clean.position_m.back() + jump_m);
+    }
+  }
+  expect_same(plant_log(16), with_jump(plant_log(16), moves, 200e-6), "of the encoder taken back");
+}
+
+// Knocks, the corners of moves and a steep start are motion.
+TEST(Mend, NoMotionIsAJumpOfTheEncoder) {
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    sim::Bench bench = sim::draw_bench(sim::Setup::kRandom, seed);
+    bench.programme.seconds = 20.0;
+    const sim::MotionProgramme programme = sim::draw_programme(bench, seed);
+    sim::add_outside(bench.axis, sim::OutsideKind::kBacklash, programme, bench.rate_Hz, 0.0, seed);
+    const sim::SimulatedLog log = sim::simulate_log(bench.axis, programme, bench.rate_Hz, seed);
+    EXPECT_TRUE(encoder_jumps(test::log_of(bench.axis, log)).empty()) << seed;
+  }
+}
+
+// Pick and place at 200 samples a second: whole moves between two samples at rest, of a few samples each.
+TEST(Mend, MovesOfAFewSamplesAreNoFault) {
+  test::Draw draw(11);
+  Log log;
+  log.path = "test";
+  log.sample_rate_Hz = 200.0;
+  log.encoder_resolution_m = 1e-7;
+  double from_m = 0.0;
+  for (int move = 0; move < 40; ++move) {
+    const double way_m = draw.sign() * draw.log_uniform(1e-4, 2e-2);
+    const double samples = draw.uniform(3.0, 7.0);
+    for (int i = 0; i < 60; ++i) {
+      const double u = std::min(1.0, i / samples);
+      const double x_m = from_m + way_m * u * u * u * (10.0 + u * (6.0 * u - 15.0));
+      log.position_m.push_back(1e-7 * std::round(1e7 * x_m));
+      log.force_N.push_back(1e-4 * std::round(1e4 * (5.0 * (1.0 - 2.0 * u) + 0.05 * draw.normal())));
+    }
+    from_m += way_m;
+  }
+  const Mending mending = mend(log);
+  EXPECT_TRUE(mending.cut.empty()) << mending.notes.front();
+  EXPECT_TRUE(mending.jumps.empty()) << mending.notes.front();
+}
+
+// It never comes back: stuck in the middle of a move, or while the axis rested before further moves.
+TEST(Mend, EncoderStuckToTheEnd) {
+  const Log clean = plant_log(16);
+  const std::size_t count = clean.position_m.size();
+  for (const bool at_rest : {false, true}) {
+    Log stuck = clean;
+    std::size_t at = count * 3 / 4;
+    const auto step = [&](std::size_t i) { return std::abs(clean.position_m[i + 1] - clean.position_m[i]); };
+    while (at_rest ? step(at) > 0.0 || step(at + 40) > 0.0 : step(at) < 20e-6) ++at;
+    std::fill(stuck.position_m.begin() + static_cast<std::ptrdiff_t>(at), stuck.position_m.end(),
+              clean.position_m[at]);
+    expect_same(clean, stuck, "to the end of the log", 0.03);
+  }
+}
+
+TEST(Mend, StandingAtTheEndIsNoFault) {
+  Log log = plant_log(16);
+  test::Draw draw(10);
+  const double held_m = log.position_m.back();
+  for (int i = 0; i < 3000; ++i) {
+    log.position_m.push_back(held_m);
+    log.force_N.push_back(1e-5 * std::round(1e5 * (0.05 * draw.normal())));
+  }
+  EXPECT_TRUE(mend(log).cut.empty());
+}
+
+TEST(Mend, MotionWithoutForce) {
+  const Log clean = plant_log(17);
+  Log idle = clean;
+  test::Draw draw(8);
+  std::size_t at = clean.position_m.size() / 3;
+  while (std::abs(clean.position_m[at + 1] - clean.position_m[at]) < 20e-6) ++at;
+  for (std::size_t i = at; i < at + 3000; ++i) idle.force_N[i] = 1e-5 * std::round(1e4 * draw.normal());
+  expect_same(clean, idle, "without any force", 0.02);
+}
+
+TEST(Mend, TooMuchIsRefused) {
+  Log log = plant_log(18);
+  test::Draw draw(9);
+  for (std::size_t i = 50; i + 50 < log.force_N.size(); i += 31) log.force_N[i] += 500.0 * draw.sign();
+  try {
+    mend(log);
+    FAIL() << "taken";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("are wild"), std::string::npos);
+    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+  }
+}
+
+TEST(Robust, AFewKnocksDoNotMoveTheAnswer) {
+  const Log clean = plant_log(19);
+  Log knocked = clean;
+  test::Draw draw(10);
+  for (int knock = 0; knock < 6; ++knock) {
+    const auto at =
+        static_cast<std::size_t>(draw.uniform(9000.0, static_cast<double>(clean.force_N.size()) - 200.0));
+    for (std::size_t i = at; i < at + 40; ++i) knocked.force_N[i] += 60.0;
+  }
+  Measurement measurement(knocked);
+  weigh_rows(measurement);
+  const FittedModel plain = fit_effects(measurement, kEffects, {});
+  const RobustFit robust = fit_robustly(measurement, plain);
+  EXPECT_GT(robust.outliers, 5);
+  const double truth = found_in(clean).mass_kg;
+  const auto mass = [](const FittedModel& model) { return find_term(model.terms, "inertia")->gains[0]; };
+  EXPECT_NEAR(mass(robust.model), truth, 0.005 * truth);
+  EXPECT_LE(std::abs(mass(robust.model) - truth), std::abs(mass(plain) - truth) + 1e-3 * truth);
+  EXPECT_LT(robust.model.holdout_rmse_N, 0.5 * plain.holdout_rmse_N);
+}
+
+TEST(Robust, GaussianResidualsAreNotTouched) {
+  Measurement measurement(test::wandering_log(20, 500.0, 8000));
+  const FittedModel plain = fit_effects(measurement, {"inertia", "viscous", "offset_force"}, {});
+  const RobustFit robust = fit_robustly(measurement, plain);
+  EXPECT_EQ(robust.outliers, 0);
+  EXPECT_EQ(robust.model.terms[0].gains, plain.terms[0].gains);
+}
+
+}  // namespace
+}  // namespace slipstack::workbench

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+// What looks like an effect and is another one, or none.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "sim_host/log/closed_loop.h"
+#include "tests/unit/diagnose/diagnosed.h"
+#include "tests/unit/estimate/estimate_support.h"
+#include "tests/unit/estimate/simulated_axis.h"
+
+namespace slipstack::workbench {
+namespace {
+
+using test::diagnosed;
+
+constexpr double kTurn = 2.0 * std::numbers::pi;
+
+sim::Bench bench_of(std::uint64_t seed) {
+  sim::Bench bench = sim::draw_bench(sim::Setup::kRandom, seed);
+  bench.programme.seconds = 25.0;
+  return bench;
+}
+
+std::vector<std::string> added(const Diagnosis& is) {
+  std::vector<std::string> ids;
+  for (std::size_t i = 1; i < is.steps.size(); ++i) ids.push_back(is.steps[i].added);
+  std::sort(ids.begin(), ids.end());
+  return ids;
+}
+
+/// A tenth of the mass swings at 24 Hz.
+void let_swing(sim::Axis& axis) {
+  sim::Resonance arm;
+  arm.frequency_rad_per_s = kTurn * 24.0;
+  arm.damping_ratio = 0.02;
+  arm.ratio = 0.1;
+  axis.effects.resonance = arm;
+}
+
+TEST(StandIns, AModeAloneNeedsNoPayload) {
+  sim::Bench bench = bench_of(31);
+  let_swing(bench.axis);
+  EXPECT_EQ(added(diagnosed(test::simulate(bench, 31))), std::vector<std::string>{"structural_resonance"});
+}
+
+// The mode's rigid mass and a mass that no log declares are one force: the axis keeps its mass.
+TEST(StandIns, AModeLeavesAFittedMassToTheAxis) {
+  sim::Bench bench = bench_of(31);
+  let_swing(bench.axis);
+  Log log = test::simulate(bench, 31);
+  log.mass_kg.reset();
+  const Diagnosis is = diagnosed(log);
+  EXPECT_EQ(added(is), std::vector<std::string>{"structural_resonance"});
+  const Term& mode = *find_term(is.explained.terms, "structural_resonance");
+  EXPECT_EQ(mode.gains[2], 0.0);
+  const double found_kg = mass_kg(is.explained.terms) + mode.gains[0];
+  EXPECT_NEAR(found_kg, bench.axis.mass_kg, 0.01 * bench.axis.mass_kg);
+  EXPECT_LT(mode.gains[0], 0.2 * bench.axis.mass_kg);
+}
+
+// A fifth of a sample between the clocks is no delay of the axis; what it does at fast moves looks like play.
+TEST(StandIns, WhatInstrumentsErrIsToldBesideItsSymptoms) {
+  for (const double part_of_tick : {0.2, 1.5}) {
+    sim::Bench bench = bench_of(33);
+    bench.axis.force_noise_N *= 0.1;
+    bench.axis.encoder_resolution_m *= 0.1;
+    bench.axis.effects.delay = sim::RecordingDelay{part_of_tick / bench.rate_Hz, 0.0};
+    const Diagnosis is = diagnosed(test::simulate(bench, 33));
+    if (part_of_tick > 1.0) {
+      EXPECT_EQ(added(is), std::vector<std::string>{"time_delay"});
+      continue;
+    }
+    EXPECT_EQ(is.verdict, Verdict::unexplained);
+    ASSERT_TRUE(is.unexplained);
+    EXPECT_NE(is.unexplained->description.find("time_delay would lower the error"), std::string::npos)
+        << is.unexplained->description;
+  }
+}
+
+TEST(StandIns, APayloadBesideAModeIsNamed) {
+  sim::Bench bench = bench_of(31);
+  let_swing(bench.axis);
+  bench.axis.effects.payload_kg = 0.06 * bench.axis.mass_kg;
+  const Diagnosis is = diagnosed(test::simulate(bench, 31));
+  ASSERT_EQ(added(is), (std::vector<std::string>{"payload_mass", "structural_resonance"}));
+  const double found_kg = find_term(is.explained.terms, "payload_mass")->gains[0];
+  EXPECT_NEAR(found_kg, 0.06 * bench.axis.mass_kg, 0.01 * bench.axis.mass_kg);
+}
+
+// So few counts are lost that the model stays good: the log is not all right all the same. Once they are
+// taken back, what the axis does beside is named as without.
+TEST(StandIns, LostCountsAreTold) {
+  for (const double payload_share : {0.0, 0.2}) {
+    sim::Bench bench = bench_of(33);
+    bench.axis.effects.payload_kg = payload_share * bench.axis.mass_kg;
+    Log log = test::simulate(bench, 33);
+    std::size_t at = log.position_m.size() / 2;
+    while (std::abs(log.position_m[at + 1] - log.position_m[at]) * log.sample_rate_Hz < 0.03) ++at;
+    for (std::size_t i = at; i < log.position_m.size(); ++i) log.position_m[i] += 40e-6;
+    const Diagnosis is = diagnosed(log);
+    ASSERT_TRUE(is.unexplained);
+    EXPECT_EQ(is.unexplained->coordinate, "time");
+    EXPECT_NEAR(is.unexplained->where, static_cast<double>(at) / log.sample_rate_Hz, 1e-3);
+    EXPECT_EQ(is.verdict, payload_share > 0.0 ? Verdict::missing_effect : Verdict::unexplained);
+    const std::vector<std::string> hidden(payload_share > 0.0 ? 1 : 0, "payload_mass");
+    EXPECT_EQ(added(is), hidden);
+  }
+}
+
+TEST(StandIns, APayloadAndADelayAreNoMode) {
+  sim::Bench bench = bench_of(33);
+  bench.axis.effects.payload_kg = 0.2 * bench.axis.mass_kg;
+  bench.axis.effects.delay = sim::RecordingDelay{2e-3, 0.0};
+  EXPECT_EQ(added(diagnosed(test::simulate(bench, 33))),
+            (std::vector<std::string>{"payload_mass", "time_delay"}));
+}
+
+// This axis' virgin curve has no finite stiffness at its start: below the encoder's step there is force left
+// that steps with the sign of velocity. Its controller creeps and reverses within a few steps.
+TEST(StandIns, ASteepVirginCurveIsNoCoulombFriction) {
+  constexpr std::uint64_t kSeed = 61005;
+  const sim::Bench bench = sim::draw_bench(sim::Setup::kRandom, kSeed);
+  const sim::MotionProgramme programme = sim::draw_programme(bench, kSeed);
+  const Log log =
+      test::log_of(bench.axis, sim::simulate_closed_loop_log(bench.axis, programme, bench.rate_Hz, kSeed));
+  const Diagnosis is = diagnosed(log);
+  EXPECT_EQ(is.verdict, Verdict::complete) << is.steps.back().added;
+}
+
+// Friction far from any sum of stop operators, in motion of one frequency: whatever else fits, an arm of many
+// times the axis' mass does not swing there.
+TEST(StandIns, AnArmHeavierThanItsAxisIsNotNamed) {
+  test::Draw draw(5);
+  const auto x = [](double t) {
+    return 4e-5 * (std::sin(kTurn * 0.5 * t) + 0.6 * std::sin(kTurn * 1.3 * t));
+  };
+  double lagging_N = 0.0;
+  Log log = test::log_of(1000.0, 20000, x, [&](double t) {
+    // Creeps after the displacement with a time constant near the motion's own.
+    lagging_N += 1e-3 / 0.3 * (2e5 * x(t) - lagging_N);
+    return lagging_N + 0.02 * draw.normal();
+  });
+  log.mass_kg = 10.0;
+  log.encoder_resolution_m = 1e-9;
+  const Diagnosis is = diagnosed(log);
+  const Term* mode = find_term(is.explained.terms, "structural_resonance");
+  if (mode != nullptr && std::abs(mode->gains[0]) > 50.0) {
+    EXPECT_EQ(is.verdict, Verdict::unexplained);
+  }
+  EXPECT_NE(is.verdict, Verdict::complete);
+}
+
+}  // namespace
+}  // namespace slipstack::workbench

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a log can show follows from how the axis moved in it.
+#include "workbench/diagnose/detectability/detectability.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "tests/unit/estimate/estimate_support.h"
+#include "workbench/model/effects/effect_registry.h"
+
+namespace slipstack::workbench {
+namespace {
+
+/// Long fast strokes, with slow ones between them where `slow`; friction of one level.
+Measurement strokes(bool slow) {
+  test::Draw draw(6);
+  const auto position_m = [slow](double t_s) {
+    const double calm_s = 42.0 * std::numbers::pi / 9.0;  // the axis is where it began
+    return slow && t_s > calm_s ? 2e-3 * std::sin(t_s - calm_s) : 0.08 * std::sin(9.0 * t_s);
+  };
+  Log log = test::log_of(1000.0, 30'000, position_m, [](double) { return 0.0; });
+  for (std::size_t i = 1; i < log.force_N.size(); ++i) {
+    const double velocity_mps = (log.position_m[i] - log.position_m[i - 1]) * 1000.0;
+    log.force_N[i] = 4.0 * std::tanh(velocity_mps / 1e-4) + 0.05 * draw.normal();
+  }
+  return Measurement(log);
+}
+
+Visibility of_effect(const Measurement& measurement, const char* id, double shape) {
+  const FittedModel base = fit_gains(measurement, {make_term(measurement, *find_effect("inertia")),
+                                                   make_term(measurement, *find_effect("coulomb"))});
+  Term term = make_term(measurement, *find_effect(id));
+  if (!term.shapes.empty()) term.shapes[0] = shape;
+  return visibility_of(measurement, base, baseline_imitation(measurement, base), term, 0.03);
+}
+
+TEST(Visibility, OfStribeckNeedsSlowMotion) {
+  const Visibility fast = of_effect(strokes(false), "stribeck", 3e-3);
+  const Visibility both = of_effect(strokes(true), "stribeck", 3e-3);
+  EXPECT_GT(both.share, 0.2);
+  EXPECT_LT(both.least_N, 0.2);
+  EXPECT_GT(fast.least_N, 1.5 * both.least_N);
+}
+
+// The same column under another name: a payload beside a free mass can never be told apart.
+TEST(Visibility, OfWhatTheBaselineImitatesIsNone) {
+  const Visibility payload = of_effect(strokes(true), "payload_mass", 0.0);
+  EXPECT_LT(payload.share, 1e-6);
+  EXPECT_GT(payload.least_N, 100.0);
+}
+
+TEST(Visibility, OfAnOrthogonalForceIsWhole) {
+  const Visibility offset = of_effect(strokes(true), "offset_force", 0.0);
+  EXPECT_GT(offset.share, 0.9);
+  // A constant of this rms raises the error by what naming asks for.
+  const Measurement measurement = strokes(true);
+  const FittedModel base = fit_gains(measurement, {make_term(measurement, *find_effect("inertia")),
+                                                   make_term(measurement, *find_effect("coulomb"))});
+  // Its peak is its rms.
+  const double with_it = std::hypot(base.holdout_rmse_N, offset.least_N * std::sqrt(offset.share));
+  EXPECT_NEAR(base.holdout_rmse_N / with_it, 0.97, 1e-9);
+}
+
+}  // namespace
+}  // namespace slipstack::workbench

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+// The floor that a model is judged by, against what the true model of a simulated axis really leaves.
+#include "workbench/estimate/uncertainty/noise_floor.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "sim_host/log/closed_loop.h"
+#include "tests/unit/estimate/estimate_support.h"
+#include "tests/unit/estimate/simulated_axis.h"
+#include "workbench/model/effects/effect_registry.h"
+
+namespace slipstack::workbench {
+namespace {
+
+/// An axis whose bank of elements the workbench can hold.
+sim::Bench bench_of(sim::Setup setup, std::uint64_t seed) {
+  sim::Bench bench = sim::draw_bench(setup, seed);
+  bench.axis.elements = 30;
+  bench.programme.seconds = 30.0;
+  return bench;
+}
+
+/// What the true model leaves over what the floor says, noise and encoder multiplied as told.
+double left_over_floor(sim::Bench bench, std::uint64_t seed, double noise, double encoder) {
+  bench.axis.force_noise_N *= noise;
+  bench.axis.encoder_resolution_m *= encoder;
+  const Measurement measurement(test::simulate(bench, seed));
+  const Terms truth = test::truth_of(measurement, bench.axis);
+  const double left_N = measurement.weighted_rms(Linearisation(measurement, truth).residual_N());
+  return left_N / NoiseFloor(measurement).of(truth);
+}
+
+struct Spread {
+  double mean = 0.0;
+  double lowest = 1e9;
+  double highest = 0.0;
+  double near = 0.0;  ///< share within 15 % of the floor
+};
+Spread spread_over(std::uint64_t first_seed, int logs, double noise, double encoder) {
+  Spread spread;
+  for (int k = 0; k < logs; ++k) {
+    const std::uint64_t seed = first_seed + static_cast<std::uint64_t>(k);
+    const auto setup = k % 4 == 0 ? sim::Setup::kPickAndPlace : sim::Setup::kRandom;
+    const double ratio = left_over_floor(bench_of(setup, seed), seed, noise, encoder);
+    spread.mean += ratio / logs;
+    spread.lowest = std::min(spread.lowest, ratio);
+    spread.highest = std::max(spread.highest, ratio);
+    spread.near += std::abs(ratio - 1.0) < 0.15 ? 1.0 / logs : 0.0;
+  }
+  return spread;
+}
+
+// A log has a dozen dwells, and where in its cell the axis stood in each of them is a matter of luck: single
+// logs scatter, their mean must not.
+TEST(NoiseFloor, IsWhatTheTrueModelLeaves) {
+  const Spread spread = spread_over(0, 16, 1.0, 1.0);
+  EXPECT_NEAR(spread.mean, 1.05, 0.1);
+  EXPECT_GT(spread.lowest, 0.8);
+  EXPECT_LT(spread.highest, 1.35);
+  EXPECT_GT(spread.near, 0.6);
+}
+
+// The encoder is all there is: nothing hides an error of that part behind the noise of the force.
+TEST(NoiseFloor, KnowsQuantisationByItself) {
+  const Spread spread = spread_over(20, 10, 0.2, 1.0);
+  EXPECT_NEAR(spread.mean, 1.1, 0.2);
+  EXPECT_GT(spread.lowest, 0.7);
+  EXPECT_LT(spread.highest, 1.6);
+}
+
+TEST(NoiseFloor, KnowsForceNoiseByItself) {
+  const Spread spread = spread_over(40, 6, 3.0, 0.1);
+  EXPECT_NEAR(spread.mean, 1.0, 0.03);
+  EXPECT_GT(spread.lowest, 0.95);
+  EXPECT_LT(spread.highest, 1.05);
+}
+
+// A drive that pushes the axis with its own noise, seen by no sensor: the measured current does not carry it,
+// the motion does. What the true model leaves is that noise, and the floor must say so; without it, five
+// times too low. Nor is noise what the controller does from sample to sample: it is measured and moves the
+// axis.
+TEST(NoiseFloor, KnowsForcesThatNoSensorSees) {
+  double mean = 0.0;
+  double by_sensor_only = 0.0;
+  constexpr int kLogs = 16;
+  for (std::uint64_t seed = 60; seed < 60 + kLogs; ++seed) {
+    const sim::Bench bench = bench_of(sim::Setup::kRandom, seed);
+    const sim::SimulatedLog simulated =
+        sim::simulate_closed_loop_log(bench.axis, sim::draw_programme(bench, seed), bench.rate_Hz, seed);
+    Measurement measurement(test::log_of(bench.axis, simulated));
+    weigh_rows(measurement);
+    const Terms truth = test::truth_of(measurement, bench.axis);
+    const double left_N = measurement.weighted_rms(Linearisation(measurement, truth).residual_N());
+    const double ratio = left_N / NoiseFloor(measurement).of(truth);
+    EXPECT_GT(ratio, 0.75) << seed;
+    EXPECT_LT(ratio, 1.5) << seed;
+    mean += ratio / kLogs;
+    by_sensor_only += left_N / measurement.filtered_force_noise_N() / kLogs;
+  }
+  EXPECT_NEAR(mean, 1.05, 0.06);
+  EXPECT_GT(by_sensor_only, 3.0) << "nothing that the sensor does not see";
+}
+
+// Noise that is given is not doubted.
+TEST(NoiseFloor, LeavesAGivenNoiseAlone) {
+  const Log log = test::wandering_log(11, 1000.0, 20'000, 0.5);
+  const Measurement measurement(log, {.force_noise_N = 0.01});
+  const Terms nothing{make_term(measurement, *find_effect("viscous"))};
+  EXPECT_NEAR(NoiseFloor(measurement).of(nothing), measurement.filtered_force_noise_N(), 1e-12);
+}
+
+}  // namespace
+}  // namespace slipstack::workbench

@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim_host/sensors/delay_line.h"
+#include "workbench/estimate/nonlinear/shape_search.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "tests/unit/estimate/estimate_support.h"
+#include "workbench/estimate/nonlinear/fit.h"
+#include "workbench/estimate/uncertainty/standard_errors.h"
+#include "workbench/model/effects/effect_registry.h"
+
+namespace slipstack::workbench {
+namespace {
+
+/// Distance in the coordinates of the search.
+double apart(const ShapeRange& range, double a, double b) {
+  return range.logarithmic ? std::log(a / b) : (a - b) / (range.upper - range.lower);
+}
+
+TEST(ShapeSearch, RangesLieWithinTheCatalogue) {
+  for (std::uint64_t seed = 0; seed < 4; ++seed) {
+    Log log = test::wandering_log(seed, 2000.0, 20'000);
+    if (seed % 2 == 0) log.encoder_resolution_m = 1e-7;
+    const Measurement measurement(log);
+    for (const EffectDescription& effect : catalogue()) {
+      for (const ShapeRange& range : searched_shapes(measurement, effect)) {
+        const ShapeSpec& spec = effect.shapes[range.index];
+        EXPECT_GE(range.lower, static_cast<double>(spec.lower)) << effect.id() << ' ' << spec.name;
+        EXPECT_LE(range.upper, static_cast<double>(spec.upper)) << effect.id() << ' ' << spec.name;
+        EXPECT_LE(range.lower, range.upper) << effect.id() << ' ' << spec.name;
+        if (range.logarithmic) {
+          EXPECT_GT(range.lower, 0.0) << effect.id() << ' ' << spec.name;
+        }
+      }
+    }
+  }
+}
+
+TEST(ShapeSearch, StartsLieWithinTheRanges) {
+  const Measurement measurement(test::wandering_log(5, 2000.0, 20'000));
+  test::Draw draw(6);
+  const Eigen::VectorXd residual = draw.matrix(measurement.row_count(), 1);
+  const Eigen::VectorXd force = draw.matrix(measurement.row_count(), 1);
+  for (const EffectDescription& effect : catalogue()) {
+    const auto starts = starting_shapes(measurement, effect, residual, force);
+    ASSERT_FALSE(starts.empty()) << effect.id();
+    for (const auto& shapes : starts) {
+      ASSERT_EQ(shapes.size(), effect.shapes.size()) << effect.id();
+      for (std::size_t i = 0; i < shapes.size(); ++i) {
+        EXPECT_GE(shapes[i], static_cast<double>(effect.shapes[i].lower)) << effect.id();
+        EXPECT_LE(shapes[i], static_cast<double>(effect.shapes[i].upper)) << effect.id();
+      }
+      for (const ShapeRange& range : searched_shapes(measurement, effect)) {
+        EXPECT_GE(shapes[range.index], range.lower) << effect.id();
+        EXPECT_LE(shapes[range.index], range.upper) << effect.id();
+      }
+    }
+  }
+}
+
+/// What the log says of a drag of this exponent, with so much viscous friction beside it.
+Term drag_found(double exponent, double viscous_N_s_per_m) {
+  Log log = test::wandering_log(7, 1000.0, 20'000);
+  Terms truth;
+  {
+    const Measurement measurement(log);
+    truth = {make_term(measurement, *find_effect("viscous")),
+             make_term(measurement, *find_effect("quadratic_drag"))};
+    truth[0].gains = {viscous_N_s_per_m};
+    truth[1].gains = {400.0};
+    truth[1].shapes = {exponent};
+    log.force_N = evaluate_force(measurement, truth).force_N;
+  }
+  test::Draw draw(3);
+  for (double& force_N : log.force_N) force_N += 0.002 * draw.normal();
+  const Measurement measurement(log);
+  std::vector<std::string> effects{"offset_force", "quadratic_drag"};
+  if (viscous_N_s_per_m > 0.0) effects.emplace_back("viscous");
+  const FittedModel fitted = settle_customary_shapes(measurement, fit_effects(measurement, effects, {}));
+  return *find_term(with_standard_errors(measurement, fitted).terms, "quadratic_drag");
+}
+
+TEST(ShapeSearch, GivesDragTheExponentOfTheLog) {
+  for (const double exponent : {1.7, 2.3}) {
+    const Term drag = drag_found(exponent, 0.0);
+    EXPECT_NEAR(drag.shapes[0], exponent, 0.02);
+    EXPECT_GT(drag.shape_standard_errors[0], 0.0);
+    EXPECT_NEAR(drag.shapes[0], exponent, 5.0 * drag.shape_standard_errors[0]);
+  }
+}
+
+TEST(ShapeSearch, LeavesDragItsSquareBesideViscousFriction) {
+  const Term drag = drag_found(2.0, 3.0);
+  EXPECT_NEAR(drag.shapes[0], 2.0, 0.05);
+  EXPECT_GE(drag.shapes[0], 2.0);
+  EXPECT_NEAR(drag.gains[0], 400.0, 80.0);
+}
+
+/// What the log says of a lag, of a force recorded with so much noise.
+Term lag_found(const ForceLag& lag, double noise_N, std::uint64_t seed) {
+  Log log = test::wandering_log(seed, 2000.0, 30'000);
+  {
+    const Measurement measurement(log);
+    Terms truth{make_term(measurement, *find_effect("viscous")),
+                make_term(measurement, *find_effect("inertia"))};
+    truth[0].gains = {8.0};
+    truth[1].gains = {3.0};
+    log.force_N = evaluate_force(measurement, truth).force_N;
+  }
+  sim::DelayLine recorder(1.0 / log.sample_rate_Hz, lag.delay_s, lag.filter_s);
+  for (double& force_N : log.force_N) force_N = recorder.push(force_N);
+  test::Draw draw(seed);
+  for (double& force_N : log.force_N) force_N += noise_N * draw.normal();
+  const Measurement measurement(log);
+  const FittedModel fitted = settle_customary_shapes(
+      measurement, fit_effects(measurement, {"inertia", "viscous", "time_delay"}, {}));
+  return *find_term(with_standard_errors(measurement, fitted).terms, "time_delay");
+}
+
+TEST(ShapeSearch, LeavesADelayADelay) {
+  for (const std::uint64_t seed : {21u, 22u, 23u}) {
+    const Term lag = lag_found({2e-3, 0.0}, 0.05, seed);
+    EXPECT_EQ(lag.shapes[1], 0.0);
+    EXPECT_EQ(lag.shape_standard_errors[1], 0.0);
+    EXPECT_NEAR(lag.shapes[0], 2e-3, 5.0 * lag.shape_standard_errors[0]);
+  }
+}
+
+// Noise that the inverse of the low pass makes louder does not make it shorter.
+TEST(ShapeSearch, TellsALowPassFromADelay) {
+  for (const ForceLag lag : {ForceLag{0.0, 4e-3}, ForceLag{2e-3, 3e-3}}) {
+    for (const double noise_N : {0.002, 0.05}) {
+      const Term found = lag_found(lag, noise_N, 24);
+      constexpr double kRamp_s = 1.5e-5;  // the recorder goes straight from sample to sample
+      EXPECT_GT(found.shape_standard_errors[1], 0.0);
+      EXPECT_NEAR(found.shapes[1], lag.filter_s, 4.0 * found.shape_standard_errors[1] + kRamp_s);
+      EXPECT_NEAR(found.shapes[0], lag.delay_s, 4.0 * found.shape_standard_errors[0] + kRamp_s);
+      EXPECT_NEAR(found.shapes[0] + found.shapes[1], lag.total_s(), 2e-4);
+      EXPECT_LT(found.shape_standard_errors[1], 0.25 * lag.filter_s);
+    }
+  }
+}
+
+TEST(ShapeSearch, FindsTheBottomOfABowl) {
+  const std::vector<ShapeRange> ranges{{0, 1e-4, 1.0, true}, {2, -2.0, 3.0, false}};
+  int calls = 0;
+  const auto cost = [&](const std::vector<double>& shapes) {
+    ++calls;
+    return 1.0 + std::pow(apart(ranges[0], shapes[0], 0.02), 2.0) +
+           10.0 * std::pow(apart(ranges[1], shapes[2], -0.7), 2.0);
+  };
+  const SearchResult result = refine_shapes(ranges, {0.1, 42.0, 1.0}, cost, 80);
+  EXPECT_NEAR(result.shapes[0] / 0.02, 1.0, 0.02);
+  EXPECT_NEAR(result.shapes[2], -0.7, 0.05);
+  EXPECT_EQ(result.shapes[1], 42.0);  // is not searched
+  EXPECT_LE(calls, 82);
+  EXPECT_EQ(result.cost, cost(result.shapes));
+}
+
+// A shape that wants beyond its bound stays on it, but for the rounding of a logarithm and back.
+TEST(ShapeSearch, StaysWithinItsBounds) {
+  test::Draw draw(7);
+  for (int trial = 0; trial < 200; ++trial) {
+    const bool logarithmic = trial % 4 != 0;
+    const auto lower = static_cast<double>(static_cast<float>(draw.log_uniform(1e-6, 1e-2)));
+    const auto upper = static_cast<double>(static_cast<float>(lower * draw.log_uniform(2.0, 1e5)));
+    const double sign = draw.sign();
+    double lowest = upper;
+    double highest = lower;
+    const auto cost = [&](const std::vector<double>& shapes) {
+      lowest = std::min(lowest, shapes[0]);
+      highest = std::max(highest, shapes[0]);
+      return 10.0 + sign * std::log(shapes[0]);
+    };
+    const SearchResult result =
+        refine_shapes({{0, lower, upper, logarithmic}}, {0.5 * (lower + upper)}, cost, 60);
+    EXPECT_GE(lowest, lower * (1.0 - 1e-14)) << trial;
+    EXPECT_LE(highest, upper * (1.0 + 1e-14)) << trial;
+    EXPECT_NEAR(result.shapes[0] / (sign > 0.0 ? lower : upper), 1.0, 0.05) << trial;
+  }
+}
+
+TEST(ShapeSearch, SlipDistancesAreEvenInTheLogarithm) {
+  const std::vector<double> slip = slip_distances(1e-7, 1e-3, 5, 8);
+  ASSERT_EQ(slip.size(), 8u);
+  for (std::size_t i = 0; i < 5; ++i)
+    EXPECT_NEAR(slip[i], std::pow(10.0, -7.0 + static_cast<double>(i)), 1e-12);
+  for (std::size_t i = 5; i < 8; ++i) EXPECT_EQ(slip[i], 0.0);
+}
+
+}  // namespace
+}  // namespace slipstack::workbench

@@ -1,0 +1,393 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/long_logs/whole_logs.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <barrier>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <mutex>
+#include <numeric>
+#include <thread>
+
+#include "tests/unit/estimate/simulated_axis.h"
+#include "workbench/base/errors.h"
+#include "workbench/long_logs/processes/requests.h"
+#include "workbench/long_logs/team_logs.h"
+
+// Long logs: what is found on an excerpt and judged by the whole is what a search of the whole would say.
+namespace slipstack::workbench {
+namespace {
+
+const std::vector<std::string> kBaseline{"inertia", "presliding_hysteresis"};
+
+/// A log of a simulated axis with viscous friction that no model knows of, in a file.
+std::filesystem::path viscous_file(const std::string& name, std::uint64_t seed, double seconds) {
+  sim::Bench bench = sim::draw_bench(sim::Setup::kPickAndPlace, seed);
+  bench.programme.seconds = seconds;
+  bench.rate_Hz = 1000.0;
+  Log log = test::simulate(bench, seed + 20);
+  const Measurement motion(log);
+  std::filesystem::path path = std::filesystem::path(testing::TempDir()) / name;
+  std::ofstream file(path);
+  file << "# mass_kg: " << *log.mass_kg << "\n# encoder_resolution_m: " << *log.encoder_resolution_m << "\n";
+  file << "time_s,position_m,force_N\n";
+  for (std::size_t i = 0; i < log.force_N.size(); ++i) {
+    file << fmt::format("{:.3f},{:.9f},{:.6f}\n", static_cast<double>(i) * 1e-3, log.position_m[i],
+                        log.force_N[i] + 15.0 * motion.velocity_mps()[i]);
+  }
+  return path;
+}
+
+struct Found {
+  Diagnosis diagnosis;
+  std::unique_ptr<Measurement> measurement;
+  std::vector<LogStretch> surprises;
+};
+
+Found diagnosed(const TeamLogs& logs, const std::vector<LogStretch>& stretches) {
+  Found found;
+  Searched searched = logs.measure(stretches, {});
+  found.measurement = std::move(searched.measurement);
+  WholeLogs whole(logs.logs(), *found.measurement, searched.weighing, logs.team());
+  DiagnoseOptions options;
+  options.baseline = kBaseline;
+  options.candidates = {"viscous",      "quadratic_drag", "coulomb",
+                        "offset_force", "time_delay",     "position_dependent_preload"};
+  if (found.measurement->is_excerpt()) {
+    options.judge_on_whole = [&](Diagnosis& diagnosis) { whole.judge(diagnosis, {}); };
+  }
+  found.diagnosis = diagnose(*found.measurement, options);
+  found.surprises = whole.surprises(stretches);
+  return found;
+}
+
+std::vector<LogStretch> everything(const std::vector<LongLog>& logs) {
+  std::vector<LogStretch> all;
+  for (std::size_t log = 0; log < logs.size(); ++log) all.push_back({log, 0, logs[log].sample_count()});
+  return all;
+}
+
+/// Threads that pose as processes.
+class Posing final : public Team {
+ public:
+  struct Shared {
+    explicit Shared(int members) : size(members), barrier(members), said(static_cast<std::size_t>(members)) {}
+    int size;
+    std::barrier<> barrier;
+    std::vector<std::string> said;
+  };
+  Posing(Shared& shared, int rank) : shared_(shared), rank_(rank) {}
+  int rank() const override { return rank_; }
+  int size() const override { return shared_.size; }
+  std::string broadcast(std::string said, int from) override {
+    if (rank_ == from) shared_.said[0] = std::move(said);
+    shared_.barrier.arrive_and_wait();
+    std::string heard = shared_.said[0];
+    shared_.barrier.arrive_and_wait();
+    return heard;
+  }
+  std::vector<std::string> gather(std::string said) override {
+    shared_.said[static_cast<std::size_t>(rank_)] = std::move(said);
+    shared_.barrier.arrive_and_wait();
+    std::vector<std::string> heard;
+    if (rank_ == 0) heard = shared_.said;
+    shared_.barrier.arrive_and_wait();
+    return heard;
+  }
+
+ private:
+  Shared& shared_;
+  int rank_;
+};
+
+void expect_equal(const Diagnosis& a, const Diagnosis& b) {
+  EXPECT_EQ(a.verdict, b.verdict);
+  EXPECT_EQ(a.baseline.holdout_rmse_N, b.baseline.holdout_rmse_N);
+  ASSERT_EQ(a.explained.log_errors.size(), b.explained.log_errors.size());
+  for (std::size_t log = 0; log < a.explained.log_errors.size(); ++log) {
+    EXPECT_EQ(a.explained.log_errors[log].rmse_N, b.explained.log_errors[log].rmse_N);
+    EXPECT_EQ(a.explained.log_errors[log].holdout_rmse_N, b.explained.log_errors[log].holdout_rmse_N);
+  }
+  ASSERT_EQ(a.candidates.size(), b.candidates.size());
+  for (std::size_t i = 0; i < a.candidates.size(); ++i) {
+    EXPECT_EQ(a.candidates[i].term.id(), b.candidates[i].term.id());
+    EXPECT_EQ(a.candidates[i].holdout_rmse_N, b.candidates[i].holdout_rmse_N) << a.candidates[i].term.id();
+    EXPECT_EQ(a.candidates[i].error_reduction_se, b.candidates[i].error_reduction_se);
+  }
+}
+
+TEST(WholeLogs, AnExcerptJudgedByTheWholeSaysWhatTheWholeSays) {
+  const std::filesystem::path path = viscous_file("viscous.csv", 5, 260.0);
+  Alone alone;
+  const TeamLogs team_logs(alone, {path.string()}, 0);
+  const std::vector<LongLog>& logs = team_logs.logs();
+  const std::vector<LogStretch> stretches = choose_stretches(logs);
+  const std::size_t chosen =
+      std::accumulate(stretches.begin(), stretches.end(), std::size_t{0},
+                      [](std::size_t sum, const auto& one) { return sum + one.count; });
+  ASSERT_LT(chosen, logs[0].sample_count() * 3 / 4);
+  const Found excerpt = diagnosed(team_logs, stretches);
+  const Found whole = diagnosed(team_logs, everything(logs));
+  ASSERT_TRUE(excerpt.measurement->is_excerpt());
+  EXPECT_EQ(excerpt.diagnosis.verdict, whole.diagnosis.verdict);
+  ASSERT_EQ(excerpt.diagnosis.candidates.front().term.id(), "viscous");
+  EXPECT_NEAR(excerpt.diagnosis.baseline.holdout_rmse_N / whole.diagnosis.baseline.holdout_rmse_N, 1.0, 0.05);
+  EXPECT_NEAR(
+      excerpt.diagnosis.candidates.front().holdout_rmse_N / whole.diagnosis.candidates.front().holdout_rmse_N,
+      1.0, 0.10);
+  EXPECT_NEAR(excerpt.diagnosis.candidates.front().term.gains[0], 15.0, 1.0);
+  EXPECT_TRUE(excerpt.surprises.empty());
+}
+
+/// What the first process of a team does while the others serve.
+template <class Work>
+void as_team(int members, Work&& work) {
+  Posing::Shared shared(members);
+  std::vector<std::jthread> threads;
+  threads.reserve(static_cast<std::size_t>(members));
+  for (int rank = 1; rank < members; ++rank) {
+    threads.emplace_back([&shared, rank] {
+      Posing team(shared, rank);
+      serve_logs(team);
+    });
+  }
+  Posing first(shared, 0);
+  const Dismissal dismissal(first);
+  work(first);
+}
+
+TEST(WholeLogs, TheAnswerIsTheSameForAnyNumberOfProcesses) {
+  const std::vector<std::string> paths{viscous_file("one.csv", 6, 180.0).string(),
+                                       viscous_file("two.csv", 6, 120.0).string()};
+  Alone alone;
+  const TeamLogs logs(alone, paths, 0);
+  const std::vector<LogStretch> stretches = choose_stretches(logs.logs());
+  const Found one = diagnosed(logs, stretches);
+  ASSERT_TRUE(one.measurement->is_excerpt());
+  as_team(3, [&](Team& team) {
+    const TeamLogs shared(team, paths, 0);
+    expect_equal(one.diagnosis, diagnosed(shared, stretches).diagnosis);
+  });
+}
+
+TEST(WholeLogs, GainsAreThoseOfTheWholeAndWildInstantsAreHeldBack) {
+  const std::filesystem::path path = viscous_file("gains.csv", 5, 260.0);
+  Alone alone;
+  const TeamLogs logs(alone, {path.string()}, 0);
+  const std::vector<std::string> effects{"inertia", "presliding_hysteresis", "viscous"};
+  const auto viscous = [](const FittedModel& model) { return find_term(model.terms, "viscous")->gains[0]; };
+  const Searched all = logs.measure(everything(logs.logs()), {});
+  const FittedModel by_all = fit_effects(*all.measurement, effects, {});
+  const Searched part = logs.measure(choose_stretches(logs.logs()), {});
+  ASSERT_TRUE(part.measurement->is_excerpt());
+  const FittedModel by_part = fit_effects(*part.measurement, effects, {});
+  WholeLogs whole(logs.logs(), *part.measurement, part.weighing, alone);
+  const auto ignore = [](double) {};
+  const auto judged = [&](double limit_N) {
+    FittedModel model = by_part;
+    whole.fit({&model}, limit_N, ignore);
+    return model;
+  };
+  const FittedModel plain = judged(0.0);
+  EXPECT_LT(std::abs(viscous(plain) - viscous(by_all)), 0.5 * std::abs(viscous(by_part) - viscous(by_all)));
+  EXPECT_NEAR(plain.holdout_rmse_N / by_all.holdout_rmse_N, 1.0, 0.05);
+  // What the model is told to leave, it leaves.
+  const WholeLogs::Left left = whole.left_by({plain.terms}, ignore).front();
+  EXPECT_NEAR(left.rmse_N / plain.train_rmse_N, 1.0, 0.01);
+  EXPECT_EQ(left.relative_error, plain.relative_error);
+  // A limit that nothing reaches changes nothing; one that many reach pulls towards the median.
+  EXPECT_EQ(viscous(judged(1e6)), viscous(plain));
+  EXPECT_NE(viscous(judged(plain.train_rmse_N)), viscous(plain));
+  EXPECT_LT(judged(plain.train_rmse_N).train_rmse_N, plain.train_rmse_N);
+}
+
+/// Weighted rms of what a model leaves of one log, and its share of the force, at the rows.
+LogErrors errors_of(const Measurement& measurement, const Terms& terms, std::size_t log) {
+  const auto [first, count] = measurement.rows_of_log(log);
+  const Eigen::VectorXd measured_N = measurement.force_N().segment(first, count);
+  const Eigen::VectorXd left_N =
+      measured_N - measurement.filtered(evaluate_force(measurement, terms).force_N).segment(first, count);
+  const Eigen::VectorXd weights = measurement.row_weights().segment(first, count);
+  return {std::sqrt(weights.dot(left_N.cwiseAbs2()) / weights.sum()), 0.0, left_N.norm() / measured_N.norm()};
+}
+
+TEST(WholeLogs, ErrorsOfEachLogAreThoseOfItsWhole) {
+  const std::vector<std::string> paths{viscous_file("first.csv", 5, 260.0).string(),
+                                       viscous_file("second.csv", 5, 130.0).string()};
+  Alone alone;
+  const TeamLogs logs(alone, paths, 0);
+  const Searched all = logs.measure(everything(logs.logs()), {});
+  const Searched part = logs.measure(choose_stretches(logs.logs()), {});
+  ASSERT_TRUE(part.measurement->is_excerpt());
+  FittedModel model = fit_effects(*part.measurement, kBaseline, {});
+  EXPECT_TRUE(model.log_errors.empty());
+  WholeLogs whole(logs.logs(), *part.measurement, part.weighing, alone);
+  whole.fit({&model}, 0.0, {});
+  Reached reached;
+  reached.take(*all.measurement, 0, all.measurement->sample_count());
+  EXPECT_EQ(whole.reached().low_m, reached.low_m);
+  EXPECT_EQ(whole.reached().high_m, reached.high_m);
+  EXPECT_NEAR(whole.reached().velocity_mps / reached.velocity_mps, 1.0, 1e-3);
+  EXPECT_NEAR(whole.reached().acceleration_mps2 / reached.acceleration_mps2, 1.0, 1e-3);
+  const FittedModel by_all = fit_effects(*all.measurement, kBaseline, {});
+  ASSERT_EQ(model.log_errors.size(), 2u);
+  const std::vector<LogErrors> left = whole.left_by({model.terms}, {}).front().logs;
+  double excerpt_off = 0.0;
+  for (std::size_t log = 0; log < 2; ++log) {
+    const LogErrors& found = model.log_errors[log];
+    const LogErrors expected = errors_of(*all.measurement, model.terms, log);
+    EXPECT_NEAR(found.rmse_N / expected.rmse_N, 1.0, 0.01);
+    const LogErrors excerpt = errors_of(*part.measurement, model.terms, log);
+    excerpt_off = std::max(excerpt_off, std::abs(excerpt.rmse_N / expected.rmse_N - 1.0));
+    EXPECT_NEAR(found.relative_error / expected.relative_error, 1.0, 0.01);
+    EXPECT_EQ(found.rmse_N, left[log].rmse_N);
+    EXPECT_EQ(found.relative_error, left[log].relative_error);
+    EXPECT_EQ(left[log].holdout_rmse_N, 0.0);
+    const LogPart& own = all.measurement->parts()[log];
+    double held_out = 0.0;
+    double weight = 0.0;
+    for (int b = own.first_block; b < own.first_block + own.block_count; ++b) {
+      held_out += by_all.block_squared_error[static_cast<std::size_t>(b)];
+      weight += by_all.block_weight[static_cast<std::size_t>(b)];
+    }
+    EXPECT_NEAR(found.holdout_rmse_N / std::sqrt(held_out / weight), 1.0, 0.02);
+  }
+  // They are not those of the excerpt, which is chosen to show what is rare.
+  EXPECT_GT(excerpt_off, 0.03);
+}
+
+TEST(TeamLogs, AFaultAnywhereIsToldAsOneProcessTellsIt) {
+  const std::filesystem::path good = viscous_file("good.csv", 9, 40.0);
+  std::vector<std::string> paths{good.string()};
+  for (const char* name : {"bad1.csv", "bad2.csv", "bad3.csv"}) {
+    const std::filesystem::path bad = std::filesystem::path(testing::TempDir()) / name;
+    std::filesystem::copy_file(good, bad, std::filesystem::copy_options::overwrite_existing);
+    std::ofstream(bad, std::ios::app) << "40.000,zero,0\n";
+    paths.push_back(bad.string());
+  }
+  const auto refusal = [&](Team& team) -> std::string {
+    try {
+      const TeamLogs logs(team, paths, 0);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "nothing";
+  };
+  Alone alone;
+  const std::string told = refusal(alone);
+  EXPECT_NE(told.find("bad1.csv:"), std::string::npos) << told;
+  for (const int members : {2, 3}) {
+    as_team(members, [&](Team& team) { EXPECT_EQ(refusal(team), told) << members; });
+  }
+}
+
+TEST(TeamLogs, AFileThatShrinksMeanwhileEndsTheWorkOfAll) {
+  const std::filesystem::path path = viscous_file("shrinks.csv", 6, 260.0);
+  as_team(3, [&](Team& team) {
+    const TeamLogs logs(team, {path.string()}, 0);
+    const std::vector<LogStretch> stretches = choose_stretches(logs.logs());
+    std::filesystem::resize_file(path, std::filesystem::file_size(path) / 50);
+    EXPECT_THROW(logs.measure(stretches, {}), InputError);
+  });
+}
+
+TEST(WholeLogs, AnEventOutsideTheExcerptIsASurprise) {
+  const std::filesystem::path path = viscous_file("event.csv", 7, 400.0);
+  const std::vector<LongLog> logs{LongLog::open(path)};
+  const std::vector<LogStretch> stretches = choose_stretches(logs);
+  // A place that the excerpt leaves out.
+  std::size_t event = 0;
+  for (std::size_t i = 0; i + 1 < stretches.size(); ++i) {
+    const std::size_t end = stretches[i].first + stretches[i].count;
+    if (stretches[i + 1].first > end + 40'000) event = (end + stretches[i + 1].first) / 2;
+  }
+  ASSERT_GT(event, 0u);
+  const Log log = logs[0].piece(0, logs[0].sample_count());
+  const std::filesystem::path disturbed = std::filesystem::path(testing::TempDir()) / "disturbed.csv";
+  {
+    std::ofstream file(disturbed);
+    file << "# mass_kg: " << *log.mass_kg << "\n# encoder_resolution_m: " << *log.encoder_resolution_m
+         << "\n";
+    file << "time_s,position_m,force_N\n";
+    for (std::size_t i = 0; i < log.force_N.size(); ++i) {
+      const double away = (static_cast<double>(i) - static_cast<double>(event)) / 3000.0;
+      file << fmt::format("{:.3f},{:.9f},{:.6f}\n", static_cast<double>(i) * 1e-3, log.position_m[i],
+                          log.force_N[i] + 40.0 * std::exp(-away * away));
+    }
+  }
+  Alone alone;
+  const TeamLogs team_logs(alone, {disturbed.string()});
+  const Found found = diagnosed(team_logs, choose_stretches(team_logs.logs()));
+  ASSERT_FALSE(found.surprises.empty());
+  EXPECT_LE(found.surprises[0].first, event);
+  EXPECT_GE(found.surprises[0].first + found.surprises[0].count + 16'384, event);
+}
+
+TEST(ChooseStretches, ManagesWithCoarserGlances) {
+  const std::filesystem::path path = viscous_file("coarse.csv", 5, 400.0);
+  const LongLog fine = LongLog::open(path, 0);
+  Survey survey = *fine.survey();
+  survey.glances = Glances(512);
+  const Log all = fine.piece(0, fine.sample_count());
+  survey.glances.take(all.position_m);
+  ASSERT_EQ(survey.glances.samples(), 8 * kGlanceSamples);
+  const std::vector<LongLog> logs{LongLog::open(path, std::move(survey))};
+  std::size_t samples = 0;
+  for (const LogStretch& one : choose_stretches(logs)) {
+    samples += one.count;
+    EXPECT_LE(one.first + one.count, all.position_m.size());
+  }
+  EXPECT_GE(samples, kExcerptSamples);
+  EXPECT_LT(samples, 2 * kExcerptSamples);
+  for (std::size_t sample = 100'000; sample < 400'000; sample += 30'011) {
+    const std::size_t first = lead_in(logs[0], sample, 90'000);
+    ASSERT_LE(first, sample);
+    if (first + 90'000 <= sample) continue;  // not known for so long
+    const auto begin = all.position_m.begin();
+    const auto [low, high] = std::minmax_element(begin + static_cast<std::ptrdiff_t>(first),
+                                                 begin + static_cast<std::ptrdiff_t>(sample) + 1);
+    EXPECT_GT(*high - *low, 0.99 * swept_before_known_m(fine.travel_m()));
+  }
+}
+
+TEST(ChooseStretches, CoversSlowPartsAndFastOnesAndEveryLog) {
+  // Fast strokes nearly all the time; one per cent of it creeps.
+  const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / "creep.csv";
+  constexpr std::size_t kRows = 400'000;
+  const auto creeps = [](std::size_t i) { return i >= 300'000 && i < 304'000; };
+  {
+    std::ofstream file(path);
+    file << "time_s,position_m,force_N\n";
+    double x = 0.0;
+    for (std::size_t i = 0; i < kRows; ++i) {
+      const double v = creeps(i) ? 1e-4 : 0.5 * std::cos(static_cast<double>(i) * 0.004);
+      x += v * 1e-3;
+      file << fmt::format("{:.3f},{:.7f},{}\n", static_cast<double>(i) * 1e-3, x, i % 11);
+    }
+  }
+  const std::vector<LongLog> logs{LongLog::open(path, 0),
+                                  LongLog::open(viscous_file("other.csv", 8, 20.0), 0)};
+  const std::vector<LogStretch> stretches = choose_stretches(logs);
+  bool slow = false;
+  bool other = false;
+  std::size_t samples = 0;
+  for (std::size_t i = 0; i < stretches.size(); ++i) {
+    const LogStretch& one = stretches[i];
+    samples += one.count;
+    other = other || one.log == 1;
+    slow = slow || (one.log == 0 && one.first < 303'000 && one.first + one.count > 301'000);
+    if (i > 0 && stretches[i - 1].log == one.log) {
+      EXPECT_GT(one.first, stretches[i - 1].first + stretches[i - 1].count);
+    }
+  }
+  EXPECT_TRUE(slow);
+  EXPECT_TRUE(other);
+  EXPECT_LT(samples, 2 * kExcerptSamples);
+}
+
+}  // namespace
+}  // namespace slipstack::workbench

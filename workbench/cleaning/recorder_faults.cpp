@@ -1,0 +1,271 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/cleaning/recorder_faults.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "workbench/base/statistics.h"
+
+namespace slipstack::workbench {
+namespace {
+
+/// The end of the run of equal values that starts at `first`, no later than `end`.
+std::size_t end_of_run(const std::vector<double>& values, std::size_t first, std::size_t end) {
+  std::size_t i = first + 1;
+  while (i < end && values[i] == values[first]) ++i;
+  return i;
+}
+
+/// Where the run of equal values begins that ends before `end`.
+std::size_t start_of_run(const std::vector<double>& values, std::size_t end) {
+  std::size_t first = end - 1;
+  while (first > 0 && values[first - 1] == values[first]) --first;
+  return first;
+}
+
+double encoder_step_m(const Log& log) {
+  return log.encoder_resolution_m.value_or(0.0);
+}
+
+/// Where the force is constant during so much of the time that the axis rests, it is no sensor's but a
+/// current that a controller commands, which has no noise while nothing moves.
+constexpr double kRestsWithoutNoise = 0.5;
+constexpr std::size_t kRest = 50;  ///< samples within an encoder step
+
+/// Whether the force is constant in these stretches as it is nearly always while the axis rests.
+bool rests_without_noise(const Log& log, const std::vector<Stretch>& constant) {
+  const std::vector<double>& x = log.position_m;
+  std::size_t rest = 0;
+  for (std::size_t i = 0; i < x.size();) {
+    std::size_t end = i + 1;
+    while (end < x.size() && std::abs(x[end] - x[i]) <= 1.5 * encoder_step_m(log)) ++end;
+    if (end - i >= kRest) rest += end - i;
+    i = end;
+  }
+  return constant.size() > 1 &&
+         static_cast<double>(samples_in(constant)) > kRestsWithoutNoise * static_cast<double>(rest);
+}
+
+/// So many equal forces in a row do not happen by chance where there is noise: each has a chance of 0.1 at
+/// most.
+constexpr std::size_t kFrozen = 8;
+
+/// Where none of so many steps of the force on either side is this share of the noise, the force has no noise
+/// there: of white noise one place in 10^4 looks so.
+constexpr std::size_t kBeside = 4;
+constexpr double kQuiet = 0.5;
+
+/// Whether the force has no noise on either side of the stretch, as a command while the axis rests.
+bool quiet_beside(const Log& log, double noise_N, const Stretch& stretch) {
+  const std::vector<double>& force_N = log.force_N;
+  const std::size_t from = stretch.first > kBeside ? stretch.first - kBeside : 1;
+  const std::size_t to = std::min(stretch.end + kBeside, force_N.size());
+  for (std::size_t i = from; i < to; ++i) {
+    if (std::abs(force_N[i] - force_N[i - 1]) > kQuiet * noise_N) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+double smallest_step(const std::vector<double>& values) {
+  double smallest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 1; i < values.size(); ++i) {
+    const double step = std::abs(values[i] - values[i - 1]);
+    if (step > 0.0) smallest = std::min(smallest, step);
+  }
+  return smallest;
+}
+
+ConstantForce constant_force(const Log& log, double noise_N) {
+  const std::vector<double>& force_N = log.force_N;
+  const auto [lowest, highest] = std::minmax_element(force_N.begin(), force_N.end());
+  ConstantForce found;
+  std::vector<Stretch> at_rest;
+  for (std::size_t i = 0; i < force_N.size();) {
+    const std::size_t end = end_of_run(force_N, i, force_N.size());
+    if (end - i >= kFrozen) {
+      const bool at_limit = force_N[i] == *lowest || force_N[i] == *highest;
+      const auto from = log.position_m.begin() + static_cast<std::ptrdiff_t>(i);
+      const bool rests = std::all_of(from, from + static_cast<std::ptrdiff_t>(end - i), [&](double x) {
+        return std::abs(x - *from) <= 1.5 * encoder_step_m(log);
+      });
+      (rests ? at_rest : at_limit ? found.at_limit : found.frozen).push_back({i, end});
+    }
+    i = end;
+  }
+  found.noise_at_rest = !rests_without_noise(log, at_rest);
+  // A command creeps while the axis rests, and its digits stand now and then; a sensor freezes out of noise.
+  std::erase_if(at_rest, [&](const Stretch& one) { return quiet_beside(log, noise_N, one); });
+  if (found.noise_at_rest) found.frozen.insert(found.frozen.end(), at_rest.begin(), at_rest.end());
+  return found;
+}
+
+std::vector<Stretch> repeated_samples(const Log& log, double noise_N) {
+  const std::vector<double>& force_N = log.force_N;
+  std::vector<Stretch> repeats;
+  for (std::size_t i = 0; i < force_N.size();) {
+    const std::size_t end = end_of_run(log.position_m, i, end_of_run(force_N, i, force_N.size()));
+    const Stretch repeat{i + 1, end};
+    if (end - i > 1 && end - i < kFrozen && !quiet_beside(log, noise_N, repeat)) repeats.push_back(repeat);
+    i = end;
+  }
+  return repeats;
+}
+
+/// Chance repeats, of which so many times as many must be seen.
+constexpr double kBeyondChance = 5.0;
+constexpr double kFewestRepeats = 10.0;
+/// What is this share of the log is its nature, not a fault of it.
+constexpr double kNature = 0.2;
+
+bool repeat_by_chance(const Log& log, double noise_N, std::size_t repeats) {
+  const auto count = static_cast<double>(log.force_N.size());
+  // Neighbours agree by chance now and then: density of their difference at zero, times the step.
+  const double chance = 0.2821 * smallest_step(log.force_N) / noise_N * count;
+  return static_cast<double>(repeats) < kFewestRepeats + kBeyondChance * chance ||
+         static_cast<double>(repeats) / count > kNature;
+}
+
+namespace {
+
+/// An encoder that stood for so many samples and makes up for them in one step was stuck.
+constexpr std::size_t kStuck = 20;
+
+/// Lengths of the steps from `first` on.
+std::vector<double> steps_m(const std::vector<double>& x, std::size_t first, std::size_t count) {
+  std::vector<double> steps(count);
+  for (std::size_t i = 0; i < count; ++i) steps[i] = std::abs(x[first + i] - x[first + i - 1]);
+  return steps;
+}
+
+double largest(const std::vector<double>& values) {
+  return *std::max_element(values.begin(), values.end());
+}
+
+/// Between the twentieth parts at either end of the values, so that noise and single samples do not count.
+double force_range_N(const Log& log, std::size_t first, std::size_t end) {
+  std::vector<double> values(log.force_N.begin() + static_cast<std::ptrdiff_t>(first),
+                             log.force_N.begin() + static_cast<std::ptrdiff_t>(end));
+  std::sort(values.begin(), values.end());
+  return values[values.size() - 1 - values.size() / 20] - values[values.size() / 20];
+}
+
+constexpr double kJump = 20.0;  ///< encoder steps, and times the steps that follow
+
+/// Whether the stretch of one position that ends before `end` was made up for in one step.
+bool ends_by_jump(const Log& log, std::size_t end) {
+  const std::vector<double>& x = log.position_m;
+  if (end + kStuck >= x.size()) return false;
+  const double jump_m = std::abs(x[end] - x[end - 1]);
+  // A move of a few samples begins with a jump too, and goes on with larger steps.
+  const double next_m = std::max(encoder_step_m(log), largest(steps_m(x, end + 1, kStuck)));
+  return jump_m > kJump * next_m && jump_m > 0.0;
+}
+
+/// The largest range of the force in any earlier stretch of one position, or a quarter of that of the whole
+/// log. A stretch that a jump ends may be a stuck encoder's, and tells of no rest.
+double largest_standing_range_N(const Log& log, std::size_t before) {
+  double widest_N = 0.25 * force_range_N(log, 0, log.force_N.size());
+  for (std::size_t i = 0; i < before;) {
+    const std::size_t end = end_of_run(log.position_m, i, before);
+    if (end - i >= kStuck && !ends_by_jump(log, end))
+      widest_N = std::max(widest_N, force_range_N(log, i, end));
+    i = end;
+  }
+  return widest_N;
+}
+
+}  // namespace
+
+/// The axis moves at so many encoder steps a sample, and at this share of its speed in the samples before.
+constexpr double kSpeed = 5.0;
+constexpr double kSteady = 0.5;
+
+bool stopped_dead(const Log& log, std::size_t sample) {
+  const std::vector<double>& x = log.position_m;
+  const std::size_t first = start_of_run(x, sample);
+  if (first < 2 * kStuck) return false;
+  const std::vector<double> before = steps_m(x, first - kStuck, kStuck);
+  const double slowest_m = *std::min_element(before.end() - 4, before.end());
+  return slowest_m > kSpeed * std::max(encoder_step_m(log), 1e-12) && slowest_m > kSteady * largest(before);
+}
+
+std::vector<Stretch> stuck_encoder(const Log& log) {
+  const std::vector<double>& x = log.position_m;
+  std::vector<Stretch> stuck;
+  for (std::size_t i = 0; i < x.size();) {
+    const std::size_t end = end_of_run(x, i, x.size());
+    if (end - i >= kStuck && ends_by_jump(log, end)) stuck.push_back({i, end + 1});
+    i = end;
+  }
+  return stuck;
+}
+
+/// One that stood to the end may be told by the force, which has so many times the range that it has
+/// elsewhere while the position stands.
+constexpr double kForceStands = 2.0;
+
+std::optional<Stretch> stuck_to_the_end(const Log& log) {
+  const std::vector<double>& x = log.position_m;
+  const std::size_t first = start_of_run(x, x.size());
+  if (x.size() - first < kStuck || first < 2 * kStuck) return {};
+  if (stopped_dead(log, x.size()) || force_tells_of_motion(log, x.size())) return Stretch{first, x.size()};
+  return {};
+}
+
+bool force_tells_of_motion(const Log& log, std::size_t sample) {
+  const std::size_t first = start_of_run(log.position_m, sample);
+  return force_range_N(log, first, sample) > kForceStands * largest_standing_range_N(log, first);
+}
+
+/// Motion without force lasts at least so long, [s].
+constexpr double kForceless_s = 0.25;
+constexpr double kForcelessNoise = 1.5;    ///< rms over the noise
+constexpr double kForceSeen = 10.0;        ///< rms of the whole log over the noise
+constexpr double kForcelessTravel = 50.0;  ///< encoder steps
+
+namespace {
+
+/// Whether the axis moves while the force is no more than noise.
+bool moves_without_force(const Log& log, double noise_N, const Stretch& window) {
+  double sum = 0.0;
+  double lowest = log.position_m[window.first];
+  double highest = lowest;
+  for (std::size_t i = window.first; i < window.end; ++i) {
+    sum += log.force_N[i] * log.force_N[i];
+    lowest = std::min(lowest, log.position_m[i]);
+    highest = std::max(highest, log.position_m[i]);
+  }
+  const double most = kForcelessNoise * noise_N;
+  const double travel_m = std::max(kForcelessTravel * encoder_step_m(log), 1e-4);
+  return sum <= most * most * static_cast<double>(window.size()) && highest - lowest >= travel_m;
+}
+
+}  // namespace
+
+std::vector<Stretch> forceless_motion(const Log& log, double noise_N) {
+  const std::size_t count = log.force_N.size();
+  const auto window = static_cast<std::size_t>(std::max(50.0, kForceless_s * log.sample_rate_Hz));
+  if (noise_N <= 0.0 || rms(log.force_N) < kForceSeen * noise_N) return {};
+  std::vector<Stretch> idle;
+  for (std::size_t first = 0; first + window <= count; first += window / 2) {
+    if (!moves_without_force(log, noise_N, {first, first + window})) continue;
+    if (!idle.empty() && first <= idle.back().end) {
+      idle.back().end = first + window;
+    } else {
+      idle.push_back({first, first + window});
+    }
+  }
+  if (static_cast<double>(samples_in(idle)) / static_cast<double>(count) > kNature) return {};
+  // A window at the edge held still some force: half of one more goes.
+  for (Stretch& one : idle) {
+    one.first = one.first > window / 2 ? one.first - window / 2 : 0;
+    one.end = std::min(count, one.end + window / 2);
+  }
+  return idle;
+}
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "workbench/controller/sdo_client.h"
+#include "workbench/model/model.h"
+
+// What `deploy`, `record` and `status` do on a bus. All of it throws UsageError, one line.
+namespace slipstack::workbench {
+
+using Show = std::function<void(const std::string& stage, double fraction)>;
+
+/// Checks the model against the bounds of the drive, stages it, reads it back, applies it between two ticks,
+/// compares the hash, and stores it if asked. Returns the text for people. A drive that refuses, or a
+/// transfer that breaks, leaves the active model as it was.
+std::string deploy_model(SdoClient& drive, const Model& model, const std::string& name, bool store,
+                         const Show& show);
+
+struct Recording {
+  std::string log;  ///< CSV text
+  std::size_t samples = 0;
+  std::size_t lost = 0;
+  /// Of a stream: latest less earliest arrival against the drive's clock, by the bus's time stamps.
+  std::optional<double> arrival_spread_s = {};
+};
+
+/// Streams position and current by TPDO 3 for some seconds, timed by the drive's own SYNC, and makes a log of
+/// it. Lost samples are counted in the log's head; it is then `sampling: irregular`. The communication
+/// objects that this changes are put back.
+Recording record_stream(SdoClient& drive, double seconds, double rate_Hz, const Show& show);
+
+/// Arms the trace buffer, waits, reads it by block transfer: every tick, as many as the buffer holds.
+Recording record_trace(SdoClient& drive, std::uint32_t decimation, const Show& show);
+
+/// Identity, states, faults, hashes, counters.
+std::string drive_status(SdoClient& drive);
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/controller/socket_link.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <thread>
+
+#include "hal/socketcan/socket_can.h"
+#include "workbench/base/text.h"
+#include "workbench/console/output.h"
+
+namespace slipstack::workbench {
+namespace {
+
+class SocketLink final : public CanLink {
+ public:
+  explicit SocketLink(const std::string& interface) : name_(interface) {
+    const std::string error = socket_.open(interface);
+    if (!error.empty()) throw UsageError(fmt::format("--can {}: {}", printable(interface), error));
+  }
+  void send(const CanFrame& frame) override {
+    for (int i = 0; i < 100; ++i) {
+      if (socket_.send(frame)) return;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));  // the transmit queue is full
+    }
+    throw UsageError(fmt::format(
+        "--can {}: no frame goes out; is the interface up, and is another node there?", printable(name_)));
+  }
+  bool receive(CanFrame& frame, int timeout_ms) override {
+    if (socket_.receive(frame)) return true;
+    return socket_.wait(timeout_ms) && socket_.receive(frame);
+  }
+  void listen_to(std::span<const std::uint32_t> ids) override { socket_.listen_to(ids); }
+  double stamp_s() const override { return socket_.stamp_s(); }
+  std::string name() const override { return name_; }
+
+ private:
+  std::string name_;
+  SocketCan socket_;
+};
+
+}  // namespace
+
+std::unique_ptr<CanLink> open_link(const std::string& interface) {
+  return std::make_unique<SocketLink>(interface);
+}
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+
+#include "workbench/controller/can_link.h"
+
+namespace slipstack::workbench {
+
+/// An interface of this machine. Throws UsageError, one line, when there is none of that name.
+std::unique_ptr<CanLink> open_link(const std::string& interface);
+
+}  // namespace slipstack::workbench

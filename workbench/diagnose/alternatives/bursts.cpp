@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/diagnose/alternatives/bursts.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "workbench/base/interval.h"
+#include "workbench/base/quantity.h"
+#include "workbench/cleaning/outliers.h"
+#include "workbench/diagnose/evidence/held_out.h"
+#include "workbench/diagnose/evidence/reduction.h"
+
+namespace slipstack::workbench {
+namespace {
+
+/// What each sample of the force differs by from the cubic through its neighbours, each part by itself.
+std::vector<double> jumps_of_force(const Measurement& measurement) {
+  const std::vector<double>& force_N = measurement.log().force_N;
+  std::vector<double> jumps_N;
+  jumps_N.reserve(force_N.size());
+  for (const LogPart& part : measurement.parts()) {
+    const auto first = force_N.begin() + static_cast<std::ptrdiff_t>(part.first_sample);
+    const std::vector<double> own =
+        departures_from_cubic({first, first + static_cast<std::ptrdiff_t>(part.sample_count)});
+    for (const double jump_N : own) jumps_N.push_back(std::abs(jump_N));
+  }
+  return jumps_N;
+}
+
+/// Samples that are this share of the loudest, so near to one that is, belong to its stretch.
+constexpr double kLoud = 0.2;
+constexpr std::size_t kNear_samples = 100;
+
+/// The stretch of loud samples around the loudest.
+Stretch loud_stretch(const std::vector<double>& jumps_N, std::size_t loudest) {
+  const double loud_N = kLoud * jumps_N[loudest];
+  Stretch burst{loudest, loudest + 1};
+  for (std::size_t i = loudest; i-- > 0 && burst.first - i <= kNear_samples;) {
+    if (jumps_N[i] >= loud_N) burst.first = i;
+  }
+  for (std::size_t i = loudest; i < jumps_N.size() && i < burst.end + kNear_samples; ++i) {
+    if (jumps_N[i] >= loud_N) burst.end = i + 1;
+  }
+  return burst;
+}
+
+/// The largest magnitude within a stretch, and farther from it than what is near.
+struct Extremes {
+  double within = 0.0;
+  double without = 0.0;
+};
+Extremes extremes(const std::vector<double>& values, const Stretch& stretch) {
+  Extremes most;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (i >= stretch.first && i < stretch.end) {
+      most.within = std::max(most.within, std::abs(values[i]));
+    } else if (i + kNear_samples < stretch.first || i >= stretch.end + kNear_samples) {
+      most.without = std::max(most.without, std::abs(values[i]));
+    }
+  }
+  return most;
+}
+
+/// A burst is no larger part of the logs than this, ...
+constexpr double kShort = 0.05;
+/// ... and has so many loud samples: a corner of the force or a wild sample makes five.
+constexpr std::ptrdiff_t kFewest = 12;
+/// ... each so many times as loud as anything else in the logs, ...
+constexpr double kAboveAllElse = 2.0;
+/// ... where the axis accelerates no more than so many times as anywhere else.
+constexpr double kFaster = 1.5;
+
+}  // namespace
+
+std::optional<Structure> burst_in_force(const Measurement& measurement, const Eigen::VectorXd& residual_N) {
+  const std::vector<double> jumps_N = jumps_of_force(measurement);
+  if (jumps_N.empty()) return {};
+  const auto loudest = std::max_element(jumps_N.begin(), jumps_N.end());
+  const Stretch burst = loud_stretch(jumps_N, static_cast<std::size_t>(loudest - jumps_N.begin()));
+  if (static_cast<double>(burst.size()) > kShort * static_cast<double>(jumps_N.size())) return {};
+  const double loud_N = kAboveAllElse * extremes(jumps_N, burst).without;
+  const auto loud = std::count_if(jumps_N.begin() + static_cast<std::ptrdiff_t>(burst.first),
+                                  jumps_N.begin() + static_cast<std::ptrdiff_t>(burst.end),
+                                  [&](double jump_N) { return jump_N > loud_N; });
+  // The one fast move of a log makes the force jump too.
+  const Extremes acceleration = extremes(measurement.acceleration_mps2(), burst);
+  if (loud < kFewest || acceleration.within > kFaster * acceleration.without) return {};
+  const double first_s = measurement.time_s(burst.first);
+  const double end_s = measurement.time_s(burst.end - 1);
+  const Eigen::VectorXd times = row_times(measurement);
+  const Eigen::VectorXd within_N =
+      ((times.array() >= first_s) && (times.array() <= end_s)).select(residual_N.array(), 0.0);
+  const double share = within_N.squaredNorm() / std::max(residual_N.squaredNorm(), 1e-300);
+  return Structure{
+      "time", reduction_beyond(share, 0.0), first_s,
+      fmt::format("the force jumps about for {} at {}, by {}, as nowhere else in the log: look "
+                  "for a loose plug, a disturbed sensor or a knock",
+                  quantity(end_s - first_s, "s"), when_of(measurement, first_s), quantity(*loudest, "N")),
+      within_N};
+}
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/diagnose/alternatives/confounders.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "workbench/base/quantity.h"
+#include "workbench/diagnose/alternatives/lines.h"
+#include "workbench/diagnose/alternatives/places.h"
+#include "workbench/diagnose/evidence/held_out.h"
+#include "workbench/diagnose/evidence/significance.h"
+
+namespace slipstack::workbench {
+namespace {
+
+/// Share of the baseline's error that the explanation takes away.
+double reduction_of_all(const Diagnosis& diagnosis) {
+  return 1.0 - diagnosis.explained.holdout_rmse_N / diagnosis.baseline.holdout_rmse_N;
+}
+
+double far_above(double reduction) {
+  return reduction + 0.25 * (1.0 - reduction);
+}
+
+/// Of what several effects explain, what one place of the rail must explain to stand for them.
+constexpr double kShareOfSeveral = 0.9;
+
+/// One place of the rail that explains what several effects were gathered for, and far more than the first of
+/// them: a dent is no preload along the rail with a ripple to correct it.
+std::optional<Structure> place_behind_several(const Measurement& measurement, const Diagnosis& diagnosis,
+                                              const Eigen::VectorXd& residual_N) {
+  if (diagnosis.steps.size() < 3) return {};
+  Structure place = place_on_rail(at_rows(measurement, measurement.position_m()),
+                                  at_rows(measurement, measurement.velocity_mps()), residual_N);
+  const double first = 1.0 - diagnosis.steps[1].holdout_rmse_N / diagnosis.baseline.holdout_rmse_N;
+  if (place.error_reduction < far_above(first) ||
+      place.error_reduction < kShareOfSeveral * reduction_of_all(diagnosis)) {
+    return {};
+  }
+  return place;
+}
+
+/// A line this near to a resonance has its frequency.
+constexpr double kSameLine = 0.02;
+
+bool at_frequency_of(const Term& mode, const Structure& line) {
+  return std::abs(mode.shapes[0] - line.where) <= kSameLine * line.where;
+}
+
+}  // namespace
+
+std::optional<Structure> curve_behind_all(const Measurement& measurement, const Diagnosis& diagnosis) {
+  const Eigen::VectorXd residual_N = weighted_residual(measurement, diagnosis.baseline);
+  const auto free = find_structure(measurement, residual_N);
+  if (free.front().error_reduction < far_above(reduction_of_all(diagnosis)))
+    return place_behind_several(measurement, diagnosis, residual_N);
+  return free.front();
+}
+
+/// Share of what all effects explain that such a line explains alone.
+constexpr double kLinePoses = 0.5;
+/// What rings for hundreds of periods is no arm.
+constexpr double kHardlyDamped = 1.5e-3;
+
+std::optional<Structure> line_as_resonance(const Measurement& measurement, const Diagnosis& diagnosis) {
+  const Term* mode = find_term(diagnosis.explained.terms, "structural_resonance");
+  if (mode == nullptr || contains(diagnosis.baseline.terms, "structural_resonance")) return {};
+  const Eigen::VectorXd residual_N = weighted_residual(measurement, diagnosis.baseline);
+  if (mode->shapes[1] < kHardlyDamped) return line_near(measurement, residual_N, mode->shapes[0]);
+  Structure line = line_at_rows(measurement, residual_N);
+  if (!at_frequency_of(*mode, line) || line.error_reduction < kLinePoses * reduction_of_all(diagnosis))
+    return {};
+  return line;
+}
+
+/// A moving mass that comes out so many times smaller or larger than the declared one is no payload.
+constexpr double kAnotherAxis = 5.0;
+
+std::optional<Structure> mass_of_another_axis(const Measurement& measurement, const Diagnosis& diagnosis) {
+  const auto told = [&](std::string description) {
+    return Structure{"acceleration", reduction_of_all(diagnosis), 0.0,
+                     std::move(description) + ": check mass_kg and the units of time, position and force",
+                     weighted_residual(measurement, diagnosis.baseline)};
+  };
+  // Whatever then takes the inertia back: a payload below zero, a mode of all the mass.
+  if (measurement.log().mass_kg && diagnosis.baseline.relative_error > kAnotherAxis) {
+    return told(fmt::format("the declared mass would need {:.3g} times the measured force",
+                            diagnosis.baseline.relative_error));
+  }
+  if (!contains(diagnosis.explained.terms, "payload_mass")) return {};
+  for (std::size_t log = 0; log < measurement.log_count(); ++log) {
+    const double declared_kg = mass_kg(diagnosis.baseline.terms, log);
+    const double found_kg = mass_kg(diagnosis.explained.terms, log);
+    if (found_kg * kAnotherAxis > declared_kg && found_kg < kAnotherAxis * declared_kg) continue;
+    return told(fmt::format("force and acceleration make a mass of {} where the log declares {}",
+                            quantity(found_kg, "kg"), quantity(declared_kg, "kg")));
+  }
+  return {};
+}
+
+/// A line that is this share of what is left, so far above the floor, is what drives the rest.
+constexpr double kLineDrives = 0.3;
+constexpr double kLineAboveFloor = 2.0;
+
+bool line_drives(const Diagnosis& diagnosis) {
+  const auto& left = diagnosis.unexplained;
+  if (!left || left->coordinate != "frequency" ||
+      diagnosis.explained.holdout_rmse_N < kLineAboveFloor * diagnosis.noise_floor_N) {
+    return false;
+  }
+  const Term* mode = find_term(diagnosis.explained.terms, "structural_resonance");
+  return (mode != nullptr && at_frequency_of(*mode, *left)) || left->error_reduction >= kLineDrives;
+}
+
+/// So many times as strong as the baseline's error, and that less than so many times the floor.
+constexpr double kDrowns = 2.0;
+constexpr double kNearFloor = 2.0;
+
+bool line_drowns(const Measurement& measurement, const Diagnosis& diagnosis) {
+  const auto& left = diagnosis.unexplained;
+  if (!left || left->coordinate != "frequency" || left->where < measurement.bandwidth_Hz() ||
+      diagnosis.baseline.holdout_rmse_N > kNearFloor * diagnosis.noise_floor_N) {
+    return false;
+  }
+  // Its reduction is of the rms of both.
+  const double rest = std::max(1.0 - left->error_reduction, 1e-6);
+  const double line_N = diagnosis.explained.train_rmse_N * std::sqrt(1.0 / (rest * rest) - 1.0);
+  return line_N > kDrowns * diagnosis.baseline.holdout_rmse_N;
+}
+
+bool play_poses(const Diagnosis& diagnosis) {
+  return diagnosis.unexplained && diagnosis.unexplained->coordinate == "reversal" &&
+         coulomb_joins_hysteresis(diagnosis.baseline, diagnosis.explained);
+}
+
+}  // namespace slipstack::workbench

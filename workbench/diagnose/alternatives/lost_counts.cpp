@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/diagnose/alternatives/lost_counts.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "workbench/base/quantity.h"
+
+namespace slipstack::workbench {
+
+namespace {
+
+/// Jumps of chance go either way: so many the way that the axis goes happen in one log of 32 ...
+constexpr std::size_t kFewestAhead = 5;
+/// ... if they are as long as what the axis makes in this share of a sample and more.
+constexpr double kOfASample = 0.5;
+
+/// Whether the jump runs ahead of the axis by a sample's way and more, as where rows are missing.
+bool runs_ahead(const Measurement& measurement, std::size_t sample, double jump_m) {
+  if (sample == 0 || sample + 1 >= measurement.sample_count()) return false;
+  const double way_m = 0.5 * (measurement.position_m()[sample + 1] - measurement.position_m()[sample - 1]);
+  return jump_m * way_m > 0.0 && std::abs(jump_m) >= kOfASample * std::abs(way_m);
+}
+
+}  // namespace
+
+std::optional<Structure> lost_counts(const Measurement& measurement) {
+  std::size_t count = 0;
+  std::size_t ahead = 0;
+  double largest_m = 0.0;
+  double time_s = 0.0;
+  for (const LogPart& part : measurement.parts()) {
+    for (const EncoderJump& jump : part.jumps) {
+      ++count;
+      ahead += runs_ahead(measurement, part.first_sample + jump.sample, jump.jump_m) ? 1 : 0;
+      if (std::abs(jump.jump_m) <= std::abs(largest_m)) continue;
+      largest_m = jump.jump_m;
+      time_s = measurement.time_s(part.first_sample + jump.sample);
+    }
+  }
+  if (count == 0) return {};
+  const bool rows_missing = ahead == count && count >= kFewestAhead;
+  const char* const what =
+      rows_missing
+          ? "each the way the axis goes: rows of the log are missing there, and time stamps go on as "
+            "if they were not (or the encoder makes counts up)"
+          : "and no force moves the axis: the encoder loses counts or makes them up, and positions "
+            "before and after are not of one scale";
+  return Structure{
+      "time", 0.0, time_s,
+      fmt::format(
+          "the position jumps by {} at {}{}, {}", quantity(largest_m, "m"), when_of(measurement, time_s),
+          count > 1 ? fmt::format(" and less at {} other {}", count - 1, count > 2 ? "times" : "time") : "",
+          what),
+      Eigen::VectorXd::Zero(measurement.row_count())};
+}
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/diagnose/alternatives/places.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "workbench/base/quantity.h"
+#include "workbench/base/statistics.h"
+#include "workbench/diagnose/evidence/held_out.h"
+#include "workbench/diagnose/evidence/reduction.h"
+
+namespace slipstack::workbench {
+namespace {
+
+/// Stretches that the travel is divided into: one is as short as a feature that is looked for.
+constexpr int kBins = 400;
+/// Half widths that are tried, in bins.
+constexpr double kHalfWidths[] = {1.0, 2.0, 4.0, 8.0, 16.0};
+constexpr int kKnotsPerPlace = 9;
+constexpr int kFewestPasses = 4;
+
+struct Bin {
+  double energy = 0.0;
+  double rows = 0.0;
+};
+
+/// The middle of the bin whose energy stands out most above what its rows would have anywhere else.
+double loudest_place(const Eigen::VectorXd& position_m, const Eigen::VectorXd& residual_N, double first_m,
+                     double width_m) {
+  std::vector<Bin> bins(kBins);
+  for (Eigen::Index row = 0; row < position_m.size(); ++row) {
+    const double place = (position_m(row) - first_m) / width_m;
+    Bin& bin = bins[static_cast<std::size_t>(std::clamp(place, 0.0, kBins - 1.0))];
+    bin.energy += residual_N(row) * residual_N(row);
+    bin.rows += 1.0;
+  }
+  std::vector<double> usual;
+  for (const Bin& bin : bins) {
+    if (bin.rows > 0.0) usual.push_back(bin.energy / bin.rows);
+  }
+  const double usual_energy = median(std::move(usual));
+  std::size_t loudest = 0;
+  double most = -1.0;
+  for (std::size_t b = 0; b < bins.size(); ++b) {
+    const double excess = bins[b].energy - usual_energy * bins[b].rows;
+    if (excess > most) {
+      most = excess;
+      loudest = b;
+    }
+  }
+  return first_m + (static_cast<double>(loudest) + 0.5) * width_m;
+}
+
+/// The rows within a stretch, and the half that each pass through it belongs to.
+struct Passes {
+  std::vector<Eigen::Index> rows;
+  Halves halves;
+  int count = 0;
+};
+
+Passes passes_through(const Eigen::VectorXd& position_m, double middle_m, double half_width_m) {
+  Passes passes;
+  for (Eigen::Index row = 0; row < position_m.size(); ++row) {
+    if (std::abs(position_m(row) - middle_m) > half_width_m) continue;
+    if (passes.rows.empty() || passes.rows.back() != row - 1) ++passes.count;
+    passes.rows.push_back(row);
+    passes.halves.push_back(static_cast<std::uint8_t>(passes.count % 2));
+  }
+  return passes;
+}
+
+/// What the force at a place does: the same whichever way it is passed, or against the motion.
+enum class Side { kEither, kAgainst };
+
+std::string describe(Side side, double where_m, int passes, double force_N) {
+  if (side == Side::kAgainst) {
+    return fmt::format(
+        "what is left sits at one place of the rail, {}, and {} the motion in each of {} passes: {}",
+        quantity(where_m, "m"), force_N > 0.0 ? "resists" : "eases", passes,
+        quantity(std::abs(force_N), "N"));
+  }
+  return fmt::format(
+      "what is left sits at one place of the rail, {}, and comes back in each of {} passes: {}",
+      quantity(where_m, "m"), passes, quantity(force_N, "N"));
+}
+
+/// Half widths in which the energy of passes is looked at, in bins.
+constexpr double kLoudHalfWidths[] = {4.0, 8.0, 16.0, 32.0};
+/// Slower than this share of the speed at the middle, the axis stops or turns there: that is another reason.
+constexpr double kAtSpeed = 0.2;
+/// Rows at either end of a pass over which the filter spreads a knock.
+constexpr Eigen::Index kSmear = 2;
+constexpr std::size_t kFewestLoudPasses = 3;
+/// More rows than this, and passes are no short feature but most of what the axis does.
+constexpr double kShort = 0.15;
+/// All passes but one in five have this share of the mean pass' energy times speed, without what the noise
+/// has there: a slow pass is longer.
+constexpr double kLoud = 0.15;
+
+/// Median of the squares of Gaussian noise, over its variance.
+constexpr double kMedianOfSquares = 0.455;
+/// Share of what they explain that a curve must explain to be told instead.
+constexpr double kCurveHolds = 0.8;
+
+/// Rows in which the axis passes a place at a speed.
+struct Pass {
+  Eigen::Index first;
+  Eigen::Index count;
+  double speed_mps;
+};
+
+/// Each pass through `middle_m` from one side to the other, at speed, within a half width of it. Quick passes
+/// have a row or two.
+std::vector<Pass> passes_at_speed(const Eigen::VectorXd& position_m, const Eigen::VectorXd& velocity_mps,
+                                  double middle_m, double half_width_m) {
+  std::vector<Pass> passes;
+  const Eigen::Index rows = position_m.size();
+  Eigen::Index free_from = 0;
+  for (Eigen::Index row = 0; row + 1 < rows; ++row) {
+    if ((position_m(row) < middle_m) == (position_m(row + 1) < middle_m)) continue;
+    const double velocity = velocity_mps(row);
+    const auto belongs = [&](Eigen::Index other) {
+      return std::abs(position_m(other) - middle_m) < half_width_m &&
+             velocity_mps(other) / velocity > kAtSpeed;
+    };
+    Eigen::Index first = row;
+    Eigen::Index last = row + 1;
+    while (first > 0 && belongs(first - 1)) --first;
+    while (last + 1 < rows && belongs(last + 1)) ++last;
+    first = std::max(free_from, first - kSmear);
+    last = std::min(rows - 1, last + kSmear);
+    free_from = last + 1;
+    if (first <= last) passes.push_back({first, last - first + 1, std::abs(velocity)});
+  }
+  return passes;
+}
+
+/// Energy that sits in the passes of one place, each of which has its share: what a short feature makes of a
+/// row or two has another form at each speed, and no curve over the place is the same in all.
+Structure loud_passes(const Eigen::VectorXd& position_m, const Eigen::VectorXd& velocity_mps,
+                      const Eigen::VectorXd& residual_N, double middle_m, double width_m) {
+  Structure best{"position", 0.0, middle_m, "", Eigen::VectorXd::Zero(residual_N.size())};
+  const Eigen::VectorXd squares = residual_N.cwiseAbs2();
+  const double usual = median({squares.begin(), squares.end()}) / kMedianOfSquares;
+  for (const double half_width : kLoudHalfWidths) {
+    const auto passes = passes_at_speed(position_m, velocity_mps, middle_m, half_width * width_m);
+    if (passes.size() < kFewestLoudPasses) continue;
+    Eigen::VectorXd here_N = Eigen::VectorXd::Zero(residual_N.size());
+    std::vector<double> energies;
+    double rows = 0.0;
+    for (const auto& [first, count, speed_mps] : passes) {
+      here_N.segment(first, count) = residual_N.segment(first, count);
+      energies.push_back(speed_mps *
+                         (squares.segment(first, count).sum() - usual * static_cast<double>(count)));
+      rows += static_cast<double>(count) / static_cast<double>(residual_N.size());
+    }
+    std::sort(energies.begin(), energies.end());
+    const double mean =
+        std::accumulate(energies.begin(), energies.end(), 0.0) / static_cast<double>(passes.size());
+    if (energies[energies.size() / 5] < kLoud * mean || mean <= 0.0 || rows > kShort) continue;
+    const double energy = here_N.squaredNorm() / residual_N.squaredNorm();
+    const double reduction = reduction_beyond(energy, rows);
+    if (reduction <= best.error_reduction) continue;
+    best.error_reduction = reduction;
+    best.explained_N = here_N;
+    best.description = fmt::format(
+        "what is left sits at one place of the rail, {}: {:.0f} % of it in the {:.2g} % of the time in which "
+        "the axis passes there, in each of {} passes",
+        quantity(middle_m, "m"), 100.0 * energy, 100.0 * rows, passes.size());
+  }
+  return best;
+}
+
+}  // namespace
+
+Structure place_on_rail(const Eigen::VectorXd& position_m, const Eigen::VectorXd& velocity_mps,
+                        const Eigen::VectorXd& residual_N) {
+  Structure best{"position", 0.0, 0.0, "", Eigen::VectorXd::Zero(residual_N.size())};
+  const double first_m = position_m.minCoeff();
+  const double width_m = (position_m.maxCoeff() - first_m) / kBins;
+  const double whole = residual_N.squaredNorm();
+  if (!(width_m > 0.0) || !(whole > 0.0)) return best;
+  const double middle_m = loudest_place(position_m, residual_N, first_m, width_m);
+  for (const double half_width : kHalfWidths) {
+    const double half_width_m = half_width * width_m;
+    const Passes passes = passes_through(position_m, middle_m, half_width_m);
+    if (passes.count < kFewestPasses) continue;
+    std::vector<double> knots(kKnotsPerPlace);
+    for (int k = 0; k < kKnotsPerPlace; ++k) {
+      knots[static_cast<std::size_t>(k)] = middle_m + half_width_m * (2.0 * k / (kKnotsPerPlace - 1) - 1.0);
+    }
+    const Eigen::VectorXd here_N = residual_N(passes.rows);
+    const Eigen::VectorXd way = velocity_mps(passes.rows).cwiseSign();
+    const Eigen::MatrixXd hats = hat_functions(position_m(passes.rows), knots);
+    for (const Side side : {Side::kEither, Side::kAgainst}) {
+      const Eigen::MatrixXd columns = side == Side::kEither ? hats : Eigen::MatrixXd(way.asDiagonal() * hats);
+      const HeldOut judged = held_out(columns, here_N, passes.halves);
+      // Of all the log's residual, of which this stretch is a part.
+      const double kept =
+          here_N.squaredNorm() * (1.0 - judged.error_reduction) * (1.0 - judged.error_reduction);
+      const double reduction = 1.0 - std::sqrt(std::max(0.0, whole - here_N.squaredNorm() + kept) / whole);
+      if (judged.error_reduction <= 0.0 || reduction <= best.error_reduction) continue;
+      Eigen::Index peak = 0;
+      judged.explained.cwiseAbs().maxCoeff(&peak);
+      best.error_reduction = reduction;
+      best.where = position_m(passes.rows[static_cast<std::size_t>(peak)]);
+      best.explained_N.setZero();
+      best.explained_N(passes.rows) = judged.explained;
+      const double force_N = judged.explained(peak) * (side == Side::kAgainst ? way(peak) : 1.0);
+      best.description = describe(side, best.where, passes.count, force_N);
+    }
+  }
+  Structure loud = loud_passes(position_m, velocity_mps, residual_N, middle_m, width_m);
+  if (loud.error_reduction <= best.error_reduction) return best;
+  // A curve that holds for most of it says more.
+  if (best.error_reduction < kCurveHolds * loud.error_reduction) return loud;
+  best.error_reduction = loud.error_reduction;
+  return best;
+}
+
+}  // namespace slipstack::workbench

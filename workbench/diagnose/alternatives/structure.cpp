@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/diagnose/alternatives/structure.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numeric>
+
+#include "workbench/base/quantity.h"
+#include "workbench/base/text.h"
+#include "workbench/diagnose/alternatives/lines.h"
+#include "workbench/diagnose/alternatives/places.h"
+#include "workbench/diagnose/alternatives/reversals.h"
+#include "workbench/diagnose/evidence/held_out.h"
+#include "workbench/diagnose/evidence/reduction.h"
+
+namespace slipstack::workbench {
+namespace {
+
+/// An event is one of a place, or of reversals, when they explain this share of what the event would.
+constexpr double kComesBack = 0.5;
+
+/// Knots of a free curve; each holds at least this many rows, so that noise alone explains little.
+constexpr int kKnots = 40;
+
+/// Knots of a free curve, each with data around it: half by quantile and half by range, so that neither a
+/// long dwell nor an empty stretch takes all.
+std::vector<double> knots_over(const Eigen::VectorXd& coordinate) {
+  std::vector<double> sorted(coordinate.begin(), coordinate.end());
+  std::sort(sorted.begin(), sorted.end());
+  std::vector<double> knots;
+  for (int k = 0; k <= kKnots; ++k) {
+    const double t = static_cast<double>(k) / kKnots;
+    const double by_rank = sorted[static_cast<std::size_t>(t * static_cast<double>(sorted.size() - 1))];
+    const double by_range = sorted.front() + t * (sorted.back() - sorted.front());
+    knots.push_back(0.5 * (by_rank + by_range));
+  }
+  knots.erase(std::unique(knots.begin(), knots.end()), knots.end());
+  return knots;
+}
+
+Structure over(const std::string& coordinate, const std::string& unit, const Eigen::VectorXd& values,
+               const Eigen::VectorXd& residual) {
+  const HeldOut judged =
+      held_out(hat_functions(values, knots_over(values)), residual, short_pieces(residual.size()));
+  Eigen::Index peak = 0;
+  judged.explained.cwiseAbs().maxCoeff(&peak);
+  return {coordinate, judged.error_reduction, values(peak),
+          fmt::format("what is left depends on {}: {} at {}", coordinate,
+                      quantity(judged.explained(peak), "N"), quantity(values(peak), unit)),
+          judged.explained};
+}
+
+/// Energy that sits in a few rows: an event, not an effect.
+Structure event_in_time(const Measurement& measurement, const Eigen::VectorXd& residual) {
+  std::vector<double> energy(static_cast<std::size_t>(residual.size()));
+  for (Eigen::Index row = 0; row < residual.size(); ++row) {
+    energy[static_cast<std::size_t>(row)] = residual(row) * residual(row);
+  }
+  const double whole = std::accumulate(energy.begin(), energy.end(), 1e-300);
+  const auto loudest = std::max_element(energy.begin(), energy.end()) - energy.begin();
+  std::vector<double> sorted = energy;
+  const auto few = static_cast<std::ptrdiff_t>(sorted.size() / 100);
+  std::nth_element(sorted.begin(), sorted.begin() + few, sorted.end(), std::greater<>());
+  const double share = std::accumulate(sorted.begin(), sorted.begin() + few, 0.0) / whole;
+  // One per cent of Gaussian rows holds 8.6 % of the energy.
+  // What quantisation leaves at reversals holds some 30 %.
+  constexpr double kUsual = 0.35;
+  const Eigen::VectorXd times = row_times(measurement);
+  const double time_s = times(static_cast<Eigen::Index>(loudest));
+  const std::string when = when_of(measurement, time_s);
+  return {"time", reduction_beyond(share, kUsual), time_s,
+          fmt::format("what is left sits in few moments: 1 % of the time holds {:.0f} % of it, most at {}",
+                      100.0 * share, when),
+          residual};
+}
+
+}  // namespace
+
+std::string when_of(const Measurement& measurement, double time_s) {
+  if (measurement.log_count() == 1) return quantity(time_s, "s");
+  std::size_t log = 0;
+  double own_s = time_s;
+  const auto length_s = [&] {
+    return static_cast<double>(measurement.log_sample_count(log)) * measurement.tick_s();
+  };
+  for (; log + 1 < measurement.log_count() && own_s >= length_s(); ++log) own_s -= length_s();
+  const LogPart& part = measurement.parts()[measurement.parts_of_log(log).first];
+  return fmt::format("{} of {}", quantity(own_s, "s"), printable(part.path));
+}
+
+std::vector<Structure> find_structure(const Measurement& measurement, const Eigen::VectorXd& residual_N) {
+  const Eigen::VectorXd position_m = at_rows(measurement, measurement.position_m());
+  std::vector<Structure> found;
+  found.push_back(over("position", "m", position_m, residual_N));
+  const Eigen::VectorXd velocity_mps = at_rows(measurement, measurement.velocity_mps());
+  found.push_back(over("velocity", "m/s", velocity_mps, residual_N));
+  found.push_back(
+      over("acceleration", "m/s2", at_rows(measurement, measurement.acceleration_mps2()), residual_N));
+  found.push_back(over("time", "s", row_times(measurement), residual_N));
+  if (measurement.log_count() > 1) {
+    found.back().description += " (" + when_of(measurement, found.back().where) + ")";
+  }
+  found.push_back(line_at_rows(measurement, residual_N));
+  Structure place = place_on_rail(position_m, velocity_mps, residual_N);
+  Structure event = event_in_time(measurement, residual_N);
+  // Moments that come back at one place of the rail are no accident of time.
+  const bool comes_back = place.error_reduction >= kComesBack * event.error_reduction;
+  Structure reversal = after_reversals(measurement, residual_N);
+  const bool reverses = reversal.error_reduction >= kComesBack * event.error_reduction;
+  if (!comes_back && !reverses && event.error_reduction > found[3].error_reduction)
+    found[3] = std::move(event);
+  if (place.error_reduction > found[0].error_reduction) found[0] = std::move(place);
+  found.push_back(std::move(reversal));
+  std::sort(found.begin(), found.end(),
+            [](const auto& a, const auto& b) { return a.error_reduction > b.error_reduction; });
+  return found;
+}
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/diagnose/detectability/detectability.h"
+
+#include <cmath>
+#include <limits>
+
+namespace slipstack::workbench {
+
+Visibility visibility_of(const Measurement& measurement, const FittedModel& base, const Imitation& imitated,
+                         const Term& term, double least_reduction) {
+  const Eigen::MatrixXd columns = weighted_columns(measurement, base, term);
+  const Eigen::MatrixXd left = imitated.beyond(columns);
+  Eigen::VectorXd gains = Eigen::VectorXd::Zero(columns.cols());
+  for (std::size_t i = 0; i < term.gains.size(); ++i) gains(static_cast<Eigen::Index>(i)) = term.gains[i];
+  const bool fitted = (columns * gains).squaredNorm() > 0.0;
+  if (!fitted) {  // of several gains, the one that is seen best
+    Eigen::Index best = 0;
+    left.colwise().squaredNorm().maxCoeff(&best);
+    if (columns.cols() > 0) gains(best) = 1.0;
+  }
+  const Eigen::VectorXd force = columns * gains;
+  const double own = force.squaredNorm();
+  const double beyond = (left * gains).squaredNorm();
+  Visibility visibility{term.id(), own > 0.0 ? beyond / own : 0.0, std::numeric_limits<double>::infinity()};
+  // Named when error / (error with it) falls by least_reduction: error^2 + share x force^2 = (error / (1 -
+  // r))^2.
+  const double kept = 1.0 - least_reduction;
+  const double wanted_N = base.holdout_rmse_N * std::sqrt(1.0 / (kept * kept) - 1.0);
+  if (visibility.share > 0.0) {
+    // Rare forces are high while they last: a level counts, not its mean over the log.
+    const double peak_over_rms =
+        force.cwiseAbs().maxCoeff() / std::sqrt(own / measurement.row_weights().sum());
+    visibility.least_N = wanted_N / std::sqrt(visibility.share) * peak_over_rms;
+  }
+  return visibility;
+}
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/diagnose/detectability/undecided.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "workbench/base/parallel.h"
+#include "workbench/diagnose/candidates.h"
+#include "workbench/diagnose/evidence/reduction.h"
+#include "workbench/diagnose/evidence/significance.h"
+
+namespace slipstack::workbench {
+namespace {
+
+/// An effect that would have to be this share of the force before it were named is one that the log cannot
+/// show.
+constexpr double kCannotShow = 0.2;
+
+/// Forces nearer than this share nine tenths of their squares: what one explains, so does the other, ...
+constexpr double kSameDirection_deg = 18.0;
+/// ... unless their errors differ by more than this.
+constexpr double kSameError = 0.10;
+
+double radians(double degrees) {
+  return degrees * std::numbers::pi / 180.0;
+}
+
+/// Of the column that is imitated worst, the share that is left of its length.
+double share_left(const Imitation& known, const Eigen::MatrixXd& columns) {
+  const Eigen::VectorXd own = columns.colwise().norm();
+  const Eigen::VectorXd left = known.beyond(columns).colwise().norm();
+  double share = 0.0;
+  for (Eigen::Index i = 0; i < own.size(); ++i) {
+    if (own(i) > 0.0) share = std::max(share, std::min(1.0, left(i) / own(i)));
+  }
+  return share;
+}
+
+/// Effects that are a case of another: a chain so soft that its pull is constant, a lag of no time, a mode so
+/// stiff that its mass moves along. No log can exclude that; what it can show is that the other is no more
+/// than that.
+struct Case {
+  std::string_view simpler;
+  std::string_view richer;
+  Eigen::Index gains;  ///< by so many of its gains the richer one shows; 0: by all
+};
+/// A chain shows by its stiffness: its bend is measured in strokes of the very log, however short.
+constexpr std::array<Case, 3> kCases{{{"offset_force", "cable_chain_stiffness", 2},
+                                      {"stribeck", "frictional_lag", 0},
+                                      {"payload_mass", "structural_resonance", 0}}};
+
+/// Whether `simpler` is a case of `richer` (kCases), and this log would show what else the richer can be:
+/// then the richer imitates it, as in any log, and does not compete with it. At the middle of the richer's
+/// shapes, one of its gains at a time.
+bool is_the_simpler_case(const Measurement& measurement, const Diagnosis& diagnosis, const Candidate& simpler,
+                         const Candidate& richer) {
+  const auto* const known = std::find_if(kCases.begin(), kCases.end(), [&](const Case& one) {
+    return one.simpler == simpler.term.id() && one.richer == richer.term.id();
+  });
+  if (known == kCases.end()) return false;
+  // What the simpler one leaves may be what the richer one is more than that.
+  const bool more_left = simpler.holdout_rmse_N > kFormIsNotTheAxis * diagnosis.noise_floor_N;
+  if (more_left && richer.holdout_rmse_N < (1.0 - kIndistinct) * simpler.holdout_rmse_N) return false;
+  const Imitation baseline = baseline_imitation(measurement, diagnosis.baseline);
+  const auto beyond = [&](const Term& term) {
+    return baseline.beyond(weighted_columns(measurement, diagnosis.baseline, term));
+  };
+  const Eigen::MatrixXd force = beyond(simpler.term);
+  const Term own = make_term(measurement, *richer.term.effect);
+  const Eigen::MatrixXd columns = beyond(own);
+  const double left =
+      share_left(Imitation(force), columns.leftCols(known->gains > 0 ? known->gains : columns.cols()));
+  const double explained_N =
+      std::sqrt(std::max(0.0, explained_N2(diagnosis.baseline.holdout_rmse_N, simpler.holdout_rmse_N)));
+  return std::asin(left) > radians(kSameDirection_deg) && left * explained_N > diagnosis.noise_floor_N;
+}
+
+/// Of the best reduction of the error, what an effect must reach to be worth telling from others.
+constexpr double kPromising = 0.5;
+
+Terms promising_effects(const std::vector<Candidate>& candidates) {
+  double best = kLeastReduction;
+  for (const Candidate& one : candidates) best = std::max(best, one.error_reduction);
+  const double enough = std::max(kLeastReduction, kPromising * best);
+  Terms promising;
+  for (const Candidate& one : candidates) {
+    if (one.error_reduction >= enough && !one.term.gains.empty()) promising.push_back(one.term);
+  }
+  return promising;
+}
+
+}  // namespace
+
+void list_what_cannot_be_shown(const Measurement& measurement, Diagnosis& diagnosis) {
+  const FittedModel& explained = diagnosis.explained;
+  const double force_N = measurement.weighted_rms(explained.linearisation->measured_N());
+  const Imitation imitated = baseline_imitation(measurement, explained);
+  std::vector<Visibility> all(diagnosis.candidates.size());
+  parallel_for(all.size(), [&](std::size_t i) {
+    const Term& term = diagnosis.candidates[i].term;
+    if (contains(explained.terms, term.effect->text.id)) return;
+    all[i] = visibility_of(measurement, explained, imitated, term, kLeastReduction);
+  });
+  for (Visibility& one : all) {
+    if (!one.effect.empty() && one.least_N > kCannotShow * force_N)
+      diagnosis.cannot_show.push_back(std::move(one));
+  }
+}
+
+void list_what_cannot_be_separated(const Measurement& measurement, Diagnosis& diagnosis) {
+  const Terms promising = promising_effects(diagnosis.candidates);
+  if (promising.size() < 2) return;
+  const auto end = diagnosis.candidates.end();
+  const auto find = [&](auto from, const std::string& effect) {
+    return std::find_if(from, end, [&](const Candidate& one) { return one.term.id() == effect; });
+  };
+  for (Separation& pair : separations(measurement, diagnosis.baseline, promising, diagnosis.noise_floor_N)) {
+    const auto candidate = find(diagnosis.candidates.begin(), pair.effect);
+    // Whether the better one can be imitated counts: an effect that contains another imitates it always.
+    const auto behind = find(candidate, pair.other);
+    if (behind == end) continue;
+    const auto& alike = candidate->confounded_with;
+    const bool as_good = std::find(alike.begin(), alike.end(), pair.other) != alike.end();
+    const bool same = pair.angle_deg < kSameDirection_deg &&
+                      behind->holdout_rmse_N < (1.0 + kSameError) * candidate->holdout_rmse_N;
+    if (!as_good && !same) continue;
+    if (is_the_simpler_case(measurement, diagnosis, *candidate, *behind)) {
+      std::erase(candidate->confounded_with, pair.other);
+      std::erase(behind->confounded_with, pair.effect);
+      std::erase_if(diagnosis.cannot_show, [&](const Visibility& one) { return one.effect == pair.other; });
+      continue;
+    }
+    diagnosis.cannot_separate.push_back(std::move(pair));
+  }
+  std::stable_sort(diagnosis.cannot_separate.begin(), diagnosis.cannot_separate.end(),
+                   [](const auto& a, const auto& b) { return a.angle_deg < b.angle_deg; });
+}
+
+}  // namespace slipstack::workbench

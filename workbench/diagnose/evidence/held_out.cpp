@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/diagnose/evidence/held_out.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace slipstack::workbench {
+namespace {
+
+constexpr Eigen::Index kPieceRows = 24;
+
+/// Calls visit(first, count, half) for every run of rows of one half.
+template <class Visit>
+void each_run(const Halves& halves, Visit&& visit) {
+  for (std::size_t first = 0; first < halves.size();) {
+    std::size_t end = first + 1;
+    while (end < halves.size() && halves[end] == halves[first]) ++end;
+    visit(static_cast<Eigen::Index>(first), static_cast<Eigen::Index>(end - first),
+          static_cast<std::size_t>(halves[first]));
+    first = end;
+  }
+}
+
+}  // namespace
+
+HeldOut held_out(const Eigen::MatrixXd& columns, const Eigen::VectorXd& residual, const Halves& halves) {
+  const Eigen::Index count = columns.cols();
+  std::array<Eigen::MatrixXd, 2> gram{Eigen::MatrixXd::Zero(count, count),
+                                      Eigen::MatrixXd::Zero(count, count)};
+  std::array<Eigen::VectorXd, 2> right{Eigen::VectorXd::Zero(count), Eigen::VectorXd::Zero(count)};
+  each_run(halves, [&](Eigen::Index first, Eigen::Index rows, std::size_t half) {
+    const auto part = columns.middleRows(first, rows);
+    gram[half].noalias() += part.transpose() * part;
+    right[half].noalias() += part.transpose() * residual.segment(first, rows);
+  });
+  const auto solve = [](const Eigen::MatrixXd& normal, const Eigen::VectorXd& b) {
+    Eigen::MatrixXd regular = normal;
+    regular.diagonal().array() += 1.0 + 1e-6 * normal.diagonal().maxCoeff();
+    return Eigen::VectorXd(regular.ldlt().solve(b));
+  };
+  const std::array<Eigen::VectorXd, 2> value{solve(gram[0], right[0]), solve(gram[1], right[1])};
+  double error = 0.0;
+  each_run(halves, [&](Eigen::Index first, Eigen::Index rows, std::size_t half) {
+    error +=
+        (residual.segment(first, rows) - columns.middleRows(first, rows) * value[1 - half]).squaredNorm();
+  });
+  const double whole = std::max(residual.squaredNorm(), 1e-300);
+  return {1.0 - std::sqrt(error / whole), columns * solve(gram[0] + gram[1], right[0] + right[1])};
+}
+
+Halves short_pieces(Eigen::Index rows) {
+  Halves halves(static_cast<std::size_t>(rows));
+  for (Eigen::Index row = 0; row < rows; ++row) {
+    halves[static_cast<std::size_t>(row)] = static_cast<std::uint8_t>(row / kPieceRows % 2);
+  }
+  return halves;
+}
+
+Eigen::MatrixXd hat_functions(const Eigen::VectorXd& coordinate, const std::vector<double>& knots) {
+  const auto count = static_cast<Eigen::Index>(knots.size());
+  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(coordinate.size(), count);
+  for (Eigen::Index row = 0; row < coordinate.size(); ++row) {
+    const double c = coordinate(row);
+    const auto above = std::upper_bound(knots.begin(), knots.end(), c) - knots.begin();
+    if (above == 0) {
+      columns(row, 0) = 1.0;
+    } else if (above == count) {
+      columns(row, count - 1) = 1.0;
+    } else {
+      const auto i = static_cast<std::size_t>(above);
+      const double t = (c - knots[i - 1]) / (knots[i] - knots[i - 1]);
+      columns(row, above - 1) = 1.0 - t;
+      columns(row, above) = t;
+    }
+  }
+  return columns;
+}
+
+Eigen::VectorXd at_rows(const Measurement& measurement, const std::vector<double>& per_sample) {
+  Eigen::VectorXd values(measurement.row_count());
+  for (Eigen::Index row = 0; row < values.size(); ++row) {
+    values(row) = per_sample[measurement.row_samples()[static_cast<std::size_t>(row)]];
+  }
+  return values;
+}
+
+Eigen::VectorXd row_times(const Measurement& measurement) {
+  Eigen::VectorXd times(measurement.row_count());
+  for (Eigen::Index row = 0; row < times.size(); ++row) {
+    times(row) = measurement.time_s(measurement.row_samples()[static_cast<std::size_t>(row)]);
+  }
+  return times;
+}
+
+}  // namespace slipstack::workbench

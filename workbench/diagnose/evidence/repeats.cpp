@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/diagnose/evidence/repeats.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include "workbench/diagnose/evidence/held_out.h"
+
+namespace slipstack::workbench {
+namespace {
+
+/// Coming back by this part of the length that is asked for ends a stroke.
+constexpr double kTurns = 0.1;
+
+/// Writes the way of each long stroke among rows first..end of `position_m`.
+void strokes_of_log(const Eigen::VectorXd& position_m, Eigen::Index first, Eigen::Index end, double length_m,
+                    Eigen::VectorXd& way_m) {
+  Eigen::Index from = first;
+  Eigen::Index farthest = first;
+  const auto finish = [&] {
+    if (std::abs(position_m(farthest) - position_m(from)) < length_m) return;
+    for (Eigen::Index row = from + 1; row <= farthest; ++row) {
+      way_m(row) = std::abs(position_m(row) - position_m(row - 1));
+    }
+  };
+  for (Eigen::Index row = first + 1; row < end; ++row) {
+    const double side = position_m(farthest) >= position_m(from) ? 1.0 : -1.0;
+    const double further = side * (position_m(row) - position_m(farthest));
+    if (further >= 0.0) {
+      farthest = row;
+    } else if (-further > kTurns * length_m) {
+      finish();
+      from = farthest;
+      farthest = row;
+    }
+  }
+  finish();
+}
+
+/// Rows x 1: what the term adds to the force of the model.
+Eigen::VectorXd force_of(const FittedModel& model, std::size_t index) {
+  Eigen::Index first = 0;
+  for (std::size_t i = 0; i < index; ++i) first += std::ssize(model.terms[i].gains);
+  const auto& gains = model.terms[index].gains;
+  const Eigen::Map<const Eigen::VectorXd> values(gains.data(), std::ssize(gains));
+  return model.linearisation->columns().middleCols(first, values.size()) * values;
+}
+
+/// Less than this, and strokes do not bear out what is claimed: halfway between all and nothing.
+constexpr double kBorneOut = 0.5;
+
+/// Of the force `claimed_N`, how much strokes show wherever one pitch of the rail is left out, whichever it
+/// is: what sits at one place fits a ripple too, but does not come back a pitch further on.
+double share_beside_any_place(const Measurement& measurement, const Eigen::VectorXd& claimed_N,
+                              const Eigen::VectorXd& left_N, double pitch_m) {
+  const Eigen::VectorXd position_m = at_rows(measurement, measurement.position_m());
+  const Eigen::VectorXd way_m = way_of_strokes(measurement, pitch_m);
+  double least = share_borne_out(claimed_N, left_N, way_m);
+  const double last_m = position_m.maxCoeff();
+  for (double first_m = position_m.minCoeff(); first_m < last_m; first_m += 0.5 * pitch_m) {
+    const auto beside = (position_m.array() < first_m) || (position_m.array() > first_m + pitch_m);
+    const Eigen::VectorXd elsewhere_m = beside.select(way_m.array(), 0.0);
+    if (elsewhere_m.sum() < pitch_m) continue;
+    least = std::min(least, share_borne_out(claimed_N, left_N, elsewhere_m));
+  }
+  return least;
+}
+
+}  // namespace
+
+Eigen::VectorXd way_of_strokes(const Measurement& measurement, double length_m) {
+  const Eigen::VectorXd position_m = at_rows(measurement, measurement.position_m());
+  Eigen::VectorXd way_m = Eigen::VectorXd::Zero(position_m.size());
+  for (const LogPart& part : measurement.parts()) {
+    const auto first = static_cast<Eigen::Index>(part.first_row);
+    const auto count = static_cast<Eigen::Index>(part.row_count);
+    if (count > 0) strokes_of_log(position_m, first, first + count, length_m, way_m);
+  }
+  // What mend() cut is no force of the axis.
+  return way_m.cwiseProduct(measurement.row_usable());
+}
+
+double share_borne_out(const Eigen::VectorXd& claimed_N, const Eigen::VectorXd& left_N,
+                       const Eigen::VectorXd& weight) {
+  const Eigen::VectorXd weighted_N = weight.cwiseProduct(claimed_N);
+  const double energy = weighted_N.dot(claimed_N);
+  return energy > 0.0 ? 1.0 + weighted_N.dot(left_N) / energy : 0.0;
+}
+
+bool ripple_not_borne_out(const Measurement& measurement, const FittedModel& model, const Terms& known) {
+  for (std::size_t i = 0; i < model.terms.size(); ++i) {
+    const auto& shapes = model.terms[i].effect->shapes;
+    const auto pitch = std::find_if(shapes.begin(), shapes.end(),
+                                    [](const ShapeSpec& shape) { return shape.kind == ShapeKind::pitch; });
+    if (pitch == shapes.end() || contains(known, model.terms[i].effect->text.id)) continue;
+    const double pitch_m = model.terms[i].shapes[static_cast<std::size_t>(pitch - shapes.begin())];
+    const double share =
+        share_beside_any_place(measurement, force_of(model, i), model.linearisation->residual_N(), pitch_m);
+    if (share < kBorneOut) return true;
+  }
+  return false;
+}
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/diagnose/evidence/simplify.h"
+
+#include <utility>
+
+namespace slipstack::workbench {
+namespace {
+
+/// An effect may take the place of another when alone it explains this share of what the other does alone.
+constexpr double kShareAlone = 0.5;
+
+/// Whether `other` has fewer parameters than `own` and explains a fair part of it alone.
+bool may_replace(const FittedModel& baseline, const Trial& own, const Trial& other) {
+  const auto explained = [&](const Trial& trial) {
+    return explained_N2(baseline.holdout_rmse_N, trial.holdout_rmse_N);
+  };
+  return other.term.effect->parameter_count() < own.term.effect->parameter_count() &&
+         explained(other) >= kShareAlone * explained(own);
+}
+
+/// Of what the explanation explains, what it must with the simpler effect in the other's place: where much is
+/// left either way, an error that is hardly larger may explain far less.
+constexpr double kShareInPlace = 0.9;
+
+bool takes_place(const FittedModel& simpler, const FittedModel& model, const FittedModel& baseline) {
+  return hardly_worse(simpler, model) &&
+         explained_N2(baseline.holdout_rmse_N, simpler.holdout_rmse_N) >=
+             kShareInPlace * explained_N2(baseline.holdout_rmse_N, model.holdout_rmse_N);
+}
+
+FittedModel fit_polished(const Measurement& measurement, Terms terms, const FittedModel& known) {
+  return polish_shapes(measurement, fit_gains(measurement, std::move(terms), &known), {15});
+}
+
+}  // namespace
+
+void prune(const Measurement& measurement, const Yardstick& yardstick, Explanation& explanation) {
+  for (std::size_t i = 0; explanation.added.size() > 1 && i < explanation.added.size();) {
+    FittedModel fewer =
+        fit_polished(measurement, without(explanation.model.terms, explanation.added[i]), explanation.model);
+    if (earned(yardstick, fewer, explanation.model)) {
+      ++i;
+    } else {
+      explanation.model = std::move(fewer);
+      explanation.added.erase(explanation.added.begin() + static_cast<std::ptrdiff_t>(i));
+    }
+  }
+  // What is left of a pair must be worth its name alone.
+  if (explanation.added.size() == 1 && !earned(yardstick, yardstick.baseline, explanation.model)) {
+    explanation = {yardstick.baseline, {}};
+  }
+}
+
+void simplify(const Measurement& measurement, const Yardstick& yardstick, const std::vector<Trial>& alone,
+              Explanation& explanation) {
+  for (std::string& added : explanation.added) {
+    const Trial* own = find_trial(alone, added);
+    if (own == nullptr) continue;
+    for (const Trial& other : alone) {
+      if (contains(explanation.model.terms, other.term.effect->text.id) ||
+          !may_replace(yardstick.baseline, *own, other)) {
+        continue;
+      }
+      Terms terms;
+      for (const Term& term : explanation.model.terms)
+        terms.push_back(term.id() == added ? other.term : term);
+      FittedModel simpler = fit_polished(measurement, std::move(terms), explanation.model);
+      if (!takes_place(simpler, explanation.model, yardstick.baseline) &&
+          !stands_for(yardstick, simpler, explanation.model, yardstick.baseline)) {
+        continue;
+      }
+      explanation.model = std::move(simpler);
+      added = other.term.id();
+      own = &other;
+    }
+  }
+}
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/diagnose/search/steps.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "workbench/diagnose/evidence/evidence.h"
+#include "workbench/diagnose/evidence/reduction.h"
+
+namespace slipstack::workbench {
+namespace {
+
+/// Brings to the front what lowers the error most on top of `terms`, with the shapes of `full`.
+void put_next(const Measurement& measurement, const Terms& terms, const FittedModel& full,
+              std::span<std::string> order) {
+  double least_N = HUGE_VAL;
+  for (std::string& id : order) {
+    Terms more = terms;
+    more.push_back(*find_term(full.terms, id));
+    const double error_N = fit_gains(measurement, std::move(more), &full).holdout_rmse_N;
+    if (error_N >= least_N) continue;
+    least_N = error_N;
+    std::swap(order.front(), id);
+  }
+}
+
+}  // namespace
+
+void list_steps(const Measurement& measurement, const Explanation& best, Diagnosis& diagnosis) {
+  diagnosis.steps.push_back({"baseline", diagnosis.baseline.holdout_rmse_N, "", diagnosis.baseline.terms});
+  diagnosis.best = diagnosis.baseline;
+  std::vector<std::string> order;
+  for (const Candidate& candidate : diagnosis.candidates) {
+    const std::string id = candidate.term.id();
+    if (std::find(best.added.begin(), best.added.end(), id) != best.added.end()) order.push_back(id);
+  }
+  Terms terms = diagnosis.baseline.terms;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const bool last = i + 1 == order.size();
+    if (i > 0 && !last) put_next(measurement, terms, best.model, std::span(order).subspan(i));
+    const Term& term = *find_term(best.model.terms, order[i]);
+    terms.push_back(term);
+    FittedModel model =
+        last ? best.model : polish_shapes(measurement, fit_gains(measurement, terms, &best.model), {20});
+    diagnosis.steps.push_back({order[i], model.holdout_rmse_N, evidence_of(term), model.terms});
+    if (i == 0) diagnosis.best = std::move(model);
+  }
+}
+
+void drop_unearned_steps(const Measurement& measurement, Diagnosis& diagnosis) {
+  std::vector<Step>& steps = diagnosis.steps;
+  const std::size_t found = steps.size();
+  while (steps.size() > 1 &&
+         steps.back().holdout_rmse_N > (1.0 - kLeastReduction) * steps[steps.size() - 2].holdout_rmse_N) {
+    steps.pop_back();
+  }
+  if (steps.size() == found) return;
+  if (steps.size() == 1) diagnosis.best = diagnosis.baseline;
+  if (steps.size() <= 2) {
+    diagnosis.explained = diagnosis.best;
+    return;
+  }
+  diagnosis.explained = fit_gains(measurement, steps.back().terms, &diagnosis.explained);
+  diagnosis.explained.holdout_rmse_N = steps.back().holdout_rmse_N;
+}
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/estimate/linear/bounded_least_squares.h"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+#include <limits>
+
+namespace slipstack::workbench {
+namespace {
+
+constexpr double kRelativeRidge = 1e-11;
+constexpr double kOptimality = 1e-9;
+
+/// The problem with columns of unit norm, and the state of the active-set method on it.
+class ActiveSet {
+ public:
+  ActiveSet(const BoundedProblem& problem, const std::vector<Rests>& start)
+      : problem_(problem), size_(problem.right.size()), scale_(size_) {
+    for (Eigen::Index i = 0; i < size_; ++i) {
+      const double norm = problem.gram(i, i);
+      scale_(i) = norm > 0.0 ? 1.0 / std::sqrt(norm) : 1.0;
+    }
+    gram_ = scale_.asDiagonal() * problem.gram * scale_.asDiagonal();
+    gram_.diagonal().array() += kRelativeRidge;
+    right_ = scale_.cwiseProduct(problem.right);
+    lower_ = problem.lower.cwiseQuotient(scale_);
+    upper_ = problem.upper.cwiseQuotient(scale_);
+    value_ = Eigen::VectorXd::Zero(size_);
+    rests_.assign(static_cast<std::size_t>(size_), Rests::free);
+    for (Eigen::Index i = 0; i < size_; ++i) settle(i, start);
+    tolerance_ = kOptimality * std::max(right_.lpNorm<Eigen::Infinity>(), 1e-300);
+  }
+
+  BoundedSolution run() {
+    const int limit = 20 * static_cast<int>(size_) + 50;
+    int iteration = 0;
+    bool moved = solve_free();
+    for (; iteration < limit; ++iteration) {
+      if (!moved && !release_most_violating()) break;
+      moved = solve_free();
+    }
+    return {unscaled(), rests_, iteration};
+  }
+
+ private:
+  /// The unknowns in their own units. Scaling must not round one off its bound: a model file would refuse it.
+  Eigen::VectorXd unscaled() {
+    Eigen::VectorXd value = scale_.cwiseProduct(value_).cwiseMax(problem_.lower).cwiseMin(problem_.upper);
+    for (Eigen::Index i = 0; i < size_; ++i) {
+      if (rests(i) == Rests::on_lower) value(i) = problem_.lower(i);
+      if (rests(i) == Rests::on_upper) value(i) = problem_.upper(i);
+    }
+    return value;
+  }
+
+  Rests& rests(Eigen::Index i) { return rests_[static_cast<std::size_t>(i)]; }
+
+  /// Where unknown i starts: as before where that is given, else at the bound nearest to zero or free.
+  void settle(Eigen::Index i, const std::vector<Rests>& start) {
+    if (lower_(i) == upper_(i)) {
+      rests(i) = Rests::on_lower;
+    } else if (start.size() == rests_.size()) {
+      rests(i) = start[static_cast<std::size_t>(i)];
+    } else {
+      rests(i) = lower_(i) >= 0.0 ? Rests::on_lower : upper_(i) <= 0.0 ? Rests::on_upper : Rests::free;
+    }
+    if (rests(i) == Rests::on_lower) value_(i) = lower_(i);
+    if (rests(i) == Rests::on_upper) value_(i) = upper_(i);
+    if (rests(i) == Rests::free) value_(i) = std::min(std::max(0.0, lower_(i)), upper_(i));
+  }
+
+  /// Goes to the minimum over the free unknowns, or as far towards it as the first bounds in the way; true
+  /// when a bound stopped it, so that another solve is due.
+  bool solve_free() {
+    std::vector<Eigen::Index> free;
+    for (Eigen::Index i = 0; i < size_; ++i) {
+      if (rests(i) == Rests::free) free.push_back(i);
+    }
+    if (free.empty()) return false;
+    const auto count = static_cast<Eigen::Index>(free.size());
+    Eigen::VectorXd rested = value_;
+    for (const Eigen::Index i : free) rested(i) = 0.0;
+    const Eigen::VectorXd reduced = right_ - gram_ * rested;
+    Eigen::MatrixXd part(count, count);
+    Eigen::VectorXd target(count);
+    for (Eigen::Index a = 0; a < count; ++a) {
+      target(a) = reduced(free[static_cast<std::size_t>(a)]);
+      for (Eigen::Index b = 0; b < count; ++b) {
+        part(a, b) = gram_(free[static_cast<std::size_t>(a)], free[static_cast<std::size_t>(b)]);
+      }
+    }
+    target = Eigen::LLT<Eigen::MatrixXd>(part).solve(target);
+
+    double step = 1.0;
+    for (Eigen::Index a = 0; a < count; ++a) {
+      const Eigen::Index i = free[static_cast<std::size_t>(a)];
+      const double change = target(a) - value_(i);
+      const double bound = target(a) < lower_(i) ? lower_(i) : upper_(i);
+      if (target(a) < lower_(i) || target(a) > upper_(i)) {
+        step = std::min(step, change == 0.0 ? 0.0 : (bound - value_(i)) / change);
+      }
+    }
+    bool stopped = false;
+    for (Eigen::Index a = 0; a < count; ++a) {
+      const Eigen::Index i = free[static_cast<std::size_t>(a)];
+      value_(i) += step * (target(a) - value_(i));
+      if (step == 1.0) continue;
+      const double slack = 1e-12 * (1.0 + std::abs(value_(i)));
+      if (target(a) < lower_(i) && value_(i) <= lower_(i) + slack) {
+        value_(i) = lower_(i);
+        rests(i) = Rests::on_lower;
+        stopped = true;
+      } else if (target(a) > upper_(i) && value_(i) >= upper_(i) - slack) {
+        value_(i) = upper_(i);
+        rests(i) = Rests::on_upper;
+        stopped = true;
+      }
+    }
+    return stopped;
+  }
+
+  /// Frees the unknown whose bound costs most; false at the minimum.
+  bool release_most_violating() {
+    const Eigen::VectorXd descent = right_ - gram_ * value_;
+    Eigen::Index worst = -1;
+    double most = tolerance_;
+    for (Eigen::Index i = 0; i < size_; ++i) {
+      if (lower_(i) == upper_(i) || rests(i) == Rests::free) continue;
+      const double gain = rests(i) == Rests::on_lower ? descent(i) : -descent(i);
+      if (gain > most) {
+        most = gain;
+        worst = i;
+      }
+    }
+    if (worst < 0) return false;
+    rests(worst) = Rests::free;
+    return true;
+  }
+
+  const BoundedProblem& problem_;
+  Eigen::Index size_;
+  Eigen::VectorXd scale_;
+  Eigen::MatrixXd gram_;
+  Eigen::VectorXd right_;
+  Eigen::VectorXd lower_;
+  Eigen::VectorXd upper_;
+  Eigen::VectorXd value_;
+  std::vector<Rests> rests_;
+  double tolerance_ = 0.0;
+};
+
+}  // namespace
+
+void turn(const EachWay& pairs, Eigen::VectorXd& vector) {
+  for (const auto& [a, b] : pairs) {
+    const double sum = 0.5 * (vector(a) + vector(b));
+    vector(b) = 0.5 * (vector(a) - vector(b));
+    vector(a) = sum;
+  }
+}
+
+void turn(const EachWay& pairs, Eigen::MatrixXd& matrix) {
+  for (const auto& [a, b] : pairs) {
+    const Eigen::VectorXd column = 0.5 * (matrix.col(a) + matrix.col(b));
+    matrix.col(b) = 0.5 * (matrix.col(a) - matrix.col(b));
+    matrix.col(a) = column;
+    const Eigen::RowVectorXd row = 0.5 * (matrix.row(a) + matrix.row(b));
+    matrix.row(b) = 0.5 * (matrix.row(a) - matrix.row(b));
+    matrix.row(a) = row;
+  }
+}
+
+BoundedSolution solve_bounded(const BoundedProblem& problem, const std::vector<Rests>& start) {
+  if (problem.each_way.empty()) return ActiveSet(problem, start).run();
+  // In sums and differences the pairs have bounds of their own.
+  BoundedProblem turned = problem;
+  turned.each_way.clear();
+  turn(problem.each_way, turned.gram);
+  turn(problem.each_way, turned.right);
+  for (const auto& [a, b] : problem.each_way) {
+    turned.lower(a) = turned.lower(b) = 0.0;
+    turned.upper(b) = turned.upper(a);
+  }
+  BoundedSolution solution = ActiveSet(turned, start).run();
+  turn(problem.each_way, solution.value);
+  return solution;
+}
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/estimate/measurement/conditioning.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <span>
+
+#include "workbench/signal/spectrum.h"
+#include "workbench/signal/zero_phase.h"
+
+namespace slipstack::workbench {
+namespace {
+
+/// Highest bandwidth of the rows, relative to the sampling rate: a motion is sampled well where its own
+/// frequencies are twenty times lower.
+constexpr double kHighestBandwidth = 0.05;
+
+/// Where quantisation seen through the mass, which grows with the square of frequency, equals the noise of
+/// the force, summed over the band.
+double band_above_quantisation_Hz(const LogPart& part) {
+  const double quantisation_N = part.rough_mass_kg * part.encoder_resolution_m / std::sqrt(12.0);
+  if (!(quantisation_N > 0.0) || !(part.force_noise_N > 0.0)) return std::numeric_limits<double>::infinity();
+  const double omega2 = part.force_noise_N / quantisation_N * std::sqrt(5.0);
+  return std::sqrt(omega2) / (2.0 * std::numbers::pi);
+}
+
+/// Highest frequency at which the force is louder than its noise; of a log too short to tell, `unknown_Hz`.
+double excited_Hz(std::span<const double> force_N, double rate_Hz, double noise_N, double unknown_Hz) {
+  const Spectrum spectrum = power_spectrum(force_N, rate_Hz, 512);
+  if (spectrum.density.empty()) return unknown_Hz;
+  const double floor = 2.0 * noise_N * noise_N / rate_Hz;
+  std::size_t last = spectrum.density.size() - 1;
+  while (last > 0 && spectrum.density[last] < 2.0 * floor) --last;
+  return spectrum.frequency_Hz[last];
+}
+
+}  // namespace
+
+double rough_mass_kg(const std::vector<double>& position_m, const std::vector<double>& force_N,
+                     double rate_Hz, const std::vector<Stretch>& cut) {
+  const std::vector<double> taps = low_pass_taps(0.02 * rate_Hz, rate_Hz);
+  const std::vector<double> x = filter_all(position_m, taps);
+  const std::vector<double> f = filter_all(force_N, taps);
+  const std::vector<double> v = first_derivative(x, rate_Hz);
+  const std::vector<double> a = second_derivative(x, rate_Hz);
+  Eigen::Matrix4d gram = 1e-12 * Eigen::Matrix4d::Identity();
+  Eigen::Vector4d right = Eigen::Vector4d::Zero();
+  auto next = cut.begin();
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    while (next != cut.end() && i >= next->end + taps.size()) ++next;
+    if (next != cut.end() && i + taps.size() >= next->first) continue;
+    const Eigen::Vector4d row(a[i], v[i], std::copysign(1.0, v[i]), 1.0);
+    gram += row * row.transpose();
+    right += row * f[i];
+  }
+  return std::max(0.0, gram.ldlt().solve(right)(0));
+}
+
+double bandwidth_shown_Hz(const Log& log, const std::vector<LogPart>& parts) {
+  const double rate = log.sample_rate_Hz;
+  const double highest = kHighestBandwidth * rate;
+  double limit = highest;
+  double excited = 0.0;
+  for (const LogPart& part : parts) {
+    limit = std::min(limit, band_above_quantisation_Hz(part));
+    const std::span<const double> force_N =
+        std::span(log.force_N).subspan(part.first_sample, part.sample_count);
+    excited = std::max(excited, excited_Hz(force_N, rate, part.force_noise_N, highest));
+  }
+  const double least = std::min(highest, 0.01 * rate);
+  return std::clamp(std::min(limit, excited), least, highest);
+}
+
+}  // namespace slipstack::workbench

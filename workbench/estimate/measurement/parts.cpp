@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/estimate/measurement/parts.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "workbench/base/text.h"
+
+namespace slipstack::workbench {
+namespace {
+
+/// Clocks of one drive agree better than this; other rates are another drive's.
+constexpr double kSameRate = 1e-4;
+
+[[noreturn]] void refuse(const Log& log, const std::string& what) {
+  throw InputError(fmt::format("{}: {}", printable(log.path), what));
+}
+
+void require_one_axis(const Log& first, const Log& other) {
+  if (std::abs(other.sample_rate_Hz - first.sample_rate_Hz) > kSameRate * first.sample_rate_Hz) {
+    refuse(other, fmt::format("sampled at {:.6g} Hz, but {} at {:.6g} Hz; resample one of them, or give them "
+                              "to two runs",
+                              other.sample_rate_Hz, printable(first.path), first.sample_rate_Hz));
+  }
+  if (other.mass_kg.has_value() != first.mass_kg.has_value()) {
+    const Log& without = other.mass_kg ? first : other;
+    const Log& with = other.mass_kg ? other : first;
+    refuse(without, fmt::format("declares no mass_kg, but {} does; add the line to each log, or remove it "
+                                "from all",
+                                printable(with.path)));
+  }
+  if (other.magnet_pitch_m && first.magnet_pitch_m && *other.magnet_pitch_m != *first.magnet_pitch_m) {
+    refuse(other, fmt::format("magnet_pitch_m is {:.6g}, but {:.6g} in {}; logs that are fitted together are "
+                              "of one axis",
+                              *other.magnet_pitch_m, *first.magnet_pitch_m, printable(first.path)));
+  }
+}
+
+void append(std::vector<double>& all, const std::vector<double>& more, bool first) {
+  if (first) {
+    all = more;
+  } else if (more.empty() || all.empty()) {
+    all.clear();
+  } else {
+    all.insert(all.end(), more.begin(), more.end());
+  }
+}
+
+}  // namespace
+
+JoinedLogs join(std::vector<Log> logs) {
+  std::vector<LogPiece> pieces;
+  for (Log& log : logs) {
+    const std::size_t samples = log.position_m.size();
+    const auto [low, high] = std::minmax_element(log.position_m.begin(), log.position_m.end());
+    const double travel_m = *high - *low;
+    pieces.push_back({std::move(log), pieces.size(), 0, samples, travel_m});
+  }
+  return join(std::move(pieces));
+}
+
+JoinedLogs join(std::vector<LogPiece> pieces) {
+  if (pieces.empty()) throw InputError("no log");
+  JoinedLogs joined;
+  std::size_t next = 0;
+  for (LogPiece& piece : pieces) {
+    Log& log = piece.log;
+    require_one_axis(pieces.front().log, log);
+    Mending mending = mend(log, piece.is_whole() ? Mended::whole_log : Mended::piece);
+    LogPart part;
+    part.cut = std::move(mending.cut);
+    part.jumps = std::move(mending.jumps);
+    part.mended = std::move(mending.notes);
+    part.path = log.path;
+    part.log = piece.log_index;
+    part.log_travel_m = piece.log_travel_m;
+    part.start_s = static_cast<double>(piece.first_sample) / log.sample_rate_Hz;
+    part.first_sample = next;
+    part.sample_count = log.position_m.size();
+    part.mass_kg = log.mass_kg;
+    part.encoder_resolution_m = log.encoder_resolution_m.value_or(0.0);
+    next += part.sample_count;
+    if (part.log >= joined.log_samples.size()) joined.log_samples.resize(part.log + 1);
+    joined.log_samples[part.log] = piece.log_samples;
+    joined.parts.push_back(std::move(part));
+  }
+  if (pieces.size() == 1) {
+    joined.log = std::move(pieces.front().log);
+    return joined;
+  }
+  const Log& first = pieces.front().log;
+  Log& all = joined.log;
+  all.path = first.path;
+  all.sample_rate_Hz = first.sample_rate_Hz;
+  all.start_time_s = first.start_time_s;
+  all.mass_kg = first.mass_kg;
+  all.motor_constant_N_per_A = first.motor_constant_N_per_A;
+  all.header = first.header;
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    Log& log = pieces[i].log;
+    for (auto column : {&Log::position_m, &Log::force_N, &Log::reference_position_m, &Log::velocity_mps,
+                        &Log::normal_force_N, &Log::temperature_C}) {
+      append(all.*column, log.*column, i == 0);
+      std::vector<double>().swap(log.*column);
+    }
+    if (log.magnet_pitch_m) all.magnet_pitch_m = log.magnet_pitch_m;
+    if (log.encoder_resolution_m) {
+      all.encoder_resolution_m = std::max(all.encoder_resolution_m.value_or(0.0), *log.encoder_resolution_m);
+    }
+    if (i > 0 && pieces[i].log_index == pieces[i - 1].log_index) continue;
+    for (const std::string& note : log.notes) {
+      all.notes.push_back(joined.log_samples.size() > 1 ? printable(log.path) + ": " + note : note);
+    }
+  }
+  return joined;
+}
+
+std::vector<double> part_of(const std::vector<double>& values, const LogPart& part) {
+  const auto first = values.begin() + static_cast<std::ptrdiff_t>(part.first_sample);
+  return {first, first + static_cast<std::ptrdiff_t>(part.sample_count)};
+}
+
+const std::vector<std::string>& effects_of_each_log() {
+  static const std::vector<std::string> effects{"inertia", "payload_mass", "offset_force", "drift"};
+  return effects;
+}
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/estimate/nonlinear/checks.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "workbench/base/errors.h"
+#include "workbench/base/text.h"
+#include "workbench/estimate/nonlinear/shape_search.h"
+#include "workbench/model/effects/effect_registry.h"
+
+namespace slipstack::workbench {
+namespace {
+
+/// Cross-validation fits to four fifths of the instants: with fewer than these it would fit noise.
+constexpr Eigen::Index kInstantsPerParameter = 2;
+constexpr Eigen::Index kLeastInstants = 100;
+/// Slower samples show no reversal and no move: as a rule their time is in another unit.
+constexpr double kLeastRate_Hz = 10.0;
+
+}  // namespace
+
+void check_combination(const Measurement& measurement, const std::vector<std::string>& ids) {
+  const auto has = [&](std::string_view id) { return std::find(ids.begin(), ids.end(), id) != ids.end(); };
+  if (has("inertia") && has("payload_mass") && !measurement.log().mass_kg) {
+    throw UsageError(
+        "payload_mass and inertia are one and the same while the mass is not known; add the line "
+        "'# mass_kg: value' to the log or leave payload_mass out");
+  }
+  const bool dry = std::any_of(ids.begin(), ids.end(),
+                               [](const std::string& id) { return find_effect(id)->acts_as(Acts::dry); });
+  for (const std::string& id : ids) {
+    if (!dry && find_effect(id)->acts_as(Acts::dry_scale)) {
+      throw UsageError(
+          fmt::format("{} changes the level of dry friction, and the model has none; add "
+                      "presliding_hysteresis or coulomb",
+                      id));
+    }
+  }
+}
+
+void check_enough(const std::string& logs, const Measurement& measurement,
+                  const std::vector<std::string>& ids) {
+  Eigen::Index parameters = 0;
+  for (const std::string& id : ids) {
+    const EffectDescription& effect = *find_effect(id);
+    parameters += static_cast<Eigen::Index>(static_cast<std::size_t>(effect.gain_count) *
+                                            measurement.gain_sets(effect.text.id));
+    parameters += static_cast<Eigen::Index>(searched_shapes(measurement, effect).size());
+  }
+  if (measurement.row_count() < kInstantsPerParameter * parameters) {
+    throw InputError(fmt::format(
+        "{}: {} instants after filtering cannot tell {} parameters; record longer or fit fewer effects",
+        printable(logs), measurement.row_count(), parameters));
+  }
+}
+
+void refuse_slow_or_short(const Measurement& measurement) {
+  if (measurement.sample_rate_Hz() < kLeastRate_Hz) {
+    throw InputError(fmt::format(
+        "{}: column time_s: {:.3g} samples a second are too few to see friction (at least {:.0f}); if the "
+        "column holds milliseconds, write seconds",
+        printable(measurement.parts().front().path), measurement.sample_rate_Hz(), kLeastRate_Hz));
+  }
+  for (std::size_t log = 0; log < measurement.log_count(); ++log) {
+    const auto [first, count] = measurement.rows_of_log(log);
+    const auto usable = static_cast<Eigen::Index>(measurement.row_usable().segment(first, count).sum());
+    if (usable >= kLeastInstants) continue;
+    const LogPart& part = measurement.parts()[measurement.parts_of_log(log).first];
+    if (count >= kLeastInstants) {
+      throw InputError(
+          fmt::format("{}: of {} instants {} are left once its faults are cut out, fewer than the {} that a "
+                      "fit needs ({}); record again",
+                      printable(part.path), count, usable, kLeastInstants,
+                      part.mended.empty() ? "" : part.mended.back()));
+    }
+    throw InputError(fmt::format(
+        "{}: {} samples leave {} instants after filtering, fewer than the {} that a fit needs; record longer",
+        printable(part.path), measurement.log_sample_count(log), count, kLeastInstants));
+  }
+}
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/estimate/nonlinear/nominal_shapes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <string_view>
+#include <utility>
+
+#include "workbench/estimate/nonlinear/shape_search.h"
+#include "workbench/estimate/nonlinear/trial.h"
+
+namespace slipstack::workbench {
+namespace {
+
+/// Evaluations in the search of a shape that has a customary value, and the part of the held-out error that
+/// it must leave at most to lose it.
+constexpr int kCustomaryEvaluations = 25;  ///< for each shape
+constexpr double kWantsAnotherShape = 0.998;
+
+constexpr std::string_view kLag = "time_delay";
+/// Steps with which the search for a low pass begins: of what all lag is together, or of a sample.
+constexpr double kFirstFilter = 0.5;
+constexpr double kFirstLag = 0.1;
+
+/// Held-out error of the model with `term` added to `base`.
+double held_out_with(const Measurement& measurement, const FittedModel& base, const Term& term) {
+  Terms terms = base.terms;
+  terms.push_back(term);
+  std::vector<Rests> rests = base.solution.rests;
+  rests.resize(rests.size() + term.gains.size(), Rests::free);
+  return equations_with(measurement, *base.linearisation, *base.equations, term)
+      .cross_validate(constraints_of(terms, base.train_rmse_N), rests)
+      .rmse;
+}
+
+/// What settle_customary_shapes() searches of a term. Beside a filter the delay is searched again, as the
+/// sum of both: the log tells what they are together far better than either.
+std::vector<ShapeRange> ranges_to_settle(const Measurement& measurement, const Term& term, bool viscous) {
+  std::vector<ShapeRange> ranges = customary_shapes(measurement, *term.effect);
+  if (viscous) {
+    for (ShapeRange& range : ranges) range.lower = range.customary;
+  }
+  if (term.id() != kLag) return ranges;
+  const double lag_s = std::max(std::abs(lag_of({term}).total_s()), measurement.tick_s());
+  ranges.front().first_step = kFirstFilter * lag_s;
+  ranges.push_back(searched_shapes(measurement, *term.effect).front());
+  ranges.back().first_step = kFirstLag * lag_s;
+  return ranges;
+}
+
+/// Shapes of a lag whose delay has so many filters more: one for the sum of both, minus one back from it.
+std::vector<double> moved_delay(const Term& term, std::vector<double> shapes, double filters) {
+  if (term.id() != kLag) return shapes;
+  const ShapeSpec& delay = term.effect->shapes[0];
+  shapes[0] = std::clamp(shapes[0] + filters * shapes[1], static_cast<double>(delay.lower),
+                         static_cast<double>(delay.upper));
+  return shapes;
+}
+
+/// The model with the customary shapes of one term back at their values.
+FittedModel customary(const Measurement& measurement, const FittedModel& fitted, std::size_t t) {
+  Terms terms = fitted.terms;
+  terms[t].shapes = moved_delay(terms[t], std::move(terms[t].shapes), 1.0);
+  for (const ShapeRange& range : customary_shapes(measurement, *terms[t].effect)) {
+    terms[t].shapes[range.index] = range.customary;
+  }
+  return terms[t].shapes == fitted.terms[t].shapes ? fitted
+                                                   : fit_gains(measurement, std::move(terms), &fitted);
+}
+
+using Cost = std::function<double(const Term&)>;
+
+/// The model with what settle_customary_shapes() searches of a term where the cost is lowest.
+FittedModel search_customary(const Measurement& measurement, const FittedModel& fitted, std::size_t t,
+                             const Cost& cost) {
+  const Term& term = fitted.terms[t];
+  const std::vector<ShapeRange> ranges =
+      ranges_to_settle(measurement, term, contains(fitted.terms, "viscous"));
+  const auto cost_of_shapes = [&](const std::vector<double>& shapes) {
+    Term moved = term;
+    moved.shapes = moved_delay(term, shapes, -1.0);
+    return cost(moved);
+  };
+  const int evaluations = kCustomaryEvaluations * static_cast<int>(ranges.size());
+  const SearchResult found =
+      refine_shapes(ranges, moved_delay(term, term.shapes, 1.0), cost_of_shapes, evaluations);
+  Terms terms = fitted.terms;
+  terms[t].shapes = moved_delay(term, found.shapes, -1.0);
+  return fit_gains(measurement, std::move(terms), &fitted);
+}
+
+/// Those shapes of a term where held-out data want them.
+FittedModel settle_customary_shapes_of(const Measurement& measurement, FittedModel fitted, std::size_t t) {
+  if (customary_shapes(measurement, *fitted.terms[t].effect).empty()) return fitted;
+  const FittedModel base =
+      linearised(measurement, without(fitted.terms, fitted.terms[t].id()), fitted.train_rmse_N);
+  const auto held_out_N = [&](const Term& term) { return held_out_with(measurement, base, term); };
+  FittedModel plain = customary(measurement, fitted, t);
+  FittedModel moved = search_customary(measurement, fitted, t, held_out_N);
+  if (!(moved.holdout_rmse_N < kWantsAnotherShape * plain.holdout_rmse_N)) return plain;
+  if (moved.terms[t].id() != kLag) return moved;
+  // The inverse of a low pass makes the force's noise louder, and so the low pass too short. Whether there is
+  // one was asked with that against it; how long it is, is asked without. The rows hold no more noise than
+  // the model leaves.
+  const double gain = measurement.force_noise_gain({});
+  const double noise_N = std::min(measurement.force_noise_N(), moved.train_rmse_N / gain);
+  return search_customary(measurement, moved, t, [&](const Term& term) {
+    const double louder_N = noise_N * measurement.force_noise_gain(lag_of({term}));
+    const double error_N = held_out_N(term);
+    return std::sqrt(
+        std::max(0.0, error_N * error_N - louder_N * louder_N + noise_N * noise_N * gain * gain));
+  });
+}
+
+}  // namespace
+
+FittedModel settle_customary_shapes(const Measurement& measurement, FittedModel fitted) {
+  for (std::size_t t = 0; t < fitted.terms.size(); ++t) {
+    fitted = settle_customary_shapes_of(measurement, std::move(fitted), t);
+  }
+  return fitted;
+}
+
+FittedModel settle_lag(const Measurement& measurement, FittedModel fitted) {
+  for (std::size_t t = 0; t < fitted.terms.size(); ++t) {
+    if (fitted.terms[t].id() == kLag) fitted = settle_customary_shapes_of(measurement, std::move(fitted), t);
+  }
+  return fitted;
+}
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/estimate/nonlinear/trial.h"
+
+#include <algorithm>
+#include <functional>
+#include <utility>
+
+#include "workbench/estimate/nonlinear/shape_search.h"
+
+namespace slipstack::workbench {
+namespace {
+
+constexpr double kAsGoodPitch = 1.01;    ///< cost, over that of the best pitch
+constexpr double kWorthRefining = 1.03;  ///< the same, before the pitch is refined
+
+/// Whether an effect fades below the slowest speed that the log shows: then it stands for something that
+/// happens at reversals, and the log does not show this effect.
+bool below_visible(const EffectDescription& effect, const std::vector<ShapeRange>& ranges,
+                   const std::vector<double>& shapes) {
+  return std::any_of(ranges.begin(), ranges.end(), [&](const ShapeRange& range) {
+    return effect.shapes[range.index].kind == ShapeKind::fading_velocity &&
+           shapes[range.index] < 1.05 * range.lower;
+  });
+}
+
+/// The start of lowest cost; among pitches that do as well, within 1 %, the shortest: harmonics of a pitch
+/// are harmonics of its multiples too.
+std::vector<double> best_start(const EffectDescription& effect,
+                               const std::vector<std::vector<double>>& starts,
+                               const std::function<double(const std::vector<double>&)>& cost) {
+  std::vector<double> costs;
+  costs.reserve(starts.size());
+  for (const auto& shapes : starts) costs.push_back(cost(shapes));
+  std::size_t best = static_cast<std::size_t>(std::min_element(costs.begin(), costs.end()) - costs.begin());
+  const double enough = kAsGoodPitch * costs[best];
+  for (std::size_t shape = 0; shape < effect.shapes.size(); ++shape) {
+    if (effect.shapes[shape].kind != ShapeKind::pitch) continue;
+    for (std::size_t i = 0; i < starts.size(); ++i) {
+      if (costs[i] <= enough && starts[i][shape] < starts[best][shape]) best = i;
+    }
+  }
+  return starts[best];
+}
+
+/// Unless a half or a third of the pitch does as well: noise in the harmonics that a multiple adds can make
+/// it the best by a hair.
+SearchResult with_shortest_pitch(const EffectDescription& effect, const std::vector<ShapeRange>& ranges,
+                                 SearchResult found,
+                                 const std::function<double(const std::vector<double>&)>& cost,
+                                 int evaluations) {
+  const double enough = kAsGoodPitch * found.cost;
+  for (const ShapeRange& range : ranges) {
+    if (effect.shapes[range.index].kind != ShapeKind::pitch) continue;
+    for (const double part : {2.0, 3.0}) {
+      std::vector<double> shapes = found.shapes;
+      shapes[range.index] /= part;
+      if (shapes[range.index] < range.lower || cost(shapes) > kWorthRefining * found.cost) continue;
+      SearchResult shorter = refine_shapes(ranges, std::move(shapes), cost, evaluations / 2);
+      if (shorter.cost <= enough) found = std::move(shorter);
+    }
+  }
+  return found;
+}
+
+/// Starts of one valley each: a memory that fades with distance alone is far from one that fades with time.
+std::vector<std::vector<std::vector<double>>> valleys(const EffectDescription& effect,
+                                                      const std::vector<ShapeRange>& ranges,
+                                                      std::vector<std::vector<double>> starts) {
+  const auto distance = std::find_if(ranges.begin(), ranges.end(), [&](const ShapeRange& range) {
+    return effect.shapes[range.index].kind == ShapeKind::lag_distance;
+  });
+  if (distance == ranges.end()) return {std::move(starts)};
+  const auto by_distance = std::stable_partition(starts.begin(), starts.end(), [&](const auto& shapes) {
+    return shapes[distance->index] == distance->upper;
+  });
+  std::vector<std::vector<std::vector<double>>> all{{starts.begin(), by_distance},
+                                                    {by_distance, starts.end()}};
+  std::erase_if(all, [](const auto& one) { return one.empty(); });
+  return all;
+}
+
+}  // namespace
+
+NormalEquations equations_with(const Measurement& measurement, const Linearisation& linearisation,
+                               const NormalEquations& equations, const Term& term) {
+  if (term.gains.empty()) {  // a lag moves the measured force
+    const Eigen::VectorXd target =
+        linearisation.target() - linearisation.measured_N() + measurement.force_N(lag_of({term}));
+    return equations.with_target(measurement, linearisation.columns(), target);
+  }
+  return equations.with(measurement, linearisation.columns(), linearisation.columns_of(term),
+                        linearisation.target());
+}
+
+Trial try_effect(const Measurement& measurement, const FittedModel& base, const EffectDescription& effect,
+                 const SearchEffort& effort, const std::vector<double>* start) {
+  const Linearisation& linearisation = *base.linearisation;
+  Trial best;
+  best.term = term_for_log(measurement, effect);
+  best.terms = base.terms;
+  best.terms.push_back(best.term);
+  const NormalEquations::Constraints constraints = constraints_of(best.terms, base.train_rmse_N);
+  std::vector<Rests> rests = base.solution.rests;
+  for (std::size_t i = 0; i < best.term.gains.size(); ++i) rests.push_back(Rests::free);
+
+  const auto equations_at = [&](const std::vector<double>& shapes) {
+    Term term = best.term;
+    term.shapes = shapes;
+    return equations_with(measurement, linearisation, *base.equations, term);
+  };
+  const auto judge = [&](const NormalEquations& equations) {
+    return equations.cross_validate(constraints, rests);
+  };
+  const auto cost = [&](const std::vector<double>& shapes) { return judge(equations_at(shapes)).rmse; };
+
+  const auto starts = start != nullptr
+                          ? std::vector<std::vector<double>>{*start}
+                          : starting_shapes(measurement, effect,
+                                            linearisation.residual_N().cwiseProduct(measurement.row_usable()),
+                                            linearisation.force_N());
+  const std::vector<ShapeRange> ranges = searched_shapes(measurement, effect);
+  // A user's own effect may have many shapes, and a narrow place to find.
+  const int evaluations = effect.is_own() ? effort.evaluations * std::max(1, static_cast<int>(ranges.size()))
+                                          : effort.evaluations;
+  SearchResult lowest;
+  for (const auto& valley : valleys(effect, ranges, starts)) {
+    const std::vector<double> first = valley.size() > 1 ? best_start(effect, valley, cost) : valley.front();
+    SearchResult found = with_shortest_pitch(effect, ranges, refine_shapes(ranges, first, cost, evaluations),
+                                             cost, evaluations);
+    if (lowest.shapes.empty() || found.cost < lowest.cost) lowest = std::move(found);
+  }
+  best.term.shapes = std::move(lowest.shapes);
+  const NormalEquations equations = equations_at(best.term.shapes);
+  const auto judged = judge(equations);
+  best.terms.back() = best.term;
+  take_gains(best.terms, equations.fit(constraints, rests).value);
+  best.term = best.terms.back();
+  best.holdout_rmse_N = judged.rmse;
+  best.block_squared_error = judged.block_squared_error;
+  if (below_visible(effect, ranges, best.term.shapes)) {
+    best.holdout_rmse_N = base.holdout_rmse_N;
+    best.block_squared_error = base.block_squared_error;
+  }
+  return best;
+}
+
+}  // namespace slipstack::workbench

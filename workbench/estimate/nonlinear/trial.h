@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "workbench/estimate/nonlinear/fitted_model.h"
+
+namespace slipstack::workbench {
+
+/// How much work a shape search may spend.
+struct SearchEffort {
+  int evaluations = 40;  ///< of the refinement, for each searched effect
+};
+
+/// An effect added to a fitted model: best shapes, gains to first order, and the held-out error.
+struct Trial {
+  Term term;    ///< the effect
+  Terms terms;  ///< the whole model, the effect last
+  double holdout_rmse_N = 0.0;
+  std::vector<double> block_squared_error;
+};
+
+/// Tries `effect` on top of `base`: searches its shapes (starting points, then refinement) for the lowest
+/// held-out error of base and effect fitted jointly. With `start`, searches only from those shapes.
+Trial try_effect(const Measurement& measurement, const FittedModel& base, const EffectDescription& effect,
+                 const SearchEffort& effort, const std::vector<double>* start = nullptr);
+
+/// Equations of a model with `term` added to it, its shapes as they are; `equations` are those of the model
+/// without it.
+NormalEquations equations_with(const Measurement& measurement, const Linearisation& linearisation,
+                               const NormalEquations& equations, const Term& term);
+
+}  // namespace slipstack::workbench

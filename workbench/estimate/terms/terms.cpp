@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/estimate/terms/terms.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "workbench/base/statistics.h"
+#include "workbench/estimate/nonlinear/shape_search.h"
+
+namespace slipstack::workbench {
+namespace {
+
+/// Prior standard deviations of dimensionless modulations: the value, and the bend between neighbours of a
+/// map.
+constexpr double kModulationPrior = 0.5;
+constexpr double kBendPrior = 0.3;
+/// The mean of a map: the level that it modulates is that of the middle of the rail, or a map of -50 %
+/// throughout and twice the level would be as good.
+constexpr double kMeanPrior = 0.01;
+
+void penalise_modulation(const GainGroup& group, Eigen::Index first, double variance,
+                         Eigen::MatrixXd& penalty) {
+  for (Eigen::Index i = first; i < first + group.count; ++i) {
+    penalty(i, i) += variance / (kModulationPrior * kModulationPrior);
+  }
+  if (!group.smooth) return;
+  const Eigen::Vector3d bend(1.0, -2.0, 1.0);
+  for (Eigen::Index i = first; i + 2 < first + group.count; ++i) {
+    penalty.block<3, 3>(i, i) += variance / (kBendPrior * kBendPrior) * bend * bend.transpose();
+  }
+  const auto splines = static_cast<double>(group.count);
+  penalty.block(first, first, group.count, group.count).array() += variance / squared(kMeanPrior * splines);
+}
+
+/// Where the gains of a set begin among the unknowns, and the gain of that name within it.
+struct GainAt {
+  const Term* term = nullptr;
+  Eigen::Index first = 0;
+  std::size_t index = 0;
+
+  double lower(std::size_t set) const { return term->lower[at(set)]; }
+  double upper(std::size_t set) const { return term->upper[at(set)]; }
+  Eigen::Index unknown(std::size_t set) const { return first + static_cast<Eigen::Index>(at(set)); }
+
+ private:
+  std::size_t at(std::size_t set) const { return set * term->gains_per_set() + index; }
+};
+
+GainAt find_gain(const Terms& terms, std::string_view effect, std::string_view name) {
+  Eigen::Index first = 0;
+  for (const Term& term : terms) {
+    if (effect == term.effect->text.id) {
+      std::size_t index = 0;
+      for (const GainGroup& group : term.effect->gain_groups) {
+        if (name == group.name) return {&term, first, index};
+        index += static_cast<std::size_t>(group.count);
+      }
+    }
+    first += static_cast<Eigen::Index>(term.gains.size());
+  }
+  return {};
+}
+
+/// Viscous friction opposes motion in either direction: c |v| is a part of the c v that the model has, at
+/// most as large. Without the latter, one direction would be driven.
+void couple_viscous(const Terms& terms, NormalEquations::Constraints& constraints) {
+  const GainAt part = find_gain(terms, "direction_asymmetry", "viscous_asymmetry");
+  if (part.term == nullptr) return;
+  const GainAt whole = find_gain(terms, "viscous", "viscous");
+  for (std::size_t set = 0; set < part.term->gain_sets(); ++set) {
+    const Eigen::Index b = part.unknown(set);
+    if (whole.term == nullptr) {
+      constraints.lower(b) = constraints.upper(b) = 0.0;
+      continue;
+    }
+    // Either of them each log's own, the other not: no pair, and nothing is coupled.
+    if (whole.term->gain_sets() != part.term->gain_sets()) continue;
+    const Eigen::Index a = whole.unknown(set);
+    if (whole.lower(set) == whole.upper(set)) {
+      constraints.lower(b) = std::max(constraints.lower(b), -whole.upper(set));
+      constraints.upper(b) = std::min(constraints.upper(b), whole.upper(set));
+    } else if (part.lower(set) == part.upper(set)) {
+      constraints.lower(a) = std::max(constraints.lower(a), std::abs(part.upper(set)));
+    } else {
+      constraints.each_way.emplace_back(a, b);
+    }
+  }
+}
+
+/// A mode's rigid mass and a mass of the axis that is fitted are one and the same force: the axis has it, or
+/// the split is chance, and a mass may come out as none.
+void leave_rigid_mass_to_axis(const Terms& terms, NormalEquations::Constraints& constraints) {
+  const GainAt rigid = find_gain(terms, "structural_resonance", "rigid_mass");
+  if (rigid.term == nullptr || !mass_is_free(terms)) return;
+  for (std::size_t set = 0; set < rigid.term->gain_sets(); ++set) {
+    constraints.lower(rigid.unknown(set)) = constraints.upper(rigid.unknown(set)) = 0.0;
+  }
+}
+
+}  // namespace
+
+Term make_term(const Measurement& measurement, const EffectDescription& effect) {
+  Term term;
+  term.effect = &effect;
+  for (const GainGroup& group : effect.gain_groups) {
+    for (int i = 0; i < group.count; ++i) {
+      term.gains.push_back(0.0);
+      term.lower.push_back(static_cast<double>(group.lower));
+      term.upper.push_back(static_cast<double>(group.upper));
+    }
+  }
+  term.shapes = default_shapes(measurement, effect);
+  return with_gain_sets(measurement, std::move(term));
+}
+
+NormalEquations::Constraints constraints_of(const Terms& terms, double error_N) {
+  const Eigen::Index count = unknown_count(terms);
+  NormalEquations::Constraints constraints{
+      Eigen::VectorXd(count), Eigen::VectorXd(count), Eigen::MatrixXd::Zero(count, count), {}};
+  const double variance = error_N * error_N;
+  Eigen::Index next = 0;
+  for (const Term& term : terms) {
+    Eigen::Index first = next;
+    for (std::size_t set = 0; set < term.gain_sets(); ++set) {
+      for (const GainGroup& group : term.effect->gain_groups) {
+        if (group.acts == Acts::dry_scale || group.acts == Acts::total_scale) {
+          penalise_modulation(group, first, variance, constraints.penalty);
+        }
+        first += group.count;
+      }
+    }
+    for (std::size_t i = 0; i < term.gains.size(); ++i, ++next) {
+      constraints.lower(next) = term.lower[i];
+      constraints.upper(next) = term.upper[i];
+    }
+  }
+  couple_viscous(terms, constraints);
+  leave_rigid_mass_to_axis(terms, constraints);
+  return constraints;
+}
+
+Term with_gain_sets(const Measurement& measurement, Term term) {
+  const std::size_t sets = measurement.gain_sets(term.effect->text.id);
+  const std::size_t count = term.gains_per_set();
+  for (std::vector<double>* values : {&term.gains, &term.lower, &term.upper}) {
+    const std::vector<double> first(values->begin(), values->begin() + static_cast<std::ptrdiff_t>(count));
+    for (std::size_t set = 1; set < sets; ++set) values->insert(values->end(), first.begin(), first.end());
+  }
+  return term;
+}
+
+Terms averaged_over_logs(const Measurement& measurement, Terms terms) {
+  const auto samples = static_cast<double>(measurement.whole_sample_count());
+  for (Term& term : terms) {
+    const std::size_t sets = term.gain_sets();
+    const std::size_t count = term.gains_per_set();
+    if (sets == 1) continue;
+    const auto mean = [&](std::vector<double>& values, bool of_squares) {
+      if (values.size() != sets * count) return;
+      for (std::size_t g = 0; g < count; ++g) {
+        double sum = 0.0;
+        for (std::size_t set = 0; set < sets; ++set) {
+          const double weight = static_cast<double>(measurement.log_sample_count(set)) / samples;
+          const double own = weight * values[set * count + g];
+          sum += of_squares ? own * own : own;
+        }
+        values[g] = of_squares ? std::sqrt(sum) : sum;
+      }
+      values.resize(count);
+    };
+    mean(term.gains, false);
+    mean(term.lower, false);
+    mean(term.upper, false);
+    mean(term.gain_standard_errors, true);
+  }
+  return terms;
+}
+
+}  // namespace slipstack::workbench

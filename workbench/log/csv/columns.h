@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+
+#include "workbench/log/csv/raw_table.h"
+
+namespace slipstack::workbench {
+
+enum class Quantity : std::size_t {
+  kTime,
+  kPosition,
+  kForce,
+  kCurrent,
+  kReferencePosition,
+  kVelocity,
+  kNormalForce,
+  kTemperature,
+};
+inline constexpr std::size_t kQuantityCount = 8;
+
+// Which column of a table holds which quantity, and what its numbers are divided by to give SI units.
+struct ColumnPlan {
+  struct Source {
+    std::size_t column = 0;
+    double divisor = 1.0;
+    bool counts = false;  // encoder counts: to be multiplied by the encoder's resolution
+  };
+  std::array<std::optional<Source>, kQuantityCount> sources;
+
+  const std::optional<Source>& operator[](Quantity quantity) const {
+    return sources[static_cast<std::size_t>(quantity)];
+  }
+};
+
+// The header keys that the workbench computes with; absent ones are empty.
+struct HeaderValues {
+  std::optional<double> mass_kg;
+  std::optional<double> motor_constant_N_per_A;
+  std::optional<double> magnet_pitch_m;
+  std::optional<double> encoder_resolution_m;
+  bool irregular_sampling = false;
+};
+
+// Reads the known header keys. Throws InputError for a value that is not a number or out of its range, for a
+// known quantity in a unit that is not known, and for a `sampling` that is neither uniform nor irregular.
+HeaderValues read_header_values(const RawTable& table);
+
+// Gives every column of the table its meaning. Throws InputError for a missing, unknown or repeated column,
+// an unknown unit, and a header that lacks what a column needs. Looks at names only, so that a wrong file is
+// refused before its rows are read.
+ColumnPlan plan_columns(const RawTable& table, const HeaderValues& header);
+
+}  // namespace slipstack::workbench

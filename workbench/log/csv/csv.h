@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+#include "workbench/log/byte_source.h"
+#include "workbench/log/csv/line_reader.h"
+#include "workbench/log/csv/raw_table.h"
+
+namespace slipstack::workbench {
+
+// Reads `# key: value` lines, one header row and rows of finite numbers, separated by commas; blank lines,
+// spaces around fields and comments anywhere are allowed, quotes are not. Names, units and header values are
+// checked when the header row is read (columns.h), rows as they come. `name` is how error messages show the
+// source. Throws InputError. Linear in the bytes read, never more than one line ahead of the first fault.
+class CsvReader {
+ public:
+  CsvReader(const std::string& name, ByteSource& source);
+  // Goes on at a row: `table` as this file's reader gave it, `source` moved to `place`.
+  CsvReader(const RawTable& table, ByteSource& source, LineReader::Place place);
+
+  // The header and up to `maximum` further rows; fewer only at the end of the text.
+  RawTable rows(std::size_t maximum);
+  // Passes over rows.
+  void skip(std::size_t count);
+  // Where the next row begins, or what stands before it.
+  LineReader::Place place() const { return lines_.place(); }
+
+  // Header and column names alone.
+  static RawTable without_rows(const RawTable& table);
+
+ private:
+  std::string here() const { return table_.where_line(lines_.line_number()); }
+  bool next_line();
+  void read_header();
+  void take_comment(std::string_view text);
+  void take_names(std::string_view text);
+  void take_row();
+  void note_line();
+  [[noreturn]] void refuse_row() const;
+  void note_oddities();
+
+  LineReader lines_;
+  std::string_view line_;
+  RawTable table_;
+  std::size_t rows_ = 0;  // in table_
+  std::size_t repeated_keys_ = 0;
+  std::size_t comments_among_rows_ = 0;
+};
+
+// The whole text at once. More than 50 million rows are refused.
+RawTable read_csv(const std::string& name, ByteSource& source);
+
+}  // namespace slipstack::workbench

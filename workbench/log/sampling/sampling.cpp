@@ -1,0 +1,304 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/log/sampling/sampling.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "workbench/base/errors.h"
+#include "workbench/base/statistics.h"
+
+namespace slipstack::workbench {
+namespace {
+
+constexpr double kJitterTolerance = 0.01;       // of a step, beyond the rounding of the stamps
+constexpr double kLongestIrregularStep = 10.0;  // in median steps
+constexpr double kLongestForMean = 2.5;  // in median steps: what coarsely rounded stamps may still show
+
+double median_step(const std::vector<double>& time_s) {
+  std::vector<double> steps(time_s.size() - 1);
+  for (std::size_t i = 0; i < steps.size(); ++i) steps[i] = time_s[i + 1] - time_s[i];
+  return median(std::move(steps));
+}
+
+// The step of the samples, not led astray by the very gaps that it is to find, nor by rounding as coarse as
+// the step itself: the mean of all steps that are not far above the median.
+double typical_step(const std::vector<double>& time_s) {
+  const double limit = kLongestForMean * median_step(time_s);
+  double sum = 0.0;
+  std::size_t count = 0;
+  for (std::size_t i = 1; i < time_s.size(); ++i) {
+    const double step = time_s[i] - time_s[i - 1];
+    if (step > limit) continue;
+    sum += step;
+    ++count;
+  }
+  return sum / static_cast<double>(count);
+}
+
+void require_no_gap(const std::vector<double>& time_s, const WhereRow& where) {
+  const double typical = typical_step(time_s);
+  for (std::size_t i = 1; i < time_s.size(); ++i) {
+    const double step = time_s[i] - time_s[i - 1];
+    if (step > kLongestStep * typical) {
+      throw InputError(fmt::format(
+          "{}: column time_s: a gap of {:.6g} s where the step is {:.6g} s; cut the log there, or write the "
+          "header line '# sampling: irregular' to interpolate",
+          where(i), step, typical));
+    }
+    if (step < kShortestStep * typical) {
+      throw InputError(fmt::format(
+          "{}: column time_s: a step of {:.6g} s where the others are {:.6g} s; correct the time stamps, or "
+          "write the header line '# sampling: irregular' to interpolate",
+          where(i), step, typical));
+    }
+  }
+}
+
+// Least-squares line through the stamps: stamp i ≈ offset + i·step.
+struct Line {
+  double offset_s = 0.0;
+  double step_s = 0.0;
+  double at(std::size_t i) const { return offset_s + static_cast<double>(i) * step_s; }
+};
+
+Line fit_line(const std::vector<double>& time_s) {
+  const auto n = static_cast<double>(time_s.size());
+  const Line chord{time_s.front(), (time_s.back() - time_s.front()) / (n - 1.0)};
+  // Residuals about the chord are small, so their sums keep their digits where sums of stamps would not.
+  double sum = 0.0;
+  double moment = 0.0;
+  for (std::size_t i = 0; i < time_s.size(); ++i) {
+    const double residual = time_s[i] - chord.at(i);
+    sum += residual;
+    moment += (static_cast<double>(i) - 0.5 * (n - 1.0)) * residual;
+  }
+  const double slope = 12.0 * moment / (n * (n * n - 1.0));
+  return {chord.offset_s + sum / n - 0.5 * (n - 1.0) * slope, chord.step_s + slope};
+}
+
+// The power of ten, from 1 s down to 1 ns, that all stamps are multiples of; 0 when there is none.
+double decimal_rounding_s(const std::vector<double>& time_s) {
+  constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+  double scale = 1.0;
+  for (int digits = 0; digits <= 9; ++digits, scale *= 10.0) {
+    const auto is_multiple = [scale](double t) {
+      const double scaled = t * scale;
+      return std::abs(scaled - std::round(scaled)) <= 1e-4 + 4.0 * kEpsilon * std::abs(scaled);
+    };
+    if (std::all_of(time_s.begin(), time_s.end(), is_multiple)) return 1.0 / scale;
+  }
+  return 0.0;
+}
+
+// The round number that the stamps cannot be told from, or the rate itself.
+double rounded_rate_Hz(double step_s, double worst_s, std::size_t count) {
+  const auto n = static_cast<double>(count);
+  const double uncertainty = 4.0 * worst_s / (n * std::sqrt(n) * step_s) + 1e-12;  // relative
+  const double rate_Hz = 1.0 / step_s;
+  const auto close = [&](double candidate) {
+    return candidate > 0.0 && std::abs(candidate - rate_Hz) <= uncertainty * rate_Hz;
+  };
+  const double whole_Hz = std::round(rate_Hz);
+  if (close(whole_Hz)) return whole_Hz;
+  const double whole_nanoseconds = std::round(step_s * 1e9);
+  if (whole_nanoseconds > 0.0 && close(1e9 / whole_nanoseconds)) return 1e9 / whole_nanoseconds;
+  return rate_Hz;
+}
+
+// The value at `t` of the cubic through four points.
+double cubic_through(const std::array<double, 4>& at, const std::array<double, 4>& values, double t) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    double weight = 1.0;
+    for (std::size_t k = 0; k < 4; ++k) {
+      if (k != i) weight *= (t - at[k]) / (at[i] - at[k]);
+    }
+    sum += weight * values[i];
+  }
+  return sum;
+}
+
+// The place of each stamp on an even grid, from the steps between them; empty when two share one.
+std::vector<std::size_t> places_of(const std::vector<double>& time_s) {
+  const double step_s = median_step(time_s);
+  std::vector<std::size_t> places(time_s.size(), 0);
+  for (std::size_t i = 1; i < time_s.size(); ++i) {
+    const double steps = std::round((time_s[i] - time_s[i - 1]) / step_s);
+    if (!(steps >= 1.0 && steps <= kLongestIrregularStep)) return {};
+    places[i] = places[i - 1] + static_cast<std::size_t>(steps);
+  }
+  return places;
+}
+
+// Least-squares line through the stamps over their places.
+Line fit_line(const std::vector<double>& time_s, const std::vector<std::size_t>& places) {
+  const auto n = static_cast<double>(time_s.size());
+  const Line chord{time_s.front(), (time_s.back() - time_s.front()) / static_cast<double>(places.back())};
+  double mean_place = 0.0;
+  double mean_s = 0.0;
+  for (std::size_t i = 0; i < time_s.size(); ++i) {
+    mean_place += static_cast<double>(places[i]) / n;
+    mean_s += (time_s[i] - chord.at(places[i])) / n;
+  }
+  double moment = 0.0;
+  double square = 0.0;
+  for (std::size_t i = 0; i < time_s.size(); ++i) {
+    const double from_mean = static_cast<double>(places[i]) - mean_place;
+    moment += from_mean * (time_s[i] - chord.at(places[i]) - mean_s);
+    square += from_mean * from_mean;
+  }
+  const double slope_s = moment / square;
+  return {chord.offset_s + mean_s - slope_s * mean_place, chord.step_s + slope_s};
+}
+
+// A stamp nearer to its own place than to the next belongs there.
+constexpr double kOwnPlace = 0.5;  // of a step
+// Positions are compared where the two readings of the log differ most: in this share of the samples, ...
+constexpr double kTelling = 0.1;
+// ... and one of the two is right where the other is worse by this factor.
+constexpr double kBelied = 2.0;
+
+// Whether the positions are told from their neighbours much better by place than by time.
+bool smoother_by_place(const std::vector<double>& time_s, const std::vector<std::size_t>& places,
+                       const std::vector<double>& position) {
+  struct Told {
+    double apart = 0.0, by_place = 0.0, by_time = 0.0;  // [position]
+  };
+  std::vector<Told> told;
+  told.reserve(position.size());
+  for (std::size_t i = 2; i + 2 < position.size(); ++i) {
+    std::array<double, 4> place{}, time{}, value{};
+    for (std::size_t k = 0; k < 4; ++k) {
+      const std::size_t j = i + k - 2 + (k >= 2 ? 1 : 0);
+      place[k] = static_cast<double>(places[j]) - static_cast<double>(places[i]);
+      time[k] = time_s[j] - time_s[i];
+      value[k] = position[j] - position[i];
+    }
+    const double by_place = cubic_through(place, value, 0.0);
+    const double by_time = cubic_through(time, value, 0.0);
+    told.push_back({std::abs(by_place - by_time), std::abs(by_place), std::abs(by_time)});
+  }
+  const auto telling = static_cast<std::ptrdiff_t>(kTelling * static_cast<double>(told.size()));
+  if (telling == 0) return false;
+  std::nth_element(told.begin(), told.begin() + telling, told.end(),
+                   [](const Told& a, const Told& b) { return a.apart > b.apart; });
+  // Medians: wild samples lie where the two differ, too.
+  std::vector<double> by_place, by_time;
+  for (auto one = told.begin(); one != told.begin() + telling; ++one) {
+    by_place.push_back(one->by_place);
+    by_time.push_back(one->by_time);
+  }
+  return kBelied * median(std::move(by_place)) < median(std::move(by_time));
+}
+
+}  // namespace
+
+std::optional<EvenSamples> taken_evenly(const std::vector<double>& time_s,
+                                        const std::vector<double>& position) {
+  std::vector<std::size_t> places = places_of(time_s);
+  if (places.empty()) return {};
+  const Line line = fit_line(time_s, places);
+  double worst_s = 0.0;
+  for (std::size_t i = 0; i < time_s.size(); ++i) {
+    worst_s = std::max(worst_s, std::abs(time_s[i] - line.at(places[i])));
+  }
+  if (worst_s <= kJitterTolerance * line.step_s || worst_s > kOwnPlace * line.step_s) return {};
+  if (!smoother_by_place(time_s, places, position)) return {};
+  return EvenSamples{
+      {rounded_rate_Hz(line.step_s, worst_s, time_s.size()), line.offset_s}, std::move(places), worst_s};
+}
+
+void require_growing_time(const std::vector<double>& time_s, const WhereRow& where) {
+  for (std::size_t i = 1; i < time_s.size(); ++i) {
+    if (time_s[i] > time_s[i - 1]) continue;
+    const char* const what = time_s[i] == time_s[i - 1] ? "repeats" : "goes back";
+    throw InputError(fmt::format(
+        "{}: column time_s: {} {} after {}; remove the row or correct its time, and write enough digits",
+        where(i), time_s[i], what, time_s[i - 1]));
+  }
+  if (!std::isfinite(time_s.back() - time_s.front())) {
+    throw InputError(where(time_s.size() - 1) +
+                     ": column time_s: the log is longer than a number can hold; write seconds");
+  }
+}
+
+Sampling uniform_sampling(const std::vector<double>& time_s, double storage_error_s, const WhereRow& where) {
+  require_no_gap(time_s, where);
+  const Line line = fit_line(time_s);
+  std::size_t worst = 0;
+  double worst_s = 0.0;
+  for (std::size_t i = 0; i < time_s.size(); ++i) {
+    const double distance = std::abs(time_s[i] - line.at(i));
+    if (distance > worst_s) {
+      worst = i;
+      worst_s = distance;
+    }
+  }
+  double tolerance_s = kJitterTolerance * line.step_s + storage_error_s;
+  if (worst_s > tolerance_s) tolerance_s += decimal_rounding_s(time_s);
+  if (!(worst_s <= tolerance_s)) {
+    throw InputError(
+        fmt::format("{}: column time_s: {} is {:.3g} s off the uniform time at {:.6g} Hz; correct the time "
+                    "stamps, or write "
+                    "the header line '# sampling: irregular' to interpolate",
+                    where(worst), time_s[worst], worst_s, 1.0 / line.step_s));
+  }
+  return {rounded_rate_Hz(line.step_s, worst_s, time_s.size()), time_s.front()};
+}
+
+ResamplingGrid resampling_grid(const std::vector<double>& time_s, const WhereRow& where) {
+  const double step_s = median_step(time_s);
+  for (std::size_t i = 1; i < time_s.size(); ++i) {
+    const double gap_s = time_s[i] - time_s[i - 1];
+    if (gap_s <= kLongestIrregularStep * step_s) continue;
+    throw InputError(
+        fmt::format("{}: column time_s: a gap of {:.6g} s is too long to interpolate where the median step "
+                    "is {:.6g} s; cut "
+                    "the log there",
+                    where(i), gap_s, step_s));
+  }
+  const double length_s = time_s.back() - time_s.front();
+  // A last point that rounding alone puts behind the last stamp still belongs to the grid.
+  const auto steps = static_cast<std::size_t>(length_s / step_s + 1e-6);
+  return {{1.0 / step_s, time_s.front()}, steps + 1};
+}
+
+std::vector<double> resampled(const std::vector<double>& time_s, const std::vector<double>& values,
+                              const ResamplingGrid& grid) {
+  std::vector<double> result(grid.count);
+  std::size_t right = 1;
+  for (std::size_t i = 0; i < grid.count; ++i) {
+    const double t = grid.sampling.start_s + static_cast<double>(i) / grid.sampling.rate_Hz;
+    while (right + 1 < time_s.size() && time_s[right] < t) ++right;
+    const double step_s = time_s[right] - time_s[right - 1];
+    const double weight = std::clamp((t - time_s[right - 1]) / step_s, 0.0, 1.0);
+    result[i] = std::lerp(values[right - 1], values[right], weight);
+  }
+  return result;
+}
+
+std::vector<double> resampled_smoothly(const std::vector<double>& time_s, const std::vector<double>& values,
+                                       const ResamplingGrid& grid) {
+  if (time_s.size() < 4) return resampled(time_s, values, grid);
+  std::vector<double> result(grid.count);
+  std::size_t right = 1;
+  for (std::size_t i = 0; i < grid.count; ++i) {
+    const double t = grid.sampling.start_s + static_cast<double>(i) / grid.sampling.rate_Hz;
+    while (right + 1 < time_s.size() && time_s[right] < t) ++right;
+    const std::size_t first = std::min(right > 2 ? right - 2 : 0, time_s.size() - 4);
+    std::array<double, 4> at{}, value{};
+    for (std::size_t k = 0; k < 4; ++k) {
+      at[k] = time_s[first + k] - t;
+      value[k] = values[first + k];
+    }
+    result[i] = cubic_through(at, value, 0.0);
+  }
+  return result;
+}
+
+}  // namespace slipstack::workbench

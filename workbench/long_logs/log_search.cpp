@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/long_logs/log_search.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "workbench/base/errors.h"
+#include "workbench/base/text.h"
+#include "workbench/estimate/nonlinear/checks.h"
+
+namespace slipstack::workbench {
+namespace {
+
+/// Searches after the first that the whole logs may ask for.
+constexpr int kMostExtensions = 2;
+
+TeamLogs opened(const LogRequest& request, Progress& progress) {
+  const std::vector<std::string>& paths = request.paths;
+  for (auto path = paths.begin(); path != paths.end(); ++path) {
+    if (std::find(paths.begin(), path, *path) != path) {
+      throw UsageError(fmt::format("{}: the log is named twice; name it once", printable(*path)));
+    }
+  }
+  const char* stage = paths.size() == 1 ? "read the log" : "read the logs";
+  progress.show(stage);
+  return {*request.team, paths, LongLog::kInMemoryBytes,
+          [&progress, stage](double fraction) { progress.show(stage, fraction); }};
+}
+
+WholeLogs::Progress judging(Progress& progress) {
+  return [&progress](double fraction) { progress.show("judge by the whole logs", fraction); };
+}
+
+}  // namespace
+
+LogSearch::LogSearch(const LogRequest& request, Progress& progress)
+    : progress_(progress),
+      conditioning_(request.conditioning),
+      logs_(opened(request, progress)),
+      stretches_(searched_stretches(logs_.logs())) {
+  measure();
+}
+
+void LogSearch::measure() {
+  searched_ = logs_.measure(stretches_, conditioning_, [this](const Measurement& measurement) {
+    refuse_slow_or_short(measurement);
+    progress_.show("weigh the rows");
+  });
+  whole_.emplace(logs_.logs(), *searched_.measurement, searched_.weighing, logs_.team());
+}
+
+void LogSearch::fit_to_whole(const std::vector<FittedModel*>& models, double limit_N) {
+  whole_->fit(models, limit_N, judging(progress_));
+}
+
+std::vector<WholeLogs::Left> LogSearch::left_by(const std::vector<Terms>& models) {
+  return whole_->left_by(models, judging(progress_));
+}
+
+Diagnosis LogSearch::diagnose(DiagnoseOptions options) {
+  const Terms start = options.start;
+  for (;;) {
+    check_combination(measurement(), options.baseline);
+    check_enough(joined(logs_.paths()), measurement(), options.baseline);
+    options.start = terms_on(measurement(), start);
+    EffectSearch search(measurement(), options);
+    if (measurement().is_excerpt()) {
+      options.report("judge by the whole logs", 0.0);
+      whole_->judge(search.diagnosis(), judging(progress_));
+      search.drop_what_whole_logs_do_not_support();
+    }
+    Diagnosis diagnosis = search.conclude();
+    if (!extend()) return diagnosis;
+  }
+}
+
+bool LogSearch::extend() {
+  const std::vector<LogStretch> poorly_predicted = whole_->surprises(stretches_);
+  if (poorly_predicted.empty() || extensions_ == kMostExtensions) return false;
+  ++extensions_;
+  stretches_ = joined(stretches_, poorly_predicted);
+  measure();
+  return true;
+}
+
+}  // namespace slipstack::workbench

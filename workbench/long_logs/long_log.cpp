@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/long_logs/long_log.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "workbench/base/text.h"
+#include "workbench/log/assemble.h"
+#include "workbench/log/csv/csv.h"
+#include "workbench/log/input_file.h"
+
+namespace slipstack::workbench {
+
+struct LongLog::State {
+  Survey known;                     ///< its head with the samples where the log is in memory
+  std::unique_ptr<InputFile> file;  ///< of a log that stays there
+};
+
+bool LongLog::stays_in_file(const std::filesystem::path& path, std::size_t in_memory_bytes) {
+  const std::string name = printable(path.string());
+  const InputFile file(name, path);
+  return file.size() > in_memory_bytes && reads_in_pieces(name, file);
+}
+
+LongLog LongLog::open(const std::filesystem::path& path, std::size_t in_memory_bytes) {
+  auto state = std::make_shared<State>();
+  if (stays_in_file(path, in_memory_bytes)) {
+    const std::string name = printable(path.string());
+    state->file = std::make_unique<InputFile>(name, path);
+    state->known = workbench::survey(name, *state->file);
+    state->known.head.path = path.string();
+    return LongLog(std::move(state));
+  }
+  state->known.head = read_log(path);
+  const std::vector<double>& position_m = state->known.head.position_m;
+  state->known.samples = position_m.size();
+  state->known.glances.take(position_m);
+  const auto [lowest, highest] = std::minmax_element(position_m.begin(), position_m.end());
+  state->known.travel_m = *highest - *lowest;
+  return LongLog(std::move(state));
+}
+
+LongLog LongLog::open(const std::filesystem::path& path, Survey survey) {
+  const std::string name = printable(path.string());
+  auto state = std::make_shared<State>();
+  state->file = std::make_unique<InputFile>(name, path);
+  if (state->file->size() != survey.bytes) {
+    throw InputError(name + ": is not the same file for every process; give one that all of them see");
+  }
+  state->known = std::move(survey);
+  state->known.head.path = path.string();
+  return LongLog(std::move(state));
+}
+
+const Survey* LongLog::survey() const {
+  return state_->file == nullptr ? nullptr : &state_->known;
+}
+
+const Log& LongLog::head() const {
+  return state_->known.head;
+}
+
+std::size_t LongLog::sample_count() const {
+  return state_->known.samples;
+}
+
+double LongLog::travel_m() const {
+  return state_->known.travel_m;
+}
+
+const Glances& LongLog::glances() const {
+  return state_->known.glances;
+}
+
+Log LongLog::piece(std::size_t first, std::size_t count) const {
+  const Survey& known = state_->known;
+  const Log& head = known.head;
+  Log piece;
+  if (state_->file == nullptr) {
+    piece.path = head.path;
+    piece.sample_rate_Hz = head.sample_rate_Hz;
+    piece.mass_kg = head.mass_kg;
+    piece.motor_constant_N_per_A = head.motor_constant_N_per_A;
+    piece.magnet_pitch_m = head.magnet_pitch_m;
+    piece.encoder_resolution_m = head.encoder_resolution_m;
+    piece.start_time_s = head.start_time_s + static_cast<double>(first) / head.sample_rate_Hz;
+    for (const auto column : kSampleColumns) {
+      const std::vector<double>& all = head.*column;
+      if (all.empty()) continue;
+      const auto from = all.begin() + static_cast<std::ptrdiff_t>(first);
+      (piece.*column).assign(from, from + static_cast<std::ptrdiff_t>(count));
+    }
+    return piece;
+  }
+  const std::size_t place = first / kRowsPerPlace;
+  FileSource source(*state_->file, known.places[place].byte);
+  CsvReader reader(known.table, source, known.places[place]);
+  reader.skip(first - place * kRowsPerPlace);
+  RawTable rows = reader.rows(count);
+  if (rows.columns.front().values.size() != count) {
+    throw InputError(known.table.source +
+                     ": the file has become shorter while it was read; wait until it is whole");
+  }
+  piece = assemble_piece(std::move(rows), &head);
+  piece.path = head.path;
+  return piece;
+}
+
+}  // namespace slipstack::workbench

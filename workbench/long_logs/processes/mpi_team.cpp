@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/long_logs/processes/mpi_team.h"
+
+#include <sched.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <chrono>
+#include <cstdint>
+#include <cstdlib>
+#include <optional>
+#include <string_view>
+#include <thread>
+#include <utility>
+
+#include "workbench/base/errors.h"
+
+#ifdef SLIPSTACK_MPI
+#define OMPI_SKIP_MPICXX 1
+#include <mpi.h>
+#endif
+
+namespace slipstack::workbench {
+namespace {
+
+/// What starters tell their processes: Open MPI; MPICH, Intel MPI and Slurm's PMI; those that speak PMIx say
+/// the rank alone.
+constexpr std::array kSizes{"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"};
+constexpr std::array kRanks{"OMPI_COMM_WORLD_RANK", "PMI_RANK", "PMIX_RANK"};
+
+template <std::size_t N>
+std::optional<int> number_of(const std::array<const char*, N>& names) {
+  for (const char* name : names) {
+    const char* text = std::getenv(name);
+    if (text == nullptr) continue;
+    const std::string_view digits(text);
+    int number = 0;
+    if (std::from_chars(digits.data(), digits.data() + digits.size(), number).ec == std::errc{}) {
+      return number;
+    }
+  }
+  return std::nullopt;
+}
+
+#ifdef SLIPSTACK_MPI
+
+constexpr int kTag = 1;
+/// Bytes of one message; what is longer goes in several.
+constexpr std::size_t kMessage = std::size_t{1} << 28;
+
+class MpiTeam final : public Team {
+ public:
+  MpiTeam() {
+    int threads = 0;
+    MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &threads);
+    MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
+    MPI_Comm_size(MPI_COMM_WORLD, &size_);
+    if (rank_ == 0) use_all_processors();
+  }
+  ~MpiTeam() override { MPI_Finalize(); }
+  MpiTeam(const MpiTeam&) = delete;
+  MpiTeam& operator=(const MpiTeam&) = delete;
+
+  int rank() const override { return rank_; }
+  int size() const override { return size_; }
+
+  std::string broadcast(std::string said, int from) override {
+    if (rank_ != from) return receive(from);
+    for (int to = 0; to < size_; ++to) {
+      if (to != from) send(to, said);
+    }
+    return said;
+  }
+
+  std::vector<std::string> gather(std::string said) override {
+    if (rank_ != 0) {
+      send(0, said);
+      return {};
+    }
+    std::vector<std::string> heard{std::move(said)};
+    for (int from = 1; from < size_; ++from) heard.push_back(receive(from));
+    return heard;
+  }
+
+ private:
+  /// mpirun ties each of few processes to one processor. While the first searches the others sleep.
+  static void use_all_processors() {
+    cpu_set_t all;
+    CPU_ZERO(&all);
+    for (int processor = 0; processor < CPU_SETSIZE; ++processor) CPU_SET(processor, &all);
+    ::sched_setaffinity(0, sizeof all,
+                        &all);  // within what the system allows; where it does not, all is well
+  }
+
+  /// MPI itself waits by asking again and again.
+  static void wait(MPI_Request request) {
+    using namespace std::chrono_literals;
+    auto pause = 20us;
+    for (int done = 0;;) {
+      MPI_Test(&request, &done, MPI_STATUS_IGNORE);
+      if (done != 0) return;
+      std::this_thread::sleep_for(pause);
+      pause = std::min(2 * pause, 2000us);
+    }
+  }
+
+  static void send_bytes(int to, const void* bytes, std::size_t count) {
+    MPI_Request request{};
+    MPI_Isend(bytes, static_cast<int>(count), MPI_BYTE, to, kTag, MPI_COMM_WORLD, &request);
+    wait(request);
+  }
+  static void receive_bytes(int from, void* bytes, std::size_t count) {
+    MPI_Request request{};
+    MPI_Irecv(bytes, static_cast<int>(count), MPI_BYTE, from, kTag, MPI_COMM_WORLD, &request);
+    wait(request);
+  }
+
+  /// The length, then the bytes.
+  static void send(int to, const std::string& said) {
+    const auto length = static_cast<std::uint64_t>(said.size());
+    send_bytes(to, &length, sizeof length);
+    for (std::size_t at = 0; at < said.size(); at += kMessage) {
+      send_bytes(to, said.data() + at, std::min(kMessage, said.size() - at));
+    }
+  }
+  static std::string receive(int from) {
+    std::uint64_t length = 0;
+    receive_bytes(from, &length, sizeof length);
+    std::string heard(static_cast<std::size_t>(length), '\0');
+    for (std::size_t at = 0; at < heard.size(); at += kMessage) {
+      receive_bytes(from, heard.data() + at, std::min(kMessage, heard.size() - at));
+    }
+    return heard;
+  }
+
+  int rank_ = 0;
+  int size_ = 1;
+};
+
+#endif
+
+}  // namespace
+
+bool is_first_started() {
+  return number_of(kRanks).value_or(0) == 0;
+}
+
+std::unique_ptr<Team> join_team() {
+  const std::optional<int> started = number_of(kSizes);
+#ifdef SLIPSTACK_MPI
+  if (!started && !number_of(kRanks)) return std::make_unique<Alone>();
+  auto team = std::make_unique<MpiTeam>();
+  if (team->size() == 1 && started.value_or(1) > 1) {
+    throw InputError(
+        "several processes were started together, but not by the MPI that slipstack was built with; use its "
+        "mpirun (Open MPI where `mpirun --version` says so), or start one process");
+  }
+  return team;
+#else
+  if (started.value_or(1) > 1) {
+    throw InputError(
+        "several processes were started together, but slipstack was built without MPI; install "
+        "libopenmpi-dev and build again, or start one process");
+  }
+  return std::make_unique<Alone>();
+#endif
+}
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/long_logs/team_logs.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+
+#include "workbench/base/errors.h"
+#include "workbench/base/parallel.h"
+#include "workbench/long_logs/log_sums.h"
+#include "workbench/long_logs/processes/requests.h"
+#include "workbench/long_logs/whole_logs.h"
+
+namespace slipstack::workbench {
+namespace {
+
+using nlohmann::json;
+
+/// What a process knows of the logs before all have told what they read.
+struct Opened {
+  std::vector<std::optional<LongLog>> logs;    ///< empty: another process reads it, or it cannot be used
+  std::map<std::size_t, std::string> faults;   ///< by log
+  std::map<std::size_t, std::string> surveys;  ///< by log, of those read here that stay in their files
+};
+
+/// Opens the logs that are short enough for memory, and of the others this process's share.
+Opened open_share(const Team& team, const std::vector<std::string>& paths, std::size_t in_memory_bytes,
+                  const TeamLogs::Progress& progress) {
+  const auto members = static_cast<std::size_t>(team.size());
+  const auto rank = static_cast<std::size_t>(team.rank());
+  Opened opened;
+  opened.logs.resize(paths.size());
+  std::vector<std::string> faults(paths.size());
+  std::atomic<std::size_t> done{0};
+  parallel_for(paths.size(), [&](std::size_t i) {
+    try {
+      const bool left_to_others = i % members != rank && LongLog::stays_in_file(paths[i], in_memory_bytes);
+      if (!left_to_others) opened.logs[i] = LongLog::open(paths[i], in_memory_bytes);
+    } catch (const InputError& error) {
+      faults[i] = error.what();
+    }
+    if (progress) progress(static_cast<double>(++done) / static_cast<double>(paths.size()));
+  });
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    if (!faults[i].empty()) opened.faults[i] = faults[i];
+    if (members > 1 && opened.logs[i] && opened.logs[i]->survey() != nullptr) {
+      opened.surveys[i] = to_bytes(*opened.logs[i]->survey());
+    }
+  }
+  return opened;
+}
+
+json binary_of(const std::string& bytes) {
+  return json::binary(std::vector<std::uint8_t>(bytes.begin(), bytes.end()));
+}
+
+/// What the others need to know of what one process read.
+json told(const Opened& opened) {
+  json faults = json::array();
+  for (const auto& [log, fault] : opened.faults) faults.push_back({log, fault});
+  json surveys = json::array();
+  for (const auto& [log, survey] : opened.surveys) surveys.push_back({log, binary_of(survey)});
+  return {{"faults", faults}, {"surveys", surveys}};
+}
+
+/// Opens what others have read.
+std::vector<LongLog> complete(Opened opened, const std::vector<std::string>& paths, const json& surveys) {
+  for (const json& one : surveys) {
+    const auto log = one[0].get<std::size_t>();
+    if (opened.logs[log]) continue;
+    const auto& bytes = one[1].get_binary();
+    opened.logs[log] = LongLog::open(paths[log], survey_of({bytes.begin(), bytes.end()}));
+  }
+  std::vector<LongLog> logs;
+  logs.reserve(paths.size());
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    if (!opened.logs[i]) {
+      throw InputError(paths[i] + ": is not the same file for every process; give one that all of them see");
+    }
+    logs.push_back(std::move(*opened.logs[i]));
+  }
+  return logs;
+}
+
+json to_json(const ConditioningOptions& options) {
+  return {{"bandwidth_Hz", options.bandwidth_Hz},
+          {"maximum_rows", options.maximum_rows},
+          {"per_log", options.per_log},
+          {"force_noise_N", options.force_noise_N}};
+}
+
+ConditioningOptions conditioning_of(const json& value) {
+  ConditioningOptions options;
+  options.bandwidth_Hz = value.at("bandwidth_Hz").get<double>();
+  options.maximum_rows = value.at("maximum_rows").get<std::size_t>();
+  options.per_log = value.at("per_log").get<std::vector<std::string>>();
+  options.force_noise_N = value.at("force_noise_N").get<double>();
+  return options;
+}
+
+Searched measured(const std::vector<LongLog>& logs, const std::vector<LogStretch>& stretches,
+                  const ConditioningOptions& conditioning,
+                  const std::function<void(const Measurement&)>& refuse) {
+  Searched searched;
+  searched.measurement = std::make_unique<Measurement>(pieces_of(logs, stretches), conditioning);
+  if (refuse) refuse(*searched.measurement);
+  searched.weighing = weigh_rows(*searched.measurement);
+  return searched;
+}
+
+/// What a process that serves keeps between requests.
+class Helper {
+ public:
+  explicit Helper(Team& team) : team_(team) {}
+
+  json work(const json& request) {
+    const auto what = request.at("do").get<std::string>();
+    if (what == "open") {
+      paths_ = request.at("paths").get<std::vector<std::string>>();
+      opened_ = open_share(team_, paths_, request.at("in_memory_bytes").get<std::size_t>(), {});
+      return told(opened_);
+    }
+    if (what == "know") {
+      logs_ = complete(std::move(opened_), paths_, request.at("surveys"));
+      return nullptr;
+    }
+    if (what == "measure") {
+      std::vector<LogStretch> stretches;
+      for (const json& one : request.at("stretches")) {
+        stretches.push_back(
+            {one[0].get<std::size_t>(), one[1].get<std::size_t>(), one[2].get<std::size_t>()});
+      }
+      searched_ = measured(logs_, stretches, conditioning_of(request.at("conditioning")), {});
+      return nullptr;
+    }
+    if (what == "sum") {
+      return LogSums(logs_, *searched_.measurement, searched_.weighing, team_).share(request);
+    }
+    throw std::logic_error("a request that no process knows: " + what);
+  }
+
+ private:
+  Team& team_;
+  std::vector<std::string> paths_;
+  Opened opened_;
+  std::vector<LongLog> logs_;
+  Searched searched_;
+};
+
+}  // namespace
+
+TeamLogs::TeamLogs(Team& team, const std::vector<std::string>& paths, std::size_t in_memory_bytes,
+                   const Progress& progress)
+    : team_(team), paths_(paths) {
+  const std::size_t of_each = in_memory_bytes / std::max<std::size_t>(1, paths.size());
+  Opened own;
+  const auto answers = ask(team, {{"do", "open"}, {"paths", paths}, {"in_memory_bytes", of_each}}, [&] {
+    own = open_share(team, paths, of_each, progress);
+    return told(own);
+  });
+  std::map<std::size_t, std::string> faults;
+  json surveys = json::array();
+  for (const json& answer : answers) {
+    for (const json& one : answer["faults"])
+      faults.try_emplace(one[0].get<std::size_t>(), one[1].get<std::string>());
+    for (const json& one : answer["surveys"]) surveys.push_back(one);
+  }
+  if (!faults.empty()) throw InputError(faults.begin()->second);
+  ask(team, {{"do", "know"}, {"surveys", surveys}}, [&] {
+    logs_ = complete(std::move(own), paths, surveys);
+    return nullptr;
+  });
+}
+
+Searched TeamLogs::measure(const std::vector<LogStretch>& stretches, const ConditioningOptions& conditioning,
+                           const std::function<void(const Measurement&)>& refuse) const {
+  std::size_t all = 0;
+  std::size_t searched = 0;
+  for (const LongLog& log : logs_) all += log.sample_count();
+  for (const LogStretch& one : stretches) searched += one.count;
+  if (searched == all) return measured(logs_, stretches, conditioning, refuse);
+  json list = json::array();
+  for (const LogStretch& one : stretches) list.push_back({one.log, one.first, one.count});
+  Searched result;
+  ask(team_, {{"do", "measure"}, {"stretches", list}, {"conditioning", to_json(conditioning)}}, [&] {
+    result = measured(logs_, stretches, conditioning, refuse);
+    return nullptr;
+  });
+  return result;
+}
+
+void serve_logs(Team& team) {
+  Helper helper(team);
+  serve(team, [&](const json& request) { return helper.work(request); });
+}
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/loop/axis_effects.h"
+
+#include <fmt/format.h>
+
+#include "workbench/base/text.h"
+#include "workbench/console/output.h"
+
+namespace slipstack::workbench {
+
+std::vector<sim::EffectId> effects_of(const std::string& list) {
+  std::vector<sim::EffectId> ids;
+  if (list == "none") return ids;
+  for (const std::string_view field : split_fields(list)) {
+    const auto id = sim::effect_by_name(field);
+    if (!id || *id == sim::EffectId::kInertia || *id == sim::EffectId::kPreslidingHysteresis ||
+        *id == sim::EffectId::kOutside) {
+      throw UsageError(
+          fmt::format("--effects: {} is no effect that an axis can be given; see `slipstack-sim effects`",
+                      quoted(field)));
+    }
+    ids.push_back(*id);
+  }
+  return ids;
+}
+
+void check_strength(double strength) {
+  if (!(strength >= 0.0 && strength <= 1000.0)) {
+    throw UsageError("--strength: must be a positive multiple of the noise floor, at most 1000");
+  }
+}
+
+}  // namespace slipstack::workbench

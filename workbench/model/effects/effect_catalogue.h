@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "firmware/effects/effect.h"
+
+namespace slipstack::workbench {
+
+class EffectBasis;
+
+/// What the workbench knows of one effect, without its type: of the firmware's catalogue, or the user's own
+/// (user_effect.h).
+struct EffectDescription {
+  EffectText text;
+  std::vector<GainGroup> gain_groups;
+  std::vector<ShapeSpec> shapes;
+  int gain_count = 0;
+  std::function<std::unique_ptr<EffectBasis>()> make;  ///< a fresh instance
+  std::string definition;                              ///< of a user's own effect; empty: of the catalogue
+
+  std::string id() const { return text.id; }
+  bool is_own() const { return !definition.empty(); }
+  /// How gain `index` acts, and the group it belongs to.
+  const GainGroup& group_of_gain(int index) const;
+  bool acts_as(Acts acts) const;
+  /// Parameters that a fit of this effect spends.
+  int parameter_count() const { return gain_count + static_cast<int>(shapes.size()); }
+};
+
+/// One effect in double precision, called through a virtual function: host only. Of an effect of the
+/// catalogue, the basis that it returns is the firmware's own.
+class EffectBasis {
+ public:
+  virtual ~EffectBasis() = default;
+  virtual void prepare(std::span<const double> shapes, const Scales<double>& scales) = 0;
+  virtual void reset(const Sample<double>& sample) = 0;
+  /// Basis at each of the samples, in order; `out` holds gain_count values per sample.
+  virtual void run(std::span<const Sample<double>> samples, double* out) = 0;
+};
+
+/// Every effect that a fit may choose, in the catalogue's order.
+const std::vector<EffectDescription>& catalogue();
+
+/// The firmware's user_table, which no fit chooses: what stands for an own effect in what the controller runs
+/// (own_table.h). Not among catalogue(), nor found by find_effect().
+const EffectDescription& controller_table();
+
+/// The effect of the catalogue with this id, or nullptr.
+const EffectDescription* find_in_catalogue(std::string_view id);
+
+}  // namespace slipstack::workbench

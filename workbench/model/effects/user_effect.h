@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "workbench/model/effects/effect_catalogue.h"
+
+namespace slipstack::workbench {
+
+/// Declares an effect of the user's own by its definition `text` (expression/definition.h): from then on it
+/// is found by its name, fits like one of the catalogue, and lives as long as the program. The same
+/// definition again gives the same effect. Throws DefinitionError for a wrong definition, also when the name
+/// is an effect of the catalogue or was declared with another definition.
+///
+/// The gains of its expression act as forces in N; its shapes are searched within their bounds, positions,
+/// velocities, accelerations and times without bounds over what the log shows.
+const EffectDescription& declare_effect(const std::string& text);
+
+/// The declared effect of that name, or nullptr.
+const EffectDescription* find_own_effect(std::string_view id);
+
+/// Whether a text is a definition and not the name of an effect.
+bool is_definition(std::string_view text);
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/model/term.h"
+
+#include <algorithm>
+
+namespace slipstack::workbench {
+
+Eigen::Index unknown_count(const Terms& terms) {
+  Eigen::Index count = 0;
+  for (const Term& term : terms) count += static_cast<Eigen::Index>(term.gains.size());
+  return count;
+}
+
+void take_gains(Terms& terms, const Eigen::VectorXd& gains) {
+  Eigen::Index next = 0;
+  for (Term& term : terms) {
+    for (double& gain : term.gains) gain = gains(next++);
+  }
+}
+
+bool multiplies(const Term& term) {
+  return term.effect->acts_as(Acts::dry_scale) || term.effect->acts_as(Acts::total_scale);
+}
+
+bool any_multiplies(const Terms& terms) {
+  return std::any_of(terms.begin(), terms.end(), multiplies);
+}
+
+const Term* find_term(const Terms& terms, std::string_view id) {
+  for (const Term& term : terms) {
+    if (id == term.effect->text.id) return &term;
+  }
+  return nullptr;
+}
+
+bool contains(const Terms& terms, std::string_view id) {
+  return find_term(terms, id) != nullptr;
+}
+
+Terms without(Terms terms, std::string_view id) {
+  std::erase_if(terms, [&](const Term& term) { return term.id() == id; });
+  return terms;
+}
+
+double mass_kg(const Terms& terms, std::size_t log) {
+  double mass = 0.0;
+  for (const Term& term : terms) {
+    if (term.id() != "inertia" && term.id() != "payload_mass") continue;
+    mass += term.gains[term.gain_sets() > 1 ? log : 0];
+  }
+  return mass;
+}
+
+bool mass_is_free(const Terms& terms) {
+  const Term* inertia = find_term(terms, "inertia");
+  return inertia != nullptr && inertia->lower[0] < inertia->upper[0];
+}
+
+std::vector<std::string> ids_of(const Terms& terms) {
+  std::vector<std::string> ids;
+  for (const Term& term : terms) ids.push_back(term.id());
+  return ids;
+}
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "sim_host/experiments/loop_log.h"
+#include "sim_host/experiments/virgin_fit.h"
+#include "workbench/papers/result.h"
+
+namespace slipstack::workbench {
+
+// What `characterize` and `guideway` have in common.
+
+/// Loops of a log, or of a simulation.
+struct LoopSeries {
+  std::string name;
+  std::vector<sim::AveragedLoop> loops;
+};
+
+/// A record read as loops: any log that read_log() takes, ten loops averaged. Throws InputError.
+std::vector<sim::AveragedLoop> loops_of_log(const std::string& path);
+
+/// kₑ, cₑω, ζᵣ of every loop, with the closed forms of the rational curve beside them.
+ExperimentTable figures_table(const std::vector<LoopSeries>& series, const sim::RationalCurve& curve);
+
+/// Loops as they are, force over position.
+ExperimentChart loops_chart(const std::string& title, const std::vector<LoopSeries>& series);
+
+/// ζᵣ over amplitude of every series, and of the closed form.
+ExperimentChart damping_chart(const std::vector<LoopSeries>& series, const sim::RationalCurve& curve);
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <cmath>
+#include <memory>
+
+#include "sim_host/experiments/free_response.h"
+#include "workbench/papers/experiment.h"
+#include "workbench/papers/options.h"
+
+namespace slipstack::workbench {
+namespace {
+
+struct FreeOptions {
+  SetupChoice setup;
+  double release_m = 0.0;
+  int turns = 12;
+  ExperimentOutputs outputs;
+};
+
+ExperimentTable turns_table(const sim::FreeResponse& found, const LengthUnit& unit) {
+  ExperimentTable table{
+      "turns",
+      "Turning points",
+      {{"turn", "turn", "", 1.0, 0},
+       {"time_s", "time", "ms", 1e3, 6},
+       {"position_m", "position", unit.label, unit.per_m, 6},
+       {"hysteresis_N", "hysteresis", "N", 1.0, 6},
+       {"check_m", found.exact ? "energy balance" : "coarser steps", unit.label, unit.per_m, 6},
+       {"difference", "difference", "", 1.0, 2}},
+      {}};
+  const double scale_m = found.position_m.front();
+  for (std::size_t i = 0; i < found.turns.size(); ++i) {
+    const sim::TurningPoint& turn = found.turns[i];
+    table.rows.push_back({static_cast<double>(i + 1), turn.time_s, turn.position_m, turn.force_N,
+                          turn.check_m, std::fabs(turn.position_m - turn.check_m) / scale_m});
+  }
+  return table;
+}
+
+// The middle of the last swing; where it creeps to when it does not swing.
+double rest_place_m(const sim::FreeResponse& found) {
+  if (found.turns.size() < 2) return found.position_m.back();
+  return 0.5 * (found.turns.back().position_m + found.turns[found.turns.size() - 2].position_m);
+}
+
+std::string how_exact(const sim::FreeResponse& found, double worst) {
+  if (found.exact) {
+    return fmt::format(
+        "Every swing ends where the energy balance of its branch says, within {:.1e} of the release; "
+        "the energy audit closes to {:.1e}.",
+        worst, std::fabs(found.imbalance_J) / found.start_energy_J);
+  }
+  return fmt::format(
+      "Integrated with the set-up's other effects; steps a hundred times coarser in error turn round "
+      "within {:.1e} of the release of the same places.",
+      worst);
+}
+
+ExperimentResult free_result(const sim::ExperimentSetup& setup, const sim::FreeResponse& found) {
+  const LengthUnit unit = length_unit(found.position_m.front());
+  ExperimentResult result;
+  result.experiment = "free";
+  result.setup = setup.title;
+  double worst = 0.0;
+  for (const sim::TurningPoint& turn : found.turns) {
+    worst = std::max(worst, std::fabs(turn.position_m - turn.check_m) / found.position_m.front());
+  }
+  const double rest_m = rest_place_m(found);
+  result.headline =
+      fmt::format("Let go from {:.4g} {}, it comes to rest near {:.4g} {}, not at zero.",
+                  found.position_m.front() * unit.per_m, unit.label, rest_m * unit.per_m, unit.label);
+  result.detail = how_exact(found, worst);
+  result.summary = {
+      {"release_m", found.position_m.front()}, {"rest_m", rest_m}, {"worst_turn_difference", worst}};
+  if (found.exact) {
+    result.summary["energy_imbalance"] = std::fabs(found.imbalance_J) / found.start_energy_J;
+  }
+  result.tables.push_back(turns_table(found, unit));
+  result.charts.push_back({"Free response",
+                           {"Time", "ms", 1e3, false},
+                           {"Position", unit.label, unit.per_m, false},
+                           found.time_s,
+                           {{"position", found.position_m, {}, "measured", false}},
+                           false});
+  return result;
+}
+
+void run_free(const std::string& command_line, const FreeOptions& wanted) {
+  deliver(command_line, wanted.outputs, wanted.setup.inputs(), [&](Progress& progress) {
+    const sim::ExperimentSetup setup = wanted.setup.axis();
+    const double release_m = wanted.release_m != 0.0 ? wanted.release_m : setup.defaults.release_m;
+    progress.show("free response");
+    return free_result(setup, sim::run_free(setup, release_m, static_cast<std::size_t>(wanted.turns)));
+  });
+}
+
+}  // namespace
+
+void define_free(CLI::App& experiment, const std::string& command_line) {
+  CLI::App* command =
+      experiment.add_subcommand("free", "Let the axis go from a displacement and watch it ring out");
+  auto wanted = std::make_shared<FreeOptions>();
+  add_setup(*command, wanted->setup, "theory");
+  command->add_option("--release-m", wanted->release_m, "displacement at the start (default: the set-up's)")
+      ->type_name("M");
+  command->add_option("--turns", wanted->turns, "turning points to follow")
+      ->check(CLI::Range(2, 1000))
+      ->capture_default_str();
+  add_experiment_outputs(*command, wanted->outputs);
+  command->callback([&command_line, wanted] { run_free(command_line, *wanted); });
+}
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "workbench/console/progress.h"
+#include "workbench/long_logs/unit_sums.h"
+#include "workbench/plan/plan.h"
+
+namespace slipstack::workbench {
+
+/// What `slipstack experiment plan` was asked for.
+struct PlanRequest {
+  std::string effects;
+  std::vector<std::string> logs;
+  std::string model;
+  std::string baseline;
+  std::string limits;
+  std::vector<std::string> own_effects;
+  double seconds = 60.0;
+  double rate_Hz = 1000.0;
+};
+
+/// What the request knows of the axis, and how it is recorded.
+struct KnownAxis {
+  std::unique_ptr<Measurement> measurement;  ///< of long logs an excerpt
+  Reached reached;                           ///< in all of the logs
+  FittedModel base;                          ///< on the logs; empty without
+  Knowledge knowledge;
+  std::vector<ExpectedEvidence> so_far;
+};
+
+/// By the logs, the model, or what rolling guideways have in common. `ids`: the effects to plan for.
+KnownAxis known_axis(const PlanRequest& request, const std::vector<std::string>& ids, Progress& progress);
+
+/// What is taken for granted where there is neither log nor model, for people.
+std::string assumed_text();
+
+}  // namespace slipstack::workbench
