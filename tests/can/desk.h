@@ -85,6 +85,6 @@ struct Desk {
   }
 };
 
-inline const Show kQuiet = [](const std::string&, double) {};
+inline const Show kNoiseless = [](const std::string&, double) {};
 
 }  // namespace slipstack::workbench

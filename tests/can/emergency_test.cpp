@@ -12,7 +12,7 @@ struct Told {
   std::uint32_t detail;
 };
 
-std::vector<Told> told(Bench& bench) {
+std::vector<Told> described(Bench& bench) {
   std::vector<Told> messages;
   for (const Data& data : bench.all_with(0x085)) {
     EXPECT_EQ(data.size(), 8U);
@@ -25,7 +25,7 @@ std::vector<Told> told(Bench& bench) {
 // One message with the code, generic and communication error in the register, the code at the head of the
 // history.
 void expect_error(Bench& bench, std::uint16_t code, std::uint32_t detail) {
-  const auto messages = told(bench);
+  const auto messages = described(bench);
   ASSERT_EQ(messages.size(), 1U) << std::hex << code;
   EXPECT_EQ(messages[0].code, code);
   EXPECT_EQ(messages[0].bits, 0x11) << std::hex << code;
@@ -37,7 +37,7 @@ void expect_error(Bench& bench, std::uint16_t code, std::uint32_t detail) {
 
 // Error reset: 0000h, and an empty register. The history stays.
 void expect_none(Bench& bench, std::uint16_t code) {
-  const auto messages = told(bench);
+  const auto messages = described(bench);
   ASSERT_EQ(messages.size(), 1U) << std::hex << code;
   EXPECT_EQ(messages[0].code, 0U);
   EXPECT_EQ(messages[0].bits, 0U);
@@ -71,7 +71,7 @@ TEST(Emcy, OverrunIsToldOnceForALossThatGoesOn) {
   }
   expect_error(bench, 0x8110, 0);
   bench.run_ms(990);
-  EXPECT_TRUE(told(bench).empty());
+  EXPECT_TRUE(described(bench).empty());
   bench.run_ms(15);
   expect_none(bench, 0x8110);
 }
@@ -81,7 +81,7 @@ TEST(Emcy, ErrorPassiveForAsLongAsItLasts) {
   bench.all();
   bench.device.bus.state = CanBusState::kWarning;
   bench.run_ms(5);
-  EXPECT_TRUE(told(bench).empty()) << "a warning is no error";
+  EXPECT_TRUE(described(bench).empty()) << "a warning is no error";
   bench.device.bus.state = CanBusState::kPassive;
   bench.run_ms(5);
   expect_error(bench, 0x8120, 0);
@@ -102,14 +102,14 @@ TEST(Emcy, EachOfSeveralNodesThatAreLost) {
   bench.all();
   for (std::uint32_t node = 11; node <= 14; ++node) {
     bench.run_ms(21);
-    const auto messages = told(bench);
+    const auto messages = described(bench);
     ASSERT_EQ(messages.size(), 1U) << node;
     EXPECT_EQ(messages[0].code, 0x8130U);
     EXPECT_EQ(messages[0].detail, node);
   }
   EXPECT_EQ(bench.read(0x1003, 0), 4U);
   for (std::uint32_t node = 11; node <= 14; ++node) {
-    EXPECT_TRUE(told(bench).empty()) << "one is still lost";
+    EXPECT_TRUE(described(bench).empty()) << "one is still lost";
     bench.send(0x700 + node, {0x05});
     bench.run_ms(1);
   }
@@ -137,7 +137,7 @@ TEST(Emcy, CollisionWithWhatOnlyThisNodeSends) {
   bench.send(0x586, {0x05});
   bench.send(0x706, {0x05});
   bench.run_ms(2);
-  EXPECT_TRUE(told(bench).empty());
+  EXPECT_TRUE(described(bench).empty());
 }
 
 TEST(Emcy, PdoTooShortAndTooLong) {
@@ -191,12 +191,12 @@ TEST(Emcy, AnRpdoThatFailsToCome) {
   bench.nmt(0x01);
   bench.all();
   bench.run_ms(200);
-  EXPECT_TRUE(told(bench).empty()) << "not watched before it came once";
+  EXPECT_TRUE(described(bench).empty()) << "not watched before it came once";
   for (int i = 0; i < 10; ++i) {
     bench.send(0x205, {0x06, 0x00, 0x08});
     bench.run_ms(49);
   }
-  EXPECT_TRUE(told(bench).empty());
+  EXPECT_TRUE(described(bench).empty());
   bench.run_ms(4);
   expect_error(bench, 0x8250, 1);
   bench.send(0x205, {0x06, 0x00, 0x08});
@@ -204,10 +204,10 @@ TEST(Emcy, AnRpdoThatFailsToCome) {
   expect_none(bench, 0x8250);
   bench.nmt(0x80);
   bench.run_ms(200);
-  EXPECT_TRUE(told(bench).empty()) << "there are no PDOs in this state";
+  EXPECT_TRUE(described(bench).empty()) << "there are no PDOs in this state";
   bench.nmt(0x01);
   bench.run_ms(200);
-  EXPECT_TRUE(told(bench).empty());
+  EXPECT_TRUE(described(bench).empty());
   EXPECT_EQ(bench.write(0x1400, 3, 5, 2), 0x06090011U) << "an RPDO has no inhibit time";
 }
 
@@ -218,10 +218,10 @@ TEST(Emcy, OneErrorGoneAndAnotherLeft) {
   bench.send(0x205, {0x06});
   bench.device.bus.state = CanBusState::kPassive;
   bench.run_ms(2);
-  EXPECT_EQ(told(bench).size(), 2U);
+  EXPECT_EQ(described(bench).size(), 2U);
   bench.device.bus.state = CanBusState::kActive;
   bench.run_ms(2);
-  const auto left = told(bench);
+  const auto left = described(bench);
   ASSERT_EQ(left.size(), 1U);
   EXPECT_EQ(left[0].code, 0x8210U) << "the one that is still there";
   EXPECT_EQ(left[0].bits, 0x11);
@@ -240,7 +240,7 @@ TEST(Emcy, AResetOfCommunicationBeginsAnew) {
   bench.nmt(0x82);
   bench.all();
   bench.run_ms(3000);
-  EXPECT_TRUE(told(bench).empty());
+  EXPECT_TRUE(described(bench).empty());
   EXPECT_EQ(bench.read(0x1001, 0), 0U);
   EXPECT_EQ(bench.read(0x1003, 0), 5U) << "the history is cleared by writing 0 to it";
 }

@@ -33,7 +33,7 @@ Model model_of_mass(double mass_kg) {
 TEST(Deploy, StagesAppliesAndStores) {
   Desk desk;
   const Model model = model_of_mass(33.5);
-  const std::string text = deploy_model(*desk.client, model, "m.toml", true, kQuiet);
+  const std::string text = deploy_model(*desk.client, model, "m.toml", true, kNoiseless);
   EXPECT_NE(text.find("read back the same"), std::string::npos) << text;
   EXPECT_EQ(desk.drive->controller().parameters().hash, target_hash(model));
   EXPECT_FLOAT_EQ(desk.drive->controller().parameters().mass_kg, 33.5F);
@@ -50,7 +50,7 @@ TEST(Deploy, ATableOfAnOwnEffect) {
   table.shapes = {-1.0, 320.0, 0.0, 0.0, 0.0};  // over all of the rail
   table.gains.assign(kUserTablePoints, 2.5);
   model.target_terms.push_back(table);
-  deploy_model(*desk.client, model, "m.toml", true, kQuiet);
+  deploy_model(*desk.client, model, "m.toml", true, kNoiseless);
   EXPECT_EQ(desk.drive->controller().parameters().hash, target_hash(model));
   EXPECT_NE(target_hash(model), target_hash(model_of_mass(33.5)));
   desk.power_on();
@@ -61,7 +61,7 @@ TEST(Deploy, ATableOfAnOwnEffect) {
 TEST(Deploy, NoStoreIsGoneWithTheNextStart) {
   Desk desk;
   const std::uint32_t before = desk.drive->controller().parameters().hash;
-  deploy_model(*desk.client, model_of_mass(20.0), "m.toml", false, kQuiet);
+  deploy_model(*desk.client, model_of_mass(20.0), "m.toml", false, kNoiseless);
   EXPECT_NE(desk.drive->controller().parameters().hash, before);
   desk.power_on();
   EXPECT_EQ(desk.drive->controller().parameters().hash, before);
@@ -80,7 +80,7 @@ TEST(Deploy, ACableThatIsPulledNeverLeavesAMixture) {
       return false;
     };
     try {
-      deploy_model(*desk.client, model, "m.toml", true, kQuiet);
+      deploy_model(*desk.client, model, "m.toml", true, kNoiseless);
       whole = !desk.link->cut;
     } catch (const UsageError& error) {
       EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
@@ -91,7 +91,7 @@ TEST(Deploy, ACableThatIsPulledNeverLeavesAMixture) {
     desk.link->meddle = nullptr;
     for (int i = 0; i < 12000; ++i) desk.drive->step();  // the broken transfer times out
     if (frames % 10 == 0) {
-      deploy_model(*desk.client, model, "m.toml", true, kQuiet);
+      deploy_model(*desk.client, model, "m.toml", true, kNoiseless);
       ASSERT_EQ(desk.drive->controller().parameters().hash, target_hash(model)) << frames;
     }
     ASSERT_LT(frames, 500);
@@ -102,7 +102,7 @@ TEST(Deploy, AnEnabledDriveRefuses) {
   Desk desk;
   desk.enable();
   const std::uint32_t before = desk.drive->controller().parameters().hash;
-  EXPECT_THROW(deploy_model(*desk.client, model_of_mass(33.5), "m.toml", true, kQuiet), UsageError);
+  EXPECT_THROW(deploy_model(*desk.client, model_of_mass(33.5), "m.toml", true, kNoiseless), UsageError);
   EXPECT_EQ(desk.drive->controller().parameters().hash, before);
 }
 
@@ -110,7 +110,7 @@ TEST(Deploy, AModelOutOfBoundsIsRefusedBeforeAnythingIsSent) {
   Desk desk;
   Model model = model_of_mass(33.5);
   model.target_terms[0].gains[0] = -1.0;
-  EXPECT_THROW(deploy_model(*desk.client, model, "m.toml", true, kQuiet), UsageError);
+  EXPECT_THROW(deploy_model(*desk.client, model, "m.toml", true, kNoiseless), UsageError);
   EXPECT_THROW(SdoClient(*desk.link, 6).read(0x1000, 0), UsageError) << "nobody there";
 }
 
@@ -144,7 +144,7 @@ TEST(Record, AStreamIsUniformAndPutsEverythingBack) {
   const std::uint32_t cob = desk.client->read(0x1802, 1);
   const std::uint32_t sync = desk.client->read(0x1005, 0);
   set_moving(desk);
-  const Recording recording = record_stream(*desk.client, 2.0, 1000.0, kQuiet);
+  const Recording recording = record_stream(*desk.client, 2.0, 1000.0, kNoiseless);
   EXPECT_EQ(recording.samples, 2000U);
   EXPECT_EQ(recording.lost, 0U);
   EXPECT_FALSE(recording.arrival_spread_s) << "this bus tells no time stamps";
@@ -169,7 +169,7 @@ TEST(Record, ArrivalIsTheSpreadOfTheStampsAgainstTheDrivesClock) {
     return false;
   };
   set_moving(desk);
-  const Recording recording = record_stream(*desk.client, 0.5, 1000.0, kQuiet);
+  const Recording recording = record_stream(*desk.client, 0.5, 1000.0, kNoiseless);
   ASSERT_TRUE(recording.arrival_spread_s);
   EXPECT_NEAR(*recording.arrival_spread_s, 5e-3, 2e-4);  // and the tick in which a frame is sent
 }
@@ -181,7 +181,7 @@ TEST(Record, LostFramesAreCountedAndMarked) {
     return frame.id == 0x385 && (++number % 100 == 50 || number % 100 == 51);
   };
   set_moving(desk);
-  const Recording recording = record_stream(*desk.client, 1.0, 1000.0, kQuiet);
+  const Recording recording = record_stream(*desk.client, 1.0, 1000.0, kNoiseless);
   EXPECT_EQ(recording.samples, 1000U);
   EXPECT_EQ(recording.lost, 20U);
   EXPECT_NE(recording.log.find("# lost_samples: 20\n"), std::string::npos);
@@ -193,7 +193,7 @@ TEST(Record, LostFramesAreCountedAndMarked) {
 
 TEST(Record, TheTraceHoldsEveryTick) {
   Desk desk;
-  const Recording recording = record_trace(*desk.client, 1, kQuiet);
+  const Recording recording = record_trace(*desk.client, 1, kNoiseless);
   const auto rows = rows_of(recording.log);
   ASSERT_EQ(rows.size(), 4096U);
   for (std::size_t i = 0; i < rows.size(); ++i) ASSERT_NEAR(rows[i][0], 1e-4 * static_cast<double>(i), 1e-9);
@@ -207,7 +207,7 @@ TEST(Record, ADriveThatGoesSilentIsOneLine) {
     return false;
   };
   try {
-    record_stream(*desk.client, 1.0, 1000.0, kQuiet);
+    record_stream(*desk.client, 1.0, 1000.0, kNoiseless);
     FAIL();
   } catch (const UsageError& error) {
     EXPECT_NE(std::string(error.what()).find("stopped after"), std::string::npos) << error.what();

@@ -110,7 +110,7 @@ TEST(RecordAndDiagnose, ACleanAxisIsComplete) {
   for (const std::uint64_t seed : {1U, 2U}) {
     Desk desk(seed);
     const Mover mover(desk);
-    const Recording recording = record_stream(*desk.client, 18.0, 1000.0, kQuiet);
+    const Recording recording = record_stream(*desk.client, 18.0, 1000.0, kNoiseless);
     const Diagnosis diagnosis = diagnosis_of(recording.log, "clean");
     EXPECT_EQ(diagnosis.verdict, Verdict::complete)
         << seed << ' ' << (diagnosis.candidates.empty() ? "" : diagnosis.candidates[0].term.effect->text.id);
@@ -122,7 +122,7 @@ TEST(RecordAndDiagnose, ACleanAxisAtAFewSamplesIsNotGivenAName) {
   for (const std::uint64_t seed : {1U, 2U, 3U}) {
     Desk desk(seed);
     const Mover mover(desk);
-    const Recording recording = record_stream(*desk.client, 18.0, 500.0, kQuiet);
+    const Recording recording = record_stream(*desk.client, 18.0, 500.0, kNoiseless);
     const Diagnosis diagnosis = diagnosis_of(recording.log, "coarse");
     EXPECT_NE(diagnosis.verdict, Verdict::missing_effect)
         << seed << ' ' << diagnosis.candidates[0].term.effect->text.id;
@@ -135,7 +135,7 @@ TEST(RecordAndDiagnose, AHiddenEffectIsNamed) {
     sim::add_effects(bench.axis, {hidden}, sim::draw_programme(bench, 1), bench.rate_Hz, 6.0, 1);
     Desk desk(bench, 1);
     const Mover mover(desk);
-    const Recording recording = record_stream(*desk.client, 18.0, 1000.0, kQuiet);
+    const Recording recording = record_stream(*desk.client, 18.0, 1000.0, kNoiseless);
     const Diagnosis diagnosis = diagnosis_of(recording.log, "hidden");
     EXPECT_EQ(diagnosis.verdict, Verdict::missing_effect);
     ASSERT_FALSE(diagnosis.candidates.empty());

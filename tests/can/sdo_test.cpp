@@ -138,11 +138,11 @@ TEST(SdoTimeout, AMasterThatDiesInAnyStateIsToldOnceAndNothingIsTaken) {
     bench.run_ms(980);
     bench.all();
     bench.run_ms(40);
-    const auto told = bench.all_with(0x585);
+    const auto described = bench.all_with(0x585);
     const auto low = static_cast<std::uint8_t>(left.index);
     const auto high = static_cast<std::uint8_t>(left.index >> 8);
-    ASSERT_EQ(told.size(), 1U) << left.where;
-    EXPECT_EQ(told[0], (Data{0x80, low, high, left.frames[0][3], 0, 0, 0x04, 0x05})) << left.where;
+    ASSERT_EQ(described.size(), 1U) << left.where;
+    EXPECT_EQ(described[0], (Data{0x80, low, high, left.frames[0][3], 0, 0, 0x04, 0x05})) << left.where;
     bench.run_ms(3000);
     EXPECT_TRUE(bench.all_with(0x585).empty()) << left.where;
     EXPECT_EQ(bench.read(0x2140, 1), staged) << left.where;

@@ -7,16 +7,16 @@
 namespace slipstack::workbench {
 
 /// Samples of a log: [first, end).
-struct Stretch {
+struct Interval {
   std::size_t first = 0;
   std::size_t end = 0;
   std::size_t size() const { return end - first; }
 };
 
 /// Samples in all of them.
-inline std::size_t samples_in(const std::vector<Stretch>& stretches) {
+inline std::size_t samples_in(const std::vector<Interval>& intervals) {
   std::size_t samples = 0;
-  for (const Stretch& one : stretches) samples += one.size();
+  for (const Interval& one : intervals) samples += one.size();
   return samples;
 }
 

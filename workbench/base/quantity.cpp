@@ -40,7 +40,7 @@ std::string quantity(double value, std::string_view unit, int significant) {
 }
 
 std::string shape_value(const ShapeSpec& shape, double value, int significant) {
-  const bool is_exponent = shape.kind == ShapeKind::exponent || shape.kind == ShapeKind::customary_exponent;
+  const bool is_exponent = shape.kind == ShapeKind::exponent || shape.kind == ShapeKind::nominal_exponent;
   return is_exponent ? fmt::format("{:.{}g}", value, significant) : quantity(value, shape.unit, significant);
 }
 

@@ -97,8 +97,8 @@ bool one_motion(const Log& log, std::size_t sample) {
   const bool stands_before = stands(&log.position_m[sample - kSide], kSide);
   const bool stands_behind = stands(&log.position_m[sample], kSide);
   if (stands_before != stands_behind) return false;
-  return !stands_before || (log.mass_kg.value_or(0.0) > 0.0 && !stopped_dead(log, sample) &&
-                            !force_tells_of_motion(log, sample));
+  return !stands_before ||
+         (log.mass_kg.value_or(0.0) > 0.0 && !stopped_dead(log, sample) && !force_shows_motion(log, sample));
 }
 
 }  // namespace

@@ -19,13 +19,13 @@ constexpr std::size_t kApart = 24;
 constexpr std::size_t kLongestChain = 6;
 
 /// Neighbours together, chains that are bursts left out.
-std::vector<Stretch> apart_from_bursts(const std::vector<std::size_t>& wild) {
-  std::vector<Stretch> stretches;
+std::vector<Interval> apart_from_bursts(const std::vector<std::size_t>& wild) {
+  std::vector<Interval> intervals;
   for (std::size_t first = 0, end = 0; first < wild.size(); first = end) {
     end = first + 1;
     while (end < wild.size() && wild[end] - wild[end - 1] <= kApart) ++end;
     if (end - first > kLongestChain) continue;
-    std::vector<Stretch> chain;
+    std::vector<Interval> chain;
     for (std::size_t i = first; i < end; ++i) {
       // A good sample between two wild ones goes with them, two good ones hold what was there.
       const bool together =
@@ -37,14 +37,14 @@ std::vector<Stretch> apart_from_bursts(const std::vector<std::size_t>& wild) {
       }
     }
     const bool single = std::all_of(chain.begin(), chain.end(),
-                                    [](const Stretch& one) { return one.end - one.first <= kWidest; });
-    if (single) stretches.insert(stretches.end(), chain.begin(), chain.end());
+                                    [](const Interval& one) { return one.end - one.first <= kWidest; });
+    if (single) intervals.insert(intervals.end(), chain.begin(), chain.end());
   }
-  return stretches;
+  return intervals;
 }
 
 /// The samples by which it is judged how far one stands out: [first, end).
-Stretch around(std::size_t first, std::size_t end, std::size_t count) {
+Interval around(std::size_t first, std::size_t end, std::size_t count) {
   return {first > 4 * kApart ? first - 4 * kApart : 0, std::min(count, end + 4 * kApart)};
 }
 
@@ -67,7 +67,7 @@ std::vector<double> departures_from_median(const std::vector<double>& values) {
 }
 
 /// Of the five samples on either side, those next to the stretch and other wild ones left out.
-double largest_step_beside(const std::vector<double>& values, const Stretch& one,
+double largest_step_beside(const std::vector<double>& values, const Interval& one,
                            const std::vector<std::size_t>& wild) {
   constexpr std::size_t kBeside = 6;
   double largest = 0.0;
@@ -84,16 +84,16 @@ double largest_step_beside(const std::vector<double>& values, const Stretch& one
 
 /// A wild sample stands out of its neighbours' median by this many times as much as samples around it do, or
 /// as they step: ringing stands out everywhere, and a median cuts the tip of every peak.
-constexpr double kWildAmongOthers = 8.0;
+constexpr double kOutlierAmongOthers = 8.0;
 /// Nor is the tip of a short peak wild, which rises and falls by steps on either side.
-constexpr double kWildAmongNeighbours = 5.0;
+constexpr double kOutlierAmongNeighbours = 5.0;
 
 /// Whether the stretch departs by far more than what is around it.
 bool stands_out(const std::vector<double>& values, const std::vector<double>& departures,
-                const std::vector<std::size_t>& wild, const Stretch& one) {
+                const std::vector<std::size_t>& wild, const Interval& one) {
   const double own = *std::max_element(departures.begin() + static_cast<std::ptrdiff_t>(one.first),
                                        departures.begin() + static_cast<std::ptrdiff_t>(one.end));
-  const Stretch near = around(one.first, one.end, values.size());
+  const Interval near = around(one.first, one.end, values.size());
   std::vector<double> others, steps;
   others.reserve(near.size());
   steps.reserve(near.size());
@@ -102,31 +102,31 @@ bool stands_out(const std::vector<double>& values, const std::vector<double>& de
     steps.push_back(std::abs(values[i] - values[i - 1]));
   }
   const double usual = std::max(ninth_decile(std::move(others)), median(std::move(steps)));
-  return own >= kWildAmongOthers * usual &&
-         own >= kWildAmongNeighbours * largest_step_beside(values, one, wild);
+  return own >= kOutlierAmongOthers * usual &&
+         own >= kOutlierAmongNeighbours * largest_step_beside(values, one, wild);
 }
 
 }  // namespace
 
 /// A wild sample stands this many standard deviations of the noise out of its neighbours' median ...
-constexpr double kWild = 12.0;
+constexpr double kOutlier = 12.0;
 /// ... and by this share of the wildest within the window.
-constexpr double kShareOfWildest = 0.2;
+constexpr double kShareOfLargestOutlier = 0.2;
 
-std::vector<Stretch> wild_samples(const std::vector<double>& values, double noise, double least) {
+std::vector<Interval> outliers(const std::vector<double>& values, double noise, double least) {
   const std::vector<double> departures = departures_from_median(values);
-  const double least_departure = std::max(kWild * noise, least);
+  const double least_departure = std::max(kOutlier * noise, least);
   std::vector<std::size_t> wild;
   for (std::size_t i = kHalfWindow; i + kHalfWindow < values.size(); ++i) {
     if (departures[i] <= least_departure) continue;
     // One wild sample moves the medians of its neighbours by a step of the signal: they are not wild.
     const auto window = departures.begin() + static_cast<std::ptrdiff_t>(i - kHalfWindow);
     const double most = *std::max_element(window, window + 2 * kHalfWindow + 1);
-    if (departures[i] > kShareOfWildest * most) wild.push_back(i);
+    if (departures[i] > kShareOfLargestOutlier * most) wild.push_back(i);
   }
-  std::vector<Stretch> stretches = apart_from_bursts(wild);
-  std::erase_if(stretches, [&](const Stretch& one) { return !stands_out(values, departures, wild, one); });
-  return stretches;
+  std::vector<Interval> intervals = apart_from_bursts(wild);
+  std::erase_if(intervals, [&](const Interval& one) { return !stands_out(values, departures, wild, one); });
+  return intervals;
 }
 
 std::vector<double> departures_from_cubic(const std::vector<double>& values) {
@@ -145,7 +145,7 @@ constexpr double kSpikeAmongOthers = 4.0;
 /// that, a step by all of it on one side.
 constexpr double kLeastEcho = 0.52;
 constexpr double kMostEcho = 0.9;
-std::vector<Stretch> spikes(const std::vector<double>& values, double noise, double least_share) {
+std::vector<Interval> spikes(const std::vector<double>& values, double noise, double least_share) {
   const std::vector<double> departures = departures_from_cubic(values);
   std::vector<std::size_t> found;
   for (std::size_t i = 3; i + 3 < values.size(); ++i) {
@@ -154,14 +154,14 @@ std::vector<Stretch> spikes(const std::vector<double>& values, double noise, dou
     const double before = -departures[i - 1] / departures[i];
     const double behind = -departures[i + 1] / departures[i];
     if (std::min(before, behind) < kLeastEcho || std::max(before, behind) > kMostEcho) continue;
-    const Stretch near = around(i, i, values.size());
+    const Interval near = around(i, i, values.size());
     std::vector<double> others;
     others.reserve(near.size());
     for (std::size_t k = near.first; k < near.end; ++k) others.push_back(std::abs(departures[k]));
     if (own > kSpikeAmongOthers * ninth_decile(std::move(others))) found.push_back(i);
   }
   const double share = static_cast<double>(found.size()) / static_cast<double>(values.size());
-  return share < least_share ? std::vector<Stretch>{} : apart_from_bursts(found);
+  return share < least_share ? std::vector<Interval>{} : apart_from_bursts(found);
 }
 
 }  // namespace slipstack::workbench

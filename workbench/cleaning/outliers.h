@@ -15,7 +15,7 @@ inline constexpr std::size_t kHalfWindow = 3;
 /// Wild samples of one signal, as stretches of up to three: out of what the samples around say by far more
 /// than `noise` (its standard deviation) and than `least`. Many close together are a burst, and none of
 /// these. O(n).
-std::vector<Stretch> wild_samples(const std::vector<double>& values, double noise, double least);
+std::vector<Interval> outliers(const std::vector<double>& values, double noise, double least);
 
 /// What each sample differs by from the cubic through two neighbours on either side; zero for the two at
 /// either end. O(n).
@@ -23,6 +23,6 @@ std::vector<double> departures_from_cubic(const std::vector<double>& values);
 
 /// Wild samples that stand alone: spikes of a cable, which would vanish in the motion of the signal but not
 /// in its noise. None where they are a smaller share of the samples than `least_share`. O(n).
-std::vector<Stretch> spikes(const std::vector<double>& values, double noise, double least_share);
+std::vector<Interval> spikes(const std::vector<double>& values, double noise, double least_share);
 
 }  // namespace slipstack::workbench

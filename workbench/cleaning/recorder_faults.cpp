@@ -31,11 +31,11 @@ double encoder_step_m(const Log& log) {
 
 /// Where the force is constant during so much of the time that the axis rests, it is no sensor's but a
 /// current that a controller commands, which has no noise while nothing moves.
-constexpr double kRestsWithoutNoise = 0.5;
+constexpr double kStandstillsWithoutNoise = 0.5;
 constexpr std::size_t kRest = 50;  ///< samples within an encoder step
 
 /// Whether the force is constant in these stretches as it is nearly always while the axis rests.
-bool rests_without_noise(const Log& log, const std::vector<Stretch>& constant) {
+bool standstills_without_noise(const Log& log, const std::vector<Interval>& constant) {
   const std::vector<double>& x = log.position_m;
   std::size_t rest = 0;
   for (std::size_t i = 0; i < x.size();) {
@@ -45,7 +45,7 @@ bool rests_without_noise(const Log& log, const std::vector<Stretch>& constant) {
     i = end;
   }
   return constant.size() > 1 &&
-         static_cast<double>(samples_in(constant)) > kRestsWithoutNoise * static_cast<double>(rest);
+         static_cast<double>(samples_in(constant)) > kStandstillsWithoutNoise * static_cast<double>(rest);
 }
 
 /// So many equal forces in a row do not happen by chance where there is noise: each has a chance of 0.1 at
@@ -55,15 +55,15 @@ constexpr std::size_t kFrozen = 8;
 /// Where none of so many steps of the force on either side is this share of the noise, the force has no noise
 /// there: of white noise one place in 10^4 looks so.
 constexpr std::size_t kBeside = 4;
-constexpr double kQuiet = 0.5;
+constexpr double kNoiseless = 0.5;
 
 /// Whether the force has no noise on either side of the stretch, as a command while the axis rests.
-bool quiet_beside(const Log& log, double noise_N, const Stretch& stretch) {
+bool noiseless_beside(const Log& log, double noise_N, const Interval& stretch) {
   const std::vector<double>& force_N = log.force_N;
   const std::size_t from = stretch.first > kBeside ? stretch.first - kBeside : 1;
   const std::size_t to = std::min(stretch.end + kBeside, force_N.size());
   for (std::size_t i = from; i < to; ++i) {
-    if (std::abs(force_N[i] - force_N[i - 1]) > kQuiet * noise_N) return false;
+    if (std::abs(force_N[i] - force_N[i - 1]) > kNoiseless * noise_N) return false;
   }
   return true;
 }
@@ -83,7 +83,7 @@ ConstantForce constant_force(const Log& log, double noise_N) {
   const std::vector<double>& force_N = log.force_N;
   const auto [lowest, highest] = std::minmax_element(force_N.begin(), force_N.end());
   ConstantForce found;
-  std::vector<Stretch> at_rest;
+  std::vector<Interval> at_rest;
   for (std::size_t i = 0; i < force_N.size();) {
     const std::size_t end = end_of_run(force_N, i, force_N.size());
     if (end - i >= kFrozen) {
@@ -96,20 +96,21 @@ ConstantForce constant_force(const Log& log, double noise_N) {
     }
     i = end;
   }
-  found.noise_at_rest = !rests_without_noise(log, at_rest);
+  found.noise_at_rest = !standstills_without_noise(log, at_rest);
   // A command creeps while the axis rests, and its digits stand now and then; a sensor freezes out of noise.
-  std::erase_if(at_rest, [&](const Stretch& one) { return quiet_beside(log, noise_N, one); });
+  std::erase_if(at_rest, [&](const Interval& one) { return noiseless_beside(log, noise_N, one); });
   if (found.noise_at_rest) found.frozen.insert(found.frozen.end(), at_rest.begin(), at_rest.end());
   return found;
 }
 
-std::vector<Stretch> repeated_samples(const Log& log, double noise_N) {
+std::vector<Interval> repeated_samples(const Log& log, double noise_N) {
   const std::vector<double>& force_N = log.force_N;
-  std::vector<Stretch> repeats;
+  std::vector<Interval> repeats;
   for (std::size_t i = 0; i < force_N.size();) {
     const std::size_t end = end_of_run(log.position_m, i, end_of_run(force_N, i, force_N.size()));
-    const Stretch repeat{i + 1, end};
-    if (end - i > 1 && end - i < kFrozen && !quiet_beside(log, noise_N, repeat)) repeats.push_back(repeat);
+    const Interval repeat{i + 1, end};
+    if (end - i > 1 && end - i < kFrozen && !noiseless_beside(log, noise_N, repeat))
+      repeats.push_back(repeat);
     i = end;
   }
   return repeats;
@@ -193,9 +194,9 @@ bool stopped_dead(const Log& log, std::size_t sample) {
   return slowest_m > kSpeed * std::max(encoder_step_m(log), 1e-12) && slowest_m > kSteady * largest(before);
 }
 
-std::vector<Stretch> stuck_encoder(const Log& log) {
+std::vector<Interval> stuck_encoder(const Log& log) {
   const std::vector<double>& x = log.position_m;
-  std::vector<Stretch> stuck;
+  std::vector<Interval> stuck;
   for (std::size_t i = 0; i < x.size();) {
     const std::size_t end = end_of_run(x, i, x.size());
     if (end - i >= kStuck && ends_by_jump(log, end)) stuck.push_back({i, end + 1});
@@ -208,15 +209,15 @@ std::vector<Stretch> stuck_encoder(const Log& log) {
 /// elsewhere while the position stands.
 constexpr double kForceStands = 2.0;
 
-std::optional<Stretch> stuck_to_the_end(const Log& log) {
+std::optional<Interval> stuck_to_the_end(const Log& log) {
   const std::vector<double>& x = log.position_m;
   const std::size_t first = start_of_run(x, x.size());
   if (x.size() - first < kStuck || first < 2 * kStuck) return {};
-  if (stopped_dead(log, x.size()) || force_tells_of_motion(log, x.size())) return Stretch{first, x.size()};
+  if (stopped_dead(log, x.size()) || force_shows_motion(log, x.size())) return Interval{first, x.size()};
   return {};
 }
 
-bool force_tells_of_motion(const Log& log, std::size_t sample) {
+bool force_shows_motion(const Log& log, std::size_t sample) {
   const std::size_t first = start_of_run(log.position_m, sample);
   return force_range_N(log, first, sample) > kForceStands * largest_standing_range_N(log, first);
 }
@@ -230,7 +231,7 @@ constexpr double kForcelessTravel = 50.0;  ///< encoder steps
 namespace {
 
 /// Whether the axis moves while the force is no more than noise.
-bool moves_without_force(const Log& log, double noise_N, const Stretch& window) {
+bool moves_without_force(const Log& log, double noise_N, const Interval& window) {
   double sum = 0.0;
   double lowest = log.position_m[window.first];
   double highest = lowest;
@@ -246,11 +247,11 @@ bool moves_without_force(const Log& log, double noise_N, const Stretch& window) 
 
 }  // namespace
 
-std::vector<Stretch> forceless_motion(const Log& log, double noise_N) {
+std::vector<Interval> forceless_motion(const Log& log, double noise_N) {
   const std::size_t count = log.force_N.size();
   const auto window = static_cast<std::size_t>(std::max(50.0, kForceless_s * log.sample_rate_Hz));
   if (noise_N <= 0.0 || rms(log.force_N) < kForceSeen * noise_N) return {};
-  std::vector<Stretch> idle;
+  std::vector<Interval> idle;
   for (std::size_t first = 0; first + window <= count; first += window / 2) {
     if (!moves_without_force(log, noise_N, {first, first + window})) continue;
     if (!idle.empty() && first <= idle.back().end) {
@@ -261,7 +262,7 @@ std::vector<Stretch> forceless_motion(const Log& log, double noise_N) {
   }
   if (static_cast<double>(samples_in(idle)) / static_cast<double>(count) > kNature) return {};
   // A window at the edge held still some force: half of one more goes.
-  for (Stretch& one : idle) {
+  for (Interval& one : idle) {
     one.first = one.first > window / 2 ? one.first - window / 2 : 0;
     one.end = std::min(count, one.end + window / 2);
   }

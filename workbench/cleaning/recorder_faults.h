@@ -18,31 +18,31 @@ double smallest_step(const std::vector<double>& values);
 
 /// Where the force does not change, though it has noise elsewhere.
 struct ConstantForce {
-  std::vector<Stretch> at_limit;
-  std::vector<Stretch> frozen;
+  std::vector<Interval> at_limit;
+  std::vector<Interval> frozen;
   bool noise_at_rest = true;  ///< or it is constant while the axis rests, as a commanded current
 };
 ConstantForce constant_force(const Log& log, double noise_N);
 
 /// Both force and position as the sample before, for less than a frozen force takes: lost by the recorder,
 /// which wrote the last one again. Not where the force is quiet on both sides.
-std::vector<Stretch> repeated_samples(const Log& log, double noise_N);
+std::vector<Interval> repeated_samples(const Log& log, double noise_N);
 /// Whether so many samples repeat the one before by chance, or by the nature of the log.
 bool repeat_by_chance(const Log& log, double noise_N, std::size_t repeats);
 
 /// An encoder that stands still and then jumps to where it should be.
-std::vector<Stretch> stuck_encoder(const Log& log);
+std::vector<Interval> stuck_encoder(const Log& log);
 /// The last stretch of one position, where the axis cannot have stood: it came in at speed and stopped within
 /// a sample, or the force does there what it does nowhere else while the position stands.
-std::optional<Stretch> stuck_to_the_end(const Log& log);
+std::optional<Interval> stuck_to_the_end(const Log& log);
 /// Whether the axis came at speed into the stretch of one position that ends before `sample`, and stopped
 /// within a sample: no mass does.
 bool stopped_dead(const Log& log, std::size_t sample);
 /// Whether in the stretch of one position that ends before `sample` the force does what it does nowhere else
 /// while the position stands.
-bool force_tells_of_motion(const Log& log, std::size_t sample);
+bool force_shows_motion(const Log& log, std::size_t sample);
 
 /// Motion without any force, as by hand with the drive off.
-std::vector<Stretch> forceless_motion(const Log& log, double noise_N);
+std::vector<Interval> forceless_motion(const Log& log, double noise_N);
 
 }  // namespace slipstack::workbench

@@ -25,7 +25,7 @@ double share_of(const Log& log, std::size_t samples) {
 }
 
 /// Straight from the sample before to the sample behind.
-void interpolate(std::vector<double>& values, const Stretch& gap) {
+void interpolate(std::vector<double>& values, const Interval& gap) {
   if (gap.first == 0 || gap.end >= values.size()) return;
   const double from = values[gap.first - 1];
   const double to = values[gap.end];
@@ -37,7 +37,7 @@ void interpolate(std::vector<double>& values, const Stretch& gap) {
 
 /// What the cubic through two samples on either side of a gap says more than the straight line, at sample
 /// `i`.
-double bend(const std::vector<double>& values, const Stretch& gap, std::size_t i) {
+double bend(const std::vector<double>& values, const Interval& gap, std::size_t i) {
   const auto width = static_cast<double>(gap.size() + 1);
   const double u = static_cast<double>(i - gap.first + 1);
   const double slope = (values[gap.end] - values[gap.first - 1]) / width;
@@ -48,17 +48,17 @@ double bend(const std::vector<double>& values, const Stretch& gap, std::size_t i
   return u * (width - u) * (before + q * (u + 1.0));
 }
 
-void interpolate_force(Log& log, const std::vector<Stretch>& gaps) {
-  for (const Stretch& gap : gaps) interpolate(log.force_N, gap);
+void interpolate_force(Log& log, const std::vector<Interval>& gaps) {
+  for (const Interval& gap : gaps) interpolate(log.force_N, gap);
 }
 
 /// The positions of a mass bend, and lie on the encoder's grid. The cubic is taken where no other of the
 /// `gaps` (ascending) is within its samples.
-void interpolate_positions(Log& log, const std::vector<Stretch>& gaps) {
+void interpolate_positions(Log& log, const std::vector<Interval>& gaps) {
   std::vector<double>& x = log.position_m;
   const double step_m = log.encoder_resolution_m.value_or(0.0);
   for (std::size_t g = 0; g < gaps.size(); ++g) {
-    const Stretch& gap = gaps[g];
+    const Interval& gap = gaps[g];
     if (gap.first == 0 || gap.end >= x.size()) continue;
     interpolate(x, gap);
     const bool alone = gap.first >= 2 && gap.end + 1 < x.size() &&
@@ -74,11 +74,11 @@ void interpolate_positions(Log& log, const std::vector<Stretch>& gaps) {
 }
 
 /// Ascending; those that no more than `apart` samples part become one.
-std::vector<Stretch> joined(std::vector<Stretch> stretches, std::size_t apart) {
-  std::sort(stretches.begin(), stretches.end(),
+std::vector<Interval> joined(std::vector<Interval> intervals, std::size_t apart) {
+  std::sort(intervals.begin(), intervals.end(),
             [](const auto& a, const auto& b) { return a.first < b.first; });
-  std::vector<Stretch> all;
-  for (const Stretch& one : stretches) {
+  std::vector<Interval> all;
+  for (const Interval& one : intervals) {
     if (!all.empty() && one.first <= all.back().end + apart) {
       all.back().end = std::max(all.back().end, one.end);
     } else {
@@ -88,51 +88,51 @@ std::vector<Stretch> joined(std::vector<Stretch> stretches, std::size_t apart) {
   return all;
 }
 
-void cut(const Log& log, const std::vector<Stretch>& stretches, const char* why, Mending& mending) {
-  if (stretches.empty()) return;
-  mending.notes.push_back(fmt::format("{:.3g} s left out in {} {}, the first at {}: {}",
-                                      static_cast<double>(samples_in(stretches)) / log.sample_rate_Hz,
-                                      stretches.size(), stretches.size() == 1 ? "place" : "places",
-                                      time_of(log, stretches.front().first), why));
-  mending.cut.insert(mending.cut.end(), stretches.begin(), stretches.end());
+void cut(const Log& log, const std::vector<Interval>& intervals, const char* why, Repairs& repairs) {
+  if (intervals.empty()) return;
+  repairs.notes.push_back(fmt::format("{:.3g} s left out in {} {}, the first at {}: {}",
+                                      static_cast<double>(samples_in(intervals)) / log.sample_rate_Hz,
+                                      intervals.size(), intervals.size() == 1 ? "place" : "places",
+                                      time_of(log, intervals.front().first), why));
+  repairs.cut.insert(repairs.cut.end(), intervals.begin(), intervals.end());
 }
 
 /// Those that do not touch what is cut.
-std::vector<Stretch> beside_cuts(std::vector<Stretch> stretches, const Mending& mending) {
-  std::erase_if(stretches, [&](const Stretch& one) {
-    return std::any_of(mending.cut.begin(), mending.cut.end(), [&](const Stretch& cut) {
+std::vector<Interval> beside_cuts(std::vector<Interval> intervals, const Repairs& repairs) {
+  std::erase_if(intervals, [&](const Interval& one) {
+    return std::any_of(repairs.cut.begin(), repairs.cut.end(), [&](const Interval& cut) {
       return one.first < cut.end + kHalfWindow && one.end + kHalfWindow > cut.first;
     });
   });
-  return stretches;
+  return intervals;
 }
 
-void mend_repeats(Log& log, double noise_N, Mending& mending) {
-  const std::vector<Stretch> repeats = beside_cuts(repeated_samples(log, noise_N), mending);
+void repair_repeats(Log& log, double noise_N, Repairs& repairs) {
+  const std::vector<Interval> repeats = beside_cuts(repeated_samples(log, noise_N), repairs);
   const std::size_t samples = samples_in(repeats);
   if (repeat_by_chance(log, noise_N, samples)) return;
   interpolate_force(log, repeats);
   interpolate_positions(log, repeats);
-  mending.notes.push_back(
+  repairs.notes.push_back(
       fmt::format("{} samples repeat the one before and were interpolated, the first at {}", samples,
                   time_of(log, repeats.front().first)));
 }
 
 /// More than this share of a log must not be mended.
-constexpr double kMostMended = 0.02;
+constexpr double kMostRepaired = 0.02;
 
 /// The wildest samples hide the others near them: so often one looks again.
 constexpr int kLooks = 4;
 
 /// Mends wild samples of one signal of the log, beside what is cut; spikes only where they are not rarer than
 /// `least_share_of_spikes`.
-void mend_wild(Log& log, const std::vector<double>& values, double noise, double least,
-               double least_share_of_spikes, const char* what,
-               void (*interpolate_gaps)(Log&, const std::vector<Stretch>&), Mending& mending) {
+void repair_outliers(Log& log, const std::vector<double>& values, double noise, double least,
+                     double least_share_of_spikes, const char* what,
+                     void (*interpolate_gaps)(Log&, const std::vector<Interval>&), Repairs& repairs) {
   if (noise <= 0.0) return;
-  std::vector<Stretch> wild;
-  const auto mend_those = [&](std::vector<Stretch> found) {
-    found = beside_cuts(std::move(found), mending);
+  std::vector<Interval> wild;
+  const auto repair_those = [&](std::vector<Interval> found) {
+    found = beside_cuts(std::move(found), repairs);
     if (found.empty()) return false;
     // All of them again: what was wild beside them is mended now. What a single good sample parts is one.
     found.insert(found.end(), wild.begin(), wild.end());
@@ -140,30 +140,30 @@ void mend_wild(Log& log, const std::vector<double>& values, double noise, double
     interpolate_gaps(log, wild);
     return true;
   };
-  for (int look = 0; look < kLooks && mend_those(wild_samples(values, noise, least)); ++look) {
+  for (int look = 0; look < kLooks && repair_those(outliers(values, noise, least)); ++look) {
   }
-  mend_those(spikes(values, noise, least_share_of_spikes));
+  repair_those(spikes(values, noise, least_share_of_spikes));
   if (wild.empty()) return;
   const std::size_t samples = samples_in(wild);
   const std::size_t first = wild.front().first;
-  if (share_of(log, samples) > kMostMended) {
+  if (share_of(log, samples) > kMostRepaired) {
     throw InputError(fmt::format(
         "{}: {} of {} samples of the {} are wild, the first at {}; check the cable and the shield "
         "and record again",
         printable(log.path), samples, values.size(), what, time_of(log, first)));
   }
-  mending.notes.push_back(fmt::format("{} wild {} of the {} interpolated, the first at {}", samples,
+  repairs.notes.push_back(fmt::format("{} wild {} of the {} interpolated, the first at {}", samples,
                                       samples == 1 ? "sample" : "samples", what, time_of(log, first)));
 }
 
 /// No sample of the position is wild that stands out by less than this share of the travel.
 constexpr double kLeastTravel = 1e-4;
 
-void mend_position(Log& log, Mending& mending) {
+void repair_position(Log& log, Repairs& repairs) {
   const double noise_m = std::max(log.encoder_resolution_m.value_or(0.0), white_noise(log.position_m));
   const auto [low, high] = std::minmax_element(log.position_m.begin(), log.position_m.end());
-  mend_wild(log, log.position_m, noise_m, kLeastTravel * (*high - *low), 0.0, "position",
-            interpolate_positions, mending);
+  repair_outliers(log, log.position_m, noise_m, kLeastTravel * (*high - *low), 0.0, "position",
+                  interpolate_positions, repairs);
 }
 
 /// Nor one of the force by less than this share of its rms.
@@ -172,70 +172,70 @@ constexpr double kLeastForce = 0.05;
 /// gives more. The position of a mass has none.
 constexpr double kLeastShareOfForceSpikes = 1.5e-3;
 
-void mend_force(Log& log, double noise_N, Mending& mending) {
+void repair_force(Log& log, double noise_N, Repairs& repairs) {
   // A digital force flickers by its step.
   const double least_noise_N = noise_N > 0.0 ? std::max(noise_N, smallest_step(log.force_N)) : 0.0;
-  mend_wild(log, log.force_N, least_noise_N, kLeastForce * rms(log.force_N), kLeastShareOfForceSpikes,
-            "force", interpolate_force, mending);
+  repair_outliers(log, log.force_N, least_noise_N, kLeastForce * rms(log.force_N), kLeastShareOfForceSpikes,
+                  "force", interpolate_force, repairs);
 }
 
 /// More than this share of a log must not be cut.
 constexpr double kMostCut = 0.4;
 
 /// Cuts that touch become one.
-void join_cuts(const Log& log, Mending& mending) {
-  mending.cut = joined(std::move(mending.cut), 0);
-  const double share = share_of(log, samples_in(mending.cut));
+void join_cuts(const Log& log, Repairs& repairs) {
+  repairs.cut = joined(std::move(repairs.cut), 0);
+  const double share = share_of(log, samples_in(repairs.cut));
   if (share > kMostCut) {
     throw InputError(fmt::format("{}: {:.0f} % of the log cannot be used: {}; record again",
                                  printable(log.path), 100.0 * share,
-                                 mending.notes.empty() ? "" : mending.notes.back()));
+                                 repairs.notes.empty() ? "" : repairs.notes.back()));
   }
 }
 
 /// Finds the encoder's jumps; takes them back where all of the log is there.
-void mend_jumps(Log& log, Mended what, Mending& mending) {
-  mending.jumps = encoder_jumps(log);
-  if (mending.jumps.empty() || what == Mended::piece) return;
-  const EncoderJump first = mending.jumps.front();
-  take_back(mending.jumps, log);
-  mending.notes.push_back(fmt::format("{} {} of the encoder taken back, the first at {}: {:.3g} um",
-                                      mending.jumps.size(), mending.jumps.size() == 1 ? "jump" : "jumps",
+void repair_jumps(Log& log, RepairScope what, Repairs& repairs) {
+  repairs.jumps = encoder_jumps(log);
+  if (repairs.jumps.empty() || what == RepairScope::piece) return;
+  const EncoderJump first = repairs.jumps.front();
+  take_back(repairs.jumps, log);
+  repairs.notes.push_back(fmt::format("{} {} of the encoder taken back, the first at {}: {:.3g} um",
+                                      repairs.jumps.size(), repairs.jumps.size() == 1 ? "jump" : "jumps",
                                       time_of(log, first.sample), 1e6 * first.jump_m));
 }
 
 /// Equal neighbours are a fault only where noise is this many times the smallest step of the force.
 constexpr double kNoiseOverStep = 3.0;
 
-Mending mend_in_place(Log& log, Mended what) {
-  Mending mending;
+Repairs repair_in_place(Log& log, RepairScope what) {
+  Repairs repairs;
   const double noise_N = white_noise(log.force_N);
   if (noise_N > kNoiseOverStep * smallest_step(log.force_N)) {
     const ConstantForce constant = constant_force(log, noise_N);
-    cut(log, constant.at_limit, "the force is at its limit", mending);
-    cut(log, constant.frozen, "the force is frozen", mending);
-    if (constant.noise_at_rest) mend_repeats(log, noise_N, mending);
+    cut(log, constant.at_limit, "the force is at its limit", repairs);
+    cut(log, constant.frozen, "the force is frozen", repairs);
+    if (constant.noise_at_rest) repair_repeats(log, noise_N, repairs);
   }
-  mend_position(log, mending);
-  mend_jumps(log, what, mending);
-  cut(log, stuck_encoder(log), "the position stands still and then jumps (encoder stuck)", mending);
+  repair_position(log, repairs);
+  repair_jumps(log, what, repairs);
+  cut(log, stuck_encoder(log), "the position stands still and then jumps (encoder stuck)", repairs);
   if (const auto last = stuck_to_the_end(log)) {
     cut(log, {*last}, "the position stands still to the end of the log, the axis does not (encoder stuck)",
-        mending);
+        repairs);
   }
-  cut(log, forceless_motion(log, noise_N), "the axis moves without any force (drive off)", mending);
-  mend_force(log, noise_N, mending);
-  join_cuts(log, mending);
-  return mending;
+  cut(log, forceless_motion(log, noise_N), "the axis moves without any force (drive off)", repairs);
+  repair_force(log, noise_N, repairs);
+  join_cuts(log, repairs);
+  return repairs;
 }
 
 }  // namespace
 
-Mending mend(Log& log, Mended what) {
-  if (what == Mended::whole_log) return mend_in_place(log, what);
+Repairs repair(Log& log, RepairScope what) {
+  if (what == RepairScope::whole_log) return repair_in_place(log, what);
   Log as_it_was = log;
   try {
-    return mend_in_place(log, what);
+    return repair_in_place(log, what);
   } catch (const InputError&) {
     log = std::move(as_it_was);
     return {{{0, log.position_m.size()}}, {}, {}};

@@ -11,8 +11,8 @@
 namespace slipstack::workbench {
 
 /// What a log's own faults leave to do.
-struct Mending {
-  std::vector<Stretch> cut;        ///< not to be compared with any model; ascending, apart
+struct Repairs {
+  std::vector<Interval> cut;       ///< not to be compared with any model; ascending, apart
   std::vector<EncoderJump> jumps;  ///< of the encoder, ascending
   std::vector<std::string> notes;  ///< one sentence for each kind of fault: what, how much, where first
 };
@@ -30,7 +30,7 @@ struct Mending {
 ///
 /// Nothing is changed in a log without such faults. Throws InputError where they fill so much of the log that
 /// what is left would mislead; of `a piece` of a longer log, all of it is cut then. O(n).
-enum class Mended { whole_log, piece };
-Mending mend(Log& log, Mended what = Mended::whole_log);
+enum class RepairScope { whole_log, piece };
+Repairs repair(Log& log, RepairScope what = RepairScope::whole_log);
 
 }  // namespace slipstack::workbench

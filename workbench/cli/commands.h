@@ -4,14 +4,14 @@
 #include <string>
 #include <vector>
 
-#include "workbench/long_logs/processes/team.h"
+#include "workbench/long_logs/processes/process_group.h"
 
 namespace slipstack::workbench {
 
 /// What the command line says; empty strings where an option was not given.
 struct Options {
-  Team* team = nullptr;      ///< processes that share the work
-  std::string command_line;  ///< as it would be typed again
+  ProcessGroup* group = nullptr;  ///< processes that share the work
+  std::string command_line;       ///< as it would be typed again
   std::vector<std::string> logs;
   std::string log;       ///< the logs as a text, separated by ", "
   std::string per_log;   ///< ids of effects with gains of each log's own; "none"; empty: the usual ones
@@ -19,7 +19,7 @@ struct Options {
   std::string model;     ///< read by compare, diagnose and add; written by fit
   std::string effects;   ///< ids separated by commas
   std::string effect;
-  std::vector<std::string> own_effects;  ///< definitions of the user's own
+  std::vector<std::string> user_effects;  ///< definitions of the user's own
   std::string out;
   std::string pages;  ///< folder
   std::string header;

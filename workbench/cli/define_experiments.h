@@ -6,8 +6,8 @@
 
 namespace slipstack::workbench {
 
-/// `slipstack experiment`: the experiments of the papers, on simulated set-ups and measured data, and the plan
-/// of an experiment of one's own. `command_line` is read when a command runs.
+/// `slipstack experiment`: the experiments of the papers, on simulated set-ups and measured data, and the
+/// plan of an experiment of one's own. `command_line` is read when a command runs.
 void define_experiment(CLI::App& app, const std::string& command_line);
 
 /// `slipstack experiment plan` (run_plan.cpp).

@@ -10,7 +10,7 @@ void spare_logs(const Options& options, Outputs& outputs) {
 }
 
 LogRequest log_request(const Options& options) {
-  LogRequest request{options.team, options.logs, {}};
+  LogRequest request{options.group, options.logs, {}};
   request.conditioning.force_noise_N = options.noise_N;
   if (options.per_log == "none") {
     request.conditioning.per_log.clear();

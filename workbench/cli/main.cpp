@@ -9,18 +9,18 @@
 #include "workbench/base/errors.h"
 #include "workbench/base/text.h"
 #include "workbench/cli/commands.h"
+#include "workbench/cli/define_experiments.h"
 #include "workbench/cli/define_simulate.h"
 #include "workbench/cli/effect_page.h"
 #include "workbench/console/output.h"
 #include "workbench/controller/define_can.h"
 #include "workbench/estimate/measurement/parts.h"
-#include "workbench/long_logs/processes/mpi_team.h"
+#include "workbench/long_logs/group_logs.h"
+#include "workbench/long_logs/processes/mpi_group.h"
 #include "workbench/long_logs/processes/requests.h"
-#include "workbench/long_logs/team_logs.h"
 #include "workbench/loop/define_loop.h"
 #include "workbench/model/effects/effect_catalogue.h"
 #include "workbench/model/expression/definition.h"
-#include "workbench/cli/define_experiments.h"
 #include "workbench/papers/stop.h"
 
 namespace {
@@ -71,9 +71,9 @@ void add_outputs(CLI::App& command, Options& options) {
 }
 
 /// An effect of the user's own, and an example that can be typed.
-CLI::Option* add_own_effects(CLI::App& command, Options& options, const std::string& description) {
+CLI::Option* add_user_effects(CLI::App& command, Options& options, const std::string& description) {
   return command
-      .add_option("--effect", options.own_effects,
+      .add_option("--effect", options.user_effects,
                   description +
                       ", as 'snag = A*exp(-((x-x0)/w)^2)*sign(v); A: N; x0: m; w: m in [1e-4, 1e-2]'; "
                       "may be repeated")
@@ -99,7 +99,7 @@ void define_fit(CLI::App& app, Options& options) {
   CLI::App* fit = app.add_subcommand("fit", "Fit a model of chosen effects to a measurement");
   add_log(*fit, options);
   add_text(*fit, "--effects", options.effects, "A,B,..", "effects, separated by commas")->required();
-  add_own_effects(*fit, options, "fit also an effect of your own");
+  add_user_effects(*fit, options, "fit also an effect of your own");
   add_text(*fit, "--model", options.model, "FILE", "model file to write")->required();
   add_outputs(*fit, options);
   fit->footer(effect_list());
@@ -113,7 +113,7 @@ void define_diagnose(CLI::App& app, Options& options) {
                                   "baseline (default: inertia,presliding_hysteresis)");
   add_text(*diagnose, "--model", options.model, "FILE", "baseline: the effects of this model, fitted again")
       ->excludes(effects);
-  add_own_effects(*diagnose, options, "try also an effect of your own");
+  add_user_effects(*diagnose, options, "try also an effect of your own");
   diagnose->add_flag("--stepwise", options.stepwise, "go on until nothing is missing or nothing helps");
   add_outputs(*diagnose, options);
   diagnose->footer(effect_list());
@@ -139,7 +139,7 @@ void define_effects(CLI::App& app, Options& options) {
   add_text(*effects, "--pages", options.pages, "FOLDER", "write the reference page of every effect there");
   add_text(*effects, "--header", options.header, "FILE",
            "write the effect that --effect defines as a header for the controller's catalogue");
-  add_own_effects(*effects, options, "an effect of your own")->needs("--header");
+  add_user_effects(*effects, options, "an effect of your own")->needs("--header");
   effects->callback([&options] { run_effects(options); });
 }
 
@@ -193,9 +193,9 @@ std::string command_line(int argc, char** argv) {
 }
 
 /// What the command line says, done; the exit status.
-int run(Team& team, int argc, char** argv) {
+int run(ProcessGroup& group, int argc, char** argv) {
   Options options;
-  options.team = &team;
+  options.group = &group;
   CLI::App app("slipstack: friction models of rolling guideways, compared with measurements");
   app.name("slipstack");
   try {
@@ -235,23 +235,23 @@ int run(Team& team, int argc, char** argv) {
 
 /// Of processes that mpirun started together the first does what the command line says; the others work for
 /// it.
-int run_in_team(int argc, char** argv) {
-  std::unique_ptr<Team> team;
+int run_in_group(int argc, char** argv) {
+  std::unique_ptr<ProcessGroup> group;
   try {
-    team = join_team();
+    group = join_process_group();
   } catch (const InputError& error) {
     if (is_first_started()) complain(error.what());
     return kUnusableInput;
   }
-  if (team->is_first()) {
-    const Dismissal dismissal(*team);
-    return run(*team, argc, argv);
+  if (group->is_first()) {
+    const Dismissal dismissal(*group);
+    return run(*group, argc, argv);
   }
   try {
-    serve_logs(*team);
+    serve_logs(*group);
     return 0;
   } catch (const std::exception& error) {
-    complain(fmt::format("process {}: internal fault: {}", team->rank(), error.what()));
+    complain(fmt::format("process {}: internal fault: {}", group->rank(), error.what()));
     std::_Exit(kInternalFault);  // mpirun then ends the others, which wait for this one
   }
 }
@@ -261,5 +261,5 @@ int run_in_team(int argc, char** argv) {
 int main(int argc, char** argv) {
   // A file that grows beyond a limit is an error to be told, not a reason to be killed.
   ::signal(SIGXFSZ, SIG_IGN);
-  return run_in_team(argc, argv);
+  return run_in_group(argc, argv);
 }

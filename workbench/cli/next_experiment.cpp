@@ -45,7 +45,7 @@ std::string command_for(const Options& options, const std::vector<std::string>& 
   if (!options.effects.empty()) text += " --effects " + options.effects;
   for (const std::string& id : effects) {
     const EffectDescription& effect = *find_effect(id);
-    if (effect.is_own()) text += " --effect " + shell_quoted(effect.definition);
+    if (effect.is_user_defined()) text += " --effect " + shell_quoted(effect.definition);
   }
   return text + fmt::format(" --for {} --out setpoints.csv", fmt::join(effects, ","));
 }
@@ -83,15 +83,15 @@ std::optional<NextExperiment> next_experiment(const Options& options, const Diag
   if (diagnosis.verdict == Verdict::missing_effect && can_be_planned(first)) {
     return planned(options, {first}, fmt::format("it would confirm {} where it shows most", name(first)));
   }
-  std::vector<std::string> unseen;
+  std::vector<std::string> unobserved;
   for (const Visibility& one : diagnosis.cannot_show) {
-    if (can_be_planned(one.effect) && unseen.size() < kMostEffects) unseen.push_back(one.effect);
+    if (can_be_planned(one.effect) && unobserved.size() < kMostEffects) unobserved.push_back(one.effect);
   }
-  if (unseen.empty()) return {};
+  if (unobserved.empty()) return {};
   std::vector<std::string> names;
-  names.reserve(unseen.size());
-  for (const std::string& id : unseen) names.push_back(name(id));
-  return planned(options, unseen, fmt::format("this log does not rule out {}", fmt::join(names, ", ")));
+  names.reserve(unobserved.size());
+  for (const std::string& id : unobserved) names.push_back(name(id));
+  return planned(options, unobserved, fmt::format("this log does not rule out {}", fmt::join(names, ", ")));
 }
 
 void add_limits(json& result, const Options& options, const Diagnosis& diagnosis) {
@@ -138,17 +138,17 @@ void add_limits_report(json& report, const Options& options, const Diagnosis& di
     const EffectDescription* effect = find_effect(id);
     return effect == nullptr ? id : fmt::format("{} ({})", effect->text.title, id);
   };
-  json unseen = json::array();
+  json unobserved = json::array();
   for (const Visibility& one : diagnosis.cannot_show) {
-    unseen.push_back({heading(one.effect), std::isfinite(one.least_N) ? newtons(one.least_N) : "no force",
-                      share(one.share)});
+    unobserved.push_back({heading(one.effect), std::isfinite(one.least_N) ? newtons(one.least_N) : "no force",
+                          share(one.share)});
   }
-  if (!unseen.empty()) {
+  if (!unobserved.empty()) {
     report["tables"].push_back(table("What this log cannot show",
                                      {{"Effect", false},
                                       {"Seen from a peak force of", true},
                                       {"Share of it that nothing else imitates", true}},
-                                     std::move(unseen)));
+                                     std::move(unobserved)));
   }
   json pairs = json::array();
   for (const Separation& pair : diagnosis.cannot_separate) {

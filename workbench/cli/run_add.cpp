@@ -4,8 +4,8 @@
 #include "workbench/base/text.h"
 #include "workbench/cli/commands.h"
 #include "workbench/cli/inputs.h"
-#include "workbench/estimate/nonlinear/checks.h"
 #include "workbench/diagnose/evidence/reduction.h"
+#include "workbench/estimate/nonlinear/checks.h"
 #include "workbench/estimate/uncertainty/noise_floor.h"
 #include "workbench/estimate/uncertainty/standard_errors.h"
 #include "workbench/model/effects/effect_registry.h"
@@ -51,7 +51,8 @@ Addition added(LogSearch& logs, const Model& old, const EffectDescription& effec
   progress.show("add the effect");
   const Trial trial = try_effect(measurement, result.before, effect, {});
   result.after = with_standard_errors(
-      measurement, polish_shapes(measurement, fit_gains(measurement, trial.terms, &result.before), {}));
+      measurement,
+      refine_shapes_in_turn(measurement, fit_gains(measurement, trial.terms, &result.before), {}));
   progress.show("reduce to the controller");
   result.reduced = on_controller(measurement, result.after);
   logs.fit_to_whole({&result.before, &result.reduced, &result.after}, 0.0);
@@ -115,7 +116,7 @@ void run_add(const Options& options) {
   if (addition.after.holdout_rmse_N > (1.0 - kLeastReduction) * addition.before.holdout_rmse_N) {
     text += "It does not earn its parameters: less than 3 % on data that the fit has not seen.\n";
   }
-  text += excerpt_line(measurement, "shapes fitted") + mended_lines(measurement) +
+  text += excerpt_line(measurement, "shapes fitted") + repair_lines(measurement) +
           log_table(log_results(measurement, addition.after));
   text += parameter_table(addition.after.terms);
   text += model_lines(options.out, model);
@@ -125,7 +126,7 @@ void run_add(const Options& options) {
   result["model"] = options.out;
   result["added"] = effect.id();
   result["hash"] = hash_text(model);
-  if (!model.target_own.empty()) result["own_effects"] = own_json(model);
+  if (!model.target_user_effects.empty()) result["own_effects"] = user_effects_json(model);
   result["history"] = history_json(model);
   result["before"] = {{"train_rmse_N", number_json(addition.before.train_rmse_N)},
                       {"holdout_rmse_N", number_json(addition.before.holdout_rmse_N)},

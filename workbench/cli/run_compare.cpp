@@ -19,7 +19,7 @@ namespace {
 using nlohmann::json;
 
 /// What must be explained of the residual by one coordinate for it to be worth a word.
-constexpr double kWorthAWord = 0.05;
+constexpr double kLeastMentioned = 0.05;
 
 struct Comparison {
   ForceRows rows;
@@ -37,7 +37,7 @@ Comparison compared(LogSearch& logs, const Model& model) {
   Terms terms = model.terms;
   const bool several = measurement.log_count() > 1;  // each with the load that it declares
   if (several) terms = terms_on(measurement, model.terms);
-  result.rows = {measurement.force_N(lag_of(terms)),
+  result.rows = {measurement.force_N(measurement_dynamics_of(terms)),
                  measurement.filtered(evaluate_force(measurement, terms).force_N)};
   const Eigen::VectorXd& usable = measurement.row_usable();
   const Eigen::VectorXd residual = result.rows.residual_N().cwiseProduct(usable);
@@ -54,7 +54,7 @@ Comparison compared(LogSearch& logs, const Model& model) {
   result.floor_N = floor.of(terms);
   result.logs = log_results(measurement, result.rows, floor.of_each_log(terms), nullptr, whole_errors);
   const auto structure = find_structure(measurement, residual);
-  result.left = structure.front().error_reduction > kWorthAWord
+  result.left = structure.front().error_reduction > kLeastMentioned
                     ? structure.front().description
                     : "what is left depends on no single coordinate";
   return result;
@@ -104,7 +104,7 @@ void run_compare(const Options& options) {
       printable(options.log), printable(options.model), hash_text(model),
       fmt::join(ids_of(model.terms), ", "), newtons(found.error_N), share(found.relative),
       newtons(found.floor_N), sentence(found.left));
-  text += excerpt_line(measurement, "noise floor and what is left seen") + mended_lines(measurement) +
+  text += excerpt_line(measurement, "noise floor and what is left seen") + repair_lines(measurement) +
           log_table(found.logs);
   json result{{"log", options.log},
               {"model", options.model},
@@ -116,7 +116,7 @@ void run_compare(const Options& options) {
               {"relative_error", number_json(found.relative)},
               {"noise_floor_N", number_json(found.floor_N)},
               {"left", found.left}};
-  result["mended"] = mended_json(measurement);
+  result["mended"] = repairs_json(measurement);
   if (found.logs.size() > 1) result["logs"] = logs_json(found.logs);
   result["history"] = history_json(model);
   if (!options.report.empty()) {

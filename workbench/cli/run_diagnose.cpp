@@ -76,7 +76,7 @@ json result_of(const Options& options, const Measurement& measurement, const Dia
               {"unexplained", nullptr}};
   result["noise"] = noise_json(measurement);
   result["searched_samples"] = measurement.sample_count();
-  result["mended"] = mended_json(measurement);
+  result["mended"] = repairs_json(measurement);
   const std::vector<LogResult> logs = log_results(measurement, diagnosis.explained);
   if (!logs.empty()) result["logs"] = logs_json(logs);
   add_limits(result, options, diagnosis);
@@ -146,7 +146,7 @@ std::string text_of(const Options& options, const Measurement& measurement, cons
         fmt::format("; with {} {}", diagnosis.candidates.front().term.id(), interval_text(diagnosis.best));
   }
   text += " (95 %, block bootstrap)\n";
-  text += noise_line(measurement) + excerpt_line(measurement, "effects searched") + mended_lines(measurement);
+  text += noise_line(measurement) + excerpt_line(measurement, "effects searched") + repair_lines(measurement);
   if (diagnosis.verdict == Verdict::missing_effect) text += advice(diagnosis.candidates.front());
   text += limits_text(options, diagnosis);
   return text;
@@ -156,7 +156,7 @@ std::string text_of(const Options& options, const Measurement& measurement, cons
 
 void run_diagnose(const Options& options) {
   DiagnoseOptions wanted;
-  wanted.own = declare_effects(options.own_effects);
+  wanted.own = declare_effects(options.user_effects);
   Outputs outputs;
   spare_logs(options, outputs);
   if (!options.model.empty()) outputs.spare(options.model);

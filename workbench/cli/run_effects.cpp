@@ -17,8 +17,8 @@ namespace {
 
 /// The header of the one effect that --effect defines.
 std::string header_text(const Options& options) {
-  if (options.own_effects.size() != 1) throw UsageError("--header: define one effect by --effect");
-  const EffectDescription& effect = *declare_effects(options.own_effects).front();
+  if (options.user_effects.size() != 1) throw UsageError("--header: define one effect by --effect");
+  const EffectDescription& effect = *declare_effects(options.user_effects).front();
   const Definition definition = parse_definition(effect.definition);
   return to_effect_header(definition, roles_of(definition));
 }

@@ -6,8 +6,8 @@
 #include "workbench/base/text.h"
 #include "workbench/cli/commands.h"
 #include "workbench/cli/inputs.h"
-#include "workbench/estimate/nonlinear/checks.h"
 #include "workbench/estimate/linear/robust.h"
+#include "workbench/estimate/nonlinear/checks.h"
 #include "workbench/estimate/uncertainty/noise_floor.h"
 #include "workbench/estimate/uncertainty/standard_errors.h"
 #include "workbench/model/effects/effect_registry.h"
@@ -45,7 +45,7 @@ std::string outlier_line(const RobustFit& robust) {
 }  // namespace
 
 void run_fit(const Options& options) {
-  const std::vector<const EffectDescription*> own = declare_effects(options.own_effects);
+  const std::vector<const EffectDescription*> own = declare_effects(options.user_effects);
   std::vector<std::string> ids = parse_effects(options.effects);
   for (const EffectDescription* effect : own) {
     if (std::find(ids.begin(), ids.end(), effect->id()) == ids.end()) ids.push_back(effect->id());
@@ -65,7 +65,7 @@ void run_fit(const Options& options) {
     check_combination(measured, ids);
     check_enough(options.log, measured, ids);
     progress.show("fit");
-    robust = fit_robustly(measured, settle_customary_shapes(measured, fit_effects(measured, ids, {})));
+    robust = fit_robustly(measured, refine_nominal_shapes(measured, fit_effects(measured, ids, {})));
     fitted = with_standard_errors(measured, robust.model);
     progress.show("reduce to the controller");
     reduced = on_controller(measured, fitted);
@@ -81,7 +81,7 @@ void run_fit(const Options& options) {
   text += fmt::format("error      {} held out ({}), {} in sample, {} of the force; noise floor {}\n",
                       newtons(fitted.holdout_rmse_N), interval_text(fitted), newtons(fitted.train_rmse_N),
                       share(fitted.relative_error), newtons(floor_N));
-  text += noise_line(measurement) + excerpt_line(measurement, "shapes fitted") + mended_lines(measurement) +
+  text += noise_line(measurement) + excerpt_line(measurement, "shapes fitted") + repair_lines(measurement) +
           outlier_line(robust);
   text += log_table(log_results(measurement, fitted));
   text += parameter_table(fitted.terms);
@@ -92,7 +92,7 @@ void run_fit(const Options& options) {
   result["model"] = options.model;
   result["outliers"] = robust.outliers;
   result["hash"] = hash_text(model);
-  if (!model.target_own.empty()) result["own_effects"] = own_json(model);
+  if (!model.target_user_effects.empty()) result["own_effects"] = user_effects_json(model);
   if (!options.report.empty()) {
     outputs.set(options.report, render_report(report_of(options, measurement, fitted, floor_N)));
   }

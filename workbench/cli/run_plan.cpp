@@ -117,7 +117,7 @@ ExperimentResult plan_result(const PlanRequest& request, const KnownAxis& known,
 
 void run_plan(const std::string& command_line, const PlanCommand& command) {
   const PlanRequest& request = command.request;
-  declare_effects(request.own_effects);
+  declare_effects(request.user_effects);
   const std::vector<std::string> ids = parse_effects(request.effects);
   for (const std::string& id : ids) {
     const EffectDescription& effect = *find_effect(id);
@@ -155,7 +155,8 @@ void define_plan(CLI::App& experiment, const std::string& command_line) {
   CLI::App* command = experiment.add_subcommand(
       "plan", "Plan the motion that tells effects apart, within the limits of the axis");
   auto wanted = std::make_shared<PlanCommand>();
-  add_word(*command, "--for", wanted->request.effects, "A,B,..", "effects to show and to tell apart")->required();
+  add_word(*command, "--for", wanted->request.effects, "A,B,..", "effects to show and to tell apart")
+      ->required();
   command
       ->add_option("--log", wanted->request.logs,
                    "what is known so far: model, noise, and limits where not given; several of one axis")
@@ -166,7 +167,7 @@ void define_plan(CLI::App& experiment, const std::string& command_line) {
   add_word(*command, "--effects", wanted->request.baseline, "A,B,..",
            "baseline on the log (default: inertia,presliding_hysteresis)")
       ->excludes(model);
-  command->add_option("--effect", wanted->request.own_effects, "an effect of your own that --for names")
+  command->add_option("--effect", wanted->request.user_effects, "an effect of your own that --for names")
       ->type_name("DEFINITION")
       ->allow_extra_args(false)
       ->take_all();

@@ -168,15 +168,16 @@ void run_simulate(const std::string& command_line, const SimulateOptions& wanted
   if (!(wanted.start_s >= 0.0) || !(wanted.end_s >= 0.0)) {
     throw UsageError("--start, --end: must not be negative");
   }
-  deliver(command_line, wanted.outputs, {wanted.model, wanted.log, wanted.set_points}, [&](Progress& progress) {
-    const Model model = read_model(wanted.model);
-    if (!(mass_kg(model.terms) > 0.0)) {
-      throw InputError(
-          fmt::format("{}: the model has no mass; fit it with inertia", printable(wanted.model)));
-    }
-    return wanted.log.empty() ? simulate_set_points(wanted, model, progress)
-                              : simulate_log(wanted, model, progress);
-  });
+  deliver(command_line, wanted.outputs, {wanted.model, wanted.log, wanted.set_points},
+          [&](Progress& progress) {
+            const Model model = read_model(wanted.model);
+            if (!(mass_kg(model.terms) > 0.0)) {
+              throw InputError(
+                  fmt::format("{}: the model has no mass; fit it with inertia", printable(wanted.model)));
+            }
+            return wanted.log.empty() ? simulate_set_points(wanted, model, progress)
+                                      : simulate_log(wanted, model, progress);
+          });
 }
 
 }  // namespace

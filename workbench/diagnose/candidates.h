@@ -21,6 +21,6 @@ void rank_candidates(Diagnosis& diagnosis, const std::vector<std::string>& added
 
 /// Gives the first candidate, the one effect that is missing, the error that the best model has: its shapes
 /// have been settled since it was ranked among the others, whose shapes have not.
-void show_as_handed_out(Diagnosis& diagnosis);
+void show_by_named_model(Diagnosis& diagnosis);
 
 }  // namespace slipstack::workbench

@@ -25,14 +25,14 @@ FittedModel fit_baseline(const Measurement& measurement, const DiagnoseOptions& 
 
 /// What the search found, without what is superfluous, as simple as it can be, its shapes settled.
 void settle(const Measurement& measurement, Found& found) {
-  prune(measurement, found.yardstick, found.best);
+  prune(measurement, found.context, found.best);
   if (found.best.added.empty()) return;
-  simplify(measurement, found.yardstick, found.alone, found.best);
-  name_mass_beside_mode(measurement, found.yardstick, found.best);
-  found.best.model = settle_customary_shapes(measurement, std::move(found.best.model));
-  found.best.model = settle_shapes(measurement, std::move(found.best.model));
+  simplify(measurement, found.context, found.alone, found.best);
+  name_mass_beside_mode(measurement, found.context, found.best);
+  found.best.model = refine_nominal_shapes(measurement, std::move(found.best.model));
+  found.best.model = refine_all_shapes(measurement, std::move(found.best.model));
   // With shapes settled, the first may do what another was added for.
-  if (found.best.added.size() > 1) prune(measurement, found.yardstick, found.best);
+  if (found.best.added.size() > 1) prune(measurement, found.context, found.best);
 }
 
 }  // namespace
@@ -68,7 +68,7 @@ EffectSearch::EffectSearch(const Measurement& measurement, const DiagnoseOptions
 }
 
 void EffectSearch::drop_what_whole_logs_do_not_support() {
-  drop_unearned_steps(measurement_, diagnosis_);
+  drop_insignificant_steps(measurement_, diagnosis_);
   std::vector<std::string> added;
   for (std::size_t i = 1; i < diagnosis_.steps.size(); ++i) added.push_back(diagnosis_.steps[i].added);
   rank_candidates(diagnosis_, added);
@@ -79,7 +79,7 @@ Diagnosis EffectSearch::conclude() {
   judge(measurement_, diagnosis_);
   list_what_cannot_be_shown(measurement_, diagnosis_);
   list_what_cannot_be_separated(measurement_, diagnosis_);
-  if (diagnosis_.steps.size() == 2) show_as_handed_out(diagnosis_);
+  if (diagnosis_.steps.size() == 2) show_by_named_model(diagnosis_);
   options_.report("done", 1.0);
   return std::move(diagnosis_);
 }

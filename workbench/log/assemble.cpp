@@ -247,7 +247,7 @@ Log assemble_log(RawTable table) {
   return Assembler(std::move(table)).assemble();
 }
 
-Log assemble_piece(RawTable table, const Log* head) {
+Log assemble_chunk(RawTable table, const Log* head) {
   using Of = Assembler::Of;
   return Assembler(std::move(table), head == nullptr ? Of::unknown : Of::known, head).assemble();
 }

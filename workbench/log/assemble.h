@@ -21,6 +21,6 @@ void require_force(const std::string& where, double lowest_N, double highest_N);
 
 // Some rows of a longer table, uniformly sampled: checked as far as they can be alone. Without `head` the
 // sampling and the encoder's resolution are those that these rows show, with it they are those of `head`.
-Log assemble_piece(RawTable table, const Log* head);
+Log assemble_chunk(RawTable table, const Log* head);
 
 }  // namespace slipstack::workbench

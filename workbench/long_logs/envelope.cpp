@@ -5,7 +5,7 @@
 
 namespace slipstack::workbench {
 
-void Glances::take(const std::vector<double>& position_m) {
+void Envelope::take(const std::vector<double>& position_m) {
   for (const double x : position_m) {
     const auto at = static_cast<float>(x);
     if (in_last_ == samples_) {
@@ -19,10 +19,10 @@ void Glances::take(const std::vector<double>& position_m) {
   }
 }
 
-void Glances::join_pairs() {
+void Envelope::join_pairs() {
   for (std::size_t i = 0; i < all_.size() / 2; ++i) {
-    const Glance& first = all_[2 * i];
-    const Glance& second = all_[2 * i + 1];
+    const EnvelopePoint& first = all_[2 * i];
+    const EnvelopePoint& second = all_[2 * i + 1];
     all_[i] = {first.first_m, std::min(first.low_m, second.low_m), std::max(first.high_m, second.high_m)};
   }
   all_.resize(all_.size() / 2);

@@ -16,7 +16,7 @@ namespace {
 /// Searches after the first that the whole logs may ask for.
 constexpr int kMostExtensions = 2;
 
-TeamLogs opened(const LogRequest& request, Progress& progress) {
+GroupLogs opened(const LogRequest& request, Progress& progress) {
   const std::vector<std::string>& paths = request.paths;
   for (auto path = paths.begin(); path != paths.end(); ++path) {
     if (std::find(paths.begin(), path, *path) != path) {
@@ -25,7 +25,7 @@ TeamLogs opened(const LogRequest& request, Progress& progress) {
   }
   const char* stage = paths.size() == 1 ? "read the log" : "read the logs";
   progress.show(stage);
-  return {*request.team, paths, LongLog::kInMemoryBytes,
+  return {*request.group, paths, LongLog::kInMemoryBytes,
           [&progress, stage](double fraction) { progress.show(stage, fraction); }};
 }
 
@@ -39,16 +39,16 @@ LogSearch::LogSearch(const LogRequest& request, Progress& progress)
     : progress_(progress),
       conditioning_(request.conditioning),
       logs_(opened(request, progress)),
-      stretches_(searched_stretches(logs_.logs())) {
+      intervals_(searched_intervals(logs_.logs())) {
   measure();
 }
 
 void LogSearch::measure() {
-  searched_ = logs_.measure(stretches_, conditioning_, [this](const Measurement& measurement) {
+  searched_ = logs_.measure(intervals_, conditioning_, [this](const Measurement& measurement) {
     refuse_slow_or_short(measurement);
     progress_.show("weigh the rows");
   });
-  whole_.emplace(logs_.logs(), *searched_.measurement, searched_.weighing, logs_.team());
+  whole_.emplace(logs_.logs(), *searched_.measurement, searched_.weighing, logs_.group());
 }
 
 void LogSearch::fit_to_whole(const std::vector<FittedModel*>& models, double limit_N) {
@@ -77,10 +77,10 @@ Diagnosis LogSearch::diagnose(DiagnoseOptions options) {
 }
 
 bool LogSearch::extend() {
-  const std::vector<LogStretch> poorly_predicted = whole_->surprises(stretches_);
+  const std::vector<LogInterval> poorly_predicted = whole_->poorly_predicted(intervals_);
   if (poorly_predicted.empty() || extensions_ == kMostExtensions) return false;
   ++extensions_;
-  stretches_ = joined(stretches_, poorly_predicted);
+  intervals_ = joined(intervals_, poorly_predicted);
   measure();
   return true;
 }

@@ -7,14 +7,14 @@
 #include <vector>
 
 #include "workbench/console/progress.h"
-#include "workbench/long_logs/team_logs.h"
+#include "workbench/long_logs/group_logs.h"
 #include "workbench/long_logs/whole_logs.h"
 
 namespace slipstack::workbench {
 
 /// The logs of a command and how they are conditioned.
 struct LogRequest {
-  Team* team = nullptr;            ///< processes that share the work
+  ProcessGroup* group = nullptr;   ///< processes that share the work
   std::vector<std::string> paths;  ///< each once
   ConditioningOptions conditioning;
 };
@@ -56,8 +56,8 @@ class LogSearch {
 
   Progress& progress_;
   ConditioningOptions conditioning_;
-  TeamLogs logs_;
-  std::vector<LogStretch> stretches_;
+  GroupLogs logs_;
+  std::vector<LogInterval> intervals_;
   Searched searched_;
   std::optional<WholeLogs> whole_;
   int extensions_ = 0;

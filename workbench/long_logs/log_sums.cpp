@@ -58,8 +58,8 @@ void add_windows(const Measurement& piece, std::size_t from, const Linearisation
 }  // namespace
 
 LogSums::LogSums(const std::vector<LongLog>& logs, const Measurement& excerpt, const RowWeighing& weighing,
-                 Team& team)
-    : logs_(logs), excerpt_(excerpt), weighing_(weighing), team_(team) {
+                 ProcessGroup& group)
+    : logs_(logs), excerpt_(excerpt), weighing_(weighing), group_(group) {
   const auto all = static_cast<double>(excerpt.whole_sample_count());
   for (std::size_t log = 0; log < logs.size(); ++log) {
     const std::size_t samples = logs[log].sample_count();
@@ -77,10 +77,10 @@ LogSums::LogSums(const std::vector<LongLog>& logs, const Measurement& excerpt, c
 }
 
 /// Adds the samples of the unit's log that lie between the borders.
-void LogSums::sum_piece(const std::vector<std::size_t>& borders, const SumTask& task, UnitSums& sums) const {
+void LogSums::sum_chunk(const std::vector<std::size_t>& borders, const SumTask& task, UnitSums& sums) const {
   const LongLog& log = logs_[sums.log];
   const std::size_t margin = excerpt_.margin();
-  const std::size_t known = lead_into_piece(log, borders.front());
+  const std::size_t known = lead_into_chunk(log, borders.front());
   const std::size_t from = known - std::min(known, 2 * margin);
   const std::size_t to = std::min(log.sample_count(), borders.back() + margin);
   std::vector<std::size_t> local;
@@ -122,11 +122,11 @@ UnitSums LogSums::sum_unit(const Unit& unit, const SumTask& task) const {
   }
   sums.squares.resize(task.full);
   if (unit.block_count() > 1) {
-    sum_piece(unit.borders, task, sums);
+    sum_chunk(unit.borders, task, sums);
   } else {  // a block may be long
     const std::size_t end = unit.borders.back();
     for (std::size_t first = unit.borders.front(); first < end; first += kPiece) {
-      sum_piece({first, std::min(end, first + kPiece)}, task, sums);
+      sum_chunk({first, std::min(end, first + kPiece)}, task, sums);
     }
   }
   for (NormalEquations& equations : sums.equations) equations.sum_up();
@@ -137,7 +137,7 @@ UnitSums LogSums::sum_unit(const Unit& unit, const SumTask& task) const {
 std::vector<UnitSums> LogSums::sum_share(const SumTask& task, const Progress& progress) const {
   std::vector<const Unit*> mine;
   for (std::size_t u = 0; u < units_.size(); ++u) {
-    if (static_cast<int>(u) % team_.size() == team_.rank()) mine.push_back(&units_[u]);
+    if (static_cast<int>(u) % group_.size() == group_.rank()) mine.push_back(&units_[u]);
   }
   std::vector<UnitSums> sums(mine.size());
   std::atomic<std::size_t> done{0};
@@ -152,7 +152,7 @@ std::vector<UnitSums> LogSums::sum(const SumTask& task, const Progress& progress
   json request = to_json(task);
   request["do"] = "sum";
   std::vector<UnitSums> all;
-  const std::vector<json> answers = ask(team_, request, [&] {
+  const std::vector<json> answers = ask(group_, request, [&] {
     all = sum_share(task, progress);
     return nullptr;
   });
@@ -168,7 +168,7 @@ json LogSums::share(const json& request) const {
   return to_json(sum_share(task_of(request), {}));
 }
 
-std::size_t lead_into_piece(const LongLog& log, std::size_t sample) {
+std::size_t lead_into_chunk(const LongLog& log, std::size_t sample) {
   return lead_in(log, sample, kLongestLead);
 }
 

@@ -7,7 +7,7 @@
 
 #include "workbench/estimate/uncertainty/noise_floor.h"
 #include "workbench/long_logs/long_log.h"
-#include "workbench/long_logs/processes/team.h"
+#include "workbench/long_logs/processes/process_group.h"
 #include "workbench/long_logs/unit_sums.h"
 
 namespace slipstack::workbench {
@@ -22,7 +22,7 @@ class LogSums {
   /// Every piece is conditioned as `excerpt` was, and its rows weighed by what weigh_rows() gave for it. All
   /// references must outlive this.
   LogSums(const std::vector<LongLog>& logs, const Measurement& excerpt, const RowWeighing& weighing,
-          Team& team);
+          ProcessGroup& group);
 
   /// Blocks of all logs.
   int block_count() const { return block_count_; }
@@ -42,17 +42,17 @@ class LogSums {
   };
   std::vector<UnitSums> sum_share(const SumTask& task, const Progress& progress) const;
   UnitSums sum_unit(const Unit& unit, const SumTask& task) const;
-  void sum_piece(const std::vector<std::size_t>& borders, const SumTask& task, UnitSums& sums) const;
+  void sum_chunk(const std::vector<std::size_t>& borders, const SumTask& task, UnitSums& sums) const;
 
   const std::vector<LongLog>& logs_;
   const Measurement& excerpt_;
   const RowWeighing& weighing_;
-  Team& team_;
+  ProcessGroup& group_;
   std::vector<Unit> units_;
   int block_count_ = 0;
 };
 
 /// Where a piece of a whole log must begin so that the state is known at `sample`.
-std::size_t lead_into_piece(const LongLog& log, std::size_t sample);
+std::size_t lead_into_chunk(const LongLog& log, std::size_t sample);
 
 }  // namespace slipstack::workbench

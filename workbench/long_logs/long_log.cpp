@@ -20,7 +20,7 @@ struct LongLog::State {
 bool LongLog::stays_in_file(const std::filesystem::path& path, std::size_t in_memory_bytes) {
   const std::string name = printable(path.string());
   const InputFile file(name, path);
-  return file.size() > in_memory_bytes && reads_in_pieces(name, file);
+  return file.size() > in_memory_bytes && reads_in_chunks(name, file);
 }
 
 LongLog LongLog::open(const std::filesystem::path& path, std::size_t in_memory_bytes) {
@@ -35,7 +35,7 @@ LongLog LongLog::open(const std::filesystem::path& path, std::size_t in_memory_b
   state->known.head = read_log(path);
   const std::vector<double>& position_m = state->known.head.position_m;
   state->known.samples = position_m.size();
-  state->known.glances.take(position_m);
+  state->known.envelope.take(position_m);
   const auto [lowest, highest] = std::minmax_element(position_m.begin(), position_m.end());
   state->known.travel_m = *highest - *lowest;
   return LongLog(std::move(state));
@@ -69,8 +69,8 @@ double LongLog::travel_m() const {
   return state_->known.travel_m;
 }
 
-const Glances& LongLog::glances() const {
-  return state_->known.glances;
+const Envelope& LongLog::envelope() const {
+  return state_->known.envelope;
 }
 
 Log LongLog::piece(std::size_t first, std::size_t count) const {
@@ -102,7 +102,7 @@ Log LongLog::piece(std::size_t first, std::size_t count) const {
     throw InputError(known.table.source +
                      ": the file has become shorter while it was read; wait until it is whole");
   }
-  piece = assemble_piece(std::move(rows), &head);
+  piece = assemble_chunk(std::move(rows), &head);
   piece.path = head.path;
   return piece;
 }

@@ -36,7 +36,7 @@ class LongLog {
   std::size_t sample_count() const;
   /// From the lowest position to the highest.
   double travel_m() const;
-  const Glances& glances() const;
+  const Envelope& envelope() const;
 
   /// Samples [first, first + count), which must exist; starts at their time. May be called from several
   /// threads. Throws InputError where the file has changed since open().

@@ -45,7 +45,7 @@ std::string name_of(const RawTable& table, const ColumnPlan& plan, Quantity quan
 
 }  // namespace
 
-bool reads_in_pieces(const std::string& name, const InputFile& file) {
+bool reads_in_chunks(const std::string& name, const InputFile& file) {
   std::array<char, kMatHeaderSize> head{};
   if (looks_like_mat({head.data(), file.read_at(0, head.data(), head.size())})) return false;
   FileSource source(file, 0);
@@ -69,7 +69,7 @@ Survey survey(const std::string& name, const InputFile& file) {
     if (first) found.table = CsvReader::without_rows(rows);
     // What is left at the end may be too short to tell its rate.
     const bool tells = count >= Log::kMinimumSamples;
-    const Log piece = assemble_piece(std::move(rows), tells ? nullptr : &found.head);
+    const Log piece = assemble_chunk(std::move(rows), tells ? nullptr : &found.head);
     if (first) {
       found.head = piece;
       for (const auto column : kSampleColumns) std::vector<double>().swap(found.head.*column);
@@ -94,7 +94,7 @@ Survey survey(const std::string& name, const InputFile& file) {
     last_s = piece.start_time_s + static_cast<double>(count - 1) * step_s;
     position_m.take(piece.position_m);
     force_N.take(piece.force_N);
-    found.glances.take(piece.position_m);
+    found.envelope.take(piece.position_m);
     found.places.push_back(place);
     found.samples += count;
   }
@@ -195,8 +195,8 @@ std::string to_bytes(const Survey& survey) {
                                                              {"samples", survey.samples},
                                                              {"travel_m", survey.travel_m},
                                                              {"bytes", survey.bytes},
-                                                             {"glance_samples", survey.glances.samples()},
-                                                             {"glances", binary_json(survey.glances.all())},
+                                                             {"glance_samples", survey.envelope.samples()},
+                                                             {"glances", binary_json(survey.envelope.all())},
                                                              {"places", binary_json(survey.places)}});
   return {bytes.begin(), bytes.end()};
 }
@@ -209,7 +209,8 @@ Survey survey_of(const std::string& bytes) {
   survey.samples = value.at("samples").get<std::size_t>();
   survey.travel_m = value.at("travel_m").get<double>();
   survey.bytes = value.at("bytes").get<std::size_t>();
-  survey.glances = {vector_of<Glance>(value.at("glances")), value.at("glance_samples").get<std::size_t>()};
+  survey.envelope = {vector_of<EnvelopePoint>(value.at("glances")),
+                     value.at("glance_samples").get<std::size_t>()};
   survey.places = vector_of<LineReader::Place>(value.at("places"));
   return survey;
 }

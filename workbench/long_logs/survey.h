@@ -21,7 +21,7 @@ inline constexpr std::size_t kRowsPerPlace = 32768;
 struct Survey {
   Log head;  ///< without samples
   std::size_t samples = 0;
-  Glances glances;
+  Envelope envelope;
   double travel_m = 0.0;
   RawTable table;  ///< header and column names
   std::vector<LineReader::Place> places;
@@ -30,7 +30,7 @@ struct Survey {
 
 /// Whether a file is CSV text, sampled uniformly, so that pieces of it can be read on their own. Throws
 /// InputError where its beginning cannot be used.
-bool reads_in_pieces(const std::string& name, const InputFile& file);
+bool reads_in_chunks(const std::string& name, const InputFile& file);
 
 /// Reads a file from end to end, a stretch of rows at a time, and checks all that read_log() checks. Throws
 /// InputError. Cost: that of read_log(), with the memory of one stretch.

@@ -122,14 +122,14 @@ double Window::rmse_N() const {
   return std::sqrt(squares / weight);
 }
 
-void Reached::add(const Reached& other) {
+void MotionExtremes::add(const MotionExtremes& other) {
   low_m = std::min(low_m, other.low_m);
   high_m = std::max(high_m, other.high_m);
   velocity_mps = std::max(velocity_mps, other.velocity_mps);
   acceleration_mps2 = std::max(acceleration_mps2, other.acceleration_mps2);
 }
 
-void Reached::take(const Measurement& measurement, std::size_t first, std::size_t end) {
+void MotionExtremes::take(const Measurement& measurement, std::size_t first, std::size_t end) {
   for (std::size_t i = first; i < end; ++i) {
     const double x_m = measurement.log().position_m[i];
     add({x_m, x_m, std::abs(measurement.velocity_mps()[i]), std::abs(measurement.acceleration_mps2()[i])});

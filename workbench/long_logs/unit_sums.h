@@ -35,12 +35,12 @@ struct Window {
 };
 
 /// How far and how fast the axis went: positions as read, the rest smoothed.
-struct Reached {
+struct MotionExtremes {
   double low_m = std::numeric_limits<double>::infinity();
   double high_m = -std::numeric_limits<double>::infinity();
   double velocity_mps = 0.0;
   double acceleration_mps2 = 0.0;
-  void add(const Reached& other);
+  void add(const MotionExtremes& other);
   /// Of the samples [first, end) of a measurement.
   void take(const Measurement& measurement, std::size_t first, std::size_t end);
 };
@@ -59,7 +59,7 @@ struct UnitSums {
   std::vector<NormalEquations> equations;  ///< of the unit's blocks, by model
   std::vector<Squares> squares;            ///< by model, of the full ones
   std::vector<Window> windows;             ///< of the last full model
-  Reached reached;
+  MotionExtremes reached;
 };
 
 // As messages between the processes of a team: what comes back is the same to the bit.

@@ -12,8 +12,8 @@ namespace slipstack::workbench {
 namespace {
 
 /// A window that errs so many times as much as the worst of the excerpt is a surprise.
-constexpr double kSurprise = 5.0;
-constexpr std::size_t kMostSurprises = 3;
+constexpr double kPoorlyPredicted = 5.0;
+constexpr std::size_t kMostPoorlyPredicted = 3;
 
 /// The errors of `judged` in place of those of `model`.
 void take_errors(FittedModel& model, const FittedModel& judged) {
@@ -35,11 +35,11 @@ Squares squares_of(const std::vector<UnitSums>& sums, std::size_t m) {
 }  // namespace
 
 WholeLogs::WholeLogs(const std::vector<LongLog>& logs, const Measurement& excerpt,
-                     const RowWeighing& weighing, Team& team)
-    : logs_(logs), excerpt_(excerpt), sums_(logs, excerpt, weighing, team) {}
+                     const RowWeighing& weighing, ProcessGroup& group)
+    : logs_(logs), excerpt_(excerpt), sums_(logs, excerpt, weighing, group) {}
 
-Reached WholeLogs::reached() const {
-  Reached all = reached_;
+MotionExtremes WholeLogs::reached() const {
+  MotionExtremes all = reached_;
   if (!excerpt_.is_excerpt()) all.take(excerpt_, 0, excerpt_.sample_count());
   return all;
 }
@@ -70,7 +70,7 @@ void WholeLogs::take_weighted_errors(const NormalEquations& equations, const std
                                      FittedModel& model) const {
   struct Weighted {
     double left = 0.0;
-    double unseen = 0.0;
+    double unobserved = 0.0;
     double weight = 0.0;
   };
   std::vector<Weighted> of_log(logs_.size());
@@ -78,14 +78,14 @@ void WholeLogs::take_weighted_errors(const NormalEquations& equations, const std
     const int end = one.first_block + one.equations.front().block_count();
     for (int block = one.first_block; block < end; ++block) {
       of_log[one.log].left += equations.squared_error(model.solution.value, block);
-      of_log[one.log].unseen += model.block_squared_error[static_cast<std::size_t>(block)];
+      of_log[one.log].unobserved += model.block_squared_error[static_cast<std::size_t>(block)];
       of_log[one.log].weight += equations.weight(block);
     }
   }
   for (std::size_t log = 0; log < logs_.size(); ++log) {
     const double weight = std::max(of_log[log].weight, 1e-300);
     model.log_errors[log].rmse_N = std::sqrt(of_log[log].left / weight);
-    model.log_errors[log].holdout_rmse_N = std::sqrt(of_log[log].unseen / weight);
+    model.log_errors[log].holdout_rmse_N = std::sqrt(of_log[log].unobserved / weight);
   }
 }
 
@@ -99,7 +99,7 @@ FittedModel WholeLogs::judged(const SumTask& task, std::size_t m, const std::vec
   const NormalEquations::Constraints constraints = constraints_of(terms, error_N);
   FittedModel model;
   model.solution = equations.fit(constraints);
-  const auto held_out = equations.cross_validate(constraints, model.solution.rests);
+  const auto held_out = equations.cross_validate(constraints, model.solution.bound_states);
   model.train_rmse_N = std::sqrt(equations.squared_error(model.solution.value) / equations.weight());
   model.holdout_rmse_N = held_out.rmse;
   model.block_squared_error = held_out.block_squared_error;
@@ -190,9 +190,9 @@ void WholeLogs::judge(Diagnosis& diagnosis, const Progress& progress) {
 }
 
 /// What of a stretch leads in was not seen by the search either.
-bool WholeLogs::was_searched(const Window& window, const std::vector<LogStretch>& excerpt) const {
+bool WholeLogs::was_searched(const Window& window, const std::vector<LogInterval>& excerpt) const {
   for (std::size_t i = 0; i < excerpt.size(); ++i) {
-    const std::size_t known = excerpt[i].first + excerpt_.parts()[i].unknown_start;
+    const std::size_t known = excerpt[i].first + excerpt_.parts()[i].burn_in;
     if (excerpt[i].log == window.log && window.first() >= known &&
         window.end() <= excerpt[i].first + excerpt[i].count) {
       return true;
@@ -201,13 +201,13 @@ bool WholeLogs::was_searched(const Window& window, const std::vector<LogStretch>
   return false;
 }
 
-std::vector<LogStretch> WholeLogs::surprises(const std::vector<LogStretch>& excerpt) const {
-  double known_N = 0.0;
+std::vector<LogInterval> WholeLogs::poorly_predicted(const std::vector<LogInterval>& excerpt) const {
+  double reference_error_N = 0.0;
   std::vector<Window> unknown;
   for (const Window& window : windows_) {
     if (window.weight <= 0.0) continue;
     if (was_searched(window, excerpt)) {
-      known_N = std::max(known_N, window.rmse_N());
+      reference_error_N = std::max(reference_error_N, window.rmse_N());
     } else {
       unknown.push_back(window);
     }
@@ -215,11 +215,11 @@ std::vector<LogStretch> WholeLogs::surprises(const std::vector<LogStretch>& exce
   std::sort(unknown.begin(), unknown.end(), [](const Window& a, const Window& b) {
     return std::tuple(-a.rmse_N(), a.log, a.index) < std::tuple(-b.rmse_N(), b.log, b.index);
   });
-  std::vector<LogStretch> found;
+  std::vector<LogInterval> found;
   for (const Window& window : unknown) {
-    if (window.rmse_N() < kSurprise * known_N || found.size() == kMostSurprises) break;
+    if (window.rmse_N() < kPoorlyPredicted * reference_error_N || found.size() == kMostPoorlyPredicted) break;
     const LongLog& log = logs_[window.log];
-    const std::size_t first = lead_into_piece(log, window.first());
+    const std::size_t first = lead_into_chunk(log, window.first());
     found.push_back({window.log, first, std::min(log.sample_count(), window.end()) - first});
   }
   return found;

@@ -19,7 +19,7 @@ class WholeLogs {
 
   /// `weighing` is what weigh_rows() gave for the excerpt. All references must outlive this.
   WholeLogs(const std::vector<LongLog>& logs, const Measurement& excerpt, const RowWeighing& weighing,
-            Team& team);
+            ProcessGroup& group);
 
   /// On the first process of the team: puts the errors of the whole logs in place of the excerpt's, for the
   /// baseline, every candidate and every step. Throws InputError where a log cannot be read again.
@@ -38,11 +38,11 @@ class WholeLogs {
   };
   std::vector<Left> left_by(const std::vector<Terms>& models, const Progress& progress);
   /// What the axis reached in all logs. Of an excerpt known after the first of these; else O(samples).
-  Reached reached() const;
+  MotionExtremes reached() const;
 
   /// Stretches outside the excerpt, the worst first, where the last model fails by far more than anywhere in
   /// the excerpt: what happens there was not seen by the search.
-  std::vector<LogStretch> surprises(const std::vector<LogStretch>& excerpt) const;
+  std::vector<LogInterval> poorly_predicted(const std::vector<LogInterval>& excerpt) const;
 
  private:
   std::vector<UnitSums> sum(const SumTask& task, const Progress& progress);
@@ -52,13 +52,13 @@ class WholeLogs {
   std::vector<LogErrors> log_errors(const std::vector<UnitSums>& sums, std::size_t m) const;
   void take_weighted_errors(const NormalEquations& equations, const std::vector<UnitSums>& sums,
                             FittedModel& model) const;
-  bool was_searched(const Window& window, const std::vector<LogStretch>& excerpt) const;
+  bool was_searched(const Window& window, const std::vector<LogInterval>& excerpt) const;
 
   const std::vector<LongLog>& logs_;
   const Measurement& excerpt_;
   LogSums sums_;
   std::vector<Window> windows_;  ///< of the last model
-  Reached reached_;
+  MotionExtremes reached_;
 };
 
 }  // namespace slipstack::workbench

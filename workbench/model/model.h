@@ -30,7 +30,7 @@ struct Model {
     double noise_floor_N = 0.0;
   };
   /// A user's own effect on the controller: a table, or left out.
-  struct OwnOnTarget {
+  struct UserEffectOnTarget {
     std::string id;
     std::string why_not;  ///< empty: `user_table` among target_terms stands for it
     std::string over;     ///< "position" or "velocity"
@@ -44,7 +44,7 @@ struct Model {
   std::vector<Change> history;  ///< the oldest first; empty in files from before it was written
   Terms terms;                  ///< as identified
   Terms target_terms;           ///< the same with the hysteresis reduced to the controller's elements
-  std::vector<OwnOnTarget> target_own;
+  std::vector<UserEffectOnTarget> target_user_effects;
   double target_holdout_rmse_N = 0.0;  ///< what the reduction costs shows against source.holdout_rmse_N
 };
 

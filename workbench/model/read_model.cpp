@@ -122,10 +122,10 @@ class Reader {
       require_keys(*own, {"id", "left_out", "over", "from", "to", "reversal_velocity_mps", "largest_error_N",
                           "peak_N"});
       const auto value = [own](const char* key) { return (*own)[key].value_or(0.0); };
-      model.target_own.push_back({(*own)["id"].value_or<std::string>(""),
-                                  (*own)["left_out"].value_or<std::string>(""),
-                                  (*own)["over"].value_or<std::string>(""), value("from"), value("to"),
-                                  value("reversal_velocity_mps"), value("largest_error_N"), value("peak_N")});
+      model.target_user_effects.push_back(
+          {(*own)["id"].value_or<std::string>(""), (*own)["left_out"].value_or<std::string>(""),
+           (*own)["over"].value_or<std::string>(""), value("from"), value("to"),
+           value("reversal_velocity_mps"), value("largest_error_N"), value("peak_N")});
     }
   }
 
@@ -157,7 +157,7 @@ class Reader {
   /// read.
   static const EffectDescription* in_catalogue(const std::string& id) {
     const EffectDescription* description = find_effect(id);
-    return description == nullptr || description->is_own() ? nullptr : description;
+    return description == nullptr || description->is_user_defined() ? nullptr : description;
   }
 
   /// A user's own effect: declared by the file itself.

@@ -65,7 +65,7 @@ toml::array effects_of(const Terms& terms) {
       while (used > 1 && term.shapes[used - 1] == 0.0) --used;
     }
     toml::table effect{{"id", term.id()}};
-    if (term.effect->is_own()) effect.insert("definition", term.effect->definition);
+    if (term.effect->is_user_defined()) effect.insert("definition", term.effect->definition);
     if (!term.shapes.empty()) effect.insert("shape", shapes_of(term, used));
     if (!term.gains.empty()) effect.insert("gain", gains_of(term, used));
     effects.push_back(std::move(effect));
@@ -85,9 +85,9 @@ toml::array history_of(const Model& model) {
   return changes;
 }
 
-toml::array own_of(const Model& model) {
+toml::array user_effects_of(const Model& model) {
   toml::array entries;
-  for (const Model::OwnOnTarget& own : model.target_own) {
+  for (const Model::UserEffectOnTarget& own : model.target_user_effects) {
     toml::table entry{{"id", own.id}};
     if (own.why_not.empty()) {
       entry.insert("over", own.over);
@@ -117,7 +117,7 @@ std::string to_toml(const Model& model) {
                    {"effect", effects_of(model.terms)},
                    {"target", toml::table{{"holdout_rmse_N", model.target_holdout_rmse_N},
                                           {"effect", effects_of(model.target_terms)}}}};
-  if (!model.target_own.empty()) file["target"].as_table()->insert("own", own_of(model));
+  if (!model.target_user_effects.empty()) file["target"].as_table()->insert("own", user_effects_of(model));
   if (!model.history.empty()) file.insert("history", history_of(model));
   std::ostringstream text;
   text

@@ -33,8 +33,8 @@ void said_of(const std::string& where, const std::function<void()>& work) {
   }
 }
 
-void deliver(const std::string& command_line, const ExperimentOutputs& outputs, const std::vector<std::string>& inputs,
-             const std::function<ExperimentResult(Progress&)>& work) {
+void deliver(const std::string& command_line, const ExperimentOutputs& outputs,
+             const std::vector<std::string>& inputs, const std::function<ExperimentResult(Progress&)>& work) {
   Outputs files;
   for (const std::string& input : inputs) files.spare(input);
   files.claim(outputs.report);

@@ -28,8 +28,8 @@ CLI::Option* add_word(CLI::App& command, const std::string& name, std::string& v
 /// Runs `work` under a progress line and writes what it returns: tables on standard output, JSON and report
 /// where asked for, all or none. `inputs` are files that no output may replace. A SetupError or
 /// std::invalid_argument of the plant becomes a UsageError: one line, status 2.
-void deliver(const std::string& command_line, const ExperimentOutputs& outputs, const std::vector<std::string>& inputs,
-             const std::function<ExperimentResult(Progress&)>& work);
+void deliver(const std::string& command_line, const ExperimentOutputs& outputs,
+             const std::vector<std::string>& inputs, const std::function<ExperimentResult(Progress&)>& work);
 
 /// Runs `work`; what the plant refuses becomes one line that begins with `where`, status 2.
 void said_of(const std::string& where, const std::function<void()>& work);

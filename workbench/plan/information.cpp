@@ -39,14 +39,14 @@ std::vector<Information> Information::of(const Measurement& measurement, const F
       gains(static_cast<Eigen::Index>(g)) = effect.term.gains[g];
     }
     layout.force_.push_back(append(own * gains).front());
-    std::vector<Eigen::Index> imitation = append(own);
-    for (const std::vector<double>& shapes : effect.imitations) {
+    std::vector<Eigen::Index> residual_maker = append(own);
+    for (const std::vector<double>& shapes : effect.residual_makers) {
       Term other = effect.term;
       other.shapes = shapes;
       const std::vector<Eigen::Index> more = append(weighted_columns(measurement, base, other));
-      imitation.insert(imitation.end(), more.begin(), more.end());
+      residual_maker.insert(residual_maker.end(), more.begin(), more.end());
     }
-    layout.imitation_.push_back(std::move(imitation));
+    layout.residual_maker_.push_back(std::move(residual_maker));
   }
   layout.gram_ = Eigen::MatrixXd::Zero(next, next);
   std::vector<Information> all(static_cast<std::size_t>(group_count), layout);
@@ -105,7 +105,7 @@ Information::Figure Information::alone(std::size_t i) const {
 
 Information::Figure Information::against(std::size_t i, std::size_t j) const {
   std::vector<Eigen::Index> known = base_;
-  known.insert(known.end(), imitation_[j].begin(), imitation_[j].end());
+  known.insert(known.end(), residual_maker_[j].begin(), residual_maker_[j].end());
   const double own = left_of(i, base_);
   const double left = left_of(i, known);
   const double sine = own > 0.0 ? std::sqrt(std::clamp(left / own, 0.0, 1.0)) : 0.0;

@@ -18,7 +18,7 @@ class Information {
   /// An effect as it is expected to be, and shapes at which another may try to imitate with it.
   struct Expected {
     Term term;
-    std::vector<std::vector<double>> imitations;  ///< shapes; those of the term are added
+    std::vector<std::vector<double>> residual_makers;  ///< shapes; those of the term are added
   };
 
   /// The information of every row group of a measurement: rows with groups[row] == k go to the k-th result;
@@ -46,10 +46,10 @@ class Information {
  private:
   double left_of(std::size_t i, const std::vector<Eigen::Index>& known) const;
 
-  Eigen::MatrixXd gram_;                              ///< of all columns, over the noise's variance
-  std::vector<Eigen::Index> base_;                    ///< columns of the baseline
-  std::vector<Eigen::Index> force_;                   ///< the force of each effect
-  std::vector<std::vector<Eigen::Index>> imitation_;  ///< what each effect can make
+  Eigen::MatrixXd gram_;                                   ///< of all columns, over the noise's variance
+  std::vector<Eigen::Index> base_;                         ///< columns of the baseline
+  std::vector<Eigen::Index> force_;                        ///< the force of each effect
+  std::vector<std::vector<Eigen::Index>> residual_maker_;  ///< what each effect can make
   double rows_ = 0.0;
 };
 

@@ -8,10 +8,10 @@
 
 #include "workbench/base/text.h"
 #include "workbench/estimate/nonlinear/checks.h"
-#include "workbench/long_logs/log_search.h"
-#include "workbench/model/model.h"
-#include "workbench/model/effects/effect_registry.h"
 #include "workbench/estimate/nonlinear/shape_search.h"
+#include "workbench/long_logs/log_search.h"
+#include "workbench/model/effects/effect_registry.h"
+#include "workbench/model/model.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -69,7 +69,7 @@ FittedModel base_of(const PlanRequest& request, const std::vector<std::string>& 
 /// What the logs tell: the effects by what is searched of them, the baseline and the limits by the whole.
 void know_by_logs(KnownAxis& known, const PlanRequest& request, const std::vector<std::string>& ids,
                   const Model& model, Progress& progress) {
-  Alone alone;
+  SingleProcess alone;
   LogSearch logs({&alone, request.logs, {}}, progress);
   Knowledge& knowledge = known.knowledge;
   do {

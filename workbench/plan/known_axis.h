@@ -18,7 +18,7 @@ struct PlanRequest {
   std::string model;
   std::string baseline;
   std::string limits;
-  std::vector<std::string> own_effects;
+  std::vector<std::string> user_effects;
   double seconds = 60.0;
   double rate_Hz = 1000.0;
 };
@@ -26,7 +26,7 @@ struct PlanRequest {
 /// What the request knows of the axis, and how it is recorded.
 struct KnownAxis {
   std::unique_ptr<Measurement> measurement;  ///< of long logs an excerpt
-  Reached reached;                           ///< in all of the logs
+  MotionExtremes reached;                    ///< in all of the logs
   FittedModel base;                          ///< on the logs; empty without
   Knowledge knowledge;
   std::vector<ExpectedEvidence> so_far;

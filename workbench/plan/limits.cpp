@@ -91,7 +91,7 @@ AxisLimits limits_of_axis(const GivenLimits& given) {
   return replaced({}, given, std::nullopt);
 }
 
-AxisLimits limits_of_axis(const GivenLimits& given, const Reached& reached,
+AxisLimits limits_of_axis(const GivenLimits& given, const MotionExtremes& reached,
                           std::optional<double> motor_constant_N_per_A) {
   AxisLimits limits;
   limits.low_m = reached.low_m;

@@ -21,7 +21,7 @@ GivenLimits parse_limits(const std::string& text);
 /// Limits of an axis of which nothing is known. Throws UsageError where one is missing.
 AxisLimits limits_of_axis(const GivenLimits& given);
 /// Of an axis with logs: what it did in them, it can do again. The constant turns a current into a force.
-AxisLimits limits_of_axis(const GivenLimits& given, const Reached& reached,
+AxisLimits limits_of_axis(const GivenLimits& given, const MotionExtremes& reached,
                           std::optional<double> motor_constant_N_per_A);
 
 }  // namespace slipstack::workbench

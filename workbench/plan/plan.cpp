@@ -14,7 +14,7 @@ namespace slipstack::workbench {
 namespace {
 
 /// Pieces whose gain is less than this share of the first's, for their time, end the plan.
-constexpr double kWorthTaking = 0.01;
+constexpr double kLeastTaking = 0.01;
 constexpr int kMostRepeats = 3;
 constexpr double kPresliding_m = 20e-6;  ///< where the model has no hysteresis
 
@@ -217,7 +217,7 @@ class Planner {
           best = p;
         }
       }
-      if (best == pieces_.size() || best_rate < kWorthTaking * first_rate) break;
+      if (best == pieces_.size() || best_rate < kLeastTaking * first_rate) break;
       if (!any) first_rate = best_rate;
       if (any) {
         known.add(information_[best]);

@@ -174,9 +174,9 @@ json notes_of(const Measurement& measurement) {
       "instants, {:.1f} ms apart.",
       measurement.bandwidth_Hz(), measurement.row_count(),
       1e3 * static_cast<double>(measurement.row_stride()) * measurement.tick_s()));
-  if (measurement.unknown_start_s() > 0.0) {
+  if (measurement.burn_in_s() > 0.0) {
     notes.push_back(fmt::format("The first {} are left out: the state of the hysteresis is not known there.",
-                                quantity(measurement.unknown_start_s(), "s")));
+                                quantity(measurement.burn_in_s(), "s")));
   }
   notes.push_back(fmt::format(
       "Force noise before the filter: {} (from differences of sixth order). Held-out errors: {} contiguous "
@@ -310,7 +310,7 @@ json candidates_json(const Diagnosis& diagnosis) {
                {"evidence", candidate.evidence},
                {"cause", text.cause},
                {"confirm_with", text.confirm}};
-    if (candidate.term.effect->is_own()) entry["definition"] = candidate.term.effect->definition;
+    if (candidate.term.effect->is_user_defined()) entry["definition"] = candidate.term.effect->definition;
     list.push_back(std::move(entry));
   }
   return list;

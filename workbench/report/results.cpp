@@ -12,12 +12,12 @@
 
 #include "workbench/base/quantity.h"
 #include "workbench/base/text.h"
-#include "workbench/model/term.h"
 #include "workbench/estimate/terms/reduce.h"
 #include "workbench/estimate/terms/user_table.h"
 #include "workbench/estimate/uncertainty/block_bootstrap.h"
 #include "workbench/estimate/uncertainty/noise_floor.h"
 #include "workbench/estimate/uncertainty/standard_errors.h"
+#include "workbench/model/term.h"
 
 namespace slipstack::workbench {
 
@@ -28,12 +28,12 @@ std::string newtons(double value_N) {
 }
 
 std::string interval_text(const FittedModel& fitted) {
-  const Interval interval = holdout_interval(fitted);
+  const ConfidenceInterval interval = holdout_interval(fitted);
   return newtons(interval.low) + " to " + newtons(interval.high);
 }
 
 json interval_json(const FittedModel& fitted) {
-  const Interval interval = holdout_interval(fitted);
+  const ConfidenceInterval interval = holdout_interval(fitted);
   return {number_json(interval.low), number_json(interval.high)};
 }
 
@@ -52,9 +52,7 @@ std::string json_text(const json& value) {
 }
 
 json report_base(const std::string& command_line, const std::string& log, const std::string& command) {
-  return {{"title", "slipstack " + command},
-          {"command", printable(command_line)},
-          {"log", printable(log)}};
+  return {{"title", "slipstack " + command}, {"command", printable(command_line)}, {"log", printable(log)}};
 }
 
 json figures_json(const FittedModel& fitted, double floor_N) {
@@ -80,10 +78,10 @@ std::string noise_line(const Measurement& measurement) {
       newtons(measurement.force_noise_N()), noise_method(measurement));
 }
 
-std::string mended_lines(const Measurement& measurement) {
+std::string repair_lines(const Measurement& measurement) {
   std::string text;
   for (const LogPart& part : measurement.parts()) {
-    for (const std::string& note : part.mended) {
+    for (const std::string& note : part.repaired) {
       const std::string of = measurement.log_count() > 1 ? printable(part.path) + ": " : "";
       text += fmt::format("mended     {}{}\n", of, note);
     }
@@ -91,10 +89,10 @@ std::string mended_lines(const Measurement& measurement) {
   return text;
 }
 
-json mended_json(const Measurement& measurement) {
+json repairs_json(const Measurement& measurement) {
   json list = json::array();
   for (const LogPart& part : measurement.parts()) {
-    for (const std::string& note : part.mended) list.push_back({{"log", part.path}, {"what", note}});
+    for (const std::string& note : part.repaired) list.push_back({{"log", part.path}, {"what", note}});
   }
   return list;
 }
@@ -117,7 +115,7 @@ json quality_json(const Measurement& measurement, const FittedModel& fitted, dou
   result["samples"] = measurement.whole_sample_count();
   result["searched_samples"] = measurement.sample_count();
   result["noise"] = noise_json(measurement);
-  result["mended"] = mended_json(measurement);
+  result["mended"] = repairs_json(measurement);
   result["holdout_interval_N"] = interval_json(fitted);
   result["effects"] = ids_of(fitted.terms);
   result["parameters"] = parameters_json(fitted.terms);
@@ -266,7 +264,7 @@ Model model_of(const std::string& log, const Measurement& measurement, const Fit
   model.terms = averaged_over_logs(measurement, fitted.terms);
   model.target_terms = averaged_over_logs(measurement, reduced.terms);
   model.target_holdout_rmse_N = reduced.holdout_rmse_N;
-  tabulate_own_effects(measurement, model, floor_N);
+  tabulate_user_effects(measurement, model, floor_N);
   return model;
 }
 
@@ -275,15 +273,15 @@ namespace {
 constexpr double kTableShare = 0.25;
 }  // namespace
 
-void tabulate_own_effects(const Measurement& measurement, Model& model, double floor_N) {
+void tabulate_user_effects(const Measurement& measurement, Model& model, double floor_N) {
   Terms kept;
   std::optional<Term> table;
   for (const Term& term : model.target_terms) {
-    if (!term.effect->is_own()) {
+    if (!term.effect->is_user_defined()) {
       kept.push_back(term);
       continue;
     }
-    Model::OwnOnTarget own;
+    Model::UserEffectOnTarget own;
     own.id = term.id();
     if (table) {
       own.why_not = "the controller has one table, and it is taken";
@@ -300,19 +298,19 @@ void tabulate_own_effects(const Measurement& measurement, Model& model, double f
     } else {
       own.why_not = made.why_not;
     }
-    model.target_own.push_back(std::move(own));
+    model.target_user_effects.push_back(std::move(own));
   }
-  if (model.target_own.empty()) return;
+  if (model.target_user_effects.empty()) return;
   if (table) kept.push_back(std::move(*table));
   model.target_terms = std::move(kept);
-  const Eigen::VectorXd left = measurement.force_N(lag_of(model.target_terms)) -
+  const Eigen::VectorXd left = measurement.force_N(measurement_dynamics_of(model.target_terms)) -
                                measurement.filtered(evaluate_force(measurement, model.target_terms).force_N);
   model.target_holdout_rmse_N = std::max(model.target_holdout_rmse_N, measurement.weighted_rms(left));
 }
 
-std::string own_lines(const Model& model) {
+std::string user_effect_lines(const Model& model) {
   std::string text;
-  for (const Model::OwnOnTarget& own : model.target_own) {
+  for (const Model::UserEffectOnTarget& own : model.target_user_effects) {
     if (!own.why_not.empty()) {
       text += fmt::format(
           "controller without {}: {}; `slipstack effects --effect '...' --header FILE` makes it an effect of "
@@ -333,9 +331,9 @@ std::string own_lines(const Model& model) {
   return text;
 }
 
-json own_json(const Model& model) {
+json user_effects_json(const Model& model) {
   json list = json::array();
-  for (const Model::OwnOnTarget& own : model.target_own) {
+  for (const Model::UserEffectOnTarget& own : model.target_user_effects) {
     json entry{{"effect", own.id}, {"on_controller", own.why_not.empty()}};
     if (own.why_not.empty()) {
       entry["over"] = own.over;
@@ -363,7 +361,7 @@ std::string model_lines(const std::string& path, const Model& model) {
         fmt::format("controller {} hysteresis elements: held-out error {} instead of {}\n", kTargetElements,
                     newtons(model.target_holdout_rmse_N), newtons(model.source.holdout_rmse_N));
   }
-  return text + own_lines(model);
+  return text + user_effect_lines(model);
 }
 
 }  // namespace slipstack::workbench

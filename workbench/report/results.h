@@ -28,7 +28,8 @@ std::string sentence(std::string words);
 std::string json_text(const nlohmann::json& value);
 
 /// The head of every report.
-nlohmann::json report_base(const std::string& command_line, const std::string& log, const std::string& command);
+nlohmann::json report_base(const std::string& command_line, const std::string& log,
+                           const std::string& command);
 
 /// The figures that the report shows on top.
 nlohmann::json figures_json(const FittedModel& fitted, double floor_N);
@@ -40,8 +41,8 @@ std::string excerpt_line(const Measurement& measurement, std::string_view what);
 nlohmann::json noise_json(const Measurement& measurement);
 
 /// What was mended in the logs and left out of them: a line each, empty for clean logs.
-std::string mended_lines(const Measurement& measurement);
-nlohmann::json mended_json(const Measurement& measurement);
+std::string repair_lines(const Measurement& measurement);
+nlohmann::json repairs_json(const Measurement& measurement);
 
 /// A fit, for machines.
 nlohmann::json quality_json(const Measurement& measurement, const FittedModel& fitted, double floor_N);
@@ -85,10 +86,10 @@ Model model_of(const std::string& log, const Measurement& measurement, const Fit
 /// Puts a table in the place of a user's own effect in what the controller runs, which evaluates no
 /// expressions; leaves out those that have none, or come after the first. The target's error then tells what
 /// that costs.
-void tabulate_own_effects(const Measurement& measurement, Model& model, double floor_N);
+void tabulate_user_effects(const Measurement& measurement, Model& model, double floor_N);
 /// What became of them, a line each; and for machines.
-std::string own_lines(const Model& model);
-nlohmann::json own_json(const Model& model);
+std::string user_effect_lines(const Model& model);
+nlohmann::json user_effects_json(const Model& model);
 
 std::string hash_text(const Model& model);
 

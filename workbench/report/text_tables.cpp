@@ -13,7 +13,7 @@ namespace slipstack::workbench {
 namespace {
 
 /// Candidates below this are not worth a line.
-constexpr double kWorthALine = 0.005;
+constexpr double kLeastLineShare = 0.005;
 constexpr std::size_t kMostLines = 10;
 
 /// Digits that a value deserves: down to the second digit of its standard error, three where there is none.
@@ -79,7 +79,7 @@ std::string candidate_table(const Diagnosis& diagnosis) {
                                  "held-out error", "reduction", "std. err.", "not told apart from");
   std::size_t lines = 0;
   for (const Candidate& candidate : diagnosis.candidates) {
-    if (candidate.error_reduction < kWorthALine || lines == kMostLines) continue;
+    if (candidate.error_reduction < kLeastLineShare || lines == kMostLines) continue;
     ++lines;
     text += fmt::format("{:<32} {:>14} {:>7.1f} % {:>7.1f} %{}{}\n", candidate.term.id(),
                         quantity(candidate.holdout_rmse_N, "N"), 100.0 * candidate.error_reduction,

@@ -75,13 +75,14 @@ class Passage {
 
   /// Straight to the first of two places, each a share of the cell from where it was entered, to the second,
   /// and out; a third of the time each, or in and out as fast as it came and goes.
-  double astray_at(double time, const UnseenWay& unseen) const {
+  double astray_at(double time, const UnobservedMotion& unobserved) const {
     const double across_m = 2.0 * (centre_m_ - cubic_.from_m);
-    const double first_m = cubic_.from_m + unseen.places[0] * across_m;
-    const double second_m = cubic_.from_m + unseen.places[1] * across_m;
+    const double first_m = cubic_.from_m + unobserved.places[0] * across_m;
+    const double second_m = cubic_.from_m + unobserved.places[1] * across_m;
     const double third = cubic_.length / 3.0;
-    const double arrives = unseen.at_speed ? std::min(third, ramp(cubic_.from_slope)) : third;
-    const double departs = cubic_.length - (unseen.at_speed ? std::min(third, ramp(cubic_.to_slope)) : third);
+    const double arrives = unobserved.at_speed ? std::min(third, ramp(cubic_.from_slope)) : third;
+    const double departs =
+        cubic_.length - (unobserved.at_speed ? std::min(third, ramp(cubic_.to_slope)) : third);
     if (time < arrives) return std::lerp(cubic_.from_m, first_m, time / arrives);
     if (time < departs) return std::lerp(first_m, second_m, (time - arrives) / (departs - arrives));
     return std::lerp(second_m, cubic_.to_m, (time - departs) / (cubic_.length - departs));
@@ -116,7 +117,7 @@ class Passage {
 constexpr double kUnsteady = 3.0;
 
 /// Whether nothing tells how the axis went from knot k to the next.
-bool goes_unseen(const std::vector<Knot>& knots, std::size_t k, double longest_known) {
+bool is_unobserved(const std::vector<Knot>& knots, std::size_t k, double longest_known) {
   const double stay = knots[k + 1].time - knots[k].time;
   if (stay <= longest_known) return false;
   const bool whole = k > 0 && k + 2 < knots.size();
@@ -128,8 +129,8 @@ bool goes_unseen(const std::vector<Knot>& knots, std::size_t k, double longest_k
 
 }  // namespace
 
-std::vector<double> dequantise(std::span<const double> position_m, double resolution_m,
-                               const UnseenWay& unseen) {
+std::vector<double> interpolate_between_steps(std::span<const double> position_m, double resolution_m,
+                                              const UnobservedMotion& unobserved) {
   std::vector<double> smooth(position_m.begin(), position_m.end());
   if (resolution_m <= 0.0 || position_m.size() < 3) return smooth;
   const std::vector<Knot> knots = crossings(position_m);
@@ -141,10 +142,10 @@ std::vector<double> dequantise(std::span<const double> position_m, double resolu
     const auto first = static_cast<std::size_t>(std::ceil(knots[k].time));
     const Passage passage({length, knots[k].position_m, slope[k], knots[k + 1].position_m, slope[k + 1]},
                           position_m[first], resolution_m);
-    const bool astray = goes_unseen(knots, k, unseen.longest_known);
+    const bool astray = is_unobserved(knots, k, unobserved.longest_known);
     for (std::size_t i = first; i < smooth.size() && static_cast<double>(i) < knots[k + 1].time; ++i) {
       const double time = static_cast<double>(i) - knots[k].time;
-      smooth[i] = astray ? passage.astray_at(time, unseen) : passage.at(time);
+      smooth[i] = astray ? passage.astray_at(time, unobserved) : passage.at(time);
     }
   }
   return smooth;

@@ -9,7 +9,7 @@
 namespace slipstack::workbench {
 
 /// What no crossing tells: how the axis went about within a cell.
-struct UnseenWay {
+struct UnobservedMotion {
   /// Samples. The cubic is believed in a shorter stay, and in a longer one on the way through with steady
   /// speed; else the axis may have crept to and fro as it liked, and is taken to go by the two `places`.
   double longest_known = std::numeric_limits<double>::infinity();
@@ -26,7 +26,7 @@ struct UnseenWay {
 /// through the crossings, kept inside the cell, replaces the staircase. This matters in pre-sliding, where
 /// micrometres are newtons: a staircase there is structure that no filter removes. Readings that are not on
 /// the grid (resolution 0) are returned as they are. Cost O(n).
-std::vector<double> dequantise(std::span<const double> position_m, double resolution_m,
-                               const UnseenWay& unseen = {});
+std::vector<double> interpolate_between_steps(std::span<const double> position_m, double resolution_m,
+                                              const UnobservedMotion& unobserved = {});
 
 }  // namespace slipstack::workbench

@@ -42,7 +42,8 @@ std::optional<double> corner_m(const double* x, const Bends& bends, double step_
 }
 
 /// The turn of an axis that turns round at sample `i`, before it or after.
-std::optional<TurningPoint> turning_point_at(std::size_t i, const double* x, double step_m, double beyond_corners) {
+std::optional<TurningPoint> turning_point_at(std::size_t i, const double* x, double step_m,
+                                             double beyond_corners) {
   const Bends bends(x);
   if (bends.zigzag()) {
     const std::optional<double> corner = corner_m(x, bends, step_m, beyond_corners);
@@ -56,7 +57,7 @@ std::optional<TurningPoint> turning_point_at(std::size_t i, const double* x, dou
 
 }  // namespace
 
-void find_turning_points(const std::vector<double>& displacement_m, Stretch samples, double step_m,
+void find_turning_points(const std::vector<double>& displacement_m, Interval samples, double step_m,
                          double beyond_corners, std::vector<TurningPoint>& found) {
   if (!(step_m > 0.0)) return;
   for (std::size_t i = samples.first + 2; i + 2 < samples.end; ++i) {

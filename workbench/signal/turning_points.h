@@ -19,7 +19,7 @@ struct TurningPoint {
 /// none are found), in the order of time: the tops of parabolas that bend by far more than a step. A zigzag
 /// from sample to sample may be faster than they are: it goes beyond each of its corners by `beyond_corners`,
 /// a share of its height; zero: it reverses at its samples. O(samples).
-void find_turning_points(const std::vector<double>& displacement_m, Stretch samples, double step_m,
+void find_turning_points(const std::vector<double>& displacement_m, Interval samples, double step_m,
                          double beyond_corners, std::vector<TurningPoint>& found);
 
 }  // namespace slipstack::workbench

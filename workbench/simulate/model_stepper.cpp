@@ -8,7 +8,7 @@
 namespace slipstack::workbench {
 
 ModelStepper::ModelStepper(const Terms& terms, double tick_s)
-    : mass_kg_(workbench::mass_kg(terms)), lag_(lag_of(terms)) {
+    : mass_kg_(workbench::mass_kg(terms)), lag_(measurement_dynamics_of(terms)) {
   for (const Term& term : terms) {
     if (term.gains.empty() || term.id() == "inertia" || term.id() == "payload_mass") continue;
     Part part;

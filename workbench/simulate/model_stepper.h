@@ -32,7 +32,7 @@ class ModelStepper {
   /// Largest tangent stiffness of the hysteresis.
   double stiffness_N_per_m() const { return stiffness_N_per_m_; }
   /// By how much the measured force is late.
-  const ForceLag& lag() const { return lag_; }
+  const MeasurementDynamics& lag() const { return lag_; }
 
  private:
   struct Part {
@@ -47,7 +47,7 @@ class ModelStepper {
   std::vector<Part> parts_;  ///< dry friction first, since others modulate it
   double mass_kg_ = 0.0;
   double stiffness_N_per_m_ = 0.0;
-  ForceLag lag_;
+  MeasurementDynamics lag_;
 };
 
 }  // namespace slipstack::workbench

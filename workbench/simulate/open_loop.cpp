@@ -19,7 +19,7 @@ constexpr std::size_t kSamplesPerReport = 4096;
 /// The measured force between samples, as it was before the lag of the model.
 class Drive {
  public:
-  Drive(const Measurement& measurement, const ForceLag& lag)
+  Drive(const Measurement& measurement, const MeasurementDynamics& lag)
       : force_N_(measurement.log().force_N),
         late_(lag.delay_s * measurement.sample_rate_Hz()),
         filter_(lag.filter_s * measurement.sample_rate_Hz()) {}

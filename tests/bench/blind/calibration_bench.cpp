@@ -52,7 +52,7 @@ std::vector<std::vector<Estimate>> records_of(sim::EffectId effect, std::uint64_
     workbench::weigh_rows(measurement);
     const workbench::RobustFit fit = workbench::fit_robustly(
         measurement,
-        workbench::settle_customary_shapes(measurement, workbench::fit_effects(measurement, effects, {})));
+        workbench::refine_nominal_shapes(measurement, workbench::fit_effects(measurement, effects, {})));
     records.push_back(
         bench::estimates_of(workbench::with_standard_errors(measurement, fit.model).terms, truth));
     if (records.back().empty()) break;  // a formula that is not the catalogue's

@@ -13,7 +13,7 @@
 #include "sim_host/log/write.h"
 #include "workbench/diagnose/diagnose.h"
 #include "workbench/estimate/uncertainty/standard_errors.h"
-#include "workbench/long_logs/team_logs.h"
+#include "workbench/long_logs/group_logs.h"
 
 namespace slipstack::bench {
 namespace {
@@ -74,12 +74,12 @@ bool Outcome::right() const {
 Outcome run_case(Kind kind, std::uint64_t seed, bool closed_loop, const std::filesystem::path& path) {
   const Written written = write_log(kind, seed, closed_loop, path);
   // As a user's logs are: long ones searched by an excerpt and judged by the whole.
-  workbench::Alone alone;
+  workbench::SingleProcess alone;
   workbench::Diagnosis diagnosis;
   workbench::DiagnoseOptions options;
   options.baseline = {"inertia", "presliding_hysteresis"};
   const workbench::Searched searched = workbench::search_logs(
-      workbench::TeamLogs(alone, {written.log}), {}, {},
+      workbench::GroupLogs(alone, {written.log}), {}, {},
       [&](workbench::Measurement& measurement, workbench::WholeLogs& whole) {
         options.judge_on_whole = {};
         if (measurement.is_excerpt()) {

@@ -25,9 +25,9 @@ Log plant_log(std::uint64_t seed) {
 }
 
 /// Stretches of at least so many samples in which the position stays within an encoder step.
-std::vector<Stretch> rests_of(const Log& log, std::size_t shortest) {
+std::vector<Interval> standstills_of(const Log& log, std::size_t shortest) {
   const std::vector<double>& x = log.position_m;
-  std::vector<Stretch> rests;
+  std::vector<Interval> rests;
   for (std::size_t i = 0; i < x.size();) {
     std::size_t end = i + 1;
     while (end < x.size() && std::abs(x[end] - x[i]) <= 1.5 * *log.encoder_resolution_m) ++end;
@@ -41,7 +41,7 @@ struct Found {
   double mass_kg = 0.0;
   double level_N = 0.0;
   double error_N = 0.0;
-  std::vector<std::string> mended;
+  std::vector<std::string> repaired;
 };
 
 Found found_in(const Log& log) {
@@ -55,7 +55,7 @@ Found found_in(const Log& log) {
     found.level_N += hysteresis.gains[i] * hysteresis.shapes[i];
   }
   found.error_N = fit.model.holdout_rmse_N;
-  found.mended = measurement.parts()[0].mended;
+  found.repaired = measurement.parts()[0].repaired;
   return found;
 }
 
@@ -63,25 +63,25 @@ Found found_in(const Log& log) {
 void expect_same(const Log& clean, const Log& faulty, const char* said, double share = 0.01) {
   const Found truth = found_in(clean);
   const Found found = found_in(faulty);
-  ASSERT_EQ(truth.mended.size(), 0u) << truth.mended.front();
+  ASSERT_EQ(truth.repaired.size(), 0u) << truth.repaired.front();
   EXPECT_NEAR(found.mass_kg, truth.mass_kg, share * truth.mass_kg);
   EXPECT_NEAR(found.level_N, truth.level_N, share * truth.level_N);
   EXPECT_LT(found.error_N, 1.3 * truth.error_N);
-  ASSERT_FALSE(found.mended.empty());
-  EXPECT_NE(found.mended.front().find(said), std::string::npos) << found.mended.front();
+  ASSERT_FALSE(found.repaired.empty());
+  EXPECT_NE(found.repaired.front().find(said), std::string::npos) << found.repaired.front();
 }
 
 TEST(Mend, LeavesCleanLogsAlone) {
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     const Log log = plant_log(seed);
     Log copy = log;
-    EXPECT_TRUE(mend(copy).notes.empty()) << seed;
+    EXPECT_TRUE(repair(copy).notes.empty()) << seed;
     EXPECT_EQ(copy.force_N, log.force_N);
     EXPECT_EQ(copy.position_m, log.position_m);
   }
   const Log wandering = test::wandering_log(1, 1000.0, 20000);
   Log copy = wandering;
-  EXPECT_TRUE(mend(copy).notes.empty());
+  EXPECT_TRUE(repair(copy).notes.empty());
 }
 
 TEST(Mend, WildSamplesOfForceAndPosition) {
@@ -109,19 +109,19 @@ TEST(Mend, WildSamplesThatHappenToBeNearToEachOther) {
   test::Draw draw(15);
   Log wild = clean;
   int left = 0;
-  int wild_ones = 0;
+  int outliers_found = 0;
   for (std::size_t i = 100; i + 100 < clean.force_N.size(); ++i) {
     if (draw.uniform(0.0, 1.0) < 0.01) wild.force_N[i] += draw.sign() * draw.log_uniform(20.0, 200.0);
   }
-  Log mended = wild;
-  EXPECT_EQ(mend(mended).notes.size(), 1U);
+  Log repaired = wild;
+  EXPECT_EQ(repair(repaired).notes.size(), 1U);
   for (std::size_t i = 0; i < clean.force_N.size(); ++i) {
     if (wild.force_N[i] == clean.force_N[i]) continue;
-    ++wild_ones;
-    if (mended.force_N[i] == wild.force_N[i]) ++left;
+    ++outliers_found;
+    if (repaired.force_N[i] == wild.force_N[i]) ++left;
   }
-  EXPECT_GT(wild_ones, 100);
-  EXPECT_LT(left, wild_ones / 40);
+  EXPECT_GT(outliers_found, 100);
+  EXPECT_LT(left, outliers_found / 40);
 }
 
 TEST(Mend, ABurstIsAnEventAndStays) {
@@ -131,7 +131,7 @@ TEST(Mend, ABurstIsAnEventAndStays) {
     if (draw.uniform(0.0, 1.0) < 0.5) log.force_N[i] += draw.sign() * draw.uniform(10.0, 100.0);
   }
   Log copy = log;
-  EXPECT_TRUE(mend(copy).notes.empty());
+  EXPECT_TRUE(repair(copy).notes.empty());
   EXPECT_EQ(copy.force_N, log.force_N);
 }
 
@@ -159,7 +159,7 @@ TEST(Mend, InterpolatedPositionsBend) {
     places.push_back(i);
   }
   ASSERT_GT(places.size(), 200U);
-  EXPECT_EQ(mend(repeats).notes.size(), 1U);
+  EXPECT_EQ(repair(repeats).notes.size(), 1U);
   double worst_m = 0.0;
   for (const std::size_t i : places) {
     worst_m = std::max(worst_m, std::abs(repeats.position_m[i] - clean.position_m[i]));
@@ -172,7 +172,7 @@ TEST(Mend, InterpolatedPositionsBend) {
 TEST(Mend, ACommandThatCreepsAtRestStays) {
   Log log = plant_log(18);
   std::size_t equal = 0;
-  for (const auto& [i, end] : rests_of(log, 20)) {
+  for (const auto& [i, end] : standstills_of(log, 20)) {
     for (std::size_t k = i + 1; k < end; ++k) {
       log.position_m[k] = log.position_m[i];
       log.force_N[k] = log.force_N[i] + 1e-4 * static_cast<double>((k - i) / (i % 2 == 0 ? 3 : 10));
@@ -181,9 +181,9 @@ TEST(Mend, ACommandThatCreepsAtRestStays) {
   }
   ASSERT_GT(equal, 500U);
   const Log before = log;
-  const Mending mending = mend(log);
-  EXPECT_TRUE(mending.notes.empty()) << mending.notes.front();
-  EXPECT_TRUE(mending.cut.empty());
+  const Repairs repairs = repair(log);
+  EXPECT_TRUE(repairs.notes.empty()) << repairs.notes.front();
+  EXPECT_TRUE(repairs.cut.empty());
   EXPECT_EQ(log.force_N, before.force_N);
   EXPECT_EQ(log.position_m, before.position_m);
 }
@@ -208,16 +208,16 @@ TEST(Mend, FrozenForce) {
 TEST(Mend, ForceWithoutNoiseAtRestStays) {
   Log log = plant_log(18);
   std::size_t still = 0;
-  for (const Stretch& rest : rests_of(log, 8)) {
+  for (const Interval& rest : standstills_of(log, 8)) {
     std::fill(log.force_N.begin() + static_cast<std::ptrdiff_t>(rest.first),
               log.force_N.begin() + static_cast<std::ptrdiff_t>(rest.end), log.force_N[rest.first]);
     still += rest.size();
   }
   ASSERT_GT(still, 500u);
   const Log before = log;
-  const Mending mending = mend(log);
-  EXPECT_TRUE(mending.cut.empty());
-  EXPECT_TRUE(mending.notes.empty()) << mending.notes.front();
+  const Repairs repairs = repair(log);
+  EXPECT_TRUE(repairs.cut.empty());
+  EXPECT_TRUE(repairs.notes.empty()) << repairs.notes.front();
   EXPECT_EQ(log.force_N, before.force_N);
 }
 
@@ -251,9 +251,9 @@ TEST(Mend, EncoderStuckUntilTheAxisRests) {
     at = rests + 500;
   }
   ASSERT_EQ(times, 3);
-  const Mending mending = mend(stuck);
-  EXPECT_TRUE(mending.jumps.empty()) << mending.notes.front();
-  EXPECT_EQ(mending.cut.size(), 3U);
+  const Repairs repairs = repair(stuck);
+  EXPECT_TRUE(repairs.jumps.empty()) << repairs.notes.front();
+  EXPECT_EQ(repairs.cut.size(), 3U);
 }
 
 /// From sample `at` on the encoder reads so much more.
@@ -274,15 +274,15 @@ TEST(Mend, JumpsOfTheEncoder) {
   for (const std::size_t at : {moves, rests}) {
     for (const double jump_m : {-200e-6, 90e-6}) {
       Log log = with_jump(clean, at, jump_m);
-      const Mending mending = mend(log);
-      ASSERT_EQ(mending.jumps.size(), 1U) << at;
-      EXPECT_EQ(mending.jumps[0].sample, at);
-      EXPECT_NEAR(mending.jumps[0].jump_m, jump_m, 2e-6);
+      const Repairs repairs = repair(log);
+      ASSERT_EQ(repairs.jumps.size(), 1U) << at;
+      EXPECT_EQ(repairs.jumps[0].sample, at);
+      EXPECT_NEAR(repairs.jumps[0].jump_m, jump_m, 2e-6);
       EXPECT_NEAR(log.position_m.back(), clean.position_m.back(), 2e-6);
-      EXPECT_TRUE(mending.cut.empty());
+      EXPECT_TRUE(repairs.cut.empty());
       // Of a piece it is told and left: other pieces of the log do not know of it.
       Log piece = with_jump(clean, at, jump_m);
-      EXPECT_EQ(mend(piece, Mended::piece).jumps.size(), 1U);
+      EXPECT_EQ(repair(piece, RepairScope::piece).jumps.size(), 1U);
       EXPECT_EQ(piece.position_m.back(), clean.position_m.back() + jump_m);
     }
   }
@@ -320,9 +320,9 @@ TEST(Mend, MovesOfAFewSamplesAreNoFault) {
     }
     from_m += way_m;
   }
-  const Mending mending = mend(log);
-  EXPECT_TRUE(mending.cut.empty()) << mending.notes.front();
-  EXPECT_TRUE(mending.jumps.empty()) << mending.notes.front();
+  const Repairs repairs = repair(log);
+  EXPECT_TRUE(repairs.cut.empty()) << repairs.notes.front();
+  EXPECT_TRUE(repairs.jumps.empty()) << repairs.notes.front();
 }
 
 // It never comes back: stuck in the middle of a move, or while the axis rested before further moves.
@@ -348,7 +348,7 @@ TEST(Mend, StandingAtTheEndIsNoFault) {
     log.position_m.push_back(held_m);
     log.force_N.push_back(1e-5 * std::round(1e5 * (0.05 * draw.normal())));
   }
-  EXPECT_TRUE(mend(log).cut.empty());
+  EXPECT_TRUE(repair(log).cut.empty());
 }
 
 TEST(Mend, MotionWithoutForce) {
@@ -366,7 +366,7 @@ TEST(Mend, TooMuchIsRefused) {
   test::Draw draw(9);
   for (std::size_t i = 50; i + 50 < log.force_N.size(); i += 31) log.force_N[i] += 500.0 * draw.sign();
   try {
-    mend(log);
+    repair(log);
     FAIL() << "taken";
   } catch (const InputError& error) {
     EXPECT_NE(std::string(error.what()).find("are wild"), std::string::npos);

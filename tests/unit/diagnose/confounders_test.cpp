@@ -18,7 +18,7 @@ namespace {
 
 using test::diagnosed;
 
-constexpr double kTurn = 2.0 * std::numbers::pi;
+constexpr double kTwoPi = 2.0 * std::numbers::pi;
 
 sim::Bench bench_of(std::uint64_t seed) {
   sim::Bench bench = sim::draw_bench(sim::Setup::kRandom, seed);
@@ -36,7 +36,7 @@ std::vector<std::string> added(const Diagnosis& is) {
 /// A tenth of the mass swings at 24 Hz.
 void let_swing(sim::Axis& axis) {
   sim::Resonance arm;
-  arm.frequency_rad_per_s = kTurn * 24.0;
+  arm.frequency_rad_per_s = kTwoPi * 24.0;
   arm.damping_ratio = 0.02;
   arm.ratio = 0.1;
   axis.effects.resonance = arm;
@@ -137,7 +137,7 @@ TEST(StandIns, ASteepVirginCurveIsNoCoulombFriction) {
 TEST(StandIns, AnArmHeavierThanItsAxisIsNotNamed) {
   test::Draw draw(5);
   const auto x = [](double t) {
-    return 4e-5 * (std::sin(kTurn * 0.5 * t) + 0.6 * std::sin(kTurn * 1.3 * t));
+    return 4e-5 * (std::sin(kTwoPi * 0.5 * t) + 0.6 * std::sin(kTwoPi * 1.3 * t));
   };
   double lagging_N = 0.0;
   Log log = test::log_of(1000.0, 20000, x, [&](double t) {

@@ -14,7 +14,7 @@ namespace slipstack::workbench {
 namespace {
 
 /// Long fast strokes, with slow ones between them where `slow`; friction of one level.
-Measurement strokes(bool slow) {
+Measurement traverses(bool slow) {
   test::Draw draw(6);
   const auto position_m = [slow](double t_s) {
     const double calm_s = 42.0 * std::numbers::pi / 9.0;  // the axis is where it began
@@ -33,12 +33,12 @@ Visibility of_effect(const Measurement& measurement, const char* id, double shap
                                                    make_term(measurement, *find_effect("coulomb"))});
   Term term = make_term(measurement, *find_effect(id));
   if (!term.shapes.empty()) term.shapes[0] = shape;
-  return visibility_of(measurement, base, baseline_imitation(measurement, base), term, 0.03);
+  return visibility_of(measurement, base, baseline_residual_maker(measurement, base), term, 0.03);
 }
 
 TEST(Visibility, OfStribeckNeedsSlowMotion) {
-  const Visibility fast = of_effect(strokes(false), "stribeck", 3e-3);
-  const Visibility both = of_effect(strokes(true), "stribeck", 3e-3);
+  const Visibility fast = of_effect(traverses(false), "stribeck", 3e-3);
+  const Visibility both = of_effect(traverses(true), "stribeck", 3e-3);
   EXPECT_GT(both.share, 0.2);
   EXPECT_LT(both.least_N, 0.2);
   EXPECT_GT(fast.least_N, 1.5 * both.least_N);
@@ -46,16 +46,16 @@ TEST(Visibility, OfStribeckNeedsSlowMotion) {
 
 // The same column under another name: a payload beside a free mass can never be told apart.
 TEST(Visibility, OfWhatTheBaselineImitatesIsNone) {
-  const Visibility payload = of_effect(strokes(true), "payload_mass", 0.0);
+  const Visibility payload = of_effect(traverses(true), "payload_mass", 0.0);
   EXPECT_LT(payload.share, 1e-6);
   EXPECT_GT(payload.least_N, 100.0);
 }
 
 TEST(Visibility, OfAnOrthogonalForceIsWhole) {
-  const Visibility offset = of_effect(strokes(true), "offset_force", 0.0);
+  const Visibility offset = of_effect(traverses(true), "offset_force", 0.0);
   EXPECT_GT(offset.share, 0.9);
   // A constant of this rms raises the error by what naming asks for.
-  const Measurement measurement = strokes(true);
+  const Measurement measurement = traverses(true);
   const FittedModel base = fit_gains(measurement, {make_term(measurement, *find_effect("inertia")),
                                                    make_term(measurement, *find_effect("coulomb"))});
   // Its peak is its rms.

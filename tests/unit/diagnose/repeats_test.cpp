@@ -26,7 +26,7 @@ double in_cycle_s(double t) {
 }
 
 /// Whether the axis is on one of the two long strokes of a cycle, which take a second each.
-bool strokes(double t) {
+bool traverses(double t) {
   return in_cycle_s(t) < 2.0;
 }
 
@@ -34,7 +34,7 @@ bool strokes(double t) {
 /// each second.
 double position_m(double t) {
   const double in_cycle = in_cycle_s(t);
-  if (strokes(t)) return 0.5 * kStroke_m * (1.0 - std::cos(std::numbers::pi * in_cycle));
+  if (traverses(t)) return 0.5 * kStroke_m * (1.0 - std::cos(std::numbers::pi * in_cycle));
   const double second = std::floor(in_cycle) - 2.0;
   const double into = std::min(1.0, (in_cycle - 2.0 - second) / 0.5);
   const double step = 0.5 * (1.0 - std::cos(std::numbers::pi * into));
@@ -42,12 +42,12 @@ double position_m(double t) {
   return 1.9e-3 * place + 1e-4 * std::sin(2.0 * std::numbers::pi * 3.0 * t) * std::sin(std::numbers::pi * t);
 }
 
-/// A ripple of which `in_strokes` shows in the strokes, and all of it elsewhere.
-Log log_with(double in_strokes) {
+/// A ripple of which `in_traverses` shows in the strokes, and all of it elsewhere.
+Log log_with(double in_traverses) {
   test::Draw draw(3);
   return test::log_of(1000.0, static_cast<std::size_t>(1000.0 * kSeconds), position_m, [&](double t) {
     const double ripple_N = std::cos(2.0 * std::numbers::pi * position_m(t) / kPitch_m);
-    return (strokes(t) ? in_strokes : 1.0) * ripple_N + 0.02 * draw.normal();
+    return (traverses(t) ? in_traverses : 1.0) * ripple_N + 0.02 * draw.normal();
   });
 }
 
@@ -74,10 +74,10 @@ FittedModel with_ripple(const Measurement& measurement) {
 TEST(WayOfStrokes, CountsLongStrokesOnly) {
   const Measurement measurement(log_with(1.0));
   const double cycles = kSeconds / kCycle_s;
-  EXPECT_NEAR(way_of_strokes(measurement, kPitch_m).sum(), 2.0 * cycles * kStroke_m, 0.02 * kStroke_m);
-  EXPECT_EQ(way_of_strokes(measurement, 1.1 * kStroke_m).sum(), 0.0);
+  EXPECT_NEAR(distance_in_traverses(measurement, kPitch_m).sum(), 2.0 * cycles * kStroke_m, 0.02 * kStroke_m);
+  EXPECT_EQ(distance_in_traverses(measurement, 1.1 * kStroke_m).sum(), 0.0);
   // The moves between the places are strokes of their own where less is asked for.
-  EXPECT_GT(way_of_strokes(measurement, 1.5e-3).sum(), 2.1 * cycles * kStroke_m);
+  EXPECT_GT(distance_in_traverses(measurement, 1.5e-3).sum(), 2.1 * cycles * kStroke_m);
 }
 
 // Where the encoder sticks, force and motion are not of one axis.
@@ -86,7 +86,7 @@ TEST(WayOfStrokes, CountsNoRowThatWasCut) {
   constexpr std::size_t kStuck = 12300;  // on the way out
   for (std::size_t i = kStuck; i < kStuck + 300; ++i) log.position_m[i] = log.position_m[kStuck];
   const Measurement measurement(log);
-  const Eigen::VectorXd way_m = way_of_strokes(measurement, kPitch_m);
+  const Eigen::VectorXd way_m = distance_in_traverses(measurement, kPitch_m);
   int cut = 0;
   for (Eigen::Index row = 0; row < way_m.size(); ++row) {
     if (measurement.row_usable()(row) > 0.0) continue;
@@ -94,39 +94,39 @@ TEST(WayOfStrokes, CountsNoRowThatWasCut) {
     EXPECT_EQ(way_m(row), 0.0);
   }
   EXPECT_GT(cut, 0);
-  EXPECT_FALSE(ripple_not_borne_out(measurement, with_ripple(measurement), {}));
+  EXPECT_FALSE(ripple_not_supported(measurement, with_ripple(measurement), {}));
 }
 
 TEST(ShareBorneOut, IsWhatTheAxisShowsOfIt) {
   const Eigen::VectorXd claimed_N = Eigen::VectorXd::LinSpaced(50, -1.0, 2.0);
   const Eigen::VectorXd weight = Eigen::VectorXd::Constant(50, 1e-3);
   for (const double shown : {-0.5, 0.0, 0.4, 1.0}) {
-    EXPECT_NEAR(share_borne_out(claimed_N, (shown - 1.0) * claimed_N, weight), shown, 1e-12);
+    EXPECT_NEAR(share_supported(claimed_N, (shown - 1.0) * claimed_N, weight), shown, 1e-12);
   }
-  EXPECT_EQ(share_borne_out(claimed_N, claimed_N, Eigen::VectorXd::Zero(50)), 0.0);
+  EXPECT_EQ(share_supported(claimed_N, claimed_N, Eigen::VectorXd::Zero(50)), 0.0);
 }
 
 TEST(RippleNotBorneOut, WhereStrokesDoNotShowIt) {
-  for (const double in_strokes : {1.0, 0.8, 0.2, 0.0}) {
-    Measurement measurement(log_with(in_strokes));
-    EXPECT_EQ(ripple_not_borne_out(measurement, with_ripple(measurement), {}), in_strokes < 0.5)
-        << in_strokes;
+  for (const double in_traverses : {1.0, 0.8, 0.2, 0.0}) {
+    Measurement measurement(log_with(in_traverses));
+    EXPECT_EQ(ripple_not_supported(measurement, with_ripple(measurement), {}), in_traverses < 0.5)
+        << in_traverses;
   }
 }
 
 TEST(RippleNotBorneOut, WhereItIsADentOfOnePlace) {
   for (const double beyond : {1.0, 0.7, 0.0}) {
     const Measurement measurement(log_with_dent(beyond));
-    EXPECT_EQ(ripple_not_borne_out(measurement, with_ripple(measurement), {}), beyond == 0.0) << beyond;
+    EXPECT_EQ(ripple_not_supported(measurement, with_ripple(measurement), {}), beyond == 0.0) << beyond;
   }
 }
 
 TEST(RippleNotBorneOut, AsksOnlyOfRipplesThatAreNew) {
   const Measurement measurement(log_with(0.0));
   const FittedModel ripple = with_ripple(measurement);
-  EXPECT_FALSE(ripple_not_borne_out(measurement, ripple, ripple.terms));
+  EXPECT_FALSE(ripple_not_supported(measurement, ripple, ripple.terms));
   const FittedModel plain = fit_gains(measurement, {make_term(measurement, *find_effect("inertia"))});
-  EXPECT_FALSE(ripple_not_borne_out(measurement, plain, {}));
+  EXPECT_FALSE(ripple_not_supported(measurement, plain, {}));
 }
 
 }  // namespace

@@ -25,30 +25,30 @@ Blocks lowered(const Blocks& before, double share, double scatter, std::uint64_t
   return after;
 }
 
-TEST(SurelyLowered, ByWhatIsLoudInTwoBlocksAndHeardInTheOthers) {
+TEST(LoweredSignificantly, ByWhatIsLoudInTwoBlocksAndHeardInTheOthers) {
   Blocks before(30, 1.0);
   Blocks after = lowered(before, 0.3, 0.3, 1);
   before[7] = 150.0;
   after[7] = 15.0;
   before[21] = 20.0;
   after[21] = 2.0;
-  EXPECT_FALSE(reduction(before, after).earned());
-  EXPECT_TRUE(surely_lowered(before, after));
+  EXPECT_FALSE(reduction(before, after).is_significant());
+  EXPECT_TRUE(lowered_significantly(before, after));
 }
 
-TEST(SurelyLowered, NotByTwoBlocksAlone) {
+TEST(LoweredSignificantly, NotByTwoBlocksAlone) {
   Blocks before(30, 1.0);
   Blocks after = lowered(before, 0.0, 0.2, 2);
   before[7] = before[21] = 15.0;
   after[7] = after[21] = 5.0;
   EXPECT_GT(reduction(before, after).value, 0.1);
-  EXPECT_FALSE(surely_lowered(before, after));
+  EXPECT_FALSE(lowered_significantly(before, after));
 }
 
-TEST(SurelyLowered, NotByWhatIsTooLittle) {
+TEST(LoweredSignificantly, NotByWhatIsTooLittle) {
   const Blocks before(30, 1.0);
-  EXPECT_FALSE(surely_lowered(before, Blocks(30, 0.96)));  // 2 % of the error
-  EXPECT_TRUE(surely_lowered(before, Blocks(30, 0.9)));
+  EXPECT_FALSE(lowered_significantly(before, Blocks(30, 0.96)));  // 2 % of the error
+  EXPECT_TRUE(lowered_significantly(before, Blocks(30, 0.9)));
 }
 
 /// A model with these errors by block, one of the terms `more` beside an inertia.
@@ -69,16 +69,16 @@ TEST(Earned, WhatIsSearchedFarMustBeSurer) {
   const NoiseFloor floor(measurement);
   const Blocks before(20, 1.0);
   const FittedModel baseline = with_errors(measurement, before, nullptr);
-  const Yardstick yardstick{baseline, floor, measurement.tick_s(), measurement.bandwidth_Hz(), 1.0};
+  const SelectionContext context{baseline, floor, measurement.tick_s(), measurement.bandwidth_Hz(), 1.0};
   const Blocks noisy = lowered(before, 0.27, 0.52, 3);
   const Reduction is = reduction(before, noisy);
   ASSERT_LT(is.value, 0.15);
   ASSERT_GT(is.value, 3.1 * is.standard_error);
   ASSERT_LT(is.value, 4.3 * is.standard_error);
-  EXPECT_TRUE(earned(yardstick, baseline, with_errors(measurement, noisy, "viscous")));
-  EXPECT_FALSE(earned(yardstick, baseline, with_errors(measurement, noisy, "force_ripple")));
+  EXPECT_TRUE(is_significant(context, baseline, with_errors(measurement, noisy, "viscous")));
+  EXPECT_FALSE(is_significant(context, baseline, with_errors(measurement, noisy, "force_ripple")));
   const Blocks sure = lowered(before, 0.27, 0.2, 3);
-  EXPECT_TRUE(earned(yardstick, baseline, with_errors(measurement, sure, "force_ripple")));
+  EXPECT_TRUE(is_significant(context, baseline, with_errors(measurement, sure, "force_ripple")));
 }
 
 // Where neither reaches the floor, Stribeck friction has the name, unless the lag explains nearly all it
@@ -87,11 +87,11 @@ TEST(StandsFor, StribeckFrictionOfAnotherFormForALag) {
   const Measurement measurement(test::wandering_log(1, 2000.0, 6000));
   const NoiseFloor floor(measurement);
   const FittedModel before = with_errors(measurement, Blocks(20, 1e4), nullptr);
-  const Yardstick yardstick{before, floor, measurement.tick_s(), measurement.bandwidth_Hz(), 1.0};
+  const SelectionContext context{before, floor, measurement.tick_s(), measurement.bandwidth_Hz(), 1.0};
   const double floor_N2 = std::pow(floor.of(with_errors(measurement, {1.0}, "frictional_lag").terms), 2);
   const auto stands = [&](double stribeck, double lag) {
-    return stands_for(yardstick, with_errors(measurement, Blocks(20, stribeck * floor_N2), "stribeck"),
-                      with_errors(measurement, Blocks(20, lag * floor_N2), "frictional_lag"), before);
+    return explains_as_well(context, with_errors(measurement, Blocks(20, stribeck * floor_N2), "stribeck"),
+                            with_errors(measurement, Blocks(20, lag * floor_N2), "frictional_lag"), before);
   };
   EXPECT_TRUE(stands(2.1, 2.0));    // nearly as good
   EXPECT_FALSE(stands(4.0, 2.0));   // the lag is the axis
@@ -113,12 +113,12 @@ FittedModel with_lag(const Measurement& measurement, double time_s, double dista
 
 TEST(LagsByOwnStretch, OverThePreSlidingTravelAndNotInTime) {
   const Measurement measurement(test::wandering_log(1, 2000.0, 6000));
-  EXPECT_TRUE(lags_by_own_stretch(with_lag(measurement, 100.0, 30e-6)));
-  EXPECT_FALSE(lags_by_own_stretch(with_lag(measurement, 100.0, 1e-3)));   // memory of a film
-  EXPECT_FALSE(lags_by_own_stretch(with_lag(measurement, 0.015, 30e-6)));  // and in time
+  EXPECT_TRUE(lag_is_bristle_deflection(with_lag(measurement, 100.0, 30e-6)));
+  EXPECT_FALSE(lag_is_bristle_deflection(with_lag(measurement, 100.0, 1e-3)));   // memory of a film
+  EXPECT_FALSE(lag_is_bristle_deflection(with_lag(measurement, 0.015, 30e-6)));  // and in time
   FittedModel none = with_lag(measurement, 100.0, 30e-6);
   none.terms.pop_back();
-  EXPECT_FALSE(lags_by_own_stretch(none));
+  EXPECT_FALSE(lag_is_bristle_deflection(none));
 }
 
 /// A fitted mass of 2 kg with an arm of `modal_kg` on it.

@@ -209,8 +209,8 @@ TEST(LineBeyondRows, IsFoundWithItsAmplitude) {
 TEST(LineBeyondRows, IsHeardBesideLoudMoments) {
   Draw draw(8);
   const auto line = beyond([&](double t_s) {
-    const double loud_N = t_s > 20.0 && t_s < 27.0 ? 3.0 : 0.0;
-    return 0.1 * std::sin(2.0 * std::numbers::pi * 311.0 * t_s) + loud_N * draw.normal();
+    const double strong_N = t_s > 20.0 && t_s < 27.0 ? 3.0 : 0.0;
+    return 0.1 * std::sin(2.0 * std::numbers::pi * 311.0 * t_s) + strong_N * draw.normal();
   });
   ASSERT_TRUE(line.has_value());
   EXPECT_NEAR(line->where, 311.0, 1.0);

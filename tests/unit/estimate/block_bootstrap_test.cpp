@@ -26,7 +26,7 @@ TEST(BlockBootstrap, CoversTheTruth) {
   int covered = 0;
   constexpr int kRecords = 400;
   for (int record = 0; record < kRecords; ++record) {
-    const Interval interval = block_bootstrap(drawn_blocks(draw, 60, 50.0), weights);
+    const ConfidenceInterval interval = block_bootstrap(drawn_blocks(draw, 60, 50.0), weights);
     covered += interval.low <= truth && truth <= interval.high ? 1 : 0;
   }
   // 95 % promised; the bootstrap of sixty blocks falls a little short.
@@ -38,19 +38,20 @@ TEST(BlockBootstrap, SameBlocksSameIntervalAndScalesWithThem) {
   test::Draw draw(2);
   const std::vector<double> weights(30, 7.0);
   std::vector<double> squared = drawn_blocks(draw, 30, 7.0);
-  const Interval once = block_bootstrap(squared, weights);
-  const Interval twice = block_bootstrap(squared, weights);
+  const ConfidenceInterval once = block_bootstrap(squared, weights);
+  const ConfidenceInterval twice = block_bootstrap(squared, weights);
   EXPECT_EQ(once.low, twice.low);
   EXPECT_EQ(once.high, twice.high);
   EXPECT_LT(once.low, once.high);
   for (double& value : squared) value *= 1e6;  // the same in mN
-  const Interval scaled = block_bootstrap(squared, weights);
+  const ConfidenceInterval scaled = block_bootstrap(squared, weights);
   EXPECT_NEAR(scaled.low, 1e3 * once.low, 1e-9 * scaled.low);
   EXPECT_NEAR(scaled.high, 1e3 * once.high, 1e-9 * scaled.high);
 }
 
 TEST(BlockBootstrap, EqualBlocksLeaveNoDoubt) {
-  const Interval interval = block_bootstrap(std::vector<double>(10, 90.0), std::vector<double>(10, 10.0));
+  const ConfidenceInterval interval =
+      block_bootstrap(std::vector<double>(10, 90.0), std::vector<double>(10, 10.0));
   EXPECT_NEAR(interval.low, 3.0, 1e-12);
   EXPECT_NEAR(interval.high, 3.0, 1e-12);
 }

@@ -142,11 +142,11 @@ void expect_inside(const BoundedProblem& p, const VectorXd& b) {
 
 void expect_rests_told_rightly(const BoundedProblem& p, const BoundedSolution& solution) {
   for (Index i = 0; i < solution.value.size(); ++i) {
-    const Rests rests = solution.rests[static_cast<std::size_t>(i)];
-    if (rests == Rests::on_lower) {
+    const BoundState bound_states = solution.bound_states[static_cast<std::size_t>(i)];
+    if (bound_states == BoundState::on_lower) {
       EXPECT_EQ(solution.value(i), p.lower(i));
     }
-    if (rests == Rests::on_upper) {
+    if (bound_states == BoundState::on_upper) {
       EXPECT_EQ(solution.value(i), p.upper(i));
     }
   }
@@ -164,7 +164,8 @@ TEST(BoundedLeastSquares, FindsTheBestOfAllSets) {
     expect_rests_told_rightly(p, solution);
     const double best = best_of_all_sets(p);
     EXPECT_NEAR(objective(p, solution.value), best, 1e-8 * (1.0 + std::abs(best))) << seed;
-    for (const Rests rests : solution.rests) at_bounds += rests == Rests::free ? 0 : 1;
+    for (const BoundState bound_states : solution.bound_states)
+      at_bounds += bound_states == BoundState::free ? 0 : 1;
     unknowns += static_cast<int>(n);
   }
   EXPECT_GT(at_bounds, unknowns / 4);  // or the bounds were never tried
@@ -242,10 +243,10 @@ TEST(BoundedLeastSquares, WarmStartGivesTheSameAnswer) {
     const BoundedSolution cold = solve_bounded(p);
     BoundedProblem near = p;
     near.right *= 1.01;
-    const BoundedSolution warm = solve_bounded(p, solve_bounded(near).rests);
-    std::vector<Rests> anything;
+    const BoundedSolution warm = solve_bounded(p, solve_bounded(near).bound_states);
+    std::vector<BoundState> anything;
     for (Index i = 0; i < 40; ++i)
-      anything.push_back(static_cast<Rests>(static_cast<int>(random.below(3)) - 1));
+      anything.push_back(static_cast<BoundState>(static_cast<int>(random.below(3)) - 1));
     const BoundedSolution wild = solve_bounded(p, anything);
     const double scale = std::abs(objective(p, cold.value));
     EXPECT_NEAR(objective(p, warm.value), objective(p, cold.value), 1e-10 * scale) << seed;
@@ -360,7 +361,7 @@ TEST(EachWay, OtherUnknownsAndAStartChangeNothing) {
     const BoundedProblem loose = p;
     p.each_way = {{4, 1}};
     const BoundedSolution cold = solve_bounded(p);
-    const BoundedSolution warm = solve_bounded(p, solve_bounded(loose).rests);
+    const BoundedSolution warm = solve_bounded(p, solve_bounded(loose).bound_states);
     EXPECT_NEAR(objective(p, cold.value), objective(p, warm.value),
                 1e-7 * (1.0 + std::abs(objective(p, cold.value))))
         << seed;

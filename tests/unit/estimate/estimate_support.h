@@ -93,7 +93,7 @@ inline Term random_term(const Measurement& measurement, std::string_view id, Dra
       case ShapeKind::slip_distance:
       case ShapeKind::delay:
       case ShapeKind::filter:
-      case ShapeKind::customary_exponent:
+      case ShapeKind::nominal_exponent:
         break;  // as the log suggests
       default:  // velocities
         shape = draw.log_uniform(1e-3, 9e-3);

@@ -150,11 +150,11 @@ TEST(Linearisation, LagMovesTheMeasuredForce) {
   for (Term& term : terms) {
     if (term.id() == "time_delay") term.shapes = {0.0031, 0.0012};
   }
-  EXPECT_EQ(lag_of(terms).delay_s, 0.0031);
-  EXPECT_EQ(lag_of(terms).filter_s, 0.0012);
+  EXPECT_EQ(measurement_dynamics_of(terms).delay_s, 0.0031);
+  EXPECT_EQ(measurement_dynamics_of(terms).filter_s, 0.0012);
   const Linearisation linearisation(measurement, terms);
   EXPECT_EQ(linearisation.measured_N(), measurement.force_N({0.0031, 0.0012}));
-  EXPECT_EQ(lag_of({}).total_s(), 0.0);
+  EXPECT_EQ(measurement_dynamics_of({}).total_s(), 0.0);
 }
 
 double rms(const std::vector<double>& is, const std::vector<double>& should, std::size_t first) {

@@ -173,7 +173,8 @@ TEST(Measurement, TellsHowLoudTheNoiseOfTheForceBecomes) {
                               2000.0, 60'000, [](double t) { return 0.05 * std::sin(9.0 * t); },
                               [&](double) { return draw.normal(); }),
                           {.bandwidth_Hz = 60.0});
-  for (const ForceLag lag : {ForceLag{}, ForceLag{0.0, 1e-3}, ForceLag{0.0, 5e-3}}) {
+  for (const MeasurementDynamics lag :
+       {MeasurementDynamics{}, MeasurementDynamics{0.0, 1e-3}, MeasurementDynamics{0.0, 5e-3}}) {
     EXPECT_NEAR(test::rms(noise.force_N(lag)) / noise.force_noise_gain(lag), 1.0, 0.03) << lag.filter_s;
   }
   EXPECT_GT(noise.force_noise_gain({0.0, 5e-3}), 1.3 * noise.force_noise_gain({}));
@@ -210,7 +211,7 @@ TEST(Measurement, RequantisedIsAnotherReading) {
   for (double& x : log.position_m) x = std::floor(x / kResolution_m + 0.5) * kResolution_m;
   log.encoder_resolution_m = kResolution_m;
   const Measurement measurement(log);
-  const Measurement other = measurement.requantised({.shift_steps = 0.382});
+  const Measurement other = measurement.with_realisation({.shift_steps = 0.382});
   double sum = 0.0;
   double largest = 0.0;
   for (std::size_t i = 0; i < measurement.sample_count(); ++i) {
@@ -225,11 +226,11 @@ TEST(Measurement, RequantisedIsAnotherReading) {
 }
 
 /// Displacements that the hysteresis passes between samples, of the same log read otherwise.
-std::size_t turns_of(const std::vector<double>& position_m, double beyond_corners) {
+std::size_t turning_points_in(const std::vector<double>& position_m, double beyond_corners) {
   Log log = test::wandering_log(9, 2000.0, position_m.size());
   log.position_m = position_m;
   log.encoder_resolution_m = 1e-6;
-  const Measurement measurement = Measurement(log).requantised({.beyond_corners = beyond_corners});
+  const Measurement measurement = Measurement(log).with_realisation({.beyond_corners = beyond_corners});
   return measurement.turns(0, measurement.sample_count()).size();
 }
 
@@ -239,13 +240,13 @@ TEST(Measurement, AZigzagMayGoBeyondItsCorners) {
   for (double& x : zigzag) x = std::floor(x / 1e-6 + 0.5) * 1e-6;
   const std::vector<double> moves = zigzag;
   for (std::size_t i = 8000; i < 9000; ++i) zigzag[i] = zigzag[8000] + (i % 2 == 0 ? 0.0 : 3e-6);
-  EXPECT_EQ(turns_of(zigzag, 0.0), turns_of(moves, 0.0));
-  EXPECT_GT(turns_of(zigzag, 0.5), turns_of(moves, 0.5) + 900);
+  EXPECT_EQ(turning_points_in(zigzag, 0.0), turning_points_in(moves, 0.0));
+  EXPECT_GT(turning_points_in(zigzag, 0.5), turning_points_in(moves, 0.5) + 900);
 
   Log log = test::wandering_log(9, 2000.0, 20'000);
   log.position_m = zigzag;
   log.encoder_resolution_m = 1e-6;
-  const Measurement measurement = Measurement(log).requantised({.beyond_corners = 0.5});
+  const Measurement measurement = Measurement(log).with_realisation({.beyond_corners = 0.5});
   for (const Turn& turn : measurement.turns(8100, 800)) {
     const double low_m = zigzag[8000];
     const bool above = turn.displacement_m > low_m + 1.5e-6;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim_host/sensors/delay_line.h"
 #include "workbench/estimate/nonlinear/shape_search.h"
+#include "sim_host/sensors/delay_line.h"
 
 #include <gtest/gtest.h>
 
@@ -80,7 +80,7 @@ Term drag_found(double exponent, double viscous_N_s_per_m) {
   const Measurement measurement(log);
   std::vector<std::string> effects{"offset_force", "quadratic_drag"};
   if (viscous_N_s_per_m > 0.0) effects.emplace_back("viscous");
-  const FittedModel fitted = settle_customary_shapes(measurement, fit_effects(measurement, effects, {}));
+  const FittedModel fitted = refine_nominal_shapes(measurement, fit_effects(measurement, effects, {}));
   return *find_term(with_standard_errors(measurement, fitted).terms, "quadratic_drag");
 }
 
@@ -101,7 +101,7 @@ TEST(ShapeSearch, LeavesDragItsSquareBesideViscousFriction) {
 }
 
 /// What the log says of a lag, of a force recorded with so much noise.
-Term lag_found(const ForceLag& lag, double noise_N, std::uint64_t seed) {
+Term lag_found(const MeasurementDynamics& lag, double noise_N, std::uint64_t seed) {
   Log log = test::wandering_log(seed, 2000.0, 30'000);
   {
     const Measurement measurement(log);
@@ -116,8 +116,8 @@ Term lag_found(const ForceLag& lag, double noise_N, std::uint64_t seed) {
   test::Draw draw(seed);
   for (double& force_N : log.force_N) force_N += noise_N * draw.normal();
   const Measurement measurement(log);
-  const FittedModel fitted = settle_customary_shapes(
-      measurement, fit_effects(measurement, {"inertia", "viscous", "time_delay"}, {}));
+  const FittedModel fitted =
+      refine_nominal_shapes(measurement, fit_effects(measurement, {"inertia", "viscous", "time_delay"}, {}));
   return *find_term(with_standard_errors(measurement, fitted).terms, "time_delay");
 }
 
@@ -132,7 +132,7 @@ TEST(ShapeSearch, LeavesADelayADelay) {
 
 // Noise that the inverse of the low pass makes louder does not make it shorter.
 TEST(ShapeSearch, TellsALowPassFromADelay) {
-  for (const ForceLag lag : {ForceLag{0.0, 4e-3}, ForceLag{2e-3, 3e-3}}) {
+  for (const MeasurementDynamics lag : {MeasurementDynamics{0.0, 4e-3}, MeasurementDynamics{2e-3, 3e-3}}) {
     for (const double noise_N : {0.002, 0.05}) {
       const Term found = lag_found(lag, noise_N, 24);
       constexpr double kRamp_s = 1.5e-5;  // the recorder goes straight from sample to sample

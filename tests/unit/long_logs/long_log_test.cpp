@@ -84,19 +84,19 @@ TEST(LongLog, ASurveyThatWasToldIsAsGoodAsReading) {
   const Log whole = read_log(path);
   const LongLog read = LongLog::open(path, 0);
   ASSERT_NE(read.survey(), nullptr);
-  const LongLog told = LongLog::open(path, survey_of(to_bytes(*read.survey())));
-  EXPECT_EQ(told.sample_count(), kRows);
-  EXPECT_EQ(told.travel_m(), read.travel_m());
-  EXPECT_EQ(told.head().notes, read.head().notes);
-  EXPECT_EQ(told.head().header, read.head().header);
-  EXPECT_EQ(told.head().magnet_pitch_m, read.head().magnet_pitch_m);
-  ASSERT_EQ(told.glances().size(), read.glances().size());
-  EXPECT_EQ(told.glances().samples(), read.glances().samples());
-  for (std::size_t i = 0; i < read.glances().size(); ++i) {
-    ASSERT_EQ(told.glances()[i].first_m, read.glances()[i].first_m);
-    ASSERT_EQ(told.glances()[i].high_m, read.glances()[i].high_m);
+  const LongLog described = LongLog::open(path, survey_of(to_bytes(*read.survey())));
+  EXPECT_EQ(described.sample_count(), kRows);
+  EXPECT_EQ(described.travel_m(), read.travel_m());
+  EXPECT_EQ(described.head().notes, read.head().notes);
+  EXPECT_EQ(described.head().header, read.head().header);
+  EXPECT_EQ(described.head().magnet_pitch_m, read.head().magnet_pitch_m);
+  ASSERT_EQ(described.envelope().size(), read.envelope().size());
+  EXPECT_EQ(described.envelope().samples(), read.envelope().samples());
+  for (std::size_t i = 0; i < read.envelope().size(); ++i) {
+    ASSERT_EQ(described.envelope()[i].first_m, read.envelope()[i].first_m);
+    ASSERT_EQ(described.envelope()[i].high_m, read.envelope()[i].high_m);
   }
-  expect_same(told.piece(40'000, 50'000), whole, 40'000, 50'000);
+  expect_same(described.piece(40'000, 50'000), whole, 40'000, 50'000);
   // Another file under the same name.
   std::ofstream(path, std::ios::app) << "50.1,1,1,20\n";
   EXPECT_THROW(LongLog::open(path, *read.survey()), InputError);
@@ -106,11 +106,11 @@ TEST(LongLog, GlancesHoldEverySample) {
   const std::filesystem::path path = written("glances.csv", 3);
   const Log whole = read_log(path);
   const LongLog log = LongLog::open(path, 0);
-  ASSERT_EQ(log.glances().size(), (kRows + kGlanceSamples - 1) / kGlanceSamples);
+  ASSERT_EQ(log.envelope().size(), (kRows + kEnvelopeSamples - 1) / kEnvelopeSamples);
   for (std::size_t i = 0; i < kRows; ++i) {
-    const Glance& glance = log.glances()[i / kGlanceSamples];
-    ASSERT_LE(glance.low_m, static_cast<float>(whole.position_m[i])) << i;
-    ASSERT_GE(glance.high_m, static_cast<float>(whole.position_m[i])) << i;
+    const EnvelopePoint& point = log.envelope()[i / kEnvelopeSamples];
+    ASSERT_LE(point.low_m, static_cast<float>(whole.position_m[i])) << i;
+    ASSERT_GE(point.high_m, static_cast<float>(whole.position_m[i])) << i;
   }
 }
 
@@ -118,25 +118,26 @@ TEST(LongLog, GlancesJoinWhereTheyBecomeTooMany) {
   constexpr std::size_t kMost = 16;
   std::mt19937_64 random(8);
   std::vector<double> position_m;
-  Glances glances(kMost);
-  while (position_m.size() < 9 * kMost * kGlanceSamples) {
+  Envelope envelope(kMost);
+  while (position_m.size() < 9 * kMost * kEnvelopeSamples) {
     std::vector<double> more(1 + random() % 700);
     for (double& x : more) x = static_cast<double>(random() % 1000) * 1e-4;
-    glances.take(more);
+    envelope.take(more);
     position_m.insert(position_m.end(), more.begin(), more.end());
-    const std::size_t samples = glances.samples();
-    ASSERT_LE(glances.size(), kMost);
-    ASSERT_EQ(glances.size(), (position_m.size() + samples - 1) / samples);
-    for (std::size_t i = 0; i < glances.size(); ++i) {
+    const std::size_t samples = envelope.samples();
+    ASSERT_LE(envelope.size(), kMost);
+    ASSERT_EQ(envelope.size(), (position_m.size() + samples - 1) / samples);
+    for (std::size_t i = 0; i < envelope.size(); ++i) {
       const auto from = position_m.begin() + static_cast<std::ptrdiff_t>(i * samples);
-      const auto to = i + 1 < glances.size() ? from + static_cast<std::ptrdiff_t>(samples) : position_m.end();
+      const auto to =
+          i + 1 < envelope.size() ? from + static_cast<std::ptrdiff_t>(samples) : position_m.end();
       const auto [low, high] = std::minmax_element(from, to);
-      ASSERT_EQ(glances[i].first_m, static_cast<float>(*from)) << i;
-      ASSERT_EQ(glances[i].low_m, static_cast<float>(*low)) << i;
-      ASSERT_EQ(glances[i].high_m, static_cast<float>(*high)) << i;
+      ASSERT_EQ(envelope[i].first_m, static_cast<float>(*from)) << i;
+      ASSERT_EQ(envelope[i].low_m, static_cast<float>(*low)) << i;
+      ASSERT_EQ(envelope[i].high_m, static_cast<float>(*high)) << i;
     }
   }
-  EXPECT_EQ(glances.samples(), 16 * kGlanceSamples);
+  EXPECT_EQ(envelope.samples(), 16 * kEnvelopeSamples);
 }
 
 TEST(LongLog, ThreadsReadAtOnce) {

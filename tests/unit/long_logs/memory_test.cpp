@@ -13,7 +13,7 @@
 #include <random>
 
 #include "workbench/estimate/nonlinear/fit.h"
-#include "workbench/long_logs/team_logs.h"
+#include "workbench/long_logs/group_logs.h"
 #include "workbench/long_logs/whole_logs.h"
 
 // What a log costs in memory does not depend on its length. Its own program, since it counts what new gives.
@@ -82,7 +82,7 @@ void run_on_one_processor() {
 }
 
 /// Strokes with dry and viscous friction.
-std::filesystem::path strokes(std::size_t rows) {
+std::filesystem::path traverses(std::size_t rows) {
   std::filesystem::path path = std::filesystem::path(testing::TempDir()) / fmt::format("strokes{}.csv", rows);
   std::ofstream file(path);
   file << "# mass_kg: 3\n# encoder_resolution_m: 1e-6\ntime_s,position_m,force_N\n";
@@ -106,17 +106,17 @@ struct Costs {
 };
 
 Costs costs_of(std::size_t rows) {
-  const std::filesystem::path path = strokes(rows);
+  const std::filesystem::path path = traverses(rows);
   Costs costs;
   costs.samples = rows;
-  Alone alone;
-  std::unique_ptr<TeamLogs> logs;
-  std::vector<LogStretch> stretches;
+  SingleProcess alone;
+  std::unique_ptr<GroupLogs> logs;
+  std::vector<LogInterval> intervals;
   costs.opened = cost_of([&] {
-    logs = std::make_unique<TeamLogs>(alone, std::vector<std::string>{path.string()}, 0);
-    stretches = choose_stretches(logs->logs());
+    logs = std::make_unique<GroupLogs>(alone, std::vector<std::string>{path.string()}, 0);
+    intervals = choose_intervals(logs->logs());
   });
-  const Searched searched = logs->measure(stretches, {});
+  const Searched searched = logs->measure(intervals, {});
   FittedModel model = fit_effects(*searched.measurement, {"inertia", "coulomb", "viscous"}, {});
   WholeLogs whole(logs->logs(), *searched.measurement, searched.weighing, alone);
   costs.fitted = cost_of([&] { whole.fit({&model}, 3.0 * model.train_rmse_N, {}); });
@@ -131,7 +131,8 @@ TEST(Memory, DoesNotGrowWithTheLog) {
   const Costs some = costs_of(600'000);
   const Costs more = costs_of(1'800'000);
   const auto further = static_cast<double>(more.samples - some.samples);
-  // Glances are 12 bytes for 128 samples; while they are few, what is reserved for more counts as much again.
+  // Envelope are 12 bytes for 128 samples; while they are few, what is reserved for more counts as much
+  // again.
   EXPECT_LT(more.opened.peak_bytes - some.opened.peak_bytes, 0.2 * further);
   EXPECT_LT(more.opened.kept_bytes, 0.2 * static_cast<double>(more.samples));
   EXPECT_LT(more.fitted.peak_bytes - some.fitted.peak_bytes, 0.1 * further);

@@ -15,8 +15,8 @@
 
 #include "tests/unit/estimate/simulated_axis.h"
 #include "workbench/base/errors.h"
+#include "workbench/long_logs/group_logs.h"
 #include "workbench/long_logs/processes/requests.h"
-#include "workbench/long_logs/team_logs.h"
 
 // Long logs: what is found on an excerpt and judged by the whole is what a search of the whole would say.
 namespace slipstack::workbench {
@@ -45,14 +45,14 @@ std::filesystem::path viscous_file(const std::string& name, std::uint64_t seed, 
 struct Found {
   Diagnosis diagnosis;
   std::unique_ptr<Measurement> measurement;
-  std::vector<LogStretch> surprises;
+  std::vector<LogInterval> poorly_predicted;
 };
 
-Found diagnosed(const TeamLogs& logs, const std::vector<LogStretch>& stretches) {
+Found diagnosed(const GroupLogs& logs, const std::vector<LogInterval>& intervals) {
   Found found;
-  Searched searched = logs.measure(stretches, {});
+  Searched searched = logs.measure(intervals, {});
   found.measurement = std::move(searched.measurement);
-  WholeLogs whole(logs.logs(), *found.measurement, searched.weighing, logs.team());
+  WholeLogs whole(logs.logs(), *found.measurement, searched.weighing, logs.group());
   DiagnoseOptions options;
   options.baseline = kBaseline;
   options.candidates = {"viscous",      "quadratic_drag", "coulomb",
@@ -61,18 +61,18 @@ Found diagnosed(const TeamLogs& logs, const std::vector<LogStretch>& stretches) 
     options.judge_on_whole = [&](Diagnosis& diagnosis) { whole.judge(diagnosis, {}); };
   }
   found.diagnosis = diagnose(*found.measurement, options);
-  found.surprises = whole.surprises(stretches);
+  found.poorly_predicted = whole.poorly_predicted(intervals);
   return found;
 }
 
-std::vector<LogStretch> everything(const std::vector<LongLog>& logs) {
-  std::vector<LogStretch> all;
+std::vector<LogInterval> everything(const std::vector<LongLog>& logs) {
+  std::vector<LogInterval> all;
   for (std::size_t log = 0; log < logs.size(); ++log) all.push_back({log, 0, logs[log].sample_count()});
   return all;
 }
 
 /// Threads that pose as processes.
-class Posing final : public Team {
+class ThreadsAsProcesses final : public ProcessGroup {
  public:
   struct Shared {
     explicit Shared(int members) : size(members), barrier(members), said(static_cast<std::size_t>(members)) {}
@@ -80,7 +80,7 @@ class Posing final : public Team {
     std::barrier<> barrier;
     std::vector<std::string> said;
   };
-  Posing(Shared& shared, int rank) : shared_(shared), rank_(rank) {}
+  ThreadsAsProcesses(Shared& shared, int rank) : shared_(shared), rank_(rank) {}
   int rank() const override { return rank_; }
   int size() const override { return shared_.size; }
   std::string broadcast(std::string said, int from) override {
@@ -122,16 +122,16 @@ void expect_equal(const Diagnosis& a, const Diagnosis& b) {
 
 TEST(WholeLogs, AnExcerptJudgedByTheWholeSaysWhatTheWholeSays) {
   const std::filesystem::path path = viscous_file("viscous.csv", 5, 260.0);
-  Alone alone;
-  const TeamLogs team_logs(alone, {path.string()}, 0);
-  const std::vector<LongLog>& logs = team_logs.logs();
-  const std::vector<LogStretch> stretches = choose_stretches(logs);
+  SingleProcess alone;
+  const GroupLogs group_logs(alone, {path.string()}, 0);
+  const std::vector<LongLog>& logs = group_logs.logs();
+  const std::vector<LogInterval> intervals = choose_intervals(logs);
   const std::size_t chosen =
-      std::accumulate(stretches.begin(), stretches.end(), std::size_t{0},
+      std::accumulate(intervals.begin(), intervals.end(), std::size_t{0},
                       [](std::size_t sum, const auto& one) { return sum + one.count; });
   ASSERT_LT(chosen, logs[0].sample_count() * 3 / 4);
-  const Found excerpt = diagnosed(team_logs, stretches);
-  const Found whole = diagnosed(team_logs, everything(logs));
+  const Found excerpt = diagnosed(group_logs, intervals);
+  const Found whole = diagnosed(group_logs, everything(logs));
   ASSERT_TRUE(excerpt.measurement->is_excerpt());
   EXPECT_EQ(excerpt.diagnosis.verdict, whole.diagnosis.verdict);
   ASSERT_EQ(excerpt.diagnosis.candidates.front().term.id(), "viscous");
@@ -140,22 +140,22 @@ TEST(WholeLogs, AnExcerptJudgedByTheWholeSaysWhatTheWholeSays) {
       excerpt.diagnosis.candidates.front().holdout_rmse_N / whole.diagnosis.candidates.front().holdout_rmse_N,
       1.0, 0.10);
   EXPECT_NEAR(excerpt.diagnosis.candidates.front().term.gains[0], 15.0, 1.0);
-  EXPECT_TRUE(excerpt.surprises.empty());
+  EXPECT_TRUE(excerpt.poorly_predicted.empty());
 }
 
 /// What the first process of a team does while the others serve.
 template <class Work>
-void as_team(int members, Work&& work) {
-  Posing::Shared shared(members);
+void as_group(int members, Work&& work) {
+  ThreadsAsProcesses::Shared shared(members);
   std::vector<std::jthread> threads;
   threads.reserve(static_cast<std::size_t>(members));
   for (int rank = 1; rank < members; ++rank) {
     threads.emplace_back([&shared, rank] {
-      Posing team(shared, rank);
-      serve_logs(team);
+      ThreadsAsProcesses group(shared, rank);
+      serve_logs(group);
     });
   }
-  Posing first(shared, 0);
+  ThreadsAsProcesses first(shared, 0);
   const Dismissal dismissal(first);
   work(first);
 }
@@ -163,26 +163,26 @@ void as_team(int members, Work&& work) {
 TEST(WholeLogs, TheAnswerIsTheSameForAnyNumberOfProcesses) {
   const std::vector<std::string> paths{viscous_file("one.csv", 6, 180.0).string(),
                                        viscous_file("two.csv", 6, 120.0).string()};
-  Alone alone;
-  const TeamLogs logs(alone, paths, 0);
-  const std::vector<LogStretch> stretches = choose_stretches(logs.logs());
-  const Found one = diagnosed(logs, stretches);
+  SingleProcess alone;
+  const GroupLogs logs(alone, paths, 0);
+  const std::vector<LogInterval> intervals = choose_intervals(logs.logs());
+  const Found one = diagnosed(logs, intervals);
   ASSERT_TRUE(one.measurement->is_excerpt());
-  as_team(3, [&](Team& team) {
-    const TeamLogs shared(team, paths, 0);
-    expect_equal(one.diagnosis, diagnosed(shared, stretches).diagnosis);
+  as_group(3, [&](ProcessGroup& group) {
+    const GroupLogs shared(group, paths, 0);
+    expect_equal(one.diagnosis, diagnosed(shared, intervals).diagnosis);
   });
 }
 
 TEST(WholeLogs, GainsAreThoseOfTheWholeAndWildInstantsAreHeldBack) {
   const std::filesystem::path path = viscous_file("gains.csv", 5, 260.0);
-  Alone alone;
-  const TeamLogs logs(alone, {path.string()}, 0);
+  SingleProcess alone;
+  const GroupLogs logs(alone, {path.string()}, 0);
   const std::vector<std::string> effects{"inertia", "presliding_hysteresis", "viscous"};
   const auto viscous = [](const FittedModel& model) { return find_term(model.terms, "viscous")->gains[0]; };
   const Searched all = logs.measure(everything(logs.logs()), {});
   const FittedModel by_all = fit_effects(*all.measurement, effects, {});
-  const Searched part = logs.measure(choose_stretches(logs.logs()), {});
+  const Searched part = logs.measure(choose_intervals(logs.logs()), {});
   ASSERT_TRUE(part.measurement->is_excerpt());
   const FittedModel by_part = fit_effects(*part.measurement, effects, {});
   WholeLogs whole(logs.logs(), *part.measurement, part.weighing, alone);
@@ -218,16 +218,16 @@ LogErrors errors_of(const Measurement& measurement, const Terms& terms, std::siz
 TEST(WholeLogs, ErrorsOfEachLogAreThoseOfItsWhole) {
   const std::vector<std::string> paths{viscous_file("first.csv", 5, 260.0).string(),
                                        viscous_file("second.csv", 5, 130.0).string()};
-  Alone alone;
-  const TeamLogs logs(alone, paths, 0);
+  SingleProcess alone;
+  const GroupLogs logs(alone, paths, 0);
   const Searched all = logs.measure(everything(logs.logs()), {});
-  const Searched part = logs.measure(choose_stretches(logs.logs()), {});
+  const Searched part = logs.measure(choose_intervals(logs.logs()), {});
   ASSERT_TRUE(part.measurement->is_excerpt());
   FittedModel model = fit_effects(*part.measurement, kBaseline, {});
   EXPECT_TRUE(model.log_errors.empty());
   WholeLogs whole(logs.logs(), *part.measurement, part.weighing, alone);
   whole.fit({&model}, 0.0, {});
-  Reached reached;
+  MotionExtremes reached;
   reached.take(*all.measurement, 0, all.measurement->sample_count());
   EXPECT_EQ(whole.reached().low_m, reached.low_m);
   EXPECT_EQ(whole.reached().high_m, reached.high_m);
@@ -260,7 +260,7 @@ TEST(WholeLogs, ErrorsOfEachLogAreThoseOfItsWhole) {
   EXPECT_GT(excerpt_off, 0.03);
 }
 
-TEST(TeamLogs, AFaultAnywhereIsToldAsOneProcessTellsIt) {
+TEST(GroupLogs, AFaultAnywhereIsToldAsOneProcessTellsIt) {
   const std::filesystem::path good = viscous_file("good.csv", 9, 40.0);
   std::vector<std::string> paths{good.string()};
   for (const char* name : {"bad1.csv", "bad2.csv", "bad3.csv"}) {
@@ -269,41 +269,41 @@ TEST(TeamLogs, AFaultAnywhereIsToldAsOneProcessTellsIt) {
     std::ofstream(bad, std::ios::app) << "40.000,zero,0\n";
     paths.push_back(bad.string());
   }
-  const auto refusal = [&](Team& team) -> std::string {
+  const auto refusal = [&](ProcessGroup& group) -> std::string {
     try {
-      const TeamLogs logs(team, paths, 0);
+      const GroupLogs logs(group, paths, 0);
     } catch (const InputError& error) {
       return error.what();
     }
     return "nothing";
   };
-  Alone alone;
-  const std::string told = refusal(alone);
-  EXPECT_NE(told.find("bad1.csv:"), std::string::npos) << told;
+  SingleProcess alone;
+  const std::string described = refusal(alone);
+  EXPECT_NE(described.find("bad1.csv:"), std::string::npos) << described;
   for (const int members : {2, 3}) {
-    as_team(members, [&](Team& team) { EXPECT_EQ(refusal(team), told) << members; });
+    as_group(members, [&](ProcessGroup& group) { EXPECT_EQ(refusal(group), described) << members; });
   }
 }
 
-TEST(TeamLogs, AFileThatShrinksMeanwhileEndsTheWorkOfAll) {
+TEST(GroupLogs, AFileThatShrinksMeanwhileEndsTheWorkOfAll) {
   const std::filesystem::path path = viscous_file("shrinks.csv", 6, 260.0);
-  as_team(3, [&](Team& team) {
-    const TeamLogs logs(team, {path.string()}, 0);
-    const std::vector<LogStretch> stretches = choose_stretches(logs.logs());
+  as_group(3, [&](ProcessGroup& group) {
+    const GroupLogs logs(group, {path.string()}, 0);
+    const std::vector<LogInterval> intervals = choose_intervals(logs.logs());
     std::filesystem::resize_file(path, std::filesystem::file_size(path) / 50);
-    EXPECT_THROW(logs.measure(stretches, {}), InputError);
+    EXPECT_THROW(logs.measure(intervals, {}), InputError);
   });
 }
 
 TEST(WholeLogs, AnEventOutsideTheExcerptIsASurprise) {
   const std::filesystem::path path = viscous_file("event.csv", 7, 400.0);
   const std::vector<LongLog> logs{LongLog::open(path)};
-  const std::vector<LogStretch> stretches = choose_stretches(logs);
+  const std::vector<LogInterval> intervals = choose_intervals(logs);
   // A place that the excerpt leaves out.
   std::size_t event = 0;
-  for (std::size_t i = 0; i + 1 < stretches.size(); ++i) {
-    const std::size_t end = stretches[i].first + stretches[i].count;
-    if (stretches[i + 1].first > end + 40'000) event = (end + stretches[i + 1].first) / 2;
+  for (std::size_t i = 0; i + 1 < intervals.size(); ++i) {
+    const std::size_t end = intervals[i].first + intervals[i].count;
+    if (intervals[i + 1].first > end + 40'000) event = (end + intervals[i + 1].first) / 2;
   }
   ASSERT_GT(event, 0u);
   const Log log = logs[0].piece(0, logs[0].sample_count());
@@ -319,25 +319,25 @@ TEST(WholeLogs, AnEventOutsideTheExcerptIsASurprise) {
                           log.force_N[i] + 40.0 * std::exp(-away * away));
     }
   }
-  Alone alone;
-  const TeamLogs team_logs(alone, {disturbed.string()});
-  const Found found = diagnosed(team_logs, choose_stretches(team_logs.logs()));
-  ASSERT_FALSE(found.surprises.empty());
-  EXPECT_LE(found.surprises[0].first, event);
-  EXPECT_GE(found.surprises[0].first + found.surprises[0].count + 16'384, event);
+  SingleProcess alone;
+  const GroupLogs group_logs(alone, {disturbed.string()});
+  const Found found = diagnosed(group_logs, choose_intervals(group_logs.logs()));
+  ASSERT_FALSE(found.poorly_predicted.empty());
+  EXPECT_LE(found.poorly_predicted[0].first, event);
+  EXPECT_GE(found.poorly_predicted[0].first + found.poorly_predicted[0].count + 16'384, event);
 }
 
 TEST(ChooseStretches, ManagesWithCoarserGlances) {
   const std::filesystem::path path = viscous_file("coarse.csv", 5, 400.0);
   const LongLog fine = LongLog::open(path, 0);
   Survey survey = *fine.survey();
-  survey.glances = Glances(512);
+  survey.envelope = Envelope(512);
   const Log all = fine.piece(0, fine.sample_count());
-  survey.glances.take(all.position_m);
-  ASSERT_EQ(survey.glances.samples(), 8 * kGlanceSamples);
+  survey.envelope.take(all.position_m);
+  ASSERT_EQ(survey.envelope.samples(), 8 * kEnvelopeSamples);
   const std::vector<LongLog> logs{LongLog::open(path, std::move(survey))};
   std::size_t samples = 0;
-  for (const LogStretch& one : choose_stretches(logs)) {
+  for (const LogInterval& one : choose_intervals(logs)) {
     samples += one.count;
     EXPECT_LE(one.first + one.count, all.position_m.size());
   }
@@ -350,7 +350,7 @@ TEST(ChooseStretches, ManagesWithCoarserGlances) {
     const auto begin = all.position_m.begin();
     const auto [low, high] = std::minmax_element(begin + static_cast<std::ptrdiff_t>(first),
                                                  begin + static_cast<std::ptrdiff_t>(sample) + 1);
-    EXPECT_GT(*high - *low, 0.99 * swept_before_known_m(fine.travel_m()));
+    EXPECT_GT(*high - *low, 0.99 * burn_in_travel_m(fine.travel_m()));
   }
 }
 
@@ -371,17 +371,17 @@ TEST(ChooseStretches, CoversSlowPartsAndFastOnesAndEveryLog) {
   }
   const std::vector<LongLog> logs{LongLog::open(path, 0),
                                   LongLog::open(viscous_file("other.csv", 8, 20.0), 0)};
-  const std::vector<LogStretch> stretches = choose_stretches(logs);
+  const std::vector<LogInterval> intervals = choose_intervals(logs);
   bool slow = false;
   bool other = false;
   std::size_t samples = 0;
-  for (std::size_t i = 0; i < stretches.size(); ++i) {
-    const LogStretch& one = stretches[i];
+  for (std::size_t i = 0; i < intervals.size(); ++i) {
+    const LogInterval& one = intervals[i];
     samples += one.count;
     other = other || one.log == 1;
     slow = slow || (one.log == 0 && one.first < 303'000 && one.first + one.count > 301'000);
-    if (i > 0 && stretches[i - 1].log == one.log) {
-      EXPECT_GT(one.first, stretches[i - 1].first + stretches[i - 1].count);
+    if (i > 0 && intervals[i - 1].log == one.log) {
+      EXPECT_GT(one.first, intervals[i - 1].first + intervals[i - 1].count);
     }
   }
   EXPECT_TRUE(slow);

@@ -19,7 +19,7 @@ const std::string kSnag = "snag = A*exp(-((x-x0)/w)^2)*sign(v); A: N; x0: m; w: 
 /// What a wrong definition is told; the caret's place is marked in it by '@'.
 struct Wrong {
   std::string marked;
-  std::string told;
+  std::string described;
 };
 
 void expect_refused(const Wrong& wrong) {
@@ -32,7 +32,8 @@ void expect_refused(const Wrong& wrong) {
     ADD_FAILURE() << "taken: " << text;
   } catch (const DefinitionError& error) {
     EXPECT_EQ(error.column(), at) << text << "\n" << error.picture() << error.what();
-    EXPECT_NE(std::string(error.what()).find(wrong.told), std::string::npos) << text << "\n" << error.what();
+    EXPECT_NE(std::string(error.what()).find(wrong.described), std::string::npos) << text << "\n"
+                                                                                  << error.what();
     EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
   }
 }

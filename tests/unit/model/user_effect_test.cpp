@@ -50,7 +50,7 @@ Diagnosis diagnosed(const Log& log, const std::string& own) {
   return diagnose(measurement, options);
 }
 
-TEST(OwnEffect, IsNamedFirstWhereItIsHidden) {
+TEST(UserEffectIn, IsNamedFirstWhereItIsHidden) {
   const Hidden hidden{.level_N = 4.0};
   const Diagnosis diagnosis = diagnosed(log_with(hidden, 3), kSnag);
   EXPECT_EQ(diagnosis.verdict, Verdict::missing_effect);
@@ -66,7 +66,7 @@ TEST(OwnEffect, IsNamedFirstWhereItIsHidden) {
   EXPECT_NE(first.evidence.find("w = "), std::string::npos) << first.evidence;
 }
 
-TEST(OwnEffect, IsNotNamedWhereNothingIsHidden) {
+TEST(UserEffectIn, IsNotNamedWhereNothingIsHidden) {
   for (const std::uint64_t seed : {3u, 4u}) {
     const Diagnosis diagnosis = diagnosed(log_with({}, seed), kSnag);
     EXPECT_EQ(diagnosis.steps.size(), 1u) << seed;
@@ -74,7 +74,7 @@ TEST(OwnEffect, IsNotNamedWhereNothingIsHidden) {
   }
 }
 
-TEST(OwnEffect, SharesNoNameWithAnother) {
+TEST(UserEffectIn, SharesNoNameWithAnother) {
   EXPECT_EQ(&declare_effect("twice = A*x; A: N/m"), &declare_effect("twice = A*x; A: N/m"));
   EXPECT_THROW(declare_effect("twice = A*x^2; A: N/m2"), DefinitionError);
   EXPECT_THROW(declare_effect("viscous = A*v; A: N s/m"), DefinitionError);
@@ -82,7 +82,7 @@ TEST(OwnEffect, SharesNoNameWithAnother) {
   EXPECT_EQ(find_effect("never"), nullptr);
 }
 
-TEST(OwnEffect, SaysWhereItIsNoNumber) {
+TEST(UserEffectIn, SaysWhereItIsNoNumber) {
   const Log log = log_with({}, 5);
   const Measurement measurement(log);
   const EffectDescription& root = declare_effect("root = A*ln(x - 0.2); A: N");
@@ -108,7 +108,7 @@ Model model_with_snag() {
   return model;
 }
 
-TEST(OwnEffect, IsKeptByTheModelFile) {
+TEST(UserEffectIn, IsKeptByTheModelFile) {
   const TemporaryFile file;
   const Model written = model_with_snag();
   const Model read = read_model(file.write(to_toml(written)));
@@ -119,19 +119,19 @@ TEST(OwnEffect, IsKeptByTheModelFile) {
   EXPECT_EQ(to_toml(read), to_toml(written));
 }
 
-TEST(OwnEffect, AWrongDefinitionInAModelFileIsRefused) {
+TEST(UserEffectIn, AWrongDefinitionInAModelFileIsRefused) {
   const TemporaryFile file;
   const std::string good = to_toml(model_with_snag());
-  const auto refused = [&](const std::string& from, const std::string& to, const std::string& told) {
+  const auto refused = [&](const std::string& from, const std::string& to, const std::string& described) {
     std::string text = good;
     const std::size_t at = text.find(from);
     ASSERT_NE(at, std::string::npos) << from;
     text.replace(at, from.size(), to);
     try {
       read_model(file.write(text));
-      ADD_FAILURE() << told;
+      ADD_FAILURE() << described;
     } catch (const InputError& error) {
-      EXPECT_NE(std::string(error.what()).find(told), std::string::npos) << error.what();
+      EXPECT_NE(std::string(error.what()).find(described), std::string::npos) << error.what();
     }
   };
   refused("w: m in [1e-4, 1e-2]", "w: m in [1e-2, 1e-4]", "reversed");

@@ -28,7 +28,7 @@ const Measurement& measurement() {
   return measured;
 }
 
-Term own_term(const std::string& definition, std::vector<double> gains, std::vector<double> shapes) {
+Term user_term(const std::string& definition, std::vector<double> gains, std::vector<double> shapes) {
   Term term = make_term(measurement(), declare_effect(definition));
   term.gains = std::move(gains);
   term.shapes = std::move(shapes);
@@ -92,13 +92,13 @@ double force_of(const Term& table, double x, double v) {
   return sum;
 }
 
-TEST(OwnTable, TakesEveryFormItCanAndSaysWhatItMisses) {
+TEST(TabulatedEffect, TakesEveryFormItCanAndSaysWhatItMisses) {
   const auto& x_m = measurement().position_m();
   const auto [lowest, highest] = std::minmax_element(x_m.begin(), x_m.end());
   for (const Case& one : cases()) {
-    const Tabulated made = tabulate(measurement(), own_term(one.definition, one.gains, one.shapes), 0.0);
+    const Tabulated made = tabulate(measurement(), user_term(one.definition, one.gains, one.shapes), 0.0);
     ASSERT_TRUE(made.table) << one.definition << ": " << made.why_not;
-    const OwnTable& table = *made.table;
+    const TabulatedEffect& table = *made.table;
     EXPECT_EQ(table.over_velocity, one.over_velocity) << one.definition;
     EXPECT_EQ(table.reversal_velocity_mps > 0.0, one.by_direction) << one.definition;
     double worst_N = 0.0;
@@ -123,10 +123,10 @@ TEST(OwnTable, TakesEveryFormItCanAndSaysWhatItMisses) {
   }
 }
 
-TEST(OwnTable, BelowTheReversalVelocityTheSignIsASlope) {
+TEST(TabulatedEffect, BelowTheReversalVelocityTheSignIsASlope) {
   const Case snag = cases()[0];
-  const OwnTable table =
-      *tabulate(measurement(), own_term(snag.definition, snag.gains, snag.shapes), 0.0).table;
+  const TabulatedEffect table =
+      *tabulate(measurement(), user_term(snag.definition, snag.gains, snag.shapes), 0.0).table;
   const double v = table.reversal_velocity_mps;
   EXPECT_GT(v, 1e-4);
   EXPECT_LT(v, 1e-2);
@@ -136,10 +136,10 @@ TEST(OwnTable, BelowTheReversalVelocityTheSignIsASlope) {
   EXPECT_NEAR(force_of(table.term, 0.21, v), 4.0, 0.02);
 }
 
-TEST(OwnTable, SaysWhyThereIsNone) {
+TEST(TabulatedEffect, SaysWhyThereIsNone) {
   const auto why = [](const std::string& definition, std::vector<double> gains, std::vector<double> shapes) {
     const Tabulated made =
-        tabulate(measurement(), own_term(definition, std::move(gains), std::move(shapes)), 0.0);
+        tabulate(measurement(), user_term(definition, std::move(gains), std::move(shapes)), 0.0);
     EXPECT_FALSE(made.table) << definition;
     return made.why_not;
   };
@@ -153,15 +153,15 @@ TEST(OwnTable, SaysWhyThereIsNone) {
   EXPECT_NE(why("n_root = A*ln(abs(x - 0.2)); A: N", {1.0}, {}), "");
   // What nobody can measure may be missed.
   EXPECT_TRUE(tabulate(measurement(),
-                       own_term("n_wave = A*sin(2*pi*x/p); A: N; p: m in [1e-3, 1]", {1.0}, {2e-3}), 2.5)
+                       user_term("n_wave = A*sin(2*pi*x/p); A: N; p: m in [1e-3, 1]", {1.0}, {2e-3}), 2.5)
                   .table);
 }
 
 // The workbench judges the table by its basis; the tick runs the short form of it, in single precision.
-TEST(OwnTable, TheControllerComputesWhatTheWorkbenchJudged) {
+TEST(TabulatedEffect, TheControllerComputesWhatTheWorkbenchJudged) {
   for (const Case& one : cases()) {
-    const OwnTable table =
-        *tabulate(measurement(), own_term(one.definition, one.gains, one.shapes), 0.0).table;
+    const TabulatedEffect table =
+        *tabulate(measurement(), user_term(one.definition, one.gains, one.shapes), 0.0).table;
     Model model;
     model.target_terms = {table.term};
     FrictionModel<float> target;
@@ -183,22 +183,22 @@ TEST(OwnTable, TheControllerComputesWhatTheWorkbenchJudged) {
   }
 }
 
-TEST(OwnTable, IsKeptByTheModelFileAndOnlyForTheController) {
+TEST(TabulatedEffect, IsKeptByTheModelFileAndOnlyForTheController) {
   const Case snag = cases()[0];
-  const Term own = own_term(snag.definition, snag.gains, snag.shapes);
-  const OwnTable table = *tabulate(measurement(), own, 0.0).table;
+  const Term own = user_term(snag.definition, snag.gains, snag.shapes);
+  const TabulatedEffect table = *tabulate(measurement(), own, 0.0).table;
   Model written;
   written.terms = {own};
   written.target_terms = {table.term};
-  written.target_own = {{own.id(), "", "position", table.from, table.to, table.reversal_velocity_mps,
-                         table.largest_error_N, table.peak_N},
-                        {"other", "it changes with time", "", 0.0, 0.0, 0.0, 0.0, 0.0}};
+  written.target_user_effects = {{own.id(), "", "position", table.from, table.to, table.reversal_velocity_mps,
+                                  table.largest_error_N, table.peak_N},
+                                 {"other", "it changes with time", "", 0.0, 0.0, 0.0, 0.0, 0.0}};
   const TemporaryFile file;
   const Model read = read_model(file.write(to_toml(written)));
   EXPECT_EQ(to_toml(read), to_toml(written));
   EXPECT_EQ(target_hash(read), target_hash(written));
-  ASSERT_EQ(read.target_own.size(), 2u);
-  EXPECT_EQ(read.target_own[1].why_not, "it changes with time");
+  ASSERT_EQ(read.target_user_effects.size(), 2u);
+  EXPECT_EQ(read.target_user_effects[1].why_not, "it changes with time");
   Model wrong = written;
   wrong.terms = {table.term};
   EXPECT_NE(refusal(file.write(to_toml(wrong))).find("unknown effect 'user_table'"), std::string::npos);

@@ -31,18 +31,18 @@ std::vector<double> jumps_of_force(const Measurement& measurement) {
 }
 
 /// Samples that are this share of the loudest, so near to one that is, belong to its stretch.
-constexpr double kLoud = 0.2;
+constexpr double kStrong = 0.2;
 constexpr std::size_t kNear_samples = 100;
 
 /// The stretch of loud samples around the loudest.
-Stretch loud_stretch(const std::vector<double>& jumps_N, std::size_t loudest) {
-  const double loud_N = kLoud * jumps_N[loudest];
-  Stretch burst{loudest, loudest + 1};
-  for (std::size_t i = loudest; i-- > 0 && burst.first - i <= kNear_samples;) {
-    if (jumps_N[i] >= loud_N) burst.first = i;
+Interval noisy_interval(const std::vector<double>& jumps_N, std::size_t strongest) {
+  const double strong_N = kStrong * jumps_N[strongest];
+  Interval burst{strongest, strongest + 1};
+  for (std::size_t i = strongest; i-- > 0 && burst.first - i <= kNear_samples;) {
+    if (jumps_N[i] >= strong_N) burst.first = i;
   }
-  for (std::size_t i = loudest; i < jumps_N.size() && i < burst.end + kNear_samples; ++i) {
-    if (jumps_N[i] >= loud_N) burst.end = i + 1;
+  for (std::size_t i = strongest; i < jumps_N.size() && i < burst.end + kNear_samples; ++i) {
+    if (jumps_N[i] >= strong_N) burst.end = i + 1;
   }
   return burst;
 }
@@ -52,7 +52,7 @@ struct Extremes {
   double within = 0.0;
   double without = 0.0;
 };
-Extremes extremes(const std::vector<double>& values, const Stretch& stretch) {
+Extremes extremes(const std::vector<double>& values, const Interval& stretch) {
   Extremes most;
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (i >= stretch.first && i < stretch.end) {
@@ -78,13 +78,13 @@ constexpr double kFaster = 1.5;
 std::optional<Structure> burst_in_force(const Measurement& measurement, const Eigen::VectorXd& residual_N) {
   const std::vector<double> jumps_N = jumps_of_force(measurement);
   if (jumps_N.empty()) return {};
-  const auto loudest = std::max_element(jumps_N.begin(), jumps_N.end());
-  const Stretch burst = loud_stretch(jumps_N, static_cast<std::size_t>(loudest - jumps_N.begin()));
+  const auto strongest = std::max_element(jumps_N.begin(), jumps_N.end());
+  const Interval burst = noisy_interval(jumps_N, static_cast<std::size_t>(strongest - jumps_N.begin()));
   if (static_cast<double>(burst.size()) > kShort * static_cast<double>(jumps_N.size())) return {};
-  const double loud_N = kAboveAllElse * extremes(jumps_N, burst).without;
+  const double strong_N = kAboveAllElse * extremes(jumps_N, burst).without;
   const auto loud = std::count_if(jumps_N.begin() + static_cast<std::ptrdiff_t>(burst.first),
                                   jumps_N.begin() + static_cast<std::ptrdiff_t>(burst.end),
-                                  [&](double jump_N) { return jump_N > loud_N; });
+                                  [&](double jump_N) { return jump_N > strong_N; });
   // The one fast move of a log makes the force jump too.
   const Extremes acceleration = extremes(measurement.acceleration_mps2(), burst);
   if (loud < kFewest || acceleration.within > kFaster * acceleration.without) return {};
@@ -98,7 +98,7 @@ std::optional<Structure> burst_in_force(const Measurement& measurement, const Ei
       "time", reduction_beyond(share, 0.0), first_s,
       fmt::format("the force jumps about for {} at {}, by {}, as nowhere else in the log: look "
                   "for a loose plug, a disturbed sensor or a knock",
-                  quantity(end_s - first_s, "s"), when_of(measurement, first_s), quantity(*loudest, "N")),
+                  quantity(end_s - first_s, "s"), when_of(measurement, first_s), quantity(*strongest, "N")),
       within_N};
 }
 

@@ -62,7 +62,7 @@ std::optional<Structure> curve_behind_all(const Measurement& measurement, const 
 }
 
 /// Share of what all effects explain that such a line explains alone.
-constexpr double kLinePoses = 0.5;
+constexpr double kLineCausesMode = 0.5;
 /// What rings for hundreds of periods is no arm.
 constexpr double kHardlyDamped = 1.5e-3;
 
@@ -72,7 +72,7 @@ std::optional<Structure> line_as_resonance(const Measurement& measurement, const
   const Eigen::VectorXd residual_N = weighted_residual(measurement, diagnosis.baseline);
   if (mode->shapes[1] < kHardlyDamped) return line_near(measurement, residual_N, mode->shapes[0]);
   Structure line = line_at_rows(measurement, residual_N);
-  if (!at_frequency_of(*mode, line) || line.error_reduction < kLinePoses * reduction_of_all(diagnosis))
+  if (!at_frequency_of(*mode, line) || line.error_reduction < kLineCausesMode * reduction_of_all(diagnosis))
     return {};
   return line;
 }
@@ -81,23 +81,23 @@ std::optional<Structure> line_as_resonance(const Measurement& measurement, const
 constexpr double kAnotherAxis = 5.0;
 
 std::optional<Structure> mass_of_another_axis(const Measurement& measurement, const Diagnosis& diagnosis) {
-  const auto told = [&](std::string description) {
+  const auto described = [&](std::string description) {
     return Structure{"acceleration", reduction_of_all(diagnosis), 0.0,
                      std::move(description) + ": check mass_kg and the units of time, position and force",
                      weighted_residual(measurement, diagnosis.baseline)};
   };
   // Whatever then takes the inertia back: a payload below zero, a mode of all the mass.
   if (measurement.log().mass_kg && diagnosis.baseline.relative_error > kAnotherAxis) {
-    return told(fmt::format("the declared mass would need {:.3g} times the measured force",
-                            diagnosis.baseline.relative_error));
+    return described(fmt::format("the declared mass would need {:.3g} times the measured force",
+                                 diagnosis.baseline.relative_error));
   }
   if (!contains(diagnosis.explained.terms, "payload_mass")) return {};
   for (std::size_t log = 0; log < measurement.log_count(); ++log) {
     const double declared_kg = mass_kg(diagnosis.baseline.terms, log);
     const double found_kg = mass_kg(diagnosis.explained.terms, log);
     if (found_kg * kAnotherAxis > declared_kg && found_kg < kAnotherAxis * declared_kg) continue;
-    return told(fmt::format("force and acceleration make a mass of {} where the log declares {}",
-                            quantity(found_kg, "kg"), quantity(declared_kg, "kg")));
+    return described(fmt::format("force and acceleration make a mass of {} where the log declares {}",
+                                 quantity(found_kg, "kg"), quantity(declared_kg, "kg")));
   }
   return {};
 }
@@ -106,7 +106,7 @@ std::optional<Structure> mass_of_another_axis(const Measurement& measurement, co
 constexpr double kLineDrives = 0.3;
 constexpr double kLineAboveFloor = 2.0;
 
-bool line_drives(const Diagnosis& diagnosis) {
+bool line_causes_mode(const Diagnosis& diagnosis) {
   const auto& left = diagnosis.unexplained;
   if (!left || left->coordinate != "frequency" ||
       diagnosis.explained.holdout_rmse_N < kLineAboveFloor * diagnosis.noise_floor_N) {
@@ -120,7 +120,7 @@ bool line_drives(const Diagnosis& diagnosis) {
 constexpr double kDrowns = 2.0;
 constexpr double kNearFloor = 2.0;
 
-bool line_drowns(const Measurement& measurement, const Diagnosis& diagnosis) {
+bool line_masks_effects(const Measurement& measurement, const Diagnosis& diagnosis) {
   const auto& left = diagnosis.unexplained;
   if (!left || left->coordinate != "frequency" || left->where < measurement.bandwidth_Hz() ||
       diagnosis.baseline.holdout_rmse_N > kNearFloor * diagnosis.noise_floor_N) {
@@ -132,7 +132,7 @@ bool line_drowns(const Measurement& measurement, const Diagnosis& diagnosis) {
   return line_N > kDrowns * diagnosis.baseline.holdout_rmse_N;
 }
 
-bool play_poses(const Diagnosis& diagnosis) {
+bool backlash_as_coulomb(const Diagnosis& diagnosis) {
   return diagnosis.unexplained && diagnosis.unexplained->coordinate == "reversal" &&
          coulomb_joins_hysteresis(diagnosis.baseline, diagnosis.explained);
 }

@@ -25,15 +25,15 @@ std::optional<Structure> mass_of_another_axis(const Measurement& measurement, co
 /// Whether a line in time is what is left, most of it or at the very frequency of the resonance that was
 /// named: a controller answers a line with motion at its frequency, and a mode that hardly decays poses as
 /// the cause.
-bool line_drives(const Diagnosis& diagnosis);
+bool line_causes_mode(const Diagnosis& diagnosis);
 
 /// Whether a line above the rows' band drowns what was named: it is far stronger than all that the baseline
 /// left within the band, hardly above a noise floor that the line itself raises. A controller answers it, and
 /// quantisation and sampling fold it back.
-bool line_drowns(const Measurement& measurement, const Diagnosis& diagnosis);
+bool line_masks_effects(const Measurement& measurement, const Diagnosis& diagnosis);
 
 /// Whether Coulomb friction that was named beside hysteresis is play: both make a force after each reversal.
 /// Coulomb friction explains the whole of its own, play knocks as well, and that comes after reversals too.
-bool play_poses(const Diagnosis& diagnosis);
+bool backlash_as_coulomb(const Diagnosis& diagnosis);
 
 }  // namespace slipstack::workbench

@@ -19,12 +19,12 @@ namespace slipstack::workbench {
 namespace {
 
 /// The encoder's steps are loudest at reversals: what is left there is play only so far above the floor.
-constexpr double kPlayAboveFloor = 1.6;
+constexpr double kBacklashAboveFloor = 1.6;
 
 /// Everything that the explanation leaves, the strongest first.
 std::vector<Structure> structure_left(const Measurement& measurement, const Diagnosis& diagnosis) {
   auto left = find_structure(measurement, weighted_residual(measurement, diagnosis.explained));
-  if (diagnosis.explained.holdout_rmse_N < kPlayAboveFloor * diagnosis.noise_floor_N) {
+  if (diagnosis.explained.holdout_rmse_N < kBacklashAboveFloor * diagnosis.noise_floor_N) {
     std::erase_if(left, [](const Structure& one) { return one.coordinate == "reversal"; });
   }
   return left;
@@ -42,16 +42,16 @@ constexpr double kStructureReduction = 0.05;
 
 /// What of it is worth a word: the strongest, or a line above the rows' bandwidth that is stronger; a burst,
 /// however little of it is heard at the rows.
-std::optional<Structure> worth_telling(const Measurement& measurement, const Diagnosis& diagnosis,
-                                       const Structure& strongest) {
-  std::optional<Structure> told;
-  if (above_floor(diagnosis) && strongest.error_reduction >= kStructureReduction) told = strongest;
+std::optional<Structure> is_notable(const Measurement& measurement, const Diagnosis& diagnosis,
+                                    const Structure& strongest) {
+  std::optional<Structure> described;
+  if (above_floor(diagnosis) && strongest.error_reduction >= kStructureReduction) described = strongest;
   const FittedModel& last = diagnosis.explained;
   auto line = line_beyond_rows(measurement, last.linearisation->sample_force_N(), last.train_rmse_N);
-  const double known = told ? told->error_reduction : kStructureReduction;
-  if (line && line->error_reduction >= known) told = std::move(line);
-  if (!told) told = burst_in_force(measurement, weighted_residual(measurement, last));
-  return told;
+  const double known = described ? described->error_reduction : kStructureReduction;
+  if (line && line->error_reduction >= known) described = std::move(line);
+  if (!described) described = burst_in_force(measurement, weighted_residual(measurement, last));
+  return described;
 }
 
 /// So many times the floor: real axes end there with a good force sensor.
@@ -95,26 +95,28 @@ bool instruments_may_do(const Measurement& measurement, const FittedModel& basel
                         const Candidate& candidate) {
   const Reduction reduced = reduction(baseline.block_squared_error, candidate.block_squared_error);
   const double step_N2 = explained_N2(baseline.holdout_rmse_N, candidate.holdout_rmse_N);
-  return reduced.value >= kInstrumentsTold && reduced.earned(kSureEnoughToTell) &&
+  return reduced.value >= kInstrumentsTold && reduced.is_significant(kSureEnoughToTell) &&
          within_instruments(baseline, measurement.tick_s(), baseline.terms, candidate.terms, step_N2);
 }
 
 /// Without a name: what lowers the error most, where it is no larger than clocks and sensors err. Who reads
 /// of its symptoms alone would look for a fault of the axis.
 std::string instruments_behind(const Measurement& measurement, const Diagnosis& diagnosis) {
-  const Candidate* told = nullptr;
+  const Candidate* described = nullptr;
   for (const Candidate& candidate : diagnosis.candidates) {
-    const bool near = told == nullptr || candidate.holdout_rmse_N < kNearlyTheSame * told->holdout_rmse_N;
+    const bool near =
+        described == nullptr || candidate.holdout_rmse_N < kNearlyTheSame * described->holdout_rmse_N;
     if (!near || !instruments_may_do(measurement, diagnosis.baseline, candidate)) break;
-    if (told == nullptr || candidate.term.effect->parameter_count() < told->term.effect->parameter_count()) {
-      told = &candidate;
+    if (described == nullptr ||
+        candidate.term.effect->parameter_count() < described->term.effect->parameter_count()) {
+      described = &candidate;
     }
   }
-  if (told == nullptr) return {};
-  const double lowered = 1.0 - told->holdout_rmse_N / diagnosis.baseline.holdout_rmse_N;
+  if (described == nullptr) return {};
+  const double lowered = 1.0 - described->holdout_rmse_N / diagnosis.baseline.holdout_rmse_N;
   return fmt::format(
       "; {} would lower the error by {:.0f} %, but is no larger than what clocks and sensors err: {}",
-      told->term.id(), 100.0 * lowered, told->evidence);
+      described->term.id(), 100.0 * lowered, described->evidence);
 }
 
 /// Effects were named: whether they hold. `strongest`: structure left, where the reason has none of its own.
@@ -128,8 +130,8 @@ void judge_named(const Measurement& measurement, const Structure& strongest, Dia
   diagnosis.verdict = Verdict::missing_effect;
   if (above_floor(diagnosis) && diagnosis.unexplained) blame(curve_behind_all(measurement, diagnosis));
   if (!blame(line_as_resonance(measurement, diagnosis)) &&
-      (insufficient(diagnosis) || line_drives(diagnosis) || line_drowns(measurement, diagnosis) ||
-       play_poses(diagnosis))) {
+      (insufficient(diagnosis) || line_causes_mode(diagnosis) || line_masks_effects(measurement, diagnosis) ||
+       backlash_as_coulomb(diagnosis))) {
     blame(diagnosis.unexplained ? diagnosis.unexplained : strongest);
   }
   blame(mass_of_another_axis(measurement, diagnosis));
@@ -138,7 +140,7 @@ void judge_named(const Measurement& measurement, const Structure& strongest, Dia
 /// By what the explanation leaves.
 void judge_by_what_is_left(const Measurement& measurement, Diagnosis& diagnosis) {
   const std::vector<Structure> left = structure_left(measurement, diagnosis);
-  diagnosis.unexplained = worth_telling(measurement, diagnosis, left.front());
+  diagnosis.unexplained = is_notable(measurement, diagnosis, left.front());
   if (diagnosis.steps.size() > 1) {
     judge_named(measurement, left.front(), diagnosis);
     return;

@@ -28,7 +28,7 @@ constexpr std::size_t kParts = 8;
 /// Power that the median part has, of which all but a quarter of the parts have this share.
 constexpr double kSteady = 0.25;
 
-std::string told(double frequency_Hz, double amplitude_N) {
+std::string described(double frequency_Hz, double amplitude_N) {
   return fmt::format("what is left is a line in time at {}, amplitude {}, whatever the motion",
                      quantity(frequency_Hz, "Hz"), quantity(amplitude_N, "N"));
 }
@@ -148,9 +148,10 @@ Structure line_within(const Measurement& measurement, const Eigen::VectorXd& res
       frequency_Hz = f;
     }
   }
-  const HeldOut judged = held_out(columns_at(frequency_Hz), residual_N, short_pieces(residual_N.size()));
+  const HeldOut judged =
+      held_out(columns_at(frequency_Hz), residual_N, alternating_blocks(residual_N.size()));
   return {"frequency", judged.error_reduction, frequency_Hz,
-          told(frequency_Hz, judged.explained.cwiseAbs().maxCoeff()), judged.explained};
+          described(frequency_Hz, judged.explained.cwiseAbs().maxCoeff()), judged.explained};
 }
 
 }  // namespace
@@ -162,7 +163,7 @@ Structure line_at_rows(const Measurement& measurement, const Eigen::VectorXd& re
   for (std::size_t k = 2; k < spectrum.density.size(); ++k) {
     if (spectrum.density[k] > spectrum.density[peak]) peak = k;
   }
-  Structure loudest =
+  Structure strongest =
       line_within(measurement, residual_N, spectrum.frequency_Hz[peak], spectrum.frequency_Hz[1]);
   // Beside what moves leave, which is louder at low frequencies, one that is there all the time stands out.
   const Spectrum usual = median_spectrum(spectra_of_parts(rows_of(residual_N), row_rate_Hz(measurement)));
@@ -173,10 +174,10 @@ Structure line_at_rows(const Measurement& measurement, const Eigen::VectorXd& re
     most = prominence(usual, k);
     sharpest = k;
   }
-  if (sharpest == 0) return loudest;
+  if (sharpest == 0) return strongest;
   Structure steadiest =
       line_within(measurement, residual_N, usual.frequency_Hz[sharpest], usual.frequency_Hz[1]);
-  return steadiest.error_reduction > loudest.error_reduction ? steadiest : loudest;
+  return steadiest.error_reduction > strongest.error_reduction ? steadiest : strongest;
 }
 
 Structure line_near(const Measurement& measurement, const Eigen::VectorXd& residual_N, double frequency_Hz) {
@@ -212,7 +213,7 @@ std::optional<Structure> line_beyond_rows(const Measurement& measurement, const 
   const double power = std::max(0.0, power_at(spectrum, peak) - 3.0 * usual * width_Hz);
   const double reduction = 1.0 - error_N / std::sqrt(error_N * error_N + power);
   const double frequency_Hz = spectrum.frequency_Hz[peak];
-  return Structure{"frequency", reduction, frequency_Hz, told(frequency_Hz, std::sqrt(2.0 * power)),
+  return Structure{"frequency", reduction, frequency_Hz, described(frequency_Hz, std::sqrt(2.0 * power)),
                    Eigen::VectorXd::Zero(measurement.row_count())};
 }
 

@@ -28,8 +28,8 @@ struct Bin {
 };
 
 /// The middle of the bin whose energy stands out most above what its rows would have anywhere else.
-double loudest_place(const Eigen::VectorXd& position_m, const Eigen::VectorXd& residual_N, double first_m,
-                     double width_m) {
+double strongest_place(const Eigen::VectorXd& position_m, const Eigen::VectorXd& residual_N, double first_m,
+                       double width_m) {
   std::vector<Bin> bins(kBins);
   for (Eigen::Index row = 0; row < position_m.size(); ++row) {
     const double place = (position_m(row) - first_m) / width_m;
@@ -42,16 +42,16 @@ double loudest_place(const Eigen::VectorXd& position_m, const Eigen::VectorXd& r
     if (bin.rows > 0.0) usual.push_back(bin.energy / bin.rows);
   }
   const double usual_energy = median(std::move(usual));
-  std::size_t loudest = 0;
+  std::size_t strongest = 0;
   double most = -1.0;
   for (std::size_t b = 0; b < bins.size(); ++b) {
     const double excess = bins[b].energy - usual_energy * bins[b].rows;
     if (excess > most) {
       most = excess;
-      loudest = b;
+      strongest = b;
     }
   }
-  return first_m + (static_cast<double>(loudest) + 0.5) * width_m;
+  return first_m + (static_cast<double>(strongest) + 0.5) * width_m;
 }
 
 /// The rows within a stretch, and the half that each pass through it belongs to.
@@ -88,17 +88,17 @@ std::string describe(Side side, double where_m, int passes, double force_N) {
 }
 
 /// Half widths in which the energy of passes is looked at, in bins.
-constexpr double kLoudHalfWidths[] = {4.0, 8.0, 16.0, 32.0};
+constexpr double kStrongHalfWidths[] = {4.0, 8.0, 16.0, 32.0};
 /// Slower than this share of the speed at the middle, the axis stops or turns there: that is another reason.
 constexpr double kAtSpeed = 0.2;
 /// Rows at either end of a pass over which the filter spreads a knock.
 constexpr Eigen::Index kSmear = 2;
-constexpr std::size_t kFewestLoudPasses = 3;
+constexpr std::size_t kFewestStrongPasses = 3;
 /// More rows than this, and passes are no short feature but most of what the axis does.
 constexpr double kShort = 0.15;
 /// All passes but one in five have this share of the mean pass' energy times speed, without what the noise
 /// has there: a slow pass is longer.
-constexpr double kLoud = 0.15;
+constexpr double kStrong = 0.15;
 
 /// Median of the squares of Gaussian noise, over its variance.
 constexpr double kMedianOfSquares = 0.455;
@@ -140,14 +140,14 @@ std::vector<Pass> passes_at_speed(const Eigen::VectorXd& position_m, const Eigen
 
 /// Energy that sits in the passes of one place, each of which has its share: what a short feature makes of a
 /// row or two has another form at each speed, and no curve over the place is the same in all.
-Structure loud_passes(const Eigen::VectorXd& position_m, const Eigen::VectorXd& velocity_mps,
-                      const Eigen::VectorXd& residual_N, double middle_m, double width_m) {
+Structure strong_passes(const Eigen::VectorXd& position_m, const Eigen::VectorXd& velocity_mps,
+                        const Eigen::VectorXd& residual_N, double middle_m, double width_m) {
   Structure best{"position", 0.0, middle_m, "", Eigen::VectorXd::Zero(residual_N.size())};
   const Eigen::VectorXd squares = residual_N.cwiseAbs2();
   const double usual = median({squares.begin(), squares.end()}) / kMedianOfSquares;
-  for (const double half_width : kLoudHalfWidths) {
+  for (const double half_width : kStrongHalfWidths) {
     const auto passes = passes_at_speed(position_m, velocity_mps, middle_m, half_width * width_m);
-    if (passes.size() < kFewestLoudPasses) continue;
+    if (passes.size() < kFewestStrongPasses) continue;
     Eigen::VectorXd here_N = Eigen::VectorXd::Zero(residual_N.size());
     std::vector<double> energies;
     double rows = 0.0;
@@ -160,7 +160,7 @@ Structure loud_passes(const Eigen::VectorXd& position_m, const Eigen::VectorXd& 
     std::sort(energies.begin(), energies.end());
     const double mean =
         std::accumulate(energies.begin(), energies.end(), 0.0) / static_cast<double>(passes.size());
-    if (energies[energies.size() / 5] < kLoud * mean || mean <= 0.0 || rows > kShort) continue;
+    if (energies[energies.size() / 5] < kStrong * mean || mean <= 0.0 || rows > kShort) continue;
     const double energy = here_N.squaredNorm() / residual_N.squaredNorm();
     const double reduction = reduction_beyond(energy, rows);
     if (reduction <= best.error_reduction) continue;
@@ -183,7 +183,7 @@ Structure place_on_rail(const Eigen::VectorXd& position_m, const Eigen::VectorXd
   const double width_m = (position_m.maxCoeff() - first_m) / kBins;
   const double whole = residual_N.squaredNorm();
   if (!(width_m > 0.0) || !(whole > 0.0)) return best;
-  const double middle_m = loudest_place(position_m, residual_N, first_m, width_m);
+  const double middle_m = strongest_place(position_m, residual_N, first_m, width_m);
   for (const double half_width : kHalfWidths) {
     const double half_width_m = half_width * width_m;
     const Passes passes = passes_through(position_m, middle_m, half_width_m);
@@ -213,7 +213,7 @@ Structure place_on_rail(const Eigen::VectorXd& position_m, const Eigen::VectorXd
       best.description = describe(side, best.where, passes.count, force_N);
     }
   }
-  Structure loud = loud_passes(position_m, velocity_mps, residual_N, middle_m, width_m);
+  Structure loud = strong_passes(position_m, velocity_mps, residual_N, middle_m, width_m);
   if (loud.error_reduction <= best.error_reduction) return best;
   // A curve that holds for most of it says more.
   if (best.error_reduction < kCurveHolds * loud.error_reduction) return loud;

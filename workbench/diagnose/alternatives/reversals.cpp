@@ -26,7 +26,7 @@ constexpr std::size_t kFewest = 10;
 constexpr double kSpread = 0.05;
 /// The same of the log's stretches that have reversals: a burst of noise crosses zero as often as it likes,
 /// but all in one stretch, or over the border of two.
-constexpr Eigen::Index kStretches = 50;
+constexpr Eigen::Index kIntervals = 50;
 constexpr double kSpreadInTime = 0.1;
 constexpr std::ptrdiff_t kMoreThanOne = 3;
 
@@ -79,28 +79,28 @@ Structure after_reversals(const Measurement& measurement, const Eigen::VectorXd&
       const auto length = std::max<Eigen::Index>(1, static_cast<Eigen::Index>(lasting_s / row_s)) + smear;
       std::vector<double> energies;
       energies.reserve(changes.size());
-      std::vector<double> by_stretch(kStretches, 0.0);
+      std::vector<double> by_interval(kIntervals, 0.0);
       Eigen::VectorXd here = Eigen::VectorXd::Zero(residual_N.size());
       Eigen::Index next = 0;
       for (const Eigen::Index change : changes) {
         const Eigen::Index from = std::max(next, change - smear);
         next = std::max(next, std::min(residual_N.size(), change + length));
         energies.push_back(from < next ? residual_N.segment(from, next - from).squaredNorm() : 0.0);
-        by_stretch[static_cast<std::size_t>(change * kStretches / residual_N.size())] += energies.back();
+        by_interval[static_cast<std::size_t>(change * kIntervals / residual_N.size())] += energies.back();
         if (from < next) here.segment(from, next - from).setOnes();
       }
       const double rows = here.sum() / static_cast<double>(residual_N.size());
       const double energy = std::accumulate(energies.begin(), energies.end(), 0.0) / whole;
       if (rows > kMostRows || !spread(std::move(energies), kSpread) ||
-          !spread(std::move(by_stretch), kSpreadInTime)) {
+          !spread(std::move(by_interval), kSpreadInTime)) {
         continue;
       }
       const double reduction = reduction_beyond(energy, rows);
       if (reduction <= best.error_reduction) continue;
-      Eigen::Index loudest = 0;
-      residual_N.cwiseProduct(here).cwiseAbs().maxCoeff(&loudest);
+      Eigen::Index strongest = 0;
+      residual_N.cwiseProduct(here).cwiseAbs().maxCoeff(&strongest);
       best.error_reduction = reduction;
-      best.where = row_times(measurement)(loudest);
+      best.where = row_times(measurement)(strongest);
       best.explained_N = residual_N.cwiseProduct(here);
       best.description = fmt::format(
           "what is left comes after reversals of the {}: {:.0f} % of it in the {:.0f} % of the time that lie "

@@ -44,7 +44,7 @@ std::vector<double> knots_over(const Eigen::VectorXd& coordinate) {
 Structure over(const std::string& coordinate, const std::string& unit, const Eigen::VectorXd& values,
                const Eigen::VectorXd& residual) {
   const HeldOut judged =
-      held_out(hat_functions(values, knots_over(values)), residual, short_pieces(residual.size()));
+      held_out(hat_functions(values, knots_over(values)), residual, alternating_blocks(residual.size()));
   Eigen::Index peak = 0;
   judged.explained.cwiseAbs().maxCoeff(&peak);
   return {coordinate, judged.error_reduction, values(peak),
@@ -60,7 +60,7 @@ Structure event_in_time(const Measurement& measurement, const Eigen::VectorXd& r
     energy[static_cast<std::size_t>(row)] = residual(row) * residual(row);
   }
   const double whole = std::accumulate(energy.begin(), energy.end(), 1e-300);
-  const auto loudest = std::max_element(energy.begin(), energy.end()) - energy.begin();
+  const auto strongest = std::max_element(energy.begin(), energy.end()) - energy.begin();
   std::vector<double> sorted = energy;
   const auto few = static_cast<std::ptrdiff_t>(sorted.size() / 100);
   std::nth_element(sorted.begin(), sorted.begin() + few, sorted.end(), std::greater<>());
@@ -69,7 +69,7 @@ Structure event_in_time(const Measurement& measurement, const Eigen::VectorXd& r
   // What quantisation leaves at reversals holds some 30 %.
   constexpr double kUsual = 0.35;
   const Eigen::VectorXd times = row_times(measurement);
-  const double time_s = times(static_cast<Eigen::Index>(loudest));
+  const double time_s = times(static_cast<Eigen::Index>(strongest));
   const std::string when = when_of(measurement, time_s);
   return {"time", reduction_beyond(share, kUsual), time_s,
           fmt::format("what is left sits in few moments: 1 % of the time holds {:.0f} % of it, most at {}",

@@ -6,10 +6,10 @@
 
 namespace slipstack::workbench {
 
-Visibility visibility_of(const Measurement& measurement, const FittedModel& base, const Imitation& imitated,
-                         const Term& term, double least_reduction) {
+Visibility visibility_of(const Measurement& measurement, const FittedModel& base,
+                         const ResidualMaker& residual_maker, const Term& term, double least_reduction) {
   const Eigen::MatrixXd columns = weighted_columns(measurement, base, term);
-  const Eigen::MatrixXd left = imitated.beyond(columns);
+  const Eigen::MatrixXd left = residual_maker.beyond(columns);
   Eigen::VectorXd gains = Eigen::VectorXd::Zero(columns.cols());
   for (std::size_t i = 0; i < term.gains.size(); ++i) gains(static_cast<Eigen::Index>(i)) = term.gains[i];
   const bool fitted = (columns * gains).squaredNorm() > 0.0;

@@ -18,8 +18,9 @@ struct Visibility {
 /// How much of `term` this log shows beside `base`: the part of its columns that is orthogonal to the columns
 /// of `base` (the squared sine of the canonical angle for one gain; of several, for the gains as fitted or,
 /// without any, for the one seen best). `least_N` follows from the reduction of the error that naming asks
-/// for. `imitated`: baseline_imitation() of `base`, the same for every term. Cost: columns of one effect.
-Visibility visibility_of(const Measurement& measurement, const FittedModel& base, const Imitation& imitated,
-                         const Term& term, double least_reduction);
+/// for. `imitated`: baseline_residual_maker() of `base`, the same for every term. Cost: columns of one
+/// effect.
+Visibility visibility_of(const Measurement& measurement, const FittedModel& base,
+                         const ResidualMaker& residual_maker, const Term& term, double least_reduction);
 
 }  // namespace slipstack::workbench

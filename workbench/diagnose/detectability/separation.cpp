@@ -25,7 +25,7 @@ Eigen::VectorXd weighted_residual(const Measurement& measurement, const FittedMo
   return model.linearisation->residual_N().cwiseProduct(measurement.row_weights().cwiseSqrt());
 }
 
-Imitation::Imitation(const Eigen::MatrixXd& known) {
+ResidualMaker::ResidualMaker(const Eigen::MatrixXd& known) {
   if (known.cols() == 0) return;
   // Of unit length, so that units do not decide which column the regularisation takes away.
   const Eigen::RowVectorXd length = known.colwise().norm();
@@ -35,7 +35,7 @@ Imitation::Imitation(const Eigen::MatrixXd& known) {
   gram_.compute(gram);
 }
 
-Eigen::MatrixXd Imitation::beyond(const Eigen::MatrixXd& columns) const {
+Eigen::MatrixXd ResidualMaker::beyond(const Eigen::MatrixXd& columns) const {
   if (unit_.cols() == 0) return columns;
   return columns - unit_ * gram_.solve(unit_.transpose() * columns);
 }
@@ -56,7 +56,7 @@ std::vector<Eigen::Index> free_columns(const FittedModel& base) {
 Eigen::VectorXd expected_residual_N(const FittedModel& base, const Term& term) {
   if (term.gains.empty()) return Eigen::VectorXd::Zero(base.linearisation->force_N().size());
   const Eigen::MatrixXd columns = base.linearisation->columns_of(term);
-  const Imitation baseline(base.linearisation->columns()(Eigen::all, free_columns(base)));
+  const ResidualMaker baseline(base.linearisation->columns()(Eigen::all, free_columns(base)));
   const Eigen::MatrixXd left = baseline.beyond(columns);
   return left * seen_gains(term, left);
 }
@@ -66,8 +66,8 @@ Eigen::MatrixXd weighted_free_columns(const Measurement& measurement, const Fitt
          base.linearisation->columns()(Eigen::all, free_columns(base));
 }
 
-Imitation baseline_imitation(const Measurement& measurement, const FittedModel& base) {
-  return Imitation(weighted_free_columns(measurement, base));
+ResidualMaker baseline_residual_maker(const Measurement& measurement, const FittedModel& base) {
+  return ResidualMaker(weighted_free_columns(measurement, base));
 }
 
 Eigen::VectorXd seen_gains(const Term& term, const Eigen::MatrixXd& beyond_base) {
@@ -82,12 +82,12 @@ Eigen::VectorXd seen_gains(const Term& term, const Eigen::MatrixXd& beyond_base)
 
 std::vector<Separation> separations(const Measurement& measurement, const FittedModel& base,
                                     const Terms& terms, double noise_N) {
-  const Imitation baseline = baseline_imitation(measurement, base);
+  const ResidualMaker baseline = baseline_residual_maker(measurement, base);
   std::vector<Eigen::MatrixXd> columns(terms.size());
-  std::vector<std::optional<Imitation>> imitations(terms.size());
+  std::vector<std::optional<ResidualMaker>> residual_makers(terms.size());
   parallel_for(terms.size(), [&](std::size_t i) {
     columns[i] = baseline.beyond(weighted_columns(measurement, base, terms[i]));
-    imitations[i].emplace(columns[i]);
+    residual_makers[i].emplace(columns[i]);
   });
   std::vector<Separation> all;
   for (std::size_t i = 0; i < terms.size(); ++i) {
@@ -95,7 +95,7 @@ std::vector<Separation> separations(const Measurement& measurement, const Fitted
     const double own = force.squaredNorm();
     for (std::size_t j = 0; j < terms.size(); ++j) {
       if (i == j) continue;
-      const double left = own > 0.0 ? imitations[j]->beyond(force).squaredNorm() : 0.0;
+      const double left = own > 0.0 ? residual_makers[j]->beyond(force).squaredNorm() : 0.0;
       const double sine = own > 0.0 ? std::sqrt(std::clamp(left / own, 0.0, 1.0)) : 0.0;
       all.push_back({terms[i].id(), terms[j].id(), std::asin(sine) * 180.0 / std::numbers::pi,
                      left / (noise_N * noise_N)});

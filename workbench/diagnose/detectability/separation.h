@@ -30,9 +30,9 @@ Eigen::MatrixXd weighted_columns(const Measurement& measurement, const FittedMod
 Eigen::VectorXd weighted_residual(const Measurement& measurement, const FittedModel& model);
 
 /// What some columns can imitate; factored once, asked for many others.
-class Imitation {
+class ResidualMaker {
  public:
-  explicit Imitation(const Eigen::MatrixXd& known);
+  explicit ResidualMaker(const Eigen::MatrixXd& known);
   /// `columns` without what the known ones imitate.
   Eigen::MatrixXd beyond(const Eigen::MatrixXd& columns) const;
 
@@ -45,7 +45,7 @@ class Imitation {
 Eigen::MatrixXd weighted_free_columns(const Measurement& measurement, const FittedModel& base);
 
 /// What the free gains of `base` imitate, its rows by the root of their weights.
-Imitation baseline_imitation(const Measurement& measurement, const FittedModel& base);
+ResidualMaker baseline_residual_maker(const Measurement& measurement, const FittedModel& base);
 
 /// The gains of a term, those of one that was not fitted replaced by the one that is seen best.
 Eigen::VectorXd seen_gains(const Term& term, const Eigen::MatrixXd& beyond_base);

@@ -31,7 +31,7 @@ double radians(double degrees) {
 }
 
 /// Of the column that is imitated worst, the share that is left of its length.
-double share_left(const Imitation& known, const Eigen::MatrixXd& columns) {
+double share_left(const ResidualMaker& known, const Eigen::MatrixXd& columns) {
   const Eigen::VectorXd own = columns.colwise().norm();
   const Eigen::VectorXd left = known.beyond(columns).colwise().norm();
   double share = 0.0;
@@ -66,7 +66,7 @@ bool is_the_simpler_case(const Measurement& measurement, const Diagnosis& diagno
   // What the simpler one leaves may be what the richer one is more than that.
   const bool more_left = simpler.holdout_rmse_N > kFormIsNotTheAxis * diagnosis.noise_floor_N;
   if (more_left && richer.holdout_rmse_N < (1.0 - kIndistinct) * simpler.holdout_rmse_N) return false;
-  const Imitation baseline = baseline_imitation(measurement, diagnosis.baseline);
+  const ResidualMaker baseline = baseline_residual_maker(measurement, diagnosis.baseline);
   const auto beyond = [&](const Term& term) {
     return baseline.beyond(weighted_columns(measurement, diagnosis.baseline, term));
   };
@@ -74,7 +74,7 @@ bool is_the_simpler_case(const Measurement& measurement, const Diagnosis& diagno
   const Term own = make_term(measurement, *richer.term.effect);
   const Eigen::MatrixXd columns = beyond(own);
   const double left =
-      share_left(Imitation(force), columns.leftCols(known->gains > 0 ? known->gains : columns.cols()));
+      share_left(ResidualMaker(force), columns.leftCols(known->gains > 0 ? known->gains : columns.cols()));
   const double explained_N =
       std::sqrt(std::max(0.0, explained_N2(diagnosis.baseline.holdout_rmse_N, simpler.holdout_rmse_N)));
   return std::asin(left) > radians(kSameDirection_deg) && left * explained_N > diagnosis.noise_floor_N;
@@ -99,12 +99,12 @@ Terms promising_effects(const std::vector<Candidate>& candidates) {
 void list_what_cannot_be_shown(const Measurement& measurement, Diagnosis& diagnosis) {
   const FittedModel& explained = diagnosis.explained;
   const double force_N = measurement.weighted_rms(explained.linearisation->measured_N());
-  const Imitation imitated = baseline_imitation(measurement, explained);
+  const ResidualMaker residual_maker = baseline_residual_maker(measurement, explained);
   std::vector<Visibility> all(diagnosis.candidates.size());
   parallel_for(all.size(), [&](std::size_t i) {
     const Term& term = diagnosis.candidates[i].term;
     if (contains(explained.terms, term.effect->text.id)) return;
-    all[i] = visibility_of(measurement, explained, imitated, term, kLeastReduction);
+    all[i] = visibility_of(measurement, explained, residual_maker, term, kLeastReduction);
   });
   for (Visibility& one : all) {
     if (!one.effect.empty() && one.least_N > kCannotShow * force_N)

@@ -48,7 +48,7 @@ std::string evidence_of(const Term& fitted) {
   std::string text;
   const std::string_view pattern = fitted.effect->text.evidence;
   std::size_t at = 0;
-  std::size_t told = 0;  // up to here a value has been given
+  std::size_t described = 0;  // up to here a value has been given
   while (at < pattern.size()) {
     const std::size_t open = pattern.find('{', at);
     const std::size_t close = open == std::string_view::npos ? open : pattern.find('}', open);
@@ -57,14 +57,14 @@ std::string evidence_of(const Term& fitted) {
     const std::string value = value_of(fitted, pattern.substr(open + 1, close - open - 1));
     const std::size_t clause = text.rfind(", ");
     at = close + 1;
-    if (value.starts_with("0 ") && clause != std::string::npos && clause >= told && told > 0) {
+    if (value.starts_with("0 ") && clause != std::string::npos && clause >= described && described > 0) {
       // A further clause about nothing ("the viscous slope by 0 N s/m") is left out.
       text.resize(clause);
       at = std::min(pattern.find(", ", at), pattern.size());
       continue;
     }
     text += value;
-    told = text.size();
+    described = text.size();
   }
   return text += pattern.substr(at);
 }

@@ -9,7 +9,7 @@
 namespace slipstack::workbench {
 namespace {
 
-constexpr Eigen::Index kPieceRows = 24;
+constexpr Eigen::Index kBlockRows = 24;
 
 /// Calls visit(first, count, half) for every run of rows of one half.
 template <class Visit>
@@ -50,10 +50,10 @@ HeldOut held_out(const Eigen::MatrixXd& columns, const Eigen::VectorXd& residual
   return {1.0 - std::sqrt(error / whole), columns * solve(gram[0] + gram[1], right[0] + right[1])};
 }
 
-Halves short_pieces(Eigen::Index rows) {
+Halves alternating_blocks(Eigen::Index rows) {
   Halves halves(static_cast<std::size_t>(rows));
   for (Eigen::Index row = 0; row < rows; ++row) {
-    halves[static_cast<std::size_t>(row)] = static_cast<std::uint8_t>(row / kPieceRows % 2);
+    halves[static_cast<std::size_t>(row)] = static_cast<std::uint8_t>(row / kBlockRows % 2);
   }
   return halves;
 }

@@ -22,7 +22,7 @@ using Halves = std::vector<std::uint8_t>;
 HeldOut held_out(const Eigen::MatrixXd& columns, const Eigen::VectorXd& residual, const Halves& halves);
 
 /// Halves of short pieces that take turns, longer than the filter's memory.
-Halves short_pieces(Eigen::Index rows);
+Halves alternating_blocks(Eigen::Index rows);
 
 /// Hat functions over a coordinate: knots ascending, constant beyond the ends. Rows x knots.
 Eigen::MatrixXd hat_functions(const Eigen::VectorXd& coordinate, const std::vector<double>& knots);

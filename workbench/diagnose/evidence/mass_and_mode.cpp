@@ -55,14 +55,15 @@ Terms with_rigid_mass(Terms terms, double share_of_modal) {
 }
 
 /// Payload beside the mode, where the mode's own rigid mass does not account for what moves.
-void split_payload_off(const Measurement& measurement, const Yardstick& yardstick, Explanation& explanation) {
+void split_payload_off(const Measurement& measurement, const SelectionContext& context,
+                       Explanation& explanation) {
   const Term& mode = *find_term(explanation.model.terms, kMode);
   const double modal_kg = mode.gains[kModal];
   if (!(modal_kg > 0.0)) return;
   const bool within_declared = mode.gains[kRigid] < -kStandsOnDeclared * modal_kg;
   Terms alone = with_rigid_mass(explanation.model.terms, within_declared ? -1.0 : 0.0);
   const FittedModel pinned = fit_gains(measurement, alone, &explanation.model);
-  if (!earned(yardstick, pinned, explanation.model) ||
+  if (!is_significant(context, pinned, explanation.model) ||
       pinned.holdout_rmse_N < (1.0 + kLeastRise) * explanation.model.holdout_rmse_N) {
     return;
   }
@@ -75,14 +76,14 @@ void split_payload_off(const Measurement& measurement, const Yardstick& yardstic
 
 }  // namespace
 
-void name_mass_beside_mode(const Measurement& measurement, const Yardstick& yardstick,
+void name_mass_beside_mode(const Measurement& measurement, const SelectionContext& context,
                            Explanation& explanation) {
   const Terms& terms = explanation.model.terms;
   const bool mass_is_known = contains(terms, "inertia") && !mass_is_free(terms);
   const bool mode_is_new =
       std::find(explanation.added.begin(), explanation.added.end(), kMode) != explanation.added.end();
   if (!mass_is_known || !mode_is_new || contains(terms, kPayload)) return;
-  if (!is_payload_and_delay(measurement, explanation)) split_payload_off(measurement, yardstick, explanation);
+  if (!is_payload_and_delay(measurement, explanation)) split_payload_off(measurement, context, explanation);
 }
 
 }  // namespace slipstack::workbench

@@ -10,7 +10,7 @@ namespace slipstack::workbench {
 /// a delay. Gives these their names: where payload and delay explain as much as the mode, in its place; where
 /// the mode's rigid mass is neither none (the arm stands on the declared mass) nor minus its own (the arm is
 /// a part of it), beside it. Only where the log declares the mass. Cost: three fits.
-void name_mass_beside_mode(const Measurement& measurement, const Yardstick& yardstick,
+void name_mass_beside_mode(const Measurement& measurement, const SelectionContext& context,
                            Explanation& explanation);
 
 }  // namespace slipstack::workbench

@@ -14,7 +14,7 @@ inline constexpr double kSignificance = 3.0;  ///< standard errors
 struct Reduction {
   double value = 0.0;
   double standard_error = 0.0;
-  bool earned(double significance = kSignificance) const {
+  bool is_significant(double significance = kSignificance) const {
     return value >= kLeastReduction && value >= significance * standard_error;
   }
 };
@@ -29,7 +29,7 @@ double reduction_beyond(double energy, double expected);
 /// Whether the error is lowered beyond chance. An effect that is loud in a few blocks alone, as drag is in
 /// the fast moves of a log of slow ones, makes the standard error as large as itself: then the others must
 /// show it, without up to a fifth of the blocks that speak loudest for it.
-bool surely_lowered(const std::vector<double>& before, const std::vector<double>& after,
-                    double significance = kSignificance);
+bool lowered_significantly(const std::vector<double>& before, const std::vector<double>& after,
+                           double significance = kSignificance);
 
 }  // namespace slipstack::workbench

@@ -14,8 +14,8 @@ namespace {
 constexpr double kTurns = 0.1;
 
 /// Writes the way of each long stroke among rows first..end of `position_m`.
-void strokes_of_log(const Eigen::VectorXd& position_m, Eigen::Index first, Eigen::Index end, double length_m,
-                    Eigen::VectorXd& way_m) {
+void traverses_of_log(const Eigen::VectorXd& position_m, Eigen::Index first, Eigen::Index end,
+                      double length_m, Eigen::VectorXd& way_m) {
   Eigen::Index from = first;
   Eigen::Index farthest = first;
   const auto finish = [&] {
@@ -55,40 +55,40 @@ constexpr double kBorneOut = 0.5;
 double share_beside_any_place(const Measurement& measurement, const Eigen::VectorXd& claimed_N,
                               const Eigen::VectorXd& left_N, double pitch_m) {
   const Eigen::VectorXd position_m = at_rows(measurement, measurement.position_m());
-  const Eigen::VectorXd way_m = way_of_strokes(measurement, pitch_m);
-  double least = share_borne_out(claimed_N, left_N, way_m);
+  const Eigen::VectorXd way_m = distance_in_traverses(measurement, pitch_m);
+  double least = share_supported(claimed_N, left_N, way_m);
   const double last_m = position_m.maxCoeff();
   for (double first_m = position_m.minCoeff(); first_m < last_m; first_m += 0.5 * pitch_m) {
     const auto beside = (position_m.array() < first_m) || (position_m.array() > first_m + pitch_m);
     const Eigen::VectorXd elsewhere_m = beside.select(way_m.array(), 0.0);
     if (elsewhere_m.sum() < pitch_m) continue;
-    least = std::min(least, share_borne_out(claimed_N, left_N, elsewhere_m));
+    least = std::min(least, share_supported(claimed_N, left_N, elsewhere_m));
   }
   return least;
 }
 
 }  // namespace
 
-Eigen::VectorXd way_of_strokes(const Measurement& measurement, double length_m) {
+Eigen::VectorXd distance_in_traverses(const Measurement& measurement, double length_m) {
   const Eigen::VectorXd position_m = at_rows(measurement, measurement.position_m());
   Eigen::VectorXd way_m = Eigen::VectorXd::Zero(position_m.size());
   for (const LogPart& part : measurement.parts()) {
     const auto first = static_cast<Eigen::Index>(part.first_row);
     const auto count = static_cast<Eigen::Index>(part.row_count);
-    if (count > 0) strokes_of_log(position_m, first, first + count, length_m, way_m);
+    if (count > 0) traverses_of_log(position_m, first, first + count, length_m, way_m);
   }
   // What mend() cut is no force of the axis.
   return way_m.cwiseProduct(measurement.row_usable());
 }
 
-double share_borne_out(const Eigen::VectorXd& claimed_N, const Eigen::VectorXd& left_N,
+double share_supported(const Eigen::VectorXd& claimed_N, const Eigen::VectorXd& left_N,
                        const Eigen::VectorXd& weight) {
   const Eigen::VectorXd weighted_N = weight.cwiseProduct(claimed_N);
   const double energy = weighted_N.dot(claimed_N);
   return energy > 0.0 ? 1.0 + weighted_N.dot(left_N) / energy : 0.0;
 }
 
-bool ripple_not_borne_out(const Measurement& measurement, const FittedModel& model, const Terms& known) {
+bool ripple_not_supported(const Measurement& measurement, const FittedModel& model, const Terms& known) {
   for (std::size_t i = 0; i < model.terms.size(); ++i) {
     const auto& shapes = model.terms[i].effect->shapes;
     const auto pitch = std::find_if(shapes.begin(), shapes.end(),

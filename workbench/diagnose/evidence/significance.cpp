@@ -104,7 +104,7 @@ constexpr double kShareOfExplained = 0.05;
 bool within_instruments(const FittedModel& baseline, double tick_s, const Terms& before, const Terms& after,
                         double step_N2) {
   if (contains(after, "time_delay") && !contains(before, "time_delay") &&
-      std::abs(lag_of(after).total_s()) < kLeastDelay * tick_s) {
+      std::abs(measurement_dynamics_of(after).total_s()) < kLeastDelay * tick_s) {
     return true;
   }
   if (!(baseline.relative_error > 0.0)) return false;
@@ -140,11 +140,11 @@ bool has_no_true_mode(const FittedModel& model) {
 }
 
 /// Of a bristle's pre-sliding travel, how far its stretch follows late at most.
-constexpr double kFurthestStretch = 2.0;
+constexpr double kLongestInterval = 2.0;
 /// A lag in time that much slower than the one over distance, where friction weakens, is none.
 constexpr double kNoLagInTime = 10.0;
 
-bool lags_by_own_stretch(const FittedModel& model) {
+bool lag_is_bristle_deflection(const FittedModel& model) {
   const Term* lag = find_term(model.terms, "frictional_lag");
   const Term* hysteresis = find_term(model.terms, "presliding_hysteresis");
   if (lag == nullptr || hysteresis == nullptr) return false;
@@ -152,31 +152,32 @@ bool lags_by_own_stretch(const FittedModel& model) {
   const double velocity_mps = lag->shapes[0];
   const double time_s = lag->shapes[2];
   const double distance_m = lag->shapes[3];
-  return distance_m * sums.level_N <= kFurthestStretch * sums.travel_Nm &&
+  return distance_m * sums.level_N <= kLongestInterval * sums.travel_Nm &&
          time_s * velocity_mps >= kNoLagInTime * distance_m;
 }
 
-bool earned(const Yardstick& yardstick, const FittedModel& before, const FittedModel& after) {
+bool is_significant(const SelectionContext& context, const FittedModel& before, const FittedModel& after) {
   const Reduction reduced = reduction(before.block_squared_error, after.block_squared_error);
   const bool by_chance = reduced.value < kMoreThanChance && searched_far(before, after);
   const double significance = by_chance ? kSignificanceOfSearched : kSignificance;
-  if (!surely_lowered(before.block_squared_error, after.block_squared_error, significance)) return false;
-  const double floor_N = yardstick.floor.of(after.terms);
+  if (!lowered_significantly(before.block_squared_error, after.block_squared_error, significance))
+    return false;
+  const double floor_N = context.floor.of(after.terms);
   const double step = explained_N2(before.holdout_rmse_N, after.holdout_rmse_N);
   const double excess = explained_N2(before.holdout_rmse_N, floor_N);
   if (coulomb_joins_hysteresis(before, after) &&
       (step < kShareOfExcessCoulomb * excess || coulomb_share(after) < kShareOfDryFriction)) {
     return false;
   }
-  if (within_instruments(yardstick.baseline, yardstick.tick_s, before.terms, after.terms, step)) return false;
-  if (before.terms.size() <= yardstick.baseline.terms.size()) return explains_excess(before, after, floor_N);
-  const double all = explained_N2(yardstick.known_N, after.holdout_rmse_N);
+  if (within_instruments(context.baseline, context.tick_s, before.terms, after.terms, step)) return false;
+  if (before.terms.size() <= context.baseline.terms.size()) return explains_excess(before, after, floor_N);
+  const double all = explained_N2(context.reference_error_N, after.holdout_rmse_N);
   return reduced.value >= kLeastFurtherReduction && step >= squared(kShareOfExplained) * all;
 }
 
-bool promises(const Yardstick& yardstick, const FittedModel& first) {
-  return explains_excess(yardstick.baseline, first, yardstick.floor.of(first.terms)) &&
-         first.holdout_rmse_N < (1.0 - kLeastReduction) * yardstick.baseline.holdout_rmse_N;
+bool is_promising(const SelectionContext& context, const FittedModel& first) {
+  return explains_excess(context.baseline, first, context.floor.of(first.terms)) &&
+         first.holdout_rmse_N < (1.0 - kLeastReduction) * context.baseline.holdout_rmse_N;
 }
 
 /// A simpler effect is preferred that leaves at most so much more squared error ...
@@ -188,11 +189,11 @@ bool hardly_worse(const FittedModel& simpler, const FittedModel& best) {
 
 /// No mode is heard to ring above this part of the rows' bandwidth: what else explains nearly as much is no
 /// less.
-constexpr double kHeard = 0.7;
+constexpr double kObservable = 0.7;
 
-bool is_not_heard(const Yardstick& yardstick, const Terms& terms) {
+bool mode_is_not_observable(const SelectionContext& context, const Terms& terms) {
   const Term* mode = find_term(terms, "structural_resonance");
-  return mode != nullptr && mode->shapes[0] > kHeard * yardstick.bandwidth_Hz;
+  return mode != nullptr && mode->shapes[0] > kObservable * context.bandwidth_Hz;
 }
 
 /// ... and explains this share of what the best one explains.
@@ -201,17 +202,18 @@ constexpr double kShareOfBest = 0.95;
 /// A lag that explains this share of what Stribeck friction leaves above the floor bends to no wrong form.
 constexpr double kMoreThanForm = 0.8;
 
-bool stands_for(const Yardstick& yardstick, const FittedModel& simpler, const FittedModel& best,
-                const FittedModel& before) {
+bool explains_as_well(const SelectionContext& context, const FittedModel& simpler, const FittedModel& best,
+                      const FittedModel& before) {
   if (explained_N2(before.holdout_rmse_N, simpler.holdout_rmse_N) <
       kShareOfBest * explained_N2(before.holdout_rmse_N, best.holdout_rmse_N)) {
     return false;
   }
   if (hardly_worse(simpler, best)) return true;
-  if (!contains(simpler.terms, "structural_resonance") && is_not_heard(yardstick, best.terms)) return true;
+  if (!contains(simpler.terms, "structural_resonance") && mode_is_not_observable(context, best.terms))
+    return true;
   const bool nested = contains(best.terms, "frictional_lag") && !contains(simpler.terms, "frictional_lag") &&
                       contains(simpler.terms, "stribeck");
-  const double floor_N = yardstick.floor.of(best.terms);
+  const double floor_N = context.floor.of(best.terms);
   return nested && best.holdout_rmse_N > kFormIsNotTheAxis * floor_N &&
          explained_N2(simpler.holdout_rmse_N, best.holdout_rmse_N) <
              kMoreThanForm * explained_N2(simpler.holdout_rmse_N, floor_N);

@@ -12,12 +12,13 @@ inline double explained_N2(double before_N, double after_N) {
 }
 
 /// What steps from one model to the next are held against.
-struct Yardstick {
+struct SelectionContext {
   const FittedModel& baseline;
   const NoiseFloor& floor;
   double tick_s;
-  double bandwidth_Hz;  ///< of the rows
-  double known_N;       ///< held-out error of the baseline, or of the first explanation that has dry friction
+  double bandwidth_Hz;       ///< of the rows
+  double reference_error_N;  ///< held-out error of the baseline, or of the first explanation that has dry
+                             ///< friction
 };
 
 /// Whether the step adds Coulomb friction to hysteresis: both make a force after each reversal.
@@ -30,7 +31,7 @@ bool has_no_true_mode(const FittedModel& model);
 
 /// Whether the model's frictional lag is the hysteresis' own: over the pre-sliding travel and not in time. A
 /// bristle whose level weakens with velocity (LuGre, Leuven) has to creep to its new stretch; no film forms.
-bool lags_by_own_stretch(const FittedModel& model);
+bool lag_is_bristle_deflection(const FittedModel& model);
 
 /// Whether the step adds what grows with the force, and no more of it than clocks and sensors err; it
 /// explains `step_N2` (mean square) of what `before` leaves.
@@ -38,11 +39,11 @@ bool within_instruments(const FittedModel& baseline, double tick_s, const Terms&
                         double step_N2);
 
 /// Whether the step from `before` to `after` is worth its parameters.
-bool earned(const Yardstick& yardstick, const FittedModel& before, const FittedModel& after);
+bool is_significant(const SelectionContext& context, const FittedModel& before, const FittedModel& after);
 
 /// Whether the first effect explains enough, though not in enough blocks to be sure of: another one may be
 /// loud in those where it does nothing, and both together are sure.
-bool promises(const Yardstick& yardstick, const FittedModel& first);
+bool is_promising(const SelectionContext& context, const FittedModel& first);
 
 /// Frictional lag contains Stribeck friction. Where even the lag ends so far above the floor, its form is not
 /// the axis' own either, and its two more shapes bend towards whatever reversals do (a bristle's stretch lags
@@ -53,7 +54,7 @@ inline constexpr double kFormIsNotTheAxis = 1.5;
 bool hardly_worse(const FittedModel& simpler, const FittedModel& best);
 
 /// Whether a simpler model explains as much as the best one, of what the model before them left.
-bool stands_for(const Yardstick& yardstick, const FittedModel& simpler, const FittedModel& best,
-                const FittedModel& before);
+bool explains_as_well(const SelectionContext& context, const FittedModel& simpler, const FittedModel& best,
+                      const FittedModel& before);
 
 }  // namespace slipstack::workbench

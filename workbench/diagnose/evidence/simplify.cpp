@@ -28,17 +28,17 @@ bool takes_place(const FittedModel& simpler, const FittedModel& model, const Fit
              kShareInPlace * explained_N2(baseline.holdout_rmse_N, model.holdout_rmse_N);
 }
 
-FittedModel fit_polished(const Measurement& measurement, Terms terms, const FittedModel& known) {
-  return polish_shapes(measurement, fit_gains(measurement, std::move(terms), &known), {15});
+FittedModel fit_refined(const Measurement& measurement, Terms terms, const FittedModel& known) {
+  return refine_shapes_in_turn(measurement, fit_gains(measurement, std::move(terms), &known), {15});
 }
 
 }  // namespace
 
-void prune(const Measurement& measurement, const Yardstick& yardstick, Explanation& explanation) {
+void prune(const Measurement& measurement, const SelectionContext& context, Explanation& explanation) {
   for (std::size_t i = 0; explanation.added.size() > 1 && i < explanation.added.size();) {
     FittedModel fewer =
-        fit_polished(measurement, without(explanation.model.terms, explanation.added[i]), explanation.model);
-    if (earned(yardstick, fewer, explanation.model)) {
+        fit_refined(measurement, without(explanation.model.terms, explanation.added[i]), explanation.model);
+    if (is_significant(context, fewer, explanation.model)) {
       ++i;
     } else {
       explanation.model = std::move(fewer);
@@ -46,27 +46,27 @@ void prune(const Measurement& measurement, const Yardstick& yardstick, Explanati
     }
   }
   // What is left of a pair must be worth its name alone.
-  if (explanation.added.size() == 1 && !earned(yardstick, yardstick.baseline, explanation.model)) {
-    explanation = {yardstick.baseline, {}};
+  if (explanation.added.size() == 1 && !is_significant(context, context.baseline, explanation.model)) {
+    explanation = {context.baseline, {}};
   }
 }
 
-void simplify(const Measurement& measurement, const Yardstick& yardstick, const std::vector<Trial>& alone,
-              Explanation& explanation) {
+void simplify(const Measurement& measurement, const SelectionContext& context,
+              const std::vector<Trial>& alone, Explanation& explanation) {
   for (std::string& added : explanation.added) {
     const Trial* own = find_trial(alone, added);
     if (own == nullptr) continue;
     for (const Trial& other : alone) {
       if (contains(explanation.model.terms, other.term.effect->text.id) ||
-          !may_replace(yardstick.baseline, *own, other)) {
+          !may_replace(context.baseline, *own, other)) {
         continue;
       }
       Terms terms;
       for (const Term& term : explanation.model.terms)
         terms.push_back(term.id() == added ? other.term : term);
-      FittedModel simpler = fit_polished(measurement, std::move(terms), explanation.model);
-      if (!takes_place(simpler, explanation.model, yardstick.baseline) &&
-          !stands_for(yardstick, simpler, explanation.model, yardstick.baseline)) {
+      FittedModel simpler = fit_refined(measurement, std::move(terms), explanation.model);
+      if (!takes_place(simpler, explanation.model, context.baseline) &&
+          !explains_as_well(context, simpler, explanation.model, context.baseline)) {
         continue;
       }
       explanation.model = std::move(simpler);

@@ -10,11 +10,11 @@ namespace slipstack::workbench {
 
 /// Drops what other effects have made superfluous: of the last one too, since what it was added to need not
 /// be what the step before chose.
-void prune(const Measurement& measurement, const Yardstick& yardstick, Explanation& explanation);
+void prune(const Measurement& measurement, const SelectionContext& context, Explanation& explanation);
 
 /// Gives to an effect of fewer parameters what it explains as well in the company of the others. `alone`: the
 /// trials of all effects on the baseline.
-void simplify(const Measurement& measurement, const Yardstick& yardstick, const std::vector<Trial>& alone,
-              Explanation& explanation);
+void simplify(const Measurement& measurement, const SelectionContext& context,
+              const std::vector<Trial>& alone, Explanation& explanation);
 
 }  // namespace slipstack::workbench

@@ -86,7 +86,7 @@ bool same_set(std::vector<std::string> a, std::vector<std::string> b) {
 }
 
 /// What promises less to first order is not fitted in full.
-constexpr double kWorthFitting = 0.015;
+constexpr double kLeastPromising = 0.015;
 
 }  // namespace
 
@@ -118,7 +118,7 @@ std::vector<Explanation> fit_best(const Measurement& measurement, std::vector<At
                                   std::size_t most) {
   std::vector<Attempt> distinct;
   for (Attempt& attempt : attempts) {
-    if (attempt.trial.holdout_rmse_N > (1.0 - kWorthFitting) * attempt.from->model.holdout_rmse_N) continue;
+    if (attempt.trial.holdout_rmse_N > (1.0 - kLeastPromising) * attempt.from->model.holdout_rmse_N) continue;
     const bool seen = std::any_of(distinct.begin(), distinct.end(), [&](const Attempt& other) {
       return same_set(added_by(other), added_by(attempt));
     });

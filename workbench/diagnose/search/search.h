@@ -12,7 +12,7 @@ namespace slipstack::workbench {
 /// What the search came to, and what its first level said.
 struct Found {
   Explanation best;
-  Yardstick yardstick;                   ///< what its steps were held against
+  SelectionContext context;              ///< what its steps were held against
   std::vector<Trial> alone;              ///< every effect on the baseline, best first
   std::vector<Explanation> first_level;  ///< the best of them, fitted in full
 };

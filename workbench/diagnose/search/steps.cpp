@@ -45,13 +45,14 @@ void list_steps(const Measurement& measurement, const Explanation& best, Diagnos
     const Term& term = *find_term(best.model.terms, order[i]);
     terms.push_back(term);
     FittedModel model =
-        last ? best.model : polish_shapes(measurement, fit_gains(measurement, terms, &best.model), {20});
+        last ? best.model
+             : refine_shapes_in_turn(measurement, fit_gains(measurement, terms, &best.model), {20});
     diagnosis.steps.push_back({order[i], model.holdout_rmse_N, evidence_of(term), model.terms});
     if (i == 0) diagnosis.best = std::move(model);
   }
 }
 
-void drop_unearned_steps(const Measurement& measurement, Diagnosis& diagnosis) {
+void drop_insignificant_steps(const Measurement& measurement, Diagnosis& diagnosis) {
   std::vector<Step>& steps = diagnosis.steps;
   const std::size_t found = steps.size();
   while (steps.size() > 1 &&

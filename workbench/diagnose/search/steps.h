@@ -12,6 +12,6 @@ namespace slipstack::workbench {
 void list_steps(const Measurement& measurement, const Explanation& best, Diagnosis& diagnosis);
 
 /// Drops steps that the whole logs do not bear out, from the last on.
-void drop_unearned_steps(const Measurement& measurement, Diagnosis& diagnosis);
+void drop_insignificant_steps(const Measurement& measurement, Diagnosis& diagnosis);
 
 }  // namespace slipstack::workbench

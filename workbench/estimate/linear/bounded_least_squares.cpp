@@ -14,7 +14,7 @@ constexpr double kOptimality = 1e-9;
 /// The problem with columns of unit norm, and the state of the active-set method on it.
 class ActiveSet {
  public:
-  ActiveSet(const BoundedProblem& problem, const std::vector<Rests>& start)
+  ActiveSet(const BoundedProblem& problem, const std::vector<BoundState>& start)
       : problem_(problem), size_(problem.right.size()), scale_(size_) {
     for (Eigen::Index i = 0; i < size_; ++i) {
       const double norm = problem.gram(i, i);
@@ -26,7 +26,7 @@ class ActiveSet {
     lower_ = problem.lower.cwiseQuotient(scale_);
     upper_ = problem.upper.cwiseQuotient(scale_);
     value_ = Eigen::VectorXd::Zero(size_);
-    rests_.assign(static_cast<std::size_t>(size_), Rests::free);
+    bound_states_.assign(static_cast<std::size_t>(size_), BoundState::free);
     for (Eigen::Index i = 0; i < size_; ++i) settle(i, start);
     tolerance_ = kOptimality * std::max(right_.lpNorm<Eigen::Infinity>(), 1e-300);
   }
@@ -39,7 +39,7 @@ class ActiveSet {
       if (!moved && !release_most_violating()) break;
       moved = solve_free();
     }
-    return {unscaled(), rests_, iteration};
+    return {unscaled(), bound_states_, iteration};
   }
 
  private:
@@ -47,26 +47,28 @@ class ActiveSet {
   Eigen::VectorXd unscaled() {
     Eigen::VectorXd value = scale_.cwiseProduct(value_).cwiseMax(problem_.lower).cwiseMin(problem_.upper);
     for (Eigen::Index i = 0; i < size_; ++i) {
-      if (rests(i) == Rests::on_lower) value(i) = problem_.lower(i);
-      if (rests(i) == Rests::on_upper) value(i) = problem_.upper(i);
+      if (bound_states(i) == BoundState::on_lower) value(i) = problem_.lower(i);
+      if (bound_states(i) == BoundState::on_upper) value(i) = problem_.upper(i);
     }
     return value;
   }
 
-  Rests& rests(Eigen::Index i) { return rests_[static_cast<std::size_t>(i)]; }
+  BoundState& bound_states(Eigen::Index i) { return bound_states_[static_cast<std::size_t>(i)]; }
 
   /// Where unknown i starts: as before where that is given, else at the bound nearest to zero or free.
-  void settle(Eigen::Index i, const std::vector<Rests>& start) {
+  void settle(Eigen::Index i, const std::vector<BoundState>& start) {
     if (lower_(i) == upper_(i)) {
-      rests(i) = Rests::on_lower;
-    } else if (start.size() == rests_.size()) {
-      rests(i) = start[static_cast<std::size_t>(i)];
+      bound_states(i) = BoundState::on_lower;
+    } else if (start.size() == bound_states_.size()) {
+      bound_states(i) = start[static_cast<std::size_t>(i)];
     } else {
-      rests(i) = lower_(i) >= 0.0 ? Rests::on_lower : upper_(i) <= 0.0 ? Rests::on_upper : Rests::free;
+      bound_states(i) = lower_(i) >= 0.0   ? BoundState::on_lower
+                        : upper_(i) <= 0.0 ? BoundState::on_upper
+                                           : BoundState::free;
     }
-    if (rests(i) == Rests::on_lower) value_(i) = lower_(i);
-    if (rests(i) == Rests::on_upper) value_(i) = upper_(i);
-    if (rests(i) == Rests::free) value_(i) = std::min(std::max(0.0, lower_(i)), upper_(i));
+    if (bound_states(i) == BoundState::on_lower) value_(i) = lower_(i);
+    if (bound_states(i) == BoundState::on_upper) value_(i) = upper_(i);
+    if (bound_states(i) == BoundState::free) value_(i) = std::min(std::max(0.0, lower_(i)), upper_(i));
   }
 
   /// Goes to the minimum over the free unknowns, or as far towards it as the first bounds in the way; true
@@ -74,7 +76,7 @@ class ActiveSet {
   bool solve_free() {
     std::vector<Eigen::Index> free;
     for (Eigen::Index i = 0; i < size_; ++i) {
-      if (rests(i) == Rests::free) free.push_back(i);
+      if (bound_states(i) == BoundState::free) free.push_back(i);
     }
     if (free.empty()) return false;
     const auto count = static_cast<Eigen::Index>(free.size());
@@ -108,11 +110,11 @@ class ActiveSet {
       const double slack = 1e-12 * (1.0 + std::abs(value_(i)));
       if (target(a) < lower_(i) && value_(i) <= lower_(i) + slack) {
         value_(i) = lower_(i);
-        rests(i) = Rests::on_lower;
+        bound_states(i) = BoundState::on_lower;
         stopped = true;
       } else if (target(a) > upper_(i) && value_(i) >= upper_(i) - slack) {
         value_(i) = upper_(i);
-        rests(i) = Rests::on_upper;
+        bound_states(i) = BoundState::on_upper;
         stopped = true;
       }
     }
@@ -125,15 +127,15 @@ class ActiveSet {
     Eigen::Index worst = -1;
     double most = tolerance_;
     for (Eigen::Index i = 0; i < size_; ++i) {
-      if (lower_(i) == upper_(i) || rests(i) == Rests::free) continue;
-      const double gain = rests(i) == Rests::on_lower ? descent(i) : -descent(i);
+      if (lower_(i) == upper_(i) || bound_states(i) == BoundState::free) continue;
+      const double gain = bound_states(i) == BoundState::on_lower ? descent(i) : -descent(i);
       if (gain > most) {
         most = gain;
         worst = i;
       }
     }
     if (worst < 0) return false;
-    rests(worst) = Rests::free;
+    bound_states(worst) = BoundState::free;
     return true;
   }
 
@@ -145,7 +147,7 @@ class ActiveSet {
   Eigen::VectorXd lower_;
   Eigen::VectorXd upper_;
   Eigen::VectorXd value_;
-  std::vector<Rests> rests_;
+  std::vector<BoundState> bound_states_;
   double tolerance_ = 0.0;
 };
 
@@ -170,7 +172,7 @@ void turn(const EachWay& pairs, Eigen::MatrixXd& matrix) {
   }
 }
 
-BoundedSolution solve_bounded(const BoundedProblem& problem, const std::vector<Rests>& start) {
+BoundedSolution solve_bounded(const BoundedProblem& problem, const std::vector<BoundState>& start) {
   if (problem.each_way.empty()) return ActiveSet(problem, start).run();
   // In sums and differences the pairs have bounds of their own.
   BoundedProblem turned = problem;

@@ -29,17 +29,17 @@ struct BoundedProblem {
 
 /// Which bound each unknown rests on, of a pair each_way its sum and its difference; kept between solves of
 /// similar problems it saves most of the work.
-enum class Rests : std::int8_t { on_lower = -1, free = 0, on_upper = 1 };
+enum class BoundState : std::int8_t { on_lower = -1, free = 0, on_upper = 1 };
 
 struct BoundedSolution {
   Eigen::VectorXd value;
-  std::vector<Rests> rests;
+  std::vector<BoundState> bound_states;
   int iterations = 0;
 };
 
 /// The global minimum by the primal active-set method (Lawson & Hanson 1974 ch. 23; Stark & Parker 1995).
 /// Columns are scaled to unit norm and a relative ridge of 1e-11 makes the minimum unique. `start` may hold
 /// the rests of an earlier solve. Cost: a Cholesky factorisation of the free part for each change of the set.
-BoundedSolution solve_bounded(const BoundedProblem& problem, const std::vector<Rests>& start = {});
+BoundedSolution solve_bounded(const BoundedProblem& problem, const std::vector<BoundState>& start = {});
 
 }  // namespace slipstack::workbench

@@ -16,16 +16,16 @@ constexpr std::size_t kChunk = 128;
 
 /// Runs dry friction from sample `first` on, through the turning points between the samples; `unseen` has
 /// room for what one of these gives.
-void run_through_turns(const Measurement& measurement, EffectBasis& basis, std::size_t first,
-                       std::span<const Sample<double>> samples, std::size_t gains, double* values,
-                       double* unseen) {
+void run_through_turning_points(const Measurement& measurement, EffectBasis& basis, std::size_t first,
+                                std::span<const Sample<double>> samples, std::size_t gains, double* values,
+                                double* unobserved) {
   std::size_t done = 0;
   for (const TurningPoint& turn : measurement.turning_points(first, samples.size())) {
     const std::size_t ahead = turn.before_sample - first;
     basis.run(samples.subspan(done, ahead - done), values + done * gains);
     Sample<double> between = samples[ahead];
     between.displacement = turn.displacement_m;
-    basis.run(std::span(&between, 1), unseen);
+    basis.run(std::span(&between, 1), unobserved);
     done = ahead;
   }
   basis.run(samples.subspan(done), values + done * gains);
@@ -41,7 +41,7 @@ void run_effect(const Measurement& measurement, const Term& term, const std::vec
   basis->prepare(term.shapes, {.tick_s = measurement.tick_s(), .metres_per_displacement = 1.0});
   std::vector<Sample<double>> samples(kChunk);
   std::vector<double> values(kChunk * std::max<std::size_t>(gains, 1));
-  std::vector<double> unseen(std::max<std::size_t>(gains, 1));
+  std::vector<double> unobserved(std::max<std::size_t>(gains, 1));
   for (std::size_t first = 0; first < measurement.sample_count(); first += kChunk) {
     const std::size_t count = std::min(kChunk, measurement.sample_count() - first);
     measurement.each_part(first, count, [&](std::size_t part, std::size_t from, std::size_t part_count) {
@@ -54,7 +54,7 @@ void run_effect(const Measurement& measurement, const Term& term, const std::vec
       const auto own = std::span(samples).subspan(at, part_count);
       double* const out = values.data() + at * gains;
       if (term.effect->acts_as(Acts::dry)) {
-        run_through_turns(measurement, *basis, from, own, gains, out, unseen.data());
+        run_through_turning_points(measurement, *basis, from, own, gains, out, unobserved.data());
       } else {
         basis->run(own, out);
       }
@@ -94,9 +94,9 @@ void divide(std::vector<double>& product, const std::vector<double>& factor) {
 
 }  // namespace
 
-ForceLag lag_of(const Terms& terms) {
+MeasurementDynamics measurement_dynamics_of(const Terms& terms) {
   const Term* lag = find_term(terms, "time_delay");
-  return lag == nullptr ? ForceLag{} : ForceLag{lag->shapes[0], lag->shapes[1]};
+  return lag == nullptr ? MeasurementDynamics{} : MeasurementDynamics{lag->shapes[0], lag->shapes[1]};
 }
 
 ForceTrace evaluate_force(const Measurement& measurement, const Terms& terms,
@@ -188,7 +188,7 @@ Linearisation::Linearisation(const Linearisation& near, const Terms& terms)
 }
 
 void Linearisation::retarget() {
-  measured_N_ = measurement_.force_N(lag_of(terms_));
+  measured_N_ = measurement_.force_N(measurement_dynamics_of(terms_));
   force_N_ = measurement_.filtered(trace_.force_N);
   Eigen::VectorXd gains(columns_.cols());
   Eigen::Index next = 0;

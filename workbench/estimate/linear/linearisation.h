@@ -79,6 +79,6 @@ class Linearisation {
 };
 
 /// Lag of the force that the terms declare, none without.
-ForceLag lag_of(const Terms& terms);
+MeasurementDynamics measurement_dynamics_of(const Terms& terms);
 
 }  // namespace slipstack::workbench

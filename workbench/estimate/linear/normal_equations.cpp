@@ -25,7 +25,7 @@ double wider_for(double freedom) {
 }
 
 /// The gradient that turn() made of what this gives.
-void unturn(const EachWay& pairs, Eigen::VectorXd& gradient) {
+void undo_sum_and_difference(const EachWay& pairs, Eigen::VectorXd& gradient) {
   for (const auto& [a, b] : pairs) {
     const double sum = gradient(a) + gradient(b);
     gradient(b) = gradient(a) - gradient(b);
@@ -249,14 +249,15 @@ double NormalEquations::squared_error(const Eigen::VectorXd& value) const {
   return total_.squared_error(value);
 }
 
-BoundedSolution NormalEquations::fit(const Constraints& constraints, const std::vector<Rests>& start) const {
+BoundedSolution NormalEquations::fit(const Constraints& constraints,
+                                     const std::vector<BoundState>& start) const {
   return solve_bounded({total_.gram + constraints.penalty, total_.right, constraints.lower, constraints.upper,
                         constraints.each_way},
                        start);
 }
 
 NormalEquations::CrossValidation NormalEquations::cross_validate(const Constraints& constraints,
-                                                                 const std::vector<Rests>& start) const {
+                                                                 const std::vector<BoundState>& start) const {
   CrossValidation result;
   result.block_squared_error.assign(blocks_.size(), 0.0);
   double sum = 0.0;
@@ -284,7 +285,7 @@ Eigen::VectorXd NormalEquations::standard_errors(const BoundedSolution& solution
                                                  const Constraints& constraints) const {
   std::vector<Eigen::Index> free;
   for (Eigen::Index i = 0; i < unknowns_; ++i) {
-    if (solution.rests[static_cast<std::size_t>(i)] == Rests::free) free.push_back(i);
+    if (solution.bound_states[static_cast<std::size_t>(i)] == BoundState::free) free.push_back(i);
   }
   Eigen::VectorXd errors = Eigen::VectorXd::Zero(unknowns_);
   if (free.empty()) return errors;
@@ -308,9 +309,9 @@ Eigen::VectorXd NormalEquations::standard_errors(const BoundedSolution& solution
   for (int draw = 0; draw < kDraws; ++draw) {
     Eigen::VectorXd noise = Eigen::VectorXd::Zero(unknowns_);
     for (const Eigen::VectorXd& score : scores) noise += (random() >> 63U) != 0U ? score : -score;
-    unturn(constraints.each_way, noise);
+    undo_sum_and_difference(constraints.each_way, noise);
     problem.right = middle + noise;
-    squares += (solve_bounded(problem, solution.rests).value - solution.value).cwiseAbs2();
+    squares += (solve_bounded(problem, solution.bound_states).value - solution.value).cwiseAbs2();
   }
   for (const Eigen::Index i : reported) {
     // Blocks that tell of this unknown, less the one that its value costs.

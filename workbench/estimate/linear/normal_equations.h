@@ -57,14 +57,14 @@ class NormalEquations {
     EachWay each_way = {};    ///< pairs of unknowns, see BoundedProblem
   };
 
-  BoundedSolution fit(const Constraints& constraints, const std::vector<Rests>& start = {}) const;
+  BoundedSolution fit(const Constraints& constraints, const std::vector<BoundState>& start = {}) const;
 
   struct CrossValidation {
     double rmse = 0.0;
     std::vector<double> block_squared_error;  ///< each block judged by the fit to the other folds
   };
   /// Blocked cross-validation: each fold in turn is judged by a fit to the others.
-  CrossValidation cross_validate(const Constraints& constraints, const std::vector<Rests>& start) const;
+  CrossValidation cross_validate(const Constraints& constraints, const std::vector<BoundState>& start) const;
 
   /// Standard errors that allow for correlation within blocks: the scatter of the bounded solution when each
   /// block's noise has another sign (wild cluster bootstrap; Cameron, Gelbach & Miller 2008), widened where

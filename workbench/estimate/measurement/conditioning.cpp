@@ -40,7 +40,7 @@ double excited_Hz(std::span<const double> force_N, double rate_Hz, double noise_
 }  // namespace
 
 double rough_mass_kg(const std::vector<double>& position_m, const std::vector<double>& force_N,
-                     double rate_Hz, const std::vector<Stretch>& cut) {
+                     double rate_Hz, const std::vector<Interval>& cut) {
   const std::vector<double> taps = low_pass_taps(0.02 * rate_Hz, rate_Hz);
   const std::vector<double> x = filter_all(position_m, taps);
   const std::vector<double> f = filter_all(force_N, taps);

@@ -12,7 +12,7 @@ namespace slipstack::workbench {
 /// Mass by plain least squares on a strongly smoothed log: only good for choosing filters. What mend() cut,
 /// and what the smoothing sees of it, is left out.
 double rough_mass_kg(const std::vector<double>& position_m, const std::vector<double>& force_N,
-                     double rate_Hz, const std::vector<Stretch>& cut);
+                     double rate_Hz, const std::vector<Interval>& cut);
 
 /// Bandwidth up to which the force of joined logs tells of the motion: no further than any of them excites,
 /// nor than where the encoder's steps, seen through the mass, are louder than the noise of the force. The

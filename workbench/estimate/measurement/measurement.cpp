@@ -55,17 +55,17 @@ Measurement::Measurement(Log log, const ConditioningOptions& options)
 Measurement::Measurement(std::vector<Log> logs, const ConditioningOptions& options)
     : Measurement(join(std::move(logs)), options) {}
 
-Measurement::Measurement(std::vector<LogPiece> pieces, const ConditioningOptions& options)
+Measurement::Measurement(std::vector<LogChunk> pieces, const ConditioningOptions& options)
     : Measurement(join(std::move(pieces)), options) {}
 
-Measurement::Measurement(LogPiece piece, const Measurement& like, const std::vector<std::size_t>& borders)
+Measurement::Measurement(LogChunk piece, const Measurement& like, const std::vector<std::size_t>& borders)
     : log_samples_(like.log_samples_),
       per_log_(like.per_log_),
       bandwidth_Hz_(like.bandwidth_Hz_),
       force_noise_given_(true),
       row_stride_(like.row_stride_) {
   const LogPart& same = like.parts_[like.parts_of_log(piece.log_index).first];
-  std::vector<LogPiece> pieces;
+  std::vector<LogChunk> pieces;
   pieces.push_back(std::move(piece));
   JoinedLogs joined = join(std::move(pieces));
   take_log(std::move(joined.log));
@@ -76,7 +76,7 @@ Measurement::Measurement(LogPiece piece, const Measurement& like, const std::vec
   part.force_noise_N = same.force_noise_N;
   encoder_resolution_m_ = part.encoder_resolution_m;
   estimate_motion();
-  find_unknown_start(part);
+  find_burn_in(part);
   filter_ = like.filter_;
   choose_rows({borders.front(), borders.back()});
   fold_count_ = kFolds;
@@ -105,7 +105,7 @@ Measurement::Measurement(JoinedLogs joined, const ConditioningOptions& options)
   bandwidth_Hz_ = options.bandwidth_Hz > 0.0 ? std::min(options.bandwidth_Hz, 0.25 * sample_rate_Hz())
                                              : bandwidth_shown_Hz(*log_, parts_);
   estimate_motion();
-  for (LogPart& part : parts_) find_unknown_start(part);
+  for (LogPart& part : parts_) find_burn_in(part);
   filter_ = RowFilter(bandwidth_Hz_, sample_rate_Hz());
   choose_stride(options.maximum_rows);
   choose_rows({0, sample_count()});
@@ -119,7 +119,7 @@ void Measurement::take_log(Log log) {
 
 void Measurement::share_noise() {
   for (std::size_t log = 0; log < log_count(); ++log) {
-    const Stretch own = parts_of_log(log);
+    const Interval own = parts_of_log(log);
     double squares = 0.0;
     double samples = 0.0;
     for (std::size_t p = own.first; p < own.end; ++p) {
@@ -135,15 +135,15 @@ std::size_t Measurement::whole_sample_count() const {
   return std::accumulate(log_samples_.begin(), log_samples_.end(), std::size_t{0});
 }
 
-Stretch Measurement::parts_of_log(std::size_t log) const {
-  Stretch parts{0, parts_.size()};
+Interval Measurement::parts_of_log(std::size_t log) const {
+  Interval parts{0, parts_.size()};
   while (parts.first < parts.end && parts_[parts.first].log != log) ++parts.first;
   while (parts.first < parts.end && parts_[parts.end - 1].log != log) --parts.end;
   return parts;
 }
 
 RowRange Measurement::rows_of_log(std::size_t log) const {
-  const Stretch own = parts_of_log(log);
+  const Interval own = parts_of_log(log);
   if (own.first == own.end) return {};
   const std::size_t first = parts_[own.first].first_row;
   const std::size_t end = parts_[own.end - 1].first_row + parts_[own.end - 1].row_count;
@@ -176,7 +176,7 @@ void Measurement::estimate_motion() {
   for (const LogPart& part : parts_) {
     const std::span<const double> reading_m =
         std::span(log_->position_m).subspan(part.first_sample, part.sample_count);
-    std::vector<double> position_m = dequantise(reading_m, part.encoder_resolution_m);
+    std::vector<double> position_m = interpolate_between_steps(reading_m, part.encoder_resolution_m);
     std::vector<double> smooth_m = filter_all(position_m, taps);
     append(displacement_m_, part.encoder_resolution_m > 0.0 ? std::move(position_m)
                                                             : filter_all(position_m, kDisplacementTaps));
@@ -196,24 +196,24 @@ std::span<const TurningPoint> Measurement::turning_points(std::size_t first, std
   return {at(first), at(first + count)};
 }
 
-void Measurement::find_unknown_start(LogPart& part) const {
-  const bool is_piece = part.sample_count < log_samples_[part.log];
+void Measurement::find_burn_in(LogPart& part) const {
+  const bool is_chunk = part.sample_count < log_samples_[part.log];
   const auto first = position_m().begin() + static_cast<std::ptrdiff_t>(part.first_sample);
-  const double needed = swept_before_known_m(part.log_travel_m);
+  const double needed = burn_in_travel_m(part.log_travel_m);
   const std::size_t settling = part.start_s > 0.0 ? settling_samples(sample_rate_Hz()) : 0;
   double lowest = *first;
   double highest = lowest;
-  for (std::size_t i = 0; i < (is_piece ? part.sample_count : part.sample_count / 4); ++i) {
+  for (std::size_t i = 0; i < (is_chunk ? part.sample_count : part.sample_count / 4); ++i) {
     const double x = position_m()[part.first_sample + i];
     lowest = std::min(lowest, x);
     highest = std::max(highest, x);
     if (highest - lowest >= needed) {
-      part.unknown_start = std::min(std::max(i, settling), part.sample_count);
+      part.burn_in = std::min(std::max(i, settling), part.sample_count);
       return;
     }
   }
   // A piece of which the state is never known has no rows: others of its log have.
-  if (is_piece) part.unknown_start = part.sample_count;
+  if (is_chunk) part.burn_in = part.sample_count;
 }
 
 std::size_t Measurement::margin() const {
@@ -221,7 +221,7 @@ std::size_t Measurement::margin() const {
 }
 
 std::size_t Measurement::usable(const LogPart& part) const {
-  const std::size_t lost = part.unknown_start + 2 * margin();
+  const std::size_t lost = part.burn_in + 2 * margin();
   return part.sample_count > lost ? part.sample_count - lost : 0;
 }
 
@@ -235,12 +235,12 @@ void Measurement::choose_stride(std::size_t maximum_rows) {
   row_stride_ = (row_stride_ + group - 1) / group * group;
 }
 
-void Measurement::choose_rows(Stretch own) {
+void Measurement::choose_rows(Interval own) {
   const std::size_t group = filter_.group();
   const std::size_t seen = margin();
   for (LogPart& part : parts_) {
     part.first_row = row_samples_.size();
-    const std::size_t known = part.first_sample + part.unknown_start + seen;
+    const std::size_t known = part.first_sample + part.burn_in + seen;
     const std::size_t begin = std::max(known, own.first);
     const std::size_t end = std::min(known + usable(part), own.end);
     const std::size_t first = (begin + group - 1) / group * group;
@@ -249,7 +249,7 @@ void Measurement::choose_rows(Stretch own) {
   }
   row_usable_ = Eigen::VectorXd::Ones(row_count());
   for (const LogPart& part : parts_) {
-    for (const Stretch& cut : part.cut) {
+    for (const Interval& cut : part.cut) {
       // Rows that see anything of it through the filters.
       const std::size_t from = part.first_sample + cut.first;
       const std::size_t to = part.first_sample + cut.end + seen;
@@ -268,7 +268,7 @@ void Measurement::choose_blocks() {
   row_blocks_.reserve(row_samples_.size());
   for (std::size_t log = 0; log < log_count(); ++log) {
     // Each log has as many blocks in one fold as in another, so that its own gains are judged too.
-    const Stretch own = parts_of_log(log);
+    const Interval own = parts_of_log(log);
     const std::size_t first_row = parts_[own.first].first_row;
     const std::size_t rows = parts_[own.end - 1].first_row + parts_[own.end - 1].row_count - first_row;
     const double share = static_cast<double>(rows) / static_cast<double>(row_samples_.size());
@@ -285,9 +285,9 @@ void Measurement::choose_blocks() {
   }
 }
 
-double Measurement::unknown_start_s() const {
+double Measurement::burn_in_s() const {
   std::size_t longest = 0;
-  for (const LogPart& part : parts_) longest = std::max(longest, part.unknown_start);
+  for (const LogPart& part : parts_) longest = std::max(longest, part.burn_in);
   return static_cast<double>(longest) * tick_s();
 }
 
@@ -315,7 +315,7 @@ Eigen::VectorXd Measurement::filtered(std::span<const double> signal) const {
   return collector.take().col(0);
 }
 
-Eigen::VectorXd Measurement::force_N(const ForceLag& lag) const {
+Eigen::VectorXd Measurement::force_N(const MeasurementDynamics& lag) const {
   if (lag.delay_s == 0.0 && lag.filter_s == 0.0) return filtered(log_->force_N);
   // Later by whole samples, then by the rest with the cubic through four of them.
   const double samples = lag.delay_s * sample_rate_Hz();
@@ -344,7 +344,7 @@ Eigen::VectorXd Measurement::force_N(const ForceLag& lag) const {
   return filtered(later);
 }
 
-double Measurement::force_noise_gain(const ForceLag& lag) const {
+double Measurement::force_noise_gain(const MeasurementDynamics& lag) const {
   const double plain = noise_gain(filter_.taps());
   if (lag.filter_s == 0.0) return std::sqrt(plain);
   // The taps are symmetric, their slope is not: the one is orthogonal to the other.
@@ -381,10 +381,10 @@ double Measurement::filtered_force_noise_N() const {
 /// Of a period of the force's bandwidth, how long a cubic follows the motion: a quarter of it.
 constexpr double kFollowed = 0.25;
 
-Measurement Measurement::requantised(const OtherReading& other) const {
+Measurement Measurement::with_realisation(const EncoderRealisation& other) const {
   Measurement copy = *this;
-  UnseenWay unseen = other.unseen;
-  unseen.longest_known = kFollowed * sample_rate_Hz() / bandwidth_Hz_;
+  UnobservedMotion unobserved = other.unobserved;
+  unobserved.longest_known = kFollowed * sample_rate_Hz() / bandwidth_Hz_;
   std::vector<double> reading_m;
   for (const LogPart& part : parts_) {
     const double step_m = part.encoder_resolution_m;
@@ -396,7 +396,7 @@ Measurement Measurement::requantised(const OtherReading& other) const {
                    reading_m.begin(), [&](double x) {
                      return (std::floor(x / step_m + other.shift_steps) + 0.5 - other.shift_steps) * step_m;
                    });
-    const std::vector<double> displacement_m = dequantise(reading_m, step_m, unseen);
+    const std::vector<double> displacement_m = interpolate_between_steps(reading_m, step_m, unobserved);
     std::copy(displacement_m.begin(), displacement_m.end(), copy.displacement_m_.begin() + first);
   }
   copy.turning_points_ = turning_points_of(copy.displacement_m_, parts_, other.beyond_corners);

@@ -24,7 +24,7 @@ namespace slipstack::workbench {
 inline constexpr double kLongestSlip_m = 2e-3;
 
 /// Travel after which the state of the hysteresis is known, of a log that travels so far in all.
-inline double swept_before_known_m(double log_travel_m) {
+inline double burn_in_travel_m(double log_travel_m) {
   return std::min(2.0 * kLongestSlip_m, 0.95 * log_travel_m);
 }
 
@@ -50,7 +50,7 @@ struct ConditioningOptions {
 };
 
 /// What the recorded force went through after the axis: a delay, then a first-order low pass.
-struct ForceLag {
+struct MeasurementDynamics {
   double delay_s = 0.0;
   double filter_s = 0.0;  ///< time constant
   double total_s() const { return delay_s + filter_s; }
@@ -62,10 +62,10 @@ struct RowRange {
 };
 
 /// How else an encoder of equal resolution may have come to its readings.
-struct OtherReading {
-  double shift_steps = 0.0;     ///< of its grid
-  UnseenWay unseen = {};        ///< how long a stay is known follows from the bandwidth
-  double beyond_corners = 0.0;  ///< of a zigzag: see find_turning_points()
+struct EncoderRealisation {
+  double shift_steps = 0.0;          ///< of its grid
+  UnobservedMotion unobserved = {};  ///< how long a stay is known follows from the bandwidth
+  double beyond_corners = 0.0;       ///< of a zigzag: see find_turning_points()
 };
 
 /// A log made ready for inverse-dynamics identification ([5], IDIM): smooth motion at every sample, and the
@@ -77,10 +77,10 @@ class Measurement {
   explicit Measurement(Log log, const ConditioningOptions& options = {});
   explicit Measurement(std::vector<Log> logs, const ConditioningOptions& options = {});
   /// Pieces of long logs, each with a memory of its own.
-  explicit Measurement(std::vector<LogPiece> pieces, const ConditioningOptions& options = {});
+  explicit Measurement(std::vector<LogChunk> pieces, const ConditioningOptions& options = {});
   /// A piece conditioned exactly as `like` was, which has its log: the same filter, noise and gain sets. Its
   /// blocks are the samples from each of `borders` to the next, counted from its first; rows fall only there.
-  Measurement(LogPiece piece, const Measurement& like, const std::vector<std::size_t>& borders);
+  Measurement(LogChunk piece, const Measurement& like, const std::vector<std::size_t>& borders);
 
   /// The logs, in the order in which they were given, or pieces of them.
   const std::vector<LogPart>& parts() const { return parts_; }
@@ -91,7 +91,7 @@ class Measurement {
   std::size_t whole_sample_count() const;
   bool is_excerpt() const { return whole_sample_count() > sample_count(); }
   /// Parts [first, end) of one log; none where a piece of another is all that is here.
-  Stretch parts_of_log(std::size_t log) const;
+  Interval parts_of_log(std::size_t log) const;
   RowRange rows_of_log(std::size_t log) const;
   /// Calls visit(part index, first sample, count) for each part of the samples [first, first + count).
   template <class Visit>
@@ -149,7 +149,7 @@ class Measurement {
   /// Start of the log that has no rows, because the state of the hysteresis is not known there: until the
   /// axis has swept twice the longest slip distance, or nearly all of its travel. At most a quarter of the
   /// log; of several logs the longest.
-  double unknown_start_s() const;
+  double burn_in_s() const;
 
   /// Weights of the rows, one each unless weigh_rows() was called: small where quantisation tells much less
   /// than the noise of the force would. Errors are weighted rms values.
@@ -161,7 +161,7 @@ class Measurement {
   double weighted_rms(const Eigen::VectorXd& rows) const;
 
   /// The force at the rows before it went through `lag`: F + filter dF/dt, measured later by the delay.
-  Eigen::VectorXd force_N(const ForceLag& lag = {}) const;
+  Eigen::VectorXd force_N(const MeasurementDynamics& lag = {}) const;
   /// Any signal with a value per sample, at the rows.
   Eigen::VectorXd filtered(std::span<const double> signal) const;
   /// The filter between samples and rows.
@@ -184,7 +184,7 @@ class Measurement {
   double filtered_force_noise_N() const;
   /// White noise of the force at the rows of force_N(lag), over what it is before: the low pass lies before
   /// the noise, its inverse makes the noise louder.
-  double force_noise_gain(const ForceLag& lag) const;
+  double force_noise_gain(const MeasurementDynamics& lag) const;
   /// What encoder quantisation leaves in the acceleration at the rows of a log: white while the axis moves.
   double acceleration_noise_mps2(const LogPart& part) const;
   /// One-sided density of a position's error by quantisation, white while the axis moves [m/sqrt(Hz)]; times
@@ -192,7 +192,7 @@ class Measurement {
   double position_noise_m_per_root_Hz(const LogPart& part) const;
   /// The same measurement with another displacement that the encoder's readings allow: what the hysteresis
   /// says differently there is what quantisation costs where the axis is slow.
-  Measurement requantised(const OtherReading& other) const;
+  Measurement with_realisation(const EncoderRealisation& other) const;
 
  private:
   struct Motion {
@@ -203,9 +203,9 @@ class Measurement {
   void take_log(Log log);
   void estimate_motion();
   void share_noise();
-  void find_unknown_start(LogPart& part) const;
+  void find_burn_in(LogPart& part) const;
   void choose_stride(std::size_t maximum_rows);
-  void choose_rows(Stretch own);
+  void choose_rows(Interval own);
   void choose_blocks();
   std::size_t usable(const LogPart& part) const;
 

@@ -51,7 +51,7 @@ void append(std::vector<double>& all, const std::vector<double>& more, bool firs
 }  // namespace
 
 JoinedLogs join(std::vector<Log> logs) {
-  std::vector<LogPiece> pieces;
+  std::vector<LogChunk> pieces;
   for (Log& log : logs) {
     const std::size_t samples = log.position_m.size();
     const auto [low, high] = std::minmax_element(log.position_m.begin(), log.position_m.end());
@@ -61,18 +61,18 @@ JoinedLogs join(std::vector<Log> logs) {
   return join(std::move(pieces));
 }
 
-JoinedLogs join(std::vector<LogPiece> pieces) {
+JoinedLogs join(std::vector<LogChunk> pieces) {
   if (pieces.empty()) throw InputError("no log");
   JoinedLogs joined;
   std::size_t next = 0;
-  for (LogPiece& piece : pieces) {
+  for (LogChunk& piece : pieces) {
     Log& log = piece.log;
     require_one_axis(pieces.front().log, log);
-    Mending mending = mend(log, piece.is_whole() ? Mended::whole_log : Mended::piece);
+    Repairs repairs = repair(log, piece.is_whole() ? RepairScope::whole_log : RepairScope::piece);
     LogPart part;
-    part.cut = std::move(mending.cut);
-    part.jumps = std::move(mending.jumps);
-    part.mended = std::move(mending.notes);
+    part.cut = std::move(repairs.cut);
+    part.jumps = std::move(repairs.jumps);
+    part.repaired = std::move(repairs.notes);
     part.path = log.path;
     part.log = piece.log_index;
     part.log_travel_m = piece.log_travel_m;

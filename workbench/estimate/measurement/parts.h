@@ -12,7 +12,7 @@
 namespace slipstack::workbench {
 
 /// A log, or a piece of one.
-struct LogPiece {
+struct LogChunk {
   Log log;
   std::size_t log_index = 0;     ///< of the log that it is from
   std::size_t first_sample = 0;  ///< within that log
@@ -38,11 +38,11 @@ struct LogPart {
   double force_noise_N = 0.0;  ///< standard deviation before the filter
   double rough_mass_kg = 0.0;  ///< the header's, or a quick regression: good enough to choose the bandwidth
   double log_travel_m = 0.0;   ///< travel of its log in all
-  std::size_t unknown_start = 0;  ///< samples at its start in which the state of the hysteresis is not known
+  std::size_t burn_in = 0;     ///< samples at its start in which the state of the hysteresis is not known
 
-  std::vector<Stretch> cut;         ///< samples, counted from its first, that say nothing
-  std::vector<EncoderJump> jumps;   ///< of the encoder, samples counted from its first
-  std::vector<std::string> mended;  ///< what was mended and cut, one sentence each
+  std::vector<Interval> cut;          ///< samples, counted from its first, that say nothing
+  std::vector<EncoderJump> jumps;     ///< of the encoder, samples counted from its first
+  std::vector<std::string> repaired;  ///< what was mended and cut, one sentence each
 
   std::size_t end_sample() const { return first_sample + sample_count; }
 };
@@ -59,7 +59,7 @@ struct JoinedLogs {
 /// (mend.h). Cost: one copy of the samples, none for a single log.
 JoinedLogs join(std::vector<Log> logs);
 /// The same of pieces, in the order of their logs and of time; each log has one at least.
-JoinedLogs join(std::vector<LogPiece> pieces);
+JoinedLogs join(std::vector<LogChunk> pieces);
 
 /// The part of `values`, one per sample of all logs.
 std::vector<double> part_of(const std::vector<double>& values, const LogPart& part);

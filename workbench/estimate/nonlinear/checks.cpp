@@ -73,7 +73,7 @@ void refuse_slow_or_short(const Measurement& measurement) {
           fmt::format("{}: of {} instants {} are left once its faults are cut out, fewer than the {} that a "
                       "fit needs ({}); record again",
                       printable(part.path), count, usable, kLeastInstants,
-                      part.mended.empty() ? "" : part.mended.back()));
+                      part.repaired.empty() ? "" : part.repaired.back()));
     }
     throw InputError(fmt::format(
         "{}: {} samples leave {} instants after filtering, fewer than the {} that a fit needs; record longer",

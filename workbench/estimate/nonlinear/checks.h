@@ -8,7 +8,8 @@
 
 namespace slipstack::workbench {
 
-/// Throws InputError for a measurement that is sampled too slowly to show friction, or too short to be fitted.
+/// Throws InputError for a measurement that is sampled too slowly to show friction, or too short to be
+/// fitted.
 void refuse_slow_or_short(const Measurement& measurement);
 
 /// Throws UsageError for effects that no data can separate or that have nothing to act on.

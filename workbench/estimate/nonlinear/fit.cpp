@@ -48,15 +48,16 @@ FittedModel fit_effects(const Measurement& measurement, const std::vector<std::s
   for (const EffectDescription* effect : searched) {
     fitted = fit_gains(measurement, try_effect(measurement, fitted, *effect, effort).terms, &fitted);
   }
-  if (searched.size() > 1) fitted = polish_shapes(measurement, std::move(fitted), effort);
+  if (searched.size() > 1) fitted = refine_shapes_in_turn(measurement, std::move(fitted), effort);
   // In the order that was asked for.
   Terms ordered;
   for (const std::string& id : effects) ordered.push_back(*find_term(fitted.terms, id));
   fitted = fit_gains(measurement, std::move(ordered), &fitted);
-  return searched.empty() ? fitted : settle_shapes(measurement, std::move(fitted));
+  return searched.empty() ? fitted : refine_all_shapes(measurement, std::move(fitted));
 }
 
-FittedModel polish_shapes(const Measurement& measurement, FittedModel fitted, const SearchEffort& effort) {
+FittedModel refine_shapes_in_turn(const Measurement& measurement, FittedModel fitted,
+                                  const SearchEffort& effort) {
   for (std::size_t t = 0; t < fitted.terms.size(); ++t) {
     const std::vector<double> here = fitted.terms[t].shapes;
     fitted = with_shapes_searched(measurement, std::move(fitted), t, effort, &here);
@@ -64,8 +65,8 @@ FittedModel polish_shapes(const Measurement& measurement, FittedModel fitted, co
   return fitted;
 }
 
-FittedModel search_anew(const Measurement& measurement, FittedModel fitted,
-                        const std::vector<std::string>& effects) {
+FittedModel search_globally(const Measurement& measurement, FittedModel fitted,
+                            const std::vector<std::string>& effects) {
   for (std::size_t t = 0; t < fitted.terms.size(); ++t) {
     if (std::find(effects.begin(), effects.end(), fitted.terms[t].id()) == effects.end()) continue;
     fitted = with_shapes_searched(measurement, std::move(fitted), t, {}, nullptr);

@@ -15,11 +15,12 @@ FittedModel fit_effects(const Measurement& measurement, const std::vector<std::s
                         const SearchEffort& effort);
 
 /// Improves the shapes of every searched term of a fitted model in turn, others held; then fits all gains.
-FittedModel polish_shapes(const Measurement& measurement, FittedModel fitted, const SearchEffort& effort);
+FittedModel refine_shapes_in_turn(const Measurement& measurement, FittedModel fitted,
+                                  const SearchEffort& effort);
 
 /// Searches the shapes of these effects of a fitted model from everywhere, the others' as they are: what was
 /// found while another effect was missing may lie in another valley.
-FittedModel search_anew(const Measurement& measurement, FittedModel fitted,
-                        const std::vector<std::string>& effects);
+FittedModel search_globally(const Measurement& measurement, FittedModel fitted,
+                            const std::vector<std::string>& effects);
 
 }  // namespace slipstack::workbench

@@ -8,7 +8,7 @@ namespace slipstack::workbench {
 namespace {
 
 constexpr int kGaussNewtonSteps = 4;
-constexpr double kSettled = 1e-4;  ///< relative change of the force that ends the Gauss-Newton steps
+constexpr double kConverged = 1e-4;  ///< relative change of the force that ends the Gauss-Newton steps
 
 bool all_zero(const Term& term) {
   for (const double gain : term.gains) {
@@ -40,7 +40,7 @@ void fit_without_products(const Measurement& measurement, Terms& terms, double n
 
 /// Puts down what a model leaves, of what its fit has seen and has not.
 void judge(const Measurement& measurement, FittedModel& fitted) {
-  const auto judged = fitted.equations->cross_validate(fitted.constraints, fitted.solution.rests);
+  const auto judged = fitted.equations->cross_validate(fitted.constraints, fitted.solution.bound_states);
   fitted.holdout_rmse_N = judged.rmse;
   fitted.block_squared_error = judged.block_squared_error;
   fitted.block_weight.resize(judged.block_squared_error.size());
@@ -58,11 +58,11 @@ void judge(const Measurement& measurement, FittedModel& fitted) {
 
 Term term_for_log(const Measurement& measurement, const EffectDescription& effect) {
   Term term = make_term(measurement, effect);
-  if (term.id() == "inertia") give_mass(measurement, term);
+  if (term.id() == "inertia") set_declared_mass(measurement, term);
   return term;
 }
 
-void give_mass(const Measurement& measurement, Term& inertia) {
+void set_declared_mass(const Measurement& measurement, Term& inertia) {
   const auto& parts = measurement.parts();
   if (!parts.front().mass_kg) return;
   // Declared masses are each log's, whether the gain would be or not.
@@ -89,14 +89,14 @@ FittedModel fit_gains(const Measurement& measurement, Terms terms, const FittedM
     fitted.equations =
         std::make_shared<NormalEquations>(measurement, linearisation->columns(), linearisation->target());
     fitted.constraints = constraints_of(terms, error_N);
-    fitted.solution = fitted.equations->fit(fitted.constraints, fitted.solution.rests);
+    fitted.solution = fitted.equations->fit(fitted.constraints, fitted.solution.bound_states);
     error_N = std::sqrt(fitted.equations->squared_error(fitted.solution.value) / fitted.equations->weight());
     take_gains(terms, fitted.solution.value);
     if (!products) break;
     const Eigen::VectorXd now = linearisation->columns() * fitted.solution.value;
-    const bool settled = (now - before).norm() <= kSettled * now.norm();
+    const bool converged = (now - before).norm() <= kConverged * now.norm();
     before = now;
-    if (settled) break;
+    if (converged) break;
   }
   // The state that belongs to the final gains: residuals and trials start from it.
   fitted.linearisation = std::make_shared<Linearisation>(*linearisation, terms);
@@ -120,7 +120,7 @@ FittedModel linearised(const Measurement& measurement, Terms terms, double error
 Terms terms_on(const Measurement& measurement, Terms terms) {
   for (Term& term : terms) {
     term = with_gain_sets(measurement, std::move(term));
-    if (term.id() == "inertia") give_mass(measurement, term);
+    if (term.id() == "inertia") set_declared_mass(measurement, term);
   }
   return terms;
 }

@@ -42,7 +42,7 @@ FittedModel linearised(const Measurement& measurement, Terms terms, double error
 /// A term for `effect` as this log wants it: the inertia is given where the log declares a mass.
 Term term_for_log(const Measurement& measurement, const EffectDescription& effect);
 /// Sets the gain of the inertia to the mass that each log declares, where they declare one.
-void give_mass(const Measurement& measurement, Term& inertia);
+void set_declared_mass(const Measurement& measurement, Term& inertia);
 
 /// Terms of a model file, for this log: its mass is the log's where the log declares one.
 Terms terms_on(const Measurement& measurement, Terms terms);

@@ -15,7 +15,7 @@ namespace {
 
 /// Evaluations in the search of a shape that has a customary value, and the part of the held-out error that
 /// it must leave at most to lose it.
-constexpr int kCustomaryEvaluations = 25;  ///< for each shape
+constexpr int kNominalEvaluations = 25;  ///< for each shape
 constexpr double kWantsAnotherShape = 0.998;
 
 constexpr std::string_view kLag = "time_delay";
@@ -27,22 +27,22 @@ constexpr double kFirstLag = 0.1;
 double held_out_with(const Measurement& measurement, const FittedModel& base, const Term& term) {
   Terms terms = base.terms;
   terms.push_back(term);
-  std::vector<Rests> rests = base.solution.rests;
-  rests.resize(rests.size() + term.gains.size(), Rests::free);
+  std::vector<BoundState> bound_states = base.solution.bound_states;
+  bound_states.resize(bound_states.size() + term.gains.size(), BoundState::free);
   return equations_with(measurement, *base.linearisation, *base.equations, term)
-      .cross_validate(constraints_of(terms, base.train_rmse_N), rests)
+      .cross_validate(constraints_of(terms, base.train_rmse_N), bound_states)
       .rmse;
 }
 
-/// What settle_customary_shapes() searches of a term. Beside a filter the delay is searched again, as the
+/// What refine_nominal_shapes() searches of a term. Beside a filter the delay is searched again, as the
 /// sum of both: the log tells what they are together far better than either.
-std::vector<ShapeRange> ranges_to_settle(const Measurement& measurement, const Term& term, bool viscous) {
-  std::vector<ShapeRange> ranges = customary_shapes(measurement, *term.effect);
+std::vector<ShapeRange> ranges_to_refine(const Measurement& measurement, const Term& term, bool viscous) {
+  std::vector<ShapeRange> ranges = nominal_shapes(measurement, *term.effect);
   if (viscous) {
-    for (ShapeRange& range : ranges) range.lower = range.customary;
+    for (ShapeRange& range : ranges) range.lower = range.nominal;
   }
   if (term.id() != kLag) return ranges;
-  const double lag_s = std::max(std::abs(lag_of({term}).total_s()), measurement.tick_s());
+  const double lag_s = std::max(std::abs(measurement_dynamics_of({term}).total_s()), measurement.tick_s());
   ranges.front().first_step = kFirstFilter * lag_s;
   ranges.push_back(searched_shapes(measurement, *term.effect).front());
   ranges.back().first_step = kFirstLag * lag_s;
@@ -59,11 +59,11 @@ std::vector<double> moved_delay(const Term& term, std::vector<double> shapes, do
 }
 
 /// The model with the customary shapes of one term back at their values.
-FittedModel customary(const Measurement& measurement, const FittedModel& fitted, std::size_t t) {
+FittedModel nominal(const Measurement& measurement, const FittedModel& fitted, std::size_t t) {
   Terms terms = fitted.terms;
   terms[t].shapes = moved_delay(terms[t], std::move(terms[t].shapes), 1.0);
-  for (const ShapeRange& range : customary_shapes(measurement, *terms[t].effect)) {
-    terms[t].shapes[range.index] = range.customary;
+  for (const ShapeRange& range : nominal_shapes(measurement, *terms[t].effect)) {
+    terms[t].shapes[range.index] = range.nominal;
   }
   return terms[t].shapes == fitted.terms[t].shapes ? fitted
                                                    : fit_gains(measurement, std::move(terms), &fitted);
@@ -71,18 +71,18 @@ FittedModel customary(const Measurement& measurement, const FittedModel& fitted,
 
 using Cost = std::function<double(const Term&)>;
 
-/// The model with what settle_customary_shapes() searches of a term where the cost is lowest.
-FittedModel search_customary(const Measurement& measurement, const FittedModel& fitted, std::size_t t,
-                             const Cost& cost) {
+/// The model with what refine_nominal_shapes() searches of a term where the cost is lowest.
+FittedModel search_nominal(const Measurement& measurement, const FittedModel& fitted, std::size_t t,
+                           const Cost& cost) {
   const Term& term = fitted.terms[t];
   const std::vector<ShapeRange> ranges =
-      ranges_to_settle(measurement, term, contains(fitted.terms, "viscous"));
+      ranges_to_refine(measurement, term, contains(fitted.terms, "viscous"));
   const auto cost_of_shapes = [&](const std::vector<double>& shapes) {
     Term moved = term;
     moved.shapes = moved_delay(term, shapes, -1.0);
     return cost(moved);
   };
-  const int evaluations = kCustomaryEvaluations * static_cast<int>(ranges.size());
+  const int evaluations = kNominalEvaluations * static_cast<int>(ranges.size());
   const SearchResult found =
       refine_shapes(ranges, moved_delay(term, term.shapes, 1.0), cost_of_shapes, evaluations);
   Terms terms = fitted.terms;
@@ -91,13 +91,13 @@ FittedModel search_customary(const Measurement& measurement, const FittedModel& 
 }
 
 /// Those shapes of a term where held-out data want them.
-FittedModel settle_customary_shapes_of(const Measurement& measurement, FittedModel fitted, std::size_t t) {
-  if (customary_shapes(measurement, *fitted.terms[t].effect).empty()) return fitted;
+FittedModel refine_nominal_shapes_of(const Measurement& measurement, FittedModel fitted, std::size_t t) {
+  if (nominal_shapes(measurement, *fitted.terms[t].effect).empty()) return fitted;
   const FittedModel base =
       linearised(measurement, without(fitted.terms, fitted.terms[t].id()), fitted.train_rmse_N);
   const auto held_out_N = [&](const Term& term) { return held_out_with(measurement, base, term); };
-  FittedModel plain = customary(measurement, fitted, t);
-  FittedModel moved = search_customary(measurement, fitted, t, held_out_N);
+  FittedModel plain = nominal(measurement, fitted, t);
+  FittedModel moved = search_nominal(measurement, fitted, t, held_out_N);
   if (!(moved.holdout_rmse_N < kWantsAnotherShape * plain.holdout_rmse_N)) return plain;
   if (moved.terms[t].id() != kLag) return moved;
   // The inverse of a low pass makes the force's noise louder, and so the low pass too short. Whether there is
@@ -105,26 +105,26 @@ FittedModel settle_customary_shapes_of(const Measurement& measurement, FittedMod
   // the model leaves.
   const double gain = measurement.force_noise_gain({});
   const double noise_N = std::min(measurement.force_noise_N(), moved.train_rmse_N / gain);
-  return search_customary(measurement, moved, t, [&](const Term& term) {
-    const double louder_N = noise_N * measurement.force_noise_gain(lag_of({term}));
+  return search_nominal(measurement, moved, t, [&](const Term& term) {
+    const double amplified_N = noise_N * measurement.force_noise_gain(measurement_dynamics_of({term}));
     const double error_N = held_out_N(term);
     return std::sqrt(
-        std::max(0.0, error_N * error_N - louder_N * louder_N + noise_N * noise_N * gain * gain));
+        std::max(0.0, error_N * error_N - amplified_N * amplified_N + noise_N * noise_N * gain * gain));
   });
 }
 
 }  // namespace
 
-FittedModel settle_customary_shapes(const Measurement& measurement, FittedModel fitted) {
+FittedModel refine_nominal_shapes(const Measurement& measurement, FittedModel fitted) {
   for (std::size_t t = 0; t < fitted.terms.size(); ++t) {
-    fitted = settle_customary_shapes_of(measurement, std::move(fitted), t);
+    fitted = refine_nominal_shapes_of(measurement, std::move(fitted), t);
   }
   return fitted;
 }
 
-FittedModel settle_lag(const Measurement& measurement, FittedModel fitted) {
+FittedModel refine_delay(const Measurement& measurement, FittedModel fitted) {
   for (std::size_t t = 0; t < fitted.terms.size(); ++t) {
-    if (fitted.terms[t].id() == kLag) fitted = settle_customary_shapes_of(measurement, std::move(fitted), t);
+    if (fitted.terms[t].id() == kLag) fitted = refine_nominal_shapes_of(measurement, std::move(fitted), t);
   }
   return fitted;
 }

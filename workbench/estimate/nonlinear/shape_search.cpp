@@ -35,7 +35,7 @@ double slowest_visible_mps(const Measurement& measurement) {
 }
 
 /// Bounds of a user's own shape: as they were given, or what the log shows of its unit.
-ShapeRange own_range(const Measurement& measurement, const ShapeSpec& spec, std::size_t index) {
+ShapeRange user_range(const Measurement& measurement, const ShapeSpec& spec, std::size_t index) {
   ShapeRange range{index, static_cast<double>(spec.lower), static_cast<double>(spec.upper), false};
   if (spec.upper < kUnbounded || spec.lower > -kUnbounded) {
     range.logarithmic = range.lower > 0.0 && range.upper > 3.0 * range.lower;
@@ -54,7 +54,7 @@ ShapeRange own_range(const Measurement& measurement, const ShapeSpec& spec, std:
 
 /// Intersection of the catalogue's bounds with what the log shows.
 ShapeRange narrowed(const Measurement& measurement, const ShapeSpec& spec, std::size_t index) {
-  if (spec.kind == ShapeKind::own) return own_range(measurement, spec, index);
+  if (spec.kind == ShapeKind::own) return user_range(measurement, spec, index);
   ShapeRange range{index, static_cast<double>(spec.lower), static_cast<double>(spec.upper), true};
   const auto narrow = [&range](double low, double high) {
     range.lower = std::clamp(low, range.lower, range.upper);
@@ -66,7 +66,7 @@ ShapeRange narrowed(const Measurement& measurement, const ShapeSpec& spec, std::
       narrow(slowest_visible_mps(measurement), largest_magnitude(measurement.velocity_mps()));
       break;
     case ShapeKind::exponent:
-    case ShapeKind::customary_exponent:
+    case ShapeKind::nominal_exponent:
     case ShapeKind::delay:
     case ShapeKind::filter:
       range.logarithmic = false;
@@ -96,13 +96,13 @@ ShapeRange narrowed(const Measurement& measurement, const ShapeSpec& spec, std::
   return range;
 }
 
-bool is_customary(ShapeKind kind) {
-  return kind == ShapeKind::customary_exponent || kind == ShapeKind::filter;
+bool is_nominal(ShapeKind kind) {
+  return kind == ShapeKind::nominal_exponent || kind == ShapeKind::filter;
 }
 
 bool is_searched(ShapeKind kind) {
   return kind != ShapeKind::slip_distance && kind != ShapeKind::position && kind != ShapeKind::travel &&
-         !is_customary(kind);
+         !is_nominal(kind);
 }
 
 double middle(const ShapeRange& range) {
@@ -110,7 +110,7 @@ double middle(const ShapeRange& range) {
 }
 
 /// What a shape is until all else is known.
-double customary(ShapeKind kind, const ShapeRange& range) {
+double nominal(ShapeKind kind, const ShapeRange& range) {
   return kind == ShapeKind::filter ? 0.0 : middle(range);
 }
 
@@ -264,12 +264,12 @@ std::vector<ShapeRange> searched_shapes(const Measurement& measurement, const Ef
   return ranges;
 }
 
-std::vector<ShapeRange> customary_shapes(const Measurement& measurement, const EffectDescription& effect) {
+std::vector<ShapeRange> nominal_shapes(const Measurement& measurement, const EffectDescription& effect) {
   std::vector<ShapeRange> ranges;
   for (std::size_t i = 0; i < effect.shapes.size(); ++i) {
-    if (!is_customary(effect.shapes[i].kind)) continue;
+    if (!is_nominal(effect.shapes[i].kind)) continue;
     ranges.push_back(narrowed(measurement, effect.shapes[i], i));
-    ranges.back().customary = customary(effect.shapes[i].kind, ranges.back());
+    ranges.back().nominal = nominal(effect.shapes[i].kind, ranges.back());
   }
   return ranges;
 }
@@ -301,7 +301,7 @@ std::vector<double> default_shapes(const Measurement& measurement, const EffectD
         shapes.push_back(1.0);
         break;
       default:
-        shapes.push_back(customary(spec.kind, narrowed(measurement, spec, i)));
+        shapes.push_back(nominal(spec.kind, narrowed(measurement, spec, i)));
     }
   }
   return shapes;
@@ -315,7 +315,7 @@ std::vector<std::vector<double>> starting_shapes(const Measurement& measurement,
   const std::vector<ShapeRange> ranges = searched_shapes(measurement, effect);
   const bool own = std::any_of(effect.shapes.begin(), effect.shapes.end(),
                                [](const ShapeSpec& shape) { return shape.kind == ShapeKind::own; });
-  if (own) return own_starting_shapes(measurement, effect, ranges, residual_N);
+  if (own) return user_effect_starting_shapes(measurement, effect, ranges, residual_N);
   for (const ShapeRange& range : ranges) {
     std::vector<double> values;
     switch (effect.shapes[range.index].kind) {

@@ -17,7 +17,7 @@ struct ShapeRange {
   double upper = 0.0;
   bool logarithmic = true;
   double first_step = 0.0;  ///< of the search; 0: a part of the range
-  double customary = 0.0;   ///< of customary_shapes(): the value that it has until all else is known
+  double nominal = 0.0;     ///< of nominal_shapes(): the value that it has until all else is known
 };
 
 /// `count` values strictly inside the range, evenly spaced.
@@ -28,9 +28,9 @@ std::vector<double> spread(const ShapeRange& range, std::size_t count);
 /// Grids and maps (slip distances, places) are set by default_shapes() and not searched.
 std::vector<ShapeRange> searched_shapes(const Measurement& measurement, const EffectDescription& effect);
 
-/// Shapes that keep their customary value until settle_customary_shapes() (settle_customary.h):
+/// Shapes that keep their customary value until refine_nominal_shapes() (settle_customary.h):
 /// exponents the middle of their bounds, a filter 0.
-std::vector<ShapeRange> customary_shapes(const Measurement& measurement, const EffectDescription& effect);
+std::vector<ShapeRange> nominal_shapes(const Measurement& measurement, const EffectDescription& effect);
 
 /// Starting values: see make_term().
 std::vector<double> default_shapes(const Measurement& measurement, const EffectDescription& effect);

@@ -10,8 +10,8 @@
 namespace slipstack::workbench {
 namespace {
 
-constexpr double kAsGoodPitch = 1.01;    ///< cost, over that of the best pitch
-constexpr double kWorthRefining = 1.03;  ///< the same, before the pitch is refined
+constexpr double kAsGoodPitch = 1.01;             ///< cost, over that of the best pitch
+constexpr double kNearBestBeforeRefining = 1.03;  ///< the same, before the pitch is refined
 
 /// Whether an effect fades below the slowest speed that the log shows: then it stands for something that
 /// happens at reversals, and the log does not show this effect.
@@ -54,7 +54,7 @@ SearchResult with_shortest_pitch(const EffectDescription& effect, const std::vec
     for (const double part : {2.0, 3.0}) {
       std::vector<double> shapes = found.shapes;
       shapes[range.index] /= part;
-      if (shapes[range.index] < range.lower || cost(shapes) > kWorthRefining * found.cost) continue;
+      if (shapes[range.index] < range.lower || cost(shapes) > kNearBestBeforeRefining * found.cost) continue;
       SearchResult shorter = refine_shapes(ranges, std::move(shapes), cost, evaluations / 2);
       if (shorter.cost <= enough) found = std::move(shorter);
     }
@@ -84,8 +84,8 @@ std::vector<std::vector<std::vector<double>>> valleys(const EffectDescription& e
 NormalEquations equations_with(const Measurement& measurement, const Linearisation& linearisation,
                                const NormalEquations& equations, const Term& term) {
   if (term.gains.empty()) {  // a lag moves the measured force
-    const Eigen::VectorXd target =
-        linearisation.target() - linearisation.measured_N() + measurement.force_N(lag_of({term}));
+    const Eigen::VectorXd target = linearisation.target() - linearisation.measured_N() +
+                                   measurement.force_N(measurement_dynamics_of({term}));
     return equations.with_target(measurement, linearisation.columns(), target);
   }
   return equations.with(measurement, linearisation.columns(), linearisation.columns_of(term),
@@ -100,8 +100,8 @@ Trial try_effect(const Measurement& measurement, const FittedModel& base, const 
   best.terms = base.terms;
   best.terms.push_back(best.term);
   const NormalEquations::Constraints constraints = constraints_of(best.terms, base.train_rmse_N);
-  std::vector<Rests> rests = base.solution.rests;
-  for (std::size_t i = 0; i < best.term.gains.size(); ++i) rests.push_back(Rests::free);
+  std::vector<BoundState> bound_states = base.solution.bound_states;
+  for (std::size_t i = 0; i < best.term.gains.size(); ++i) bound_states.push_back(BoundState::free);
 
   const auto equations_at = [&](const std::vector<double>& shapes) {
     Term term = best.term;
@@ -109,7 +109,7 @@ Trial try_effect(const Measurement& measurement, const FittedModel& base, const 
     return equations_with(measurement, linearisation, *base.equations, term);
   };
   const auto judge = [&](const NormalEquations& equations) {
-    return equations.cross_validate(constraints, rests);
+    return equations.cross_validate(constraints, bound_states);
   };
   const auto cost = [&](const std::vector<double>& shapes) { return judge(equations_at(shapes)).rmse; };
 
@@ -120,8 +120,9 @@ Trial try_effect(const Measurement& measurement, const FittedModel& base, const 
                                             linearisation.force_N());
   const std::vector<ShapeRange> ranges = searched_shapes(measurement, effect);
   // A user's own effect may have many shapes, and a narrow place to find.
-  const int evaluations = effect.is_own() ? effort.evaluations * std::max(1, static_cast<int>(ranges.size()))
-                                          : effort.evaluations;
+  const int evaluations = effect.is_user_defined()
+                              ? effort.evaluations * std::max(1, static_cast<int>(ranges.size()))
+                              : effort.evaluations;
   SearchResult lowest;
   for (const auto& valley : valleys(effect, ranges, starts)) {
     const std::vector<double> first = valley.size() > 1 ? best_start(effect, valley, cost) : valley.front();
@@ -133,7 +134,7 @@ Trial try_effect(const Measurement& measurement, const FittedModel& base, const 
   const NormalEquations equations = equations_at(best.term.shapes);
   const auto judged = judge(equations);
   best.terms.back() = best.term;
-  take_gains(best.terms, equations.fit(constraints, rests).value);
+  take_gains(best.terms, equations.fit(constraints, bound_states).value);
   best.term = best.terms.back();
   best.holdout_rmse_N = judged.rmse;
   best.block_squared_error = judged.block_squared_error;

@@ -13,7 +13,7 @@ constexpr std::size_t kMostPoints = 800;
 constexpr std::size_t kMostRows = 12000;
 constexpr std::size_t kKept = 6;
 constexpr int kBins = 256;
-constexpr std::size_t kLoudPlaces = 24;
+constexpr std::size_t kStrongPlaces = 24;
 
 bool is_place(const EffectDescription& effect, const ShapeRange& range) {
   return std::string_view(effect.shapes[range.index].unit) == "m" && !range.logarithmic;
@@ -21,11 +21,11 @@ bool is_place(const EffectDescription& effect, const ShapeRange& range) {
 
 /// Places of the range where the residual, or the residual that changes sign with the direction, has the
 /// largest mean for its number of rows.
-std::vector<double> loud_places(const Measurement& measurement, const ShapeRange& range,
-                                const Eigen::VectorXd& residual_N) {
+std::vector<double> strong_places(const Measurement& measurement, const ShapeRange& range,
+                                  const Eigen::VectorXd& residual_N) {
   struct Bin {
     double even = 0.0, odd = 0.0, rows = 0.0;
-    double loudness() const { return rows > 0.0 ? std::max(even * even, odd * odd) / rows : 0.0; }
+    double strength() const { return rows > 0.0 ? std::max(even * even, odd * odd) / rows : 0.0; }
   };
   std::vector<Bin> bins(kBins);
   const double per_m = kBins / std::max(range.upper - range.lower, 1e-12);
@@ -42,10 +42,10 @@ std::vector<double> loud_places(const Measurement& measurement, const ShapeRange
   std::vector<std::size_t> order(kBins);
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
   std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return bins[a].loudness() > bins[b].loudness(); });
+                   [&](std::size_t a, std::size_t b) { return bins[a].strength() > bins[b].strength(); });
   std::vector<double> places;
   for (const std::size_t bin : order) {
-    if (places.size() == kLoudPlaces || bins[bin].rows == 0.0) break;
+    if (places.size() == kStrongPlaces || bins[bin].rows == 0.0) break;
     places.push_back(range.lower + (static_cast<double>(bin) + 0.5) / per_m);
   }
   return places;
@@ -117,7 +117,7 @@ std::vector<std::vector<double>> points_of(const Measurement& measurement, const
     std::vector<double> own =
         spread(range, is_place(effect, range) ? std::max<std::size_t>(place_values / 2, 1) : values);
     if (is_place(effect, range)) {
-      std::vector<double> loud = loud_places(measurement, range, residual_N);
+      std::vector<double> loud = strong_places(measurement, range, residual_N);
       loud.resize(std::min(loud.size(), place_values - own.size()));
       own.insert(own.end(), loud.begin(), loud.end());
     }
@@ -137,10 +137,10 @@ std::vector<std::vector<double>> points_of(const Measurement& measurement, const
 
 }  // namespace
 
-std::vector<std::vector<double>> own_starting_shapes(const Measurement& measurement,
-                                                     const EffectDescription& effect,
-                                                     const std::vector<ShapeRange>& ranges,
-                                                     const Eigen::VectorXd& residual_N) {
+std::vector<std::vector<double>> user_effect_starting_shapes(const Measurement& measurement,
+                                                             const EffectDescription& effect,
+                                                             const std::vector<ShapeRange>& ranges,
+                                                             const Eigen::VectorXd& residual_N) {
   std::vector<std::vector<double>> points = points_of(measurement, effect, ranges, residual_N);
   if (points.size() <= kKept) return points;
   Screen screen(measurement, effect, residual_N);

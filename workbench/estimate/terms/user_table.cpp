@@ -24,9 +24,9 @@ constexpr double kReversalShare =
 constexpr std::size_t kGrid = 1U << 15;
 
 /// The force of a fitted effect at any instant.
-class OwnForce {
+class UserForce {
  public:
-  explicit OwnForce(const Term& term) : term_(term), basis_(term.effect->make()) {
+  explicit UserForce(const Term& term) : term_(term), basis_(term.effect->make()) {
     basis_->prepare(term.shapes, {});
   }
 
@@ -58,7 +58,7 @@ struct Dependence {
 };
 
 /// Instants of the log: where the force is largest, and throughout; none at standstill.
-std::vector<Sample<double>> anchors_of(const Measurement& measurement, OwnForce& force, double top_mps) {
+std::vector<Sample<double>> anchors_of(const Measurement& measurement, UserForce& force, double top_mps) {
   std::vector<Sample<double>> all;
   const std::size_t stride = std::max<std::size_t>(1, measurement.sample_count() / 20000);
   for (std::size_t i = 0; i < measurement.sample_count(); i += stride) {
@@ -79,7 +79,7 @@ std::vector<Sample<double>> anchors_of(const Measurement& measurement, OwnForce&
   return anchors;
 }
 
-Dependence dependence_of(const std::vector<Sample<double>>& anchors, OwnForce& force) {
+Dependence dependence_of(const std::vector<Sample<double>>& anchors, UserForce& force) {
   Dependence on;
   const std::vector<double> here_N = force.at(anchors);
   for (const double value : here_N) on.peak_N = std::max(on.peak_N, std::abs(value));
@@ -115,7 +115,7 @@ Dependence dependence_of(const std::vector<Sample<double>>& anchors, OwnForce& f
 /// The force along what the table follows, divided by the sign of velocity where the table multiplies it.
 class Profile {
  public:
-  Profile(OwnForce& force, bool over_velocity, bool by_direction, double middle_m, double top_mps)
+  Profile(UserForce& force, bool over_velocity, bool by_direction, double middle_m, double top_mps)
       : force_(force),
         over_velocity_(over_velocity),
         by_direction_(by_direction),
@@ -147,7 +147,7 @@ class Profile {
     return std::copysign(1e-9 * top_mps_, velocity_mps);
   }
 
-  OwnForce& force_;
+  UserForce& force_;
   bool over_velocity_;
   bool by_direction_;
   double middle_m_;
@@ -233,8 +233,8 @@ Fitted best_lines(const Profile& profile, double lower, double upper, double pea
   return best;
 }
 
-OwnTable table_of(const Profile& profile, const Fitted& fitted, double peak_N, double top_mps) {
-  OwnTable table;
+TabulatedEffect table_of(const Profile& profile, const Fitted& fitted, double peak_N, double top_mps) {
+  TabulatedEffect table;
   const Lines& lines = fitted.lines;
   const double per_unit = static_cast<double>(kIntervals) / (lines.to - lines.from);
   const EffectDescription& effect = controller_table();
@@ -263,7 +263,7 @@ std::string form_fault(const Dependence& on) {
   return "";
 }
 
-Tabulated tabulate_form(const Measurement& measurement, OwnForce& force, double allowed_N) {
+Tabulated tabulate_form(const Measurement& measurement, UserForce& force, double allowed_N) {
   const auto [lowest, highest] =
       std::minmax_element(measurement.position_m().begin(), measurement.position_m().end());
   double top_mps = 0.0;
@@ -275,7 +275,7 @@ Tabulated tabulate_form(const Measurement& measurement, OwnForce& force, double 
   const bool over_velocity = !on.position && (on.speed || on.direction);
   const double lower = over_velocity ? -top_mps : *lowest;
   const double upper = over_velocity ? top_mps : *highest;
-  OwnTable best;
+  TabulatedEffect best;
   best.largest_error_N = HUGE_VAL;
   for (const bool by_direction : {false, true}) {
     if (!over_velocity && by_direction != on.direction) continue;
@@ -294,7 +294,7 @@ Tabulated tabulate_form(const Measurement& measurement, OwnForce& force, double 
 }  // namespace
 
 Tabulated tabulate(const Measurement& measurement, const Term& own, double allowed_N) {
-  OwnForce force(own);
+  UserForce force(own);
   try {
     return tabulate_form(measurement, force, allowed_N);
   } catch (const InputError&) {

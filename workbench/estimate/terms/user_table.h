@@ -9,7 +9,7 @@
 namespace slipstack::workbench {
 
 /// What stands for a user's own effect on the controller (firmware/effects/user_table.h).
-struct OwnTable {
+struct TabulatedEffect {
   Term term;                   ///< of `user_table`: 33 forces, and where they lie
   bool over_velocity = false;  ///< else over position
   double from = 0.0;           ///< first point, m or m/s; before it and beyond `to` the end values
@@ -21,7 +21,7 @@ struct OwnTable {
 
 /// A table, or in words why there is none.
 struct Tabulated {
-  std::optional<OwnTable> table;
+  std::optional<TabulatedEffect> table;
   std::string why_not;
 };
 

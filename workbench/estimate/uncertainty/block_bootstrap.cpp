@@ -14,7 +14,8 @@ constexpr std::uint64_t kSeed = 1989;
 
 }  // namespace
 
-Interval block_bootstrap(const std::vector<double>& squared_errors, const std::vector<double>& weights) {
+ConfidenceInterval block_bootstrap(const std::vector<double>& squared_errors,
+                                   const std::vector<double>& weights) {
   const std::size_t blocks = squared_errors.size();
   if (blocks == 0) return {};
   std::mt19937_64 random(kSeed);
@@ -33,7 +34,7 @@ Interval block_bootstrap(const std::vector<double>& squared_errors, const std::v
   return {errors[kDraws / 40], errors[kDraws - 1 - kDraws / 40]};
 }
 
-Interval holdout_interval(const FittedModel& fitted) {
+ConfidenceInterval holdout_interval(const FittedModel& fitted) {
   return block_bootstrap(fitted.block_squared_error, fitted.block_weight);
 }
 

@@ -7,7 +7,7 @@
 
 namespace slipstack::workbench {
 
-struct Interval {
+struct ConfidenceInterval {
   double low = 0.0;
   double high = 0.0;
 };
@@ -15,9 +15,10 @@ struct Interval {
 /// The central 95 % of sqrt(sum of squared errors / sum of weights) when the blocks are drawn again with
 /// replacement (block bootstrap; Kuensch 1989): what another record of as many such blocks would show. One
 /// entry a block. The draws are fixed, so the same blocks give the same interval. Cost: 1000 x blocks.
-Interval block_bootstrap(const std::vector<double>& squared_errors, const std::vector<double>& weights);
+ConfidenceInterval block_bootstrap(const std::vector<double>& squared_errors,
+                                   const std::vector<double>& weights);
 
 /// That of a model's held-out error.
-Interval holdout_interval(const FittedModel& fitted);
+ConfidenceInterval holdout_interval(const FittedModel& fitted);
 
 }  // namespace slipstack::workbench

@@ -25,7 +25,7 @@ namespace {
 constexpr double kGoldenPart = 0.3819660112501051;
 constexpr double kLow = 1.0 / 6.0;
 constexpr double kHigh = 5.0 / 6.0;
-constexpr std::array<OtherReading, 6> kOtherReadings{{
+constexpr std::array<EncoderRealisation, 6> kEncoderRealisations{{
     {kGoldenPart, {.places = {kHigh, kHigh}}, kLow},
     {1.0 - kGoldenPart, {.places = {kHigh, kHigh}}, kLow},
     {2.0 * kGoldenPart, {.places = {kLow, 0.5}}, 0.5},
@@ -35,7 +35,7 @@ constexpr std::array<OtherReading, 6> kOtherReadings{{
 }};
 
 /// Quantisation far below what the plain model leaves anyway does not matter.
-constexpr double kWorthWeighing = 0.1;
+constexpr double kLeastWeighing = 0.1;
 
 /// Rows over which the error of one reading stands for that of another: some filter lengths.
 constexpr Eigen::Index kNeighbours = 12;
@@ -71,18 +71,18 @@ RowVariances variances_at_rows(const Measurement& measurement, const Terms& term
   RowVariances variances{
       Eigen::VectorXd(measurement.row_count()), Eigen::VectorXd::Zero(measurement.row_count()), {}};
   const Eigen::VectorXd here = measurement.filtered(evaluate_force(measurement, terms).force_N);
-  const ForceLag lag = lag_of(terms);
+  const MeasurementDynamics lag = measurement_dynamics_of(terms);
   const Eigen::VectorXd residual_N = measurement.force_N(lag) - here;
-  std::vector<Eigen::VectorXd> readings_N;
-  readings_N.reserve(kOtherReadings.size());
-  for (std::size_t reading = 0; reading < kOtherReadings.size(); ++reading) {
+  std::vector<Eigen::VectorXd> realisations_N;
+  realisations_N.reserve(kEncoderRealisations.size());
+  for (std::size_t reading = 0; reading < kEncoderRealisations.size(); ++reading) {
     const Measurement& other = reading_of(reading);
     // The other reading takes the first's motion for the truth: their difference is one encoder's error.
-    readings_N.push_back(here - measurement.filtered(evaluate_force(other, terms).force_N));
+    realisations_N.push_back(here - measurement.filtered(evaluate_force(other, terms).force_N));
   }
   const double gain = measurement.force_noise_gain(lag);
   for (std::size_t log = 0; log < measurement.log_count(); ++log) {
-    const Stretch own = measurement.parts_of_log(log);
+    const Interval own = measurement.parts_of_log(log);
     if (own.first == own.end) continue;
     const LogPart& first = measurement.parts()[own.first];
     double force = first.force_noise_N;
@@ -90,8 +90,8 @@ RowVariances variances_at_rows(const Measurement& measurement, const Terms& term
       LogPart all = first;  // its parts as one
       all.sample_count = measurement.parts()[own.end - 1].end_sample() - first.first_sample;
       all.row_count = static_cast<std::size_t>(measurement.rows_of_log(log).count);
-      force =
-          residual_noise(measurement, all, residual_N, readings_N, mass_kg(terms, log), lag).bounded(force);
+      force = residual_noise(measurement, all, residual_N, realisations_N, mass_kg(terms, log), lag)
+                  .bounded(force);
     }
     for (std::size_t p = own.first; p < own.end; ++p) {
       const LogPart& part = measurement.parts()[p];
@@ -101,8 +101,8 @@ RowVariances variances_at_rows(const Measurement& measurement, const Terms& term
           .setConstant(squared(gain * force) + squared(inertia));
     }
   }
-  for (const Eigen::VectorXd& reading_N : readings_N) {
-    variances.quantisation += reading_N.cwiseAbs2() / static_cast<double>(kOtherReadings.size());
+  for (const Eigen::VectorXd& reading_N : realisations_N) {
+    variances.quantisation += reading_N.cwiseAbs2() / static_cast<double>(kEncoderRealisations.size());
   }
   variances.left = residual_N.cwiseAbs2();
   return variances;
@@ -141,30 +141,32 @@ Eigen::VectorXd borne_out(const RowVariances& rows, const Eigen::VectorXd& usabl
 Eigen::VectorXd variance_to_weigh_by(const Measurement& measurement, const Terms& plain) {
   // One reading at a time: pieces are judged by many threads at once.
   const RowVariances rows = variances_at_rows(measurement, plain, [&](std::size_t reading) {
-    return measurement.requantised(kOtherReadings[reading]);
+    return measurement.with_realisation(kEncoderRealisations[reading]);
   });
   return smoothed(rows.noise + rows.quantisation);
 }
 
 }  // namespace
 
-std::vector<Measurement> shifted_readings(const Measurement& measurement) {
+std::vector<Measurement> encoder_realisations(const Measurement& measurement) {
   std::vector<Measurement> readings;
-  readings.reserve(kOtherReadings.size());
-  for (const OtherReading& other : kOtherReadings) {
-    readings.push_back(measurement.requantised({.shift_steps = other.shift_steps}));
+  readings.reserve(kEncoderRealisations.size());
+  for (const EncoderRealisation& other : kEncoderRealisations) {
+    readings.push_back(measurement.with_realisation({.shift_steps = other.shift_steps}));
   }
   return readings;
 }
 
 NoiseFloor::NoiseFloor(const Measurement& measurement) : measurement_(measurement) {
-  readings_.reserve(kOtherReadings.size());
-  for (const OtherReading& other : kOtherReadings) readings_.push_back(measurement.requantised(other));
+  realisations_.reserve(kEncoderRealisations.size());
+  for (const EncoderRealisation& other : kEncoderRealisations)
+    realisations_.push_back(measurement.with_realisation(other));
 }
 
 Eigen::VectorXd NoiseFloor::variance(const Terms& terms) const {
-  const RowVariances rows = variances_at_rows(
-      measurement_, terms, [this](std::size_t reading) -> const Measurement& { return readings_[reading]; });
+  const RowVariances rows =
+      variances_at_rows(measurement_, terms,
+                        [this](std::size_t reading) -> const Measurement& { return realisations_[reading]; });
   return rows.noise + borne_out(rows, measurement_.row_usable());
 }
 
@@ -192,7 +194,7 @@ RowWeighing weigh_rows(Measurement& measurement) {
   }
   const Eigen::VectorXd variance = variance_to_weigh_by(measurement, plain.terms);
   const double least = variance.minCoeff();
-  const double enough = std::max({least, squared(kWorthWeighing * plain.train_rmse_N), 1e-300});
+  const double enough = std::max({least, squared(kLeastWeighing * plain.train_rmse_N), 1e-300});
   RowWeighing weighing{plain.terms, least, enough};
   measurement.set_row_weights(weighing.weights(variance));
   return weighing;

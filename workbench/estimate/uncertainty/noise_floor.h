@@ -10,7 +10,7 @@ namespace slipstack::workbench {
 
 /// The same motion as encoders of equal resolution would read it whose grids are shifted, each by another
 /// part of a step.
-std::vector<Measurement> shifted_readings(const Measurement& measurement);
+std::vector<Measurement> encoder_realisations(const Measurement& measurement);
 
 /// What no model can explain at the rows: the noise of the force through the filter, from the differences of
 /// the force within what the model leaves bounds it by (residual_noise(), unless the noise was given); the
@@ -31,7 +31,7 @@ class NoiseFloor {
 
  private:
   const Measurement& measurement_;
-  std::vector<Measurement> readings_;
+  std::vector<Measurement> realisations_;
 };
 
 /// Weighs the rows of a measurement by what quantisation leaves of their worth, judged with a plain model of

@@ -15,7 +15,7 @@
 namespace slipstack::workbench {
 namespace {
 
-constexpr double kTurn = 2.0 * std::numbers::pi;
+constexpr double kTwoPi = 2.0 * std::numbers::pi;
 
 /// Rows of a piece, and of the segments whose spectra are averaged within it.
 constexpr std::size_t kPiece = 64;
@@ -44,7 +44,7 @@ double power_response(const Measurement& measurement, double frequency_Hz, doubl
   const std::size_t half = taps.size() / 2;
   double power = 0.0;
   for (int fold = -2; fold <= 2; ++fold) {
-    const double turn = kTurn * (frequency_Hz + fold * row_rate_Hz) * measurement.tick_s();
+    const double turn = kTwoPi * (frequency_Hz + fold * row_rate_Hz) * measurement.tick_s();
     double response = 0.0;
     for (std::size_t k = 0; k < taps.size(); ++k) {
       response += taps[k] * std::cos(turn * (static_cast<double>(k) - static_cast<double>(half)));
@@ -61,8 +61,8 @@ struct Pieces {
   std::vector<double> frequency_Hz;
 };
 
-Pieces pieces_of(const Measurement& measurement, const LogPart& part, double row_rate_Hz,
-                 const Eigen::VectorXd& residual_N, const std::vector<Eigen::VectorXd>& readings_N) {
+Pieces chunks_of(const Measurement& measurement, const LogPart& part, double row_rate_Hz,
+                 const Eigen::VectorXd& residual_N, const std::vector<Eigen::VectorXd>& realisations_N) {
   Pieces pieces;
   const auto powers_of = [&](const double* rows_N) {
     const Spectrum spectrum = power_spectrum({rows_N, kPiece}, row_rate_Hz, kSegment);
@@ -82,10 +82,10 @@ Pieces pieces_of(const Measurement& measurement, const LogPart& part, double row
     if (measurement.row_usable().segment(rows, kPiece).minCoeff() == 0.0) continue;
     pieces.left.push_back(powers_of(residual_N.data() + first));
     pieces.quantised.emplace_back();
-    for (const Eigen::VectorXd& reading_N : readings_N) {
+    for (const Eigen::VectorXd& reading_N : realisations_N) {
       const Powers power = powers_of(reading_N.data() + first);
       for (std::size_t b = 0; b < power.size(); ++b) {
-        pieces.quantised.back()[b] += power[b] / static_cast<double>(readings_N.size());
+        pieces.quantised.back()[b] += power[b] / static_cast<double>(realisations_N.size());
       }
     }
   }
@@ -100,7 +100,7 @@ struct Heard {
 
 /// Where quantisation is loud, what is left without it is the difference of two large numbers, anything: the
 /// half of the pieces where it does least tells, if these are enough.
-Heard heard_where_least_quantised(const Pieces& pieces, std::size_t band) {
+Heard noise_where_least_quantised(const Pieces& pieces, std::size_t band) {
   std::vector<double> quantised;
   quantised.reserve(pieces.left.size());
   for (const Powers& power : pieces.quantised) quantised.push_back(power[band]);
@@ -118,15 +118,16 @@ Heard heard_where_least_quantised(const Pieces& pieces, std::size_t band) {
 
 }  // namespace
 
-double HeardNoise::bounded(double sensor_N) const {
+double NoiseEstimate::bounded(double sensor_N) const {
   return std::clamp(sensor_N, least_N, std::max(least_N, most_N));
 }
 
-HeardNoise residual_noise(const Measurement& measurement, const LogPart& part,
-                          const Eigen::VectorXd& residual_N, const std::vector<Eigen::VectorXd>& readings_N,
-                          double mass_kg, const ForceLag& lag) {
+NoiseEstimate residual_noise(const Measurement& measurement, const LogPart& part,
+                             const Eigen::VectorXd& residual_N,
+                             const std::vector<Eigen::VectorXd>& realisations_N, double mass_kg,
+                             const MeasurementDynamics& lag) {
   const double row_rate_Hz = measurement.sample_rate_Hz() / static_cast<double>(measurement.row_stride());
-  const Pieces pieces = pieces_of(measurement, part, row_rate_Hz, residual_N, readings_N);
+  const Pieces pieces = chunks_of(measurement, part, row_rate_Hz, residual_N, realisations_N);
   if (pieces.left.size() < kFewestPieces) return {};
   const double quantisation = mass_kg * measurement.position_noise_m_per_root_Hz(part);
   double least = std::numeric_limits<double>::infinity();
@@ -139,10 +140,10 @@ HeardNoise residual_noise(const Measurement& measurement, const LogPart& part,
       if (at < kBands[b].from || at >= kBands[b].to) continue;
       response += power_response(measurement, f, row_rate_Hz, lag.filter_s);
       const double own = power_response(measurement, f, row_rate_Hz, 0.0);
-      encoder += own * std::pow(kTurn * f, 4) * quantisation * quantisation;
+      encoder += own * std::pow(kTwoPi * f, 4) * quantisation * quantisation;
     }
     if (response <= 0.0) continue;
-    const Heard heard = heard_where_least_quantised(pieces, b);
+    const Heard heard = noise_where_least_quantised(pieces, b);
     least = std::min(least, std::max(0.0, (heard.unquantised / kMedianOverMean - encoder) / response));
     most = std::max(most, (heard.left / kMedianOverMean - encoder) / response);
   }

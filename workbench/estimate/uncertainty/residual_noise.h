@@ -9,7 +9,7 @@
 namespace slipstack::workbench {
 
 /// White noise of the force before the filter [N], as what a model leaves bounds it.
-struct HeardNoise {
+struct NoiseEstimate {
   double least_N = 0.0;
   double most_N = std::numeric_limits<double>::infinity();
   /// What the sensor's own differences from sample to sample say, within these bounds.
@@ -22,11 +22,12 @@ struct HeardNoise {
 /// axis. Judged in the upper part of the rows' bandwidth, where friction and motion say little, of the log's
 /// pieces by the median, so that neither a line nor what happens at reversals counts. At least what the
 /// quietest of its bands has without what the encoder's steps do there: through `mass_kg`, and through
-/// hysteresis, the mean power of `readings_N`. At most what the loudest band has without the first of these.
-/// No bounds for a log of fewer than eight pieces of 64 rows. `residual_N` and `readings_N`: of all rows;
-/// `lag`: undone in the residual, it came before the noise.
-HeardNoise residual_noise(const Measurement& measurement, const LogPart& part,
-                          const Eigen::VectorXd& residual_N, const std::vector<Eigen::VectorXd>& readings_N,
-                          double mass_kg, const ForceLag& lag);
+/// hysteresis, the mean power of `realisations_N`. At most what the loudest band has without the first of
+/// these. No bounds for a log of fewer than eight pieces of 64 rows. `residual_N` and `realisations_N`: of
+/// all rows; `lag`: undone in the residual, it came before the noise.
+NoiseEstimate residual_noise(const Measurement& measurement, const LogPart& part,
+                             const Eigen::VectorXd& residual_N,
+                             const std::vector<Eigen::VectorXd>& realisations_N, double mass_kg,
+                             const MeasurementDynamics& lag);
 
 }  // namespace slipstack::workbench

@@ -42,8 +42,8 @@ struct FreeShape {
 /// Shapes of a term that the log chose: of customary ones those that have left their customary value.
 std::vector<ShapeRange> chosen_shapes(const Measurement& measurement, const Term& term) {
   std::vector<ShapeRange> ranges = searched_shapes(measurement, *term.effect);
-  for (const ShapeRange& range : customary_shapes(measurement, *term.effect)) {
-    if (term.shapes[range.index] != range.customary) ranges.push_back(range);
+  for (const ShapeRange& range : nominal_shapes(measurement, *term.effect)) {
+    if (term.shapes[range.index] != range.nominal) ranges.push_back(range);
   }
   return ranges;
 }
@@ -74,7 +74,7 @@ Eigen::VectorXd derivative(const Measurement& measurement, const FittedModel& fi
     Terms moved = terms;
     moved[shape.term].shapes[shape.shape] += step;
     // A lag moves the measured force, every other shape the model's.
-    if (moved[shape.term].gains.empty()) return -measurement.force_N(lag_of(moved));
+    if (moved[shape.term].gains.empty()) return -measurement.force_N(measurement_dynamics_of(moved));
     return measurement.filtered(evaluate_force(measurement, moved, dry_N).force_N);
   };
   return (difference_N(shape.step) - difference_N(-shape.step)) / (2.0 * shape.step);
@@ -123,21 +123,21 @@ Eigen::VectorXd reading_variance(const Measurement& measurement, const FittedMod
                                  const BoundedSolution& solution) {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(tangent.columns.cols());
   if (measurement.encoder_resolution_m() <= 0.0) return sum;
-  const BoundedSolution here = equations.fit(tangent.constraints, solution.rests);
+  const BoundedSolution here = equations.fit(tangent.constraints, solution.bound_states);
   Eigen::MatrixXd columns = tangent.columns;
-  const std::vector<Measurement> readings = shifted_readings(measurement);
+  const std::vector<Measurement> readings = encoder_realisations(measurement);
   for (const Measurement& reading : readings) {
     const Linearisation moved(reading, fitted.terms);
     columns.leftCols(tangent.gains) = moved.columns();
     const NormalEquations other(measurement, columns, moved.target());
-    sum += (other.fit(tangent.constraints, here.rests).value - here.value).cwiseAbs2();
+    sum += (other.fit(tangent.constraints, here.bound_states).value - here.value).cwiseAbs2();
   }
   return sum / static_cast<double>(readings.size());
 }
 
 }  // namespace
 
-FittedModel settle_shapes(const Measurement& measurement, FittedModel fitted) {
+FittedModel refine_all_shapes(const Measurement& measurement, FittedModel fitted) {
   Tangent tangent = tangent_of(measurement, fitted);
   if (tangent.shapes.empty()) return fitted;
   for (std::size_t i = 0; i < tangent.shapes.size(); ++i) {
@@ -155,10 +155,10 @@ FittedModel settle_shapes(const Measurement& measurement, FittedModel fitted) {
     double& moved = terms[shape.term].shapes[shape.shape];
     moved = std::clamp(moved + value(tangent.gains + static_cast<Eigen::Index>(i)), shape.lower, shape.upper);
   }
-  FittedModel settled = fit_gains(measurement, std::move(terms), &fitted);
-  const bool better = settled.train_rmse_N < fitted.train_rmse_N &&
-                      settled.holdout_rmse_N < kAsGoodHeldOut * fitted.holdout_rmse_N;
-  return better ? settled : fitted;
+  FittedModel converged = fit_gains(measurement, std::move(terms), &fitted);
+  const bool better = converged.train_rmse_N < fitted.train_rmse_N &&
+                      converged.holdout_rmse_N < kAsGoodHeldOut * fitted.holdout_rmse_N;
+  return better ? converged : fitted;
 }
 
 FittedModel with_standard_errors(const Measurement& measurement, FittedModel fitted) {
@@ -166,11 +166,11 @@ FittedModel with_standard_errors(const Measurement& measurement, FittedModel fit
   const Eigen::Index count = tangent.columns.cols();
   BoundedSolution solution = fitted.solution;
   solution.value.conservativeResize(count);
-  solution.rests.resize(static_cast<std::size_t>(count), Rests::free);
+  solution.bound_states.resize(static_cast<std::size_t>(count), BoundState::free);
   for (Eigen::Index column = tangent.gains; column < count; ++column) {
     solution.value(column) = 0.0;  // how far the shape is from where it is
     if (tangent.constraints.upper(column) == 0.0)
-      solution.rests[static_cast<std::size_t>(column)] = Rests::on_lower;
+      solution.bound_states[static_cast<std::size_t>(column)] = BoundState::on_lower;
   }
   const NormalEquations equations(measurement, tangent.columns, fitted.linearisation->target(),
                                   parts_of_block(measurement));

@@ -17,6 +17,6 @@ FittedModel with_standard_errors(const Measurement& measurement, FittedModel fit
 /// Gauss-Newton step from where the search stopped, which is by how little the held-out error still fell, and
 /// that may be a standard error away. Unchanged where the step does not pay. Cost: as with_standard_errors(),
 /// and a fit.
-FittedModel settle_shapes(const Measurement& measurement, FittedModel fitted);
+FittedModel refine_all_shapes(const Measurement& measurement, FittedModel fitted);
 
 }  // namespace slipstack::workbench

@@ -18,7 +18,7 @@ constexpr double kRequiredShare = 0.99;
 
 struct Changes {
   std::vector<double> sizes_m;  // ascending, at most kMaximumChanges, evenly spread over the log
-  bool rests = false;           // some samples repeat the position before
+  bool bound_states = false;    // some samples repeat the position before
 };
 
 Changes sorted_changes(const std::vector<double>& position_m, double storage_error_m) {
@@ -29,7 +29,7 @@ Changes sorted_changes(const std::vector<double>& position_m, double storage_err
     if (size_m > storage_error_m) {
       sizes.push_back(size_m);
     } else {
-      changes.rests = true;
+      changes.bound_states = true;
     }
   }
   if (sizes.size() > kMaximumChanges) {
@@ -97,7 +97,7 @@ std::optional<double> estimate_encoder_step(const std::vector<double>& position_
       // Below this, multiples cannot be told from rounding.
       if (candidate <= best || candidate * kMultipleTolerance < storage_error_m) continue;
       const Match match = match_multiples(sizes, candidate);
-      const bool is_grid = match.varied || changes.rests;
+      const bool is_grid = match.varied || changes.bound_states;
       if (is_grid && match.step_m > best) best = match.step_m;
     }
   }

@@ -37,9 +37,9 @@ json outcome(const std::function<json()>& work) {
 
 }  // namespace
 
-std::vector<json> ask(Team& team, const json& request, const std::function<json()>& own) {
-  if (team.size() == 1) return {own()};
-  team.broadcast(packed(request), 0);
+std::vector<json> ask(ProcessGroup& group, const json& request, const std::function<json()>& own) {
+  if (group.size() == 1) return {own()};
+  group.broadcast(packed(request), 0);
   json mine;
   std::exception_ptr failed;
   try {
@@ -47,7 +47,7 @@ std::vector<json> ask(Team& team, const json& request, const std::function<json(
   } catch (...) {
     failed = std::current_exception();
   }
-  const std::vector<std::string> heard = team.gather({});
+  const std::vector<std::string> heard = group.gather({});
   if (failed) std::rethrow_exception(failed);
   std::vector<json> answers{std::move(mine)};
   for (std::size_t rank = 1; rank < heard.size(); ++rank) {
@@ -59,16 +59,16 @@ std::vector<json> ask(Team& team, const json& request, const std::function<json(
   return answers;
 }
 
-void serve(Team& team, const std::function<json(const json& request)>& work) {
+void serve(ProcessGroup& group, const std::function<json(const json& request)>& work) {
   for (;;) {
-    const json request = unpacked(team.broadcast({}, 0));
+    const json request = unpacked(group.broadcast({}, 0));
     if (request.is_null()) return;
-    team.gather(packed(outcome([&] { return work(request); })));
+    group.gather(packed(outcome([&] { return work(request); })));
   }
 }
 
 Dismissal::~Dismissal() {
-  if (team_.size() > 1) team_.broadcast(packed(nullptr), 0);
+  if (group_.size() > 1) group_.broadcast(packed(nullptr), 0);
 }
 
 }  // namespace slipstack::workbench

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "workbench/long_logs/processes/team.h"
+#include "workbench/long_logs/processes/process_group.h"
 
 namespace slipstack::workbench {
 
@@ -15,22 +15,22 @@ namespace slipstack::workbench {
 /// Has every process do what `request` says, of which `own` does the first's part, and gives the answers by
 /// rank, the first's too. Where a part fails: the first's exception, else InputError (unusable input) or
 /// std::runtime_error as the process of lowest rank threw it; all have ended their parts by then.
-std::vector<nlohmann::json> ask(Team& team, const nlohmann::json& request,
+std::vector<nlohmann::json> ask(ProcessGroup& group, const nlohmann::json& request,
                                 const std::function<nlohmann::json()>& own);
 
 /// What the others do: `work` answers each request, until a Dismissal.
-void serve(Team& team, const std::function<nlohmann::json(const nlohmann::json& request)>& work);
+void serve(ProcessGroup& group, const std::function<nlohmann::json(const nlohmann::json& request)>& work);
 
 /// Ends serve() on the others at the end of its life. Only on the first, outside ask().
 class Dismissal {
  public:
-  explicit Dismissal(Team& team) : team_(team) {}
+  explicit Dismissal(ProcessGroup& group) : group_(group) {}
   ~Dismissal();
   Dismissal(const Dismissal&) = delete;
   Dismissal& operator=(const Dismissal&) = delete;
 
  private:
-  Team& team_;
+  ProcessGroup& group_;
 };
 
 }  // namespace slipstack::workbench

@@ -25,7 +25,7 @@ struct EffectDescription {
   std::string definition;                              ///< of a user's own effect; empty: of the catalogue
 
   std::string id() const { return text.id; }
-  bool is_own() const { return !definition.empty(); }
+  bool is_user_defined() const { return !definition.empty(); }
   /// How gain `index` acts, and the group it belongs to.
   const GainGroup& group_of_gain(int index) const;
   bool acts_as(Acts acts) const;

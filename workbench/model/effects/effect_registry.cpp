@@ -13,7 +13,7 @@ namespace slipstack::workbench {
 
 const EffectDescription* find_effect(std::string_view id) {
   const EffectDescription* effect = find_in_catalogue(id);
-  return effect != nullptr ? effect : find_own_effect(id);
+  return effect != nullptr ? effect : find_user_effect(id);
 }
 
 const EffectDescription& effect_named(std::string_view id) {

@@ -141,7 +141,7 @@ const EffectDescription& declare_effect(const std::string& text) {
           text.find(definition.name));
     }
   }
-  const EffectDescription* other = find_own_effect(definition.name);
+  const EffectDescription* other = find_user_effect(definition.name);
   if (other != nullptr && other->definition == text) return *other;
   ParameterRoles roles = roles_of(definition);
   if (other != nullptr) {
@@ -154,7 +154,7 @@ const EffectDescription& declare_effect(const std::string& text) {
   return all.effects.emplace_back(std::move(definition), std::move(roles)).description();
 }
 
-const EffectDescription* find_own_effect(std::string_view id) {
+const EffectDescription* find_user_effect(std::string_view id) {
   Declared& all = declared();
   const std::lock_guard guard(all.lock);
   for (const UserEffect& effect : all.effects) {

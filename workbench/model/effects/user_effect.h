@@ -18,7 +18,7 @@ namespace slipstack::workbench {
 const EffectDescription& declare_effect(const std::string& text);
 
 /// The declared effect of that name, or nullptr.
-const EffectDescription* find_own_effect(std::string_view id);
+const EffectDescription* find_user_effect(std::string_view id);
 
 /// Whether a text is a definition and not the name of an effect.
 bool is_definition(std::string_view text);

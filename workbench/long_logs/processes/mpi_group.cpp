@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/long_logs/processes/mpi_team.h"
+#include "workbench/long_logs/processes/mpi_group.h"
 
 #include <sched.h>
 
@@ -49,18 +49,18 @@ constexpr int kTag = 1;
 /// Bytes of one message; what is longer goes in several.
 constexpr std::size_t kMessage = std::size_t{1} << 28;
 
-class MpiTeam final : public Team {
+class MpiGroup final : public ProcessGroup {
  public:
-  MpiTeam() {
+  MpiGroup() {
     int threads = 0;
     MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &threads);
     MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
     MPI_Comm_size(MPI_COMM_WORLD, &size_);
     if (rank_ == 0) use_all_processors();
   }
-  ~MpiTeam() override { MPI_Finalize(); }
-  MpiTeam(const MpiTeam&) = delete;
-  MpiTeam& operator=(const MpiTeam&) = delete;
+  ~MpiGroup() override { MPI_Finalize(); }
+  MpiGroup(const MpiGroup&) = delete;
+  MpiGroup& operator=(const MpiGroup&) = delete;
 
   int rank() const override { return rank_; }
   int size() const override { return size_; }
@@ -146,24 +146,24 @@ bool is_first_started() {
   return number_of(kRanks).value_or(0) == 0;
 }
 
-std::unique_ptr<Team> join_team() {
+std::unique_ptr<ProcessGroup> join_process_group() {
   const std::optional<int> started = number_of(kSizes);
 #ifdef SLIPSTACK_MPI
-  if (!started && !number_of(kRanks)) return std::make_unique<Alone>();
-  auto team = std::make_unique<MpiTeam>();
-  if (team->size() == 1 && started.value_or(1) > 1) {
+  if (!started && !number_of(kRanks)) return std::make_unique<SingleProcess>();
+  auto group = std::make_unique<MpiGroup>();
+  if (group->size() == 1 && started.value_or(1) > 1) {
     throw InputError(
         "several processes were started together, but not by the MPI that slipstack was built with; use its "
         "mpirun (Open MPI where `mpirun --version` says so), or start one process");
   }
-  return team;
+  return group;
 #else
   if (started.value_or(1) > 1) {
     throw InputError(
         "several processes were started together, but slipstack was built without MPI; install "
         "libopenmpi-dev and build again, or start one process");
   }
-  return std::make_unique<Alone>();
+  return std::make_unique<SingleProcess>();
 #endif
 }
 

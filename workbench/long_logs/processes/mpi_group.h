@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "workbench/long_logs/processes/team.h"
+#include "workbench/long_logs/processes/process_group.h"
 
 namespace slipstack::workbench {
 
@@ -13,10 +13,10 @@ namespace slipstack::workbench {
 ///
 /// A process that waits sleeps: the others may use its processor. One that dies takes all others with it
 /// (MPI's error handler, mpirun).
-std::unique_ptr<Team> join_team();
+std::unique_ptr<ProcessGroup> join_process_group();
 
 /// Whether this process is the one of those started together that talks to the user; from the environment
-/// alone, also where join_team() fails.
+/// alone, also where join_process_group() fails.
 bool is_first_started();
 
 }  // namespace slipstack::workbench

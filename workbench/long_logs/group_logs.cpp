@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/long_logs/team_logs.h"
+#include "workbench/long_logs/group_logs.h"
 
 #include <algorithm>
 #include <atomic>
@@ -28,10 +28,10 @@ struct Opened {
 };
 
 /// Opens the logs that are short enough for memory, and of the others this process's share.
-Opened open_share(const Team& team, const std::vector<std::string>& paths, std::size_t in_memory_bytes,
-                  const TeamLogs::Progress& progress) {
-  const auto members = static_cast<std::size_t>(team.size());
-  const auto rank = static_cast<std::size_t>(team.rank());
+Opened open_share(const ProcessGroup& group, const std::vector<std::string>& paths,
+                  std::size_t in_memory_bytes, const GroupLogs::Progress& progress) {
+  const auto members = static_cast<std::size_t>(group.size());
+  const auto rank = static_cast<std::size_t>(group.rank());
   Opened opened;
   opened.logs.resize(paths.size());
   std::vector<std::string> faults(paths.size());
@@ -59,7 +59,7 @@ json binary_of(const std::string& bytes) {
 }
 
 /// What the others need to know of what one process read.
-json told(const Opened& opened) {
+json described(const Opened& opened) {
   json faults = json::array();
   for (const auto& [log, fault] : opened.faults) faults.push_back({log, fault});
   json surveys = json::array();
@@ -102,49 +102,49 @@ ConditioningOptions conditioning_of(const json& value) {
   return options;
 }
 
-Searched measured(const std::vector<LongLog>& logs, const std::vector<LogStretch>& stretches,
+Searched measured(const std::vector<LongLog>& logs, const std::vector<LogInterval>& intervals,
                   const ConditioningOptions& conditioning,
                   const std::function<void(const Measurement&)>& refuse) {
   Searched searched;
-  searched.measurement = std::make_unique<Measurement>(pieces_of(logs, stretches), conditioning);
+  searched.measurement = std::make_unique<Measurement>(chunks_of(logs, intervals), conditioning);
   if (refuse) refuse(*searched.measurement);
   searched.weighing = weigh_rows(*searched.measurement);
   return searched;
 }
 
 /// What a process that serves keeps between requests.
-class Helper {
+class Worker {
  public:
-  explicit Helper(Team& team) : team_(team) {}
+  explicit Worker(ProcessGroup& group) : group_(group) {}
 
   json work(const json& request) {
     const auto what = request.at("do").get<std::string>();
     if (what == "open") {
       paths_ = request.at("paths").get<std::vector<std::string>>();
-      opened_ = open_share(team_, paths_, request.at("in_memory_bytes").get<std::size_t>(), {});
-      return told(opened_);
+      opened_ = open_share(group_, paths_, request.at("in_memory_bytes").get<std::size_t>(), {});
+      return described(opened_);
     }
     if (what == "know") {
       logs_ = complete(std::move(opened_), paths_, request.at("surveys"));
       return nullptr;
     }
     if (what == "measure") {
-      std::vector<LogStretch> stretches;
+      std::vector<LogInterval> intervals;
       for (const json& one : request.at("stretches")) {
-        stretches.push_back(
+        intervals.push_back(
             {one[0].get<std::size_t>(), one[1].get<std::size_t>(), one[2].get<std::size_t>()});
       }
-      searched_ = measured(logs_, stretches, conditioning_of(request.at("conditioning")), {});
+      searched_ = measured(logs_, intervals, conditioning_of(request.at("conditioning")), {});
       return nullptr;
     }
     if (what == "sum") {
-      return LogSums(logs_, *searched_.measurement, searched_.weighing, team_).share(request);
+      return LogSums(logs_, *searched_.measurement, searched_.weighing, group_).share(request);
     }
     throw std::logic_error("a request that no process knows: " + what);
   }
 
  private:
-  Team& team_;
+  ProcessGroup& group_;
   std::vector<std::string> paths_;
   Opened opened_;
   std::vector<LongLog> logs_;
@@ -153,14 +153,14 @@ class Helper {
 
 }  // namespace
 
-TeamLogs::TeamLogs(Team& team, const std::vector<std::string>& paths, std::size_t in_memory_bytes,
-                   const Progress& progress)
-    : team_(team), paths_(paths) {
+GroupLogs::GroupLogs(ProcessGroup& group, const std::vector<std::string>& paths, std::size_t in_memory_bytes,
+                     const Progress& progress)
+    : group_(group), paths_(paths) {
   const std::size_t of_each = in_memory_bytes / std::max<std::size_t>(1, paths.size());
   Opened own;
-  const auto answers = ask(team, {{"do", "open"}, {"paths", paths}, {"in_memory_bytes", of_each}}, [&] {
-    own = open_share(team, paths, of_each, progress);
-    return told(own);
+  const auto answers = ask(group, {{"do", "open"}, {"paths", paths}, {"in_memory_bytes", of_each}}, [&] {
+    own = open_share(group, paths, of_each, progress);
+    return described(own);
   });
   std::map<std::size_t, std::string> faults;
   json surveys = json::array();
@@ -170,32 +170,33 @@ TeamLogs::TeamLogs(Team& team, const std::vector<std::string>& paths, std::size_
     for (const json& one : answer["surveys"]) surveys.push_back(one);
   }
   if (!faults.empty()) throw InputError(faults.begin()->second);
-  ask(team, {{"do", "know"}, {"surveys", surveys}}, [&] {
+  ask(group, {{"do", "know"}, {"surveys", surveys}}, [&] {
     logs_ = complete(std::move(own), paths, surveys);
     return nullptr;
   });
 }
 
-Searched TeamLogs::measure(const std::vector<LogStretch>& stretches, const ConditioningOptions& conditioning,
-                           const std::function<void(const Measurement&)>& refuse) const {
+Searched GroupLogs::measure(const std::vector<LogInterval>& intervals,
+                            const ConditioningOptions& conditioning,
+                            const std::function<void(const Measurement&)>& refuse) const {
   std::size_t all = 0;
   std::size_t searched = 0;
   for (const LongLog& log : logs_) all += log.sample_count();
-  for (const LogStretch& one : stretches) searched += one.count;
-  if (searched == all) return measured(logs_, stretches, conditioning, refuse);
+  for (const LogInterval& one : intervals) searched += one.count;
+  if (searched == all) return measured(logs_, intervals, conditioning, refuse);
   json list = json::array();
-  for (const LogStretch& one : stretches) list.push_back({one.log, one.first, one.count});
+  for (const LogInterval& one : intervals) list.push_back({one.log, one.first, one.count});
   Searched result;
-  ask(team_, {{"do", "measure"}, {"stretches", list}, {"conditioning", to_json(conditioning)}}, [&] {
-    result = measured(logs_, stretches, conditioning, refuse);
+  ask(group_, {{"do", "measure"}, {"stretches", list}, {"conditioning", to_json(conditioning)}}, [&] {
+    result = measured(logs_, intervals, conditioning, refuse);
     return nullptr;
   });
   return result;
 }
 
-void serve_logs(Team& team) {
-  Helper helper(team);
-  serve(team, [&](const json& request) { return helper.work(request); });
+void serve_logs(ProcessGroup& group) {
+  Worker helper(group);
+  serve(group, [&](const json& request) { return helper.work(request); });
 }
 
 }  // namespace slipstack::workbench

@@ -9,9 +9,9 @@ namespace slipstack::workbench {
 
 /// Processes that share the work of one command. All of them make the same calls in the same order; each call
 /// ends when all have made it.
-class Team {
+class ProcessGroup {
  public:
-  virtual ~Team() = default;
+  virtual ~ProcessGroup() = default;
   virtual int rank() const = 0;
   virtual int size() const = 0;
   /// What the process `from` says, on all of them.
@@ -22,7 +22,7 @@ class Team {
 };
 
 /// One process alone.
-class Alone final : public Team {
+class SingleProcess final : public ProcessGroup {
  public:
   int rank() const override { return 0; }
   int size() const override { return 1; }
