@@ -43,7 +43,7 @@ enum class ShapeKind : std::uint8_t {
   exponent,
   /// Of a law that is known by its exponent, the middle of the bounds: kept there until all else is known,
   /// since a neighbour's law beside it looks like another exponent.
-  customary_exponent,
+  nominal_exponent,
   time_constant,
   delay,
   filter,  ///< time constant of a low pass beside a delay: kept at 0 until all else is known

@@ -136,7 +136,7 @@ nlohmann::json json_of(const LoopRequest& request, const PlantLink& link, const 
           {"ticks", result.ticks},
           {"simulated_s", simulated_s},
           {"times_real_time", simulated_s / result.wall_s},
-          {"median_turn_s", result.median_round_trip_s},
+          {"median_round_trip_s", result.median_round_trip_s},
           {"rms_error_m", result.rms_error_m},
           {"rms_reversal_error_m", result.rms_reversal_error_m},
           {"peak_error_m", result.peak_error_m},
