@@ -24,7 +24,7 @@ constexpr double kLeastRate_Hz = 10.0;
 const EffectDescription& effect_named(std::string_view id) {
   const EffectDescription* effect = find_effect(id);
   if (effect == nullptr) {
-    throw UsageError(fmt::format("unknown effect {}; known: {}", quoted(id), known_effects()));
+    throw UsageError(fmt::format("unknown effect {}; known: {}", in_quotes(id), known_effects()));
   }
   return *effect;
 }
@@ -51,7 +51,7 @@ std::vector<const EffectDescription*> declared_effects(const Options& options) {
     if (!is_definition(text)) {
       throw UsageError(
           fmt::format("--effect: {} defines no effect; write 'name = expression; parameter: unit; ...'",
-                      quoted(std::string_view(text))));
+                      in_quotes(text)));
     }
     const EffectDescription* effect = &declare_effect(text);
     if (std::find(effects.begin(), effects.end(), effect) != effects.end()) {

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kHuber = 5.0;  ///< robust standard deviations
 constexpr int kIterations = 5;
-constexpr double kSettled = 1e-3;  ///< change of the weights' sum, of itself
+constexpr double kSteadyWeights = 1e-3;  ///< change of the weights' sum, of itself
 /// More rows than this are not outliers but the form of the residual.
 constexpr double kMostOutliers = 0.05;
 
@@ -51,7 +51,7 @@ RobustFit fit_robustly(Measurement& measurement, FittedModel fitted) {
     measurement.set_row_weights(weights);
     robust.model = fit_gains(measurement, robust.model.terms);
     const double now = weights.sum();
-    const bool settled = std::abs(now - sum) <= kSettled * sum;
+    const bool settled = std::abs(now - sum) <= kSteadyWeights * sum;
     sum = now;
     if (settled) break;
   }
