@@ -47,15 +47,13 @@ class HostBoard final : public sim::LockstepBoard {
 void check(const LoopRequest& request) {
   const auto refuse = [](const std::string& text) { throw UsageError(text); };
   if (request.board != "host" && request.board != "mps2-an386" && request.board != "mps2-an500") {
-    refuse(fmt::format("--board: {} is none of host, mps2-an386, mps2-an500",
-                       quoted(std::string_view(request.board))));
+    refuse(fmt::format("--board: {} is none of host, mps2-an386, mps2-an500", in_quotes(request.board)));
   }
   if (request.board == "host" && !request.image.empty()) {
     refuse("--image: there is none on --board host; name an emulated board");
   }
   if (request.setup != "pick_and_place" && request.setup != "random") {
-    refuse(fmt::format("--setup: {} is neither pick_and_place nor random",
-                       quoted(std::string_view(request.setup))));
+    refuse(fmt::format("--setup: {} is neither pick_and_place nor random", in_quotes(request.setup)));
   }
   if (request.seed < 0) refuse("--seed: must not be negative");
   if (!(request.seconds >= 8.0 && request.seconds <= 3600.0)) {
