@@ -13,8 +13,8 @@
 
 namespace slipstack::workbench {
 
-/// Processors that this thread may run on: fewer than the machine has where taskset, a container or mpirun
-/// binds it. More threads would only cost memory.
+/// Processors that this thread may run on. They are fewer than the machine has where taskset, a container or
+/// mpirun restricts the thread; more threads than these would only cost memory.
 inline std::size_t usable_processors() {
   cpu_set_t usable;
   if (sched_getaffinity(0, sizeof(usable), &usable) == 0) {

@@ -91,7 +91,7 @@ void run_add(const Options& options) {
   const EffectDescription& effect = effect_of(options);
   Outputs outputs;
   spare_logs(options, outputs);
-  outputs.spare(options.model);
+  outputs.protect_input(options.model);
   outputs.claim(options.out);
   outputs.claim(options.report);
   outputs.claim(options.json);

@@ -85,7 +85,7 @@ json report_of(const Options& options, const Measurement& measurement, const Mod
 void run_compare(const Options& options) {
   Outputs outputs;
   spare_logs(options, outputs);
-  outputs.spare(options.model);
+  outputs.protect_input(options.model);
   outputs.claim(options.report);
   outputs.claim(options.json);
   const Model model = read_model(options.model);

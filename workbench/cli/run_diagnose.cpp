@@ -159,7 +159,7 @@ void run_diagnose(const Options& options) {
   wanted.own = declare_effects(options.user_effects);
   Outputs outputs;
   spare_logs(options, outputs);
-  if (!options.model.empty()) outputs.spare(options.model);
+  if (!options.model.empty()) outputs.protect_input(options.model);
   outputs.claim(options.report);
   outputs.claim(options.json);
   Model model;

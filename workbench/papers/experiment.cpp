@@ -36,7 +36,7 @@ void said_of(const std::string& where, const std::function<void()>& work) {
 void deliver(const std::string& command_line, const ExperimentOutputs& outputs,
              const std::vector<std::string>& inputs, const std::function<ExperimentResult(Progress&)>& work) {
   Outputs files;
-  for (const std::string& input : inputs) files.spare(input);
+  for (const std::string& input : inputs) files.protect_input(input);
   files.claim(outputs.report);
   files.claim(outputs.json);
   files.claim(outputs.out);
