@@ -165,7 +165,7 @@ void run_diagnose(const Options& options) {
   Model model;
   if (!options.model.empty()) model = read_model(options.model);
   wanted.baseline = options.model.empty()
-                        ? parse_effects(options.effects.empty() ? kDefaultBaseline : options.effects)
+                        ? options.effects.empty() ? default_baseline() : parse_effects(options.effects)
                         : ids_of(model.terms);
   Progress progress;
   if (!options.model.empty()) wanted.start = model.terms;

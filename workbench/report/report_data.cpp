@@ -217,7 +217,7 @@ std::string gain_note(const Term& term, std::size_t gain) {
 
 json term_json(const Term& term) {
   json list = json::array();
-  const bool elements = term.id() == "presliding_hysteresis";
+  const bool elements = term.effect->has_role(Role::hysteresis);
   if (!elements) {
     for (std::size_t i = 0; i < term.shapes.size(); ++i) {
       const double error = term.shape_standard_error(i);
