@@ -75,8 +75,8 @@ json report_of(const Options& options, const Measurement& measurement, const Add
   data["figures"]["after_interval_N"] = interval_json(addition.after);
   data["figures"]["after_relative_error"] = number_json(addition.after.relative_error);
   data["baseline_effects"] = ids_of(addition.before.terms);
-  data["steps"] = {{{"added", "baseline"}, {"holdout_rmse_N", number_json(before_N)}},
-                   {{"added", addition.effect}, {"holdout_rmse_N", number_json(after_N)}}};
+  data["steps"] = {{{"effect", "baseline"}, {"holdout_rmse_N", number_json(before_N)}},
+                   {{"effect", addition.effect}, {"holdout_rmse_N", number_json(after_N)}}};
   data["parameters"] = parameters_json(addition.after.terms);
   const ForceRows rows_after = rows_of(addition.after);
   add_pictures(data, measurement, rows_of(addition.before), &rows_after);
@@ -126,7 +126,7 @@ void run_add(const Options& options) {
   result["model"] = options.out;
   result["added"] = effect.id();
   result["hash"] = hash_text(model);
-  if (!model.target_user_effects.empty()) result["own_effects"] = user_effects_json(model);
+  if (!model.target_user_effects.empty()) result["user_effects"] = user_effects_json(model);
   result["history"] = history_json(model);
   result["before"] = {{"train_rmse_N", number_json(addition.before.train_rmse_N)},
                       {"holdout_rmse_N", number_json(addition.before.holdout_rmse_N)},

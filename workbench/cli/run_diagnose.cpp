@@ -53,7 +53,7 @@ Headline headline_of(const Diagnosis& diagnosis, bool by_title) {
   if (diagnosis.steps.size() > 2) {
     headline.detail += " Not alone: with ";
     for (std::size_t i = 2; i < diagnosis.steps.size(); ++i) {
-      headline.detail += (i > 2 ? ", " : "") + called(diagnosis.steps[i].added, by_title);
+      headline.detail += (i > 2 ? ", " : "") + called(diagnosis.steps[i].effect, by_title);
     }
     headline.detail += fmt::format(" the error falls to {}.", newtons(diagnosis.steps.back().holdout_rmse_N));
   }
@@ -113,7 +113,7 @@ json report_of(const Options& options, const Measurement& measurement, const Dia
     data["figures"]["after_relative_error"] = number_json(shown.relative_error);
     const std::size_t added = options.stepwise ? diagnosis.steps.size() : 2;
     for (std::size_t i = 1; i < std::min(added, diagnosis.steps.size()); ++i) {
-      data["after_effects"].push_back(diagnosis.steps[i].added);
+      data["after_effects"].push_back(diagnosis.steps[i].effect);
     }
   }
   data["baseline_effects"] = result["baseline_effects"];

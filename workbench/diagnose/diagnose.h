@@ -27,7 +27,7 @@ struct Candidate {
 };
 
 struct Step {
-  std::string added;  ///< "baseline" first
+  std::string effect;  ///< id of the effect that the step adds; "baseline" first
   double holdout_rmse_N = 0.0;
   std::string evidence;  ///< the physical reading of what was added, in the company of the others
   Terms terms;           ///< the model so far

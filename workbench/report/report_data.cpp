@@ -319,7 +319,7 @@ json candidates_json(const Diagnosis& diagnosis) {
 json steps_json(const Diagnosis& diagnosis) {
   json list = json::array();
   for (const Step& step : diagnosis.steps) {
-    list.push_back({{"added", step.added}, {"holdout_rmse_N", number_json(step.holdout_rmse_N)}});
+    list.push_back({{"effect", step.effect}, {"holdout_rmse_N", number_json(step.holdout_rmse_N)}});
     if (!step.evidence.empty()) list.back()["evidence"] = step.evidence;
   }
   return list;

@@ -28,7 +28,7 @@ std::vector<Step> waterfall_steps(const json& data) {
   for (const json& step : array_at(data, "steps")) {
     const auto rmse = number_at(step, "holdout_rmse_N");
     if (!rmse) continue;
-    const std::string id = text_at(step, "added");
+    const std::string id = text_at(step, "effect");
     steps.push_back({id == "baseline" ? "Baseline" : "+ " + effect_title(data, id), *rmse});
   }
   if (steps.size() >= 2) return steps;

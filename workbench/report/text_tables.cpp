@@ -115,7 +115,7 @@ std::string log_table(const std::vector<LogResult>& logs) {
 std::string step_table(const Diagnosis& diagnosis) {
   std::string text = fmt::format("\n{:<32} {:>14}\n", "step", "held-out error");
   for (const Step& step : diagnosis.steps) {
-    text += fmt::format("{:<32} {:>14}{}{}\n", step.added, quantity(step.holdout_rmse_N, "N"),
+    text += fmt::format("{:<32} {:>14}{}{}\n", step.effect, quantity(step.holdout_rmse_N, "N"),
                         step.evidence.empty() ? "" : "  ", step.evidence);
   }
   text += fmt::format("{:<32} {:>14}\n", "noise floor", quantity(diagnosis.noise_floor_N, "N"));
