@@ -54,7 +54,8 @@ struct Diagnosis {
 
 struct DiagnoseOptions {
   std::vector<std::string> baseline;
-  std::vector<const EffectDescription*> own = {};  ///< the user's own effects, tried beside the catalogue's
+  std::vector<const EffectDescription*> user_effects =
+      {};       ///< user-defined effects, tried beside the catalogue's
   Terms start;  ///< the baseline as a model file has it; its shapes are kept; empty: searched
   std::function<void(const std::string& stage, double fraction)> progress;  ///< may be empty
   /// Effects to try, all of the catalogue where empty. The answer does not depend on their order.
