@@ -35,27 +35,29 @@ struct GainGroup {
   bool smooth = false;  ///< neighbouring gains describe neighbouring places: a fit may expect a smooth map
 };
 
-/// What a shape parameter measures: tells the workbench over which range a given log can show it.
+/// The physical meaning of a shape parameter. From it the workbench derives the range over which a given log
+/// can identify the parameter.
 enum class ShapeKind : std::uint8_t {
   velocity,
-  fading_velocity,  ///< over which an effect fades: below what a log shows, it is not seen
+  fading_velocity,  ///< speed over which an effect decays; not identifiable below the slowest speed of a log
   acceleration,
   exponent,
-  /// Of a law that is known by its exponent, the middle of the bounds: kept there until all else is known,
-  /// since a neighbour's law beside it looks like another exponent.
-  customary_exponent,
+  /// Exponent of a law whose nominal value, the middle of the bounds, is known. It is held at that value
+  /// until all other effects are identified, because a missing effect is mistaken for a change of the
+  /// exponent.
+  nominal_exponent,
   time_constant,
   delay,
-  filter,  ///< time constant of a low pass beside a delay: kept at 0 until all else is known
+  filter,  ///< time constant of a low pass in series with a delay; held at 0 until all else is identified
   pitch,
   frequency,
   damping,
   position,
   travel,
   slip_distance,
-  lag_distance,  ///< an alternative to a time constant: memory that fades with distance
-  own,           ///< of a user's own effect (host only): searched over its bounds, or what the log shows
-  table,         ///< where a table lies: computed, never searched
+  lag_distance,  ///< alternative to a time constant: memory that decays with distance
+  user_defined,  ///< of a user-defined effect (host only): searched within its bounds or the range of the log
+  table,         ///< position of a table: computed, never searched
 };
 
 /// A parameter that enters the basis non-linearly, with its physical bounds.

@@ -27,7 +27,7 @@ class QuadraticDrag {
       {"quadratic_drag", "N s2/m2", 0.0f, 1.0e6f, 1, Acts::force},
   }};
   static constexpr std::array<ShapeSpec, 1> shapes{{
-      {"exponent", "1", 1.5f, 2.5f, ShapeKind::customary_exponent},
+      {"exponent", "1", 1.5f, 2.5f, ShapeKind::nominal_exponent},
   }};
   static constexpr int gain_count = total_count(gains);
   static constexpr int shape_count = 1;

@@ -106,7 +106,7 @@ std::array<double, E::shape_count> random_shapes(Draw& draw) {
       case ShapeKind::exponent:
         shape = draw.uniform(0.5, 2.5);
         break;
-      case ShapeKind::customary_exponent:
+      case ShapeKind::nominal_exponent:
         shape = draw.uniform(1.6, 2.4);
         break;
       case ShapeKind::time_constant:

@@ -67,7 +67,7 @@ Trial retry(const Measurement& measurement, const FittedModel& from, const Effec
   const Trial* first = find_trial(alone, effect.text.id);
   const bool elsewhere = std::any_of(effect.shapes.begin(), effect.shapes.end(), [](const ShapeSpec& shape) {
     return shape.kind == ShapeKind::pitch || shape.kind == ShapeKind::frequency ||
-           shape.kind == ShapeKind::own;
+           shape.kind == ShapeKind::user_defined;
   });
   const bool known = first != nullptr && !elsewhere;
   return try_effect(measurement, from, effect, {20}, known ? &first->term.shapes : nullptr);

@@ -54,7 +54,7 @@ ShapeRange user_range(const Measurement& measurement, const ShapeSpec& spec, std
 
 /// Intersection of the catalogue's bounds with what the log shows.
 ShapeRange narrowed(const Measurement& measurement, const ShapeSpec& spec, std::size_t index) {
-  if (spec.kind == ShapeKind::own) return user_range(measurement, spec, index);
+  if (spec.kind == ShapeKind::user_defined) return user_range(measurement, spec, index);
   ShapeRange range{index, static_cast<double>(spec.lower), static_cast<double>(spec.upper), true};
   const auto narrow = [&range](double low, double high) {
     range.lower = std::clamp(low, range.lower, range.upper);
@@ -314,7 +314,7 @@ std::vector<std::vector<double>> starting_shapes(const Measurement& measurement,
   std::vector<std::vector<double>> points{default_shapes(measurement, effect)};
   const std::vector<ShapeRange> ranges = searched_shapes(measurement, effect);
   const bool own = std::any_of(effect.shapes.begin(), effect.shapes.end(),
-                               [](const ShapeSpec& shape) { return shape.kind == ShapeKind::own; });
+                               [](const ShapeSpec& shape) { return shape.kind == ShapeKind::user_defined; });
   if (own) return user_effect_starting_shapes(measurement, effect, ranges, residual_N);
   for (const ShapeRange& range : ranges) {
     std::vector<double> values;

@@ -106,7 +106,7 @@ class UserEffect {
     const DeclaredParameter& parameter = definition_.parameters[p];
     const auto bounds = bounds_of(parameter);
     return {parameter.name.c_str(), parameter.unit.c_str(), static_cast<float>(bounds.lower),
-            static_cast<float>(bounds.upper), ShapeKind::own};
+            static_cast<float>(bounds.upper), ShapeKind::user_defined};
   }
   static DeclaredParameter::Bounds bounds_of(const DeclaredParameter& parameter) {
     constexpr auto kFar = static_cast<double>(kUnbounded);

@@ -267,7 +267,7 @@ std::string parameters_of(const Definition& definition, const std::vector<std::s
     const DeclaredParameter& own = definition.parameters[p];
     rows += fmt::format("      {{{}, {}, {}, {}, {}}},\n", literal(own.name), literal(own.unit),
                         number(own.bounds, true), number(own.bounds, false),
-                        gains ? "1, Acts::force" : "ShapeKind::own");
+                        gains ? "1, Acts::force" : "ShapeKind::user_defined");
   }
   return rows;
 }
