@@ -99,7 +99,7 @@ DiagnosisResult diagnosis_result(const DiagnosisRequest& request, const Measurem
     result.json["best"]["effects"] = ids_of(diagnosis.best.terms);
   }
   if (diagnosis.unexplained) {
-    result.json["unexplained"] = {{"coordinate", diagnosis.unexplained->coordinate},
+    result.json["unexplained"] = {{"coordinate", name_of(diagnosis.unexplained->coordinate)},
                                   {"description", diagnosis.unexplained->description}};
   }
   add_limits(result.json, request, diagnosis, result.next);

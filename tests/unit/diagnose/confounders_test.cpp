@@ -104,7 +104,7 @@ TEST(StandIns, LostCountsAreTold) {
     for (std::size_t i = at; i < log.position_m.size(); ++i) log.position_m[i] += 40e-6;
     const Diagnosis is = diagnosed(log);
     ASSERT_TRUE(is.unexplained);
-    EXPECT_EQ(is.unexplained->coordinate, "time");
+    EXPECT_EQ(is.unexplained->coordinate, Coordinate::time);
     EXPECT_NEAR(is.unexplained->where, static_cast<double>(at) / log.sample_rate_Hz, 1e-3);
     EXPECT_EQ(is.verdict, payload_share > 0.0 ? Verdict::missing_effect : Verdict::unexplained);
     const std::vector<std::string> hidden(payload_share > 0.0 ? 1 : 0, "payload_mass");
