@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Writes what describes the controller on CAN, from the table that it serves: EDS (CiA 306), DBC of the
-// default PDOs, and the reference page.
+// default PDOs, the reference page, and which object belongs to which effect.
 #include <fmt/format.h>
 
 #include <cmath>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <set>
 #include <string>
@@ -282,6 +283,23 @@ std::string page() {
   return text;
 }
 
+template <class... Effects>
+std::string effect_places(const std::tuple<Effects...>*) {
+  std::string text =
+      "# The place of an effect is its object, and goes into the hash of a model: it is kept, and a new "
+      "effect\n"
+      "# comes last. Written by canopen-files from firmware/effects/catalogue.h; do not "
+      "edit.\nobject,effect\n";
+  std::uint16_t index = kEffectIndex;
+  ((text += fmt::format("{:04X}h,{}\n", index++, Effects::text.id)), ...);
+  return text;
+}
+
+std::string text_in(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -289,8 +307,19 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "canopen-files: give the folder to write to, as `canopen-files docs`\n");
     return 2;
   }
-  for (const auto& [name, text] : {std::pair{"slipstack.eds", eds()}, std::pair{"slipstack.dbc", dbc()},
-                                   std::pair{"object-dictionary.md", page()}}) {
+  const std::string places = effect_places(slipstack::canopen::detail::kCatalogue);
+  const std::string places_path = fmt::format("{}/effect-objects.csv", argv[1]);
+  if (!places.starts_with(text_in(places_path))) {
+    fmt::print(
+        stderr,
+        "canopen-files: {}: an effect has left its place; controllers and model files in the field know "
+        "it by that, so add new effects at the end of the catalogue\n",
+        places_path);
+    return 2;
+  }
+  for (const auto& [name, text] :
+       {std::pair{"slipstack.eds", eds()}, std::pair{"slipstack.dbc", dbc()},
+        std::pair{"object-dictionary.md", page()}, std::pair{"effect-objects.csv", places}}) {
     const std::string path = fmt::format("{}/{}", argv[1], name);
     std::ofstream file(path, std::ios::binary);
     file << text;

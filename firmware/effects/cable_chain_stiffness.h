@@ -3,6 +3,7 @@
 
 #include "firmware/effects/approx.h"
 #include "firmware/effects/effect.h"
+#include "firmware/effects/offset_force.h"
 
 namespace slipstack {
 
@@ -36,6 +37,9 @@ class CableChainStiffness {
       {"stroke_start", "m", -1.0e3f, 1.0e3f, ShapeKind::position},
       {"stroke_length", "m", 1.0e-4f, 1.0e3f, ShapeKind::travel},
   }};
+  /// A chain so soft that its pull is constant is an offset. It shows by its stiffness: its bend is measured
+  /// in strokes of the very log, however short.
+  static constexpr EffectTraits traits{.special_case = {.id = OffsetForce<Real>::text.id, .gains = 2}};
   static constexpr int gain_count = total_count(gains);
   static constexpr int shape_count = 2;
 

@@ -24,6 +24,7 @@ class Coulomb {
   static constexpr std::array<ShapeSpec, 1> shapes{{
       {"saturation_velocity", "m/s", 1.0e-7f, 0.01f, ShapeKind::velocity},
   }};
+  static constexpr EffectTraits traits{.role = Role::saturating_friction};
   static constexpr int gain_count = total_count(gains);
   static constexpr int shape_count = 1;
 

@@ -32,6 +32,9 @@ class DirectionAsymmetry {
   static constexpr std::array<ShapeSpec, 1> shapes{{
       {"saturation_velocity", "m/s", 1.0e-6f, 1.0e-2f, ShapeKind::velocity},
   }};
+  /// Viscous friction opposes motion in either direction: without a share of c v that is at least as large,
+  /// c |v| would drive one of them.
+  static constexpr EffectTraits traits{.part_of_another = {.gain = 2, .whole = Role::viscous_friction}};
   static constexpr int gain_count = total_count(gains);
   static constexpr int shape_count = 1;
 

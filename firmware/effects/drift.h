@@ -25,6 +25,7 @@ class Drift {
   static constexpr std::array<ShapeSpec, 1> shapes{{
       {"time_constant", "s", 1.0f, 1.0e6f, ShapeKind::time_constant},
   }};
+  static constexpr EffectTraits traits{.per_log = true};
   static constexpr int gain_count = total_count(gains);
   static constexpr int shape_count = 1;
 

@@ -7,6 +7,8 @@
 #include <span>
 #include <type_traits>
 
+#include "firmware/effects/traits.h"
+
 // The contract of a physical effect. An effect is one header: what it is called, its formula and where that
 // comes from, its parameters with units and bounds, its basis, and what the workbench says about it. The
 // firmware sums gains x basis in the tick; the workbench fits the gains to columns made by the same basis().

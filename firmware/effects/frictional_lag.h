@@ -31,6 +31,9 @@ class FrictionalLag {
       {"lag", "s", 1.0e-4f, 1.0e3f, ShapeKind::time_constant},
       {"lag_distance", "m", 1.0e-6f, 1.0e2f, ShapeKind::lag_distance},
   }};
+  /// A lag of no time is Stribeck friction.
+  static constexpr EffectTraits traits{.role = Role::friction_memory,
+                                       .special_case = {.id = Stribeck<Real>::text.id}};
   static constexpr int gain_count = total_count(gains);
   static constexpr int shape_count = 4;
 

@@ -21,6 +21,8 @@ class Inertia {
       {"mass", "kg", 0.0f, 1.0e5f, 1, Acts::force},
   }};
   static constexpr std::array<ShapeSpec, 0> shapes{{}};
+  static constexpr EffectTraits traits{
+      .role = Role::inertia, .in_default_baseline = true, .per_log = true, .plannable = false};
   static constexpr int gain_count = total_count(gains);
   static constexpr int shape_count = 0;
 

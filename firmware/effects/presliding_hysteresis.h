@@ -32,6 +32,8 @@ class PreslidingHysteresis {
   static constexpr std::array<GainGroup, 1> gains{{
       {"stiffness", "N/m", 0.0f, kUnbounded, Elements, Acts::dry},
   }};
+  static constexpr EffectTraits traits{
+      .role = Role::hysteresis, .in_default_baseline = true, .plannable = false};
   static constexpr int gain_count = Elements;
   static constexpr int shape_count = Elements;
   static constexpr std::array<ShapeSpec, shape_count> shapes = [] {

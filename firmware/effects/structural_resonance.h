@@ -3,6 +3,7 @@
 
 #include "firmware/effects/approx.h"
 #include "firmware/effects/effect.h"
+#include "firmware/effects/payload_mass.h"
 
 namespace slipstack {
 
@@ -27,6 +28,13 @@ class StructuralResonance {
       {"frequency", "Hz", 0.5f, 2.0e3f, ShapeKind::frequency},
       {"damping", "1", 1.0e-3f, 0.5f, ShapeKind::damping},
   }};
+  /// A mode so stiff that its mass moves along is payload. One of more damping does not ring; one of less
+  /// rings for hundreds of periods, which no arm does.
+  static constexpr EffectTraits traits{.role = Role::resonance,
+                                       .grows_with_force = true,
+                                       .special_case = {.id = PayloadMass<Real>::text.id},
+                                       .axis_mass_gain = 2,
+                                       .plausible_shape = {.shape = 1, .lower = 1.5e-3, .upper = 0.3}};
   static constexpr int gain_count = total_count(gains);
   static constexpr int shape_count = 2;
 

@@ -27,6 +27,8 @@ class TimeDelay {
       {"delay", "s", -0.02f, 0.02f, ShapeKind::delay},
       {"filter", "s", 0.0f, 0.02f, ShapeKind::filter},
   }};
+  static constexpr EffectTraits traits{
+      .role = Role::measurement_delay, .grows_with_force = true, .plannable = false};
   static constexpr int gain_count = total_count(gains);
   static constexpr int shape_count = 2;
 

@@ -21,6 +21,7 @@ class Viscous {
       {"viscous", "N s/m", 0.0f, 1.0e6f, 1, Acts::force},
   }};
   static constexpr std::array<ShapeSpec, 0> shapes{{}};
+  static constexpr EffectTraits traits{.role = Role::viscous_friction};
   static constexpr int gain_count = total_count(gains);
   static constexpr int shape_count = 0;
 

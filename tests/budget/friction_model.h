@@ -29,6 +29,35 @@ constexpr std::array<float, sizeof...(Value)> values(Value... value) {
   return {value...};
 }
 
+// Something else than zero within the bounds, for an effect that has no values below yet.
+constexpr float some_gain(const GainGroup& group) {
+  const bool scales = group.acts == Acts::dry_scale || group.acts == Acts::total_scale;
+  const float wanted = scales ? 0.05F : 1.0F;
+  return wanted < group.upper ? wanted : 0.5F * group.upper;
+}
+
+// As far above its lower bound as a hundredth of the range: no bound of the catalogue is a place to work at.
+constexpr float some_shape(const ShapeSpec& shape) {
+  return shape.lower + 0.01F * (shape.upper - shape.lower);
+}
+
+template <class E>
+void set_unless_set(FrictionModel<float>::Parameters& all) {
+  auto& own = std::get<EffectParameters<E, float>>(all);
+  if (own.enabled) return;
+  std::size_t gain = 0;
+  for (const GainGroup& group : E::gains) {
+    for (int i = 0; i < group.count; ++i) own.gains[gain++] = some_gain(group);
+  }
+  for (std::size_t i = 0; i < own.shapes.size(); ++i) own.shapes[i] = some_shape(E::shapes[i]);
+  own.enabled = true;
+}
+
+template <class... Effects>
+void set_the_rest(FrictionModel<float>::Parameters& all, const std::tuple<Effects...>*) {
+  (set_unless_set<Effects>(all), ...);
+}
+
 }  // namespace detail
 
 // A user's own effect: a bump 4 mm wide, tabulated.
@@ -41,7 +70,7 @@ inline std::array<float, kUserTablePoints> bump_of_4_newtons() {
   return points;
 }
 
-// Every effect on, none of its gains zero.
+// Every effect on, none of its gains zero. One that was just added has values by its bounds.
 inline FrictionModel<float>::Parameters all_effects() {
   using detail::set;
   using detail::values;
@@ -72,6 +101,7 @@ inline FrictionModel<float>::Parameters all_effects() {
   set<TimeDelay<float>>(p, values(), values(2e-4F, 1e-4F));
   set<Drift<float>>(p, values(-0.1F), values(600.0F));
   set<UserTable<float>>(p, bump_of_4_newtons(), values(-1e-3F, 8.0e3F, 0.0F, 0.0F, 1e-3F));
+  detail::set_the_rest(p, static_cast<const Catalogue<float>*>(nullptr));
   return p;
 }
 

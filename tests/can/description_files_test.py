@@ -11,7 +11,7 @@ import unittest
 from eds import BITS, Eds
 
 DOCS = pathlib.Path(__file__).resolve().parents[2] / "docs"
-FILES = ("slipstack.eds", "slipstack.dbc", "object-dictionary.md")
+FILES = ("slipstack.eds", "slipstack.dbc", "object-dictionary.md", "effect-objects.csv")
 PROGRAM = os.environ.get("CANOPEN_FILES", str(DOCS.parent / "build/host/bin/canopen-files"))
 
 
@@ -26,7 +26,19 @@ class DescriptionFiles(unittest.TestCase):
             subprocess.run([PROGRAM, folder], check=True)
             for name in FILES:
                 self.assertEqual((pathlib.Path(folder) / name).read_bytes(), (DOCS / name).read_bytes(),
-                                 f"docs/{name} is stale: run build/host/bin/canopen-files docs")
+                                 f"docs/{name} is stale: run toolchain/regenerate")
+
+    def test_an_effect_keeps_its_place(self):
+        rows = (DOCS / "effect-objects.csv").read_text().splitlines(keepends=True)
+        moved = [*rows[:-2], rows[-1].split(",")[0] + "," + rows[-2].split(",")[1], rows[-1]]
+        for text, status in (("".join(rows[:-1]), 0), ("".join(moved), 2)):
+            with self.subTest(status=status), tempfile.TemporaryDirectory() as folder:
+                kept = pathlib.Path(folder, "effect-objects.csv")
+                kept.write_text(text)
+                done = subprocess.run([PROGRAM, folder], capture_output=True, text=True, check=False)
+                self.assertEqual(done.returncode, status, done.stderr)
+                self.assertEqual(kept.read_text(), "".join(rows) if status == 0 else text)
+                self.assertEqual(done.stderr.count("\n"), status // 2)
 
     def test_eds_keeps_the_rules(self):
         self.assertEqual(self.eds.problems, [])

@@ -3,9 +3,9 @@
 # --serial): candump and cansend as peers, LSS, the commands of slipstack, a move of the axis. Prints what
 # emulated_test.py looks at; the capture comes last.
 #
-#   emulated_session.sh SLIPSTACK MODEL
+#   emulated_session.sh SLIPSTACK MODEL MODEL_BYTES      the size of 2141h, as four bytes of a frame
 set -u
-slipstack=$1 model=$2
+slipstack=$1 model=$2 model_bytes=$3
 here=$(mktemp -d)
 candump -L slcan0 >"$here/dump.log" &
 dump=$!
@@ -59,7 +59,7 @@ section foreign
 cansend slcan0 606#R
 cansend slcan0 12345678#1122334455667788
 # A block download of the model begins, one segment, and the master is gone.
-cansend slcan0 606#C641210074020000
+cansend slcan0 "606#C6412100$model_bytes"
 cansend slcan0 606#0101020304050607
 heard '586#8041210000000405'
 "$slipstack" status --can slcan0 --node 6

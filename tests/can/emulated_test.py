@@ -16,6 +16,7 @@ import tty
 import unittest
 
 import socketcan_test
+from eds import Eds
 
 HERE = pathlib.Path(__file__).resolve().parent
 BUILD = pathlib.Path(os.environ.get("SLIPSTACK_TARGET_BUILD", socketcan_test.REPOSITORY / "build/cortex-m4"))
@@ -51,10 +52,17 @@ def first_frame(terminal, pattern, patience_s=30):
     return heard
 
 
+def model_bytes():
+    """The size of the model image 2141h: four bytes for every row of an effect but its first."""
+    eds = Eds((socketcan_test.REPOSITORY / "docs/slipstack.eds").read_text(encoding="ascii"))
+    rows = [key for key in eds.objects if 0x2100 <= key[0] < 0x2140 and key[1] > 0]
+    return (4 * len(rows)).to_bytes(4, "little")
+
+
 def session(folder, terminal):
     model = socketcan_test.model_in(folder)
     done = subprocess.run([socketcan_test.REPOSITORY / "toolchain/with-can", "--serial", terminal, "bash",
-                           HERE / "emulated_session.sh", socketcan_test.SLIPSTACK, model],
+                           HERE / "emulated_session.sh", socketcan_test.SLIPSTACK, model, model_bytes().hex().upper()],
                           capture_output=True, text=True, timeout=280)
     if done.returncode == socketcan_test.SKIPPED:
         socketcan_test.skip(done.stdout.strip().removeprefix("SKIP: "))

@@ -12,7 +12,7 @@ import unittest
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(REPOSITORY / "tests/cli"))
-from own_effect_test import SNAG, hide_snag  # noqa: E402
+from user_effect_test import SNAG, hide_snag  # noqa: E402
 SLIPSTACK = os.environ.get("SLIPSTACK", str(REPOSITORY / "build/host/bin/slipstack"))
 SLIPSTACK_SIM = os.environ.get("SLIPSTACK_SIM", str(REPOSITORY / "build/host/bin/slipstack-sim"))
 SKIPPED = 77

@@ -15,7 +15,7 @@ class Effects(program.Workshop):
         self.assertEqual(done.returncode, 0, done.stderr)
         fresh = {page.name: page.read_text() for page in pathlib.Path(self.here, "pages").iterdir()}
         kept = {page.name: page.read_text() for page in PAGES.iterdir()}
-        self.assertEqual(fresh, kept, "run: slipstack effects --pages docs/effects")
+        self.assertEqual(fresh, kept, "run: toolchain/regenerate")
 
     def test_every_page_says_all(self):
         listed = program.run("effects", cwd=self.here).stdout.decode().splitlines()[:-1]

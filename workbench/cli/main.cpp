@@ -110,7 +110,7 @@ void define_diagnose(CLI::App& app, Options& options) {
   CLI::App* diagnose = app.add_subcommand("diagnose", "Name the physical effect that a model lacks");
   add_log(*diagnose, options);
   CLI::Option* effects = add_text(*diagnose, "--effects", options.effects, "A,B,..",
-                                  "baseline (default: inertia,presliding_hysteresis)");
+                                  "baseline (default: " + default_baseline_list() + ")");
   add_text(*diagnose, "--model", options.model, "FILE", "baseline: the effects of this model, fitted again")
       ->excludes(effects);
   add_user_effects(*diagnose, options, "try also an effect of your own");

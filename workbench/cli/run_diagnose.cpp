@@ -20,7 +20,7 @@ void run_diagnose(const Options& options) {
   outputs.claim(options.json);
   Model model;
   if (options.model.empty()) {
-    wanted.baseline = parse_effects(options.effects.empty() ? kDefaultBaseline : options.effects);
+    wanted.baseline = options.effects.empty() ? default_baseline() : parse_effects(options.effects);
   } else {
     model = read_model(options.model);
     wanted.baseline = ids_of(model.terms);

@@ -121,8 +121,7 @@ void run_plan(const std::string& command_line, const PlanCommand& command) {
   declare_effects(request.user_effects);
   const std::vector<std::string> ids = parse_effects(request.effects);
   for (const std::string& id : ids) {
-    const EffectDescription& effect = *find_effect(id);
-    if (effect.gain_count == 0 || id == "inertia" || id == "presliding_hysteresis") {
+    if (!find_effect(id)->is_plannable()) {
       throw UsageError(fmt::format("--for: no experiment can be planned for {}; name another effect", id));
     }
   }
@@ -166,7 +165,7 @@ void define_plan(CLI::App& experiment, const std::string& command_line) {
       ->take_all();
   CLI::Option* model = add_word(*command, "--model", wanted->request.model, "FILE", "model of the axis");
   add_word(*command, "--effects", wanted->request.baseline, "A,B,..",
-           "baseline on the log (default: inertia,presliding_hysteresis)")
+           "baseline on the log (default: " + default_baseline_list() + ")")
       ->excludes(model);
   command->add_option("--effect", wanted->request.user_effects, "an effect of your own that --for names")
       ->type_name("DEFINITION")

@@ -9,6 +9,7 @@
 #include "workbench/base/quantity.h"
 #include "workbench/base/text.h"
 #include "workbench/cli/define_simulate.h"
+#include "workbench/model/effects/effect_catalogue.h"
 #include "workbench/papers/experiment.h"
 #include "workbench/report/json_values.h"
 #include "workbench/report/model_notes.h"
@@ -174,8 +175,8 @@ void run_simulate(const std::string& command_line, const SimulateOptions& wanted
           [&](Progress& progress) {
             const Model model = read_model(wanted.model);
             if (!(mass_kg(model.terms) > 0.0)) {
-              throw InputError(
-                  fmt::format("{}: the model has no mass; fit it with inertia", printable(wanted.model)));
+              throw InputError(fmt::format("{}: the model has no mass; fit it with {}",
+                                           printable(wanted.model), effect_with_role(Role::inertia).id()));
             }
             return wanted.log.empty() ? simulate_set_points(wanted, model, progress)
                                       : simulate_log(wanted, model, progress);

@@ -184,7 +184,7 @@ class Reader {
     term.gains.assign(static_cast<std::size_t>(effect.gain_count), 0.0);
     const std::size_t slip_distances = read_shapes(table, term);
     const std::size_t stiffnesses = read_gains(table, term);
-    if (term.id() != "presliding_hysteresis") return term;
+    if (!effect.has_role(Role::hysteresis)) return term;
     if (slip_distances != stiffnesses) {
       fail(table, fmt::format("{} slip distances and {} stiffnesses; each element has one of both",
                               slip_distances, stiffnesses));

@@ -37,22 +37,37 @@ bool contains(const Terms& terms, std::string_view id) {
   return find_term(terms, id) != nullptr;
 }
 
+const Term* find_role(const Terms& terms, Role role) {
+  for (const Term& term : terms) {
+    if (term.effect->has_role(role)) return &term;
+  }
+  return nullptr;
+}
+
+bool has_role(const Terms& terms, Role role) {
+  return find_role(terms, role) != nullptr;
+}
+
 Terms without(Terms terms, std::string_view id) {
   std::erase_if(terms, [&](const Term& term) { return term.id() == id; });
   return terms;
 }
 
+bool is_mass(const Term& term) {
+  return term.effect->has_role(Role::inertia) || term.effect->has_role(Role::added_mass);
+}
+
 double mass_kg(const Terms& terms, std::size_t log) {
   double mass = 0.0;
   for (const Term& term : terms) {
-    if (term.id() != "inertia" && term.id() != "payload_mass") continue;
+    if (!is_mass(term)) continue;
     mass += term.gains[term.gain_sets() > 1 ? log : 0];
   }
   return mass;
 }
 
 bool mass_is_free(const Terms& terms) {
-  const Term* inertia = find_term(terms, "inertia");
+  const Term* inertia = find_role(terms, Role::inertia);
   return inertia != nullptr && inertia->lower[0] < inertia->upper[0];
 }
 

@@ -47,11 +47,16 @@ bool multiplies(const Term& term);
 bool any_multiplies(const Terms& terms);
 bool contains(const Terms& terms, std::string_view id);
 const Term* find_term(const Terms& terms, std::string_view id);
+/// The term of the effect with this role, or nullptr; and whether there is one.
+const Term* find_role(const Terms& terms, Role role);
+bool has_role(const Terms& terms, Role role);
 /// All terms but that of this effect.
 Terms without(Terms terms, std::string_view id);
 /// Ids of the terms, in order.
 std::vector<std::string> ids_of(const Terms& terms);
 
+/// Whether the term is a mass of the axis: its gain times acceleration.
+bool is_mass(const Term& term);
 /// The mass that the terms give the axis in one of the logs.
 double mass_kg(const Terms& terms, std::size_t log = 0);
 /// Whether there is an inertia that is fitted, since no log declares the mass.

@@ -61,7 +61,7 @@ toml::array effects_of(const Terms& terms) {
   for (const Term& term : terms) {
     // Trailing elements that the model does not use are not written.
     std::size_t used = std::max(term.gains.size(), term.shapes.size());
-    if (term.id() == "presliding_hysteresis") {
+    if (term.effect->has_role(Role::hysteresis)) {
       while (used > 1 && term.shapes[used - 1] == 0.0) --used;
     }
     toml::table effect{{"id", term.id()}};

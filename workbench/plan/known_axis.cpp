@@ -25,10 +25,10 @@ constexpr double kAssumedEncoder_m = 1e-7;
 /// An axis of which nothing is known but what rolling guideways have in common: an exponential virgin curve.
 Terms assumed_model() {
   Term inertia;
-  inertia.effect = find_effect("inertia");
+  inertia.effect = &effect_with_role(Role::inertia);
   inertia.gains = inertia.lower = inertia.upper = {kAssumedMass_kg};
   Term hysteresis;
-  hysteresis.effect = find_effect("presliding_hysteresis");
+  hysteresis.effect = &effect_with_role(Role::hysteresis);
   constexpr std::size_t kElements = 10;
   const auto capacity = static_cast<std::size_t>(hysteresis.effect->gain_count);
   hysteresis.shapes = slip_distances(1e-7, 1e-4, kElements, capacity);
@@ -59,7 +59,7 @@ FittedModel base_of(const PlanRequest& request, const std::vector<std::string>& 
     return fit_gains(measurement, std::move(terms));
   }
   std::vector<std::string> baseline =
-      parse_effects(request.baseline.empty() ? kDefaultBaseline : request.baseline);
+      request.baseline.empty() ? default_baseline() : parse_effects(request.baseline);
   std::erase_if(baseline, planned);
   if (baseline.empty()) throw UsageError("--effects: nothing is left beside those of --for; name a baseline");
   check_combination(measurement, baseline);

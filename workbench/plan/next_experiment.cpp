@@ -16,7 +16,7 @@ constexpr std::size_t kMostEffects = 3;
 
 bool can_be_planned(const std::string& id) {
   const EffectDescription* effect = find_effect(id);
-  return effect != nullptr && effect->gain_count > 0 && id != "inertia" && id != "presliding_hysteresis";
+  return effect != nullptr && effect->is_plannable();
 }
 
 std::string shell_quoted(const std::string& word) {

@@ -20,7 +20,7 @@ constexpr double kPresliding_m = 20e-6;  ///< where the model has no hysteresis
 
 /// Travel over which the hysteresis of a model reaches nine tenths of its level.
 double presliding_of(const Terms& terms) {
-  const Term* hysteresis = find_term(terms, "presliding_hysteresis");
+  const Term* hysteresis = find_role(terms, Role::hysteresis);
   if (hysteresis == nullptr) return kPresliding_m;
   double level_N = 0.0;
   for (std::size_t i = 0; i < hysteresis->gains.size(); ++i) {

@@ -51,8 +51,8 @@ Sequence in_sequence(const std::vector<const Piece*>& pieces, const AxisLimits& 
 double friction_level_N(const Terms& terms) {
   double level_N = 0.0;
   for (const Term& term : terms) {
-    if (term.id() == "coulomb") level_N += term.gains[0];
-    if (term.id() != "presliding_hysteresis") continue;
+    if (term.effect->has_role(Role::saturating_friction)) level_N += term.gains[0];
+    if (!term.effect->has_role(Role::hysteresis)) continue;
     for (std::size_t i = 0; i < term.gains.size(); ++i) level_N += term.gains[i] * term.shapes[i];
   }
   return level_N;

@@ -61,7 +61,7 @@ std::string shape_rows(const EffectDescription& effect) {
 
 /// What becomes of the effect on the controller.
 std::string deployment(const EffectDescription& effect) {
-  if (effect.id() == "time_delay") {
+  if (effect.has_role(Role::measurement_delay)) {
     return "A lag adds no force: the controller shifts the reference that the compensator sees by delay and "
            "filter together, which is how late a low pass is for what changes slowly against it.";
   }

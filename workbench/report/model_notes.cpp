@@ -111,7 +111,7 @@ std::string hash_text(const Model& model) {
 
 std::string model_lines(const std::string& path, const Model& model) {
   std::string text = fmt::format("\nmodel      {}, hash {}\n", printable(path), hash_text(model));
-  if (find_term(model.terms, "presliding_hysteresis") != nullptr) {
+  if (has_role(model.terms, Role::hysteresis)) {
     text +=
         fmt::format("controller {} hysteresis elements: held-out error {} instead of {}\n", kTargetElements,
                     newtons(model.target_holdout_rmse_N), newtons(model.source.holdout_rmse_N));

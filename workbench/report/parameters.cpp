@@ -32,7 +32,7 @@ std::string gain_note(const Term& term, std::size_t gain) {
 
 json term_json(const Term& term) {
   json list = json::array();
-  const bool elements = term.id() == "presliding_hysteresis";
+  const bool elements = term.effect->has_role(Role::hysteresis);
   if (!elements) {
     for (std::size_t i = 0; i < term.shapes.size(); ++i) {
       const double error = term.shape_standard_error(i);
@@ -80,7 +80,7 @@ std::string parameter_table(const Terms& terms) {
   std::string text =
       fmt::format("\n{:<32} {:<24} {:>14} {:>14}\n", "effect", "parameter", "value", "std. error");
   for (const Term& term : terms) {
-    const bool elements = term.id() == "presliding_hysteresis";
+    const bool elements = term.effect->has_role(Role::hysteresis);
     const std::size_t count = term.gains_per_set();
     if (elements) {
       for (std::size_t set = 0; set < term.gain_sets(); ++set) {

@@ -10,7 +10,7 @@ namespace slipstack::workbench {
 ModelStepper::ModelStepper(const Terms& terms, double tick_s)
     : mass_kg_(workbench::mass_kg(terms)), lag_(measurement_dynamics_of(terms)) {
   for (const Term& term : terms) {
-    if (term.gains.empty() || term.id() == "inertia" || term.id() == "payload_mass") continue;
+    if (term.gains.empty() || is_mass(term)) continue;
     Part part;
     part.basis = term.effect->make();
     part.basis->prepare(term.shapes, {.tick_s = tick_s, .metres_per_displacement = 1.0});
@@ -20,7 +20,7 @@ ModelStepper::ModelStepper(const Terms& terms, double tick_s)
     }
     part.values.resize(term.gains.size());
     part.dry = term.effect->acts_as(Acts::dry);
-    if (term.id() == "presliding_hysteresis") {
+    if (term.effect->has_role(Role::hysteresis)) {
       for (const double stiffness : term.gains) stiffness_N_per_m_ += stiffness;
     }
     parts_.push_back(std::move(part));

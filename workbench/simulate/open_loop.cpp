@@ -72,7 +72,9 @@ OpenLoop simulate_open_loop(const Measurement& measurement, const Terms& terms,
     end = std::min(end, static_cast<std::size_t>(std::round(options.end_s / tick_s)) + 1);
   }
   if (result.first + 2 > end) throw std::invalid_argument("nothing is left between start and end");
-  if (!(mass_kg(terms) > 0.0)) throw std::invalid_argument("the model has no mass; fit it with inertia");
+  if (!(mass_kg(terms) > 0.0)) {
+    throw std::invalid_argument("the model has no mass; fit it with " + effect_with_role(Role::inertia).id());
+  }
   result.steps_per_sample = steps_for(ModelStepper(terms, tick_s), tick_s);
   const double step_s = tick_s / result.steps_per_sample;
   ModelStepper model(terms, step_s);

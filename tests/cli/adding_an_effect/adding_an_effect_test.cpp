@@ -57,6 +57,14 @@ TEST(AddingAnEffect, TheCatalogueEndsWithIt) {
   EXPECT_NE(workbench::find_effect("eddy_current_brake"), nullptr);
 }
 
+// Its header states no traits: the defaults make it an effect like most.
+TEST(AddingAnEffect, ItIsNoSpecialEffect) {
+  const workbench::EffectDescription& brake = workbench::catalogue().back();
+  EXPECT_TRUE(brake.has_role(Role::none));
+  EXPECT_TRUE(brake.is_plannable());
+  EXPECT_FALSE(brake.traits.in_default_baseline || brake.traits.per_log || brake.traits.grows_with_force);
+}
+
 TEST(AddingAnEffect, TheControllerRunsIt) {
   FrictionModel<float>::Parameters parameters;
   auto& own = std::get<EffectParameters<EddyCurrentBrake<float>, float>>(parameters);
@@ -76,7 +84,7 @@ TEST(AddingAnEffect, TheDiagnosisNamesIt) {
   workbench::Measurement measurement(log_with_brake(1));
   workbench::weigh_rows(measurement);
   workbench::DiagnoseOptions options;
-  options.baseline = {"inertia", "presliding_hysteresis"};
+  options.baseline = workbench::default_baseline();
   const workbench::Diagnosis diagnosis = workbench::diagnose(measurement, options);
   ASSERT_EQ(diagnosis.verdict, workbench::Verdict::missing_effect);
   const workbench::Candidate& first = diagnosis.candidates.front();

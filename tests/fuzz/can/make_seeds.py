@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Writes the seeds of node_fuzz and slcan_fuzz: sessions as a master has them, to be mutated.
+"""Writes the seeds of the fuzzers: sessions as a master has them, to be mutated. Others in the folder stay: what a
+fuzzer found, and those of client_fuzz that do not follow from the object dictionary.
 
-    python3 tests/fuzz/can/make_seeds.py FOLDER      FOLDER/node and FOLDER/slcan
+    python3 tests/fuzz/can/make_seeds.py tests/fuzz/can/corpus      FOLDER/node, FOLDER/slcan, FOLDER/client
 """
 
 import binascii
@@ -49,7 +50,7 @@ def lss(*data):
 
 
 def image():
-    """The model of a node as delivered, with a mass: every row of 2100h to 2112h but the first."""
+    """The model of a node as delivered, with a mass: every row of every effect but the first."""
     eds = Eds((REPOSITORY / "docs/slipstack.eds").read_text(encoding="ascii"))
     words = [(key, entry) for key, entry in sorted(eds.objects.items()) if 0x2100 <= key[0] < 0x2140 and key[1] > 0]
     packed = {(0x2100, 1): struct.pack("<I", 1), (0x2100, 2): struct.pack("<f", 12.5)}
@@ -84,9 +85,9 @@ NODE = {
     "toggle_wrong": sdo(0x40, 0x1008) + raw(0x70) + POLL + sdo(0x21, 0x2000, 5, b"\4") + raw(0x17, 0, 0, 0x20) + POLL,
     "block_down": block_down(image()) + sdo(0x40, 0x2140, 1),
     "block_down_no_crc": block_down(image(), False),
-    "block_down_wrong": block_down(bytes(range(1, 141)) * 4),
+    "block_down_wrong": block_down((bytes(range(1, 141)) * (len(image()) // 140 + 1))[:len(image())]),
     "block_up": sdo(0xA4, 0x2141, 0, b"\x0a") + raw(0xA3) + POLL * 4 + raw(0xA2, 10, 20) + POLL * 4 + raw(0xA2, 7, 20) + POLL,
-    "master_dies": sdo(0xC6, 0x2141, 0, (560).to_bytes(4, "little")) + SEGMENTS[:40] + LONG + sdo(0x40, 0x1000),
+    "master_dies": sdo(0xC6, 0x2141, 0, len(image()).to_bytes(4, "little")) + SEGMENTS[:40] + LONG + sdo(0x40, 0x1000),
     "trace": write(0x2300, 3, 1, 2) + write(0x2300, 4, 0, 1) + write(0x2300, 7, 20, 2) + write(0x2300, 1, 1, 1) + TICKS * 4
              + sdo(0xA4, 0x2310, 0, b"\x7f") + raw(0xA3) + POLL * 20 + raw(0xA2, 127, 127) + POLL * 20 + raw(0xA1) + POLL,
     "model_applied": real(0x2100, 2, 12.5) + sdo(0x40, 0x2140, 1) + write(0x2140, 3, 0x3032E61F, 4) + TICKS + POLL + SAVE + sdo(0x40, 0x2140, 2),
@@ -127,8 +128,22 @@ SLCAN = {
 }
 
 
+def client_deploys():
+    """Answers of a node to `deploy`, as client_fuzz reads them: the model goes down, and comes up the same."""
+    size = len(image())
+    segments = -(-size // 7)
+    blocks = [min(127, segments - at) for at in range(0, segments, 127)]
+    begin = b"\x05\x04\x43\x31KLS\x04\x4b\x50\0\0\0\x04\x43\0\0\0\0\x04\xa4\x7f\0\0\0"
+    taken = b"".join(bytes([0xF8, 1, 8, 0, 0, 0xA2, block, 0x7F, 0, 0, 0, 0, 0]) for block in blocks)
+    up = b"\0\xa1\x04\xc6" + size.to_bytes(4, "little") + b"\xa0\x63" * (segments - 1) + b"\xa0\0"
+    return begin + taken + up + bytes([0, 0xC1 | (7 * segments - size) << 2])
+
+
+CLIENT = {"deploy": client_deploys()}
+
+
 def main():
-    for name, seeds in (("node", NODE), ("slcan", SLCAN)):
+    for name, seeds in (("node", NODE), ("slcan", SLCAN), ("client", CLIENT)):
         folder = pathlib.Path(sys.argv[1]) / name
         folder.mkdir(parents=True, exist_ok=True)
         for seed, data in seeds.items():

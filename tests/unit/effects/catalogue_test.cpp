@@ -4,7 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <set>
 #include <string>
 #include <string_view>
@@ -21,15 +23,20 @@ std::vector<std::string> ids() {
   return list;
 }
 
+/// The effects in the order of docs/effect-objects.csv, which toolchain/regenerate writes.
+std::vector<std::string> documented_ids() {
+  std::vector<std::string> list;
+  std::ifstream file(SLIPSTACK_EFFECT_OBJECTS);
+  for (std::string line; std::getline(file, line);) {
+    if (line.starts_with("21")) list.push_back(line.substr(line.find(',') + 1));
+  }
+  return list;
+}
+
 // The place in the list goes into the hash of a model and into the controller's parameter store: a new effect
 // is added at the end, none is moved.
 TEST(Catalogue, KeepsItsOrder) {
-  EXPECT_EQ(ids(), (std::vector<std::string>{"inertia", "presliding_hysteresis", "coulomb", "viscous",
-                                             "quadratic_drag", "stribeck", "frictional_lag",
-                                             "position_dependent_preload", "acceleration_dependent_preload",
-                                             "direction_asymmetry", "force_ripple", "motor_constant_ripple",
-                                             "offset_force", "cable_chain_stiffness", "payload_mass",
-                                             "structural_resonance", "time_delay", "drift", "user_table"}));
+  EXPECT_EQ(ids(), documented_ids()) << "an effect was added (run toolchain/regenerate) or moved";
 }
 
 TEST(Catalogue, IdsAreUniqueWords) {
@@ -124,6 +131,41 @@ TEST(Catalogue, ParametersAreBoundedAndNamed) {
       }
     }
   });
+}
+
+// What a trait points to exists: gains and shapes of the effect, and another effect of the catalogue.
+TEST(Catalogue, TraitsPointToWhatExists) {
+  const std::vector<std::string> known = ids();
+  std::set<Role> roles;
+  test::for_each_effect<double>([&]<class E>(std::type_identity<E>) {
+    constexpr EffectTraits traits = traits_of<E>();
+    if (traits.role != Role::none) {
+      EXPECT_TRUE(roles.insert(traits.role).second) << E::text.id << ": one effect has a role";
+    }
+    EXPECT_LT(traits.axis_mass_gain, E::gain_count) << E::text.id;
+    EXPECT_LT(traits.part_of_another.gain, E::gain_count) << E::text.id;
+    EXPECT_EQ(traits.part_of_another.gain >= 0, traits.part_of_another.whole != Role::none) << E::text.id;
+    EXPECT_LT(traits.plausible_shape.shape, E::shape_count) << E::text.id;
+    if (traits.plausible_shape.shape >= 0) {
+      EXPECT_LT(traits.plausible_shape.lower, traits.plausible_shape.upper) << E::text.id;
+    }
+    const std::string special_case = traits.special_case.id;
+    EXPECT_NE(special_case, E::text.id);
+    if (!special_case.empty()) {
+      EXPECT_EQ(std::count(known.begin(), known.end(), special_case), 1) << E::text.id;
+    }
+    EXPECT_LE(traits.special_case.gains, E::gain_count) << E::text.id;
+  });
+  // Rules of the workbench ask for each of them.
+  EXPECT_EQ(roles.size(), static_cast<std::size_t>(Role::measurement_delay));
+}
+
+TEST(Catalogue, AnEffectNeedNotStateTraits) {
+  struct Plain {};
+  constexpr EffectTraits traits = traits_of<Plain>();
+  EXPECT_EQ(traits.role, Role::none);
+  EXPECT_TRUE(traits.plannable);
+  EXPECT_FALSE(traits.in_default_baseline || traits.per_log || traits.grows_with_force);
 }
 
 /// Names in braces, in order; an unmatched brace counts as a name that nothing has.

@@ -63,14 +63,14 @@ std::optional<Structure> curve_behind_all(const Measurement& measurement, const 
 
 /// Share of what all effects explain that such a line explains alone.
 constexpr double kLineCausesMode = 0.5;
-/// What rings for hundreds of periods is no arm.
-constexpr double kHardlyDamped = 1.5e-3;
 
 std::optional<Structure> line_as_resonance(const Measurement& measurement, const Diagnosis& diagnosis) {
-  const Term* mode = find_term(diagnosis.explained.terms, "structural_resonance");
-  if (mode == nullptr || contains(diagnosis.baseline.terms, "structural_resonance")) return {};
+  const Term* mode = find_role(diagnosis.explained.terms, Role::resonance);
+  if (mode == nullptr || has_role(diagnosis.baseline.terms, Role::resonance)) return {};
   const Eigen::VectorXd residual_N = weighted_residual(measurement, diagnosis.baseline);
-  if (mode->shapes[1] < kHardlyDamped) return line_near(measurement, residual_N, mode->shapes[0]);
+  const PlausibleShape& damping = mode->effect->traits.plausible_shape;
+  if (mode->shapes[static_cast<std::size_t>(damping.shape)] < damping.lower)
+    return line_near(measurement, residual_N, mode->shapes[0]);
   Structure line = line_at_rows(measurement, residual_N);
   if (!at_frequency_of(*mode, line) || line.error_reduction < kLineCausesMode * reduction_of_all(diagnosis))
     return {};
@@ -91,7 +91,7 @@ std::optional<Structure> mass_of_another_axis(const Measurement& measurement, co
     return described(fmt::format("the declared mass would need {:.3g} times the measured force",
                                  diagnosis.baseline.relative_error));
   }
-  if (!contains(diagnosis.explained.terms, "payload_mass")) return {};
+  if (!has_role(diagnosis.explained.terms, Role::added_mass)) return {};
   for (std::size_t log = 0; log < measurement.log_count(); ++log) {
     const double declared_kg = mass_kg(diagnosis.baseline.terms, log);
     const double found_kg = mass_kg(diagnosis.explained.terms, log);
@@ -112,7 +112,7 @@ bool line_causes_mode(const Diagnosis& diagnosis) {
       diagnosis.explained.holdout_rmse_N < kLineAboveFloor * diagnosis.noise_floor_N) {
     return false;
   }
-  const Term* mode = find_term(diagnosis.explained.terms, "structural_resonance");
+  const Term* mode = find_role(diagnosis.explained.terms, Role::resonance);
   return (mode != nullptr && at_frequency_of(*mode, *left)) || left->error_reduction >= kLineDrives;
 }
 

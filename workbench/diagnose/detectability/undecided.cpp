@@ -2,11 +2,9 @@
 #include "workbench/diagnose/detectability/undecided.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <string>
-#include <string_view>
 #include <utility>
 
 #include "workbench/base/parallel.h"
@@ -41,28 +39,13 @@ double share_left(const ResidualMaker& known, const Eigen::MatrixXd& columns) {
   return share;
 }
 
-/// Effects that are a case of another: a chain so soft that its pull is constant, a lag of no time, a mode so
-/// stiff that its mass moves along. No log can exclude that; what it can show is that the other is no more
-/// than that.
-struct Case {
-  std::string_view simpler;
-  std::string_view richer;
-  Eigen::Index gains;  ///< by so many of its gains the richer one shows; 0: by all
-};
-/// A chain shows by its stiffness: its bend is measured in strokes of the very log, however short.
-constexpr std::array<Case, 3> kCases{{{"offset_force", "cable_chain_stiffness", 2},
-                                      {"stribeck", "frictional_lag", 0},
-                                      {"payload_mass", "structural_resonance", 0}}};
-
-/// Whether `simpler` is a case of `richer` (kCases), and this log would show what else the richer can be:
+/// Whether `simpler` is a special case of `richer`, and this log would show what else the richer can be:
 /// then the richer imitates it, as in any log, and does not compete with it. At the middle of the richer's
 /// shapes, one of its gains at a time.
 bool is_the_simpler_case(const Measurement& measurement, const Diagnosis& diagnosis, const Candidate& simpler,
                          const Candidate& richer) {
-  const auto* const known = std::find_if(kCases.begin(), kCases.end(), [&](const Case& one) {
-    return one.simpler == simpler.term.id() && one.richer == richer.term.id();
-  });
-  if (known == kCases.end()) return false;
+  const SpecialCase& special_case = richer.term.effect->traits.special_case;
+  if (simpler.term.id() != special_case.id) return false;
   // What the simpler one leaves may be what the richer one is more than that.
   const bool more_left = simpler.holdout_rmse_N > kFormIsNotTheAxis * diagnosis.noise_floor_N;
   if (more_left && richer.holdout_rmse_N < (1.0 - kIndistinct) * simpler.holdout_rmse_N) return false;
@@ -73,8 +56,8 @@ bool is_the_simpler_case(const Measurement& measurement, const Diagnosis& diagno
   const Eigen::MatrixXd force = beyond(simpler.term);
   const Term own = make_term(measurement, *richer.term.effect);
   const Eigen::MatrixXd columns = beyond(own);
-  const double left =
-      share_left(ResidualMaker(force), columns.leftCols(known->gains > 0 ? known->gains : columns.cols()));
+  const Eigen::Index showing = special_case.gains > 0 ? special_case.gains : columns.cols();
+  const double left = share_left(ResidualMaker(force), columns.leftCols(showing));
   const double explained_N =
       std::sqrt(std::max(0.0, explained_N2(diagnosis.baseline.holdout_rmse_N, simpler.holdout_rmse_N)));
   return std::asin(left) > radians(kSameDirection_deg) && left * explained_N > diagnosis.noise_floor_N;

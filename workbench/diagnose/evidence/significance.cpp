@@ -3,8 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
-#include <string_view>
 
 #include "workbench/base/statistics.h"
 #include "workbench/diagnose/evidence/reduction.h"
@@ -30,8 +28,6 @@ bool explains_excess(const FittedModel& before, const FittedModel& first, double
 /// What grows with the force must explain this share of it: clocks of current and encoder a few per cent of a
 /// sample apart, and sensors a per mille off a straight line, are no delay, mode, payload or ripple.
 constexpr double kLeastShareOfForce = 1e-3;
-constexpr std::string_view kGrowWithForce[] = {"time_delay", "structural_resonance", "payload_mass",
-                                               "motor_constant_ripple"};
 
 /// A lag below this part of a sample is how the recorder stamps them, or a friction that runs ahead of the
 /// displacement by its own damping.
@@ -65,8 +61,10 @@ ElementSums element_sums(const Term& hysteresis) {
 double coulomb_share(const FittedModel& model) {
   double coulomb_N = 0.0;
   double hysteresis_N = 0.0;
-  if (const Term* term = find_term(model.terms, "coulomb")) coulomb_N = std::abs(term->gains[0]);
-  if (const Term* term = find_term(model.terms, "presliding_hysteresis")) {
+  if (const Term* term = find_role(model.terms, Role::saturating_friction)) {
+    coulomb_N = std::abs(term->gains[0]);
+  }
+  if (const Term* term = find_role(model.terms, Role::hysteresis)) {
     hysteresis_N = element_sums(*term).level_N / static_cast<double>(term->gain_sets());
   }
   return coulomb_N / std::max(coulomb_N + hysteresis_N, 1e-300);
@@ -103,24 +101,23 @@ constexpr double kShareOfExplained = 0.05;
 
 bool within_instruments(const FittedModel& baseline, double tick_s, const Terms& before, const Terms& after,
                         double step_N2) {
-  if (contains(after, "time_delay") && !contains(before, "time_delay") &&
+  if (has_role(after, Role::measurement_delay) && !has_role(before, Role::measurement_delay) &&
       std::abs(measurement_dynamics_of(after).total_s()) < kLeastDelay * tick_s) {
     return true;
   }
   if (!(baseline.relative_error > 0.0)) return false;
   const double force_N = baseline.train_rmse_N / baseline.relative_error;
   return step_N2 < squared(kLeastShareOfForce * force_N) &&
-         std::any_of(std::begin(kGrowWithForce), std::end(kGrowWithForce),
-                     [&](std::string_view id) { return contains(after, id) && !contains(before, id); });
+         std::any_of(after.begin(), after.end(), [&](const Term& term) {
+           return term.effect->traits.grows_with_force && !contains(before, term.effect->text.id);
+         });
 }
 
 bool coulomb_joins_hysteresis(const FittedModel& before, const FittedModel& after) {
-  return contains(before.terms, "presliding_hysteresis") && !contains(before.terms, "coulomb") &&
-         contains(after.terms, "coulomb");
+  return has_role(before.terms, Role::hysteresis) && !has_role(before.terms, Role::saturating_friction) &&
+         has_role(after.terms, Role::saturating_friction);
 }
 
-/// A mode so damped does not ring.
-constexpr double kNoRinging = 0.3;
 /// An arm may be heavier than the carriage, by so much.
 constexpr double kHeaviestArm = 5.0;
 /// Of the mass, what must not swing: one that swings as a whole is a filter of the acceleration, and smooths
@@ -128,14 +125,18 @@ constexpr double kHeaviestArm = 5.0;
 constexpr double kMostThatSwings = 0.6;
 
 bool has_no_true_mode(const FittedModel& model) {
-  const Term* mode = find_term(model.terms, "structural_resonance");
+  const Term* mode = find_role(model.terms, Role::resonance);
   if (mode == nullptr) return false;
   const double moving_kg = mass_kg(model.terms);
+  const EffectTraits& traits = mode->effect->traits;
+  const PlausibleShape& damping = traits.plausible_shape;
+  const bool overdamped = mode->shapes[static_cast<std::size_t>(damping.shape)] > damping.upper;
+  const double rigid_kg = mode->gains[static_cast<std::size_t>(traits.axis_mass_gain)];
   // Of a mass that is fitted, the mode has no rigid part: what swings comes to it.
   const bool free = mass_is_free(model.terms);
   const bool swings_as_a_whole = free ? mode->gains[0] > kMostThatSwings * (moving_kg + mode->gains[0])
-                                      : mode->gains[2] < -kMostThatSwings * moving_kg;
-  return mode->shapes[1] > kNoRinging || swings_as_a_whole ||
+                                      : rigid_kg < -kMostThatSwings * moving_kg;
+  return overdamped || swings_as_a_whole ||
          std::hypot(mode->gains[0], mode->gains[1]) > kHeaviestArm * moving_kg;
 }
 
@@ -145,8 +146,8 @@ constexpr double kLongestInterval = 2.0;
 constexpr double kNoLagInTime = 10.0;
 
 bool lag_is_bristle_deflection(const FittedModel& model) {
-  const Term* lag = find_term(model.terms, "frictional_lag");
-  const Term* hysteresis = find_term(model.terms, "presliding_hysteresis");
+  const Term* lag = find_role(model.terms, Role::friction_memory);
+  const Term* hysteresis = find_role(model.terms, Role::hysteresis);
   if (lag == nullptr || hysteresis == nullptr) return false;
   const ElementSums sums = element_sums(*hysteresis);
   const double velocity_mps = lag->shapes[0];
@@ -192,7 +193,7 @@ bool hardly_worse(const FittedModel& simpler, const FittedModel& best) {
 constexpr double kObservable = 0.7;
 
 bool mode_is_not_observable(const SelectionContext& context, const Terms& terms) {
-  const Term* mode = find_term(terms, "structural_resonance");
+  const Term* mode = find_role(terms, Role::resonance);
   return mode != nullptr && mode->shapes[0] > kObservable * context.bandwidth_Hz;
 }
 
@@ -209,10 +210,10 @@ bool explains_as_well(const SelectionContext& context, const FittedModel& simple
     return false;
   }
   if (hardly_worse(simpler, best)) return true;
-  if (!contains(simpler.terms, "structural_resonance") && mode_is_not_observable(context, best.terms))
-    return true;
-  const bool nested = contains(best.terms, "frictional_lag") && !contains(simpler.terms, "frictional_lag") &&
-                      contains(simpler.terms, "stribeck");
+  if (!has_role(simpler.terms, Role::resonance) && mode_is_not_observable(context, best.terms)) return true;
+  const Term* lag = find_role(best.terms, Role::friction_memory);
+  const bool nested = lag != nullptr && !has_role(simpler.terms, Role::friction_memory) &&
+                      contains(simpler.terms, lag->effect->traits.special_case.id);
   const double floor_N = context.floor.of(best.terms);
   return nested && best.holdout_rmse_N > kFormIsNotTheAxis * floor_N &&
          explained_N2(simpler.holdout_rmse_N, best.holdout_rmse_N) <

@@ -23,9 +23,9 @@ bool too_coarse(const EffectDescription& effect, double stroke_m) {
 /// axis: a log that declares a mass of zero says that inertia does not count, so nothing swings either.
 bool says_nothing_new(const Measurement& measurement, const Terms& terms, const EffectDescription& effect) {
   const bool weightless = measurement.log().mass_kg && *measurement.log().mass_kg == 0.0;
-  if (weightless && (effect.id() == "structural_resonance" || effect.id() == "payload_mass")) return true;
-  return (effect.id() == "payload_mass" && mass_is_free(terms)) ||
-         (effect.id() == "inertia" && contains(terms, "payload_mass"));
+  if (weightless && (effect.has_role(Role::resonance) || effect.has_role(Role::added_mass))) return true;
+  return (effect.has_role(Role::added_mass) && mass_is_free(terms)) ||
+         (effect.has_role(Role::inertia) && has_role(terms, Role::added_mass));
 }
 
 /// The effects of the catalogue that the options ask for.

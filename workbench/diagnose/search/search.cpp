@@ -83,8 +83,9 @@ constexpr double kShareOfDeflection = 0.75;
 
 /// Whether the model's lag is Stribeck friction of a bristle, seen through its own stretch.
 bool lag_comes_from_bristle(const Found& found, const FittedModel& baseline, const FittedModel& model) {
-  const Trial* lag = find_trial(found.alone, "frictional_lag");
-  const Trial* stribeck = find_trial(found.alone, "stribeck");
+  const EffectDescription& memory = effect_with_role(Role::friction_memory);
+  const Trial* lag = find_trial(found.alone, memory.text.id);
+  const Trial* stribeck = find_trial(found.alone, memory.traits.special_case.id);
   return lag != nullptr && stribeck != nullptr && lag_is_bristle_deflection(model) &&
          explained_N2(baseline.holdout_rmse_N, stribeck->holdout_rmse_N) >=
              kShareOfDeflection * explained_N2(baseline.holdout_rmse_N, lag->holdout_rmse_N);
@@ -103,10 +104,12 @@ void replace_in_beam(const Explanation& now, const std::vector<std::string>& add
 /// search goes on from there.
 void replace_stribeck_by_lag(const Measurement& measurement, const FittedModel& baseline, const Found& found,
                              Explanation& best, std::vector<Explanation>& next) {
-  const auto stribeck = std::find(best.added.begin(), best.added.end(), "stribeck");
+  const EffectDescription& lag = effect_with_role(Role::friction_memory);
+  const std::string special_case = lag.traits.special_case.id;
+  const auto stribeck = std::find(best.added.begin(), best.added.end(), special_case);
   if (stribeck == best.added.end()) return;
-  const FittedModel before = fit_gains(measurement, without(best.model.terms, "stribeck"), &best.model);
-  const Trial trial = try_effect(measurement, before, *find_effect("frictional_lag"), {});
+  const FittedModel before = fit_gains(measurement, without(best.model.terms, special_case), &best.model);
+  const Trial trial = try_effect(measurement, before, lag, {});
   FittedModel model = fit_gains(measurement, trial.terms, &before);
   if (lag_comes_from_bristle(found, baseline, model) ||
       explains_as_well(found.context, best.model, model, before)) {
@@ -114,7 +117,7 @@ void replace_stribeck_by_lag(const Measurement& measurement, const FittedModel& 
   }
   const std::vector<std::string> was = best.added;
   best.model = refine_shapes_in_turn(measurement, std::move(model), {20});
-  best.added[static_cast<std::size_t>(stribeck - best.added.begin())] = "frictional_lag";
+  best.added[static_cast<std::size_t>(stribeck - best.added.begin())] = lag.id();
   replace_in_beam(best, was, next);
 }
 
@@ -122,7 +125,7 @@ void replace_stribeck_by_lag(const Measurement& measurement, const FittedModel& 
 /// The search goes on from there.
 void add_low_pass_to_delay(const Measurement& measurement, Explanation& best,
                            std::vector<Explanation>& next) {
-  if (!contains(best.model.terms, "time_delay")) return;
+  if (!has_role(best.model.terms, Role::measurement_delay)) return;
   best.model = refine_delay(measurement, std::move(best.model));
   if (measurement_dynamics_of(best.model.terms).filter_s != 0.0) replace_in_beam(best, best.added, next);
 }

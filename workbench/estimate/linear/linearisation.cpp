@@ -95,7 +95,7 @@ void divide(std::vector<double>& product, const std::vector<double>& factor) {
 }  // namespace
 
 MeasurementDynamics measurement_dynamics_of(const Terms& terms) {
-  const Term* lag = find_term(terms, "time_delay");
+  const Term* lag = find_role(terms, Role::measurement_delay);
   return lag == nullptr ? MeasurementDynamics{} : MeasurementDynamics{lag->shapes[0], lag->shapes[1]};
 }
 

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "workbench/base/text.h"
+#include "workbench/model/effects/effect_catalogue.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -123,7 +124,13 @@ std::vector<double> part_of(const std::vector<double>& values, const LogPart& pa
 }
 
 const std::vector<std::string>& effects_of_each_log() {
-  static const std::vector<std::string> effects{"inertia", "payload_mass", "offset_force", "drift"};
+  static const std::vector<std::string> effects = [] {
+    std::vector<std::string> ids;
+    for (const EffectDescription& effect : catalogue()) {
+      if (effect.traits.per_log) ids.push_back(effect.id());
+    }
+    return ids;
+  }();
   return effects;
 }
 

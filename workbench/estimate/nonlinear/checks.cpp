@@ -19,23 +19,32 @@ constexpr Eigen::Index kLeastInstants = 100;
 /// Slower samples show no reversal and no move: as a rule their time is in another unit.
 constexpr double kLeastRate_Hz = 10.0;
 
+std::vector<std::string> effects_that_act(Acts acts) {
+  std::vector<std::string> ids;
+  for (const EffectDescription& effect : catalogue()) {
+    if (effect.acts_as(acts)) ids.push_back(effect.id());
+  }
+  return ids;
+}
+
 }  // namespace
 
 void check_combination(const Measurement& measurement, const std::vector<std::string>& ids) {
   const auto has = [&](std::string_view id) { return std::find(ids.begin(), ids.end(), id) != ids.end(); };
-  if (has("inertia") && has("payload_mass") && !measurement.log().mass_kg) {
+  const std::string inertia = effect_with_role(Role::inertia).id();
+  const std::string added_mass = effect_with_role(Role::added_mass).id();
+  if (has(inertia) && has(added_mass) && !measurement.log().mass_kg) {
     throw UsageError(
-        "payload_mass and inertia are one and the same while the mass is not known; add the line "
-        "'# mass_kg: value' to the log or leave payload_mass out");
+        fmt::format("{0} and {1} are one and the same while the mass is not known; add the line "
+                    "'# mass_kg: value' to the log or leave {0} out",
+                    added_mass, inertia));
   }
   const bool dry = std::any_of(ids.begin(), ids.end(),
                                [](const std::string& id) { return find_effect(id)->acts_as(Acts::dry); });
   for (const std::string& id : ids) {
     if (!dry && find_effect(id)->acts_as(Acts::dry_scale)) {
-      throw UsageError(
-          fmt::format("{} changes the level of dry friction, and the model has none; add "
-                      "presliding_hysteresis or coulomb",
-                      id));
+      throw UsageError(fmt::format("{} changes the level of dry friction, and the model has none; add {}", id,
+                                   fmt::join(effects_that_act(Acts::dry), " or ")));
     }
   }
 }

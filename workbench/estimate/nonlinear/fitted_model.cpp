@@ -58,7 +58,7 @@ void judge(const Measurement& measurement, FittedModel& fitted) {
 
 Term term_for_log(const Measurement& measurement, const EffectDescription& effect) {
   Term term = make_term(measurement, effect);
-  if (term.id() == "inertia") set_declared_mass(measurement, term);
+  if (term.effect->has_role(Role::inertia)) set_declared_mass(measurement, term);
   return term;
 }
 
@@ -120,7 +120,7 @@ FittedModel linearised(const Measurement& measurement, Terms terms, double error
 Terms terms_on(const Measurement& measurement, Terms terms) {
   for (Term& term : terms) {
     term = with_gain_sets(measurement, std::move(term));
-    if (term.id() == "inertia") set_declared_mass(measurement, term);
+    if (term.effect->has_role(Role::inertia)) set_declared_mass(measurement, term);
   }
   return terms;
 }

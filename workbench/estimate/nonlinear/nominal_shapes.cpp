@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <string_view>
 #include <utility>
 
 #include "workbench/estimate/nonlinear/shape_search.h"
@@ -18,7 +17,10 @@ namespace {
 constexpr int kNominalEvaluations = 25;  ///< for each shape
 constexpr double kWantsAnotherShape = 0.998;
 
-constexpr std::string_view kLag = "time_delay";
+bool is_delay(const Term& term) {
+  return term.effect->has_role(Role::measurement_delay);
+}
+
 /// Steps with which the search for a low pass begins: of what all lag is together, or of a sample.
 constexpr double kFirstFilter = 0.5;
 constexpr double kFirstLag = 0.1;
@@ -41,7 +43,7 @@ std::vector<ShapeRange> ranges_to_refine(const Measurement& measurement, const T
   if (viscous) {
     for (ShapeRange& range : ranges) range.lower = range.nominal;
   }
-  if (term.id() != kLag) return ranges;
+  if (!is_delay(term)) return ranges;
   const double lag_s = std::max(std::abs(measurement_dynamics_of({term}).total_s()), measurement.tick_s());
   ranges.front().first_step = kFirstFilter * lag_s;
   ranges.push_back(searched_shapes(measurement, *term.effect).front());
@@ -51,7 +53,7 @@ std::vector<ShapeRange> ranges_to_refine(const Measurement& measurement, const T
 
 /// Shapes of a lag whose delay has so many filters more: one for the sum of both, minus one back from it.
 std::vector<double> moved_delay(const Term& term, std::vector<double> shapes, double filters) {
-  if (term.id() != kLag) return shapes;
+  if (!is_delay(term)) return shapes;
   const ShapeSpec& delay = term.effect->shapes[0];
   shapes[0] = std::clamp(shapes[0] + filters * shapes[1], static_cast<double>(delay.lower),
                          static_cast<double>(delay.upper));
@@ -76,7 +78,7 @@ FittedModel search_nominal(const Measurement& measurement, const FittedModel& fi
                            const Cost& cost) {
   const Term& term = fitted.terms[t];
   const std::vector<ShapeRange> ranges =
-      ranges_to_refine(measurement, term, contains(fitted.terms, "viscous"));
+      ranges_to_refine(measurement, term, has_role(fitted.terms, Role::viscous_friction));
   const auto cost_of_shapes = [&](const std::vector<double>& shapes) {
     Term moved = term;
     moved.shapes = moved_delay(term, shapes, -1.0);
@@ -99,7 +101,7 @@ FittedModel refine_nominal_shapes_of(const Measurement& measurement, FittedModel
   FittedModel plain = nominal(measurement, fitted, t);
   FittedModel moved = search_nominal(measurement, fitted, t, held_out_N);
   if (!(moved.holdout_rmse_N < kWantsAnotherShape * plain.holdout_rmse_N)) return plain;
-  if (moved.terms[t].id() != kLag) return moved;
+  if (!is_delay(moved.terms[t])) return moved;
   // The inverse of a low pass makes the force's noise louder, and so the low pass too short. Whether there is
   // one was asked with that against it; how long it is, is asked without. The rows hold no more noise than
   // the model leaves.
@@ -124,7 +126,7 @@ FittedModel refine_nominal_shapes(const Measurement& measurement, FittedModel fi
 
 FittedModel refine_delay(const Measurement& measurement, FittedModel fitted) {
   for (std::size_t t = 0; t < fitted.terms.size(); ++t) {
-    if (fitted.terms[t].id() == kLag) fitted = refine_nominal_shapes_of(measurement, std::move(fitted), t);
+    if (is_delay(fitted.terms[t])) fitted = refine_nominal_shapes_of(measurement, std::move(fitted), t);
   }
   return fitted;
 }

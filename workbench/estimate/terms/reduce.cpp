@@ -52,7 +52,7 @@ FittedModel reduce_hysteresis(const Measurement& measurement, const FittedModel&
                               std::size_t elements) {
   Terms terms = fitted.terms;
   const auto term = std::find_if(terms.begin(), terms.end(),
-                                 [](const Term& t) { return t.id() == "presliding_hysteresis"; });
+                                 [](const Term& t) { return t.effect->has_role(Role::hysteresis); });
   if (term == terms.end()) return fitted;
   // Of several logs the mean: slip distances are the axis'.
   const Term mean = averaged_over_logs(measurement, {*term}).front();

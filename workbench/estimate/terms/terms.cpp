@@ -32,7 +32,7 @@ void penalise_modulation(const GainGroup& group, Eigen::Index first, double vari
   penalty.block(first, first, group.count, group.count).array() += variance / squared(kMeanPrior * splines);
 }
 
-/// Where the gains of a set begin among the unknowns, and the gain of that name within it.
+/// A gain within its term, and where the gains of that term begin among the unknowns.
 struct GainAt {
   const Term* term = nullptr;
   Eigen::Index first = 0;
@@ -46,35 +46,28 @@ struct GainAt {
   std::size_t at(std::size_t set) const { return set * term->gains_per_set() + index; }
 };
 
-GainAt find_gain(const Terms& terms, std::string_view effect, std::string_view name) {
+GainAt gain_at(const Terms& terms, const Term& term, int gain) {
   Eigen::Index first = 0;
-  for (const Term& term : terms) {
-    if (effect == term.effect->text.id) {
-      std::size_t index = 0;
-      for (const GainGroup& group : term.effect->gain_groups) {
-        if (name == group.name) return {&term, first, index};
-        index += static_cast<std::size_t>(group.count);
-      }
-    }
-    first += static_cast<Eigen::Index>(term.gains.size());
+  for (const Term& before : terms) {
+    if (&before == &term) break;
+    first += static_cast<Eigen::Index>(before.gains.size());
   }
-  return {};
+  return {&term, first, static_cast<std::size_t>(gain)};
 }
 
-/// Viscous friction opposes motion in either direction: c |v| is a part of the c v that the model has, at
-/// most as large. Without the latter, one direction would be driven.
-void couple_viscous(const Terms& terms, NormalEquations::Constraints& constraints) {
-  const GainAt part = find_gain(terms, "direction_asymmetry", "viscous_asymmetry");
-  if (part.term == nullptr) return;
-  const GainAt whole = find_gain(terms, "viscous", "viscous");
-  for (std::size_t set = 0; set < part.term->gain_sets(); ++set) {
+/// Keeps a gain that is a part of another effect's gain (PartOfAnother) within it.
+void couple_part(const Terms& terms, const Term& term, NormalEquations::Constraints& constraints) {
+  const GainAt part = gain_at(terms, term, term.effect->traits.part_of_another.gain);
+  const Term* other = find_role(terms, term.effect->traits.part_of_another.whole);
+  for (std::size_t set = 0; set < term.gain_sets(); ++set) {
     const Eigen::Index b = part.unknown(set);
-    if (whole.term == nullptr) {
+    if (other == nullptr) {
       constraints.lower(b) = constraints.upper(b) = 0.0;
       continue;
     }
     // Either of them each log's own, the other not: no pair, and nothing is coupled.
-    if (whole.term->gain_sets() != part.term->gain_sets()) continue;
+    if (other->gain_sets() != term.gain_sets()) continue;
+    const GainAt whole = gain_at(terms, *other, 0);
     const Eigen::Index a = whole.unknown(set);
     if (whole.lower(set) == whole.upper(set)) {
       constraints.lower(b) = std::max(constraints.lower(b), -whole.upper(set));
@@ -89,11 +82,18 @@ void couple_viscous(const Terms& terms, NormalEquations::Constraints& constraint
 
 /// A mode's rigid mass and a mass of the axis that is fitted are one and the same force: the axis has it, or
 /// the split is chance, and a mass may come out as none.
-void leave_rigid_mass_to_axis(const Terms& terms, NormalEquations::Constraints& constraints) {
-  const GainAt rigid = find_gain(terms, "structural_resonance", "rigid_mass");
-  if (rigid.term == nullptr || !mass_is_free(terms)) return;
-  for (std::size_t set = 0; set < rigid.term->gain_sets(); ++set) {
+void leave_mass_to_axis(const Terms& terms, const Term& term, NormalEquations::Constraints& constraints) {
+  const GainAt rigid = gain_at(terms, term, term.effect->traits.axis_mass_gain);
+  for (std::size_t set = 0; set < term.gain_sets(); ++set) {
     constraints.lower(rigid.unknown(set)) = constraints.upper(rigid.unknown(set)) = 0.0;
+  }
+}
+
+void couple_gains(const Terms& terms, NormalEquations::Constraints& constraints) {
+  const bool free_mass = mass_is_free(terms);
+  for (const Term& term : terms) {
+    if (term.effect->traits.part_of_another.gain >= 0) couple_part(terms, term, constraints);
+    if (free_mass && term.effect->traits.axis_mass_gain >= 0) leave_mass_to_axis(terms, term, constraints);
   }
 }
 
@@ -134,8 +134,7 @@ NormalEquations::Constraints constraints_of(const Terms& terms, double error_N) 
       constraints.upper(next) = term.upper[i];
     }
   }
-  couple_viscous(terms, constraints);
-  leave_rigid_mass_to_axis(terms, constraints);
+  couple_gains(terms, constraints);
   return constraints;
 }
 

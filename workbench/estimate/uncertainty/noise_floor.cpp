@@ -12,6 +12,7 @@
 #include "workbench/estimate/nonlinear/fit.h"
 #include "workbench/estimate/terms/slip_grid.h"
 #include "workbench/estimate/uncertainty/residual_noise.h"
+#include "workbench/model/effects/effect_registry.h"
 #include "workbench/signal/zero_phase.h"
 
 namespace slipstack::workbench {
@@ -188,8 +189,8 @@ std::vector<double> NoiseFloor::of_each_log(const Terms& terms) const {
 }
 
 RowWeighing weigh_rows(Measurement& measurement) {
-  const FittedModel plain = fit_effects(measurement, {"inertia", "presliding_hysteresis"}, {});
-  if (const Term* hysteresis = find_term(plain.terms, "presliding_hysteresis")) {
+  const FittedModel plain = fit_effects(measurement, default_baseline(), {});
+  if (const Term* hysteresis = find_role(plain.terms, Role::hysteresis)) {
     measurement.set_slip_distances(refined_slip_distances(*hysteresis, measurement.encoder_resolution_m()));
   }
   const Eigen::VectorXd variance = variance_to_weigh_by(measurement, plain.terms);

@@ -78,6 +78,7 @@ EffectDescription description_of() {
   for (const GainGroup& group : E::gains) description.gain_groups.push_back(group);
   for (const ShapeSpec& shape : E::shapes) description.shapes.push_back(shape);
   description.gain_count = E::gain_count;
+  description.traits = traits_of<E>();
   description.make = [] { return std::make_unique<BasisOf<E>>(); };
   return description;
 }
@@ -118,6 +119,13 @@ const std::vector<EffectDescription>& catalogue() {
 const EffectDescription& controller_table() {
   static const EffectDescription table = description_of<UserTable<double>>();
   return table;
+}
+
+const EffectDescription& effect_with_role(Role role) {
+  for (const EffectDescription& description : catalogue()) {
+    if (description.has_role(role)) return description;
+  }
+  throw std::logic_error("no effect of the catalogue has the role that a rule needs");
 }
 
 const EffectDescription* find_in_catalogue(std::string_view id) {

@@ -21,6 +21,7 @@ struct EffectDescription {
   std::vector<GainGroup> gain_groups;
   std::vector<ShapeSpec> shapes;
   int gain_count = 0;
+  EffectTraits traits;                                 ///< of an effect of the user's own: the defaults
   std::function<std::unique_ptr<EffectBasis>()> make;  ///< a fresh instance
   std::string definition;                              ///< of a user's own effect; empty: of the catalogue
 
@@ -29,6 +30,9 @@ struct EffectDescription {
   /// How gain `index` acts, and the group it belongs to.
   const GainGroup& group_of_gain(int index) const;
   bool acts_as(Acts acts) const;
+  bool has_role(Role role) const { return traits.role == role; }
+  /// Whether an experiment can be planned that shows it.
+  bool is_plannable() const { return traits.plannable && gain_count > 0; }
   /// Parameters that a fit of this effect spends.
   int parameter_count() const { return gain_count + static_cast<int>(shapes.size()); }
 };
@@ -50,6 +54,9 @@ const std::vector<EffectDescription>& catalogue();
 /// The firmware's user_table, which no fit chooses: what stands for an own effect in what the controller runs
 /// (own_table.h). Not among catalogue(), nor found by find_effect().
 const EffectDescription& controller_table();
+
+/// The effect of the catalogue with this role. Throws std::logic_error where none has it.
+const EffectDescription& effect_with_role(Role role);
 
 /// The effect of the catalogue with this id, or nullptr.
 const EffectDescription* find_in_catalogue(std::string_view id);

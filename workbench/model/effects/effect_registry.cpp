@@ -11,6 +11,21 @@
 
 namespace slipstack::workbench {
 
+const std::vector<std::string>& default_baseline() {
+  static const std::vector<std::string> ids = [] {
+    std::vector<std::string> found;
+    for (const EffectDescription& description : catalogue()) {
+      if (description.traits.in_default_baseline) found.push_back(description.id());
+    }
+    return found;
+  }();
+  return ids;
+}
+
+std::string default_baseline_list() {
+  return fmt::format("{}", fmt::join(default_baseline(), ","));
+}
+
 const EffectDescription* find_effect(std::string_view id) {
   const EffectDescription* effect = find_in_catalogue(id);
   return effect != nullptr ? effect : find_user_effect(id);

@@ -9,8 +9,10 @@
 
 namespace slipstack::workbench {
 
-/// Effects of the model that is there before anything is known.
-inline constexpr const char* kDefaultBaseline = "inertia,presliding_hysteresis";
+/// Ids of the effects in the model that is there before anything is known, and the same as --effects takes
+/// them.
+const std::vector<std::string>& default_baseline();
+std::string default_baseline_list();
 
 /// The description of `id`, of the catalogue or declared by the user (user_effect.h), or nullptr.
 const EffectDescription* find_effect(std::string_view id);

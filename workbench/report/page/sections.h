@@ -43,7 +43,7 @@ std::string experiment_tables_html(const nlohmann::json& data);
 /// Baseline, command, notes: what somebody needs to get the same report again.
 std::string method_html(const nlohmann::json& data);
 
-/// "force_ripple" → its title where the data gives one, else "Force ripple". Not escaped.
+/// An id such as `a_b` → its title where the data gives one, else "A b". Not escaped.
 std::string effect_title(const nlohmann::json& data, const std::string& id);
 
 /// A title as it reads inside a sentence: "Force ripple" → "force ripple"; "GMS slip" stays.

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+// What an effect is to the other effects, where its basis does not say it. The workbench reads these traits
+// instead of comparing names; the controller reads none of them, so they cost it nothing. An effect that is
+// like any other states no traits: the defaults below hold.
+namespace slipstack {
+
+/// The part that an effect plays in rules about several effects, such as two that share one mass. At most one
+/// effect of the catalogue has each role; most have none.
+enum class Role : std::uint8_t {
+  none,
+  inertia,              ///< force of the moving mass, which a log may declare
+  added_mass,           ///< mass beyond the declared one
+  hysteresis,           ///< dry friction of elements, each with a stiffness and a slip distance
+  saturating_friction,  ///< dry friction without memory: a level, saturated about standstill
+  viscous_friction,     ///< proportional to velocity
+  friction_memory,      ///< dry friction that follows its dependence on velocity late
+  resonance,            ///< a mass on a spring that swings against the axis
+  measurement_delay,    ///< no force of its own: force and motion are recorded at different times
+};
+
+/// Another effect that this one becomes in a limit. No log can exclude the more general one; it can show that
+/// the axis has no more than the special case.
+struct SpecialCase {
+  const char* id = "";  ///< of the other effect
+  int gains = 0;        ///< so many first gains of this effect show that it is more than that; 0: all of them
+};
+
+/// A gain that is a part of the first gain of another effect: at most as large in magnitude, and zero in a
+/// model that lacks the other effect.
+struct PartOfAnother {
+  int gain = -1;
+  Role whole = Role::none;
+};
+
+/// Values of a shape between which a fitted effect is what its name says.
+struct PlausibleShape {
+  int shape = -1;
+  double lower = 0.0;
+  double upper = 0.0;
+};
+
+struct EffectTraits {
+  Role role = Role::none;
+  bool in_default_baseline = false;  ///< in the model that is there before anything is known
+  bool per_log = false;              ///< differs between logs of one axis: by default each has its own gains
+  bool grows_with_force = false;     ///< small errors of gain and time in the recorder look like it
+  bool plannable = true;             ///< an experiment can be planned that shows it
+  SpecialCase special_case{};
+  PartOfAnother part_of_another{};
+  int axis_mass_gain = -1;  ///< gain that is the same force as a mass of the axis: zero while that is fitted
+  PlausibleShape plausible_shape{};
+};
+
+/// What an effect states about itself, or the defaults.
+template <class E>
+constexpr EffectTraits traits_of() {
+  if constexpr (requires { E::traits; }) {
+    return E::traits;
+  } else {
+    return {};
+  }
+}
+
+}  // namespace slipstack
