@@ -12,7 +12,8 @@
 #include "workbench/papers/experiment.h"
 #include "workbench/plan/known_axis.h"
 #include "workbench/plan/limits.h"
-#include "workbench/report/results.h"
+#include "workbench/report/json_values.h"
+#include "workbench/report/texts.h"
 
 namespace slipstack::workbench {
 namespace {

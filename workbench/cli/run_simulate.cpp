@@ -11,7 +11,9 @@
 #include "workbench/cli/define_simulate.h"
 #include "workbench/model/effects/effect_catalogue.h"
 #include "workbench/papers/experiment.h"
-#include "workbench/report/results.h"
+#include "workbench/report/json_values.h"
+#include "workbench/report/model_notes.h"
+#include "workbench/report/texts.h"
 #include "workbench/simulate/open_loop.h"
 #include "workbench/simulate/set_points.h"
 

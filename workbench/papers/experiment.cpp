@@ -8,8 +8,8 @@
 #include "sim_host/experiments/setup.h"
 #include "workbench/base/text.h"
 #include "workbench/log/log.h"
-#include "workbench/report/html.h"
-#include "workbench/report/results.h"
+#include "workbench/report/json_values.h"
+#include "workbench/report/page/html.h"
 
 namespace slipstack::workbench {
 CLI::Option* add_word(CLI::App& command, const std::string& name, std::string& value, const std::string& kind,

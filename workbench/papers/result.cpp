@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "workbench/base/text.h"
-#include "workbench/report/format.h"
+#include "workbench/report/page/format.h"
 
 namespace slipstack::workbench {
 namespace {

@@ -11,7 +11,6 @@
 
 #include "workbench/console/output.h"
 #include "workbench/papers/stop.h"
-#include "workbench/report/results.h"
 
 namespace slipstack::workbench {
 namespace {

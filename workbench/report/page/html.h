@@ -32,7 +32,7 @@ namespace slipstack::workbench {
 ///   candidates: [{effect, title, holdout_rmse_N, error_reduction and error_reduction_se (shares of the
 ///   baseline's held-out
 ///     error), confounded_with: [id], evidence, cause, confirm_with}], best first
-///   steps: [{added: "baseline" or id, holdout_rmse_N}]
+///   steps: [{effect: "baseline" or id, holdout_rmse_N}]
 ///   charts: [{title, x_axis: {name, unit, log}, y_axis, x: [value], curves: [{name, role, dashed, y, x}],
 ///     orbit}]: an experiment's, in the units named; in an orbit every curve has its own x
 ///   tables: [{title, columns: [{heading, unit, number}], rows: [[text]]}]

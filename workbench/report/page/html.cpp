@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/report/html.h"
+#include "workbench/report/page/html.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -13,11 +13,11 @@
 #include <string_view>
 #include <utility>
 
-#include "workbench/report/chart_data.h"
-#include "workbench/report/format.h"
-#include "workbench/report/json_access.h"
-#include "workbench/report/sections.h"
-#include "workbench/report/web_assets.h"
+#include "workbench/report/page/chart_data.h"
+#include "workbench/report/page/format.h"
+#include "workbench/report/page/json_access.h"
+#include "workbench/report/page/sections.h"
+#include "workbench/report/page/web_assets.h"
 
 namespace slipstack::workbench {
 namespace {

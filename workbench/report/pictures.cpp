@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/report/report_data.h"
+#include "workbench/report/pictures.h"
 
 #include <fmt/format.h>
 
@@ -7,10 +7,13 @@
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <string_view>
+#include <utility>
 
 #include "workbench/base/quantity.h"
-#include "workbench/base/text.h"
 #include "workbench/diagnose/evidence/held_out.h"
+#include "workbench/report/json_values.h"
+#include "workbench/report/measurement_notes.h"
 #include "workbench/signal/spectrum.h"
 
 namespace slipstack::workbench {
@@ -167,84 +170,10 @@ json spectrum_json(const Measurement& measurement, const ForceRows& before, cons
   return spectrum;
 }
 
-json notes_of(const Measurement& measurement) {
-  json notes = json::array();
-  notes.push_back(fmt::format(
-      "Force and every regressor passed the same zero-phase low-pass of {:.0f} Hz and were compared at {} "
-      "instants, {:.1f} ms apart.",
-      measurement.bandwidth_Hz(), measurement.row_count(),
-      1e3 * static_cast<double>(measurement.row_stride()) * measurement.tick_s()));
-  if (measurement.burn_in_s() > 0.0) {
-    notes.push_back(fmt::format("The first {} are left out: the state of the hysteresis is not known there.",
-                                quantity(measurement.burn_in_s(), "s")));
-  }
-  notes.push_back(fmt::format(
-      "Force noise before the filter: {} (from differences of sixth order). Held-out errors: {} contiguous "
-      "blocks in {} folds, each judged by a fit to the others.",
-      quantity(measurement.force_noise_N(), "N"), measurement.block_count(), measurement.fold_count()));
-  if (measurement.log_count() > 1) {
-    std::string logs;
-    for (std::size_t log = 0; log < measurement.log_count(); ++log) {
-      const LogPart& part = measurement.parts()[measurement.parts_of_log(log).first];
-      logs += (logs.empty() ? "" : ", ") + printable(part.path);
-    }
-    notes.push_back(fmt::format("Logs, one after another: {}.", logs));
-  }
-  if (measurement.is_excerpt()) {
-    notes.push_back(fmt::format(
-        "Effects were searched, and the pictures drawn, in {} stretches, {} of {} samples; errors are those "
-        "of all.",
-        measurement.parts().size(), measurement.sample_count(), measurement.whole_sample_count()));
-  }
-  for (const std::string& note : measurement.log().notes) notes.push_back(note);
-  return notes;
-}
-
-json parameter_json(const char* name, std::size_t index, bool numbered, double value, double error,
-                    const char* unit, const std::string& note) {
-  return {{"name", numbered ? fmt::format("{} {}", name, index + 1) : std::string(name)},
-          {"value", number_json(value)},
-          {"standard_error", error > 0.0 ? json(error) : json(nullptr)},
-          {"unit", unit},
-          {"note", note}};
-}
-
-std::string gain_note(const Term& term, std::size_t gain) {
-  if (term.lower[gain] == term.upper[gain]) return "given";
-  if (term.gains[gain] == term.lower[gain] || term.gains[gain] == term.upper[gain]) return "at its bound";
-  return "";
-}
-
-json term_json(const Term& term) {
-  json list = json::array();
-  const bool elements = term.effect->has_role(Role::hysteresis);
-  if (!elements) {
-    for (std::size_t i = 0; i < term.shapes.size(); ++i) {
-      const double error = term.shape_standard_error(i);
-      list.push_back(parameter_json(term.effect->shapes[i].name, i, false, term.shapes[i], error,
-                                    term.effect->shapes[i].unit, "shape"));
-    }
-  }
-  for (std::size_t g = 0; g < term.gains.size(); ++g) {
-    const std::size_t own = g % term.gains_per_set();
-    const GainGroup& group = term.effect->group_of_gain(static_cast<int>(own));
-    if (elements && term.gains[g] == 0.0) continue;
-    const double error = term.gain_standard_error(g);
-    const std::string note =
-        elements ? fmt::format("slip distance {}", quantity(term.shapes[own], "m")) : gain_note(term, g);
-    list.push_back(parameter_json(group.name, own, group.count > 1, term.gains[g], error, group.unit, note));
-    if (term.gain_sets() > 1) list.back()["log"] = g / term.gains_per_set() + 1;
-  }
-  return {{"effect", term.id()},
-          {"title", term.effect->text.title},
-          {"formula", term.effect->text.formula},
-          {"parameters", list}};
-}
-
 }  // namespace
 
-json number_json(double value) {
-  return std::isfinite(value) ? json(value) : json(nullptr);
+ForceRows rows_of(const FittedModel& fitted) {
+  return {fitted.linearisation->measured_N(), fitted.linearisation->force_N()};
 }
 
 void add_pictures(json& data, const Measurement& measurement, const ForceRows& before,
@@ -276,7 +205,7 @@ void add_pictures(json& data, const Measurement& measurement, const ForceRows& b
                       profile_json("acceleration", "m/s2", acceleration_mps2, velocity_mps, before, after),
                       profile_json("time", "s", time_s, velocity_mps, before, after)};
   data["spectrum"] = spectrum_json(measurement, before, after);
-  data["notes"] = notes_of(measurement);
+  data["notes"] = method_notes(measurement);
 }
 
 void add_expected(json& data, const Measurement& measurement, const std::string& name,
@@ -289,40 +218,6 @@ void add_expected(json& data, const Measurement& measurement, const std::string&
     data["profiles"][i]["expected_mean_N"] = Bins(coordinates[i]).mean_and_spread(expected_N, all).first;
     data["profiles"][i]["expected_name"] = name;
   }
-}
-
-json parameters_json(const Terms& terms) {
-  json list = json::array();
-  for (const Term& term : terms) list.push_back(term_json(term));
-  return list;
-}
-
-json candidates_json(const Diagnosis& diagnosis) {
-  json list = json::array();
-  for (const Candidate& candidate : diagnosis.candidates) {
-    const EffectText& text = candidate.term.effect->text;
-    json entry{{"effect", text.id},
-               {"title", text.title},
-               {"holdout_rmse_N", number_json(candidate.holdout_rmse_N)},
-               {"error_reduction", number_json(candidate.error_reduction)},
-               {"error_reduction_se", number_json(candidate.error_reduction_se)},
-               {"confounded_with", candidate.confounded_with},
-               {"evidence", candidate.evidence},
-               {"cause", text.cause},
-               {"confirm_with", text.confirm}};
-    if (candidate.term.effect->is_user_defined()) entry["definition"] = candidate.term.effect->definition;
-    list.push_back(std::move(entry));
-  }
-  return list;
-}
-
-json steps_json(const Diagnosis& diagnosis) {
-  json list = json::array();
-  for (const Step& step : diagnosis.steps) {
-    list.push_back({{"added", step.added}, {"holdout_rmse_N", number_json(step.holdout_rmse_N)}});
-    if (!step.evidence.empty()) list.back()["evidence"] = step.evidence;
-  }
-  return list;
 }
 
 }  // namespace slipstack::workbench

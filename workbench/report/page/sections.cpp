@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/report/sections.h"
+#include "workbench/report/page/sections.h"
 
 #include <algorithm>
 #include <array>
@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
-#include "workbench/report/chart_data.h"
-#include "workbench/report/format.h"
-#include "workbench/report/json_access.h"
+#include "workbench/report/page/chart_data.h"
+#include "workbench/report/page/format.h"
+#include "workbench/report/page/json_access.h"
 
 namespace slipstack::workbench {
 namespace {

@@ -7,9 +7,9 @@
 #include <optional>
 #include <string>
 
-#include "workbench/report/format.h"
-#include "workbench/report/json_access.h"
-#include "workbench/report/sections.h"
+#include "workbench/report/page/format.h"
+#include "workbench/report/page/json_access.h"
+#include "workbench/report/page/sections.h"
 
 namespace slipstack::workbench {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/report/chart_data.h"
+#include "workbench/report/page/chart_data.h"
 
 #include <array>
 #include <charconv>
@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
-#include "workbench/report/json_access.h"
-#include "workbench/report/sections.h"
+#include "workbench/report/page/json_access.h"
+#include "workbench/report/page/sections.h"
 
 namespace slipstack::workbench {
 namespace {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/cli/effect_page.h"
+#include "workbench/report/effect_page.h"
 
 #include <fmt/format.h>
 
 #include <cmath>
 
-#include "workbench/report/results.h"
+#include "workbench/report/texts.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -71,9 +71,9 @@ std::string deployment(const EffectDescription& effect) {
 
 }  // namespace
 
-std::string effect_page(const EffectDescription& effect) {
+std::string effect_description(const EffectDescription& effect) {
   const EffectText& words = effect.text;
-  std::string text = fmt::format("{}# {}: `{}`\n\n", kGenerated, words.title, words.id);
+  std::string text = fmt::format("# {}: `{}`\n\n", words.title, words.id);
   text += fmt::format("**Formula.** `{}`\n\n**Source.** {}\n\n", words.formula, sentence(words.source));
   if (effect.gain_count > 0 || !effect.shapes.empty()) {
     text += "| parameter | unit | bounds | role |\n|---|---|---|---|\n";
@@ -91,6 +91,10 @@ std::string effect_page(const EffectDescription& effect) {
   text += fmt::format("**On the controller.** {}\n\n", deployment(effect));
   text += fmt::format("Code: `firmware/effects/{}.h`.\n", words.id);
   return text;
+}
+
+std::string effect_page(const EffectDescription& effect) {
+  return kGenerated + effect_description(effect);
 }
 
 std::string effect_lines(const std::string& indent) {
