@@ -52,8 +52,8 @@ bool standstills_without_noise(const Log& log, const std::vector<Interval>& cons
 /// probability of 0.1 at most.
 constexpr std::size_t kFrozen = 8;
 
-/// The force has no noise next to an interval where all of kFaultMargin steps on either side are smaller than this
-/// share of the noise; white noise looks like that at one sample in 10^4.
+/// The force has no noise next to an interval where all of kFaultMargin steps on either side are smaller than
+/// this share of the noise; white noise looks like that at one sample in 10^4.
 constexpr std::size_t kFaultMargin = 4;
 constexpr double kNoiseless = 0.5;
 

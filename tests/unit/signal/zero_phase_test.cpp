@@ -93,7 +93,8 @@ TEST(Filter, IsTheSumOfShiftedTaps) {
 }
 
 TEST(Filter, PassesAConstantUpToTheEnds) {
-  const std::vector<double> out = filter_all(std::vector<double>(50, 3.25), low_pass_taps(5.0, kFilterRate_Hz));
+  const std::vector<double> out =
+      filter_all(std::vector<double>(50, 3.25), low_pass_taps(5.0, kFilterRate_Hz));
   for (const double value : out) EXPECT_NEAR(value, 3.25, 1e-13);
 }
 

@@ -158,7 +158,8 @@ Structure line_within(const Measurement& measurement, const Eigen::VectorXd& res
 
 Structure line_at_rows(const Measurement& measurement, const Eigen::VectorXd& residual_N) {
   const Spectrum spectrum = row_spectrum(measurement, residual_N);
-  if (spectrum.density.empty()) return {Coordinate::frequency, 0.0, 0.0, "", Eigen::VectorXd::Zero(residual_N.size())};
+  if (spectrum.density.empty())
+    return {Coordinate::frequency, 0.0, 0.0, "", Eigen::VectorXd::Zero(residual_N.size())};
   std::size_t peak = 2;
   for (std::size_t k = 2; k < spectrum.density.size(); ++k) {
     if (spectrum.density[k] > spectrum.density[peak]) peak = k;
@@ -213,7 +214,8 @@ std::optional<Structure> line_beyond_rows(const Measurement& measurement, const 
   const double power = std::max(0.0, power_at(spectrum, peak) - 3.0 * usual * width_Hz);
   const double reduction = 1.0 - error_N / std::sqrt(error_N * error_N + power);
   const double frequency_Hz = spectrum.frequency_Hz[peak];
-  return Structure{Coordinate::frequency, reduction, frequency_Hz, described(frequency_Hz, std::sqrt(2.0 * power)),
+  return Structure{Coordinate::frequency, reduction, frequency_Hz,
+                   described(frequency_Hz, std::sqrt(2.0 * power)),
                    Eigen::VectorXd::Zero(measurement.row_count())};
 }
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim_host/experiments/friction_models.h"
+#include "workbench/papers/analysis/friction_models.h"
 
 #include <algorithm>
 #include <cmath>
 
-namespace slipstack::sim {
+namespace slipstack::workbench {
 namespace {
 
 constexpr std::size_t kGmsElements = 12;
@@ -237,4 +237,4 @@ Eigen::MatrixXd model_columns(FrictionKind kind, const std::vector<double>& shap
   return {};
 }
 
-}  // namespace slipstack::sim
+}  // namespace slipstack::workbench

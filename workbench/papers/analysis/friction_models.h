@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-namespace slipstack::sim {
+namespace slipstack::workbench {
 
 enum class FrictionKind { kCoulombStribeck, kDahl, kBoucWen, kLuGre, kGms, kMaxwellSlip };
 
@@ -91,4 +91,4 @@ LoopMotion loop_motion(double amplitude_m, double speed_mps, bool inner);
 /// zero.
 double return_error(const FrictionFit& fit, double amplitude_m, double speed_mps);
 
-}  // namespace slipstack::sim
+}  // namespace slipstack::workbench

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim_host/experiments/loop_log.h"
+#include "workbench/papers/analysis/loop_log.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 #include <numeric>
 #include <stdexcept>
 
-namespace slipstack::sim {
+namespace slipstack::workbench {
 namespace {
 
 constexpr double kClosed = 0.05;  // of the stroke
@@ -196,4 +196,4 @@ std::vector<AveragedLoop> averaged_loops(std::span<const double> position_m, std
   return loops;
 }
 
-}  // namespace slipstack::sim
+}  // namespace slipstack::workbench

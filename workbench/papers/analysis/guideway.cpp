@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim_host/experiments/guideway.h"
+#include "workbench/papers/analysis/guideway.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include <numbers>
 #include <stdexcept>
 
-namespace slipstack::sim {
+namespace slipstack::workbench {
 namespace {
 
 double sine_squared(const BallContact& contact) {
@@ -182,4 +182,4 @@ double loop_spread(const std::vector<Loop>& loops) {
   return std::sqrt(squares / (kPlaces * static_cast<double>(loops.size()))) / largest;
 }
 
-}  // namespace slipstack::sim
+}  // namespace slipstack::workbench

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim_host/experiments/virgin_fit.h"
+#include "workbench/papers/analysis/virgin_fit.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
 
-#include "sim_host/experiments/nonnegative_least_squares.h"
+#include "workbench/papers/analysis/nonnegative_least_squares.h"
 
-namespace slipstack::sim {
+namespace slipstack::workbench {
 namespace {
 
 double largest_force(const std::vector<VirginSample>& samples) {
@@ -139,7 +139,7 @@ PolygonFit fit_polygon(const Loop& loop, std::size_t elements) {
   return fit;
 }
 
-VirginCurve curve_of_damping(const std::vector<DampingPoint>& points, double force_N) {
+sim::VirginCurve curve_of_damping(const std::vector<DampingPoint>& points, double force_N) {
   if (points.empty()) throw std::invalid_argument("no damping ratio to fit a virgin curve to");
   double smallest_m = points.front().amplitude_m;
   double largest_m = smallest_m;
@@ -173,14 +173,14 @@ VirginCurve curve_of_damping(const std::vector<DampingPoint>& points, double for
   }
   target[rows] = kScaleWeight;
   const Eigen::VectorXd share = nonnegative_least_squares(columns, target).gains;
-  std::vector<CurveTerm> found;
+  std::vector<sim::CurveTerm> found;
   for (Eigen::Index c = 0; c < terms; ++c) {
     if (!(share[c] > 0.0)) continue;
     const double length_m = lengths[static_cast<std::size_t>(c)];
     const double unit_N = RationalCurve{1.0, length_m}.force_N(largest_m);
-    found.push_back({CurveKind::kRational, force_N * share[c] / (share.sum() * unit_N), length_m, 1.0});
+    found.push_back({sim::CurveKind::kRational, force_N * share[c] / (share.sum() * unit_N), length_m, 1.0});
   }
-  return VirginCurve(std::move(found));
+  return sim::VirginCurve(std::move(found));
 }
 
-}  // namespace slipstack::sim
+}  // namespace slipstack::workbench

@@ -1,26 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// Calibration of a force transducer in load steps: the record, and what [3] separates it into.
+// A calibration of a force transducer in load steps: the record, and the parts into which [3] separates it.
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <vector>
 
-#include "sim_host/experiments/setup.h"
+#include "sim_host/experiments/calibration.h"
 
-namespace slipstack::sim {
-
-/// One settled reading.
-struct LoadStep {
-  double time_s = 0.0;
-  double load_N = 0.0;
-  double signal_mV_per_V = 0.0;
-};
+namespace slipstack::workbench {
 
 /// A record in load steps: preloads straight from zero to full scale and back, then one cycle from zero over
 /// steps to full scale and back to zero, with loops inside or without.
 struct StepRecord {
-  std::vector<LoadStep> steps;
+  std::vector<sim::LoadStep> steps;
   std::size_t cycle = 0;     // index of the zero at which the cycle begins
   std::size_t top = 0;       // index of the full-scale reading of the cycle
   std::size_t preloads = 0;  // before the cycle
@@ -30,7 +22,7 @@ struct StepRecord {
 /// Finds the cycle in a record. Throws std::invalid_argument, naming the step counted from 1, when there are
 /// fewer than five steps up ([3], section 2), times do not rise, a load is negative, or the cycle does not
 /// begin and end at zero load.
-StepRecord step_record(std::vector<LoadStep> steps);
+StepRecord step_record(std::vector<sim::LoadStep> steps);
 
 /// What [3], section 2, makes of a cycle; all in mV/V.
 struct Reversibility {
@@ -49,16 +41,4 @@ struct Reversibility {
 /// levels were read both ways or the signal does not grow with load.
 Reversibility reversibility(const StepRecord& record);
 
-/// A calibration of the set-up's transducer after [3]: 200 elements, linearity deviation, drift with time,
-/// noise. `virgin`: one cycle in even steps without preloads, of a transducer at rest before. Otherwise
-/// preloads, then the cycle with a loop between 22 and 8 % of full scale on either way, in fifths of a step
-/// ([3], section 6). `repeat`: the same once more. All are parts of one history: each goes on where the one
-/// before ended.
-struct SimulatedCalibration {
-  std::vector<LoadStep> virgin;
-  std::vector<LoadStep> loops;
-  std::vector<LoadStep> repeat;
-};
-SimulatedCalibration simulate_calibration(const TransducerSetup& setup, std::uint64_t seed);
-
-}  // namespace slipstack::sim
+}  // namespace slipstack::workbench

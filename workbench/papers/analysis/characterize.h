@@ -5,11 +5,11 @@
 #include <cstdint>
 #include <vector>
 
-#include "sim_host/experiments/guideway.h"
-#include "sim_host/experiments/loop_log.h"
 #include "sim_host/experiments/setup.h"
+#include "workbench/papers/analysis/guideway.h"
+#include "workbench/papers/analysis/loop_log.h"
 
-namespace slipstack::sim {
+namespace slipstack::workbench {
 
 /// What is measured: a virgin curve under slow force sines, seen by sensors.
 struct LoopTest {
@@ -22,12 +22,12 @@ struct LoopTest {
 };
 
 /// The test of a set-up: its amplitudes and sensors, 1000 samples to a loop at most.
-LoopTest loop_test_of(const ExperimentSetup& setup);
+LoopTest loop_test_of(const sim::ExperimentSetup& setup);
 
 /// Loops at the force amplitudes that reach the displacement amplitudes; each is the mean of ten. Amplitudes
 /// below what the encoder resolves (twenty steps from end to end) are left out. Throws std::invalid_argument
 /// when none is left or a force cannot be held.
-std::vector<AveragedLoop> characterize(const VirginCurve& curve, const LoopTest& test);
+std::vector<AveragedLoop> characterize(const sim::VirginCurve& curve, const LoopTest& test);
 
 /// A preload as a multiple of that of the set-up.
 struct PreloadSeries {
@@ -36,11 +36,11 @@ struct PreloadSeries {
 };
 
 /// The same at several preloads: the force axis of the virgin curve goes with their square root ([2], 4.4.2).
-std::vector<PreloadSeries> characterize_preloads(const VirginCurve& curve, const LoopTest& test,
+std::vector<PreloadSeries> characterize_preloads(const sim::VirginCurve& curve, const LoopTest& test,
                                                  const std::vector<double>& preloads);
 
 /// A curve with both axes multiplied.
-VirginCurve scaled(const VirginCurve& curve, const Scaling& factors);
+sim::VirginCurve scaled(const sim::VirginCurve& curve, const Scaling& factors);
 
 /// A loop close to rolling of one guideway, and the guideway.
 struct GuidewayLoop {
@@ -51,7 +51,7 @@ struct GuidewayLoop {
 /// The guideways that [2] tried, one thing changed at a time from `reference`: loads 10, 25, 55 N, groove
 /// angles 60°, 90°, 120°, balls of 1.5 and 6 mm; the loop of each, measured to the same share of its
 /// saturation.
-std::vector<GuidewayLoop> guideways_tried(const VirginCurve& curve, const BallContact& reference,
+std::vector<GuidewayLoop> guideways_tried(const sim::VirginCurve& curve, const BallContact& reference,
                                           const LoopTest& test);
 
-}  // namespace slipstack::sim
+}  // namespace slipstack::workbench

@@ -5,10 +5,10 @@
 #include <span>
 #include <vector>
 
-#include "sim_host/experiments/loop_figures.h"
 #include "sim_host/friction/virgin_curve.h"
+#include "workbench/papers/analysis/loop_figures.h"
 
-namespace slipstack::sim {
+namespace slipstack::workbench {
 
 /// A virgin curve as a polygon from the origin: Maxwell elements in other words. Rising and concave; goes on
 /// level after its last point.
@@ -58,6 +58,6 @@ struct DampingPoint {
 /// smallest to 300 times the largest amplitude. E(A) − ζ·2π·A·y(A) = 0 is linear in the levels of the terms,
 /// so they come from non-negative least squares, scaled to `force_N` at the largest amplitude. Throws
 /// std::invalid_argument when a point is not positive or none is given.
-VirginCurve curve_of_damping(const std::vector<DampingPoint>& points, double force_N);
+sim::VirginCurve curve_of_damping(const std::vector<DampingPoint>& points, double force_N);
 
-}  // namespace slipstack::sim
+}  // namespace slipstack::workbench

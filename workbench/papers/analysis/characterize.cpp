@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim_host/experiments/characterize.h"
+#include "workbench/papers/analysis/characterize.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 
 #include "sim_host/experiments/quasi_static.h"
 
-namespace slipstack::sim {
+namespace slipstack::workbench {
 namespace {
 
 /// Of the saturation: the loop just before rolling.
@@ -16,7 +16,7 @@ constexpr double kLeastStepsPerLoop = 20.0;
 
 }  // namespace
 
-LoopTest loop_test_of(const ExperimentSetup& setup) {
+LoopTest loop_test_of(const sim::ExperimentSetup& setup) {
   LoopTest test;
   test.amplitudes_m = setup.defaults.loop_amplitudes_m;
   std::sort(test.amplitudes_m.begin(), test.amplitudes_m.end());
@@ -27,8 +27,8 @@ LoopTest loop_test_of(const ExperimentSetup& setup) {
   return test;
 }
 
-std::vector<AveragedLoop> characterize(const VirginCurve& curve, const LoopTest& test) {
-  QuasiStaticTest run;
+std::vector<AveragedLoop> characterize(const sim::VirginCurve& curve, const LoopTest& test) {
+  sim::QuasiStaticTest run;
   run.frequency_Hz = test.frequency_Hz;
   run.sample_rate_Hz = test.sample_rate_Hz;
   run.encoder_resolution_m = test.encoder_resolution_m;
@@ -47,12 +47,12 @@ std::vector<AveragedLoop> characterize(const VirginCurve& curve, const LoopTest&
     throw std::invalid_argument(
         "loops: every amplitude is below what the encoder resolves; ask for larger ones");
   }
-  const ElementBank bank = elements_between(curve, smallest_m, largest_m);
-  const QuasiStaticRecord record = record_loops(bank, run);
+  const sim::ElementBank bank = sim::elements_between(curve, smallest_m, largest_m);
+  const sim::QuasiStaticRecord record = sim::record_loops(bank, run);
   return averaged_loops(record.position_m, record.force_N);
 }
 
-std::vector<PreloadSeries> characterize_preloads(const VirginCurve& curve, const LoopTest& test,
+std::vector<PreloadSeries> characterize_preloads(const sim::VirginCurve& curve, const LoopTest& test,
                                                  const std::vector<double>& preloads) {
   std::vector<PreloadSeries> series;
   for (const double preload : preloads) {
@@ -64,18 +64,18 @@ std::vector<PreloadSeries> characterize_preloads(const VirginCurve& curve, const
   return series;
 }
 
-VirginCurve scaled(const VirginCurve& curve, const Scaling& factors) {
-  std::vector<CurveTerm> terms = curve.terms();
-  for (CurveTerm& term : terms) {
+sim::VirginCurve scaled(const sim::VirginCurve& curve, const Scaling& factors) {
+  std::vector<sim::CurveTerm> terms = curve.terms();
+  for (sim::CurveTerm& term : terms) {
     term.level_N *= factors.force;
     term.length_m *= factors.displacement;
     for (double& x : term.points_m) x *= factors.displacement;
     for (double& force : term.points_N) force *= factors.force;
   }
-  return VirginCurve(std::move(terms));
+  return sim::VirginCurve(std::move(terms));
 }
 
-std::vector<GuidewayLoop> guideways_tried(const VirginCurve& curve, const BallContact& reference,
+std::vector<GuidewayLoop> guideways_tried(const sim::VirginCurve& curve, const BallContact& reference,
                                           const LoopTest& test) {
   std::vector<BallContact> contacts;
   const auto vary = [&](double BallContact::*what, std::initializer_list<double> values) {
@@ -89,7 +89,7 @@ std::vector<GuidewayLoop> guideways_tried(const VirginCurve& curve, const BallCo
   vary(&BallContact::ball_diameter_m, {1.5e-3, 6e-3});
   std::vector<GuidewayLoop> loops;
   for (const BallContact& contact : contacts) {
-    const VirginCurve its = scaled(curve, scaling(reference, contact));
+    const sim::VirginCurve its = scaled(curve, scaling(reference, contact));
     LoopTest once = test;
     once.amplitudes_m = {its.displacement_m(kBeforeRolling)};
     once.seed = test.seed + loops.size();
@@ -98,4 +98,4 @@ std::vector<GuidewayLoop> guideways_tried(const VirginCurve& curve, const BallCo
   return loops;
 }
 
-}  // namespace slipstack::sim
+}  // namespace slipstack::workbench

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim_host/experiments/transducer.h"
+#include "workbench/papers/analysis/transducer.h"
 
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <utility>
 
-#include "sim_host/experiments/nonnegative_least_squares.h"
+#include "workbench/papers/analysis/nonnegative_least_squares.h"
 
-namespace slipstack::sim {
+namespace slipstack::workbench {
 namespace {
 
 /// One stop operator: elongation of an element after the load has changed.
@@ -115,7 +115,7 @@ TransducerModel with_line_of(const TransducerModel& model, const StepRecord& rec
   // The elements alone, followed and treated like the readings: what differs then is the transducer's.
   TransducerModel elements(found.sensitivity, model.stiffness(), model.slip_N(), {}, {});
   StepRecord mine = record;
-  for (LoadStep& step : mine.steps) {
+  for (sim::LoadStep& step : mine.steps) {
     step.signal_mV_per_V = elements.reading_at(step.load_N);
     elements.move_to(step.load_N);
   }
@@ -148,7 +148,7 @@ TransducerModel extract_by_least_squares(const StepRecord& record) {
   const double start_s = record.steps.front().time_s;
   const double length_s = record.steps.back().time_s - start_s;
   for (Eigen::Index r = 0; r < rows; ++r) {
-    const LoadStep& step = record.steps[static_cast<std::size_t>(r)];
+    const sim::LoadStep& step = record.steps[static_cast<std::size_t>(r)];
     for (std::size_t i = 0; i < kElements; ++i) {
       elongation[i] = stopped(elongation[i], step.load_N - before_N, slip_N[i]);
       columns(r, static_cast<Eigen::Index>(i)) = sense * elongation[i] / full_N;
@@ -188,11 +188,11 @@ TransducerModel extract_by_least_squares(const StepRecord& record) {
 }
 
 TransducerErrors judge(TransducerModel model, const StepRecord& record) {
-  const std::vector<LoadStep>& steps = record.steps;
+  const std::vector<sim::LoadStep>& steps = record.steps;
   for (std::size_t i = 0; i <= record.cycle; ++i) model.move_to(steps[i].load_N);
   const TransducerModel start = model;
   // Offset and drift: readings at zero load before and after, less what the model has there.
-  const auto missing = [&](const LoadStep& step, const TransducerModel& at) {
+  const auto missing = [&](const sim::LoadStep& step, const TransducerModel& at) {
     return step.signal_mV_per_V - at.reading_at(step.load_N);
   };
   for (std::size_t i = record.cycle; i < steps.size(); ++i) model.move_to(steps[i].load_N);
@@ -225,4 +225,4 @@ TransducerModel line_and_linearity(const StepRecord& record) {
   return TransducerModel(found.sensitivity, {}, {}, found.load_N, found.linearity);
 }
 
-}  // namespace slipstack::sim
+}  // namespace slipstack::workbench

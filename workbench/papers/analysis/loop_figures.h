@@ -5,9 +5,7 @@
 #include <functional>
 #include <vector>
 
-#include "sim_host/friction/virgin_curve.h"
-
-namespace slipstack::sim {
+namespace slipstack::workbench {
 
 /// One closed loop: points in the order in which they were passed; the last is joined to the first.
 struct Loop {
@@ -53,4 +51,4 @@ struct RationalCurve {
 /// [2] prints (1−n)/(1+n), without 2/π.
 double power_law_damping_ratio(double exponent);
 
-}  // namespace slipstack::sim
+}  // namespace slipstack::workbench

@@ -1,24 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include "sim_host/experiments/stepped_sine.h"
 #include "workbench/papers/experiment.h"
-#include "workbench/papers/options.h"
+#include "workbench/papers/parallel_sweeps.h"
+#include "workbench/papers/setup_choice.h"
 
 namespace slipstack::workbench {
 
-/// What the experiments with stepped sines ask for.
+/// Options that the experiments with stepped sines have in common.
 struct SineOptions {
   SetupChoice setup;
   std::vector<double> forces_N;
-  double from_Hz = 0.0;
-  double to_Hz = 0.0;
-  std::size_t points = 0;
+  double from_Hz = 0.0;    ///< 0: the set-up's
+  double to_Hz = 0.0;      ///< 0: the set-up's
+  std::size_t points = 0;  ///< 0: the set-up's
   double tolerance = 1e-7;
   double settled = 1e-4;
   std::size_t most_periods = 0;  ///< 0: the set-up's
@@ -26,16 +26,13 @@ struct SineOptions {
   std::string resume;
   ExperimentOutputs outputs;
 
-  /// With the set-up's defaults where nothing was said; up only. Throws sim::SetupError when the range is
-  /// none.
+  /// With the set-up's defaults where an option was not given; up only. Throws sim::SetupError when the
+  /// frequencies are no range.
   sim::SteppedSineRequest request(const sim::ExperimentSetup& set) const;
 };
 
-/// --setup, --forces-N, --from-Hz, --to-Hz, --points and, for what simulates, accuracy, threads, --resume.
-void add_sine_options(CLI::App& command, SineOptions& wanted, const std::string& setup, bool simulates);
-
-/// Progress line and threads for a sweep.
-sim::Watch watch_of(Progress& progress, const SineOptions& wanted, const std::string& stage);
+/// Progress line and threads of a sweep.
+RunControl control_of(Progress& progress, const std::string& stage, std::size_t threads);
 
 /// A chart over frequency of every sweep.
 ExperimentChart response_chart(const std::string& title, const std::vector<double>& frequencies_Hz);

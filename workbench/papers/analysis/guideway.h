@@ -7,9 +7,9 @@
 #include <string_view>
 #include <vector>
 
-#include "sim_host/experiments/virgin_fit.h"
+#include "workbench/papers/analysis/virgin_fit.h"
 
-namespace slipstack::sim {
+namespace slipstack::workbench {
 
 enum class BallMaterial { kSteel, kSiliconNitride, kDiamondCoated };
 
@@ -76,4 +76,4 @@ double loop_spread(const std::vector<Loop>& loops);
 /// A loop with both axes multiplied.
 Loop scaled(const Loop& loop, const Scaling& factors);
 
-}  // namespace slipstack::sim
+}  // namespace slipstack::workbench

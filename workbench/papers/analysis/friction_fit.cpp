@@ -6,10 +6,10 @@
 #include <memory>
 #include <stdexcept>
 
-#include "sim_host/experiments/friction_models.h"
-#include "sim_host/experiments/nonnegative_least_squares.h"
+#include "workbench/papers/analysis/friction_models.h"
+#include "workbench/papers/analysis/nonnegative_least_squares.h"
 
-namespace slipstack::sim {
+namespace slipstack::workbench {
 namespace {
 
 Eigen::VectorXd observed(const FrictionData& data, std::span<const double> signal) {
@@ -178,4 +178,4 @@ double return_error(const FrictionFit& fit, double amplitude_m, double speed_mps
   return worst;
 }
 
-}  // namespace slipstack::sim
+}  // namespace slipstack::workbench

@@ -5,9 +5,9 @@
 #include <string_view>
 #include <vector>
 
-#include "sim_host/experiments/load_steps.h"
+#include "workbench/papers/analysis/load_steps.h"
 
-namespace slipstack::sim {
+namespace slipstack::workbench {
 
 /// What a transducer reads: S·x + linearity(x) + Σ kᵢ·zᵢ + offset, zᵢ a stop operator of the load, |zᵢ| ≤ Δᵢ.
 class TransducerModel {
@@ -81,4 +81,4 @@ TransducerErrors judge(TransducerModel model, const StepRecord& record);
 /// The calibration curve alone, without elements: what its user has before.
 TransducerModel line_and_linearity(const StepRecord& record);
 
-}  // namespace slipstack::sim
+}  // namespace slipstack::workbench

@@ -6,9 +6,9 @@
 #include <span>
 #include <vector>
 
-#include "sim_host/experiments/loop_figures.h"
+#include "workbench/papers/analysis/loop_figures.h"
 
-namespace slipstack::sim {
+namespace slipstack::workbench {
 
 /// The mean of `count` consecutive loops of one amplitude at one place ([2], section 4.2: ten are averaged).
 struct AveragedLoop {
@@ -37,4 +37,4 @@ std::vector<std::size_t> turning_points(std::span<const double> position_m, doub
 /// differences, by their median) or one and a half steps of the sensor.
 double motion_threshold_m(std::span<const double> position_m);
 
-}  // namespace slipstack::sim
+}  // namespace slipstack::workbench

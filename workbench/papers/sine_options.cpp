@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/papers/frequency_options.h"
+#include "workbench/papers/sine_options.h"
 
 #include <fmt/format.h>
 
@@ -26,47 +26,12 @@ sim::SteppedSineRequest SineOptions::request(const sim::ExperimentSetup& set) co
   return wanted;
 }
 
-void add_sine_options(CLI::App& command, SineOptions& wanted, const std::string& setup, bool simulates) {
-  add_setup(command, wanted.setup, setup);
-  command
-      .add_option("--forces-N", wanted.forces_N,
-                  "force amplitudes, separated by commas (default: the set-up's)")
-      ->delimiter(',')
-      ->type_name("N,N,..");
-  command.add_option("--from-Hz", wanted.from_Hz, "lowest frequency (default: the set-up's)")
-      ->type_name("HZ");
-  command.add_option("--to-Hz", wanted.to_Hz, "highest frequency (default: the set-up's)")->type_name("HZ");
-  command
-      .add_option("--points", wanted.points, "frequencies, evenly in the logarithm (default: the set-up's)")
-      ->check(CLI::Range(2, 10000));
-  if (simulates) {
-    command
-        .add_option("--tolerance", wanted.tolerance, "local error of the integration over the motion's size")
-        ->check(CLI::Range(1e-12, 1e-3))
-        ->capture_default_str();
-    command.add_option("--settled", wanted.settled, "change of the fundamental that may be left to come")
-        ->check(CLI::Range(1e-8, 0.1))
-        ->capture_default_str();
-    command
-        .add_option("--most-periods", wanted.most_periods,
-                    "patience at one frequency (default: the set-up's)")
-        ->check(CLI::Range(4, 1000000));
-    command
-        .add_option("--threads", wanted.threads,
-                    "processors to use (default: all); the result does not change")
-        ->check(CLI::Range(1, 1024));
-    add_word(command, "--resume", wanted.resume, "FILE",
-             "where a sweep stopped by Ctrl-C is kept and taken up again");
-  }
-  add_experiment_outputs(command, wanted.outputs);
-}
-
-sim::Watch watch_of(Progress& progress, const SineOptions& wanted, const std::string& stage) {
-  sim::Watch watch;
-  watch.threads = wanted.threads;
+RunControl control_of(Progress& progress, const std::string& stage, std::size_t threads) {
+  RunControl control;
+  control.threads = threads;
   progress.show(stage, 0.0);
-  watch.progress = [&progress, stage](double share) { progress.show(stage, share); };
-  return watch;
+  control.progress = [&progress, stage](double share) { progress.show(stage, share); };
+  return control;
 }
 
 ExperimentChart response_chart(const std::string& title, const std::vector<double>& frequencies_Hz) {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim_host/experiments/loop_figures.h"
+#include "workbench/papers/analysis/loop_figures.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
 
-namespace slipstack::sim {
+namespace slipstack::workbench {
 namespace {
 
 using std::numbers::pi;
@@ -118,4 +118,4 @@ double power_law_damping_ratio(double exponent) {
   return 2.0 / pi * (1.0 - exponent) / (1.0 + exponent);
 }
 
-}  // namespace slipstack::sim
+}  // namespace slipstack::workbench
