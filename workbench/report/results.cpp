@@ -12,7 +12,7 @@
 
 #include "workbench/base/quantity.h"
 #include "workbench/base/text.h"
-#include "workbench/estimate/terms/reduce.h"
+#include "workbench/estimate/nonlinear/reduce.h"
 #include "workbench/estimate/terms/user_table.h"
 #include "workbench/estimate/uncertainty/block_bootstrap.h"
 #include "workbench/estimate/uncertainty/noise_floor.h"

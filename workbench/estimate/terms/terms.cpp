@@ -5,17 +5,17 @@
 #include <cmath>
 
 #include "workbench/base/statistics.h"
-#include "workbench/estimate/nonlinear/shape_search.h"
+#include "workbench/estimate/terms/shape_ranges.h"
 
 namespace slipstack::workbench {
 namespace {
 
-/// Prior standard deviations of dimensionless modulations: the value, and the bend between neighbours of a
-/// map.
+/// Prior standard deviations of dimensionless modulations: of the value, and of the second difference between
+/// neighbouring points of a map. Chosen: a modulation is rarely above one half of what it modulates.
 constexpr double kModulationPrior = 0.5;
 constexpr double kBendPrior = 0.3;
-/// The mean of a map: the level that it modulates is that of the middle of the rail, or a map of -50 %
-/// throughout and twice the level would be as good.
+/// Prior standard deviation of the mean of a map. The map and the level that it modulates are otherwise not
+/// unique: a map of -50 % everywhere with twice the level would give the same force.
 constexpr double kMeanPrior = 0.01;
 
 void penalise_modulation(const GainGroup& group, Eigen::Index first, double variance,
@@ -32,7 +32,7 @@ void penalise_modulation(const GainGroup& group, Eigen::Index first, double vari
   penalty.block(first, first, group.count, group.count).array() += variance / squared(kMeanPrior * splines);
 }
 
-/// Where the gains of a set begin among the unknowns, and the gain of that name within it.
+/// A gain found by its name: its term, where the term begins among the unknowns, and its index in a set.
 struct GainAt {
   const Term* term = nullptr;
   Eigen::Index first = 0;
@@ -61,8 +61,9 @@ GainAt find_gain(const Terms& terms, std::string_view effect, std::string_view n
   return {};
 }
 
-/// Viscous friction opposes motion in either direction: c |v| is a part of the c v that the model has, at
-/// most as large. Without the latter, one direction would be driven.
+/// Viscous friction opposes the motion in both directions, so the asymmetry c_a |v| may be at most as large
+/// as the viscous friction c v of the model: c >= |c_a|. Without viscous friction, the asymmetry is zero,
+/// because it would drive the axis in one direction.
 void couple_viscous(const Terms& terms, NormalEquations::Constraints& constraints) {
   const GainAt part = find_gain(terms, "direction_asymmetry", "viscous_asymmetry");
   if (part.term == nullptr) return;
@@ -73,7 +74,7 @@ void couple_viscous(const Terms& terms, NormalEquations::Constraints& constraint
       constraints.lower(b) = constraints.upper(b) = 0.0;
       continue;
     }
-    // Either of them each log's own, the other not: no pair, and nothing is coupled.
+    // Where only one of the two is fitted for each log separately, there are no pairs to couple.
     if (whole.term->gain_sets() != part.term->gain_sets()) continue;
     const Eigen::Index a = whole.unknown(set);
     if (whole.lower(set) == whole.upper(set)) {
@@ -82,13 +83,13 @@ void couple_viscous(const Terms& terms, NormalEquations::Constraints& constraint
     } else if (part.lower(set) == part.upper(set)) {
       constraints.lower(a) = std::max(constraints.lower(a), std::abs(part.upper(set)));
     } else {
-      constraints.each_way.emplace_back(a, b);
+      constraints.pairs.emplace_back(a, b);
     }
   }
 }
 
-/// A mode's rigid mass and a mass of the axis that is fitted are one and the same force: the axis has it, or
-/// the split is chance, and a mass may come out as none.
+/// The rigid mass of a structural mode and a fitted mass of the axis give the same force, and no data can
+/// split them. All of it is assigned to the mass of the axis, which could otherwise come out as zero.
 void leave_rigid_mass_to_axis(const Terms& terms, NormalEquations::Constraints& constraints) {
   const GainAt rigid = find_gain(terms, "structural_resonance", "rigid_mass");
   if (rigid.term == nullptr || !mass_is_free(terms)) return;
@@ -111,6 +112,24 @@ Term make_term(const Measurement& measurement, const EffectDescription& effect) 
   }
   term.shapes = default_shapes(measurement, effect);
   return with_gain_sets(measurement, std::move(term));
+}
+
+Term term_for_log(const Measurement& measurement, const EffectDescription& effect) {
+  Term term = make_term(measurement, effect);
+  if (term.id() == "inertia") set_declared_mass(measurement, term);
+  return term;
+}
+
+void set_declared_mass(const Measurement& measurement, Term& inertia) {
+  const auto& parts = measurement.parts();
+  if (!parts.front().mass_kg) return;
+  // Every log declares its own mass, so there is one gain per log, whatever --per-log says.
+  while (inertia.gains.size() < measurement.log_count()) inertia.gains.push_back(0.0);
+  inertia.lower.resize(inertia.gains.size());
+  inertia.upper.resize(inertia.gains.size());
+  for (const LogPart& part : parts) {
+    inertia.gains[part.log] = inertia.lower[part.log] = inertia.upper[part.log] = *part.mass_kg;
+  }
 }
 
 NormalEquations::Constraints constraints_of(const Terms& terms, double error_N) {
@@ -147,6 +166,14 @@ Term with_gain_sets(const Measurement& measurement, Term term) {
     for (std::size_t set = 1; set < sets; ++set) values->insert(values->end(), first.begin(), first.end());
   }
   return term;
+}
+
+Terms terms_on(const Measurement& measurement, Terms terms) {
+  for (Term& term : terms) {
+    term = with_gain_sets(measurement, std::move(term));
+    if (term.id() == "inertia") set_declared_mass(measurement, term);
+  }
+  return terms;
 }
 
 Terms averaged_over_logs(const Measurement& measurement, Terms terms) {
