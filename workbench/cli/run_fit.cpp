@@ -4,8 +4,8 @@
 
 #include "workbench/cli/commands.h"
 #include "workbench/cli/inputs.h"
-#include "workbench/estimate/linear/robust.h"
 #include "workbench/estimate/nonlinear/checks.h"
+#include "workbench/estimate/nonlinear/robust.h"
 #include "workbench/estimate/uncertainty/noise_floor.h"
 #include "workbench/estimate/uncertainty/standard_errors.h"
 #include "workbench/model/effects/effect_registry.h"

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "workbench/base/parallel.h"
-#include "workbench/estimate/linear/robust.h"
+#include "workbench/estimate/nonlinear/robust.h"
 #include "workbench/estimate/nonlinear/trial.h"
 #include "workbench/long_logs/excerpt.h"
 #include "workbench/long_logs/processes/requests.h"

@@ -8,14 +8,17 @@ namespace slipstack::workbench {
 namespace {
 
 template <class E>
-void take(const Terms& terms, EffectParameters<E, float>& own) {
+void take(const Terms& terms, EffectParameters<E, float>& parameters) {
   const Term* term = find_term(terms, E::text.id);
   if (term == nullptr) return;
-  own.enabled = true;
-  // The workbench holds more hysteresis elements than the target; after the reduction the rest are unused.
-  for (std::size_t i = 0; i < own.shapes.size(); ++i) own.shapes[i] = static_cast<float>(term->shapes.at(i));
-  for (std::size_t i = 0; i < own.gains.size(); ++i) own.gains[i] = static_cast<float>(term->gains.at(i));
-  for (std::size_t i = own.gains.size(); i < term->gains.size(); ++i) {
+  parameters.enabled = true;
+  // The workbench has more hysteresis elements than the target; those beyond must be zero after the
+  // reduction.
+  for (std::size_t i = 0; i < parameters.shapes.size(); ++i)
+    parameters.shapes[i] = static_cast<float>(term->shapes.at(i));
+  for (std::size_t i = 0; i < parameters.gains.size(); ++i)
+    parameters.gains[i] = static_cast<float>(term->gains.at(i));
+  for (std::size_t i = parameters.gains.size(); i < term->gains.size(); ++i) {
     if (term->gains[i] != 0.0) throw std::logic_error("the model was not reduced to the target's elements");
   }
 }

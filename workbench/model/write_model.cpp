@@ -9,7 +9,7 @@
 namespace slipstack::workbench {
 namespace {
 
-/// A value where there is one, an array where there are several.
+/// One value as a number, several as an array.
 void put_values(toml::table& table, std::string_view key, std::span<const double> values) {
   if (values.size() == 1) {
     table.insert(key, values[0]);
@@ -20,7 +20,7 @@ void put_values(toml::table& table, std::string_view key, std::span<const double
   table.insert(key, std::move(array));
 }
 
-/// Runs of shapes of one name (slip distances) become one entry.
+/// Consecutive shapes of one name (slip distances) become one entry.
 toml::array shapes_of(const Term& term, std::size_t used) {
   toml::array entries;
   const auto& specs = term.effect->shapes;
@@ -59,7 +59,7 @@ toml::array gains_of(const Term& term, std::size_t used) {
 toml::array effects_of(const Terms& terms) {
   toml::array effects;
   for (const Term& term : terms) {
-    // Trailing elements that the model does not use are not written.
+    // Unused elements at the end are not written.
     std::size_t used = std::max(term.gains.size(), term.shapes.size());
     if (term.effect->has_role(Role::hysteresis)) {
       while (used > 1 && term.shapes[used - 1] == 0.0) --used;
@@ -87,17 +87,18 @@ toml::array history_of(const Model& model) {
 
 toml::array user_effects_of(const Model& model) {
   toml::array entries;
-  for (const Model::UserEffectOnTarget& own : model.target_user_effects) {
-    toml::table entry{{"id", own.id}};
-    if (own.why_not.empty()) {
-      entry.insert("over", own.over);
-      entry.insert("from", own.from);
-      entry.insert("to", own.to);
-      if (own.reversal_velocity_mps > 0.0) entry.insert("reversal_velocity_mps", own.reversal_velocity_mps);
-      entry.insert("largest_error_N", own.largest_error_N);
-      entry.insert("peak_N", own.peak_N);
+  for (const Model::UserEffectOnTarget& effect : model.target_user_effects) {
+    toml::table entry{{"id", effect.id}};
+    if (effect.why_not.empty()) {
+      entry.insert("over", effect.over);
+      entry.insert("from", effect.from);
+      entry.insert("to", effect.to);
+      if (effect.reversal_velocity_mps > 0.0)
+        entry.insert("reversal_velocity_mps", effect.reversal_velocity_mps);
+      entry.insert("largest_error_N", effect.largest_error_N);
+      entry.insert("peak_N", effect.peak_N);
     } else {
-      entry.insert("left_out", own.why_not);
+      entry.insert("left_out", effect.why_not);
     }
     entries.push_back(std::move(entry));
   }

@@ -4,7 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "workbench/estimate/nonlinear/shape_search.h"
+#include "workbench/estimate/nonlinear/starting_shapes.h"
+#include "workbench/estimate/terms/shape_ranges.h"
 #include "workbench/estimate/uncertainty/noise_floor.h"
 
 namespace slipstack::workbench {

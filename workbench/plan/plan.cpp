@@ -6,7 +6,7 @@
 #include <random>
 #include <stdexcept>
 
-#include "workbench/estimate/nonlinear/shape_search.h"
+#include "workbench/estimate/terms/shape_ranges.h"
 #include "workbench/estimate/uncertainty/noise_floor.h"
 #include "workbench/plan/sequence.h"
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "workbench/estimate/linear/linearisation.h"
+#include "workbench/model/composition.h"
 
 namespace slipstack::workbench {
 
@@ -25,6 +26,7 @@ ModelStepper::ModelStepper(const Terms& terms, double tick_s)
     }
     parts_.push_back(std::move(part));
   }
+  // Dry friction first: the others may modulate it.
   std::stable_partition(parts_.begin(), parts_.end(), [](const Part& part) { return part.dry; });
 }
 
@@ -38,40 +40,26 @@ void ModelStepper::run(Part& part, const Sample<double>& sample) {
 
 ModelStepper::Forces ModelStepper::step(const Sample<double>& sample) {
   Sample<double> known = sample;
-  double plain = 0.0;
-  double dry = 0.0;
+  double plain_N = 0.0;
+  double dry_N = 0.0;
   double dry_factor = 1.0;
   Forces forces;
-  bool modulators = false;
+  bool dry_is_complete = false;
   for (Part& part : parts_) {
-    if (!part.dry && !modulators) {
-      known.dry_friction_N = dry;
-      modulators = true;
+    if (!part.dry && !dry_is_complete) {
+      known.dry_friction_N = dry_N;
+      dry_is_complete = true;
     }
     run(part, known);
     double dry_scale = 1.0;
     double total_scale = 1.0;
     for (std::size_t g = 0; g < part.gains.size(); ++g) {
-      const double share = part.gains[g] * part.values[g];
-      switch (part.acts[g]) {
-        case Acts::force:
-          plain += share;
-          break;
-        case Acts::dry:
-          dry += share;
-          break;
-        case Acts::dry_scale:
-          dry_scale += share;
-          break;
-        case Acts::total_scale:
-          total_scale += share;
-          break;
-      }
+      by_acts(part.acts[g], plain_N, dry_N, dry_scale, total_scale) += part.gains[g] * part.values[g];
     }
     dry_factor *= dry_scale;
     forces.factor *= total_scale;
   }
-  forces.friction_N = dry * dry_factor + plain;
+  forces.friction_N = composed_friction_N(plain_N, dry_N, dry_factor);
   return forces;
 }
 

@@ -4,34 +4,35 @@
 #include <memory>
 #include <vector>
 
-#include "workbench/estimate/terms/terms.h"
+#include "workbench/estimate/measurement/measurement.h"
+#include "workbench/model/term.h"
 
 namespace slipstack::workbench {
 
-/// A model's force instant by instant, by the same basis functions that the fit uses: the sum of
-/// firmware/effects/effect.h with its inertia set apart, so that an integrator can solve for the
+/// The force of a model instant by instant, by the same basis functions and the same composition
+/// (model/composition.h) as in the fit. The inertia is kept separate, so that an integrator can solve for the
 /// acceleration.
 class ModelStepper {
  public:
-  /// Keeps the terms' values, not the terms. `tick_s`: between steps.
+  /// Copies what it needs of the terms. `tick_s`: time between steps.
   ModelStepper(const Terms& terms, double tick_s);
 
-  /// What the model says at one instant: measured force = (mass x acceleration + friction_N) x factor.
+  /// The force at one instant: measured force = (mass x acceleration + friction_N) x factor.
   struct Forces {
-    double friction_N = 0.0;  ///< all but inertia, before the whole-force modulation
-    double factor = 1.0;      ///< of effects that scale the whole force
+    double friction_N = 0.0;  ///< all but the inertia, before the modulation of the whole force
+    double factor = 1.0;      ///< product of the factors of effects that scale the whole force
   };
 
-  /// A new start: hysteresis relaxed at the sample.
+  /// Resets the state: hysteresis relaxed at the sample.
   void reset(const Sample<double>& sample);
-  /// Advances every effect's state by one step.
+  /// Advances the state of every effect by one step.
   Forces step(const Sample<double>& sample);
 
   /// Mass of the terms (inertia and payload); zero without.
   double mass_kg() const { return mass_kg_; }
   /// Largest tangent stiffness of the hysteresis.
   double stiffness_N_per_m() const { return stiffness_N_per_m_; }
-  /// By how much the measured force is late.
+  /// Delay and low pass of the measured force.
   const MeasurementDynamics& lag() const { return lag_; }
 
  private:
@@ -44,7 +45,7 @@ class ModelStepper {
   };
   void run(Part& part, const Sample<double>& sample);
 
-  std::vector<Part> parts_;  ///< dry friction first, since others modulate it
+  std::vector<Part> parts_;  ///< dry friction first, because others modulate it
   double mass_kg_ = 0.0;
   double stiffness_N_per_m_ = 0.0;
   MeasurementDynamics lag_;

@@ -16,7 +16,7 @@
 #include "sim_host/log/write.h"
 #include "tests/bench/blind/estimates.h"
 #include "tests/unit/estimate/simulated_axis.h"
-#include "workbench/estimate/linear/robust.h"
+#include "workbench/estimate/nonlinear/robust.h"
 #include "workbench/estimate/uncertainty/noise_floor.h"
 #include "workbench/estimate/uncertainty/standard_errors.h"
 #include "workbench/log/log.h"

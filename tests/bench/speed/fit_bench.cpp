@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "workbench/estimate/linear/robust.h"
 #include "workbench/estimate/nonlinear/fit.h"
+#include "workbench/estimate/nonlinear/robust.h"
 #include "workbench/estimate/uncertainty/noise_floor.h"
 #include "workbench/log/log.h"
 

@@ -315,7 +315,7 @@ TEST(BoundedLeastSquares, NothingToFitIsZero) {
 }
 
 // Where a coefficient may not be negative on either side: a >= |b|. Against a grid of all that is allowed.
-TEST(EachWay, FindsTheMinimumWithinTheWedge) {
+TEST(SumDifferencePairs, FindsTheMinimumWithinTheWedge) {
   int on_an_edge = 0;
   for (std::uint64_t seed = 0; seed < 60; ++seed) {
     Random random(seed + 900);
@@ -345,7 +345,7 @@ TEST(EachWay, FindsTheMinimumWithinTheWedge) {
 }
 
 // Among other unknowns, and with a start from another problem, the answer is the same minimum.
-TEST(EachWay, OtherUnknownsAndAStartChangeNothing) {
+TEST(SumDifferencePairs, OtherUnknownsAndAStartChangeNothing) {
   for (std::uint64_t seed = 0; seed < 40; ++seed) {
     Random random(seed + 1300);
     BoundedProblem p = random_problem(random, 6, 40, 0.5);
@@ -359,7 +359,7 @@ TEST(EachWay, OtherUnknownsAndAStartChangeNothing) {
       p.right(i) *= unit;
     }
     const BoundedProblem loose = p;
-    p.each_way = {{4, 1}};
+    p.pairs = {{4, 1}};
     const BoundedSolution cold = solve_bounded(p);
     const BoundedSolution warm = solve_bounded(p, solve_bounded(loose).bound_states);
     EXPECT_NEAR(objective(p, cold.value), objective(p, warm.value),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // From the many elements of the identification to the few of the controller.
-#include "workbench/estimate/terms/reduce.h"
+#include "workbench/estimate/nonlinear/reduce.h"
 
 #include <gtest/gtest.h>
 

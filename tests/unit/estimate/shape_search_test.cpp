@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/estimate/nonlinear/shape_search.h"
-#include "sim_host/sensors/delay_line.h"
-
+// The search for shapes: ranges, starting points, and what a fit finds.
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <string>
 #include <vector>
 
+#include "sim_host/sensors/delay_line.h"
 #include "tests/unit/estimate/estimate_support.h"
 #include "workbench/estimate/nonlinear/fit.h"
+#include "workbench/estimate/nonlinear/minimise.h"
+#include "workbench/estimate/nonlinear/starting_shapes.h"
+#include "workbench/estimate/terms/shape_ranges.h"
 #include "workbench/estimate/uncertainty/standard_errors.h"
 #include "workbench/model/effects/effect_registry.h"
 

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "workbench/estimate/nonlinear/shape_search.h"
+#include "workbench/estimate/terms/shape_ranges.h"
 #include "workbench/model/effects/effect_registry.h"
 
 namespace slipstack::workbench {

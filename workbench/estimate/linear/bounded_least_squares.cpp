@@ -8,8 +8,8 @@
 namespace slipstack::workbench {
 namespace {
 
-constexpr double kRelativeRidge = 1e-11;
-constexpr double kOptimality = 1e-9;
+constexpr double kRelativeRidge = 1e-11;  ///< on columns of unit norm; far below any measured correlation
+constexpr double kOptimality = 1e-9;  ///< largest violation of the optimality conditions, of the right side
 
 /// The problem with columns of unit norm, and the state of the active-set method on it.
 class ActiveSet {
@@ -27,7 +27,7 @@ class ActiveSet {
     upper_ = problem.upper.cwiseQuotient(scale_);
     value_ = Eigen::VectorXd::Zero(size_);
     bound_states_.assign(static_cast<std::size_t>(size_), BoundState::free);
-    for (Eigen::Index i = 0; i < size_; ++i) settle(i, start);
+    for (Eigen::Index i = 0; i < size_; ++i) initialise(i, start);
     tolerance_ = kOptimality * std::max(right_.lpNorm<Eigen::Infinity>(), 1e-300);
   }
 
@@ -43,7 +43,8 @@ class ActiveSet {
   }
 
  private:
-  /// The unknowns in their own units. Scaling must not round one off its bound: a model file would refuse it.
+  /// The unknowns in their own units. Those at a bound get its exact value: rounded beyond it, they would be
+  /// refused in a model file.
   Eigen::VectorXd unscaled() {
     Eigen::VectorXd value = scale_.cwiseProduct(value_).cwiseMax(problem_.lower).cwiseMin(problem_.upper);
     for (Eigen::Index i = 0; i < size_; ++i) {
@@ -55,8 +56,8 @@ class ActiveSet {
 
   BoundState& bound_states(Eigen::Index i) { return bound_states_[static_cast<std::size_t>(i)]; }
 
-  /// Where unknown i starts: as before where that is given, else at the bound nearest to zero or free.
-  void settle(Eigen::Index i, const std::vector<BoundState>& start) {
+  /// Initial state of unknown i: that of `start` where given, else at a bound of zero or beyond, or free.
+  void initialise(Eigen::Index i, const std::vector<BoundState>& start) {
     if (lower_(i) == upper_(i)) {
       bound_states(i) = BoundState::on_lower;
     } else if (start.size() == bound_states_.size()) {
@@ -121,7 +122,7 @@ class ActiveSet {
     return stopped;
   }
 
-  /// Frees the unknown whose bound costs most; false at the minimum.
+  /// Frees the unknown that violates the optimality conditions most; false at the minimum.
   bool release_most_violating() {
     const Eigen::VectorXd descent = right_ - gram_ * value_;
     Eigen::Index worst = -1;
@@ -153,7 +154,7 @@ class ActiveSet {
 
 }  // namespace
 
-void turn(const EachWay& pairs, Eigen::VectorXd& vector) {
+void sum_difference_transform(const SumDifferencePairs& pairs, Eigen::VectorXd& vector) {
   for (const auto& [a, b] : pairs) {
     const double sum = 0.5 * (vector(a) + vector(b));
     vector(b) = 0.5 * (vector(a) - vector(b));
@@ -161,7 +162,7 @@ void turn(const EachWay& pairs, Eigen::VectorXd& vector) {
   }
 }
 
-void turn(const EachWay& pairs, Eigen::MatrixXd& matrix) {
+void sum_difference_transform(const SumDifferencePairs& pairs, Eigen::MatrixXd& matrix) {
   for (const auto& [a, b] : pairs) {
     const Eigen::VectorXd column = 0.5 * (matrix.col(a) + matrix.col(b));
     matrix.col(b) = 0.5 * (matrix.col(a) - matrix.col(b));
@@ -172,19 +173,27 @@ void turn(const EachWay& pairs, Eigen::MatrixXd& matrix) {
   }
 }
 
-BoundedSolution solve_bounded(const BoundedProblem& problem, const std::vector<BoundState>& start) {
-  if (problem.each_way.empty()) return ActiveSet(problem, start).run();
-  // In sums and differences the pairs have bounds of their own.
-  BoundedProblem turned = problem;
-  turned.each_way.clear();
-  turn(problem.each_way, turned.gram);
-  turn(problem.each_way, turned.right);
-  for (const auto& [a, b] : problem.each_way) {
-    turned.lower(a) = turned.lower(b) = 0.0;
-    turned.upper(b) = turned.upper(a);
+void inverse_sum_difference_transform(const SumDifferencePairs& pairs, Eigen::VectorXd& vector) {
+  for (const auto& [a, b] : pairs) {
+    const double sum = vector(a) + vector(b);
+    vector(b) = vector(a) - vector(b);
+    vector(a) = sum;
   }
-  BoundedSolution solution = ActiveSet(turned, start).run();
-  turn(problem.each_way, solution.value);
+}
+
+BoundedSolution solve_bounded(const BoundedProblem& problem, const std::vector<BoundState>& start) {
+  if (problem.pairs.empty()) return ActiveSet(problem, start).run();
+  // In sums and differences, the constraints of the pairs are simple bounds.
+  BoundedProblem transformed = problem;
+  transformed.pairs.clear();
+  sum_difference_transform(problem.pairs, transformed.gram);
+  sum_difference_transform(problem.pairs, transformed.right);
+  for (const auto& [a, b] : problem.pairs) {
+    transformed.lower(a) = transformed.lower(b) = 0.0;
+    transformed.upper(b) = transformed.upper(a);
+  }
+  BoundedSolution solution = ActiveSet(transformed, start).run();
+  sum_difference_transform(problem.pairs, solution.value);
   return solution;
 }
 

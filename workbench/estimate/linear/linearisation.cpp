@@ -11,28 +11,29 @@ namespace {
 using Eigen::Index;
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// Samples that an effect is run over at once: what thirty gains make of them stays in the nearest cache.
+/// Samples over which an effect is run at once: the basis of thirty gains then stays in the first-level
+/// cache.
 constexpr std::size_t kSampleChunk = 128;
 
-/// Runs dry friction from sample `first` on, through the turning points between the samples; `unseen` has
-/// room for what one of these gives.
+/// Runs dry friction from sample `first` on, through the turning points that lie between samples.
+/// `unobserved` has room for the basis at one of these, which is discarded.
 void run_through_turning_points(const Measurement& measurement, EffectBasis& basis, std::size_t first,
                                 std::span<const Sample<double>> samples, std::size_t gains, double* values,
                                 double* unobserved) {
   std::size_t done = 0;
-  for (const TurningPoint& turn : measurement.turning_points(first, samples.size())) {
-    const std::size_t ahead = turn.before_sample - first;
+  for (const TurningPoint& turning_point : measurement.turning_points(first, samples.size())) {
+    const std::size_t ahead = turning_point.before_sample - first;
     basis.run(samples.subspan(done, ahead - done), values + done * gains);
     Sample<double> between = samples[ahead];
-    between.displacement = turn.displacement_m;
+    between.displacement = turning_point.displacement_m;
     basis.run(std::span(&between, 1), unobserved);
     done = ahead;
   }
   basis.run(samples.subspan(done), values + done * gains);
 }
 
-/// Runs one effect over the logs, chunk by chunk: visit(first sample, count, basis[sample][gain]). Every log
-/// begins with a fresh state.
+/// Runs one effect over the logs, chunk by chunk: visit(first sample, count, basis[sample][gain]). The state
+/// of the effect is reset at the start of every part.
 template <class Visit>
 void run_effect(const Measurement& measurement, const Term& term, const std::vector<double>& dry_N,
                 Visit&& visit) {
@@ -63,21 +64,6 @@ void run_effect(const Measurement& measurement, const Term& term, const std::vec
   }
 }
 
-/// What belongs to gains that act so.
-template <class T>
-T& of_acts(Acts acts, T& force, T& dry, T& dry_scale, T& total_scale) {
-  switch (acts) {
-    case Acts::force:
-      return force;
-    case Acts::dry:
-      return dry;
-    case Acts::dry_scale:
-      return dry_scale;
-    default:
-      return total_scale;
-  }
-}
-
 void multiply(std::vector<double>& product, const std::vector<double>& factor) {
   if (factor.empty()) return;
   if (product.empty()) {
@@ -87,9 +73,8 @@ void multiply(std::vector<double>& product, const std::vector<double>& factor) {
   for (std::size_t i = 0; i < product.size(); ++i) product[i] *= factor[i];
 }
 
-void divide(std::vector<double>& product, const std::vector<double>& factor) {
-  if (factor.empty()) return;
-  for (std::size_t i = 0; i < product.size(); ++i) product[i] /= factor[i];
+double factor_at(const std::vector<double>& factor, std::size_t sample) {
+  return factor.empty() ? 1.0 : factor[sample];
 }
 
 }  // namespace
@@ -103,7 +88,7 @@ ForceTrace evaluate_force(const Measurement& measurement, const Terms& terms,
                           const std::vector<double>* dry_N) {
   ForceTrace trace;
   const std::size_t samples = measurement.sample_count();
-  std::vector<double> plain_N(samples, 0.0);  // sum of `force` terms
+  std::vector<double> plain_N(samples, 0.0);  // sum of `force`
   trace.dry_N.assign(samples, 0.0);
   trace.dry_scales.assign(terms.size(), {});
   trace.total_scales.assign(terms.size(), {});
@@ -124,7 +109,7 @@ ForceTrace evaluate_force(const Measurement& measurement, const Terms& terms,
     Index first_gain = 0;
     for (const GainGroup& group : term.effect->gain_groups) {
       double* sum =
-          of_acts(group.acts, plain_N, trace.dry_N, trace.dry_scales[t], trace.total_scales[t]).data();
+          by_acts(group.acts, plain_N, trace.dry_N, trace.dry_scales[t], trace.total_scales[t]).data();
       const bool used = !gain.middleRows(first_gain, group.count).isZero(0.0);
       if (used) shares.push_back({first_gain, group.count, sum});
       first_gain += group.count;
@@ -156,10 +141,14 @@ ForceTrace evaluate_force(const Measurement& measurement, const Terms& terms,
   for (const auto& scale : trace.total_scales) multiply(trace.total_factor, scale);
   trace.force_N = std::move(plain_N);
   for (std::size_t i = 0; i < samples; ++i) {
-    trace.force_N[i] += trace.dry_factor.empty() ? trace.dry_N[i] : trace.dry_N[i] * trace.dry_factor[i];
+    trace.force_N[i] = composed_friction_N(trace.force_N[i], trace.dry_N[i], factor_at(trace.dry_factor, i)) *
+                       factor_at(trace.total_factor, i);
   }
-  multiply(trace.force_N, trace.total_factor);
   return trace;
+}
+
+ComposedForce ForceTrace::at(std::size_t sample) const {
+  return {dry_N[sample], factor_at(dry_factor, sample), factor_at(total_factor, sample), force_N[sample]};
 }
 
 Linearisation::Linearisation(const Measurement& measurement, const Terms& terms, const Linearisation* known)
@@ -172,7 +161,7 @@ Linearisation::Linearisation(const Measurement& measurement, const Terms& terms,
     if (const auto lent = lent_columns(known, terms[t])) {
       columns_.middleCols(next, count) = known->columns_.middleCols(*lent, count);
     } else {
-      columns_.middleCols(next, count) = build(terms[t], factors_for(*terms[t].effect, t));
+      columns_.middleCols(next, count) = build(terms[t], derivatives_by(*terms[t].effect, t));
     }
     next += count;
   }
@@ -212,29 +201,34 @@ std::optional<Eigen::Index> Linearisation::lent_columns(const Linearisation* kno
   return {};
 }
 
-Linearisation::Factors Linearisation::factors_for(const EffectDescription& effect,
-                                                  std::size_t term_index) const {
-  static const std::vector<double> kNone;
-  const bool own = term_index < terms_.size();
-  Factors factors;
-  factors.force = trace_.total_factor;
-  factors.dry = trace_.dry_factor;
-  multiply(factors.dry, trace_.total_factor);
-  if (effect.acts_as(Acts::dry_scale)) {
-    factors.dry_scale = trace_.dry_N;
-    multiply(factors.dry_scale, trace_.dry_factor);
-    multiply(factors.dry_scale, trace_.total_factor);
-    divide(factors.dry_scale, own ? trace_.dry_scales[term_index] : kNone);
+std::vector<double> Linearisation::derivative_by(Acts acts, std::size_t term_index) const {
+  // Without modulation, plain and dry forces simply add up.
+  if (acts == Acts::force && trace_.total_factor.empty()) return {};
+  if (acts == Acts::dry && trace_.dry_factor.empty() && trace_.total_factor.empty()) return {};
+  static const std::vector<double> kOne;
+  const std::vector<double>* own_factor = &kOne;
+  if (term_index < terms_.size() && acts == Acts::dry_scale) own_factor = &trace_.dry_scales[term_index];
+  if (term_index < terms_.size() && acts == Acts::total_scale) own_factor = &trace_.total_scales[term_index];
+  std::vector<double> derivative(trace_.force_N.size());
+  for (std::size_t i = 0; i < derivative.size(); ++i) {
+    derivative[i] = trace_.at(i).derivative(acts, factor_at(*own_factor, i));
   }
-  if (effect.acts_as(Acts::total_scale)) {
-    factors.total_scale = trace_.force_N;
-    divide(factors.total_scale, own ? trace_.total_scales[term_index] : kNone);
-  }
-  return factors;
+  return derivative;
 }
 
-/// Writes the basis at samples [first, first + count), each gain's times what multiplies it.
-void Linearisation::multiply_basis(const Term& term, const Factors& factors, std::size_t first,
+Linearisation::Derivatives Linearisation::derivatives_by(const EffectDescription& effect,
+                                                         std::size_t term_index) const {
+  Derivatives derivatives;
+  for (const Acts acts : {Acts::force, Acts::dry, Acts::dry_scale, Acts::total_scale}) {
+    if (!effect.acts_as(acts)) continue;
+    by_acts(acts, derivatives.force, derivatives.dry, derivatives.dry_scale, derivatives.total_scale) =
+        derivative_by(acts, term_index);
+  }
+  return derivatives;
+}
+
+/// Writes the basis at samples [first, first + count), multiplied by the derivative of the force.
+void Linearisation::multiply_basis(const Term& term, const Derivatives& derivatives, std::size_t first,
                                    std::size_t count, const double* basis, double* out) {
   const auto gains = static_cast<Index>(term.gains_per_set());
   const auto samples = static_cast<Index>(count);
@@ -242,8 +236,8 @@ void Linearisation::multiply_basis(const Term& term, const Factors& factors, std
   Eigen::Map<RowMajor> to(out, samples, gains);
   Index gain = 0;
   for (const GainGroup& group : term.effect->gain_groups) {
-    const std::vector<double>& factor =
-        of_acts(group.acts, factors.force, factors.dry, factors.dry_scale, factors.total_scale);
+    const std::vector<double>& factor = by_acts(group.acts, derivatives.force, derivatives.dry,
+                                                derivatives.dry_scale, derivatives.total_scale);
     if (factor.empty()) {
       to.middleCols(gain, group.count) = from.middleCols(gain, group.count);
     } else {
@@ -255,21 +249,21 @@ void Linearisation::multiply_basis(const Term& term, const Factors& factors, std
 }
 
 Eigen::MatrixXd Linearisation::columns_of(const Term& candidate) const {
-  return build(candidate, factors_for(*candidate.effect, terms_.size()));
+  return build(candidate, derivatives_by(*candidate.effect, terms_.size()));
 }
 
-Eigen::MatrixXd Linearisation::build(const Term& term, const Factors& factors) const {
+Eigen::MatrixXd Linearisation::build(const Term& term, const Derivatives& derivatives) const {
   const std::size_t gains = term.gains_per_set();
   const std::size_t sets = term.gain_sets();
   RowCollector collector(measurement_.filter(), measurement_.row_samples(), gains);
   std::size_t held = 0;
   run_effect(measurement_, term, trace_.dry_N,
              [&](std::size_t first, std::size_t count, const double* basis) {
-               // What is beyond the collector's room goes into its next.
+               // What exceeds the space of the collector goes into its next chunk.
                for (std::size_t done = 0; done < count;) {
                  const std::size_t n = std::min(count - done, collector.chunk() - held);
                  double* out = collector.space() + held * gains;
-                 multiply_basis(term, factors, first + done, n, basis + done * gains, out);
+                 multiply_basis(term, derivatives, first + done, n, basis + done * gains, out);
                  held += n;
                  done += n;
                  if (held == collector.chunk()) collector.commit(std::exchange(held, 0));
@@ -277,7 +271,8 @@ Eigen::MatrixXd Linearisation::build(const Term& term, const Factors& factors) c
              });
   collector.commit(held);
   if (sets == 1) return collector.take();
-  // No row sees two logs, so a log's own column is the common one where its rows are.
+  // No filter reaches from one log into another, so the column of one log's gain is the common column at the
+  // rows of that log and zero elsewhere.
   const Eigen::MatrixXd common = collector.take();
   Eigen::MatrixXd own = Eigen::MatrixXd::Zero(common.rows(), static_cast<Eigen::Index>(gains * sets));
   for (const LogPart& part : measurement_.parts()) {

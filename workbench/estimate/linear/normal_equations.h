@@ -9,27 +9,28 @@
 
 namespace slipstack::workbench {
 
-/// Normal equations of a regression, one set for each block of rows: enough to fit, to judge on blocks that
-/// the fit has not seen, and to give standard errors that do not believe residuals to be independent.
+/// Normal equations of a regression, one set for each block of rows. They suffice for fits, for
+/// cross-validation by blocks, and for standard errors that do not assume independent residuals.
 class NormalEquations {
  public:
-  /// Accumulates columns (rows x unknowns) against `target`, rows weighted as the measurement says. With
-  /// `parts_of_block`, blocks so many times as short, for standard_errors() alone. Cost: rows x unknowns^2.
+  /// Accumulates columns (rows x unknowns) against `target`, with the row weights of the measurement. Each
+  /// block is divided into `parts_of_block` parts; more than one only for standard_errors(). Cost: rows x
+  /// unknowns^2.
   NormalEquations(const Measurement& measurement, const Eigen::MatrixXd& columns,
                   const Eigen::VectorXd& target, int parts_of_block = 1);
 
-  /// Without any row yet: for add(). `folds`: block b is of fold b % folds.
+  /// Without rows yet, for add(). Block b belongs to fold b % folds.
   NormalEquations(Eigen::Index unknowns, int blocks, int folds);
-  /// Adds the rows of other equations, block by block, from `block` on; sum_up() when all are there.
+  /// Adds the rows of other equations, block by block, from `block` on. Call sum_up() after the last.
   void add(const NormalEquations& rows, int block);
-  /// Adds numbers that other equations of this size gave for one block (numbers_of()).
+  /// Adds one block of other equations of this size, serialised by numbers_of().
   void add(const std::vector<double>& numbers, int block);
-  /// All of one block: unknowns^2 + unknowns + 2 numbers.
+  /// One block, serialised: unknowns^2 + unknowns + 2 numbers.
   std::vector<double> numbers_of(int block) const;
-  /// Makes the whole of the blocks.
+  /// Sums the blocks to the whole.
   void sum_up();
 
-  /// These equations with further columns; `columns` are those that these equations were made of.
+  /// These equations with further columns; `columns` are those from which these equations were made.
   NormalEquations with(const Measurement& measurement, const Eigen::MatrixXd& columns,
                        const Eigen::MatrixXd& further, const Eigen::VectorXd& target) const;
 
@@ -38,7 +39,7 @@ class NormalEquations {
                               const Eigen::VectorXd& target) const;
 
   Eigen::Index unknowns() const { return unknowns_; }
-  /// Sum of the weights of the rows: squared errors over it are mean squares.
+  /// Sum of the row weights: a sum of squared errors divided by it is a mean square.
   double weight() const { return total_.weight; }
   double weight(int block) const { return blocks_[static_cast<std::size_t>(block)].weight; }
   int block_count() const { return static_cast<int>(blocks_.size()); }
@@ -53,23 +54,23 @@ class NormalEquations {
   struct Constraints {
     Eigen::VectorXd lower;
     Eigen::VectorXd upper;
-    Eigen::MatrixXd penalty;  ///< added to the normal matrix: inverse prior covariance x noise variance
-    EachWay each_way = {};    ///< pairs of unknowns, see BoundedProblem
+    Eigen::MatrixXd penalty;        ///< added to the normal matrix: inverse prior covariance x noise variance
+    SumDifferencePairs pairs = {};  ///< of unknowns, see BoundedProblem
   };
 
   BoundedSolution fit(const Constraints& constraints, const std::vector<BoundState>& start = {}) const;
 
   struct CrossValidation {
     double rmse = 0.0;
-    std::vector<double> block_squared_error;  ///< each block judged by the fit to the other folds
+    std::vector<double> block_squared_error;  ///< of each block by the fit to the other folds
   };
-  /// Blocked cross-validation: each fold in turn is judged by a fit to the others.
+  /// Blocked cross-validation: the error of each fold by a fit to the others.
   CrossValidation cross_validate(const Constraints& constraints, const std::vector<BoundState>& start) const;
 
-  /// Standard errors that allow for correlation within blocks: the scatter of the bounded solution when each
-  /// block's noise has another sign (wild cluster bootstrap; Cameron, Gelbach & Miller 2008), widened where
-  /// few blocks tell of an unknown. Unknowns that lie near a bound scatter on one side of it; zero for those
-  /// at rest on one. Cost: 200 bounded solutions.
+  /// Standard errors that allow for correlation within blocks: the scatter of the bounded solution when the
+  /// sign of each block's noise is drawn at random (wild cluster bootstrap; Cameron, Gelbach & Miller 2008),
+  /// widened where few blocks determine an unknown. Unknowns near a bound scatter to one side only; zero for
+  /// those at a bound. Cost: 200 bounded solutions. Implemented in cluster_errors.cpp.
   Eigen::VectorXd standard_errors(const BoundedSolution& solution, const Constraints& constraints) const;
 
  private:

@@ -14,12 +14,12 @@
 namespace slipstack::workbench {
 namespace {
 
-/// Highest bandwidth of the rows, relative to the sampling rate: a motion is sampled well where its own
-/// frequencies are twenty times lower.
+/// Highest bandwidth of the rows, relative to the sampling rate: a motion is well sampled at frequencies
+/// twenty times below it.
 constexpr double kHighestBandwidth = 0.05;
 
-/// Where quantisation seen through the mass, which grows with the square of frequency, equals the noise of
-/// the force, summed over the band.
+/// The bandwidth within which the encoder's quantisation, differentiated twice and multiplied by the mass,
+/// has the same power as the noise of the force. Its density grows with the fourth power of frequency.
 double band_above_quantisation_Hz(const LogPart& part) {
   const double quantisation_N = part.rough_mass_kg * part.encoder_resolution_m / std::sqrt(12.0);
   if (!(quantisation_N > 0.0) || !(part.force_noise_N > 0.0)) return std::numeric_limits<double>::infinity();
@@ -27,7 +27,7 @@ double band_above_quantisation_Hz(const LogPart& part) {
   return std::sqrt(omega2) / (2.0 * std::numbers::pi);
 }
 
-/// Highest frequency at which the force is louder than its noise; of a log too short to tell, `unknown_Hz`.
+/// Highest frequency at which the force is stronger than its noise; `unknown_Hz` where the log is too short.
 double excited_Hz(std::span<const double> force_N, double rate_Hz, double noise_N, double unknown_Hz) {
   const Spectrum spectrum = power_spectrum(force_N, rate_Hz, 512);
   if (spectrum.density.empty()) return unknown_Hz;
@@ -37,7 +37,15 @@ double excited_Hz(std::span<const double> force_N, double rate_Hz, double noise_
   return spectrum.frequency_Hz[last];
 }
 
+/// The motion keeps this many times the bandwidth of the rows, so that what is non-linear in it (signs, slip,
+/// exponentials of speed) is formed before the common filter and not after.
+constexpr double kMotionBandwidthRatio = 3.0;
+
 }  // namespace
+
+std::vector<double> motion_taps(double bandwidth_Hz, double rate_Hz) {
+  return low_pass_taps(std::min(kMotionBandwidthRatio * bandwidth_Hz, 0.3 * rate_Hz), rate_Hz);
+}
 
 double rough_mass_kg(const std::vector<double>& position_m, const std::vector<double>& force_N,
                      double rate_Hz, const std::vector<Interval>& cut) {

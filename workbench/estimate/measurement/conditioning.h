@@ -9,14 +9,17 @@ namespace slipstack::workbench {
 
 // What is chosen from logs before anything is fitted to them.
 
-/// Mass by plain least squares on a strongly smoothed log: only good for choosing filters. What mend() cut,
-/// and what the smoothing sees of it, is left out.
+/// Low pass of the motion, for rows of this bandwidth.
+std::vector<double> motion_taps(double bandwidth_Hz, double rate_Hz);
+
+/// Mass by ordinary least squares on a strongly smoothed log: accurate enough to choose filters, no more.
+/// Intervals that repair() cut out, and what the smoothing carries from them, are left out.
 double rough_mass_kg(const std::vector<double>& position_m, const std::vector<double>& force_N,
                      double rate_Hz, const std::vector<Interval>& cut);
 
-/// Bandwidth up to which the force of joined logs tells of the motion: no further than any of them excites,
-/// nor than where the encoder's steps, seen through the mass, are louder than the noise of the force. The
-/// parts have their rough mass and noise.
+/// Bandwidth within which the force of joined logs contains information about the motion: no further than the
+/// logs excite, and no further than where the encoder's quantisation, through the mass, exceeds the noise of
+/// the force. The rough mass and the noise of the parts must be set.
 double bandwidth_shown_Hz(const Log& log, const std::vector<LogPart>& parts);
 
 }  // namespace slipstack::workbench

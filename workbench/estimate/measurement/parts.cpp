@@ -12,7 +12,7 @@
 namespace slipstack::workbench {
 namespace {
 
-/// Clocks of one drive agree better than this; other rates are another drive's.
+/// Largest relative difference of the sampling rates of one drive; a larger one means another drive. Chosen.
 constexpr double kSameRate = 1e-4;
 
 [[noreturn]] void refuse(const Log& log, const std::string& what) {
@@ -52,46 +52,46 @@ void append(std::vector<double>& all, const std::vector<double>& more, bool firs
 }  // namespace
 
 JoinedLogs join(std::vector<Log> logs) {
-  std::vector<LogChunk> pieces;
+  std::vector<LogChunk> chunks;
   for (Log& log : logs) {
     const std::size_t samples = log.position_m.size();
     const auto [low, high] = std::minmax_element(log.position_m.begin(), log.position_m.end());
     const double travel_m = *high - *low;
-    pieces.push_back({std::move(log), pieces.size(), 0, samples, travel_m});
+    chunks.push_back({std::move(log), chunks.size(), 0, samples, travel_m});
   }
-  return join(std::move(pieces));
+  return join(std::move(chunks));
 }
 
-JoinedLogs join(std::vector<LogChunk> pieces) {
-  if (pieces.empty()) throw InputError("no log");
+JoinedLogs join(std::vector<LogChunk> chunks) {
+  if (chunks.empty()) throw InputError("no log");
   JoinedLogs joined;
   std::size_t next = 0;
-  for (LogChunk& piece : pieces) {
-    Log& log = piece.log;
-    require_one_axis(pieces.front().log, log);
-    Repairs repairs = repair(log, piece.is_whole() ? RepairScope::whole_log : RepairScope::chunk);
+  for (LogChunk& chunk : chunks) {
+    Log& log = chunk.log;
+    require_one_axis(chunks.front().log, log);
+    Repairs repairs = repair(log, chunk.is_whole() ? RepairScope::whole_log : RepairScope::chunk);
     LogPart part;
     part.cut = std::move(repairs.cut);
     part.jumps = std::move(repairs.jumps);
     part.repaired = std::move(repairs.notes);
     part.path = log.path;
-    part.log = piece.log_index;
-    part.log_travel_m = piece.log_travel_m;
-    part.start_s = static_cast<double>(piece.first_sample) / log.sample_rate_Hz;
+    part.log = chunk.log_index;
+    part.log_travel_m = chunk.log_travel_m;
+    part.start_s = static_cast<double>(chunk.first_sample) / log.sample_rate_Hz;
     part.first_sample = next;
     part.sample_count = log.position_m.size();
     part.mass_kg = log.mass_kg;
     part.encoder_resolution_m = log.encoder_resolution_m.value_or(0.0);
     next += part.sample_count;
     if (part.log >= joined.log_samples.size()) joined.log_samples.resize(part.log + 1);
-    joined.log_samples[part.log] = piece.log_samples;
+    joined.log_samples[part.log] = chunk.log_samples;
     joined.parts.push_back(std::move(part));
   }
-  if (pieces.size() == 1) {
-    joined.log = std::move(pieces.front().log);
+  if (chunks.size() == 1) {
+    joined.log = std::move(chunks.front().log);
     return joined;
   }
-  const Log& first = pieces.front().log;
+  const Log& first = chunks.front().log;
   Log& all = joined.log;
   all.path = first.path;
   all.sample_rate_Hz = first.sample_rate_Hz;
@@ -99,8 +99,8 @@ JoinedLogs join(std::vector<LogChunk> pieces) {
   all.mass_kg = first.mass_kg;
   all.motor_constant_N_per_A = first.motor_constant_N_per_A;
   all.header = first.header;
-  for (std::size_t i = 0; i < pieces.size(); ++i) {
-    Log& log = pieces[i].log;
+  for (std::size_t i = 0; i < chunks.size(); ++i) {
+    Log& log = chunks[i].log;
     for (auto column : {&Log::position_m, &Log::force_N, &Log::reference_position_m, &Log::velocity_mps,
                         &Log::normal_force_N, &Log::temperature_C}) {
       append(all.*column, log.*column, i == 0);
@@ -110,7 +110,7 @@ JoinedLogs join(std::vector<LogChunk> pieces) {
     if (log.encoder_resolution_m) {
       all.encoder_resolution_m = std::max(all.encoder_resolution_m.value_or(0.0), *log.encoder_resolution_m);
     }
-    if (i > 0 && pieces[i].log_index == pieces[i - 1].log_index) continue;
+    if (i > 0 && chunks[i].log_index == chunks[i - 1].log_index) continue;
     for (const std::string& note : log.notes) {
       all.notes.push_back(joined.log_samples.size() > 1 ? printable(log.path) + ": " + note : note);
     }

@@ -7,16 +7,17 @@
 
 #include "workbench/base/errors.h"
 #include "workbench/base/text.h"
-#include "workbench/estimate/nonlinear/shape_search.h"
+#include "workbench/estimate/terms/shape_ranges.h"
 #include "workbench/model/effects/effect_registry.h"
 
 namespace slipstack::workbench {
 namespace {
 
-/// Cross-validation fits to four fifths of the instants: with fewer than these it would fit noise.
+/// Cross-validation fits to four fifths of the instants. With fewer instants than these it would fit noise.
+/// Chosen.
 constexpr Eigen::Index kInstantsPerParameter = 2;
 constexpr Eigen::Index kLeastInstants = 100;
-/// Slower samples show no reversal and no move: as a rule their time is in another unit.
+/// Slower samples resolve neither reversals nor movements; as a rule their time is in another unit.
 constexpr double kLeastRate_Hz = 10.0;
 
 std::vector<std::string> effects_that_act(Acts acts) {

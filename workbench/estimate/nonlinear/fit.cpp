@@ -4,15 +4,14 @@
 #include <algorithm>
 #include <utility>
 
-#include "workbench/estimate/nonlinear/shape_search.h"
-#include "workbench/estimate/uncertainty/standard_errors.h"
+#include "workbench/estimate/terms/shape_ranges.h"
 #include "workbench/model/effects/effect_registry.h"
 
 namespace slipstack::workbench {
 namespace {
 
-/// The model with the shapes of one term searched, the others' held: from `start`, or from everywhere. As it
-/// was where that is no better.
+/// The model with the shapes of one term searched and those of the others held: from `start`, or over the
+/// whole ranges where it is null. Unchanged where that does not lower the held-out error.
 FittedModel with_shapes_searched(const Measurement& measurement, FittedModel fitted, std::size_t t,
                                  const SearchEffort& effort, const std::vector<double>* start) {
   const EffectDescription& effect = *fitted.terms[t].effect;
@@ -41,7 +40,7 @@ FittedModel fit_effects(const Measurement& measurement, const std::vector<std::s
     }
   }
   FittedModel fitted = fit_gains(measurement, fixed);
-  // Dry friction before what modulates it.
+  // Dry friction first: effects that modulate it can only be fitted once it is there.
   std::stable_sort(searched.begin(), searched.end(), [](const auto* a, const auto* b) {
     return a->acts_as(Acts::dry) && !b->acts_as(Acts::dry);
   });
@@ -49,7 +48,7 @@ FittedModel fit_effects(const Measurement& measurement, const std::vector<std::s
     fitted = fit_gains(measurement, try_effect(measurement, fitted, *effect, effort).terms, &fitted);
   }
   if (searched.size() > 1) fitted = refine_shapes_in_turn(measurement, std::move(fitted), effort);
-  // In the order that was asked for.
+  // In the order in which the effects were given.
   Terms ordered;
   for (const std::string& id : effects) ordered.push_back(*find_term(fitted.terms, id));
   fitted = fit_gains(measurement, std::move(ordered), &fitted);

@@ -6,22 +6,23 @@
 #include <functional>
 #include <utility>
 
-#include "workbench/estimate/nonlinear/shape_search.h"
+#include "workbench/estimate/nonlinear/minimise.h"
 #include "workbench/estimate/nonlinear/trial.h"
+#include "workbench/estimate/terms/shape_ranges.h"
 
 namespace slipstack::workbench {
 namespace {
 
-/// Evaluations in the search of a shape that has a customary value, and the part of the held-out error that
-/// it must leave at most to lose it.
-constexpr int kNominalEvaluations = 25;  ///< for each shape
-constexpr double kWantsAnotherShape = 0.998;
+constexpr int kNominalEvaluations = 25;  ///< of the search, for each shape; chosen
+/// A shape leaves its nominal value only if the held-out error falls below this fraction of the error at the
+/// nominal value. Chosen.
+constexpr double kLeavesNominal = 0.998;
 
 bool is_delay(const Term& term) {
   return term.effect->has_role(Role::measurement_delay);
 }
 
-/// Steps with which the search for a low pass begins: of what all lag is together, or of a sample.
+/// Initial steps of the search for a low pass and for the total lag, as fractions of the total lag. Chosen.
 constexpr double kFirstFilter = 0.5;
 constexpr double kFirstLag = 0.1;
 
@@ -36,8 +37,8 @@ double held_out_with(const Measurement& measurement, const FittedModel& base, co
       .rmse;
 }
 
-/// What refine_nominal_shapes() searches of a term. Beside a filter the delay is searched again, as the
-/// sum of both: the log tells what they are together far better than either.
+/// The shapes of a term that refine_nominal_shapes() searches. Together with a filter the delay is searched
+/// again, as the sum of both, because the log determines their sum far better than either of them.
 std::vector<ShapeRange> ranges_to_refine(const Measurement& measurement, const Term& term, bool viscous) {
   std::vector<ShapeRange> ranges = nominal_shapes(measurement, *term.effect);
   if (viscous) {
@@ -51,7 +52,8 @@ std::vector<ShapeRange> ranges_to_refine(const Measurement& measurement, const T
   return ranges;
 }
 
-/// Shapes of a lag whose delay has so many filters more: one for the sum of both, minus one back from it.
+/// Shapes of a lag with `filters` times the filter's time constant added to its delay: +1 turns the delay
+/// into the sum of both, -1 turns the sum back into the delay.
 std::vector<double> moved_delay(const Term& term, std::vector<double> shapes, double filters) {
   if (!is_delay(term)) return shapes;
   const ShapeSpec& delay = term.effect->shapes[0];
@@ -60,7 +62,7 @@ std::vector<double> moved_delay(const Term& term, std::vector<double> shapes, do
   return shapes;
 }
 
-/// The model with the customary shapes of one term back at their values.
+/// The model with the nominal shapes of one term set back to their nominal values.
 FittedModel nominal(const Measurement& measurement, const FittedModel& fitted, std::size_t t) {
   Terms terms = fitted.terms;
   terms[t].shapes = moved_delay(terms[t], std::move(terms[t].shapes), 1.0);
@@ -73,7 +75,7 @@ FittedModel nominal(const Measurement& measurement, const FittedModel& fitted, s
 
 using Cost = std::function<double(const Term&)>;
 
-/// The model with what refine_nominal_shapes() searches of a term where the cost is lowest.
+/// The model with the searched shapes of one term (ranges_to_refine()) at the lowest cost.
 FittedModel search_nominal(const Measurement& measurement, const FittedModel& fitted, std::size_t t,
                            const Cost& cost) {
   const Term& term = fitted.terms[t];
@@ -92,7 +94,7 @@ FittedModel search_nominal(const Measurement& measurement, const FittedModel& fi
   return fit_gains(measurement, std::move(terms), &fitted);
 }
 
-/// Those shapes of a term where held-out data want them.
+/// Releases the nominal shapes of one term, where the held-out error demands it.
 FittedModel refine_nominal_shapes_of(const Measurement& measurement, FittedModel fitted, std::size_t t) {
   if (nominal_shapes(measurement, *fitted.terms[t].effect).empty()) return fitted;
   const FittedModel base =
@@ -100,11 +102,12 @@ FittedModel refine_nominal_shapes_of(const Measurement& measurement, FittedModel
   const auto held_out_N = [&](const Term& term) { return held_out_with(measurement, base, term); };
   FittedModel plain = nominal(measurement, fitted, t);
   FittedModel moved = search_nominal(measurement, fitted, t, held_out_N);
-  if (!(moved.holdout_rmse_N < kWantsAnotherShape * plain.holdout_rmse_N)) return plain;
+  if (!(moved.holdout_rmse_N < kLeavesNominal * plain.holdout_rmse_N)) return plain;
   if (!is_delay(moved.terms[t])) return moved;
-  // The inverse of a low pass makes the force's noise louder, and so the low pass too short. Whether there is
-  // one was asked with that against it; how long it is, is asked without. The rows hold no more noise than
-  // the model leaves.
+  // The inverse of a low pass amplifies the noise of the force, which biases the estimated low pass towards
+  // zero. The decision whether there is one was taken above with this bias, which is on the safe side. Its
+  // time constant is estimated here with the amplified noise subtracted. The rows cannot hold more noise than
+  // the residual.
   const double gain = measurement.force_noise_gain({});
   const double noise_N = std::min(measurement.force_noise_N(), moved.train_rmse_N / gain);
   return search_nominal(measurement, moved, t, [&](const Term& term) {

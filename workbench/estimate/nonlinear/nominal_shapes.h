@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "workbench/estimate/nonlinear/fitted_model.h"
+#include "workbench/estimate/nonlinear/fit_gains.h"
 
 namespace slipstack::workbench {
 
-/// The model with shapes that have a customary value where held-out data want them, once it is known which
-/// effects there are: viscous friction beside quadratic drag looks like a drag of lower exponent. Beside a
-/// viscous friction the exponent of a drag is therefore not lowered.
+/// Releases shapes that are held at a nominal value, where the held-out error demands it. To be called once
+/// all effects are known: viscous friction that the model lacks would make a quadratic drag look like one of
+/// lower exponent. For the same reason the exponent of a drag is not lowered beside viscous friction.
 FittedModel refine_nominal_shapes(const Measurement& measurement, FittedModel fitted);
-/// The same for `time_delay` alone: a low pass beside the delay, where there is one.
+/// The same for `time_delay` alone: a low pass in series with the delay, where there is one.
 FittedModel refine_delay(const Measurement& measurement, FittedModel fitted);
 
 }  // namespace slipstack::workbench

@@ -5,16 +5,19 @@
 #include <functional>
 #include <utility>
 
-#include "workbench/estimate/nonlinear/shape_search.h"
+#include "workbench/estimate/nonlinear/minimise.h"
+#include "workbench/estimate/nonlinear/starting_shapes.h"
+#include "workbench/estimate/terms/shape_ranges.h"
 
 namespace slipstack::workbench {
 namespace {
 
-constexpr double kAsGoodPitch = 1.01;             ///< cost, over that of the best pitch
+// Largest ratio of a pitch's cost to that of the best pitch at which the two count as equally good. Chosen.
+constexpr double kAsGoodPitch = 1.01;
 constexpr double kNearBestBeforeRefining = 1.03;  ///< the same, before the pitch is refined
 
-/// Whether an effect fades below the slowest speed that the log shows: then it stands for something that
-/// happens at reversals, and the log does not show this effect.
+/// Whether an effect decays below the slowest speed that the log can show. The search has then fitted
+/// something that happens at reversals, and the log contains no evidence for this effect.
 bool below_visible(const EffectDescription& effect, const std::vector<ShapeRange>& ranges,
                    const std::vector<double>& shapes) {
   return std::any_of(ranges.begin(), ranges.end(), [&](const ShapeRange& range) {
@@ -23,8 +26,8 @@ bool below_visible(const EffectDescription& effect, const std::vector<ShapeRange
   });
 }
 
-/// The start of lowest cost; among pitches that do as well, within 1 %, the shortest: harmonics of a pitch
-/// are harmonics of its multiples too.
+/// The starting point of lowest cost; among pitches that are equally good (kAsGoodPitch), the shortest,
+/// because the harmonics of a pitch are harmonics of its multiples too.
 std::vector<double> best_start(const EffectDescription& effect,
                                const std::vector<std::vector<double>>& starts,
                                const std::function<double(const std::vector<double>&)>& cost) {
@@ -42,8 +45,8 @@ std::vector<double> best_start(const EffectDescription& effect,
   return starts[best];
 }
 
-/// Unless a half or a third of the pitch does as well: noise in the harmonics that a multiple adds can make
-/// it the best by a hair.
+/// `found`, with its pitch replaced by a half or a third where that is equally good. A multiple of the true
+/// pitch has additional harmonics, and they can fit the noise slightly better.
 SearchResult with_shortest_pitch(const EffectDescription& effect, const std::vector<ShapeRange>& ranges,
                                  SearchResult found,
                                  const std::function<double(const std::vector<double>&)>& cost,
@@ -62,10 +65,11 @@ SearchResult with_shortest_pitch(const EffectDescription& effect, const std::vec
   return found;
 }
 
-/// Starts of one valley each: a memory that fades with distance alone is far from one that fades with time.
-std::vector<std::vector<std::vector<double>>> valleys(const EffectDescription& effect,
-                                                      const std::vector<ShapeRange>& ranges,
-                                                      std::vector<std::vector<double>> starts) {
+/// The starting points in groups that are searched separately. The cost has one minimum where the memory
+/// decays with distance and another where it decays with time, far apart.
+std::vector<std::vector<std::vector<double>>> groups_of_starts(const EffectDescription& effect,
+                                                               const std::vector<ShapeRange>& ranges,
+                                                               std::vector<std::vector<double>> starts) {
   const auto distance = std::find_if(ranges.begin(), ranges.end(), [&](const ShapeRange& range) {
     return effect.shapes[range.index].kind == ShapeKind::lag_distance;
   });
@@ -83,7 +87,7 @@ std::vector<std::vector<std::vector<double>>> valleys(const EffectDescription& e
 
 NormalEquations equations_with(const Measurement& measurement, const Linearisation& linearisation,
                                const NormalEquations& equations, const Term& term) {
-  if (term.gains.empty()) {  // a lag moves the measured force
+  if (term.gains.empty()) {  // a delay acts on the measured force, not on the model
     const Eigen::VectorXd target = linearisation.target() - linearisation.measured_N() +
                                    measurement.force_N(measurement_dynamics_of({term}));
     return equations.with_target(measurement, linearisation.columns(), target);
@@ -119,13 +123,13 @@ Trial try_effect(const Measurement& measurement, const FittedModel& base, const 
                                             linearisation.residual_N().cwiseProduct(measurement.row_usable()),
                                             linearisation.force_N());
   const std::vector<ShapeRange> ranges = searched_shapes(measurement, effect);
-  // A user's own effect may have many shapes, and a narrow place to find.
+  // A user-defined effect may have many shapes, and a narrow minimum.
   const int evaluations = effect.is_user_defined()
                               ? effort.evaluations * std::max(1, static_cast<int>(ranges.size()))
                               : effort.evaluations;
   SearchResult lowest;
-  for (const auto& valley : valleys(effect, ranges, starts)) {
-    const std::vector<double> first = valley.size() > 1 ? best_start(effect, valley, cost) : valley.front();
+  for (const auto& group : groups_of_starts(effect, ranges, starts)) {
+    const std::vector<double> first = group.size() > 1 ? best_start(effect, group, cost) : group.front();
     SearchResult found = with_shortest_pitch(effect, ranges, refine_shapes(ranges, first, cost, evaluations),
                                              cost, evaluations);
     if (lowest.shapes.empty() || found.cost < lowest.cost) lowest = std::move(found);

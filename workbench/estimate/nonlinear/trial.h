@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "workbench/estimate/nonlinear/fitted_model.h"
+#include "workbench/estimate/nonlinear/fit_gains.h"
 
 namespace slipstack::workbench {
 
@@ -25,8 +25,8 @@ struct Trial {
 Trial try_effect(const Measurement& measurement, const FittedModel& base, const EffectDescription& effect,
                  const SearchEffort& effort, const std::vector<double>* start = nullptr);
 
-/// Equations of a model with `term` added to it, its shapes as they are; `equations` are those of the model
-/// without it.
+/// Equations of a model with `term` added at its present shapes; `equations` are those of the model without
+/// it.
 NormalEquations equations_with(const Measurement& measurement, const Linearisation& linearisation,
                                const NormalEquations& equations, const Term& term);
 

@@ -9,18 +9,19 @@
 namespace slipstack::workbench {
 namespace {
 
-constexpr std::size_t kMostPoints = 800;
-constexpr std::size_t kMostRows = 12000;
-constexpr std::size_t kKept = 6;
-constexpr int kBins = 256;
-constexpr std::size_t kStrongPlaces = 24;
+// Chosen so that a bump of a millimetre is found on a metre of rail (docs/user-effect.md).
+constexpr std::size_t kMostPoints = 800;   ///< candidates that are evaluated
+constexpr std::size_t kMostRows = 12000;   ///< rows at which they are evaluated
+constexpr std::size_t kKept = 6;           ///< candidates from which a search starts
+constexpr int kBins = 256;                 ///< of the stroke, to find places of strong residual
+constexpr std::size_t kStrongPlaces = 24;  ///< such places that become candidates
 
 bool is_place(const EffectDescription& effect, const ShapeRange& range) {
   return std::string_view(effect.shapes[range.index].unit) == "m" && !range.logarithmic;
 }
 
-/// Places of the range where the residual, or the residual that changes sign with the direction, has the
-/// largest mean for its number of rows.
+/// Places of the range at which the residual, or the residual times the direction of motion, is strongest:
+/// the bins with the largest squared sum per row.
 std::vector<double> strong_places(const Measurement& measurement, const ShapeRange& range,
                                   const Eigen::VectorXd& residual_N) {
   struct Bin {
@@ -51,8 +52,8 @@ std::vector<double> strong_places(const Measurement& measurement, const ShapeRan
   return places;
 }
 
-/// How much of the residual's squares an effect with these shapes explains alone, its gains within bounds
-/// where there is only one.
+/// Computes how much of the residual's sum of squares an effect explains by itself. The bounds of the gain
+/// are respected where there is only one.
 class Screen {
  public:
   Screen(const Measurement& measurement, const EffectDescription& effect, const Eigen::VectorXd& residual_N)
@@ -97,14 +98,15 @@ class Screen {
   Eigen::MatrixXd columns_;  ///< gains x rows
 };
 
-/// Every combination of the values that each range may start from.
+/// All combinations of the starting values of each range, at most kMostPoints.
 std::vector<std::vector<double>> points_of(const Measurement& measurement, const EffectDescription& effect,
                                            const std::vector<ShapeRange>& ranges,
                                            const Eigen::VectorXd& residual_N) {
   const auto places = static_cast<double>(std::count_if(
       ranges.begin(), ranges.end(), [&](const auto& range) { return is_place(effect, range); }));
   const double others = static_cast<double>(ranges.size()) - places;
-  // A place wants more values than anything else: 48 beside one other shape, as many as fit otherwise.
+  // A place needs a finer grid than any other shape: 48 values in all beside other shapes, else as many as
+  // fit.
   const double of_place = places == 0.0  ? 1.0
                           : others > 0.0 ? std::pow(48.0, 1.0 / places)
                                          : std::pow(kMostPoints, 1.0 / places);
@@ -114,17 +116,17 @@ std::vector<std::vector<double>> points_of(const Measurement& measurement, const
       std::clamp(others > 0.0 ? std::pow(std::max(left, 1.0), 1.0 / others) : 1.0, 1.0, 12.0));
   std::vector<std::vector<double>> points{default_shapes(measurement, effect)};
   for (const ShapeRange& range : ranges) {
-    std::vector<double> own =
+    std::vector<double> candidates =
         spread(range, is_place(effect, range) ? std::max<std::size_t>(place_values / 2, 1) : values);
     if (is_place(effect, range)) {
-      std::vector<double> loud = strong_places(measurement, range, residual_N);
-      loud.resize(std::min(loud.size(), place_values - own.size()));
-      own.insert(own.end(), loud.begin(), loud.end());
+      std::vector<double> strong = strong_places(measurement, range, residual_N);
+      strong.resize(std::min(strong.size(), place_values - candidates.size()));
+      candidates.insert(candidates.end(), strong.begin(), strong.end());
     }
     std::vector<std::vector<double>> product;
-    product.reserve(points.size() * own.size());
+    product.reserve(points.size() * candidates.size());
     for (const auto& point : points) {
-      for (const double value : own) {
+      for (const double value : candidates) {
         product.push_back(point);
         product.back()[range.index] = value;
       }

@@ -7,15 +7,17 @@
 namespace slipstack::workbench {
 namespace {
 
-/// Of the largest level, what every part of the grid is given: a curve may bend where an effect that the
-/// plain fit did not know has hidden it.
+/// Smallest level assumed anywhere on the grid, relative to the largest: the virgin curve may be curved where
+/// an effect that was not in the plain model has hidden it. Chosen.
 constexpr double kLeastLevel = 0.05;
-/// Share of all levels that the shortest element holds where slip begins below it.
+/// If the shortest element holds more than this share of the whole level, slip begins at shorter distances.
+/// Chosen.
 constexpr double kBeginsBelow = 0.02;
-/// The shortest slip distance that slow motion between two encoder steps can show, in steps.
+/// The shortest slip distance that slow motion between two encoder steps can show, in steps. Chosen.
 constexpr double kShortestSteps = 0.25;
 
-/// Non-negative least squares leave gaps between neighbours that share a level.
+/// Non-negative least squares assign the level shared by neighbours to one of them; smoothing spreads it
+/// again.
 void smooth(std::vector<double>& levels) {
   const std::vector<double> was = levels;
   const std::size_t last = levels.size() - 1;
@@ -47,7 +49,7 @@ std::vector<double> refined_slip_distances(const Term& fitted, double encoder_re
   smooth(levels);
   smooth(levels);
   const double least = kLeastLevel * *std::max_element(levels.begin(), levels.end());
-  std::vector<double> corners{0.0};  // how many of the new ones lie below each of the old
+  std::vector<double> corners{0.0};  // number of new distances below each of the old ones
   for (std::size_t i = 1; i < slip_m.size(); ++i) {
     const double level = std::max(least, 0.5 * (levels[i - 1] + levels[i]));
     corners.push_back(corners.back() + std::sqrt(level));

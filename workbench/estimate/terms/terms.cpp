@@ -5,17 +5,17 @@
 #include <cmath>
 
 #include "workbench/base/statistics.h"
-#include "workbench/estimate/nonlinear/shape_search.h"
+#include "workbench/estimate/terms/shape_ranges.h"
 
 namespace slipstack::workbench {
 namespace {
 
-/// Prior standard deviations of dimensionless modulations: the value, and the bend between neighbours of a
-/// map.
+/// Prior standard deviations of dimensionless modulations: of the value, and of the second difference between
+/// neighbouring points of a map. Chosen: a modulation is rarely above one half of what it modulates.
 constexpr double kModulationPrior = 0.5;
 constexpr double kBendPrior = 0.3;
-/// The mean of a map: the level that it modulates is that of the middle of the rail, or a map of -50 %
-/// throughout and twice the level would be as good.
+/// Prior standard deviation of the mean of a map. The map and the level that it modulates are otherwise not
+/// unique: a map of -50 % everywhere with twice the level would give the same force.
 constexpr double kMeanPrior = 0.01;
 
 void penalise_modulation(const GainGroup& group, Eigen::Index first, double variance,
@@ -32,7 +32,7 @@ void penalise_modulation(const GainGroup& group, Eigen::Index first, double vari
   penalty.block(first, first, group.count, group.count).array() += variance / squared(kMeanPrior * splines);
 }
 
-/// A gain within its term, and where the gains of that term begin among the unknowns.
+/// A gain: its term, where the term begins among the unknowns, and its index in a set.
 struct GainAt {
   const Term* term = nullptr;
   Eigen::Index first = 0;
@@ -65,7 +65,7 @@ void couple_part(const Terms& terms, const Term& term, NormalEquations::Constrai
       constraints.lower(b) = constraints.upper(b) = 0.0;
       continue;
     }
-    // Either of them each log's own, the other not: no pair, and nothing is coupled.
+    // Where only one of the two is fitted for each log separately, there are no pairs to couple.
     if (other->gain_sets() != term.gain_sets()) continue;
     const GainAt whole = gain_at(terms, *other, 0);
     const Eigen::Index a = whole.unknown(set);
@@ -75,13 +75,13 @@ void couple_part(const Terms& terms, const Term& term, NormalEquations::Constrai
     } else if (part.lower(set) == part.upper(set)) {
       constraints.lower(a) = std::max(constraints.lower(a), std::abs(part.upper(set)));
     } else {
-      constraints.each_way.emplace_back(a, b);
+      constraints.pairs.emplace_back(a, b);
     }
   }
 }
 
-/// A mode's rigid mass and a mass of the axis that is fitted are one and the same force: the axis has it, or
-/// the split is chance, and a mass may come out as none.
+/// The rigid mass of a structural mode and a fitted mass of the axis give the same force, and no data can
+/// split them. All of it is assigned to the mass of the axis, which could otherwise come out as zero.
 void leave_mass_to_axis(const Terms& terms, const Term& term, NormalEquations::Constraints& constraints) {
   const GainAt rigid = gain_at(terms, term, term.effect->traits.axis_mass_gain);
   for (std::size_t set = 0; set < term.gain_sets(); ++set) {
@@ -111,6 +111,24 @@ Term make_term(const Measurement& measurement, const EffectDescription& effect) 
   }
   term.shapes = default_shapes(measurement, effect);
   return with_gain_sets(measurement, std::move(term));
+}
+
+Term term_for_log(const Measurement& measurement, const EffectDescription& effect) {
+  Term term = make_term(measurement, effect);
+  if (term.effect->has_role(Role::inertia)) set_declared_mass(measurement, term);
+  return term;
+}
+
+void set_declared_mass(const Measurement& measurement, Term& inertia) {
+  const auto& parts = measurement.parts();
+  if (!parts.front().mass_kg) return;
+  // Every log declares its own mass, so there is one gain per log, whatever --per-log says.
+  while (inertia.gains.size() < measurement.log_count()) inertia.gains.push_back(0.0);
+  inertia.lower.resize(inertia.gains.size());
+  inertia.upper.resize(inertia.gains.size());
+  for (const LogPart& part : parts) {
+    inertia.gains[part.log] = inertia.lower[part.log] = inertia.upper[part.log] = *part.mass_kg;
+  }
 }
 
 NormalEquations::Constraints constraints_of(const Terms& terms, double error_N) {
@@ -146,6 +164,14 @@ Term with_gain_sets(const Measurement& measurement, Term term) {
     for (std::size_t set = 1; set < sets; ++set) values->insert(values->end(), first.begin(), first.end());
   }
   return term;
+}
+
+Terms terms_on(const Measurement& measurement, Terms terms) {
+  for (Term& term : terms) {
+    term = with_gain_sets(measurement, std::move(term));
+    if (term.effect->has_role(Role::inertia)) set_declared_mass(measurement, term);
+  }
+  return terms;
 }
 
 Terms averaged_over_logs(const Measurement& measurement, Terms terms) {

@@ -18,11 +18,12 @@
 namespace slipstack::workbench {
 namespace {
 
-/// Encoders that read the motion again. Their grids are shifted by multiples of the golden section, no border
-/// of a cell on another, and each as far the other way, so that a mirrored log is judged alike. In a cell
-/// that the axis stays in unseen they have it go to the far side, half-way and on, or half-way at once and
-/// back, as an axis does that a controller lets unload.
-/// What zigzags faster than the samples go has corners between them, beyond what is read by up to its height.
+/// Realisations of the encoder's quantisation. The grids are shifted by multiples of the golden section, so
+/// that no two borders coincide, and by the same shifts in the opposite direction, so that a mirrored log
+/// gives the same result. While the reading does not change, the axis is assumed to move within the cell: to
+/// the far side, half-way and on, or half-way at once and back, as it does when a controller unloads it. A
+/// zigzag faster than the sampling has corners between the samples, which exceed the readings by up to its
+/// height (beyond_corners).
 constexpr double kGoldenPart = 0.3819660112501051;
 constexpr double kLow = 1.0 / 6.0;
 constexpr double kHigh = 5.0 / 6.0;
@@ -35,17 +36,19 @@ constexpr std::array<EncoderRealisation, 6> kEncoderRealisations{{
     {2.0 - 3.0 * kGoldenPart, {.places = {0.5, kLow}, .at_speed = true}, kHigh},
 }};
 
-/// Quantisation far below what the plain model leaves anyway does not matter.
+/// Quantisation below this fraction of the plain model's residual does not lower a row's weight by half.
+/// Chosen.
 constexpr double kLeastWeighing = 0.1;
 
-/// Rows over which the error of one reading stands for that of another: some filter lengths.
+/// Rows to either side over which the variance by quantisation is averaged: some filter lengths.
 constexpr Eigen::Index kNeighbours = 12;
 
-/// Classes of rows by what quantisation does there, and by how much less may be left of it by chance.
+/// Number of classes of rows, by their variance by quantisation; and the factor by which the residual of a
+/// class may fall short of that variance by chance. Chosen.
 constexpr std::size_t kClasses = 20;
 constexpr double kChance = 1.25;
 
-/// Mean over the neighbours, by a running sum.
+/// Moving average over the neighbours, by differences of a cumulative sum.
 Eigen::VectorXd smoothed(const Eigen::VectorXd& values) {
   Eigen::VectorXd sums(values.size() + 1);
   sums(0) = 0.0;
@@ -62,13 +65,15 @@ Eigen::VectorXd smoothed(const Eigen::VectorXd& values) {
 /// Variances at the rows [N^2].
 struct RowVariances {
   Eigen::VectorXd noise;         ///< of force and acceleration
-  Eigen::VectorXd quantisation;  ///< what it may do to the hysteresis
+  Eigen::VectorXd quantisation;  ///< of the hysteresis force, by quantisation
   Eigen::VectorXd left;          ///< squared residual
 };
 
-/// `reading_of(i)` gives the other readings, one after another.
-template <class ReadingOf>
-RowVariances variances_at_rows(const Measurement& measurement, const Terms& terms, ReadingOf&& reading_of) {
+/// `realisation_of(i)` returns the measurement with the i-th realisation; it is called once for each, in
+/// order.
+template <class RealisationOf>
+RowVariances variances_at_rows(const Measurement& measurement, const Terms& terms,
+                               RealisationOf&& realisation_of) {
   RowVariances variances{
       Eigen::VectorXd(measurement.row_count()), Eigen::VectorXd::Zero(measurement.row_count()), {}};
   const Eigen::VectorXd here = measurement.filtered(evaluate_force(measurement, terms).force_N);
@@ -76,9 +81,10 @@ RowVariances variances_at_rows(const Measurement& measurement, const Terms& term
   const Eigen::VectorXd residual_N = measurement.force_N(lag) - here;
   std::vector<Eigen::VectorXd> realisations_N;
   realisations_N.reserve(kEncoderRealisations.size());
-  for (std::size_t reading = 0; reading < kEncoderRealisations.size(); ++reading) {
-    const Measurement& other = reading_of(reading);
-    // The other reading takes the first's motion for the truth: their difference is one encoder's error.
+  for (std::size_t i = 0; i < kEncoderRealisations.size(); ++i) {
+    const Measurement& other = realisation_of(i);
+    // A realisation quantises the recorded motion again, so the difference of the forces is the error of one
+    // encoder.
     realisations_N.push_back(here - measurement.filtered(evaluate_force(other, terms).force_N));
   }
   const double gain = measurement.force_noise_gain(lag);
@@ -88,7 +94,7 @@ RowVariances variances_at_rows(const Measurement& measurement, const Terms& term
     const LogPart& first = measurement.parts()[own.first];
     double force = first.force_noise_N;
     if (!measurement.force_noise_given()) {
-      LogPart all = first;  // its parts as one
+      LogPart all = first;  // the parts of the log as one
       all.sample_count = measurement.parts()[own.end - 1].end_sample() - first.first_sample;
       all.row_count = static_cast<std::size_t>(measurement.rows_of_log(log).count);
       force = residual_noise(measurement, all, residual_N, realisations_N, mass_kg(terms, log), lag)
@@ -102,17 +108,19 @@ RowVariances variances_at_rows(const Measurement& measurement, const Terms& term
           .setConstant(squared(gain * force) + squared(inertia));
     }
   }
-  for (const Eigen::VectorXd& reading_N : realisations_N) {
-    variances.quantisation += reading_N.cwiseAbs2() / static_cast<double>(kEncoderRealisations.size());
+  for (const Eigen::VectorXd& realisation_N : realisations_N) {
+    variances.quantisation += realisation_N.cwiseAbs2() / static_cast<double>(kEncoderRealisations.size());
   }
   variances.left = residual_N.cwiseAbs2();
   return variances;
 }
 
-/// The readings tell how far quantisation may lead astray; it has led no further than what is left. Judged in
-/// classes of rows, since at one row both are chance: where the axis rests within a cell for long the
-/// readings err by all that the cell allows, and so did the axis, unless it moved as evenly as is assumed.
-Eigen::VectorXd borne_out(const RowVariances& rows, const Eigen::VectorXd& usable) {
+/// The variance by quantisation, as far as it is supported by the residual. The realisations show how large
+/// the error may be, but it cannot have been larger than the residual. They are compared in classes of rows,
+/// since the values at a single row are random. Where the axis stands within a cell for long, the
+/// realisations differ by the whole cell, although the axis may have moved as evenly as the interpolation
+/// assumes.
+Eigen::VectorXd supported_variance(const RowVariances& rows, const Eigen::VectorXd& usable) {
   const Eigen::VectorXd likely = smoothed(rows.quantisation);
   std::vector<Eigen::Index> order;
   for (Eigen::Index row = 0; row < likely.size(); ++row) {
@@ -138,11 +146,12 @@ Eigen::VectorXd borne_out(const RowVariances& rows, const Eigen::VectorXd& usabl
   return variance;
 }
 
-/// By what may be: a row that happens to be right is worth no more than its neighbours.
+/// Variance for the row weights: averaged, since a row whose error happens to be small is no more reliable
+/// than its neighbours.
 Eigen::VectorXd variance_to_weigh_by(const Measurement& measurement, const Terms& plain) {
-  // One reading at a time: pieces are judged by many threads at once.
-  const RowVariances rows = variances_at_rows(measurement, plain, [&](std::size_t reading) {
-    return measurement.with_realisation(kEncoderRealisations[reading]);
+  // One realisation in memory at a time, since many threads weigh chunks at once.
+  const RowVariances rows = variances_at_rows(measurement, plain, [&](std::size_t i) {
+    return measurement.with_realisation(kEncoderRealisations[i]);
   });
   return smoothed(rows.noise + rows.quantisation);
 }
@@ -150,12 +159,12 @@ Eigen::VectorXd variance_to_weigh_by(const Measurement& measurement, const Terms
 }  // namespace
 
 std::vector<Measurement> encoder_realisations(const Measurement& measurement) {
-  std::vector<Measurement> readings;
-  readings.reserve(kEncoderRealisations.size());
+  std::vector<Measurement> realisations;
+  realisations.reserve(kEncoderRealisations.size());
   for (const EncoderRealisation& other : kEncoderRealisations) {
-    readings.push_back(measurement.with_realisation({.shift_steps = other.shift_steps}));
+    realisations.push_back(measurement.with_realisation({.shift_steps = other.shift_steps}));
   }
-  return readings;
+  return realisations;
 }
 
 NoiseFloor::NoiseFloor(const Measurement& measurement) : measurement_(measurement) {
@@ -165,10 +174,9 @@ NoiseFloor::NoiseFloor(const Measurement& measurement) : measurement_(measuremen
 }
 
 Eigen::VectorXd NoiseFloor::variance(const Terms& terms) const {
-  const RowVariances rows =
-      variances_at_rows(measurement_, terms,
-                        [this](std::size_t reading) -> const Measurement& { return realisations_[reading]; });
-  return rows.noise + borne_out(rows, measurement_.row_usable());
+  const RowVariances rows = variances_at_rows(
+      measurement_, terms, [this](std::size_t i) -> const Measurement& { return realisations_[i]; });
+  return rows.noise + supported_variance(rows, measurement_.row_usable());
 }
 
 double NoiseFloor::of(const Terms& terms) const {
@@ -205,9 +213,9 @@ Eigen::VectorXd RowWeighing::weights(const Eigen::VectorXd& variance) const {
   return (enough / (enough + (variance.array() - least).max(0.0))).matrix();
 }
 
-void RowWeighing::apply(Measurement& piece) const {
-  if (piece.row_count() == 0) return;
-  piece.set_row_weights(weights(variance_to_weigh_by(piece, plain)));
+void RowWeighing::apply(Measurement& chunk) const {
+  if (chunk.row_count() == 0) return;
+  chunk.set_row_weights(weights(variance_to_weigh_by(chunk, plain)));
 }
 
 }  // namespace slipstack::workbench

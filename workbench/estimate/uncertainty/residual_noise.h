@@ -8,23 +8,26 @@
 
 namespace slipstack::workbench {
 
-/// White noise of the force before the filter [N], as what a model leaves bounds it.
+/// Bounds of the white noise of the force before the filter [N], from the residual of a model.
 struct NoiseEstimate {
   double least_N = 0.0;
   double most_N = std::numeric_limits<double>::infinity();
-  /// What the sensor's own differences from sample to sample say, within these bounds.
+  /// The estimate from the differences between samples, limited to these bounds.
   double bounded(double sensor_N) const;
 };
 
-/// The noise of one log's force. Forces that push the axis and are in no sensor (a drive's own noise, rough
-/// rolling) are seen in the residual only, since the measured current of a controlled axis need not carry
-/// them; and what a controller does from sample to sample is no noise, since it is measured and moves the
-/// axis. Judged in the upper part of the rows' bandwidth, where friction and motion say little, of the log's
-/// pieces by the median, so that neither a line nor what happens at reversals counts. At least what the
-/// quietest of its bands has without what the encoder's steps do there: through `mass_kg`, and through
-/// hysteresis, the mean power of `realisations_N`. At most what the loudest band has without the first of
-/// these. No bounds for a log of fewer than eight pieces of 64 rows. `residual_N` and `realisations_N`: of
-/// all rows; `lag`: undone in the residual, it came before the noise.
+/// The noise of the force of one log, from the residual of a model. The differences between samples alone
+/// mislead in two ways. Random forces on the axis that no sensor measures (noise of the drive, rough rolling)
+/// appear only in the residual, because the current of a controlled axis need not contain them. And what a
+/// controller does from sample to sample is no noise, because it is measured and moves the axis.
+///
+/// The power of the residual is estimated in bands in the upper part of the rows' bandwidth, where friction
+/// and motion contribute little, as the median over segments of the log, so that neither spectral lines nor
+/// reversals count. The lower bound is the weakest band after subtraction of the encoder's quantisation:
+/// through `mass_kg`, and through the hysteresis, as the mean power of `realisations_N`. The upper bound is
+/// the strongest band after subtraction of the former only. No bounds for a log of fewer than eight segments
+/// of 64 rows. `residual_N` and `realisations_N`: of all rows; `lag` is compensated in the residual, since it
+/// acted before the noise was added.
 NoiseEstimate residual_noise(const Measurement& measurement, const LogPart& part,
                              const Eigen::VectorXd& residual_N,
                              const std::vector<Eigen::VectorXd>& realisations_N, double mass_kg,

@@ -14,8 +14,8 @@ namespace slipstack::workbench {
 
 class EffectBasis;
 
-/// What the workbench knows of one effect, without its type: of the firmware's catalogue, or the user's own
-/// (user_effect.h).
+/// What the workbench knows of one effect, independent of its type: an effect of the firmware's catalogue, or
+/// a user-defined one (user_effect.h).
 struct EffectDescription {
   EffectText text;
   std::vector<GainGroup> gain_groups;
@@ -23,22 +23,22 @@ struct EffectDescription {
   int gain_count = 0;
   EffectTraits traits;                                 ///< of an effect of the user's own: the defaults
   std::function<std::unique_ptr<EffectBasis>()> make;  ///< a fresh instance
-  std::string definition;                              ///< of a user's own effect; empty: of the catalogue
+  std::string definition;                              ///< of a user-defined effect; empty for the catalogue
 
   std::string id() const { return text.id; }
   bool is_user_defined() const { return !definition.empty(); }
-  /// How gain `index` acts, and the group it belongs to.
+  /// The group of gain `index`.
   const GainGroup& group_of_gain(int index) const;
   bool acts_as(Acts acts) const;
   bool has_role(Role role) const { return traits.role == role; }
   /// Whether an experiment can be planned that shows it.
   bool is_plannable() const { return traits.plannable && gain_count > 0; }
-  /// Parameters that a fit of this effect spends.
+  /// Number of parameters that a fit of this effect determines.
   int parameter_count() const { return gain_count + static_cast<int>(shapes.size()); }
 };
 
-/// One effect in double precision, called through a virtual function: host only. Of an effect of the
-/// catalogue, the basis that it returns is the firmware's own.
+/// One effect in double precision, behind virtual functions; host only. For an effect of the catalogue, run()
+/// calls the basis() of the firmware.
 class EffectBasis {
  public:
   virtual ~EffectBasis() = default;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/estimate/nonlinear/fitted_model.h"
+#include "workbench/estimate/nonlinear/fit_gains.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,8 +7,8 @@
 namespace slipstack::workbench {
 namespace {
 
-constexpr int kGaussNewtonSteps = 4;
-constexpr double kConverged = 1e-4;  ///< relative change of the force that ends the Gauss-Newton steps
+constexpr int kGaussNewtonSteps = 4;  ///< at most; two or three suffice as a rule (linearisation.h)
+constexpr double kConverged = 1e-4;   ///< relative change of the force that ends the Gauss-Newton steps
 
 bool all_zero(const Term& term) {
   for (const double gain : term.gains) {
@@ -24,7 +24,8 @@ bool dry_friction_known(const Terms& terms) {
   return false;
 }
 
-/// Gains of the model without what multiplies: a place from which products can be linearised.
+/// Fits the gains without the effects that modulate others. Products of gains can then be linearised there;
+/// at zero dry friction their derivatives would vanish.
 void fit_without_products(const Measurement& measurement, Terms& terms, double noise_N) {
   Terms plain;
   for (const Term& term : terms) {
@@ -38,7 +39,7 @@ void fit_without_products(const Measurement& measurement, Terms& terms, double n
   }
 }
 
-/// Puts down what a model leaves, of what its fit has seen and has not.
+/// Computes the errors of a fitted model, in sample and held out.
 void judge(const Measurement& measurement, FittedModel& fitted) {
   const auto judged = fitted.equations->cross_validate(fitted.constraints, fitted.solution.bound_states);
   fitted.holdout_rmse_N = judged.rmse;
@@ -55,24 +56,6 @@ void judge(const Measurement& measurement, FittedModel& fitted) {
 }
 
 }  // namespace
-
-Term term_for_log(const Measurement& measurement, const EffectDescription& effect) {
-  Term term = make_term(measurement, effect);
-  if (term.effect->has_role(Role::inertia)) set_declared_mass(measurement, term);
-  return term;
-}
-
-void set_declared_mass(const Measurement& measurement, Term& inertia) {
-  const auto& parts = measurement.parts();
-  if (!parts.front().mass_kg) return;
-  // Declared masses are each log's, whether the gain would be or not.
-  while (inertia.gains.size() < measurement.log_count()) inertia.gains.push_back(0.0);
-  inertia.lower.resize(inertia.gains.size());
-  inertia.upper.resize(inertia.gains.size());
-  for (const LogPart& part : parts) {
-    inertia.gains[part.log] = inertia.lower[part.log] = inertia.upper[part.log] = *part.mass_kg;
-  }
-}
 
 FittedModel fit_gains(const Measurement& measurement, Terms terms, const FittedModel* known) {
   const double noise_N = measurement.filtered_force_noise_N();
@@ -98,7 +81,7 @@ FittedModel fit_gains(const Measurement& measurement, Terms terms, const FittedM
     before = now;
     if (converged) break;
   }
-  // The state that belongs to the final gains: residuals and trials start from it.
+  // Linearised again at the final gains: residuals and trials start from here.
   fitted.linearisation = std::make_shared<Linearisation>(*linearisation, terms);
   fitted.terms = std::move(terms);
   judge(measurement, fitted);
@@ -115,14 +98,6 @@ FittedModel linearised(const Measurement& measurement, Terms terms, double error
   model.solution = model.equations->fit(model.constraints);
   model.terms = std::move(terms);
   return model;
-}
-
-Terms terms_on(const Measurement& measurement, Terms terms) {
-  for (Term& term : terms) {
-    term = with_gain_sets(measurement, std::move(term));
-    if (term.effect->has_role(Role::inertia)) set_declared_mass(measurement, term);
-  }
-  return terms;
 }
 
 }  // namespace slipstack::workbench

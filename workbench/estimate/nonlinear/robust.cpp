@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/estimate/linear/robust.h"
+#include "workbench/estimate/nonlinear/robust.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,10 +9,10 @@
 namespace slipstack::workbench {
 namespace {
 
-constexpr double kHuber = 5.0;  ///< robust standard deviations
+constexpr double kHuber = 5.0;  ///< limit in robust standard deviations: Gaussian residuals do not reach it
 constexpr int kIterations = 5;
-constexpr double kConverged = 1e-3;  ///< change of the weights' sum, of itself
-/// More rows than this are not outliers but the form of the residual.
+constexpr double kConverged = 1e-3;  ///< relative change of the sum of weights that ends the iteration
+/// A larger share of rows beyond the limit is not outliers but a distribution with heavy tails. Chosen.
 constexpr double kMostOutliers = 0.05;
 
 double robust_deviation(const Eigen::VectorXd& residual, const Eigen::VectorXd& weights) {

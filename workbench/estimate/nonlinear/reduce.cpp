@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/estimate/terms/reduce.h"
+#include "workbench/estimate/nonlinear/reduce.h"
 
 #include <algorithm>
 #include <cmath>
@@ -18,14 +18,15 @@ Element merged(const Element& a, const Element& b) {
   return {(a.level_N() + b.level_N()) / stiffness, stiffness};
 }
 
-/// Largest departure of the virgin curve when neighbours become one: at the merged slip distance.
+/// Largest change of the virgin curve when two neighbours are merged; it occurs at the merged slip distance.
 double cost(const Element& a, const Element& b) {
   const Element one = merged(a, b);
   return b.stiffness_N_per_m * (b.slip_m - one.slip_m);
 }
 
-/// Slip distances in whole encoder steps, at least one, with the level kept; those that then agree are one.
-/// The target counts steps, and would round without keeping the level.
+/// Rounds slip distances to whole encoder steps, at least one, preserving the level of each element, and
+/// merges elements whose distances are then equal. The target counts in steps; its own rounding would change
+/// the level.
 std::vector<Element> in_whole_steps(std::vector<Element> elements, double step_m) {
   if (step_m > 0.0) {
     for (Element& element : elements) {
@@ -54,7 +55,7 @@ FittedModel reduce_hysteresis(const Measurement& measurement, const FittedModel&
   const auto term = std::find_if(terms.begin(), terms.end(),
                                  [](const Term& t) { return t.effect->has_role(Role::hysteresis); });
   if (term == terms.end()) return fitted;
-  // Of several logs the mean: slip distances are the axis'.
+  // Of several logs the mean, since the slip distances are a property of the axis.
   const Term mean = averaged_over_logs(measurement, {*term}).front();
   std::vector<Element> all;
   for (std::size_t i = 0; i < mean.gains.size(); ++i) {

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+// NormalEquations::standard_errors(): the wild cluster bootstrap.
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <random>
+
+#include "workbench/base/statistics.h"
+#include "workbench/estimate/linear/normal_equations.h"
+
+namespace slipstack::workbench {
+namespace {
+
+/// Draws of the bootstrap: the scatter of the unknowns is then known to 5 %.
+constexpr int kDraws = 200;
+constexpr std::uint64_t kSeed = 1;
+
+/// Half the width of the central 68.3 % of Student's t distribution (Abramowitz & Stegun 1964, 26.7.5): the
+/// factor by which a standard error is widened when few degrees of freedom determine the size of the
+/// residuals.
+double student_factor(double freedom) {
+  const double inverse = 1.0 / std::max(freedom, 1.0);
+  return 1.0 + inverse / 2.0 + squared(inverse) / 4.0 + squared(inverse) * inverse / 16.0;
+}
+
+/// The influence of the rows of a block on each free unknown of a fit.
+class Influence {
+ public:
+  /// `normal`: the fit's normal matrix, with its penalty.
+  Influence(Eigen::MatrixXd normal, const SumDifferencePairs& pairs, std::vector<Eigen::Index> free)
+      : pairs_(pairs), free_(std::move(free)) {
+    sum_difference_transform(pairs_, normal);
+    const Eigen::MatrixXd bread = normal(free_, free_);
+    scale_ = bread.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+    Eigen::MatrixXd scaled = scale_.asDiagonal() * bread * scale_.asDiagonal();
+    scaled.diagonal().array() += kRelativeRidge;
+    factor_.compute(scaled);
+    inverse_ = scale_.asDiagonal() * factor_.solve(Eigen::MatrixXd::Identity(scaled.rows(), scaled.rows())) *
+               scale_.asDiagonal();
+  }
+
+  /// X'r of a block's rows, corrected to what it would be for the noise itself. A fit follows the rows that
+  /// it was made of, the more so the fewer blocks determine an unknown, and its residuals r are smaller than
+  /// the noise. (I - H)^(-1/2) r, with H the block's part of the hat matrix, corrects for it (Bell &
+  /// McCaffrey 2002, "CR2": unbiased variances for residuals of equal size). H = X M X' has low rank, and
+  /// X'(I - H)^(-1/2) r = (I + X'X K) X'r, so that the rows need not be kept.
+  Eigen::VectorXd score_of_noise(Eigen::MatrixXd gram, Eigen::VectorXd score) const {
+    sum_difference_transform(pairs_, gram);
+    sum_difference_transform(pairs_, score);
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> hat(hat_of(gram));
+    const auto leverages = hat.eigenvalues().array().max(kLeastLeverage).min(kLargestLeverage);
+    const Eigen::VectorXd growth = ((1.0 - leverages).rsqrt() - 1.0) / leverages;
+    Eigen::VectorXd part = factor_.matrixL().solve(scale_.cwiseProduct(score(free_)));
+    part = hat.eigenvectors() * growth.cwiseProduct(hat.eigenvectors().transpose() * part);
+    part = scale_.cwiseProduct(factor_.matrixU().solve(part));
+    for (std::size_t i = 0; i < free_.size(); ++i) {
+      score += gram.col(free_[i]) * part(static_cast<Eigen::Index>(i));
+    }
+    return score;
+  }
+
+  /// The block's part of the variance of each unknown for independent residuals of equal size.
+  Eigen::VectorXd information(const Eigen::MatrixXd& gram) const {
+    Eigen::MatrixXd own = gram;
+    sum_difference_transform(pairs_, own);
+    Eigen::MatrixXd spread = Eigen::MatrixXd::Zero(gram.rows(), gram.cols());
+    spread(free_, free_) = inverse_ * own(free_, free_) * inverse_;
+    sum_difference_transform(pairs_, spread);
+    return spread.diagonal();
+  }
+
+ private:
+  static constexpr double kRelativeRidge = 1e-11;
+  static constexpr double kLeastLeverage = 1e-9;
+  /// A block that alone determines an unknown has leverage 1: its residuals say nothing about its noise.
+  static constexpr double kLargestLeverage = 0.99;
+
+  Eigen::MatrixXd hat_of(const Eigen::MatrixXd& gram) const {
+    Eigen::MatrixXd own = scale_.asDiagonal() * gram(free_, free_) * scale_.asDiagonal();
+    factor_.matrixL().solveInPlace(own);
+    own.transposeInPlace();
+    factor_.matrixL().solveInPlace(own);
+    return 0.5 * (own + own.transpose());
+  }
+  const SumDifferencePairs& pairs_;
+  std::vector<Eigen::Index> free_;
+  Eigen::VectorXd scale_;
+  Eigen::LLT<Eigen::MatrixXd> factor_;
+  Eigen::MatrixXd inverse_;
+};
+
+}  // namespace
+
+Eigen::VectorXd NormalEquations::standard_errors(const BoundedSolution& solution,
+                                                 const Constraints& constraints) const {
+  std::vector<Eigen::Index> free;
+  for (Eigen::Index i = 0; i < unknowns_; ++i) {
+    if (solution.bound_states[static_cast<std::size_t>(i)] == BoundState::free) free.push_back(i);
+  }
+  Eigen::VectorXd errors = Eigen::VectorXd::Zero(unknowns_);
+  if (free.empty()) return errors;
+  const std::vector<Eigen::Index> reported = free;
+  BoundedProblem problem{
+      total_.gram + constraints.penalty, {}, constraints.lower, constraints.upper, constraints.pairs};
+  const Influence influence(problem.gram, constraints.pairs, std::move(free));
+  std::vector<Eigen::VectorXd> scores;
+  scores.reserve(blocks_.size());
+  Eigen::VectorXd known = Eigen::VectorXd::Zero(unknowns_);
+  Eigen::VectorXd known_squared = Eigen::VectorXd::Zero(unknowns_);
+  for (const Part& block : blocks_) {
+    scores.push_back(influence.score_of_noise(block.gram, block.right - block.gram * solution.value));
+    const Eigen::VectorXd share = influence.information(block.gram);
+    known += share;
+    known_squared += share.cwiseAbs2();
+  }
+  const Eigen::VectorXd middle = problem.gram * solution.value;
+  Eigen::VectorXd squares = Eigen::VectorXd::Zero(unknowns_);
+  std::mt19937_64 random(kSeed);
+  for (int draw = 0; draw < kDraws; ++draw) {
+    Eigen::VectorXd noise = Eigen::VectorXd::Zero(unknowns_);
+    for (const Eigen::VectorXd& score : scores) noise += (random() >> 63U) != 0U ? score : -score;
+    inverse_sum_difference_transform(constraints.pairs, noise);
+    problem.right = middle + noise;
+    squares += (solve_bounded(problem, solution.bound_states).value - solution.value).cwiseAbs2();
+  }
+  for (const Eigen::Index i : reported) {
+    // The effective number of blocks that determine this unknown, less one for its value.
+    const double freedom = squared(known(i)) / std::max(known_squared(i), 1e-300) - 1.0;
+    errors(i) = std::sqrt(squares(i) / kDraws) * student_factor(freedom);
+  }
+  return errors;
+}
+
+}  // namespace slipstack::workbench

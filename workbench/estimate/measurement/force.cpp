@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+// The force of a measurement at its rows, and its noise.
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "workbench/estimate/measurement/conditioning.h"
+#include "workbench/estimate/measurement/measurement.h"
+#include "workbench/signal/zero_phase.h"
+
+namespace slipstack::workbench {
+
+double Measurement::weighted_rms(const Eigen::VectorXd& rows) const {
+  return std::sqrt(row_weights_.dot(rows.cwiseAbs2()) / row_weights_.sum());
+}
+
+Eigen::VectorXd Measurement::filtered(std::span<const double> signal) const {
+  RowCollector collector(filter_, row_samples_, 1);
+  for (std::size_t first = 0; first < signal.size(); first += collector.chunk()) {
+    const std::size_t count = std::min(collector.chunk(), signal.size() - first);
+    std::copy_n(signal.begin() + static_cast<std::ptrdiff_t>(first), count, collector.space());
+    collector.commit(count);
+  }
+  return collector.take().col(0);
+}
+
+Eigen::VectorXd Measurement::force_N(const MeasurementDynamics& lag) const {
+  if (lag.delay_s == 0.0 && lag.filter_s == 0.0) return filtered(log_->force_N);
+  // The delay in whole samples, then the rest by cubic interpolation through four of them.
+  const double samples = lag.delay_s * sample_rate_Hz();
+  const auto whole = static_cast<std::ptrdiff_t>(std::floor(samples));
+  const double u = samples - static_cast<double>(whole);
+  const std::array<double, 4> weight{-u * (u - 1.0) * (u - 2.0) / 6.0,
+                                     (u + 1.0) * (u - 1.0) * (u - 2.0) / 2.0,
+                                     -(u + 1.0) * u * (u - 2.0) / 2.0, (u + 1.0) * u * (u - 1.0) / 6.0};
+  std::vector<double> later(sample_count());
+  for (const LogPart& part : parts_) {
+    const auto first = static_cast<std::ptrdiff_t>(part.first_sample);
+    const auto end = static_cast<std::ptrdiff_t>(part.end_sample());
+    for (std::ptrdiff_t i = first; i < end; ++i) {
+      double sum = 0.0;
+      for (std::ptrdiff_t k = 0; k < 4; ++k) {
+        const auto index = std::clamp<std::ptrdiff_t>(i + whole + k - 1, first, end - 1);
+        sum += weight[static_cast<std::size_t>(k)] * log_->force_N[static_cast<std::size_t>(index)];
+      }
+      later[static_cast<std::size_t>(i)] = sum;
+    }
+    if (lag.filter_s == 0.0) continue;
+    const std::span<double> own(later.data() + first, static_cast<std::size_t>(end - first));
+    const std::vector<double> slope = first_derivative(own, sample_rate_Hz());
+    for (std::size_t i = 0; i < own.size(); ++i) own[i] += lag.filter_s * slope[i];
+  }
+  return filtered(later);
+}
+
+double Measurement::force_noise_gain(const MeasurementDynamics& lag) const {
+  const double plain = noise_gain(filter_.taps());
+  if (lag.filter_s == 0.0) return std::sqrt(plain);
+  // The taps are even and their derivative is odd, so the two are orthogonal and their powers add up.
+  const double slope = noise_gain(first_derivative(filter_.taps(), sample_rate_Hz()));
+  return std::sqrt(plain + lag.filter_s * lag.filter_s * slope);
+}
+
+double Measurement::position_noise_m_per_root_Hz(const LogPart& part) const {
+  std::size_t moving = 0;
+  for (std::size_t i = part.first_sample + 1; i < part.end_sample(); ++i)
+    moving += log_->position_m[i] != log_->position_m[i - 1] ? 1 : 0;
+  const double share = static_cast<double>(moving) / static_cast<double>(part.sample_count);
+  return part.encoder_resolution_m * std::sqrt(share / 12.0 * 2.0 / sample_rate_Hz());
+}
+
+double Measurement::acceleration_noise_mps2(const LogPart& part) const {
+  const std::vector<double> both = convolve(motion_taps(bandwidth_Hz_, sample_rate_Hz()), filter_.taps());
+  const double gain = noise_gain(second_derivative(both, sample_rate_Hz()));
+  return position_noise_m_per_root_Hz(part) * std::sqrt(0.5 * sample_rate_Hz() * gain);
+}
+
+double Measurement::force_noise_N() const {
+  double sum = 0.0;
+  for (const LogPart& part : parts_) {
+    sum += static_cast<double>(part.sample_count) * part.force_noise_N * part.force_noise_N;
+  }
+  return std::sqrt(sum / static_cast<double>(sample_count()));
+}
+
+double Measurement::filtered_force_noise_N() const {
+  return force_noise_N() * force_noise_gain({});
+}
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+// The rows of a measurement: the instants at which force and model are compared, and their blocks.
+#include <algorithm>
+#include <cmath>
+
+#include "workbench/estimate/measurement/conditioning.h"
+#include "workbench/estimate/measurement/measurement.h"
+
+namespace slipstack::workbench {
+namespace {
+
+/// Rows per period of the bandwidth: above the Nyquist rate, so no information is lost.
+constexpr double kRowsPerCycle = 3.0;
+
+constexpr int kBlocksPerFold = 6;
+
+}  // namespace
+
+int blocks_of_share(double share) {
+  return kFolds * std::max(1, static_cast<int>(std::lround(kBlocksPerFold * share)));
+}
+
+void Measurement::find_burn_in(LogPart& part) const {
+  const bool is_chunk = part.sample_count < log_samples_[part.log];
+  const auto first = position_m().begin() + static_cast<std::ptrdiff_t>(part.first_sample);
+  const double needed = burn_in_travel_m(part.log_travel_m);
+  const std::size_t settling = part.start_s > 0.0 ? settling_samples(sample_rate_Hz()) : 0;
+  double lowest = *first;
+  double highest = lowest;
+  for (std::size_t i = 0; i < (is_chunk ? part.sample_count : part.sample_count / 4); ++i) {
+    const double x = position_m()[part.first_sample + i];
+    lowest = std::min(lowest, x);
+    highest = std::max(highest, x);
+    if (highest - lowest >= needed) {
+      part.burn_in = std::min(std::max(i, settling), part.sample_count);
+      return;
+    }
+  }
+  // A chunk in which the state never becomes known has no rows; other chunks of its log have.
+  if (is_chunk) part.burn_in = part.sample_count;
+}
+
+std::size_t Measurement::margin() const {
+  return filter_.taps().size() / 2 + motion_taps(bandwidth_Hz_, sample_rate_Hz()).size() / 2 + 2;
+}
+
+std::size_t Measurement::usable(const LogPart& part) const {
+  const std::size_t lost = part.burn_in + 2 * margin();
+  return part.sample_count > lost ? part.sample_count - lost : 0;
+}
+
+void Measurement::choose_stride(std::size_t maximum_rows) {
+  const std::size_t group = filter_.group();
+  std::size_t all_usable = 0;
+  for (const LogPart& part : parts_) all_usable += usable(part);
+  row_stride_ =
+      std::max<std::size_t>(1, static_cast<std::size_t>(sample_rate_Hz() / (kRowsPerCycle * bandwidth_Hz_)));
+  row_stride_ = std::max(row_stride_, (all_usable + maximum_rows - 1) / maximum_rows);
+  row_stride_ = (row_stride_ + group - 1) / group * group;
+}
+
+void Measurement::choose_rows(Interval own) {
+  const std::size_t group = filter_.group();
+  const std::size_t reach = margin();
+  for (LogPart& part : parts_) {
+    part.first_row = row_samples_.size();
+    const std::size_t known = part.first_sample + part.burn_in + reach;
+    const std::size_t begin = std::max(known, own.first);
+    const std::size_t end = std::min(known + usable(part), own.end);
+    const std::size_t first = (begin + group - 1) / group * group;
+    for (std::size_t i = first; i < end; i += row_stride_) row_samples_.push_back(i);
+    part.row_count = row_samples_.size() - part.first_row;
+  }
+  row_usable_ = Eigen::VectorXd::Ones(row_count());
+  for (const LogPart& part : parts_) {
+    for (const Interval& cut : part.cut) {
+      // Rows to which the filters carry any sample of the cut.
+      const std::size_t from = part.first_sample + cut.first;
+      const std::size_t to = part.first_sample + cut.end + reach;
+      const auto first =
+          std::lower_bound(row_samples_.begin(), row_samples_.end(), from - std::min(from, reach));
+      for (auto row = first; row != row_samples_.end() && *row < to; ++row) {
+        row_usable_(row - row_samples_.begin()) = 0.0;
+      }
+    }
+  }
+  row_weights_ = row_usable_;
+}
+
+void Measurement::choose_blocks() {
+  fold_count_ = kFolds;
+  row_blocks_.reserve(row_samples_.size());
+  for (std::size_t log = 0; log < log_count(); ++log) {
+    // Each log has equally many blocks in every fold, so that gains of that log alone are cross-validated
+    // too.
+    const Interval own = parts_of_log(log);
+    const std::size_t first_row = parts_[own.first].first_row;
+    const std::size_t rows = parts_[own.end - 1].first_row + parts_[own.end - 1].row_count - first_row;
+    const double share = static_cast<double>(rows) / static_cast<double>(row_samples_.size());
+    const int blocks = blocks_of_share(share);
+    for (std::size_t row = 0; row < rows; ++row) {
+      const std::size_t block = row * static_cast<std::size_t>(blocks) / rows;
+      row_blocks_.push_back(block_count_ + static_cast<int>(block));
+    }
+    for (std::size_t p = own.first; p < own.end; ++p) {
+      parts_[p].first_block = block_count_;
+      parts_[p].block_count = blocks;
+    }
+    block_count_ += blocks;
+  }
+}
+
+double Measurement::burn_in_s() const {
+  std::size_t longest = 0;
+  for (const LogPart& part : parts_) longest = std::max(longest, part.burn_in);
+  return static_cast<double>(longest) * tick_s();
+}
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/estimate/nonlinear/minimise.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlopt.hpp>
+
+namespace slipstack::workbench {
+
+SearchResult refine_shapes(const std::vector<ShapeRange>& ranges, std::vector<double> start,
+                           const std::function<double(const std::vector<double>&)>& cost, int evaluations) {
+  SearchResult best{start, cost(start)};
+  if (ranges.empty()) return best;
+  const auto to_search = [&](const ShapeRange& range, double value) {
+    return range.logarithmic ? std::log(value) : value;
+  };
+  std::vector<double> lower, upper, point, step;
+  for (const ShapeRange& range : ranges) {
+    lower.push_back(to_search(range, range.lower));
+    upper.push_back(to_search(range, range.upper));
+    point.push_back(std::clamp(to_search(range, start[range.index]), lower.back(), upper.back()));
+    if (range.first_step > 0.0) {
+      step.push_back(range.first_step);
+      continue;
+    }
+    step.push_back(std::max(1e-12, range.logarithmic ? std::min(0.25, 0.25 * (upper.back() - lower.back()))
+                                                     : 0.1 * (upper.back() - lower.back())));
+  }
+  auto objective = [&](const std::vector<double>& x) {
+    std::vector<double> shapes = start;
+    for (std::size_t i = 0; i < ranges.size(); ++i) {
+      shapes[ranges[i].index] = ranges[i].logarithmic ? std::exp(x[i]) : x[i];
+    }
+    const double value = cost(shapes);
+    if (value < best.cost) best = {shapes, value};
+    return value;
+  };
+  using Objective = decltype(objective);
+  nlopt::opt search(nlopt::LN_NELDERMEAD, static_cast<unsigned>(ranges.size()));
+  search.set_min_objective([](const std::vector<double>& x, std::vector<double>&,
+                              void* data) { return (*static_cast<Objective*>(data))(x); },
+                           &objective);
+  search.set_lower_bounds(lower);
+  search.set_upper_bounds(upper);
+  search.set_initial_step(step);
+  search.set_maxeval(evaluations);
+  search.set_ftol_rel(1e-5);
+  double value = best.cost;
+  try {
+    search.optimize(point, value);
+  } catch (const nlopt::roundoff_limited&) {
+    // No further progress in double precision: the best point found so far is the result.
+  }
+  return best;
+}
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/estimate/nonlinear/starting_shapes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <span>
+
+#include "workbench/estimate/nonlinear/user_effect_starts.h"
+#include "workbench/estimate/terms/shape_ranges.h"
+#include "workbench/signal/spectrum.h"
+
+namespace slipstack::workbench {
+namespace {
+
+/// Indices of the local maxima of `power`, the highest first.
+std::vector<std::size_t> peaks(const std::vector<double>& power, std::size_t wanted) {
+  std::vector<std::size_t> found;
+  for (std::size_t i = 1; i + 1 < power.size(); ++i) {
+    if (power[i] > power[i - 1] && power[i] >= power[i + 1]) found.push_back(i);
+  }
+  std::sort(found.begin(), found.end(), [&](std::size_t a, std::size_t b) { return power[a] > power[b]; });
+  if (found.size() > wanted) found.resize(wanted);
+  return found;
+}
+
+/// Pitches at which `signal` repeats over position: the highest peaks of its periodogram over a uniform grid
+/// of positions.
+std::vector<double> repeating_pitches(const Measurement& measurement, const ShapeRange& range,
+                                      const Eigen::VectorXd& signal, std::size_t wanted) {
+  const ValueRange stroke = value_range(measurement.position_m());
+  constexpr int kBins = 4096;
+  std::vector<double> sum(kBins, 0.0);
+  std::vector<double> weight(kBins, 0.0);
+  const double bins_per_m = (kBins - 1) / std::max(stroke.length(), 1e-12);
+  for (Eigen::Index row = 0; row < signal.size(); ++row) {
+    const double x = measurement.position_m()[measurement.row_samples()[static_cast<std::size_t>(row)]];
+    const auto bin = static_cast<std::size_t>((x - stroke.low) * bins_per_m);
+    sum[bin] += signal(row);
+    weight[bin] += 1.0;
+  }
+  // Every position counts once, however long the axis stood there.
+  double mean = 0.0;
+  double used = 0.0;
+  for (std::size_t i = 0; i < sum.size(); ++i) {
+    if (weight[i] == 0.0) continue;
+    sum[i] /= weight[i];
+    mean += sum[i];
+    used += 1.0;
+  }
+  mean /= std::max(used, 1.0);
+  const double lowest_cycles = 1.0;
+  const double highest_cycles = std::min(stroke.length() / range.lower, 150.0);
+  constexpr double kStep = 0.25;
+  std::vector<double> cycles;
+  std::vector<double> power;
+  for (double c = lowest_cycles; c <= highest_cycles; c += kStep) {
+    double re = 0.0;
+    double im = 0.0;
+    const double angle = 2.0 * std::numbers::pi * c / (kBins - 1);
+    // The phasor advances by one complex product per bin instead of a sine and a cosine.
+    const double cr = std::cos(angle), sr = std::sin(angle);
+    double ci = 1.0, si = 0.0;
+    for (std::size_t i = 0; i < sum.size(); ++i) {
+      if (weight[i] > 0.0) {
+        re += (sum[i] - mean) * ci;
+        im += (sum[i] - mean) * si;
+      }
+      const double next = ci * cr - si * sr;
+      si = si * cr + ci * sr;
+      ci = next;
+    }
+    cycles.push_back(c);
+    power.push_back(re * re + im * im);
+  }
+  std::vector<double> pitches;
+  for (const std::size_t peak : peaks(power, wanted)) {
+    pitches.push_back(std::clamp(stroke.length() / cycles[peak], range.lower, range.upper));
+  }
+  return pitches;
+}
+
+std::vector<double> pitch_starts(const Measurement& measurement, const ShapeRange& range,
+                                 const Eigen::VectorXd& signal) {
+  std::vector<double> starts = repeating_pitches(measurement, range, signal, 3);
+  // The strongest line may be a harmonic: its double and triple pitch are tried too.
+  const std::size_t lines = starts.size();
+  for (std::size_t i = 0; i < std::min<std::size_t>(lines, 2); ++i) {
+    for (const double multiple : {2.0, 3.0}) {
+      if (starts[i] * multiple < range.upper) starts.push_back(starts[i] * multiple);
+    }
+  }
+  if (const auto pitch = measurement.log().magnet_pitch_m) {
+    for (const double p : {*pitch, 2.0 * *pitch}) {
+      if (p > range.lower && p < range.upper) starts.push_back(p);
+    }
+  }
+  if (starts.empty()) starts.push_back(middle_of(range));
+  return starts;
+}
+
+std::vector<double> frequency_starts(const Measurement& measurement, const ShapeRange& range,
+                                     const Eigen::VectorXd& residual_N) {
+  const double row_rate_Hz = measurement.sample_rate_Hz() / static_cast<double>(measurement.row_stride());
+  const std::span<const double> rows(residual_N.data(), static_cast<std::size_t>(residual_N.size()));
+  const Spectrum spectrum = power_spectrum(rows, row_rate_Hz, 512);
+  std::vector<double> starts = spread(range, 8);
+  for (const std::size_t peak : peaks(spectrum.density, 3)) {
+    const double frequency = spectrum.frequency_Hz[peak];
+    if (frequency > range.lower && frequency < range.upper) starts.push_back(frequency);
+  }
+  return starts;
+}
+
+/// For an effect whose memory can decay with time or with distance: starting points with either one alone.
+std::vector<std::vector<double>> with_lag_distances(const std::vector<ShapeRange>& ranges,
+                                                    const EffectDescription& effect,
+                                                    std::vector<std::vector<double>> points) {
+  const auto is_kind = [&](ShapeKind kind) {
+    return [&effect, kind](const ShapeRange& range) { return effect.shapes[range.index].kind == kind; };
+  };
+  const auto distance = std::find_if(ranges.begin(), ranges.end(), is_kind(ShapeKind::lag_distance));
+  const auto time = std::find_if(ranges.begin(), ranges.end(), is_kind(ShapeKind::time_constant));
+  if (distance == ranges.end() || time == ranges.end()) return points;
+  std::vector<std::vector<double>> all;
+  for (auto& point : points) {
+    point[distance->index] = distance->upper;
+    all.push_back(point);
+    // The same memory as a distance, at the characteristic speed of the effect (its first shape).
+    point[distance->index] = std::clamp(point[time->index] * point[0], distance->lower, distance->upper);
+    point[time->index] = time->upper;
+    all.push_back(point);
+  }
+  return all;
+}
+
+}  // namespace
+
+std::vector<std::vector<double>> starting_shapes(const Measurement& measurement,
+                                                 const EffectDescription& effect,
+                                                 const Eigen::VectorXd& residual_N,
+                                                 const Eigen::VectorXd& force_N) {
+  std::vector<std::vector<double>> points{default_shapes(measurement, effect)};
+  const std::vector<ShapeRange> ranges = searched_shapes(measurement, effect);
+  const bool user_defined =
+      std::any_of(effect.shapes.begin(), effect.shapes.end(),
+                  [](const ShapeSpec& shape) { return shape.kind == ShapeKind::user_defined; });
+  if (user_defined) return user_effect_starting_shapes(measurement, effect, ranges, residual_N);
+  for (const ShapeRange& range : ranges) {
+    std::vector<double> values;
+    switch (effect.shapes[range.index].kind) {
+      case ShapeKind::pitch:
+        if (effect.acts_as(Acts::total_scale)) {
+          values = pitch_starts(measurement, range, residual_N.cwiseProduct(force_N));
+        } else {
+          values = pitch_starts(measurement, range, residual_N);
+        }
+        break;
+      case ShapeKind::frequency:
+        values = frequency_starts(measurement, range, residual_N);
+        break;
+      case ShapeKind::exponent:
+        values = ranges.size() > 2 ? std::vector{1.0} : std::vector{0.7, 1.2, 2.0};
+        break;
+      case ShapeKind::delay:
+        values = {0.0};
+        break;
+      case ShapeKind::damping:
+        values = {0.02};
+        break;
+      case ShapeKind::acceleration:
+        values = {range.upper, middle_of(range)};
+        break;
+      case ShapeKind::lag_distance:
+        break;  // set by with_lag_distances() together with the time constant
+      default:
+        values = spread(range, ranges.size() > 2 ? 5 : 6);
+    }
+    if (values.empty()) continue;
+    std::vector<std::vector<double>> product;
+    for (const auto& point : points) {
+      for (const double value : values) {
+        product.push_back(point);
+        product.back()[range.index] = std::clamp(value, range.lower, range.upper);
+      }
+    }
+    points = std::move(product);
+  }
+  return with_lag_distances(ranges, effect, std::move(points));
+}
+
+}  // namespace slipstack::workbench

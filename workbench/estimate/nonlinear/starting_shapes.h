@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "workbench/estimate/measurement/measurement.h"
+#include "workbench/model/effects/effect_catalogue.h"
+
+namespace slipstack::workbench {
+
+/// Points from which the search for the shapes of an effect starts. `residual_N` (rows) suggests pitches and
+/// frequencies; for ripples that scale with the force, `force_N` (rows) is used too.
+std::vector<std::vector<double>> starting_shapes(const Measurement& measurement,
+                                                 const EffectDescription& effect,
+                                                 const Eigen::VectorXd& residual_N,
+                                                 const Eigen::VectorXd& force_N);
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/estimate/nonlinear/tangent.h"
+
+#include <algorithm>
+
+#include "workbench/estimate/nonlinear/fit_gains.h"
+#include "workbench/estimate/terms/shape_ranges.h"
+
+namespace slipstack::workbench {
+namespace {
+
+/// Step of the central difference, relative to the shape where its range is logarithmic, else to the range.
+/// Far above the resolution of the firmware's tables and far below the scale on which the force is curved.
+constexpr double kRelativeStep = 3e-4;
+/// A shape this close to an end of its range, relative to the range, counts as at its bound.
+constexpr double kAtItsBound = 1e-6;
+
+/// The tangent is trusted over this many steps, i.e. over 3 % of the shape.
+constexpr double kFurthestSteps = 100.0;
+/// Largest growth of the held-out error that a Gauss-Newton step may cause. Chosen.
+constexpr double kAsGoodHeldOut = 1.002;
+
+/// Shapes of a term that were chosen by the log: those with a nominal value only if they have left it.
+std::vector<ShapeRange> chosen_shapes(const Measurement& measurement, const Term& term) {
+  std::vector<ShapeRange> ranges = searched_shapes(measurement, *term.effect);
+  for (const ShapeRange& range : nominal_shapes(measurement, *term.effect)) {
+    if (term.shapes[range.index] != range.nominal) ranges.push_back(range);
+  }
+  return ranges;
+}
+
+std::vector<FreeShape> free_shapes(const Measurement& measurement, const Terms& terms) {
+  std::vector<FreeShape> shapes;
+  for (std::size_t t = 0; t < terms.size(); ++t) {
+    for (const ShapeRange& range : chosen_shapes(measurement, terms[t])) {
+      const double value = terms[t].shapes[range.index];
+      const double margin = kAtItsBound * (range.upper - range.lower);
+      if (value <= range.lower + margin || value >= range.upper - margin) continue;
+      shapes.push_back({t, range.index,
+                        kRelativeStep * (range.logarithmic ? value : range.upper - range.lower), range.lower,
+                        range.upper});
+    }
+  }
+  return shapes;
+}
+
+/// Derivative of (modelled - measured force) by a shape, rows.
+Eigen::VectorXd derivative(const Measurement& measurement, const FittedModel& fitted,
+                           const FreeShape& shape) {
+  const Terms& terms = fitted.terms;
+  const std::vector<double>* dry_N =
+      terms[shape.term].effect->acts_as(Acts::dry) ? nullptr : &fitted.linearisation->sample_dry_N();
+  const auto difference_N = [&](double step) -> Eigen::VectorXd {
+    Terms moved = terms;
+    moved[shape.term].shapes[shape.shape] += step;
+    // A delay acts on the measured force, every other shape on the model's.
+    if (moved[shape.term].gains.empty()) return -measurement.force_N(measurement_dynamics_of(moved));
+    return measurement.filtered(evaluate_force(measurement, moved, dry_N).force_N);
+  };
+  return (difference_N(shape.step) - difference_N(-shape.step)) / (2.0 * shape.step);
+}
+
+}  // namespace
+
+Tangent tangent_of(const Measurement& measurement, const FittedModel& fitted) {
+  Tangent tangent;
+  tangent.shapes = free_shapes(measurement, fitted.terms);
+  const Eigen::MatrixXd& columns = fitted.linearisation->columns();
+  tangent.gains = columns.cols();
+  const Eigen::Index count = tangent.gains + static_cast<Eigen::Index>(tangent.shapes.size());
+  tangent.columns.resize(columns.rows(), count);
+  tangent.columns.leftCols(tangent.gains) = columns;
+  tangent.constraints = fitted.constraints;
+  tangent.constraints.penalty.conservativeResize(count, count);
+  tangent.constraints.penalty.rightCols(count - tangent.gains).setZero();
+  tangent.constraints.penalty.bottomRows(count - tangent.gains).setZero();
+  tangent.constraints.lower.conservativeResize(count);
+  tangent.constraints.upper.conservativeResize(count);
+  for (std::size_t i = 0; i < tangent.shapes.size(); ++i) {
+    const Eigen::Index column = tangent.column_of(i);
+    tangent.columns.col(column) = derivative(measurement, fitted, tangent.shapes[i]);
+    // As far as the tangent holds. The shapes of an effect with zero gain have no influence on the force.
+    const bool has_influence = tangent.columns.col(column).squaredNorm() > 0.0;
+    const double furthest = has_influence ? kFurthestSteps * tangent.shapes[i].step : 0.0;
+    tangent.constraints.lower(column) = -furthest;
+    tangent.constraints.upper(column) = furthest;
+  }
+  return tangent;
+}
+
+FittedModel refine_all_shapes(const Measurement& measurement, FittedModel fitted) {
+  Tangent tangent = tangent_of(measurement, fitted);
+  if (tangent.shapes.empty()) return fitted;
+  for (std::size_t i = 0; i < tangent.shapes.size(); ++i) {
+    // The column of a low pass contains the noise of the force, which biases its time constant towards zero.
+    const FreeShape& shape = tangent.shapes[i];
+    if (fitted.terms[shape.term].effect->shapes[shape.shape].kind != ShapeKind::filter) continue;
+    const Eigen::Index column = tangent.column_of(i);
+    tangent.constraints.lower(column) = tangent.constraints.upper(column) = 0.0;
+  }
+  const NormalEquations equations(measurement, tangent.columns, fitted.linearisation->target());
+  const Eigen::VectorXd value = equations.fit(tangent.constraints).value;
+  Terms terms = fitted.terms;
+  for (std::size_t i = 0; i < tangent.shapes.size(); ++i) {
+    const FreeShape& shape = tangent.shapes[i];
+    double& moved = terms[shape.term].shapes[shape.shape];
+    moved = std::clamp(moved + value(tangent.column_of(i)), shape.lower, shape.upper);
+  }
+  FittedModel converged = fit_gains(measurement, std::move(terms), &fitted);
+  const bool better = converged.train_rmse_N < fitted.train_rmse_N &&
+                      converged.holdout_rmse_N < kAsGoodHeldOut * fitted.holdout_rmse_N;
+  return better ? converged : fitted;
+}
+
+}  // namespace slipstack::workbench

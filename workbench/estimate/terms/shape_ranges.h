@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "workbench/estimate/measurement/measurement.h"
+#include "workbench/model/effects/effect_catalogue.h"
+
+namespace slipstack::workbench {
+
+/// One shape of an effect that is searched, and the range within which this log can identify it.
+struct ShapeRange {
+  std::size_t index = 0;  ///< among the effect's shapes
+  double lower = 0.0;
+  double upper = 0.0;
+  bool logarithmic = true;  ///< whether the search moves in the logarithm of the shape
+  double first_step = 0.0;  ///< initial step of the search; 0: a fraction of the range
+  double nominal = 0.0;     ///< of nominal_shapes() only: the value held until all else is identified
+};
+
+/// `count` values strictly inside the range, evenly spaced in the coordinate of the search.
+std::vector<double> spread(const ShapeRange& range, std::size_t count);
+
+/// The middle of a range, in the coordinate of the search.
+double middle_of(const ShapeRange& range);
+
+/// Smallest and largest of some values.
+struct ValueRange {
+  double low;
+  double high;
+  double length() const { return high - low; }
+};
+ValueRange value_range(const std::vector<double>& values);
+
+/// Shapes of the effect that the search moves, with the bounds of the catalogue narrowed to what the log can
+/// show: no velocity above its fastest, no pitch longer than half its stroke, no frequency beyond its
+/// bandwidth. Grids and maps (slip distances, places) are set by default_shapes() and not searched.
+std::vector<ShapeRange> searched_shapes(const Measurement& measurement, const EffectDescription& effect);
+
+/// Shapes that are held at their nominal value until refine_nominal_shapes() (nonlinear/nominal_shapes.h):
+/// exponents at the middle of their bounds, a filter at 0.
+std::vector<ShapeRange> nominal_shapes(const Measurement& measurement, const EffectDescription& effect);
+
+/// Values of all shapes with which make_term() builds a term.
+std::vector<double> default_shapes(const Measurement& measurement, const EffectDescription& effect);
+
+/// `count` slip distances from shortest to longest, evenly spaced in the logarithm, filled up with zeros to
+/// `capacity`.
+std::vector<double> slip_distances(double shortest_m, double longest_m, std::size_t count,
+                                   std::size_t capacity);
+
+}  // namespace slipstack::workbench
