@@ -126,7 +126,7 @@ void run_add(const Options& options) {
   result["model"] = options.out;
   result["added"] = effect.id();
   result["hash"] = hash_text(model);
-  if (!model.target_user_effects.empty()) result["own_effects"] = user_effects_json(model);
+  if (!model.target_user_effects.empty()) result["user_effects"] = user_effects_json(model);
   result["history"] = history_json(model);
   result["before"] = {{"train_rmse_N", number_json(addition.before.train_rmse_N)},
                       {"holdout_rmse_N", number_json(addition.before.holdout_rmse_N)},

@@ -92,7 +92,7 @@ void run_fit(const Options& options) {
   result["model"] = options.model;
   result["outliers"] = robust.outliers;
   result["hash"] = hash_text(model);
-  if (!model.target_user_effects.empty()) result["own_effects"] = user_effects_json(model);
+  if (!model.target_user_effects.empty()) result["user_effects"] = user_effects_json(model);
   if (!options.report.empty()) {
     outputs.set(options.report, render_report(report_of(options, measurement, fitted, floor_N)));
   }

@@ -7,8 +7,9 @@
 //
 //   force = [ sum(force) + sum(dry) * prod_e(1 + sum(dry_scale of e)) ] * prod_e(1 + sum(total_scale of e))
 //
-// The fit and the simulation use these functions. The tick has its own form of the rule, which also attributes the
-// force to the effects (firmware/effects/model.h); tests/unit/estimate/what_runs_test.cpp compares the two.
+// The fit and the simulation use these functions. The tick has its own form of the rule, which also
+// attributes the force to the effects (firmware/effects/model.h); tests/unit/estimate/what_runs_test.cpp
+// compares the two.
 namespace slipstack::workbench {
 
 /// The one of four values that belongs to gains that act so.
@@ -38,8 +39,8 @@ struct ComposedForce {
   double total_factor = 1.0;  ///< product of 1 + sum(total_scale) over the effects
   double force_N = 0.0;       ///< of the whole model
 
-  /// Derivative of force_N by the sum of gain x basis of one effect that acts so. `own_factor`: that effect's own
-  /// factor 1 + sum(dry_scale) or 1 + sum(total_scale); one where it is not in the model.
+  /// Derivative of force_N by the sum of gain x basis of one effect that acts so. `own_factor`: that effect's
+  /// own factor 1 + sum(dry_scale) or 1 + sum(total_scale); one where it is not in the model.
   double derivative(Acts acts, double own_factor) const {
     switch (acts) {
       case Acts::force:

@@ -58,9 +58,9 @@ std::uint32_t target_hash(const Model& model);
 /// The model as TOML text.
 std::string to_toml(const Model& model);
 
-/// Reads a model file. Throws InputError, one line with file and line number, for anything that is not a model:
-/// wrong syntax, an unknown effect or parameter, a missing value or a wrong number of values, a value out of bounds, a
-/// hash that does not belong to the parameters.
+/// Reads a model file. Throws InputError, one line with file and line number, for anything that is not a
+/// model: wrong syntax, an unknown effect or parameter, a missing value or a wrong number of values, a value
+/// out of bounds, a hash that does not belong to the parameters.
 Model read_model(const std::filesystem::path& path);
 
 }  // namespace slipstack::workbench

@@ -12,9 +12,12 @@ void take(const Terms& terms, EffectParameters<E, float>& parameters) {
   const Term* term = find_term(terms, E::text.id);
   if (term == nullptr) return;
   parameters.enabled = true;
-  // The workbench has more hysteresis elements than the target; those beyond must be zero after the reduction.
-  for (std::size_t i = 0; i < parameters.shapes.size(); ++i) parameters.shapes[i] = static_cast<float>(term->shapes.at(i));
-  for (std::size_t i = 0; i < parameters.gains.size(); ++i) parameters.gains[i] = static_cast<float>(term->gains.at(i));
+  // The workbench has more hysteresis elements than the target; those beyond must be zero after the
+  // reduction.
+  for (std::size_t i = 0; i < parameters.shapes.size(); ++i)
+    parameters.shapes[i] = static_cast<float>(term->shapes.at(i));
+  for (std::size_t i = 0; i < parameters.gains.size(); ++i)
+    parameters.gains[i] = static_cast<float>(term->gains.at(i));
   for (std::size_t i = parameters.gains.size(); i < term->gains.size(); ++i) {
     if (term->gains[i] != 0.0) throw std::logic_error("the model was not reduced to the target's elements");
   }

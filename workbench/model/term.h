@@ -11,8 +11,8 @@
 
 namespace slipstack::workbench {
 
-/// One effect within a model that is being identified. Where its gains are fitted for each log separately, `gains`
-/// holds one set per log, in the order of the logs.
+/// One effect within a model that is being identified. Where its gains are fitted for each log separately,
+/// `gains` holds one set per log, in the order of the logs.
 struct Term {
   const EffectDescription* effect = nullptr;
   std::vector<double> shapes;
@@ -43,8 +43,8 @@ using Terms = std::vector<Term>;
 Eigen::Index unknown_count(const Terms& terms);
 /// Sets the gains of all terms, in order.
 void take_gains(Terms& terms, const Eigen::VectorXd& gains);
-/// Whether a term modulates the force of others, and whether any term does. The force is then not linear in all gains
-/// at once.
+/// Whether a term modulates the force of others, and whether any term does. The force is then not linear in
+/// all gains at once.
 bool multiplies(const Term& term);
 bool any_multiplies(const Terms& terms);
 bool contains(const Terms& terms, std::string_view id);

@@ -93,7 +93,8 @@ toml::array user_effects_of(const Model& model) {
       entry.insert("over", effect.over);
       entry.insert("from", effect.from);
       entry.insert("to", effect.to);
-      if (effect.reversal_velocity_mps > 0.0) entry.insert("reversal_velocity_mps", effect.reversal_velocity_mps);
+      if (effect.reversal_velocity_mps > 0.0)
+        entry.insert("reversal_velocity_mps", effect.reversal_velocity_mps);
       entry.insert("largest_error_N", effect.largest_error_N);
       entry.insert("peak_N", effect.peak_N);
     } else {

@@ -17,8 +17,9 @@ namespace {
 constexpr int kDraws = 200;
 constexpr std::uint64_t kSeed = 1;
 
-/// Half the width of the central 68.3 % of Student's t distribution (Abramowitz & Stegun 1964, 26.7.5): the factor
-/// by which a standard error is widened when few degrees of freedom determine the size of the residuals.
+/// Half the width of the central 68.3 % of Student's t distribution (Abramowitz & Stegun 1964, 26.7.5): the
+/// factor by which a standard error is widened when few degrees of freedom determine the size of the
+/// residuals.
 double student_factor(double freedom) {
   const double inverse = 1.0 / std::max(freedom, 1.0);
   return 1.0 + inverse / 2.0 + squared(inverse) / 4.0 + squared(inverse) * inverse / 16.0;
@@ -40,10 +41,10 @@ class Influence {
                scale_.asDiagonal();
   }
 
-  /// X'r of a block's rows, corrected to what it would be for the noise itself. A fit follows the rows that it was
-  /// made of, the more so the fewer blocks determine an unknown, and its residuals r are smaller than the noise.
-  /// (I - H)^(-1/2) r, with H the block's part of the hat matrix, corrects for it (Bell & McCaffrey 2002, "CR2":
-  /// unbiased variances for residuals of equal size). H = X M X' has low rank, and
+  /// X'r of a block's rows, corrected to what it would be for the noise itself. A fit follows the rows that
+  /// it was made of, the more so the fewer blocks determine an unknown, and its residuals r are smaller than
+  /// the noise. (I - H)^(-1/2) r, with H the block's part of the hat matrix, corrects for it (Bell &
+  /// McCaffrey 2002, "CR2": unbiased variances for residuals of equal size). H = X M X' has low rank, and
   /// X'(I - H)^(-1/2) r = (I + X'X K) X'r, so that the rows need not be kept.
   Eigen::VectorXd score_of_noise(Eigen::MatrixXd gram, Eigen::VectorXd score) const {
     sum_difference_transform(pairs_, gram);

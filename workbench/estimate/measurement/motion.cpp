@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The motion of a measurement: smooth position and its derivatives, the displacement that drives the hysteresis,
-// and its turning points.
+// The motion of a measurement: smooth position and its derivatives, the displacement that drives the
+// hysteresis, and its turning points.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,10 +12,10 @@
 namespace slipstack::workbench {
 namespace {
 
-/// The hysteresis is driven by the unfiltered displacement where the log has an encoder's grid: a filter with a steep
-/// edge overshoots by nanometres where a movement ends, and to hysteresis that is a reversal. Readings without a
-/// grid contain noise instead, which causes reversals too; the taps below are all positive and add none of their
-/// own.
+/// The hysteresis is driven by the unfiltered displacement where the log has an encoder's grid: a filter with
+/// a steep edge overshoots by nanometres where a movement ends, and to hysteresis that is a reversal.
+/// Readings without a grid contain noise instead, which causes reversals too; the taps below are all positive
+/// and add none of their own.
 constexpr std::array<double, 5> kDisplacementTaps{1.0 / 16.0, 4.0 / 16.0, 6.0 / 16.0, 4.0 / 16.0, 1.0 / 16.0};
 
 /// A cubic follows the motion over this fraction of a period of the force's bandwidth. Chosen.

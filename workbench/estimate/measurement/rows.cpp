@@ -91,7 +91,8 @@ void Measurement::choose_blocks() {
   fold_count_ = kFolds;
   row_blocks_.reserve(row_samples_.size());
   for (std::size_t log = 0; log < log_count(); ++log) {
-    // Each log has equally many blocks in every fold, so that gains of that log alone are cross-validated too.
+    // Each log has equally many blocks in every fold, so that gains of that log alone are cross-validated
+    // too.
     const Interval own = parts_of_log(log);
     const std::size_t first_row = parts_[own.first].first_row;
     const std::size_t rows = parts_[own.end - 1].first_row + parts_[own.end - 1].row_count - first_row;

@@ -6,13 +6,13 @@
 
 namespace slipstack::workbench {
 
-/// Fits all gains of `terms` and leaves their shapes unchanged: bounded least squares, repeated (Gauss-Newton)
-/// where effects multiply each other. `known`, a model with some of the same effects, saves building their
-/// columns again.
+/// Fits all gains of `terms` and leaves their shapes unchanged: bounded least squares, repeated
+/// (Gauss-Newton) where effects multiply each other. `known`, a model with some of the same effects, saves
+/// building their columns again.
 FittedModel fit_gains(const Measurement& measurement, Terms terms, const FittedModel* known = nullptr);
 
-/// A model linearised at its present gains, which are not fitted: what try_effect() needs as a base. `error_N` is
-/// the residual error that is already known for it.
+/// A model linearised at its present gains, which are not fitted: what try_effect() needs as a base.
+/// `error_N` is the residual error that is already known for it.
 FittedModel linearised(const Measurement& measurement, Terms terms, double error_N);
 
 }  // namespace slipstack::workbench

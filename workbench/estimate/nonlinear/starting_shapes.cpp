@@ -24,8 +24,8 @@ std::vector<std::size_t> peaks(const std::vector<double>& power, std::size_t wan
   return found;
 }
 
-/// Pitches at which `signal` repeats over position: the highest peaks of its periodogram over a uniform grid of
-/// positions.
+/// Pitches at which `signal` repeats over position: the highest peaks of its periodogram over a uniform grid
+/// of positions.
 std::vector<double> repeating_pitches(const Measurement& measurement, const ShapeRange& range,
                                       const Eigen::VectorXd& signal, std::size_t wanted) {
   const ValueRange stroke = value_range(measurement.position_m());

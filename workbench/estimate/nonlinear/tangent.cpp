@@ -9,8 +9,8 @@
 namespace slipstack::workbench {
 namespace {
 
-/// Step of the central difference, relative to the shape where its range is logarithmic, else to the range. Far
-/// above the resolution of the firmware's tables and far below the scale on which the force is curved.
+/// Step of the central difference, relative to the shape where its range is logarithmic, else to the range.
+/// Far above the resolution of the firmware's tables and far below the scale on which the force is curved.
 constexpr double kRelativeStep = 3e-4;
 /// A shape this close to an end of its range, relative to the range, counts as at its bound.
 constexpr double kAtItsBound = 1e-6;

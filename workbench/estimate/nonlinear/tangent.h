@@ -18,7 +18,8 @@ struct FreeShape {
   double upper = 0.0;
 };
 
-/// The regression around a fitted model in all its unknowns: first the gains, then the change of each free shape.
+/// The regression around a fitted model in all its unknowns: first the gains, then the change of each free
+/// shape.
 struct Tangent {
   std::vector<FreeShape> shapes;
   Eigen::MatrixXd columns;
@@ -31,9 +32,10 @@ struct Tangent {
 /// Cost: two evaluations of the model for each free shape.
 Tangent tangent_of(const Measurement& measurement, const FittedModel& fitted);
 
-/// `fitted` with its searched shapes, jointly with its gains, at the minimum of the squared error: one Gauss-Newton
-/// step. A search stops when the held-out error hardly falls any more, and may then be a standard error away from
-/// the minimum. Unchanged where the step brings no improvement. Cost: tangent_of() and a fit of the gains.
+/// `fitted` with its searched shapes, jointly with its gains, at the minimum of the squared error: one
+/// Gauss-Newton step. A search stops when the held-out error hardly falls any more, and may then be a
+/// standard error away from the minimum. Unchanged where the step brings no improvement. Cost: tangent_of()
+/// and a fit of the gains.
 FittedModel refine_all_shapes(const Measurement& measurement, FittedModel fitted);
 
 }  // namespace slipstack::workbench

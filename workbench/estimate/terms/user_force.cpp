@@ -9,8 +9,8 @@
 namespace slipstack::workbench {
 namespace {
 
-/// Instants of the log at which the dependence is evaluated: those of the largest force, and others evenly over the
-/// log; none at standstill.
+/// Instants of the log at which the dependence is evaluated: those of the largest force, and others evenly
+/// over the log; none at standstill.
 std::vector<Sample<double>> anchors_of(const Measurement& measurement, UserForce& force, double top_mps) {
   std::vector<Sample<double>> all;
   const std::size_t stride = std::max<std::size_t>(1, measurement.sample_count() / 20000);

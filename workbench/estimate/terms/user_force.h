@@ -38,7 +38,8 @@ struct Dependence {
   double peak_N = 0.0;
 };
 
-/// The dependence of `force`, found by evaluation at instants of the log. `top_mps`: fastest speed of the log.
+/// The dependence of `force`, found by evaluation at instants of the log. `top_mps`: fastest speed of the
+/// log.
 Dependence dependence_of(const Measurement& measurement, UserForce& force, double top_mps);
 
 /// Why a force of this dependence has no table; empty where it has one.

@@ -14,8 +14,8 @@ namespace slipstack::workbench {
 
 class EffectBasis;
 
-/// What the workbench knows of one effect, independent of its type: an effect of the firmware's catalogue, or a
-/// user-defined one (user_effect.h).
+/// What the workbench knows of one effect, independent of its type: an effect of the firmware's catalogue, or
+/// a user-defined one (user_effect.h).
 struct EffectDescription {
   EffectText text;
   std::vector<GainGroup> gain_groups;
@@ -33,8 +33,8 @@ struct EffectDescription {
   int parameter_count() const { return gain_count + static_cast<int>(shapes.size()); }
 };
 
-/// One effect in double precision, behind virtual functions; host only. For an effect of the catalogue, run() calls the
-/// basis() of the firmware.
+/// One effect in double precision, behind virtual functions; host only. For an effect of the catalogue, run()
+/// calls the basis() of the firmware.
 class EffectBasis {
  public:
   virtual ~EffectBasis() = default;
@@ -44,11 +44,11 @@ class EffectBasis {
   virtual void run(std::span<const Sample<double>> samples, double* out) = 0;
 };
 
-/// Every effect that a fit may choose, in the catalogue's order.
+/// Every effect that a fit may choose, in the order of the catalogue.
 const std::vector<EffectDescription>& catalogue();
 
-/// The firmware's user_table, which no fit chooses: what stands for an own effect in what the controller runs
-/// (own_table.h). Not among catalogue(), nor found by find_effect().
+/// The firmware's user_table, by which the controller represents a user-defined effect
+/// (estimate/terms/user_table.h). No fit chooses it: it is neither in catalogue() nor found by find_effect().
 const EffectDescription& controller_table();
 
 /// The effect of the catalogue with this id, or nullptr.
