@@ -32,8 +32,7 @@ toml::table TomlFile::parse() const {
     throw InputError(fmt::format("{}: no such file; `slipstack fit` writes one", path_.string()));
   }
   if (!std::filesystem::is_regular_file(path_, error)) {
-    throw InputError(
-        fmt::format("{}: not a file; give a model written by `slipstack fit`", path_.string()));
+    throw InputError(fmt::format("{}: not a file; give a model written by `slipstack fit`", path_.string()));
   }
   if (std::filesystem::file_size(path_, error) > kLargestFile) {
     throw InputError(
@@ -58,7 +57,7 @@ void TomlFile::require_keys(const toml::table& table, std::initializer_list<std:
 }
 
 void TomlFile::require_entries(const toml::table& effect, std::string_view kind,
-                     std::vector<std::string_view> known) const {
+                               std::vector<std::string_view> known) const {
   const toml::node* node = effect.get(kind);
   if (node == nullptr) return;
   const toml::array* entries = node->as_array();
@@ -80,8 +79,8 @@ void TomlFile::require_entries(const toml::table& effect, std::string_view kind,
   }
 }
 
-const toml::table& TomlFile::find_entry(const toml::table& effect, std::string_view kind, std::string_view name,
-                              std::string_view unit) const {
+const toml::table& TomlFile::find_entry(const toml::table& effect, std::string_view kind,
+                                        std::string_view name, std::string_view unit) const {
   const toml::array* entries = effect[kind].as_array();
   if (entries != nullptr) {
     for (const toml::node& node : *entries) {
@@ -93,12 +92,12 @@ const toml::table& TomlFile::find_entry(const toml::table& effect, std::string_v
       return *entry;
     }
   }
-  fail(effect, fmt::format("{} '{}' of effect '{}' is missing", kind, name,
-                           effect["id"].value_or<std::string>("?")));
+  fail(effect,
+       fmt::format("{} '{}' of effect '{}' is missing", kind, name, effect["id"].value_or<std::string>("?")));
 }
 
 std::size_t TomlFile::read_values(const toml::table& entry, std::string_view key, double lower, double upper,
-                        std::span<double> out) const {
+                                  std::span<double> out) const {
   const toml::node* node = entry.get(key);
   const auto name = entry["name"].value_or<std::string>("?");
   if (node == nullptr) fail(entry, fmt::format("{} has no {}", name, key));
@@ -120,11 +119,12 @@ std::size_t TomlFile::read_values(const toml::table& entry, std::string_view key
 double TomlFile::number(const toml::node& node, const std::string& name, double lower, double upper) const {
   const auto value = node.value<double>();
   if (!value || !std::isfinite(*value)) fail(node, fmt::format("{} is not a finite number", name));
-  // Bounds are float: the decimal of a value at its bound may exceed it by half a unit in the last place of a float.
+  // Bounds are float: the decimal of a value at its bound may exceed it by half a unit in the last place of a
+  // float.
   const double inside = std::clamp(*value, lower, upper);
   if (std::abs(*value - inside) > 1e-7 * std::abs(inside)) {
-    fail(node, fmt::format("{} = {:g} is out of bounds; it must lie in [{:g}, {:g}]", name, *value, lower,
-                           upper));
+    fail(node,
+         fmt::format("{} = {:g} is out of bounds; it must lie in [{:g}, {:g}]", name, *value, lower, upper));
   }
   return inside;
 }

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <toml++/toml.h>
 #include <cstddef>
 #include <filesystem>
 #include <initializer_list>
 #include <span>
 #include <string>
 #include <string_view>
-#include <toml++/toml.h>
 #include <vector>
 
 namespace slipstack::workbench {
@@ -18,8 +18,8 @@ inline constexpr std::size_t kLongestName = 80;
 /// The name under `key`, safe for a terminal.
 std::string name_in(const toml::table& table, std::string_view key);
 
-/// A TOML file of a model, and the checks of its entries. Every member throws InputError, one line with file and line
-/// number, for what is wrong.
+/// A TOML file of a model, and the checks of its entries. Every member throws InputError, one line with file
+/// and line number, for what is wrong.
 class TomlFile {
  public:
   explicit TomlFile(std::filesystem::path path) : path_(std::move(path)) {}
@@ -34,8 +34,8 @@ class TomlFile {
   /// The [[effect.<kind>]] of this name, which must have this unit.
   const toml::table& find_entry(const toml::table& effect, std::string_view kind, std::string_view name,
                                 std::string_view unit) const;
-  /// Reads the numbers of `key` into `out` and returns how many there are. Only the elements of the hysteresis may be
-  /// fewer than `out` holds, since not all need to be used; the others are left unchanged.
+  /// Reads the numbers of `key` into `out` and returns how many there are. Only the elements of the
+  /// hysteresis may be fewer than `out` holds, since not all need to be used; the others are left unchanged.
   std::size_t read_values(const toml::table& entry, std::string_view key, double lower, double upper,
                           std::span<double> out) const;
 

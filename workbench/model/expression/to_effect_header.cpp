@@ -23,7 +23,8 @@ std::string class_name(const std::string& name) {
     result += upper ? static_cast<char>(std::toupper(static_cast<unsigned char>(c))) : c;
     upper = false;
   }
-  return result.empty() || std::isdigit(static_cast<unsigned char>(result[0])) != 0 ? "User" + result : result;
+  return result.empty() || std::isdigit(static_cast<unsigned char>(result[0])) != 0 ? "User" + result
+                                                                                    : result;
 }
 
 std::string number(const std::optional<DeclaredParameter::Bounds>& bounds, bool lower) {
