@@ -9,9 +9,9 @@ namespace slipstack {
 /// Points of the table: 32 intervals, a power of two, so that saturating a place keeps it inside.
 inline constexpr int kUserTablePoints = 33;
 
-/// What a user's own effect is on the controller, which evaluates no expressions: a force at evenly spaced
-/// places or velocities, straight lines between them, the last value beyond either end. The workbench fills
-/// it from an effect that was fitted (workbench/identify/user_table.h); no fit chooses it.
+/// Represents a user-defined effect on the controller, which evaluates no expressions: forces at evenly
+/// spaced positions or velocities, linear interpolation between them, and constant beyond either end. The
+/// workbench computes it from a fitted effect (workbench/estimate/terms/user_table.h); no fit chooses it.
 template <class Real>
 class UserTable {
  public:
@@ -19,7 +19,7 @@ class UserTable {
       .id = "user_table",
       .title = "Table of an effect of one's own",
       .formula = "F = T((x - x0) n + (v - v0) m) d, T straight between 33 points; d = 1, or sat(v/vr)",
-      .source = "docs/own-effect.md",
+      .source = "docs/user-effect.md",
       .residual = "what the effect that it tabulates says",
       .evidence = "a table of up to {force} stands for an effect of one's own",
       .cause = "what the one who wrote the effect had in mind",

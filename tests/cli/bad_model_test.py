@@ -54,11 +54,11 @@ SPOILT = {
 class BadModel(program.Workshop):
     def refuse_everywhere(self, *expected):
         for name, command in every_command(model="bad.toml").items():
-            if name != "fit":  # which only writes one
+            if name != "fit":  # fit only writes a model
                 with self.subTest(command=name):
                     self.assert_refused(command, *expected)
 
-    def test_spoilt_text(self):
+    def test_damaged_text(self):
         good = (self.here / "good.toml").read_text()
         for what, (change, pattern) in SPOILT.items():
             (self.here / "bad.toml").write_text(change(good))
@@ -69,7 +69,7 @@ class BadModel(program.Workshop):
                     self.assertRegex(done.stderr.decode(), pattern)
                     self.assert_refused(command)
 
-    def test_line_is_that_of_the_fault(self):
+    def test_the_line_is_that_of_the_error(self):
         lines = (self.here / "good.toml").read_text().splitlines()
         line = next(i for i, text in enumerate(lines) if "unit = 'kg'" in text)
         lines[line] = lines[line].replace("kg", "lb")

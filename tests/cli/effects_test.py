@@ -17,7 +17,7 @@ class Effects(program.Workshop):
         kept = {page.name: page.read_text() for page in PAGES.iterdir()}
         self.assertEqual(fresh, kept, "run: toolchain/regenerate")
 
-    def test_every_page_says_all(self):
+    def test_every_page_is_complete(self):
         listed = program.run("effects", cwd=self.here).stdout.decode().splitlines()[:-1]
         self.assertGreaterEqual(len(listed), 18)
         for line in listed:

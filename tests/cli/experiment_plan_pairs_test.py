@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""What a first log cannot separate, the experiment planned from it does: several pairs of the catalogue, either effect
-hidden, on an axis that shares no code with the diagnosis.
+"""The experiment planned from a first log separates what that log could not: several pairs of the catalogue, either
+effect hidden, on an axis that shares no code with the diagnosis.
 
-The motions are poor on purpose, each in its own way. What no motion can separate is here too: an effect that contains
-another (a cable chain may pull with a constant force) can imitate it always, and the simpler one is then named.
+Each motion deliberately lacks some excitation. Pairs that no motion can separate are included: an effect that
+contains another (a cable chain may pull with a constant force) can always explain it, and the simpler one is named.
 """
 
 import json
@@ -80,7 +80,7 @@ class Pairs(program.Workshop):
 
     @staticmethod
     def confused(result):
-        """Pairs that the log cannot separate, by either reckoning."""
+        """Pairs that the log cannot separate, by either criterion."""
         pairs = {frozenset((pair["effect"], pair["other"])) for pair in result["cannot_separate"]}
         for candidate in result["candidates"][:3]:
             pairs |= {frozenset((candidate["effect"], other)) for other in candidate["confounded_with"]}
@@ -122,7 +122,7 @@ class Pairs(program.Workshop):
         self.resolves(one_place, "cable_chain_stiffness", "offset_force")
 
     def test_a_constant_force_where_a_cable_chain_would_show(self):
-        # The plan is for this pair: it has no small moves, which tell a constant force from friction that differs by
+        # The plan is for this pair: it has no small moves, which separate a constant force from friction that differs by
         # direction. The first log has them, so the two are diagnosed together.
         self.resolves(one_place, "offset_force", "cable_chain_stiffness", logs=("first.csv", "second.csv"))
 

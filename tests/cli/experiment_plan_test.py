@@ -15,7 +15,7 @@ SEED = 11
 
 
 def poor_motion(path, rate_Hz=1000):
-    """Slow strokes by the quintic: the law of friction over velocity shows, what it remembers does not."""
+    """Slow traverses by the quintic: they excite the dependence of friction on velocity, but not its memory."""
     rows = []
     position_m, time_s = 0.1, 0.0
 
@@ -58,7 +58,7 @@ class Plan(program.Workshop):
     def pairs(result):
         return {frozenset((pair["effect"], pair["other"])) for pair in result["cannot_separate"]}
 
-    def test_the_planned_motion_resolves_the_confusion_of_the_first_log(self):
+    def test_the_planned_motion_separates_what_the_first_log_could_not(self):
         first = self.diagnosed(self.stock / "first.csv")
         confused = frozenset(("stribeck", "frictional_lag"))
         self.assertIn(confused, self.pairs(first))
@@ -104,7 +104,7 @@ class Plan(program.Workshop):
         double = json.loads(self.assert_done(*plan, "one.csv", "two.csv", "--limits", f"current={60 / constant}").stdout)
         self.assertAlmostEqual(double["summary"]["limits"]["force_N"], 60, places=4)
         self.assertLessEqual(double["summary"]["force_N"], 60)
-        # Twice the data: what the logs tell grows, about by as much.
+        # Twice the data: the evidence grows by about as much.
         key = [(row["effect"], row["other"]) for row in single["evidence"]].index(("viscous", "nothing"))
         ratio = double["evidence"][key]["log_evidence"] / single["evidence"][key]["log_evidence"]
         self.assertGreater(ratio, 1.5)
@@ -112,7 +112,7 @@ class Plan(program.Workshop):
         self.assert_refused(["experiment", "plan", "--for", "viscous", "--log", "bare.csv", "--limits", "current=2", "--out",
                              "s.csv"],
                             "motor constant")
-        # diagnose names all of its logs in what it proposes.
+        # The command that diagnose proposes names all logs.
         result = json.loads(self.assert_done("diagnose", "one.csv", "two.csv", "--json", "-").stdout)
         if result["next_experiment"]:
             self.assertIn("--log 'one.csv' 'two.csv'", result["next_experiment"]["command"])

@@ -20,7 +20,7 @@ class Simulate(program.Workshop):
         done = self.assert_done("simulate", model, *options, "--json", "-")
         return json.loads(done.stdout)["summary"]
 
-    def test_the_missing_effect_shows_in_the_position_too(self):
+    def test_a_missing_effect_appears_in_the_position_too(self):
         log = self.stock / "moved.csv"
         self.assert_done("fit", log, "--effects", BASELINE, "--model", "base.toml")
         self.assert_done("fit", log, "--effects", BASELINE + ",viscous", "--model", "whole.toml")
@@ -37,11 +37,11 @@ class Simulate(program.Workshop):
         self.assertEqual(lines[0], "time_s,position_m,measured_position_m")
         self.assertIn("Error of the position", (self.here / "r.html").read_text())
 
-    def test_set_points_ask_for_a_force(self):
+    def test_set_points_give_a_force(self):
         rows = [f"{i / 100},{0.1 + 1e-4 * i * i / 100}" for i in range(100)]
         (self.here / "s.csv").write_text("time_s,position_m\n" + "\n".join(rows) + "\n")
         found = self.simulated("good.toml", "--setpoints", "s.csv", "--out", "f.csv")
-        # 35.45 kg at 0.02 m/s2, and a friction level that the baseline makes of 15 N and viscous friction.
+        # 35.45 kg at 0.02 m/s2, and the friction level that the baseline fits to 15 N and viscous friction.
         self.assertLess(found["peak_force_N"], 35.45 * 0.02 + 25.0)
         self.assertGreater(found["peak_force_N"], 5.0)
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""An effect of the user's own on the command line: found, fitted, added, kept by the model, and refused with a caret."""
+"""User-defined effects on the command line: found, fitted, added, kept by the model, and refused with a caret."""
 
 import json
 import math
@@ -16,7 +16,7 @@ SNAG = "snag = A*exp(-((x-x0)/w)^2)*sign(v); A: N; x0: m; w: m in [1e-4, 1e-2]"
 
 
 def hide_snag(source, target, level_N, place_m, width_m):
-    """Adds dry friction over a short stretch of the rail to a log, by the motion that the log shows."""
+    """Adds dry friction over a short distance of the rail to the force of a log, by its recorded motion."""
     lines = source.read_text().splitlines()
     head = next(i for i, line in enumerate(lines) if line.startswith("time_s"))
     rows = [[float(field) for field in line.split(",")] for line in lines[head + 1:]]
@@ -62,12 +62,12 @@ class OwnEffect(program.Workshop):
                             "--json", "added.json")
         self.assertRegex(said, r"controller snag as a table over position from \d+ mm to \d+ mm x direction")
         added = json.loads((self.here / "added.json").read_text())
-        own = added["user_effects"][0]
-        self.assertEqual((own["effect"], own["on_controller"], own["over"]), ("snag", True, "position"))
-        self.assertLess(own["largest_error_N"], 0.01 * own["peak_N"])
-        self.assertLess(own["from"], 0.205)
-        self.assertGreater(own["to"], 0.215)
-        # The firmware runs it: in process, along a motion of its own.
+        tabulated = added["user_effects"][0]
+        self.assertEqual((tabulated["effect"], tabulated["on_controller"], tabulated["over"]), ("snag", True, "position"))
+        self.assertLess(tabulated["largest_error_N"], 0.01 * tabulated["peak_N"])
+        self.assertLess(tabulated["from"], 0.205)
+        self.assertGreater(tabulated["to"], 0.215)
+        # The firmware runs it, in the same process, along a simulated motion.
         self.succeed("loop", "--model", "two.toml", "--seconds", "8", "--json", "loop.json")
         loop = json.loads((self.here / "loop.json").read_text())
         self.assertEqual(loop["model_hash"], added["hash"])
@@ -78,18 +78,18 @@ class OwnEffect(program.Workshop):
             found = json.loads(self.succeed("compare", log, "--model", model, "--json", "-"))
             self.assertIn("snag", found["effects"])
             self.assertLess(found["rmse_N"], 1.15 * floor_N)
-        # A model with an effect of one's own is a baseline as any other.
+        # A model with a user-defined effect can be a baseline like any other.
         result = json.loads(self.succeed("diagnose", log, "--model", "two.toml", "--json", "-"))
         self.assertEqual(result["verdict"], "complete")
         self.assertIn("snag", result["baseline_effects"])
 
-    def test_without_a_table_the_reason_is_told(self):
+    def test_without_a_table_the_reason_is_reported(self):
         definition = "both = A*x*v; A: N s/m2"
         said = self.succeed("fit", self.stock / "snag.csv", "--effects", BASELINE, "--effect", definition, "--model", "b.toml",
                             "--json", "b.json")
         self.assertIn("controller without both: it follows position and speed at once", said)
-        own = json.loads((self.here / "b.json").read_text())["user_effects"]
-        self.assertEqual(own, [{"effect": "both", "on_controller": False,
+        reported = json.loads((self.here / "b.json").read_text())["user_effects"]
+        self.assertEqual(reported, [{"effect": "both", "on_controller": False,
                                 "why_not": "it follows position and speed at once"}])
         self.assertIn("left_out", (self.here / "b.toml").read_text())
         self.succeed("compare", self.stock / "snag.csv", "--model", "b.toml")
@@ -108,7 +108,7 @@ class OwnEffect(program.Workshop):
         self.assertEqual(lines[2].index("^") - 2, marked, lines)
         self.assertEqual(self.content(), before)
 
-    def test_a_caret_stands_under_what_is_wrong(self):
+    def test_a_caret_stands_under_the_error(self):
         for definition, wrong in ((SNAG.replace("sign", "sing"), "sing"), (SNAG.replace("v)", "v"), "(v"),
                                   (SNAG.replace("A: N", "A: lbf"), "lbf"),
                                   (SNAG.replace("[1e-4, 1e-2]", "[1e-2, 1e-4]"), "1e-2, 1e-4"),
@@ -124,7 +124,7 @@ class OwnEffect(program.Workshop):
         self.assert_refused(["diagnose", "good.csv", "--effect", "viscous"], "defines no effect")
         self.assert_refused(["diagnose", "good.csv", "--effect", SNAG, "--effect", SNAG], "given twice")
 
-    def test_no_number_at_the_motion_of_the_log(self):
+    def test_a_value_that_is_not_finite_is_refused(self):
         self.assert_caret("deep = A*ln(x - 10); A: N", 7)
         self.assert_refused(["diagnose", "good.csv", "--effect", "far = A*ln(x + 10) + B*ln(x - 0.1); A: N; B: N"],
                             "effect 'far' is not a finite number at t = ")
@@ -170,7 +170,7 @@ int main() {
                                     "-fno-exceptions", "-fno-rtti", "-c", "target.cpp", "-o", "target.o"],
                                    cwd=self.here, capture_output=True)
             self.assertEqual(built.returncode, 0, built.stderr.decode())
-            # No C library: nothing is left to be linked.
+            # No function of the C library is called: no symbol is undefined.
             names = subprocess.run(["arm-none-eabi-nm", "-u", "target.o"], cwd=self.here, capture_output=True, check=True)
             for forbidden in (b" exp", b" pow", b" sin", b" tanh"):
                 self.assertNotIn(forbidden, names.stdout)

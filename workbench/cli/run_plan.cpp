@@ -53,9 +53,9 @@ ExperimentTable evidence_table(const Plan& plan, const std::vector<ExpectedEvide
 }
 
 ExperimentTable pieces_table(const Plan& plan) {
-  ExperimentTable table{"pieces", "The motion", {{"piece", "#", "", 1.0, 0}, {"what", "what", ""}}, {}};
-  for (std::size_t i = 0; i < plan.pieces.size(); ++i) {
-    table.rows.push_back({static_cast<double>(i + 1), plan.pieces[i]});
+  ExperimentTable table{"segments", "The motion", {{"segment", "#", "", 1.0, 0}, {"what", "what", ""}}, {}};
+  for (std::size_t i = 0; i < plan.segments.size(); ++i) {
+    table.rows.push_back({static_cast<double>(i + 1), plan.segments[i]});
   }
   return table;
 }

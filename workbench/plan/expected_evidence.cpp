@@ -11,16 +11,15 @@
 namespace slipstack::workbench {
 namespace {
 
-/// Columns that an effect may imitate others with.
-constexpr int kMostResidualMakerColumns = 24;
+/// Most columns of one effect as an alternative explanation of others: bounds the cost. Chosen.
+constexpr int kMostAlternativeColumns = 24;
 
-/// Shapes at which an effect may pass for another: its own search's starting points, a few of them.
-std::vector<std::vector<double>> residual_makers_of(const Measurement& measurement, const Term& term) {
+/// Shapes at which an effect may explain another: a few of the starting points of its own search.
+std::vector<std::vector<double>> alternative_shapes_of(const Measurement& measurement, const Term& term) {
   if (term.gains.empty() || searched_shapes(measurement, *term.effect).empty()) return {};
   const Eigen::VectorXd nothing = Eigen::VectorXd::Zero(measurement.row_count());
   const auto points = starting_shapes(measurement, *term.effect, nothing, nothing);
-  const auto most =
-      static_cast<std::size_t>(std::max(1, kMostResidualMakerColumns / term.effect->gain_count));
+  const auto most = static_cast<std::size_t>(std::max(1, kMostAlternativeColumns / term.effect->gain_count));
   const std::size_t stride = std::max<std::size_t>(1, points.size() / most);
   std::vector<std::vector<double>> few;
   for (std::size_t i = 0; i < points.size() && few.size() < most; i += stride) few.push_back(points[i]);
@@ -53,7 +52,7 @@ std::vector<ExpectedEvidence> evidence_of(const Information& information, const 
 
 std::vector<Information::Expected> expected_effects(const Measurement& measurement, const Terms& effects) {
   std::vector<Information::Expected> expected;
-  for (const Term& term : effects) expected.push_back({term, residual_makers_of(measurement, term)});
+  for (const Term& term : effects) expected.push_back({term, alternative_shapes_of(measurement, term)});
   return expected;
 }
 

@@ -8,7 +8,7 @@
 
 namespace slipstack::workbench {
 
-/// What one effect's evidence is against another's, or alone where `other` is empty.
+/// The expected evidence for one effect against another, or against the baseline where `other` is empty.
 struct ExpectedEvidence {
   std::string effect;
   std::string other;
@@ -17,12 +17,12 @@ struct ExpectedEvidence {
   double evidence = 0.0;  ///< expected difference of BIC: n ln(1 + chi^2/n) - (more parameters) ln n
 };
 
-/// The evidence that a measurement with this baseline would hold about the effects; of an excerpt, what the
-/// whole would hold if it were like it.
+/// The evidence about the effects that is expected of a measurement with this baseline; of an excerpt, that
+/// of the whole logs, assuming that they are alike.
 std::vector<ExpectedEvidence> expected_evidence(const Measurement& measurement, const FittedModel& base,
                                                 const Terms& effects);
 
-/// The effects, each with shapes at which it may pass for another.
+/// The effects, each with shapes at which it may be mistaken for another.
 std::vector<Information::Expected> expected_effects(const Measurement& measurement, const Terms& effects);
 
 }  // namespace slipstack::workbench

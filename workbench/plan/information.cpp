@@ -39,18 +39,18 @@ std::vector<Information> Information::of(const Measurement& measurement, const F
       gains(static_cast<Eigen::Index>(g)) = effect.term.gains[g];
     }
     layout.force_.push_back(append(own * gains).front());
-    std::vector<Eigen::Index> residual_maker = append(own);
-    for (const std::vector<double>& shapes : effect.residual_makers) {
+    std::vector<Eigen::Index> spanned = append(own);
+    for (const std::vector<double>& shapes : effect.alternatives) {
       Term other = effect.term;
       other.shapes = shapes;
       const std::vector<Eigen::Index> more = append(weighted_columns(measurement, base, other));
-      residual_maker.insert(residual_maker.end(), more.begin(), more.end());
+      spanned.insert(spanned.end(), more.begin(), more.end());
     }
-    layout.residual_maker_.push_back(std::move(residual_maker));
+    layout.spanned_.push_back(std::move(spanned));
   }
   layout.gram_ = Eigen::MatrixXd::Zero(next, next);
   std::vector<Information> all(static_cast<std::size_t>(group_count), layout);
-  // Row by row groups are runs: each is one product.
+  // Rows of one group are consecutive: one product for each run.
   const Eigen::Index rows = measurement.row_count();
   for (Eigen::Index first = 0; first < rows;) {
     const int group = groups[static_cast<std::size_t>(first)];
@@ -82,32 +82,32 @@ void Information::repeat(double times) {
   rows_ *= times;
 }
 
-double Information::left_of(std::size_t i, const std::vector<Eigen::Index>& known) const {
+double Information::unexplained(std::size_t i, const std::vector<Eigen::Index>& known) const {
   const double own = gram_(force_[i], force_[i]);
-  std::vector<Eigen::Index> seen;
+  std::vector<Eigen::Index> excited;
   for (const Eigen::Index column : known) {
-    if (gram_(column, column) > 0.0) seen.push_back(column);
+    if (gram_(column, column) > 0.0) excited.push_back(column);
   }
-  if (seen.empty() || own <= 0.0) return own;
-  Eigen::MatrixXd normal = gram_(seen, seen);
-  Eigen::VectorXd right = gram_(seen, force_[i]);
+  if (excited.empty() || own <= 0.0) return own;
+  Eigen::MatrixXd normal = gram_(excited, excited);
+  Eigen::VectorXd right = gram_(excited, force_[i]);
   const Eigen::VectorXd scale = normal.diagonal().cwiseSqrt().cwiseInverse();
   normal = scale.asDiagonal() * normal * scale.asDiagonal();
   right = scale.cwiseProduct(right);
-  // Columns that hardly differ span no more than one: a direction nobody measured is not fitted.
+  // The ridge treats columns that hardly differ as one: the direction between them is not excited.
   normal.diagonal().array() += 1e-9;
   return std::max(0.0, own - right.dot(normal.ldlt().solve(right)));
 }
 
 Information::Figure Information::alone(std::size_t i) const {
-  return {left_of(i, base_), 90.0, rows_};
+  return {unexplained(i, base_), 90.0, rows_};
 }
 
 Information::Figure Information::against(std::size_t i, std::size_t j) const {
   std::vector<Eigen::Index> known = base_;
-  known.insert(known.end(), residual_maker_[j].begin(), residual_maker_[j].end());
-  const double own = left_of(i, base_);
-  const double left = left_of(i, known);
+  known.insert(known.end(), spanned_[j].begin(), spanned_[j].end());
+  const double own = unexplained(i, base_);
+  const double left = unexplained(i, known);
   const double sine = own > 0.0 ? std::sqrt(std::clamp(left / own, 0.0, 1.0)) : 0.0;
   return {left, std::asin(sine) * 180.0 / std::numbers::pi, rows_};
 }

@@ -16,13 +16,13 @@
 namespace slipstack::workbench {
 namespace {
 
-/// Of an axis about which nothing is said.
+// Assumed where there is neither log nor model. Chosen.
 constexpr double kAssumedMass_kg = 10.0;
 constexpr double kAssumedFriction_N = 10.0;
 constexpr double kAssumedNoise = 0.01;  ///< of the friction
 constexpr double kAssumedEncoder_m = 1e-7;
 
-/// An axis of which nothing is known but what rolling guideways have in common: an exponential virgin curve.
+/// The model of an axis where nothing is known: mass, and the exponential virgin curve of rolling guideways.
 Terms assumed_model() {
   Term inertia;
   inertia.effect = &effect_with_role(Role::inertia);
@@ -47,7 +47,7 @@ Term unknown_term(const EffectDescription& effect) {
   return term;
 }
 
-/// The baseline, beside the effects that are planned for, on the logs.
+/// The baseline on the logs, without the effects that are planned for.
 FittedModel base_of(const PlanRequest& request, const std::vector<std::string>& ids, const Model& model,
                     const Measurement& measurement) {
   const auto planned = [&](const std::string& id) {
@@ -66,7 +66,8 @@ FittedModel base_of(const PlanRequest& request, const std::vector<std::string>& 
   return fit_effects(measurement, baseline, {});
 }
 
-/// What the logs tell: the effects by what is searched of them, the baseline and the limits by the whole.
+/// What is known from the logs: the effects from the excerpt that is searched, baseline and limits from all
+/// samples.
 void know_by_logs(KnownAxis& known, const PlanRequest& request, const std::vector<std::string>& ids,
                   const Model& model, Progress& progress) {
   SingleProcess alone;
@@ -86,7 +87,7 @@ void know_by_logs(KnownAxis& known, const PlanRequest& request, const std::vecto
     knowledge.effects = averaged_over_logs(measurement, std::move(effects));
     logs.fit_to_whole({&known.base}, 0.0);
     known.reached = logs.whole().reached();
-    // What the next motion carries is what the logs carried on average.
+    // The payload of the next motion is assumed to be the mean of the logs'.
     knowledge.model = averaged_over_logs(measurement, known.base.terms);
   } while (logs.extend());
   known.measurement = logs.release();

@@ -23,19 +23,19 @@ struct PlanRequest {
   double rate_Hz = 1000.0;
 };
 
-/// What the request knows of the axis, and how it is recorded.
+/// What is known of the axis, and how it is recorded.
 struct KnownAxis {
-  std::unique_ptr<Measurement> measurement;  ///< of long logs an excerpt
+  std::unique_ptr<Measurement> measurement;  ///< of long logs, an excerpt
   MotionExtremes reached;                    ///< in all of the logs
-  FittedModel base;                          ///< on the logs; empty without
+  FittedModel base;                          ///< fitted to the logs; empty without logs
   Knowledge knowledge;
   std::vector<ExpectedEvidence> so_far;
 };
 
-/// By the logs, the model, or what rolling guideways have in common. `ids`: the effects to plan for.
+/// From the logs, the model, or assumptions that hold for rolling guideways. `ids`: the effects to plan for.
 KnownAxis known_axis(const PlanRequest& request, const std::vector<std::string>& ids, Progress& progress);
 
-/// What is taken for granted where there is neither log nor model, for people.
+/// The assumptions made where there is neither log nor model, as text.
 std::string assumed_text();
 
 }  // namespace slipstack::workbench

@@ -13,10 +13,10 @@
 namespace slipstack::workbench {
 namespace {
 
-/// Jerk from the acceleration, where it is not given: reached within 20 ms.
+/// Where the jerk is not given, the acceleration is reached within this time. Chosen.
 constexpr double kJerkTime_s = 0.02;
 
-/// `limits`, but what is given as it is given.
+/// `limits`, with the given values in their place.
 AxisLimits replaced(AxisLimits limits, const GivenLimits& given,
                     std::optional<double> motor_constant_N_per_A) {
   for (const auto& [key, values] : given) {

@@ -11,16 +11,17 @@
 
 namespace slipstack::workbench {
 
-/// What --limits gives, by key, each good by itself: two numbers of a stroke from one end to the other, else
-/// one, positive.
+/// The values of --limits, by key, each checked by itself: for a stroke two numbers, from one end to the
+/// other; else one positive number.
 using GivenLimits = std::map<std::string, std::vector<double>>;
 
 /// Reads "stroke=0.02:0.38,velocity=0.5,...". Throws UsageError.
 GivenLimits parse_limits(const std::string& text);
 
-/// Limits of an axis of which nothing is known. Throws UsageError where one is missing.
+/// Limits of an axis without logs. Throws UsageError where one is missing.
 AxisLimits limits_of_axis(const GivenLimits& given);
-/// Of an axis with logs: what it did in them, it can do again. The constant turns a current into a force.
+/// Limits of an axis with logs: the extremes that it has reached in them, unless given. The motor constant
+/// converts a limit of the current into one of the force.
 AxisLimits limits_of_axis(const GivenLimits& given, const MotionExtremes& reached,
                           std::optional<double> motor_constant_N_per_A);
 

@@ -8,16 +8,16 @@
 namespace slipstack::workbench {
 namespace {
 
-/// Limits are not touched: a controller has following errors.
+/// Motions use this fraction of the limits, since a controller has following errors. Chosen.
 constexpr double kMargin = 0.8;
 
-/// Peaks of the quintic's derivatives over one unit of time: velocity, acceleration, jerk.
+/// Peaks of the derivatives of the quintic over the unit interval: velocity, acceleration, jerk.
 constexpr double kQuinticVelocity = 1.875;
 constexpr double kQuinticAcceleration = 5.7735026918962573;
 constexpr double kQuinticJerk = 60.0;
 
 struct Quintic {
-  double value, slope, bend, third;
+  double value, first, second, third;
 };
 
 /// 10u^3 - 15u^4 + 6u^5 and its derivatives, u in [0, 1].
@@ -41,7 +41,7 @@ void MotionBuilder::append(double duration_s, const std::function<State(double)>
     points_.position_m.push_back(position_m_);
     points_.velocity_mps.push_back(now.velocity_mps);
     points_.acceleration_mps2.push_back(now.acceleration_mps2);
-    // Simpson's rule: exact for the cubics that velocities nearly are within a sample.
+    // Simpson's rule is exact for cubics, which velocities nearly are within a sample.
     position_m_ += step_s / 6.0 *
                    (now.velocity_mps + 4.0 * at(t + 0.5 * step_s).velocity_mps + at(t + step_s).velocity_mps);
   }
@@ -59,7 +59,7 @@ void MotionBuilder::ramp(double from_mps, double to_mps, double duration_s) {
   const double whole_s = std::max(1.0, std::ceil(duration_s * points_.rate_Hz)) / points_.rate_Hz;
   append(whole_s, [=](double t) {
     const Quintic q = quintic(std::min(t / whole_s, 1.0));
-    return State{from_mps + (to_mps - from_mps) * q.value, (to_mps - from_mps) * q.slope / whole_s};
+    return State{from_mps + (to_mps - from_mps) * q.value, (to_mps - from_mps) * q.first / whole_s};
   });
 }
 
@@ -82,8 +82,8 @@ void MotionBuilder::sine(double amplitude_m, double frequency_Hz, int cycles) {
     const double u = in ? t / period_s : out ? std::max(0.0, (end_s - t) / period_s) : 1.0;
     const Quintic q = in || out ? quintic(u) : Quintic{1.0, 0.0, 0.0, 0.0};
     const double sign = out ? -1.0 : 1.0;
-    const double slope = sign * q.slope / period_s;
-    const double bend = q.bend / (period_s * period_s);
+    const double slope = sign * q.first / period_s;
+    const double bend = q.second / (period_s * period_s);
     const double s = std::sin(rate * t);
     const double c = std::cos(rate * t);
     return State{amplitude_m * (slope * s + q.value * rate * c),
@@ -102,9 +102,9 @@ void MotionBuilder::move_to(double position_m, const AxisLimits& limits, double 
   const double whole_s = std::ceil(fastest_s / pace * points_.rate_Hz) / points_.rate_Hz;
   append(whole_s, [=](double t) {
     const Quintic q = quintic(std::min(t / whole_s, 1.0));
-    return State{distance_m * q.slope / whole_s, distance_m * q.bend / (whole_s * whole_s)};
+    return State{distance_m * q.first / whole_s, distance_m * q.second / (whole_s * whole_s)};
   });
-  position_m_ = position_m;  // Simpson's remainder, some 1e-15
+  position_m_ = position_m;  // removes the error of Simpson's rule, some 1e-15
 }
 
 double ramp_time_s(double step_mps, const AxisLimits& limits) {

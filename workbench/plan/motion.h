@@ -7,7 +7,7 @@
 
 namespace slipstack::workbench {
 
-/// What an axis may be asked for.
+/// The limits of a commanded motion.
 struct AxisLimits {
   double low_m = 0.0;
   double high_m = 0.0;
@@ -18,8 +18,9 @@ struct AxisLimits {
   double stroke_m() const { return high_m - low_m; }
 };
 
-/// Builds a motion piece by piece, every piece from where the last one ended, sampled at one rate. Velocity
-/// and acceleration are continuous; the shapes are polynomials and cosines, their peaks known in closed form.
+/// Builds a motion step by step, each from the position where the last one ended, sampled at one rate.
+/// Velocity and acceleration are continuous; they are polynomials and cosines, whose peaks are known in
+/// closed form.
 class MotionBuilder {
  public:
   MotionBuilder(double rate_Hz, double start_m);
@@ -28,11 +29,12 @@ class MotionBuilder {
   /// From one velocity to another by 10u^3 - 15u^4 + 6u^5.
   void ramp(double from_mps, double to_mps, double duration_s);
   void hold(double velocity_mps, double duration_s);
-  /// v (1 - depth (1 - cos 2 pi f t) / 2): slows down to (1 - depth) v and up again, each cycle.
+  /// v (1 - depth (1 - cos 2 pi f t) / 2): the velocity falls to (1 - depth) v and rises again in each cycle.
   void wobble(double velocity_mps, double depth, double frequency_Hz, int cycles);
-  /// A sine about where the axis stands, faded in over the first and out over the last cycle.
+  /// A sine about the present position, its amplitude rising over the first cycle and falling over the last.
   void sine(double amplitude_m, double frequency_Hz, int cycles);
-  /// Rest to rest by the quintic, as fast as the limits allow, slower by `pace` (at most 1).
+  /// From standstill to standstill by a quintic polynomial, as fast as the limits allow times `pace` (at most
+  /// 1).
   void move_to(double position_m, const AxisLimits& limits, double pace = 1.0);
 
   double position_m() const { return position_m_; }
@@ -51,10 +53,10 @@ class MotionBuilder {
   double position_m_;
 };
 
-/// Time that a ramp by `step_mps` takes within four fifths of the limits.
+/// Duration of a ramp by `step_mps` within four fifths of the limits.
 double ramp_time_s(double step_mps, const AxisLimits& limits);
 
-/// Largest values of a motion; the jerk from differences of the acceleration.
+/// Largest values of a motion; the jerk by differences of the acceleration.
 AxisLimits extremes_of(const SetPoints& points);
 
 }  // namespace slipstack::workbench

@@ -13,10 +13,10 @@
 namespace slipstack::workbench {
 namespace {
 
-/// Pieces whose gain is less than this share of the first's, for their time, end the plan.
-constexpr double kLeastTaking = 0.01;
+/// The plan ends when the best gain of information per time falls below this fraction of the first. Chosen.
+constexpr double kLeastRate = 0.01;
 constexpr int kMostRepeats = 3;
-constexpr double kPresliding_m = 20e-6;  ///< where the model has no hysteresis
+constexpr double kPresliding_m = 20e-6;  ///< assumed where the model has no hysteresis
 
 /// Travel over which the hysteresis of a model reaches nine tenths of its level.
 double presliding_of(const Terms& terms) {
@@ -45,7 +45,7 @@ Terms with(Terms terms, const Terms& more) {
   return terms;
 }
 
-/// What would be recorded along a motion by an axis that is as the model says.
+/// A simulated measurement of a motion, by an axis with this model.
 Measurement expected_measurement(const Knowledge& knowledge, const SetPoints& motion) {
   Log log;
   log.sample_rate_Hz = motion.rate_Hz;
@@ -64,8 +64,9 @@ Measurement expected_measurement(const Knowledge& knowledge, const SetPoints& mo
   return measurement;
 }
 
-/// What is learned about all effects and pairs; grows ever more slowly with more of the same.
-double worth(const Information& information, const Terms& effects) {
+/// The information about all effects and pairs as one number. Its logarithm makes repetitions count less and
+/// less.
+double information_sum(const Information& information, const Terms& effects) {
   double sum = 0.0;
   for (std::size_t i = 0; i < information.effect_count(); ++i) {
     sum += std::log1p(information.alone(i).chi_squared);
@@ -77,7 +78,8 @@ double worth(const Information& information, const Terms& effects) {
   return sum;
 }
 
-/// An effect as strong as an experiment should show it: see Knowledge.
+/// An effect with the strength that an experiment should be able to show: at least kShareOfFriction of the
+/// friction.
 Term as_expected(const Measurement& measurement, const FittedModel& base, Term term) {
   constexpr double kShareOfFriction = 0.05;
   if (term.shapes.size() != term.effect->shapes.size()) term = make_term(measurement, *term.effect);
@@ -87,7 +89,7 @@ Term as_expected(const Measurement& measurement, const FittedModel& base, Term t
   if (none) {
     for (std::size_t g = 0; g < term.gains.size(); ++g) {
       const GainGroup& group = term.effect->group_of_gain(static_cast<int>(g));
-      // Of a map or harmonics, a pattern; it is scaled below.
+      // For maps and harmonics an arbitrary pattern of signs and sizes; it is scaled below.
       const double sign = group.upper <= 0.0F ? -1.0 : 1.0;
       term.gains[g] = sign * (g % 3 == 1 ? 0.3 : 1.0) * (group.lower < 0.0F && g % 2 == 1 ? -1.0 : 1.0);
     }
@@ -113,13 +115,13 @@ class Planner {
 
   Plan run() {
     report("look for motions", 0.0);
-    find_pieces();
-    report("ask the model", 0.2);
-    learn();
+    find_segments();
+    report("simulate the motions", 0.2);
+    find_information();
     report("choose", 0.7);
-    const std::vector<const Piece*> chosen = choose();
-    report("judge the plan", 0.8);
-    return judged(chosen);
+    const std::vector<const MotionSegment*> chosen = choose();
+    report("evaluate the plan", 0.8);
+    return evaluated(chosen);
   }
 
  private:
@@ -127,18 +129,18 @@ class Planner {
     if (options_.progress) options_.progress(stage, fraction);
   }
 
-  double duration_s(const Piece& piece) const {
-    MotionBuilder builder(knowledge_.rate_Hz, piece.start_m);
-    piece.append(builder);
+  double duration_s(const MotionSegment& segment) const {
+    MotionBuilder builder(knowledge_.rate_Hz, segment.start_m);
+    segment.append(builder);
     return static_cast<double>(builder.size()) / knowledge_.rate_Hz;
   }
 
-  /// Those that fit into the time and the force.
-  void find_pieces() {
-    for (Piece& piece : possible_pieces(options_.limits, presliding_of(knowledge_.model))) {
-      MotionBuilder builder(knowledge_.rate_Hz, piece.start_m);
+  /// Collects the segments that satisfy the limits of time and force.
+  void find_segments() {
+    for (MotionSegment& segment : possible_segments(options_.limits, presliding_of(knowledge_.model))) {
+      MotionBuilder builder(knowledge_.rate_Hz, segment.start_m);
       builder.dwell(0.01);
-      piece.append(builder);
+      segment.append(builder);
       if (static_cast<double>(builder.size()) / knowledge_.rate_Hz > options_.seconds - 2.0 * kSettle_s)
         continue;
       if (options_.limits.force_N > 0.0) {
@@ -148,24 +150,24 @@ class Planner {
         });
         if (strong) continue;
       }
-      pieces_.push_back(std::move(piece));
+      segments_.push_back(std::move(segment));
     }
-    if (pieces_.empty()) {
+    if (segments_.empty()) {
       throw std::invalid_argument(
           "no motion fits into the limits; give a longer stroke, more speed, acceleration, jerk or force");
     }
   }
 
-  void learn() {
-    std::vector<const Piece*> all;
-    for (const Piece& piece : pieces_) all.push_back(&piece);
+  void find_information() {
+    std::vector<const MotionSegment*> all;
+    for (const MotionSegment& segment : segments_) all.push_back(&segment);
     const Sequence sequence = in_sequence(all, options_.limits, knowledge_.model, knowledge_.rate_Hz);
     const Measurement measurement = expected_measurement(knowledge_, sequence.motion);
     const FittedModel base = fit_gains(measurement, knowledge_.model);
     for (const Term& term : knowledge_.effects) effects_.push_back(as_expected(measurement, base, term));
     possible_ = effects_;
-    // What a log says of the shapes of an effect that it hardly shows may be far off: the middle of their
-    // ranges is as possible, and the motion shall show that too.
+    // The shapes of an effect that a log hardly excites may be estimated badly. The middle of their ranges is
+    // just as plausible, and the motion shall excite the effect with those shapes too.
     for (const Term& term : effects_) {
       if (term.gains.empty() || searched_shapes(measurement, *term.effect).empty()) continue;
       Term other = term;
@@ -175,49 +177,50 @@ class Planner {
     information_ = Information::of(measurement, base, expected_effects(measurement, possible_),
                                    sequence.groups_of(measurement), static_cast<int>(all.size()),
                                    NoiseFloor(measurement).of(base.terms));
-    for (const Piece& piece : pieces_) durations_s_.push_back(duration_s(piece) + kSettle_s);
-    if (options_.limits.force_N > 0.0) leave_out_strong(sequence);
+    for (const MotionSegment& segment : segments_) durations_s_.push_back(duration_s(segment) + kSettle_s);
+    if (options_.limits.force_N > 0.0) exclude_strong(sequence);
   }
 
-  void leave_out_strong(const Sequence& sequence) {
-    // With the effects as strong as they are expected, some pieces may ask for too much: they are not taken.
-    // What the hysteresis adds depends on what comes before, so inertia and friction count at their worst.
+  void exclude_strong(const Sequence& sequence) {
+    // With the effects at their expected strength, some segments may exceed the limit of the force; they are
+    // excluded by a duration beyond the plan's. The force of the hysteresis depends on the preceding motion,
+    // so the largest inertial force and the largest friction are added.
     const std::vector<double> force_N = force_along(sequence.motion, with(knowledge_.model, effects_));
     const double mass = mass_kg(knowledge_.model);
-    for (std::size_t p = 0; p < pieces_.size(); ++p) {
+    for (std::size_t p = 0; p < segments_.size(); ++p) {
       double inertia_N = 0.0;
       double friction_N = friction_level_N(knowledge_.model);
       for (std::size_t i = sequence.samples[p].first; i < sequence.samples[p].second; ++i) {
-        const double own_N = mass * sequence.motion.acceleration_mps2[i];
-        inertia_N = std::max(inertia_N, std::abs(own_N));
-        friction_N = std::max(friction_N, std::abs(force_N[i] - own_N));
+        const double inertial_N = mass * sequence.motion.acceleration_mps2[i];
+        inertia_N = std::max(inertia_N, std::abs(inertial_N));
+        friction_N = std::max(friction_N, std::abs(force_N[i] - inertial_N));
       }
       if (inertia_N + friction_N > options_.limits.force_N) durations_s_[p] = 2.0 * options_.seconds;
     }
   }
 
-  std::vector<const Piece*> choose() {
-    std::vector<const Piece*> chosen;
-    std::vector<int> taken(pieces_.size(), 0);
+  std::vector<const MotionSegment*> choose() {
+    std::vector<const MotionSegment*> chosen;
+    std::vector<int> taken(segments_.size(), 0);
     Information known = information_.front();
     bool any = false;
     double left_s = options_.seconds - 2.0 * kSettle_s;
     double first_rate = 0.0;
     while (true) {
-      const double before = any ? worth(known, possible_) : 0.0;
-      std::size_t best = pieces_.size();
+      const double before = any ? information_sum(known, possible_) : 0.0;
+      std::size_t best = segments_.size();
       double best_rate = 0.0;
-      for (std::size_t p = 0; p < pieces_.size(); ++p) {
+      for (std::size_t p = 0; p < segments_.size(); ++p) {
         if (durations_s_[p] > left_s || taken[p] == kMostRepeats) continue;
         Information more = information_[p];
         if (any) more.add(known);
-        const double rate = (worth(more, possible_) - before) / durations_s_[p];
+        const double rate = (information_sum(more, possible_) - before) / durations_s_[p];
         if (rate > best_rate) {
           best_rate = rate;
           best = p;
         }
       }
-      if (best == pieces_.size() || best_rate < kLeastTaking * first_rate) break;
+      if (best == segments_.size() || best_rate < kLeastRate * first_rate) break;
       if (!any) first_rate = best_rate;
       if (any) {
         known.add(information_[best]);
@@ -227,7 +230,7 @@ class Planner {
       any = true;
       ++taken[best];
       left_s -= durations_s_[best];
-      chosen.push_back(&pieces_[best]);
+      chosen.push_back(&segments_[best]);
     }
     if (chosen.empty()) {
       throw std::invalid_argument(
@@ -236,8 +239,8 @@ class Planner {
     return chosen;
   }
 
-  Plan judged(std::vector<const Piece*> chosen) const {
-    // Moves between the pieces take time that was only estimated.
+  Plan evaluated(std::vector<const MotionSegment*> chosen) const {
+    // The time of the moves between segments was only estimated; segments are dropped until the motion fits.
     Sequence sequence = in_sequence(chosen, options_.limits, knowledge_.model, knowledge_.rate_Hz);
     while (sequence.motion.duration_s() > options_.seconds && chosen.size() > 1) {
       chosen.pop_back();
@@ -245,7 +248,7 @@ class Planner {
     }
     Plan plan;
     plan.motion = std::move(sequence.motion);
-    for (const Piece* piece : chosen) plan.pieces.push_back(piece->name);
+    for (const MotionSegment* segment : chosen) plan.segments.push_back(segment->name);
     const Measurement measurement = expected_measurement(knowledge_, plan.motion);
     const FittedModel base = fit_gains(measurement, knowledge_.model);
     plan.effects = effects_;
@@ -259,8 +262,8 @@ class Planner {
   const Knowledge& knowledge_;
   const PlanOptions& options_;
   Terms effects_;   ///< as expected
-  Terms possible_;  ///< those, and with other shapes
-  std::vector<Piece> pieces_;
+  Terms possible_;  ///< those, and the same with default shapes
+  std::vector<MotionSegment> segments_;
   std::vector<Information> information_;
   std::vector<double> durations_s_;
 };

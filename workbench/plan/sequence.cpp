@@ -7,8 +7,8 @@
 namespace slipstack::workbench {
 namespace {
 
-/// Pace of the moves between pieces: half, since the way there teaches nothing; slower where the force asks
-/// for it. Acceleration goes with its square.
+/// Pace of the moves between segments: one half, since they are not part of the experiment; slower where the
+/// limit of the force requires it. Acceleration is proportional to the square of the pace.
 double pace_of(const AxisLimits& limits, const Terms& model) {
   constexpr double kHalf = 0.5;
   if (limits.force_N <= 0.0 || mass_kg(model) <= 0.0) return kHalf;
@@ -22,25 +22,25 @@ double pace_of(const AxisLimits& limits, const Terms& model) {
 std::vector<int> Sequence::groups_of(const Measurement& measurement) const {
   std::vector<int> groups;
   groups.reserve(measurement.row_samples().size());
-  std::size_t piece = 0;
+  std::size_t segment = 0;
   for (const std::size_t sample : measurement.row_samples()) {
-    while (piece < samples.size() && sample >= samples[piece].second) ++piece;
-    const bool inside = piece < samples.size() && sample >= samples[piece].first;
-    groups.push_back(inside ? static_cast<int>(piece) : -1);
+    while (segment < samples.size() && sample >= samples[segment].second) ++segment;
+    const bool inside = segment < samples.size() && sample >= samples[segment].first;
+    groups.push_back(inside ? static_cast<int>(segment) : -1);
   }
   return groups;
 }
 
-Sequence in_sequence(const std::vector<const Piece*>& pieces, const AxisLimits& limits, const Terms& model,
-                     double rate_Hz) {
+Sequence in_sequence(const std::vector<const MotionSegment*>& segments, const AxisLimits& limits,
+                     const Terms& model, double rate_Hz) {
   const double pace = pace_of(limits, model);
-  MotionBuilder builder(rate_Hz, pieces.front()->start_m);
+  MotionBuilder builder(rate_Hz, segments.front()->start_m);
   Sequence sequence;
   builder.dwell(kSettle_s);
-  for (const Piece* piece : pieces) {
-    builder.move_to(piece->start_m, limits, pace);
+  for (const MotionSegment* segment : segments) {
+    builder.move_to(segment->start_m, limits, pace);
     const std::size_t first = builder.size();
-    piece->append(builder);
+    segment->append(builder);
     sequence.samples.emplace_back(first, builder.size());
   }
   builder.dwell(kSettle_s);

@@ -6,26 +6,27 @@
 #include <vector>
 
 #include "workbench/estimate/terms/terms.h"
-#include "workbench/plan/pieces.h"
+#include "workbench/plan/segments.h"
 
 namespace slipstack::workbench {
 
-/// At rest before and after a motion.
+/// Standstill before and after a motion.
 inline constexpr double kSettle_s = 0.5;
 
-/// Pieces one after the other, each reached by a move of its own.
+/// Segments in sequence, each preceded by a move to its start.
 struct Sequence {
   SetPoints motion;
-  std::vector<std::pair<std::size_t, std::size_t>> samples;  ///< first and end of each piece
-  /// The piece in which each row of a measurement of the motion lies, -1 on the way from one to the next.
+  std::vector<std::pair<std::size_t, std::size_t>> samples;  ///< first and end sample of each segment
+  /// The segment that contains each row of a measurement of the motion; -1 for rows of the moves between
+  /// segments.
   std::vector<int> groups_of(const Measurement& measurement) const;
 };
 
-/// `model` says how much force is left for the moves between the pieces.
-Sequence in_sequence(const std::vector<const Piece*>& pieces, const AxisLimits& limits, const Terms& model,
-                     double rate_Hz);
+/// `model`: for the force that is left for the moves between the segments.
+Sequence in_sequence(const std::vector<const MotionSegment*>& segments, const AxisLimits& limits,
+                     const Terms& model, double rate_Hz);
 
-/// Level of the dry friction that a model has.
+/// Level of the dry friction of a model.
 double friction_level_N(const Terms& terms);
 
 }  // namespace slipstack::workbench

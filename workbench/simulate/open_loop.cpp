@@ -10,13 +10,13 @@
 namespace slipstack::workbench {
 namespace {
 
-/// Step times the frequency of the mass on the stiffest hysteresis: below 2 the scheme is stable, here it is
-/// also accurate.
+/// Step times the angular frequency of the mass on the stiffest hysteresis. The scheme is stable below 2;
+/// this value is chosen for accuracy.
 constexpr double kStepTimesRate = 0.1;
 constexpr int kMostSteps = 200;
 constexpr std::size_t kSamplesPerReport = 4096;
 
-/// The measured force between samples, as it was before the lag of the model.
+/// The measured force between samples, with the delay and low pass of the model compensated.
 class Drive {
  public:
   Drive(const Measurement& measurement, const MeasurementDynamics& lag)
@@ -80,7 +80,7 @@ OpenLoop simulate_open_loop(const Measurement& measurement, const Terms& terms,
   ModelStepper model(terms, step_s);
   const Drive drive(measurement, model.lag());
 
-  // Up to the free start the effects see the measured motion, at the step that follows.
+  // Before the start, the effects follow the measured motion, at the step width of the integration.
   Sample<double> sample = measurement.sample(0);
   model.reset(sample);
   for (std::size_t i = 1; i <= result.first; ++i) {
@@ -96,8 +96,8 @@ OpenLoop simulate_open_loop(const Measurement& measurement, const Terms& terms,
     }
   }
   sample = measurement.sample(result.first);
-  // The reading between its steps, and the smooth position: apart by less than a step, and from here on no
-  // more.
+  // The displacement (interpolated readings) and the smooth position differ by less than an encoder step.
+  // From here on the difference is constant.
   const double apart_m = sample.displacement - sample.position_m;
   double position_m = sample.position_m;
   double velocity_mps = sample.velocity_mps;

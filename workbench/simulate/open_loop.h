@@ -5,19 +5,19 @@
 #include <vector>
 
 #include "workbench/estimate/measurement/measurement.h"
-#include "workbench/estimate/terms/terms.h"
+#include "workbench/model/term.h"
 
 namespace slipstack::workbench {
 
 struct OpenLoopOptions {
-  double start_s = 0.0;  ///< from where on the model runs free; before it follows the measured motion
+  double start_s = 0.0;  ///< the model is integrated from here on; before, it follows the measured motion
   double end_s = 0.0;    ///< 0: the end of the log
   std::function<void(double fraction)> progress;
 };
 
-/// Where a model goes when it is given the measured force only.
+/// The motion of a model that is driven by the measured force only.
 struct OpenLoop {
-  std::size_t first = 0;           ///< sample of the free start
+  std::size_t first = 0;           ///< sample at which the integration starts
   std::vector<double> position_m;  ///< simulated, from `first` on
   std::vector<double> measured_m;  ///< the log's, the same samples
   double rmse_m = 0.0;
@@ -28,10 +28,10 @@ struct OpenLoop {
 };
 
 /// Integrates mass x acceleration = force / factor - friction from the measured position and velocity at the
-/// start, by the semi-implicit Euler rule with steps short against the stiffest hysteresis (the stop
-/// operators are then passive and the scheme is stable). The measured force is interpolated, and taken later
-/// by the model's delay. Nothing of the measured motion is used after the start: errors add up, as they must
-/// in an open loop. Cost: samples x steps_per_sample x effects, some 0.3 us each.
+/// start, by the semi-implicit Euler method with steps that are short against the stiffest hysteresis (the
+/// stop operators are then passive and the scheme is stable). The measured force is interpolated, and read
+/// later by the delay of the model. The measured motion is not used after the start, so errors accumulate, as
+/// in any open loop. Cost: samples x steps_per_sample x effects, some 0.3 us each.
 ///
 /// Throws std::invalid_argument without a mass, or when start and end leave nothing to simulate.
 OpenLoop simulate_open_loop(const Measurement& measurement, const Terms& terms,

@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::size_t kFewest = 10;
 constexpr std::uintmax_t kLargestFile = std::uintmax_t{1} << 30;
-/// Of a step: how far a time stamp may lie from its place.
+/// Largest deviation of a time stamp from the uniform grid, relative to the step.
 constexpr double kUniform = 0.02;
 
 std::vector<double> differences(const std::vector<double>& values, double rate_Hz) {
@@ -26,7 +26,7 @@ std::vector<double> differences(const std::vector<double>& values, double rate_H
   for (std::size_t i = 1; i + 1 < values.size(); ++i) {
     slope[i] = 0.5 * rate_Hz * (values[i + 1] - values[i - 1]);
   }
-  // The file may begin and end in the middle of a motion.
+  // One-sided differences at the ends: the file may begin and end during a movement.
   slope.front() = rate_Hz * (values[1] - values[0]);
   slope.back() = rate_Hz * (values[values.size() - 1] - values[values.size() - 2]);
   return slope;

@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "workbench/estimate/terms/terms.h"
+#include "workbench/model/term.h"
 
 namespace slipstack::workbench {
 
-/// A motion that an axis is asked for, sampled uniformly from time 0.
+/// A commanded motion of an axis, sampled uniformly from time 0.
 struct SetPoints {
   double rate_Hz = 1000.0;
   std::vector<double> position_m;
@@ -20,14 +20,14 @@ struct SetPoints {
   double duration_s() const { return static_cast<double>(size()) / rate_Hz; }
 };
 
-/// The file of a motion: `# key: value` lines, then time_s,position_m,velocity_mps,acceleration_mps2.
+/// A motion as CSV text: `# key: value` lines, then time_s,position_m,velocity_mps,acceleration_mps2.
 std::string to_csv(const SetPoints& points, const std::vector<std::string>& header);
 
-/// Reads such a file. Velocity and acceleration may be missing: then they are central differences. Throws
-/// InputError, one line with file and line.
+/// Reads such a file. Where velocity and acceleration are missing, they are computed by central differences.
+/// Throws InputError, one line with file and line number.
 SetPoints read_set_points(const std::filesystem::path& path);
 
-/// The force that a model needs along a motion; hysteresis relaxed at its start.
+/// The force that a model predicts along a motion; hysteresis relaxed at its start.
 std::vector<double> force_along(const SetPoints& points, const Terms& terms);
 
 }  // namespace slipstack::workbench

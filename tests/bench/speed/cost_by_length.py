@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""What a diagnosis costs by the length of the log: a table of time, processor time and memory, reading included.
+"""The cost of a diagnosis by the length of the log: a table of time, processor time and memory, reading included.
 
 On demand, since it takes minutes:  tests/bench/speed/cost_by_length.py --samples 31250,62500,125000,250000
-The last lines fit cost = c x samples^p; p = 1 is linear; and say what the peak of memory grows by from one length to
+The last lines fit cost = c x samples^p; p = 1 is linear; and report the growth of the peak memory from one length to
 the next. Long logs of your own, which stay in their files:  --logs a.csv,b.csv
 """
 

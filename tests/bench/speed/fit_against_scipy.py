@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Races `slipstack fit` against SciPy's bounded least squares on the same log and the same model, in one run.
+"""Compares the speed of `slipstack fit` with SciPy's bounded least squares on the same log and the same model, in one run.
 
 The model: mass, 28 Maxwell elements of fixed slip distances (stiffnesses >= 0), and the Stribeck weakening with
 its velocity and exponent to be found. Both clocks of the comparison cover the fit alone: scipy.optimize.least_squares
-there, fit_effects and fit_robustly here (fit_bench.cpp). SciPy gets NumPy's best: the elements' states are computed
+there, fit_effects and fit_robustly here (fit_bench.cpp). For SciPy, the states of the elements are computed
 once, before its clock starts, while ours searches the slip distances, cross-validates and looks for outliers too. A
 further line is the whole program: reading, filtering, noise, fit, standard errors, reduction, model file.
 

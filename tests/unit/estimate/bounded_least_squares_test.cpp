@@ -87,7 +87,7 @@ BoundedProblem random_problem(Random& random, Index n, Index rows, double mix) {
   return p;
 }
 
-/// The minimum over all 3^n choices of what rests where: no method, only patience.
+/// The minimum by exhaustive search over all 3^n sets of bound states.
 double best_of_all_sets(const BoundedProblem& p) {
   const Index n = p.right.size();
   const VectorXd unit = p.gram.diagonal().cwiseSqrt().cwiseInverse();
@@ -117,7 +117,7 @@ double best_of_all_sets(const BoundedProblem& p) {
   return best;
 }
 
-/// Largest violation of the conditions of Karush, Kuhn and Tucker, in the unit of the largest scaled pull.
+/// Largest violation of the conditions of Karush, Kuhn and Tucker, relative to the largest scaled gradient.
 double violation(const BoundedProblem& p, const VectorXd& b) {
   const VectorXd pull = p.right - p.gram * b;
   double worst = 0.0;
@@ -168,7 +168,7 @@ TEST(BoundedLeastSquares, FindsTheBestOfAllSets) {
       at_bounds += bound_states == BoundState::free ? 0 : 1;
     unknowns += static_cast<int>(n);
   }
-  EXPECT_GT(at_bounds, unknowns / 4);  // or the bounds were never tried
+  EXPECT_GT(at_bounds, unknowns / 4);  // otherwise the bounds were hardly tested
   EXPECT_LT(at_bounds, 3 * unknowns / 4);
 }
 
@@ -233,7 +233,7 @@ TEST(BoundedLeastSquares, SatisfiesOptimalityWithSixtyUnknownsOfAllKinds) {
   }
 }
 
-// What rested where in another problem saves work and must not change the answer, however wrong it is.
+// The bound states of another problem save work and must not change the solution, however wrong they are.
 TEST(BoundedLeastSquares, WarmStartGivesTheSameAnswer) {
   int saved = 0;
   for (std::uint64_t seed = 0; seed < 30; ++seed) {
@@ -267,7 +267,7 @@ TEST(BoundedLeastSquares, SharesBetweenEqualColumns) {
   const VectorXd target = one * Eigen::Vector3d(2.0, -1.0, 0.5) + 0.01 * random.matrix(50, 1);
   BoundedProblem p{columns.transpose() * columns, columns.transpose() * target, VectorXd::Constant(5, -10.0),
                    VectorXd::Constant(5, 10.0)};
-  p.lower(1) = -0.25;  // one of two equal columns may not go all the way
+  p.lower(1) = -0.25;  // one of two equal columns is limited by its bound
   const BoundedSolution solution = solve_bounded(p);
   const VectorXd plain = one.colPivHouseholderQr().solve(target);
   EXPECT_NEAR(solution.value(0) + solution.value(3), plain(0), 1e-5);
@@ -289,7 +289,7 @@ TEST(BoundedLeastSquares, LeavesAZeroColumnAtZero) {
   EXPECT_LT(violation(p, solution.value), 1e-8);
 }
 
-// A mass that is given stays what was given, to the last bit, whatever the scaling inside.
+// A given mass is preserved to the last bit, whatever the internal scaling.
 TEST(BoundedLeastSquares, KeepsGivenValuesExactly) {
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
     Random random(seed);
@@ -301,7 +301,7 @@ TEST(BoundedLeastSquares, KeepsGivenValuesExactly) {
   }
 }
 
-TEST(BoundedLeastSquares, AllGivenIsNoWork) {
+TEST(BoundedLeastSquares, ReturnsGivenValuesWhereAllAreGiven) {
   Random random(6);
   BoundedProblem p = random_problem(random, 3, 20, 0.5);
   p.lower = p.upper = Eigen::Vector3d(1.0, -2.0, 0.0);
@@ -314,7 +314,8 @@ TEST(BoundedLeastSquares, NothingToFitIsZero) {
   EXPECT_EQ(solve_bounded(p).value, VectorXd::Zero(3));
 }
 
-// Where a coefficient may not be negative on either side: a >= |b|. Against a grid of all that is allowed.
+// A coefficient that may not be negative in either direction: a >= |b|. Against a grid search of the feasible
+// set.
 TEST(SumDifferencePairs, FindsTheMinimumWithinTheWedge) {
   int on_an_edge = 0;
   for (std::uint64_t seed = 0; seed < 60; ++seed) {
@@ -351,7 +352,7 @@ TEST(SumDifferencePairs, OtherUnknownsAndAStartChangeNothing) {
     BoundedProblem p = random_problem(random, 6, 40, 0.5);
     p.lower(1) = p.lower(4) = -1e12;
     p.upper(1) = p.upper(4) = 1e12;
-    // Both of a pair are in one unit.
+    // Both unknowns of a pair have the same unit.
     for (const Index i : {1, 4}) {
       const double unit = 1.0 / std::sqrt(p.gram(i, i));
       p.gram.row(i) *= unit;
@@ -366,7 +367,7 @@ TEST(SumDifferencePairs, OtherUnknownsAndAStartChangeNothing) {
                 1e-7 * (1.0 + std::abs(objective(p, cold.value))))
         << seed;
     EXPECT_GE(cold.value(4), std::abs(cold.value(1)) * (1.0 - 1e-12)) << seed;
-    // Where the wedge does not bind, it is not there.
+    // Where the constraint is not active, it has no effect.
     const VectorXd free = solve_bounded(loose).value;
     if (free(4) > std::abs(free(1))) {
       EXPECT_LT((cold.value - free).norm(), 1e-6 * (1.0 + free.norm())) << seed;

@@ -39,8 +39,8 @@ inline Log log_of(double rate_Hz, std::size_t count, const std::function<double(
   return log;
 }
 
-/// A position that is slow and fast, long and short, smooth below 12 Hz; its force carries `noise_N` and is
-/// else plain.
+/// A position with slow and fast, long and short movements, smooth below 12 Hz; a simple force with noise
+/// `noise_N`.
 inline Log wandering_log(std::uint64_t seed, double rate_Hz, std::size_t count, double noise_N = 0.05) {
   Draw draw(seed);
   struct Wave {
@@ -94,7 +94,7 @@ inline Term random_term(const Measurement& measurement, std::string_view id, Dra
       case ShapeKind::delay:
       case ShapeKind::filter:
       case ShapeKind::nominal_exponent:
-        break;  // as the log suggests
+        break;  // the default of the log
       default:  // velocities
         shape = draw.log_uniform(1e-3, 9e-3);
         break;

@@ -47,7 +47,7 @@ TEST(Linearisation, ColumnsTimesGainsIsTheForceOfALinearModel) {
 }
 
 // Each column is the derivative of the force by its gain: central differences of the evaluation, every effect
-// in the model, all products at work.
+// in the model, with all their products.
 TEST(Linearisation, ColumnsAreDerivativesOfTheFullModel) {
   const Measurement measurement(test::wandering_log(3, 2000.0, 6000));
   Terms terms = test::full_model(measurement, 4);
@@ -64,7 +64,7 @@ TEST(Linearisation, ColumnsAreDerivativesOfTheFullModel) {
       gain = kept;
       const Eigen::VectorXd derivative = (above - below) / (2.0 * step);
       const Eigen::VectorXd is = linearisation.columns().col(column++);
-      // Where dry friction passes zero, its sign may change with the step: a kink of second order.
+      // Where dry friction crosses zero, its sign may change within the step: an error of second order.
       EXPECT_LT((is - derivative).norm(), 1e-7 * derivative.norm()) << term.id() << ' ' << column;
       EXPECT_GT(derivative.norm(), 0.0) << term.id();
     }
@@ -72,7 +72,7 @@ TEST(Linearisation, ColumnsAreDerivativesOfTheFullModel) {
   EXPECT_EQ(column, linearisation.columns().cols());
 }
 
-// Target - columns x gains = residual, at the gains where it was made: what Gauss and Newton ask for.
+// Target - columns x gains = residual at the point of linearisation, as the Gauss-Newton method requires.
 TEST(Linearisation, TargetMatchesTheResidual) {
   const Measurement measurement(test::wandering_log(5, 2000.0, 6000));
   const Terms terms = test::full_model(measurement, 6);
@@ -95,7 +95,7 @@ TEST(Linearisation, MovedToOtherGainsKeepsItsColumns) {
   EXPECT_LT((there.columns() * gains_of(terms) - there.force_N()).norm(), 1e-12 * there.force_N().norm());
 }
 
-TEST(Linearisation, LentColumnsEqualBuiltOnes) {
+TEST(Linearisation, CopiedColumnsEqualBuiltOnes) {
   const Measurement measurement(test::wandering_log(7, 2000.0, 6000));
   Terms terms = linear_model(measurement, 8);
   const Linearisation known(measurement, without(terms, "viscous"));
@@ -109,8 +109,8 @@ TEST(Linearisation, LentColumnsEqualBuiltOnes) {
   EXPECT_EQ(lent.target(), built.target());
 }
 
-// Columns with other shapes, or multiplied by other effects, must not be taken over.
-TEST(Linearisation, LendsNothingThatHasChanged) {
+// Columns with other shapes, or multiplied by other effects, must not be copied.
+TEST(Linearisation, CopiesNoColumnsThatHaveChanged) {
   const Measurement measurement(test::wandering_log(7, 2000.0, 6000));
   Terms terms = linear_model(measurement, 8);
   const Linearisation known(measurement, terms);
@@ -163,9 +163,9 @@ double rms(const std::vector<double>& is, const std::vector<double>& should, std
   return std::sqrt(sum / static_cast<double>(is.size() - first));
 }
 
-// Between two samples at a reversal the axis goes several micrometres there and back. What the hysteresis
-// makes of that is what one sampled 64 times as often makes of it.
-TEST(Linearisation, HysteresisRemembersTurnsBetweenSamples) {
+// At a reversal between two samples the axis moves several micrometres to and fro. The hysteresis must agree
+// with one that is sampled 64 times as often.
+TEST(Linearisation, HysteresisPassesTurningPointsBetweenSamples) {
   constexpr double kRate_Hz = 1000.0;
   constexpr std::size_t kCount = 8000;
   constexpr std::size_t kFiner = 64;
@@ -198,22 +198,23 @@ TEST(Linearisation, HysteresisRemembersTurnsBetweenSamples) {
   const std::vector<double> is_N = evaluate_force(measurement, {hysteresis}).force_N;
   EXPECT_GT(rms(blind_N, truth_N, 100), 0.005);
   EXPECT_LT(rms(is_N, truth_N, 100), 0.1 * rms(blind_N, truth_N, 100));
-  EXPECT_GT(measurement.turns(0, kCount).size(), 20U);
+  EXPECT_GT(measurement.turning_points(0, kCount).size(), 20U);
 }
 
-// A move that ends between two samples turns nowhere, and neither does one whose steps are the encoder's.
-TEST(Linearisation, AStopIsNoTurn) {
+// A movement that ends between two samples has no turning point, nor has one with steps of the encoder's
+// size.
+TEST(Linearisation, AStopIsNoTurningPoint) {
   const auto there_and_wait = [](double t) {
     return 0.2 * std::clamp(std::abs(std::fmod(t + 0.25, 1.0) - 0.5), 0.1003, 0.4003);
   };
   Log log = test::log_of(1000.0, 4000, there_and_wait, [](double) { return 0.0; });
   log.encoder_resolution_m = 1e-8;
-  EXPECT_TRUE(Measurement(log).turns(0, 4000).empty());
+  EXPECT_TRUE(Measurement(log).turning_points(0, 4000).empty());
   Log slow = test::log_of(
       1000.0, 4000, [](double t) { return std::round(1e-4 * std::sin(5.0 * t) / 1e-6) * 1e-6; },
       [](double) { return 0.0; });
   slow.encoder_resolution_m = 1e-6;
-  EXPECT_TRUE(Measurement(slow).turns(0, 4000).empty());
+  EXPECT_TRUE(Measurement(slow).turning_points(0, 4000).empty());
 }
 
 }  // namespace

@@ -17,8 +17,8 @@ namespace {
 using test::Draw;
 constexpr double kTwoPi = 2.0 * std::numbers::pi;
 
-// White noise on a force that follows the motion: told within 3 % whatever the rest.
-TEST(Measurement, TellsTheNoiseOfTheForce) {
+// White noise on a force that follows the motion: estimated within 3 %, whatever the rest of the force.
+TEST(Measurement, EstimatesTheNoiseOfTheForce) {
   double worst = 0.0;
   for (std::uint64_t seed = 0; seed < 12; ++seed) {
     Draw draw(seed + 40);
@@ -29,8 +29,9 @@ TEST(Measurement, TellsTheNoiseOfTheForce) {
   EXPECT_LT(worst, 0.03);
 }
 
-// Friction reverses within a few samples, drives jerk: a hundred steps of ten times the noise do not show.
-TEST(Measurement, TellsTheNoiseBesideStepsOfTheForce) {
+// Friction reverses within a few samples, and drives jerk: a hundred steps of ten times the noise do not
+// matter.
+TEST(Measurement, EstimatesTheNoiseBesideStepsOfTheForce) {
   Draw draw(1);
   const Log log = test::log_of(
       2000.0, 40'000, [](double t) { return 0.05 * std::sin(3.0 * t); },
@@ -43,8 +44,8 @@ TEST(Measurement, ANoiselessForceHasNone) {
   EXPECT_LT(measurement.force_noise_N(), 1e-6);
 }
 
-// What the filter leaves of the noise, told and found.
-TEST(Measurement, TellsWhatTheFilterLeaves) {
+// The noise after the filter, as predicted and as found.
+TEST(Measurement, PredictsTheNoiseAfterTheFilter) {
   Draw draw(4);
   const Log log = test::log_of(
       2000.0, 200'000, [](double t) { return 0.05 * std::sin(20.0 * t) + 0.01 * std::sin(57.0 * t); },
@@ -127,7 +128,7 @@ TEST(Measurement, TheRowFilterPassesTheMotion) {
   }
 }
 
-// A force recorded late by tau: asked for what came tau later, the measurement undoes it.
+// A force recorded with a delay tau: the measurement compensates it.
 TEST(Measurement, DelayShiftsTheForce) {
   const auto force_at = [](double t) { return 4.0 * std::sin(31.0 * t) + std::cos(77.0 * t + 0.4); };
   const auto position_at = [](double t) { return 0.05 * std::sin(9.0 * t); };
@@ -136,7 +137,7 @@ TEST(Measurement, DelayShiftsTheForce) {
     const Measurement late(
         test::log_of(2000.0, 8000, position_at, [&](double t) { return force_at(t - delay_s); }),
         {.bandwidth_Hz = 60.0});
-    const Eigen::Index rows = prompt.row_count() - 2;  // the end of a record has no later
+    const Eigen::Index rows = prompt.row_count() - 2;  // at the end of a record there are no later samples
     const Eigen::VectorXd error = (late.force_N({delay_s}) - prompt.force_N()).head(rows);
     EXPECT_LT(error.norm(), 2e-5 * prompt.force_N().norm()) << delay_s;
     EXPECT_GT((late.force_N() - prompt.force_N()).norm(), 0.01 * prompt.force_N().norm());
@@ -144,7 +145,7 @@ TEST(Measurement, DelayShiftsTheForce) {
   EXPECT_EQ(prompt.force_N({0.0, 0.0}), prompt.force_N());
 }
 
-// A wave through a first-order low pass in closed form: asked for what went in, the measurement undoes it.
+// A wave through a first-order low pass, in closed form: the measurement compensates the low pass.
 TEST(Measurement, UndoesALowPassOfTheForce) {
   const auto position_at = [](double t) { return 0.05 * std::sin(9.0 * t); };
   const auto wave = [](double t, double w, double T) {
@@ -167,7 +168,7 @@ TEST(Measurement, UndoesALowPassOfTheForce) {
   }
 }
 
-TEST(Measurement, TellsHowLoudTheNoiseOfTheForceBecomes) {
+TEST(Measurement, PredictsTheAmplifiedNoiseOfTheForce) {
   test::Draw draw(11);
   const Measurement noise(test::log_of(
                               2000.0, 60'000, [](double t) { return 0.05 * std::sin(9.0 * t); },
@@ -194,7 +195,7 @@ TEST(Measurement, RowsLieWithinTheRecord) {
   }
 }
 
-TEST(Measurement, KeepsAtMostTheRowsThatItMay) {
+TEST(Measurement, KeepsAtMostTheMaximumOfRows) {
   const Log log = test::wandering_log(8, 2000.0, 60'000);
   const Measurement all(log, {.bandwidth_Hz = 100.0});
   const Measurement few(log, {.bandwidth_Hz = 100.0, .maximum_rows = 500});
@@ -203,9 +204,9 @@ TEST(Measurement, KeepsAtMostTheRowsThatItMay) {
   EXPECT_GT(few.row_count(), 400);
 }
 
-// Another reading of the same motion by an encoder whose grid lies elsewhere: as far from the first as two
-// readings are, never further than their cells.
-TEST(Measurement, RequantisedIsAnotherReading) {
+// The same motion read by an encoder with a shifted grid: as different from the first reading as two readings
+// are, and never by more than their cells.
+TEST(Measurement, ARealisationIsAnotherReading) {
   constexpr double kResolution_m = 1e-6;
   Log log = test::wandering_log(9, 2000.0, 20'000);
   for (double& x : log.position_m) x = std::floor(x / kResolution_m + 0.5) * kResolution_m;
@@ -225,16 +226,17 @@ TEST(Measurement, RequantisedIsAnotherReading) {
   EXPECT_GT(rms, 0.1 * kResolution_m / std::sqrt(12.0));
 }
 
-/// Displacements that the hysteresis passes between samples, of the same log read otherwise.
+/// Number of turning points between samples, in a realisation of the log.
 std::size_t turning_points_in(const std::vector<double>& position_m, double beyond_corners) {
   Log log = test::wandering_log(9, 2000.0, position_m.size());
   log.position_m = position_m;
   log.encoder_resolution_m = 1e-6;
   const Measurement measurement = Measurement(log).with_realisation({.beyond_corners = beyond_corners});
-  return measurement.turns(0, measurement.sample_count()).size();
+  return measurement.turning_points(0, measurement.sample_count()).size();
 }
 
-// What zigzags from sample to sample may be faster than they are; what swings slowly, or moves on, is seen.
+// A zigzag from sample to sample may be faster than the sampling; slow oscillations and movements are
+// observed.
 TEST(Measurement, AZigzagMayGoBeyondItsCorners) {
   std::vector<double> zigzag = test::wandering_log(9, 2000.0, 20'000).position_m;
   for (double& x : zigzag) x = std::floor(x / 1e-6 + 0.5) * 1e-6;
@@ -247,10 +249,10 @@ TEST(Measurement, AZigzagMayGoBeyondItsCorners) {
   log.position_m = zigzag;
   log.encoder_resolution_m = 1e-6;
   const Measurement measurement = Measurement(log).with_realisation({.beyond_corners = 0.5});
-  for (const Turn& turn : measurement.turns(8100, 800)) {
+  for (const TurningPoint& point : measurement.turning_points(8100, 800)) {
     const double low_m = zigzag[8000];
-    const bool above = turn.displacement_m > low_m + 1.5e-6;
-    EXPECT_NEAR(turn.displacement_m, above ? low_m + 4.5e-6 : low_m - 1.5e-6, 1.01e-6);
+    const bool above = point.displacement_m > low_m + 1.5e-6;
+    EXPECT_NEAR(point.displacement_m, above ? low_m + 4.5e-6 : low_m - 1.5e-6, 1.01e-6);
   }
 }
 

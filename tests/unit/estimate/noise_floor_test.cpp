@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The floor that a model is judged by, against what the true model of a simulated axis really leaves.
+// The noise floor against the residual of the true model of a simulated axis.
 #include "workbench/estimate/uncertainty/noise_floor.h"
 
 #include <gtest/gtest.h>
@@ -23,7 +23,8 @@ sim::Bench bench_of(sim::Setup setup, std::uint64_t seed) {
   return bench;
 }
 
-/// What the true model leaves over what the floor says, noise and encoder multiplied as told.
+/// Ratio of the true model's residual to the noise floor, with noise and encoder resolution multiplied by
+/// these.
 double left_over_floor(sim::Bench bench, std::uint64_t seed, double noise, double encoder) {
   bench.axis.force_noise_N *= noise;
   bench.axis.encoder_resolution_m *= encoder;
@@ -53,9 +54,9 @@ Spread spread_over(std::uint64_t first_seed, int logs, double noise, double enco
   return spread;
 }
 
-// A log has a dozen dwells, and where in its cell the axis stood in each of them is a matter of luck: single
-// logs scatter, their mean must not.
-TEST(NoiseFloor, IsWhatTheTrueModelLeaves) {
+// A log has a dozen standstills, and the position of the axis within its cell is random in each: single logs
+// scatter, their mean must not.
+TEST(NoiseFloor, IsTheResidualOfTheTrueModel) {
   const Spread spread = spread_over(0, 16, 1.0, 1.0);
   EXPECT_NEAR(spread.mean, 1.05, 0.1);
   EXPECT_GT(spread.lowest, 0.8);
@@ -63,26 +64,26 @@ TEST(NoiseFloor, IsWhatTheTrueModelLeaves) {
   EXPECT_GT(spread.near, 0.6);
 }
 
-// The encoder is all there is: nothing hides an error of that part behind the noise of the force.
-TEST(NoiseFloor, KnowsQuantisationByItself) {
+// Quantisation only: no noise of the force hides an error of this part.
+TEST(NoiseFloor, CoversQuantisationByItself) {
   const Spread spread = spread_over(20, 10, 0.2, 1.0);
   EXPECT_NEAR(spread.mean, 1.1, 0.2);
   EXPECT_GT(spread.lowest, 0.7);
   EXPECT_LT(spread.highest, 1.6);
 }
 
-TEST(NoiseFloor, KnowsForceNoiseByItself) {
+TEST(NoiseFloor, CoversForceNoiseByItself) {
   const Spread spread = spread_over(40, 6, 3.0, 0.1);
   EXPECT_NEAR(spread.mean, 1.0, 0.03);
   EXPECT_GT(spread.lowest, 0.95);
   EXPECT_LT(spread.highest, 1.05);
 }
 
-// A drive that pushes the axis with its own noise, seen by no sensor: the measured current does not carry it,
-// the motion does. What the true model leaves is that noise, and the floor must say so; without it, five
-// times too low. Nor is noise what the controller does from sample to sample: it is measured and moves the
-// axis.
-TEST(NoiseFloor, KnowsForcesThatNoSensorSees) {
+// A drive with force noise that no sensor measures: it is in the motion, but not in the measured current. The
+// residual of the true model is that noise, and the floor must contain it; without it, the floor is five
+// times too low. What the controller does from sample to sample is no noise, since it is measured and moves
+// the axis.
+TEST(NoiseFloor, CoversForcesThatNoSensorMeasures) {
   double mean = 0.0;
   double by_sensor_only = 0.0;
   constexpr int kLogs = 16;
@@ -104,8 +105,8 @@ TEST(NoiseFloor, KnowsForcesThatNoSensorSees) {
   EXPECT_GT(by_sensor_only, 3.0) << "nothing that the sensor does not see";
 }
 
-// Noise that is given is not doubted.
-TEST(NoiseFloor, LeavesAGivenNoiseAlone) {
+// Given noise is not changed by the residual.
+TEST(NoiseFloor, KeepsAGivenNoise) {
   const Log log = test::wandering_log(11, 1000.0, 20'000, 0.5);
   const Measurement measurement(log, {.force_noise_N = 0.01});
   const Terms nothing{make_term(measurement, *find_effect("viscous"))};

@@ -47,8 +47,8 @@ Rows rows_where(const Measurement& measurement, const MatrixXd& columns, const V
   return {root.asDiagonal() * columns(rows, Eigen::all), root.cwiseProduct(target(rows))};
 }
 
-// Where a piece of a log is mended throughout, a block has no rows. (As many columns as the program has: the
-// products of small matrices go another way.)
+// Where an interval of a log is cut out by repairs, a block may have no rows. (As many columns as the program
+// has: Eigen multiplies small matrices by another code path.)
 TEST(NormalEquations, BlocksWithoutRowsAddNothing) {
   const Measurement measurement = weighted_measurement(8);
   Draw draw(9);
@@ -93,7 +93,7 @@ TEST(NormalEquations, CrossValidationIsThatOfDirectFits) {
   EXPECT_NEAR(equations.weight(), measurement.row_weights().sum(), 1e-9);
 }
 
-// Folds cover every row once, and a block is never cut: neighbouring rows share noise.
+// Folds cover every row once, and blocks are not divided, since the noise of neighbouring rows is correlated.
 TEST(NormalEquations, BlocksAreContiguousAndOfEqualLength) {
   const Measurement measurement(test::wandering_log(3, 1000.0, 12'000));
   const std::vector<int>& blocks = measurement.row_blocks();
@@ -128,7 +128,7 @@ void expect_same(const NormalEquations& a, const NormalEquations& b) {
   EXPECT_NEAR(a.weight(), b.weight(), 1e-12 * b.weight());
 }
 
-TEST(NormalEquations, WideningEqualsBuildingAnew) {
+TEST(NormalEquations, AddingColumnsEqualsBuildingAnew) {
   const Measurement measurement = weighted_measurement(5);
   Draw draw(6);
   const MatrixXd columns = draw.matrix(measurement.row_count(), 5);
@@ -140,7 +140,7 @@ TEST(NormalEquations, WideningEqualsBuildingAnew) {
   expect_same(narrow.with(measurement, columns, further, target), NormalEquations(measurement, all, target));
 }
 
-TEST(NormalEquations, RetargetingEqualsBuildingAnew) {
+TEST(NormalEquations, ReplacingTheTargetEqualsBuildingAnew) {
   const Measurement measurement = weighted_measurement(7);
   Draw draw(8);
   const MatrixXd columns = draw.matrix(measurement.row_count(), 5);
@@ -165,7 +165,7 @@ TEST(NormalEquations, SquaredErrorsAreThoseOfTheRows) {
   EXPECT_NEAR(sum, should, 1e-12 * should);
 }
 
-// The penalty is the ridge that it says it is: rows sqrt(penalty) b = 0 added to the data.
+// The penalty is a ridge: rows sqrt(penalty) b = 0 added to the data.
 TEST(NormalEquations, PenaltyIsARowOfItsOwn) {
   const Measurement measurement(test::wandering_log(11, 1000.0, 6000));
   Draw draw(12);

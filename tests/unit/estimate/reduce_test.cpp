@@ -54,7 +54,7 @@ TEST(Reduce, KeepsTheHysteresisInTenElements) {
     const Term& few = hysteresis_of(c.reduced);
     EXPECT_LE(elements_of(few), static_cast<std::size_t>(kTargetElements)) << seed;
     EXPECT_GE(elements_of(few), 4u) << seed;
-    // Unused elements come last, as the controller's block wants them.
+    // Unused elements come last, as the controller's parameter block requires.
     for (std::size_t i = kTargetElements; i < few.gains.size(); ++i) {
       EXPECT_EQ(few.gains[i], 0.0);
       EXPECT_EQ(few.shapes[i], 0.0);
@@ -92,7 +92,7 @@ TEST(Reduce, SlipDistancesAreWholeSteps) {
   }
 }
 
-TEST(Reduce, LeavesAloneWhatFits) {
+TEST(Reduce, LeavesAFittingModelUnchanged) {
   const sim::Bench bench = sim::draw_bench(sim::Setup::kPickAndPlace, 6);
   const Measurement measurement(test::simulate(bench, 6));
   const FittedModel plain = fit_effects(measurement, {"inertia", "viscous", "coulomb"}, {});

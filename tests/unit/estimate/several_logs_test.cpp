@@ -32,11 +32,11 @@ TEST(SeveralLogs, NoMemoryReachesFromOneToTheNext) {
   }
 }
 
-TEST(SeveralLogs, RowsSeeOneLogOnlyAndEveryFoldHasEveryLog) {
+TEST(SeveralLogs, RowsDependOnOneLogOnlyAndEveryFoldHasEveryLog) {
   const Log first = test::wandering_log(3, 500.0, 9000);
   Log second = test::wandering_log(4, 500.0, 2500);
   const Measurement both({first, second}, kSameBandwidth);
-  // Whatever the other log says, the rows of the first are the same.
+  // The rows of the first log do not depend on the other.
   for (double& force : second.force_N) force = 1e6 + 3.0 * force;
   for (double& x : second.position_m) x *= -2.0;
   const Measurement other({first, second}, kSameBandwidth);
@@ -55,8 +55,8 @@ TEST(SeveralLogs, RowsSeeOneLogOnlyAndEveryFoldHasEveryLog) {
   }
 }
 
-TEST(SeveralLogs, OwnGainsAreFittedAsIfAlone) {
-  // With every gain each log's own, the joint fit is the two fits.
+TEST(SeveralLogs, SeparateGainsAreFittedAsIfAlone) {
+  // With every gain fitted for each log separately, the joint fit equals the two fits.
   Log first = test::wandering_log(5, 500.0, 6000);
   Log second = test::wandering_log(6, 500.0, 6000);
   ConditioningOptions own = kSameBandwidth;
@@ -111,7 +111,7 @@ TEST(SeveralLogs, PayloadOfEachLogIsFoundOnThePlant) {
   weigh_rows(shared);
   const FittedModel one_mass = fit_effects(shared, {"inertia", "presliding_hysteresis", "offset_force"}, {});
   EXPECT_GT(one_mass.holdout_rmse_N, 3.0 * fitted.holdout_rmse_N);
-  // The model file holds the mean, each log as long as it is.
+  // The model file holds the mean, weighted by the lengths of the logs.
   const Terms mean = averaged_over_logs(both, fitted.terms);
   const double share =
       static_cast<double>(both.parts()[1].sample_count) / static_cast<double>(both.sample_count());
@@ -119,7 +119,7 @@ TEST(SeveralLogs, PayloadOfEachLogIsFoundOnThePlant) {
               inertia.gains[0] + share * (inertia.gains[1] - inertia.gains[0]), 1e-9);
 }
 
-TEST(SeveralLogs, WhatDoesNotFitTogetherIsRefused) {
+TEST(SeveralLogs, IncompatibleLogsAreRefused) {
   const Log good = test::wandering_log(1, 500.0, 2000);
   const auto refused = [&](const Log& other) {
     try {

@@ -64,7 +64,7 @@ TEST(ShapeSearch, StartsLieWithinTheRanges) {
   }
 }
 
-/// What the log says of a drag of this exponent, with so much viscous friction beside it.
+/// The estimate of a drag with this exponent, beside so much viscous friction.
 Term drag_found(double exponent, double viscous_N_s_per_m) {
   Log log = test::wandering_log(7, 1000.0, 20'000);
   Terms truth;
@@ -86,7 +86,7 @@ Term drag_found(double exponent, double viscous_N_s_per_m) {
   return *find_term(with_standard_errors(measurement, fitted).terms, "quadratic_drag");
 }
 
-TEST(ShapeSearch, GivesDragTheExponentOfTheLog) {
+TEST(ShapeSearch, EstimatesTheExponentOfADrag) {
   for (const double exponent : {1.7, 2.3}) {
     const Term drag = drag_found(exponent, 0.0);
     EXPECT_NEAR(drag.shapes[0], exponent, 0.02);
@@ -95,14 +95,14 @@ TEST(ShapeSearch, GivesDragTheExponentOfTheLog) {
   }
 }
 
-TEST(ShapeSearch, LeavesDragItsSquareBesideViscousFriction) {
+TEST(ShapeSearch, KeepsTheNominalExponentBesideViscousFriction) {
   const Term drag = drag_found(2.0, 3.0);
   EXPECT_NEAR(drag.shapes[0], 2.0, 0.05);
   EXPECT_GE(drag.shapes[0], 2.0);
   EXPECT_NEAR(drag.gains[0], 400.0, 80.0);
 }
 
-/// What the log says of a lag, of a force recorded with so much noise.
+/// The estimate of a lag, from a force recorded with so much noise.
 Term lag_found(const MeasurementDynamics& lag, double noise_N, std::uint64_t seed) {
   Log log = test::wandering_log(seed, 2000.0, 30'000);
   {
@@ -123,7 +123,7 @@ Term lag_found(const MeasurementDynamics& lag, double noise_N, std::uint64_t see
   return *find_term(with_standard_errors(measurement, fitted).terms, "time_delay");
 }
 
-TEST(ShapeSearch, LeavesADelayADelay) {
+TEST(ShapeSearch, KeepsAPureDelay) {
   for (const std::uint64_t seed : {21u, 22u, 23u}) {
     const Term lag = lag_found({2e-3, 0.0}, 0.05, seed);
     EXPECT_EQ(lag.shapes[1], 0.0);
@@ -132,12 +132,12 @@ TEST(ShapeSearch, LeavesADelayADelay) {
   }
 }
 
-// Noise that the inverse of the low pass makes louder does not make it shorter.
-TEST(ShapeSearch, TellsALowPassFromADelay) {
+// The noise that the inverse of the low pass amplifies does not bias its time constant.
+TEST(ShapeSearch, SeparatesALowPassFromADelay) {
   for (const MeasurementDynamics lag : {MeasurementDynamics{0.0, 4e-3}, MeasurementDynamics{2e-3, 3e-3}}) {
     for (const double noise_N : {0.002, 0.05}) {
       const Term found = lag_found(lag, noise_N, 24);
-      constexpr double kRamp_s = 1.5e-5;  // the recorder goes straight from sample to sample
+      constexpr double kRamp_s = 1.5e-5;  // the recorder interpolates linearly between samples
       EXPECT_GT(found.shape_standard_errors[1], 0.0);
       EXPECT_NEAR(found.shapes[1], lag.filter_s, 4.0 * found.shape_standard_errors[1] + kRamp_s);
       EXPECT_NEAR(found.shapes[0], lag.delay_s, 4.0 * found.shape_standard_errors[0] + kRamp_s);
@@ -147,7 +147,7 @@ TEST(ShapeSearch, TellsALowPassFromADelay) {
   }
 }
 
-TEST(ShapeSearch, FindsTheBottomOfABowl) {
+TEST(ShapeSearch, FindsTheMinimumOfAQuadraticFunction) {
   const std::vector<ShapeRange> ranges{{0, 1e-4, 1.0, true}, {2, -2.0, 3.0, false}};
   int calls = 0;
   const auto cost = [&](const std::vector<double>& shapes) {
@@ -163,7 +163,7 @@ TEST(ShapeSearch, FindsTheBottomOfABowl) {
   EXPECT_EQ(result.cost, cost(result.shapes));
 }
 
-// A shape that wants beyond its bound stays on it, but for the rounding of a logarithm and back.
+// A shape whose optimum lies beyond its bound ends at the bound, to the rounding of a logarithm.
 TEST(ShapeSearch, StaysWithinItsBounds) {
   test::Draw draw(7);
   for (int trial = 0; trial < 200; ++trial) {

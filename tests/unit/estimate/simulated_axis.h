@@ -28,7 +28,7 @@ inline Log simulate(const sim::Bench& bench, std::uint64_t seed) {
   return log_of(bench.axis, sim::simulate_log(bench.axis, programme, bench.rate_Hz, seed));
 }
 
-/// What that axis truly is, in the workbench's words: its mass and the elements of its own bank.
+/// The true model of that axis as terms of the workbench: its mass and the elements of its hysteresis.
 inline Terms truth_of(const Measurement& measurement, const sim::Axis& axis) {
   const sim::ElementBank bank = sim::ElementBank::sample(axis.curve, axis.elements);
   Terms terms{make_term(measurement, *find_effect("inertia")),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Slip distances where the virgin curve bends: properties on drawn curves, and what they leave of a simulated
-// axis.
+// Slip distances where the virgin curve is curved: properties on random curves, and the residual on a
+// simulated axis.
 #include "workbench/estimate/terms/slip_grid.h"
 
 #include <gtest/gtest.h>
@@ -31,7 +31,7 @@ Term bell(const Measurement& measurement, double middle_m, double width) {
   return term;
 }
 
-TEST(SlipGrid, IsDenserWhereTheCurveBendsAndKeepsItsEnds) {
+TEST(SlipGrid, IsDenserWhereTheCurveIsCurvedAndKeepsItsEnds) {
   const Measurement measurement(test::wandering_log(1, 1000.0, 4000));
   Draw draw(2);
   for (int k = 0; k < 50; ++k) {
@@ -61,9 +61,9 @@ TEST(SlipGrid, ReachesBelowItsShortestWhereSlipBeginsThere) {
       << "below what the encoder can show";
 }
 
-// The plain fit's even grid leaves the corners of its polygon; of the same number of elements, placed, far
-// less.
-TEST(SlipGrid, LeavesLessOfASimulatedAxis) {
+// The polygon on an even grid misses the virgin curve; with the same number of refined distances it misses
+// far less.
+TEST(SlipGrid, LowersTheResidualOfASimulatedAxis) {
   double even_N2 = 0.0;
   double placed_N2 = 0.0;
   for (std::uint64_t seed = 300; seed < 306; ++seed) {

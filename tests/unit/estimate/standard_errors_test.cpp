@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Standard errors promise how far a repeated measurement would land: many are repeated here.
+// Standard errors against the scatter of many repeated measurements.
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
@@ -19,7 +19,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using test::Draw;
 
-/// Gauss-Markov noise whose memory fades over `memory_rows`.
+/// Gauss-Markov noise with a correlation length of `memory_rows`.
 VectorXd remembering_noise(Draw& draw, Index rows, double memory_rows) {
   const double keep = std::exp(-1.0 / memory_rows);
   VectorXd noise(rows);
@@ -37,7 +37,7 @@ struct Calibration {
   double naive_coverage = 0.0;  ///< the same for standard errors that take residuals to be independent
 };
 
-/// Fits four unknowns, one of them a constant, to many records with noise that remembers.
+/// Fits four unknowns, one of them a constant, to many records with correlated noise.
 Calibration calibrate(double memory_rows, int repetitions, bool with_bounds) {
   const Measurement measurement(test::wandering_log(1, 1000.0, 20'000));
   const Index rows = measurement.row_count();
@@ -74,23 +74,23 @@ Calibration calibrate(double memory_rows, int repetitions, bool with_bounds) {
   return result;
 }
 
-TEST(StandardErrors, HoldTheTruthForIndependentNoise) {
+TEST(StandardErrors, CoverTheTruthForIndependentNoise) {
   const Calibration is = calibrate(0.01, 300, false);
   EXPECT_GT(is.coverage, 0.88);
   EXPECT_LT(is.coverage, 0.98);
   EXPECT_NEAR(is.ratio, 1.0, 0.1);
 }
 
-TEST(StandardErrors, HoldTheTruthForNoiseThatRemembers) {
+TEST(StandardErrors, CoverTheTruthForCorrelatedNoise) {
   const Calibration is = calibrate(5.0, 400, true);
   EXPECT_GT(is.coverage, 0.85);
   EXPECT_LT(is.coverage, 0.99);
   EXPECT_NEAR(is.ratio, 1.0, 0.15);
-  EXPECT_LT(is.naive_coverage, 0.75);  // what believing in independence would have told
+  EXPECT_LT(is.naive_coverage, 0.75);  // the coverage of standard errors that assume independence
 }
 
-/// Share of intervals of one standard error that hold the truth of an unknown that so many of thirty blocks
-/// show, and of sandwich errors without corrections for it.
+/// Share of intervals of one standard error that contain the true value of an unknown that so many of thirty
+/// blocks determine; and the same for sandwich errors without corrections.
 struct FewBlocks {
   double coverage = 0.0;
   double plain_coverage = 0.0;
@@ -129,9 +129,9 @@ FewBlocks fits_of_what_few_blocks_show(int shown, double lower, int repetitions)
   return result;
 }
 
-// What three blocks show, a fit fits: their residuals are smaller than their noise, and there are few of
-// them.
-TEST(StandardErrors, HoldTheTruthOfWhatFewBlocksShow) {
+// An unknown that only three blocks determine: the fit makes their residuals smaller than their noise, and
+// there are few of them.
+TEST(StandardErrors, CoverTheTruthWhereFewBlocksDetermineIt) {
   for (const int shown : {3, 4}) {
     const FewBlocks is = fits_of_what_few_blocks_show(shown, -1e9, 500);
     EXPECT_GT(is.coverage, 0.60) << shown;
@@ -140,7 +140,7 @@ TEST(StandardErrors, HoldTheTruthOfWhatFewBlocksShow) {
   }
 }
 
-TEST(StandardErrors, AreZeroForWhatRestsOnABound) {
+TEST(StandardErrors, AreZeroAtABound) {
   const Measurement measurement(test::wandering_log(3, 1000.0, 6000));
   Draw draw(4);
   const MatrixXd columns = draw.matrix(measurement.row_count(), 3);
@@ -210,7 +210,7 @@ std::vector<std::vector<Estimate>> repeated_fits(int repetitions) {
   return estimates;
 }
 
-TEST(StandardErrors, OfShapesTellHowFarRepeatedRecordsScatter) {
+TEST(StandardErrors, OfShapesMatchTheScatterOfRepeatedRecords) {
   const double truth[] = {0.024, 0.4};
   const auto estimates = repeated_fits(60);
   for (std::size_t which = 0; which < estimates.size(); ++which) {
@@ -229,11 +229,11 @@ TEST(StandardErrors, OfShapesTellHowFarRepeatedRecordsScatter) {
   }
 }
 
-// The direction of the sine within the ripple turns as the pitch moves: who holds the pitch for known
-// promises too much for the gains.
-TEST(StandardErrors, OfGainsKnowThatThePitchWasFitted) {
+// The phase of the ripple depends on its pitch: standard errors of the gains that take the pitch for known
+// are too small.
+TEST(StandardErrors, OfGainsIncludeTheUncertaintyOfThePitch) {
   Log log = test::wandering_log(9, 1000.0, 12'000);
-  for (double& position_m : log.position_m) position_m += 0.1;  // far from where the phase is counted from
+  for (double& position_m : log.position_m) position_m += 0.1;  // far from the origin of the phase
   const Terms truth = ripple_model(Measurement(log));
   const std::vector<double> force_N = evaluate_force(Measurement(log), truth).force_N;
   Draw draw(10);
@@ -248,9 +248,9 @@ TEST(StandardErrors, OfGainsKnowThatThePitchWasFitted) {
             1.05 * (held(1) + held(2)));
 }
 
-// The force is free of noise: what moves the offset from record to record, or away from zero in all of them,
-// is the encoder's grid alone.
-TEST(StandardErrors, KnowWhatTheEncodersStepsDo) {
+// The force is free of noise: only the encoder's grid changes the offset from record to record, or biases it
+// in all.
+TEST(StandardErrors, IncludeTheEncodersQuantisation) {
   double squares = 0.0;
   double scatter = 0.0;
   for (const std::uint64_t seed : {21, 22, 23, 24, 25, 26}) {

@@ -40,7 +40,7 @@ TEST(WhatRuns, EvaluatesAsTheFirmwareDoes) {
   }
 }
 
-// Each effect by itself, so that none hides behind the others.
+// Each effect by itself, so that no error is hidden by the others.
 TEST(WhatRuns, EvaluatesEachEffectAsTheFirmwareDoes) {
   const Measurement measurement(test::wandering_log(11, 2000.0, 4000));
   Draw draw(12);
@@ -115,7 +115,7 @@ Terms on_counts(Terms terms, double resolution_m) {
   return terms;
 }
 
-/// What single precision, 16-bit stiffnesses and tables may cost, relative to the sum of all parts'
+/// Allowed error of single precision, 16-bit stiffnesses and tables, relative to the sum of all parts'
 /// magnitudes.
 constexpr double kTargetLoss = 9e-4;
 
@@ -162,7 +162,8 @@ TEST(WhatRuns, TheControllerAgreesInSinglePrecision) {
   EXPECT_LT(std::sqrt(squares / samples), 0.25 * kTargetLoss);
 }
 
-// The hysteresis alone, in counts: off by half a bit of sixteen in each stiffness, late as early.
+// The hysteresis alone, in counts: an error of half a bit of sixteen in each stiffness, at the end as at the
+// start.
 TEST(WhatRuns, TheHysteresisDoesNotDriftApart) {
   constexpr double kResolution_m = 1e-6;
   const Measurement measurement(test::wandering_log(30, 2000.0, 20'000));

@@ -76,7 +76,8 @@ std::string with(std::string_view what, std::string_view instead) {
   return text.replace(at, what.size(), instead);
 }
 
-/// The refusal begins with file and line and holds `says`; it is one line, and says what to do where it can.
+/// The message begins with file and line and contains `says`; it is one line, and says what to do where
+/// possible.
 void expect_refused(const std::string& text, int line, std::string_view says) {
   const TemporaryFile file;
   const std::string message = refusal(file.write(text));
@@ -86,12 +87,12 @@ void expect_refused(const std::string& text, int line, std::string_view says) {
   EXPECT_EQ(message.find_first_of("\n\r"), std::string::npos) << message;
 }
 
-TEST(BadModel, TheGoodOneIsTaken) {
+TEST(BadModel, AcceptsAGoodModel) {
   const TemporaryFile file;
   EXPECT_EQ(refusal(file.write(kGood)), "");
 }
 
-TEST(BadModel, CarriageReturnsAndAByteOrderMarkAreSimplyRead) {
+TEST(BadModel, AcceptsCarriageReturnsAndAByteOrderMark) {
   const TemporaryFile file;
   std::string text = "\xEF\xBB\xBF";
   for (const char c : kGood) text += c == '\n' ? std::string("\r\n") : std::string(1, c);
@@ -171,7 +172,7 @@ TEST(BadModel, OutOfBounds) {
   expect_refused(with("[1e5, 2e5]", "[1e5, -2e5]"), 41, "out of bounds");
   expect_refused(with("standard_error = 0.02", "standard_error = -0.02"), 11, "out of bounds");
 }
-// 1.0e-2f is 0.00999999977…: who writes 0.01 means the bound. The value is then the bound itself.
+// 1.0e-2f is 0.00999999977…: 0.01 in a file means the bound and is read as the bound itself.
 TEST(BadModel, DecimalsOfABoundAreTheBound) {
   const TemporaryFile file;
   constexpr std::string_view kCoulomb = R"(format = "slipstack model 1"
@@ -252,7 +253,7 @@ TEST(BadModel, Empty) {
   expect_refused("", 1, "no line format");
 }
 
-// Escapes in names must not break the one line that a message is.
+// Escapes in names must not break the message into several lines.
 TEST(BadModel, MessagesStayOnOneLine) {
   expect_refused(with("\"inertia\"", "\"in\\nertia\\u0007\""), 6, "unknown effect");
   expect_refused(with("unit = \"kg\"", "unit = \"k\\ng\""), 7, "unit");

@@ -16,7 +16,7 @@ namespace {
 
 const std::string kSnag = "snag = A*exp(-((x-x0)/w)^2)*sign(v); A: N; x0: m; w: m in [1e-4, 1e-2]";
 
-/// What a wrong definition is told; the caret's place is marked in it by '@'.
+/// The message for a wrong definition; the position of the caret is marked by '@'.
 struct Wrong {
   std::string marked;
   std::string described;
@@ -49,7 +49,7 @@ TEST(Definition, ReadsNamesUnitsAndBounds) {
   EXPECT_EQ(snag.parameters[2].bounds->upper, 1e-2);
 }
 
-TEST(Definition, PointsAtWhatIsWrong) {
+TEST(Definition, PointsAtTheError) {
   for (const Wrong& wrong : std::initializer_list<Wrong>{
            {"@A*x; A: N/m", "no '='"},
            {"@= A*x; A: N/m", "name of the effect is missing"},
@@ -91,7 +91,7 @@ TEST(Definition, PointsAtWhatIsWrong) {
   }
 }
 
-TEST(Definition, ThePictureKeepsTheCaretUnderThePlaceInALongText) {
+TEST(Definition, TheCaretStaysUnderTheErrorInALongText) {
   std::string text = "long = A*x";
   for (int i = 0; i < 40; ++i) text += " + A*x";
   const std::size_t at = text.size() + 3;
@@ -107,8 +107,8 @@ TEST(Definition, ThePictureKeepsTheCaretUnderThePlaceInALongText) {
   }
 }
 
-/// Texts made of the right pieces in a wrong order never do anything but parse or be refused.
-TEST(Definition, AnyTextIsTakenOrRefused) {
+/// Random sequences of valid tokens are either parsed or refused.
+TEST(Definition, AnyTextIsParsedOrRefused) {
   const std::vector<std::string> pieces{"snag", " = ",  "A",  "*", "x", "(", ")",   "; ", ":",   "N", " in ",
                                         "[",    "1e-3", ", ", "]", "^", "-", "exp", "v",  "0.5", "=", "?"};
   std::mt19937 random(5);

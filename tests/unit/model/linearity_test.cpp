@@ -24,7 +24,7 @@ TEST(Linearity, FindsTheGains) {
   EXPECT_EQ(gains_of("e = A*(1 + b*abs(v))*sign(v); b: s/m in [0, 10]; A: N"), (Names{"A"}));
   EXPECT_EQ(gains_of("e = A*cos(2*pi*x/p) + B*sin(2*pi*x/p); A: N; B: N; p: m"), (Names{"A", "B"}));
   EXPECT_EQ(gains_of("e = A*a*(1 - exp(-t/tau)); A: kg; tau: s"), (Names{"A"}));
-  // Shown only where the place and the width are near: narrow things are not taken for nothing.
+  // Non-zero only near one position: narrow functions must not be taken for zero.
   EXPECT_EQ(gains_of("e = A*(abs(x-x0) < w)*sign(v); A: N; x0: m; w: m in [1e-5, 1e-4]"), (Names{"A"}));
   // A root is defined for half of the positions only.
   EXPECT_EQ(gains_of("e = A*sqrt(x); A: N"), (Names{"A"}));

@@ -18,7 +18,7 @@
 
 namespace slipstack::workbench::test {
 
-/// A file that goes with the test.
+/// A temporary file, removed after the test.
 class TemporaryFile {
  public:
   TemporaryFile() {
@@ -36,8 +36,7 @@ class TemporaryFile {
   const std::filesystem::path& directory() const { return directory_; }
   std::filesystem::path path() const { return directory_ / "model.toml"; }
   std::filesystem::path write(std::string_view content) const {
-    // A new file each time: file systems flush one that is truncated and written again, and that takes its
-    // time.
+    // A new file each time: file systems flush a file that is truncated and written again, which is slow.
     std::filesystem::remove(path());
     std::ofstream file(path(), std::ios::binary | std::ios::trunc);
     file.write(content.data(), static_cast<std::streamsize>(content.size()));
@@ -101,7 +100,8 @@ inline Model full_model(std::uint64_t seed) {
   return model;
 }
 
-/// Of what read_model() says about a text: empty when it takes it. Anything but InputError passes through.
+/// The message of read_model() for a text; empty where it is accepted. Exceptions other than InputError pass
+/// through.
 inline std::string refusal(const std::filesystem::path& path) {
   try {
     static_cast<void>(read_model(path));

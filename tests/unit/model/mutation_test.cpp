@@ -111,7 +111,7 @@ class Mutator {
   std::mt19937_64 random_;
 };
 
-/// What the rest of the program relies on; empty when a model keeps it.
+/// The violated invariant of a model on which the rest of the program relies; empty where all hold.
 std::string broken_promise(const Model& model) {
   for (const Terms* terms : {&model.terms, &model.target_terms}) {
     if (terms->empty()) return "no effects";
@@ -147,7 +147,8 @@ std::string broken_message(const std::string& message, const std::string& path) 
   return {};
 }
 
-// Ten thousand damaged files: each a model that keeps its promises, or an error of one line.
+// Ten thousand damaged files: each is read as a model that satisfies the invariants, or gives an error of one
+// line.
 TEST(ModelMutation, GivesAModelOrOneLine) {
   const TemporaryFile file;
   std::mt19937_64 random(1);

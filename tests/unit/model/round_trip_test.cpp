@@ -105,7 +105,7 @@ TEST(ModelFile, TheHashIsTheControllers) {
     EXPECT_EQ(hysteresis.gains[i], static_cast<float>(model.target_terms[1].gains[i]));
     EXPECT_EQ(hysteresis.shapes[i], static_cast<float>(model.target_terms[1].shapes[i]));
   }
-  // What was identified but is not on the controller does not count.
+  // Effects that are not on the controller do not enter the hash.
   Model other = model;
   other.terms[0].gains[0] += 1.0;
   EXPECT_EQ(target_hash(other), target_hash(model));
@@ -122,7 +122,7 @@ TEST(ModelFile, AnEffectThatIsAbsentIsOff) {
   EXPECT_EQ(enabled, 2);
 }
 
-// People read it too: one value where there is one, and the controller's part apart.
+// The file is for people too: single values as numbers, and the controller's part separate.
 TEST(ModelFile, IsReadable) {
   std::mt19937_64 random(6);
   Model model;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// An effect of the user's own from the text to the model file. What it shall find is hidden by the test, in
-// the force of a plant that shares no code with it.
+// A user-defined effect, from its text to the model file. The test adds the effect to the force of a
+// simulated axis that shares no code with the workbench.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -25,7 +25,7 @@ struct Hidden {
   double width_m = 3e-3;
 };
 
-/// A bench with a place on its rail that rubs: dry friction over a short stretch, blind below 2 mm/s.
+/// An axis with a place on its rail that rubs: dry friction over a short distance, smooth below 2 mm/s.
 Log log_with(const Hidden& hidden, std::uint64_t seed) {
   sim::Bench bench = sim::draw_bench(sim::Setup::kPickAndPlace, seed);
   bench.programme.seconds = 30.0;
@@ -82,7 +82,7 @@ TEST(UserEffectIn, SharesNoNameWithAnother) {
   EXPECT_EQ(find_effect("never"), nullptr);
 }
 
-TEST(UserEffectIn, SaysWhereItIsNoNumber) {
+TEST(UserEffectIn, ReportsWhereItIsNotFinite) {
   const Log log = log_with({}, 5);
   const Measurement measurement(log);
   const EffectDescription& root = declare_effect("root = A*ln(x - 0.2); A: N");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A user's own effect as the table that the controller runs: which forms have one, what it misses, and that
-// the target computes what the workbench judged.
+// A user-defined effect as the table that the controller runs: which forms have one, its error, and that the
+// target computes what the workbench evaluated.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -17,7 +17,7 @@
 namespace slipstack::workbench::test {
 namespace {
 
-/// Moves of 0.33 m at up to some 0.6 m/s.
+/// Movements of 0.33 m at up to some 0.6 m/s.
 const Measurement& measurement() {
   static const Measurement measured = [] {
     sim::Bench bench = sim::draw_bench(sim::Setup::kPickAndPlace, 3);
@@ -68,7 +68,7 @@ std::vector<Case> cases() {
        true,
        false,
        [](double, double v) { return 30.0 * v * v * v; }},
-      // A step at standstill, smooth otherwise; each way its own level.
+      // A step at standstill, smooth otherwise; a different level in each direction.
       {"t_step = A*exp(-abs(v)/vs)*sign(v); A: N; vs: m/s in [1e-2, 1]",
        {3.0},
        {0.2},
@@ -92,7 +92,7 @@ double force_of(const Term& table, double x, double v) {
   return sum;
 }
 
-TEST(TabulatedEffect, TakesEveryFormItCanAndSaysWhatItMisses) {
+TEST(TabulatedEffect, TakesEveryPossibleFormAndReportsItsError) {
   const auto& x_m = measurement().position_m();
   const auto [lowest, highest] = std::minmax_element(x_m.begin(), x_m.end());
   for (const Case& one : cases()) {
@@ -106,7 +106,7 @@ TEST(TabulatedEffect, TakesEveryFormItCanAndSaysWhatItMisses) {
     std::mt19937_64 random(5);
     std::uniform_real_distribution<double> unit(0.0, 1.0);
     for (int i = 0; i < 20000; ++i) {
-      // Half of the places where the table lies.
+      // Half of the positions within the range of the table.
       double x = *lowest + unit(random) * (*highest - *lowest);
       if (!one.over_velocity && i % 2 == 0) x = table.from + unit(random) * (table.to - table.from);
       double v = (unit(random) - 0.5) * 1.2;
@@ -136,7 +136,7 @@ TEST(TabulatedEffect, BelowTheReversalVelocityTheSignIsASlope) {
   EXPECT_NEAR(force_of(table.term, 0.21, v), 4.0, 0.02);
 }
 
-TEST(TabulatedEffect, SaysWhyThereIsNone) {
+TEST(TabulatedEffect, ReportsWhyThereIsNone) {
   const auto why = [](const std::string& definition, std::vector<double> gains, std::vector<double> shapes) {
     const Tabulated made =
         tabulate(measurement(), user_term(definition, std::move(gains), std::move(shapes)), 0.0);
@@ -151,14 +151,14 @@ TEST(TabulatedEffect, SaysWhyThereIsNone) {
             std::string::npos);
   EXPECT_NE(why("n_zero = A*v; A: N s/m", {0.0}, {}).find("zero"), std::string::npos);
   EXPECT_NE(why("n_root = A*ln(abs(x - 0.2)); A: N", {1.0}, {}), "");
-  // What nobody can measure may be missed.
+  // Errors far below the noise are allowed.
   EXPECT_TRUE(tabulate(measurement(),
                        user_term("n_wave = A*sin(2*pi*x/p); A: N; p: m in [1e-3, 1]", {1.0}, {2e-3}), 2.5)
                   .table);
 }
 
-// The workbench judges the table by its basis; the tick runs the short form of it, in single precision.
-TEST(TabulatedEffect, TheControllerComputesWhatTheWorkbenchJudged) {
+// The workbench evaluates the table by its basis; the tick runs its weighted form, in single precision.
+TEST(TabulatedEffect, TheControllerComputesWhatTheWorkbenchEvaluated) {
   for (const Case& one : cases()) {
     const TabulatedEffect table =
         *tabulate(measurement(), user_term(one.definition, one.gains, one.shapes), 0.0).table;
@@ -177,7 +177,8 @@ TEST(TabulatedEffect, TheControllerComputesWhatTheWorkbenchJudged) {
       const double is_N = static_cast<double>(target.step(sample).total_N);
       worst_N = std::max(worst_N, std::abs(is_N - trace.force_N[i]));
     }
-    // A place in float is off by up to 1.5e-8 m: some 1e-5 of an interval of a table of some millimetres.
+    // A position in float has an error of up to 1.5e-8 m: some 1e-5 of an interval of a table of some
+    // millimetres.
     EXPECT_LT(worst_N, 2e-5 * table.peak_N) << one.definition;
     EXPECT_GT(worst_N, 0.0) << one.definition;
   }

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-#include "workbench/plan/pieces.h"
+#include "workbench/plan/segments.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -37,23 +37,23 @@ void expect_consistent(const SetPoints& points, const AxisLimits& limits) {
   }
 }
 
-TEST(Pieces, StayWithinTheLimitsAndReturnToRest) {
+TEST(Segments, StayWithinTheLimitsAndReturnToRest) {
   std::mt19937_64 random(7);
   std::size_t seen = 0;
   for (int trial = 0; trial < 12; ++trial) {
     const AxisLimits limits = random_limits(random);
-    for (const Piece& piece : possible_pieces(limits, 20e-6)) {
-      MotionBuilder builder(1000.0, piece.start_m);
-      piece.append(builder);
+    for (const MotionSegment& segment : possible_segments(limits, 20e-6)) {
+      MotionBuilder builder(1000.0, segment.start_m);
+      segment.append(builder);
       builder.dwell(0.01);
       const AxisLimits found = extremes_of(builder.points());
-      EXPECT_GE(found.low_m, limits.low_m) << piece.name;
-      EXPECT_LE(found.high_m, limits.high_m) << piece.name;
-      EXPECT_LE(found.velocity_mps, limits.velocity_mps) << piece.name;
-      EXPECT_LE(found.acceleration_mps2, limits.acceleration_mps2) << piece.name;
-      EXPECT_LE(found.jerk_mps3, 1.02 * limits.jerk_mps3) << piece.name;  // from differences of samples
+      EXPECT_GE(found.low_m, limits.low_m) << segment.name;
+      EXPECT_LE(found.high_m, limits.high_m) << segment.name;
+      EXPECT_LE(found.velocity_mps, limits.velocity_mps) << segment.name;
+      EXPECT_LE(found.acceleration_mps2, limits.acceleration_mps2) << segment.name;
+      EXPECT_LE(found.jerk_mps3, 1.02 * limits.jerk_mps3) << segment.name;  // by differences of samples
       EXPECT_EQ(builder.points().velocity_mps.back(), 0.0);
-      EXPECT_NEAR(builder.position_m(), piece.start_m, 1e-5 * limits.stroke_m() + 1e-7) << piece.name;
+      EXPECT_NEAR(builder.position_m(), segment.start_m, 1e-5 * limits.stroke_m() + 1e-7) << segment.name;
       expect_consistent(builder.points(), limits);
       ++seen;
     }
@@ -68,7 +68,7 @@ TEST(MotionBuilder, MovesExactlyToThePlace) {
   builder.dwell(0.1);
   EXPECT_NEAR(builder.points().position_m.back(), 0.9, 1e-12);
   const AxisLimits found = extremes_of(builder.points());
-  EXPECT_GT(found.velocity_mps, 0.75 * limits.velocity_mps);  // and no slower than it must
+  EXPECT_GT(found.velocity_mps, 0.75 * limits.velocity_mps);  // and no slower than necessary
 }
 
 }  // namespace

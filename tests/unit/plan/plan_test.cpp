@@ -60,8 +60,8 @@ TEST(Plan, KeepsTheLimitsAndTheTime) {
   EXPECT_LE(found.jerk_mps3, 1.02 * options.limits.jerk_mps3);
   EXPECT_LE(plan.motion.duration_s(), options.seconds);
   EXPECT_GT(plan.motion.duration_s(), 0.2 * options.seconds);
-  EXPECT_FALSE(plan.pieces.empty());
-  // A lag shows and is told from Stribeck's law; the other way it contains it.
+  EXPECT_FALSE(plan.segments.empty());
+  // Against Stribeck's law, a lag is detectable; the opposite is not, since the lag contains Stribeck's law.
   EXPECT_GT(evidence(plan, "frictional_lag", "stribeck").evidence, 10.0);
   EXPECT_GT(evidence(plan, "stribeck", "").evidence, 10.0);
   EXPECT_GT(evidence(plan, "frictional_lag", "").chi_squared,
@@ -72,17 +72,17 @@ TEST(Plan, IsTheSameEveryTime) {
   const Plan one = plan_experiment(knowledge_of({"viscous", "quadratic_drag"}), options_of(15.0));
   const Plan two = plan_experiment(knowledge_of({"viscous", "quadratic_drag"}), options_of(15.0));
   EXPECT_EQ(one.motion.position_m, two.motion.position_m);
-  EXPECT_EQ(one.pieces, two.pieces);
+  EXPECT_EQ(one.segments, two.segments);
 }
 
-TEST(Plan, DropsWhatTheForceDoesNotAllow) {
+TEST(Plan, ExcludesSegmentsThatExceedTheForce) {
   Knowledge knowledge = knowledge_of({"viscous"});
   PlanOptions options = options_of(20.0);
   EXPECT_GT(plan_experiment(knowledge, options).peak_force_N, 30.0);
   options.limits.force_N = 15.0;
   const Plan weak = plan_experiment(knowledge, options);
   EXPECT_LE(weak.peak_force_N, 15.0);
-  options.limits.force_N = 1.0;  // friction alone is more
+  options.limits.force_N = 1.0;  // less than the friction alone
   EXPECT_THROW(plan_experiment(knowledge, options), std::invalid_argument);
 }
 

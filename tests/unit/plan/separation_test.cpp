@@ -71,7 +71,7 @@ TEST(Information, OfPartsAddsUp) {
   EXPECT_GT(parts[0].alone(0).chi_squared, alone);
   EXPECT_NEAR(parts[0].alone(0).chi_squared / whole[0].alone(0).chi_squared, 1.0, 1e-9);
   EXPECT_NEAR(parts[0].alone(0).rows, whole[0].alone(0).rows, 0.0);
-  // An effect is imitated by itself.
+  // An effect is explained by itself.
   EXPECT_LT(parts[0].against(0, 0).chi_squared, 1e-3 * parts[0].alone(0).chi_squared);
 }
 

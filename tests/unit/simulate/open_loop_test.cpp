@@ -50,13 +50,13 @@ Terms mass_and_drag(const Measurement& measurement) {
 TEST(OpenLoop, FollowsTheClosedFormOfMassAndDrag) {
   const Measurement measurement(analytic_log());
   const Terms terms = mass_and_drag(measurement);
-  // From the middle of the log: the smooth velocity is least sure at its ends.
+  // From the middle of the log, since the smoothed velocity is least accurate at its ends.
   const OpenLoop found =
       simulate_open_loop(measurement, terms, {.start_s = 1.0, .end_s = 7.0, .progress = {}});
   EXPECT_EQ(found.position_m.size(), 6001u);
   EXPECT_LT(found.rmse_m, 2e-3 * std::abs(position_m(0.0)));
   EXPECT_GT(found.fit, 0.99);
-  // With half the drag it must not: the test can fail.
+  // With half the drag it must not follow: the test can fail.
   Terms wrong = terms;
   wrong[1].gains[0] *= 0.5;
   EXPECT_GT(simulate_open_loop(measurement, wrong, {.start_s = 1.0, .end_s = 7.0, .progress = {}}).rmse_m,
@@ -72,8 +72,8 @@ TEST(OpenLoop, RefusesWhatCannotBeSimulated) {
   EXPECT_THROW(simulate_open_loop(measurement, terms), std::invalid_argument);
 }
 
-/// The plant's own mass and elements, through the workbench, follow the plant: hysteresis holds the axis
-/// where it rests, and integration adds nothing of its own.
+/// A model with the mass and the elements of the plant follows the plant: hysteresis holds the axis at
+/// standstill, and the integration adds no error of its own.
 TEST(OpenLoop, FollowsThePlantWithItsOwnParameters) {
   sim::Bench bench = sim::draw_bench(sim::Setup::kPickAndPlace, 5);
   bench.axis.elements = 30;

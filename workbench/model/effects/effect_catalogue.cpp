@@ -10,7 +10,8 @@
 namespace slipstack::workbench {
 namespace {
 
-/// Writes basis[sample][gain]. The state is a local: what `out` may alias is read again at each sample.
+/// Writes basis[sample][gain]. The state is copied to a local, because the compiler would have to reload at
+/// each sample whatever `out` may alias.
 template <class E>
 void run_basis(E& state, std::span<const Sample<double>> samples, double* out) {
   E effect = state;
@@ -20,8 +21,8 @@ void run_basis(E& state, std::span<const Sample<double>> samples, double* out) {
   state = effect;
 }
 
-// The same for processors with vectors of 4 and of 8 doubles. No product is contracted into a sum and no sum
-// is reordered (CMakeLists.txt), so the bits are those of run_basis on every machine.
+// The same for processors with vectors of 4 and of 8 doubles. Products and sums are neither contracted nor
+// reordered (CMakeLists.txt), so the results are those of run_basis, bit for bit, on every machine.
 #if defined(__x86_64__)
 template <class E>
 [[gnu::target("avx2"), gnu::flatten]] void run_basis_by_4(E& state, std::span<const Sample<double>> samples,
@@ -41,7 +42,7 @@ int widest_vector() {
 }
 #endif
 
-/// run_basis as fast as this machine can.
+/// run_basis with the widest vectors of this machine.
 template <class E>
 void run_basis_wide(E& state, std::span<const Sample<double>> samples, double* out) {
 #if defined(__x86_64__)
@@ -74,7 +75,7 @@ EffectDescription description_of() {
   static_assert(complete(E::text));
   EffectDescription description;
   description.text = E::text;
-  // One by one: GCC 12 takes the copy of an empty array for a copy from nowhere (-Wnonnull).
+  // One by one: for an empty array, GCC 12 warns of copying from a null pointer (-Wnonnull).
   for (const GainGroup& group : E::gains) description.gain_groups.push_back(group);
   for (const ShapeSpec& shape : E::shapes) description.shapes.push_back(shape);
   description.gain_count = E::gain_count;

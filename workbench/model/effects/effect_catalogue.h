@@ -48,11 +48,11 @@ class EffectBasis {
   virtual void run(std::span<const Sample<double>> samples, double* out) = 0;
 };
 
-/// Every effect that a fit may choose, in the catalogue's order.
+/// Every effect that a fit may choose, in the order of the catalogue.
 const std::vector<EffectDescription>& catalogue();
 
-/// The firmware's user_table, which no fit chooses: what stands for an own effect in what the controller runs
-/// (own_table.h). Not among catalogue(), nor found by find_effect().
+/// The firmware's user_table, by which the controller represents a user-defined effect
+/// (estimate/terms/user_table.h). No fit chooses it: it is neither in catalogue() nor found by find_effect().
 const EffectDescription& controller_table();
 
 /// The effect of the catalogue with this role. Throws std::logic_error where none has it.

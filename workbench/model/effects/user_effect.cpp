@@ -15,8 +15,7 @@
 namespace slipstack::workbench {
 namespace {
 
-/// The expression as a basis: one column for each gain, found by setting that gain to one, the others to
-/// zero.
+/// The expression as a basis: one column per gain, evaluated with that gain at one and the others at zero.
 class ExpressionBasis final : public EffectBasis {
  public:
   ExpressionBasis(const Definition& definition, const ParameterRoles& roles)
@@ -55,12 +54,12 @@ class ExpressionBasis final : public EffectBasis {
   Expression expression_;
 };
 
-/// A declared effect, with the strings that its description points to.
+/// A user-defined effect, with the strings to which its description points.
 class UserEffect {
  public:
   UserEffect(Definition definition, ParameterRoles roles)
       : definition_(std::move(definition)), roles_(std::move(roles)) {
-    title_ = definition_.name + " (own effect)";
+    title_ = definition_.name + " (user-defined effect)";
     formula_ = "F = " + definition_.expression;
     evidence_ = "the residual follows " + definition_.expression + " with ";
     for (std::size_t i = 0; i < definition_.parameters.size(); ++i) {
@@ -75,7 +74,7 @@ class UserEffect {
         .source = "given by the user",
         .residual = residual_.c_str(),
         .evidence = evidence_.c_str(),
-        .cause = "what the one who wrote the expression had in mind",
+        .cause = "what the author of the expression had in mind",
         .confirm = "record again where the expression says that the force is large, and beside it"};
     for (const std::size_t p : roles_.gains) description_.gain_groups.push_back(gain_of(p));
     for (const std::size_t p : roles_.shapes) description_.shapes.push_back(shape_of(p));
@@ -119,7 +118,7 @@ class UserEffect {
   EffectDescription description_;
 };
 
-/// All that were declared. Descriptions stay where they are.
+/// All effects that were declared. A deque, because pointers to their descriptions must remain valid.
 struct Declared {
   std::mutex lock;
   std::deque<UserEffect> effects;

@@ -15,7 +15,7 @@
 namespace slipstack::workbench {
 namespace {
 
-/// Longer definitions are files given by mistake.
+/// A longer text is a file given by mistake.
 constexpr std::size_t kLongestText = 4000;
 constexpr std::size_t kLongestName = 40;
 constexpr std::size_t kMostParameters = 16;
@@ -24,14 +24,14 @@ bool is_blank(char c) {
   return c == ' ' || c == '\t';
 }
 
-/// A run of the text that remembers where it was.
-struct Piece {
+/// A part of the text, with its position.
+struct TextRange {
   std::string_view text;
   std::size_t at = 0;
 
-  Piece from(std::size_t offset) const { return {text.substr(offset), at + offset}; }
-  Piece until(std::size_t offset) const { return {text.substr(0, offset), at}; }
-  Piece trimmed() const {
+  TextRange from(std::size_t offset) const { return {text.substr(offset), at + offset}; }
+  TextRange until(std::size_t offset) const { return {text.substr(0, offset), at}; }
+  TextRange trimmed() const {
     std::size_t first = 0;
     std::size_t last = text.size();
     while (first < last && is_blank(text[first])) ++first;
@@ -71,11 +71,11 @@ class Reader {
     std::size_t start = 0;
     for (bool first = true; start <= text_.size(); first = false) {
       const std::size_t end = std::min(text_.find(';', start), text_.size());
-      const Piece piece = Piece{std::string_view(text_).substr(start, end - start), start}.trimmed();
+      const TextRange range = TextRange{std::string_view(text_).substr(start, end - start), start}.trimmed();
       if (first) {
-        read_head(piece, definition);
-      } else if (!piece.text.empty()) {
-        read_parameter(piece, definition);
+        read_head(range, definition);
+      } else if (!range.text.empty()) {
+        read_parameter(range, definition);
       }
       start = end + 1;
     }
@@ -88,7 +88,7 @@ class Reader {
     throw DefinitionError(what, text_, at);
   }
 
-  void check_name(const Piece& name, std::string_view what) const {
+  void check_name(const TextRange& name, std::string_view what) const {
     if (name.text.empty()) fail(name.at, fmt::format("{} is missing", what));
     for (std::size_t i = 0; i < name.text.size(); ++i) {
       const auto c = static_cast<unsigned char>(name.text[i]);
@@ -103,25 +103,25 @@ class Reader {
     }
   }
 
-  void read_head(const Piece& piece, Definition& definition) const {
-    const std::size_t equals = find_equals(piece.text);
+  void read_head(const TextRange& range, Definition& definition) const {
+    const std::size_t equals = find_equals(range.text);
     if (equals == std::string_view::npos) {
-      fail(piece.at, "no '='; write 'name = expression; parameter: unit; ...'");
+      fail(range.at, "no '='; write 'name = expression; parameter: unit; ...'");
     }
-    const Piece name = piece.until(equals).trimmed();
+    const TextRange name = range.until(equals).trimmed();
     check_name(name, "the name of the effect");
     definition.name = name.text;
-    const Piece expression = piece.from(equals + 1).trimmed();
+    const TextRange expression = range.from(equals + 1).trimmed();
     if (expression.text.empty()) fail(expression.at, "the expression is missing");
     definition.expression = expression.text;
     definition.expression_at = expression.at;
   }
 
-  void read_parameter(const Piece& piece, Definition& definition) const {
-    const std::size_t colon = piece.text.find(':');
-    const Piece name = piece.until(std::min(colon, piece.text.size())).trimmed();
+  void read_parameter(const TextRange& range, Definition& definition) const {
+    const std::size_t colon = range.text.find(':');
+    const TextRange name = range.until(std::min(colon, range.text.size())).trimmed();
     if (colon == std::string_view::npos) {
-      fail(piece.end(), fmt::format("the unit of {} is missing; write '{}: unit', 1 for a number",
+      fail(range.end(), fmt::format("the unit of {} is missing; write '{}: unit', 1 for a number",
                                     in_quotes(name.text), printable(name.text, kLongestName)));
     }
     check_name(name, "the name of a parameter");
@@ -141,31 +141,31 @@ class Reader {
     DeclaredParameter parameter;
     parameter.name = name.text;
     parameter.at = name.at;
-    read_unit_and_bounds(piece.from(colon + 1).trimmed(), parameter);
+    read_unit_and_bounds(range.from(colon + 1).trimmed(), parameter);
     definition.parameters.push_back(std::move(parameter));
   }
 
-  void read_unit_and_bounds(const Piece& piece, DeclaredParameter& parameter) const {
-    std::size_t in = piece.text.find(" in ");
-    if (in == std::string_view::npos) in = piece.text.find(" in[");
-    const Piece unit = piece.until(std::min(in, piece.text.size())).trimmed();
+  void read_unit_and_bounds(const TextRange& range, DeclaredParameter& parameter) const {
+    std::size_t in = range.text.find(" in ");
+    if (in == std::string_view::npos) in = range.text.find(" in[");
+    const TextRange unit = range.until(std::min(in, range.text.size())).trimmed();
     if (unit.text.empty() || unit.text.starts_with("in ") || unit.text == "in" || unit.text[0] == '[') {
-      fail(piece.at, fmt::format("the unit of '{}' is missing; 1 for a number", parameter.name));
+      fail(range.at, fmt::format("the unit of '{}' is missing; 1 for a number", parameter.name));
     }
     if (const std::string fault = unit_fault(unit.text); !fault.empty()) fail(unit.at, fault);
     parameter.unit = unit.text;
-    if (in != std::string_view::npos) read_bounds(piece.from(in + 3).trimmed(), parameter);
+    if (in != std::string_view::npos) read_bounds(range.from(in + 3).trimmed(), parameter);
   }
 
-  void read_bounds(const Piece& piece, DeclaredParameter& parameter) const {
-    const std::size_t comma = piece.text.find(',');
-    const bool brackets = piece.text.size() > 1 && piece.text.front() == '[' && piece.text.back() == ']';
+  void read_bounds(const TextRange& range, DeclaredParameter& parameter) const {
+    const std::size_t comma = range.text.find(',');
+    const bool brackets = range.text.size() > 1 && range.text.front() == '[' && range.text.back() == ']';
     if (!brackets || comma == std::string_view::npos) {
-      const bool open = !piece.text.empty() && piece.text.front() == '[';
-      fail(open ? piece.end() : piece.at, "bounds are written [low, high]");
+      const bool open = !range.text.empty() && range.text.front() == '[';
+      fail(open ? range.end() : range.at, "bounds are written [low, high]");
     }
-    const Piece low = piece.until(comma).from(1).trimmed();
-    const Piece high = piece.until(piece.text.size() - 1).from(comma + 1).trimmed();
+    const TextRange low = range.until(comma).from(1).trimmed();
+    const TextRange high = range.until(range.text.size() - 1).from(comma + 1).trimmed();
     DeclaredParameter::Bounds bounds{number(low), number(high)};
     if (bounds.lower >= bounds.upper) {
       fail(low.at, fmt::format("the bounds of '{}' are reversed or equal; write the lower one first",
@@ -174,14 +174,14 @@ class Reader {
     parameter.bounds = bounds;
   }
 
-  double number(const Piece& piece) const {
+  double number(const TextRange& range) const {
     constexpr double kLargest = 1e12;
     double value = 0.0;
-    const char* const end = piece.text.data() + piece.text.size();
-    if (piece.text.empty() || parse_double(piece.text.data(), end, value) != end || !std::isfinite(value)) {
-      fail(piece.at, fmt::format("a bound {}", piece.text.empty() ? "is missing" : "is not a number"));
+    const char* const end = range.text.data() + range.text.size();
+    if (range.text.empty() || parse_double(range.text.data(), end, value) != end || !std::isfinite(value)) {
+      fail(range.at, fmt::format("a bound {}", range.text.empty() ? "is missing" : "is not a number"));
     }
-    if (std::abs(value) > kLargest) fail(piece.at, fmt::format("a bound is beyond {:g}", kLargest));
+    if (std::abs(value) > kLargest) fail(range.at, fmt::format("a bound is beyond {:g}", kLargest));
     return value;
   }
 
@@ -206,7 +206,7 @@ DefinitionError::DefinitionError(const std::string& what, std::string_view text,
     : std::runtime_error(what), text_(printable(text)), column_(std::min(at, text_.size())) {}
 
 std::string DefinitionError::picture() const {
-  // A long definition is cut around the place.
+  // A long definition is shortened to the surroundings of the error.
   constexpr std::size_t kBefore = 60;
   constexpr std::size_t kWidth = 100;
   const std::size_t from = column_ > kBefore && text_.size() > kWidth ? column_ - kBefore : 0;

@@ -10,15 +10,15 @@
 
 namespace slipstack::workbench {
 
-/// What is wrong with the definition of an effect, and where in its text: what() is one line.
+/// An error in the definition of an effect, and where in its text it is. what() is one line.
 class DefinitionError : public std::runtime_error {
  public:
   DefinitionError(const std::string& what, std::string_view text, std::size_t at);
   /// The definition, safe for a terminal.
   const std::string& text() const { return text_; }
-  /// Column of the wrong place in text(), from 0.
+  /// Column of the error in text(), from 0.
   std::size_t column() const { return column_; }
-  /// Two lines: the text, and a caret under the wrong place.
+  /// Two lines: the text, and a caret under the error.
   std::string picture() const;
 
  private:
@@ -26,7 +26,7 @@ class DefinitionError : public std::runtime_error {
   std::size_t column_;
 };
 
-/// One parameter of an effect as its definition declares it; SI units.
+/// One parameter of an effect, as declared; SI units.
 struct DeclaredParameter {
   struct Bounds {
     double lower;
@@ -34,11 +34,11 @@ struct DeclaredParameter {
   };
   std::string name;
   std::string unit;
-  std::size_t at = 0;  ///< of the declaration in the text
+  std::size_t at = 0;  ///< position of the declaration in the text
   std::optional<Bounds> bounds;
 };
 
-/// An effect of the user's own, as text: 'name = expression; parameter: unit [in [low, high]]; ...'.
+/// A user-defined effect as text: 'name = expression; parameter: unit [in [low, high]]; ...'.
 struct Definition {
   std::string text;
   std::string name;
@@ -51,9 +51,9 @@ struct Definition {
 /// acceleration.
 inline constexpr std::string_view kVariables[] = {"t", "x", "v", "a"};
 
-/// Names and declarations of a definition. Throws DefinitionError: no name, a name that is taken, a missing
-/// or unknown unit, a bound that is no number, reversed bounds, a parameter that is declared twice or not
-/// used. The expression itself is read by Expression.
+/// Parses the names and declarations of a definition. Throws DefinitionError for a missing or reserved name,
+/// a missing or unknown unit, a bound that is no number, reversed bounds, a parameter that is declared twice
+/// or not used. The expression itself is parsed by Expression.
 Definition parse_definition(const std::string& text);
 
 }  // namespace slipstack::workbench

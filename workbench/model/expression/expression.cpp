@@ -29,7 +29,7 @@ mu::Parser bare_parser() {
   return parser;
 }
 
-/// The matching of parentheses, told apart from muparser's: at the very place.
+/// Checks the parentheses. muparser would do so too, but does not report the exact place.
 void check_parentheses(const Definition& definition) {
   std::vector<std::size_t> open;
   for (std::size_t i = 0; i < definition.expression.size(); ++i) {
@@ -44,9 +44,9 @@ void check_parentheses(const Definition& definition) {
 
 void check_names(const Definition& definition) {
   for (const NameInText& name : names_in(definition.expression)) {
-    const auto& own = definition.parameters;
+    const auto& declared = definition.parameters;
     const bool parameter =
-        std::any_of(own.begin(), own.end(), [&](const auto& one) { return one.name == name.name; });
+        std::any_of(declared.begin(), declared.end(), [&](const auto& one) { return one.name == name.name; });
     const bool variable =
         std::find(std::begin(kVariables), std::end(kVariables), name.name) != std::end(kVariables);
     if (parameter || variable || is_known_name(name.name)) continue;
@@ -59,7 +59,7 @@ void check_names(const Definition& definition) {
   }
 }
 
-/// Expressions are values: nothing in them is assigned.
+/// Refuses assignments, which muparser would accept.
 void check_assignments(const Definition& definition) {
   const std::string_view text = definition.expression;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -104,7 +104,7 @@ std::vector<NameInText> names_in(std::string_view expression) {
   std::vector<NameInText> names;
   for (std::size_t i = 0; i < expression.size();) {
     if (std::isdigit(static_cast<unsigned char>(expression[i])) != 0 || expression[i] == '.') {
-      // A number, whose exponent is no name.
+      // Skips a number, whose exponent would otherwise be taken for a name.
       const char* const begin = expression.data() + i;
       double value = 0.0;
       const char* const end = parse_double(begin, expression.data() + expression.size(), value);
@@ -128,8 +128,8 @@ std::vector<NameInText> names_in(std::string_view expression) {
 
 bool is_known_name(std::string_view name) {
   static const mu::Parser parser = bare_parser();
-  const std::string own(name);
-  return parser.GetFunDef().contains(own) || parser.GetConst().contains(own);
+  const std::string text(name);
+  return parser.GetFunDef().contains(text) || parser.GetConst().contains(text);
 }
 
 struct Expression::Compiled {
@@ -155,7 +155,7 @@ Expression::Expression(const Definition& definition) : compiled_(std::make_uniqu
     parser.SetExpr(definition.expression);
     parser.Eval();
   } catch (const mu::ParserError& error) {
-    // muparser counts from 0, past the end where the expression ends too early, and past some tokens.
+    // muparser's position counts from 0; it may lie beyond the end, where the expression ends too early.
     std::size_t at = error.GetPos() < 0 ? 0 : static_cast<std::size_t>(error.GetPos());
     at = std::min(at, definition.expression.size());
     throw DefinitionError(reason(error), definition.text, definition.expression_at + at);

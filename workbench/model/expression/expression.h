@@ -10,7 +10,7 @@
 
 namespace slipstack::workbench {
 
-/// A name in an expression, and where.
+/// A name in an expression, and its position.
 struct NameInText {
   std::string name;
   std::size_t at = 0;
@@ -29,7 +29,7 @@ struct Instant {
   double a = 0.0;
 };
 
-/// The expression of a definition, compiled by muparser. One for each thread.
+/// The expression of a definition, compiled by muparser. Not thread-safe: one for each thread.
 class Expression {
  public:
   /// Throws DefinitionError where the expression is wrong: an unknown name, a parenthesis that is missing or
@@ -43,7 +43,7 @@ class Expression {
 
   std::size_t parameter_count() const;
   void set(std::size_t parameter, double value);
-  /// The value; not finite where the expression is not defined. Some 100 ns.
+  /// The value; not finite where the expression is undefined. Some 100 ns.
   double at(const Instant& instant) const;
 
  private:

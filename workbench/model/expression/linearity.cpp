@@ -14,20 +14,20 @@ namespace slipstack::workbench {
 namespace {
 
 constexpr int kTrials = 200;
-constexpr double kTolerance = 1e-9;  ///< of the largest value that is compared
+constexpr double kTolerance = 1e-9;  ///< relative to the largest of the compared values
 
 bool is_acceleration(const std::string& unit) {
   return unit == "m/s2" || unit == "m/s^2";
 }
 
-/// An instant and values of all parameters at which the expression is tried.
+/// An instant and values of all parameters at which the expression is evaluated.
 struct Trial {
   Instant instant;
   std::vector<double> values;
 };
 
-/// Draws trials where expressions of an axis have something to show: near the places and speeds that the
-/// parameters name.
+/// Draws trials at which expressions for an axis are likely to be non-zero: near the positions and speeds
+/// that the parameters give.
 class Trials {
  public:
   explicit Trials(const Definition& definition) : definition_(definition) {}
@@ -58,16 +58,16 @@ class Trials {
     return uniform(-1.0, 1.0);
   }
 
-  /// Half of the time within reach of the parameters of that unit: at one of them, off by the size of one.
+  /// Mostly near the parameters of that unit: at one of them, with an offset of up to 1.5 times another.
   double near(std::string_view unit, const std::vector<double>& values, double range) {
-    std::vector<double> own;
+    std::vector<double> same_unit;
     for (std::size_t i = 0; i < values.size(); ++i) {
-      if (definition_.parameters[i].unit == unit) own.push_back(values[i]);
+      if (definition_.parameters[i].unit == unit) same_unit.push_back(values[i]);
     }
     const double anywhere = uniform(-range, range) * std::pow(10.0, uniform(-3.0, 0.0));
-    if (own.empty() || uniform(0.0, 1.0) < 0.3) return anywhere;
+    if (same_unit.empty() || uniform(0.0, 1.0) < 0.3) return anywhere;
     const auto pick = [&] {
-      return own[std::uniform_int_distribution<std::size_t>(0, own.size() - 1)(random_)];
+      return same_unit[std::uniform_int_distribution<std::size_t>(0, same_unit.size() - 1)(random_)];
     };
     return pick() + pick() * uniform(-1.5, 1.5);
   }
@@ -76,7 +76,7 @@ class Trials {
   std::mt19937_64 random_{20260117};
 };
 
-/// The expression along one or two parameters, at many trials.
+/// Examines the expression as a function of one or two parameters, at many trials.
 class Probe {
  public:
   explicit Probe(const Definition& definition) : definition_(definition), expression_(definition) {
@@ -84,7 +84,7 @@ class Probe {
     for (int i = 0; i < kTrials; ++i) trials_.push_back(trials.draw());
   }
 
-  /// Whether the expression is a straight line over the parameter, and not a constant.
+  /// Whether the expression is an affine, not constant, function of the parameter.
   bool affine(std::size_t p) {
     const auto [low, middle, high] = values_along(p);
     bool changes = false;
@@ -99,7 +99,7 @@ class Probe {
     return changes;
   }
 
-  /// Whether two parameters, each a straight line, do not multiply each other.
+  /// Whether two parameters, in each of which the expression is affine, do not multiply each other.
   bool additive(std::size_t p, std::size_t q) {
     const auto along_p = values_along(p);
     const auto along_q = values_along(q);
@@ -119,7 +119,7 @@ class Probe {
     return true;
   }
 
-  /// Whether the expression vanishes with these parameters.
+  /// Whether the expression vanishes when these parameters are zero.
   bool vanishes_without(const std::vector<std::size_t>& parameters) {
     for (const Trial& trial : trials_) {
       Trial without = trial;
@@ -161,13 +161,14 @@ class Probe {
   std::vector<Trial> trials_;
 };
 
-/// The largest set, grown from one start after the other, that is jointly linear and leaves nothing over.
-std::vector<std::size_t> gains_of(Probe& probe, const std::vector<std::size_t>& lines) {
+/// The largest set of parameters in which the expression is jointly linear and without which it vanishes.
+/// Sets are grown greedily, starting from each parameter in turn.
+std::vector<std::size_t> gains_of(Probe& probe, const std::vector<std::size_t>& affine) {
   std::vector<std::size_t> best;
-  for (std::size_t first = 0; first < lines.size(); ++first) {
+  for (std::size_t first = 0; first < affine.size(); ++first) {
     std::vector<std::size_t> gains;
-    for (std::size_t i = 0; i < lines.size(); ++i) {
-      const std::size_t p = lines[(first + i) % lines.size()];
+    for (std::size_t i = 0; i < affine.size(); ++i) {
+      const std::size_t p = affine[(first + i) % affine.size()];
       const bool joins =
           std::all_of(gains.begin(), gains.end(), [&](std::size_t gain) { return probe.additive(gain, p); });
       if (joins) gains.push_back(p);
@@ -178,7 +179,7 @@ std::vector<std::size_t> gains_of(Probe& probe, const std::vector<std::size_t>& 
   return best;
 }
 
-/// Where a parameter is first used, for a caret.
+/// Position at which a parameter is first used.
 std::size_t first_use(const Definition& definition, const std::string& name) {
   for (const NameInText& use : names_in(definition.expression)) {
     if (use.name == name) return definition.expression_at + use.at;
@@ -186,13 +187,13 @@ std::size_t first_use(const Definition& definition, const std::string& name) {
   return definition.expression_at;
 }
 
-[[noreturn]] void fail_without_gain(const Definition& definition, const std::vector<std::size_t>& lines) {
+[[noreturn]] void fail_without_gain(const Definition& definition, const std::vector<std::size_t>& affine) {
   if (definition.parameters.empty()) {
     throw DefinitionError("no parameter; the fit needs a gain, as in 'A*(...); A: N'", definition.text,
                           definition.expression_at);
   }
-  if (lines.empty()) {
-    // The first that looks like a force.
+  if (affine.empty()) {
+    // The message names the first parameter that has the unit of a force.
     const auto& all = definition.parameters;
     const auto force =
         std::find_if(all.begin(), all.end(), [](const auto& one) { return one.unit.starts_with("N"); });
@@ -220,18 +221,18 @@ ParameterRoles roles_of(const Definition& definition) {
     throw DefinitionError("the expression is not a finite number anywhere", definition.text,
                           definition.expression_at);
   }
-  std::vector<std::size_t> lines;
+  std::vector<std::size_t> affine;
   for (std::size_t p = 0; p < definition.parameters.size(); ++p) {
-    if (probe.affine(p)) lines.push_back(p);
+    if (probe.affine(p)) affine.push_back(p);
   }
   ParameterRoles roles;
-  roles.gains = gains_of(probe, lines);
-  if (roles.gains.empty()) fail_without_gain(definition, lines);
+  roles.gains = gains_of(probe, affine);
+  if (roles.gains.empty()) fail_without_gain(definition, affine);
   for (std::size_t p = 0; p < definition.parameters.size(); ++p) {
     if (std::find(roles.gains.begin(), roles.gains.end(), p) != roles.gains.end()) continue;
     const DeclaredParameter& parameter = definition.parameters[p];
-    const bool line = std::find(lines.begin(), lines.end(), p) != lines.end();
-    if (line && probe.vanishes_without({p})) {
+    const bool is_affine = std::find(affine.begin(), affine.end(), p) != affine.end();
+    if (is_affine && probe.vanishes_without({p})) {
       throw DefinitionError(
           fmt::format("'{}' only scales the others: no log can tell their product apart; leave it out",
                       parameter.name),

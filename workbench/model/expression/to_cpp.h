@@ -8,13 +8,13 @@
 
 namespace slipstack::workbench {
 
-/// The definition as an effect header after the contract of firmware/effects/effect.h: a class that the
-/// catalogue takes with one line, its basis made of the functions of approx.h, no libm. Throws
-/// DefinitionError where the expression uses a function that the controller does not have.
+/// The definition as an effect header by the contract of firmware/effects/effect.h: a class for the catalogue
+/// whose basis uses the functions of approx.h and no C library. Throws DefinitionError where the expression
+/// uses a function that the controller does not have.
 std::string to_effect_header(const Definition& definition, const ParameterRoles& roles);
 
-/// The expression alone, in terms of `Real`, approx:: and the names that it uses. Precedence and
-/// associativity as muparser reads them.
+/// The expression alone as C++, in terms of `Real`, approx:: and its names. Precedence and associativity are
+/// those of muparser.
 std::string to_cpp(const Definition& definition);
 
 }  // namespace slipstack::workbench

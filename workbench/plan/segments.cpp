@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/plan/pieces.h"
+#include "workbench/plan/segments.h"
 
 #include <fmt/format.h>
 
@@ -14,18 +14,19 @@ namespace {
 
 constexpr double kRest_s = 0.1;
 constexpr double kLongestHold_s = 2.0;
-/// Of the stroke that pieces leave free at each end.
+/// Fraction of the stroke that segments leave free at each end. Chosen.
 constexpr double kEnd = 0.05;
-constexpr double kOfVelocity = 0.8;
+constexpr double kOfVelocity = 0.8;  ///< fastest segment, relative to the velocity limit; chosen
 
-class Menu {
+class SegmentCatalogue {
  public:
-  Menu(const AxisLimits& limits, double presliding_m) : limits_(limits), presliding_m_(presliding_m) {
+  SegmentCatalogue(const AxisLimits& limits, double presliding_m)
+      : limits_(limits), presliding_m_(presliding_m) {
     low_m_ = limits.low_m + kEnd * limits.stroke_m();
     length_m_ = (1.0 - 2.0 * kEnd) * limits.stroke_m();
   }
 
-  std::vector<Piece> take() {
+  std::vector<MotionSegment> take() {
     const double fastest = kOfVelocity * limits_.velocity_mps;
     constexpr double kStep = 2.5;
     for (int k = 0; k < 9; ++k) {
@@ -39,24 +40,25 @@ class Menu {
       for (const double travels : {0.1, 0.6, 3.0})
         add_sine(low_m_ + place * length_m_, travels * presliding_m_);
     }
-    return std::move(pieces_);
+    return std::move(segments_);
   }
 
  private:
-  /// There and back; beyond the pre-sliding travel, or it shows nothing but hysteresis.
+  /// A segment in both directions. Its distance must exceed the pre-sliding travel by far, since it would
+  /// otherwise contain information about the hysteresis only.
   template <class Body>
   void add_both_ways(std::string name, double speed_mps, double distance_m, Body body) {
     if (distance_m > length_m_ || distance_m < 4.0 * presliding_m_) return;
     const double ramp_s = ramp_time_s(speed_mps, limits_);
     const double start_m = low_m_ + 0.5 * (length_m_ - distance_m);
-    pieces_.push_back({std::move(name), start_m, [=](MotionBuilder& motion) {
-                         for (const double way : {1.0, -1.0}) {
-                           motion.ramp(0.0, way * speed_mps, ramp_s);
-                           body(motion, way * speed_mps);
-                           motion.ramp(way * speed_mps, 0.0, ramp_s);
-                           motion.dwell(kRest_s);
-                         }
-                       }});
+    segments_.push_back({std::move(name), start_m, [=](MotionBuilder& motion) {
+                           for (const double way : {1.0, -1.0}) {
+                             motion.ramp(0.0, way * speed_mps, ramp_s);
+                             body(motion, way * speed_mps);
+                             motion.ramp(way * speed_mps, 0.0, ramp_s);
+                             motion.dwell(kRest_s);
+                           }
+                         }});
   }
 
   void add_stroke(double speed_mps) {
@@ -100,40 +102,41 @@ class Menu {
 
   void add_moves(double distance_m) {
     const double start_m = low_m_ + 0.5 * (length_m_ - distance_m);
-    pieces_.push_back({fmt::format("fast moves of {} with rests", quantity(distance_m, "m")), start_m,
-                       [this_limits = limits_, start_m, distance_m](MotionBuilder& motion) {
-                         for (int i = 0; i < 3; ++i) {
-                           motion.move_to(start_m + distance_m, this_limits);
-                           motion.dwell(0.3);
-                           motion.move_to(start_m, this_limits);
-                           motion.dwell(0.3);
-                         }
-                       }});
+    segments_.push_back({fmt::format("fast moves of {} with rests", quantity(distance_m, "m")), start_m,
+                         [this_limits = limits_, start_m, distance_m](MotionBuilder& motion) {
+                           for (int i = 0; i < 3; ++i) {
+                             motion.move_to(start_m + distance_m, this_limits);
+                             motion.dwell(0.3);
+                             motion.move_to(start_m, this_limits);
+                             motion.dwell(0.3);
+                           }
+                         }});
   }
 
   void add_sine(double place_m, double amplitude_m) {
     constexpr double kFrequency_Hz = 1.0;
     const double rate = 2.0 * std::numbers::pi * kFrequency_Hz;
-    // The fade adds to the peaks: by a factor of 3 at most.
+    // The rising and falling amplitude increases the peaks by a factor of at most 3.
     if (3.0 * amplitude_m * rate * rate * rate > limits_.jerk_mps3 ||
         3.0 * amplitude_m * rate * rate > limits_.acceleration_mps2 || amplitude_m > 0.05 * length_m_) {
       return;
     }
-    pieces_.push_back({fmt::format("sines of {} at {}", quantity(amplitude_m, "m"), quantity(place_m, "m")),
-                       place_m, [=](MotionBuilder& motion) { motion.sine(amplitude_m, kFrequency_Hz, 4); }});
+    segments_.push_back({fmt::format("sines of {} at {}", quantity(amplitude_m, "m"), quantity(place_m, "m")),
+                         place_m,
+                         [=](MotionBuilder& motion) { motion.sine(amplitude_m, kFrequency_Hz, 4); }});
   }
 
   AxisLimits limits_;
   double presliding_m_;
   double low_m_ = 0.0;
   double length_m_ = 0.0;
-  std::vector<Piece> pieces_;
+  std::vector<MotionSegment> segments_;
 };
 
 }  // namespace
 
-std::vector<Piece> possible_pieces(const AxisLimits& limits, double presliding_m) {
-  return Menu(limits, presliding_m).take();
+std::vector<MotionSegment> possible_segments(const AxisLimits& limits, double presliding_m) {
+  return SegmentCatalogue(limits, presliding_m).take();
 }
 
 }  // namespace slipstack::workbench
