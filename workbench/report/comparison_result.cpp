@@ -33,11 +33,12 @@ std::string dependence_of(const Measurement& measurement, const Eigen::VectorXd&
 
 std::string comparison_text(const Measurement& measurement, const ComparisonResult& result) {
   return fmt::format(
-             "log        {}\nmodel      {}, hash {}\neffects    {}\nerror      {} rms, {} of the force; noise "
+             "log        {}\nmodel      {}, hash {}\neffects    {}\nerror      {} rms, {} of the force; "
+             "noise "
              "floor {}\n{}\n",
              printable(result.log), printable(result.model_path), hash_text(result.model),
-             fmt::join(ids_of(result.model.terms), ", "), newtons(result.rmse_N), share(result.relative_error),
-             newtons(result.noise_floor_N), sentence(result.left)) +
+             fmt::join(ids_of(result.model.terms), ", "), newtons(result.rmse_N),
+             share(result.relative_error), newtons(result.noise_floor_N), sentence(result.left)) +
          excerpt_line(measurement, "noise floor and what is left seen") + repair_lines(measurement) +
          log_table(result.logs);
 }

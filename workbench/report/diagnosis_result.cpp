@@ -79,8 +79,7 @@ void add_limits(json& result, const DiagnosisRequest& request, const Diagnosis& 
 
 DiagnosisResult diagnosis_result(const DiagnosisRequest& request, const Measurement& measurement,
                                  const Diagnosis& diagnosis) {
-  DiagnosisResult result{
-      {}, log_results(measurement, diagnosis.explained), next_experiment(diagnosis)};
+  DiagnosisResult result{{}, log_results(measurement, diagnosis.explained), next_experiment(diagnosis)};
   result.json = {{"log", request.log},
                  {"samples", measurement.whole_sample_count()},
                  {"searched_samples", measurement.sample_count()},
@@ -119,9 +118,10 @@ Headline headline_of(const json& result, const EffectName& name) {
   const json& unexplained = result["unexplained"];
   const std::string left = unexplained.is_null() ? "" : unexplained["description"].get<std::string>() + ".";
   if (result["verdict"] == name_of(Verdict::complete)) {
-    return {fmt::format("Complete: held-out error {}, noise floor {}.", before, floor),
-            "No effect of the catalogue lowers the held-out error significantly, and the residual depends on no "
-            "single coordinate."};
+    return {
+        fmt::format("Complete: held-out error {}, noise floor {}.", before, floor),
+        "No effect of the catalogue lowers the held-out error significantly, and the residual depends on no "
+        "single coordinate."};
   }
   if (result["verdict"] == name_of(Verdict::unexplained)) {
     return {fmt::format("Unexplained: held-out error {}, noise floor {}.", before, floor),
@@ -129,9 +129,10 @@ Headline headline_of(const json& result, const EffectName& name) {
                          : "No effect of the catalogue accounts for it; " + left};
   }
   const json& first = result["candidates"].front();
-  Headline headline{fmt::format("Missing: {}. Adding it lowers the held-out error from {} to {}; noise floor {}.",
-                                first["title"].get<std::string>(), before, error(result["best"]), floor),
-                    "Why: " + first["evidence"].get<std::string>() + "."};
+  Headline headline{
+      fmt::format("Missing: {}. Adding it lowers the held-out error from {} to {}; noise floor {}.",
+                  first["title"].get<std::string>(), before, error(result["best"]), floor),
+      "Why: " + first["evidence"].get<std::string>() + "."};
   const json& steps = result["steps"];
   if (steps.size() > 2) {
     headline.detail += " Not alone: with ";

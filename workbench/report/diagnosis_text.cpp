@@ -95,9 +95,9 @@ std::string limits_text(const json& result) {
     text += fmt::format("\nthis log cannot show   {}\n", fmt::join(ids, ", "));
   }
   for (const json& pair : result["cannot_separate"]) {
-    text += fmt::format("{}cannot separate        {} from {}: {:.1f} degrees apart\n", text.empty() ? "\n" : "",
-                        pair["effect"].get<std::string>(), pair["other"].get<std::string>(),
-                        number_of(pair["angle_deg"]));
+    text += fmt::format("{}cannot separate        {} from {}: {:.1f} degrees apart\n",
+                        text.empty() ? "\n" : "", pair["effect"].get<std::string>(),
+                        pair["other"].get<std::string>(), number_of(pair["angle_deg"]));
   }
   if (const json& next = result["next_experiment"]; !next.is_null()) {
     text += fmt::format("\nnext experiment        {}:\n  {}\n", next["why"].get<std::string>(),

@@ -31,7 +31,8 @@ std::string outlier_line(const FitResult& result) {
 
 std::string fit_text(const Measurement& measurement, const FitResult& result) {
   const FittedModel& fitted = result.fitted;
-  return fmt::format("log        {}\neffects    {}\n", printable(result.log), fmt::join(result.effects, ", ")) +
+  return fmt::format("log        {}\neffects    {}\n", printable(result.log),
+                     fmt::join(result.effects, ", ")) +
          fmt::format("error      {} held out ({}), {} in sample, {} of the force; noise floor {}\n",
                      newtons(fitted.holdout_rmse_N), interval_text(fitted), newtons(fitted.train_rmse_N),
                      share(fitted.relative_error), newtons(result.noise_floor_N)) +

@@ -18,7 +18,7 @@ struct FitResult {
   std::string log;         ///< names of the logs, separated by ", "
   std::string model_path;  ///< where the model file goes
   std::vector<std::string> effects;
-  FittedModel fitted;  ///< with standard errors
+  FittedModel fitted;            ///< with standard errors
   std::int64_t outliers = 0;     ///< rows that Huber's loss held back
   double first_outlier_s = 0.0;  ///< time of the first of them
   double noise_floor_N = 0.0;

@@ -13,9 +13,9 @@ namespace slipstack::workbench {
 FittedModel on_controller(const Measurement& measurement, const FittedModel& fitted);
 
 /// The model file of a fit. `reduced`: what on_controller() made of `fitted`. Of user-defined effects, whose
-/// expressions the controller does not evaluate, the first that has a table is given to the controller as that
-/// table; the others are left out, with the reason. The error that the file states for the controller includes
-/// the cost of both.
+/// expressions the controller does not evaluate, the first that has a table is given to the controller as
+/// that table; the others are left out, with the reason. The error that the file states for the controller
+/// includes the cost of both.
 Model model_of(const std::string& log, const Measurement& measurement, const FittedModel& fitted,
                const FittedModel& reduced, double floor_N);
 

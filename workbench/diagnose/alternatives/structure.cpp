@@ -116,8 +116,8 @@ std::vector<Structure> find_structure(const Measurement& measurement, const Eige
   found.push_back(over(Coordinate::position, "m", position_m, residual_N));
   const Eigen::VectorXd velocity_mps = at_rows(measurement, measurement.velocity_mps());
   found.push_back(over(Coordinate::velocity, "m/s", velocity_mps, residual_N));
-  found.push_back(
-      over(Coordinate::acceleration, "m/s2", at_rows(measurement, measurement.acceleration_mps2()), residual_N));
+  found.push_back(over(Coordinate::acceleration, "m/s2",
+                       at_rows(measurement, measurement.acceleration_mps2()), residual_N));
   found.push_back(over(Coordinate::time, "s", row_times(measurement), residual_N));
   if (measurement.log_count() > 1) {
     found.back().description += " (" + when_of(measurement, found.back().where) + ")";

@@ -18,9 +18,9 @@ const char* name_of(Coordinate coordinate);
 struct Structure {
   Coordinate coordinate = Coordinate::position;
   double error_reduction = 0.0;  ///< of the residual's rms, on held-out rows
-  double where = 0.0;            ///< of the largest deviation, in the unit of the coordinate; of a reversal its time
-  std::string description;       ///< a sentence without its capital and its full stop
-  Eigen::VectorXd explained_N;   ///< the part of the residual that the structure explains, at the rows
+  double where = 0.0;  ///< of the largest deviation, in the unit of the coordinate; of a reversal its time
+  std::string description;      ///< a sentence without its capital and its full stop
+  Eigen::VectorXd explained_N;  ///< the part of the residual that the structure explains, at the rows
 };
 
 /// Searches `residual_N` (rows) for structure along every coordinate: one for each, the strongest first.
