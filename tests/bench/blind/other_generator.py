@@ -40,7 +40,7 @@ def smooth(u):
 
 
 class Motion:
-    """Pieces that follow one another at rest."""
+    """Segments of motion that follow one another; the axis stands between them."""
 
     def __init__(self, rng, step_s, stroke_m):
         self.rng, self.step_s, self.stroke_m = rng, step_s, stroke_m

@@ -46,7 +46,7 @@ class LuGre:
 
 
 class ElastoPlastic:
-    """Dupont 2002: LuGre whose bristles are purely elastic below a break-away stretch."""
+    """Dupont 2002: LuGre whose bristles are purely elastic below a break-away deflection."""
 
     def __init__(self, rng, level_N, length_m):
         self.level_N, self.s0, self.z = level_N, level_N / length_m, 0.0
