@@ -111,7 +111,7 @@ int main(int argc, char** argv) {
   app.add_option("--count", request.count, "logs of each kind");
   app.add_option("--results", request.results, "file of outcomes; a run that was stopped goes on from it");
   app.add_option("--keep", request.keep, "folder to keep the logs in");
-  app.add_flag("--every", request.every, "status 1 when one log is told wrongly");
+  app.add_flag("--every", request.every, "status 1 when one log is diagnosed incorrectly");
   app.add_flag("--check", request.check,
                "status 1 when a share falls short of what every test run must reach");
   try {

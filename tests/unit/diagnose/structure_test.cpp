@@ -143,12 +143,12 @@ TEST_F(Residual, OfImpactsElsewhereIsNotOneOfReversals) {
 
 // A burst of noise has many sign changes of the force, but only while it lasts.
 TEST(AfterReversals, ABurstIsAnEventInTime) {
-  const Log quiet = test::wandering_log(3, 2000.0, 60'000);
-  Log loud = quiet;
-  std::vector<double> burst_N(quiet.force_N.size(), 0.0);
+  const Log undisturbed = test::wandering_log(3, 2000.0, 60'000);
+  Log disturbed = undisturbed;
+  std::vector<double> burst_N(undisturbed.force_N.size(), 0.0);
   Draw draw(7);
-  for (std::size_t i = 30'000; i < 30'800; ++i) loud.force_N[i] += burst_N[i] = 20.0 * draw.normal();
-  const Measurement measurement(loud);
+  for (std::size_t i = 30'000; i < 30'800; ++i) disturbed.force_N[i] += burst_N[i] = 20.0 * draw.normal();
+  const Measurement measurement(disturbed);
   const Eigen::VectorXd residual_N = measurement.filtered(burst_N);
   EXPECT_EQ(after_reversals(measurement, residual_N).error_reduction, 0.0);
   const Structure found = find_structure(measurement, residual_N).front();

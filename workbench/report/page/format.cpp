@@ -44,7 +44,7 @@ std::string group_thousands(const std::string& plain) {
   return out;
 }
 
-/// One choice of display unit: used from `smallest` (in SI) upwards.
+/// A display unit, used for magnitudes from `smallest` (SI) upwards.
 struct Step {
   double smallest;
   double per_si;
@@ -66,7 +66,7 @@ struct Family {
   std::span<const Step> steps;
 };
 
-// The same unit is spelt several ways in the wild; the report shows one spelling.
+// A unit may be spelt in several ways; the report shows one spelling.
 constexpr Family kFamilies[] = {
     {"N", kForce},           {"m", kLength},          {"m/s", kSpeed},     {"m/s^2", kAcceleration},
     {"m/s²", kAcceleration}, {"m/s2", kAcceleration}, {"s", kTime},        {"kg", kMass},
@@ -115,7 +115,7 @@ std::string prose_html(std::string_view text) {
   };
   std::string out;
   out.reserve(plain.size() + plain.size() / 8);
-  bool after_number = false;  // the word before was a number with its unit, which may go on ("N s/m")
+  bool after_number = false;  // the word before was a unit after a number; the unit may continue ("N s/m")
   for (std::size_t at = 0; at < plain.size();) {
     const std::size_t end = std::min(plain.find_first_of(" ,.;:()\n", at + 1), plain.size());
     const bool digit_before = at > 0 && plain[at - 1] >= '0' && plain[at - 1] <= '9';
@@ -136,7 +136,7 @@ std::string prose_html(std::string_view text) {
 std::string fixed(double value, int decimals) {
   if (!std::isfinite(value)) return "–";
   std::string plain = printf_double("%.*f", std::max(decimals, 0), value);
-  // A rounded "-0.00" would read as a sign that is not there.
+  // A negative value that rounds to zero is shown without its sign.
   if (plain.find_first_not_of("-0.") == std::string::npos && plain.starts_with('-')) plain.erase(0, 1);
   return group_thousands(plain);
 }
@@ -158,7 +158,7 @@ DisplayUnit display_unit(std::string_view si_unit, double magnitude) {
   const double size = std::abs(magnitude);
   for (const Family& family : kFamilies) {
     if (family.si_unit != si_unit) continue;
-    // Nothing to see at zero: take the unit that whole machines are described in.
+    // Zero has no magnitude: the unit for values of 1 is taken.
     const double wanted = size > 0.0 ? size : 1.0;
     for (const Step& step : family.steps) {
       if (wanted >= step.smallest) return {step.per_si, std::string(step.label)};

@@ -8,12 +8,12 @@
 // How numbers and foreign text become readable HTML. Everything here returns UTF-8.
 namespace slipstack::workbench {
 
-/// Makes any text inert in HTML content and in double-quoted attributes. Control characters other than
-/// tab and newline are dropped, so that a log's name cannot hide anything.
+/// Escapes text for HTML content and double-quoted attributes. Control characters other than tab and newline
+/// are dropped, so that the name of a log cannot hide anything.
 std::string escape_html(std::string_view text);
 
-/// Plain text as it is printed: inert in HTML, a no-break space between a number and its unit, µ for the u of
-/// "um".
+/// Escapes a text and sets its quantities as typography demands: a no-break space between a number and its
+/// unit, µ for the u of "um". The meaning of the text is not used.
 std::string prose_html(std::string_view text);
 
 /// `value` with `digits` significant digits, trailing zeros kept (0.340), a true minus sign, thousands in
@@ -23,7 +23,7 @@ std::string significant(double value, int digits);
 /// `value` with a fixed number of decimals, otherwise as significant().
 std::string fixed(double value, int decimals);
 
-/// A unit that an engineer would choose, and the factor that takes an SI value into it.
+/// A unit for display, and the factor that converts an SI value into it.
 struct DisplayUnit {
   double per_si;      ///< display value = SI value × per_si
   std::string label;  ///< "mm", "N/µm", …; the SI unit itself when no better one is known
@@ -36,7 +36,7 @@ DisplayUnit display_unit(std::string_view si_unit, double magnitude);
 /// "24.00 mm": significant() in the unit of display_unit(), a no-break space between.
 std::string with_unit(double value_si, std::string_view si_unit, int digits);
 
-/// A unit and a number of decimals for a whole column, so that its decimal points stand below each other.
+/// A unit and a number of decimals for a whole column, so that its decimal points are aligned.
 struct Column {
   DisplayUnit unit;
   int decimals;
