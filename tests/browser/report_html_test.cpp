@@ -153,7 +153,8 @@ TEST(Report, WhatIsShownAfterIsNamedByAllThatWasAdded) {
 
 TEST(Report, ACommandIsCopiedAsItWasGivenAndBreaksBetweenItsWords) {
   json data = test::synthetic_report("missing_effect", 3);
-  data["next_experiment"] = {{"why", "It would tell."}, {"command", "slipstack experiment plan --log 'a b'"}};
+  data["next_experiment"] = {{"why", "It would confirm it."},
+                             {"command", "slipstack experiment plan --log 'a b'"}};
   EXPECT_NE(render_report(data).find(
                 "<span>plan</span> <span>--log</span> <span>&#39;a</span> <span>b&#39;</span>"),
             std::string::npos);

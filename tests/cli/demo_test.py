@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""toolchain/demo: names what it hid, for seeds that nobody chose; takes the user's own log; stops gracefully."""
+"""toolchain/demo: names the effect that it hid, for arbitrary seeds; takes a log of the user; stops without leaving files."""
 
 import json
 import os
@@ -40,7 +40,7 @@ class Demo(program.Workshop):
     def check_that_the_error_falls(self, text, effect):
         added = json.loads((self.here / "out/added.json").read_text())
         self.assertEqual(added["added"], effect)
-        # "To the noise" for a formula that is not the axis' own: within 1.3 of the floor.
+        # The plant has another formula than the catalogue: the error must be within 1.3 of the noise floor.
         self.assertLess(added["holdout_rmse_N"], 1.3 * added["noise_floor_N"])
         self.assertLess(added["holdout_rmse_N"], 0.97 * added["before"]["holdout_rmse_N"])
         bars = re.findall(r"^  (.+?) +(\d+) mN  (#+)$", text, re.MULTILINE)
@@ -56,7 +56,7 @@ class Demo(program.Workshop):
         self.assertNotIn("hidden:", text)
 
     def test_log_of_an_earlier_run(self):
-        """What the demonstration itself wrote is a log like any other: it must not be cleared away."""
+        """A log that the demonstration itself wrote can be given to it, and must not be deleted."""
         self.assert_demo("--seed", "1")
         before = (self.here / "out/log.csv").read_bytes()
         text = self.assert_demo("out/log.csv")

@@ -41,7 +41,7 @@ class Written(program.Workshop):
         found = self.diagnosis(self.here)
         with self.subTest(what):
             self.assertEqual(found["verdict"], self.expected["verdict"])
-            # Whether a further small effect is worth its parameters may hang on the last bit, the first must not.
+            # Whether a further small effect is significant may depend on the last bit; the first must not.
             self.assertEqual(found["steps"][1]["effect"], self.expected["steps"][1]["effect"])
             self.assertEqual(found["candidates"][0]["effect"], self.expected["candidates"][0]["effect"])
             # Wider on one side, so that an effect at the limit is not lost to the last bit.
@@ -51,7 +51,7 @@ class Written(program.Workshop):
 
     @staticmethod
     def errors(result, least_reduction):
-        """Held-out errors by effect, of those that say something: others are stopped searches for nothing."""
+        """Held-out errors by effect, of those that lower the error: the shapes of others are not determined."""
         before = result["baseline"]["holdout_rmse_N"]
         return {"baseline": before, **{candidate["effect"]: candidate["holdout_rmse_N"]
                                        for candidate in result["candidates"] if candidate["error_reduction"] > least_reduction}}
@@ -98,7 +98,7 @@ class Written(program.Workshop):
 
     def test_which_way_is_positive(self):
         self.write(self.names, ([row[0], -row[1], -row[2]] for row in self.rows))
-        # The other readings of the encoder, by which rows are weighed, are mirror images of each other.
+        # The encoder realisations, by which rows are weighted, are mirror images of each other.
         self.assert_same("mirrored", 1e-6)
 
 

@@ -7,12 +7,12 @@
 #include "tests/golden/shared_data.h"
 #include "workbench/estimate/uncertainty/standard_errors.h"
 
-// Six logs made by a generator that shares no code with the project; truth.json says what each hides.
+// Six logs made by a generator that shares no code with the project; truth.json states the hidden effects.
 namespace slipstack::workbench {
 namespace {
 
-/// The logs' generator made its mode discrete by the trapezoidal rule, which moves a frequency by (2 pi f
-/// T)^2/12: 2.0e-4 at 15.6 Hz and 2 kHz, a hundred standard errors; of the damping some 5e-4.
+/// The generator discretised its mode by the trapezoidal rule, which shifts a frequency by (2 pi f
+/// T)^2/12: 2.0e-4 at 15.6 Hz and 2 kHz, a hundred standard errors; the damping by about 5e-4.
 constexpr double kGenerator = 6e-4;
 
 class BlindLog : public testing::TestWithParam<int> {
@@ -28,8 +28,8 @@ class BlindLog : public testing::TestWithParam<int> {
   }
   const Term& found() const { return diagnosis_.candidates.front().term; }
 
-  /// The shape of what was found, within `share` of the truth, and no further off than its standard error
-  /// admits, and what the logs' generator did to it.
+  /// A shape of the effect that was found lies within `share` of the truth, and within its standard error
+  /// plus the error of the generator.
   void expect_shape(std::size_t index, const char* key, double share) {
     const Term& term = *find_term(best_, found().id());
     const double truth = truth_[key];
@@ -46,7 +46,7 @@ class BlindLog : public testing::TestWithParam<int> {
   double force_noise_N_ = 0.0;
 };
 
-TEST_P(BlindLog, IsDiagnosedRightly) {
+TEST_P(BlindLog, IsDiagnosedCorrectly) {
   SKIP_WITHOUT(shared_file("hidden_effect/truth.json"));
   diagnose_log("blind_" + std::to_string(GetParam()));
   const std::string hidden = truth_["effects"][0];
@@ -58,7 +58,7 @@ TEST_P(BlindLog, IsDiagnosedRightly) {
     EXPECT_EQ(found().id(), hidden);
     EXPECT_EQ(diagnosis_.steps.size(), 2u) << "further effects were named";
   }
-  // The floor stands on the noise that the generator added, and the error on the floor.
+  // The noise floor agrees with the noise that the generator added, and the error with the noise floor.
   const double noise_N = truth_["noise_N"];
   EXPECT_NEAR(force_noise_N_, noise_N, 0.03 * noise_N);
   const double over_floor = diagnosis_.best.holdout_rmse_N / diagnosis_.noise_floor_N;

@@ -25,8 +25,8 @@ TEST(Emps, DirectionAsymmetryIsNamedAndLowersTheError) {
   EXPECT_LT(diagnosis.best.holdout_rmse_N, 0.8 * diagnosis.baseline.holdout_rmse_N);
 }
 
-// From mass alone to the end: what a user sees with --effects inertia --stepwise.
-TEST(Emps, StepByStepToTheEnd) {
+// From inertia alone to the last step, as with --effects inertia --stepwise.
+TEST(Emps, AllStepsFromInertiaAlone) {
   const auto path = shared_file("emps/emps_estimation.csv");
   SKIP_WITHOUT(path);
   const Measurement measurement = measured(path);
@@ -42,7 +42,7 @@ TEST(Emps, StepByStepToTheEnd) {
   EXPECT_GT(last.relative_error, 0.015);
   const double force_N = measurement.weighted_rms(last.linearisation->measured_N());
   EXPECT_LT(last.holdout_rmse_N / force_N, 0.029);
-  // No viscous friction that drives, in either direction.
+  // Viscous friction opposes the motion in both directions.
   const double viscous = find_term(last.terms, "viscous")->gains[0];
   const Term* direction = find_term(last.terms, "direction_asymmetry");
   ASSERT_NE(direction, nullptr);

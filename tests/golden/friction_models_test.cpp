@@ -31,14 +31,14 @@ TEST(FrictionModels, TribometerNeedsElements) {
   EXPECT_LT(error[FrictionKind::kMaxwellSlip], 0.06);
   EXPECT_GT(error[FrictionKind::kMaxwellSlip], 0.04);
   EXPECT_LT(error[FrictionKind::kGms], 1.02 * error[FrictionKind::kMaxwellSlip]);
-  // One exponential is no stick-slip loop; a static curve has no loop at all.
+  // One exponential does not describe a stick-slip loop; a static curve has no loop.
   EXPECT_NEAR(error[FrictionKind::kDahl], 0.112, 0.01);
   EXPECT_LT(error[FrictionKind::kBoucWen], error[FrictionKind::kDahl]);
   EXPECT_GT(error[FrictionKind::kBoucWen], 1.2 * error[FrictionKind::kMaxwellSlip]);
   EXPECT_GT(error[FrictionKind::kCoulombStribeck], 0.5);
 }
 
-TEST(FrictionModels, EmpsHardlyTellsThemApart) {
+TEST(FrictionModels, EmpsHardlySeparatesThem) {
   const auto path = shared_file("emps/emps_estimation.csv");
   SKIP_WITHOUT(path);
   // Published with mass, Coulomb, viscous friction and offset: 4.08 % [5].

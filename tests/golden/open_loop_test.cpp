@@ -5,7 +5,7 @@
 #include "workbench/simulate/open_loop.h"
 
 // EMPS [5], estimation record: position from the force alone. The best black box of the benchmark's page
-// leaves 2.64 mm rms on its other record, which we do not have.
+// leaves 2.64 mm rms on its other record, which is not available here.
 namespace slipstack::workbench {
 namespace {
 

@@ -18,7 +18,7 @@ inline std::filesystem::path shared_file(const char* relative) {
   return root / "data" / relative;
 }
 
-/// A log conditioned and weighed as the commands do it.
+/// A log conditioned and weighted as the commands do it.
 inline Measurement measured(const std::filesystem::path& path) {
   Measurement measurement(read_log(path));
   weigh_rows(measurement);

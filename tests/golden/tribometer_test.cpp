@@ -35,7 +35,7 @@ TEST(Tribometer, FirstHalfPredictsTheSecond) {
   EXPECT_GT(relative, 0.02);
 }
 
-TEST(Tribometer, WhatIsLeftIsNotCalledComplete) {
+TEST(Tribometer, TheModelIsNotCalledComplete) {
   const auto path = shared_file("tribometer/tribometer_loops.csv");
   SKIP_WITHOUT(path);
   const Diagnosis diagnosis =
@@ -49,9 +49,9 @@ TEST(Tribometer, WhatIsLeftIsNotCalledComplete) {
   }
 }
 
-// What `diagnose --stepwise` arrives at, judged on blocks that it has not seen: by effects that make physical
-// sense, none of them driving the contact, and no pair of them cancelling the other.
-TEST(Tribometer, StepByStepByPhysicsAlone) {
+// The explanation of `diagnose --stepwise` and its held-out error. Its effects must be physical: none drives
+// the contact, and no two cancel each other.
+TEST(Tribometer, StepsArePhysical) {
   const auto path = shared_file("tribometer/tribometer_loops.csv");
   SKIP_WITHOUT(path);
   const Measurement measurement = measured(path);
@@ -68,7 +68,7 @@ TEST(Tribometer, StepByStepByPhysicsAlone) {
   ASSERT_NE(asymmetry, nullptr);
   const Term* viscous = find_term(last.terms, "viscous");
   EXPECT_GE(viscous == nullptr ? 0.0 : viscous->gains[0], std::abs(asymmetry->gains[2]));
-  // Each term by itself is no larger than what was measured.
+  // No term alone is larger than the measured force.
   for (const Term& term : last.terms) {
     if (term.effect->acts_as(Acts::dry_scale)) continue;
     const Eigen::VectorXd alone = measurement.filtered(evaluate_force(measurement, {term}).force_N);

@@ -8,18 +8,18 @@
 
 namespace slipstack::workbench {
 
-/// What the command line says; empty strings where an option was not given.
+/// The options of the command line; empty strings where an option was not given.
 struct Options {
   ProcessGroup* group = nullptr;  ///< processes that share the work
-  std::string command_line;       ///< as it would be typed again
+  std::string command_line;       ///< as it can be typed in a shell
   std::vector<std::string> logs;
-  std::string log;       ///< the logs as a text, separated by ", "
-  std::string per_log;   ///< ids of effects with gains of each log's own; "none"; empty: the usual ones
+  std::string log;       ///< names of the logs, separated by ", "
+  std::string per_log;   ///< ids of effects whose gains differ from log to log; "none"; empty: the default
   double noise_N = 0.0;  ///< standard deviation of the force's noise before the filter; 0: estimated
   std::string model;     ///< read by compare, diagnose and add; written by fit
   std::string effects;   ///< ids separated by commas
   std::string effect;
-  std::vector<std::string> user_effects;  ///< definitions of the user's own
+  std::vector<std::string> user_effects;  ///< definitions of user-defined effects
   std::string out;
   std::string pages;  ///< folder
   std::string header;
@@ -28,8 +28,8 @@ struct Options {
   bool stepwise = false;
 };
 
-/// Each prints its result as a table on standard output and writes the files that were asked for, all or
-/// none. Throws UsageError and InputError (exit status 2).
+/// Each command prints its result on standard output and writes the requested files, all or none. Throws
+/// UsageError and InputError (exit status 2).
 void run_compare(const Options& options);
 void run_fit(const Options& options);
 void run_diagnose(const Options& options);

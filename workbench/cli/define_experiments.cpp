@@ -26,7 +26,7 @@ std::string setup_list() {
 
 void define_setup(CLI::App& experiment) {
   CLI::App* command =
-      experiment.add_subcommand("setup", "Print the file of a set-up, to start one of your own");
+      experiment.add_subcommand("setup", "Print the file of a set-up, as a start for a set-up of yours");
   auto name = std::make_shared<std::string>();
   add_word(*command, "NAME", *name, "NAME", "a set-up of the list below")->required();
   command->callback([name] {

@@ -8,12 +8,12 @@
 
 namespace slipstack::workbench {
 
-// What the commands make of their arguments. All of these throw UsageError or InputError.
+// From options to inputs. All functions throw UsageError or InputError.
 
-/// The logs are inputs: no output may take the place of one.
+/// Declares the logs as inputs, which no output may replace.
 void spare_logs(const Options& options, Outputs& outputs);
 
-/// What the command line says of the logs.
+/// The logs and how they are conditioned, by the command line.
 LogRequest log_request(const Options& options);
 
 }  // namespace slipstack::workbench

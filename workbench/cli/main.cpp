@@ -30,7 +30,7 @@ using namespace slipstack::workbench;
 constexpr int kUnusableInput = 2;
 constexpr int kInternalFault = 1;
 
-/// One line, whatever a message was made of.
+/// Prints a message as one line, control characters escaped.
 void complain(std::string_view message) {
   fmt::print(stderr, "slipstack: {}\n", printable(message.substr(0, message.find_last_not_of('\n') + 1)));
 }
@@ -39,7 +39,8 @@ const auto kNotEmpty = [](const std::string& text) {
   return text.empty() ? std::string("must not be empty") : std::string();
 };
 
-/// An option that was given as an empty text was meant to say something: `--report "$REPORT"`.
+/// An option whose value must not be empty: an empty value comes from an unset variable (`--report
+/// "$REPORT"`).
 CLI::Option* add_text(CLI::App& command, const std::string& name, std::string& value, const std::string& kind,
                       const std::string& description) {
   return command.add_option(name, value, description)->check(kNotEmpty)->type_name(kind);
@@ -70,7 +71,7 @@ void add_outputs(CLI::App& command, Options& options) {
   add_text(command, "--json", options.json, "FILE", "write the result for machines; '-': standard output");
 }
 
-/// An effect of the user's own, and an example that can be typed.
+/// User-defined effects; the description has an example that can be typed.
 CLI::Option* add_user_effects(CLI::App& command, Options& options, const std::string& description) {
   return command
       .add_option("--effect", options.user_effects,
@@ -82,7 +83,7 @@ CLI::Option* add_user_effects(CLI::App& command, Options& options, const std::st
       ->take_all();
 }
 
-/// The effects, below the help of the commands that want their names.
+/// The list of effects, below the help of the commands that take their ids.
 std::string effect_list() {
   return "Effects:\n" + effect_lines("  ");
 }
@@ -99,7 +100,7 @@ void define_fit(CLI::App& app, Options& options) {
   CLI::App* fit = app.add_subcommand("fit", "Fit a model of chosen effects to a measurement");
   add_log(*fit, options);
   add_text(*fit, "--effects", options.effects, "A,B,..", "effects, separated by commas")->required();
-  add_user_effects(*fit, options, "fit also an effect of your own");
+  add_user_effects(*fit, options, "fit also a user-defined effect");
   add_text(*fit, "--model", options.model, "FILE", "model file to write")->required();
   add_outputs(*fit, options);
   fit->footer(effect_list());
@@ -113,7 +114,7 @@ void define_diagnose(CLI::App& app, Options& options) {
                                   "baseline (default: " + default_baseline_list() + ")");
   add_text(*diagnose, "--model", options.model, "FILE", "baseline: the effects of this model, fitted again")
       ->excludes(effects);
-  add_user_effects(*diagnose, options, "try also an effect of your own");
+  add_user_effects(*diagnose, options, "try also a user-defined effect");
   diagnose->add_flag("--stepwise", options.stepwise, "go on until nothing is missing or nothing helps");
   add_outputs(*diagnose, options);
   diagnose->footer(effect_list());
@@ -125,7 +126,7 @@ void define_add(CLI::App& app, Options& options) {
   add_log(*add, options);
   add_text(*add, "--model", options.model, "FILE", "model file to start from")->required();
   add_text(*add, "--effect", options.effect, "ID",
-           "effect to add; or one of your own, as 'name = expression; parameter: unit; ...'")
+           "effect to add; or a user-defined one, as 'name = expression; parameter: unit; ...'")
       ->required();
   add_text(*add, "--out", options.out, "FILE", "model file to write")->required();
   add_outputs(*add, options);
@@ -134,12 +135,12 @@ void define_add(CLI::App& app, Options& options) {
 }
 
 void define_effects(CLI::App& app, Options& options) {
-  CLI::App* effects = app.add_subcommand("effects", "Tell about the effects of the catalogue");
-  add_text(*effects, "ID", options.effect, "ID", "effect to tell about; without: list all");
+  CLI::App* effects = app.add_subcommand("effects", "Describe the effects of the catalogue");
+  add_text(*effects, "ID", options.effect, "ID", "effect to describe; without: list all");
   add_text(*effects, "--pages", options.pages, "FOLDER", "write the reference page of every effect there");
   add_text(*effects, "--header", options.header, "FILE",
            "write the effect that --effect defines as a header for the controller's catalogue");
-  add_user_effects(*effects, options, "an effect of your own")->needs("--header");
+  add_user_effects(*effects, options, "a user-defined effect")->needs("--header");
   effects->callback([&options] { run_effects(options); });
 }
 
@@ -147,7 +148,7 @@ void define_commands(CLI::App& app, Options& options) {
   app.require_subcommand(1);
   app.set_version_flag("--version", "slipstack " SLIPSTACK_VERSION);
   app.footer(
-      "`slipstack COMMAND --help` tells the options of a command. Exit status: 0 done, 2 wrong use "
+      "`slipstack COMMAND --help` lists the options of a command. Exit status: 0 done, 2 wrong use "
       "or unusable input, 1 internal fault.");
   define_compare(app, options);
   define_fit(app, options);
@@ -160,7 +161,7 @@ void define_commands(CLI::App& app, Options& options) {
   define_can(app);
 }
 
-/// The parser alone would only say that a command is required.
+/// The parser alone reports an unknown command as a missing one.
 void check_command(const CLI::App& app, int argc, char** argv) {
   if (argc < 2 || argv[1][0] == '-') return;
   std::vector<std::string> known;
@@ -171,7 +172,7 @@ void check_command(const CLI::App& app, int argc, char** argv) {
   throw UsageError(fmt::format("unknown command {}; known: {}", in_quotes(argv[1]), joined(known)));
 }
 
-/// The command as a shell would take it again: quoted where blanks or signs ask for it.
+/// The command as it can be typed in a shell: words with blanks or special characters are quoted.
 std::string command_line(int argc, char** argv) {
   constexpr std::string_view kPlain =
       "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=.,:/@%";
@@ -191,7 +192,7 @@ std::string command_line(int argc, char** argv) {
   return line;
 }
 
-/// What the command line says, done; the exit status.
+/// Runs the command line; returns the exit status.
 int run(ProcessGroup& group, int argc, char** argv) {
   Options options;
   options.group = &group;
@@ -232,8 +233,7 @@ int run(ProcessGroup& group, int argc, char** argv) {
   }
 }
 
-/// Of processes that mpirun started together the first does what the command line says; the others work for
-/// it.
+/// Of the processes that mpirun started, the first runs the command line; the others serve its requests.
 int run_in_group(int argc, char** argv) {
   std::unique_ptr<ProcessGroup> group;
   try {
@@ -258,7 +258,7 @@ int run_in_group(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // A file that grows beyond a limit is an error to be told, not a reason to be killed.
+  // A file that exceeds the size limit is reported as an error; the signal would end the program.
   ::signal(SIGXFSZ, SIG_IGN);
   return run_in_group(argc, argv);
 }

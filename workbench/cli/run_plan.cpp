@@ -18,7 +18,7 @@
 namespace slipstack::workbench {
 namespace {
 
-/// What the command line says.
+/// The options of the command line.
 struct PlanCommand {
   PlanRequest request;
   ExperimentOutputs outputs;
@@ -36,7 +36,7 @@ ExperimentTable evidence_table(const Plan& plan, const std::vector<ExpectedEvide
   ExperimentTable table{"evidence",
                         "Expected evidence",
                         {{"effect", "effect", ""},
-                         {"other", "told from", ""},
+                         {"other", "separated from", ""},
                          {"log_angle_deg", "angle, log", "deg", 1.0, 3},
                          {"angle_deg", "angle, plan", "deg", 1.0, 3},
                          {"log_evidence", "evidence, log", "", 1.0, 3},
@@ -152,13 +152,13 @@ void run_plan(const std::string& command_line, const PlanCommand& command) {
 
 void define_plan(CLI::App& experiment, const std::string& command_line) {
   CLI::App* command = experiment.add_subcommand(
-      "plan", "Plan the motion that tells effects apart, within the limits of the axis");
+      "plan", "Plan the motion that separates effects, within the limits of the axis");
   auto wanted = std::make_shared<PlanCommand>();
-  add_word(*command, "--for", wanted->request.effects, "A,B,..", "effects to show and to tell apart")
+  add_word(*command, "--for", wanted->request.effects, "A,B,..", "effects to show and to separate")
       ->required();
   command
       ->add_option("--log", wanted->request.logs,
-                   "what is known so far: model, noise, and limits where not given; several of one axis")
+                   "logs of the axis: model, noise, and limits where not given")
       ->type_name("FILE...")
       ->expected(1, -1)
       ->take_all();
@@ -166,7 +166,7 @@ void define_plan(CLI::App& experiment, const std::string& command_line) {
   add_word(*command, "--effects", wanted->request.baseline, "A,B,..",
            "baseline on the log (default: " + default_baseline_list() + ")")
       ->excludes(model);
-  command->add_option("--effect", wanted->request.user_effects, "an effect of your own that --for names")
+  command->add_option("--effect", wanted->request.user_effects, "a user-defined effect that --for names")
       ->type_name("DEFINITION")
       ->allow_extra_args(false)
       ->take_all();

@@ -20,7 +20,7 @@
 namespace slipstack::workbench {
 namespace {
 
-/// Points of a chart; more cannot be seen.
+/// Points of a chart; a screen resolves no more.
 constexpr std::size_t kChartPoints = 4000;
 
 struct SimulateOptions {
@@ -192,7 +192,8 @@ void define_simulate(CLI::App& app, const std::string& command_line) {
   add_word(*command, "--log", wanted->log, "FILE", "drive the model with the force of this log, open loop");
   add_word(*command, "--setpoints", wanted->set_points, "FILE",
            "a motion (time_s, position_m): the force that it asks for");
-  command->add_option("--start", wanted->start_s, "where the model is let go (default: the start of the log)")
+  command
+      ->add_option("--start", wanted->start_s, "where the simulation begins (default: the start of the log)")
       ->type_name("S");
   command->add_option("--end", wanted->end_s, "where to stop (default: the end of the log)")->type_name("S");
   add_word(*command, "--out", wanted->outputs.out, "FILE", "write the simulated motion or force, CSV");

@@ -11,7 +11,7 @@
 namespace slipstack::workbench {
 namespace {
 
-/// What the candidate lowers the baseline's error by.
+/// Sets the share by which the candidate lowers the baseline's error.
 void set_reduction(const FittedModel& baseline, Candidate& candidate) {
   const Reduction reduced = reduction(baseline.block_squared_error, candidate.block_squared_error);
   candidate.error_reduction = reduced.value;

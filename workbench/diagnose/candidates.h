@@ -9,18 +9,19 @@
 
 namespace slipstack::workbench {
 
-/// Held-out errors nearer than this share are not told apart.
+/// Effects whose held-out errors differ by less than this share are indistinguishable. Chosen.
 inline constexpr double kIndistinct = 0.02;
 
-/// Every effect that the search tried alone, as it was fitted best.
+/// Every effect that the search tried alone, with its best fit.
 std::vector<Candidate> list_candidates(const Found& found);
 
-/// All candidates by what they explain on their own; those of the explanation (`added`) before the others,
-/// since of a pair an impostor may look best alone. Those of equal error are named as confounded.
+/// Sorts the candidates by the error that each leaves alone; those of the explanation (`added`) before the
+/// others, since if two effects are missing, a third may be better alone than either. Candidates of equal
+/// error are listed as confounded with each other.
 void rank_candidates(Diagnosis& diagnosis, const std::vector<std::string>& added);
 
-/// Gives the first candidate, the one effect that is missing, the error that the best model has: its shapes
-/// have been settled since it was ranked among the others, whose shapes have not.
+/// Sets the first candidate, the only missing effect, to the best model: its shapes have been refined since
+/// it was ranked.
 void show_by_named_model(Diagnosis& diagnosis);
 
 }  // namespace slipstack::workbench

@@ -23,15 +23,15 @@ FittedModel fit_baseline(const Measurement& measurement, const DiagnoseOptions& 
                                : fit_gains(measurement, options.start);
 }
 
-/// What the search found, without what is superfluous, as simple as it can be, its shapes settled.
-void settle(const Measurement& measurement, Found& found) {
+/// Drops superfluous effects from the explanation, simplifies it, and refines its shapes.
+void refine_explanation(const Measurement& measurement, Found& found) {
   prune(measurement, found.context, found.best);
   if (found.best.added.empty()) return;
   simplify(measurement, found.context, found.alone, found.best);
   name_mass_beside_mode(measurement, found.context, found.best);
   found.best.model = refine_nominal_shapes(measurement, std::move(found.best.model));
   found.best.model = refine_all_shapes(measurement, std::move(found.best.model));
-  // With shapes settled, the first may do what another was added for.
+  // With refined shapes, the first effect may explain what another was added for.
   if (found.best.added.size() > 1) prune(measurement, found.context, found.best);
 }
 
@@ -59,7 +59,7 @@ EffectSearch::EffectSearch(const Measurement& measurement, const DiagnoseOptions
   diagnosis_.baseline = fit_baseline(measurement, options);
 
   Found found = search(measurement, options, diagnosis_.baseline, floor_);
-  settle(measurement, found);
+  refine_explanation(measurement, found);
 
   diagnosis_.candidates = list_candidates(found);
   rank_candidates(diagnosis_, found.best.added);

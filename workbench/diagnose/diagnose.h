@@ -22,15 +22,15 @@ struct Candidate {
   std::vector<double> block_squared_error;
   double error_reduction = 0.0;              ///< 1 - held-out error / baseline's
   double error_reduction_se = 0.0;           ///< jackknife over blocks
-  std::vector<std::string> confounded_with;  ///< effects that this log cannot tell from it
+  std::vector<std::string> confounded_with;  ///< effects that this log cannot distinguish from it
   std::string evidence;
 };
 
 struct Step {
   std::string effect;  ///< id of the effect that the step adds; "baseline" first
   double holdout_rmse_N = 0.0;
-  std::string evidence;  ///< the physical reading of what was added, in the company of the others
-  Terms terms;           ///< the model so far
+  std::string evidence;  ///< evidence for the effect, with its values in the model of all effects
+  Terms terms;           ///< the model with the effects up to this step
 };
 
 enum class Verdict { missing_effect, complete, unexplained };
@@ -45,10 +45,10 @@ struct Diagnosis {
   FittedModel best;                   ///< baseline with the first candidate; the baseline itself without one
   FittedModel explained;              ///< baseline with every step
   std::optional<Structure> unexplained;
-  /// Effects that this log could show only if they were a large part of the force: not ruled out by it.
+  /// Effects that this log would show only if they were a large part of the force: it does not rule them out.
   std::vector<Visibility> cannot_show;
-  /// Pairs of promising effects that this log cannot separate, the nearest first: their forces, without what
-  /// the baseline imitates, point the same way or explain the same.
+  /// Pairs of promising effects that this log cannot separate, the smallest angle first: orthogonal to the
+  /// baseline, their forces have nearly the same direction, or they explain equally much.
   std::vector<Separation> cannot_separate;
 };
 
@@ -56,22 +56,24 @@ struct DiagnoseOptions {
   std::vector<std::string> baseline;
   std::vector<const EffectDescription*> user_effects =
       {};       ///< user-defined effects, tried beside the catalogue's
-  Terms start;  ///< the baseline as a model file has it; its shapes are kept; empty: searched
+  Terms start;  ///< the baseline as a model file has it, whose shapes are kept; empty: shapes are searched
   std::function<void(const std::string& stage, double fraction)> progress;  ///< may be empty
-  /// Effects to try, all of the catalogue where empty. The answer does not depend on their order.
+  /// Effects to try; all of the catalogue where empty. The result does not depend on their order.
   std::vector<std::string> candidates = {};
 
-  /// Tells `progress`, where there is one.
+  /// Calls `progress`, where there is one.
   void report(const std::string& stage, double fraction) const;
 };
 
-/// A diagnosis in two steps, between which the errors of the whole logs may take the place of the excerpt's.
+/// A diagnosis in two steps, between which the errors of the excerpt may be replaced by those of the whole
+/// logs.
 class EffectSearch {
  public:
-  /// Fits the baseline and searches what it lacks: candidates and steps. Both references must outlive this.
+  /// Fits the baseline and searches the effects that it lacks: candidates and steps. Both references must
+  /// outlive this.
   EffectSearch(const Measurement& measurement, const DiagnoseOptions& options);
   Diagnosis& diagnosis() { return diagnosis_; }
-  /// After the errors in diagnosis() were replaced: drops the steps that these do not support.
+  /// Call after the errors in diagnosis() were replaced: drops the steps that are no longer supported.
   void drop_what_whole_logs_do_not_support();
   /// The verdict, and what the log cannot show or separate.
   Diagnosis conclude();
@@ -83,10 +85,11 @@ class EffectSearch {
   Diagnosis diagnosis_;
 };
 
-/// What the axis does that the baseline does not: every effect of the catalogue that the baseline lacks is
-/// fitted jointly with it and judged on held-out blocks; sets of effects are grown by a beam search, because
-/// of a pair the best single effect may be neither; whatever an effect of fewer parameters explains as well
-/// is given to it. An effect must lower the held-out error by 3 % and by three standard errors to be named.
+/// Finds the effects that the baseline lacks. Every effect of the catalogue is fitted jointly with the
+/// baseline and judged on held-out blocks. Sets of effects are found by a beam search, because if two effects
+/// are missing, the best single effect may be neither of them. An effect of fewer parameters is preferred
+/// where it explains as much. To be named, an effect must lower the held-out error by 3 % and by three
+/// standard errors.
 Diagnosis diagnose(const Measurement& measurement, const DiagnoseOptions& options);
 
 }  // namespace slipstack::workbench

@@ -54,7 +54,7 @@ json comparison_json(const Measurement& measurement, const ComparisonResult& res
             {"relative_error", number_json(result.relative_error)},
             {"noise_floor_N", number_json(result.noise_floor_N)},
             {"left", result.left},
-            {"repairs", repairs_json(measurement)},
+            {"repaired", repairs_json(measurement)},
             {"history", history_json(result.model)}};
   if (result.logs.size() > 1) data["logs"] = logs_json(result.logs);
   return data;

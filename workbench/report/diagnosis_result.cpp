@@ -84,7 +84,7 @@ DiagnosisResult diagnosis_result(const DiagnosisRequest& request, const Measurem
                  {"samples", measurement.whole_sample_count()},
                  {"searched_samples", measurement.sample_count()},
                  {"noise", noise_json(measurement)},
-                 {"repairs", repairs_json(measurement)},
+                 {"repaired", repairs_json(measurement)},
                  {"noise_floor_N", number_json(diagnosis.noise_floor_N)},
                  {"baseline_effects", ids_of(diagnosis.baseline.terms)},
                  {"baseline", errors_json(diagnosis.baseline)},

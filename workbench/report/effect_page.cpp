@@ -59,7 +59,7 @@ std::string shape_rows(const EffectDescription& effect) {
   return text;
 }
 
-/// What becomes of the effect on the controller.
+/// How the controller evaluates the effect.
 std::string deployment(const EffectDescription& effect) {
   if (effect.has_role(Role::measurement_delay)) {
     return "A lag adds no force: the controller shifts the reference that the compensator sees by delay and "

@@ -36,7 +36,7 @@ json quality_json(const Measurement& measurement, const FittedModel& fitted, dou
   result["samples"] = measurement.whole_sample_count();
   result["searched_samples"] = measurement.sample_count();
   result["noise"] = noise_json(measurement);
-  result["repairs"] = repairs_json(measurement);
+  result["repaired"] = repairs_json(measurement);
   result["holdout_interval_N"] = interval_json(fitted);
   result["effects"] = ids_of(fitted.terms);
   result["parameters"] = parameters_json(fitted.terms);

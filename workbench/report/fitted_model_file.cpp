@@ -14,7 +14,8 @@
 namespace slipstack::workbench {
 
 namespace {
-/// Of the noise floor: what a table may miss, at its worst place, before it shows in the error.
+/// The largest error of a table, as a share of the noise floor: a quarter adds 3 % to the error at most
+/// (sqrt(1 + 0.25^2)).
 constexpr double kTableShare = 0.25;
 }  // namespace
 
@@ -26,24 +27,24 @@ void tabulate_user_effects(const Measurement& measurement, Model& model, double 
       kept.push_back(term);
       continue;
     }
-    Model::UserEffectOnTarget own;
-    own.id = term.id();
+    Model::UserEffectOnTarget outcome;
+    outcome.id = term.id();
     if (table) {
-      own.why_not = "the controller has one table, and it is taken";
+      outcome.why_not = "the controller has one table, and it is taken";
     } else if (const Tabulated made = tabulate(measurement, term, kTableShare * floor_N); made.table) {
       table = made.table->term;
-      own = {term.id(),
-             "",
-             made.table->over_velocity ? "velocity" : "position",
-             made.table->from,
-             made.table->to,
-             made.table->reversal_velocity_mps,
-             made.table->largest_error_N,
-             made.table->peak_N};
+      outcome = {term.id(),
+                 "",
+                 made.table->over_velocity ? "velocity" : "position",
+                 made.table->from,
+                 made.table->to,
+                 made.table->reversal_velocity_mps,
+                 made.table->largest_error_N,
+                 made.table->peak_N};
     } else {
-      own.why_not = made.why_not;
+      outcome.why_not = made.why_not;
     }
-    model.target_user_effects.push_back(std::move(own));
+    model.target_user_effects.push_back(std::move(outcome));
   }
   if (model.target_user_effects.empty()) return;
   if (table) kept.push_back(std::move(*table));

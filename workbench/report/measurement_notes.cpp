@@ -51,7 +51,7 @@ json repairs_json(const Measurement& measurement) {
 
 std::string excerpt_line(const Measurement& measurement, std::string_view what) {
   if (!measurement.is_excerpt()) return "";
-  return fmt::format("excerpt    {} in {} stretches, {} of {} samples; errors are those of all samples\n",
+  return fmt::format("excerpt    {} in {} intervals, {} of {} samples; errors are those of all samples\n",
                      what, measurement.parts().size(), measurement.sample_count(),
                      measurement.whole_sample_count());
 }
@@ -87,7 +87,7 @@ json method_notes(const Measurement& measurement) {
   }
   if (measurement.is_excerpt()) {
     notes.push_back(fmt::format(
-        "Effects were searched, and the pictures drawn, in {} stretches, {} of {} samples; errors are those "
+        "Effects were searched, and the pictures drawn, in {} intervals, {} of {} samples; errors are those "
         "of all.",
         measurement.parts().size(), measurement.sample_count(), measurement.whole_sample_count()));
   }

@@ -65,40 +65,40 @@ void add_history(json& report, const Model& model) {
 
 std::string user_effect_lines(const Model& model) {
   std::string text;
-  for (const Model::UserEffectOnTarget& own : model.target_user_effects) {
-    if (!own.why_not.empty()) {
+  for (const Model::UserEffectOnTarget& effect : model.target_user_effects) {
+    if (!effect.why_not.empty()) {
       text += fmt::format(
           "controller without {}: {}; `slipstack effects --effect '...' --header FILE` makes it an effect of "
           "the "
           "catalogue\n",
-          own.id, own.why_not);
+          effect.id, effect.why_not);
       continue;
     }
-    const char* unit = own.over == "velocity" ? "m/s" : "m";
+    const char* unit = effect.over == "velocity" ? "m/s" : "m";
     text += fmt::format(
-        "controller {} as a table over {} from {} to {}{}: at most {} off ({} of its peak)\n", own.id,
-        own.over, quantity(own.from, unit), quantity(own.to, unit),
-        own.reversal_velocity_mps > 0.0
-            ? fmt::format(" x direction (a slope below {})", quantity(own.reversal_velocity_mps, "m/s"))
+        "controller {} as a table over {} from {} to {}{}: at most {} off ({} of its peak)\n", effect.id,
+        effect.over, quantity(effect.from, unit), quantity(effect.to, unit),
+        effect.reversal_velocity_mps > 0.0
+            ? fmt::format(" x direction (a slope below {})", quantity(effect.reversal_velocity_mps, "m/s"))
             : "",
-        newtons(own.largest_error_N), share(own.largest_error_N / own.peak_N));
+        newtons(effect.largest_error_N), share(effect.largest_error_N / effect.peak_N));
   }
   return text;
 }
 
 json user_effects_json(const Model& model) {
   json list = json::array();
-  for (const Model::UserEffectOnTarget& own : model.target_user_effects) {
-    json entry{{"effect", own.id}, {"on_controller", own.why_not.empty()}};
-    if (own.why_not.empty()) {
-      entry["over"] = own.over;
-      entry["from"] = own.from;
-      entry["to"] = own.to;
-      entry["reversal_velocity_mps"] = own.reversal_velocity_mps;
-      entry["largest_error_N"] = own.largest_error_N;
-      entry["peak_N"] = own.peak_N;
+  for (const Model::UserEffectOnTarget& effect : model.target_user_effects) {
+    json entry{{"effect", effect.id}, {"on_controller", effect.why_not.empty()}};
+    if (effect.why_not.empty()) {
+      entry["over"] = effect.over;
+      entry["from"] = effect.from;
+      entry["to"] = effect.to;
+      entry["reversal_velocity_mps"] = effect.reversal_velocity_mps;
+      entry["largest_error_N"] = effect.largest_error_N;
+      entry["peak_N"] = effect.peak_N;
     } else {
-      entry["why_not"] = own.why_not;
+      entry["why_not"] = effect.why_not;
     }
     list.push_back(std::move(entry));
   }

@@ -56,7 +56,7 @@ json term_json(const Term& term) {
           {"parameters", list}};
 }
 
-/// Digits that a value deserves: down to the second digit of its standard error, three where there is none.
+/// Significant digits of a value: down to the second digit of its standard error; three where there is none.
 int digits_known(double value, double error) {
   if (error <= 0.0 || value == 0.0) return 3;
   const double ratio = std::log10(std::abs(value)) - std::floor(std::log10(error));

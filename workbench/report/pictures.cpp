@@ -36,7 +36,7 @@ Eigen::VectorXd recorded_times(const Measurement& measurement) {
   return row_times(measurement).array() + measurement.log().start_time_s;
 }
 
-/// Stretches in which the axis moves to and fro within a few tenths of a millimetre: pre-sliding loops.
+/// Intervals in which the axis reverses within a few tenths of a millimetre: pre-sliding loops.
 std::vector<RowRange> find_loops(const Measurement& measurement, const Eigen::VectorXd& position_m) {
   const double row_rate_Hz = measurement.sample_rate_Hz() / static_cast<double>(measurement.row_stride());
   const auto window = static_cast<Eigen::Index>(std::max(8.0, 0.5 * row_rate_Hz));

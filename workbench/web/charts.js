@@ -6,7 +6,7 @@
 // A series: {name, role, width, dash, marks, axis, alpha, band}; for 'line' its values are data[i + 1], for 'xy' data[i + 1] is
 // [xs, ys]. A band is a series of which `band` is the index of its lower edge. A level is a horizontal line.
 
-// Line style by role: colour from the style sheet, and a dash or marker for those who cannot use the colour.
+// Line style by role: colour from the style sheet, and a dash or marker for readers who cannot distinguish colours.
 const kStyles = {
   measured: {width: 2.25},
   before: {width: 1.25},
@@ -36,7 +36,7 @@ function readTheme(element, into = {}) {
   return into;
 }
 
-// A path through x-y points in the order they were recorded; uPlot's own paths want x to rise.
+// A path through x-y points in the order they were recorded; uPlot's own paths need x rising.
 function orbit(u, index) {
   const [xs, ys] = u.data[index];
   const stroke = new Path2D();

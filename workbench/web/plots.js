@@ -6,7 +6,7 @@ const report = JSON.parse(document.getElementById('report-data').textContent);
 const nonEmpty = (array) => Array.isArray(array) && array.some((value) => value !== null);
 const capital = (text) => text.slice(0, 1).toUpperCase() + text.slice(1);
 
-// uPlot wants x without nulls and rising. Rows without x go; where rows went, the line breaks.
+// uPlot needs x rising and without nulls. Rows without x are removed; the line breaks where rows were removed.
 function withoutNullX(xs, columns) {
   if (xs.every((x, i) => x !== null && (i === 0 || x > xs[i - 1]))) return [xs, ...columns];
   const out = [[], ...columns.map(() => [])];
@@ -124,7 +124,7 @@ function spectrumPlot(spectrum) {
   ], {height: 260, paperHeight: 200, levels: floor});
 }
 
-// A chart of an experiment: the page says what its axes and curves are, in display units.
+// A chart of an experiment: the data names its axes and curves, in display units.
 function curvesPlot(chart) {
   const axis = (of) => ({label: of.unit ? `${of.name} (${of.unit})` : of.name, name: of.name, unit: of.unit, log: of.log});
   const style = (curve) => ({...(curve.dashed ? {dash: [5, 3]} : {})});

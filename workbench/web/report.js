@@ -41,7 +41,7 @@ function keyline(plot, toggle) {
   const outputs = [];
   plot.series.forEach((series, i) => {
     if (series.edge && series.band === undefined) return;
-    // Curves of one name are one entry: the first stands for all.
+    // Curves of one name share one entry, that of the first.
     if (!series.edge && plot.series.findIndex((other) => other.name === series.name && !other.edge) < i) return;
     const item = element(series.edge ? 'span' : 'button', series.edge ? 'item' : '');
     item.append(sample(series), element('span', '', series.edge ? '± 1 standard deviation' : series.name));
@@ -123,7 +123,7 @@ function mountFigure(figure, Uplot, number) {
     const key = keyline(plot, (i, show) => {
       entry.shown[i] = show;
       if (plot.kind === 'xy') {
-        entry.u.series[i + 1].show = show;  // setSeries() would forget the zoom of an x-y chart
+        entry.u.series[i + 1].show = show;  // setSeries() would reset the zoom of an x-y chart
         entry.u.redraw(false);
       } else {
         entry.u.setSeries(i + 1, {show});
@@ -167,7 +167,7 @@ function drawOnPaper() {
       const paperTheme = readTheme(paper);
       paperTheme.font = theme.font;
       const onPaper = drawPlot(paperUplot, paper, plot, {width, height: plot.paperHeight, theme: paperTheme, ratio: kPaperRatio, shown});
-      onPaper.batch(() => {  // print what is being looked at, zoom included
+      onPaper.batch(() => {  // print what is shown, including the zoom
         onPaper.setScale('x', {min: u.scales.x.min, max: u.scales.x.max});
         if (plot.kind === 'xy') onPaper.setScale('y', {min: u.scales.y.min, max: u.scales.y.max});
       });
@@ -202,7 +202,7 @@ function start() {
   document.querySelectorAll('figure[data-chart]').forEach((figure, i) => {
     try {
       mountFigure(figure, screenUplot, i);
-    } catch (error) {  // one bad chart must not take the others with it
+    } catch (error) {  // a chart that fails must not prevent the others
       figure.append(element('p', 'nothing', 'This chart could not be drawn.'));
       console.error(error);
     }
@@ -216,7 +216,7 @@ function start() {
   });
   window.addEventListener('beforeprint', drawOnPaper);
   window.addEventListener('afterprint', clearPaper);
-  // Lets a test, or somebody at the console, reach the charts.
+  // For tests and the console of the browser.
   window.slipstackReport = {figures};
 }
 

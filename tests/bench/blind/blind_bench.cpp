@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Diagnoses simulated logs whose hidden effect it is not told, and says how often it was right.
+// Diagnoses simulated logs whose hidden effect the diagnosis does not know, and counts how often it is
+// correct.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -26,7 +27,7 @@ struct Request {
   bool every = false;
 };
 
-/// A folder for the logs: of the moment and gone at the end, unless it was asked for.
+/// A folder for the logs; temporary and removed at the end, unless one is given.
 class Folder {
  public:
   explicit Folder(const std::string& kept)
@@ -43,7 +44,7 @@ class Folder {
   Folder(const Folder&) = delete;
   Folder& operator=(const Folder&) = delete;
   const std::filesystem::path& path() const { return path_; }
-  /// Of one log; the same for all unless they are kept.
+  /// Path of one log; the same for all unless logs are kept.
   std::filesystem::path log(const std::string& kind, std::uint64_t seed) const {
     return path_ / (kept_ ? fmt::format("{}_{}.csv", kind, seed) : "log.csv");
   }
@@ -60,7 +61,7 @@ Kind kind_of(const std::string& name) {
   throw CLI::ValidationError("--kind", "unknown kind '" + name + "'");
 }
 
-/// Outcomes of an earlier run that was stopped: one JSON object a line.
+/// Outcomes of an earlier run that was stopped: one JSON object per line.
 std::map<std::pair<std::string, std::uint64_t>, Outcome> earlier(const std::string& path) {
   std::map<std::pair<std::string, std::uint64_t>, Outcome> known;
   std::ifstream file(path);
@@ -71,7 +72,7 @@ std::map<std::pair<std::string, std::uint64_t>, Outcome> earlier(const std::stri
   return known;
 }
 
-/// 0, or 1 where --check finds too little or --every a miss.
+/// Exit status: 1 if --check finds a figure below its threshold, or --every a miss; else 0.
 int run(const Request& request) {
   const Folder folder(request.keep);
   const auto known = request.results.empty() ? decltype(earlier("")){} : earlier(request.results);
@@ -85,7 +86,7 @@ int run(const Request& request) {
         outcomes.push_back(done->second);
         continue;
       }
-      // Every third axis is moved by its controller, with all its errors.
+      // Every third axis is moved by a controller, with its control errors.
       outcomes.push_back(run_case(kind_of(name), seed, seed % 3 == 0, folder.log(name, seed)));
       fmt::print(stderr, "{}\n", line_of(outcomes.back()));
       if (results.is_open()) results << to_json(outcomes.back()).dump() << std::endl;
@@ -110,7 +111,7 @@ int main(int argc, char** argv) {
   app.add_option("--count", request.count, "logs of each kind");
   app.add_option("--results", request.results, "file of outcomes; a run that was stopped goes on from it");
   app.add_option("--keep", request.keep, "folder to keep the logs in");
-  app.add_flag("--every", request.every, "status 1 when one log is told wrongly");
+  app.add_flag("--every", request.every, "status 1 when one log is diagnosed incorrectly");
   app.add_flag("--check", request.check,
                "status 1 when a share falls short of what every test run must reach");
   try {

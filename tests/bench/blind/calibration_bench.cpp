@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether parameters lie as near to the truth as their standard errors say: simulated axes with one known
-// effect each, recorded several times with other noise. Tells what is left of the mean over the records
-// (bias) from how they scatter.
+// Whether estimates lie as near to the truth as their standard errors state: simulated axes with one known
+// effect each, recorded several times with different noise. Bias (of the mean over the records) and scatter
+// are reported separately.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -33,7 +33,7 @@ constexpr sim::EffectId kEffects[] = {
     sim::EffectId::kTimeDelay,   sim::EffectId::kStructuralResonance,
 };
 
-/// What one axis' records say of its hidden effect: one list for each record.
+/// The estimates of the hidden effect of one axis: one list for each record.
 std::vector<std::vector<Estimate>> records_of(sim::EffectId effect, std::uint64_t seed, int repeats) {
   sim::Bench bench = sim::draw_bench(sim::Setup::kRandom, seed);
   const sim::MotionProgramme programme = sim::draw_programme(bench, seed);
@@ -55,7 +55,7 @@ std::vector<std::vector<Estimate>> records_of(sim::EffectId effect, std::uint64_
         workbench::refine_nominal_shapes(measurement, workbench::fit_effects(measurement, effects, {})));
     records.push_back(
         bench::estimates_of(workbench::with_standard_errors(measurement, fit.model).terms, truth));
-    if (records.back().empty()) break;  // a formula that is not the catalogue's
+    if (records.back().empty()) break;  // the plant has another formula than the catalogue
   }
   return records;
 }
@@ -90,7 +90,7 @@ int run(std::uint64_t first_seed, std::uint64_t count, int repeats) {
       const auto records = records_of(effect, seed, repeats);
       if (records.front().empty()) continue;
       print_axis(effect, seed, records);
-      // One axis, one voice: what is systematic is the same in each of its records.
+      // An axis counts once: systematic errors are the same in each of its records.
       all.insert(all.end(), records.front().begin(), records.front().end());
     }
   }

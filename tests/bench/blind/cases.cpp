@@ -73,7 +73,7 @@ bool Outcome::right() const {
 
 Outcome run_case(Kind kind, std::uint64_t seed, bool closed_loop, const std::filesystem::path& path) {
   const Written written = write_log(kind, seed, closed_loop, path);
-  // As a user's logs are: long ones searched by an excerpt and judged by the whole.
+  // As `diagnose` reads logs: long ones are searched in an excerpt and judged by all samples.
   workbench::SingleProcess alone;
   workbench::Diagnosis diagnosis;
   workbench::DiagnoseOptions options;

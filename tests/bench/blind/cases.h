@@ -11,12 +11,12 @@
 
 namespace slipstack::bench {
 
-/// What is hidden in a log of the benchmark.
+/// What a log of the benchmark contains beside the baseline.
 enum class Kind { clean, single, pair, triple, line, bump, backlash, burst, slip };
 const char* name_of(Kind kind);
 bool outside_catalogue(Kind kind);
 
-/// One simulated log and what the diagnosis said of it.
+/// One simulated log and the result of its diagnosis.
 struct Outcome {
   Kind kind = Kind::clean;
   std::uint64_t seed = 0;
@@ -25,17 +25,17 @@ struct Outcome {
   std::string verdict;
   std::vector<std::string> ranking;  ///< candidates, best first
   std::vector<std::string> added;    ///< the explanation
-  std::string coordinate;            ///< of what is unexplained
-  double baseline_over_floor = 0.0;  ///< held-out error without what is hidden: how visible it is
+  std::string coordinate;            ///< of what is left unexplained
+  double baseline_over_floor = 0.0;  ///< held-out error of the baseline over the noise floor
   double explained_over_floor = 0.0;
-  std::vector<Estimate> estimates;  ///< of what was hidden and named
+  std::vector<Estimate> estimates;  ///< of hidden effects that were named
 
   bool visible() const { return baseline_over_floor >= 1.10; }
   bool right() const;  ///< all that was hidden is named and nothing else; or `complete`; or `unexplained`
 };
 
-/// Simulates the log of a random axis to `path` and diagnoses it as a user would, from that file. The truth
-/// never reaches the diagnosis. Throws std::runtime_error where the simulated controller loses its axis.
+/// Simulates the log of a random axis to `path` and diagnoses that file. The diagnosis does not know the
+/// truth. Throws std::runtime_error where the simulated controller loses its axis.
 Outcome run_case(Kind kind, std::uint64_t seed, bool closed_loop, const std::filesystem::path& path);
 
 nlohmann::json to_json(const Outcome& outcome);

@@ -14,8 +14,8 @@ namespace {
 
 using nlohmann::json;
 
-/// Parameters that plant and model define alike: effect, its formula in the plant, the key there, which shape
-/// or gain here.
+/// Parameters that plant and model define in the same way: the effect, its formula in the plant, the key
+/// there, and the shape or gain here.
 struct Known {
   const char* effect;
   const char* formula;
@@ -34,7 +34,7 @@ constexpr std::array<Known, 10> kKnown{{{"viscous", "linear", "coefficient_N_s_p
                                         {"time_delay", "delay", "delay_s", true, 0},
                                         {"time_delay", "first_order_filter", "filter_s", true, 1}}};
 
-/// A ripple that has only even orders of its pitch is one of half that pitch.
+/// A ripple with only even orders of its pitch has half that pitch.
 int common_order(const json& harmonics) {
   int order = 0;
   for (const json& harmonic : harmonics) order = std::gcd(order, harmonic.at("order").get<int>());

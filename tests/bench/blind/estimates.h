@@ -9,7 +9,7 @@
 
 namespace slipstack::bench {
 
-/// A parameter that has one meaning in plant and model.
+/// A parameter that has the same meaning in plant and model.
 struct Estimate {
   std::string parameter;
   double truth = 0.0;
@@ -18,8 +18,8 @@ struct Estimate {
   double deviation() const { return (value - truth) / standard_error; }
 };
 
-/// Those of `terms`, with standard errors, that were hidden by a formula that is the catalogue's own.
-/// `truth`: the plant's own account of itself.
+/// The estimates of `terms`, with standard errors, for hidden effects that have the formula of the catalogue
+/// in the plant. `truth`: the parameters that the plant reports.
 std::vector<Estimate> estimates_of(const workbench::Terms& terms, const nlohmann::json& truth);
 
 /// How many estimates lie within one and two standard errors of the truth, of all and of each parameter.

@@ -40,7 +40,7 @@ def smooth(u):
 
 
 class Motion:
-    """Pieces that follow one another at rest."""
+    """Segments of motion that follow one another; the axis stands between them."""
 
     def __init__(self, rng, step_s, stroke_m):
         self.rng, self.step_s, self.stroke_m = rng, step_s, stroke_m
@@ -109,10 +109,10 @@ def stop_operators(x_m, level_N, length_m, kind):
                "two": lambda u: 1.0 - 0.6 * numpy.exp(-u) - 0.4 * numpy.exp(-4.0 * u)}[kind](slip_m / length_m) * level_N
     slope = numpy.diff(force_N, prepend=0.0) / numpy.diff(slip_m, prepend=0.0)
     stiffness = numpy.maximum(slope - numpy.append(slope[1:], 0.0), 0.0)
-    stretch, out = numpy.zeros(60), numpy.empty(len(x_m))
+    deflection, out = numpy.zeros(60), numpy.empty(len(x_m))
     for i, step_m in enumerate(numpy.diff(x_m, prepend=x_m[0])):
-        stretch = numpy.clip(stretch + step_m, -slip_m, slip_m)
-        out[i] = stiffness @ stretch
+        deflection = numpy.clip(deflection + step_m, -slip_m, slip_m)
+        out[i] = stiffness @ deflection
     return out
 
 

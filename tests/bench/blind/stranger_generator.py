@@ -237,13 +237,13 @@ def forced(rng, axis, friction, hidden, fine_Hz, seconds):
 def beyond_imitation(x, a, force_N, other_N):
     """Rms of a force, and of another, without what inertia and stop operators imitate."""
     slip = numpy.geomspace(3e-8, 2e-3, 28)
-    stretch = numpy.zeros(28)
+    deflection = numpy.zeros(28)
     thin = max(1, len(x) // 40000)
     x, a, force_N, other_N = x[::thin], a[::thin], force_N[::thin], other_N[::thin]
     rows = numpy.empty((len(x), 29))
     for i, dx in enumerate(numpy.diff(x, prepend=x[0])):
-        stretch = numpy.clip(stretch + dx, -slip, slip)
-        rows[i, :28] = stretch / slip
+        deflection = numpy.clip(deflection + dx, -slip, slip)
+        rows[i, :28] = deflection / slip
     rows[:, 28] = a
     left = []
     for f in (force_N, other_N):
@@ -421,11 +421,11 @@ def main():
                 continue
             found = json.loads(done.stdout)
             group, right, mistake = verdict_of(hidden, found)
-            tell = ", ".join(one["effect"] for one in found["candidates"][:2]) if found["verdict"] == "missing_effect" else (
+            named = ", ".join(one["effect"] for one in found["candidates"][:2]) if found["verdict"] == "missing_effect" else (
                 (found.get("unexplained") or {}).get("coordinate", ""))
             over = (found["steps"][-1] if found.get("steps") else found["candidates"][0])["holdout_rmse_N"] / found["noise_floor_N"]
             base = found["baseline"]["holdout_rmse_N"] / found["noise_floor_N"]
-            print(f"{label}{found['verdict'][:11]:12}{base:6.2f}>{over:5.2f} {tell}{'' if right else '   <-- ' + mistake}", flush=True)
+            print(f"{label}{found['verdict'][:11]:12}{base:6.2f}>{over:5.2f} {named}{'' if right else '   <-- ' + mistake}", flush=True)
             if group in ("clean", "outside") or raised >= 1.1:
                 counts.setdefault(group, []).append((right, mistake))
     print()

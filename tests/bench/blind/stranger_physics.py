@@ -46,7 +46,7 @@ class LuGre:
 
 
 class ElastoPlastic:
-    """Dupont 2002: LuGre whose bristles are purely elastic below a break-away stretch."""
+    """Dupont 2002: LuGre whose bristles are purely elastic below a break-away deflection."""
 
     def __init__(self, rng, level_N, length_m):
         self.level_N, self.s0, self.z = level_N, level_N / length_m, 0.0
@@ -96,14 +96,14 @@ class Elements:
             slip = length_m * rng.weibull(rng.uniform(0.8, 1.8), 80)
             share = numpy.full(80, 1.0 / 80)
         self.slip, self.stiffness = slip, level_N * share / slip
-        self.stretch = numpy.zeros(len(slip))
+        self.deflection = numpy.zeros(len(slip))
 
     def step(self, dx, v, dt, level):
-        stretch = self.stretch
-        stretch += dx
-        numpy.minimum(stretch, self.slip, out=stretch)
-        numpy.maximum(stretch, -self.slip, out=stretch)
-        return level * float(self.stiffness @ stretch)
+        deflection = self.deflection
+        deflection += dx
+        numpy.minimum(deflection, self.slip, out=deflection)
+        numpy.maximum(deflection, -self.slip, out=deflection)
+        return level * float(self.stiffness @ deflection)
 
 
 class Gms:

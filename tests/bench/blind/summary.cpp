@@ -135,7 +135,7 @@ std::string by_visibility(const Outcomes& all) {
   return text;
 }
 
-/// What singles were taken for. Only those that were not named rightly are told apart.
+/// For single hidden effects the effect that was named instead; those named correctly are summed.
 std::string confusion(const Outcomes& all) {
   std::map<std::string, std::map<std::string, int>> seen;
   for (const Outcome* o : those(all, kind_is(Kind::single))) {
@@ -192,7 +192,7 @@ std::vector<std::string> shortfalls(const std::vector<Outcome>& outcomes) {
       found.push_back(
           fmt::format("{}: median error over floor {:.2f}, not {} to {}", what, middle, low, high));
   };
-  // Below one, the floor is too high, and hides what should be found.
+  // Below one, the noise floor is too high and hides effects.
   within("clean", clean, 0.85, 1.15);
   within("explained", those(all, [](const Outcome& o) { return !o.hidden.empty() && all_found(o); }), 0.85,
          1.25);

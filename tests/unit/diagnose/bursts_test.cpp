@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A burst of the force is heard wherever the axis is, and no fast move, spike or noise is taken for one.
+// A burst in the force is found wherever the axis is; fast moves, outliers and noise are not reported as one.
 #include "workbench/diagnose/alternatives/bursts.h"
 
 #include <gtest/gtest.h>
@@ -18,8 +18,8 @@ Log plain_log(std::uint64_t seed) {
   return test::wandering_log(seed, kRate_Hz, kSamples);
 }
 
-/// What it tells of a log.
-std::optional<Structure> told_of(const Log& log) {
+/// The burst that is found in a log.
+std::optional<Structure> burst_of(const Log& log) {
   const Measurement measurement(log);
   return burst_in_force(measurement, measurement.force_N());
 }
@@ -31,47 +31,47 @@ void add_burst(Log& log, double first_s, std::size_t count, double amplitude_N, 
   for (std::size_t i = first; i < first + count; ++i) log.force_N[i] += amplitude_N * draw.normal();
 }
 
-TEST(BurstInForce, IsToldWithItsMomentAndLength) {
+TEST(BurstInForce, IsReportedWithItsTimeAndDuration) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     Log log = plain_log(seed);
     add_burst(log, kBurst_s, 60, 20.0, seed);
-    const auto burst = told_of(log);
+    const auto burst = burst_of(log);
     ASSERT_TRUE(burst) << seed;
     EXPECT_EQ(burst->coordinate, Coordinate::time);
     EXPECT_NEAR(burst->where, kBurst_s, 10e-3);
     EXPECT_NE(burst->description.find(" ms at 7.3"), std::string::npos) << burst->description;
-    // All that it explains lies within it.
+    // The part of the residual that it explains lies within it.
     EXPECT_GT(burst->explained_N.squaredNorm(), 0.0);
   }
 }
 
-TEST(BurstInForce, IsNoneInNoise) {
-  for (std::uint64_t seed = 1; seed <= 20; ++seed) EXPECT_FALSE(told_of(plain_log(seed))) << seed;
+TEST(BurstInForce, IsNotFoundInNoise) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) EXPECT_FALSE(burst_of(plain_log(seed))) << seed;
 }
 
-TEST(BurstInForce, IsNoneWhereThereAreTwo) {
+TEST(BurstInForce, IsNotReportedWhereThereAreTwo) {
   Log log = plain_log(3);
   add_burst(log, 3.0, 60, 20.0, 1);
   add_burst(log, kBurst_s, 60, 20.0, 2);
-  EXPECT_FALSE(told_of(log));  // what comes again is no accident
+  EXPECT_FALSE(burst_of(log));  // what comes again is no accident
 }
 
-TEST(BurstInForce, IsNoneOfAFewWildSamples) {
+TEST(BurstInForce, IsNotReportedForAFewOutliers) {
   Log log = plain_log(4);
   for (std::size_t i = 7300; i < 7304; ++i) log.force_N[i] += i % 2 == 0 ? 30.0 : -30.0;
-  EXPECT_FALSE(told_of(log));
+  EXPECT_FALSE(burst_of(log));
 }
 
-TEST(BurstInForce, IsNoneWhereTheAxisIsShaken) {
+TEST(BurstInForce, IsNotReportedWhereTheAxisIsShaken) {
   Log log = plain_log(5);
   add_burst(log, kBurst_s, 100, 20.0, 5);
-  EXPECT_TRUE(told_of(log));
+  EXPECT_TRUE(burst_of(log));
   for (std::size_t i = 7300; i < 7400; ++i) {
     const double rad = 2.0 * std::numbers::pi * 0.06 * static_cast<double>(i - 7300);
     log.position_m[i] += 2e-3 * std::sin(rad);
     log.force_N[i] += 2000.0 * std::sin(rad);
   }
-  EXPECT_FALSE(told_of(log));
+  EXPECT_FALSE(burst_of(log));
 }
 
 }  // namespace

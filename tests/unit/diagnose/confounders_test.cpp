@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What looks like an effect and is another one, or none.
+// Forces that resemble an effect but come from another one, or from none of the catalogue.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -42,14 +42,15 @@ void let_swing(sim::Axis& axis) {
   axis.effects.resonance = arm;
 }
 
-TEST(StandIns, AModeAloneNeedsNoPayload) {
+TEST(Confounders, AModeAloneNeedsNoPayload) {
   sim::Bench bench = bench_of(31);
   let_swing(bench.axis);
   EXPECT_EQ(added(diagnosed(test::simulate(bench, 31))), std::vector<std::string>{"structural_resonance"});
 }
 
-// The mode's rigid mass and a mass that no log declares are one force: the axis keeps its mass.
-TEST(StandIns, AModeLeavesAFittedMassToTheAxis) {
+// Where no log declares the mass, the rigid mass of the mode and the mass of the axis have the same column:
+// all of it is given to the axis.
+TEST(Confounders, AModeLeavesAFittedMassToTheAxis) {
   sim::Bench bench = bench_of(31);
   let_swing(bench.axis);
   Log log = test::simulate(bench, 31);
@@ -63,8 +64,9 @@ TEST(StandIns, AModeLeavesAFittedMassToTheAxis) {
   EXPECT_LT(mode.gains[0], 0.2 * bench.axis.mass_kg);
 }
 
-// A fifth of a sample between the clocks is no delay of the axis; what it does at fast moves looks like play.
-TEST(StandIns, WhatInstrumentsErrIsToldBesideItsSymptoms) {
+// A fifth of a sample between two clocks is not a delay of the axis; in fast moves its residual resembles
+// backlash.
+TEST(Confounders, ErrorsOfInstrumentsAreMentionedBesideTheirSymptoms) {
   for (const double part_of_tick : {0.2, 1.5}) {
     sim::Bench bench = bench_of(33);
     bench.axis.force_noise_N *= 0.1;
@@ -82,7 +84,7 @@ TEST(StandIns, WhatInstrumentsErrIsToldBesideItsSymptoms) {
   }
 }
 
-TEST(StandIns, APayloadBesideAModeIsNamed) {
+TEST(Confounders, APayloadBesideAModeIsNamed) {
   sim::Bench bench = bench_of(31);
   let_swing(bench.axis);
   bench.axis.effects.payload_kg = 0.06 * bench.axis.mass_kg;
@@ -92,9 +94,9 @@ TEST(StandIns, APayloadBesideAModeIsNamed) {
   EXPECT_NEAR(found_kg, 0.06 * bench.axis.mass_kg, 0.01 * bench.axis.mass_kg);
 }
 
-// So few counts are lost that the model stays good: the log is not all right all the same. Once they are
-// taken back, what the axis does beside is named as without.
-TEST(StandIns, LostCountsAreTold) {
+// So few counts are lost that the model stays good; they must be reported all the same. After the repair
+// other effects are named as without lost counts.
+TEST(Confounders, LostCountsAreReported) {
   for (const double payload_share : {0.0, 0.2}) {
     sim::Bench bench = bench_of(33);
     bench.axis.effects.payload_kg = payload_share * bench.axis.mass_kg;
@@ -112,7 +114,7 @@ TEST(StandIns, LostCountsAreTold) {
   }
 }
 
-TEST(StandIns, APayloadAndADelayAreNoMode) {
+TEST(Confounders, APayloadAndADelayAreNotNamedAMode) {
   sim::Bench bench = bench_of(33);
   bench.axis.effects.payload_kg = 0.2 * bench.axis.mass_kg;
   bench.axis.effects.delay = sim::RecordingDelay{2e-3, 0.0};
@@ -120,9 +122,10 @@ TEST(StandIns, APayloadAndADelayAreNoMode) {
             (std::vector<std::string>{"payload_mass", "time_delay"}));
 }
 
-// This axis' virgin curve has no finite stiffness at its start: below the encoder's step there is force left
-// that steps with the sign of velocity. Its controller creeps and reverses within a few steps.
-TEST(StandIns, ASteepVirginCurveIsNoCoulombFriction) {
+// The virgin curve of this axis starts with infinite stiffness: within one encoder step there is a force that
+// changes with the sign of velocity, as Coulomb friction does. Its controller creeps and reverses within a
+// few encoder steps.
+TEST(Confounders, ASteepVirginCurveIsNotNamedCoulombFriction) {
   constexpr std::uint64_t kSeed = 61005;
   const sim::Bench bench = sim::draw_bench(sim::Setup::kRandom, kSeed);
   const sim::MotionProgramme programme = sim::draw_programme(bench, kSeed);
@@ -132,16 +135,16 @@ TEST(StandIns, ASteepVirginCurveIsNoCoulombFriction) {
   EXPECT_EQ(is.verdict, Verdict::complete) << is.steps.back().effect;
 }
 
-// Friction far from any sum of stop operators, in motion of one frequency: whatever else fits, an arm of many
-// times the axis' mass does not swing there.
-TEST(StandIns, AnArmHeavierThanItsAxisIsNotNamed) {
+// Friction that differs from any sum of stop operators, in motion of one frequency: whatever else fits, a
+// mode of many times the mass of the axis must not be named.
+TEST(Confounders, AnArmHeavierThanItsAxisIsNotNamed) {
   test::Draw draw(5);
   const auto x = [](double t) {
     return 4e-5 * (std::sin(kTwoPi * 0.5 * t) + 0.6 * std::sin(kTwoPi * 1.3 * t));
   };
   double lagging_N = 0.0;
   Log log = test::log_of(1000.0, 20000, x, [&](double t) {
-    // Creeps after the displacement with a time constant near the motion's own.
+    // Follows the displacement with a time constant near that of the motion.
     lagging_N += 1e-3 / 0.3 * (2e5 * x(t) - lagging_N);
     return lagging_N + 0.02 * draw.normal();
   });

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a log can show follows from how the axis moved in it.
+// The effects that a log can show depend on the motion in it.
 #include "workbench/diagnose/detectability/detectability.h"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 namespace slipstack::workbench {
 namespace {
 
-/// Long fast strokes, with slow ones between them where `slow`; friction of one level.
+/// Long fast traverses, with slow ones between them where `slow`; friction of one level.
 Measurement traverses(bool slow) {
   test::Draw draw(6);
   const auto position_m = [slow](double t_s) {
@@ -44,17 +44,17 @@ TEST(Visibility, OfStribeckNeedsSlowMotion) {
   EXPECT_GT(fast.least_N, 1.5 * both.least_N);
 }
 
-// The same column under another name: a payload beside a free mass can never be told apart.
-TEST(Visibility, OfWhatTheBaselineImitatesIsNone) {
+// A payload beside a free mass has the same column: no log can separate them.
+TEST(Visibility, OfAColumnOfTheBaselineIsZero) {
   const Visibility payload = of_effect(traverses(true), "payload_mass", 0.0);
   EXPECT_LT(payload.share, 1e-6);
   EXPECT_GT(payload.least_N, 100.0);
 }
 
-TEST(Visibility, OfAnOrthogonalForceIsWhole) {
+TEST(Visibility, OfAnOrthogonalForceIsOne) {
   const Visibility offset = of_effect(traverses(true), "offset_force", 0.0);
   EXPECT_GT(offset.share, 0.9);
-  // A constant of this rms raises the error by what naming asks for.
+  // A constant of this rms raises the error by the reduction that is demanded of an effect.
   const Measurement measurement = traverses(true);
   const FittedModel base = fit_gains(measurement, {make_term(measurement, *find_effect("inertia")),
                                                    make_term(measurement, *find_effect("coulomb"))});

@@ -10,7 +10,8 @@
 
 namespace slipstack::workbench::test {
 
-/// A measurement against mass and hysteresis; it must outlive what is asked of the models that were fitted.
+/// The diagnosis of a measurement with mass and hysteresis as baseline. The measurement must outlive the
+/// models of the result.
 inline Diagnosis diagnosed(Measurement& measurement, std::vector<std::string> candidates = {}) {
   weigh_rows(measurement);
   DiagnoseOptions options;
@@ -19,7 +20,7 @@ inline Diagnosis diagnosed(Measurement& measurement, std::vector<std::string> ca
   return diagnose(measurement, options);
 }
 
-/// The same where only names, gains and errors are asked for.
+/// The same for tests that use only names, gains and errors of the result.
 inline Diagnosis diagnosed(const Log& log, std::vector<std::string> candidates = {}) {
   Measurement measurement(log);
   return diagnosed(measurement, std::move(candidates));

@@ -7,7 +7,7 @@
 #include "tests/unit/diagnose/diagnosed.h"
 #include "tests/unit/estimate/simulated_axis.h"
 
-// What the answer must not depend on.
+// The result must not depend on the order of effects, nor on units.
 namespace slipstack::workbench {
 namespace {
 
@@ -49,9 +49,9 @@ TEST(Order, TheRankDoesNotDependOnTheCataloguesOrder) {
   }
 }
 
-// A payload that makes a thousandth of the declared mass is a mistake in a unit, one of a few kilograms is
-// not.
-TEST(Order, AMassInGramsIsNoPayload) {
+// A payload that changes the mass to a thousandth of the declared one indicates a wrong unit; a payload of a
+// few kilograms does not.
+TEST(Order, AMassInGramsIsReportedAsAWrongUnit) {
   Log log = plain_log();
   const double mass_kg = log.mass_kg.value();
   log.mass_kg = 1e3 * mass_kg;

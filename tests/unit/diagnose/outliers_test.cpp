@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Wild samples of a bad cable or an encoder that miscounts, among good ones: the answer must be that of the
-// good.
+// Outliers of a bad cable or of an encoder that miscounts, among good samples: the result must be that of the
+// good samples.
 #include <gtest/gtest.h>
 
 #include "tests/unit/diagnose/diagnosed.h"
@@ -45,7 +45,7 @@ Log with_outliers(const Recorded& recorded, std::uint64_t seed) {
   return log;
 }
 
-TEST(Outliers, AreNoEffect) {
+TEST(Outliers, AreNotNamedAnEffect) {
   const Recorded clean = record(false, 41);
   Measurement measurement(with_outliers(clean, 1));
   const Diagnosis is = diagnosed(measurement);
@@ -53,7 +53,7 @@ TEST(Outliers, AreNoEffect) {
   EXPECT_LT(is.explained.holdout_rmse_N, 1.2 * is.noise_floor_N);
 }
 
-TEST(Outliers, HideNoEffectAndBendNoGain) {
+TEST(Outliers, HideNoEffectAndBiasNoGain) {
   const Recorded viscous = record(true, 42);
   Measurement measurement(with_outliers(viscous, 2));
   const Diagnosis is = diagnosed(measurement);

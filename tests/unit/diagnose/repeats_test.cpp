@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A ripple repeats along the rail: strokes over whole pitches must show it, not only the places of rest.
+// A ripple repeats along the rail: traverses over whole pitches must show it, not only the places where the
+// axis stands.
 #include "workbench/diagnose/evidence/repeats.h"
 
 #include <gtest/gtest.h>
@@ -20,18 +21,19 @@ constexpr double kStroke_m = 50e-3;
 constexpr double kSeconds = 24.0;
 constexpr double kCycle_s = 8.0;
 
-/// Where in its cycle the axis is: the log begins and ends between strokes, where the filter cuts rows off.
+/// Time within the cycle of the motion. The log begins and ends between traverses, where the filter cuts rows
+/// off.
 double in_cycle_s(double t) {
   return std::fmod(t + 0.5 * kCycle_s, kCycle_s);
 }
 
-/// Whether the axis is on one of the two long strokes of a cycle, which take a second each.
+/// Whether the axis is on one of the two long traverses of a cycle, which take a second each.
 bool traverses(double t) {
   return in_cycle_s(t) < 2.0;
 }
 
-/// A stroke out and back in two seconds, then six of moves of a tenth of a millimetre about another place in
-/// each second.
+/// A traverse out and back in two seconds, then six seconds of moves of a tenth of a millimetre, each second
+/// about another place.
 double position_m(double t) {
   const double in_cycle = in_cycle_s(t);
   if (traverses(t)) return 0.5 * kStroke_m * (1.0 - std::cos(std::numbers::pi * in_cycle));
@@ -42,7 +44,7 @@ double position_m(double t) {
   return 1.9e-3 * place + 1e-4 * std::sin(2.0 * std::numbers::pi * 3.0 * t) * std::sin(std::numbers::pi * t);
 }
 
-/// A ripple of which `in_traverses` shows in the strokes, and all of it elsewhere.
+/// A ripple of which the share `in_traverses` acts in the traverses, and all of it elsewhere.
 Log log_with(double in_traverses) {
   test::Draw draw(3);
   return test::log_of(1000.0, static_cast<std::size_t>(1000.0 * kSeconds), position_m, [&](double t) {
@@ -51,7 +53,7 @@ Log log_with(double in_traverses) {
   });
 }
 
-/// A dent of which the axis shows `beyond` a pitch further on as well, and back to the start of the rail.
+/// A dent, of which the share `beyond` recurs at every pitch along the rail.
 Log log_with_dent(double beyond) {
   test::Draw draw(5);
   return test::log_of(1000.0, static_cast<std::size_t>(1000.0 * kSeconds), position_m, [&](double t) {
@@ -71,17 +73,17 @@ FittedModel with_ripple(const Measurement& measurement) {
   return fit_gains(measurement, {inertia, offset, ripple});
 }
 
-TEST(WayOfStrokes, CountsLongStrokesOnly) {
+TEST(DistanceInTraverses, CountsLongTraversesOnly) {
   const Measurement measurement(log_with(1.0));
   const double cycles = kSeconds / kCycle_s;
   EXPECT_NEAR(distance_in_traverses(measurement, kPitch_m).sum(), 2.0 * cycles * kStroke_m, 0.02 * kStroke_m);
   EXPECT_EQ(distance_in_traverses(measurement, 1.1 * kStroke_m).sum(), 0.0);
-  // The moves between the places are strokes of their own where less is asked for.
+  // With a shorter required length the moves between the places are traverses too.
   EXPECT_GT(distance_in_traverses(measurement, 1.5e-3).sum(), 2.1 * cycles * kStroke_m);
 }
 
-// Where the encoder sticks, force and motion are not of one axis.
-TEST(WayOfStrokes, CountsNoRowThatWasCut) {
+// Where the encoder is stuck, force and recorded motion do not belong together.
+TEST(DistanceInTraverses, CountsNoRowThatWasLeftOut) {
   Log log = log_with(1.0);
   constexpr std::size_t kStuck = 12300;  // on the way out
   for (std::size_t i = kStuck; i < kStuck + 300; ++i) log.position_m[i] = log.position_m[kStuck];
@@ -97,7 +99,7 @@ TEST(WayOfStrokes, CountsNoRowThatWasCut) {
   EXPECT_FALSE(ripple_not_supported(measurement, with_ripple(measurement), {}));
 }
 
-TEST(ShareBorneOut, IsWhatTheAxisShowsOfIt) {
+TEST(ShareSupported, IsTheShareThatTheAxisShows) {
   const Eigen::VectorXd claimed_N = Eigen::VectorXd::LinSpaced(50, -1.0, 2.0);
   const Eigen::VectorXd weight = Eigen::VectorXd::Constant(50, 1e-3);
   for (const double shown : {-0.5, 0.0, 0.4, 1.0}) {
@@ -106,7 +108,7 @@ TEST(ShareBorneOut, IsWhatTheAxisShowsOfIt) {
   EXPECT_EQ(share_supported(claimed_N, claimed_N, Eigen::VectorXd::Zero(50)), 0.0);
 }
 
-TEST(RippleNotBorneOut, WhereStrokesDoNotShowIt) {
+TEST(RippleNotSupported, WhereTraversesDoNotShowIt) {
   for (const double in_traverses : {1.0, 0.8, 0.2, 0.0}) {
     Measurement measurement(log_with(in_traverses));
     EXPECT_EQ(ripple_not_supported(measurement, with_ripple(measurement), {}), in_traverses < 0.5)
@@ -114,14 +116,14 @@ TEST(RippleNotBorneOut, WhereStrokesDoNotShowIt) {
   }
 }
 
-TEST(RippleNotBorneOut, WhereItIsADentOfOnePlace) {
+TEST(RippleNotSupported, WhereItIsADentOfOnePlace) {
   for (const double beyond : {1.0, 0.7, 0.0}) {
     const Measurement measurement(log_with_dent(beyond));
     EXPECT_EQ(ripple_not_supported(measurement, with_ripple(measurement), {}), beyond == 0.0) << beyond;
   }
 }
 
-TEST(RippleNotBorneOut, AsksOnlyOfRipplesThatAreNew) {
+TEST(RippleNotSupported, TestsOnlyNewRipples) {
   const Measurement measurement(log_with(0.0));
   const FittedModel ripple = with_ripple(measurement);
   EXPECT_FALSE(ripple_not_supported(measurement, ripple, ripple.terms));

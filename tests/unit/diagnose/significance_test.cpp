@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What makes a step sure, and a lag a lag.
+// When a step is significant, and when a lag is a frictional lag.
 #include "workbench/diagnose/evidence/significance.h"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ namespace {
 
 using Blocks = std::vector<double>;
 
-/// Thirty blocks of squared error that an effect lowers by `share`, more or less.
+/// Squared errors of thirty blocks, which an effect lowers by about `share`.
 Blocks lowered(const Blocks& before, double share, double scatter, std::uint64_t seed) {
   test::Draw draw(seed);
   Blocks after;
@@ -25,7 +25,7 @@ Blocks lowered(const Blocks& before, double share, double scatter, std::uint64_t
   return after;
 }
 
-TEST(LoweredSignificantly, ByWhatIsLoudInTwoBlocksAndHeardInTheOthers) {
+TEST(LoweredSignificantly, ByAnEffectThatIsStrongInTwoBlocksAndVisibleInTheOthers) {
   Blocks before(30, 1.0);
   Blocks after = lowered(before, 0.3, 0.3, 1);
   before[7] = 150.0;
@@ -36,7 +36,7 @@ TEST(LoweredSignificantly, ByWhatIsLoudInTwoBlocksAndHeardInTheOthers) {
   EXPECT_TRUE(lowered_significantly(before, after));
 }
 
-TEST(LoweredSignificantly, NotByTwoBlocksAlone) {
+TEST(LoweredSignificantly, NotByAnEffectInTwoBlocksOnly) {
   Blocks before(30, 1.0);
   Blocks after = lowered(before, 0.0, 0.2, 2);
   before[7] = before[21] = 15.0;
@@ -45,7 +45,7 @@ TEST(LoweredSignificantly, NotByTwoBlocksAlone) {
   EXPECT_FALSE(lowered_significantly(before, after));
 }
 
-TEST(LoweredSignificantly, NotByWhatIsTooLittle) {
+TEST(LoweredSignificantly, NotByLessThanTheLeastReduction) {
   const Blocks before(30, 1.0);
   EXPECT_FALSE(lowered_significantly(before, Blocks(30, 0.96)));  // 2 % of the error
   EXPECT_TRUE(lowered_significantly(before, Blocks(30, 0.9)));
@@ -63,8 +63,8 @@ FittedModel with_errors(const Measurement& measurement, const Blocks& squared_er
   return model;
 }
 
-// Of some hundred pitches that do nothing, the best is often beyond three standard errors.
-TEST(Earned, WhatIsSearchedFarMustBeSurer) {
+// The best of a hundred pitches without effect often exceeds three standard errors.
+TEST(IsSignificant, WidelySearchedShapesNeedMoreStandardErrors) {
   const Measurement measurement(test::wandering_log(1, 2000.0, 6000));
   const NoiseFloor floor(measurement);
   const Blocks before(20, 1.0);
@@ -81,9 +81,9 @@ TEST(Earned, WhatIsSearchedFarMustBeSurer) {
   EXPECT_TRUE(is_significant(context, baseline, with_errors(measurement, sure, "force_ripple")));
 }
 
-// Where neither reaches the floor, Stribeck friction has the name, unless the lag explains nearly all it
-// leaves.
-TEST(StandsFor, StribeckFrictionOfAnotherFormForALag) {
+// Where neither reaches the noise floor, Stribeck friction is preferred, unless the lag explains nearly all
+// that it leaves.
+TEST(ExplainsAsWell, StribeckFrictionOfAnotherFormAsALag) {
   const Measurement measurement(test::wandering_log(1, 2000.0, 6000));
   const NoiseFloor floor(measurement);
   const FittedModel before = with_errors(measurement, Blocks(20, 1e4), nullptr);
@@ -99,7 +99,7 @@ TEST(StandsFor, StribeckFrictionOfAnotherFormForALag) {
   EXPECT_FALSE(stands(26.0, 5.5));  // 82 %
 }
 
-/// A model of hysteresis over some 20 um, with a lag.
+/// A model of hysteresis over about 20 um, with a lag.
 FittedModel with_lag(const Measurement& measurement, double time_s, double distance_m) {
   FittedModel model;
   Term hysteresis = make_term(measurement, *find_effect("presliding_hysteresis"));
@@ -111,7 +111,7 @@ FittedModel with_lag(const Measurement& measurement, double time_s, double dista
   return model;
 }
 
-TEST(LagsByOwnStretch, OverThePreSlidingTravelAndNotInTime) {
+TEST(LagIsBristleDeflection, OverThePreSlidingTravelAndNotInTime) {
   const Measurement measurement(test::wandering_log(1, 2000.0, 6000));
   EXPECT_TRUE(lag_is_bristle_deflection(with_lag(measurement, 100.0, 30e-6)));
   EXPECT_FALSE(lag_is_bristle_deflection(with_lag(measurement, 100.0, 1e-3)));   // memory of a film

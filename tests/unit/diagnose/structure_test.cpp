@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Structure in a residual: found where it was put, and only there.
+// Structure in a residual is found where it was simulated, and nowhere else.
 #include "workbench/diagnose/alternatives/structure.h"
 
 #include <gtest/gtest.h>
@@ -51,7 +51,7 @@ TEST_F(Residual, OfAShortBumpIsOneOfPosition) {
   EXPECT_GT(found.error_reduction, 0.05);
 }
 
-// Dirt brakes whichever way it is passed: no force of the place alone, and found all the same.
+// Dirt brakes in both directions: the force does not depend on the place alone, and must be found too.
 TEST_F(Residual, ThatBrakesAtOnePlaceIsOneOfPosition) {
   const Eigen::VectorXd brakes_N = velocity_mps_.cwiseSign().cwiseProduct(bump_N(0.5, 1e-3));
   const Structure found = find_structure(measurement_, noise_N_ + brakes_N).front();
@@ -63,8 +63,8 @@ TEST_F(Residual, ThatBrakesAtOnePlaceIsOneOfPosition) {
   EXPECT_NE(eased.description.find("eases the motion"), std::string::npos) << eased.description;
 }
 
-// Passed at different speeds, a short feature fills a row or two, each time in another way: no curve over the
-// place, but each pass has its share.
+// Passed at different speeds, a short feature fills one or two rows, each time with another form: no curve
+// over the place fits, but each pass has its share of the energy.
 TEST(PlaceOnRail, IsKnownByTheEnergyOfItsPasses) {
   constexpr Eigen::Index kRows = 3000;
   constexpr double kRow_s = 0.01;
@@ -89,7 +89,7 @@ TEST(PlaceOnRail, IsKnownByTheEnergyOfItsPasses) {
   EXPECT_LT(place_on_rail(position_m, velocity_mps, noise_N).error_reduction, 0.02);
 }
 
-// The same force in one pass only is an accident of that moment, wherever the axis was.
+// The same force in one pass only is an event in time, not a property of the place.
 TEST_F(Residual, OfOnePassIsOneOfTime) {
   Eigen::VectorXd residual_N = noise_N_;
   const Eigen::VectorXd all_N = bump_N(3.0, 3e-3);
@@ -112,8 +112,8 @@ std::vector<Eigen::Index> reversals_of(const Eigen::VectorXd& signal) {
   return rows;
 }
 
-// Play: a knock after every reversal, now this way, now that, each of its own strength.
-TEST_F(Residual, OfKnocksAfterReversalsIsOneOfReversals) {
+// Backlash: an impact after every reversal, of either sign and of varying strength.
+TEST_F(Residual, OfImpactsAfterReversalsIsOneOfReversals) {
   Eigen::VectorXd residual_N = noise_N_;
   Draw draw(5);
   for (const Eigen::Index row : reversals_of(velocity_mps_)) {
@@ -126,8 +126,8 @@ TEST_F(Residual, OfKnocksAfterReversalsIsOneOfReversals) {
   EXPECT_GT(found.error_reduction, 0.3);
 }
 
-// The same knocks anywhere else follow nothing, and one reversal alone is an event.
-TEST_F(Residual, OfKnocksElsewhereIsNotOneOfReversals) {
+// The same impacts elsewhere do not follow reversals; an impact after one reversal only is an event.
+TEST_F(Residual, OfImpactsElsewhereIsNotOneOfReversals) {
   Eigen::VectorXd anywhere_N = noise_N_;
   Draw draw(6);
   for (int k = 0; k < 100; ++k) {
@@ -141,14 +141,14 @@ TEST_F(Residual, OfKnocksElsewhereIsNotOneOfReversals) {
   EXPECT_EQ(after_reversals(measurement_, once_N).error_reduction, 0.0);
 }
 
-// A burst of noise makes the force change its sign all the time, but only while it lasts.
+// A burst of noise has many sign changes of the force, but only while it lasts.
 TEST(AfterReversals, ABurstIsAnEventInTime) {
-  const Log quiet = test::wandering_log(3, 2000.0, 60'000);
-  Log loud = quiet;
-  std::vector<double> burst_N(quiet.force_N.size(), 0.0);
+  const Log undisturbed = test::wandering_log(3, 2000.0, 60'000);
+  Log disturbed = undisturbed;
+  std::vector<double> burst_N(undisturbed.force_N.size(), 0.0);
   Draw draw(7);
-  for (std::size_t i = 30'000; i < 30'800; ++i) loud.force_N[i] += burst_N[i] = 20.0 * draw.normal();
-  const Measurement measurement(loud);
+  for (std::size_t i = 30'000; i < 30'800; ++i) disturbed.force_N[i] += burst_N[i] = 20.0 * draw.normal();
+  const Measurement measurement(disturbed);
   const Eigen::VectorXd residual_N = measurement.filtered(burst_N);
   EXPECT_EQ(after_reversals(measurement, residual_N).error_reduction, 0.0);
   const Structure found = find_structure(measurement, residual_N).front();
@@ -171,7 +171,7 @@ TEST_F(Residual, ThatIsALineIsOneOfFrequency) {
   EXPECT_NEAR(found.where, frequency_Hz, 0.05);
 }
 
-// Low frequencies are louder, and the log has fewer rows than a long spectrum.
+// The density is higher at low frequencies, and the log has fewer rows than the longest segment.
 TEST(LineAtRows, IsFoundInAShortLog) {
   const Measurement measurement(test::wandering_log(3, 500.0, 5000));
   ASSERT_LT(measurement.row_count(), 1024);
@@ -205,8 +205,8 @@ TEST(LineBeyondRows, IsFoundWithItsAmplitude) {
   EXPECT_NEAR(line->error_reduction, 1.0 - 0.05 / std::hypot(0.05, 0.0707), 0.03);
 }
 
-// A quarter of the log has all frequencies, louder than the line.
-TEST(LineBeyondRows, IsHeardBesideLoudMoments) {
+// A quarter of the log contains all frequencies, with more power than the line.
+TEST(LineBeyondRows, IsFoundBesideMomentsOfHighEnergy) {
   Draw draw(8);
   const auto line = beyond([&](double t_s) {
     const double strong_N = t_s > 20.0 && t_s < 27.0 ? 3.0 : 0.0;
@@ -220,7 +220,7 @@ TEST(LineBeyondRows, IsNotFoundInNoise) {
   EXPECT_FALSE(beyond([](double) { return 0.0; }).has_value());
 }
 
-// A mode that a move excites rings for a moment.
+// A mode that is excited by a move rings for a moment only.
 TEST(LineBeyondRows, IsNotRinging) {
   const auto ringing = [](double t_s) {
     const double since_s = std::fmod(t_s, 12.0);

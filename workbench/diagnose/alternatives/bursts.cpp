@@ -16,7 +16,7 @@
 namespace slipstack::workbench {
 namespace {
 
-/// What each sample of the force differs by from the cubic through its neighbours, each part by itself.
+/// The absolute deviation of each sample of the force from the cubic through its neighbours, part by part.
 std::vector<double> jumps_of_force(const Measurement& measurement) {
   const std::vector<double>& force_N = measurement.log().force_N;
   std::vector<double> jumps_N;
@@ -30,11 +30,12 @@ std::vector<double> jumps_of_force(const Measurement& measurement) {
   return jumps_N;
 }
 
-/// Samples that are this share of the loudest, so near to one that is, belong to its stretch.
+/// A sample belongs to the interval if its deviation is at least this share of the largest, and it is at most
+/// so many samples away from another that belongs to it. Chosen.
 constexpr double kStrongBurst = 0.2;
 constexpr std::size_t kNear_samples = 100;
 
-/// The stretch of loud samples around the loudest.
+/// The interval of large deviations around the largest.
 Interval noisy_interval(const std::vector<double>& jumps_N, std::size_t strongest) {
   const double strong_N = kStrongBurst * jumps_N[strongest];
   Interval burst{strongest, strongest + 1};
@@ -47,30 +48,31 @@ Interval noisy_interval(const std::vector<double>& jumps_N, std::size_t stronges
   return burst;
 }
 
-/// The largest magnitude within a stretch, and farther from it than what is near.
+/// The largest magnitude within an interval, and of the samples that are not near it.
 struct Extremes {
   double within = 0.0;
   double without = 0.0;
 };
-Extremes extremes(const std::vector<double>& values, const Interval& stretch) {
+Extremes extremes(const std::vector<double>& values, const Interval& interval) {
   Extremes most;
   for (std::size_t i = 0; i < values.size(); ++i) {
-    if (i >= stretch.first && i < stretch.end) {
+    if (i >= interval.first && i < interval.end) {
       most.within = std::max(most.within, std::abs(values[i]));
-    } else if (i + kNear_samples < stretch.first || i >= stretch.end + kNear_samples) {
+    } else if (i + kNear_samples < interval.first || i >= interval.end + kNear_samples) {
       most.without = std::max(most.without, std::abs(values[i]));
     }
   }
   return most;
 }
 
-/// A burst is no larger part of the logs than this, ...
+/// A burst takes at most this share of the logs, ...
 constexpr double kShortBurst = 0.05;
-/// ... and has so many loud samples: a corner of the force or a wild sample makes five.
-constexpr std::ptrdiff_t kFewestLoud = 12;
-/// ... each so many times as loud as anything else in the logs, ...
+/// ... has at least so many large deviations (a corner of the force or an outlier makes five), ...
+constexpr std::ptrdiff_t kFewestLarge = 12;
+/// ... each of them larger by this factor than any other in the logs, ...
 constexpr double kAboveAllElse = 2.0;
-/// ... where the axis accelerates no more than so many times as anywhere else.
+/// ... and the acceleration there is at most this multiple of that anywhere else. All four chosen on the
+/// blind bench.
 constexpr double kFaster = 1.5;
 
 }  // namespace
@@ -82,12 +84,12 @@ std::optional<Structure> burst_in_force(const Measurement& measurement, const Ei
   const Interval burst = noisy_interval(jumps_N, static_cast<std::size_t>(strongest - jumps_N.begin()));
   if (static_cast<double>(burst.size()) > kShortBurst * static_cast<double>(jumps_N.size())) return {};
   const double strong_N = kAboveAllElse * extremes(jumps_N, burst).without;
-  const auto loud = std::count_if(jumps_N.begin() + static_cast<std::ptrdiff_t>(burst.first),
-                                  jumps_N.begin() + static_cast<std::ptrdiff_t>(burst.end),
-                                  [&](double jump_N) { return jump_N > strong_N; });
-  // The one fast move of a log makes the force jump too.
+  const auto large = std::count_if(jumps_N.begin() + static_cast<std::ptrdiff_t>(burst.first),
+                                   jumps_N.begin() + static_cast<std::ptrdiff_t>(burst.end),
+                                   [&](double jump_N) { return jump_N > strong_N; });
+  // The only fast move of a log changes the force quickly too.
   const Extremes acceleration = extremes(measurement.acceleration_mps2(), burst);
-  if (loud < kFewestLoud || acceleration.within > kFaster * acceleration.without) return {};
+  if (large < kFewestLarge || acceleration.within > kFaster * acceleration.without) return {};
   const double first_s = measurement.time_s(burst.first);
   const double end_s = measurement.time_s(burst.end - 1);
   const Eigen::VectorXd times = row_times(measurement);

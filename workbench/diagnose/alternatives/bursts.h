@@ -8,9 +8,10 @@
 
 namespace slipstack::workbench {
 
-/// A short stretch in which the force jumps about from sample to sample as nowhere else in the logs: a loose
-/// plug, a knock against the sensor. Rows around a turn of the axis count so little that it may not be heard
-/// there. `residual_N`: what the model leaves at the rows. Cost: O(samples).
+/// A short interval in which the force changes from sample to sample more than anywhere else in the logs: a
+/// loose plug, a knock against the sensor. It is searched in the samples, because rows around a reversal of
+/// the axis have so little weight that the residual may not show it. `residual_N`: the residual of the model
+/// at the rows. Cost: O(samples).
 std::optional<Structure> burst_in_force(const Measurement& measurement, const Eigen::VectorXd& residual_N);
 
 }  // namespace slipstack::workbench

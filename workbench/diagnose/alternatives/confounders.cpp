@@ -17,20 +17,23 @@
 namespace slipstack::workbench {
 namespace {
 
-/// Share of the baseline's error that the explanation takes away.
+/// The share of the baseline's error that the explanation removes.
 double reduction_of_all(const Diagnosis& diagnosis) {
   return 1.0 - diagnosis.explained.holdout_rmse_N / diagnosis.baseline.holdout_rmse_N;
 }
 
+/// The reduction from which on another explanation counts as far better than one of `reduction`. Chosen on
+/// the blind bench.
 double far_above(double reduction) {
   return reduction + 0.25 * (1.0 - reduction);
 }
 
-/// Of what several effects explain, what one place of the rail must explain to stand for them.
+/// A place of the rail replaces several effects if it explains this share of what they explain together.
+/// Chosen on logs of tests/bench/blind/stranger_generator.py.
 constexpr double kShareOfSeveral = 0.9;
 
-/// One place of the rail that explains what several effects were gathered for, and far more than the first of
-/// them: a dent is no preload along the rail with a ripple to correct it.
+/// A place of the rail that explains what several effects were named for, and far more than the first of them
+/// alone: a dent, for example, is not a preload map with a ripple that corrects it.
 std::optional<Structure> place_behind_several(const Measurement& measurement, const Diagnosis& diagnosis,
                                               const Eigen::VectorXd& residual_N) {
   if (diagnosis.steps.size() < 3) return {};
@@ -44,7 +47,7 @@ std::optional<Structure> place_behind_several(const Measurement& measurement, co
   return place;
 }
 
-/// A line this near to a resonance has its frequency.
+/// A line and a resonance have the same frequency if they differ by at most this share. Chosen.
 constexpr double kSameLine = 0.02;
 
 bool at_frequency_of(const Term& mode, const Structure& line) {
@@ -61,7 +64,7 @@ std::optional<Structure> curve_behind_all(const Measurement& measurement, const 
   return free.front();
 }
 
-/// Share of what all effects explain that such a line explains alone.
+/// The line alone explains at least this share of what all effects explain. Chosen.
 constexpr double kLineCausesMode = 0.5;
 
 std::optional<Structure> line_as_resonance(const Measurement& measurement, const Diagnosis& diagnosis) {
@@ -77,7 +80,7 @@ std::optional<Structure> line_as_resonance(const Measurement& measurement, const
   return line;
 }
 
-/// A moving mass that comes out so many times smaller or larger than the declared one is no payload.
+/// A moving mass that differs from the declared one by this factor is a wrong unit, not a payload. Chosen.
 constexpr double kAnotherAxis = 5.0;
 
 std::optional<Structure> mass_of_another_axis(const Measurement& measurement, const Diagnosis& diagnosis) {
@@ -86,7 +89,7 @@ std::optional<Structure> mass_of_another_axis(const Measurement& measurement, co
                      std::move(description) + ": check mass_kg and the units of time, position and force",
                      weighted_residual(measurement, diagnosis.baseline)};
   };
-  // Whatever then takes the inertia back: a payload below zero, a mode of all the mass.
+  // Some effect then compensates the inertia: a negative payload, a mode of all the mass.
   if (measurement.log().mass_kg && diagnosis.baseline.relative_error > kAnotherAxis) {
     return described(fmt::format("the declared mass would need {:.3g} times the measured force",
                                  diagnosis.baseline.relative_error));
@@ -102,7 +105,8 @@ std::optional<Structure> mass_of_another_axis(const Measurement& measurement, co
   return {};
 }
 
-/// A line that is this share of what is left, so far above the floor, is what drives the rest.
+/// A line that explains this share of an error above this multiple of the noise floor is taken as the cause
+/// of the remaining error. Chosen on the blind bench.
 constexpr double kLineDrives = 0.3;
 constexpr double kLineAboveFloor = 2.0;
 
@@ -116,8 +120,9 @@ bool line_causes_mode(const Diagnosis& diagnosis) {
   return (mode != nullptr && at_frequency_of(*mode, *left)) || left->error_reduction >= kLineDrives;
 }
 
-/// So many times as strong as the baseline's error, and that less than so many times the floor.
-constexpr double kDrowns = 2.0;
+/// The line is stronger than the baseline's error by this factor, and this error is below this multiple of
+/// the noise floor. Chosen on the blind bench.
+constexpr double kMasks = 2.0;
 constexpr double kNearNoise = 2.0;
 
 bool line_masks_effects(const Measurement& measurement, const Diagnosis& diagnosis) {
@@ -126,10 +131,10 @@ bool line_masks_effects(const Measurement& measurement, const Diagnosis& diagnos
       diagnosis.baseline.holdout_rmse_N > kNearNoise * diagnosis.noise_floor_N) {
     return false;
   }
-  // Its reduction is of the rms of both.
+  // The reduction of a line above the bandwidth is relative to the rms of line and error together.
   const double rest = std::max(1.0 - left->error_reduction, 1e-6);
   const double line_N = diagnosis.explained.train_rmse_N * std::sqrt(1.0 / (rest * rest) - 1.0);
-  return line_N > kDrowns * diagnosis.baseline.holdout_rmse_N;
+  return line_N > kMasks * diagnosis.baseline.holdout_rmse_N;
 }
 
 bool backlash_as_coulomb(const Diagnosis& diagnosis) {

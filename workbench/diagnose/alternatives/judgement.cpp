@@ -18,10 +18,11 @@
 namespace slipstack::workbench {
 namespace {
 
-/// The encoder's steps are loudest at reversals: what is left there is play only so far above the floor.
+/// Encoder steps cause the largest errors at reversals: below this multiple of the noise floor a residual
+/// after reversals is not reported as backlash. Chosen on the blind bench.
 constexpr double kBacklashAboveFloor = 1.6;
 
-/// Everything that the explanation leaves, the strongest first.
+/// All structure in the residual of the explanation, the strongest first.
 std::vector<Structure> structure_left(const Measurement& measurement, const Diagnosis& diagnosis) {
   auto left = find_structure(measurement, weighted_residual(measurement, diagnosis.explained));
   if (diagnosis.explained.holdout_rmse_N < kBacklashAboveFloor * diagnosis.noise_floor_N) {
@@ -30,83 +31,87 @@ std::vector<Structure> structure_left(const Measurement& measurement, const Diag
   return left;
 }
 
-/// How far above the floor an error must be for structure to be reported.
+/// Structure is reported only if the error is above this multiple of the noise floor, which is itself
+/// uncertain by that much (docs/theory.md, "Noise floor").
 constexpr double kAboveFloor = 1.15;
 
 bool above_floor(const Diagnosis& diagnosis) {
   return diagnosis.explained.holdout_rmse_N > kAboveFloor * diagnosis.noise_floor_N;
 }
 
-/// What structure must explain of the residual to be reported.
+/// Structure is reported only if it explains this share of the residual's rms. Chosen.
 constexpr double kStructureReduction = 0.05;
 
-/// What of it is worth a word: the strongest, or a line above the rows' bandwidth that is stronger; a burst,
-/// however little of it is heard at the rows.
-std::optional<Structure> is_notable(const Measurement& measurement, const Diagnosis& diagnosis,
-                                    const Structure& strongest) {
-  std::optional<Structure> described;
-  if (above_floor(diagnosis) && strongest.error_reduction >= kStructureReduction) described = strongest;
+/// The structure to report: the strongest, or a line above the bandwidth of the rows if that explains more;
+/// else a burst, even where the residual at the rows hardly shows it.
+std::optional<Structure> structure_to_report(const Measurement& measurement, const Diagnosis& diagnosis,
+                                             const Structure& strongest) {
+  std::optional<Structure> reported;
+  if (above_floor(diagnosis) && strongest.error_reduction >= kStructureReduction) reported = strongest;
   const FittedModel& last = diagnosis.explained;
   auto line = line_beyond_rows(measurement, last.linearisation->sample_force_N(), last.train_rmse_N);
-  const double known = described ? described->error_reduction : kStructureReduction;
-  if (line && line->error_reduction >= known) described = std::move(line);
-  if (!described) described = burst_in_force(measurement, weighted_residual(measurement, last));
-  return described;
+  const double known = reported ? reported->error_reduction : kStructureReduction;
+  if (line && line->error_reduction >= known) reported = std::move(line);
+  if (!reported) reported = burst_in_force(measurement, weighted_residual(measurement, last));
+  return reported;
 }
 
-/// So many times the floor: real axes end there with a good force sensor.
+/// Far above the noise floor: with a good force sensor, models of real axes reach this multiple of it.
 constexpr double kFarAboveFloor = 4.0;
-/// A model that leaves this share of the force, far above the floor, is not complete; nor one that leaves so
-/// many times the floor, whatever the share: moves that take great forces hide all others.
+/// A model is not complete if it leaves this share of the force, far above the noise floor; nor if it leaves
+/// this multiple of the noise floor, whatever the share, because moves of large forces dominate the share.
+/// Chosen on logs of tests/bench/blind/stranger_generator.py.
 constexpr double kIncomplete = 0.02;
 constexpr double kNeverComplete = 12.0;
 
-/// Whether so much is left, whatever its form, that calling the model complete would be wrong.
+/// Whether too much is left, in whatever form, to call the model complete.
 bool far_from_complete(const Diagnosis& diagnosis) {
   const double above_floor = diagnosis.explained.holdout_rmse_N / diagnosis.noise_floor_N;
   return above_floor > kNeverComplete ||
          (diagnosis.explained.relative_error > kIncomplete && above_floor > kFarAboveFloor);
 }
 
-/// An explanation that leaves so much explains nothing: share of the force, share of what the baseline left.
-/// Real axes end at a few per cent of the force, far above the floor of a good force sensor.
-constexpr double kFairShareOfForce = 0.06;
+/// An explanation that leaves more than these shares of the force and of the baseline's error is
+/// insufficient. Models of real axes leave a few per cent of the force, far above the noise floor of a good
+/// sensor.
+constexpr double kLargeShareOfForce = 0.06;
 constexpr double kMostOfBaseline = 0.35;
 
-/// Whether the best explanation leaves the axis unexplained by any measure: far above the floor, a fair share
-/// of the force, and most of what the baseline left. What it names is then a stand-in for something else.
+/// Whether the explanation is insufficient by every measure: far above the noise floor, a large share of the
+/// force, and much of the baseline's error. The effects that it names then only approximate something else.
 bool insufficient(const Diagnosis& diagnosis) {
   const FittedModel& last = diagnosis.explained;
-  return last.relative_error > kFairShareOfForce &&
+  return last.relative_error > kLargeShareOfForce &&
          last.holdout_rmse_N > kFarAboveFloor * diagnosis.noise_floor_N &&
          last.holdout_rmse_N > kMostOfBaseline * diagnosis.baseline.holdout_rmse_N;
 }
 
-/// What instruments may have done is told where it explains this share of the baseline's error.
-constexpr double kInstrumentsTold = 0.1;
-/// ... and so many standard errors of it: a remark needs less than a name.
-constexpr double kSureEnoughToTell = 2.0;
-/// Of two that say nearly the same, so much more error, the one of fewer parameters.
-constexpr double kNearlyTheSame = 1.05;
+/// An effect that instruments may have caused is mentioned if it lowers the baseline's error by this share
+/// ...
+constexpr double kLeastRemarked = 0.1;
+/// ... and by so many standard errors; a remark requires less than a verdict. Both chosen.
+constexpr double kSignificanceOfRemark = 2.0;
+/// Of candidates whose errors differ by less than this factor, the one of fewer parameters is mentioned.
+constexpr double kNearlyEqual = 1.05;
 
-/// Whether the candidate lowers the baseline's error beyond chance and by enough for a word, and is no larger
-/// than clocks and sensors err.
-bool instruments_may_do(const Measurement& measurement, const FittedModel& baseline,
-                        const Candidate& candidate) {
+/// Whether the candidate lowers the baseline's error enough for a remark, and is no larger than errors of
+/// clocks and sensors can be.
+bool instruments_may_cause(const Measurement& measurement, const FittedModel& baseline,
+                           const Candidate& candidate) {
   const Reduction reduced = reduction(baseline.block_squared_error, candidate.block_squared_error);
   const double step_N2 = explained_N2(baseline.holdout_rmse_N, candidate.holdout_rmse_N);
-  return reduced.value >= kInstrumentsTold && reduced.is_significant(kSureEnoughToTell) &&
+  return reduced.value >= kLeastRemarked && reduced.is_significant(kSignificanceOfRemark) &&
          within_instruments(baseline, measurement.tick_s(), baseline.terms, candidate.terms, step_N2);
 }
 
-/// Without a name: what lowers the error most, where it is no larger than clocks and sensors err. Who reads
-/// of its symptoms alone would look for a fault of the axis.
+/// A remark for the case that no effect is named: the candidate that lowers the error most, if it is no
+/// larger than errors of clocks and sensors. Without it the reader would look for a fault of the axis.
 std::string instruments_behind(const Measurement& measurement, const Diagnosis& diagnosis) {
   const Candidate* described = nullptr;
   for (const Candidate& candidate : diagnosis.candidates) {
     const bool near =
-        described == nullptr || candidate.holdout_rmse_N < kNearlyTheSame * described->holdout_rmse_N;
-    if (!near || !instruments_may_do(measurement, diagnosis.baseline, candidate)) break;
+        described == nullptr || candidate.holdout_rmse_N < kNearlyEqual * described->holdout_rmse_N;
+    if (!near || !instruments_may_cause(measurement, diagnosis.baseline, candidate)) break;
     if (described == nullptr ||
         candidate.term.effect->parameter_count() < described->term.effect->parameter_count()) {
       described = &candidate;
@@ -119,28 +124,29 @@ std::string instruments_behind(const Measurement& measurement, const Diagnosis& 
       described->term.id(), 100.0 * lowered, described->evidence);
 }
 
-/// Effects were named: whether they hold. `strongest`: structure left, where the reason has none of its own.
+/// The verdict where effects were named: whether a confounder explains the log better. `strongest`: what is
+/// reported where the confounder has no description of its own.
 void judge_named(const Measurement& measurement, const Structure& strongest, Diagnosis& diagnosis) {
-  const auto blame = [&](std::optional<Structure> stood_in_for) {
-    if (!stood_in_for) return false;
+  const auto attribute_to = [&](std::optional<Structure> confounder) {
+    if (!confounder) return false;
     diagnosis.verdict = Verdict::unexplained;
-    diagnosis.unexplained = std::move(stood_in_for);
+    diagnosis.unexplained = std::move(confounder);
     return true;
   };
   diagnosis.verdict = Verdict::missing_effect;
-  if (above_floor(diagnosis) && diagnosis.unexplained) blame(curve_behind_all(measurement, diagnosis));
-  if (!blame(line_as_resonance(measurement, diagnosis)) &&
+  if (above_floor(diagnosis) && diagnosis.unexplained) attribute_to(curve_behind_all(measurement, diagnosis));
+  if (!attribute_to(line_as_resonance(measurement, diagnosis)) &&
       (insufficient(diagnosis) || line_causes_mode(diagnosis) || line_masks_effects(measurement, diagnosis) ||
        backlash_as_coulomb(diagnosis))) {
-    blame(diagnosis.unexplained ? diagnosis.unexplained : strongest);
+    attribute_to(diagnosis.unexplained ? diagnosis.unexplained : strongest);
   }
-  blame(mass_of_another_axis(measurement, diagnosis));
+  attribute_to(mass_of_another_axis(measurement, diagnosis));
 }
 
-/// By what the explanation leaves.
+/// The verdict by the residual of the explanation.
 void judge_by_what_is_left(const Measurement& measurement, Diagnosis& diagnosis) {
   const std::vector<Structure> left = structure_left(measurement, diagnosis);
-  diagnosis.unexplained = is_notable(measurement, diagnosis, left.front());
+  diagnosis.unexplained = structure_to_report(measurement, diagnosis, left.front());
   if (diagnosis.steps.size() > 1) {
     judge_named(measurement, left.front(), diagnosis);
     return;
@@ -156,7 +162,7 @@ void judge(const Measurement& measurement, Diagnosis& diagnosis) {
   judge_by_what_is_left(measurement, diagnosis);
   auto lost = lost_counts(measurement);
   if (!lost) return;
-  // It comes before all else that is left: what depends on the position may depend on the jumps.
+  // Jumps are reported first: any dependence on the position may be caused by them.
   if (diagnosis.unexplained) lost->description += "; besides, " + diagnosis.unexplained->description;
   diagnosis.unexplained = std::move(lost);
   if (diagnosis.verdict == Verdict::complete) diagnosis.verdict = Verdict::unexplained;

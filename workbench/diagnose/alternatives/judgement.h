@@ -5,9 +5,9 @@
 
 namespace slipstack::workbench {
 
-/// Sets the verdict, and what is left unexplained: searches what the explanation leaves for structure, and
-/// asks whether what was named stands in for something else. Wants the steps, the explained model and the
-/// floor.
+/// Sets the verdict and `unexplained`: searches the residual of the explanation for structure, and tests
+/// whether a confounder is a better explanation than the effects that were named. Needs the steps, the
+/// explained model and the noise floor of `diagnosis`.
 void judge(const Measurement& measurement, Diagnosis& diagnosis);
 
 }  // namespace slipstack::workbench

@@ -16,16 +16,18 @@
 namespace slipstack::workbench {
 namespace {
 
-/// Samples of a spectrum: as many as the log has parts for, within these.
+/// Limits of the length of a spectrum's segment, in samples; the log must have kParts such segments.
 constexpr std::size_t kLongestSegment = 2048;
 constexpr std::size_t kShortestSegment = 256;
-/// A line stands this far above both its sides: medians of spectra of noise reach three at most.
+/// A line exceeds the density on both its sides by this factor; in medians of spectra of noise the factor is
+/// three at most.
 constexpr double kStandsOut = 8.0;
-/// So far in the measured force too, where it stands among what else the force does.
+/// The same factor for the measured force, in which the line is one part among others. Chosen.
 constexpr double kInForce = 4.0;
-/// The log is heard in so many parts or more. A line is in all of them, ringing after moves is not.
+/// The least number of parts into which the log is divided. A line is in all of them; ringing after moves is
+/// not.
 constexpr std::size_t kParts = 8;
-/// Power that the median part has, of which all but a quarter of the parts have this share.
+/// Three quarters of the parts must have this share of the power of the median part. Chosen.
 constexpr double kSteady = 0.25;
 
 std::string described(double frequency_Hz, double amplitude_N) {
@@ -33,12 +35,12 @@ std::string described(double frequency_Hz, double amplitude_N) {
                      quantity(frequency_Hz, "Hz"), quantity(amplitude_N, "N"));
 }
 
-/// Bins beside a line that it does not reach, through a Hann window.
+/// Distances in bins at which a line no longer contributes, with a Hann window.
 constexpr std::size_t kNear = 4;
 constexpr std::size_t kFar = 6;
 
-/// How far a bin stands above the louder of its two sides: beside the edge of a broad hump (the encoder's
-/// steps, seen through the mass up to where the motion's filter ends) one side is as high as the peak.
+/// The ratio of a bin to the larger density on its two sides. At the edge of a broad hump (quantisation times
+/// mass, up to the bandwidth of the motion's filter) one side is as high as the peak.
 double prominence(const Spectrum& spectrum, std::size_t bin) {
   double left = 0.0;
   double right = 0.0;
@@ -50,20 +52,20 @@ double prominence(const Spectrum& spectrum, std::size_t bin) {
   return spectrum.density[bin] / std::max(beside, 1e-300);
 }
 
-/// Power of the three bins that a line spreads over, through a Hann window.
+/// Power of the three bins over which a Hann window spreads a line.
 double power_at(const Spectrum& spectrum, std::size_t bin) {
   const double width_Hz = spectrum.frequency_Hz[1] - spectrum.frequency_Hz[0];
   return (spectrum.density[bin - 1] + spectrum.density[bin] + spectrum.density[bin + 1]) * width_Hz;
 }
 
-/// The longest segment of which a signal has enough; zero where it has not.
+/// The longest segment that a signal has kParts of; zero where it is too short.
 std::size_t segment_for(std::size_t samples) {
   std::size_t segment = kLongestSegment;
   while (segment * kParts > samples) segment /= 2;
   return segment < kShortestSegment ? 0 : segment;
 }
 
-/// Spectra of the parts of a signal, in the order of time; none of a short one.
+/// Spectra of the parts of a signal in the order of time; none where it is too short.
 std::vector<Spectrum> spectra_of_parts(std::span<const double> signal, double rate_Hz) {
   const std::size_t segment = segment_for(signal.size());
   if (segment == 0) return {};
@@ -77,8 +79,8 @@ std::vector<Spectrum> spectra_of_parts(std::span<const double> signal, double ra
   return spectra;
 }
 
-/// At each frequency what the median part has. A few loud moves, or a controller that hunts for a while, have
-/// all frequencies and would hide a line that is there all the time.
+/// The median over the parts at each frequency. A few moves of large residual, or a controller that hunts for
+/// a while, contain all frequencies and would hide a line that is present all the time.
 Spectrum median_spectrum(const std::vector<Spectrum>& parts) {
   if (parts.empty()) return {};
   Spectrum spectrum = parts.front();
@@ -90,8 +92,8 @@ Spectrum median_spectrum(const std::vector<Spectrum>& parts) {
   return spectrum;
 }
 
-/// Whether nearly all parts have the line: a controller that hunts within an encoder's step makes one too,
-/// but only while the axis rests.
+/// Whether nearly all parts have the line: a controller that hunts within an encoder step causes one too, but
+/// only while the axis stands.
 bool steady(const std::vector<Spectrum>& parts, std::size_t bin) {
   std::vector<double> powers;
   powers.reserve(parts.size());
@@ -100,7 +102,7 @@ bool steady(const std::vector<Spectrum>& parts, std::size_t bin) {
   return powers[powers.size() / 4] >= kSteady * powers[powers.size() / 2];
 }
 
-/// Rows of a spectrum, at most.
+/// The longest segment of a spectrum of the rows.
 constexpr std::size_t kLongestRowSegment = 1024;
 
 double row_rate_Hz(const Measurement& measurement) {
@@ -112,7 +114,7 @@ std::span<const double> rows_of(const Eigen::VectorXd& residual_N) {
 }
 
 Spectrum row_spectrum(const Measurement& measurement, const Eigen::VectorXd& residual_N) {
-  // Of few rows a coarser one: a line's own frequency is looked for around its peak anyway.
+  // With few rows the resolution is coarser; the frequency of the line is refined around the peak anyway.
   const std::size_t segment = std::bit_floor(static_cast<std::size_t>(residual_N.size()));
   return power_spectrum(rows_of(residual_N), row_rate_Hz(measurement), std::min(segment, kLongestRowSegment));
 }
@@ -121,7 +123,7 @@ Spectrum row_spectrum(const Measurement& measurement, const Eigen::VectorXd& res
 Structure line_within(const Measurement& measurement, const Eigen::VectorXd& residual_N, double around_Hz,
                       double width_Hz) {
   const Eigen::VectorXd times = row_times(measurement);
-  // The phase must hold over each part: steps of a third of a turn over its length around the peak.
+  // The phase must hold over each part: the frequency steps by 0.3 of a period over the longest part.
   std::size_t longest = 0;
   for (const LogPart& part : measurement.parts()) longest = std::max(longest, part.sample_count);
   const double step_Hz = 0.3 / (static_cast<double>(longest) * measurement.tick_s());
@@ -130,7 +132,7 @@ Structure line_within(const Measurement& measurement, const Eigen::VectorXd& res
     Eigen::MatrixXd columns =
         Eigen::MatrixXd::Zero(residual_N.size(), 2 * static_cast<Eigen::Index>(parts.size()));
     const Eigen::ArrayXd phase = 2.0 * std::numbers::pi * frequency_Hz * times.array();
-    for (std::size_t p = 0; p < parts.size(); ++p) {  // each log has its own phase
+    for (std::size_t p = 0; p < parts.size(); ++p) {  // the phase differs from log to log
       const auto first = static_cast<Eigen::Index>(parts[p].first_row);
       const auto count = static_cast<Eigen::Index>(parts[p].row_count);
       const auto column = 2 * static_cast<Eigen::Index>(p);
@@ -166,7 +168,8 @@ Structure line_at_rows(const Measurement& measurement, const Eigen::VectorXd& re
   }
   Structure strongest =
       line_within(measurement, residual_N, spectrum.frequency_Hz[peak], spectrum.frequency_Hz[1]);
-  // Beside what moves leave, which is louder at low frequencies, one that is there all the time stands out.
+  // The residual of moves is larger at low frequencies; a line that is present all the time exceeds the
+  // median of the parts.
   const Spectrum usual = median_spectrum(spectra_of_parts(rows_of(residual_N), row_rate_Hz(measurement)));
   std::size_t sharpest = 0;
   double most = kStandsOut;
@@ -198,8 +201,8 @@ std::optional<Structure> line_beyond_rows(const Measurement& measurement, const 
   if (spectrum.density.size() < 4) return {};
   const double width_Hz = spectrum.frequency_Hz[1] - spectrum.frequency_Hz[0];
   const auto first = static_cast<std::size_t>(measurement.bandwidth_Hz() / width_Hz) + 2;
-  // At one slow speed driven again and again the encoder's steps come at one frequency, and through mass
-  // times acceleration that is a line: of the encoder, and not in the force.
+  // At a constant slow speed encoder steps come at one frequency, and mass times acceleration has a line
+  // there that the measured force does not have.
   const Spectrum force = median_spectrum(spectra_of_parts(measurement.log().force_N, rate_Hz));
   std::size_t peak = 0;
   double most = kStandsOut;

@@ -7,15 +7,17 @@
 
 namespace slipstack::workbench {
 
-/// A line of constant frequency and phase in the residual at the rows: below their bandwidth.
+/// The strongest spectral line, of constant frequency and phase, in the residual at the rows: below their
+/// bandwidth.
 Structure line_at_rows(const Measurement& measurement, const Eigen::VectorXd& residual_N);
 
-/// The same at one frequency, to within what the residual's spectrum resolves.
+/// The same near `frequency_Hz`, within the resolution of the residual's spectrum.
 Structure line_near(const Measurement& measurement, const Eigen::VectorXd& residual_N, double frequency_Hz);
 
-/// A line above that bandwidth, where no effect of the catalogue is looked for: mains hum, an unbalanced fan,
-/// a switching ripple. Seen in the force that `model_N` (a value per sample) leaves, throughout the log. Its
-/// reduction is what it would be of an rms of `error_N`. Cost: some spectra of the log.
+/// A line above that bandwidth, where no effect of the catalogue is searched: mains hum, an unbalanced fan, a
+/// switching ripple. It is found in the residual of `model_N` (a value per sample) and present throughout the
+/// log. The reduction of the error is relative to the rms of the line and of `error_N` together. Cost: some
+/// spectra of the log.
 std::optional<Structure> line_beyond_rows(const Measurement& measurement, const std::vector<double>& model_N,
                                           double error_N);
 

@@ -11,16 +11,17 @@ namespace slipstack::workbench {
 
 namespace {
 
-/// Jumps of chance go either way: so many the way that the axis goes happen in one log of 32 ...
+/// Random jumps have either sign: that so many have the sign of the motion occurs in one log of 32 ...
 constexpr std::size_t kFewestAhead = 5;
-/// ... if they are as long as what the axis makes in this share of a sample and more.
+/// ... and each is at least as long as the distance that the axis moves in this share of a sample. Chosen.
 constexpr double kOfASample = 0.5;
 
-/// Whether the jump runs ahead of the axis by a sample's way and more, as where rows are missing.
+/// Whether the jump has the direction of the motion and at least kOfASample of its distance in a sample, as
+/// where rows are missing.
 bool runs_ahead(const Measurement& measurement, std::size_t sample, double jump_m) {
   if (sample == 0 || sample + 1 >= measurement.sample_count()) return false;
-  const double way_m = 0.5 * (measurement.position_m()[sample + 1] - measurement.position_m()[sample - 1]);
-  return jump_m * way_m > 0.0 && std::abs(jump_m) >= kOfASample * std::abs(way_m);
+  const double moved_m = 0.5 * (measurement.position_m()[sample + 1] - measurement.position_m()[sample - 1]);
+  return jump_m * moved_m > 0.0 && std::abs(jump_m) >= kOfASample * std::abs(moved_m);
 }
 
 }  // namespace
@@ -51,7 +52,8 @@ std::optional<Structure> lost_counts(const Measurement& measurement) {
       Coordinate::time, 0.0, time_s,
       fmt::format(
           "the position jumps by {} at {}{}, {}", quantity(largest_m, "m"), when_of(measurement, time_s),
-          count > 1 ? fmt::format(" and less at {} other {}", count - 1, count > 2 ? "times" : "time") : "",
+          count > 1 ? fmt::format(" and by less at {} other {}", count - 1, count > 2 ? "times" : "time")
+                    : "",
           what),
       Eigen::VectorXd::Zero(measurement.row_count())};
 }

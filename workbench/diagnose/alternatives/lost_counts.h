@@ -7,8 +7,8 @@
 
 namespace slipstack::workbench {
 
-/// What the encoder's jumps (encoder_jumps()) say, where there are any. No effect of an axis makes them: a
-/// model may be all that such a log needs once they are taken back, but the log is not all right.
+/// A description of the jumps of the encoder (encoder_jumps()), if there are any. They were removed from the
+/// position, so that the model may be complete; but no axis causes them, and the user must know.
 std::optional<Structure> lost_counts(const Measurement& measurement);
 
 }  // namespace slipstack::workbench

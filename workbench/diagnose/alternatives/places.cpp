@@ -15,9 +15,10 @@
 namespace slipstack::workbench {
 namespace {
 
-/// Stretches that the travel is divided into: one is as short as a feature that is looked for.
+/// The travel is divided into so many bins; a bin is as short as the shortest feature that is searched.
+/// Chosen.
 constexpr int kBins = 400;
-/// Half widths that are tried, in bins.
+/// Half widths of the feature that are tried, in bins.
 constexpr double kHalfWidths[] = {1.0, 2.0, 4.0, 8.0, 16.0};
 constexpr int kKnotsPerPlace = 9;
 constexpr int kFewestPasses = 4;
@@ -27,7 +28,7 @@ struct Bin {
   double rows = 0.0;
 };
 
-/// The middle of the bin whose energy stands out most above what its rows would have anywhere else.
+/// The middle of the bin whose energy most exceeds that of as many rows in the median bin.
 double strongest_place(const Eigen::VectorXd& position_m, const Eigen::VectorXd& residual_N, double first_m,
                        double width_m) {
   std::vector<Bin> bins(kBins);
@@ -54,7 +55,7 @@ double strongest_place(const Eigen::VectorXd& position_m, const Eigen::VectorXd&
   return first_m + (static_cast<double>(strongest) + 0.5) * width_m;
 }
 
-/// The rows within a stretch, and the half that each pass through it belongs to.
+/// The rows within a section of the rail, and for each the half that its pass belongs to.
 struct Passes {
   std::vector<Eigen::Index> rows;
   Halves halves;
@@ -72,7 +73,7 @@ Passes passes_through(const Eigen::VectorXd& position_m, double middle_m, double
   return passes;
 }
 
-/// What the force at a place does: the same whichever way it is passed, or against the motion.
+/// The sign of the force at a place: the same in both directions of motion, or opposite to the motion.
 enum class Side { kEither, kAgainst };
 
 std::string describe(Side side, double where_m, int passes, double force_N) {
@@ -87,33 +88,34 @@ std::string describe(Side side, double where_m, int passes, double force_N) {
       quantity(where_m, "m"), passes, quantity(force_N, "N"));
 }
 
-/// Half widths in which the energy of passes is looked at, in bins.
+/// Half widths within which the energy of passes is summed, in bins.
 constexpr double kStrongHalfWidths[] = {4.0, 8.0, 16.0, 32.0};
-/// Slower than this share of the speed at the middle, the axis stops or turns there: that is another reason.
+/// Rows slower than this share of the speed at the middle do not belong to a pass: the axis stops or reverses
+/// there, which has other causes of error.
 constexpr double kAtSpeed = 0.2;
-/// Rows at either end of a pass over which the filter spreads a knock.
+/// Rows at either end of a pass over which the filter spreads an impact.
 constexpr Eigen::Index kSmear = 2;
 constexpr std::size_t kFewestStrongPasses = 3;
-/// More rows than this, and passes are no short feature but most of what the axis does.
+/// Passes that take more than this share of all rows are most of the motion, not a short feature. Chosen.
 constexpr double kShortPlace = 0.15;
-/// All passes but one in five have this share of the mean pass' energy times speed, without what the noise
-/// has there: a slow pass is longer.
+/// Four of five passes have at least this share of the mean of energy times speed over all passes, the energy
+/// of the noise subtracted; times speed, because a slow pass has more rows. Chosen.
 constexpr double kStrongPlace = 0.15;
 
 /// Median of the squares of Gaussian noise, over its variance.
 constexpr double kMedianOfSquares = 0.455;
-/// Share of what they explain that a curve must explain to be told instead.
+/// A curve is reported instead of the energy if it explains this share of what the energy explains. Chosen.
 constexpr double kCurveHolds = 0.8;
 
-/// Rows in which the axis passes a place at a speed.
+/// Rows in which the axis passes a place, and its speed there.
 struct Pass {
   Eigen::Index first;
   Eigen::Index count;
   double speed_mps;
 };
 
-/// Each pass through `middle_m` from one side to the other, at speed, within a half width of it. Quick passes
-/// have a row or two.
+/// The passes through `middle_m` from one side to the other at speed, within half a width of it. A fast pass
+/// may have only one or two rows.
 std::vector<Pass> passes_at_speed(const Eigen::VectorXd& position_m, const Eigen::VectorXd& velocity_mps,
                                   double middle_m, double half_width_m) {
   std::vector<Pass> passes;
@@ -138,8 +140,9 @@ std::vector<Pass> passes_at_speed(const Eigen::VectorXd& position_m, const Eigen
   return passes;
 }
 
-/// Energy that sits in the passes of one place, each of which has its share: what a short feature makes of a
-/// row or two has another form at each speed, and no curve over the place is the same in all.
+/// The energy of the residual in the passes of one place, of which nearly each must have its share. Fast
+/// passes have one or two rows, in which the same feature has another form at each speed, so that no curve
+/// over the place fits all of them.
 Structure strong_passes(const Eigen::VectorXd& position_m, const Eigen::VectorXd& velocity_mps,
                         const Eigen::VectorXd& residual_N, double middle_m, double width_m) {
   Structure best{Coordinate::position, 0.0, middle_m, "", Eigen::VectorXd::Zero(residual_N.size())};
@@ -193,12 +196,13 @@ Structure place_on_rail(const Eigen::VectorXd& position_m, const Eigen::VectorXd
       knots[static_cast<std::size_t>(k)] = middle_m + half_width_m * (2.0 * k / (kKnotsPerPlace - 1) - 1.0);
     }
     const Eigen::VectorXd here_N = residual_N(passes.rows);
-    const Eigen::VectorXd way = velocity_mps(passes.rows).cwiseSign();
+    const Eigen::VectorXd direction = velocity_mps(passes.rows).cwiseSign();
     const Eigen::MatrixXd hats = hat_functions(position_m(passes.rows), knots);
     for (const Side side : {Side::kEither, Side::kAgainst}) {
-      const Eigen::MatrixXd columns = side == Side::kEither ? hats : Eigen::MatrixXd(way.asDiagonal() * hats);
+      const Eigen::MatrixXd columns =
+          side == Side::kEither ? hats : Eigen::MatrixXd(direction.asDiagonal() * hats);
       const HeldOut judged = held_out(columns, here_N, passes.halves);
-      // Of all the log's residual, of which this stretch is a part.
+      // Relative to the residual of the whole log, of which this section is a part.
       const double kept =
           here_N.squaredNorm() * (1.0 - judged.error_reduction) * (1.0 - judged.error_reduction);
       const double reduction = 1.0 - std::sqrt(std::max(0.0, whole - here_N.squaredNorm() + kept) / whole);
@@ -209,15 +213,15 @@ Structure place_on_rail(const Eigen::VectorXd& position_m, const Eigen::VectorXd
       best.where = position_m(passes.rows[static_cast<std::size_t>(peak)]);
       best.explained_N.setZero();
       best.explained_N(passes.rows) = judged.explained;
-      const double force_N = judged.explained(peak) * (side == Side::kAgainst ? way(peak) : 1.0);
+      const double force_N = judged.explained(peak) * (side == Side::kAgainst ? direction(peak) : 1.0);
       best.description = describe(side, best.where, passes.count, force_N);
     }
   }
-  Structure loud = strong_passes(position_m, velocity_mps, residual_N, middle_m, width_m);
-  if (loud.error_reduction <= best.error_reduction) return best;
-  // A curve that holds for most of it says more.
-  if (best.error_reduction < kCurveHolds * loud.error_reduction) return loud;
-  best.error_reduction = loud.error_reduction;
+  Structure energy = strong_passes(position_m, velocity_mps, residual_N, middle_m, width_m);
+  if (energy.error_reduction <= best.error_reduction) return best;
+  // A curve is the more specific description.
+  if (best.error_reduction < kCurveHolds * energy.error_reduction) return energy;
+  best.error_reduction = energy.error_reduction;
   return best;
 }
 

@@ -15,22 +15,22 @@
 namespace slipstack::workbench {
 namespace {
 
-/// A reversal counts where the signal has left zero by this share of its rms on both sides.
+/// A sign change counts if the signal exceeds this share of its rms on both sides. Chosen.
 constexpr double kLeavesZero = 0.1;
-/// Lengths of what follows a reversal, that are tried [s].
+/// Durations after a reversal that are tried [s].
 constexpr double kLasting_s[] = {0.01, 0.02, 0.04, 0.08};
-/// More rows than this, and what follows reversals is most of the log.
+/// Where more than this share of the rows follows reversals, these are not distinct moments.
 constexpr double kMostRows = 0.4;
-/// Fewest reversals, and the share of them that must be needed for half of the energy.
+/// The least number of reversals, and the least share of them that may hold half of the energy. Chosen.
 constexpr std::size_t kFewestReversals = 10;
 constexpr double kSpread = 0.05;
-/// The same of the log's stretches that have reversals: a burst of noise crosses zero as often as it likes,
-/// but all in one stretch, or over the border of two.
+/// The same for fifty intervals of the log: a burst of noise has many sign changes, but all within one
+/// interval or two adjacent ones. Chosen.
 constexpr Eigen::Index kIntervals = 50;
 constexpr double kSpreadInTime = 0.1;
 constexpr std::ptrdiff_t kMoreThanOne = 3;
 
-/// Rows at which a signal changes sign.
+/// The rows at which a signal changes its sign.
 std::vector<Eigen::Index> sign_changes(const Eigen::VectorXd& signal) {
   const double rms =
       std::sqrt(signal.squaredNorm() / static_cast<double>(std::max<Eigen::Index>(1, signal.size())));
@@ -48,7 +48,8 @@ std::vector<Eigen::Index> sign_changes(const Eigen::VectorXd& signal) {
   return rows;
 }
 
-/// Whether half of the energy needs more than a share of those that have any.
+/// Whether at least kMoreThanOne elements, and at least `share` of those that are not zero, are needed for
+/// half of the sum.
 bool spread(std::vector<double> energies, double share) {
   std::sort(energies.begin(), energies.end(), std::greater<>());
   const double half = 0.5 * std::accumulate(energies.begin(), energies.end(), 0.0);
@@ -66,7 +67,7 @@ Structure after_reversals(const Measurement& measurement, const Eigen::VectorXd&
   const double whole = residual_N.squaredNorm();
   if (!(whole > 0.0)) return best;
   const double row_s = measurement.tick_s() * static_cast<double>(measurement.row_stride());
-  // The filter spreads a knock to both sides.
+  // The filter spreads an impact to both sides.
   const auto smear = static_cast<Eigen::Index>(std::ceil(0.5 / (measurement.bandwidth_Hz() * row_s)));
   const std::pair<const char*, Eigen::VectorXd> signals[] = {
       {"velocity", at_rows(measurement, measurement.velocity_mps())},
@@ -104,8 +105,8 @@ Structure after_reversals(const Measurement& measurement, const Eigen::VectorXd&
       best.explained_N = residual_N.cwiseProduct(here);
       best.description = fmt::format(
           "what is left comes after reversals of the {}: {:.0f} % of it in the {:.0f} % of the time that lie "
-          "within {} of one of {} (play or a loose joint in the drive, or friction that reverses in a way of "
-          "its own); most at {}",
+          "within {} of one of {} (backlash or a loose joint in the drive, or friction with another form at "
+          "reversals); most at {}",
           name, 100.0 * energy, 100.0 * rows, quantity(lasting_s, "s"), changes.size(),
           quantity(best.where, "s"));
     }

@@ -5,12 +5,13 @@
 
 namespace slipstack::workbench {
 
-/// What is left in the moments after reversals, of the velocity, of the acceleration or of the measured
-/// force: play closes there. A drive with backlash pushes one flank until the force that it transmits changes
-/// sign, crosses the gap and knocks against the other; the residual of that is a knock whose form depends on
-/// how hard it was, no curve over velocity or acceleration, and not one moment but every reversal. Judged by
-/// energy: the share of the squared residual within some milliseconds after reversals, above the share of the
-/// rows that lie there. Nothing is found where few reversals hold most of it: those are events in time.
+/// The residual in the moments after sign changes of the velocity, the acceleration or the measured force,
+/// where backlash is crossed. A drive with backlash pushes one flank until the force that it transmits
+/// changes sign, then crosses the gap and hits the other flank. The form of the impact depends on its
+/// strength, so the residual is no function of velocity or acceleration; and it occurs at every reversal, so
+/// it is no single event. It is judged by energy: the share of the squared residual within some milliseconds
+/// after reversals, compared with the share of the rows that lie there. Nothing is reported where few
+/// reversals hold most of the energy: those are events in time.
 Structure after_reversals(const Measurement& measurement, const Eigen::VectorXd& residual_N);
 
 }  // namespace slipstack::workbench

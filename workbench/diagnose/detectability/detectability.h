@@ -8,18 +8,20 @@
 
 namespace slipstack::workbench {
 
-/// What a log could say of an effect if the axis had it.
+/// How well a log would show an effect if the axis had it.
 struct Visibility {
   std::string effect;
-  double share = 0.0;    ///< of its force (mean square) that no change of the baseline's parameters imitates
-  double least_N = 0.0;  ///< peak of its force from which on it would be named; infinite where share is zero
+  double share =
+      0.0;  ///< of its force (mean square), the part that no change of the baseline's parameters imitates
+  double least_N =
+      0.0;  ///< peak of the force from which on the effect would be named; infinite where share is 0
 };
 
-/// How much of `term` this log shows beside `base`: the part of its columns that is orthogonal to the columns
-/// of `base` (the squared sine of the canonical angle for one gain; of several, for the gains as fitted or,
-/// without any, for the one seen best). `least_N` follows from the reduction of the error that naming asks
-/// for. `imitated`: baseline_residual_maker() of `base`, the same for every term. Cost: columns of one
-/// effect.
+/// The part of the columns of `term` that is orthogonal to the columns of `base` (for one gain the squared
+/// sine of the canonical angle; for several gains with the gains as fitted, or, where none is fitted, with
+/// the gain whose column has the largest orthogonal part). `least_N` follows from `least_reduction`, the
+/// reduction of the error from which on an effect is named. `residual_maker`: baseline_residual_maker() of
+/// `base`, the same for every term. Cost: the columns of one effect.
 Visibility visibility_of(const Measurement& measurement, const FittedModel& base,
                          const ResidualMaker& residual_maker, const Term& term, double least_reduction);
 

@@ -27,7 +27,7 @@ Eigen::VectorXd weighted_residual(const Measurement& measurement, const FittedMo
 
 ResidualMaker::ResidualMaker(const Eigen::MatrixXd& known) {
   if (known.cols() == 0) return;
-  // Of unit length, so that units do not decide which column the regularisation takes away.
+  // Columns are scaled to unit length, so that the regularisation does not depend on their units.
   const Eigen::RowVectorXd length = known.colwise().norm();
   unit_ = known * length.cwiseMax(1e-150).cwiseInverse().asDiagonal();
   Eigen::MatrixXd gram = unit_.transpose() * unit_;
@@ -42,7 +42,7 @@ Eigen::MatrixXd ResidualMaker::beyond(const Eigen::MatrixXd& columns) const {
 
 namespace {
 
-/// Columns of the baseline whose gains a fit may choose.
+/// The columns of the baseline whose gains are free.
 std::vector<Eigen::Index> free_columns(const FittedModel& base) {
   std::vector<Eigen::Index> free;
   for (Eigen::Index i = 0; i < base.constraints.lower.size(); ++i) {
@@ -74,7 +74,7 @@ Eigen::VectorXd seen_gains(const Term& term, const Eigen::MatrixXd& beyond_base)
   Eigen::VectorXd gains = Eigen::VectorXd::Zero(beyond_base.cols());
   for (std::size_t i = 0; i < term.gains.size(); ++i) gains(static_cast<Eigen::Index>(i)) = term.gains[i];
   if ((beyond_base * gains).squaredNorm() > 0.0 || gains.size() == 0) return gains;
-  Eigen::Index best = 0;  // of several gains, the one that is seen best
+  Eigen::Index best = 0;  // of several gains the one with the largest orthogonal part
   beyond_base.colwise().squaredNorm().maxCoeff(&best);
   gains(best) = 1.0;
   return gains;

@@ -10,30 +10,31 @@
 
 namespace slipstack::workbench {
 
-/// How well a log tells one effect from another.
+/// How well a log separates one effect from another.
 struct Separation {
   std::string effect;
   std::string other;
-  /// Between the force of `effect` and all that `other` can make, both without what the baseline imitates: 0
-  /// when the one passes for the other, 90 when they share nothing.
+  /// The angle between the force of `effect` and the space of forces of `other`, both orthogonal to the
+  /// baseline: 0 where `other` can imitate `effect`, 90 where they have nothing in common.
   double angle_deg = 0.0;
-  /// What of the effect's force `other` leaves unexplained, squared, over the noise's variance: expected
-  /// growth of chi squared where the wrong one is named.
+  /// The squared part of the effect's force that `other` cannot imitate, divided by the variance of the
+  /// noise: the expected increase of chi squared if the wrong one of the two is named.
   double chi_squared = 0.0;
 };
 
-/// Columns of a term at the rows, each row by the root of its weight. A delay has no gain: its column is the
-/// slope of the force.
+/// The columns of a term at the rows, each row multiplied by the root of its weight. A delay has no gain; its
+/// column is the derivative of the force.
 Eigen::MatrixXd weighted_columns(const Measurement& measurement, const FittedModel& base, const Term& term);
 
-/// What the model leaves at the rows, each by the root of its weight.
+/// The residual of the model at the rows, each multiplied by the root of its weight.
 Eigen::VectorXd weighted_residual(const Measurement& measurement, const FittedModel& model);
 
-/// What some columns can imitate; factored once, asked for many others.
+/// The residual maker I - K (K'K)^-1 K' of some columns K (econometrics: annihilator matrix); factored once,
+/// applied to many others.
 class ResidualMaker {
  public:
   explicit ResidualMaker(const Eigen::MatrixXd& known);
-  /// `columns` without what the known ones imitate.
+  /// `columns` minus their projection on the known columns.
   Eigen::MatrixXd beyond(const Eigen::MatrixXd& columns) const;
 
  private:
@@ -41,21 +42,23 @@ class ResidualMaker {
   Eigen::LDLT<Eigen::MatrixXd> gram_;
 };
 
-/// Columns of `base` whose gains a fit may choose, as those of weighted_columns().
+/// The columns of `base` whose gains are free, weighted as those of weighted_columns().
 Eigen::MatrixXd weighted_free_columns(const Measurement& measurement, const FittedModel& base);
 
-/// What the free gains of `base` imitate, its rows by the root of their weights.
+/// The residual maker of weighted_free_columns().
 ResidualMaker baseline_residual_maker(const Measurement& measurement, const FittedModel& base);
 
-/// The gains of a term, those of one that was not fitted replaced by the one that is seen best.
+/// The gains of a term. Where none is fitted: 1 for the gain whose column in `beyond_base` is largest, 0 for
+/// the others.
 Eigen::VectorXd seen_gains(const Term& term, const Eigen::MatrixXd& beyond_base);
 
-/// What a model without the term leaves at the rows where the axis has it: its force without what the free
-/// gains of `base` take up.
+/// The residual that `base` is expected to leave at the rows if the axis has the term: the force of the term
+/// minus its projection on the free columns of `base`.
 Eigen::VectorXd expected_residual_N(const FittedModel& base, const Term& term);
 
-/// Every term against every other, at their shapes as they are: canonical angles between residualised
-/// regressors. `noise_N`: rms of the noise at the rows. Cost: the columns of every term once.
+/// Every term against every other, with the shapes as they are: canonical angles between regressors that were
+/// made orthogonal to the baseline. `noise_N`: rms of the noise at the rows. Cost: the columns of every term
+/// once.
 std::vector<Separation> separations(const Measurement& measurement, const FittedModel& base,
                                     const Terms& terms, double noise_N);
 

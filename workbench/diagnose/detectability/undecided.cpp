@@ -15,20 +15,21 @@
 namespace slipstack::workbench {
 namespace {
 
-/// An effect that would have to be this share of the force before it were named is one that the log cannot
-/// show.
+/// A log cannot show an effect that would be named only if its peak were this share of the force (rms).
+/// Chosen.
 constexpr double kCannotShow = 0.2;
 
-/// Forces nearer than this share nine tenths of their squares: what one explains, so does the other, ...
+/// Below this angle two forces have nine tenths of their squares in common (cos^2 18 degrees = 0.905): each
+/// explains what the other does, ...
 constexpr double kSameDirection_deg = 18.0;
-/// ... unless their errors differ by more than this.
+/// ... unless their held-out errors differ by more than this share. Chosen.
 constexpr double kSameError = 0.10;
 
 double radians(double degrees) {
   return degrees * std::numbers::pi / 180.0;
 }
 
-/// Of the column that is imitated worst, the share that is left of its length.
+/// The largest share of a column's length that is orthogonal to the known columns.
 double share_left(const ResidualMaker& known, const Eigen::MatrixXd& columns) {
   const Eigen::VectorXd own = columns.colwise().norm();
   const Eigen::VectorXd left = known.beyond(columns).colwise().norm();
@@ -39,14 +40,14 @@ double share_left(const ResidualMaker& known, const Eigen::MatrixXd& columns) {
   return share;
 }
 
-/// Whether `simpler` is a special case of `richer`, and this log would show what else the richer can be:
-/// then the richer imitates it, as in any log, and does not compete with it. At the middle of the richer's
-/// shapes, one of its gains at a time.
+/// Whether `simpler` is a special case of `richer`, and this log would show what else `richer` can be. Then
+/// that `richer` can imitate `simpler`, as in every log, is no reason to list the pair. Tested with the
+/// middle of the shapes of `richer`, one gain at a time.
 bool is_the_simpler_case(const Measurement& measurement, const Diagnosis& diagnosis, const Candidate& simpler,
                          const Candidate& richer) {
   const SpecialCase& special_case = richer.term.effect->traits.special_case;
   if (simpler.term.id() != special_case.id) return false;
-  // What the simpler one leaves may be what the richer one is more than that.
+  // The error that the simpler effect leaves may be due to what the richer one has in addition.
   const bool more_left = simpler.holdout_rmse_N > kFormIsNotTheAxis * diagnosis.noise_floor_N;
   if (more_left && richer.holdout_rmse_N < (1.0 - kIndistinct) * simpler.holdout_rmse_N) return false;
   const ResidualMaker baseline = baseline_residual_maker(measurement, diagnosis.baseline);
@@ -63,7 +64,7 @@ bool is_the_simpler_case(const Measurement& measurement, const Diagnosis& diagno
   return std::asin(left) > radians(kSameDirection_deg) && left * explained_N > diagnosis.noise_floor_N;
 }
 
-/// Of the best reduction of the error, what an effect must reach to be worth telling from others.
+/// An effect is promising if it reaches this share of the best reduction of the error. Chosen.
 constexpr double kPromising = 0.5;
 
 Terms promising_effects(const std::vector<Candidate>& candidates) {
@@ -104,7 +105,7 @@ void list_what_cannot_be_separated(const Measurement& measurement, Diagnosis& di
   };
   for (Separation& pair : separations(measurement, diagnosis.baseline, promising, diagnosis.noise_floor_N)) {
     const auto candidate = find(diagnosis.candidates.begin(), pair.effect);
-    // Whether the better one can be imitated counts: an effect that contains another imitates it always.
+    // Only whether the better one can be imitated counts: an effect that contains another imitates it always.
     const auto behind = find(candidate, pair.other);
     if (behind == end) continue;
     const auto& alike = candidate->confounded_with;

@@ -10,8 +10,8 @@
 namespace slipstack::workbench {
 namespace {
 
-/// The value that `name` stands for: a shape, a single gain, or the amplitude of a group of gains (of a pair
-/// of cosine and sine gains that of the strongest harmonic; of a map its largest departure).
+/// The value of the placeholder `name`: a shape, a single gain, or the amplitude of a group of gains (of
+/// cosine and sine gains that of the strongest harmonic; of a map its largest absolute value).
 std::string value_of(const Term& term, std::string_view name) {
   for (std::size_t i = 0; i < term.effect->shapes.size(); ++i) {
     const ShapeSpec& shape = term.effect->shapes[i];
@@ -24,7 +24,7 @@ std::string value_of(const Term& term, std::string_view name) {
       first += count;
       continue;
     }
-    if (count == 1) {  // of each log, where each has its own
+    if (count == 1) {  // of each log, where each has its own gains
       std::string values;
       for (std::size_t g = first; g < term.gains.size(); g += term.gains_per_set()) {
         values += (values.empty() ? "" : " / ") + quantity(term.gains[g], group.unit);
@@ -48,7 +48,7 @@ std::string evidence_of(const Term& fitted) {
   std::string text;
   const std::string_view pattern = fitted.effect->text.evidence;
   std::size_t at = 0;
-  std::size_t described = 0;  // up to here a value has been given
+  std::size_t described = 0;  // end of the last value that was inserted
   while (at < pattern.size()) {
     const std::size_t open = pattern.find('{', at);
     const std::size_t close = open == std::string_view::npos ? open : pattern.find('}', open);
@@ -58,7 +58,7 @@ std::string evidence_of(const Term& fitted) {
     const std::size_t clause = text.rfind(", ");
     at = close + 1;
     if (value.starts_with("0 ") && clause != std::string::npos && clause >= described && described > 0) {
-      // A further clause about nothing ("the viscous slope by 0 N s/m") is left out.
+      // A further clause with the value zero ("the viscous slope by 0 N s/m") is left out.
       text.resize(clause);
       at = std::min(pattern.find(", ", at), pattern.size());
       continue;

@@ -7,7 +7,7 @@
 
 namespace slipstack::workbench {
 
-/// The effect's evidence with the fitted values filled in, in plain words.
+/// The evidence text of the effect with the fitted values filled in.
 std::string evidence_of(const Term& fitted);
 
 }  // namespace slipstack::workbench

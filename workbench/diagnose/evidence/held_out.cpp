@@ -9,6 +9,8 @@
 namespace slipstack::workbench {
 namespace {
 
+/// Eight periods of the bandwidth (three rows each): several times the impulse response of the filter.
+/// Chosen.
 constexpr Eigen::Index kBlockRows = 24;
 
 /// Calls visit(first, count, half) for every run of rows of one half.

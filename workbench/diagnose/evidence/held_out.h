@@ -9,25 +9,26 @@
 
 namespace slipstack::workbench {
 
-/// What a regression without physics says of a residual.
+/// Result of a regression of a residual on columns without physical meaning.
 struct HeldOut {
-  double error_reduction = 0.0;  ///< of the residual's rms, each half judged by a fit to the other
-  Eigen::VectorXd explained;     ///< by a fit to both, at the rows
+  double error_reduction = 0.0;  ///< of the residual's rms, each half predicted by a fit to the other
+  Eigen::VectorXd explained;     ///< prediction at the rows by a fit to both halves
 };
 
-/// Which half each row belongs to, 0 or 1; halves are made of contiguous runs.
+/// The half that each row belongs to, 0 or 1; a half consists of contiguous runs of rows.
 using Halves = std::vector<std::uint8_t>;
 
 /// Ridge regression of `residual` (rows) on `columns` (rows x unknowns).
 HeldOut held_out(const Eigen::MatrixXd& columns, const Eigen::VectorXd& residual, const Halves& halves);
 
-/// Halves of short pieces that take turns, longer than the filter's memory.
+/// Alternating blocks, each longer than the impulse response of the filter.
 Halves alternating_blocks(Eigen::Index rows);
 
-/// Hat functions over a coordinate: knots ascending, constant beyond the ends. Rows x knots.
+/// Linear B-splines (hat functions) over a coordinate: knots ascending, constant beyond the ends. Rows x
+/// knots.
 Eigen::MatrixXd hat_functions(const Eigen::VectorXd& coordinate, const std::vector<double>& knots);
 
-/// A signal with a value per sample, at the rows, unfiltered.
+/// A signal with a value per sample, taken at the rows without filtering.
 Eigen::VectorXd at_rows(const Measurement& measurement, const std::vector<double>& per_sample);
 /// Times of the rows, s.
 Eigen::VectorXd row_times(const Measurement& measurement);

@@ -13,19 +13,21 @@ namespace {
 /// Gain of the mode.
 constexpr std::size_t kModal = 0;
 
-/// Without the payload the error must be larger by this: the form of the mode is never exactly the axis' own.
+/// A payload is added only if the error without it is larger by this share: the formula of the mode is never
+/// exactly that of the axis. Chosen.
 constexpr double kLeastRise = 0.10;
 
-/// A rigid mass this near to none, in parts of the mode's own, says that the arm stands on the declared mass.
-/// One further below says that the arm is a part of it: a payload is hardly ever lighter than nothing.
+/// A rigid mass within this share of the modal mass counts as zero: the arm is mounted on the declared mass.
+/// A rigid mass further below zero means that the arm is a part of the declared mass, because a payload is
+/// not negative. Chosen.
 constexpr double kStandsOnDeclared = 0.15;
 
 std::size_t rigid_gain(const Term& mode) {
   return static_cast<std::size_t>(mode.effect->traits.axis_mass_gain);
 }
 
-/// Payload and delay in place of the mode, where they leave hardly more.
-bool is_payload_and_delay(const Measurement& measurement, Explanation& explanation) {
+/// Puts payload and delay in place of the mode where the error is hardly larger.
+bool replace_by_payload_and_delay(const Measurement& measurement, Explanation& explanation) {
   if (has_role(explanation.model.terms, Role::measurement_delay)) return false;
   const EffectDescription& mode = effect_with_role(Role::resonance);
   const EffectDescription& payload = effect_with_role(Role::added_mass);
@@ -43,7 +45,7 @@ bool is_payload_and_delay(const Measurement& measurement, Explanation& explanati
   return true;
 }
 
-/// The mode with its rigid mass given, in every set of gains.
+/// The terms with the rigid mass of the mode fixed in every set of gains.
 Terms with_rigid_mass(Terms terms, double share_of_modal) {
   for (Term& term : terms) {
     if (!term.effect->has_role(Role::resonance)) continue;
@@ -58,7 +60,7 @@ Terms with_rigid_mass(Terms terms, double share_of_modal) {
   return terms;
 }
 
-/// Payload beside the mode, where the mode's own rigid mass does not account for what moves.
+/// Adds a payload beside the mode where the rigid mass is neither of the two that an arm can have.
 void split_payload_off(const Measurement& measurement, const SelectionContext& context,
                        Explanation& explanation) {
   const Term& mode = *find_role(explanation.model.terms, Role::resonance);
@@ -89,7 +91,8 @@ void name_mass_beside_mode(const Measurement& measurement, const SelectionContex
   const bool mode_is_new =
       std::find(explanation.added.begin(), explanation.added.end(), mode) != explanation.added.end();
   if (!mass_is_known || !mode_is_new || has_role(terms, Role::added_mass)) return;
-  if (!is_payload_and_delay(measurement, explanation)) split_payload_off(measurement, context, explanation);
+  if (!replace_by_payload_and_delay(measurement, explanation))
+    split_payload_off(measurement, context, explanation);
 }
 
 }  // namespace slipstack::workbench

@@ -6,10 +6,11 @@
 
 namespace slipstack::workbench {
 
-/// A structural resonance brings a rigid mass along, and with it can do what a payload does, or a payload and
-/// a delay. Gives these their names: where payload and delay explain as much as the mode, in its place; where
-/// the mode's rigid mass is neither none (the arm stands on the declared mass) nor minus its own (the arm is
-/// a part of it), beside it. Only where the log declares the mass. Cost: three fits.
+/// The effect of a structural resonance has a rigid mass as a gain, and can therefore stand in the model for
+/// a payload, or for a payload and a delay. Replaces the mode by payload and delay where these explain as
+/// much. Adds a payload beside the mode where the rigid mass is neither zero (the arm is mounted on the
+/// declared mass) nor minus the modal mass (the arm is a part of the declared mass). Only where the log
+/// declares the mass. Cost: three fits.
 void name_mass_beside_mode(const Measurement& measurement, const SelectionContext& context,
                            Explanation& explanation);
 

@@ -29,7 +29,7 @@ double reduction_beyond(double energy, double expected) {
   return 1.0 - std::sqrt(1.0 - excess);
 }
 
-/// Share of the blocks that may speak louder than chance.
+/// The share of the blocks that may be left out of the test.
 constexpr double kStrongBlocks = 0.2;
 
 bool lowered_significantly(const std::vector<double>& before, const std::vector<double>& after,

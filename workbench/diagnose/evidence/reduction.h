@@ -5,12 +5,12 @@
 
 namespace slipstack::workbench {
 
-/// An effect is named when it lowers the held-out error by this much: on logs with nothing hidden no effect
-/// does (design.md; tests/bench/blind shows it).
+/// An effect is named only if it lowers the held-out error by this share: on simulated logs that the baseline
+/// describes completely no effect does (tests/bench/blind).
 inline constexpr double kLeastReduction = 0.03;
 inline constexpr double kSignificance = 3.0;  ///< standard errors
 
-/// What a model lowers a held-out error by.
+/// The share by which a model lowers a held-out error.
 struct Reduction {
   double value = 0.0;
   double standard_error = 0.0;
@@ -19,16 +19,18 @@ struct Reduction {
   }
 };
 
-/// 1 - rms(after)/rms(before) from squared errors by block, with its jackknife standard error.
+/// 1 - rms(after)/rms(before) from the squared errors of each block, with its jackknife standard error (Efron
+/// and Stein 1981).
 Reduction reduction(const std::vector<double>& before, const std::vector<double>& after);
 
-/// What some rows add to an rms beyond what rows like the others would: these hold the share `energy` of all
-/// squares, where `expected` would be no news.
+/// The reduction of an rms if some rows had no more energy than expected: they hold the share `energy` of the
+/// sum of squares, and `expected` of it would be normal for them.
 double reduction_beyond(double energy, double expected);
 
-/// Whether the error is lowered beyond chance. An effect that is loud in a few blocks alone, as drag is in
-/// the fast moves of a log of slow ones, makes the standard error as large as itself: then the others must
-/// show it, without up to a fifth of the blocks that speak loudest for it.
+/// Whether the error is lowered significantly. An effect that is strong in a few blocks only, as drag in the
+/// fast moves of a log of slow ones, has a standard error as large as its reduction. The test is therefore
+/// repeated without the blocks in which the reduction is largest, up to a fifth of all blocks: it is enough
+/// that the others show the effect.
 bool lowered_significantly(const std::vector<double>& before, const std::vector<double>& after,
                            double significance = kSignificance);
 

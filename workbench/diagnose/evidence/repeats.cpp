@@ -10,18 +10,18 @@
 namespace slipstack::workbench {
 namespace {
 
-/// Coming back by this part of the length that is asked for ends a stroke.
-constexpr double kTurns = 0.1;
+/// A traverse ends when the axis has moved back by this part of the required length. Chosen.
+constexpr double kReturn = 0.1;
 
-/// Writes the way of each long stroke among rows first..end of `position_m`.
+/// Writes the distance from row to row of each long traverse among rows [first, end) of `position_m`.
 void traverses_of_log(const Eigen::VectorXd& position_m, Eigen::Index first, Eigen::Index end,
-                      double length_m, Eigen::VectorXd& way_m) {
+                      double length_m, Eigen::VectorXd& distance_m) {
   Eigen::Index from = first;
   Eigen::Index farthest = first;
   const auto finish = [&] {
     if (std::abs(position_m(farthest) - position_m(from)) < length_m) return;
     for (Eigen::Index row = from + 1; row <= farthest; ++row) {
-      way_m(row) = std::abs(position_m(row) - position_m(row - 1));
+      distance_m(row) = std::abs(position_m(row) - position_m(row - 1));
     }
   };
   for (Eigen::Index row = first + 1; row < end; ++row) {
@@ -29,7 +29,7 @@ void traverses_of_log(const Eigen::VectorXd& position_m, Eigen::Index first, Eig
     const double further = side * (position_m(row) - position_m(farthest));
     if (further >= 0.0) {
       farthest = row;
-    } else if (-further > kTurns * length_m) {
+    } else if (-further > kReturn * length_m) {
       finish();
       from = farthest;
       farthest = row;
@@ -38,7 +38,7 @@ void traverses_of_log(const Eigen::VectorXd& position_m, Eigen::Index first, Eig
   finish();
 }
 
-/// Rows x 1: what the term adds to the force of the model.
+/// The force of one term of the model at the rows.
 Eigen::VectorXd force_of(const FittedModel& model, std::size_t index) {
   Eigen::Index first = 0;
   for (std::size_t i = 0; i < index; ++i) first += std::ssize(model.terms[i].gains);
@@ -47,20 +47,21 @@ Eigen::VectorXd force_of(const FittedModel& model, std::size_t index) {
   return model.linearisation->columns().middleCols(first, values.size()) * values;
 }
 
-/// Less than this, and strokes do not bear out what is claimed: halfway between all and nothing.
-constexpr double kBorneOut = 0.5;
+/// Below this share a ripple counts as not supported: halfway between all and nothing. True ripples show 0.99
+/// to 1.03, others 0.4 at most (docs/theory.md).
+constexpr double kSupported = 0.5;
 
-/// Of the force `claimed_N`, how much strokes show wherever one pitch of the rail is left out, whichever it
-/// is: what sits at one place fits a ripple too, but does not come back a pitch further on.
+/// The least share of `claimed_N` that traverses support when any one pitch of the rail is excluded: a force
+/// at one place can be fitted by a ripple too, but does not recur one pitch further.
 double share_beside_any_place(const Measurement& measurement, const Eigen::VectorXd& claimed_N,
                               const Eigen::VectorXd& left_N, double pitch_m) {
   const Eigen::VectorXd position_m = at_rows(measurement, measurement.position_m());
-  const Eigen::VectorXd way_m = distance_in_traverses(measurement, pitch_m);
-  double least = share_supported(claimed_N, left_N, way_m);
+  const Eigen::VectorXd distance_m = distance_in_traverses(measurement, pitch_m);
+  double least = share_supported(claimed_N, left_N, distance_m);
   const double last_m = position_m.maxCoeff();
   for (double first_m = position_m.minCoeff(); first_m < last_m; first_m += 0.5 * pitch_m) {
     const auto beside = (position_m.array() < first_m) || (position_m.array() > first_m + pitch_m);
-    const Eigen::VectorXd elsewhere_m = beside.select(way_m.array(), 0.0);
+    const Eigen::VectorXd elsewhere_m = beside.select(distance_m.array(), 0.0);
     if (elsewhere_m.sum() < pitch_m) continue;
     least = std::min(least, share_supported(claimed_N, left_N, elsewhere_m));
   }
@@ -71,14 +72,14 @@ double share_beside_any_place(const Measurement& measurement, const Eigen::Vecto
 
 Eigen::VectorXd distance_in_traverses(const Measurement& measurement, double length_m) {
   const Eigen::VectorXd position_m = at_rows(measurement, measurement.position_m());
-  Eigen::VectorXd way_m = Eigen::VectorXd::Zero(position_m.size());
+  Eigen::VectorXd distance_m = Eigen::VectorXd::Zero(position_m.size());
   for (const LogPart& part : measurement.parts()) {
     const auto first = static_cast<Eigen::Index>(part.first_row);
     const auto count = static_cast<Eigen::Index>(part.row_count);
-    if (count > 0) traverses_of_log(position_m, first, first + count, length_m, way_m);
+    if (count > 0) traverses_of_log(position_m, first, first + count, length_m, distance_m);
   }
-  // What mend() cut is no force of the axis.
-  return way_m.cwiseProduct(measurement.row_usable());
+  // Samples that repair() left out hold no force of the axis.
+  return distance_m.cwiseProduct(measurement.row_usable());
 }
 
 double share_supported(const Eigen::VectorXd& claimed_N, const Eigen::VectorXd& left_N,
@@ -97,7 +98,7 @@ bool ripple_not_supported(const Measurement& measurement, const FittedModel& mod
     const double pitch_m = model.terms[i].shapes[static_cast<std::size_t>(pitch - shapes.begin())];
     const double share =
         share_beside_any_place(measurement, force_of(model, i), model.linearisation->residual_N(), pitch_m);
-    if (share < kBorneOut) return true;
+    if (share < kSupported) return true;
   }
   return false;
 }

@@ -8,20 +8,21 @@
 
 namespace slipstack::workbench {
 
-/// Rows on the way of strokes that are at least `length_m` long: how far the axis goes there, m; else zero.
-/// A stroke ends where the axis has come back by a tenth of `length_m`. Logs are strokes of their own; rows
-/// that see what mend() cut count nothing.
+/// For each row that belongs to a traverse of at least `length_m`: the distance from the row before, m; zero
+/// for other rows. A traverse ends where the axis has moved back by a tenth of `length_m`, and at the end of
+/// a log. Rows whose filter reaches samples that repair() left out are zero.
 Eigen::VectorXd distance_in_traverses(const Measurement& measurement, double length_m);
 
-/// Of the force `claimed_N`, how much the axis shows: 1 all, 0 nothing, below zero the opposite. `left_N` is
-/// what the model with that force leaves; every row counts by `weight`. 0 where no row counts.
+/// The share of the force `claimed_N` that the measurement supports: 1 all of it, 0 nothing, negative the
+/// opposite. `left_N`: the residual of the model with that force. Each row counts by `weight`; 0 where all
+/// weights are zero.
 double share_supported(const Eigen::VectorXd& claimed_N, const Eigen::VectorXd& left_N,
                        const Eigen::VectorXd& weight);
 
-/// Whether the model has a ripple, which is none of the `known` terms, that strokes over whole pitches do not
-/// bear out, all of them or with any one pitch of the rail left out. What repeats along the rail shows
-/// wherever the axis goes; what only fits the places where it rests or creeps is something else, which a
-/// pitch was found for: a friction force that creeps there, a wander in time, a dent.
+/// Whether the model has a ripple, other than the `known` terms, that traverses over whole pitches do not
+/// support: all traverses, or those left when any one pitch of the rail is excluded. A force that repeats
+/// along the rail shows wherever the axis moves. What fits only where the axis stands or creeps is something
+/// else for which a pitch was found: friction that creeps there, drift in time, damage at one place.
 bool ripple_not_supported(const Measurement& measurement, const FittedModel& model, const Terms& known);
 
 }  // namespace slipstack::workbench

@@ -10,41 +10,45 @@
 namespace slipstack::workbench {
 namespace {
 
-/// Of what the baseline leaves above the noise floor, the first effect must explain this part (mean square):
-/// what quantisation and the form of the virgin curve leave is no effect.
+/// The first effect must explain this share (mean square) of the baseline's error above the noise floor. Less
+/// than that is also left by quantisation and by an imperfect virgin curve. Chosen on the blind bench
+/// (tests/bench/blind).
 constexpr double kShareOfExcess = 0.25;
 
-/// An error this near to the noise floor has nothing to explain. Encoder steps seen through mass and
-/// acceleration can be shrunk by any filter that resembles a resonance; that is no resonance.
+/// Where the error is below this multiple of the noise floor, no effect is named. Encoder steps, which mass
+/// times acceleration turns into force, are reduced by any filter that resembles a resonance.
 constexpr double kNothingToExplain = 1.05;
 
-/// Whether `first` explains enough of what the model `before` it leaves above a floor of `floor_N`.
+/// Whether `first` explains enough of the error of `before` above a noise floor of `floor_N`.
 bool explains_excess(const FittedModel& before, const FittedModel& first, double floor_N) {
   return explained_N2(before.holdout_rmse_N, first.holdout_rmse_N) >=
              kShareOfExcess * explained_N2(before.holdout_rmse_N, floor_N) &&
          before.holdout_rmse_N >= kNothingToExplain * floor_N;
 }
 
-/// What grows with the force must explain this share of it: clocks of current and encoder a few per cent of a
-/// sample apart, and sensors a per mille off a straight line, are no delay, mode, payload or ripple.
+/// An effect whose force grows with the measured force (delay, mode, payload, motor constant) must explain
+/// this share of that force (rms). Instruments cause less: clocks of current and encoder that differ by a few
+/// per cent of a sample, sensors that deviate from linearity by a per mille.
 constexpr double kLeastShareOfForce = 1e-3;
 
-/// A lag below this part of a sample is how the recorder stamps them, or a friction that runs ahead of the
-/// displacement by its own damping.
+/// A delay below this part of a sample is not named: it may come from how the recorder assigns time stamps,
+/// or from the damping of bristles, whose friction leads the displacement.
 constexpr double kLeastDelay = 0.25;
 
-/// Coulomb friction beside hysteresis is hysteresis of a slip distance shorter than the encoder shows: it
-/// takes up what quantisation leaves at reversals, and must explain more than that.
+/// Coulomb friction added to hysteresis equals an element of a slip distance shorter than an encoder step. It
+/// fits part of what quantisation leaves at reversals, so it must explain this share of the error above the
+/// noise floor (mean square). Chosen on the blind bench.
 constexpr double kShareOfExcessCoulomb = 0.7;
 
-/// Of all dry friction, what it must be: a virgin curve that begins steeply has as much below the encoder's
-/// step (a stretched exponential of exponent 0.6 a tenth below a hundredth of its travel).
+/// Coulomb friction added to hysteresis must be this share of the dry friction. A virgin curve with a steep
+/// start reaches as much within one encoder step (a stretched exponential of exponent 0.6 reaches a tenth of
+/// its level within a hundredth of its travel).
 constexpr double kShareOfDryFriction = 0.10;
 
-/// Sums over the elements of a hysteresis, over all logs that have their own.
+/// Sums over the elements of a hysteresis; over all logs where each has its own gains.
 struct ElementSums {
   double level_N = 0.0;
-  double travel_Nm = 0.0;  ///< level times slip distance: over the level, the mean slip distance
+  double travel_Nm = 0.0;  ///< level times slip distance; divided by the level the mean slip distance
 };
 ElementSums element_sums(const Term& hysteresis) {
   ElementSums sums;
@@ -57,7 +61,7 @@ ElementSums element_sums(const Term& hysteresis) {
   return sums;
 }
 
-/// Of the dry friction of a model, the share that Coulomb friction has.
+/// The share of Coulomb friction in the dry friction of a model.
 double coulomb_share(const FittedModel& model) {
   double coulomb_N = 0.0;
   double hysteresis_N = 0.0;
@@ -70,15 +74,16 @@ double coulomb_share(const FittedModel& model) {
   return coulomb_N / std::max(coulomb_N + hysteresis_N, 1e-300);
 }
 
-/// A pitch or a frequency is the best of some hundred: so many standard errors are to the best of them what
-/// three are to one.
+/// A pitch or a frequency is the best of about a hundred that were tried. For the maximum of a hundred, 4.5
+/// standard errors are as improbable as three are for one (Bonferroni).
 constexpr double kSignificanceOfSearched = 4.5;
-/// Nor does chance lower the error by so much on blocks that the fit has not seen: the best of a hundred
-/// waves explains some 2 ln 100 of the independent errors, of which a log's reversals alone make dozens.
+/// A larger reduction of the held-out error than this does not occur by chance, whatever its standard error:
+/// the best of a hundred waves explains about 2 ln 100 of the independent errors, and the reversals of a log
+/// alone make dozens of those.
 constexpr double kMoreThanChance = 0.15;
 
-/// Whether the step adds what may repeat at any pitch or frequency.
-bool searched_far(const FittedModel& before, const FittedModel& after) {
+/// Whether the step adds an effect whose pitch or frequency was searched over a wide range.
+bool was_searched_widely(const FittedModel& before, const FittedModel& after) {
   return std::any_of(after.terms.begin(), after.terms.end(), [&](const Term& term) {
     const auto& shapes = term.effect->shapes;
     return !contains(before.terms, term.effect->text.id) &&
@@ -88,13 +93,13 @@ bool searched_far(const FittedModel& before, const FittedModel& after) {
   });
 }
 
-/// A further effect must lower the held-out error by more, since the form of the first is never exactly the
-/// axis' own.
+/// Further effects must lower the held-out error by more than the first (kLeastReduction), because the
+/// formula of the first is never exactly that of the axis. Chosen on the blind bench.
 constexpr double kLeastFurtherReduction = 0.05;
 
-/// A further effect must explain this much (rms) of what all explain together: the form of the first, never
-/// exactly the axis', leaves less. What dry friction explains where the baseline has none does not count: its
-/// elements have no form to be wrong.
+/// A further effect must explain this share (rms) of what all effects explain together: the mismatch between
+/// the formula of the first and the axis leaves less. What dry friction explains where the baseline has none
+/// does not count, since a hysteresis with free elements has no formula that could mismatch.
 constexpr double kShareOfExplained = 0.05;
 
 }  // namespace
@@ -118,11 +123,11 @@ bool coulomb_joins_hysteresis(const FittedModel& before, const FittedModel& afte
          has_role(after.terms, Role::saturating_friction);
 }
 
-/// An arm may be heavier than the carriage, by so much.
+/// A mode whose mass exceeds this multiple of the moving mass is implausible. Chosen.
 constexpr double kHeaviestArm = 5.0;
-/// Of the mass, what must not swing: one that swings as a whole is a filter of the acceleration, and smooths
-/// what the encoder's steps make of it.
-constexpr double kMostThatSwings = 0.6;
+/// A mode that holds more than this share of the whole mass is implausible: where all of the mass swings, the
+/// mode is only a filter of the acceleration, which smooths the effect of encoder steps.
+constexpr double kLargestModalShare = 0.6;
 
 bool has_no_true_mode(const FittedModel& model) {
   const Term* mode = find_role(model.terms, Role::resonance);
@@ -132,17 +137,18 @@ bool has_no_true_mode(const FittedModel& model) {
   const PlausibleShape& damping = traits.plausible_shape;
   const bool overdamped = mode->shapes[static_cast<std::size_t>(damping.shape)] > damping.upper;
   const double rigid_kg = mode->gains[static_cast<std::size_t>(traits.axis_mass_gain)];
-  // Of a mass that is fitted, the mode has no rigid part: what swings comes to it.
+  // Where the mass is fitted, the mode has no rigid part, and its mass is not contained in `moving_kg`.
   const bool free = mass_is_free(model.terms);
-  const bool swings_as_a_whole = free ? mode->gains[0] > kMostThatSwings * (moving_kg + mode->gains[0])
-                                      : rigid_kg < -kMostThatSwings * moving_kg;
+  const bool swings_as_a_whole = free ? mode->gains[0] > kLargestModalShare * (moving_kg + mode->gains[0])
+                                      : rigid_kg < -kLargestModalShare * moving_kg;
   return overdamped || swings_as_a_whole ||
          std::hypot(mode->gains[0], mode->gains[1]) > kHeaviestArm * moving_kg;
 }
 
-/// Of a bristle's pre-sliding travel, how far its stretch follows late at most.
-constexpr double kLongestInterval = 2.0;
-/// A lag in time that much slower than the one over distance, where friction weakens, is none.
+/// The deflection of a bristle lags behind by at most this multiple of the mean slip distance.
+constexpr double kLongestLag = 2.0;
+/// A lag in time counts as absent where, at the Stribeck velocity, it acts over this multiple of the distance
+/// over which the lag in distance acts.
 constexpr double kNoLagInTime = 10.0;
 
 bool lag_is_bristle_deflection(const FittedModel& model) {
@@ -153,13 +159,13 @@ bool lag_is_bristle_deflection(const FittedModel& model) {
   const double velocity_mps = lag->shapes[0];
   const double time_s = lag->shapes[2];
   const double distance_m = lag->shapes[3];
-  return distance_m * sums.level_N <= kLongestInterval * sums.travel_Nm &&
+  return distance_m * sums.level_N <= kLongestLag * sums.travel_Nm &&
          time_s * velocity_mps >= kNoLagInTime * distance_m;
 }
 
 bool is_significant(const SelectionContext& context, const FittedModel& before, const FittedModel& after) {
   const Reduction reduced = reduction(before.block_squared_error, after.block_squared_error);
-  const bool by_chance = reduced.value < kMoreThanChance && searched_far(before, after);
+  const bool by_chance = reduced.value < kMoreThanChance && was_searched_widely(before, after);
   const double significance = by_chance ? kSignificanceOfSearched : kSignificance;
   if (!lowered_significantly(before.block_squared_error, after.block_squared_error, significance))
     return false;
@@ -181,15 +187,15 @@ bool is_promising(const SelectionContext& context, const FittedModel& first) {
          first.holdout_rmse_N < (1.0 - kLeastReduction) * context.baseline.holdout_rmse_N;
 }
 
-/// A simpler effect is preferred that leaves at most so much more squared error ...
+/// A simpler effect is preferred when its squared error is at most this multiple of the other's ...
 constexpr double kSquaredErrorOfBest = 1.10;
 
 bool hardly_worse(const FittedModel& simpler, const FittedModel& best) {
   return squared(simpler.holdout_rmse_N) <= kSquaredErrorOfBest * squared(best.holdout_rmse_N);
 }
 
-/// No mode is heard to ring above this part of the rows' bandwidth: what else explains nearly as much is no
-/// less.
+/// Ringing is not observable above this part of the rows' bandwidth, since the filter removes it: any other
+/// effect that explains nearly as much is preferred to such a mode.
 constexpr double kObservable = 0.7;
 
 bool mode_is_not_observable(const SelectionContext& context, const Terms& terms) {
@@ -197,10 +203,12 @@ bool mode_is_not_observable(const SelectionContext& context, const Terms& terms)
   return mode != nullptr && mode->shapes[0] > kObservable * context.bandwidth_Hz;
 }
 
-/// ... and explains this share of what the best one explains.
+/// ... and it explains at least this share of what the other explains. Both chosen on the blind bench.
 constexpr double kShareOfBest = 0.95;
 
-/// A lag that explains this share of what Stribeck friction leaves above the floor bends to no wrong form.
+/// A lag that explains this share of what Stribeck friction leaves above the floor is more than a better fit
+/// to another formula: on simulated axes true lags explain 0.74 to 0.88 of it, Stribeck friction of other
+/// formulas 0.77 at most (docs/theory.md).
 constexpr double kMoreThanForm = 0.8;
 
 bool explains_as_well(const SelectionContext& context, const FittedModel& simpler, const FittedModel& best,

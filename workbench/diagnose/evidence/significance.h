@@ -6,12 +6,13 @@
 
 namespace slipstack::workbench {
 
-/// Mean square of what a model with held-out error `after_N` explains of an error `before_N` [N^2].
+/// The part of the mean square of an error `before_N` that a model with held-out error `after_N` explains
+/// [N^2].
 inline double explained_N2(double before_N, double after_N) {
   return before_N * before_N - after_N * after_N;
 }
 
-/// What steps from one model to the next are held against.
+/// What is needed to judge a step from one model to the next.
 struct SelectionContext {
   const FittedModel& baseline;
   const NoiseFloor& floor;
@@ -21,33 +22,35 @@ struct SelectionContext {
                              ///< friction
 };
 
-/// Whether the step adds Coulomb friction to hysteresis: both make a force after each reversal.
+/// Whether the step adds Coulomb friction to hysteresis: both change the force after each reversal.
 bool coulomb_joins_hysteresis(const FittedModel& before, const FittedModel& after);
 
-/// Whether the model has a mode that is none: so damped that it does not ring, many times heavier than the
-/// axis that it would shake, or of all its mass. A delay bends into such a mode, and so does friction of
-/// another form in slow motion of one frequency, at that frequency.
+/// Whether the model has an implausible mode: overdamped, much heavier than the axis, or holding nearly all
+/// of its mass. The parameters of a mode take such values when it fits something else: a delay, or, in slow
+/// motion of one frequency, friction of another form.
 bool has_no_true_mode(const FittedModel& model);
 
-/// Whether the model's frictional lag is the hysteresis' own: over the pre-sliding travel and not in time. A
-/// bristle whose level weakens with velocity (LuGre, Leuven) has to creep to its new stretch; no film forms.
+/// Whether the model's frictional lag is a property of its hysteresis: a lag over the pre-sliding travel and
+/// not over time. In bristle models whose level falls with velocity (LuGre, Leuven) the deflection approaches
+/// its new value over such a distance, without any memory of a lubricant film.
 bool lag_is_bristle_deflection(const FittedModel& model);
 
-/// Whether the step adds what grows with the force, and no more of it than clocks and sensors err; it
-/// explains `step_N2` (mean square) of what `before` leaves.
+/// Whether the step adds an effect that grows with the force, and no more of it than errors of clocks and
+/// sensors can cause. `step_N2`: the mean square that the step explains of the error of `before`.
 bool within_instruments(const FittedModel& baseline, double tick_s, const Terms& before, const Terms& after,
                         double step_N2);
 
-/// Whether the step from `before` to `after` is worth its parameters.
+/// Whether the step from `before` to `after` is significant: the criteria of docs/theory.md, "Diagnosis".
 bool is_significant(const SelectionContext& context, const FittedModel& before, const FittedModel& after);
 
-/// Whether the first effect explains enough, though not in enough blocks to be sure of: another one may be
-/// loud in those where it does nothing, and both together are sure.
+/// Whether the first effect explains enough, even if not in enough blocks to be significant: a second effect
+/// may dominate the other blocks, and the pair may be significant.
 bool is_promising(const SelectionContext& context, const FittedModel& first);
 
-/// Frictional lag contains Stribeck friction. Where even the lag ends so far above the floor, its form is not
-/// the axis' own either, and its two more shapes bend towards whatever reversals do (a bristle's stretch lags
-/// too): there the share alone decides, unless the lag explains nearly all that Stribeck friction leaves.
+/// Frictional lag contains Stribeck friction as a special case. Where even the lag leaves more than this
+/// multiple of the noise floor, its formula is not that of the axis either, and its two additional shapes fit
+/// whatever happens at reversals (the deflection of a bristle lags too). There Stribeck friction is preferred
+/// by the explained share alone, unless the lag explains nearly all that Stribeck friction leaves.
 inline constexpr double kFormIsNotTheAxis = 1.5;
 
 /// Whether the simpler model's held-out error is hardly larger.

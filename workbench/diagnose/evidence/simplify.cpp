@@ -6,10 +6,11 @@
 namespace slipstack::workbench {
 namespace {
 
-/// An effect may take the place of another when alone it explains this share of what the other does alone.
+/// An effect is tried in place of another when, alone, it explains this share of what the other explains
+/// alone. Chosen: it only saves fits.
 constexpr double kShareAlone = 0.5;
 
-/// Whether `other` has fewer parameters than `own` and explains a fair part of it alone.
+/// Whether `other` has fewer parameters than `own` and explains at least kShareAlone of what `own` explains.
 bool may_replace(const FittedModel& baseline, const Trial& own, const Trial& other) {
   const auto explained = [&](const Trial& trial) {
     return explained_N2(baseline.holdout_rmse_N, trial.holdout_rmse_N);
@@ -18,11 +19,11 @@ bool may_replace(const FittedModel& baseline, const Trial& own, const Trial& oth
          explained(other) >= kShareAlone * explained(own);
 }
 
-/// Of what the explanation explains, what it must with the simpler effect in the other's place: where much is
-/// left either way, an error that is hardly larger may explain far less.
+/// With the simpler effect the explanation must explain this share of what it explained before. The error
+/// alone does not decide: where much is left either way, an error that is hardly larger may explain far less.
 constexpr double kShareInPlace = 0.9;
 
-bool takes_place(const FittedModel& simpler, const FittedModel& model, const FittedModel& baseline) {
+bool can_replace(const FittedModel& simpler, const FittedModel& model, const FittedModel& baseline) {
   return hardly_worse(simpler, model) &&
          explained_N2(baseline.holdout_rmse_N, simpler.holdout_rmse_N) >=
              kShareInPlace * explained_N2(baseline.holdout_rmse_N, model.holdout_rmse_N);
@@ -45,7 +46,7 @@ void prune(const Measurement& measurement, const SelectionContext& context, Expl
       explanation.added.erase(explanation.added.begin() + static_cast<std::ptrdiff_t>(i));
     }
   }
-  // What is left of a pair must be worth its name alone.
+  // If one effect of a pair is left, it must be significant alone.
   if (explanation.added.size() == 1 && !is_significant(context, context.baseline, explanation.model)) {
     explanation = {context.baseline, {}};
   }
@@ -65,7 +66,7 @@ void simplify(const Measurement& measurement, const SelectionContext& context,
       for (const Term& term : explanation.model.terms)
         terms.push_back(term.id() == added ? other.term : term);
       FittedModel simpler = fit_refined(measurement, std::move(terms), explanation.model);
-      if (!takes_place(simpler, explanation.model, context.baseline) &&
+      if (!can_replace(simpler, explanation.model, context.baseline) &&
           !explains_as_well(context, simpler, explanation.model, context.baseline)) {
         continue;
       }

@@ -8,12 +8,12 @@
 
 namespace slipstack::workbench {
 
-/// Drops what other effects have made superfluous: of the last one too, since what it was added to need not
-/// be what the step before chose.
+/// Drops effects that are not significant beside the others. The effect added last is tested too, because the
+/// effects that it was added to may have changed since.
 void prune(const Measurement& measurement, const SelectionContext& context, Explanation& explanation);
 
-/// Gives to an effect of fewer parameters what it explains as well in the company of the others. `alone`: the
-/// trials of all effects on the baseline.
+/// Replaces an effect by one of fewer parameters that, beside the other effects, explains as much. `alone`:
+/// the trials of all effects on the baseline.
 void simplify(const Measurement& measurement, const SelectionContext& context,
               const std::vector<Trial>& alone, Explanation& explanation);
 

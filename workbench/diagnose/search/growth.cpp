@@ -12,16 +12,16 @@
 namespace slipstack::workbench {
 namespace {
 
-/// What does not repeat twice within the stroke is not seen to repeat.
-bool too_coarse(const EffectDescription& effect, double stroke_m) {
+/// Whether the period of the effect is too long for this log: it must fit into the travel twice.
+bool too_coarse(const EffectDescription& effect, double travel_m) {
   return std::any_of(effect.shapes.begin(), effect.shapes.end(), [&](const ShapeSpec& shape) {
-    return shape.kind == ShapeKind::pitch && 2.0 * static_cast<double>(shape.lower) > stroke_m;
+    return shape.kind == ShapeKind::pitch && 2.0 * static_cast<double>(shape.lower) > travel_m;
   });
 }
 
-/// Whether the effect would be the same column as one in the model, under another name; or is none of this
-/// axis: a log that declares a mass of zero says that inertia does not count, so nothing swings either.
-bool says_nothing_new(const Measurement& measurement, const Terms& terms, const EffectDescription& effect) {
+/// Whether the effect has the same column as one in the model; or cannot occur, because the log declares a
+/// mass of zero (inertia is not part of its force), so that neither payload nor resonance can be seen.
+bool is_redundant(const Measurement& measurement, const Terms& terms, const EffectDescription& effect) {
   const bool weightless = measurement.log().mass_kg && *measurement.log().mass_kg == 0.0;
   if (weightless && (effect.has_role(Role::resonance) || effect.has_role(Role::added_mass))) return true;
   return (effect.has_role(Role::added_mass) && mass_is_free(terms)) ||
@@ -39,20 +39,20 @@ std::vector<const EffectDescription*> wanted_effects(const DiagnoseOptions& opti
   return effects;
 }
 
-/// Effects worth trying on top of `terms`, the user's own first: these take longest, so the processors share
-/// the work well.
+/// The effects to try on top of `terms`. User-defined effects come first: they take longest, and parallel
+/// work is balanced best when it begins with the longest tasks.
 std::vector<const EffectDescription*> effects_to_try(const Measurement& measurement,
                                                      const DiagnoseOptions& options, const Terms& terms) {
   const auto [lowest, highest] =
       std::minmax_element(measurement.position_m().begin(), measurement.position_m().end());
-  const double stroke_m = *highest - *lowest;
+  const double travel_m = *highest - *lowest;
   std::vector<const EffectDescription*> effects;
   for (const EffectDescription* effect : options.user_effects) {
     if (!contains(terms, effect->text.id)) effects.push_back(effect);
   }
   for (const EffectDescription* effect : wanted_effects(options)) {
-    if (contains(terms, effect->text.id) || too_coarse(*effect, stroke_m) ||
-        says_nothing_new(measurement, terms, *effect)) {
+    if (contains(terms, effect->text.id) || too_coarse(*effect, travel_m) ||
+        is_redundant(measurement, terms, *effect)) {
       continue;
     }
     effects.push_back(effect);
@@ -60,8 +60,8 @@ std::vector<const EffectDescription*> effects_to_try(const Measurement& measurem
   return effects;
 }
 
-/// A trial on top of an explanation: from the shapes that the first level found, unless they are pitches and
-/// frequencies, which another residual may show elsewhere.
+/// A trial on top of an explanation. It starts from the shapes that the first level found, except for pitches
+/// and frequencies, whose best values may differ with another residual.
 Trial retry(const Measurement& measurement, const FittedModel& from, const EffectDescription& effect,
             const std::vector<Trial>& alone) {
   const Trial* first = find_trial(alone, effect.text.id);
@@ -85,7 +85,8 @@ bool same_set(std::vector<std::string> a, std::vector<std::string> b) {
   return a == b;
 }
 
-/// What promises less to first order is not fitted in full.
+/// Trials that lower the error by less than this share to first order are not fitted in full: half of
+/// kLeastReduction.
 constexpr double kLeastPromising = 0.015;
 
 }  // namespace
@@ -106,7 +107,7 @@ std::vector<Attempt> try_effects(const Measurement& measurement, const DiagnoseO
     options.report(alone == nullptr ? "try every effect" : "try every effect on top",
                    static_cast<double>(finished) / static_cast<double>(attempts.size()));
   });
-  // By error, then by name: effects that do nothing tie, whatever the order of the catalogue.
+  // By error, then by id: the order of effects that do nothing must not depend on the catalogue.
   std::sort(attempts.begin(), attempts.end(), [](const Attempt& a, const Attempt& b) {
     return std::tuple(a.trial.holdout_rmse_N, std::string_view(a.effect->text.id), a.from) <
            std::tuple(b.trial.holdout_rmse_N, std::string_view(b.effect->text.id), b.from);

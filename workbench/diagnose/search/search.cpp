@@ -21,7 +21,8 @@ int parameters(const FittedModel& model) {
   return count;
 }
 
-/// The lowest held-out error, unless something simpler explains as much of what `before` left.
+/// The explanation of the lowest held-out error, unless one of fewer parameters explains as much of the error
+/// of `before`.
 const Explanation& choose(const SelectionContext& context, const std::vector<Explanation>& all,
                           const FittedModel& before) {
   const Explanation& best = *std::min_element(all.begin(), all.end(), [](const auto& a, const auto& b) {
@@ -37,8 +38,9 @@ const Explanation& choose(const SelectionContext& context, const std::vector<Exp
   return *chosen;
 }
 
-/// Whether the last of two effects, of which the first was not sure alone, earns its place beside it; prune()
-/// asks that of the first. One that was sure was asked when it was added.
+/// Whether, of a pair whose first effect was not significant alone, the second is significant beside the
+/// first; prune() tests the first beside the second. An effect that is significant alone was tested when it
+/// was added.
 bool needs_both(const SelectionContext& context, const std::vector<Explanation>& beam,
                 const Explanation& winner, const Explanation& best) {
   if (!best.added.empty() || winner.added.size() < 2) return true;
@@ -48,11 +50,12 @@ bool needs_both(const SelectionContext& context, const std::vector<Explanation>&
   return first != beam.end() && is_significant(context, first->model, winner.model);
 }
 
+/// Explanations that are kept from level to level. Chosen on the blind bench.
 constexpr std::size_t kBeam = 3;
-/// An explanation goes on when it explains this share of what the best of its size does.
-constexpr double kShareToGoOn = 0.5;
+/// An explanation is kept only if it explains this share of what the best of its size explains. Chosen.
+constexpr double kShareToKeep = 0.5;
 
-/// What goes on: the best few, as long as they explain a fair part of what the best does.
+/// Keeps the best explanations, if they explain enough compared with the best.
 void keep_best(std::vector<Explanation>& all, const FittedModel& baseline) {
   std::sort(all.begin(), all.end(),
             [](const auto& a, const auto& b) { return a.model.holdout_rmse_N < b.model.holdout_rmse_N; });
@@ -61,11 +64,11 @@ void keep_best(std::vector<Explanation>& all, const FittedModel& baseline) {
     return explained_N2(baseline.holdout_rmse_N, one.model.holdout_rmse_N);
   };
   const double best = explained(all.front());
-  std::erase_if(all, [&](const Explanation& one) { return explained(one) < kShareToGoOn * best; });
+  std::erase_if(all, [&](const Explanation& one) { return explained(one) < kShareToKeep * best; });
 }
 
-/// Every explanation of the beam with every further effect: screened to first order, the best of each fitted
-/// in full. The first level is remembered, since all of it is listed.
+/// Adds every further effect to every explanation of the beam: all to first order, the best fitted in full.
+/// The trials of the first level are stored, since all of them are reported as candidates.
 std::vector<Explanation> grow(const Measurement& measurement, const DiagnoseOptions& options,
                               const std::vector<Explanation>& beam, bool first, Found& found) {
   std::vector<Attempt> attempts = try_effects(measurement, options, beam, first ? nullptr : &found.alone);
@@ -78,10 +81,11 @@ std::vector<Explanation> grow(const Measurement& measurement, const DiagnoseOpti
   return grown;
 }
 
-/// Of what a lag by the bristle's own stretch explains, what Stribeck friction must to have its name.
+/// Stribeck friction must explain this share of what a lag over the deflection of the bristle explains to
+/// take its place. Chosen on logs of tests/bench/blind/stranger_generator.py.
 constexpr double kShareOfDeflection = 0.75;
 
-/// Whether the model's lag is Stribeck friction of a bristle, seen through its own stretch.
+/// Whether the lag in the model is Stribeck friction of a bristle, delayed by the deflection of the bristle.
 bool lag_comes_from_bristle(const Found& found, const FittedModel& baseline, const FittedModel& model) {
   const EffectDescription& memory = effect_with_role(Role::friction_memory);
   const Trial* lag = find_trial(found.alone, memory.text.id);
@@ -91,7 +95,7 @@ bool lag_comes_from_bristle(const Found& found, const FittedModel& baseline, con
              kShareOfDeflection * explained_N2(baseline.holdout_rmse_N, lag->holdout_rmse_N);
 }
 
-/// The search goes on from `now` instead of the explanation of `next` that added these effects.
+/// Replaces the explanation of `next` that added these effects by `now`.
 void replace_in_beam(const Explanation& now, const std::vector<std::string>& added,
                      std::vector<Explanation>& next) {
   for (Explanation& one : next) {
@@ -99,9 +103,9 @@ void replace_in_beam(const Explanation& now, const std::vector<std::string>& add
   }
 }
 
-/// The explanation with a lag for its Stribeck friction, where that explains what Stribeck friction cannot
-/// stand for: the lag's shapes were found while the other effects were missing, and are searched anew. The
-/// search goes on from there.
+/// Replaces Stribeck friction by frictional lag in the explanation and in the beam, where the lag explains
+/// more than Stribeck friction can. The lag is searched globally again, because its shapes were found while
+/// the other effects were missing.
 void replace_stribeck_by_lag(const Measurement& measurement, const FittedModel& baseline, const Found& found,
                              Explanation& best, std::vector<Explanation>& next) {
   const EffectDescription& lag = effect_with_role(Role::friction_memory);
@@ -121,8 +125,8 @@ void replace_stribeck_by_lag(const Measurement& measurement, const FittedModel& 
   replace_in_beam(best, was, next);
 }
 
-/// A low pass beside a delay, before other effects are tried: what it leaves as a delay looks like a mode.
-/// The search goes on from there.
+/// Adds a low pass to a delay, in the explanation and in the beam, before other effects are tried: the error
+/// of a low pass that is modelled as a delay resembles a mode.
 void add_low_pass_to_delay(const Measurement& measurement, Explanation& best,
                            std::vector<Explanation>& next) {
   if (!has_role(best.model.terms, Role::measurement_delay)) return;
@@ -130,10 +134,12 @@ void add_low_pass_to_delay(const Measurement& measurement, Explanation& best,
   if (measurement_dynamics_of(best.model.terms).filter_s != 0.0) replace_in_beam(best, best.added, next);
 }
 
+/// Effects that are added at most. Chosen.
 constexpr std::size_t kMostSteps = 5;
-/// Held-out errors this near to the floor end the search.
+/// The search ends when the held-out error is below this multiple of the noise floor. Chosen.
 constexpr double kAtFloor = 1.10;
-/// Beyond this, shapes found while the other effects were missing are searched anew.
+/// Above this multiple of the noise floor, shapes are searched globally again: they were found while other
+/// effects were missing. Chosen.
 constexpr double kNearFloor = 1.20;
 
 }  // namespace

@@ -9,16 +9,16 @@
 
 namespace slipstack::workbench {
 
-/// What the search came to, and what its first level said.
+/// The result of the search, and the trials of its first level.
 struct Found {
   Explanation best;
-  SelectionContext context;              ///< what its steps were held against
+  SelectionContext context;              ///< by which its steps were judged
   std::vector<Trial> alone;              ///< every effect on the baseline, best first
   std::vector<Explanation> first_level;  ///< the best of them, fitted in full
 };
 
-/// Grows explanations of what `baseline` leaves, effect by effect: a beam search, because of a pair the best
-/// single effect may be neither. Refers to `baseline` and `floor` in what it returns.
+/// Searches for the effects that `baseline` lacks, one after the other. A beam search, because if two effects
+/// are missing, the best single effect may be neither of them. The result refers to `baseline` and `floor`.
 Found search(const Measurement& measurement, const DiagnoseOptions& options, const FittedModel& baseline,
              const NoiseFloor& floor);
 

@@ -14,7 +14,7 @@
 namespace slipstack::workbench {
 namespace {
 
-/// Brings to the front what lowers the error most on top of `terms`, with the shapes of `full`.
+/// Moves the effect that lowers the error most on top of `terms`, with the shapes of `full`, to the front.
 void put_next(const Measurement& measurement, const Terms& terms, const FittedModel& full,
               std::span<std::string> order) {
   double least_N = HUGE_VAL;

@@ -6,12 +6,13 @@
 
 namespace slipstack::workbench {
 
-/// Lists the explanation one effect at a time, from the baseline to `best`; sets `steps` and the model with
-/// the first of them. The strongest alone first (the candidates are ranked), then whatever helps most, so
-/// that the waterfall falls as fast as it can.
+/// Sets the steps of `diagnosis`, from the baseline to `best` one effect at a time, and its model with the
+/// first effect. First the effect that is strongest alone (the candidates are ranked), then the one that
+/// lowers the error most beside those before it.
 void list_steps(const Measurement& measurement, const Explanation& best, Diagnosis& diagnosis);
 
-/// Drops steps that the whole logs do not bear out, from the last on.
+/// Drops steps, from the last on, that lower the held-out error of the whole logs by less than
+/// kLeastReduction.
 void drop_insignificant_steps(const Measurement& measurement, Diagnosis& diagnosis);
 
 }  // namespace slipstack::workbench

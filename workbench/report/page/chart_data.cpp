@@ -15,8 +15,8 @@ namespace {
 
 using nlohmann::json;
 
-// A chart of 1 000 pixels zoomed in a thousandfold still has a digit to spare; a long record's time needs
-// more.
+// Seven digits resolve a chart of 1 000 pixels that is magnified a thousand times; the time of a long record
+// needs more.
 constexpr int kValueDigits = 7;
 constexpr int kCoordinateDigits = 10;
 

@@ -46,7 +46,7 @@ std::string prose_html(std::string_view text) {
   };
   std::string out;
   out.reserve(plain.size() + plain.size() / 8);
-  bool after_number = false;  // the word before was a number with its unit, which may go on ("N s/m")
+  bool after_number = false;  // the word before was a unit after a number; the unit may continue ("N s/m")
   for (std::size_t at = 0; at < plain.size();) {
     const std::size_t end = std::min(plain.find_first_of(" ,.;:()\n", at + 1), plain.size());
     const bool digit_before = at > 0 && plain[at - 1] >= '0' && plain[at - 1] <= '9';

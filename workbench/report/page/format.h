@@ -9,8 +9,8 @@
 // How text becomes readable HTML; numbers and units are those of quantity.h. Everything here returns UTF-8.
 namespace slipstack::workbench {
 
-/// Makes any text inert in HTML content and in double-quoted attributes. Control characters other than
-/// tab and newline are dropped, so that a log's name cannot hide anything.
+/// Escapes text for HTML content and double-quoted attributes. Control characters other than tab and newline
+/// are dropped, so that the name of a log cannot hide anything.
 std::string escape_html(std::string_view text);
 
 /// Text as it is printed on a terminal, made inert in HTML: with a no-break space between a number and its

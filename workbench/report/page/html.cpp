@@ -25,7 +25,7 @@ namespace {
 using nlohmann::json;
 namespace fs = std::filesystem;
 
-/// Replaces every {{name}} of the template in one pass, so that what is put in is never read as a
+/// Replaces every {{name}} of the template in one pass, so that inserted text is never taken for a
 /// placeholder.
 template <std::size_t N>
 std::string fill(std::string_view page,
@@ -47,8 +47,8 @@ std::string fill(std::string_view page,
   return out;
 }
 
-/// uPlot reads the pixel ratio once, when it is loaded. Wrapped in a function with that name as its argument,
-/// it can be loaded a second time at the resolution of paper.
+/// uPlot reads devicePixelRatio once, when it is loaded. It is wrapped in a function with an argument of that
+/// name, so that it can be loaded a second time at the resolution of paper.
 std::string script() {
   std::string out = "/*\nuPlot, from https://github.com/leeoniya/uPlot\n\n";
   out += web::kUplotLicence;

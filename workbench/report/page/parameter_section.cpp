@@ -21,7 +21,8 @@ struct ValueText {
   bool weak = false;  ///< within two standard errors of zero
 };
 
-/// Parameters of one effect that share a unit are shown in the same one, so that they compare at a glance.
+/// Parameters of one effect with the same SI unit are shown in the same display unit, so that they can be
+/// compared.
 double largest_with_unit(const json& parameters, const std::string& si_unit) {
   double largest = 0.0;
   for (const json& parameter : parameters) {
@@ -45,7 +46,7 @@ ValueText value_text(const json& parameter, const json& neighbours) {
     const double shown_error = *error * unit.per_si;
     const int decimals = 1 - static_cast<int>(std::floor(std::log10(shown_error)));
     const bool plain = std::abs(shown) < 1e7 && decimals <= 6;
-    // More decimals than a double carries for this value would be invented.
+    // No more decimals than a double holds for this value.
     if (plain && decimals >= 0) out.value = fixed(shown, decimals);
     out.error = plain && decimals >= 0 ? fixed(shown_error, decimals) : significant(shown_error, 2);
     out.weak = std::abs(shown) < 2.0 * shown_error;
@@ -67,7 +68,7 @@ std::string parameter_rows(const json& parameters, std::size_t first, std::size_
     const json& parameter = parameters[i];
     const ValueText text = value_text(parameter, parameters);
     const std::string note = text_at(parameter, "note");
-    // A shape says where something happens: there "zero" would mean nothing.
+    // For a shape, such as a position, a value near zero has no special meaning.
     const char* weak = note == "shape" ? "not determined by this log" : "≈\u00a00 within its error";
     out += "<tr><td class=\"pname\">" + escape_html(parameter_name(parameter)) + "</td><td class=\"num\">" +
            text.value + "</td><td class=\"num pm\">" + (text.error.empty() ? "" : "±\u202f" + text.error) +
@@ -82,7 +83,7 @@ std::string effect_block(const json& data, const json& effect) {
   const json& parameters = array_at(effect, "parameters");
   const std::string id = text_at(effect, "effect");
   const std::string formula = text_at(effect, "formula");
-  // Long lists (slip elements, harmonics) stand in two columns across the page.
+  // Long lists (slip elements, harmonics) are set in two columns.
   const bool wide = parameters.size() > 10;
   const std::size_t half = wide ? (parameters.size() + 1) / 2 : parameters.size();
   std::string tables;

@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Candidates shown before the rest is folded away.
+/// Candidates that are shown; the others are folded.
 constexpr std::size_t kRankingRows = 6;
 
 /// One candidate's bar: zero line, share of the error it removes, ± one standard error.
@@ -85,7 +85,7 @@ std::string ranking_html(const json& data) {
   for (const json& candidate : candidates) {
     const double share = number_at(candidate, "error_reduction").value_or(0.0);
     const double error = number_at(candidate, "error_reduction_se").value_or(0.0);
-    // A candidate that makes things much worse must not squeeze the others into a sliver.
+    // A candidate that increases the error much must not compress the scale of the others.
     low = std::min(low, std::max(share - error, -0.15));
     high = std::max(high, std::min(share + error, 1.0));
     errors_N.push_back(number_at(candidate, "holdout_rmse_N").value_or(0.0));
@@ -94,7 +94,7 @@ std::string ranking_html(const json& data) {
   const bool together = !std::ranges::is_sorted(errors_N);
   std::string shown;
   std::string folded;
-  // One more row costs less than a fold that hides a single one.
+  // A single further row is shown, since the button of a fold takes as much space.
   const std::size_t open_rows = candidates.size() <= kRankingRows + 1 ? candidates.size() : kRankingRows;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     (i < open_rows ? shown : folded) += candidate_row(data, candidates[i], i + 1, low, high, column);
@@ -104,7 +104,7 @@ std::string ranking_html(const json& data) {
       "<th class=\"num\">#</th><th>Effect</th><th class=\"num\">Held-out error (" +
       column.unit.label +
       ")</th><th colspan=\"3\">Share of the error it removes, ± 1 standard error</th>"
-      "<th>Not told apart from</th></tr></thead><tbody>" +
+      "<th>Indistinguishable from</th></tr></thead><tbody>" +
       shown + "</tbody>";
   if (!folded.empty()) {
     out +=

@@ -21,7 +21,7 @@ std::string entry(const std::string& term, const std::string& value_html) {
   return "<div><dt>" + escape_html(term) + "</dt><dd>" + value_html + "</dd></div>";
 }
 
-/// What a log header key is called on paper, and its SI unit.
+/// The name of a header key of the log, and its SI unit.
 struct HeaderField {
   const char* key;
   const char* name;
@@ -36,11 +36,10 @@ constexpr std::array<HeaderField, 5> kHeaderFields = {{
     {"normal_force_N", "Normal force", "N", 4},
 }};
 
-/// One key figure: a number large enough to read from across the desk, and the line style it has in the
-/// charts.
+/// A key figure: a number in large type, and its line style in the charts.
 struct KeyFigure {
   const char* key;
-  const char* interval;  ///< where its 95 % interval stands; "" for none
+  const char* interval;  ///< key of its 95 % interval; "" for none
   std::string name;
   const char* role;
 };
@@ -88,7 +87,7 @@ std::string reason_cell(const char* name, const std::string& text) {
   return "<div><dt>" + std::string(name) + "</dt><dd>" + prose_html(text) + "</dd></div>";
 }
 
-/// A command to copy: it wraps between its words only.
+/// A command to be copied: lines break between words only.
 std::string command_html(const std::string& command) {
   std::string out = "<code class=\"command\">";
   std::size_t at = 0;
@@ -186,7 +185,7 @@ std::string reasons_html(const json& data) {
     cells += reason_cell("Evidence", text_at(best, "evidence"));
     cells += reason_cell("Usual cause", text_at(best, "cause"));
     cells += reason_cell("Experiment that confirms it", text_at(best, "confirm_with"));
-    cells += reason_cell("This log cannot tell it apart from", confounders_text(data, best));
+    cells += reason_cell("This log cannot distinguish it from", confounders_text(data, best));
   }
   const json& unexplained = member(data, "unexplained");
   if (const std::string left = text_at(unexplained, "description"); !left.empty()) {
@@ -220,7 +219,7 @@ std::string charts_html(const json& data, FigureNumbers& figures) {
                                  : "Measured force over time, and the motion";
     out += "<section><h2>Force over time</h2>" + frame("force", 0, title) + "</section>\n";
   }
-  // The index is the element's own, also when one before it has nothing to draw.
+  // The index counts all elements, also those that have nothing to draw.
   const auto frames = [&](const char* kind, const char* list, const char* x, const char* otherwise) {
     std::string html;
     const json& items = array_at(data, list);

@@ -4,11 +4,11 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-// The parts of the report in the order of the page. Each returns finished HTML, or "" if the data has nothing
-// for it.
+// The sections of the report in the order of the page. Each returns HTML, or "" if the data has nothing for
+// it.
 namespace slipstack::workbench {
 
-/// Numbers the figures in the order in which they appear.
+/// Counts the figures in the order of their appearance.
 class FigureNumbers {
  public:
   int next() { return ++last_; }

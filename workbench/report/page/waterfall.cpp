@@ -29,7 +29,7 @@ std::vector<Step> waterfall_steps(const json& data) {
     steps.push_back({id == "baseline" ? "Baseline" : "+ " + effect_title(data, id), *rmse});
   }
   if (steps.size() >= 2) return steps;
-  // Without a stepwise search there are still two numbers to set side by side.
+  // Without steps, the errors before and after are shown.
   const json& figures = member(data, "figures");
   const auto before = number_at(figures, "holdout_rmse_N");
   const auto after = number_at(figures, "after_rmse_N");
