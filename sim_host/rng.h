@@ -32,6 +32,8 @@ class Rng {
   std::size_t below(std::size_t count);
   /// True with the given probability.
   bool chance(double probability) { return uniform() < probability; }
+  /// −1 or 1, either as likely.
+  double sign() { return chance(0.5) ? 1.0 : -1.0; }
   /// One of the given values.
   template <typename T>
   T pick(std::initializer_list<T> values) {

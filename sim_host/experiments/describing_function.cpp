@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim_host/experiments/describing_function.h"
+#include "sim_host/gauss_legendre.h"
 
-#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -10,19 +10,14 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-// Gauss-Legendre on (−1, 1), ten points: exact to degree 19.
-constexpr std::array<double, 5> kNodes = {0.1488743389816312, 0.4333953941292472, 0.6794095682990244,
-                                          0.8650633666889845, 0.9739065285171717};
-constexpr std::array<double, 5> kWeights = {0.2955242247147529, 0.2692667193099963, 0.2190863625159820,
-                                            0.1494513491505806, 0.0666713443086881};
-
 template <typename Function>
 double panel(double from, double to, Function function) {
   const double middle = 0.5 * (from + to);
   const double half = 0.5 * (to - from);
   double sum = 0.0;
-  for (std::size_t i = 0; i < kNodes.size(); ++i) {
-    sum += kWeights[i] * (function(middle - half * kNodes[i]) + function(middle + half * kNodes[i]));
+  for (std::size_t i = 0; i < kGaussNodes.size(); ++i) {
+    sum += kGaussWeights[i] *
+           (function(middle - half * kGaussNodes[i]) + function(middle + half * kGaussNodes[i]));
   }
   return half * sum;
 }

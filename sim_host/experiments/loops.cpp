@@ -15,11 +15,11 @@
 #include "sim_host/rng.h"
 #include "sim_host/sensors/delay_line.h"
 #include "sim_host/sensors/encoder.h"
+#include "sim_host/turn.h"
 
 namespace slipstack::sim {
 namespace {
 
-constexpr double kTurn = 2.0 * std::numbers::pi;
 constexpr std::size_t kThrownAway = 2;
 
 // Adds samples of one cycle after the other to its mean.

@@ -2,16 +2,15 @@
 #include "sim_host/experiments/setup.h"
 
 #include <filesystem>
-#include <numbers>
 #include <sstream>
 
 #include "sim_host/experiments/setup_files.h"
 #include "sim_host/experiments/setup_table.h"
+#include "sim_host/turn.h"
 
 namespace slipstack::sim {
 namespace {
 
-constexpr double kTurn = 2.0 * std::numbers::pi;
 constexpr std::uintmax_t kLargestFile = 1u << 20;
 constexpr int kDeepest = 5;
 

@@ -2,14 +2,12 @@
 // The effects of the catalogue in a set-up file, and the virgin curve.
 #include <algorithm>
 #include <array>
-#include <numbers>
 
 #include "sim_host/experiments/setup_table.h"
+#include "sim_host/turn.h"
 
 namespace slipstack::sim {
 namespace {
-
-constexpr double kTurn = 2.0 * std::numbers::pi;
 
 CurveTerm read_term(SetupTable& table) {
   CurveTerm term;

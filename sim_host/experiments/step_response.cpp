@@ -7,14 +7,14 @@
 #include <numbers>
 
 #include "sim_host/plant/smooth_axis.h"
+#include "sim_host/turn.h"
 
 namespace slipstack::sim {
 namespace {
 
-constexpr double kTurn = 2.0 * std::numbers::pi;
 constexpr std::size_t kSamples = 1000;
 /// Swings below this share of the first are lost in any sensor's noise.
-constexpr double kSmallestSwing = 1e-3;
+constexpr double kSmallestOvershoot = 1e-3;
 
 void check(const ExperimentSetup& setup, double force_N, double duration_s) {
   if (!(std::isfinite(force_N) && force_N > 0.0)) {
@@ -70,7 +70,7 @@ StepResponse run_step(const ExperimentSetup& setup, double force_N, double durat
       const RingTurn turn{axis.time_s(), axis.position_m() - setup.position_m, 0.0, 0.0};
       if (out.turns.size() >= 3) {
         const double first = std::fabs(out.turns[1].position_m - out.turns[0].position_m);
-        ringing = std::fabs(turn.position_m - out.turns.back().position_m) > kSmallestSwing * first;
+        ringing = std::fabs(turn.position_m - out.turns.back().position_m) > kSmallestOvershoot * first;
       }
       if (ringing) out.turns.push_back(turn);
     }

@@ -10,11 +10,11 @@
 #include "sim_host/rng.h"
 #include "sim_host/sensors/delay_line.h"
 #include "sim_host/sensors/encoder.h"
+#include "sim_host/turn.h"
 
 namespace slipstack::sim {
 namespace {
 
-constexpr double kTurn = 2.0 * std::numbers::pi;
 constexpr double kJumpFactor = 1.5;
 constexpr std::size_t kLeastPeriods = 4;
 

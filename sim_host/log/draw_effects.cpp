@@ -3,17 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <numbers>
 #include <stdexcept>
 #include <string>
 
 #include "sim_host/log/draw.h"
 #include "sim_host/log/record.h"
+#include "sim_host/turn.h"
 
 namespace slipstack::sim {
 namespace {
-
-constexpr double kTurn = 2.0 * std::numbers::pi;
 
 // An effect with everything drawn but its gain.
 struct Sketch {
@@ -85,10 +83,6 @@ Ripple scaled(Ripple ripple, double gain) {
   return ripple;
 }
 
-double random_sign(Rng& rng) {
-  return rng.chance(0.5) ? 1.0 : -1.0;
-}
-
 // Friction that depends on velocity, and its neighbours.
 Sketch sketch_friction(EffectId id, const Axis& axis, double duration_s, Rng& rng) {
   const double level_N = axis.curve.saturation_N();
@@ -132,12 +126,12 @@ Sketch sketch_friction(EffectId id, const Axis& axis, double duration_s, Rng& rn
     case EffectId::kDirectionAsymmetry: {
       DirectionAsymmetry asymmetry;
       asymmetry.law = rng.pick({AsymmetryLaw::kByForce, AsymmetryLaw::kByVelocity});
-      const double sign = random_sign(rng);
+      const double sign = rng.sign();
       // Where the axis has viscous friction, half of the time that differs each way too, by at most as much
       // as it is.
       const double viscous =
           axis.effects.viscous && rng.chance(0.5)
-              ? random_sign(rng) * rng.uniform(0.3, 1.0) * axis.effects.viscous->coefficient_N_s_per_m
+              ? rng.sign() * rng.uniform(0.3, 1.0) * axis.effects.viscous->coefficient_N_s_per_m
               : 0.0;
       return {[asymmetry, sign, viscous](Axis& a, double gain) {
                 a.effects.asymmetry = asymmetry;
@@ -153,7 +147,7 @@ Sketch sketch_friction(EffectId id, const Axis& axis, double duration_s, Rng& rn
       if (axis.effects.viscous) {
         drift.target = rng.pick({DriftTarget::kHysteresis, DriftTarget::kViscous, DriftTarget::kBoth});
       }
-      const double sign = drift.kind == DriftKind::kRunIn ? 1.0 : random_sign(rng);
+      const double sign = drift.kind == DriftKind::kRunIn ? 1.0 : rng.sign();
       Drift unit = drift;
       unit.depth = 1.0;
       const double change = std::fabs(unit.factor(duration_s) - 1.0);
@@ -172,7 +166,7 @@ Sketch sketch_other(EffectId id, const Axis& axis, double rate_Hz, Rng& rng) {
   switch (id) {
     case EffectId::kPositionDependentPreload: {
       const PositionMap map = draw_map(rng, axis.stroke_m);
-      const double sign = random_sign(rng);
+      const double sign = rng.sign();
       return {[map, sign](Axis& a, double gain) {
                 a.effects.preload = PositionPreload{map, sign * gain};
               },
@@ -201,7 +195,7 @@ Sketch sketch_other(EffectId id, const Axis& axis, double rate_Hz, Rng& rng) {
       return {[ripple](Axis& a, double gain) { a.effects.motor_ripple = scaled(ripple, gain); }, 0.06};
     }
     case EffectId::kOffsetForce: {
-      const double sign = random_sign(rng);
+      const double sign = rng.sign();
       return {[sign](Axis& a, double gain) { a.effects.offset_N = sign * gain; }, 0.8 * level_N};
     }
     case EffectId::kCableChainStiffness: {

@@ -3,22 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 #include "sim_host/log/draw.h"
+#include "sim_host/turn.h"
 
 namespace slipstack::sim {
-namespace {
-
-constexpr double kTurn = 2.0 * std::numbers::pi;
-
-double random_sign(Rng& rng) {
-  return rng.chance(0.5) ? 1.0 : -1.0;
-}
-
-}  // namespace
-
 std::optional<OutsideKind> outside_by_name(std::string_view word) {
   constexpr std::array<std::pair<std::string_view, OutsideKind>, 5> kNames{
       {{"line", OutsideKind::kLine},
@@ -45,7 +35,7 @@ void add_outside(Axis& axis, OutsideKind kind, const MotionProgramme& programme,
     }
     case OutsideKind::kBump:
       // Seen only now and then: five times as high as what acts all the time.
-      axis.outside.bump = BumpForce{random_sign(rng) * 5.0 * level_N, axis.stroke_m * rng.uniform(0.25, 0.75),
+      axis.outside.bump = BumpForce{rng.sign() * 5.0 * level_N, axis.stroke_m * rng.uniform(0.25, 0.75),
                                     rng.log_uniform(0.5e-3, 3e-3)};
       break;
     case OutsideKind::kBacklash: {

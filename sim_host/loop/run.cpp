@@ -54,7 +54,7 @@ class Runner {
     if (!turns_s_.empty()) {
       const auto middle = turns_s_.begin() + static_cast<std::ptrdiff_t>(turns_s_.size() / 2);
       std::nth_element(turns_s_.begin(), middle, turns_s_.end());
-      result_.median_turn_s = *middle;
+      result_.median_round_trip_s = *middle;
     }
     result_.log = recorder_.finish();
     result_.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();

@@ -24,7 +24,7 @@ struct LoopOptions {
 struct LoopResult {
   SimulatedLog log;
   std::int64_t ticks = 0;
-  double median_turn_s =
+  double median_round_trip_s =
       0.0;              ///< of a tick of controller and plant: what others take of the processor left out
   double wall_s = 0.0;  ///< that the loop took, the start of the board excluded
   double rms_error_m = 0.0;  ///< position error of the reference, while the current was on

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim_host/plant/exact_axis.h"
+#include "sim_host/gauss_legendre.h"
 
 #include <algorithm>
 #include <cmath>
@@ -44,17 +45,12 @@ double root(const Series& series, double level, double low, double high) {
   return s;
 }
 
-// Gauss-Legendre on (−1, 1), ten points: exact to degree 19.
-constexpr std::array<double, 5> kNodes = {0.1488743389816312, 0.4333953941292472, 0.6794095682990244,
-                                          0.8650633666889845, 0.9739065285171717};
-constexpr std::array<double, 5> kWeights = {0.2955242247147529, 0.2692667193099963, 0.2190863625159820,
-                                            0.1494513491505806, 0.0666713443086881};
-
 template <typename Function>
 double integrate(double to, Function function) {
   double sum = 0.0;
-  for (std::size_t i = 0; i < kNodes.size(); ++i) {
-    sum += kWeights[i] * (function(0.5 * to * (1.0 - kNodes[i])) + function(0.5 * to * (1.0 + kNodes[i])));
+  for (std::size_t i = 0; i < kGaussNodes.size(); ++i) {
+    sum += kGaussWeights[i] *
+           (function(0.5 * to * (1.0 - kGaussNodes[i])) + function(0.5 * to * (1.0 + kGaussNodes[i])));
   }
   return 0.5 * to * sum;
 }

@@ -22,10 +22,6 @@
 namespace slipstack::loop {
 namespace {
 
-std::string image_of(const std::string& machine) {
-  return SLIPSTACK_TARGET_BUILD "/bin/slipstack-" + machine + ".elf";
-}
-
 bool available(const std::string& machine) {
   return std::system("command -v qemu-system-arm >/dev/null 2>&1") == 0 &&
          std::filesystem::is_regular_file(image_of(machine));

@@ -25,10 +25,6 @@ namespace {
 constexpr std::size_t kMarker = 8;  // ahead of the pages: hal/mps2/memory_flash.h
 constexpr std::size_t kPages = PlantMemory::kFlashPages * PlantMemory::kFlashPageBytes;
 
-std::string image_of(const std::string& machine) {
-  return SLIPSTACK_TARGET_BUILD "/bin/slipstack-" + machine + ".elf";
-}
-
 // The board with node 127 and a master on its SLCAN line; the master's frames are written from CiA 301.
 class Board {
  public:

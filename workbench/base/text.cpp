@@ -68,7 +68,7 @@ std::string printable(std::string_view text, std::size_t limit) {
   return result;
 }
 
-std::string quoted(std::string_view text) {
+std::string in_quotes(std::string_view text) {
   return fmt::format("'{}'", printable(text, kQuoteLimit));
 }
 
@@ -103,20 +103,20 @@ const char* parse_double(const char* begin, const char* end, double& value) {
 std::string number_fault(std::string_view field) {
   if (field.empty()) return "is empty";
   if (field.front() == '"' || field.front() == '\'') {
-    return quoted(field) + " is not a number (quotes are not supported)";
+    return in_quotes(field) + " is not a number (quotes are not supported)";
   }
   double value = 0.0;
   const char* const end = field.data() + field.size();
   const char* const next = parse_double(field.data(), end, value);
-  if (next == end) return std::isfinite(value) ? "" : quoted(field) + " is not a finite number";
+  if (next == end) return std::isfinite(value) ? "" : in_quotes(field) + " is not a finite number";
   if (next == nullptr) {
     const char* const digits = field.front() == '+' ? field.data() + 1 : field.data();
     const auto [stop, error] = std::from_chars(digits, end, value);
     if (error == std::errc::result_out_of_range && stop == end) {
-      return quoted(field) + " is beyond the range of a number";
+      return in_quotes(field) + " is beyond the range of a number";
     }
   }
-  return quoted(field) + " is not a number";
+  return in_quotes(field) + " is not a number";
 }
 
 }  // namespace slipstack::workbench

@@ -15,7 +15,7 @@ std::string_view trimmed(std::string_view text);
 std::string printable(std::string_view text, std::size_t limit = 0);
 
 // printable() in single quotes, cut to what one line of an error message has room for.
-std::string quoted(std::string_view text);
+std::string in_quotes(std::string_view text);
 
 // "a, b, c".
 std::string joined(const std::vector<std::string>& names);

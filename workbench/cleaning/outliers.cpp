@@ -69,13 +69,13 @@ std::vector<double> departures_from_median(const std::vector<double>& values) {
 /// Of the five samples on either side, those next to the stretch and other wild ones left out.
 double largest_step_beside(const std::vector<double>& values, const Interval& one,
                            const std::vector<std::size_t>& wild) {
-  constexpr std::size_t kBeside = 6;
+  constexpr std::size_t kReach = 6;
   double largest = 0.0;
   const auto step_to = [&](std::size_t i) {
     const auto next = std::lower_bound(wild.begin(), wild.end(), i - 1);
     if (next == wild.end() || *next > i) largest = std::max(largest, std::abs(values[i] - values[i - 1]));
   };
-  for (std::size_t k = 2; k <= kBeside; ++k) {
+  for (std::size_t k = 2; k <= kReach; ++k) {
     if (one.first >= k) step_to(one.first - k + 1);
     if (one.end + k <= values.size()) step_to(one.end + k - 1);
   }

@@ -54,14 +54,14 @@ constexpr std::size_t kFrozen = 8;
 
 /// Where none of so many steps of the force on either side is this share of the noise, the force has no noise
 /// there: of white noise one place in 10^4 looks so.
-constexpr std::size_t kBeside = 4;
+constexpr std::size_t kFaultMargin = 4;
 constexpr double kNoiseless = 0.5;
 
 /// Whether the force has no noise on either side of the stretch, as a command while the axis rests.
 bool noiseless_beside(const Log& log, double noise_N, const Interval& stretch) {
   const std::vector<double>& force_N = log.force_N;
-  const std::size_t from = stretch.first > kBeside ? stretch.first - kBeside : 1;
-  const std::size_t to = std::min(stretch.end + kBeside, force_N.size());
+  const std::size_t from = stretch.first > kFaultMargin ? stretch.first - kFaultMargin : 1;
+  const std::size_t to = std::min(stretch.end + kFaultMargin, force_N.size());
   for (std::size_t i = from; i < to; ++i) {
     if (std::abs(force_N[i] - force_N[i - 1]) > kNoiseless * noise_N) return false;
   }

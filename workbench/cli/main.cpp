@@ -168,8 +168,7 @@ void check_command(const CLI::App& app, int argc, char** argv) {
     if (command->get_name() == argv[1]) return;
     known.push_back(command->get_name());
   }
-  throw UsageError(
-      fmt::format("unknown command {}; known: {}", quoted(std::string_view(argv[1])), joined(known)));
+  throw UsageError(fmt::format("unknown command {}; known: {}", in_quotes(argv[1]), joined(known)));
 }
 
 /// The command as a shell would take it again: quoted where blanks or signs ask for it.

@@ -174,8 +174,8 @@ void run_emulated(const NodeRequest& request, const sim::Axis& axis, host::HostN
 void run_node(const NodeRequest& request) {
   const bool host = request.board == "host";
   if (!host && request.board != "mps2-an386" && request.board != "mps2-an500") {
-    throw UsageError(fmt::format("--board: {} is none of host, mps2-an386, mps2-an500",
-                                 quoted(std::string_view(request.board))));
+    throw UsageError(
+        fmt::format("--board: {} is none of host, mps2-an386, mps2-an500", in_quotes(request.board)));
   }
   if (host && request.can.empty()) throw UsageError("--can is required: a CAN interface, as can0 or vcan0");
   if (!host && !request.can.empty()) {

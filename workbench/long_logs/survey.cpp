@@ -28,7 +28,7 @@ using nlohmann::json;
 /// Rates of two stretches of a log agree better than this, or samples are missing.
 constexpr double kSameRate = 1e-3;
 
-struct Range {
+struct Extremes {
   double low = std::numeric_limits<double>::infinity();
   double high = -std::numeric_limits<double>::infinity();
   void take(const std::vector<double>& values) {
@@ -57,7 +57,7 @@ Survey survey(const std::string& name, const InputFile& file) {
   found.bytes = file.size();
   FileSource source(file, 0);
   CsvReader reader(name, source);
-  Range position_m, force_N;
+  Extremes position_m, force_N;
   double last_s = 0.0;
   for (;;) {
     const LineReader::Place place = reader.place();

@@ -17,7 +17,7 @@ std::vector<sim::EffectId> effects_of(const std::string& list) {
         *id == sim::EffectId::kOutside) {
       throw UsageError(
           fmt::format("--effects: {} is no effect that an axis can be given; see `slipstack-sim effects`",
-                      quoted(field)));
+                      in_quotes(field)));
     }
     ids.push_back(*id);
   }

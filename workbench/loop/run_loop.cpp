@@ -47,15 +47,13 @@ class HostBoard final : public sim::LockstepBoard {
 void check(const LoopRequest& request) {
   const auto refuse = [](const std::string& text) { throw UsageError(text); };
   if (request.board != "host" && request.board != "mps2-an386" && request.board != "mps2-an500") {
-    refuse(fmt::format("--board: {} is none of host, mps2-an386, mps2-an500",
-                       quoted(std::string_view(request.board))));
+    refuse(fmt::format("--board: {} is none of host, mps2-an386, mps2-an500", in_quotes(request.board)));
   }
   if (request.board == "host" && !request.image.empty()) {
     refuse("--image: there is none on --board host; name an emulated board");
   }
   if (request.setup != "pick_and_place" && request.setup != "random") {
-    refuse(fmt::format("--setup: {} is neither pick_and_place nor random",
-                       quoted(std::string_view(request.setup))));
+    refuse(fmt::format("--setup: {} is neither pick_and_place nor random", in_quotes(request.setup)));
   }
   if (request.seed < 0) refuse("--seed: must not be negative");
   if (!(request.seconds >= 8.0 && request.seconds <= 3600.0)) {
@@ -136,7 +134,7 @@ nlohmann::json json_of(const LoopRequest& request, const PlantLink& link, const 
           {"ticks", result.ticks},
           {"simulated_s", simulated_s},
           {"times_real_time", simulated_s / result.wall_s},
-          {"median_turn_s", result.median_round_trip_s},
+          {"median_round_trip_s", result.median_round_trip_s},
           {"rms_error_m", result.rms_error_m},
           {"rms_reversal_error_m", result.rms_reversal_error_m},
           {"peak_error_m", result.peak_error_m},

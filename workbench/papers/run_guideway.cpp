@@ -39,7 +39,7 @@ sim::BallMaterial material_named(const std::string& word, const std::string& whe
   const auto material = sim::ball_material(word);
   if (!material) {
     throw UsageError(fmt::format("{}: unknown material {}; known: steel, silicon_nitride, diamond_coated",
-                                 printable(where), quoted(std::string_view(word))));
+                                 printable(where), in_quotes(word)));
   }
   return *material;
 }

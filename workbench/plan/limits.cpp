@@ -52,7 +52,7 @@ GivenLimits parse_limits(const std::string& text) {
     const std::string key(field.substr(0, equals));
     if (equals == std::string_view::npos || std::find(known.begin(), known.end(), key) == known.end()) {
       throw UsageError(fmt::format("--limits: {} is none of {}=number (stroke=low:high), SI units",
-                                   quoted(field), fmt::join(known, "=, ")));
+                                   in_quotes(field), fmt::join(known, "=, ")));
     }
     std::string_view rest = field.substr(equals + 1);
     std::vector<double>& values = given[key];
@@ -61,7 +61,7 @@ GivenLimits parse_limits(const std::string& text) {
       double value = 0.0;
       const char* const end = one.data() + one.size();
       if (one.empty() || parse_double(one.data(), end, value) != end || !std::isfinite(value)) {
-        throw UsageError(fmt::format("--limits: {} is not a number; as in {}", quoted(one),
+        throw UsageError(fmt::format("--limits: {} is not a number; as in {}", in_quotes(one),
                                      key == "stroke" ? "stroke=0.02:0.38" : key + "=1.5"));
       }
       values.push_back(value);

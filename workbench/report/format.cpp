@@ -45,25 +45,25 @@ std::string group_thousands(const std::string& plain) {
 }
 
 /// One choice of display unit: used from `smallest` (in SI) upwards.
-struct Step {
+struct UnitStep {
   double smallest;
   double per_si;
   std::string_view label;
 };
 
-constexpr Step kForce[] = {{1e4, 1e-3, "kN"}, {0.1, 1.0, "N"}, {1e-4, 1e3, "mN"}, {0.0, 1e6, "µN"}};
-constexpr Step kLength[] = {{10.0, 1.0, "m"}, {1e-3, 1e3, "mm"}, {1e-6, 1e6, "µm"}, {0.0, 1e9, "nm"}};
-constexpr Step kSpeed[] = {{10.0, 1.0, "m/s"}, {1e-3, 1e3, "mm/s"}, {0.0, 1e6, "µm/s"}};
-constexpr Step kAcceleration[] = {{0.1, 1.0, "m/s²"}, {0.0, 1e3, "mm/s²"}};
-constexpr Step kTime[] = {{1.0, 1.0, "s"}, {1e-3, 1e3, "ms"}, {0.0, 1e6, "µs"}};
-constexpr Step kMass[] = {{0.1, 1.0, "kg"}, {0.0, 1e3, "g"}};
-constexpr Step kStiffness[] = {{1e5, 1e-6, "N/µm"}, {100.0, 1e-3, "N/mm"}, {0.0, 1.0, "N/m"}};
-constexpr Step kDamping[] = {{0.0, 1.0, "N·s/m"}};
-constexpr Step kFrequency[] = {{1e5, 1e-3, "kHz"}, {0.0, 1.0, "Hz"}};
+constexpr UnitStep kForce[] = {{1e4, 1e-3, "kN"}, {0.1, 1.0, "N"}, {1e-4, 1e3, "mN"}, {0.0, 1e6, "µN"}};
+constexpr UnitStep kLength[] = {{10.0, 1.0, "m"}, {1e-3, 1e3, "mm"}, {1e-6, 1e6, "µm"}, {0.0, 1e9, "nm"}};
+constexpr UnitStep kSpeed[] = {{10.0, 1.0, "m/s"}, {1e-3, 1e3, "mm/s"}, {0.0, 1e6, "µm/s"}};
+constexpr UnitStep kAcceleration[] = {{0.1, 1.0, "m/s²"}, {0.0, 1e3, "mm/s²"}};
+constexpr UnitStep kTime[] = {{1.0, 1.0, "s"}, {1e-3, 1e3, "ms"}, {0.0, 1e6, "µs"}};
+constexpr UnitStep kMass[] = {{0.1, 1.0, "kg"}, {0.0, 1e3, "g"}};
+constexpr UnitStep kStiffness[] = {{1e5, 1e-6, "N/µm"}, {100.0, 1e-3, "N/mm"}, {0.0, 1.0, "N/m"}};
+constexpr UnitStep kDamping[] = {{0.0, 1.0, "N·s/m"}};
+constexpr UnitStep kFrequency[] = {{1e5, 1e-3, "kHz"}, {0.0, 1.0, "Hz"}};
 
 struct Family {
   std::string_view si_unit;
-  std::span<const Step> steps;
+  std::span<const UnitStep> steps;
 };
 
 // The same unit is spelt several ways in the wild; the report shows one spelling.
@@ -160,7 +160,7 @@ DisplayUnit display_unit(std::string_view si_unit, double magnitude) {
     if (family.si_unit != si_unit) continue;
     // Nothing to see at zero: take the unit that whole machines are described in.
     const double wanted = size > 0.0 ? size : 1.0;
-    for (const Step& step : family.steps) {
+    for (const UnitStep& step : family.steps) {
       if (wanted >= step.smallest) return {step.per_si, std::string(step.label)};
     }
   }

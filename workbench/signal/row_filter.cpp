@@ -12,7 +12,7 @@ namespace slipstack::workbench {
 namespace {
 
 /// Samples of a chunk, about: fits the first-level cache with the effect's state.
-constexpr std::size_t kChunk = 2048;
+constexpr std::size_t kRowChunk = 2048;
 
 /// Triangular means of this part of a period of the bandwidth on either side: they droop by 9 % there, alike
 /// for all. What lies above half the rate of the means folds into the band; the triangle leaves 4 % of it.
@@ -42,7 +42,7 @@ RowCollector::RowCollector(const RowFilter& filter, const std::vector<std::size_
     : filter_(filter),
       row_samples_(row_samples),
       columns_(columns),
-      chunk_(kChunk / filter.group() * filter.group()),
+      chunk_(kRowChunk / filter.group() * filter.group()),
       raw_(chunk_ * columns),
       means_((filter.stage().size() + chunk_ / filter.group()) * columns),
       rising_(columns, 0.0),

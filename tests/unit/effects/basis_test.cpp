@@ -130,7 +130,7 @@ double phase_rounding(const ShapeSpec& spec, double position_m, double shape) {
   return 2.0 * std::numbers::pi * 4.0 * std::abs(position_m / shape);
 }
 
-constexpr double kU = 1.1920928955078125e-7;
+constexpr double kFloatRounding = 1.1920928955078125e-7;
 
 template <template <class> class E>
 void expect_formula() {
@@ -169,7 +169,7 @@ void expect_formula() {
   }
   EXPECT_LE(worst_double, allowed.series + 1e-12);
   EXPECT_GE(worst_double, 0.2 * allowed.series);
-  EXPECT_LE(worst_float, kU);
+  EXPECT_LE(worst_float, kFloatRounding);
 }
 
 TEST(Basis, Inertia) {

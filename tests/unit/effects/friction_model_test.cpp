@@ -48,14 +48,14 @@ Model::Parameters random_parameters(Draw& draw, double share_enabled) {
 }
 
 /// The contract's formula with effects of its own, each asked by itself.
-class Formula {
+class WrittenOut {
  public:
   struct Sums {
     double force = 0.0, dry = 0.0, dry_factor = 1.0, total_factor = 1.0;
     double total() const { return (force + dry * dry_factor) * total_factor; }
   };
 
-  Formula(const Model::Parameters& parameters, const Sample<double>& start) : parameters_(parameters) {
+  WrittenOut(const Model::Parameters& parameters, const Sample<double>& start) : parameters_(parameters) {
     visit([&](auto& effect, const auto& own) {
       effect.prepare(own.shapes, kScales);
       effect.reset(start);
@@ -112,10 +112,10 @@ TEST(FrictionModel, IsTheDocumentedProduct) {
     Model model;
     model.prepare(parameters, kScales);
     model.reset(motion[0]);
-    Formula formula(parameters, motion[0]);
+    WrittenOut formula(parameters, motion[0]);
     for (const Sample<double>& sample : motion) {
       const Model::Force is = model.step(sample);
-      const Formula::Sums should = formula.at(sample);
+      const WrittenOut::Sums should = formula.at(sample);
       const double scale = 1.0 + std::abs(should.force) + std::abs(should.dry);
       ASSERT_NEAR(is.total_N, should.total(), 1e-12 * scale) << seed;
       ASSERT_NEAR(is.dry_friction_N, should.dry * should.dry_factor, 1e-12 * scale) << seed;

@@ -13,14 +13,14 @@ namespace slipstack {
 namespace {
 
 using test::Draw;
-constexpr double kTwoPi = 2.0 * std::numbers::pi;
+constexpr double kRadPerTurn = 2.0 * std::numbers::pi;
 
 /// A mode under an acceleration that is held over each tick: q'' + 2 zeta w q' + w^2 q = a, by classical
 /// Runge-Kutta in steps of at most a hundredth of a radian.
 class FineMode {
  public:
   FineMode(double frequency_Hz, double damping, double tick_s)
-      : w_(kTwoPi * frequency_Hz), damping_(damping), tick_s_(tick_s) {
+      : w_(kRadPerTurn * frequency_Hz), damping_(damping), tick_s_(tick_s) {
     steps_ = 1 + static_cast<int>(w_ * tick_s / 0.01);
   }
   void hold(double a) {
@@ -112,7 +112,7 @@ TEST(Resonance, FollowsTheEquationOfMotion) {
 TEST(Resonance, RingsAndDecaysInClosedForm) {
   constexpr double kFrequency_Hz = 31.0;
   constexpr double kDamping = 0.015;
-  const double w = kTwoPi * kFrequency_Hz;
+  const double w = kRadPerTurn * kFrequency_Hz;
   const double damped = w * std::sqrt(1.0 - kDamping * kDamping);
   const std::complex<double> root(-kDamping * w, damped);
   auto effect = mode<double>(kFrequency_Hz, kDamping, test::kTick_s);

@@ -4,17 +4,15 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
 
 #include "sim_host/experiments/exact_parts.h"
 #include "sim_host/plant/plant.h"
 #include "sim_host/plant/smooth_axis.h"
 #include "sim_host/rng.h"
+#include "sim_host/turn.h"
 
 namespace slipstack::sim {
 namespace {
-
-constexpr double kTurn = 2.0 * std::numbers::pi;
 
 double place_after(double tolerance, double fixed_step_s, double mass_kg) {
   Axis axis;

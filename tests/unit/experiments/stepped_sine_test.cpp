@@ -9,11 +9,10 @@
 #include "sim_host/experiments/sensitivity.h"
 #include "sim_host/experiments/step_response.h"
 #include "sim_host/experiments/stepped_sine.h"
+#include "sim_host/turn.h"
 
 namespace slipstack::sim {
 namespace {
-
-constexpr double kTurn = 2.0 * std::numbers::pi;
 
 std::vector<SweepChain> sweep(const ExperimentSetup& setup, const SteppedSineRequest& request,
                               std::size_t threads = 0) {

@@ -11,12 +11,12 @@
 namespace slipstack::workbench {
 namespace {
 
-constexpr double kResolution_m = 1e-6;
+constexpr double kEncoderStep_m = 1e-6;
 
 std::vector<double> read(const std::vector<double>& position_m, double phase = 0.0) {
   std::vector<double> reading;
   for (const double x : position_m) {
-    reading.push_back((std::floor(x / kResolution_m + 0.5 + phase) - phase) * kResolution_m);
+    reading.push_back((std::floor(x / kEncoderStep_m + 0.5 + phase) - phase) * kEncoderStep_m);
   }
   return reading;
 }
@@ -37,7 +37,7 @@ std::vector<double> loop(double amplitude_m, double period, std::size_t count, d
   return position;
 }
 
-const double kPlain_m = kResolution_m / std::sqrt(12.0);
+const double kPlain_m = kEncoderStep_m / std::sqrt(12.0);
 
 // A reading's own error is resolution / sqrt(12); where many samples fall into a cell it must shrink.
 TEST(Dequantise, IsFinerThanTheGridWhereTheAxisIsSlow) {
@@ -47,7 +47,7 @@ TEST(Dequantise, IsFinerThanTheGridWhereTheAxisIsSlow) {
     const std::vector<double> truth = loop((10.0 + k) * 1e-6, 2000.0, 10'000, 0.3 * k);
     const std::vector<double> reading = read(truth, 0.05 * k);
     EXPECT_NEAR(rms_error(reading, truth) / kPlain_m, 1.0, 0.05);
-    const double error = rms_error(interpolate_between_steps(reading, kResolution_m), truth) / kPlain_m;
+    const double error = rms_error(interpolate_between_steps(reading, kEncoderStep_m), truth) / kPlain_m;
     worst = std::max(worst, error);
     mean += error / 20.0;
   }
@@ -60,10 +60,10 @@ TEST(Dequantise, IsFinerThanTheGridWhereTheAxisIsSlow) {
 TEST(Dequantise, FollowsASteadyCreep) {
   std::vector<double> truth;
   for (int i = 0; i < 20'000; ++i) truth.push_back(0.0137e-6 * i + 0.21e-6);
-  const std::vector<double> is = interpolate_between_steps(read(truth), kResolution_m);
+  const std::vector<double> is = interpolate_between_steps(read(truth), kEncoderStep_m);
   double worst = 0.0;
   for (std::size_t i = 200; i + 200 < truth.size(); ++i) worst = std::max(worst, std::abs(is[i] - truth[i]));
-  EXPECT_LT(worst, 0.05 * kResolution_m);
+  EXPECT_LT(worst, 0.05 * kEncoderStep_m);
 }
 
 TEST(Dequantise, NeverLeavesTheCell) {
@@ -77,10 +77,10 @@ TEST(Dequantise, NeverLeavesTheCell) {
       truth.push_back(truth.back() + velocity);
     }
     const std::vector<double> reading = read(truth);
-    const std::vector<double> is = interpolate_between_steps(reading, kResolution_m);
+    const std::vector<double> is = interpolate_between_steps(reading, kEncoderStep_m);
     ASSERT_EQ(is.size(), reading.size());
     for (std::size_t i = 0; i < is.size(); ++i) {
-      ASSERT_LE(std::abs(is[i] - reading[i]), 0.5 * kResolution_m * (1.0 + 1e-9)) << speed << ' ' << i;
+      ASSERT_LE(std::abs(is[i] - reading[i]), 0.5 * kEncoderStep_m * (1.0 + 1e-9)) << speed << ' ' << i;
     }
   }
 }
@@ -90,7 +90,7 @@ TEST(Dequantise, TakesReadingsAsTheyAreWhereTheAxisIsFast) {
   std::vector<double> truth;
   for (int i = 0; i < 1000; ++i) truth.push_back(3.7e-6 * i);
   const std::vector<double> reading = read(truth);
-  EXPECT_EQ(interpolate_between_steps(reading, kResolution_m), reading);
+  EXPECT_EQ(interpolate_between_steps(reading, kEncoderStep_m), reading);
 }
 
 TEST(Dequantise, ReturnsReadingsOffTheGridAsTheyAre) {
@@ -98,7 +98,7 @@ TEST(Dequantise, ReturnsReadingsOffTheGridAsTheyAre) {
   EXPECT_EQ(interpolate_between_steps(smooth, 0.0), smooth);
   EXPECT_EQ(interpolate_between_steps(smooth, -1.0), smooth);
   // A declared resolution does not hurt readings that are finer than it.
-  EXPECT_EQ(interpolate_between_steps(smooth, kResolution_m), smooth);
+  EXPECT_EQ(interpolate_between_steps(smooth, kEncoderStep_m), smooth);
 }
 
 // A fast move ends somewhere in a cell, and the axis dwells there: the readings around say no more than that
@@ -119,7 +119,7 @@ TEST(Dequantise, DwellsInTheMiddleOfTheCell) {
     }
     from = to;
   }
-  const std::vector<double> is = interpolate_between_steps(read(truth), kResolution_m);
+  const std::vector<double> is = interpolate_between_steps(read(truth), kEncoderStep_m);
   double sum = 0.0;
   for (const std::size_t i : dwelling) sum += (is[i] - truth[i]) * (is[i] - truth[i]);
   const double error = std::sqrt(sum / static_cast<double>(dwelling.size())) / kPlain_m;
@@ -129,18 +129,18 @@ TEST(Dequantise, DwellsInTheMiddleOfTheCell) {
 
 TEST(Dequantise, StandingStillIsWhereItReads) {
   const std::vector<double> still(500, 3e-6);
-  for (const double x : interpolate_between_steps(still, kResolution_m)) EXPECT_NEAR(x, 3e-6, 1e-20);
+  for (const double x : interpolate_between_steps(still, kEncoderStep_m)) EXPECT_NEAR(x, 3e-6, 1e-20);
 }
 
 TEST(Dequantise, IsTheSameBothWays) {
   const std::vector<double> truth = loop(15e-6, 1500.0, 4000, 1.0);
   std::vector<double> reading = read(truth);
-  std::vector<double> forward = interpolate_between_steps(reading, kResolution_m);
+  std::vector<double> forward = interpolate_between_steps(reading, kEncoderStep_m);
   for (double& x : reading) x = -x;
-  const std::vector<double> mirrored = interpolate_between_steps(reading, kResolution_m);
+  const std::vector<double> mirrored = interpolate_between_steps(reading, kEncoderStep_m);
   for (std::size_t i = 0; i < forward.size(); ++i) EXPECT_NEAR(mirrored[i], -forward[i], 1e-18);
   const std::vector<double> backward(reading.rbegin(), reading.rend());
-  const std::vector<double> turned = interpolate_between_steps(backward, kResolution_m);
+  const std::vector<double> turned = interpolate_between_steps(backward, kEncoderStep_m);
   for (std::size_t i = 0; i < forward.size(); ++i) {
     EXPECT_NEAR(turned[forward.size() - 1 - i], mirrored[i], 1e-15) << i;
   }
@@ -161,36 +161,36 @@ TEST(Dequantise, GoesAstrayOnlyWhereNothingTells) {
   const UnobservedMotion early{.longest_known = 100.0, .places = {0.9, 0.1}};
   for (const double leaves_by : {1.0, -1.0}) {
     const std::vector<double> reading = read(stay(1000, leaves_by));
-    const std::vector<double> believed = interpolate_between_steps(reading, kResolution_m);
-    const std::vector<double> astray = interpolate_between_steps(reading, kResolution_m, early);
+    const std::vector<double> believed = interpolate_between_steps(reading, kEncoderStep_m);
+    const std::vector<double> astray = interpolate_between_steps(reading, kEncoderStep_m, early);
     double furthest = 0.0;
     for (std::size_t i = 0; i < reading.size(); ++i) {
-      EXPECT_LE(std::abs(astray[i] - reading[i]), 0.5001 * kResolution_m);
+      EXPECT_LE(std::abs(astray[i] - reading[i]), 0.5001 * kEncoderStep_m);
       if (i < 380 || i > 1420) {
         EXPECT_EQ(astray[i], believed[i]);
       }
       furthest = std::max(furthest, std::abs(astray[i] - believed[i]));
     }
-    EXPECT_GT(furthest, 0.3 * kResolution_m);
-    EXPECT_NEAR(astray[400 + 333], 0.4 * kResolution_m, 0.02 * kResolution_m);
-    EXPECT_NEAR(astray[400 + 667], -0.4 * kResolution_m, 0.02 * kResolution_m);
+    EXPECT_GT(furthest, 0.3 * kEncoderStep_m);
+    EXPECT_NEAR(astray[400 + 333], 0.4 * kEncoderStep_m, 0.02 * kEncoderStep_m);
+    EXPECT_NEAR(astray[400 + 667], -0.4 * kEncoderStep_m, 0.02 * kEncoderStep_m);
     const std::vector<double> brief = read(stay(40, leaves_by));
-    EXPECT_EQ(interpolate_between_steps(brief, kResolution_m, early),
-              interpolate_between_steps(brief, kResolution_m));
+    EXPECT_EQ(interpolate_between_steps(brief, kEncoderStep_m, early),
+              interpolate_between_steps(brief, kEncoderStep_m));
   }
   std::vector<double> creep;
   creep.reserve(20'000);
   for (int i = 0; i < 20'000; ++i) creep.push_back(0.0031e-6 * i + 0.21e-6);
   const std::vector<double> slow = read(creep);
-  const std::vector<double> is = interpolate_between_steps(slow, kResolution_m, early);
-  const std::vector<double> believed = interpolate_between_steps(slow, kResolution_m);
+  const std::vector<double> is = interpolate_between_steps(slow, kEncoderStep_m, early);
+  const std::vector<double> believed = interpolate_between_steps(slow, kEncoderStep_m);
   for (std::size_t i = 700; i + 700 < is.size(); ++i) EXPECT_EQ(is[i], believed[i]);
 }
 
 TEST(Dequantise, ShortRecordsAreLeftAlone) {
   for (std::size_t count = 0; count < 3; ++count) {
     const std::vector<double> few(count, 1e-6);
-    EXPECT_EQ(interpolate_between_steps(few, kResolution_m), few);
+    EXPECT_EQ(interpolate_between_steps(few, kEncoderStep_m), few);
   }
 }
 

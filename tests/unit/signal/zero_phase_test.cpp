@@ -13,11 +13,11 @@
 namespace slipstack::workbench {
 namespace {
 
-constexpr double kRate_Hz = 1000.0;
+constexpr double kFilterRate_Hz = 1000.0;
 
 /// Response at a frequency, straight from the definition.
 std::complex<double> response(const std::vector<double>& taps, double frequency_Hz) {
-  const double turn = 2.0 * std::numbers::pi * frequency_Hz / kRate_Hz;
+  const double turn = 2.0 * std::numbers::pi * frequency_Hz / kFilterRate_Hz;
   const auto half = static_cast<double>(taps.size() / 2);
   std::complex<double> sum;
   for (std::size_t k = 0; k < taps.size(); ++k) {
@@ -30,7 +30,7 @@ const std::vector<double> kCutoffs_Hz{2.0, 7.3, 20.0, 50.0, 133.0, 250.0, 300.0}
 
 TEST(LowPass, IsSymmetricAndPassesAConstant) {
   for (const double cutoff : kCutoffs_Hz) {
-    const std::vector<double> taps = low_pass_taps(cutoff, kRate_Hz);
+    const std::vector<double> taps = low_pass_taps(cutoff, kFilterRate_Hz);
     ASSERT_EQ(taps.size() % 2, 1u);
     for (std::size_t k = 0; k < taps.size(); ++k) EXPECT_NEAR(taps[k], taps[taps.size() - 1 - k], 1e-16);
     EXPECT_NEAR(response(taps, 0.0).real(), 1.0, 1e-14);
@@ -42,12 +42,12 @@ TEST(LowPass, KeepsItsPromises) {
   double flatness = 0.0;
   double leakage = 0.0;
   for (const double cutoff : kCutoffs_Hz) {
-    const std::vector<double> taps = low_pass_taps(cutoff, kRate_Hz);
+    const std::vector<double> taps = low_pass_taps(cutoff, kFilterRate_Hz);
     EXPECT_NEAR(std::abs(response(taps, cutoff)), 0.5, 0.01) << cutoff;
     for (double share = 0.0; share <= 0.5; share += 0.005) {
       flatness = std::max(flatness, std::abs(response(taps, share * cutoff).real() - 1.0));
     }
-    for (double f = 1.5 * cutoff; f <= 0.5 * kRate_Hz; f += 0.02 * cutoff) {
+    for (double f = 1.5 * cutoff; f <= 0.5 * kFilterRate_Hz; f += 0.02 * cutoff) {
       leakage = std::max(leakage, std::abs(response(taps, f)));
     }
   }
@@ -58,17 +58,17 @@ TEST(LowPass, KeepsItsPromises) {
 }
 
 TEST(LowPass, HasNoPhase) {
-  const std::vector<double> taps = low_pass_taps(40.0, kRate_Hz);
+  const std::vector<double> taps = low_pass_taps(40.0, kFilterRate_Hz);
   for (double f = 0.0; f < 500.0; f += 1.7) EXPECT_NEAR(response(taps, f).imag(), 0.0, 1e-14);
 }
 
 // Parseval: the sum of squares is the mean of the squared response.
 TEST(LowPass, NoiseGainIsThePowerOfTheResponse) {
   for (const double cutoff : kCutoffs_Hz) {
-    const std::vector<double> taps = low_pass_taps(cutoff, kRate_Hz);
+    const std::vector<double> taps = low_pass_taps(cutoff, kFilterRate_Hz);
     constexpr int kPoints = 4000;  // more than taps, so that nothing is folded
     double power = 0.0;
-    for (int i = 0; i < kPoints; ++i) power += std::norm(response(taps, kRate_Hz * i / kPoints));
+    for (int i = 0; i < kPoints; ++i) power += std::norm(response(taps, kFilterRate_Hz * i / kPoints));
     EXPECT_NEAR(noise_gain(taps), power / kPoints, 1e-9 * noise_gain(taps)) << cutoff;
   }
 }
@@ -93,14 +93,15 @@ TEST(Filter, IsTheSumOfShiftedTaps) {
 }
 
 TEST(Filter, AConstantStaysToTheEnds) {
-  const std::vector<double> out = filter_all(std::vector<double>(50, 3.25), low_pass_taps(5.0, kRate_Hz));
+  const std::vector<double> out =
+      filter_all(std::vector<double>(50, 3.25), low_pass_taps(5.0, kFilterRate_Hz));
   for (const double value : out) EXPECT_NEAR(value, 3.25, 1e-13);
 }
 
 TEST(Filter, TwiceIsTheConvolutionOnce) {
   const std::vector<double> signal = random_signal(2, 2000);
-  const std::vector<double> a = low_pass_taps(60.0, kRate_Hz);
-  const std::vector<double> b = low_pass_taps(110.0, kRate_Hz);
+  const std::vector<double> a = low_pass_taps(60.0, kFilterRate_Hz);
+  const std::vector<double> b = low_pass_taps(110.0, kFilterRate_Hz);
   const std::vector<double> twice = filter_all(filter_all(signal, a), b);
   const std::vector<double> once = filter_all(signal, convolve(a, b));
   for (std::size_t i = 200; i + 200 < signal.size(); ++i) EXPECT_NEAR(twice[i], once[i], 1e-13);

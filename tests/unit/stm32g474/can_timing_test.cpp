@@ -66,15 +66,15 @@ TEST(CanTiming, NoSettingSamplesNearerTo875) {
 }
 
 TEST(CanTiming, IsByHandAtTheCrystal) {
-  constexpr CanBitTiming kTiming = plan_can_timing(24'000'000, 1'000'000);
-  EXPECT_EQ(kTiming.prescaler, 1U);
-  EXPECT_EQ(kTiming.segment_1, 20U);
-  EXPECT_EQ(kTiming.segment_2, 3U);
-  EXPECT_EQ(kTiming.jump_width, 3U);
-  EXPECT_EQ(kTiming.sample_point_e4(), 8750U);
+  constexpr CanBitTiming kOneMbit = plan_can_timing(24'000'000, 1'000'000);
+  EXPECT_EQ(kOneMbit.prescaler, 1U);
+  EXPECT_EQ(kOneMbit.segment_1, 20U);
+  EXPECT_EQ(kOneMbit.segment_2, 3U);
+  EXPECT_EQ(kOneMbit.jump_width, 3U);
+  EXPECT_EQ(kOneMbit.sample_point_e4(), 8750U);
   // 3 / (20 * 24) and 3 / (2 * (13 * 24 - 3)).
-  EXPECT_EQ(kTiming.clock_tolerance_ppm(), 4854U);
-  EXPECT_EQ(kTiming.bit_rate(24'000'000), 1'000'000U);
+  EXPECT_EQ(kOneMbit.clock_tolerance_ppm(), 4854U);
+  EXPECT_EQ(kOneMbit.bit_rate(24'000'000), 1'000'000U);
 }
 
 TEST(CanTiming, RefusesWhatTheClockDoesNotGive) {

@@ -110,12 +110,12 @@ TEST(WatchdogPlan, IsTheFinestThatIsLongEnough) {
 }
 
 TEST(WatchdogPlan, KnowsItsSpreadAndItsBounds) {
-  constexpr WatchdogPlan kPlan = plan_watchdog(20'000);
-  EXPECT_EQ(kPlan.prescaler_code, 0U);
-  EXPECT_EQ(kPlan.reload, 159U);
-  EXPECT_EQ(kPlan.nominal_us(), 20'000U);
-  EXPECT_EQ(kPlan.shortest_us(), 18'823U);  // 34 kHz
-  EXPECT_EQ(kPlan.longest_us(), 21'694U);   // 29.5 kHz
+  constexpr WatchdogPlan kWatchdogPlan = plan_watchdog(20'000);
+  EXPECT_EQ(kWatchdogPlan.prescaler_code, 0U);
+  EXPECT_EQ(kWatchdogPlan.reload, 159U);
+  EXPECT_EQ(kWatchdogPlan.nominal_us(), 20'000U);
+  EXPECT_EQ(kWatchdogPlan.shortest_us(), 18'823U);  // 34 kHz
+  EXPECT_EQ(kWatchdogPlan.longest_us(), 21'694U);   // 29.5 kHz
   EXPECT_FALSE(plan_watchdog(0).valid);
   EXPECT_TRUE(plan_watchdog(32'768'000).valid);
   EXPECT_FALSE(plan_watchdog(32'768'001).valid);

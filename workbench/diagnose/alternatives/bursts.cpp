@@ -31,12 +31,12 @@ std::vector<double> jumps_of_force(const Measurement& measurement) {
 }
 
 /// Samples that are this share of the loudest, so near to one that is, belong to its stretch.
-constexpr double kStrong = 0.2;
+constexpr double kStrongBurst = 0.2;
 constexpr std::size_t kNear_samples = 100;
 
 /// The stretch of loud samples around the loudest.
 Interval noisy_interval(const std::vector<double>& jumps_N, std::size_t strongest) {
-  const double strong_N = kStrong * jumps_N[strongest];
+  const double strong_N = kStrongBurst * jumps_N[strongest];
   Interval burst{strongest, strongest + 1};
   for (std::size_t i = strongest; i-- > 0 && burst.first - i <= kNear_samples;) {
     if (jumps_N[i] >= strong_N) burst.first = i;
@@ -65,9 +65,9 @@ Extremes extremes(const std::vector<double>& values, const Interval& stretch) {
 }
 
 /// A burst is no larger part of the logs than this, ...
-constexpr double kShort = 0.05;
+constexpr double kShortBurst = 0.05;
 /// ... and has so many loud samples: a corner of the force or a wild sample makes five.
-constexpr std::ptrdiff_t kFewest = 12;
+constexpr std::ptrdiff_t kFewestLoud = 12;
 /// ... each so many times as loud as anything else in the logs, ...
 constexpr double kAboveAllElse = 2.0;
 /// ... where the axis accelerates no more than so many times as anywhere else.
@@ -80,14 +80,14 @@ std::optional<Structure> burst_in_force(const Measurement& measurement, const Ei
   if (jumps_N.empty()) return {};
   const auto strongest = std::max_element(jumps_N.begin(), jumps_N.end());
   const Interval burst = noisy_interval(jumps_N, static_cast<std::size_t>(strongest - jumps_N.begin()));
-  if (static_cast<double>(burst.size()) > kShort * static_cast<double>(jumps_N.size())) return {};
+  if (static_cast<double>(burst.size()) > kShortBurst * static_cast<double>(jumps_N.size())) return {};
   const double strong_N = kAboveAllElse * extremes(jumps_N, burst).without;
   const auto loud = std::count_if(jumps_N.begin() + static_cast<std::ptrdiff_t>(burst.first),
                                   jumps_N.begin() + static_cast<std::ptrdiff_t>(burst.end),
                                   [&](double jump_N) { return jump_N > strong_N; });
   // The one fast move of a log makes the force jump too.
   const Extremes acceleration = extremes(measurement.acceleration_mps2(), burst);
-  if (loud < kFewest || acceleration.within > kFaster * acceleration.without) return {};
+  if (loud < kFewestLoud || acceleration.within > kFaster * acceleration.without) return {};
   const double first_s = measurement.time_s(burst.first);
   const double end_s = measurement.time_s(burst.end - 1);
   const Eigen::VectorXd times = row_times(measurement);

@@ -118,12 +118,12 @@ bool line_causes_mode(const Diagnosis& diagnosis) {
 
 /// So many times as strong as the baseline's error, and that less than so many times the floor.
 constexpr double kDrowns = 2.0;
-constexpr double kNearFloor = 2.0;
+constexpr double kNearNoise = 2.0;
 
 bool line_masks_effects(const Measurement& measurement, const Diagnosis& diagnosis) {
   const auto& left = diagnosis.unexplained;
   if (!left || left->coordinate != "frequency" || left->where < measurement.bandwidth_Hz() ||
-      diagnosis.baseline.holdout_rmse_N > kNearFloor * diagnosis.noise_floor_N) {
+      diagnosis.baseline.holdout_rmse_N > kNearNoise * diagnosis.noise_floor_N) {
     return false;
   }
   // Its reduction is of the rms of both.

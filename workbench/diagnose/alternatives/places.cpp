@@ -95,10 +95,10 @@ constexpr double kAtSpeed = 0.2;
 constexpr Eigen::Index kSmear = 2;
 constexpr std::size_t kFewestStrongPasses = 3;
 /// More rows than this, and passes are no short feature but most of what the axis does.
-constexpr double kShort = 0.15;
+constexpr double kShortPlace = 0.15;
 /// All passes but one in five have this share of the mean pass' energy times speed, without what the noise
 /// has there: a slow pass is longer.
-constexpr double kStrong = 0.15;
+constexpr double kStrongPlace = 0.15;
 
 /// Median of the squares of Gaussian noise, over its variance.
 constexpr double kMedianOfSquares = 0.455;
@@ -160,7 +160,7 @@ Structure strong_passes(const Eigen::VectorXd& position_m, const Eigen::VectorXd
     std::sort(energies.begin(), energies.end());
     const double mean =
         std::accumulate(energies.begin(), energies.end(), 0.0) / static_cast<double>(passes.size());
-    if (energies[energies.size() / 5] < kStrong * mean || mean <= 0.0 || rows > kShort) continue;
+    if (energies[energies.size() / 5] < kStrongPlace * mean || mean <= 0.0 || rows > kShortPlace) continue;
     const double energy = here_N.squaredNorm() / residual_N.squaredNorm();
     const double reduction = reduction_beyond(energy, rows);
     if (reduction <= best.error_reduction) continue;

@@ -22,7 +22,7 @@ constexpr double kLasting_s[] = {0.01, 0.02, 0.04, 0.08};
 /// More rows than this, and what follows reversals is most of the log.
 constexpr double kMostRows = 0.4;
 /// Fewest reversals, and the share of them that must be needed for half of the energy.
-constexpr std::size_t kFewest = 10;
+constexpr std::size_t kFewestReversals = 10;
 constexpr double kSpread = 0.05;
 /// The same of the log's stretches that have reversals: a burst of noise crosses zero as often as it likes,
 /// but all in one stretch, or over the border of two.
@@ -74,7 +74,7 @@ Structure after_reversals(const Measurement& measurement, const Eigen::VectorXd&
       {"force", measurement.force_N()}};
   for (const auto& [name, signal] : signals) {
     const std::vector<Eigen::Index> changes = sign_changes(signal);
-    if (changes.size() < kFewest) continue;
+    if (changes.size() < kFewestReversals) continue;
     for (const double lasting_s : kLasting_s) {
       const auto length = std::max<Eigen::Index>(1, static_cast<Eigen::Index>(lasting_s / row_s)) + smear;
       std::vector<double> energies;

@@ -12,7 +12,7 @@ using Eigen::Index;
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 /// Samples that an effect is run over at once: what thirty gains make of them stays in the nearest cache.
-constexpr std::size_t kChunk = 128;
+constexpr std::size_t kSampleChunk = 128;
 
 /// Runs dry friction from sample `first` on, through the turning points between the samples; `unseen` has
 /// room for what one of these gives.
@@ -39,11 +39,11 @@ void run_effect(const Measurement& measurement, const Term& term, const std::vec
   const auto basis = term.effect->make();
   const std::size_t gains = term.gains_per_set();
   basis->prepare(term.shapes, {.tick_s = measurement.tick_s(), .metres_per_displacement = 1.0});
-  std::vector<Sample<double>> samples(kChunk);
-  std::vector<double> values(kChunk * std::max<std::size_t>(gains, 1));
+  std::vector<Sample<double>> samples(kSampleChunk);
+  std::vector<double> values(kSampleChunk * std::max<std::size_t>(gains, 1));
   std::vector<double> unobserved(std::max<std::size_t>(gains, 1));
-  for (std::size_t first = 0; first < measurement.sample_count(); first += kChunk) {
-    const std::size_t count = std::min(kChunk, measurement.sample_count() - first);
+  for (std::size_t first = 0; first < measurement.sample_count(); first += kSampleChunk) {
+    const std::size_t count = std::min(kSampleChunk, measurement.sample_count() - first);
     measurement.each_part(first, count, [&](std::size_t part, std::size_t from, std::size_t part_count) {
       const std::size_t at = from - first;
       for (std::size_t i = at; i < at + part_count; ++i) {

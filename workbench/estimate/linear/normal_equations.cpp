@@ -14,8 +14,8 @@ namespace slipstack::workbench {
 namespace {
 
 /// Records that are drawn to see how far the unknowns scatter: to 5 % of the standard error.
-constexpr int kDraws = 200;
-constexpr std::uint64_t kSeed = 1;
+constexpr int kRecords = 200;
+constexpr std::uint64_t kRecordSeed = 1;
 
 /// Half the width of the central 68.3 % of Student's t, which is what a standard error promises, where so few
 /// degrees of freedom tell how large residuals are (Abramowitz & Stegun 1964, 26.7.5).
@@ -305,8 +305,8 @@ Eigen::VectorXd NormalEquations::standard_errors(const BoundedSolution& solution
   }
   const Eigen::VectorXd middle = problem.gram * solution.value;
   Eigen::VectorXd squares = Eigen::VectorXd::Zero(unknowns_);
-  std::mt19937_64 random(kSeed);
-  for (int draw = 0; draw < kDraws; ++draw) {
+  std::mt19937_64 random(kRecordSeed);
+  for (int draw = 0; draw < kRecords; ++draw) {
     Eigen::VectorXd noise = Eigen::VectorXd::Zero(unknowns_);
     for (const Eigen::VectorXd& score : scores) noise += (random() >> 63U) != 0U ? score : -score;
     undo_sum_and_difference(constraints.each_way, noise);
@@ -316,7 +316,7 @@ Eigen::VectorXd NormalEquations::standard_errors(const BoundedSolution& solution
   for (const Eigen::Index i : reported) {
     // Blocks that tell of this unknown, less the one that its value costs.
     const double freedom = squared(known(i)) / std::max(known_squared(i), 1e-300) - 1.0;
-    errors(i) = std::sqrt(squares(i) / kDraws) * wider_for(freedom);
+    errors(i) = std::sqrt(squares(i) / kRecords) * wider_for(freedom);
   }
   return errors;
 }

@@ -12,19 +12,19 @@
 namespace slipstack::workbench {
 namespace {
 
-struct Extent {
+struct Swept {
   double low;
   double high;
   double length() const { return high - low; }
 };
 
-Extent extent_of(const std::vector<double>& values) {
+Swept extent_of(const std::vector<double>& values) {
   const auto [low, high] = std::minmax_element(values.begin(), values.end());
   return {*low, *high};
 }
 
 double largest_magnitude(const std::vector<double>& values) {
-  const Extent extent = extent_of(values);
+  const Swept extent = extent_of(values);
   return std::max(-extent.low, extent.high);
 }
 
@@ -43,7 +43,7 @@ ShapeRange user_range(const Measurement& measurement, const ShapeSpec& spec, std
   }
   const std::string_view unit = spec.unit;
   if (unit == "m") {
-    const Extent stroke = extent_of(measurement.position_m());
+    const Swept stroke = extent_of(measurement.position_m());
     return {index, stroke.low, stroke.high, false, (stroke.high - stroke.low) / 256.0};
   }
   if (unit == "s") return {index, measurement.tick_s(), 10.0 * measurement.duration_s(), true};
@@ -128,11 +128,11 @@ std::vector<std::size_t> peaks(const std::vector<double>& power, std::size_t wan
 /// Pitches at which `signal` repeats over position: peaks of its periodogram over a uniform position grid.
 std::vector<double> repeating_pitches(const Measurement& measurement, const ShapeRange& range,
                                       const Eigen::VectorXd& signal, std::size_t wanted) {
-  const Extent stroke = extent_of(measurement.position_m());
-  constexpr int kBins = 4096;
-  std::vector<double> sum(kBins, 0.0);
-  std::vector<double> weight(kBins, 0.0);
-  const double bins_per_m = (kBins - 1) / std::max(stroke.length(), 1e-12);
+  const Swept stroke = extent_of(measurement.position_m());
+  constexpr int kSpectrumBins = 4096;
+  std::vector<double> sum(kSpectrumBins, 0.0);
+  std::vector<double> weight(kSpectrumBins, 0.0);
+  const double bins_per_m = (kSpectrumBins - 1) / std::max(stroke.length(), 1e-12);
   for (Eigen::Index row = 0; row < signal.size(); ++row) {
     const double x = measurement.position_m()[measurement.row_samples()[static_cast<std::size_t>(row)]];
     const auto bin = static_cast<std::size_t>((x - stroke.low) * bins_per_m);
@@ -157,7 +157,7 @@ std::vector<double> repeating_pitches(const Measurement& measurement, const Shap
   for (double c = lowest_cycles; c <= highest_cycles; c += kStep) {
     double re = 0.0;
     double im = 0.0;
-    const double turn = 2.0 * std::numbers::pi * c / (kBins - 1);
+    const double turn = 2.0 * std::numbers::pi * c / (kSpectrumBins - 1);
     // Rotation by recurrence: one complex product a bin.
     const double cr = std::cos(turn), sr = std::sin(turn);
     double ci = 1.0, si = 0.0;
@@ -275,7 +275,7 @@ std::vector<ShapeRange> nominal_shapes(const Measurement& measurement, const Eff
 }
 
 std::vector<double> default_shapes(const Measurement& measurement, const EffectDescription& effect) {
-  const Extent stroke = extent_of(measurement.position_m());
+  const Swept stroke = extent_of(measurement.position_m());
   std::vector<double> shapes;
   for (std::size_t i = 0; i < effect.shapes.size(); ++i) {
     const ShapeSpec& spec = effect.shapes[i];

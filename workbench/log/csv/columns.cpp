@@ -55,7 +55,7 @@ const KnownColumn* find_known(std::string_view name) {
 }
 
 [[noreturn]] void refuse_unknown_column(const RawTable& table, std::string_view name) {
-  const std::string where = table.where_names() + ": column " + quoted(name);
+  const std::string where = table.where_names() + ": column " + in_quotes(name);
   // The longest quantity that the name starts with: normal_force before force.
   std::string_view match;
   for (const KnownColumn& known : kKnownColumns) {
@@ -68,7 +68,7 @@ const KnownColumn* find_known(std::string_view name) {
     throw InputError(where + " is unknown; rename or remove it (known columns: " + known_names() + ")");
   }
   if (match == name) throw InputError(where + " names no unit; write one of " + known_names(match));
-  throw InputError(where + ": unknown unit " + quoted(name.substr(match.size() + 1)) +
+  throw InputError(where + ": unknown unit " + in_quotes(name.substr(match.size() + 1)) +
                    "; convert it to one of " + known_names(match));
 }
 
@@ -129,11 +129,11 @@ constexpr std::array<std::string_view, 18> kOtherUnits{
 void refuse_other_unit(const RawTable& table, const std::string& key, const RawTable::HeaderEntry& entry) {
   for (const KnownKey& known : kKnownKeys) {
     if (key == known.name()) return;
-    const std::string where = table.where_line(entry.line) + ": header key " + quoted(key);
+    const std::string where = table.where_line(entry.line) + ": header key " + in_quotes(key);
     if (key == known.quantity_name) throw InputError(where + " names no unit; write " + known.name());
     for (const std::string_view unit : kOtherUnits) {
       if (key == std::string(known.quantity_name) + "_" + std::string(unit)) {
-        throw InputError(where + ": unknown unit " + quoted(unit) + "; convert it to " + known.name());
+        throw InputError(where + ": unknown unit " + in_quotes(unit) + "; convert it to " + known.name());
       }
     }
   }
@@ -148,7 +148,7 @@ double read_header_number(const RawTable& table, const KnownKey& known, const Ra
   double value = 0.0;
   parse_double(entry.value.data(), entry.value.data() + entry.value.size(), value);
   if (value < 0.0) {
-    throw InputError(where + ": " + quoted(entry.value) +
+    throw InputError(where + ": " + in_quotes(entry.value) +
                      " is negative; write a positive number or remove the line");
   }
   if (value == 0.0 && known.range == Range::kPositive) {
@@ -170,7 +170,7 @@ HeaderValues read_header_values(const RawTable& table) {
   if (sampling != table.header.end()) {
     const RawTable::HeaderEntry& entry = sampling->second;
     if (entry.value != "irregular" && entry.value != "uniform") {
-      throw InputError(table.where_line(entry.line) + ": header key sampling: " + quoted(entry.value) +
+      throw InputError(table.where_line(entry.line) + ": header key sampling: " + in_quotes(entry.value) +
                        " is unknown; write uniform or irregular");
     }
     values.irregular_sampling = entry.value == "irregular";

@@ -31,7 +31,7 @@ void refuse_what_is_no_header_row(const std::string& here, std::string_view text
     throw InputError(here + ": quotes are not supported; write the column names without them");
   }
   if (fields.size() == 1 && text.find_first_of(";\t ") != std::string_view::npos) {
-    throw InputError(here + ": found no comma in the header row " + quoted(text) +
+    throw InputError(here + ": found no comma in the header row " + in_quotes(text) +
                      "; separate columns by commas and write decimal points");
   }
   const bool numbers = std::all_of(fields.begin(), fields.end(),
@@ -126,7 +126,7 @@ void CsvReader::take_comment(std::string_view text) {
       table_.header.try_emplace(key, RawTable::HeaderEntry{value, lines_.line_number()});
   if (is_new) return;
   if (entry->second.value != value) {
-    throw InputError(here() + ": header key " + quoted(key) + " has another value than on line " +
+    throw InputError(here() + ": header key " + in_quotes(key) + " has another value than on line " +
                      std::to_string(entry->second.line) + "; keep one of them");
   }
   ++repeated_keys_;

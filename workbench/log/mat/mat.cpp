@@ -154,8 +154,8 @@ class MatReader {
     }
     if (std::find(fields.begin(), fields.end(), "time_s") == fields.end()) return false;
     if (!record_name_.empty()) {
-      throw InputError(table_.source + ": structs " + quoted(record_name_) + " and " + quoted(record.name) +
-                       " both hold a log; save one of them alone");
+      throw InputError(table_.source + ": structs " + in_quotes(record_name_) + " and " +
+                       in_quotes(record.name) + " both hold a log; save one of them alone");
     }
     record_name_ = record.name.empty() ? "?" : record.name;
     for (const std::string& field : fields) {
@@ -179,7 +179,7 @@ class MatReader {
     }
     std::vector<double> values = mat_numbers(array.content.next(), swapped_);
     if (static_cast<double>(values.size()) != array.element_count()) {
-      throw MatDamage("the size of variable " + quoted(name) + " does not fit its numbers");
+      throw MatDamage("the size of variable " + in_quotes(name) + " does not fit its numbers");
     }
     if (values.size() == 1) {
       content.texts.try_emplace(printable(name), fmt::format("{}", values.front()));

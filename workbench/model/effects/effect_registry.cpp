@@ -34,7 +34,7 @@ const EffectDescription* find_effect(std::string_view id) {
 const EffectDescription& effect_named(std::string_view id) {
   const EffectDescription* effect = find_effect(id);
   if (effect == nullptr) {
-    throw UsageError(fmt::format("unknown effect {}; known: {}", quoted(id), known_effects()));
+    throw UsageError(fmt::format("unknown effect {}; known: {}", in_quotes(id), known_effects()));
   }
   return *effect;
 }
@@ -65,7 +65,7 @@ std::vector<const EffectDescription*> declare_effects(const std::vector<std::str
     if (!is_definition(text)) {
       throw UsageError(
           fmt::format("--effect: {} defines no effect; write 'name = expression; parameter: unit; ...'",
-                      quoted(std::string_view(text))));
+                      in_quotes(text)));
     }
     const EffectDescription* effect = &declare_effect(text);
     if (std::find(effects.begin(), effects.end(), effect) != effects.end()) {

@@ -95,7 +95,7 @@ class Reader {
       const bool good = std::isalpha(c) != 0 || c == '_' || (i > 0 && std::isdigit(c) != 0);
       if (!good) {
         fail(name.at + i, fmt::format("{} {} must be made of letters, digits and _, a letter first", what,
-                                      quoted(name.text)));
+                                      in_quotes(name.text)));
       }
     }
     if (name.text.size() > kLongestName) {
@@ -122,18 +122,18 @@ class Reader {
     const Piece name = piece.until(std::min(colon, piece.text.size())).trimmed();
     if (colon == std::string_view::npos) {
       fail(piece.end(), fmt::format("the unit of {} is missing; write '{}: unit', 1 for a number",
-                                    quoted(name.text), printable(name.text, kLongestName)));
+                                    in_quotes(name.text), printable(name.text, kLongestName)));
     }
     check_name(name, "the name of a parameter");
     if (std::find(std::begin(kVariables), std::end(kVariables), name.text) != std::end(kVariables)) {
-      fail(name.at, fmt::format("{} is a variable; call the parameter otherwise", quoted(name.text)));
+      fail(name.at, fmt::format("{} is a variable; call the parameter otherwise", in_quotes(name.text)));
     }
     if (is_known_name(name.text)) {
       fail(name.at,
-           fmt::format("{} is a function or a constant; call the parameter otherwise", quoted(name.text)));
+           fmt::format("{} is a function or a constant; call the parameter otherwise", in_quotes(name.text)));
     }
     for (const DeclaredParameter& other : definition.parameters) {
-      if (other.name == name.text) fail(name.at, fmt::format("{} is declared twice", quoted(name.text)));
+      if (other.name == name.text) fail(name.at, fmt::format("{} is declared twice", in_quotes(name.text)));
     }
     if (definition.parameters.size() == kMostParameters) {
       fail(name.at, fmt::format("more than {} parameters", kMostParameters));

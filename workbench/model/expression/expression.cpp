@@ -54,7 +54,7 @@ void check_names(const Definition& definition) {
         name.called
             ? "no such function; there are sin, cos, tan, exp, ln, sqrt, abs, sign, tanh, min, max, ..."
             : fmt::format("declare it: '; {}: unit'; variables are t, x, v and a", name.name);
-    throw DefinitionError(fmt::format("unknown name {}: {}", quoted(name.name), help), definition.text,
+    throw DefinitionError(fmt::format("unknown name {}: {}", in_quotes(name.name), help), definition.text,
                           definition.expression_at + name.at);
   }
 }
@@ -78,7 +78,7 @@ std::string reason(const mu::ParserError& error) {
     case mu::ecUNEXPECTED_EOF:
       return "the expression ends too early";
     case mu::ecUNEXPECTED_OPERATOR:
-      return fmt::format("operator {} is not expected here", quoted(error.GetToken()));
+      return fmt::format("operator {} is not expected here", in_quotes(error.GetToken()));
     case mu::ecUNEXPECTED_VAL:
       return "a number is not expected here; is an operator missing?";
     case mu::ecUNEXPECTED_VAR:

@@ -55,9 +55,9 @@ std::string unit_fault(std::string_view unit) {
     const std::string_view symbol = unit.substr(at, end - at);
     if (!is_unit(symbol)) {
       const std::string_view plain = without_prefix(symbol);
-      if (!plain.empty()) return fmt::format("{} is not an SI unit; give it in {}", quoted(symbol), plain);
+      if (!plain.empty()) return fmt::format("{} is not an SI unit; give it in {}", in_quotes(symbol), plain);
       return fmt::format("unit {} is not understood; write one of {} with whole exponents, or 1",
-                         quoted(unit), fmt::join(kUnits, ", "));
+                         in_quotes(unit), fmt::join(kUnits, ", "));
     }
     any = true;
     if (end < unit.size() && unit[end] == '^') ++end;
@@ -66,7 +66,7 @@ std::string unit_fault(std::string_view unit) {
     at = end;
   }
   const bool complete = any && unit.back() != '/' && unit.back() != '^' && unit.back() != '-';
-  return complete ? std::string() : fmt::format("unit {} is not complete", quoted(unit));
+  return complete ? std::string() : fmt::format("unit {} is not complete", in_quotes(unit));
 }
 
 }  // namespace slipstack::workbench

@@ -1,0 +1,31 @@
+# SPDX-License-Identifier: Apache-2.0
+# What makes the host's build short; the figures stand in docs/measured.md. Nothing here changes a number that a
+# program computes.
+
+# Most of a compilation is the templates of Eigen, JSON, CLI11, fmt and GoogleTest, instantiated anew in each source.
+# The sources of one library are therefore compiled a few together, as if they were one file (CMake's unity build). So
+# a name in an anonymous namespace occurs once in a library; what two sources need belongs into a header of theirs. An
+# editor or a tool that wants a command for each source sets -DSLIPSTACK_JOIN_SOURCES=OFF.
+option(SLIPSTACK_JOIN_SOURCES "Compile the sources of a library a few together" ON)
+set(CMAKE_UNITY_BUILD ${SLIPSTACK_JOIN_SOURCES})
+set(CMAKE_UNITY_BUILD_BATCH_SIZE 8 CACHE STRING "Sources compiled together")
+
+# ccache, where it is installed.
+find_program(SLIPSTACK_CCACHE ccache DOC "Compiler cache; empty for none")
+if(SLIPSTACK_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  set(CMAKE_C_COMPILER_LAUNCHER ${SLIPSTACK_CCACHE})
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${SLIPSTACK_CCACHE})
+endif()
+
+# slipstack_compile_apart(TARGET...): each source by itself, where names would meet.
+function(slipstack_compile_apart)
+  set_target_properties(${ARGN} PROPERTIES UNITY_BUILD OFF)
+endfunction()
+
+# slipstack_compile_lightly(TARGET...): -O1 for what reads options and writes text. Not for loops over samples.
+function(slipstack_compile_lightly)
+  foreach(target IN LISTS ARGN)
+    target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD_BATCH_SIZE 12)
+  endforeach()
+endfunction()
