@@ -116,7 +116,9 @@ MeasuredLoop loop_by_force(const ExperimentSetup& setup, const LoopRequest& requ
   return std::move(averager).loop();
 }
 
-void check(const ExperimentSetup& setup, const LoopRequest& request) {
+}  // namespace
+
+void check_loops(const ExperimentSetup& setup, const LoopRequest& request) {
   if (request.amplitudes.empty())
     throw SetupError(fmt::format("{}: no amplitude for the loops; give some", setup.name));
   if (request.positions_m.empty())
@@ -165,8 +167,6 @@ void check(const ExperimentSetup& setup, const LoopRequest& request) {
   }
 }
 
-}  // namespace
-
 void evaluate_loop(MeasuredLoop& loop) {
   auto& x = loop.displacement_m;
   auto& force = loop.force_N;
@@ -189,31 +189,32 @@ void evaluate_loop(MeasuredLoop& loop) {
   loop.damping_ratio = loop.area_J / (kTurn * a * loop.force_amplitude_N);
 }
 
-std::vector<MeasuredLoop> run_loops(const ExperimentSetup& setup, const LoopRequest& request,
-                                    const Watch& watch) {
-  check(setup, request);
-  const std::size_t count = request.positions_m.size() * request.amplitudes.size();
-  std::vector<MeasuredLoop> loops(count);
-  PointCounter counter(watch, count);
-  for_each_piece(count, watch, [&](std::size_t i) {
-    if (watch.stopped()) return;
-    const double position_m = request.positions_m[i / request.amplitudes.size()];
-    const double asked = request.amplitudes[i % request.amplitudes.size()];
-    const Rng noise(request.seed, fmt::format("loop noise {}", i));
-    loops[i] = request.by_force ? loop_by_force(setup, request, position_m, asked, noise)
-                                : loop_by_displacement(setup, request, position_m, asked, noise);
-    loops[i].position_m = position_m;
-    loops[i].asked = asked;
-    evaluate_loop(loops[i]);
-    loops[i].closed_form_damping_ratio =
-        equivalent(setup.axis.curve, loops[i].amplitude_m).resonance_damping_ratio;
-    // Rolling has begun where the virgin curve's tangent at the tip is a twentieth of its first.
-    const double a = loops[i].amplitude_m;
-    const double first = setup.axis.curve.force_N(1e-3 * a) / (1e-3 * a);
-    const double tip = (setup.axis.curve.force_N(1.01 * a) - setup.axis.curve.force_N(0.99 * a)) / (0.02 * a);
-    loops[i].rolling = tip < 0.05 * first;
-    counter.add();
-  });
+std::size_t loop_count(const LoopRequest& request) {
+  return request.positions_m.size() * request.amplitudes.size();
+}
+
+MeasuredLoop measure_loop(const ExperimentSetup& setup, const LoopRequest& request, std::size_t index) {
+  const double position_m = request.positions_m[index / request.amplitudes.size()];
+  const double asked = request.amplitudes[index % request.amplitudes.size()];
+  const Rng noise(request.seed, fmt::format("loop noise {}", index));
+  MeasuredLoop loop = request.by_force ? loop_by_force(setup, request, position_m, asked, noise)
+                                       : loop_by_displacement(setup, request, position_m, asked, noise);
+  loop.position_m = position_m;
+  loop.asked = asked;
+  evaluate_loop(loop);
+  loop.closed_form_damping_ratio = equivalent(setup.axis.curve, loop.amplitude_m).resonance_damping_ratio;
+  // Rolling has begun where the virgin curve's tangent at the tip is a twentieth of its first.
+  const double a = loop.amplitude_m;
+  const double first = setup.axis.curve.force_N(1e-3 * a) / (1e-3 * a);
+  const double tip = (setup.axis.curve.force_N(1.01 * a) - setup.axis.curve.force_N(0.99 * a)) / (0.02 * a);
+  loop.rolling = tip < 0.05 * first;
+  return loop;
+}
+
+std::vector<MeasuredLoop> run_loops(const ExperimentSetup& setup, const LoopRequest& request) {
+  check_loops(setup, request);
+  std::vector<MeasuredLoop> loops;
+  for (std::size_t i = 0; i < loop_count(request); ++i) loops.push_back(measure_loop(setup, request, i));
   return loops;
 }
 

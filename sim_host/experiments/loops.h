@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "sim_host/experiments/setup.h"
-#include "sim_host/experiments/sweep.h"
 
 namespace slipstack::sim {
 
@@ -38,13 +37,20 @@ struct MeasuredLoop {
   bool rolling = false;  // by force: the tips' tangent is below a twentieth of the first slope
 };
 
-/// All loops, position by position. With a displacement sine the motion is given and the drive force computed
-/// (inverse dynamics); with a force sine the axis moves (forward dynamics). The force of inertia, known mass
-/// times acceleration of the sine, is taken off; a cable chain, cogging and the like stay in: they are what
-/// is measured. Positions are independent pieces. Throws SetupError on amplitudes, positions or a frequency
-/// that cannot be.
-std::vector<MeasuredLoop> run_loops(const ExperimentSetup& setup, const LoopRequest& request,
-                                    const Watch& watch);
+/// All loops, position by position, one after another. With a displacement sine the motion is given and the
+/// drive force computed (inverse dynamics); with a force sine the axis moves (forward dynamics). The force of
+/// inertia, known mass times acceleration of the sine, is taken off; a cable chain, cogging and the like stay
+/// in: they are what is measured. Throws SetupError on amplitudes, positions or a frequency that are not
+/// possible.
+std::vector<MeasuredLoop> run_loops(const ExperimentSetup& setup, const LoopRequest& request);
+
+/// The checks of run_loops() alone.
+void check_loops(const ExperimentSetup& setup, const LoopRequest& request);
+
+/// How many loops a request asks for, and one of them, from 0. Loops are independent of each other and may
+/// be computed at the same time.
+std::size_t loop_count(const LoopRequest& request);
+MeasuredLoop measure_loop(const ExperimentSetup& setup, const LoopRequest& request, std::size_t index);
 
 /// Fills the figures of a loop from its displacement and force.
 void evaluate_loop(MeasuredLoop& loop);

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -154,29 +155,8 @@ bool leaps(const ExperimentSetup& setup, const SteppedSineRequest& request, cons
   return largest > std::log(kJumpFactor) && largest > 0.5 * whole;
 }
 
-void run_chain(const ExperimentSetup& setup, const SteppedSineRequest& request, std::size_t index,
-               SweepChain& chain, const Watch& watch, PointCounter& counter) {
-  SmoothAxis::Options options;
-  options.tolerance = request.tolerance;
-  SmoothAxis axis(setup.axis, setup.position_m, options);
-  if (!chain.state.empty()) axis.restore(chain.state);
-  const std::size_t directions = (request.up ? 1U : 0U) + (request.down ? 1U : 0U);
-  for (std::size_t i = 0; i < directions * request.repeats; ++i) {
-    const bool up = request.up && (i % directions == 0);
-    if (chain.sweeps.size() <= i) chain.sweeps.push_back({chain.force_N, up, i / directions, {}});
-    Sweep& sweep = chain.sweeps[i];
-    for (std::size_t k = sweep.points.size(); k < request.frequencies_Hz.size(); ++k) {
-      if (watch.stopped()) return;
-      const std::size_t at = up ? k : request.frequencies_Hz.size() - 1 - k;
-      const Rng noise(request.seed, fmt::format("position noise {} {} {}", index, i, k));
-      SinePoint point = measure(axis, setup, request, chain.force_N, request.frequencies_Hz[at], noise);
-      if (k > 0) point.jump = leaps(setup, request, chain, sweep.points.back(), point);
-      sweep.points.push_back(point);
-      chain.state = axis.snapshot();
-      counter.add();
-    }
-  }
-  chain.complete = true;
+std::size_t directions_of(const SteppedSineRequest& request) {
+  return (request.up ? 1U : 0U) + (request.down ? 1U : 0U);
 }
 
 // How far a static force moves the axis from rest.
@@ -227,19 +207,47 @@ void check_stepped_sine(const ExperimentSetup& setup, const SteppedSineRequest& 
   }
 }
 
-void run_stepped_sine(const ExperimentSetup& setup, const SteppedSineRequest& request,
-                      std::vector<SweepChain>& chains, const Watch& watch) {
+std::size_t points_per_level(const SteppedSineRequest& request) {
+  return directions_of(request) * request.repeats * request.frequencies_Hz.size();
+}
+
+void prepare_sweeps(const ExperimentSetup& setup, const SteppedSineRequest& request,
+                    std::vector<SweepChain>& chains) {
   check_stepped_sine(setup, request);
   chains.resize(request.forces_N.size());
-  const std::size_t sweeps = ((request.up ? 1U : 0U) + (request.down ? 1U : 0U)) * request.repeats;
-  PointCounter counter(watch, chains.size() * sweeps * request.frequencies_Hz.size());
-  for (std::size_t i = 0; i < chains.size(); ++i) {
-    chains[i].force_N = request.forces_N[i];
-    for (const Sweep& sweep : chains[i].sweeps) counter.add(sweep.points.size());
+  for (std::size_t i = 0; i < chains.size(); ++i) chains[i].force_N = request.forces_N[i];
+}
+
+void run_sweep_chain(const ExperimentSetup& setup, const SteppedSineRequest& request, std::size_t index,
+                     SweepChain& chain, const SweepControl& control) {
+  if (chain.complete) return;
+  SmoothAxis::Options options;
+  options.tolerance = request.tolerance;
+  SmoothAxis axis(setup.axis, setup.position_m, options);
+  if (!chain.state.empty()) axis.restore(chain.state);
+  const std::size_t directions = directions_of(request);
+  for (std::size_t i = 0; i < directions * request.repeats; ++i) {
+    const bool up = request.up && (i % directions == 0);
+    if (chain.sweeps.size() <= i) chain.sweeps.push_back({chain.force_N, up, i / directions, {}});
+    Sweep& sweep = chain.sweeps[i];
+    for (std::size_t k = sweep.points.size(); k < request.frequencies_Hz.size(); ++k) {
+      if (control.stop != nullptr && control.stop->load(std::memory_order_relaxed)) return;
+      const std::size_t at = up ? k : request.frequencies_Hz.size() - 1 - k;
+      const Rng noise(request.seed, fmt::format("position noise {} {} {}", index, i, k));
+      SinePoint point = measure(axis, setup, request, chain.force_N, request.frequencies_Hz[at], noise);
+      if (k > 0) point.jump = leaps(setup, request, chain, sweep.points.back(), point);
+      sweep.points.push_back(point);
+      chain.state = axis.snapshot();
+      if (control.point_done) control.point_done();
+    }
   }
-  for_each_piece(chains.size(), watch, [&](std::size_t i) {
-    if (!chains[i].complete) run_chain(setup, request, i, chains[i], watch, counter);
-  });
+  chain.complete = true;
+}
+
+void run_stepped_sine(const ExperimentSetup& setup, const SteppedSineRequest& request,
+                      std::vector<SweepChain>& chains, const SweepControl& control) {
+  prepare_sweeps(setup, request, chains);
+  for (std::size_t i = 0; i < chains.size(); ++i) run_sweep_chain(setup, request, i, chains[i], control);
 }
 
 std::vector<double> log_frequencies(double low_Hz, double high_Hz, std::size_t count) {

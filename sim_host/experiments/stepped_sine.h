@@ -2,13 +2,13 @@
 // Frequency responses as they are measured: sines of stepped frequency, up and down, at given force levels.
 #pragma once
 
+#include <atomic>
 #include <complex>
 #include <cstdint>
-#include <string>
+#include <functional>
 #include <vector>
 
 #include "sim_host/experiments/setup.h"
-#include "sim_host/experiments/sweep.h"
 
 namespace slipstack::sim {
 
@@ -55,24 +55,42 @@ struct SweepChain {
   bool complete = false;
 };
 
-/// All sweeps. The axis starts at rest and relaxed at the set-up's position for each force level; between
-/// frequencies and sweeps of a level it goes on as it is, the sine without a step. Each frequency is held
-/// until the geometric series of the changes of the fundamental from period to period leaves less than
-/// `settled`, twice in a row, and at least four periods; a point that has not settled after most_periods is
-/// marked.
-///
-/// A jump: the amplitude changes from one frequency to the next by more than a factor 1.5, and when the same
-/// way is gone in eight smaller steps (on a copy of the axis), most of the change still happens in one of
-/// them. A resonance that is merely steep spreads its change over them.
-///
-/// `chains` holds what a stopped run left (or nothing); it is carried on. Force levels are independent
-/// pieces: the result does not depend on the number of threads, nor on where it was stopped, bit for bit.
-/// Throws SetupError when a force is not positive, beyond the drive, or too small to be seen by the sensors,
-/// or a frequency is not positive or not below half the sampling rate.
-void run_stepped_sine(const ExperimentSetup& setup, const SteppedSineRequest& request,
-                      std::vector<SweepChain>& chains, const Watch& watch);
+/// How the caller follows a long run and ends it early; both may be left empty.
+struct SweepControl {
+  std::function<void()> point_done;         // called after each point
+  const std::atomic<bool>* stop = nullptr;  // when set, the run ends before the next point
+};
 
-/// The checks of run_stepped_sine() alone.
+/// Sweeps at all force levels, one level after another. The axis starts at rest and relaxed at the set-up's
+/// position for each force level; between frequencies and sweeps of a level its state is kept and the phase
+/// of the sine is continuous. Each frequency is held until the geometric series of the changes of the
+/// fundamental from period to period leaves less than `settled`, twice in a row, and at least four periods; a
+/// point that has not settled after most_periods is marked.
+///
+/// A jump: the amplitude changes from one frequency to the next by more than a factor 1.5, and when the
+/// interval between them is divided into eight smaller steps (on a copy of the axis), most of the change
+/// still happens in one of them. A resonance that is merely steep spreads its change over them.
+///
+/// `chains` holds the result of a run that was stopped (or nothing) and is continued. The result is the same,
+/// bit for bit, wherever a run was stopped. Throws SetupError when a force is not positive, beyond the drive,
+/// or too small for the sensors, or a frequency is not positive or not below half the sampling rate.
+void run_stepped_sine(const ExperimentSetup& setup, const SteppedSineRequest& request,
+                      std::vector<SweepChain>& chains, const SweepControl& control = {});
+
+/// The first part of run_stepped_sine(): checks the request, and gives `chains` an entry for each force
+/// level.
+void prepare_sweeps(const ExperimentSetup& setup, const SteppedSineRequest& request,
+                    std::vector<SweepChain>& chains);
+
+/// The second part of run_stepped_sine() for force level `index`, with `chain` its entry: nothing is done if
+/// it is complete. Force levels are independent of each other and may run at the same time.
+void run_sweep_chain(const ExperimentSetup& setup, const SteppedSineRequest& request, std::size_t index,
+                     SweepChain& chain, const SweepControl& control = {});
+
+/// Points of one force level when it is complete.
+std::size_t points_per_level(const SteppedSineRequest& request);
+
+/// The checks of prepare_sweeps() alone.
 void check_stepped_sine(const ExperimentSetup& setup, const SteppedSineRequest& request);
 
 /// `count` frequencies from low to high, evenly in the logarithm.

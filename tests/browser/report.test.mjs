@@ -360,7 +360,7 @@ test('the waterfall falls as the numbers do', async () => {
   const {page, data, close} = await open('missing_effect');
   assert.deepEqual(await page.locator('.waterfall .name').allTextContents(), ['Baseline', '+ Force ripple', '+ Cable chain stiffness', '']);
   const widths = await page.locator('.waterfall').evaluate((figure) => [...figure.querySelectorAll('rect.before, rect.after')].map((bar) => bar.getBoundingClientRect().width));
-  data.steps.forEach((step, i) => near(widths[i] / widths[0], step.holdout_rmse_N / data.steps[0].holdout_rmse_N, 0.005, step.added));
+  data.steps.forEach((step, i) => near(widths[i] / widths[0], step.holdout_rmse_N / data.steps[0].holdout_rmse_N, 0.005, step.effect));
   const floor = await page.locator('.waterfall').evaluate((figure) => {
     const [bar, line] = [figure.querySelector('rect.before'), figure.querySelector('line.floor')].map((node) => node.getBoundingClientRect());
     return (line.left - bar.left) / bar.width;

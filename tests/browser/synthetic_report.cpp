@@ -384,9 +384,9 @@ json full_report(const std::string& kind, std::uint32_t seed) {
     data["figures"]["after_rmse_N"] = after_N;
     data["series"]["after_N"] = list(after);
     data["spectrum"]["after_N"] = list(amplitude_density(after, frequency_Hz));
-    data["steps"] = {{{"added", "baseline"}, {"holdout_rmse_N", before_N}},
-                     {{"added", "force_ripple"}, {"holdout_rmse_N", after_N}},
-                     {{"added", "cable_chain_stiffness"}, {"holdout_rmse_N", after_N * 0.985}}};
+    data["steps"] = {{{"effect", "baseline"}, {"holdout_rmse_N", before_N}},
+                     {{"effect", "force_ripple"}, {"holdout_rmse_N", after_N}},
+                     {{"effect", "cable_chain_stiffness"}, {"holdout_rmse_N", after_N * 0.985}}};
   }
   return data;
 }

@@ -42,7 +42,7 @@ class Written(program.Workshop):
         with self.subTest(what):
             self.assertEqual(found["verdict"], self.expected["verdict"])
             # Whether a further small effect is worth its parameters may hang on the last bit, the first must not.
-            self.assertEqual(found["steps"][1]["added"], self.expected["steps"][1]["added"])
+            self.assertEqual(found["steps"][1]["effect"], self.expected["steps"][1]["effect"])
             self.assertEqual(found["candidates"][0]["effect"], self.expected["candidates"][0]["effect"])
             # Wider on one side, so that an effect at the limit is not lost to the last bit.
             errors = self.errors(self.expected, 0.0)

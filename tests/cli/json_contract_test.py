@@ -9,7 +9,7 @@ import unittest
 import program
 
 DIAGNOSIS = {"cannot_show": list, "cannot_separate": list, "next_experiment": (dict, type(None)), "noise": dict,
-             "mended": list, "log": str, "samples": int, "searched_samples": int,
+             "repairs": list, "log": str, "samples": int, "searched_samples": int,
              "baseline_effects": list, "noise_floor_N": float, "baseline": dict,
              "verdict": str, "candidates": list, "unexplained": (dict, type(None))}
 CANDIDATE = {"effect": str, "title": str, "holdout_rmse_N": float, "error_reduction": float,
@@ -66,7 +66,7 @@ class Contract(program.Workshop):
             self.assertTrue(0.0 <= pair["angle_deg"] <= 90.0)
         for entry in result["cannot_show"]:
             self.assertIn(entry["effect"], named)
-            self.assertTrue(0.0 <= entry["share_told_apart"] <= 1.0 + 1e-9)
+            self.assertTrue(0.0 <= entry["orthogonal_share"] <= 1.0 + 1e-9)
             self.assertTrue(entry["least_visible_N"] is None or entry["least_visible_N"] > 0.0)
         if result["unexplained"] is not None:
             self.assert_keys(result["unexplained"], {"coordinate": str, "description": str})
@@ -105,7 +105,7 @@ class Contract(program.Workshop):
         """The effects of the explanation before all others; within each the lowest held-out error first."""
         for log in ("one", "two"):
             result = self.result("diagnose", self.stock / f"{log}.csv", "--stepwise")
-            added = [step["added"] for step in result["steps"][1:]]
+            added = [step["effect"] for step in result["steps"][1:]]
             errors = [candidate["holdout_rmse_N"] for candidate in result["candidates"]]
             named = [candidate["effect"] for candidate in result["candidates"]]
             self.assertEqual(set(named[:len(added)]), set(added))
@@ -116,9 +116,9 @@ class Contract(program.Workshop):
         result = self.result("diagnose", self.stock / "two.csv", "--stepwise")
         steps = result["steps"]
         for step in steps:
-            self.assert_keys(step, {"added": str, "holdout_rmse_N": float},
+            self.assert_keys(step, {"effect": str, "holdout_rmse_N": float},
                              also=[] if step is steps[0] else ["evidence"])
-        self.assertEqual(steps[0], {"added": "baseline", "holdout_rmse_N": result["baseline"]["holdout_rmse_N"]})
+        self.assertEqual(steps[0], {"effect": "baseline", "holdout_rmse_N": result["baseline"]["holdout_rmse_N"]})
         self.assertGreaterEqual(len(steps), 3)
         errors = [step["holdout_rmse_N"] for step in steps]
         self.assertEqual(errors, sorted(errors, reverse=True))

@@ -72,7 +72,7 @@ class SeveralLogs(program.Workshop):
 
     def test_wild_samples_are_told_and_do_not_matter(self):
         clean = self.diagnosis("good.csv")
-        self.assertEqual(clean["mended"], [])
+        self.assertEqual(clean["repairs"], [])
         lines = (self.here / "good.csv").read_text().splitlines()
         rows = random.Random(4).sample(range(HEADER + 50, len(lines) - 50), 12)
         for row in rows:
@@ -80,7 +80,7 @@ class SeveralLogs(program.Workshop):
             lines[row] = f"{time},{position},{random.Random(row).choice((-900.0, 700.0))}"
         (self.here / "wild.csv").write_text("\n".join(lines) + "\n")
         wild = self.diagnosis("wild.csv")
-        self.assertIn("12 wild samples", wild["mended"][0]["what"])
+        self.assertIn("12 wild samples", wild["repairs"][0]["what"])
         self.assertEqual(wild["candidates"][0]["effect"], clean["candidates"][0]["effect"])
         self.assertAlmostEqual(wild["candidates"][0]["holdout_rmse_N"], clean["candidates"][0]["holdout_rmse_N"],
                                delta=0.1 * clean["candidates"][0]["holdout_rmse_N"])

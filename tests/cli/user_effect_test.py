@@ -62,7 +62,7 @@ class OwnEffect(program.Workshop):
                             "--json", "added.json")
         self.assertRegex(said, r"controller snag as a table over position from \d+ mm to \d+ mm x direction")
         added = json.loads((self.here / "added.json").read_text())
-        own = added["own_effects"][0]
+        own = added["user_effects"][0]
         self.assertEqual((own["effect"], own["on_controller"], own["over"]), ("snag", True, "position"))
         self.assertLess(own["largest_error_N"], 0.01 * own["peak_N"])
         self.assertLess(own["from"], 0.205)
@@ -88,7 +88,7 @@ class OwnEffect(program.Workshop):
         said = self.succeed("fit", self.stock / "snag.csv", "--effects", BASELINE, "--effect", definition, "--model", "b.toml",
                             "--json", "b.json")
         self.assertIn("controller without both: it follows position and speed at once", said)
-        own = json.loads((self.here / "b.json").read_text())["own_effects"]
+        own = json.loads((self.here / "b.json").read_text())["user_effects"]
         self.assertEqual(own, [{"effect": "both", "on_controller": False,
                                 "why_not": "it follows position and speed at once"}])
         self.assertIn("left_out", (self.here / "b.toml").read_text())

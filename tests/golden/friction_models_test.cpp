@@ -3,25 +3,23 @@
 
 #include <map>
 
-#include "sim_host/experiments/friction_models.h"
 #include "tests/golden/shared_data.h"
+#include "workbench/papers/analysis/friction_models.h"
 
 // Six friction models of the literature on two real measurements, fitted to the same rows.
 namespace slipstack::workbench {
 namespace {
 
-using sim::FrictionKind;
-
 std::map<FrictionKind, double> errors_on(const std::filesystem::path& path, bool inertia) {
   const Measurement measurement(read_log(path));
-  sim::FrictionData data;
+  FrictionData data;
   data.motion = {measurement.tick_s(), measurement.position_m(), measurement.velocity_mps()};
   data.force_N = measurement.force_N();
   data.observe = [&](std::span<const double> signal) { return measurement.filtered(signal); };
   if (inertia) data.others.push_back(measurement.acceleration_mps2());
   std::map<FrictionKind, double> errors;
-  for (const FrictionKind kind : sim::kFrictionKinds) {
-    errors[kind] = sim::fit_friction(kind, data, 40).relative_error;
+  for (const FrictionKind kind : kFrictionKinds) {
+    errors[kind] = fit_friction(kind, data, 40).relative_error;
   }
   return errors;
 }
@@ -45,7 +43,7 @@ TEST(FrictionModels, EmpsHardlyTellsThemApart) {
   SKIP_WITHOUT(path);
   // Published with mass, Coulomb, viscous friction and offset: 4.08 % [5].
   for (const auto& [kind, error] : errors_on(path, true)) {
-    EXPECT_NEAR(error, 0.0408, 0.0025) << sim::name(kind);
+    EXPECT_NEAR(error, 0.0408, 0.0025) << name(kind);
   }
 }
 

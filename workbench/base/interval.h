@@ -13,7 +13,7 @@ struct Interval {
   std::size_t size() const { return end - first; }
 };
 
-/// Samples in all of them.
+/// Number of samples in all intervals together.
 inline std::size_t samples_in(const std::vector<Interval>& intervals) {
   std::size_t samples = 0;
   for (const Interval& one : intervals) samples += one.size();

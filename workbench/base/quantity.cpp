@@ -3,19 +3,27 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
+#include <cstdio>
+#include <span>
 
 namespace slipstack::workbench {
 namespace {
+
+constexpr std::string_view kMinus = "\u2212";
+constexpr std::string_view kThinSpace = "\u202f";  // no-break as well
+constexpr std::string_view kNoBreakSpace = "\u00a0";
 
 struct Prefix {
   double factor;
   std::string_view symbol;
 };
 
-/// Significant digits, without an exponent where people would not write one.
-std::string digits(double value, int significant) {
+/// Significant digits in plain text; an exponent only for magnitudes outside 1e-3 .. 1e5.
+std::string plain_digits(double value, int significant) {
   const double magnitude = std::abs(value);
   if (magnitude == 0.0) return "0";
   if (magnitude >= 1e5 || magnitude < 1e-3) return fmt::format("{:.{}e}", value, significant - 1);
@@ -23,25 +31,138 @@ std::string digits(double value, int significant) {
   return fmt::format("{:.{}f}", value, decimals);
 }
 
+std::string printf_double(const char* format, int precision, double value) {
+  std::array<char, 400> buffer{};
+  const int length = std::snprintf(buffer.data(), buffer.size(), format, precision, value);
+  return {buffer.data(), static_cast<std::size_t>(std::clamp(length, 0, 399))};
+}
+
+std::string superscript(int exponent) {
+  static constexpr std::array<std::string_view, 10> kDigits = {"⁰", "¹", "²", "³", "⁴",
+                                                               "⁵", "⁶", "⁷", "⁸", "⁹"};
+  std::string out = exponent < 0 ? "⁻" : "";
+  for (const char digit : std::to_string(std::abs(exponent))) {
+    out += kDigits[static_cast<std::size_t>(digit - '0')];
+  }
+  return out;
+}
+
+/// "-12345.6" → "−12 345.6" with thin no-break spaces.
+std::string group_thousands(const std::string& plain) {
+  const bool negative = plain.starts_with('-');
+  const std::size_t first = negative ? 1 : 0;
+  const std::size_t end = std::min(plain.find('.'), plain.size());
+  std::string out{negative ? kMinus : ""};
+  for (std::size_t i = first; i < plain.size(); ++i) {
+    const bool group_starts = i > first && i < end && (end - i) % 3 == 0 && end - first > 4;
+    if (group_starts) out += kThinSpace;
+    out += plain[i];
+  }
+  return out;
+}
+
+/// One choice of display unit: used from `smallest` (in SI) upwards.
+struct Step {
+  double smallest;
+  double per_si;
+  std::string_view label;
+};
+
+constexpr Step kForce[] = {{1e4, 1e-3, "kN"}, {0.1, 1.0, "N"}, {1e-4, 1e3, "mN"}, {0.0, 1e6, "µN"}};
+constexpr Step kLength[] = {{10.0, 1.0, "m"}, {1e-3, 1e3, "mm"}, {1e-6, 1e6, "µm"}, {0.0, 1e9, "nm"}};
+constexpr Step kSpeed[] = {{10.0, 1.0, "m/s"}, {1e-3, 1e3, "mm/s"}, {0.0, 1e6, "µm/s"}};
+constexpr Step kAcceleration[] = {{0.1, 1.0, "m/s²"}, {0.0, 1e3, "mm/s²"}};
+constexpr Step kTime[] = {{1.0, 1.0, "s"}, {1e-3, 1e3, "ms"}, {0.0, 1e6, "µs"}};
+constexpr Step kMass[] = {{0.1, 1.0, "kg"}, {0.0, 1e3, "g"}};
+constexpr Step kStiffness[] = {{1e5, 1e-6, "N/µm"}, {100.0, 1e-3, "N/mm"}, {0.0, 1.0, "N/m"}};
+constexpr Step kDamping[] = {{0.0, 1.0, "N·s/m"}};
+constexpr Step kFrequency[] = {{1e5, 1e-3, "kHz"}, {0.0, 1.0, "Hz"}};
+
+struct Family {
+  std::string_view si_unit;
+  std::span<const Step> steps;
+};
+
+// Effects, users and papers spell the same unit in several ways; the report shows one spelling.
+constexpr Family kFamilies[] = {
+    {"N", kForce},           {"m", kLength},          {"m/s", kSpeed},     {"m/s^2", kAcceleration},
+    {"m/s²", kAcceleration}, {"m/s2", kAcceleration}, {"s", kTime},        {"kg", kMass},
+    {"N/m", kStiffness},     {"N*s/m", kDamping},     {"N·s/m", kDamping}, {"Ns/m", kDamping},
+    {"N s/m", kDamping},     {"N/(m/s)", kDamping},   {"Hz", kFrequency},
+};
+
 }  // namespace
 
 std::string quantity(double value, std::string_view unit, int significant) {
-  if (unit == "1") return digits(100.0 * value, significant) + " %";
+  if (unit == "1") return plain_digits(100.0 * value, significant) + " %";
   static constexpr std::array<Prefix, 4> kPrefixes{{{1.0, ""}, {1e-3, "m"}, {1e-6, "u"}, {1e-9, "n"}}};
   const bool takes_prefix = unit == "m" || unit == "s" || unit == "N" || unit == "m/s" || unit == "A";
-  if (!takes_prefix || value == 0.0) return digits(value, significant) + " " + std::string(unit);
+  if (!takes_prefix || value == 0.0) return plain_digits(value, significant) + " " + std::string(unit);
   for (const Prefix& prefix : kPrefixes) {
     if (std::abs(value) >= prefix.factor * 0.9995) {
-      return digits(value / prefix.factor, significant) + " " + std::string(prefix.symbol) +
+      return plain_digits(value / prefix.factor, significant) + " " + std::string(prefix.symbol) +
              std::string(unit);
     }
   }
-  return digits(value / 1e-9, significant) + " n" + std::string(unit);
+  return plain_digits(value / 1e-9, significant) + " n" + std::string(unit);
 }
 
 std::string shape_value(const ShapeSpec& shape, double value, int significant) {
   const bool is_exponent = shape.kind == ShapeKind::exponent || shape.kind == ShapeKind::nominal_exponent;
   return is_exponent ? fmt::format("{:.{}g}", value, significant) : quantity(value, shape.unit, significant);
+}
+
+std::string fixed(double value, int decimals) {
+  if (!std::isfinite(value)) return "–";
+  std::string plain = printf_double("%.*f", std::max(decimals, 0), value);
+  // A rounded "-0.00" would read as a sign that is not there.
+  if (plain.find_first_not_of("-0.") == std::string::npos && plain.starts_with('-')) plain.erase(0, 1);
+  return group_thousands(plain);
+}
+
+std::string significant(double value, int digits) {
+  if (!std::isfinite(value)) return "–";
+  if (value == 0.0) return "0";
+  // Through the scientific form, because rounding can carry into the next decade (9.996 → 10.0).
+  const std::string scientific = printf_double("%.*e", digits - 1, value);
+  const std::size_t e = scientific.find('e');
+  const int exponent = std::stoi(scientific.substr(e + 1));
+  if (exponent < -4 || exponent > 6) {
+    return group_thousands(scientific.substr(0, e)) + " × 10" + superscript(exponent);
+  }
+  return fixed(value, digits - 1 - exponent);
+}
+
+DisplayUnit display_unit(std::string_view si_unit, double magnitude) {
+  const double size = std::abs(magnitude);
+  for (const Family& family : kFamilies) {
+    if (family.si_unit != si_unit) continue;
+    // Nothing to see at zero: take the unit that whole machines are described in.
+    const double wanted = size > 0.0 ? size : 1.0;
+    for (const Step& step : family.steps) {
+      if (wanted >= step.smallest) return {step.per_si, std::string(step.label)};
+    }
+  }
+  return {1.0, si_unit == "1" || si_unit == "-" ? std::string() : std::string(si_unit)};
+}
+
+std::string with_unit(double value_si, std::string_view si_unit, int digits) {
+  const DisplayUnit unit = display_unit(si_unit, value_si);
+  const std::string number = significant(value_si * unit.per_si, digits);
+  return unit.label.empty() ? number : number + std::string(kNoBreakSpace) + unit.label;
+}
+
+Column aligned_column(std::string_view si_unit, const std::vector<double>& values_si, int digits) {
+  double largest = 0.0;
+  for (const double value : values_si) largest = std::max(largest, std::abs(value));
+  Column column{display_unit(si_unit, largest), 0};
+  for (const double value : values_si) {
+    if (value == 0.0 || !std::isfinite(value)) continue;
+    const int exponent = static_cast<int>(std::floor(std::log10(std::abs(value * column.unit.per_si))));
+    column.decimals = std::max(column.decimals, digits - 1 - exponent);
+  }
+  column.decimals = std::min(column.decimals, 5);
+  return column;
 }
 
 }  // namespace slipstack::workbench

@@ -3,17 +3,53 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "firmware/effects/effect.h"
 
+// Numbers with units, in two styles: plain ASCII for sentences, terminals and JSON (quantity()), and
+// typographic UTF-8 for the tables and figures of the report (with_unit()). workbench/web/units.js does the
+// same as the second for the charts.
 namespace slipstack::workbench {
 
-/// A value with its unit as people write it: 0.024 "m" -> "24.0 mm", 3.1e-4 "s" -> "310 us", 0.42 "1" -> "42
-/// %". Three significant digits, unless told otherwise. Units without a customary prefix are printed as they
-/// are.
+/// A value with its unit in plain text: 0.024 "m" -> "24.0 mm", 3.1e-4 "s" -> "310 us", 0.42 "1" -> "42.0 %".
+/// Three significant digits by default. Only units that usually carry a prefix (m, s, N, m/s, A) get one.
 std::string quantity(double value, std::string_view unit, int significant = 3);
 
-/// The value of a shape; an exponent is a number, not a share of one.
+/// quantity() of a shape parameter; an exponent is a plain number, not a percentage.
 std::string shape_value(const ShapeSpec& shape, double value, int significant = 3);
+
+/// `value` with `digits` significant digits, trailing zeros kept (0.340), a true minus sign, thousands in
+/// groups of three, and powers of ten written out for magnitudes outside 1e-4 … 1e7.
+std::string significant(double value, int digits);
+
+/// `value` with a fixed number of decimals, otherwise as significant().
+std::string fixed(double value, int decimals);
+
+/// A unit that an engineer would choose, and the factor that takes an SI value into it.
+struct DisplayUnit {
+  double per_si;      ///< display value = SI value × per_si
+  std::string label;  ///< "mm", "N/µm", …; the SI unit itself when no better one is known
+};
+
+/// The unit for values as large as `magnitude`, which is in the unit `si_unit`
+/// ("m", "m/s", "N", "N/m", "N*s/m", "kg", "s", "Hz", …). Lengths are mm on a machine, and µm below 1 mm.
+DisplayUnit display_unit(std::string_view si_unit, double magnitude);
+
+/// "24.00 mm": significant() in the unit of display_unit(), a no-break space between.
+std::string with_unit(double value_si, std::string_view si_unit, int digits);
+
+/// A unit and a number of decimals for a whole column, so that its decimal points stand below each other.
+struct Column {
+  DisplayUnit unit;
+  int decimals;
+
+  /// `value_si` without its unit.
+  std::string text(double value_si) const { return fixed(value_si * unit.per_si, decimals); }
+};
+
+/// The column that shows the largest of `values_si` in a good unit and the smallest non-zero one with
+/// `digits` significant digits, as long as that needs no more than five decimals.
+Column aligned_column(std::string_view si_unit, const std::vector<double>& values_si, int digits);
 
 }  // namespace slipstack::workbench

@@ -12,7 +12,7 @@
 namespace slipstack::workbench {
 namespace {
 
-constexpr std::size_t kQuoteLimit = 40;
+constexpr std::size_t kQuoteLimit = 40;  // bytes; chosen, so that a message with two quotes stays one line
 
 bool is_blank(char c) {
   return c == ' ' || c == '\t';

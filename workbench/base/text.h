@@ -14,7 +14,7 @@ std::string_view trimmed(std::string_view text);
 // UTF-8 become '?'. With `limit` > 0, cut after that many bytes and closed with "...".
 std::string printable(std::string_view text, std::size_t limit = 0);
 
-// printable() in single quotes, cut to what one line of an error message has room for.
+// printable() in single quotes, cut to a length that fits into one line of an error message.
 std::string in_quotes(std::string_view text);
 
 // "a, b, c".
@@ -25,7 +25,7 @@ std::vector<std::string_view> split_fields(std::string_view line);
 
 // Reads a decimal number at `begin`, where a plus sign is allowed. Returns the first character behind it, or
 // nullptr when there is none or it is beyond the range of a double. "nan" and "inf" are read as such: the
-// caller judges. Locale-independent. O(length).
+// caller decides whether it accepts them. Locale-independent. O(length).
 const char* parse_double(const char* begin, const char* end, double& value);
 
 // Why a field is not a usable number: "'abc' is not a number", "is empty", ...; empty when it is one.

@@ -8,19 +8,20 @@
 
 namespace slipstack::workbench {
 
-/// From sample `sample` on the encoder reads `jump_m` more than it would have.
+/// From sample `sample` on the encoder reads `jump_m` too much.
 struct EncoderJump {
   std::size_t sample = 0;
   double jump_m = 0.0;
 };
 
-/// Where the position jumps between two samples and goes on as it went before: no mass can be put elsewhere
-/// in that time by the forces that the log shows, so the encoder has lost or made up counts. Ascending; empty
-/// where there are so many that they are how the position is recorded. One that comes after a standstill in
-/// which the force says that the axis moved is no jump: the encoder was stuck, and is right again. O(n).
+/// Finds where the position jumps between two samples and the motion then continues as before: the forces in
+/// the log cannot move the mass that far in one sample, so the encoder has lost or gained counts. Ascending;
+/// empty where there are so many that they belong to the way the position is recorded. A jump after a
+/// standstill during which the force shows motion is not counted: there the encoder was stuck, and reads
+/// correctly again. O(n).
 std::vector<EncoderJump> encoder_jumps(const Log& log);
 
-/// Takes them back: all positions are then counted as before the first.
-void take_back(const std::vector<EncoderJump>& jumps, Log& log);
+/// Subtracts the jumps from the positions after them.
+void remove_jumps(const std::vector<EncoderJump>& jumps, Log& log);
 
 }  // namespace slipstack::workbench

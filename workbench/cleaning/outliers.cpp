@@ -11,29 +11,29 @@
 namespace slipstack::workbench {
 namespace {
 
-/// Wild samples next to each other, and in a chain of samples so near to each other: more are a burst. Of
-/// wild samples that have nothing to do with each other, one in a hundred, every fifth is as near to the
-/// next, and one chain in ten thousand is longer.
+/// Outliers wider than kWidest samples, and chains of more than kLongestChain outliers of which each is
+/// within kApart samples of the next, are bursts. Where one sample in a hundred is an independent outlier,
+/// every fifth lies that near to the next, and one chain in ten thousand is longer.
 constexpr std::size_t kWidest = 3;
 constexpr std::size_t kApart = 24;
 constexpr std::size_t kLongestChain = 6;
 
-/// Neighbours together, chains that are bursts left out.
-std::vector<Interval> apart_from_bursts(const std::vector<std::size_t>& wild) {
+/// Intervals of neighbouring outliers; bursts are left out.
+std::vector<Interval> without_bursts(const std::vector<std::size_t>& found) {
   std::vector<Interval> intervals;
-  for (std::size_t first = 0, end = 0; first < wild.size(); first = end) {
+  for (std::size_t first = 0, end = 0; first < found.size(); first = end) {
     end = first + 1;
-    while (end < wild.size() && wild[end] - wild[end - 1] <= kApart) ++end;
+    while (end < found.size() && found[end] - found[end - 1] <= kApart) ++end;
     if (end - first > kLongestChain) continue;
     std::vector<Interval> chain;
     for (std::size_t i = first; i < end; ++i) {
-      // A good sample between two wild ones goes with them, two good ones hold what was there.
+      // One good sample between two outliers is interpolated with them; two good ones are kept.
       const bool together =
-          !chain.empty() && (wild[i] == chain.back().end || wild[i] - chain.back().first < kWidest);
+          !chain.empty() && (found[i] == chain.back().end || found[i] - chain.back().first < kWidest);
       if (together) {
-        chain.back().end = wild[i] + 1;
+        chain.back().end = found[i] + 1;
       } else {
-        chain.push_back({wild[i], wild[i] + 1});
+        chain.push_back({found[i], found[i] + 1});
       }
     }
     const bool single = std::all_of(chain.begin(), chain.end(),
@@ -43,18 +43,18 @@ std::vector<Interval> apart_from_bursts(const std::vector<std::size_t>& wild) {
   return intervals;
 }
 
-/// The samples by which it is judged how far one stands out: [first, end).
+/// The surroundings of [first, end) with which its departure is compared.
 Interval around(std::size_t first, std::size_t end, std::size_t count) {
   return {first > 4 * kApart ? first - 4 * kApart : 0, std::min(count, end + 4 * kApart)};
 }
 
-/// What nine in ten of them do not exceed.
+/// The value that nine tenths of the values do not exceed.
 double ninth_decile(std::vector<double> values) {
   const std::size_t rank = values.size() * 9 / 10;
   return value_at_rank(std::move(values), rank);
 }
 
-/// What each sample differs by from the median of its window.
+/// Magnitude of the difference of each sample from the median of its window.
 std::vector<double> departures_from_median(const std::vector<double>& values) {
   std::vector<double> departures(values.size(), 0.0);
   for (std::size_t i = kHalfWindow; i + kHalfWindow < values.size(); ++i) {
@@ -66,14 +66,15 @@ std::vector<double> departures_from_median(const std::vector<double>& values) {
   return departures;
 }
 
-/// Of the five samples on either side, those next to the stretch and other wild ones left out.
+/// Largest difference between neighbouring samples within five samples on either side of the interval, those
+/// that touch the interval or another outlier left out.
 double largest_step_beside(const std::vector<double>& values, const Interval& one,
-                           const std::vector<std::size_t>& wild) {
+                           const std::vector<std::size_t>& found) {
   constexpr std::size_t kReach = 6;
   double largest = 0.0;
   const auto step_to = [&](std::size_t i) {
-    const auto next = std::lower_bound(wild.begin(), wild.end(), i - 1);
-    if (next == wild.end() || *next > i) largest = std::max(largest, std::abs(values[i] - values[i - 1]));
+    const auto next = std::lower_bound(found.begin(), found.end(), i - 1);
+    if (next == found.end() || *next > i) largest = std::max(largest, std::abs(values[i] - values[i - 1]));
   };
   for (std::size_t k = 2; k <= kReach; ++k) {
     if (one.first >= k) step_to(one.first - k + 1);
@@ -82,15 +83,16 @@ double largest_step_beside(const std::vector<double>& values, const Interval& on
   return largest;
 }
 
-/// A wild sample stands out of its neighbours' median by this many times as much as samples around it do, or
-/// as they step: ringing stands out everywhere, and a median cuts the tip of every peak.
-constexpr double kOutlierAmongOthers = 8.0;
-/// Nor is the tip of a short peak wild, which rises and falls by steps on either side.
-constexpr double kOutlierAmongNeighbours = 5.0;
+/// An outlier departs from the median by at least this many times the usual departure and the usual step of
+/// its surroundings: ringing departs everywhere, and a median cuts the tip of every peak. Chosen.
+constexpr double kAboveSurroundings = 8.0;
+/// And by at least this many times the largest step next to it: the tip of a short peak, which rises and
+/// falls over several samples, is not an outlier. Chosen.
+constexpr double kAboveNeighbours = 5.0;
 
-/// Whether the stretch departs by far more than what is around it.
+/// Whether the interval departs by far more than its surroundings.
 bool stands_out(const std::vector<double>& values, const std::vector<double>& departures,
-                const std::vector<std::size_t>& wild, const Interval& one) {
+                const std::vector<std::size_t>& found, const Interval& one) {
   const double own = *std::max_element(departures.begin() + static_cast<std::ptrdiff_t>(one.first),
                                        departures.begin() + static_cast<std::ptrdiff_t>(one.end));
   const Interval near = around(one.first, one.end, values.size());
@@ -102,30 +104,30 @@ bool stands_out(const std::vector<double>& values, const std::vector<double>& de
     steps.push_back(std::abs(values[i] - values[i - 1]));
   }
   const double usual = std::max(ninth_decile(std::move(others)), median(std::move(steps)));
-  return own >= kOutlierAmongOthers * usual &&
-         own >= kOutlierAmongNeighbours * largest_step_beside(values, one, wild);
+  return own >= kAboveSurroundings * usual &&
+         own >= kAboveNeighbours * largest_step_beside(values, one, found);
 }
 
 }  // namespace
 
-/// A wild sample stands this many standard deviations of the noise out of its neighbours' median ...
+/// An outlier departs from the median of its window by this many standard deviations of the noise ...
 constexpr double kOutlier = 12.0;
-/// ... and by this share of the wildest within the window.
+/// ... and by this share of the largest departure within the window. Both chosen.
 constexpr double kShareOfLargestOutlier = 0.2;
 
 std::vector<Interval> outliers(const std::vector<double>& values, double noise, double least) {
   const std::vector<double> departures = departures_from_median(values);
   const double least_departure = std::max(kOutlier * noise, least);
-  std::vector<std::size_t> wild;
+  std::vector<std::size_t> found;
   for (std::size_t i = kHalfWindow; i + kHalfWindow < values.size(); ++i) {
     if (departures[i] <= least_departure) continue;
-    // One wild sample moves the medians of its neighbours by a step of the signal: they are not wild.
+    // An outlier shifts the medians of its neighbours by one step of the signal; they are no outliers.
     const auto window = departures.begin() + static_cast<std::ptrdiff_t>(i - kHalfWindow);
     const double most = *std::max_element(window, window + 2 * kHalfWindow + 1);
-    if (departures[i] > kShareOfLargestOutlier * most) wild.push_back(i);
+    if (departures[i] > kShareOfLargestOutlier * most) found.push_back(i);
   }
-  std::vector<Interval> intervals = apart_from_bursts(wild);
-  std::erase_if(intervals, [&](const Interval& one) { return !stands_out(values, departures, wild, one); });
+  std::vector<Interval> intervals = without_bursts(found);
+  std::erase_if(intervals, [&](const Interval& one) { return !stands_out(values, departures, found, one); });
   return intervals;
 }
 
@@ -137,14 +139,16 @@ std::vector<double> departures_from_cubic(const std::vector<double>& values) {
   return departures;
 }
 
-/// One sample alone is wild by less, where what its neighbours say of it, a cubic, is known so well: this
-/// many standard deviations of the noise, and times what nine in ten samples around differ by from theirs.
+/// A spike departs from the cubic by this many standard deviations of the noise, and by this many times the
+/// departure that nine tenths of the samples around do not exceed. The thresholds are lower than those of
+/// outliers(), because the cubic predicts a single sample better than the median. Chosen.
 constexpr double kSpike = 9.0;
 constexpr double kSpikeAmongOthers = 4.0;
-/// It makes its neighbours differ by two thirds of that, the other way. A corner makes them differ by half of
-/// that, a step by all of it on one side.
+/// A spike enters the cubics of its two neighbours with weight 4/6: they depart by two thirds of it with the
+/// opposite sign. At a corner of the signal they depart by half, at a step one of them by all of it.
 constexpr double kLeastEcho = 0.52;
 constexpr double kMostEcho = 0.9;
+
 std::vector<Interval> spikes(const std::vector<double>& values, double noise, double least_share) {
   const std::vector<double> departures = departures_from_cubic(values);
   std::vector<std::size_t> found;
@@ -161,7 +165,7 @@ std::vector<Interval> spikes(const std::vector<double>& values, double noise, do
     if (own > kSpikeAmongOthers * ninth_decile(std::move(others))) found.push_back(i);
   }
   const double share = static_cast<double>(found.size()) / static_cast<double>(values.size());
-  return share < least_share ? std::vector<Interval>{} : apart_from_bursts(found);
+  return share < least_share ? std::vector<Interval>{} : without_bursts(found);
 }
 
 }  // namespace slipstack::workbench

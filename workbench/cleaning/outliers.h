@@ -8,21 +8,22 @@
 
 namespace slipstack::workbench {
 
-/// A median over seven samples leaves steps and slopes as they are and takes out what is at most three wide.
-/// So near to a wild sample nothing else may be wrong.
+/// Half the width of the median filter. A median over seven samples keeps steps and slopes and removes what
+/// is at most three samples wide. No other fault may lie within this distance of an outlier.
 inline constexpr std::size_t kHalfWindow = 3;
 
-/// Wild samples of one signal, as stretches of up to three: out of what the samples around say by far more
-/// than `noise` (its standard deviation) and than `least`. Many close together are a burst, and none of
-/// these. O(n).
+/// Outliers of one signal, as intervals of up to three samples: they differ from the median of their
+/// neighbours by far more than `noise` (the standard deviation) and by more than `least`. Many close together
+/// are a burst and not reported. O(n).
 std::vector<Interval> outliers(const std::vector<double>& values, double noise, double least);
 
-/// What each sample differs by from the cubic through two neighbours on either side; zero for the two at
-/// either end. O(n).
+/// Difference of each sample from the cubic through two neighbours on either side; zero for the first and
+/// last two samples. O(n).
 std::vector<double> departures_from_cubic(const std::vector<double>& values);
 
-/// Wild samples that stand alone: spikes of a cable, which would vanish in the motion of the signal but not
-/// in its noise. None where they are a smaller share of the samples than `least_share`. O(n).
+/// Single outliers such as the spikes of a damaged cable, which outliers() misses because the motion of the
+/// signal is larger; the cubic through the neighbours follows the motion. None where they are a smaller share
+/// of the samples than `least_share`. O(n).
 std::vector<Interval> spikes(const std::vector<double>& values, double noise, double least_share);
 
 }  // namespace slipstack::workbench

@@ -11,14 +11,14 @@
 namespace slipstack::workbench {
 namespace {
 
-/// The end of the run of equal values that starts at `first`, no later than `end`.
+/// The end of the run of equal values that starts at `first`; at most `end`.
 std::size_t end_of_run(const std::vector<double>& values, std::size_t first, std::size_t end) {
   std::size_t i = first + 1;
   while (i < end && values[i] == values[first]) ++i;
   return i;
 }
 
-/// Where the run of equal values begins that ends before `end`.
+/// The start of the run of equal values whose last sample is `end` - 1.
 std::size_t start_of_run(const std::vector<double>& values, std::size_t end) {
   std::size_t first = end - 1;
   while (first > 0 && values[first - 1] == values[first]) --first;
@@ -29,39 +29,39 @@ double encoder_step_m(const Log& log) {
   return log.encoder_resolution_m.value_or(0.0);
 }
 
-/// Where the force is constant during so much of the time that the axis rests, it is no sensor's but a
-/// current that a controller commands, which has no noise while nothing moves.
+/// Where the force is constant during more than this share of all standstills, it is not measured by a
+/// sensor: it is a current commanded by a controller, which has no noise at standstill. Chosen.
 constexpr double kStandstillsWithoutNoise = 0.5;
-constexpr std::size_t kRest = 50;  ///< samples within an encoder step
+constexpr std::size_t kStandstill = 50;  ///< samples within one encoder step; chosen
 
-/// Whether the force is constant in these stretches as it is nearly always while the axis rests.
+/// Whether these intervals of constant force make up most of the standstills.
 bool standstills_without_noise(const Log& log, const std::vector<Interval>& constant) {
   const std::vector<double>& x = log.position_m;
-  std::size_t rest = 0;
+  std::size_t still = 0;
   for (std::size_t i = 0; i < x.size();) {
     std::size_t end = i + 1;
     while (end < x.size() && std::abs(x[end] - x[i]) <= 1.5 * encoder_step_m(log)) ++end;
-    if (end - i >= kRest) rest += end - i;
+    if (end - i >= kStandstill) still += end - i;
     i = end;
   }
   return constant.size() > 1 &&
-         static_cast<double>(samples_in(constant)) > kStandstillsWithoutNoise * static_cast<double>(rest);
+         static_cast<double>(samples_in(constant)) > kStandstillsWithoutNoise * static_cast<double>(still);
 }
 
-/// So many equal forces in a row do not happen by chance where there is noise: each has a chance of 0.1 at
-/// most.
+/// So many equal forces in a row do not occur by chance where there is noise: two neighbours are equal with a
+/// probability of 0.1 at most.
 constexpr std::size_t kFrozen = 8;
 
-/// Where none of so many steps of the force on either side is this share of the noise, the force has no noise
-/// there: of white noise one place in 10^4 looks so.
+/// The force has no noise next to an interval where all of kFaultMargin steps on either side are smaller than
+/// this share of the noise; white noise looks like that at one sample in 10^4.
 constexpr std::size_t kFaultMargin = 4;
 constexpr double kNoiseless = 0.5;
 
-/// Whether the force has no noise on either side of the stretch, as a command while the axis rests.
-bool noiseless_beside(const Log& log, double noise_N, const Interval& stretch) {
+/// Whether the force has no noise on either side of the interval, as a command at standstill.
+bool noiseless_beside(const Log& log, double noise_N, const Interval& interval) {
   const std::vector<double>& force_N = log.force_N;
-  const std::size_t from = stretch.first > kFaultMargin ? stretch.first - kFaultMargin : 1;
-  const std::size_t to = std::min(stretch.end + kFaultMargin, force_N.size());
+  const std::size_t from = interval.first > kFaultMargin ? interval.first - kFaultMargin : 1;
+  const std::size_t to = std::min(interval.end + kFaultMargin, force_N.size());
   for (std::size_t i = from; i < to; ++i) {
     if (std::abs(force_N[i] - force_N[i - 1]) > kNoiseless * noise_N) return false;
   }
@@ -83,23 +83,26 @@ ConstantForce constant_force(const Log& log, double noise_N) {
   const std::vector<double>& force_N = log.force_N;
   const auto [lowest, highest] = std::minmax_element(force_N.begin(), force_N.end());
   ConstantForce found;
-  std::vector<Interval> at_rest;
+  std::vector<Interval> at_standstill;
   for (std::size_t i = 0; i < force_N.size();) {
     const std::size_t end = end_of_run(force_N, i, force_N.size());
     if (end - i >= kFrozen) {
       const bool at_limit = force_N[i] == *lowest || force_N[i] == *highest;
       const auto from = log.position_m.begin() + static_cast<std::ptrdiff_t>(i);
-      const bool rests = std::all_of(from, from + static_cast<std::ptrdiff_t>(end - i), [&](double x) {
+      const bool still = std::all_of(from, from + static_cast<std::ptrdiff_t>(end - i), [&](double x) {
         return std::abs(x - *from) <= 1.5 * encoder_step_m(log);
       });
-      (rests ? at_rest : at_limit ? found.at_limit : found.frozen).push_back({i, end});
+      (still ? at_standstill : at_limit ? found.at_limit : found.frozen).push_back({i, end});
     }
     i = end;
   }
-  found.noise_at_rest = !standstills_without_noise(log, at_rest);
-  // A command creeps while the axis rests, and its digits stand now and then; a sensor freezes out of noise.
-  std::erase_if(at_rest, [&](const Interval& one) { return noiseless_beside(log, noise_N, one); });
-  if (found.noise_at_rest) found.frozen.insert(found.frozen.end(), at_rest.begin(), at_rest.end());
+  found.noise_at_standstill = !standstills_without_noise(log, at_standstill);
+  // A slowly changing command repeats its last digits now and then, without noise around; a sensor that
+  // freezes had noise before.
+  std::erase_if(at_standstill, [&](const Interval& one) { return noiseless_beside(log, noise_N, one); });
+  if (found.noise_at_standstill) {
+    found.frozen.insert(found.frozen.end(), at_standstill.begin(), at_standstill.end());
+  }
   return found;
 }
 
@@ -116,26 +119,29 @@ std::vector<Interval> repeated_samples(const Log& log, double noise_N) {
   return repeats;
 }
 
-/// Chance repeats, of which so many times as many must be seen.
+/// Repeats are a fault where they are at least so many times as frequent as expected by chance, and at least
+/// so many. Chosen.
 constexpr double kBeyondChance = 5.0;
 constexpr double kFewestRepeats = 10.0;
-/// What is this share of the log is its nature, not a fault of it.
-constexpr double kNature = 0.2;
+/// What occurs in a larger share of the log than this is a property of the log, not a fault. Chosen.
+constexpr double kLargestShare = 0.2;
 
 bool repeat_by_chance(const Log& log, double noise_N, std::size_t repeats) {
   const auto count = static_cast<double>(log.force_N.size());
-  // Neighbours agree by chance now and then: density of their difference at zero, times the step.
+  // Neighbours are equal by chance with the density of their difference at zero, 1 / (2 sqrt(pi) noise),
+  // times the step of the force.
   const double chance = 0.2821 * smallest_step(log.force_N) / noise_N * count;
   return static_cast<double>(repeats) < kFewestRepeats + kBeyondChance * chance ||
-         static_cast<double>(repeats) / count > kNature;
+         static_cast<double>(repeats) / count > kLargestShare;
 }
 
 namespace {
 
-/// An encoder that stood for so many samples and makes up for them in one step was stuck.
+/// An encoder was stuck where it reads the same for so many samples and then makes up the motion in one step.
+/// Chosen.
 constexpr std::size_t kStuck = 20;
 
-/// Lengths of the steps from `first` on.
+/// Magnitudes of `count` steps from sample to sample, the first of them to sample `first`.
 std::vector<double> steps_m(const std::vector<double>& x, std::size_t first, std::size_t count) {
   std::vector<double> steps(count);
   for (std::size_t i = 0; i < count; ++i) steps[i] = std::abs(x[first + i] - x[first + i - 1]);
@@ -146,7 +152,7 @@ double largest(const std::vector<double>& values) {
   return *std::max_element(values.begin(), values.end());
 }
 
-/// Between the twentieth parts at either end of the values, so that noise and single samples do not count.
+/// From the 5 % quantile to the 95 % quantile of the force, so that noise and single samples do not count.
 double force_range_N(const Log& log, std::size_t first, std::size_t end) {
   std::vector<double> values(log.force_N.begin() + static_cast<std::ptrdiff_t>(first),
                              log.force_N.begin() + static_cast<std::ptrdiff_t>(end));
@@ -154,21 +160,21 @@ double force_range_N(const Log& log, std::size_t first, std::size_t end) {
   return values[values.size() - 1 - values.size() / 20] - values[values.size() / 20];
 }
 
-constexpr double kJump = 20.0;  ///< encoder steps, and times the steps that follow
+constexpr double kJump = 20.0;  ///< encoder steps, and multiples of the steps that follow; chosen
 
-/// Whether the stretch of one position that ends before `end` was made up for in one step.
+/// Whether the standstill that ends before `end` ends by a jump of the position in one step.
 bool ends_by_jump(const Log& log, std::size_t end) {
   const std::vector<double>& x = log.position_m;
   if (end + kStuck >= x.size()) return false;
   const double jump_m = std::abs(x[end] - x[end - 1]);
-  // A move of a few samples begins with a jump too, and goes on with larger steps.
+  // A move of a few samples begins with a jump too, but continues with larger steps.
   const double next_m = std::max(encoder_step_m(log), largest(steps_m(x, end + 1, kStuck)));
   return jump_m > kJump * next_m && jump_m > 0.0;
 }
 
-/// The largest range of the force in any earlier stretch of one position, or a quarter of that of the whole
-/// log. A stretch that a jump ends may be a stuck encoder's, and tells of no rest.
-double largest_standing_range_N(const Log& log, std::size_t before) {
+/// The largest range of the force in any earlier standstill, at least a quarter of the range in the whole
+/// log. Standstills that end by a jump are left out: there the encoder may have been stuck.
+double largest_standstill_range_N(const Log& log, std::size_t before) {
   double widest_N = 0.25 * force_range_N(log, 0, log.force_N.size());
   for (std::size_t i = 0; i < before;) {
     const std::size_t end = end_of_run(log.position_m, i, before);
@@ -181,7 +187,8 @@ double largest_standing_range_N(const Log& log, std::size_t before) {
 
 }  // namespace
 
-/// The axis moves at so many encoder steps a sample, and at this share of its speed in the samples before.
+/// The axis moves at speed where it makes so many encoder steps a sample, and at least this share of the
+/// largest speed in the samples before. Chosen.
 constexpr double kSpeed = 5.0;
 constexpr double kSteady = 0.5;
 
@@ -205,9 +212,9 @@ std::vector<Interval> stuck_encoder(const Log& log) {
   return stuck;
 }
 
-/// One that stood to the end may be told by the force, which has so many times the range that it has
-/// elsewhere while the position stands.
-constexpr double kForceStands = 2.0;
+/// The force shows motion where its range during a standstill of the position is so many times the range in
+/// other standstills. Chosen.
+constexpr double kBeyondStandstill = 2.0;
 
 std::optional<Interval> stuck_to_the_end(const Log& log) {
   const std::vector<double>& x = log.position_m;
@@ -219,13 +226,13 @@ std::optional<Interval> stuck_to_the_end(const Log& log) {
 
 bool force_shows_motion(const Log& log, std::size_t sample) {
   const std::size_t first = start_of_run(log.position_m, sample);
-  return force_range_N(log, first, sample) > kForceStands * largest_standing_range_N(log, first);
+  return force_range_N(log, first, sample) > kBeyondStandstill * largest_standstill_range_N(log, first);
 }
 
-/// Motion without force lasts at least so long, [s].
+/// Motion without force lasts at least so long [s]; all four chosen.
 constexpr double kForceless_s = 0.25;
 constexpr double kForcelessNoise = 1.5;    ///< rms over the noise
-constexpr double kForceSeen = 10.0;        ///< rms of the whole log over the noise
+constexpr double kClearForce = 10.0;       ///< rms of the whole log over the noise
 constexpr double kForcelessTravel = 50.0;  ///< encoder steps
 
 namespace {
@@ -250,7 +257,7 @@ bool moves_without_force(const Log& log, double noise_N, const Interval& window)
 std::vector<Interval> forceless_motion(const Log& log, double noise_N) {
   const std::size_t count = log.force_N.size();
   const auto window = static_cast<std::size_t>(std::max(50.0, kForceless_s * log.sample_rate_Hz));
-  if (noise_N <= 0.0 || rms(log.force_N) < kForceSeen * noise_N) return {};
+  if (noise_N <= 0.0 || rms(log.force_N) < kClearForce * noise_N) return {};
   std::vector<Interval> idle;
   for (std::size_t first = 0; first + window <= count; first += window / 2) {
     if (!moves_without_force(log, noise_N, {first, first + window})) continue;
@@ -260,8 +267,8 @@ std::vector<Interval> forceless_motion(const Log& log, double noise_N) {
       idle.push_back({first, first + window});
     }
   }
-  if (static_cast<double>(samples_in(idle)) / static_cast<double>(count) > kNature) return {};
-  // A window at the edge held still some force: half of one more goes.
+  if (static_cast<double>(samples_in(idle)) / static_cast<double>(count) > kLargestShare) return {};
+  // The windows at either edge still contained some force: half a window more is cut.
   for (Interval& one : idle) {
     one.first = one.first > window / 2 ? one.first - window / 2 : 0;
     one.end = std::min(count, one.end + window / 2);

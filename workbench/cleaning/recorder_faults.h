@@ -9,40 +9,40 @@
 
 namespace slipstack::workbench {
 
-// Where a log tells of its recorder, not of the axis. `noise_N`: standard deviation of the force's noise. All
-// O(n).
+// Samples that show a fault of the recorder or a sensor, not the axis. `noise_N`: standard deviation of the
+// noise of the force. All functions are O(n).
 
-/// The smallest difference between neighbours that differ: the step of a digital signal; infinite without
-/// any.
+/// The smallest non-zero difference between neighbours: the resolution of a digital signal; infinite for a
+/// constant one.
 double smallest_step(const std::vector<double>& values);
 
-/// Where the force does not change, though it has noise elsewhere.
+/// Intervals in which the force does not change, though it has noise elsewhere.
 struct ConstantForce {
   std::vector<Interval> at_limit;
   std::vector<Interval> frozen;
-  bool noise_at_rest = true;  ///< or it is constant while the axis rests, as a commanded current
+  bool noise_at_standstill = true;  ///< false: constant at standstill, as a commanded current is
 };
 ConstantForce constant_force(const Log& log, double noise_N);
 
-/// Both force and position as the sample before, for less than a frozen force takes: lost by the recorder,
-/// which wrote the last one again. Not where the force is quiet on both sides.
+/// Samples lost by the recorder, which wrote the last one again: force and position as in the sample before,
+/// in runs shorter than those of a frozen force. Not where the force has no noise on both sides.
 std::vector<Interval> repeated_samples(const Log& log, double noise_N);
-/// Whether so many samples repeat the one before by chance, or by the nature of the log.
+/// Whether so many repeated samples occur by chance, or are a property of the log.
 bool repeat_by_chance(const Log& log, double noise_N, std::size_t repeats);
 
-/// An encoder that stands still and then jumps to where it should be.
+/// Intervals in which the encoder stands still and then jumps to the true position.
 std::vector<Interval> stuck_encoder(const Log& log);
-/// The last stretch of one position, where the axis cannot have stood: it came in at speed and stopped within
-/// a sample, or the force does there what it does nowhere else while the position stands.
+/// The last interval of constant position, where the axis cannot have stood still: it stopped from full speed
+/// within a sample, or the force varies there as in no other standstill.
 std::optional<Interval> stuck_to_the_end(const Log& log);
-/// Whether the axis came at speed into the stretch of one position that ends before `sample`, and stopped
-/// within a sample: no mass does.
+/// Whether the axis entered the interval of constant position that ends before `sample` at speed and stopped
+/// within one sample, which a mass cannot.
 bool stopped_dead(const Log& log, std::size_t sample);
-/// Whether in the stretch of one position that ends before `sample` the force does what it does nowhere else
-/// while the position stands.
+/// Whether the force varies, in the interval of constant position that ends before `sample`, far more than in
+/// any other standstill.
 bool force_shows_motion(const Log& log, std::size_t sample);
 
-/// Motion without any force, as by hand with the drive off.
+/// Intervals of motion without any force, as when the axis is moved by hand with the drive off.
 std::vector<Interval> forceless_motion(const Log& log, double noise_N);
 
 }  // namespace slipstack::workbench

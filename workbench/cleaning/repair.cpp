@@ -24,7 +24,7 @@ double share_of(const Log& log, std::size_t samples) {
   return static_cast<double>(samples) / static_cast<double>(log.position_m.size());
 }
 
-/// Straight from the sample before to the sample behind.
+/// Linear interpolation between the sample before the gap and the one after it.
 void interpolate(std::vector<double>& values, const Interval& gap) {
   if (gap.first == 0 || gap.end >= values.size()) return;
   const double from = values[gap.first - 1];
@@ -35,13 +35,13 @@ void interpolate(std::vector<double>& values, const Interval& gap) {
   }
 }
 
-/// What the cubic through two samples on either side of a gap says more than the straight line, at sample
-/// `i`.
-double bend(const std::vector<double>& values, const Interval& gap, std::size_t i) {
+/// Difference at sample `i` between the cubic through two samples on either side of a gap and the straight
+/// line through one on either side.
+double cubic_part(const std::vector<double>& values, const Interval& gap, std::size_t i) {
   const auto width = static_cast<double>(gap.size() + 1);
   const double u = static_cast<double>(i - gap.first + 1);
   const double slope = (values[gap.end] - values[gap.first - 1]) / width;
-  // Cubic u·(width − u)·(p + q·u) that meets the samples one further on either side.
+  // The cubic u·(width − u)·(p + q·u) that passes through the second samples on either side.
   const double before = (values[gap.first - 1] - values[gap.first - 2] - slope) / (width + 1.0);
   const double behind = (slope - values[gap.end + 1] + values[gap.end]) / (width + 1.0);
   const double q = (behind - before) / (width + 2.0);
@@ -52,8 +52,8 @@ void interpolate_force(Log& log, const std::vector<Interval>& gaps) {
   for (const Interval& gap : gaps) interpolate(log.force_N, gap);
 }
 
-/// The positions of a mass bend, and lie on the encoder's grid. The cubic is taken where no other of the
-/// `gaps` (ascending) is within its samples.
+/// Interpolates positions by a cubic, because a mass accelerates, and rounds them to the encoder's grid. The
+/// straight line is used where another of the `gaps` (ascending) lies within the samples of the cubic.
 void interpolate_positions(Log& log, const std::vector<Interval>& gaps) {
   std::vector<double>& x = log.position_m;
   const double step_m = log.encoder_resolution_m.value_or(0.0);
@@ -64,16 +64,17 @@ void interpolate_positions(Log& log, const std::vector<Interval>& gaps) {
     const bool alone = gap.first >= 2 && gap.end + 1 < x.size() &&
                        (g == 0 || gaps[g - 1].end + 1 < gap.first) &&
                        (g + 1 == gaps.size() || gap.end + 1 < gaps[g + 1].first);
-    std::vector<double> bends(gap.size(), 0.0);
-    for (std::size_t i = gap.first; alone && i < gap.end; ++i) bends[i - gap.first] = bend(x, gap, i);
+    std::vector<double> cubic_parts(gap.size(), 0.0);
+    for (std::size_t i = gap.first; alone && i < gap.end; ++i)
+      cubic_parts[i - gap.first] = cubic_part(x, gap, i);
     for (std::size_t i = gap.first; i < gap.end; ++i) {
-      x[i] += bends[i - gap.first];
+      x[i] += cubic_parts[i - gap.first];
       if (step_m > 0.0) x[i] = x[gap.first - 1] + step_m * std::round((x[i] - x[gap.first - 1]) / step_m);
     }
   }
 }
 
-/// Ascending; those that no more than `apart` samples part become one.
+/// The intervals in ascending order; those with at most `apart` samples between them are joined.
 std::vector<Interval> joined(std::vector<Interval> intervals, std::size_t apart) {
   std::sort(intervals.begin(), intervals.end(),
             [](const auto& a, const auto& b) { return a.first < b.first; });
@@ -97,7 +98,7 @@ void cut(const Log& log, const std::vector<Interval>& intervals, const char* why
   repairs.cut.insert(repairs.cut.end(), intervals.begin(), intervals.end());
 }
 
-/// Those that do not touch what is cut.
+/// The intervals that keep a distance of kHalfWindow samples from everything that is cut.
 std::vector<Interval> beside_cuts(std::vector<Interval> intervals, const Repairs& repairs) {
   std::erase_if(intervals, [&](const Interval& one) {
     return std::any_of(repairs.cut.begin(), repairs.cut.end(), [&](const Interval& cut) {
@@ -118,45 +119,46 @@ void repair_repeats(Log& log, double noise_N, Repairs& repairs) {
                   time_of(log, repeats.front().first)));
 }
 
-/// More than this share of a log must not be mended.
+/// A log of which more than this share would be interpolated is refused. Chosen.
 constexpr double kMostRepaired = 0.02;
 
-/// The wildest samples hide the others near them: so often one looks again.
-constexpr int kLooks = 4;
+/// The largest outliers hide smaller ones near them, so the search is repeated up to this number of times.
+constexpr int kPasses = 4;
 
-/// Mends wild samples of one signal of the log, beside what is cut; spikes only where they are not rarer than
-/// `least_share_of_spikes`.
+/// Interpolates the outliers of one signal of the log, except near what is cut; spikes only where they are at
+/// least `least_share_of_spikes` of the samples.
 void repair_outliers(Log& log, const std::vector<double>& values, double noise, double least,
                      double least_share_of_spikes, const char* what,
                      void (*interpolate_gaps)(Log&, const std::vector<Interval>&), Repairs& repairs) {
   if (noise <= 0.0) return;
-  std::vector<Interval> wild;
+  std::vector<Interval> repaired;
   const auto repair_those = [&](std::vector<Interval> found) {
     found = beside_cuts(std::move(found), repairs);
     if (found.empty()) return false;
-    // All of them again: what was wild beside them is mended now. What a single good sample parts is one.
-    found.insert(found.end(), wild.begin(), wild.end());
-    wild = joined(std::move(found), 1);
-    interpolate_gaps(log, wild);
+    // All are interpolated again, because outliers next to them are repaired now. Intervals with a single
+    // good sample between them are joined.
+    found.insert(found.end(), repaired.begin(), repaired.end());
+    repaired = joined(std::move(found), 1);
+    interpolate_gaps(log, repaired);
     return true;
   };
-  for (int look = 0; look < kLooks && repair_those(outliers(values, noise, least)); ++look) {
+  for (int pass = 0; pass < kPasses && repair_those(outliers(values, noise, least)); ++pass) {
   }
   repair_those(spikes(values, noise, least_share_of_spikes));
-  if (wild.empty()) return;
-  const std::size_t samples = samples_in(wild);
-  const std::size_t first = wild.front().first;
+  if (repaired.empty()) return;
+  const std::size_t samples = samples_in(repaired);
+  const std::size_t first = repaired.front().first;
   if (share_of(log, samples) > kMostRepaired) {
     throw InputError(fmt::format(
-        "{}: {} of {} samples of the {} are wild, the first at {}; check the cable and the shield "
+        "{}: {} of {} samples of the {} are outliers, the first at {}; check the cable and the shield "
         "and record again",
         printable(log.path), samples, values.size(), what, time_of(log, first)));
   }
-  repairs.notes.push_back(fmt::format("{} wild {} of the {} interpolated, the first at {}", samples,
-                                      samples == 1 ? "sample" : "samples", what, time_of(log, first)));
+  repairs.notes.push_back(fmt::format("{} {} of the {} interpolated, the first at {}", samples,
+                                      samples == 1 ? "outlier" : "outliers", what, time_of(log, first)));
 }
 
-/// No sample of the position is wild that stands out by less than this share of the travel.
+/// An outlier of the position departs by at least this share of the travel. Chosen.
 constexpr double kLeastTravel = 1e-4;
 
 void repair_position(Log& log, Repairs& repairs) {
@@ -166,23 +168,23 @@ void repair_position(Log& log, Repairs& repairs) {
                   interpolate_positions, repairs);
 }
 
-/// Nor one of the force by less than this share of its rms.
+/// An outlier of the force departs by at least this share of its rms. Chosen.
 constexpr double kLeastForce = 0.05;
-/// Fewer spikes of the force are reversals of a stiff axis, which look alike and spoil nothing; a bad cable
-/// gives more. The position of a mass has none.
+/// A smaller share of spikes in the force is left alone: reversals of a stiff axis look like spikes and do no
+/// harm, and a bad cable gives more. The position of a mass has no such peaks.
 constexpr double kLeastShareOfForceSpikes = 1.5e-3;
 
 void repair_force(Log& log, double noise_N, Repairs& repairs) {
-  // A digital force flickers by its step.
+  // A digital force changes by at least its resolution.
   const double least_noise_N = noise_N > 0.0 ? std::max(noise_N, smallest_step(log.force_N)) : 0.0;
   repair_outliers(log, log.force_N, least_noise_N, kLeastForce * rms(log.force_N), kLeastShareOfForceSpikes,
                   "force", interpolate_force, repairs);
 }
 
-/// More than this share of a log must not be cut.
+/// A log of which more than this share would be cut is refused. Chosen.
 constexpr double kMostCut = 0.4;
 
-/// Cuts that touch become one.
+/// Joins cuts that touch each other.
 void join_cuts(const Log& log, Repairs& repairs) {
   repairs.cut = joined(std::move(repairs.cut), 0);
   const double share = share_of(log, samples_in(repairs.cut));
@@ -193,31 +195,31 @@ void join_cuts(const Log& log, Repairs& repairs) {
   }
 }
 
-/// Finds the encoder's jumps; takes them back where all of the log is there.
-void repair_jumps(Log& log, RepairScope what, Repairs& repairs) {
+/// Finds the jumps of the encoder; corrects them in a whole log.
+void repair_jumps(Log& log, RepairScope scope, Repairs& repairs) {
   repairs.jumps = encoder_jumps(log);
-  if (repairs.jumps.empty() || what == RepairScope::piece) return;
+  if (repairs.jumps.empty() || scope == RepairScope::chunk) return;
   const EncoderJump first = repairs.jumps.front();
-  take_back(repairs.jumps, log);
-  repairs.notes.push_back(fmt::format("{} {} of the encoder taken back, the first at {}: {:.3g} um",
+  remove_jumps(repairs.jumps, log);
+  repairs.notes.push_back(fmt::format("{} {} of the encoder corrected, the first at {}: {:.3g} um",
                                       repairs.jumps.size(), repairs.jumps.size() == 1 ? "jump" : "jumps",
                                       time_of(log, first.sample), 1e6 * first.jump_m));
 }
 
-/// Equal neighbours are a fault only where noise is this many times the smallest step of the force.
+/// Equal neighbours are a fault only where the noise is this many times the resolution of the force. Chosen.
 constexpr double kNoiseOverStep = 3.0;
 
-Repairs repair_in_place(Log& log, RepairScope what) {
+Repairs repair_in_place(Log& log, RepairScope scope) {
   Repairs repairs;
   const double noise_N = white_noise(log.force_N);
   if (noise_N > kNoiseOverStep * smallest_step(log.force_N)) {
     const ConstantForce constant = constant_force(log, noise_N);
     cut(log, constant.at_limit, "the force is at its limit", repairs);
     cut(log, constant.frozen, "the force is frozen", repairs);
-    if (constant.noise_at_rest) repair_repeats(log, noise_N, repairs);
+    if (constant.noise_at_standstill) repair_repeats(log, noise_N, repairs);
   }
   repair_position(log, repairs);
-  repair_jumps(log, what, repairs);
+  repair_jumps(log, scope, repairs);
   cut(log, stuck_encoder(log), "the position stands still and then jumps (encoder stuck)", repairs);
   if (const auto last = stuck_to_the_end(log)) {
     cut(log, {*last}, "the position stands still to the end of the log, the axis does not (encoder stuck)",
@@ -231,13 +233,13 @@ Repairs repair_in_place(Log& log, RepairScope what) {
 
 }  // namespace
 
-Repairs repair(Log& log, RepairScope what) {
-  if (what == RepairScope::whole_log) return repair_in_place(log, what);
-  Log as_it_was = log;
+Repairs repair(Log& log, RepairScope scope) {
+  if (scope == RepairScope::whole_log) return repair_in_place(log, scope);
+  Log original = log;
   try {
-    return repair_in_place(log, what);
+    return repair_in_place(log, scope);
   } catch (const InputError&) {
-    log = std::move(as_it_was);
+    log = std::move(original);
     return {{{0, log.position_m.size()}}, {}, {}};
   }
 }

@@ -10,27 +10,32 @@
 
 namespace slipstack::workbench {
 
-/// What a log's own faults leave to do.
+/// The faults that were found in a log.
 struct Repairs {
-  std::vector<Interval> cut;       ///< not to be compared with any model; ascending, apart
+  std::vector<Interval> cut;       ///< samples to be left out of every fit; ascending, disjoint
   std::vector<EncoderJump> jumps;  ///< of the encoder, ascending
   std::vector<std::string> notes;  ///< one sentence for each kind of fault: what, how much, where first
 };
 
-/// Finds what no axis does and only a recorder can, and mends it where neighbours tell what was there:
-/// - wild samples of force or position among good ones, up to three in a row: interpolated. Many close
-///   together are a burst, an event of the axis or its surroundings, and stay.
+/// Finds faults that only a recorder or a sensor can cause, and repairs those whose true values follow from
+/// the neighbouring samples:
+/// - outliers of force or position, up to three in a row: interpolated. Many close together are a burst, an
+/// event
+///   of the axis or its surroundings, and are kept.
 /// - samples that repeat the one before, where noise makes that impossible: interpolated.
-/// - force at its limit, or frozen (drive off, sensor lost), while its noise is gone: cut. Not at rest in a
-///   log whose force has no noise at rest, as a commanded current.
-/// - an encoder that jumps while the axis does not: taken back, and told (`jumps`), since no position of
-///   the log is sure then. Of a piece only told: other pieces of the log know nothing of it.
-/// - an encoder that stands still and then jumps to where it should be: cut.
-/// - motion without any force, as by hand with the drive off: cut.
+/// - force at its limit, or frozen without its noise (drive off, sensor lost): cut. Not at standstill in a
+/// log
+///   whose force has no noise there, as a commanded current.
+/// - jumps of the encoder while the axis moves on: corrected, and reported in `jumps`, since absolute
+/// positions
+///   are uncertain in such a log. In a chunk of a log they are reported only, because a correction would
+///   shift this chunk against the others.
+/// - an encoder that stands still and then jumps to the true position: cut.
+/// - motion without any force, as when the axis is moved by hand with the drive off: cut.
 ///
-/// Nothing is changed in a log without such faults. Throws InputError where they fill so much of the log that
-/// what is left would mislead; of `a piece` of a longer log, all of it is cut then. O(n).
-enum class RepairScope { whole_log, piece };
-Repairs repair(Log& log, RepairScope what = RepairScope::whole_log);
+/// A log without such faults is not changed. Throws InputError where the faults cover so much of the log that
+/// the rest would mislead; a chunk of a longer log is cut entirely instead. O(n).
+enum class RepairScope { whole_log, chunk };
+Repairs repair(Log& log, RepairScope scope = RepairScope::whole_log);
 
 }  // namespace slipstack::workbench

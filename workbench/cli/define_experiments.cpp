@@ -9,7 +9,7 @@
 #include "sim_host/experiments/setup_files.h"
 #include "workbench/base/errors.h"
 #include "workbench/console/output.h"
-#include "workbench/papers/experiment.h"
+#include "workbench/papers/command_line.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -45,16 +45,7 @@ void define_experiment(CLI::App& app, const std::string& command_line) {
       app.add_subcommand("experiment", "Run an experiment of the papers, simulated or on data");
   experiment->require_subcommand(1);
   define_setup(*experiment);
-  define_loops(*experiment, command_line);
-  define_step(*experiment, command_line);
-  define_free(*experiment, command_line);
-  define_characterize(*experiment, command_line);
-  define_guideway(*experiment, command_line);
-  define_transducer(*experiment, command_line);
-  define_stepped_sine(*experiment, command_line);
-  define_describing_function(*experiment, command_line);
-  define_sensitivity(*experiment, command_line);
-  define_models(*experiment, command_line);
+  define_experiments_of_papers(*experiment, command_line);
   define_plan(*experiment, command_line);
   experiment->footer(setup_list());
 }

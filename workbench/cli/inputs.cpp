@@ -6,7 +6,7 @@
 namespace slipstack::workbench {
 
 void spare_logs(const Options& options, Outputs& outputs) {
-  for (const std::string& log : options.logs) outputs.spare(log);
+  for (const std::string& log : options.logs) outputs.protect_input(log);
 }
 
 LogRequest log_request(const Options& options) {

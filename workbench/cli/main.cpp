@@ -11,7 +11,6 @@
 #include "workbench/cli/commands.h"
 #include "workbench/cli/define_experiments.h"
 #include "workbench/cli/define_simulate.h"
-#include "workbench/cli/effect_page.h"
 #include "workbench/console/output.h"
 #include "workbench/controller/define_can.h"
 #include "workbench/estimate/measurement/parts.h"
@@ -22,6 +21,7 @@
 #include "workbench/model/effects/effect_catalogue.h"
 #include "workbench/model/expression/definition.h"
 #include "workbench/papers/stop.h"
+#include "workbench/report/effect_page.h"
 
 namespace {
 

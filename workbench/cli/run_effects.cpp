@@ -5,11 +5,11 @@
 
 #include "workbench/base/text.h"
 #include "workbench/cli/commands.h"
-#include "workbench/cli/effect_page.h"
 #include "workbench/cli/inputs.h"
 #include "workbench/console/output.h"
 #include "workbench/model/effects/effect_registry.h"
 #include "workbench/model/expression/to_cpp.h"
+#include "workbench/report/effect_page.h"
 
 namespace slipstack::workbench {
 
@@ -52,10 +52,9 @@ void run_effects(const Options& options) {
     for (const EffectDescription& effect : catalogue()) put(effect.id() + ".md", effect_page(effect));
     text = fmt::format("{} pages in {}\n", catalogue().size() + 1, printable(options.pages));
   } else if (!options.effect.empty()) {
-    text = effect_page(effect_named(options.effect));
-    text.erase(0, text.find('\n') + 1);  // the note for those who would edit the file
+    text = effect_description(effect_named(options.effect));
   } else {
-    text = effect_lines("") + "`slipstack effects ID` tells all about one.\n";
+    text = effect_lines("") + "`slipstack effects ID` describes one in full.\n";
   }
   outputs.commit(text);
 }

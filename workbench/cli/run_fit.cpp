@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <fmt/format.h>
-
 #include <algorithm>
+#include <utility>
 
-#include "workbench/base/text.h"
 #include "workbench/cli/commands.h"
 #include "workbench/cli/inputs.h"
 #include "workbench/estimate/linear/robust.h"
@@ -11,95 +9,63 @@
 #include "workbench/estimate/uncertainty/noise_floor.h"
 #include "workbench/estimate/uncertainty/standard_errors.h"
 #include "workbench/model/effects/effect_registry.h"
-#include "workbench/report/html.h"
-#include "workbench/report/results.h"
-#include "workbench/report/text_tables.h"
+#include "workbench/report/fit_result.h"
+#include "workbench/report/fitted_model_file.h"
+#include "workbench/report/json_values.h"
+#include "workbench/report/model_notes.h"
+#include "workbench/report/page/html.h"
 
 namespace slipstack::workbench {
 namespace {
 
-using nlohmann::json;
-
-json report_of(const Options& options, const Measurement& measurement, const FittedModel& fitted,
-               double floor_N) {
-  json data = report_base(options.command_line, options.log, "fit");
-  data["verdict"] = {{"kind", "fit"},
-                     {"headline", fmt::format("Fitted: {} held-out error, noise floor {}.",
-                                              newtons(fitted.holdout_rmse_N), newtons(floor_N))},
-                     {"detail", ""}};
-  data["figures"] = figures_json(fitted, floor_N);
-  data["baseline_effects"] = ids_of(fitted.terms);
-  data["parameters"] = parameters_json(fitted.terms);
-  add_pictures(data, measurement, rows_of(fitted), nullptr);
-  return data;
-}
-
-std::string outlier_line(const RobustFit& robust) {
-  if (robust.outliers == 0) return "";
-  return fmt::format(
-      "outliers   {} instants beyond five robust standard deviations pull no more than at five (Huber), the "
-      "first at {:.3f} s\n",
-      robust.outliers, robust.first_s);
+/// The effects of --effects, and those that --effect defines.
+std::vector<std::string> effects_to_fit(const Options& options) {
+  const std::vector<const EffectDescription*> user_effects = declare_effects(options.user_effects);
+  std::vector<std::string> ids = parse_effects(options.effects);
+  for (const EffectDescription* effect : user_effects) {
+    if (std::find(ids.begin(), ids.end(), effect->id()) == ids.end()) ids.push_back(effect->id());
+  }
+  return ids;
 }
 
 }  // namespace
 
 void run_fit(const Options& options) {
-  const std::vector<const EffectDescription*> own = declare_effects(options.user_effects);
-  std::vector<std::string> ids = parse_effects(options.effects);
-  for (const EffectDescription* effect : own) {
-    if (std::find(ids.begin(), ids.end(), effect->id()) == ids.end()) ids.push_back(effect->id());
-  }
+  const std::vector<std::string> ids = effects_to_fit(options);
   Outputs outputs;
   spare_logs(options, outputs);
   outputs.claim(options.model);
   outputs.claim(options.report);
   outputs.claim(options.json);
   Progress progress;
-  RobustFit robust;
-  FittedModel fitted;
+  FitResult result{options.command_line, options.log, options.model, ids};
   FittedModel reduced;
   LogSearch logs(log_request(options), progress);
   do {
-    Measurement& measured = logs.measurement();
-    check_combination(measured, ids);
-    check_enough(options.log, measured, ids);
+    Measurement& searched = logs.measurement();
+    check_combination(searched, ids);
+    check_enough(options.log, searched, ids);
     progress.show("fit");
-    robust = fit_robustly(measured, refine_nominal_shapes(measured, fit_effects(measured, ids, {})));
-    fitted = with_standard_errors(measured, robust.model);
+    const RobustFit robust =
+        fit_robustly(searched, refine_nominal_shapes(searched, fit_effects(searched, ids, {})));
+    result.outliers = robust.outliers;
+    result.first_outlier_s = robust.first_s;
+    result.fitted = with_standard_errors(searched, robust.model);
     progress.show("reduce to the controller");
-    reduced = on_controller(measured, fitted);
-    logs.fit_to_whole({&fitted, &reduced}, robust.limit_N);
+    reduced = on_controller(searched, result.fitted);
+    logs.fit_to_whole({&result.fitted, &reduced}, robust.limit_N);
   } while (logs.extend());
   const Measurement& measurement = logs.measurement();
-  const double floor_N = NoiseFloor(measurement).of(fitted.terms);
-  Model model = model_of(options.log, measurement, fitted, reduced, floor_N);
-  model.history = {change_of(options.log, ids, 0.0, fitted.holdout_rmse_N, floor_N)};
-
-  std::string text =
-      fmt::format("log        {}\neffects    {}\n", printable(options.log), fmt::join(ids, ", "));
-  text += fmt::format("error      {} held out ({}), {} in sample, {} of the force; noise floor {}\n",
-                      newtons(fitted.holdout_rmse_N), interval_text(fitted), newtons(fitted.train_rmse_N),
-                      share(fitted.relative_error), newtons(floor_N));
-  text += noise_line(measurement) + excerpt_line(measurement, "shapes fitted") + repair_lines(measurement) +
-          outlier_line(robust);
-  text += log_table(log_results(measurement, fitted));
-  text += parameter_table(fitted.terms);
-  text += model_lines(options.model, model);
-
-  json result = quality_json(measurement, fitted, floor_N);
-  result["log"] = options.log;
-  result["model"] = options.model;
-  result["outliers"] = robust.outliers;
-  result["hash"] = hash_text(model);
-  if (!model.target_user_effects.empty()) result["own_effects"] = user_effects_json(model);
-  if (!options.report.empty()) {
-    outputs.set(options.report, render_report(report_of(options, measurement, fitted, floor_N)));
-  }
-  outputs.set(options.model, to_toml(model));
-  outputs.set(options.json, json_text(result));
+  result.noise_floor_N = NoiseFloor(measurement).of(result.fitted.terms);
+  result.logs = log_results(measurement, result.fitted);
+  result.model = model_of(options.log, measurement, result.fitted, reduced, result.noise_floor_N);
+  result.model.history = {
+      change_of(options.log, ids, 0.0, result.fitted.holdout_rmse_N, result.noise_floor_N)};
+  if (!options.report.empty()) outputs.set(options.report, render_report(fit_page(measurement, result)));
+  outputs.set(options.model, to_toml(result.model));
+  outputs.set(options.json, json_text(fit_json(measurement, result)));
   progress.finish();
-  outputs.commit(text);
+  outputs.commit(fit_text(measurement, result));
 }
 
 }  // namespace slipstack::workbench

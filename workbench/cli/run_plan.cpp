@@ -9,10 +9,11 @@
 #include "workbench/base/text.h"
 #include "workbench/cli/define_experiments.h"
 #include "workbench/model/effects/effect_registry.h"
-#include "workbench/papers/experiment.h"
+#include "workbench/papers/command_line.h"
 #include "workbench/plan/known_axis.h"
 #include "workbench/plan/limits.h"
-#include "workbench/report/results.h"
+#include "workbench/report/json_values.h"
+#include "workbench/report/texts.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -76,23 +77,22 @@ ExperimentResult plan_result(const PlanRequest& request, const KnownAxis& known,
   result.detail =
       "Evidence is the expected difference of BIC if the axis has the effect: above 10 it is decisive, below "
       "0 the other would be named. An effect that contains another can always imitate it.";
-  result.summary = {
-      {"for", request.effects},
-      {"duration_s", plan.motion.duration_s()},
-      {"rate_Hz", plan.motion.rate_Hz},
-      {"low_m", reached.low_m},
-      {"high_m", reached.high_m},
-      {"velocity_mps", reached.velocity_mps},
-      {"acceleration_mps2", reached.acceleration_mps2},
-      {"jerk_mps3", reached.jerk_mps3},
-      {"force_N", number_json(plan.peak_force_N)},
-      {"limits",
-       {{"low_m", limits.low_m},
-        {"high_m", limits.high_m},
-        {"velocity_mps", limits.velocity_mps},
-        {"acceleration_mps2", limits.acceleration_mps2},
-        {"jerk_mps3", limits.jerk_mps3},
-        {"force_N", limits.force_N > 0.0 ? nlohmann::json(limits.force_N) : nlohmann::json()}}}};
+  result.summary = {{"for", request.effects},
+                    {"duration_s", plan.motion.duration_s()},
+                    {"rate_Hz", plan.motion.rate_Hz},
+                    {"low_m", reached.low_m},
+                    {"high_m", reached.high_m},
+                    {"velocity_mps", reached.velocity_mps},
+                    {"acceleration_mps2", reached.acceleration_mps2},
+                    {"jerk_mps3", reached.jerk_mps3},
+                    {"force_N", plan.peak_force_N},
+                    {"limits", std::vector<SummaryEntry>{
+                                   {"low_m", limits.low_m},
+                                   {"high_m", limits.high_m},
+                                   {"velocity_mps", limits.velocity_mps},
+                                   {"acceleration_mps2", limits.acceleration_mps2},
+                                   {"jerk_mps3", limits.jerk_mps3},
+                                   {"force_N", limits.force_N > 0.0 ? limits.force_N : std::nan("")}}}};
   result.tables = {evidence_table(plan, known.so_far), pieces_table(plan)};
   std::vector<double> time_s(plan.motion.size());
   for (std::size_t i = 0; i < time_s.size(); ++i) time_s[i] = static_cast<double>(i) / plan.motion.rate_Hz;
@@ -132,7 +132,7 @@ void run_plan(const std::string& command_line, const PlanCommand& command) {
   const GivenLimits given = parse_limits(request.limits);
   std::vector<std::string> inputs = request.logs;
   inputs.push_back(request.model);
-  deliver(command_line, command.outputs, inputs, [&](Progress& progress) {
+  run_experiment(command_line, command.outputs, inputs, [&](Progress& progress) {
     AxisLimits limits;
     if (request.logs.empty()) limits = limits_of_axis(given);
     KnownAxis known = known_axis(request, ids, progress);

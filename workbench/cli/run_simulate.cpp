@@ -10,8 +10,10 @@
 #include "workbench/base/text.h"
 #include "workbench/cli/define_simulate.h"
 #include "workbench/model/effects/effect_catalogue.h"
-#include "workbench/papers/experiment.h"
-#include "workbench/report/results.h"
+#include "workbench/papers/command_line.h"
+#include "workbench/report/json_values.h"
+#include "workbench/report/model_notes.h"
+#include "workbench/report/texts.h"
 #include "workbench/simulate/open_loop.h"
 #include "workbench/simulate/set_points.h"
 
@@ -74,11 +76,11 @@ ExperimentResult open_loop_result(const SimulateOptions& wanted, const Model& mo
                     {"start_s", start_s},
                     {"duration_s", duration_s},
                     {"samples", found.position_m.size()},
-                    {"rmse_m", number_json(found.rmse_m)},
-                    {"largest_error_m", number_json(found.largest_m)},
-                    {"final_error_m", number_json(found.final_m)},
-                    {"fit", number_json(found.fit)},
-                    {"steps_per_sample", found.steps_per_sample}};
+                    {"rmse_m", found.rmse_m},
+                    {"largest_error_m", found.largest_m},
+                    {"final_error_m", found.final_m},
+                    {"fit", found.fit},
+                    {"steps_per_sample", static_cast<std::size_t>(found.steps_per_sample)}};
   const std::vector<double> time_s = times(found.position_m.size(), start_s, rate_Hz);
   std::vector<double> error_m(time_s.size());
   for (std::size_t i = 0; i < error_m.size(); ++i) error_m[i] = found.position_m[i] - found.measured_m[i];
@@ -140,9 +142,8 @@ ExperimentResult simulate_set_points(const SimulateOptions& wanted, const Model&
   result.setup = fmt::format("{}, hash {}, along {}", wanted.model, hash_text(model), wanted.set_points);
   result.headline =
       fmt::format("The motion asks for {} rms and {} at most.", newtons(rms_N), newtons(peak_N));
-  result.summary = {
-      {"model", wanted.model},    {"hash", hash_text(model)},          {"effects", ids_of(model.terms)},
-      {"samples", points.size()}, {"rms_force_N", number_json(rms_N)}, {"peak_force_N", number_json(peak_N)}};
+  result.summary = {{"model", wanted.model},    {"hash", hash_text(model)}, {"effects", ids_of(model.terms)},
+                    {"samples", points.size()}, {"rms_force_N", rms_N},     {"peak_force_N", peak_N}};
   const std::vector<double> time_s = times(points.size(), 0.0, points.rate_Hz);
   result.charts.push_back({"Force along the set points",
                            {"Time", "s", 1.0, false},
@@ -169,16 +170,16 @@ void run_simulate(const std::string& command_line, const SimulateOptions& wanted
   if (!(wanted.start_s >= 0.0) || !(wanted.end_s >= 0.0)) {
     throw UsageError("--start, --end: must not be negative");
   }
-  deliver(command_line, wanted.outputs, {wanted.model, wanted.log, wanted.set_points},
-          [&](Progress& progress) {
-            const Model model = read_model(wanted.model);
-            if (!(mass_kg(model.terms) > 0.0)) {
-              throw InputError(fmt::format("{}: the model has no mass; fit it with {}",
-                                           printable(wanted.model), effect_with_role(Role::inertia).id()));
-            }
-            return wanted.log.empty() ? simulate_set_points(wanted, model, progress)
-                                      : simulate_log(wanted, model, progress);
-          });
+  run_experiment(
+      command_line, wanted.outputs, {wanted.model, wanted.log, wanted.set_points}, [&](Progress& progress) {
+        const Model model = read_model(wanted.model);
+        if (!(mass_kg(model.terms) > 0.0)) {
+          throw InputError(fmt::format("{}: the model has no mass; fit it with {}", printable(wanted.model),
+                                       effect_with_role(Role::inertia).id()));
+        }
+        return wanted.log.empty() ? simulate_set_points(wanted, model, progress)
+                                  : simulate_log(wanted, model, progress);
+      });
 }
 
 }  // namespace

@@ -9,7 +9,8 @@
 
 namespace slipstack::workbench {
 
-/// Removes files at the end of its life, and when a signal ends the program during it. One at a time.
+/// Removes files when it is destroyed, and when a signal ends the program before that. Only one may exist at
+/// a time.
 class Cleanup {
  public:
   static constexpr std::size_t kMostFiles = 64;
@@ -26,7 +27,7 @@ class Cleanup {
   std::array<struct sigaction, kSignals.size()> before_{};
 };
 
-/// Signals that would end the program wait while this lives.
+/// Defers all signals as long as it exists.
 class SignalsHeld {
  public:
   SignalsHeld();

@@ -31,7 +31,8 @@ constexpr const char* kStandardOutput = "-";
                            std::generic_category().message(error)));
 }
 
-/// The place with symbolic links followed, those to nothing too: a link is written through, not replaced.
+/// The place with symbolic links followed, also those whose target does not exist yet: the target of a link
+/// is written, the link itself is not replaced.
 fs::path followed(const std::string& name) {
   std::error_code error;
   fs::path place = fs::absolute(name, error);
@@ -67,7 +68,8 @@ int write_all(int descriptor, std::string_view content) {
   return 0;
 }
 
-/// A name that no other process, in a container or not, chooses at the same moment.
+/// A name that no other process chooses at the same moment. Process ids alone are not unique: containers that
+/// share a folder may use the same ones.
 fs::path temporary_beside(const fs::path& place) {
   const auto now = std::chrono::system_clock::now().time_since_epoch().count();
   return place.parent_path() / fmt::format(".slipstack.{}.{:x}.part", ::getpid(), now);
@@ -77,7 +79,7 @@ int create(const fs::path& path) {
   return ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
 }
 
-/// Finds out whether a file can be put at `place`, by putting one beside it for a moment.
+/// Tests whether a file can be created at `place` by creating one beside it and removing it again.
 void probe(const std::string& name, const fs::path& place, const fs::path& temporary) {
   if (::access(place.c_str(), W_OK) != 0 && errno != ENOENT) refuse_errno(name, errno);
   const Cleanup cleanup({temporary.string()});
@@ -88,7 +90,7 @@ void probe(const std::string& name, const fs::path& place, const fs::path& tempo
 
 }  // namespace
 
-void Outputs::spare(const std::string& path) {
+void Outputs::protect_input(const std::string& path) {
   inputs_.push_back(path);
 }
 

@@ -10,21 +10,21 @@
 namespace slipstack::workbench {
 
 /// What a command writes: its files and its text, all of it or nothing. Whether a place can be written is
-/// found out before the work starts; files take their names when everything is done, each at once, so that
-/// nobody ever reads half of one. A signal that ends the program leaves nothing behind either.
+/// tested before the work starts. The content goes to temporary files that are renamed when everything is
+/// done, so that no reader ever sees half of a file; a signal that ends the program leaves no file behind.
 ///
-/// A place may be `-`, standard output, which then holds the file instead of the text. Pipes and character
-/// devices are written to as they are.
+/// A place may be `-`, standard output, which then receives the file instead of the text. Pipes and character
+/// devices are opened and written directly.
 class Outputs {
  public:
-  /// A file that the command reads: no output may take its place.
-  void spare(const std::string& path);
-  /// Claims `path` (empty: none). Throws UsageError when it cannot be written, is claimed already, or is an
-  /// input.
+  /// Declares a file that the command reads: claim() refuses it as an output.
+  void protect_input(const std::string& path);
+  /// Declares `path` (empty: none) as an output. Throws UsageError when it cannot be written, was claimed
+  /// before, or is an input.
   void claim(const std::string& path);
   /// Content of a claimed path; nothing happens for an empty one.
   void set(const std::string& path, std::string content);
-  /// Writes everything. Throws UsageError when that fails (a full disk): then no file has changed.
+  /// Writes everything. Throws UsageError when that fails (a full disk); no file has changed then.
   void commit(const std::string& text);
 
  private:

@@ -12,25 +12,26 @@ namespace slipstack::workbench {
 namespace {
 
 using namespace std::chrono_literals;
-constexpr auto kPatience = 500ms;
+constexpr auto kDelay = 500ms;  // shorter commands show nothing; chosen
 constexpr auto kRedraw = 100ms;
 
-/// Whether somebody watches standard error. mpirun hands it on by a pipe: then where its own goes counts.
-bool is_watched() {
+/// Whether standard error goes to a terminal. Under mpirun it is a pipe to mpirun: then mpirun's own standard
+/// error is examined.
+bool goes_to_terminal() {
   if (isatty(STDERR_FILENO) == 1) return true;
   if (std::getenv("OMPI_COMM_WORLD_RANK") == nullptr) return false;
   const int descriptor =
       ::open(fmt::format("/proc/{}/fd/2", ::getppid()).c_str(), O_WRONLY | O_NOCTTY | O_CLOEXEC);
   if (descriptor < 0) return false;
-  const bool watched = isatty(descriptor) == 1;
+  const bool terminal = isatty(descriptor) == 1;
   ::close(descriptor);
-  return watched;
+  return terminal;
 }
 
 }  // namespace
 
 Progress::Progress() {
-  if (is_watched()) painter_ = std::thread([this] { run(); });
+  if (goes_to_terminal()) painter_ = std::thread([this] { run(); });
 }
 
 Progress::~Progress() {
@@ -57,7 +58,7 @@ void Progress::finish() {
 
 void Progress::run() {
   std::unique_lock lock(lock_);
-  if (wake_.wait_for(lock, kPatience, [this] { return done_; })) return;
+  if (wake_.wait_for(lock, kDelay, [this] { return done_; })) return;
   do {
     draw();
   } while (!wake_.wait_for(lock, kRedraw, [this] { return done_; }));

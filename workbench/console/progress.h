@@ -9,8 +9,8 @@
 
 namespace slipstack::workbench {
 
-/// One line on a terminal's standard error that says what is going on and for how long, from the first half
-/// second of work; silent when nobody watches.
+/// One line on the terminal (standard error) that shows the stage of the work and the elapsed time, after the
+/// first half second. Shows nothing where standard error is not a terminal.
 class Progress {
  public:
   Progress();
@@ -18,10 +18,11 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// What is being done; `fraction` of it that is done, negative where nobody can say. From any thread.
+  /// Sets the stage of the work and the `fraction` of it that is done, negative where it is not known. May be
+  /// called from any thread.
   void show(const std::string& stage, double fraction = -1.0);
 
-  /// Removes the line, for good: before anything else is printed.
+  /// Removes the line for good; to be called before anything else is printed.
   void finish();
 
  private:
@@ -36,7 +37,7 @@ class Progress {
   bool shown_ = false;
   std::string stage_;
   double fraction_ = -1.0;
-  std::thread painter_;  ///< only when somebody watches
+  std::thread painter_;  ///< runs only where standard error is a terminal
 };
 
 }  // namespace slipstack::workbench

@@ -9,7 +9,7 @@
 namespace slipstack::workbench {
 namespace {
 
-/// Below this, broken lines read no better than what the terminal makes of long ones.
+/// Terminals narrower than this many columns break the lines themselves; chosen.
 constexpr std::size_t kNarrowest = 40;
 
 std::size_t length_of(std::string_view text) {
@@ -17,8 +17,8 @@ std::size_t length_of(std::string_view text) {
       std::ranges::count_if(text, [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
 }
 
-/// Behind the last gap of two spaces or more that leaves a third of the width: where the text of the line
-/// begins.
+/// Column at which continuation lines start: behind the last gap of two spaces or more in the first two
+/// thirds of the width, where the text of the line begins.
 std::size_t indent_of(std::string_view line, std::size_t width) {
   std::size_t indent = 0;
   for (std::size_t at = line.find("  "); at != std::string_view::npos; at = line.find("  ", at)) {

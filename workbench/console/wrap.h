@@ -7,11 +7,13 @@
 
 namespace slipstack::workbench {
 
-/// Lines longer than `width` characters (UTF-8) broken between words, what follows under the column that the
-/// line began its text in ("noise      ..."). Lines that begin with two spaces are commands to copy and stay.
+/// Breaks lines longer than `width` characters (UTF-8) between words. Continuation lines are indented to the
+/// column at which the text of the line begins ("noise      ..."). Lines that begin with two spaces are
+/// commands to be copied and are not broken.
 std::string wrapped(std::string_view text, std::size_t width);
 
-/// Columns of the terminal that standard output is; 0 where it is none (then nothing is wrapped).
+/// Width of the terminal that standard output is connected to, in columns; 0 where it is not a terminal (then
+/// nothing is wrapped).
 std::size_t terminal_width();
 
 }  // namespace slipstack::workbench

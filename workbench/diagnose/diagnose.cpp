@@ -70,7 +70,7 @@ EffectSearch::EffectSearch(const Measurement& measurement, const DiagnoseOptions
 void EffectSearch::drop_what_whole_logs_do_not_support() {
   drop_insignificant_steps(measurement_, diagnosis_);
   std::vector<std::string> added;
-  for (std::size_t i = 1; i < diagnosis_.steps.size(); ++i) added.push_back(diagnosis_.steps[i].added);
+  for (std::size_t i = 1; i < diagnosis_.steps.size(); ++i) added.push_back(diagnosis_.steps[i].effect);
   rank_candidates(diagnosis_, added);
 }
 

@@ -27,7 +27,7 @@ struct Candidate {
 };
 
 struct Step {
-  std::string added;  ///< "baseline" first
+  std::string effect;  ///< id of the effect that the step adds; "baseline" first
   double holdout_rmse_N = 0.0;
   std::string evidence;  ///< the physical reading of what was added, in the company of the others
   Terms terms;           ///< the model so far
@@ -54,7 +54,8 @@ struct Diagnosis {
 
 struct DiagnoseOptions {
   std::vector<std::string> baseline;
-  std::vector<const EffectDescription*> own = {};  ///< the user's own effects, tried beside the catalogue's
+  std::vector<const EffectDescription*> user_effects =
+      {};       ///< user-defined effects, tried beside the catalogue's
   Terms start;  ///< the baseline as a model file has it; its shapes are kept; empty: searched
   std::function<void(const std::string& stage, double fraction)> progress;  ///< may be empty
   /// Effects to try, all of the catalogue where empty. The answer does not depend on their order.

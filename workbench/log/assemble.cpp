@@ -17,9 +17,9 @@
 namespace slipstack::workbench {
 namespace {
 
-constexpr double kMoreThanOneStep = 1.5;
-constexpr double kOnGrid = 0.05;  // of an encoder step: rounding of what was written
-constexpr double kMostOnGrid = 0.99;
+constexpr double kMoreThanOneStep = 1.5;  // in encoder steps: half-way between one step and two
+constexpr double kOnGrid = 0.05;          // of an encoder step: rounding of the written decimals; chosen
+constexpr double kMostOnGrid = 0.99;      // share of the readings that must lie on the grid; chosen
 
 double largest_magnitude(const std::vector<double>& values) {
   double largest = 0.0;
@@ -34,22 +34,24 @@ double storage_error(const RawTable::Column& column, double largest) {
 
 class Assembler {
  public:
-  enum class Of { whole, unknown, known };
-  explicit Assembler(RawTable table, Of of = Of::whole, const Log* head = nullptr)
+  /// What the table holds: all rows of a log, or a chunk of them whose sampling is to be found or is known.
+  enum class Rows { all, unknown_sampling, known_sampling };
+  explicit Assembler(RawTable table, Rows rows = Rows::all, const Log* head = nullptr)
       : table_(std::move(table)),
         header_(read_header_values(table_)),
         plan_(plan_columns(table_, header_)),
-        of_(of),
+        rows_(rows),
         head_(head) {}
 
   Log assemble() {
-    if (of_ == Of::whole) require_enough_samples(table_.columns.front().values.size(), "");
+    if (rows_ == Rows::all) require_enough_samples(table_.columns.front().values.size(), "");
     for (const auto& [key, entry] : table_.header) log_.header.emplace(key, entry.value);
     log_.notes = std::move(table_.notes);
     log_.mass_kg = header_.mass_kg;
     log_.motor_constant_N_per_A = header_.motor_constant_N_per_A;
     log_.magnet_pitch_m = header_.magnet_pitch_m;
-    log_.encoder_resolution_m = of_ == Of::known ? head_->encoder_resolution_m : header_.encoder_resolution_m;
+    log_.encoder_resolution_m =
+        rows_ == Rows::known_sampling ? head_->encoder_resolution_m : header_.encoder_resolution_m;
     take_time();
     take_position();
     take_force();
@@ -71,7 +73,7 @@ class Assembler {
                                  when, Log::kMinimumSamples));
   }
 
-  // Moves a column out in SI units; empty when the table lacks it.
+  // Moves a column out of the table, in SI units; empty when the table has no such column.
   std::vector<double> take(Quantity quantity) {
     const auto& source = plan_[quantity];
     if (!source) return {};
@@ -82,7 +84,7 @@ class Assembler {
     return values;
   }
 
-  // Irregular samples brought to the uniform grid; uniform ones as they are.
+  // Irregular samples are interpolated on the uniform grid; uniform ones are returned unchanged.
   std::vector<double> on_grid(std::vector<double> values) const {
     if (!header_.irregular_sampling || values.empty()) return values;
     return resampled(time_s_, values, grid_);
@@ -90,7 +92,7 @@ class Assembler {
 
   void take_time() {
     time_s_ = take(Quantity::kTime);
-    if (of_ == Of::known) {
+    if (rows_ == Rows::known_sampling) {
       log_.sample_rate_Hz = head_->sample_rate_Hz;
       log_.start_time_s = time_s_.front();
       return;
@@ -107,22 +109,23 @@ class Assembler {
     }
     if (!std::isnormal(sampling.rate_Hz)) {
       throw InputError(where_column(Quantity::kTime) +
-                       ": the sample rate is beyond all numbers; write seconds");
+                       ": the sample rate is beyond the range of a number; write seconds");
     }
     log_.sample_rate_Hz = sampling.rate_Hz;
     log_.start_time_s = sampling.start_s;
   }
 
-  // The grid that irregular samples are brought to.
+  // The uniform grid for irregular samples.
   Sampling take_grid(const WhereRow& where) {
-    if (const auto even = taken_evenly(time_s_, table_.columns[plan_[Quantity::kPosition]->column].values)) {
+    if (const auto even =
+            evenly_sampled(time_s_, table_.columns[plan_[Quantity::kPosition]->column].values)) {
       grid_ = {even->sampling, even->places.back() + 1};
       for (std::size_t i = 0; i < time_s_.size(); ++i) {
         time_s_[i] = grid_.sampling.start_s + static_cast<double>(even->places[i]) / grid_.sampling.rate_Hz;
       }
       log_.notes.push_back(fmt::format(
-          "irregular sampling: the time stamps are up to {:.2g} s off an even {:.6g} Hz, but the positions "
-          "say that the samples were taken evenly, and so they are read",
+          "irregular sampling: the time stamps deviate by up to {:.2g} s from a uniform {:.6g} Hz, but the "
+          "positions show that the samples were taken evenly; they are read as uniform",
           even->jitter_s, grid_.sampling.rate_Hz));
       if (const std::size_t missing = grid_.count - time_s_.size(); missing > 0) {
         log_.notes.push_back(fmt::format("{} missing samples interpolated", missing));
@@ -136,7 +139,8 @@ class Assembler {
     return grid_.sampling;
   }
 
-  // Irregular positions brought to the uniform grid, and back to the encoder's, where they came from one.
+  // Irregular positions interpolated on the uniform time grid; they are rounded to the encoder's grid where
+  // the readings lie on one.
   std::vector<double> position_on_grid(const std::vector<double>& reading_m) const {
     std::vector<double> position_m = resampled_smoothly(time_s_, reading_m, grid_);
     const double step_m = log_.encoder_resolution_m.value_or(0.0);
@@ -159,10 +163,11 @@ class Assembler {
       for (double& value : log_.position_m) value *= *log_.encoder_resolution_m;
       require_finite(log_.position_m, Quantity::kPosition);
     }
-    // Interpolated positions lie on no grid: the encoder's step shows only before.
-    if (!log_.encoder_resolution_m && of_ != Of::known) estimate_resolution(table_.columns[source.column]);
+    // Interpolated positions lie on no grid, so the encoder's step is estimated before the interpolation.
+    if (!log_.encoder_resolution_m && rows_ != Rows::known_sampling)
+      estimate_resolution(table_.columns[source.column]);
     if (header_.irregular_sampling) log_.position_m = position_on_grid(log_.position_m);
-    if (of_ != Of::whole) return;
+    if (rows_ != Rows::all) return;
     const auto [lowest, highest] = std::minmax_element(log_.position_m.begin(), log_.position_m.end());
     require_motion(where_column(Quantity::kPosition), *lowest, *highest, log_.encoder_resolution_m);
   }
@@ -189,7 +194,7 @@ class Assembler {
       log_.notes.emplace_back("column current_A ignored, the force is measured");
     }
     log_.force_N = on_grid(std::move(log_.force_N));
-    if (of_ != Of::whole) return;
+    if (rows_ != Rows::all) return;
     const auto [lowest, highest] = std::minmax_element(log_.force_N.begin(), log_.force_N.end());
     require_force(where_column(quantity), *lowest, *highest);
   }
@@ -205,7 +210,7 @@ class Assembler {
   RawTable table_;
   HeaderValues header_;
   ColumnPlan plan_;
-  Of of_;
+  Rows rows_;
   const Log* head_;
   Log log_;
   std::vector<double> time_s_;
@@ -222,7 +227,7 @@ void require_motion(const std::string& where, double lowest_m, double highest_m,
   }
   const double travel_m = highest_m - lowest_m;
   if (!std::isfinite(travel_m)) {
-    throw InputError(where + ": the travel is beyond all numbers; check the unit");
+    throw InputError(where + ": the travel is beyond the range of a number; check the unit");
   }
   if (resolution_m && travel_m < kMoreThanOneStep * *resolution_m) {
     throw InputError(fmt::format(
@@ -239,7 +244,7 @@ void require_force(const std::string& where, double lowest_N, double highest_N) 
                     where, lowest_N));
   }
   if (!std::isfinite(highest_N - lowest_N)) {
-    throw InputError(where + ": the force is beyond all numbers; check the unit");
+    throw InputError(where + ": the force is beyond the range of a number; check the unit");
   }
 }
 
@@ -248,8 +253,9 @@ Log assemble_log(RawTable table) {
 }
 
 Log assemble_chunk(RawTable table, const Log* head) {
-  using Of = Assembler::Of;
-  return Assembler(std::move(table), head == nullptr ? Of::unknown : Of::known, head).assemble();
+  using Rows = Assembler::Rows;
+  const Rows rows = head == nullptr ? Rows::unknown_sampling : Rows::known_sampling;
+  return Assembler(std::move(table), rows, head).assemble();
 }
 
 }  // namespace slipstack::workbench

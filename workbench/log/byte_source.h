@@ -8,11 +8,11 @@
 
 namespace slipstack::workbench {
 
-// Bytes in order, from a file or from memory.
+// A sequence of bytes from a file or from memory.
 class ByteSource {
  public:
   virtual ~ByteSource() = default;
-  // Fills at most `capacity` bytes and returns how many; 0 only at the end. Throws InputError on a read
+  // Reads at most `capacity` bytes and returns their number; 0 only at the end. Throws InputError on a read
   // error.
   virtual std::size_t read(char* buffer, std::size_t capacity) = 0;
 };

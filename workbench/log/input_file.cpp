@@ -22,7 +22,7 @@ std::string reason(int error) {
 
 InputFile::InputFile(std::string name, const std::filesystem::path& path) : name_(std::move(name)) {
   struct stat status {};
-  // Asked before opening: to open some devices is to act on them.
+  // Examined before opening, because opening some devices already has effects.
   if (::stat(path.c_str(), &status) != 0) {
     throw InputError(name_ + ": cannot be opened: " + reason(errno) + "; check the path");
   }

@@ -12,14 +12,15 @@ namespace slipstack::workbench {
 // An open regular file. Anything else is refused: a pipe or a device might never end.
 class InputFile {
  public:
-  // `name` is how error messages show it. Throws InputError.
+  // `name` stands for the file in error messages. Throws InputError.
   InputFile(std::string name, const std::filesystem::path& path);
   ~InputFile();
   InputFile(const InputFile&) = delete;
   InputFile& operator=(const InputFile&) = delete;
 
   std::size_t size() const { return size_; }
-  // Fills at most `capacity` bytes from `offset` on and returns how many; 0 only at the end. From any thread.
+  // Reads at most `capacity` bytes from `offset` on and returns their number; 0 only at the end. May be
+  // called from any thread.
   std::size_t read_at(std::size_t offset, char* buffer, std::size_t capacity) const;
 
  private:
@@ -28,7 +29,7 @@ class InputFile {
   std::size_t size_ = 0;
 };
 
-// The bytes of a file from some offset on.
+// The bytes of a file from an offset to its end.
 class FileSource final : public ByteSource {
  public:
   FileSource(const InputFile& file, std::size_t offset) : file_(file), offset_(offset) {}

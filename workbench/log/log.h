@@ -32,17 +32,17 @@ struct Log {
   std::vector<double> normal_force_N;
   std::vector<double> temperature_C;
 
-  std::optional<double> mass_kg;  // zero says that inertia does not count
+  std::optional<double> mass_kg;  // zero: inertia is neglected
   std::optional<double> motor_constant_N_per_A;
   std::optional<double> magnet_pitch_m;
   // From the header; otherwise estimated from the positions (a note says so); empty when they lie on no grid.
   std::optional<double> encoder_resolution_m;
 
   std::map<std::string, std::string> header;  // every `# key: value` line, valid UTF-8
-  std::vector<std::string> notes;             // what the reader assumed or left out, one sentence each
+  std::vector<std::string> notes;             // what the reader assumed or ignored, one sentence each
 };
 
-// What a log holds for each sample.
+// The columns with one value for each sample.
 inline constexpr std::array kSampleColumns{&Log::position_m,           &Log::force_N,
                                            &Log::reference_position_m, &Log::velocity_mps,
                                            &Log::normal_force_N,       &Log::temperature_C};
@@ -54,10 +54,10 @@ inline constexpr std::array kSampleColumns{&Log::position_m,           &Log::for
 // Columns: time_s; position_m, _mm, _um or _counts (counts need `# encoder_resolution_m`); force_N, _mN, _uN
 // or current_A (needs `# motor_constant_N_per_A`); optionally reference_position_m, velocity_mps,
 // normal_force_N, temperature_C. Time stamps must be uniform to 1 % of a step plus their own rounding; with
-// `# sampling: irregular` the log is resampled on the median step instead, or read as evenly sampled where
-// its motion says that only the stamps are uneven (sampling.h).
+// `# sampling: irregular` the log is resampled on the median step instead, or read as uniform where its
+// motion shows that only the stamps are uneven (sampling.h).
 //
-// Cost: one pass over the file in 1 MiB pieces, about 0.15 s and 8 bytes per number for 10⁶ rows.
+// Cost: one pass over the file in blocks of 1 MiB, about 0.15 s and 8 bytes per number for 10⁶ rows.
 // Throws InputError for everything that makes the file unusable.
 Log read_log(const std::filesystem::path& path);
 

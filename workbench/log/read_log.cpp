@@ -32,7 +32,7 @@ Log read_log(const std::filesystem::path& path) {
     log.path = path.string();
     return log;
   } catch (const std::bad_alloc&) {
-    throw InputError(name + ": the log does not fit into memory; cut it into pieces or decimate it");
+    throw InputError(name + ": the log does not fit into memory; split it into shorter logs or decimate it");
   }
 }
 

@@ -156,8 +156,8 @@ nlohmann::json json_of(const LoopRequest& request, const PlantLink& link, const 
 void run_loop(const LoopRequest& request) {
   check(request);
   Outputs outputs;
-  if (!request.model.empty()) outputs.spare(request.model);
-  if (!request.image.empty()) outputs.spare(request.image);
+  if (!request.model.empty()) outputs.protect_input(request.model);
+  if (!request.image.empty()) outputs.protect_input(request.image);
   outputs.claim(request.out);
   outputs.claim(request.json);
   const auto seed = static_cast<std::uint64_t>(request.seed);

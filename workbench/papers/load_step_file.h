@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "sim_host/experiments/load_steps.h"
+#include "sim_host/experiments/calibration.h"
 
 namespace slipstack::workbench {
 

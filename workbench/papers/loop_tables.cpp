@@ -10,7 +10,6 @@
 
 #include "workbench/log/log.h"
 #include "workbench/papers/experiment.h"
-#include "workbench/papers/options.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -18,26 +17,26 @@ namespace {
 double largest_amplitude(const std::vector<LoopSeries>& series) {
   double largest = 0.0;
   for (const LoopSeries& one : series) {
-    for (const sim::AveragedLoop& loop : one.loops) largest = std::max(largest, loop.figures.amplitude_m);
+    for (const AveragedLoop& loop : one.loops) largest = std::max(largest, loop.figures.amplitude_m);
   }
   return largest;
 }
 
 }  // namespace
 
-std::vector<sim::AveragedLoop> loops_of_log(const std::string& path) {
+std::vector<AveragedLoop> loops_of_log(const std::string& path) {
   const Log log = read_log(path);
-  std::vector<sim::AveragedLoop> loops;
-  said_of(path, [&] { loops = sim::averaged_loops(log.position_m, log.force_N); });
+  std::vector<AveragedLoop> loops;
+  prefix_errors(path, [&] { loops = averaged_loops(log.position_m, log.force_N); });
   return loops;
 }
 
-ExperimentTable figures_table(const std::vector<LoopSeries>& series, const sim::RationalCurve& curve) {
-  const LengthUnit unit = length_unit(largest_amplitude(series));
+ExperimentTable figures_table(const std::vector<LoopSeries>& series, const RationalCurve& curve) {
+  const DisplayUnit unit = length_unit(largest_amplitude(series));
   ExperimentTable table{"loops",
                         "Loops, and the closed forms of the fitted curve ([2], eqs. 15 to 17)",
                         {{"series", "loops", "", 1.0, 4},
-                         {"amplitude_m", "A", unit.label, unit.per_m, 4},
+                         {"amplitude_m", "A", unit.label, unit.per_si, 4},
                          {"force_N", "F", "N", 1.0, 4},
                          {"averaged", "mean of", "", 1.0, 0},
                          {"stiffness_N_per_m", "k_e", "N/µm", 1e-6, 4},
@@ -50,10 +49,10 @@ ExperimentTable figures_table(const std::vector<LoopSeries>& series, const sim::
                          {"closed_damping_ratio", "closed", "%", 100.0, 3}},
                         {}};
   for (const LoopSeries& one : series) {
-    for (const sim::AveragedLoop& loop : one.loops) {
-      const sim::LoopFigures& is = loop.figures;
+    for (const AveragedLoop& loop : one.loops) {
+      const LoopFigures& is = loop.figures;
       // The curve is that of the first series; another preload scales stiffness and damping, not their ratio.
-      const sim::LoopFigures closed = curve.closed_form(is.amplitude_m);
+      const LoopFigures closed = curve.closed_form(is.amplitude_m);
       const bool same = &one == &series.front();
       const double none = std::numeric_limits<double>::quiet_NaN();
       table.rows.push_back({one.name, is.amplitude_m, is.force_N, static_cast<double>(loop.count),
@@ -67,15 +66,15 @@ ExperimentTable figures_table(const std::vector<LoopSeries>& series, const sim::
 }
 
 ExperimentChart loops_chart(const std::string& title, const std::vector<LoopSeries>& series) {
-  const LengthUnit unit = length_unit(largest_amplitude(series));
+  const DisplayUnit unit = length_unit(largest_amplitude(series));
   ExperimentChart chart{
-      title, {"Position", unit.label, unit.per_m, false}, {"Force", "N", 1.0, false}, {}, {}, true};
+      title, {"Position", unit.label, unit.per_si, false}, {"Force", "N", 1.0, false}, {}, {}, true};
   for (std::size_t i = 0; i < series.size(); ++i) {
     const LoopSeries& one = series[i];
-    for (const sim::AveragedLoop& loop : one.loops) {
+    for (const AveragedLoop& loop : one.loops) {
       ChartCurve curve{one.name, loop.loop.force_N, {}, palette_role(i), false};
       if (series.size() == 1) {
-        curve.name += fmt::format(", {:.3g} {}", loop.figures.amplitude_m * unit.per_m, unit.label);
+        curve.name += fmt::format(", {:.3g} {}", loop.figures.amplitude_m * unit.per_si, unit.label);
         curve.role.clear();
       }
       for (const double x : loop.loop.position_m) curve.x.push_back(x - loop.position_m);
@@ -87,10 +86,10 @@ ExperimentChart loops_chart(const std::string& title, const std::vector<LoopSeri
   return chart;
 }
 
-ExperimentChart damping_chart(const std::vector<LoopSeries>& series, const sim::RationalCurve& curve) {
-  const LengthUnit unit = length_unit(largest_amplitude(series));
+ExperimentChart damping_chart(const std::vector<LoopSeries>& series, const RationalCurve& curve) {
+  const DisplayUnit unit = length_unit(largest_amplitude(series));
   ExperimentChart chart{"Damping ratio at resonance",
-                        {"Amplitude", unit.label, unit.per_m, true},
+                        {"Amplitude", unit.label, unit.per_si, true},
                         {"ζ_r", "%", 100.0, false},
                         {},
                         {},
@@ -98,13 +97,13 @@ ExperimentChart damping_chart(const std::vector<LoopSeries>& series, const sim::
   // One x for all: every series is drawn where it has loops, straight between them.
   std::set<double> places;
   for (const LoopSeries& one : series) {
-    for (const sim::AveragedLoop& loop : one.loops) places.insert(loop.figures.amplitude_m);
+    for (const AveragedLoop& loop : one.loops) places.insert(loop.figures.amplitude_m);
   }
   chart.x.assign(places.begin(), places.end());
   for (const LoopSeries& one : series) {
     ChartCurve line{one.name, {}, {}, "", false};
     std::vector<std::pair<double, double>> points;
-    for (const sim::AveragedLoop& loop : one.loops) {
+    for (const AveragedLoop& loop : one.loops) {
       points.emplace_back(loop.figures.amplitude_m, loop.figures.damping_ratio);
     }
     std::sort(points.begin(), points.end());

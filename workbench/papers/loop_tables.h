@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "sim_host/experiments/loop_log.h"
-#include "sim_host/experiments/virgin_fit.h"
+#include "workbench/papers/analysis/loop_log.h"
+#include "workbench/papers/analysis/virgin_fit.h"
 #include "workbench/papers/result.h"
 
 namespace slipstack::workbench {
@@ -15,19 +15,19 @@ namespace slipstack::workbench {
 /// Loops of a log, or of a simulation.
 struct LoopSeries {
   std::string name;
-  std::vector<sim::AveragedLoop> loops;
+  std::vector<AveragedLoop> loops;
 };
 
 /// A record read as loops: any log that read_log() takes, ten loops averaged. Throws InputError.
-std::vector<sim::AveragedLoop> loops_of_log(const std::string& path);
+std::vector<AveragedLoop> loops_of_log(const std::string& path);
 
 /// kₑ, cₑω, ζᵣ of every loop, with the closed forms of the rational curve beside them.
-ExperimentTable figures_table(const std::vector<LoopSeries>& series, const sim::RationalCurve& curve);
+ExperimentTable figures_table(const std::vector<LoopSeries>& series, const RationalCurve& curve);
 
 /// Loops as they are, force over position.
 ExperimentChart loops_chart(const std::string& title, const std::vector<LoopSeries>& series);
 
 /// ζᵣ over amplitude of every series, and of the closed form.
-ExperimentChart damping_chart(const std::vector<LoopSeries>& series, const sim::RationalCurve& curve);
+ExperimentChart damping_chart(const std::vector<LoopSeries>& series, const RationalCurve& curve);
 
 }  // namespace slipstack::workbench

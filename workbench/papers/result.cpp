@@ -5,9 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "workbench/base/text.h"
-#include "workbench/report/format.h"
+#include "workbench/report/page/format.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -72,7 +73,26 @@ json number(double value) {
   return std::isfinite(value) ? json(value) : json();
 }
 
-json scaled(const std::vector<double>& values, double per_si) {
+json summary_json(const std::vector<SummaryEntry>& summary) {
+  json out = json::object();
+  for (const SummaryEntry& entry : summary) {
+    out[entry.key] = std::visit(
+        [](const auto& value) {
+          using Value = std::decay_t<decltype(value)>;
+          if constexpr (std::is_same_v<Value, double>) {
+            return number(value);
+          } else if constexpr (std::is_same_v<Value, std::vector<SummaryEntry>>) {
+            return summary_json(value);
+          } else {
+            return json(value);
+          }
+        },
+        entry.value);
+  }
+  return out;
+}
+
+json scaled_json(const std::vector<double>& values, double per_si) {
   json out = json::array();
   for (const double value : values) out.push_back(number(value * per_si));
   return out;
@@ -88,12 +108,12 @@ json chart_json(const ExperimentChart& chart) {
     json one{{"name", curve.name},
              {"role", curve.role.empty() ? palette_role(next++) : curve.role},
              {"dashed", curve.dashed},
-             {"y", scaled(curve.y, chart.y_axis.per_si)}};
-    if (!curve.x.empty()) one["x"] = scaled(curve.x, chart.x_axis.per_si);
+             {"y", scaled_json(curve.y, chart.y_axis.per_si)}};
+    if (!curve.x.empty()) one["x"] = scaled_json(curve.x, chart.x_axis.per_si);
     curves.push_back(std::move(one));
   }
   return {{"title", chart.title},         {"x_axis", axis(chart.x_axis)},
-          {"y_axis", axis(chart.y_axis)}, {"x", scaled(chart.x, chart.x_axis.per_si)},
+          {"y_axis", axis(chart.y_axis)}, {"x", scaled_json(chart.x, chart.x_axis.per_si)},
           {"orbit", chart.orbit},         {"curves", std::move(curves)}};
 }
 
@@ -133,6 +153,14 @@ json table_json(const ExperimentTable& table) {
 
 }  // namespace
 
+DisplayUnit length_unit(double magnitude_m) {
+  const double size = std::fabs(magnitude_m);
+  if (size >= 0.1) return {1.0, "m"};
+  if (size >= 1e-3) return {1e3, "mm"};
+  if (size >= 1e-7) return {1e6, "µm"};
+  return {1e9, "nm"};
+}
+
 std::string palette_role(std::size_t index) {
   return fmt::format("curve{}", index % 8 + 1);
 }
@@ -150,7 +178,7 @@ json result_json(const ExperimentResult& result) {
   json out{{"experiment", result.experiment},
            {"setup", printable(result.setup)},
            {"headline", result.headline},
-           {"summary", result.summary}};
+           {"summary", summary_json(result.summary)}};
   for (const ExperimentTable& table : result.tables) {
     json rows = json::array();
     for (const auto& row : table.rows) {

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <cstddef>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <variant>
 #include <vector>
+
+#include "workbench/report/format.h"
 
 namespace slipstack::workbench {
 
@@ -62,19 +65,30 @@ struct ExperimentChart {
   bool orbit = false;
 };
 
-/// What an experiment hands out.
+/// A figure of an experiment for machines, in SI units: a number (not finite: null in JSON), a count, a text,
+/// a list of texts, or figures under one name.
+struct SummaryEntry {
+  std::string key;
+  std::variant<double, std::size_t, std::string, std::vector<std::string>, std::vector<SummaryEntry>> value;
+};
+
+/// The result of an experiment, from which text, JSON and report are made.
 struct ExperimentResult {
-  std::string experiment;                             ///< "stepped-sine"
-  std::string setup;                                  ///< title of the set-up or the data
-  std::string headline;                               ///< the finding, one sentence
-  std::string detail;                                 ///< what it means, may be empty
-  nlohmann::json summary = nlohmann::json::object();  ///< figures for machines, SI
+  std::string experiment;  ///< "stepped-sine"
+  std::string setup;       ///< title of the set-up or the data
+  std::string headline;    ///< the finding in one sentence
+  std::string detail;      ///< its meaning; may be empty
+  std::vector<SummaryEntry> summary;
   std::vector<ExperimentTable> tables;
   std::vector<ExperimentChart> charts;
   std::vector<std::string> notes;
   std::string command = "";  ///< where it is not "experiment <experiment>"
-  std::string file = "";     ///< what --out holds
+  std::string file = "";     ///< content of the file that --out names
 };
+
+/// The unit of a column or an axis of lengths as large as `magnitude_m`. Unlike those of a machine, the
+/// lengths of pre-rolling are read in µm down to a tenth, as [2] prints them.
+DisplayUnit length_unit(double magnitude_m);
 
 /// Headline and aligned tables for a terminal.
 std::string result_text(const ExperimentResult& result);
@@ -83,7 +97,7 @@ std::string result_text(const ExperimentResult& result);
 /// not finite is null.
 nlohmann::json result_json(const ExperimentResult& result);
 
-/// What render_report() (workbench/report/html.h) shows of it.
+/// The page that render_report() (workbench/report/html.h) makes of it.
 nlohmann::json result_report(const ExperimentResult& result, const std::string& command_line);
 
 }  // namespace slipstack::workbench

@@ -3,33 +3,23 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 
-#include "sim_host/experiments/characterize.h"
 #include "workbench/base/text.h"
-#include "workbench/papers/experiment.h"
+#include "workbench/papers/analysis/characterize.h"
+#include "workbench/papers/experiments.h"
 #include "workbench/papers/loop_tables.h"
-#include "workbench/papers/options.h"
 
 namespace slipstack::workbench {
 namespace {
 
 /// [2], 4.4.2: typical values for design.
-const std::vector<sim::DampingPoint> kTypical{{1e-6, 0.021}, {2e-6, 0.03}, {10e-6, 0.06}};
+const std::vector<DampingPoint> kTypical{{1e-6, 0.021}, {2e-6, 0.03}, {10e-6, 0.06}};
 
-struct CharacterizeOptions {
-  std::string log;
-  SetupChoice setup;
-  std::vector<double> preloads{1.0, 2.0, 3.5, 5.5};
-  bool typical = false;
-  ExperimentOutputs outputs;
-};
-
-sim::RationalFit fit_of(const std::vector<sim::AveragedLoop>& averaged) {
-  std::vector<sim::Loop> loops;
+RationalFit fit_of(const std::vector<AveragedLoop>& averaged) {
+  std::vector<Loop> loops;
   loops.reserve(averaged.size());
-  for (const sim::AveragedLoop& loop : averaged) loops.push_back(loop.loop);
-  return sim::fit_rational(loops);
+  for (const AveragedLoop& loop : averaged) loops.push_back(loop.loop);
+  return fit_rational(loops);
 }
 
 /// Largest difference of ζᵣ between the series, over the mean, loop by loop.
@@ -50,16 +40,16 @@ double damping_spread(const std::vector<LoopSeries>& series) {
 
 /// Tables and charts of loops, and the curve that was fitted to the first series.
 ExperimentResult result_of(const std::vector<LoopSeries>& series, const std::string& title) {
-  const sim::RationalFit fit = fit_of(series.front().loops);
-  const LengthUnit unit = length_unit(fit.curve.length_m);
+  const RationalFit fit = fit_of(series.front().loops);
+  const DisplayUnit unit = length_unit(fit.curve.length_m);
   ExperimentResult result;
   result.experiment = "characterize";
   result.setup = title;
   const auto& loops = series.front().loops;
-  const auto [least, most] = std::minmax_element(loops.begin(), loops.end(),
-                                                 [](const sim::AveragedLoop& a, const sim::AveragedLoop& b) {
-                                                   return a.figures.amplitude_m < b.figures.amplitude_m;
-                                                 });
+  const auto [least, most] =
+      std::minmax_element(loops.begin(), loops.end(), [](const AveragedLoop& a, const AveragedLoop& b) {
+        return a.figures.amplitude_m < b.figures.amplitude_m;
+      });
   result.headline = fmt::format("Damping ratio at resonance: {:.2g} % at {:.3g} µm, {:.2g} % at {:.3g} µm.",
                                 100.0 * least->figures.damping_ratio, 1e6 * least->figures.amplitude_m,
                                 100.0 * most->figures.damping_ratio, 1e6 * most->figures.amplitude_m);
@@ -67,13 +57,14 @@ ExperimentResult result_of(const std::vector<LoopSeries>& series, const std::str
       "Virgin curve h0·(1 − (δ/(x+δ))²) by least squares: h0 = {:.4g} N, δ = {:.4g} {}, off by {:.2g} % of "
       "the "
       "force; k0 = {:.4g} N/µm.",
-      fit.curve.level_N, fit.curve.length_m * unit.per_m, unit.label, 100.0 * fit.relative_error,
+      fit.curve.level_N, fit.curve.length_m * unit.per_si, unit.label, 100.0 * fit.relative_error,
       1e-6 * fit.curve.initial_stiffness_N_per_m());
   result.summary = {{"level_N", fit.curve.level_N},
                     {"length_m", fit.curve.length_m},
                     {"relative_error", fit.relative_error},
                     {"initial_stiffness_N_per_m", fit.curve.initial_stiffness_N_per_m()}};
-  if (series.size() > 1) result.summary["damping_ratio_spread_over_preloads"] = damping_spread(series);
+  if (series.size() > 1)
+    result.summary.push_back({"damping_ratio_spread_over_preloads", damping_spread(series)});
   result.tables.push_back(figures_table(series, fit.curve));
   result.charts.push_back(loops_chart("Hysteresis loops", series));
   result.charts.push_back(damping_chart(series, fit.curve));
@@ -84,9 +75,9 @@ ExperimentResult result_of(const std::vector<LoopSeries>& series, const std::str
 }
 
 /// The law of [2] on the guideways that its authors tried: loops apart, and on one another when scaled.
-void add_collapse(ExperimentResult& result, const sim::VirginCurve& curve, const sim::LoopTest& test) {
-  const sim::BallContact reference;
-  const auto tried = sim::guideways_tried(curve, reference, test);
+void add_collapse(ExperimentResult& result, const sim::VirginCurve& curve, const LoopTest& test) {
+  const BallContact reference;
+  const auto tried = guideways_tried(curve, reference, test);
   ExperimentTable table{"scaling",
                         "Guideways as in [2]: one loop each before rolling, and scaled to 54 N, 90°, 6 mm",
                         {{"load_per_ball_N", "load", "N", 1.0, 3},
@@ -98,14 +89,14 @@ void add_collapse(ExperimentResult& result, const sim::VirginCurve& curve, const
                          {"scaled_force_N", "F scaled", "N", 1.0, 4},
                          {"damping_ratio", "ζ_r", "%", 100.0, 3}},
                         {}};
-  std::vector<sim::Loop> raw;
-  std::vector<sim::Loop> collapsed;
+  std::vector<Loop> raw;
+  std::vector<Loop> collapsed;
   std::vector<LoopSeries> drawn;
-  for (const sim::GuidewayLoop& one : tried) {
+  for (const GuidewayLoop& one : tried) {
     raw.push_back(one.loop.loop);
-    collapsed.push_back(sim::scaled(one.loop.loop, sim::scaling(one.contact, reference)));
-    const sim::LoopFigures then = sim::figures_of(collapsed.back());
-    const sim::BallContact& of = one.contact;
+    collapsed.push_back(scaled(one.loop.loop, scaling(one.contact, reference)));
+    const LoopFigures then = figures_of(collapsed.back());
+    const BallContact& of = one.contact;
     table.rows.push_back({of.load_per_ball_N, of.groove_angle_deg, of.ball_diameter_m,
                           one.loop.figures.amplitude_m, one.loop.figures.force_N, then.amplitude_m,
                           then.force_N, one.loop.figures.damping_ratio});
@@ -113,10 +104,10 @@ void add_collapse(ExperimentResult& result, const sim::VirginCurve& curve, const
                                          of.groove_angle_deg, 1e3 * of.ball_diameter_m);
     drawn.push_back({name, {{collapsed.back(), 0.0, one.loop.count, 0, then, 0.0}}});
   }
-  const double apart = sim::loop_spread(raw);
-  const double together = sim::loop_spread(collapsed);
-  result.summary["loop_spread"] = apart;
-  result.summary["loop_spread_scaled"] = together;
+  const double apart = loop_spread(raw);
+  const double together = loop_spread(collapsed);
+  result.summary.push_back({"loop_spread", apart});
+  result.summary.push_back({"loop_spread_scaled", together});
   result.tables.push_back(std::move(table));
   result.charts.push_back(
       loops_chart("Loops of all guideways, scaled by load, groove angle and ball", drawn));
@@ -127,19 +118,19 @@ void add_collapse(ExperimentResult& result, const sim::VirginCurve& curve, const
 
 ExperimentResult simulated(const CharacterizeOptions& wanted, Progress& progress) {
   const sim::ExperimentSetup setup = wanted.setup.axis();
-  sim::LoopTest test = sim::loop_test_of(setup);
+  LoopTest test = loop_test_of(setup);
   sim::VirginCurve curve = setup.axis.curve;
   if (wanted.typical) {
-    curve = sim::curve_of_damping(kTypical, curve.force_N(10e-6));
+    curve = curve_of_damping(kTypical, curve.force_N(10e-6));
     test.amplitudes_m = {1e-6, 2e-6, 5e-6, 10e-6};
     test.encoder_resolution_m = std::min(test.encoder_resolution_m, 1e-9);
     test.force_noise_N = std::min(test.force_noise_N, 1e-3 * curve.force_N(10e-6));
   }
   ExperimentResult result;
-  said_of(wanted.setup.name, [&] {
+  prefix_errors(wanted.setup.name, [&] {
     progress.show("loops at every preload");
     std::vector<LoopSeries> series;
-    for (auto& one : sim::characterize_preloads(curve, test, wanted.preloads)) {
+    for (auto& one : characterize_preloads(curve, test, wanted.preloads)) {
       series.push_back({fmt::format("preload × {:.3g}", one.preload), std::move(one.loops)});
     }
     result = result_of(
@@ -167,39 +158,19 @@ ExperimentResult simulated(const CharacterizeOptions& wanted, Progress& progress
   return result;
 }
 
+}  // namespace
+
 void run_characterize(const std::string& command_line, const CharacterizeOptions& wanted) {
   const bool measured = !wanted.log.empty();
   const std::vector<std::string> inputs = measured ? std::vector{wanted.log} : wanted.setup.inputs();
-  deliver(command_line, wanted.outputs, inputs, [&](Progress& progress) {
+  run_experiment(command_line, wanted.outputs, inputs, [&](Progress& progress) {
     if (!measured) return simulated(wanted, progress);
     progress.show("find the loops");
     const std::vector<LoopSeries> series{{"log", loops_of_log(wanted.log)}};
     ExperimentResult result;
-    said_of(wanted.log, [&] { result = result_of(series, wanted.log); });
+    prefix_errors(wanted.log, [&] { result = result_of(series, wanted.log); });
     return result;
   });
-}
-
-}  // namespace
-
-void define_characterize(CLI::App& experiment, const std::string& command_line) {
-  CLI::App* command = experiment.add_subcommand(
-      "characterize",
-      "Stiffness, damping and damping ratio of hysteresis loops, measured or simulated ([2])");
-  auto wanted = std::make_shared<CharacterizeOptions>();
-  CLI::Option* log =
-      add_word(*command, "LOG", wanted->log, "FILE", "measured loops; without it they are simulated");
-  add_setup(*command, wanted->setup, "roller");
-  command->get_option("--setup")->excludes(log);
-  command->add_option("--preloads", wanted->preloads, "preloads, as multiples of the set-up's")
-      ->delimiter(',')
-      ->capture_default_str()
-      ->excludes(log);
-  command
-      ->add_flag("--typical", wanted->typical, "with the virgin curve of the damping ratios typical in [2]")
-      ->excludes(log);
-  add_experiment_outputs(*command, wanted->outputs);
-  command->callback([&command_line, wanted] { run_characterize(command_line, *wanted); });
 }
 
 }  // namespace slipstack::workbench

@@ -3,35 +3,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <numbers>
 
 #include "sim_host/experiments/describing_function.h"
-#include "workbench/papers/frequency_options.h"
+#include "workbench/papers/experiments.h"
 #include "workbench/papers/sweep_file.h"
 
 namespace slipstack::workbench {
 namespace {
 
-struct DescribingOptions {
-  SineOptions sine;
-  bool alone = false;
-};
-
 using Described = std::vector<std::vector<sim::DescribedPoint>>;  // by force, by frequency
-
-Described described_responses(const sim::ExperimentSetup& setup, const sim::SteppedSineRequest& request,
-                              const sim::Watch& watch) {
-  const std::size_t frequencies = request.frequencies_Hz.size();
-  Described out(request.forces_N.size(), std::vector<sim::DescribedPoint>(frequencies));
-  sim::PointCounter counter(watch, out.size() * frequencies);
-  sim::for_each_piece(out.size() * frequencies, watch, [&](std::size_t i) {
-    out[i / frequencies][i % frequencies] = sim::describe_response(setup, request.forces_N[i / frequencies],
-                                                                   request.frequencies_Hz[i % frequencies]);
-    counter.add();
-  });
-  return out;
-}
 
 // Error of the describing function over the simulated response, amplitude and phase together.
 double error_of(const sim::DescribedPoint& described, const sim::SinePoint& simulated) {
@@ -135,17 +116,19 @@ void add_charts(ExperimentResult& result, const sim::SteppedSineRequest& request
   result.charts.push_back(std::move(phase));
 }
 
-void run_describing(const std::string& command_line, const DescribingOptions& wanted) {
-  deliver(command_line, wanted.sine.outputs, wanted.sine.setup.inputs(), [&](Progress& progress) {
+}  // namespace
+
+void run_describing_function(const std::string& command_line, const DescribingOptions& wanted) {
+  run_experiment(command_line, wanted.sine.outputs, wanted.sine.setup.inputs(), [&](Progress& progress) {
     const sim::ExperimentSetup setup = wanted.sine.setup.axis();
     const sim::SteppedSineRequest request = wanted.sine.request(setup);
     sim::check_stepped_sine(setup, request);
     const Described described =
-        described_responses(setup, request, watch_of(progress, wanted.sine, "describing function"));
+        describe_responses(setup, request, control_of(progress, "describing function", wanted.sine.threads));
     std::vector<sim::SweepChain> chains;
     if (!wanted.alone) {
-      chains =
-          run_kept_sweep(wanted.sine.resume, setup, request, watch_of(progress, wanted.sine, "stepped sine"));
+      chains = run_kept_sweep(wanted.sine.resume, setup, request,
+                              control_of(progress, "stepped sine", wanted.sine.threads));
     }
     ExperimentResult result;
     result.experiment = "describing-function";
@@ -158,24 +141,13 @@ void run_describing(const std::string& command_line, const DescribingOptions& wa
       result.headline =
           fmt::format("The describing function is worst at {:g} N, {:.2g} of the saturation level.",
                       worst_force_N, worst_force_N / setup.axis.curve.saturation_N());
-      result.summary["worst_force_N"] = worst_force_N;
+      result.summary.push_back({"worst_force_N", worst_force_N});
     }
-    result.summary["saturation_N"] = setup.axis.curve.saturation_N();
+    result.summary.push_back({"saturation_N", setup.axis.curve.saturation_N()});
     result.tables.push_back(points_table(request, described, chains));
     add_charts(result, request, described, chains);
     return result;
   });
-}
-
-}  // namespace
-
-void define_describing_function(CLI::App& experiment, const std::string& command_line) {
-  CLI::App* command = experiment.add_subcommand("describing-function",
-                                                "The analytic frequency response, beside the simulated one");
-  auto wanted = std::make_shared<DescribingOptions>();
-  add_sine_options(*command, wanted->sine, "pick_and_place", true);
-  command->add_flag("--alone", wanted->alone, "without the simulated sweep beside it");
-  command->callback([&command_line, wanted] { run_describing(command_line, *wanted); });
 }
 
 }  // namespace slipstack::workbench

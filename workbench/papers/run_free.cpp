@@ -2,31 +2,22 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <memory>
 
 #include "sim_host/experiments/free_response.h"
-#include "workbench/papers/experiment.h"
-#include "workbench/papers/options.h"
+#include "workbench/papers/experiments.h"
 
 namespace slipstack::workbench {
 namespace {
 
-struct FreeOptions {
-  SetupChoice setup;
-  double release_m = 0.0;
-  int turns = 12;
-  ExperimentOutputs outputs;
-};
-
-ExperimentTable turns_table(const sim::FreeResponse& found, const LengthUnit& unit) {
+ExperimentTable turns_table(const sim::FreeResponse& found, const DisplayUnit& unit) {
   ExperimentTable table{
       "turns",
       "Turning points",
       {{"turn", "turn", "", 1.0, 0},
        {"time_s", "time", "ms", 1e3, 6},
-       {"position_m", "position", unit.label, unit.per_m, 6},
+       {"position_m", "position", unit.label, unit.per_si, 6},
        {"hysteresis_N", "hysteresis", "N", 1.0, 6},
-       {"check_m", found.exact ? "energy balance" : "coarser steps", unit.label, unit.per_m, 6},
+       {"check_m", found.exact ? "energy balance" : "coarser steps", unit.label, unit.per_si, 6},
        {"difference", "difference", "", 1.0, 2}},
       {}};
   const double scale_m = found.position_m.front();
@@ -58,7 +49,7 @@ std::string how_exact(const sim::FreeResponse& found, double worst) {
 }
 
 ExperimentResult free_result(const sim::ExperimentSetup& setup, const sim::FreeResponse& found) {
-  const LengthUnit unit = length_unit(found.position_m.front());
+  const DisplayUnit unit = length_unit(found.position_m.front());
   ExperimentResult result;
   result.experiment = "free";
   result.setup = setup.title;
@@ -69,46 +60,33 @@ ExperimentResult free_result(const sim::ExperimentSetup& setup, const sim::FreeR
   const double rest_m = rest_place_m(found);
   result.headline =
       fmt::format("Let go from {:.4g} {}, it comes to rest near {:.4g} {}, not at zero.",
-                  found.position_m.front() * unit.per_m, unit.label, rest_m * unit.per_m, unit.label);
+                  found.position_m.front() * unit.per_si, unit.label, rest_m * unit.per_si, unit.label);
   result.detail = how_exact(found, worst);
   result.summary = {
       {"release_m", found.position_m.front()}, {"rest_m", rest_m}, {"worst_turn_difference", worst}};
   if (found.exact) {
-    result.summary["energy_imbalance"] = std::fabs(found.imbalance_J) / found.start_energy_J;
+    result.summary.push_back({"energy_imbalance", std::fabs(found.imbalance_J) / found.start_energy_J});
   }
   result.tables.push_back(turns_table(found, unit));
   result.charts.push_back({"Free response",
                            {"Time", "ms", 1e3, false},
-                           {"Position", unit.label, unit.per_m, false},
+                           {"Position", unit.label, unit.per_si, false},
                            found.time_s,
                            {{"position", found.position_m, {}, "measured", false}},
                            false});
   return result;
 }
 
+}  // namespace
+
 void run_free(const std::string& command_line, const FreeOptions& wanted) {
-  deliver(command_line, wanted.outputs, wanted.setup.inputs(), [&](Progress& progress) {
+  run_experiment(command_line, wanted.outputs, wanted.setup.inputs(), [&](Progress& progress) {
     const sim::ExperimentSetup setup = wanted.setup.axis();
     const double release_m = wanted.release_m != 0.0 ? wanted.release_m : setup.defaults.release_m;
     progress.show("free response");
-    return free_result(setup, sim::run_free(setup, release_m, static_cast<std::size_t>(wanted.turns)));
+    return free_result(setup,
+                       sim::run_free(setup, release_m, static_cast<std::size_t>(wanted.turning_points)));
   });
-}
-
-}  // namespace
-
-void define_free(CLI::App& experiment, const std::string& command_line) {
-  CLI::App* command =
-      experiment.add_subcommand("free", "Let the axis go from a displacement and watch it ring out");
-  auto wanted = std::make_shared<FreeOptions>();
-  add_setup(*command, wanted->setup, "theory");
-  command->add_option("--release-m", wanted->release_m, "displacement at the start (default: the set-up's)")
-      ->type_name("M");
-  command->add_option("--turns", wanted->turns, "turning points to follow")
-      ->check(CLI::Range(2, 1000))
-      ->capture_default_str();
-  add_experiment_outputs(*command, wanted->outputs);
-  command->callback([&command_line, wanted] { run_free(command_line, *wanted); });
 }
 
 }  // namespace slipstack::workbench

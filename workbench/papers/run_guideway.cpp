@@ -3,40 +3,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <memory>
 
-#include "sim_host/experiments/guideway.h"
 #include "workbench/base/text.h"
 #include "workbench/log/log.h"
-#include "workbench/papers/experiment.h"
+#include "workbench/papers/analysis/guideway.h"
+#include "workbench/papers/experiments.h"
 #include "workbench/papers/loop_tables.h"
-#include "workbench/papers/options.h"
 
 namespace slipstack::workbench {
 namespace {
 
-constexpr double kNotGiven = std::numeric_limits<double>::quiet_NaN();
-
-/// A guideway as the command line gives it; what is left out comes from elsewhere.
-struct GivenContact {
-  double load_N = kNotGiven;
-  double angle_deg = kNotGiven;
-  double diameter_m = kNotGiven;
-  double balls = kNotGiven;
-  std::string material;
-};
-
-struct GuidewayOptions {
-  std::string log;
-  GivenContact from;
-  GivenContact to;
-  double force_ratio = 1.0;
-  ExperimentOutputs outputs;
-};
-
-sim::BallMaterial material_named(const std::string& word, const std::string& where) {
-  const auto material = sim::ball_material(word);
+BallMaterial material_named(const std::string& word, const std::string& where) {
+  const auto material = ball_material(word);
   if (!material) {
     throw UsageError(fmt::format("{}: unknown material {}; known: steel, silicon_nitride, diamond_coated",
                                  printable(where), in_quotes(word)));
@@ -45,7 +23,7 @@ sim::BallMaterial material_named(const std::string& word, const std::string& whe
 }
 
 /// The measured guideway: the command line over the log's header; refuses what neither says.
-sim::BallContact measured_contact(const Log& log, const GivenContact& given) {
+BallContact measured_contact(const Log& log, const GivenContact& given) {
   const auto value = [&](double option, const char* key, const char* flag) {
     if (!std::isnan(option)) return option;
     const auto entry = log.header.find(key);
@@ -61,7 +39,7 @@ sim::BallContact measured_contact(const Log& log, const GivenContact& given) {
     parse_double(text.data(), text.data() + text.size(), number);
     return number;
   };
-  sim::BallContact contact;
+  BallContact contact;
   contact.load_per_ball_N = value(given.load_N, "load_per_ball_N", "--load-N");
   contact.groove_angle_deg = value(given.angle_deg, "groove_angle_deg", "--groove-angle-deg");
   contact.ball_diameter_m = value(given.diameter_m, "ball_diameter_m", "--ball-diameter-m");
@@ -74,8 +52,8 @@ sim::BallContact measured_contact(const Log& log, const GivenContact& given) {
   return contact;
 }
 
-sim::BallContact wanted_contact(const sim::BallContact& from, const GivenContact& given) {
-  sim::BallContact to = from;
+BallContact wanted_contact(const BallContact& from, const GivenContact& given) {
+  BallContact to = from;
   if (!std::isnan(given.load_N)) to.load_per_ball_N = given.load_N;
   if (!std::isnan(given.angle_deg)) to.groove_angle_deg = given.angle_deg;
   if (!std::isnan(given.diameter_m)) to.ball_diameter_m = given.diameter_m;
@@ -84,9 +62,8 @@ sim::BallContact wanted_contact(const sim::BallContact& from, const GivenContact
   return to;
 }
 
-ExperimentTable guideways_table(const sim::BallContact& from, const sim::BallContact& to,
-                                const sim::AveragedLoop& measured, double k0,
-                                const sim::GuidewayPrediction& found) {
+ExperimentTable guideways_table(const BallContact& from, const BallContact& to, const AveragedLoop& measured,
+                                double k0, const GuidewayPrediction& found) {
   ExperimentTable table{"guideways",
                         "The guideway that was measured and the one that is asked for",
                         {{"guideway", "guideway", "", 1.0, 4},
@@ -101,10 +78,10 @@ ExperimentTable guideways_table(const sim::BallContact& from, const sim::BallCon
                          {"stiffness_N_per_m", "k_e", "N/µm", 1e-6, 4},
                          {"damping_ratio", "ζ_r", "%", 100.0, 3}},
                         {}};
-  const auto row = [&](const std::string& name, const sim::BallContact& of, const sim::LoopFigures& is,
+  const auto row = [&](const std::string& guideway, const BallContact& of, const LoopFigures& is,
                        double stiffness) {
-    table.rows.push_back({name, of.load_per_ball_N, of.groove_angle_deg, of.ball_diameter_m, of.balls,
-                          std::string(sim::name(of.material)), is.amplitude_m, is.force_N, stiffness,
+    table.rows.push_back({guideway, of.load_per_ball_N, of.groove_angle_deg, of.ball_diameter_m, of.balls,
+                          std::string(name(of.material)), is.amplitude_m, is.force_N, stiffness,
                           is.stiffness_N_per_m, is.damping_ratio});
   };
   row("measured", from, measured.figures, k0);
@@ -113,7 +90,7 @@ ExperimentTable guideways_table(const sim::BallContact& from, const sim::BallCon
 }
 
 /// ζᵣ of both at the same amplitudes: that is what the designer compares.
-ExperimentTable damping_table(const sim::PolygonCurve& measured, const sim::PolygonCurve& predicted) {
+ExperimentTable damping_table(const PolygonCurve& measured, const PolygonCurve& predicted) {
   ExperimentTable table{"damping",
                         "At the same amplitude",
                         {{"amplitude_m", "A", "µm", 1e6, 3},
@@ -125,8 +102,8 @@ ExperimentTable damping_table(const sim::PolygonCurve& measured, const sim::Poly
   const double reach_m = std::min(measured.reach_m(), predicted.reach_m());
   for (const double share : {0.1, 0.2, 0.4, 0.7, 1.0}) {
     const double A = share * reach_m;
-    const sim::LoopFigures a = sim::figures_of(sim::masing_loop(measured, A, 1000));
-    const sim::LoopFigures b = sim::figures_of(sim::masing_loop(predicted, A, 1000));
+    const LoopFigures a = figures_of(masing_loop(measured, A, 1000));
+    const LoopFigures b = figures_of(masing_loop(predicted, A, 1000));
     table.rows.push_back({A, a.damping_ratio, b.damping_ratio, a.stiffness_N_per_m, b.stiffness_N_per_m});
   }
   return table;
@@ -134,19 +111,19 @@ ExperimentTable damping_table(const sim::PolygonCurve& measured, const sim::Poly
 
 ExperimentResult guideway_result(const GuidewayOptions& wanted) {
   const Log log = read_log(wanted.log);
-  const sim::BallContact from = measured_contact(log, wanted.from);
-  const sim::BallContact to = wanted_contact(from, wanted.to);
+  const BallContact from = measured_contact(log, wanted.from);
+  const BallContact to = wanted_contact(from, wanted.to);
   ExperimentResult result;
-  said_of(wanted.log, [&] {
-    const auto loops = sim::averaged_loops(log.position_m, log.force_N);
-    const auto& largest = *std::max_element(loops.begin(), loops.end(),
-                                            [](const sim::AveragedLoop& a, const sim::AveragedLoop& b) {
-                                              return a.figures.amplitude_m < b.figures.amplitude_m;
-                                            });
-    const sim::PolygonFit fit = sim::fit_polygon(largest.loop);
-    sim::Loop centred = largest.loop;
+  prefix_errors(wanted.log, [&] {
+    const auto loops = averaged_loops(log.position_m, log.force_N);
+    const auto& largest =
+        *std::max_element(loops.begin(), loops.end(), [](const AveragedLoop& a, const AveragedLoop& b) {
+          return a.figures.amplitude_m < b.figures.amplitude_m;
+        });
+    const PolygonFit fit = fit_polygon(largest.loop);
+    Loop centred = largest.loop;
     for (double& x : centred.position_m) x -= largest.position_m;
-    const sim::GuidewayPrediction found = sim::predict(centred, fit.curve, from, to, wanted.force_ratio);
+    const GuidewayPrediction found = predict(centred, fit.curve, from, to, wanted.force_ratio);
     const double k0 = fit.curve.initial_stiffness_N_per_m();
     result.experiment = "guideway";
     result.setup = wanted.log;
@@ -177,37 +154,12 @@ ExperimentResult guideway_result(const GuidewayOptions& wanted) {
   return result;
 }
 
-void add_contact(CLI::App& command, const std::string& prefix, GivenContact& contact,
-                 const std::string& whose) {
-  const auto number = [&](const std::string& name, double& value, const std::string& kind,
-                          const std::string& what) {
-    command.add_option("--" + prefix + name, value, what + whose)->type_name(kind);
-  };
-  number("load-N", contact.load_N, "N", "load per ball");
-  number("groove-angle-deg", contact.angle_deg, "DEG", "angle of the V-groove");
-  number("ball-diameter-m", contact.diameter_m, "M", "ball diameter");
-  number("balls", contact.balls, "COUNT", "number of balls");
-  add_word(command, "--" + prefix + "material", contact.material, "NAME",
-           "steel, silicon_nitride or diamond_coated" + whose);
-}
-
 }  // namespace
 
-void define_guideway(CLI::App& experiment, const std::string& command_line) {
-  CLI::App* command =
-      experiment.add_subcommand("guideway", "From one measured loop to the loop of another guideway ([2])");
-  auto wanted = std::make_shared<GuidewayOptions>();
-  add_word(*command, "LOG", wanted->log, "FILE", "measured loops; the largest is taken")->required();
-  add_contact(*command, "", wanted->from, ", measured (default: the log's header)");
-  add_contact(*command, "to-", wanted->to, ", asked for (default: as measured)");
-  command->add_option("--force-ratio", wanted->force_ratio, "force level of the new material over the old")
-      ->capture_default_str();
-  add_experiment_outputs(*command, wanted->outputs);
-  command->callback([&command_line, wanted] {
-    deliver(command_line, wanted->outputs, {wanted->log}, [&](Progress& progress) {
-      progress.show("find the loops");
-      return guideway_result(*wanted);
-    });
+void run_guideway(const std::string& command_line, const GuidewayOptions& wanted) {
+  run_experiment(command_line, wanted.outputs, {wanted.log}, [&](Progress& progress) {
+    progress.show("find the loops");
+    return guideway_result(wanted);
   });
 }
 

@@ -3,48 +3,34 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 
 #include "sim_host/experiments/loops.h"
-#include "workbench/papers/experiment.h"
-#include "workbench/papers/options.h"
+#include "workbench/papers/experiments.h"
 
 namespace slipstack::workbench {
 namespace {
 
-struct LoopsOptions {
-  SetupChoice setup;
-  std::vector<double> amplitudes_m;
-  std::vector<double> forces_N;
-  std::vector<double> positions_m;
-  double frequency_Hz = 0.0;
-  std::size_t cycles = 10;
-  bool sensors = false;
-  std::uint64_t seed = 1;
-  std::size_t threads = 0;
-  ExperimentOutputs outputs;
+/// With the set-up's values where an option was not given.
+sim::LoopRequest request_of(const LoopsOptions& wanted, const sim::ExperimentSetup& setup) {
+  sim::LoopRequest request;
+  request.by_force = !wanted.forces_N.empty();
+  request.amplitudes = request.by_force              ? wanted.forces_N
+                       : wanted.amplitudes_m.empty() ? setup.defaults.loop_amplitudes_m
+                                                     : wanted.amplitudes_m;
+  request.positions_m = wanted.positions_m.empty() ? setup.defaults.loop_positions_m : wanted.positions_m;
+  if (request.positions_m.empty()) request.positions_m = {setup.position_m};
+  request.frequency_Hz = wanted.frequency_Hz != 0.0 ? wanted.frequency_Hz : setup.defaults.loop_frequency_Hz;
+  request.cycles = wanted.cycles;
+  request.sensors = wanted.sensors;
+  request.seed = wanted.seed;
+  return request;
+}
 
-  sim::LoopRequest request(const sim::ExperimentSetup& set) const {
-    sim::LoopRequest wanted;
-    wanted.by_force = !forces_N.empty();
-    wanted.amplitudes = wanted.by_force        ? forces_N
-                        : amplitudes_m.empty() ? set.defaults.loop_amplitudes_m
-                                               : amplitudes_m;
-    wanted.positions_m = positions_m.empty() ? set.defaults.loop_positions_m : positions_m;
-    if (wanted.positions_m.empty()) wanted.positions_m = {set.position_m};
-    wanted.frequency_Hz = frequency_Hz != 0.0 ? frequency_Hz : set.defaults.loop_frequency_Hz;
-    wanted.cycles = cycles;
-    wanted.sensors = sensors;
-    wanted.seed = seed;
-    return wanted;
-  }
-};
-
-ExperimentTable loops_table(const std::vector<sim::MeasuredLoop>& loops, const LengthUnit& unit) {
+ExperimentTable loops_table(const std::vector<sim::MeasuredLoop>& loops, const DisplayUnit& unit) {
   ExperimentTable table{"loops",
                         "Loops",
                         {{"position_m", "position", "mm", 1e3, 5},
-                         {"amplitude_m", "amplitude", unit.label, unit.per_m, 4},
+                         {"amplitude_m", "amplitude", unit.label, unit.per_si, 4},
                          {"force_amplitude_N", "force", "N", 1.0, 4},
                          {"area_J", "area", "µJ", 1e6, 4},
                          {"stiffness_N_per_m", "stiffness", "N/µm", 1e-6, 4},
@@ -62,16 +48,20 @@ ExperimentTable loops_table(const std::vector<sim::MeasuredLoop>& loops, const L
 }
 
 void add_loop_charts(ExperimentResult& result, const std::vector<sim::MeasuredLoop>& loops,
-                     const LengthUnit& unit) {
+                     const DisplayUnit& unit) {
   ExperimentChart* chart = nullptr;
   for (const sim::MeasuredLoop& loop : loops) {
     const std::string title = fmt::format("Loops at {:.4g} mm", 1e3 * loop.position_m);
     if (chart == nullptr || chart->title != title) {
-      result.charts.push_back(
-          {title, {"Displacement", unit.label, unit.per_m, false}, {"Force", "N", 1.0, false}, {}, {}, true});
+      result.charts.push_back({title,
+                               {"Displacement", unit.label, unit.per_si, false},
+                               {"Force", "N", 1.0, false},
+                               {},
+                               {},
+                               true});
       chart = &result.charts.back();
     }
-    ChartCurve curve{fmt::format("{:.3g} {}", loop.amplitude_m * unit.per_m, unit.label), loop.force_N,
+    ChartCurve curve{fmt::format("{:.3g} {}", loop.amplitude_m * unit.per_si, unit.label), loop.force_N,
                      loop.displacement_m, "", false};
     // The polygon closes where it began.
     curve.x.push_back(curve.x.front());
@@ -93,7 +83,7 @@ ExperimentResult loops_result(const sim::ExperimentSetup& setup, const sim::Loop
     low = std::min(low, loop.damping_ratio);
     high = std::max(high, loop.damping_ratio);
   }
-  const LengthUnit unit = length_unit(largest_m);
+  const DisplayUnit unit = length_unit(largest_m);
   result.headline =
       fmt::format("{} loops at {} positions: damping ratio {:.2g} to {:.2g} %, growing with amplitude.",
                   loops.size(), request.positions_m.size(), 100.0 * low, 100.0 * high);
@@ -105,52 +95,15 @@ ExperimentResult loops_result(const sim::ExperimentSetup& setup, const sim::Loop
   return result;
 }
 
-void run_loops(const std::string& command_line, const LoopsOptions& wanted) {
-  deliver(command_line, wanted.outputs, wanted.setup.inputs(), [&](Progress& progress) {
-    const sim::ExperimentSetup setup = wanted.setup.axis();
-    const sim::LoopRequest request = wanted.request(setup);
-    sim::Watch watch;
-    watch.threads = wanted.threads;
-    progress.show("loops", 0.0);
-    watch.progress = [&progress](double share) { progress.show("loops", share); };
-    return loops_result(setup, request, sim::run_loops(setup, request, watch));
-  });
-}
-
 }  // namespace
 
-void define_loops(CLI::App& experiment, const std::string& command_line) {
-  CLI::App* command =
-      experiment.add_subcommand("loops", "Quasi-static hysteresis loops of stepped amplitude");
-  auto wanted = std::make_shared<LoopsOptions>();
-  add_setup(*command, wanted->setup, "pick_and_place");
-  CLI::Option* amplitudes = command
-                                ->add_option("--amplitudes-m", wanted->amplitudes_m,
-                                             "displacement amplitudes (default: the set-up's)")
-                                ->delimiter(',')
-                                ->type_name("M,M,..");
-  command
-      ->add_option("--forces-N", wanted->forces_N,
-                   "force amplitudes: the axis is pushed by a force sine instead")
-      ->delimiter(',')
-      ->type_name("N,N,..")
-      ->excludes(amplitudes);
-  command->add_option("--positions-m", wanted->positions_m, "where on the stroke (default: the set-up's)")
-      ->delimiter(',')
-      ->type_name("M,M,..");
-  command->add_option("--frequency-Hz", wanted->frequency_Hz, "of the sine (default: the set-up's)")
-      ->type_name("HZ");
-  command->add_option("--cycles", wanted->cycles, "cycles to average")
-      ->check(CLI::Range(1, 1000))
-      ->capture_default_str();
-  command->add_flag("--sensors", wanted->sensors, "measure through the set-up's sensors");
-  command->add_option("--seed", wanted->seed, "of the sensors' noise")->capture_default_str();
-  command
-      ->add_option("--threads", wanted->threads,
-                   "processors to use (default: all); the result does not change")
-      ->check(CLI::Range(1, 1024));
-  add_experiment_outputs(*command, wanted->outputs);
-  command->callback([&command_line, wanted] { run_loops(command_line, *wanted); });
+void run_loops(const std::string& command_line, const LoopsOptions& wanted) {
+  run_experiment(command_line, wanted.outputs, wanted.setup.inputs(), [&](Progress& progress) {
+    const sim::ExperimentSetup setup = wanted.setup.axis();
+    const sim::LoopRequest request = request_of(wanted, setup);
+    return loops_result(setup, request,
+                        measure_loops(setup, request, control_of(progress, "loops", wanted.threads)));
+  });
 }
 
 }  // namespace slipstack::workbench

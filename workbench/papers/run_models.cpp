@@ -4,16 +4,14 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <memory>
 
-#include "sim_host/experiments/friction_models.h"
 #include "sim_host/friction/element_bank.h"
 #include "sim_host/rng.h"
 #include "workbench/base/text.h"
 #include "workbench/estimate/measurement/measurement.h"
-#include "workbench/papers/experiment.h"
+#include "workbench/papers/analysis/friction_models.h"
+#include "workbench/papers/experiments.h"
 #include "workbench/papers/loop_tables.h"
-#include "workbench/papers/options.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -23,37 +21,31 @@ constexpr double kNoise = 3e-3;
 /// A model within this of its main loop has returned.
 constexpr double kReturned = 0.01;
 
-struct ModelsOptions {
-  std::string log;
-  SetupChoice setup;
-  ExperimentOutputs outputs;
-};
-
 /// A model fitted, and judged on what it has not seen.
 struct Judged {
-  sim::FrictionFit all;
+  FrictionFit all;
   double held_out = 0.0;
   double returns = std::numeric_limits<double>::quiet_NaN();
 };
 
-std::vector<Judged> judge_all(sim::FrictionData data, Progress& progress) {
+std::vector<Judged> judge_all(FrictionData data, Progress& progress) {
   std::vector<Judged> judged;
-  for (const sim::FrictionKind kind : sim::kFrictionKinds) {
-    progress.show(fmt::format("fit {}", sim::name(kind)),
-                  static_cast<double>(judged.size()) / static_cast<double>(std::size(sim::kFrictionKinds)));
+  for (const FrictionKind kind : kFrictionKinds) {
+    progress.show(fmt::format("fit {}", name(kind)),
+                  static_cast<double>(judged.size()) / static_cast<double>(std::size(kFrictionKinds)));
     Judged one;
     data.fitted_rows = 0;
-    one.all = sim::fit_friction(kind, data);
+    one.all = fit_friction(kind, data);
     data.fitted_rows = data.force_N.size() / 2;
-    one.held_out = sim::fit_friction(kind, data).held_out_error;
+    one.held_out = fit_friction(kind, data).held_out_error;
     judged.push_back(std::move(one));
   }
   return judged;
 }
 
-std::string shape_text(const sim::FrictionFit& fit, const sim::SampledMotion& motion) {
+std::string shape_text(const FrictionFit& fit, const SampledMotion& motion) {
   std::string text;
-  const auto parameters = sim::shapes_of(fit.kind, motion);
+  const auto parameters = shapes_of(fit.kind, motion);
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     text += fmt::format("{}{} = {:.3g}", i == 0 ? "" : ", ", parameters[i].name, fit.shape[i]);
   }
@@ -63,7 +55,7 @@ std::string shape_text(const sim::FrictionFit& fit, const sim::SampledMotion& mo
   return text;
 }
 
-ExperimentTable models_table(const std::vector<Judged>& judged, const sim::SampledMotion& motion) {
+ExperimentTable models_table(const std::vector<Judged>& judged, const SampledMotion& motion) {
   ExperimentTable table{
       "models",
       "Fitted to the same data: error over the force, on all of it, and on the second half by the first",
@@ -77,9 +69,8 @@ ExperimentTable models_table(const std::vector<Judged>& judged, const sim::Sampl
   for (const Judged& one : judged) {
     const bool known = std::isfinite(one.returns);
     // Without memory there is no small loop to close.
-    const bool memory = one.all.kind != sim::FrictionKind::kCoulombStribeck;
-    table.rows.push_back({std::string(sim::name(one.all.kind)), one.all.relative_error, one.held_out,
-                          one.returns,
+    const bool memory = one.all.kind != FrictionKind::kCoulombStribeck;
+    table.rows.push_back({std::string(name(one.all.kind)), one.all.relative_error, one.held_out, one.returns,
                           std::string(!known                    ? "-"
                                       : !memory                 ? "has no loop"
                                       : one.returns < kReturned ? "yes"
@@ -94,21 +85,21 @@ const Judged& best_of(const std::vector<Judged>& judged) {
                            [](const Judged& a, const Judged& b) { return a.held_out < b.held_out; });
 }
 
-ExperimentResult result_of(const std::vector<Judged>& judged, const sim::SampledMotion& motion,
+ExperimentResult result_of(const std::vector<Judged>& judged, const SampledMotion& motion,
                            const std::string& title) {
   ExperimentResult result;
   result.experiment = "models";
   result.setup = title;
   const Judged& best = best_of(judged);
   result.headline = fmt::format("Least error on data not seen: {}, {:.3g} % of the force.",
-                                sim::name(best.all.kind), 100.0 * best.held_out);
-  result.summary = {{"best", std::string(sim::name(best.all.kind))}, {"best_held_out_error", best.held_out}};
+                                name(best.all.kind), 100.0 * best.held_out);
+  result.summary = {{"best", std::string(name(best.all.kind))}, {"best_held_out_error", best.held_out}};
   result.tables.push_back(models_table(judged, motion));
   return result;
 }
 
 /// Force over position of every model on the motion, thinned to what a page can show.
-ExperimentChart loops_chart_of(const std::vector<Judged>& judged, const sim::FrictionData& data) {
+ExperimentChart loops_chart_of(const std::vector<Judged>& judged, const FrictionData& data) {
   ExperimentChart chart{"The same motion, six models",
                         {"Position", "µm", 1e6, false},
                         {"Force", "N", 1.0, false},
@@ -127,11 +118,10 @@ ExperimentChart loops_chart_of(const std::vector<Judged>& judged, const sim::Fri
   };
   add("data", data.force_N);
   for (const Judged& one : judged) {
-    const Eigen::MatrixXd columns =
-        sim::model_columns(one.all.kind, one.all.shape, one.all.slips_m, data.motion);
+    const Eigen::MatrixXd columns = model_columns(one.all.kind, one.all.shape, one.all.slips_m, data.motion);
     const double offset = one.all.gains[one.all.gains.size() - 1];
     const Eigen::VectorXd force = (columns * one.all.gains.head(columns.cols())).array() + offset;
-    add(std::string(sim::name(one.all.kind)), force);
+    add(std::string(name(one.all.kind)), force);
   }
   return chart;
 }
@@ -140,8 +130,8 @@ ExperimentChart loops_chart_of(const std::vector<Judged>& judged, const sim::Fri
 ExperimentResult simulated(const sim::ExperimentSetup& setup, Progress& progress) {
   const double amplitude_m = 3.0 * setup.axis.curve.travel_m();
   const double speed_mps = amplitude_m;  // a loop in four seconds: quasi-static
-  sim::FrictionData data;
-  data.motion = sim::loop_motion(amplitude_m, speed_mps, true).motion;
+  FrictionData data;
+  data.motion = loop_motion(amplitude_m, speed_mps, true).motion;
   data.force_N.resize(static_cast<Eigen::Index>(data.motion.position_m.size()));
   sim::ElementBank bank = sim::ElementBank::sample(setup.axis.curve, setup.axis.elements);
   sim::Rng noise(1, "models");
@@ -153,14 +143,14 @@ ExperimentResult simulated(const sim::ExperimentSetup& setup, Progress& progress
   std::vector<Judged> judged = judge_all(data, progress);
   std::vector<std::string> names;
   for (Judged& one : judged) {
-    one.returns = sim::return_error(one.all, amplitude_m, speed_mps);
-    const bool memory = one.all.kind != sim::FrictionKind::kCoulombStribeck;
-    if (memory && one.returns < kReturned) names.emplace_back(sim::name(one.all.kind));
+    one.returns = return_error(one.all, amplitude_m, speed_mps);
+    const bool memory = one.all.kind != FrictionKind::kCoulombStribeck;
+    if (memory && one.returns < kReturned) names.emplace_back(name(one.all.kind));
   }
   ExperimentResult result = result_of(judged, data.motion, setup.title);
   result.headline =
       fmt::format("Back on the main loop after a small one: {}. {}", joined(names), result.headline);
-  result.summary["returning"] = names;
+  result.summary.push_back({"returning", names});
   result.charts.push_back(loops_chart_of(judged, data));
   return result;
 }
@@ -168,7 +158,7 @@ ExperimentResult simulated(const sim::ExperimentSetup& setup, Progress& progress
 ExperimentResult measured(const std::string& path, Progress& progress) {
   progress.show("read the log");
   const Measurement measurement(read_log(path));
-  sim::FrictionData data;
+  FrictionData data;
   data.motion = {measurement.tick_s(), measurement.position_m(), measurement.velocity_mps()};
   data.force_N = measurement.force_N();
   data.observe = [&](std::span<const double> signal) { return measurement.filtered(signal); };
@@ -187,31 +177,18 @@ ExperimentResult measured(const std::string& path, Progress& progress) {
   return result;
 }
 
+}  // namespace
+
 void run_models(const std::string& command_line, const ModelsOptions& wanted) {
   const bool from_log = !wanted.log.empty();
   const std::vector<std::string> inputs = from_log ? std::vector{wanted.log} : wanted.setup.inputs();
-  deliver(command_line, wanted.outputs, inputs, [&](Progress& progress) {
+  run_experiment(command_line, wanted.outputs, inputs, [&](Progress& progress) {
     ExperimentResult result;
-    said_of(from_log ? wanted.log : wanted.setup.name, [&] {
+    prefix_errors(from_log ? wanted.log : wanted.setup.name, [&] {
       result = from_log ? measured(wanted.log, progress) : simulated(wanted.setup.axis(), progress);
     });
     return result;
   });
-}
-
-}  // namespace
-
-void define_models(CLI::App& experiment, const std::string& command_line) {
-  CLI::App* command = experiment.add_subcommand(
-      "models",
-      "Six friction models on the same motion: which return to the main loop, and their errors ([3])");
-  auto wanted = std::make_shared<ModelsOptions>();
-  CLI::Option* log =
-      add_word(*command, "LOG", wanted->log, "FILE", "a measurement to fit; without it, simulated");
-  add_setup(*command, wanted->setup, "roller");
-  command->get_option("--setup")->excludes(log);
-  add_experiment_outputs(*command, wanted->outputs);
-  command->callback([&command_line, wanted] { run_models(command_line, *wanted); });
 }
 
 }  // namespace slipstack::workbench

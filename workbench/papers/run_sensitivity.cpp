@@ -3,10 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 
 #include "sim_host/experiments/sensitivity.h"
-#include "workbench/papers/frequency_options.h"
+#include "workbench/papers/experiments.h"
 #include "workbench/papers/sweep_file.h"
 
 namespace slipstack::workbench {
@@ -17,11 +16,6 @@ constexpr double kSensitive = 3.0;
 /// Shades of the map: none where the response changes less than the level, dark at ten times as much.
 constexpr double kPale = 1.0;
 constexpr double kDark = 10.0;
-
-struct SensitivityOptions {
-  SineOptions sine;
-  double share = 0.01;
-};
 
 std::string resume_part(const std::string& path, const char* part) {
   return path.empty() ? path : fmt::format("{}.{}", path, part);
@@ -119,13 +113,15 @@ ExperimentResult sensitivity_result(const sim::ExperimentSetup& setup, const sim
   return result;
 }
 
+}  // namespace
+
 void run_sensitivity(const std::string& command_line, const SensitivityOptions& wanted) {
-  deliver(command_line, wanted.sine.outputs, wanted.sine.setup.inputs(), [&](Progress& progress) {
+  run_experiment(command_line, wanted.sine.outputs, wanted.sine.setup.inputs(), [&](Progress& progress) {
     const sim::ExperimentSetup setup = wanted.sine.setup.axis();
     const sim::SteppedSineRequest request = wanted.sine.request(setup);
     const auto sweep = [&](const sim::ExperimentSetup& changed, const char* part, const char* stage) {
       return run_kept_sweep(resume_part(wanted.sine.resume, part), changed, request,
-                            watch_of(progress, wanted.sine, stage), true);
+                            control_of(progress, stage, wanted.sine.threads), true);
     };
     const auto plain = sweep(setup, "plain", "level as it is");
     const auto raised = sweep(sim::with_level(setup, wanted.share), "raised", "level raised");
@@ -136,19 +132,6 @@ void run_sensitivity(const std::string& command_line, const SensitivityOptions& 
     return sensitivity_result(setup, request, sim::sensitivity(plain, raised, lowered, wanted.share),
                               wanted.share);
   });
-}
-
-}  // namespace
-
-void define_sensitivity(CLI::App& experiment, const std::string& command_line) {
-  CLI::App* command = experiment.add_subcommand(
-      "sensitivity", "Where small changes of the saturation level move the response most");
-  auto wanted = std::make_shared<SensitivityOptions>();
-  add_sine_options(*command, wanted->sine, "pick_and_place", true);
-  command->add_option("--change", wanted->share, "relative change of the saturation level, each way")
-      ->check(CLI::Range(1e-6, 0.5))
-      ->capture_default_str();
-  command->callback([&command_line, wanted] { run_sensitivity(command_line, *wanted); });
 }
 
 }  // namespace slipstack::workbench

@@ -3,22 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <numbers>
 
-#include "workbench/papers/frequency_options.h"
+#include "workbench/papers/experiments.h"
 #include "workbench/papers/sweep_file.h"
 
 namespace slipstack::workbench {
 namespace {
-
-struct SteppedSineOptions {
-  SineOptions sine;
-  std::string direction = "both";
-  std::size_t repeats = 1;
-  bool sensors = false;
-  std::uint64_t seed = 1;
-};
 
 std::string sweep_name(const sim::Sweep& sweep, std::size_t repeats) {
   std::string name = fmt::format("{:g} N {}", sweep.force_N, sweep.up ? "up" : "down");
@@ -146,10 +137,10 @@ ExperimentResult sine_result(const sim::ExperimentSetup& setup, const sim::Stepp
     for (const sim::SweepChain& chain : chains) worst = std::max(worst, up_down_difference(chain));
     result.detail =
         fmt::format("Sweeps up and down differ by at most {:.2g} % of the amplitude.", 100.0 * worst);
-    result.summary["up_down_difference"] = worst;
+    result.summary.push_back({"up_down_difference", worst});
   }
-  result.summary["jumps"] = counts.jumps;
-  result.summary["unsettled"] = counts.unsettled;
+  result.summary.push_back({"jumps", counts.jumps});
+  result.summary.push_back({"unsettled", counts.unsettled});
   result.tables = {std::move(levels), points_table(chains)};
   add_charts(result, chains, request);
   if (counts.unsettled > 0) {
@@ -162,8 +153,10 @@ ExperimentResult sine_result(const sim::ExperimentSetup& setup, const sim::Stepp
   return result;
 }
 
+}  // namespace
+
 void run_stepped_sine(const std::string& command_line, const SteppedSineOptions& wanted) {
-  deliver(command_line, wanted.sine.outputs, wanted.sine.setup.inputs(), [&](Progress& progress) {
+  run_experiment(command_line, wanted.sine.outputs, wanted.sine.setup.inputs(), [&](Progress& progress) {
     const sim::ExperimentSetup setup = wanted.sine.setup.axis();
     sim::SteppedSineRequest request = wanted.sine.request(setup);
     request.up = wanted.direction != "down";
@@ -171,28 +164,10 @@ void run_stepped_sine(const std::string& command_line, const SteppedSineOptions&
     request.repeats = wanted.repeats;
     request.sensors = wanted.sensors;
     request.seed = wanted.seed;
-    const auto chains =
-        run_kept_sweep(wanted.sine.resume, setup, request, watch_of(progress, wanted.sine, "stepped sine"));
+    const auto chains = run_kept_sweep(wanted.sine.resume, setup, request,
+                                       control_of(progress, "stepped sine", wanted.sine.threads));
     return sine_result(setup, request, chains);
   });
-}
-
-}  // namespace
-
-void define_stepped_sine(CLI::App& experiment, const std::string& command_line) {
-  CLI::App* command =
-      experiment.add_subcommand("stepped-sine", "Frequency responses at given force levels, up and down");
-  auto wanted = std::make_shared<SteppedSineOptions>();
-  add_sine_options(*command, wanted->sine, "pick_and_place", true);
-  command->add_option("--direction", wanted->direction, "up, down, or both: up and then down")
-      ->check(CLI::IsMember({"up", "down", "both"}))
-      ->capture_default_str();
-  command->add_option("--repeats", wanted->repeats, "sweeps of each direction, one after the other")
-      ->check(CLI::Range(1, 100))
-      ->capture_default_str();
-  command->add_flag("--sensors", wanted->sensors, "measure through the set-up's sensors");
-  command->add_option("--seed", wanted->seed, "of the sensors' noise")->capture_default_str();
-  command->callback([&command_line, wanted] { run_stepped_sine(command_line, *wanted); });
 }
 
 }  // namespace slipstack::workbench

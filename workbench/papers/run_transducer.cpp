@@ -2,56 +2,46 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <memory>
 #include <optional>
 
-#include "sim_host/experiments/transducer.h"
 #include "workbench/base/text.h"
-#include "workbench/papers/experiment.h"
+#include "workbench/console/output.h"
+#include "workbench/papers/analysis/transducer.h"
+#include "workbench/papers/experiments.h"
 #include "workbench/papers/load_step_file.h"
 #include "workbench/papers/loop_tables.h"
-#include "workbench/papers/options.h"
 
 namespace slipstack::workbench {
 namespace {
 
-struct TransducerOptions {
-  std::string calibration;
-  std::string readings;
-  SetupChoice setup;
-  std::uint64_t seed = 1;
-  std::string out;
-  ExperimentOutputs outputs;
-};
-
 /// What was calibrated, what was read afterwards, and a first cycle without preloads where there is one.
 struct Records {
   std::string title;
-  sim::StepRecord calibration;
-  sim::StepRecord readings;
-  std::optional<sim::StepRecord> first;
+  StepRecord calibration;
+  StepRecord readings;
+  std::optional<StepRecord> first;
 };
 
 /// One way to read the transducer, and what is left.
 struct Method {
   std::string name;
   std::size_t elements;
-  sim::TransducerErrors errors;
+  TransducerErrors errors;
 };
 
 std::vector<Method> methods_of(const Records& records) {
   std::vector<Method> methods;
-  const auto add = [&](const std::string& name, const sim::TransducerModel& model) {
-    methods.push_back({name, model.slip_N().size(), sim::judge(model, records.readings)});
+  const auto add = [&](const std::string& name, const TransducerModel& model) {
+    methods.push_back({name, model.slip_N().size(), judge(model, records.readings)});
   };
-  add("line and linearity only", sim::line_and_linearity(records.calibration));
-  add("elements by the formula", sim::extract_by_formula(records.calibration));
-  add("elements by least squares", sim::extract_by_least_squares(records.calibration));
+  add("line and linearity only", line_and_linearity(records.calibration));
+  add("elements by the formula", extract_by_formula(records.calibration));
+  add("elements by least squares", extract_by_least_squares(records.calibration));
   if (!records.first) return methods;
   // Elements of the first rise; line and linearity as every cycle after preloads has them.
-  add("first rise, formula", sim::with_line_of(sim::extract_by_formula(*records.first), records.calibration));
+  add("first rise, formula", with_line_of(extract_by_formula(*records.first), records.calibration));
   add("first rise, least squares",
-      sim::with_line_of(sim::extract_by_least_squares(*records.first), records.calibration));
+      with_line_of(extract_by_least_squares(*records.first), records.calibration));
   return methods;
 }
 
@@ -68,7 +58,7 @@ ExperimentTable methods_table(const std::vector<Method>& methods, double hystere
                          {"relative_uncertainty", "of full scale", "ppm", 1e6, 3}},
                         {}};
   for (const Method& method : methods) {
-    const sim::TransducerErrors& left = method.errors;
+    const TransducerErrors& left = method.errors;
     table.rows.push_back({method.name, static_cast<double>(method.elements), left.largest_mV_per_V,
                           left.largest_mV_per_V / hysteresis, left.largest_load_N, left.rms_load_N,
                           left.uncertainty_N, left.uncertainty_N / full_N});
@@ -76,7 +66,7 @@ ExperimentTable methods_table(const std::vector<Method>& methods, double hystere
   return table;
 }
 
-ExperimentTable levels_table(const sim::Reversibility& found) {
+ExperimentTable levels_table(const Reversibility& found) {
   ExperimentTable table{"levels",
                         "The calibration, drift removed: linearity and hysteresis separated",
                         {{"load_N", "load", "kN", 1e-3, 4},
@@ -107,8 +97,8 @@ ExperimentChart errors_chart(const Records& records, const std::vector<Method>& 
 }
 
 ExperimentResult result_of(const Records& records) {
-  const sim::Reversibility calibration = sim::reversibility(records.calibration);
-  const double hysteresis = sim::reversibility(records.readings).largest_hysteresis;
+  const Reversibility calibration = reversibility(records.calibration);
+  const double hysteresis = reversibility(records.readings).largest_hysteresis;
   const double full_N = records.readings.full_scale_N;
   const std::vector<Method> methods = methods_of(records);
   const auto share = [&](std::size_t i) { return methods[i].errors.largest_mV_per_V / hysteresis; };
@@ -154,23 +144,25 @@ ExperimentResult result_of(const Records& records) {
 Records records_of_files(const TransducerOptions& wanted) {
   Records records;
   records.title = wanted.calibration;
-  said_of(wanted.calibration,
-          [&] { records.calibration = sim::step_record(read_load_steps(wanted.calibration)); });
+  prefix_errors(wanted.calibration,
+                [&] { records.calibration = step_record(read_load_steps(wanted.calibration)); });
   records.readings = records.calibration;
   if (!wanted.readings.empty()) {
-    said_of(wanted.readings, [&] { records.readings = sim::step_record(read_load_steps(wanted.readings)); });
-    said_of(wanted.readings, [&] { sim::reversibility(records.readings); });
+    prefix_errors(wanted.readings, [&] { records.readings = step_record(read_load_steps(wanted.readings)); });
+    prefix_errors(wanted.readings, [&] { reversibility(records.readings); });
     records.title = fmt::format("{}, read again in {}", wanted.calibration, wanted.readings);
   }
   return records;
 }
+
+}  // namespace
 
 void run_transducer(const std::string& command_line, const TransducerOptions& wanted) {
   const bool measured = !wanted.calibration.empty();
   std::vector<std::string> inputs = wanted.setup.inputs();
   if (measured) inputs = {wanted.calibration};
   if (!wanted.readings.empty()) inputs.push_back(wanted.readings);
-  deliver(command_line, wanted.outputs, inputs, [&](Progress& progress) {
+  run_experiment(command_line, wanted.outputs, inputs, [&](Progress& progress) {
     progress.show("calibration");
     Records records;
     if (measured) {
@@ -182,49 +174,22 @@ void run_transducer(const std::string& command_line, const TransducerOptions& wa
                                           printable(wanted.setup.name)));
       }
       const sim::SimulatedCalibration data = sim::simulate_calibration(*setup.transducer, wanted.seed);
-      records = {setup.title, sim::step_record(data.loops), sim::step_record(data.repeat),
-                 sim::step_record(data.virgin)};
+      records = {setup.title, step_record(data.loops), step_record(data.repeat), step_record(data.virgin)};
     }
     ExperimentResult result;
-    said_of(measured ? wanted.calibration : wanted.setup.name, [&] { result = result_of(records); });
+    prefix_errors(measured ? wanted.calibration : wanted.setup.name, [&] { result = result_of(records); });
     return result;
   });
 }
 
-/// A simulated calibration as a file: to see the format, and to start from.
-void write_example(const TransducerOptions& wanted) {
+void write_simulated_calibration(const TransducerOptions& wanted) {
   Outputs outputs;
-  outputs.claim(wanted.out);
+  outputs.claim(wanted.write_log);
   const sim::ExperimentSetup setup = sim::read_setup(wanted.setup.name);
   if (!setup.transducer) throw UsageError(fmt::format("{}: is no transducer", printable(wanted.setup.name)));
   const sim::SimulatedCalibration data = sim::simulate_calibration(*setup.transducer, wanted.seed);
-  outputs.set(wanted.out, load_steps_text(fmt::format("simulated: {}", setup.title), data.loops));
+  outputs.set(wanted.write_log, load_steps_text(fmt::format("simulated: {}", setup.title), data.loops));
   outputs.commit(fmt::format("wrote {} load steps\n", data.loops.size()));
-}
-
-}  // namespace
-
-void define_transducer(CLI::App& experiment, const std::string& command_line) {
-  CLI::App* command = experiment.add_subcommand(
-      "transducer", "Calibrate a force transducer and correct its hysteresis ([3])");
-  auto wanted = std::make_shared<TransducerOptions>();
-  CLI::Option* log = add_word(*command, "LOG", wanted->calibration, "FILE",
-                              "calibration in load steps; without it one is simulated");
-  add_word(*command, "READINGS", wanted->readings, "FILE",
-           "another record to correct (default: the calibration)");
-  add_setup(*command, wanted->setup, "transducer");
-  command->get_option("--setup")->excludes(log);
-  command->add_option("--seed", wanted->seed, "of the simulated noise")->capture_default_str()->excludes(log);
-  add_word(*command, "--write-log", wanted->out, "FILE", "write a simulated calibration and stop")
-      ->excludes(log);
-  add_experiment_outputs(*command, wanted->outputs);
-  command->callback([&command_line, wanted] {
-    if (!wanted->out.empty()) {
-      write_example(*wanted);
-    } else {
-      run_transducer(command_line, *wanted);
-    }
-  });
 }
 
 }  // namespace slipstack::workbench

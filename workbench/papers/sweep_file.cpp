@@ -11,7 +11,6 @@
 
 #include "workbench/console/output.h"
 #include "workbench/papers/stop.h"
-#include "workbench/report/results.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -127,14 +126,14 @@ std::string request_text(const sim::ExperimentSetup& setup, const sim::SteppedSi
 }
 
 std::vector<sim::SweepChain> run_kept_sweep(const std::string& path, const sim::ExperimentSetup& setup,
-                                            const sim::SteppedSineRequest& request, const sim::Watch& watch,
+                                            const sim::SteppedSineRequest& request, const RunControl& control,
                                             bool one_of_many) {
   const SweepFile file(path, request_text(setup, request));
   std::vector<sim::SweepChain> chains = file.read();
-  sim::Watch watched = watch;
+  RunControl stoppable = control;
   const StopSignal signal;
-  watched.stop = &StopSignal::flag();
-  sim::run_stepped_sine(setup, request, chains, watched);
+  stoppable.stop = &StopSignal::flag();
+  run_sweeps(setup, request, chains, stoppable);
   const bool complete =
       std::all_of(chains.begin(), chains.end(), [](const auto& chain) { return chain.complete; });
   if (complete) {
@@ -146,8 +145,7 @@ std::vector<sim::SweepChain> run_kept_sweep(const std::string& path, const sim::
     return chains;
   }
   file.write(chains);
-  const std::size_t sweeps = ((request.up ? 1U : 0U) + (request.down ? 1U : 0U)) * request.repeats;
-  throw Stopped(file.stopped_text(chains, sweeps * request.forces_N.size() * request.frequencies_Hz.size()));
+  throw Stopped(file.stopped_text(chains, request.forces_N.size() * sim::points_per_level(request)));
 }
 
 }  // namespace slipstack::workbench

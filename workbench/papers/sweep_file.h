@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "sim_host/experiments/stepped_sine.h"
+#include "workbench/papers/parallel_sweeps.h"
 
 namespace slipstack::workbench {
 
@@ -35,7 +35,7 @@ std::string request_text(const sim::ExperimentSetup& setup, const sim::SteppedSi
 /// Runs a stepped sine under Ctrl-C, resuming and keeping in `path`; throws Stopped when the user stops it.
 /// Done, the file is removed, unless it is one of several (`one_of_many`), which the caller removes together.
 std::vector<sim::SweepChain> run_kept_sweep(const std::string& path, const sim::ExperimentSetup& setup,
-                                            const sim::SteppedSineRequest& request, const sim::Watch& watch,
+                                            const sim::SteppedSineRequest& request, const RunControl& control,
                                             bool one_of_many = false);
 
 }  // namespace slipstack::workbench

@@ -15,8 +15,8 @@ struct Knot {
   double position_m;
 };
 
-/// Crossings of cell borders, half-way between the two readings; with several cells in one sample, their
-/// middle. The ends of the record are knots as read.
+/// The crossings of cell borders, half-way between the two readings; where several cells are crossed within
+/// one sample, the middle of them. The first and the last reading are knots too.
 std::vector<Knot> crossings(std::span<const double> position_m) {
   std::vector<Knot> knots{{0.0, position_m.front()}};
   for (std::size_t i = 1; i < position_m.size(); ++i) {
@@ -56,12 +56,12 @@ struct Cubic {
   }
 };
 
-/// The way through one cell, between the instants at which it was entered and left.
+/// The motion within one cell, between the instants at which it was entered and left.
 class Passage {
  public:
   Passage(const Cubic& cubic, double centre_m, double resolution_m)
       : cubic_(cubic), centre_m_(centre_m), half_m_(0.5 * resolution_m) {
-    // Where it touches the border, rounding must not decide.
+    // The tolerance keeps rounding from deciding where the cubic just touches the border.
     const double border_m = (1.0 + 1e-6) * half_m_;
     for (double time = 0.5; time < cubic.length; time += 1.0) {
       stays_inside_ = stays_inside_ && std::abs(cubic.at(time) - centre_m) <= border_m;
@@ -73,9 +73,10 @@ class Passage {
     return std::clamp(position_m, centre_m_ - half_m_, centre_m_ + half_m_);
   }
 
-  /// Straight to the first of two places, each a share of the cell from where it was entered, to the second,
-  /// and out; a third of the time each, or in and out as fast as it came and goes.
-  double astray_at(double time, const UnobservedMotion& unobserved) const {
+  /// A motion that the readings do not exclude: straight to the first of the two places of `unobserved`, to
+  /// the second, and out of the cell; a third of the time each, or entering and leaving at the speeds of the
+  /// neighbouring cells.
+  double alternative_at(double time, const UnobservedMotion& unobserved) const {
     const double across_m = 2.0 * (centre_m_ - cubic_.from_m);
     const double first_m = cubic_.from_m + unobserved.places[0] * across_m;
     const double second_m = cubic_.from_m + unobserved.places[1] * across_m;
@@ -89,8 +90,8 @@ class Passage {
   }
 
  private:
-  /// Came in so fast and stayed so long that it must have stopped, nobody knows where: at the centre, braking
-  /// and starting evenly.
+  /// The axis entered so fast and stayed so long that it must have stopped within the cell. Where is unknown:
+  /// the centre is taken, with constant deceleration before and constant acceleration after it.
   double stopping_at(double time) const {
     const double braking = ramp(cubic_.from_slope);
     const double starting = ramp(cubic_.to_slope);
@@ -113,10 +114,11 @@ class Passage {
   bool stays_inside_ = true;
 };
 
-/// A stay this much longer than that in a cell beside is no steady motion.
+/// The motion is unsteady where the axis stays in a cell this many times longer than in a neighbouring one;
+/// chosen.
 constexpr double kUnsteady = 3.0;
 
-/// Whether nothing tells how the axis went from knot k to the next.
+/// Whether the readings leave open how the axis moved from knot k to the next.
 bool is_unobserved(const std::vector<Knot>& knots, std::size_t k, double longest_known) {
   const double stay = knots[k + 1].time - knots[k].time;
   if (stay <= longest_known) return false;
@@ -137,15 +139,15 @@ std::vector<double> interpolate_between_steps(std::span<const double> position_m
   const std::vector<double> slope = slopes(knots);
   for (std::size_t k = 0; k + 1 < knots.size(); ++k) {
     const double length = knots[k + 1].time - knots[k].time;
-    // A cell crossed within two samples tells no more than its readings.
+    // In a cell that is crossed within two samples the crossings add nothing to the readings.
     if (length < 2.0) continue;
     const auto first = static_cast<std::size_t>(std::ceil(knots[k].time));
     const Passage passage({length, knots[k].position_m, slope[k], knots[k + 1].position_m, slope[k + 1]},
                           position_m[first], resolution_m);
-    const bool astray = is_unobserved(knots, k, unobserved.longest_known);
+    const bool unknown = is_unobserved(knots, k, unobserved.longest_known);
     for (std::size_t i = first; i < smooth.size() && static_cast<double>(i) < knots[k + 1].time; ++i) {
       const double time = static_cast<double>(i) - knots[k].time;
-      smooth[i] = astray ? passage.astray_at(time, unobserved) : passage.at(time);
+      smooth[i] = unknown ? passage.alternative_at(time, unobserved) : passage.at(time);
     }
   }
   return smooth;

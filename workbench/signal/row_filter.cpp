@@ -11,13 +11,14 @@
 namespace slipstack::workbench {
 namespace {
 
-/// Samples of a chunk, about: fits the first-level cache with the effect's state.
+/// Samples of a chunk, rounded down to whole groups: 16 KiB a column, which stays in a first-level cache of
+/// 32 KiB together with an effect's state.
 constexpr std::size_t kRowChunk = 2048;
 
-/// Triangular means of this part of a period of the bandwidth on either side: they droop by 9 % there, alike
-/// for all. What lies above half the rate of the means folds into the band; the triangle leaves 4 % of it.
-/// Plain means leave a fifth, and that of the force is not that of an acceleration which was band-limited
-/// before.
+/// A triangular mean reaches this part of a period of the bandwidth to either side. Its gain at the bandwidth
+/// is 9 % below one, for force and regressors alike. Components above half the rate of the means are aliased
+/// into the band; the triangle attenuates them to 4 %. Plain means would leave a fifth, and the aliases of
+/// the force would differ from those of an acceleration that was band-limited before.
 constexpr double kMeansPerCycle = 6.0;
 
 }  // namespace
@@ -48,7 +49,8 @@ RowCollector::RowCollector(const RowFilter& filter, const std::vector<std::size_
       rising_(columns, 0.0),
       rows_(static_cast<Eigen::Index>(row_samples.size()), static_cast<Eigen::Index>(columns)) {}
 
-// kColumns: as many, or 0 for as many as there are. One column is the common case, and then no loop.
+// kColumns: the number of columns at compile time, or 0 for columns_. One column is the common case and then
+// needs no inner loop.
 template <std::size_t kColumns>
 void RowCollector::take_means(std::size_t groups) {
   const std::size_t columns = kColumns == 0 ? columns_ : kColumns;

@@ -7,16 +7,16 @@
 
 namespace slipstack::workbench {
 
-/// The zero-phase low-pass between samples and rows, in two stages so that it costs little: triangular means
-/// of neighbouring samples, one for each group of them, then a symmetric FIR over the means. Together they
-/// are one symmetric FIR, taps(), evaluated at the rows only; force and regressors pass exactly the same one.
+/// The zero-phase low-pass between samples and rows, in two stages to save time: a triangular mean for each
+/// group of neighbouring samples, then a symmetric FIR over the means. Together they are one symmetric FIR,
+/// taps(), evaluated at the rows only; force and regressors pass exactly the same filter.
 class RowFilter {
  public:
   RowFilter() = default;
   RowFilter(double bandwidth_Hz, double rate_Hz);
 
-  /// Samples in one group: a mean falls to zero that far on either side of the group's first sample. Rows
-  /// must lie there: sample % group() == 0.
+  /// Samples in one group: the weights of a mean fall to zero this far on either side of the group's first
+  /// sample. Rows must lie on first samples of groups: sample % group() == 0.
   std::size_t group() const { return group_; }
   /// FIR over the means.
   const std::vector<double>& stage() const { return stage_; }
@@ -29,16 +29,16 @@ class RowFilter {
   std::vector<double> taps_;
 };
 
-/// Filters columns of samples to rows while they are produced, holding no more than one filter length.
+/// Filters columns of samples to rows while the samples are produced; keeps no more than one filter length.
 class RowCollector {
  public:
   RowCollector(const RowFilter& filter, const std::vector<std::size_t>& row_samples, std::size_t columns);
 
-  /// Samples that may be given at once.
+  /// Samples of one chunk.
   std::size_t chunk() const { return chunk_; }
   /// Room for the next `chunk()` samples: space()[sample * columns + column].
   double* space() { return raw_.data(); }
-  /// Takes `count` samples from the space: chunk() of them, fewer only at the end.
+  /// Processes `count` samples in the space: chunk() of them, fewer only at the end.
   void commit(std::size_t count);
   /// rows x columns.
   Eigen::MatrixXd take() { return std::move(rows_); }
@@ -54,9 +54,9 @@ class RowCollector {
   std::size_t chunk_;
   std::vector<double> raw_;      ///< [sample][column]
   std::vector<double> means_;    ///< triangular sums around the groups' first samples, [group][column]
-  std::vector<double> rising_;   ///< what the last group gives to the next mean, [column]
-  std::size_t first_group_ = 0;  ///< of those held
-  std::size_t held_ = 0;
+  std::vector<double> rising_;   ///< contribution of the last group to the next mean, [column]
+  std::size_t first_group_ = 0;  ///< index of the first group in means_
+  std::size_t held_ = 0;         ///< groups in means_
   std::size_t next_row_ = 0;
   Eigen::MatrixXd rows_;
 };

@@ -25,17 +25,17 @@ Spectrum power_spectrum(std::span<const double> input, double rate_Hz, std::size
   const std::size_t bins = segment / 2;
   spectrum.density.assign(bins, 0.0);
   Eigen::FFT<double> fft;
-  std::vector<double> piece(segment);
+  std::vector<double> windowed(segment);
   std::vector<std::complex<double>> transform;
-  std::size_t pieces = 0;
-  for (std::size_t start = 0; start + segment <= input.size(); start += segment / 2, ++pieces) {
-    for (std::size_t i = 0; i < segment; ++i) piece[i] = (input[start + i] - mean) * window[i];
-    fft.fwd(transform, piece);
+  std::size_t segments = 0;
+  for (std::size_t start = 0; start + segment <= input.size(); start += segment / 2, ++segments) {
+    for (std::size_t i = 0; i < segment; ++i) windowed[i] = (input[start + i] - mean) * window[i];
+    fft.fwd(transform, windowed);
     for (std::size_t k = 0; k < bins; ++k) spectrum.density[k] += std::norm(transform[k]);
   }
   for (std::size_t k = 0; k < bins; ++k) {
     spectrum.frequency_Hz.push_back(static_cast<double>(k) * rate_Hz / static_cast<double>(segment));
-    spectrum.density[k] *= 2.0 / (power * rate_Hz * static_cast<double>(pieces));
+    spectrum.density[k] *= 2.0 / (power * rate_Hz * static_cast<double>(segments));
   }
   return spectrum;
 }

@@ -8,18 +8,19 @@
 namespace slipstack::workbench {
 namespace {
 
-/// A turning point is taken from the parabola through three samples where it bends by so many encoder steps:
-/// then the parabola's top is known better than the step ...
+/// The turning point is the vertex of the parabola through three samples where their second difference is at
+/// least so many encoder steps: the vertex is then known more accurately than by one step. Chosen.
 constexpr double kCurvedSteps = 16.0;
-/// ... and where it bends as much one sample before and one after, within this share: a move that ends
-/// between two samples has no top beyond them.
+/// The second differences one sample before and after must agree with it within this share: a move that ends
+/// between two samples has no vertex beyond them. Chosen.
 constexpr double kSteadyCurvature = 0.5;
-/// Each leg of a zigzag is longer than this share of a step: half-way between what rounding leaves and it.
+/// Each leg of a zigzag is longer than this share of a step. Rounding of decimals leaves nearly zero, a true
+/// move of the encoder a whole step: chosen between the two.
 constexpr double kLeastLeg = 0.4;
 
-/// How a displacement bends at its sample `x[0]` and at those beside it; read from x[-2] to x[2].
-struct Bends {
-  explicit Bends(const double* x)
+/// Second differences of a displacement at its sample `x[0]` and at the two beside it; reads x[-2] to x[2].
+struct SecondDifferences {
+  explicit SecondDifferences(const double* x)
       : here_m(x[-1] - 2.0 * x[0] + x[1]),
         before_m(x[-2] - 2.0 * x[-1] + x[0]),
         after_m(x[0] - 2.0 * x[1] + x[2]) {}
@@ -33,26 +34,27 @@ struct Bends {
   double after_m;
 };
 
-/// How far a zigzag came, none where its legs are no more than rounding.
-std::optional<double> corner_m(const double* x, const Bends& bends, double step_m, double beyond_corners) {
+/// The displacement that a zigzag reached; none where its legs are no longer than rounding makes them.
+std::optional<double> corner_m(const double* x, const SecondDifferences& second, double step_m,
+                               double beyond_corners) {
   const double least_m = std::min(
-      {std::abs(x[0] - x[-1]), std::abs(x[1] - x[0]), std::abs(bends.before_m), std::abs(bends.after_m)});
+      {std::abs(x[0] - x[-1]), std::abs(x[1] - x[0]), std::abs(second.before_m), std::abs(second.after_m)});
   if (beyond_corners <= 0.0 || least_m <= kLeastLeg * step_m) return std::nullopt;
-  return x[0] - 0.5 * beyond_corners * bends.here_m;
+  return x[0] - 0.5 * beyond_corners * second.here_m;
 }
 
-/// The turn of an axis that turns round at sample `i`, before it or after.
+/// The turning point near sample `i`, where the steps before and after have opposite signs.
 std::optional<TurningPoint> turning_point_at(std::size_t i, const double* x, double step_m,
                                              double beyond_corners) {
-  const Bends bends(x);
-  if (bends.zigzag()) {
-    const std::optional<double> corner = corner_m(x, bends, step_m, beyond_corners);
+  const SecondDifferences second(x);
+  if (second.zigzag()) {
+    const std::optional<double> corner = corner_m(x, second, step_m, beyond_corners);
     return corner ? std::optional<TurningPoint>({i, *corner}) : std::nullopt;
   }
-  if (std::abs(bends.here_m) < kCurvedSteps * step_m || !bends.steady()) return std::nullopt;
+  if (std::abs(second.here_m) < kCurvedSteps * step_m || !second.steady()) return std::nullopt;
   const double slope_m = 0.5 * (x[1] - x[-1]);
-  const bool later = slope_m * bends.here_m < 0.0;
-  return TurningPoint{later ? i + 1 : i, x[0] - slope_m * slope_m / (2.0 * bends.here_m)};
+  const bool later = slope_m * second.here_m < 0.0;
+  return TurningPoint{later ? i + 1 : i, x[0] - slope_m * slope_m / (2.0 * second.here_m)};
 }
 
 }  // namespace

@@ -5,9 +5,9 @@
 
 namespace slipstack::workbench {
 
-/// Standard deviation of white noise under a smooth signal: sixth differences kill what a motion leaves at
-/// the highest frequencies; their median is blind to the rare samples where it does not. Zero for fewer than
-/// seven samples. O(n).
+/// Standard deviation of white noise that is superimposed on a smooth signal. Sixth differences suppress the
+/// smooth signal; the median of their magnitudes ignores the rare samples where it is not smooth. Zero for
+/// fewer than seven samples. O(n).
 double white_noise(std::span<const double> signal);
 
 }  // namespace slipstack::workbench

@@ -11,7 +11,7 @@ namespace {
 
 using std::numbers::pi;
 
-/// Shape of Kaiser's window for ripples of 94 dB (2e-5): 0.1102 (dB - 8.7).
+/// Shape parameter of the Kaiser window for ripples of 94 dB (2e-5): 0.1102 (dB - 8.7), Kaiser 1974.
 constexpr double kKaiser = 9.4;
 
 /// Input index with the ends repeated.
@@ -24,9 +24,9 @@ double at(std::span<const double> input, std::ptrdiff_t index) {
 
 std::vector<double> low_pass_taps(double cutoff_Hz, double rate_Hz) {
   const double cycles_per_sample = std::min(cutoff_Hz / rate_Hz, 0.5);
-  // This length puts the transition of a Kaiser window of 94 dB at cutoff/2 .. 3/2 cutoff (Kaiser 1974:
-  // length = (dB - 8)/14.36 per transition). Blackman's window of the same length ripples by 2e-4, and that
-  // much of the force of inertia, where only one side of the fit went through it, was above the noise.
+  // With this length the transition band of a Kaiser window of 94 dB is cutoff/2 .. 3/2 cutoff (Kaiser 1974:
+  // length = (dB - 8)/14.36 per transition). A Blackman window of the same length has ripples of 2e-4: that
+  // share of the inertia force, where only one side of the fit is filtered, exceeds the noise.
   const auto half = static_cast<std::ptrdiff_t>(std::ceil(3.0 / cycles_per_sample));
   std::vector<double> taps;
   double sum = 0.0;

@@ -11,17 +11,17 @@ namespace slipstack::workbench {
 /// 1.5 times it.
 std::vector<double> low_pass_taps(double cutoff_Hz, double rate_Hz);
 
-/// Sum of squares: what the filter leaves of the variance of white noise.
+/// Sum of squares of the taps: the share of the variance of white noise that passes the filter.
 double noise_gain(std::span<const double> taps);
 
 /// Full convolution.
 std::vector<double> convolve(std::span<const double> a, std::span<const double> b);
 
-/// The input filtered at every sample; values outside are those at the ends.
+/// The input filtered at every sample; outside, the first and the last value are repeated.
 std::vector<double> filter_all(std::span<const double> input, std::span<const double> taps);
 
-/// Derivatives of a smooth signal by five-point differences (error of fourth order). Values outside are those
-/// at the ends: the first and last two derivatives are those of a signal that stands still there.
+/// Derivatives of a smooth signal by five-point differences (error of fourth order). Outside, the first and
+/// the last value are repeated: the first and last two derivatives are those of a signal at standstill.
 std::vector<double> first_derivative(std::span<const double> input, double rate_Hz);
 std::vector<double> second_derivative(std::span<const double> input, double rate_Hz);
 

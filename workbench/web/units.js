@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Display units and number texts of the charts; workbench/report/format.cpp does the same for the tables.
+// Display units and number texts of the charts; workbench/base/quantity.cpp does the same for the tables.
 
 const kSteps = {
   'N': [[1e4, 1e-3, 'kN'], [0.1, 1, 'N'], [1e-4, 1e3, 'mN'], [0, 1e6, 'µN']],

@@ -97,8 +97,8 @@ Outcome run_case(Kind kind, std::uint64_t seed, bool closed_loop, const std::fil
   }
   outcome.verdict = workbench::name_of(diagnosis.verdict);
   for (const auto& candidate : diagnosis.candidates) outcome.ranking.push_back(candidate.term.id());
-  for (std::size_t i = 1; i < diagnosis.steps.size(); ++i) outcome.added.push_back(diagnosis.steps[i].added);
-  if (diagnosis.unexplained) outcome.coordinate = diagnosis.unexplained->coordinate;
+  for (std::size_t i = 1; i < diagnosis.steps.size(); ++i) outcome.added.push_back(diagnosis.steps[i].effect);
+  if (diagnosis.unexplained) outcome.coordinate = name_of(diagnosis.unexplained->coordinate);
   outcome.baseline_over_floor = diagnosis.baseline.holdout_rmse_N / diagnosis.noise_floor_N;
   outcome.explained_over_floor = diagnosis.explained.holdout_rmse_N / diagnosis.noise_floor_N;
   outcome.estimates =

@@ -10,6 +10,7 @@
 #include "sim_host/experiments/stepped_sine.h"
 #include "sim_host/plant/plant.h"
 #include "sim_host/plant/smooth_axis.h"
+#include "workbench/papers/parallel_sweeps.h"
 
 namespace slipstack::sim {
 namespace {
@@ -63,11 +64,11 @@ void frequency_responses(benchmark::State& state) {
   SteppedSineRequest request;
   request.forces_N = setup.defaults.forces_N;
   request.frequencies_Hz = log_frequencies(1.0, 100.0, 40);
-  Watch watch;
-  watch.threads = static_cast<std::size_t>(state.range(0));
+  workbench::RunControl control;
+  control.threads = static_cast<std::size_t>(state.range(0));
   for (auto _ : state) {
     std::vector<SweepChain> chains;
-    run_stepped_sine(setup, request, chains, watch);
+    workbench::run_sweeps(setup, request, chains, control);
     benchmark::DoNotOptimize(chains);
   }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// libFuzzer target: whatever the bytes, the log reader gives a log or an error of one line.
+// libFuzzer target: for any bytes the log reader returns a valid log or an error message of one line.
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -23,7 +23,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::string_view bytes(reinterpret_cast<const char*>(data), size);
   const bool is_mat = looks_like_mat(bytes.substr(0, kMatHeaderSize));
   try {
-    require(test::broken_promise(is_mat ? test::parse_mat(bytes) : test::parse_text(bytes)));
+    require(test::violated_guarantee(is_mat ? test::parse_mat(bytes) : test::parse_text(bytes)));
   } catch (const InputError& error) {
     require(test::broken_message(error.what(), is_mat ? "log.mat" : "log.csv"));
   }

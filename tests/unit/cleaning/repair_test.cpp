@@ -8,7 +8,8 @@
 #include "workbench/estimate/linear/robust.h"
 #include "workbench/estimate/uncertainty/noise_floor.h"
 
-// Faults of a recorder, put into a log of the plant.
+// Faults of a recorder are inserted into a log of the simulated plant; the repaired log must give the answer
+// of the log without them.
 namespace slipstack::workbench {
 namespace {
 
@@ -19,22 +20,22 @@ Log plant_log(std::uint64_t seed) {
   bench.programme.seconds = 20.0;
   Log log = test::simulate(bench, seed);
   log.mass_kg.reset();
-  // As a file would have it: five decimals.
+  // Five decimals, as in a file.
   for (double& force : log.force_N) force = 1e-5 * std::round(1e5 * force);
   return log;
 }
 
-/// Stretches of at least so many samples in which the position stays within an encoder step.
+/// Intervals of at least `shortest` samples in which the position stays within an encoder step.
 std::vector<Interval> standstills_of(const Log& log, std::size_t shortest) {
   const std::vector<double>& x = log.position_m;
-  std::vector<Interval> rests;
+  std::vector<Interval> standstills;
   for (std::size_t i = 0; i < x.size();) {
     std::size_t end = i + 1;
     while (end < x.size() && std::abs(x[end] - x[i]) <= 1.5 * *log.encoder_resolution_m) ++end;
-    if (end - i >= shortest) rests.push_back({i, end});
+    if (end - i >= shortest) standstills.push_back({i, end});
     i = end;
   }
-  return rests;
+  return standstills;
 }
 
 struct Found {
@@ -59,7 +60,7 @@ Found found_in(const Log& log) {
   return found;
 }
 
-/// The faulty log gives the clean one's answer, and says what was done.
+/// Expects the same estimates from the faulty log as from the clean one, and a note that contains `said`.
 void expect_same(const Log& clean, const Log& faulty, const char* said, double share = 0.01) {
   const Found truth = found_in(clean);
   const Found found = found_in(faulty);
@@ -71,7 +72,7 @@ void expect_same(const Log& clean, const Log& faulty, const char* said, double s
   EXPECT_NE(found.repaired.front().find(said), std::string::npos) << found.repaired.front();
 }
 
-TEST(Mend, LeavesCleanLogsAlone) {
+TEST(Repair, DoesNotChangeCleanLogs) {
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     const Log log = plant_log(seed);
     Log copy = log;
@@ -84,16 +85,16 @@ TEST(Mend, LeavesCleanLogsAlone) {
   EXPECT_TRUE(repair(copy).notes.empty());
 }
 
-TEST(Mend, WildSamplesOfForceAndPosition) {
+TEST(Repair, OutliersOfForceAndPosition) {
   const Log clean = plant_log(11);
   test::Draw draw(5);
-  Log wild = clean;
+  Log faulty = clean;
   for (int i = 0; i < 40; ++i) {
     const auto at =
         static_cast<std::size_t>(draw.uniform(100.0, static_cast<double>(clean.force_N.size()) - 100.0));
-    wild.force_N[at] += draw.sign() * draw.log_uniform(20.0, 2000.0);
+    faulty.force_N[at] += draw.sign() * draw.log_uniform(20.0, 2000.0);
   }
-  expect_same(clean, wild, "wild samples of the force");
+  expect_same(clean, faulty, "outliers of the force");
   Log glitches = clean;
   for (int i = 0; i < 10; ++i) {
     const auto at =
@@ -103,28 +104,28 @@ TEST(Mend, WildSamplesOfForceAndPosition) {
   expect_same(clean, glitches, "of the position");
 }
 
-// One in a hundred: many are near another by chance, which makes no burst of them.
-TEST(Mend, WildSamplesThatHappenToBeNearToEachOther) {
+// One sample in a hundred: many outliers are near another by chance, which must not count as a burst.
+TEST(Repair, OutliersThatAreNearEachOtherByChance) {
   const Log clean = plant_log(11);
   test::Draw draw(15);
-  Log wild = clean;
+  Log faulty = clean;
   int left = 0;
   int outliers_found = 0;
   for (std::size_t i = 100; i + 100 < clean.force_N.size(); ++i) {
-    if (draw.uniform(0.0, 1.0) < 0.01) wild.force_N[i] += draw.sign() * draw.log_uniform(20.0, 200.0);
+    if (draw.uniform(0.0, 1.0) < 0.01) faulty.force_N[i] += draw.sign() * draw.log_uniform(20.0, 200.0);
   }
-  Log repaired = wild;
+  Log repaired = faulty;
   EXPECT_EQ(repair(repaired).notes.size(), 1U);
   for (std::size_t i = 0; i < clean.force_N.size(); ++i) {
-    if (wild.force_N[i] == clean.force_N[i]) continue;
+    if (faulty.force_N[i] == clean.force_N[i]) continue;
     ++outliers_found;
-    if (repaired.force_N[i] == wild.force_N[i]) ++left;
+    if (repaired.force_N[i] == faulty.force_N[i]) ++left;
   }
   EXPECT_GT(outliers_found, 100);
   EXPECT_LT(left, outliers_found / 40);
 }
 
-TEST(Mend, ABurstIsAnEventAndStays) {
+TEST(Repair, ABurstIsAnEventAndIsKept) {
   Log log = plant_log(12);
   test::Draw draw(6);
   for (std::size_t i = 20000; i < 20200; ++i) {
@@ -135,7 +136,7 @@ TEST(Mend, ABurstIsAnEventAndStays) {
   EXPECT_EQ(copy.force_N, log.force_N);
 }
 
-TEST(Mend, SamplesWrittenAgain) {
+TEST(Repair, RepeatedSamples) {
   const Log clean = plant_log(13);
   test::Draw draw(7);
   Log repeats = clean;
@@ -148,8 +149,8 @@ TEST(Mend, SamplesWrittenAgain) {
   expect_same(clean, repeats, "repeat the one before");
 }
 
-// What a mass did between two samples bends; a straight line there is itself wild.
-TEST(Mend, InterpolatedPositionsBend) {
+// A mass accelerates between two samples; a straight line would itself be an outlier.
+TEST(Repair, PositionsAreInterpolatedByCubics) {
   const Log clean = plant_log(13);
   Log repeats = clean;
   std::vector<std::size_t> places;
@@ -167,9 +168,9 @@ TEST(Mend, InterpolatedPositionsBend) {
   EXPECT_LE(worst_m, 1.5 * *clean.encoder_resolution_m);
 }
 
-// A controller's command creeps while the axis rests: in the digits of a file it stands for some samples and
-// goes on, which no recorder does.
-TEST(Mend, ACommandThatCreepsAtRestStays) {
+// The command of a controller changes slowly at standstill: in the digits of a file it is constant for some
+// samples and then changes. That is no fault of the recorder.
+TEST(Repair, ASlowlyChangingCommandAtStandstillIsKept) {
   Log log = plant_log(18);
   std::size_t equal = 0;
   for (const auto& [i, end] : standstills_of(log, 20)) {
@@ -188,7 +189,7 @@ TEST(Mend, ACommandThatCreepsAtRestStays) {
   EXPECT_EQ(log.position_m, before.position_m);
 }
 
-TEST(Mend, ForceAtItsLimit) {
+TEST(Repair, ForceAtItsLimit) {
   const Log clean = plant_log(14);
   Log limited = clean;
   double largest = 0.0;
@@ -197,21 +198,21 @@ TEST(Mend, ForceAtItsLimit) {
   expect_same(clean, limited, "at its limit", 0.02);
 }
 
-TEST(Mend, FrozenForce) {
+TEST(Repair, FrozenForce) {
   const Log clean = plant_log(15);
   Log off = clean;
   std::fill(off.force_N.begin() + 15000, off.force_N.begin() + 19000, 0.0);
   expect_same(clean, off, "frozen");
 }
 
-// A current that a controller commands is constant while nothing moves: no fault, however often.
-TEST(Mend, ForceWithoutNoiseAtRestStays) {
+// A current commanded by a controller is constant at standstill: no fault, however often it occurs.
+TEST(Repair, ForceWithoutNoiseAtStandstillIsKept) {
   Log log = plant_log(18);
   std::size_t still = 0;
-  for (const Interval& rest : standstills_of(log, 8)) {
-    std::fill(log.force_N.begin() + static_cast<std::ptrdiff_t>(rest.first),
-              log.force_N.begin() + static_cast<std::ptrdiff_t>(rest.end), log.force_N[rest.first]);
-    still += rest.size();
+  for (const Interval& one : standstills_of(log, 8)) {
+    std::fill(log.force_N.begin() + static_cast<std::ptrdiff_t>(one.first),
+              log.force_N.begin() + static_cast<std::ptrdiff_t>(one.end), log.force_N[one.first]);
+    still += one.size();
   }
   ASSERT_GT(still, 500u);
   const Log before = log;
@@ -221,10 +222,10 @@ TEST(Mend, ForceWithoutNoiseAtRestStays) {
   EXPECT_EQ(log.force_N, before.force_N);
 }
 
-TEST(Mend, StuckEncoder) {
+TEST(Repair, StuckEncoder) {
   const Log clean = plant_log(16);
   Log stuck = clean;
-  // While it moves: the first fast stretch behind the middle.
+  // During the first fast motion in the second half.
   std::size_t at = clean.position_m.size() / 2;
   while (std::abs(clean.position_m[at + 1] - clean.position_m[at]) < 20e-6) ++at;
   std::fill_n(stuck.position_m.begin() + static_cast<std::ptrdiff_t>(at), 200, clean.position_m[at]);
@@ -232,9 +233,9 @@ TEST(Mend, StuckEncoder) {
   expect_same(clean, stuck, "encoder stuck", 0.02);
 }
 
-// Stuck more than once, and each time until the axis rests: no rest by which the force could be judged, nor
-// an encoder that lost counts.
-TEST(Mend, EncoderStuckUntilTheAxisRests) {
+// Stuck several times, each time until the axis is at standstill. Such an interval must neither serve as a
+// standstill with which forces are compared, nor count as lost counts.
+TEST(Repair, EncoderStuckUntilTheNextStandstill) {
   Log clean = plant_log(16);
   clean.mass_kg = 10.0;
   Log stuck = clean;
@@ -242,13 +243,14 @@ TEST(Mend, EncoderStuckUntilTheAxisRests) {
   int times = 0;
   for (std::size_t at = clean.position_m.size() / 2; times < 3 && at + 3000 < clean.position_m.size(); ++at) {
     if (step(at) < 20e-6) continue;
-    std::size_t rests = at;
-    while (rests < at + 2500 && clean.position_m[rests] != clean.position_m[rests + 40]) ++rests;
-    if (clean.position_m[rests] != clean.position_m[rests + 40]) continue;
+    std::size_t standstill = at;
+    while (standstill < at + 2500 && clean.position_m[standstill] != clean.position_m[standstill + 40])
+      ++standstill;
+    if (clean.position_m[standstill] != clean.position_m[standstill + 40]) continue;
     std::fill(stuck.position_m.begin() + static_cast<std::ptrdiff_t>(at),
-              stuck.position_m.begin() + static_cast<std::ptrdiff_t>(rests + 10), clean.position_m[at]);
+              stuck.position_m.begin() + static_cast<std::ptrdiff_t>(standstill + 10), clean.position_m[at]);
     ++times;
-    at = rests + 500;
+    at = standstill + 500;
   }
   ASSERT_EQ(times, 3);
   const Repairs repairs = repair(stuck);
@@ -256,22 +258,22 @@ TEST(Mend, EncoderStuckUntilTheAxisRests) {
   EXPECT_EQ(repairs.cut.size(), 3U);
 }
 
-/// From sample `at` on the encoder reads so much more.
+/// From sample `at` on the encoder reads `jump_m` too much.
 Log with_jump(Log log, std::size_t at, double jump_m) {
   for (std::size_t i = at; i < log.position_m.size(); ++i) log.position_m[i] += jump_m;
   return log;
 }
 
-// At speed, as when counts come too fast; it may also happen while the axis rests. Both are taken back.
-TEST(Mend, JumpsOfTheEncoder) {
+// Jumps at speed, as when counts arrive too fast for the counter, and at standstill. Both are corrected.
+TEST(Repair, JumpsOfTheEncoder) {
   Log clean = plant_log(16);
   clean.mass_kg = 10.0;
   const auto step = [&](std::size_t i) { return std::abs(clean.position_m[i + 1] - clean.position_m[i]); };
   std::size_t moves = clean.position_m.size() / 2;
   while (step(moves) < 20e-6) ++moves;
-  std::size_t rests = clean.position_m.size() / 4;
-  while (clean.position_m[rests - 40] != clean.position_m[rests + 40]) ++rests;
-  for (const std::size_t at : {moves, rests}) {
+  std::size_t standstill = clean.position_m.size() / 4;
+  while (clean.position_m[standstill - 40] != clean.position_m[standstill + 40]) ++standstill;
+  for (const std::size_t at : {moves, standstill}) {
     for (const double jump_m : {-200e-6, 90e-6}) {
       Log log = with_jump(clean, at, jump_m);
       const Repairs repairs = repair(log);
@@ -280,17 +282,17 @@ TEST(Mend, JumpsOfTheEncoder) {
       EXPECT_NEAR(repairs.jumps[0].jump_m, jump_m, 2e-6);
       EXPECT_NEAR(log.position_m.back(), clean.position_m.back(), 2e-6);
       EXPECT_TRUE(repairs.cut.empty());
-      // Of a piece it is told and left: other pieces of the log do not know of it.
-      Log piece = with_jump(clean, at, jump_m);
-      EXPECT_EQ(repair(piece, RepairScope::piece).jumps.size(), 1U);
-      EXPECT_EQ(piece.position_m.back(), clean.position_m.back() + jump_m);
+      // In a chunk it is reported only: a correction would shift this chunk against the others.
+      Log chunk = with_jump(clean, at, jump_m);
+      EXPECT_EQ(repair(chunk, RepairScope::chunk).jumps.size(), 1U);
+      EXPECT_EQ(chunk.position_m.back(), clean.position_m.back() + jump_m);
     }
   }
-  expect_same(plant_log(16), with_jump(plant_log(16), moves, 200e-6), "of the encoder taken back");
+  expect_same(plant_log(16), with_jump(plant_log(16), moves, 200e-6), "of the encoder corrected");
 }
 
-// Knocks, the corners of moves and a steep start are motion.
-TEST(Mend, NoMotionIsAJumpOfTheEncoder) {
+// Knocks, corners of moves and steep starts are motion.
+TEST(Repair, NoMotionIsAJumpOfTheEncoder) {
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     sim::Bench bench = sim::draw_bench(sim::Setup::kRandom, seed);
     bench.programme.seconds = 20.0;
@@ -301,8 +303,8 @@ TEST(Mend, NoMotionIsAJumpOfTheEncoder) {
   }
 }
 
-// Pick and place at 200 samples a second: whole moves between two samples at rest, of a few samples each.
-TEST(Mend, MovesOfAFewSamplesAreNoFault) {
+// Pick and place at 200 samples a second: whole moves take only a few samples.
+TEST(Repair, MovesOfAFewSamplesAreNoFault) {
   test::Draw draw(11);
   Log log;
   log.path = "test";
@@ -325,22 +327,22 @@ TEST(Mend, MovesOfAFewSamplesAreNoFault) {
   EXPECT_TRUE(repairs.jumps.empty()) << repairs.notes.front();
 }
 
-// It never comes back: stuck in the middle of a move, or while the axis rested before further moves.
-TEST(Mend, EncoderStuckToTheEnd) {
+// Stuck in the middle of a move, or at a standstill before further moves.
+TEST(Repair, EncoderStuckToTheEnd) {
   const Log clean = plant_log(16);
   const std::size_t count = clean.position_m.size();
-  for (const bool at_rest : {false, true}) {
+  for (const bool at_standstill : {false, true}) {
     Log stuck = clean;
     std::size_t at = count * 3 / 4;
     const auto step = [&](std::size_t i) { return std::abs(clean.position_m[i + 1] - clean.position_m[i]); };
-    while (at_rest ? step(at) > 0.0 || step(at + 40) > 0.0 : step(at) < 20e-6) ++at;
+    while (at_standstill ? step(at) > 0.0 || step(at + 40) > 0.0 : step(at) < 20e-6) ++at;
     std::fill(stuck.position_m.begin() + static_cast<std::ptrdiff_t>(at), stuck.position_m.end(),
               clean.position_m[at]);
     expect_same(clean, stuck, "to the end of the log", 0.03);
   }
 }
 
-TEST(Mend, StandingAtTheEndIsNoFault) {
+TEST(Repair, AStandstillAtTheEndIsNoFault) {
   Log log = plant_log(16);
   test::Draw draw(10);
   const double held_m = log.position_m.back();
@@ -351,7 +353,7 @@ TEST(Mend, StandingAtTheEndIsNoFault) {
   EXPECT_TRUE(repair(log).cut.empty());
 }
 
-TEST(Mend, MotionWithoutForce) {
+TEST(Repair, MotionWithoutForce) {
   const Log clean = plant_log(17);
   Log idle = clean;
   test::Draw draw(8);
@@ -361,20 +363,20 @@ TEST(Mend, MotionWithoutForce) {
   expect_same(clean, idle, "without any force", 0.02);
 }
 
-TEST(Mend, TooMuchIsRefused) {
+TEST(Repair, TooMuchIsRefused) {
   Log log = plant_log(18);
   test::Draw draw(9);
   for (std::size_t i = 50; i + 50 < log.force_N.size(); i += 31) log.force_N[i] += 500.0 * draw.sign();
   try {
     repair(log);
-    FAIL() << "taken";
+    FAIL() << "accepted";
   } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("are wild"), std::string::npos);
+    EXPECT_NE(std::string(error.what()).find("are outliers"), std::string::npos);
     EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
   }
 }
 
-TEST(Robust, AFewKnocksDoNotMoveTheAnswer) {
+TEST(Robust, AFewKnocksDoNotChangeTheEstimates) {
   const Log clean = plant_log(19);
   Log knocked = clean;
   test::Draw draw(10);
@@ -395,7 +397,7 @@ TEST(Robust, AFewKnocksDoNotMoveTheAnswer) {
   EXPECT_LT(robust.model.holdout_rmse_N, 0.5 * plain.holdout_rmse_N);
 }
 
-TEST(Robust, GaussianResidualsAreNotTouched) {
+TEST(Robust, GaussianResidualsKeepTheirWeight) {
   Measurement measurement(test::wandering_log(20, 500.0, 8000));
   const FittedModel plain = fit_effects(measurement, {"inertia", "viscous", "offset_force"}, {});
   const RobustFit robust = fit_robustly(measurement, plain);

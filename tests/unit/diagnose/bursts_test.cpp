@@ -37,7 +37,7 @@ TEST(BurstInForce, IsToldWithItsMomentAndLength) {
     add_burst(log, kBurst_s, 60, 20.0, seed);
     const auto burst = told_of(log);
     ASSERT_TRUE(burst) << seed;
-    EXPECT_EQ(burst->coordinate, "time");
+    EXPECT_EQ(burst->coordinate, Coordinate::time);
     EXPECT_NEAR(burst->where, kBurst_s, 10e-3);
     EXPECT_NE(burst->description.find(" ms at 7.3"), std::string::npos) << burst->description;
     // All that it explains lies within it.

@@ -28,7 +28,7 @@ sim::Bench bench_of(std::uint64_t seed) {
 
 std::vector<std::string> added(const Diagnosis& is) {
   std::vector<std::string> ids;
-  for (std::size_t i = 1; i < is.steps.size(); ++i) ids.push_back(is.steps[i].added);
+  for (std::size_t i = 1; i < is.steps.size(); ++i) ids.push_back(is.steps[i].effect);
   std::sort(ids.begin(), ids.end());
   return ids;
 }
@@ -104,7 +104,7 @@ TEST(StandIns, LostCountsAreTold) {
     for (std::size_t i = at; i < log.position_m.size(); ++i) log.position_m[i] += 40e-6;
     const Diagnosis is = diagnosed(log);
     ASSERT_TRUE(is.unexplained);
-    EXPECT_EQ(is.unexplained->coordinate, "time");
+    EXPECT_EQ(is.unexplained->coordinate, Coordinate::time);
     EXPECT_NEAR(is.unexplained->where, static_cast<double>(at) / log.sample_rate_Hz, 1e-3);
     EXPECT_EQ(is.verdict, payload_share > 0.0 ? Verdict::missing_effect : Verdict::unexplained);
     const std::vector<std::string> hidden(payload_share > 0.0 ? 1 : 0, "payload_mass");
@@ -129,7 +129,7 @@ TEST(StandIns, ASteepVirginCurveIsNoCoulombFriction) {
   const Log log =
       test::log_of(bench.axis, sim::simulate_closed_loop_log(bench.axis, programme, bench.rate_Hz, kSeed));
   const Diagnosis is = diagnosed(log);
-  EXPECT_EQ(is.verdict, Verdict::complete) << is.steps.back().added;
+  EXPECT_EQ(is.verdict, Verdict::complete) << is.steps.back().effect;
 }
 
 // Friction far from any sum of stop operators, in motion of one frequency: whatever else fits, an arm of many

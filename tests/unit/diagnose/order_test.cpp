@@ -58,7 +58,7 @@ TEST(Order, AMassInGramsIsNoPayload) {
   const Diagnosis wrong = diagnosed(log, {});
   EXPECT_EQ(wrong.verdict, Verdict::unexplained);
   ASSERT_TRUE(wrong.unexplained);
-  EXPECT_EQ(wrong.unexplained->coordinate, "acceleration");
+  EXPECT_EQ(wrong.unexplained->coordinate, Coordinate::acceleration);
   EXPECT_NE(wrong.unexplained->description.find("check mass_kg"), std::string::npos)
       << wrong.unexplained->description;
   log.mass_kg = 0.01 * mass_kg;

@@ -59,7 +59,7 @@ TEST(Outliers, HideNoEffectAndBendNoGain) {
   const Diagnosis is = diagnosed(measurement);
   ASSERT_EQ(is.verdict, Verdict::missing_effect);
   ASSERT_EQ(is.steps.size(), 2U);
-  EXPECT_EQ(is.steps[1].added, "viscous");
+  EXPECT_EQ(is.steps[1].effect, "viscous");
   const Terms terms = with_standard_errors(measurement, is.explained).terms;
   const Term& term = *find_term(terms, "viscous");
   EXPECT_NEAR(term.gains[0], viscous.viscous_N_s_per_m, 3.0 * term.gain_standard_errors[0]);

@@ -46,7 +46,7 @@ TEST_F(Residual, OfNoiseHasNoStructure) {
 
 TEST_F(Residual, OfAShortBumpIsOneOfPosition) {
   const Structure found = find_structure(measurement_, noise_N_ + bump_N(0.5, 1e-3)).front();
-  EXPECT_EQ(found.coordinate, "position");
+  EXPECT_EQ(found.coordinate, Coordinate::position);
   EXPECT_NEAR(found.where, middle_m_, 1e-3);
   EXPECT_GT(found.error_reduction, 0.05);
 }
@@ -55,7 +55,7 @@ TEST_F(Residual, OfAShortBumpIsOneOfPosition) {
 TEST_F(Residual, ThatBrakesAtOnePlaceIsOneOfPosition) {
   const Eigen::VectorXd brakes_N = velocity_mps_.cwiseSign().cwiseProduct(bump_N(0.5, 1e-3));
   const Structure found = find_structure(measurement_, noise_N_ + brakes_N).front();
-  EXPECT_EQ(found.coordinate, "position");
+  EXPECT_EQ(found.coordinate, Coordinate::position);
   EXPECT_NEAR(found.where, middle_m_, 1e-3);
   EXPECT_GT(found.error_reduction, 0.05);
   EXPECT_NE(found.description.find("resists the motion"), std::string::npos) << found.description;
@@ -99,7 +99,7 @@ TEST_F(Residual, OfOnePassIsOneOfTime) {
   for (; row < first + 40; ++row) residual_N(row) += all_N(row);
   EXPECT_LT(place_on_rail(position_m_, velocity_mps_, residual_N).error_reduction, 0.02);
   const Structure found = find_structure(measurement_, residual_N).front();
-  EXPECT_EQ(found.coordinate, "time");
+  EXPECT_EQ(found.coordinate, Coordinate::time);
   EXPECT_NEAR(found.where, row_times(measurement_)(first), 0.5);
 }
 
@@ -122,7 +122,7 @@ TEST_F(Residual, OfKnocksAfterReversalsIsOneOfReversals) {
       residual_N(row + k) += knock_N * (k == 1 ? -1.0 : 1.0);
   }
   const Structure found = find_structure(measurement_, residual_N).front();
-  EXPECT_EQ(found.coordinate, "reversal") << found.description;
+  EXPECT_EQ(found.coordinate, Coordinate::reversal) << found.description;
   EXPECT_GT(found.error_reduction, 0.3);
 }
 
@@ -152,14 +152,14 @@ TEST(AfterReversals, ABurstIsAnEventInTime) {
   const Eigen::VectorXd residual_N = measurement.filtered(burst_N);
   EXPECT_EQ(after_reversals(measurement, residual_N).error_reduction, 0.0);
   const Structure found = find_structure(measurement, residual_N).front();
-  EXPECT_EQ(found.coordinate, "time") << found.description;
+  EXPECT_EQ(found.coordinate, Coordinate::time) << found.description;
   EXPECT_NEAR(found.where, 15.2, 0.3);
 }
 
 TEST_F(Residual, ThatDependsOnVelocityIsOneOfVelocity) {
   const Eigen::VectorXd residual_N = noise_N_ + (velocity_mps_.array() * 30.0).tanh().matrix() * 0.2;
   const Structure found = find_structure(measurement_, residual_N).front();
-  EXPECT_EQ(found.coordinate, "velocity");
+  EXPECT_EQ(found.coordinate, Coordinate::velocity);
   EXPECT_GT(found.error_reduction, 0.3);
 }
 
@@ -167,7 +167,7 @@ TEST_F(Residual, ThatIsALineIsOneOfFrequency) {
   const double frequency_Hz = 0.3 * measurement_.bandwidth_Hz();
   const Eigen::ArrayXd phase = 2.0 * std::numbers::pi * frequency_Hz * row_times(measurement_).array() + 1.0;
   const Structure found = find_structure(measurement_, noise_N_ + 0.2 * phase.sin().matrix()).front();
-  EXPECT_EQ(found.coordinate, "frequency");
+  EXPECT_EQ(found.coordinate, Coordinate::frequency);
   EXPECT_NEAR(found.where, frequency_Hz, 0.05);
 }
 
@@ -199,7 +199,7 @@ std::optional<Structure> beyond(const std::function<double(double)>& more) {
 TEST(LineBeyondRows, IsFoundWithItsAmplitude) {
   const auto line = beyond([](double t_s) { return 0.1 * std::sin(2.0 * std::numbers::pi * 311.0 * t_s); });
   ASSERT_TRUE(line.has_value());
-  EXPECT_EQ(line->coordinate, "frequency");
+  EXPECT_EQ(line->coordinate, Coordinate::frequency);
   EXPECT_NEAR(line->where, 311.0, 1.0);
   // rms 0.0707 beside 0.05
   EXPECT_NEAR(line->error_reduction, 1.0 - 0.05 / std::hypot(0.05, 0.0707), 0.03);

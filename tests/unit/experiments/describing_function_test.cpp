@@ -81,7 +81,7 @@ TEST(DescribingFunction, IsAccurateAwayFromSaturationAndWorstAtIt) {
   request.frequencies_Hz = log_frequencies(1.0, 100.0, 20);
   request.most_periods = 1000;
   std::vector<SweepChain> chains;
-  run_stepped_sine(setup, request, chains, {});
+  run_stepped_sine(setup, request, chains);
   std::vector<double> median;
   for (const SweepChain& chain : chains) {
     std::vector<double> errors;

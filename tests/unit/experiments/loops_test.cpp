@@ -21,7 +21,7 @@ LoopRequest request_of(const ExperimentSetup& setup) {
 TEST(Loops, HaveTheFormsOfTheirVirginCurve) {
   for (const char* name : {"roller", "slideway", "slideway_loaded", "pick_and_place", "theory"}) {
     const ExperimentSetup setup = read_setup(name);
-    for (const MeasuredLoop& loop : run_loops(setup, request_of(setup), {})) {
+    for (const MeasuredLoop& loop : run_loops(setup, request_of(setup))) {
       const Equivalent expected = equivalent(setup.axis.curve, loop.asked);
       EXPECT_NEAR(loop.amplitude_m, loop.asked, 1e-3 * loop.asked) << name;
       EXPECT_NEAR(loop.force_amplitude_N, setup.axis.curve.force_N(loop.asked),
@@ -40,7 +40,7 @@ TEST(Loops, ByForceAndByDisplacementAreTheSame) {
   LoopRequest request = request_of(setup);
   request.by_force = true;
   request.amplitudes = {1.0, 2.5, 4.0, 4.5};
-  for (const MeasuredLoop& loop : run_loops(setup, request, {})) {
+  for (const MeasuredLoop& loop : run_loops(setup, request)) {
     EXPECT_NEAR(loop.force_amplitude_N, setup.axis.curve.force_N(loop.amplitude_m), 5e-3 * loop.asked);
     EXPECT_NEAR(loop.damping_ratio, loop.closed_form_damping_ratio, 0.01 * loop.closed_form_damping_ratio);
   }
@@ -52,7 +52,7 @@ TEST(Loops, DifferAlongTheRailWhileTheirDampingRatioDoesNot) {
       "based_on = \"pick_and_place\"\n[preload_map]\nkind = \"trend\"\ndepth = 0.2\n[defaults]\n"
       "loop_positions_m = [0.05, 0.15, 0.25, 0.35]\n",
       "test");
-  const auto loops = run_loops(setup, request_of(setup), {});
+  const auto loops = run_loops(setup, request_of(setup));
   const std::size_t amplitudes = setup.defaults.loop_amplitudes_m.size();
   for (std::size_t k = 0; k < amplitudes; ++k) {
     double low_N = 1e9, high_N = 0.0, low_ratio = 1.0, high_ratio = 0.0;
@@ -73,7 +73,7 @@ TEST(Loops, SurviveEncoderAndNoise) {
   LoopRequest request = request_of(setup);
   request.sensors = true;
   request.amplitudes = {1e-6, 5e-6};
-  for (const MeasuredLoop& loop : run_loops(setup, request, {})) {
+  for (const MeasuredLoop& loop : run_loops(setup, request)) {
     EXPECT_NEAR(loop.damping_ratio, loop.closed_form_damping_ratio, 0.05 * loop.closed_form_damping_ratio);
     EXPECT_NE(loop.amplitude_m, loop.asked);
   }
@@ -83,20 +83,20 @@ TEST(Loops, RefuseWhatIsNotQuasiStaticOrDoesNotMove) {
   const ExperimentSetup setup = read_setup("pick_and_place");
   LoopRequest request = request_of(setup);
   request.frequency_Hz = 20.0;
-  EXPECT_THROW(run_loops(setup, request, {}), SetupError);
+  EXPECT_THROW(run_loops(setup, request), SetupError);
   request = request_of(setup);
   request.amplitudes = {0.0};
-  EXPECT_THROW(run_loops(setup, request, {}), SetupError);
+  EXPECT_THROW(run_loops(setup, request), SetupError);
   request.amplitudes = {0.1e-6};
   request.sensors = true;
-  EXPECT_THROW(run_loops(setup, request, {}), SetupError);
+  EXPECT_THROW(run_loops(setup, request), SetupError);
   request = request_of(setup);
   request.positions_m = {0.5};
-  EXPECT_THROW(run_loops(setup, request, {}), SetupError);
+  EXPECT_THROW(run_loops(setup, request), SetupError);
   request = request_of(setup);
   request.by_force = true;
   request.amplitudes = {13.0};
-  EXPECT_THROW(run_loops(setup, request, {}), SetupError);
+  EXPECT_THROW(run_loops(setup, request), SetupError);
 }
 
 }  // namespace

@@ -14,12 +14,9 @@
 namespace slipstack::sim {
 namespace {
 
-std::vector<SweepChain> sweep(const ExperimentSetup& setup, const SteppedSineRequest& request,
-                              std::size_t threads = 0) {
+std::vector<SweepChain> sweep(const ExperimentSetup& setup, const SteppedSineRequest& request) {
   std::vector<SweepChain> chains;
-  Watch watch;
-  watch.threads = threads;
-  run_stepped_sine(setup, request, chains, watch);
+  run_stepped_sine(setup, request, chains);
   return chains;
 }
 
@@ -183,50 +180,6 @@ TEST(SteppedSine, SensorsSeeWhatIsThere) {
     EXPECT_NEAR(seen[i].amplitude_m, ideal[i].amplitude_m, 0.04 * ideal[i].amplitude_m) << i;
     EXPECT_NE(seen[i].amplitude_m, ideal[i].amplitude_m);
   }
-}
-
-void expect_equal(const std::vector<SweepChain>& a, const std::vector<SweepChain>& b) {
-  ASSERT_EQ(a.size(), b.size());
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    EXPECT_EQ(a[i].state, b[i].state);
-    ASSERT_EQ(a[i].sweeps.size(), b[i].sweeps.size());
-    for (std::size_t k = 0; k < a[i].sweeps.size(); ++k) {
-      ASSERT_EQ(a[i].sweeps[k].points.size(), b[i].sweeps[k].points.size());
-      for (std::size_t p = 0; p < a[i].sweeps[k].points.size(); ++p) {
-        EXPECT_EQ(a[i].sweeps[k].points[p].amplitude_m, b[i].sweeps[k].points[p].amplitude_m);
-        EXPECT_EQ(a[i].sweeps[k].points[p].phase_rad, b[i].sweeps[k].points[p].phase_rad);
-        EXPECT_EQ(a[i].sweeps[k].points[p].jump, b[i].sweeps[k].points[p].jump);
-      }
-    }
-  }
-}
-
-TEST(SteppedSine, DoesNotDependOnThreadsNorOnWhereItWasStopped) {
-  const ExperimentSetup setup = read_setup("roller");
-  SteppedSineRequest request = request_of({0.1, 0.125, 0.15, 0.2}, 20.0, 90.0, 10);
-  request.down = true;
-  request.sensors = true;
-  request.settled = 1e-3;
-  const auto whole = sweep(setup, request, 1);
-  expect_equal(whole, sweep(setup, request, 3));
-  std::vector<SweepChain> chains;
-  int runs = 0;
-  do {
-    // Stops after a few points, wherever that is.
-    std::atomic<bool> stop{false};
-    Watch watch;
-    watch.threads = 2;
-    watch.stop = &stop;
-    int points = 0;
-    watch.progress = [&](double) {
-      if (++points > 8 + runs) stop = true;
-    };
-    run_stepped_sine(setup, request, chains, watch);
-    ++runs;
-  } while (!std::all_of(chains.begin(), chains.end(), [](const auto& chain) { return chain.complete; }) &&
-           runs < 100);
-  EXPECT_GT(runs, 3);
-  expect_equal(whole, chains);
 }
 
 TEST(SteppedSine, RefusesWhatNoAxisCanDo) {

@@ -14,7 +14,7 @@ namespace {
 
 class BadFileTest : public testing::Test {
  protected:
-  // Refused with `message` behind the path, in one line, at once.
+  // Expects a refusal in one line, with `message` after the path, without delay.
   void expect_refused(const std::filesystem::path& path, const std::string& message) const {
     const auto start = std::chrono::steady_clock::now();
     const std::string refused = refusal_of_file(path);
@@ -76,7 +76,7 @@ TEST_F(BadFileTest, NotPermitted) {
   expect_refused(path, ": cannot be opened: Permission denied");
 }
 
-// Two gibibytes that are not there on the disk: neither read nor kept.
+// A sparse file of two gibibytes is neither read through nor held in memory.
 TEST_F(BadFileTest, SparseFromTheBeginning) {
   const auto path = directory_.write("a.csv", "");
   std::filesystem::resize_file(path, std::uintmax_t{2} << 30);

@@ -11,7 +11,7 @@ namespace {
 
 constexpr const char* kNames = "time_s,position_m,force_N\n";
 
-// The usual log with row `row` (0-based) replaced. The rows begin on line 2.
+// The usual log with row `row` (counted from 0) replaced. The rows begin on line 2.
 std::string with_row(std::size_t row, const std::string& line) {
   std::string text = kNames;
   std::string rows = usual_rows();
@@ -30,7 +30,7 @@ std::string with_header(const std::string& lines) {
 struct BadText {
   const char* name;
   std::string text;
-  std::string message_begin;  // where and what, to the letter
+  std::string message_begin;  // exact start of the message: where and what
 };
 
 void PrintTo(const BadText& bad, std::ostream* out) {
@@ -63,7 +63,7 @@ const BadText kColumns[] = {
      "log.csv:1: column 'normal_force_kN': unknown unit 'kN'; convert it to one of normal_force_N"},
     {"NoUnit", usual_columns("time_s,position,force_N"), "log.csv:1: column 'position' names no unit; write"},
     {"TwiceTheSame", usual_columns("time_s,position_m,position_m"),
-     "log.csv:1: column position_m stands twice; remove"},
+     "log.csv:1: column position_m occurs twice; remove"},
     {"TwoPositions", usual_columns("time_s,position_m,position_um"),
      "log.csv:1: column position_um repeats what position_m gives; remove"},
     {"NamelessColumn", usual_columns("time_s,position_m,"), "log.csv:1: column 3 has no name; "},
@@ -193,7 +193,7 @@ const BadText kWhole[] = {
 INSTANTIATE_TEST_SUITE_P(Whole, BadTextTest, testing::ValuesIn(kWhole),
                          [](const auto& param) { return param.param.name; });
 
-// The line of a fault is counted as an editor counts it, whatever stands in between.
+// The line number in a message is that of an editor, which counts blank lines and comments too.
 TEST(BadText, CountsBlankLinesAndComments) {
   const std::string text = "\n# mass_kg: 1\n\n" + std::string(kNames) +
                            "0.000,0,0\n\n# pause\n0.001,1e-6,1\n0.001,0,0\n" + usual_rows();

@@ -18,7 +18,7 @@ std::vector<double> quantised(std::vector<double> positions, double step_m) {
   return positions;
 }
 
-// A motion of several sines: `amplitude_m` over all, `speed` in radians a sample.
+// A motion of two sines with the total amplitude `amplitude_m`; `speed` in radians per sample.
 std::vector<double> motion(std::size_t count, double amplitude_m, double speed) {
   std::vector<double> positions(count);
   for (std::size_t i = 0; i < count; ++i) {
@@ -28,7 +28,7 @@ std::vector<double> motion(std::size_t count, double amplitude_m, double speed) 
   return positions;
 }
 
-// From motions where most samples repeat the one before to motions of thousands of steps a sample.
+// From slow motions, where most samples repeat the one before, to thousands of steps per sample.
 TEST(EncoderStep, IsFoundWhateverTheSpeed) {
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> log_step(std::log(1e-9), std::log(1e-5));
@@ -55,8 +55,8 @@ TEST(EncoderStep, IsRoundWhereTheEncoderIs) {
   }
 }
 
-// One sample in two hundred put half-way between its neighbours, as loggers fill what they lost.
-TEST(EncoderStep, IsNotHalvedByFilledSamples) {
+// One sample in four hundred lies half-way between its neighbours, as loggers fill in lost samples.
+TEST(EncoderStep, IsNotHalvedByInterpolatedSamples) {
   auto positions = quantised(motion(20'000, 1e-4, 1e-3), 1e-7);
   for (std::size_t i = 100; i + 1 < positions.size(); i += 400) {
     positions[i] = 0.5 * (positions[i - 1] + positions[i + 1]);
@@ -76,11 +76,11 @@ TEST(EncoderStep, IsAbsentWithoutAnEncoder) {
   EXPECT_FALSE(estimate_encoder_step(noise, kRounding_m));
 }
 
-// A smooth stroke at constant speed changes by the same amount each sample; that is no encoder step.
-TEST(EncoderStep, IsNotTheStrideOfASmoothStroke) {
-  std::vector<double> stroke(1000);
-  for (std::size_t i = 0; i < stroke.size(); ++i) stroke[i] = 1.7e-5 * static_cast<double>(i);
-  EXPECT_FALSE(estimate_encoder_step(stroke, 1e-16));
+// At constant speed a smooth position changes by the same amount in each sample; that is no encoder step.
+TEST(EncoderStep, IsAbsentInASmoothTraverse) {
+  std::vector<double> traverse(1000);
+  for (std::size_t i = 0; i < traverse.size(); ++i) traverse[i] = 1.7e-5 * static_cast<double>(i);
+  EXPECT_FALSE(estimate_encoder_step(traverse, 1e-16));
 }
 
 TEST(EncoderStep, NeedsSomeChanges) {
@@ -91,8 +91,8 @@ TEST(EncoderStep, NeedsSomeChanges) {
   EXPECT_FALSE(estimate_encoder_step(positions, kRounding_m));
 }
 
-// Positions stored in single precision: found while it stands clear of the rounding, else left open.
-TEST(EncoderStep, KnowsWhenStorageHidesIt) {
+// Positions stored in single precision: the step is found where it is larger than their rounding, else none.
+TEST(EncoderStep, IsAbsentWhereStorageRoundingHidesIt) {
   const auto stored = [](double step_m) {
     auto positions = quantised(motion(20'000, 0.3, 2e-6), step_m);
     for (double& x : positions) x = static_cast<double>(static_cast<float>(x));

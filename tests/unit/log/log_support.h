@@ -22,7 +22,7 @@
 
 namespace slipstack::workbench::test {
 
-// A directory of its own that goes with the test.
+// A temporary directory that is removed with the test.
 class TemporaryDirectory {
  public:
   TemporaryDirectory() {
@@ -59,7 +59,7 @@ inline Log parse_mat(std::string_view bytes) {
   return assemble_log(read_mat("log.mat", source, bytes.size()));
 }
 
-// The message with which a text is refused; empty when it is read.
+// The message with which a text is refused; empty when it is accepted.
 inline std::string refusal(std::string_view text) {
   try {
     parse_text(text);
@@ -87,8 +87,8 @@ inline std::string refusal_of_file(const std::filesystem::path& path) {
   }
 }
 
-// What is wrong with a log that the reader gave, by the promises of log.h; empty when they are all kept.
-inline std::string broken_promise(const Log& log) {
+// The guarantee of log.h that a log from the reader violates; empty when it violates none.
+inline std::string violated_guarantee(const Log& log) {
   const std::size_t count = log.position_m.size();
   if (count < Log::kMinimumSamples) return "too few samples";
   if (log.force_N.size() != count) return "force_N has another length";
@@ -127,7 +127,7 @@ inline bool has_note(const Log& log, std::string_view part) {
 // What is wrong with an error message; empty when it is one line that names the source and what to do.
 inline std::string broken_message(std::string_view message, std::string_view source) {
   if (message.find_first_of("\r\n") != std::string_view::npos) return "more than one line";
-  if (message.size() > 600) return "longer than a reader's patience";
+  if (message.size() > 600) return "longer than 600 characters";
   if (!message.starts_with(source)) return "does not begin with the source";
   if (message.find(';') == std::string_view::npos) return "does not say what to do";
   for (const char c : message) {
@@ -136,7 +136,7 @@ inline std::string broken_message(std::string_view message, std::string_view sou
   return {};
 }
 
-// `count` rows "time,position,force" at 1 kHz that make a usable log of 1 µm steps.
+// `count` rows "time,position,force" of a usable log: 1 kHz, encoder of 1 µm.
 inline std::string usual_rows(std::size_t count = 200) {
   std::string rows;
   for (std::size_t i = 0; i < count; ++i) {

@@ -20,7 +20,7 @@ std::vector<std::byte> bytes_of(std::initializer_list<unsigned> values) {
   return bytes;
 }
 
-// The bytes on the heap to the byte, so that a sanitizer sees a read beyond them.
+// A heap block of exactly these bytes, so that a sanitizer notices a read beyond them.
 TEST(MatCursor, TakesTheLastByteAndNoMore) {
   const auto whole = bytes_of({1, 0, 0, 0, 5, 0, 0, 0, 10, 20, 30, 40, 50});
   MatCursor cursor(whole, kSameOrder);

@@ -9,8 +9,8 @@
 
 namespace slipstack::workbench::test {
 
-// Damages a text the way editors, cables and other programs do: bits flip, bytes go, appear or are doubled,
-// pieces are cut, moved or repeated, tokens that parsers stumble over are put in. Deterministic for a seed.
+// Damages a text as editors, cables and other programs do: flips bits, removes, inserts and doubles bytes,
+// cuts, moves and repeats parts, inserts tokens that are difficult to parse. Deterministic for a seed.
 class Mutator {
  public:
   explicit Mutator(std::uint64_t seed) : random_(seed) {}
@@ -89,7 +89,7 @@ class Mutator {
     }
   }
 
-  // Numbers that stay numbers get further into the reader than other damage.
+  // A number replaced by another number reaches later stages of the reader than other damage.
   void mutate_digit(std::string& text) {
     const std::size_t digit = text.find_first_of("0123456789", below(text.size() + 1));
     if (digit != std::string::npos) text[digit] = static_cast<char>('0' + below(10));

@@ -32,7 +32,7 @@ std::vector<std::string> corpus() {
   return {"# mass_kg: 35.45\ntime_s,position_m,force_N\n" + usual_rows(105), counts, wide, irregular};
 }
 
-// 40 000 damaged logs: each becomes a Log that keeps its promises or an error of one line.
+// 40 000 damaged logs: each gives a Log that fulfils the guarantees of log.h or an error message of one line.
 TEST(Mutation, CsvGivesALogOrOneLine) {
   const std::vector<std::string> texts = corpus();
   for (const std::string& text : texts) ASSERT_EQ(refusal(text), "");
@@ -43,14 +43,14 @@ TEST(Mutation, CsvGivesALogOrOneLine) {
     const std::string text = mutator.mutated(texts[static_cast<std::size_t>(i) % texts.size()]);
     try {
       const Log log = parse_text(text);
-      ASSERT_EQ(broken_promise(log), "") << text;
+      ASSERT_EQ(violated_guarantee(log), "") << text;
       ++read;
     } catch (const InputError& error) {
       ASSERT_EQ(broken_message(error.what(), kSource), "") << error.what() << "\n" << text;
       ++refused;
     }
   }
-  // Both ways must really have been taken, or the damage is too mild or too heavy to test anything.
+  // Both outcomes must occur often, or the damage is too mild or too heavy to test anything.
   EXPECT_GT(read, 1000);
   EXPECT_GT(refused, 10'000);
 }
@@ -80,7 +80,7 @@ std::string mat_bytes(const TemporaryDirectory& directory, bool compressed, bool
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-// 40 000 damaged MAT-files, the same.
+// The same for 40 000 damaged MAT-files.
 TEST(Mutation, MatGivesALogOrOneLine) {
   const TemporaryDirectory directory;
   std::mt19937_64 random(5);
@@ -92,14 +92,14 @@ TEST(Mutation, MatGivesALogOrOneLine) {
       for (int i = 0; i < 10'000; ++i) {
         std::string bytes = seed;
         for (std::size_t k = 0; k < 1 + random() % 5; ++k) {
-          // Mostly in tags, sizes and names, where the structure is.
+          // Most changes are made to tags, sizes and names, which determine the structure.
           const std::size_t reach =
               random() % 4 == 0 ? bytes.size() : std::min<std::size_t>(bytes.size(), 500);
           bytes[random() % reach] = static_cast<char>(random() % 3 == 0 ? random() % 256 : random() % 20);
         }
         if (random() % 8 == 0) bytes.resize(random() % bytes.size());
         try {
-          ASSERT_EQ(broken_promise(parse_mat(bytes)), "");
+          ASSERT_EQ(violated_guarantee(parse_mat(bytes)), "");
           ++read;
         } catch (const InputError& error) {
           ASSERT_EQ(broken_message(error.what(), "log.mat"), "") << error.what();

@@ -34,7 +34,7 @@ TEST(ReadCsv, GivesEveryColumnAndHeaderValue) {
         return stamp(i) + "," + k + "e-6," + k + "," + k + "e-3,-" + k + "," + k + ".5,+2" + k;
       });
   const Log log = parse_text(text);
-  EXPECT_EQ(broken_promise(log), "");
+  EXPECT_EQ(violated_guarantee(log), "");
   EXPECT_EQ(log.sample_rate_Hz, 1000.0);
   EXPECT_EQ(log.start_time_s, 0.0);
   ASSERT_EQ(log.position_m.size(), 120U);
@@ -63,11 +63,11 @@ TEST(ReadCsv, LeavesEmptyWhatIsAbsent) {
   EXPECT_TRUE(log.header.empty());
 }
 
-TEST(ReadCsv, MassZeroIsAStatement) {
+TEST(ReadCsv, KeepsAMassOfZero) {
   EXPECT_EQ(parse_text("# mass_kg: 0\ntime_s,position_m,force_N\n" + usual_rows()).mass_kg, 0.0);
 }
 
-// Each unit as the nearest double to the value in SI units, not one rounding away.
+// The result is the double nearest to the value in SI units, without a second rounding.
 TEST(ReadCsv, ConvertsUnitsExactly) {
   struct Case {
     const char* position;
@@ -105,8 +105,8 @@ TEST(ReadCsv, PrefersAMeasuredForceToTheCurrentAndSaysSo) {
   EXPECT_TRUE(has_note(log, "column current_A ignored"));
 }
 
-// Line ends, blanks, comments and a byte-order mark change nothing.
-TEST(ReadCsv, ReadsEveryDressOfTheSameText) {
+// Line ends, blanks, empty lines and a byte-order mark make no difference.
+TEST(ReadCsv, IgnoresLineEndsBlanksAndByteOrderMark) {
   const Log plain = parse_text(usual_log());
   std::string crlf;
   std::string spaced = "\n  \n";
@@ -149,7 +149,7 @@ TEST(ReadCsv, HeaderTextIsCleanForReports) {
   EXPECT_EQ(log.header.at("site"), "Liège");
 }
 
-// Lines that straddle the reader's buffer are put together: a log of several mebibytes, every number checked.
+// Lines that cross the end of the reader's buffer: every number of a log of several mebibytes is checked.
 TEST(ReadCsv, IsExactAcrossBufferBoundaries) {
   std::mt19937_64 random(7);
   std::uniform_int_distribution<int> digits(1, 17);
@@ -162,7 +162,7 @@ TEST(ReadCsv, IsExactAcrossBufferBoundaries) {
     std::snprintf(position, sizeof position, "%.*g", digits(random), normal(random));
     std::snprintf(force, sizeof force, "%.*e", digits(random),
                   normal(random) * std::exp(20.0 * normal(random)));
-    // The C library as the independent oracle for the value of a decimal.
+    // The C library is the independent oracle for the value of a decimal number.
     expected.emplace_back(std::strtod(position, nullptr), std::strtod(force, nullptr));
     text += stamp(i) + "," + position + "," + force + "\n";
   }

@@ -28,7 +28,7 @@ class ReadMatTest : public testing::Test {
   }
 
   void expect_usual(const Log& log) const {
-    EXPECT_EQ(broken_promise(log), "");
+    EXPECT_EQ(violated_guarantee(log), "");
     EXPECT_EQ(log.sample_rate_Hz, 2000.0);
     EXPECT_EQ(log.start_time_s, 2.5);
     EXPECT_EQ(log.position_m, position_m_);
@@ -55,7 +55,7 @@ class ReadMatTest : public testing::Test {
   }
 
   TemporaryDirectory directory_;
-  std::filesystem::path path_ = directory_ / "log.csv";  // content decides, not the name
+  std::filesystem::path path_ = directory_ / "log.csv";  // the content decides on the format, not the name
   std::vector<double> time_s_;
   std::vector<double> position_m_;
   std::vector<double> force_N_;
@@ -171,7 +171,7 @@ TEST_F(ReadMatTest, Hdf5) {
   expect_refused(": is a MAT file of version 7.3 (HDF5); save it with save(..., '-v7')");
 }
 
-// A log that was cut off, at every length, is never taken for a shorter one.
+// A file that was cut off at any length is never read as a shorter log.
 TEST_F(ReadMatTest, CutOff) {
   for (const bool compressed : {false, true}) {
     write_usual(compressed);
@@ -195,7 +195,7 @@ TEST_F(ReadMatTest, CutOff) {
   }
 }
 
-// Every byte of the numbers counts: zlib's checksum tells of a changed one.
+// A changed byte of the numbers is found by zlib's checksum.
 TEST_F(ReadMatTest, CompressedDamageIsNoticed) {
   write_usual(true);
   const std::string whole = bytes();
@@ -211,7 +211,7 @@ TEST_F(ReadMatTest, CompressedDamageIsNoticed) {
   EXPECT_GT(refused, tried * 98 / 100);
 }
 
-// The other byte order, element by element as the format's description has it.
+// A file in the other byte order, built element by element after the description of the format.
 TEST_F(ReadMatTest, OtherByteOrder) {
   const auto u32 = [](std::uint32_t value) {
     std::string text;
@@ -238,7 +238,7 @@ TEST_F(ReadMatTest, OtherByteOrder) {
   expect_usual(parse_mat(file));
 }
 
-// Announced sizes that the numbers do not fill, from one too many to 2³¹ × 2³¹, ask for no memory.
+// Announced sizes beyond the numbers present, from one too many to 2³¹ × 2³¹, allocate no memory.
 TEST_F(ReadMatTest, AnnouncesMoreThanItHolds) {
   write_usual();
   const std::string whole = bytes();

@@ -37,8 +37,7 @@ std::string refused_sampling(const std::vector<double>& stamps) {
   }
 }
 
-// Whatever rate and rounding a logger has, as long as the stamps grow: the rate within what the stamps can
-// tell.
+// For any rate and rounding with increasing stamps, the rate is found as accurately as the stamps allow.
 TEST(Sampling, FindsTheRateOfRoundedStamps) {
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> log_rate(std::log(10.0), std::log(50e3));
@@ -47,7 +46,7 @@ TEST(Sampling, FindsTheRateOfRoundedStamps) {
   for (int round = 0; round < 500; ++round) {
     const double rate_Hz = std::exp(log_rate(random));
     const std::size_t count = counts(random);
-    // At least 2.5 units of the last digit to a step.
+    // A step is at least 2.5 units of the last digit.
     const int digits = static_cast<int>(std::ceil(std::log10(2.5 * rate_Hz)));
     const double unit_s = std::pow(10.0, -digits);
     const std::vector<double> stamps = rounded_stamps(rate_Hz, start(random), count, digits);
@@ -74,13 +73,13 @@ TEST(Sampling, GivesWholeNanosecondsExactly) {
   EXPECT_EQ(uniform_sampling(rounded_stamps(slow_Hz, 0.0, 5000, 3), 0.0, kWhere).rate_Hz, slow_Hz);
 }
 
-// A rate that differs from a whole number by more than the stamps leave open is not rounded to it.
+// A rate is not rounded to a whole number that the stamps exclude.
 TEST(Sampling, KeepsAnOddRate) {
   const Sampling sampling = uniform_sampling(rounded_stamps(1000.05, 0.0, 100'000, 6), 0.0, kWhere);
   EXPECT_NEAR(sampling.rate_Hz, 1000.05, 1e-5);
 }
 
-// The same 1 % on both sides of the threshold.
+// Just below and just above the tolerance of 1 %.
 TEST(Sampling, ToleratesOnePercentOfAStep) {
   std::vector<double> stamps = rounded_stamps(1000.0, 0.0, 1000, 12);
   stamps[500] += 0.9e-5;
@@ -156,7 +155,7 @@ std::string irregular_log(std::size_t count, const std::function<double(std::siz
   return text;
 }
 
-// Linear signals come through linear interpolation unchanged.
+// Linear interpolation reproduces linear signals exactly.
 TEST(Resampling, IsExactForLinearSignals) {
   std::mt19937_64 random(3);
   std::uniform_real_distribution<double> jitter(-0.4, 0.4);
@@ -165,7 +164,7 @@ TEST(Resampling, IsExactForLinearSignals) {
   const auto time_s = [&](std::size_t i) { return times[i]; };
   const std::string text = irregular_log(times.size(), time_s, "# sampling: irregular\n");
   const Log log = parse_text(text);
-  EXPECT_EQ(broken_promise(log), "");
+  EXPECT_EQ(violated_guarantee(log), "");
   EXPECT_NEAR(log.sample_rate_Hz, 1000.0, 30.0);
   const double length_s = times.back() - times.front();
   EXPECT_NEAR(static_cast<double>(log.position_m.size()), length_s * log.sample_rate_Hz, 1.5);
@@ -187,7 +186,7 @@ TEST(Resampling, LeavesUniformSamplesWhereTheyAre) {
   for (std::size_t i = 0; i < plain.force_N.size(); ++i) EXPECT_NEAR(same.force_N[i], plain.force_N[i], 1e-7);
 }
 
-// A stage that swings by 0.1 m twice a second, read by an encoder of 1 um, 2000 times a second.
+// A stage that oscillates with 0.1 m at 2 Hz, read by an encoder of 1 um at 2 kHz.
 double swing_m(double t) {
   return 1e-6 * std::round(1e5 * std::sin(4.0 * std::numbers::pi * t));
 }
@@ -217,8 +216,8 @@ std::vector<double> with_jitter(std::vector<double> times, double share) {
   return times;
 }
 
-// A clock took the samples, a computer stamped them late: they are read as taken.
-TEST(Resampling, StampsThatTheMotionBeliesAreNotBelieved) {
+// The samples were taken by a clock and stamped late by a computer: they are read as uniform.
+TEST(Resampling, UniformSamplesWithJitteringStampsAreReadAsUniform) {
   const std::vector<double> taken_s = even_times(4000);
   for (const double share : {0.05, 0.2}) {
     const Log log = parse_text(swing_log(taken_s, with_jitter(taken_s, share)));
@@ -232,7 +231,7 @@ TEST(Resampling, StampsThatTheMotionBeliesAreNotBelieved) {
   }
 }
 
-TEST(Resampling, LostSamplesAmongSuchStampsKeepTheirPlaces) {
+TEST(Resampling, LostSamplesAmongJitteringStampsAreInterpolated) {
   const std::vector<double> all_s = even_times(4000);
   const std::vector<double> all_stamps = with_jitter(all_s, 0.2);
   std::vector<double> taken_s, stamp_s;
@@ -248,8 +247,8 @@ TEST(Resampling, LostSamplesAmongSuchStampsKeepTheirPlaces) {
     ASSERT_NEAR(log.position_m[i], swing_m(all_s[i]), 1.1e-6) << i;
 }
 
-// Samples that were truly taken at uneven times move as their stamps say.
-TEST(Resampling, StampsThatTheMotionBearsOutAreBelieved) {
+// The motion of samples that were taken at uneven times agrees with their stamps.
+TEST(Resampling, UnevenStampsThatTheMotionSupportsAreUsed) {
   const std::vector<double> taken_s = with_jitter(even_times(4000), 0.2);
   const Log log = parse_text(swing_log(taken_s, taken_s));
   EXPECT_FALSE(has_note(log, "taken evenly"));
@@ -260,8 +259,8 @@ TEST(Resampling, StampsThatTheMotionBearsOutAreBelieved) {
   }
 }
 
-// At 16 m/s^2 and 200 samples a second a straight line between neighbours is 50 um off.
-TEST(Resampling, PositionsOfAMassBend) {
+// At 16 m/s^2 and 200 samples a second a straight line between neighbours has an error of 50 um.
+TEST(Resampling, PositionsAreInterpolatedByCubics) {
   std::vector<double> taken_s;
   for (std::size_t i = 0; i < 400; ++i) {
     if (i % 37 != 20) taken_s.push_back(static_cast<double>(i) / 200.0);
@@ -273,7 +272,7 @@ TEST(Resampling, PositionsOfAMassBend) {
   }
 }
 
-TEST(Resampling, RefusesToInventALongPiece) {
+TEST(Resampling, RefusesToInterpolateALongGap) {
   const auto time_s = [](std::size_t i) { return static_cast<double>(i < 100 ? i : i + 20) * 1e-3; };
   const std::string message = refusal(irregular_log(200, time_s, "# sampling: irregular\n"));
   EXPECT_TRUE(message.starts_with("log.csv:103: column time_s: a gap of 0.021 s is too long to interpolate"))

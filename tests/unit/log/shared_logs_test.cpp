@@ -26,7 +26,7 @@ TEST_P(SharedLogTest, IsRead) {
   if (shared_data().empty() || !std::filesystem::exists(path))
     GTEST_SKIP() << "SKIP: no shared measurements here";
   const Log log = read_log(path);
-  EXPECT_EQ(broken_promise(log), "");
+  EXPECT_EQ(violated_guarantee(log), "");
   EXPECT_EQ(log.position_m.size(), expected.samples);
   EXPECT_EQ(log.sample_rate_Hz, expected.rate_Hz);
   EXPECT_EQ(log.start_time_s, expected.start_s);
@@ -34,7 +34,7 @@ TEST_P(SharedLogTest, IsRead) {
   EXPECT_DOUBLE_EQ(*log.encoder_resolution_m, expected.step_m);
 }
 
-// What the header says of the encoder is found again from the positions alone.
+// The encoder step of the header is also found from the positions alone.
 TEST_P(SharedLogTest, ShowsItsEncoderStep) {
   const std::filesystem::path path = shared_data() / GetParam().file;
   if (shared_data().empty() || !std::filesystem::exists(path))

@@ -11,8 +11,8 @@
 namespace slipstack::workbench::test {
 namespace {
 
-// 10⁶ rows of three columns took 0.10 s on one core of the developers' machine; ten times that means that
-// somebody made it slow, not that the machine is busy.
+// 10⁶ rows of three columns took 0.10 s on one core of the developers' machine. Ten times that is more than a
+// busy machine explains.
 TEST(ReadSpeed, AMillionRows) {
 #if defined(__SANITIZE_ADDRESS__)
   GTEST_SKIP() << "SKIP: times say nothing under a sanitizer";

@@ -46,7 +46,7 @@ Diagnosis diagnosed(const Log& log, const std::string& own) {
   weigh_rows(measurement);
   DiagnoseOptions options;
   options.baseline = {"inertia", "presliding_hysteresis"};
-  if (!own.empty()) options.own = {&declare_effect(own)};
+  if (!own.empty()) options.user_effects = {&declare_effect(own)};
   return diagnose(measurement, options);
 }
 

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim_host/experiments/characterize.h"
+#include "workbench/papers/analysis/characterize.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "sim_host/experiments/virgin_fit.h"
+#include "workbench/papers/analysis/virgin_fit.h"
 
 // What [2] saw: ζᵣ of four preloads coincide while their loops differ; 2.1, 3 and 6 % at 1, 2 and 10 µm.
-namespace slipstack::sim {
+namespace slipstack::workbench {
 namespace {
 
 constexpr double kPreloads_N[] = {10.0, 20.0, 35.0, 55.0};
 
-std::vector<AveragedLoop> measured(const VirginCurve& curve, std::uint64_t seed) {
+std::vector<AveragedLoop> measured(const sim::VirginCurve& curve, std::uint64_t seed) {
   LoopTest test;
   test.amplitudes_m = {1e-6, 2.1e-6, 4.5e-6, 9.5e-6, 20e-6};
   test.encoder_resolution_m = 1e-9;
@@ -27,7 +27,7 @@ TEST(Characterize, DampingRatiosOfFourPreloadsCoincideWhileLoopsDiffer) {
   for (const double preload_N : kPreloads_N) {
     // √W on the force axis ([2], 4.4.2).
     const double level_N = 0.35 * std::sqrt(preload_N / 10.0);
-    all.push_back(measured(VirginCurve({{CurveKind::kRational, level_N, 3e-6}}),
+    all.push_back(measured(sim::VirginCurve({{sim::CurveKind::kRational, level_N, 3e-6}}),
                            static_cast<std::uint64_t>(preload_N)));
     ASSERT_EQ(all.back().size(), 5u);
   }
@@ -49,7 +49,7 @@ TEST(Characterize, DampingRatiosOfFourPreloadsCoincideWhileLoopsDiffer) {
 }
 
 TEST(Characterize, RationalCurveIsFoundInItsLoops) {
-  const VirginCurve curve({{CurveKind::kRational, 4.75, 1e-6}});
+  const sim::VirginCurve curve({{sim::CurveKind::kRational, 4.75, 1e-6}});
   std::vector<Loop> loops;
   for (const AveragedLoop& loop : measured(curve, 7)) loops.push_back(loop.loop);
   const RationalFit fit = fit_rational(loops);
@@ -60,7 +60,7 @@ TEST(Characterize, RationalCurveIsFoundInItsLoops) {
 }
 
 TEST(Characterize, AnotherCurveIsNotTakenForARationalOne) {
-  const VirginCurve curve({{CurveKind::kExponential, 4.75, 3e-6}});
+  const sim::VirginCurve curve({{sim::CurveKind::kExponential, 4.75, 3e-6}});
   std::vector<Loop> loops;
   for (const AveragedLoop& loop : measured(curve, 7)) loops.push_back(loop.loop);
   EXPECT_GT(fit_rational(loops).relative_error, 0.01);
@@ -68,7 +68,7 @@ TEST(Characterize, AnotherCurveIsNotTakenForARationalOne) {
 
 TEST(Characterize, TypicalDampingRatiosOfThePaperAreReached) {
   // [2], 4.4.2: about 6 % at 10 µm, 3 % at 2 µm, 2.1 % at 1 µm by extrapolation.
-  const VirginCurve curve = curve_of_damping({{1e-6, 0.021}, {2e-6, 0.03}, {10e-6, 0.06}}, 1.0);
+  const sim::VirginCurve curve = curve_of_damping({{1e-6, 0.021}, {2e-6, 0.03}, {10e-6, 0.06}}, 1.0);
   EXPECT_NEAR(curve.force_N(10e-6), 1.0, 1e-9);
   const auto at = [&](double A) {
     return figures_of_virgin([&](double x) { return curve.force_N(x); }, A).damping_ratio;
@@ -96,7 +96,8 @@ TEST(Characterize, ScalingLawCollapsesTheGuidewaysThatWereTried) {
   LoopTest test;
   test.encoder_resolution_m = 10e-9;
   test.force_noise_N = 1e-3;
-  const auto tried = guideways_tried(VirginCurve({{CurveKind::kRational, 0.35, 3e-6}}), reference, test);
+  const auto tried =
+      guideways_tried(sim::VirginCurve({{sim::CurveKind::kRational, 0.35, 3e-6}}), reference, test);
   ASSERT_EQ(tried.size(), 8u);
   std::vector<Loop> raw;
   std::vector<Loop> collapsed;
@@ -110,7 +111,7 @@ TEST(Characterize, ScalingLawCollapsesTheGuidewaysThatWereTried) {
 }
 
 TEST(Characterize, AmplitudesThatTheEncoderCannotSeeAreLeftOut) {
-  const VirginCurve curve({{CurveKind::kRational, 15.0, 12e-6}});
+  const sim::VirginCurve curve({{sim::CurveKind::kRational, 15.0, 12e-6}});
   LoopTest test;
   test.amplitudes_m = {2e-6, 40e-6};
   test.encoder_resolution_m = 1e-6;
@@ -128,7 +129,7 @@ TEST(Characterize, DampingThatNoCurveHasIsRefused) {
 }
 
 TEST(Characterize, PolygonFollowsAnyConcaveLoop) {
-  const VirginCurve curve({{CurveKind::kStretched, 3.0, 4e-6, 0.7}});
+  const sim::VirginCurve curve({{sim::CurveKind::kStretched, 3.0, 4e-6, 0.7}});
   const auto loops = measured(curve, 3);
   const PolygonFit fit = fit_polygon(loops.back().loop);
   EXPECT_LT(fit.relative_error, 0.01);
@@ -157,4 +158,4 @@ TEST(Characterize, ALoopThatIsNotConcaveIsRefused) {
 }
 
 }  // namespace
-}  // namespace slipstack::sim
+}  // namespace slipstack::workbench

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim_host/experiments/friction_models.h"
+#include "workbench/papers/analysis/friction_models.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 #include "sim_host/rng.h"
 
 // Six friction models: each against its own closed form, then side by side as in [3], Fig. 5.
-namespace slipstack::sim {
+namespace slipstack::workbench {
 namespace {
 
 constexpr double kAmplitude = 20e-6;
@@ -54,7 +54,7 @@ TEST(FrictionModels, BoucWenWithExponentOneIsDahl) {
 }
 
 TEST(FrictionModels, ElementsFollowTheBankOfThePlant) {
-  Rng rng(9);
+  sim::Rng rng(9);
   SampledMotion motion;
   double x = 0.0;
   for (int i = 0; i < 5000; ++i) {
@@ -65,7 +65,7 @@ TEST(FrictionModels, ElementsFollowTheBankOfThePlant) {
   const std::vector<double> slips{1e-6, 3e-6, 8e-6};
   const Eigen::MatrixXd maxwell = model_columns(FrictionKind::kMaxwellSlip, {}, slips, motion);
   for (std::size_t e = 0; e < slips.size(); ++e) {
-    ElementBank bank({1.0 / slips[e]}, {slips[e]});
+    sim::ElementBank bank({1.0 / slips[e]}, {slips[e]});
     for (std::size_t i = 0; i < motion.position_m.size(); ++i) {
       bank.move_to(motion.position_m[i]);
       ASSERT_NEAR(maxwell(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(e)), bank.force_N(), 1e-9);
@@ -98,8 +98,9 @@ FrictionData guideway_data() {
   FrictionData data;
   data.motion = loop_motion(kAmplitude, kSpeed, true).motion;
   data.force_N.resize(static_cast<Eigen::Index>(data.motion.position_m.size()));
-  ElementBank bank = ElementBank::sample(VirginCurve({{CurveKind::kStretched, 0.35, 6e-6, 0.8}}), 200);
-  Rng rng(1);
+  sim::ElementBank bank =
+      sim::ElementBank::sample(sim::VirginCurve({{sim::CurveKind::kStretched, 0.35, 6e-6, 0.8}}), 200);
+  sim::Rng rng(1);
   for (std::size_t i = 0; i < data.motion.position_m.size(); ++i) {
     bank.move_to(data.motion.position_m[i]);
     data.force_N[static_cast<Eigen::Index>(i)] = bank.force_N() + 1e-3 * rng.normal();
@@ -160,7 +161,7 @@ TEST(FrictionModels, FitsFindTheirOwnForce) {
     FrictionData data;
     data.motion = motion;
     const Eigen::MatrixXd columns = model_columns(kind, shape, slip_distances(kind, motion), motion);
-    Rng rng(3);
+    sim::Rng rng(3);
     Eigen::VectorXd gains =
         Eigen::VectorXd::NullaryExpr(columns.cols(), [&] { return rng.uniform(0.1, 1.0); });
     gains[columns.cols() - 1] = 100.0;  // viscous
@@ -181,4 +182,4 @@ TEST(FrictionModels, RefuseSizesThatDoNotMatch) {
 }
 
 }  // namespace
-}  // namespace slipstack::sim
+}  // namespace slipstack::workbench

@@ -1,37 +1,37 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim_host/experiments/guideway.h"
+#include "workbench/papers/analysis/guideway.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "sim_host/experiments/loop_log.h"
 #include "sim_host/experiments/quasi_static.h"
+#include "workbench/papers/analysis/loop_log.h"
 
 // The scaling law of [2] on measured loops: what another guideway does is predicted from one, then measured.
-namespace slipstack::sim {
+namespace slipstack::workbench {
 namespace {
 
 constexpr BallContact kReference{54.0, 90.0, 6e-3, 2.0, BallMaterial::kSteel};
 
 /// The guideway as it is: virgin curve in the variables of the law, written out by hand for a radius in mm.
-VirginCurve curve_of(const BallContact& contact) {
+sim::VirginCurve curve_of(const BallContact& contact) {
   const double half = 0.5 * contact.groove_angle_deg * 3.14159265358979323846 / 180.0;
   const double s2 = std::sin(half) * std::sin(half);
   const double level_N = 0.02 * std::sqrt(contact.load_per_ball_N) * contact.balls / s2;
   const double length_m = 3e-6 * std::sqrt(contact.ball_diameter_m * 500.0) * s2;
-  return VirginCurve(
-      {{CurveKind::kRational, level_N, length_m}, {CurveKind::kExponential, 0.4 * level_N, 5.0 * length_m}});
+  return sim::VirginCurve({{sim::CurveKind::kRational, level_N, length_m},
+                           {sim::CurveKind::kExponential, 0.4 * level_N, 5.0 * length_m}});
 }
 
 AveragedLoop largest_loop(const BallContact& contact, std::uint64_t seed) {
-  const VirginCurve curve = curve_of(contact);
-  QuasiStaticTest test;
+  const sim::VirginCurve curve = curve_of(contact);
+  sim::QuasiStaticTest test;
   test.forces_N = {0.85 * curve.saturation_N()};
   test.encoder_resolution_m = 1e-9;
   test.force_noise_N = 2e-3 * curve.saturation_N();
   test.seed = seed;
-  const QuasiStaticRecord log = record_loops(ElementBank::sample(curve, 200), test);
+  const sim::QuasiStaticRecord log = sim::record_loops(sim::ElementBank::sample(curve, 200), test);
   return averaged_loops(log.position_m, log.force_N).front();
 }
 
@@ -78,9 +78,9 @@ TEST(Guideway, PredictsTheLoopOfAnother) {
     EXPECT_NEAR(found.figures.damping_ratio, truth.figures.damping_ratio, 0.03 * truth.figures.damping_ratio);
     // k₀ = y′(0) of the true curve: rational 2h₀/δ, exponential S₀/ℓ.
     double k0 = 0.0;
-    const VirginCurve true_curve = curve_of(contact);
-    for (const CurveTerm& term : true_curve.terms()) {
-      k0 += (term.kind == CurveKind::kRational ? 2.0 : 1.0) * term.level_N / term.length_m;
+    const sim::VirginCurve true_curve = curve_of(contact);
+    for (const sim::CurveTerm& term : true_curve.terms()) {
+      k0 += (term.kind == sim::CurveKind::kRational ? 2.0 : 1.0) * term.level_N / term.length_m;
     }
     EXPECT_NEAR(found.initial_stiffness_N_per_m, k0, 0.1 * k0);
   }
@@ -146,4 +146,4 @@ TEST(Guideway, RefusesWhatNoGuidewayIs) {
 }
 
 }  // namespace
-}  // namespace slipstack::sim
+}  // namespace slipstack::workbench

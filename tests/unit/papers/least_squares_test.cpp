@@ -3,19 +3,19 @@
 
 #include <Eigen/QR>
 
-#include "sim_host/experiments/nonnegative_least_squares.h"
 #include "sim_host/rng.h"
+#include "workbench/papers/analysis/nonnegative_least_squares.h"
 
-namespace slipstack::sim {
+namespace slipstack::workbench {
 namespace {
 
-Eigen::MatrixXd random_matrix(Rng& rng, Eigen::Index rows, Eigen::Index columns) {
+Eigen::MatrixXd random_matrix(sim::Rng& rng, Eigen::Index rows, Eigen::Index columns) {
   return Eigen::MatrixXd::NullaryExpr(rows, columns, [&] { return rng.normal(); });
 }
 
 // The optimum of a convex problem is where the conditions of Karush, Kuhn and Tucker hold, whoever found it.
 TEST(NonnegativeLeastSquares, MeetsTheOptimalityConditions) {
-  Rng rng(1);
+  sim::Rng rng(1);
   for (int trial = 0; trial < 300; ++trial) {
     const auto rows = static_cast<Eigen::Index>(5 + rng.below(60));
     const auto count = static_cast<Eigen::Index>(1 + rng.below(20));
@@ -43,7 +43,7 @@ TEST(NonnegativeLeastSquares, MeetsTheOptimalityConditions) {
 }
 
 TEST(NonnegativeLeastSquares, FindsPositiveGainsExactly) {
-  Rng rng(2);
+  sim::Rng rng(2);
   const Eigen::MatrixXd columns = random_matrix(rng, 50, 8);
   const Eigen::VectorXd truth = random_matrix(rng, 8, 1).cwiseAbs();
   const NonnegativeFit fit = nonnegative_least_squares(columns, columns * truth);
@@ -64,4 +64,4 @@ TEST(NonnegativeLeastSquares, RefusesSizesThatDiffer) {
 }
 
 }  // namespace
-}  // namespace slipstack::sim
+}  // namespace slipstack::workbench

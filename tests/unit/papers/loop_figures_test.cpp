@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim_host/experiments/loop_figures.h"
+#include "workbench/papers/analysis/loop_figures.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 #include "sim_host/friction/element_bank.h"
 
 // Figures of loops against the closed forms of [2], of a linear system, and of single elements.
-namespace slipstack::sim {
+namespace slipstack::workbench {
 namespace {
 
 using std::numbers::pi;
@@ -28,7 +28,7 @@ Loop ellipse(double stiffness, double damping, double amplitude_m, double offset
 }
 
 /// The steady loop that a bank of elements draws under a sine of displacement.
-Loop drawn(ElementBank bank, double amplitude_m, std::size_t count) {
+Loop drawn(sim::ElementBank bank, double amplitude_m, std::size_t count) {
   Loop loop;
   for (std::size_t cycle = 0; cycle < 3; ++cycle) {
     for (std::size_t i = 0; i < count; ++i) {
@@ -83,8 +83,8 @@ TEST(LoopFigures, OfAPowerLawAreTheSameAtEveryAmplitude) {
 }
 
 TEST(LoopFigures, OfADrawnLoopAreThoseOfItsVirginCurve) {
-  const VirginCurve curve({{CurveKind::kRational, 15.0, 12e-6}});
-  const ElementBank bank = ElementBank::sample(curve, 400);
+  const sim::VirginCurve curve({{sim::CurveKind::kRational, 15.0, 12e-6}});
+  const sim::ElementBank bank = sim::ElementBank::sample(curve, 400);
   const RationalCurve same{15.0, 12e-6};
   for (const double A : {2e-6, 10e-6, 40e-6}) {
     const LoopFigures found = figures_of(drawn(bank, A, 2000));
@@ -104,7 +104,7 @@ TEST(LoopFigures, OfOneElementAreAParallelogram) {
   const double k = 1e5;
   const double slip = 2e-6;
   const double A = 10e-6;
-  const LoopFigures figures = figures_of(drawn(ElementBank({k}, {slip}), A, 20000));
+  const LoopFigures figures = figures_of(drawn(sim::ElementBank({k}, {slip}), A, 20000));
   EXPECT_NEAR(figures.area_J, 4.0 * k * slip * (A - slip), 1e-4 * figures.area_J);
   EXPECT_NEAR(figures.force_N, k * slip, 1e-12);
 }
@@ -118,4 +118,4 @@ TEST(LoopFigures, RefuseWhatIsNoLoop) {
 }
 
 }  // namespace
-}  // namespace slipstack::sim
+}  // namespace slipstack::workbench

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim_host/experiments/loop_log.h"
+#include "workbench/papers/analysis/loop_log.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 #include "sim_host/experiments/quasi_static.h"
 #include "sim_host/rng.h"
 
-namespace slipstack::sim {
+namespace slipstack::workbench {
 namespace {
 
 /// Sines of displacement of stepped amplitude at several places, with noise on the force.
@@ -21,11 +21,11 @@ struct Record {
 
 Record record(const std::vector<double>& places, const std::vector<double>& amplitudes, double noise_N,
               double noise_m) {
-  const VirginCurve curve({{CurveKind::kRational, 10.0, 8e-6}});
-  Rng rng(4);
+  const sim::VirginCurve curve({{sim::CurveKind::kRational, 10.0, 8e-6}});
+  sim::Rng rng(4);
   Record result;
   for (const double place : places) {
-    ElementBank bank = ElementBank::sample(curve, 200);
+    sim::ElementBank bank = sim::ElementBank::sample(curve, 200);
     bank.reset(place);
     for (const double A : amplitudes) {
       for (int i = 0; i < 12 * 400; ++i) {
@@ -68,7 +68,7 @@ TEST(LoopLog, AveragingLowersTheErrorOfNoise) {
 }
 
 TEST(LoopLog, TurningPointsIgnoreNoiseBelowTheThreshold) {
-  Rng rng(5);
+  sim::Rng rng(5);
   std::vector<double> x;
   for (int i = 0; i < 5000; ++i) {
     x.push_back(10.0 * std::sin(2.0 * std::numbers::pi * i / 1000.0) + 0.1 * rng.normal());
@@ -89,11 +89,11 @@ TEST(LoopLog, RefusesARecordWithoutLoops) {
 }
 
 TEST(QuasiStatic, ForceSinesDrawTheLoopsOfTheVirginCurve) {
-  const VirginCurve curve({{CurveKind::kRational, 15.0, 12e-6}});
-  QuasiStaticTest test;
+  const sim::VirginCurve curve({{sim::CurveKind::kRational, 15.0, 12e-6}});
+  sim::QuasiStaticTest test;
   test.frequency_Hz = 0.5;
-  test.forces_N = forces_for(curve, 2e-6, 30e-6, 4);
-  const QuasiStaticRecord log = record_loops(ElementBank::sample(curve, 200), test);
+  test.forces_N = sim::forces_for(curve, 2e-6, 30e-6, 4);
+  const sim::QuasiStaticRecord log = sim::record_loops(sim::ElementBank::sample(curve, 200), test);
   const auto loops = averaged_loops(log.position_m, log.force_N);
   ASSERT_EQ(loops.size(), 4u);
   for (std::size_t i = 0; i < 4; ++i) {
@@ -104,11 +104,12 @@ TEST(QuasiStatic, ForceSinesDrawTheLoopsOfTheVirginCurve) {
 }
 
 TEST(QuasiStatic, RefusesAForceThatRollsAway) {
-  const ElementBank bank = ElementBank::sample(VirginCurve({{CurveKind::kRational, 1.0, 1e-6}}), 50);
-  EXPECT_THROW(record_loops(bank, {.forces_N = {1.0}}), std::invalid_argument);
-  EXPECT_THROW(record_loops(bank, {.forces_N = {-0.5}}), std::invalid_argument);
-  EXPECT_THROW(record_loops(bank, {.frequency_Hz = 0.0, .forces_N = {0.5}}), std::invalid_argument);
+  const sim::ElementBank bank =
+      sim::ElementBank::sample(sim::VirginCurve({{sim::CurveKind::kRational, 1.0, 1e-6}}), 50);
+  EXPECT_THROW(sim::record_loops(bank, {.forces_N = {1.0}}), std::invalid_argument);
+  EXPECT_THROW(sim::record_loops(bank, {.forces_N = {-0.5}}), std::invalid_argument);
+  EXPECT_THROW(sim::record_loops(bank, {.frequency_Hz = 0.0, .forces_N = {0.5}}), std::invalid_argument);
 }
 
 }  // namespace
-}  // namespace slipstack::sim
+}  // namespace slipstack::workbench

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim_host/experiments/transducer.h"
+#include "workbench/papers/analysis/transducer.h"
 
 #include <gtest/gtest.h>
 
@@ -9,12 +9,13 @@
 #include "sim_host/rng.h"
 
 // The calibration of [3] on simulated records, and each part of it on records whose answer is known.
-namespace slipstack::sim {
+namespace slipstack::workbench {
 namespace {
 
 /// A record of a transducer that is a model itself, at the given loads.
-std::vector<LoadStep> record_of(TransducerModel model, const std::vector<double>& loads, double drift_per_s) {
-  std::vector<LoadStep> steps;
+std::vector<sim::LoadStep> record_of(TransducerModel model, const std::vector<double>& loads,
+                                     double drift_per_s) {
+  std::vector<sim::LoadStep> steps;
   for (const double load : loads) {
     const double t = 45.0 * static_cast<double>(steps.size() + 1);
     steps.push_back({t, load, model.reading_at(load) + drift_per_s * t});
@@ -34,7 +35,7 @@ const std::vector<double> kTenths = up_and_down(100.0, 10);
 
 TEST(Reversibility, SeparatesAKnownLinearityFromAKnownHysteresis) {
   // Quadratic linearity, a loop of known height between the branches, and a drift with time.
-  std::vector<LoadStep> steps;
+  std::vector<sim::LoadStep> steps;
   for (std::size_t i = 0; i < kTenths.size(); ++i) {
     const double u = kTenths[i] / 1000.0;
     const double way = i <= 10 ? 1.0 : -1.0;
@@ -56,7 +57,7 @@ TEST(Reversibility, SeparatesAKnownLinearityFromAKnownHysteresis) {
 }
 
 TEST(TransducerModel, BisectionGivesTheLoadBackToNineDigits) {
-  Rng rng(6);
+  sim::Rng rng(6);
   for (int trial = 0; trial < 50; ++trial) {
     std::vector<double> stiffness;
     std::vector<double> slip;
@@ -105,8 +106,8 @@ TEST(Extraction, LoopThatReadsHigherOnTheWayDownHasNegativeStiffness) {
 
 class SimulatedTransducer : public testing::TestWithParam<std::uint64_t> {
  protected:
-  const TransducerSetup setup_ = *read_setup("transducer").transducer;
-  const SimulatedCalibration data_ = simulate_calibration(setup_, GetParam());
+  const sim::TransducerSetup setup_ = *sim::read_setup("transducer").transducer;
+  const sim::SimulatedCalibration data_ = sim::simulate_calibration(setup_, GetParam());
   const StepRecord virgin_ = step_record(data_.virgin);
   const StepRecord loops_ = step_record(data_.loops);
   const StepRecord repeat_ = step_record(data_.repeat);
@@ -155,7 +156,7 @@ TEST_P(SimulatedTransducer, FirstRiseServesLeastSquaresBetterThanTheFormula) {
 
 INSTANTIATE_TEST_SUITE_P(Seeds, SimulatedTransducer, testing::Range<std::uint64_t>(1, 11));
 
-std::string refusal(std::vector<LoadStep> steps) {
+std::string refusal(std::vector<sim::LoadStep> steps) {
   try {
     const StepRecord record = step_record(std::move(steps));
     reversibility(record);
@@ -168,7 +169,7 @@ std::string refusal(std::vector<LoadStep> steps) {
 
 TEST(StepRecord, RefusesWhatNoCalibrationIs) {
   const TransducerModel truth(2e-3, {1e-6}, {300.0}, {}, {});
-  const std::vector<LoadStep> good = record_of(truth, kTenths, 0.0);
+  const std::vector<sim::LoadStep> good = record_of(truth, kTenths, 0.0);
   EXPECT_EQ(refusal(good), "");
   EXPECT_NE(refusal({}).find("no load steps"), std::string::npos);
   auto bad = good;
@@ -186,7 +187,7 @@ TEST(StepRecord, RefusesWhatNoCalibrationIs) {
   EXPECT_NE(refusal(record_of(truth, up_and_down(250.0, 4), 0.0)).find("fewer than five"), std::string::npos);
   EXPECT_NE(refusal(record_of(truth, {0.0, 1000.0, 0.0}, 0.0)).find("no steps between"), std::string::npos);
   bad = good;
-  for (LoadStep& step : bad) step.signal_mV_per_V *= -1.0;
+  for (sim::LoadStep& step : bad) step.signal_mV_per_V *= -1.0;
   EXPECT_NE(refusal(bad).find("does not grow"), std::string::npos);
   // Hysteresis that bends up and down: noise, not a curve.
   bad = good;
@@ -195,4 +196,4 @@ TEST(StepRecord, RefusesWhatNoCalibrationIs) {
 }
 
 }  // namespace
-}  // namespace slipstack::sim
+}  // namespace slipstack::workbench

@@ -39,8 +39,9 @@ std::vector<double> loop(double amplitude_m, double period, std::size_t count, d
 
 const double kPlain_m = kEncoderStep_m / std::sqrt(12.0);
 
-// A reading's own error is resolution / sqrt(12); where many samples fall into a cell it must shrink.
-TEST(Dequantise, IsFinerThanTheGridWhereTheAxisIsSlow) {
+// The rms error of a reading is resolution / sqrt(12); where many samples fall into a cell it must be
+// smaller.
+TEST(EncoderInterpolation, IsFinerThanTheGridWhereTheAxisIsSlow) {
   double worst = 0.0;
   double mean = 0.0;
   for (int k = 0; k < 20; ++k) {
@@ -56,8 +57,8 @@ TEST(Dequantise, IsFinerThanTheGridWhereTheAxisIsSlow) {
   EXPECT_GT(mean, 0.02);
 }
 
-// A steady creep is told exactly, but for the instants at which cells are left.
-TEST(Dequantise, FollowsASteadyCreep) {
+// A steady creep is reproduced exactly, except for the resolution in time of the crossings.
+TEST(EncoderInterpolation, FollowsASteadyCreep) {
   std::vector<double> truth;
   for (int i = 0; i < 20'000; ++i) truth.push_back(0.0137e-6 * i + 0.21e-6);
   const std::vector<double> is = interpolate_between_steps(read(truth), kEncoderStep_m);
@@ -66,7 +67,7 @@ TEST(Dequantise, FollowsASteadyCreep) {
   EXPECT_LT(worst, 0.05 * kEncoderStep_m);
 }
 
-TEST(Dequantise, NeverLeavesTheCell) {
+TEST(EncoderInterpolation, NeverLeavesTheCell) {
   std::mt19937_64 random(9);
   std::normal_distribution<double> normal;
   for (const double speed : {1e-9, 1e-8, 1e-7, 1e-6, 1e-5}) {
@@ -85,15 +86,15 @@ TEST(Dequantise, NeverLeavesTheCell) {
   }
 }
 
-// Several cells in every sample: the readings are all there is.
-TEST(Dequantise, TakesReadingsAsTheyAreWhereTheAxisIsFast) {
+// With several cells in every sample the readings cannot be improved.
+TEST(EncoderInterpolation, KeepsReadingsWhereTheAxisIsFast) {
   std::vector<double> truth;
   for (int i = 0; i < 1000; ++i) truth.push_back(3.7e-6 * i);
   const std::vector<double> reading = read(truth);
   EXPECT_EQ(interpolate_between_steps(reading, kEncoderStep_m), reading);
 }
 
-TEST(Dequantise, ReturnsReadingsOffTheGridAsTheyAre) {
+TEST(EncoderInterpolation, KeepsReadingsThatAreOnNoGrid) {
   const std::vector<double> smooth = loop(20e-6, 1000.0, 3000, 0.0);
   EXPECT_EQ(interpolate_between_steps(smooth, 0.0), smooth);
   EXPECT_EQ(interpolate_between_steps(smooth, -1.0), smooth);
@@ -101,10 +102,10 @@ TEST(Dequantise, ReturnsReadingsOffTheGridAsTheyAre) {
   EXPECT_EQ(interpolate_between_steps(smooth, kEncoderStep_m), smooth);
 }
 
-// A fast move ends somewhere in a cell, and the axis dwells there: the readings around say no more than that
-// it stopped, and the best place is the middle. (A curve through the borders with the speed of the move
-// swings out to a border and stays there.)
-TEST(Dequantise, DwellsInTheMiddleOfTheCell) {
+// A fast move ends somewhere in a cell and the axis stands still there. The readings show only that it
+// stopped within the cell, so the best estimate is the middle. (A cubic through the borders with the speed of
+// the move would reach a border and stay there.)
+TEST(EncoderInterpolation, DwellsInTheMiddleOfTheCell) {
   std::mt19937_64 random(3);
   std::uniform_real_distribution<double> place(0.0, 200e-6);
   std::vector<double> truth;
@@ -127,12 +128,12 @@ TEST(Dequantise, DwellsInTheMiddleOfTheCell) {
   EXPECT_GT(error, 0.6);
 }
 
-TEST(Dequantise, StandingStillIsWhereItReads) {
+TEST(EncoderInterpolation, KeepsTheReadingAtAStandstill) {
   const std::vector<double> still(500, 3e-6);
   for (const double x : interpolate_between_steps(still, kEncoderStep_m)) EXPECT_NEAR(x, 3e-6, 1e-20);
 }
 
-TEST(Dequantise, IsTheSameBothWays) {
+TEST(EncoderInterpolation, IsSymmetricInSpaceAndTime) {
   const std::vector<double> truth = loop(15e-6, 1500.0, 4000, 1.0);
   std::vector<double> reading = read(truth);
   std::vector<double> forward = interpolate_between_steps(reading, kEncoderStep_m);
@@ -140,13 +141,13 @@ TEST(Dequantise, IsTheSameBothWays) {
   const std::vector<double> mirrored = interpolate_between_steps(reading, kEncoderStep_m);
   for (std::size_t i = 0; i < forward.size(); ++i) EXPECT_NEAR(mirrored[i], -forward[i], 1e-18);
   const std::vector<double> backward(reading.rbegin(), reading.rend());
-  const std::vector<double> turned = interpolate_between_steps(backward, kEncoderStep_m);
+  const std::vector<double> reversed = interpolate_between_steps(backward, kEncoderStep_m);
   for (std::size_t i = 0; i < forward.size(); ++i) {
-    EXPECT_NEAR(turned[forward.size() - 1 - i], mirrored[i], 1e-15) << i;
+    EXPECT_NEAR(reversed[forward.size() - 1 - i], mirrored[i], 1e-15) << i;
   }
 }
 
-/// Arrives fast, stays within a cell for long, and leaves by the same border or the other one.
+/// A motion that arrives fast, stays within a cell for long, and leaves by the same border or the other one.
 std::vector<double> stay(std::size_t samples, double leaves_by) {
   std::vector<double> truth;
   truth.reserve(samples + 800);
@@ -156,24 +157,25 @@ std::vector<double> stay(std::size_t samples, double leaves_by) {
   return truth;
 }
 
-// What nobody saw may have gone either way; what a crossing tells, and a short or steady stay, may not.
-TEST(Dequantise, GoesAstrayOnlyWhereNothingTells) {
+// The alternative motion replaces the cubic in a long, unsteady stay only, not near crossings and not in a
+// short or steady stay.
+TEST(EncoderInterpolation, UsesTheAlternativeMotionOnlyWhereReadingsLeaveItOpen) {
   const UnobservedMotion early{.longest_known = 100.0, .places = {0.9, 0.1}};
   for (const double leaves_by : {1.0, -1.0}) {
     const std::vector<double> reading = read(stay(1000, leaves_by));
     const std::vector<double> believed = interpolate_between_steps(reading, kEncoderStep_m);
-    const std::vector<double> astray = interpolate_between_steps(reading, kEncoderStep_m, early);
+    const std::vector<double> alternative = interpolate_between_steps(reading, kEncoderStep_m, early);
     double furthest = 0.0;
     for (std::size_t i = 0; i < reading.size(); ++i) {
-      EXPECT_LE(std::abs(astray[i] - reading[i]), 0.5001 * kEncoderStep_m);
+      EXPECT_LE(std::abs(alternative[i] - reading[i]), 0.5001 * kEncoderStep_m);
       if (i < 380 || i > 1420) {
-        EXPECT_EQ(astray[i], believed[i]);
+        EXPECT_EQ(alternative[i], believed[i]);
       }
-      furthest = std::max(furthest, std::abs(astray[i] - believed[i]));
+      furthest = std::max(furthest, std::abs(alternative[i] - believed[i]));
     }
     EXPECT_GT(furthest, 0.3 * kEncoderStep_m);
-    EXPECT_NEAR(astray[400 + 333], 0.4 * kEncoderStep_m, 0.02 * kEncoderStep_m);
-    EXPECT_NEAR(astray[400 + 667], -0.4 * kEncoderStep_m, 0.02 * kEncoderStep_m);
+    EXPECT_NEAR(alternative[400 + 333], 0.4 * kEncoderStep_m, 0.02 * kEncoderStep_m);
+    EXPECT_NEAR(alternative[400 + 667], -0.4 * kEncoderStep_m, 0.02 * kEncoderStep_m);
     const std::vector<double> brief = read(stay(40, leaves_by));
     EXPECT_EQ(interpolate_between_steps(brief, kEncoderStep_m, early),
               interpolate_between_steps(brief, kEncoderStep_m));
@@ -187,7 +189,7 @@ TEST(Dequantise, GoesAstrayOnlyWhereNothingTells) {
   for (std::size_t i = 700; i + 700 < is.size(); ++i) EXPECT_EQ(is[i], believed[i]);
 }
 
-TEST(Dequantise, ShortRecordsAreLeftAlone) {
+TEST(EncoderInterpolation, DoesNotChangeShortRecords) {
   for (std::size_t count = 0; count < 3; ++count) {
     const std::vector<double> few(count, 1e-6);
     EXPECT_EQ(interpolate_between_steps(few, kEncoderStep_m), few);

@@ -48,16 +48,17 @@ TEST(Spectrum, OfWhiteNoiseIsFlatAtItsVariance) {
   const double should = 2.0 * kSigma * kSigma / kRate_Hz;
   double mean = 0.0;
   double spread = 0.0;
-  // The first two bins lose the mean that was taken out; the others each scatter by 1/sqrt(pieces).
+  // The first two bins lack power, because the mean is removed; each of the others scatters by
+  // 1/sqrt(segments).
   for (std::size_t k = 2; k < spectrum.density.size(); ++k) {
     mean += spectrum.density[k];
     spread += std::pow(spectrum.density[k] / should - 1.0, 2.0);
   }
   const auto bins = static_cast<double>(spectrum.density.size() - 2);
   EXPECT_NEAR(mean / bins / should, 1.0, 0.01);
-  // Half-overlapping Hann pieces: the variance is 1.06 / pieces (Welch 1967).
-  const double pieces = 400'000.0 / 128.0;
-  EXPECT_NEAR(std::sqrt(spread / bins) / std::sqrt(1.06 / pieces), 1.0, 0.25);
+  // Half-overlapping Hann segments: the variance is 1.06 / segments (Welch 1967).
+  const double segments = 400'000.0 / 128.0;
+  EXPECT_NEAR(std::sqrt(spread / bins) / std::sqrt(1.06 / segments), 1.0, 0.25);
 }
 
 TEST(Spectrum, OfASineHoldsHalfItsSquaredAmplitude) {
@@ -72,14 +73,14 @@ TEST(Spectrum, OfASineHoldsHalfItsSquaredAmplitude) {
   }
 }
 
-TEST(Spectrum, TakesTheMeanOut) {
+TEST(Spectrum, RemovesTheMean) {
   std::vector<double> signal = white(2, 20'000, 0.01);
   for (double& value : signal) value += 1000.0;
   const Spectrum spectrum = power_spectrum(signal, kRate_Hz, 256);
   EXPECT_LT(spectrum.density[0], 10.0 * spectrum.density[50]);
 }
 
-TEST(Spectrum, HasItsFrequencies) {
+TEST(Spectrum, ListsTheFrequenciesOfItsBins) {
   const Spectrum spectrum = power_spectrum(white(3, 1000, 1.0), kRate_Hz, 128);
   ASSERT_EQ(spectrum.frequency_Hz.size(), 64u);
   ASSERT_EQ(spectrum.density.size(), 64u);

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kFilterRate_Hz = 1000.0;
 
-/// Response at a frequency, straight from the definition.
+/// Response at a frequency, computed from the definition.
 std::complex<double> response(const std::vector<double>& taps, double frequency_Hz) {
   const double turn = 2.0 * std::numbers::pi * frequency_Hz / kFilterRate_Hz;
   const auto half = static_cast<double>(taps.size() / 2);
@@ -37,8 +37,8 @@ TEST(LowPass, IsSymmetricAndPassesAConstant) {
   }
 }
 
-// The three promises of the header, at every frequency.
-TEST(LowPass, KeepsItsPromises) {
+// Passband, -6 dB point and stopband as the header states them, at every frequency.
+TEST(LowPass, FulfilsItsSpecification) {
   double flatness = 0.0;
   double leakage = 0.0;
   for (const double cutoff : kCutoffs_Hz) {
@@ -66,7 +66,7 @@ TEST(LowPass, HasNoPhase) {
 TEST(LowPass, NoiseGainIsThePowerOfTheResponse) {
   for (const double cutoff : kCutoffs_Hz) {
     const std::vector<double> taps = low_pass_taps(cutoff, kFilterRate_Hz);
-    constexpr int kPoints = 4000;  // more than taps, so that nothing is folded
+    constexpr int kPoints = 4000;  // more than taps, so that nothing is aliased
     double power = 0.0;
     for (int i = 0; i < kPoints; ++i) power += std::norm(response(taps, kFilterRate_Hz * i / kPoints));
     EXPECT_NEAR(noise_gain(taps), power / kPoints, 1e-9 * noise_gain(taps)) << cutoff;
@@ -92,13 +92,13 @@ TEST(Filter, IsTheSumOfShiftedTaps) {
   }
 }
 
-TEST(Filter, AConstantStaysToTheEnds) {
+TEST(Filter, PassesAConstantUpToTheEnds) {
   const std::vector<double> out =
       filter_all(std::vector<double>(50, 3.25), low_pass_taps(5.0, kFilterRate_Hz));
   for (const double value : out) EXPECT_NEAR(value, 3.25, 1e-13);
 }
 
-TEST(Filter, TwiceIsTheConvolutionOnce) {
+TEST(Filter, TwiceIsTheConvolvedFilterOnce) {
   const std::vector<double> signal = random_signal(2, 2000);
   const std::vector<double> a = low_pass_taps(60.0, kFilterRate_Hz);
   const std::vector<double> b = low_pass_taps(110.0, kFilterRate_Hz);
@@ -112,7 +112,7 @@ TEST(Convolve, MultipliesPolynomials) {
             (std::vector<double>{3.0, 5.0, 2.0, 8.0}));
 }
 
-// Five points differentiate polynomials of degree four (first) and five (second) exactly.
+// Five-point differences are exact for polynomials of degree four (first derivative) and five (second).
 TEST(Derivatives, AreExactOnPolynomials) {
   constexpr double kRate = 50.0;
   const auto t_at = [](std::size_t i) { return (static_cast<double>(i) - 50.0) / kRate; };
@@ -132,7 +132,7 @@ TEST(Derivatives, AreExactOnPolynomials) {
   }
 }
 
-// Fourth order: half the step, a sixteenth of the error. The errors of a sine are w^5/30 and w^6/90 h^4.
+// Fourth order: half the step gives a sixteenth of the error. The errors of a sine are w^5/30 and w^6/90 h^4.
 TEST(Derivatives, AreOfFourthOrder) {
   const auto error = [](double rate) {
     const double w = 2.0 * std::numbers::pi * 3.0;
@@ -157,7 +157,7 @@ TEST(Derivatives, AreOfFourthOrder) {
   EXPECT_NEAR(error(200.0) / error(400.0), 16.0, 0.5);
 }
 
-TEST(Derivatives, StandStillAtTheEnds) {
+TEST(Derivatives, AssumeAStandstillAtTheEnds) {
   const std::vector<double> still(20, 7.0);
   for (const double value : first_derivative(still, 10.0)) EXPECT_EQ(value, 0.0);
   for (const double value : second_derivative(still, 10.0)) EXPECT_EQ(value, 0.0);

@@ -95,7 +95,7 @@ std::optional<Structure> burst_in_force(const Measurement& measurement, const Ei
       ((times.array() >= first_s) && (times.array() <= end_s)).select(residual_N.array(), 0.0);
   const double share = within_N.squaredNorm() / std::max(residual_N.squaredNorm(), 1e-300);
   return Structure{
-      "time", reduction_beyond(share, 0.0), first_s,
+      Coordinate::time, reduction_beyond(share, 0.0), first_s,
       fmt::format("the force jumps about for {} at {}, by {}, as nowhere else in the log: look "
                   "for a loose plug, a disturbed sensor or a knock",
                   quantity(end_s - first_s, "s"), when_of(measurement, first_s), quantity(*strongest, "N")),

@@ -82,7 +82,7 @@ constexpr double kAnotherAxis = 5.0;
 
 std::optional<Structure> mass_of_another_axis(const Measurement& measurement, const Diagnosis& diagnosis) {
   const auto described = [&](std::string description) {
-    return Structure{"acceleration", reduction_of_all(diagnosis), 0.0,
+    return Structure{Coordinate::acceleration, reduction_of_all(diagnosis), 0.0,
                      std::move(description) + ": check mass_kg and the units of time, position and force",
                      weighted_residual(measurement, diagnosis.baseline)};
   };
@@ -108,7 +108,7 @@ constexpr double kLineAboveFloor = 2.0;
 
 bool line_causes_mode(const Diagnosis& diagnosis) {
   const auto& left = diagnosis.unexplained;
-  if (!left || left->coordinate != "frequency" ||
+  if (!left || left->coordinate != Coordinate::frequency ||
       diagnosis.explained.holdout_rmse_N < kLineAboveFloor * diagnosis.noise_floor_N) {
     return false;
   }
@@ -122,7 +122,7 @@ constexpr double kNearNoise = 2.0;
 
 bool line_masks_effects(const Measurement& measurement, const Diagnosis& diagnosis) {
   const auto& left = diagnosis.unexplained;
-  if (!left || left->coordinate != "frequency" || left->where < measurement.bandwidth_Hz() ||
+  if (!left || left->coordinate != Coordinate::frequency || left->where < measurement.bandwidth_Hz() ||
       diagnosis.baseline.holdout_rmse_N > kNearNoise * diagnosis.noise_floor_N) {
     return false;
   }
@@ -133,7 +133,7 @@ bool line_masks_effects(const Measurement& measurement, const Diagnosis& diagnos
 }
 
 bool backlash_as_coulomb(const Diagnosis& diagnosis) {
-  return diagnosis.unexplained && diagnosis.unexplained->coordinate == "reversal" &&
+  return diagnosis.unexplained && diagnosis.unexplained->coordinate == Coordinate::reversal &&
          coulomb_joins_hysteresis(diagnosis.baseline, diagnosis.explained);
 }
 

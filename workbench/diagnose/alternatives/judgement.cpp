@@ -25,7 +25,7 @@ constexpr double kBacklashAboveFloor = 1.6;
 std::vector<Structure> structure_left(const Measurement& measurement, const Diagnosis& diagnosis) {
   auto left = find_structure(measurement, weighted_residual(measurement, diagnosis.explained));
   if (diagnosis.explained.holdout_rmse_N < kBacklashAboveFloor * diagnosis.noise_floor_N) {
-    std::erase_if(left, [](const Structure& one) { return one.coordinate == "reversal"; });
+    std::erase_if(left, [](const Structure& one) { return one.coordinate == Coordinate::reversal; });
   }
   return left;
 }

@@ -150,7 +150,7 @@ Structure line_within(const Measurement& measurement, const Eigen::VectorXd& res
   }
   const HeldOut judged =
       held_out(columns_at(frequency_Hz), residual_N, alternating_blocks(residual_N.size()));
-  return {"frequency", judged.error_reduction, frequency_Hz,
+  return {Coordinate::frequency, judged.error_reduction, frequency_Hz,
           described(frequency_Hz, judged.explained.cwiseAbs().maxCoeff()), judged.explained};
 }
 
@@ -158,7 +158,8 @@ Structure line_within(const Measurement& measurement, const Eigen::VectorXd& res
 
 Structure line_at_rows(const Measurement& measurement, const Eigen::VectorXd& residual_N) {
   const Spectrum spectrum = row_spectrum(measurement, residual_N);
-  if (spectrum.density.empty()) return {"frequency", 0.0, 0.0, "", Eigen::VectorXd::Zero(residual_N.size())};
+  if (spectrum.density.empty())
+    return {Coordinate::frequency, 0.0, 0.0, "", Eigen::VectorXd::Zero(residual_N.size())};
   std::size_t peak = 2;
   for (std::size_t k = 2; k < spectrum.density.size(); ++k) {
     if (spectrum.density[k] > spectrum.density[peak]) peak = k;
@@ -183,7 +184,7 @@ Structure line_at_rows(const Measurement& measurement, const Eigen::VectorXd& re
 Structure line_near(const Measurement& measurement, const Eigen::VectorXd& residual_N, double frequency_Hz) {
   const Spectrum spectrum = row_spectrum(measurement, residual_N);
   if (spectrum.density.size() < 2)
-    return {"frequency", 0.0, frequency_Hz, "", Eigen::VectorXd::Zero(residual_N.size())};
+    return {Coordinate::frequency, 0.0, frequency_Hz, "", Eigen::VectorXd::Zero(residual_N.size())};
   return line_within(measurement, residual_N, frequency_Hz, spectrum.frequency_Hz[1]);
 }
 
@@ -213,7 +214,8 @@ std::optional<Structure> line_beyond_rows(const Measurement& measurement, const 
   const double power = std::max(0.0, power_at(spectrum, peak) - 3.0 * usual * width_Hz);
   const double reduction = 1.0 - error_N / std::sqrt(error_N * error_N + power);
   const double frequency_Hz = spectrum.frequency_Hz[peak];
-  return Structure{"frequency", reduction, frequency_Hz, described(frequency_Hz, std::sqrt(2.0 * power)),
+  return Structure{Coordinate::frequency, reduction, frequency_Hz,
+                   described(frequency_Hz, std::sqrt(2.0 * power)),
                    Eigen::VectorXd::Zero(measurement.row_count())};
 }
 

@@ -48,7 +48,7 @@ std::optional<Structure> lost_counts(const Measurement& measurement) {
           : "and no force moves the axis: the encoder loses counts or makes them up, and positions "
             "before and after are not of one scale";
   return Structure{
-      "time", 0.0, time_s,
+      Coordinate::time, 0.0, time_s,
       fmt::format(
           "the position jumps by {} at {}{}, {}", quantity(largest_m, "m"), when_of(measurement, time_s),
           count > 1 ? fmt::format(" and less at {} other {}", count - 1, count > 2 ? "times" : "time") : "",

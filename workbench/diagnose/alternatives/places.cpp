@@ -142,7 +142,7 @@ std::vector<Pass> passes_at_speed(const Eigen::VectorXd& position_m, const Eigen
 /// row or two has another form at each speed, and no curve over the place is the same in all.
 Structure strong_passes(const Eigen::VectorXd& position_m, const Eigen::VectorXd& velocity_mps,
                         const Eigen::VectorXd& residual_N, double middle_m, double width_m) {
-  Structure best{"position", 0.0, middle_m, "", Eigen::VectorXd::Zero(residual_N.size())};
+  Structure best{Coordinate::position, 0.0, middle_m, "", Eigen::VectorXd::Zero(residual_N.size())};
   const Eigen::VectorXd squares = residual_N.cwiseAbs2();
   const double usual = median({squares.begin(), squares.end()}) / kMedianOfSquares;
   for (const double half_width : kStrongHalfWidths) {
@@ -178,7 +178,7 @@ Structure strong_passes(const Eigen::VectorXd& position_m, const Eigen::VectorXd
 
 Structure place_on_rail(const Eigen::VectorXd& position_m, const Eigen::VectorXd& velocity_mps,
                         const Eigen::VectorXd& residual_N) {
-  Structure best{"position", 0.0, 0.0, "", Eigen::VectorXd::Zero(residual_N.size())};
+  Structure best{Coordinate::position, 0.0, 0.0, "", Eigen::VectorXd::Zero(residual_N.size())};
   const double first_m = position_m.minCoeff();
   const double width_m = (position_m.maxCoeff() - first_m) / kBins;
   const double whole = residual_N.squaredNorm();

@@ -62,7 +62,7 @@ bool spread(std::vector<double> energies, double share) {
 }  // namespace
 
 Structure after_reversals(const Measurement& measurement, const Eigen::VectorXd& residual_N) {
-  Structure best{"reversal", 0.0, 0.0, "", Eigen::VectorXd::Zero(residual_N.size())};
+  Structure best{Coordinate::reversal, 0.0, 0.0, "", Eigen::VectorXd::Zero(residual_N.size())};
   const double whole = residual_N.squaredNorm();
   if (!(whole > 0.0)) return best;
   const double row_s = measurement.tick_s() * static_cast<double>(measurement.row_stride());

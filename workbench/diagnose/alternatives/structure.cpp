@@ -19,14 +19,15 @@
 namespace slipstack::workbench {
 namespace {
 
-/// An event is one of a place, or of reversals, when they explain this share of what the event would.
-constexpr double kComesBack = 0.5;
+/// Moments of high energy are attributed to a place, or to reversals, and not to time, when these explain at
+/// least this share of what the event in time explains. Chosen.
+constexpr double kRecurs = 0.5;
 
-/// Knots of a free curve; each holds at least this many rows, so that noise alone explains little.
+/// Intervals between the knots of a free curve: few enough that noise alone explains little. Chosen.
 constexpr int kKnots = 40;
 
-/// Knots of a free curve, each with data around it: half by quantile and half by range, so that neither a
-/// long dwell nor an empty stretch takes all.
+/// Knots of a free curve: each is the mean of a quantile and of a place in the range, so that neither a long
+/// dwell nor an empty part of the range takes most of the knots.
 std::vector<double> knots_over(const Eigen::VectorXd& coordinate) {
   std::vector<double> sorted(coordinate.begin(), coordinate.end());
   std::sort(sorted.begin(), sorted.end());
@@ -41,19 +42,19 @@ std::vector<double> knots_over(const Eigen::VectorXd& coordinate) {
   return knots;
 }
 
-Structure over(const std::string& coordinate, const std::string& unit, const Eigen::VectorXd& values,
+Structure over(Coordinate coordinate, const std::string& unit, const Eigen::VectorXd& values,
                const Eigen::VectorXd& residual) {
   const HeldOut judged =
       held_out(hat_functions(values, knots_over(values)), residual, alternating_blocks(residual.size()));
   Eigen::Index peak = 0;
   judged.explained.cwiseAbs().maxCoeff(&peak);
   return {coordinate, judged.error_reduction, values(peak),
-          fmt::format("what is left depends on {}: {} at {}", coordinate,
+          fmt::format("what is left depends on {}: {} at {}", name_of(coordinate),
                       quantity(judged.explained(peak), "N"), quantity(values(peak), unit)),
           judged.explained};
 }
 
-/// Energy that sits in a few rows: an event, not an effect.
+/// Energy concentrated in a few rows: an event, not an effect.
 Structure event_in_time(const Measurement& measurement, const Eigen::VectorXd& residual) {
   std::vector<double> energy(static_cast<std::size_t>(residual.size()));
   for (Eigen::Index row = 0; row < residual.size(); ++row) {
@@ -65,19 +66,37 @@ Structure event_in_time(const Measurement& measurement, const Eigen::VectorXd& r
   const auto few = static_cast<std::ptrdiff_t>(sorted.size() / 100);
   std::nth_element(sorted.begin(), sorted.begin() + few, sorted.end(), std::greater<>());
   const double share = std::accumulate(sorted.begin(), sorted.begin() + few, 0.0) / whole;
-  // One per cent of Gaussian rows holds 8.6 % of the energy.
-  // What quantisation leaves at reversals holds some 30 %.
+  // The strongest 1 % of Gaussian rows holds 8.6 % of the energy; of logs whose residual is quantisation at
+  // reversals it holds about 30 %.
   constexpr double kUsual = 0.35;
   const Eigen::VectorXd times = row_times(measurement);
   const double time_s = times(static_cast<Eigen::Index>(strongest));
   const std::string when = when_of(measurement, time_s);
-  return {"time", reduction_beyond(share, kUsual), time_s,
+  return {Coordinate::time, reduction_beyond(share, kUsual), time_s,
           fmt::format("what is left sits in few moments: 1 % of the time holds {:.0f} % of it, most at {}",
                       100.0 * share, when),
           residual};
 }
 
 }  // namespace
+
+const char* name_of(Coordinate coordinate) {
+  switch (coordinate) {
+    case Coordinate::position:
+      return "position";
+    case Coordinate::velocity:
+      return "velocity";
+    case Coordinate::acceleration:
+      return "acceleration";
+    case Coordinate::time:
+      return "time";
+    case Coordinate::frequency:
+      return "frequency";
+    case Coordinate::reversal:
+      return "reversal";
+  }
+  return "";
+}
 
 std::string when_of(const Measurement& measurement, double time_s) {
   if (measurement.log_count() == 1) return quantity(time_s, "s");
@@ -94,23 +113,23 @@ std::string when_of(const Measurement& measurement, double time_s) {
 std::vector<Structure> find_structure(const Measurement& measurement, const Eigen::VectorXd& residual_N) {
   const Eigen::VectorXd position_m = at_rows(measurement, measurement.position_m());
   std::vector<Structure> found;
-  found.push_back(over("position", "m", position_m, residual_N));
+  found.push_back(over(Coordinate::position, "m", position_m, residual_N));
   const Eigen::VectorXd velocity_mps = at_rows(measurement, measurement.velocity_mps());
-  found.push_back(over("velocity", "m/s", velocity_mps, residual_N));
-  found.push_back(
-      over("acceleration", "m/s2", at_rows(measurement, measurement.acceleration_mps2()), residual_N));
-  found.push_back(over("time", "s", row_times(measurement), residual_N));
+  found.push_back(over(Coordinate::velocity, "m/s", velocity_mps, residual_N));
+  found.push_back(over(Coordinate::acceleration, "m/s2",
+                       at_rows(measurement, measurement.acceleration_mps2()), residual_N));
+  found.push_back(over(Coordinate::time, "s", row_times(measurement), residual_N));
   if (measurement.log_count() > 1) {
     found.back().description += " (" + when_of(measurement, found.back().where) + ")";
   }
   found.push_back(line_at_rows(measurement, residual_N));
   Structure place = place_on_rail(position_m, velocity_mps, residual_N);
   Structure event = event_in_time(measurement, residual_N);
-  // Moments that come back at one place of the rail are no accident of time.
-  const bool comes_back = place.error_reduction >= kComesBack * event.error_reduction;
+  // Moments that recur at one place of the rail, or at reversals, do not depend on time.
+  const bool recurs_at_place = place.error_reduction >= kRecurs * event.error_reduction;
   Structure reversal = after_reversals(measurement, residual_N);
-  const bool reverses = reversal.error_reduction >= kComesBack * event.error_reduction;
-  if (!comes_back && !reverses && event.error_reduction > found[3].error_reduction)
+  const bool recurs_at_reversals = reversal.error_reduction >= kRecurs * event.error_reduction;
+  if (!recurs_at_place && !recurs_at_reversals && event.error_reduction > found[3].error_reduction)
     found[3] = std::move(event);
   if (place.error_reduction > found[0].error_reduction) found[0] = std::move(place);
   found.push_back(std::move(reversal));

@@ -9,19 +9,24 @@
 
 namespace slipstack::workbench {
 
-/// What a free curve over one coordinate finds in a residual: no physics, only "something depends on this".
+/// What a residual can depend on.
+enum class Coordinate { position, velocity, acceleration, time, frequency, reversal };
+const char* name_of(Coordinate coordinate);
+
+/// A dependence that is found in a residual without a physical model: a free curve over one coordinate, a
+/// line in the spectrum, an event, or what follows reversals.
 struct Structure {
-  std::string coordinate;        ///< position, velocity, acceleration, time, frequency, reversal
+  Coordinate coordinate = Coordinate::position;
   double error_reduction = 0.0;  ///< of the residual's rms, on held-out rows
-  double where = 0.0;            ///< of the largest departure, in the coordinate's unit
-  std::string description;       ///< one sentence
-  Eigen::VectorXd explained_N;   ///< what the curve says, at the rows
+  double where = 0.0;  ///< of the largest deviation, in the unit of the coordinate; of a reversal its time
+  std::string description;      ///< a sentence without its capital and its full stop
+  Eigen::VectorXd explained_N;  ///< the part of the residual that the structure explains, at the rows
 };
 
-/// Looks for structure in `residual_N` (rows) along every coordinate, the strongest first.
+/// Searches `residual_N` (rows) for structure along every coordinate: one for each, the strongest first.
 std::vector<Structure> find_structure(const Measurement& measurement, const Eigen::VectorXd& residual_N);
 
-/// A time, and of several logs which.
+/// The time as text; with several logs, the time within its log and the name of the log.
 std::string when_of(const Measurement& measurement, double time_s);
 
 }  // namespace slipstack::workbench

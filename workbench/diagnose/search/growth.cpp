@@ -47,7 +47,7 @@ std::vector<const EffectDescription*> effects_to_try(const Measurement& measurem
       std::minmax_element(measurement.position_m().begin(), measurement.position_m().end());
   const double stroke_m = *highest - *lowest;
   std::vector<const EffectDescription*> effects;
-  for (const EffectDescription* effect : options.own) {
+  for (const EffectDescription* effect : options.user_effects) {
     if (!contains(terms, effect->text.id)) effects.push_back(effect);
   }
   for (const EffectDescription* effect : wanted_effects(options)) {

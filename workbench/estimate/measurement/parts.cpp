@@ -69,7 +69,7 @@ JoinedLogs join(std::vector<LogChunk> pieces) {
   for (LogChunk& piece : pieces) {
     Log& log = piece.log;
     require_one_axis(pieces.front().log, log);
-    Repairs repairs = repair(log, piece.is_whole() ? RepairScope::whole_log : RepairScope::piece);
+    Repairs repairs = repair(log, piece.is_whole() ? RepairScope::whole_log : RepairScope::chunk);
     LogPart part;
     part.cut = std::move(repairs.cut);
     part.jumps = std::move(repairs.jumps);

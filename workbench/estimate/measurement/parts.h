@@ -42,7 +42,7 @@ struct LogPart {
 
   std::vector<Interval> cut;          ///< samples, counted from its first, that say nothing
   std::vector<EncoderJump> jumps;     ///< of the encoder, samples counted from its first
-  std::vector<std::string> repaired;  ///< what was mended and cut, one sentence each
+  std::vector<std::string> repaired;  ///< what was repaired and cut, one sentence each
 
   std::size_t end_sample() const { return first_sample + sample_count; }
 };
@@ -55,8 +55,8 @@ struct JoinedLogs {
 };
 
 /// Joins logs of one axis: different loads, places, days. Throws InputError where they do not fit together:
-/// another sampling rate, a mass that only some declare, another magnet pitch. Each is mended
-/// (mend.h). Cost: one copy of the samples, none for a single log.
+/// another sampling rate, a mass that only some declare, another magnet pitch. Each is repaired
+/// (repair.h). Cost: one copy of the samples, none for a single log.
 JoinedLogs join(std::vector<Log> logs);
 /// The same of pieces, in the order of their logs and of time; each log has one at least.
 JoinedLogs join(std::vector<LogChunk> pieces);

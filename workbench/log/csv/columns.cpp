@@ -16,7 +16,7 @@ struct KnownColumn {
   std::string_view quantity_name;
   std::string_view unit;
   Quantity quantity;
-  double divisor;  // dividing by 10ⁿ rounds once; multiplying by 10⁻ⁿ rounds twice
+  double divisor;  // dividing by 10ⁿ rounds once, multiplying by 10⁻ⁿ would round twice
   bool counts = false;
 
   std::string name() const { return std::string(quantity_name) + "_" + std::string(unit); }
@@ -38,7 +38,7 @@ constexpr std::array<KnownColumn, 13> kKnownColumns{{
     {"temperature", "C", Quantity::kTemperature, 1.0},
 }};
 
-// "position_m, position_mm, ..." for one quantity, or for all of them.
+// "position_m, position_mm, ...": the columns of one quantity, or of all.
 std::string known_names(std::string_view quantity_name = {}) {
   std::vector<std::string> names;
   for (const KnownColumn& known : kKnownColumns) {
@@ -56,7 +56,7 @@ const KnownColumn* find_known(std::string_view name) {
 
 [[noreturn]] void refuse_unknown_column(const RawTable& table, std::string_view name) {
   const std::string where = table.where_names() + ": column " + in_quotes(name);
-  // The longest quantity that the name starts with: normal_force before force.
+  // The quantity that the name starts with; the longest one where several match.
   std::string_view match;
   for (const KnownColumn& known : kKnownColumns) {
     const std::string_view quantity = known.quantity_name;
@@ -120,12 +120,12 @@ constexpr std::array<KnownKey, 4> kKnownKeys{{
     {"encoder_resolution", "m", Range::kPositive, &HeaderValues::encoder_resolution_m},
 }};
 
-// Units that people write in place of the known ones. Any other ending (`mass_note`) is the user's own key.
+// Units that are refused. Any other ending (`mass_note`) makes a key of the user's own.
 constexpr std::array<std::string_view, 18> kOtherUnits{
     "g",  "mg", "t",    "lb",     "kg",    "m",        "cm",       "mm",       "um",
     "nm", "in", "inch", "counts", "per_A", "mN_per_A", "N_per_mA", "Nm_per_A", "lbf_per_A"};
 
-// A key such as magnet_pitch_mm would otherwise be kept as a mere remark and its value silently not used.
+// Otherwise a key such as magnet_pitch_mm would be kept as a remark and its value silently ignored.
 void refuse_other_unit(const RawTable& table, const std::string& key, const RawTable::HeaderEntry& entry) {
   for (const KnownKey& known : kKnownKeys) {
     if (key == known.name()) return;
@@ -188,7 +188,7 @@ ColumnPlan plan_columns(const RawTable& table, const HeaderValues& header) {
     if (source) {
       const std::string& first = table.columns[source->column].name;
       throw InputError(table.where_names() + ": column " + name +
-                       (first == name ? " stands twice; remove one of them"
+                       (first == name ? " occurs twice; remove one of them"
                                       : " repeats what " + first + " gives; remove one of them"));
     }
     source = ColumnPlan::Source{i, known->divisor, known->counts};

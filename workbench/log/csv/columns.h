@@ -21,7 +21,7 @@ enum class Quantity : std::size_t {
 };
 inline constexpr std::size_t kQuantityCount = 8;
 
-// Which column of a table holds which quantity, and what its numbers are divided by to give SI units.
+// Which column of a table holds which quantity, and the divisor that converts its numbers to SI units.
 struct ColumnPlan {
   struct Source {
     std::size_t column = 0;
@@ -35,7 +35,7 @@ struct ColumnPlan {
   }
 };
 
-// The header keys that the workbench computes with; absent ones are empty.
+// The values of the header keys that the workbench uses; absent ones are empty.
 struct HeaderValues {
   std::optional<double> mass_kg;
   std::optional<double> motor_constant_N_per_A;
@@ -48,9 +48,9 @@ struct HeaderValues {
 // known quantity in a unit that is not known, and for a `sampling` that is neither uniform nor irregular.
 HeaderValues read_header_values(const RawTable& table);
 
-// Gives every column of the table its meaning. Throws InputError for a missing, unknown or repeated column,
-// an unknown unit, and a header that lacks what a column needs. Looks at names only, so that a wrong file is
-// refused before its rows are read.
+// Assigns a quantity to every column of the table. Throws InputError for a missing, unknown or repeated
+// column, an unknown unit, and a header that lacks a value that a column needs. Uses the names only, so that
+// a wrong file is refused before its rows are read.
 ColumnPlan plan_columns(const RawTable& table, const HeaderValues& header);
 
 }  // namespace slipstack::workbench

@@ -15,11 +15,11 @@
 namespace slipstack::workbench {
 namespace {
 
-// 50 million rows of three columns are 1.2 GB; beyond that a log is refused rather than the machine
+// 50 million rows of three columns take 1.2 GB; longer logs are refused before the memory of the machine is
 // exhausted.
 constexpr std::size_t kMaximumRows = 50'000'000;
 
-// Numbers that header rows must not hold; a header of a thousand names is a data row of something else.
+// A first row with more fields than this is not the header row of a log; chosen.
 constexpr std::size_t kMaximumColumns = 64;
 
 void refuse_what_is_no_header_row(const std::string& here, std::string_view text,
@@ -102,7 +102,7 @@ RawTable CsvReader::without_rows(const RawTable& table) {
 
 RawTable CsvReader::rows(std::size_t maximum) {
   rows_ = 0;
-  if (maximum < kMaximumRows) {  // else nobody knows how many there are
+  if (maximum < kMaximumRows) {  // else the number of rows is not known beforehand
     for (RawTable::Column& column : table_.columns) column.values.reserve(maximum);
   }
   while (rows_ < maximum && next_line()) take_row();
@@ -164,7 +164,7 @@ void CsvReader::take_row() {
   ++rows_;
 }
 
-// Keeps, without a number per row, which line a row stands on.
+// Records the line of the row; rows on consecutive lines share one anchor.
 void CsvReader::note_line() {
   const std::size_t line = lines_.line_number();
   if (table_.anchors.empty() || table_.anchors.back().line + (rows_ - table_.anchors.back().row) != line) {
@@ -172,7 +172,7 @@ void CsvReader::note_line() {
   }
 }
 
-// Reads the row again, slowly, to say what is wrong with it.
+// Reads the row again field by field, to name the fault.
 void CsvReader::refuse_row() const {
   const std::vector<std::string_view> fields = split_fields(line_);
   const std::size_t expected = table_.columns.size();
@@ -210,7 +210,7 @@ RawTable read_csv(const std::string& name, ByteSource& source) {
   const RawTable more = reader.rows(1);
   if (!more.anchors.empty()) {
     throw InputError(more.where_row(0) + ": more than " + std::to_string(kMaximumRows) +
-                     " samples; cut the log into pieces or decimate it");
+                     " samples; split it into shorter logs or decimate it");
   }
   return table;
 }

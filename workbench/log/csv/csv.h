@@ -13,22 +13,23 @@ namespace slipstack::workbench {
 
 // Reads `# key: value` lines, one header row and rows of finite numbers, separated by commas; blank lines,
 // spaces around fields and comments anywhere are allowed, quotes are not. Names, units and header values are
-// checked when the header row is read (columns.h), rows as they come. `name` is how error messages show the
-// source. Throws InputError. Linear in the bytes read, never more than one line ahead of the first fault.
+// checked when the header row is read (columns.h), rows while they are read. `name` stands for the source in
+// error messages. Throws InputError. Cost: linear in the bytes read; nothing is parsed after the first fault.
 class CsvReader {
  public:
   CsvReader(const std::string& name, ByteSource& source);
-  // Goes on at a row: `table` as this file's reader gave it, `source` moved to `place`.
+  // Continues at a row: `table` comes from a reader of the same file, `source` starts at
+  // `place`.
   CsvReader(const RawTable& table, ByteSource& source, LineReader::Place place);
 
   // The header and up to `maximum` further rows; fewer only at the end of the text.
   RawTable rows(std::size_t maximum);
-  // Passes over rows.
+  // Skips rows.
   void skip(std::size_t count);
-  // Where the next row begins, or what stands before it.
+  // Where the next row, or a comment before it, begins.
   LineReader::Place place() const { return lines_.place(); }
 
-  // Header and column names alone.
+  // Header and column names only.
   static RawTable without_rows(const RawTable& table);
 
  private:

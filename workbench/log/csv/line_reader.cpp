@@ -45,7 +45,7 @@ bool LineReader::next(std::string_view& line) {
                      std::to_string(kLongestLine) + " bytes; write one sample to a line");
   }
   begin_ += length + (newline != nullptr ? 1 : 0);
-  while (last != first && last[-1] == '\r') --last;  // copied twice, some files have two
+  while (last != first && last[-1] == '\r') --last;  // files that were converted twice have two
   line = {first, static_cast<std::size_t>(last - first)};
   return true;
 }

@@ -11,21 +11,21 @@
 
 namespace slipstack::workbench {
 
-// Cuts bytes into lines with a buffer of fixed size, so that neither a sparse file of gigabytes nor one
-// without a newline costs memory. Takes LF and CRLF, a missing newline at the end, and a UTF-8 byte-order
-// mark.
+// Splits bytes into lines with a buffer of fixed size, so that neither a sparse file of gigabytes nor one
+// without a newline exhausts memory. Accepts LF and CRLF, a missing newline at the end, and a UTF-8
+// byte-order mark.
 class LineReader {
  public:
   static constexpr std::size_t kLongestLine = 65536;
 
-  // Where a line begins: byte offset within the source, and how many lines are before it.
+  // Where a line begins: byte offset within the source, and number of lines before it.
   struct Place {
     std::size_t byte = 0;
     std::size_t lines = 0;
   };
 
-  // `name` is how error messages show the source; `source` must outlive the reader. A source that was moved
-  // to a place found earlier goes on there.
+  // `name` stands for the source in error messages; `source` must outlive the reader. A source that starts at
+  // a `place` found earlier is read from there.
   LineReader(std::string name, ByteSource& source) : LineReader(std::move(name), source, {}) {}
   LineReader(std::string name, ByteSource& source, Place place);
 
@@ -33,7 +33,7 @@ class LineReader {
   // until the next call. Throws InputError for a NUL byte, a line above kLongestLine, and text in UTF-16.
   bool next(std::string_view& line);
 
-  // Number of the line that next() gave last, counted from 1.
+  // Number of the line that next() returned last, counted from 1.
   std::size_t line_number() const { return line_number_; }
   // Where the next line begins.
   Place place() const { return {begin_byte_ + begin_, line_number_}; }

@@ -8,8 +8,8 @@
 
 namespace slipstack::workbench {
 
-// What a file holds before names and units get their meaning: header entries and columns of finite numbers of
-// equal length. Both file formats end here, so that everything behind it is written once.
+// The content of a file before names and units are interpreted: header entries and columns of finite numbers
+// of equal length. Both file formats are read into it, so that all further processing is shared.
 struct RawTable {
   struct HeaderEntry {
     std::string value;
@@ -18,9 +18,10 @@ struct RawTable {
   struct Column {
     std::string name;
     std::vector<double> values;
-    double relative_precision = 0.0;  // of the stored numbers where coarser than a double's, e.g. 2⁻²⁴
+    double relative_precision = 0.0;  // of the stored numbers, where it is lower than a double's: 2⁻²⁴
   };
-  // From row `row` on, row r stands on line `line` + (r − row); comments and blank lines start a new anchor.
+  // From row `row` on, row r is on line `line` + (r − row); after comments and blank lines a new anchor
+  // follows.
   struct Anchor {
     std::size_t row = 0;
     std::size_t line = 0;

@@ -19,7 +19,7 @@
 namespace slipstack::workbench {
 namespace {
 
-// Version 0x0100 and "MI", as the writing machine orders its bytes.
+// Version 0x0100 and "MI" in the byte order of the machine that wrote the file.
 constexpr std::string_view kLittleEndian("\0\1IM", 4);
 constexpr std::string_view kBigEndian("\1\0MI", 4);
 constexpr std::string_view kHdf5Signature = "\x89HDF\r\n\x1A\n";
@@ -35,7 +35,7 @@ bool is_level5(std::string_view head) {
   return head.ends_with(kLittleEndian) || head.ends_with(kBigEndian);
 }
 
-// The head of an array, and a cursor behind it.
+// The header of an array, and a cursor to its content.
 struct Array {
   std::string name;
   std::uint32_t array_class = 0;
@@ -74,7 +74,7 @@ class MatReader {
   RawTable read() {
     read_head();
     while (remaining_ > 0) read_variable();
-    settle_record();
+    choose_variables_or_struct();
     if (!left_out_.empty()) {
       table_.notes.push_back("left out, neither vector, number nor text: " + joined(left_out_));
     }
@@ -110,7 +110,7 @@ class MatReader {
     swapped_ = head.ends_with(kLittleEndian) != (std::endian::native == std::endian::little);
   }
 
-  // One variable: its tag, then its bytes, inflated when they are compressed.
+  // Reads one variable: its tag, then its bytes, which may be compressed.
   void read_variable() {
     const std::vector<std::byte> tag = read_bytes(8);
     const auto type = static_cast<MatType>(mat_uint32(tag, swapped_));
@@ -166,7 +166,7 @@ class MatReader {
     return true;
   }
 
-  // Vectors become columns, scalars and text header entries.
+  // Vectors become columns; scalars and text become header entries.
   void take(const std::string& name, Array array, Content& content) {
     if (array.is(MatClass::kChar) && array.is_vector()) {
       content.texts.try_emplace(printable(name),
@@ -189,9 +189,9 @@ class MatReader {
         {name, std::move(values), array.is(MatClass::kSingle) ? kSinglePrecision : 0.0});
   }
 
-  // The log is in the variables, or in one struct; then vectors beside it are somebody else's, scalars and
-  // text still its header.
-  void settle_record() {
+  // The log is either in the variables or in the fields of one struct. In the second case vectors beside the
+  // struct are left out, while scalars and text beside it still count as header entries.
+  void choose_variables_or_struct() {
     const auto is_time = [](const RawTable::Column& column) { return column.name == "time_s"; };
     const bool in_record =
         !record_name_.empty() && std::none_of(variables_.columns.begin(), variables_.columns.end(), is_time);

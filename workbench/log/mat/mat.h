@@ -10,22 +10,22 @@
 
 namespace slipstack::workbench {
 
-// Bytes at the head of a MAT-file that tell its version.
+// Bytes at the start of a MAT-file that contain its version.
 inline constexpr std::size_t kMatHeaderSize = 128;
 
-// True for the head of a MAT-file of level 5, and of 7.3 or HDF5, which read_mat() refuses by name.
+// True for the start of a MAT-file of level 5, and of one of version 7.3 or HDF5, which read_mat() refuses
+// with a message that names the version.
 bool looks_like_mat(std::string_view head);
 
 // Reads a MATLAB level 5 MAT-file (save -v6, -v7; Octave, SciPy): real vectors become columns, real scalars
 // and rows of characters header entries. They are variables, or the fields of the one struct that has a field
-// time_s. A vector whose name is not that of a column is an error, as in CSV; what is neither vector, scalar
-// nor text is left out with a note. `name` is how error messages show the file, `source` gives its bytes from
-// the first on, `file_size` of them. Throws InputError. One variable at a time is in memory beside the
-// result.
+// time_s. A vector whose name is not that of a column is an error, as in CSV; other content than vectors,
+// scalars and text is left out with a note. `name` stands for the file in error messages, `source` supplies
+// its `file_size` bytes. Throws InputError. Memory: one variable at a time in addition to the result.
 //
-// After "MAT-File Format" (The MathWorks), chapter 1. A reader of our own, because the library at hand (matio
-// 1.5.23) takes more than 10 s for some damaged files of 3 KB (measured: 2 of 400 random mutations of a
-// compressed struct); it writes the files that test this one.
+// Source: "MAT-File Format" (The MathWorks), chapter 1. The library matio (1.5.23) is not used for reading,
+// because it takes more than 10 s for some damaged files of 3 KB (measured: 2 of 400 random mutations of a
+// compressed struct); the tests write their files with it.
 RawTable read_mat(const std::string& name, ByteSource& source, std::size_t file_size);
 
 }  // namespace slipstack::workbench

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/log/mat/mat_elements.h"
 
-// With it the library promises not to write to its input.
+// Makes zlib declare its input as const.
 #define ZLIB_CONST
 #include <zlib.h>
 
@@ -77,7 +77,7 @@ class Inflater {
     throw MatDamage("a compressed variable is damaged");
   }
 
-  // Reads on to the checksum, which tells whether every byte was right.
+  // Reads up to the checksum, which zlib verifies.
   void finish() {
     std::array<Bytef, 16> rest{};
     stream_.next_out = rest.data();
@@ -175,7 +175,8 @@ std::string mat_text(const MatElement& element, bool swapped) {
 
 std::vector<std::byte> mat_inflated(std::span<const std::byte> compressed, bool swapped,
                                     std::size_t largest) {
-  constexpr std::size_t kBestRatio = 1032;  // of deflate, as its authors give it
+  constexpr std::size_t kBestRatio = 1032;  // limit of deflate (zlib technical details, "Maximum compression
+                                            // factor")
   Inflater inflater(compressed);
   std::vector<std::byte> bytes(kTagSize);
   inflater.fill(bytes);

@@ -10,7 +10,7 @@
 
 namespace slipstack::workbench {
 
-// The bytes of a MAT-file do not hold together; what() is what a message says of it, without the file's name.
+// The bytes of a MAT-file are inconsistent; what() describes the fault without the file's name.
 struct MatDamage : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -39,14 +39,15 @@ struct MatElement {
   std::span<const std::byte> data;
 };
 
-// Walks the elements in a stretch of a MAT-file. Never reads beyond it: what announces more throws MatDamage.
+// Iterates over the elements in a range of bytes of a MAT-file. Never reads beyond the range: an element that
+// announces more bytes throws MatDamage.
 class MatCursor {
  public:
   // `swapped`: the file's byte order is not this machine's.
   MatCursor(std::span<const std::byte> bytes, bool swapped) : bytes_(bytes), swapped_(swapped) {}
 
   bool at_end() const { return bytes_.empty(); }
-  // The next element, in the short or the long form of its tag; moves behind its padding.
+  // The next element, in the short or the long form of its tag; the cursor then is behind its padding.
   MatElement next();
   // The same, and throws MatDamage unless it is of `type`.
   MatElement next(MatType type);
@@ -58,14 +59,14 @@ class MatCursor {
 
 std::uint32_t mat_uint32(std::span<const std::byte> bytes, bool swapped);
 
-// The numbers of an element of any numeric type. Throws MatDamage when its bytes do not make whole numbers.
+// The numbers of an element of any numeric type. Throws MatDamage when its size is no multiple of a number's.
 std::vector<double> mat_numbers(const MatElement& element, bool swapped);
 
 // The characters of an element as UTF-8; what is not a character becomes '?'.
 std::string mat_text(const MatElement& element, bool swapped);
 
 // The content of a compressed element (RFC 1950). Throws MatDamage when it is damaged, cut off, or above
-// `largest` bytes; memory is asked for only as far as the compressed bytes can fill it.
+// `largest` bytes; never allocates more memory than the compressed bytes can fill.
 std::vector<std::byte> mat_inflated(std::span<const std::byte> compressed, bool swapped, std::size_t largest);
 
 }  // namespace slipstack::workbench

@@ -11,14 +11,14 @@ namespace {
 
 constexpr std::size_t kMinimumChanges = 10;
 constexpr std::size_t kMaximumChanges = 4096;
-constexpr std::size_t kCandidates = 64;      // smallest distinct changes tried, each whole and in parts
-constexpr int kMaximumParts = 10;            // a fast log may show 7 and 10 steps but never one alone
-constexpr double kMultipleTolerance = 0.02;  // of a step; a change at random passes one time in 25
+constexpr std::size_t kCandidates = 64;      // smallest distinct changes that are tried, and their fractions
+constexpr int kMaximumParts = 10;            // a fast log may show 7 and 10 steps but never a single one
+constexpr double kMultipleTolerance = 0.02;  // of a step; a random change passes one time in 25
 constexpr double kRequiredShare = 0.99;
 
 struct Changes {
   std::vector<double> sizes_m;  // ascending, at most kMaximumChanges, evenly spread over the log
-  bool bound_states = false;    // some samples repeat the position before
+  bool has_repeats = false;     // some samples repeat the position before
 };
 
 Changes sorted_changes(const std::vector<double>& position_m, double storage_error_m) {
@@ -29,11 +29,11 @@ Changes sorted_changes(const std::vector<double>& position_m, double storage_err
     if (size_m > storage_error_m) {
       sizes.push_back(size_m);
     } else {
-      changes.bound_states = true;
+      changes.has_repeats = true;
     }
   }
   if (sizes.size() > kMaximumChanges) {
-    // The smallest change is the best witness of the step: keep it whatever the spacing.
+    // The smallest change limits the step most, so it is kept in any case.
     const double smallest = *std::min_element(sizes.begin(), sizes.end());
     for (std::size_t i = 0; i < kMaximumChanges; ++i) sizes[i] = sizes[i * sizes.size() / kMaximumChanges];
     sizes.resize(kMaximumChanges);
@@ -44,11 +44,12 @@ Changes sorted_changes(const std::vector<double>& position_m, double storage_err
 }
 
 struct Match {
-  double step_m = 0.0;  // refined by all the multiples found; 0: too many changes are none
-  bool varied = false;  // not all the same multiple: a smooth motion at constant speed is no grid
+  double step_m = 0.0;  // the mean over all multiples found; 0: too many changes are no multiples
+  bool varied = false;  // different multiples occur; a smooth motion at constant speed shows one only
 };
 
-// A step known from one change is too coarse for large multiples: refine it on the way up.
+// Tests whether the changes are multiples of `step_m`. The step from one change is too inaccurate for large
+// multiples, so it is refined by the smaller ones first.
 Match match_multiples(const std::vector<double>& changes, double step_m) {
   double sum_m = 0.0;
   double sum_steps = 0.0;
@@ -72,7 +73,8 @@ Match match_multiples(const std::vector<double>& changes, double step_m) {
   return {sum_steps > 0.0 ? sum_m / sum_steps : 0.0, most_steps > fewest_steps};
 }
 
-// 1.0000003e-7 is 1e-7: four digits, when they say the same to one part in a million.
+// Rounded to four digits where that changes the step by less than one part in a million: 1.0000003e-7 is
+// 1e-7.
 double rounded_step(double step_m) {
   const double scale = std::pow(10.0, 3.0 - std::floor(std::log10(step_m)));
   const double rounded = std::round(step_m * scale) / scale;
@@ -94,10 +96,10 @@ std::optional<double> estimate_encoder_step(const std::vector<double>& position_
     if (++tried > kCandidates) break;
     for (int parts = 1; parts <= kMaximumParts; ++parts) {
       const double candidate = size_m / parts;
-      // Below this, multiples cannot be told from rounding.
+      // Multiples of smaller steps cannot be distinguished from rounding.
       if (candidate <= best || candidate * kMultipleTolerance < storage_error_m) continue;
       const Match match = match_multiples(sizes, candidate);
-      const bool is_grid = match.varied || changes.bound_states;
+      const bool is_grid = match.varied || changes.has_repeats;
       if (is_grid && match.step_m > best) best = match.step_m;
     }
   }

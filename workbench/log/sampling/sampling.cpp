@@ -15,9 +15,9 @@
 namespace slipstack::workbench {
 namespace {
 
-constexpr double kJitterTolerance = 0.01;       // of a step, beyond the rounding of the stamps
-constexpr double kLongestIrregularStep = 10.0;  // in median steps
-constexpr double kLongestForMean = 2.5;  // in median steps: what coarsely rounded stamps may still show
+constexpr double kJitterTolerance = 0.01;  // of a step, in addition to the rounding of the stamps; chosen
+constexpr double kLongestIrregularStep = 10.0;  // in median steps; chosen
+constexpr double kLongestForMean = 2.5;         // in median steps: coarsely rounded stamps may show two
 
 double median_step(const std::vector<double>& time_s) {
   std::vector<double> steps(time_s.size() - 1);
@@ -25,8 +25,8 @@ double median_step(const std::vector<double>& time_s) {
   return median(std::move(steps));
 }
 
-// The step of the samples, not led astray by the very gaps that it is to find, nor by rounding as coarse as
-// the step itself: the mean of all steps that are not far above the median.
+// The mean of all steps that are not far above the median. A plain mean would include the gaps that are to be
+// found; the median alone is wrong where stamps are rounded as coarsely as one step.
 double typical_step(const std::vector<double>& time_s) {
   const double limit = kLongestForMean * median_step(time_s);
   double sum = 0.0;
@@ -59,13 +59,14 @@ void require_no_gap(const std::vector<double>& time_s, const WhereRow& where) {
   }
 }
 
-// Least-squares line through the stamps: stamp i ≈ offset + i·step.
+// A line through time stamps: stamp i ≈ offset + i·step.
 struct Line {
   double offset_s = 0.0;
   double step_s = 0.0;
   double at(std::size_t i) const { return offset_s + static_cast<double>(i) * step_s; }
 };
 
+// The least-squares line.
 Line fit_line(const std::vector<double>& time_s) {
   const auto n = static_cast<double>(time_s.size());
   const Line chord{time_s.front(), (time_s.back() - time_s.front()) / (n - 1.0)};
@@ -81,7 +82,7 @@ Line fit_line(const std::vector<double>& time_s) {
   return {chord.offset_s + sum / n - 0.5 * (n - 1.0) * slope, chord.step_s + slope};
 }
 
-// The power of ten, from 1 s down to 1 ns, that all stamps are multiples of; 0 when there is none.
+// The largest power of ten, from 1 s down to 1 ns, of which all stamps are multiples; 0 when there is none.
 double decimal_rounding_s(const std::vector<double>& time_s) {
   constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
   double scale = 1.0;
@@ -95,7 +96,8 @@ double decimal_rounding_s(const std::vector<double>& time_s) {
   return 0.0;
 }
 
-// The round number that the stamps cannot be told from, or the rate itself.
+// A whole number of hertz or a period of whole nanoseconds where the stamps are compatible with it, else the
+// rate itself.
 double rounded_rate_Hz(double step_s, double worst_s, std::size_t count) {
   const auto n = static_cast<double>(count);
   const double uncertainty = 4.0 * worst_s / (n * std::sqrt(n) * step_s) + 1e-12;  // relative
@@ -123,7 +125,7 @@ double cubic_through(const std::array<double, 4>& at, const std::array<double, 4
   return sum;
 }
 
-// The place of each stamp on an even grid, from the steps between them; empty when two share one.
+// The index of each stamp on a uniform grid, from the steps between stamps; empty when two share an index.
 std::vector<std::size_t> places_of(const std::vector<double>& time_s) {
   const double step_s = median_step(time_s);
   std::vector<std::size_t> places(time_s.size(), 0);
@@ -135,7 +137,7 @@ std::vector<std::size_t> places_of(const std::vector<double>& time_s) {
   return places;
 }
 
-// Least-squares line through the stamps over their places.
+// Least-squares line through the stamps over their indices on the grid.
 Line fit_line(const std::vector<double>& time_s, const std::vector<std::size_t>& places) {
   const auto n = static_cast<double>(time_s.size());
   const Line chord{time_s.front(), (time_s.back() - time_s.front()) / static_cast<double>(places.back())};
@@ -156,21 +158,22 @@ Line fit_line(const std::vector<double>& time_s, const std::vector<std::size_t>&
   return {chord.offset_s + mean_s - slope_s * mean_place, chord.step_s + slope_s};
 }
 
-// A stamp nearer to its own place than to the next belongs there.
+// A stamp belongs to a grid point where it is nearer to it than to the next one.
 constexpr double kOwnPlace = 0.5;  // of a step
-// Positions are compared where the two readings of the log differ most: in this share of the samples, ...
-constexpr double kTelling = 0.1;
-// ... and one of the two is right where the other is worse by this factor.
-constexpr double kBelied = 2.0;
+// Positions are compared in this share of the samples, those where the two assumptions (uniform sampling,
+// stamps as written) predict the most different positions. Chosen.
+constexpr double kCompared = 0.1;
+// Uniform sampling is accepted where its prediction errors are smaller by this factor. Chosen.
+constexpr double kClearlyBetter = 2.0;
 
-// Whether the positions are told from their neighbours much better by place than by time.
+// Whether the cubic through the neighbours predicts positions much better over the grid than over the stamps.
 bool smoother_by_place(const std::vector<double>& time_s, const std::vector<std::size_t>& places,
                        const std::vector<double>& position) {
-  struct Told {
-    double apart = 0.0, by_place = 0.0, by_time = 0.0;  // [position]
+  struct Prediction {
+    double difference = 0.0, error_by_place = 0.0, error_by_time = 0.0;  // in units of the position
   };
-  std::vector<Told> told;
-  told.reserve(position.size());
+  std::vector<Prediction> predictions;
+  predictions.reserve(position.size());
   for (std::size_t i = 2; i + 2 < position.size(); ++i) {
     std::array<double, 4> place{}, time{}, value{};
     for (std::size_t k = 0; k < 4; ++k) {
@@ -181,25 +184,25 @@ bool smoother_by_place(const std::vector<double>& time_s, const std::vector<std:
     }
     const double by_place = cubic_through(place, value, 0.0);
     const double by_time = cubic_through(time, value, 0.0);
-    told.push_back({std::abs(by_place - by_time), std::abs(by_place), std::abs(by_time)});
+    predictions.push_back({std::abs(by_place - by_time), std::abs(by_place), std::abs(by_time)});
   }
-  const auto telling = static_cast<std::ptrdiff_t>(kTelling * static_cast<double>(told.size()));
-  if (telling == 0) return false;
-  std::nth_element(told.begin(), told.begin() + telling, told.end(),
-                   [](const Told& a, const Told& b) { return a.apart > b.apart; });
-  // Medians: wild samples lie where the two differ, too.
+  const auto compared = static_cast<std::ptrdiff_t>(kCompared * static_cast<double>(predictions.size()));
+  if (compared == 0) return false;
+  std::nth_element(predictions.begin(), predictions.begin() + compared, predictions.end(),
+                   [](const Prediction& a, const Prediction& b) { return a.difference > b.difference; });
+  // Medians, because outliers of the position are among these samples too.
   std::vector<double> by_place, by_time;
-  for (auto one = told.begin(); one != told.begin() + telling; ++one) {
-    by_place.push_back(one->by_place);
-    by_time.push_back(one->by_time);
+  for (auto one = predictions.begin(); one != predictions.begin() + compared; ++one) {
+    by_place.push_back(one->error_by_place);
+    by_time.push_back(one->error_by_time);
   }
-  return kBelied * median(std::move(by_place)) < median(std::move(by_time));
+  return kClearlyBetter * median(std::move(by_place)) < median(std::move(by_time));
 }
 
 }  // namespace
 
-std::optional<EvenSamples> taken_evenly(const std::vector<double>& time_s,
-                                        const std::vector<double>& position) {
+std::optional<EvenSamples> evenly_sampled(const std::vector<double>& time_s,
+                                          const std::vector<double>& position) {
   std::vector<std::size_t> places = places_of(time_s);
   if (places.empty()) return {};
   const Line line = fit_line(time_s, places);
@@ -223,7 +226,7 @@ void require_growing_time(const std::vector<double>& time_s, const WhereRow& whe
   }
   if (!std::isfinite(time_s.back() - time_s.front())) {
     throw InputError(where(time_s.size() - 1) +
-                     ": column time_s: the log is longer than a number can hold; write seconds");
+                     ": column time_s: the duration is beyond the range of a number; write seconds");
   }
 }
 
@@ -263,7 +266,7 @@ ResamplingGrid resampling_grid(const std::vector<double>& time_s, const WhereRow
                     where(i), gap_s, step_s));
   }
   const double length_s = time_s.back() - time_s.front();
-  // A last point that rounding alone puts behind the last stamp still belongs to the grid.
+  // The last grid point is kept where only rounding puts it after the last stamp.
   const auto steps = static_cast<std::size_t>(length_s / step_s + 1e-6);
   return {{1.0 / step_s, time_s.front()}, steps + 1};
 }

@@ -9,7 +9,8 @@
 
 namespace slipstack::workbench {
 
-// From one sample to the next, in steps: more and one is missing, less and a stamp is wrong.
+// Bounds of the time from one sample to the next, in steps: above, a sample is missing; below, a stamp is
+// wrong.
 inline constexpr double kShortestStep = 0.5;
 inline constexpr double kLongestStep = 1.5;
 
@@ -18,32 +19,33 @@ struct Sampling {
   double start_s = 0.0;
 };
 
-// "run.csv:17" for a row.
+// Gives the place of a row for messages: "run.csv:17".
 using WhereRow = std::function<std::string(std::size_t)>;
 
-// Throws InputError when the time stamps (seconds, at least two) do not grow from each to the next.
+// Throws InputError unless the time stamps (seconds, at least two) increase strictly.
 void require_growing_time(const std::vector<double>& time_s, const WhereRow& where);
 
-// Derives the rate of growing time stamps that may be rounded (to a power of ten, or to `storage_error_s`),
-// as the slope of the least-squares line through them; a whole number of hertz, or a period of whole
-// nanoseconds, when the stamps cannot tell it from that. The start is the first stamp. Throws InputError when
-// a step is missing, or when a stamp lies off the line by more than 1 % of a step plus its rounding. O(n).
+// Estimates the rate of increasing time stamps that may be rounded (to a power of ten, or to
+// `storage_error_s`) by the slope of the least-squares line through them; it is replaced by a whole number of
+// hertz or a period of whole nanoseconds where the stamps are compatible with it. The start is the first
+// stamp. Throws InputError where a sample is missing, or where a stamp deviates from the line by more than 1
+// % of a step plus its rounding. O(n).
 Sampling uniform_sampling(const std::vector<double>& time_s, double storage_error_s, const WhereRow& where);
 
-// Samples that were taken evenly though their stamps jitter, as where a clock triggers the converter and a
-// computer stamps what it is handed: each stamp lies nearest to its own place of an even grid, of which
-// places may be empty (lost samples), and the motion says so. A position read at a wrong time is off by speed
-// times jitter, which no mass does: where the two ways to read the log differ most, each position is told
-// from its four neighbours much better by place than by stamp. `jitter_s`: the farthest that a stamp is off
-// its place.
+// Samples that were taken uniformly although their stamps jitter, as where a clock triggers the converter and
+// a computer stamps the values when they arrive. Each stamp is nearest to its own point of a uniform grid,
+// points may be empty (lost samples), and the motion is smoother over the grid than over the stamps: a wrong
+// time displaces a position by speed times jitter, which no mass does. The test predicts positions from their
+// four neighbours where the two assumptions differ most. `jitter_s`: the largest deviation of a stamp from
+// its point.
 struct EvenSamples {
   Sampling sampling;
-  std::vector<std::size_t> places;  // ascending, the first is 0
+  std::vector<std::size_t> places;  // index on the grid of each sample, ascending from 0
   double jitter_s = 0.0;
 };
-// Empty where the stamps are exact, too far off any grid, or not belied by the motion. O(n).
-std::optional<EvenSamples> taken_evenly(const std::vector<double>& time_s,
-                                        const std::vector<double>& position);
+// Empty where the stamps are exact, too far off any grid, or not contradicted by the motion. O(n).
+std::optional<EvenSamples> evenly_sampled(const std::vector<double>& time_s,
+                                          const std::vector<double>& position);
 
 // The uniform grid on which irregular samples are interpolated: from the first stamp on, with the median
 // step. Throws InputError when a step is longer than ten median steps: there is nothing to interpolate. O(n).
@@ -57,9 +59,9 @@ ResamplingGrid resampling_grid(const std::vector<double>& time_s, const WhereRow
 std::vector<double> resampled(const std::vector<double>& time_s, const std::vector<double>& values,
                               const ResamplingGrid& grid);
 
-// The same by the cubic through two samples on either side, for the position of a mass: half a step between
-// two samples, a straight line is off by an eighth of the acceleration times the step squared, and through
-// the mass that is a force.
+// The same by the cubic through two samples on either side, for the position of a mass: half-way between two
+// samples a straight line has an error of an eighth of the acceleration times the step squared, and by way of
+// the mass this error would appear as a force.
 std::vector<double> resampled_smoothly(const std::vector<double>& time_s, const std::vector<double>& values,
                                        const ResamplingGrid& grid);
 

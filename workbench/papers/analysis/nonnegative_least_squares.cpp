@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/papers/analysis/nonnegative_least_squares.h"
+
+#include <Eigen/QR>
+#include <limits>
+#include <stdexcept>
+
+#include "workbench/estimate/linear/bounded_least_squares.h"
+
+namespace slipstack::workbench {
+namespace {
+
+using Index = std::vector<Eigen::Index>;
+
+/// A column of which the unbounded ones leave less than this share carries rounding errors only.
+constexpr double kLeastShare = 1e-10;
+
+Eigen::MatrixXd least_squares(const Eigen::MatrixXd& columns, const Eigen::MatrixXd& target) {
+  if (columns.cols() == 0) return Eigen::MatrixXd::Zero(0, target.cols());
+  return columns.colPivHouseholderQr().solve(target);
+}
+
+/// The gains that cannot be negative, and which of them are positive. The unbounded columns are eliminated
+/// first: the problem in the residuals of the other columns and of the target has the same solution (the
+/// theorem of Frisch, Waugh and Lovell), and the ridge of solve_bounded(), relative to the target, becomes
+/// relative to the part that the bounded gains have to explain.
+BoundedSolution bounded_gains(const Eigen::MatrixXd& bounded, const Eigen::MatrixXd& unbounded,
+                              const Eigen::VectorXd& target) {
+  const Eigen::MatrixXd columns = bounded - unbounded * least_squares(unbounded, bounded);
+  const Eigen::VectorXd rest = target - unbounded * least_squares(unbounded, target);
+  BoundedProblem problem;
+  problem.gram = columns.transpose() * columns;
+  problem.right = columns.transpose() * rest;
+  problem.lower = Eigen::VectorXd::Zero(columns.cols());
+  problem.upper = Eigen::VectorXd::Zero(columns.cols());
+  for (Eigen::Index i = 0; i < columns.cols(); ++i) {
+    if (columns.col(i).norm() > kLeastShare * bounded.col(i).norm()) {
+      problem.upper[i] = std::numeric_limits<double>::infinity();
+    }
+  }
+  return solve_bounded(problem);
+}
+
+}  // namespace
+
+NonnegativeFit nonnegative_least_squares(const Eigen::MatrixXd& columns, const Eigen::VectorXd& target,
+                                         const std::vector<bool>& free) {
+  const auto count = static_cast<std::size_t>(columns.cols());
+  if (columns.rows() != target.size() || (!free.empty() && free.size() != count)) {
+    throw std::invalid_argument("least squares: sizes of columns, target and marks do not match");
+  }
+  Index bounded;
+  Index unbounded;
+  for (std::size_t i = 0; i < count; ++i) {
+    (!free.empty() && free[i] ? unbounded : bounded).push_back(static_cast<Eigen::Index>(i));
+  }
+  const BoundedSolution found =
+      bounded_gains(columns(Eigen::all, bounded), columns(Eigen::all, unbounded), target);
+  Index used = unbounded;
+  for (std::size_t i = 0; i < bounded.size(); ++i) {
+    if (found.bound_states[i] == BoundState::free) used.push_back(bounded[i]);
+  }
+  NonnegativeFit fit;
+  fit.gains = Eigen::VectorXd::Zero(columns.cols());
+  fit.gains(used) = least_squares(columns(Eigen::all, used), target).col(0);
+  if (!bounded.empty() && fit.gains(bounded).minCoeff() < 0.0) {
+    // Columns nearly alike: without the ridge one of them would turn negative.
+    fit.gains(bounded) = found.value;
+    fit.gains(unbounded) =
+        least_squares(columns(Eigen::all, unbounded), target - columns(Eigen::all, bounded) * found.value);
+  }
+  fit.residual_norm = (columns * fit.gains - target).norm();
+  return fit;
+}
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/report/addition_result.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "workbench/diagnose/evidence/reduction.h"
+#include "workbench/report/fit_quality.h"
+#include "workbench/report/json_values.h"
+#include "workbench/report/measurement_notes.h"
+#include "workbench/report/model_notes.h"
+#include "workbench/report/parameters.h"
+#include "workbench/report/texts.h"
+
+namespace slipstack::workbench {
+
+using nlohmann::json;
+
+namespace {
+
+std::string headline_of(const AdditionResult& result) {
+  return fmt::format("Added {}: held-out error {} before, {} after; noise floor {}.", result.title,
+                     newtons(result.before.holdout_rmse_N), newtons(result.after.holdout_rmse_N),
+                     newtons(result.noise_floor_N));
+}
+
+}  // namespace
+
+std::string addition_text(const Measurement& measurement, const AdditionResult& result) {
+  std::string text = headline_of(result) + "\n";
+  if (result.after.holdout_rmse_N > (1.0 - kLeastReduction) * result.before.holdout_rmse_N) {
+    text += "It is not significant: the held-out error falls by less than 3 %.\n";
+  }
+  return text + excerpt_line(measurement, "shapes fitted") + repair_lines(measurement) +
+         log_table(result.logs) + parameter_table(result.after.terms) +
+         model_lines(result.model_path, result.model);
+}
+
+json addition_json(const Measurement& measurement, const AdditionResult& result) {
+  json data = quality_json(measurement, result.after, result.noise_floor_N);
+  data["log"] = result.log;
+  data["model"] = result.model_path;
+  data["added"] = result.effect;
+  data["hash"] = hash_text(result.model);
+  if (!result.logs.empty()) data["logs"] = logs_json(result.logs);
+  if (!result.model.target_user_effects.empty()) data["user_effects"] = user_effects_json(result.model);
+  data["history"] = history_json(result.model);
+  data["before"] = {{"train_rmse_N", number_json(result.before.train_rmse_N)},
+                    {"holdout_rmse_N", number_json(result.before.holdout_rmse_N)},
+                    {"relative_error", number_json(result.before.relative_error)}};
+  return data;
+}
+
+json addition_page(const Measurement& measurement, const AdditionResult& result) {
+  const FittedModel& before = result.before;
+  const FittedModel& after = result.after;
+  json page = report_base(result.command_line, result.log, "add");
+  page["verdict"] = {{"kind", "added"}, {"headline", headline_of(result)}, {"detail", ""}};
+  page["figures"] = figures_json(before, result.noise_floor_N);
+  page["figures"]["holdout_interval_N"] = interval_json(before);
+  page["figures"]["after_rmse_N"] = number_json(after.holdout_rmse_N);
+  page["figures"]["after_interval_N"] = interval_json(after);
+  page["figures"]["after_relative_error"] = number_json(after.relative_error);
+  page["baseline_effects"] = ids_of(before.terms);
+  page["steps"] = {{{"effect", "baseline"}, {"holdout_rmse_N", number_json(before.holdout_rmse_N)}},
+                   {{"effect", result.effect}, {"holdout_rmse_N", number_json(after.holdout_rmse_N)}}};
+  page["parameters"] = parameters_json(after.terms);
+  const ForceRows rows_after = rows_of(after);
+  add_pictures(page, measurement, rows_of(before), &rows_after);
+  add_logs(page, result.logs);
+  add_history(page, result.model);
+  return page;
+}
+
+}  // namespace slipstack::workbench

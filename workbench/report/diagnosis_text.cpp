@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+// The result of a diagnosis on a terminal.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "workbench/base/quantity.h"
+#include "workbench/base/text.h"
+#include "workbench/report/diagnosis_result.h"
+#include "workbench/report/json_values.h"
+#include "workbench/report/measurement_notes.h"
+#include "workbench/report/texts.h"
+
+namespace slipstack::workbench {
+namespace {
+
+using nlohmann::json;
+
+/// The table leaves out candidates that reduce the error by less, and all beyond ten: they say nothing that
+/// the reader could act on. The JSON and the page have all of them.
+constexpr double kLeastLineShare = 0.005;
+constexpr std::size_t kMostLines = 10;
+
+std::string error_text(const json& of) {
+  return newtons(number_of(of["holdout_rmse_N"]));
+}
+
+std::string candidate_table(const json& candidates) {
+  std::string text = fmt::format("\n{:<32} {:>14} {:>9} {:>9}  {}\n", "effect added to the baseline",
+                                 "held-out error", "reduction", "std. err.", "indistinguishable from");
+  std::size_t lines = 0;
+  std::vector<double> errors_N;
+  for (const json& candidate : candidates) {
+    errors_N.push_back(number_of(candidate["holdout_rmse_N"]));
+    const double reduction = number_of(candidate["error_reduction"]);
+    if (reduction < kLeastLineShare || lines == kMostLines) continue;
+    ++lines;
+    const auto others = candidate["confounded_with"].get<std::vector<std::string>>();
+    text += fmt::format("{:<32} {:>14} {:>7.1f} % {:>7.1f} %{}{}\n", candidate["effect"].get<std::string>(),
+                        error_text(candidate), 100.0 * reduction,
+                        100.0 * number_of(candidate["error_reduction_se"]), others.empty() ? "" : "  ",
+                        fmt::join(others, ", "));
+  }
+  if (lines == 0) {
+    return fmt::format("\nnone of the {} effects tried reduces the error by 0.5 %\n", candidates.size());
+  }
+  if (!std::ranges::is_sorted(errors_N)) {
+    text += "first those that explain the log together; each with the error it leaves alone\n";
+  }
+  if (const std::size_t others = candidates.size() - lines; others > 0) {
+    text += fmt::format("{} others reduce the error by less than 0.5 %\n", others);
+  }
+  return text;
+}
+
+std::string step_table(const json& result) {
+  std::string text = fmt::format("\n{:<32} {:>14}\n", "step", "held-out error");
+  for (const json& step : result["steps"]) {
+    const std::string evidence = step.value("evidence", "");
+    text += fmt::format("{:<32} {:>14}{}{}\n", step["effect"].get<std::string>(), error_text(step),
+                        evidence.empty() ? "" : "  ", evidence);
+  }
+  text += fmt::format("{:<32} {:>14}\n", "noise floor", newtons(number_of(result["noise_floor_N"])));
+  return text;
+}
+
+std::string interval_text(const json& of) {
+  const json& interval = of["holdout_interval_N"];
+  return newtons(number_of(interval[0])) + " to " + newtons(number_of(interval[1]));
+}
+
+std::string interval_line(const json& result) {
+  std::string text = fmt::format("\nintervals  baseline {}", interval_text(result["baseline"]));
+  if (result.contains("best")) {
+    text += fmt::format("; with {} {}", result["candidates"].front()["effect"].get<std::string>(),
+                        interval_text(result["best"]));
+  }
+  return text + " (95 %, block bootstrap)\n";
+}
+
+/// The usual cause of the first candidate, and the experiment that confirms it.
+std::string advice(const json& candidate) {
+  return fmt::format("\nusual cause   {}\nconfirm with  {}\n", candidate["cause"].get<std::string>(),
+                     candidate["confirm_with"].get<std::string>());
+}
+
+/// What this log cannot show, what it cannot separate, and the next experiment.
+std::string limits_text(const json& result) {
+  std::string text;
+  if (const json& cannot_show = result["cannot_show"]; !cannot_show.empty()) {
+    std::vector<std::string> ids;
+    for (const json& one : cannot_show) ids.push_back(one["effect"]);
+    text += fmt::format("\nthis log cannot show   {}\n", fmt::join(ids, ", "));
+  }
+  for (const json& pair : result["cannot_separate"]) {
+    text += fmt::format("{}cannot separate        {} from {}: {:.1f} degrees apart\n",
+                        text.empty() ? "\n" : "", pair["effect"].get<std::string>(),
+                        pair["other"].get<std::string>(), number_of(pair["angle_deg"]));
+  }
+  if (const json& next = result["next_experiment"]; !next.is_null()) {
+    text += fmt::format("\nnext experiment        {}:\n  {}\n", next["why"].get<std::string>(),
+                        next["command"].get<std::string>());
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string diagnosis_text(const DiagnosisRequest& request, const Measurement& measurement,
+                           const DiagnosisResult& result) {
+  const json& found = result.json;
+  const Headline headline = headline_of(found, [](const std::string& id) { return id; });
+  std::string text = headline.line + "\n" + headline.detail + "\n" + candidate_table(found["candidates"]);
+  if (request.stepwise) text += step_table(found);
+  text += log_table(result.logs);
+  text += interval_line(found);
+  text += noise_line(measurement) + excerpt_line(measurement, "effects searched") + repair_lines(measurement);
+  if (found.contains("best")) text += advice(found["candidates"].front());
+  return text + limits_text(found);
+}
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/report/fit_quality.h"
+
+#include <nlohmann/json.hpp>
+
+#include "workbench/estimate/uncertainty/block_bootstrap.h"
+#include "workbench/model/term.h"
+#include "workbench/report/json_values.h"
+#include "workbench/report/measurement_notes.h"
+#include "workbench/report/parameters.h"
+#include "workbench/report/texts.h"
+
+namespace slipstack::workbench {
+
+using nlohmann::json;
+
+std::string interval_text(const FittedModel& fitted) {
+  const ConfidenceInterval interval = holdout_interval(fitted);
+  return newtons(interval.low) + " to " + newtons(interval.high);
+}
+
+json interval_json(const FittedModel& fitted) {
+  const ConfidenceInterval interval = holdout_interval(fitted);
+  return {number_json(interval.low), number_json(interval.high)};
+}
+
+json figures_json(const FittedModel& fitted, double floor_N) {
+  return {{"noise_floor_N", number_json(floor_N)},
+          {"train_rmse_N", number_json(fitted.train_rmse_N)},
+          {"holdout_rmse_N", number_json(fitted.holdout_rmse_N)},
+          {"relative_error", number_json(fitted.relative_error)}};
+}
+
+json quality_json(const Measurement& measurement, const FittedModel& fitted, double floor_N) {
+  json result = figures_json(fitted, floor_N);
+  result["samples"] = measurement.whole_sample_count();
+  result["searched_samples"] = measurement.sample_count();
+  result["noise"] = noise_json(measurement);
+  result["repairs"] = repairs_json(measurement);
+  result["holdout_interval_N"] = interval_json(fitted);
+  result["effects"] = ids_of(fitted.terms);
+  result["parameters"] = parameters_json(fitted.terms);
+  return result;
+}
+
+}  // namespace slipstack::workbench

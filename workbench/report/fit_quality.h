@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "workbench/estimate/nonlinear/fit.h"
+
+// How well a fitted model describes the measurement.
+namespace slipstack::workbench {
+
+/// The 95 % confidence interval of the held-out error by block bootstrap.
+std::string interval_text(const FittedModel& fitted);
+nlohmann::json interval_json(const FittedModel& fitted);
+
+/// Noise floor, errors and relative error: the figures on top of the report.
+nlohmann::json figures_json(const FittedModel& fitted, double floor_N);
+
+/// All that the JSON of a fit says of the model, its parameters and the measurement.
+nlohmann::json quality_json(const Measurement& measurement, const FittedModel& fitted, double floor_N);
+
+}  // namespace slipstack::workbench

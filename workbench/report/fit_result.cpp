@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/report/fit_result.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "workbench/base/text.h"
+#include "workbench/report/fit_quality.h"
+#include "workbench/report/json_values.h"
+#include "workbench/report/measurement_notes.h"
+#include "workbench/report/model_notes.h"
+#include "workbench/report/parameters.h"
+#include "workbench/report/texts.h"
+
+namespace slipstack::workbench {
+
+using nlohmann::json;
+
+namespace {
+
+std::string outlier_line(const FitResult& result) {
+  if (result.outliers == 0) return "";
+  return fmt::format(
+      "outliers   {} instants beyond five robust standard deviations pull no more than at five (Huber), the "
+      "first at {:.3f} s\n",
+      result.outliers, result.first_outlier_s);
+}
+
+}  // namespace
+
+std::string fit_text(const Measurement& measurement, const FitResult& result) {
+  const FittedModel& fitted = result.fitted;
+  return fmt::format("log        {}\neffects    {}\n", printable(result.log),
+                     fmt::join(result.effects, ", ")) +
+         fmt::format("error      {} held out ({}), {} in sample, {} of the force; noise floor {}\n",
+                     newtons(fitted.holdout_rmse_N), interval_text(fitted), newtons(fitted.train_rmse_N),
+                     share(fitted.relative_error), newtons(result.noise_floor_N)) +
+         noise_line(measurement) + excerpt_line(measurement, "shapes fitted") + repair_lines(measurement) +
+         outlier_line(result) + log_table(result.logs) + parameter_table(fitted.terms) +
+         model_lines(result.model_path, result.model);
+}
+
+json fit_json(const Measurement& measurement, const FitResult& result) {
+  json data = quality_json(measurement, result.fitted, result.noise_floor_N);
+  data["log"] = result.log;
+  data["model"] = result.model_path;
+  data["outliers"] = result.outliers;
+  data["hash"] = hash_text(result.model);
+  if (!result.logs.empty()) data["logs"] = logs_json(result.logs);
+  if (!result.model.target_user_effects.empty()) data["user_effects"] = user_effects_json(result.model);
+  return data;
+}
+
+json fit_page(const Measurement& measurement, const FitResult& result) {
+  json page = report_base(result.command_line, result.log, "fit");
+  page["verdict"] = {
+      {"kind", "fit"},
+      {"headline", fmt::format("Fitted: {} held-out error, noise floor {}.",
+                               newtons(result.fitted.holdout_rmse_N), newtons(result.noise_floor_N))},
+      {"detail", ""}};
+  page["figures"] = figures_json(result.fitted, result.noise_floor_N);
+  page["baseline_effects"] = ids_of(result.fitted.terms);
+  page["parameters"] = parameters_json(result.fitted.terms);
+  add_pictures(page, measurement, rows_of(result.fitted), nullptr);
+  return page;
+}
+
+}  // namespace slipstack::workbench

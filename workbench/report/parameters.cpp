@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/report/parameters.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "workbench/base/quantity.h"
+#include "workbench/report/json_values.h"
+
+namespace slipstack::workbench {
+namespace {
+
+using nlohmann::json;
+
+json parameter_json(const char* name, std::size_t index, bool numbered, double value, double error,
+                    const char* unit, const std::string& note) {
+  return {{"name", numbered ? fmt::format("{} {}", name, index + 1) : std::string(name)},
+          {"value", number_json(value)},
+          {"standard_error", error > 0.0 ? json(error) : json(nullptr)},
+          {"unit", unit},
+          {"note", note}};
+}
+
+std::string gain_note(const Term& term, std::size_t gain) {
+  if (term.lower[gain] == term.upper[gain]) return "given";
+  if (term.gains[gain] == term.lower[gain] || term.gains[gain] == term.upper[gain]) return "at its bound";
+  return "";
+}
+
+json term_json(const Term& term) {
+  json list = json::array();
+  const bool elements = term.effect->has_role(Role::hysteresis);
+  if (!elements) {
+    for (std::size_t i = 0; i < term.shapes.size(); ++i) {
+      const double error = term.shape_standard_error(i);
+      list.push_back(parameter_json(term.effect->shapes[i].name, i, false, term.shapes[i], error,
+                                    term.effect->shapes[i].unit, "shape"));
+    }
+  }
+  for (std::size_t g = 0; g < term.gains.size(); ++g) {
+    const std::size_t own = g % term.gains_per_set();
+    const GainGroup& group = term.effect->group_of_gain(static_cast<int>(own));
+    if (elements && term.gains[g] == 0.0) continue;
+    const double error = term.gain_standard_error(g);
+    const std::string note =
+        elements ? fmt::format("slip distance {}", quantity(term.shapes[own], "m")) : gain_note(term, g);
+    list.push_back(parameter_json(group.name, own, group.count > 1, term.gains[g], error, group.unit, note));
+    if (term.gain_sets() > 1) list.back()["log"] = g / term.gains_per_set() + 1;
+  }
+  return {{"effect", term.id()},
+          {"title", term.effect->text.title},
+          {"formula", term.effect->text.formula},
+          {"parameters", list}};
+}
+
+/// Digits that a value deserves: down to the second digit of its standard error, three where there is none.
+int digits_known(double value, double error) {
+  if (error <= 0.0 || value == 0.0) return 3;
+  const double ratio = std::log10(std::abs(value)) - std::floor(std::log10(error));
+  return std::clamp(static_cast<int>(std::floor(ratio)) + 2, 3, 8);
+}
+
+/// " (log 2)" where each log has its own gains.
+std::string of_log(const Term& term, std::size_t gain) {
+  return term.gain_sets() > 1 ? fmt::format(" (log {})", gain / term.gains_per_set() + 1) : "";
+}
+
+}  // namespace
+
+json parameters_json(const Terms& terms) {
+  json list = json::array();
+  for (const Term& term : terms) list.push_back(term_json(term));
+  return list;
+}
+
+std::string parameter_table(const Terms& terms) {
+  std::string text =
+      fmt::format("\n{:<32} {:<24} {:>14} {:>14}\n", "effect", "parameter", "value", "std. error");
+  for (const Term& term : terms) {
+    const bool elements = term.effect->has_role(Role::hysteresis);
+    const std::size_t count = term.gains_per_set();
+    if (elements) {
+      for (std::size_t set = 0; set < term.gain_sets(); ++set) {
+        std::size_t used = 0;
+        double level_N = 0.0;
+        for (std::size_t i = 0; i < count; ++i) {
+          const double stiffness = term.gains[set * count + i];
+          used += stiffness > 0.0 ? 1 : 0;
+          level_N += stiffness * term.shapes[i];
+        }
+        text += fmt::format("{:<32} {:<24} {:>14}\n", term.id(),
+                            fmt::format("level of {} elements{}", used, of_log(term, set * count)),
+                            quantity(level_N, "N"));
+      }
+      continue;
+    }
+    for (std::size_t i = 0; i < term.shapes.size(); ++i) {
+      const ShapeSpec& shape = term.effect->shapes[i];
+      const double error = term.shape_standard_error(i);
+      text += fmt::format("{:<32} {:<24} {:>14} {:>14}\n", term.id(), shape.name,
+                          shape_value(shape, term.shapes[i], digits_known(term.shapes[i], error)),
+                          error > 0.0 ? shape_value(shape, error) : "set");
+    }
+    for (std::size_t g = 0; g < term.gains.size(); ++g) {
+      const GainGroup& group = term.effect->group_of_gain(static_cast<int>(g % count));
+      const std::string name =
+          (group.count > 1 ? fmt::format("{} {}", group.name, g % count + 1) : group.name) + of_log(term, g);
+      const bool given = term.lower[g] == term.upper[g];
+      const double error = term.gain_standard_error(g);
+      text += fmt::format("{:<32} {:<24} {:>14} {:>14}\n", term.id(), name,
+                          quantity(term.gains[g], group.unit, digits_known(term.gains[g], error)),
+                          given         ? "given"
+                          : error > 0.0 ? quantity(error, group.unit)
+                                        : "at its bound");
+    }
+  }
+  return text;
+}
+
+}  // namespace slipstack::workbench

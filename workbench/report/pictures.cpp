@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/report/pictures.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <string_view>
+#include <utility>
+
+#include "workbench/base/quantity.h"
+#include "workbench/diagnose/evidence/held_out.h"
+#include "workbench/report/json_values.h"
+#include "workbench/report/measurement_notes.h"
+#include "workbench/signal/spectrum.h"
+
+namespace slipstack::workbench {
+namespace {
+
+using nlohmann::json;
+
+constexpr int kBins = 80;
+constexpr double kLargestLoop_m = 4e-4;
+constexpr std::size_t kMostLoops = 4;
+
+json array_of(const Eigen::VectorXd& values) {
+  json array = json::array();
+  for (const double value : values) array.push_back(number_json(value));
+  return array;
+}
+
+/// Times of the rows as the log counts them.
+Eigen::VectorXd recorded_times(const Measurement& measurement) {
+  return row_times(measurement).array() + measurement.log().start_time_s;
+}
+
+/// Stretches in which the axis moves to and fro within a few tenths of a millimetre: pre-sliding loops.
+std::vector<RowRange> find_loops(const Measurement& measurement, const Eigen::VectorXd& position_m) {
+  const double row_rate_Hz = measurement.sample_rate_Hz() / static_cast<double>(measurement.row_stride());
+  const auto window = static_cast<Eigen::Index>(std::max(8.0, 0.5 * row_rate_Hz));
+  std::vector<RowRange> loops;
+  for (Eigen::Index first = 0; first + window <= position_m.size(); first += window) {
+    const auto part = position_m.segment(first, window);
+    const double range = part.maxCoeff() - part.minCoeff();
+    if (range > kLargestLoop_m || range < 4.0 * measurement.encoder_resolution_m()) continue;
+    const bool joins = !loops.empty() && loops.back().first + loops.back().count == first &&
+                       std::abs(position_m(first) - position_m(loops.back().first)) < kLargestLoop_m;
+    if (joins) {
+      loops.back().count += window;
+    } else {
+      loops.push_back({first, window});
+    }
+  }
+  std::erase_if(loops, [window](const RowRange& loop) { return loop.count < 2 * window; });
+  std::sort(loops.begin(), loops.end(), [](const auto& a, const auto& b) { return a.count > b.count; });
+  if (loops.size() > kMostLoops) loops.resize(kMostLoops);
+  std::sort(loops.begin(), loops.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  return loops;
+}
+
+json loops_json(const Measurement& measurement, const ForceRows& before, const ForceRows* after) {
+  const Eigen::VectorXd position_m = at_rows(measurement, measurement.position_m());
+  json list = json::array();
+  for (const RowRange& loop : find_loops(measurement, position_m)) {
+    const Eigen::VectorXd part = position_m.segment(loop.first, loop.count);
+    const double centre_m = 0.5 * (part.maxCoeff() + part.minCoeff());
+    json entry{{"title", fmt::format("Pre-sliding loops at {}", quantity(centre_m, "m"))},
+               {"displacement_m", array_of((part.array() - centre_m).matrix())},
+               {"measured_N", array_of(before.measured_N.segment(loop.first, loop.count))},
+               {"model_N", array_of(before.model_N.segment(loop.first, loop.count))}};
+    if (after != nullptr) entry["after_N"] = array_of(after->model_N.segment(loop.first, loop.count));
+    list.push_back(std::move(entry));
+  }
+  return list;
+}
+
+/// Mean of `values` in bins of `coordinate`, null where a bin is empty.
+class Bins {
+ public:
+  explicit Bins(const Eigen::VectorXd& coordinate) : coordinate_(coordinate) {
+    low_ = coordinate.minCoeff();
+    width_ = std::max(coordinate.maxCoeff() - low_, 1e-300) / kBins;
+  }
+
+  json centres() const {
+    json list = json::array();
+    for (int bin = 0; bin < kBins; ++bin) list.push_back(low_ + (bin + 0.5) * width_);
+    return list;
+  }
+
+  template <class Accept>
+  std::pair<json, json> mean_and_spread(const Eigen::VectorXd& values, Accept&& accept) const {
+    std::vector<double> sum(kBins, 0.0), squares(kBins, 0.0), count(kBins, 0.0);
+    for (Eigen::Index row = 0; row < values.size(); ++row) {
+      if (!accept(row)) continue;
+      const auto bin = static_cast<std::size_t>(
+          std::clamp(static_cast<int>((coordinate_(row) - low_) / width_), 0, kBins - 1));
+      sum[bin] += values(row);
+      squares[bin] += values(row) * values(row);
+      count[bin] += 1.0;
+    }
+    json mean = json::array();
+    json spread = json::array();
+    for (std::size_t bin = 0; bin < kBins; ++bin) {
+      if (count[bin] < 3.0) {
+        mean.push_back(nullptr);
+        spread.push_back(nullptr);
+        continue;
+      }
+      const double m = sum[bin] / count[bin];
+      mean.push_back(m);
+      spread.push_back(std::sqrt(std::max(0.0, squares[bin] / count[bin] - m * m)));
+    }
+    return {mean, spread};
+  }
+
+ private:
+  const Eigen::VectorXd& coordinate_;
+  double low_ = 0.0;
+  double width_ = 1.0;
+};
+
+json profile_json(const char* name, const char* unit, const Eigen::VectorXd& coordinate,
+                  const Eigen::VectorXd& velocity_mps, const ForceRows& before, const ForceRows* after) {
+  const Bins bins(coordinate);
+  const auto all = [](Eigen::Index) { return true; };
+  const Eigen::VectorXd residual = before.residual_N();
+  const auto [mean, spread] = bins.mean_and_spread(residual, all);
+  json profile{{"coordinate", name}, {"title", fmt::format("Residual against {}", name)},
+               {"unit", unit},       {"x", bins.centres()},
+               {"mean_N", mean},     {"spread_N", spread}};
+  if (after != nullptr) profile["after_mean_N"] = bins.mean_and_spread(after->residual_N(), all).first;
+  if (std::string_view(name) == "position") {
+    const double slow = 0.01 * velocity_mps.cwiseAbs().maxCoeff();
+    profile["forward_mean_N"] =
+        bins.mean_and_spread(residual, [&](Eigen::Index row) { return velocity_mps(row) > slow; }).first;
+    profile["backward_mean_N"] =
+        bins.mean_and_spread(residual, [&](Eigen::Index row) { return velocity_mps(row) < -slow; }).first;
+  }
+  return profile;
+}
+
+json amplitude_density(const Eigen::VectorXd& residual, double rate_Hz, double bandwidth_Hz,
+                       json* frequency) {
+  const std::span<const double> rows(residual.data(), static_cast<std::size_t>(residual.size()));
+  std::size_t segment = 1024;
+  while (segment > 64 && segment * 4 > rows.size()) segment /= 2;
+  const Spectrum spectrum = power_spectrum(rows, rate_Hz, segment);
+  json density = json::array();
+  for (std::size_t k = 1; k < spectrum.density.size() && spectrum.frequency_Hz[k] <= bandwidth_Hz; ++k) {
+    density.push_back(std::sqrt(spectrum.density[k]));
+    if (frequency != nullptr) frequency->push_back(spectrum.frequency_Hz[k]);
+  }
+  return density;
+}
+
+json spectrum_json(const Measurement& measurement, const ForceRows& before, const ForceRows* after) {
+  const double rate_Hz = measurement.sample_rate_Hz() / static_cast<double>(measurement.row_stride());
+  json frequency = json::array();
+  json spectrum{
+      {"residual_N", amplitude_density(before.residual_N(), rate_Hz, measurement.bandwidth_Hz(), &frequency)},
+      {"floor_N", measurement.force_noise_N() * std::sqrt(2.0 / measurement.sample_rate_Hz())}};
+  spectrum["frequency_Hz"] = frequency;
+  if (after != nullptr) {
+    spectrum["after_N"] =
+        amplitude_density(after->residual_N(), rate_Hz, measurement.bandwidth_Hz(), nullptr);
+  }
+  return spectrum;
+}
+
+}  // namespace
+
+ForceRows rows_of(const FittedModel& fitted) {
+  return {fitted.linearisation->measured_N(), fitted.linearisation->force_N()};
+}
+
+void add_pictures(json& data, const Measurement& measurement, const ForceRows& before,
+                  const ForceRows* after) {
+  const Eigen::VectorXd time_s = recorded_times(measurement);
+  const Eigen::VectorXd position_m = at_rows(measurement, measurement.position_m());
+  const Eigen::VectorXd velocity_mps = at_rows(measurement, measurement.velocity_mps());
+  const Eigen::VectorXd acceleration_mps2 = at_rows(measurement, measurement.acceleration_mps2());
+  data["samples"] = measurement.whole_sample_count();
+  data["duration_s"] = measurement.duration_s();
+  data["sample_rate_Hz"] = measurement.sample_rate_Hz();
+  json header = json::object();
+  const Log& log = measurement.log();
+  if (log.mass_kg) header["mass_kg"] = *log.mass_kg;
+  if (log.magnet_pitch_m) header["magnet_pitch_m"] = *log.magnet_pitch_m;
+  if (log.encoder_resolution_m) header["encoder_resolution_m"] = *log.encoder_resolution_m;
+  data["header"] = header;
+  data["series"] = {{"time_s", array_of(time_s)},
+                    {"position_m", array_of(position_m)},
+                    {"velocity_mps", array_of(velocity_mps)},
+                    {"acceleration_mps2", array_of(acceleration_mps2)},
+                    {"measured_N", array_of(before.measured_N)},
+                    {"model_N", array_of(before.model_N)},
+                    {"residual_N", array_of(before.residual_N())}};
+  if (after != nullptr) data["series"]["after_N"] = array_of(after->residual_N());
+  data["loops"] = loops_json(measurement, before, after);
+  data["profiles"] = {profile_json("position", "m", position_m, velocity_mps, before, after),
+                      profile_json("velocity", "m/s", velocity_mps, velocity_mps, before, after),
+                      profile_json("acceleration", "m/s2", acceleration_mps2, velocity_mps, before, after),
+                      profile_json("time", "s", time_s, velocity_mps, before, after)};
+  data["spectrum"] = spectrum_json(measurement, before, after);
+  data["notes"] = method_notes(measurement);
+}
+
+void add_expected(json& data, const Measurement& measurement, const std::string& name,
+                  const Eigen::VectorXd& expected_N) {
+  const auto all = [](Eigen::Index) { return true; };
+  const std::array<Eigen::VectorXd, 4> coordinates{
+      at_rows(measurement, measurement.position_m()), at_rows(measurement, measurement.velocity_mps()),
+      at_rows(measurement, measurement.acceleration_mps2()), recorded_times(measurement)};
+  for (std::size_t i = 0; i < coordinates.size(); ++i) {  // in the order of add_pictures()
+    data["profiles"][i]["expected_mean_N"] = Bins(coordinates[i]).mean_and_spread(expected_N, all).first;
+    data["profiles"][i]["expected_name"] = name;
+  }
+}
+
+}  // namespace slipstack::workbench
