@@ -17,7 +17,7 @@ namespace {
 
 /// A longer text is a file given by mistake.
 constexpr std::size_t kLongestText = 4000;
-constexpr std::size_t kLongestName = 40;
+constexpr std::size_t kLongestIdentifier = 40;
 constexpr std::size_t kMostParameters = 16;
 
 bool is_blank(char c) {
@@ -52,9 +52,9 @@ std::size_t find_equals(std::string_view text) {
   return std::string_view::npos;
 }
 
-class Reader {
+class DefinitionReader {
  public:
-  explicit Reader(const std::string& text) : text_(text) {}
+  explicit DefinitionReader(const std::string& text) : text_(text) {}
 
   Definition read() const {
     if (text_.size() > kLongestText) {
@@ -98,8 +98,8 @@ class Reader {
                                       in_quotes(name.text)));
       }
     }
-    if (name.text.size() > kLongestName) {
-      fail(name.at, fmt::format("{} is longer than {} characters", what, kLongestName));
+    if (name.text.size() > kLongestIdentifier) {
+      fail(name.at, fmt::format("{} is longer than {} characters", what, kLongestIdentifier));
     }
   }
 
@@ -122,7 +122,7 @@ class Reader {
     const TextRange name = range.until(std::min(colon, range.text.size())).trimmed();
     if (colon == std::string_view::npos) {
       fail(range.end(), fmt::format("the unit of {} is missing; write '{}: unit', 1 for a number",
-                                    in_quotes(name.text), printable(name.text, kLongestName)));
+                                    in_quotes(name.text), printable(name.text, kLongestIdentifier)));
     }
     check_name(name, "the name of a parameter");
     if (std::find(std::begin(kVariables), std::end(kVariables), name.text) != std::end(kVariables)) {
@@ -214,7 +214,7 @@ std::string DefinitionError::picture() const {
 }
 
 Definition parse_definition(const std::string& text) {
-  return Reader(text).read();
+  return DefinitionReader(text).read();
 }
 
 }  // namespace slipstack::workbench
