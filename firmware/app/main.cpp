@@ -3,8 +3,8 @@
 // the board's CMakeLists.txt sets it.
 #include <array>
 
-#include "firmware/app/application.h"
 #include "firmware/app/canopen_node.h"
+#include "firmware/app/lockstep/linked_application.h"
 #include SLIPSTACK_BOARD
 
 namespace {
@@ -17,7 +17,7 @@ BoardOfImage board;
 // Kept out of the working memory: the linker script has a place for it.
 [[gnu::section(".trace")]] std::array<canopen::TraceSample, 4096> trace;
 CanopenNode node{kNodeId, kSerial, trace};
-Application application{board, node};
+lockstep::ApplicationFor<BoardOfImage, CanopenNode> application{board, node};
 }  // namespace
 
 extern "C" {

@@ -114,7 +114,7 @@ struct LoadBoard {
     return true;
   }
   // The node is polled all the time, and interrupted by ticks wherever it is.
-  bool wait(Controller&, const TickTiming&) { return ticks < wanted_ticks; }
+  bool wait() { return ticks < wanted_ticks; }
 
   LoadPort port;
   mps2::MemoryFlash flash{flash_memory.data()};
