@@ -11,7 +11,7 @@ namespace {
 using namespace slipstack;  // NOLINT(google-build-using-namespace)
 
 constexpr std::uint8_t kNodeId = 127;  // until LSS gives another
-constexpr std::uint32_t kSerial = 1;   // the boards do not tell theirs yet
+constexpr std::uint32_t kSerial = 1;   // no board reads its own number yet
 
 BoardOfImage board;
 // Kept out of the working memory: the linker script has a place for it.

@@ -77,7 +77,7 @@ class Node {
     }
     if (state_ != NmtState::kOperational) return;
     const Pdos::Fit fit = parts_.pdos.receive(frame, now_us);
-    if (fit == Pdos::Fit::kNobodys) return;
+    if (fit == Pdos::Fit::kNotMapped) return;
     // 8210h: not processed due to length error; 8220h: length exceeded.
     if (fit != Pdos::Fit::kRight) count(parts_.malformed);
     const std::uint16_t code = fit == Pdos::Fit::kRight ? 0 : fit == Pdos::Fit::kTooShort ? 0x8210 : 0x8220;

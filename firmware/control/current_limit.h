@@ -7,7 +7,7 @@
 
 namespace slipstack {
 
-/// What holds the controller back at a tick: not faults. Bits of one word.
+/// Limits that are active at a tick; they are no faults. Bits of one word.
 enum Limit : std::uint16_t {
   kLimitCurrent = 1U << 0,      ///< magnitude of the current (motor and amplifier data sheet)
   kLimitCurrentRate = 1U << 1,  ///< its rate of change (amplifier voltage over motor inductance)
