@@ -34,13 +34,13 @@ concept Node = requires(N node, NodeContext context, std::uint32_t now_us) {
 /// highest priority; false: a device does not work, and the motor is off. wait() is called between two turns
 /// of the main loop; false ends the program (an emulated board).
 template <class B>
-concept Board = requires(B board, Controller controller, const TickTiming timing) {
+concept Board = requires(B board) {
   { board.can() } -> std::convertible_to<CanPort&>;
   { board.nonvolatile() } -> std::convertible_to<Nonvolatile&>;
   { board.indicator() } -> std::convertible_to<Indicator&>;
   { board.tick_period() } -> std::same_as<std::uint32_t>;  // Clock ticks; 0: time is not supervised
   { board.start() } -> std::same_as<bool>;
-  { board.wait(controller, timing) } -> std::same_as<bool>;
+  { board.wait() } -> std::same_as<bool>;
 };
 
 /// The firmware: the control tick, and beside it the main loop that serves the node, new parameters and the
@@ -62,19 +62,25 @@ class Application {
 
   /// The main loop. Returns 0 when the board ends it, 1 when it does not start.
   int run() {
-    tick_.set_period(board_.tick_period());
-    if (!board_.start()) {
-      board_.indicator().show(Indication::kFault);
-      return 1;
-    }
-    begin();
+    if (!start()) return 1;
     do {
       serve();
-    } while (board_.wait(tick_.controller(), tick_.timing()));
+    } while (board_.wait());
     return 0;
   }
 
-  /// What run() does once the board runs, and in each turn: for tests, and hosts with a loop of their own.
+  /// Starts the board, then the node; false when the board does not start.
+  bool start() {
+    tick_.set_period(board_.tick_period());
+    if (!board_.start()) {
+      board_.indicator().show(Indication::kFault);
+      return false;
+    }
+    begin();
+    return true;
+  }
+
+  /// What start() does once the board runs, and run() in each turn: for hosts with a loop of their own.
   void begin() {
     last_clock_ = board_.clock().now();
     node_.start(context_);

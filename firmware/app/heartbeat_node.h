@@ -7,7 +7,7 @@
 
 namespace slipstack {
 
-/// The smallest node: tells the bus that it is there and takes no commands. Boot-up message and heartbeat of
+/// The smallest node: announces itself on the bus and accepts no commands. Boot-up message and heartbeat of
 /// CiA 301 (7.2.8.3: identifier 700h + node), the state always pre-operational; frames that come in are
 /// counted and dropped, bus-off is left after a second.
 class HeartbeatNode {

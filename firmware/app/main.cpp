@@ -3,21 +3,21 @@
 // the board's CMakeLists.txt sets it.
 #include <array>
 
-#include "firmware/app/application.h"
 #include "firmware/app/canopen_node.h"
+#include "firmware/app/lockstep/linked_application.h"
 #include SLIPSTACK_BOARD
 
 namespace {
 using namespace slipstack;  // NOLINT(google-build-using-namespace)
 
 constexpr std::uint8_t kNodeId = 127;  // until LSS gives another
-constexpr std::uint32_t kSerial = 1;   // the boards do not tell theirs yet
+constexpr std::uint32_t kSerial = 1;   // no board reads its own number yet
 
 BoardOfImage board;
 // Kept out of the working memory: the linker script has a place for it.
 [[gnu::section(".trace")]] std::array<canopen::TraceSample, 4096> trace;
 CanopenNode node{kNodeId, kSerial, trace};
-Application application{board, node};
+lockstep::ApplicationFor<BoardOfImage, CanopenNode> application{board, node};
 }  // namespace
 
 extern "C" {

@@ -70,7 +70,7 @@ class AccessLock {
   bool respond(const Key& key, std::uint64_t response, std::uint32_t now_us) {
     if (wrong_ > 0 && now_us - wrong_at_us_ < wait_us()) return false;
     const std::uint64_t difference = siphash(low(key), high(key), challenge_) ^ response;
-    const bool right = pending_ && difference == 0;  // all 64 bits at once: the time tells nothing
+    const bool right = pending_ && difference == 0;  // all 64 bits at once: the time reveals nothing
     pending_ = false;
     if (right) {
       open_ = true;

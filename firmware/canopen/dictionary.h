@@ -87,7 +87,7 @@ class Dictionary {
  public:
   explicit Dictionary(Behind& behind) : behind_(behind) { set_defaults(0); }
 
-  /// Every value as the table says, for this node id.
+  /// Every value to its default in the table, for this node id.
   void set_defaults(std::uint8_t node) {
     for (std::size_t row = 0; row < kObjectCount; ++row) values_[row] = default_of(row, node);
   }

@@ -60,14 +60,14 @@ class Emergency {
   }
 
   /// The error of a source, 0 when it is gone. `detail`: the manufacturer's bytes.
-  /// Another detail, as a second node that is lost, is told too.
+  /// A change of detail, as a second lost node, is reported as well.
   void set(ErrorSource source, std::uint16_t code, std::uint32_t detail = 0) {
     std::uint16_t& active = active_[at(source)];
     if (active == code && (code == 0 || details_[at(source)] == detail)) return;
     active = code;
     details_[at(source)] = detail;
     if (code != 0) remember(code, source);
-    // Gone, but another is left: a message with that one's code says so.
+    // This error is gone, another one remains: the message carries the code of the latter.
     queue(code == 0 ? first_active() : code, source, detail);
   }
 
@@ -106,7 +106,7 @@ class Emergency {
     if (waiting_count_ < kWaiting) {
       ++waiting_count_;
     } else {
-      first_ = (first_ + 1) % kWaiting;  // the oldest gives way
+      first_ = (first_ + 1) % kWaiting;  // the oldest is dropped
     }
   }
   // The first of those that are left, 0 without one.

@@ -118,7 +118,7 @@ class Lss {
     return true;
   }
 
-  // LSS fastscan: a node without an id tells whether the upper bits of a word are its own.
+  // LSS fastscan: a node without an id confirms that the upper bits of a word are its own.
   bool fast_scan(std::span<const std::uint8_t, 8> in, std::uint32_t word, const Identity& identity,
                  std::uint8_t active_node, std::array<std::uint8_t, 8>& out) {
     if (active_node != kUnconfigured || configuring_) return false;

@@ -39,7 +39,7 @@ class ParameterSet {
     }
   }
 
-  /// Stored values into the dictionary; a value out of bounds gives way to the default.
+  /// Stored values into the dictionary; a value out of bounds is replaced by the default.
   void load(Dictionary& dictionary, std::uint8_t node) const {
     std::size_t word = 1;
     for (std::size_t row = 0; row < kObjectCount; ++row) {

@@ -11,7 +11,7 @@
 
 namespace slipstack::canopen {
 
-/// What a mapping says, made ready: rows and bits, in order.
+/// A mapping in the form that transfers use: rows and bits, in order.
 class PdoMap {
  public:
   /// Whether one mapping entry may stand in a PDO that way.
@@ -85,7 +85,7 @@ class PdoMap {
   }
 
  private:
-  // Entries for the basic types: bytes that nobody takes.
+  // Entries for the basic types: bytes that are ignored.
   static bool is_dummy(std::uint16_t index, std::uint8_t sub) { return sub == 0 && index >= 1 && index <= 7; }
 
   std::array<std::size_t, kMappedLargest> row_{};
@@ -155,11 +155,11 @@ class Pdos {
   }
 
   /// How a frame fitted what is mapped (CiA 301, 7.2.2.5.1): a longer one is taken, without its tail.
-  enum class Fit : std::uint8_t { kNobodys, kRight, kTooShort, kTooLong };
+  enum class Fit : std::uint8_t { kNotMapped, kRight, kTooShort, kTooLong };
 
   /// A frame in operational.
   Fit receive(const CanFrame& frame, std::uint32_t now_us) {
-    Fit fit = Fit::kNobodys;
+    Fit fit = Fit::kNotMapped;
     for (std::uint8_t n = 0; n < kPdoCount; ++n) {
       const std::size_t row = cob_row(n, true);
       const std::uint32_t cob = dictionary_.value(row);

@@ -13,7 +13,7 @@ namespace slipstack::canopen {
 
 /// One recorded tick.
 struct TraceSample {
-  std::int32_t counts = 0;     ///< as the encoder said
+  std::int32_t counts = 0;     ///< as the encoder read
   std::int32_t reference = 0;  ///< counts
   float current_A = 0.0F;      ///< commanded, about the instant of the counts
 };
@@ -30,7 +30,7 @@ struct TraceSettings {
 };
 
 /// A ring of samples that a trigger freezes. sample() is called from the tick's interrupt, behind the tick;
-/// everything else from the main loop. 12 to 35 instructions a tick.
+/// everything else from the main loop.
 class TraceBuffer {
  public:
   explicit TraceBuffer(std::span<TraceSample> memory) : memory_(memory) {}

@@ -40,12 +40,12 @@ struct ControlSet {
   FaultMonitor::Bounds monitor;
   LevelAdaptation::Bounds adaptation;
   bool valid = false;
-  FrictionModel<float> model;     // large: last of what the tick wants
+  FrictionModel<float> model;
   TargetCurve virgin_curve;       ///< for the main loop
   std::int32_t start_counts = 0;  ///< where the axis is before there are parameters
   std::uint32_t number = 0;       ///< of this set, counted since the start
 
-  /// Outside the tick: some 200 000 instructions, most of them for tables. Nothing changes unless kOk.
+  /// Outside the tick. Nothing changes unless kOk.
   ParameterStatus prepare(const AxisParameters& new_axis, const ModelParameters& parameters) {
     const ParameterStatus status = check(new_axis, parameters);
     if (status != ParameterStatus::kOk) return status;

@@ -3,7 +3,6 @@
 
 #include <array>
 #include <atomic>
-#include <bit>
 #include <cstdint>
 
 #include "firmware/control/control_set.h"
@@ -21,7 +20,7 @@
 
 namespace slipstack {
 
-/// What the controller tells after each tick.
+/// What the controller publishes after each tick.
 struct ControlOutput {
   float current_A = 0.0F;
   bool driving = false;      ///< false: power stage off
@@ -30,12 +29,19 @@ struct ControlOutput {
   float position_error_m = 0.0F;  ///< reference less estimate
   float velocity_mps = 0.0F;      ///< estimated
   float feedforward_N = 0.0F;     ///< model on the reference, level included; in torque mode not applied
-  float feedback_N = 0.0F;
-  float residual_N = 0.0F;  ///< force that the model misses, from the disturbance observer
-  float level = 1.0F;       ///< adapted friction level
+  float feedback_N = 0.0F;        ///< in position mode only
+  float residual_N = 0.0F;        ///< force that the model misses, from the disturbance observer
+  float level = 1.0F;             ///< adapted friction level
 };
 
-/// One axis: from encoder counts to a current, every tick the same work.
+/// What the tick does with the motor.
+enum class ControlMode : std::uint8_t {
+  kOff,       ///< power stage off; the reference lies where the axis is
+  kPosition,  ///< the axis follows the reference; also while it is braked under control
+  kTorque,    ///< the force is commanded; the reference follows the axis
+};
+
+/// One axis: from encoder counts to a current. In position mode
 ///
 ///   F = model(reference) + level change + notch(Kv (v_ref + Kp e - v) + integral) - share x disturbance
 ///       + offset
@@ -44,11 +50,12 @@ struct ControlOutput {
 /// adaptation does, the loop that could become unstable is that of the linear feedback (docs/control.md).
 ///
 /// In torque mode F = target + offset. The reference then follows the axis, and with it the hysteresis; a
-/// stop begins at the axis's own velocity. The change from one to the other fades as one of parameters does.
+/// stop begins at the axis's own velocity. A change between the two modes fades as one of parameters does.
 class Controller {
  public:
-  /// Outside the tick: checks and prepares new parameters; the next tick takes them, or a later one (call
-  /// poll() from the main loop). Refused parameters change nothing, and stop an enabled axis.
+  /// Outside the tick: checks and prepares new parameters; they are in force from the next tick on, or
+  /// a later one (call poll() from the main loop). Refused parameters change nothing, and stop an enabled
+  /// axis.
   ParameterStatus configure(const AxisParameters& axis, const ModelParameters& model) {
     ControlSet* spare = sets_.spare();
     if (spare == nullptr) return ParameterStatus::kBusy;
@@ -65,7 +72,7 @@ class Controller {
     return status;
   }
   /// From the main loop, at least every kLatest ticks: a change of parameters that a tick has missed, and the
-  /// memory of the hysteresis (200 instructions for each tick since the last call).
+  /// memory of the hysteresis.
   void poll() {
     if (sets_.pending()) sets_.arm();
     remember();
@@ -99,39 +106,26 @@ class Controller {
 
   /// In the tick.
   const ControlOutput& step(const TickInputs& in) {
+    const bool new_parameters = sets_.begin_tick();
+    ControlSet& set = sets_.active();
+    if (new_parameters) begin_with(set, in.encoder.counts);
+    supervise(set, in);
+    const ControlMode before = mode_;
+    change_mode(requested_mode());
+    const bool fade = new_parameters || (mode_ != before && before != ControlMode::kOff);
     out_.limits = 0;
-    ControlSet* active = approx::one_address(&sets_.active());
-    supervise(in, *active);
-    if (sets_.begin_tick(!busy())) [[unlikely]] {
-      active = approx::one_address(&sets_.active());
-      take_parameters(*active, in.encoder.counts);
+    switch (mode_) {
+      case ControlMode::kOff:
+        stay_off(set, in.encoder.counts);
+        break;
+      case ControlMode::kPosition:
+        control_position(set, in.encoder.counts, fade);
+        break;
+      case ControlMode::kTorque:
+        control_torque(set, in.encoder.counts, fade);
+        break;
     }
-    ControlSet& set = *active;
-    if (following_) follow(set, in.encoder.counts);
-    estimate_.step(set.estimate, in.encoder.counts, expected_mps2_);
-
-    const std::uint32_t tick = sets_.tick();
-    ReferencePoint& ahead = delay_[tick % kDelayed];
-    reference_.next(ahead, set.braking);
-    const float model_N = feedforward_.step(set.model, set.scales, ahead, tick, adaptation_.level());
-    const ReferencePoint& now = delay_[(tick - lead_) % kDelayed];
-    const float feedback_N = feedback_.step(set.feedback, now, estimate_, out_.position_error_m);
-    tell(now, model_N, feedback_N);
-    const float disturbance_mps2 = estimate_.disturbance_mps2();
-    float wanted_N = approx::multiply_subtract(set.disturbance_kg, disturbance_mps2, model_N + feedback_N);
-    if (torque_) wanted_N = give_torque(now);
-    wanted_N += offset_N_.load(std::memory_order_relaxed);
-    if (fades_) [[unlikely]]
-      begin_fading(wanted_N);
-    wanted_N += blend_N_;
-    blend_N_ *= set.blend_keep;
-    last_wanted_N_ = wanted_N;
-
-    const float force_N = drive(set, wanted_N);
-    expected_mps2_ =
-        approx::multiply_add(force_N - model_N, set.per_mass_kg, now.acceleration * set.mps2_per_count);
-    feedback_.integrate(set.feedback, force_N, wanted_N);
-    adapt(set, now, disturbance_mps2);
+    out_.driving = mode_ != ControlMode::kOff;
     return out_;
   }
 
@@ -141,14 +135,14 @@ class Controller {
   const HysteresisMemory& memory() const { return memory_; }
   const StateMachine& state() const { return state_; }
   const StateEstimate& estimate() const { return estimate_; }
-  /// As the sensors said at the last tick.
+  /// The readings of the last tick.
   std::int32_t measured_counts() const { return monitor_.last_counts(); }
   float measured_A() const { return monitor_.last_A(); }
   const ControlSet& parameters() const { return sets_.active(); }
   std::uint32_t ticks() const { return sets_.tick(); }
 
  private:
-  static constexpr std::uint32_t kRefused = 0x100;
+  static constexpr std::uint32_t kRefused = 0x100;  // in events_, beside the number of a fault
   static constexpr std::uint32_t kDelayed = 64;
   static_assert(kLargestLeadTicks < static_cast<std::int32_t>(kDelayed));
 
@@ -157,136 +151,151 @@ class Controller {
   static constexpr std::uint32_t kLatest = kDelayed - 8;
 
  private:
-  void take_parameters(const ControlSet& set, std::int32_t counts) {
+  // The first tick of new parameters.
+  void begin_with(const ControlSet& set, std::int32_t counts) {
     adaptation_.limit(set.adaptation);
-    postpone_adaptation();
-    fades_ = true;
-    set_lead(set);
     if (started_) return;
     started_ = true;
     estimate_.reset(counts);
     monitor_.reset(counts);
   }
 
-  void supervise(const TickInputs& in, ControlSet& set) {
+  // Faults and commands to the state machine; the reference brakes where its new state asks for it.
+  void supervise(ControlSet& set, const TickInputs& in) {
     Fault fault = Fault::kNone;
-    if (set.valid) [[likely]] {
+    if (set.valid) {
       fault = monitor_.check(set.monitor, in, out_.reference_counts, limit_.last_A(), out_.driving);
     } else {
       set.start_counts = in.encoder.counts;
     }
-    if (events_.load(std::memory_order_relaxed) != 0) fault = take_event(fault);
-    const std::uint32_t command = command_.load(std::memory_order_relaxed);
-    if (state_.goes_on(command, fault)) return;
-    state_.step(command, fault, set.valid, reference_.standing(), set.stop_timeout_ticks);
-    const bool driving = state_.driving();
-    const bool torque = state_.torque_mode();
-    const bool changed = torque != torque_;
-    fades_ |= changed && driving && out_.driving;
-    set_mode(set, torque, driving);
-    if (driving) postpone_adaptation();
-    const bool brake = state_.braking() || (changed && !torque);
-    if (brake && !reference_.braking() && !reference_.standing()) reference_.stop();
-  }
-
-  void set_mode(const ControlSet& set, bool torque, bool driving) {
-    torque_ = torque;
-    out_.driving = driving;
-    following_ = torque || !driving;
-    set_lead(set);
-  }
-
-  // Before the axis follows its reference there is no history worth waiting for.
-  void set_lead(const ControlSet& set) {
-    lead_ = following_ ? std::uint8_t{0} : static_cast<std::uint8_t>(set.lead);
-  }
-
-  void begin_fading(float wanted_N) {
-    blend_N_ = out_.driving ? last_wanted_N_ - wanted_N : 0.0F;
-    // Out of torque mode the force that brakes comes a tick or two later: it shall fade in as well.
-    fades_ = reference_.about_to_brake();
+    if (events_.load(std::memory_order_relaxed) != 0) fault = with_event(fault);
+    state_.step(command_.load(std::memory_order_relaxed), fault, set.valid, reference_.standing(),
+                set.stop_timeout_ticks);
+    if (state_.braking() && !reference_.braking() && !reference_.standing()) reference_.stop();
   }
 
   // What came from outside the tick: an injected fault, or parameters that were refused.
-  Fault take_event(Fault fault) {
+  Fault with_event(Fault fault) {
     const std::uint32_t event = events_.exchange(0, std::memory_order_acquire);
     const auto injected = static_cast<Fault>(event & 0xFFU);
     if (injected != Fault::kNone) return injected;
     return out_.driving && fault == Fault::kNone ? Fault::kParameter : fault;
   }
 
-  // Without current, and in torque mode, the reference lies where the axis is, so that the hysteresis
-  // follows.
-  void follow(const ControlSet& set, std::int32_t counts) {
-    feedback_.reset();
-    if (torque_) {
-      reference_.follow(counts, estimate_.velocity_mps() * set.counts_per_mps);
-      return;
+  ControlMode requested_mode() const {
+    if (!state_.driving()) return ControlMode::kOff;
+    return state_.torque_mode() ? ControlMode::kTorque : ControlMode::kPosition;
+  }
+
+  void change_mode(ControlMode mode) {
+    if (mode == mode_) return;
+    // Out of torque mode the axis is braked from its own velocity, then holds its position.
+    if (mode_ == ControlMode::kTorque && mode == ControlMode::kPosition && !reference_.braking())
+      reference_.stop();
+    if (mode == ControlMode::kOff) {
+      limit_.reset();
+      blend_N_ = 0.0F;
     }
+    feedback_.reset();
+    mode_ = mode;
+  }
+
+  // Power stage off: the reference lies where the axis is, so that the hysteresis follows.
+  void stay_off(ControlSet& set, std::int32_t counts) {
     reference_.hold(counts);
     expected_mps2_ = 0.0F;
+    estimate_.step(set.estimate, counts, expected_mps2_);
+    publish(set, reference_at(0), step_model(set));
+    out_.current_A = 0.0F;
   }
 
-  void tell(const ReferencePoint& at, float model_N, float feedback_N) {
+  void control_position(ControlSet& set, std::int32_t counts, bool fade) {
+    estimate_.step(set.estimate, counts, expected_mps2_);
+    const float model_N = step_model(set);
+    const ReferencePoint& now = reference_at(set.lead);
+    publish(set, now, model_N);
+    out_.feedback_N = feedback_.step(set.feedback, now, out_.position_error_m, estimate_.velocity_mps());
+    const float disturbance_N = set.disturbance_kg * estimate_.disturbance_mps2();
+    const Applied force = apply(set, model_N + out_.feedback_N - disturbance_N, fade);
+    expect(set, now, force.applied_N - model_N);
+    feedback_.integrate(set.feedback, force.applied_N, force.wanted_N);
+    adapt(set, now);
+  }
+
+  void control_torque(ControlSet& set, std::int32_t counts, bool fade) {
+    reference_.follow(counts, estimate_.velocity_mps() * set.counts_per_mps);
+    estimate_.step(set.estimate, counts, expected_mps2_);
+    const float model_N = step_model(set);
+    const ReferencePoint& now = reference_at(0);
+    publish(set, now, model_N);
+    // Where the next tick should find the axis.
+    out_.reference_counts = sum(now.counts, static_cast<std::int32_t>(now.velocity));
+    const Applied force = apply(set, target_N_.load(std::memory_order_relaxed), fade);
+    expect(set, now, force.applied_N - model_N);
+  }
+
+  // The next point of the reference, and the force of the model there.
+  float step_model(ControlSet& set) {
+    const std::uint32_t tick = sets_.tick();
+    ReferencePoint& ahead = delay_[tick % kDelayed];
+    ahead = reference_.next(set.braking);
+    return feedforward_.step(set.model, set.scales, ahead, tick, adaptation_.level());
+  }
+
+  // The point that the model saw `lead` ticks ago. Before the axis follows its reference there is no history
+  // worth waiting for: the lead is then 0.
+  const ReferencePoint& reference_at(std::int32_t lead) const {
+    return delay_[(sets_.tick() - static_cast<std::uint32_t>(lead)) % kDelayed];
+  }
+
+  void publish(const ControlSet& set, const ReferencePoint& at, float model_N) {
     out_.reference_counts = at.counts;
+    out_.position_error_m = Feedback::error_m(set.feedback, at, estimate_);
     out_.velocity_mps = estimate_.velocity_mps();
     out_.feedforward_N = model_N;
-    out_.feedback_N = feedback_N;
-  }
-
-  float give_torque(const ReferencePoint& at) {
-    // Where the next tick should find the axis.
-    out_.reference_counts = sum(at.counts, static_cast<std::int32_t>(at.velocity));
     out_.feedback_N = 0.0F;
-    return target_N_.load(std::memory_order_relaxed);
-  }
-
-  /// The force that the limited current gives.
-  float drive(const ControlSet& set, float wanted_N) {
-    const float wanted_A = wanted_N * set.A_per_N;
-    const float largest_A = set.axis.current_limit_A;
-    // What is not a number is beyond any limit: it is looked for only there.
-    if (CurrentLimit::beyond(wanted_A, largest_A) && !finite(wanted_A)) [[unlikely]]
-      stop_not_finite(set);
-    if (!out_.driving) {
-      limit_.reset();
-      out_.current_A = 0.0F;
-      return wanted_N;
-    }
-    out_.current_A = limit_.step(largest_A, set.largest_step_A, wanted_A, out_.limits);
-    if (reference_.braking()) out_.limits |= kLimitReference;
-    return out_.current_A * set.axis.motor_constant_N_per_A;
-  }
-
-  static bool finite(float value) {
-    // All bits of the exponent set: infinite, or not a number.
-    return (std::bit_cast<std::uint32_t>(value) & 0x7F800000U) != 0x7F800000U;
-  }
-
-  [[gnu::noinline]] void stop_not_finite(const ControlSet& set) {
-    if (out_.driving) state_.raise(Fault::kNotFinite);
-    set_mode(set, false, false);
-    clear();
-  }
-
-  // What a value that is not a number may have reached.
-  void clear() {
-    blend_N_ = last_wanted_N_ = expected_mps2_ = 0.0F;
-    feedback_.clear();
-    estimate_.reset(estimate_.counts());
-  }
-
-  // Adaptation has time, and new parameters: a tick that has more to do than most leaves both to a later one,
-  // so that none has everything.
-  void postpone_adaptation() { until_adaptation_ = LevelAdaptation::kEvery + 1; }
-  bool busy() const { return until_adaptation_ > LevelAdaptation::kEvery; }
-
-  void adapt(const ControlSet& set, const ReferencePoint& at, float disturbance_mps2) {
-    out_.residual_N = -set.mass_kg * disturbance_mps2;
+    out_.residual_N = -set.mass_kg * estimate_.disturbance_mps2();
     out_.level = adaptation_.level();
-    if (--until_adaptation_ > 0) return;
-    until_adaptation_ = LevelAdaptation::kEvery;
-    if (out_.limits != 0 || following_) return;
+  }
+
+  struct Applied {
+    float wanted_N;
+    float applied_N;  // what the limits of the current leave of it
+  };
+
+  // Offset, fading and limits; the current that gives the force. `fade`: the wanted force may step in this
+  // tick, since parameters or the mode have changed.
+  Applied apply(const ControlSet& set, float force_N, bool fade) {
+    float wanted_N = force_N + offset_N_.load(std::memory_order_relaxed);
+    if (fade) blend_N_ = out_.driving ? last_wanted_N_ - wanted_N : 0.0F;
+    wanted_N += blend_N_;
+    blend_N_ *= set.blend_keep;
+    last_wanted_N_ = wanted_N;
+    const float wanted_A = wanted_N * set.A_per_N;
+    if (!approx::is_finite(wanted_A)) return stop_not_finite();
+    out_.current_A = limit_.step(set.axis.current_limit_A, set.largest_step_A, wanted_A, out_.limits);
+    if (reference_.braking()) out_.limits |= kLimitReference;
+    return {wanted_N, out_.current_A * set.axis.motor_constant_N_per_A};
+  }
+
+  // No current. What the value may have reached is reset: here, and by the change of mode.
+  Applied stop_not_finite() {
+    state_.raise(Fault::kNotFinite);
+    change_mode(ControlMode::kOff);
+    out_.current_A = 0.0F;
+    estimate_.reset(estimate_.counts());
+    return {0.0F, 0.0F};
+  }
+
+  // The acceleration that the state estimate shall expect: that of the reference, and what a force beyond the
+  // model adds.
+  void expect(const ControlSet& set, const ReferencePoint& at, float excess_N) {
+    expected_mps2_ = at.acceleration * set.mps2_per_count + excess_N * set.per_mass_kg;
+  }
+
+  // A limit that is active, or a reference near rest, says nothing about the level of the friction.
+  void adapt(const ControlSet& set, const ReferencePoint& at) {
+    if (out_.limits != 0) return;
     if (approx::absolute(at.velocity) <= set.adaptation_counts) return;
     adaptation_.step(set.adaptation, feedforward_.dry_N(), out_.residual_N);
   }
@@ -326,20 +335,15 @@ class Controller {
   CurrentLimit limit_;
   LevelAdaptation adaptation_;
   ControlOutput out_;
+  ControlMode mode_ = ControlMode::kOff;
+  bool started_ = false;
   float blend_N_ = 0.0F;
   float last_wanted_N_ = 0.0F;
   float expected_mps2_ = 0.0F;
-  bool started_ = false;
-  bool torque_ = false;    // the force is given
-  bool following_ = true;  // the reference is where the axis is
-  bool fades_ = false;     // parameters or mode have changed in this tick
-  std::uint8_t lead_ = 0;  // ticks
-  std::int8_t until_adaptation_ = LevelAdaptation::kEvery;
   std::atomic<std::uint32_t> command_{0};  // control word, kTorqueMode, kReleaseOnFault
   std::atomic<std::uint32_t> events_{0};   // a fault, and kRefused
   std::atomic<float> target_N_{0.0F};
   std::atomic<float> offset_N_{0.0F};
-  // Large, or not for the tick: what comes before is near one base address.
   std::array<ReferencePoint, kDelayed> delay_{};
   ParameterSwap<ControlSet> sets_;
   HysteresisMemory memory_;

@@ -7,32 +7,27 @@
 
 namespace slipstack {
 
-/// What holds the controller back at a tick: not faults. Bits of one word.
+/// Limits that are active at a tick; they are no faults. Bits of one word.
 enum Limit : std::uint16_t {
   kLimitCurrent = 1U << 0,      ///< magnitude of the current (motor and amplifier data sheet)
   kLimitCurrentRate = 1U << 1,  ///< its rate of change (amplifier voltage over motor inductance)
   kLimitReference = 1U << 2,    ///< set-points stopped coming: the axis brakes
-  kLimitLevel = 1U << 3,        ///< the adapted friction level is at its bound
 };
 
-/// Limits magnitude and rate of the current, also of one that is not a number. 16 instructions.
+/// Limits magnitude and rate of the current, also of one that is not a number.
 class CurrentLimit {
  public:
   void reset() { last_A_ = 0.0F; }
 
-  /// Whether a value is larger than a limit, or not a number.
-  static bool beyond(float value, float limit) { return !(approx::absolute(value) <= limit); }
-
   /// The wanted current within both limits; adds to `limits` what applied.
-  [[gnu::always_inline]] float step(float largest_A, float largest_step_A, float wanted_A,
-                                    std::uint16_t& limits) {
+  float step(float largest_A, float largest_step_A, float wanted_A, std::uint16_t& limits) {
     float current_A = wanted_A;
-    if (beyond(current_A, largest_A)) [[unlikely]] {
+    if (beyond(current_A, largest_A)) {
       limits |= kLimitCurrent;
       current_A = current_A > 0.0F ? largest_A : -largest_A;
     }
     const float step_A = current_A - last_A_;
-    if (beyond(step_A, largest_step_A)) [[unlikely]] {
+    if (beyond(step_A, largest_step_A)) {
       limits |= kLimitCurrentRate;
       current_A = last_A_ + (step_A > 0.0F ? largest_step_A : -largest_step_A);
     }
@@ -43,6 +38,9 @@ class CurrentLimit {
   float last_A() const { return last_A_; }
 
  private:
+  // True for NaN.
+  static bool beyond(float value, float limit) { return !(approx::absolute(value) <= limit); }
+
   float last_A_ = 0.0F;
 };
 

@@ -12,14 +12,14 @@
 
 namespace slipstack {
 
-/// What a tick has to tell the monitor.
+/// What the sensors report at a tick.
 struct TickInputs {
   EncoderReading encoder;
   CurrentReading current;
   bool overrun = false;  ///< this tick began late, or the last one took too long
 };
 
-/// Looks at what the sensors say before the tick uses it. 35 instructions.
+/// Checks the readings of the sensors before the tick uses them.
 class FaultMonitor {
  public:
   /// Constants of the tick; made outside it.
@@ -58,8 +58,8 @@ class FaultMonitor {
 
   /// The first fault of this tick. `set_point_A` was commanded a tick ago; `reference_counts` is where the
   /// axis should be; `driving`: the current is on.
-  [[gnu::always_inline]] Fault check(const Bounds& bound, const TickInputs& in, std::int32_t reference_counts,
-                                     float set_point_A, bool driving) {
+  Fault check(const Bounds& bound, const TickInputs& in, std::int32_t reference_counts, float set_point_A,
+              bool driving) {
     const std::int32_t step = difference(in.encoder.counts, last_counts_);
     last_counts_ = in.encoder.counts;
     const float measured_A = in.current.current_A;
@@ -81,11 +81,7 @@ class FaultMonitor {
   }
 
  private:
-  // |value| > limit >= 0, in one comparison.
-  static bool outside(std::int32_t value, std::int32_t limit) {
-    const auto upper = static_cast<std::uint32_t>(limit);
-    return static_cast<std::uint32_t>(value) + upper > 2U * upper;
-  }
+  static bool outside(std::int32_t value, std::int32_t limit) { return value > limit || value < -limit; }
 
   std::int32_t last_counts_ = 0;
   std::int32_t mismatched_ = 0;

@@ -7,10 +7,10 @@
 
 namespace slipstack {
 
-/// Why the axis was stopped. What merely holds it back is a Limit.
+/// Why the axis was stopped. An active Limit is no fault.
 enum class Fault : std::uint8_t {
   kNone,
-  kEncoderLoss,     ///< the encoder says that its signal is gone
+  kEncoderLoss,     ///< the encoder reports the loss of its signal
   kEncoderJump,     ///< more counts in one tick than the axis can move
   kStall,           ///< current, and an encoder that stands still
   kFollowingError,  ///< position away from the reference

@@ -13,7 +13,7 @@ namespace slipstack {
 
 /// Position P, velocity PI, two notches:
 ///
-///   F = notch(notch(p + i)),  p = Kv (v_ref + Kp e - v),  i' = Ki (p + F_given - F_wanted)
+///   F = notch(notch(p + i)),  p = Kv (v_ref + Kp e - v),  i' = Ki (p + F_applied - F_wanted)
 ///
 /// with the integral held back by what the limits of the current took away (docs/control.md).
 class Feedback {
@@ -28,34 +28,29 @@ class Feedback {
     std::array<Notch::Gains, 2> notch;
   };
 
-  /// One tick: the force in N from the reference and the estimate, and how far they are apart. Cost:
-  /// tests/budget/budget.csv, stage_feedback.
-  [[gnu::always_inline]] float step(const Gains& gain, const ReferencePoint& at,
-                                    const StateEstimate& estimate, float& error_m) {
-    error_m =
-        (static_cast<float>(difference(at.counts, estimate.counts())) + at.fraction) * gain.resolution_m -
-        estimate.offset_m();
-    const float wanted_mps =
-        approx::multiply_add(gain.position_per_s, error_m, at.velocity * gain.mps_per_count);
-    proportional_N_ = gain.velocity_N_s_per_m * (wanted_mps - estimate.velocity_mps());
+  /// Position of the reference less that of the estimate.
+  static float error_m(const Gains& gain, const ReferencePoint& at, const StateEstimate& estimate) {
+    const float counts = static_cast<float>(difference(at.counts, estimate.counts())) + at.fraction;
+    return counts * gain.resolution_m - estimate.offset_m();
+  }
+
+  /// One tick: the force in N from the reference, the position error and the estimated velocity.
+  float step(const Gains& gain, const ReferencePoint& at, float error_m, float velocity_mps) {
+    const float wanted_mps = at.velocity * gain.mps_per_count + gain.position_per_s * error_m;
+    proportional_N_ = gain.velocity_N_s_per_m * (wanted_mps - velocity_mps);
     return notch_[1].step(gain.notch[1], notch_[0].step(gain.notch[0], proportional_N_ + integral_N_));
   }
 
-  /// Behind the limits: what was wanted and what was given, both N.
-  [[gnu::always_inline]] void integrate(const Gains& gain, float given_N, float wanted_N) {
-    integral_N_ =
-        approx::multiply_add(gain.integral_per_tick, proportional_N_ + given_N - wanted_N, integral_N_);
+  /// Behind the limits: the force that was applied and the one that was wanted, both N.
+  void integrate(const Gains& gain, float applied_N, float wanted_N) {
+    integral_N_ += gain.integral_per_tick * (proportional_N_ + applied_N - wanted_N);
   }
 
   /// Forgets the past.
   void reset() {
     integral_N_ = 0.0F;
-    for (Notch& notch : notch_) notch.reset();
-  }
-  /// The same, and what this tick has computed: it may not be a number.
-  void clear() {
-    reset();
     proportional_N_ = 0.0F;
+    for (Notch& notch : notch_) notch.reset();
   }
 
  private:

@@ -29,10 +29,9 @@ class FeedForward {
            static_cast<std::int32_t>(at.fraction * scale.steps_per_count);
   }
 
-  /// One tick: the force in N at this point of the reference with the dry friction at this level. Cost:
-  /// tests/budget/budget.csv, stage_feedforward.
-  [[gnu::always_inline]] float step(FrictionModel<float>& model, const Scales& scale,
-                                    const ReferencePoint& at, std::uint32_t tick, float level) {
+  /// One tick: the force in N at this point of the reference with the dry friction at this level.
+  float step(FrictionModel<float>& model, const Scales& scale, const ReferencePoint& at, std::uint32_t tick,
+             float level) {
     const Sample<float> sample{
         .time_s = static_cast<float>(tick) * scale.tick_s,
         .displacement = displacement(scale, at),
@@ -42,7 +41,7 @@ class FeedForward {
         .dry_friction_N = 0.0F};
     const FrictionModel<float>::Force& force = model.step(sample);
     dry_N_ = force.dry_friction_N;
-    return approx::multiply_add(level - 1.0F, dry_N_, force.total_N);
+    return force.total_N + (level - 1.0F) * dry_N_;
   }
 
   /// The dry friction of the last step, at level 1.

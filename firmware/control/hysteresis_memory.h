@@ -68,7 +68,7 @@ class HysteresisMemory {
     started_ = started_ && active_ && same_steps;
   }
 
-  /// The displacement of the next tick. At most some 200 instructions.
+  /// The displacement of the next tick.
   void step(std::int32_t displacement) {
     if (!active_) return;
     if (!started_) stack_.reset(displacement);

@@ -67,8 +67,7 @@ inline std::int64_t jerk_for(std::uint32_t distance, std::uint64_t product) {
 /// A jerk-limited move is a step averaged three times, over n1, n2 and n3 >= n1 + n2 ticks: peak velocity
 /// distance / n3, peak acceleration that / n2, jerk that / n1. With whole numbers of ticks the sums are
 /// exact; the remainder of the division, below 2^-8 of a count, is taken out at the end. Shape: Lambrechts,
-/// Boerlage, Steinbuch, Control Engineering Practice 13 (2005), third order. Not for the tick: about 2000
-/// instructions.
+/// Boerlage, Steinbuch, Control Engineering Practice 13 (2005), third order. Not for the tick.
 inline PlanStatus plan_move(ReferenceGenerator& generator, std::int32_t target_counts,
                             const MotionLimits& limits) {
   const auto positive = [](float value) { return value > 0.0F && value < 1e9F; };
@@ -122,8 +121,7 @@ class SetpointStream {
   }
 
   /// Takes a set-point, counts and a fraction of 2^-32, and queues a segment of one period. False when there
-  /// is no room or the set-points lie 2^12 counts per tick or more apart. About 800 instructions, outside the
-  /// tick.
+  /// is no room or the set-points lie 2^12 counts per tick or more apart. Outside the tick.
   bool push(ReferenceGenerator& generator, std::int32_t counts, std::uint32_t fraction = 0) {
     const std::int64_t n = period_;
     // 2^36 per count: what is lost is below 10^-5 count after the longest period, and products fit.

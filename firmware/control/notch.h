@@ -6,7 +6,7 @@
 namespace slipstack {
 
 /// A notch (s^2 + 2 depth zeta w s + w^2) / (s^2 + 2 zeta w s + w^2), bilinear with the centre frequency
-/// kept. Unity far from the centre, `depth` (0 to 1) at it. Transposed direct form II; 14 instructions.
+/// kept. Unity far from the centre, `depth` (0 to 1) at it. Transposed direct form II.
 class Notch {
  public:
   /// Constants of the tick; made outside it.
@@ -28,10 +28,10 @@ class Notch {
 
   void reset() { first_ = second_ = 0.0F; }
 
-  [[gnu::always_inline]] float step(const Gains& gain, float in) {
-    const float out = approx::multiply_add(gain.b0, in, first_);
-    first_ = approx::multiply_subtract(gain.a1, out, gain.b1 * in) + second_;
-    second_ = approx::multiply_subtract(gain.a2, out, gain.b2 * in);
+  float step(const Gains& gain, float in) {
+    const float out = first_ + gain.b0 * in;
+    first_ = gain.b1 * in - gain.a1 * out + second_;
+    second_ = gain.b2 * in - gain.a2 * out;
     return out;
   }
 

@@ -14,12 +14,11 @@ namespace slipstack {
 template <class Set>
 class ParameterSwap {
  public:
-  /// In the tick: begins it; true when a new set came into force. A tick that has enough to do may not take
-  /// it: the change then waits.
-  bool begin_tick(bool may_take = true) {
+  /// In the tick: begins it; true when a new set came into force.
+  bool begin_tick() {
     const std::uint32_t tick = tick_.load(std::memory_order_relaxed);
-    const bool take = armed_.load(std::memory_order_relaxed) &&
-                      armed_for_.load(std::memory_order_relaxed) == tick && may_take;
+    const bool take =
+        armed_.load(std::memory_order_relaxed) && armed_for_.load(std::memory_order_relaxed) == tick;
     // Who arms shares the core with the tick: only the compiler must keep the order.
     if (take) {
       std::atomic_signal_fence(std::memory_order_acquire);
@@ -63,7 +62,7 @@ class ParameterSwap {
   std::atomic<bool> armed_{false};
   std::atomic<bool> pending_{false};
   std::atomic<std::uint32_t> armed_for_{0};
-  std::array<Set, 2> sets_{};  // last: large
+  std::array<Set, 2> sets_{};
 };
 
 }  // namespace slipstack

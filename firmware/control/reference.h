@@ -21,8 +21,6 @@ struct ReferencePoint {
 
 /// Plays motion segments one after the other. One writer outside the tick pushes, the tick takes. When the
 /// queue runs dry in motion, or on stop(), the axis is braked with constant deceleration.
-///
-/// Cost of next(): some 45 instructions, 20 more when a segment begins.
 class ReferenceGenerator {
  public:
   static constexpr std::uint32_t kCapacity = 16;
@@ -51,7 +49,7 @@ class ReferenceGenerator {
     forget_queue();
   }
 
-  /// Is where the axis is and moves as it does, counts per tick: from now on until hold() or stop(), which
+  /// Lies where the axis is and moves as it does, counts per tick: from now on until hold() or stop(), which
   /// then brakes from this velocity. In the tick.
   void follow(std::int32_t counts, float velocity) {
     counts_ = counts;
@@ -60,19 +58,16 @@ class ReferenceGenerator {
     phase_ = Phase::kFollowing;
   }
 
-  /// Brakes to standstill; what is queued is forgotten.
+  /// Brakes to standstill from the next point on; what is queued is forgotten.
   void stop() {
-    if (phase_ == Phase::kPlaying) phase_ = Phase::kStopping;
+    // The next tick does the rest: the main loop may call this as well.
+    if (phase_ == Phase::kPlaying) phase_ = Phase::kBraking;
     if (phase_ == Phase::kFollowing) phase_ = Phase::kLeaving;
     forget_queue();
   }
 
   bool standing() const { return velocity_ == 0 && left_ == 0; }
-  bool braking() const { return phase_ >= Phase::kBraking; }
-  /// Brakes from the next tick on, or the one after it.
-  bool about_to_brake() const {
-    return phase_ == Phase::kLeft || (phase_ == Phase::kBraking && acceleration_ == 0);
-  }
+  bool braking() const { return phase_ == Phase::kBraking || phase_ == Phase::kLeaving; }
   bool idle() const { return standing() && free() == kCapacity; }
   std::int32_t counts() const { return counts_; }
   /// How often the queue ran dry in motion.
@@ -80,22 +75,29 @@ class ReferenceGenerator {
 
   /// Position now; then moves on by one tick. `deceleration`: of stop() and of a queue that ran dry, counts
   /// per tick^2 x 2^-48, > 0.
-  [[gnu::always_inline]] void next(ReferencePoint& point, const std::int64_t& deceleration) {
-    if (phase_ != Phase::kPlaying) [[unlikely]] {
-      if (phase_ == Phase::kBraking) {
+  ReferencePoint next(std::int64_t deceleration) {
+    switch (phase_) {
+      case Phase::kFollowing:
+        return {counts_, 0.0F, followed_velocity_, 0.0F};
+      case Phase::kPlaying:
+        if (left_ == 0) begin_segment(deceleration);
+        break;
+      case Phase::kLeaving:
+        begin_from_followed();
         brake(deceleration);
-      } else if (phase_ == Phase::kStopping) {
-        acceleration_ = jerk_ = 0;
-        phase_ = Phase::kBraking;
-      } else if (phase_ == Phase::kLeft) {
-        take_followed_velocity();
-      } else {
-        point = followed();
-        return;
-      }
-    } else if (left_ == 0) {
-      begin_segment(deceleration);
+        break;
+      case Phase::kBraking:
+        brake(deceleration);
+        break;
     }
+    return advance();
+  }
+
+ private:
+  enum class Phase : std::uint8_t { kPlaying, kFollowing, kLeaving, kBraking };
+
+  ReferencePoint advance() {
+    ReferencePoint point;
     point.counts = counts_;
     point.fraction = static_cast<float>(static_cast<std::uint32_t>(fraction_ >> 16)) * 0x1p-32F;
     acceleration_ += jerk_;
@@ -107,29 +109,15 @@ class ReferenceGenerator {
     counts_ = sum(counts_, static_cast<std::int32_t>(fraction_ >> kFractionBits));
     fraction_ &= (std::int64_t{1} << kFractionBits) - 1;
     left_ -= left_ > 0 ? 1 : 0;
+    return point;
   }
 
- private:
-  // A stop begins in a tick that has enough to do: velocity stays for one more, for two where it is taken
-  // over from the axis.
-  enum class Phase : std::uint8_t { kPlaying, kFollowing, kBraking, kStopping, kLeaving, kLeft };
-
-  ReferencePoint followed() {
-    if (phase_ == Phase::kLeaving) {
-      advance_followed();
-      phase_ = Phase::kLeft;
-    }
-    return {counts_, 0.0F, followed_velocity_, 0.0F};
-  }
-
-  // By the whole counts of a tick.
-  void advance_followed() { counts_ = sum(counts_, static_cast<std::int32_t>(bounded_velocity())); }
-  float bounded_velocity() const { return approx::clamp(followed_velocity_, -16384.0F, 16384.0F); }
-
-  // To 2^-16 of a count per tick. This tick goes on with it, the next one brakes.
-  void take_followed_velocity() {
-    advance_followed();
-    velocity_ = static_cast<std::int64_t>(static_cast<std::int32_t>(bounded_velocity() * 0x1p16F)) *
+  // The followed point is that of the last tick: one tick on, by whole counts, with its velocity to 2^-16 of
+  // a count per tick.
+  void begin_from_followed() {
+    const float velocity = approx::clamp(followed_velocity_, -16384.0F, 16384.0F);
+    counts_ = sum(counts_, static_cast<std::int32_t>(velocity));
+    velocity_ = static_cast<std::int64_t>(static_cast<std::int32_t>(velocity * 0x1p16F)) *
                 (std::int64_t{1} << (kFractionBits - 16));
     acceleration_ = jerk_ = fraction_ = 0;
     phase_ = Phase::kBraking;
@@ -142,7 +130,7 @@ class ReferenceGenerator {
     taken_.store(pushed, std::memory_order_relaxed);
   }
 
-  void begin_segment(const std::int64_t& deceleration) {
+  void begin_segment(std::int64_t deceleration) {
     const std::uint32_t at = taken_.load(std::memory_order_relaxed);
     // Writer and tick share a core: what keeps the compiler from changing the order is enough.
     const std::uint32_t pushed = pushed_.load(std::memory_order_relaxed);

@@ -22,8 +22,6 @@ namespace slipstack {
 ///
 /// Velocity noise from counts of 1 um at 10 kHz, bandwidth 400 rad/s: 2.5e-5 m/s standard deviation, where
 /// the difference of two counts has 4e-3 (tests/unit/control/state_estimate_test.cpp).
-///
-/// Cost of step(): 30 instructions.
 class StateEstimate {
  public:
   /// Constants of the tick; made outside it.
@@ -55,18 +53,17 @@ class StateEstimate {
   }
 
   /// One tick: the counts now, and the acceleration that was expected over the tick that ends now.
-  [[gnu::always_inline]] void step(const Gains& gain, std::int32_t counts, float expected_mps2) {
+  void step(const Gains& gain, std::int32_t counts, float expected_mps2) {
     const float gained_mps = (expected_mps2 + disturbance_mps2_) * gain.tick_s;
-    const float predicted_m =
-        approx::multiply_add(approx::multiply_add(0.5F, gained_mps, velocity_mps_), gain.tick_s, offset_m_);
+    const float predicted_m = offset_m_ + (velocity_mps_ + 0.5F * gained_mps) * gain.tick_s;
     const float error_m = static_cast<float>(difference(counts, counts_)) * gain.resolution_m - predicted_m;
-    velocity_mps_ += approx::multiply_add(gain.velocity_per_s, error_m, gained_mps);
-    disturbance_mps2_ = approx::multiply_add(gain.disturbance_per_s2, error_m, disturbance_mps2_);
-    const float position_m = approx::multiply_add(gain.position, error_m, predicted_m);
+    velocity_mps_ += gained_mps + gain.velocity_per_s * error_m;
+    disturbance_mps2_ += gain.disturbance_per_s2 * error_m;
+    const float position_m = predicted_m + gain.position * error_m;
     // Whole counts go to the integer, so that the rest stays small wherever the axis is.
     const auto whole = static_cast<std::int32_t>(position_m * gain.counts_per_m);
     counts_ = sum(counts_, whole);
-    offset_m_ = approx::multiply_subtract(static_cast<float>(whole), gain.resolution_m, position_m);
+    offset_m_ = position_m - static_cast<float>(whole) * gain.resolution_m;
   }
 
   /// Estimated position: counts() times the resolution, plus offset_m().

@@ -39,7 +39,7 @@ constexpr std::uint16_t status_word(DriveState state) {
   return kWords[static_cast<std::size_t>(state)];
 }
 
-/// Follows the control word and the faults. Some 10 instructions in most ticks, up to 35.
+/// Follows the control word and the faults.
 class StateMachine {
  public:
   DriveState state() const { return state_; }
@@ -51,11 +51,6 @@ class StateMachine {
   }
   const FaultRecord& faults() const { return faults_; }
 
-  /// Nearly every tick: enabled, and nothing new for step().
-  bool goes_on(std::uint32_t command, Fault fault) const {
-    return state_ == DriveState::kOperationEnabled && fault == Fault::kNone && command == last_command_;
-  }
-
   /// The force is given, not the position.
   bool torque_mode() const {
     return state_ == DriveState::kOperationEnabled && (last_command_ & kTorqueMode) != 0;
@@ -63,8 +58,7 @@ class StateMachine {
 
   /// One tick. `command`: ControlBit, kTorqueMode, kReleaseOnFault, kStayStopped. `ready`: parameters are
   /// there. `standing`: the reference is at rest. `stop_timeout_ticks`: longest controlled stop.
-  [[gnu::always_inline]] void step(std::uint32_t command, Fault fault, bool ready, bool standing,
-                                   const std::int32_t& stop_timeout_ticks) {
+  void step(std::uint32_t command, Fault fault, bool ready, bool standing, std::int32_t stop_timeout_ticks) {
     const std::uint32_t rising = command & ~last_command_;
     last_command_ = command;
     if (fault != Fault::kNone) raise(fault);

@@ -76,7 +76,7 @@ class Tick {
   std::uint32_t latest_ = 0xFFFFFFFF;
   std::uint32_t last_begin_ = 0;
   std::uint32_t duration_ = 0;
-  Controller controller_;  // last: large
+  Controller controller_;
 };
 
 }  // namespace slipstack

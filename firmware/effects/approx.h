@@ -5,10 +5,6 @@
 #include <cstdint>
 #include <type_traits>
 
-#if defined(__ARM_FEATURE_SAT)
-#include <arm_acle.h>
-#endif
-
 // Elementary functions for the tick. A C library's exp, sin and pow differ from one platform to the next in
 // the last bit; these are a fixed sequence of multiplications and additions, so host and target agree bit
 // for bit. One definition, one shape: the series end where float does, so double is no better than they are.
@@ -16,7 +12,7 @@
 // (tests/unit/effects/approx_test.cpp); "u" is the distance from 1 to the next float, 1.2e-7.
 namespace slipstack::approx {
 
-/// |x|; compiles to one instruction.
+/// |x|, without a call of a library.
 template <class Real>
 constexpr Real absolute(Real x) {
   if constexpr (std::is_same_v<Real, float>) {
@@ -26,42 +22,10 @@ constexpr Real absolute(Real x) {
   }
 }
 
-/// The same pointer, but the compiler no longer knows where from: it then makes one address of it and reads
-/// its members relative to that, instead of computing an address for each.
-template <class T>
-inline T* one_address(T* pointer) {
-  asm("" : "+r"(pointer));
-  return pointer;
-}
-
-/// c + a b, the product rounded before it is added: not a fused operation, so the bits are those of the two
-/// written apart. On the controller one instruction, VMLA, where the compiler takes two: it has 3 cycles, as
-/// has a VMUL with a VADD that waits for it (Cortex-M4 TRM, FPU instruction set table).
-template <class Real>
-constexpr Real multiply_add(Real a, Real b, Real c) {
-#if defined(__arm__) && defined(__ARM_FP)
-  if constexpr (std::is_same_v<Real, float>) {
-    if (!std::is_constant_evaluated()) {
-      asm("vmla.f32 %0, %1, %2" : "+t"(c) : "t"(a), "t"(b));
-      return c;
-    }
-  }
-#endif
-  return c + a * b;
-}
-
-/// c - a b, in the same way.
-template <class Real>
-constexpr Real multiply_subtract(Real a, Real b, Real c) {
-#if defined(__arm__) && defined(__ARM_FP)
-  if constexpr (std::is_same_v<Real, float>) {
-    if (!std::is_constant_evaluated()) {
-      asm("vmls.f32 %0, %1, %2" : "+t"(c) : "t"(a), "t"(b));
-      return c;
-    }
-  }
-#endif
-  return c - a * b;
+/// Whether x is neither infinite nor NaN.
+constexpr bool is_finite(float x) {
+  // Of those, all bits of the exponent are set.
+  return (std::bit_cast<std::uint32_t>(x) & 0x7F800000U) != 0x7F800000U;
 }
 
 /// x within [low, high]; NaN becomes low, so that what is clamped is always fit for an index.
@@ -76,87 +40,6 @@ template <class Real>
 constexpr std::int32_t floor_to_int(Real x) {
   const auto truncated = static_cast<std::int32_t>(x);
   return truncated - (static_cast<Real>(truncated) > x ? 1 : 0);
-}
-
-/// x cut to a whole number within [0, 2^kBits - 1], kBits <= 24; NaN becomes 0. Two instructions on the
-/// controller, and a place in fixed point is in its range.
-template <int kBits>
-inline std::uint32_t saturated_unsigned(float x) {
-#if defined(__ARM_FEATURE_SAT) && defined(__ARM_FP)
-  std::int32_t whole = 0;
-  asm("vcvt.s32.f32 %0, %1" : "=t"(whole) : "t"(x));
-  return __usat(whole, kBits);
-#else
-  constexpr std::int32_t kLast = (std::int32_t{1} << kBits) - 1;
-  if (!(x > 0.0F)) return 0;
-  return static_cast<std::uint32_t>(x < static_cast<float>(kLast) ? static_cast<std::int32_t>(x) : kLast);
-#endif
-}
-
-/// The same within [-2^(kBits - 1), 2^(kBits - 1) - 1].
-template <int kBits>
-inline std::int32_t saturated_signed(float x) {
-#if defined(__ARM_FEATURE_SAT) && defined(__ARM_FP)
-  std::int32_t whole = 0;
-  asm("vcvt.s32.f32 %0, %1" : "=t"(whole) : "t"(x));
-  return __ssat(whole, kBits);
-#else
-  constexpr std::int32_t kPast = std::int32_t{1} << (kBits - 1);
-  if (x >= static_cast<float>(kPast)) return kPast - 1;
-  if (x <= static_cast<float>(-kPast)) return -kPast;
-  return x == x ? static_cast<std::int32_t>(x) : 0;
-#endif
-}
-
-/// x / 2^kShift, rounded down, within [0, 2^kBits - 1]. One instruction on the controller.
-template <int kShift, int kBits>
-inline std::uint32_t saturated_shifted(std::int32_t x) {
-#if defined(__ARM_FEATURE_SAT)
-  std::uint32_t saturated = 0;
-  asm("usat %0, %2, %1, asr %3" : "=r"(saturated) : "r"(x), "i"(kBits), "i"(kShift));
-  return saturated;
-#else
-  constexpr std::int32_t kLast = (std::int32_t{1} << kBits) - 1;
-  const std::int32_t shifted = x >> kShift;
-  return static_cast<std::uint32_t>(shifted < 0 ? 0 : (shifted > kLast ? kLast : shifted));
-#endif
-}
-
-/// whole x 2^-kBits, 1 <= kBits <= 32, for |whole| < 2^24 or with its last bits zero: exact. One instruction
-/// on the controller.
-template <int kBits>
-inline float from_fixed(std::int32_t whole) {
-#if defined(__arm__) && defined(__ARM_FP)
-  float x = 0.0F;
-  asm("vcvt.f32.s32 %0, %0, %2" : "=t"(x) : "0"(whole), "i"(kBits));
-  return x;
-#else
-  return static_cast<float>(whole) * (1.0F / static_cast<float>(std::uint64_t{1} << kBits));
-#endif
-}
-template <int kBits>
-inline float from_fixed(std::uint32_t whole) {
-#if defined(__arm__) && defined(__ARM_FP)
-  float x = 0.0F;
-  asm("vcvt.f32.u32 %0, %0, %2" : "=t"(x) : "0"(whole), "i"(kBits));
-  return x;
-#else
-  return static_cast<float>(whole) * (1.0F / static_cast<float>(std::uint64_t{1} << kBits));
-#endif
-}
-
-/// x within [-1, 1], cut to 2^-31; NaN becomes 0. Two instructions on the controller: fixed point saturates,
-/// and its largest number, rounded to nearest, is 1.
-inline float clamp_to_one(float x) {
-#if defined(__arm__) && defined(__ARM_FP)
-  asm("vcvt.s32.f32 %0, %0, #31\n\tvcvt.f32.s32 %0, %0, #31" : "+t"(x));
-  return x;
-#else
-  if (x >= 1.0F) return 1.0F;
-  if (x <= -1.0F) return -1.0F;
-  constexpr float kOne = 2147483648.0F;
-  return x == x ? static_cast<float>(static_cast<std::int32_t>(x * kOne)) / kOne : 0.0F;
-#endif
 }
 
 /// 2^n for an integer -120 <= n <= 120, from the exponent field.

@@ -57,26 +57,9 @@ class CableChainStiffness {
     out[3] = u * (Real(2.5) * square - Real(1.5));
   }
 
-  /// The controller's form: one cubic of the place.
-  using Table = NoTable;
-  void prepare_weighted(const std::array<Real, gain_count>& gain,
-                        NoTable&) requires std::is_same_v<Real, float> {
-    middle_ = -(middle_m_ * per_m_);
-    line_ = {gain[1] - 0.5F * gain[2], -1.5F * gain[3], 1.5F * gain[2], 2.5F * gain[3], gain[0]};
-  }
-  Real weighted(const Sample<Real>& sample, const std::array<Real, gain_count>&,
-                NoTable) const requires std::is_same_v<Real, float> {
-    const float u = approx::clamp_to_one(approx::multiply_add(per_m_, sample.position_m, middle_));
-    const Real bent = approx::multiply_add(
-        approx::multiply_add(approx::multiply_add(line_[3], u, line_[2]), u, line_[1]), u, line_[0]);
-    return approx::multiply_add(line_[4], sample.position_m, bent);
-  }
-
  private:
   Real middle_m_{};
   Real per_m_{};
-  Real middle_{};
-  std::array<Real, 5> line_{};  ///< powers of the place from 1, then the position
 };
 
 }  // namespace slipstack

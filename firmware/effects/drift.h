@@ -2,7 +2,6 @@
 #pragma once
 
 #include "firmware/effects/approx.h"
-#include "firmware/effects/decay_table.h"
 #include "firmware/effects/effect.h"
 
 namespace slipstack {
@@ -37,19 +36,8 @@ class Drift {
     out[0] = -approx::exp_minus_one(-sample.time_s * inverse_time_per_s_);
   }
 
-  /// The controller reads the same function from a table (decay_table.h).
-  using Table = NoTable;
-  void prepare_weighted(const std::array<Real, gain_count>&, NoTable&) requires std::is_same_v<Real, float> {
-    per_time_per_s_ = inverse_time_per_s_ * DecayTable::kPerUnit;
-  }
-  Real weighted(const Sample<Real>& sample, const std::array<Real, gain_count>& change,
-                NoTable) const requires std::is_same_v<Real, float> {
-    return change[0] * kDecayTable.at(sample.time_s * per_time_per_s_);
-  }
-
  private:
   Real inverse_time_per_s_{};
-  Real per_time_per_s_{};
 };
 
 }  // namespace slipstack

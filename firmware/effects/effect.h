@@ -146,36 +146,19 @@ concept Effect = requires(E effect, const E constant, const Sample<Real> sample,
   effect.basis(sample, out);
 };
 
-/// Stands for the table of an effect that has none.
-struct NoTable {};
-
-/// An effect whose gains all act alike may offer sum(gains x basis) in a form that costs less than its basis:
-/// the controller then uses it. It agrees with basis() to rounding, or to the error that its table states
-/// (tests/unit/effects, tests/unit/control). Its constants are made by prepare_weighted(gains, table), after
-/// prepare(). Tables lie apart from the effects, so that everything else is near one base address.
+/// An effect whose gains all act alike may offer sum(gains x basis) in a form that takes less work than its
+/// basis, as where few gains act at once. The model then uses it. It agrees with basis() to rounding, or to
+/// the error that its header states (tests/unit/effects/weighted_test.cpp).
 template <class E, class Real>
 concept Weighted = act_alike(E::gains) &&
-    requires(E effect, const Sample<Real> sample, const std::array<Real, E::gain_count> gains,
-             typename E::Table table) {
-  effect.prepare_weighted(gains, table);
-  { effect.weighted(sample, gains, table) } -> std::same_as<Real>;
+    requires(E effect, const Sample<Real> sample, const std::array<Real, E::gain_count> gains) {
+  { effect.weighted(sample, gains) } -> std::same_as<Real>;
 };
 
-namespace detail {
-template <class E>
-struct TableOf {
-  using type = NoTable;
+/// A weighted form with constants that are made of the gains: after prepare(), outside the tick.
+template <class E, class Real>
+concept PreparesGains = requires(E effect, const std::array<Real, E::gain_count> gains) {
+  effect.prepare_weighted(gains);
 };
-template <class E>
-requires requires {
-  typename E::Table;
-}
-struct TableOf<E> {
-  using type = typename E::Table;
-};
-}  // namespace detail
-
-template <class E>
-using TableOf = typename detail::TableOf<E>::type;
 
 }  // namespace slipstack

@@ -42,52 +42,34 @@ class FrictionalLag {
     per_tick_ = scales.tick_s / shape[2];
     per_velocity_ = scales.tick_s / shape[3];
   }
-  void reset(const Sample<Real>& sample) {
-    weakening_.basis(sample, lagged_);
-    // The controller follows the mixture of the two as one.
-    if constexpr (std::is_same_v<Real, float>) {
-      lagged_[0] = approx::multiply_add(share_, lagged_[0] - lagged_[1], lagged_[1]);
-    }
-  }
+  void reset(const Sample<Real>& sample) { weakening_.basis(sample, lagged_); }
   void basis(const Sample<Real>& sample, std::span<Real, gain_count> out) {
     std::array<Real, gain_count> steady{};
     weakening_.basis(sample, steady);
-    for (std::size_t i = 0; i < gain_count; ++i) {
-      lagged_[i] = followed(lagged_[i], steady[i], sample.velocity_mps);
-      out[i] = lagged_[i];
-    }
+    follow(steady, sample.velocity_mps);
+    for (std::size_t i = 0; i < gain_count; ++i) out[i] = lagged_[i];
   }
 
-  /// The controller reads the steady weakening, as a share of that at standstill, from a table.
-  using Table = typename Stribeck<Real>::Table;
-  void prepare_weighted(const std::array<Real, gain_count>& weakening,
-                        Table& table) requires std::is_same_v<Real, float> {
-    const Real whole = weakening[0] + weakening[1];
-    share_ = whole > Real(0) ? weakening[0] / whole : Real(1);
-    weakening_.prepare_weighted({share_, Real(1) - share_}, table);
-    at_standstill_ = whole;
-  }
-  Real weighted(const Sample<Real>& sample, const std::array<Real, gain_count>&,
-                const Table& table) requires std::is_same_v<Real, float> {
-    lagged_[0] = followed(lagged_[0], table.at(sample.velocity_mps), sample.velocity_mps);
-    return at_standstill_ * lagged_[0];
+  /// The controller reads the steady weakening from a table.
+  Real weighted(const Sample<Real>& sample,
+                const std::array<Real, gain_count>& weakening) requires std::is_same_v<Real, float> {
+    follow(weakening_.tabulated(sample.velocity_mps), sample.velocity_mps);
+    return weakening[0] * lagged_[0] + weakening[1] * lagged_[1];
   }
   void carry_over(const FrictionalLag& from) { lagged_ = from.lagged_; }
 
  private:
-  /// What was `lagged` a tick ago, on its way to `steady`.
-  Real followed(Real lagged, Real steady, Real velocity_mps) const {
-    const Real rate = approx::multiply_add(per_velocity_, approx::absolute(velocity_mps), per_tick_);
+  /// One tick of the first-order lag towards `steady`.
+  void follow(const std::array<Real, gain_count>& steady, Real velocity_mps) {
+    const Real rate = per_tick_ + per_velocity_ * approx::absolute(velocity_mps);
     // Exact for a rate held over the tick, to second order; never beyond the steady value.
-    const Real blend = rate / (Real(1) + Real(0.5) * rate);
-    return approx::multiply_add(approx::clamp(blend, Real(0), Real(1)), steady - lagged, lagged);
+    const Real blend = approx::clamp(rate / (Real(1) + Real(0.5) * rate), Real(0), Real(1));
+    for (std::size_t i = 0; i < gain_count; ++i) lagged_[i] = lagged_[i] + blend * (steady[i] - lagged_[i]);
   }
 
   Stribeck<Real> weakening_;
   Real per_tick_{};
   Real per_velocity_{};
-  Real at_standstill_{};
-  Real share_{1};
   std::array<Real, gain_count> lagged_{};
 };
 

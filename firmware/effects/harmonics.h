@@ -26,20 +26,4 @@ constexpr void harmonics(approx::SinCos<Real> fundamental,
   }
 }
 
-/// The sum of gains times harmonics, as the real part of w (c1 + w (c2 + ...)) with w = cos + i sin and
-/// c = A - i B: the same as the products with harmonics(), to rounding.
-template <class Real>
-constexpr Real harmonic_sum(approx::SinCos<Real> w,
-                            const std::array<Real, std::size_t{2} * kRippleHarmonics>& gains) {
-  constexpr std::size_t kLast = std::size_t{2} * (kRippleHarmonics - 1);
-  Real real = gains[kLast];
-  Real imaginary = -gains[kLast + 1];
-  for (std::size_t h = kLast; h > 0; h -= 2) {
-    const Real turned = gains[h - 2] + w.cos * real - w.sin * imaginary;
-    imaginary = w.cos * imaginary + w.sin * real - gains[h - 1];
-    real = turned;
-  }
-  return w.cos * real - w.sin * imaginary;
-}
-
 }  // namespace slipstack

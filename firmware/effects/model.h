@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <tuple>
 #include <utility>
@@ -42,7 +43,7 @@ class FrictionModel<Real, std::tuple<Effects...>> {
   void prepare(const Parameters& parameters, const Scales<Real>& scales) {
     parameters_ = parameters;
     force_ = {};
-    for_each([&](auto& effect, auto& own, auto index) __attribute__((always_inline)) {
+    for_each([&](auto& effect, auto& own, auto) {
       using E = std::remove_reference_t<decltype(effect)>;
       if (!own.enabled) {
         if constexpr (!kEveryEffect) return;
@@ -51,7 +52,7 @@ class FrictionModel<Real, std::tuple<Effects...>> {
           own.shapes[i] = static_cast<Real>(E::shapes[i].lower);
       }
       effect.prepare(std::span<const Real, E::shape_count>(own.shapes), scales);
-      if constexpr (Weighted<E, Real>) effect.prepare_weighted(own.gains, std::get<index>(tables_));
+      if constexpr (PreparesGains<E, Real>) effect.prepare_weighted(own.gains);
     });
   }
 
@@ -64,63 +65,39 @@ class FrictionModel<Real, std::tuple<Effects...>> {
 
   /// The force for this sample; advances the state of every enabled effect by one tick. The reference is to
   /// the model's own record of it, valid until the next call.
-  [[gnu::noinline]] const Force& step(const Sample<Real>& given) {
-    // Member by member, so that the compiler keeps it in registers.
-    Sample<Real> sample{.time_s = given.time_s,
-                        .displacement = given.displacement,
-                        .position_m = given.position_m,
-                        .velocity_mps = given.velocity_mps,
-                        .acceleration_mps2 = given.acceleration_mps2,
-                        .dry_friction_N = Real(0)};
-    std::array<Real, effect_count> total_scale{};
-    Real dry = Real(0);
-    Real plain = Real(0);
-    // Dry friction first, since the effects that modulate it want to know it.
+  const Force& step(const Sample<Real>& given) {
+    Sample<Real> sample = given;
+    sample.dry_friction_N = Real(0);
+    Total total;
+    // Dry friction first: the effects that modulate it need it, by its sign or by its level.
     for_each([&](auto& effect, auto& own, auto index) __attribute__((always_inline)) {
       using E = std::remove_reference_t<decltype(effect)>;
       if constexpr (has<E>(Acts::dry)) {
         static_assert(!has<E>(Acts::dry_scale) && !has<E>(Acts::total_scale));
         if (kEveryEffect || own.enabled) {
-          const auto sums = evaluate(effect, own, sample, std::get<index>(tables_));
-          Real contribution = sum_of<E, Acts::dry>(sums);
-          add<index == first_dry()>(dry, contribution);
-          if constexpr (has<E>(Acts::force)) {
-            add<index == first_plain()>(plain, sum_of<E, Acts::force>(sums));
-            contribution += sum_of<E, Acts::force>(sums);
-          }
-          force_.by_effect_N[index] = contribution;
+          const Sums sums = evaluate(effect, own, sample);
+          total.dry += sums.dry;
+          total.force += sums.force;
+          force_.by_effect_N[index] = sums.dry + sums.force;
         }
       }
     });
-    sample.dry_friction_N = dry;
-    Real total_factor = Real(1);
-    Real modulated = dry;
+    sample.dry_friction_N = total.dry;
     for_each([&](auto& effect, auto& own, auto index) __attribute__((always_inline)) {
       using E = std::remove_reference_t<decltype(effect)>;
       if constexpr (!has<E>(Acts::dry) && E::gain_count > 0) {
         if (kEveryEffect || own.enabled) {
-          const auto sums = evaluate(effect, own, sample, std::get<index>(tables_));
-          Real contribution = Real(0);
-          if constexpr (has<E>(Acts::dry_scale)) {
-            contribution = modulated * sum_of<E, Acts::dry_scale>(sums);
-            modulated += contribution;
-          }
-          if constexpr (has<E>(Acts::force)) {
-            const Real force = sum_of<E, Acts::force>(sums);
-            add<index == first_plain()>(plain, force);
-            contribution = has<E>(Acts::dry_scale) ? contribution + force : force;
-          }
-          if constexpr (!only_total_scale<E>()) force_.by_effect_N[index] = contribution;
-          if constexpr (has<E>(Acts::total_scale)) {
-            total_scale[index] = sum_of<E, Acts::total_scale>(sums);
-            total_factor *= Real(1) + total_scale[index];
-          }
+          const Sums sums = evaluate(effect, own, sample);
+          const Real modulation = total.dry * sums.dry_scale;
+          total.dry += modulation;
+          total.force += sums.force;
+          force_.by_effect_N[index] = modulation + sums.force;
+          if constexpr (has<E>(Acts::total_scale)) total.scale[index] = sums.total_scale;
         }
       }
     });
-    force_.dry_friction_N = modulated;
-    force_.total_N = (modulated + plain) * total_factor;
-    share_total_scale(modulated + plain, total_scale);
+    force_.dry_friction_N = total.dry;
+    force_.total_N = scale_total(total.dry + total.force, total.scale);
     return force_;
   }
 
@@ -128,18 +105,41 @@ class FrictionModel<Real, std::tuple<Effects...>> {
   const Force& force() const { return force_; }
 
   /// Takes over from a model of the same axis with other parameters what effects remember of the motion.
-  /// Outside the tick; some 300 instructions.
+  /// Outside the tick.
   void carry_over(const FrictionModel& from) {
-    [&]<std::size_t... I>(std::index_sequence<I...>) {
+    [&]<std::size_t... I>(std::index_sequence<I...>) __attribute__((always_inline)) {
       (carry_one(std::get<I>(effects_), std::get<I>(from.effects_)), ...);
     }
     (std::index_sequence_for<Effects...>{});
   }
 
  private:
-  // The controller evaluates every effect, with zero gains those that are off: a tick costs the same whatever
-  // the model, and asks no questions.
+  // The controller evaluates every effect, with zero gains those that are disabled: a tick takes the same
+  // work whatever the model, and the state of every effect follows the motion.
   static constexpr bool kEveryEffect = std::is_same_v<Real, float>;
+
+  /// Gains times basis of one effect, by what they act on.
+  struct Sums {
+    Real force{};
+    Real dry{};
+    Real dry_scale{};
+    Real total_scale{};
+
+    template <Acts kActs>
+    constexpr Real& of() {
+      if constexpr (kActs == Acts::force) return force;
+      if constexpr (kActs == Acts::dry) return dry;
+      if constexpr (kActs == Acts::dry_scale) return dry_scale;
+      if constexpr (kActs == Acts::total_scale) return total_scale;
+    }
+  };
+
+  /// What the effects make together.
+  struct Total {
+    Real dry{};
+    Real force{};
+    std::array<Real, effect_count> scale{};
+  };
 
   template <class E>
   static void carry_one(E& to, const E& from) {
@@ -154,102 +154,54 @@ class FrictionModel<Real, std::tuple<Effects...>> {
     return false;
   }
 
-  /// Whether the effect's force is known only once the whole force is.
+  /// What each gain of an effect acts on.
   template <class E>
-  static constexpr bool only_total_scale() {
-    return has<E>(Acts::total_scale) && !has<E>(Acts::force) && !has<E>(Acts::dry_scale);
-  }
-
-  /// The first effect of the catalogue that adds to the dry friction, and to the rest, in the order of
-  /// step(): only where every effect is evaluated.
-  static constexpr std::size_t first_dry() {
-    constexpr std::array<bool, effect_count> kIs{has<Effects>(Acts::dry)...};
-    return first_true(kIs);
-  }
-  static constexpr std::size_t first_plain() {
-    constexpr std::array<bool, effect_count> kEarly{
-        (has<Effects>(Acts::dry) && has<Effects>(Acts::force))...};
-    constexpr std::array<bool, effect_count> kLate{has<Effects>(Acts::force)...};
-    return first_true(kEarly) < effect_count ? first_true(kEarly) : first_true(kLate);
-  }
-  static constexpr std::size_t first_true(const std::array<bool, effect_count>& is) {
-    std::size_t i = 0;
-    while (i < is.size() && !is[i]) ++i;
-    return kEveryEffect ? i : effect_count;
-  }
-
-  /// Nothing is added to a zero: it costs an instruction, and the compiler must keep it (0 + -0 is 0).
-  template <bool kFirst>
-  [[gnu::always_inline]] static void add(Real& sum, Real value) {
-    if constexpr (kFirst) {
-      sum = value;
-    } else {
-      sum += value;
+  static constexpr std::array<Acts, E::gain_count> acts_of() {
+    std::array<Acts, E::gain_count> acts{};
+    std::size_t gain = 0;
+    for (const GainGroup& group : E::gains) {
+      for (int i = 0; i < group.count; ++i) acts[gain++] = group.acts;
     }
+    return acts;
   }
-
-  /// Sums of gains times basis by what they act on, indexed by Acts.
-  using Sums = std::array<Real, 4>;
 
   template <class E>
   [[gnu::always_inline]] static Sums evaluate(E& effect, const EffectParameters<E, Real>& own,
-                                              const Sample<Real>& sample, const TableOf<E>& table) {
-    Sums sums{};
+                                              const Sample<Real>& sample) {
+    Sums sums;
     if constexpr (Weighted<E, Real>) {
-      sums[static_cast<std::size_t>(E::gains[0].acts)] = effect.weighted(sample, own.gains, table);
+      sums.template of<E::gains[0].acts>() = effect.weighted(sample, own.gains);
     } else {
       std::array<Real, E::gain_count> basis;
       effect.basis(sample, basis);
-      [&]<std::size_t... A>(std::index_sequence<A...>) {
-        ((sums[A] = sum_over<E, static_cast<Acts>(A)>(own.gains, basis)), ...);
+      static constexpr auto kActs = acts_of<E>();
+      [&]<std::size_t... I>(std::index_sequence<I...>) __attribute__((always_inline)) {
+        ((sums.template of<kActs[I]>() += own.gains[I] * basis[I]), ...);
       }
-      (std::make_index_sequence<std::tuple_size_v<Sums>>{});
+      (std::make_index_sequence<E::gain_count>{});
     }
     return sums;
   }
 
-  template <class E, Acts kActs>
-  static Real sum_of(const Sums& sums) {
-    static_assert(has<E>(kActs));
-    return sums[static_cast<std::size_t>(kActs)];
-  }
-
-  /// Gains times basis over the groups that act so, from left to right.
-  template <class E, Acts kActs>
-  [[gnu::always_inline]] static Real sum_over(const std::array<Real, E::gain_count>& gains,
-                                              const std::array<Real, E::gain_count>& basis) {
-    Real sum = Real(0);
-    bool first = true;
-    std::size_t i = 0;
-#pragma GCC unroll 4
-    for (const GainGroup& group : E::gains) {
-      const std::size_t end = i + static_cast<std::size_t>(group.count);
-#pragma GCC unroll 16
-      for (; i < end; ++i) {
-        if (group.acts != kActs) continue;
-        sum = first ? gains[i] * basis[i] : approx::multiply_add(gains[i], basis[i], sum);
-        first = false;
-      }
-    }
-    return sum;
-  }
-
-  /// Credits each total_scale effect with what its factor adds to the force before it.
-  [[gnu::always_inline]] void share_total_scale(Real before,
-                                                const std::array<Real, effect_count>& total_scale) {
+  /// The force times all the factors 1 + scale; each effect is credited with what its factor adds to the
+  /// force before it.
+  [[gnu::always_inline]] Real scale_total(Real force, const std::array<Real, effect_count>& scale) {
+    Real factor = Real(1);
+    Real before = force;
     for_each([&](auto& effect, auto& own, auto index) __attribute__((always_inline)) {
       using E = std::remove_reference_t<decltype(effect)>;
       if constexpr (has<E>(Acts::total_scale)) {
         if (kEveryEffect || own.enabled) {
-          const Real added = before * total_scale[index];
-          add<only_total_scale<E>()>(force_.by_effect_N[index], added);
+          factor *= Real(1) + scale[index];
+          const Real added = before * scale[index];
+          force_.by_effect_N[index] += added;
           before += added;
         }
       }
     });
+    return force * factor;
   }
 
-  // Inlined before anything else is looked at, so that what the visitor refers to stays in registers.
   template <class F>
   [[gnu::always_inline]] void for_each(F&& visit) {
     [&]<std::size_t... I>(std::index_sequence<I...>) __attribute__((always_inline)) {
@@ -258,12 +210,9 @@ class FrictionModel<Real, std::tuple<Effects...>> {
     (std::index_sequence_for<Effects...>{});
   }
 
-  // In reach of one base address, the first 1020 bytes: what every effect writes, its state, most gains (a
-  // tuple begins with its last element, the hysteresis and its unused stiffnesses come last).
   Force force_;
   std::tuple<Effects...> effects_;
   Parameters parameters_;
-  std::tuple<TableOf<Effects>...> tables_;  // last: large
 };
 
 }  // namespace slipstack

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <limits>
-
 #include "firmware/effects/approx.h"
 #include "firmware/effects/effect.h"
 
@@ -43,49 +41,39 @@ class PositionDependentPreload {
   }
   void reset(const Sample<Real>&) {}
   void basis(const Sample<Real>& sample, std::span<Real, gain_count> out) {
-    const auto [interval, t] = place_of(sample.position_m);
-    const Real s = Real(1) - t;
-    const Real t2 = t * t;
+    const auto [interval, splines] = splines_at(sample.position_m);
     for (Real& weight : out) weight = Real(0);
-    out[interval] = s * s * s * Real(1.0 / 6);
-    out[interval + 1] = Real(2.0 / 3) + t2 * (Real(0.5) * t - Real(1));
-    out[interval + 2] = Real(1.0 / 6) + Real(0.5) * (t + t2 - t2 * t);
-    out[interval + 3] = t2 * t * Real(1.0 / 6);
+    for (std::size_t i = 0; i < splines.size(); ++i) out[interval + i] = splines[i];
   }
 
-  /// The controller's form: the cubic of each interval, multiplied out beforehand.
-  using Table = std::array<std::array<Real, 4>, kPreloadMapIntervals>;
-  void prepare_weighted(const std::array<Real, gain_count>& map, Table& cubics) {
-    for (std::size_t i = 0; i < kIntervals; ++i) {
-      const Real w0 = map[i], w1 = map[i + 1], w2 = map[i + 2], w3 = map[i + 3];
-      cubics[i] = {(w0 + Real(4) * w1 + w2) * Real(1.0 / 6), (w2 - w0) * Real(0.5),
-                   (w0 - Real(2) * w1 + w2) * Real(0.5), (w3 - w0 + Real(3) * (w1 - w2)) * Real(1.0 / 6)};
-    }
-  }
-  Real weighted(const Sample<Real>& sample, const std::array<Real, gain_count>&, const Table& cubics) const {
-    // The end of the map is taken in its last interval, the least bit before its end.
-    constexpr Real kLast = static_cast<Real>(kIntervals) * (Real(1) - std::numeric_limits<Real>::epsilon());
-    const Real place = approx::clamp((sample.position_m - start_m_) * intervals_per_m_, Real(0), kLast);
-    const auto interval = static_cast<std::int32_t>(place);
-    const Real t = place - static_cast<Real>(interval);
-    const Real* const c = approx::one_address(cubics[static_cast<std::size_t>(interval)].data());
-    return approx::multiply_add(approx::multiply_add(approx::multiply_add(c[3], t, c[2]), t, c[1]), t, c[0]);
+  /// At any position four of the splines are not zero.
+  Real weighted(const Sample<Real>& sample, const std::array<Real, gain_count>& map) const {
+    const auto [interval, splines] = splines_at(sample.position_m);
+    Real sum = Real(0);
+    for (std::size_t i = 0; i < splines.size(); ++i) sum += map[interval + i] * splines[i];
+    return sum;
   }
 
  private:
   static constexpr std::size_t kIntervals = kPreloadMapIntervals;
-  struct Place {
+  struct Splines {
     std::size_t interval;
-    Real t;
+    std::array<Real, 4> value;
   };
 
-  /// The interval a position is in, beyond the map its first or last, and where in it, 0 to 1.
-  Place place_of(Real position_m) const {
+  /// The interval of a position, beyond the map its first or last one, and the splines that are not zero
+  /// there.
+  Splines splines_at(Real position_m) const {
     const Real place =
         approx::clamp((position_m - start_m_) * intervals_per_m_, Real(0), static_cast<Real>(kIntervals));
     const auto whole = static_cast<std::size_t>(static_cast<std::int32_t>(place));
     const std::size_t interval = whole < kIntervals ? whole : kIntervals - 1;
-    return {interval, place - static_cast<Real>(static_cast<std::int32_t>(interval))};
+    const Real t = place - static_cast<Real>(static_cast<std::int32_t>(interval));
+    const Real s = Real(1) - t;
+    const Real t2 = t * t;
+    return {interval,
+            {s * s * s * Real(1.0 / 6), Real(2.0 / 3) + t2 * (Real(0.5) * t - Real(1)),
+             Real(1.0 / 6) + Real(0.5) * (t + t2 - t2 * t), t2 * t * Real(1.0 / 6)}};
   }
 
   Real start_m_{};

@@ -18,6 +18,8 @@ inline constexpr int kIdentifiedElements = 32;
 /// stiffnesses. An element with slip distance 0 is unused and its basis is 0.
 template <class Real, int Elements = std::is_same_v<Real, float> ? kTargetElements : kIdentifiedElements>
 class PreslidingHysteresis {
+  static constexpr bool kPacked = std::is_same_v<Real, float> && Elements % 2 == 0;
+
  public:
   static constexpr EffectText text{
       .id = "presliding_hysteresis",
@@ -66,9 +68,7 @@ class PreslidingHysteresis {
 
   /// The controller's form: two elements in a word, displacement in counts. Slip distances beyond
   /// PackedMaxwellSlip::kLargestSlipDistance counts are cut there: choose the displacement unit accordingly.
-  using Table = NoTable;
-  void prepare_weighted(const std::array<Real, gain_count>& stiffness_N_per_m,
-                        NoTable&) requires(std::is_same_v<Real, float>&& Elements % 2 == 0) {
+  void prepare_weighted(const std::array<Real, gain_count>& stiffness_N_per_m) requires kPacked {
     std::array<std::int32_t, Elements> slip{};
     std::array<Real, Elements> stiffness{};
     for (std::size_t i = 0; i < Elements; ++i) {
@@ -78,18 +78,13 @@ class PreslidingHysteresis {
     // Refused are stiffnesses that are negative or not finite, which the bounds of `gains` exclude.
     static_cast<void>(packed_.set_elements(slip, stiffness));
   }
-  Real weighted(const Sample<Real>& sample, const std::array<Real, gain_count>&,
-                NoTable) requires(std::is_same_v<Real, float>&& Elements % 2 == 0) {
+  Real weighted(const Sample<Real>& sample, const std::array<Real, gain_count>&) requires kPacked {
     return packed_.step(sample.displacement);
   }
   /// Takes the loading state from another parameter set of the same axis, as far as the slip distances allow.
-  void carry_over(const PreslidingHysteresis& from) requires(std::is_same_v<Real, float>&& Elements % 2 ==
-                                                             0) {
-    packed_.carry_over(from.packed_);
-  }
+  void carry_over(const PreslidingHysteresis& from) requires kPacked { packed_.carry_over(from.packed_); }
 
  private:
-  static constexpr bool kPacked = std::is_same_v<Real, float> && Elements % 2 == 0;
   struct Nothing {};
   using Packed = PackedMaxwellSlip<static_cast<std::size_t>(Elements)>;
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "firmware/effects/approx.h"
-#include "firmware/effects/drag_table.h"
 #include "firmware/effects/effect.h"
 
 namespace slipstack {
@@ -40,19 +39,8 @@ class QuadraticDrag {
     out[0] = sample.velocity_mps * growth(approx::absolute(sample.velocity_mps));
   }
 
-  /// The controller reads gain and power from a table.
-  using Table = std::conditional_t<std::is_same_v<Real, float>, DragTable, NoTable>;
-  void prepare_weighted(const std::array<Real, gain_count>& drag,
-                        Table& table) requires std::is_same_v<Real, float> {
-    table.fill([&](Real speed_mps) { return drag[0] * growth(speed_mps); });
-  }
-  Real weighted(const Sample<Real>& sample, const std::array<Real, gain_count>&,
-                const Table& table) const requires std::is_same_v<Real, float> {
-    return sample.velocity_mps * table.at(approx::absolute(sample.velocity_mps));
-  }
-
  private:
-  /// The square is exact, and costs least.
+  // The square is exact without the power.
   Real growth(Real speed_mps) const {
     return above_one_ == Real(1) ? speed_mps : approx::power(speed_mps, above_one_);
   }

@@ -31,18 +31,25 @@ class Ripple {
   }
 
   /// The controller reads one period of the weighted sum from a table (ripple_table.h).
-  using Table = std::conditional_t<std::is_same_v<Real, float>, RippleTable, NoTable>;
-  void prepare_weighted(const std::array<Real, gain_count>& amplitudes,
-                        Table& table) const requires std::is_same_v<Real, float> {
-    table.fill([&](Real cycles) { return harmonic_sum(approx::sin_cos_of_cycles(cycles), amplitudes); });
+  void prepare_weighted(const std::array<Real, gain_count>& amplitudes) requires std::is_same_v<Real, float> {
+    table_.fill([&](Real cycles) {
+      std::array<Real, gain_count> waves;
+      harmonics(approx::sin_cos_of_cycles(cycles), std::span<Real, gain_count>(waves));
+      Real sum = Real(0);
+      for (std::size_t i = 0; i < waves.size(); ++i) sum += amplitudes[i] * waves[i];
+      return sum;
+    });
   }
-  Real weighted(const Sample<Real>& sample, const std::array<Real, gain_count>&,
-                const Table& table) const requires std::is_same_v<Real, float> {
-    return table.at(sample.position_m * inverse_pitch_per_m_);
+  Real weighted(const Sample<Real>& sample,
+                const std::array<Real, gain_count>&) const requires std::is_same_v<Real, float> {
+    return table_.at(sample.position_m * inverse_pitch_per_m_);
   }
 
  private:
+  struct NoTable {};
+
   Real inverse_pitch_per_m_{};
+  [[no_unique_address]] std::conditional_t<std::is_same_v<Real, float>, RippleTable, NoTable> table_;
 };
 
 }  // namespace slipstack

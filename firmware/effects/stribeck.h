@@ -39,6 +39,13 @@ class Stribeck {
   void prepare(std::span<const Real, shape_count> shape, const Scales<Real>&) {
     inverse_velocity_spm_ = Real(1) / shape[0];
     exponent_ = shape[1];
+    if constexpr (kFromTable) {
+      table_.fill(shape[0], exponent_, [this](Real speed_mps) {
+        std::array<Real, gain_count> out{};
+        basis({.velocity_mps = speed_mps}, out);
+        return out;
+      });
+    }
   }
   void reset(const Sample<Real>&) {}
   void basis(const Sample<Real>& sample, std::span<Real, gain_count> out) {
@@ -48,24 +55,24 @@ class Stribeck {
     out[1] = Real(1) / (Real(1) + u);
   }
 
-  /// The controller reads the same function from a table (speed_table.h).
-  using Table = std::conditional_t<std::is_same_v<Real, float>, SpeedTable, NoTable>;
-  void prepare_weighted(const std::array<Real, gain_count>& weakening,
-                        Table& table) requires std::is_same_v<Real, float> {
-    table.fill(Real(1) / inverse_velocity_spm_, exponent_, [&](Real speed_mps) {
-      std::array<Real, gain_count> out{};
-      basis({.velocity_mps = speed_mps}, out);
-      return weakening[0] * out[0] + weakening[1] * out[1];
-    });
+  /// The controller reads the basis from a table (speed_table.h): a power, an exponential and a division take
+  /// ten times the work.
+  std::array<Real, gain_count> tabulated(Real velocity_mps) const requires std::is_same_v<Real, float> {
+    return table_.at(velocity_mps);
   }
-  Real weighted(const Sample<Real>& sample, const std::array<Real, gain_count>&,
-                const Table& table) const requires std::is_same_v<Real, float> {
-    return table.at(sample.velocity_mps);
+  Real weighted(const Sample<Real>& sample,
+                const std::array<Real, gain_count>& weakening) const requires std::is_same_v<Real, float> {
+    const auto basis = tabulated(sample.velocity_mps);
+    return weakening[0] * basis[0] + weakening[1] * basis[1];
   }
 
  private:
+  static constexpr bool kFromTable = std::is_same_v<Real, float>;
+  struct NoTable {};
+
   Real inverse_velocity_spm_{};
   Real exponent_{};
+  [[no_unique_address]] std::conditional_t<kFromTable, SpeedTable, NoTable> table_;
 };
 
 }  // namespace slipstack

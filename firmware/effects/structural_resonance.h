@@ -57,9 +57,9 @@ class StructuralResonance {
   void basis(const Sample<Real>& sample, std::span<Real, gain_count> out) {
     const Real excess = spring_mps2_ - sample.acceleration_mps2;
     const Real rate = rate_mps2_;
-    const Real kept = approx::multiply_add(keep_, excess, sample.acceleration_mps2);
-    spring_mps2_ = approx::multiply_add(couple_, rate, kept);
-    rate_mps2_ = approx::multiply_subtract(couple_, excess, keep_rate_ * rate);
+    const Real kept = sample.acceleration_mps2 + keep_ * excess;
+    spring_mps2_ = kept + couple_ * rate;
+    rate_mps2_ = keep_rate_ * rate - couple_ * excess;
     out[0] = spring_mps2_;
     out[1] = rate_mps2_;
     out[2] = sample.acceleration_mps2;

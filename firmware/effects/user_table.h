@@ -6,7 +6,7 @@
 
 namespace slipstack {
 
-/// Points of the table: 32 intervals, a power of two, so that saturating a place keeps it inside.
+/// Points of the table, at the ends of 32 intervals.
 inline constexpr int kUserTablePoints = 33;
 
 /// Represents a user-defined effect on the controller, which evaluates no expressions: forces at evenly
@@ -49,59 +49,41 @@ class UserTable {
   }
   void reset(const Sample<Real>&) {}
   void basis(const Sample<Real>& sample, std::span<Real, gain_count> out) {
+    const auto [interval, before, after] = line_at(sample);
+    for (Real& weight : out) weight = Real(0);
+    out[interval] = before;
+    out[interval + 1] = after;
+  }
+
+  /// At any place two of the points act.
+  Real weighted(const Sample<Real>& sample, const std::array<Real, gain_count>& points) const {
+    const auto [interval, before, after] = line_at(sample);
+    return points[interval] * before + points[interval + 1] * after;
+  }
+
+ private:
+  static constexpr std::size_t kIntervals = kUserTablePoints - 1;
+  struct Line {
+    std::size_t interval;
+    Real before;  ///< weight of the point at the begin of the interval
+    Real after;   ///< and at its end
+  };
+
+  Line line_at(const Sample<Real>& sample) const {
     const Real raw = per_position_ * sample.position_m + per_velocity_ * sample.velocity_mps + offset_;
     const Real place = approx::clamp(raw, Real(0), static_cast<Real>(kIntervals));
     const auto whole = static_cast<std::size_t>(static_cast<std::int32_t>(place));
     const std::size_t interval = whole < kIntervals ? whole : kIntervals - 1;
     const Real t = place - static_cast<Real>(static_cast<std::int32_t>(interval));
     const Real factor = either_way_ + approx::clamp(sample.velocity_mps * per_reversal_, Real(-1), Real(1));
-    for (Real& weight : out) weight = Real(0);
-    out[interval] = (Real(1) - t) * factor;
-    out[interval + 1] = t * factor;
+    return {interval, (Real(1) - t) * factor, t * factor};
   }
-
-  /// The controller's form: the place in fixed point. Within rounding of the basis; a place is cut to 2^-18
-  /// of an interval, the direction to 2^-22.
-  using Table = NoTable;
-  void prepare_weighted(const std::array<Real, gain_count>&, NoTable&) requires std::is_same_v<Real, float> {
-    // Powers of two: they change no digit.
-    place_per_position_ = per_position_ * kSteps;
-    place_per_velocity_ = per_velocity_ * kSteps;
-    place_offset_ = offset_ * kSteps;
-    direction_per_velocity_ = per_reversal_ * kWays;
-    direction_offset_ = static_cast<std::int32_t>(either_way_ * kWays);
-  }
-  Real weighted(const Sample<Real>& sample, const std::array<Real, gain_count>& points,
-                NoTable) const requires std::is_same_v<Real, float> {
-    const float along = approx::multiply_add(place_per_position_, sample.position_m, place_offset_);
-    const std::uint32_t place = approx::saturated_unsigned<kPlaceBits>(
-        approx::multiply_add(place_per_velocity_, sample.velocity_mps, along));
-    const float* const point = approx::one_address(&points[place >> kRestBits]);
-    const float t = approx::from_fixed<kRestBits>(place & ((1U << kRestBits) - 1U));
-    const std::int32_t way =
-        approx::saturated_signed<kWayBits>(sample.velocity_mps * direction_per_velocity_) + direction_offset_;
-    return approx::multiply_add(point[1] - point[0], t, point[0]) * approx::from_fixed<kWayBits - 1>(way);
-  }
-
- private:
-  static constexpr std::size_t kIntervals = kUserTablePoints - 1;
-  static constexpr int kRestBits = 18;
-  static constexpr int kPlaceBits = kRestBits + 5;
-  static_assert(kIntervals == 1U << 5);
-  static constexpr int kWayBits = 23;
-  static constexpr float kSteps = static_cast<float>(1 << kRestBits);
-  static constexpr float kWays = static_cast<float>(1 << (kWayBits - 1));
 
   Real per_position_{};
   Real per_velocity_{};
   Real offset_{};
   Real per_reversal_{};
   Real either_way_{};
-  Real place_per_position_{};
-  Real place_per_velocity_{};
-  Real place_offset_{};
-  Real direction_per_velocity_{};
-  std::int32_t direction_offset_ = 0;
 };
 
 }  // namespace slipstack

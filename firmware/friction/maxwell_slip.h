@@ -21,8 +21,7 @@ namespace slipstack {
 // nothing drifts: with counts every z_i is exact for ever.
 //
 // The work of step() is the same for every input: N elements, used or not. Elements with Delta = 0 and k = 0
-// add nothing. 197 instructions for 10 elements in float on a Cortex-M4F (tests/budget/budget.csv);
-// PackedMaxwellSlip is the fast form of the same thing, this one is the reference.
+// add nothing. PackedMaxwellSlip is the fast form of the same thing, this one is the reference.
 //
 // Source: Lampaert, Swevers, Al-Bender, IEEE TAC 47(4) 2002 (Maxwell-slip in the Leuven model); EMRP SIB63.
 template <std::size_t N, std::floating_point Real = float, DisplacementType Displacement = Real>

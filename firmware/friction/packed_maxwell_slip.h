@@ -36,8 +36,8 @@ std::uint32_t advance(PackedRows<W>& rows, std::uint32_t turn, std::uint32_t bot
 
 #if defined(__ARM_FEATURE_SIMD32) && defined(__thumb2__) && defined(__OPTIMIZE__)
 // The same for the ten elements of the controller, with loads of several words at once, which the compiler
-// does not make: 22 instructions instead of 35. Bit for bit the portable form (tests/budget compares the
-// two).
+// does not make: without them the observer exceeds its budget. Bit for bit the portable form (tests/budget
+// compares the two).
 template <>
 inline std::uint32_t advance<5>(PackedRows<5>& rows, std::uint32_t turn, std::uint32_t both,
                                 std::uint32_t total) {
@@ -150,8 +150,7 @@ class PackedMaxwellSlip {
   }
 
   // Continues the motion of `from`, which has other parameters for the same axis: its position and direction,
-  // and its displacements as far as the slip distances of this one allow. About 60 instructions for 10
-  // elements.
+  // and its displacements as far as the slip distances of this one allow.
   void carry_over(const PackedMaxwellSlip& from) {
     position_ = from.position_;
     backward_ = from.backward_;

@@ -7,7 +7,6 @@
 #include <limits>
 #include <span>
 
-#include "firmware/friction/decay.h"
 #include "firmware/friction/displacement.h"
 
 // The virgin curve y(x): friction force against the distance moved since the unloaded state, x >= 0. Odd
@@ -15,7 +14,7 @@
 // in the workbench, encoder counts on the controller; slopes are then N/m or N/count.
 //
 // A curve that is concave, with y(0) = 0 and slope >= 0, is passive: it is a sum of Maxwell-slip elements
-// with positive stiffness. All three curves here are concave for parameters within their bounds.
+// with positive stiffness. Both curves here are concave for parameters within their bounds.
 namespace slipstack {
 
 template <class C>
@@ -54,24 +53,6 @@ struct RationalCurve {
     const Real ratio = length / moved;
     return Real(2) * height_N * ratio * ratio / moved;
   }
-};
-
-// y(x) = S0 (1 - e^(-x / l)): force S0 [N] far away, initial stiffness S0 / l.
-template <std::floating_point Real>
-struct ExponentialCurve {
-  using Value = Real;
-  Real height_N = Real(0);  // S0 >= 0
-  Real length = Real(1);    // l > 0, in the length unit of x
-
-  constexpr bool valid() const {
-    return is_finite(height_N) && is_finite(length) && height_N >= Real(0) && length > Real(0);
-  }
-
-  // Force in N at x >= 0.
-  constexpr Real force(Real x) const { return height_N * decay(x / length).gone; }
-
-  // Tangent stiffness at x >= 0, in N per length unit.
-  constexpr Real stiffness(Real x) const { return height_N / length * decay(x / length).remaining; }
 };
 
 // Straight lines through the origin and up to N knots (x_j, y_j), level after the last knot. Equal, with all

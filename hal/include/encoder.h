@@ -6,7 +6,7 @@
 
 namespace slipstack {
 
-/// What an encoder says once per tick.
+/// One reading of the encoder, once per tick.
 struct EncoderReading {
   std::int32_t counts = 0;    ///< absolute; may wrap modulo 2^32
   std::uint32_t latched = 0;  ///< Clock ticks at which the counts were taken

@@ -5,8 +5,8 @@
 
 namespace slipstack {
 
-/// What the lamp of the board tells. Patterns are those of the CiA 303-3 run and error lamps, drawn by the
-/// board.
+/// The states that the lamp of the board shows. Patterns are those of the CiA 303-3 run and error lamps,
+/// drawn by the board.
 enum class Indication : std::uint8_t { kStarting, kDisabled, kReady, kEnabled, kFault };
 
 /// One lamp, or more; used outside the tick.

@@ -5,22 +5,20 @@
 #include <cstdint>
 
 #include "hal/include/indicator.h"
-#include "hal/lockstep/drivers.h"
-#include "hal/lockstep/link_service.h"
 #include "hal/mps2/memory_flash.h"
 #include "hal/mps2/slcan.h"
 #include "hal/mps2/uart.h"
+#include "hal/plant_link/drivers.h"
 
-extern "C" void tick_handler();
 // Where the linker script puts what guest and host share: the begin of the PSRAM.
 extern "C" std::byte __psram_begin[];  // NOLINT(bugprone-reserved-identifier)
 
 namespace slipstack {
 
-/// The emulated board in lock-step with a plant on the host: each turn of the link is a tick, between two
-/// turns of the main loop (an exception would cost the emulator as much as the tick itself;
-/// tests/budget/soak.cpp ticks by SysTick). CAN is SLCAN on UART1; flash lies behind the link in the shared
-/// memory.
+/// The emulated board, whose encoder and motor are those of a plant that the host simulates: a tick for each
+/// turn that the host requests through the PlantLink, between two turns of the main loop. An exception would
+/// cost the emulator as much time as the tick itself; tests/budget/soak.cpp ticks by SysTick. CAN is SLCAN on
+/// UART1; the flash pages lie behind the link in the shared memory.
 class BoardOfImage {
  public:
   BoardOfImage()
@@ -29,15 +27,15 @@ class BoardOfImage {
         motor_(link_),
         clock_(link_),
         watchdog_(link_),
-        service_(link_),
         uart_(mps2::kUart1Address),
         can_(uart_),
         flash_(__psram_begin + PlantMemory::kFlashOffset) {}
 
-  lockstep::LinkEncoder& encoder() { return encoder_; }
-  lockstep::LinkMotor& motor_current() { return motor_; }
-  lockstep::LinkClock& clock() { return clock_; }
-  lockstep::LinkWatchdog& watchdog() { return watchdog_; }
+  PlantLink& link() { return link_; }
+  LinkEncoder& encoder() { return encoder_; }
+  LinkMotor& motor_current() { return motor_; }
+  LinkClock& clock() { return clock_; }
+  LinkWatchdog& watchdog() { return watchdog_; }
   CanPort& can() { return can_; }
   Nonvolatile& nonvolatile() { return flash_; }
   Indicator& indicator() { return indicator_; }
@@ -50,19 +48,13 @@ class BoardOfImage {
     return true;
   }
 
-  bool wait(Controller& controller, const TickTiming& timing) {
-    // Frames are served while the host thinks; a turn is not kept waiting by them.
-    for (int i = 0; link_.host_sequence == sequence_; ++i) {
-      if (i == kPolls) return true;
+  /// Until the host requests a turn, but not longer than the main loop may leave frames unserved. False: the
+  /// host ends the program.
+  bool wait() {
+    const std::uint32_t served = link_.guest_sequence;
+    for (int i = 0; i < kPolls; ++i) {
+      if (link_.host_sequence != served) return link_.control_word != PlantLink::kQuit;
     }
-    sequence_ = link_.host_sequence;
-    if (link_.control_word == PlantLink::kQuit) return false;
-    service_.take(controller);
-    clock_.turn();
-    tick_handler();
-    service_.publish(controller, timing);
-    asm volatile("dmb" ::: "memory");
-    link_.guest_sequence = sequence_;
     return true;
   }
   void begin_tick() {}
@@ -79,16 +71,14 @@ class BoardOfImage {
   };
 
   PlantLink& link_;
-  lockstep::LinkEncoder encoder_;
-  lockstep::LinkMotor motor_;
-  lockstep::LinkClock clock_;
-  lockstep::LinkWatchdog watchdog_;
-  lockstep::LinkService service_;
+  LinkEncoder encoder_;
+  LinkMotor motor_;
+  LinkClock clock_;
+  LinkWatchdog watchdog_;
   mps2::Uart uart_;
   mps2::SlcanPort<mps2::Uart> can_;
   mps2::MemoryFlash flash_;
   NoLamp indicator_;
-  std::uint32_t sequence_ = 0;
 };
 
 }  // namespace slipstack

@@ -7,7 +7,7 @@
 #include <cstring>
 
 #include "hal/include/nonvolatile.h"
-#include "hal/include/plant_link.h"
+#include "hal/plant_link/plant_link.h"
 
 namespace slipstack::mps2 {
 

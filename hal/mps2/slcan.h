@@ -46,7 +46,7 @@ class SlcanPort final : public CanPort {
     flush();
     const std::uint32_t highest = frame.extended ? 0x1FFFFFFFU : 0x7FFU;
     if (!open_ || frame.length > 8 || frame.id > highest || room() <= kLongestLine) return false;
-    if (!rates_agree()) return true;  // out on the wire, where nobody understands it
+    if (!rates_agree()) return true;  // out on the wire, where no other node can decode it
     put(letter_of(frame));
     put_hex(frame.id, frame.extended ? 8 : 3);
     put_hex(frame.length, 1);
@@ -196,23 +196,23 @@ class SlcanPort final : public CanPort {
         answer({});
         return true;
       case 'V':
-        return tell(text, {'V', '1', '0', '1', '3'});
+        return answer_with(text, {'V', '1', '0', '1', '3'});
       case 'N':
-        return tell(text, {'N', '0', '0', '0', '1'});
+        return answer_with(text, {'N', '0', '0', '0', '1'});
       case 'F':
-        return tell(text, {'F', '0', '0'});
+        return answer_with(text, {'F', '0', '0'});
       default:
         return false;
     }
   }
   template <std::size_t N>
-  bool tell(std::span<const char> text, const char (&words)[N]) {
+  bool answer_with(std::span<const char> text, const char (&words)[N]) {
     if (text.size() != 1) return false;
     answer(words);
     return true;
   }
 
-  // An answer for which there is no room is dropped: whoever does not listen does not miss it.
+  // An answer for which there is no room is dropped: the host does not read its terminal then.
   void answer(std::span<const char> text) {
     if (room() < text.size() + 1) return;
     for (const char c : text) put(c);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "firmware/control/tick.h"
 #include "hal/stm32g474/board.h"
 
 namespace slipstack {
@@ -13,7 +12,7 @@ class BoardOfImage : public stm32g474::Board<stm32g474::DriveKind::kDac> {
 
   std::uint32_t tick_period() const { return stm32g474::kCore_Hz / kSetup.tick_rate_Hz; }
   bool start() { return Board::start({}) == stm32g474::BoardFault::kNone; }
-  bool wait(Controller&, const TickTiming&) {
+  bool wait() {
     // Until the next interrupt: the tick's at the latest.
     asm volatile("wfi");
     return true;

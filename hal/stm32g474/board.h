@@ -99,7 +99,7 @@ class Board {
         tick_timer_(hardware<Timer>(kTIM6_BASE)),
         uart_(hardware<Usart>(kUSART2_BASE)),
         watchdog_(hardware<Iwdg>(kIWDG_BASE)) {
-    // Here and not in start(): whoever is constructed after the board may ask.
+    // Here and not in start(): objects that are constructed after the board may ask.
     watchdog_.note_last_reset(take_reset_cause(hardware<Rcc>(kRCC_BASE)) == ResetCause::kWatchdog);
   }
 

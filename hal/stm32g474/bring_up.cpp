@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Shows that a board is alive, with the motor off: blinks, ticks, counts the encoder, measures the current,
-// sends a CANopen heartbeat, and tells about it once a second on the ST-LINK's serial port (115200 baud).
+// sends a CANopen heartbeat, and reports once a second on the ST-LINK's serial port (115200 baud).
 #include <cstdint>
 #include <string_view>
 
@@ -99,12 +99,12 @@ int main() {
   board.uart().write(board.watchdog().caused_last_reset() ? "slipstack: reset by the watchdog\r\n"
                                                           : "slipstack\r\n");
   board.indicator().show(Indication::kReady);
-  std::uint32_t told = 0;
+  std::uint32_t reported = 0;
   for (;;) {
     CanFrame received;
     while (board.can().receive(received)) static_cast<void>(board.can().send(received));
-    if (board.tick_timer().timing().ticks - told >= kSetup.tick_rate_Hz) {
-      told += kSetup.tick_rate_Hz;
+    if (board.tick_timer().timing().ticks - reported >= kSetup.tick_rate_Hz) {
+      reported += kSetup.tick_rate_Hz;
       send_heartbeat();
       tell_state();
     }

@@ -50,7 +50,7 @@ class Can final : public CanPort {
   // Sets the port up and joins the bus. Without filters, every data frame with an 11-bit identifier is
   // received, into FIFO 0; with filters, only what they accept. Frames with 29-bit identifiers and remote
   // requests are not: CANopen needs neither. The clock of the FDCAN must be running, and not above the bus
-  // clock; told, the bit rate can be changed later.
+  // clock; where it is given, the bit rate can be changed later.
   [[nodiscard]] CanFault start(const CanBitTiming& timing, std::span<const CanFilter> filters,
                                std::uint32_t clock_Hz = 0) {
     if (!timing.valid()) return CanFault::kBadTiming;
@@ -77,7 +77,7 @@ class Can final : public CanPort {
   bool offers_bit_rate(std::uint32_t bits_per_s) const override {
     return bits_per_s <= 1'000'000 && clock_Hz_ != 0 && plan_can_timing(clock_Hz_, bits_per_s).valid();
   }
-  // What has been received stays; filters and interrupts too. About 40 000 instructions, waiting apart.
+  // What has been received stays; filters and interrupts too.
   bool set_bit_rate(std::uint32_t bits_per_s) override {
     if (!offers_bit_rate(bits_per_s)) return false;
     const CanBitTiming timing = plan_can_timing(clock_Hz_, bits_per_s);
@@ -128,7 +128,7 @@ class Can final : public CanPort {
       status.state = CanBusState::kWarning;
     }
     status.transmit_errors = static_cast<std::uint16_t>(kFDCAN_ECR_TEC.read(counters));
-    // REC stops at 127; RP says that it has passed it.
+    // REC stops at 127; RP is set beyond that.
     const bool passive = (counters & kFDCAN_ECR_RP.mask) != 0;
     status.receive_errors = static_cast<std::uint16_t>(passive ? 128U : kFDCAN_ECR_REC.read(counters));
     status.frames_lost = frames_lost_.load(std::memory_order_relaxed);
@@ -144,7 +144,7 @@ class Can final : public CanPort {
     ++recoveries_;
   }
 
-  // Fetches what has come in. At most the six frames that the FIFOs hold, some 60 instructions each.
+  // Fetches what has come in. At most the six frames that the FIFOs hold.
   void on_interrupt() {
     const std::uint32_t flags = can_.ir;
     can_.ir = flags;  // before the FIFOs are read: a frame that comes in meanwhile raises the flag again
@@ -238,7 +238,7 @@ class Can final : public CanPort {
   CanRing<kReceiveFrames> received_;
   std::atomic<std::uint32_t> frames_lost_{0};
   std::atomic<std::uint32_t> bus_offs_{0};
-  std::uint32_t clock_Hz_ = 0;  // 0: not told
+  std::uint32_t clock_Hz_ = 0;  // 0: not given
   std::uint32_t recoveries_ = 0;
   std::uint32_t sends_put_off_ = 0;
   std::uint32_t frames_refused_ = 0;

@@ -18,7 +18,7 @@ struct CurrentScale {
   std::uint32_t lowest_code;
   std::uint32_t highest_code;
 
-  // What is not a number becomes zero current. About 12 instructions, the same for every value.
+  // What is not a number becomes zero current.
   constexpr std::uint32_t to_code(float current_A) const {
     const float number_A = current_A == current_A ? current_A : 0.0F;
     const float lowest = static_cast<float>(lowest_code);

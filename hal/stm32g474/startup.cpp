@@ -40,7 +40,7 @@ __attribute__((used)) void nmi_handler() {
   if (!on_flash_nmi(hardware<Flash>(kFLASH_BASE), careful_read)) fault_handler();
 }
 
-// Replaced by the application. An interrupt that nobody handles is a fault.
+// Replaced by the application. An interrupt without a handler is a fault.
 __attribute__((weak, used)) void lamp_handler() {
   fault_handler();
 }

@@ -128,7 +128,7 @@ class IndependentWatchdog {
  public:
   explicit IndependentWatchdog(IwdgBlock& iwdg) : iwdg_(iwdg) {}
 
-  // What the reset controller told at start-up (take_reset_cause).
+  // The cause of the last reset, read at start-up (take_reset_cause).
   void note_last_reset(bool by_watchdog) { caused_last_reset_ = by_watchdog; }
 
   // False when the plan is not valid (nothing was started) or the watchdog does not take its settings over:

@@ -9,7 +9,7 @@
 #include <span>
 #include <string>
 
-#include "hal/include/plant_link.h"
+#include "hal/plant_link/plant_link.h"
 #include "sim_host/loop/lockstep_board.h"
 
 namespace slipstack::sim {

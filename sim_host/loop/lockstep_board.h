@@ -4,7 +4,7 @@
 
 #include <stdexcept>
 
-#include "hal/include/plant_link.h"
+#include "hal/plant_link/plant_link.h"
 
 namespace slipstack::sim {
 

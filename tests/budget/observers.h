@@ -28,13 +28,11 @@ inline constexpr std::array<std::int32_t, 10> kSlipDistance = {1, 2, 3, 5, 8, 13
 inline constexpr std::array<float, 10> kStiffness = {0.31F,  0.57F,  0.43F,  0.29F,  0.17F,
                                                      0.083F, 0.047F, 0.029F, 0.011F, 0.0037F};
 inline constexpr RationalCurve<float> kRational{15.0F, 12.0F};
-inline constexpr ExponentialCurve<float> kExponential{15.0F, 9.0F};
 
 inline MaxwellSlip<10, float, std::int32_t> maxwell_slip;
 inline PackedMaxwellSlip<10> packed_maxwell_slip;
 inline PackedMaxwellSlip<6> packed_maxwell_slip_6;
 inline MemoryStack<RationalCurve<float>, 16, std::int32_t> memory_stack{kRational};
-inline MemoryStack<ExponentialCurve<float>, 16, std::int32_t> exponential_stack{kExponential};
 inline MemoryStack<PiecewiseLinearCurve<10, float>, 16, std::int32_t> piecewise_stack{{}};
 inline RationalMemoryStack<16> rational_memory_stack{kRational};
 
@@ -66,7 +64,6 @@ inline constexpr std::array kObservers = {
     Observer{"packed_maxwell_slip_10", kReset<packed_maxwell_slip>, step<packed_maxwell_slip>},
     Observer{"packed_maxwell_slip_6", kReset<packed_maxwell_slip_6>, step<packed_maxwell_slip_6>},
     Observer{"memory_stack_rational_16", kReset<memory_stack>, step<memory_stack>},
-    Observer{"memory_stack_exponential_16", kReset<exponential_stack>, step<exponential_stack>},
     Observer{"memory_stack_piecewise_16", kReset<piecewise_stack>, step<piecewise_stack>},
     Observer{"rational_memory_stack_16", kReset<rational_memory_stack>, step<rational_memory_stack>},
     Observer{"friction_model_all_effects", reset_friction_model, step_friction_model, move_friction_model},

@@ -42,7 +42,6 @@ struct Stages {
   ReferencePoint point;
   FeedForward feedforward;
   Feedback feedback;
-  float error_m = 0.0F;
   std::uint32_t ticks = 0;
   FaultMonitor monitor;
   StateMachine machine;
@@ -80,7 +79,7 @@ inline void fill_reference(std::int32_t x) {
   }
 }
 [[gnu::noinline]] inline float step_reference(std::int32_t) {
-  stages.reference.next(stages.point, stages.braking);
+  stages.point = stages.reference.next(stages.braking);
   return stages.point.velocity;
 }
 
@@ -96,8 +95,9 @@ inline void move_feedforward(std::int32_t x) {
 
 // Both notches are in it.
 [[gnu::noinline]] inline float step_feedback(std::int32_t) {
+  const float error_m = Feedback::error_m(stages.feedback_gains, stages.point, stages.estimate);
   const float force_N =
-      stages.feedback.step(stages.feedback_gains, stages.point, stages.estimate, stages.error_m);
+      stages.feedback.step(stages.feedback_gains, stages.point, error_m, stages.estimate.velocity_mps());
   stages.feedback.integrate(stages.feedback_gains, 0.9F * force_N, force_N);
   return force_N;
 }
@@ -110,9 +110,7 @@ inline void move_feedforward(std::int32_t x) {
 [[gnu::noinline]] inline float step_machine(std::int32_t x) {
   const auto control = static_cast<std::uint16_t>(x);
   const Fault fault = x % 97 == 0 ? Fault::kTickOverrun : Fault::kNone;
-  if (!stages.machine.goes_on(control, fault)) {
-    stages.machine.step(control, fault, true, x % 3 == 0, stages.stop_timeout_ticks);
-  }
+  stages.machine.step(control, fault, true, x % 3 == 0, stages.stop_timeout_ticks);
   return static_cast<float>(stages.machine.state());
 }
 

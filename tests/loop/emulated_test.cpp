@@ -15,7 +15,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "hal/lockstep/link_service.h"
+#include "firmware/app/lockstep/link_service.h"
 #include "sim_host/loop/emulated_board.h"
 #include "tests/loop/axis_loop.h"
 

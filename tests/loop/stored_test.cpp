@@ -15,8 +15,8 @@
 #include <string>
 #include <vector>
 
+#include "firmware/app/lockstep/link_service.h"
 #include "firmware/control/state_machine.h"
-#include "hal/lockstep/link_service.h"
 #include "sim_host/loop/emulated_board.h"
 
 namespace slipstack::loop {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "firmware/app/heartbeat_node.h"
+#include "firmware/app/lockstep/linked_application.h"
 #include "firmware/effects/catalogue.h"
 #include "hal/host/link_board.h"
 #include "sim_host/log/draw.h"
@@ -33,15 +34,18 @@ constexpr double kTick_s = 1e-4;
 /// The controller in this process.
 class HostBoard final : public sim::LockstepBoard {
  public:
-  PlantLink& link() override { return application_.link(); }
+  HostBoard() { application_.start(); }
+  PlantLink& link() override { return board_.link(); }
   void tick() override {
     link().host_sequence = link().host_sequence + 1;
-    application_.tick();
+    application_.serve();
+    application_.turn();
   }
 
  private:
+  host::LinkBoard board_;
   HeartbeatNode node_{127};
-  host::LinkedApplication<HeartbeatNode> application_{node_};
+  lockstep::LinkedApplication<host::LinkBoard, HeartbeatNode> application_{board_, node_};
 };
 
 void check(const LoopRequest& request) {

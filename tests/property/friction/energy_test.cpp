@@ -13,6 +13,7 @@
 #include "firmware/friction/packed_maxwell_slip.h"
 #include "firmware/friction/rational_memory_stack.h"
 #include "tests/property/friction/motion.h"
+#include "tests/property/friction/oracles.h"
 
 namespace slipstack::test {
 namespace {

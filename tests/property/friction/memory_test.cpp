@@ -11,6 +11,7 @@
 #include "firmware/friction/maxwell_slip.h"
 #include "firmware/friction/memory_stack.h"
 #include "tests/property/friction/motion.h"
+#include "tests/property/friction/oracles.h"
 
 namespace slipstack::test {
 namespace {

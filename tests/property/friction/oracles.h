@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -9,6 +11,17 @@
 // Slow models of hysteresis that share neither code nor method with the core: no stack, no play or stop
 // operator.
 namespace slipstack::test {
+
+// y(x) = S0 (1 - e^(-x / l)), a concave curve that the core does not have: MemoryStack takes any.
+template <std::floating_point Real>
+struct ExponentialCurve {
+  using Value = Real;
+  Real height_N;
+  Real length;
+
+  Real force(Real x) const { return -height_N * std::expm1(-x / length); }
+  Real stiffness(Real x) const { return height_N / length * std::exp(-x / length); }
+};
 
 // Force by Rules I and II from the whole history of positions, searched again at every step for its dominant
 // extrema: the farthest excursion ever, the farthest one the other way since then, and so on to the present

@@ -108,7 +108,7 @@ TEST(CurrentLimit, HoldsMagnitudeAndRateAndSaysWhich) {
 // Least squares in closed form: what was believed before, worth 1 / P, fades by the forgetting; each tick
 // adds dry^2.
 TEST(LevelAdaptation, IsTheLeastSquaresEstimateWithForgetting) {
-  const auto bounds = LevelAdaptation::bounds(0.5F, 1.5F, 0.5F, kTick_s / LevelAdaptation::kEvery);
+  const auto bounds = LevelAdaptation::bounds(0.5F, 1.5F, 0.5F, kTick_s);
   LevelAdaptation adaptation;
   const double forgetting = 1.0 - 1e-4 / 0.5;
   double believed = 1.0 / static_cast<double>(adaptation.variance_per_N2());

@@ -28,18 +28,10 @@ std::array<Real, E::gain_count> random_gains(Draw& draw) {
 /// What the short form may lose, for each unit of gain: rounding, or what the tables say of themselves.
 template <class E>
 constexpr double kLoss = 4e-7;
-/// The place is rounded, where the cubic is six times as steep.
-template <class R>
-constexpr double kLoss<CableChainStiffness<R>> = 8e-7;
 template <class R>
 constexpr double kLoss<Stribeck<R>> = 4.9e-4;
 template <class R>
 constexpr double kLoss<FrictionalLag<R>> = 4.9e-4;
-/// Of the square of a velocity below 1 m/s.
-template <class R>
-constexpr double kLoss<QuadraticDrag<R>> = 6e-3;
-template <class R>
-constexpr double kLoss<Drift<R>> = 1.8e-5;
 template <class R>
 constexpr double kLoss<ForceRipple<R>> = 5e-4;
 template <class R>
@@ -62,8 +54,7 @@ TEST(Weighted, AgreesWithTheBasis) {
         const Scales<float> scales{.tick_s = 1e-4F, .metres_per_displacement = 1e-7F};
         basis_form.prepare(shapes, scales);
         short_form.prepare(shapes, scales);
-        TableOf<E> table;
-        short_form.prepare_weighted(gains, table);
+        if constexpr (PreparesGains<E, float>) short_form.prepare_weighted(gains);
         const auto motion = test::random_motion(seed, 500);
         basis_form.reset(test::on_target(motion[0]));
         short_form.reset(test::on_target(motion[0]));
@@ -77,7 +68,7 @@ TEST(Weighted, AgreesWithTheBasis) {
             sum += part;
             size += std::abs(static_cast<double>(gains[g]));
           }
-          const float is = short_form.weighted(test::on_target(sample), gains, table);
+          const float is = short_form.weighted(test::on_target(sample), gains);
           worst = std::max(worst, std::abs(static_cast<double>(is) - sum) / size);
         }
       }
@@ -110,8 +101,7 @@ TEST(Weighted, PackedHysteresisKeepsStiffnessToSixteenBits) {
     Effect short_form;
     basis_form.prepare(test::as<float>(slip_m), scales);
     short_form.prepare(test::as<float>(slip_m), scales);
-    TableOf<Effect> table;
-    short_form.prepare_weighted(stiffness, table);
+    short_form.prepare_weighted(stiffness);
     basis_form.reset({.displacement = 5});
     short_form.reset({.displacement = 5});
     const double half_bit =
@@ -129,7 +119,7 @@ TEST(Weighted, PackedHysteresisKeepsStiffnessToSixteenBits) {
         sum_N += static_cast<double>(stiffness[i]) * static_cast<double>(basis[i]);
       }
       const double error_N =
-          std::abs(static_cast<double>(short_form.weighted({.displacement = x}, stiffness, table)) - sum_N);
+          std::abs(static_cast<double>(short_form.weighted({.displacement = x}, stiffness)) - sum_N);
       ASSERT_LE(error_N, allowed_N) << seed << ' ' << k;
       closest = std::max(closest, error_N / allowed_N);
     }

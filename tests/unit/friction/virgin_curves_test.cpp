@@ -7,54 +7,11 @@
 #include <cmath>
 #include <limits>
 
-#include "firmware/friction/decay.h"
-
 namespace slipstack {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-template <class Real>
-void expect_decay_accurate(double largest, double least_epsilons, double most_epsilons) {
-  const double epsilon = static_cast<double>(std::numeric_limits<Real>::epsilon());
-  double worst = 0;
-  for (double exact = 1e-12; exact < largest; exact *= 1.0007) {
-    const auto u = static_cast<Real>(exact);
-    const Decay<Real> found = decay(u);
-    const long double remaining = std::exp(-static_cast<long double>(u));
-    const long double gone = -std::expm1(-static_cast<long double>(u));
-    const long double off_remaining = std::abs(static_cast<long double>(found.remaining) / remaining - 1);
-    const long double off_gone = std::abs(static_cast<long double>(found.gone) / gone - 1);
-    worst = std::max(worst, static_cast<double>(std::max(off_remaining, off_gone)));
-  }
-  EXPECT_LT(worst, most_epsilons * epsilon);
-  EXPECT_GT(worst, least_epsilons * epsilon);
-}
-
-TEST(Decay, IsAccurate) {
-  expect_decay_accurate<double>(690.0, 0.5, 1.5);
-  expect_decay_accurate<float>(86.0, 0.5, 0.9);
-}
-
-TEST(Decay, HoldsAtTheEnds) {
-  EXPECT_EQ(decay(0.0).gone, 0.0);
-  EXPECT_EQ(decay(0.0).remaining, 1.0);
-  EXPECT_EQ(decay(1e9F).gone, 1.0F);
-  EXPECT_EQ(decay(kInfinity).gone, 1.0);
-  EXPECT_GT(decay(1e30).remaining, 0.0);
-  // A NaN must not turn into an index or a shift out of range.
-  EXPECT_EQ(decay(kNan).gone, 1.0);
-}
-
-TEST(Decay, NeverFallsBack) {
-  float before = -1.0F;
-  for (float u = 0.0F; u < 20.0F; u += 0.00037F) {
-    const float gone = decay(u).gone;
-    ASSERT_GE(gone, before) << u;
-    before = gone;
-  }
-}
 
 // y(0) = 0, stiffness = dy/dx by central difference, slope falling (passive), saturation at `height`.
 template <class Curve>
@@ -83,21 +40,14 @@ TEST(RationalCurve, HasItsShape) {
   EXPECT_NEAR(kCurve.force(x) / (2.5 * x), 1.0, 1e-12);
 }
 
-TEST(ExponentialCurve, HasItsShape) {
-  constexpr ExponentialCurve<double> kCurve{4.75, 20.0};
-  expect_virgin_curve(kCurve, 100.0, 4.75);
-  EXPECT_DOUBLE_EQ(kCurve.stiffness(0.0), 4.75 / 20.0);
-  EXPECT_NEAR(kCurve.force(20.0), 4.75 * (1 - std::exp(-1.0)), 1e-14);
-}
-
 TEST(VirginCurves, SayWhenTheirParametersAreUseless) {
   EXPECT_TRUE((RationalCurve<double>{0.0, 1.0}.valid()));
   EXPECT_FALSE((RationalCurve<double>{-1.0, 1.0}.valid()));
   EXPECT_FALSE((RationalCurve<double>{1.0, 0.0}.valid()));
   EXPECT_FALSE((RationalCurve<double>{kNan, 1.0}.valid()));
-  EXPECT_FALSE((ExponentialCurve<double>{1.0, kInfinity}.valid()));
-  EXPECT_FALSE((ExponentialCurve<double>{1.0, -2.0}.valid()));
-  EXPECT_TRUE((ExponentialCurve<double>{1.0, 2.0}.valid()));
+  EXPECT_FALSE((RationalCurve<double>{1.0, kInfinity}.valid()));
+  EXPECT_FALSE((RationalCurve<double>{1.0, -2.0}.valid()));
+  EXPECT_TRUE((RationalCurve<double>{1.0, 2.0}.valid()));
 }
 
 TEST(PiecewiseLinearCurve, GoesThroughItsKnots) {

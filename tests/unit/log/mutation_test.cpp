@@ -1,21 +1,57 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <fstream>
 #include <iterator>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "tests/unit/log/log_support.h"
 #include "tests/unit/log/mat_builder.h"
-#include "tests/unit/log/mutate.h"
+#include "tests/unit/mutator.h"
 
 namespace slipstack::workbench::test {
 namespace {
 
+using slipstack::test::Mutator;
+
 constexpr const char* kSource = "log.csv";
+
+// Tokens that a reader of logs may fail on.
+constexpr std::array<std::string_view, 30> kTokens{",",
+                                                   "\n",
+                                                   "\r\n",
+                                                   "\r",
+                                                   "#",
+                                                   "# ",
+                                                   ":",
+                                                   "\"",
+                                                   "\t",
+                                                   " ",
+                                                   "-",
+                                                   "+",
+                                                   ".",
+                                                   "e",
+                                                   "nan",
+                                                   "inf",
+                                                   "1e400",
+                                                   "-1e308",
+                                                   "1e-400",
+                                                   "0",
+                                                   "9999999999999999999999",
+                                                   "0x1",
+                                                   "# mass_kg: 1\n",
+                                                   "# sampling: irregular\n",
+                                                   "\xEF\xBB\xBF",
+                                                   "\xFF\xFE",
+                                                   ",,",
+                                                   "time_s",
+                                                   "position_counts",
+                                                   "# encoder_resolution_m: 1e-6\n"};
 
 std::vector<std::string> corpus() {
   std::string counts =
@@ -36,7 +72,7 @@ std::vector<std::string> corpus() {
 TEST(Mutation, CsvGivesALogOrOneLine) {
   const std::vector<std::string> texts = corpus();
   for (const std::string& text : texts) ASSERT_EQ(refusal(text), "");
-  Mutator mutator(20240611);
+  Mutator mutator(20240611, kTokens);
   int read = 0;
   int refused = 0;
   for (int i = 0; i < 40'000; ++i) {

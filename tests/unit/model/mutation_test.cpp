@@ -3,113 +3,56 @@
 
 #include <array>
 #include <cmath>
+#include <random>
 #include <string>
 #include <string_view>
 
 #include "tests/unit/model/model_support.h"
+#include "tests/unit/mutator.h"
 #include "workbench/model/effects/effect_registry.h"
 
 namespace slipstack::workbench::test {
 namespace {
 
-/// Damages a model file the way editors and merges do: bytes, lines, numbers and words of TOML.
-class Mutator {
- public:
-  explicit Mutator(std::uint64_t seed) : random_(seed) {}
+using slipstack::test::Mutator;
 
-  std::string mutated(std::string text) {
-    const std::size_t rounds = 1 + below(3);
-    for (std::size_t i = 0; i < rounds; ++i) mutate_once(text);
-    return text;
-  }
-
- private:
-  static constexpr std::array<std::string_view, 36> kTokens{"\n",
-                                                            "\r\n",
-                                                            "=",
-                                                            "[",
-                                                            "]",
-                                                            "[[",
-                                                            "]]",
-                                                            "[[effect]]\n",
-                                                            "[target]\n",
-                                                            "\"",
-                                                            "'",
-                                                            "\"\"\"",
-                                                            "#",
-                                                            ".",
-                                                            ",",
-                                                            "nan",
-                                                            "inf",
-                                                            "-inf",
-                                                            "1e999",
-                                                            "-1e30",
-                                                            "0x1F",
-                                                            "1979-05-27",
-                                                            "true",
-                                                            "{}",
-                                                            "[]",
-                                                            "\\n",
-                                                            "\\u0000",
-                                                            "\xFF",
-                                                            "\xC0",
-                                                            "\xEF\xBB\xBF",
-                                                            "id = ",
-                                                            "value = ",
-                                                            "gain = []\n",
-                                                            "\t",
-                                                            "99999999999999999999",
-                                                            "\"drift\""};
-
-  std::size_t below(std::size_t limit) { return limit == 0 ? 0 : random_() % limit; }
-
-  void mutate_once(std::string& text) {
-    const std::size_t at = below(text.size() + 1);
-    switch (below(9)) {
-      case 0:
-        if (at < text.size()) text[at] = static_cast<char>(text[at] ^ (1 << below(8)));
-        break;
-      case 1:
-        text.insert(at, 1, static_cast<char>(below(256)));
-        break;
-      case 2:
-        text.erase(at, 1 + below(below(6) == 0 ? text.size() : 10));
-        break;
-      case 3:
-        text.insert(at, kTokens[below(kTokens.size())]);
-        break;
-      case 4:
-        move_line(text, true);
-        break;
-      case 5:
-        move_line(text, false);
-        break;
-      case 6:
-        text.resize(at);
-        break;
-      default:
-        change_number(text);
-        break;
-    }
-  }
-
-  void move_line(std::string& text, bool keep) {
-    const std::size_t begin = text.rfind('\n', below(text.size() + 1));
-    if (begin == std::string::npos) return;
-    const std::size_t end = text.find('\n', begin + 1);
-    const std::string line = text.substr(begin, end == std::string::npos ? end : end - begin);
-    if (!keep) text.erase(begin, line.size());
-    const std::size_t to = text.rfind('\n', below(text.size() + 1));
-    text.insert(to == std::string::npos ? 0 : to, line);
-  }
-
-  void change_number(std::string& text) {
-    const std::size_t digit = text.find_first_of("0123456789", below(text.size() + 1));
-    if (digit != std::string::npos) text[digit] = below(8) == 0 ? '-' : static_cast<char>('0' + below(10));
-  }
-
-  std::mt19937_64 random_;
-};
+// Tokens that a reader of TOML or of a model may fail on.
+constexpr std::array<std::string_view, 36> kTokens{"\n",
+                                                   "\r\n",
+                                                   "=",
+                                                   "[",
+                                                   "]",
+                                                   "[[",
+                                                   "]]",
+                                                   "[[effect]]\n",
+                                                   "[target]\n",
+                                                   "\"",
+                                                   "'",
+                                                   "\"\"\"",
+                                                   "#",
+                                                   ".",
+                                                   ",",
+                                                   "nan",
+                                                   "inf",
+                                                   "-inf",
+                                                   "1e999",
+                                                   "-1e30",
+                                                   "0x1F",
+                                                   "1979-05-27",
+                                                   "true",
+                                                   "{}",
+                                                   "[]",
+                                                   "\\n",
+                                                   "\\u0000",
+                                                   "\xFF",
+                                                   "\xC0",
+                                                   "\xEF\xBB\xBF",
+                                                   "id = ",
+                                                   "value = ",
+                                                   "gain = []\n",
+                                                   "\t",
+                                                   "99999999999999999999",
+                                                   "\"drift\""};
 
 /// The violated invariant of a model on which the rest of the program relies; empty where all hold.
 std::string broken_promise(const Model& model) {
@@ -166,7 +109,7 @@ TEST(ModelMutation, GivesAModelOrOneLine) {
   unhashed.erase(hash, unhashed.find('\n', hash) - hash);
   ASSERT_EQ(refusal(file.write(unhashed)), "");
 
-  Mutator mutator(20240612);
+  Mutator mutator(20240612, kTokens);
   const std::string path = file.path().string();
   int read = 0;
   int refused = 0;

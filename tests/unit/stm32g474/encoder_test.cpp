@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <limits>
-#include <random>
 
 #include "tests/unit/stm32g474/simulated_word.h"
 
@@ -114,49 +113,6 @@ TEST(QuadratureEncoder, HoldsTheCountOfTheIndex) {
   EXPECT_EQ(timer.encoder.missed_marks(), 1U);
   EXPECT_FALSE(timer.encoder.take_index(counts));
   EXPECT_EQ(timer.registers.sr.value & kTIM_SR_CC3OF.mask, 0U);
-}
-
-// Property: the extended count is the sum of all steps, over many wraps both ways.
-TEST(CountExtender, FollowsAnyMotionOfLessThanHalfTheRange) {
-  std::mt19937_64 random(474);
-  std::uniform_int_distribution<std::int32_t> step(std::numeric_limits<std::int32_t>::min() + 1,
-                                                   std::numeric_limits<std::int32_t>::max());
-  std::int64_t truth = -77;
-  CountExtender extender(-77);
-  int wraps = 0;
-  for (int i = 0; i < 100'000; ++i) {
-    const std::int64_t before = truth;
-    truth += step(random);
-    if ((before >> 32) != (truth >> 32)) ++wraps;
-    ASSERT_EQ(extender.update(static_cast<std::int32_t>(static_cast<std::uint32_t>(truth))), truth);
-  }
-  EXPECT_GT(wraps, 1000);
-}
-
-TEST(IndexCheck, AcceptsMarksWithinTheirTolerance) {
-  IndexCheck one_mark(0, 2);
-  EXPECT_FALSE(one_mark.referenced());
-  EXPECT_TRUE(one_mark.accept(1000));
-  EXPECT_EQ(one_mark.reference_counts(), 1000);
-  EXPECT_TRUE(one_mark.accept(1002));
-  EXPECT_TRUE(one_mark.accept(998));
-  EXPECT_FALSE(one_mark.accept(1003));
-  EXPECT_FALSE(one_mark.accept(997));
-  EXPECT_FALSE(one_mark.accept(11'000));
-  EXPECT_EQ(one_mark.slips(), 3U);
-}
-
-TEST(IndexCheck, KnowsMarksAtAFixedDistanceOnBothSidesAndAcrossTheWrap) {
-  constexpr std::int32_t kReference = std::numeric_limits<std::int32_t>::max() - 5'000;
-  IndexCheck marks(20'000, 1);
-  ASSERT_TRUE(marks.accept(kReference));
-  for (std::int64_t n = -50; n <= 50; ++n) {
-    for (std::int64_t off = -3; off <= 3; ++off) {
-      const std::int64_t at = kReference + 20'000 * n + off;
-      const auto counts = static_cast<std::int32_t>(static_cast<std::uint32_t>(at));
-      EXPECT_EQ(marks.accept(counts), std::abs(off) <= 1) << n << " " << off;
-    }
-  }
 }
 
 }  // namespace

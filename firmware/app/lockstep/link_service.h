@@ -5,7 +5,7 @@
 
 #include "firmware/control/motion_plan.h"
 #include "firmware/control/tick.h"
-#include "hal/include/plant_link.h"
+#include "hal/plant_link/plant_link.h"
 
 namespace slipstack::lockstep {
 
@@ -17,14 +17,15 @@ struct ParameterBlock {
 static_assert(sizeof(ParameterBlock) <= sizeof(PlantLink::parameters));
 static_assert(std::tuple_size_v<ModelParameters> <= PlantLink::kEffects && kFaultCount <= PlantLink::kFaults);
 
-/// On the host: puts parameters where the next change of parameter_sequence takes them from.
+/// On the host: writes the parameter block that the next change of parameter_sequence applies.
 inline void write_parameters(PlantLink& link, const ParameterBlock& block) {
   // A tuple of floats and flags, laid out alike on both sides.
   std::memcpy(link.parameters.data(), static_cast<const void*>(&block), sizeof block);
   link.parameter_bytes = sizeof block;
 }
 
-/// Commands from the link to the controller, and what the controller tells, back. Outside the tick.
+/// Passes the requests of the host to the controller and the state of the controller to the host. Outside the
+/// tick.
 class LinkService {
  public:
   explicit LinkService(PlantLink& link) : link_(link) {}
@@ -32,11 +33,11 @@ class LinkService {
   /// last_status when the parameter block has another size: host and firmware differ in version.
   static constexpr std::uint32_t kWrongSize = 255;
 
-  /// Before a tick: what the host asks for.
-  void take(Controller& controller) {
+  /// Before a tick: what the host has requested since the last one.
+  void apply_requests(Controller& controller) {
     if (link_.parameter_sequence != blocks_) {
       blocks_ = link_.parameter_sequence;
-      take_parameters(controller);
+      apply_parameters(controller);
     }
     if (link_.move_sequence != moves_) {
       moves_ = link_.move_sequence;
@@ -44,7 +45,7 @@ class LinkService {
     }
     if (link_.stream_sequence != set_points_) {
       set_points_ = link_.stream_sequence;
-      take_set_point(controller);
+      queue_set_point(controller);
     }
     const std::uint32_t word = link_.control_word;
     if (word != PlantLink::kCommandedByBus) controller.command(static_cast<std::uint16_t>(word));
@@ -81,7 +82,7 @@ class LinkService {
   }
 
  private:
-  void take_parameters(Controller& controller) {
+  void apply_parameters(Controller& controller) {
     if (link_.parameter_bytes != sizeof block_) {
       link_.last_status = kWrongSize;
       return;
@@ -91,12 +92,12 @@ class LinkService {
     link_.last_status = static_cast<std::uint32_t>(controller.configure(block_.axis, block_.model));
   }
 
-  // A stream begins where the axis is when it has come to rest.
-  void take_set_point(Controller& controller) {
+  // A stream of set-points begins at the position where the axis rests.
+  void queue_set_point(Controller& controller) {
     ReferenceGenerator& reference = controller.reference();
     if (reference.idle()) stream_.start(reference, static_cast<std::int32_t>(link_.stream_period));
-    const bool taken = stream_.push(reference, link_.stream_counts, link_.stream_fraction);
-    if (!taken) link_.stream_refused = link_.stream_refused + 1;
+    const bool queued = stream_.push(reference, link_.stream_counts, link_.stream_fraction);
+    if (!queued) link_.stream_refused = link_.stream_refused + 1;
   }
 
   PlantLink& link_;

@@ -4,12 +4,12 @@
 #include "hal/include/clock.h"
 #include "hal/include/encoder.h"
 #include "hal/include/motor_current.h"
-#include "hal/include/plant_link.h"
 #include "hal/include/watchdog.h"
+#include "hal/plant_link/plant_link.h"
 
-// What the tick asks of a board, answered by a simulated plant at the other end of a PlantLink. The same on
-// the emulated boards and in the host's process.
-namespace slipstack::lockstep {
+// The devices of the tick (hal/include) for a board whose plant is simulated at the other end of a PlantLink:
+// an emulated board, or a board in the process of the host.
+namespace slipstack {
 
 class LinkEncoder {
  public:
@@ -20,7 +20,8 @@ class LinkEncoder {
   PlantLink& link_;
 };
 
-/// The amplifier measures what it was told, unless the host says by how much it does not.
+/// An ideal amplifier: the measurement is the set-point plus the offset that the host writes to inject an
+/// error.
 class LinkMotor {
  public:
   explicit LinkMotor(PlantLink& link) : link_(link) {}
@@ -43,7 +44,7 @@ class LinkMotor {
   float set_point_A_ = 0.0F;
 };
 
-/// Lock-step: a tick takes exactly its period, and what the host adds to it.
+/// Time advances by one period per turn, plus the delay that the host writes to inject a late tick.
 class LinkClock {
  public:
   explicit LinkClock(PlantLink& link) : link_(link) {}
@@ -68,4 +69,4 @@ class LinkWatchdog {
 
 static_assert(Encoder<LinkEncoder> && MotorCurrent<LinkMotor> && Clock<LinkClock> && Watchdog<LinkWatchdog>);
 
-}  // namespace slipstack::lockstep
+}  // namespace slipstack

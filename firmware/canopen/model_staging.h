@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "firmware/canopen/counter.h"
+#include "firmware/canopen/staged_model.h"
+#include "firmware/control/controller.h"
+
+namespace slipstack::canopen {
+
+/// The friction model on its way into the controller: staged in the dictionary (2100h and up, or 2141h at
+/// once), then applied by its hash (2140h).
+class ModelStaging {
+ public:
+  explicit ModelStaging(Controller& controller) : controller_(controller) {}
+
+  ParameterStatus last_status() const { return status_; }
+
+  /// What stands in the dictionary comes into force: after a start or a reset.
+  void apply(const Dictionary& dictionary) {
+    status_ = controller_.configure(staged_axis(dictionary), staged_model(dictionary));
+  }
+
+  /// 2140h:03: applied if the hash that the master writes is that of the staged model.
+  Abort apply_checked(const Dictionary& dictionary, std::uint32_t hash) {
+    if (controller_.state().driving() || controller_.change_pending()) return Abort::kDeviceState;
+    const ModelParameters model = staged_model(dictionary);
+    if (hash != model_hash(model)) return Abort::kBadValue;
+    // Checked first: what the controller itself refuses counts as a fault of an enabled axis.
+    const AxisParameters axis = staged_axis(dictionary);
+    status_ = slipstack::check(axis, model);
+    if (status_ == ParameterStatus::kOk) status_ = controller_.configure(axis, model);
+    if (status_ == ParameterStatus::kOk) return Abort::kNone;
+    count(refused_);
+    return Abort::kGeneral;
+  }
+
+  std::uint32_t read(const Dictionary& dictionary, std::uint8_t sub) const {
+    switch (sub) {
+      case 1:
+        return model_hash(staged_model(dictionary));
+      case 2:
+        return controller_.parameters().hash;
+      case 4:
+        return static_cast<std::uint32_t>(status_);
+      case 5:
+        return controller_.change_pending() ? 1U : 0U;
+      case 6:
+        return refused_;
+      default:
+        return 0;
+    }
+  }
+
+  // ---- 2141h: all words of the model as one domain ----
+
+  static Abort begin_upload(std::uint32_t& size) {
+    size = kImageBytes;
+    return Abort::kNone;
+  }
+  static void upload(const Dictionary& dictionary, std::uint32_t offset, std::span<std::uint8_t> out) {
+    for (std::uint8_t& byte : out) {
+      byte = static_cast<std::uint8_t>(dictionary.value(kModelImageRows[offset / 4]) >> (8 * (offset % 4)));
+      ++offset;
+    }
+  }
+  static Abort begin_download(std::uint32_t size) {
+    return size == 0 || size == kImageBytes ? Abort::kNone : Abort::kLength;
+  }
+  Abort download(std::uint32_t offset, std::span<const std::uint8_t> in) {
+    for (const std::uint8_t byte : in) {
+      if (offset >= kImageBytes) return Abort::kTooLong;
+      const std::uint32_t shift = 8 * (offset % 4);
+      std::uint32_t& into = incoming_[offset / 4];
+      into = (into & ~(0xFFU << shift)) | (static_cast<std::uint32_t>(byte) << shift);
+      ++offset;
+    }
+    return Abort::kNone;
+  }
+  /// All or nothing: one value out of bounds, and the staged model stays what it was.
+  Abort end_download(Dictionary& dictionary, std::uint32_t size) {
+    if (size != kImageBytes) return Abort::kTooShort;
+    for (std::size_t i = 0; i < kModelWords; ++i) {
+      const Abort code = check_bounds(kObjects[kModelImageRows[i]], incoming_[i]);
+      if (code != Abort::kNone) return code;
+    }
+    for (std::size_t i = 0; i < kModelWords; ++i) dictionary.set(kModelImageRows[i], incoming_[i]);
+    return Abort::kNone;
+  }
+
+ private:
+  static constexpr std::uint32_t kImageBytes = 4 * kModelWords;
+
+  Controller& controller_;
+  ParameterStatus status_ = ParameterStatus::kNoMass;
+  std::uint32_t refused_ = 0;
+  std::array<std::uint32_t, kModelWords> incoming_{};
+};
+
+}  // namespace slipstack::canopen

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+#include "firmware/canopen/access_lock.h"
+#include "firmware/canopen/application.h"
+#include "firmware/canopen/counter.h"
+#include "firmware/canopen/dictionary.h"
+#include "firmware/canopen/emergency.h"
+#include "firmware/canopen/heartbeat.h"
+#include "firmware/canopen/lss.h"
+#include "firmware/canopen/outbox.h"
+#include "firmware/canopen/parameter_set.h"
+#include "firmware/canopen/pdo.h"
+#include "firmware/canopen/sdo_server.h"
+#include "hal/include/can_port.h"
+
+namespace slipstack::canopen {
+
+/// The services of a node and the state that they share: the node drives them by frames and time, the objects
+/// of communication show and set them.
+struct NodeParts {
+  NodeParts(CanPort& can, SlotLog& storage, Application& served, Behind& objects)
+      : port(can),
+        application(served),
+        set(storage),
+        dictionary(objects),
+        sdo(dictionary),
+        pdos(dictionary),
+        heartbeats(dictionary) {}
+
+  bool may_write() const { return lock.allows_writing(); }
+
+  CanPort& port;
+  Application& application;
+  ParameterSet set;
+  Dictionary dictionary;
+  SdoServer sdo;
+  Pdos pdos;
+  HeartbeatConsumer heartbeats;
+  Emergency emergency;
+  Lss lss;
+  AccessLock lock;
+  Outbox outbox;
+  std::uint8_t node = Lss::kUnconfigured;
+  std::uint32_t now_us = 0;
+  std::uint32_t last_heartbeat_us = 0;
+  std::uint32_t last_sync_us = 0;
+  std::uint8_t sync_counter = 0;
+  std::uint32_t received = 0;
+  std::uint32_t malformed = 0;
+  std::uint32_t bus_offs = 0;
+};
+
+}  // namespace slipstack::canopen
