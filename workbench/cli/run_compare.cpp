@@ -45,7 +45,7 @@ Comparison compared(LogSearch& logs, const Model& model) {
   result.relative = residual.norm() / std::max(result.rows.measured_N.cwiseProduct(usable).norm(), 1e-300);
   std::vector<LogErrors> whole_errors;
   if (measurement.is_excerpt()) {
-    WholeLogs::Left left = logs.left_by({terms}).front();
+    WholeLogs::Residual left = logs.residuals_of({terms}).front();
     result.error_N = left.rmse_N;
     result.relative = left.relative_error;
     whole_errors = std::move(left.logs);
@@ -116,7 +116,7 @@ void run_compare(const Options& options) {
               {"relative_error", number_json(found.relative)},
               {"noise_floor_N", number_json(found.floor_N)},
               {"left", found.left}};
-  result["mended"] = repairs_json(measurement);
+  result["repaired"] = repairs_json(measurement);
   if (found.logs.size() > 1) result["logs"] = logs_json(found.logs);
   result["history"] = history_json(model);
   if (!options.report.empty()) {

@@ -85,7 +85,7 @@ void know_by_logs(KnownAxis& known, const PlanRequest& request, const std::vecto
     }
     knowledge.effects = averaged_over_logs(measurement, std::move(effects));
     logs.fit_to_whole({&known.base}, 0.0);
-    known.reached = logs.whole().reached();
+    known.reached = logs.reached();
     // What the next motion carries is what the logs carried on average.
     knowledge.model = averaged_over_logs(measurement, known.base.terms);
   } while (logs.extend());

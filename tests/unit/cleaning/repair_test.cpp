@@ -8,8 +8,8 @@
 #include "workbench/estimate/linear/robust.h"
 #include "workbench/estimate/uncertainty/noise_floor.h"
 
-// Faults of a recorder are inserted into a log of the simulated plant; the repaired log must give the answer of
-// the log without them.
+// Faults of a recorder are inserted into a log of the simulated plant; the repaired log must give the answer
+// of the log without them.
 namespace slipstack::workbench {
 namespace {
 
@@ -244,7 +244,8 @@ TEST(Repair, EncoderStuckUntilTheNextStandstill) {
   for (std::size_t at = clean.position_m.size() / 2; times < 3 && at + 3000 < clean.position_m.size(); ++at) {
     if (step(at) < 20e-6) continue;
     std::size_t standstill = at;
-    while (standstill < at + 2500 && clean.position_m[standstill] != clean.position_m[standstill + 40]) ++standstill;
+    while (standstill < at + 2500 && clean.position_m[standstill] != clean.position_m[standstill + 40])
+      ++standstill;
     if (clean.position_m[standstill] != clean.position_m[standstill + 40]) continue;
     std::fill(stuck.position_m.begin() + static_cast<std::ptrdiff_t>(at),
               stuck.position_m.begin() + static_cast<std::ptrdiff_t>(standstill + 10), clean.position_m[at]);

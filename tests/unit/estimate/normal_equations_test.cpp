@@ -47,7 +47,7 @@ Rows rows_where(const Measurement& measurement, const MatrixXd& columns, const V
   return {root.asDiagonal() * columns(rows, Eigen::all), root.cwiseProduct(target(rows))};
 }
 
-// Where a piece of a log is mended throughout, a block has no rows. (As many columns as the program has: the
+// Where a whole block of a log is cut, it has no rows. (As many columns as the program has: the
 // products of small matrices go another way.)
 TEST(NormalEquations, BlocksWithoutRowsAddNothing) {
   const Measurement measurement = weighted_measurement(8);

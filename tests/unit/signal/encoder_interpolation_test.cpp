@@ -39,7 +39,8 @@ std::vector<double> loop(double amplitude_m, double period, std::size_t count, d
 
 const double kPlain_m = kResolution_m / std::sqrt(12.0);
 
-// The rms error of a reading is resolution / sqrt(12); where many samples fall into a cell it must be smaller.
+// The rms error of a reading is resolution / sqrt(12); where many samples fall into a cell it must be
+// smaller.
 TEST(EncoderInterpolation, IsFinerThanTheGridWhereTheAxisIsSlow) {
   double worst = 0.0;
   double mean = 0.0;
@@ -101,9 +102,9 @@ TEST(EncoderInterpolation, KeepsReadingsThatAreOnNoGrid) {
   EXPECT_EQ(interpolate_between_steps(smooth, kResolution_m), smooth);
 }
 
-// A fast move ends somewhere in a cell and the axis stands still there. The readings show only that it stopped
-// within the cell, so the best estimate is the middle. (A cubic through the borders with the speed of the move
-// would reach a border and stay there.)
+// A fast move ends somewhere in a cell and the axis stands still there. The readings show only that it
+// stopped within the cell, so the best estimate is the middle. (A cubic through the borders with the speed of
+// the move would reach a border and stay there.)
 TEST(EncoderInterpolation, DwellsInTheMiddleOfTheCell) {
   std::mt19937_64 random(3);
   std::uniform_real_distribution<double> place(0.0, 200e-6);
@@ -156,8 +157,8 @@ std::vector<double> stay(std::size_t samples, double leaves_by) {
   return truth;
 }
 
-// The alternative motion replaces the cubic in a long, unsteady stay only, not near crossings and not in a short
-// or steady stay.
+// The alternative motion replaces the cubic in a long, unsteady stay only, not near crossings and not in a
+// short or steady stay.
 TEST(EncoderInterpolation, UsesTheAlternativeMotionOnlyWhereReadingsLeaveItOpen) {
   const UnobservedMotion early{.longest_known = 100.0, .places = {0.9, 0.1}};
   for (const double leaves_by : {1.0, -1.0}) {

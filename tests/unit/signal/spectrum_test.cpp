@@ -48,7 +48,8 @@ TEST(Spectrum, OfWhiteNoiseIsFlatAtItsVariance) {
   const double should = 2.0 * kSigma * kSigma / kRate_Hz;
   double mean = 0.0;
   double spread = 0.0;
-  // The first two bins lack power, because the mean is removed; each of the others scatters by 1/sqrt(segments).
+  // The first two bins lack power, because the mean is removed; each of the others scatters by
+  // 1/sqrt(segments).
   for (std::size_t k = 2; k < spectrum.density.size(); ++k) {
     mean += spectrum.density[k];
     spread += std::pow(spectrum.density[k] / should - 1.0, 2.0);
