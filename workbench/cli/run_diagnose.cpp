@@ -76,7 +76,7 @@ json result_of(const Options& options, const Measurement& measurement, const Dia
               {"unexplained", nullptr}};
   result["noise"] = noise_json(measurement);
   result["searched_samples"] = measurement.sample_count();
-  result["mended"] = repairs_json(measurement);
+  result["repaired"] = repairs_json(measurement);
   const std::vector<LogResult> logs = log_results(measurement, diagnosis.explained);
   if (!logs.empty()) result["logs"] = logs_json(logs);
   add_limits(result, options, diagnosis);

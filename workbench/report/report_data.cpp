@@ -192,7 +192,7 @@ json notes_of(const Measurement& measurement) {
   }
   if (measurement.is_excerpt()) {
     notes.push_back(fmt::format(
-        "Effects were searched, and the pictures drawn, in {} stretches, {} of {} samples; errors are those "
+        "Effects were searched, and the pictures drawn, in {} intervals, {} of {} samples; errors are those "
         "of all.",
         measurement.parts().size(), measurement.sample_count(), measurement.whole_sample_count()));
   }

@@ -83,7 +83,7 @@ std::string repair_lines(const Measurement& measurement) {
   for (const LogPart& part : measurement.parts()) {
     for (const std::string& note : part.repaired) {
       const std::string of = measurement.log_count() > 1 ? printable(part.path) + ": " : "";
-      text += fmt::format("mended     {}{}\n", of, note);
+      text += fmt::format("repaired   {}{}\n", of, note);
     }
   }
   return text;
@@ -99,7 +99,7 @@ json repairs_json(const Measurement& measurement) {
 
 std::string excerpt_line(const Measurement& measurement, std::string_view what) {
   if (!measurement.is_excerpt()) return "";
-  return fmt::format("excerpt    {} in {} stretches, {} of {} samples; errors are those of all samples\n",
+  return fmt::format("excerpt    {} in {} intervals, {} of {} samples; errors are those of all samples\n",
                      what, measurement.parts().size(), measurement.sample_count(),
                      measurement.whole_sample_count());
 }
@@ -115,7 +115,7 @@ json quality_json(const Measurement& measurement, const FittedModel& fitted, dou
   result["samples"] = measurement.whole_sample_count();
   result["searched_samples"] = measurement.sample_count();
   result["noise"] = noise_json(measurement);
-  result["mended"] = repairs_json(measurement);
+  result["repaired"] = repairs_json(measurement);
   result["holdout_interval_N"] = interval_json(fitted);
   result["effects"] = ids_of(fitted.terms);
   result["parameters"] = parameters_json(fitted.terms);

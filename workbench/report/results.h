@@ -40,7 +40,7 @@ std::string noise_line(const Measurement& measurement);
 std::string excerpt_line(const Measurement& measurement, std::string_view what);
 nlohmann::json noise_json(const Measurement& measurement);
 
-/// What was mended in the logs and left out of them: a line each, empty for clean logs.
+/// What was repaired in the logs and left out of them: a line each, empty for clean logs.
 std::string repair_lines(const Measurement& measurement);
 nlohmann::json repairs_json(const Measurement& measurement);
 

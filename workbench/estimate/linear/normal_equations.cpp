@@ -142,7 +142,7 @@ NormalEquations::NormalEquations(const Measurement& measurement, const Eigen::Ma
                                  const Eigen::VectorXd& target, int parts_of_block)
     : unknowns_(columns.cols()), folds_(measurement.fold_count()) {
   for (const RowRange& range : block_ranges(measurement, parts_of_block)) {
-    if (range.count == 0) {  // all of it mended; a rank update of no rows divides by their number
+    if (range.count == 0) {  // all of it cut; a rank update of no rows divides by their number
       blocks_.push_back(nothing(unknowns_));
       continue;
     }
