@@ -13,7 +13,7 @@
 #include "sim_host/log/write.h"
 #include "workbench/diagnose/diagnose.h"
 #include "workbench/estimate/uncertainty/standard_errors.h"
-#include "workbench/long_logs/group_logs.h"
+#include "workbench/long_logs/log_search.h"
 
 namespace slipstack::bench {
 namespace {
@@ -73,21 +73,14 @@ bool Outcome::right() const {
 
 Outcome run_case(Kind kind, std::uint64_t seed, bool closed_loop, const std::filesystem::path& path) {
   const Written written = write_log(kind, seed, closed_loop, path);
-  // As a user's logs are: long ones searched by an excerpt and judged by the whole.
+  // The way of the command `diagnose`: an excerpt of a long log is searched and judged by the whole log.
   workbench::SingleProcess alone;
-  workbench::Diagnosis diagnosis;
+  workbench::Progress progress;
+  workbench::LogSearch logs({&alone, {written.log}, {}}, progress);
   workbench::DiagnoseOptions options;
   options.baseline = {"inertia", "presliding_hysteresis"};
-  const workbench::Searched searched = workbench::search_logs(
-      workbench::GroupLogs(alone, {written.log}), {}, {},
-      [&](workbench::Measurement& measurement, workbench::WholeLogs& whole) {
-        options.judge_on_whole = {};
-        if (measurement.is_excerpt()) {
-          options.judge_on_whole = [&](workbench::Diagnosis& found) { whole.judge(found, {}); };
-        }
-        diagnosis = workbench::diagnose(measurement, options);
-      });
-  const workbench::Measurement& measurement = *searched.measurement;
+  const workbench::Diagnosis diagnosis = logs.diagnose(options);
+  const workbench::Measurement& measurement = logs.measurement();
   Outcome outcome;
   outcome.kind = kind;
   outcome.seed = seed;
