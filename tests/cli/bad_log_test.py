@@ -10,7 +10,7 @@ from program import every_command
 
 HEADER = 5  # `# key: value` lines of a simulated log, then the header row, then the samples
 NAMES = HEADER + 1
-SAMPLE = 700  # line number of the sample that is spoilt
+SAMPLE = 700  # line number of the sample that is damaged
 
 
 def replace_field(lines, line, column, value):
@@ -198,7 +198,7 @@ class BadLog(program.Workshop):
 
 
 class LineEnds(program.Workshop):
-    """What other systems put around the lines is simply read."""
+    """Line ends and marks of other systems are accepted."""
 
     def test_crlf_and_byte_order_mark(self):
         plain = (self.here / "good.csv").read_bytes()

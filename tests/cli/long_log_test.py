@@ -26,7 +26,7 @@ class LongLog(program.Workshop):
     def diagnosis(self, *arguments):
         return json.loads(self.assert_done("diagnose", *arguments, "--json", "-").stdout)
 
-    def test_is_searched_in_part_and_judged_as_a_whole(self):
+    def test_is_searched_in_an_excerpt_and_judged_by_the_whole(self):
         found = self.diagnosis(self.stock / "long.csv")
         self.assertEqual(found["samples"], self.samples)
         self.assertGreater(found["searched_samples"], 20_000)
@@ -39,29 +39,29 @@ class LongLog(program.Workshop):
         self.assertGreater(high, found["best"]["holdout_rmse_N"])
         self.assertLess(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss, MOST_MB * 1024)
 
-    def test_is_told_and_reported(self):
+    def test_excerpt_is_named_in_text_and_report(self):
         done = self.assert_done("diagnose", self.stock / "long.csv", "--report", "r.html")
-        self.assertRegex(done.stdout.decode(), rf"excerpt +effects searched in \d+ stretches, \d+ of {self.samples} samples")
+        self.assertRegex(done.stdout.decode(), rf"excerpt +effects searched in \d+ intervals, \d+ of {self.samples} samples")
         self.assertIn(f"of {self.samples} samples; errors are those of all", (self.here / "r.html").read_text())
 
-    def test_two_logs_are_told_one_by_one(self):
+    def test_two_logs_are_reported_one_by_one(self):
         program.simulate(self.here / "other.csv", "--effects", "viscous", "--seconds", "100", "--rate", "2000", seed=11)
         found = self.diagnosis(self.stock / "long.csv", "other.csv")
         self.assertEqual([log["samples"] for log in found["logs"]], [self.samples, samples_of(self.here / "other.csv")])
         self.assertEqual(found["candidates"][0]["effect"], "viscous")
-        # Errors are those of the whole logs, also on blocks that the fit has not seen.
+        # Errors are those of the whole logs, the held-out ones too.
         for log in found["logs"]:
             self.assertGreater(log["holdout_rmse_N"], 0.99 * log["rmse_N"])
             self.assertLess(log["holdout_rmse_N"], 1.5 * log["rmse_N"])
 
-    def test_is_fitted_compared_and_extended_by_the_whole_too(self):
+    def test_fit_compare_and_add_use_the_whole_log_too(self):
         log = self.stock / "long.csv"
         fitted = self.answer("fit", log, "--effects", program.BASELINE + ",viscous", "--model", "m.toml")
         compared = self.answer("compare", log, "--model", "m.toml")
         self.assertAlmostEqual(compared["relative_error"] / fitted["relative_error"], 1.0, delta=0.01)
         self.assertGreater(compared["rmse_N"], 0.99 * fitted["train_rmse_N"])
-        self.assertLess(compared["rmse_N"], 1.3 * fitted["train_rmse_N"])  # wild instants are held back in a fit
-        # A model that lacks viscous friction errs by it, in the whole as in the excerpt.
+        self.assertLess(compared["rmse_N"], 1.3 * fitted["train_rmse_N"])  # Huber's loss limits outliers in a fit
+        # A model without viscous friction has a larger error, in the whole log as in the excerpt.
         self.answer("fit", log, "--effects", program.BASELINE, "--model", "poor.toml")
         poor = self.answer("compare", log, "--model", "poor.toml")
         self.assertGreater(poor["rmse_N"], 3.0 * compared["rmse_N"])
@@ -70,7 +70,7 @@ class LongLog(program.Workshop):
         self.assertAlmostEqual(added["holdout_rmse_N"] / compared["rmse_N"], 1.0, delta=0.05)
         self.assertLess(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss, MOST_MB * 1024)
 
-    def test_a_plan_knows_where_the_axis_was_in_all_of_it(self):
+    def test_a_plan_uses_the_travel_of_the_whole_log(self):
         found = json.loads(self.assert_done("experiment", "plan", "--log", self.stock / "long.csv", "--for", "viscous", "--seconds", "10",
                                             "--out", "plan.csv", "--json", "-").stdout)
         rows = (self.stock / "long.csv").read_text().splitlines()[HEADER:]

@@ -64,7 +64,7 @@ class Places(program.Workshop):
                             "two outputs")
         self.assert_refused(["fit", "good.csv", "--effects", "inertia", "--model", "-", "--json", "-"], "two outputs")
 
-    def test_inputs_are_spared(self):
+    def test_inputs_are_never_written(self):
         os.link(self.here / "good.csv", self.here / "hard.csv")
         (self.here / "soft.csv").symlink_to("good.csv")
         for place in ("good.csv", "./good.csv", str(self.here / "good.csv"), "hard.csv", "soft.csv"):
@@ -81,7 +81,7 @@ class Places(program.Workshop):
         self.assert_refused(["add", "good.csv", "--model", "good.toml", "--effect", "viscous", "--out", "good.toml"],
                             "good.toml", "is an input")
 
-    def test_old_file_survives_a_failure_and_is_replaced_by_success(self):
+    def test_a_failure_keeps_the_old_file_and_success_replaces_it(self):
         old = self.here / "new.json"
         old.write_text("old")
         old.chmod(0o640)
@@ -102,7 +102,7 @@ class Places(program.Workshop):
         self.assert_done("compare", "good.csv", "--model", "good.toml", "--json", "j" * 255)
         self.assert_refused(["compare", "good.csv", "--model", "good.toml", "--json", "j" * 256], "name too long")
 
-    def test_report_says_how_it_came_about(self):
+    def test_report_contains_its_command_line(self):
         (self.here / "good.csv").rename(self.here / "it's good.csv")
         self.assert_done("compare", "it's good.csv", "--model", "good.toml", "--report", "new.html")
         line = "slipstack compare 'it'\\''s good.csv' --model good.toml --report new.html"
@@ -117,7 +117,7 @@ class Streams(program.Workshop):
     COMPARE = ["compare", "good.csv", "--model", "good.toml"]
 
     def device(self, name, minor):
-        """One of the memory devices. Root, who could by mistake replace the machine's own, gets another node of it."""
+        """One of the memory devices; for root a new node of it, because root could replace the machine's own by mistake."""
         if os.geteuid() != 0:
             return f"/dev/{name}"
         try:
@@ -127,7 +127,7 @@ class Streams(program.Workshop):
             self.skipTest(f"no device node can be made here: {error}")
         return name
 
-    def test_standard_output_takes_the_place_of_the_table(self):
+    def test_standard_output_replaces_the_table(self):
         expected = json.loads(self.assert_done(*self.COMPARE, "--json", "-").stdout)
         self.assertEqual(expected["log"], "good.csv")
         self.assertEqual(json.loads(self.assert_done(*self.COMPARE, "--json", "/dev/stdout").stdout), expected)
@@ -137,7 +137,7 @@ class Streams(program.Workshop):
         model = self.assert_done("fit", "good.csv", "--effects", "inertia", "--model", "-").stdout
         self.assertIn(b"format = 'slipstack model 1'", model)
 
-    def test_pipes_and_devices_stay_what_they_are(self):
+    def test_pipes_and_devices_are_not_replaced(self):
         os.mkfifo(self.here / "pipe")
         with subprocess.Popen([SLIPSTACK, *self.COMPARE, "--json", "pipe"], cwd=self.here,
                               stdout=subprocess.DEVNULL) as process:
@@ -169,7 +169,7 @@ class Streams(program.Workshop):
             with self.subTest(command=name):
                 self.assert_refused(command, "cannot be written", "File too large", preexec_fn=little_room)
 
-    def test_reader_that_goes_away(self):
+    def test_reader_that_closes_its_end(self):
         before = self.content()
         reading, writing = os.pipe()
         os.close(reading)
@@ -196,7 +196,7 @@ class Signals(program.Workshop):
                 self.assertEqual(self.content(), before)
 
     def test_signal_while_it_writes(self):
-        """A pipe that nobody reads holds the program between writing its files and naming them."""
+        """A pipe that nobody reads stops the program after its files are written and before they are renamed."""
         os.mkfifo(self.here / "pipe")
         (self.here / "new.html").write_text("old")
         before = self.content()
@@ -218,7 +218,7 @@ class Signals(program.Workshop):
                 try:
                     if draft.stat().st_size > 0:
                         return
-                except FileNotFoundError:  # only tried whether it can be written
+                except FileNotFoundError:  # the file of the test whether the place can be written
                     pass
             time.sleep(0.01)
         self.fail("no file was being written")
@@ -237,7 +237,7 @@ class Signals(program.Workshop):
 
 
 class Terminal(program.Workshop):
-    def test_progress_is_shown_to_a_terminal_and_gone_before_the_result(self):
+    def test_progress_is_shown_on_a_terminal_and_removed_before_the_result(self):
         program.simulate(self.here / "long.csv", "--seconds", "60")
         master, slave = pty.openpty()
         process = subprocess.Popen([SLIPSTACK, "diagnose", "long.csv"], cwd=self.here, stdout=slave, stderr=slave)

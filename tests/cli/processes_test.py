@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Processes that mpirun starts together, as a user sees them: the answer of one, errors told once, no wrong answer."""
+"""Processes that mpirun starts together give the answer of one process, and each error once."""
 
 import os
 import pathlib
@@ -14,9 +14,9 @@ import unittest
 import program
 
 MPIRUN = shutil.which("mpirun")
-# What a user of a machine with fewer processors than processes would say, and what Open MPI wants to hear from root.
-# One that was built with sanitizers would count what MPI keeps to the end as lost.
-AROUND = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMPI_MCA_rmaps_base_oversubscribe": "1",
+# Open MPI needs these settings on a machine with fewer processors than processes, and for root. A build with
+# sanitizers would report memory that MPI keeps to the end as leaks.
+ENVIRONMENT = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMPI_MCA_rmaps_base_oversubscribe": "1",
           "SOURCE_DATE_EPOCH": "1700000000", "ASAN_OPTIONS": "detect_leaks=0"}
 OWN = "snag = A*exp(-((x-x0)/w)^2)*sign(v); A: N; x0: m; w: m in [1e-4, 1e-2]"
 IN_MEMORY_BYTES = 64 << 20
@@ -24,7 +24,7 @@ SKIPPED = 77
 
 
 def pad(log, size):
-    """Remarks between the rows until the file is so long: it stays where it is, and is cheap to read."""
+    """Inserts remarks between the rows until the file has this size, so that it stays in its file and is read fast."""
     rows = log.read_bytes().split(b"\n")
     missing = size - log.stat().st_size
     remark = b"# " + b"." * 60_000
@@ -36,7 +36,7 @@ def pad(log, size):
                 file.write(remark + b"\n")
 
 
-class Fleet(program.Workshop):
+class ProcessGroup(program.Workshop):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
@@ -49,13 +49,13 @@ class Fleet(program.Workshop):
         for log in cls.logs[:2]:
             pad(log, IN_MEMORY_BYTES // 3 + 100_000)
 
-    def fleet(self, count, *arguments):
+    def run_group(self, count, *arguments):
         command = [MPIRUN, "--quiet", "-n", str(count), program.SLIPSTACK, *map(os.fspath, arguments)]
         return subprocess.run(command, cwd=self.here, capture_output=True, timeout=program.PATIENCE_S,
-                              env={**os.environ, **AROUND}, check=False)
+                              env={**os.environ, **ENVIRONMENT}, check=False)
 
     def outputs(self, runner, *arguments):
-        """What a run says and writes; a folder of its own would be seen in the report."""
+        """Text and files of a run. All runs use the same folder, because its name appears in the report."""
         done = runner(*arguments)
         self.assertEqual(done.returncode, 0, done.stderr.decode())
         found = {"stdout": done.stdout, "stderr": done.stderr}
@@ -65,10 +65,10 @@ class Fleet(program.Workshop):
         return found
 
     def assert_same(self, counts, *arguments):
-        alone = self.outputs(lambda *a: self.run_here(*a, env={**os.environ, **AROUND}), *arguments)
+        alone = self.outputs(lambda *a: self.run_here(*a, env={**os.environ, **ENVIRONMENT}), *arguments)
         self.assertEqual(alone["stderr"], b"")
         for count in counts:
-            together = self.outputs(lambda *a, n=count: self.fleet(n, *a), *arguments)
+            together = self.outputs(lambda *a, n=count: self.run_group(n, *a), *arguments)
             self.assertEqual(sorted(together), sorted(alone))
             for name, content in alone.items():
                 self.assertTrue(together[name] == content, f"{name} of {count} processes differs")
@@ -91,7 +91,7 @@ class Fleet(program.Workshop):
         self.assert_same((2,), "compare", "good.csv", "--model", "good.toml")
         self.assert_same((2,), "effects", "viscous")
 
-    def test_an_error_is_told_once(self):
+    def test_an_error_is_reported_once(self):
         damaged = self.here / "damaged.csv"
         content = self.logs[1].read_bytes()
         half = content.index(b"\n", len(content) * 3 // 4) + 1
@@ -103,7 +103,7 @@ class Fleet(program.Workshop):
                               ["diagnose", self.logs[0], "nowhere.csv", "--json", "new.json"],
                               ["diagnose"]):
                 before = self.content()
-                done = self.fleet(count, *arguments)
+                done = self.run_group(count, *arguments)
                 self.assertEqual(done.returncode, 2, done.stderr.decode())
                 self.assertEqual(done.stdout, b"")
                 self.assert_one_line(done.stderr)
@@ -117,7 +117,7 @@ class Fleet(program.Workshop):
                        "new.json", "--report", "new.html"]
             before = self.content()
             with subprocess.Popen(command, cwd=self.here, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                                  env={**os.environ, **AROUND}) as together:
+                                  env={**os.environ, **ENVIRONMENT}) as together:
                 os.kill(self.at_work(rank, together), signal.SIGKILL)
                 stdout, _ = together.communicate(timeout=program.PATIENCE_S)
             self.assertNotEqual(together.returncode, 0)
@@ -125,7 +125,7 @@ class Fleet(program.Workshop):
             self.assertEqual(self.content(), before)
 
     def at_work(self, rank, together):
-        """The process of that rank, once it has a log open: what it is to tell of it, no other can."""
+        """The process of that rank, once it has a log open: from then on no other process can replace it."""
         end = time.monotonic() + program.PATIENCE_S
         while time.monotonic() < end and together.poll() is None:
             for process in pathlib.Path("/proc").glob("[0-9]*"):
@@ -138,27 +138,27 @@ class Fleet(program.Workshop):
                     if any(os.readlink(entry) in map(str, self.logs) for entry in (process / "fd").iterdir()):
                         return int(process.name)
                 except OSError:
-                    continue  # gone, or closed, meanwhile
+                    continue  # the process has ended or closed the file
             time.sleep(0.002)
         self.fail(f"process {rank} never opened a log: {together.stderr.read()}")
 
-    def test_what_started_them_must_be_known(self):
+    def test_an_unknown_launcher_is_refused(self):
         for rank, lines in (("0", 1), ("1", 0)):
-            done = self.run_here("diagnose", "good.csv", env={**os.environ, **AROUND, "PMI_SIZE": "2", "PMI_RANK": rank})
+            done = self.run_here("diagnose", "good.csv", env={**os.environ, **ENVIRONMENT, "PMI_SIZE": "2", "PMI_RANK": rank})
             self.assertEqual(done.returncode, 2)
             self.assertEqual(done.stdout, b"")
             self.assertEqual(done.stderr.count(b"\n"), lines, done.stderr)
 
 
-def what_lacks():
+def missing_requirement():
     if MPIRUN is None:
         return "mpirun is not installed (openmpi-bin)"
-    probe = program.run("--version", cwd=".", env={**os.environ, **AROUND, "PMI_SIZE": "2"})
+    probe = program.run("--version", cwd=".", env={**os.environ, **ENVIRONMENT, "PMI_SIZE": "2"})
     return "slipstack was built without MPI (libopenmpi-dev)" if b"built without MPI" in probe.stderr else None
 
 
 if __name__ == "__main__":
-    if what_lacks():
-        print(f"SKIP: {what_lacks()}")
+    if missing_requirement():
+        print(f"SKIP: {missing_requirement()}")
         sys.exit(SKIPPED)
     unittest.main()

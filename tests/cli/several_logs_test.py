@@ -27,7 +27,7 @@ class SeveralLogs(program.Workshop):
     def diagnosis(self, *arguments):
         return json.loads(self.assert_done("diagnose", *arguments, "--json", "-").stdout)
 
-    def test_a_payload_on_one_day_is_that_logs_own(self):
+    def test_a_payload_in_one_log_is_found_in_that_log(self):
         self.take("bare.csv", "loaded.csv")
         found = self.diagnosis("bare.csv", "loaded.csv")
         self.assertEqual(found["verdict"], "missing_effect")
@@ -43,10 +43,10 @@ class SeveralLogs(program.Workshop):
         masses = {one["log"]: one["value"] for one in effects["payload_mass"]}
         self.assertAlmostEqual(masses[1], 0.0, delta=0.05)
         self.assertAlmostEqual(masses[2], self.payload_kg, delta=0.03 * self.payload_kg)
-        # The file holds one set, for the controller; it is a model like any other.
+        # The model file holds one set of parameters, for the controller; it can be used as any other.
         self.assert_done("compare", "bare.csv", "loaded.csv", "--model", "m.toml")
 
-    def test_what_is_each_logs_own_can_be_chosen(self):
+    def test_effects_with_gains_per_log_can_be_chosen(self):
         self.take("bare.csv", "loaded.csv")
         shared = self.diagnosis("bare.csv", "loaded.csv", "--per-log", "none")
         own = self.diagnosis("bare.csv", "loaded.csv", "--per-log", "payload_mass")
@@ -70,7 +70,7 @@ class SeveralLogs(program.Workshop):
         self.assertIn("differences", estimated["noise"]["method"])
         self.assert_refused(["diagnose", "good.csv", "--noise", "-1"], "noise")
 
-    def test_wild_samples_are_told_and_do_not_matter(self):
+    def test_outliers_are_reported_and_change_nothing(self):
         clean = self.diagnosis("good.csv")
         self.assertEqual(clean["repaired"], [])
         lines = (self.here / "good.csv").read_text().splitlines()
@@ -78,11 +78,11 @@ class SeveralLogs(program.Workshop):
         for row in rows:
             time, position, _ = lines[row].split(",")
             lines[row] = f"{time},{position},{random.Random(row).choice((-900.0, 700.0))}"
-        (self.here / "wild.csv").write_text("\n".join(lines) + "\n")
-        wild = self.diagnosis("wild.csv")
-        self.assertIn("12 wild samples", wild["repaired"][0]["what"])
-        self.assertEqual(wild["candidates"][0]["effect"], clean["candidates"][0]["effect"])
-        self.assertAlmostEqual(wild["candidates"][0]["holdout_rmse_N"], clean["candidates"][0]["holdout_rmse_N"],
+        (self.here / "outliers.csv").write_text("\n".join(lines) + "\n")
+        found = self.diagnosis("outliers.csv")
+        self.assertIn("12 outliers of the force", found["repaired"][0]["what"])
+        self.assertEqual(found["candidates"][0]["effect"], clean["candidates"][0]["effect"])
+        self.assertAlmostEqual(found["candidates"][0]["holdout_rmse_N"], clean["candidates"][0]["holdout_rmse_N"],
                                delta=0.1 * clean["candidates"][0]["holdout_rmse_N"])
 
 

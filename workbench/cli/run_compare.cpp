@@ -26,7 +26,7 @@ void compare(LogSearch& logs, ComparisonResult& result) {
       residual_N.norm() / std::max(result.rows.measured_N.cwiseProduct(usable).norm(), 1e-300);
   std::vector<LogErrors> whole_errors;
   if (measurement.is_excerpt()) {
-    WholeLogs::Left left = logs.left_by({terms}).front();
+    WholeLogs::Residual left = logs.residuals_of({terms}).front();
     result.rmse_N = left.rmse_N;
     result.relative_error = left.relative_error;
     whole_errors = std::move(left.logs);

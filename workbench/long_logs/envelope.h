@@ -7,28 +7,29 @@
 
 namespace slipstack::workbench {
 
-/// Where the axis was during some samples: enough to tell how it moved, at a hundredth of the size.
+/// Position of the axis during some samples: first value, minimum and maximum. A hundredth of the size of the
+/// samples.
 struct EnvelopePoint {
   float first_m = 0.0F;
   float low_m = 0.0F;
   float high_m = 0.0F;
 };
 
-/// Samples of one glance at first, and so many glances at most: 1.3e8 samples.
+/// Initial number of samples of a point, and largest number of points: together 1.3e8 samples.
 inline constexpr std::size_t kEnvelopeSamples = 128;
 inline constexpr std::size_t kMostEnvelopePoints = std::size_t{1} << 20;
 
-/// Envelope of positions that come in any number at a time, the last for what is left. Where they become too
-/// many, two become one, so that memory ends at 12 bytes x `most` however long the log.
+/// Envelope of positions that are added in portions of any size. Where the points become more than `most`,
+/// pairs of them are joined, so that the memory is limited to 12 bytes x `most` for any length of the log.
 class Envelope {
  public:
   explicit Envelope(std::size_t most = kMostEnvelopePoints) : most_(most / 2 * 2) {}
-  /// As they were found elsewhere, each of so many samples.
+  /// Points that another process has found, each of so many samples.
   Envelope(std::vector<EnvelopePoint> all, std::size_t samples) : all_(std::move(all)), samples_(samples) {}
 
   void take(const std::vector<double>& position_m);
 
-  /// Samples of each: kGlanceSamples times a power of two.
+  /// Samples of each point: kEnvelopeSamples times a power of two.
   std::size_t samples() const { return samples_; }
   const std::vector<EnvelopePoint>& all() const { return all_; }
   std::size_t size() const { return all_.size(); }
@@ -40,7 +41,7 @@ class Envelope {
   std::vector<EnvelopePoint> all_;
   std::size_t samples_ = kEnvelopeSamples;
   std::size_t most_ = kMostEnvelopePoints;
-  std::size_t in_last_ = kEnvelopeSamples;  ///< samples of the last; none yet where it is full
+  std::size_t in_last_ = kEnvelopeSamples;  ///< samples in the last point; samples_: it is complete
 };
 
 }  // namespace slipstack::workbench

@@ -15,23 +15,23 @@
 namespace slipstack::workbench {
 namespace {
 
-/// What a stretch shows, as counts of glances by kind.
+/// Kinds of motion; an interval is described by the number of envelope points of each kind.
 constexpr std::size_t kPlaces = 16;
 constexpr std::size_t kSpeeds = 24;  ///< by octaves, either way
 constexpr std::size_t kAccelerations = 12;
 constexpr std::size_t kTimes = 8;
 constexpr std::size_t kKinds = kPlaces + kSpeeds + kAccelerations + kTimes + 2;
-using Shown = std::array<std::uint16_t, kKinds>;
+using MotionCounts = std::array<std::uint16_t, kKinds>;
 
-/// Samples of the shortest stretch and of the longest; stretches that are fewer are longer.
+/// Samples of the shortest and of the longest interval; an excerpt has at least kFewest intervals. Chosen.
 constexpr std::size_t kShortest = 64 * kEnvelopeSamples;
 constexpr std::size_t kFewest = 6;
 constexpr std::size_t kLongest = kExcerptSamples / kEnvelopeSamples / kFewest * kEnvelopeSamples;
-/// Of one log so many stretches at most are looked at, evenly spread: 1.3e8 samples of the shortest.
+/// At most so many intervals of one log are candidates, evenly spread: 1.3e8 samples of the shortest.
 constexpr std::size_t kMostIntervals = 16384;
-/// A state that was left so long ago is not looked for, [samples].
-constexpr std::size_t kLongestLead = kExcerptSamples / 4;
-/// Sweeps of the pre-sliding travel that a stretch should hold.
+/// Longest burn-in of an interval [samples].
+constexpr std::size_t kLongestBurnIn = kExcerptSamples / 4;
+/// An interval should cover the pre-sliding travel so many times; chosen.
 constexpr std::size_t kSweeps = 6;
 
 struct Extent {
@@ -56,7 +56,7 @@ class Chooser {
   explicit Chooser(const std::vector<LongLog>& logs) : logs_(logs) {
     for (const LongLog& log : logs) {
       const Envelope& envelope = log.envelope();
-      for (const EnvelopePoint& point : envelope.all()) stroke_.take(point);
+      for (const EnvelopePoint& point : envelope.all()) range_.take(point);
       for (std::size_t i = 1; i < envelope.size(); ++i) {
         const float step = std::abs(envelope[i].first_m - envelope[i - 1].first_m);
         fastest_ = std::max(fastest_, per_shortest(envelope) * step);
@@ -81,11 +81,12 @@ class Chooser {
   }
 
  private:
-  /// The time that the axis takes to sweep its pre-sliding travel, some times over: of all moments the median
-  /// moment's, since of a move and a dwell the move holds many sweeps and the dwell most of the time.
+  /// kSweeps times the time that the axis takes to cover its pre-sliding travel. Of these times the median
+  /// weighted by time is used: in a log of moves and dwells the moves contain most of the sweeps, the dwells
+  /// most of the time.
   void choose_length() {
-    const auto sweep = static_cast<float>(burn_in_travel_m(static_cast<double>(stroke_.length())));
-    std::map<std::size_t, std::size_t> sweeps;  // how many took so many samples: few lengths, however many
+    const auto sweep = static_cast<float>(burn_in_travel_m(static_cast<double>(range_.length())));
+    std::map<std::size_t, std::size_t> sweeps;  // number of sweeps by their samples: few different lengths
     for (const LongLog& log : logs_) {
       const Envelope& envelope = log.envelope();
       Extent swept;
@@ -118,25 +119,25 @@ class Chooser {
     for (std::size_t i = 0; i < count; i += step) {
       const std::size_t from = envelope * i / count;
       const std::size_t to = envelope * (i + 1) / count;
-      const std::size_t first = lead_in(logs_[log], from * samples, kLongestLead);
+      const std::size_t first = burn_in_start(logs_[log], from * samples, kLongestBurnIn);
       const std::size_t end = std::min(to * samples, logs_[log].sample_count());
       intervals_.push_back({log, first, end - first});
       shown_.push_back(shown(logs_[log].envelope(), from, to));
     }
   }
 
-  /// What makes a way from glance to glance one within the shortest: of longer glances the mean speed.
+  /// Converts a displacement from point to point into one within kEnvelopeSamples, at the mean speed.
   static float per_shortest(const Envelope& envelope) {
     return static_cast<float>(kEnvelopeSamples) / static_cast<float>(envelope.samples());
   }
 
-  Shown shown(const Envelope& envelope, std::size_t from, std::size_t to) const {
+  MotionCounts shown(const Envelope& envelope, std::size_t from, std::size_t to) const {
     const float per = per_shortest(envelope);
-    Shown kinds{};
+    MotionCounts kinds{};
     for (std::size_t i = std::max<std::size_t>(from, 1); i + 1 < to; ++i) {
-      const float way = (envelope[i].first_m - stroke_.low) / stroke_.length();
+      const float place = (envelope[i].first_m - range_.low) / range_.length();
       std::size_t at = 0;
-      ++kinds[at + std::min(kPlaces - 1, static_cast<std::size_t>(way * static_cast<float>(kPlaces)))];
+      ++kinds[at + std::min(kPlaces - 1, static_cast<std::size_t>(place * static_cast<float>(kPlaces)))];
       at += kPlaces;
       const float step = per * (envelope[i + 1].first_m - envelope[i].first_m);
       const float before = per * (envelope[i].first_m - envelope[i - 1].first_m);
@@ -148,7 +149,7 @@ class Chooser {
       ++kinds[at + kTimes * i / envelope.size()];
       at += kTimes;
       if (step * before < 0.0F) ++kinds[at];
-      if (envelope[i].high_m > envelope[i].low_m) ++kinds[at + 1];  // not at rest
+      if (envelope[i].high_m > envelope[i].low_m) ++kinds[at + 1];  // in motion
     }
     return kinds;
   }
@@ -176,25 +177,25 @@ class Chooser {
   }
 
   const std::vector<LongLog>& logs_;
-  Extent stroke_;
-  float fastest_ = 0.0F;           ///< way from glance to glance
-  std::size_t length_ = kLongest;  ///< of a stretch, in samples
+  Extent range_;
+  float fastest_ = 0.0F;           ///< largest displacement within kEnvelopeSamples
+  std::size_t length_ = kLongest;  ///< of an interval, in samples
   std::vector<LogInterval> intervals_;
-  std::vector<Shown> shown_;
+  std::vector<MotionCounts> shown_;
   std::array<float, kKinds> so_far_{};
   std::size_t samples_ = 0;  ///< chosen
 };
 
 }  // namespace
 
-std::size_t lead_in(const LongLog& log, std::size_t sample, std::size_t most) {
+std::size_t burn_in_start(const LongLog& log, std::size_t sample, std::size_t longest) {
   const auto needed_m = static_cast<float>(burn_in_travel_m(log.travel_m()));
   Extent swept;
   const Envelope& envelope = log.envelope();
   std::size_t point = sample / envelope.samples();
   const std::size_t settling = settling_samples(log.head().sample_rate_Hz);
   const std::size_t converged = (sample > settling ? sample - settling : 0) / envelope.samples();
-  const std::size_t earliest = (sample > most ? sample - most : 0) / envelope.samples();
+  const std::size_t earliest = (sample > longest ? sample - longest : 0) / envelope.samples();
   while (point > earliest && (point > converged || !(swept.length() > needed_m)))
     swept.take(envelope[--point]);
   return std::min(sample, point * envelope.samples());
@@ -233,16 +234,16 @@ std::vector<LogInterval> joined(std::vector<LogInterval> intervals, const std::v
 }
 
 std::vector<LogChunk> chunks_of(const std::vector<LongLog>& logs, const std::vector<LogInterval>& intervals) {
-  std::vector<LogChunk> pieces;
-  pieces.reserve(intervals.size());
+  std::vector<LogChunk> chunks;
+  chunks.reserve(intervals.size());
   for (const LogInterval& one : intervals) {
     const LongLog& log = logs[one.log];
-    LogChunk piece{log.piece(one.first, one.count), one.log, one.first, log.sample_count(), log.travel_m()};
-    piece.log.notes = log.head().notes;
-    piece.log.header = log.head().header;
-    pieces.push_back(std::move(piece));
+    LogChunk chunk{log.chunk(one.first, one.count), one.log, one.first, log.sample_count(), log.travel_m()};
+    chunk.log.notes = log.head().notes;
+    chunk.log.header = log.head().header;
+    chunks.push_back(std::move(chunk));
   }
-  return pieces;
+  return chunks;
 }
 
 }  // namespace slipstack::workbench

@@ -11,6 +11,7 @@
 
 #include "workbench/base/errors.h"
 #include "workbench/base/parallel.h"
+#include "workbench/estimate/nonlinear/checks.h"
 #include "workbench/long_logs/log_sums.h"
 #include "workbench/long_logs/processes/requests.h"
 #include "workbench/long_logs/whole_logs.h"
@@ -20,14 +21,14 @@ namespace {
 
 using nlohmann::json;
 
-/// What a process knows of the logs before all have told what they read.
+/// The logs that a process has opened before the surveys are exchanged.
 struct Opened {
-  std::vector<std::optional<LongLog>> logs;    ///< empty: another process reads it, or it cannot be used
+  std::vector<std::optional<LongLog>> logs;    ///< empty: read by another process, or unusable
   std::map<std::size_t, std::string> faults;   ///< by log
-  std::map<std::size_t, std::string> surveys;  ///< by log, of those read here that stay in their files
+  std::map<std::size_t, std::string> surveys;  ///< by log, of those surveyed here that stay in their files
 };
 
-/// Opens the logs that are short enough for memory, and of the others this process's share.
+/// Opens the logs that fit into memory, and this process's share of the others.
 Opened open_share(const ProcessGroup& group, const std::vector<std::string>& paths,
                   std::size_t in_memory_bytes, const GroupLogs::Progress& progress) {
   const auto members = static_cast<std::size_t>(group.size());
@@ -58,7 +59,7 @@ json binary_of(const std::string& bytes) {
   return json::binary(std::vector<std::uint8_t>(bytes.begin(), bytes.end()));
 }
 
-/// What the others need to know of what one process read.
+/// What one process sends to the others: faults and surveys.
 json described(const Opened& opened) {
   json faults = json::array();
   for (const auto& [log, fault] : opened.faults) faults.push_back({log, fault});
@@ -67,7 +68,7 @@ json described(const Opened& opened) {
   return {{"faults", faults}, {"surveys", surveys}};
 }
 
-/// Opens what others have read.
+/// Opens the logs that other processes have surveyed.
 std::vector<LongLog> complete(Opened opened, const std::vector<std::string>& paths, const json& surveys) {
   for (const json& one : surveys) {
     const auto log = one[0].get<std::size_t>();
@@ -103,16 +104,15 @@ ConditioningOptions conditioning_of(const json& value) {
 }
 
 Searched measured(const std::vector<LongLog>& logs, const std::vector<LogInterval>& intervals,
-                  const ConditioningOptions& conditioning,
-                  const std::function<void(const Measurement&)>& refuse) {
+                  const ConditioningOptions& conditioning) {
   Searched searched;
   searched.measurement = std::make_unique<Measurement>(chunks_of(logs, intervals), conditioning);
-  if (refuse) refuse(*searched.measurement);
+  refuse_slow_or_short(*searched.measurement);
   searched.weighing = weigh_rows(*searched.measurement);
   return searched;
 }
 
-/// What a process that serves keeps between requests.
+/// The state of a serving process between requests, and its answers.
 class Worker {
  public:
   explicit Worker(ProcessGroup& group) : group_(group) {}
@@ -124,23 +124,23 @@ class Worker {
       opened_ = open_share(group_, paths_, request.at("in_memory_bytes").get<std::size_t>(), {});
       return described(opened_);
     }
-    if (what == "know") {
+    if (what == "complete") {
       logs_ = complete(std::move(opened_), paths_, request.at("surveys"));
       return nullptr;
     }
     if (what == "measure") {
       std::vector<LogInterval> intervals;
-      for (const json& one : request.at("stretches")) {
+      for (const json& one : request.at("intervals")) {
         intervals.push_back(
             {one[0].get<std::size_t>(), one[1].get<std::size_t>(), one[2].get<std::size_t>()});
       }
-      searched_ = measured(logs_, intervals, conditioning_of(request.at("conditioning")), {});
+      searched_ = measured(logs_, intervals, conditioning_of(request.at("conditioning")));
       return nullptr;
     }
     if (what == "sum") {
       return LogSums(logs_, *searched_.measurement, searched_.weighing, group_).share(request);
     }
-    throw std::logic_error("a request that no process knows: " + what);
+    throw std::logic_error("unknown request to a process: " + what);
   }
 
  private:
@@ -170,33 +170,32 @@ GroupLogs::GroupLogs(ProcessGroup& group, const std::vector<std::string>& paths,
     for (const json& one : answer["surveys"]) surveys.push_back(one);
   }
   if (!faults.empty()) throw InputError(faults.begin()->second);
-  ask(group, {{"do", "know"}, {"surveys", surveys}}, [&] {
+  ask(group, {{"do", "complete"}, {"surveys", surveys}}, [&] {
     logs_ = complete(std::move(own), paths, surveys);
     return nullptr;
   });
 }
 
 Searched GroupLogs::measure(const std::vector<LogInterval>& intervals,
-                            const ConditioningOptions& conditioning,
-                            const std::function<void(const Measurement&)>& refuse) const {
+                            const ConditioningOptions& conditioning) const {
   std::size_t all = 0;
   std::size_t searched = 0;
   for (const LongLog& log : logs_) all += log.sample_count();
   for (const LogInterval& one : intervals) searched += one.count;
-  if (searched == all) return measured(logs_, intervals, conditioning, refuse);
+  if (searched == all) return measured(logs_, intervals, conditioning);
   json list = json::array();
   for (const LogInterval& one : intervals) list.push_back({one.log, one.first, one.count});
   Searched result;
-  ask(group_, {{"do", "measure"}, {"stretches", list}, {"conditioning", to_json(conditioning)}}, [&] {
-    result = measured(logs_, intervals, conditioning, refuse);
+  ask(group_, {{"do", "measure"}, {"intervals", list}, {"conditioning", to_json(conditioning)}}, [&] {
+    result = measured(logs_, intervals, conditioning);
     return nullptr;
   });
   return result;
 }
 
 void serve_logs(ProcessGroup& group) {
-  Worker helper(group);
-  serve(group, [&](const json& request) { return helper.work(request); });
+  Worker worker(group);
+  serve(group, [&](const json& request) { return worker.work(request); });
 }
 
 }  // namespace slipstack::workbench

@@ -15,20 +15,20 @@
 
 namespace slipstack::workbench {
 
-/// Logs and what of them is searched: all, or, of many samples, an excerpt.
+/// The measurement that is searched, of all samples or of an excerpt, and the weighing of its rows.
 struct Searched {
   std::unique_ptr<Measurement> measurement;
   RowWeighing weighing;
 };
 
-/// Logs that a team of processes works on: each reads its share of the long ones from end to end, and all
-/// know of all. The first process has one of these; the others serve_logs().
+/// Logs that a group of processes works on. Each process reads its share of the long logs from end to end and
+/// sends the surveys to all. The first process has a GroupLogs; the others call serve_logs().
 class GroupLogs {
  public:
   using Progress = std::function<void(double fraction)>;
 
-  /// Throws InputError for the first log, in order, that cannot be used. `in_memory_bytes`: see LongLog, of
-  /// all logs together.
+  /// Throws InputError for the first log, in order, that cannot be used. `in_memory_bytes`: as for LongLog,
+  /// for all logs together.
   GroupLogs(ProcessGroup& group, const std::vector<std::string>& paths,
             std::size_t in_memory_bytes = LongLog::kInMemoryBytes, const Progress& progress = {});
 
@@ -36,10 +36,9 @@ class GroupLogs {
   const std::vector<LongLog>& logs() const { return logs_; }
   const std::vector<std::string>& paths() const { return paths_; }
 
-  /// These stretches, conditioned, here; and on all other processes where they are an excerpt that the whole
-  /// logs will judge. `refuse` may throw before the rows are weighed.
-  Searched measure(const std::vector<LogInterval>& intervals, const ConditioningOptions& conditioning,
-                   const std::function<void(const Measurement&)>& refuse = {}) const;
+  /// Measures these intervals, on this process and, where they are an excerpt by which the whole logs will be
+  /// judged, on all others too. Throws InputError for logs that are too short or sampled too slowly.
+  Searched measure(const std::vector<LogInterval>& intervals, const ConditioningOptions& conditioning) const;
 
  private:
   ProcessGroup& group_;
@@ -47,7 +46,7 @@ class GroupLogs {
   std::vector<LongLog> logs_;
 };
 
-/// What all processes but the first do: their share of GroupLogs and of WholeLogs, until they are dismissed.
+/// Called by all processes but the first: does their share of GroupLogs and WholeLogs until a Dismissal.
 void serve_logs(ProcessGroup& group);
 
 }  // namespace slipstack::workbench

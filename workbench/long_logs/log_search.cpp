@@ -13,7 +13,7 @@
 namespace slipstack::workbench {
 namespace {
 
-/// Searches after the first that the whole logs may ask for.
+/// Largest number of extensions of the excerpt; chosen.
 constexpr int kMostExtensions = 2;
 
 GroupLogs opened(const LogRequest& request, Progress& progress) {
@@ -29,10 +29,6 @@ GroupLogs opened(const LogRequest& request, Progress& progress) {
           [&progress, stage](double fraction) { progress.show(stage, fraction); }};
 }
 
-WholeLogs::Progress judging(Progress& progress) {
-  return [&progress](double fraction) { progress.show("judge by the whole logs", fraction); };
-}
-
 }  // namespace
 
 LogSearch::LogSearch(const LogRequest& request, Progress& progress)
@@ -44,19 +40,10 @@ LogSearch::LogSearch(const LogRequest& request, Progress& progress)
 }
 
 void LogSearch::measure() {
-  searched_ = logs_.measure(intervals_, conditioning_, [this](const Measurement& measurement) {
-    refuse_slow_or_short(measurement);
-    progress_.show("weigh the rows");
-  });
-  whole_.emplace(logs_.logs(), *searched_.measurement, searched_.weighing, logs_.group());
-}
-
-void LogSearch::fit_to_whole(const std::vector<FittedModel*>& models, double limit_N) {
-  whole_->fit(models, limit_N, judging(progress_));
-}
-
-std::vector<WholeLogs::Left> LogSearch::left_by(const std::vector<Terms>& models) {
-  return whole_->left_by(models, judging(progress_));
+  progress_.show("filter the samples");
+  searched_ = logs_.measure(intervals_, conditioning_);
+  const auto show = [this](double fraction) { progress_.show("judge by the whole logs", fraction); };
+  whole_.emplace(logs_.logs(), *searched_.measurement, searched_.weighing, logs_.group(), show);
 }
 
 Diagnosis LogSearch::diagnose(DiagnoseOptions options) {
@@ -68,7 +55,7 @@ Diagnosis LogSearch::diagnose(DiagnoseOptions options) {
     EffectSearch search(measurement(), options);
     if (measurement().is_excerpt()) {
       options.report("judge by the whole logs", 0.0);
-      whole_->judge(search.diagnosis(), judging(progress_));
+      whole_->judge(search.diagnosis());
       search.drop_what_whole_logs_do_not_support();
     }
     Diagnosis diagnosis = search.conclude();

@@ -19,12 +19,13 @@ struct LogRequest {
   ConditioningOptions conditioning;
 };
 
-/// Logs of any length, and what of them is searched: all samples of short ones, of long ones an excerpt that
-/// the whole logs then judge. The excerpt grows while the whole logs show something that it does not:
+/// Logs of any length. All samples of short logs are searched; of long ones an excerpt, and what is found
+/// there is judged by the whole logs. The excerpt grows as long as it predicts parts of the whole logs
+/// poorly:
 ///
 ///   LogSearch logs(request, progress);
 ///   do {
-///     fit to logs.measurement(); judge by logs.whole();
+///     fit models to logs.measurement(); logs.fit_to_whole(models, limit_N);
 ///   } while (logs.extend());
 class LogSearch {
  public:
@@ -32,23 +33,25 @@ class LogSearch {
   /// cannot be used. `progress` must outlive this.
   LogSearch(const LogRequest& request, Progress& progress);
 
-  /// What is searched.
+  /// The measurement that is searched: of all samples, or of the excerpt.
   Measurement& measurement() { return *searched_.measurement; }
-  /// The judge by all samples.
-  WholeLogs& whole() { return *whole_; }
-  /// Fits the gains of `models` again, to the whole logs, and judges them by these (WholeLogs::fit()).
-  void fit_to_whole(const std::vector<FittedModel*>& models, double limit_N);
-  /// What models leave of the whole logs as they are (WholeLogs::left_by()).
-  std::vector<WholeLogs::Left> left_by(const std::vector<Terms>& models);
-  /// The effects that the model lacks: found in the excerpt, judged by the whole, searched again where the
-  /// excerpt grows. `options.start` is a model as its file has it.
+  /// Fits the gains of `models` to the whole logs and sets their errors there (WholeLogs::fit()).
+  void fit_to_whole(const std::vector<FittedModel*>& models, double limit_N) { whole_->fit(models, limit_N); }
+  /// Residuals of models in the whole logs, without any fit.
+  std::vector<WholeLogs::Residual> residuals_of(const std::vector<Terms>& models) {
+    return whole_->residuals_of(models);
+  }
+  /// Extremes of the motion in the whole logs, after one of the two calls above.
+  MotionExtremes reached() const { return whole_->reached(); }
+  /// The effects that the model lacks: searched in the excerpt, judged by the whole logs, and searched again
+  /// after the excerpt was extended. `options.start` is a model as its file has it.
   Diagnosis diagnose(DiagnoseOptions options);
 
-  /// Whether the whole logs show something that the excerpt does not: it then has joined the excerpt, which
-  /// is measured anew. Twice at most; false for logs that were searched whole.
+  /// Extends the excerpt by the intervals of the whole logs that the last model predicts poorly, and measures
+  /// it again. At most twice; false where nothing was extended, and for logs that were searched whole.
   bool extend();
 
-  /// The measurement, for one who keeps it; nothing else may be called after.
+  /// Hands over the measurement; no other function may be called afterwards.
   std::unique_ptr<Measurement> release() { return std::move(searched_.measurement); }
 
  private:

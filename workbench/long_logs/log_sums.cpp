@@ -17,11 +17,12 @@ namespace {
 
 using nlohmann::json;
 
-/// Samples conditioned at once, and before them at most so many in which the hysteresis finds its state.
-constexpr std::size_t kPiece = 196608;
-constexpr std::size_t kLongestLead = 262144;
+/// Samples of a chunk, and at most so many more before it for the burn-in of the hysteresis. Chosen: a chunk
+/// with its columns takes some 25 MB (tests/unit/long_logs/memory_test.cpp).
+constexpr std::size_t kChunk = 196608;
+constexpr std::size_t kLongestBurnIn = 262144;
 
-/// Whether `model` is `base` with one more term, and all terms simply add.
+/// Whether `model` is `base` with one more term, and no term multiplies others.
 bool only_adds(const Terms& base, const Terms& model) {
   if (model.size() != base.size() + 1 || any_multiplies(model)) return false;
   for (std::size_t t = 0; t < base.size(); ++t) {
@@ -30,36 +31,36 @@ bool only_adds(const Terms& base, const Terms& model) {
   return true;
 }
 
-/// What a model leaves at the rows that count.
-Eigen::VectorXd left_N(const Measurement& piece, const Linearisation& model) {
-  return model.residual_N().cwiseProduct(piece.row_usable());
+/// The residual of a model, zero at rows that are not used.
+Eigen::VectorXd usable_residual_N(const Measurement& chunk, const Linearisation& model) {
+  return model.residual_N().cwiseProduct(chunk.row_usable());
 }
 
-Squares squares_of(const Measurement& piece, const Linearisation& model) {
-  const Eigen::VectorXd left = left_N(piece, model);
-  return {left.squaredNorm(), model.measured_N().cwiseProduct(piece.row_usable()).squaredNorm(),
-          left.cwiseAbs2().dot(piece.row_weights()), piece.row_weights().sum()};
+Squares squares_of(const Measurement& chunk, const Linearisation& model) {
+  const Eigen::VectorXd residual = usable_residual_N(chunk, model);
+  return {residual.squaredNorm(), model.measured_N().cwiseProduct(chunk.row_usable()).squaredNorm(),
+          residual.cwiseAbs2().dot(chunk.row_weights()), chunk.row_weights().sum()};
 }
 
-/// Adds what a model leaves to the windows of a unit, of which the piece begins at sample `from` of the log.
-void add_windows(const Measurement& piece, std::size_t from, const Linearisation& model, UnitSums& sums) {
-  const Eigen::VectorXd left = left_N(piece, model);
-  for (Eigen::Index row = 0; row < left.size(); ++row) {
-    const std::size_t sample = from + piece.row_samples()[static_cast<std::size_t>(row)];
+/// Adds the residual of a model to the windows of a unit; the chunk begins at sample `from` of the log.
+void add_windows(const Measurement& chunk, std::size_t from, const Linearisation& model, UnitSums& sums) {
+  const Eigen::VectorXd residual = usable_residual_N(chunk, model);
+  for (Eigen::Index row = 0; row < residual.size(); ++row) {
+    const std::size_t sample = from + chunk.row_samples()[static_cast<std::size_t>(row)];
     const std::size_t window = sample / Window::kSamples;
     if (sums.windows.empty() || sums.windows.back().index != window) {
       sums.windows.push_back({sums.log, window, 0.0, 0.0});
     }
-    sums.windows.back().squares += piece.row_weights()(row) * left(row) * left(row);
-    sums.windows.back().weight += piece.row_weights()(row);
+    sums.windows.back().squares += chunk.row_weights()(row) * residual(row) * residual(row);
+    sums.windows.back().weight += chunk.row_weights()(row);
   }
 }
 
 }  // namespace
 
 LogSums::LogSums(const std::vector<LongLog>& logs, const Measurement& excerpt, const RowWeighing& weighing,
-                 ProcessGroup& group)
-    : logs_(logs), excerpt_(excerpt), weighing_(weighing), group_(group) {
+                 ProcessGroup& group, Progress progress)
+    : logs_(logs), excerpt_(excerpt), weighing_(weighing), group_(group), progress_(std::move(progress)) {
   const auto all = static_cast<double>(excerpt.whole_sample_count());
   for (std::size_t log = 0; log < logs.size(); ++log) {
     const std::size_t samples = logs[log].sample_count();
@@ -68,48 +69,49 @@ LogSums::LogSums(const std::vector<LongLog>& logs, const Measurement& excerpt, c
     for (std::size_t b = 0; b < count; ++b) {
       const std::size_t first = samples * b / count;
       const std::size_t end = samples * (b + 1) / count;
-      const bool goes_on = b > 0 && end - units_.back().borders.front() <= kPiece;
-      if (!goes_on) units_.push_back({log, block_count_, {first}});
+      const bool same_unit = b > 0 && end - units_.back().borders.front() <= kChunk;
+      if (!same_unit) units_.push_back({log, block_count_, {first}});
       units_.back().borders.push_back(end);
       ++block_count_;
     }
   }
 }
 
-/// Adds the samples of the unit's log that lie between the borders.
+/// Adds the samples of the unit's log from the first to the last of the borders. The chunk is read with a
+/// burn-in before them and with margins for the filter on both sides.
 void LogSums::sum_chunk(const std::vector<std::size_t>& borders, const SumTask& task, UnitSums& sums) const {
   const LongLog& log = logs_[sums.log];
   const std::size_t margin = excerpt_.margin();
-  const std::size_t known = lead_into_chunk(log, borders.front());
-  const std::size_t from = known - std::min(known, 2 * margin);
+  const std::size_t start = chunk_start(log, borders.front());
+  const std::size_t from = start - std::min(start, 2 * margin);
   const std::size_t to = std::min(log.sample_count(), borders.back() + margin);
   std::vector<std::size_t> local;
   local.reserve(borders.size());
   for (const std::size_t border : borders) local.push_back(border - from);
-  Measurement piece({log.piece(from, to - from), sums.log, from, log.sample_count(), log.travel_m()},
+  Measurement chunk({log.chunk(from, to - from), sums.log, from, log.sample_count(), log.travel_m()},
                     excerpt_, local);
-  sums.reached.take(piece, local.front(), local.back());
-  if (piece.row_count() == 0) return;
-  weighing_.apply(piece);
+  sums.reached.take(chunk, local.front(), local.back());
+  if (chunk.row_count() == 0) return;
+  weighing_.apply(chunk);
 
   const Terms& first = task.models.front();
-  const Linearisation base(piece, first);
+  const Linearisation base(chunk, first);
   if (task.limit_N > 0.0) {
-    piece.set_row_weights(huber_weights(piece.row_weights(), base.residual_N(), task.limit_N));
+    chunk.set_row_weights(huber_weights(chunk.row_weights(), base.residual_N(), task.limit_N));
   }
-  const NormalEquations base_equations(piece, base.columns(), base.target());
+  const NormalEquations base_equations(chunk, base.columns(), base.target());
   for (std::size_t m = 0; m < task.models.size(); ++m) {
     const Terms& terms = task.models[m];
     if (m >= task.full && only_adds(first, terms)) {
-      sums.equations[m].add(equations_with(piece, base, base_equations, terms.back()), 0);
+      sums.equations[m].add(equations_with(chunk, base, base_equations, terms.back()), 0);
       continue;
     }
     std::optional<Linearisation> own;
-    if (m > 0) own.emplace(piece, terms, &base);
+    if (m > 0) own.emplace(chunk, terms, &base);
     const Linearisation& model = own ? *own : base;
-    sums.equations[m].add(own ? NormalEquations(piece, model.columns(), model.target()) : base_equations, 0);
-    if (m < task.full) sums.squares[m].add(squares_of(piece, model));
-    if (m + 1 == task.full) add_windows(piece, from, model, sums);
+    sums.equations[m].add(own ? NormalEquations(chunk, model.columns(), model.target()) : base_equations, 0);
+    if (m < task.full) sums.squares[m].add(squares_of(chunk, model));
+    if (m + 1 == task.full) add_windows(chunk, from, model, sums);
   }
 }
 
@@ -123,18 +125,18 @@ UnitSums LogSums::sum_unit(const Unit& unit, const SumTask& task) const {
   sums.squares.resize(task.full);
   if (unit.block_count() > 1) {
     sum_chunk(unit.borders, task, sums);
-  } else {  // a block may be long
+  } else {  // a single block may be longer than a chunk
     const std::size_t end = unit.borders.back();
-    for (std::size_t first = unit.borders.front(); first < end; first += kPiece) {
-      sum_chunk({first, std::min(end, first + kPiece)}, task, sums);
+    for (std::size_t first = unit.borders.front(); first < end; first += kChunk) {
+      sum_chunk({first, std::min(end, first + kChunk)}, task, sums);
     }
   }
   for (NormalEquations& equations : sums.equations) equations.sum_up();
   return sums;
 }
 
-/// The units that are this process's.
-std::vector<UnitSums> LogSums::sum_share(const SumTask& task, const Progress& progress) const {
+/// The sums of the units that are assigned to this process.
+std::vector<UnitSums> LogSums::sum_share(const SumTask& task, Pass pass) const {
   std::vector<const Unit*> mine;
   for (std::size_t u = 0; u < units_.size(); ++u) {
     if (static_cast<int>(u) % group_.size() == group_.rank()) mine.push_back(&units_[u]);
@@ -143,17 +145,18 @@ std::vector<UnitSums> LogSums::sum_share(const SumTask& task, const Progress& pr
   std::atomic<std::size_t> done{0};
   parallel_for(mine.size(), [&](std::size_t i) {
     sums[i] = sum_unit(*mine[i], task);
-    if (progress) progress(static_cast<double>(++done) / static_cast<double>(mine.size()));
+    const double fraction = static_cast<double>(++done) / static_cast<double>(mine.size());
+    if (progress_) progress_(pass.from + pass.share * fraction);
   });
   return sums;
 }
 
-std::vector<UnitSums> LogSums::sum(const SumTask& task, const Progress& progress) const {
+std::vector<UnitSums> LogSums::sum(const SumTask& task, Pass pass) const {
   json request = to_json(task);
   request["do"] = "sum";
   std::vector<UnitSums> all;
   const std::vector<json> answers = ask(group_, request, [&] {
-    all = sum_share(task, progress);
+    all = sum_share(task, pass);
     return nullptr;
   });
   for (std::size_t rank = 1; rank < answers.size(); ++rank) {
@@ -168,8 +171,8 @@ json LogSums::share(const json& request) const {
   return to_json(sum_share(task_of(request), {}));
 }
 
-std::size_t lead_into_chunk(const LongLog& log, std::size_t sample) {
-  return lead_in(log, sample, kLongestLead);
+std::size_t chunk_start(const LongLog& log, std::size_t sample) {
+  return burn_in_start(log, sample, kLongestBurnIn);
 }
 
 }  // namespace slipstack::workbench

@@ -12,35 +12,41 @@
 
 namespace slipstack::workbench {
 
-/// Sums over whole logs, which are read again piece by piece: of each piece only sums remain. The blocks are
-/// those of the logs, each summed by one thread of one process, so the sums are the same for any number of
-/// either. Memory: some pieces a thread, whatever the length of the logs. Cost: linear in samples.
+/// Sums over whole logs, which are read again chunk by chunk; only sums are kept of each chunk. The borders
+/// of the cross-validation blocks depend on the logs alone, and each block is summed by one thread of one
+/// process, so the sums are the same for any number of either. Memory: a few chunks for each thread,
+/// independent of the length of the logs. Cost: linear in samples.
 class LogSums {
  public:
   using Progress = std::function<void(double fraction)>;
+  /// Part of the displayed progress that one pass over the logs covers.
+  struct Pass {
+    double from = 0.0;
+    double share = 1.0;
+  };
 
-  /// Every piece is conditioned as `excerpt` was, and its rows weighed by what weigh_rows() gave for it. All
-  /// references must outlive this.
+  /// Every chunk is conditioned as `excerpt` was, and its rows get weights by `weighing`, the result of
+  /// weigh_rows() for the excerpt. All references must outlive this. `progress` may be empty.
   LogSums(const std::vector<LongLog>& logs, const Measurement& excerpt, const RowWeighing& weighing,
-          ProcessGroup& group);
+          ProcessGroup& group, Progress progress = {});
 
-  /// Blocks of all logs.
+  /// Number of blocks of all logs.
   int block_count() const { return block_count_; }
-  /// On the first process of the team: every unit, by block; each process sums its share. Throws InputError
-  /// where a log cannot be read again.
-  std::vector<UnitSums> sum(const SumTask& task, const Progress& progress) const;
-  /// On the others: their answer to what sum() asks of them.
+  /// On the first process of the group: the sums of all units in the order of their blocks; each process sums
+  /// its share. Throws InputError where a log cannot be read again.
+  std::vector<UnitSums> sum(const SumTask& task, Pass pass) const;
+  /// On the other processes: the answer to the request that sum() sends.
   nlohmann::json share(const nlohmann::json& request) const;
 
  private:
-  /// Blocks of one log that follow each other: what one thread sums.
+  /// Consecutive blocks of one log, summed by one thread.
   struct Unit {
     std::size_t log = 0;
     int first_block = 0;               ///< of all logs
-    std::vector<std::size_t> borders;  ///< samples at which blocks begin, and the end
+    std::vector<std::size_t> borders;  ///< first samples of the blocks, and the end of the last one
     int block_count() const { return static_cast<int>(borders.size()) - 1; }
   };
-  std::vector<UnitSums> sum_share(const SumTask& task, const Progress& progress) const;
+  std::vector<UnitSums> sum_share(const SumTask& task, Pass pass) const;
   UnitSums sum_unit(const Unit& unit, const SumTask& task) const;
   void sum_chunk(const std::vector<std::size_t>& borders, const SumTask& task, UnitSums& sums) const;
 
@@ -48,11 +54,12 @@ class LogSums {
   const Measurement& excerpt_;
   const RowWeighing& weighing_;
   ProcessGroup& group_;
+  Progress progress_;
   std::vector<Unit> units_;
   int block_count_ = 0;
 };
 
-/// Where a piece of a whole log must begin so that the state is known at `sample`.
-std::size_t lead_into_chunk(const LongLog& log, std::size_t sample);
+/// The sample at which a chunk of a whole log must begin so that its burn-in ends before `sample`.
+std::size_t chunk_start(const LongLog& log, std::size_t sample);
 
 }  // namespace slipstack::workbench

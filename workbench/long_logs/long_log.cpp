@@ -13,8 +13,8 @@
 namespace slipstack::workbench {
 
 struct LongLog::State {
-  Survey known;                     ///< its head with the samples where the log is in memory
-  std::unique_ptr<InputFile> file;  ///< of a log that stays there
+  Survey known;                     ///< known.head holds the samples of a log in memory
+  std::unique_ptr<InputFile> file;  ///< only of a log that stays in its file
 };
 
 bool LongLog::stays_in_file(const std::filesystem::path& path, std::size_t in_memory_bytes) {
@@ -73,25 +73,25 @@ const Envelope& LongLog::envelope() const {
   return state_->known.envelope;
 }
 
-Log LongLog::piece(std::size_t first, std::size_t count) const {
+Log LongLog::chunk(std::size_t first, std::size_t count) const {
   const Survey& known = state_->known;
   const Log& head = known.head;
-  Log piece;
+  Log chunk;
   if (state_->file == nullptr) {
-    piece.path = head.path;
-    piece.sample_rate_Hz = head.sample_rate_Hz;
-    piece.mass_kg = head.mass_kg;
-    piece.motor_constant_N_per_A = head.motor_constant_N_per_A;
-    piece.magnet_pitch_m = head.magnet_pitch_m;
-    piece.encoder_resolution_m = head.encoder_resolution_m;
-    piece.start_time_s = head.start_time_s + static_cast<double>(first) / head.sample_rate_Hz;
+    chunk.path = head.path;
+    chunk.sample_rate_Hz = head.sample_rate_Hz;
+    chunk.mass_kg = head.mass_kg;
+    chunk.motor_constant_N_per_A = head.motor_constant_N_per_A;
+    chunk.magnet_pitch_m = head.magnet_pitch_m;
+    chunk.encoder_resolution_m = head.encoder_resolution_m;
+    chunk.start_time_s = head.start_time_s + static_cast<double>(first) / head.sample_rate_Hz;
     for (const auto column : kSampleColumns) {
       const std::vector<double>& all = head.*column;
       if (all.empty()) continue;
       const auto from = all.begin() + static_cast<std::ptrdiff_t>(first);
-      (piece.*column).assign(from, from + static_cast<std::ptrdiff_t>(count));
+      (chunk.*column).assign(from, from + static_cast<std::ptrdiff_t>(count));
     }
-    return piece;
+    return chunk;
   }
   const std::size_t place = first / kRowsPerPlace;
   FileSource source(*state_->file, known.places[place].byte);
@@ -102,9 +102,9 @@ Log LongLog::piece(std::size_t first, std::size_t count) const {
     throw InputError(known.table.source +
                      ": the file has become shorter while it was read; wait until it is whole");
   }
-  piece = assemble_chunk(std::move(rows), &head);
-  piece.path = head.path;
-  return piece;
+  chunk = assemble_chunk(std::move(rows), &head);
+  chunk.path = head.path;
+  return chunk;
 }
 
 }  // namespace slipstack::workbench

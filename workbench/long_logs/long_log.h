@@ -11,8 +11,8 @@
 
 namespace slipstack::workbench {
 
-/// A log of any length, read in pieces: a short one is held in memory, a long CSV file stays where it is and
-/// is read again from the byte where a piece begins. Memory: 64 MiB of text at most, else that of the
+/// A log of any length, read in chunks: a short one is held in memory; a long CSV file is read again from the
+/// byte at which a chunk begins. Memory: that of the samples of at most 64 MiB of text, or that of the
 /// survey.
 class LongLog {
  public:
@@ -23,24 +23,24 @@ class LongLog {
   /// InputError.
   static LongLog open(const std::filesystem::path& path, std::size_t in_memory_bytes = kInMemoryBytes);
 
-  /// A log of which survey() has told already, elsewhere: nothing of it is read yet. Throws InputError where
-  /// the file is not the one that was surveyed.
+  /// A log that another process has surveyed: nothing is read yet. Throws InputError where the file is not
+  /// the one that was surveyed.
   static LongLog open(const std::filesystem::path& path, Survey survey);
   /// Whether open() would leave the log in its file.
   static bool stays_in_file(const std::filesystem::path& path, std::size_t in_memory_bytes);
-  /// Of a log that stays in its file; nullptr where it is held in memory.
+  /// The survey of a log that stays in its file; nullptr where the log is held in memory.
   const Survey* survey() const;
 
   /// Everything but the samples.
   const Log& head() const;
   std::size_t sample_count() const;
-  /// From the lowest position to the highest.
+  /// The highest position minus the lowest.
   double travel_m() const;
   const Envelope& envelope() const;
 
-  /// Samples [first, first + count), which must exist; starts at their time. May be called from several
-  /// threads. Throws InputError where the file has changed since open().
-  Log piece(std::size_t first, std::size_t count) const;
+  /// Samples [first, first + count), which must exist; start_time_s is the time of the first of them. May be
+  /// called from several threads. Throws InputError where the file has changed since open().
+  Log chunk(std::size_t first, std::size_t count) const;
 
  private:
   struct State;

@@ -13,11 +13,11 @@
 
 namespace slipstack::workbench {
 
-/// Rows of a file between places at which reading may go on.
+/// Rows of a file between two places at which reading can start.
 inline constexpr std::size_t kRowsPerPlace = 32768;
 
-/// What one reading of a long CSV file tells of it, small enough to be kept and to be told to others: 12
-/// bytes for kGlanceSamples samples, 13 MB at most, and 16 for kRowsPerPlace.
+/// The result of reading a long CSV file once, small enough to be kept and sent to other processes: 12 bytes
+/// for kEnvelopeSamples samples, at most 13 MB, and 16 bytes for kRowsPerPlace samples.
 struct Survey {
   Log head;  ///< without samples
   std::size_t samples = 0;
@@ -28,15 +28,15 @@ struct Survey {
   std::size_t bytes = 0;  ///< of the file
 };
 
-/// Whether a file is CSV text, sampled uniformly, so that pieces of it can be read on their own. Throws
-/// InputError where its beginning cannot be used.
+/// Whether a file is CSV text that is sampled uniformly, so that chunks of it can be read separately. Throws
+/// InputError where its header cannot be used.
 bool reads_in_chunks(const std::string& name, const InputFile& file);
 
-/// Reads a file from end to end, a stretch of rows at a time, and checks all that read_log() checks. Throws
-/// InputError. Cost: that of read_log(), with the memory of one stretch.
+/// Reads a file from end to end in chunks of kRowsPerPlace rows and checks all that read_log() checks. Throws
+/// InputError. Cost: that of read_log(), with the memory of one chunk.
 Survey survey(const std::string& name, const InputFile& file);
 
-/// The survey as bytes, for a process that does not read the file itself, and back.
+/// Converts a survey to bytes, for a process that does not read the file itself, and back.
 std::string to_bytes(const Survey& survey);
 Survey survey_of(const std::string& bytes);
 

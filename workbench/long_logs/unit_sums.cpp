@@ -72,7 +72,8 @@ json unit_json(const UnitSums& one) {
     entry["equations"].push_back(equations_json(equations));
   }
   for (const Squares& squares : one.squares) {
-    entry["squares"].push_back({squares.left, squares.measured, squares.weighted_left, squares.weight});
+    entry["squares"].push_back(
+        {squares.residual, squares.measured, squares.weighted_residual, squares.weight});
   }
   for (const Window& window : one.windows) {
     entry["windows"].push_back({window.log, window.index, window.squares, window.weight});
@@ -104,18 +105,18 @@ UnitSums unit_of(const json& entry, const std::vector<Terms>& models) {
 }  // namespace
 
 void Squares::add(const Squares& other) {
-  left += other.left;
+  residual += other.residual;
   measured += other.measured;
-  weighted_left += other.weighted_left;
+  weighted_residual += other.weighted_residual;
   weight += other.weight;
 }
 
 double Squares::relative() const {
-  return std::sqrt(left / std::max(measured, 1e-300));
+  return std::sqrt(residual / std::max(measured, 1e-300));
 }
 
 double Squares::rmse_N() const {
-  return std::sqrt(weighted_left / std::max(weight, 1e-300));
+  return std::sqrt(weighted_residual / std::max(weight, 1e-300));
 }
 
 double Window::rmse_N() const {

@@ -11,18 +11,18 @@
 
 namespace slipstack::workbench {
 
-/// Squares of what a model leaves and of the measured force.
+/// Sums of squares of the residual of a model and of the measured force.
 struct Squares {
-  double left = 0.0;
+  double residual = 0.0;
   double measured = 0.0;
-  double weighted_left = 0.0;
+  double weighted_residual = 0.0;
   double weight = 0.0;
   void add(const Squares& other);
   double relative() const;
   double rmse_N() const;
 };
 
-/// Weighted squares of what a model leaves of some samples of a log, to be looked at on their own.
+/// Weighted sum of squares of the residual of a model in a window of a log.
 struct Window {
   static constexpr std::size_t kSamples = 4096;
   std::size_t log = 0;
@@ -34,25 +34,25 @@ struct Window {
   double rmse_N() const;
 };
 
-/// How far and how fast the axis went: positions as read, the rest smoothed.
+/// Extremes of the motion: positions as read, velocity and acceleration filtered.
 struct MotionExtremes {
   double low_m = std::numeric_limits<double>::infinity();
   double high_m = -std::numeric_limits<double>::infinity();
   double velocity_mps = 0.0;
   double acceleration_mps2 = 0.0;
   void add(const MotionExtremes& other);
-  /// Of the samples [first, end) of a measurement.
+  /// Includes the samples [first, end) of a measurement.
   void take(const Measurement& measurement, std::size_t first, std::size_t end);
 };
 
-/// What is to be summed of whole logs.
+/// Which sums over whole logs are wanted.
 struct SumTask {
   std::vector<Terms> models;
-  std::size_t full = 0;  ///< so many of them also say what they leave
-  double limit_N = 0.0;  ///< where the first model leaves more, rows pull no more than there; 0: all pull
+  std::size_t full = 0;  ///< the residuals are summed too for so many models at the front
+  double limit_N = 0.0;  ///< Huber's limit of the residual of the first model; 0: no limit
 };
 
-/// What remains of a unit, which is blocks of one log that follow each other.
+/// The sums of a unit, which is a sequence of consecutive blocks of one log.
 struct UnitSums {
   std::size_t log = 0;
   int first_block = 0;                     ///< among the blocks of all logs
@@ -62,7 +62,7 @@ struct UnitSums {
   MotionExtremes reached;
 };
 
-// As messages between the processes of a team: what comes back is the same to the bit.
+// Messages between the processes of a group; every number arrives unchanged to the bit.
 nlohmann::json to_json(const SumTask& task);
 SumTask task_of(const nlohmann::json& message);
 nlohmann::json to_json(const std::vector<UnitSums>& sums);

@@ -3,19 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
 #include <utility>
 
 #include "workbench/base/parallel.h"
+#include "workbench/long_logs/poorly_predicted.h"
 
 namespace slipstack::workbench {
 namespace {
 
-/// A window that errs so many times as much as the worst of the excerpt is a surprise.
-constexpr double kPoorlyPredicted = 5.0;
-constexpr std::size_t kMostPoorlyPredicted = 3;
-
-/// The errors of `judged` in place of those of `model`.
+/// Replaces the errors of `model` by those of `judged`.
 void take_errors(FittedModel& model, const FittedModel& judged) {
   model.train_rmse_N = judged.train_rmse_N;
   model.holdout_rmse_N = judged.holdout_rmse_N;
@@ -25,7 +21,7 @@ void take_errors(FittedModel& model, const FittedModel& judged) {
   model.log_errors = judged.log_errors;
 }
 
-/// Squares of what one of the models that say so leaves of all.
+/// Squares of the residual of model `m` over all logs; m < SumTask::full.
 Squares squares_of(const std::vector<UnitSums>& sums, std::size_t m) {
   Squares squares;
   for (const UnitSums& one : sums) squares.add(one.squares[m]);
@@ -35,8 +31,8 @@ Squares squares_of(const std::vector<UnitSums>& sums, std::size_t m) {
 }  // namespace
 
 WholeLogs::WholeLogs(const std::vector<LongLog>& logs, const Measurement& excerpt,
-                     const RowWeighing& weighing, ProcessGroup& group)
-    : logs_(logs), excerpt_(excerpt), sums_(logs, excerpt, weighing, group) {}
+                     const RowWeighing& weighing, ProcessGroup& group, LogSums::Progress progress)
+    : logs_(logs), excerpt_(excerpt), sums_(logs, excerpt, weighing, group, std::move(progress)) {}
 
 MotionExtremes WholeLogs::reached() const {
   MotionExtremes all = reached_;
@@ -44,9 +40,9 @@ MotionExtremes WholeLogs::reached() const {
   return all;
 }
 
-/// The sums of all units. What they tell of the logs is kept.
-std::vector<UnitSums> WholeLogs::sum(const SumTask& task, const Progress& progress) {
-  std::vector<UnitSums> sums = sums_.sum(task, progress);
+/// The sums of all units; keeps the windows and the extremes of the motion.
+std::vector<UnitSums> WholeLogs::sum(const SumTask& task, LogSums::Pass pass) {
+  std::vector<UnitSums> sums = sums_.sum(task, pass);
   windows_.clear();
   for (const UnitSums& one : sums) {
     reached_.add(one.reached);
@@ -55,7 +51,7 @@ std::vector<UnitSums> WholeLogs::sum(const SumTask& task, const Progress& progre
   return sums;
 }
 
-/// What one of the models that say so leaves of each log.
+/// Errors of model `m` in each log; m < SumTask::full.
 std::vector<LogErrors> WholeLogs::log_errors(const std::vector<UnitSums>& sums, std::size_t m) const {
   std::vector<Squares> squares(logs_.size());
   for (const UnitSums& one : sums) squares[one.log].add(one.squares[m]);
@@ -65,31 +61,31 @@ std::vector<LogErrors> WholeLogs::log_errors(const std::vector<UnitSums>& sums, 
   return errors;
 }
 
-/// Errors of each log by the equations of all, where each row has its weight.
+/// Sets the weighted errors of each log, from the normal equations of all.
 void WholeLogs::take_weighted_errors(const NormalEquations& equations, const std::vector<UnitSums>& sums,
                                      FittedModel& model) const {
   struct Weighted {
-    double left = 0.0;
-    double unobserved = 0.0;
+    double squared_error = 0.0;
+    double held_out = 0.0;
     double weight = 0.0;
   };
   std::vector<Weighted> of_log(logs_.size());
   for (const UnitSums& one : sums) {
     const int end = one.first_block + one.equations.front().block_count();
     for (int block = one.first_block; block < end; ++block) {
-      of_log[one.log].left += equations.squared_error(model.solution.value, block);
-      of_log[one.log].unobserved += model.block_squared_error[static_cast<std::size_t>(block)];
+      of_log[one.log].squared_error += equations.squared_error(model.solution.value, block);
+      of_log[one.log].held_out += model.block_squared_error[static_cast<std::size_t>(block)];
       of_log[one.log].weight += equations.weight(block);
     }
   }
   for (std::size_t log = 0; log < logs_.size(); ++log) {
     const double weight = std::max(of_log[log].weight, 1e-300);
-    model.log_errors[log].rmse_N = std::sqrt(of_log[log].left / weight);
-    model.log_errors[log].holdout_rmse_N = std::sqrt(of_log[log].unobserved / weight);
+    model.log_errors[log].rmse_N = std::sqrt(of_log[log].squared_error / weight);
+    model.log_errors[log].holdout_rmse_N = std::sqrt(of_log[log].held_out / weight);
   }
 }
 
-/// Gains and errors of one of the models.
+/// Gains and errors of model `m`.
 FittedModel WholeLogs::judged(const SumTask& task, std::size_t m, const std::vector<UnitSums>& sums,
                               double error_N) const {
   const Terms& terms = task.models[m];
@@ -113,26 +109,21 @@ FittedModel WholeLogs::judged(const SumTask& task, std::size_t m, const std::vec
   return model;
 }
 
-/// Of all models; `error_N` scales what is known before the data.
-std::vector<FittedModel> WholeLogs::judged(const SumTask& task, double error_N, const Progress& progress) {
-  const std::vector<UnitSums> sums = sum(task, progress);
+/// Gains and errors of all models; `error_N` scales the prior knowledge (constraints_of()).
+std::vector<FittedModel> WholeLogs::judged(const SumTask& task, double error_N, LogSums::Pass pass) {
+  const std::vector<UnitSums> sums = sum(task, pass);
   std::vector<FittedModel> models(task.models.size());
   parallel_for(models.size(), [&](std::size_t m) { models[m] = judged(task, m, sums, error_N); });
   return models;
 }
 
-void WholeLogs::fit(const std::vector<FittedModel*>& models, double limit_N, const Progress& progress) {
+void WholeLogs::fit(const std::vector<FittedModel*>& models, double limit_N) {
   if (!excerpt_.is_excerpt()) return;
-  const auto half = [&progress](double from) {
-    return [&progress, from](double fraction) {
-      if (progress) progress(from + 0.5 * fraction);
-    };
-  };
   SumTask task;
   task.limit_N = limit_N;
   for (const FittedModel* model : models) task.models.push_back(model->terms);
   task.full = task.models.size();
-  const std::vector<FittedModel> found = judged(task, models.front()->train_rmse_N, half(0.0));
+  const std::vector<FittedModel> found = judged(task, models.front()->train_rmse_N, {0.0, 0.5});
   task.models.clear();
   for (std::size_t m = 0; m < models.size(); ++m) {
     FittedModel& model = *models[m];
@@ -143,37 +134,42 @@ void WholeLogs::fit(const std::vector<FittedModel*>& models, double limit_N, con
         std::make_shared<const Linearisation>(excerpt_, model.terms, model.linearisation.get());
     task.models.push_back(model.terms);
   }
-  // With these gains; and where terms multiply, the force is no longer the one that was linearised.
-  const std::vector<Left> left = left_by(task.models, half(0.5));
+  // A second pass with the new gains: where terms multiply, the force differs from the linearised one.
+  const std::vector<Residual> residuals = residuals_of(task.models, {0.5, 0.5});
   for (std::size_t m = 0; m < models.size(); ++m) {
-    models[m]->relative_error = left[m].relative_error;
+    models[m]->relative_error = residuals[m].relative_error;
     for (std::size_t log = 0; log < logs_.size(); ++log) {
       LogErrors& errors = models[m]->log_errors[log];
-      errors.rmse_N = left[m].logs[log].rmse_N;
-      errors.relative_error = left[m].logs[log].relative_error;
+      errors.rmse_N = residuals[m].logs[log].rmse_N;
+      errors.relative_error = residuals[m].logs[log].relative_error;
     }
   }
 }
 
-std::vector<WholeLogs::Left> WholeLogs::left_by(const std::vector<Terms>& models, const Progress& progress) {
-  const std::vector<UnitSums> sums = sum({models, models.size(), 0.0}, progress);
-  std::vector<Left> left;
-  left.reserve(models.size());
-  for (std::size_t m = 0; m < models.size(); ++m) {
-    const Squares all = squares_of(sums, m);
-    left.push_back({all.rmse_N(), all.relative(), log_errors(sums, m)});
-  }
-  return left;
+std::vector<WholeLogs::Residual> WholeLogs::residuals_of(const std::vector<Terms>& models) {
+  return residuals_of(models, {});
 }
 
-void WholeLogs::judge(Diagnosis& diagnosis, const Progress& progress) {
-  // The baseline and the steps first, of which more is told; then the candidates.
+std::vector<WholeLogs::Residual> WholeLogs::residuals_of(const std::vector<Terms>& models,
+                                                         LogSums::Pass pass) {
+  const std::vector<UnitSums> sums = sum({models, models.size(), 0.0}, pass);
+  std::vector<Residual> residuals;
+  residuals.reserve(models.size());
+  for (std::size_t m = 0; m < models.size(); ++m) {
+    const Squares all = squares_of(sums, m);
+    residuals.push_back({all.rmse_N(), all.relative(), log_errors(sums, m)});
+  }
+  return residuals;
+}
+
+void WholeLogs::judge(Diagnosis& diagnosis) {
+  // First the baseline and the steps, whose errors in each log are reported, then the candidates.
   SumTask task;
   for (const Step& step : diagnosis.steps) task.models.push_back(step.terms);
   const std::size_t full = task.full = task.models.size();
   for (const Candidate& candidate : diagnosis.candidates) task.models.push_back(candidate.terms);
-  const std::vector<FittedModel> found = judged(task, diagnosis.baseline.train_rmse_N, progress);
-  // An effect that the excerpt cannot show was given the baseline's error, and keeps it.
+  const std::vector<FittedModel> found = judged(task, diagnosis.baseline.train_rmse_N, {});
+  // The search gave the baseline's error to effects that the excerpt cannot show; they keep it.
   std::vector<bool> shown;
   for (const Candidate& candidate : diagnosis.candidates) {
     shown.push_back(candidate.block_squared_error != diagnosis.baseline.block_squared_error);
@@ -189,40 +185,8 @@ void WholeLogs::judge(Diagnosis& diagnosis, const Progress& progress) {
   }
 }
 
-/// What of a stretch leads in was not seen by the search either.
-bool WholeLogs::was_searched(const Window& window, const std::vector<LogInterval>& excerpt) const {
-  for (std::size_t i = 0; i < excerpt.size(); ++i) {
-    const std::size_t known = excerpt[i].first + excerpt_.parts()[i].burn_in;
-    if (excerpt[i].log == window.log && window.first() >= known &&
-        window.end() <= excerpt[i].first + excerpt[i].count) {
-      return true;
-    }
-  }
-  return false;
-}
-
 std::vector<LogInterval> WholeLogs::poorly_predicted(const std::vector<LogInterval>& excerpt) const {
-  double reference_error_N = 0.0;
-  std::vector<Window> unknown;
-  for (const Window& window : windows_) {
-    if (window.weight <= 0.0) continue;
-    if (was_searched(window, excerpt)) {
-      reference_error_N = std::max(reference_error_N, window.rmse_N());
-    } else {
-      unknown.push_back(window);
-    }
-  }
-  std::sort(unknown.begin(), unknown.end(), [](const Window& a, const Window& b) {
-    return std::tuple(-a.rmse_N(), a.log, a.index) < std::tuple(-b.rmse_N(), b.log, b.index);
-  });
-  std::vector<LogInterval> found;
-  for (const Window& window : unknown) {
-    if (window.rmse_N() < kPoorlyPredicted * reference_error_N || found.size() == kMostPoorlyPredicted) break;
-    const LongLog& log = logs_[window.log];
-    const std::size_t first = lead_into_chunk(log, window.first());
-    found.push_back({window.log, first, std::min(log.sample_count(), window.end()) - first});
-  }
-  return found;
+  return workbench::poorly_predicted(logs_, windows_, excerpt, excerpt_);
 }
 
 }  // namespace slipstack::workbench

@@ -9,50 +9,50 @@
 
 namespace slipstack::workbench {
 
-/// Judges by the whole logs what was found on an excerpt of them, by the normal equations of every model over
-/// all their samples (LogSums): all gains are fitted again to these, and held-out errors are those of blocked
-/// cross-validation over the whole. The answer is the same for any number of threads and processes. Memory:
-/// some pieces a thread, whatever the length of the logs. Cost: linear in samples.
+/// Judges models that were found on an excerpt by the whole logs, using the normal equations of every model
+/// over all samples (LogSums): the gains are fitted again to these, and held-out errors are those of blocked
+/// cross-validation over the whole logs. The answer is the same for any number of threads and processes.
+/// Memory: a few chunks for each thread, independent of the length of the logs. Cost: linear in samples. All
+/// functions are called on the first process of the group; they throw InputError where a log cannot be read
+/// again.
 class WholeLogs {
  public:
-  using Progress = LogSums::Progress;
-
-  /// `weighing` is what weigh_rows() gave for the excerpt. All references must outlive this.
+  /// `weighing` is the result of weigh_rows() for the excerpt. All references must outlive this. `progress`
+  /// may be empty.
   WholeLogs(const std::vector<LongLog>& logs, const Measurement& excerpt, const RowWeighing& weighing,
-            ProcessGroup& group);
+            ProcessGroup& group, LogSums::Progress progress = {});
 
-  /// On the first process of the team: puts the errors of the whole logs in place of the excerpt's, for the
-  /// baseline, every candidate and every step. Throws InputError where a log cannot be read again.
-  void judge(Diagnosis& diagnosis, const Progress& progress);
-  /// On the first: fits the gains of models that were fitted to the excerpt again, to the whole, and judges
-  /// them by it; shapes and standard errors stay those of the excerpt. Nothing where the excerpt is all there
-  /// is. Instants at which the first model leaves more than `limit_N` pull no more than there (RobustFit); 0:
-  /// none. What the last model leaves is what surprises() looks at.
-  void fit(const std::vector<FittedModel*>& models, double limit_N, const Progress& progress);
-  /// What models leave as they are, nothing fitted: weighted rms [N], and the share of the force; of all, and
-  /// of each log.
-  struct Left {
+  /// Replaces the errors in the excerpt by those in the whole logs, for the baseline, every candidate and
+  /// every step.
+  void judge(Diagnosis& diagnosis);
+  /// Fits the gains of models that were fitted to the excerpt to the whole logs, and sets the errors there;
+  /// shapes and standard errors remain those of the excerpt. Does nothing where the excerpt is all of the
+  /// logs. Where the residual of the first model exceeds `limit_N`, rows get the weights of Huber's loss
+  /// (RobustFit); 0: no limit. poorly_predicted() then refers to the last model.
+  void fit(const std::vector<FittedModel*>& models, double limit_N);
+  /// Residuals of models without any fit: weighted rms [N] and share of the force; of all logs and of each.
+  struct Residual {
     double rmse_N = 0.0;
     double relative_error = 0.0;
     std::vector<LogErrors> logs;
   };
-  std::vector<Left> left_by(const std::vector<Terms>& models, const Progress& progress);
-  /// What the axis reached in all logs. Of an excerpt known after the first of these; else O(samples).
+  std::vector<Residual> residuals_of(const std::vector<Terms>& models);
+  /// Extremes of the motion in all logs. With an excerpt they are known after the first call of one of the
+  /// functions above; else O(samples).
   MotionExtremes reached() const;
 
-  /// Stretches outside the excerpt, the worst first, where the last model fails by far more than anywhere in
-  /// the excerpt: what happens there was not seen by the search.
+  /// Intervals outside the excerpt that the last model predicts poorly (poorly_predicted.h).
   std::vector<LogInterval> poorly_predicted(const std::vector<LogInterval>& excerpt) const;
 
  private:
-  std::vector<UnitSums> sum(const SumTask& task, const Progress& progress);
-  std::vector<FittedModel> judged(const SumTask& task, double error_N, const Progress& progress);
+  std::vector<UnitSums> sum(const SumTask& task, LogSums::Pass pass);
+  std::vector<Residual> residuals_of(const std::vector<Terms>& models, LogSums::Pass pass);
+  std::vector<FittedModel> judged(const SumTask& task, double error_N, LogSums::Pass pass);
   FittedModel judged(const SumTask& task, std::size_t m, const std::vector<UnitSums>& sums,
                      double error_N) const;
   std::vector<LogErrors> log_errors(const std::vector<UnitSums>& sums, std::size_t m) const;
   void take_weighted_errors(const NormalEquations& equations, const std::vector<UnitSums>& sums,
                             FittedModel& model) const;
-  bool was_searched(const Window& window, const std::vector<LogInterval>& excerpt) const;
 
   const std::vector<LongLog>& logs_;
   const Measurement& excerpt_;

@@ -86,7 +86,7 @@ void know_by_logs(KnownAxis& known, const PlanRequest& request, const std::vecto
     }
     knowledge.effects = averaged_over_logs(measurement, std::move(effects));
     logs.fit_to_whole({&known.base}, 0.0);
-    known.reached = logs.whole().reached();
+    known.reached = logs.reached();
     // The payload of the next motion is assumed to be the mean of the logs'.
     knowledge.model = averaged_over_logs(measurement, known.base.terms);
   } while (logs.extend());

@@ -13,7 +13,7 @@
 #include "sim_host/log/write.h"
 #include "workbench/diagnose/diagnose.h"
 #include "workbench/estimate/uncertainty/standard_errors.h"
-#include "workbench/long_logs/group_logs.h"
+#include "workbench/long_logs/log_search.h"
 
 namespace slipstack::bench {
 namespace {
@@ -75,19 +75,12 @@ Outcome run_case(Kind kind, std::uint64_t seed, bool closed_loop, const std::fil
   const Written written = write_log(kind, seed, closed_loop, path);
   // As `diagnose` reads logs: long ones are searched in an excerpt and judged by all samples.
   workbench::SingleProcess alone;
-  workbench::Diagnosis diagnosis;
+  workbench::Progress progress;
+  workbench::LogSearch logs({&alone, {written.log}, {}}, progress);
   workbench::DiagnoseOptions options;
   options.baseline = {"inertia", "presliding_hysteresis"};
-  const workbench::Searched searched = workbench::search_logs(
-      workbench::GroupLogs(alone, {written.log}), {}, {},
-      [&](workbench::Measurement& measurement, workbench::WholeLogs& whole) {
-        options.judge_on_whole = {};
-        if (measurement.is_excerpt()) {
-          options.judge_on_whole = [&](workbench::Diagnosis& found) { whole.judge(found, {}); };
-        }
-        diagnosis = workbench::diagnose(measurement, options);
-      });
-  const workbench::Measurement& measurement = *searched.measurement;
+  const workbench::Diagnosis diagnosis = logs.diagnose(options);
+  const workbench::Measurement& measurement = logs.measurement();
   Outcome outcome;
   outcome.kind = kind;
   outcome.seed = seed;

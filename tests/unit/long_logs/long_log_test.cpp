@@ -12,11 +12,11 @@
 #include <thread>
 #include <vector>
 
-// A log that stays in its file is the log that read_log() gives.
+// A log that stays in its file has the content that read_log() returns.
 namespace slipstack::workbench {
 namespace {
 
-constexpr std::size_t kRows = 100'003;  // some places at which reading may go on, and a rest
+constexpr std::size_t kRows = 100'003;  // several places at which reading can start, and some rows more
 
 struct Fault {
   std::size_t row = kRows;
@@ -43,22 +43,22 @@ std::filesystem::path written(const std::string& name, std::uint64_t seed, const
   return path;
 }
 
-void expect_same(const Log& piece, const Log& whole, std::size_t first, std::size_t count) {
-  ASSERT_EQ(piece.position_m.size(), count);
-  ASSERT_EQ(piece.temperature_C.size(), count);
-  EXPECT_EQ(piece.sample_rate_Hz, whole.sample_rate_Hz);
-  EXPECT_EQ(piece.mass_kg, whole.mass_kg);
-  EXPECT_EQ(piece.encoder_resolution_m, whole.encoder_resolution_m);
-  EXPECT_NEAR(piece.start_time_s, whole.start_time_s + static_cast<double>(first) / whole.sample_rate_Hz,
+void expect_same(const Log& chunk, const Log& whole, std::size_t first, std::size_t count) {
+  ASSERT_EQ(chunk.position_m.size(), count);
+  ASSERT_EQ(chunk.temperature_C.size(), count);
+  EXPECT_EQ(chunk.sample_rate_Hz, whole.sample_rate_Hz);
+  EXPECT_EQ(chunk.mass_kg, whole.mass_kg);
+  EXPECT_EQ(chunk.encoder_resolution_m, whole.encoder_resolution_m);
+  EXPECT_NEAR(chunk.start_time_s, whole.start_time_s + static_cast<double>(first) / whole.sample_rate_Hz,
               1e-4);
   for (std::size_t i = 0; i < count; ++i) {
-    ASSERT_EQ(piece.position_m[i], whole.position_m[first + i]) << first + i;
-    ASSERT_EQ(piece.force_N[i], whole.force_N[first + i]) << first + i;
-    ASSERT_EQ(piece.temperature_C[i], whole.temperature_C[first + i]) << first + i;
+    ASSERT_EQ(chunk.position_m[i], whole.position_m[first + i]) << first + i;
+    ASSERT_EQ(chunk.force_N[i], whole.force_N[first + i]) << first + i;
+    ASSERT_EQ(chunk.temperature_C[i], whole.temperature_C[first + i]) << first + i;
   }
 }
 
-TEST(LongLog, PiecesOfAFileAndOfMemoryAreThoseOfTheWholeLog) {
+TEST(LongLog, ChunksOfAFileAndOfMemoryAreThoseOfTheWholeLog) {
   const std::filesystem::path path = written("long.csv", 1);
   const Log whole = read_log(path);
   const LongLog in_file = LongLog::open(path, 0);
@@ -73,37 +73,37 @@ TEST(LongLog, PiecesOfAFileAndOfMemoryAreThoseOfTheWholeLog) {
   for (int n = 0; n < 12; ++n) {
     const std::size_t first = random() % (kRows - 1);
     const std::size_t count = 1 + random() % (kRows - first);
-    expect_same(in_file.piece(first, count), whole, first, count);
-    expect_same(in_memory.piece(first, count), whole, first, count);
+    expect_same(in_file.chunk(first, count), whole, first, count);
+    expect_same(in_memory.chunk(first, count), whole, first, count);
   }
-  expect_same(in_file.piece(0, kRows), whole, 0, kRows);
+  expect_same(in_file.chunk(0, kRows), whole, 0, kRows);
 }
 
-TEST(LongLog, ASurveyThatWasToldIsAsGoodAsReading) {
-  const std::filesystem::path path = written("told.csv", 7);
+TEST(LongLog, ATransmittedSurveyReplacesReading) {
+  const std::filesystem::path path = written("transmitted.csv", 7);
   const Log whole = read_log(path);
   const LongLog read = LongLog::open(path, 0);
   ASSERT_NE(read.survey(), nullptr);
-  const LongLog described = LongLog::open(path, survey_of(to_bytes(*read.survey())));
-  EXPECT_EQ(described.sample_count(), kRows);
-  EXPECT_EQ(described.travel_m(), read.travel_m());
-  EXPECT_EQ(described.head().notes, read.head().notes);
-  EXPECT_EQ(described.head().header, read.head().header);
-  EXPECT_EQ(described.head().magnet_pitch_m, read.head().magnet_pitch_m);
-  ASSERT_EQ(described.envelope().size(), read.envelope().size());
-  EXPECT_EQ(described.envelope().samples(), read.envelope().samples());
+  const LongLog transmitted = LongLog::open(path, survey_of(to_bytes(*read.survey())));
+  EXPECT_EQ(transmitted.sample_count(), kRows);
+  EXPECT_EQ(transmitted.travel_m(), read.travel_m());
+  EXPECT_EQ(transmitted.head().notes, read.head().notes);
+  EXPECT_EQ(transmitted.head().header, read.head().header);
+  EXPECT_EQ(transmitted.head().magnet_pitch_m, read.head().magnet_pitch_m);
+  ASSERT_EQ(transmitted.envelope().size(), read.envelope().size());
+  EXPECT_EQ(transmitted.envelope().samples(), read.envelope().samples());
   for (std::size_t i = 0; i < read.envelope().size(); ++i) {
-    ASSERT_EQ(described.envelope()[i].first_m, read.envelope()[i].first_m);
-    ASSERT_EQ(described.envelope()[i].high_m, read.envelope()[i].high_m);
+    ASSERT_EQ(transmitted.envelope()[i].first_m, read.envelope()[i].first_m);
+    ASSERT_EQ(transmitted.envelope()[i].high_m, read.envelope()[i].high_m);
   }
-  expect_same(described.piece(40'000, 50'000), whole, 40'000, 50'000);
+  expect_same(transmitted.chunk(40'000, 50'000), whole, 40'000, 50'000);
   // Another file under the same name.
   std::ofstream(path, std::ios::app) << "50.1,1,1,20\n";
   EXPECT_THROW(LongLog::open(path, *read.survey()), InputError);
 }
 
-TEST(LongLog, GlancesHoldEverySample) {
-  const std::filesystem::path path = written("glances.csv", 3);
+TEST(LongLog, TheEnvelopeContainsEverySample) {
+  const std::filesystem::path path = written("envelope.csv", 3);
   const Log whole = read_log(path);
   const LongLog log = LongLog::open(path, 0);
   ASSERT_EQ(log.envelope().size(), (kRows + kEnvelopeSamples - 1) / kEnvelopeSamples);
@@ -114,7 +114,7 @@ TEST(LongLog, GlancesHoldEverySample) {
   }
 }
 
-TEST(LongLog, GlancesJoinWhereTheyBecomeTooMany) {
+TEST(LongLog, EnvelopePointsAreJoinedWhereTheyBecomeTooMany) {
   constexpr std::size_t kMost = 16;
   std::mt19937_64 random(8);
   std::vector<double> position_m;
@@ -140,7 +140,7 @@ TEST(LongLog, GlancesJoinWhereTheyBecomeTooMany) {
   EXPECT_EQ(envelope.samples(), 16 * kEnvelopeSamples);
 }
 
-TEST(LongLog, ThreadsReadAtOnce) {
+TEST(LongLog, SeveralThreadsReadAtTheSameTime) {
   const std::filesystem::path path = written("threads.csv", 4);
   const Log whole = read_log(path);
   const LongLog log = LongLog::open(path, 0);
@@ -149,7 +149,7 @@ TEST(LongLog, ThreadsReadAtOnce) {
   for (std::size_t t = 0; t < 4; ++t) {
     threads.emplace_back([&, t] {
       for (std::size_t first = t * 1000; first + 20000 < kRows; first += 17011) {
-        expect_same(log.piece(first, 20000), whole, first, 20000);
+        expect_same(log.chunk(first, 20000), whole, first, 20000);
       }
     });
   }
@@ -164,19 +164,19 @@ std::string refusal(const std::filesystem::path& path) {
   return "";
 }
 
-TEST(LongLog, FaultsFarIntoTheFileAreToldWithTheirLine) {
+TEST(LongLog, FaultsFarIntoTheFileAreReportedWithTheirLine) {
   const std::string bad = refusal(written("bad.csv", 5, {70'000, "35.0,1,x,20\n"}));
   EXPECT_NE(bad.find("column force_N"), std::string::npos) << bad;
   const std::string gap = refusal(written("gap.csv", 5, {70'000, ""}));
   EXPECT_NE(gap.find("time_s"), std::string::npos) << gap;
-  // A row that is missing just where one stretch of reading ends and the next begins.
+  // A row is missing just where one chunk ends and the next begins.
   for (const std::size_t row : {std::size_t{32'767}, std::size_t{32'768}, std::size_t{65'536}}) {
     const std::string between = refusal(written("between.csv", 5, {row, ""}));
     EXPECT_NE(between.find("time_s"), std::string::npos) << row << between;
   }
 }
 
-TEST(LongLog, WhatNeverMovesIsRefusedHoweverLong) {
+TEST(LongLog, ALongLogWithoutMotionIsRefused) {
   const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / "still.csv";
   {
     std::ofstream file(path);
@@ -186,11 +186,11 @@ TEST(LongLog, WhatNeverMovesIsRefusedHoweverLong) {
   EXPECT_NE(refusal(path).find("never moves"), std::string::npos) << refusal(path);
 }
 
-TEST(LongLog, AFileThatShrinksMeanwhileIsToldNotGuessed) {
+TEST(LongLog, AFileThatShrinksMeanwhileIsRefused) {
   const std::filesystem::path path = written("shrinks.csv", 6);
   const LongLog log = LongLog::open(path, 0);
   std::filesystem::resize_file(path, std::filesystem::file_size(path) / 2);
-  EXPECT_THROW(log.piece(kRows - 1000, 1000), InputError);
+  EXPECT_THROW(log.chunk(kRows - 1000, 1000), InputError);
 }
 
 }  // namespace

@@ -16,11 +16,12 @@
 #include "workbench/long_logs/group_logs.h"
 #include "workbench/long_logs/whole_logs.h"
 
-// What a log costs in memory does not depend on its length. Its own program, since it counts what new gives.
+// The memory for a log does not depend on its length. The test is a program of its own, because it replaces
+// the global operators new and delete to count bytes.
 #ifdef __SANITIZE_ADDRESS__
 
 TEST(Memory, DoesNotGrowWithTheLog) {
-  GTEST_SKIP() << "SKIP: the address sanitizer has a new of its own, which is not to be counted";
+  GTEST_SKIP() << "SKIP: the address sanitizer replaces operator new itself";
 }
 
 #else
@@ -54,7 +55,7 @@ std::atomic<std::size_t> peak_bytes{0};
 namespace slipstack::workbench {
 namespace {
 
-/// What a piece of work holds more than there was before it, at most and afterwards.
+/// Bytes allocated in addition to those before some work: at most during it, and after it.
 struct Cost {
   double peak_bytes = 0.0;
   double kept_bytes = 0.0;
@@ -69,7 +70,7 @@ Cost cost_of(Work&& work) {
           static_cast<double>(live_bytes) - static_cast<double>(before)};
 }
 
-/// One thread, so that what is held at once does not depend on which pieces meet.
+/// One thread, so that the memory does not depend on which chunks are processed at the same time.
 void run_on_one_processor() {
   cpu_set_t all;
   ASSERT_EQ(sched_getaffinity(0, sizeof(all), &all), 0);
@@ -81,9 +82,10 @@ void run_on_one_processor() {
   ASSERT_EQ(sched_setaffinity(0, sizeof(one), &one), 0);
 }
 
-/// Strokes with dry and viscous friction.
+/// Traverses with dry and viscous friction.
 std::filesystem::path traverses(std::size_t rows) {
-  std::filesystem::path path = std::filesystem::path(testing::TempDir()) / fmt::format("strokes{}.csv", rows);
+  std::filesystem::path path =
+      std::filesystem::path(testing::TempDir()) / fmt::format("traverses{}.csv", rows);
   std::ofstream file(path);
   file << "# mass_kg: 3\n# encoder_resolution_m: 1e-6\ntime_s,position_m,force_N\n";
   std::mt19937_64 random(11);
@@ -102,7 +104,7 @@ std::filesystem::path traverses(std::size_t rows) {
 struct Costs {
   std::size_t samples = 0;
   Cost opened;  ///< read once from end to end, the excerpt chosen
-  Cost fitted;  ///< a model's gains, by two passes through all
+  Cost fitted;  ///< the gains of a model, by two passes through the log
 };
 
 Costs costs_of(std::size_t rows) {
@@ -119,7 +121,7 @@ Costs costs_of(std::size_t rows) {
   const Searched searched = logs->measure(intervals, {});
   FittedModel model = fit_effects(*searched.measurement, {"inertia", "coulomb", "viscous"}, {});
   WholeLogs whole(logs->logs(), *searched.measurement, searched.weighing, alone);
-  costs.fitted = cost_of([&] { whole.fit({&model}, 3.0 * model.train_rmse_N, {}); });
+  costs.fitted = cost_of([&] { whole.fit({&model}, 3.0 * model.train_rmse_N); });
   EXPECT_NEAR(find_term(model.terms, "viscous")->gains[0], 12.0, 0.5);
   std::filesystem::remove(path);
   return costs;
@@ -127,17 +129,17 @@ Costs costs_of(std::size_t rows) {
 
 TEST(Memory, DoesNotGrowWithTheLog) {
   run_on_one_processor();
-  // Lengths whose blocks are read in pieces of the same size.
+  // Lengths whose blocks are read in chunks of the same size.
   const Costs some = costs_of(600'000);
   const Costs more = costs_of(1'800'000);
   const auto further = static_cast<double>(more.samples - some.samples);
-  // Envelope are 12 bytes for 128 samples; while they are few, what is reserved for more counts as much
-  // again.
+  // A point of the envelope has 12 bytes for 128 samples; while there are few points, the reserved capacity
+  // of the vector may be as large again.
   EXPECT_LT(more.opened.peak_bytes - some.opened.peak_bytes, 0.2 * further);
   EXPECT_LT(more.opened.kept_bytes, 0.2 * static_cast<double>(more.samples));
   EXPECT_LT(more.fitted.peak_bytes - some.fitted.peak_bytes, 0.1 * further);
   EXPECT_LT(more.fitted.kept_bytes - some.fitted.kept_bytes, 0.02 * further);
-  // Vectors of a piece, of 196608 samples and what leads up to them, that are held at once.
+  // At most 16 vectors of a chunk of 196608 samples with its burn-in are held at once.
   EXPECT_LT(more.fitted.peak_bytes, 16.0 * 8.0 * 200'000);
 }
 

@@ -18,7 +18,8 @@
 #include "workbench/long_logs/group_logs.h"
 #include "workbench/long_logs/processes/requests.h"
 
-// Long logs: what is found on an excerpt and judged by the whole is what a search of the whole would say.
+// Long logs: a search of an excerpt, judged by the whole logs, gives the result of a search of the whole
+// logs.
 namespace slipstack::workbench {
 namespace {
 
@@ -57,10 +58,12 @@ Found diagnosed(const GroupLogs& logs, const std::vector<LogInterval>& intervals
   options.baseline = kBaseline;
   options.candidates = {"viscous",      "quadratic_drag", "coulomb",
                         "offset_force", "time_delay",     "position_dependent_preload"};
+  EffectSearch search(*found.measurement, options);
   if (found.measurement->is_excerpt()) {
-    options.judge_on_whole = [&](Diagnosis& diagnosis) { whole.judge(diagnosis, {}); };
+    whole.judge(search.diagnosis());
+    search.drop_what_whole_logs_do_not_support();
   }
-  found.diagnosis = diagnose(*found.measurement, options);
+  found.diagnosis = search.conclude();
   found.poorly_predicted = whole.poorly_predicted(intervals);
   return found;
 }
@@ -71,32 +74,33 @@ std::vector<LogInterval> everything(const std::vector<LongLog>& logs) {
   return all;
 }
 
-/// Threads that pose as processes.
+/// A process group whose processes are threads.
 class ThreadsAsProcesses final : public ProcessGroup {
  public:
   struct Shared {
-    explicit Shared(int members) : size(members), barrier(members), said(static_cast<std::size_t>(members)) {}
+    explicit Shared(int members)
+        : size(members), barrier(members), messages(static_cast<std::size_t>(members)) {}
     int size;
     std::barrier<> barrier;
-    std::vector<std::string> said;
+    std::vector<std::string> messages;
   };
   ThreadsAsProcesses(Shared& shared, int rank) : shared_(shared), rank_(rank) {}
   int rank() const override { return rank_; }
   int size() const override { return shared_.size; }
-  std::string broadcast(std::string said, int from) override {
-    if (rank_ == from) shared_.said[0] = std::move(said);
+  std::string broadcast(std::string message, int from) override {
+    if (rank_ == from) shared_.messages[0] = std::move(message);
     shared_.barrier.arrive_and_wait();
-    std::string heard = shared_.said[0];
+    std::string received = shared_.messages[0];
     shared_.barrier.arrive_and_wait();
-    return heard;
+    return received;
   }
-  std::vector<std::string> gather(std::string said) override {
-    shared_.said[static_cast<std::size_t>(rank_)] = std::move(said);
+  std::vector<std::string> gather(std::string message) override {
+    shared_.messages[static_cast<std::size_t>(rank_)] = std::move(message);
     shared_.barrier.arrive_and_wait();
-    std::vector<std::string> heard;
-    if (rank_ == 0) heard = shared_.said;
+    std::vector<std::string> received;
+    if (rank_ == 0) received = shared_.messages;
     shared_.barrier.arrive_and_wait();
-    return heard;
+    return received;
   }
 
  private:
@@ -120,7 +124,7 @@ void expect_equal(const Diagnosis& a, const Diagnosis& b) {
   }
 }
 
-TEST(WholeLogs, AnExcerptJudgedByTheWholeSaysWhatTheWholeSays) {
+TEST(WholeLogs, AnExcerptJudgedByTheWholeGivesTheDiagnosisOfTheWhole) {
   const std::filesystem::path path = viscous_file("viscous.csv", 5, 260.0);
   SingleProcess alone;
   const GroupLogs group_logs(alone, {path.string()}, 0);
@@ -143,7 +147,7 @@ TEST(WholeLogs, AnExcerptJudgedByTheWholeSaysWhatTheWholeSays) {
   EXPECT_TRUE(excerpt.poorly_predicted.empty());
 }
 
-/// What the first process of a team does while the others serve.
+/// Runs `work` on the first process of a group while the others serve it.
 template <class Work>
 void as_group(int members, Work&& work) {
   ThreadsAsProcesses::Shared shared(members);
@@ -174,7 +178,7 @@ TEST(WholeLogs, TheAnswerIsTheSameForAnyNumberOfProcesses) {
   });
 }
 
-TEST(WholeLogs, GainsAreThoseOfTheWholeAndWildInstantsAreHeldBack) {
+TEST(WholeLogs, GainsAreThoseOfTheWholeAndOutliersHaveLessWeight) {
   const std::filesystem::path path = viscous_file("gains.csv", 5, 260.0);
   SingleProcess alone;
   const GroupLogs logs(alone, {path.string()}, 0);
@@ -186,26 +190,25 @@ TEST(WholeLogs, GainsAreThoseOfTheWholeAndWildInstantsAreHeldBack) {
   ASSERT_TRUE(part.measurement->is_excerpt());
   const FittedModel by_part = fit_effects(*part.measurement, effects, {});
   WholeLogs whole(logs.logs(), *part.measurement, part.weighing, alone);
-  const auto ignore = [](double) {};
   const auto judged = [&](double limit_N) {
     FittedModel model = by_part;
-    whole.fit({&model}, limit_N, ignore);
+    whole.fit({&model}, limit_N);
     return model;
   };
   const FittedModel plain = judged(0.0);
   EXPECT_LT(std::abs(viscous(plain) - viscous(by_all)), 0.5 * std::abs(viscous(by_part) - viscous(by_all)));
   EXPECT_NEAR(plain.holdout_rmse_N / by_all.holdout_rmse_N, 1.0, 0.05);
-  // What the model is told to leave, it leaves.
-  const WholeLogs::Left left = whole.left_by({plain.terms}, ignore).front();
+  // The residual of the fit is the residual of its model.
+  const WholeLogs::Residual left = whole.residuals_of({plain.terms}).front();
   EXPECT_NEAR(left.rmse_N / plain.train_rmse_N, 1.0, 0.01);
   EXPECT_EQ(left.relative_error, plain.relative_error);
-  // A limit that nothing reaches changes nothing; one that many reach pulls towards the median.
+  // A limit that no residual reaches changes nothing; a low one shifts the gains towards the median.
   EXPECT_EQ(viscous(judged(1e6)), viscous(plain));
   EXPECT_NE(viscous(judged(plain.train_rmse_N)), viscous(plain));
   EXPECT_LT(judged(plain.train_rmse_N).train_rmse_N, plain.train_rmse_N);
 }
 
-/// Weighted rms of what a model leaves of one log, and its share of the force, at the rows.
+/// Weighted rms of the residual of a model in one log, and its share of the force, at the rows.
 LogErrors errors_of(const Measurement& measurement, const Terms& terms, std::size_t log) {
   const auto [first, count] = measurement.rows_of_log(log);
   const Eigen::VectorXd measured_N = measurement.force_N().segment(first, count);
@@ -226,7 +229,7 @@ TEST(WholeLogs, ErrorsOfEachLogAreThoseOfItsWhole) {
   FittedModel model = fit_effects(*part.measurement, kBaseline, {});
   EXPECT_TRUE(model.log_errors.empty());
   WholeLogs whole(logs.logs(), *part.measurement, part.weighing, alone);
-  whole.fit({&model}, 0.0, {});
+  whole.fit({&model}, 0.0);
   MotionExtremes reached;
   reached.take(*all.measurement, 0, all.measurement->sample_count());
   EXPECT_EQ(whole.reached().low_m, reached.low_m);
@@ -235,7 +238,7 @@ TEST(WholeLogs, ErrorsOfEachLogAreThoseOfItsWhole) {
   EXPECT_NEAR(whole.reached().acceleration_mps2 / reached.acceleration_mps2, 1.0, 1e-3);
   const FittedModel by_all = fit_effects(*all.measurement, kBaseline, {});
   ASSERT_EQ(model.log_errors.size(), 2u);
-  const std::vector<LogErrors> left = whole.left_by({model.terms}, {}).front().logs;
+  const std::vector<LogErrors> left = whole.residuals_of({model.terms}).front().logs;
   double excerpt_off = 0.0;
   for (std::size_t log = 0; log < 2; ++log) {
     const LogErrors& found = model.log_errors[log];
@@ -256,11 +259,11 @@ TEST(WholeLogs, ErrorsOfEachLogAreThoseOfItsWhole) {
     }
     EXPECT_NEAR(found.holdout_rmse_N / std::sqrt(held_out / weight), 1.0, 0.02);
   }
-  // They are not those of the excerpt, which is chosen to show what is rare.
+  // They differ from those of the excerpt, which contains more of the rare kinds of motion.
   EXPECT_GT(excerpt_off, 0.03);
 }
 
-TEST(GroupLogs, AFaultAnywhereIsToldAsOneProcessTellsIt) {
+TEST(GroupLogs, AFaultInAnyProcessGivesTheMessageOfASingleProcess) {
   const std::filesystem::path good = viscous_file("good.csv", 9, 40.0);
   std::vector<std::string> paths{good.string()};
   for (const char* name : {"bad1.csv", "bad2.csv", "bad3.csv"}) {
@@ -278,14 +281,14 @@ TEST(GroupLogs, AFaultAnywhereIsToldAsOneProcessTellsIt) {
     return "nothing";
   };
   SingleProcess alone;
-  const std::string described = refusal(alone);
-  EXPECT_NE(described.find("bad1.csv:"), std::string::npos) << described;
+  const std::string expected = refusal(alone);
+  EXPECT_NE(expected.find("bad1.csv:"), std::string::npos) << expected;
   for (const int members : {2, 3}) {
-    as_group(members, [&](ProcessGroup& group) { EXPECT_EQ(refusal(group), described) << members; });
+    as_group(members, [&](ProcessGroup& group) { EXPECT_EQ(refusal(group), expected) << members; });
   }
 }
 
-TEST(GroupLogs, AFileThatShrinksMeanwhileEndsTheWorkOfAll) {
+TEST(GroupLogs, AFileThatShrinksMeanwhileIsRefusedByAllProcesses) {
   const std::filesystem::path path = viscous_file("shrinks.csv", 6, 260.0);
   as_group(3, [&](ProcessGroup& group) {
     const GroupLogs logs(group, {path.string()}, 0);
@@ -295,18 +298,18 @@ TEST(GroupLogs, AFileThatShrinksMeanwhileEndsTheWorkOfAll) {
   });
 }
 
-TEST(WholeLogs, AnEventOutsideTheExcerptIsASurprise) {
+TEST(WholeLogs, AnEventOutsideTheExcerptIsPoorlyPredicted) {
   const std::filesystem::path path = viscous_file("event.csv", 7, 400.0);
   const std::vector<LongLog> logs{LongLog::open(path)};
   const std::vector<LogInterval> intervals = choose_intervals(logs);
-  // A place that the excerpt leaves out.
+  // A time that the excerpt does not contain.
   std::size_t event = 0;
   for (std::size_t i = 0; i + 1 < intervals.size(); ++i) {
     const std::size_t end = intervals[i].first + intervals[i].count;
     if (intervals[i + 1].first > end + 40'000) event = (end + intervals[i + 1].first) / 2;
   }
   ASSERT_GT(event, 0u);
-  const Log log = logs[0].piece(0, logs[0].sample_count());
+  const Log log = logs[0].chunk(0, logs[0].sample_count());
   const std::filesystem::path disturbed = std::filesystem::path(testing::TempDir()) / "disturbed.csv";
   {
     std::ofstream file(disturbed);
@@ -327,12 +330,12 @@ TEST(WholeLogs, AnEventOutsideTheExcerptIsASurprise) {
   EXPECT_GE(found.poorly_predicted[0].first + found.poorly_predicted[0].count + 16'384, event);
 }
 
-TEST(ChooseStretches, ManagesWithCoarserGlances) {
+TEST(ChooseIntervals, WorksWithACoarserEnvelope) {
   const std::filesystem::path path = viscous_file("coarse.csv", 5, 400.0);
   const LongLog fine = LongLog::open(path, 0);
   Survey survey = *fine.survey();
   survey.envelope = Envelope(512);
-  const Log all = fine.piece(0, fine.sample_count());
+  const Log all = fine.chunk(0, fine.sample_count());
   survey.envelope.take(all.position_m);
   ASSERT_EQ(survey.envelope.samples(), 8 * kEnvelopeSamples);
   const std::vector<LongLog> logs{LongLog::open(path, std::move(survey))};
@@ -344,9 +347,9 @@ TEST(ChooseStretches, ManagesWithCoarserGlances) {
   EXPECT_GE(samples, kExcerptSamples);
   EXPECT_LT(samples, 2 * kExcerptSamples);
   for (std::size_t sample = 100'000; sample < 400'000; sample += 30'011) {
-    const std::size_t first = lead_in(logs[0], sample, 90'000);
+    const std::size_t first = burn_in_start(logs[0], sample, 90'000);
     ASSERT_LE(first, sample);
-    if (first + 90'000 <= sample) continue;  // not known for so long
+    if (first + 90'000 <= sample) continue;  // the limit was reached
     const auto begin = all.position_m.begin();
     const auto [low, high] = std::minmax_element(begin + static_cast<std::ptrdiff_t>(first),
                                                  begin + static_cast<std::ptrdiff_t>(sample) + 1);
@@ -354,8 +357,8 @@ TEST(ChooseStretches, ManagesWithCoarserGlances) {
   }
 }
 
-TEST(ChooseStretches, CoversSlowPartsAndFastOnesAndEveryLog) {
-  // Fast strokes nearly all the time; one per cent of it creeps.
+TEST(ChooseIntervals, CoversSlowPartsAndFastOnesAndEveryLog) {
+  // Fast traverses nearly all the time; one per cent of the log creeps.
   const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / "creep.csv";
   constexpr std::size_t kRows = 400'000;
   const auto creeps = [](std::size_t i) { return i >= 300'000 && i < 304'000; };

@@ -163,15 +163,15 @@ TEST(EncoderInterpolation, UsesTheAlternativeMotionOnlyWhereReadingsLeaveItOpen)
   const UnobservedMotion early{.longest_known = 100.0, .places = {0.9, 0.1}};
   for (const double leaves_by : {1.0, -1.0}) {
     const std::vector<double> reading = read(stay(1000, leaves_by));
-    const std::vector<double> believed = interpolate_between_steps(reading, kEncoderStep_m);
+    const std::vector<double> by_cubic = interpolate_between_steps(reading, kEncoderStep_m);
     const std::vector<double> alternative = interpolate_between_steps(reading, kEncoderStep_m, early);
     double furthest = 0.0;
     for (std::size_t i = 0; i < reading.size(); ++i) {
       EXPECT_LE(std::abs(alternative[i] - reading[i]), 0.5001 * kEncoderStep_m);
       if (i < 380 || i > 1420) {
-        EXPECT_EQ(alternative[i], believed[i]);
+        EXPECT_EQ(alternative[i], by_cubic[i]);
       }
-      furthest = std::max(furthest, std::abs(alternative[i] - believed[i]));
+      furthest = std::max(furthest, std::abs(alternative[i] - by_cubic[i]));
     }
     EXPECT_GT(furthest, 0.3 * kEncoderStep_m);
     EXPECT_NEAR(alternative[400 + 333], 0.4 * kEncoderStep_m, 0.02 * kEncoderStep_m);
@@ -185,8 +185,8 @@ TEST(EncoderInterpolation, UsesTheAlternativeMotionOnlyWhereReadingsLeaveItOpen)
   for (int i = 0; i < 20'000; ++i) creep.push_back(0.0031e-6 * i + 0.21e-6);
   const std::vector<double> slow = read(creep);
   const std::vector<double> is = interpolate_between_steps(slow, kEncoderStep_m, early);
-  const std::vector<double> believed = interpolate_between_steps(slow, kEncoderStep_m);
-  for (std::size_t i = 700; i + 700 < is.size(); ++i) EXPECT_EQ(is[i], believed[i]);
+  const std::vector<double> by_cubic = interpolate_between_steps(slow, kEncoderStep_m);
+  for (std::size_t i = 700; i + 700 < is.size(); ++i) EXPECT_EQ(is[i], by_cubic[i]);
 }
 
 TEST(EncoderInterpolation, DoesNotChangeShortRecords) {

@@ -24,8 +24,8 @@
 namespace slipstack::workbench {
 namespace {
 
-/// What starters tell their processes: Open MPI; MPICH, Intel MPI and Slurm's PMI; those that speak PMIx say
-/// the rank alone.
+/// Environment variables in which launchers give size and rank: Open MPI; MPICH, Intel MPI and Slurm (PMI);
+/// PMIx gives the rank only.
 constexpr std::array kSizes{"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"};
 constexpr std::array kRanks{"OMPI_COMM_WORLD_RANK", "PMI_RANK", "PMIX_RANK"};
 
@@ -46,7 +46,7 @@ std::optional<int> number_of(const std::array<const char*, N>& names) {
 #ifdef SLIPSTACK_MPI
 
 constexpr int kTag = 1;
-/// Bytes of one message; what is longer goes in several.
+/// Largest number of bytes of one MPI message; longer texts are sent in several.
 constexpr std::size_t kMessage = std::size_t{1} << 28;
 
 class MpiGroup final : public ProcessGroup {
@@ -65,35 +65,36 @@ class MpiGroup final : public ProcessGroup {
   int rank() const override { return rank_; }
   int size() const override { return size_; }
 
-  std::string broadcast(std::string said, int from) override {
+  std::string broadcast(std::string message, int from) override {
     if (rank_ != from) return receive(from);
     for (int to = 0; to < size_; ++to) {
-      if (to != from) send(to, said);
+      if (to != from) send(to, message);
     }
-    return said;
+    return message;
   }
 
-  std::vector<std::string> gather(std::string said) override {
+  std::vector<std::string> gather(std::string message) override {
     if (rank_ != 0) {
-      send(0, said);
+      send(0, message);
       return {};
     }
-    std::vector<std::string> heard{std::move(said)};
-    for (int from = 1; from < size_; ++from) heard.push_back(receive(from));
-    return heard;
+    std::vector<std::string> messages{std::move(message)};
+    for (int from = 1; from < size_; ++from) messages.push_back(receive(from));
+    return messages;
   }
 
  private:
-  /// mpirun ties each of few processes to one processor. While the first searches the others sleep.
+  /// mpirun binds each of few processes to one processor. The first may use all, because the others sleep
+  /// while it searches.
   static void use_all_processors() {
     cpu_set_t all;
     CPU_ZERO(&all);
     for (int processor = 0; processor < CPU_SETSIZE; ++processor) CPU_SET(processor, &all);
     ::sched_setaffinity(0, sizeof all,
-                        &all);  // within what the system allows; where it does not, all is well
+                        &all);  // a failure leaves the binding as it is
   }
 
-  /// MPI itself waits by asking again and again.
+  /// MPI's own wait polls without pause and would occupy the processor.
   static void wait(MPI_Request request) {
     using namespace std::chrono_literals;
     auto pause = 20us;
@@ -117,21 +118,21 @@ class MpiGroup final : public ProcessGroup {
   }
 
   /// The length, then the bytes.
-  static void send(int to, const std::string& said) {
-    const auto length = static_cast<std::uint64_t>(said.size());
+  static void send(int to, const std::string& message) {
+    const auto length = static_cast<std::uint64_t>(message.size());
     send_bytes(to, &length, sizeof length);
-    for (std::size_t at = 0; at < said.size(); at += kMessage) {
-      send_bytes(to, said.data() + at, std::min(kMessage, said.size() - at));
+    for (std::size_t at = 0; at < message.size(); at += kMessage) {
+      send_bytes(to, message.data() + at, std::min(kMessage, message.size() - at));
     }
   }
   static std::string receive(int from) {
     std::uint64_t length = 0;
     receive_bytes(from, &length, sizeof length);
-    std::string heard(static_cast<std::size_t>(length), '\0');
-    for (std::size_t at = 0; at < heard.size(); at += kMessage) {
-      receive_bytes(from, heard.data() + at, std::min(kMessage, heard.size() - at));
+    std::string message(static_cast<std::size_t>(length), '\0');
+    for (std::size_t at = 0; at < message.size(); at += kMessage) {
+      receive_bytes(from, message.data() + at, std::min(kMessage, message.size() - at));
     }
-    return heard;
+    return message;
   }
 
   int rank_ = 0;

@@ -7,16 +7,16 @@
 
 namespace slipstack::workbench {
 
-/// The processes that mpirun (or srun) started together with this one; alone, and without a word to MPI,
-/// where none of them started it. Throws InputError, one line, where they started several and this program
-/// cannot find the others: it was built without MPI, or for the MPI of another maker.
+/// The processes that mpirun (or srun) started together with this one; a SingleProcess, without initialising
+/// MPI, where the program was started alone. Throws InputError where several were started but this program
+/// cannot reach the others: it was built without MPI, or with another implementation of MPI.
 ///
-/// A process that waits sleeps: the others may use its processor. One that dies takes all others with it
-/// (MPI's error handler, mpirun).
+/// A waiting process sleeps, so that the others may use its processor. When a process dies, all others are
+/// ended (MPI's error handler, mpirun).
 std::unique_ptr<ProcessGroup> join_process_group();
 
-/// Whether this process is the one of those started together that talks to the user; from the environment
-/// alone, also where join_process_group() fails.
+/// Whether this process is the one of the group that reports to the user. Uses the environment alone, so that
+/// it also works where join_process_group() fails.
 bool is_first_started();
 
 }  // namespace slipstack::workbench

@@ -47,14 +47,14 @@ std::vector<json> ask(ProcessGroup& group, const json& request, const std::funct
   } catch (...) {
     failed = std::current_exception();
   }
-  const std::vector<std::string> heard = group.gather({});
+  const std::vector<std::string> messages = group.gather({});
   if (failed) std::rethrow_exception(failed);
   std::vector<json> answers{std::move(mine)};
-  for (std::size_t rank = 1; rank < heard.size(); ++rank) {
-    json said = unpacked(heard[rank]);
-    if (said.contains("unusable")) throw InputError(said["unusable"].get<std::string>());
-    if (said.contains("failed")) throw std::runtime_error(said["failed"].get<std::string>());
-    answers.push_back(std::move(said["answer"]));
+  for (std::size_t rank = 1; rank < messages.size(); ++rank) {
+    json reply = unpacked(messages[rank]);
+    if (reply.contains("unusable")) throw InputError(reply["unusable"].get<std::string>());
+    if (reply.contains("failed")) throw std::runtime_error(reply["failed"].get<std::string>());
+    answers.push_back(std::move(reply["answer"]));
   }
   return answers;
 }

@@ -9,19 +9,19 @@
 
 namespace slipstack::workbench {
 
-// The first process of a team decides and asks; the others serve(). Whatever fails anywhere comes to the
-// first, so one process tells of it and none is left waiting.
+// The first process of a group sends requests; the others serve() them. Every failure is sent to the first,
+// so that one process reports it and none is left waiting.
 
-/// Has every process do what `request` says, of which `own` does the first's part, and gives the answers by
-/// rank, the first's too. Where a part fails: the first's exception, else InputError (unusable input) or
-/// std::runtime_error as the process of lowest rank threw it; all have ended their parts by then.
+/// Sends `request` to the other processes, does the first process's part by `own`, and returns the answers by
+/// rank, its own included. Where a part fails, throws after all parts have ended: the first process's own
+/// exception, else the InputError or std::runtime_error of the process of lowest rank.
 std::vector<nlohmann::json> ask(ProcessGroup& group, const nlohmann::json& request,
                                 const std::function<nlohmann::json()>& own);
 
-/// What the others do: `work` answers each request, until a Dismissal.
+/// Called by the other processes: answers each request by `work`, until a Dismissal.
 void serve(ProcessGroup& group, const std::function<nlohmann::json(const nlohmann::json& request)>& work);
 
-/// Ends serve() on the others at the end of its life. Only on the first, outside ask().
+/// Ends serve() on the other processes when it is destroyed. Only on the first process, outside ask().
 class Dismissal {
  public:
   explicit Dismissal(ProcessGroup& group) : group_(group) {}
