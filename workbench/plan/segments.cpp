@@ -102,7 +102,7 @@ class SegmentCatalogue {
 
   void add_moves(double distance_m) {
     const double start_m = low_m_ + 0.5 * (length_m_ - distance_m);
-    segments_.push_back({fmt::format("fast moves of {} with rests", quantity(distance_m, "m")), start_m,
+    segments_.push_back({fmt::format("fast moves of {} with standstills", quantity(distance_m, "m")), start_m,
                          [this_limits = limits_, start_m, distance_m](MotionBuilder& motion) {
                            for (int i = 0; i < 3; ++i) {
                              motion.move_to(start_m + distance_m, this_limits);

@@ -61,7 +61,7 @@ void check_enough(const std::string& logs, const Measurement& measurement,
   }
   if (measurement.row_count() < kInstantsPerParameter * parameters) {
     throw InputError(fmt::format(
-        "{}: {} instants after filtering cannot tell {} parameters; record longer or fit fewer effects",
+        "{}: {} instants after filtering cannot determine {} parameters; record longer or fit fewer effects",
         printable(logs), measurement.row_count(), parameters));
   }
 }

@@ -14,7 +14,7 @@ double largest_magnitude(const std::vector<double>& values) {
 }
 
 /// Below this velocity the axis moves less than ten encoder steps in one period of the bandwidth. An effect
-/// of velocity cannot be told from an effect of displacement there.
+/// of velocity cannot be distinguished from an effect of displacement there.
 double slowest_visible_mps(const Measurement& measurement) {
   return std::max(1e-6, 10.0 * measurement.encoder_resolution_m() * measurement.bandwidth_Hz());
 }

@@ -234,7 +234,7 @@ ParameterRoles roles_of(const Definition& definition) {
     const bool is_affine = std::find(affine.begin(), affine.end(), p) != affine.end();
     if (is_affine && probe.vanishes_without({p})) {
       throw DefinitionError(
-          fmt::format("'{}' only scales the others: no log can tell their product apart; leave it out",
+          fmt::format("'{}' only scales the others, and no log can separate them; leave it out",
                       parameter.name),
           definition.text, parameter.at);
     }
