@@ -17,8 +17,7 @@ void add_setup(CLI::App& command, SetupChoice& choice, const std::string& otherw
 }
 
 void add_threads(CLI::App& command, std::size_t& threads) {
-  command
-      .add_option("--threads", threads, "processors to use (default: all); the result does not change")
+  command.add_option("--threads", threads, "processors to use (default: all); the result does not change")
       ->check(CLI::Range(1, 1024));
 }
 
@@ -36,20 +35,19 @@ void add_sine_options(CLI::App& command, SineOptions& wanted, const std::string&
   command
       .add_option("--points", wanted.points, "frequencies, evenly in the logarithm (default: the set-up's)")
       ->check(CLI::Range(2, 10000));
-    command
-        .add_option("--tolerance", wanted.tolerance, "local error of the integration over the motion's size")
-        ->check(CLI::Range(1e-12, 1e-3))
-        ->capture_default_str();
-    command.add_option("--settled", wanted.settled, "change of the fundamental that may be left to come")
-        ->check(CLI::Range(1e-8, 0.1))
-        ->capture_default_str();
-    command
-        .add_option("--most-periods", wanted.most_periods,
-                    "patience at one frequency (default: the set-up's)")
-        ->check(CLI::Range(4, 1000000));
-    add_threads(command, wanted.threads);
-    add_word(command, "--resume", wanted.resume, "FILE",
-             "where a sweep stopped by Ctrl-C is kept and taken up again");
+  command
+      .add_option("--tolerance", wanted.tolerance, "local error of the integration over the motion's size")
+      ->check(CLI::Range(1e-12, 1e-3))
+      ->capture_default_str();
+  command.add_option("--settled", wanted.settled, "change of the fundamental that may be left to come")
+      ->check(CLI::Range(1e-8, 0.1))
+      ->capture_default_str();
+  command
+      .add_option("--most-periods", wanted.most_periods, "patience at one frequency (default: the set-up's)")
+      ->check(CLI::Range(4, 1000000));
+  add_threads(command, wanted.threads);
+  add_word(command, "--resume", wanted.resume, "FILE",
+           "where a sweep stopped by Ctrl-C is kept and taken up again");
   add_experiment_outputs(command, wanted.outputs);
 }
 
