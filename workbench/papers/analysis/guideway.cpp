@@ -7,6 +7,8 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "workbench/base/statistics.h"
+
 namespace slipstack::workbench {
 namespace {
 
@@ -176,7 +178,7 @@ double loop_spread(const std::vector<Loop>& loops) {
     const double x = reach_m * i / kPlaces;
     double mean = 0.0;
     for (const auto& curve : curves) mean += value(curve, x) / static_cast<double>(curves.size());
-    for (const auto& curve : curves) squares += std::pow(value(curve, x) - mean, 2);
+    for (const auto& curve : curves) squares += squared(value(curve, x) - mean);
     largest = std::max(largest, mean);
   }
   return std::sqrt(squares / (kPlaces * static_cast<double>(loops.size()))) / largest;

@@ -7,6 +7,9 @@
 #include <numbers>
 #include <numeric>
 #include <stdexcept>
+#include <utility>
+
+#include "workbench/base/statistics.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -142,10 +145,8 @@ double motion_threshold_m(std::span<const double> position_m) {
     if (moved > 0.0) step_m = std::min(step_m, moved);
   }
   if (thirds.empty() || !std::isfinite(step_m)) return 0.0;
-  const auto middle = thirds.begin() + static_cast<std::ptrdiff_t>(thirds.size() / 2);
-  std::nth_element(thirds.begin(), middle, thirds.end());
-  // Third differences of white noise have √20 times its deviation; the median of |normal| is 0.6745.
-  const double noise_m = *middle / (0.6745 * std::sqrt(20.0));
+  // Third differences of white noise have √20 times its deviation.
+  const double noise_m = median(std::move(thirds)) / (kMedianOfNormal * std::sqrt(20.0));
   return std::max(8.0 * noise_m, 1.5 * step_m);
 }
 
