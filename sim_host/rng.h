@@ -12,7 +12,7 @@
 namespace slipstack::sim {
 
 /// A stream of random numbers. The engine is the standard's (its output is specified bit by bit); the
-/// distributions are ours, because those of the standard library differ between implementations.
+/// distributions are implemented here, because those of the standard library differ between implementations.
 ///
 /// Streams are named: the same seed gives independent streams for "axis", "motion", "noise", so that drawing
 /// one number more in one of them does not change the others.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// slipstack-sim: simulated measurements of a linear axis, with the truth beside them.
+// slipstack-sim: simulated measurements of a linear axis, and a file with their true parameters.
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
@@ -18,7 +18,7 @@ namespace {
 
 using namespace slipstack::sim;
 
-// Wrong use, told in one line.
+// Wrong use, reported in one line.
 struct UsageError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -79,7 +79,7 @@ void check(const LogRequest& request) {
   }
 }
 
-// The motion of a file, within the axis.
+// The motion of a file, within the stroke of the axis.
 MotionProgramme programme_of(const std::string& path, const Axis& axis) {
   SetPointFile points = read_set_points(path);
   for (std::size_t i = 0; i < points.position_m.size(); ++i) {
@@ -99,7 +99,7 @@ void write_log(const LogRequest& request) {
   Bench bench = draw_bench(setup, request.seed());
   if (request.seconds > 0.0) bench.programme.seconds = request.seconds;
   if (request.rate_Hz > 0.0) bench.rate_Hz = request.rate_Hz;
-  // Something from outside the catalogue hides alone unless effects are named.
+  // An effect outside the catalogue acts alone unless effects are named.
   const bool outside_alone = !request.outside.empty() && request.effects.empty();
   const auto effects =
       outside_alone ? std::vector<EffectId>{} : parse_effects(request.effects, request.seed());
@@ -109,7 +109,7 @@ void write_log(const LogRequest& request) {
     add_outside(bench.axis, parse_outside(request.outside), programme, bench.rate_Hz, request.strength,
                 request.seed());
   }
-  // What is hidden is as strong as over the usual programme, whatever the motion that is recorded.
+  // The strength of the effects refers to the usual programme, whatever motion is recorded.
   const MotionProgramme asked =
       request.set_points.empty() ? MotionProgramme() : programme_of(request.set_points, bench.axis);
   const MotionProgramme& motion_run = request.set_points.empty() ? programme : asked;

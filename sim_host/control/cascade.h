@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The drive's own controller, as found on any axis before friction is compensated.
+// The drive's own controller, as it is before friction is compensated.
 #pragma once
 
 #include "sim_host/motion/segment.h"
@@ -23,7 +23,8 @@ class CascadeController {
 
   /// Gains for a velocity loop of the given bandwidth on the nominal mass: position and integral at a quarter
   /// of it, velocity filter at four times. The bandwidth is lowered where one encoder count through the
-  /// velocity loop would give more than a third of the friction: no engineer would leave it that loud.
+  /// velocity loop would be more than a third of the friction: with a higher bandwidth the encoder's steps
+  /// dominate the force.
   static Gains tuned(const Axis& axis, double bandwidth_Hz);
 
   /// Force command for the next period, N, from the reference and the encoder's position.

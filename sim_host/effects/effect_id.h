@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Names of the effects, in the order of the design's catalogue, and of what lies outside it.
+// Names of the effects, in the order of the design's catalogue, and one for everything outside it.
 #pragma once
 
 #include <array>
@@ -28,7 +28,7 @@ enum class EffectId : std::size_t {
   kStructuralResonance,
   kTimeDelay,
   kDrift,
-  kOutside,  // everything that the catalogue does not know
+  kOutside,  // everything outside the catalogue
   kCount
 };
 

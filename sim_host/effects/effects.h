@@ -18,7 +18,7 @@ struct Viscous {
   double force_N(double velocity_mps) const;
 };
 
-/// c₂·v·|v|^(exponent−1); exponent 2 is air.
+/// c₂·v·|v|^(exponent−1); exponent 2 is the drag of air.
 struct QuadraticDrag {
   double coefficient = 0.0;
   double exponent = 2.0;
@@ -101,7 +101,7 @@ struct Drift {
   double factor(double t_s) const;
 };
 
-/// What acts. Absent means absent, not zero.
+/// The effects that act; an empty optional: the effect does not exist.
 struct Effects {
   std::optional<Coulomb> coulomb;
   std::optional<Viscous> viscous;
@@ -144,7 +144,7 @@ struct Backlash {
   double contact_damping_ratio = 0.3;
 };
 
-/// A stretch of the record in which the force channel shows wild values.
+/// An interval of the record in which the force channel has outliers.
 struct Burst {
   double start_s = 0.0;
   double duration_s = 0.05;
@@ -160,7 +160,7 @@ struct EncoderSlip {
   std::vector<Loss> losses;
 };
 
-/// What the catalogue does not know.
+/// Effects outside the catalogue.
 struct Outside {
   std::optional<LineForce> line;
   std::optional<BumpForce> bump;

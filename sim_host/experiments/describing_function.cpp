@@ -65,7 +65,7 @@ std::complex<double> dynamic_stiffness(const ExperimentSetup& setup, double rad_
   if (effects.viscous) stiffness += std::complex<double>(0.0, effects.viscous->coefficient_N_s_per_m * w);
   if (effects.cable) stiffness += effects.cable->stiffness_N_per_m;
   if (effects.resonance) {
-    // The arm moves relative to the carriage by q = ω²x/(ω₂² − ω² + 2iζω₂ω) and weighs on it with m₂·ω²·(x +
+    // The arm moves relative to the carriage by q = ω²x/(ω₂² − ω² + 2iζω₂ω) and acts on it with m₂·ω²·(x +
     // q).
     const Resonance& arm = *effects.resonance;
     const double w2 = arm.frequency_rad_per_s;

@@ -10,12 +10,12 @@
 
 namespace slipstack::sim {
 
-/// What a Masing loop of amplitude A does to a sine: F ≈ kₑ·x + cₑ·x′.
+/// Equivalent stiffness and damping of a Masing loop of amplitude A: F ≈ kₑ·x + cₑ·x′.
 struct Equivalent {
   double stiffness_N_per_m = 0.0;        // kₑ, first Fourier coefficient of the loop over A
   double damping_N_per_m = 0.0;          // cₑ·ω = loop area/(π·A²)
   double area_J = 0.0;                   // 8·∫₀ᴬ y dx − 4·A·y(A)
-  double tip_stiffness_N_per_m = 0.0;    // y(A)/A, what [2] takes for kₑ
+  double tip_stiffness_N_per_m = 0.0;    // y(A)/A, the approximation of kₑ in [2]
   double resonance_damping_ratio = 0.0;  // ζᵣ = area/(2π·A·y(A)) [2]
 };
 /// Of amplitude A > 0. Fourier integrals over half a period by Gauss-Legendre on panels that shrink towards
@@ -31,13 +31,12 @@ struct DescribedPoint {
   double frequency_Hz = 0.0;
   double amplitude_m = 0.0;
   double phase_rad = 0.0;
-  std::size_t solutions = 0;  // how many amplitudes satisfy the equation; the first is given
+  std::size_t solutions = 0;  // number of amplitudes that satisfy the equation; the point is the first
 };
 
 /// The response at one force and frequency: amplitudes are searched from small to large. `solutions` is 0
-/// when there is none (the loop's fundamental, at most 4/π of the saturation, holds against any force only
-/// below it; far below resonance a force above it has no solution of the size of the stroke). Effects that
-/// are not linear are left out.
+/// when there is none (the fundamental of the loop is at most 4/π of the saturation; far below resonance a
+/// larger force has no solution within the stroke). Nonlinear effects are neglected.
 DescribedPoint describe_response(const ExperimentSetup& setup, double force_N, double frequency_Hz);
 
 }  // namespace slipstack::sim

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The axis of a set-up as the event-exact path needs it.
+// The parts of a set-up's axis that ExactAxis needs.
 #pragma once
 
 #include <string_view>
@@ -12,7 +12,7 @@ namespace slipstack::sim {
 
 /// Mass (payload included), Newtonian viscous friction, linear cable chain and arm of a set-up. The cable's
 /// rest is taken relative to the set-up's position, so that the exact axis starts at zero. Throws SetupError
-/// that names the first effect that is not linear; `experiment` says in the message what was asked for.
+/// that names the first effect that is not linear; `experiment` names the request in the message.
 LinearPart linear_part(const ExperimentSetup& setup, std::string_view experiment);
 
 /// The elements of a set-up's friction.

@@ -12,9 +12,9 @@
 namespace slipstack::sim {
 namespace {
 
-/// Time that a turn may take, in steps of the record: creeping motion may have none.
-constexpr double kPatience = 4e3;
-/// Swings below this share of the release are rest.
+/// Longest time between two turning points, in steps of the record: creeping motion may have none.
+constexpr double kLongestPerTurningPoint = 4e3;
+/// Swings below this share of the release count as standstill.
 constexpr double kSmallestSwing = 1e-6;
 
 // The curve through the elements and its area, from stiffnesses and slip distances alone.
@@ -34,7 +34,7 @@ struct ElementCurve {
     }
     return sum;
   }
-  // The way w > 0 with force·w = 4·∫₀^{w/2} y: the surplus is concave, rises first and has one root.
+  // The distance w > 0 with force·w = 4·∫₀^{w/2} y: the surplus is concave, rises first and has one root.
   double way_to_rest_m(double force_now_N) const {
     const auto surplus = [&](double w) { return force_now_N * w - 4.0 * area_J(0.5 * w); };
     double high = bank.slip_m(0);
@@ -54,7 +54,7 @@ double record_step_s(const ExperimentSetup& setup, double stiffness_N_per_m) {
   return 2.0 * M_PI / 40.0 * std::sqrt(mass_kg / stiffness_N_per_m);
 }
 
-FreeResponse follow_exactly(const ExperimentSetup& setup, double release_m, std::size_t turns) {
+FreeResponse follow_exactly(const ExperimentSetup& setup, double release_m, std::size_t count) {
   ElementBank bank = element_bank(setup);
   const ElementCurve curve{bank};
   bank.move_to(release_m);
@@ -70,15 +70,15 @@ FreeResponse follow_exactly(const ExperimentSetup& setup, double release_m, std:
   std::size_t sample = 0;
   out.time_s.push_back(0.0);
   out.position_m.push_back(release_m);
-  const double patience_s = kPatience * step_s * static_cast<double>(turns + 1);
-  while (out.turns.size() < turns && axis.time_s() < patience_s) {
+  const double longest_s = kLongestPerTurningPoint * step_s * static_cast<double>(count + 1);
+  while (out.turning_points.size() < count && axis.time_s() < longest_s) {
     const double next_s = static_cast<double>(sample + 1) * step_s;
     if (axis.advance_to_reversal(next_s)) {
       const double way_m = curve.way_to_rest_m(std::fabs(force));
       x += direction * way_m;
       force += direction * 2.0 * curve.force_N(0.5 * way_m);
       direction = -direction;
-      out.turns.push_back({axis.time_s(), axis.position_m(), axis.bank().force_N(), x});
+      out.turning_points.push_back({axis.time_s(), axis.position_m(), axis.bank().force_N(), x});
     } else {
       ++sample;
     }
@@ -89,7 +89,7 @@ FreeResponse follow_exactly(const ExperimentSetup& setup, double release_m, std:
   return out;
 }
 
-FreeResponse integrate(const ExperimentSetup& setup, double release_m, std::size_t turns, double tolerance) {
+FreeResponse integrate(const ExperimentSetup& setup, double release_m, std::size_t count, double tolerance) {
   SmoothAxis::Options options;
   options.tolerance = tolerance;
   SmoothAxis axis(setup.axis, setup.position_m, options);
@@ -98,19 +98,19 @@ FreeResponse integrate(const ExperimentSetup& setup, double release_m, std::size
   FreeResponse out;
   out.exact = false;
   const double step_s = record_step_s(setup, axis.hysteresis().initial_stiffness_N_per_m());
-  const double patience_s = kPatience * step_s * static_cast<double>(turns + 1);
+  const double longest_s = kLongestPerTurningPoint * step_s * static_cast<double>(count + 1);
   std::size_t sample = 0;
   const auto record = [&] {
     out.time_s.push_back(axis.time_s());
     out.position_m.push_back(axis.position_m() - setup.position_m);
   };
   record();
-  while (out.turns.size() < turns && axis.time_s() < patience_s) {
+  while (out.turning_points.size() < count && axis.time_s() < longest_s) {
     if (axis.advance_to_reversal(static_cast<double>(sample + 1) * step_s)) {
-      const double before_m = out.turns.empty() ? release_m : out.turns.back().position_m;
+      const double before_m = out.turning_points.empty() ? release_m : out.turning_points.back().position_m;
       const double x_m = axis.position_m() - setup.position_m;
-      if (std::fabs(x_m - before_m) < kSmallestSwing * release_m) break;  // at rest, as far as anyone can see
-      out.turns.push_back({axis.time_s(), x_m, axis.hysteresis_N(), x_m});
+      if (std::fabs(x_m - before_m) < kSmallestSwing * release_m) break;  // at standstill
+      out.turning_points.push_back({axis.time_s(), x_m, axis.hysteresis_N(), x_m});
     } else {
       ++sample;
     }
@@ -121,7 +121,7 @@ FreeResponse integrate(const ExperimentSetup& setup, double release_m, std::size
 
 }  // namespace
 
-FreeResponse run_free(const ExperimentSetup& setup, double release_m, std::size_t turns) {
+FreeResponse run_free(const ExperimentSetup& setup, double release_m, std::size_t count) {
   if (!(std::isfinite(release_m) && release_m > 0.0)) {
     throw SetupError(
         fmt::format("release from {:g} m does not move the axis; give a positive distance", release_m));
@@ -131,11 +131,12 @@ FreeResponse run_free(const ExperimentSetup& setup, double release_m, std::size_
         fmt::format("release from {:g} m lies beyond the stroke of {}, which ends {:g} m away; give less",
                     release_m, setup.name, setup.axis.stroke_m - setup.position_m));
   }
-  if (has_mass_and_hysteresis_only(setup.axis)) return follow_exactly(setup, release_m, turns);
-  FreeResponse fine = integrate(setup, release_m, turns, 1e-10);
-  const FreeResponse coarse = integrate(setup, release_m, turns, 1e-8);
-  fine.turns.resize(std::min(fine.turns.size(), coarse.turns.size()));
-  for (std::size_t i = 0; i < fine.turns.size(); ++i) fine.turns[i].check_m = coarse.turns[i].position_m;
+  if (has_mass_and_hysteresis_only(setup.axis)) return follow_exactly(setup, release_m, count);
+  FreeResponse fine = integrate(setup, release_m, count, 1e-10);
+  const FreeResponse coarse = integrate(setup, release_m, count, 1e-8);
+  fine.turning_points.resize(std::min(fine.turning_points.size(), coarse.turning_points.size()));
+  for (std::size_t i = 0; i < fine.turning_points.size(); ++i)
+    fine.turning_points[i].check_m = coarse.turning_points[i].position_m;
   return fine;
 }
 

@@ -20,9 +20,9 @@
 namespace slipstack::sim {
 namespace {
 
-constexpr std::size_t kThrownAway = 2;
+constexpr std::size_t kDiscardedCycles = 2;
 
-// Adds samples of one cycle after the other to its mean.
+// Averages the samples of successive cycles.
 class Averager {
  public:
   Averager(const ExperimentSetup& setup, const LoopRequest& request, double step_s, const Rng& noise)
@@ -35,7 +35,8 @@ class Averager {
         x_(request.samples, 0.0),
         force_(request.samples, 0.0) {}
 
-  // Sample k of a cycle. Position and force pass the same delay and filter: a loop must not open by that.
+  // Sample k of a cycle. Position and force pass the same delay and filter: the sensors must not widen the
+  // loop.
   void push(std::size_t cycle, std::size_t k, double x_m, double force_N) {
     if (request_.sensors) {
       const SensorSet& sensors = setup_.sensors;
@@ -43,7 +44,7 @@ class Averager {
       x_m = late_x_.push(encoder_.position_m(x_m));
       force_N = late_F_.push(force_N + sensors.force_noise_N * noise_.normal());
     }
-    if (cycle < kThrownAway) return;
+    if (cycle < kDiscardedCycles) return;
     x_[k] += x_m / static_cast<double>(request_.cycles);
     force_[k] += force_N / static_cast<double>(request_.cycles);
   }
@@ -71,7 +72,7 @@ double moving_mass_kg(const ExperimentSetup& setup) {
 
 MeasuredLoop loop_by_displacement(const ExperimentSetup& setup, const LoopRequest& request, double position_m,
                                   double amplitude_m, const Rng& noise) {
-  const auto cycles = static_cast<int>(request.cycles + kThrownAway);
+  const auto cycles = static_cast<int>(request.cycles + kDiscardedCycles);
   MotionProgramme programme;
   // One cycle more at each end, where the sine fades in and out.
   programme.append(make_sine(position_m, amplitude_m, request.frequency_Hz, cycles + 2));
@@ -79,7 +80,7 @@ MeasuredLoop loop_by_displacement(const ExperimentSetup& setup, const LoopReques
   PrescribedAxis axis(setup.axis, programme);
   Averager averager(setup, request, step_s, noise);
   const double mass_kg = moving_mass_kg(setup);
-  for (std::size_t cycle = 0; cycle < request.cycles + kThrownAway; ++cycle) {
+  for (std::size_t cycle = 0; cycle < request.cycles + kDiscardedCycles; ++cycle) {
     for (std::size_t k = 0; k < request.samples; ++k) {
       const double t_s =
           1.0 / request.frequency_Hz + static_cast<double>(cycle * request.samples + k + 1) * step_s;
@@ -97,13 +98,13 @@ MeasuredLoop loop_by_force(const ExperimentSetup& setup, const LoopRequest& requ
                            double amplitude_N, const Rng& noise) {
   SmoothAxis axis(setup.axis, position_m);
   const double w = kTurn * request.frequency_Hz;
-  // A sine from zero: nothing is thrown about at the start.
+  // A sine that begins at zero: no step of force at the start.
   axis.set_force({0.0, amplitude_N, w, -0.5 * std::numbers::pi});
   const double step_s = 1.0 / (request.frequency_Hz * static_cast<double>(request.samples));
   Averager averager(setup, request, step_s, noise);
   const double mass_kg = moving_mass_kg(setup);
   double last_v = 0.0;
-  for (std::size_t cycle = 0; cycle < request.cycles + kThrownAway; ++cycle) {
+  for (std::size_t cycle = 0; cycle < request.cycles + kDiscardedCycles; ++cycle) {
     for (std::size_t k = 0; k < request.samples; ++k) {
       const double t_s = static_cast<double>(cycle * request.samples + k + 1) * step_s;
       axis.advance_to(t_s);

@@ -14,7 +14,7 @@ struct LoopRequest {
   std::vector<double> amplitudes;  // m, or N by force; rising
   std::vector<double> positions_m;
   double frequency_Hz = 1.0;
-  std::size_t cycles = 10;    // averaged, after two that are thrown away
+  std::size_t cycles = 10;    // averaged, after two that are discarded
   std::size_t samples = 200;  // of the averaged loop
   bool sensors = false;
   std::uint64_t seed = 1;
@@ -23,7 +23,7 @@ struct LoopRequest {
 /// One averaged loop. Displacement from the loop's own middle, friction force without inertia.
 struct MeasuredLoop {
   double position_m = 0.0;
-  double asked = 0.0;  // amplitude that was asked for
+  double asked = 0.0;  // requested amplitude
   std::vector<double> displacement_m;
   std::vector<double> force_N;
   double amplitude_m = 0.0;
@@ -37,11 +37,11 @@ struct MeasuredLoop {
   bool rolling = false;  // by force: the tips' tangent is below a twentieth of the first slope
 };
 
-/// All loops, position by position, one after another. With a displacement sine the motion is given and the
-/// drive force computed (inverse dynamics); with a force sine the axis moves (forward dynamics). The force of
-/// inertia, known mass times acceleration of the sine, is taken off; a cable chain, cogging and the like stay
-/// in: they are what is measured. Throws SetupError on amplitudes, positions or a frequency that are not
-/// possible.
+/// All loops, position by position, one after another. With a displacement sine the motion is prescribed and
+/// the drive force computed (inverse dynamics); with a force sine the axis moves (forward dynamics). The
+/// force of inertia, known mass times acceleration of the sine, is subtracted; a cable chain, cogging and
+/// similar forces remain: they are part of the measurement. Throws SetupError on amplitudes, positions or a
+/// frequency that are not possible.
 std::vector<MeasuredLoop> run_loops(const ExperimentSetup& setup, const LoopRequest& request);
 
 /// The checks of run_loops() alone.

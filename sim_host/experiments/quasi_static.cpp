@@ -23,7 +23,7 @@ void move_to_force(ElementBank& bank, double force_N) {
   const double missing = force_N - bank.force_N();
   if (missing == 0.0) return;
   const int direction = missing > 0.0 ? 1 : -1;
-  // Between events the bank is a spring. Every round begins another slip, so they come to an end.
+  // Between events the bank is a spring. In every round another element begins to slip, so the loop ends.
   for (std::size_t round = 0; round <= bank.size(); ++round) {
     const double stiffness = bank.stiffness_towards(direction);
     const double slip_m = bank.next_slip_m(direction);

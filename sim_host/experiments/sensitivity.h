@@ -8,11 +8,11 @@
 
 namespace slipstack::sim {
 
-/// The set-up with the saturation level of its virgin curve changed by a share, its first slope as it is:
-/// levels and lengths are scaled alike, so that nothing but the level and how soon it is reached changes.
+/// The set-up with the saturation level of its virgin curve changed by a share, its first slope unchanged:
+/// levels and lengths are scaled alike, so that only the level and the travel to it change.
 ExperimentSetup with_level(const ExperimentSetup& setup, double share);
 
-/// The response of one force and frequency, and how it moves.
+/// The response at one force and frequency, and its change.
 struct SensitivityPoint {
   double force_N = 0.0;
   double frequency_Hz = 0.0;

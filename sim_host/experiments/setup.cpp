@@ -24,7 +24,7 @@ std::string known_setups() {
 }
 
 // Keys of `changes` over those of `base`; tables are merged, everything else is replaced. Nodes are moved: a
-// copy would forget its line.
+// copy would lose its line number.
 void overlay(toml::table& base, toml::table& changes) {
   for (auto&& [key, node] : changes) {
     toml::table* below = base[key.str()].as_table();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A set-up: the axis, its sensors, and what is usually done with it; read from a TOML file.
+// A set-up: the axis, its sensors, and the defaults of the experiments; read from a TOML file.
 #pragma once
 
 #include <optional>
@@ -11,12 +11,12 @@
 
 namespace slipstack::sim {
 
-/// A set-up or a request that no axis can have. what() is one line: where, what is wrong, what to do.
+/// A set-up or a request that is not possible. what() is one line: where, what is wrong, what to do.
 struct SetupError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// What the laboratory sees of the axis.
+/// The sensors of the laboratory.
 struct SensorSet {
   double sample_rate_Hz = 10000.0;
   double encoder_resolution_m = 0.0;  // 0: none
@@ -26,7 +26,7 @@ struct SensorSet {
   double delay_s = 0.0;   // of the position
 };
 
-/// What is done when the command line does not say otherwise.
+/// The defaults of the command line.
 struct SetupDefaults {
   std::vector<double> loop_amplitudes_m;
   std::vector<double> loop_forces_N;
@@ -38,10 +38,10 @@ struct SetupDefaults {
   double lowest_Hz = 1.0;
   double highest_Hz = 100.0;
   std::size_t frequencies = 40;
-  std::size_t most_periods = 400;  // patience at one frequency
+  std::size_t most_periods = 400;  // longest wait at one frequency
 };
 
-/// The transducer of [3] as a calibration machine sees it; reading in mV/V over load in N.
+/// The transducer of [3]: reading in mV/V over load in N.
 struct TransducerSetup {
   double full_scale_N = 0.0;
   double sensitivity_mV_per_V = 2.0;
@@ -58,9 +58,9 @@ struct TransducerSetup {
 };
 
 struct ExperimentSetup {
-  std::string name;   // as asked for
+  std::string name;   // as it was requested
   std::string title;  // for people
-  std::string text;   // all its keys, those of what it is based on included: tells set-ups apart
+  std::string text;   // all its keys, with those of its base: identifies the set-up
   Axis axis;
   double position_m = 0.0;  // where on the stroke experiments take place
   SensorSet sensors;
@@ -76,7 +76,7 @@ struct ExperimentSetup {
 /// concave) throw SetupError with file, line, what is wrong and what to do.
 ExperimentSetup read_setup(const std::string& name_or_path);
 
-/// The same from a text; `name` stands for the file in messages.
+/// The same from a text; `name` takes the place of the file in messages.
 ExperimentSetup parse_setup(const std::string& text, const std::string& name);
 
 /// The text of a set-up that ships with the program; throws SetupError when there is none of that name.

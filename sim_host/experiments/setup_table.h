@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A table of a set-up file that knows where it stands, and which of its keys somebody asked for.
+// A table of a set-up file with its line numbers, and a list of the keys that have been read.
 #pragma once
 
 #include <fmt/format.h>
@@ -18,18 +18,18 @@
 
 namespace slipstack::sim {
 
-/// What a number may be. Bounds are included unless the name says otherwise.
+/// The range of a number; bounds are included unless stated.
 struct Range {
   double low = -std::numeric_limits<double>::infinity();
   double high = std::numeric_limits<double>::infinity();
-  bool above_low = false;  // low itself is out
+  bool above_low = false;  // low itself is excluded
 };
 inline constexpr Range kAny{};
 inline constexpr Range kPositive{0.0, std::numeric_limits<double>::infinity(), true};
 inline constexpr Range kNotNegative{0.0};
 
-/// Reads one table. Every accessor throws SetupError with file and line when the value is not what it must
-/// be; finish() throws for keys that nobody asked for.
+/// Reads one table. Every accessor throws SetupError with file and line when the value is not valid; finish()
+/// throws for keys that were not read.
 class SetupTable {
  public:
   SetupTable(const toml::table& table, std::string path) : table_(table), path_(std::move(path)) {}
@@ -60,7 +60,7 @@ class SetupTable {
   std::set<std::string, std::less<>> asked_;
 };
 
-/// Effects of the catalogue, each a table of its own; absent means absent.
+/// Effects of the catalogue, each a table of its own; without its table an effect does not exist.
 void read_effects(SetupTable& file, Axis& axis);
 VirginCurve read_curve(SetupTable& file);
 

@@ -13,7 +13,7 @@ namespace slipstack::sim {
 namespace {
 
 constexpr std::size_t kSamples = 1000;
-/// Swings below this share of the first are lost in any sensor's noise.
+/// Swings below this share of the first are below the noise of any sensor.
 constexpr double kSmallestOvershoot = 1e-3;
 
 void check(const ExperimentSetup& setup, double force_N, double duration_s) {
@@ -36,18 +36,18 @@ void check(const ExperimentSetup& setup, double force_N, double duration_s) {
 }
 
 void read_ring(StepResponse& out) {
-  std::vector<RingTurn>& turns = out.turns;
-  for (std::size_t i = 1; i < turns.size(); ++i) {
-    turns[i].frequency_Hz = 0.5 / (turns[i].time_s - turns[i - 1].time_s);
+  std::vector<RingReversal>& points = out.turning_points;
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    points[i].frequency_Hz = 0.5 / (points[i].time_s - points[i - 1].time_s);
     if (i < 2) continue;
-    const double before = std::fabs(turns[i - 1].position_m - turns[i - 2].position_m);
-    const double after = std::fabs(turns[i].position_m - turns[i - 1].position_m);
+    const double before = std::fabs(points[i - 1].position_m - points[i - 2].position_m);
+    const double after = std::fabs(points[i].position_m - points[i - 1].position_m);
     const double decrement = std::log(before / after);  // of half a period
-    turns[i].damping_ratio = decrement / std::hypot(std::numbers::pi, decrement);
+    points[i].damping_ratio = decrement / std::hypot(std::numbers::pi, decrement);
   }
-  if (turns.size() >= 3) {
-    out.ring_Hz = 1.0 / (turns[2].time_s - turns[0].time_s);
-    out.small_Hz = 1.0 / (turns.back().time_s - turns[turns.size() - 3].time_s);
+  if (points.size() >= 3) {
+    out.ring_Hz = 1.0 / (points[2].time_s - points[0].time_s);
+    out.small_Hz = 1.0 / (points.back().time_s - points[points.size() - 3].time_s);
   }
 }
 
@@ -67,12 +67,12 @@ StepResponse run_step(const ExperimentSetup& setup, double force_N, double durat
     const double to_s = static_cast<double>(i) * step_s;
     while (axis.advance_to_reversal(to_s)) {
       if (!ringing) continue;
-      const RingTurn turn{axis.time_s(), axis.position_m() - setup.position_m, 0.0, 0.0};
-      if (out.turns.size() >= 3) {
-        const double first = std::fabs(out.turns[1].position_m - out.turns[0].position_m);
-        ringing = std::fabs(turn.position_m - out.turns.back().position_m) > kSmallestOvershoot * first;
+      const RingReversal point{axis.time_s(), axis.position_m() - setup.position_m, 0.0, 0.0};
+      if (out.turning_points.size() >= 3) {
+        const double first = std::fabs(out.turning_points[1].position_m - out.turning_points[0].position_m);
+        ringing = std::fabs(point.position_m - out.turning_points.back().position_m) > kSmallestOvershoot * first;
       }
-      if (ringing) out.turns.push_back(turn);
+      if (ringing) out.turning_points.push_back(point);
     }
     out.time_s.push_back(to_s);
     out.position_m.push_back(axis.position_m() - setup.position_m);

@@ -19,24 +19,24 @@ namespace {
 constexpr double kJumpFactor = 1.5;
 constexpr std::size_t kLeastPeriods = 4;
 
-// Decides when a sequence of fundamentals has come to its end.
-class Settling {
+// Decides when a sequence of fundamentals has converged.
+class Convergence {
  public:
-  explicit Settling(double tolerance) : tolerance_(tolerance) {}
+  explicit Convergence(double tolerance) : tolerance_(tolerance) {}
   bool push(std::complex<double> fundamental) {
     const double change = std::abs(fundamental - last_);
     const double size = std::abs(fundamental);
     ++count_;
     bool small = false;
     if (count_ >= 3) {
-      // Changes that shrink by a factor q leave q/(1 − q) of the last one to come.
+      // If the changes shrink by a factor q, the remaining changes sum to q/(1 − q) of the last one.
       const double q = std::min(change / std::max(last_change_, 1e-300), 0.98);
       small = change * std::max(q / (1.0 - q), 0.1) <= tolerance_ * size;
     }
     last_ = fundamental;
     last_change_ = change;
-    calm_ = small ? calm_ + 1 : 0;
-    return calm_ >= 2 && count_ >= kLeastPeriods;
+    small_changes_ = small ? small_changes_ + 1 : 0;
+    return small_changes_ >= 2 && count_ >= kLeastPeriods;
   }
 
  private:
@@ -44,10 +44,10 @@ class Settling {
   std::complex<double> last_;
   double last_change_ = 0.0;
   std::size_t count_ = 0;
-  int calm_ = 0;
+  int small_changes_ = 0;
 };
 
-// The position through the sensors of the set-up, one stretch of whole periods after the other.
+// The position through the sensors of the set-up, one interval of whole periods after another.
 class SensedFundamental {
  public:
   SensedFundamental(const SensorSet& sensors, const Rng& noise)
@@ -102,11 +102,11 @@ SinePoint measure(SmoothAxis& axis, const ExperimentSetup& setup, const SteppedS
   const double w = kTurn * frequency_Hz;
   const double zero_s = axis.time_s();
   axis.set_force({0.0, force_N, w, 0.0});
-  // Enough samples to tell three numbers apart in each stretch.
+  // Enough samples to determine three numbers in each interval.
   const double per_period = setup.sensors.sample_rate_Hz / frequency_Hz;
   const std::size_t stretch = request.sensors ? static_cast<std::size_t>(std::ceil(20.0 / per_period)) : 1;
   SensedFundamental sensed(setup.sensors, noise);
-  Settling settling(request.settled);
+  Convergence settling(request.settled);
   SinePoint point;
   point.frequency_Hz = frequency_Hz;
   std::complex<double> fundamental;
@@ -130,15 +130,15 @@ SinePoint measure(SmoothAxis& axis, const ExperimentSetup& setup, const SteppedS
   return point;
 }
 
-// Whether the axis leaps on its way from one point to the next: see run_stepped_sine(). `chain` holds the
-// axis's state at the first.
-bool leaps(const ExperimentSetup& setup, const SteppedSineRequest& request, const SweepChain& chain,
-           const SinePoint& from, const SinePoint& to) {
+// Whether there is a jump between two points: see run_stepped_sine(). `chain` holds the state of the axis at
+// the first.
+bool jumps_between(const ExperimentSetup& setup, const SteppedSineRequest& request, const SweepChain& chain,
+                   const SinePoint& from, const SinePoint& to) {
   const double whole = std::fabs(std::log(to.amplitude_m / from.amplitude_m));
   if (!(whole > std::log(kJumpFactor))) return false;
   SteppedSineRequest bare = request;
   bare.sensors = false;
-  // Where the motion does not repeat, patience would not make it.
+  // Where the motion is not periodic, more periods would not make it so.
   bare.most_periods = std::min<std::size_t>(request.most_periods, 40);
   SmoothAxis axis(setup.axis, setup.position_m, {request.tolerance, 0.0});
   axis.restore(chain.state);
@@ -235,7 +235,7 @@ void run_sweep_chain(const ExperimentSetup& setup, const SteppedSineRequest& req
       const std::size_t at = up ? k : request.frequencies_Hz.size() - 1 - k;
       const Rng noise(request.seed, fmt::format("position noise {} {} {}", index, i, k));
       SinePoint point = measure(axis, setup, request, chain.force_N, request.frequencies_Hz[at], noise);
-      if (k > 0) point.jump = leaps(setup, request, chain, sweep.points.back(), point);
+      if (k > 0) point.jump = jumps_between(setup, request, chain, sweep.points.back(), point);
       sweep.points.push_back(point);
       chain.state = axis.snapshot();
       if (control.point_done) control.point_done();

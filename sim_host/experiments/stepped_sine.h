@@ -57,7 +57,7 @@ struct SweepChain {
 
 /// How the caller follows a long run and ends it early; both may be left empty.
 struct SweepControl {
-  std::function<void()> point_done;         // called after each point
+  std::function<void()> point_done = {};    // called after each point
   const std::atomic<bool>* stop = nullptr;  // when set, the run ends before the next point
 };
 

@@ -68,7 +68,7 @@ double ElementBank::elongation_m(std::size_t i) const {
 
 void ElementBank::turn_to(int direction) {
   if (direction == direction_) return;
-  // The force is summed anew at every reversal, so rounding does not pile up over many events.
+  // The force is summed anew at every reversal, so that rounding errors do not accumulate over many events.
   double force = 0.0;
   for (std::size_t i = 0; i < slip_.size(); ++i) {
     force += stiffness_[i] * elongation_m(i);
@@ -86,7 +86,7 @@ void ElementBank::move_to(double x_m) {
   while (slipping_ < slip_.size()) {
     const double slip_at = anchor_[slipping_] + direction_ * slip_[slipping_];
     if (direction_ * (x_m - slip_at) < 0.0) break;
-    // Rounding can put the event a hair behind the body; it never moves back.
+    // Rounding can put the event slightly behind the body; the body never moves back.
     const double at = direction_ * (slip_at - x_m_) > 0.0 ? slip_at : x_m_;
     event_force_N_ += sticking_stiffness() * (at - event_x_m_);
     dissipated_J_ += slipping_force_[slipping_] * std::fabs(at - x_m_);

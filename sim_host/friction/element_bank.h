@@ -10,14 +10,14 @@
 
 namespace slipstack::sim {
 
-/// A bank of Maxwell elements. Each has a stiffness kᵢ, a slip distance dᵢ, an anchor pᵢ that stays where it
-/// is while the element sticks and is dragged dᵢ behind the body while it slips; its force is kᵢ·(x − pᵢ).
+/// A bank of Maxwell elements. Each has a stiffness kᵢ, a slip distance dᵢ, an anchor pᵢ that does not move
+/// while the element sticks and follows dᵢ behind the body while it slips; its force is kᵢ·(x − pᵢ).
 ///
 /// From a relaxed start, anchors of neighbouring elements never differ by more than their slip distances do
 /// (the play operators of a Prandtl-Ishlinskii bank), so with elements sorted by slip distance those that
-/// slip are always the first few. Hence one index says who slips, and moving the body costs one step per
-/// element that begins to slip, not one per element. Anchors do not move while sticking, so nothing is summed
-/// up and nothing drifts.
+/// slip are always the first few. Hence one index separates slipping from sticking elements, and moving the
+/// body costs one step per element that begins to slip, not one per element. Anchors do not move while
+/// sticking, so no rounding errors accumulate.
 class ElementBank {
  public:
   ElementBank() = default;
@@ -30,20 +30,20 @@ class ElementBank {
   /// The same, from the first to the last slip distance given: 0 < first_m < last_m, count of two or more.
   static ElementBank sample(const VirginCurve& curve, double first_m, double last_m, std::size_t count);
 
-  /// Moves the body to x on a straight way; reversals inside the way are the caller's to resolve. Cost: one
-  /// step per element that begins to slip; after a reversal one per element.
+  /// Moves the body to x without reversal; the caller splits a motion at its reversals. Cost: one step per
+  /// element that begins to slip; after a reversal one per element.
   void move_to(double x_m);
-  /// Force of the bank on the body's mover at the present place, N (positive resists positive motion).
+  /// Force of the bank at the present position, N (positive resists positive motion).
   double force_N() const { return event_force_N_ + sticking_stiffness() * (x_m_ - event_x_m_); }
-  /// The force that a straight move to x would give, N; leaves the bank as it is.
+  /// The force after a move to x without reversal, N; the bank is not changed.
   double force_after_N(double x_m) const;
-  /// Tangent stiffness of going on in the present direction, N/m.
+  /// Tangent stiffness in the present direction, N/m.
   double sticking_stiffness() const { return tail_stiffness_[slipping_]; }
   /// Tangent stiffness at the start of motion in `direction` (+1 or −1), N/m.
   double stiffness_towards(int direction) const;
   /// Where, moving in `direction`, the next element begins to slip, m; ±infinity when all slip.
   double next_slip_m(int direction) const;
-  /// Makes `direction` the present one without moving: all elements stick when it is a reversal.
+  /// Changes the direction without moving: all elements stick when it is a reversal.
   void turn_to(int direction);
 
   /// The whole state as numbers, and back into a bank of the same elements; bit for bit. restore() throws
@@ -72,7 +72,7 @@ class ElementBank {
 
   std::vector<double> stiffness_;
   std::vector<double> slip_;
-  std::vector<double> anchor_;               // valid for those that stick
+  std::vector<double> anchor_;               // valid for sticking elements
   std::vector<double> tail_stiffness_{0.0};  // [j]: Σ kᵢ of i ≥ j
   std::vector<double> slipping_force_{0.0};  // [j]: Σ kᵢ·dᵢ of i < j
   double x_m_ = 0.0;

@@ -10,7 +10,7 @@ namespace slipstack::sim {
 Masing::Masing(VirginCurve curve, double x_m) : curve_(std::move(curve)) {
   if (curve_.terms().empty()) throw std::invalid_argument("hysteresis: no virgin curve");
   const double travel_m = curve_.travel_m();
-  // Rounding may carry the body a hair behind a reversal; there the branch goes on straight.
+  // Rounding may move the body slightly beyond a reversal; there the branch is continued by its tangent.
   const double hair_m = 1e-9 * travel_m;
   stiffness_ = curve_.force_N(hair_m) / hair_m;
   tiny_m_ = 1e-12 * travel_m;
@@ -43,8 +43,8 @@ void Masing::enter_branch() {
 }
 
 void Masing::turn(double x_m) {
-  // A swing that ends where its loop closes closes it: else every period of a steady motion would be
-  // remembered.
+  // A half-swing that ends where its loop closes also closes the loop; otherwise every period of a periodic
+  // motion would add reversals to the memory.
   while (std::fabs(x_m - closing_m_) <= tiny_m_) close();
   if (reversals_.empty() && std::fabs(x_m - origin_m_) <= tiny_m_) {
     direction_ = -direction_;
@@ -54,7 +54,7 @@ void Masing::turn(double x_m) {
   reversals_.push_back({x_m, force_N(x_m)});
   direction_ = -direction_;
   enter_branch();
-  // Turned twice at one place: nothing happened.
+  // Two reversals at one place cancel each other.
   while (!reversals_.empty() && std::fabs(x_m - closing_m_) <= tiny_m_) close();
 }
 

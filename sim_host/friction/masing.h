@@ -10,13 +10,13 @@
 
 namespace slipstack::sim {
 
-/// The friction force of a body with virgin curve y, as a function of where it turned round:
-///   rule I   where it has never been: F = y(x − x₀), odd;
+/// The friction force of a body with virgin curve y, as a function of its reversal points:
+///   rule I   on the virgin curve: F = y(x − x₀), odd;
 ///   rule II  after a reversal at (x_m, F_m): F = F_m ± 2·y(|x − x_m|/2);
-/// a loop that closes is forgotten with both its reversals and the branch around it goes on.
+/// when a loop closes, both its reversals are removed and the branch around it continues.
 ///
 /// Unlike ElementBank it has the curve itself, not straight lines through its points; between events the
-/// force is smooth, which an integrator of high order needs. Whoever moves it resolves reversals and
+/// force is smooth, which an integrator of high order needs. The caller has to locate reversals and loop
 /// closures.
 class Masing {
  public:
@@ -29,11 +29,11 @@ class Masing {
     return start_N_ + direction_ * scale_ * curve_value(way_m / scale_);
   }
   int direction() const { return direction_; }
-  /// Where, going on, the innermost loop closes, m; ±infinity when none can.
+  /// Position at which the innermost loop closes if the motion continues, m; ±infinity when there is none.
   double closing_m() const { return closing_m_; }
-  /// The body turns round at x. A reversal within rounding of the one before the last closes that loop too.
+  /// The body reverses at x. A reversal within rounding of the one before the last closes that loop too.
   void turn(double x_m);
-  /// The body has come to closing_m(): the loop is forgotten.
+  /// The body has reached closing_m(): the loop is removed.
   void close();
 
   const VirginCurve& curve() const { return curve_; }
@@ -41,7 +41,7 @@ class Masing {
   /// Reversals remembered.
   std::size_t depth() const { return reversals_.size(); }
 
-  /// All of it as numbers, and back; bit for bit.
+  /// The whole state as numbers, and back; bit for bit.
   std::vector<double> snapshot() const;
   void restore(const double* values, std::size_t count);
 

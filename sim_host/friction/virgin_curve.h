@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Smooth virgin curves of rolling contacts: what the axis *is*, not what an observer fits to it.
+// Smooth virgin curves of rolling contacts: those of the simulated axis, not those that an observer fits.
 #pragma once
 
 #include <string_view>
@@ -35,7 +35,7 @@ class VirginCurve {
 
   /// Force at displacement x ≥ 0 on the virgin curve, N.
   double force_N(double displacement_m) const;
-  /// The force that is reached in the end, N.
+  /// The saturation force, N.
   double saturation_N() const;
   /// Displacement at which `share` (0…1) of the saturation is reached, m; by bisection.
   double displacement_m(double share) const;

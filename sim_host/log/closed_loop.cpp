@@ -32,7 +32,8 @@ SimulatedLog simulate_closed_loop_log(const Axis& axis, const MotionProgramme& p
     const double measured_m = encoder.position_m(plant.position_m(), t_s);
     const double current_A = controller.update_N(reference, measured_m) / axis.motor_constant_N_per_A;
     const bool logged = recorder.logs_next();
-    // A command is held until the next: around the instant of the encoder, the current is the mean of two.
+    // A command is held until the next one; at the instant of the encoder reading the current is taken as the
+    // mean of the commands before and after it.
     const double around_A = 0.5 * (previous_A + current_A);
     previous_A = current_A;
     recorder.push(plant.position_m(), plant.parts(around_A, noise_N), -noise_N);

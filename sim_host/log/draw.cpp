@@ -62,8 +62,8 @@ Bench draw_random(Rng& rng) {
   Axis& axis = bench.axis;
   axis.mass_kg = rng.log_uniform(1.0, 60.0);
   const double level_N = rng.log_uniform(std::max(1.0, 0.12 * axis.mass_kg), 30.0);
-  // Rolling guideways ring below some 600 Hz on their pre-sliding stiffness: light and stiff do not go
-  // together.
+  // Rolling guideways oscillate below some 600 Hz on their pre-sliding stiffness, so a light axis is not
+  // stiff.
   const double stiffest_m = 2.0 * level_N / (axis.mass_kg * std::pow(2.0 * std::numbers::pi * 600.0, 2));
   const double travel_m = std::max(rng.log_uniform(1e-6, 50e-6), stiffest_m);
   axis.curve = draw_curve(rng, level_N, travel_m);
@@ -127,8 +127,8 @@ std::vector<EffectId> draw_effect_ids(std::size_t count, std::uint64_t seed) {
 }
 
 double noise_floor_N(const Axis& axis) {
-  // A rounding error of q/√12 through the mean stiffness of the first half of the travel, seen in the third
-  // of the record that is pre-sliding.
+  // A rounding error of q/√12 through the mean stiffness of the first half of the travel, in the third of the
+  // record that is pre-sliding.
   const double stiffness = axis.curve.force_N(0.5 * axis.curve.travel_m()) / (0.5 * axis.curve.travel_m());
   const double steps_N = axis.encoder_resolution_m / std::sqrt(12.0) * stiffness * std::sqrt(1.0 / 3.0);
   return std::hypot(axis.force_noise_N, steps_N);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random axes, and effects hidden in them at a strength that a measurement can show.
+// Random axes, with effects of a strength that is observable in a measurement.
 #pragma once
 
 #include <cstdint>
@@ -19,14 +19,14 @@ enum class OutsideKind { kLine, kBump, kBacklash, kBurst, kSlip };
 /// line, bump, backlash, burst, slip; none for any other word.
 std::optional<OutsideKind> outside_by_name(std::string_view word);
 
-/// What the user would have on the bench: the axis, and how it is measured.
+/// A test bench: the axis and its sensors.
 struct Bench {
   Axis axis;
   ProgrammeOptions programme;
   double rate_Hz = 2000.0;
 };
 
-/// A bench with nothing hidden: inertia and pre-sliding hysteresis only.
+/// A bench without further effects: inertia and pre-sliding hysteresis only.
 ///   pick_and_place  [1] set-up 3: 35.45 kg, 1 µm encoder, ±15 N, loops of ±40 µm, two rails with each its
 ///   own
 ///                   virgin curve, linear motor. The paper does not give pitch, motor constant or stroke;
@@ -38,7 +38,7 @@ Bench draw_bench(Setup setup, std::uint64_t seed);
 /// The test programme of a bench, its random parts from the seed.
 MotionProgramme draw_programme(const Bench& bench, std::uint64_t seed);
 
-/// The effects that are drawn when nobody names one: those that a log of the test programme can tell apart.
+/// The effects that are drawn when none is named: those that a log of the test programme distinguishes.
 const std::vector<EffectId>& drawable_effects();
 
 /// `count` different effects of drawable_effects(), at most one of stribeck and frictional_lag.
@@ -47,13 +47,13 @@ std::vector<EffectId> draw_effect_ids(std::size_t count, std::uint64_t seed);
 /// Adds the effects with random formulas and shapes. Each one's gain is set so that its contribution over the
 /// programme has a root mean square of `strength` × the noise floor (force noise, and encoder steps seen
 /// through the friction's stiffness); strength 0 draws it between 1.5 and 15, evenly in the logarithm. A gain
-/// stays within what such an axis can have; where that makes the effect too faint, the force noise is
+/// stays within plausible bounds of such an axis; where that makes the effect too weak, the force noise is
 /// lowered. Cost: three short simulations per effect. Effects that may not be chosen (inertia,
 /// presliding_hysteresis, outside) throw std::invalid_argument.
 void add_effects(Axis& axis, const std::vector<EffectId>& effects, const MotionProgramme& programme,
                  double rate_Hz, double strength, std::uint64_t seed);
 
-/// Adds something that the catalogue does not know, of comparable strength.
+/// Adds an effect outside the catalogue, of comparable strength.
 void add_outside(Axis& axis, OutsideKind kind, const MotionProgramme& programme, double rate_Hz,
                  double strength, std::uint64_t seed);
 

@@ -13,7 +13,8 @@
 namespace slipstack::sim {
 namespace {
 
-// An effect with everything drawn but its gain.
+
+// An effect of which all but the gain is drawn.
 struct Sketch {
   std::function<void(Axis&, double)> set_gain;
   double largest_gain;
@@ -83,7 +84,7 @@ Ripple scaled(Ripple ripple, double gain) {
   return ripple;
 }
 
-// Friction that depends on velocity, and its neighbours.
+// Friction that depends on velocity, and related effects.
 Sketch sketch_friction(EffectId id, const Axis& axis, double duration_s, Rng& rng) {
   const double level_N = axis.curve.saturation_N();
   switch (id) {
@@ -127,8 +128,8 @@ Sketch sketch_friction(EffectId id, const Axis& axis, double duration_s, Rng& rn
       DirectionAsymmetry asymmetry;
       asymmetry.law = rng.pick({AsymmetryLaw::kByForce, AsymmetryLaw::kByVelocity});
       const double sign = rng.sign();
-      // Where the axis has viscous friction, half of the time that differs each way too, by at most as much
-      // as it is.
+      // Where the axis has viscous friction, in half of the cases it differs by direction too, by at most its
+      // own size.
       const double viscous =
           axis.effects.viscous && rng.chance(0.5)
               ? rng.sign() * rng.uniform(0.3, 1.0) * axis.effects.viscous->coefficient_N_s_per_m
@@ -160,7 +161,7 @@ Sketch sketch_friction(EffectId id, const Axis& axis, double duration_s, Rng& rn
   }
 }
 
-// What depends on place or acceleration, and what adds a force or a mass.
+// Effects of position or acceleration, and additional forces and masses.
 Sketch sketch_other(EffectId id, const Axis& axis, double rate_Hz, Rng& rng) {
   const double level_N = axis.curve.saturation_N();
   switch (id) {
@@ -184,7 +185,7 @@ Sketch sketch_other(EffectId id, const Axis& axis, double rate_Hz, Rng& rng) {
               0.15};
     }
     case EffectId::kForceRipple: {
-      // A quarter of the time not the magnets but the balls, or a screw: a pitch of its own.
+      // In a quarter of the cases the ripple comes from the balls or a screw and has a pitch of its own.
       const double pitch_m =
           rng.chance(0.75) ? axis.magnet_pitch_m : rng.log_uniform(0.003, 0.25 * axis.stroke_m);
       const Ripple ripple = draw_ripple(rng, pitch_m);
@@ -258,7 +259,7 @@ Sketch sketch(EffectId id, const Axis& axis, double duration_s, double rate_Hz, 
 void add_effects(Axis& axis, const std::vector<EffectId>& effects, const MotionProgramme& programme,
                  double rate_Hz, double strength, std::uint64_t seed) {
   std::vector<EffectId> ordered = effects;
-  std::sort(ordered.begin(), ordered.end());  // viscous before what acts on it
+  std::sort(ordered.begin(), ordered.end());  // viscous friction before the effects that scale it
   ordered.erase(std::unique(ordered.begin(), ordered.end()), ordered.end());
   double faintest_N = 1e300;
   double faintest_ratio = 1.5;

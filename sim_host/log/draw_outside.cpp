@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How the things outside the catalogue are drawn.
+// How the effects outside the catalogue are drawn.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -34,7 +34,7 @@ void add_outside(Axis& axis, OutsideKind kind, const MotionProgramme& programme,
       break;
     }
     case OutsideKind::kBump:
-      // Seen only now and then: five times as high as what acts all the time.
+      // It acts only for short times: therefore five times as high as an effect that acts all the time.
       axis.outside.bump = BumpForce{rng.sign() * 5.0 * level_N, axis.stroke_m * rng.uniform(0.25, 0.75),
                                     rng.log_uniform(0.5e-3, 3e-3)};
       break;
@@ -56,7 +56,7 @@ void add_outside(Axis& axis, OutsideKind kind, const MotionProgramme& programme,
       const std::size_t count = 1 + rng.below(3);
       while (slip.losses.size() < count) {
         const double t_s = duration_s * rng.uniform(0.05, 0.95);
-        // Counts get lost when they come fast.
+        // Counts are lost at high speed.
         if (std::fabs(programme.at(t_s).v_mps) < 0.03) continue;
         const double lost_m = axis.curve.travel_m() * rng.log_uniform(2.0, 40.0);
         slip.losses.push_back({t_s, std::round(lost_m / std::max(axis.encoder_resolution_m, 1e-9))});

@@ -42,7 +42,7 @@ double Recorder::draw_noise_N() {
   return axis_.force_noise_N > 0.0 ? axis_.force_noise_N * rng_.normal() : 0.0;
 }
 
-// Half of the values wild, half stuck at zero force offset: what a loose connector does.
+// Half of the values are outliers, half stay at zero force, as with a loose connector.
 double Recorder::burst_N(double t_s) {
   const Burst& burst = *axis_.outside.burst;
   if (t_s < burst.start_s || t_s >= burst.start_s + burst.duration_s) return 0.0;

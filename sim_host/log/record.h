@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A simulated measurement: what the user records, and beside it what truly was.
+// A simulated measurement: the recorded signals and the true forces.
 #pragma once
 
 #include <cstddef>
@@ -36,7 +36,8 @@ class Recorder {
   /// Samples come in `oversampling` times faster than they are logged.
   Recorder(const Axis& axis, double rate_Hz, int oversampling, bool keep_parts, Rng noise);
 
-  /// White force noise of one log interval, drawn for whoever acts on it (amplifier noise in a closed loop).
+  /// White force noise of one log interval, for a caller that applies it to the axis (amplifier noise in a
+  /// closed loop).
   double draw_noise_N();
   /// Takes the next instant. `noise_N` is used only when this instant is logged.
   void push(double position_m, const PerEffect& parts_N, double noise_N);
@@ -61,8 +62,8 @@ class Recorder {
   SimulatedLog log_;
 };
 
-/// The drive force that `programme` asks for, sampled at `rate_Hz` from its start to its end.
-/// `seed` feeds the noise. Cost: 0.2 µs per sample, 5 µs with every effect at once (measured, -O3, one core).
+/// The drive force that `programme` asks for, sampled at `rate_Hz` from its start to its end. The noise
+/// follows from `seed`. Cost: 0.2 µs per sample, 5 µs with every effect at once (measured, -O3, one core).
 /// Throws std::invalid_argument on an unphysical axis or rate.
 SimulatedLog simulate_log(const Axis& axis, const MotionProgramme& programme, double rate_Hz,
                           std::uint64_t seed, bool keep_parts = false);

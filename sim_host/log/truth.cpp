@@ -50,7 +50,7 @@ Json describe(const FrictionalLag& lag) {
   return out;
 }
 
-// Collects formula and parameters side by side.
+// Collects formula and parameters of every effect.
 struct Sheet {
   Json formulas = Json::object();
   Json parameters = Json::object();

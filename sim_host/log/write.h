@@ -15,7 +15,7 @@ namespace slipstack::sim {
 /// position_m, force_N (and reference_position_m in a closed loop). Cost: about 0.4 µs per line.
 std::string log_as_csv(const Axis& axis, const SimulatedLog& log);
 
-/// What the truth file says beside the axis itself.
+/// The part of the truth file that does not describe the axis itself.
 struct TruthContext {
   std::string setup;
   std::uint64_t seed = 0;
@@ -28,8 +28,8 @@ struct TruthContext {
 /// force_rms_N.
 std::string truth_as_json(const Axis& axis, const SimulatedLog& log, const TruthContext& context);
 
-/// Writes `content` beside the target and renames it, so that no half-written file is ever seen.
-/// Throws std::runtime_error with a reason.
+/// Writes `content` beside the target and renames it, so that the target never exists half-written. Throws
+/// std::runtime_error with a reason.
 void write_file(const std::string& path, const std::string& content);
 
 }  // namespace slipstack::sim

@@ -26,7 +26,7 @@ double seconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
-// Processors that this thread may run on, the first of which is left to the host's side of the loop.
+// Processors that this thread may run on; the host's side of the loop uses the first of them.
 cpu_set_t allowed_processors() {
   cpu_set_t set;
   CPU_ZERO(&set);
@@ -40,8 +40,8 @@ int first_of(const cpu_set_t& set) {
   return processor;
 }
 
-// Both sides look at the other without pause. On one processor each would wait for the other until the
-// scheduler takes turns, thousands of times longer than a tick; so they get one each where there are two.
+// Both sides poll each other without pause. On one processor each would wait until the scheduler switches to
+// the other, thousands of times longer than a tick; therefore each gets a processor where there are two.
 void use_other_processors() {
   cpu_set_t set = allowed_processors();
   if (CPU_COUNT(&set) < 2) return;
@@ -64,7 +64,7 @@ void use_first_processor() {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent) _exit(kNotStarted);
   use_other_processors();
-  // A key that interrupts the run is for the parent, which then ends this process.
+  // Ctrl-C goes to the parent, which then ends this process.
   setpgid(0, 0);
   const int nowhere = open("/dev/null", O_RDWR);
   for (const int stream : {0, 1, 2}) dup2(nowhere, stream);
@@ -92,7 +92,7 @@ EmulatedBoard::EmulatedBoard(const std::string& machine, const std::string& imag
     throw LoopError(
         image + ": no such image; build it: cmake --preset cortex-m4 && cmake --build --preset cortex-m4");
   }
-  // Memory without a name: whatever happens, nothing is left behind.
+  // Anonymous memory: no file remains, however the process ends.
   memory_ = memfd_create("slipstack-loop", 0);
   void* memory = MAP_FAILED;
   if (memory_ >= 0 && ftruncate(memory_, kMemoryBytes) == 0) {
@@ -106,7 +106,7 @@ EmulatedBoard::EmulatedBoard(const std::string& machine, const std::string& imag
   fill_flash();
   int said[2] = {-1, -1};
   if (options_.can == "pty" && pipe2(said, O_CLOEXEC) != 0) said[0] = said[1] = -1;
-  said_ = said[0];
+  output_ = said[0];
   const pid_t parent = getpid();
   process_ = fork();
   if (process_ == 0) become_emulator(options_, machine, image, memory_, said[1], parent);
@@ -122,7 +122,7 @@ EmulatedBoard::EmulatedBoard(const std::string& machine, const std::string& imag
   use_first_processor();
 }
 
-// As hal/mps2/memory_flash.h lays it out; with the marker the board takes it as it is.
+// As hal/mps2/memory_flash.h lays it out; with the marker the board uses the content as it is.
 void EmulatedBoard::fill_flash() {
   constexpr std::string_view kMarker = "slipnv01";
   const std::span<std::byte> memory = flash();
@@ -133,9 +133,9 @@ void EmulatedBoard::fill_flash() {
 
 // QEMU says "char device redirected to /dev/pts/7 (label serial1)" before the image starts.
 void EmulatedBoard::find_terminal() {
-  if (said_ < 0) return;
+  if (output_ < 0) return;
   char text[256];
-  const ssize_t got = read(said_, text, sizeof text);
+  const ssize_t got = read(output_, text, sizeof text);
   const std::string_view line(text, got > 0 ? static_cast<std::size_t>(got) : 0);
   const std::size_t begin = line.find("/dev/");
   if (begin == std::string_view::npos) return;
@@ -151,7 +151,7 @@ void EmulatedBoard::tick() {
   const std::uint32_t sequence = link_->host_sequence + 1;
   std::atomic_thread_fence(std::memory_order_seq_cst);
   link_->host_sequence = sequence;
-  // Answers take microseconds: look without giving the processor away, and only then politely.
+  // An answer takes microseconds: poll without yielding the processor first, and yield only after that.
   for (int i = 0; i < 20000; ++i) {
     if (link_->guest_sequence == sequence) {
       std::atomic_thread_fence(std::memory_order_acquire);
@@ -200,8 +200,8 @@ void EmulatedBoard::release() {
   if (link_ != nullptr) munmap(link_, PlantMemory::kBytes);
   link_ = nullptr;
   if (memory_ >= 0) close(memory_);
-  if (said_ >= 0) close(said_);
-  memory_ = said_ = -1;
+  if (output_ >= 0) close(output_);
+  memory_ = output_ = -1;
 }
 
 }  // namespace slipstack::sim

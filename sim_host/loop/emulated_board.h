@@ -15,19 +15,19 @@
 namespace slipstack::sim {
 
 /// An emulator that runs an image and shares the guest's PSRAM. The emulator ends with this object, and with
-/// this process however that ends; nothing is left in the file system. While it lives, the thread that made
-/// it keeps to one processor and the emulator to the others.
+/// this process however that ends; nothing remains in the file system. During its life the thread that
+/// constructed it is bound to one processor and the emulator to the others.
 class EmulatedBoard final : public LockstepBoard {
  public:
   struct Options {
     double start_timeout_s = 10.0;
     double tick_timeout_s = 2.0;
     /// What the board's CAN, SLCAN on its UART1, is connected to: a character device of the emulator, as
-    /// "unix:PATH,server=on,wait=off" or "pty" (then can_terminal() tells which); "null": nothing.
+    /// "unix:PATH,server=on,wait=off" or "pty" (can_terminal() gives its name); "null": nothing.
     std::string can = "null";
-    /// What is in its flash when it starts: the pages, one behind the other. Empty: erased.
+    /// Content of its flash at the start: the pages, one behind the other. Empty: erased.
     std::span<const std::byte> pages{};
-    /// Program to start; another name shows what happens without it.
+    /// Program to start; tests give the name of a program that does not exist.
     std::string emulator = "qemu-system-arm";
   };
 
@@ -61,7 +61,7 @@ class EmulatedBoard final : public LockstepBoard {
 
   Options options_;
   int memory_ = -1;
-  int said_ = -1;  ///< what the emulator prints
+  int output_ = -1;  ///< read end of the emulator's output
   std::string can_terminal_;
   PlantLink* link_ = nullptr;
   pid_t process_ = -1;

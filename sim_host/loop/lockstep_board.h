@@ -8,7 +8,7 @@
 
 namespace slipstack::sim {
 
-/// A run that could not go on: one line that says what happened.
+/// A run that could not be continued; what() is one line with the reason.
 struct LoopError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -18,8 +18,8 @@ class LockstepBoard {
  public:
   virtual ~LockstepBoard() = default;
   virtual PlantLink& link() = 0;
-  /// Lets the controller run one tick with the words written before. Throws LoopError when it does not come
-  /// back.
+  /// Lets the controller run one tick with the words written before. Throws LoopError when it does not
+  /// answer.
   virtual void tick() = 0;
 };
 

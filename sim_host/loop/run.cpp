@@ -84,7 +84,7 @@ class Runner {
     }
   }
 
-  // One set-point every period; the first ones one after the other, so that the stream never runs dry.
+  // One set-point every period; the first ones without delay, so that the controller always holds some.
   void send_set_points(std::int64_t tick) {
     const auto period = static_cast<std::int64_t>(options_.stream_period_ticks);
     if (tick >= kAheadOfTheAxis && tick % period != 0) return;
@@ -118,10 +118,11 @@ class Runner {
     }
   }
 
-  // What a drive reports is its command: noise and push move the axis and are not in the log.
+  // A drive reports its command: noise and constant force move the axis but are not part of the log.
   void record(double current_A, double disturbance_N) {
     const bool logged = recorder_.logs_next();
-    // The command is held from here on: around this instant the current is the mean of the last and this one.
+    // The command is held from here on; at this instant the current is taken as the mean of the commands
+    // before and after it.
     const double mean_A = 0.5 * (last_A_ + current_A);
     last_A_ = current_A;
     recorder_.push(plant_.position_m(), plant_.parts(mean_A, disturbance_N), -disturbance_N);
@@ -143,7 +144,7 @@ class Runner {
     }
   }
 
-  // A reversal of the reference: its direction changes, a dwell between or not.
+  // A reversal of the reference: its direction changes, with or without a dwell in between.
   void note_reversal() {
     const std::int32_t moved = link_.reference_counts - last_reference_;
     last_reference_ = link_.reference_counts;

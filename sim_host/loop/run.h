@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A controller moves the simulated axis through the test programme, and what happens is recorded.
+// A controller moves the simulated axis through the test programme; the run is recorded.
 #pragma once
 
 #include <array>
@@ -25,8 +25,8 @@ struct LoopResult {
   SimulatedLog log;
   std::int64_t ticks = 0;
   double median_round_trip_s =
-      0.0;              ///< of a tick of controller and plant: what others take of the processor left out
-  double wall_s = 0.0;  ///< that the loop took, the start of the board excluded
+      0.0;  ///< of a tick of controller and plant; the median leaves out interruptions by other processes
+  double wall_s = 0.0;       ///< duration of the loop, without the start of the board
   double rms_error_m = 0.0;  ///< position error of the reference, while the current was on
   double peak_error_m = 0.0;
   double rms_reversal_error_m = 0.0;  ///< in the 50 ms after each reversal of the reference
@@ -36,9 +36,9 @@ struct LoopResult {
 };
 
 /// Sends the parameters that `board`'s link already holds, enables the axis, streams the programme, and
-/// records until it is over or the controller reports a fault. `progress` is told the share that is done, now
-/// and then. Throws LoopError when the controller does not take its parameters or cannot be enabled, and when
-/// the plant diverges.
+/// records until it is over or the controller reports a fault. `progress` is called with the share done.
+/// Throws LoopError when the controller refuses its parameters or cannot be enabled, and when the plant
+/// diverges.
 LoopResult run_loop(LockstepBoard& board, const Axis& axis, const MotionProgramme& programme,
                     const LoopOptions& options, const std::function<void(double)>& progress);
 

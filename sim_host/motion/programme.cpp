@@ -23,7 +23,7 @@ MotionPoint MotionProgramme::at(double t_s) const {
 
 namespace {
 
-// Puts segments together and remembers where the axis stands.
+// Joins segments and keeps the position that has been reached.
 class Composer {
  public:
   Composer(const Axis& axis, const ProgrammeOptions& options, Rng& rng)
@@ -40,7 +40,7 @@ class Composer {
     const int places = std::clamp(static_cast<int>(std::lround(seconds / 3.5)), 2, 5);
     const int steps = static_cast<int>(4 + rng_.below(3));
     const int cycles = static_cast<int>(3 + rng_.below(2));  // first and last are fades
-    // What a place costs beside its sines: the move there and a pause.
+    // Time needed for a place beside its sines: the move there and a pause.
     const double sine_s = std::max(0.8, seconds / places - 0.4 * axis_.stroke_m / brisk_.velocity_mps - 0.2);
     const double frequency_Hz = std::clamp(steps * cycles / sine_s, 1.0, 12.0);
     for (int place = 0; place < places; ++place) {
@@ -58,7 +58,7 @@ class Composer {
     const int speeds = static_cast<int>(4 + rng_.below(2));
     const double slowest = rng_.log_uniform(3e-3, 6e-3);
     const double fastest = std::min(rng_.log_uniform(0.1, 0.2), 1.2 * axis_.stroke_m);
-    // What came before may have taken longer than its share; the strokes make up for it.
+    // The segments before may have taken longer than their share; the traverses are shortened accordingly.
     for (int i = 0; i < speeds; ++i) {
       const double speed = slowest * std::pow(fastest / slowest, static_cast<double>(i) / (speeds - 1));
       strokes_at(speed, std::max(0.7, (until_s - programme_.duration_s()) / (speeds - i)));
@@ -74,7 +74,7 @@ class Composer {
       double target_m = random_place();
       if (std::fabs(target_m - x_m_) < 0.1 * axis_.stroke_m) target_m = axis_.stroke_m - target_m;
       if (rng_.chance(0.3)) {
-        // A quintic's peak acceleration is 3.08·v²/way.
+        // A quintic's peak acceleration is 3.08·v²/distance.
         const double peak = std::sqrt(most.acceleration_mps2 * std::fabs(target_m - x_m_) / 3.08);
         append(make_quintic_move(x_m_, target_m, std::max(1e-3, std::min(limits.velocity_mps, peak))),
                target_m);
@@ -106,7 +106,7 @@ class Composer {
     const bool quintic = rng_.chance(0.5);
     seconds = std::max(0.5, seconds - 0.5 * axis_.stroke_m / brisk_.velocity_mps - 0.2);  // going there
     const double usable_m = axis_.stroke_m - 2.0 * margin_m_;
-    const double per_way = quintic ? 1.875 : 1.15;  // time of a way over way/speed
+    const double per_way = quintic ? 1.875 : 1.15;  // duration of a traverse over distance/speed
     double way_m = std::min(usable_m, speed * seconds / (2.0 * per_way));
     const int pairs = std::max(1, static_cast<int>(std::lround(seconds * speed / (2.0 * per_way * way_m))));
     way_m = std::min(usable_m, seconds * speed / (2.0 * per_way * pairs));

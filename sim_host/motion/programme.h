@@ -12,7 +12,7 @@
 
 namespace slipstack::sim {
 
-/// Segments one after the other; before the first and after the last the axis stands.
+/// Segments one after another; before the first and after the last the axis is at standstill.
 class MotionProgramme {
  public:
   void append(std::unique_ptr<Segment> segment);
@@ -27,14 +27,14 @@ class MotionProgramme {
   double end_s_ = 0.0;
 };
 
-/// How a programme shall be.
+/// Requirements on a programme.
 struct ProgrammeOptions {
   double seconds = 60.0;         // at least 8
   double smallest_loop_m = 0.0;  // 0: 0.35 × the pre-sliding travel
   double largest_loop_m = 0.0;   // 0: 2 to 4 × the pre-sliding travel
 };
 
-/// Pre-sliding loops of stepped amplitude at several places, slow strokes at several speeds with smooth
+/// Pre-sliding loops of stepped amplitude at several places, slow traverses at several speeds with smooth
 /// reversals, pick-and-place moves with dwells; about a quarter, a half and a quarter of the time. The whole
 /// takes `seconds`, from 20 s on up to 3 % more; at the least some 9 to 15 s. Throws std::invalid_argument
 /// when `seconds` is below 8.

@@ -31,7 +31,7 @@ class Sampled final : public Segment {
     const double place = std::clamp(t_s * rate_Hz_, 0.0, static_cast<double>(x_.size() - 1));
     const std::size_t i = std::min(static_cast<std::size_t>(place), x_.size() - 2);
     const double u = place - static_cast<double>(i);
-    // What is left after the parabola that fits the left end.
+    // The remainder after the parabola that fits the left end.
     const double d = x_[i + 1] - x_[i] - v_[i] - 0.5 * a_[i];
     const double e = v_[i + 1] - v_[i] - a_[i];
     const double f = a_[i + 1] - a_[i];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A motion that a file gives, sample by sample.
+// A motion read from a file, sample by sample.
 #pragma once
 
 #include <memory>
@@ -21,7 +21,8 @@ struct SetPointFile {
 };
 
 /// Reads a CSV file: `#` lines, a header row with time_s and position_m among its names, rows on a uniform
-/// grid of time. Throws std::runtime_error, one line with file and line.
+/// grid of time. Throws std::runtime_error, one line with file and line. The workbench has a reader of its
+/// own, because the plant includes nothing of it and it nothing of the plant.
 SetPointFile read_set_points(const std::string& path);
 
 }  // namespace slipstack::sim

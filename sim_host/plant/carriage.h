@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The guided body with its friction: what forward and inverse dynamics share.
+// The guided body with its friction: the part that forward and inverse dynamics share.
 #pragma once
 
 #include "sim_host/friction/element_bank.h"
@@ -8,21 +8,21 @@
 
 namespace slipstack::sim {
 
-/// The carriage: friction banks that remember, and the forces at any trial state.
+/// The carriage: friction with its history, and the forces at any trial state.
 class Carriage {
  public:
   /// Throws std::invalid_argument when a mass, a level, a length or a share is not physical.
   explicit Carriage(const Axis& axis);
 
   const Axis& axis() const { return axis_; }
-  /// Mass of the guided body: all of it, or what lies behind the backlash.
+  /// Mass of the guided body: the whole, or the part behind the backlash.
   double mass_kg() const { return mass_kg_; }
   /// Mass on the motor's side of the backlash; 0 without one.
   double motor_mass_kg() const { return axis_.mass_kg - mass_kg_; }
 
-  /// Forces if the carriage went straight to x and had velocity v there; changes nothing.
+  /// Forces after a move to x without reversal, at velocity v there; changes nothing.
   Loads loads_after(double t_s, double x_m, double v_mps, const InnerState& inner) const;
-  /// Moves the friction there; reversals inside the way are the caller's to resolve.
+  /// Moves the friction there; the caller splits a motion at its reversals.
   void move_to(double x_m);
   void reset(double x_m);
 
@@ -38,7 +38,8 @@ class Carriage {
   ElementBank coulomb_;
 };
 
-/// Force that the motor's side exerts on the carriage across the gap, N: motor − carriage in place and speed.
+/// Force that the motor's side exerts on the carriage across the gap, N: motor − carriage in position and
+/// speed.
 double contact_force_N(const Backlash& backlash, double carriage_kg, double gap_m, double gap_mps);
 
 }  // namespace slipstack::sim

@@ -138,8 +138,8 @@ ExactAxis::Stretch ExactAxis::expand(double length_s, double stiffness) const {
   return out;
 }
 
-// Where it moves next: the sign of the velocity, or at rest that of the first term of its series that is not
-// zero.
+// The direction of the next motion: the sign of the velocity, or at standstill that of the first term of its
+// series that is not zero.
 int ExactAxis::coming_direction() const {
   if (v_mps_ != 0.0) return v_mps_ > 0.0 ? 1 : -1;
   const Stretch probe = expand(longest_s(bank_.initial_stiffness_N_per_m(), 1.0), 0.0);
@@ -149,21 +149,21 @@ int ExactAxis::coming_direction() const {
   return 0;
 }
 
-// The first s in (0, 1] at which the velocity turns; infinity when it does not.
+// The first s in (0, 1] at which the velocity changes sign; infinity when it does not.
 double ExactAxis::first_reversal(const Stretch& stretch) const {
   const double direction = stretch.direction;
   const double v_end = direction * evaluate(stretch.v, 1.0);
   const double a_start = direction * stretch.a[0];
   const double a_end = direction * evaluate(stretch.a, 1.0);
   if (v_end < 0.0) {
-    // From rest the velocity first grows: the root is behind its maximum.
+    // From standstill the velocity first grows: the root lies after its maximum.
     const bool from_rest = stretch.v[0] == 0.0;
     const double low = from_rest && a_start * a_end < 0.0 ? root(stretch.a, 0.0, 0.0, 1.0) : 0.0;
     if (direction * evaluate(stretch.v, low) < 0.0) return low;
     return root(stretch.v, 0.0, low, 1.0);
   }
   if (a_start < 0.0 && a_end > 0.0) {
-    // Slows down and speeds up again: did it dip below zero in between?
+    // The speed falls and rises again: the velocity may have been below zero in between.
     const double slowest = root(stretch.a, 0.0, 0.0, 1.0);
     if (direction * evaluate(stretch.v, slowest) < 0.0) return root(stretch.v, 0.0, 0.0, slowest);
   }
@@ -195,7 +195,7 @@ void ExactAxis::commit(const Stretch& stretch, double s, Event event, double sli
   v_mps_ = event == Event::kReversal ? 0.0 : evaluate(stretch.v, s);
   arm_m_ = evaluate(stretch.q, s);
   arm_mps_ = evaluate(stretch.w, s);
-  // A stretch that rounds to nothing must not turn the friction round.
+  // An interval whose length rounds to zero must not reverse the friction.
   if (stretch.direction * (x_m - bank_.position_m()) > 0.0) bank_.move_to(x_m);
 }
 

@@ -28,7 +28,7 @@ struct LinearPart {
   double arm_damping_ratio = 0.0;
 };
 
-/// Where the energy is and went, J. work = kinetic + stored + dissipated − what was there at the start.
+/// The energy balance, J: work = kinetic + stored + dissipated − energy at the start.
 struct EnergyAudit {
   double work = 0.0;
   double kinetic = 0.0;
@@ -42,8 +42,9 @@ struct EnergyAudit {
 /// Between events (a velocity reversal, an element that begins to slip, the instant asked for) the system is
 /// linear with constant coefficients, and its solution is an entire function. It is summed as its power
 /// series, over at most one radian of its fastest rate, where 22 terms reach rounding (1/22! = 1e-21); unlike
-/// the form with sines it loses no digits when the stiffness fades away in sliding. Events are roots of these
-/// polynomials, found by safeguarded Newton steps. The result does not depend on how often it is asked for.
+/// the form with sines it loses no digits when the stiffness becomes small in sliding. Events are roots of
+/// these polynomials, found by safeguarded Newton steps. The result does not depend on the number of calls of
+/// advance_to().
 ///
 /// Cost: about 1 µs per event.
 class ExactAxis {
@@ -52,13 +53,13 @@ class ExactAxis {
   /// coefficient is negative, or the arm's share is not in [0, 1).
   ExactAxis(const LinearPart& linear, ElementBank bank, double x_m = 0.0);
 
-  /// A new start; the bank comes in whatever state `bank` is in and must stand at x.
+  /// A new start; the state of `bank` is kept, and its position must be x.
   void restart(double t_s, ElementBank bank, double v_mps);
   void set_force(const SineForce& force) { force_ = force; }
 
-  /// Goes on to a later time through all events in between.
+  /// Advances to a later time through all events in between.
   void advance_to(double t_s);
-  /// Goes on to the next velocity reversal; false when there is none before t.
+  /// Advances to the next velocity reversal; false when there is none before t.
   bool advance_to_reversal(double t_s);
 
   double time_s() const { return t_s_; }
@@ -77,8 +78,8 @@ class ExactAxis {
  private:
   static constexpr std::size_t kTerms = 22;
   using Series = std::array<double, kTerms>;
-  // Displacement since the start of the stretch, velocity, acceleration, arm: over the stretch's length, s =
-  // 0 … 1.
+  // Displacement since the start of the interval between two events, velocity, acceleration, arm, as
+  // functions of s = 0 … 1 over its length.
   struct Stretch {
     double length_s = 0.0;
     int direction = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The forces on the carriage at one instant, each apart, and the two ways to use them.
+// The forces on the carriage at one instant, each by itself, for inverse and forward dynamics.
 #pragma once
 
 #include "sim_host/effects/effect_id.h"
@@ -11,7 +11,7 @@ namespace slipstack::sim {
 struct InnerState {
   double arm_m = 0.0;  // arm relative to carriage
   double arm_mps = 0.0;
-  double level = 1.0;  // friction level seen through its lag
+  double level = 1.0;  // friction level after its lag
 };
 
 /// All forces at one instant, in N, positive when they resist positive motion; factors multiply the
@@ -32,7 +32,7 @@ struct Loads {
   double offset_N = 0.0;
   double cable_N = 0.0;
   double outside_N = 0.0;
-  double arm_N = 0.0;    // −m_arm·(ω²q + 2ζωq̇): what the arm's spring adds to −m_arm·a
+  double arm_N = 0.0;    // −m_arm·(ω²q + 2ζωq̇): the part of the arm's spring beside −m_arm·a
   double mass_kg = 0.0;  // of the carriage with its arm
   double arm_kg = 0.0;
   double payload_kg = 0.0;
@@ -45,8 +45,8 @@ struct Loads {
   }
 };
 
-/// Forces of an axis on a carriage of `mass_kg` (the axis's, or the part of it behind a backlash).
-/// The friction banks belong to the caller; only their forces come in.
+/// Forces of an axis on a carriage of `mass_kg` (the axis's, or the part of it behind a backlash). The
+/// friction banks belong to the caller; only their forces are needed here.
 Loads loads_on(const Axis& axis, double mass_kg, double t_s, double x_m, double v_mps, double hysteresis_N,
                double coulomb_N, const InnerState& inner);
 
@@ -57,8 +57,9 @@ double drive_force_N(const Axis& axis, const Loads& loads, double a_mps2);
 /// on the acceleration, the equation is solved by Newton's method on a rising function; to rounding.
 double acceleration_mps2(const Axis& axis, const Loads& loads, double drive_force_N);
 
-/// Adds to `parts` what each effect contributes to the drive force at acceleration a. The sum of the parts
-/// equals drive_force_N to rounding. Each factor's part is what it adds to the product of those before it.
+/// Adds to `parts` the contribution of each effect to the drive force at acceleration a. The sum of the parts
+/// equals drive_force_N to rounding. The part of a factor is its increase of the product of the factors
+/// before it.
 void add_parts(const Axis& axis, const Loads& loads, double a_mps2, PerEffect& parts);
 
 /// Time derivatives of the inner states when the carriage moves with velocity v and acceleration a.

@@ -18,7 +18,7 @@ Plant::Plant(const Axis& axis, double x_m, const Options& options)
       carriage_.mass_kg() * (axis.effects.resonance ? 1.0 - axis.effects.resonance->ratio : 1.0);
   steady_rate_per_s_ = std::sqrt(carriage_.largest_stiffness_N_per_m() / carriage_kg);
   if (axis.effects.resonance) {
-    // The arm with the carriage free swings faster than with the carriage held.
+    // The arm oscillates faster with the carriage free than with the carriage held.
     const Resonance& arm = *axis.effects.resonance;
     steady_rate_per_s_ = std::max(steady_rate_per_s_, arm.frequency_rad_per_s / std::sqrt(1.0 - arm.ratio));
   }
@@ -186,7 +186,7 @@ PerEffect Plant::parts(double current_A, double disturbance_N) const {
     for (const double part : parts) needed_N += part;
     parts[index(EffectId::kMotorConstantRipple)] += needed_N / gain - needed_N;
   }
-  // What the current loop has not yet followed is force that comes late.
+  // The part of the command that the current loop has not yet followed acts later.
   if (axis.current_loop_rad_per_s > 0.0) {
     parts[index(EffectId::kTimeDelay)] += command_N(current_A) - state_[kDrive];
   }

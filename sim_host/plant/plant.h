@@ -36,13 +36,13 @@ class Plant {
   void step(double current_A, double dt_s, double disturbance_N = 0.0);
 
   double time_s() const { return t_s_; }
-  /// Where motor and encoder are, m.
+  /// Position of motor and encoder, m.
   double position_m() const { return state_[kX]; }
   double velocity_mps() const { return state_[kV]; }
-  /// Where the guided carriage is: the same without a backlash.
+  /// Position of the guided carriage: the same without a backlash.
   double carriage_position_m() const { return state_[carriage_.axis().outside.backlash ? kY : kX]; }
-  /// What each effect contributes now to the drive force (current × nominal motor constant + disturbance)
-  /// that would be held from now on, N. Their sum is that force.
+  /// Contribution of each effect to the drive force (current × nominal motor constant + disturbance) that
+  /// would be held from now on, N. Their sum is that force.
   PerEffect parts(double current_A, double disturbance_N = 0.0) const;
   /// Current × nominal motor constant, with the axis's limit, N.
   double command_N(double current_A) const;
@@ -69,7 +69,7 @@ class Plant {
 
   Carriage carriage_;
   Options options_;
-  std::size_t friction_x_;  // which states the friction sees
+  std::size_t friction_x_;  // index of the states on which the friction acts
   std::size_t friction_v_;
   State state_{};
   double t_s_ = 0.0;

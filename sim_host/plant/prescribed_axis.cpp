@@ -78,7 +78,7 @@ void PrescribedAxis::advance_to(double t_s) {
   const double start_s = t_s_;
   const bool rigid = !carriage_.axis().outside.backlash;
   if (rigid) {
-    // Where the velocity changes sign in between, the friction turns at the turning point.
+    // Where the velocity changes sign in between, the friction reverses at the turning point.
     double low = t_s_;
     double high = t_s;
     const double v_low = programme_.at(low).v_mps;
@@ -116,7 +116,7 @@ PerEffect PrescribedAxis::parts() const {
       contact_force_N(*axis.outside.backlash, carriage_.mass_kg(), motor.x_m - y_m_, motor.v_mps - y_mps_);
   const double a = acceleration_mps2(axis, loads, contact_N);
   add_parts(axis, loads, a, parts);
-  // Inertia as if all moved with the encoder; that the carriage does not is the backlash's doing.
+  // Inertia as if all mass moved with the encoder; the difference belongs to the backlash.
   parts[index(EffectId::kInertia)] = axis.mass_kg * motor.a_mps2;
   parts[index(EffectId::kOutside)] += carriage_.mass_kg() * (a - motor.a_mps2);
   const double needed_N = contact_N + carriage_.motor_mass_kg() * motor.a_mps2;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Inverse dynamics: the drive force that a prescribed motion asks for.
+// Inverse dynamics: the drive force of a prescribed motion.
 #pragma once
 
 #include "sim_host/effects/effect_id.h"
@@ -13,23 +13,23 @@ namespace slipstack::sim {
 /// fourth-order Runge-Kutta with steps of at most a tenth of their shortest time constant.
 class PrescribedAxis {
  public:
-  /// Starts relaxed at the programme's place at t = start. Keeps a reference to the programme.
+  /// Starts relaxed at the programme's position at t = start. Keeps a reference to the programme.
   PrescribedAxis(const Axis& axis, const MotionProgramme& programme, double start_s = 0.0);
 
-  /// Goes on to a later time. Cost: one step per element that begins to slip, plus the Runge-Kutta steps.
+  /// Advances to a later time. Cost: one step per element that begins to slip, plus the Runge-Kutta steps.
   void advance_to(double t_s);
 
   double time_s() const { return t_s_; }
-  /// Place of motor and encoder.
+  /// Position of motor and encoder.
   MotionPoint motion() const { return programme_.at(t_s_); }
-  /// Drive force (current × nominal motor constant) now, split into what each effect contributes, N.
+  /// Drive force (current × nominal motor constant) now, split into the contributions of the effects, N.
   PerEffect parts() const;
   const Carriage& carriage() const { return carriage_; }
   const InnerState& inner() const { return inner_; }
 
  private:
   struct State {
-    double y_m, y_mps;  // carriage, where a backlash parts it from the motor
+    double y_m, y_mps;  // carriage, where a backlash separates it from the motor
     InnerState inner;
   };
   State rates(double t_s, const State& state) const;

@@ -194,13 +194,13 @@ SmoothAxis::Step SmoothAxis::step(double h_s) const {
   return inner_ ? try_step<kStates>(h_s) : try_step<kPlainStates>(h_s);
 }
 
-// What happens within a step; the earlier of the two when both do is sorted out by the caller, who looks
-// again.
+// The event within a step. If there are two, the caller finds the earlier one by checking the shortened step.
 SmoothAxis::Event SmoothAxis::event_in(const Step& step, double h_s) const {
   const double direction = masing_.direction();
   if (direction * (step.end[kX] - masing_.closing_m()) > 0.0) return Event::kClosure;
   if (direction * step.end[kV] < 0.0) return Event::kReversal;
-  // Slows down and speeds up again: did it dip below zero in between? The middle of the Hermite cubic tells.
+  // The speed falls and rises again: the middle of the Hermite cubic shows whether the velocity was below
+  // zero in between.
   if (direction * rate_[kV] < 0.0 && direction * step.rate[kV] > 0.0) {
     const double middle = 0.5 * (y_[kV] + step.end[kV]) + 0.125 * h_s * (rate_[kV] - step.rate[kV]);
     if (direction * middle < 0.0) return Event::kReversal;
@@ -249,7 +249,7 @@ void SmoothAxis::commit(const Step& step, double h_s, Event event) {
     rate_[kX] = 0.0;
     masing_.turn(y_[kX]);
     ++reversals_;
-    // The size of the motion: what the last swing was, forgetting larger ones before it slowly.
+    // The size of the motion: the last swing, with a slow decay of larger ones before it.
     x_scale_m_ = std::max(std::fabs(y_[kX] - swing_start_m_), 0.5 * x_scale_m_);
     v_scale_mps_ = std::max(swing_v_mps_, 0.5 * v_scale_mps_);
     swing_start_m_ = y_[kX];
@@ -259,7 +259,7 @@ void SmoothAxis::commit(const Step& step, double h_s, Event event) {
   }
 }
 
-// From rest the friction's branch must be the one of the motion to come.
+// From standstill the branch of the friction must be that of the motion that follows.
 void SmoothAxis::start_moving() {
   if (y_[kV] != 0.0) {
     if (y_[kV] * masing_.direction() < 0.0) masing_.turn(y_[kX]);
@@ -267,7 +267,7 @@ void SmoothAxis::start_moving() {
   }
   double a = rate_[kV];
   if (a == 0.0) {
-    // Balanced now: the way the force will change decides.
+    // The forces are balanced: the direction in which the force changes decides.
     a = -force_.amplitude_N * force_.rad_per_s *
         std::sin(force_.rad_per_s * (t_s_ - force_start_s_) + force_.phase_rad);
   }
@@ -305,8 +305,8 @@ SmoothAxis::Event SmoothAxis::advance_once(double t_s) {
     if (reached) t_s_ = t_s;
     return event;
   }
-  // A reversal may hide a closure shortly before it, a closure a reversal: then the shorter step shows the
-  // other.
+  // A reversal may hide a closure shortly before it, and a closure a reversal: the shortened step shows the
+  // other one.
   for (int i = 0; i < 3; ++i) {
     h = locate(event, step, h);
     const double direction = masing_.direction();

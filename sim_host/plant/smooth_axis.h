@@ -19,7 +19,7 @@ bool has_mass_and_hysteresis_only(const Axis& axis);
 /// The axis under a force given as a function of time.
 ///
 /// Dormand and Prince's pair of orders 5 and 4 (J. Comput. Appl. Math. 6, 1980) with step-size control. Steps
-/// end where the carriage turns round or an inner loop closes (found by Newton steps on the step length), so
+/// end where the carriage reverses or an inner loop closes (found by Newton steps on the step length), so
 /// that between events everything is smooth and the order is kept. The friction is the virgin curve itself,
 /// not elements: with finer and finer elements ExactAxis converges to this.
 ///
@@ -39,15 +39,15 @@ class SmoothAxis {
   SmoothAxis(const Axis& axis, double x_m);
   SmoothAxis(const Axis& axis, double x_m, const Options& options);
 
-  /// Carries the carriage there without hurry and holds it: the friction remembers the way, the arm is at
+  /// Moves the carriage there quasi-statically and holds it: the friction keeps its history, the arm is at
   /// rest.
   void place(double x_m);
-  /// The force that the drive is asked for (current × motor constant), from now on; its time counts from now.
-  /// An integral over its period starts anew.
+  /// The command of the drive (current × motor constant), from now on; its time counts from now. The
+  /// integrals start again at zero.
   void set_force(const SineForce& force);
-  /// Goes on to a time through all events; time counts from the construction.
+  /// Advances to a time through all events; time counts from the construction.
   void advance_to(double t_s);
-  /// Goes on to the next velocity reversal; false when there is none before t.
+  /// Advances to the next velocity reversal; false when there is none before t.
   bool advance_to_reversal(double t_s);
 
   double time_s() const { return t_s_; }
@@ -69,7 +69,7 @@ class SmoothAxis {
   std::size_t reversals() const { return reversals_; }
   const Masing& hysteresis() const { return masing_; }
 
-  /// The whole state as numbers, and back: a run that is taken up again goes on bit for bit.
+  /// The whole state as numbers, and back: a run that is continued gives the same result bit for bit.
   std::vector<double> snapshot() const;
   void restore(const std::vector<double>& values);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A signal that arrives late: fractional delay and first-order filter.
+// Delay of a signal: fractional delay and first-order filter.
 #pragma once
 
 #include <cstddef>
@@ -8,13 +8,13 @@
 namespace slipstack::sim {
 
 /// Delays a uniformly sampled signal by any fraction of a step (third-order Lagrange interpolation), then
-/// filters it by a first-order lag (exact for a signal that is linear between samples).
-/// Before the first sample the signal is taken to have had its first value.
+/// filters it by a first-order lag (exact for a signal that is linear between samples). Before the first
+/// sample the signal is assumed to be equal to it.
 class DelayLine {
  public:
   /// Throws std::invalid_argument unless step > 0 and neither time is negative.
   DelayLine(double step_s, double delay_s, double filter_s);
-  /// Takes the next sample, returns the late one.
+  /// Takes the next sample, returns the delayed one.
   double push(double value);
 
  private:

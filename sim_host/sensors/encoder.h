@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Incremental encoder: counts, resolution, an arbitrary phase, and counts that get lost.
+// Incremental encoder: counts, resolution, an arbitrary phase, and lost counts.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@ namespace slipstack::sim {
 
 class Encoder {
  public:
-  /// `phase` in counts (0 … 1) is where on its grating the axis was switched on.
+  /// `phase` in counts (0 … 1) is the position within the grating at which the axis was switched on.
   explicit Encoder(double resolution_m, double phase = 0.0) : resolution_m_(resolution_m), phase_(phase) {}
 
   /// From now on, counts are lost at the given times.

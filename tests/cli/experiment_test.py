@@ -16,8 +16,8 @@ from program import SLIPSTACK, Workshop
 SWEEP = ["--forces-N", "3.75,12.75", "--from-Hz", "5", "--to-Hz", "50", "--points", "6"]
 EXPERIMENTS = {
     "loops": (["loops", "--setup", "roller"], "loops"),
-    "step": (["step"], "turns"),
-    "free": (["free"], "turns"),
+    "step": (["step"], "turning_points"),
+    "free": (["free"], "turning_points"),
     "stepped-sine": (["stepped-sine", *SWEEP], "points"),
     "describing-function": (["describing-function", *SWEEP], "points"),
     "sensitivity": (["sensitivity", *SWEEP], "map"),

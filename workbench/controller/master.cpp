@@ -35,7 +35,7 @@ std::vector<std::uint8_t> image_of(const ModelParameters& parameters) {
   return image;
 }
 
-/// The head of a log: what the drive knows of its axis.
+/// The header of a log: the parameters of the axis that the drive holds.
 std::string log_head(double resolution_m, double constant, double mass_kg, std::uint32_t hash, bool irregular,
                      std::size_t lost) {
   std::string text = fmt::format(
@@ -46,7 +46,7 @@ std::string log_head(double resolution_m, double constant, double mass_kg, std::
   return text + "time_s,position_counts,current_A\n";
 }
 
-/// Throws UsageError where the drive says of itself what no axis is: no log could be made of it.
+/// Throws UsageError where a parameter of the drive is not plausible, so that no log can be written.
 void check_axis(const SdoClient& drive, double tick_s, double resolution_m, double constant) {
   if (tick_s > 1e-6 && tick_s < 1.0 && resolution_m > 0.0 && resolution_m < 1.0 && std::isfinite(constant))
     return;
@@ -69,7 +69,7 @@ double mass_of(SdoClient& drive) {
   return mass_kg;
 }
 
-/// Changes an object for as long as this lives, and puts it back.
+/// Changes an object during the life of this, and restores it.
 class Kept {
  public:
   Kept(SdoClient& drive, std::uint16_t index, std::uint8_t sub, int bytes)
@@ -79,7 +79,7 @@ class Kept {
   ~Kept() {
     try {
       drive_.try_write(index_, sub_, before_, bytes_);
-    } catch (const std::exception&) {  // the bus is gone: nothing to put back to
+    } catch (const std::exception&) {  // the bus is gone: nothing can be restored
     }
   }
   void set(std::uint32_t value) { drive_.write(index_, sub_, value, bytes_); }
@@ -97,7 +97,7 @@ struct Sample {
   std::int64_t tick = 0;
   std::int32_t counts = 0;
   double current_A = 0.0;
-  double stamp_s = 0.0;  // of the frame; 0: the bus tells none
+  double stamp_s = 0.0;  // of the frame; 0: the bus has none
 };
 
 /// Takes the frames of TPDO 3: ticks modulo 2^16, counts, current over the limit / 32767.
@@ -131,8 +131,7 @@ std::vector<Sample> stream(SdoClient& drive, std::uint32_t cob, std::size_t want
   return samples;
 }
 
-/// How far frames came early or late against the drive's own clock, first to last of them; none without
-/// stamps.
+/// Spread of the arrival of frames against the drive's own clock; none without time stamps.
 std::optional<double> arrival_spread_s(const std::vector<Sample>& samples, double tick_s) {
   double earliest_s = HUGE_VAL;
   double latest_s = -HUGE_VAL;

@@ -9,14 +9,14 @@
 #include "workbench/controller/sdo_client.h"
 #include "workbench/model/model.h"
 
-// What `deploy`, `record` and `status` do on a bus. All of it throws UsageError, one line.
+// The work of `deploy`, `record` and `status` on a bus. Every function throws UsageError, one line.
 namespace slipstack::workbench {
 
 using Show = std::function<void(const std::string& stage, double fraction)>;
 
 /// Checks the model against the bounds of the drive, stages it, reads it back, applies it between two ticks,
-/// compares the hash, and stores it if asked. Returns the text for people. A drive that refuses, or a
-/// transfer that breaks, leaves the active model as it was.
+/// compares the hash, and stores it if asked. Returns the text to print. If the drive refuses or a transfer
+/// fails, the active model is unchanged.
 std::string deploy_model(SdoClient& drive, const Model& model, const std::string& name, bool store,
                          const Show& show);
 
@@ -30,7 +30,7 @@ struct Recording {
 
 /// Streams position and current by TPDO 3 for some seconds, timed by the drive's own SYNC, and makes a log of
 /// it. Lost samples are counted in the log's head; it is then `sampling: irregular`. The communication
-/// objects that this changes are put back.
+/// objects that it changes are restored.
 Recording record_stream(SdoClient& drive, double seconds, double rate_Hz, const Show& show);
 
 /// Arms the trace buffer, waits, reads it by block transfer: every tick, as many as the buffer holds.

@@ -29,7 +29,7 @@ void on_signal(int) {
   stopped.store(true);
 }
 
-/// Flash that lies in a file, so that what is stored survives the program.
+/// Flash in a file, so that stored values are kept between runs.
 void load_flash(host::HostNonvolatile& flash, const std::string& path) {
   if (path.empty()) return;
   std::ifstream file(path, std::ios::binary);
@@ -48,8 +48,8 @@ void save_flash(std::span<const std::byte> pages, const std::string& path) {
   outputs.commit("");
 }
 
-/// Turns of a millisecond, in time with the clock, until a signal comes or `turn` says false. What is behind
-/// is made up for.
+/// Calls `turn` every millisecond of the clock until a signal arrives or it returns false. After a delay the
+/// missing calls follow at once.
 template <class Turn>
 void in_time(Turn&& turn) {
   ::signal(SIGINT, on_signal);
@@ -100,8 +100,8 @@ void run_on_host(const NodeRequest& request, const sim::Axis& axis, host::HostNo
   if (port.down()) throw RunError(fmt::format("--can {}: the interface went down", printable(request.can)));
 }
 
-/// New flash gets what a commissioning engineer would store: data sheet and mass of the axis, and the node
-/// id, by LSS and 1010h of a node of the same firmware in this process.
+/// New flash receives the values of a commissioning: data sheet and mass of the axis, and the node id, by LSS
+/// and 1010h of a node of the same firmware in this process.
 void commission(const NodeRequest& request, const sim::Axis& axis, host::HostNonvolatile& flash) {
   host::HostCanPort device(64);
   host::HostCanPort master(64);

@@ -6,7 +6,7 @@
 
 namespace slipstack::workbench {
 
-/// What `slipstack node` was asked; empty texts where an option was not given.
+/// Options of `slipstack node`; empty texts where an option was not given.
 struct NodeRequest {
   std::string board = "host";
   std::string image;
@@ -15,13 +15,13 @@ struct NodeRequest {
   std::int64_t seed = 1;
   std::string effects = "none";  ///< of the axis, beside mass and hysteresis
   double strength = 0.0;         ///< over the noise floor; 0: drawn
-  std::string flash;             ///< file that keeps what is stored
+  std::string flash;             ///< file with the content of the flash
 };
 
-/// Runs the firmware as a CANopen node around a simulated axis, in time with the clock, until it is
-/// interrupted: in this process on a CAN interface, or as the image of an emulated board whose UART speaks
-/// SLCAN on a pseudo-terminal. Throws UsageError and InputError (status 2), RunError when the interface or
-/// the emulator goes away.
+/// Runs the firmware as a CANopen node around a simulated axis, in real time, until it is interrupted: in
+/// this process on a CAN interface, or as the image of an emulated board whose UART speaks SLCAN on a
+/// pseudo-terminal. Throws UsageError and InputError (status 2), RunError when the interface or the emulator
+/// goes away.
 void run_node(const NodeRequest& request);
 
 }  // namespace slipstack::workbench

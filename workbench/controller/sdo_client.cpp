@@ -14,9 +14,9 @@ namespace {
 
 constexpr int kPatience_ms = 1000;
 constexpr std::uint8_t kBlock = 127;
-/// More than any object of a drive has; a size beyond it is no size.
+/// Larger than any object of a drive; a larger size is an error.
 constexpr std::uint32_t kLargest = 16U << 20;
-/// How often blocks may pass without anything new before a transfer is given up.
+/// Number of blocks without new data after which a transfer is aborted.
 constexpr int kTries = 10;
 
 std::array<std::uint8_t, 8> request(std::uint8_t command, std::uint16_t index, std::uint8_t sub,
@@ -85,8 +85,8 @@ void SdoClient::send(const Frame& data) {
   link_.send(frame);
 }
 
-// A foreign frame takes a tenth of a millisecond of the patience, as it does of a bus at 1 Mbit/s: frames of
-// others never keep this waiting for ever.
+// A foreign frame reduces the remaining time by a tenth of a millisecond, its duration at 1 Mbit/s, so that
+// the traffic of others cannot extend the wait without limit.
 bool SdoClient::next(Frame& data, int timeout_ms) {
   constexpr int kSlice_ms = 10;
   CanFrame frame;
@@ -181,7 +181,7 @@ std::vector<std::uint8_t> SdoClient::upload(std::uint16_t index, std::uint8_t su
   return data;
 }
 
-// One block of segments: those in order are taken, the rest asked for again.
+// One block of segments: those in order are accepted, the others requested again.
 void SdoClient::take_block(std::vector<std::uint8_t>& data, std::uint16_t index, std::uint8_t sub) {
   for (int tries = 0; tries < kTries; ++tries) {
     std::uint8_t good = 0;

@@ -27,7 +27,7 @@ class SdoClient {
   std::uint32_t read(std::uint16_t index, std::uint8_t sub);
   float read_real(std::uint16_t index, std::uint8_t sub);
   void write(std::uint16_t index, std::uint8_t sub, std::uint32_t value, int bytes);
-  /// The same, but a refusal is told and not thrown; 0 when taken.
+  /// The same, but a refusal is returned as abort code and not thrown; 0 when accepted.
   std::uint32_t try_write(std::uint16_t index, std::uint8_t sub, std::uint32_t value, int bytes);
 
   using Watch = std::function<void(double fraction)>;
@@ -56,7 +56,7 @@ class SdoClient {
   std::uint8_t node_;
 };
 
-/// In words (CiA 301 table 22).
+/// The meaning of an abort code (CiA 301 table 22).
 std::string abort_text(std::uint32_t code);
 
 }  // namespace slipstack::workbench

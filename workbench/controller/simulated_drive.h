@@ -38,7 +38,7 @@ class SimulatedDrive {
     if (log_.sequence() == 0) commission(axis);
   }
 
-  /// One tick, and one turn of the main loop.
+  /// One tick, and one pass of the main loop.
   void step() {
     sense();
     tick_.run();
@@ -58,7 +58,7 @@ class SimulatedDrive {
     board_encoder_.next.counts = static_cast<std::int32_t>(encoder_.counts(plant_.position_m()));
   }
 
-  // What a commissioning engineer knows of the axis: its data sheet and its mass.
+  // The parameters known at commissioning: data sheet and mass of the axis.
   void commission(const sim::Axis& axis) {
     canopen::Dictionary& dictionary = node_.dictionary();
     const AxisParameters parameters = loop_parameters(axis, kTick_s);

@@ -8,11 +8,11 @@
 
 namespace slipstack::workbench {
 
-/// What the axis of `loop` and of `node` has beside mass and hysteresis: names with commas, `none` for
-/// nothing. Throws UsageError where a name is no effect that an axis can be given.
+/// The effects of the axis of `loop` and of `node` beside mass and hysteresis: names with commas, `none` for
+/// nothing. Throws UsageError where a name is no effect of the simulated axis.
 std::vector<sim::EffectId> effects_of(const std::string& list);
 
-/// Throws UsageError unless `strength` is a multiple of the noise floor that an effect can be given.
+/// Throws UsageError unless `strength` is a permitted multiple of the noise floor.
 void check_strength(double strength);
 
 }  // namespace slipstack::workbench

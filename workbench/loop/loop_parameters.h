@@ -6,8 +6,8 @@
 
 namespace slipstack::workbench {
 
-/// A careful tuning of the controller for an axis of which mass, motor and encoder are known: the velocity
-/// loop at 170 rad/s, the position loop a quarter of that, no notch, no adaptation.
+/// A conservative tuning of the controller for an axis of which mass, motor and encoder are known: the
+/// velocity loop at 170 rad/s, the position loop a quarter of that, no notch, no adaptation.
 AxisParameters loop_parameters(const sim::Axis& axis, double tick_s);
 
 /// Feed-forward of the mass alone.

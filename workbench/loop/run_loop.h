@@ -6,7 +6,7 @@
 
 namespace slipstack::workbench {
 
-/// What `slipstack loop` was asked; zeros and empty texts where an option was not given.
+/// Options of `slipstack loop`; zeros and empty texts where an option was not given.
 struct LoopRequest {
   std::string board = "host";
   std::string image;
@@ -23,9 +23,9 @@ struct LoopRequest {
   std::string json;
 };
 
-/// Runs the firmware in lock-step with the simulated axis through the test programme at 10 kHz, prints what
-/// came of it, writes the log. Throws UsageError and InputError (status 2), RunError when a run that had
-/// begun could not be finished (status 1).
+/// Runs the firmware in lock-step with the simulated axis through the test programme at 10 kHz, prints the
+/// result, writes the log. Throws UsageError and InputError (status 2), RunError when a run fails after its
+/// start (status 1).
 void run_loop(const LoopRequest& request);
 
 }  // namespace slipstack::workbench

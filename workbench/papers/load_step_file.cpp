@@ -14,11 +14,11 @@
 namespace slipstack::workbench {
 namespace {
 
-/// A calibration has dozens of rows; a file with more than this is something else.
+/// A calibration has dozens of rows; a file with more than this is refused.
 constexpr std::size_t kMostSteps = 100000;
 constexpr std::size_t kLongestLine = 10000;
 
-/// Which column holds what, and the factor to SI of the load.
+/// The column of each quantity, and the factor of the load to SI.
 struct Layout {
   std::size_t time = std::string::npos;
   std::size_t load = std::string::npos;

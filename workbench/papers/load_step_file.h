@@ -13,7 +13,7 @@ namespace slipstack::workbench {
 /// line.
 std::vector<sim::LoadStep> read_load_steps(const std::string& path);
 
-/// The same as text, as read_load_steps() takes it.
+/// The steps in the format of read_load_steps().
 std::string load_steps_text(const std::string& comment, const std::vector<sim::LoadStep>& steps);
 
 }  // namespace slipstack::workbench

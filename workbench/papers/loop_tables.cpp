@@ -94,7 +94,7 @@ ExperimentChart damping_chart(const std::vector<LoopSeries>& series, const Ratio
                         {},
                         {},
                         false};
-  // One x for all: every series is drawn where it has loops, straight between them.
+  // One x for all: every series is drawn over the range of its loops, linear between them.
   std::set<double> places;
   for (const LoopSeries& one : series) {
     for (const AveragedLoop& loop : one.loops) places.insert(loop.figures.amplitude_m);

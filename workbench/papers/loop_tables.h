@@ -10,7 +10,7 @@
 
 namespace slipstack::workbench {
 
-// What `characterize` and `guideway` have in common.
+// Tables and charts that `characterize` and `guideway` have in common.
 
 /// Loops of a log, or of a simulation.
 struct LoopSeries {
@@ -18,13 +18,13 @@ struct LoopSeries {
   std::vector<AveragedLoop> loops;
 };
 
-/// A record read as loops: any log that read_log() takes, ten loops averaged. Throws InputError.
+/// The loops of a log that read_log() accepts, ten of each averaged. Throws InputError.
 std::vector<AveragedLoop> loops_of_log(const std::string& path);
 
 /// kₑ, cₑω, ζᵣ of every loop, with the closed forms of the rational curve beside them.
 ExperimentTable figures_table(const std::vector<LoopSeries>& series, const RationalCurve& curve);
 
-/// Loops as they are, force over position.
+/// Loops, force over position.
 ExperimentChart loops_chart(const std::string& title, const std::vector<LoopSeries>& series);
 
 /// ζᵣ over amplitude of every series, and of the closed form.

@@ -15,9 +15,9 @@ namespace slipstack::workbench {
 
 /// How a long simulation runs. All members may be left as they are.
 struct RunControl {
-  std::function<void(double)> progress;     ///< share done, 0 … 1; from any thread, one call at a time
-  const std::atomic<bool>* stop = nullptr;  ///< when set, a sweep ends before its next point
-  std::size_t threads = 0;                  ///< 0: one for each usable processor
+  std::function<void(double)> progress = {};  ///< share done, 0 … 1; from any thread, one call at a time
+  const std::atomic<bool>* stop = nullptr;    ///< when set, a sweep ends before its next point
+  std::size_t threads = 0;                    ///< 0: one for each usable processor
 };
 
 /// sim::run_stepped_sine() with the force levels at the same time.

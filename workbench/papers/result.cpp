@@ -15,7 +15,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Letters on a terminal, not bytes: UTF-8's continuation bytes take no room.
+/// Width on a terminal: continuation bytes of UTF-8 are not counted.
 std::size_t width_of(const std::string& text) {
   return static_cast<std::size_t>(std::count_if(
       text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));

@@ -14,8 +14,8 @@ namespace slipstack::workbench {
 /// One column of an experiment's table: the same definition makes the text, the JSON and the report.
 struct TableColumn {
   std::string key;      ///< in JSON, with the SI unit: "amplitude_m"
-  std::string heading;  ///< for people: "amplitude"
-  std::string unit;     ///< for people: "µm"; may be empty
+  std::string heading;  ///< in text and report: "amplitude"
+  std::string unit;     ///< in text and report: "µm"; may be empty
   double per_si = 1.0;  ///< shown value = SI value × per_si
   int digits = 4;       ///< significant ones; 0: a whole number
   /// The report's cells are shaded by their logarithm, from none here (SI) …
@@ -23,7 +23,7 @@ struct TableColumn {
   double dark_at = 0.0;  ///< … to dark here; both 0: not at all
 };
 
-/// A number in SI units (not finite: no value) or a word.
+/// A number in SI units (not finite: no value) or a text.
 using Cell = std::variant<double, std::string>;
 
 struct ExperimentTable {

@@ -74,7 +74,7 @@ ExperimentResult result_of(const std::vector<LoopSeries>& series, const std::str
   return result;
 }
 
-/// The law of [2] on the guideways that its authors tried: loops apart, and on one another when scaled.
+/// The scaling law of [2] on the guideways of its authors: the loops before and after scaling.
 void add_collapse(ExperimentResult& result, const sim::VirginCurve& curve, const LoopTest& test) {
   const BallContact reference;
   const auto tried = guideways_tried(curve, reference, test);

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "sim_host/experiments/describing_function.h"
+#include "workbench/base/statistics.h"
 #include "workbench/papers/experiments.h"
 #include "workbench/papers/sweep_file.h"
 
@@ -80,14 +81,13 @@ ExperimentTable levels_table(const sim::ExperimentSetup& setup, const Described&
         at_Hz = described[i][k].frequency_Hz;
       }
     }
-    std::sort(errors.begin(), errors.end());
-    const double median = errors.empty() ? std::nan("") : errors[errors.size() / 2];
-    if (median > worst) {
-      worst = median;
+    const double middle = errors.empty() ? std::nan("") : median(std::move(errors));
+    if (middle > worst) {
+      worst = middle;
       worst_force_N = chains[i].force_N;
     }
     table.rows.push_back(
-        {chains[i].force_N, chains[i].force_N / setup.axis.curve.saturation_N(), median, largest, at_Hz});
+        {chains[i].force_N, chains[i].force_N / setup.axis.curve.saturation_N(), middle, largest, at_Hz});
   }
   return table;
 }

@@ -9,11 +9,11 @@
 namespace slipstack::workbench {
 namespace {
 
-ExperimentTable turns_table(const sim::FreeResponse& found, const DisplayUnit& unit) {
+ExperimentTable turning_points_table(const sim::FreeResponse& found, const DisplayUnit& unit) {
   ExperimentTable table{
-      "turns",
+      "turning_points",
       "Turning points",
-      {{"turn", "turn", "", 1.0, 0},
+      {{"number", "#", "", 1.0, 0},
        {"time_s", "time", "ms", 1e3, 6},
        {"position_m", "position", unit.label, unit.per_si, 6},
        {"hysteresis_N", "hysteresis", "N", 1.0, 6},
@@ -21,18 +21,19 @@ ExperimentTable turns_table(const sim::FreeResponse& found, const DisplayUnit& u
        {"difference", "difference", "", 1.0, 2}},
       {}};
   const double scale_m = found.position_m.front();
-  for (std::size_t i = 0; i < found.turns.size(); ++i) {
-    const sim::TurningPoint& turn = found.turns[i];
-    table.rows.push_back({static_cast<double>(i + 1), turn.time_s, turn.position_m, turn.force_N,
-                          turn.check_m, std::fabs(turn.position_m - turn.check_m) / scale_m});
+  for (std::size_t i = 0; i < found.turning_points.size(); ++i) {
+    const sim::TurningPoint& point = found.turning_points[i];
+    table.rows.push_back({static_cast<double>(i + 1), point.time_s, point.position_m, point.force_N,
+                          point.check_m, std::fabs(point.position_m - point.check_m) / scale_m});
   }
   return table;
 }
 
-// The middle of the last swing; where it creeps to when it does not swing.
+// The middle of the last swing; without oscillation the last position.
 double rest_place_m(const sim::FreeResponse& found) {
-  if (found.turns.size() < 2) return found.position_m.back();
-  return 0.5 * (found.turns.back().position_m + found.turns[found.turns.size() - 2].position_m);
+  if (found.turning_points.size() < 2) return found.position_m.back();
+  return 0.5 * (found.turning_points.back().position_m +
+                found.turning_points[found.turning_points.size() - 2].position_m);
 }
 
 std::string how_exact(const sim::FreeResponse& found, double worst) {
@@ -54,8 +55,8 @@ ExperimentResult free_result(const sim::ExperimentSetup& setup, const sim::FreeR
   result.experiment = "free";
   result.setup = setup.title;
   double worst = 0.0;
-  for (const sim::TurningPoint& turn : found.turns) {
-    worst = std::max(worst, std::fabs(turn.position_m - turn.check_m) / found.position_m.front());
+  for (const sim::TurningPoint& point : found.turning_points) {
+    worst = std::max(worst, std::fabs(point.position_m - point.check_m) / found.position_m.front());
   }
   const double rest_m = rest_place_m(found);
   result.headline =
@@ -67,7 +68,7 @@ ExperimentResult free_result(const sim::ExperimentSetup& setup, const sim::FreeR
   if (found.exact) {
     result.summary.push_back({"energy_imbalance", std::fabs(found.imbalance_J) / found.start_energy_J});
   }
-  result.tables.push_back(turns_table(found, unit));
+  result.tables.push_back(turning_points_table(found, unit));
   result.charts.push_back({"Free response",
                            {"Time", "ms", 1e3, false},
                            {"Position", unit.label, unit.per_si, false},

@@ -22,7 +22,7 @@ BallMaterial material_named(const std::string& word, const std::string& where) {
   return *material;
 }
 
-/// The measured guideway: the command line over the log's header; refuses what neither says.
+/// The measured guideway: options take precedence over the log's header; throws when a value is in neither.
 BallContact measured_contact(const Log& log, const GivenContact& given) {
   const auto value = [&](double option, const char* key, const char* flag) {
     if (!std::isnan(option)) return option;
@@ -89,7 +89,7 @@ ExperimentTable guideways_table(const BallContact& from, const BallContact& to, 
   return table;
 }
 
-/// ζᵣ of both at the same amplitudes: that is what the designer compares.
+/// ζᵣ of both at the same amplitudes, for comparison in design.
 ExperimentTable damping_table(const PolygonCurve& measured, const PolygonCurve& predicted) {
   ExperimentTable table{"damping",
                         "At the same amplitude",

@@ -18,29 +18,29 @@ namespace {
 
 /// Noise of the simulated force, over the friction's level.
 constexpr double kNoise = 3e-3;
-/// A model within this of its main loop has returned.
+/// A model counts as returned when it is within this share of its main loop.
 constexpr double kReturned = 0.01;
 
-/// A model fitted, and judged on what it has not seen.
-struct Judged {
+/// A fitted model and its error on held-out data.
+struct FittedModel {
   FrictionFit all;
   double held_out = 0.0;
   double returns = std::numeric_limits<double>::quiet_NaN();
 };
 
-std::vector<Judged> judge_all(FrictionData data, Progress& progress) {
-  std::vector<Judged> judged;
+std::vector<FittedModel> fit_all(FrictionData data, Progress& progress) {
+  std::vector<FittedModel> models;
   for (const FrictionKind kind : kFrictionKinds) {
     progress.show(fmt::format("fit {}", name(kind)),
-                  static_cast<double>(judged.size()) / static_cast<double>(std::size(kFrictionKinds)));
-    Judged one;
+                  static_cast<double>(models.size()) / static_cast<double>(std::size(kFrictionKinds)));
+    FittedModel one;
     data.fitted_rows = 0;
     one.all = fit_friction(kind, data);
     data.fitted_rows = data.force_N.size() / 2;
     one.held_out = fit_friction(kind, data).held_out_error;
-    judged.push_back(std::move(one));
+    models.push_back(std::move(one));
   }
-  return judged;
+  return models;
 }
 
 std::string shape_text(const FrictionFit& fit, const SampledMotion& motion) {
@@ -55,7 +55,7 @@ std::string shape_text(const FrictionFit& fit, const SampledMotion& motion) {
   return text;
 }
 
-ExperimentTable models_table(const std::vector<Judged>& judged, const SampledMotion& motion) {
+ExperimentTable models_table(const std::vector<FittedModel>& models, const SampledMotion& motion) {
   ExperimentTable table{
       "models",
       "Fitted to the same data: error over the force, on all of it, and on the second half by the first",
@@ -66,7 +66,7 @@ ExperimentTable models_table(const std::vector<Judged>& judged, const SampledMot
        {"returns", "returns", "", 1.0, 4},
        {"shape", "shape", "", 1.0, 4}},
       {}};
-  for (const Judged& one : judged) {
+  for (const FittedModel& one : models) {
     const bool known = std::isfinite(one.returns);
     // Without memory there is no small loop to close.
     const bool memory = one.all.kind != FrictionKind::kCoulombStribeck;
@@ -80,26 +80,27 @@ ExperimentTable models_table(const std::vector<Judged>& judged, const SampledMot
   return table;
 }
 
-const Judged& best_of(const std::vector<Judged>& judged) {
-  return *std::min_element(judged.begin(), judged.end(),
-                           [](const Judged& a, const Judged& b) { return a.held_out < b.held_out; });
+const FittedModel& best_of(const std::vector<FittedModel>& models) {
+  return *std::min_element(models.begin(), models.end(), [](const FittedModel& a, const FittedModel& b) {
+    return a.held_out < b.held_out;
+  });
 }
 
-ExperimentResult result_of(const std::vector<Judged>& judged, const SampledMotion& motion,
+ExperimentResult result_of(const std::vector<FittedModel>& models, const SampledMotion& motion,
                            const std::string& title) {
   ExperimentResult result;
   result.experiment = "models";
   result.setup = title;
-  const Judged& best = best_of(judged);
+  const FittedModel& best = best_of(models);
   result.headline = fmt::format("Least error on data not seen: {}, {:.3g} % of the force.",
                                 name(best.all.kind), 100.0 * best.held_out);
   result.summary = {{"best", std::string(name(best.all.kind))}, {"best_held_out_error", best.held_out}};
-  result.tables.push_back(models_table(judged, motion));
+  result.tables.push_back(models_table(models, motion));
   return result;
 }
 
-/// Force over position of every model on the motion, thinned to what a page can show.
-ExperimentChart loops_chart_of(const std::vector<Judged>& judged, const FrictionData& data) {
+/// Force over position of every model on the motion, thinned for the chart.
+ExperimentChart loops_chart_of(const std::vector<FittedModel>& models, const FrictionData& data) {
   ExperimentChart chart{"The same motion, six models",
                         {"Position", "µm", 1e6, false},
                         {"Force", "N", 1.0, false},
@@ -117,7 +118,7 @@ ExperimentChart loops_chart_of(const std::vector<Judged>& judged, const Friction
     chart.curves.push_back(std::move(curve));
   };
   add("data", data.force_N);
-  for (const Judged& one : judged) {
+  for (const FittedModel& one : models) {
     const Eigen::MatrixXd columns = model_columns(one.all.kind, one.all.shape, one.all.slips_m, data.motion);
     const double offset = one.all.gains[one.all.gains.size() - 1];
     const Eigen::VectorXd force = (columns * one.all.gains.head(columns.cols())).array() + offset;
@@ -140,18 +141,18 @@ ExperimentResult simulated(const sim::ExperimentSetup& setup, Progress& progress
     data.force_N[static_cast<Eigen::Index>(i)] =
         bank.force_N() + kNoise * bank.saturation_N() * noise.normal();
   }
-  std::vector<Judged> judged = judge_all(data, progress);
+  std::vector<FittedModel> models = fit_all(data, progress);
   std::vector<std::string> names;
-  for (Judged& one : judged) {
+  for (FittedModel& one : models) {
     one.returns = return_error(one.all, amplitude_m, speed_mps);
     const bool memory = one.all.kind != FrictionKind::kCoulombStribeck;
     if (memory && one.returns < kReturned) names.emplace_back(name(one.all.kind));
   }
-  ExperimentResult result = result_of(judged, data.motion, setup.title);
+  ExperimentResult result = result_of(models, data.motion, setup.title);
   result.headline =
       fmt::format("Back on the main loop after a small one: {}. {}", joined(names), result.headline);
   result.summary.push_back({"returning", names});
-  result.charts.push_back(loops_chart_of(judged, data));
+  result.charts.push_back(loops_chart_of(models, data));
   return result;
 }
 
@@ -169,8 +170,8 @@ ExperimentResult measured(const std::string& path, Progress& progress) {
         fmt::format("{}: {} instants are left after filtering, too few to compare models; record longer",
                     printable(path), data.force_N.size()));
   }
-  const std::vector<Judged> judged = judge_all(data, progress);
-  ExperimentResult result = result_of(judged, data.motion, path);
+  const std::vector<FittedModel> models = fit_all(data, progress);
+  ExperimentResult result = result_of(models, data.motion, path);
   result.notes.push_back(
       inertia ? "Every model has mass, viscous friction and an offset beside it."
               : "Every model has viscous friction and an offset beside it; inertia does not count.");

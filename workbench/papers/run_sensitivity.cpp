@@ -21,7 +21,7 @@ std::string resume_part(const std::string& path, const char* part) {
   return path.empty() ? path : fmt::format("{}.{}", path, part);
 }
 
-/// Rows of frequency, columns of force: the map as a person reads it.
+/// Rows of frequency, columns of force: the map as it is printed.
 ExperimentTable map_table(const std::vector<sim::SensitivityPoint>& points,
                           const sim::SteppedSineRequest& request) {
   ExperimentTable table{"map",

@@ -18,10 +18,10 @@ ExperimentResult step_result(const sim::ExperimentSetup& setup, const sim::StepR
   ExperimentResult result;
   result.experiment = "step";
   result.setup = setup.title;
-  if (found.turns.size() < 3) {
+  if (found.turning_points.size() < 3) {
     result.headline =
         fmt::format("After a step of {:g} N it turns {} times: too short a ring to read a frequency.",
-                    found.force_N, found.turns.size());
+                    found.force_N, found.turning_points.size());
     result.detail = "Give --seconds for longer, or a smaller step.";
   } else {
     result.headline = fmt::format(
@@ -37,18 +37,18 @@ ExperimentResult step_result(const sim::ExperimentSetup& setup, const sim::StepR
                     {"small_Hz", found.small_Hz},
                     {"curve_Hz", found.curve_Hz},
                     {"differentiated_Hz", found.differentiated_Hz}};
-  ExperimentTable table{"turns",
+  ExperimentTable table{"turning_points",
                         "Turning points",
-                        {{"turn", "turn", "", 1.0, 0},
+                        {{"number", "#", "", 1.0, 0},
                          {"time_s", "time", "ms", 1e3, 5},
                          {"position_m", "position", unit.label, unit.per_si, 5},
                          {"frequency_Hz", "frequency", "Hz", 1.0, 5},
                          {"damping_ratio", "ζ", "%", 100.0, 3}},
                         {}};
-  for (std::size_t i = 0; i < found.turns.size(); ++i) {
-    const sim::RingTurn& turn = found.turns[i];
-    table.rows.push_back({static_cast<double>(i + 1), turn.time_s, turn.position_m,
-                          or_none(turn.frequency_Hz), or_none(turn.damping_ratio)});
+  for (std::size_t i = 0; i < found.turning_points.size(); ++i) {
+    const sim::RingReversal& point = found.turning_points[i];
+    table.rows.push_back({static_cast<double>(i + 1), point.time_s, point.position_m,
+                          or_none(point.frequency_Hz), or_none(point.damping_ratio)});
   }
   result.tables.push_back(std::move(table));
   result.charts.push_back({fmt::format("Response to a step of {:g} N", found.force_N),

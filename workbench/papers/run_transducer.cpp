@@ -14,7 +14,7 @@
 namespace slipstack::workbench {
 namespace {
 
-/// What was calibrated, what was read afterwards, and a first cycle without preloads where there is one.
+/// The calibration, the readings to correct, and a first cycle without preloads where there is one.
 struct Records {
   std::string title;
   StepRecord calibration;
@@ -22,7 +22,7 @@ struct Records {
   std::optional<StepRecord> first;
 };
 
-/// One way to read the transducer, and what is left.
+/// One way to correct the readings, and the remaining errors.
 struct Method {
   std::string name;
   std::size_t elements;
@@ -32,13 +32,13 @@ struct Method {
 std::vector<Method> methods_of(const Records& records) {
   std::vector<Method> methods;
   const auto add = [&](const std::string& name, const TransducerModel& model) {
-    methods.push_back({name, model.slip_N().size(), judge(model, records.readings)});
+    methods.push_back({name, model.slip_N().size(), errors_of(model, records.readings)});
   };
   add("line and linearity only", line_and_linearity(records.calibration));
   add("elements by the formula", extract_by_formula(records.calibration));
   add("elements by least squares", extract_by_least_squares(records.calibration));
   if (!records.first) return methods;
-  // Elements of the first rise; line and linearity as every cycle after preloads has them.
+  // Elements of the first rise; line and linearity of a cycle after preloads.
   add("first rise, formula", with_line_of(extract_by_formula(*records.first), records.calibration));
   add("first rise, least squares",
       with_line_of(extract_by_least_squares(*records.first), records.calibration));

@@ -17,11 +17,11 @@ StopSignal::StopSignal() {
   asked_to_stop.store(false);
   struct sigaction action {};
   action.sa_handler = ask;
-  // The handler goes after its first call: the second signal ends the program.
+  // The handler is removed after its first call: the second signal ends the program.
   action.sa_flags = static_cast<int>(SA_RESETHAND);
   for (std::size_t i = 0; i < kSignals.size(); ++i) {
     ::sigaction(kSignals[i], nullptr, &before_[i]);
-    // Who started the program may have wished for some to be ignored (nohup).
+    // A signal that the caller had set to be ignored (nohup) stays ignored.
     if (before_[i].sa_handler != SIG_IGN) ::sigaction(kSignals[i], &action, nullptr);
   }
 }

@@ -9,14 +9,15 @@
 
 namespace slipstack::workbench {
 
-/// The user stopped the work; what() says what was kept. Exit status 130, as a shell counts Ctrl-C.
+/// The user stopped the run; what() names the file of the intermediate result. Exit status 130, as a shell
+/// counts Ctrl-C.
 struct Stopped : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 inline constexpr int kStoppedStatus = 130;
 
-/// While this lives, the first Ctrl-C (or SIGTERM) asks to stop instead of ending the program; the second
-/// ends it. One at a time.
+/// During the life of this object the first Ctrl-C (or SIGTERM) asks to stop instead of ending the program;
+/// the second ends it. At most one object at a time.
 class StopSignal {
  public:
   StopSignal();

@@ -83,17 +83,17 @@ TEST(FreeResponse, TurnsWhereTheEnergyBalanceSaysOnEverySetup) {
     if (!setup.is_axis() || setup.axis.effects.preload) continue;
     const FreeResponse found = run_free(setup, setup.defaults.release_m, 16);
     ASSERT_TRUE(found.exact) << file.name;
-    ASSERT_EQ(found.turns.size(), 16U) << file.name;
-    for (const TurningPoint& turn : found.turns) {
+    ASSERT_EQ(found.turning_points.size(), 16U) << file.name;
+    for (const TurningPoint& turn : found.turning_points) {
       EXPECT_NEAR(turn.position_m, turn.check_m, 1e-9 * setup.defaults.release_m) << file.name;
     }
     EXPECT_NEAR(found.imbalance_J, 0.0, 1e-9 * found.start_energy_J) << file.name;
     // It rings down, faster at first than later, and not to zero.
     const auto swing = [&](std::size_t i) {
-      return std::abs(found.turns[i + 1].position_m - found.turns[i].position_m);
+      return std::abs(found.turning_points[i + 1].position_m - found.turning_points[i].position_m);
     };
     EXPECT_LT(swing(1) / swing(0), swing(13) / swing(12)) << file.name;
-    EXPECT_GT(std::abs(found.turns.back().position_m), 1e-3 * setup.defaults.release_m) << file.name;
+    EXPECT_GT(std::abs(found.turning_points.back().position_m), 1e-3 * setup.defaults.release_m) << file.name;
   }
 }
 
@@ -104,11 +104,11 @@ TEST(FreeResponse, IsTheSameByBothPaths) {
   const FreeResponse smooth = run_free(parse_setup(base + "offset_N = 1e-12", "test"), 20e-6, 16);
   ASSERT_TRUE(exact.exact);
   ASSERT_FALSE(smooth.exact);
-  ASSERT_EQ(smooth.turns.size(), exact.turns.size());
-  for (std::size_t i = 0; i < exact.turns.size(); ++i) {
-    EXPECT_NEAR(smooth.turns[i].position_m, exact.turns[i].position_m, 1e-4 * 20e-6) << i;
-    EXPECT_NEAR(smooth.turns[i].check_m, smooth.turns[i].position_m, 1e-6 * 20e-6) << i;
-    EXPECT_NEAR(smooth.turns[i].force_N, exact.turns[i].force_N, 1e-3 * 12.0) << i;
+  ASSERT_EQ(smooth.turning_points.size(), exact.turning_points.size());
+  for (std::size_t i = 0; i < exact.turning_points.size(); ++i) {
+    EXPECT_NEAR(smooth.turning_points[i].position_m, exact.turning_points[i].position_m, 1e-4 * 20e-6) << i;
+    EXPECT_NEAR(smooth.turning_points[i].check_m, smooth.turning_points[i].position_m, 1e-6 * 20e-6) << i;
+    EXPECT_NEAR(smooth.turning_points[i].force_N, exact.turning_points[i].force_N, 1e-3 * 12.0) << i;
   }
 }
 
@@ -118,14 +118,14 @@ TEST(FreeResponse, DampsWithTheSetUpsOtherEffects) {
   const FreeResponse bare = run_free(parse_setup(base, "test"), 20e-6, 8);
   const FreeResponse damped =
       run_free(parse_setup(base + "[viscous]\ncoefficient_N_s_per_m = 500.0", "test"), 20e-6, 8);
-  ASSERT_EQ(damped.turns.size(), 8U);
+  ASSERT_EQ(damped.turning_points.size(), 8U);
   for (std::size_t i = 1; i < 8; ++i) {
-    EXPECT_LT(std::abs(damped.turns[i].position_m - damped.turns[i - 1].position_m),
-              std::abs(bare.turns[i].position_m - bare.turns[i - 1].position_m));
+    EXPECT_LT(std::abs(damped.turning_points[i].position_m - damped.turning_points[i - 1].position_m),
+              std::abs(bare.turning_points[i].position_m - bare.turning_points[i - 1].position_m));
   }
   const FreeResponse creeping =
       run_free(parse_setup(base + "[viscous]\ncoefficient_N_s_per_m = 1e6", "test"), 20e-6, 8);
-  EXPECT_TRUE(creeping.turns.empty());
+  EXPECT_TRUE(creeping.turning_points.empty());
   EXPECT_LT(creeping.position_m.back(), 20e-6);
 }
 

@@ -125,7 +125,7 @@ TEST(Guideway, SteelIsDampedLessThanCeramics) {
     ++count;
   }
   EXPECT_NEAR(sum / count, 0.78, 0.01);
-  EXPECT_NEAR(material_stretch(curve, BallMaterial::kDiamondCoated, BallMaterial::kSiliconNitride), 1.0, 0.0);
+  EXPECT_NEAR(material_scale(curve, BallMaterial::kDiamondCoated, BallMaterial::kSiliconNitride), 1.0, 0.0);
 }
 
 TEST(Guideway, RefusesWhatNoGuidewayIs) {

@@ -99,8 +99,8 @@ TEST(Extraction, LoopThatReadsHigherOnTheWayDownHasNegativeStiffness) {
   const StepRecord record = step_record(record_of(truth, kTenths, 0.0));
   for (const TransducerModel& found : {extract_by_formula(record), extract_by_least_squares(record)}) {
     for (const double k : found.stiffness()) EXPECT_LT(k, 0.0);
-    EXPECT_LT(judge(found, record).largest_mV_per_V,
-              0.5 * judge(line_and_linearity(record), record).largest_mV_per_V);
+    EXPECT_LT(errors_of(found, record).largest_mV_per_V,
+              0.5 * errors_of(line_and_linearity(record), record).largest_mV_per_V);
   }
 }
 
@@ -126,9 +126,9 @@ TEST_P(SimulatedTransducer, HasTheHysteresisOfThePaper) {
 
 TEST_P(SimulatedTransducer, FormulaLeavesAtMostAThirdAndLeastSquaresLess) {
   const double hysteresis = reversibility(repeat_).largest_hysteresis;
-  const TransducerErrors before = judge(line_and_linearity(loops_), repeat_);
-  const TransducerErrors formula = judge(extract_by_formula(loops_), repeat_);
-  const TransducerErrors squares = judge(extract_by_least_squares(loops_), repeat_);
+  const TransducerErrors before = errors_of(line_and_linearity(loops_), repeat_);
+  const TransducerErrors formula = errors_of(extract_by_formula(loops_), repeat_);
+  const TransducerErrors squares = errors_of(extract_by_least_squares(loops_), repeat_);
   EXPECT_NEAR(before.largest_mV_per_V, hysteresis, 0.15 * hysteresis);
   EXPECT_LT(formula.largest_mV_per_V, hysteresis / 3.0);
   EXPECT_GT(formula.largest_mV_per_V, 0.05 * hysteresis);
@@ -145,7 +145,7 @@ TEST_P(SimulatedTransducer, FormulaLeavesAtMostAThirdAndLeastSquaresLess) {
 TEST_P(SimulatedTransducer, FirstRiseServesLeastSquaresBetterThanTheFormula) {
   const double hysteresis = reversibility(loops_).largest_hysteresis;
   const auto left = [&](const TransducerModel& model) {
-    return judge(with_line_of(model, loops_), loops_).largest_mV_per_V / hysteresis;
+    return errors_of(with_line_of(model, loops_), loops_).largest_mV_per_V / hysteresis;
   };
   const double formula = left(extract_by_formula(virgin_));
   const double squares = left(extract_by_least_squares(virgin_));

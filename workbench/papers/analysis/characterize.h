@@ -11,7 +11,7 @@
 
 namespace slipstack::workbench {
 
-/// What is measured: a virgin curve under slow force sines, seen by sensors.
+/// The test: a virgin curve under slow force sines, and the sensors.
 struct LoopTest {
   std::vector<double> amplitudes_m;  // rising
   double frequency_Hz = 1.0;
@@ -26,7 +26,7 @@ LoopTest loop_test_of(const sim::ExperimentSetup& setup);
 
 /// Loops at the force amplitudes that reach the displacement amplitudes; each is the mean of ten. Amplitudes
 /// below what the encoder resolves (twenty steps from end to end) are left out. Throws std::invalid_argument
-/// when none is left or a force cannot be held.
+/// when none remains or a force exceeds the friction.
 std::vector<AveragedLoop> characterize(const sim::VirginCurve& curve, const LoopTest& test);
 
 /// A preload as a multiple of that of the set-up.
@@ -35,7 +35,8 @@ struct PreloadSeries {
   std::vector<AveragedLoop> loops;
 };
 
-/// The same at several preloads: the force axis of the virgin curve goes with their square root ([2], 4.4.2).
+/// The same at several preloads: the forces of the virgin curve are proportional to their square root ([2],
+/// 4.4.2).
 std::vector<PreloadSeries> characterize_preloads(const sim::VirginCurve& curve, const LoopTest& test,
                                                  const std::vector<double>& preloads);
 
@@ -48,7 +49,7 @@ struct GuidewayLoop {
   AveragedLoop loop;
 };
 
-/// The guideways that [2] tried, one thing changed at a time from `reference`: loads 10, 25, 55 N, groove
+/// The guideways that [2] tried, one parameter changed at a time from `reference`: loads 10, 25, 55 N, groove
 /// angles 60°, 90°, 120°, balls of 1.5 and 6 mm; the loop of each, measured to the same share of its
 /// saturation.
 std::vector<GuidewayLoop> guideways_tried(const sim::VirginCurve& curve, const BallContact& reference,

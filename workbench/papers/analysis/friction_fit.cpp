@@ -88,7 +88,7 @@ void run(nlopt_algorithm algorithm, const std::vector<ShapeParameter>& box, Sear
   nlopt_set_maxeval(opt.get(), evaluations);
   nlopt_set_xtol_rel(opt.get(), 1e-5);
   double error = 0.0;
-  // Running out of evaluations is how it ends; the best so far is in `logs`.
+  // The search ends when its evaluations are used up; the best point is in `logs`.
   nlopt_optimize(opt.get(), logs.data(), &error);
 }
 
@@ -129,7 +129,7 @@ LoopMotion loop_motion(double amplitude_m, double speed_mps, bool inner) {
   LoopMotion result;
   const double step_m = amplitude_m / kPerAmplitude;
   result.motion.step_s = step_m / speed_mps;
-  long at = 0;  // in steps: places are met again exactly
+  long at = 0;  // in steps, so that positions are repeated exactly
   const auto push = [&](int direction) {
     result.motion.position_m.push_back(step_m * static_cast<double>(at));
     result.motion.velocity_mps.push_back(direction * speed_mps);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Friction models of the literature on one and the same motion: which of them remember ([3], section 4).
+// Friction models of the literature on the same motion: which of them return to the main loop after a small
+// one ([3], section 4).
 #pragma once
 
 #include <Eigen/Core>
@@ -25,7 +26,7 @@ struct SampledMotion {
   std::vector<double> velocity_mps;
 };
 
-/// A parameter that the force does not follow linearly; searched for in the logarithm between its bounds.
+/// A parameter on which the force depends nonlinearly; its logarithm is searched between its bounds.
 struct ShapeParameter {
   std::string_view name;
   double lower = 0.0;
@@ -42,25 +43,26 @@ struct ShapeParameter {
 /// States are scaled so that the gains are forces; every model has viscous friction too.
 std::vector<ShapeParameter> shapes_of(FrictionKind kind, const SampledMotion& motion);
 
-/// What multiplies the gains, a column for each (of the models with elements, one for each of `slips_m`):
-/// states of the model on this motion, started relaxed. Steps are integrated exactly where velocity is
-/// constant within a sample (Dahl, LuGre, GMS, Maxwell-slip), Bouc-Wen by Runge-Kutta steps of at most a
-/// tenth of ℓ. One pass over the motion, about 10 to 200 ns for each sample.
+/// The columns that the gains multiply (of the models with elements, one for each of `slips_m`): states of
+/// the model on this motion, started relaxed. Steps are integrated exactly where velocity is constant within
+/// a sample (Dahl, LuGre, GMS, Maxwell-slip), Bouc-Wen by Runge-Kutta steps of at most a tenth of ℓ. One pass
+/// over the motion, about 10 to 200 ns for each sample.
 Eigen::MatrixXd model_columns(FrictionKind kind, const std::vector<double>& shape,
                               const std::vector<double>& slips_m, const SampledMotion& motion);
 
-/// Slip distances of the models with elements (empty for others): geometric from what the sensor begins to
-/// see to half the extent of the motion that they are fitted to.
+/// Slip distances of the models with elements (empty for others): geometric from the resolution of the sensor
+/// to half the extent of the motion that is fitted.
 std::vector<double> slip_distances(FrictionKind kind, const SampledMotion& motion);
 
-/// What is fitted: `observe` takes a signal with a value per sample to the rows that are compared (a filter;
-/// empty: as it is). `others`: columns that belong to every model, inertia for one, with a value per sample.
+/// The data of a fit: `observe` takes a signal with a value per sample to the rows that are compared (a
+/// filter; empty: as it is). `others`: columns that belong to every model, inertia for one, with a value per
+/// sample.
 struct FrictionData {
   SampledMotion motion;
   Eigen::VectorXd force_N;  // at the rows
   std::vector<std::vector<double>> others;
   std::function<Eigen::VectorXd(std::span<const double>)> observe;
-  Eigen::Index fitted_rows = 0;  // the first of them are fitted, the rest judge; 0: all are fitted
+  Eigen::Index fitted_rows = 0;  // the first of them are fitted, the rest are held out; 0: all are fitted
 };
 
 struct FrictionFit {
@@ -79,7 +81,7 @@ FrictionFit fit_friction(FrictionKind kind, const FrictionData& data, int evalua
 
 /// Half a loop of amplitude A, then full loops, `inner` with a small loop on each branch: from 0.3·A back to
 /// −0.2·A on the way up and mirrored on the way down. Constant speed. `marks`: samples at which the motion
-/// has just come back to where a small loop began.
+/// has returned to the beginning of a small loop.
 struct LoopMotion {
   SampledMotion motion;
   std::vector<std::size_t> marks;

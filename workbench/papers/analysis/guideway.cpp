@@ -7,6 +7,8 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "workbench/base/statistics.h"
+
 namespace slipstack::workbench {
 namespace {
 
@@ -32,16 +34,16 @@ double damping_ratio(const PolygonCurve& curve, double amplitude_m) {
   return area / (2.0 * std::numbers::pi * amplitude_m * curve.force_at_N(amplitude_m));
 }
 
-/// Mean logarithm of ζᵣ(A/stretch)/ζᵣ(A) over a third to nine tenths of the reach: below, the elements of the
-/// fit show instead of the loop.
-double mean_gain(const PolygonCurve& curve, double stretch) {
+/// Mean logarithm of ζᵣ(A/scale)/ζᵣ(A) over three to nine tenths of the reach: below, the curve consists of
+/// single elements of the fit.
+double mean_gain(const PolygonCurve& curve, double scale) {
   constexpr int kPlaces = 24;
   double sum = 0.0;
   int used = 0;
   for (int i = 0; i < kPlaces; ++i) {
     const double amplitude_m = curve.reach_m() * (0.3 + 0.6 * i / (kPlaces - 1));
     const double now = damping_ratio(curve, amplitude_m);
-    const double then = damping_ratio(curve, amplitude_m / stretch);
+    const double then = damping_ratio(curve, amplitude_m / scale);
     if (!(now > 0.0) || !(then > 0.0)) continue;
     sum += std::log(then / now);
     ++used;
@@ -90,11 +92,11 @@ Scaling scaling(const BallContact& from, const BallContact& to) {
   return factors;
 }
 
-double material_stretch(const PolygonCurve& curve, BallMaterial from, BallMaterial to) {
+double material_scale(const PolygonCurve& curve, BallMaterial from, BallMaterial to) {
   const auto is_steel = [](BallMaterial material) { return material == BallMaterial::kSteel; };
   if (is_steel(from) == is_steel(to)) return 1.0;
   const double wanted = std::log(is_steel(from) ? 1.0 / kSteelDampingShare : kSteelDampingShare);
-  // A shorter travel (stretch < 1) raises ζᵣ at every amplitude.
+  // A shorter travel (scale < 1) raises ζᵣ at every amplitude.
   double low = 0.05;
   double high = 20.0;
   if (mean_gain(curve, low) < wanted || mean_gain(curve, high) > wanted) {
@@ -122,7 +124,7 @@ GuidewayPrediction predict(const Loop& measured, const PolygonCurve& curve, cons
   if (!(force_ratio > 0.0)) throw std::invalid_argument("the force ratio of the materials must be positive");
   GuidewayPrediction result;
   result.scaling = scaling(from, to);
-  result.scaling.displacement *= material_stretch(curve, from.material, to.material);
+  result.scaling.displacement *= material_scale(curve, from.material, to.material);
   result.scaling.force *= force_ratio;
   result.curve = curve;
   for (double& x : result.curve.displacement_m) x *= result.scaling.displacement;
@@ -176,7 +178,7 @@ double loop_spread(const std::vector<Loop>& loops) {
     const double x = reach_m * i / kPlaces;
     double mean = 0.0;
     for (const auto& curve : curves) mean += value(curve, x) / static_cast<double>(curves.size());
-    for (const auto& curve : curves) squares += std::pow(value(curve, x) - mean, 2);
+    for (const auto& curve : curves) squares += squared(value(curve, x) - mean);
     largest = std::max(largest, mean);
   }
   return std::sqrt(squares / (kPlaces * static_cast<double>(loops.size()))) / largest;

@@ -14,10 +14,10 @@ namespace slipstack::workbench {
 enum class BallMaterial { kSteel, kSiliconNitride, kDiamondCoated };
 
 std::string_view name(BallMaterial material);
-/// "steel", "silicon_nitride", "diamond_coated"; nothing for other words.
+/// "steel", "silicon_nitride", "diamond_coated"; empty for other words.
 std::optional<BallMaterial> ball_material(std::string_view word);
 
-/// What [2] varies: the balls between two V-grooves.
+/// The parameters that [2] varies: balls between two V-grooves.
 struct BallContact {
   double load_per_ball_N = 54.0;
   double groove_angle_deg = 90.0;  // full angle α
@@ -39,17 +39,18 @@ struct Scaling {
 };
 
 /// The law of [2], eq. 19, for one ball, F·sin²(α/2)/√W = ψ(x/(√R·sin²(α/2))), times the number of balls in
-/// parallel. Material is not in it: material_stretch(). R enters as a ratio, so diameter serves for radius.
+/// parallel. The material is not part of it: material_scale(). R enters as a ratio, so diameter serves for
+/// radius.
 Scaling scaling(const BallContact& from, const BallContact& to);
 
 /// Steel has a ζᵣ about 22 % lower than the other two at the same amplitude, and the longest pre-rolling
 /// travel ([2], 4.4.1).
 inline constexpr double kSteelDampingShare = 0.78;
 
-/// The displacement factor that a change of material asks for: the one stretch of the curve whose ζᵣ is, on
-/// average over the amplitudes that the loop covers (in logarithm), what [2] found. 1 when nothing changes.
-/// Throws std::invalid_argument when no stretch does: the loop says too little about other amplitudes.
-double material_stretch(const PolygonCurve& curve, BallMaterial from, BallMaterial to);
+/// The displacement factor of a change of material: the scale of the curve whose ζᵣ has, on average over the
+/// amplitudes of the loop (in logarithm), the ratio that [2] measured. 1 when nothing changes. Throws
+/// std::invalid_argument when there is none: the loop does not determine ζᵣ at other amplitudes.
+double material_scale(const PolygonCurve& curve, BallMaterial from, BallMaterial to);
 
 struct GuidewayPrediction {
   Scaling scaling;                         // all factors together
@@ -61,16 +62,16 @@ struct GuidewayPrediction {
 
 /// From a measured loop and its virgin curve (fit_polygon) to another guideway. `force_ratio`: level of the
 /// new material over that of the old, where it is known; the text of [2] gives its sign only (steel highest),
-/// so 1 leaves it alone.
+/// so 1 leaves the level unchanged.
 GuidewayPrediction predict(const Loop& measured, const PolygonCurve& curve, const BallContact& from,
                            const BallContact& to, double force_ratio = 1.0);
 
 /// Masing loop of a virgin curve at an amplitude, 2·`half` points.
 Loop masing_loop(const PolygonCurve& curve, double amplitude_m, std::size_t half = 200);
 
-/// How far loops lie from each other, as a share of the force: root mean square over loops and displacements
-/// of virgin samples up to the smallest reach, around their mean, over the mean's largest force. The measure
-/// of "the loops collapse".
+/// Distance of loops from each other, as a share of the force: root mean square over loops and displacements
+/// of virgin samples up to the smallest reach, around their mean, over the mean's largest force. It measures
+/// whether scaled loops coincide.
 double loop_spread(const std::vector<Loop>& loops);
 
 /// A loop with both axes multiplied.

@@ -12,7 +12,7 @@ namespace slipstack::workbench {
 namespace {
 
 constexpr std::size_t kLeastSteps = 5;
-/// Loads within this share of full scale are the same: machines do not return to the last digit.
+/// Loads within this share of full scale count as the same: a machine repeats a load only approximately.
 constexpr double kSameLoad = 1e-3;
 
 [[noreturn]] void refuse(std::size_t step, const std::string& what) {
@@ -84,7 +84,7 @@ Reversibility reversibility(const StepRecord& record) {
     const double share = (steps[i].time_s - start.time_s) / (end.time_s - start.time_s);
     const double deviation = off_line(steps[i]) - found.zero_drift * share;
     found.deviation.push_back(deviation);
-    // Inside a loop the load comes to places where it has been: only new ones are on the main branch.
+    // Inside a loop the load repeats earlier values: only new extremes lie on the main branch.
     const double load_N = steps[i].load_N;
     const long level = std::lround(load_N / (2.0 * grid_N));
     if (i <= record.top && (up.empty() || load_N > highest_N + grid_N)) {

@@ -24,7 +24,7 @@ struct StepRecord {
 /// begin and end at zero load.
 StepRecord step_record(std::vector<sim::LoadStep> steps);
 
-/// What [3], section 2, makes of a cycle; all in mV/V.
+/// The parts of a cycle after [3], section 2; all in mV/V.
 struct Reversibility {
   double sensitivity = 0.0;         // S, mV/V per N, of the line through origin and full scale
   double zero_drift = 0.0;          // at the end of the cycle
@@ -36,7 +36,7 @@ struct Reversibility {
   double largest_hysteresis = 0.0;  // max d_h
 };
 
-/// The offset at zero load is taken off, then the drift in proportion to time. Levels read several times on
+/// The offset at zero load is subtracted, then the drift in proportion to time. Levels read several times on
 /// one way (loops inside) count by their first reading. Throws std::invalid_argument when fewer than five
 /// levels were read both ways or the signal does not grow with load.
 Reversibility reversibility(const StepRecord& record);

@@ -18,8 +18,8 @@ void derive(LoopFigures& figures) {
   figures.damping_ratio = figures.area_J / (2.0 * pi * A * figures.force_N);
 }
 
-/// a₁/A = (1/πA)·∮ F·cos θ dθ with x = centre + A·cos θ: trapezoids over the phase that each point's position
-/// says, forwards on the falling branch and backwards on the rising one.
+/// a₁/A = (1/πA)·∮ F·cos θ dθ with x = centre + A·cos θ: trapezoids over the phase that follows from each
+/// point's position, forwards on the falling branch and backwards on the rising one.
 double fundamental(const Loop& loop, double centre_m, double amplitude_m) {
   const std::size_t count = loop.position_m.size();
   const auto phase = [&](std::size_t i) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a hysteresis loop says: equivalent stiffness, damping, damping ratio at resonance ([2], section 3.2).
+// Figures of a hysteresis loop: equivalent stiffness, damping, damping ratio at resonance ([2], section 3.2).
 #pragma once
 
 #include <functional>
@@ -26,9 +26,8 @@ struct LoopFigures {
 };
 
 /// Of a measured or simulated loop. Area by the polygon of its points; amplitude and force from its tips, so
-/// neither the middle of the loop nor an offset of the force counts. Throws std::invalid_argument for fewer
-/// than eight points, a loop without extent, or one that is run through the wrong way round (it would give
-/// energy).
+/// neither the centre of the loop nor an offset of the force matters. Throws std::invalid_argument for fewer
+/// than eight points, a loop without extent, or one of the wrong sense (it would release energy).
 LoopFigures figures_of(const Loop& loop);
 
 /// Of the Masing loop that belongs to a virgin curve y(x): E = 8·∫₀ᴬ y dx − 4·A·y(A), by quadrature to about

@@ -7,11 +7,14 @@
 #include <numbers>
 #include <numeric>
 #include <stdexcept>
+#include <utility>
+
+#include "workbench/base/statistics.h"
 
 namespace slipstack::workbench {
 namespace {
 
-constexpr double kClosed = 0.05;  // of the stroke
+constexpr double kClosed = 0.05;  // of the height of the loop in position
 constexpr double kSameAmplitude = 0.05;
 constexpr double kSamePlace = 0.1;    // of the amplitude
 constexpr std::size_t kBranch = 200;  // intervals per branch of an averaged loop
@@ -26,15 +29,15 @@ struct Cycle {
 };
 
 std::vector<Cycle> closed_cycles(std::span<const double> x, double threshold_m) {
-  const std::vector<std::size_t> turns = turning_points(x, threshold_m);
+  const std::vector<std::size_t> points = turning_points(x, threshold_m);
   std::vector<Cycle> cycles;
-  for (std::size_t i = 0; i + 2 < turns.size(); ++i) {
-    const auto [a, b, c] = std::array{x[turns[i]], x[turns[i + 1]], x[turns[i + 2]]};
+  for (std::size_t i = 0; i + 2 < points.size(); ++i) {
+    const auto [a, b, c] = std::array{x[points[i]], x[points[i + 1]], x[points[i + 2]]};
     if (b <= a) continue;
     if (std::fabs(c - a) > kClosed * (b - std::min(a, c)) + threshold_m) continue;
-    if (!cycles.empty() && cycles.back().end > turns[i]) continue;
+    if (!cycles.empty() && cycles.back().end > points[i]) continue;
     const double low = 0.5 * (a + c);
-    cycles.push_back({turns[i], turns[i + 1], turns[i + 2], 0.5 * (b + low), 0.5 * (b - low)});
+    cycles.push_back({points[i], points[i + 1], points[i + 2], 0.5 * (b + low), 0.5 * (b - low)});
   }
   return cycles;
 }
@@ -142,17 +145,15 @@ double motion_threshold_m(std::span<const double> position_m) {
     if (moved > 0.0) step_m = std::min(step_m, moved);
   }
   if (thirds.empty() || !std::isfinite(step_m)) return 0.0;
-  const auto middle = thirds.begin() + static_cast<std::ptrdiff_t>(thirds.size() / 2);
-  std::nth_element(thirds.begin(), middle, thirds.end());
-  // Third differences of white noise have √20 times its deviation; the median of |normal| is 0.6745.
-  const double noise_m = *middle / (0.6745 * std::sqrt(20.0));
+  // Third differences of white noise have √20 times its deviation.
+  const double noise_m = median(std::move(thirds)) / (kMedianOfNormal * std::sqrt(20.0));
   return std::max(8.0 * noise_m, 1.5 * step_m);
 }
 
 std::vector<std::size_t> turning_points(std::span<const double> position_m, double threshold_m) {
-  std::vector<std::size_t> turns;
-  if (position_m.empty()) return turns;
-  turns.push_back(0);
+  std::vector<std::size_t> points;
+  if (position_m.empty()) return points;
+  points.push_back(0);
   std::size_t extreme = 0;
   int direction = 0;
   for (std::size_t i = 1; i < position_m.size(); ++i) {
@@ -164,13 +165,13 @@ std::vector<std::size_t> turning_points(std::span<const double> position_m, doub
     } else if (direction * ahead >= 0.0) {
       extreme = i;
     } else if (-direction * ahead > threshold_m) {
-      turns.push_back(extreme);
+      points.push_back(extreme);
       direction = -direction;
       extreme = i;
     }
   }
-  if (extreme != turns.back()) turns.push_back(extreme);
-  return turns;
+  if (extreme != points.back()) points.push_back(extreme);
+  return points;
 }
 
 std::vector<AveragedLoop> averaged_loops(std::span<const double> position_m, std::span<const double> force_N,
@@ -182,7 +183,7 @@ std::vector<AveragedLoop> averaged_loops(std::span<const double> position_m, std
   for (std::size_t begin = 0; begin < cycles.size();) {
     std::size_t end = begin + 1;
     while (end < cycles.size() && belong_together(cycles[end - 1], cycles[end], threshold_m)) ++end;
-    // A single closed cycle is often the way from one amplitude to the next.
+    // A single closed cycle is often the transition from one amplitude to the next.
     if (end - begin >= 2) {
       const std::span<const Cycle> group(cycles.data() + begin, end - begin);
       loops.push_back(average(position_m, force_N, group, most));

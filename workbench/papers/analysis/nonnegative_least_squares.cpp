@@ -2,6 +2,7 @@
 #include "workbench/papers/analysis/nonnegative_least_squares.h"
 
 #include <Eigen/QR>
+#include <algorithm>
 #include <limits>
 #include <stdexcept>
 
@@ -11,6 +12,18 @@ namespace slipstack::workbench {
 namespace {
 
 using Index = std::vector<Eigen::Index>;
+
+Eigen::MatrixXd chosen(const Eigen::MatrixXd& columns, const Index& index) {
+  Eigen::MatrixXd result(columns.rows(), static_cast<Eigen::Index>(index.size()));
+  for (std::size_t i = 0; i < index.size(); ++i) {
+    result.col(static_cast<Eigen::Index>(i)) = columns.col(index[i]);
+  }
+  return result;
+}
+
+void put(const Eigen::VectorXd& values, const Index& index, Eigen::VectorXd& gains) {
+  for (std::size_t i = 0; i < index.size(); ++i) gains[index[i]] = values[static_cast<Eigen::Index>(i)];
+}
 
 /// A column of which the unbounded ones leave less than this share carries rounding errors only.
 constexpr double kLeastShare = 1e-10;
@@ -54,20 +67,22 @@ NonnegativeFit nonnegative_least_squares(const Eigen::MatrixXd& columns, const E
   for (std::size_t i = 0; i < count; ++i) {
     (!free.empty() && free[i] ? unbounded : bounded).push_back(static_cast<Eigen::Index>(i));
   }
-  const BoundedSolution found =
-      bounded_gains(columns(Eigen::all, bounded), columns(Eigen::all, unbounded), target);
+  const Eigen::MatrixXd bounded_columns = chosen(columns, bounded);
+  const Eigen::MatrixXd unbounded_columns = chosen(columns, unbounded);
+  const BoundedSolution found = bounded_gains(bounded_columns, unbounded_columns, target);
   Index used = unbounded;
   for (std::size_t i = 0; i < bounded.size(); ++i) {
     if (found.bound_states[i] == BoundState::free) used.push_back(bounded[i]);
   }
   NonnegativeFit fit;
   fit.gains = Eigen::VectorXd::Zero(columns.cols());
-  fit.gains(used) = least_squares(columns(Eigen::all, used), target).col(0);
-  if (!bounded.empty() && fit.gains(bounded).minCoeff() < 0.0) {
-    // Columns nearly alike: without the ridge one of them would turn negative.
-    fit.gains(bounded) = found.value;
-    fit.gains(unbounded) =
-        least_squares(columns(Eigen::all, unbounded), target - columns(Eigen::all, bounded) * found.value);
+  put(least_squares(chosen(columns, used), target), used, fit.gains);
+  const bool feasible =
+      std::all_of(bounded.begin(), bounded.end(), [&](Eigen::Index i) { return fit.gains[i] >= 0.0; });
+  if (!feasible) {
+    // Columns nearly alike: without the ridge one of their gains would be negative.
+    put(found.value, bounded, fit.gains);
+    put(least_squares(unbounded_columns, target - bounded_columns * found.value), unbounded, fit.gains);
   }
   fit.residual_norm = (columns * fit.gains - target).norm();
   return fit;

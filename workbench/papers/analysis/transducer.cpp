@@ -90,8 +90,8 @@ TransducerModel extract_by_formula(const StepRecord& record, const StepRecord* l
   }
   std::vector<double> slope;
   for (std::size_t i = 1; i < x.size(); ++i) slope.push_back((y[i] - y[i - 1]) / (x[i] - x[i - 1]));
-  // Turning the curve adds the same to every slope, so it drops out of their differences; that dh/dF = 0 at
-  // full scale says that no element has to slip there.
+  // Rotating the curve adds the same to every slope and does not change their differences; dh/dF = 0 at full
+  // scale means that no element needs to slip there.
   std::vector<double> stiffness;
   std::vector<double> slip_N;
   double with = 0.0;
@@ -112,7 +112,7 @@ TransducerModel extract_by_formula(const StepRecord& record, const StepRecord* l
 
 TransducerModel with_line_of(const TransducerModel& model, const StepRecord& record) {
   const Reversibility found = reversibility(record);
-  // The elements alone, followed and treated like the readings: what differs then is the transducer's.
+  // The elements alone, evaluated like the readings: the difference is the line of the transducer.
   TransducerModel elements(found.sensitivity, model.stiffness(), model.slip_N(), {}, {});
   StepRecord mine = record;
   for (sim::LoadStep& step : mine.steps) {
@@ -124,7 +124,7 @@ TransducerModel with_line_of(const TransducerModel& model, const StepRecord& rec
   for (std::size_t j = 0; j < found.load_N.size(); ++j) {
     table.push_back(found.linearity[j] - its.linearity[j]);
   }
-  // The elements have a slope of their own between zero and full scale; the line takes the rest.
+  // The elements have a slope of their own between zero and full scale; the line has the remainder.
   return TransducerModel(2.0 * found.sensitivity - its.sensitivity, model.stiffness(), model.slip_N(),
                          found.load_N, table);
 }
@@ -158,7 +158,7 @@ TransducerModel extract_by_least_squares(const StepRecord& record) {
     columns.row(r).tail<kOthers>() << u, u * (1.0 - u), u * (1.0 - u) * (1.0 - 2.0 * u), 1.0,
         (step.time_s - start_s) / length_s;
     target[r] = step.signal_mV_per_V;
-    // Before the first preload nobody knows what the elements remember.
+    // Before the first preload the state of the elements is unknown.
     known = known || record.preloads == 0 || step.load_N >= 0.999 * full_N;
     if (!known) {
       columns.row(r).setZero();
@@ -187,11 +187,11 @@ TransducerModel extract_by_least_squares(const StepRecord& record) {
   return TransducerModel(others[0] / full_N, stiffness, used_N, table_N, table);
 }
 
-TransducerErrors judge(TransducerModel model, const StepRecord& record) {
+TransducerErrors errors_of(TransducerModel model, const StepRecord& record) {
   const std::vector<sim::LoadStep>& steps = record.steps;
   for (std::size_t i = 0; i <= record.cycle; ++i) model.move_to(steps[i].load_N);
   const TransducerModel start = model;
-  // Offset and drift: readings at zero load before and after, less what the model has there.
+  // Offset and drift: readings at zero load before and after, less the reading of the model.
   const auto missing = [&](const sim::LoadStep& step, const TransducerModel& at) {
     return step.signal_mV_per_V - at.reading_at(step.load_N);
   };

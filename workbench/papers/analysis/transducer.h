@@ -9,7 +9,8 @@
 
 namespace slipstack::workbench {
 
-/// What a transducer reads: S·x + linearity(x) + Σ kᵢ·zᵢ + offset, zᵢ a stop operator of the load, |zᵢ| ≤ Δᵢ.
+/// The reading of a transducer: S·x + linearity(x) + Σ kᵢ·zᵢ + offset, zᵢ a stop operator of the load, |zᵢ| ≤
+/// Δᵢ.
 class TransducerModel {
  public:
   /// Elements: stiffness in mV/V per N (all of one sign: a reading on the way up may lie above or below that
@@ -22,7 +23,8 @@ class TransducerModel {
   const std::vector<double>& slip_N() const { return slip_N_; }
   double linearity(double load_N) const;
 
-  /// The hysteresis at a load that is reached straight from the present one, mV/V; nothing moves.
+  /// The hysteresis at a load that is reached from the present one without reversal, mV/V; the state is not
+  /// changed.
   double hysteresis_at(double load_N) const;
   double reading_at(double load_N) const {
     return sensitivity_ * load_N + linearity(load_N) + hysteresis_at(load_N);
@@ -46,15 +48,15 @@ class TransducerModel {
 
 /// By the formula of [3], section 5: from the first rise, hysteresis separated from linearity and turned so
 /// that dh/dF = 0 at full scale, Δᵢ = xᵢ and kᵢ the change of slope at xᵢ. After preloads the rise is a
-/// branch, 2·y(x/2), hence Δᵢ = xᵢ/2 then. Changes of slope against the loop's sense are left out when they
-/// are noise; throws std::invalid_argument when they make up more than a third: the curve is not concave.
+/// branch, 2·y(x/2), hence Δᵢ = xᵢ/2 then. Changes of slope of the other sign are left out as noise; throws
+/// std::invalid_argument when they make up more than a third: the curve is not concave.
 ///
 /// On a rise without preloads (h_up + h_down)/2 holds a part of the hysteresis, since the loop does not
 /// close. `linearity`, a record after preloads where there is one, gives the linearity deviation instead.
 TransducerModel extract_by_formula(const StepRecord& record, const StepRecord* linearity = nullptr);
 
 /// By least squares over the whole record: kᵢ ≥ 0 (in the loop's sense) on forty slip loads, sensitivity,
-/// quadratic and cubic linearity deviation, offset and drift at once. Nothing has to be separated first.
+/// quadratic and cubic linearity deviation, offset and drift at once. No separation in advance is needed.
 TransducerModel extract_by_least_squares(const StepRecord& record);
 
 /// The elements of a model with the line and the linearity deviation of another record: [3] separates those
@@ -62,23 +64,24 @@ TransducerModel extract_by_least_squares(const StepRecord& record);
 /// preloads. The table has the record's levels.
 TransducerModel with_line_of(const TransducerModel& model, const StepRecord& record);
 
-/// How a record's cycle is reproduced.
+/// Errors of a model on a record's cycle.
 struct TransducerErrors {
   std::vector<double> residual_mV_per_V;  // reading less model, of every reading of the cycle
   std::vector<double> load_error_N;       // corrected load less true load
   double largest_mV_per_V = 0.0;
   double largest_load_N = 0.0;
   double rms_load_N = 0.0;
-  /// Standard uncertainty of a load from what is left, N: a rectangular distribution of that half width.
+  /// Standard uncertainty of a load from the remaining error, N: a rectangular distribution of that half
+  /// width.
   double uncertainty_N = 0.0;
 };
 
 /// Follows the record through the model with the known loads (residuals), and through bisection with the
 /// readings alone (load errors). Offset is taken from the zero before the cycle, drift from the zero after
 /// it, in proportion to time.
-TransducerErrors judge(TransducerModel model, const StepRecord& record);
+TransducerErrors errors_of(TransducerModel model, const StepRecord& record);
 
-/// The calibration curve alone, without elements: what its user has before.
+/// The calibration curve alone, without elements: the usual correction.
 TransducerModel line_and_linearity(const StepRecord& record);
 
 }  // namespace slipstack::workbench

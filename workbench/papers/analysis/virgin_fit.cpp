@@ -17,7 +17,7 @@ double largest_force(const std::vector<VirginSample>& samples) {
   return force;
 }
 
-/// Level of the rational curve of length δ nearest to the samples, and the sum of squares that is left.
+/// Level of the rational curve of length δ nearest to the samples, and the remaining sum of squares.
 std::pair<double, double> level_at(const std::vector<VirginSample>& samples, double length_m) {
   const RationalCurve unit{1.0, length_m};
   double yy = 0.0;
@@ -80,7 +80,7 @@ RationalFit fit_rational(std::span<const Loop> loops) {
   }
   if (samples.empty()) throw std::invalid_argument("no loop to fit a virgin curve to");
   const auto error = [&](double log_length) { return level_at(samples, std::exp(log_length)).second; };
-  // A coarse look first: the error over δ may have a flat end, never two valleys next to each other.
+  // A coarse grid first: the error over δ may be flat at its ends, but has one minimum.
   double best = std::log(amplitude_m);
   for (const double length_m : geometric(1e-3 * amplitude_m, 1e3 * amplitude_m, 61)) {
     if (error(std::log(length_m)) < error(best)) best = std::log(length_m);
@@ -120,7 +120,7 @@ PolygonFit fit_polygon(const Loop& loop, std::size_t elements) {
   const NonnegativeFit found = nonnegative_least_squares(columns, target);
   PolygonFit fit;
   for (std::size_t i = 0; i < elements; ++i) {
-    // Points between elements without stiffness lie on a straight line and say nothing.
+    // An element without stiffness makes no corner of the polygon.
     if (found.gains[static_cast<Eigen::Index>(i)] <= 0.0 && i + 1 < elements) continue;
     double force = 0.0;
     for (std::size_t j = 0; j < elements; ++j) {
@@ -144,7 +144,7 @@ sim::VirginCurve curve_of_damping(const std::vector<DampingPoint>& points, doubl
   double smallest_m = points.front().amplitude_m;
   double largest_m = smallest_m;
   for (const DampingPoint& point : points) {
-    // More than 2/π no loop can have: that is a slider without a spring.
+    // The upper limit is 2/π: that of a slider without a spring.
     if (!(point.amplitude_m > 0.0) ||
         !(point.damping_ratio > 0.0 && point.damping_ratio < 2.0 / std::numbers::pi)) {
       throw std::invalid_argument("amplitudes must be positive, damping ratios between 0 and 2/pi = 0.637");
@@ -155,7 +155,7 @@ sim::VirginCurve curve_of_damping(const std::vector<DampingPoint>& points, doubl
   const std::vector<double> lengths = geometric(smallest_m / 30.0, 300.0 * largest_m, 60);
   const auto rows = static_cast<Eigen::Index>(points.size());
   const auto terms = static_cast<Eigen::Index>(lengths.size());
-  // The last row fixes the scale; it weighs little, so that scale never costs damping.
+  // The last row fixes the scale; its weight is small, so that it does not change the damping ratios.
   constexpr double kScaleWeight = 1e-4;
   Eigen::MatrixXd columns(rows + 1, terms);
   Eigen::VectorXd target = Eigen::VectorXd::Zero(rows + 1);

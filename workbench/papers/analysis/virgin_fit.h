@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Virgin curves from measured loops, and from damping ratios that somebody wants.
+// Virgin curves from measured loops, and from given damping ratios.
 #pragma once
 
 #include <span>
@@ -10,8 +10,8 @@
 
 namespace slipstack::workbench {
 
-/// A virgin curve as a polygon from the origin: Maxwell elements in other words. Rising and concave; goes on
-/// level after its last point.
+/// A virgin curve as a polygon from the origin, which is a sum of Maxwell elements. Rising and concave;
+/// constant after its last point.
 struct PolygonCurve {
   std::vector<double> displacement_m;  // positive, increasing
   std::vector<double> force_N;
@@ -21,14 +21,14 @@ struct PolygonCurve {
   double reach_m() const { return displacement_m.back(); }
 };
 
-/// A place on the virgin curve that a loop tells: by Masing's rule each branch is −Fm + 2·y((x + A)/2).
+/// A point of the virgin curve from a loop: by Masing's rule each branch is −Fm + 2·y((x + A)/2).
 struct VirginSample {
   double displacement_m = 0.0;
   double force_N = 0.0;
 };
 std::vector<VirginSample> virgin_samples(const Loop& loop);
 
-/// How well a curve met what it was fitted to: root mean square over the largest force.
+/// A fitted curve and its error: root mean square over the largest force.
 struct RationalFit {
   RationalCurve curve;
   double relative_error = 0.0;
@@ -48,7 +48,7 @@ struct PolygonFit {
 /// loop is not that of a concave curve: the nearest one is off by more than 5 % of the force.
 PolygonFit fit_polygon(const Loop& loop, std::size_t elements = 40);
 
-/// A wanted damping ratio at an amplitude.
+/// A given damping ratio at an amplitude.
 struct DampingPoint {
   double amplitude_m = 0.0;
   double damping_ratio = 0.0;
