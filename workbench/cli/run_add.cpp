@@ -78,7 +78,12 @@ void run_add(const Options& options) {
   } while (logs.extend());
   const Measurement& measurement = logs.measurement();
 
-  AdditionResult result{options.command_line, options.log, options.out, effect.id(), effect.text.title};
+  AdditionResult result;
+  result.command_line = options.command_line;
+  result.log = options.log;
+  result.model_path = options.out;
+  result.effect = effect.id();
+  result.title = effect.text.title;
   result.before = std::move(addition.before);
   result.after = std::move(addition.after);
   result.noise_floor_N = NoiseFloor(measurement).of(result.after.terms);

@@ -45,7 +45,11 @@ void run_compare(const Options& options) {
   outputs.protect_input(options.model);
   outputs.claim(options.report);
   outputs.claim(options.json);
-  ComparisonResult result{options.command_line, options.log, options.model, read_model(options.model)};
+  ComparisonResult result;
+  result.command_line = options.command_line;
+  result.log = options.log;
+  result.model_path = options.model;
+  result.model = read_model(options.model);
   Progress progress;
   LogSearch logs(log_request(options), progress);
   do {

@@ -38,7 +38,11 @@ void run_fit(const Options& options) {
   outputs.claim(options.report);
   outputs.claim(options.json);
   Progress progress;
-  FitResult result{options.command_line, options.log, options.model, ids};
+  FitResult result;
+  result.command_line = options.command_line;
+  result.log = options.log;
+  result.model_path = options.model;
+  result.effects = ids;
   FittedModel reduced;
   LogSearch logs(log_request(options), progress);
   do {

@@ -28,7 +28,7 @@ std::string title_of(const json& result, const std::string& id) {
   return id;
 }
 
-/// "Title (id)"
+/// The title and, in brackets, the id.
 std::string heading_of(const json& result, const std::string& id) {
   return fmt::format("{} ({})", title_of(result, id), id);
 }
