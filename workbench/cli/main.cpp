@@ -18,7 +18,7 @@
 #include "workbench/long_logs/processes/mpi_group.h"
 #include "workbench/long_logs/processes/requests.h"
 #include "workbench/loop/define_loop.h"
-#include "workbench/model/effects/effect_catalogue.h"
+#include "workbench/model/effects/effect_registry.h"
 #include "workbench/model/expression/definition.h"
 #include "workbench/papers/stop.h"
 #include "workbench/report/effect_page.h"
