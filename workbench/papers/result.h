@@ -7,7 +7,7 @@
 #include <variant>
 #include <vector>
 
-#include "workbench/report/format.h"
+#include "workbench/report/page/format.h"
 
 namespace slipstack::workbench {
 
