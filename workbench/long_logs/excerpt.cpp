@@ -30,7 +30,7 @@ constexpr std::size_t kLongest = kExcerptSamples / kEnvelopeSamples / kFewest * 
 /// At most so many intervals of one log are candidates, evenly spread: 1.3e8 samples of the shortest.
 constexpr std::size_t kMostIntervals = 16384;
 /// Longest burn-in of an interval [samples].
-constexpr std::size_t kLongestBurnIn = kExcerptSamples / 4;
+constexpr std::size_t kLongestExcerptBurnIn = kExcerptSamples / 4;
 /// An interval should cover the pre-sliding travel so many times; chosen.
 constexpr std::size_t kSweeps = 6;
 
@@ -119,7 +119,7 @@ class Chooser {
     for (std::size_t i = 0; i < count; i += step) {
       const std::size_t from = envelope * i / count;
       const std::size_t to = envelope * (i + 1) / count;
-      const std::size_t first = burn_in_start(logs_[log], from * samples, kLongestBurnIn);
+      const std::size_t first = burn_in_start(logs_[log], from * samples, kLongestExcerptBurnIn);
       const std::size_t end = std::min(to * samples, logs_[log].sample_count());
       intervals_.push_back({log, first, end - first});
       shown_.push_back(shown(logs_[log].envelope(), from, to));

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "workbench/base/text.h"
-#include "workbench/estimate/terms/reduce.h"
+#include "workbench/estimate/nonlinear/reduce.h"
 #include "workbench/estimate/terms/user_table.h"
 #include "workbench/estimate/uncertainty/standard_errors.h"
 

@@ -11,7 +11,7 @@
 
 #include "workbench/base/quantity.h"
 #include "workbench/base/text.h"
-#include "workbench/estimate/terms/reduce.h"
+#include "workbench/estimate/nonlinear/reduce.h"
 #include "workbench/report/json_values.h"
 #include "workbench/report/texts.h"
 
