@@ -70,7 +70,8 @@ StepResponse run_step(const ExperimentSetup& setup, double force_N, double durat
       const RingReversal point{axis.time_s(), axis.position_m() - setup.position_m, 0.0, 0.0};
       if (out.turning_points.size() >= 3) {
         const double first = std::fabs(out.turning_points[1].position_m - out.turning_points[0].position_m);
-        ringing = std::fabs(point.position_m - out.turning_points.back().position_m) > kSmallestOvershoot * first;
+        ringing =
+            std::fabs(point.position_m - out.turning_points.back().position_m) > kSmallestOvershoot * first;
       }
       if (ringing) out.turning_points.push_back(point);
     }

@@ -13,7 +13,6 @@
 namespace slipstack::sim {
 namespace {
 
-
 // An effect of which all but the gain is drawn.
 struct Sketch {
   std::function<void(Axis&, double)> set_gain;

@@ -360,13 +360,13 @@ TEST(ChooseIntervals, WorksWithACoarserEnvelope) {
 TEST(ChooseIntervals, CoversSlowPartsAndFastOnesAndEveryLog) {
   // Fast traverses nearly all the time; one per cent of the log creeps.
   const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / "creep.csv";
-  constexpr std::size_t kRows = 400'000;
+  constexpr std::size_t kCreepRows = 400'000;
   const auto creeps = [](std::size_t i) { return i >= 300'000 && i < 304'000; };
   {
     std::ofstream file(path);
     file << "time_s,position_m,force_N\n";
     double x = 0.0;
-    for (std::size_t i = 0; i < kRows; ++i) {
+    for (std::size_t i = 0; i < kCreepRows; ++i) {
       const double v = creeps(i) ? 1e-4 : 0.5 * std::cos(static_cast<double>(i) * 0.004);
       x += v * 1e-3;
       file << fmt::format("{:.3f},{:.7f},{}\n", static_cast<double>(i) * 1e-3, x, i % 11);
