@@ -18,6 +18,7 @@
 #include "firmware/app/lockstep/link_service.h"
 #include "firmware/control/state_machine.h"
 #include "sim_host/loop/emulated_board.h"
+#include "tests/loop/image.h"
 
 namespace slipstack::loop {
 namespace {
