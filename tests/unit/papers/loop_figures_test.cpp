@@ -117,5 +117,15 @@ TEST(LoopFigures, RefuseWhatIsNoLoop) {
   EXPECT_THROW(figures_of_virgin([](double x) { return x; }, 0.0), std::invalid_argument);
 }
 
+// The amplitude may lie below the first corner of a fitted polygon.
+TEST(LoopFigures, OfAStraightLineHaveNoDamping) {
+  for (const double stiffness : {0.1, 1.0 / 3.0, 7.0e5, 39816.3}) {
+    const LoopFigures figures = figures_of(ellipse(stiffness, 0.0, 11.4e-6, 0.0, 2000));
+    EXPECT_LT(figures.damping_ratio, 1e-13);
+    EXPECT_GE(figures.damping_ratio, 0.0);
+    EXPECT_NEAR(figures.stiffness_N_per_m, stiffness, 1e-9 * stiffness);
+  }
+}
+
 }  // namespace
 }  // namespace slipstack::workbench

@@ -11,6 +11,9 @@ namespace {
 
 using std::numbers::pi;
 
+/// Of the sum of the areas below a loop's chords, a few hundred of them, over amplitude times force.
+constexpr double kRounding = 1e-12;
+
 void derive(LoopFigures& figures) {
   const double A = figures.amplitude_m;
   figures.stiffness_N_per_m = figures.force_N / A;
@@ -57,13 +60,14 @@ LoopFigures figures_of(const Loop& loop) {
     const std::size_t next = (i + 1) % count;
     area += 0.5 * (loop.force_N[i] + loop.force_N[next]) * (loop.position_m[next] - loop.position_m[i]);
   }
-  figures.area_J = area;
+  figures.area_J = std::max(0.0, area);
   if (!(figures.amplitude_m > 0.0) || !(figures.force_N > 0.0)) {
     throw std::invalid_argument("a loop without extent: position and force must both move, the same way");
   }
-  if (!(area > 0.0)) {
+  // The area of a straight line is zero but for rounding, of either sign.
+  if (!(area > -kRounding * figures.amplitude_m * figures.force_N)) {
     throw std::invalid_argument(
-        "a loop that gives energy instead of taking it; check the sign of force or position");
+        "a loop that releases energy instead of dissipating it; check the sign of force or position");
   }
   derive(figures);
   figures.fundamental_stiffness_N_per_m = fundamental(loop, centre_m, figures.amplitude_m);

@@ -27,7 +27,8 @@ struct LoopFigures {
 
 /// Of a measured or simulated loop. Area by the polygon of its points; amplitude and force from its tips, so
 /// neither the centre of the loop nor an offset of the force matters. Throws std::invalid_argument for fewer
-/// than eight points, a loop without extent, or one of the wrong sense (it would release energy).
+/// than eight points, a loop without extent, or one of the wrong sense (it would release energy). A straight
+/// line has area zero.
 LoopFigures figures_of(const Loop& loop);
 
 /// Of the Masing loop that belongs to a virgin curve y(x): E = 8·∫₀ᴬ y dx − 4·A·y(A), by quadrature to about

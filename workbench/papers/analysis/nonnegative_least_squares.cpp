@@ -27,6 +27,9 @@ void put(const Eigen::VectorXd& values, const Index& index, Eigen::VectorXd& gai
 
 /// A column of which the unbounded ones leave less than this share carries rounding errors only.
 constexpr double kLeastShare = 1e-10;
+/// Rounds end when the error falls by less than this share.
+constexpr double kLeastGain = 1e-6;
+constexpr int kMostRounds = 50;
 
 Eigen::MatrixXd least_squares(const Eigen::MatrixXd& columns, const Eigen::MatrixXd& target) {
   if (columns.cols() == 0) return Eigen::MatrixXd::Zero(0, target.cols());
@@ -35,23 +38,37 @@ Eigen::MatrixXd least_squares(const Eigen::MatrixXd& columns, const Eigen::Matri
 
 /// The gains that cannot be negative, and which of them are positive. The unbounded columns are eliminated
 /// first: the problem in the residuals of the other columns and of the target has the same solution (the
-/// theorem of Frisch, Waugh and Lovell), and the ridge of solve_bounded(), relative to the target, becomes
-/// relative to the part that the bounded gains have to explain.
+/// theorem of Frisch, Waugh and Lovell).
+///
+/// The ridge of solve_bounded() would shift gains of columns that are nearly alike. Each round therefore
+/// solves for a correction of the gains from the residual that they leave (the proximal point method,
+/// Rockafellar 1976): the ridge acts on the correction, which goes to zero.
 BoundedSolution bounded_gains(const Eigen::MatrixXd& bounded, const Eigen::MatrixXd& unbounded,
                               const Eigen::VectorXd& target) {
   const Eigen::MatrixXd columns = bounded - unbounded * least_squares(unbounded, bounded);
   const Eigen::VectorXd rest = target - unbounded * least_squares(unbounded, target);
   BoundedProblem problem;
   problem.gram = columns.transpose() * columns;
-  problem.right = columns.transpose() * rest;
-  problem.lower = Eigen::VectorXd::Zero(columns.cols());
   problem.upper = Eigen::VectorXd::Zero(columns.cols());
   for (Eigen::Index i = 0; i < columns.cols(); ++i) {
     if (columns.col(i).norm() > kLeastShare * bounded.col(i).norm()) {
       problem.upper[i] = std::numeric_limits<double>::infinity();
     }
   }
-  return solve_bounded(problem);
+  BoundedSolution found;
+  Eigen::VectorXd gains = Eigen::VectorXd::Zero(columns.cols());
+  double error = rest.norm();
+  for (int round = 0; round < kMostRounds; ++round) {
+    problem.right = columns.transpose() * (rest - columns * gains);
+    problem.lower = -gains;
+    found = solve_bounded(problem, found.bound_states);
+    gains = (gains + found.value).cwiseMax(0.0);
+    const double before = error;
+    error = (rest - columns * gains).norm();
+    if (error >= (1.0 - kLeastGain) * before) break;
+  }
+  found.value = gains;
+  return found;
 }
 
 }  // namespace
