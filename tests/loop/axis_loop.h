@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <cstdint>
-#include <string>
 #include <vector>
 
 #include "firmware/control/tick.h"
@@ -16,11 +15,6 @@
 // The controller's tick and the simulated axis in one process. Nothing is shared between the two but the
 // encoder's counts and the current.
 namespace slipstack::loop {
-
-/// The firmware for an emulated board.
-inline std::string image_of(const std::string& machine) {
-  return SLIPSTACK_TARGET_BUILD "/bin/slipstack-" + machine + ".elf";
-}
 
 inline constexpr double kTick_s = 1e-4;
 

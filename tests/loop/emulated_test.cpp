@@ -18,6 +18,7 @@
 #include "hal/lockstep/link_service.h"
 #include "sim_host/loop/emulated_board.h"
 #include "tests/loop/axis_loop.h"
+#include "tests/loop/image.h"
 
 namespace slipstack::loop {
 namespace {

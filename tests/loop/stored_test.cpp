@@ -18,6 +18,7 @@
 #include "firmware/control/state_machine.h"
 #include "hal/lockstep/link_service.h"
 #include "sim_host/loop/emulated_board.h"
+#include "tests/loop/image.h"
 
 namespace slipstack::loop {
 namespace {
