@@ -5,7 +5,7 @@
 
 namespace slipstack::loop {
 
-/// The firmware for an emulated board.
+/// The firmware for an emulated board, from the target's build.
 inline std::string image_of(const std::string& machine) {
   return SLIPSTACK_TARGET_BUILD "/bin/slipstack-" + machine + ".elf";
 }
