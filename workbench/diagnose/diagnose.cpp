@@ -5,13 +5,13 @@
 #include <utility>
 #include <vector>
 
-#include "workbench/diagnose/alternatives/judgement.h"
 #include "workbench/diagnose/candidates.h"
 #include "workbench/diagnose/detectability/undecided.h"
 #include "workbench/diagnose/evidence/mass_and_mode.h"
 #include "workbench/diagnose/evidence/simplify.h"
 #include "workbench/diagnose/search/search.h"
 #include "workbench/diagnose/search/steps.h"
+#include "workbench/diagnose/verdict.h"
 #include "workbench/estimate/uncertainty/noise_floor.h"
 #include "workbench/estimate/uncertainty/standard_errors.h"
 

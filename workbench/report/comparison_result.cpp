@@ -20,7 +20,7 @@ using nlohmann::json;
 namespace {
 
 /// A coordinate is mentioned when it explains this share of the residual's rms or more: the share that a
-/// diagnosis demands of structure too (diagnose/alternatives/judgement.cpp).
+/// diagnosis demands of structure too (diagnose/verdict.cpp).
 constexpr double kLeastMentioned = 0.05;
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <optional>
 
+#include "workbench/log/csv/header.h"
 #include "workbench/log/csv/raw_table.h"
 
 namespace slipstack::workbench {
@@ -34,19 +35,6 @@ struct ColumnPlan {
     return sources[static_cast<std::size_t>(quantity)];
   }
 };
-
-// The values of the header keys that the workbench uses; absent ones are empty.
-struct HeaderValues {
-  std::optional<double> mass_kg;
-  std::optional<double> motor_constant_N_per_A;
-  std::optional<double> magnet_pitch_m;
-  std::optional<double> encoder_resolution_m;
-  bool irregular_sampling = false;
-};
-
-// Reads the known header keys. Throws InputError for a value that is not a number or out of its range, for a
-// known quantity in a unit that is not known, and for a `sampling` that is neither uniform nor irregular.
-HeaderValues read_header_values(const RawTable& table);
 
 // Assigns a quantity to every column of the table. Throws InputError for a missing, unknown or repeated
 // column, an unknown unit, and a header that lacks a value that a column needs. Uses the names only, so that

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/diagnose/alternatives/judgement.h"
+#include "workbench/diagnose/verdict.h"
 
 #include <fmt/format.h>
 

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+
+#include "workbench/log/csv/raw_table.h"
+
+namespace slipstack::workbench {
+
+/// The values of the header keys that the workbench uses; absent ones are empty.
+struct HeaderValues {
+  std::optional<double> mass_kg;
+  std::optional<double> motor_constant_N_per_A;
+  std::optional<double> magnet_pitch_m;
+  std::optional<double> encoder_resolution_m;
+  bool irregular_sampling = false;
+};
+
+/// Reads the known header keys. Throws InputError for a value that is not a number or out of its range, for a
+/// known quantity in a unit that is not known, and for a `sampling` that is neither uniform nor irregular.
+HeaderValues read_header_values(const RawTable& table);
+
+}  // namespace slipstack::workbench
