@@ -6,9 +6,12 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdint>
+#include <filesystem>
 #include <fstream>
 #include <stdexcept>
 #include <string_view>
+#include <system_error>
 
 namespace slipstack::sim {
 namespace {
@@ -50,31 +53,119 @@ class Sampled final : public Segment {
   double rate_Hz_;
 };
 
+std::string_view trimmed(std::string_view field) {
+  const std::size_t first = field.find_first_not_of(" \t");
+  if (first == std::string_view::npos) return {};
+  return field.substr(first, field.find_last_not_of(" \t") - first + 1);
+}
+
 std::vector<std::string_view> fields_of(std::string_view line) {
   std::vector<std::string_view> fields;
   while (true) {
     const std::size_t comma = line.find(',');
-    fields.push_back(line.substr(0, comma));
+    fields.push_back(trimmed(line.substr(0, comma)));
     if (comma == std::string_view::npos) return fields;
     line.remove_prefix(comma + 1);
   }
 }
 
-std::size_t column(const std::vector<std::string_view>& names, std::string_view wanted,
-                   const std::string& where) {
-  const auto found = std::find(names.begin(), names.end(), wanted);
-  if (found == names.end()) throw std::runtime_error(fmt::format("{}: no column {}", where, wanted));
-  return static_cast<std::size_t>(found - names.begin());
-}
+constexpr std::uintmax_t kLargestFile = std::uintmax_t{1} << 30;
+constexpr std::size_t kFewest = 3;
+// Largest deviation of a time from the uniform grid, relative to the step; chosen.
+constexpr double kUniform = 0.02;
 
-double number(std::string_view field, const std::string& where) {
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
-  if (error != std::errc() || end != field.data() + field.size() || !std::isfinite(value)) {
-    throw std::runtime_error(fmt::format("{}: not a number", where));
+// Reads a file of set points line by line.
+class SetPointReader {
+ public:
+  explicit SetPointReader(const std::string& path) : path_(path) {}
+
+  SetPointFile read() {
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(path_, error)) {
+      fail("no such file; `slipstack experiment plan` writes one");
+    }
+    if (std::filesystem::file_size(path_, error) > kLargestFile) {
+      fail("larger than a GiB; give a shorter motion");
+    }
+    std::ifstream file(path_, std::ios::binary);
+    std::string line;
+    while (std::getline(file, line)) {
+      ++line_;
+      if (!line.empty() && line.back() == '\r') line.pop_back();
+      if (line.empty() || line[0] == '#') continue;
+      if (names_.empty()) {
+        read_names(line);
+      } else {
+        read_row(line);
+      }
+    }
+    return assemble();
   }
-  return value;
-}
+
+ private:
+  [[noreturn]] void fail(const std::string& what) const {
+    throw std::runtime_error(line_ == 0 ? fmt::format("{}: {}", path_, what)
+                                        : fmt::format("{}:{}: {}", path_, line_, what));
+  }
+
+  void read_names(std::string_view line) {
+    for (const std::string_view name : fields_of(line)) names_.emplace_back(name);
+    values_.resize(names_.size());
+    for (const char* wanted : {"time_s", "position_m"}) {
+      if (find(wanted) == nullptr) {
+        fail(fmt::format("no column {}; set points have time_s and position_m", wanted));
+      }
+    }
+  }
+
+  void read_row(std::string_view line) {
+    const std::vector<std::string_view> fields = fields_of(line);
+    if (fields.size() != names_.size()) {
+      fail(fmt::format("{} fields where the header has {}", fields.size(), names_.size()));
+    }
+    for (std::size_t i = 0; i < fields.size(); ++i) values_[i].push_back(number(fields[i], names_[i]));
+  }
+
+  double number(std::string_view field, const std::string& name) const {
+    double value = 0.0;
+    const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
+    if (error != std::errc() || end != field.data() + field.size() || !std::isfinite(value)) {
+      fail(fmt::format("column {}: '{}' is not a finite number", name, field));
+    }
+    return value;
+  }
+
+  const std::vector<double>* find(std::string_view name) const {
+    const auto found = std::find(names_.begin(), names_.end(), name);
+    return found == names_.end() ? nullptr : &values_[static_cast<std::size_t>(found - names_.begin())];
+  }
+
+  SetPointFile assemble() {
+    line_ = 0;
+    const std::vector<double>* const time = find("time_s");
+    if (time == nullptr || time->size() < kFewest) {
+      fail(fmt::format("fewer than {} set points", kFewest));
+    }
+    const std::vector<double>& time_s = *time;
+    const double step_s = (time_s.back() - time_s.front()) / static_cast<double>(time_s.size() - 1);
+    for (std::size_t i = 0; i < time_s.size(); ++i) {
+      const double place_s = time_s.front() + static_cast<double>(i) * step_s;
+      if (!(step_s > 0.0) || std::fabs(time_s[i] - place_s) > kUniform * step_s) {
+        fail(fmt::format("set point {}: time {:g} s is not on a uniform grid; write one with equal steps",
+                         i + 1, time_s[i]));
+      }
+    }
+    SetPointFile points{1.0 / step_s, *find("position_m"), {}, {}};
+    if (const auto* velocity = find("velocity_mps")) points.velocity_mps = *velocity;
+    if (const auto* acceleration = find("acceleration_mps2")) points.acceleration_mps2 = *acceleration;
+    return points;
+  }
+
+  const std::string& path_;
+  std::size_t line_ = 0;
+  std::vector<std::string> names_;
+  std::vector<std::vector<double>> values_;  // by column
+};
 
 }  // namespace
 
@@ -86,40 +177,7 @@ std::unique_ptr<Segment> make_sampled(std::vector<double> position_m, double rat
 }
 
 SetPointFile read_set_points(const std::string& path) {
-  std::ifstream file(path);
-  if (!file) throw std::runtime_error(path + ": cannot be read");
-  SetPointFile points;
-  std::vector<double> time_s;
-  std::size_t time_column = 0;
-  std::size_t position_column = 0;
-  std::size_t columns = 0;
-  std::string line;
-  for (std::size_t row = 1; std::getline(file, line); ++row) {
-    if (!line.empty() && line.back() == '\r') line.pop_back();
-    if (line.empty() || line[0] == '#') continue;
-    const std::string where = fmt::format("{}:{}", path, row);
-    const std::vector<std::string_view> fields = fields_of(line);
-    if (columns == 0) {
-      columns = fields.size();
-      time_column = column(fields, "time_s", where);
-      position_column = column(fields, "position_m", where);
-      continue;
-    }
-    if (fields.size() != columns)
-      throw std::runtime_error(where + ": another number of fields than the header");
-    time_s.push_back(number(fields[time_column], where));
-    points.position_m.push_back(number(fields[position_column], where));
-  }
-  if (time_s.size() < 3) throw std::runtime_error(path + ": fewer than three set points");
-  const double step_s = (time_s.back() - time_s.front()) / static_cast<double>(time_s.size() - 1);
-  for (std::size_t i = 0; i < time_s.size(); ++i) {
-    if (!(std::fabs(time_s[i] - time_s.front() - static_cast<double>(i) * step_s) <= 0.02 * step_s)) {
-      throw std::runtime_error(
-          fmt::format("{}: set point {}: the times are not on a uniform grid", path, i + 1));
-    }
-  }
-  points.rate_Hz = 1.0 / step_s;
-  return points;
+  return SetPointReader(path).read();
 }
 
 }  // namespace slipstack::sim

@@ -15,14 +15,17 @@ namespace slipstack::sim {
 /// Throws std::invalid_argument for fewer than three samples or a rate that is not positive.
 std::unique_ptr<Segment> make_sampled(std::vector<double> position_m, double rate_Hz);
 
+/// A commanded motion as a file has it. Velocity and acceleration are empty where the file has none.
 struct SetPointFile {
   double rate_Hz = 0.0;
   std::vector<double> position_m;
+  std::vector<double> velocity_mps;
+  std::vector<double> acceleration_mps2;
 };
 
-/// Reads a CSV file: `#` lines, a header row with time_s and position_m among its names, rows on a uniform
-/// grid of time. Throws std::runtime_error, one line with file and line. The workbench has a reader of its
-/// own, because the plant includes nothing of it and it nothing of the plant.
+/// Reads a CSV file: `#` lines, a header row with time_s and position_m, and perhaps velocity_mps and
+/// acceleration_mps2, among its names, then rows on a uniform grid of time. The only reader of set points:
+/// `slipstack simulate` uses it too. Throws std::runtime_error, one line with file and line.
 SetPointFile read_set_points(const std::string& path);
 
 }  // namespace slipstack::sim

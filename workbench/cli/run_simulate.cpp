@@ -5,7 +5,11 @@
 #include <cmath>
 #include <iterator>
 #include <memory>
+#include <stdexcept>
+#include <utility>
 
+#include "sim_host/motion/set_points.h"
+#include "workbench/base/errors.h"
 #include "workbench/base/quantity.h"
 #include "workbench/base/text.h"
 #include "workbench/cli/define_simulate.h"
@@ -125,9 +129,20 @@ ExperimentResult simulate_log(const SimulateOptions& wanted, const Model& model,
   return open_loop_result(wanted, model, found, wanted.start_s, measurement.sample_rate_Hz());
 }
 
+/// The motion of a file, read as the simulated axis reads it.
+SetPoints set_points_of(const std::string& path) {
+  try {
+    sim::SetPointFile file = sim::read_set_points(path);
+    return complete({file.rate_Hz, std::move(file.position_m), std::move(file.velocity_mps),
+                     std::move(file.acceleration_mps2)});
+  } catch (const std::runtime_error& error) {
+    throw InputError(printable(error.what()));
+  }
+}
+
 ExperimentResult simulate_set_points(const SimulateOptions& wanted, const Model& model, Progress& progress) {
   progress.show("read the set points");
-  const SetPoints points = read_set_points(wanted.set_points);
+  const SetPoints points = set_points_of(wanted.set_points);
   progress.show("simulate");
   const std::vector<double> force_N = force_along(points, model.terms);
   double squares = 0.0;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <filesystem>
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -23,9 +23,9 @@ struct SetPoints {
 /// A motion as CSV text: `# key: value` lines, then time_s,position_m,velocity_mps,acceleration_mps2.
 std::string to_csv(const SetPoints& points, const std::vector<std::string>& header);
 
-/// Reads such a file. Where velocity and acceleration are missing, they are computed by central differences.
-/// Throws InputError, one line with file and line number.
-SetPoints read_set_points(const std::filesystem::path& path);
+/// A motion of at least three positions; velocity and acceleration, where they are empty, by central
+/// differences.
+SetPoints complete(SetPoints points);
 
 /// The force that a model predicts along a motion; hysteresis relaxed at its start.
 std::vector<double> force_along(const SetPoints& points, const Terms& terms);
