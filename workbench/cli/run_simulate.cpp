@@ -13,7 +13,7 @@
 #include "workbench/base/quantity.h"
 #include "workbench/base/text.h"
 #include "workbench/cli/define_simulate.h"
-#include "workbench/estimate/nonlinear/fitted_model.h"
+#include "workbench/estimate/terms/terms.h"
 #include "workbench/model/effects/effect_catalogue.h"
 #include "workbench/papers/command_line.h"
 #include "workbench/report/json_values.h"
