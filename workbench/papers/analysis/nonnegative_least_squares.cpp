@@ -32,7 +32,8 @@ constexpr double kLeastGain = 1e-6;
 constexpr int kMostRounds = 50;
 
 Eigen::MatrixXd least_squares(const Eigen::MatrixXd& columns, const Eigen::MatrixXd& target) {
-  if (columns.cols() == 0) return Eigen::MatrixXd::Zero(0, target.cols());
+  // Eigen solves a system without columns on either side through a null pointer.
+  if (columns.cols() == 0 || target.cols() == 0) return Eigen::MatrixXd::Zero(columns.cols(), target.cols());
   return columns.colPivHouseholderQr().solve(target);
 }
 
