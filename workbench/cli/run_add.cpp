@@ -7,6 +7,7 @@
 #include "workbench/estimate/nonlinear/checks.h"
 #include "workbench/estimate/uncertainty/noise_floor.h"
 #include "workbench/estimate/uncertainty/standard_errors.h"
+#include "workbench/estimate/uncertainty/unseen_error.h"
 #include "workbench/model/effects/effect_registry.h"
 #include "workbench/model/effects/user_effect.h"
 #include "workbench/report/addition_result.h"
@@ -49,6 +50,9 @@ Addition add_effect(LogSearch& logs, const Model& old, const EffectDescription& 
   addition.after = with_standard_errors(
       measurement,
       refine_shapes_in_turn(measurement, fit_gains(measurement, trial.terms, &addition.before), {}));
+  progress.show("judge on unseen data");
+  judge_on_unseen_data(measurement, addition.before);
+  judge_on_unseen_data(measurement, addition.after);
   progress.show("reduce to the controller");
   addition.reduced = on_controller(measurement, addition.after);
   logs.fit_to_whole({&addition.before, &addition.reduced, &addition.after}, 0.0);

@@ -8,6 +8,7 @@
 #include "workbench/estimate/nonlinear/robust.h"
 #include "workbench/estimate/uncertainty/noise_floor.h"
 #include "workbench/estimate/uncertainty/standard_errors.h"
+#include "workbench/estimate/uncertainty/unseen_error.h"
 #include "workbench/model/effects/effect_registry.h"
 #include "workbench/report/fit_result.h"
 #include "workbench/report/fitted_model_file.h"
@@ -55,6 +56,8 @@ void run_fit(const Options& options) {
     result.outliers = robust.outliers;
     result.first_outlier_s = robust.first_s;
     result.fitted = with_standard_errors(searched, robust.model);
+    progress.show("judge on unseen data");
+    judge_on_unseen_data(searched, result.fitted);
     progress.show("reduce to the controller");
     reduced = on_controller(searched, result.fitted);
     logs.fit_to_whole({&result.fitted, &reduced}, robust.limit_N);

@@ -5,8 +5,11 @@
 #include <cmath>
 #include <utility>
 
+#include "workbench/base/parallel.h"
 #include "workbench/diagnose/evidence/evidence.h"
 #include "workbench/diagnose/evidence/reduction.h"
+#include "workbench/estimate/nonlinear/fit_gains.h"
+#include "workbench/estimate/uncertainty/unseen_error.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -20,25 +23,26 @@ void set_reduction(const FittedModel& baseline, Candidate& candidate) {
 
 }  // namespace
 
-std::vector<Candidate> list_candidates(const Found& found) {
-  std::vector<Candidate> candidates;
-  candidates.reserve(found.alone.size());
-  for (const Trial& trial : found.alone) {
-    Candidate candidate;
-    candidate.term = trial.term;
-    candidate.terms = trial.terms;
-    candidate.holdout_rmse_N = trial.holdout_rmse_N;
-    candidate.block_squared_error = trial.block_squared_error;
-    for (const Explanation& full : found.first_level) {
-      if (full.added[0] != trial.term.id()) continue;
-      candidate.term = *find_term(full.model.terms, full.added[0]);
-      candidate.terms = full.model.terms;
-      candidate.holdout_rmse_N = full.model.holdout_rmse_N;
-      candidate.block_squared_error = full.model.block_squared_error;
+std::vector<Candidate> list_candidates(const Measurement& measurement, const Found& found) {
+  std::vector<Candidate> candidates(found.alone.size());
+  parallel_for(candidates.size(), [&](std::size_t i) {
+    const Trial& trial = found.alone[i];
+    Candidate& candidate = candidates[i];
+    if (trial.below_visible) {  // the log has no evidence for it
+      candidate.term = trial.term;
+      candidate.terms = trial.terms;
+      candidate.holdout_rmse_N = found.context.baseline.holdout_rmse_N;
+      candidate.block_squared_error = found.context.baseline.block_squared_error;
+    } else {
+      FittedModel model = fit_gains(measurement, trial.terms, &found.context.baseline);
+      judge_on_unseen_data(measurement, model);
+      candidate.term = *find_term(model.terms, trial.term.id());
+      candidate.terms = std::move(model.terms);
+      candidate.holdout_rmse_N = model.holdout_rmse_N;
+      candidate.block_squared_error = std::move(model.block_squared_error);
     }
     candidate.evidence = evidence_of(candidate.term);
-    candidates.push_back(std::move(candidate));
-  }
+  });
   return candidates;
 }
 

@@ -13,7 +13,7 @@ namespace slipstack::workbench {
 inline constexpr double kIndistinct = 0.02;
 
 /// Every effect that the search tried alone, with its best fit.
-std::vector<Candidate> list_candidates(const Found& found);
+std::vector<Candidate> list_candidates(const Measurement& measurement, const Found& found);
 
 /// Sorts the candidates by the error that each leaves alone; those of the explanation (`added`) before the
 /// others, since if two effects are missing, a third may be better alone than either. Candidates of equal

@@ -13,7 +13,7 @@
 #include "workbench/diagnose/search/steps.h"
 #include "workbench/diagnose/verdict.h"
 #include "workbench/estimate/uncertainty/noise_floor.h"
-#include "workbench/estimate/uncertainty/standard_errors.h"
+#include "workbench/estimate/uncertainty/unseen_error.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -61,7 +61,10 @@ EffectSearch::EffectSearch(const Measurement& measurement, const DiagnoseOptions
   Found found = search(measurement, options, diagnosis_.baseline, floor_);
   refine_explanation(measurement, found);
 
-  diagnosis_.candidates = list_candidates(found);
+  options.report("judge on unseen data", 0.0);
+  judge_on_unseen_data(measurement, diagnosis_.baseline);
+  judge_on_unseen_data(measurement, found.best.model);
+  diagnosis_.candidates = list_candidates(measurement, found);
   rank_candidates(diagnosis_, found.best.added);
   list_steps(measurement, found.best, diagnosis_);
   diagnosis_.explained = std::move(found.best.model);

@@ -97,7 +97,7 @@ void LogSums::sum_chunk(const std::vector<std::size_t>& borders, const SumTask& 
   const Terms& first = task.models.front();
   const Linearisation base(chunk, first);
   if (task.limit_N > 0.0) {
-    chunk.set_row_weights(huber_weights(chunk.row_weights(), base.residual_N(), task.limit_N));
+    chunk.set_fit_weights(huber_weights(chunk.row_weights(), base.residual_N(), task.limit_N));
   }
   const NormalEquations base_equations(chunk, base.columns(), base.target());
   for (std::size_t m = 0; m < task.models.size(); ++m) {

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "workbench/base/parallel.h"
+#include "workbench/base/statistics.h"
 #include "workbench/long_logs/poorly_predicted.h"
 
 namespace slipstack::workbench {
@@ -15,10 +16,31 @@ namespace {
 void take_errors(FittedModel& model, const FittedModel& judged) {
   model.train_rmse_N = judged.train_rmse_N;
   model.holdout_rmse_N = judged.holdout_rmse_N;
+  model.forward_rmse_N = judged.forward_rmse_N;
   model.relative_error = judged.relative_error;
   model.block_squared_error = judged.block_squared_error;
   model.block_weight = judged.block_weight;
   model.log_errors = judged.log_errors;
+}
+
+/// Passes over the logs, at most, in which the gains of effects that multiply converge. From the solution of
+/// the excerpt they need two or three.
+constexpr int kMostPasses = 6;
+/// Relative decrease of the error that ends them.
+constexpr double kConverged = 1e-4;
+
+/// Replaces errors in which outliers count less, as in the fit, by those in which every row counts by its
+/// noise. What outliers add to the squares in sample they add to the squares held out.
+void take_plain_errors(FittedModel& model, const WholeLogs::Residual& residual) {
+  const double added_N2 = squared(residual.rmse_N) - squared(model.train_rmse_N);
+  const double held_out_N2 = squared(model.holdout_rmse_N);
+  const double scale = std::max(0.0, held_out_N2 + added_N2) / std::max(held_out_N2, 1e-300);
+  for (double& block : model.block_squared_error) block *= scale;
+  for (LogErrors& log : model.log_errors) log.holdout_rmse_N *= std::sqrt(scale);
+  model.holdout_rmse_N *= std::sqrt(scale);
+  model.forward_rmse_N = std::sqrt(std::max(0.0, squared(model.forward_rmse_N) + added_N2));
+  model.train_rmse_N = residual.rmse_N;
+  model.relative_error = residual.relative_error;
 }
 
 /// Squares of the residual of model `m` over all logs; m < SumTask::full.
@@ -85,35 +107,97 @@ void WholeLogs::take_weighted_errors(const NormalEquations& equations, const std
   }
 }
 
+/// The blocks of the last third of each log.
+std::vector<bool> WholeLogs::last_third(const std::vector<UnitSums>& sums) const {
+  std::vector<std::vector<std::size_t>> blocks(logs_.size());
+  for (const UnitSums& one : sums) {
+    for (int b = 0; b < one.equations.front().block_count(); ++b) {
+      blocks[one.log].push_back(static_cast<std::size_t>(one.first_block + b));
+    }
+  }
+  std::vector<bool> last(static_cast<std::size_t>(sums_.block_count()), false);
+  for (const std::vector<std::size_t>& own : blocks) {
+    for (std::size_t b = own.size() - own.size() / 3; b < own.size(); ++b) last[own[b]] = true;
+  }
+  return last;
+}
+
 /// Gains and errors of model `m`.
-FittedModel WholeLogs::judged(const SumTask& task, std::size_t m, const std::vector<UnitSums>& sums,
-                              double error_N) const {
+WholeLogs::Judged WholeLogs::judged(const SumTask& task, std::size_t m, const std::vector<UnitSums>& sums,
+                                    double error_N) const {
   const Terms& terms = task.models[m];
   NormalEquations equations(unknown_count(terms), sums_.block_count(), kFolds);
   for (const UnitSums& one : sums) equations.add(one.equations[m], one.first_block);
   equations.sum_up();
   const NormalEquations::Constraints constraints = constraints_of(terms, error_N);
-  FittedModel model;
+  Judged result;
+  result.before_rmse_N = std::sqrt(equations.squared_error(gains_of(terms)) / equations.weight());
+  FittedModel& model = result.model;
   model.solution = equations.fit(constraints);
   const auto held_out = equations.cross_validate(constraints, model.solution.bound_states);
   model.train_rmse_N = std::sqrt(equations.squared_error(model.solution.value) / equations.weight());
   model.holdout_rmse_N = held_out.rmse;
   model.block_squared_error = held_out.block_squared_error;
+  model.forward_rmse_N = equations.error_without(last_third(sums), constraints, model.solution.bound_states);
   for (int block = 0; block < equations.block_count(); ++block) {
     model.block_weight.push_back(equations.weight(block));
   }
-  if (m >= task.full) return model;
+  if (m >= task.full) return result;
   model.relative_error = squares_of(sums, m).relative();
   model.log_errors = log_errors(sums, m);
   take_weighted_errors(equations, sums, model);
-  return model;
+  return result;
 }
 
 /// Gains and errors of all models; `error_N` scales the prior knowledge (constraints_of()).
-std::vector<FittedModel> WholeLogs::judged(const SumTask& task, double error_N, LogSums::Pass pass) {
+std::vector<WholeLogs::Judged> WholeLogs::judged(const SumTask& task, double error_N, LogSums::Pass pass) {
   const std::vector<UnitSums> sums = sum(task, pass);
-  std::vector<FittedModel> models(task.models.size());
+  std::vector<Judged> models(task.models.size());
   parallel_for(models.size(), [&](std::size_t m) { models[m] = judged(task, m, sums, error_N); });
+  return models;
+}
+
+/// The same, with further passes for models whose effects multiply: Gauss-Newton steps, halved where the
+/// error of the model itself does not fall.
+std::vector<FittedModel> WholeLogs::converged(const SumTask& task, double error_N, LogSums::Pass pass) {
+  std::vector<Judged> found = judged(task, error_N, pass);
+  const std::vector<Window> windows = windows_;
+  std::vector<Terms> at = task.models;
+  std::vector<std::size_t> pending;
+  const auto settled = [&](std::size_t m) {
+    return found[m].model.train_rmse_N >= (1.0 - kConverged) * found[m].before_rmse_N;
+  };
+  for (std::size_t m = 0; m < at.size(); ++m) {
+    if (any_multiplies(at[m]) && !settled(m)) pending.push_back(m);
+  }
+  for (int step = 0; step < kMostPasses && !pending.empty(); ++step) {
+    SumTask next;
+    next.limit_N = task.limit_N;
+    for (const std::size_t m : pending) {
+      next.models.push_back(at[m]);
+      take_gains(next.models.back(), found[m].model.solution.value);
+      if (m < task.full) ++next.full;
+    }
+    const std::vector<Judged> there = judged(next, error_N, pass);
+    std::vector<std::size_t> still;
+    for (std::size_t i = 0; i < pending.size(); ++i) {
+      const std::size_t m = pending[i];
+      if (there[i].before_rmse_N > found[m].before_rmse_N) {
+        Eigen::VectorXd& wanted = found[m].model.solution.value;
+        wanted = 0.5 * (wanted + gains_of(at[m]));
+      } else {
+        at[m] = next.models[i];
+        found[m] = there[i];
+        if (settled(m)) continue;
+      }
+      still.push_back(m);
+    }
+    pending = std::move(still);
+  }
+  windows_ = windows;
+  std::vector<FittedModel> models;
+  models.reserve(found.size());
+  for (Judged& one : found) models.push_back(std::move(one.model));
   return models;
 }
 
@@ -123,7 +207,7 @@ void WholeLogs::fit(const std::vector<FittedModel*>& models, double limit_N) {
   task.limit_N = limit_N;
   for (const FittedModel* model : models) task.models.push_back(model->terms);
   task.full = task.models.size();
-  const std::vector<FittedModel> found = judged(task, models.front()->train_rmse_N, {0.0, 0.5});
+  const std::vector<FittedModel> found = converged(task, models.front()->train_rmse_N, {0.0, 0.5});
   task.models.clear();
   for (std::size_t m = 0; m < models.size(); ++m) {
     FittedModel& model = *models[m];
@@ -134,10 +218,10 @@ void WholeLogs::fit(const std::vector<FittedModel*>& models, double limit_N) {
         std::make_shared<const Linearisation>(excerpt_, model.terms, model.linearisation.get());
     task.models.push_back(model.terms);
   }
-  // A second pass with the new gains: where terms multiply, the force differs from the linearised one.
+  // The residuals of the models as they are now.
   const std::vector<Residual> residuals = residuals_of(task.models, {0.5, 0.5});
   for (std::size_t m = 0; m < models.size(); ++m) {
-    models[m]->relative_error = residuals[m].relative_error;
+    take_plain_errors(*models[m], residuals[m]);
     for (std::size_t log = 0; log < logs_.size(); ++log) {
       LogErrors& errors = models[m]->log_errors[log];
       errors.rmse_N = residuals[m].logs[log].rmse_N;
@@ -168,7 +252,7 @@ void WholeLogs::judge(Diagnosis& diagnosis) {
   for (const Step& step : diagnosis.steps) task.models.push_back(step.terms);
   const std::size_t full = task.full = task.models.size();
   for (const Candidate& candidate : diagnosis.candidates) task.models.push_back(candidate.terms);
-  const std::vector<FittedModel> found = judged(task, diagnosis.baseline.train_rmse_N, {});
+  const std::vector<FittedModel> found = converged(task, diagnosis.baseline.train_rmse_N, {});
   // The search gave the baseline's error to effects that the excerpt cannot show; they keep it.
   std::vector<bool> shown;
   for (const Candidate& candidate : diagnosis.candidates) {

@@ -47,9 +47,15 @@ class WholeLogs {
  private:
   std::vector<UnitSums> sum(const SumTask& task, LogSums::Pass pass);
   std::vector<Residual> residuals_of(const std::vector<Terms>& models, LogSums::Pass pass);
-  std::vector<FittedModel> judged(const SumTask& task, double error_N, LogSums::Pass pass);
-  FittedModel judged(const SumTask& task, std::size_t m, const std::vector<UnitSums>& sums,
-                     double error_N) const;
+  /// A model after one Gauss-Newton step from the gains of a task, and the error at those gains.
+  struct Judged {
+    FittedModel model;
+    double before_rmse_N = 0.0;
+  };
+  std::vector<Judged> judged(const SumTask& task, double error_N, LogSums::Pass pass);
+  Judged judged(const SumTask& task, std::size_t m, const std::vector<UnitSums>& sums, double error_N) const;
+  std::vector<FittedModel> converged(const SumTask& task, double error_N, LogSums::Pass pass);
+  std::vector<bool> last_third(const std::vector<UnitSums>& sums) const;
   std::vector<LogErrors> log_errors(const std::vector<UnitSums>& sums, std::size_t m) const;
   void take_weighted_errors(const NormalEquations& equations, const std::vector<UnitSums>& sums,
                             FittedModel& model) const;

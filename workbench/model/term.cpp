@@ -11,6 +11,15 @@ Eigen::Index unknown_count(const Terms& terms) {
   return count;
 }
 
+Eigen::VectorXd gains_of(const Terms& terms) {
+  Eigen::VectorXd gains(unknown_count(terms));
+  Eigen::Index next = 0;
+  for (const Term& term : terms) {
+    for (const double gain : term.gains) gains(next++) = gain;
+  }
+  return gains;
+}
+
 void take_gains(Terms& terms, const Eigen::VectorXd& gains) {
   Eigen::Index next = 0;
   for (Term& term : terms) {

@@ -41,7 +41,8 @@ using Terms = std::vector<Term>;
 
 /// Number of unknowns (gains) of all terms.
 Eigen::Index unknown_count(const Terms& terms);
-/// Sets the gains of all terms, in order.
+/// The gains of all terms, in order; and their setter.
+Eigen::VectorXd gains_of(const Terms& terms);
 void take_gains(Terms& terms, const Eigen::VectorXd& gains);
 /// Whether a term modulates the force of others, and whether any term does. The force is then not linear in
 /// all gains at once.

@@ -20,6 +20,7 @@ namespace {
 json errors_json(const FittedModel& fitted) {
   return {{"train_rmse_N", number_json(fitted.train_rmse_N)},
           {"holdout_rmse_N", number_json(fitted.holdout_rmse_N)},
+          {"forward_rmse_N", number_json(fitted.forward_rmse_N)},
           {"holdout_interval_N", interval_json(fitted)},
           {"relative_error", number_json(fitted.relative_error)}};
 }

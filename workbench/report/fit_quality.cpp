@@ -28,6 +28,7 @@ json figures_json(const FittedModel& fitted, double floor_N) {
   return {{"noise_floor_N", number_json(floor_N)},
           {"train_rmse_N", number_json(fitted.train_rmse_N)},
           {"holdout_rmse_N", number_json(fitted.holdout_rmse_N)},
+          {"forward_rmse_N", number_json(fitted.forward_rmse_N)},
           {"relative_error", number_json(fitted.relative_error)}};
 }
 

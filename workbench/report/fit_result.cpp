@@ -27,6 +27,12 @@ std::string outlier_line(const FitResult& result) {
       result.outliers, result.first_outlier_s);
 }
 
+/// What blocks from all over a log do not show: friction that drifts.
+std::string forward_line(const FittedModel& fitted) {
+  return fmt::format("forward    {} in the last third of the log, predicted by a fit to the first two\n",
+                     newtons(fitted.forward_rmse_N));
+}
+
 }  // namespace
 
 std::string fit_text(const Measurement& measurement, const FitResult& result) {
@@ -36,9 +42,9 @@ std::string fit_text(const Measurement& measurement, const FitResult& result) {
          fmt::format("error      {} held out ({}), {} in sample, {} of the force; noise floor {}\n",
                      newtons(fitted.holdout_rmse_N), interval_text(fitted), newtons(fitted.train_rmse_N),
                      share(fitted.relative_error), newtons(result.noise_floor_N)) +
-         noise_line(measurement) + excerpt_line(measurement, "shapes fitted") + repair_lines(measurement) +
-         outlier_line(result) + log_table(result.logs) + parameter_table(fitted.terms) +
-         model_lines(result.model_path, result.model);
+         forward_line(fitted) + noise_line(measurement) + excerpt_line(measurement, "shapes fitted") +
+         repair_lines(measurement) + outlier_line(result) + log_table(result.logs) +
+         parameter_table(fitted.terms) + model_lines(result.model_path, result.model);
 }
 
 json fit_json(const Measurement& measurement, const FitResult& result) {

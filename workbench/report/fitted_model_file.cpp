@@ -10,6 +10,7 @@
 #include "workbench/estimate/nonlinear/reduce.h"
 #include "workbench/estimate/terms/user_table.h"
 #include "workbench/estimate/uncertainty/standard_errors.h"
+#include "workbench/estimate/uncertainty/unseen_error.h"
 
 namespace slipstack::workbench {
 
@@ -55,7 +56,9 @@ void tabulate_user_effects(const Measurement& measurement, Model& model, double 
 }
 
 FittedModel on_controller(const Measurement& measurement, const FittedModel& fitted) {
-  return with_standard_errors(measurement, reduce_hysteresis(measurement, fitted, kTargetElements));
+  FittedModel reduced = reduce_hysteresis(measurement, fitted, kTargetElements);
+  judge_on_unseen_data(measurement, reduced);
+  return with_standard_errors(measurement, std::move(reduced));
 }
 
 Model model_of(const std::string& log, const Measurement& measurement, const FittedModel& fitted,

@@ -15,15 +15,6 @@ namespace {
 
 using test::Draw;
 
-Eigen::VectorXd gains_of(const Terms& terms) {
-  Eigen::VectorXd gains(unknown_count(terms));
-  Eigen::Index next = 0;
-  for (const Term& term : terms) {
-    for (const double gain : term.gains) gains(next++) = gain;
-  }
-  return gains;
-}
-
 Terms linear_model(const Measurement& measurement, std::uint64_t seed) {
   Terms terms;
   for (const Term& term : test::full_model(measurement, seed)) {

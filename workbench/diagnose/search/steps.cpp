@@ -10,6 +10,7 @@
 
 #include "workbench/diagnose/evidence/evidence.h"
 #include "workbench/diagnose/evidence/reduction.h"
+#include "workbench/estimate/uncertainty/unseen_error.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -47,6 +48,7 @@ void list_steps(const Measurement& measurement, const Explanation& best, Diagnos
     FittedModel model =
         last ? best.model
              : refine_shapes_in_turn(measurement, fit_gains(measurement, terms, &best.model), {20});
+    if (!last) judge_on_unseen_data(measurement, model);
     diagnosis.steps.push_back({order[i], model.holdout_rmse_N, evidence_of(term), model.terms});
     if (i == 0) diagnosis.best = std::move(model);
   }

@@ -179,12 +179,7 @@ Linearisation::Linearisation(const Linearisation& near, const Terms& terms)
 void Linearisation::retarget() {
   measured_N_ = measurement_.force_N(measurement_dynamics_of(terms_));
   force_N_ = measurement_.filtered(trace_.force_N);
-  Eigen::VectorXd gains(columns_.cols());
-  Eigen::Index next = 0;
-  for (const Term& term : terms_) {
-    for (const double gain : term.gains) gains(next++) = gain;
-  }
-  target_ = measured_N_ - force_N_ + columns_ * gains;
+  target_ = measured_N_ - force_N_ + columns_ * gains_of(terms_);
 }
 
 std::optional<Eigen::Index> Linearisation::lent_columns(const Linearisation* known, const Term& term) const {

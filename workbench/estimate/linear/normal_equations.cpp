@@ -29,7 +29,7 @@ std::vector<RowRange> block_ranges(const Measurement& measurement, int parts = 1
 
 /// Rows of one block, each multiplied by the root of its weight.
 Eigen::MatrixXd weighted(const Measurement& measurement, const Eigen::MatrixXd& rows, const RowRange& range) {
-  return measurement.row_weights().segment(range.first, range.count).cwiseSqrt().asDiagonal() *
+  return measurement.fit_weights().segment(range.first, range.count).cwiseSqrt().asDiagonal() *
          rows.middleRows(range.first, range.count);
 }
 
@@ -62,7 +62,7 @@ NormalEquations::NormalEquations(const Measurement& measurement, const Eigen::Ma
     block.gram = Eigen::MatrixXd(block.gram.selfadjointView<Eigen::Lower>());
     block.right = part.transpose() * wanted;
     block.target_squared = wanted.squaredNorm();
-    block.weight = measurement.row_weights().segment(range.first, range.count).sum();
+    block.weight = measurement.fit_weights().segment(range.first, range.count).sum();
     blocks_.push_back(std::move(block));
   }
   sum_up();
@@ -75,7 +75,7 @@ NormalEquations NormalEquations::with(const Measurement& measurement, const Eige
   wider.folds_ = folds_;
   const std::vector<RowRange> ranges = block_ranges(measurement);
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
-    const Eigen::VectorXd weights = measurement.row_weights().segment(ranges[b].first, ranges[b].count);
+    const Eigen::VectorXd weights = measurement.fit_weights().segment(ranges[b].first, ranges[b].count);
     const auto old_part = columns.middleRows(ranges[b].first, ranges[b].count);
     const auto new_part = further.middleRows(ranges[b].first, ranges[b].count);
     const Eigen::MatrixXd weighted_part = weights.asDiagonal() * new_part;
@@ -166,19 +166,40 @@ BoundedSolution NormalEquations::fit(const Constraints& constraints,
                        start);
 }
 
+BoundedSolution NormalEquations::fit_without(const std::vector<bool>& held_out,
+                                             const Constraints& constraints,
+                                             const std::vector<BoundState>& start) const {
+  Part training = total_;
+  for (std::size_t b = 0; b < blocks_.size(); ++b) {
+    if (held_out[b]) training.add(blocks_[b], -1.0);
+  }
+  return solve_bounded({training.gram + constraints.penalty, training.right, constraints.lower,
+                        constraints.upper, constraints.pairs},
+                       start);
+}
+
+double NormalEquations::error_without(const std::vector<bool>& held_out, const Constraints& constraints,
+                                      const std::vector<BoundState>& start) const {
+  const BoundedSolution solution = fit_without(held_out, constraints, start);
+  double squares = 0.0;
+  double weight = 0.0;
+  for (std::size_t b = 0; b < blocks_.size(); ++b) {
+    if (!held_out[b]) continue;
+    squares += blocks_[b].squared_error(solution.value);
+    weight += blocks_[b].weight;
+  }
+  return weight > 0.0 ? std::sqrt(squares / weight) : 0.0;
+}
+
 NormalEquations::CrossValidation NormalEquations::cross_validate(const Constraints& constraints,
                                                                  const std::vector<BoundState>& start) const {
   CrossValidation result;
   result.block_squared_error.assign(blocks_.size(), 0.0);
   double sum = 0.0;
   for (int fold = 0; fold < folds_; ++fold) {
-    Part training = total_;
-    for (int b = 0; b < block_count(); ++b) {
-      if (b % folds_ == fold) training.add(blocks_[static_cast<std::size_t>(b)], -1.0);
-    }
-    const BoundedSolution solution = solve_bounded({training.gram + constraints.penalty, training.right,
-                                                    constraints.lower, constraints.upper, constraints.pairs},
-                                                   start);
+    std::vector<bool> held_out(blocks_.size());
+    for (std::size_t b = 0; b < held_out.size(); ++b) held_out[b] = static_cast<int>(b) % folds_ == fold;
+    const BoundedSolution solution = fit_without(held_out, constraints, start);
     for (int b = 0; b < block_count(); ++b) {
       if (b % folds_ != fold) continue;
       const double error = squared_error(solution.value, b);

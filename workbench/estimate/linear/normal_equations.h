@@ -13,9 +13,9 @@ namespace slipstack::workbench {
 /// cross-validation by blocks, and for standard errors that do not assume independent residuals.
 class NormalEquations {
  public:
-  /// Accumulates columns (rows x unknowns) against `target`, with the row weights of the measurement. Each
-  /// block is divided into `parts_of_block` parts; more than one only for standard_errors(). Cost: rows x
-  /// unknowns^2.
+  /// Accumulates columns (rows x unknowns) against `target`, with the weights by which models are fitted.
+  /// Each block is divided into `parts_of_block` parts; more than one only for standard_errors(). Cost: rows
+  /// x unknowns^2.
   NormalEquations(const Measurement& measurement, const Eigen::MatrixXd& columns,
                   const Eigen::VectorXd& target, int parts_of_block = 1);
 
@@ -59,6 +59,14 @@ class NormalEquations {
   };
 
   BoundedSolution fit(const Constraints& constraints, const std::vector<BoundState>& start = {}) const;
+
+  /// The same without the blocks for which `held_out` is set.
+  BoundedSolution fit_without(const std::vector<bool>& held_out, const Constraints& constraints,
+                              const std::vector<BoundState>& start) const;
+
+  /// The error that such a fit leaves in the blocks that it has not seen; zero where these have no rows.
+  double error_without(const std::vector<bool>& held_out, const Constraints& constraints,
+                       const std::vector<BoundState>& start) const;
 
   struct CrossValidation {
     double rmse = 0.0;

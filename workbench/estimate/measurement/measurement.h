@@ -156,7 +156,14 @@ class Measurement {
   /// Weights of the rows; all one unless weigh_rows() was called. They are small where the error by
   /// quantisation is large against the noise of the force. Errors are weighted rms values.
   const Eigen::VectorXd& row_weights() const { return row_weights_; }
-  void set_row_weights(const Eigen::VectorXd& weights) { row_weights_ = weights.cwiseProduct(row_usable_); }
+  void set_row_weights(const Eigen::VectorXd& weights) {
+    row_weights_ = weights.cwiseProduct(row_usable_);
+    fit_weights_ = row_weights_;
+  }
+  /// Weights by which models are fitted: lower than row_weights(), by which they are judged, where a robust
+  /// fit has found outliers.
+  const Eigen::VectorXd& fit_weights() const { return fit_weights_; }
+  void set_fit_weights(const Eigen::VectorXd& weights) { fit_weights_ = weights.cwiseProduct(row_usable_); }
   /// One for usable rows, zero for those to which the filters carry samples that repair() cut out.
   const Eigen::VectorXd& row_usable() const { return row_usable_; }
   /// Square root of the weighted mean square of a signal at the rows.
@@ -233,6 +240,7 @@ class Measurement {
   std::vector<int> row_blocks_;
   Eigen::VectorXd row_usable_;
   Eigen::VectorXd row_weights_;
+  Eigen::VectorXd fit_weights_;
   int block_count_ = 0;
   int fold_count_ = 0;
 };

@@ -84,7 +84,7 @@ void Measurement::choose_rows(Interval own) {
       }
     }
   }
-  row_weights_ = row_usable_;
+  row_weights_ = fit_weights_ = row_usable_;
 }
 
 void Measurement::choose_blocks() {

@@ -48,7 +48,7 @@ RobustFit fit_robustly(Measurement& measurement, FittedModel fitted) {
     Eigen::Index first = 0;
     (residual.array().abs() > limit).cast<int>().maxCoeff(&first);
     robust.first_s = measurement.sample(measurement.row_samples()[static_cast<std::size_t>(first)]).time_s;
-    measurement.set_row_weights(weights);
+    measurement.set_fit_weights(weights);
     robust.model = fit_gains(measurement, robust.model.terms);
     const double now = weights.sum();
     const bool converged = std::abs(now - sum) <= kConverged * sum;

@@ -88,16 +88,19 @@ Tangent tangent_of(const Measurement& measurement, const FittedModel& fitted) {
   return tangent;
 }
 
-FittedModel refine_all_shapes(const Measurement& measurement, FittedModel fitted) {
-  Tangent tangent = tangent_of(measurement, fitted);
-  if (tangent.shapes.empty()) return fitted;
+void hold_low_pass(const FittedModel& fitted, Tangent& tangent) {
   for (std::size_t i = 0; i < tangent.shapes.size(); ++i) {
-    // The column of a low pass contains the noise of the force, which biases its time constant towards zero.
     const FreeShape& shape = tangent.shapes[i];
     if (fitted.terms[shape.term].effect->shapes[shape.shape].kind != ShapeKind::filter) continue;
     const Eigen::Index column = tangent.column_of(i);
     tangent.constraints.lower(column) = tangent.constraints.upper(column) = 0.0;
   }
+}
+
+FittedModel refine_all_shapes(const Measurement& measurement, FittedModel fitted) {
+  Tangent tangent = tangent_of(measurement, fitted);
+  if (tangent.shapes.empty()) return fitted;
+  hold_low_pass(fitted, tangent);
   const NormalEquations equations(measurement, tangent.columns, fitted.linearisation->target());
   const Eigen::VectorXd value = equations.fit(tangent.constraints).value;
   Terms terms = fitted.terms;

@@ -32,6 +32,10 @@ struct Tangent {
 /// Cost: two evaluations of the model for each free shape.
 Tangent tangent_of(const Measurement& measurement, const FittedModel& fitted);
 
+/// Fixes the low passes among the shapes: their columns contain the noise of the force, which biases the time
+/// constant towards zero.
+void hold_low_pass(const FittedModel& fitted, Tangent& tangent);
+
 /// `fitted` with its searched shapes, jointly with its gains, at the minimum of the squared error: one
 /// Gauss-Newton step. A search stops when the held-out error hardly falls any more, and may then be a
 /// standard error away from the minimum. Unchanged where the step brings no improvement. Cost: tangent_of()

@@ -142,7 +142,8 @@ Trial try_effect(const Measurement& measurement, const FittedModel& base, const 
   best.term = best.terms.back();
   best.holdout_rmse_N = judged.rmse;
   best.block_squared_error = judged.block_squared_error;
-  if (below_visible(effect, ranges, best.term.shapes)) {
+  best.below_visible = below_visible(effect, ranges, best.term.shapes);
+  if (best.below_visible) {
     best.holdout_rmse_N = base.holdout_rmse_N;
     best.block_squared_error = base.block_squared_error;
   }

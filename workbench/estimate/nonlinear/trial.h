@@ -18,6 +18,9 @@ struct Trial {
   Terms terms;  ///< the whole model, the effect last
   double holdout_rmse_N = 0.0;
   std::vector<double> block_squared_error;
+  /// The effect decays below the slowest speed that the log can show: there is no evidence for it, and the
+  /// errors are those of the base.
+  bool below_visible = false;
 };
 
 /// Tries `effect` on top of `base`: searches its shapes (starting points, then refinement) for the lowest

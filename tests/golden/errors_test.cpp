@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+// The errors that a fit states are those of the model that it returns.
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tests/golden/shared_data.h"
+#include "workbench/estimate/uncertainty/unseen_error.h"
+#include "workbench/model/effects/effect_registry.h"
+
+namespace slipstack::workbench {
+namespace {
+
+const std::vector<std::string> kLogs{"hidden_effect/blind_1.csv", "hidden_effect/blind_2.csv",
+                                     "hidden_effect/blind_3.csv", "hidden_effect/blind_4.csv",
+                                     "hidden_effect/blind_5.csv", "hidden_effect/blind_6.csv",
+                                     "emps/emps_estimation.csv",  "tribometer/tribometer_loops.csv"};
+
+/// Friction, inertia where the log declares no mass of zero, and further effects.
+Terms model_of(const Measurement& measurement, const std::vector<const EffectDescription*>& further) {
+  Terms terms;
+  for (const std::string& id : default_baseline()) terms.push_back(term_for_log(measurement, *find_effect(id)));
+  for (const EffectDescription* effect : further) {
+    if (!contains(terms, effect->text.id)) terms.push_back(term_for_log(measurement, *effect));
+  }
+  return terms;
+}
+
+class StatedErrors : public testing::TestWithParam<std::string> {};
+
+bool multiplies(const EffectDescription& effect) {
+  return effect.acts_as(Acts::dry_scale) || effect.acts_as(Acts::total_scale);
+}
+
+/// Each effect that multiplies others, with two partners drawn at random from a fixed seed for each log.
+std::vector<std::pair<const EffectDescription*, const EffectDescription*>> pairs_of(const std::string& log) {
+  const auto& effects = catalogue();
+  std::mt19937_64 random(std::hash<std::string>{}(log));
+  std::vector<std::pair<const EffectDescription*, const EffectDescription*>> pairs;
+  for (const EffectDescription& one : effects) {
+    for (int partner = 0; multiplies(one) && partner < 2; ++partner) {
+      const EffectDescription& other = effects[random() % effects.size()];
+      if (&other != &one) pairs.emplace_back(&one, &other);
+    }
+  }
+  return pairs;
+}
+
+// With the shapes in the middle of their ranges: what multiplies, and with what, is the same for all shapes.
+// The force of the returned model is evaluated here anew, without the fit's columns.
+TEST_P(StatedErrors, AreThoseOfTheModel) {
+  const auto path = shared_file(GetParam().c_str());
+  SKIP_WITHOUT(path);
+  const Measurement measurement = measured(path);
+  for (const auto& [one, other] : pairs_of(GetParam())) {
+    FittedModel fitted = fit_gains(measurement, model_of(measurement, {one, other}));
+    judge_on_unseen_data(measurement, fitted);
+    const Eigen::VectorXd left_N =
+        measurement.force_N(measurement_dynamics_of(fitted.terms)) -
+        measurement.filtered(evaluate_force(measurement, fitted.terms).force_N);
+    const std::string names = one->id() + " and " + other->id();
+    EXPECT_NEAR(measurement.weighted_rms(left_N), fitted.train_rmse_N, 0.001 * fitted.train_rmse_N) << names;
+    // Where shapes were not searched: a fold may find better ones than the middle of their ranges.
+    if (one->shapes.empty() && other->shapes.empty()) {
+      EXPECT_GE(fitted.holdout_rmse_N, 0.97 * fitted.train_rmse_N) << names;
+    }
+    // A fit that starts there finds no lower error.
+    const FittedModel again = fit_gains(measurement, fitted.terms, &fitted);
+    EXPECT_GT(again.train_rmse_N, 0.995 * fitted.train_rmse_N) << names;
+  }
+}
+
+std::string name_of_log(const testing::TestParamInfo<std::string>& info) {
+  const std::string path = info.param;
+  const std::size_t first = path.find('/') + 1;
+  return path.substr(first, path.find('.') - first);
+}
+INSTANTIATE_TEST_SUITE_P(Logs, StatedErrors, testing::ValuesIn(kLogs), name_of_log);
+
+}  // namespace
+}  // namespace slipstack::workbench
