@@ -107,11 +107,6 @@ std::string quantity(double value, std::string_view unit, int significant) {
   return plain_digits(value / 1e-9, significant) + " n" + std::string(unit);
 }
 
-std::string shape_value(const ShapeSpec& shape, double value, int significant) {
-  const bool is_exponent = shape.kind == ShapeKind::exponent || shape.kind == ShapeKind::nominal_exponent;
-  return is_exponent ? fmt::format("{:.{}g}", value, significant) : quantity(value, shape.unit, significant);
-}
-
 std::string fixed(double value, int decimals) {
   if (!std::isfinite(value)) return "–";
   std::string plain = printf_double("%.*f", std::max(decimals, 0), value);

@@ -5,8 +5,6 @@
 #include <string_view>
 #include <vector>
 
-#include "firmware/effects/effect.h"
-
 // Numbers with units, in two styles: plain ASCII for sentences, terminals and JSON (quantity()), and
 // typographic UTF-8 for the tables and figures of the report (with_unit()). workbench/web/units.js does the
 // same as the second for the charts.
@@ -15,9 +13,6 @@ namespace slipstack::workbench {
 /// A value with its unit in plain text: 0.024 "m" -> "24.0 mm", 3.1e-4 "s" -> "310 us", 0.42 "1" -> "42.0 %".
 /// Three significant digits by default. Only units that usually carry a prefix (m, s, N, m/s, A) get one.
 std::string quantity(double value, std::string_view unit, int significant = 3);
-
-/// quantity() of a shape parameter; an exponent is a plain number, not a percentage.
-std::string shape_value(const ShapeSpec& shape, double value, int significant = 3);
 
 /// `value` with `digits` significant digits, trailing zeros kept (0.340), a true minus sign, thousands in
 /// groups of three, and powers of ten written out for magnitudes outside 1e-4 … 1e7.

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "workbench/console/progress.h"
-#include "workbench/papers/result.h"
+#include "workbench/report/experiment_result.h"
 
 namespace slipstack::workbench {
 

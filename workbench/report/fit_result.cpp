@@ -42,13 +42,9 @@ std::string fit_text(const Measurement& measurement, const FitResult& result) {
 }
 
 json fit_json(const Measurement& measurement, const FitResult& result) {
-  json data = quality_json(measurement, result.fitted, result.noise_floor_N);
-  data["log"] = result.log;
-  data["model"] = result.model_path;
+  json data = written_model_json(measurement, result.fitted, result.noise_floor_N,
+                                 {result.log, result.model_path, result.model, result.logs});
   data["outliers"] = result.outliers;
-  data["hash"] = hash_text(result.model);
-  if (!result.logs.empty()) data["logs"] = logs_json(result.logs);
-  if (!result.model.target_user_effects.empty()) data["user_effects"] = user_effects_json(result.model);
   return data;
 }
 

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "workbench/base/quantity.h"
+#include "workbench/model/effects/shape_text.h"
 #include "workbench/report/json_values.h"
 
 namespace slipstack::workbench {
