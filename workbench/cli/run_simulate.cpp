@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "sim_host/motion/set_points.h"
+#include "workbench/base/axis_units.h"
 #include "workbench/base/errors.h"
 #include "workbench/base/text.h"
 #include "workbench/cli/define_simulate.h"
@@ -48,10 +49,11 @@ ExperimentResult simulate_log(const SimulateOptions& wanted, const Model& model,
                           measurement.sample_rate_Hz());
 }
 
-/// The motion of a file, read as the simulated axis reads it.
+/// The motion of a file for the axis of the model, read as the simulated axis reads it.
 SetPoints set_points_of(const std::string& path) {
   try {
-    sim::SetPointFile file = sim::read_set_points(path);
+    sim::SetPointFile file = sim::read_set_points(
+        path, {axis_key("position_m"), axis_key("velocity_mps"), axis_key("acceleration_mps2")});
     return complete({file.rate_Hz, std::move(file.position_m), std::move(file.velocity_mps),
                      std::move(file.acceleration_mps2)});
   } catch (const std::runtime_error& error) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "workbench/base/axis_units.h"
 #include "workbench/base/quantity.h"
 #include "workbench/base/text.h"
 #include "workbench/report/texts.h"
@@ -87,16 +88,17 @@ ExperimentResult plan_result(const PlanRequest& request, const KnownAxis& known,
   result.tables = {evidence_table(plan, known.so_far), pieces_table(plan)};
   std::vector<double> time_s(plan.motion.size());
   for (std::size_t i = 0; i < time_s.size(); ++i) time_s[i] = static_cast<double>(i) / plan.motion.rate_Hz;
+  const DisplayUnit length = machine_length_unit();
   result.charts.push_back({"Set points",
                            {"Time", "s", 1.0, false},
-                           {"Position", "mm", 1e3, false},
+                           {"Position", length.label, length.per_si, false},
                            time_s,
                            {{"position", plan.motion.position_m, {}, "measured", false}},
                            false});
-  result.notes.push_back(fmt::format("Reached: {} to {}, {}, {:.3g} m/s2, {:.3g} m/s3, {} by the model.",
-                                     quantity(reached.low_m, "m"), quantity(reached.high_m, "m"),
-                                     quantity(reached.velocity_mps, "m/s"), reached.acceleration_mps2,
-                                     reached.jerk_mps3, newtons(plan.peak_force_N)));
+  result.notes.push_back(fmt::format(
+      "Reached: {} to {}, {}, {:.3g} {}, {:.3g} {}, {} by the model.", quantity(reached.low_m, "m"),
+      quantity(reached.high_m, "m"), quantity(reached.velocity_mps, "m/s"), reached.acceleration_mps2,
+      axis_unit("m/s2"), reached.jerk_mps3, axis_unit("m/s3"), newtons(plan.peak_force_N)));
   if (request.logs.empty() && request.model.empty()) {
     result.notes.push_back(fmt::format("Assumed: {}; give --log or --model.", assumed_text()));
   }

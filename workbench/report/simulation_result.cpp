@@ -7,6 +7,7 @@
 #include <cmath>
 #include <iterator>
 
+#include "workbench/base/axis_units.h"
 #include "workbench/base/quantity.h"
 #include "workbench/report/json_values.h"
 #include "workbench/report/model_notes.h"
@@ -33,7 +34,7 @@ std::vector<double> times(std::size_t count, double first_s, double rate_Hz) {
 }
 
 std::string open_loop_csv(const OpenLoop& found, const std::vector<double>& time_s) {
-  std::string text = "time_s,position_m,measured_position_m\n";
+  std::string text = fmt::format("time_s,{},measured_{}\n", axis_key("position_m"), axis_key("position_m"));
   for (std::size_t i = 0; i < time_s.size(); ++i) {
     fmt::format_to(std::back_inserter(text), "{:.9g},{:.9f},{:.9f}\n", time_s[i], found.position_m[i],
                    found.measured_m[i]);
@@ -50,13 +51,13 @@ ExperimentResult open_loop_result(const std::string& model_path, const Model& mo
   result.experiment = "simulate";
   result.setup = fmt::format("{}, hash {}, on {}", model_path, hash_text(model), log);
   const double duration_s = static_cast<double>(found.position_m.size()) / rate_Hz;
-  result.headline = fmt::format(
-      "From the measured force alone the model follows the position within {:.3f} mm rms over {:.3g} s.",
-      1e3 * found.rmse_m, duration_s);
+  result.headline =
+      fmt::format("From the measured force alone the model follows the position within {} rms over {:.3g} s.",
+                  machine_length(found.rmse_m), duration_s);
   result.detail = fmt::format(
-      "Largest error {:.3f} mm, at the end {:.3f} mm; {:.2f} % of the motion is followed. Open loop: nothing "
+      "Largest error {}, at the end {}; {:.2f} % of the motion is followed. Open loop: nothing "
       "measured corrects it after the start, so errors of the force add up twice.",
-      1e3 * found.largest_m, 1e3 * found.final_m, 100.0 * found.fit);
+      machine_length(found.largest_m), machine_length(found.final_m), 100.0 * found.fit);
   result.summary = {{"log", log},
                     {"model", model_path},
                     {"hash", hash_text(model)},
@@ -72,17 +73,18 @@ ExperimentResult open_loop_result(const std::string& model_path, const Model& mo
   const std::vector<double> time_s = times(found.position_m.size(), start_s, rate_Hz);
   std::vector<double> error_m(time_s.size());
   for (std::size_t i = 0; i < error_m.size(); ++i) error_m[i] = found.position_m[i] - found.measured_m[i];
+  const DisplayUnit length = machine_length_unit();
   const ChartAxis time{"Time", "s", 1.0, false};
   result.charts.push_back({"Position, measured and from the force alone",
                            time,
-                           {"Position", "mm", 1e3, false},
+                           {"Position", length.label, length.per_si, false},
                            thinned(time_s),
                            {{"measured", thinned(found.measured_m), {}, "measured", false},
                             {"simulated", thinned(found.position_m), {}, "before", true}},
                            false});
   result.charts.push_back({"Error of the position",
                            time,
-                           {"Error", "mm", 1e3, false},
+                           {"Error", length.label, length.per_si, false},
                            thinned(time_s),
                            {{"simulated - measured", thinned(error_m), {}, "before", false}},
                            false});
@@ -110,16 +112,17 @@ ExperimentResult demand_result(const std::string& model_path, const Model& model
   result.setup = fmt::format("{}, hash {}, along {}", model_path, hash_text(model), set_points);
   result.headline =
       fmt::format("The motion asks for {} rms and {} at most.", newtons(rms_N), newtons(peak_N));
-  result.summary = {{"model", model_path},    {"hash", hash_text(model)}, {"effects", ids_of(model.terms)},
+  result.summary = {{"model", model_path},      {"hash", hash_text(model)}, {"effects", ids_of(model.terms)},
                     {"samples", points.size()}, {"rms_force_N", rms_N},     {"peak_force_N", peak_N}};
   const std::vector<double> time_s = times(points.size(), 0.0, points.rate_Hz);
+  const DisplayUnit force = axis_is_rotary() ? display_unit("N", peak_N) : DisplayUnit{1.0, "N"};
   result.charts.push_back({"Force along the set points",
                            {"Time", "s", 1.0, false},
-                           {"Force", "N", 1.0, false},
+                           {axis_is_rotary() ? "Torque" : "Force", force.label, force.per_si, false},
                            thinned(time_s),
                            {{"model", thinned(force_N), {}, "before", false}},
                            false});
-  result.file = "time_s,position_m,force_N\n";
+  result.file = fmt::format("time_s,{},{}\n", axis_key("position_m"), axis_key("force_N"));
   for (std::size_t i = 0; i < time_s.size(); ++i) {
     fmt::format_to(std::back_inserter(result.file), "{:.9g},{:.9f},{:.6f}\n", time_s[i], points.position_m[i],
                    force_N[i]);

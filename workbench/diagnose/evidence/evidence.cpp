@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "workbench/base/quantity.h"
-#include "workbench/model/effects/shape_text.h"
+#include "workbench/model/effects/shape_parameter.h"
 
 namespace slipstack::workbench {
 namespace {

@@ -46,7 +46,8 @@ std::vector<std::size_t> places_of(const std::vector<double>& time_s) {
 // Least-squares line through the stamps over their indices on the grid.
 StampLine fit_line(const std::vector<double>& time_s, const std::vector<std::size_t>& places) {
   const auto n = static_cast<double>(time_s.size());
-  const StampLine chord{time_s.front(), (time_s.back() - time_s.front()) / static_cast<double>(places.back())};
+  const StampLine chord{time_s.front(),
+                        (time_s.back() - time_s.front()) / static_cast<double>(places.back())};
   double mean_place = 0.0;
   double mean_s = 0.0;
   for (std::size_t i = 0; i < time_s.size(); ++i) {

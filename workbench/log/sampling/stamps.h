@@ -7,7 +7,8 @@
 // What the time stamps of uniform and of irregular samples have in common.
 namespace slipstack::workbench {
 
-inline constexpr double kJitterTolerance = 0.01;  // of a step, in addition to the rounding of the stamps; chosen
+inline constexpr double kJitterTolerance =
+    0.01;  // of a step, in addition to the rounding of the stamps; chosen
 
 // A line through time stamps: stamp i ≈ offset + i·step.
 struct StampLine {
