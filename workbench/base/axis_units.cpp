@@ -68,8 +68,8 @@ int power_of(const std::vector<Factor>& factors, std::string_view symbol) {
   return power;
 }
 
-/// Whether a unit is one of a rotary axis: it has an angle, or the lengths of its torques (N m) and moments of
-/// inertia (kg m2).
+/// Whether a unit is one of a rotary axis: it has an angle, or the lengths of its torques (N m) and moments
+/// of inertia (kg m2).
 bool is_rotary_unit(const std::vector<Factor>& factors) {
   if (power_of(factors, "rad") != 0) return true;
   const int length = power_of(factors, "m");

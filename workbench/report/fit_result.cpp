@@ -31,7 +31,8 @@ std::string outlier_line(const FitResult& result) {
 
 std::string fit_text(const Measurement& measurement, const FitResult& result) {
   const FittedModel& fitted = result.fitted;
-  return fmt::format("log        {}\neffects    {}\n", printable(result.log),
+  return warning_lines(result.warnings) +
+         fmt::format("log        {}\neffects    {}\n", printable(result.log),
                      fmt::join(result.effects, ", ")) +
          fmt::format("error      {} held out ({}), {} in sample, {} of the force; noise floor {}\n",
                      newtons(fitted.holdout_rmse_N), interval_text(fitted), newtons(fitted.train_rmse_N),
@@ -44,6 +45,7 @@ std::string fit_text(const Measurement& measurement, const FitResult& result) {
 json fit_json(const Measurement& measurement, const FitResult& result) {
   json data = written_model_json(measurement, result.fitted, result.noise_floor_N,
                                  {result.log, result.model_path, result.model, result.logs});
+  data["input_warnings"] = warnings_json(result.warnings);
   data["outliers"] = result.outliers;
   return data;
 }
@@ -54,7 +56,7 @@ json fit_page(const Measurement& measurement, const FitResult& result) {
       {"kind", "fit"},
       {"headline", fmt::format("Fitted: {} held-out error, noise floor {}.",
                                newtons(result.fitted.holdout_rmse_N), newtons(result.noise_floor_N))},
-      {"detail", ""}};
+      {"detail", warning_sentences(result.warnings)}};
   page["figures"] = figures_json(result.fitted, result.noise_floor_N);
   page["baseline_effects"] = ids_of(result.fitted.terms);
   page["parameters"] = parameters_json(result.fitted.terms);

@@ -24,20 +24,11 @@ class AxisUnitsTest : public testing::Test {
 };
 
 TEST_F(AxisUnitsTest, UnitsFollowFromTheDimension) {
-  for (const auto& [linear, rotary] : {std::pair("N", "N m"),
-                                       std::pair("m", "rad"),
-                                       std::pair("kg", "kg m2"),
-                                       std::pair("N/m", "N m/rad"),
-                                       std::pair("N s/m", "N m s/rad"),
-                                       std::pair("N s2/m2", "N m s2/rad2"),
-                                       std::pair("m/s", "rad/s"),
-                                       std::pair("m/s2", "rad/s2"),
-                                       std::pair("s2/m", "s2/rad"),
-                                       std::pair("1/m", "1/rad"),
-                                       std::pair("N/A", "N m/A"),
-                                       std::pair("s", "s"),
-                                       std::pair("Hz", "Hz"),
-                                       std::pair("1", "1")}) {
+  for (const auto& [linear, rotary] :
+       {std::pair("N", "N m"), std::pair("m", "rad"), std::pair("kg", "kg m2"), std::pair("N/m", "N m/rad"),
+        std::pair("N s/m", "N m s/rad"), std::pair("N s2/m2", "N m s2/rad2"), std::pair("m/s", "rad/s"),
+        std::pair("m/s2", "rad/s2"), std::pair("s2/m", "s2/rad"), std::pair("1/m", "1/rad"),
+        std::pair("N/A", "N m/A"), std::pair("s", "s"), std::pair("Hz", "Hz"), std::pair("1", "1")}) {
     EXPECT_EQ(axis_unit(linear, AxisKind::linear), linear);
     EXPECT_EQ(axis_unit(linear, AxisKind::rotary), rotary);
     EXPECT_EQ(axis_unit(rotary, AxisKind::rotary), rotary) << "twice is once";
@@ -51,18 +42,14 @@ TEST_F(AxisUnitsTest, UnitsFollowFromTheDimension) {
 }
 
 TEST_F(AxisUnitsTest, NamesCarryTheUnit) {
-  for (const auto& [linear, rotary] : {std::pair("holdout_rmse_N", "holdout_rmse_Nm"),
-                                       std::pair("velocity_mps", "velocity_radps"),
-                                       std::pair("acceleration_mps2", "acceleration_radps2"),
-                                       std::pair("jerk_mps3", "jerk_radps3"),
-                                       std::pair("mass_kg", "inertia_kg_m2"),
-                                       std::pair("position_m", "position_rad"),
-                                       std::pair("force_noise_N", "torque_noise_Nm"),
-                                       std::pair("motor_constant_N_per_A", "motor_constant_Nm_per_A"),
-                                       std::pair("stiffness_N_per_m", "stiffness_Nm_per_rad"),
-                                       std::pair("relative_error", "relative_error"),
-                                       std::pair("samples", "samples"),
-                                       std::pair("rate_Hz", "rate_Hz")}) {
+  for (const auto& [linear, rotary] :
+       {std::pair("holdout_rmse_N", "holdout_rmse_Nm"), std::pair("velocity_mps", "velocity_radps"),
+        std::pair("acceleration_mps2", "acceleration_radps2"), std::pair("jerk_mps3", "jerk_radps3"),
+        std::pair("mass_kg", "inertia_kg_m2"), std::pair("position_m", "position_rad"),
+        std::pair("force_noise_N", "torque_noise_Nm"),
+        std::pair("motor_constant_N_per_A", "motor_constant_Nm_per_A"),
+        std::pair("stiffness_N_per_m", "stiffness_Nm_per_rad"), std::pair("relative_error", "relative_error"),
+        std::pair("samples", "samples"), std::pair("rate_Hz", "rate_Hz")}) {
     EXPECT_EQ(axis_key(linear, AxisKind::linear), linear);
     EXPECT_EQ(axis_key(linear, AxisKind::rotary), rotary);
   }
@@ -117,7 +104,7 @@ TEST_F(AxisUnitsTest, LogsOfARotaryAxisAreReadInRadAndNm) {
                                       std::pair("rev", 0.5 / std::numbers::pi)}) {
     forget_axis();
     const Log log = parse_text("# inertia_kg_m2: 2.5e-4\n# encoder_resolution_rad: 1e-6\ntime_s,position_" +
-                           std::string(unit) + ",torque_mNm\n" + rows(per_rad, 1e3));
+                               std::string(unit) + ",torque_mNm\n" + rows(per_rad, 1e3));
     EXPECT_TRUE(axis_is_rotary());
     EXPECT_NEAR(log.position_m[5], std::sin(0.5), 3e-6);
     EXPECT_NEAR(log.force_N[5], std::cos(0.5), 1e-8);
@@ -130,9 +117,10 @@ TEST_F(AxisUnitsTest, AMixOfKindsIsRefused) {
   EXPECT_EQ(refusal("time_s,position_m,torque_Nm\n" + rows(1.0, 1.0)),
             "log.csv:1: column torque_Nm is of a rotary axis, column position_m of a linear one; give all of "
             "them for one kind of axis");
-  EXPECT_EQ(refusal("# mass_kg: 3\ntime_s,position_rad,torque_Nm\n" + rows(1.0, 1.0)),
-            "log.csv:2: header key mass_kg is of a linear axis, column position_rad of a rotary one; give all "
-            "of them for one kind of axis");
+  EXPECT_EQ(
+      refusal("# mass_kg: 3\ntime_s,position_rad,torque_Nm\n" + rows(1.0, 1.0)),
+      "log.csv:2: header key mass_kg is of a linear axis, column position_rad of a rotary one; give all "
+      "of them for one kind of axis");
   EXPECT_EQ(refusal("# inertia_g: 3\ntime_s,position_rad,torque_Nm\n" + rows(1.0, 1.0)),
             "log.csv:1: header key 'inertia_g': unknown unit 'g'; convert it to inertia_kg_m2");
   EXPECT_FALSE(axis_is_rotary()) << "a refused log leaves no trace";
