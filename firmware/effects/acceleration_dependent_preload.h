@@ -18,7 +18,7 @@ class AccelerationDependentPreload {
           "slope at small accelerations, c at large ones, ak between",
       .residual = "follows |acceleration| x direction of friction",
       .evidence =
-          "the friction level grows with acceleration, either way: by {pitching} of itself for each m/s2 "
+          "the friction level grows with acceleration, either way: by {pitching} of itself "
           "below {knee}, by {pitching_beyond_knee} above",
       .cause = "the motor pulls below the centre of mass: the slide pitches and loads the carriages",
       .confirm =

@@ -27,10 +27,13 @@ class PreslidingHysteresis {
       .formula = "F = sum_i k_i z_i, z_i stop operators of slip distance D_i",
       .source = "[1] rules I and II, [2], [4]; Maxwell-slip after Iwan",
       .residual = "follows the displacement since the last reversal",
-      .evidence = "after each reversal the force climbs over some micrometres before it settles",
+      .evidence = "after each reversal the force climbs over a short travel before it settles",
       .cause =
           "rolling elements creep before they roll: contact stiffness and micro-slip of balls or rollers",
-      .confirm = "slow sines of stepped amplitude, from one to some tens of micrometres, at several places"};
+      .confirm =
+          "slow sines of stepped amplitude at several places, from a tenth of the pre-sliding travel to "
+          "three times "
+          "it (on a rolling guideway one to some tens of micrometres)"};
   static constexpr std::array<GainGroup, 1> gains{{
       {"stiffness", "N/m", 0.0f, kUnbounded, Elements, Acts::dry},
   }};

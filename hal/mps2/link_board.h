@@ -19,41 +19,31 @@ namespace slipstack {
 /// turn that the host requests through the PlantLink, between two turns of the main loop. An exception would
 /// cost the emulator as much time as the tick itself; tests/budget/soak.cpp ticks by SysTick. CAN is SLCAN on
 /// UART1; the flash pages lie behind the link in the shared memory.
-class BoardOfImage {
+class BoardOfImage : public LinkDevices {
  public:
   BoardOfImage()
-      : link_(*reinterpret_cast<PlantLink*>(__psram_begin)),
-        encoder_(link_),
-        motor_(link_),
-        clock_(link_),
-        watchdog_(link_),
+      : LinkDevices(*reinterpret_cast<PlantLink*>(__psram_begin)),
         uart_(mps2::kUart1Address),
         can_(uart_),
         flash_(__psram_begin + PlantMemory::kFlashOffset) {}
 
-  PlantLink& link() { return link_; }
-  LinkEncoder& encoder() { return encoder_; }
-  LinkMotor& motor_current() { return motor_; }
-  LinkClock& clock() { return clock_; }
-  LinkWatchdog& watchdog() { return watchdog_; }
   CanPort& can() { return can_; }
   Nonvolatile& nonvolatile() { return flash_; }
   Indicator& indicator() { return indicator_; }
-  std::uint32_t tick_period() const { return 0; }
 
   bool start() {
     uart_.start();
     flash_.start();
-    link_.magic = PlantLink::kMagic;
+    link().magic = PlantLink::kMagic;
     return true;
   }
 
   /// Until the host requests a turn, but not longer than the main loop may leave frames unserved. False: the
   /// host ends the program.
   bool wait() {
-    const std::uint32_t served = link_.guest_sequence;
+    const std::uint32_t served = link().guest_sequence;
     for (int i = 0; i < kPolls; ++i) {
-      if (link_.host_sequence != served) return link_.control_word != PlantLink::kQuit;
+      if (link().host_sequence != served) return link().control_word != PlantLink::kQuit;
     }
     return true;
   }
@@ -70,11 +60,6 @@ class BoardOfImage {
     void show(Indication) override {}
   };
 
-  PlantLink& link_;
-  LinkEncoder encoder_;
-  LinkMotor motor_;
-  LinkClock clock_;
-  LinkWatchdog watchdog_;
   mps2::Uart uart_;
   mps2::SlcanPort<mps2::Uart> can_;
   mps2::MemoryFlash flash_;

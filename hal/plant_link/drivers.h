@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
+
 #include "hal/include/clock.h"
 #include "hal/include/encoder.h"
 #include "hal/include/motor_current.h"
@@ -65,6 +67,27 @@ class LinkWatchdog {
 
  private:
   PlantLink& link_;
+};
+
+/// All of them on one link, as a board has them. The link must outlive this.
+class LinkDevices {
+ public:
+  explicit LinkDevices(PlantLink& link)
+      : link_(link), encoder_(link), motor_(link), clock_(link), watchdog_(link) {}
+
+  PlantLink& link() { return link_; }
+  LinkEncoder& encoder() { return encoder_; }
+  LinkMotor& motor_current() { return motor_; }
+  LinkClock& clock() { return clock_; }
+  LinkWatchdog& watchdog() { return watchdog_; }
+  std::uint32_t tick_period() const { return 0; }
+
+ private:
+  PlantLink& link_;
+  LinkEncoder encoder_;
+  LinkMotor motor_;
+  LinkClock clock_;
+  LinkWatchdog watchdog_;
 };
 
 static_assert(Encoder<LinkEncoder> && MotorCurrent<LinkMotor> && Clock<LinkClock> && Watchdog<LinkWatchdog>);

@@ -77,7 +77,7 @@ constexpr double kUniform = 0.02;
 // Reads a file of set points line by line.
 class SetPointReader {
  public:
-  explicit SetPointReader(const std::string& path) : path_(path) {}
+  SetPointReader(const std::string& path, const SetPointColumns& columns) : path_(path), columns_(columns) {}
 
   SetPointFile read() {
     std::error_code error;
@@ -111,9 +111,9 @@ class SetPointReader {
   void read_names(std::string_view line) {
     for (const std::string_view name : fields_of(line)) names_.emplace_back(name);
     values_.resize(names_.size());
-    for (const char* wanted : {"time_s", "position_m"}) {
+    for (const std::string& wanted : {std::string("time_s"), columns_.position}) {
       if (find(wanted) == nullptr) {
-        fail(fmt::format("no column {}; set points have time_s and position_m", wanted));
+        fail(fmt::format("no column {}; set points have time_s and {}", wanted, columns_.position));
       }
     }
   }
@@ -155,13 +155,14 @@ class SetPointReader {
                          i + 1, time_s[i]));
       }
     }
-    SetPointFile points{1.0 / step_s, *find("position_m"), {}, {}};
-    if (const auto* velocity = find("velocity_mps")) points.velocity_mps = *velocity;
-    if (const auto* acceleration = find("acceleration_mps2")) points.acceleration_mps2 = *acceleration;
+    SetPointFile points{1.0 / step_s, *find(columns_.position), {}, {}};
+    if (const auto* velocity = find(columns_.velocity)) points.velocity_mps = *velocity;
+    if (const auto* acceleration = find(columns_.acceleration)) points.acceleration_mps2 = *acceleration;
     return points;
   }
 
   const std::string& path_;
+  const SetPointColumns& columns_;
   std::size_t line_ = 0;
   std::vector<std::string> names_;
   std::vector<std::vector<double>> values_;  // by column
@@ -176,8 +177,8 @@ std::unique_ptr<Segment> make_sampled(std::vector<double> position_m, double rat
   return std::make_unique<Sampled>(std::move(position_m), rate_Hz);
 }
 
-SetPointFile read_set_points(const std::string& path) {
-  return SetPointReader(path).read();
+SetPointFile read_set_points(const std::string& path, const SetPointColumns& columns) {
+  return SetPointReader(path, columns).read();
 }
 
 }  // namespace slipstack::sim

@@ -23,9 +23,16 @@ struct SetPointFile {
   std::vector<double> acceleration_mps2;
 };
 
-/// Reads a CSV file: `#` lines, a header row with time_s and position_m, and perhaps velocity_mps and
-/// acceleration_mps2, among its names, then rows on a uniform grid of time. The only reader of set points:
+/// The names of the columns of a file of set points.
+struct SetPointColumns {
+  std::string position = "position_m";
+  std::string velocity = "velocity_mps";
+  std::string acceleration = "acceleration_mps2";
+};
+
+/// Reads a CSV file: `#` lines, a header row with time_s and the position, and perhaps velocity and
+/// acceleration, among its names, then rows on a uniform grid of time. The only reader of set points:
 /// `slipstack simulate` uses it too. Throws std::runtime_error, one line with file and line.
-SetPointFile read_set_points(const std::string& path);
+SetPointFile read_set_points(const std::string& path, const SetPointColumns& columns = {});
 
 }  // namespace slipstack::sim

@@ -87,6 +87,7 @@ class SmoothAxis {
   void rates(double t_s, const State& y, State& out) const;
   template <std::size_t kCount>
   Step try_step(double h_s) const;
+  void find_rate();
   Step step(double h_s) const;
   double acceleration(double t_s, const State& y, double& drive_N) const;
   Event event_in(const Step& step, double h_s) const;

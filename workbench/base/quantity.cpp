@@ -8,7 +8,10 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
+#include <numbers>
 #include <span>
+
+#include "workbench/base/axis_units.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -76,6 +79,7 @@ constexpr Step kTime[] = {{1.0, 1.0, "s"}, {1e-3, 1e3, "ms"}, {0.0, 1e6, "µs"}}
 constexpr Step kMass[] = {{0.1, 1.0, "kg"}, {0.0, 1e3, "g"}};
 constexpr Step kStiffness[] = {{1e5, 1e-6, "N/µm"}, {100.0, 1e-3, "N/mm"}, {0.0, 1.0, "N/m"}};
 constexpr Step kDamping[] = {{0.0, 1.0, "N·s/m"}};
+constexpr Step kDensity[] = {{0.01, 1.0, "N/√Hz"}, {0.0, 1e3, "mN/√Hz"}};
 constexpr Step kFrequency[] = {{1e5, 1e-3, "kHz"}, {0.0, 1.0, "Hz"}};
 
 struct Family {
@@ -88,28 +92,67 @@ constexpr Family kFamilies[] = {
     {"N", kForce},           {"m", kLength},          {"m/s", kSpeed},     {"m/s^2", kAcceleration},
     {"m/s²", kAcceleration}, {"m/s2", kAcceleration}, {"s", kTime},        {"kg", kMass},
     {"N/m", kStiffness},     {"N*s/m", kDamping},     {"N·s/m", kDamping}, {"Ns/m", kDamping},
-    {"N s/m", kDamping},     {"N/(m/s)", kDamping},   {"Hz", kFrequency},
+    {"N s/m", kDamping},     {"N/(m/s)", kDamping},   {"Hz", kFrequency},  {"N/√Hz", kDensity},
 };
+
+constexpr Step kTorque[] = {{1e4, 1e-3, "kN·m"}, {0.1, 1.0, "N·m"}, {1e-4, 1e3, "mN·m"}, {0.0, 1e6, "µN·m"}};
+constexpr Step kAngle[] = {{0.1, 1.0, "rad"}, {1e-4, 1e3, "mrad"}, {0.0, 1e6, "µrad"}};
+constexpr Step kAngularSpeed[] = {{0.1, 1.0, "rad/s"}, {1e-4, 1e3, "mrad/s"}, {0.0, 1e6, "µrad/s"}};
+constexpr Step kAngularAcceleration[] = {{0.0, 1.0, "rad/s²"}};
+constexpr Step kDegrees[] = {{0.0, 180.0 / std::numbers::pi, "deg"}};
+constexpr Step kDegreeSpeed[] = {{0.0, 180.0 / std::numbers::pi, "deg/s"}};
+constexpr Step kDegreeAcceleration[] = {{0.0, 180.0 / std::numbers::pi, "deg/s²"}};
+constexpr Step kRevolutions[] = {{0.0, 0.5 / std::numbers::pi, "rev"}};
+constexpr Step kRevolutionSpeed[] = {{0.0, 0.5 / std::numbers::pi, "rev/s"}};
+constexpr Step kRevolutionAcceleration[] = {{0.0, 0.5 / std::numbers::pi, "rev/s²"}};
+constexpr Step kInertia[] = {{0.01, 1.0, "kg·m²"}, {0.0, 1e4, "kg·cm²"}};
+constexpr Step kAngularStiffness[] = {{0.1, 1.0, "N·m/rad"}, {0.0, 1e3, "mN·m/rad"}};
+constexpr Step kAngularDamping[] = {{0.01, 1.0, "N·m·s/rad"}, {0.0, 1e3, "mN·m·s/rad"}};
+constexpr Step kTorqueDensity[] = {{0.01, 1.0, "N·m/√Hz"}, {0.0, 1e3, "mN·m/√Hz"}};
+
+/// The families of a rotary axis in place of those of a linear one.
+std::span<const Step> rotary_steps(std::span<const Step> linear, AngleUnit shown) {
+  const auto is = [&](std::span<const Step> family) { return linear.data() == family.data(); };
+  const auto by_angle = [&](std::span<const Step> rad, std::span<const Step> deg, std::span<const Step> rev) {
+    return shown == AngleUnit::radian ? rad : shown == AngleUnit::degree ? deg : rev;
+  };
+  if (is(kForce)) return kTorque;
+  if (is(kLength)) return by_angle(kAngle, kDegrees, kRevolutions);
+  if (is(kSpeed)) return by_angle(kAngularSpeed, kDegreeSpeed, kRevolutionSpeed);
+  if (is(kAcceleration)) return by_angle(kAngularAcceleration, kDegreeAcceleration, kRevolutionAcceleration);
+  if (is(kMass)) return kInertia;
+  if (is(kStiffness)) return kAngularStiffness;
+  if (is(kDamping)) return kAngularDamping;
+  if (is(kDensity)) return kTorqueDensity;
+  return linear;
+}
+
+/// The unit of a sentence, and the factor into it from SI: angles as the log has them.
+std::pair<double, std::string> plain_unit(std::string_view si_unit) {
+  std::string unit = axis_unit(si_unit);
+  const AngleUnit shown = axis_units().shown;
+  if (shown == AngleUnit::radian || (unit != "rad" && !unit.starts_with("rad/s"))) return {1.0, unit};
+  const bool degrees = shown == AngleUnit::degree;
+  return {(degrees ? 180.0 : 0.5) / std::numbers::pi, unit.replace(0, 3, degrees ? "deg" : "rev")};
+}
 
 }  // namespace
 
-std::string quantity(double value, std::string_view unit, int significant) {
-  if (unit == "1") return plain_digits(100.0 * value, significant) + " %";
+std::string quantity(double value, std::string_view si_unit, int significant) {
+  if (si_unit == "1") return plain_digits(100.0 * value, significant) + " %";
   static constexpr std::array<Prefix, 4> kPrefixes{{{1.0, ""}, {1e-3, "m"}, {1e-6, "u"}, {1e-9, "n"}}};
-  const bool takes_prefix = unit == "m" || unit == "s" || unit == "N" || unit == "m/s" || unit == "A";
-  if (!takes_prefix || value == 0.0) return plain_digits(value, significant) + " " + std::string(unit);
+  const auto [per_si, unit] = plain_unit(si_unit);
+  value *= per_si;
+  static constexpr std::array<std::string_view, 8> kWithPrefix{"m", "s",   "N",   "m/s",
+                                                               "A", "N m", "rad", "rad/s"};
+  const bool takes_prefix = std::find(kWithPrefix.begin(), kWithPrefix.end(), unit) != kWithPrefix.end();
+  if (!takes_prefix || value == 0.0) return plain_digits(value, significant) + " " + unit;
   for (const Prefix& prefix : kPrefixes) {
     if (std::abs(value) >= prefix.factor * 0.9995) {
-      return plain_digits(value / prefix.factor, significant) + " " + std::string(prefix.symbol) +
-             std::string(unit);
+      return plain_digits(value / prefix.factor, significant) + " " + std::string(prefix.symbol) + unit;
     }
   }
-  return plain_digits(value / 1e-9, significant) + " n" + std::string(unit);
-}
-
-std::string shape_value(const ShapeSpec& shape, double value, int significant) {
-  const bool is_exponent = shape.kind == ShapeKind::exponent || shape.kind == ShapeKind::nominal_exponent;
-  return is_exponent ? fmt::format("{:.{}g}", value, significant) : quantity(value, shape.unit, significant);
+  return plain_digits(value / 1e-9, significant) + " n" + unit;
 }
 
 std::string fixed(double value, int decimals) {
@@ -133,17 +176,38 @@ std::string significant(double value, int digits) {
   return fixed(value, digits - 1 - exponent);
 }
 
-DisplayUnit display_unit(std::string_view si_unit, double magnitude) {
-  const double size = std::abs(magnitude);
+std::vector<UnitStep> unit_steps(std::string_view si_unit) {
+  std::vector<UnitStep> steps;
+  const std::string linear = linear_unit(si_unit);
+  const AxisUnits axis = axis_units();
   for (const Family& family : kFamilies) {
-    if (family.si_unit != si_unit) continue;
-    // Nothing to see at zero: take the unit that whole machines are described in.
-    const double wanted = size > 0.0 ? size : 1.0;
-    for (const Step& step : family.steps) {
-      if (wanted >= step.smallest) return {step.per_si, std::string(step.label)};
+    if (family.si_unit != linear) continue;
+    const bool rotary = axis.kind == AxisKind::rotary;
+    for (const Step& step : rotary ? rotary_steps(family.steps, axis.shown) : family.steps) {
+      steps.push_back({step.smallest, {step.per_si, std::string(step.label)}});
     }
   }
-  return {1.0, si_unit == "1" || si_unit == "-" ? std::string() : std::string(si_unit)};
+  return steps;
+}
+
+DisplayUnit display_unit(std::string_view si_unit, double magnitude) {
+  const double size = std::abs(magnitude);
+  // Nothing to see at zero: take the unit that whole machines are described in.
+  const double wanted = size > 0.0 ? size : 1.0;
+  for (const UnitStep& step : unit_steps(si_unit)) {
+    if (wanted >= step.smallest) return step.unit;
+  }
+  return {1.0, si_unit == "1" || si_unit == "-" ? std::string() : axis_unit(si_unit)};
+}
+
+DisplayUnit machine_length_unit() {
+  return axis_is_rotary() ? display_unit("m", 1.0) : DisplayUnit{1e3, "mm"};
+}
+
+std::string machine_length(double value_m) {
+  const DisplayUnit unit = machine_length_unit();
+  // A micrometre, or the angle of an encoder of 17 bits, is still seen.
+  return fmt::format("{:.{}f} {}", value_m * unit.per_si, axis_is_rotary() ? 5 : 3, unit.label);
 }
 
 std::string with_unit(double value_si, std::string_view si_unit, int digits) {

@@ -5,19 +5,15 @@
 #include <string_view>
 #include <vector>
 
-#include "firmware/effects/effect.h"
-
 // Numbers with units, in two styles: plain ASCII for sentences, terminals and JSON (quantity()), and
 // typographic UTF-8 for the tables and figures of the report (with_unit()). workbench/web/units.js does the
-// same as the second for the charts.
+// same as the second for the charts. Units are given as those of a linear axis; on a rotary one the texts
+// have its units (axis_units.h).
 namespace slipstack::workbench {
 
 /// A value with its unit in plain text: 0.024 "m" -> "24.0 mm", 3.1e-4 "s" -> "310 us", 0.42 "1" -> "42.0 %".
 /// Three significant digits by default. Only units that usually carry a prefix (m, s, N, m/s, A) get one.
-std::string quantity(double value, std::string_view unit, int significant = 3);
-
-/// quantity() of a shape parameter; an exponent is a plain number, not a percentage.
-std::string shape_value(const ShapeSpec& shape, double value, int significant = 3);
+std::string quantity(double value, std::string_view si_unit, int significant = 3);
 
 /// `value` with `digits` significant digits, trailing zeros kept (0.340), a true minus sign, thousands in
 /// groups of three, and powers of ten written out for magnitudes outside 1e-4 … 1e7.
@@ -35,6 +31,19 @@ struct DisplayUnit {
 /// The unit for values as large as `magnitude`, which is in the unit `si_unit`
 /// ("m", "m/s", "N", "N/m", "N*s/m", "kg", "s", "Hz", …). Lengths are mm on a machine, and µm below 1 mm.
 DisplayUnit display_unit(std::string_view si_unit, double magnitude);
+
+/// The display units of a quantity of this unit, largest first: each from a magnitude in SI upwards. Empty
+/// for a unit that is shown as it is.
+struct UnitStep {
+  double smallest;
+  DisplayUnit unit;
+};
+std::vector<UnitStep> unit_steps(std::string_view si_unit);
+
+/// The unit in which positions of a whole machine are listed: mm, or that of the log's angles; and a position
+/// in it, "0.012 mm".
+DisplayUnit machine_length_unit();
+std::string machine_length(double value_m);
 
 /// "24.00 mm": significant() in the unit of display_unit(), a no-break space between.
 std::string with_unit(double value_si, std::string_view si_unit, int digits);

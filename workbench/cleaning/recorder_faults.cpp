@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include "workbench/base/axis_units.h"
 #include "workbench/base/statistics.h"
 
 namespace slipstack::workbench {
@@ -248,7 +249,7 @@ bool moves_without_force(const Log& log, double noise_N, const Interval& window)
     highest = std::max(highest, log.position_m[i]);
   }
   const double most = kForcelessNoise * noise_N;
-  const double travel_m = std::max(kForcelessTravel * encoder_step_m(log), 1e-4);
+  const double travel_m = std::max(kForcelessTravel * encoder_step_m(log), axis_length(1e-4));
   return sum <= most * most * static_cast<double>(window.size()) && highest - lowest >= travel_m;
 }
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "workbench/base/quantity.h"
 #include "workbench/base/statistics.h"
 #include "workbench/base/text.h"
 #include "workbench/cleaning/outliers.h"
@@ -201,9 +202,9 @@ void repair_jumps(Log& log, RepairScope scope, Repairs& repairs) {
   if (repairs.jumps.empty() || scope == RepairScope::chunk) return;
   const EncoderJump first = repairs.jumps.front();
   remove_jumps(repairs.jumps, log);
-  repairs.notes.push_back(fmt::format("{} {} of the encoder corrected, the first at {}: {:.3g} um",
+  repairs.notes.push_back(fmt::format("{} {} of the encoder corrected, the first at {}: {}",
                                       repairs.jumps.size(), repairs.jumps.size() == 1 ? "jump" : "jumps",
-                                      time_of(log, first.sample), 1e6 * first.jump_m));
+                                      time_of(log, first.sample), quantity(first.jump_m, "m")));
 }
 
 /// Equal neighbours are a fault only where the noise is this many times the resolution of the force. Chosen.

@@ -64,6 +64,7 @@ void run_fit(const Options& options) {
   } while (logs.extend());
   const Measurement& measurement = logs.measurement();
   result.noise_floor_N = NoiseFloor(measurement).of(result.fitted.terms);
+  result.warnings = input_warnings(measurement);
   result.logs = log_results(measurement, result.fitted);
   result.model = model_of(options.log, measurement, result.fitted, reduced, result.noise_floor_N);
   result.model.history = {

@@ -35,7 +35,7 @@ void add_bus(CLI::App& command, Request& request) {
 }
 
 void deploy(const Request& request) {
-  const Model model = read_model(request.model);
+  const Model model = read_controller_model(request.model);
   const std::unique_ptr<CanLink> link = open_link(request.can);
   SdoClient drive(*link, static_cast<std::uint8_t>(request.node));
   Progress progress;

@@ -3,14 +3,9 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
-#include <cstring>
-#include <optional>
 #include <vector>
 
 #include "firmware/canopen/staged_model.h"
-#include "firmware/canopen/trace.h"
 #include "firmware/control/state_machine.h"
 #include "firmware/effects/model_hash.h"
 #include "workbench/base/text.h"
@@ -33,116 +28,6 @@ std::vector<std::uint8_t> image_of(const ModelParameters& parameters) {
     for (int i = 0; i < 4; ++i) image.push_back(static_cast<std::uint8_t>(word >> (8 * i)));
   });
   return image;
-}
-
-/// The header of a log: the parameters of the axis that the drive holds.
-std::string log_head(double resolution_m, double constant, double mass_kg, std::uint32_t hash, bool irregular,
-                     std::size_t lost) {
-  std::string text = fmt::format(
-      "# encoder_resolution_m: {}\n# motor_constant_N_per_A: {}\n# mass_kg: {}\n# model_hash: {:08x}\n",
-      resolution_m, constant, mass_kg, hash);
-  if (lost > 0) text += fmt::format("# lost_samples: {}\n", lost);
-  if (irregular) text += "# sampling: irregular\n";
-  return text + "time_s,position_counts,current_A\n";
-}
-
-/// Throws UsageError where a parameter of the drive is not plausible, so that no log can be written.
-void check_axis(const SdoClient& drive, double tick_s, double resolution_m, double constant) {
-  if (tick_s > 1e-6 && tick_s < 1.0 && resolution_m > 0.0 && resolution_m < 1.0 && std::isfinite(constant))
-    return;
-  throw UsageError(fmt::format(
-      "node {}: tick {} s, encoder {} m, motor constant {} N/A (2000h:01 to :03) are none of an axis; is it "
-      "commissioned?",
-      drive.node(), tick_s, resolution_m, constant));
-}
-
-double mass_of(SdoClient& drive) {
-  // 2100h is inertia; payload stands after it in the catalogue.
-  double mass_kg = 0.0;
-  for (std::uint16_t i = 0; i < kEffectCount; ++i) {
-    const std::size_t row = find_row(static_cast<std::uint16_t>(kEffectIndex + i), 0);
-    const std::string title = kObjects[row].object;
-    if (title != Inertia<float>::text.title && title != PayloadMass<float>::text.title) continue;
-    const auto index = static_cast<std::uint16_t>(kEffectIndex + i);
-    if (drive.read(index, 1) != 0) mass_kg += static_cast<double>(drive.read_real(index, 2));
-  }
-  return mass_kg;
-}
-
-/// Changes an object during the life of this, and restores it.
-class Kept {
- public:
-  Kept(SdoClient& drive, std::uint16_t index, std::uint8_t sub, int bytes)
-      : drive_(drive), index_(index), sub_(sub), bytes_(bytes), before_(drive.read(index, sub)) {}
-  Kept(const Kept&) = delete;
-  Kept& operator=(const Kept&) = delete;
-  ~Kept() {
-    try {
-      drive_.try_write(index_, sub_, before_, bytes_);
-    } catch (const std::exception&) {  // the bus is gone: nothing can be restored
-    }
-  }
-  void set(std::uint32_t value) { drive_.write(index_, sub_, value, bytes_); }
-  std::uint32_t before() const { return before_; }
-
- private:
-  SdoClient& drive_;
-  std::uint16_t index_;
-  std::uint8_t sub_;
-  int bytes_;
-  std::uint32_t before_;
-};
-
-struct Sample {
-  std::int64_t tick = 0;
-  std::int32_t counts = 0;
-  double current_A = 0.0;
-  double stamp_s = 0.0;  // of the frame; 0: the bus has none
-};
-
-/// Takes the frames of TPDO 3: ticks modulo 2^16, counts, current over the limit / 32767.
-std::vector<Sample> stream(SdoClient& drive, std::uint32_t cob, std::size_t wanted, double limit_A,
-                           const Show& show) {
-  std::vector<Sample> samples;
-  samples.reserve(wanted);
-  CanFrame frame;
-  while (samples.size() < wanted) {
-    if (!drive.link().receive(frame, 1000)) {
-      throw UsageError(
-          fmt::format("node {}: the stream stopped after {} samples; is the drive still on the bus?",
-                      drive.node(), samples.size()));
-    }
-    if (frame.id != cob || frame.extended || frame.remote || frame.length != 8) continue;
-    const auto low = static_cast<std::uint16_t>(frame.data[0] | frame.data[1] << 8);
-    Sample sample;
-    std::int16_t current = 0;
-    std::memcpy(&sample.counts, &frame.data[2], 4);
-    std::memcpy(&current, &frame.data[6], 2);
-    sample.current_A = static_cast<double>(current) / 32767.0 * limit_A;
-    sample.tick = samples.empty()
-                      ? low
-                      : samples.back().tick +
-                            static_cast<std::uint16_t>(low - static_cast<std::uint16_t>(samples.back().tick));
-    sample.stamp_s = drive.link().stamp_s();
-    samples.push_back(sample);
-    if (samples.size() % 64 == 0)
-      show("record", static_cast<double>(samples.size()) / static_cast<double>(wanted));
-  }
-  return samples;
-}
-
-/// Spread of the arrival of frames against the drive's own clock; none without time stamps.
-std::optional<double> arrival_spread_s(const std::vector<Sample>& samples, double tick_s) {
-  double earliest_s = HUGE_VAL;
-  double latest_s = -HUGE_VAL;
-  for (const Sample& sample : samples) {
-    if (sample.stamp_s == 0.0) return {};
-    const double late_s = sample.stamp_s - samples.front().stamp_s -
-                          static_cast<double>(sample.tick - samples.front().tick) * tick_s;
-    earliest_s = std::min(earliest_s, late_s);
-    latest_s = std::max(latest_s, late_s);
-  }
-  return latest_s - earliest_s;
 }
 
 std::string state_name(std::uint32_t word) {
@@ -214,100 +99,6 @@ std::string deploy_model(SdoClient& drive, const Model& model, const std::string
       "between two ticks; active before: {:08x}\nstored     {}\n",
       printable(name), hash, drive.node(), printable(drive.link().name()), image.size(), before,
       store ? "yes" : "no (--no-store): gone with the next reset");
-}
-
-Recording record_stream(SdoClient& drive, double seconds, double rate_Hz, const Show& show) {
-  show("ask the drive", -1.0);
-  const double tick_s = static_cast<double>(drive.read_real(kAxisIndex, 2));
-  const double resolution_m = static_cast<double>(drive.read_real(kAxisIndex, 1));
-  const double constant = static_cast<double>(drive.read_real(kAxisIndex, 3));
-  const double limit_A = static_cast<double>(drive.read_real(kAxisIndex, 9));
-  check_axis(drive, tick_s, resolution_m, constant);
-  const double mass_kg = mass_of(drive);
-  const std::uint32_t hash = drive.read(kModelIndex, 2);
-  Kept cob(drive, 0x1802, 1, 4);
-  cob.set(cob.before() | kInvalidPdo);
-  Kept type(drive, 0x1802, 2, 1);
-  type.set(1);
-  for (const auto& [sub, entry] :
-       {std::pair{1, 0x22100510U}, std::pair{2, 0x60640020U}, std::pair{3, 0x22000B10U}}) {
-    if (drive.read(0x1A02, static_cast<std::uint8_t>(sub)) == entry && drive.read(0x1A02, 0) == 3) continue;
-    throw UsageError(
-        fmt::format("node {}: TPDO 3 maps something else than tick, position and current; restore it "
-                    "(1011h:02) or record the trace (--trace)",
-                    drive.node()));
-  }
-  Kept period(drive, 0x1006, 0, 4);
-  Kept sync(drive, 0x1005, 0, 4);
-  period.set(static_cast<std::uint32_t>(std::lround(1e6 / rate_Hz)));
-  cob.set(cob.before() & ~kInvalidPdo);
-  sync.set(0x40000000U | (sync.before() & 0x7FF));
-  drive.listen_also_to({cob.before() & 0x7FF});
-  drive.nmt(1);
-  const auto wanted = static_cast<std::size_t>(std::lround(seconds * rate_Hz));
-  const std::vector<Sample> samples = stream(drive, cob.before() & 0x7FF, wanted, limit_A, show);
-  sync.set(sync.before() & 0x7FF);
-  cob.set(cob.before() | kInvalidPdo);
-
-  const auto step = std::max<std::int64_t>(1, std::lround(1.0 / (rate_Hz * tick_s)));
-  Recording recording;
-  recording.samples = samples.size();
-  bool irregular = false;
-  recording.arrival_spread_s = arrival_spread_s(samples, tick_s);
-  for (std::size_t i = 1; i < samples.size(); ++i) {
-    const std::int64_t gap = samples[i].tick - samples[i - 1].tick;
-    irregular |= gap != step;
-    recording.lost += gap > step + step / 2 ? static_cast<std::size_t>((gap + step / 2) / step - 1) : 0U;
-  }
-  recording.log = log_head(resolution_m, constant, mass_kg, hash, irregular, recording.lost);
-  for (const Sample& sample : samples) {
-    recording.log +=
-        fmt::format("{:.6f},{},{:.6g}\n", static_cast<double>(sample.tick - samples[0].tick) * tick_s,
-                    sample.counts, sample.current_A);
-  }
-  return recording;
-}
-
-Recording record_trace(SdoClient& drive, std::uint32_t decimation, const Show& show) {
-  drive.write(kTraceIndex, 1, 0, 1);
-  drive.write(kTraceIndex, 3, decimation, 2);
-  drive.write(kTraceIndex, 4, 0, 1);
-  drive.write(kTraceIndex, 7, 0, 2);
-  const std::uint32_t capacity = drive.read(kTraceIndex, 9);
-  drive.write(kTraceIndex, 1, 1, 1);
-  std::uint32_t last = 0;
-  for (int quiet = 0; drive.read(kTraceIndex, 2) != 3;) {
-    const std::uint32_t now = drive.read(kTraceIndex, 8);
-    quiet = now == last ? quiet + 1 : 0;
-    last = now;
-    if (quiet > 10000)
-      throw UsageError(fmt::format("node {}: the trace does not fill; does the tick run?", drive.node()));
-    show("trace", static_cast<double>(now) / capacity);
-  }
-  const std::vector<std::uint8_t> data =
-      drive.upload(kTraceDataIndex, 0, [&](double f) { show("read the trace", f); });
-  TraceHead head;
-  if (data.size() < sizeof head)
-    throw UsageError(fmt::format("node {}: the trace is cut short", drive.node()));
-  std::memcpy(&head, data.data(), sizeof head);
-  if (head.magic != TraceHead::kMagic ||
-      data.size() != head.head_bytes + sizeof(TraceSample) * head.samples) {
-    throw UsageError(fmt::format("node {}: the trace is of another version", drive.node()));
-  }
-  check_axis(drive, static_cast<double>(head.tick_s), static_cast<double>(head.encoder_resolution_m),
-             static_cast<double>(head.motor_constant_N_per_A));
-  Recording recording;
-  recording.samples = head.samples;
-  recording.log = log_head(static_cast<double>(head.encoder_resolution_m),
-                           static_cast<double>(head.motor_constant_N_per_A),
-                           static_cast<double>(head.mass_kg), head.model_hash, false, 0);
-  const double step_s = static_cast<double>(head.tick_s) * head.decimation;
-  for (std::uint32_t i = 0; i < head.samples; ++i) {
-    TraceSample sample;
-    std::memcpy(&sample, data.data() + head.head_bytes + sizeof sample * i, sizeof sample);
-    recording.log += fmt::format("{:.7f},{},{:.6g}\n", i * step_s, sample.counts, sample.current_A);
-  }
-  return recording;
 }
 
 std::string drive_status(SdoClient& drive) {

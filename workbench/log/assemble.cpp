@@ -9,6 +9,7 @@
 #include <string_view>
 #include <utility>
 
+#include "workbench/base/axis_units.h"
 #include "workbench/base/text.h"
 #include "workbench/log/csv/columns.h"
 #include "workbench/log/sampling/encoder_step.h"
@@ -41,7 +42,9 @@ class Assembler {
         header_(read_header_values(table_)),
         plan_(plan_columns(table_, header_)),
         rows_(rows),
-        head_(head) {}
+        head_(head) {
+    use_axis(plan_.axis, table_.source);
+  }
 
   Log assemble() {
     if (rows_ == Rows::all) require_enough_samples(table_.columns.front().values.size(), "");
@@ -80,6 +83,9 @@ class Assembler {
     std::vector<double> values = std::move(table_.columns[source->column].values);
     if (source->divisor != 1.0) {
       for (double& value : values) value /= source->divisor;
+    }
+    if (source->factor != 1.0) {
+      for (double& value : values) value *= source->factor;
     }
     return values;
   }
@@ -176,11 +182,10 @@ class Assembler {
     const double error_m = storage_error(column, largest_magnitude(log_.position_m));
     log_.encoder_resolution_m = estimate_encoder_step(log_.position_m, error_m);
     if (log_.encoder_resolution_m) {
-      log_.notes.push_back(
-          fmt::format("encoder_resolution_m is not in the header; the positions move in steps of {:.6g} m",
-                      *log_.encoder_resolution_m));
+      log_.notes.push_back(estimated_resolution_note(*log_.encoder_resolution_m));
     } else {
-      log_.notes.emplace_back("encoder_resolution_m is not in the header, and the positions show no steps");
+      log_.notes.push_back(axis_key("encoder_resolution_m") +
+                           " is not in the header, and the positions show no steps");
     }
   }
 
@@ -219,11 +224,16 @@ class Assembler {
 
 }  // namespace
 
+std::string estimated_resolution_note(double resolution_m) {
+  return fmt::format("{} is not in the header; the positions move in steps of {:.6g} {}",
+                     axis_key("encoder_resolution_m"), resolution_m, axis_unit("m"));
+}
+
 void require_motion(const std::string& where, double lowest_m, double highest_m,
                     const std::optional<double>& resolution_m) {
   if (lowest_m == highest_m) {
-    throw InputError(fmt::format("{}: the position never moves (it is always {:.6g} m); record a motion",
-                                 where, lowest_m));
+    throw InputError(fmt::format("{}: the position never moves (it is always {:.6g} {}); record a motion",
+                                 where, lowest_m, axis_unit("m")));
   }
   const double travel_m = highest_m - lowest_m;
   if (!std::isfinite(travel_m)) {
@@ -231,17 +241,17 @@ void require_motion(const std::string& where, double lowest_m, double highest_m,
   }
   if (resolution_m && travel_m < kMoreThanOneStep * *resolution_m) {
     throw InputError(fmt::format(
-        "{}: the position never moves by more than one encoder step ({:.6g} m); record a motion or correct "
-        "encoder_resolution_m",
-        where, *resolution_m));
+        "{}: the position never moves by more than one encoder step ({:.6g} {}); record a motion or correct "
+        "{}",
+        where, *resolution_m, axis_unit("m"), axis_key("encoder_resolution_m")));
   }
 }
 
 void require_force(const std::string& where, double lowest_N, double highest_N) {
   if (lowest_N == highest_N) {
     throw InputError(
-        fmt::format("{}: the force never changes (it is always {:.6g} N); check the sensor or the export",
-                    where, lowest_N));
+        fmt::format("{}: the {} never changes (it is always {:.6g} {}); check the sensor or the export",
+                    where, axis_is_rotary() ? "torque" : "force", lowest_N, axis_unit("N")));
   }
   if (!std::isfinite(highest_N - lowest_N)) {
     throw InputError(where + ": the force is beyond the range of a number; check the unit");

@@ -13,7 +13,9 @@
 
 namespace slipstack::workbench {
 
-// A measurement of one axis, sampled uniformly: sample i was taken at start_time_s + i / sample_rate_Hz.
+// A measurement of one axis, sampled uniformly: sample i was taken at start_time_s + i / sample_rate_Hz. On a
+// rotary axis positions are in rad, forces torques in N m, the mass a moment of inertia in kg m2
+// (base/axis_units.h).
 // read_log() guarantees: every vector that is not empty has as many elements as position_m (at least
 // kMinimumSamples), every number is finite, sample_rate_Hz > 0, position and force both vary.
 struct Log {
@@ -53,7 +55,8 @@ inline constexpr std::array kSampleColumns{&Log::position_m,           &Log::for
 //
 // Columns: time_s; position_m, _mm, _um or _counts (counts need `# encoder_resolution_m`); force_N, _mN, _uN
 // or current_A (needs `# motor_constant_N_per_A`); optionally reference_position_m, velocity_mps,
-// normal_force_N, temperature_C. Time stamps must be uniform to 1 % of a step plus their own rounding; with
+// normal_force_N, temperature_C. Of a rotary axis: position_rad, _deg or _rev; torque_Nm, _mNm;
+// velocity_radps, _degps, _revps. Time stamps must be uniform to 1 % of a step plus their own rounding; with
 // `# sampling: irregular` the log is resampled on the median step instead, or read as uniform where its
 // motion shows that only the stamps are uneven (sampling.h).
 //

@@ -5,8 +5,10 @@
 #include <string>
 #include <utility>
 
+#include "workbench/base/axis_units.h"
 #include "workbench/base/text.h"
 #include "workbench/log/assemble.h"
+#include "workbench/log/csv/columns.h"
 #include "workbench/log/csv/csv.h"
 #include "workbench/log/input_file.h"
 
@@ -48,6 +50,7 @@ LongLog LongLog::open(const std::filesystem::path& path, Survey survey) {
   if (state->file->size() != survey.bytes) {
     throw InputError(name + ": is not the same file for every process; give one that all of them see");
   }
+  use_axis(plan_columns(survey.table, read_header_values(survey.table)).axis, name);
   state->known = std::move(survey);
   state->known.head.path = path.string();
   return LongLog(std::move(state));

@@ -9,6 +9,7 @@
 #include <limits>
 #include <utility>
 
+#include "workbench/base/axis_units.h"
 #include "workbench/log/assemble.h"
 #include "workbench/log/csv/columns.h"
 #include "workbench/log/csv/csv.h"
@@ -103,11 +104,9 @@ class Surveyor {
   /// Completes the survey and checks what only the whole log shows.
   void finish() {
     found_.head.notes = reader_.rows(0).notes;
-    const bool declared = found_.table.header.contains("encoder_resolution_m");
+    const bool declared = found_.table.header.contains(axis_key("encoder_resolution_m"));
     if (!declared && found_.head.encoder_resolution_m) {
-      found_.head.notes.push_back(
-          fmt::format("encoder_resolution_m is not in the header; the positions move in steps of {:.6g} m",
-                      *found_.head.encoder_resolution_m));
+      found_.head.notes.push_back(estimated_resolution_note(*found_.head.encoder_resolution_m));
     }
     const ColumnPlan plan = plan_columns(found_.table, read_header_values(found_.table));
     const Quantity force = plan[Quantity::kForce] ? Quantity::kForce : Quantity::kCurrent;

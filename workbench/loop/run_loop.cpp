@@ -87,7 +87,7 @@ std::unique_ptr<sim::LockstepBoard> board_of(const LoopRequest& request) {
 void set_parameters(PlantLink& link, const LoopRequest& request, const sim::Axis& axis) {
   lockstep::ParameterBlock block{loop_parameters(axis, kTick_s), mass_only_model(axis)};
   if (!request.model.empty()) {
-    block.model = target_parameters(read_model(request.model).target_terms);
+    block.model = target_parameters(read_controller_model(request.model).target_terms);
     const ParameterStatus status = slipstack::check(block.axis, block.model);
     if (status != ParameterStatus::kOk) {
       throw UsageError(

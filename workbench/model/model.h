@@ -63,4 +63,8 @@ std::string to_toml(const Model& model);
 /// out of bounds, a hash that does not belong to the parameters.
 Model read_model(const std::filesystem::path& path);
 
+/// The same for what the controller runs. Throws InputError for a model of a rotary axis: the units of its
+/// object dictionary are those of a linear one.
+Model read_controller_model(const std::filesystem::path& path);
+
 }  // namespace slipstack::workbench

@@ -4,8 +4,11 @@
 #include <cmath>
 
 #include "firmware/effects/presliding_hysteresis.h"
+#include "workbench/base/axis_units.h"
+#include "workbench/base/errors.h"
 #include "workbench/base/text.h"
 #include "workbench/model/effects/effect_registry.h"
+#include "workbench/model/effects/shape_parameter.h"
 #include "workbench/model/effects/user_effect.h"
 #include "workbench/model/expression/definition.h"
 #include "workbench/model/model.h"
@@ -20,11 +23,12 @@ class Reader {
 
   Model read() {
     const toml::table file = file_.parse();
-    file_.require_keys(file, {"format", "hash", "source", "history", "effect", "target"});
+    file_.require_keys(file, {"format", "axis", "hash", "source", "history", "effect", "target"});
     if (file["format"].value_or<std::string>("") != "slipstack model 1") {
       file_.fail(file,
                  "no line format = \"slipstack model 1\"; give a file that `slipstack fit` or `add` wrote");
     }
+    read_axis(file);
     Model model;
     if (const toml::table* source = file["source"].as_table()) read_source(*source, model.source);
     read_history(file, model);
@@ -34,18 +38,28 @@ class Reader {
     file_.require_keys(*target, {"holdout_rmse_N", "effect", "own"});
     model.target_terms = read_effects(*target, kTargetElements, true);
     read_user_effects(*target, model);
-    model.target_holdout_rmse_N = (*target)["holdout_rmse_N"].value_or(0.0);
+    model.target_holdout_rmse_N = (*target)[axis_key("holdout_rmse_N")].value_or(0.0);
     check_hash(file, model);
     return model;
   }
 
  private:
+  /// Before all that has a unit.
+  void read_axis(const toml::table& file) const {
+    const auto axis = file["axis"].value_or<std::string>("linear");
+    if (axis != "linear" && axis != "rotary") {
+      file_.fail(*file.get("axis"),
+                 fmt::format("axis '{}' is neither linear nor rotary", printable(axis, kLongestName)));
+    }
+    use_axis({axis == "rotary" ? AxisKind::rotary : AxisKind::linear, AngleUnit::radian}, file_.name());
+  }
+
   void read_source(const toml::table& table, Model::Source& source) const {
     file_.require_keys(table, {"log", "samples", "holdout_rmse_N", "noise_floor_N", "relative_error"});
     source.log = table["log"].value_or<std::string>("");
     source.samples = table["samples"].value_or<std::int64_t>(0);
-    source.holdout_rmse_N = table["holdout_rmse_N"].value_or(0.0);
-    source.noise_floor_N = table["noise_floor_N"].value_or(0.0);
+    source.holdout_rmse_N = table[axis_key("holdout_rmse_N")].value_or(0.0);
+    source.noise_floor_N = table[axis_key("noise_floor_N")].value_or(0.0);
     source.relative_error = table["relative_error"].value_or(0.0);
   }
 
@@ -60,8 +74,8 @@ class Reader {
       file_.require_keys(*change, {"date", "added", "log", "before_N", "after_N", "noise_floor_N"});
       model.history.push_back(
           {(*change)["date"].value_or<std::string>(""), (*change)["added"].value_or<std::string>(""),
-           (*change)["log"].value_or<std::string>(""), (*change)["before_N"].value_or(0.0),
-           (*change)["after_N"].value_or(0.0), (*change)["noise_floor_N"].value_or(0.0)});
+           (*change)["log"].value_or<std::string>(""), (*change)[axis_key("before_N")].value_or(0.0),
+           (*change)[axis_key("after_N")].value_or(0.0), (*change)[axis_key("noise_floor_N")].value_or(0.0)});
     }
   }
 
@@ -75,7 +89,7 @@ class Reader {
       if (effect == nullptr) file_.fail(item, "a user-defined effect of the target must be a table");
       file_.require_keys(*effect, {"id", "left_out", "over", "from", "to", "reversal_velocity_mps",
                                    "largest_error_N", "peak_N"});
-      const auto value = [effect](const char* key) { return (*effect)[key].value_or(0.0); };
+      const auto value = [effect](const char* key) { return (*effect)[axis_key(key)].value_or(0.0); };
       model.target_user_effects.push_back(
           {(*effect)["id"].value_or<std::string>(""), (*effect)["left_out"].value_or<std::string>(""),
            (*effect)["over"].value_or<std::string>(""), value("from"), value("to"),
@@ -162,11 +176,11 @@ class Reader {
     for (std::size_t i = 0; i < specs.size();) {
       std::size_t end = i + 1;
       while (end < specs.size() && names[end] == names[i]) ++end;
-      const toml::table& entry = file_.find_entry(table, "shape", specs[i].name, specs[i].unit);
+      const toml::table& entry = file_.find_entry(table, "shape", specs[i].name, axis_unit(specs[i].unit));
       file_.require_keys(entry, {"name", "unit", "value", "standard_error"});
-      count =
-          file_.read_values(entry, "value", static_cast<double>(specs[i].lower),
-                            static_cast<double>(specs[i].upper), std::span(term.shapes).subspan(i, end - i));
+      const ShapeBounds bounds = bounds_of(specs[i]);
+      count = file_.read_values(entry, "value", bounds.lower, bounds.upper,
+                                std::span(term.shapes).subspan(i, end - i));
       if (entry.contains("standard_error")) {
         term.shape_standard_errors.resize(specs.size(), 0.0);
         file_.read_values(entry, "standard_error", 0.0, HUGE_VAL,
@@ -188,7 +202,7 @@ class Reader {
       const auto count = static_cast<std::size_t>(group.count);
       const auto lower = static_cast<double>(group.lower);
       const auto upper = static_cast<double>(group.upper);
-      const toml::table& entry = file_.find_entry(table, "gain", group.name, group.unit);
+      const toml::table& entry = file_.find_entry(table, "gain", group.name, axis_unit(group.unit));
       file_.require_keys(entry, {"name", "unit", "value", "standard_error", "given"});
       values = file_.read_values(entry, "value", lower, upper, std::span(term.gains).subspan(first, count));
       const bool given = entry["given"].value_or(false);
@@ -226,6 +240,17 @@ class Reader {
 
 Model read_model(const std::filesystem::path& path) {
   return Reader(path).read();
+}
+
+Model read_controller_model(const std::filesystem::path& path) {
+  Model model = read_model(path);
+  if (axis_is_rotary()) {
+    throw InputError(
+        fmt::format("{}: is of a rotary axis, and the controller works in m, N and kg; deploy a model of a "
+                    "linear axis",
+                    printable(path.string())));
+  }
+  return model;
 }
 
 }  // namespace slipstack::workbench

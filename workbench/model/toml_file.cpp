@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "firmware/effects/presliding_hysteresis.h"
+#include "workbench/base/axis_units.h"
 #include "workbench/base/errors.h"
 #include "workbench/base/text.h"
 
@@ -47,11 +48,17 @@ toml::table TomlFile::parse() const {
   }
 }
 
+std::string TomlFile::name() const {
+  return printable(path_.string());
+}
+
 void TomlFile::require_keys(const toml::table& table, std::initializer_list<std::string_view> known) const {
+  std::vector<std::string> names;
+  for (const std::string_view name : known) names.push_back(axis_key(name));
   for (const auto& [key, node] : table) {
-    if (std::find(known.begin(), known.end(), key.str()) == known.end()) {
+    if (std::find(names.begin(), names.end(), key.str()) == names.end()) {
       fail(node, fmt::format("unknown key '{}'; known here: {}", printable(key.str(), kLongestName),
-                             fmt::join(known, ", ")));
+                             fmt::join(names, ", ")));
     }
   }
 }

@@ -25,8 +25,10 @@ class TomlFile {
   explicit TomlFile(std::filesystem::path path) : path_(std::move(path)) {}
 
   toml::table parse() const;
+  /// The file's name, for messages.
+  std::string name() const;
   [[noreturn]] void fail(const toml::node& where, const std::string& what) const;
-  /// Refuses a key that is not known.
+  /// Refuses a key that is not known. Keys with a unit are given as those of a linear axis (axis_units.h).
   void require_keys(const toml::table& table, std::initializer_list<std::string_view> known) const;
   /// Requires that every [[effect.<kind>]] is a table with a known name that no other has.
   void require_entries(const toml::table& effect, std::string_view kind,

@@ -4,6 +4,7 @@
 #include <toml++/toml.h>
 #include <sstream>
 
+#include "workbench/base/axis_units.h"
 #include "workbench/model/model.h"
 
 namespace slipstack::workbench {
@@ -27,7 +28,7 @@ toml::array shapes_of(const Term& term, std::size_t used) {
   for (std::size_t i = 0; i < specs.size();) {
     std::size_t end = i + 1;
     while (end < specs.size() && std::string_view(specs[end].name) == specs[i].name) ++end;
-    toml::table entry{{"name", specs[i].name}, {"unit", specs[i].unit}};
+    toml::table entry{{"name", specs[i].name}, {"unit", axis_unit(specs[i].unit)}};
     const std::size_t count = std::min(end, std::max(used, i + 1)) - i;
     put_values(entry, "value", std::span(term.shapes).subspan(i, count));
     if (term.shape_standard_error(i) > 0.0) {
@@ -44,7 +45,7 @@ toml::array gains_of(const Term& term, std::size_t used) {
   std::size_t first = 0;
   for (const GainGroup& group : term.effect->gain_groups) {
     const std::size_t count = std::min(static_cast<std::size_t>(group.count), std::max<std::size_t>(used, 1));
-    toml::table entry{{"name", group.name}, {"unit", group.unit}};
+    toml::table entry{{"name", group.name}, {"unit", axis_unit(group.unit)}};
     put_values(entry, "value", std::span(term.gains).subspan(first, count));
     if (term.gain_standard_errors.size() == term.gains.size()) {
       put_values(entry, "standard_error", std::span(term.gain_standard_errors).subspan(first, count));
@@ -77,9 +78,9 @@ toml::array history_of(const Model& model) {
   toml::array changes;
   for (const Model::Change& change : model.history) {
     toml::table entry{{"date", change.date}, {"added", change.added}, {"log", change.log}};
-    if (change.before_N > 0.0) entry.insert("before_N", change.before_N);
-    entry.insert("after_N", change.after_N);
-    entry.insert("noise_floor_N", change.noise_floor_N);
+    if (change.before_N > 0.0) entry.insert(axis_key("before_N"), change.before_N);
+    entry.insert(axis_key("after_N"), change.after_N);
+    entry.insert(axis_key("noise_floor_N"), change.noise_floor_N);
     changes.push_back(std::move(entry));
   }
   return changes;
@@ -94,9 +95,9 @@ toml::array user_effects_of(const Model& model) {
       entry.insert("from", effect.from);
       entry.insert("to", effect.to);
       if (effect.reversal_velocity_mps > 0.0)
-        entry.insert("reversal_velocity_mps", effect.reversal_velocity_mps);
-      entry.insert("largest_error_N", effect.largest_error_N);
-      entry.insert("peak_N", effect.peak_N);
+        entry.insert(axis_key("reversal_velocity_mps"), effect.reversal_velocity_mps);
+      entry.insert(axis_key("largest_error_N"), effect.largest_error_N);
+      entry.insert(axis_key("peak_N"), effect.peak_N);
     } else {
       entry.insert("left_out", effect.why_not);
     }
@@ -112,12 +113,13 @@ std::string to_toml(const Model& model) {
                    {"hash", fmt::format("{:08x}", target_hash(model))},
                    {"source", toml::table{{"log", model.source.log},
                                           {"samples", model.source.samples},
-                                          {"holdout_rmse_N", model.source.holdout_rmse_N},
-                                          {"noise_floor_N", model.source.noise_floor_N},
+                                          {axis_key("holdout_rmse_N"), model.source.holdout_rmse_N},
+                                          {axis_key("noise_floor_N"), model.source.noise_floor_N},
                                           {"relative_error", model.source.relative_error}}},
                    {"effect", effects_of(model.terms)},
-                   {"target", toml::table{{"holdout_rmse_N", model.target_holdout_rmse_N},
+                   {"target", toml::table{{axis_key("holdout_rmse_N"), model.target_holdout_rmse_N},
                                           {"effect", effects_of(model.target_terms)}}}};
+  if (axis_is_rotary()) file.insert("axis", "rotary");
   if (!model.target_user_effects.empty()) file["target"].as_table()->insert("own", user_effects_of(model));
   if (!model.history.empty()) file.insert("history", history_of(model));
   std::ostringstream text;

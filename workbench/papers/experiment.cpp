@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "sim_host/experiments/setup.h"
+#include "workbench/base/axis_units.h"
 #include "workbench/base/errors.h"
 #include "workbench/base/text.h"
 #include "workbench/console/output.h"
@@ -14,6 +15,16 @@
 #include "workbench/report/page/html.h"
 
 namespace slipstack::workbench {
+
+Log read_guideway_log(const std::string& path) {
+  Log log = read_log(path);
+  if (axis_is_rotary()) {
+    throw InputError(printable(path) +
+                     ": is of a rotary axis; the experiments of the papers are on guideways, give a log with "
+                     "position_m and force_N");
+  }
+  return log;
+}
 
 void prefix_errors(const std::string& source, const std::function<void()>& work) {
   try {

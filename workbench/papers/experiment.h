@@ -6,7 +6,8 @@
 #include <vector>
 
 #include "workbench/console/progress.h"
-#include "workbench/papers/result.h"
+#include "workbench/log/log.h"
+#include "workbench/report/experiment_result.h"
 
 namespace slipstack::workbench {
 
@@ -23,6 +24,9 @@ struct ExperimentOutputs {
 void run_experiment(const std::string& command_line, const ExperimentOutputs& outputs,
                     const std::vector<std::string>& inputs,
                     const std::function<ExperimentResult(Progress&)>& work);
+
+/// Reads a log of a guideway. Throws InputError where the log is of a rotary axis.
+Log read_guideway_log(const std::string& path);
 
 /// Runs `work`; a std::invalid_argument becomes an InputError whose line begins with `source`, status 2.
 void prefix_errors(const std::string& source, const std::function<void()>& work);

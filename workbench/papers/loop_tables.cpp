@@ -25,7 +25,7 @@ double largest_amplitude(const std::vector<LoopSeries>& series) {
 }  // namespace
 
 std::vector<AveragedLoop> loops_of_log(const std::string& path) {
-  const Log log = read_log(path);
+  const Log log = read_guideway_log(path);
   std::vector<AveragedLoop> loops;
   prefix_errors(path, [&] { loops = averaged_loops(log.position_m, log.force_N); });
   return loops;

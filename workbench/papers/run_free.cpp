@@ -69,12 +69,7 @@ ExperimentResult free_result(const sim::ExperimentSetup& setup, const sim::FreeR
     result.summary.push_back({"energy_imbalance", std::fabs(found.imbalance_J) / found.start_energy_J});
   }
   result.tables.push_back(turning_points_table(found, unit));
-  result.charts.push_back({"Free response",
-                           {"Time", "ms", 1e3, false},
-                           {"Position", unit.label, unit.per_si, false},
-                           found.time_s,
-                           {{"position", found.position_m, {}, "measured", false}},
-                           false});
+  result.charts.push_back(motion_chart("Free response", found.time_s, found.position_m, unit));
   return result;
 }
 

@@ -110,7 +110,7 @@ ExperimentTable damping_table(const PolygonCurve& measured, const PolygonCurve& 
 }
 
 ExperimentResult guideway_result(const GuidewayOptions& wanted) {
-  const Log log = read_log(wanted.log);
+  const Log log = read_guideway_log(wanted.log);
   const BallContact from = measured_contact(log, wanted.from);
   const BallContact to = wanted_contact(from, wanted.to);
   ExperimentResult result;

@@ -158,7 +158,7 @@ ExperimentResult simulated(const sim::ExperimentSetup& setup, Progress& progress
 
 ExperimentResult measured(const std::string& path, Progress& progress) {
   progress.show("read the log");
-  const Measurement measurement(read_log(path));
+  const Measurement measurement(read_guideway_log(path));
   FrictionData data;
   data.motion = {measurement.tick_s(), measurement.position_m(), measurement.velocity_mps()};
   data.force_N = measurement.force_N();

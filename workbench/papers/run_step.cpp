@@ -51,12 +51,8 @@ ExperimentResult step_result(const sim::ExperimentSetup& setup, const sim::StepR
                           or_none(point.frequency_Hz), or_none(point.damping_ratio)});
   }
   result.tables.push_back(std::move(table));
-  result.charts.push_back({fmt::format("Response to a step of {:g} N", found.force_N),
-                           {"Time", "ms", 1e3, false},
-                           {"Position", unit.label, unit.per_si, false},
-                           found.time_s,
-                           {{"position", found.position_m, {}, "measured", false}},
-                           false});
+  result.charts.push_back(motion_chart(fmt::format("Response to a step of {:g} N", found.force_N),
+                                       found.time_s, found.position_m, unit));
   return result;
 }
 

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "workbench/base/axis_units.h"
 #include "workbench/base/text.h"
 #include "workbench/console/output.h"
 
@@ -31,8 +32,9 @@ AxisLimits replaced(AxisLimits limits, const GivenLimits& given,
   if (given.contains("current")) {
     if (!motor_constant_N_per_A) {
       throw UsageError(
-          "--limits: current says nothing without a motor constant; give a log with the line "
-          "'# motor_constant_N_per_A: value', or force= instead");
+          fmt::format("--limits: current says nothing without a motor constant; give a log with the line "
+                      "'# {}: value', or force= instead",
+                      axis_key("motor_constant_N_per_A")));
     }
     const double force_N = given.at("current")[0] * *motor_constant_N_per_A;
     limits.force_N = limits.force_N > 0.0 ? std::min(limits.force_N, force_N) : force_N;

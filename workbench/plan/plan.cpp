@@ -6,6 +6,7 @@
 #include <random>
 #include <stdexcept>
 
+#include "workbench/base/axis_units.h"
 #include "workbench/estimate/terms/shape_ranges.h"
 #include "workbench/estimate/uncertainty/noise_floor.h"
 #include "workbench/plan/sequence.h"
@@ -21,7 +22,7 @@ constexpr double kPresliding_m = 20e-6;  ///< assumed where the model has no hys
 /// Travel over which the hysteresis of a model reaches nine tenths of its level.
 double presliding_of(const Terms& terms) {
   const Term* hysteresis = find_role(terms, Role::hysteresis);
-  if (hysteresis == nullptr) return kPresliding_m;
+  if (hysteresis == nullptr) return axis_length(kPresliding_m);
   double level_N = 0.0;
   for (std::size_t i = 0; i < hysteresis->gains.size(); ++i) {
     level_N += hysteresis->gains[i] * hysteresis->shapes[i];
@@ -35,7 +36,7 @@ double presliding_of(const Terms& terms) {
     reached_N += hysteresis->gains[i] * hysteresis->shapes[i];
     if (reached_N >= 0.9 * level_N && hysteresis->shapes[i] > 0.0) return hysteresis->shapes[i];
   }
-  return kPresliding_m;
+  return axis_length(kPresliding_m);
 }
 
 Terms with(Terms terms, const Terms& more) {

@@ -38,13 +38,9 @@ std::string addition_text(const Measurement& measurement, const AdditionResult& 
 }
 
 json addition_json(const Measurement& measurement, const AdditionResult& result) {
-  json data = quality_json(measurement, result.after, result.noise_floor_N);
-  data["log"] = result.log;
-  data["model"] = result.model_path;
+  json data = written_model_json(measurement, result.after, result.noise_floor_N,
+                                 {result.log, result.model_path, result.model, result.logs});
   data["added"] = result.effect;
-  data["hash"] = hash_text(result.model);
-  if (!result.logs.empty()) data["logs"] = logs_json(result.logs);
-  if (!result.model.target_user_effects.empty()) data["user_effects"] = user_effects_json(result.model);
   data["history"] = history_json(result.model);
   data["before"] = {{"train_rmse_N", number_json(result.before.train_rmse_N)},
                     {"holdout_rmse_N", number_json(result.before.holdout_rmse_N)},

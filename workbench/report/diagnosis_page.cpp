@@ -10,6 +10,7 @@
 #include "workbench/report/diagnosis_result.h"
 #include "workbench/report/fit_quality.h"
 #include "workbench/report/json_values.h"
+#include "workbench/report/measurement_notes.h"
 #include "workbench/report/model_notes.h"
 #include "workbench/report/page/sections.h"
 #include "workbench/report/parameters.h"
@@ -89,7 +90,9 @@ json diagnosis_page(const DiagnosisRequest& request, const Measurement& measurem
                                                 : diagnosis.best;
   const Headline headline = headline_of(found, name);
   json page = report_base(request.command_line, request.log, "diagnose");
-  page["verdict"] = {{"kind", found["verdict"]}, {"headline", headline.line}, {"detail", headline.detail}};
+  page["verdict"] = {{"kind", found["verdict"]},
+                     {"headline", headline.line},
+                     {"detail", warning_sentences(result.warnings) + headline.detail}};
   page["figures"] = figures_of(found, missing ? &shown : nullptr);
   if (missing) {
     const std::size_t drawn = std::min(request.stepwise ? diagnosis.steps.size() : 2, diagnosis.steps.size());

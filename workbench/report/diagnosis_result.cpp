@@ -80,12 +80,16 @@ void add_limits(json& result, const DiagnosisRequest& request, const Diagnosis& 
 
 DiagnosisResult diagnosis_result(const DiagnosisRequest& request, const Measurement& measurement,
                                  const Diagnosis& diagnosis) {
-  DiagnosisResult result{{}, log_results(measurement, diagnosis.explained), next_experiment(diagnosis)};
+  DiagnosisResult result{{},
+                         log_results(measurement, diagnosis.explained),
+                         next_experiment(diagnosis),
+                         input_warnings(measurement)};
   result.json = {{"log", request.log},
                  {"samples", measurement.whole_sample_count()},
                  {"searched_samples", measurement.sample_count()},
                  {"noise", noise_json(measurement)},
                  {"repaired", repairs_json(measurement)},
+                 {"input_warnings", warnings_json(result.warnings)},
                  {"noise_floor_N", number_json(diagnosis.noise_floor_N)},
                  {"baseline_effects", ids_of(diagnosis.baseline.terms)},
                  {"baseline", errors_json(diagnosis.baseline)},

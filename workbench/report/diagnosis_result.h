@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "workbench/diagnose/diagnose.h"
+#include "workbench/estimate/measurement/plausibility.h"
 #include "workbench/model/model.h"
 #include "workbench/plan/next_experiment.h"
 #include "workbench/report/log_results.h"
@@ -26,6 +27,7 @@ struct DiagnosisResult {
   nlohmann::json json;          ///< as `diagnose --stepwise --json` writes it (docs/json.md)
   std::vector<LogResult> logs;  ///< of the final explanation; empty for a single log
   std::optional<NextExperiment> next;
+  std::vector<InputWarning> warnings;
 };
 
 DiagnosisResult diagnosis_result(const DiagnosisRequest& request, const Measurement& measurement,

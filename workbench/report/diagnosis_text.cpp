@@ -112,7 +112,8 @@ std::string diagnosis_text(const DiagnosisRequest& request, const Measurement& m
                            const DiagnosisResult& result) {
   const json& found = result.json;
   const Headline headline = headline_of(found, [](const std::string& id) { return id; });
-  std::string text = headline.line + "\n" + headline.detail + "\n" + candidate_table(found["candidates"]);
+  std::string text = warning_lines(result.warnings) + headline.line + "\n" + headline.detail + "\n" +
+                     candidate_table(found["candidates"]);
   if (request.stepwise) text += step_table(found);
   text += log_table(result.logs);
   text += interval_line(found);

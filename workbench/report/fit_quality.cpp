@@ -7,6 +7,7 @@
 #include "workbench/model/term.h"
 #include "workbench/report/json_values.h"
 #include "workbench/report/measurement_notes.h"
+#include "workbench/report/model_notes.h"
 #include "workbench/report/parameters.h"
 #include "workbench/report/texts.h"
 
@@ -42,6 +43,17 @@ json quality_json(const Measurement& measurement, const FittedModel& fitted, dou
   result["effects"] = ids_of(fitted.terms);
   result["parameters"] = parameters_json(fitted.terms);
   return result;
+}
+
+json written_model_json(const Measurement& measurement, const FittedModel& fitted, double floor_N,
+                        const WrittenModel& written) {
+  json data = quality_json(measurement, fitted, floor_N);
+  data["log"] = written.log;
+  data["model"] = written.path;
+  data["hash"] = hash_text(written.model);
+  if (!written.logs.empty()) data["logs"] = logs_json(written.logs);
+  if (!written.model.target_user_effects.empty()) data["user_effects"] = user_effects_json(written.model);
+  return data;
 }
 
 }  // namespace slipstack::workbench

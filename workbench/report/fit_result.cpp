@@ -37,7 +37,8 @@ std::string forward_line(const FittedModel& fitted) {
 
 std::string fit_text(const Measurement& measurement, const FitResult& result) {
   const FittedModel& fitted = result.fitted;
-  return fmt::format("log        {}\neffects    {}\n", printable(result.log),
+  return warning_lines(result.warnings) +
+         fmt::format("log        {}\neffects    {}\n", printable(result.log),
                      fmt::join(result.effects, ", ")) +
          fmt::format("error      {} held out ({}), {} in sample, {} of the force; noise floor {}\n",
                      newtons(fitted.holdout_rmse_N), interval_text(fitted), newtons(fitted.train_rmse_N),
@@ -48,13 +49,10 @@ std::string fit_text(const Measurement& measurement, const FitResult& result) {
 }
 
 json fit_json(const Measurement& measurement, const FitResult& result) {
-  json data = quality_json(measurement, result.fitted, result.noise_floor_N);
-  data["log"] = result.log;
-  data["model"] = result.model_path;
+  json data = written_model_json(measurement, result.fitted, result.noise_floor_N,
+                                 {result.log, result.model_path, result.model, result.logs});
+  data["input_warnings"] = warnings_json(result.warnings);
   data["outliers"] = result.outliers;
-  data["hash"] = hash_text(result.model);
-  if (!result.logs.empty()) data["logs"] = logs_json(result.logs);
-  if (!result.model.target_user_effects.empty()) data["user_effects"] = user_effects_json(result.model);
   return data;
 }
 
@@ -64,7 +62,7 @@ json fit_page(const Measurement& measurement, const FitResult& result) {
       {"kind", "fit"},
       {"headline", fmt::format("Fitted: {} held-out error, noise floor {}.",
                                newtons(result.fitted.holdout_rmse_N), newtons(result.noise_floor_N))},
-      {"detail", ""}};
+      {"detail", warning_sentences(result.warnings)}};
   page["figures"] = figures_json(result.fitted, result.noise_floor_N);
   page["baseline_effects"] = ids_of(result.fitted.terms);
   page["parameters"] = parameters_json(result.fitted.terms);

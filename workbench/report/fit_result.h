@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "workbench/estimate/measurement/plausibility.h"
 #include "workbench/estimate/nonlinear/fit.h"
 #include "workbench/model/model.h"
 #include "workbench/report/log_results.h"
@@ -24,6 +25,7 @@ struct FitResult {
   double noise_floor_N = 0.0;
   std::vector<LogResult> logs;  ///< empty for a single log
   Model model;
+  std::vector<InputWarning> warnings;
 };
 
 std::string fit_text(const Measurement& measurement, const FitResult& result);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "workbench/base/axis_units.h"
 #include "workbench/base/text.h"
 
 namespace slipstack::workbench {
@@ -18,8 +19,33 @@ double number_of(const json& value) {
   return value.is_number() ? value.get<double>() : std::nan("");
 }
 
+namespace {
+
+/// The same with the names that the axis has for the quantities. The preload of a bearing is a force on any
+/// axis.
+json in_units_of_axis(const json& value) {
+  if (value.is_array()) {
+    json list = json::array();
+    for (const json& item : value) list.push_back(in_units_of_axis(item));
+    return list;
+  }
+  if (!value.is_object()) return value;
+  json object = json::object();
+  for (const auto& [key, item] : value.items()) {
+    object[key == "normal_force_N" ? key : axis_key(key)] = in_units_of_axis(item);
+  }
+  return object;
+}
+
+}  // namespace
+
 std::string json_text(const json& value) {
-  return value.dump(1, ' ', false, json::error_handler_t::replace) + "\n";
+  json published = value;
+  if (axis_is_rotary()) {
+    published = in_units_of_axis(value);
+    published["axis"] = "rotary";
+  }
+  return published.dump(1, ' ', false, json::error_handler_t::replace) + "\n";
 }
 
 json report_base(const std::string& command_line, const std::string& log, const std::string& command) {

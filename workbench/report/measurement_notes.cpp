@@ -23,6 +23,25 @@ const char* noise_method(const Measurement& measurement) {
 
 }  // namespace
 
+std::string warning_lines(const std::vector<InputWarning>& warnings) {
+  std::string text;
+  for (const InputWarning& warning : warnings) text += fmt::format("warning    {}\n", warning.what);
+  return text;
+}
+
+std::string warning_sentences(const std::vector<InputWarning>& warnings) {
+  std::string text;
+  for (const InputWarning& warning : warnings) text += "Check the input: " + warning.what + ". ";
+  return text;
+}
+
+json warnings_json(const std::vector<InputWarning>& warnings) {
+  json list = json::array();
+  for (const InputWarning& warning : warnings)
+    list.push_back({{"kind", warning.kind}, {"what", warning.what}});
+  return list;
+}
+
 std::string noise_line(const Measurement& measurement) {
   return fmt::format(
       "noise      {} in one sample of the force, {}; with the encoder's quantisation, by reading "

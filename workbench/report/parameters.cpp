@@ -7,7 +7,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "workbench/base/axis_units.h"
 #include "workbench/base/quantity.h"
+#include "workbench/model/effects/shape_parameter.h"
 #include "workbench/report/json_values.h"
 
 namespace slipstack::workbench {
@@ -20,7 +22,7 @@ json parameter_json(const char* name, std::size_t index, bool numbered, double v
   return {{"name", numbered ? fmt::format("{} {}", name, index + 1) : std::string(name)},
           {"value", number_json(value)},
           {"standard_error", error > 0.0 ? json(error) : json(nullptr)},
-          {"unit", unit},
+          {"unit", axis_unit(unit)},
           {"note", note}};
 }
 

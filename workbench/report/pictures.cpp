@@ -10,6 +10,7 @@
 #include <string_view>
 #include <utility>
 
+#include "workbench/base/axis_units.h"
 #include "workbench/base/quantity.h"
 #include "workbench/diagnose/evidence/held_out.h"
 #include "workbench/report/json_values.h"
@@ -44,9 +45,10 @@ std::vector<RowRange> find_loops(const Measurement& measurement, const Eigen::Ve
   for (Eigen::Index first = 0; first + window <= position_m.size(); first += window) {
     const auto part = position_m.segment(first, window);
     const double range = part.maxCoeff() - part.minCoeff();
-    if (range > kLargestLoop_m || range < 4.0 * measurement.encoder_resolution_m()) continue;
-    const bool joins = !loops.empty() && loops.back().first + loops.back().count == first &&
-                       std::abs(position_m(first) - position_m(loops.back().first)) < kLargestLoop_m;
+    if (range > axis_length(kLargestLoop_m) || range < 4.0 * measurement.encoder_resolution_m()) continue;
+    const bool joins =
+        !loops.empty() && loops.back().first + loops.back().count == first &&
+        std::abs(position_m(first) - position_m(loops.back().first)) < axis_length(kLargestLoop_m);
     if (joins) {
       loops.back().count += window;
     } else {

@@ -5,6 +5,7 @@
 
 #include <iterator>
 
+#include "workbench/base/axis_units.h"
 #include "workbench/base/text.h"
 #include "workbench/simulate/model_stepper.h"
 
@@ -27,7 +28,8 @@ std::vector<double> differences(const std::vector<double>& values, double rate_H
 std::string to_csv(const SetPoints& points, const std::vector<std::string>& header) {
   std::string text;
   for (const std::string& line : header) text += "# " + printable(line) + "\n";
-  text += "time_s,position_m,velocity_mps,acceleration_mps2\n";
+  text += fmt::format("time_s,{},{},{}\n", axis_key("position_m"), axis_key("velocity_mps"),
+                      axis_key("acceleration_mps2"));
   for (std::size_t i = 0; i < points.size(); ++i) {
     fmt::format_to(std::back_inserter(text), "{:.9g},{:.12f},{:.9g},{:.9g}\n",
                    static_cast<double>(i) / points.rate_Hz, points.position_m[i], points.velocity_mps[i],

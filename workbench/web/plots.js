@@ -49,7 +49,7 @@ function forcePlots(series) {
   const x = {label: `Time (${time.label})`, name: 'Time', unit: time.label};
   const value = (values, unit) => (nonEmpty(values) ? scaled(values, unit.perSi) : []);
   const frame = {gutter: 42, right: 62};
-  const plots = [linePlot(xs, x, [{label: `Force (${force.label})`}], [
+  const plots = [linePlot(xs, x, [{label: `${forceName()} (${force.label})`}], [
     {name: 'measured', role: 'measured', values: value(series.measured_N, force)},
     {name: 'modelled', role: 'before', values: value(series.model_N, force)},
   ], {...frame, height: 250, paperHeight: 185})];
@@ -86,7 +86,7 @@ function loopPlot(loop) {
   ].filter((entry) => nonEmpty(entry.values));
   return {
     kind: 'xy', height: 330, paperHeight: 240, x: {label: `Displacement (${length.label})`, name: 'Displacement', unit: length.label},
-    y: [{label: `Force (${force.label})`, unit: force.label}], data: [null, ...entries.map((entry) => [xs, scaled(entry.values, force.perSi)])],
+    y: [{label: `${forceName()} (${force.label})`, unit: force.label}], data: [null, ...entries.map((entry) => [xs, scaled(entry.values, force.perSi)])],
     series: entries.map(({values, ...series}) => series),
   };
 }

@@ -9,12 +9,13 @@ const kSteps = {
   's': [[1, 1, 's'], [1e-3, 1e3, 'ms'], [0, 1e6, 'µs']],
   'N/√Hz': [[0.01, 1, 'N/√Hz'], [0, 1e3, 'mN/√Hz']],
 };
+// A rotary axis has other units in the places of these: the page gives them.
 const kSpellings = {'m/s^2': 'm/s²', 'm/s2': 'm/s²'};
 
 // The unit for values up to `magnitude` (SI), and the factor that takes SI values into it.
 function displayUnit(siUnit, magnitude) {
   const unit = kSpellings[siUnit] ?? siUnit ?? '';
-  const steps = kSteps[unit];
+  const steps = (report.units ?? kSteps)[unit] ?? kSteps[unit];
   if (!steps) return {perSi: 1, label: unit};
   const [, perSi, label] = steps.find(([smallest]) => (magnitude > 0 ? magnitude : 1) >= smallest);
   return {perSi, label};
@@ -31,6 +32,8 @@ function magnitude(...arrays) {
   }
   return largest;
 }
+
+const forceName = () => (report.units ? 'Torque' : 'Force');
 
 const scaled = (array, factor) => array && array.map((value) => (value === null ? null : value * factor));
 

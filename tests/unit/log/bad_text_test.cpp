@@ -54,8 +54,8 @@ const BadText kColumns[] = {
     {"NoPosition", usual_columns("time_s,velocity_mps,force_N"),
      "log.csv:1: a position column is missing; add"},
     {"NoForce", usual_columns("time_s,position_m,velocity_mps"), "log.csv:1: a force column is missing; add"},
-    {"UnknownColumn", usual_columns("time_s,position_m,torque_Nm"),
-     "log.csv:1: column 'torque_Nm' is unknown; "},
+    {"UnknownColumn", usual_columns("time_s,position_m,moment_Nm"),
+     "log.csv:1: column 'moment_Nm' is unknown; "},
     {"UnknownUnit", usual_columns("time_s,position_inch,force_N"),
      "log.csv:1: column 'position_inch': unknown unit 'inch'; convert it to one of position_m, position_mm, "
      "position_um, position_counts"},

@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "workbench/base/axis_units.h"
 #include "workbench/base/quantity.h"
 #include "workbench/diagnose/alternatives/lines.h"
 #include "workbench/diagnose/alternatives/places.h"
@@ -86,7 +87,8 @@ constexpr double kAnotherAxis = 5.0;
 std::optional<Structure> mass_of_another_axis(const Measurement& measurement, const Diagnosis& diagnosis) {
   const auto described = [&](std::string description) {
     return Structure{Coordinate::acceleration, reduction_of_all(diagnosis), 0.0,
-                     std::move(description) + ": check mass_kg and the units of time, position and force",
+                     std::move(description) + ": check " + axis_key("mass_kg") +
+                         " and the units of time, position and force",
                      weighted_residual(measurement, diagnosis.baseline)};
   };
   // Some effect then compensates the inertia: a negative payload, a mode of all the mass.

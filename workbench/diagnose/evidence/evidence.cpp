@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "workbench/base/quantity.h"
+#include "workbench/model/effects/shape_parameter.h"
 
 namespace slipstack::workbench {
 namespace {

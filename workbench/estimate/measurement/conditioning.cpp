@@ -41,6 +41,12 @@ double excited_Hz(std::span<const double> force_N, double rate_Hz, double noise_
 /// exponentials of speed) is formed before the common filter and not after.
 constexpr double kMotionBandwidthRatio = 3.0;
 
+/// A log is compared at three instants for each period of the bandwidth, and a fit needs a hundred of them
+/// (checks.cpp). The filters' margins and the burn-in take up to half of a short log, so its bandwidth is not
+/// less than gives this many, even where quantisation then exceeds the noise of a very quiet force.
+constexpr double kLeastInstants = 200.0;
+constexpr double kInstantsPerPeriod = 3.0;
+
 }  // namespace
 
 std::vector<double> motion_taps(double bandwidth_Hz, double rate_Hz) {
@@ -78,7 +84,9 @@ double bandwidth_shown_Hz(const Log& log, const std::vector<LogPart>& parts) {
         std::span(log.force_N).subspan(part.first_sample, part.sample_count);
     excited = std::max(excited, excited_Hz(force_N, rate, part.force_noise_N, highest));
   }
-  const double least = std::min(highest, 0.01 * rate);
+  const double duration_s = static_cast<double>(log.position_m.size()) / rate;
+  const double enough = kLeastInstants / (kInstantsPerPeriod * duration_s);
+  const double least = std::min(highest, std::max(0.01 * rate, enough));
   return std::clamp(std::min(limit, excited), least, highest);
 }
 

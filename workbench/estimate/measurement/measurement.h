@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "firmware/effects/effect.h"
+#include "workbench/base/axis_units.h"
 #include "workbench/estimate/measurement/parts.h"
 #include "workbench/log/log.h"
 #include "workbench/signal/encoder_interpolation.h"
@@ -20,12 +21,14 @@
 
 namespace slipstack::workbench {
 
-/// Longest pre-sliding travel of a rolling guideway that is identified. Chosen.
-inline constexpr double kLongestSlip_m = 2e-3;
+/// Longest pre-sliding travel that is identified; that of a rolling guideway is chosen as 2 mm.
+inline double longest_slip_m() {
+  return axis_length(2e-3);
+}
 
 /// Travel after which the state of the hysteresis is known, for a log with this travel in all.
 inline double burn_in_travel_m(double log_travel_m) {
-  return std::min(2.0 * kLongestSlip_m, 0.95 * log_travel_m);
+  return std::min(2.0 * longest_slip_m(), 0.95 * log_travel_m);
 }
 
 /// Samples at the start of a chunk after which dynamic effects (vibrations, lags) no longer depend on their

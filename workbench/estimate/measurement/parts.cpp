@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "workbench/base/axis_units.h"
 #include "workbench/base/text.h"
 #include "workbench/model/effects/effect_catalogue.h"
 
@@ -28,14 +29,15 @@ void require_one_axis(const Log& first, const Log& other) {
   if (other.mass_kg.has_value() != first.mass_kg.has_value()) {
     const Log& without = other.mass_kg ? first : other;
     const Log& with = other.mass_kg ? other : first;
-    refuse(without, fmt::format("declares no mass_kg, but {} does; add the line to each log, or remove it "
+    refuse(without, fmt::format("declares no {}, but {} does; add the line to each log, or remove it "
                                 "from all",
-                                printable(with.path)));
+                                axis_key("mass_kg"), printable(with.path)));
   }
   if (other.magnet_pitch_m && first.magnet_pitch_m && *other.magnet_pitch_m != *first.magnet_pitch_m) {
-    refuse(other, fmt::format("magnet_pitch_m is {:.6g}, but {:.6g} in {}; logs that are fitted together are "
+    refuse(other, fmt::format("{} is {:.6g}, but {:.6g} in {}; logs that are fitted together are "
                               "of one axis",
-                              *other.magnet_pitch_m, *first.magnet_pitch_m, printable(first.path)));
+                              axis_key("magnet_pitch_m"), *other.magnet_pitch_m, *first.magnet_pitch_m,
+                              printable(first.path)));
   }
 }
 

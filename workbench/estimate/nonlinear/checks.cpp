@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "workbench/base/axis_units.h"
 #include "workbench/base/errors.h"
 #include "workbench/base/text.h"
 #include "workbench/estimate/terms/shape_ranges.h"
@@ -37,8 +38,8 @@ void check_combination(const Measurement& measurement, const std::vector<std::st
   if (has(inertia) && has(added_mass) && !measurement.log().mass_kg) {
     throw UsageError(
         fmt::format("{0} and {1} are one and the same while the mass is not known; add the line "
-                    "'# mass_kg: value' to the log or leave {0} out",
-                    added_mass, inertia));
+                    "'# {2}: value' to the log or leave {0} out",
+                    added_mass, inertia, axis_key("mass_kg")));
   }
   const bool dry = std::any_of(ids.begin(), ids.end(),
                                [](const std::string& id) { return find_effect(id)->acts_as(Acts::dry); });
@@ -85,9 +86,11 @@ void refuse_slow_or_short(const Measurement& measurement) {
                       printable(part.path), count, usable, kLeastInstants,
                       part.repaired.empty() ? "" : part.repaired.back()));
     }
-    throw InputError(fmt::format(
-        "{}: {} samples leave {} instants after filtering, fewer than the {} that a fit needs; record longer",
-        printable(part.path), measurement.log_sample_count(log), count, kLeastInstants));
+    throw InputError(
+        fmt::format("{}: {} samples leave {} instants after filtering to {:.3g} Hz, fewer than the {} that a "
+                    "fit needs; record longer",
+                    printable(part.path), measurement.log_sample_count(log), count,
+                    measurement.bandwidth_Hz(), kLeastInstants));
   }
 }
 

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <string_view>
 
+#include "workbench/base/axis_units.h"
+
 namespace slipstack::workbench {
 namespace {
 
@@ -17,7 +19,7 @@ constexpr int kBins = 256;                 ///< of the stroke, to find places of
 constexpr std::size_t kStrongPlaces = 24;  ///< such places that become candidates
 
 bool is_place(const EffectDescription& effect, const ShapeRange& range) {
-  return std::string_view(effect.shapes[range.index].unit) == "m" && !range.logarithmic;
+  return linear_unit(effect.shapes[range.index].unit) == "m" && !range.logarithmic;
 }
 
 /// Places of the range at which the residual, or the residual times the direction of motion, is strongest:

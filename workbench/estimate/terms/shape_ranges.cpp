@@ -5,6 +5,9 @@
 #include <cmath>
 #include <string_view>
 
+#include "workbench/base/axis_units.h"
+#include "workbench/model/effects/shape_parameter.h"
+
 namespace slipstack::workbench {
 namespace {
 
@@ -16,7 +19,7 @@ double largest_magnitude(const std::vector<double>& values) {
 /// Below this velocity the axis moves less than ten encoder steps in one period of the bandwidth. An effect
 /// of velocity cannot be distinguished from an effect of displacement there.
 double slowest_visible_mps(const Measurement& measurement) {
-  return std::max(1e-6, 10.0 * measurement.encoder_resolution_m() * measurement.bandwidth_Hz());
+  return std::max(axis_length(1e-6), 10.0 * measurement.encoder_resolution_m() * measurement.bandwidth_Hz());
 }
 
 /// Bounds of a shape of a user-defined effect: as declared, or else the range of the log in its unit.
@@ -26,7 +29,7 @@ ShapeRange user_range(const Measurement& measurement, const ShapeSpec& spec, std
     range.logarithmic = range.lower > 0.0 && range.upper > 3.0 * range.lower;
     return range;
   }
-  const std::string_view unit = spec.unit;
+  const std::string unit = linear_unit(spec.unit);
   if (unit == "m") {
     const ValueRange stroke = value_range(measurement.position_m());
     return {index, stroke.low, stroke.high, false, (stroke.high - stroke.low) / 256.0};
@@ -40,7 +43,8 @@ ShapeRange user_range(const Measurement& measurement, const ShapeSpec& spec, std
 /// Intersection of the catalogue's bounds with what the log shows.
 ShapeRange narrowed(const Measurement& measurement, const ShapeSpec& spec, std::size_t index) {
   if (spec.kind == ShapeKind::user_defined) return user_range(measurement, spec, index);
-  ShapeRange range{index, static_cast<double>(spec.lower), static_cast<double>(spec.upper), true};
+  const ShapeBounds bounds = bounds_of(spec);
+  ShapeRange range{index, bounds.lower, bounds.upper, true};
   const auto narrow = [&range](double low, double high) {
     range.lower = std::clamp(low, range.lower, range.upper);
     range.upper = std::clamp(high, range.lower, range.upper);
@@ -156,7 +160,7 @@ std::vector<double> default_shapes(const Measurement& measurement, const EffectD
         }
         // From below the encoder's step to beyond any pre-sliding travel of a rolling guideway, but no
         // further than the travel of this log.
-        const double longest = std::min(stroke.length(), kLongestSlip_m);
+        const double longest = std::min(stroke.length(), longest_slip_m());
         const double step = std::max(measurement.encoder_resolution_m(), 1e-9);
         const double shortest = std::clamp(0.5 * step, longest * 1e-5, longest * 0.1);
         return slip_distances(shortest, longest, effect.shapes.size(), effect.shapes.size());

@@ -2,6 +2,7 @@
 #include "workbench/log/csv/columns.h"
 
 #include <cmath>
+#include <numbers>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,31 +13,50 @@
 namespace slipstack::workbench {
 namespace {
 
+// What a column is of: an axis of any kind, or of one.
+enum class Of { any, linear, rotary };
+
 struct KnownColumn {
   std::string_view quantity_name;
   std::string_view unit;
   Quantity quantity;
-  double divisor;  // dividing by 10ⁿ rounds once, multiplying by 10⁻ⁿ would round twice
+  Of of;
+  double divisor = 1.0;  // dividing by 10ⁿ rounds once, multiplying by 10⁻ⁿ would round twice
+  double factor = 1.0;   // angles
   bool counts = false;
 
   std::string name() const { return std::string(quantity_name) + "_" + std::string(unit); }
 };
 
-constexpr std::array<KnownColumn, 13> kKnownColumns{{
-    {"time", "s", Quantity::kTime, 1.0},
-    {"position", "m", Quantity::kPosition, 1.0},
-    {"position", "mm", Quantity::kPosition, 1e3},
-    {"position", "um", Quantity::kPosition, 1e6},
-    {"position", "counts", Quantity::kPosition, 1.0, true},
-    {"force", "N", Quantity::kForce, 1.0},
-    {"force", "mN", Quantity::kForce, 1e3},
-    {"force", "uN", Quantity::kForce, 1e6},
-    {"current", "A", Quantity::kCurrent, 1.0},
-    {"reference_position", "m", Quantity::kReferencePosition, 1.0},
-    {"velocity", "mps", Quantity::kVelocity, 1.0},
-    {"normal_force", "N", Quantity::kNormalForce, 1.0},
-    {"temperature", "C", Quantity::kTemperature, 1.0},
-}};
+constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr double kRevolution = 2.0 * std::numbers::pi;
+
+constexpr std::array kKnownColumns{
+    KnownColumn{"time", "s", Quantity::kTime, Of::any},
+    KnownColumn{"position", "m", Quantity::kPosition, Of::linear},
+    KnownColumn{"position", "mm", Quantity::kPosition, Of::linear, 1e3},
+    KnownColumn{"position", "um", Quantity::kPosition, Of::linear, 1e6},
+    KnownColumn{"position", "counts", Quantity::kPosition, Of::any, 1.0, 1.0, true},
+    KnownColumn{"position", "rad", Quantity::kPosition, Of::rotary},
+    KnownColumn{"position", "deg", Quantity::kPosition, Of::rotary, 1.0, kDegree},
+    KnownColumn{"position", "rev", Quantity::kPosition, Of::rotary, 1.0, kRevolution},
+    KnownColumn{"force", "N", Quantity::kForce, Of::linear},
+    KnownColumn{"force", "mN", Quantity::kForce, Of::linear, 1e3},
+    KnownColumn{"force", "uN", Quantity::kForce, Of::linear, 1e6},
+    KnownColumn{"torque", "Nm", Quantity::kForce, Of::rotary},
+    KnownColumn{"torque", "mNm", Quantity::kForce, Of::rotary, 1e3},
+    KnownColumn{"current", "A", Quantity::kCurrent, Of::any},
+    KnownColumn{"reference_position", "m", Quantity::kReferencePosition, Of::linear},
+    KnownColumn{"reference_position", "rad", Quantity::kReferencePosition, Of::rotary},
+    KnownColumn{"reference_position", "deg", Quantity::kReferencePosition, Of::rotary, 1.0, kDegree},
+    KnownColumn{"reference_position", "rev", Quantity::kReferencePosition, Of::rotary, 1.0, kRevolution},
+    KnownColumn{"velocity", "mps", Quantity::kVelocity, Of::linear},
+    KnownColumn{"velocity", "radps", Quantity::kVelocity, Of::rotary},
+    KnownColumn{"velocity", "degps", Quantity::kVelocity, Of::rotary, 1.0, kDegree},
+    KnownColumn{"velocity", "revps", Quantity::kVelocity, Of::rotary, 1.0, kRevolution},
+    KnownColumn{"normal_force", "N", Quantity::kNormalForce, Of::any},
+    KnownColumn{"temperature", "C", Quantity::kTemperature, Of::any},
+};
 
 // "position_m, position_mm, ...": the columns of one quantity, or of all.
 std::string known_names(std::string_view quantity_name = {}) {
@@ -72,6 +92,36 @@ const KnownColumn* find_known(std::string_view name) {
                    "; convert it to one of " + known_names(match));
 }
 
+/// The kind of axis that columns and header keys name; the first that names one decides.
+class KindOfAxis {
+ public:
+  explicit KindOfAxis(const RawTable& table) : table_(table) {}
+
+  void take(AxisKind kind, const std::string& name) {
+    if (first_.empty()) {
+      kind_ = kind;
+      first_ = name;
+    }
+    if (kind == kind_) return;
+    const bool rotary = kind == AxisKind::rotary;
+    throw InputError(table_.where_names() + ": " + name + " is of a " + (rotary ? "rotary" : "linear") +
+                     " axis, " + first_ + " of a " + (rotary ? "linear" : "rotary") +
+                     " one; give all of them for one kind of axis");
+  }
+  AxisKind kind() const { return kind_; }
+
+ private:
+  const RawTable& table_;
+  AxisKind kind_ = AxisKind::linear;
+  std::string first_;
+};
+
+/// Angles are shown in the unit of the position's column.
+AngleUnit shown_of(const KnownColumn& position) {
+  if (position.unit == "deg") return AngleUnit::degree;
+  return position.unit == "rev" ? AngleUnit::revolution : AngleUnit::radian;
+}
+
 void require_columns(const RawTable& table, const ColumnPlan& plan) {
   const std::string where = table.where_names();
   std::vector<std::string> names;
@@ -84,8 +134,9 @@ void require_columns(const RawTable& table, const ColumnPlan& plan) {
     throw InputError(where + ": a position column is missing; add one of " + known_names("position") + found);
   }
   if (!plan[Quantity::kForce] && !plan[Quantity::kCurrent]) {
-    throw InputError(where + ": a force column is missing; add one of " + known_names("force") + ", or " +
-                     known_names("current") + " with '# motor_constant_N_per_A: value'" + found);
+    throw InputError(where + ": a force column is missing; add one of " + known_names("force") + ", " +
+                     known_names("torque") + ", or " + known_names("current") +
+                     " with '# motor_constant_N_per_A: value' (rotary: motor_constant_Nm_per_A)" + found);
   }
 }
 
@@ -93,12 +144,12 @@ void require_header_for_columns(const RawTable& table, const ColumnPlan& plan, c
   if (plan[Quantity::kPosition]->counts && !header.encoder_resolution_m) {
     throw InputError(table.where_names() +
                      ": column position_counts needs the encoder's step; add the header line "
-                     "'# encoder_resolution_m: value'");
+                     "'# encoder_resolution_m: value' (rotary: encoder_resolution_rad)");
   }
   if (!plan[Quantity::kForce] && !header.motor_constant_N_per_A) {
     throw InputError(table.where_names() +
                      ": column current_A needs the motor constant; add the header line "
-                     "'# motor_constant_N_per_A: value'");
+                     "'# motor_constant_N_per_A: value' (rotary: motor_constant_Nm_per_A)");
   }
 }
 
@@ -106,6 +157,7 @@ void require_header_for_columns(const RawTable& table, const ColumnPlan& plan, c
 
 ColumnPlan plan_columns(const RawTable& table, const HeaderValues& header) {
   ColumnPlan plan;
+  KindOfAxis axis(table);
   for (std::size_t i = 0; i < table.columns.size(); ++i) {
     const std::string& name = table.columns[i].name;
     const KnownColumn* const known = find_known(name);
@@ -117,8 +169,13 @@ ColumnPlan plan_columns(const RawTable& table, const HeaderValues& header) {
                        (first == name ? " occurs twice; remove one of them"
                                       : " repeats what " + first + " gives; remove one of them"));
     }
-    source = ColumnPlan::Source{i, known->divisor, known->counts};
+    source = ColumnPlan::Source{i, known->divisor, known->factor, known->counts};
+    if (known->of != Of::any)
+      axis.take(known->of == Of::rotary ? AxisKind::rotary : AxisKind::linear, "column " + name);
+    if (known->quantity == Quantity::kPosition) plan.axis.shown = shown_of(*known);
   }
+  for (const auto& [key, kind] : header.kinds) axis.take(kind, "header key " + key);
+  plan.axis.kind = axis.kind();
   require_columns(table, plan);
   require_header_for_columns(table, plan, header);
   return plan;

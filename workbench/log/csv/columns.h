@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <optional>
 
+#include "workbench/base/axis_units.h"
 #include "workbench/log/csv/header.h"
 #include "workbench/log/csv/raw_table.h"
 
@@ -22,11 +23,14 @@ enum class Quantity : std::size_t {
 };
 inline constexpr std::size_t kQuantityCount = 8;
 
-// Which column of a table holds which quantity, and the divisor that converts its numbers to SI units.
+// Which column of a table holds which quantity, and how its numbers become SI units (rad and N m on a rotary
+// axis).
 struct ColumnPlan {
+  AxisUnits axis;
   struct Source {
     std::size_t column = 0;
     double divisor = 1.0;
+    double factor = 1.0;
     bool counts = false;  // encoder counts: to be multiplied by the encoder's resolution
   };
   std::array<std::optional<Source>, kQuantityCount> sources;
@@ -37,7 +41,8 @@ struct ColumnPlan {
 };
 
 // Assigns a quantity to every column of the table. Throws InputError for a missing, unknown or repeated
-// column, an unknown unit, and a header that lacks a value that a column needs. Uses the names only, so that
+// column, an unknown unit, a mix of a linear and a rotary axis, and a header that lacks a value that a column
+// needs. Uses the names only, so that
 // a wrong file is refused before its rows are read.
 ColumnPlan plan_columns(const RawTable& table, const HeaderValues& header);
 

@@ -23,7 +23,7 @@ constexpr std::size_t kMaximumRows = 50'000'000;
 constexpr std::size_t kMaximumColumns = 64;
 
 void refuse_what_is_no_header_row(const std::string& here, std::string_view text,
-                                  const std::vector<std::string_view>& fields) {
+                                  const std::vector<std::string_view>& fields, const char* example) {
   if (text.find('\r') != std::string_view::npos) {
     throw InputError(here + ": lines end in a carriage return alone; save the file with LF or CRLF");
   }
@@ -39,7 +39,8 @@ void refuse_what_is_no_header_row(const std::string& here, std::string_view text
   if (numbers) {
     throw InputError(here +
                      ": numbers where the header row should be; write the column names above them, "
-                     "without '#', e.g. time_s,position_m,force_N");
+                     "without '#', e.g. " +
+                     example);
   }
   if (fields.size() > kMaximumColumns) {
     throw InputError(here + ": " + std::to_string(fields.size()) +
@@ -54,7 +55,11 @@ const char* skip_blanks(const char* position, const char* end) {
 
 }  // namespace
 
-CsvReader::CsvReader(const std::string& name, ByteSource& source) : lines_(name, source) {
+const CsvColumns kLogColumns{"time_s,position_m,force_N",
+                             [](const RawTable& table) { plan_columns(table, read_header_values(table)); }};
+
+CsvReader::CsvReader(const std::string& name, ByteSource& source, const CsvColumns& columns)
+    : columns_(columns), lines_(name, source) {
   table_.source = name;
   read_header();
 }
@@ -82,7 +87,8 @@ void CsvReader::read_header() {
   }
   throw InputError(here() +
                    ": the text ends without a header row; write the column names and the samples, "
-                   "e.g. time_s,position_m,force_N");
+                   "e.g. " +
+                   columns_.example);
 }
 
 void CsvReader::skip(std::size_t count) {
@@ -135,7 +141,7 @@ void CsvReader::take_comment(std::string_view text) {
 void CsvReader::take_names(std::string_view text) {
   table_.names_line = lines_.line_number();
   const std::vector<std::string_view> fields = split_fields(text);
-  refuse_what_is_no_header_row(here(), text, fields);
+  refuse_what_is_no_header_row(here(), text, fields, columns_.example);
   for (const std::string_view field : fields) {
     if (field.empty()) {
       throw InputError(here() + ": column " + std::to_string(table_.columns.size() + 1) +
@@ -143,7 +149,7 @@ void CsvReader::take_names(std::string_view text) {
     }
     table_.columns.push_back({std::string(field), {}, 0.0});
   }
-  plan_columns(table_, read_header_values(table_));
+  columns_.check(table_);
 }
 
 void CsvReader::take_row() {
@@ -204,8 +210,8 @@ void CsvReader::note_oddities() {
   }
 }
 
-RawTable read_csv(const std::string& name, ByteSource& source) {
-  CsvReader reader(name, source);
+RawTable read_csv(const std::string& name, ByteSource& source, const CsvColumns& columns) {
+  CsvReader reader(name, source, columns);
   RawTable table = reader.rows(kMaximumRows);
   const RawTable more = reader.rows(1);
   if (!more.anchors.empty()) {

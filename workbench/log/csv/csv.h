@@ -11,13 +11,23 @@
 
 namespace slipstack::workbench {
 
+// What a file must hold: an example of its header row for messages, and the check of names, units and header
+// values, made before any row is read. It throws InputError.
+struct CsvColumns {
+  const char* example;
+  void (*check)(const RawTable& table);
+};
+
+// The columns of a log (columns.h).
+extern const CsvColumns kLogColumns;
+
 // Reads `# key: value` lines, one header row and rows of finite numbers, separated by commas; blank lines,
-// spaces around fields and comments anywhere are allowed, quotes are not. Names, units and header values are
-// checked when the header row is read (columns.h), rows while they are read. `name` stands for the source in
-// error messages. Throws InputError. Cost: linear in the bytes read; nothing is parsed after the first fault.
+// spaces around fields and comments anywhere are allowed, quotes are not. The columns are checked when the
+// header row is read, rows while they are read. `name` stands for the source in error messages. Throws
+// InputError. Cost: linear in the bytes read; nothing is parsed after the first fault.
 class CsvReader {
  public:
-  CsvReader(const std::string& name, ByteSource& source);
+  CsvReader(const std::string& name, ByteSource& source, const CsvColumns& columns = kLogColumns);
   // Continues at a row: `table` comes from a reader of the same file, `source` starts at
   // `place`.
   CsvReader(const RawTable& table, ByteSource& source, LineReader::Place place);
@@ -43,6 +53,7 @@ class CsvReader {
   [[noreturn]] void refuse_row() const;
   void note_oddities();
 
+  CsvColumns columns_ = kLogColumns;
   LineReader lines_;
   std::string_view line_;
   RawTable table_;
@@ -52,6 +63,6 @@ class CsvReader {
 };
 
 // The whole text at once. More than 50 million rows are refused.
-RawTable read_csv(const std::string& name, ByteSource& source);
+RawTable read_csv(const std::string& name, ByteSource& source, const CsvColumns& columns = kLogColumns);
 
 }  // namespace slipstack::workbench

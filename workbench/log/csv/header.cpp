@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/log/csv/header.h"
 
+#include <algorithm>
 #include <array>
 #include <string>
 #include <string_view>
@@ -14,42 +15,53 @@ namespace {
 enum class Range { kPositive, kNotNegative };
 
 struct KnownKey {
-  std::string_view quantity_name;
-  std::string_view unit;
+  std::string_view name;
+  std::string_view unit;  ///< the end of the name
   Range range;
   std::optional<double> HeaderValues::*value;
+  AxisKind kind;
 
-  std::string name() const { return std::string(quantity_name) + "_" + std::string(unit); }
+  std::string_view quantity() const { return name.substr(0, name.size() - unit.size() - 1); }
 };
 
-constexpr std::array<KnownKey, 4> kKnownKeys{{
-    {"mass", "kg", Range::kNotNegative, &HeaderValues::mass_kg},
-    {"motor_constant", "N_per_A", Range::kPositive, &HeaderValues::motor_constant_N_per_A},
-    {"magnet_pitch", "m", Range::kPositive, &HeaderValues::magnet_pitch_m},
-    {"encoder_resolution", "m", Range::kPositive, &HeaderValues::encoder_resolution_m},
+constexpr std::array<KnownKey, 8> kKnownKeys{{
+    {"mass_kg", "kg", Range::kNotNegative, &HeaderValues::mass_kg, AxisKind::linear},
+    {"motor_constant_N_per_A", "N_per_A", Range::kPositive, &HeaderValues::motor_constant_N_per_A,
+     AxisKind::linear},
+    {"magnet_pitch_m", "m", Range::kPositive, &HeaderValues::magnet_pitch_m, AxisKind::linear},
+    {"encoder_resolution_m", "m", Range::kPositive, &HeaderValues::encoder_resolution_m, AxisKind::linear},
+    {"inertia_kg_m2", "kg_m2", Range::kNotNegative, &HeaderValues::mass_kg, AxisKind::rotary},
+    {"motor_constant_Nm_per_A", "Nm_per_A", Range::kPositive, &HeaderValues::motor_constant_N_per_A,
+     AxisKind::rotary},
+    {"magnet_pitch_rad", "rad", Range::kPositive, &HeaderValues::magnet_pitch_m, AxisKind::rotary},
+    {"encoder_resolution_rad", "rad", Range::kPositive, &HeaderValues::encoder_resolution_m,
+     AxisKind::rotary},
 }};
 
 // Units that are refused. Any other ending (`mass_note`) makes a key of the user's own.
-constexpr std::array<std::string_view, 18> kOtherUnits{
-    "g",  "mg", "t",    "lb",     "kg",    "m",        "cm",       "mm",       "um",
-    "nm", "in", "inch", "counts", "per_A", "mN_per_A", "N_per_mA", "Nm_per_A", "lbf_per_A"};
+constexpr std::array<std::string_view, 22> kOtherUnits{
+    "g",    "mg",     "t",   "lb",  "kg",   "m",      "cm",    "mm",       "um",       "nm",    "in",
+    "inch", "counts", "deg", "rev", "kg_m", "kg_cm2", "per_A", "mN_per_A", "N_per_mA", "g_cm2", "lbf_per_A"};
 
 // Otherwise a key such as magnet_pitch_mm would be kept as a remark and its value silently ignored.
 void refuse_other_unit(const RawTable& table, const std::string& key, const RawTable::HeaderEntry& entry) {
+  const auto is_known = [&](const KnownKey& known) { return key == known.name; };
+  if (std::any_of(kKnownKeys.begin(), kKnownKeys.end(), is_known)) return;
+  const std::string where = table.where_line(entry.line) + ": header key " + in_quotes(key);
   for (const KnownKey& known : kKnownKeys) {
-    if (key == known.name()) return;
-    const std::string where = table.where_line(entry.line) + ": header key " + in_quotes(key);
-    if (key == known.quantity_name) throw InputError(where + " names no unit; write " + known.name());
+    const std::string quantity(known.quantity());
+    if (key == quantity) throw InputError(where + " names no unit; write " + std::string(known.name));
     for (const std::string_view unit : kOtherUnits) {
-      if (key == std::string(known.quantity_name) + "_" + std::string(unit)) {
-        throw InputError(where + ": unknown unit " + in_quotes(unit) + "; convert it to " + known.name());
-      }
+      const bool angle = unit == "deg" || unit == "rev";
+      if (key != quantity + "_" + std::string(unit) || (angle && known.kind == AxisKind::linear)) continue;
+      throw InputError(where + ": unknown unit " + in_quotes(unit) + "; convert it to " +
+                       std::string(known.name));
     }
   }
 }
 
 double read_header_number(const RawTable& table, const KnownKey& known, const RawTable::HeaderEntry& entry) {
-  const std::string where = table.where_line(entry.line) + ": header key " + known.name();
+  const std::string where = table.where_line(entry.line) + ": header key " + std::string(known.name);
   const std::string fault = number_fault(entry.value);
   if (!fault.empty()) {
     throw InputError(where + ": " + fault + "; write a decimal number or remove the line");
@@ -72,8 +84,10 @@ HeaderValues read_header_values(const RawTable& table) {
   HeaderValues values;
   for (const auto& [key, entry] : table.header) refuse_other_unit(table, key, entry);
   for (const KnownKey& known : kKnownKeys) {
-    const auto entry = table.header.find(known.name());
-    if (entry != table.header.end()) values.*known.value = read_header_number(table, known, entry->second);
+    const auto entry = table.header.find(std::string(known.name));
+    if (entry == table.header.end()) continue;
+    values.*known.value = read_header_number(table, known, entry->second);
+    values.kinds.emplace_back(known.name, known.kind);
   }
   const auto sampling = table.header.find("sampling");
   if (sampling != table.header.end()) {

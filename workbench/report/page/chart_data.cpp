@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "workbench/base/axis_units.h"
+#include "workbench/base/quantity.h"
 #include "workbench/report/page/json_access.h"
 #include "workbench/report/page/sections.h"
 
@@ -81,6 +83,17 @@ void append_value(std::string& out, const json& value, int digits) {
   }
 }
 
+/// The display units of the charts on a rotary axis, as units.js has them for a linear one.
+json rotary_units() {
+  json units = json::object();
+  for (const char* si_unit : {"N", "m", "m/s", "m/s²", "N/√Hz"}) {
+    for (const UnitStep& step : unit_steps(si_unit)) {
+      units[si_unit].push_back({step.smallest, step.unit.per_si, step.unit.label});
+    }
+  }
+  return units;
+}
+
 }  // namespace
 
 std::string after_label(const json& data) {
@@ -119,6 +132,10 @@ std::string chart_data_json(const json& data) {
   append_value(out, member(member(data, "figures"), "noise_floor_N"), kValueDigits);
   out += ",\"after_label\":";
   append_string(out, after_label(data));
+  if (axis_is_rotary()) {
+    out += ",\"units\":";
+    append_value(out, rotary_units(), kCoordinateDigits);
+  }
   return out + "}";
 }
 

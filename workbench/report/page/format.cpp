@@ -35,8 +35,11 @@ std::string escape_html(std::string_view text) {
 }
 
 std::string prose_html(std::string_view text) {
-  static constexpr std::array<std::string_view, 6> kBare = {"N", "m", "s", "A", "m/s", "Hz"};
-  static constexpr std::array<std::string_view, 4> kWhole = {"%", "kg", "degrees", "N/A"};
+  static constexpr std::array<std::string_view, 8> kBare = {"N", "m", "s", "A", "m/s", "Hz", "rad", "rad/s"};
+  static constexpr std::array<std::string_view, 8> kWhole = {"%",   "kg",  "degrees", "N/A",
+                                                             "deg", "rev", "deg/s",   "rev/s"};
+  // The rest of a unit in several words: "N s/m", "N m", "kg m2".
+  static constexpr std::array<std::string_view, 6> kFurther = {"s/m", "m", "s/rad", "m/rad", "s", "m2"};
   const std::string plain = escape_html(text);
   const auto is_unit = [](std::string_view word) {
     if (std::ranges::find(kWhole, word) != kWhole.end() || std::ranges::find(kBare, word) != kBare.end())
@@ -46,19 +49,20 @@ std::string prose_html(std::string_view text) {
   };
   std::string out;
   out.reserve(plain.size() + plain.size() / 8);
-  bool after_number = false;  // the word before was a unit after a number; the unit may continue ("N s/m")
+  bool after_number = false;  // the word before was a unit after a number; the unit may continue
   for (std::size_t at = 0; at < plain.size();) {
     const std::size_t end = std::min(plain.find_first_of(" ,.;:()\n", at + 1), plain.size());
     const bool digit_before = at > 0 && plain[at - 1] >= '0' && plain[at - 1] <= '9';
     const std::string word = plain[at] == ' ' ? plain.substr(at + 1, end - at - 1) : "";
     const bool unit = digit_before && is_unit(word);
-    if (unit || (after_number && word == "s/m")) {
+    const bool further = after_number && std::ranges::find(kFurther, word) != kFurther.end();
+    if (unit || further) {
       out += "\u00a0";
       out += word.size() > 1 && word[0] == 'u' ? "\u00b5" + word.substr(1) : word;
     } else {
       out.append(plain, at, end - at);
     }
-    after_number = unit;
+    after_number = unit || further;
     at = end;
   }
   return out;

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "workbench/base/axis_units.h"
 #include "workbench/report/page/chart_data.h"
 #include "workbench/report/page/format.h"
 #include "workbench/report/page/json_access.h"
@@ -21,19 +22,20 @@ std::string entry(const std::string& term, const std::string& value_html) {
   return "<div><dt>" + escape_html(term) + "</dt><dd>" + value_html + "</dd></div>";
 }
 
-/// The name of a header key of the log, and its SI unit.
+/// The name of a header key of the log, and its SI unit; on a rotary axis `rotary_name`.
 struct HeaderField {
   const char* key;
   const char* name;
+  const char* rotary_name;
   const char* si_unit;
   int digits;
 };
 constexpr std::array<HeaderField, 5> kHeaderFields = {{
-    {"mass_kg", "Moving mass", "kg", 4},
-    {"magnet_pitch_m", "Magnet pitch", "m", 4},
-    {"encoder_resolution_m", "Encoder step", "m", 3},
-    {"motor_constant_N_per_A", "Motor constant", "N/A", 4},
-    {"normal_force_N", "Normal force", "N", 4},
+    {"mass_kg", "Moving mass", "Moment of inertia", "kg", 4},
+    {"magnet_pitch_m", "Magnet pitch", "Magnet pitch", "m", 4},
+    {"encoder_resolution_m", "Encoder step", "Encoder step", "m", 3},
+    {"motor_constant_N_per_A", "Motor constant", "Motor constant", "N/A", 4},
+    {"normal_force_N", "Normal force", "Normal force", "N", 4},
 }};
 
 /// A key figure: a number in large type, and its line style in the charts.
@@ -152,7 +154,8 @@ std::string masthead_html(const json& data) {
   }
   for (const HeaderField& field : kHeaderFields) {
     if (const auto value = number_at(member(data, "header"), field.key)) {
-      strip += entry(field.name, with_unit(*value, field.si_unit, field.digits));
+      strip += entry(axis_is_rotary() ? field.rotary_name : field.name,
+                     with_unit(*value, field.si_unit, field.digits));
     }
   }
   const std::string title = text_at(data, "title");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/papers/result.h"
+#include "workbench/report/experiment_result.h"
 
 #include <fmt/format.h>
 
@@ -163,6 +163,16 @@ DisplayUnit length_unit(double magnitude_m) {
 
 std::string palette_role(std::size_t index) {
   return fmt::format("curve{}", index % 8 + 1);
+}
+
+ExperimentChart motion_chart(const std::string& title, const std::vector<double>& time_s,
+                             const std::vector<double>& position_m, const DisplayUnit& unit) {
+  return {title,
+          {"Time", "ms", 1e3, false},
+          {"Position", unit.label, unit.per_si, false},
+          time_s,
+          {{"position", position_m, {}, "measured", false}},
+          false};
 }
 
 std::string result_text(const ExperimentResult& result) {

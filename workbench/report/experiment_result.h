@@ -90,6 +90,10 @@ struct ExperimentResult {
 /// lengths of pre-rolling are read in µm down to a tenth, as [2] prints them.
 DisplayUnit length_unit(double magnitude_m);
 
+/// A measured or simulated motion over the time in ms.
+ExperimentChart motion_chart(const std::string& title, const std::vector<double>& time_s,
+                             const std::vector<double>& position_m, const DisplayUnit& unit);
+
 /// Headline and aligned tables for a terminal.
 std::string result_text(const ExperimentResult& result);
 

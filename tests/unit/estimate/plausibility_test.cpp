@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/estimate/measurement/plausibility.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <iostream>
+#include <map>
+#include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tests/unit/estimate/simulated_axis.h"
+#include "workbench/base/axis_units.h"
+
+// Logs that are spoiled on purpose are recognised; the same logs as they were are not called so. The axes and
+// the effects that they hide are drawn by the plant, which knows nothing of the criteria.
+namespace slipstack::workbench {
+namespace {
+
+constexpr std::uint64_t kSeeds = 12;
+constexpr double kRadius_m = 0.05;
+
+Log drawn(sim::Setup setup, std::uint64_t seed) {
+  sim::Bench bench = sim::draw_bench(setup, seed);
+  bench.rate_Hz = 1000.0;
+  const sim::MotionProgramme programme = sim::draw_programme(bench, seed);
+  // None, one, two or three effects beside mass and hysteresis.
+  sim::add_effects(bench.axis, sim::draw_effect_ids(seed % 4, seed), programme, bench.rate_Hz, 0.0, seed);
+  return test::log_of(bench.axis, sim::simulate_log(bench.axis, programme, bench.rate_Hz, seed));
+}
+
+void scale(std::vector<double>& values, double factor) {
+  for (double& value : values) value *= factor;
+}
+
+/// The log of a shaft that moves like the carriage at a radius.
+Log turned(Log log) {
+  scale(log.position_m, 1.0 / kRadius_m);
+  scale(log.force_N, kRadius_m);
+  log.mass_kg = *log.mass_kg * kRadius_m * kRadius_m;
+  if (log.encoder_resolution_m) log.encoder_resolution_m = *log.encoder_resolution_m / kRadius_m;
+  return log;
+}
+
+std::string kinds_in(const Log& log) {
+  std::string kinds;
+  for (const InputWarning& warning : input_warnings(Measurement(log))) {
+    kinds += (kinds.empty() ? "" : ",") + warning.kind;
+  }
+  return kinds;
+}
+
+struct Fault {
+  const char* name;
+  const char* kind;  ///< of the warning; "": none is due
+  AxisKind axis;
+  std::function<void(Log&)> spoil;
+  double least;  ///< share of the logs in which it is recognised
+};
+
+void reverse(Log& log) {
+  scale(log.force_N, -1.0);
+}
+void scale_position(Log& log, double factor) {
+  scale(log.position_m, factor);
+  if (log.encoder_resolution_m) log.encoder_resolution_m = *log.encoder_resolution_m * factor;
+}
+
+const Fault kFaults[] = {
+    {"as recorded", "", AxisKind::linear, [](Log&) {}, 1.0},
+    {"force reversed", "force_sign", AxisKind::linear, reverse, 0.9},
+    {"position reversed", "force_sign", AxisKind::linear, [](Log& log) { scale(log.position_m, -1.0); }, 0.9},
+    {"force without sign", "force_unsigned", AxisKind::linear,
+     [](Log& log) {
+       for (double& force : log.force_N) force = std::abs(force);
+     },
+     0.6},
+    {"mN as N", "units", AxisKind::linear, [](Log& log) { scale(log.force_N, 1e3); }, 0.75},
+    {"mm as m", "units", AxisKind::linear, [](Log& log) { scale_position(log, 1e3); }, 0.9},
+    {"mm as m, no mass", "units", AxisKind::linear,
+     [](Log& log) {
+       scale_position(log, 1e3);
+       log.mass_kg.reset();
+     },
+     0.9},
+    {"reversed, no mass", "force_sign", AxisKind::linear,
+     [](Log& log) {
+       reverse(log);
+       log.mass_kg.reset();
+     },
+     0.9},
+    {"turned", "", AxisKind::rotary, [](Log&) {}, 1.0},
+    {"turned, torque reversed", "force_sign", AxisKind::rotary, reverse, 0.9},
+    {"turned, degrees as rad", "units", AxisKind::rotary,
+     [](Log& log) { scale_position(log, 180.0 / std::numbers::pi); }, 0.75},
+};
+
+TEST(Plausibility, SpoiledLogsAreRecognisedAndOthersAreNot) {
+  std::map<std::string, int> right;
+  int logs = 0;
+  for (const sim::Setup setup : {sim::Setup::kPickAndPlace, sim::Setup::kRandom}) {
+    for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+      const Log log = drawn(setup, seed);
+      ++logs;
+      for (const Fault& fault : kFaults) {
+        forget_axis();
+        use_axis({fault.axis, AngleUnit::radian}, "test");
+        Log spoiled = fault.axis == AxisKind::rotary ? turned(log) : log;
+        fault.spoil(spoiled);
+        const std::string kinds = kinds_in(spoiled);
+        right[fault.name] += kinds == fault.kind ? 1 : 0;
+        // A fault that is not seen is passed over in silence; another one is never made up.
+        EXPECT_TRUE(kinds.empty() || kinds == fault.kind)
+            << fault.name << ", set-up " << static_cast<int>(setup) << ", seed " << seed << ": " << kinds;
+      }
+    }
+  }
+  forget_axis();
+  for (const Fault& fault : kFaults) {
+    const double share = static_cast<double>(right[fault.name]) / logs;
+    std::cout << fault.name << ": " << right[fault.name] << " of " << logs << "\n";
+    EXPECT_GE(share, fault.least) << fault.name;
+  }
+}
+
+}  // namespace
+}  // namespace slipstack::workbench

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/model/effects/shape_parameter.h"
+
+#include <fmt/format.h>
+
+#include "workbench/base/axis_units.h"
+#include "workbench/base/quantity.h"
+
+namespace slipstack::workbench {
+
+ShapeBounds bounds_of(const ShapeSpec& shape) {
+  ShapeBounds bounds{static_cast<double>(shape.lower), static_cast<double>(shape.upper)};
+  const bool length = shape.kind != ShapeKind::user_defined && power_of_length(shape.unit) > 0;
+  if (!length) return bounds;
+  bounds.upper = axis_length(bounds.upper);
+  if (bounds.lower < 0.0) bounds.lower = axis_length(bounds.lower);
+  return bounds;
+}
+
+std::string shape_value(const ShapeSpec& shape, double value, int significant) {
+  const bool is_exponent = shape.kind == ShapeKind::exponent || shape.kind == ShapeKind::nominal_exponent;
+  return is_exponent ? fmt::format("{:.{}g}", value, significant) : quantity(value, shape.unit, significant);
+}
+
+}  // namespace slipstack::workbench
