@@ -23,7 +23,6 @@ WRONG = {
     "empty log": (["diagnose", ""], ["LOG", "empty"]),
     "compare without a model": (["compare", "good.csv"], ["--model is required"]),
     "fit without effects": (["fit", "good.csv", "--model", "new.toml"], ["--effects is required"]),
-    "fit without a model": (["fit", "good.csv", "--effects", "inertia"], ["--model is required"]),
     "add without a place": (ADD[:4] + ["--effect", "viscous"], ["--out is required"]),
     "add without an effect": (ADD[:-1], ["--effect is required"]),
     "unknown effect to fit": (FIT + ["inertia,magic"], ["unknown effect 'magic'", "known: inertia, "]),

@@ -23,7 +23,8 @@ const std::vector<std::string> kLogs{"hidden_effect/blind_1.csv", "hidden_effect
 /// Friction, inertia where the log declares no mass of zero, and further effects.
 Terms model_of(const Measurement& measurement, const std::vector<const EffectDescription*>& further) {
   Terms terms;
-  for (const std::string& id : default_baseline()) terms.push_back(term_for_log(measurement, *find_effect(id)));
+  for (const std::string& id : default_baseline())
+    terms.push_back(term_for_log(measurement, *find_effect(id)));
   for (const EffectDescription* effect : further) {
     if (!contains(terms, effect->text.id)) terms.push_back(term_for_log(measurement, *effect));
   }
@@ -59,9 +60,8 @@ TEST_P(StatedErrors, AreThoseOfTheModel) {
   for (const auto& [one, other] : pairs_of(GetParam())) {
     FittedModel fitted = fit_gains(measurement, model_of(measurement, {one, other}));
     judge_on_unseen_data(measurement, fitted);
-    const Eigen::VectorXd left_N =
-        measurement.force_N(measurement_dynamics_of(fitted.terms)) -
-        measurement.filtered(evaluate_force(measurement, fitted.terms).force_N);
+    const Eigen::VectorXd left_N = measurement.force_N(measurement_dynamics_of(fitted.terms)) -
+                                   measurement.filtered(evaluate_force(measurement, fitted.terms).force_N);
     const std::string names = one->id() + " and " + other->id();
     EXPECT_NEAR(measurement.weighted_rms(left_N), fitted.train_rmse_N, 0.001 * fitted.train_rmse_N) << names;
     // Where shapes were not searched: a fold may find better ones than the middle of their ranges.

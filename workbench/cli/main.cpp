@@ -102,7 +102,7 @@ void define_fit(CLI::App& app, Options& options) {
   add_log(*fit, options);
   add_text(*fit, "--effects", options.effects, "A,B,..", "effects, separated by commas")->required();
   add_user_effects(*fit, options, "fit also a user-defined effect");
-  add_text(*fit, "--model", options.model, "FILE", "model file to write")->required();
+  add_text(*fit, "--model", options.model, "FILE", "model file to write (without: the fit is shown only)");
   add_outputs(*fit, options);
   fit->footer(effect_list());
   fit->callback([&options] { run_fit(options); });
@@ -111,8 +111,9 @@ void define_fit(CLI::App& app, Options& options) {
 void define_diagnose(CLI::App& app, Options& options) {
   CLI::App* diagnose = app.add_subcommand("diagnose", "Name the physical effect that a model lacks");
   add_log(*diagnose, options);
-  CLI::Option* effects = add_text(*diagnose, "--effects", options.effects, "A,B,..",
-                                  "baseline (default: " + default_baseline_list() + ")");
+  CLI::Option* effects =
+      add_text(*diagnose, "--effects,--baseline", options.effects, "A,B,..",
+               "baseline; auto: chosen by the log (default: " + default_baseline_list() + ")");
   add_text(*diagnose, "--model", options.model, "FILE", "baseline: the effects of this model, fitted again")
       ->excludes(effects);
   add_user_effects(*diagnose, options, "try also a user-defined effect");

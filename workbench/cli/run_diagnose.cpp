@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
 #include "workbench/cli/commands.h"
 #include "workbench/cli/inputs.h"
+#include "workbench/diagnose/baseline.h"
 #include "workbench/diagnose/diagnose.h"
 #include "workbench/model/effects/effect_registry.h"
 #include "workbench/model/model.h"
@@ -9,6 +12,9 @@
 #include "workbench/report/page/html.h"
 
 namespace slipstack::workbench {
+
+/// --baseline that leaves the choice to the program.
+constexpr const char* kAutomatic = "auto";
 
 void run_diagnose(const Options& options) {
   DiagnoseOptions wanted;
@@ -20,7 +26,9 @@ void run_diagnose(const Options& options) {
   outputs.claim(options.json);
   Model model;
   if (options.model.empty()) {
-    wanted.baseline = options.effects.empty() ? default_baseline() : parse_effects(options.effects);
+    if (options.effects != kAutomatic) {
+      wanted.baseline = options.effects.empty() ? default_baseline() : parse_effects(options.effects);
+    }
   } else {
     model = read_model(options.model);
     wanted.baseline = ids_of(model.terms);
@@ -31,17 +39,23 @@ void run_diagnose(const Options& options) {
     progress.show(stage, fraction);
   };
   LogSearch logs(log_request(options), progress);
+  std::string baseline = options.effects;
+  if (options.effects == kAutomatic) {
+    progress.show("choose the baseline");
+    wanted.baseline = chosen_baseline(logs.measurement());
+    baseline = fmt::format("{}", fmt::join(wanted.baseline, ","));
+  }
   const Diagnosis diagnosis = logs.diagnose(wanted);
   const Measurement& measurement = logs.measurement();
 
   const DiagnosisRequest request{
-      options.command_line, options.log, {options.logs, options.model, options.effects}, options.stepwise};
+      options.command_line, options.log, {options.logs, options.model, baseline}, options.stepwise};
   const DiagnosisResult result = diagnosis_result(request, measurement, diagnosis);
   if (!options.report.empty()) {
     progress.show("write the report");
-    const Model* const baseline = options.model.empty() ? nullptr : &model;
+    const Model* const start = options.model.empty() ? nullptr : &model;
     outputs.set(options.report,
-                render_report(diagnosis_page(request, measurement, diagnosis, result, baseline)));
+                render_report(diagnosis_page(request, measurement, diagnosis, result, start)));
   }
   outputs.set(options.json, json_text(published_json(request, result)));
   progress.finish();

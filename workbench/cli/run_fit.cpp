@@ -70,7 +70,7 @@ void run_fit(const Options& options) {
   result.model.history = {
       change_of(options.log, ids, 0.0, result.fitted.holdout_rmse_N, result.noise_floor_N)};
   if (!options.report.empty()) outputs.set(options.report, render_report(fit_page(measurement, result)));
-  outputs.set(options.model, to_toml(result.model));
+  if (!options.model.empty()) outputs.set(options.model, to_toml(result.model));
   outputs.set(options.json, json_text(fit_json(measurement, result)));
   progress.finish();
   outputs.commit(fit_text(measurement, result));

@@ -137,8 +137,11 @@ Headline headline_of(const json& result, const EffectName& name) {
   Headline headline{
       fmt::format("Missing: {}. Adding it lowers the held-out error from {} to {}; noise floor {}.",
                   first["title"].get<std::string>(), before, error(result["best"]), floor),
-      "Why: " + first["evidence"].get<std::string>() + "."};
+      ""};
   const json& steps = result["steps"];
+  // Of several effects, each with its values beside the others: those that the step table shows.
+  const json& why = steps.size() > 2 ? steps[1]["evidence"] : first["evidence"];
+  headline.detail = "Why: " + why.get<std::string>() + ".";
   if (steps.size() > 2) {
     headline.detail += " Not alone: with ";
     for (std::size_t i = 2; i < steps.size(); ++i) {

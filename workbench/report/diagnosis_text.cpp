@@ -8,6 +8,7 @@
 
 #include "workbench/base/quantity.h"
 #include "workbench/base/text.h"
+#include "workbench/diagnose/evidence/reduction.h"
 #include "workbench/report/diagnosis_result.h"
 #include "workbench/report/json_values.h"
 #include "workbench/report/measurement_notes.h"
@@ -18,24 +19,25 @@ namespace {
 
 using nlohmann::json;
 
-/// The table leaves out candidates that reduce the error by less, and all beyond ten: they say nothing that
-/// the reader could act on. The JSON and the page have all of them.
-constexpr double kLeastLineShare = 0.005;
+/// The table leaves out candidates below kLeastShownReduction, and all beyond ten: they say nothing that the
+/// reader could act on. The JSON and the page have all of them.
 constexpr std::size_t kMostLines = 10;
 
 std::string error_text(const json& of) {
   return newtons(number_of(of["holdout_rmse_N"]));
 }
 
-std::string candidate_table(const json& candidates) {
-  std::string text = fmt::format("\n{:<32} {:>14} {:>9} {:>9}  {}\n", "effect added to the baseline",
+/// Each effect alone, the lowest error first. What explains the log together is step_table().
+std::string candidate_table(json candidates) {
+  std::stable_sort(candidates.begin(), candidates.end(), [](const json& a, const json& b) {
+    return number_of(a["holdout_rmse_N"]) < number_of(b["holdout_rmse_N"]);
+  });
+  std::string text = fmt::format("\n{:<32} {:>14} {:>9} {:>9}  {}\n", "one effect added, each alone",
                                  "held-out error", "reduction", "std. err.", "indistinguishable from");
   std::size_t lines = 0;
-  std::vector<double> errors_N;
   for (const json& candidate : candidates) {
-    errors_N.push_back(number_of(candidate["holdout_rmse_N"]));
     const double reduction = number_of(candidate["error_reduction"]);
-    if (reduction < kLeastLineShare || lines == kMostLines) continue;
+    if (reduction < kLeastShownReduction || lines == kMostLines) continue;
     ++lines;
     const auto others = candidate["confounded_with"].get<std::vector<std::string>>();
     text += fmt::format("{:<32} {:>14} {:>7.1f} % {:>7.1f} %{}{}\n", candidate["effect"].get<std::string>(),
@@ -46,9 +48,6 @@ std::string candidate_table(const json& candidates) {
   if (lines == 0) {
     return fmt::format("\nnone of the {} effects tried reduces the error by 0.5 %\n", candidates.size());
   }
-  if (!std::ranges::is_sorted(errors_N)) {
-    text += "first those that explain the log together; each with the error it leaves alone\n";
-  }
   if (const std::size_t others = candidates.size() - lines; others > 0) {
     text += fmt::format("{} others reduce the error by less than 0.5 %\n", others);
   }
@@ -56,7 +55,7 @@ std::string candidate_table(const json& candidates) {
 }
 
 std::string step_table(const json& result) {
-  std::string text = fmt::format("\n{:<32} {:>14}\n", "step", "held-out error");
+  std::string text = fmt::format("\n{:<32} {:>14}\n", "chosen, one upon the other", "held-out error");
   for (const json& step : result["steps"]) {
     const std::string evidence = step.value("evidence", "");
     text += fmt::format("{:<32} {:>14}{}{}\n", step["effect"].get<std::string>(), error_text(step),
@@ -71,8 +70,13 @@ std::string interval_text(const json& of) {
   return newtons(number_of(interval[0])) + " to " + newtons(number_of(interval[1]));
 }
 
+std::string baseline_line(const json& result) {
+  return fmt::format("\nbaseline   {}\n",
+                     fmt::join(result["baseline_effects"].get<std::vector<std::string>>(), ", "));
+}
+
 std::string interval_line(const json& result) {
-  std::string text = fmt::format("\nintervals  baseline {}", interval_text(result["baseline"]));
+  std::string text = fmt::format("intervals  baseline {}", interval_text(result["baseline"]));
   if (result.contains("best")) {
     text += fmt::format("; with {} {}", result["candidates"].front()["effect"].get<std::string>(),
                         interval_text(result["best"]));
@@ -114,9 +118,10 @@ std::string diagnosis_text(const DiagnosisRequest& request, const Measurement& m
   const Headline headline = headline_of(found, [](const std::string& id) { return id; });
   std::string text = warning_lines(result.warnings) + headline.line + "\n" + headline.detail + "\n" +
                      candidate_table(found["candidates"]);
-  if (request.stepwise) text += step_table(found);
+  // Where several were chosen, the table of each alone does not show what they do together.
+  if (request.stepwise || found["steps"].size() > 2) text += step_table(found);
   text += log_table(result.logs);
-  text += interval_line(found);
+  text += baseline_line(found) + interval_line(found);
   text += noise_line(measurement) + excerpt_line(measurement, "effects searched") + repair_lines(measurement);
   if (found.contains("best")) text += advice(found["candidates"].front());
   return text + limits_text(found);

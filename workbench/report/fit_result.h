@@ -17,7 +17,7 @@ namespace slipstack::workbench {
 struct FitResult {
   std::string command_line;
   std::string log;         ///< names of the logs, separated by ", "
-  std::string model_path;  ///< where the model file goes
+  std::string model_path;  ///< where the model file goes; empty: it is not written
   std::vector<std::string> effects;
   FittedModel fitted;            ///< with standard errors
   std::int64_t outliers = 0;     ///< rows that Huber's loss held back

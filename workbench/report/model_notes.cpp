@@ -110,7 +110,9 @@ std::string hash_text(const Model& model) {
 }
 
 std::string model_lines(const std::string& path, const Model& model) {
-  std::string text = fmt::format("\nmodel      {}, hash {}\n", printable(path), hash_text(model));
+  std::string text = path.empty()
+                         ? std::string("\nmodel      not written; --model FILE writes it\n")
+                         : fmt::format("\nmodel      {}, hash {}\n", printable(path), hash_text(model));
   if (has_role(model.terms, Role::hysteresis)) {
     text +=
         fmt::format("controller {} hysteresis elements: held-out error {} instead of {}\n", kTargetElements,

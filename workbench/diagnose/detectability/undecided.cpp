@@ -88,6 +88,8 @@ void list_what_cannot_be_shown(const Measurement& measurement, Diagnosis& diagno
   parallel_for(all.size(), [&](std::size_t i) {
     const Term& term = diagnosis.candidates[i].term;
     if (contains(explained.terms, term.effect->text.id)) return;
+    // An effect that lowers the error is not one that the log cannot show, whatever else explains the same.
+    if (diagnosis.candidates[i].error_reduction >= kLeastShownReduction) return;
     all[i] = visibility_of(measurement, explained, residual_maker, term, kLeastReduction);
   });
   for (Visibility& one : all) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/diagnose/evidence/evidence.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <string_view>
@@ -43,6 +45,28 @@ std::string value_of(const Term& term, std::string_view name) {
   return std::string(name);
 }
 
+/// Gains that ended at a bound other than zero: the log did not determine them, the bound did. Given gains
+/// and those of elements that are not used do not count.
+std::string gains_at_bounds(const Term& term) {
+  std::string text;
+  std::size_t first = 0;
+  for (const GainGroup& group : term.effect->gain_groups) {
+    const auto count = static_cast<std::size_t>(group.count);
+    std::size_t at_bound = 0;
+    for (std::size_t i = first; i < first + count && i < term.gains.size(); ++i) {
+      const double gain = term.gains[i];
+      const bool bounded = gain == term.lower[i] || gain == term.upper[i];
+      if (bounded && gain != 0.0 && term.lower[i] != term.upper[i]) ++at_bound;
+    }
+    first += count;
+    if (at_bound == 0) continue;
+    text += count == 1 ? fmt::format("; {} is at its bound, not identified", group.name)
+                       : fmt::format("; {} of {} values of {} are at their bound, not identified", at_bound,
+                                     count, group.name);
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string evidence_of(const Term& fitted) {
@@ -67,7 +91,8 @@ std::string evidence_of(const Term& fitted) {
     text += value;
     described = text.size();
   }
-  return text += pattern.substr(at);
+  text += pattern.substr(at);
+  return text + gains_at_bounds(fitted);
 }
 
 }  // namespace slipstack::workbench

@@ -8,6 +8,8 @@ namespace slipstack::workbench {
 /// An effect is named only if it lowers the held-out error by this share: on simulated logs that the baseline
 /// describes completely no effect does (tests/bench/blind).
 inline constexpr double kLeastReduction = 0.03;
+/// Smaller reductions are not shown. Chosen.
+inline constexpr double kLeastShownReduction = 0.005;
 inline constexpr double kSignificance = 3.0;  ///< standard errors
 
 /// The share by which a model lowers a held-out error.

@@ -166,6 +166,12 @@ BoundedSolution NormalEquations::fit(const Constraints& constraints,
                        start);
 }
 
+double NormalEquations::training_error(const Constraints& constraints,
+                                       const std::vector<BoundState>& start) const {
+  const Eigen::VectorXd value = fit(constraints, start).value;
+  return std::sqrt((squared_error(value) + value.dot(constraints.penalty * value)) / weight());
+}
+
 BoundedSolution NormalEquations::fit_without(const std::vector<bool>& held_out,
                                              const Constraints& constraints,
                                              const std::vector<BoundState>& start) const {

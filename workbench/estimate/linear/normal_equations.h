@@ -60,7 +60,9 @@ class NormalEquations {
 
   BoundedSolution fit(const Constraints& constraints, const std::vector<BoundState>& start = {}) const;
 
-  /// The same without the blocks for which `held_out` is set.
+  /// Root mean square of the residual of fit(), the penalty included.
+  double training_error(const Constraints& constraints, const std::vector<BoundState>& start) const;
+  /// The same fit without the blocks for which `held_out` is set.
   BoundedSolution fit_without(const std::vector<bool>& held_out, const Constraints& constraints,
                               const std::vector<BoundState>& start) const;
 

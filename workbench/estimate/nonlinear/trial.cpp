@@ -115,7 +115,12 @@ Trial try_effect(const Measurement& measurement, const FittedModel& base, const 
   const auto judge = [&](const NormalEquations& equations) {
     return equations.cross_validate(constraints, bound_states);
   };
-  const auto cost = [&](const std::vector<double>& shapes) { return judge(equations_at(shapes)).rmse; };
+  // Shapes are chosen by the data that the gains are fitted to (variable projection, Golub and Pereyra 1973);
+  // the held-out error judges what was chosen.
+  const auto cost = [&](const std::vector<double>& shapes) {
+    const NormalEquations equations = equations_at(shapes);
+    return equations.training_error(constraints, bound_states);
+  };
 
   const auto starts = start != nullptr
                           ? std::vector<std::vector<double>>{*start}

@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: Apache-2.0
+"""No two statements of one diagnosis contradict each other: over the shared measurements and simulated logs."""
+
+import json
+import os
+import pathlib
+import re
+import unittest
+
+import program
+
+DATA = pathlib.Path(os.environ.get("SLIPSTACK_SHARED", program.REPOSITORY / ".." / "shared")) / "data"
+LOGS = [f"hidden_effect/blind_{i}.csv" for i in range(1, 7)] + ["emps/emps_estimation.csv",
+                                                                "tribometer/tribometer_loops.csv",
+                                                                "odrive_cogging/odrive_0p1rev.csv"]
+SHOWN = 0.005  # reductions below it are not in the table
+
+
+class Contradictions(program.Workshop):
+    def diagnose(self, log, *options):
+        done = program.run("diagnose", "--stepwise", *options, "--json", "found.json", str(log), cwd=self.here)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done.stdout.decode(), json.loads(pathlib.Path(self.here, "found.json").read_text())
+
+    def check(self, log, *options):
+        text, found = self.diagnose(log, *options)
+        candidates = found["candidates"]
+        lowers = {one["effect"] for one in candidates if one["error_reduction"] >= SHOWN}
+        steps = found["steps"]
+        added = [step["effect"] for step in steps[1:]]
+        with self.subTest(log=str(log)):
+            # What lowers the error, and what explains the log, is nothing that the log cannot show.
+            hidden = {one["effect"] for one in found["cannot_show"]}
+            self.assertFalse(hidden & (lowers | set(added) | set(found["baseline_effects"])))
+            # A verdict names the first step; without a verdict there is none.
+            if found["verdict"] == "missing_effect":
+                self.assertEqual(added[0], candidates[0]["effect"])
+                self.assertIn("Missing: " + candidates[0]["title"], text)
+            elif found["verdict"] == "complete":
+                self.assertEqual(added, [])
+                self.assertIsNone(found["unexplained"])
+            else:
+                self.assertIsNotNone(found["unexplained"])
+            self.assertEqual(steps[0]["holdout_rmse_N"], found["baseline"]["holdout_rmse_N"])
+            for before, after in zip(steps, steps[1:]):
+                self.assertLess(after["holdout_rmse_N"], before["holdout_rmse_N"])
+            # Each relation is stated from both sides, or not at all.
+            by_id = {one["effect"]: one for one in candidates}
+            for one in candidates:
+                for other in one["confounded_with"]:
+                    if by_id[other]["error_reduction"] >= 0.03 and one["error_reduction"] >= 0.03:
+                        self.assertIn(one["effect"], by_id[other]["confounded_with"], (one["effect"], other))
+            # Held out is never better than in sample by more than chance.
+            for model in [found["baseline"]] + ([found["best"]] if "best" in found else []):
+                self.assertGreaterEqual(model["holdout_rmse_N"], 0.97 * model["train_rmse_N"])
+            # The table of effects alone falls with its error column.
+            shares = [float(share) for share in re.findall(r"^\w+ +[\d.]+ \S+(?: \S+)? +(-?[\d.]+) % +[\d.]+ %",
+                                                           text, re.MULTILINE)]
+            self.assertEqual(shares, sorted(shares, reverse=True))
+
+    def test_simulated_logs(self):
+        for seed, hidden in enumerate(("", "viscous", "stribeck,force_ripple"), start=21):
+            log = pathlib.Path(self.here, f"axis_{seed}.csv")
+            effects = ["--effects", hidden] if hidden else []
+            program.simulate(log, *effects, "--seconds", "15", "--rate", "1000", seed=seed)
+            self.check(log)
+
+    def test_measured_logs(self):
+        logs = [DATA / name for name in LOGS if (DATA / name).is_file()]
+        if not logs:
+            self.skipTest(f"SKIP: no measurements in {DATA}; set SLIPSTACK_SHARED")
+        for log in logs:
+            header = log.read_text()[:400]
+            if "position_m" in header:
+                self.check(log)
+
+    def test_baseline_that_the_log_chooses(self):
+        log = pathlib.Path(self.here, "axis.csv")
+        program.simulate(log, "--effects", "viscous", "--seconds", "10", "--rate", "1000", "--strength", "10", seed=3)
+        text, found = self.diagnose(log, "--baseline", "auto")
+        self.assertEqual(found["baseline_effects"], ["inertia", "presliding_hysteresis", "viscous"])
+        self.assertIn("baseline   inertia, presliding_hysteresis, viscous", text)
+        self.assertNotIn("--effects auto", text)
+
+    def test_fit_that_only_shows(self):
+        before = sorted(os.listdir(self.here))
+        done = program.run("fit", "--effects", "inertia,coulomb", "good.csv", cwd=self.here)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn(b"not written", done.stdout)
+        self.assertEqual(sorted(os.listdir(self.here)), before)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/diagnose/baseline.h"
+
+#include <utility>
+
+#include "workbench/diagnose/evidence/reduction.h"
+#include "workbench/estimate/nonlinear/fit.h"
+#include "workbench/model/effects/effect_registry.h"
+
+namespace slipstack::workbench {
+namespace {
+
+bool moves_no_mass(const Measurement& measurement) {
+  const auto declared = measurement.parts().front().mass_kg;
+  return declared && *declared == 0.0;
+}
+
+/// Whether the second model is significantly better than the first.
+bool improves(const FittedModel& before, const FittedModel& after) {
+  return reduction(before.block_squared_error, after.block_squared_error).is_significant();
+}
+
+}  // namespace
+
+std::vector<std::string> chosen_baseline(const Measurement& measurement) {
+  std::vector<std::string> mass;
+  if (!moves_no_mass(measurement)) mass.push_back(effect_with_role(Role::inertia).id());
+  const auto with = [](std::vector<std::string> effects, Role role) {
+    effects.push_back(effect_with_role(role).id());
+    return effects;
+  };
+  const auto fitted = [&](const std::vector<std::string>& effects) {
+    return fit_effects(measurement, effects, {});
+  };
+  std::vector<std::string> chosen = with(mass, Role::saturating_friction);
+  FittedModel model = fitted(chosen);
+  // Each alternative against what was chosen before it.
+  for (std::vector<std::string> other :
+       {with(mass, Role::hysteresis), with(chosen, Role::viscous_friction),
+        with(with(mass, Role::hysteresis), Role::viscous_friction)}) {
+    FittedModel better = fitted(other);
+    if (!improves(model, better)) continue;
+    chosen = std::move(other);
+    model = std::move(better);
+  }
+  return chosen;
+}
+
+}  // namespace slipstack::workbench
