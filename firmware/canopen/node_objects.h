@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <span>
 
+#include "firmware/canopen/cob_id.h"
 #include "firmware/canopen/node_parts.h"
 
 namespace slipstack::canopen {
