@@ -78,13 +78,13 @@ class NodeObjects final : public Behind {
         return parts_.emergency.clear_history();
       case 0x1005:
       case 0x1006:
-        parts_.last_sync_us = parts_.now_us;
+        parts_.sync_timer.restart(parts_.now_us);
         parts_.sync_counter = 0;
         return;
       case 0x1016:
         return parts_.heartbeats.restart(row);
       case 0x1017:
-        parts_.last_heartbeat_us = parts_.now_us;
+        parts_.heartbeat_timer.restart(parts_.now_us);
         return;
       case kLockIndex:
         if (object.sub == 10) parts_.lock.set_in_use(value != 0);

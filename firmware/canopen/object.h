@@ -185,6 +185,11 @@ constexpr Object variable(std::uint16_t index, Type type, const char* name) {
   return object;
 }
 
+/// A value that the device measures or counts; it may be mapped into a TPDO.
+constexpr Object reading(std::uint16_t index, std::uint8_t sub, Type type, const char* name) {
+  return entry(index, sub, type, name).read_only().from_device().mapped(Mapping::kTransmit);
+}
+
 /// Sub-index 0 of an array or record of `count` more.
 constexpr Object head(std::uint16_t index, ObjectCode code, const char* name, std::uint8_t count) {
   Object object = entry(index, 0, Type::kU8, "Highest sub-index supported").constant(count);
