@@ -19,7 +19,7 @@ class ModelStaging {
 
   ParameterStatus last_status() const { return status_; }
 
-  /// What stands in the dictionary comes into force: after a start or a reset.
+  /// The values of the dictionary come into force: after a start or a reset.
   void apply(const Dictionary& dictionary) {
     status_ = controller_.configure(staged_axis(dictionary), staged_model(dictionary));
   }

@@ -10,9 +10,9 @@
 
 namespace slipstack::canopen {
 
-/// What stands behind the dictionary of the node: the objects of communication, storage and access lock;
+/// Access to the objects of the node: communication, storage and access lock;
 /// those from 2000h on are the application's.
-class NodeObjects final : public Behind {
+class NodeObjects final : public ObjectAccess {
  public:
   explicit NodeObjects(NodeParts& parts) : parts_(parts) {}
 

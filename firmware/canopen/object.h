@@ -60,7 +60,7 @@ enum class Storage : std::uint8_t {
 /// One sub-index. Values travel as 32 raw bits: floats as their IEEE bits, shorter integers extended by sign.
 struct Object {
  private:
-  // First, because clang wants to have seen it where it is used in a constant.
+  // Declared first: clang requires that where it is used in a constant expression.
   template <class Change>
   constexpr Object with(Change&& change) const {
     Object copy = *this;

@@ -13,8 +13,7 @@
 namespace slipstack::canopen {
 
 /// The object that an SDO transfer reads or writes, byte by byte. Nothing is kept of what is transferred but
-/// 8 bytes: values are written when they are complete, domains go part by part to what stands behind the
-/// dictionary.
+/// 8 bytes: values are written when they are complete, domains go part by part to the device.
 class SdoObject {
  public:
   explicit SdoObject(Dictionary& dictionary) : dictionary_(dictionary) {}
@@ -39,9 +38,9 @@ class SdoObject {
     Abort code = find(index, sub);
     if (code != Abort::kNone) return code;
     if (!object().readable()) return Abort::kWriteOnly;
-    code = dictionary_.behind().check_read(row_);
+    code = dictionary_.access().check_read(row_);
     if (code != Abort::kNone) return code;
-    if (is_domain()) return dictionary_.behind().begin_upload(row_, size_);
+    if (is_domain()) return dictionary_.access().begin_upload(row_, size_);
     if (object().text != nullptr) {
       size_ = static_cast<std::uint32_t>(std::strlen(object().text));
       return Abort::kNone;
@@ -54,7 +53,7 @@ class SdoObject {
   /// Bytes from `at` on, wherever the transfer has come to.
   void copy(std::uint32_t at, std::span<std::uint8_t> out) const {
     if (is_domain()) {
-      dictionary_.behind().upload(row_, at, out);
+      dictionary_.access().upload(row_, at, out);
     } else if (object().text != nullptr) {
       std::memcpy(out.data(), object().text + at, out.size());
     } else {
@@ -75,7 +74,7 @@ class SdoObject {
     if (code != Abort::kNone) return code;
     if (!object().writable()) return Abort::kReadOnly;
     size_ = size;
-    if (is_domain()) return dictionary_.behind().begin_download(row_, size);
+    if (is_domain()) return dictionary_.access().begin_download(row_, size);
     const auto wanted = static_cast<std::uint32_t>(size_of(object().type));
     if (size != 0 && size != wanted) return size > wanted ? Abort::kTooLong : Abort::kTooShort;
     return Abort::kNone;
@@ -90,7 +89,7 @@ class SdoObject {
   Abort write(std::span<const std::uint8_t> bytes) {
     if (size_ != 0 && offset_ + bytes.size() > size_) return Abort::kTooLong;
     if (is_domain()) {
-      const Abort code = dictionary_.behind().download(row_, offset_, bytes);
+      const Abort code = dictionary_.access().download(row_, offset_, bytes);
       if (code != Abort::kNone) return code;
     } else {
       if (offset_ + bytes.size() > size_of(object().type)) return Abort::kTooLong;
@@ -103,7 +102,7 @@ class SdoObject {
   /// All bytes are there: the value takes effect.
   Abort finish_download() {
     if (size_ != 0 && offset_ != size_) return Abort::kLength;
-    if (is_domain()) return dictionary_.behind().end_download(row_, offset_);
+    if (is_domain()) return dictionary_.access().end_download(row_, offset_);
     const std::size_t wanted = size_of(object().type);
     if (offset_ != wanted) return Abort::kTooShort;
     return dictionary_.write(row_, from_bytes(object().type, std::span(value_).first(wanted)));

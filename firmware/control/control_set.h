@@ -16,7 +16,7 @@
 
 namespace slipstack {
 
-/// Parameters as the tick wants them: checked, multiplied out, the model prepared.
+/// Parameters in the form that the tick uses: checked, multiplied out, the model prepared.
 struct ControlSet {
   AxisParameters axis;
   std::uint32_t hash = 0;

@@ -147,7 +147,7 @@ TEST(Record, AStreamIsUniformAndPutsEverythingBack) {
   const Recording recording = record_stream(*desk.client, 2.0, 1000.0, kNoiseless);
   EXPECT_EQ(recording.samples, 2000U);
   EXPECT_EQ(recording.lost, 0U);
-  EXPECT_FALSE(recording.arrival_spread_s) << "this bus tells no time stamps";
+  EXPECT_FALSE(recording.arrival_spread_s) << "this bus gives no time stamps";
   EXPECT_EQ(recording.log.find("irregular"), std::string::npos);
   const auto rows = rows_of(recording.log);
   ASSERT_EQ(rows.size(), 2000U);

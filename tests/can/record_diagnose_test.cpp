@@ -23,7 +23,7 @@ struct Move {
   std::uint32_t counts_per_s;
 };
 
-// Small moves at several places, slow strokes, fast ones: what docs/can-sessions.md does by cansend.
+// Small moves at several places, slow traverses, fast ones: what docs/can-sessions.md does by cansend.
 constexpr std::array<Move, 19> kMoves = {{{200060, 2000},
                                           {200000, 1000},
                                           {200150, 3000},
