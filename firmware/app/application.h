@@ -88,6 +88,7 @@ class Application {
   void serve() {
     tick_.controller().poll();
     node_.serve(context_, now_us());
+    tick_.main_loop_ran();
     const Indication indication = indication_of(tick_.controller().state().state());
     if (indication != shown_) board_.indicator().show(indication);
     shown_ = indication;

@@ -38,9 +38,7 @@ class Drive final : public Application {
     controller_.poll();
     profile_.step();
   }
-  std::uint16_t error_code() override {
-    return slipstack::error_code(controller_.state().faults().latched());
-  }
+  std::uint16_t error_code() override { return profile_.error_code(); }
   bool enabled() override { return profile_.driving(); }
   void set_operational(bool operational) override { profile_.set_operational(operational); }
   std::uint32_t serial_number() const override { return serial_; }

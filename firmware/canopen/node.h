@@ -237,7 +237,7 @@ class Node {
     parts_.emergency.set(ErrorSource::kDrive, parts_.application.error_code());
     step_heartbeats(now_us);
     step_sync(now_us);
-    bus_.watch_frames(now_us, state_ == NmtState::kOperational);
+    if (bus_.watch_frames(now_us, state_ == NmtState::kOperational)) parts_.application.connection_lost();
     SdoFrame out;
     for (int i = 0; i < kBlockFramesPerPoll && parts_.outbox.room() > 8; ++i) {
       if (!parts_.sdo.next(now_us, out)) break;

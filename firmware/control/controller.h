@@ -83,8 +83,17 @@ class Controller {
   void command(std::uint16_t control_word) {
     command_all((command_.load(std::memory_order_relaxed) & 0xFFFF0000U) | control_word);
   }
-  /// Outside the tick: the same with kTorqueMode and kReleaseOnFault.
+  /// Outside the tick: the same with kTorqueMode and what follows it.
   void command_all(std::uint32_t command) { command_.store(command, std::memory_order_release); }
+  /// Outside the tick: a command of the master came; those that supervision waits for are younger than
+  /// `timeout_ticks`.
+  void commanded(std::uint32_t timeout_ticks) {
+    command_timeout_.store(timeout_ticks, std::memory_order_relaxed);
+    commanded_at_.store(sets_.tick(), std::memory_order_relaxed);
+    command_lost_.store(false, std::memory_order_release);
+  }
+  /// The time of supervised commands ran out, and none came since.
+  bool command_lost() const { return command_lost_.load(std::memory_order_acquire); }
   /// Outside the tick: the force in torque mode, and the force that is added in every mode, N.
   void set_torque(float target_N, float offset_N) {
     target_N_.store(target_N, std::memory_order_relaxed);
@@ -169,9 +178,19 @@ class Controller {
       set.start_counts = in.encoder.counts;
     }
     if (events_.load(std::memory_order_relaxed) != 0) fault = with_event(fault);
-    state_.step(command_.load(std::memory_order_relaxed), fault, set.valid, reference_.standing(),
-                set.stop_timeout_ticks);
+    state_.step(supervised_command(), fault, set.valid, reference_.standing(), set.stop_timeout_ticks);
     if (state_.braking() && !reference_.braking() && !reference_.standing()) reference_.stop();
+  }
+
+  // The command, without the bits that a lost master takes back. In the tick, so that the axis stops even if
+  // the main loop stands still.
+  std::uint32_t supervised_command() {
+    const std::uint32_t command = command_.load(std::memory_order_relaxed);
+    const std::uint32_t reaction = (command & (kLostDisables | kLostStops)) >> kReactionShift;
+    const std::uint32_t age = sets_.tick() - commanded_at_.load(std::memory_order_relaxed);
+    if (reaction == 0 || age <= command_timeout_.load(std::memory_order_relaxed)) return command;
+    command_lost_.store(true, std::memory_order_relaxed);
+    return command & ~reaction;
   }
 
   // What came from outside the tick: an injected fault, or parameters that were refused.
@@ -340,8 +359,11 @@ class Controller {
   float blend_N_ = 0.0F;
   float last_wanted_N_ = 0.0F;
   float expected_mps2_ = 0.0F;
-  std::atomic<std::uint32_t> command_{0};  // control word, kTorqueMode, kReleaseOnFault
-  std::atomic<std::uint32_t> events_{0};   // a fault, and kRefused
+  std::atomic<std::uint32_t> command_{0};       // control word, kTorqueMode and what follows it
+  std::atomic<std::uint32_t> commanded_at_{0};  // the tick of the last command
+  std::atomic<std::uint32_t> command_timeout_{0};
+  std::atomic<bool> command_lost_{false};
+  std::atomic<std::uint32_t> events_{0};  // a fault, and kRefused
   std::atomic<float> target_N_{0.0F};
   std::atomic<float> offset_N_{0.0F};
   std::array<ReferencePoint, kDelayed> delay_{};

@@ -32,6 +32,11 @@ enum ControlBit : std::uint16_t {
 inline constexpr std::uint32_t kTorqueMode = 1U << 16;      ///< the force is given; 0: the position
 inline constexpr std::uint32_t kReleaseOnFault = 1U << 17;  ///< no controlled stop after a fault (605Eh: 0)
 inline constexpr std::uint32_t kStayStopped = 1U << 18;     ///< quick stop ends holding the axis (605Ah: 6)
+/// Bits of the control word that the tick clears when commands fail to come, shifted: the reaction of 6007h.
+/// None: commands are not supervised.
+inline constexpr std::uint32_t kReactionShift = 18;
+inline constexpr std::uint32_t kLostDisables = kEnableVoltage << kReactionShift;
+inline constexpr std::uint32_t kLostStops = kQuickStop << kReactionShift;
 
 /// The state's bits of the status word 6041h.
 constexpr std::uint16_t status_word(DriveState state) {

@@ -48,6 +48,7 @@ class SimulatedDrive {
     clock_.advance(1000);
     now_us_ += 100;
     node_.poll(now_us_);
+    tick_.main_loop_ran();
   }
 
   Controller& controller() { return tick_.controller(); }
