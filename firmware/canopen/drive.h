@@ -31,11 +31,13 @@ class Drive final : public Application {
 
   void reset(Dictionary& dictionary) override {
     dictionary_ = &dictionary;
-    profile_.reset(dictionary);
-    model_.apply(dictionary);
+    profile_.begin_reset(dictionary);
+    model_.reset();
+    step_reset();
   }
   void step(std::uint32_t) override {
     controller_.poll();
+    if (model_.resetting()) step_reset();
     profile_.step();
   }
   std::uint16_t error_code() override { return profile_.error_code(); }
@@ -107,6 +109,11 @@ class Drive final : public Application {
   }
 
  private:
+  void step_reset() {
+    model_.step(*dictionary_);
+    if (!model_.resetting()) profile_.end_reset();
+  }
+
   static bool is_model_image(std::size_t row) { return kObjects[row].index == kModelImageIndex; }
 
   Controller& controller_;

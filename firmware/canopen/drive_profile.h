@@ -20,11 +20,17 @@ class DriveProfile {
  public:
   explicit DriveProfile(Controller& controller) : controller_(controller), supervision_(controller) {}
 
-  /// The dictionary holds other values: after a start or a reset.
-  void reset(Dictionary& dictionary) {
+  /// The dictionary holds other values, after a start or a reset: the axis is stopped, and until end_reset()
+  /// no controlword is followed.
+  void begin_reset(Dictionary& dictionary) {
     dictionary_ = &dictionary;
+    resetting_ = true;
     control_ = 0;
     mode_ = Mode::kNone;
+    command();
+  }
+  void end_reset() {
+    resetting_ = false;
     command();
   }
 
@@ -176,6 +182,7 @@ class DriveProfile {
   }
 
   void controlword(std::uint16_t word_now) {
+    if (resetting_) return;
     const auto rising = static_cast<std::uint16_t>(word_now & ~control_);
     control_ = word_now;
     command();
@@ -189,6 +196,10 @@ class DriveProfile {
   // Quick stop option 0: no braking, current off; fault reaction option 0 the same. Option 6: braked and
   // held, the state kept. Halt leaves torque mode: the axis brakes and holds its place.
   void command() {
+    if (resetting_) {
+      // A quick stop, or current off.
+      return controller_.command_all(value(kRow<0x605A>) != 0 ? std::uint32_t{kEnableVoltage} : 0U);
+    }
     std::uint16_t word_now = control_;
     const bool quick_stop = (word_now & kQuickStop) == 0;
     if (quick_stop && dictionary_ != nullptr && value(kRow<0x605A>) == 0)
@@ -289,6 +300,7 @@ class DriveProfile {
   Mode mode_ = Mode::kNone;
   Mode active_ = Mode::kNone;
   bool operational_ = false;
+  bool resetting_ = false;
   bool streaming_ = false;
   bool waiting_ = false;
   bool acknowledged_ = false;

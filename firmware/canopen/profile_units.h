@@ -4,8 +4,8 @@
 #include "firmware/canopen/dictionary.h"
 #include "firmware/control/parameters.h"
 
-// Units of the drive profile: position in encoder counts, force in thousandths of the rated force 6076h, which
-// is the rated current 6075h times the motor constant.
+// Units of the drive profile: position in encoder counts, force in thousandths of the rated force 6076h,
+// which is the rated current 6075h times the motor constant.
 namespace slipstack::canopen {
 
 inline float rated_force_N(const Dictionary& dictionary, const AxisParameters& axis) {

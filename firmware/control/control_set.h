@@ -80,6 +80,7 @@ struct ControlSet {
   /// Takes over the state of the model that runs; hysteresis only if displacement has the same unit. The
   /// first parameters find an axis at rest, its hysteresis unloaded.
   void continue_from(const ControlSet& other) {
+    if (!valid) return;
     if (!other.valid) {
       Sample<float> here;
       here.displacement = FeedForward::displacement(scales, {.counts = other.start_counts});

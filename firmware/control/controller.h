@@ -4,6 +4,7 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <new>
 
 #include "firmware/control/control_set.h"
 #include "firmware/control/current_limit.h"
@@ -70,6 +71,17 @@ class Controller {
       events_.fetch_or(kRefused, std::memory_order_release);
     }
     return status;
+  }
+  /// Outside the tick, while the axis is not driven: from the next tick on there are no parameters, and the
+  /// axis cannot be enabled before configure(), which may then change resolution and tick too. False while
+  /// another change is pending.
+  bool withdraw_parameters() {
+    ControlSet* spare = sets_.spare();
+    if (spare == nullptr) return false;
+    ::new (static_cast<void*>(spare)) ControlSet;  // in place: a copy would not fit the stack
+    spare->number = sets_.active().number + 1;
+    sets_.arm();
+    return true;
   }
   /// From the main loop, at least every kLatest ticks: a change of parameters that a tick has missed, and the
   /// memory of the hysteresis.
@@ -153,6 +165,7 @@ class Controller {
  private:
   static constexpr std::uint32_t kRefused = 0x100;  // in events_, beside the number of a fault
   static constexpr std::uint32_t kDelayed = 64;
+  static constexpr int kNoShift = 99;  // displacement has no unit yet
   static_assert(kLargestLeadTicks < static_cast<std::int32_t>(kDelayed));
 
  public:
@@ -163,8 +176,9 @@ class Controller {
   // The first tick of new parameters.
   void begin_with(const ControlSet& set, std::int32_t counts) {
     adaptation_.limit(set.adaptation);
-    if (started_) return;
-    started_ = true;
+    const bool starts = set.valid && !started_;
+    started_ = set.valid;
+    if (!starts) return;
     estimate_.reset(counts);
     monitor_.reset(counts);
   }
@@ -176,6 +190,7 @@ class Controller {
       fault = monitor_.check(set.monitor, in, out_.reference_counts, limit_.last_A(), out_.driving);
     } else {
       set.start_counts = in.encoder.counts;
+      monitor_.reset(in.encoder.counts);
     }
     if (events_.load(std::memory_order_relaxed) != 0) fault = with_event(fault);
     state_.step(supervised_command(), fault, set.valid, reference_.standing(), set.stop_timeout_ticks);
@@ -323,7 +338,10 @@ class Controller {
   void remember() {
     const ControlSet& set = sets_.active();
     const std::uint32_t last = sets_.tick();
-    if (!set.valid) remembered_ = last;
+    if (!set.valid) {
+      remembered_ = last;
+      memory_shift_ = kNoShift;
+    }
     if (set.valid && set.number != memory_number_) {
       memory_.take(set.virgin_curve, set.displacement_shift == memory_shift_);
       memory_number_ = set.number;
@@ -371,7 +389,7 @@ class Controller {
   HysteresisMemory memory_;
   std::uint32_t remembered_ = 0;  // the tick whose point memory_ has seen last
   std::uint32_t memory_number_ = 0;
-  int memory_shift_ = 0;
+  int memory_shift_ = kNoShift;
 };
 
 }  // namespace slipstack

@@ -127,9 +127,9 @@ class StateMachine {
 
   // Transitions 2 to 11 by the commands of table 4: shutdown, switch on, enable operation and their reverse.
   // Those commands have bit 7 clear. With it set, nothing brings the axis nearer to moving; what takes
-  // current away is followed all the same.
+  // current away is followed all the same. So is the loss of the parameters.
   void follow(std::uint32_t control, bool ready) {
-    if ((control & kEnableVoltage) == 0) {
+    if (!ready || (control & kEnableVoltage) == 0) {
       state_ = DriveState::kSwitchOnDisabled;
       return;
     }
@@ -143,7 +143,7 @@ class StateMachine {
     }
     const bool switch_on = (control & kSwitchOn) != 0;
     const bool enable = (control & kEnableOperation) != 0;
-    const bool up = ready && (control & kFaultReset) == 0;
+    const bool up = (control & kFaultReset) == 0;
     switch (state_) {
       case DriveState::kSwitchOnDisabled:
         if (up && !switch_on) state_ = DriveState::kReadyToSwitchOn;
