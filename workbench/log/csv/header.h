@@ -14,10 +14,12 @@ struct HeaderValues {
   std::optional<double> magnet_pitch_m;
   std::optional<double> encoder_resolution_m;
   bool irregular_sampling = false;
+  bool commanded_current = false;
 };
 
 /// Reads the known header keys. Throws InputError for a value that is not a number or out of its range, for a
-/// known quantity in a unit that is not known, and for a `sampling` that is neither uniform nor irregular.
+/// known quantity in a unit that is not known, and for a `sampling` or `current_source` that is
+/// none of theirs.
 HeaderValues read_header_values(const RawTable& table);
 
 }  // namespace slipstack::workbench
