@@ -54,6 +54,10 @@ class ObjectAccess {
   virtual Abort check(std::size_t row, std::uint32_t value) = 0;
   /// A value was taken.
   virtual void written(std::size_t row, std::uint32_t value) = 0;
+  /// All values that came together were written: the device acts on them, in one tick.
+  virtual void commit() {}
+  /// The number of the last tick: values read under the same number belong together.
+  virtual std::uint32_t tick() const { return 0; }
 
   /// Domains: begin an upload (size out) or a download (size in, 0 if the master does not say).
   virtual Abort begin_upload(std::size_t row, std::uint32_t& size) = 0;
@@ -107,7 +111,9 @@ class Dictionary {
   /// What a master writes.
   Abort write(std::size_t row, std::uint32_t value) {
     const Abort abort = put(row, value);
-    if (abort == Abort::kNone) announce(row);
+    if (abort != Abort::kNone) return abort;
+    announce(row);
+    access_.commit();
     return abort;
   }
   /// The first half of a write: the value is in the dictionary, and the device has not acted on it yet.
@@ -119,7 +125,7 @@ class Dictionary {
     if (abort == Abort::kNone) values_[row] = value;
     return abort;
   }
-  /// The second half: the device acts on it.
+  /// The second half: the device takes it over. After the last of the values that came together, commit().
   void announce(std::size_t row) { access_.written(row, values_[row]); }
 
   ObjectAccess& access() { return access_; }

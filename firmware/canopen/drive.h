@@ -89,6 +89,9 @@ class Drive final : public Application {
     if (object.sub == 1) trace_.command(*dictionary_, value);
   }
 
+  void commit() override { profile_.commit(); }
+  std::uint32_t tick() const override { return controller_.ticks(); }
+
   // ---- domains: the model's image, the trace ----
 
   Abort begin_upload(std::size_t row, std::uint32_t& size) override {

@@ -39,7 +39,6 @@ class DriveProfile {
     if (supervision_.lost()) connection_lost();
     follow_mode();
     command();
-    set_torque();
     profile_position();
   }
 
@@ -131,16 +130,14 @@ class DriveProfile {
         return controlword(static_cast<std::uint16_t>(value_now));
       case 0x6060:
         mode_ = static_cast<Mode>(static_cast<std::int8_t>(value_now));
-        follow_mode();
-        set_torque();
-        return command();
-      case 0x6071:
-      case 0x60B2:
-        return set_torque();
+        return follow_mode();
       default:
         return;
     }
   }
+
+  /// All that came together was written: control word, mode and forces reach the tick at once.
+  void commit() { command(); }
 
  private:
   std::uint32_t value(std::size_t row) const { return dictionary_->value(row); }
@@ -185,7 +182,6 @@ class DriveProfile {
     if (resetting_) return;
     const auto rising = static_cast<std::uint16_t>(word_now & ~control_);
     control_ = word_now;
-    command();
     if ((rising & kHaltBit) != 0 && operation_enabled()) {
       controller_.reference().stop();
       waiting_ = streaming_ = target_stands_ = false;
@@ -198,18 +194,18 @@ class DriveProfile {
   void command() {
     if (resetting_) {
       // A quick stop, or current off.
-      return controller_.command_all(value(kRow<0x605A>) != 0 ? std::uint32_t{kEnableVoltage} : 0U);
+      return controller_.command(
+          Command{.word = value(kRow<0x605A>) != 0 ? std::uint32_t{kEnableVoltage} : 0U});
     }
     std::uint16_t word_now = control_;
     const bool quick_stop = (word_now & kQuickStop) == 0;
-    if (quick_stop && dictionary_ != nullptr && value(kRow<0x605A>) == 0)
-      word_now &= static_cast<std::uint16_t>(~kEnableVoltage);
+    if (quick_stop && value(kRow<0x605A>) == 0) word_now &= static_cast<std::uint16_t>(~kEnableVoltage);
     std::uint32_t options = 0;
     if (active_ == Mode::kCyclicTorque && !halted()) options |= kTorqueMode;
-    if (dictionary_ != nullptr && value(kRow<0x605E>) == 0) options |= kReleaseOnFault;
-    if (dictionary_ != nullptr && value(kRow<0x605A>) == 6) options |= kStayStopped;
-    if (dictionary_ != nullptr) options |= supervision();
-    controller_.command_all(options | word_now);
+    if (value(kRow<0x605E>) == 0) options |= kReleaseOnFault;
+    if (value(kRow<0x605A>) == 6) options |= kStayStopped;
+    options |= supervision();
+    controller_.command(Command{options | word_now, force_N(kRow<0x6071>), force_N(kRow<0x60B2>)});
   }
 
   // In the cyclic modes, from the first set-point on; a force that was there before counts as one.
@@ -220,14 +216,11 @@ class DriveProfile {
     return supervision_.options(*dictionary_, streaming_ || forced);
   }
 
-  // 6071h and 60B2h, in thousandths of the rated force. The target counts in torque mode only, the offset in
+  // 6071h or 60B2h, in thousandths of the rated force. The target counts in torque mode only, the offset in
   // every mode.
-  void set_torque() {
-    const float per_thousandth_N = 1e-3F * rated_force_N(*dictionary_, axis());
-    const auto force_N = [&](std::size_t row) {
-      return static_cast<float>(static_cast<std::int32_t>(value(row))) * per_thousandth_N;
-    };
-    controller_.set_torque(force_N(kRow<0x6071>), force_N(kRow<0x60B2>));
+  float force_N(std::size_t row) const {
+    const float thousandths = static_cast<float>(static_cast<std::int32_t>(value(row)));
+    return thousandths * 1e-3F * rated_force_N(*dictionary_, axis());
   }
 
   void follow_mode() {

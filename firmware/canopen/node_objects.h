@@ -95,6 +95,9 @@ class NodeObjects final : public ObjectAccess {
     }
   }
 
+  void commit() override { parts_.application.commit(); }
+  std::uint32_t tick() const override { return parts_.application.tick(); }
+
   Abort begin_upload(std::size_t row, std::uint32_t& size) override {
     return parts_.application.begin_upload(row, size);
   }

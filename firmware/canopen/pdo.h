@@ -87,7 +87,9 @@ class Pdos {
         pdo.data = frame.data;
         pdo.held = true;  // until SYNC
       } else {
-        pdo.map.announce(dictionary_, pdo.map.unpack(dictionary_, frame.data, refused_));
+        const std::uint8_t taken = pdo.map.unpack(dictionary_, frame.data, refused_);
+        pdo.map.announce(dictionary_, taken);
+        dictionary_.access().commit();
       }
     }
     return fit;
@@ -115,6 +117,7 @@ class Pdos {
       pdo.held = false;
     }
     for (std::size_t n = 0; n < kPdoCount; ++n) receive_[n].map.announce(dictionary_, taken[n]);
+    dictionary_.access().commit();
     for (std::uint8_t n = 0; n < kPdoCount; ++n) {
       const std::uint32_t type = dictionary_.value(cob_row(n, false) + 1);
       if (type > 240 || !enabled(n)) continue;

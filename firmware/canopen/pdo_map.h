@@ -51,11 +51,12 @@ class PdoMap {
 
   std::uint8_t bytes() const { return bytes_; }
 
+  /// The values of one tick: read again when a tick came in between, which is far longer than a reading.
   void pack(Dictionary& dictionary, std::span<std::uint8_t, 8> out) const {
-    std::size_t at = 0;
-    for (std::size_t i = 0; i < count_; ++i) {
-      to_bytes(dictionary.read(row_[i]), out.subspan(at, size_[i]));
-      at += size_[i];
+    for (int i = 0; i < 3; ++i) {
+      const std::uint32_t before = dictionary.access().tick();
+      read_all(dictionary, out);
+      if (dictionary.access().tick() == before) return;
     }
   }
   /// Puts the values into the dictionary; nothing follows from them before announce(). Those that it refuses
@@ -86,6 +87,14 @@ class PdoMap {
   }
 
  private:
+  void read_all(Dictionary& dictionary, std::span<std::uint8_t, 8> out) const {
+    std::size_t at = 0;
+    for (std::size_t i = 0; i < count_; ++i) {
+      to_bytes(dictionary.read(row_[i]), out.subspan(at, size_[i]));
+      at += size_[i];
+    }
+  }
+
   // Entries for the basic types: bytes that are ignored.
   static bool is_dummy(std::uint16_t index, std::uint8_t sub) { return sub == 0 && index >= 1 && index <= 7; }
 

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <new>
 
+#include "firmware/control/command_box.h"
 #include "firmware/control/control_set.h"
 #include "firmware/control/current_limit.h"
 #include "firmware/control/fault_monitor.h"
@@ -93,10 +94,15 @@ class Controller {
 
   /// Outside the tick: the control word 6040h.
   void command(std::uint16_t control_word) {
-    command_all((command_.load(std::memory_order_relaxed) & 0xFFFF0000U) | control_word);
+    command_all((command_.read().word & 0xFFFF0000U) | control_word);
   }
   /// Outside the tick: the same with kTorqueMode and what follows it.
-  void command_all(std::uint32_t command) { command_.store(command, std::memory_order_release); }
+  void command_all(std::uint32_t word) {
+    const Command& now = command_.read();
+    command(Command{word, now.target_N, now.offset_N});
+  }
+  /// Outside the tick: control word and forces at once.
+  void command(const Command& command) { command_.write(command); }
   /// Outside the tick: a command of the master came; those that supervision waits for are younger than
   /// `timeout_ticks`.
   void commanded(std::uint32_t timeout_ticks) {
@@ -108,8 +114,7 @@ class Controller {
   bool command_lost() const { return command_lost_.load(std::memory_order_acquire); }
   /// Outside the tick: the force in torque mode, and the force that is added in every mode, N.
   void set_torque(float target_N, float offset_N) {
-    target_N_.store(target_N, std::memory_order_relaxed);
-    offset_N_.store(offset_N, std::memory_order_relaxed);
+    command(Command{command_.read().word, target_N, offset_N});
   }
   /// Outside the tick: queues a move from rest, within the limits of the axis.
   PlanStatus move_to(std::int32_t counts) {
@@ -200,7 +205,7 @@ class Controller {
   // The command, without the bits that a lost master takes back. In the tick, so that the axis stops even if
   // the main loop stands still.
   std::uint32_t supervised_command() {
-    const std::uint32_t command = command_.load(std::memory_order_relaxed);
+    const std::uint32_t command = command_.read().word;
     const std::uint32_t reaction = (command & (kLostDisables | kLostStops)) >> kReactionShift;
     const std::uint32_t age = sets_.tick() - commanded_at_.load(std::memory_order_relaxed);
     if (reaction == 0 || age <= command_timeout_.load(std::memory_order_relaxed)) return command;
@@ -264,7 +269,7 @@ class Controller {
     publish(set, now, model_N);
     // Where the next tick should find the axis.
     out_.reference_counts = sum(now.counts, static_cast<std::int32_t>(now.velocity));
-    const Applied force = apply(set, target_N_.load(std::memory_order_relaxed), fade);
+    const Applied force = apply(set, command_.read().target_N, fade);
     expect(set, now, force.applied_N - model_N);
   }
 
@@ -300,7 +305,7 @@ class Controller {
   // Offset, fading and limits; the current that gives the force. `fade`: the wanted force may step in this
   // tick, since parameters or the mode have changed.
   Applied apply(const ControlSet& set, float force_N, bool fade) {
-    float wanted_N = force_N + offset_N_.load(std::memory_order_relaxed);
+    float wanted_N = force_N + command_.read().offset_N;
     if (fade) blend_N_ = out_.driving ? last_wanted_N_ - wanted_N : 0.0F;
     wanted_N += blend_N_;
     blend_N_ *= set.blend_keep;
@@ -377,13 +382,11 @@ class Controller {
   float blend_N_ = 0.0F;
   float last_wanted_N_ = 0.0F;
   float expected_mps2_ = 0.0F;
-  std::atomic<std::uint32_t> command_{0};       // control word, kTorqueMode and what follows it
+  CommandBox command_;
   std::atomic<std::uint32_t> commanded_at_{0};  // the tick of the last command
   std::atomic<std::uint32_t> command_timeout_{0};
   std::atomic<bool> command_lost_{false};
   std::atomic<std::uint32_t> events_{0};  // a fault, and kRefused
-  std::atomic<float> target_N_{0.0F};
-  std::atomic<float> offset_N_{0.0F};
   std::array<ReferencePoint, kDelayed> delay_{};
   ParameterSwap<ControlSet> sets_;
   HysteresisMemory memory_;
