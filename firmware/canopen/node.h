@@ -144,7 +144,9 @@ class Node {
                              parts_.may_write(),
                              parts_.port};
     const bool answer = parts_.lss.receive(frame.data, device, out, wish);
-    if (wish == Lss::Wish::kStore) {
+    if (wish == Lss::Wish::kStore && parts_.application.enabled()) {
+      out[1] = 2;  // flash may hold the processor up
+    } else if (wish == Lss::Wish::kStore) {
       parts_.dictionary.set(kRow<kNodeIndex, 1>, parts_.lss.node());
       parts_.dictionary.set(kRow<kNodeIndex, 2>, parts_.lss.bit_rate());
       if (parts_.set.save(parts_.dictionary, parts_.node, Group::kNode) != StoreStatus::kOk) out[1] = 2;

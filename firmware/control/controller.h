@@ -304,25 +304,26 @@ class Controller {
 
   // Offset, fading and limits; the current that gives the force. `fade`: the wanted force may step in this
   // tick, since parameters or the mode have changed.
-  Applied apply(const ControlSet& set, float force_N, bool fade) {
+  Applied apply(ControlSet& set, float force_N, bool fade) {
     float wanted_N = force_N + command_.read().offset_N;
     if (fade) blend_N_ = out_.driving ? last_wanted_N_ - wanted_N : 0.0F;
     wanted_N += blend_N_;
     blend_N_ *= set.blend_keep;
     last_wanted_N_ = wanted_N;
     const float wanted_A = wanted_N * set.A_per_N;
-    if (!approx::is_finite(wanted_A)) return stop_not_finite();
+    if (!approx::is_finite(wanted_A)) return stop_not_finite(set);
     out_.current_A = limit_.step(set.axis.current_limit_A, set.largest_step_A, wanted_A, out_.limits);
     if (reference_.braking()) out_.limits |= kLimitReference;
     return {wanted_N, out_.current_A * set.axis.motor_constant_N_per_A};
   }
 
   // No current. What the value may have reached is reset: here, and by the change of mode.
-  Applied stop_not_finite() {
+  Applied stop_not_finite(ControlSet& set) {
     state_.raise(Fault::kNotFinite);
     change_mode(ControlMode::kOff);
     out_.current_A = 0.0F;
     estimate_.reset(estimate_.counts());
+    set.forget_motion(estimate_.counts());
     return {0.0F, 0.0F};
   }
 

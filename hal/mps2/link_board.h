@@ -40,6 +40,8 @@ class BoardOfImage {
   Nonvolatile& nonvolatile() { return flash_; }
   Indicator& indicator() { return indicator_; }
   std::uint32_t tick_period() const { return 0; }
+  /// The emulator has no number of its own.
+  static std::uint32_t serial_number() { return 1; }
 
   bool start() {
     uart_.start();
