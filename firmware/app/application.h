@@ -22,16 +22,16 @@ struct NodeContext {
 
 /// What commands the controller from outside. start() is called once, when the board runs: the place to load
 /// the stored parameters and configure() the controller, which is not ready before. serve() is called in
-/// every turn of the main loop and returns soon; `now_us` counts modulo 2^32.
+/// every pass of the main loop and returns soon; `now_us` counts modulo 2^32.
 template <class N>
 concept Node = requires(N node, NodeContext context, std::uint32_t now_us) {
   node.start(context);
   node.serve(context, now_us);
 };
 
-/// A board, as the application wants it: the devices of hal/include, and how it starts and waits.
+/// What the application requires of a board: the devices of hal/include, and how it starts and waits.
 /// start() begins the ticks: from then on the board calls Application::tick() at its tick rate, at the
-/// highest priority; false: a device does not work, and the motor is off. wait() is called between two turns
+/// highest priority; false: a device does not work, and the motor is off. wait() is called between two passes
 /// of the main loop; false ends the program (an emulated board).
 template <class B>
 concept Board = requires(B board) {
@@ -80,7 +80,7 @@ class Application {
     return true;
   }
 
-  /// What start() does once the board runs, and run() in each turn: for hosts with a loop of their own.
+  /// What start() does once the board runs, and run() in each pass: for hosts with a loop of their own.
   void begin() {
     last_clock_ = board_.clock().now();
     node_.start(context_);
@@ -88,6 +88,7 @@ class Application {
   void serve() {
     tick_.controller().poll();
     node_.serve(context_, now_us());
+    tick_.main_loop_ran();
     const Indication indication = indication_of(tick_.controller().state().state());
     if (indication != shown_) board_.indicator().show(indication);
     shown_ = indication;
@@ -116,7 +117,7 @@ class Application {
     }
   }
 
-  // Clock ticks added up to microseconds; the turns are far closer together than the clock's 2^32 ticks.
+  // Clock ticks added up to microseconds; the passes are far closer together than the clock's 2^32 ticks.
   std::uint32_t now_us() {
     const std::uint32_t per_us = board_.clock().ticks_per_second() / 1'000'000U;
     const std::uint32_t now = board_.clock().now();

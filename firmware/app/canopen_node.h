@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -23,12 +24,14 @@ class CanopenNode {
     drive_.emplace(context.controller, context.timing, trace_, serial_);
     node_.emplace(context.can, *log_, *drive_);
     node_->start(node_id_, 0);
+    // Ticks are running: they must not see a drive that is half made.
+    published_.store(&*drive_, std::memory_order_release);
   }
   void serve(NodeContext&, std::uint32_t now_us) { node_->poll(now_us); }
 
   /// From the tick's interrupt, behind the tick.
   void after_tick() {
-    if (drive_) drive_->after_tick();
+    if (canopen::Drive* const drive = published_.load(std::memory_order_acquire)) drive->after_tick();
   }
 
   canopen::Node& canopen() { return *node_; }
@@ -40,6 +43,7 @@ class CanopenNode {
   std::optional<SlotLog> log_;
   std::optional<canopen::Drive> drive_;
   std::optional<canopen::Node> node_;
+  std::atomic<canopen::Drive*> published_{nullptr};
 };
 
 }  // namespace slipstack

@@ -29,7 +29,7 @@ class HeartbeatNode {
 
  private:
   static constexpr std::uint32_t kPeriod_us = 1'000'000;
-  static constexpr int kMostFrames = 8;  // in one turn
+  static constexpr int kMostFrames = 8;  // in one pass
   static constexpr std::uint8_t kBootUp = 0x00;
   static constexpr std::uint8_t kPreOperational = 0x7F;
 

@@ -11,12 +11,11 @@ namespace {
 using namespace slipstack;  // NOLINT(google-build-using-namespace)
 
 constexpr std::uint8_t kNodeId = 127;  // until LSS gives another
-constexpr std::uint32_t kSerial = 1;   // no board reads its own number yet
 
 BoardOfImage board;
 // Kept out of the working memory: the linker script has a place for it.
 [[gnu::section(".trace")]] std::array<canopen::TraceSample, 4096> trace;
-CanopenNode node{kNodeId, kSerial, trace};
+CanopenNode node{kNodeId, BoardOfImage::serial_number(), trace};
 lockstep::ApplicationFor<BoardOfImage, CanopenNode> application{board, node};
 }  // namespace
 

@@ -8,7 +8,7 @@
 namespace slipstack::canopen {
 
 /// What the node serves: the objects from 2000h on, and what communication means to it.
-class Application : public Behind {
+class Application : public ObjectAccess {
  public:
   /// Parameters in the dictionary are new: after a start or a reset.
   virtual void reset(Dictionary& dictionary) = 0;

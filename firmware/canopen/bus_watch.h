@@ -48,8 +48,8 @@ class BusWatch {
     collision_us_ = now_us;
   }
 
-  /// Once in every poll. `operational`: PDOs are expected.
-  void watch_frames(std::uint32_t now_us, bool operational) {
+  /// Once in every poll. `operational`: PDOs are expected. True when an RPDO has just failed to come.
+  bool watch_frames(std::uint32_t now_us, bool operational) {
     Emergency& emergency = parts_.emergency;
     const CanBusStatus bus = parts_.port.status();
     // Events rather than states: the error is gone when there was none for a while. 8110h: CAN overrun.
@@ -67,6 +67,9 @@ class BusWatch {
     // 8250h: RPDO time-out.
     const std::uint8_t late = operational ? parts_.pdos.late(now_us) : std::uint8_t{0};
     emergency.set(ErrorSource::kPdoTimeout, late != 0 ? 0x8250 : 0, late);
+    const bool newly_late = late != 0 && !rpdo_late_;
+    rpdo_late_ = late != 0;
+    return newly_late;
   }
 
  private:
@@ -76,6 +79,7 @@ class BusWatch {
   std::uint32_t frames_lost_ = 0;
   std::uint32_t overrun_us_ = 0;
   std::uint32_t collision_us_ = 0;
+  bool rpdo_late_ = false;
 };
 
 }  // namespace slipstack::canopen

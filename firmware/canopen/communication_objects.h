@@ -107,13 +107,14 @@ inline constexpr std::array<DefaultPdo, kPdoCount> kReceivePdos{{
     {0x500 | kInvalidPdo, 255, 0, 0, 0, {}},
 }};
 
-/// TPDO 1 statusword and mode on change, 2 position and torque, 3 the measurement stream of `slipstack
-/// record` (tick, position, current), 4 following error and residual.
+/// TPDO 1 statusword and mode on change, and every 100 ms for masters that expect it in time, 2 position and
+/// torque, 3 the measurement stream of `slipstack record` (tick, position, current), 4 following error and
+/// residual.
 inline constexpr std::array<DefaultPdo, kPdoCount> kTransmitPdos{{
     {0x180 | kNoRemote,
      255,
      100,
-     0,
+     100,
      3,
      {mapping_entry(0x6041, 0, 16), mapping_entry(0x6061, 0, 8), mapping_entry(0x603F, 0, 16)}},
     {0x280 | kNoRemote,

@@ -42,8 +42,9 @@ enum class Abort : std::uint32_t {
   kNoData = 0x08000024,
 };
 
-/// What stands behind the dictionary. Called outside the tick, each in bounded time.
-class Behind {
+/// The device as the dictionary sees it: reads live objects, checks and acts on what is written. Called
+/// outside the tick, each in bounded time.
+class ObjectAccess {
  public:
   /// The value of a live object.
   virtual std::uint32_t read(std::size_t row) = 0;
@@ -53,6 +54,10 @@ class Behind {
   virtual Abort check(std::size_t row, std::uint32_t value) = 0;
   /// A value was taken.
   virtual void written(std::size_t row, std::uint32_t value) = 0;
+  /// All values that came together were written: the device acts on them, in one tick.
+  virtual void commit() {}
+  /// The number of the last tick: values read under the same number belong together.
+  virtual std::uint32_t tick() const { return 0; }
 
   /// Domains: begin an upload (size out) or a download (size in, 0 if the master does not say).
   virtual Abort begin_upload(std::size_t row, std::uint32_t& size) = 0;
@@ -63,7 +68,7 @@ class Behind {
   virtual Abort end_download(std::size_t row, std::uint32_t size) = 0;
 
  protected:
-  ~Behind() = default;
+  ~ObjectAccess() = default;
 };
 
 /// Whether `value` lies within the bounds of an object; kTooHigh or kTooLow if not. NaN is too low.
@@ -85,7 +90,7 @@ constexpr Abort check_bounds(const Object& object, std::uint32_t value) {
 /// The values of all objects: one word each, whatever the type.
 class Dictionary {
  public:
-  explicit Dictionary(Behind& behind) : behind_(behind) { set_defaults(0); }
+  explicit Dictionary(ObjectAccess& access) : access_(access) { set_defaults(0); }
 
   /// Every value to its default in the table, for this node id.
   void set_defaults(std::uint8_t node) {
@@ -101,30 +106,32 @@ class Dictionary {
   void set(std::size_t row, std::uint32_t value) { values_[row] = value; }
 
   /// What a master sees.
-  std::uint32_t read(std::size_t row) { return kObjects[row].live ? behind_.read(row) : values_[row]; }
+  std::uint32_t read(std::size_t row) { return kObjects[row].live ? access_.read(row) : values_[row]; }
 
   /// What a master writes.
   Abort write(std::size_t row, std::uint32_t value) {
     const Abort abort = put(row, value);
-    if (abort == Abort::kNone) announce(row);
+    if (abort != Abort::kNone) return abort;
+    announce(row);
+    access_.commit();
     return abort;
   }
-  /// The first half of a write: the value stands in the dictionary, and nothing has followed from it yet.
+  /// The first half of a write: the value is in the dictionary, and the device has not acted on it yet.
   Abort put(std::size_t row, std::uint32_t value) {
     const Object& object = kObjects[row];
     if (!object.writable()) return Abort::kReadOnly;
     Abort abort = check_bounds(object, value);
-    if (abort == Abort::kNone) abort = behind_.check(row, value);
+    if (abort == Abort::kNone) abort = access_.check(row, value);
     if (abort == Abort::kNone) values_[row] = value;
     return abort;
   }
-  /// The second half: the device acts on it.
-  void announce(std::size_t row) { behind_.written(row, values_[row]); }
+  /// The second half: the device takes it over. After the last of the values that came together, commit().
+  void announce(std::size_t row) { access_.written(row, values_[row]); }
 
-  Behind& behind() { return behind_; }
+  ObjectAccess& access() { return access_; }
 
  private:
-  Behind& behind_;
+  ObjectAccess& access_;
   std::array<std::uint32_t, kObjectCount> values_{};
 };
 

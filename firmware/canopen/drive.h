@@ -31,16 +31,16 @@ class Drive final : public Application {
 
   void reset(Dictionary& dictionary) override {
     dictionary_ = &dictionary;
-    profile_.reset(dictionary);
-    model_.apply(dictionary);
+    profile_.begin_reset(dictionary);
+    model_.reset();
+    step_reset();
   }
   void step(std::uint32_t) override {
     controller_.poll();
+    if (model_.resetting()) step_reset();
     profile_.step();
   }
-  std::uint16_t error_code() override {
-    return slipstack::error_code(controller_.state().faults().latched());
-  }
+  std::uint16_t error_code() override { return profile_.error_code(); }
   bool enabled() override { return profile_.driving(); }
   void set_operational(bool operational) override { profile_.set_operational(operational); }
   std::uint32_t serial_number() const override { return serial_; }
@@ -89,6 +89,9 @@ class Drive final : public Application {
     if (object.sub == 1) trace_.command(*dictionary_, value);
   }
 
+  void commit() override { profile_.commit(); }
+  std::uint32_t tick() const override { return controller_.ticks(); }
+
   // ---- domains: the model's image, the trace ----
 
   Abort begin_upload(std::size_t row, std::uint32_t& size) override {
@@ -109,6 +112,11 @@ class Drive final : public Application {
   }
 
  private:
+  void step_reset() {
+    model_.step(*dictionary_);
+    if (!model_.resetting()) profile_.end_reset();
+  }
+
   static bool is_model_image(std::size_t row) { return kObjects[row].index == kModelImageIndex; }
 
   Controller& controller_;

@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cstdint>
 
+#include "firmware/canopen/command_supervision.h"
 #include "firmware/canopen/dictionary.h"
+#include "firmware/canopen/profile_units.h"
 #include "firmware/canopen/telemetry.h"
 #include "firmware/control/controller.h"
 
@@ -16,21 +18,27 @@ enum class Mode : std::int8_t { kNone = 0, kProfilePosition = 1, kCyclicPosition
 /// and the option codes of stops. Bound to the controller; in the main loop.
 class DriveProfile {
  public:
-  explicit DriveProfile(Controller& controller) : controller_(controller) {}
+  explicit DriveProfile(Controller& controller) : controller_(controller), supervision_(controller) {}
 
-  /// The dictionary holds other values: after a start or a reset.
-  void reset(Dictionary& dictionary) {
+  /// The dictionary holds other values, after a start or a reset: the axis is stopped, and until end_reset()
+  /// no controlword is followed.
+  void begin_reset(Dictionary& dictionary) {
     dictionary_ = &dictionary;
+    resetting_ = true;
     control_ = 0;
     mode_ = Mode::kNone;
+    command();
+  }
+  void end_reset() {
+    resetting_ = false;
     command();
   }
 
   /// Once in every poll.
   void step() {
+    if (supervision_.lost()) connection_lost();
     follow_mode();
     command();
-    set_torque();
     profile_position();
   }
 
@@ -40,17 +48,14 @@ class DriveProfile {
   /// 6007h: what follows when the master is lost.
   void connection_lost() {
     if (!driving()) return;
-    switch (value(kRow<0x6007>)) {
-      case 2:
-        control_ = static_cast<std::uint16_t>(control_ & ~kEnableVoltage);
-        break;
-      case 3:
-        control_ = static_cast<std::uint16_t>(control_ & ~kQuickStop);
-        break;
-      default:
-        return;
-    }
+    control_ = static_cast<std::uint16_t>(control_ & ~CommandSupervision::reaction(*dictionary_));
     command();
+  }
+
+  /// 603Fh: the fault, or that commands fail to come (8100h: communication).
+  std::uint16_t error_code() const {
+    const Fault fault = controller_.state().faults().latched();
+    return fault == Fault::kNone && supervision_.lost() ? 0x8100 : slipstack::error_code(fault);
   }
 
   /// Cyclic position: each SYNC takes the target as the next set-point.
@@ -78,7 +83,7 @@ class DriveProfile {
     const ControlOutput& out = controller_.output();
     switch (index) {
       case 0x603F:
-        return slipstack::error_code(controller_.state().faults().latched());
+        return error_code();
       case 0x6041:
         return statusword();
       case 0x6061:
@@ -86,15 +91,15 @@ class DriveProfile {
       case 0x6064:
         return static_cast<std::uint32_t>(controller_.measured_counts());
       case 0x606C:
-        return rounded(in_counts(out.velocity_mps), 2.1e9F);
+        return rounded(in_counts(axis(), out.velocity_mps), 2.1e9F);
       case 0x6076:
-        return rounded(rated_force_N() * 1e3F, 2.1e9F);
+        return rounded(rated_force_N(*dictionary_, axis()) * 1e3F, 2.1e9F);
       case 0x6074:
-        return rounded(in_thousandths(out.current_A), 32767.0F);
+        return rounded(in_thousandths(*dictionary_, out.current_A), 32767.0F);
       case 0x6077:
-        return rounded(in_thousandths(controller_.measured_A()), 32767.0F);
+        return rounded(in_thousandths(*dictionary_, controller_.measured_A()), 32767.0F);
       case 0x60F4:
-        return rounded(in_counts(out.position_error_m), 2.1e9F);
+        return rounded(in_counts(axis(), out.position_error_m), 2.1e9F);
       default:
         return value(row);
     }
@@ -119,37 +124,37 @@ class DriveProfile {
   }
 
   void written(std::uint16_t index, std::uint32_t value_now) {
+    received(index);
     switch (index) {
       case 0x6040:
         return controlword(static_cast<std::uint16_t>(value_now));
       case 0x6060:
         mode_ = static_cast<Mode>(static_cast<std::int8_t>(value_now));
-        follow_mode();
-        set_torque();
-        return command();
-      case 0x6071:
-      case 0x60B2:
-        return set_torque();
+        return follow_mode();
       default:
         return;
     }
   }
 
+  /// All that came together was written: control word, mode and forces reach the tick at once.
+  void commit() { command(); }
+
  private:
   std::uint32_t value(std::size_t row) const { return dictionary_->value(row); }
 
-  float rated_force_N() const {
-    return static_cast<float>(value(kRow<0x6075>)) * 1e-3F *
-           controller_.parameters().axis.motor_constant_N_per_A;
-  }
-  // Of the rated current, and so of the rated force.
-  float in_thousandths(float current_A) const {
-    return current_A / (static_cast<float>(value(kRow<0x6075>)) * 1e-6F);
-  }
-  float in_counts(float metres) const { return metres / controller_.parameters().axis.encoder_resolution_m; }
+  const AxisParameters& axis() const { return controller_.parameters().axis; }
 
   bool operation_enabled() const { return controller_.state().state() == DriveState::kOperationEnabled; }
   bool halted() const { return (control_ & kHaltBit) != 0; }
+
+  // A command of the master: controlword, mode, or set-point. A loss that the main loop has not seen yet
+  // takes effect first, so that a command that comes late does not undo it.
+  void received(std::uint16_t index) {
+    const bool set_point = index == 0x607A || index == 0x6071;
+    if (!set_point && index != 0x6040 && index != 0x6060 && index != 0x60B2) return;
+    if (supervision_.lost()) connection_lost();
+    supervision_.received(*dictionary_, set_point && operation_enabled());
+  }
 
   // Bits of IEC 61800-7-201 table 29; 12 and 13 by mode.
   std::uint16_t statusword() const {
@@ -174,9 +179,9 @@ class DriveProfile {
   }
 
   void controlword(std::uint16_t word_now) {
+    if (resetting_) return;
     const auto rising = static_cast<std::uint16_t>(word_now & ~control_);
     control_ = word_now;
-    command();
     if ((rising & kHaltBit) != 0 && operation_enabled()) {
       controller_.reference().stop();
       waiting_ = streaming_ = target_stands_ = false;
@@ -187,34 +192,46 @@ class DriveProfile {
   // Quick stop option 0: no braking, current off; fault reaction option 0 the same. Option 6: braked and
   // held, the state kept. Halt leaves torque mode: the axis brakes and holds its place.
   void command() {
+    if (resetting_) {
+      // A quick stop, or current off.
+      return controller_.command(
+          Command{.word = value(kRow<0x605A>) != 0 ? std::uint32_t{kEnableVoltage} : 0U});
+    }
     std::uint16_t word_now = control_;
     const bool quick_stop = (word_now & kQuickStop) == 0;
-    if (quick_stop && dictionary_ != nullptr && value(kRow<0x605A>) == 0)
-      word_now &= static_cast<std::uint16_t>(~kEnableVoltage);
+    if (quick_stop && value(kRow<0x605A>) == 0) word_now &= static_cast<std::uint16_t>(~kEnableVoltage);
     std::uint32_t options = 0;
     if (active_ == Mode::kCyclicTorque && !halted()) options |= kTorqueMode;
-    if (dictionary_ != nullptr && value(kRow<0x605E>) == 0) options |= kReleaseOnFault;
-    if (dictionary_ != nullptr && value(kRow<0x605A>) == 6) options |= kStayStopped;
-    controller_.command_all(options | word_now);
+    if (value(kRow<0x605E>) == 0) options |= kReleaseOnFault;
+    if (value(kRow<0x605A>) == 6) options |= kStayStopped;
+    options |= supervision();
+    controller_.command(Command{options | word_now, force_N(kRow<0x6071>), force_N(kRow<0x60B2>)});
   }
 
-  // 6071h and 60B2h, in thousandths of the rated force. The target counts in torque mode only, the offset in
+  // In the cyclic modes, from the first set-point on; a force that was there before counts as one.
+  std::uint32_t supervision() const {
+    const bool torque = active_ == Mode::kCyclicTorque;
+    if (!operation_enabled() || (!torque && active_ != Mode::kCyclicPosition)) return 0;
+    const bool forced = torque && (value(kRow<0x6071>) != 0 || value(kRow<0x60B2>) != 0);
+    return supervision_.options(*dictionary_, streaming_ || forced);
+  }
+
+  // 6071h or 60B2h, in thousandths of the rated force. The target counts in torque mode only, the offset in
   // every mode.
-  void set_torque() {
-    const float per_thousandth_N = 1e-3F * rated_force_N();
-    const auto force_N = [&](std::size_t row) {
-      return static_cast<float>(static_cast<std::int32_t>(value(row))) * per_thousandth_N;
-    };
-    controller_.set_torque(force_N(kRow<0x6071>), force_N(kRow<0x60B2>));
+  float force_N(std::size_t row) const {
+    const float thousandths = static_cast<float>(static_cast<std::int32_t>(value(row)));
+    return thousandths * 1e-3F * rated_force_N(*dictionary_, axis());
   }
 
   void follow_mode() {
     if (!operation_enabled()) {
       streaming_ = waiting_ = acknowledged_ = target_stands_ = false;
+      supervision_.rest();
     }
     if (mode_ == active_) return;
     if (operation_enabled()) controller_.reference().stop();
     active_ = mode_;
+    supervision_.rest();
     streaming_ = waiting_ = acknowledged_ = target_stands_ = false;
   }
 
@@ -270,11 +287,13 @@ class DriveProfile {
   static constexpr std::uint16_t kHaltBit = 1U << 8;
 
   Controller& controller_;
+  CommandSupervision supervision_;
   Dictionary* dictionary_ = nullptr;
   std::uint16_t control_ = 0;
   Mode mode_ = Mode::kNone;
   Mode active_ = Mode::kNone;
   bool operational_ = false;
+  bool resetting_ = false;
   bool streaming_ = false;
   bool waiting_ = false;
   bool acknowledged_ = false;

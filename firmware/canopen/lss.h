@@ -165,7 +165,7 @@ class Lss {
         return false;
       case 0x17:
         out[1] = writable ? 0 : 1;
-        if (writable) wish = Wish::kStore;  // the node turns the answer into an error if that fails
+        if (writable) wish = Wish::kStore;  // the node changes the answer to an error if storing fails
         return true;
       case 0x5A:
       case 0x5B:

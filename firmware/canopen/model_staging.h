@@ -19,14 +19,27 @@ class ModelStaging {
 
   ParameterStatus last_status() const { return status_; }
 
-  /// What stands in the dictionary comes into force: after a start or a reset.
-  void apply(const Dictionary& dictionary) {
+  /// The dictionary holds other values, after a start or a reset: step() brings them into force.
+  void reset() { phase_ = Phase::kStopping; }
+  bool resetting() const { return phase_ != Phase::kNone; }
+
+  /// Once in every poll. At a reset the axis stops by the parameters that it moves by; then those are
+  /// withdrawn, so that nothing runs that no object shows; then the values of the dictionary are applied, and
+  /// if they are refused the drive has none.
+  void step(const Dictionary& dictionary) {
+    if (phase_ == Phase::kNone || controller_.change_pending() || controller_.state().driving()) return;
+    if (phase_ == Phase::kStopping && controller_.parameters().valid) {
+      if (controller_.withdraw_parameters()) phase_ = Phase::kWithdrawn;
+      return;
+    }
+    phase_ = Phase::kNone;
     status_ = controller_.configure(staged_axis(dictionary), staged_model(dictionary));
   }
 
   /// 2140h:03: applied if the hash that the master writes is that of the staged model.
   Abort apply_checked(const Dictionary& dictionary, std::uint32_t hash) {
-    if (controller_.state().driving() || controller_.change_pending()) return Abort::kDeviceState;
+    if (resetting() || controller_.state().driving() || controller_.change_pending())
+      return Abort::kDeviceState;
     const ModelParameters model = staged_model(dictionary);
     if (hash != model_hash(model)) return Abort::kBadValue;
     // Checked first: what the controller itself refuses counts as a fault of an enabled axis.
@@ -94,7 +107,10 @@ class ModelStaging {
  private:
   static constexpr std::uint32_t kImageBytes = 4 * kModelWords;
 
+  enum class Phase : std::uint8_t { kNone, kStopping, kWithdrawn };
+
   Controller& controller_;
+  Phase phase_ = Phase::kNone;
   ParameterStatus status_ = ParameterStatus::kNoMass;
   std::uint32_t refused_ = 0;
   std::array<std::uint32_t, kModelWords> incoming_{};

@@ -144,7 +144,9 @@ class Node {
                              parts_.may_write(),
                              parts_.port};
     const bool answer = parts_.lss.receive(frame.data, device, out, wish);
-    if (wish == Lss::Wish::kStore) {
+    if (wish == Lss::Wish::kStore && parts_.application.enabled()) {
+      out[1] = 2;  // flash may hold the processor up
+    } else if (wish == Lss::Wish::kStore) {
       parts_.dictionary.set(kRow<kNodeIndex, 1>, parts_.lss.node());
       parts_.dictionary.set(kRow<kNodeIndex, 2>, parts_.lss.bit_rate());
       if (parts_.set.save(parts_.dictionary, parts_.node, Group::kNode) != StoreStatus::kOk) out[1] = 2;
@@ -215,7 +217,7 @@ class Node {
     if (parts_.node == Lss::kUnconfigured) return;
     const std::uint8_t boot_up = 0;
     parts_.outbox.push(0x700U + parts_.node, std::span(&boot_up, 1));
-    parts_.last_heartbeat_us = now_us;
+    parts_.heartbeat_timer.restart(now_us);
     state_ = NmtState::kPreOperational;
   }
 
@@ -237,7 +239,7 @@ class Node {
     parts_.emergency.set(ErrorSource::kDrive, parts_.application.error_code());
     step_heartbeats(now_us);
     step_sync(now_us);
-    bus_.watch_frames(now_us, state_ == NmtState::kOperational);
+    if (bus_.watch_frames(now_us, state_ == NmtState::kOperational)) parts_.application.connection_lost();
     SdoFrame out;
     for (int i = 0; i < kBlockFramesPerPoll && parts_.outbox.room() > 8; ++i) {
       if (!parts_.sdo.next(now_us, out)) break;
@@ -250,11 +252,7 @@ class Node {
   }
 
   void step_heartbeats(std::uint32_t now_us) {
-    const std::uint32_t period_us = parts_.dictionary.value(kRow<0x1017>) * 1000U;
-    if (period_us != 0 && now_us - parts_.last_heartbeat_us >= period_us) {
-      // Kept on its grid, unless polls were missing for a whole period.
-      parts_.last_heartbeat_us =
-          now_us - parts_.last_heartbeat_us < 2 * period_us ? parts_.last_heartbeat_us + period_us : now_us;
+    if (parts_.heartbeat_timer.due(now_us, parts_.dictionary.value(kRow<0x1017>) * 1000U)) {
       const auto state = static_cast<std::uint8_t>(state_);
       parts_.outbox.push(0x700U + parts_.node, std::span(&state, 1));
     }
@@ -269,17 +267,14 @@ class Node {
 
   void step_sync(std::uint32_t now_us) {
     const std::uint32_t cob = parts_.dictionary.value(kRow<0x1005>);
-    const std::uint32_t period_us = parts_.dictionary.value(kRow<0x1006>);
-    const bool producing = (cob & 0x40000000) != 0 && period_us != 0 && state_ != NmtState::kStopped;
-    if (!producing || now_us - parts_.last_sync_us < period_us) return;
-    parts_.last_sync_us =
-        now_us - parts_.last_sync_us < 2 * period_us ? parts_.last_sync_us + period_us : now_us;
+    if ((cob & 0x40000000) == 0 || state_ == NmtState::kStopped) return;
+    if (!parts_.sync_timer.due(now_us, parts_.dictionary.value(kRow<0x1006>))) return;
     const auto overflow = static_cast<std::uint8_t>(parts_.dictionary.value(kRow<0x1019>));
     std::uint8_t counter = 0;
-    if (overflow > 1)
-      counter = parts_.sync_counter = parts_.sync_counter >= overflow
-                                          ? std::uint8_t{1}
-                                          : static_cast<std::uint8_t>(parts_.sync_counter + 1);
+    if (overflow > 1) {
+      counter = static_cast<std::uint8_t>(parts_.sync_counter >= overflow ? 1 : parts_.sync_counter + 1);
+      parts_.sync_counter = counter;
+    }
     parts_.outbox.push(cob & 0x7FF, std::span(&counter, overflow > 1 ? 1 : 0));
     sync(counter, now_us);
   }

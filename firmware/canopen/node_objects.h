@@ -5,13 +5,14 @@
 #include <cstdint>
 #include <span>
 
+#include "firmware/canopen/cob_id.h"
 #include "firmware/canopen/node_parts.h"
 
 namespace slipstack::canopen {
 
-/// What stands behind the dictionary of the node: the objects of communication, storage and access lock;
+/// Access to the objects of the node: communication, storage and access lock;
 /// those from 2000h on are the application's.
-class NodeObjects final : public Behind {
+class NodeObjects final : public ObjectAccess {
  public:
   explicit NodeObjects(NodeParts& parts) : parts_(parts) {}
 
@@ -77,13 +78,13 @@ class NodeObjects final : public Behind {
         return parts_.emergency.clear_history();
       case 0x1005:
       case 0x1006:
-        parts_.last_sync_us = parts_.now_us;
+        parts_.sync_timer.restart(parts_.now_us);
         parts_.sync_counter = 0;
         return;
       case 0x1016:
         return parts_.heartbeats.restart(row);
       case 0x1017:
-        parts_.last_heartbeat_us = parts_.now_us;
+        parts_.heartbeat_timer.restart(parts_.now_us);
         return;
       case kLockIndex:
         if (object.sub == 10) parts_.lock.set_in_use(value != 0);
@@ -93,6 +94,9 @@ class NodeObjects final : public Behind {
         return;
     }
   }
+
+  void commit() override { parts_.application.commit(); }
+  std::uint32_t tick() const override { return parts_.application.tick(); }
 
   Abort begin_upload(std::size_t row, std::uint32_t& size) override {
     return parts_.application.begin_upload(row, size);

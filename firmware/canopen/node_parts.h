@@ -13,6 +13,7 @@
 #include "firmware/canopen/outbox.h"
 #include "firmware/canopen/parameter_set.h"
 #include "firmware/canopen/pdo.h"
+#include "firmware/canopen/periodic_timer.h"
 #include "firmware/canopen/sdo_server.h"
 #include "hal/include/can_port.h"
 
@@ -21,7 +22,7 @@ namespace slipstack::canopen {
 /// The services of a node and the state that they share: the node drives them by frames and time, the objects
 /// of communication show and set them.
 struct NodeParts {
-  NodeParts(CanPort& can, SlotLog& storage, Application& served, Behind& objects)
+  NodeParts(CanPort& can, SlotLog& storage, Application& served, ObjectAccess& objects)
       : port(can),
         application(served),
         set(storage),
@@ -45,8 +46,8 @@ struct NodeParts {
   Outbox outbox;
   std::uint8_t node = Lss::kUnconfigured;
   std::uint32_t now_us = 0;
-  std::uint32_t last_heartbeat_us = 0;
-  std::uint32_t last_sync_us = 0;
+  PeriodicTimer heartbeat_timer;
+  PeriodicTimer sync_timer;
   std::uint8_t sync_counter = 0;
   std::uint32_t received = 0;
   std::uint32_t malformed = 0;

@@ -60,7 +60,7 @@ enum class Storage : std::uint8_t {
 /// One sub-index. Values travel as 32 raw bits: floats as their IEEE bits, shorter integers extended by sign.
 struct Object {
  private:
-  // First, because clang wants to have seen it where it is used in a constant.
+  // Declared first: clang requires that where it is used in a constant expression.
   template <class Change>
   constexpr Object with(Change&& change) const {
     Object copy = *this;
@@ -183,6 +183,11 @@ constexpr Object variable(std::uint16_t index, Type type, const char* name) {
   Object object = entry(index, 0, type, name);
   object.object = name;
   return object;
+}
+
+/// A value that the device measures or counts; it may be mapped into a TPDO.
+constexpr Object reading(std::uint16_t index, std::uint8_t sub, Type type, const char* name) {
+  return entry(index, sub, type, name).read_only().from_device().mapped(Mapping::kTransmit);
 }
 
 /// Sub-index 0 of an array or record of `count` more.

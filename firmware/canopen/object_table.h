@@ -2,6 +2,7 @@
 #pragma once
 
 #include "firmware/canopen/communication_objects.h"
+#include "firmware/canopen/device_objects.h"
 #include "firmware/canopen/friction_objects.h"
 #include "firmware/canopen/profile_objects.h"
 

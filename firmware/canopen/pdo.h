@@ -5,101 +5,12 @@
 #include <cstdint>
 #include <span>
 
-#include "firmware/canopen/counter.h"
+#include "firmware/canopen/cob_id.h"
 #include "firmware/canopen/dictionary.h"
 #include "firmware/canopen/outbox.h"
+#include "firmware/canopen/pdo_map.h"
 
 namespace slipstack::canopen {
-
-/// A mapping in the form that transfers use: rows and bits, in order.
-class PdoMap {
- public:
-  /// Whether one mapping entry may stand in a PDO that way.
-  static Abort check_entry(std::uint32_t entry, bool receive) {
-    const auto index = static_cast<std::uint16_t>(entry >> 16);
-    const auto sub = static_cast<std::uint8_t>(entry >> 8);
-    const auto bits = static_cast<std::uint8_t>(entry);
-    if (receive && is_dummy(index, sub)) {
-      return bits == 8 * size_of(static_cast<Type>(index)) ? Abort::kNone : Abort::kNotMappable;
-    }
-    const std::size_t row = find_row(index, sub);
-    if (row == kNoRow) return has_index(index) ? Abort::kNoSubIndex : Abort::kNoObject;
-    const Object& object = kObjects[row];
-    const bool allowed = object.mapping == Mapping::kBoth ||
-                         object.mapping == (receive ? Mapping::kReceive : Mapping::kTransmit);
-    return allowed && bits == 8 * size_of(object.type) ? Abort::kNone : Abort::kNotMappable;
-  }
-
-  /// Takes the first `count` entries. Nothing changes unless kNone.
-  Abort build(std::span<const std::uint32_t> entries, bool receive) {
-    PdoMap made;
-    for (const std::uint32_t entry : entries) {
-      const Abort code = check_entry(entry, receive);
-      if (code != Abort::kNone) return code;
-      const auto index = static_cast<std::uint16_t>(entry >> 16);
-      const std::size_t bytes = (entry & 0xFF) / 8;
-      if (made.bytes_ + bytes > 8) return Abort::kMappingTooLong;
-      made.row_[made.count_] =
-          is_dummy(index, 0) && receive ? kNoRow : find_row(index, static_cast<std::uint8_t>(entry >> 8));
-      made.size_[made.count_++] = static_cast<std::uint8_t>(bytes);
-      made.bytes_ = static_cast<std::uint8_t>(made.bytes_ + bytes);
-    }
-    *this = made;
-    return Abort::kNone;
-  }
-
-  std::uint8_t bytes() const { return bytes_; }
-
-  void pack(Dictionary& dictionary, std::span<std::uint8_t, 8> out) const {
-    std::size_t at = 0;
-    for (std::size_t i = 0; i < count_; ++i) {
-      to_bytes(dictionary.read(row_[i]), out.subspan(at, size_[i]));
-      at += size_[i];
-    }
-  }
-  /// Puts the values into the dictionary; nothing follows from them before announce(). Those that it refuses
-  /// are counted in `refused`; the others are taken. A bit in the result for each that was.
-  std::uint8_t unpack(Dictionary& dictionary, std::span<const std::uint8_t> in,
-                      std::uint32_t& refused) const {
-    std::size_t at = 0;
-    std::uint8_t taken = 0;
-    for (std::size_t i = 0; i < count_; ++i) {
-      if (row_[i] != kNoRow) {
-        const std::uint32_t value = from_bytes(kObjects[row_[i]].type, in.subspan(at, size_[i]));
-        if (dictionary.put(row_[i], value) == Abort::kNone) {
-          taken = static_cast<std::uint8_t>(taken | (1U << i));
-        } else {
-          count(refused);
-        }
-      }
-      at += size_[i];
-    }
-    return taken;
-  }
-  /// The device acts on what unpack() took: on all of it together, so that a controlword meets the target
-  /// that came with it, in whichever order they are mapped.
-  void announce(Dictionary& dictionary, std::uint8_t taken) const {
-    for (std::size_t i = 0; i < count_; ++i) {
-      if ((taken >> i & 1U) != 0) dictionary.announce(row_[i]);
-    }
-  }
-
- private:
-  // Entries for the basic types: bytes that are ignored.
-  static bool is_dummy(std::uint16_t index, std::uint8_t sub) { return sub == 0 && index >= 1 && index <= 7; }
-
-  std::array<std::size_t, kMappedLargest> row_{};
-  std::array<std::uint8_t, kMappedLargest> size_{};
-  std::uint8_t count_ = 0;
-  std::uint8_t bytes_ = 0;
-};
-
-/// CAN-IDs that no PDO, SYNC or EMCY may use (CiA 301 table 40).
-constexpr bool is_restricted(std::uint32_t id) {
-  const auto between = [id](std::uint32_t low, std::uint32_t high) { return id >= low && id <= high; };
-  return id == 0 || between(0x001, 0x07F) || between(0x101, 0x180) || between(0x581, 0x5FF) ||
-         between(0x601, 0x67F) || between(0x6E0, 0x6FF) || between(0x701, 0x77F) || between(0x780, 0x7FF);
-}
 
 /// The four RPDOs and four TPDOs (CiA 301, 7.2.2). What they are is read from the dictionary; activate()
 /// after a change of it.
@@ -176,7 +87,9 @@ class Pdos {
         pdo.data = frame.data;
         pdo.held = true;  // until SYNC
       } else {
-        pdo.map.announce(dictionary_, pdo.map.unpack(dictionary_, frame.data, refused_));
+        const std::uint8_t taken = pdo.map.unpack(dictionary_, frame.data, refused_);
+        pdo.map.announce(dictionary_, taken);
+        dictionary_.access().commit();
       }
     }
     return fit;
@@ -204,6 +117,7 @@ class Pdos {
       pdo.held = false;
     }
     for (std::size_t n = 0; n < kPdoCount; ++n) receive_[n].map.announce(dictionary_, taken[n]);
+    dictionary_.access().commit();
     for (std::uint8_t n = 0; n < kPdoCount; ++n) {
       const std::uint32_t type = dictionary_.value(cob_row(n, false) + 1);
       if (type > 240 || !enabled(n)) continue;

@@ -4,40 +4,27 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <cstring>
 #include <span>
 
 #include "firmware/canopen/counter.h"
 #include "firmware/canopen/dictionary.h"
+#include "firmware/canopen/sdo_block.h"
+#include "firmware/canopen/sdo_object.h"
 
 namespace slipstack::canopen {
 
 using SdoFrame = std::array<std::uint8_t, 8>;
 
-/// CRC of block transfers: CCITT, polynomial 1021h, begin 0 (CiA 301, 7.2.4.3.16). Check value of
-/// "123456789": 31C3h.
-constexpr std::uint16_t sdo_crc(std::span<const std::uint8_t> bytes, std::uint16_t crc = 0) {
-  for (const std::uint8_t byte : bytes) {
-    crc = static_cast<std::uint16_t>(crc ^ (byte << 8));
-    for (int bit = 0; bit < 8; ++bit) {
-      crc = static_cast<std::uint16_t>((crc & 0x8000) != 0 ? (crc << 1) ^ 0x1021 : crc << 1);
-    }
-  }
-  return crc;
-}
-
 /// One SDO server (CiA 301, 7.2.4): expedited, segmented and block transfer both ways. At most one transfer
-/// at a time; a new one from the master ends the one before. Nothing is kept of what is transferred but 8
-/// bytes: values are taken when they are complete, domains go piece by piece to what stands behind the
-/// dictionary.
+/// at a time; a new one from the master ends the one before.
 ///
-/// Cost: a frame in, at most one frame out, and what the object costs; the parts of a block upload by next().
+/// Cost: a frame in, at most one frame out, and what the object costs; the segments of a block upload by
+/// next().
 class SdoServer {
  public:
   static constexpr std::uint32_t kTimeout_us = 1'000'000;  ///< between two frames of a transfer
-  static constexpr std::uint8_t kBlockSegments = 127;
 
-  explicit SdoServer(Dictionary& dictionary) : dictionary_(dictionary) {}
+  explicit SdoServer(Dictionary& dictionary) : object_(dictionary) {}
 
   void reset() { state_ = State::kIdle; }
   std::uint32_t aborts() const { return aborts_; }
@@ -74,12 +61,12 @@ class SdoServer {
   bool next(std::uint32_t now_us, SdoFrame& out) {
     if (state_ != State::kIdle && now_us - last_us_ > kTimeout_us) return abort(Abort::kTimeout, out);
     if (state_ != State::kBlockSending) return false;
-    const std::uint32_t at = offset_ + 7U * sent_;
+    const std::uint32_t at = object_.offset() + 7U * sent_;
     out = {};
-    const std::uint32_t count = std::min<std::uint32_t>(size_ - at, 7U);
-    fetch(at, std::span(out).subspan(1, count));
+    const std::uint32_t count = std::min<std::uint32_t>(object_.size() - at, 7U);
+    object_.copy(at, std::span(out).subspan(1, count));
     ++sent_;
-    const bool last = at + count >= size_;
+    const bool last = at + count >= object_.size();
     out[0] = static_cast<std::uint8_t>(sent_ | (last ? 0x80U : 0U));
     last_us_ = now_us;
     if (last || sent_ == block_) state_ = State::kBlockWaiting;
@@ -102,11 +89,7 @@ class SdoServer {
   };
 
   bool abort(Abort code, SdoFrame& out) {
-    out = {};
-    out[0] = 0x80;
-    out[1] = static_cast<std::uint8_t>(index_);
-    out[2] = static_cast<std::uint8_t>(index_ >> 8);
-    out[3] = sub_;
+    answer(0x80, out);
     to_bytes(static_cast<std::uint32_t>(code), std::span(out).subspan(4));
     state_ = State::kIdle;
     count(aborts_);
@@ -115,71 +98,38 @@ class SdoServer {
 
   // A segment without a transfer, or a command that is none. What was under way is lost.
   bool unexpected(const SdoFrame& in, SdoFrame& out) {
-    if (state_ == State::kIdle) take_address(in);
+    if (state_ == State::kIdle) object_.set_address(index_of(in), in[3]);
     return abort(Abort::kCommand, out);
   }
 
-  void take_address(const SdoFrame& in) {
-    index_ = static_cast<std::uint16_t>(in[1] | (in[2] << 8));
-    sub_ = in[3];
+  static std::uint16_t index_of(const SdoFrame& in) {
+    return static_cast<std::uint16_t>(in[1] | (in[2] << 8));
   }
-
-  // The object of a request.
-  Abort find(const SdoFrame& in) {
-    state_ = State::kIdle;
-    take_address(in);
-    row_ = find_row(index_, sub_);
-    if (row_ != kNoRow) return Abort::kNone;
-    return has_index(index_) ? Abort::kNoSubIndex : Abort::kNoObject;
-  }
-  const Object& object() const { return kObjects[row_]; }
-  bool is_domain() const { return object().type == Type::kDomain; }
 
   void answer(std::uint8_t command, SdoFrame& out) const {
-    out = {command, static_cast<std::uint8_t>(index_), static_cast<std::uint8_t>(index_ >> 8), sub_, 0, 0, 0,
-           0};
+    out = {command};
+    to_bytes(object_.index(), std::span(out).subspan(1, 2));
+    out[3] = object_.sub();
   }
 
   // ---- upload ----
 
-  // Finds the size and what to send.
-  Abort prepare_upload(const SdoFrame& in) {
-    Abort code = find(in);
-    if (code != Abort::kNone) return code;
-    if (!object().readable()) return Abort::kWriteOnly;
-    code = dictionary_.behind().check_read(row_);
-    if (code != Abort::kNone) return code;
-    offset_ = 0;
-    if (is_domain()) return dictionary_.behind().begin_upload(row_, size_);
-    if (object().text != nullptr) {
-      size_ = static_cast<std::uint32_t>(std::strlen(object().text));
-      return Abort::kNone;
-    }
-    size_ = static_cast<std::uint32_t>(size_of(object().type));
-    to_bytes(dictionary_.read(row_), value_);
-    return Abort::kNone;
-  }
-
-  void fetch(std::uint32_t at, std::span<std::uint8_t> out) {
-    if (is_domain()) {
-      dictionary_.behind().upload(row_, at, out);
-    } else if (object().text != nullptr) {
-      std::memcpy(out.data(), object().text + at, out.size());
-    } else {
-      std::copy_n(value_.begin() + at, out.size(), out.begin());
-    }
+  Abort open_upload(const SdoFrame& in) {
+    state_ = State::kIdle;
+    return object_.begin_upload(index_of(in), in[3]);
   }
 
   bool begin_upload(const SdoFrame& in, SdoFrame& out) {
-    const Abort code = prepare_upload(in);
+    const Abort code = open_upload(in);
     if (code != Abort::kNone) return abort(code, out);
-    if (size_ <= 4 && size_ > 0) {
-      answer(static_cast<std::uint8_t>(0x43U | ((4U - size_) << 2)), out);
-      fetch(0, std::span(out).subspan(4, size_));
+    const std::uint32_t size = object_.size();
+    if (size <= 4 && size > 0) {
+      answer(static_cast<std::uint8_t>(0x43U | ((4U - size) << 2)), out);
+      object_.read(std::span(out).subspan(4, size));
       return true;
     }
     answer(0x41, out);
-    to_bytes(size_, std::span(out).subspan(4));
+    to_bytes(size, std::span(out).subspan(4));
     toggle_ = 0;
     state_ = State::kUpload;
     return true;
@@ -187,10 +137,9 @@ class SdoServer {
 
   bool upload_segment(const SdoFrame& in, SdoFrame& out) {
     if ((in[0] & 0x10) != toggle_) return abort(Abort::kToggle, out);
-    const std::uint32_t count = std::min<std::uint32_t>(size_ - offset_, 7U);
-    fetch(offset_, std::span(out).subspan(1, count));
-    offset_ += count;
-    const bool last = offset_ == size_;
+    const std::uint32_t count = std::min<std::uint32_t>(object_.remaining(), 7U);
+    object_.read(std::span(out).subspan(1, count));
+    const bool last = object_.remaining() == 0;
     out[0] = static_cast<std::uint8_t>(toggle_ | ((7U - count) << 1) | (last ? 1U : 0U));
     toggle_ ^= 0x10;
     if (last) state_ = State::kIdle;
@@ -199,39 +148,13 @@ class SdoServer {
 
   // ---- download ----
 
-  Abort prepare_download(const SdoFrame& in, std::uint32_t size) {
-    const Abort code = find(in);
-    if (code != Abort::kNone) return code;
-    if (!object().writable()) return Abort::kReadOnly;
-    size_ = size;
-    offset_ = 0;
-    if (is_domain()) return dictionary_.behind().begin_download(row_, size);
-    const auto wanted = static_cast<std::uint32_t>(size_of(object().type));
-    if (size != 0 && size != wanted) return size > wanted ? Abort::kTooLong : Abort::kTooShort;
-    return Abort::kNone;
+  Abort open_download(const SdoFrame& in, std::uint32_t size) {
+    state_ = State::kIdle;
+    return object_.begin_download(index_of(in), in[3], size);
   }
-
-  Abort take(std::span<const std::uint8_t> bytes) {
-    if (size_ != 0 && offset_ + bytes.size() > size_) return Abort::kTooLong;
-    if (is_domain()) {
-      const Abort code = dictionary_.behind().download(row_, offset_, bytes);
-      if (code != Abort::kNone) return code;
-    } else {
-      if (offset_ + bytes.size() > size_of(object().type)) return Abort::kTooLong;
-      std::copy(bytes.begin(), bytes.end(), value_.begin() + offset_);
-    }
-    offset_ += static_cast<std::uint32_t>(bytes.size());
-    return Abort::kNone;
-  }
-
-  // The value is complete.
   Abort finish() {
     state_ = State::kIdle;
-    if (size_ != 0 && offset_ != size_) return Abort::kLength;
-    if (is_domain()) return dictionary_.behind().end_download(row_, offset_);
-    const std::size_t wanted = size_of(object().type);
-    if (offset_ != wanted) return Abort::kTooShort;
-    return dictionary_.write(row_, from_bytes(object().type, std::span(value_).first(wanted)));
+    return object_.finish_download();
   }
 
   bool begin_download(const SdoFrame& in, SdoFrame& out) {
@@ -240,14 +163,13 @@ class SdoServer {
     const std::uint32_t data = from_bytes(Type::kU32, std::span(in).subspan(4));
     Abort code = Abort::kNone;
     if (expedited) {
-      code = prepare_download(in, sized ? 4U - ((in[0] >> 2) & 3U) : 0U);
+      code = open_download(in, sized ? 4U - ((in[0] >> 2) & 3U) : 0U);
       if (code == Abort::kNone) {
-        const std::size_t count = size_ != 0 ? size_ : (is_domain() ? 4 : size_of(object().type));
-        code = take(std::span(in).subspan(4, count));
+        code = object_.write(std::span(in).subspan(4, object_.expedited_size()));
       }
       if (code == Abort::kNone) code = finish();
     } else {
-      code = prepare_download(in, sized ? data : 0U);
+      code = open_download(in, sized ? data : 0U);
     }
     if (code != Abort::kNone) return abort(code, out);
     answer(0x60, out);
@@ -258,7 +180,7 @@ class SdoServer {
 
   bool download_segment(const SdoFrame& in, SdoFrame& out) {
     if ((in[0] & 0x10) != toggle_) return abort(Abort::kToggle, out);
-    Abort code = take(std::span(in).subspan(1, 7U - ((in[0] >> 1) & 7U)));
+    Abort code = object_.write(std::span(in).subspan(1, 7U - ((in[0] >> 1) & 7U)));
     if (code == Abort::kNone && (in[0] & 1) != 0) code = finish();
     if (code != Abort::kNone) return abort(code, out);
     out[0] = static_cast<std::uint8_t>(0x20 | toggle_);
@@ -272,51 +194,32 @@ class SdoServer {
     if ((in[0] & 1) != 0) return block_download_end(in, out);
     const bool sized = (in[0] & 2) != 0;
     const std::uint32_t size = sized ? from_bytes(Type::kU32, std::span(in).subspan(4)) : 0;
-    const Abort code = prepare_download(in, size);
+    const Abort code = open_download(in, size);
     if (code != Abort::kNone) return abort(code, out);
-    check_ = (in[0] & 4) != 0;
-    crc_ = 0;
-    sent_ = 0;
-    held_ = false;
+    incoming_.begin((in[0] & 4) != 0);
     state_ = State::kBlockDownload;
     answer(0xA4, out);
     out[4] = kBlockSegments;
     return true;
   }
 
-  // Segments in order are taken, the first one missing ends what can be taken of this block. How many bytes
-  // of the last one count is known at the end only: it is held back.
   bool block_segment(const SdoFrame& in, SdoFrame& out) {
     const std::uint8_t number = in[0] & 0x7F;
     const bool last = (in[0] & 0x80) != 0;
     if (number == 0) return abort(Abort::kSequence, out);
-    if (number == sent_ + 1) {
-      const Abort code = held_ ? take_held(7) : Abort::kNone;
-      if (code != Abort::kNone) return abort(code, out);
-      ++sent_;
-      std::copy(in.begin() + 1, in.end(), segment_.begin());
-      held_ = true;
-      if (last) state_ = State::kBlockDownloadEnd;
-    }
+    bool in_order = false;
+    const Abort code = incoming_.add(object_, number, std::span(in).subspan<1, kSegmentBytes>(), in_order);
+    if (code != Abort::kNone) return abort(code, out);
+    if (last && in_order) state_ = State::kBlockDownloadEnd;
     if (!last && number != kBlockSegments) return false;
-    out = {0xA2, sent_, kBlockSegments, 0, 0, 0, 0, 0};
-    sent_ = 0;
+    out = {0xA2, incoming_.end_block(), kBlockSegments, 0, 0, 0, 0, 0};
     return true;
-  }
-
-  Abort take_held(std::size_t count) {
-    held_ = false;
-    const std::span<const std::uint8_t> bytes(segment_.data(), count);
-    crc_ = sdo_crc(bytes, crc_);
-    return take(bytes);
   }
 
   bool block_download_end(const SdoFrame& in, SdoFrame& out) {
     if (state_ != State::kBlockDownloadEnd) return unexpected(in, out);
-    Abort code = take_held(7U - ((in[0] >> 2) & 7U));
-    if (code == Abort::kNone && check_ && from_bytes(Type::kU16, std::span(in).subspan(1, 2)) != crc_) {
-      code = Abort::kCrc;
-    }
+    const auto crc = static_cast<std::uint16_t>(from_bytes(Type::kU16, std::span(in).subspan(1, 2)));
+    Abort code = incoming_.end(object_, kSegmentBytes - ((in[0] >> 2) & 7U), crc);
     if (code == Abort::kNone) code = finish();
     if (code != Abort::kNone) return abort(code, out);
     out[0] = 0xA1;
@@ -344,15 +247,15 @@ class SdoServer {
   }
 
   bool block_upload_begin(const SdoFrame& in, SdoFrame& out) {
-    const Abort code = prepare_upload(in);
+    const Abort code = open_upload(in);
     if (code != Abort::kNone) return abort(code, out);
     block_ = in[4];
     if (block_ == 0 || block_ > kBlockSegments) return abort(Abort::kBlockSize, out);
-    if (in[5] != 0 && size_ <= in[5]) return begin_upload(in, out);  // the master's threshold
+    if (in[5] != 0 && object_.size() <= in[5]) return begin_upload(in, out);  // the master's threshold
     crc_ = 0;
     state_ = State::kBlockReady;
     answer(0xC6, out);
-    to_bytes(size_, std::span(out).subspan(4));
+    to_bytes(object_.size(), std::span(out).subspan(4));
     return true;
   }
 
@@ -361,44 +264,36 @@ class SdoServer {
     if (state_ != State::kBlockWaiting && state_ != State::kBlockSending) return unexpected(in, out);
     if (in[1] > sent_) return abort(Abort::kSequence, out);
     if (in[2] == 0 || in[2] > kBlockSegments) return abort(Abort::kBlockSize, out);
-    const std::uint32_t end = std::min<std::uint32_t>(offset_ + 7U * in[1], size_);
+    const std::uint32_t size = object_.size();
+    const std::uint32_t end = std::min<std::uint32_t>(object_.offset() + 7U * in[1], size);
     std::array<std::uint8_t, 7> bytes;
-    while (offset_ < end) {
-      const std::uint32_t count = std::min<std::uint32_t>(end - offset_, 7U);
-      fetch(offset_, std::span(bytes).first(count));
-      crc_ = sdo_crc(std::span(bytes).first(count), crc_);
-      offset_ += count;
+    while (object_.offset() < end) {
+      const auto segment = std::span(bytes).first(std::min<std::uint32_t>(end - object_.offset(), 7U));
+      object_.read(segment);
+      crc_ = sdo_crc(segment, crc_);
     }
     block_ = in[2];
     sent_ = 0;
-    if (offset_ < size_ || (size_ == 0 && in[1] == 0)) {
+    if (object_.remaining() > 0 || (size == 0 && in[1] == 0)) {
       state_ = State::kBlockSending;
       return false;
     }
-    const std::uint32_t rest = size_ == 0 ? 0 : (size_ - 1) % 7 + 1;
-    out[0] = static_cast<std::uint8_t>(0xC1 | ((7U - rest) << 2));
+    const std::uint32_t last = size == 0 ? 0 : (size - 1) % 7 + 1;
+    out[0] = static_cast<std::uint8_t>(0xC1 | ((7U - last) << 2));
     to_bytes(crc_, std::span(out).subspan(1, 2));
     state_ = State::kBlockEnding;
     return true;
   }
 
-  Dictionary& dictionary_;
+  SdoObject object_;
   State state_ = State::kIdle;
-  std::uint16_t index_ = 0;
-  std::uint8_t sub_ = 0;
-  std::size_t row_ = 0;
   std::uint8_t toggle_ = 0;
   std::uint8_t block_ = 0;
-  std::uint8_t sent_ = 0;  ///< segments of this block, either way
-  bool held_ = false;
-  bool check_ = false;
-  std::uint16_t crc_ = 0;
-  std::uint32_t size_ = 0;
-  std::uint32_t offset_ = 0;
+  std::uint8_t sent_ = 0;  ///< segments of this block of an upload
+  std::uint16_t crc_ = 0;  ///< of an upload
+  BlockDownload incoming_;
   std::uint32_t last_us_ = 0;
   std::uint32_t aborts_ = 0;
-  std::array<std::uint8_t, 8> value_{};
-  std::array<std::uint8_t, 7> segment_{};
 };
 
 }  // namespace slipstack::canopen

@@ -16,7 +16,7 @@
 
 namespace slipstack {
 
-/// Parameters as the tick wants them: checked, multiplied out, the model prepared.
+/// Parameters in the form that the tick uses: checked, multiplied out, the model prepared.
 struct ControlSet {
   AxisParameters axis;
   std::uint32_t hash = 0;
@@ -77,13 +77,19 @@ struct ControlSet {
     return ParameterStatus::kOk;
   }
 
+  /// The model starts anew, with unloaded hysteresis, at this position.
+  void forget_motion(std::int32_t counts) {
+    Sample<float> here;
+    here.displacement = FeedForward::displacement(scales, {.counts = counts});
+    model.reset(here);
+  }
+
   /// Takes over the state of the model that runs; hysteresis only if displacement has the same unit. The
   /// first parameters find an axis at rest, its hysteresis unloaded.
   void continue_from(const ControlSet& other) {
+    if (!valid) return;
     if (!other.valid) {
-      Sample<float> here;
-      here.displacement = FeedForward::displacement(scales, {.counts = other.start_counts});
-      model.reset(here);
+      forget_motion(other.start_counts);
     } else if (other.displacement_shift == displacement_shift) {
       model.carry_over(other.model);
     }

@@ -4,7 +4,9 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <new>
 
+#include "firmware/control/command_box.h"
 #include "firmware/control/control_set.h"
 #include "firmware/control/current_limit.h"
 #include "firmware/control/fault_monitor.h"
@@ -71,6 +73,17 @@ class Controller {
     }
     return status;
   }
+  /// Outside the tick, while the axis is not driven: from the next tick on there are no parameters, and the
+  /// axis cannot be enabled before configure(), which may then change resolution and tick too. False while
+  /// another change is pending.
+  bool withdraw_parameters() {
+    ControlSet* spare = sets_.spare();
+    if (spare == nullptr) return false;
+    ::new (static_cast<void*>(spare)) ControlSet;  // in place: a copy would not fit the stack
+    spare->number = sets_.active().number + 1;
+    sets_.arm();
+    return true;
+  }
   /// From the main loop, at least every kLatest ticks: a change of parameters that a tick has missed, and the
   /// memory of the hysteresis.
   void poll() {
@@ -81,14 +94,27 @@ class Controller {
 
   /// Outside the tick: the control word 6040h.
   void command(std::uint16_t control_word) {
-    command_all((command_.load(std::memory_order_relaxed) & 0xFFFF0000U) | control_word);
+    command_all((command_.read().word & 0xFFFF0000U) | control_word);
   }
-  /// Outside the tick: the same with kTorqueMode and kReleaseOnFault.
-  void command_all(std::uint32_t command) { command_.store(command, std::memory_order_release); }
+  /// Outside the tick: the same with kTorqueMode and what follows it.
+  void command_all(std::uint32_t word) {
+    const Command& now = command_.read();
+    command(Command{word, now.target_N, now.offset_N});
+  }
+  /// Outside the tick: control word and forces at once.
+  void command(const Command& command) { command_.write(command); }
+  /// Outside the tick: a command of the master came; those that supervision waits for are younger than
+  /// `timeout_ticks`.
+  void commanded(std::uint32_t timeout_ticks) {
+    command_timeout_.store(timeout_ticks, std::memory_order_relaxed);
+    commanded_at_.store(sets_.tick(), std::memory_order_relaxed);
+    command_lost_.store(false, std::memory_order_release);
+  }
+  /// The time of supervised commands ran out, and none came since.
+  bool command_lost() const { return command_lost_.load(std::memory_order_acquire); }
   /// Outside the tick: the force in torque mode, and the force that is added in every mode, N.
   void set_torque(float target_N, float offset_N) {
-    target_N_.store(target_N, std::memory_order_relaxed);
-    offset_N_.store(offset_N, std::memory_order_relaxed);
+    command(Command{command_.read().word, target_N, offset_N});
   }
   /// Outside the tick: queues a move from rest, within the limits of the axis.
   PlanStatus move_to(std::int32_t counts) {
@@ -144,6 +170,7 @@ class Controller {
  private:
   static constexpr std::uint32_t kRefused = 0x100;  // in events_, beside the number of a fault
   static constexpr std::uint32_t kDelayed = 64;
+  static constexpr int kNoShift = 99;  // displacement has no unit yet
   static_assert(kLargestLeadTicks < static_cast<std::int32_t>(kDelayed));
 
  public:
@@ -154,8 +181,9 @@ class Controller {
   // The first tick of new parameters.
   void begin_with(const ControlSet& set, std::int32_t counts) {
     adaptation_.limit(set.adaptation);
-    if (started_) return;
-    started_ = true;
+    const bool starts = set.valid && !started_;
+    started_ = set.valid;
+    if (!starts) return;
     estimate_.reset(counts);
     monitor_.reset(counts);
   }
@@ -167,11 +195,22 @@ class Controller {
       fault = monitor_.check(set.monitor, in, out_.reference_counts, limit_.last_A(), out_.driving);
     } else {
       set.start_counts = in.encoder.counts;
+      monitor_.reset(in.encoder.counts);
     }
     if (events_.load(std::memory_order_relaxed) != 0) fault = with_event(fault);
-    state_.step(command_.load(std::memory_order_relaxed), fault, set.valid, reference_.standing(),
-                set.stop_timeout_ticks);
+    state_.step(supervised_command(), fault, set.valid, reference_.standing(), set.stop_timeout_ticks);
     if (state_.braking() && !reference_.braking() && !reference_.standing()) reference_.stop();
+  }
+
+  // The command, without the bits that a lost master takes back. In the tick, so that the axis stops even if
+  // the main loop stands still.
+  std::uint32_t supervised_command() {
+    const std::uint32_t command = command_.read().word;
+    const std::uint32_t reaction = (command & (kLostDisables | kLostStops)) >> kReactionShift;
+    const std::uint32_t age = sets_.tick() - commanded_at_.load(std::memory_order_relaxed);
+    if (reaction == 0 || age <= command_timeout_.load(std::memory_order_relaxed)) return command;
+    command_lost_.store(true, std::memory_order_relaxed);
+    return command & ~reaction;
   }
 
   // What came from outside the tick: an injected fault, or parameters that were refused.
@@ -230,7 +269,7 @@ class Controller {
     publish(set, now, model_N);
     // Where the next tick should find the axis.
     out_.reference_counts = sum(now.counts, static_cast<std::int32_t>(now.velocity));
-    const Applied force = apply(set, target_N_.load(std::memory_order_relaxed), fade);
+    const Applied force = apply(set, command_.read().target_N, fade);
     expect(set, now, force.applied_N - model_N);
   }
 
@@ -265,25 +304,26 @@ class Controller {
 
   // Offset, fading and limits; the current that gives the force. `fade`: the wanted force may step in this
   // tick, since parameters or the mode have changed.
-  Applied apply(const ControlSet& set, float force_N, bool fade) {
-    float wanted_N = force_N + offset_N_.load(std::memory_order_relaxed);
+  Applied apply(ControlSet& set, float force_N, bool fade) {
+    float wanted_N = force_N + command_.read().offset_N;
     if (fade) blend_N_ = out_.driving ? last_wanted_N_ - wanted_N : 0.0F;
     wanted_N += blend_N_;
     blend_N_ *= set.blend_keep;
     last_wanted_N_ = wanted_N;
     const float wanted_A = wanted_N * set.A_per_N;
-    if (!approx::is_finite(wanted_A)) return stop_not_finite();
+    if (!approx::is_finite(wanted_A)) return stop_not_finite(set);
     out_.current_A = limit_.step(set.axis.current_limit_A, set.largest_step_A, wanted_A, out_.limits);
     if (reference_.braking()) out_.limits |= kLimitReference;
     return {wanted_N, out_.current_A * set.axis.motor_constant_N_per_A};
   }
 
   // No current. What the value may have reached is reset: here, and by the change of mode.
-  Applied stop_not_finite() {
+  Applied stop_not_finite(ControlSet& set) {
     state_.raise(Fault::kNotFinite);
     change_mode(ControlMode::kOff);
     out_.current_A = 0.0F;
     estimate_.reset(estimate_.counts());
+    set.forget_motion(estimate_.counts());
     return {0.0F, 0.0F};
   }
 
@@ -304,7 +344,10 @@ class Controller {
   void remember() {
     const ControlSet& set = sets_.active();
     const std::uint32_t last = sets_.tick();
-    if (!set.valid) remembered_ = last;
+    if (!set.valid) {
+      remembered_ = last;
+      memory_shift_ = kNoShift;
+    }
     if (set.valid && set.number != memory_number_) {
       memory_.take(set.virgin_curve, set.displacement_shift == memory_shift_);
       memory_number_ = set.number;
@@ -340,16 +383,17 @@ class Controller {
   float blend_N_ = 0.0F;
   float last_wanted_N_ = 0.0F;
   float expected_mps2_ = 0.0F;
-  std::atomic<std::uint32_t> command_{0};  // control word, kTorqueMode, kReleaseOnFault
-  std::atomic<std::uint32_t> events_{0};   // a fault, and kRefused
-  std::atomic<float> target_N_{0.0F};
-  std::atomic<float> offset_N_{0.0F};
+  CommandBox command_;
+  std::atomic<std::uint32_t> commanded_at_{0};  // the tick of the last command
+  std::atomic<std::uint32_t> command_timeout_{0};
+  std::atomic<bool> command_lost_{false};
+  std::atomic<std::uint32_t> events_{0};  // a fault, and kRefused
   std::array<ReferencePoint, kDelayed> delay_{};
   ParameterSwap<ControlSet> sets_;
   HysteresisMemory memory_;
   std::uint32_t remembered_ = 0;  // the tick whose point memory_ has seen last
   std::uint32_t memory_number_ = 0;
-  int memory_shift_ = 0;
+  int memory_shift_ = kNoShift;
 };
 
 }  // namespace slipstack

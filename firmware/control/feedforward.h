@@ -33,7 +33,7 @@ class FeedForward {
   float step(FrictionModel<float>& model, const Scales& scale, const ReferencePoint& at, std::uint32_t tick,
              float level) {
     const Sample<float> sample{
-        .time_s = static_cast<float>(tick) * scale.tick_s,
+        .time_s = time_s(scale, tick),
         .displacement = displacement(scale, at),
         .position_m = (static_cast<float>(at.counts) + at.fraction) * scale.resolution_m,
         .velocity_mps = at.velocity * scale.mps_per_count,
@@ -48,7 +48,18 @@ class FeedForward {
   float dry_N() const { return dry_N_; }
 
  private:
+  // The counter of ticks wraps after 119 h at 10 kHz, the time must not: drift would begin anew. In two
+  // parts, because 64 bits to float is a call of a library on the target.
+  float time_s(const Scales& scale, std::uint32_t tick) {
+    if (tick < last_tick_) wraps_ += 0x10000U;
+    last_tick_ = tick;
+    return (static_cast<float>(wraps_ + (tick >> 16)) * 65536.0F + static_cast<float>(tick & 0xFFFFU)) *
+           scale.tick_s;
+  }
+
   float dry_N_ = 0.0F;
+  std::uint32_t last_tick_ = 0;
+  std::uint32_t wraps_ = 0;  // of the counter, in units of 2^16 ticks
 };
 
 }  // namespace slipstack

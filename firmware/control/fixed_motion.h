@@ -19,15 +19,15 @@ inline float from_fixed(std::int64_t value) {
 /// counts x 2^48, rounded, for |counts| < 2^15; outside the tick.
 inline std::int64_t to_fixed(float counts) {
   const auto whole = static_cast<std::int32_t>(counts);
-  const float rest = counts - static_cast<float>(whole);
-  const auto upper = static_cast<std::int32_t>(rest * 0x1p24F);
-  const float lower = rest * 0x1p24F - static_cast<float>(upper);
+  const float below = counts - static_cast<float>(whole);
+  const auto upper = static_cast<std::int32_t>(below * 0x1p24F);
+  const float lower = below * 0x1p24F - static_cast<float>(upper);
   return static_cast<std::int64_t>(whole) * (std::int64_t{1} << kFractionBits) +
          static_cast<std::int64_t>(upper) * (std::int64_t{1} << 24) +
          static_cast<std::int64_t>(static_cast<std::int32_t>(lower * 0x1p24F));
 }
 
-/// A stretch of motion with constant jerk. Each tick: a += jerk, v += a, x += v.
+/// A segment of motion with constant jerk. Each tick: a += jerk, v += a, x += v.
 struct MotionSegment {
   std::int32_t ticks = 0;
   std::int32_t start_counts = 0;    ///< where it begins, if `sets_position`

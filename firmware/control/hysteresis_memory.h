@@ -43,7 +43,7 @@ inline TargetCurve virgin_curve_of(const ModelParameters& model, float metres_pe
     }
     slopes[place] += stiffness;
   }
-  // An element pulls with its stiffness up to its slip distance: a piece has the sum of those beyond.
+  // An element pulls with its stiffness up to its slip distance: an interval has the sum of those beyond.
   for (std::size_t j = size; j-- > 1;) slopes[j - 1] += slopes[j];
   TargetCurve curve;
   // Refused is only what the bounds of the parameters exclude; no knots then.

@@ -5,7 +5,7 @@
 
 namespace slipstack {
 
-/// Slow adaptation of the hysteresis level: friction = level x dry friction of the model + the rest. The
+/// Slow adaptation of the hysteresis level: friction = level x dry friction of the model + other forces. The
 /// level differs from its nominal 1 because the preload does, along the rail and with temperature ([1], [2]).
 ///
 /// Recursive least squares for one unknown, with forgetting; residual r = (true level - level) x dry:

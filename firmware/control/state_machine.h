@@ -32,6 +32,11 @@ enum ControlBit : std::uint16_t {
 inline constexpr std::uint32_t kTorqueMode = 1U << 16;      ///< the force is given; 0: the position
 inline constexpr std::uint32_t kReleaseOnFault = 1U << 17;  ///< no controlled stop after a fault (605Eh: 0)
 inline constexpr std::uint32_t kStayStopped = 1U << 18;     ///< quick stop ends holding the axis (605Ah: 6)
+/// Bits of the control word that the tick clears when commands fail to come, shifted: the reaction of 6007h.
+/// None: commands are not supervised.
+inline constexpr std::uint32_t kReactionShift = 18;
+inline constexpr std::uint32_t kLostDisables = kEnableVoltage << kReactionShift;
+inline constexpr std::uint32_t kLostStops = kQuickStop << kReactionShift;
 
 /// The state's bits of the status word 6041h.
 constexpr std::uint16_t status_word(DriveState state) {
@@ -122,9 +127,9 @@ class StateMachine {
 
   // Transitions 2 to 11 by the commands of table 4: shutdown, switch on, enable operation and their reverse.
   // Those commands have bit 7 clear. With it set, nothing brings the axis nearer to moving; what takes
-  // current away is followed all the same.
+  // current away is followed all the same. So is the loss of the parameters.
   void follow(std::uint32_t control, bool ready) {
-    if ((control & kEnableVoltage) == 0) {
+    if (!ready || (control & kEnableVoltage) == 0) {
       state_ = DriveState::kSwitchOnDisabled;
       return;
     }
@@ -138,7 +143,7 @@ class StateMachine {
     }
     const bool switch_on = (control & kSwitchOn) != 0;
     const bool enable = (control & kEnableOperation) != 0;
-    const bool up = ready && (control & kFaultReset) == 0;
+    const bool up = (control & kFaultReset) == 0;
     switch (state_) {
       case DriveState::kSwitchOnDisabled:
         if (up && !switch_on) state_ = DriveState::kReadyToSwitchOn;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 
 #include "firmware/control/controller.h"
@@ -34,7 +35,13 @@ class Tick {
   void set_period(std::uint32_t clock_ticks) {
     longest_ = clock_ticks == 0 ? 0xFFFFFFFF : clock_ticks;
     latest_ = clock_ticks == 0 ? 0xFFFFFFFF : clock_ticks + clock_ticks / 2;
+    latest_main_loop_ = clock_ticks == 0 ? 0xFFFFFFFF : clock_.ticks_per_second() / 2;
+    main_loop_ran();
   }
+
+  /// From the main loop, in every pass. After half a second without a pass the watchdog is no longer
+  /// refreshed: the longest pass stores parameters, which erases pages of flash (22 ms each, DS12288).
+  void main_loop_ran() { main_loop_at_.store(clock_.now(), std::memory_order_relaxed); }
 
   /// One tick.
   void run() {
@@ -46,7 +53,8 @@ class Tick {
     } else {
       motor_.disable();
     }
-    watchdog_.refresh();
+    // Of a main loop that stands still nothing else would be noticed: moves end, heartbeats do not.
+    if (begin - main_loop_at_.load(std::memory_order_relaxed) <= latest_main_loop_) watchdog_.refresh();
     duration_ = clock_.now() - begin;
     if (duration_ > timing_.longest_duration) timing_.longest_duration = duration_;
   }
@@ -74,6 +82,8 @@ class Tick {
   TickTiming timing_;
   std::uint32_t longest_ = 0xFFFFFFFF;
   std::uint32_t latest_ = 0xFFFFFFFF;
+  std::uint32_t latest_main_loop_ = 0xFFFFFFFF;
+  std::atomic<std::uint32_t> main_loop_at_{0};
   std::uint32_t last_begin_ = 0;
   std::uint32_t duration_ = 0;
   Controller controller_;

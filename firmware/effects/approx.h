@@ -52,11 +52,11 @@ constexpr Real power_of_two(std::int32_t n) {
   }
 }
 
-/// 2^x as 2^whole (1 + rest): whole is the integer nearest to x.
+/// 2^x as 2^whole (1 + fraction): whole is the integer nearest to x.
 template <class Real>
 struct SplitExp2 {
   Real power;
-  Real rest;
+  Real fraction;
 };
 
 /// x is clamped to [-100, 100]. Taylor series of degree 7 on half an octave, exact at x = 0.
@@ -78,8 +78,8 @@ constexpr SplitExp2<Real> split_exp2(Real x) {
 /// 2^x; x is clamped to [-100, 100]. Relative error 8e-9 in double, u in float.
 template <class Real>
 constexpr Real exp2(Real x) {
-  const auto [power, rest] = split_exp2(x);
-  return power * rest + power;
+  const auto [power, fraction] = split_exp2(x);
+  return power * fraction + power;
 }
 
 /// exp(x), by exp2; x is clamped to [-69, 69]. Relative error 8e-9 in double, u (1.2 + 0.65 |x|) in float.
@@ -92,8 +92,8 @@ constexpr Real exp(Real x) {
 /// u (2.5 + 0.65 |x|) in float.
 template <class Real>
 constexpr Real exp_minus_one(Real x) {
-  const auto [power, rest] = split_exp2(x * Real(1.4426950408889634));
-  return power * rest + (power - Real(1));
+  const auto [power, fraction] = split_exp2(x * Real(1.4426950408889634));
+  return power * fraction + (power - Real(1));
 }
 
 /// log2(x) for a normal x > 0. Odd series in (m-1)/(m+1) with the mantissa m in [1/sqrt 2, sqrt 2). Relative
@@ -138,8 +138,8 @@ struct SinCos {
   Real cos;
 };
 
-/// Sine and cosine of 2*pi*cycles. Series of degree 9 and 8 on an eighth of a turn. Absolute error 2.5e-8 in
-/// double for |cycles| < 2^29; 0.8 u in float for |cycles| < 2^21 (where a float still holds quarter turns),
+/// Sine and cosine of 2*pi*cycles. Series of degree 9 and 8 on an eighth of a cycle. Absolute error 2.5e-8 in
+/// double for |cycles| < 2^29; 0.8 u in float for |cycles| < 2^21 (where a float still holds quarter cycles),
 /// the error of `cycles` itself aside.
 template <class Real>
 constexpr SinCos<Real> sin_cos_of_cycles(Real cycles) {

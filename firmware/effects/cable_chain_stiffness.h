@@ -25,7 +25,7 @@ class CableChainStiffness {
           "the residual is a line against position, the same both ways: {stiffness}, force at zero "
           "{force_at_zero}; at the ends of the stroke it bends by {quadratic_at_ends} (square) and "
           "{cubic_at_ends} (cube)",
-      .cause = "cable chain, hose or bellows pulling towards its rest length",
+      .cause = "cable chain, hose or bellows pulling towards its unloaded length",
       .confirm = "creep over the whole stroke both ways with the chain unhooked, then hooked"};
   static constexpr std::array<GainGroup, 4> gains{{
       {"stiffness", "N/m", 0.0f, 1.0e6f, 1, Acts::force},
@@ -38,7 +38,7 @@ class CableChainStiffness {
       {"stroke_length", "m", 1.0e-4f, 1.0e3f, ShapeKind::travel},
   }};
   /// A chain so soft that its pull is constant is an offset. It shows by its stiffness: its bend is measured
-  /// in strokes of the very log, however short.
+  /// in traverses of the same log, however short.
   static constexpr EffectTraits traits{.special_case = {.id = OffsetForce<Real>::text.id, .gains = 2}};
   static constexpr int gain_count = total_count(gains);
   static constexpr int shape_count = 2;

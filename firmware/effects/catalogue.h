@@ -25,7 +25,7 @@
 
 namespace slipstack {
 
-/// Every effect that slipstack knows: the only list. To add an effect, write its header and add it here.
+/// Every effect of slipstack: the only list. To add an effect, write its header and add it here.
 template <class Real>
 using Catalogue =
     std::tuple<Inertia<Real>, PreslidingHysteresis<Real>, Coulomb<Real>, Viscous<Real>, QuadraticDrag<Real>,

@@ -22,7 +22,8 @@ class DirectionAsymmetry {
           "{level_asymmetry_by_motion} more once the axis moves, the viscous slope by {viscous_asymmetry}",
       .cause = "wear or tilt of the carriages, a screw or belt fatigued on one side, wiper lips",
       .confirm =
-          "equal slow and fast strokes both ways: compare the two levels and slopes; turn the carriage round "
+          "equal slow and fast traverses both ways: compare the two levels and slopes; mount the carriage "
+          "the other way round "
           "and repeat"};
   static constexpr std::array<GainGroup, 3> gains{{
       {"level_asymmetry", "1", -0.95f, 0.95f, 1, Acts::dry_scale},

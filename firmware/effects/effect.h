@@ -78,8 +78,8 @@ struct EffectText {
   const char* formula;
   const char* source;
   const char* residual;  ///< what the residual of a model without it looks like
-  /// The same as found in a log; {name} stands for the fitted value of a shape, a gain, or the amplitude of a
-  /// group of gains.
+  /// The same as found in a log; {name} is replaced by the fitted value of a shape, a gain, or the amplitude
+  /// of a group of gains.
   const char* evidence;
   const char* cause;    ///< the usual physical cause
   const char* confirm;  ///< the experiment that confirms it

@@ -22,7 +22,7 @@ class FrictionalLag {
           "{lag_distance})",
       .cause = "the lubricant film needs time to form and to collapse",
       .confirm =
-          "slow strokes whose speed varies as a sine at several frequencies: the loop force-velocity opens "
+          "slow traverses whose speed varies as a sine at several frequencies: the loop force-velocity opens "
           "with frequency"};
   static constexpr std::array<GainGroup, 2> gains{Stribeck<Real>::gains};
   static constexpr std::array<ShapeSpec, 4> shapes{{

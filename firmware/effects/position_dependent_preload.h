@@ -24,7 +24,7 @@ class PositionDependentPreload {
           "directions",
       .cause = "rail straightness and mounting, carriage preload, a rail joint",
       .confirm =
-          "pre-sliding loops and slow strokes at several places: the level differs, the shape does not"};
+          "pre-sliding loops and slow traverses at several places: the level differs, the shape does not"};
   static constexpr std::array<GainGroup, 1> gains{{
       {"map", "1", -0.95f, 3.0f, kPreloadMapSplines, Acts::dry_scale, true},
   }};

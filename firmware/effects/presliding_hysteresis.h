@@ -27,7 +27,7 @@ class PreslidingHysteresis {
       .formula = "F = sum_i k_i z_i, z_i stop operators of slip distance D_i",
       .source = "[1] rules I and II, [2], [4]; Maxwell-slip after Iwan",
       .residual = "follows the displacement since the last reversal",
-      .evidence = "after each reversal the force climbs over a short travel before it settles",
+      .evidence = "after each reversal the force rises over a short travel before it becomes constant",
       .cause =
           "rolling elements creep before they roll: contact stiffness and micro-slip of balls or rollers",
       .confirm =

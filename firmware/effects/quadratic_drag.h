@@ -21,7 +21,7 @@ class QuadraticDrag {
           "the residual grows with the square of velocity, or nearly (exponent {exponent}): "
           "{quadratic_drag}",
       .cause = "air displaced in a closed guide, bellows, churning grease",
-      .confirm = "strokes at doubled speeds: the added force quadruples; open the bellows and repeat"};
+      .confirm = "traverses at doubled speeds: the added force quadruples; open the bellows and repeat"};
   static constexpr std::array<GainGroup, 1> gains{{
       {"quadratic_drag", "N s2/m2", 0.0f, 1.0e6f, 1, Acts::force},
   }};

@@ -46,8 +46,8 @@ class SpeedTable {
     const std::uint32_t last = (kIntervals << shift_) - 1U;
     const std::uint32_t above = bits > first_bits_ ? bits - first_bits_ : 0U;
     const std::uint32_t place = above < last ? above : last;
-    const std::uint32_t rest = place & ((1U << shift_) - 1U);
-    const float t = static_cast<float>(rest) / static_cast<float>(1U << shift_);
+    const std::uint32_t below = place & ((1U << shift_) - 1U);
+    const float t = static_cast<float>(below) / static_cast<float>(1U << shift_);
     const auto& begin = knots_[place >> shift_];
     const auto& end = knots_[(place >> shift_) + 1U];
     return {parabola(begin[0], end[0], t), parabola(begin[1], end[1], t)};

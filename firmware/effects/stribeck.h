@@ -24,7 +24,8 @@ class Stribeck {
           "the friction level falls from standstill over {stribeck_velocity}, by {weakening} of itself, by "
           "{weakening_with_tail} with a long tail",
       .cause = "a lubricant film that forms with speed; wipers and seals; slight in rolling guideways",
-      .confirm = "constant strokes from very slow to fast: friction level against log velocity"};
+      .confirm =
+          "traverses at constant velocity, from very slow to fast: friction level against log velocity"};
   static constexpr std::array<GainGroup, 2> gains{{
       {"weakening", "1", 0.0f, 20.0f, 1, Acts::dry_scale},
       {"weakening_with_tail", "1", 0.0f, 20.0f, 1, Acts::dry_scale},

@@ -40,11 +40,11 @@ class StructuralResonance {
 
   /// Exact for an acceleration held over the tick: state (w^2 q, w q') by its matrix exponential.
   void prepare(std::span<const Real, shape_count> shape, const Scales<Real>& scales) {
-    const Real turn = shape[0] * scales.tick_s;
+    const Real cycles = shape[0] * scales.tick_s;
     const Real zeta = shape[1];
     const Real damped = approx::square_root(Real(1) - zeta * zeta);
-    const auto wave = approx::sin_cos_of_cycles(turn * damped);
-    const Real decay = approx::exp(-zeta * turn * Real(6.2831853071795865));
+    const auto wave = approx::sin_cos_of_cycles(cycles * damped);
+    const Real decay = approx::exp(-zeta * cycles * Real(6.2831853071795865));
     const Real ratio = zeta / damped;
     keep_ = decay * (wave.cos + ratio * wave.sin);
     couple_ = decay * wave.sin / damped;

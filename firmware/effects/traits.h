@@ -8,7 +8,7 @@
 // like any other states no traits: the defaults below hold.
 namespace slipstack {
 
-/// The part that an effect plays in rules about several effects, such as two that share one mass. At most one
+/// The role of an effect in rules about several effects, such as two that share one mass. At most one
 /// effect of the catalogue has each role; most have none.
 enum class Role : std::uint8_t {
   none,
@@ -36,7 +36,7 @@ struct PartOfAnother {
   Role whole = Role::none;
 };
 
-/// Values of a shape between which a fitted effect is what its name says.
+/// Values of a shape between which a fitted effect deserves its name.
 struct PlausibleShape {
   int shape = -1;
   double lower = 0.0;

@@ -17,12 +17,12 @@ class UserTable {
  public:
   static constexpr EffectText text{
       .id = "user_table",
-      .title = "Table of an effect of one's own",
+      .title = "Table of a user-defined effect",
       .formula = "F = T((x - x0) n + (v - v0) m) d, T straight between 33 points; d = 1, or sat(v/vr)",
       .source = "docs/user-effect.md",
-      .residual = "what the effect that it tabulates says",
-      .evidence = "a table of up to {force} stands for an effect of one's own",
-      .cause = "what the one who wrote the effect had in mind",
+      .residual = "that of the tabulated effect",
+      .evidence = "a table of up to {force} represents a user-defined effect",
+      .cause = "stated by the author of the effect",
       .confirm = "compare a log with the model, once with the table and once without"};
   static constexpr std::array<GainGroup, 1> gains{{
       {"force", "N", -1.0e6f, 1.0e6f, kUserTablePoints, Acts::force, true},

@@ -5,8 +5,8 @@
 
 namespace slipstack {
 
-/// Resets the board unless refreshed. The control tick refreshes it, and nothing else does: when the tick
-/// stops, the board restarts with zero current.
+/// Resets the board unless refreshed. The control tick refreshes it, while the main loop advances too, and
+/// nothing else does: when either stops, the board restarts with zero current.
 template <class W>
 concept Watchdog = requires(W watchdog) {
   {watchdog.refresh()};

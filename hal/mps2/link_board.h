@@ -30,6 +30,8 @@ class BoardOfImage : public LinkDevices {
   CanPort& can() { return can_; }
   Nonvolatile& nonvolatile() { return flash_; }
   Indicator& indicator() { return indicator_; }
+  /// The emulator has no number of its own.
+  static std::uint32_t serial_number() { return 1; }
 
   bool start() {
     uart_.start();

@@ -11,7 +11,8 @@ class BoardOfImage : public stm32g474::Board<stm32g474::DriveKind::kDac> {
   BoardOfImage() : Board(kSetup) {}
 
   std::uint32_t tick_period() const { return stm32g474::kCore_Hz / kSetup.tick_rate_Hz; }
-  bool start() { return Board::start({}) == stm32g474::BoardFault::kNone; }
+  // The node joins the bus, at the bit rate that is stored.
+  bool start() { return Board::start({}, false) == stm32g474::BoardFault::kNone; }
   bool wait() {
     // Until the next interrupt: the tick's at the latest.
     asm volatile("wfi");

@@ -14,6 +14,7 @@
 #include "hal/stm32g474/peripherals.h"
 #include "hal/stm32g474/timing.h"
 #include "hal/stm32g474/uart.h"
+#include "hal/stm32g474/unique_id.h"
 
 // The NUCLEO-G474RE with what is wired to it (README.md has the table of pins). Only for the target.
 namespace slipstack::stm32g474 {
@@ -104,8 +105,8 @@ class Board {
   }
 
   // Clocks, pins, every device; the tick and the watchdog last. After the first fault the rest does not
-  // start, and the power stage is off. `filters` as for Can::start().
-  [[nodiscard]] BoardFault start(std::span<const CanFilter> filters) {
+  // start, and the power stage is off. `filters` and `joins` as for Can::start().
+  [[nodiscard]] BoardFault start(std::span<const CanFilter> filters, bool joins = true) {
     force_safe_state();
     const ClockStart clock = start_clock_tree(hardware<Rcc>(kRCC_BASE), hardware<Pwr>(kPWR_BASE),
                                               hardware<Flash>(kFLASH_BASE), wait_us);
@@ -124,9 +125,15 @@ class Board {
     if (kDrive == DriveKind::kDac && !dac_.start()) return BoardFault::kDac;
     if (current_input_.start(wait_us) != AdcFault::kNone) return BoardFault::kAdc;
     const CanBitTiming& timing = crystal_ ? kCanTimingCrystal : kCanTimingHsi;
-    if (can_.start(timing, filters, crystal_ ? kHse_Hz : kCore_Hz) != CanFault::kNone)
+    if (can_.start(timing, filters, crystal_ ? kHse_Hz : kCore_Hz, joins) != CanFault::kNone)
       return BoardFault::kCan;
     return start_interrupts();
+  }
+
+  /// Of the part: no two boards have the same, but for one pair in 2^32.
+  static std::uint32_t serial_number() {
+    return serial_from(
+        {hardware_word(kUniqueId), hardware_word(kUniqueId + 4), hardware_word(kUniqueId + 8)});
   }
 
   BoardEncoder& encoder() { return encoder_; }

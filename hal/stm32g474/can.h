@@ -47,12 +47,13 @@ class Can final : public CanPort {
 
   Can(Registers& registers, Ram& ram) : can_(registers), ram_(ram) {}
 
-  // Sets the port up and joins the bus. Without filters, every data frame with an 11-bit identifier is
+  // Sets the port up and joins the bus, now or with set_bit_rate() once the rate is known: a node at a wrong
+  // rate disturbs the others. Without filters, every data frame with an 11-bit identifier is
   // received, into FIFO 0; with filters, only what they accept. Frames with 29-bit identifiers and remote
   // requests are not: CANopen needs neither. The clock of the FDCAN must be running, and not above the bus
   // clock; where it is given, the bit rate can be changed later.
   [[nodiscard]] CanFault start(const CanBitTiming& timing, std::span<const CanFilter> filters,
-                               std::uint32_t clock_Hz = 0) {
+                               std::uint32_t clock_Hz = 0, bool joins = true) {
     if (!timing.valid()) return CanFault::kBadTiming;
     if (filters.size() > kCanStandardFilters) return CanFault::kTooManyFilters;
     for (const CanFilter& filter : filters) {
@@ -70,7 +71,7 @@ class Can final : public CanPort {
         kFDCAN_IE_RF0NE(1) | kFDCAN_IE_RF1NE(1) | kFDCAN_IE_RF0LE(1) | kFDCAN_IE_RF1LE(1) | kFDCAN_IE_BOE(1);
     can_.ils = 0;  // all on line 0
     can_.ile = kFDCAN_ILE_EINT0(1);
-    return join() ? CanFault::kNone : CanFault::kNoAnswer;
+    return !joins || join() ? CanFault::kNone : CanFault::kNoAnswer;
   }
 
   // The rates at which the clock gives exact bits with a sample point as CiA 301 wants it.

@@ -168,11 +168,14 @@ void command(Random& random) {
   static std::uint32_t options = 0;
   Controller& controller = tick_under_test.controller();
   controller.poll();
+  tick_under_test.main_loop_ran();
+  // Now and then the master is silent for longer than it may be.
+  if (random.below(4) != 0) controller.commanded(5);
   if (random.below(300) == 0) change_parameters(random);
   // At rest more often: that never lasts long.
   if (random.below(controller.state().driving() ? 30000 : 100) == 0) offer_bad_parameters(random);
   if (random.below(20000) == 0) {
-    options = random.below(3) == 0 ? kTorqueMode : 0U;
+    options = (random.below(3) == 0 ? kTorqueMode : 0U) | (random.below(3) == 0 ? kLostStops : 0U);
     const auto target_N = static_cast<float>(random.below(200)) - 100.0F;
     controller.set_torque(target_N, 0.1F * target_N);
   }

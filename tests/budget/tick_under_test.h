@@ -29,11 +29,15 @@ class TickScenario {
     memory_clock.count += 100;
     ++ticks_;
     controller.poll();
+    tick_under_test.main_loop_ran();
+    // Now and then the master is silent for longer than it may be.
+    if (random_.below(4) != 0) controller.commanded(5);
     if (random_.below(2000) == 0) {
       static_cast<void>(controller.configure(everything_on(), all_effects()));
     }
     if (random_.below(500) == 0) {
-      options_ = (random_.below(3) == 0 ? kTorqueMode : 0U) | (random_.below(2) == 0 ? kReleaseOnFault : 0U);
+      options_ = (random_.below(3) == 0 ? kTorqueMode : 0U) | (random_.below(2) == 0 ? kReleaseOnFault : 0U) |
+                 (random_.below(2) == 0 ? kLostStops : 0U);
       const auto target_N = static_cast<float>(random_.below(200)) - 100.0F;
       controller.set_torque(target_N, 0.1F * target_N);
     }
@@ -61,7 +65,7 @@ class TickScenario {
  private:
   Random random_{0xBADCAB1E};
   std::uint32_t ticks_ = 0;
-  std::uint32_t options_ = 0;  // kTorqueMode, kReleaseOnFault
+  std::uint32_t options_ = 0;  // kTorqueMode, kReleaseOnFault, kLostStops
 };
 
 inline TickScenario tick_scenario;

@@ -307,6 +307,27 @@ TEST(Lss, AMovingAxisStaysOnTheBus) {
   EXPECT_EQ(bench.device.bit_rate, 250'000U);
 }
 
+TEST(Lss, NothingIsStoredWhileTheDriveIsEnabled) {
+  Bench bench;
+  bench.configure();
+  bench.enable(1);
+  bench.send(0x7E5, lss(0x04, 1));
+  bench.poll();
+  bench.all();
+  for (const bool enabled : {true, false}) {
+    const auto before = bench.flash.bytes;
+    bench.send(0x7E5, {0x17, 0, 0, 0, 0, 0, 0, 0});
+    bench.poll();
+    const auto answers = bench.all_with(0x7E4);
+    ASSERT_EQ(answers.size(), 1U);
+    EXPECT_EQ(answers[0], (Data{0x17, static_cast<std::uint8_t>(enabled ? 2 : 0), 0, 0, 0, 0, 0, 0}));
+    EXPECT_EQ(bench.flash.bytes == before, enabled);
+    ASSERT_EQ(bench.write(0x6040, 0, 0, 2), 0U);
+    bench.run_ms(2);
+    bench.all();
+  }
+}
+
 TEST(Lss, RefusesBitRatesThatThePortDoesNotOffer) {
   Bench bench;
   bench.device.fastest = 250'000;

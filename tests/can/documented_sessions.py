@@ -25,7 +25,7 @@ TITLES = {"bring_up": ("1: bring-up", """A node on `vcan0` (`slipstack node --ca
 target by RPDO 2, taken at SYNC; then off again."""),
           "deploy": ("2: deploy a model", "`slipstack deploy axis.toml --can vcan0 --node 5`"),
           "record": ("3: record and diagnose", """Enabled in mode 1 by RPDO 1, then `slipstack record --can vcan0 --node 5 --seconds 20 --rate 500 --out log.csv`.
-Meanwhile `cansend` moves the axis: small moves at several places, slow strokes, fast ones (what the axis was never asked to do, no log can tell), each by
+Meanwhile `cansend` moves the axis: small moves at several places, slow traverses, fast ones (no log can show what the axis did not do), each by
 its velocity to 6081h and its target by RPDO 2 with bit 4 of the controlword down, then up; taken at the SYNC that the drive sends while it
 records. Off again; `slipstack diagnose log.csv | head -2`: this node was started with `--effects viscous --strength 6`, so that there is something to find.
 Then the trace (`slipstack record --trace --out trace.csv`) and `slipstack status --can vcan0 --node 5`.""")}
@@ -44,7 +44,7 @@ def capture():
 
 
 class Reader:
-    """Tells frames of a session apart by what they are for."""
+    """Distinguishes the frames of a session by their purpose."""
 
     def __init__(self):
         self.eds = Eds((REPOSITORY / "docs/slipstack.eds").read_text(encoding="ascii"))
@@ -57,7 +57,7 @@ class Reader:
         return f"{index:04X}h:{sub:02X} {text}"
 
     def kind(self, can_id, data):
-        """(what it is: equal for frames of which one stands for all, what to say about it)"""
+        """(what it is: equal for frames of which one represents all, what to say about it)"""
         if can_id not in ("605", "585"):
             texts = {"705": {"00": "boot-up", "7F": "heartbeat: pre-operational", "05": "heartbeat: operational"},
                      "000": {"0105": "NMT: operational", "8005": "NMT: pre-operational"}}
@@ -119,8 +119,8 @@ def lines_of(log):
 def page(said):
     text = ["# Three sessions on the bus", "",
             "Captured from the programs on a real CAN socket by `tests/can/documented_sessions.py --write`, which also checks that",
-            "this page is not stale. One line for each kind of frame; `...` stands for more of kinds already shown. What follows `;` is",
-            "by the data sheet, [`slipstack.eds`](slipstack.eds). The rest of CAN: [can.md](can.md).", ""]
+            "this page is not stale. One line for each kind of frame; `...` marks more of kinds already shown. What follows `;` is",
+            "by the data sheet, [`slipstack.eds`](slipstack.eds). CAN in general: [can.md](can.md).", ""]
     for key, (title, words) in TITLES.items():
         text += [f"## Session {title}", "", words, "", "```", *lines_of(said[key]), "```", ""]
         if said[f"{key} said"].strip():

@@ -12,7 +12,7 @@ candump -L vcan0 >dump.log &
 dump=$!
 "$slipstack" node --can vcan0 --node 5 --effects viscous --strength 6 >/dev/null &
 node=$!
-heard() { for _ in $(seq 100); do grep -q "$1" dump.log && return; sleep 0.1; done; }
+await_frame() { for _ in $(seq 100); do grep -q "$1" dump.log && return; sleep 0.1; done; }
 section() { sleep 0.3; echo "== $1"; cat dump.log; : >dump.log; echo "== $1 said"; cat said 2>/dev/null; rm -f said; }
 send() { cansend vcan0 "$1"; sleep 0.05; }
 little_endian() { for i in 0 8 16 24; do printf %02X $(($1 >> i & 255)); done; }
@@ -24,18 +24,18 @@ go() {
   sleep 0.3
 }
 
-heard '705#00'
+await_frame '705#00'
 send 605#4000100000000000
 send 605#2B17100064000000
-heard '705#7F'
+await_frame '705#7F'
 send 000#0105
 send 205#060008
 send 205#070008
 send 205#0F0008
-heard '185#37'
+await_frame '185#37'
 send 305#0F00400D0300
 send 080#
-heard '285#'
+await_frame '285#'
 send 205#000000
 sleep 0.2
 send 605#2B171000E8030000
@@ -47,11 +47,11 @@ send 000#0105
 send 205#060001
 send 205#070001
 send 205#0F0001
-heard '185#3706'
+await_frame '185#3706'
 "$slipstack" record --can vcan0 --node 5 --seconds 20 --rate 500 --out log.csv >said &
 recorder=$!
-heard '385#'
-# Small moves at several places, slow strokes, fast ones.
+await_frame '385#'
+# Small moves at several places, slow traverses, fast ones.
 go 200060 2000
 go 200000 1000
 go 230000 100000

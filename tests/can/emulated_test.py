@@ -40,16 +40,16 @@ def emulated(flash):
 def first_frame(terminal, pattern, patience_s=30):
     """What comes on a terminal up to this pattern."""
     line = os.open(terminal, os.O_RDWR | os.O_NOCTTY)
-    heard = ""
+    received = ""
     try:
         tty.setraw(line)
         until = time.monotonic() + patience_s
-        while time.monotonic() < until and not re.search(pattern, heard):
+        while time.monotonic() < until and not re.search(pattern, received):
             if select.select([line], [], [], 0.2)[0]:
-                heard += os.read(line, 4096).decode("ascii", "replace")
+                received += os.read(line, 4096).decode("ascii", "replace")
     finally:
         os.close(line)
-    return heard
+    return received
 
 
 def model_bytes():

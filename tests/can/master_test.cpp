@@ -98,6 +98,44 @@ TEST(Deploy, ACableThatIsPulledNeverLeavesAMixture) {
   }
 }
 
+// `record` and `status` right after `node &`: frames before the node listens are lost.
+TEST(Client, WaitsForANodeThatHasJustBeenStarted) {
+  for (const double start_s : {0.0, 0.4, 1.7, 2.4}) {
+    Desk desk;
+    desk.link->cut = true;
+    desk.link->each_tick = [&](std::uint64_t tick) {
+      if (1e-4 * static_cast<double>(tick) >= start_s) desk.link->cut = false;
+    };
+    EXPECT_NO_THROW(desk.client->await_node()) << start_s;
+    EXPECT_EQ(desk.client->read(0x1000, 0), 0x00020192U) << start_s;
+    EXPECT_NE(drive_status(*desk.client).find("switch on disabled"), std::string::npos);
+  }
+  Desk desk;
+  desk.link->cut = true;
+  try {
+    desk.client->await_node();
+    FAIL() << "nobody is there";
+  } catch (const UsageError& error) {
+    EXPECT_NE(std::string(error.what()).find("is it running"), std::string::npos) << error.what();
+  }
+}
+
+// A new node on the host is commissioned in its flash, so that a reset finds what it ran with.
+TEST(SimulatedDrive, IsCommissionedInItsFlash) {
+  Desk desk;
+  const float resolution_m = desk.client->read_real(0x2000, 1);
+  const std::uint32_t hash = desk.client->read(0x2140, 2);
+  ASSERT_NE(hash, 0U);
+  desk.client->nmt(0x81);
+  for (int i = 0; i < 100; ++i) desk.drive->step();
+  EXPECT_EQ(desk.client->read_real(0x2000, 1), resolution_m);
+  EXPECT_EQ(desk.client->read(0x2140, 2), hash);
+  desk.power_on();
+  EXPECT_EQ(desk.client->read(0x2140, 2), hash);
+  desk.enable();
+  EXPECT_EQ(desk.client->read(0x6041, 0) & 0x6F, 0x27U);
+}
+
 TEST(Deploy, AnEnabledDriveRefuses) {
   Desk desk;
   desk.enable();
@@ -147,7 +185,7 @@ TEST(Record, AStreamIsUniformAndPutsEverythingBack) {
   const Recording recording = record_stream(*desk.client, 2.0, 1000.0, kNoiseless);
   EXPECT_EQ(recording.samples, 2000U);
   EXPECT_EQ(recording.lost, 0U);
-  EXPECT_FALSE(recording.arrival_spread_s) << "this bus tells no time stamps";
+  EXPECT_FALSE(recording.arrival_spread_s) << "this bus gives no time stamps";
   EXPECT_EQ(recording.log.find("irregular"), std::string::npos);
   const auto rows = rows_of(recording.log);
   ASSERT_EQ(rows.size(), 2000U);

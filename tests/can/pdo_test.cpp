@@ -18,6 +18,16 @@ void map(Bench& bench, std::uint16_t comm, std::uint32_t cob, const std::vector<
   ASSERT_EQ(bench.write(comm, 1, cob, 4), 0U);
 }
 
+// Masters that watch the statusword by time find it in time.
+TEST(Pdo, TheStatuswordComesEvery100msWithoutAnyChange) {
+  Bench bench;
+  bench.nmt(0x01);
+  bench.run_ms(5);
+  bench.all();
+  bench.run_ms(1000);
+  EXPECT_EQ(bench.all_with(0x185).size(), 10U);
+}
+
 TEST(Pdo, DefaultsOnTheWire) {
   Bench bench;
   bench.all();
@@ -174,6 +184,7 @@ TEST(Remote, RequestsAreSaidToBeUnsupportedAndAreIgnored) {
     EXPECT_EQ(bench.write(guarding, 0, 10, 1), 0x06020000U);
   }
   ASSERT_EQ(bench.write(0x1017, 0, 0, 2), 0U);
+  ASSERT_EQ(bench.write(0x1800, 5, 0, 2), 0U);  // on change only
   bench.nmt(0x01);
   bench.run_ms(20);
   const std::uint32_t malformed = bench.read(0x2211, 3);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "tests/can/desk.h"
+#include "workbench/cleaning/repair.h"
 #include "workbench/diagnose/diagnose.h"
 #include "workbench/estimate/measurement/measurement.h"
 #include "workbench/estimate/uncertainty/noise_floor.h"
@@ -23,7 +24,7 @@ struct Move {
   std::uint32_t counts_per_s;
 };
 
-// Small moves at several places, slow strokes, fast ones: what docs/can-sessions.md does by cansend.
+// Small moves at several places, slow traverses, fast ones: what docs/can-sessions.md does by cansend.
 constexpr std::array<Move, 19> kMoves = {{{200060, 2000},
                                           {200000, 1000},
                                           {200150, 3000},
@@ -93,17 +94,37 @@ class Mover {
   std::int32_t at_counts_ = 200000;
 };
 
-Diagnosis diagnosis_of(const std::string& text, const char* name) {
+Log read_text(const std::string& text, const char* name) {
   const std::filesystem::path path =
       std::filesystem::path(::testing::TempDir()) / (std::string("slipstack_") + name + ".csv");
   std::ofstream(path, std::ios::binary) << text;
-  const Log log = read_log(path);
+  Log log = read_log(path);
   std::filesystem::remove(path);
+  return log;
+}
+
+Diagnosis diagnosis_of(const std::string& text, const char* name) {
+  const Log log = read_text(text, name);
   DiagnoseOptions options;
   options.baseline = {"inertia", "presliding_hysteresis"};
   Measurement measurement(log);
   weigh_rows(measurement);
   return diagnose(measurement, options);
+}
+
+// The recorded force is a commanded current: constant while the axis moves by as many counts in each sample,
+// and no fault of a sensor.
+TEST(RecordAndDiagnose, NothingOfARecordingIsCut) {
+  for (const std::uint64_t seed : {1U, 4U, 6U}) {
+    for (const double rate_Hz : {500.0, 1000.0}) {
+      Desk desk(seed);
+      const Mover mover(desk);
+      const Recording recording = record_stream(*desk.client, 18.0, rate_Hz, kNoiseless);
+      Log log = read_text(recording.log, "constant");
+      const Repairs repairs = repair(log);
+      EXPECT_TRUE(repairs.cut.empty()) << seed << ' ' << rate_Hz << ": " << repairs.notes.front();
+    }
+  }
 }
 
 TEST(RecordAndDiagnose, ACleanAxisIsComplete) {

@@ -49,7 +49,7 @@ def own_model_in(folder):
         raise RuntimeError("the diagnosis does not name what was hidden")
     run("fit", log, "--effects", "inertia,presliding_hysteresis", "--model", base)
     if "controller snag as a table" not in run("add", log, "--model", base, "--effect", SNAG, "--out", model):
-        raise RuntimeError("the own effect got no table")
+        raise RuntimeError("the user-defined effect got no table")
     return model
 
 
@@ -129,12 +129,12 @@ class SocketCan(unittest.TestCase):
         capture = self.said["capture"]
         self.assertRegex(capture, r"705#00\n")
         self.assertRegex(capture, r"585#4300100092010200\n")
-        # The table of the own effect is on, as any master reads it.
+        # The table of the user-defined effect is on, as any master reads it.
         self.assertRegex(capture, r"585#4F12210101000000\n")
         self.assertRegex(capture, r"085#1082")
 
     def test_error_frames_are_bus_off_and_its_end(self):
-        # Recovered from bus-off; the error of the short PDO is still there, so the next message tells that one.
+        # Recovered from bus-off; the error of the short PDO is still there, so the next message reports that one.
         self.assertEqual(re.findall(r"085#(?:4081|1082)\w{12}", self.said["capture"]),
                          ["085#1082110305020000", "085#4081110100000000", "085#1082110100000000"])
         self.assertTrue(re.search(r"085#4081.*\n(?:.*\n){0,3}.*705#7F", self.said["capture"]), "not pre-operational")

@@ -118,9 +118,10 @@ class Desk402 {
     bench.write(0x605A, 0, option == Option::kBrakeAndStay ? 6 : 2, 2);
     bench.write_real(0x2000, 14, 1.0F);  // braking from 0.1 m/s shall take 100 ms
     if (model) bench.configure();
-    // TPDO 1 shall tell every statusword: without its inhibit time.
+    // TPDO 1 shall report every change of the statusword: without inhibit time and event timer.
     EXPECT_EQ(bench.write(0x1800, 1, 0xC0000185, 4), 0U);
     EXPECT_EQ(bench.write(0x1800, 3, 0, 2), 0U);
+    EXPECT_EQ(bench.write(0x1800, 5, 0, 2), 0U);
     EXPECT_EQ(bench.write(0x1800, 1, 0x40000185, 4), 0U);
     bench.nmt(0x01);
     bench.poll();

@@ -16,6 +16,8 @@ class Torque : public ::testing::Test {
  protected:
   Torque() {
     bench_.configure();
+    // A force is written once and acts for seconds here (2403h: tests/can/command_timeout_test.cpp).
+    EXPECT_EQ(bench_.write(0x2403, 0, 0, 2), 0U);
     const AxisParameters& axis = bench_.loop->controller().parameters().axis;
     per_newton_ = 1.0F / axis.motor_constant_N_per_A;
     rated_N_ = static_cast<float>(bench_.read(0x6076, 0)) * 1e-3F;

@@ -247,5 +247,33 @@ TEST(Watchdog, AResetByItIsAFaultUntilAcknowledged) {
   EXPECT_EQ(watchdog.refreshed, 1U);
 }
 
+// A main loop that stands still for more than half a second lets the watchdog reset the board; one that
+// stores parameters, 50 ms, does not.
+TEST(Watchdog, IsRefreshedOnlyWhileTheMainLoopAdvances) {
+  host::HostEncoder encoder;
+  host::HostMotorCurrent motor;
+  host::HostClock clock;
+  clock.rate_Hz = 10'000'000;
+  host::HostWatchdog watchdog;
+  const auto tick =
+      std::make_unique<Tick<host::HostEncoder, host::HostMotorCurrent, host::HostClock, host::HostWatchdog>>(
+          encoder, motor, clock, watchdog);
+  tick->set_period(1000);
+  const auto run = [&](std::uint32_t ticks) {
+    const std::uint32_t before = watchdog.refreshed;
+    for (std::uint32_t i = 0; i < ticks; ++i) {
+      clock.advance(1000);
+      tick->run();
+    }
+    return watchdog.refreshed - before;
+  };
+  tick->main_loop_ran();
+  EXPECT_EQ(run(500), 500U);
+  tick->main_loop_ran();
+  EXPECT_EQ(run(10000), 5000U);
+  tick->main_loop_ran();
+  EXPECT_EQ(run(100), 100U);
+}
+
 }  // namespace
 }  // namespace slipstack::loop

@@ -216,8 +216,9 @@ Repairs repair_in_place(Log& log, RepairScope scope) {
   if (noise_N > kNoiseOverStep * smallest_step(log.force_N)) {
     const ConstantForce constant = constant_force(log, noise_N);
     cut(log, constant.at_limit, "the force is at its limit", repairs);
-    cut(log, constant.frozen, "the force is frozen", repairs);
-    if (constant.noise_at_standstill) repair_repeats(log, noise_N, repairs);
+    // A command is constant at constant velocity; a sensor has noise there.
+    if (!log.commanded_current) cut(log, constant.frozen, "the force is frozen", repairs);
+    if (!log.commanded_current && constant.noise_at_standstill) repair_repeats(log, noise_N, repairs);
   }
   repair_position(log, repairs);
   repair_jumps(log, scope, repairs);

@@ -24,8 +24,7 @@ struct Repairs {
 ///   of the axis or its surroundings, and are kept.
 /// - samples that repeat the one before, where noise makes that impossible: interpolated.
 /// - force at its limit, or frozen without its noise (drive off, sensor lost): cut. Not at standstill in a
-/// log
-///   whose force has no noise there, as a commanded current.
+///   log whose force has no noise there, and nowhere in one whose header says `current_source: commanded`.
 /// - jumps of the encoder while the axis moves on: corrected, and reported in `jumps`, since absolute
 /// positions
 ///   are uncertain in such a log. In a chunk of a log they are reported only, because a correction would

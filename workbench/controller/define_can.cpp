@@ -38,6 +38,7 @@ void deploy(const Request& request) {
   const Model model = read_controller_model(request.model);
   const std::unique_ptr<CanLink> link = open_link(request.can);
   SdoClient drive(*link, static_cast<std::uint8_t>(request.node));
+  drive.await_node();
   Progress progress;
   const std::string text = deploy_model(drive, model, request.model, !request.no_store,
                                         [&](const std::string& stage, double f) { progress.show(stage, f); });
@@ -57,6 +58,7 @@ void record(const Request& request) {
   outputs.claim(request.out);
   const std::unique_ptr<CanLink> link = open_link(request.can);
   SdoClient drive(*link, static_cast<std::uint8_t>(request.node));
+  drive.await_node();
   Progress progress;
   const Show show = [&](const std::string& stage, double f) { progress.show(stage, f); };
   const Recording recording = request.trace
@@ -76,6 +78,7 @@ void record(const Request& request) {
 void status(const Request& request) {
   const std::unique_ptr<CanLink> link = open_link(request.can);
   SdoClient drive(*link, static_cast<std::uint8_t>(request.node));
+  drive.await_node();
   fmt::print("{}", drive_status(drive));
 }
 

@@ -21,7 +21,8 @@ using namespace slipstack::canopen;
 std::string log_head(double resolution_m, double constant, double mass_kg, std::uint32_t hash, bool irregular,
                      std::size_t lost) {
   std::string text = fmt::format(
-      "# encoder_resolution_m: {}\n# motor_constant_N_per_A: {}\n# mass_kg: {}\n# model_hash: {:08x}\n",
+      "# encoder_resolution_m: {}\n# motor_constant_N_per_A: {}\n# mass_kg: {}\n# current_source: commanded\n"
+      "# model_hash: {:08x}\n",
       resolution_m, constant, mass_kg, hash);
   if (lost > 0) text += fmt::format("# lost_samples: {}\n", lost);
   if (irregular) text += "# sampling: irregular\n";

@@ -100,8 +100,8 @@ void run_on_host(const NodeRequest& request, const sim::Axis& axis, host::HostNo
   if (port.down()) throw RunError(fmt::format("--can {}: the interface went down", printable(request.can)));
 }
 
-/// New flash receives the values of a commissioning: data sheet and mass of the axis, and the node id, by LSS
-/// and 1010h of a node of the same firmware in this process.
+/// New flash receives the values of a commissioning: data sheet and mass of the axis, which a simulated drive
+/// stores, and the node id, by LSS of a node of the same firmware in this process.
 void commission(const NodeRequest& request, const sim::Axis& axis, host::HostNonvolatile& flash) {
   host::HostCanPort device(64);
   host::HostCanPort master(64);
@@ -120,7 +120,6 @@ void commission(const NodeRequest& request, const sim::Axis& axis, host::HostNon
   send(0x7E5, {0x11, static_cast<std::uint8_t>(request.node)});
   send(0x7E5, {0x17});
   send(0x7E5, {0x04, 0});
-  send(0x600U + static_cast<std::uint32_t>(request.node), {0x23, 0x10, 0x10, 0x01, 's', 'a', 'v', 'e'});
 }
 
 bool blank(const host::HostNonvolatile& flash) {

@@ -109,12 +109,30 @@ void SdoClient::drain() {
   }
 }
 
+void SdoClient::silent(const char* hint) const {
+  throw UsageError(fmt::format("node {} does not answer on {}; {}", node_, printable(link_.name()), hint));
+}
+
+// A request to a node that does not listen yet is lost. Six of them fit the queue of a bus on which nobody
+// acknowledges a frame (10 frames in Linux).
+void SdoClient::await_node() {
+  constexpr int kRequests = 6;
+  constexpr int kEvery_ms = 500;
+  constexpr int kDuplicates_ms = 20;
+  Frame frame;
+  for (int i = 0; i < kRequests; ++i) {
+    send(request(0x40, 0x1000, 0));
+    if (!next(frame, kEvery_ms)) continue;
+    while (next(frame, kDuplicates_ms)) {
+    }
+    return;
+  }
+  silent("is it running? If so, check its id, the bit rate and the cable");
+}
+
 SdoClient::Frame SdoClient::answer(std::uint16_t index, std::uint8_t sub) {
   Frame frame;
-  if (!next(frame, kPatience_ms)) {
-    throw UsageError(fmt::format("node {} does not answer on {}; check its id, the bit rate and the cable",
-                                 node_, printable(link_.name())));
-  }
+  if (!next(frame, kPatience_ms)) silent("check its id, the bit rate and the cable");
   if (frame[0] == 0x80) refuse(index, sub, number(&frame[4], 4));
   return frame;
 }

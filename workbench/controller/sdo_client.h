@@ -24,6 +24,9 @@ class SdoClient {
     link_.listen_to(all);
   }
 
+  /// Before the first request: waits for a node that is still starting, 3 s at most.
+  void await_node();
+
   std::uint32_t read(std::uint16_t index, std::uint8_t sub);
   float read_real(std::uint16_t index, std::uint8_t sub);
   void write(std::uint16_t index, std::uint8_t sub, std::uint32_t value, int bytes);
@@ -42,6 +45,7 @@ class SdoClient {
  private:
   using Frame = std::array<std::uint8_t, 8>;
   void send(const Frame& data);
+  [[noreturn]] void silent(const char* hint) const;
   Frame answer(std::uint16_t index, std::uint8_t sub);
   bool next(Frame& data, int timeout_ms);
   void drain();

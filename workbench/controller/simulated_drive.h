@@ -48,6 +48,7 @@ class SimulatedDrive {
     clock_.advance(1000);
     now_us_ += 100;
     node_.poll(now_us_);
+    tick_.main_loop_ran();
   }
 
   Controller& controller() { return tick_.controller(); }
@@ -58,7 +59,7 @@ class SimulatedDrive {
     board_encoder_.next.counts = static_cast<std::int32_t>(encoder_.counts(plant_.position_m()));
   }
 
-  // The parameters known at commissioning: data sheet and mass of the axis.
+  // The parameters known at commissioning, applied and stored: data sheet and mass of the axis.
   void commission(const sim::Axis& axis) {
     canopen::Dictionary& dictionary = node_.dictionary();
     const AxisParameters parameters = loop_parameters(axis, kTick_s);
@@ -69,6 +70,8 @@ class SimulatedDrive {
     canopen::model_words(mass_only_model(axis),
                          [&](std::size_t row, std::uint32_t word) { dictionary.set(row, word); });
     drive_.reset(dictionary);
+    constexpr std::uint32_t kSave = 0x65766173;  // "save"
+    static_cast<void>(dictionary.write(canopen::kRow<0x1010, 1>, kSave));
   }
 
   sim::Plant plant_;

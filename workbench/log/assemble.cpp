@@ -53,6 +53,7 @@ class Assembler {
     log_.mass_kg = header_.mass_kg;
     log_.motor_constant_N_per_A = header_.motor_constant_N_per_A;
     log_.magnet_pitch_m = header_.magnet_pitch_m;
+    log_.commanded_current = header_.commanded_current;
     log_.encoder_resolution_m =
         rows_ == Rows::known_sampling ? head_->encoder_resolution_m : header_.encoder_resolution_m;
     take_time();

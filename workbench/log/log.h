@@ -37,6 +37,8 @@ struct Log {
   std::optional<double> mass_kg;  // zero: inertia is neglected
   std::optional<double> motor_constant_N_per_A;
   std::optional<double> magnet_pitch_m;
+  // The force is that of a commanded current: no sensor that could fail or repeat itself.
+  bool commanded_current = false;
   // From the header; otherwise estimated from the positions (a note says so); empty when they lie on no grid.
   std::optional<double> encoder_resolution_m;
 

@@ -92,7 +92,7 @@ class LinkService {
     link_.last_status = static_cast<std::uint32_t>(controller.configure(block_.axis, block_.model));
   }
 
-  // A stream of set-points begins at the position where the axis rests.
+  // A stream of set-points begins at the position where the axis stands.
   void queue_set_point(Controller& controller) {
     ReferenceGenerator& reference = controller.reference();
     if (reference.idle()) stream_.start(reference, static_cast<std::int32_t>(link_.stream_period));

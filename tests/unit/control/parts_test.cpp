@@ -139,6 +139,34 @@ TEST(LevelAdaptation, StaysBoundedForAnyInput) {
   }
 }
 
+// 119 h after the start the counter of ticks wraps; the level of the friction goes on as it was.
+TEST(FeedForward, TheTimeOfDriftDoesNotWrap) {
+  ModelParameters parameters{};
+  std::get<EffectParameters<Coulomb<float>, float>>(parameters) = {{10.0F}, {1e-3F}, true};
+  std::get<EffectParameters<Drift<float>, float>>(parameters) = {{0.5F}, {1e6F}, true};
+  FrictionModel<float> model;
+  model.prepare(parameters, Scales<float>{kTick_s, 1e-6F});
+  FeedForward::Scales scales;
+  scales.tick_s = kTick_s;
+  scales.mps_per_count = 1e-2F;
+  scales.mps2_per_count = 1e2F;
+  scales.resolution_m = 1e-6F;
+  FeedForward feedforward;
+  ReferencePoint moving;
+  moving.velocity = 10.0F;
+  const auto force_N = [&](std::uint32_t tick) {
+    return feedforward.step(model, scales, moving, tick, 1.0F);
+  };
+  const auto expected_N = [](double ticks) { return 10.0 * (1.0 + 0.5 * (1.0 - std::exp(-ticks * 1e-10))); };
+  EXPECT_NEAR(force_N(1), 10.0F, 1e-4F);
+  EXPECT_NEAR(force_N(0x80000000U), expected_N(0x1p31), 2e-3);
+  const float before_N = force_N(0xFFFFFFFFU);
+  EXPECT_NEAR(before_N, expected_N(0x1p32), 2e-3);
+  EXPECT_NEAR(force_N(0), before_N, 1e-4F);
+  EXPECT_NEAR(force_N(0x80000000U), expected_N(0x1.8p32), 2e-3);
+  EXPECT_NEAR(force_N(0), expected_N(0x1p33), 2e-3);
+}
+
 TEST(StateMachine, FollowsEveryTransitionOfTheFigure) {
   const auto run = [](StateMachine& machine, int control) {
     machine.step(static_cast<std::uint16_t>(control), Fault::kNone, true, true, 50);
@@ -206,6 +234,41 @@ TEST(Parameters, NothingOutOfBoundsPasses) {
   stribeck.enabled = true;
   stribeck.shapes = {0.01F, std::nanf("")};
   EXPECT_EQ(check(good, model), ParameterStatus::kShapeOutOfBounds);
+}
+
+// What is not finite in the memory of an effect goes with the fault: the axis can be enabled again.
+TEST(Controller, AnEffectThatIsNotFiniteIsForgottenWithTheFault) {
+  const auto controller = std::make_unique<Controller>();
+  ModelParameters parameters = plain_model(35.0F);
+  std::get<EffectParameters<Coulomb<float>, float>>(parameters) = {{10.0F}, {1e-3F}, true};
+  std::get<EffectParameters<FrictionalLag<float>, float>>(parameters) = {
+      {0.2F, 0.0F}, {0.01F, 1.0F, 0.1F, 1.0F}, true};
+  std::get<EffectParameters<StructuralResonance<float>, float>>(parameters) = {
+      {1.0F, 0.0F, 0.0F}, {40.0F, 0.02F}, true};
+  ASSERT_EQ(controller->configure(AxisParameters{}, parameters), ParameterStatus::kOk);
+  TickInputs in;
+  const auto step = [&] {
+    in.current.current_A = controller->step(in).current_A;
+    return controller->state().state();
+  };
+  step();
+  const auto enable = [&] {
+    for (const int control : {0x80, 0x00, 0x06, 0x07, 0x0F}) {
+      controller->command(static_cast<std::uint16_t>(control));
+      step();
+      step();
+    }
+    return controller->state().state();
+  };
+  ASSERT_EQ(enable(), DriveState::kOperationEnabled);
+  // The model is the tick's own: nobody else can put this there.
+  Sample<float> poison;
+  poison.velocity_mps = poison.acceleration_mps2 = std::nanf("");
+  const_cast<ControlSet&>(controller->parameters()).model.step(poison);
+  EXPECT_EQ(step(), DriveState::kFault);
+  EXPECT_EQ(controller->state().faults().latched(), Fault::kNotFinite);
+  EXPECT_EQ(enable(), DriveState::kOperationEnabled);
+  for (int i = 0; i < 100; ++i) ASSERT_EQ(step(), DriveState::kOperationEnabled) << i;
 }
 
 // Other parameters in motion: the current changes by no more than the motion itself makes it change.

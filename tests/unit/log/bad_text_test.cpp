@@ -138,6 +138,8 @@ const BadText kHeader[] = {
      "log.csv:2: header key 'mass_kg' has another value than on line 1; keep one"},
     {"Sampling", with_header("# sampling: sometimes"),
      "log.csv:1: header key sampling: 'sometimes' is unknown; "},
+    {"CurrentSource", with_header("# current_source: guessed"),
+     "log.csv:1: header key current_source: 'guessed' is unknown; write measured or commanded"},
 };
 INSTANTIATE_TEST_SUITE_P(Header, BadTextTest, testing::ValuesIn(kHeader),
                          [](const auto& param) { return param.param.name; });

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <set>
 #include <string>
 
 #include "hal/stm32g474/clock_tree.h"
@@ -10,6 +11,7 @@
 #include "hal/stm32g474/gpio.h"
 #include "hal/stm32g474/lamp.h"
 #include "hal/stm32g474/uart.h"
+#include "hal/stm32g474/unique_id.h"
 #include "tests/unit/stm32g474/simulated_word.h"
 
 namespace slipstack::stm32g474 {
@@ -133,6 +135,21 @@ TEST(Uart, SendsAndReceivesWithoutWaiting) {
   EXPECT_TRUE(uart.get(character));
   EXPECT_EQ(character, 'x');
   EXPECT_EQ(usart.icr.value, 1U << 3U) << "after an overrun nothing more would come";
+}
+
+// Parts of a lot differ in few bits, those of a wafer in the coordinates only.
+TEST(UniqueId, NeighboursHaveDifferentSerialNumbers) {
+  std::set<std::uint32_t> serials;
+  for (std::uint32_t x = 0; x < 100; ++x) {
+    for (std::uint32_t y = 0; y < 100; ++y)
+      serials.insert(serial_from({y << 16U | x, 0x31473231, 0x20353041}));
+  }
+  EXPECT_EQ(serials.size(), 10000U);
+  EXPECT_FALSE(serials.contains(0));
+  // FNV-1a of twelve zero bytes, by its definition: the offset basis times the prime to the twelfth.
+  std::uint32_t expected = 2166136261U;
+  for (int i = 0; i < 12; ++i) expected *= 16777619U;
+  EXPECT_EQ(serial_from({0, 0, 0}), expected);
 }
 
 }  // namespace

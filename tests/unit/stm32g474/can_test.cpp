@@ -180,6 +180,18 @@ TEST(Can, RefusesASetUpThatCannotWork) {
   EXPECT_EQ(sim.start(), CanFault::kNoAnswer);
 }
 
+// At a wrong rate a node destroys the frames of all others: it joins when the stored rate is known.
+TEST(Can, JoinsTheBusOnlyAtTheRateThatItIsGiven) {
+  SimCan sim;
+  ASSERT_EQ(sim.can->start(plan_can_timing(24'000'000, 1'000'000), {}, 24'000'000, false), CanFault::kNone);
+  EXPECT_EQ(sim.registers.cccr.value & 1U, 1U) << "INIT: off the bus";
+  ASSERT_TRUE(sim.can->set_bit_rate(250'000));
+  EXPECT_EQ(sim.registers.cccr.value & 1U, 0U);
+  const std::uint32_t nbtp = sim.registers.nbtp.value;
+  const std::uint32_t quanta = 1 + (nbtp >> 8U & 0xFFU) + 1 + (nbtp & 0x7FU) + 1;
+  EXPECT_EQ(24'000'000U, 250'000 * ((nbtp >> 16U & 0x1FFU) + 1) * quanta);
+}
+
 // NBTP read back as the manual writes it, against the clock: exact rate, sample point after CiA 301 table 1.
 TEST(Can, ChangesToEveryBitRateOfCia305) {
   for (const std::uint32_t clock_Hz : {24'000'000U, 170'000'000U}) {

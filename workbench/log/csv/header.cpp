@@ -78,6 +78,19 @@ double read_header_number(const RawTable& table, const KnownKey& known, const Ra
   return value;
 }
 
+// A key with two values, of which the first is meant where the key is absent.
+bool is_second_choice(const RawTable& table, const std::string& key, const std::string& first,
+                      const std::string& second) {
+  const auto found = table.header.find(key);
+  if (found == table.header.end()) return false;
+  const RawTable::HeaderEntry& entry = found->second;
+  if (entry.value != first && entry.value != second) {
+    throw InputError(table.where_line(entry.line) + ": header key " + key + ": " + in_quotes(entry.value) +
+                     " is unknown; write " + first + " or " + second);
+  }
+  return entry.value == second;
+}
+
 }  // namespace
 
 HeaderValues read_header_values(const RawTable& table) {
@@ -89,15 +102,8 @@ HeaderValues read_header_values(const RawTable& table) {
     values.*known.value = read_header_number(table, known, entry->second);
     values.kinds.emplace_back(known.name, known.kind);
   }
-  const auto sampling = table.header.find("sampling");
-  if (sampling != table.header.end()) {
-    const RawTable::HeaderEntry& entry = sampling->second;
-    if (entry.value != "irregular" && entry.value != "uniform") {
-      throw InputError(table.where_line(entry.line) + ": header key sampling: " + in_quotes(entry.value) +
-                       " is unknown; write uniform or irregular");
-    }
-    values.irregular_sampling = entry.value == "irregular";
-  }
+  values.irregular_sampling = is_second_choice(table, "sampling", "uniform", "irregular");
+  values.commanded_current = is_second_choice(table, "current_source", "measured", "commanded");
   return values;
 }
 

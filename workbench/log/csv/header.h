@@ -22,10 +22,12 @@ struct HeaderValues {
   bool irregular_sampling = false;
   std::vector<std::pair<std::string, AxisKind>>
       kinds;  ///< each key above that is there, and its kind of axis
+  bool commanded_current = false;
 };
 
 /// Reads the known header keys. Throws InputError for a value that is not a number or out of its range, for a
-/// known quantity in a unit that is not known, and for a `sampling` that is neither uniform nor irregular.
+/// known quantity in a unit that is not known, and for a `sampling` or `current_source` that is
+/// none of theirs.
 HeaderValues read_header_values(const RawTable& table);
 
 }  // namespace slipstack::workbench

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+// A master that falls silent in a cyclic mode: the tick ends the motion, as 6007h says.
+#include <cmath>
+
+#include "tests/can/bench.h"
+
+namespace slipstack::can {
+namespace {
+
+constexpr std::uint8_t kProfilePosition = 1;
+constexpr std::uint8_t kCyclicPosition = 8;
+constexpr std::uint8_t kCyclicTorque = 10;
+constexpr int kTimeout_ms = 50;  // default of 2403h
+
+class SilentMaster : public ::testing::Test {
+ protected:
+  SilentMaster() { bench_.configure(); }
+
+  double velocity() const { return bench_.loop->plant.velocity_mps(); }
+  double position_m() const { return bench_.loop->plant.position_m(); }
+  bool driving() const { return bench_.loop->motor.enabled; }
+
+  // Half of the rated force pushes the axis to 0.2 m/s; the master repeats its command every 2 ms.
+  void push() {
+    bench_.enable(kCyclicTorque);
+    for (int i = 0; i < 500 && velocity() < 0.2; ++i) {
+      ASSERT_EQ(bench_.write(0x6071, 0, 120, 2), 0U);
+      bench_.run_ms(2);
+    }
+    ASSERT_GE(velocity(), 0.2);
+    ASSERT_TRUE(driving());
+    pushed_to_m_ = position_m();
+  }
+
+  // A controller whose main loop stands still; the tick goes on.
+  void run_ticks_only(int milliseconds) {
+    for (int i = 0; i < 10 * milliseconds; ++i) bench_.loop->step();
+  }
+
+  Bench bench_;
+  double pushed_to_m_ = 0.0;
+};
+
+TEST_F(SilentMaster, InTorqueModeTheAxisStops) {
+  push();
+  bench_.all();
+  bench_.run_ms(kTimeout_ms - 2);
+  EXPECT_EQ(bench_.read(0x6041, 0) & 0x6F, 0x27U) << "not before the time";
+  bench_.run_ms(200);
+  EXPECT_EQ(bench_.read(0x6041, 0) & 0x6F, 0x40U) << "quick stop, then switch on disabled";
+  EXPECT_FALSE(driving());
+  EXPECT_LT(std::abs(velocity()), 1e-3);
+  // 0.2 m/s and 1 m/s2 for 50 ms, then braked with 15 m/s2.
+  EXPECT_LT(position_m() - pushed_to_m_, 0.02);
+  EXPECT_GT(position_m() - pushed_to_m_, 0.005);
+}
+
+TEST_F(SilentMaster, TheErrorIsReportedUntilCommandsComeAgain) {
+  push();
+  bench_.nmt(0x01);
+  bench_.run_ms(2);
+  bench_.all();
+  bench_.run_ms(kTimeout_ms + 5);
+  const auto lost = bench_.all_with(0x085);
+  ASSERT_EQ(lost.size(), 1U);
+  EXPECT_EQ(Bench::number(lost[0], 0, 2), 0x8100U);
+  EXPECT_EQ(lost[0][2], 0x11);
+  EXPECT_EQ(bench_.read(0x603F, 0), 0x8100U);
+  ASSERT_EQ(bench_.write(0x6071, 0, 0, 2), 0U);
+  bench_.run_ms(2);
+  EXPECT_EQ(bench_.read(0x603F, 0), 0U);
+}
+
+// A main loop that stands still cannot act: the tick does.
+TEST_F(SilentMaster, TheTickStopsTheAxisWithoutTheMainLoop) {
+  push();
+  run_ticks_only(kTimeout_ms - 2);
+  EXPECT_TRUE(driving());
+  EXPECT_GT(velocity(), 0.2);
+  run_ticks_only(200);
+  EXPECT_FALSE(driving());
+  EXPECT_LT(std::abs(velocity()), 1e-3);
+}
+
+TEST_F(SilentMaster, CommandsThatComeAgainDoNotMoveTheAxisAgain) {
+  for (const std::uint32_t quick_stop : {2U, 6U}) {
+    ASSERT_EQ(bench_.write(0x605A, 0, quick_stop, 2), 0U);
+    push();
+    bench_.run_ms(kTimeout_ms + 150);
+    for (int i = 0; i < 20; ++i) {
+      ASSERT_EQ(bench_.write(0x6071, 0, 120, 2), 0U);
+      bench_.run_ms(2);
+    }
+    EXPECT_NE(bench_.read(0x6041, 0) & 0x6F, 0x27U) << quick_stop;
+    EXPECT_LT(std::abs(velocity()), 1e-3) << quick_stop;
+    ASSERT_EQ(bench_.write(0x6040, 0, 0, 2), 0U);
+    ASSERT_EQ(bench_.write(0x6071, 0, 0, 2), 0U);
+    bench_.run_ms(5);
+  }
+}
+
+TEST_F(SilentMaster, TheReactionFollowsTheOption) {
+  for (const std::uint32_t reaction : {0U, 2U, 3U}) {
+    ASSERT_EQ(bench_.write(0x6007, 0, reaction, 2), 0U);
+    push();
+    bench_.run_ms(kTimeout_ms + 2);
+    EXPECT_EQ(driving(), reaction != 2) << reaction;
+    bench_.run_ms(60);
+    const bool moves = std::abs(velocity()) > 0.1;
+    EXPECT_EQ(moves, reaction != 3) << reaction << ": pushed on, coasting, or braked; " << velocity();
+    ASSERT_EQ(bench_.write(0x6040, 0, 0, 2), 0U);
+    ASSERT_EQ(bench_.write(0x6071, 0, 0, 2), 0U);
+    bench_.run_ms(2000);
+    ASSERT_LT(std::abs(velocity()), 1e-3);
+  }
+}
+
+TEST_F(SilentMaster, TheTimeIsAParameterAndZeroSwitchesItOff) {
+  ASSERT_EQ(bench_.read(0x2403, 0), static_cast<std::uint32_t>(kTimeout_ms));
+  for (const int timeout_ms : {10, 0}) {
+    ASSERT_EQ(bench_.write(0x2403, 0, static_cast<std::uint32_t>(timeout_ms), 2), 0U);
+    bench_.enable(kCyclicTorque);
+    EXPECT_EQ(bench_.write(0x2403, 0, 1, 2), 0x08000022U) << "a parameter: not while enabled";
+    ASSERT_EQ(bench_.write(0x6071, 0, 5, 2), 0U);
+    bench_.run_ms(9);
+    EXPECT_TRUE(driving());
+    bench_.run_ms(100);
+    EXPECT_EQ(driving(), timeout_ms == 0);
+    ASSERT_EQ(bench_.write(0x6040, 0, 0, 2), 0U);
+    bench_.run_ms(2);
+  }
+}
+
+// A force that was given before the axis was enabled acts at once, so the time begins at once.
+TEST_F(SilentMaster, AForceFromBeforeIsWatchedToo) {
+  ASSERT_EQ(bench_.write(0x6071, 0, 120, 2), 0U);
+  bench_.enable(kCyclicTorque);
+  bench_.run_ms(kTimeout_ms + 150);
+  EXPECT_FALSE(driving());
+  EXPECT_LT(std::abs(velocity()), 1e-3);
+}
+
+TEST_F(SilentMaster, InCyclicPositionTheAxisStops) {
+  bench_.nmt(0x01);
+  ASSERT_EQ(bench_.write(0x60C2, 1, 2, 1), 0U);
+  bench_.enable(kCyclicPosition);
+  const std::int32_t home = bench_.read_signed(0x6064, 0);
+  bench_.run_ms(500);
+  EXPECT_TRUE(driving()) << "enabled, and nothing commanded yet: nothing to lose";
+  for (int i = 0; i < 200; ++i) {
+    const auto target = static_cast<std::uint32_t>(home + 4 * i);
+    bench_.send(0x305, {0x0F, 0x00, static_cast<std::uint8_t>(target), static_cast<std::uint8_t>(target >> 8),
+                        static_cast<std::uint8_t>(target >> 16), static_cast<std::uint8_t>(target >> 24)});
+    bench_.send(0x080, {});
+    bench_.run_ms(2);
+    ASSERT_TRUE(driving()) << i;
+  }
+  // SYNC alone, of another node, is no command.
+  for (int i = 0; i < 100; ++i) {
+    bench_.send(0x080, {});
+    bench_.run_ms(2);
+  }
+  EXPECT_FALSE(driving());
+  EXPECT_EQ(bench_.read(0x6041, 0) & 0x4F, 0x40U);
+}
+
+// A move of profile position is complete when it is commanded.
+TEST_F(SilentMaster, AProfileMoveRunsToItsEnd) {
+  bench_.enable(kProfilePosition);
+  const std::int32_t target = bench_.read_signed(0x6064, 0) + 50000;
+  ASSERT_EQ(bench_.write(0x607A, 0, static_cast<std::uint32_t>(target), 4), 0U);
+  ASSERT_EQ(bench_.write(0x6040, 0, 0x1F, 2), 0U);
+  bench_.run_ms(3000);
+  EXPECT_TRUE(driving());
+  EXPECT_NEAR(bench_.read_signed(0x6064, 0), target, 5);
+}
+
+// 1400h:05 has the reaction of a lost connection, whatever the mode: the master asked to be watched.
+TEST_F(SilentMaster, AnRpdoThatFailsToComeIsALostConnection) {
+  bench_.nmt(0x01);
+  ASSERT_EQ(bench_.write(0x1400, 5, 30, 2), 0U);
+  bench_.enable(kProfilePosition);
+  ASSERT_EQ(bench_.write(0x607A, 0, static_cast<std::uint32_t>(bench_.read_signed(0x6064, 0) + 100000), 4),
+            0U);
+  bench_.send(0x205, {0x1F, 0x00, 0x01});
+  bench_.run_ms(28);
+  EXPECT_TRUE(driving());
+  bench_.run_ms(250);
+  EXPECT_FALSE(driving());
+  EXPECT_LT(std::abs(velocity()), 1e-3);
+}
+
+}  // namespace
+}  // namespace slipstack::can
