@@ -120,7 +120,8 @@ class HysteresisExperiments(unittest.TestCase):
         self.assertIn("negative", spoiled(lambda r: r.__setitem__(12, r[12].replace(",", ",-", 1))))
         self.assertIn("zero load", spoiled(lambda r: r.pop()))
         self.assertIn("time does not rise", spoiled(lambda r: r.__setitem__(9, r[8])))
-        self.assertIn("no load steps", spoiled(lambda r: r.clear()))
+        self.assertIn("without a header row", spoiled(lambda r: r.clear()))
+        self.assertIn("no load steps", spoiled(lambda r: r.__delitem__(slice(2, None))))
         self.assertIn("no transducer", self.refused("transducer", "--setup", "slideway"))
         self.assertIn("nothing.csv", self.refused("transducer", "nothing.csv"))
 

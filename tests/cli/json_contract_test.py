@@ -9,7 +9,7 @@ import unittest
 import program
 
 DIAGNOSIS = {"cannot_show": list, "cannot_separate": list, "next_experiment": (dict, type(None)), "noise": dict,
-             "repaired": list, "log": str, "samples": int, "searched_samples": int,
+             "repaired": list, "input_warnings": list, "log": str, "samples": int, "searched_samples": int,
              "baseline_effects": list, "noise_floor_N": float, "baseline": dict,
              "verdict": str, "candidates": list, "unexplained": (dict, type(None))}
 CANDIDATE = {"effect": str, "title": str, "holdout_rmse_N": float, "error_reduction": float,

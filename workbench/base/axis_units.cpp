@@ -6,7 +6,6 @@
 #include <cctype>
 #include <cstdlib>
 #include <mutex>
-#include <utility>
 #include <vector>
 
 #include "workbench/base/errors.h"
@@ -87,7 +86,8 @@ struct KeyUnit {
   std::string_view linear;
   std::string_view rotary;
 };
-constexpr std::array<KeyUnit, 8> kKeyUnits{{{"_N_per_m", "_Nm_per_rad"},
+constexpr std::array<KeyUnit, 9> kKeyUnits{{{"mass_kg", "inertia_kg_m2"},
+                                            {"_N_per_m", "_Nm_per_rad"},
                                             {"_N_per_A", "_Nm_per_A"},
                                             {"_mps3", "_radps3"},
                                             {"_mps2", "_radps2"},
@@ -96,9 +96,8 @@ constexpr std::array<KeyUnit, 8> kKeyUnits{{{"_N_per_m", "_Nm_per_rad"},
                                             {"_N", "_Nm"},
                                             {"_m", "_rad"}}};
 
-/// The words of a quantity that is called otherwise on a rotary axis.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 2> kKeyWords{
-    {{"force", "torque"}, {"mass", "inertia"}}};
+/// What is a torque on a rotary axis.
+constexpr std::string_view kForceWord = "force";
 
 }  // namespace
 
@@ -174,10 +173,9 @@ std::string axis_key(std::string_view key, AxisKind kind) {
                                 [&](const KeyUnit& one) { return key.ends_with(one.linear); });
   if (end == kKeyUnits.end()) return std::string(key);
   std::string text(key.substr(0, key.size() - end->linear.size()));
-  for (const auto& [word, rotary] : kKeyWords) {
-    const std::size_t at = text.find(word);
-    if (at == std::string::npos || (at > 0 && text[at - 1] != '_')) continue;
-    text.replace(at, word.size(), rotary);
+  const std::size_t word = text.find(kForceWord);
+  if (word == 0 || (word != std::string::npos && text[word - 1] == '_')) {
+    text.replace(word, kForceWord.size(), "torque");
   }
   return text.append(end->rotary);
 }

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "tests/unit/log/log_support.h"
+#include "workbench/base/axis_units.h"
 
 namespace {
 
@@ -21,6 +22,7 @@ void require(const std::string& fault) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace slipstack::workbench;
   const std::string_view bytes(reinterpret_cast<const char*>(data), size);
+  forget_axis();  // the input before may have been of the other kind
   const bool is_mat = looks_like_mat(bytes.substr(0, kMatHeaderSize));
   try {
     require(test::violated_guarantee(is_mat ? test::parse_mat(bytes) : test::parse_text(bytes)));

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <functional>
@@ -78,8 +79,15 @@ const Fault kFaults[] = {
      [](Log& log) {
        for (double& force : log.force_N) force = std::abs(force);
      },
-     0.6},
-    {"mN as N", "units", AxisKind::linear, [](Log& log) { scale(log.force_N, 1e3); }, 0.75},
+     0.9},
+    {"a weight that pulls", "", AxisKind::linear,
+     [](Log& log) {
+       double least = 0.0;
+       for (const double force : log.force_N) least = std::min(least, force);
+       for (double& force : log.force_N) force -= least;
+     },
+     1.0},
+    {"mN as N", "units", AxisKind::linear, [](Log& log) { scale(log.force_N, 1e3); }, 0.85},
     {"mm as m", "units", AxisKind::linear, [](Log& log) { scale_position(log, 1e3); }, 0.9},
     {"mm as m, no mass", "units", AxisKind::linear,
      [](Log& log) {
@@ -96,7 +104,7 @@ const Fault kFaults[] = {
     {"turned", "", AxisKind::rotary, [](Log&) {}, 1.0},
     {"turned, torque reversed", "force_sign", AxisKind::rotary, reverse, 0.9},
     {"turned, degrees as rad", "units", AxisKind::rotary,
-     [](Log& log) { scale_position(log, 180.0 / std::numbers::pi); }, 0.75},
+     [](Log& log) { scale_position(log, 180.0 / std::numbers::pi); }, 0.85},
 };
 
 TEST(Plausibility, SpoiledLogsAreRecognisedAndOthersAreNot) {
