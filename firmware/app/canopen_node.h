@@ -20,6 +20,7 @@ class CanopenNode {
       : node_id_(node_id), serial_(serial), trace_(trace) {}
 
   void start(NodeContext& context) {
+    published_.store(nullptr, std::memory_order_relaxed);
     log_.emplace(context.nonvolatile);
     drive_.emplace(context.controller, context.timing, trace_, serial_);
     node_.emplace(context.can, *log_, *drive_);

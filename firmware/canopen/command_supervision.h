@@ -29,7 +29,7 @@ class CommandSupervision {
   /// Options of Controller::command_all(). `moving`: the axis acts on a set-point from before.
   std::uint32_t options(const Dictionary& dictionary, bool moving) const {
     const bool on = dictionary.value(kRow<kCommandTimeoutIndex>) != 0;
-    return on && (active_ || moving) ? reaction(dictionary) << kReactionShift : 0U;
+    return on && (active_ || moving) ? std::uint32_t{reaction(dictionary)} << kReactionShift : 0U;
   }
 
   /// Bits of the controlword that a lost master takes back. A quick stop without braking (605Ah: 0) is

@@ -218,7 +218,7 @@ int main() {
   application.serve();
   const std::uint32_t pages = crc32(flash_memory);
   mps2::systick_start_periodic(kPeriod);
-  application.run();
+  while (board.wait()) application.serve();
   mps2::systick_stop();
   const Traffic traffic = board.port.traffic;
   board.port.traffic = Traffic::kQuiet;

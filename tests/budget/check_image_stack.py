@@ -38,7 +38,7 @@ IMAGES = {
 # Interfaces that are called through a pointer, and what stands behind each in an image: by symbol.
 FLASH = r"_ZNK?9slipstack.*\d(MemoryFlash|FlashPages)"
 INTERFACES = {
-    "Behind": r"_ZN9slipstack7canopen11NodeObjects(4read|10check_read|5check|7written|12begin_upload|6upload|14begin_download|8download|12end_download)E",
+    "ObjectAccess": r"_ZNK?9slipstack7canopen11NodeObjects(4read|10check_read|5check|7written|6commit|4tick|12begin_upload|6upload|14begin_download|8download|12end_download)E",
     "Application": r"_ZNK?9slipstack7canopen5Drive\w+E",
     "CanPort": r"_ZNK?9slipstack(4mps29SlcanPort|9stm32g4743Can).*(4send|7receive|6status|7recover|\d+\w*bit_rate)E",
     "Nonvolatile": FLASH + r".*(10page_count|9page_size|10write_unit|5erase|4read|5write)E",
@@ -48,7 +48,7 @@ INTERFACES = {
 }
 # Who may call which of them; the first that fits holds.
 CALLERS = [
-    (r"canopen::(Pdos|PdoMap|SdoServer|Dictionary)::", ["Behind"]),
+    (r"canopen::(Pdos|PdoMap|SdoServer|SdoObject|Dictionary)::", ["ObjectAccess"]),
     (r"SlotLog::|ParameterSet::", ["Nonvolatile"]),
     (r"canopen::(Node|NodeObjects|NodeParts|BusWatch|BitRateSwitch|Lss|Outbox)::|CanopenNode::", ["Application", "CanPort", "Nonvolatile"]),
     (r"start_clock_tree", ["wait"]),
