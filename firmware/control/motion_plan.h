@@ -52,9 +52,9 @@ inline MoveTimes move_times(float distance, const MotionLimits& limits) {
   return {n1, longer, n3 > n1 + longer ? n3 : n1 + longer};
 }
 
-// distance x 2^48 / product, both positive, product < 2^50: long division in two steps.
+// distance x 2^44 / product, both positive, product < 2^50: long division in two steps.
 inline std::int64_t jerk_for(std::uint32_t distance, std::uint64_t product) {
-  const std::uint64_t head = static_cast<std::uint64_t>(distance) << 36;
+  const std::uint64_t head = static_cast<std::uint64_t>(distance) << 32;
   const std::uint64_t rest = (head % product) << 12;
   return static_cast<std::int64_t>(((head / product) << 12) + rest / product);
 }

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cstdint>
 
+#include "firmware/control/braking.h"
 #include "firmware/control/fixed_motion.h"
 #include "firmware/effects/approx.h"
 #include "firmware/friction/displacement.h"
@@ -20,7 +21,8 @@ struct ReferencePoint {
 };
 
 /// Plays motion segments one after the other. One writer outside the tick pushes, the tick takes. When the
-/// queue runs dry in motion, or on stop(), the axis is braked with constant deceleration.
+/// queue runs dry in motion, or on stop(), the reference brakes to rest from whatever velocity and
+/// acceleration it has, within the deceleration and jerk of BrakingLimits.
 class ReferenceGenerator {
  public:
   static constexpr std::uint32_t kCapacity = 16;
@@ -66,28 +68,27 @@ class ReferenceGenerator {
     forget_queue();
   }
 
-  bool standing() const { return velocity_ == 0 && left_ == 0; }
+  bool standing() const { return velocity_ == 0 && acceleration_ == 0 && left_ == 0; }
   bool braking() const { return phase_ == Phase::kBraking || phase_ == Phase::kLeaving; }
   bool idle() const { return standing() && free() == kCapacity; }
   std::int32_t counts() const { return counts_; }
   /// How often the queue ran dry in motion.
   std::uint32_t underruns() const { return underruns_; }
 
-  /// Position now; then moves on by one tick. `deceleration`: of stop() and of a queue that ran dry, counts
-  /// per tick^2 x 2^-48, > 0.
-  ReferencePoint next(std::int64_t deceleration) {
+  /// Position now; then moves on by one tick. `limits`: of stop() and of a queue that ran dry.
+  ReferencePoint next(const BrakingLimits& limits) {
     switch (phase_) {
       case Phase::kFollowing:
         return {counts_, 0.0F, followed_velocity_, 0.0F};
       case Phase::kPlaying:
-        if (left_ == 0) begin_segment(deceleration);
+        if (left_ == 0) begin_segment(limits);
         break;
       case Phase::kLeaving:
         begin_from_followed();
-        brake(deceleration);
+        brake(limits);
         break;
       case Phase::kBraking:
-        brake(deceleration);
+        brake(limits);
         break;
     }
     return advance();
@@ -99,7 +100,8 @@ class ReferenceGenerator {
   ReferencePoint advance() {
     ReferencePoint point;
     point.counts = counts_;
-    point.fraction = static_cast<float>(static_cast<std::uint32_t>(fraction_ >> 16)) * 0x1p-32F;
+    point.fraction =
+        static_cast<float>(static_cast<std::uint32_t>(fraction_ >> (kFractionBits - 32))) * 0x1p-32F;
     acceleration_ += jerk_;
     velocity_ += acceleration_;
     point.acceleration = from_fixed(acceleration_);
@@ -112,13 +114,13 @@ class ReferenceGenerator {
     return point;
   }
 
-  // The followed point is that of the last tick: one tick on, by whole counts, with its velocity to 2^-16 of
+  // The followed point is that of the last tick: one tick on, by whole counts, with its velocity to 2^-12 of
   // a count per tick.
   void begin_from_followed() {
-    const float velocity = approx::clamp(followed_velocity_, -16384.0F, 16384.0F);
+    const float velocity = approx::clamp(followed_velocity_, -kLargestRate, kLargestRate);
     counts_ = sum(counts_, static_cast<std::int32_t>(velocity));
-    velocity_ = static_cast<std::int64_t>(static_cast<std::int32_t>(velocity * 0x1p16F)) *
-                (std::int64_t{1} << (kFractionBits - 16));
+    velocity_ = static_cast<std::int64_t>(static_cast<std::int32_t>(velocity * 0x1p12F)) *
+                (std::int64_t{1} << (kFractionBits - 12));
     acceleration_ = jerk_ = fraction_ = 0;
     phase_ = Phase::kBraking;
   }
@@ -130,18 +132,17 @@ class ReferenceGenerator {
     taken_.store(pushed, std::memory_order_relaxed);
   }
 
-  void begin_segment(std::int64_t deceleration) {
+  void begin_segment(const BrakingLimits& limits) {
     const std::uint32_t at = taken_.load(std::memory_order_relaxed);
     // Writer and tick share a core: what keeps the compiler from changing the order is enough.
     const std::uint32_t pushed = pushed_.load(std::memory_order_relaxed);
     std::atomic_signal_fence(std::memory_order_acquire);
     if (at == pushed) {
       jerk_ = 0;
-      acceleration_ = 0;
-      if (velocity_ == 0) return;
+      if (velocity_ == 0 && acceleration_ == 0) return;
       phase_ = Phase::kBraking;
       ++underruns_;
-      brake(deceleration);
+      brake(limits);
       return;
     }
     const MotionSegment& segment = queue_[at % kCapacity];
@@ -158,12 +159,11 @@ class ReferenceGenerator {
   }
 
   // What is queued while the axis brakes waits for the tick after it has come to rest.
-  void brake(std::int64_t deceleration) {
+  void brake(const BrakingLimits& limits) {
     jerk_ = 0;
     left_ = 0;
-    acceleration_ =
-        velocity_ > deceleration ? -deceleration : (velocity_ < -deceleration ? deceleration : -velocity_);
-    if (velocity_ == 0) phase_ = Phase::kPlaying;
+    acceleration_ = braking_acceleration(velocity_, acceleration_, limits);
+    if (velocity_ == 0 && acceleration_ == 0) phase_ = Phase::kPlaying;
   }
 
   std::int32_t counts_ = 0;

@@ -35,7 +35,7 @@ struct Stages {
       .velocity_N_s_per_m = 6000.0F,
       .integral_per_tick = 4.0e-3F,
       .notch = {Notch::gains(180.0F, 0.2F, 0.1F, 1.0e-4F), Notch::gains(410.0F, 0.1F, 0.2F, 1.0e-4F)}};
-  std::int64_t braking = to_fixed(0.15F);
+  BrakingLimits braking = braking_limits(0.15F, 0.0015F);
   std::int32_t stop_timeout_ticks = 100;
   StateEstimate estimate;
   ReferenceGenerator reference;

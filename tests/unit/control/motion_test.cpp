@@ -13,7 +13,7 @@ namespace slipstack {
 namespace {
 
 ReferencePoint next(ReferenceGenerator& generator) {
-  static const std::int64_t kBraking = to_fixed(0.2F);
+  static const BrakingLimits kBraking = braking_limits(0.2F, 0.2F);
   return generator.next(kBraking);
 }
 
