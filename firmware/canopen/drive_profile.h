@@ -29,6 +29,7 @@ class DriveProfile {
   /// Once in every poll.
   void step() {
     follow_mode();
+    follow_cyclic();
     command();
     set_torque();
     profile_position();
@@ -53,23 +54,20 @@ class DriveProfile {
     command();
   }
 
-  /// Cyclic position: each SYNC takes the target as the next set-point.
-  void synchronise() {
-    if (active_ != Mode::kCyclicPosition || !operation_enabled() || halted()) return;
-    ReferenceGenerator& reference = controller_.reference();
-    if (!streaming_) {
-      last_target_ = reference.counts();
-      stream_.start(reference, period_ticks());
-      streaming_ = true;
-    }
-    // A set-point beyond what the axis may move in a period is taken as far as it may.
+  /// Cyclic position: SYNC makes a set-point of the target. One that a synchronous PDO brings must come with
+  /// every SYNC; any other holds until it is written again. `with_sync`: a PDO brought it just now.
+  void synchronise(bool with_sync) {
+    follow_cyclic();
     const ControlSet& set = controller_.parameters();
-    const float reach = set.axis.velocity_limit_mps / set.mps_per_count * static_cast<float>(period_ticks());
-    const auto limit = static_cast<std::int32_t>(approx::clamp(reach, 1.0F, 1.0e6F));
-    const std::int32_t way = std::clamp<std::int32_t>(
-        difference(static_cast<std::int32_t>(value(kRow<0x607A>)), last_target_), -limit, limit);
-    const std::int32_t target = sum(last_target_, way);
-    if (stream_.push(reference, target)) last_target_ = target;
+    CyclicPosition& cyclic = controller_.cyclic_position();
+    cyclic.set_period(period_s() / set.axis.tick_s, set.axis.tick_s,
+                      set.axis.velocity_limit_mps / set.mps_per_count,
+                      set.axis.acceleration_limit_mps2 / set.mps2_per_count);
+    if (target_written_) target_streamed_ = with_sync;
+    target_holds_ = target_holds_ || target_written_;
+    const bool has_target = target_written_ || (target_holds_ && !target_streamed_);
+    target_written_ = false;
+    cyclic.sync(has_target, static_cast<std::int32_t>(value(kRow<0x607A>)));
   }
 
   // ---- objects ----
@@ -127,6 +125,9 @@ class DriveProfile {
         follow_mode();
         set_torque();
         return command();
+      case 0x607A:
+        target_written_ = true;
+        return;
       case 0x6071:
       case 0x60B2:
         return set_torque();
@@ -166,8 +167,10 @@ class DriveProfile {
     if (active_ == Mode::kProfilePosition) {
       if (controller_.reference().idle() && !waiting_) word_now |= 1U << 10;
       if (acknowledged_) word_now |= 1U << 12;
+    } else if (active_ == Mode::kCyclicPosition) {
+      if (controller_.cyclic_position().following()) word_now |= 1U << 12;  // the drive follows the command
     } else if (active_ != Mode::kNone && state == DriveState::kOperationEnabled && !halted()) {
-      word_now |= 1U << 12;  // the drive follows the command
+      word_now |= 1U << 12;
     }
     if (controller_.state().faults().latched() == Fault::kFollowingError) word_now |= 1U << 13;
     return static_cast<std::uint16_t>(word_now);
@@ -177,9 +180,10 @@ class DriveProfile {
     const auto rising = static_cast<std::uint16_t>(word_now & ~control_);
     control_ = word_now;
     command();
+    follow_cyclic();
     if ((rising & kHaltBit) != 0 && operation_enabled()) {
       controller_.reference().stop();
-      waiting_ = streaming_ = target_stands_ = false;
+      waiting_ = target_stands_ = false;
     }
     if (active_ == Mode::kProfilePosition) new_set_point(rising);
   }
@@ -210,12 +214,25 @@ class DriveProfile {
 
   void follow_mode() {
     if (!operation_enabled()) {
-      streaming_ = waiting_ = acknowledged_ = target_stands_ = false;
+      waiting_ = acknowledged_ = target_stands_ = false;
     }
     if (mode_ == active_) return;
-    if (operation_enabled()) controller_.reference().stop();
     active_ = mode_;
-    streaming_ = waiting_ = acknowledged_ = target_stands_ = false;
+    follow_cyclic();
+    if (operation_enabled()) controller_.reference().stop();
+    waiting_ = acknowledged_ = target_stands_ = false;
+  }
+
+  // Into cyclic position by mode, by enabling or by the end of a halt, and out of it. No target holds from
+  // before: the object starts as the position actual value, and the axis moves when a set-point has come.
+  void follow_cyclic() {
+    const bool wanted = active_ == Mode::kCyclicPosition && operation_enabled() && !halted();
+    if (wanted == cyclic_) return;
+    cyclic_ = wanted;
+    target_written_ = target_holds_ = false;
+    if (!wanted) return controller_.cyclic_position().stop();
+    dictionary_->set(kRow<0x607A>, static_cast<std::uint32_t>(controller_.measured_counts()));
+    controller_.cyclic_position().start();
   }
 
   // Controlword bit 4 rises: a set-point, which is the target and the profile as they are now; statusword bit
@@ -256,12 +273,10 @@ class DriveProfile {
   }
 
   // 60C2h: value x 10^index seconds.
-  std::int32_t period_ticks() const {
-    float period_s = static_cast<float>(value(kRow<0x60C2, 1>));
-    for (auto power = static_cast<std::int32_t>(value(kRow<0x60C2, 2>)); power < 0; ++power) period_s *= 0.1F;
-    const float ticks = period_s / controller_.parameters().axis.tick_s + 0.5F;
-    constexpr auto kLongest = static_cast<float>(SetpointStream::kLongestPeriod);
-    return static_cast<std::int32_t>(approx::clamp(ticks, 1.0F, kLongest));
+  float period_s() const {
+    float seconds = static_cast<float>(value(kRow<0x60C2, 1>));
+    for (auto power = static_cast<std::int32_t>(value(kRow<0x60C2, 2>)); power < 0; ++power) seconds *= 0.1F;
+    return seconds;
   }
 
   static constexpr std::uint16_t kNewSetPointBit = 1U << 4;
@@ -275,7 +290,10 @@ class DriveProfile {
   Mode mode_ = Mode::kNone;
   Mode active_ = Mode::kNone;
   bool operational_ = false;
-  bool streaming_ = false;
+  bool cyclic_ = false;           // the reference is the stream's, or waits for it
+  bool target_written_ = false;   // since the last SYNC
+  bool target_holds_ = false;     // written since the reference is the stream's
+  bool target_streamed_ = false;  // by a PDO with SYNC
   bool waiting_ = false;
   bool acknowledged_ = false;
   struct Profile {
@@ -287,7 +305,6 @@ class DriveProfile {
   std::int32_t target_ = 0;
   std::int32_t last_target_ = 0;
   bool target_stands_ = false;
-  SetpointStream stream_;
 };
 
 }  // namespace slipstack::canopen

@@ -50,6 +50,14 @@ class PdoMap {
 
   std::uint8_t bytes() const { return bytes_; }
 
+  /// Whether `row` is among the entries of which `taken` has a bit.
+  bool took(std::size_t row, std::uint8_t taken) const {
+    for (std::size_t i = 0; i < count_; ++i) {
+      if (row_[i] == row && (taken >> i & 1U) != 0) return true;
+    }
+    return false;
+  }
+
   void pack(Dictionary& dictionary, std::span<std::uint8_t, 8> out) const {
     std::size_t at = 0;
     for (std::size_t i = 0; i < count_; ++i) {
@@ -197,13 +205,11 @@ class Pdos {
 
   /// SYNC: what was received takes effect, then what is due is sent.
   void sync(std::uint8_t counter, std::uint32_t now_us, Outbox& out) {
-    std::array<std::uint8_t, kPdoCount> taken{};
-    for (std::size_t n = 0; n < kPdoCount; ++n) {
-      Receive& pdo = receive_[n];
-      if (pdo.held) taken[n] = pdo.map.unpack(dictionary_, pdo.data, refused_);
+    for (Receive& pdo : receive_) {
+      pdo.taken = pdo.held ? pdo.map.unpack(dictionary_, pdo.data, refused_) : std::uint8_t{0};
       pdo.held = false;
     }
-    for (std::size_t n = 0; n < kPdoCount; ++n) receive_[n].map.announce(dictionary_, taken[n]);
+    for (const Receive& pdo : receive_) pdo.map.announce(dictionary_, pdo.taken);
     for (std::uint8_t n = 0; n < kPdoCount; ++n) {
       const std::uint32_t type = dictionary_.value(cob_row(n, false) + 1);
       if (type > 240 || !enabled(n)) continue;
@@ -216,6 +222,14 @@ class Pdos {
         send(n, now_us, out);
       }
     }
+  }
+
+  /// Whether the last SYNC took an object from an RPDO.
+  bool took_at_sync(std::size_t row) const {
+    for (const Receive& pdo : receive_) {
+      if (pdo.map.took(row, pdo.taken)) return true;
+    }
+    return false;
   }
 
   /// Event-driven TPDOs: on change, and by the event timer; never within the inhibit time.
@@ -253,6 +267,7 @@ class Pdos {
     PdoMap map;
     std::array<std::uint8_t, 8> data{};
     std::uint32_t last_us = 0;
+    std::uint8_t taken = 0;  // by the last SYNC, a bit for each entry
     bool held = false;
     bool watched = false;  // came once, since it is in use with an event timer
   };

@@ -12,6 +12,7 @@
 #include "firmware/control/level_adaptation.h"
 #include "firmware/control/parameters.h"
 #include "firmware/control/state_estimate.h"
+#include "firmware/control/tracking.h"
 #include "firmware/effects/model_hash.h"
 
 namespace slipstack {
@@ -34,6 +35,7 @@ struct ControlSet {
   float largest_step_A = 0.0F;
   std::int32_t stop_timeout_ticks = 0;
   BrakingLimits braking;
+  TrackingLimits tracking;
   StateEstimate::Gains estimate;
   FeedForward::Scales scales;
   Feedback::Gains feedback;
@@ -67,6 +69,8 @@ struct ControlSet {
     stop_timeout_ticks = static_cast<std::int32_t>(axis.stop_timeout_s / axis.tick_s);
     braking = braking_limits(axis.quick_stop_mps2 / mps2_per_count,
                              axis.jerk_limit_mps3 / mps2_per_count * axis.tick_s);
+    tracking = tracking_limits(axis.velocity_limit_mps / mps_per_count,
+                               axis.acceleration_limit_mps2 / mps2_per_count);
     estimate =
         StateEstimate::gains(axis.encoder_resolution_m, axis.tick_s, axis.observer_bandwidth_rad_per_s);
     prepare_feedback();

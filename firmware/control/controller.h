@@ -7,6 +7,7 @@
 
 #include "firmware/control/control_set.h"
 #include "firmware/control/current_limit.h"
+#include "firmware/control/cyclic_position.h"
 #include "firmware/control/fault_monitor.h"
 #include "firmware/control/feedback.h"
 #include "firmware/control/feedforward.h"
@@ -101,6 +102,8 @@ class Controller {
   }
   ReferenceGenerator& reference() { return reference_; }
   const ReferenceGenerator& reference() const { return reference_; }
+  CyclicPosition& cyclic_position() { return cyclic_position_; }
+  const CyclicPosition& cyclic_position() const { return cyclic_position_; }
   /// Outside the tick: a fault found elsewhere, as a reset by the watchdog; seen by the next tick.
   void inject(Fault fault) { events_.store(static_cast<std::uint32_t>(fault), std::memory_order_release); }
 
@@ -238,7 +241,9 @@ class Controller {
   float step_model(ControlSet& set) {
     const std::uint32_t tick = sets_.tick();
     ReferencePoint& ahead = delay_[tick % kDelayed];
-    ahead = reference_.next(set.braking);
+    const bool streamed = cyclic_position_.step() && mode_ == ControlMode::kPosition && !state_.braking();
+    ahead =
+        streamed ? reference_.track(cyclic_position_.point(), set.tracking) : reference_.next(set.braking);
     return feedforward_.step(set.model, set.scales, ahead, tick, adaptation_.level());
   }
 
@@ -329,6 +334,7 @@ class Controller {
   StateMachine state_;
   FaultMonitor monitor_;
   ReferenceGenerator reference_;
+  CyclicPosition cyclic_position_;
   StateEstimate estimate_;
   FeedForward feedforward_;
   Feedback feedback_;

@@ -7,6 +7,7 @@
 
 #include "firmware/control/braking.h"
 #include "firmware/control/fixed_motion.h"
+#include "firmware/control/tracking.h"
 #include "firmware/effects/approx.h"
 #include "firmware/friction/displacement.h"
 
@@ -63,7 +64,7 @@ class ReferenceGenerator {
   /// Brakes to standstill from the next point on; what is queued is forgotten.
   void stop() {
     // The next tick does the rest: the main loop may call this as well.
-    if (phase_ == Phase::kPlaying) phase_ = Phase::kBraking;
+    if (phase_ == Phase::kPlaying || phase_ == Phase::kTracking) phase_ = Phase::kBraking;
     if (phase_ == Phase::kFollowing) phase_ = Phase::kLeaving;
     forget_queue();
   }
@@ -72,8 +73,22 @@ class ReferenceGenerator {
   bool braking() const { return phase_ == Phase::kBraking || phase_ == Phase::kLeaving; }
   bool idle() const { return standing() && free() == kCapacity; }
   std::int32_t counts() const { return counts_; }
+  /// Of a count, 0 to 1.
+  float fraction() const {
+    return static_cast<float>(static_cast<std::uint32_t>(fraction_ >> (kFractionBits - 32))) * 0x1p-32F;
+  }
   /// How often the queue ran dry in motion.
   std::uint32_t underruns() const { return underruns_; }
+
+  /// Position now; then moves on by one tick towards a stream, within `limits`, from whatever state it is in.
+  /// Without a call in the next tick it brakes.
+  ReferencePoint track(const StreamPoint& stream, const TrackingLimits& limits) {
+    phase_ = Phase::kTracking;
+    left_ = 0;
+    jerk_ = 0;
+    acceleration_ = tracking_step(behind(stream), stream.step, velocity_, limits) - velocity_;
+    return advance();
+  }
 
   /// Position now; then moves on by one tick. `limits`: of stop() and of a queue that ran dry.
   ReferencePoint next(const BrakingLimits& limits) {
@@ -87,6 +102,9 @@ class ReferenceGenerator {
         begin_from_followed();
         brake(limits);
         break;
+      case Phase::kTracking:
+        phase_ = Phase::kBraking;
+        [[fallthrough]];
       case Phase::kBraking:
         brake(limits);
         break;
@@ -95,13 +113,23 @@ class ReferenceGenerator {
   }
 
  private:
-  enum class Phase : std::uint8_t { kPlaying, kFollowing, kLeaving, kBraking };
+  enum class Phase : std::uint8_t { kPlaying, kFollowing, kLeaving, kTracking, kBraking };
+
+  // How far the stream is ahead at the begin of this tick; more than 2^17 counts are as good as that.
+  std::int64_t behind(const StreamPoint& stream) const {
+    constexpr std::int32_t kFar = 1 << 17;
+    const std::int32_t counts = difference(stream.counts, counts_);
+    if (counts > kFar || counts < -kFar) {
+      return (counts > 0 ? kFar : -kFar) * (std::int64_t{1} << kFractionBits);
+    }
+    return counts * (std::int64_t{1} << kFractionBits) - fraction_ - stream.step +
+           static_cast<std::int64_t>(stream.fraction) * (std::int64_t{1} << (kFractionBits - 32));
+  }
 
   ReferencePoint advance() {
     ReferencePoint point;
     point.counts = counts_;
-    point.fraction =
-        static_cast<float>(static_cast<std::uint32_t>(fraction_ >> (kFractionBits - 32))) * 0x1p-32F;
+    point.fraction = fraction();
     acceleration_ += jerk_;
     velocity_ += acceleration_;
     point.acceleration = from_fixed(acceleration_);
