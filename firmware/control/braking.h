@@ -25,7 +25,8 @@ inline BrakingLimits braking_limits(float counts_per_tick2, float counts_per_tic
   limits.deceleration = to_fixed(counts_per_tick2) + 1;
   limits.jerk = to_fixed(counts_per_tick3) + 1;
   limits.deceleration_counts = counts_per_tick2;
-  // A thousandth below the limit, so that what rounding takes the motion off the curve is regained on the way.
+  // A thousandth below the limit, so that what rounding takes the motion off the curve is regained on the
+  // way.
   limits.curve_jerk = counts_per_tick3 * (1.0F - 0x1p-10F);
   limits.eight_per_jerk = 8.0F / limits.curve_jerk;
   int bits = 30;  // of the grid; what it rounds fits 31 bits
@@ -39,11 +40,12 @@ inline BrakingLimits braking_limits(float counts_per_tick2, float counts_per_tic
 /// velocity then changes by it. Jerk never exceeds its limit, deceleration only where it did before.
 /// Velocity and acceleration end at exactly zero, both in the same tick or one after the other.
 ///
-/// From acceleration -k jerk and velocity k (k + 1) / 2 jerk, k ticks of full jerk lead to rest. Between whole
-/// k that curve is continued by straight lines, v / (k + 1) + k jerk / 2, on which the jerk stays at its limit
-/// and the last two ticks end in zero (Han, From PID to Active Disturbance Rejection Control, IEEE Trans. Ind.
-/// Electron. 56 (2009), section III.A, has this construction for a given final position). The curve is
-/// approached at full jerk and joined at the deceleration limit. In the tick; one square root, one division.
+/// From acceleration -k jerk and velocity k (k + 1) / 2 jerk, k ticks of full jerk lead to rest. Between
+/// whole k that curve is continued by straight lines, v / (k + 1) + k jerk / 2, on which the jerk stays at
+/// its limit and the last two ticks end in zero (Han, From PID to Active Disturbance Rejection Control, IEEE
+/// Trans. Ind. Electron. 56 (2009), section III.A, has this construction for a given final position). The
+/// curve is approached at full jerk and joined at the deceleration limit. In the tick; one square root, one
+/// division.
 inline std::int64_t braking_acceleration(std::int64_t velocity, std::int64_t acceleration,
                                          const BrakingLimits& limits) {
   const std::int64_t speed = velocity < 0 ? -velocity : velocity;

@@ -14,7 +14,9 @@ namespace {
 
 constexpr double kUnit = 0x1p-44;
 
-double real(std::int64_t fixed) { return static_cast<double>(fixed) * kUnit; }
+double real(std::int64_t fixed) {
+  return static_cast<double>(fixed) * kUnit;
+}
 
 struct State {
   double velocity, acceleration;
@@ -103,7 +105,8 @@ TEST(Braking, EndsAtRestWithinItsLimitsInTheShortestTime) {
     ASSERT_GE(played.ticks, best.ticks * 0.99999 - 1.5) << i;
     slowest = std::max(slowest, played.ticks - best.ticks * 1.001);
     // A sum against an integral: a tick of the highest velocity, and what the curve keeps in reserve.
-    const double slack = (played.largest_velocity + std::abs(real(v0)) + std::abs(real(a0))) * (1.0 + 0.003 * best.ticks);
+    const double slack =
+        (played.largest_velocity + std::abs(real(v0)) + std::abs(real(a0))) * (1.0 + 0.003 * best.ticks);
     farthest = std::max(farthest, std::abs(played.counts - best.counts) / slack);
   }
   EXPECT_LT(slowest, 4.0);
@@ -122,7 +125,8 @@ TEST(Braking, StopsTwoMetresPerSecondOnANanometreEncoder) {
   EXPECT_GT(played.largest_jerk, 1.49);
 }
 
-// Rounding takes the motion off its curve by less than what the curve keeps in reserve: no return, no ringing.
+// Rounding takes the motion off its curve by less than what the curve keeps in reserve: no return, no
+// ringing.
 TEST(Braking, DoesNotTurnBack) {
   LogUniform random(5);
   for (int i = 0; i < 2000; ++i) {
