@@ -92,23 +92,11 @@ class ReferenceGenerator {
 
   /// Position now; then moves on by one tick. `limits`: of stop() and of a queue that ran dry.
   ReferencePoint next(const BrakingLimits& limits) {
-    switch (phase_) {
-      case Phase::kFollowing:
-        return {counts_, 0.0F, followed_velocity_, 0.0F};
-      case Phase::kPlaying:
-        if (left_ == 0) begin_segment(limits);
-        break;
-      case Phase::kLeaving:
-        begin_from_followed();
-        brake(limits);
-        break;
-      case Phase::kTracking:
-        phase_ = Phase::kBraking;
-        [[fallthrough]];
-      case Phase::kBraking:
-        brake(limits);
-        break;
-    }
+    if (phase_ == Phase::kFollowing) return {counts_, 0.0F, followed_velocity_, 0.0F};
+    if (phase_ == Phase::kTracking) phase_ = Phase::kBraking;
+    if (phase_ == Phase::kLeaving) begin_from_followed();
+    if (phase_ == Phase::kPlaying && left_ == 0) begin_segment();
+    if (phase_ == Phase::kBraking) brake(limits);
     return advance();
   }
 
@@ -160,7 +148,7 @@ class ReferenceGenerator {
     taken_.store(pushed, std::memory_order_relaxed);
   }
 
-  void begin_segment(const BrakingLimits& limits) {
+  void begin_segment() {
     const std::uint32_t at = taken_.load(std::memory_order_relaxed);
     // Writer and tick share a core: what keeps the compiler from changing the order is enough.
     const std::uint32_t pushed = pushed_.load(std::memory_order_relaxed);
@@ -170,7 +158,6 @@ class ReferenceGenerator {
       if (velocity_ == 0 && acceleration_ == 0) return;
       phase_ = Phase::kBraking;
       ++underruns_;
-      brake(limits);
       return;
     }
     const MotionSegment& segment = queue_[at % kCapacity];
