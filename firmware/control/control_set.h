@@ -69,8 +69,8 @@ struct ControlSet {
     stop_timeout_ticks = static_cast<std::int32_t>(axis.stop_timeout_s / axis.tick_s);
     braking = braking_limits(axis.quick_stop_mps2 / mps2_per_count,
                              axis.jerk_limit_mps3 / mps2_per_count * axis.tick_s);
-    tracking = tracking_limits(axis.velocity_limit_mps / mps_per_count,
-                               axis.acceleration_limit_mps2 / mps2_per_count);
+    tracking = TrackingLimits::of(axis.velocity_limit_mps / mps_per_count,
+                                  axis.acceleration_limit_mps2 / mps2_per_count);
     estimate =
         StateEstimate::gains(axis.encoder_resolution_m, axis.tick_s, axis.observer_bandwidth_rad_per_s);
     prepare_feedback();

@@ -14,17 +14,17 @@ namespace slipstack {
 
 /// Cyclic synchronous position, from the bus to the reference in one direction:
 ///
-///   SYNC n and its set-point (main loop) -> its period, by time and order -> buffer
-///   buffer (tick, where period n + 1 ends) -> spline -> place of the stream in this tick -> reference
+///   SYNC n and its set-point (main loop) -> its period, by time and order -> spline -> segments, one a
+///   period segment of the period (tick) -> place of the stream in this tick -> reference, within its limits
 ///
-/// Periods are those of SyncClock. Set-point n is expected at n and needed at n + 1: one period is buffered,
-/// between one and two as jitter has it. The reference passes it at n + 3. One or two set-points that are
-/// missing when they are needed are extrapolated; a third ends the stream, and the reference brakes. It is
-/// followed again when four set-points in a row are there, from wherever the reference is by then
-/// (tracking_step()).
+/// Periods are those of SyncClock. Set-point n is expected at n and its segment begins at n + 1: one period
+/// is buffered, between one and two as jitter has it. The reference passes set-point n at n + 3. With each
+/// come the segments of the next two, extrapolated: they are replaced when their set-points arrive in time. A
+/// third that is missing ends the stream, and the reference brakes. It is followed again when four set-points
+/// in a row are there, from wherever the reference is by then (tracking_step()).
 class CyclicPosition {
  public:
-  static constexpr std::int32_t kBridged = 2;
+  static constexpr std::uint32_t kBridged = 2;
   /// Counts that the axis may move in a period, at most: what the spline's arithmetic holds.
   static constexpr float kLargestReach = 2.4e7F;
 
@@ -35,31 +35,28 @@ class CyclicPosition {
     clock_.set_period(ticks, tick_s);
     const float period = clock_.period_ticks();
     reach_ = static_cast<std::int32_t>(approx::clamp(velocity * period, 0.0F, kLargestReach)) + 1;
-    const float bend = approx::clamp(acceleration * period * period, 0.0F, kLargestReach);
-    bend_.store(static_cast<std::int32_t>(bend) + 1, std::memory_order_relaxed);
+    bend_ = static_cast<std::int32_t>(approx::clamp(acceleration * period * period, 0.0F, kLargestReach)) + 1;
   }
 
   /// From now on the reference follows the stream, as soon as there is one.
   void start() {
     started_ = true;
-    periods_.reset();
+    forget();
   }
   /// The stream is left; the reference brakes, unless something else moves it.
   void stop() {
     started_ = false;
-    running_.store(false, std::memory_order_relaxed);
+    forget();
   }
 
   /// A SYNC has come, and made `target` the set-point if it `has_target`.
   void sync(bool has_target, std::int32_t target) {
     const std::uint32_t by_time = clock_.sync();
-    const bool running = started_ && clock_.locked();
-    running_.store(running, std::memory_order_relaxed);
-    if (!running || !has_target) return;
+    if (!clock_.locked()) forget();
+    if (!started_ || !clock_.locked() || !has_target) return;
     const SetPointPeriods::Place place = periods_.place(by_time, target, reach_);
-    Slot& slot = buffer_[place.period % kSlots];
-    slot.counts.store(place.counts, std::memory_order_relaxed);
-    slot.period.store(place.period, std::memory_order_release);
+    spline_.put(place.period, place.counts);
+    if (join(place.period)) make_segments(place.period);
   }
 
   /// Whether the reference follows the stream.
@@ -71,96 +68,98 @@ class CyclicPosition {
 
   // ---- in the tick ----
 
-  /// Moves on by one tick; true while there is a stream: point() is where it is at the end of the tick.
+  /// Moves on by one tick; true while there is a stream: point() is where.
   bool step() {
     const SyncClock::Phase now = clock_.advance();
+    bool follows = running_.load(std::memory_order_relaxed) && following();
     if (now.period != period_) {
       period_ = now.period;
-      begin_period(now.period - 1);
+      follows = begin_period(now.period - 1);
+      following_.store(follows, std::memory_order_relaxed);
     }
-    if (state_ == State::kWaiting) return false;
-    const SetPointSpline::Place at = spline_.at(now.fraction);
-    const std::int32_t moved = difference(at.counts, point_.counts);
-    const std::int64_t step = static_cast<std::int64_t>(moved) * (std::int64_t{1} << 32) +
-                              (static_cast<std::int64_t>(at.fraction) - point_.fraction);
-    point_ = {at.counts, at.fraction, step * (std::int64_t{1} << (kFractionBits - 32))};
-    // The first point has no step that leads to it.
-    const bool known = state_ == State::kFollowing;
-    state_ = State::kFollowing;
-    following_.store(known, std::memory_order_relaxed);
-    return known;
+    if (follows) point_ = segment_.at(now.fraction, clock_.rate());
+    return follows;
   }
   const StreamPoint& point() const { return point_; }
 
  private:
-  static constexpr std::uint32_t kSlots = 8;
+  static constexpr std::uint32_t kSlots = 4;
 
+  // Two places for the segment of a period, so that the one in use is never written to.
   struct Slot {
-    std::atomic<std::uint32_t> period{0x80000000U};  // far from the first ones
-    std::atomic<std::int32_t> counts{0};
+    std::array<StreamSegment, 2> made;
+    std::atomic<std::uint32_t> in_use{0};  // twice the period, plus which of the two
+    std::atomic<bool> filled{false};
   };
-  enum class State : std::uint8_t { kWaiting, kFound, kFollowing };
 
-  // Whether the set-point of this period has come.
-  bool take(std::uint32_t period, std::int32_t& counts) const {
-    const Slot& slot = buffer_[period % kSlots];
-    if (slot.period.load(std::memory_order_acquire) != period) return false;
-    counts = slot.counts.load(std::memory_order_relaxed);
+  void forget() {
+    running_.store(false, std::memory_order_relaxed);
+    for (Slot& slot : slots_) slot.filled.store(false, std::memory_order_relaxed);
+    periods_.reset();
+    in_a_row_ = 0;
+    joined_ = false;
+  }
+
+  // Whether there is a stream with this set-point: four in a row begin one, three missing end it.
+  bool join(std::uint32_t newest) {
+    const std::uint32_t since = newest - newest_;
+    if (since == 0 && joined_) return true;
+    in_a_row_ = since == 1 ? in_a_row_ + 1 : 1;
+    newest_ = newest;
+    if (since > kBridged + 1) joined_ = false;
+    if (joined_ || in_a_row_ < 4) return joined_;
+    joined_ = true;
+    spline_.start(newest);
+    running_.store(true, std::memory_order_relaxed);
     return true;
   }
 
-  // Set-point `newest` is needed now.
-  void begin_period(std::uint32_t newest) {
-    if (!running_.load(std::memory_order_relaxed)) return end();
-    if (state_ == State::kWaiting) return find(newest);
-    // What came late still tells the spline about velocity and acceleration.
-    static_cast<void>(take(newest - 1, spline_.set_point(0)));
-    static_cast<void>(take(newest - 2, spline_.set_point(1)));
-    std::int32_t counts = 0;
-    const std::int32_t bend = bend_.load(std::memory_order_relaxed);
-    if (take(newest, counts)) {
-      missing_ = 0;
-    } else if (++missing_ <= kBridged) {
-      counts = spline_.extrapolated(bend);
-      ++bridged_;
-    } else {
-      ++gaps_;
-      return end();
+  // The segments that have not begun: that of the newest set-point and those that bridge the next ones.
+  void make_segments(std::uint32_t newest) {
+    const std::uint32_t begun = clock_.now().period - 1;
+    for (std::uint32_t period = newest; period != newest + kBridged + 1; ++period) {
+      if (period != newest) spline_.extrapolate(period, bend_);
+      if (static_cast<std::int32_t>(period - begun) <= 0) continue;
+      Slot& slot = slots_[period % kSlots];
+      const std::uint32_t other = (slot.in_use.load(std::memory_order_relaxed) & 1U) ^ 1U;
+      slot.made[other] = spline_.segment(period, bend_);
+      slot.made[other].extrapolated = period != newest;
+      slot.in_use.store(2 * period + other, std::memory_order_release);
+      slot.filled.store(true, std::memory_order_release);
     }
-    spline_.append(counts, bend);
   }
 
-  void find(std::uint32_t newest) {
-    std::array<std::int32_t, 4> last{};
-    for (std::uint32_t i = 0; i < last.size(); ++i) {
-      if (!take(newest - i, last[i])) return;
+  // The segment that ends two periods before the set-point of `newest`. False without one.
+  bool begin_period(std::uint32_t newest) {
+    const Slot& slot = slots_[newest % kSlots];
+    const std::uint32_t in_use = slot.in_use.load(std::memory_order_acquire);
+    if (!slot.filled.load(std::memory_order_relaxed) || ((in_use ^ (2 * newest)) & ~1U) != 0) {
+      gaps_ += following() && running_.load(std::memory_order_relaxed) ? 1 : 0;
+      return false;
     }
-    spline_.start(last);
-    missing_ = 0;
-    state_ = State::kFound;
-  }
-
-  void end() {
-    state_ = State::kWaiting;
-    following_.store(false, std::memory_order_relaxed);
+    segment_ = slot.made[in_use & 1U];
+    bridged_ += segment_.extrapolated ? 1 : 0;
+    return true;
   }
 
   SyncClock clock_;
   // Outside the tick.
   SetPointPeriods periods_;
+  SetPointSpline spline_;
   std::int32_t reach_ = 1;
+  std::int32_t bend_ = 1;
+  std::uint32_t newest_ = 0;
+  std::uint32_t in_a_row_ = 0;
+  bool joined_ = false;
   bool started_ = false;
   // From there to the tick, and back.
-  std::array<Slot, kSlots> buffer_{};
+  std::array<Slot, kSlots> slots_;
   std::atomic<bool> running_{false};
   std::atomic<bool> following_{false};
-  std::atomic<std::int32_t> bend_{1};
   // In the tick.
-  SetPointSpline spline_;
+  StreamSegment segment_;
   StreamPoint point_;
   std::uint32_t period_ = 0;
-  std::int32_t missing_ = 0;
-  State state_ = State::kWaiting;
   std::uint32_t bridged_ = 0;
   std::uint32_t gaps_ = 0;
 };

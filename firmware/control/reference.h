@@ -86,8 +86,16 @@ class ReferenceGenerator {
     phase_ = Phase::kTracking;
     left_ = 0;
     jerk_ = 0;
-    acceleration_ = tracking_step(behind(stream), stream.step, velocity_, limits) - velocity_;
-    return advance();
+    const float last = from_fixed(velocity_);
+    const float behind =
+        static_cast<float>(difference(stream.counts, counts_)) + stream.offset - stream.step - fraction();
+    const float step = tracking_step(behind, stream.step, last, limits);
+    const ReferencePoint point{counts_, fraction(), 0.5F * (step + last), step - last};
+    const std::int64_t before = velocity_;
+    velocity_ = step_to_fixed(step);
+    acceleration_ = velocity_ - before;
+    move();
+    return point;
   }
 
   /// Position now; then moves on by one tick. `limits`: of stop() and of a queue that ran dry.
@@ -103,17 +111,6 @@ class ReferenceGenerator {
  private:
   enum class Phase : std::uint8_t { kPlaying, kFollowing, kLeaving, kTracking, kBraking };
 
-  // How far the stream is ahead at the begin of this tick; more than 2^17 counts are as good as that.
-  std::int64_t behind(const StreamPoint& stream) const {
-    constexpr std::int32_t kFar = 1 << 17;
-    const std::int32_t counts = difference(stream.counts, counts_);
-    if (counts > kFar || counts < -kFar) {
-      return (counts > 0 ? kFar : -kFar) * (std::int64_t{1} << kFractionBits);
-    }
-    return counts * (std::int64_t{1} << kFractionBits) - fraction_ - stream.step +
-           static_cast<std::int64_t>(stream.fraction) * (std::int64_t{1} << (kFractionBits - 32));
-  }
-
   ReferencePoint advance() {
     ReferencePoint point;
     point.counts = counts_;
@@ -123,11 +120,22 @@ class ReferenceGenerator {
     point.acceleration = from_fixed(acceleration_);
     // The step ahead is the mean velocity over the coming tick; half an increment earlier it is that of now.
     point.velocity = from_fixed(velocity_) - 0.5F * point.acceleration;
+    move();
+    left_ -= left_ > 0 ? 1 : 0;
+    return point;
+  }
+
+  void move() {
     fraction_ += velocity_;
     counts_ = sum(counts_, static_cast<std::int32_t>(fraction_ >> kFractionBits));
     fraction_ &= (std::int64_t{1} << kFractionBits) - 1;
-    left_ -= left_ > 0 ? 1 : 0;
-    return point;
+  }
+
+  // With 30 binary places: |counts| < kLargestRate, of which a float has no more.
+  static std::int64_t step_to_fixed(float counts) {
+    const auto whole = static_cast<std::int32_t>(counts);
+    const auto rest = static_cast<std::int32_t>((counts - static_cast<float>(whole)) * 0x1p30F);
+    return whole * (std::int64_t{1} << kFractionBits) + rest * (std::int64_t{1} << (kFractionBits - 30));
   }
 
   // The followed point is that of the last tick: one tick on, by whole counts, with its velocity to 2^-12 of

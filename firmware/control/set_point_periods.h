@@ -10,12 +10,12 @@ namespace slipstack {
 
 /// Which period a set-point belongs to, in the main loop.
 ///
-/// SYNC n at time n, give or take half a period: n. Otherwise time alone does not tell a SYNC that is late by a
-/// period from the one after a SYNC that was lost, nor one of several that were held back and come at once. The
-/// set-points do: of the periods between the last one and the present, it belongs to that whose place on the
-/// parabola through the last three is nearest. Where the axis hardly moves that makes no difference, and time
-/// decides. It decides, too, when it has been ahead three times in a row by the same: then the master has lost
-/// time of its own.
+/// SYNC n at time n, give or take half a period: n. Otherwise time alone does not tell a SYNC that is late by
+/// a period from the one after a SYNC that was lost, nor one of several that were held back and come at once.
+/// The set-points do: of the periods between the last one and the present, it belongs to that whose place on
+/// the parabola through the last three is nearest. Where the axis hardly moves that makes no difference, and
+/// time decides. It decides, too, when it has been ahead three times in a row by the same: then the master
+/// has lost time of its own.
 class SetPointPeriods {
  public:
   struct Place {

@@ -18,9 +18,10 @@ namespace slipstack {
 ///   y = LP(w T e + sum (w T)^2 e / 4),  LP a low-pass with its pole at 4 w,
 ///
 /// w the bandwidth (gain crossover): the zero lies at w / 4 and the pole at 4 w, so that the phase margin is
-/// atan 4 - atan 1/4 = 62 degrees, and the damping of the dominant poles 0.87 (Gardner, Phaselock Techniques,
-/// 3rd edition, 2005, section 2.3). 0.2 Hz: a jitter of 51 us, white, at 1 ms leaves 3 us in the phase; where
-/// that would be more than a twentieth of a radian in a period, the bandwidth is lower.
+/// atan 4 - atan 1/4 = 62 degrees, and the closed loop's poles, -w and -0.38 w and -2.62 w, are real: it does
+/// not ring (Gardner, Phaselock Techniques, 3rd edition, 2005, chapter 2). 0.2 Hz: a jitter of 51 us, white,
+/// at 1 ms leaves 3 us in the phase; where that would be more than a twentieth of a radian in a period, the
+/// bandwidth is lower.
 ///
 /// Lock range: 0.1 % of the period. Crystals of both sides (100 ppm each) and a computer's clock that is
 /// slewed (500 ppm, adjtimex(2)) stay below.
@@ -94,6 +95,9 @@ class SyncClock {
   }
 
   // ---- in the tick ----
+
+  /// Of a period x 2^-32, by which advance() moves.
+  std::uint32_t rate() const { return rate_.load(std::memory_order_relaxed); }
 
   Phase advance() {
     const std::uint32_t rate = rate_.load(std::memory_order_relaxed);

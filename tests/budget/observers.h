@@ -69,6 +69,8 @@ inline constexpr std::array kObservers = {
     Observer{"friction_model_all_effects", reset_friction_model, step_friction_model, move_friction_model},
     Observer{"stage_state_estimate", reset_stages, step_estimate},
     Observer{"stage_reference", reset_stages, step_reference, fill_reference},
+    Observer{"stage_stream", reset_stages, step_stream, fill_stream},
+    Observer{"stage_tracking", reset_stages, step_tracking, move_stream},
     Observer{"stage_feedforward", reset_stages, step_feedforward, move_feedforward},
     Observer{"stage_feedback", reset_stages, step_feedback, move_feedforward},
     Observer{"stage_fault_monitor", reset_stages, step_monitor},

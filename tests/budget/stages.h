@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "firmware/control/cyclic_position.h"
 #include "firmware/control/feedback.h"
 #include "firmware/control/feedforward.h"
 #include "tests/budget/friction_model.h"
@@ -39,6 +40,9 @@ struct Stages {
   std::int32_t stop_timeout_ticks = 100;
   StateEstimate estimate;
   ReferenceGenerator reference;
+  CyclicPosition cyclic;
+  StreamPoint stream;
+  TrackingLimits tracking = TrackingLimits::of(300.0F, 0.5F);
   ReferencePoint point;
   FeedForward feedforward;
   Feedback feedback;
@@ -77,6 +81,26 @@ inline void fill_reference(std::int32_t x) {
                                              .jerk = to_fixed(0.001F),
                                              .sets_position = choice % 2 == 0}));
   }
+}
+// SYNC every ten ticks; some set-points are missing, and sometimes the stream begins anew.
+inline void fill_stream(std::int32_t x) {
+  if (++stages.ticks % 10 != 0) return;
+  CyclicPosition& cyclic = stages.cyclic;
+  cyclic.set_period(10.0F, 1.0e-4F, 300.0F, 0.5F);
+  if (stages.ticks % 500 == 0) cyclic.stop();
+  if (stages.ticks % 500 == 20) cyclic.start();
+  cyclic.sync(stages.ticks % 170 != 0, x);
+}
+[[gnu::noinline]] inline float step_stream(std::int32_t) {
+  return stages.cyclic.step() ? 1.0F : 0.0F;
+}
+inline void move_stream(std::int32_t x) {
+  stages.stream.step = static_cast<float>(x % 100) * 0.01F;
+  stages.stream.counts = x;
+}
+[[gnu::noinline]] inline float step_tracking(std::int32_t) {
+  stages.point = stages.reference.track(stages.stream, stages.tracking);
+  return stages.point.velocity;
 }
 [[gnu::noinline]] inline float step_reference(std::int32_t) {
   stages.point = stages.reference.next(stages.braking);
