@@ -67,7 +67,7 @@ class DriveProfile {
     target_holds_ = target_holds_ || target_written_;
     const bool has_target = target_written_ || (target_holds_ && !target_streamed_);
     target_written_ = false;
-    cyclic.sync(has_target, static_cast<std::int32_t>(value(kRow<0x607A>)));
+    cyclic.sync(controller_.ticks(), has_target, static_cast<std::int32_t>(value(kRow<0x607A>)));
   }
 
   // ---- objects ----

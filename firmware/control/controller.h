@@ -241,7 +241,7 @@ class Controller {
   float step_model(ControlSet& set) {
     const std::uint32_t tick = sets_.tick();
     ReferencePoint& ahead = delay_[tick % kDelayed];
-    const bool streamed = cyclic_position_.step() && mode_ == ControlMode::kPosition && !state_.braking();
+    const bool streamed = cyclic_position_.step(tick) && mode_ == ControlMode::kPosition && !state_.braking();
     ahead =
         streamed ? reference_.track(cyclic_position_.point(), set.tracking) : reference_.next(set.braking);
     return feedforward_.step(set.model, set.scales, ahead, tick, adaptation_.level());

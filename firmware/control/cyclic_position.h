@@ -49,14 +49,14 @@ class CyclicPosition {
     forget();
   }
 
-  /// A SYNC has come, and made `target` the set-point if it `has_target`.
-  void sync(bool has_target, std::int32_t target) {
-    const std::uint32_t by_time = clock_.sync();
+  /// A SYNC has come after this tick, and made `target` the set-point if it `has_target`.
+  void sync(std::uint32_t tick, bool has_target, std::int32_t target) {
+    const std::uint32_t by_time = clock_.sync(tick);
     if (!clock_.locked()) forget();
     if (!started_ || !clock_.locked() || !has_target) return;
     const SetPointPeriods::Place place = periods_.place(by_time, target, reach_);
     spline_.put(place.period, place.counts);
-    if (join(place.period)) make_segments(place.period);
+    if (join(place.period)) make_segments(place.period, clock_.at(tick).period - 1);
   }
 
   /// Whether the reference follows the stream.
@@ -68,33 +68,34 @@ class CyclicPosition {
 
   // ---- in the tick ----
 
-  /// Moves on by one tick; true while there is a stream: point() is where.
-  bool step() {
-    const SyncClock::Phase now = clock_.advance();
-    bool follows = running_.load(std::memory_order_relaxed) && following();
+  /// In each tick; true while there is a stream: point() is where.
+  [[gnu::always_inline]] bool step(std::uint32_t tick) {
+    if (!streaming_.load(std::memory_order_relaxed)) return false;
+    const SyncClock::Phase now = clock_.at(tick);
+    bool follows = following();
     if (now.period != period_) {
       period_ = now.period;
       follows = begin_period(now.period - 1);
       following_.store(follows, std::memory_order_relaxed);
     }
-    if (follows) point_ = segment_.at(now.fraction, clock_.rate());
+    fraction_ = now.fraction;
     return follows;
   }
-  const StreamPoint& point() const { return point_; }
+  StreamPoint point() const { return segment_->at(fraction_, clock_.rate()); }
 
  private:
-  static constexpr std::uint32_t kSlots = 4;
+  static constexpr std::uint32_t kSlots = 8;
 
   // Two places for the segment of a period, so that the one in use is never written to.
   struct Slot {
     std::array<StreamSegment, 2> made;
     std::atomic<std::uint32_t> in_use{0};  // twice the period, plus which of the two
-    std::atomic<bool> filled{false};
   };
 
+  // The tick looks at nothing that was made; a new stream is four periods away from it.
   void forget() {
-    running_.store(false, std::memory_order_relaxed);
-    for (Slot& slot : slots_) slot.filled.store(false, std::memory_order_relaxed);
+    streaming_.store(false, std::memory_order_release);
+    following_.store(false, std::memory_order_relaxed);
     periods_.reset();
     in_a_row_ = 0;
     joined_ = false;
@@ -103,20 +104,19 @@ class CyclicPosition {
   // Whether there is a stream with this set-point: four in a row begin one, three missing end it.
   bool join(std::uint32_t newest) {
     const std::uint32_t since = newest - newest_;
-    if (since == 0 && joined_) return true;
+    if (since == 0 && in_a_row_ > 0) return joined_;
     in_a_row_ = since == 1 ? in_a_row_ + 1 : 1;
     newest_ = newest;
     if (since > kBridged + 1) joined_ = false;
     if (joined_ || in_a_row_ < 4) return joined_;
     joined_ = true;
     spline_.start(newest);
-    running_.store(true, std::memory_order_relaxed);
+    streaming_.store(true, std::memory_order_release);
     return true;
   }
 
   // The segments that have not begun: that of the newest set-point and those that bridge the next ones.
-  void make_segments(std::uint32_t newest) {
-    const std::uint32_t begun = clock_.now().period - 1;
+  void make_segments(std::uint32_t newest, std::uint32_t begun) {
     for (std::uint32_t period = newest; period != newest + kBridged + 1; ++period) {
       if (period != newest) spline_.extrapolate(period, bend_);
       if (static_cast<std::int32_t>(period - begun) <= 0) continue;
@@ -125,7 +125,6 @@ class CyclicPosition {
       slot.made[other] = spline_.segment(period, bend_);
       slot.made[other].extrapolated = period != newest;
       slot.in_use.store(2 * period + other, std::memory_order_release);
-      slot.filled.store(true, std::memory_order_release);
     }
   }
 
@@ -133,12 +132,12 @@ class CyclicPosition {
   bool begin_period(std::uint32_t newest) {
     const Slot& slot = slots_[newest % kSlots];
     const std::uint32_t in_use = slot.in_use.load(std::memory_order_acquire);
-    if (!slot.filled.load(std::memory_order_relaxed) || ((in_use ^ (2 * newest)) & ~1U) != 0) {
-      gaps_ += following() && running_.load(std::memory_order_relaxed) ? 1 : 0;
+    if (((in_use ^ (2 * newest)) & ~1U) != 0) {
+      gaps_ += following() ? 1 : 0;
       return false;
     }
-    segment_ = slot.made[in_use & 1U];
-    bridged_ += segment_.extrapolated ? 1 : 0;
+    segment_ = &slot.made[in_use & 1U];
+    bridged_ += segment_->extrapolated ? 1 : 0;
     return true;
   }
 
@@ -154,12 +153,12 @@ class CyclicPosition {
   bool started_ = false;
   // From there to the tick, and back.
   std::array<Slot, kSlots> slots_;
-  std::atomic<bool> running_{false};
+  std::atomic<bool> streaming_{false};
   std::atomic<bool> following_{false};
   // In the tick.
-  StreamSegment segment_;
-  StreamPoint point_;
+  const StreamSegment* segment_ = nullptr;
   std::uint32_t period_ = 0;
+  std::uint32_t fraction_ = 0;
   std::uint32_t bridged_ = 0;
   std::uint32_t gaps_ = 0;
 };

@@ -82,10 +82,12 @@ class ReferenceGenerator {
 
   /// Position now; then moves on by one tick towards a stream, within `limits`, from whatever state it is in.
   /// Without a call in the next tick it brakes.
-  ReferencePoint track(const StreamPoint& stream, const TrackingLimits& limits) {
-    phase_ = Phase::kTracking;
-    left_ = 0;
-    jerk_ = 0;
+  [[gnu::always_inline]] ReferencePoint track(const StreamPoint& stream, const TrackingLimits& limits) {
+    if (phase_ != Phase::kTracking) {
+      phase_ = Phase::kTracking;
+      left_ = 0;
+      jerk_ = 0;
+    }
     const float last = from_fixed(velocity_);
     const float behind =
         static_cast<float>(difference(stream.counts, counts_)) + stream.offset - stream.step - fraction();
@@ -99,7 +101,7 @@ class ReferenceGenerator {
   }
 
   /// Position now; then moves on by one tick. `limits`: of stop() and of a queue that ran dry.
-  ReferencePoint next(const BrakingLimits& limits) {
+  [[gnu::always_inline]] ReferencePoint next(const BrakingLimits& limits) {
     if (phase_ == Phase::kFollowing) return {counts_, 0.0F, followed_velocity_, 0.0F};
     if (phase_ == Phase::kTracking) phase_ = Phase::kBraking;
     if (phase_ == Phase::kLeaving) begin_from_followed();
@@ -125,7 +127,7 @@ class ReferenceGenerator {
     return point;
   }
 
-  void move() {
+  [[gnu::always_inline]] void move() {
     fraction_ += velocity_;
     counts_ = sum(counts_, static_cast<std::int32_t>(fraction_ >> kFractionBits));
     fraction_ &= (std::int64_t{1} << kFractionBits) - 1;

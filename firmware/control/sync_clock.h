@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 
@@ -8,12 +9,11 @@
 
 namespace slipstack {
 
-/// Counts communication periods in the tick, in time with SYNC: a phase-locked loop of type 2 and third
-/// order.
+/// Communication periods against ticks, in time with SYNC: a phase-locked loop of type 2 and third order.
 ///
-/// The tick advances the oscillator, a number of periods with 32 binary places. At SYNC, in the main loop,
-/// the phase detector reads it: SYNC n should come where the phase is n. The loop filter makes of this error
-/// e, in periods, the deviation y of the oscillator's rate,
+/// Its oscillator is a number of periods with 32 binary places that grows by a rate in every tick. At SYNC,
+/// in the main loop, the phase detector reads it: SYNC n should come where the phase is n. The loop filter
+/// makes of this error e, in periods, the deviation y of the oscillator's rate,
 ///
 ///   y = LP(w T e + sum (w T)^2 e / 4),  LP a low-pass with its pole at 4 w,
 ///
@@ -56,24 +56,30 @@ class SyncClock {
   }
   float period_ticks() const { return period_ticks_; }
 
-  /// A SYNC has come. The period it belongs to, as far as time tells.
-  std::uint32_t sync() {
-    const Phase at = now();
-    const std::uint32_t period = at.period + (at.fraction >> 31);
-    // What is pending from the last one is not in the phase yet.
-    if (shift_.load(std::memory_order_relaxed) != 0) return period;
+  /// A SYNC has come, after this tick. The period it belongs to, as far as time tells.
+  std::uint32_t sync(std::uint32_t tick) {
+    Anchor anchor = anchors_[in_use_.load(std::memory_order_relaxed)];
+    anchor.phase = at(tick);
+    anchor.tick = tick;
+    const std::uint32_t period = anchor.phase.period + (anchor.phase.fraction >> 31);
     const std::uint32_t since = period - last_;
     last_ = period;
     if (since > kForgottenPeriods && since < 0x80000000U) restart();
-    const float error = static_cast<float>(static_cast<std::int32_t>(at.fraction)) * 0x1p-32F;
+    const auto off = static_cast<std::int32_t>(anchor.phase.fraction);
+    const float error = static_cast<float>(off) * 0x1p-32F;
     judge(since == 1 && approx::absolute(error) < 0.25F);
     if (acquired_ < kAcquired) {
       ++acquired_;
-      const float correction = -error / static_cast<float>(acquired_);
-      shift_.store(static_cast<std::int32_t>(correction * 0x1p32F), std::memory_order_relaxed);
+      anchor.phase = {period, static_cast<std::uint32_t>(off - off / acquired_)};
+      anchor.phase.period -= anchor.phase.fraction >> 31;
     } else {
       correct(approx::clamp(error, -0.25F, 0.25F));
     }
+    const float change = static_cast<float>(nominal_) * deviation_;
+    anchor.rate = nominal_ - static_cast<std::uint32_t>(static_cast<std::int32_t>(change));
+    const std::uint32_t other = in_use_.load(std::memory_order_relaxed) ^ 1U;
+    anchors_[other] = anchor;
+    in_use_.store(other, std::memory_order_release);
     return period;
   }
 
@@ -82,53 +88,35 @@ class SyncClock {
   /// Deviation of the rate from the nominal one.
   float deviation() const { return deviation_; }
 
-  Phase now() const {
-    // A tick in between may only change the fraction, or both.
-    Phase phase{period_.load(std::memory_order_relaxed), 0};
-    for (int i = 0; i < 3; ++i) {
-      phase.fraction = fraction_.load(std::memory_order_acquire);
-      const std::uint32_t again = period_.load(std::memory_order_acquire);
-      if (again == phase.period) break;
-      phase.period = again;
-    }
-    return phase;
+  // ---- anywhere ----
+
+  /// Where the oscillator is at a tick. A multiplication.
+  Phase at(std::uint32_t tick) const {
+    const Anchor& anchor = anchors_[in_use_.load(std::memory_order_acquire)];
+    const std::uint64_t gone = static_cast<std::uint64_t>(tick - anchor.tick) * anchor.rate;
+    const std::uint32_t fraction = anchor.phase.fraction + static_cast<std::uint32_t>(gone);
+    const std::uint32_t carry = fraction < anchor.phase.fraction ? 1U : 0U;
+    return {anchor.phase.period + static_cast<std::uint32_t>(gone >> 32) + carry, fraction};
   }
-
-  // ---- in the tick ----
-
-  /// Of a period x 2^-32, by which advance() moves.
-  std::uint32_t rate() const { return rate_.load(std::memory_order_relaxed); }
-
-  Phase advance() {
-    const std::uint32_t rate = rate_.load(std::memory_order_relaxed);
-    std::uint32_t fraction = fraction_.load(std::memory_order_relaxed);
-    std::uint32_t period = period_.load(std::memory_order_relaxed);
-    const std::int32_t shift = shift_.load(std::memory_order_relaxed);
-    if (shift != 0) [[unlikely]] {
-      // Half a period at most, either way.
-      const std::uint32_t shifted = fraction + static_cast<std::uint32_t>(shift);
-      if (shift > 0 && shifted < fraction) ++period;
-      if (shift < 0 && shifted > fraction) --period;
-      fraction = shifted;
-      shift_.store(0, std::memory_order_relaxed);
-    }
-    const std::uint32_t next = fraction + rate;
-    if (next < fraction) ++period;
-    fraction_.store(next, std::memory_order_relaxed);
-    period_.store(period, std::memory_order_relaxed);
-    return {period, next};
-  }
+  /// Of a period x 2^-32, in a tick.
+  std::uint32_t rate() const { return anchors_[in_use_.load(std::memory_order_relaxed)].rate; }
 
  private:
   // A silence after which the phase may have drifted away: with the lock range 6 % of a period.
   static constexpr std::uint32_t kForgottenPeriods = 64;
   static constexpr std::int32_t kBestQuality = 32;
 
+  // A place of the oscillator from which on its rate is this.
+  struct Anchor {
+    Phase phase;
+    std::uint32_t tick = 0;
+    std::uint32_t rate = 0;
+  };
+
   void restart() {
     acquired_ = quality_ = 0;
     locked_ = false;
     integral_ = deviation_ = 0.0F;
-    rate_.store(nominal_, std::memory_order_relaxed);
   }
 
   // Every fourth SYNC may be missing or out of place. Half of them, and the period is not the one expected.
@@ -144,9 +132,6 @@ class SyncClock {
   void correct(float error) {
     integral_ = approx::clamp(integral_ + integral_per_period_ * error, -kLockRange, kLockRange);
     deviation_ += low_pass_ * (proportional_ * error + integral_ - deviation_);
-    rate_.store(nominal_ - static_cast<std::uint32_t>(
-                               static_cast<std::int32_t>(static_cast<float>(nominal_) * deviation_)),
-                std::memory_order_relaxed);
   }
 
   float period_ticks_ = 0.0F;
@@ -160,10 +145,8 @@ class SyncClock {
   std::int32_t acquired_ = 0;
   std::int32_t quality_ = 0;
   bool locked_ = false;
-  std::atomic<std::uint32_t> rate_{0};      // written outside the tick
-  std::atomic<std::int32_t> shift_{0};      // asked for outside the tick, done in it
-  std::atomic<std::uint32_t> period_{0};    // written in the tick
-  std::atomic<std::uint32_t> fraction_{0};  // written in the tick
+  std::array<Anchor, 2> anchors_{};  // the tick reads the one in use
+  std::atomic<std::uint32_t> in_use_{0};
 };
 
 }  // namespace slipstack

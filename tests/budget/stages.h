@@ -89,10 +89,10 @@ inline void fill_stream(std::int32_t x) {
   cyclic.set_period(10.0F, 1.0e-4F, 300.0F, 0.5F);
   if (stages.ticks % 500 == 0) cyclic.stop();
   if (stages.ticks % 500 == 20) cyclic.start();
-  cyclic.sync(stages.ticks % 170 != 0, x);
+  cyclic.sync(stages.ticks, stages.ticks % 170 != 0, x);
 }
 [[gnu::noinline]] inline float step_stream(std::int32_t) {
-  return stages.cyclic.step() ? 1.0F : 0.0F;
+  return stages.cyclic.step(stages.ticks) ? 1.0F : 0.0F;
 }
 inline void move_stream(std::int32_t x) {
   stages.stream.step = static_cast<float>(x % 100) * 0.01F;

@@ -78,7 +78,7 @@ class TickScenario {
     if (ticks_ != sync_at_ || random_.below(30) == 0) return;
     velocity_ += static_cast<std::int32_t>(random_.below(41)) - 20;
     target_ += velocity_;
-    cyclic.sync(streaming_ && random_.below(30) != 0, target_);
+    cyclic.sync(controller.ticks(), streaming_ && random_.below(30) != 0, target_);
   }
 
   Random random_{0xBADCAB1E};
