@@ -56,7 +56,9 @@ class CyclicPosition {
     if (!started_ || !clock_.locked() || !has_target) return;
     const SetPointPeriods::Place place = periods_.place(by_time, target, reach_);
     spline_.put(place.period, place.counts);
-    if (join(place.period)) make_segments(place.period, clock_.at(tick).period - 1);
+    const std::uint32_t begun = clock_.at(tick).period - 1;
+    count_bridged(place.period, begun);
+    if (join(place.period)) make_segments(place.period, begun);
   }
 
   /// Whether the reference follows the stream.
@@ -115,6 +117,13 @@ class CyclicPosition {
     return true;
   }
 
+  // Before join(): those that never came between the last one and this, and this one if it is too late.
+  void count_bridged(std::uint32_t newest, std::uint32_t begun) {
+    const std::uint32_t since = newest - newest_;
+    if (!joined_ || since - 1 > kBridged) return;
+    bridged_ += since - 1 + (static_cast<std::int32_t>(newest - begun) <= 0 ? 1U : 0U);
+  }
+
   // The segments that have not begun: that of the newest set-point and those that bridge the next ones.
   void make_segments(std::uint32_t newest, std::uint32_t begun) {
     for (std::uint32_t period = newest; period != newest + kBridged + 1; ++period) {
@@ -123,7 +132,6 @@ class CyclicPosition {
       Slot& slot = slots_[period % kSlots];
       const std::uint32_t other = (slot.in_use.load(std::memory_order_relaxed) & 1U) ^ 1U;
       slot.made[other] = spline_.segment(period, bend_);
-      slot.made[other].extrapolated = period != newest;
       slot.in_use.store(2 * period + other, std::memory_order_release);
     }
   }
@@ -137,7 +145,6 @@ class CyclicPosition {
       return false;
     }
     segment_ = &slot.made[in_use & 1U];
-    bridged_ += segment_->extrapolated ? 1 : 0;
     return true;
   }
 
@@ -150,6 +157,7 @@ class CyclicPosition {
   std::uint32_t newest_ = 0;
   std::uint32_t in_a_row_ = 0;
   bool joined_ = false;
+  std::uint32_t bridged_ = 0;
   bool started_ = false;
   // From there to the tick, and back.
   std::array<Slot, kSlots> slots_;
@@ -159,7 +167,6 @@ class CyclicPosition {
   const StreamSegment* segment_ = nullptr;
   std::uint32_t period_ = 0;
   std::uint32_t fraction_ = 0;
-  std::uint32_t bridged_ = 0;
   std::uint32_t gaps_ = 0;
 };
 

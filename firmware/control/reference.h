@@ -87,12 +87,14 @@ class ReferenceGenerator {
       phase_ = Phase::kTracking;
       left_ = 0;
       jerk_ = 0;
+      tracked_step_ = from_fixed(velocity_);
     }
-    const float last = from_fixed(velocity_);
+    const float last = tracked_step_;
     const float behind =
         static_cast<float>(difference(stream.counts, counts_)) + stream.offset - stream.step - fraction();
     const float step = tracking_step(behind, stream.step, last, limits);
     const ReferencePoint point{counts_, fraction(), 0.5F * (step + last), step - last};
+    tracked_step_ = step;
     const std::int64_t before = velocity_;
     velocity_ = step_to_fixed(step);
     acceleration_ = velocity_ - before;
@@ -199,6 +201,7 @@ class ReferenceGenerator {
   std::int64_t jerk_ = 0;
   Phase phase_ = Phase::kPlaying;
   float followed_velocity_ = 0.0F;
+  float tracked_step_ = 0.0F;
   std::uint32_t underruns_ = 0;
   std::atomic<std::uint32_t> pushed_{0};
   std::atomic<std::uint32_t> taken_{0};

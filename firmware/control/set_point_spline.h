@@ -13,13 +13,11 @@ namespace slipstack {
 struct StreamSegment {
   std::int32_t counts = 0;
   float b = 0.0F, d = 0.0F, s = 0.0F, k = 0.0F;
-  bool extrapolated = false;  ///< its newest set-point has not come
 
-  /// At the end of a tick that leads to `fraction` x 2^-32 of the period and is `rate` x 2^-32 of it long. In
-  /// the tick.
-  StreamPoint at(std::uint32_t fraction, std::uint32_t rate) const {
+  /// At the end of a tick that leads to `fraction` x 2^-32 of the period and is `tick` of it long. In the
+  /// tick.
+  StreamPoint at(std::uint32_t fraction, float tick) const {
     const float u = static_cast<float>(fraction) * 0x1p-32F;
-    const float tick = static_cast<float>(rate) * 0x1p-32F;
     // The mean velocity of a tick is that of its middle, but for k / 4 of the tick's third power.
     const float middle = u - 0.5F * tick;
     return {counts, b + u * (d + u * (s + u * k)), tick * (d + middle * (2.0F * s + middle * 3.0F * k))};

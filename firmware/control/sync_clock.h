@@ -77,6 +77,7 @@ class SyncClock {
     }
     const float change = static_cast<float>(nominal_) * deviation_;
     anchor.rate = nominal_ - static_cast<std::uint32_t>(static_cast<std::int32_t>(change));
+    anchor.share = static_cast<float>(anchor.rate) * 0x1p-32F;
     const std::uint32_t other = in_use_.load(std::memory_order_relaxed) ^ 1U;
     anchors_[other] = anchor;
     in_use_.store(other, std::memory_order_release);
@@ -98,8 +99,8 @@ class SyncClock {
     const std::uint32_t carry = fraction < anchor.phase.fraction ? 1U : 0U;
     return {anchor.phase.period + static_cast<std::uint32_t>(gone >> 32) + carry, fraction};
   }
-  /// Of a period x 2^-32, in a tick.
-  std::uint32_t rate() const { return anchors_[in_use_.load(std::memory_order_relaxed)].rate; }
+  /// Of a period, in a tick.
+  float rate() const { return anchors_[in_use_.load(std::memory_order_relaxed)].share; }
 
  private:
   // A silence after which the phase may have drifted away: with the lock range 6 % of a period.
@@ -110,7 +111,8 @@ class SyncClock {
   struct Anchor {
     Phase phase;
     std::uint32_t tick = 0;
-    std::uint32_t rate = 0;
+    std::uint32_t rate = 0;  // periods x 2^-32 in a tick
+    float share = 0.0F;      // the same, in periods
   };
 
   void restart() {

@@ -23,13 +23,15 @@ struct TrackingLimits {
 
   float velocity = 0.0F;
   float acceleration = 0.0F;
-  float approach = 0.0F;  ///< acceleration with which an error is made up for
-  float linear = 0.0F;    ///< error up to which kShare of it is made up for in a tick
+  float linear = 0.0F;  ///< error up to which kShare of it is made up for in a tick
+  float half_linear = 0.0F;
+  float twice_approach = 0.0F;  ///< acceleration with which a larger one is made up for
 
   static TrackingLimits of(float counts_per_tick, float counts_per_tick2) {
     // Half of it: the stream accelerates too.
     const float approach = 0.5F * counts_per_tick2;
-    return {counts_per_tick, counts_per_tick2, approach, approach / (kShare * kShare)};
+    const float linear = approach / (kShare * kShare);
+    return {counts_per_tick, counts_per_tick2, linear, 0.5F * linear, 2.0F * approach};
   }
 };
 
@@ -46,8 +48,7 @@ inline float tracking_step(float error, float stream_step, float last_step, cons
   const float distance = approx::absolute(error);
   float towards = TrackingLimits::kShare * error;
   if (distance > limits.linear) {
-    const float velocity =
-        approx::fast_square_root(2.0F * limits.approach * (distance - 0.5F * limits.linear));
+    const float velocity = approx::fast_square_root(limits.twice_approach * (distance - limits.half_linear));
     towards = error > 0.0F ? velocity : -velocity;
   }
   const float step = approx::clamp(stream_step + towards, -limits.velocity, limits.velocity);
