@@ -12,7 +12,8 @@
 // The stages of the tick one by one, each as a function that is not inlined, driven by a position.
 namespace slipstack::budget {
 
-inline FrictionModel<float> friction_model;
+// Beside the tick there is no room for it; of zeros, as the memory in the emulator begins.
+[[gnu::section(".trace")]] inline FrictionModel<float> friction_model;
 
 struct Stages {
   AxisParameters axis = everything_on();
@@ -39,8 +40,9 @@ struct Stages {
   BrakingLimits braking = braking_limits(0.15F, 0.0015F);
   std::int32_t stop_timeout_ticks = 100;
   StateEstimate estimate;
-  ReferenceGenerator reference;
-  CyclicPosition cyclic;
+  // Those of the tick: a second one of each would not fit the memory beside it.
+  ReferenceGenerator& reference = tick_under_test.controller().reference();
+  CyclicPosition& cyclic = tick_under_test.controller().cyclic_position();
   StreamPoint stream;
   TrackingLimits tracking = TrackingLimits::of(300.0F, 0.5F);
   ReferencePoint point;
