@@ -127,7 +127,7 @@ class CyclicPosition {
   // The segments that have not begun: that of the newest set-point and those that bridge the next ones.
   void make_segments(std::uint32_t newest, std::uint32_t begun) {
     for (std::uint32_t period = newest; period != newest + kBridged + 1; ++period) {
-      if (period != newest) spline_.extrapolate(period, bend_);
+      if (period != newest) static_cast<void>(spline_.extrapolate(period, bend_));
       if (static_cast<std::int32_t>(period - begun) <= 0) continue;
       Slot& slot = slots_[period % kSlots];
       const std::uint32_t other = (slot.in_use.load(std::memory_order_relaxed) & 1U) ^ 1U;

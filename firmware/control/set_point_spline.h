@@ -49,16 +49,17 @@ class SetPointSpline {
 
   void put(std::uint32_t period, std::int32_t counts) { set_point_[period % kKept] = counts; }
 
-  /// Puts in the set-point of a period from the four before it: the parabola of least squares. It takes 2.8
-  /// times the rounding of a set-point along, where that through three would take 4.4. Second differences
-  /// beyond `largest_bend`, counts per period^2, are not believed.
-  void extrapolate(std::uint32_t period, std::int32_t largest_bend) {
+  /// Puts in the set-point of a period from the four before it, and returns it: the parabola of least
+  /// squares. It takes 2.8 times the rounding of a set-point along, where that through three would take 4.4.
+  /// Second differences beyond `largest_bend`, counts per period^2, are not believed.
+  std::int32_t extrapolate(std::uint32_t period, std::int32_t largest_bend) {
     const std::int32_t newest = difference(at(period - 1), at(period - 2));
     const std::int32_t older = difference(at(period - 2), at(period - 3));
     const std::int32_t oldest = difference(at(period - 3), at(period - 4));
     // Next less newest: (5, 2, -3) / 4 times the three.
     const std::int32_t bend = (newest + 2 * older - 3 * oldest + 2) >> 2;
     put(period, sum(at(period - 1), newest + limited(bend, largest_bend)));
+    return at(period);
   }
 
   /// The segment that ends two periods before the set-point of `period`, which is there like those before.

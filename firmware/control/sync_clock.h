@@ -23,14 +23,14 @@ namespace slipstack {
 /// at 1 ms leaves 3 us in the phase; where that would be more than a twentieth of a radian in a period, the
 /// bandwidth is lower.
 ///
-/// Lock range: 0.1 % of the period. Crystals of both sides (100 ppm each) and a computer's clock that is
-/// slewed (500 ppm, adjtimex(2)) stay below.
+/// Lock range: 0.05 % of the period, which is also pulled in without a slip where the period is 1 ms or more:
+/// the phase runs ahead by 0.4 ms on the way. Two crystals are apart by 200 ppm at most (100 ppm each).
 class SyncClock {
  public:
   static constexpr float kShortestTicks = 2.0F;
   static constexpr float kLongestTicks = 1000.0F;
   static constexpr float kBandwidth_rad_per_s = 1.2566F;
-  static constexpr float kLockRange = 1.0e-3F;
+  static constexpr float kLockRange = 5.0e-4F;
   /// SYNCs whose mean phase is where the loop begins.
   static constexpr std::int32_t kAcquired = 8;
 
@@ -67,13 +67,13 @@ class SyncClock {
     if (since > kForgottenPeriods && since < 0x80000000U) restart();
     const auto off = static_cast<std::int32_t>(anchor.phase.fraction);
     const float error = static_cast<float>(off) * 0x1p-32F;
-    judge(since == 1 && approx::absolute(error) < 0.25F);
+    judge(since == 1 && approx::absolute(error) < kFarthest);
     if (acquired_ < kAcquired) {
       ++acquired_;
       anchor.phase = {period, static_cast<std::uint32_t>(off - off / acquired_)};
       anchor.phase.period -= anchor.phase.fraction >> 31;
     } else {
-      correct(approx::clamp(error, -0.25F, 0.25F));
+      correct(approx::clamp(error, -kFarthest, kFarthest));
     }
     const float change = static_cast<float>(nominal_) * deviation_;
     anchor.rate = nominal_ - static_cast<std::uint32_t>(static_cast<std::int32_t>(change));
@@ -103,8 +103,10 @@ class SyncClock {
   float rate() const { return anchors_[in_use_.load(std::memory_order_relaxed)].share; }
 
  private:
-  // A silence after which the phase may have drifted away: with the lock range 6 % of a period.
+  // A silence after which the phase may have drifted away: with the lock range 3 % of a period.
   static constexpr std::uint32_t kForgottenPeriods = 64;
+  // Beyond, a SYNC may as well be that of another period.
+  static constexpr float kFarthest = 0.4F;
   static constexpr std::int32_t kBestQuality = 32;
 
   // A place of the oscillator from which on its rate is this.
