@@ -65,7 +65,8 @@ TEST(SyncClock, IsNotLockedToAnotherPeriod) {
   for (const float wrong : {0.5F, 0.67F, 1.5F, 2.0F}) {
     SyncClock clock;
     clock.set_period(20.0F, 1e-4F);
-    for (int n = 1; n < 500; ++n) clock.sync(static_cast<std::uint32_t>(20.0F * wrong * static_cast<float>(n)));
+    for (int n = 1; n < 500; ++n)
+      clock.sync(static_cast<std::uint32_t>(20.0F * wrong * static_cast<float>(n)));
     EXPECT_FALSE(clock.locked()) << wrong;
   }
 }
