@@ -10,6 +10,7 @@
 #include "firmware/control/feedforward.h"
 #include "firmware/control/hysteresis_memory.h"
 #include "firmware/control/level_adaptation.h"
+#include "firmware/control/motion_limits.h"
 #include "firmware/control/parameters.h"
 #include "firmware/control/state_estimate.h"
 #include "firmware/effects/model_hash.h"
@@ -33,6 +34,7 @@ struct ControlSet {
   float adaptation_counts = 0.0F;
   float largest_step_A = 0.0F;
   std::int32_t stop_timeout_ticks = 0;
+  MotionLimits motion;  ///< of the axis
   BrakingLimits braking;
   StateEstimate::Gains estimate;
   FeedForward::Scales scales;
@@ -65,8 +67,8 @@ struct ControlSet {
     adaptation_counts = axis.adapt_level ? axis.adaptation_speed_mps / mps_per_count : 1.0e30F;
     largest_step_A = axis.current_rate_A_per_s * axis.tick_s;
     stop_timeout_ticks = static_cast<std::int32_t>(axis.stop_timeout_s / axis.tick_s);
-    braking = braking_limits(axis.quick_stop_mps2 / mps2_per_count,
-                             axis.jerk_limit_mps3 / mps2_per_count * axis.tick_s);
+    motion = motion_limits(axis);
+    braking = braking_limits(axis.quick_stop_mps2 / mps2_per_count, motion.jerk);
     estimate =
         StateEstimate::gains(axis.encoder_resolution_m, axis.tick_s, axis.observer_bandwidth_rad_per_s);
     prepare_feedback();

@@ -32,24 +32,28 @@ inline std::int64_t to_fixed(float counts) {
          static_cast<std::int64_t>(static_cast<std::int32_t>(lower * 0x1p20F));
 }
 
-/// A stretch of motion with constant jerk. Each tick: a += jerk, v += a, x += v.
+/// A stretch of motion with constant jerk. Each tick: a += jerk, v += a, x += v. Acceleration and jerk have
+/// `shift` more binary places, so that slow ramps of many ticks keep their form.
 struct MotionSegment {
-  std::int32_t ticks = 0;
+  std::int64_t ticks = 0;
   std::int32_t start_counts = 0;    ///< where it begins, if `sets_position`
   std::int64_t start_fraction = 0;  ///< of a count x 2^-44
   std::int64_t velocity = 0;        ///< at its begin, counts per tick x 2^-44
-  std::int64_t acceleration = 0;    ///< counts per tick^2 x 2^-44
-  std::int64_t jerk = 0;            ///< counts per tick^3 x 2^-44
+  std::int64_t acceleration = 0;    ///< counts per tick^2 x 2^-(44 + shift)
+  std::int64_t jerk = 0;            ///< counts per tick^3 x 2^-(44 + shift)
+  std::int32_t shift = 0;           ///< 0 to kLargestShift
   bool sets_position = false;
 };
+inline constexpr std::int32_t kLargestShift = 31;
 
-/// The state after n ticks of a segment, but for the position.
-constexpr MotionSegment after(const MotionSegment& segment) {
-  const std::int64_t n = segment.ticks;
-  MotionSegment next;
-  next.velocity = segment.velocity + n * segment.acceleration + segment.jerk * (n * (n + 1) / 2);
-  next.acceleration = segment.acceleration + n * segment.jerk;
-  return next;
+/// value / 2^shift, rounded down, for 0 <= shift <= kLargestShift: half the instructions of a shift by any
+/// number.
+inline std::int64_t shifted_down(std::int64_t value, std::int32_t shift) {
+  const auto high = static_cast<std::int32_t>(value >> 32);
+  const auto low = static_cast<std::uint32_t>(value & 0xFFFFFFFF);
+  const std::uint32_t carried = (static_cast<std::uint32_t>(high) << 1) << (31 - shift);
+  return static_cast<std::int64_t>(high >> shift) * (std::int64_t{1} << 32) +
+         static_cast<std::int64_t>((low >> shift) | carried);
 }
 
 }  // namespace slipstack

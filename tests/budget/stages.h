@@ -11,7 +11,8 @@
 // The stages of the tick one by one, each as a function that is not inlined, driven by a position.
 namespace slipstack::budget {
 
-inline FrictionModel<float> friction_model;
+// In the large memory of the emulated board: the small one holds the tick.
+[[gnu::section(".psram")]] inline FrictionModel<float> friction_model;
 
 struct Stages {
   AxisParameters axis = everything_on();
