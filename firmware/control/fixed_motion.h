@@ -44,6 +44,16 @@ struct MotionSegment {
   std::int32_t shift = 0;           ///< 0 to kLargestShift
   bool sets_position = false;
 };
-inline constexpr std::int32_t kLargestShift = 40;
+inline constexpr std::int32_t kLargestShift = 31;
+
+/// value / 2^shift, rounded down, for 0 <= shift <= kLargestShift: half the instructions of a shift by any
+/// number.
+inline std::int64_t shifted_down(std::int64_t value, std::int32_t shift) {
+  const auto high = static_cast<std::int32_t>(value >> 32);
+  const auto low = static_cast<std::uint32_t>(value & 0xFFFFFFFF);
+  const std::uint32_t carried = (static_cast<std::uint32_t>(high) << 1) << (31 - shift);
+  return static_cast<std::int64_t>(high >> shift) * (std::int64_t{1} << 32) +
+         static_cast<std::int64_t>((low >> shift) | carried);
+}
 
 }  // namespace slipstack

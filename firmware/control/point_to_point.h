@@ -44,8 +44,9 @@ class PointToPoint {
 
   static bool valid(float limit) { return limit > 0.0F && limit <= kLargestRate; }
 
-  PlanStatus plan(ReferenceGenerator& reference, const std::int32_t* target, const MotionLimits& wanted,
-                  const BrakingLimits& braking) {
+  // Not inlined: double stays here (tests/budget/check_double.py).
+  [[gnu::noinline]] PlanStatus plan(ReferenceGenerator& reference, const std::int32_t* target,
+                                    const MotionLimits& wanted, const BrakingLimits& braking) {
     if (!valid(wanted.velocity) || !valid(wanted.acceleration) || !valid(wanted.deceleration) ||
         !valid(wanted.jerk)) {
       return PlanStatus::kBadLimits;

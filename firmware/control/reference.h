@@ -205,20 +205,21 @@ class ReferenceGenerator {
   }
 
  private:
-  ReferencePoint advance(Motion& motion, const BrakingLimits& limits) const {
+  // Inlined: the tick has one call of it.
+  [[gnu::always_inline]] ReferencePoint advance(Motion& motion, const BrakingLimits& limits) const {
     if (motion.phase == Motion::Phase::kPlaying && motion.left == 0) begin_segment(motion);
     if (motion.phase == Motion::Phase::kBraking) brake(motion, limits);
     ReferencePoint point;
     point.counts = motion.counts;
     point.fraction = fraction_of(motion);
     motion.acceleration += motion.jerk;
-    const std::int64_t acceleration = motion.acceleration >> motion.shift;
+    const std::int64_t acceleration = shifted_down(motion.acceleration, motion.shift);
     motion.velocity += acceleration;
     point.acceleration = from_fixed(acceleration);
     // The step ahead is the mean velocity over the coming tick; half an increment earlier it is that of now.
     point.velocity = from_fixed(motion.velocity) - 0.5F * point.acceleration;
     move(motion);
-    motion.left -= motion.left > 0 ? 1 : 0;
+    if (motion.left != 0) --motion.left;
     return point;
   }
 
@@ -312,7 +313,7 @@ class ReferenceGenerator {
 
   // What is queued while the axis brakes waits for the tick after it has come to rest.
   void brake(Motion& motion, const BrakingLimits& limits) const {
-    const std::int64_t acceleration = motion.acceleration >> motion.shift;
+    const std::int64_t acceleration = shifted_down(motion.acceleration, motion.shift);
     motion.jerk = 0;
     motion.left = 0;
     motion.shift = 0;

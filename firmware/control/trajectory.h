@@ -203,7 +203,7 @@ class Planner {
 
   /// The shortest way to rest at `target`, from any state: speed up towards it, until what is left is the way
   /// to rest. The place where braking leads to is monotone in the time of speeding up, so one root is found,
-  /// to 2^-20 of a count. Bounded: kMostSteps evaluations of the way to rest, 12 at most in 10^6 random
+  /// to 2^-20 of a count. Bounded: kMostSteps evaluations of the way to rest, 25 at most in 10^6 random
   /// states.
   const Profile& move(const State& from, double target, const Limits& limits) {
     steps_ = 0;

@@ -121,6 +121,27 @@ TEST(Stream, PassesItsSetpointsSmoothly) {
   EXPECT_EQ(generator.underruns(), 1U);
 }
 
+// 2 m/s on an encoder of 1 nm, set-points every 2 ms.
+TEST(Stream, TakesTheSetpointsOfAFineEncoder) {
+  constexpr int kPeriod = 20;
+  constexpr std::int32_t kStep = 200000 * kPeriod;
+  ReferenceGenerator generator;
+  generator.hold(-1000000000);
+  SetpointStream stream;
+  stream.start(generator, kPeriod);
+  double last = 0.0;
+  for (int k = 1; k < 400; ++k) {
+    ASSERT_TRUE(stream.push(generator, -1000000000 + k * kStep)) << k;
+    for (int i = 0; i < kPeriod; ++i) {
+      const double x = position(next(generator));
+      if (k > 6) {
+        ASSERT_NEAR(x - last, 200000.0, 1e-2) << k << ' ' << i;
+      }
+      last = x;
+    }
+  }
+}
+
 // A constant acceleration, sampled with fractions of counts, comes out as one.
 TEST(Stream, KeepsASteadyAcceleration) {
   constexpr int kPeriod = 20;
