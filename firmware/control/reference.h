@@ -94,12 +94,17 @@ class ReferenceGenerator {
   Prediction predict(std::uint32_t lead, const BrakingLimits& limits) const {
     Prediction ahead;
     std::uint32_t before = 0;
-    do {  // the tick came in between: at most once, it is far longer than a copy takes
+    bool whole = false;
+    // The tick may come in between: once, it is far longer than a copy takes. What is torn all the same is
+    // void.
+    for (int attempt = 0; attempt < 3 && !whole; ++attempt) {
       before = ticks_.load(std::memory_order_acquire);
       ahead.generation = generation_.load(std::memory_order_relaxed);
       ahead.motion = motion_;
       std::atomic_signal_fence(std::memory_order_acquire);
-    } while (ticks_.load(std::memory_order_relaxed) != before);
+      whole = ticks_.load(std::memory_order_relaxed) == before;
+    }
+    if (!whole) --ahead.generation;
     ahead.standing = idle();
     ahead.tick = before + 1 + lead;
     for (std::uint32_t i = 0; i < lead && !ahead.standing; ++i) advance(ahead.motion, limits);
