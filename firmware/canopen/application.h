@@ -7,6 +7,8 @@
 
 namespace slipstack::canopen {
 
+class Pdos;
+
 /// What the node serves: the objects from 2000h on, and what communication means to it.
 class Application : public ObjectAccess {
  public:
@@ -17,8 +19,8 @@ class Application : public ObjectAccess {
   /// The error code of the active fault, 0 if there is none.
   virtual std::uint16_t error_code() = 0;
   virtual bool enabled() = 0;
-  /// A SYNC came, and what PDOs held until then has been taken.
-  virtual void synchronise() = 0;
+  /// A SYNC came, and what PDOs held until then has been taken: `pdos` knows which objects.
+  virtual void synchronise(const Pdos& pdos) = 0;
   /// Bus-off, a lost heartbeat, NMT stop: act after 6007h.
   virtual void connection_lost() = 0;
   virtual void set_operational(bool operational) = 0;

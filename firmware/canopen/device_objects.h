@@ -79,7 +79,8 @@ inline constexpr auto kFaultRows = [] {
                                                            "Watchdog",
                                                            "Parameter",
                                                            "Not finite",
-                                                           "Stop time-out"};
+                                                           "Stop time-out",
+                                                           "Set-point refused"};
   std::array<Object, kFaultCount> rows{};
   rows[0] = head(kFaultCountsIndex, ObjectCode::kRecord, "Faults since start", kFaultCount - 1);
   for (std::uint8_t i = 1; i < kFaultCount; ++i)

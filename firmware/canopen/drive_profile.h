@@ -38,6 +38,7 @@ class DriveProfile {
   void step() {
     if (supervision_.lost()) connection_lost();
     follow_mode();
+    follow_cyclic();
     command();
     profile_position();
   }
@@ -58,23 +59,20 @@ class DriveProfile {
     return fault == Fault::kNone && supervision_.lost() ? 0x8100 : slipstack::error_code(fault);
   }
 
-  /// Cyclic position: each SYNC takes the target as the next set-point.
-  void synchronise() {
-    if (active_ != Mode::kCyclicPosition || !operation_enabled() || halted()) return;
-    ReferenceGenerator& reference = controller_.reference();
-    if (!streaming_) {
-      last_target_ = reference.counts();
-      stream_.start(reference, period_ticks());
-      streaming_ = true;
-    }
-    // A set-point beyond what the axis may move in a period is taken as far as it may.
+  /// Cyclic position: SYNC makes a set-point of the target. One that a synchronous PDO brings must come with
+  /// every SYNC; any other holds until it is written again. `with_sync`: a PDO brought it just now.
+  void synchronise(bool with_sync) {
+    follow_cyclic();
     const ControlSet& set = controller_.parameters();
-    const float reach = set.axis.velocity_limit_mps / set.mps_per_count * static_cast<float>(period_ticks());
-    const auto limit = static_cast<std::int32_t>(approx::clamp(reach, 1.0F, 1.0e6F));
-    const std::int32_t way = std::clamp<std::int32_t>(
-        difference(static_cast<std::int32_t>(value(kRow<0x607A>)), last_target_), -limit, limit);
-    const std::int32_t target = sum(last_target_, way);
-    if (stream_.push(reference, target)) last_target_ = target;
+    CyclicPosition& cyclic = controller_.cyclic_position();
+    cyclic.set_period(period_s() / set.axis.tick_s, set.axis.tick_s,
+                      set.axis.velocity_limit_mps / set.mps_per_count,
+                      set.axis.acceleration_limit_mps2 / set.mps2_per_count);
+    if (target_written_) target_streamed_ = with_sync;
+    target_holds_ = target_holds_ || target_written_;
+    const bool has_target = target_written_ || (target_holds_ && !target_streamed_);
+    target_written_ = false;
+    cyclic.sync(controller_.ticks(), has_target, static_cast<std::int32_t>(value(kRow<0x607A>)));
   }
 
   // ---- objects ----
@@ -131,6 +129,9 @@ class DriveProfile {
       case 0x6060:
         mode_ = static_cast<Mode>(static_cast<std::int8_t>(value_now));
         return follow_mode();
+      case 0x607A:
+        target_written_ = true;
+        return;
       default:
         return;
     }
@@ -169,10 +170,12 @@ class DriveProfile {
     if (operational_) word_now |= 1U << 9;
     if (controller_.output().limits != 0) word_now |= 1U << 11;
     if (active_ == Mode::kProfilePosition) {
-      if (controller_.reference().idle() && !waiting_) word_now |= 1U << 10;
+      if (target_reached()) word_now |= 1U << 10;
       if (acknowledged_) word_now |= 1U << 12;
+    } else if (active_ == Mode::kCyclicPosition) {
+      if (controller_.cyclic_position().following()) word_now |= 1U << 12;  // the drive follows the command
     } else if (active_ != Mode::kNone && state == DriveState::kOperationEnabled && !halted()) {
-      word_now |= 1U << 12;  // the drive follows the command
+      word_now |= 1U << 12;
     }
     if (controller_.state().faults().latched() == Fault::kFollowingError) word_now |= 1U << 13;
     return static_cast<std::uint16_t>(word_now);
@@ -180,13 +183,16 @@ class DriveProfile {
 
   void controlword(std::uint16_t word_now) {
     if (resetting_) return;
-    const auto rising = static_cast<std::uint16_t>(word_now & ~control_);
+    const auto changed = static_cast<std::uint16_t>(word_now ^ control_);
+    const auto rising = static_cast<std::uint16_t>(word_now & changed);
     control_ = word_now;
-    if ((rising & kHaltBit) != 0 && operation_enabled()) {
+    follow_cyclic();
+    if (active_ == Mode::kProfilePosition) {
+      halt_or_go_on(changed);
+      new_set_point(rising);
+    } else if ((rising & kHaltBit) != 0 && operation_enabled()) {
       controller_.reference().stop();
-      waiting_ = streaming_ = target_stands_ = false;
     }
-    if (active_ == Mode::kProfilePosition) new_set_point(rising);
   }
 
   // Quick stop option 0: no braking, current off; fault reaction option 0 the same. Option 6: braked and
@@ -213,7 +219,7 @@ class DriveProfile {
     const bool torque = active_ == Mode::kCyclicTorque;
     if (!operation_enabled() || (!torque && active_ != Mode::kCyclicPosition)) return 0;
     const bool forced = torque && (value(kRow<0x6071>) != 0 || value(kRow<0x60B2>) != 0);
-    return supervision_.options(*dictionary_, streaming_ || forced);
+    return supervision_.options(*dictionary_, target_holds_ || forced);
   }
 
   // 6071h or 60B2h, in thousandths of the rated force. The target counts in torque mode only, the offset in
@@ -225,19 +231,39 @@ class DriveProfile {
 
   void follow_mode() {
     if (!operation_enabled()) {
-      streaming_ = waiting_ = acknowledged_ = target_stands_ = false;
+      give_up();
       supervision_.rest();
     }
     if (mode_ == active_) return;
-    if (operation_enabled()) controller_.reference().stop();
     active_ = mode_;
     supervision_.rest();
-    streaming_ = waiting_ = acknowledged_ = target_stands_ = false;
+    follow_cyclic();
+    if (operation_enabled()) controller_.reference().stop();
+    give_up();
   }
 
+  // Into cyclic position by mode, by enabling or by the end of a halt, and out of it. No target holds from
+  // before: the object starts as the position actual value, and the axis moves when a set-point has come.
+  void follow_cyclic() {
+    const bool wanted = active_ == Mode::kCyclicPosition && operation_enabled() && !halted();
+    if (wanted == cyclic_) return;
+    cyclic_ = wanted;
+    target_written_ = target_holds_ = false;
+    if (!wanted) return controller_.cyclic_position().stop();
+    dictionary_->set(kRow<0x607A>, static_cast<std::uint32_t>(controller_.measured_counts()));
+    controller_.cyclic_position().start();
+  }
+
+  void give_up() {
+    waiting_ = acknowledged_ = target_stands_ = moving_ = false;
+    request_ = Request::kNone;
+  }
+
+  // ---- profile position ----
+
   // Controlword bit 4 rises: a set-point, which is the target and the profile as they are now; statusword bit
-  // 12 says it was taken and falls with bit 4. A relative target counts from the one before; where there is
-  // none, or a halt has given it up, from where the axis is asked to be.
+  // 12 says it was taken and falls with bit 4. It waits until the one before has arrived, unless bit 5 says
+  // at once. A relative target counts from the one before, or from where the axis is asked to be.
   void new_set_point(std::uint16_t rising) {
     if ((control_ & kNewSetPointBit) == 0) {
       acknowledged_ = false;
@@ -245,40 +271,100 @@ class DriveProfile {
     }
     if ((rising & kNewSetPointBit) == 0 || !operation_enabled() || halted() || waiting_) return;
     const auto target = static_cast<std::int32_t>(value(kRow<0x607A>));
-    const std::int32_t from = target_stands_ ? last_target_ : controller_.reference().counts();
-    target_ = (control_ & kRelativeBit) != 0 ? sum(from, target) : target;
-    profile_ = {value(kRow<0x6081>), value(kRow<0x6083>), value(kRow<0x60A4, 1>)};
-    if ((control_ & kImmediatelyBit) != 0) controller_.reference().stop();
-    waiting_ = acknowledged_ = true;
+    const std::int64_t from = target_stands_ ? target_ : controller_.reference().counts();
+    const std::int64_t wanted = (control_ & kRelativeBit) != 0 ? from + target : target;
+    acknowledged_ = true;
+    if (wanted != static_cast<std::int32_t>(wanted)) return controller_.inject(Fault::kSetPoint);
+    next_target_ = static_cast<std::int32_t>(wanted);
+    next_profile_ = {value(kRow<0x6081>), value(kRow<0x6083>), value(kRow<0x6084>), value(kRow<0x60A4, 1>)};
+    waiting_ = true;
+    if (!moving_ || (control_ & kImmediatelyBit) != 0) begin_move();
+  }
+
+  void begin_move() {
+    waiting_ = in_window_ = false;
+    moving_ = target_stands_ = true;
+    target_ = next_target_;
+    profile_ = next_profile_;
+    request(Request::kMove);
+  }
+
+  // Bit 8: the axis halts along the profile; when it falls, the move goes on.
+  void halt_or_go_on(std::uint16_t changed) {
+    if ((changed & kHaltBit) == 0 || !operation_enabled()) return;
+    if (halted()) {
+      request(Request::kHalt);
+    } else if (moving_) {
+      request(Request::kMove);
+    }
+  }
+
+  enum class Request : std::uint8_t { kNone, kMove, kHalt };
+
+  // The tick may be gone past a plan before it is ready: it is then asked for again by step().
+  void request(Request what) {
+    request_ = what;
+    plans_before_ = controller_.reference().plans_taken();
+    const PlanStatus status =
+        what == Request::kHalt ? controller_.halt(limits()) : controller_.move_to(target_, limits());
+    if (status == PlanStatus::kOk || status == PlanStatus::kBusy) return;
+    request_ = Request::kNone;
+    moving_ = false;
+    controller_.inject(Fault::kSetPoint);
   }
 
   void profile_position() {
-    if (!waiting_ || active_ != Mode::kProfilePosition || !operation_enabled()) return;
-    if (!controller_.reference().idle()) return;
-    const ControlSet& set = controller_.parameters();
-    const float tick_s = set.axis.tick_s;
-    const auto limit = [](std::uint32_t wanted, float per, float axis) {
-      const float own = static_cast<float>(wanted) * per;
-      return own < axis ? own : axis;
+    if (active_ != Mode::kProfilePosition || !operation_enabled()) return;
+    const ReferenceGenerator& reference = controller_.reference();
+    if (request_ != Request::kNone && !reference.plan_waits()) {
+      if (reference.plans_taken() == plans_before_) return request(request_);
+      request_ = Request::kNone;
+    }
+    if (moving_ && !halted() && reference.idle()) {
+      // Something else may have stopped it.
+      if (reference.counts() != target_) return request(Request::kMove);
+      moving_ = false;
+    }
+    if (waiting_ && !moving_) begin_move();
+    follow_window();
+  }
+
+  // The axis is where it was sent, within 6067h for 6068h; 6067h = FFFFFFFFh: the reference is.
+  void follow_window() {
+    const std::uint32_t now = controller_.ticks();
+    const std::int32_t target = target_stands_ ? target_ : controller_.reference().counts();
+    const std::int32_t error = difference(controller_.measured_counts(), target);
+    const std::uint32_t distance =
+        error < 0 ? 0U - static_cast<std::uint32_t>(error) : static_cast<std::uint32_t>(error);
+    const bool inside = !moving_ && distance <= value(kRow<0x6067>);
+    if (!inside || !in_window_) entered_ = now;
+    in_window_ = inside;
+    const float wait_s = static_cast<float>(value(kRow<0x6068>)) * 1e-3F;
+    const bool off = value(kRow<0x6067>) == 0xFFFFFFFFU;
+    settled_ = inside &&
+               (off || static_cast<float>(now - entered_) * controller_.parameters().axis.tick_s >= wait_s);
+  }
+
+  bool target_reached() const {
+    if (halted()) return controller_.reference().standing();
+    return settled_ && !moving_ && !waiting_;
+  }
+
+  MotionLimits limits() const {
+    const float tick_s = controller_.parameters().axis.tick_s;
+    const auto in_ticks = [](std::uint32_t per_second, float scale) {
+      return static_cast<float>(per_second) * scale;
     };
-    const MotionLimits limits{
-        limit(profile_.velocity, tick_s, set.axis.velocity_limit_mps / set.mps_per_count),
-        limit(profile_.acceleration, tick_s * tick_s, set.axis.acceleration_limit_mps2 / set.mps2_per_count),
-        limit(profile_.jerk, tick_s * tick_s * tick_s,
-              set.axis.jerk_limit_mps3 / set.mps2_per_count * tick_s)};
-    waiting_ = false;
-    target_stands_ = true;
-    last_target_ = target_;
-    static_cast<void>(plan_move(controller_.reference(), target_, limits));
+    return {in_ticks(profile_.velocity, tick_s), in_ticks(profile_.acceleration, tick_s * tick_s),
+            in_ticks(profile_.deceleration, tick_s * tick_s),
+            in_ticks(profile_.jerk, tick_s * tick_s * tick_s)};
   }
 
   // 60C2h: value x 10^index seconds.
-  std::int32_t period_ticks() const {
-    float period_s = static_cast<float>(value(kRow<0x60C2, 1>));
-    for (auto power = static_cast<std::int32_t>(value(kRow<0x60C2, 2>)); power < 0; ++power) period_s *= 0.1F;
-    const float ticks = period_s / controller_.parameters().axis.tick_s + 0.5F;
-    constexpr auto kLongest = static_cast<float>(SetpointStream::kLongestPeriod);
-    return static_cast<std::int32_t>(approx::clamp(ticks, 1.0F, kLongest));
+  float period_s() const {
+    float seconds = static_cast<float>(value(kRow<0x60C2, 1>));
+    for (auto power = static_cast<std::int32_t>(value(kRow<0x60C2, 2>)); power < 0; ++power) seconds *= 0.1F;
+    return seconds;
   }
 
   static constexpr std::uint16_t kNewSetPointBit = 1U << 4;
@@ -294,19 +380,29 @@ class DriveProfile {
   Mode active_ = Mode::kNone;
   bool operational_ = false;
   bool resetting_ = false;
-  bool streaming_ = false;
+  bool cyclic_ = false;           // the reference is the stream's, or waits for it
+  bool target_written_ = false;   // since the last SYNC
+  bool target_holds_ = false;     // written since the reference is the stream's
+  bool target_streamed_ = false;  // by a PDO with SYNC
   bool waiting_ = false;
   bool acknowledged_ = false;
   struct Profile {
     std::uint32_t velocity = 1;      // counts/s
     std::uint32_t acceleration = 1;  // counts/s2
+    std::uint32_t deceleration = 1;  // counts/s2
     std::uint32_t jerk = 1;          // counts/s3
   };
   Profile profile_;
+  Profile next_profile_;
   std::int32_t target_ = 0;
-  std::int32_t last_target_ = 0;
+  std::int32_t next_target_ = 0;
+  bool moving_ = false;
+  Request request_ = Request::kNone;
+  std::uint32_t plans_before_ = 0;
+  bool in_window_ = false;
+  bool settled_ = false;
+  std::uint32_t entered_ = 0;
   bool target_stands_ = false;
-  SetpointStream stream_;
 };
 
 }  // namespace slipstack::canopen

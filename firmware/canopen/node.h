@@ -132,7 +132,7 @@ class Node {
   void sync(std::uint8_t counter, std::uint32_t now_us) {
     if (state_ != NmtState::kOperational) return;
     parts_.pdos.sync(counter, now_us, parts_.outbox);
-    parts_.application.synchronise();
+    parts_.application.synchronise(parts_.pdos);
   }
 
   void take_lss(const CanFrame& frame, std::uint32_t now_us) {

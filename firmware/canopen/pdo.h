@@ -110,13 +110,11 @@ class Pdos {
 
   /// SYNC: what was received takes effect, then what is due is sent.
   void sync(std::uint8_t counter, std::uint32_t now_us, Outbox& out) {
-    std::array<std::uint8_t, kPdoCount> taken{};
-    for (std::size_t n = 0; n < kPdoCount; ++n) {
-      Receive& pdo = receive_[n];
-      if (pdo.held) taken[n] = pdo.map.unpack(dictionary_, pdo.data, refused_);
+    for (Receive& pdo : receive_) {
+      pdo.taken = pdo.held ? pdo.map.unpack(dictionary_, pdo.data, refused_) : std::uint8_t{0};
       pdo.held = false;
     }
-    for (std::size_t n = 0; n < kPdoCount; ++n) receive_[n].map.announce(dictionary_, taken[n]);
+    for (const Receive& pdo : receive_) pdo.map.announce(dictionary_, pdo.taken);
     dictionary_.access().commit();
     for (std::uint8_t n = 0; n < kPdoCount; ++n) {
       const std::uint32_t type = dictionary_.value(cob_row(n, false) + 1);
@@ -130,6 +128,14 @@ class Pdos {
         send(n, now_us, out);
       }
     }
+  }
+
+  /// Whether the last SYNC took an object from an RPDO.
+  bool took_at_sync(std::size_t row) const {
+    for (const Receive& pdo : receive_) {
+      if (pdo.map.took(row, pdo.taken)) return true;
+    }
+    return false;
   }
 
   /// Event-driven TPDOs: on change, and by the event timer; never within the inhibit time.
@@ -167,6 +173,7 @@ class Pdos {
     PdoMap map;
     std::array<std::uint8_t, 8> data{};
     std::uint32_t last_us = 0;
+    std::uint8_t taken = 0;  // by the last SYNC, a bit for each entry
     bool held = false;
     bool watched = false;  // came once, since it is in use with an event timer
   };

@@ -52,6 +52,14 @@ class PdoMap {
   std::uint8_t bytes() const { return bytes_; }
 
   /// The values of one tick: read again when a tick came in between, which is far longer than a reading.
+  /// Whether `row` is among the entries of which `taken` has a bit.
+  bool took(std::size_t row, std::uint8_t taken) const {
+    for (std::size_t i = 0; i < count_; ++i) {
+      if (row_[i] == row && (taken >> i & 1U) != 0) return true;
+    }
+    return false;
+  }
+
   void pack(Dictionary& dictionary, std::span<std::uint8_t, 8> out) const {
     for (int i = 0; i < 3; ++i) {
       const std::uint32_t before = dictionary.access().tick();

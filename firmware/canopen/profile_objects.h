@@ -37,6 +37,8 @@ inline constexpr auto kProfileObjects = [] {
           .from_device()
           .mapped(kOut)
           .in("count"),
+      variable(0x6067, Type::kU32, "Position window").at_first(1000U).in("count").stored(kSetting),
+      variable(0x6068, Type::kU16, "Position window time").at_first(10U).in("s", 1e-3F).stored(kSetting),
       variable(0x606C, Type::kI32, "Velocity actual value")
           .read_only()
           .from_device()
@@ -67,6 +69,12 @@ inline constexpr auto kProfileObjects = [] {
           .in("count/s")
           .stored(kSetting),
       variable(0x6083, Type::kU32, "Profile acceleration")
+          .within(1, 2000000000)
+          .at_first(1000000U)
+          .mapped(kIn)
+          .in("count/s2")
+          .stored(kSetting),
+      variable(0x6084, Type::kU32, "Profile deceleration")
           .within(1, 2000000000)
           .at_first(1000000U)
           .mapped(kIn)

@@ -54,7 +54,9 @@ class Telemetry {
         return controller_.ticks() & 0xFFFF;
     }
   }
-  std::uint32_t underruns() const { return controller_.reference().underruns(); }
+  std::uint32_t underruns() const {
+    return controller_.reference().underruns() + controller_.cyclic_position().gaps();
+  }
   std::uint32_t fault_count(std::uint8_t sub) const {
     return controller_.state().faults().count(static_cast<Fault>(sub));
   }

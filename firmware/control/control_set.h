@@ -4,14 +4,16 @@
 #include <array>
 #include <cstdint>
 
+#include "firmware/control/braking.h"
 #include "firmware/control/fault_monitor.h"
 #include "firmware/control/feedback.h"
 #include "firmware/control/feedforward.h"
-#include "firmware/control/fixed_motion.h"
 #include "firmware/control/hysteresis_memory.h"
 #include "firmware/control/level_adaptation.h"
+#include "firmware/control/motion_limits.h"
 #include "firmware/control/parameters.h"
 #include "firmware/control/state_estimate.h"
+#include "firmware/control/tracking.h"
 #include "firmware/effects/model_hash.h"
 
 namespace slipstack {
@@ -33,7 +35,9 @@ struct ControlSet {
   float adaptation_counts = 0.0F;
   float largest_step_A = 0.0F;
   std::int32_t stop_timeout_ticks = 0;
-  std::int64_t braking = 0;
+  MotionLimits motion;  ///< of the axis
+  BrakingLimits braking;
+  TrackingLimits tracking;
   StateEstimate::Gains estimate;
   FeedForward::Scales scales;
   Feedback::Gains feedback;
@@ -65,7 +69,10 @@ struct ControlSet {
     adaptation_counts = axis.adapt_level ? axis.adaptation_speed_mps / mps_per_count : 1.0e30F;
     largest_step_A = axis.current_rate_A_per_s * axis.tick_s;
     stop_timeout_ticks = static_cast<std::int32_t>(axis.stop_timeout_s / axis.tick_s);
-    braking = to_fixed(axis.quick_stop_mps2 / mps2_per_count) + 1;
+    motion = motion_limits(axis);
+    braking = braking_limits(axis.quick_stop_mps2 / mps2_per_count, motion.jerk);
+    tracking = TrackingLimits::of(axis.velocity_limit_mps / mps_per_count,
+                                  axis.acceleration_limit_mps2 / mps2_per_count);
     estimate =
         StateEstimate::gains(axis.encoder_resolution_m, axis.tick_s, axis.observer_bandwidth_rad_per_s);
     prepare_feedback();

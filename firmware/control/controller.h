@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstdint>
@@ -9,6 +10,7 @@
 #include "firmware/control/command_box.h"
 #include "firmware/control/control_set.h"
 #include "firmware/control/current_limit.h"
+#include "firmware/control/cyclic_position.h"
 #include "firmware/control/fault_monitor.h"
 #include "firmware/control/feedback.h"
 #include "firmware/control/feedforward.h"
@@ -16,6 +18,7 @@
 #include "firmware/control/level_adaptation.h"
 #include "firmware/control/motion_plan.h"
 #include "firmware/control/parameter_swap.h"
+#include "firmware/control/point_to_point.h"
 #include "firmware/control/reference.h"
 #include "firmware/control/state_estimate.h"
 #include "firmware/control/state_machine.h"
@@ -116,17 +119,20 @@ class Controller {
   void set_torque(float target_N, float offset_N) {
     command(Command{command_.read().word, target_N, offset_N});
   }
-  /// Outside the tick: queues a move from rest, within the limits of the axis.
-  PlanStatus move_to(std::int32_t counts) {
-    const ControlSet& set = sets_.active();
-    const float per_mps = 1.0F / set.mps_per_count;
-    const float per_mps2 = 1.0F / set.mps2_per_count;
-    return plan_move(reference_, counts,
-                     {set.axis.velocity_limit_mps * per_mps, set.axis.acceleration_limit_mps2 * per_mps2,
-                      set.axis.jerk_limit_mps3 * per_mps2 * set.axis.tick_s});
+  /// Outside the tick: retargets the reference, within the limits of the axis, from whatever state it is in.
+  PlanStatus move_to(std::int32_t counts) { return move_to(counts, parameters().motion); }
+  /// The same within narrower limits; what is wider is not taken.
+  PlanStatus move_to(std::int32_t counts, const MotionLimits& limits) {
+    return point_to_point_.move(reference_, counts, within_axis(limits), parameters().braking);
+  }
+  /// Outside the tick: to rest, within these limits.
+  PlanStatus halt(const MotionLimits& limits) {
+    return point_to_point_.halt(reference_, within_axis(limits), parameters().braking);
   }
   ReferenceGenerator& reference() { return reference_; }
   const ReferenceGenerator& reference() const { return reference_; }
+  CyclicPosition& cyclic_position() { return cyclic_position_; }
+  const CyclicPosition& cyclic_position() const { return cyclic_position_; }
   /// Outside the tick: a fault found elsewhere, as a reset by the watchdog; seen by the next tick.
   void inject(Fault fault) { events_.store(static_cast<std::uint32_t>(fault), std::memory_order_release); }
 
@@ -178,6 +184,12 @@ class Controller {
   static constexpr std::uint32_t kLatest = kDelayed - 8;
 
  private:
+  MotionLimits within_axis(const MotionLimits& limits) const {
+    const MotionLimits& axis = parameters().motion;
+    return {std::min(limits.velocity, axis.velocity), std::min(limits.acceleration, axis.acceleration),
+            std::min(limits.deceleration, axis.deceleration), std::min(limits.jerk, axis.jerk)};
+  }
+
   // The first tick of new parameters.
   void begin_with(const ControlSet& set, std::int32_t counts) {
     adaptation_.limit(set.adaptation);
@@ -277,7 +289,9 @@ class Controller {
   float step_model(ControlSet& set) {
     const std::uint32_t tick = sets_.tick();
     ReferencePoint& ahead = delay_[tick % kDelayed];
-    ahead = reference_.next(set.braking);
+    const bool streamed = mode_ == ControlMode::kPosition && !state_.braking() && cyclic_position_.step(tick);
+    ahead =
+        streamed ? reference_.track(cyclic_position_.point(), set.tracking) : reference_.next(set.braking);
     return feedforward_.step(set.model, set.scales, ahead, tick, adaptation_.level());
   }
 
@@ -372,6 +386,8 @@ class Controller {
   StateMachine state_;
   FaultMonitor monitor_;
   ReferenceGenerator reference_;
+  CyclicPosition cyclic_position_;
+  PointToPoint point_to_point_;
   StateEstimate estimate_;
   FeedForward feedforward_;
   Feedback feedback_;

@@ -21,6 +21,7 @@ enum class Fault : std::uint8_t {
   kParameter,       ///< refused parameters were written while the axis was enabled
   kNotFinite,       ///< a force that is not a number
   kStopTimeout,     ///< a controlled stop did not come to rest in time
+  kSetPoint,        ///< a target that no trajectory within its limits can be computed for
   kCount
 };
 
@@ -28,15 +29,15 @@ inline constexpr std::size_t kFaultCount = static_cast<std::size_t>(Fault::kCoun
 
 /// The error code of a fault for object 603Fh and EMCY (CiA 301 table 26, IEC 61800-7-201 table 8).
 constexpr std::uint16_t error_code(Fault fault) {
-  constexpr std::array<std::uint16_t, kFaultCount> kCodes = {0x0000, 0x7305, 0x7306, 0x7121, 0x8611, 0x2310,
-                                                             0x5210, 0x6101, 0x6010, 0x6320, 0x6102, 0x8612};
+  constexpr std::array<std::uint16_t, kFaultCount> kCodes = {
+      0x0000, 0x7305, 0x7306, 0x7121, 0x8611, 0x2310, 0x5210, 0x6101, 0x6010, 0x6320, 0x6102, 0x8612, 0x8600};
   return kCodes[static_cast<std::size_t>(fault)];
 }
 
 /// Whether position can still be trusted, so that the axis may be braked under control. Otherwise the current
 /// goes to zero at once.
 constexpr bool stops_under_control(Fault fault) {
-  return fault == Fault::kTickOverrun || fault == Fault::kParameter;
+  return fault == Fault::kTickOverrun || fault == Fault::kParameter || fault == Fault::kSetPoint;
 }
 
 /// Faults seen since the start: the first one that is not yet reset, and how often each came up. Counts stop

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <tuple>
 
+#include "firmware/control/motion_limits.h"
 #include "firmware/effects/model.h"
 #include "firmware/friction/packed_maxwell_slip.h"
 
@@ -56,10 +57,12 @@ enum class ParameterStatus : std::uint8_t {
   kAxisOutOfBounds,
   kGainOutOfBounds,
   kShapeOutOfBounds,
-  kNoMass,        ///< neither inertia nor payload gives the controller a mass
-  kDelayTooLong,  ///< time_delay beyond what the reference can be advanced by
-  kFixedAtStart,  ///< resolution or tick changed while running
-  kBusy,          ///< the previous change has not been taken yet
+  kNoMass,            ///< neither inertia nor payload gives the controller a mass
+  kDelayTooLong,      ///< time_delay beyond what the reference can be advanced by
+  kFixedAtStart,      ///< resolution or tick changed while running
+  kBusy,              ///< the previous change has not been taken yet
+  kEncoderTooFine,    ///< a limit of motion is more counts per tick than the reference can represent
+  kEncoderTooCoarse,  ///< a limit of motion is less of a count per tick than the reference can represent
 };
 
 inline constexpr std::int32_t kLargestLeadTicks = 63;
@@ -141,6 +144,31 @@ inline std::int32_t lead_ticks(const ModelParameters& model, float tick_s) {
   return static_cast<std::int32_t>(lag_s / tick_s + 0.5F);
 }
 
+/// The limits of the axis in counts and ticks.
+inline MotionLimits motion_limits(const AxisParameters& axis) {
+  const float counts_per_tick = axis.tick_s / axis.encoder_resolution_m;
+  const float per_mps2 = counts_per_tick * axis.tick_s;
+  return {axis.velocity_limit_mps * counts_per_tick, axis.acceleration_limit_mps2 * per_mps2,
+          axis.acceleration_limit_mps2 * per_mps2, axis.jerk_limit_mps3 * per_mps2 * axis.tick_s};
+}
+
+namespace detail {
+
+// Of moves and of stops.
+inline ParameterStatus check_scale(const AxisParameters& axis) {
+  const MotionLimits limits = motion_limits(axis);
+  MotionLimits stop = limits;
+  stop.deceleration = axis.quick_stop_mps2 * axis.tick_s * (axis.tick_s / axis.encoder_resolution_m);
+  for (const MotionLimits& one : {limits, stop}) {
+    const ScaleStatus status = slipstack::check_scale(one);
+    if (status == ScaleStatus::kTooFast) return ParameterStatus::kEncoderTooFine;
+    if (status == ScaleStatus::kTooSlow) return ParameterStatus::kEncoderTooCoarse;
+  }
+  return ParameterStatus::kOk;
+}
+
+}  // namespace detail
+
 /// Whether parameters may reach the tick: every number finite and within its bounds. Outside the tick.
 inline ParameterStatus check(const AxisParameters& axis, const ModelParameters& model) {
   for (const detail::Bound& bound : detail::kAxisBounds) {
@@ -154,7 +182,8 @@ inline ParameterStatus check(const AxisParameters& axis, const ModelParameters& 
       return ParameterStatus::kAxisOutOfBounds;
     }
   }
-  ParameterStatus status = ParameterStatus::kOk;
+  ParameterStatus status = detail::check_scale(axis);
+  if (status != ParameterStatus::kOk) return status;
   std::apply(
       [&status](const auto&... own) {
         const auto visit = [&status](const auto& one) {

@@ -3,9 +3,12 @@
 
 #include <array>
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 
+#include "firmware/control/braking.h"
 #include "firmware/control/fixed_motion.h"
+#include "firmware/control/tracking.h"
 #include "firmware/effects/approx.h"
 #include "firmware/friction/displacement.h"
 
@@ -19,18 +22,57 @@ struct ReferencePoint {
   float acceleration = 0.0F;  ///< counts per tick^2, mean over the tick that begins here
 };
 
-/// Plays motion segments one after the other. One writer outside the tick pushes, the tick takes. When the
-/// queue runs dry in motion, or on stop(), the axis is braked with constant deceleration.
+/// A trajectory to rest, in the form that the tick plays.
+struct MotionPlan {
+  static constexpr std::size_t kMost = 16;
+  std::array<MotionSegment, kMost> segments{};
+  std::size_t size = 0;
+};
+
+/// The one reference of the axis. It plays segments of constant jerk: those of a plan, which a trajectory to
+/// a target was made into, or those of a queue, into which a stream of set-points is written. Plans may be
+/// exchanged in motion: the main loop predicts the state some ticks ahead, plans from there, and the tick
+/// takes the plan over at exactly that tick. Whatever happened in between (a stop, a fault) makes the plan
+/// void. When the queue runs dry in motion, or on stop(), the reference brakes to rest from whatever velocity
+/// and acceleration it has, within the deceleration and jerk of BrakingLimits.
+///
+/// One writer outside the tick, the tick preempts it; both share a core.
 class ReferenceGenerator {
  public:
   static constexpr std::uint32_t kCapacity = 16;
+
+  /// What moves. In the unit of MotionSegment.
+  struct Motion {
+    enum class Phase : std::uint8_t { kPlaying, kFollowing, kLeaving, kTracking, kBraking };
+    std::int64_t left = 0;  // ticks of the segment
+    std::int64_t fraction = 0;
+    std::int64_t velocity = 0;
+    std::int64_t acceleration = 0;
+    std::int64_t jerk = 0;
+    std::int32_t shift = 0;
+    std::int32_t counts = 0;
+    const MotionSegment* next = nullptr;  // of the plan
+    const MotionSegment* end = nullptr;
+    std::uint32_t taken = 0;  // of the queue
+    Phase phase = Phase::kPlaying;
+  };
+
+  ReferenceGenerator() = default;
+  // Motion points into the plans.
+  ReferenceGenerator(const ReferenceGenerator&) = delete;
+  ReferenceGenerator& operator=(const ReferenceGenerator&) = delete;
+  ReferenceGenerator(ReferenceGenerator&&) = delete;
+  ReferenceGenerator& operator=(ReferenceGenerator&&) = delete;
+  ~ReferenceGenerator() = default;
+
+  // ---- the queue, outside the tick ----
 
   /// Free places in the queue.
   std::uint32_t free() const {
     return kCapacity - (pushed_.load(std::memory_order_relaxed) - taken_.load(std::memory_order_acquire));
   }
 
-  /// Queues a segment; false when the queue is full or the axis brakes. Outside the tick.
+  /// Queues a segment; false when the queue is full. Outside the tick.
   bool push(const MotionSegment& segment) {
     if (free() == 0 || segment.ticks <= 0) return false;
     const std::uint32_t at = pushed_.load(std::memory_order_relaxed);
@@ -39,142 +81,263 @@ class ReferenceGenerator {
     return true;
   }
 
+  // ---- plans, outside the tick ----
+
+  /// The state of the motion, and when: a plan from it may begin at `tick`, unless something else happens.
+  struct Prediction {
+    Motion motion;
+    std::uint32_t tick = 0;
+    std::uint32_t generation = 0;
+    bool standing = false;
+  };
+  /// `lead` ticks ahead; where the reference stands, at any tick. O(lead).
+  Prediction predict(std::uint32_t lead, const BrakingLimits& limits) const {
+    Prediction ahead;
+    std::uint32_t before = 0;
+    bool whole = false;
+    // The tick may come in between: once, it is far longer than a copy takes. What is torn all the same is
+    // void.
+    for (int attempt = 0; attempt < 3 && !whole; ++attempt) {
+      before = ticks_.load(std::memory_order_acquire);
+      ahead.generation = generation_.load(std::memory_order_relaxed);
+      ahead.motion = motion_;
+      std::atomic_signal_fence(std::memory_order_acquire);
+      whole = ticks_.load(std::memory_order_relaxed) == before;
+    }
+    if (!whole) --ahead.generation;
+    ahead.standing = idle();
+    ahead.tick = before + 1 + lead;
+    for (std::uint32_t i = 0; i < lead && !ahead.standing; ++i) advance(ahead.motion, limits);
+    if (ahead.motion.phase == Motion::Phase::kPlaying && ahead.motion.left == 0) begin_segment(ahead.motion);
+    return ahead;
+  }
+
+  /// The plan to be written next; no other is waiting from now on.
+  MotionPlan& spare_plan() {
+    waiting_.store(false, std::memory_order_relaxed);
+    std::atomic_signal_fence(std::memory_order_seq_cst);
+    return plans_[1 - active_];
+  }
+  /// Lets the tick take the spare plan over. False when the tick it was made for is past.
+  bool arm(const Prediction& from) {
+    start_ = from;
+    std::atomic_signal_fence(std::memory_order_release);
+    waiting_.store(true, std::memory_order_relaxed);
+    return from.standing ||
+           static_cast<std::int32_t>(from.tick - ticks_.load(std::memory_order_relaxed)) > 0 ||
+           !waiting_.load(std::memory_order_relaxed);
+  }
+
+  // ---- commands ----
+
   /// Stands at this position from now on and forgets what was queued.
   void hold(std::int32_t counts) {
-    counts_ = counts;
-    fraction_ = 0;
-    velocity_ = acceleration_ = jerk_ = 0;
-    left_ = 0;
-    phase_ = Phase::kPlaying;
-    forget_queue();
+    motion_ = {.counts = counts, .taken = pushed_.load(std::memory_order_relaxed)};
+    taken_.store(motion_.taken, std::memory_order_relaxed);
+    void_plan();
   }
 
   /// Lies where the axis is and moves as it does, counts per tick: from now on until hold() or stop(), which
   /// then brakes from this velocity. In the tick.
   void follow(std::int32_t counts, float velocity) {
-    counts_ = counts;
+    motion_.counts = counts;
     followed_velocity_ = velocity;
-    left_ = 1;  // not at rest, and nothing of the queue
-    phase_ = Phase::kFollowing;
+    motion_.left = 1;  // not at rest, and nothing of the queue
+    motion_.phase = Motion::Phase::kFollowing;
+    void_plan();
   }
 
-  /// Brakes to standstill from the next point on; what is queued is forgotten.
+  /// Brakes to standstill from the next point on; what is queued or planned is forgotten.
   void stop() {
     // The next tick does the rest: the main loop may call this as well.
-    if (phase_ == Phase::kPlaying) phase_ = Phase::kBraking;
-    if (phase_ == Phase::kFollowing) phase_ = Phase::kLeaving;
+    if (motion_.phase == Motion::Phase::kPlaying || motion_.phase == Motion::Phase::kTracking) {
+      motion_.phase = Motion::Phase::kBraking;
+    }
+    if (motion_.phase == Motion::Phase::kFollowing) motion_.phase = Motion::Phase::kLeaving;
+    void_plan();
     forget_queue();
   }
 
-  bool standing() const { return velocity_ == 0 && left_ == 0; }
-  bool braking() const { return phase_ == Phase::kBraking || phase_ == Phase::kLeaving; }
-  bool idle() const { return standing() && free() == kCapacity; }
-  std::int32_t counts() const { return counts_; }
+  bool standing() const { return motion_.velocity == 0 && motion_.acceleration == 0 && motion_.left == 0; }
+  bool braking() const {
+    return motion_.phase == Motion::Phase::kBraking || motion_.phase == Motion::Phase::kLeaving;
+  }
+  bool idle() const {
+    return standing() && free() == kCapacity && motion_.next == motion_.end && !plan_waits();
+  }
+  /// A plan was armed and is neither taken over nor void.
+  bool plan_waits() const { return waiting_.load(std::memory_order_relaxed); }
+  /// Plans that the tick has taken over since the start.
+  std::uint32_t plans_taken() const { return plans_taken_.load(std::memory_order_relaxed); }
+  std::int32_t counts() const { return motion_.counts; }
+  /// Of a count, 0 to 1.
+  float fraction() const { return fraction_of(motion_); }
   /// How often the queue ran dry in motion.
   std::uint32_t underruns() const { return underruns_; }
 
-  /// Position now; then moves on by one tick. `deceleration`: of stop() and of a queue that ran dry, counts
-  /// per tick^2 x 2^-48, > 0.
-  ReferencePoint next(std::int64_t deceleration) {
-    switch (phase_) {
-      case Phase::kFollowing:
-        return {counts_, 0.0F, followed_velocity_, 0.0F};
-      case Phase::kPlaying:
-        if (left_ == 0) begin_segment(deceleration);
-        break;
-      case Phase::kLeaving:
-        begin_from_followed();
-        brake(deceleration);
-        break;
-      case Phase::kBraking:
-        brake(deceleration);
-        break;
-    }
-    return advance();
-  }
-
- private:
-  enum class Phase : std::uint8_t { kPlaying, kFollowing, kLeaving, kBraking };
-
-  ReferencePoint advance() {
-    ReferencePoint point;
-    point.counts = counts_;
-    point.fraction = static_cast<float>(static_cast<std::uint32_t>(fraction_ >> 16)) * 0x1p-32F;
-    acceleration_ += jerk_;
-    velocity_ += acceleration_;
-    point.acceleration = from_fixed(acceleration_);
-    // The step ahead is the mean velocity over the coming tick; half an increment earlier it is that of now.
-    point.velocity = from_fixed(velocity_) - 0.5F * point.acceleration;
-    fraction_ += velocity_;
-    counts_ = sum(counts_, static_cast<std::int32_t>(fraction_ >> kFractionBits));
-    fraction_ &= (std::int64_t{1} << kFractionBits) - 1;
-    left_ -= left_ > 0 ? 1 : 0;
+  /// Position now; then moves on by one tick towards a stream, within `limits`, from whatever state it is in.
+  /// Without a call in the next tick it brakes.
+  [[gnu::always_inline]] ReferencePoint track(const StreamPoint& stream, const TrackingLimits& limits) {
+    ticks_.store(ticks_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+    if (motion_.phase != Motion::Phase::kTracking) [[unlikely]]
+      begin_tracking();
+    const float last = tracked_step_;
+    const float behind = static_cast<float>(difference(stream.counts, motion_.counts)) + stream.offset -
+                         stream.step - fraction();
+    const float step = tracking_step(behind, stream.step, last, limits);
+    const ReferencePoint point{motion_.counts, fraction(), 0.5F * (step + last), step - last};
+    tracked_step_ = step;
+    const std::int64_t before = motion_.velocity;
+    motion_.velocity = step_to_fixed(step);
+    motion_.acceleration = motion_.velocity - before;
+    move(motion_);
     return point;
   }
 
-  // The followed point is that of the last tick: one tick on, by whole counts, with its velocity to 2^-16 of
-  // a count per tick.
-  void begin_from_followed() {
-    const float velocity = approx::clamp(followed_velocity_, -16384.0F, 16384.0F);
-    counts_ = sum(counts_, static_cast<std::int32_t>(velocity));
-    velocity_ = static_cast<std::int64_t>(static_cast<std::int32_t>(velocity * 0x1p16F)) *
-                (std::int64_t{1} << (kFractionBits - 16));
-    acceleration_ = jerk_ = fraction_ = 0;
-    phase_ = Phase::kBraking;
+  /// Position now; then moves on by one tick. `limits`: of stop() and of a queue that ran dry.
+  [[gnu::always_inline]] ReferencePoint next(const BrakingLimits& limits) {
+    ticks_.store(ticks_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+    if (waiting_.load(std::memory_order_relaxed)) [[unlikely]]
+      take_over();
+    if (motion_.phase == Motion::Phase::kFollowing) return {motion_.counts, 0.0F, followed_velocity_, 0.0F};
+    if (motion_.phase == Motion::Phase::kTracking) motion_.phase = Motion::Phase::kBraking;
+    if (motion_.phase == Motion::Phase::kLeaving) begin_from_followed();
+    const bool played = motion_.phase == Motion::Phase::kPlaying;
+    const ReferencePoint point = advance(motion_, limits);
+    if (played && braking()) ++underruns_;
+    taken_.store(motion_.taken, std::memory_order_relaxed);
+    return point;
   }
 
-  // Writer and tick share a core: nothing but the order of the compiler matters.
+ private:
+  // Inlined: the tick has one call of it.
+  [[gnu::always_inline]] ReferencePoint advance(Motion& motion, const BrakingLimits& limits) const {
+    if (motion.phase == Motion::Phase::kPlaying && motion.left == 0) begin_segment(motion);
+    if (motion.phase == Motion::Phase::kBraking) brake(motion, limits);
+    ReferencePoint point;
+    point.counts = motion.counts;
+    point.fraction = fraction_of(motion);
+    motion.acceleration += motion.jerk;
+    const std::int64_t acceleration = shifted_down(motion.acceleration, motion.shift);
+    motion.velocity += acceleration;
+    point.acceleration = from_fixed(acceleration);
+    // The step ahead is the mean velocity over the coming tick; half an increment earlier it is that of now.
+    point.velocity = from_fixed(motion.velocity) - 0.5F * point.acceleration;
+    move(motion);
+    if (motion.left != 0) --motion.left;
+    return point;
+  }
+
+  static float fraction_of(const Motion& motion) {
+    return static_cast<float>(static_cast<std::uint32_t>(motion.fraction >> (kFractionBits - 32))) * 0x1p-32F;
+  }
+
+  [[gnu::always_inline]] static void move(Motion& motion) {
+    motion.fraction += motion.velocity;
+    motion.counts = sum(motion.counts, static_cast<std::int32_t>(motion.fraction >> kFractionBits));
+    motion.fraction &= (std::int64_t{1} << kFractionBits) - 1;
+  }
+
+  // A stream takes over: nothing that was planned or queued is played after it.
+  void begin_tracking() {
+    motion_.phase = Motion::Phase::kTracking;
+    motion_.left = 0;
+    motion_.jerk = 0;
+    motion_.shift = 0;
+    motion_.next = motion_.end;
+    tracked_step_ = from_fixed(motion_.velocity);
+    void_plan();
+    forget_queue();
+  }
+
+  // With 30 binary places: |counts| < kLargestRate, of which a float has no more.
+  static std::int64_t step_to_fixed(float counts) {
+    const auto whole = static_cast<std::int32_t>(counts);
+    const auto rest = static_cast<std::int32_t>((counts - static_cast<float>(whole)) * 0x1p30F);
+    return whole * (std::int64_t{1} << kFractionBits) + rest * (std::int64_t{1} << (kFractionBits - 30));
+  }
+
+  // The followed point is that of the last tick: one tick on, by whole counts, with its velocity to 2^-12 of
+  // a count per tick.
+  void begin_from_followed() {
+    const float velocity = approx::clamp(followed_velocity_, -kLargestRate, kLargestRate);
+    motion_.counts = sum(motion_.counts, static_cast<std::int32_t>(velocity));
+    motion_.velocity = static_cast<std::int64_t>(static_cast<std::int32_t>(velocity * 0x1p12F)) *
+                       (std::int64_t{1} << (kFractionBits - 12));
+    motion_.acceleration = motion_.jerk = motion_.fraction = 0;
+    motion_.shift = 0;
+    motion_.phase = Motion::Phase::kBraking;
+  }
+
+  void void_plan() {
+    generation_.store(generation_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+  }
+
   void forget_queue() {
     const std::uint32_t pushed = pushed_.load(std::memory_order_relaxed);
     std::atomic_signal_fence(std::memory_order_acq_rel);
+    motion_.taken = pushed;
     taken_.store(pushed, std::memory_order_relaxed);
   }
 
-  void begin_segment(std::int64_t deceleration) {
-    const std::uint32_t at = taken_.load(std::memory_order_relaxed);
-    // Writer and tick share a core: what keeps the compiler from changing the order is enough.
+  // A plan that was made for this tick, and that nothing has made void.
+  void take_over() {
+    std::atomic_signal_fence(std::memory_order_acquire);
+    const auto early = static_cast<std::int32_t>(start_.tick - ticks_.load(std::memory_order_relaxed));
+    const bool is_void = start_.generation != generation_.load(std::memory_order_relaxed);
+    if (!is_void && !start_.standing && early > 0) return;
+    waiting_.store(false, std::memory_order_relaxed);
+    if (is_void || (!start_.standing && early < 0)) return;
+    plans_taken_.store(plans_taken_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+    active_ = 1 - active_;
+    motion_.next = plans_[active_].segments.data();
+    motion_.end = motion_.next + plans_[active_].size;
+    motion_.left = 0;
+    motion_.phase = Motion::Phase::kPlaying;
+  }
+
+  void begin_segment(Motion& motion) const {
+    if (motion.next != motion.end) return load(motion, *motion.next++);
     const std::uint32_t pushed = pushed_.load(std::memory_order_relaxed);
     std::atomic_signal_fence(std::memory_order_acquire);
-    if (at == pushed) {
-      jerk_ = 0;
-      acceleration_ = 0;
-      if (velocity_ == 0) return;
-      phase_ = Phase::kBraking;
-      ++underruns_;
-      brake(deceleration);
-      return;
-    }
-    const MotionSegment& segment = queue_[at % kCapacity];
-    left_ = segment.ticks;
-    velocity_ = segment.velocity;
-    acceleration_ = segment.acceleration;
-    jerk_ = segment.jerk;
-    if (segment.sets_position) {
-      counts_ = segment.start_counts;
-      fraction_ = segment.start_fraction;
-    }
-    std::atomic_signal_fence(std::memory_order_release);
-    taken_.store(at + 1, std::memory_order_relaxed);
+    if (motion.taken != pushed) return load(motion, queue_[motion.taken++ % kCapacity]);
+    motion.jerk = 0;
+    if (motion.velocity != 0 || motion.acceleration != 0) motion.phase = Motion::Phase::kBraking;
+  }
+
+  static void load(Motion& motion, const MotionSegment& segment) {
+    motion.left = segment.ticks;
+    motion.velocity = segment.velocity;
+    motion.acceleration = segment.acceleration;
+    motion.jerk = segment.jerk;
+    motion.shift = segment.shift;
+    if (!segment.sets_position) return;
+    motion.counts = segment.start_counts;
+    motion.fraction = segment.start_fraction;
   }
 
   // What is queued while the axis brakes waits for the tick after it has come to rest.
-  void brake(std::int64_t deceleration) {
-    jerk_ = 0;
-    left_ = 0;
-    acceleration_ =
-        velocity_ > deceleration ? -deceleration : (velocity_ < -deceleration ? deceleration : -velocity_);
-    if (velocity_ == 0) phase_ = Phase::kPlaying;
+  void brake(Motion& motion, const BrakingLimits& limits) const {
+    const std::int64_t acceleration = shifted_down(motion.acceleration, motion.shift);
+    motion.jerk = 0;
+    motion.left = 0;
+    motion.shift = 0;
+    motion.next = motion.end;
+    motion.acceleration = braking_acceleration(motion.velocity, acceleration, limits);
+    if (motion.velocity == 0 && motion.acceleration == 0) motion.phase = Motion::Phase::kPlaying;
   }
 
-  std::int32_t counts_ = 0;
-  std::int32_t left_ = 0;
-  std::int64_t fraction_ = 0;
-  std::int64_t velocity_ = 0;
-  std::int64_t acceleration_ = 0;
-  std::int64_t jerk_ = 0;
-  Phase phase_ = Phase::kPlaying;
+  Motion motion_;
   float followed_velocity_ = 0.0F;
+  float tracked_step_ = 0.0F;
   std::uint32_t underruns_ = 0;
+  std::atomic<std::uint32_t> ticks_{0};
+  std::atomic<std::uint32_t> generation_{0};  // of the motion: counts what no prediction has foreseen
+  std::atomic<bool> waiting_{false};
+  std::atomic<std::uint32_t> plans_taken_{0};
+  Prediction start_;
+  std::size_t active_ = 0;
+  std::array<MotionPlan, 2> plans_{};
   std::atomic<std::uint32_t> pushed_{0};
   std::atomic<std::uint32_t> taken_{0};
   std::array<MotionSegment, kCapacity> queue_{};

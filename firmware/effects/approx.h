@@ -173,4 +173,9 @@ constexpr Real square_root(Real a) {
   return root;
 }
 
+/// Square root of a >= 0, correctly rounded: one instruction where the processor has it. For the tick.
+inline float fast_square_root(float a) {
+  return __builtin_sqrtf(a);
+}
+
 }  // namespace slipstack::approx

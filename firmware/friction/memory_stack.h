@@ -28,8 +28,7 @@ namespace slipstack {
 // Displacements are absolute (encoder counts or metres) and no differences are summed: nothing drifts. Counts
 // may wrap around; the travel away from the place of the reset must stay below 2^30 counts.
 //
-// step() is bounded: at most (Depth + 1) / 2 loops close. This is the readable reference for every curve;
-// RationalMemoryStack is the fast form for one curve.
+// step() is bounded: at most (Depth + 1) / 2 loops close. For every curve.
 //
 // Source: Symens, Al-Bender, Swevers, Van Brussel, Harmonic analysis of a mass subject to hysteretic friction
 // (Rules I and II, wiping-out).

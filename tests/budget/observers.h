@@ -7,7 +7,6 @@
 #include "firmware/friction/maxwell_slip.h"
 #include "firmware/friction/memory_stack.h"
 #include "firmware/friction/packed_maxwell_slip.h"
-#include "firmware/friction/rational_memory_stack.h"
 #include "firmware/friction/virgin_curves.h"
 #include "tests/budget/friction_model.h"
 #include "tests/budget/stages.h"
@@ -34,7 +33,6 @@ inline PackedMaxwellSlip<10> packed_maxwell_slip;
 inline PackedMaxwellSlip<6> packed_maxwell_slip_6;
 inline MemoryStack<RationalCurve<float>, 16, std::int32_t> memory_stack{kRational};
 inline MemoryStack<PiecewiseLinearCurve<10, float>, 16, std::int32_t> piecewise_stack{{}};
-inline RationalMemoryStack<16> rational_memory_stack{kRational};
 
 template <auto& model>
 inline constexpr auto kReset = [](std::int32_t x) { model.reset(x); };
@@ -65,10 +63,11 @@ inline constexpr std::array kObservers = {
     Observer{"packed_maxwell_slip_6", kReset<packed_maxwell_slip_6>, step<packed_maxwell_slip_6>},
     Observer{"memory_stack_rational_16", kReset<memory_stack>, step<memory_stack>},
     Observer{"memory_stack_piecewise_16", kReset<piecewise_stack>, step<piecewise_stack>},
-    Observer{"rational_memory_stack_16", kReset<rational_memory_stack>, step<rational_memory_stack>},
     Observer{"friction_model_all_effects", reset_friction_model, step_friction_model, move_friction_model},
     Observer{"stage_state_estimate", reset_stages, step_estimate},
     Observer{"stage_reference", reset_stages, step_reference, fill_reference},
+    Observer{"stage_stream", reset_stages, step_stream, fill_stream},
+    Observer{"stage_tracking", reset_stages, step_tracking, move_stream},
     Observer{"stage_feedforward", reset_stages, step_feedforward, move_feedforward},
     Observer{"stage_feedback", reset_stages, step_feedback, move_feedforward},
     Observer{"stage_fault_monitor", reset_stages, step_monitor},

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "firmware/control/cyclic_position.h"
 #include "firmware/control/feedback.h"
 #include "firmware/control/feedforward.h"
 #include "tests/budget/friction_model.h"
@@ -11,7 +12,8 @@
 // The stages of the tick one by one, each as a function that is not inlined, driven by a position.
 namespace slipstack::budget {
 
-inline FrictionModel<float> friction_model;
+// Beside the tick there is no room for it; of zeros, as the memory in the emulator begins.
+[[gnu::section(".trace")]] inline FrictionModel<float> friction_model;
 
 struct Stages {
   AxisParameters axis = everything_on();
@@ -35,10 +37,14 @@ struct Stages {
       .velocity_N_s_per_m = 6000.0F,
       .integral_per_tick = 4.0e-3F,
       .notch = {Notch::gains(180.0F, 0.2F, 0.1F, 1.0e-4F), Notch::gains(410.0F, 0.1F, 0.2F, 1.0e-4F)}};
-  std::int64_t braking = to_fixed(0.15F);
+  BrakingLimits braking = braking_limits(0.15F, 0.0015F);
   std::int32_t stop_timeout_ticks = 100;
   StateEstimate estimate;
-  ReferenceGenerator reference;
+  // Those of the tick: a second one of each would not fit the memory beside it.
+  ReferenceGenerator& reference = tick_under_test.controller().reference();
+  CyclicPosition& cyclic = tick_under_test.controller().cyclic_position();
+  StreamPoint stream;
+  TrackingLimits tracking = TrackingLimits::of(300.0F, 0.5F);
   ReferencePoint point;
   FeedForward feedforward;
   Feedback feedback;
@@ -77,6 +83,26 @@ inline void fill_reference(std::int32_t x) {
                                              .jerk = to_fixed(0.001F),
                                              .sets_position = choice % 2 == 0}));
   }
+}
+// SYNC every ten ticks; some set-points are missing, and sometimes the stream begins anew.
+inline void fill_stream(std::int32_t x) {
+  if (++stages.ticks % 10 != 0) return;
+  CyclicPosition& cyclic = stages.cyclic;
+  cyclic.set_period(10.0F, 1.0e-4F, 300.0F, 0.5F);
+  if (stages.ticks % 500 == 0) cyclic.stop();
+  if (stages.ticks % 500 == 20) cyclic.start();
+  cyclic.sync(stages.ticks, stages.ticks % 170 != 0, x);
+}
+[[gnu::noinline]] inline float step_stream(std::int32_t) {
+  return stages.cyclic.step(stages.ticks) ? 1.0F : 0.0F;
+}
+inline void move_stream(std::int32_t x) {
+  stages.stream.step = static_cast<float>(x % 100) * 0.01F;
+  stages.stream.counts = x;
+}
+[[gnu::noinline]] inline float step_tracking(std::int32_t) {
+  stages.point = stages.reference.track(stages.stream, stages.tracking);
+  return stages.point.velocity;
 }
 [[gnu::noinline]] inline float step_reference(std::int32_t) {
   stages.point = stages.reference.next(stages.braking);

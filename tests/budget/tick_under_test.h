@@ -15,8 +15,8 @@ namespace slipstack::budget {
 inline Tick tick_under_test(memory_encoder, memory_motor, memory_clock, memory_watchdog);
 
 // What the world does between two ticks: the axis follows its reference with an error, commands and moves
-// come at random, position and torque mode take turns, parameters are changed in motion, sensors fail now
-// and then.
+// come at random, position, cyclic position and torque mode take turns, parameters are changed in motion,
+// sensors fail now and then.
 class TickScenario {
  public:
   void reset(std::int32_t start) {
@@ -41,6 +41,7 @@ class TickScenario {
       const auto target_N = static_cast<float>(random_.below(200)) - 100.0F;
       controller.set_torque(target_N, 0.1F * target_N);
     }
+    synchronise(controller);
     const DriveState state = controller.state().state();
     if (state != DriveState::kOperationEnabled) {
       constexpr std::uint32_t kUp[] = {0x0080, 0x0006, 0x0007, 0x000F};
@@ -49,7 +50,7 @@ class TickScenario {
       controller.command_all(options_ | (random_.below(2) == 0 ? 0x000BU : 0x0000U));
     } else {
       controller.command_all(options_ | 0x000FU);
-      if (controller.reference().idle()) {
+      if (!streaming_ && controller.reference().idle()) {
         static_cast<void>(controller.move_to(static_cast<std::int32_t>(random_.below(300000))));
       }
     }
@@ -63,7 +64,32 @@ class TickScenario {
   }
 
  private:
+  // SYNC every ten ticks, some late and some lost; a stream that begins somewhere, accelerates and ends.
+  void synchronise(Controller& controller) {
+    CyclicPosition& cyclic = controller.cyclic_position();
+    const AxisParameters& axis = controller.parameters().axis;
+    const ControlSet& set = controller.parameters();
+    cyclic.set_period(10.0F, axis.tick_s, axis.velocity_limit_mps / set.mps_per_count,
+                      axis.acceleration_limit_mps2 / set.mps2_per_count);
+    if (random_.below(1500) == 0) {
+      streaming_ = !streaming_;
+      target_ = controller.reference().counts() + static_cast<std::int32_t>(random_.below(2000)) - 1000;
+      velocity_ = 0;
+      if (streaming_) cyclic.start();
+      if (!streaming_) cyclic.stop();
+    }
+    if (ticks_ % 10 == 0) sync_at_ = ticks_ + random_.below(4) / 3;
+    if (ticks_ != sync_at_ || random_.below(30) == 0) return;
+    velocity_ += static_cast<std::int32_t>(random_.below(41)) - 20;
+    target_ += velocity_;
+    cyclic.sync(controller.ticks(), streaming_ && random_.below(30) != 0, target_);
+  }
+
   Random random_{0xBADCAB1E};
+  bool streaming_ = false;
+  std::int32_t target_ = 0;
+  std::int32_t velocity_ = 0;
+  std::uint32_t sync_at_ = 0;
   std::uint32_t ticks_ = 0;
   std::uint32_t options_ = 0;  // kTorqueMode, kReleaseOnFault, kLostStops
 };

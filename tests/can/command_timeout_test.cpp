@@ -50,8 +50,9 @@ TEST_F(SilentMaster, InTorqueModeTheAxisStops) {
   EXPECT_EQ(bench_.read(0x6041, 0) & 0x6F, 0x40U) << "quick stop, then switch on disabled";
   EXPECT_FALSE(driving());
   EXPECT_LT(std::abs(velocity()), 1e-3);
-  // 0.2 m/s and 1 m/s2 for 50 ms, then braked with 15 m/s2.
-  EXPECT_LT(position_m() - pushed_to_m_, 0.02);
+  // 0.2 m/s and 1 m/s2 for 50 ms: 11 mm; then 0.25 m/s to rest within the jerk limit of 200 m/s3, which never
+  // reaches 15 m/s2: v sqrt(v / j) = 9 mm.
+  EXPECT_LT(position_m() - pushed_to_m_, 0.023);
   EXPECT_GT(position_m() - pushed_to_m_, 0.005);
 }
 

@@ -152,11 +152,13 @@ TEST_F(Torque, QuickStopBrakesFromTheVelocityOfTheAxis) {
   EXPECT_EQ(status() & 0x4F, 0x40U);
   EXPECT_FALSE(bench_.loop->motor.enabled);
   EXPECT_NEAR(velocity(), 0.0, 0.02);
-  // v^2 / 2a, and what settling adds.
+  // Half the velocity over 2 sqrt(v / j), as the deceleration limit is not reached; and what settling adds.
   const double way = bench_.loop->plant.position_m() - from;
-  const auto deceleration = static_cast<double>(bench_.loop->controller().parameters().axis.quick_stop_mps2);
-  EXPECT_GT(way, 0.8 * begin * begin / (2.0 * deceleration));
-  EXPECT_LT(way, 1.5 * begin * begin / (2.0 * deceleration) + 1e-3);
+  const AxisParameters& axis = bench_.loop->controller().parameters().axis;
+  const auto jerk = static_cast<double>(axis.jerk_limit_mps3);
+  ASSERT_LT(std::sqrt(begin * jerk), static_cast<double>(axis.quick_stop_mps2));
+  EXPECT_GT(way, 0.8 * begin * std::sqrt(begin / jerk));
+  EXPECT_LT(way, 1.3 * begin * std::sqrt(begin / jerk) + 1e-3);
   EXPECT_EQ(bench_.read(0x603F, 0), 0U);
 }
 

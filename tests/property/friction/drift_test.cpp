@@ -12,7 +12,6 @@
 #include "firmware/friction/maxwell_slip.h"
 #include "firmware/friction/memory_stack.h"
 #include "firmware/friction/packed_maxwell_slip.h"
-#include "firmware/friction/rational_memory_stack.h"
 #include "tests/budget/motion.h"
 
 namespace slipstack::test {
@@ -70,11 +69,6 @@ TEST(Drift, PackedMaxwellSlip) {
 
 TEST(Drift, MemoryStack) {
   MemoryStack<RationalCurve<float>, 64, std::int32_t> model({15.0F, 12.0F});
-  expect_no_drift(model, 0);
-}
-
-TEST(Drift, RationalMemoryStack) {
-  RationalMemoryStack<64> model({15.0F, 12.0F});
   expect_no_drift(model, 0);
 }
 

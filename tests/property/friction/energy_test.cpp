@@ -11,7 +11,6 @@
 #include "firmware/friction/maxwell_slip.h"
 #include "firmware/friction/memory_stack.h"
 #include "firmware/friction/packed_maxwell_slip.h"
-#include "firmware/friction/rational_memory_stack.h"
 #include "tests/property/friction/motion.h"
 #include "tests/property/friction/oracles.h"
 
@@ -123,11 +122,9 @@ TEST(Energy, IsNeverCreatedByTheMemoryStack) {
       MemoryStack<RationalCurve<double>, 256, std::int32_t> deep({15.0, 12.0});
       MemoryStack<RationalCurve<double>, 4, std::int32_t> shallow({15.0, 12.0});
       MemoryStack<ExponentialCurve<float>, 6, std::int32_t> in_float({15.0F, 9.0F});
-      RationalMemoryStack<6> fast({15.0F, 12.0F});
       expect_passive(deep, seed, range, 0.0);
       expect_passive(shallow, seed, range, 0.0);
       expect_passive(in_float, seed, range, 1e-4);
-      expect_passive(fast, seed, range, 1e-4);
     }
   }
 }

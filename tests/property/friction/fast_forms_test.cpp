@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The fast forms of the target against the readable ones.
+// The packed form of the target against the readable one.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -8,9 +8,7 @@
 #include <random>
 
 #include "firmware/friction/maxwell_slip.h"
-#include "firmware/friction/memory_stack.h"
 #include "firmware/friction/packed_maxwell_slip.h"
-#include "firmware/friction/rational_memory_stack.h"
 #include "tests/property/friction/motion.h"
 
 namespace slipstack::test {
@@ -94,74 +92,6 @@ TEST(PackedMaxwellSlip, FitsTheLargestForceIntoItsSum) {
   const double expected = 10 * 3.7 * kSlip;
   EXPECT_NEAR(static_cast<double>(packed.step(1000000)) / expected, 1.0, 1e-4);
   EXPECT_NEAR(static_cast<double>(packed.step(-1000000)) / expected, -1.0, 1e-4);
-}
-
-template <std::size_t Depth>
-void expect_fast_stack_agrees(std::uint64_t seed, std::int32_t range) {
-  constexpr double kHeight = 15.0;
-  MemoryStack<RationalCurve<double>, Depth, std::int32_t> reference({kHeight, 12.0});
-  RationalMemoryStack<Depth> fast({static_cast<float>(kHeight), 12.0F});
-  NestedMotion motion(seed, range);
-  double worst = 0;
-  std::size_t deepest = 0;
-  for (int i = 0; i < 200000; ++i) {
-    const std::int32_t x = motion.next();
-    worst = std::max(worst, std::abs(static_cast<double>(fast.step(x)) - reference.step(x)));
-    ASSERT_EQ(fast.depth(), reference.depth()) << "seed " << seed << " step " << i;
-    ASSERT_EQ(fast.overflow_count(), reference.overflow_count()) << "seed " << seed << " step " << i;
-    ASSERT_EQ(fast.position(), x);
-    deepest = std::max(deepest, fast.depth());
-  }
-  EXPECT_EQ(deepest, Depth);
-  // Half a unit in the last place of 2 h0 at each reversal held, and the worst of 200 000 steps.
-  const double bound = static_cast<double>(Depth + 2) * kHeight * 0x1p-23;
-  EXPECT_LT(worst, bound);
-  EXPECT_GT(worst, kHeight * 0x1p-25);
-}
-
-TEST(RationalMemoryStack, AgreesWithMemoryStack) {
-  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
-    expect_fast_stack_agrees<2>(seed, 100);
-    expect_fast_stack_agrees<4>(seed, 100);
-    expect_fast_stack_agrees<6>(seed, 20);
-    expect_fast_stack_agrees<10>(seed, 100);
-    expect_fast_stack_agrees<16>(seed, 100);
-    expect_fast_stack_agrees<16>(seed, 1000);
-    expect_fast_stack_agrees<32>(seed, 100);
-  }
-}
-
-// Every depth, every number of loops closed at once, on either side, with and without a reversal in the same
-// step.
-TEST(RationalMemoryStack, ClosesAnyNumberOfLoopsInOneStep) {
-  for (std::int32_t reversals = 0; reversals <= 18; ++reversals) {
-    for (std::int32_t target = -200; target <= 200; ++target) {
-      MemoryStack<RationalCurve<double>, 16, std::int32_t> reference({15.0, 12.0});
-      RationalMemoryStack<16> fast({15.0F, 12.0F});
-      const auto both = [&](std::int32_t x) {
-        const double expected = reference.step(x);
-        ASSERT_NEAR(static_cast<double>(fast.step(x)), expected, 5e-5);
-        ASSERT_EQ(fast.depth(), reference.depth()) << reversals << " " << target;
-      };
-      for (std::int32_t i = 0; i <= reversals; ++i) both((i % 2 == 0 ? 1 : -1) * (190 - 10 * i));
-      both(target);
-      both(target + (target % 2 == 0 ? 3 : -3));
-      both(-target);
-    }
-  }
-}
-
-// The closed loop returns to the bit here as well: the older branch is computed anew from what it was.
-TEST(RationalMemoryStack, ClosedLoopsReturnExactly) {
-  RationalMemoryStack<16> stack({15.0F, 12.0F});
-  NestedMotion motion(3, 30);
-  for (int loop = 0; loop < 2000; ++loop) {
-    stack.step(100);
-    stack.step(-80);
-    const float top = stack.step(70);
-    for (int i = 0; i < 20; ++i) stack.step(motion.next());
-    ASSERT_EQ(stack.step(70), top);
-  }
 }
 
 }  // namespace

@@ -8,12 +8,13 @@
 #include <random>
 
 #include "firmware/control/motion_plan.h"
+#include "firmware/control/point_to_point.h"
 
 namespace slipstack {
 namespace {
 
 ReferencePoint next(ReferenceGenerator& generator) {
-  static const std::int64_t kBraking = to_fixed(0.2F);
+  static const BrakingLimits kBraking = braking_limits(0.2F, 0.2F);
   return generator.next(kBraking);
 }
 
@@ -21,96 +22,13 @@ double position(const ReferencePoint& point) {
   return static_cast<double>(point.counts) + static_cast<double>(point.fraction);
 }
 
-struct Seen {
-  double velocity = 0.0, acceleration = 0.0, jerk = 0.0, step = 0.0;
-  int ticks = 0;
-};
-
-// Plays to the end and measures by differences of the positions, apart from what the generator says.
-Seen play(ReferenceGenerator& generator) {
-  Seen seen;
-  double x1 = generator.counts();
-  double v1 = 0.0, a1 = 0.0;
-  do {
-    const ReferencePoint point = next(generator);
-    const double v = position(point) - x1;
-    const double a = v - v1;
-    if (seen.ticks > 0) {
-      seen.velocity = std::max(seen.velocity, std::abs(v));
-      seen.acceleration = std::max(seen.acceleration, std::abs(a));
-      seen.jerk = std::max(seen.jerk, std::abs(a - a1));
-    }
-    x1 = position(point);
-    v1 = v;
-    a1 = a;
-    ++seen.ticks;
-  } while (!generator.idle() && seen.ticks < 3000000);
-  return seen;
-}
-
-TEST(Move, EndsExactlyAtItsTargetWithinItsLimits) {
-  std::mt19937 random(3);
-  const auto log_uniform = [&random](double low, double high) {
-    return std::exp(std::uniform_real_distribution<double>(std::log(low), std::log(high))(random));
-  };
-  double fastest = 0.0, hardest = 0.0;
-  for (int i = 0; i < 400; ++i) {
-    ReferenceGenerator generator;
-    const auto start = static_cast<std::int32_t>(random());
-    generator.hold(start);
-    const auto way = static_cast<std::int32_t>(log_uniform(1.0, 3e6)) * (i % 2 == 0 ? 1 : -1);
-    const MotionLimits limits{static_cast<float>(log_uniform(3.0, 300.0)),
-                              static_cast<float>(log_uniform(1e-2, 2.0)),
-                              static_cast<float>(log_uniform(1e-4, 0.1))};
-    const auto target =
-        static_cast<std::int32_t>(static_cast<std::uint32_t>(start) + static_cast<std::uint32_t>(way));
-    ASSERT_EQ(plan_move(generator, target, limits), PlanStatus::kOk);
-    // The counter may wrap on the way: measured from where it starts.
-    ReferenceGenerator from_zero;
-    from_zero.hold(0);
-    ASSERT_EQ(plan_move(from_zero, way, limits), PlanStatus::kOk);
-    const Seen seen = play(from_zero);
-    ASSERT_EQ(from_zero.counts(), way);
-    // The final correction is below 2^-8 count; fractions come as floats: 2^-20 for 1e6 counts is not seen.
-    const double slack = 0.01;
-    ASSERT_LE(seen.velocity, static_cast<double>(limits.velocity) * 1.0001 + slack) << i;
-    ASSERT_LE(seen.acceleration, static_cast<double>(limits.acceleration) * 1.0001 + slack) << i;
-    ASSERT_LE(seen.jerk, static_cast<double>(limits.jerk) * 1.0001 + slack) << i;
-    fastest = std::max(fastest, seen.velocity / static_cast<double>(limits.velocity));
-    hardest = std::max(hardest, seen.acceleration / static_cast<double>(limits.acceleration));
-    while (!generator.idle()) next(generator);
-    ASSERT_EQ(generator.counts(), target);
-  }
-  // The limits are used, not merely kept.
-  EXPECT_GT(fastest, 0.95);
-  EXPECT_GT(hardest, 0.95);
-}
-
-TEST(Move, TakesTheTimeOfTheClosedForm) {
-  ReferenceGenerator generator;
-  generator.hold(0);
-  // v = 20, a = 0.1, j = 0.001 in counts and ticks: 100 + 200 + 100000 / 20.
-  ASSERT_EQ(plan_move(generator, 100000, {20.0F, 0.1F, 0.001F}), PlanStatus::kOk);
-  EXPECT_NEAR(play(generator).ticks, 5300, 3);
-}
-
-TEST(Move, SaysWhatIsWrong) {
-  ReferenceGenerator generator;
-  generator.hold(5);
-  EXPECT_EQ(plan_move(generator, 5, {1.0F, 1.0F, 1.0F}), PlanStatus::kNothingToDo);
-  EXPECT_EQ(plan_move(generator, 9, {0.0F, 1.0F, 1.0F}), PlanStatus::kBadLimits);
-  EXPECT_EQ(plan_move(generator, 9, {1.0F, std::nanf(""), 1.0F}), PlanStatus::kBadLimits);
-  EXPECT_EQ(plan_move(generator, 200000000, {1e3F, 1.0F, 1.0F}), PlanStatus::kTooLong);
-  EXPECT_EQ(plan_move(generator, 9, {1e-6F, 1.0F, 1.0F}), PlanStatus::kTooLong);
-  EXPECT_EQ(plan_move(generator, 900, {1.0F, 0.1F, 0.1F}), PlanStatus::kOk);
-  EXPECT_EQ(plan_move(generator, 0, {1.0F, 0.1F, 0.1F}), PlanStatus::kBusy);
-}
-
 TEST(Generator, BrakesFromAnywhereWithTheGivenDeceleration) {
   for (int stop_at = 50; stop_at < 900; stop_at += 50) {
     ReferenceGenerator generator;
     generator.hold(0);
-    ASSERT_EQ(plan_move(generator, -20000, {40.0F, 0.1F, 0.001F}), PlanStatus::kOk);
+    PointToPoint moves;
+    const BrakingLimits braking = braking_limits(0.2F, 0.2F);
+    ASSERT_EQ(moves.move(generator, -20000, {40.0F, 0.1F, 0.1F, 0.001F}, braking), PlanStatus::kOk);
     ReferencePoint point;
     for (int i = 0; i < stop_at; ++i) point = next(generator);
     const double before = static_cast<double>(point.velocity);
@@ -201,6 +119,27 @@ TEST(Stream, PassesItsSetpointsSmoothly) {
   for (int i = 0; i < 100000 && !generator.idle(); ++i) next(generator);
   EXPECT_TRUE(generator.idle());
   EXPECT_EQ(generator.underruns(), 1U);
+}
+
+// 2 m/s on an encoder of 1 nm, set-points every 2 ms.
+TEST(Stream, TakesTheSetpointsOfAFineEncoder) {
+  constexpr int kPeriod = 20;
+  constexpr std::int32_t kStep = 200000 * kPeriod;
+  ReferenceGenerator generator;
+  generator.hold(-1000000000);
+  SetpointStream stream;
+  stream.start(generator, kPeriod);
+  double last = 0.0;
+  for (int k = 1; k < 400; ++k) {
+    ASSERT_TRUE(stream.push(generator, -1000000000 + k * kStep)) << k;
+    for (int i = 0; i < kPeriod; ++i) {
+      const double x = position(next(generator));
+      if (k > 6) {
+        ASSERT_NEAR(x - last, 200000.0, 1e-2) << k << ' ' << i;
+      }
+      last = x;
+    }
+  }
 }
 
 // A constant acceleration, sampled with fractions of counts, comes out as one.

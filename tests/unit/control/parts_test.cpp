@@ -214,6 +214,37 @@ ModelParameters plain_model(float mass_kg) {
   return model;
 }
 
+// Positions of the reference are counted in the encoder's counts: what they cannot represent is refused, with
+// the reason, before anything moves.
+TEST(Parameters, AnEncoderIsRefusedThatTheReferenceCannotCount) {
+  ModelParameters model{};
+  auto& inertia = std::get<EffectParameters<Inertia<float>, float>>(model);
+  inertia.enabled = true;
+  inertia.gains = {35.0F};
+  AxisParameters axis;
+  for (const float resolution_m : {1e-9F, 5e-9F, 1e-8F, 1e-6F, 1e-4F}) {
+    axis.encoder_resolution_m = resolution_m;
+    EXPECT_EQ(check(axis, model), ParameterStatus::kOk) << resolution_m;
+  }
+  // 2 m/s at 10 kHz are 2^18 counts per tick of 0.763 nm.
+  axis.encoder_resolution_m = 0.77e-9F;
+  EXPECT_EQ(check(axis, model), ParameterStatus::kOk);
+  axis.encoder_resolution_m = 0.75e-9F;
+  EXPECT_EQ(check(axis, model), ParameterStatus::kEncoderTooFine);
+  axis.velocity_limit_mps = 1.9F;
+  EXPECT_EQ(check(axis, model), ParameterStatus::kOk);
+  axis = {};
+  axis.encoder_resolution_m = 1e-9F;
+  axis.quick_stop_mps2 = 1000.0F;
+  axis.acceleration_limit_mps2 = 1000.0F;
+  EXPECT_EQ(check(axis, model), ParameterStatus::kOk);
+  axis = {};
+  axis.encoder_resolution_m = 1e-3F;
+  axis.tick_s = 2e-5F;
+  axis.jerk_limit_mps3 = 1.0F;
+  EXPECT_EQ(check(axis, model), ParameterStatus::kEncoderTooCoarse);
+}
+
 TEST(Parameters, NothingOutOfBoundsPasses) {
   const AxisParameters good;
   EXPECT_EQ(check(good, plain_model(35.0F)), ParameterStatus::kOk);

@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <random>
 
-#include "firmware/friction/rational_memory_stack.h"
 #include "firmware/friction/virgin_curves.h"
 
 namespace slipstack {
@@ -15,7 +14,6 @@ namespace {
 
 using Real = double;
 using Stack = MemoryStack<RationalCurve<Real>, 16, std::int32_t>;
-using FastStack = RationalMemoryStack<16>;
 
 constexpr double kHeight = 100.0;
 constexpr double kDelta = 10.0;
@@ -147,26 +145,6 @@ TEST(MemoryStack, TakesMetres) {
   const auto curve = [](double x) { return 15.0 * (1 - 12e-6 * 12e-6 / ((x + 12e-6) * (x + 12e-6))); };
   EXPECT_NEAR(stack.step(40e-6), curve(40e-6), 1e-12);
   EXPECT_NEAR(stack.step(-3e-6), curve(40e-6) - 2 * curve(21.5e-6), 1e-12);
-}
-
-// The fast form on the same course, position by position.
-TEST(RationalMemoryStack, FollowsTheSameRules) {
-  Stack stack = make_stack();
-  FastStack fast({static_cast<float>(kHeight), static_cast<float>(kDelta)});
-  stack.reset(1000);
-  fast.reset(1000);
-  EXPECT_EQ(fast.force_N(), 0.0F);
-  for (const std::int32_t x :
-       {0, -5, -5, 40, 30, 16, 25, 25, 20, 24, 5, 45, -44, -45, -20, -46, 100, 0, 3, -101, 7}) {
-    const double expected = stack.step(1000 + x);
-    EXPECT_NEAR(static_cast<double>(fast.step(1000 + x)), expected, 1e-4) << x;
-    EXPECT_EQ(fast.depth(), stack.depth()) << x;
-    EXPECT_EQ(fast.position(), 1000 + x);
-    EXPECT_NEAR(static_cast<double>(fast.force_N()), expected, 1e-4);
-  }
-  fast.reset(-3);
-  EXPECT_EQ(fast.depth(), 0U);
-  EXPECT_NEAR(static_cast<double>(fast.step(-8)), -y(5), 1e-4);
 }
 
 }  // namespace

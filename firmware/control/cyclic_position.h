@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+
+#include "firmware/control/set_point_periods.h"
+#include "firmware/control/set_point_spline.h"
+#include "firmware/control/sync_clock.h"
+#include "firmware/control/tracking.h"
+
+namespace slipstack {
+
+/// Cyclic synchronous position, from the bus to the reference in one direction:
+///
+///   SYNC n and its set-point (main loop) -> its period, by time and order -> spline -> segments, one a
+///   period segment of the period (tick) -> place of the stream in this tick -> reference, within its limits
+///
+/// Periods are those of SyncClock. Set-point n is expected at n and its segment begins at n + 1: one period
+/// is buffered, between one and two as jitter has it. The reference passes set-point n at n + 3. With each
+/// come the segments of the next two, extrapolated: they are replaced when their set-points arrive in time. A
+/// third that is missing ends the stream, and the reference brakes. It is followed again when four set-points
+/// in a row are there, from wherever the reference is by then (tracking_step()).
+class CyclicPosition {
+ public:
+  static constexpr std::uint32_t kBridged = 2;
+  /// Counts that the axis may move in a period, at most: what the spline's arithmetic holds.
+  static constexpr float kLargestReach = 2.4e7F;
+
+  // ---- outside the tick ----
+
+  /// The period of SYNC and what the axis may do, counts and ticks.
+  void set_period(float ticks, float tick_s, float velocity, float acceleration) {
+    clock_.set_period(ticks, tick_s);
+    const float period = clock_.period_ticks();
+    reach_ = static_cast<std::int32_t>(approx::clamp(velocity * period, 0.0F, kLargestReach)) + 1;
+    bend_ = static_cast<std::int32_t>(approx::clamp(acceleration * period * period, 0.0F, kLargestReach)) + 1;
+  }
+
+  /// From now on the reference follows the stream, as soon as there is one.
+  void start() {
+    started_ = true;
+    forget();
+  }
+  /// The stream is left; the reference brakes, unless something else moves it.
+  void stop() {
+    started_ = false;
+    forget();
+  }
+
+  /// A SYNC has come after this tick, and made `target` the set-point if it `has_target`.
+  void sync(std::uint32_t tick, bool has_target, std::int32_t target) {
+    const std::uint32_t by_time = clock_.sync(tick);
+    if (!clock_.locked()) forget();
+    if (!started_ || !clock_.locked() || !has_target) return;
+    const SetPointPeriods::Place place = periods_.place(by_time, target, reach_);
+    spline_.put(place.period, place.counts);
+    const std::uint32_t begun = clock_.at(tick).period - 1;
+    count_bridged(place.period, begun);
+    if (join(place.period)) make_segments(place.period, begun);
+  }
+
+  /// Whether the reference follows the stream.
+  bool following() const { return following_.load(std::memory_order_relaxed); }
+  const SyncClock& clock() const { return clock_; }
+  /// Set-points that were extrapolated, and streams that ended because too many were missing.
+  std::uint32_t bridged() const { return bridged_; }
+  std::uint32_t gaps() const { return gaps_; }
+
+  // ---- in the tick ----
+
+  /// In each tick; true while there is a stream: point() is where.
+  [[gnu::always_inline]] bool step(std::uint32_t tick) {
+    if (!streaming_.load(std::memory_order_relaxed)) return false;
+    const SyncClock::Phase now = clock_.at(tick);
+    bool follows = following();
+    if (now.period != period_) {
+      period_ = now.period;
+      follows = begin_period(now.period - 1);
+      following_.store(follows, std::memory_order_relaxed);
+    }
+    fraction_ = now.fraction;
+    return follows;
+  }
+  StreamPoint point() const { return segment_->at(fraction_, clock_.rate()); }
+
+ private:
+  static constexpr std::uint32_t kSlots = 8;
+
+  // Two places for the segment of a period, so that the one in use is never written to.
+  struct Slot {
+    std::array<StreamSegment, 2> made;
+    std::atomic<std::uint32_t> in_use{0};  // twice the period, plus which of the two
+  };
+
+  // The tick looks at nothing that was made; a new stream is four periods away from it.
+  void forget() {
+    streaming_.store(false, std::memory_order_release);
+    following_.store(false, std::memory_order_relaxed);
+    periods_.reset();
+    in_a_row_ = 0;
+    joined_ = false;
+  }
+
+  // Whether there is a stream with this set-point: four in a row begin one, three missing end it.
+  bool join(std::uint32_t newest) {
+    const std::uint32_t since = newest - newest_;
+    if (since == 0 && in_a_row_ > 0) return joined_;
+    in_a_row_ = since == 1 ? in_a_row_ + 1 : 1;
+    newest_ = newest;
+    if (since > kBridged + 1) joined_ = false;
+    if (joined_ || in_a_row_ < 4) return joined_;
+    joined_ = true;
+    spline_.start(newest);
+    streaming_.store(true, std::memory_order_release);
+    return true;
+  }
+
+  // Before join(): those that never came between the last one and this, and this one if it is too late.
+  void count_bridged(std::uint32_t newest, std::uint32_t begun) {
+    const std::uint32_t since = newest - newest_;
+    if (!joined_ || since - 1 > kBridged) return;
+    bridged_ += since - 1 + (static_cast<std::int32_t>(newest - begun) <= 0 ? 1U : 0U);
+  }
+
+  // The segments that have not begun: that of the newest set-point and those that bridge the next ones.
+  void make_segments(std::uint32_t newest, std::uint32_t begun) {
+    for (std::uint32_t period = newest; period != newest + kBridged + 1; ++period) {
+      if (period != newest) static_cast<void>(spline_.extrapolate(period, bend_));
+      if (static_cast<std::int32_t>(period - begun) <= 0) continue;
+      Slot& slot = slots_[period % kSlots];
+      const std::uint32_t other = (slot.in_use.load(std::memory_order_relaxed) & 1U) ^ 1U;
+      slot.made[other] = spline_.segment(period, bend_);
+      slot.in_use.store(2 * period + other, std::memory_order_release);
+    }
+  }
+
+  // The segment that ends two periods before the set-point of `newest`. False without one.
+  bool begin_period(std::uint32_t newest) {
+    const Slot& slot = slots_[newest % kSlots];
+    const std::uint32_t in_use = slot.in_use.load(std::memory_order_acquire);
+    if (((in_use ^ (2 * newest)) & ~1U) != 0) {
+      gaps_ += following() ? 1 : 0;
+      return false;
+    }
+    segment_ = &slot.made[in_use & 1U];
+    return true;
+  }
+
+  SyncClock clock_;
+  // Outside the tick.
+  SetPointPeriods periods_;
+  SetPointSpline spline_;
+  std::int32_t reach_ = 1;
+  std::int32_t bend_ = 1;
+  std::uint32_t newest_ = 0;
+  std::uint32_t in_a_row_ = 0;
+  bool joined_ = false;
+  std::uint32_t bridged_ = 0;
+  bool started_ = false;
+  // From there to the tick, and back.
+  std::array<Slot, kSlots> slots_;
+  std::atomic<bool> streaming_{false};
+  std::atomic<bool> following_{false};
+  // In the tick.
+  const StreamSegment* segment_ = nullptr;
+  std::uint32_t period_ = 0;
+  std::uint32_t fraction_ = 0;
+  std::uint32_t gaps_ = 0;
+};
+
+}  // namespace slipstack
