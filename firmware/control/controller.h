@@ -318,7 +318,7 @@ class Controller {
 
   // Offset, fading and limits; the current that gives the force. `fade`: the wanted force may step in this
   // tick, since parameters or the mode have changed.
-  Applied apply(ControlSet& set, float force_N, bool fade) {
+  [[gnu::always_inline]] Applied apply(ControlSet& set, float force_N, bool fade) {
     float wanted_N = force_N + command_.read().offset_N;
     if (fade) blend_N_ = out_.driving ? last_wanted_N_ - wanted_N : 0.0F;
     wanted_N += blend_N_;

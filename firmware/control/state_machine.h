@@ -63,7 +63,8 @@ class StateMachine {
 
   /// One tick. `command`: ControlBit, kTorqueMode, kReleaseOnFault, kStayStopped. `ready`: parameters are
   /// there. `standing`: the reference is at rest. `stop_timeout_ticks`: longest controlled stop.
-  void step(std::uint32_t command, Fault fault, bool ready, bool standing, std::int32_t stop_timeout_ticks) {
+  [[gnu::always_inline]] void step(std::uint32_t command, Fault fault, bool ready, bool standing,
+                                   std::int32_t stop_timeout_ticks) {
     const std::uint32_t rising = command & ~last_command_;
     last_command_ = command;
     if (fault != Fault::kNone) raise(fault);

@@ -77,8 +77,11 @@ class FrictionModel<Real, std::tuple<Effects...>> {
         if (kEveryEffect || own.enabled) {
           const Sums sums = evaluate(effect, own, sample);
           total.dry += sums.dry;
-          total.force += sums.force;
-          force_.by_effect_N[index] = sums.dry + sums.force;
+          force_.by_effect_N[index] = sums.dry;
+          if constexpr (has<E>(Acts::force)) {
+            total.force += sums.force;
+            force_.by_effect_N[index] += sums.force;
+          }
         }
       }
     });
@@ -88,10 +91,14 @@ class FrictionModel<Real, std::tuple<Effects...>> {
       if constexpr (!has<E>(Acts::dry) && E::gain_count > 0) {
         if (kEveryEffect || own.enabled) {
           const Sums sums = evaluate(effect, own, sample);
-          const Real modulation = total.dry * sums.dry_scale;
-          total.dry += modulation;
-          total.force += sums.force;
-          force_.by_effect_N[index] = modulation + sums.force;
+          Real added = sums.force;
+          if constexpr (has<E>(Acts::force)) total.force += sums.force;
+          if constexpr (has<E>(Acts::dry_scale)) {
+            const Real modulation = total.dry * sums.dry_scale;
+            total.dry += modulation;
+            added = has<E>(Acts::force) ? added + modulation : modulation;
+          }
+          force_.by_effect_N[index] = added;
           if constexpr (has<E>(Acts::total_scale)) total.scale[index] = sums.total_scale;
         }
       }
@@ -118,7 +125,8 @@ class FrictionModel<Real, std::tuple<Effects...>> {
   // work whatever the model, and the state of every effect follows the motion.
   static constexpr bool kEveryEffect = std::is_same_v<Real, float>;
 
-  /// Gains times basis of one effect, by what they act on.
+  /// Gains times basis of one effect, by what they act on. What an effect does not act on is left out at
+  /// compile time: adding zero takes an instruction, since -0 + 0 is not -0.
   struct Sums {
     Real force{};
     Real dry{};
@@ -131,6 +139,10 @@ class FrictionModel<Real, std::tuple<Effects...>> {
       if constexpr (kActs == Acts::dry) return dry;
       if constexpr (kActs == Acts::dry_scale) return dry_scale;
       if constexpr (kActs == Acts::total_scale) return total_scale;
+    }
+    template <Acts kActs, bool kFirst>
+    constexpr void add(Real term) {
+      of<kActs>() = kFirst ? term : of<kActs>() + term;
     }
   };
 
@@ -165,6 +177,15 @@ class FrictionModel<Real, std::tuple<Effects...>> {
     return acts;
   }
 
+  /// Whether no gain before this one acts on the same.
+  template <std::size_t kCount>
+  static constexpr bool is_first(const std::array<Acts, kCount>& acts, std::size_t gain) {
+    for (std::size_t i = 0; i < gain; ++i) {
+      if (acts[i] == acts[gain]) return false;
+    }
+    return true;
+  }
+
   template <class E>
   [[gnu::always_inline]] static Sums evaluate(E& effect, const EffectParameters<E, Real>& own,
                                               const Sample<Real>& sample) {
@@ -176,7 +197,7 @@ class FrictionModel<Real, std::tuple<Effects...>> {
       effect.basis(sample, basis);
       static constexpr auto kActs = acts_of<E>();
       [&]<std::size_t... I>(std::index_sequence<I...>) __attribute__((always_inline)) {
-        ((sums.template of<kActs[I]>() += own.gains[I] * basis[I]), ...);
+        (sums.template add<kActs[I], is_first(kActs, I)>(own.gains[I] * basis[I]), ...);
       }
       (std::make_index_sequence<E::gain_count>{});
     }

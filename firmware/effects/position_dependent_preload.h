@@ -49,9 +49,8 @@ class PositionDependentPreload {
   /// At any position four of the splines are not zero.
   Real weighted(const Sample<Real>& sample, const std::array<Real, gain_count>& map) const {
     const auto [interval, splines] = splines_at(sample.position_m);
-    Real sum = Real(0);
-    for (std::size_t i = 0; i < splines.size(); ++i) sum += map[interval + i] * splines[i];
-    return sum;
+    const Real* const weight = map.data() + interval;
+    return weight[0] * splines[0] + weight[1] * splines[1] + weight[2] * splines[2] + weight[3] * splines[3];
   }
 
  private:

@@ -14,7 +14,7 @@ DIAGNOSIS = {"cannot_show": list, "cannot_separate": list, "next_experiment": (d
              "verdict": str, "candidates": list, "unexplained": (dict, type(None))}
 CANDIDATE = {"effect": str, "title": str, "holdout_rmse_N": float, "error_reduction": float,
              "error_reduction_se": float, "confounded_with": list, "evidence": str, "cause": str, "confirm_with": str}
-QUALITY = {"train_rmse_N": float, "holdout_rmse_N": float, "relative_error": float}
+QUALITY = {"train_rmse_N": float, "holdout_rmse_N": float, "forward_rmse_N": float, "relative_error": float}
 
 
 def effects_of_help(text):

@@ -35,9 +35,8 @@ std::vector<std::string> chosen_baseline(const Measurement& measurement) {
   std::vector<std::string> chosen = with(mass, Role::saturating_friction);
   FittedModel model = fitted(chosen);
   // Each alternative against what was chosen before it.
-  for (std::vector<std::string> other :
-       {with(mass, Role::hysteresis), with(chosen, Role::viscous_friction),
-        with(with(mass, Role::hysteresis), Role::viscous_friction)}) {
+  for (std::vector<std::string> other : {with(mass, Role::hysteresis), with(chosen, Role::viscous_friction),
+                                         with(with(mass, Role::hysteresis), Role::viscous_friction)}) {
     FittedModel better = fitted(other);
     if (!improves(model, better)) continue;
     chosen = std::move(other);

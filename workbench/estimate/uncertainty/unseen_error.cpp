@@ -29,6 +29,7 @@ class PartialFits {
         linear_(tangent_.shapes.empty() && !any_multiplies(fitted.terms)),
         equations_(measurement, tangent_.columns, fitted.linearisation->target()) {
     hold_low_pass(fitted, tangent_);
+    hold_pitches();
     bound_states_ = fitted.solution.bound_states;
     bound_states_.resize(static_cast<std::size_t>(tangent_.columns.cols()), BoundState::free);
     solution_ = Eigen::VectorXd::Zero(tangent_.columns.cols());
@@ -52,6 +53,17 @@ class PartialFits {
   }
 
  private:
+  /// Far from where positions are zero, a change of the pitch turns the phase by much more than the tangent
+  /// is good for, so that the error would depend on where zero is. Pitches stay those of all data.
+  void hold_pitches() {
+    for (std::size_t i = 0; i < tangent_.shapes.size(); ++i) {
+      const FreeShape& shape = tangent_.shapes[i];
+      if (fitted_.terms[shape.term].effect->shapes[shape.shape].kind != ShapeKind::pitch) continue;
+      const Eigen::Index column = tangent_.column_of(i);
+      tangent_.constraints.lower(column) = tangent_.constraints.upper(column) = 0.0;
+    }
+  }
+
   Eigen::VectorXd training_weights(const std::vector<bool>& blocks) const {
     Eigen::VectorXd weights = measurement_.fit_weights();
     const std::vector<int>& block_of = measurement_.row_blocks();

@@ -11,8 +11,8 @@ namespace slipstack::workbench {
 /// (Bergmeir and Benitez 2012): blocks from all over a log do not show what drifts. In each of these fits
 /// gains and searched shapes move together, damped, from the solution of all data to that of the training
 /// data, and the error is that of the force itself, as `compare` computes it, not of its linearisation. The
-/// choice of the effects is not repeated. Cost: tangent_of() and, unless the force is linear in all unknowns,
-/// about two evaluations of the model for each of the six fits.
+/// choice of the effects is not repeated, nor that of a pitch. Cost: tangent_of() and, unless the force is
+/// linear in all unknowns, about two evaluations of the model for each of the six fits.
 void judge_on_unseen_data(const Measurement& measurement, FittedModel& fitted);
 
 }  // namespace slipstack::workbench
