@@ -131,7 +131,8 @@ nlohmann::json json_of(const LoopRequest& request, const PlantLink& link, const 
   nlohmann::json by_effect = nlohmann::json::object();
   [&]<class... Effects>(std::type_identity<std::tuple<Effects...>>) {
     std::size_t i = 0;
-    ((by_effect[Effects::text.id] = static_cast<double>(link.by_effect_N[i++])), ...);
+    // + 0: an effect without a force may say -0.
+    ((by_effect[Effects::text.id] = static_cast<double>(link.by_effect_N[i++]) + 0.0), ...);
   }(std::type_identity<Catalogue<float>>{});
   return {{"board", request.board},
           {"model_hash", fmt::format("{:08x}", static_cast<std::uint32_t>(link.model_hash))},
