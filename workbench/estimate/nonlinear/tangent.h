@@ -37,7 +37,7 @@ Tangent tangent_of(const Measurement& measurement, const FittedModel& fitted);
 void hold_low_pass(const FittedModel& fitted, Tangent& tangent);
 
 /// `fitted` with its searched shapes, jointly with its gains, at the minimum of the squared error: one
-/// Gauss-Newton step. A search stops when the held-out error hardly falls any more, and may then be a
+/// Gauss-Newton step. A search stops when the error hardly falls any more, and may then be a
 /// standard error away from the minimum. Unchanged where the step brings no improvement. Cost: tangent_of()
 /// and a fit of the gains.
 FittedModel refine_all_shapes(const Measurement& measurement, FittedModel fitted);

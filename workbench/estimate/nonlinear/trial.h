@@ -24,7 +24,7 @@ struct Trial {
 };
 
 /// Tries `effect` on top of `base`: searches its shapes (starting points, then refinement) for the lowest
-/// held-out error of base and effect fitted jointly. With `start`, searches only from those shapes.
+/// error of base and effect fitted jointly, by all rows. With `start`, searches only from those shapes.
 Trial try_effect(const Measurement& measurement, const FittedModel& base, const EffectDescription& effect,
                  const SearchEffort& effort, const std::vector<double>* start = nullptr);
 
