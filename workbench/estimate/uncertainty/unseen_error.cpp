@@ -128,8 +128,9 @@ std::vector<bool> last_third(const Measurement& measurement) {
   std::vector<bool> blocks(static_cast<std::size_t>(measurement.block_count()), false);
   for (std::size_t log = 0; log < measurement.log_count(); ++log) {
     const LogPart& part = measurement.parts()[measurement.parts_of_log(log).first];
-    for (int b = part.block_count - part.block_count / 3; b < part.block_count; ++b) {
-      blocks[static_cast<std::size_t>(part.first_block + b)] = true;
+    const int end = part.first_block + part.block_count;
+    for (int block = end - part.block_count / 3; block < end; ++block) {
+      blocks[static_cast<std::size_t>(block)] = true;
     }
   }
   return blocks;
