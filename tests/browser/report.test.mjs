@@ -120,7 +120,7 @@ test('the verdict comes first and says what it costs', async () => {
                    [data.figures.holdout_rmse_N, data.figures.after_rmse_N, 0.33].map((value) => `${value.toFixed(2)} N`));
   const order = await page.locator('h1, h2').allTextContents();
   assert.deepEqual(order.map((text) => text.replace('drag to zoom, double-click to reset', '')), [
-    'Missing: force ripple', 'Why', 'Every effect of the catalogue, tried on this log', 'Force over time', 'Hysteresis',
+    'Missing: force ripple', 'Why', 'Every effect of the catalogue, each tried alone on this log', 'Force over time', 'Hysteresis',
     'What is left, and where', 'Parameters', 'How it was measured']);
   const why = (await page.locator('.why').textContent()).replace(/\u00a0/g, ' ');
   for (const text of [data.candidates[0].evidence, data.candidates[0].cause, data.candidates[0].confirm_with]) assert.ok(why.includes(text));

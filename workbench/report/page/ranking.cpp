@@ -77,8 +77,12 @@ std::string candidate_row(const json& data, const json& candidate, std::size_t r
 }  // namespace
 
 std::string ranking_html(const json& data) {
-  const json& candidates = array_at(data, "candidates");
+  json candidates = array_at(data, "candidates");
   if (candidates.empty()) return "";
+  // One column sorts the table; what was chosen together is the chart of the steps.
+  std::stable_sort(candidates.begin(), candidates.end(), [](const json& a, const json& b) {
+    return number_at(a, "holdout_rmse_N").value_or(0.0) < number_at(b, "holdout_rmse_N").value_or(0.0);
+  });
   double low = 0.0;
   double high = 0.01;
   std::vector<double> errors_N;
@@ -91,7 +95,6 @@ std::string ranking_html(const json& data) {
     errors_N.push_back(number_at(candidate, "holdout_rmse_N").value_or(0.0));
   }
   const Column column = aligned_column("N", errors_N, 3);
-  const bool together = !std::ranges::is_sorted(errors_N);
   std::string shown;
   std::string folded;
   // A single further row is shown, since the button of a fold takes as much space.
@@ -100,7 +103,7 @@ std::string ranking_html(const json& data) {
     (i < open_rows ? shown : folded) += candidate_row(data, candidates[i], i + 1, low, high, column);
   }
   std::string out =
-      "<section class=\"ranking\"><h2>Every effect of the catalogue, tried on this log</h2><table><thead><tr>"
+      "<section class=\"ranking\"><h2>Every effect of the catalogue, each tried alone on this log</h2><table><thead><tr>"
       "<th class=\"num\">#</th><th>Effect</th><th class=\"num\">Held-out error (" +
       column.unit.label +
       ")</th><th colspan=\"3\">Share of the error it removes, ± 1 standard error</th>"
@@ -113,13 +116,7 @@ std::string ranking_html(const json& data) {
         std::to_string(candidates.size() - open_rows) + "</button></td></tr></tbody><tbody class=\"rest\">" +
         folded + "</tbody>";
   }
-  out += "</table>";
-  if (together) {
-    out +=
-        "<p class=\"legend\">First the effects that explain the log together, then the others; each with the "
-        "error it leaves alone.</p>";
-  }
-  return out + "</section>\n";
+  return out + "</table></section>\n";
 }
 
 }  // namespace slipstack::workbench

@@ -185,7 +185,10 @@ std::string reasons_html(const json& data) {
   const std::string kind = text_at(member(data, "verdict"), "kind");
   if ((kind == "missing_effect" || kind == "added") && !candidates.empty()) {
     const json& best = candidates.front();
-    cells += reason_cell("Evidence", text_at(best, "evidence"));
+    // Of several effects, the values beside the others, as the headline has them.
+    const json& steps = array_at(data, "steps");
+    const bool several = steps.size() > 2 && !text_at(steps[1], "evidence").empty();
+    cells += reason_cell("Evidence", text_at(several ? steps[1] : best, "evidence"));
     cells += reason_cell("Usual cause", text_at(best, "cause"));
     cells += reason_cell("Experiment that confirms it", text_at(best, "confirm_with"));
     cells += reason_cell("This log cannot distinguish it from", confounders_text(data, best));
