@@ -22,8 +22,9 @@ Eigen::VectorXd huber_weights(const Eigen::VectorXd& plain, const Eigen::VectorX
 /// Fits the gains of `fitted` again with Huber's loss (Huber 1964) by iteratively reweighted least squares:
 /// the influence of residuals is limited at five robust standard deviations (by the median of magnitudes).
 /// Gaussian residuals never reach that, so the result for a clean log is the same to the last bit. The
-/// weights stay on the measurement for further fits (Measurement::fit_weights()); errors count every instant by
-/// its noise. Only for a complete model: the force of a missing effect is no outlier. Cost: at most five fits of the gains.
+/// weights stay on the measurement for further fits (Measurement::fit_weights()); errors count every instant
+/// by its noise. Only for a complete model: the force of a missing effect is no outlier. Cost: at most five
+/// fits of the gains.
 RobustFit fit_robustly(Measurement& measurement, FittedModel fitted);
 
 }  // namespace slipstack::workbench

@@ -103,7 +103,8 @@ std::string ranking_html(const json& data) {
     (i < open_rows ? shown : folded) += candidate_row(data, candidates[i], i + 1, low, high, column);
   }
   std::string out =
-      "<section class=\"ranking\"><h2>Every effect of the catalogue, each tried alone on this log</h2><table><thead><tr>"
+      "<section class=\"ranking\"><h2>Every effect of the catalogue, each tried alone on this "
+      "log</h2><table><thead><tr>"
       "<th class=\"num\">#</th><th>Effect</th><th class=\"num\">Held-out error (" +
       column.unit.label +
       ")</th><th colspan=\"3\">Share of the error it removes, ± 1 standard error</th>"
