@@ -21,6 +21,13 @@ void set_reduction(const FittedModel& baseline, Candidate& candidate) {
   candidate.error_reduction_se = reduced.standard_error;
 }
 
+/// The baseline with this effect, where the search has fitted it in full; else null.
+const Explanation* fitted_alone(const Found& found, const std::string& id) {
+  const auto one = std::find_if(found.first_level.begin(), found.first_level.end(),
+                                [&](const Explanation& full) { return full.added.front() == id; });
+  return one == found.first_level.end() ? nullptr : &*one;
+}
+
 }  // namespace
 
 std::vector<Candidate> list_candidates(const Measurement& measurement, const Found& found) {
@@ -34,7 +41,9 @@ std::vector<Candidate> list_candidates(const Measurement& measurement, const Fou
       candidate.holdout_rmse_N = found.context.baseline.holdout_rmse_N;
       candidate.block_squared_error = found.context.baseline.block_squared_error;
     } else {
-      FittedModel model = fit_gains(measurement, trial.terms, &found.context.baseline);
+      const Explanation* fitted = fitted_alone(found, trial.term.id());
+      FittedModel model =
+          fitted != nullptr ? fitted->model : fit_gains(measurement, trial.terms, &found.context.baseline);
       judge_on_unseen_data(measurement, model);
       candidate.term = *find_term(model.terms, trial.term.id());
       candidate.terms = std::move(model.terms);

@@ -7,6 +7,7 @@
 
 #include "workbench/base/parallel.h"
 #include "workbench/base/statistics.h"
+#include "workbench/estimate/uncertainty/unseen_error.h"
 #include "workbench/long_logs/poorly_predicted.h"
 
 namespace slipstack::workbench {
@@ -109,16 +110,15 @@ void WholeLogs::take_weighted_errors(const NormalEquations& equations, const std
 
 /// The blocks of the last third of each log.
 std::vector<bool> WholeLogs::last_third(const std::vector<UnitSums>& sums) const {
-  std::vector<std::vector<std::size_t>> blocks(logs_.size());
+  // The units are in order, and those of a log follow each other.
+  std::vector<int> first(logs_.size(), -1);
+  std::vector<int> count(logs_.size(), 0);
   for (const UnitSums& one : sums) {
-    for (int b = 0; b < one.equations.front().block_count(); ++b) {
-      blocks[one.log].push_back(static_cast<std::size_t>(one.first_block + b));
-    }
+    if (first[one.log] < 0) first[one.log] = one.first_block;
+    count[one.log] += one.equations.front().block_count();
   }
   std::vector<bool> last(static_cast<std::size_t>(sums_.block_count()), false);
-  for (const std::vector<std::size_t>& own : blocks) {
-    for (std::size_t b = own.size() - own.size() / 3; b < own.size(); ++b) last[own[b]] = true;
-  }
+  for (std::size_t log = 0; log < logs_.size(); ++log) mark_last_third(first[log], count[log], last);
   return last;
 }
 

@@ -50,9 +50,8 @@ void tabulate_user_effects(const Measurement& measurement, Model& model, double 
   if (model.target_user_effects.empty()) return;
   if (table) kept.push_back(std::move(*table));
   model.target_terms = std::move(kept);
-  const Eigen::VectorXd left = measurement.force_N(measurement_dynamics_of(model.target_terms)) -
-                               measurement.filtered(evaluate_force(measurement, model.target_terms).force_N);
-  model.target_holdout_rmse_N = std::max(model.target_holdout_rmse_N, measurement.weighted_rms(left));
+  const double left_N = measurement.weighted_rms(residual_of(measurement, model.target_terms));
+  model.target_holdout_rmse_N = std::max(model.target_holdout_rmse_N, left_N);
 }
 
 FittedModel on_controller(const Measurement& measurement, const FittedModel& fitted) {

@@ -84,6 +84,11 @@ MeasurementDynamics measurement_dynamics_of(const Terms& terms) {
   return lag == nullptr ? MeasurementDynamics{} : MeasurementDynamics{lag->shapes[0], lag->shapes[1]};
 }
 
+Eigen::VectorXd residual_of(const Measurement& measurement, const Terms& terms) {
+  return measurement.force_N(measurement_dynamics_of(terms)) -
+         measurement.filtered(evaluate_force(measurement, terms).force_N);
+}
+
 ForceTrace evaluate_force(const Measurement& measurement, const Terms& terms,
                           const std::vector<double>* dry_N) {
   ForceTrace trace;

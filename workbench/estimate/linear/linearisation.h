@@ -85,6 +85,9 @@ class Linearisation {
   Eigen::VectorXd force_N_;
 };
 
+/// The residual of a model at the rows, evaluated without its columns: what a Linearisation there would have.
+Eigen::VectorXd residual_of(const Measurement& measurement, const Terms& terms);
+
 /// The delay and low pass of the recorded force that the terms contain; none without `time_delay`.
 MeasurementDynamics measurement_dynamics_of(const Terms& terms);
 

@@ -110,8 +110,7 @@ class PartialFits {
       double& moved = terms[shape.term].shapes[shape.shape];
       moved = std::clamp(moved + value(tangent_.column_of(i)), shape.lower, shape.upper);
     }
-    return measurement_.force_N(measurement_dynamics_of(terms)) -
-           measurement_.filtered(evaluate_force(measurement_, terms).force_N);
+    return residual_of(measurement_, terms);
   }
 
   const Measurement& measurement_;
@@ -128,10 +127,7 @@ std::vector<bool> last_third(const Measurement& measurement) {
   std::vector<bool> blocks(static_cast<std::size_t>(measurement.block_count()), false);
   for (std::size_t log = 0; log < measurement.log_count(); ++log) {
     const LogPart& part = measurement.parts()[measurement.parts_of_log(log).first];
-    const int end = part.first_block + part.block_count;
-    for (int block = end - part.block_count / 3; block < end; ++block) {
-      blocks[static_cast<std::size_t>(block)] = true;
-    }
+    mark_last_third(part.first_block, part.block_count, blocks);
   }
   return blocks;
 }
@@ -147,6 +143,13 @@ void add_squares(const Measurement& measurement, const std::vector<bool>& blocks
 }
 
 }  // namespace
+
+void mark_last_third(int first_block, int block_count, std::vector<bool>& blocks) {
+  const int end = first_block + block_count;
+  for (int block = end - block_count / 3; block < end; ++block) {
+    blocks[static_cast<std::size_t>(block)] = true;
+  }
+}
 
 void judge_on_unseen_data(const Measurement& measurement, FittedModel& fitted) {
   const PartialFits fits(measurement, fitted);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <vector>
+
 #include "workbench/estimate/nonlinear/fitted_model.h"
 
 namespace slipstack::workbench {
@@ -14,5 +16,8 @@ namespace slipstack::workbench {
 /// choice of the effects is not repeated, nor that of a pitch. Cost: tangent_of() and, unless the force is
 /// linear in all unknowns, about two evaluations of the model for each of the six fits.
 void judge_on_unseen_data(const Measurement& measurement, FittedModel& fitted);
+
+/// Marks those of a log's contiguous blocks that its `forward` error predicts: the last third.
+void mark_last_third(int first_block, int block_count, std::vector<bool>& blocks);
 
 }  // namespace slipstack::workbench
