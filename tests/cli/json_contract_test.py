@@ -13,7 +13,7 @@ DIAGNOSIS = {"cannot_show": list, "cannot_separate": list, "next_experiment": (d
              "baseline_effects": list, "noise_floor_N": float, "baseline": dict,
              "verdict": str, "candidates": list, "unexplained": (dict, type(None))}
 CANDIDATE = {"effect": str, "title": str, "holdout_rmse_N": float, "error_reduction": float,
-             "error_reduction_se": float, "confounded_with": list, "evidence": str, "cause": str, "confirm_with": str}
+             "error_reduction_se": float, "criterion_difference": float, "confounded_with": list, "evidence": str, "cause": str, "confirm_with": str}
 QUALITY = {"train_rmse_N": float, "holdout_rmse_N": float, "forward_rmse_N": float, "relative_error": float}
 
 
@@ -117,7 +117,9 @@ class Contract(program.Workshop):
         steps = result["steps"]
         for step in steps:
             self.assert_keys(step, {"effect": str, "holdout_rmse_N": float},
-                             also=[] if step is steps[0] else ["evidence"])
+                             also=[] if step is steps[0] else ["criterion_difference", "evidence"])
+            if step is not steps[0]:
+                self.assertLess(step["criterion_difference"], 0.0)
         self.assertEqual(steps[0], {"effect": "baseline", "holdout_rmse_N": result["baseline"]["holdout_rmse_N"]})
         self.assertGreaterEqual(len(steps), 3)
         errors = [step["holdout_rmse_N"] for step in steps]

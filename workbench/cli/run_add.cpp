@@ -4,6 +4,7 @@
 #include "workbench/base/text.h"
 #include "workbench/cli/commands.h"
 #include "workbench/cli/inputs.h"
+#include "workbench/diagnose/evidence/criterion.h"
 #include "workbench/estimate/nonlinear/checks.h"
 #include "workbench/estimate/uncertainty/noise_floor.h"
 #include "workbench/estimate/uncertainty/standard_errors.h"
@@ -36,6 +37,7 @@ Model model_to_extend(const Options& options, const EffectDescription& effect) {
 struct Addition {
   FittedModel before;
   FittedModel after;
+  double criterion_difference = 0.0;
   FittedModel reduced;  ///< `after` as the controller runs it
 };
 
@@ -50,6 +52,8 @@ Addition add_effect(LogSearch& logs, const Model& old, const EffectDescription& 
   addition.after = with_standard_errors(
       measurement,
       refine_shapes_in_turn(measurement, fit_gains(measurement, trial.terms, &addition.before), {}));
+  const Criterion criterion(measurement, addition.before.terms, 1);
+  addition.criterion_difference = criterion.difference(addition.after, addition.before);
   progress.show("judge on unseen data");
   judge_on_unseen_data(measurement, addition.before);
   judge_on_unseen_data(measurement, addition.after);
@@ -88,6 +92,7 @@ void run_add(const Options& options) {
   result.model_path = options.out;
   result.effect = effect.id();
   result.title = effect.text.title;
+  result.criterion_difference = addition.criterion_difference;
   result.before = std::move(addition.before);
   result.after = std::move(addition.after);
   result.noise_floor_N = NoiseFloor(measurement).of(result.after.terms);

@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "workbench/diagnose/evidence/criterion.h"
 #include "workbench/diagnose/evidence/reduction.h"
 #include "workbench/estimate/nonlinear/fit.h"
 #include "workbench/model/effects/effect_registry.h"
@@ -13,11 +14,6 @@ namespace {
 bool moves_no_mass(const Measurement& measurement) {
   const auto declared = measurement.parts().front().mass_kg;
   return declared && *declared == 0.0;
-}
-
-/// Whether the second model is significantly better than the first.
-bool improves(const FittedModel& before, const FittedModel& after) {
-  return reduction(before.block_squared_error, after.block_squared_error).is_significant();
 }
 
 }  // namespace
@@ -32,13 +28,17 @@ std::vector<std::string> chosen_baseline(const Measurement& measurement) {
   const auto fitted = [&](const std::vector<std::string>& effects) {
     return fit_effects(measurement, effects, {});
   };
+  const Criterion criterion(measurement, {}, 1);
   std::vector<std::string> chosen = with(mass, Role::saturating_friction);
   FittedModel model = fitted(chosen);
   // Each alternative against what was chosen before it.
   for (std::vector<std::string> other : {with(mass, Role::hysteresis), with(chosen, Role::viscous_friction),
                                          with(with(mass, Role::hysteresis), Role::viscous_friction)}) {
     FittedModel better = fitted(other);
-    if (!improves(model, better)) continue;
+    if (better.holdout_rmse_N > (1.0 - kLeastReduction) * model.holdout_rmse_N ||
+        criterion.difference(better, model) >= 0.0) {
+      continue;
+    }
     chosen = std::move(other);
     model = std::move(better);
   }

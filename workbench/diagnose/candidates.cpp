@@ -45,6 +45,7 @@ std::vector<Candidate> list_candidates(const Measurement& measurement, const Fou
       FittedModel model =
           fitted != nullptr ? fitted->model : fit_gains(measurement, trial.terms, &found.context.baseline);
       judge_on_unseen_data(measurement, model);
+      candidate.criterion_difference = found.context.criterion.difference(model, found.context.baseline);
       candidate.term = *find_term(model.terms, trial.term.id());
       candidate.terms = std::move(model.terms);
       candidate.holdout_rmse_N = model.holdout_rmse_N;
@@ -82,6 +83,7 @@ void show_by_named_model(Diagnosis& diagnosis) {
   first.terms = diagnosis.best.terms;
   first.holdout_rmse_N = diagnosis.best.holdout_rmse_N;
   first.block_squared_error = diagnosis.best.block_squared_error;
+  first.criterion_difference = diagnosis.steps[1].criterion_difference;
   first.evidence = evidence_of(first.term);
   set_reduction(diagnosis.baseline, first);
 }

@@ -7,8 +7,6 @@
 
 #include "workbench/diagnose/candidates.h"
 #include "workbench/diagnose/detectability/undecided.h"
-#include "workbench/diagnose/evidence/mass_and_mode.h"
-#include "workbench/diagnose/evidence/simplify.h"
 #include "workbench/diagnose/search/search.h"
 #include "workbench/diagnose/search/steps.h"
 #include "workbench/diagnose/verdict.h"
@@ -21,18 +19,6 @@ namespace {
 FittedModel fit_baseline(const Measurement& measurement, const DiagnoseOptions& options) {
   return options.start.empty() ? fit_effects(measurement, options.baseline, {})
                                : fit_gains(measurement, options.start);
-}
-
-/// Drops superfluous effects from the explanation, simplifies it, and refines its shapes.
-void refine_explanation(const Measurement& measurement, Found& found) {
-  prune(measurement, found.context, found.best);
-  if (found.best.added.empty()) return;
-  simplify(measurement, found.context, found.alone, found.best);
-  name_mass_beside_mode(measurement, found.context, found.best);
-  found.best.model = refine_nominal_shapes(measurement, std::move(found.best.model));
-  found.best.model = refine_all_shapes(measurement, std::move(found.best.model));
-  // With refined shapes, the first effect may explain what another was added for.
-  if (found.best.added.size() > 1) prune(measurement, found.context, found.best);
 }
 
 }  // namespace
@@ -59,14 +45,13 @@ EffectSearch::EffectSearch(const Measurement& measurement, const DiagnoseOptions
   diagnosis_.baseline = fit_baseline(measurement, options);
 
   Found found = search(measurement, options, diagnosis_.baseline, floor_);
-  refine_explanation(measurement, found);
 
   options.report("judge on unseen data", 0.0);
   judge_on_unseen_data(measurement, diagnosis_.baseline);
   judge_on_unseen_data(measurement, found.best.model);
   diagnosis_.candidates = list_candidates(measurement, found);
   rank_candidates(diagnosis_, found.best.added);
-  list_steps(measurement, found.best, diagnosis_);
+  list_steps(found.context, found.best, diagnosis_);
   diagnosis_.explained = std::move(found.best.model);
 }
 

@@ -20,8 +20,9 @@ struct Candidate {
   Terms terms;  ///< the baseline and the effect
   double holdout_rmse_N = 0.0;
   std::vector<double> block_squared_error;
-  double error_reduction = 0.0;              ///< 1 - held-out error / baseline's
-  double error_reduction_se = 0.0;           ///< jackknife over blocks
+  double error_reduction = 0.0;       ///< 1 - held-out error / baseline's
+  double error_reduction_se = 0.0;    ///< jackknife over blocks
+  double criterion_difference = 0.0;  ///< against the baseline; negative: better (evidence/criterion.h)
   std::vector<std::string> confounded_with;  ///< effects that this log cannot distinguish from it
   std::string evidence;
 };
@@ -29,6 +30,7 @@ struct Candidate {
 struct Step {
   std::string effect;  ///< id of the effect that the step adds; "baseline" first
   double holdout_rmse_N = 0.0;
+  double criterion_difference = 0.0;  ///< against the step before; negative: better (evidence/criterion.h)
   std::string evidence;  ///< evidence for the effect, with its values in the model of all effects
   Terms terms;           ///< the model with the effects up to this step
 };
@@ -86,10 +88,9 @@ class EffectSearch {
 };
 
 /// Finds the effects that the baseline lacks. Every effect of the catalogue is fitted jointly with the
-/// baseline and judged on held-out blocks. Sets of effects are found by a beam search, because if two effects
-/// are missing, the best single effect may be neither of them. An effect of fewer parameters is preferred
-/// where it explains as much. To be named, an effect must lower the held-out error by 3 % and by three
-/// standard errors.
+/// baseline. Sets of effects are found by a beam search, because if two effects are missing, the best single
+/// effect may be neither of them. One criterion decides between models (evidence/criterion.h); to be named,
+/// an effect must also lower the held-out error by 3 %.
 Diagnosis diagnose(const Measurement& measurement, const DiagnoseOptions& options);
 
 }  // namespace slipstack::workbench

@@ -12,8 +12,8 @@
 #include "workbench/diagnose/alternatives/confounders.h"
 #include "workbench/diagnose/alternatives/lines.h"
 #include "workbench/diagnose/alternatives/lost_counts.h"
+#include "workbench/diagnose/evidence/plausibility.h"
 #include "workbench/diagnose/evidence/reduction.h"
-#include "workbench/diagnose/evidence/significance.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -86,11 +86,9 @@ bool insufficient(const Diagnosis& diagnosis) {
          last.holdout_rmse_N > kMostOfBaseline * diagnosis.baseline.holdout_rmse_N;
 }
 
-/// An effect that instruments may have caused is mentioned if it lowers the baseline's error by this share
-/// ...
+/// An effect that instruments may have caused is mentioned if it lowers the baseline's error by this share.
+/// Chosen.
 constexpr double kLeastRemarked = 0.1;
-/// ... and by so many standard errors; a remark requires less than a verdict. Both chosen.
-constexpr double kSignificanceOfRemark = 2.0;
 /// Of candidates whose errors differ by less than this factor, the one of fewer parameters is mentioned.
 constexpr double kNearlyEqual = 1.05;
 
@@ -100,7 +98,7 @@ bool instruments_may_cause(const Measurement& measurement, const FittedModel& ba
                            const Candidate& candidate) {
   const Reduction reduced = reduction(baseline.block_squared_error, candidate.block_squared_error);
   const double step_N2 = explained_N2(baseline.holdout_rmse_N, candidate.holdout_rmse_N);
-  return reduced.value >= kLeastRemarked && reduced.is_significant(kSignificanceOfRemark) &&
+  return reduced.value >= kLeastRemarked &&
          within_instruments(baseline, measurement.tick_s(), baseline.terms, candidate.terms, step_N2);
 }
 

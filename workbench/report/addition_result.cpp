@@ -30,7 +30,11 @@ std::string headline_of(const AdditionResult& result) {
 std::string addition_text(const Measurement& measurement, const AdditionResult& result) {
   std::string text = headline_of(result) + "\n";
   if (result.after.holdout_rmse_N > (1.0 - kLeastReduction) * result.before.holdout_rmse_N) {
-    text += "It is not significant: the held-out error falls by less than 3 %.\n";
+    text += "It is no step: the held-out error falls by less than 3 %.\n";
+  } else if (result.criterion_difference >= 0.0) {
+    text +=
+        fmt::format("It is no step: the criterion rises by {:.0f}, so that its parameters may fit chance.\n",
+                    result.criterion_difference);
   }
   return text + excerpt_line(measurement, "shapes fitted") + repair_lines(measurement) +
          log_table(result.logs) + parameter_table(result.after.terms) +
@@ -41,6 +45,7 @@ json addition_json(const Measurement& measurement, const AdditionResult& result)
   json data = written_model_json(measurement, result.after, result.noise_floor_N,
                                  {result.log, result.model_path, result.model, result.logs});
   data["added"] = result.effect;
+  data["criterion_difference"] = number_json(result.criterion_difference);
   data["history"] = history_json(result.model);
   data["before"] = {{"train_rmse_N", number_json(result.before.train_rmse_N)},
                     {"holdout_rmse_N", number_json(result.before.holdout_rmse_N)},

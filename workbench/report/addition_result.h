@@ -14,10 +14,11 @@ namespace slipstack::workbench {
 
 struct AdditionResult {
   std::string command_line;
-  std::string log;         ///< names of the logs, separated by ", "
-  std::string model_path;  ///< where the model file goes
-  std::string effect;      ///< id
-  std::string title;       ///< of the effect
+  std::string log;                    ///< names of the logs, separated by ", "
+  std::string model_path;             ///< where the model file goes
+  std::string effect;                 ///< id
+  std::string title;                  ///< of the effect
+  double criterion_difference = 0.0;  ///< of `after` less `before`; negative: better (evidence/criterion.h)
   FittedModel before;
   FittedModel after;  ///< with standard errors
   double noise_floor_N = 0.0;

@@ -34,6 +34,7 @@ json candidates_json(const Diagnosis& diagnosis) {
                {"holdout_rmse_N", number_json(candidate.holdout_rmse_N)},
                {"error_reduction", number_json(candidate.error_reduction)},
                {"error_reduction_se", number_json(candidate.error_reduction_se)},
+               {"criterion_difference", number_json(candidate.criterion_difference)},
                {"confounded_with", candidate.confounded_with},
                {"evidence", candidate.evidence},
                {"cause", text.cause},
@@ -48,7 +49,9 @@ json steps_json(const Diagnosis& diagnosis) {
   json list = json::array();
   for (const Step& step : diagnosis.steps) {
     list.push_back({{"effect", step.effect}, {"holdout_rmse_N", number_json(step.holdout_rmse_N)}});
-    if (!step.evidence.empty()) list.back()["evidence"] = step.evidence;
+    if (step.evidence.empty()) continue;
+    list.back()["evidence"] = step.evidence;
+    list.back()["criterion_difference"] = number_json(step.criterion_difference);
   }
   return list;
 }

@@ -32,18 +32,19 @@ std::string candidate_table(json candidates) {
   std::stable_sort(candidates.begin(), candidates.end(), [](const json& a, const json& b) {
     return number_of(a["holdout_rmse_N"]) < number_of(b["holdout_rmse_N"]);
   });
-  std::string text = fmt::format("\n{:<32} {:>14} {:>9} {:>9}  {}\n", "one effect added, each alone",
-                                 "held-out error", "reduction", "std. err.", "indistinguishable from");
+  std::string text =
+      fmt::format("\n{:<32} {:>14} {:>9} {:>9} {:>10}  {}\n", "one effect added, each alone",
+                  "held-out error", "reduction", "std. err.", "criterion", "indistinguishable from");
   std::size_t lines = 0;
   for (const json& candidate : candidates) {
     const double reduction = number_of(candidate["error_reduction"]);
     if (reduction < kLeastShownReduction || lines == kMostLines) continue;
     ++lines;
     const auto others = candidate["confounded_with"].get<std::vector<std::string>>();
-    text += fmt::format("{:<32} {:>14} {:>7.1f} % {:>7.1f} %{}{}\n", candidate["effect"].get<std::string>(),
-                        error_text(candidate), 100.0 * reduction,
-                        100.0 * number_of(candidate["error_reduction_se"]), others.empty() ? "" : "  ",
-                        fmt::join(others, ", "));
+    text += fmt::format(
+        "{:<32} {:>14} {:>7.1f} % {:>7.1f} % {:>+10.0f}{}{}\n", candidate["effect"].get<std::string>(),
+        error_text(candidate), 100.0 * reduction, 100.0 * number_of(candidate["error_reduction_se"]),
+        number_of(candidate["criterion_difference"]), others.empty() ? "" : "  ", fmt::join(others, ", "));
   }
   if (lines == 0) {
     return fmt::format("\nnone of the {} effects tried reduces the error by 0.5 %\n", candidates.size());

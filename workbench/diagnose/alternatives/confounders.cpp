@@ -13,7 +13,6 @@
 #include "workbench/diagnose/alternatives/lines.h"
 #include "workbench/diagnose/alternatives/places.h"
 #include "workbench/diagnose/evidence/held_out.h"
-#include "workbench/diagnose/evidence/significance.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -141,7 +140,9 @@ bool line_masks_effects(const Measurement& measurement, const Diagnosis& diagnos
 
 bool backlash_as_coulomb(const Diagnosis& diagnosis) {
   return diagnosis.unexplained && diagnosis.unexplained->coordinate == Coordinate::reversal &&
-         coulomb_joins_hysteresis(diagnosis.baseline, diagnosis.explained);
+         has_role(diagnosis.explained.terms, Role::hysteresis) &&
+         has_role(diagnosis.explained.terms, Role::saturating_friction) &&
+         !has_role(diagnosis.baseline.terms, Role::saturating_friction);
 }
 
 }  // namespace slipstack::workbench

@@ -29,29 +29,4 @@ double reduction_beyond(double energy, double expected) {
   return 1.0 - std::sqrt(1.0 - excess);
 }
 
-/// The share of the blocks that may be left out of the test.
-constexpr double kStrongBlocks = 0.2;
-
-bool lowered_significantly(const std::vector<double>& before, const std::vector<double>& after,
-                           double significance) {
-  if (reduction(before, after).value < kLeastReduction) return false;
-  std::vector<std::size_t> weakest_first(before.size());
-  std::iota(weakest_first.begin(), weakest_first.end(), std::size_t{0});
-  std::sort(weakest_first.begin(), weakest_first.end(),
-            [&](std::size_t a, std::size_t b) { return before[a] - after[a] < before[b] - after[b]; });
-  std::vector<double> rest_before;
-  std::vector<double> rest_after;
-  for (const std::size_t b : weakest_first) {
-    rest_before.push_back(before[b]);
-    rest_after.push_back(after[b]);
-  }
-  const auto fewest = static_cast<std::size_t>((1.0 - kStrongBlocks) * static_cast<double>(before.size()));
-  while (!rest_before.empty() && rest_before.size() >= fewest) {
-    if (reduction(rest_before, rest_after).is_significant(significance)) return true;
-    rest_before.pop_back();
-    rest_after.pop_back();
-  }
-  return false;
-}
-
 }  // namespace slipstack::workbench

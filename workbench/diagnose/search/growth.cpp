@@ -115,7 +115,7 @@ std::vector<Attempt> try_effects(const Measurement& measurement, const DiagnoseO
   return attempts;
 }
 
-std::vector<Explanation> fit_best(const Measurement& measurement, std::vector<Attempt> attempts,
+std::vector<Explanation> fit_best(const SelectionContext& context, std::vector<Attempt> attempts,
                                   std::size_t most) {
   std::vector<Attempt> distinct;
   for (Attempt& attempt : attempts) {
@@ -128,10 +128,15 @@ std::vector<Explanation> fit_best(const Measurement& measurement, std::vector<At
   }
   std::vector<Explanation> grown(distinct.size());
   parallel_for(distinct.size(), [&](std::size_t i) {
-    grown[i].model = fit_gains(measurement, distinct[i].trial.terms, &distinct[i].from->model);
-    grown[i].added = added_by(distinct[i]);
+    const Attempt& attempt = distinct[i];
+    grown[i] = {fit_gains(context.measurement, attempt.trial.terms, &attempt.from->model), added_by(attempt)};
   });
   return grown;
+}
+
+std::size_t choices_of(const Measurement& measurement, const DiagnoseOptions& options,
+                       const Terms& baseline) {
+  return effects_to_try(measurement, options, baseline).size();
 }
 
 const Trial* find_trial(const std::vector<Trial>& trials, std::string_view id) {

@@ -6,15 +6,10 @@
 #include <vector>
 
 #include "workbench/diagnose/diagnose.h"
+#include "workbench/diagnose/evidence/selection.h"
 #include "workbench/estimate/nonlinear/fit.h"
 
 namespace slipstack::workbench {
-
-/// A model that the search has reached: the baseline and the effects that were added.
-struct Explanation {
-  FittedModel model;
-  std::vector<std::string> added;
-};
 
 /// An explanation with one further effect, its gains to first order.
 struct Attempt {
@@ -30,8 +25,11 @@ std::vector<Attempt> try_effects(const Measurement& measurement, const DiagnoseO
                                  const std::vector<Explanation>& beam, const std::vector<Trial>* alone);
 
 /// Fits in full the best `most` of the promising attempts, each set of effects once.
-std::vector<Explanation> fit_best(const Measurement& measurement, std::vector<Attempt> attempts,
+std::vector<Explanation> fit_best(const SelectionContext& context, std::vector<Attempt> attempts,
                                   std::size_t most);
+
+/// The number of effects that a search with these options can add to the baseline.
+std::size_t choices_of(const Measurement& measurement, const DiagnoseOptions& options, const Terms& baseline);
 
 /// The trial of an effect; null where there is none.
 const Trial* find_trial(const std::vector<Trial>& trials, std::string_view id);

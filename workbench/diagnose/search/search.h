@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "workbench/diagnose/diagnose.h"
-#include "workbench/diagnose/evidence/significance.h"
+#include "workbench/diagnose/evidence/selection.h"
 #include "workbench/diagnose/search/growth.h"
 
 namespace slipstack::workbench {
@@ -18,7 +18,7 @@ struct Found {
 };
 
 /// Searches for the effects that `baseline` lacks, one after the other. A beam search, because if two effects
-/// are missing, the best single effect may be neither of them. The result refers to `baseline` and `floor`.
+/// are missing, the best single effect may be neither of them. The result refers to all arguments.
 Found search(const Measurement& measurement, const DiagnoseOptions& options, const FittedModel& baseline,
              const NoiseFloor& floor);
 

@@ -31,8 +31,10 @@ void put_next(const Measurement& measurement, const Terms& terms, const FittedMo
 
 }  // namespace
 
-void list_steps(const Measurement& measurement, const Explanation& best, Diagnosis& diagnosis) {
-  diagnosis.steps.push_back({"baseline", diagnosis.baseline.holdout_rmse_N, "", diagnosis.baseline.terms});
+void list_steps(const SelectionContext& context, const Explanation& best, Diagnosis& diagnosis) {
+  const Measurement& measurement = context.measurement;
+  diagnosis.steps.push_back(
+      {"baseline", diagnosis.baseline.holdout_rmse_N, 0.0, "", diagnosis.baseline.terms});
   diagnosis.best = diagnosis.baseline;
   std::vector<std::string> order;
   for (const Candidate& candidate : diagnosis.candidates) {
@@ -40,6 +42,7 @@ void list_steps(const Measurement& measurement, const Explanation& best, Diagnos
     if (std::find(best.added.begin(), best.added.end(), id) != best.added.end()) order.push_back(id);
   }
   Terms terms = diagnosis.baseline.terms;
+  FittedModel before = diagnosis.baseline;
   for (std::size_t i = 0; i < order.size(); ++i) {
     const bool last = i + 1 == order.size();
     if (i > 0 && !last) put_next(measurement, terms, best.model, std::span(order).subspan(i));
@@ -49,8 +52,10 @@ void list_steps(const Measurement& measurement, const Explanation& best, Diagnos
         last ? best.model
              : refine_shapes_in_turn(measurement, fit_gains(measurement, terms, &best.model), {20});
     if (!last) judge_on_unseen_data(measurement, model);
-    diagnosis.steps.push_back({order[i], model.holdout_rmse_N, evidence_of(term), model.terms});
-    if (i == 0) diagnosis.best = std::move(model);
+    diagnosis.steps.push_back({order[i], model.holdout_rmse_N, context.criterion.difference(model, before),
+                               evidence_of(term), model.terms});
+    if (i == 0) diagnosis.best = model;
+    before = std::move(model);
   }
 }
 

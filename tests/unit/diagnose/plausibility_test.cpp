@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a fitted effect cannot be: a mode that does not ring, a lag of bristles, Coulomb friction within an
+// encoder step.
+#include "workbench/diagnose/evidence/plausibility.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "tests/unit/estimate/estimate_support.h"
+#include "workbench/model/effects/effect_registry.h"
+
+namespace slipstack::workbench {
+namespace {
+
+/// A model of hysteresis over about 20 um, with a lag.
+FittedModel with_lag(const Measurement& measurement, double time_s, double distance_m) {
+  FittedModel model;
+  Term hysteresis = make_term(measurement, *find_effect("presliding_hysteresis"));
+  std::fill(hysteresis.shapes.begin(), hysteresis.shapes.end(), 20e-6);
+  std::fill(hysteresis.gains.begin(), hysteresis.gains.end(), 1e5);
+  Term lag = make_term(measurement, *find_effect("frictional_lag"));
+  lag.shapes = {0.01, 1.0, time_s, distance_m};
+  model.terms = {hysteresis, lag};
+  return model;
+}
+
+TEST(LagIsBristleDeflection, OverThePreSlidingTravelAndNotInTime) {
+  const Measurement measurement(test::wandering_log(1, 2000.0, 6000));
+  EXPECT_TRUE(lag_is_bristle_deflection(with_lag(measurement, 100.0, 30e-6)));
+  EXPECT_FALSE(lag_is_bristle_deflection(with_lag(measurement, 100.0, 1e-3)));   // memory of a film
+  EXPECT_FALSE(lag_is_bristle_deflection(with_lag(measurement, 0.015, 30e-6)));  // and in time
+  FittedModel none = with_lag(measurement, 100.0, 30e-6);
+  none.terms.pop_back();
+  EXPECT_FALSE(lag_is_bristle_deflection(none));
+}
+
+/// Hysteresis of 16 N with Coulomb friction.
+FittedModel with_coulomb(const Measurement& measurement, double coulomb_N) {
+  FittedModel model = with_lag(measurement, 1.0, 1e-3);
+  Term& hysteresis = model.terms.front();
+  hysteresis.gains.assign(hysteresis.gains.size(), 0.0);
+  hysteresis.gains.front() = 16.0 / hysteresis.shapes.front();
+  model.terms.back() = make_term(measurement, *find_effect("coulomb"));
+  model.terms.back().gains = {coulomb_N};
+  return model;
+}
+
+TEST(CoulombIsSteepStart, BelowATenthOfTheDryFriction) {
+  const Measurement measurement(test::wandering_log(1, 2000.0, 6000));
+  EXPECT_TRUE(coulomb_is_steep_start(with_coulomb(measurement, 1.6)));
+  EXPECT_FALSE(coulomb_is_steep_start(with_coulomb(measurement, 2.0)));
+  FittedModel none = with_coulomb(measurement, 1.0);
+  none.terms.pop_back();
+  EXPECT_FALSE(coulomb_is_steep_start(none));
+}
+
+/// A fitted mass of 2 kg with an arm of `modal_kg` on it.
+FittedModel with_arm(const Measurement& measurement, double modal_kg) {
+  FittedModel model;
+  Term inertia = make_term(measurement, *find_effect("inertia"));
+  inertia.gains = {2.0};
+  Term mode = make_term(measurement, *find_effect("structural_resonance"));
+  mode.shapes = {30.0, 0.02};
+  mode.gains = {modal_kg, 0.0, 0.0};
+  model.terms = {inertia, mode};
+  return model;
+}
+
+TEST(WithinInstruments, AnEffectThatGrowsWithAForceOfWhichItIsAPerMille) {
+  const Measurement measurement(test::wandering_log(1, 2000.0, 6000));
+  FittedModel baseline = with_arm(measurement, 0.3);
+  baseline.terms.pop_back();
+  baseline.train_rmse_N = 1.0;
+  baseline.relative_error = 0.01;  // a force of 100 N
+  Terms payload = baseline.terms;
+  payload.push_back(make_term(measurement, *find_effect("payload_mass")));
+  EXPECT_TRUE(within_instruments(baseline, measurement.tick_s(), baseline.terms, payload, 0.009));
+  EXPECT_FALSE(within_instruments(baseline, measurement.tick_s(), baseline.terms, payload, 0.011));
+  Terms viscous = baseline.terms;
+  viscous.push_back(make_term(measurement, *find_effect("viscous")));
+  EXPECT_FALSE(within_instruments(baseline, measurement.tick_s(), baseline.terms, viscous, 0.009));
+}
+
+TEST(HasNoTrueMode, WhereMostOfAFittedMassSwings) {
+  const Measurement measurement(test::wandering_log(1, 2000.0, 6000));
+  EXPECT_FALSE(has_no_true_mode(with_arm(measurement, 0.3)));
+  EXPECT_FALSE(has_no_true_mode(with_arm(measurement, 2.8)));  // 58 % of both
+  EXPECT_TRUE(has_no_true_mode(with_arm(measurement, 3.2)));   // 62 %
+}
+
+}  // namespace
+}  // namespace slipstack::workbench

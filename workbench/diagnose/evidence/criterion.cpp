@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/diagnose/evidence/criterion.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "workbench/base/statistics.h"
+#include "workbench/diagnose/evidence/held_out.h"
+#include "workbench/estimate/terms/shape_ranges.h"
+
+namespace slipstack::workbench {
+namespace {
+
+/// Pitches and frequencies that a search compares: the periodogram over the stroke has 150 independent
+/// pitches, the spectrum of the residual 256 frequencies (nonlinear/starting_shapes.cpp).
+constexpr double kStarts = 200.0;
+
+/// Intervals of a cross-validation block that are clusters in time: each still holds several periods of the
+/// lowest frequency that the row filter passes undisturbed.
+constexpr std::size_t kIntervalsOfBlock = 4;
+/// Quantiles of position and velocity whose cells are clusters of state. What the form of a model misses
+/// returns whenever the axis returns to the same place at the same speed: cycles that repeat are no further
+/// evidence.
+constexpr std::size_t kPlaces = 12;
+constexpr std::size_t kSpeeds = 6;
+
+/// The cluster of each row where every block is divided into intervals of equal length.
+std::vector<std::size_t> intervals(const Measurement& measurement) {
+  const std::vector<int>& blocks = measurement.row_blocks();
+  std::vector<std::size_t> cluster(blocks.size());
+  for (std::size_t first = 0; first < blocks.size();) {
+    std::size_t end = first + 1;
+    while (end < blocks.size() && blocks[end] == blocks[first]) ++end;
+    for (std::size_t row = first; row < end; ++row) {
+      cluster[row] = static_cast<std::size_t>(blocks[row]) * kIntervalsOfBlock +
+                     (row - first) * kIntervalsOfBlock / (end - first);
+    }
+    first = end;
+  }
+  return cluster;
+}
+
+/// The quantile, of `count`, in which each value lies.
+std::vector<std::size_t> quantile_of(const Eigen::VectorXd& values, std::size_t count) {
+  std::vector<double> sorted(values.begin(), values.end());
+  std::sort(sorted.begin(), sorted.end());
+  std::vector<double> bounds;
+  for (std::size_t q = 1; q < count; ++q) bounds.push_back(sorted[q * sorted.size() / count]);
+  std::vector<std::size_t> quantile;
+  quantile.reserve(sorted.size());
+  for (const double value : values) {
+    quantile.push_back(static_cast<std::size_t>(
+        std::upper_bound(bounds.begin(), bounds.end(), value) - bounds.begin()));
+  }
+  return quantile;
+}
+
+std::vector<std::size_t> cells_of_state(const Measurement& measurement) {
+  std::vector<std::size_t> cell = quantile_of(at_rows(measurement, measurement.position_m()), kPlaces);
+  const std::vector<std::size_t> speed =
+      quantile_of(at_rows(measurement, measurement.velocity_mps()), kSpeeds);
+  for (std::size_t row = 0; row < cell.size(); ++row) cell[row] = cell[row] * kSpeeds + speed[row];
+  return cell;
+}
+
+/// H^(-1/2) X' for the free unknowns of a model, one column per row of the measurement.
+Eigen::MatrixXd influence_of_rows(const FittedModel& model) {
+  const NormalEquations::Constraints& constraints = model.constraints;
+  Eigen::MatrixXd normal = model.equations->gram() + constraints.penalty;
+  sum_difference_transform(constraints.pairs, normal);
+  Eigen::MatrixXd columns = model.linearisation->columns();
+  for (const auto& [a, b] : constraints.pairs) {
+    const Eigen::VectorXd sum = 0.5 * (columns.col(a) + columns.col(b));
+    columns.col(b) = 0.5 * (columns.col(a) - columns.col(b));
+    columns.col(a) = sum;
+  }
+  std::vector<Eigen::Index> free;
+  for (std::size_t i = 0; i < model.solution.bound_states.size(); ++i) {
+    if (model.solution.bound_states[i] == BoundState::free) free.push_back(static_cast<Eigen::Index>(i));
+  }
+  if (free.empty()) return Eigen::MatrixXd(0, columns.rows());
+  const Eigen::MatrixXd own = normal(free, free);
+  // Scaled to a unit diagonal, so that the regularisation does not depend on units.
+  constexpr double kRelativeRidge = 1e-10;
+  const Eigen::VectorXd scale = own.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  Eigen::MatrixXd scaled = scale.asDiagonal() * own * scale.asDiagonal();
+  scaled.diagonal().array() += kRelativeRidge;
+  Eigen::MatrixXd rows = scale.asDiagonal() * columns(Eigen::all, free).transpose();
+  const Eigen::LLT<Eigen::MatrixXd> factor(scaled);
+  factor.matrixL().solveInPlace(rows);
+  return rows;
+}
+
+/// tr(H^-1 J) for scores that are summed within clusters.
+double clustered(const Eigen::MatrixXd& scores, const std::vector<std::size_t>& cluster) {
+  const std::size_t count = *std::max_element(cluster.begin(), cluster.end()) + 1;
+  Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(scores.rows(), static_cast<Eigen::Index>(count));
+  for (std::size_t row = 0; row < cluster.size(); ++row) {
+    sums.col(static_cast<Eigen::Index>(cluster[row])) += scores.col(static_cast<Eigen::Index>(row));
+  }
+  return sums.squaredNorm();
+}
+
+double mean_square(const Measurement& measurement, const FittedModel& model) {
+  const Eigen::VectorXd& weights = measurement.fit_weights();
+  return weights.dot(model.linearisation->residual_N().cwiseAbs2()) / weights.sum();
+}
+
+}  // namespace
+
+Criterion::Criterion(const Measurement& measurement, const Terms& baseline, std::size_t choices)
+    : measurement_(measurement),
+      baseline_(baseline),
+      ln_choices_(std::log(static_cast<double>(std::max<std::size_t>(choices, 1)))),
+      interval_of_row_(intervals(measurement)),
+      state_of_row_(cells_of_state(measurement)) {}
+
+Criterion::Choices Criterion::choices_of(const Terms& terms) const {
+  Choices choices;
+  for (const Term& term : terms) {
+    if (contains(baseline_, term.effect->text.id)) continue;
+    choices.ln_starts += ln_choices_;
+    for (const ShapeRange& range : searched_shapes(measurement_, *term.effect)) {
+      const ShapeKind kind = term.effect->shapes[range.index].kind;
+      choices.shapes += 1.0;
+      if (kind == ShapeKind::pitch || kind == ShapeKind::frequency) choices.ln_starts += std::log(kStarts);
+    }
+  }
+  return choices;
+}
+
+double Criterion::inflation_of(const FittedModel& model, const Eigen::MatrixXd& influence) const {
+  const Eigen::VectorXd& weights = measurement_.fit_weights();
+  const double count = (influence.cwiseAbs2() * weights).sum();
+  if (!(count > 0.0)) return 1.0;
+  const Eigen::VectorXd weighted_N = weights.cwiseProduct(model.linearisation->residual_N());
+  const Eigen::MatrixXd scores = influence * weighted_N.asDiagonal();
+  const double time = clustered(scores, interval_of_row_);
+  const double state = clustered(scores, state_of_row_);
+  // The sum over two partitions, less what is in both, need not be positive.
+  const double trace = std::max({time, state, time + state - scores.squaredNorm()});
+  return std::max(1.0, trace / (mean_square(measurement_, model) * count));
+}
+
+std::vector<double> Criterion::of(const std::vector<const FittedModel*>& models) const {
+  const Eigen::VectorXd& weights = measurement_.fit_weights();
+  const double weight = weights.sum();
+  std::vector<double> squares;
+  for (const FittedModel* const model : models)
+    squares.push_back(std::max(mean_square(measurement_, *model), 1e-300));
+  const auto best =
+      static_cast<std::size_t>(std::min_element(squares.begin(), squares.end()) - squares.begin());
+  std::vector<double> counts;
+  double inflation = 1.0;
+  for (std::size_t i = 0; i < models.size(); ++i) {
+    const Eigen::MatrixXd influence = influence_of_rows(*models[i]);
+    counts.push_back((influence.cwiseAbs2() * weights).sum());
+    if (i == best) inflation = inflation_of(*models[i], influence);
+  }
+  const double ln_rows = std::log(std::max(weight / inflation, std::exp(1.0)));
+  std::vector<double> criteria;
+  for (std::size_t i = 0; i < models.size(); ++i) {
+    const Choices choices = choices_of(models[i]->terms);
+    criteria.push_back(weight * std::log(squares[i]) +
+                       inflation * (ln_rows * (counts[i] + choices.shapes) + 2.0 * choices.ln_starts));
+  }
+  return criteria;
+}
+
+double Criterion::difference(const FittedModel& model, const FittedModel& other) const {
+  const std::vector<double> both = of({&model, &other});
+  return both[0] - both[1];
+}
+
+}  // namespace slipstack::workbench

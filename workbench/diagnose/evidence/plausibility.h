@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "workbench/estimate/nonlinear/fitted_model.h"
+
+namespace slipstack::workbench {
+
+// What a fitted effect cannot be, whatever the log says: physics beside the evidence.
+
+/// The part of the mean square of an error `before_N` that a model with held-out error `after_N` explains
+/// [N^2].
+inline double explained_N2(double before_N, double after_N) {
+  return before_N * before_N - after_N * after_N;
+}
+
+/// Whether the model has an implausible mode: overdamped, much heavier than the axis, or holding nearly all
+/// of its mass. The parameters of a mode take such values when it fits something else: a delay, or, in slow
+/// motion of one frequency, friction of another form.
+bool has_no_true_mode(const FittedModel& model);
+
+/// Whether the model's frictional lag is a property of its hysteresis: a lag over the pre-sliding travel and
+/// not over time. In bristle models whose level falls with velocity (LuGre, Leuven) the deflection approaches
+/// its new value over such a distance, without any memory of a lubricant film.
+bool lag_is_bristle_deflection(const FittedModel& model);
+
+/// Whether the Coulomb friction of a model is part of its hysteresis: the steep start of a virgin curve,
+/// which an encoder cannot distinguish from a step.
+bool coulomb_is_steep_start(const FittedModel& model);
+
+/// Whether the step adds an effect that grows with the force, and no more of it than errors of clocks and
+/// sensors can cause. `step_N2`: the mean square that the step explains of the error of `before`.
+bool within_instruments(const FittedModel& baseline, double tick_s, const Terms& before, const Terms& after,
+                        double step_N2);
+
+/// Whether `model` has an effect that the baseline does not have and that is none of the above: a mode that
+/// does not ring, a lag of bristles, Coulomb friction within an encoder step, or a ripple that does not
+/// repeat along the rail (repeats.h).
+bool is_implausible(const Measurement& measurement, const FittedModel& baseline, const FittedModel& model);
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "workbench/diagnose/evidence/criterion.h"
+#include "workbench/estimate/uncertainty/noise_floor.h"
+
+namespace slipstack::workbench {
+
+/// A model that the search has reached: the baseline and the effects that were added.
+struct Explanation {
+  FittedModel model;
+  std::vector<std::string> added;
+};
+
+/// By what explanations of one measurement are compared.
+struct SelectionContext {
+  const Measurement& measurement;
+  const FittedModel& baseline;
+  const NoiseFloor& floor;
+  Criterion criterion;
+};
+
+/// Whether the first explanation has the better criterion. Where they differ in one effect only, of which one
+/// is a special case of the other (EffectTraits::special_case), the general effect must also lower the
+/// held-out error by the share that is worth a name.
+bool is_better(const SelectionContext& context, const Explanation& one, const Explanation& other);
+
+/// Puts the explanation that is better than all others first, then the others by their criterion.
+void sort_by_criterion(const SelectionContext& context, std::vector<Explanation>& all);
+
+/// Whether the error is so near the noise floor that there is nothing to explain.
+bool at_floor(const SelectionContext& context, const FittedModel& model);
+
+/// Whether the step from `before` to `after` is made: the criterion falls; the held-out error, which is above
+/// the noise floor, falls by the share that is worth a name (kLeastReduction); and clocks and sensors alone
+/// do not err that much.
+bool is_step(const SelectionContext& context, const Explanation& before, const Explanation& after);
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "workbench/diagnose/evidence/selection.h"
+#include "workbench/estimate/nonlinear/trial.h"
+
+namespace slipstack::workbench {
+
+/// Drops effects that are no step beside the others. The effect added last is tested too, because the
+/// effects that it was added to may have changed since.
+void drop_superfluous(const SelectionContext& context, Explanation& explanation);
+
+/// Replaces an effect by another that has the better criterion beside the other effects: what was best while
+/// effects were missing need not be best beside them. `alone`: the trials of all effects on the baseline.
+void exchange_effects(const SelectionContext& context, const std::vector<Trial>& alone,
+                      Explanation& explanation);
+
+}  // namespace slipstack::workbench
