@@ -59,7 +59,8 @@ TEST(Criterion, AGainCostsTheLogarithmOfTheRowsWhereResidualsAreIndependent) {
 TEST(Criterion, PrefersAnEffectThatIsThere) {
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     test::Draw draw(seed);
-    const Measurement measurement(log_with(20.0, [&](double, double v) { return 0.5 + 3.0 * v + draw.normal(); }));
+    const Measurement measurement(
+        log_with(20.0, [&](double, double v) { return 0.5 + 3.0 * v + draw.normal(); }));
     EXPECT_GT(preference(measurement), 0.0) << seed;
   }
 }
@@ -85,20 +86,22 @@ TEST(Criterion, CyclesThatRepeatAreNoFurtherEvidence) {
 TEST(Criterion, DoesNotDependOnTheUnitOfTheForceOrOnTheOrder) {
   for (const double unit : {1.0, 1e-3, 4448.2}) {
     test::Draw draw(9);
-    const Measurement measurement(
-        log_with(20.0, [&](double t, double v) { return unit * (0.4 * v + 0.1 * std::sin(t) + 0.2 * draw.normal()); }));
+    const Measurement measurement(log_with(20.0, [&](double t, double v) {
+      return unit * (0.4 * v + 0.1 * std::sin(t) + 0.2 * draw.normal());
+    }));
     const FittedModel one = fitted(measurement, {"offset_force", "viscous"});
     const FittedModel other = fitted(measurement, {"viscous"});
     const Criterion criterion(measurement, {}, 20);
     const double difference = criterion.difference(one, other);
     EXPECT_NEAR(difference, -criterion.difference(other, one), 1e-9 * std::abs(difference));
     test::Draw again(9);
-    const Measurement newtons(
-        log_with(20.0, [&](double t, double v) { return 0.4 * v + 0.1 * std::sin(t) + 0.2 * again.normal(); }));
+    const Measurement newtons(log_with(
+        20.0, [&](double t, double v) { return 0.4 * v + 0.1 * std::sin(t) + 0.2 * again.normal(); }));
     const Criterion in_newtons(newtons, {}, 20);
-    EXPECT_NEAR(difference,
-                in_newtons.difference(fitted(newtons, {"offset_force", "viscous"}), fitted(newtons, {"viscous"})),
-                1e-3 * std::abs(difference));
+    EXPECT_NEAR(
+        difference,
+        in_newtons.difference(fitted(newtons, {"offset_force", "viscous"}), fitted(newtons, {"viscous"})),
+        1e-3 * std::abs(difference));
   }
 }
 
@@ -111,7 +114,8 @@ TEST(Criterion, CountsWhatWasChosen) {
   const double searched = Criterion(measurement, plain.terms, 1).difference(ripple, plain);
   const double given = Criterion(measurement, ripple.terms, 1).difference(ripple, plain);
   EXPECT_GT(searched, given + 2.0 * std::log(200.0));
-  EXPECT_GT(Criterion(measurement, plain.terms, 20).difference(ripple, plain), searched + 2.0 * std::log(19.0));
+  EXPECT_GT(Criterion(measurement, plain.terms, 20).difference(ripple, plain),
+            searched + 2.0 * std::log(19.0));
 }
 
 }  // namespace

@@ -48,13 +48,17 @@ FittedModel with_coulomb(const Measurement& measurement, double coulomb_N) {
   return model;
 }
 
-TEST(CoulombIsSteepStart, BelowATenthOfTheDryFriction) {
+TEST(CoulombIsOfHysteresis, BelowATenthOfTheDryFrictionOrFarAboveTheFloor) {
   const Measurement measurement(test::wandering_log(1, 2000.0, 6000));
-  EXPECT_TRUE(coulomb_is_steep_start(with_coulomb(measurement, 1.6)));
-  EXPECT_FALSE(coulomb_is_steep_start(with_coulomb(measurement, 2.0)));
-  FittedModel none = with_coulomb(measurement, 1.0);
-  none.terms.pop_back();
-  EXPECT_FALSE(coulomb_is_steep_start(none));
+  EXPECT_TRUE(coulomb_is_of_hysteresis(with_coulomb(measurement, 1.6), 1.0));
+  EXPECT_FALSE(coulomb_is_of_hysteresis(with_coulomb(measurement, 2.0), 1.0));
+  FittedModel poor = with_coulomb(measurement, 2.0);
+  poor.holdout_rmse_N = 1.49;
+  EXPECT_FALSE(coulomb_is_of_hysteresis(poor, 1.0));
+  poor.holdout_rmse_N = 1.51;
+  EXPECT_TRUE(coulomb_is_of_hysteresis(poor, 1.0));
+  poor.terms.pop_back();
+  EXPECT_FALSE(coulomb_is_of_hysteresis(poor, 1.0));
 }
 
 /// A fitted mass of 2 kg with an arm of `modal_kg` on it.

@@ -50,8 +50,8 @@ std::vector<std::size_t> quantile_of(const Eigen::VectorXd& values, std::size_t 
   std::vector<std::size_t> quantile;
   quantile.reserve(sorted.size());
   for (const double value : values) {
-    quantile.push_back(static_cast<std::size_t>(
-        std::upper_bound(bounds.begin(), bounds.end(), value) - bounds.begin()));
+    quantile.push_back(
+        static_cast<std::size_t>(std::upper_bound(bounds.begin(), bounds.end(), value) - bounds.begin()));
   }
   return quantile;
 }

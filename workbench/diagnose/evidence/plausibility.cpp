@@ -56,13 +56,18 @@ bool within_instruments(const FittedModel& baseline, double tick_s, const Terms&
 /// its level within a hundredth of its travel).
 constexpr double kLeastShareOfDry = 0.10;
 
-bool coulomb_is_steep_start(const FittedModel& model) {
+/// Above this multiple of the noise floor, the form of the virgin curve is not that of the axis: the error is
+/// largest at reversals, where Coulomb friction acts. Chosen on EMPS (2.1) and the blind bench (1.3 at most).
+constexpr double kFormIsNotTheAxis = 1.5;
+
+bool coulomb_is_of_hysteresis(const FittedModel& model, double floor_N) {
   const Term* coulomb = find_role(model.terms, Role::saturating_friction);
   const Term* hysteresis = find_role(model.terms, Role::hysteresis);
   if (coulomb == nullptr || hysteresis == nullptr) return false;
   const double level_N = element_sums(*hysteresis).level_N / static_cast<double>(hysteresis->gain_sets());
   const double coulomb_N = std::abs(coulomb->gains[0]);
-  return coulomb_N < kLeastShareOfDry * (coulomb_N + level_N);
+  return coulomb_N < kLeastShareOfDry * (coulomb_N + level_N) ||
+         model.holdout_rmse_N > kFormIsNotTheAxis * floor_N;
 }
 
 /// A mode whose mass exceeds this multiple of the moving mass is implausible. Chosen.
@@ -105,10 +110,13 @@ bool lag_is_bristle_deflection(const FittedModel& model) {
          time_s * velocity_mps >= kNoLagInTime * distance_m;
 }
 
-bool is_implausible(const Measurement& measurement, const FittedModel& baseline, const FittedModel& model) {
+bool is_implausible(const Measurement& measurement, const NoiseFloor& floor, const FittedModel& baseline,
+                    const FittedModel& model) {
+  const bool has_new_coulomb = has_role(model.terms, Role::saturating_friction) &&
+                               !has_role(baseline.terms, Role::saturating_friction);
   return (has_no_true_mode(model) && !has_no_true_mode(baseline)) ||
          (lag_is_bristle_deflection(model) && !has_role(baseline.terms, Role::friction_memory)) ||
-         (coulomb_is_steep_start(model) && !has_role(baseline.terms, Role::saturating_friction)) ||
+         (has_new_coulomb && coulomb_is_of_hysteresis(model, floor.of(model.terms))) ||
          ripple_not_supported(measurement, model, baseline.terms);
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "workbench/estimate/nonlinear/fitted_model.h"
+#include "workbench/estimate/uncertainty/noise_floor.h"
 
 namespace slipstack::workbench {
 
@@ -24,8 +25,9 @@ bool has_no_true_mode(const FittedModel& model);
 bool lag_is_bristle_deflection(const FittedModel& model);
 
 /// Whether the Coulomb friction of a model is part of its hysteresis: the steep start of a virgin curve,
-/// which an encoder cannot distinguish from a step.
-bool coulomb_is_steep_start(const FittedModel& model);
+/// which an encoder cannot distinguish from a step; or a correction of a virgin curve of another form, which
+/// shows by an error that stays above the noise floor `floor_N`.
+bool coulomb_is_of_hysteresis(const FittedModel& model, double floor_N);
 
 /// Whether the step adds an effect that grows with the force, and no more of it than errors of clocks and
 /// sensors can cause. `step_N2`: the mean square that the step explains of the error of `before`.
@@ -33,8 +35,9 @@ bool within_instruments(const FittedModel& baseline, double tick_s, const Terms&
                         double step_N2);
 
 /// Whether `model` has an effect that the baseline does not have and that is none of the above: a mode that
-/// does not ring, a lag of bristles, Coulomb friction within an encoder step, or a ripple that does not
+/// does not ring, a lag of bristles, Coulomb friction of the hysteresis, or a ripple that does not
 /// repeat along the rail (repeats.h).
-bool is_implausible(const Measurement& measurement, const FittedModel& baseline, const FittedModel& model);
+bool is_implausible(const Measurement& measurement, const NoiseFloor& floor, const FittedModel& baseline,
+                    const FittedModel& model);
 
 }  // namespace slipstack::workbench

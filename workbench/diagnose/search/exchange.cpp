@@ -83,7 +83,7 @@ void exchange_effects(const SelectionContext& context, const std::vector<Trial>&
       Explanation replaced{std::move(model),
                            with_other(explanation.added, explanation.added[i], trial.term.id())};
       if (is_better(context, replaced, explanation) &&
-          !is_implausible(context.measurement, context.baseline, replaced.model)) {
+          !is_implausible(context.measurement, context.floor, context.baseline, replaced.model)) {
         explanation = std::move(replaced);
       }
     }

@@ -32,7 +32,7 @@ std::vector<Explanation> grow(const DiagnoseOptions& options, const std::vector<
   std::vector<Explanation> grown = fit_best(context, std::move(attempts), 2 * kBeam);
   if (first) found.first_level = grown;
   std::erase_if(grown, [&](const Explanation& one) {
-    return is_implausible(context.measurement, context.baseline, one.model);
+    return is_implausible(context.measurement, context.floor, context.baseline, one.model);
   });
   sort_by_criterion(context, grown);
   return grown;
