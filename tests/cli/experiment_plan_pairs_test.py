@@ -14,7 +14,7 @@ import unittest
 import program
 
 RATE_Hz = 1000
-LIMITS = "stroke=0.02:0.38,velocity=0.4,acceleration=4,jerk=200"
+LIMITS = "stroke=0.02:0.38,velocity=0.4,acceleration=4,jerk=200,force=400"
 
 
 class Motion:

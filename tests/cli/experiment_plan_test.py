@@ -3,6 +3,8 @@
 """slipstack experiment plan: the planned motion resolves what the first log could not, on an axis that shares no code."""
 
 import json
+import os
+import pathlib
 import re
 import shlex
 import shutil
@@ -12,6 +14,8 @@ import program
 
 AXIS = ("--effects", "frictional_lag", "--strength", "2")
 SEED = 11
+ALLOWED = "velocity=0.3,acceleration=4,jerk=200,force=400"
+DATA = pathlib.Path(os.environ.get("SLIPSTACK_SHARED", program.REPOSITORY / ".." / "shared")) / "data"
 
 
 def poor_motion(path, rate_Hz=1000):
@@ -64,7 +68,7 @@ class Plan(program.Workshop):
         self.assertIn(confused, self.pairs(first))
         self.assertIsNotNone(first["next_experiment"])
         done = self.assert_done("experiment", "plan", "--log", self.stock / "first.csv", "--for", "stribeck,frictional_lag",
-                                "--seconds", "40", "--limits", "velocity=0.3,acceleration=4,jerk=200", "--out",
+                                "--seconds", "40", "--limits", ALLOWED, "--out",
                                 self.stock / "plan.csv", "--json", "-")
         expected = {(row["effect"], row["other"]): row for row in json.loads(done.stdout)["evidence"]}
         lag = expected[("frictional_lag", "stribeck")]
@@ -76,11 +80,13 @@ class Plan(program.Workshop):
         self.assertNotIn("stribeck", second["candidates"][0]["confounded_with"])
         self.assertNotIn(confused, self.pairs(second))
 
-    def test_the_proposed_command_runs_as_it_is_printed(self):
+    def test_the_proposed_command_runs_with_more_than_the_log_did(self):
         shutil.copy(self.stock / "first.csv", self.here / "first.csv")
         words = shlex.split(self.diagnosed("first.csv")["next_experiment"]["command"])
         self.assertEqual(words[:3], ["slipstack", "experiment", "plan"])
-        self.assert_done(*words[1:])
+        # Within what this slow log did, no motion shows more than it did.
+        self.assert_refused(words[1:], "less evidence")
+        self.assert_done(*words[1:], "--limits", ALLOWED)
         self.assertTrue((self.here / "setpoints.csv").read_text().startswith("# what: set points"))
 
     def test_limits_are_kept(self):
@@ -93,6 +99,56 @@ class Plan(program.Workshop):
         self.assertTrue(all(0.1 <= row[1] <= 0.3 and abs(row[2]) <= 0.2 and abs(row[3]) <= 1 for row in rows))
         self.assertLessEqual(rows[-1][0], 15)
 
+    QUANTITIES = ("velocity_mps", "acceleration_mps2", "jerk_mps3", "force_N")
+
+    def assert_no_more_than_the_log(self, *plan):
+        """Or a refusal that says why; returns whether there is a plan."""
+        done = self.run_here("experiment", "plan", *plan, "--out", "s.csv", "--json", "-")
+        if done.returncode == 2:
+            self.assertRegex(done.stderr.decode(), "less evidence|no motion|above its noise|shows these effects")
+            return False
+        self.assertEqual(done.returncode, 0, done.stderr)
+        summary = json.loads(done.stdout)["summary"]
+        unit = {key: key for key in self.QUANTITIES}
+        if "velocity_radps" in summary:
+            unit = dict(zip(self.QUANTITIES, ("velocity_radps", "acceleration_radps2", "jerk_radps3", "torque_Nm")))
+        for key in unit.values():
+            self.assertLessEqual(summary[key], summary["log"][key], key)
+            self.assertEqual(summary["limits"][key], summary["log"][key], key)
+        place = "rad" if "low_rad" in summary else "m"
+        self.assertGreaterEqual(summary[f"low_{place}"], summary["log"][f"low_{place}"])
+        self.assertLessEqual(summary[f"high_{place}"], summary["log"][f"high_{place}"])
+        return True
+
+    def test_no_plan_asks_for_more_than_the_log_did(self):
+        self.assert_no_more_than_the_log("--for", "stribeck,viscous", "--log", self.stock / "first.csv")
+        planned = 0
+        for name in ("emps/emps_estimation", "tribometer/tribometer_loops", "odrive_cogging/odrive_0p1rev",
+                     "hidden_effect/blind_1", "hidden_effect/blind_4"):
+            log = DATA / f"{name}.csv"
+            if not log.exists():
+                print(f"SKIP {log}")
+                continue
+            with self.subTest(name):
+                planned += self.assert_no_more_than_the_log("--for", "stribeck,viscous", "--log", log, "--seconds", "30")
+        self.assertGreater(planned, 0)
+
+    def test_log_limit_and_plan_stand_side_by_side(self):
+        done = self.assert_done("experiment", "plan", "--for", "stribeck,frictional_lag", "--log", self.stock / "first.csv",
+                                "--out", "s.csv", "--limits", ALLOWED, "--report",
+                                "r.html")
+        text = done.stdout.decode()
+        table = text.split("Log and plan\n")[1].split("\n\n")[0].splitlines()
+        self.assertEqual(table[0].split(), ["log", "limit", "plan", "unit"])
+        self.assertEqual(len({line.rindex(line.split()[-1]) for line in table}), 1, "columns are not aligned")
+        self.assertEqual(table[3].split()[2], "0.3")
+        self.assertIn("Log and plan", (self.here / "r.html").read_text())
+
+    def test_a_plan_that_shows_less_than_the_log_is_not_written(self):
+        self.assert_refused(["experiment", "plan", "--for", "viscous", "--log", self.stock / "first.csv", "--seconds", "20",
+                             "--limits", "velocity=0.01", "--out", "s.csv"], "less evidence")
+        self.assertFalse((self.here / "s.csv").exists())
+
     def test_several_logs_and_a_limit_of_the_current(self):
         text = (self.stock / "first.csv").read_text()
         constant = float(re.search(r"# motor_constant_N_per_A: (\S+)", text)[1])
@@ -100,8 +156,8 @@ class Plan(program.Workshop):
             (self.here / name).write_text(text)
         (self.here / "bare.csv").write_text(re.sub(r"# motor_constant.*\n", "", text))
         plan = ["experiment", "plan", "--for", "stribeck,viscous", "--seconds", "20", "--out", "s.csv", "--json", "-", "--log"]
-        single = json.loads(self.assert_done(*plan, "one.csv").stdout)
-        double = json.loads(self.assert_done(*plan, "one.csv", "two.csv", "--limits", f"current={60 / constant}").stdout)
+        single = json.loads(self.assert_done(*plan, "one.csv", "--limits", ALLOWED).stdout)
+        double = json.loads(self.assert_done(*plan, "one.csv", "two.csv", "--limits", f"velocity=0.3,acceleration=1,jerk=50,current={60 / constant}").stdout)
         self.assertAlmostEqual(double["summary"]["limits"]["force_N"], 60, places=4)
         self.assertLessEqual(double["summary"]["force_N"], 60)
         # Twice the data: the evidence grows by about as much.

@@ -162,6 +162,29 @@ class Contract(program.Workshop):
         self.assertEqual(better["hash"], add["hash"])
         self.assertAlmostEqual(better["rmse_N"] / add["train_rmse_N"], 1.0, places=9)
 
+    def test_fit_by_simulation(self):
+        effects = program.BASELINE + ",viscous"
+        plain = self.result("fit", "good.csv", "--effects", effects)
+        self.assertNotIn("criteria", plain)
+        fit = self.result("fit", "good.csv", "--effects", effects, "--criterion", "simulation", "--horizon", "1", "--model",
+                          "m.toml")
+        self.assert_keys(fit, {key: type(value) for key, value in plain.items()}, also=["criteria"])
+        self.check_fit(fit, effects.split(","))
+        criteria = fit["criteria"]
+        self.assert_keys(criteria, {"parameters": int, "runs": int, "run_s": float, "converged": bool,
+                                    "inverse_dynamics": dict, "simulation": dict})
+        for errors in (criteria["inverse_dynamics"], criteria["simulation"]):
+            self.assert_keys(errors, {f"{what}{error}": float for what in ("", "held_out_", "forward_")
+                                      for error in ("force_N", "position_m")})
+        self.assertEqual(fit["holdout_rmse_N"], criteria["simulation"]["held_out_force_N"])
+        self.assertEqual(fit["forward_rmse_N"], criteria["simulation"]["forward_force_N"])
+        compare = self.result("compare", "good.csv", "--model", "m.toml")
+        self.assertAlmostEqual(compare["rmse_N"] / fit["train_rmse_N"], 1.0, places=9)
+        for arguments, told in ((["--criterion", "simulation", "--effects", "presliding_hysteresis"], "no mass"),
+                                (["--criterion", "position", "--effects", "inertia"], "--criterion"),
+                                (["--horizon", "0", "--criterion", "simulation", "--effects", "inertia"], "--horizon")):
+            self.assert_refused(["fit", "good.csv", *arguments], told)
+
     def test_baseline_from_a_model_is_the_baseline(self):
         named = self.result("diagnose", "good.csv", "--effects", program.BASELINE)
         fitted = self.result("diagnose", "good.csv", "--model", "good.toml")

@@ -25,6 +25,8 @@ struct Options {
   std::string header;
   std::string report;
   std::string json;
+  std::string criterion;   ///< of fit: "force" (inverse dynamics) or "simulation"
+  double horizon_s = 0.0;  ///< of the runs of the latter
   bool stepwise = false;
 };
 

@@ -23,6 +23,7 @@
 #include "workbench/model/expression/definition.h"
 #include "workbench/papers/stop.h"
 #include "workbench/report/effect_page.h"
+#include "workbench/simulate/two_criteria.h"
 
 namespace {
 
@@ -103,6 +104,17 @@ void define_fit(CLI::App& app, Options& options) {
   add_text(*fit, "--effects", options.effects, "A,B,..", "effects, separated by commas")->required();
   add_user_effects(*fit, options, "fit also a user-defined effect");
   add_text(*fit, "--model", options.model, "FILE", "model file to write (without: the fit is shown only)");
+  CLI::Option* criterion =
+      add_text(
+          *fit, "--criterion", options.criterion, "force|simulation",
+          "what is fitted: the force along the measured motion, or the position that the force alone gives")
+          ->check(CLI::IsMember({"force", "simulation"}))
+          ->default_val("force");
+  fit->add_option("--horizon", options.horizon_s, "duration of the runs of --criterion simulation, s")
+      ->check(CLI::Range(0.2, 3600.0))
+      ->type_name("S")
+      ->default_val(kRunHorizon_s)
+      ->needs(criterion);
   add_outputs(*fit, options);
   fit->footer(effect_list());
   fit->callback([&options] { run_fit(options); });

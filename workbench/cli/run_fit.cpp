@@ -29,6 +29,15 @@ std::vector<std::string> effects_to_fit(const Options& options) {
   return ids;
 }
 
+void refine_by_simulation(const Options& options, const Measurement& measurement, Progress& progress,
+                          FitResult& result, FittedModel& reduced) {
+  result.simulation =
+      fit_by_simulation(options.log, measurement, result.fitted, options.horizon_s,
+                        [&](double fraction) { progress.show("fit by simulation", fraction); });
+  reduced = with_refined_gains(measurement, result.fitted, result.simulation->model, std::move(reduced));
+  result.fitted = result.simulation->model;
+}
+
 }  // namespace
 
 void run_fit(const Options& options) {
@@ -60,6 +69,7 @@ void run_fit(const Options& options) {
     judge_on_unseen_data(searched, result.fitted);
     progress.show("reduce to the controller");
     reduced = on_controller(searched, result.fitted);
+    if (options.criterion == "simulation") refine_by_simulation(options, searched, progress, result, reduced);
     logs.fit_to_whole({&result.fitted, &reduced}, robust.limit_N);
   } while (logs.extend());
   const Measurement& measurement = logs.measurement();

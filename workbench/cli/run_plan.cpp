@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <optional>
 
 #include "workbench/base/errors.h"
 #include "workbench/cli/define_experiments.h"
@@ -19,6 +20,17 @@ struct PlanCommand {
   PlanRequest request;
   ExperimentOutputs outputs;
 };
+
+/// Throws InputError for a plan that would show less than what is known already.
+void refuse_less_than_known(const std::vector<ExpectedEvidence>& so_far, const Plan& plan) {
+  const std::optional<LeastEvidence> least = least_evidence(so_far, plan.expected);
+  if (!least || least->plan >= least->log) return;
+  throw InputError(
+      fmt::format("within these limits the best motion of {:.3g} s is expected to give less evidence "
+                  "({:.3g}) than the log in "
+                  "hand ({:.3g}), so it is not written; allow more with --limits or --seconds",
+                  plan.motion.duration_s(), least->plan, least->log));
+}
 
 void run_plan(const std::string& command_line, const PlanCommand& command) {
   const PlanRequest& request = command.request;
@@ -48,7 +60,10 @@ void run_plan(const std::string& command_line, const PlanCommand& command) {
         known.knowledge, {limits, request.seconds, [&](const std::string& stage, double fraction) {
                             progress.show(stage, fraction);
                           }});
-    if (known.measurement) known.so_far = expected_evidence(*known.measurement, known.base, plan.effects);
+    if (known.measurement) {
+      known.so_far = expected_evidence(*known.measurement, known.base, plan.effects);
+      refuse_less_than_known(known.so_far, plan);
+    }
     return plan_result(request, known, limits, plan);
   });
 }
@@ -76,8 +91,8 @@ void define_plan(CLI::App& experiment, const std::string& command_line) {
       ->allow_extra_args(false)
       ->take_all();
   add_word(*command, "--limits", wanted->request.limits, "K=V,..",
-           "stroke=low:high,velocity=,acceleration=,jerk=,force=,current= in SI units (default: the log's "
-           "motion; no force)");
+           "stroke=low:high,velocity=,acceleration=,jerk=,force=,current= in SI units (default: each as in "
+           "the log)");
   command->add_option("--seconds", wanted->request.seconds, "the motion may last")->capture_default_str();
   command->add_option("--rate", wanted->request.rate_Hz, "set points per second")->capture_default_str();
   add_word(*command, "--out", wanted->outputs.out, "FILE", "set-point file to write, CSV")->required();

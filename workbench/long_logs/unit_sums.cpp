@@ -60,14 +60,14 @@ NormalEquations equations_of(const json& blocks, Eigen::Index unknowns) {
 }
 
 json unit_json(const UnitSums& one) {
-  json entry{
-      {"log", one.log},
-      {"block", one.first_block},
-      {"equations", json::array()},
-      {"reached",
-       {one.reached.low_m, one.reached.high_m, one.reached.velocity_mps, one.reached.acceleration_mps2}},
-      {"squares", json::array()},
-      {"windows", json::array()}};
+  json entry{{"log", one.log},
+             {"block", one.first_block},
+             {"equations", json::array()},
+             {"reached",
+              {one.reached.low_m, one.reached.high_m, one.reached.velocity_mps, one.reached.acceleration_mps2,
+               one.reached.jerk_mps3, one.reached.force_N}},
+             {"squares", json::array()},
+             {"windows", json::array()}};
   for (const NormalEquations& equations : one.equations) {
     entry["equations"].push_back(equations_json(equations));
   }
@@ -90,7 +90,7 @@ UnitSums unit_of(const json& entry, const std::vector<Terms>& models) {
   }
   const json& reached = entry["reached"];
   one.reached = {reached[0].get<double>(), reached[1].get<double>(), reached[2].get<double>(),
-                 reached[3].get<double>()};
+                 reached[3].get<double>(), reached[4].get<double>(), reached[5].get<double>()};
   for (const json& squares : entry["squares"]) {
     one.squares.push_back({squares[0].get<double>(), squares[1].get<double>(), squares[2].get<double>(),
                            squares[3].get<double>()});
@@ -121,20 +121,6 @@ double Squares::rmse_N() const {
 
 double Window::rmse_N() const {
   return std::sqrt(squares / weight);
-}
-
-void MotionExtremes::add(const MotionExtremes& other) {
-  low_m = std::min(low_m, other.low_m);
-  high_m = std::max(high_m, other.high_m);
-  velocity_mps = std::max(velocity_mps, other.velocity_mps);
-  acceleration_mps2 = std::max(acceleration_mps2, other.acceleration_mps2);
-}
-
-void MotionExtremes::take(const Measurement& measurement, std::size_t first, std::size_t end) {
-  for (std::size_t i = first; i < end; ++i) {
-    const double x_m = measurement.log().position_m[i];
-    add({x_m, x_m, std::abs(measurement.velocity_mps()[i]), std::abs(measurement.acceleration_mps2()[i])});
-  }
 }
 
 json to_json(const SumTask& task) {

@@ -2,12 +2,12 @@
 #pragma once
 
 #include <cstddef>
-#include <limits>
 #include <nlohmann/json.hpp>
 #include <vector>
 
 #include "workbench/estimate/linear/normal_equations.h"
 #include "workbench/estimate/terms/terms.h"
+#include "workbench/long_logs/motion_extremes.h"
 
 namespace slipstack::workbench {
 
@@ -32,17 +32,6 @@ struct Window {
   std::size_t first() const { return index * kSamples; }
   std::size_t end() const { return first() + kSamples; }
   double rmse_N() const;
-};
-
-/// Extremes of the motion: positions as read, velocity and acceleration filtered.
-struct MotionExtremes {
-  double low_m = std::numeric_limits<double>::infinity();
-  double high_m = -std::numeric_limits<double>::infinity();
-  double velocity_mps = 0.0;
-  double acceleration_mps2 = 0.0;
-  void add(const MotionExtremes& other);
-  /// Includes the samples [first, end) of a measurement.
-  void take(const Measurement& measurement, std::size_t first, std::size_t end);
 };
 
 /// Which sums over whole logs are wanted.

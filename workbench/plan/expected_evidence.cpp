@@ -50,6 +50,20 @@ std::vector<ExpectedEvidence> evidence_of(const Information& information, const 
 
 }  // namespace
 
+std::optional<LeastEvidence> least_evidence(const std::vector<ExpectedEvidence>& log,
+                                            const std::vector<ExpectedEvidence>& plan) {
+  std::optional<LeastEvidence> least;
+  for (const ExpectedEvidence& planned : plan) {
+    const auto same = std::find_if(log.begin(), log.end(), [&](const ExpectedEvidence& one) {
+      return one.effect == planned.effect && one.other == planned.other;
+    });
+    if (same == log.end() || std::max(same->evidence, planned.evidence) < kDecisive) continue;
+    if (!least) least = {same->evidence, planned.evidence};
+    least = {std::min(least->log, same->evidence), std::min(least->plan, planned.evidence)};
+  }
+  return least;
+}
+
 std::vector<Information::Expected> expected_effects(const Measurement& measurement, const Terms& effects) {
   std::vector<Information::Expected> expected;
   for (const Term& term : effects) expected.push_back({term, alternative_shapes_of(measurement, term)});

@@ -66,6 +66,13 @@ FittedModel base_of(const PlanRequest& request, const std::vector<std::string>& 
   return fit_effects(measurement, baseline, {});
 }
 
+/// The largest force of the model along the logs. Where friction is nearly all of the force, that of the log,
+/// with its noise subtracted, would leave nothing for a plan whose force is computed by the model.
+double largest_force_N(const FittedModel& base) {
+  constexpr double kRipple = 1.001;  // of the filter (zero_phase.cpp), with a margin
+  return kRipple * base.linearisation->force_N().cwiseAbs().maxCoeff();
+}
+
 /// What is known from the logs: the effects from the excerpt that is searched, baseline and limits from all
 /// samples.
 void know_by_logs(KnownAxis& known, const PlanRequest& request, const std::vector<std::string>& ids,
@@ -87,6 +94,7 @@ void know_by_logs(KnownAxis& known, const PlanRequest& request, const std::vecto
     knowledge.effects = averaged_over_logs(measurement, std::move(effects));
     logs.fit_to_whole({&known.base}, 0.0);
     known.reached = logs.reached();
+    known.reached.force_N = std::max(known.reached.force_N, largest_force_N(known.base));
     // The payload of the next motion is assumed to be the mean of the logs'.
     knowledge.model = averaged_over_logs(measurement, known.base.terms);
   } while (logs.extend());

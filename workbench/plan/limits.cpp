@@ -14,7 +14,7 @@
 namespace slipstack::workbench {
 namespace {
 
-/// Where the jerk is not given, the acceleration is reached within this time. Chosen.
+/// Where there is neither log nor limit of the jerk, the acceleration is reached within this time. Chosen.
 constexpr double kJerkTime_s = 0.02;
 
 /// `limits`, with the given values in their place.
@@ -37,9 +37,9 @@ AxisLimits replaced(AxisLimits limits, const GivenLimits& given,
                       axis_key("motor_constant_N_per_A")));
     }
     const double force_N = given.at("current")[0] * *motor_constant_N_per_A;
-    limits.force_N = limits.force_N > 0.0 ? std::min(limits.force_N, force_N) : force_N;
+    limits.force_N = given.contains("force") ? std::min(limits.force_N, force_N) : force_N;
   }
-  limits.jerk_mps3 = given.contains("jerk") ? given.at("jerk")[0] : limits.acceleration_mps2 / kJerkTime_s;
+  if (given.contains("jerk")) limits.jerk_mps3 = given.at("jerk")[0];
   return limits;
 }
 
@@ -90,7 +90,9 @@ AxisLimits limits_of_axis(const GivenLimits& given) {
                       key));
     }
   }
-  return replaced({}, given, std::nullopt);
+  AxisLimits limits = replaced({}, given, std::nullopt);
+  if (limits.jerk_mps3 == 0.0) limits.jerk_mps3 = limits.acceleration_mps2 / kJerkTime_s;
+  return limits;
 }
 
 AxisLimits limits_of_axis(const GivenLimits& given, const MotionExtremes& reached,
@@ -100,7 +102,21 @@ AxisLimits limits_of_axis(const GivenLimits& given, const MotionExtremes& reache
   limits.high_m = reached.high_m;
   limits.velocity_mps = reached.velocity_mps;
   limits.acceleration_mps2 = reached.acceleration_mps2;
-  return replaced(limits, given, motor_constant_N_per_A);
+  limits.jerk_mps3 = reached.jerk_mps3;
+  limits.force_N = reached.force_N;
+  limits.force_of_log = !given.contains("force") && !given.contains("current");
+  limits = replaced(limits, given, motor_constant_N_per_A);
+  const auto check = [](double value, const char* key) {
+    if (value > 0.0) return;
+    throw UsageError(
+        fmt::format("--limits: the log shows no {} above its noise; give {}= in SI units", key, key));
+  };
+  check(limits.stroke_m(), "stroke");
+  check(limits.velocity_mps, "velocity");
+  check(limits.acceleration_mps2, "acceleration");
+  check(limits.jerk_mps3, "jerk");
+  check(limits.force_N, "force");
+  return limits;
 }
 
 }  // namespace slipstack::workbench

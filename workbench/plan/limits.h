@@ -20,8 +20,9 @@ GivenLimits parse_limits(const std::string& text);
 
 /// Limits of an axis without logs. Throws UsageError where one is missing.
 AxisLimits limits_of_axis(const GivenLimits& given);
-/// Limits of an axis with logs: the extremes that it has reached in them, unless given. The motor constant
-/// converts a limit of the current into one of the force.
+/// Limits of an axis with logs: what it has surely done in them (MotionExtremes), each unless given. The
+/// motor constant converts a limit of the current into one of the force. Throws UsageError for a limit that
+/// is not given and that the logs do not show.
 AxisLimits limits_of_axis(const GivenLimits& given, const MotionExtremes& reached,
                           std::optional<double> motor_constant_N_per_A);
 

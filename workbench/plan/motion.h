@@ -15,6 +15,9 @@ struct AxisLimits {
   double acceleration_mps2 = 0.0;
   double jerk_mps3 = 0.0;
   double force_N = 0.0;  ///< 0: not limited
+  /// Whether the force is that of the log: then it limits that of the log's model, else that of the model
+  /// with the effects that are planned for.
+  bool force_of_log = false;
   double stroke_m() const { return high_m - low_m; }
 };
 

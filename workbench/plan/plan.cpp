@@ -147,7 +147,7 @@ class Planner {
       if (options_.limits.force_N > 0.0) {
         const std::vector<double> force_N = force_along(builder.points(), knowledge_.model);
         const bool strong = std::any_of(force_N.begin(), force_N.end(), [&](double force) {
-          return std::abs(force) > 0.9 * options_.limits.force_N;
+          return std::abs(force) > (options_.limits.force_of_log ? 1.0 : 0.9) * options_.limits.force_N;
         });
         if (strong) continue;
       }
@@ -179,7 +179,7 @@ class Planner {
                                    sequence.groups_of(measurement), static_cast<int>(all.size()),
                                    NoiseFloor(measurement).of(base.terms));
     for (const MotionSegment& segment : segments_) durations_s_.push_back(duration_s(segment) + kSettle_s);
-    if (options_.limits.force_N > 0.0) exclude_strong(sequence);
+    if (options_.limits.force_N > 0.0 && !options_.limits.force_of_log) exclude_strong(sequence);
   }
 
   void exclude_strong(const Sequence& sequence) {
@@ -247,6 +247,15 @@ class Planner {
       chosen.pop_back();
       sequence = in_sequence(chosen, options_.limits, knowledge_.model, knowledge_.rate_Hz);
     }
+    // With the memory of the whole motion the force may differ a little from that of each segment alone.
+    while (options_.limits.force_N > 0.0 && peak_force_N(sequence.motion) > options_.limits.force_N) {
+      if (chosen.size() == 1) {
+        throw std::invalid_argument(
+            "no motion fits into the limit of the force; give more force or less friction");
+      }
+      chosen.erase(chosen.begin() + strongest_segment(sequence));
+      sequence = in_sequence(chosen, options_.limits, knowledge_.model, knowledge_.rate_Hz);
+    }
     Plan plan;
     plan.motion = std::move(sequence.motion);
     for (const MotionSegment* segment : chosen) plan.segments.push_back(segment->name);
@@ -254,10 +263,41 @@ class Planner {
     const FittedModel base = fit_gains(measurement, knowledge_.model);
     plan.effects = effects_;
     plan.expected = expected_evidence(measurement, base, effects_);
-    for (const double force : force_along(plan.motion, with(knowledge_.model, knowledge_.effects))) {
-      plan.peak_force_N = std::max(plan.peak_force_N, std::abs(force));
-    }
+    plan.peak_force_N = peak_force_N(plan.motion);
     return plan;
+  }
+
+  /// The largest magnitude of the force along a motion at every sample: of the log's model where the limit is
+  /// the log's; else with the effects as they are known and as they are expected.
+  std::vector<double> magnitude_N(const SetPoints& motion) const {
+    std::vector<Terms> models{knowledge_.model};
+    if (!options_.limits.force_of_log) {
+      models = {with(knowledge_.model, knowledge_.effects), with(knowledge_.model, effects_)};
+    }
+    std::vector<double> largest_N(motion.size(), 0.0);
+    for (const Terms& model : models) {
+      const std::vector<double> force_N = force_along(motion, model);
+      for (std::size_t i = 0; i < force_N.size(); ++i) {
+        largest_N[i] = std::max(largest_N[i], std::abs(force_N[i]));
+      }
+    }
+    return largest_N;
+  }
+
+  double peak_force_N(const SetPoints& motion) const {
+    const std::vector<double> force_N = magnitude_N(motion);
+    return *std::max_element(force_N.begin(), force_N.end());
+  }
+
+  /// The segment of a sequence at which, or in the move to which, the force is largest.
+  std::ptrdiff_t strongest_segment(const Sequence& sequence) const {
+    const std::vector<double> force_N = magnitude_N(sequence.motion);
+    const auto at =
+        static_cast<std::size_t>(std::max_element(force_N.begin(), force_N.end()) - force_N.begin());
+    std::ptrdiff_t segment = 0;
+    const auto last = static_cast<std::ptrdiff_t>(sequence.samples.size()) - 1;
+    while (segment < last && sequence.samples[static_cast<std::size_t>(segment)].second <= at) ++segment;
+    return segment;
   }
 
   const Knowledge& knowledge_;

@@ -11,7 +11,8 @@ namespace {
 /// limit of the force requires it. Acceleration is proportional to the square of the pace.
 double pace_of(const AxisLimits& limits, const Terms& model) {
   constexpr double kHalf = 0.5;
-  if (limits.force_N <= 0.0 || mass_kg(model) <= 0.0) return kHalf;
+  // In a log the force and the acceleration are those of one motion.
+  if (limits.force_N <= 0.0 || limits.force_of_log || mass_kg(model) <= 0.0) return kHalf;
   const double left_N = 0.8 * limits.force_N - friction_level_N(model);
   const double full_N = mass_kg(model) * limits.acceleration_mps2;
   return std::clamp(std::sqrt(std::max(left_N, 0.0) / full_N), 0.05, kHalf);

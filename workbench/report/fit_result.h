@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,7 @@
 #include "workbench/estimate/nonlinear/fit.h"
 #include "workbench/model/model.h"
 #include "workbench/report/log_results.h"
+#include "workbench/simulate/two_criteria.h"
 
 // The result of `fit`; the JSON, the text of the terminal and the page show it.
 namespace slipstack::workbench {
@@ -26,6 +28,7 @@ struct FitResult {
   std::vector<LogResult> logs;  ///< empty for a single log
   Model model;
   std::vector<InputWarning> warnings;
+  std::optional<SimulationFit> simulation;  ///< with --criterion simulation
 };
 
 std::string fit_text(const Measurement& measurement, const FitResult& result);

@@ -42,6 +42,33 @@ ExperimentTable evidence_table(const Plan& plan, const std::vector<ExpectedEvide
   return table;
 }
 
+/// What the log did, what is allowed and what is planned, side by side.
+ExperimentTable limits_table(const KnownAxis& known, const AxisLimits& limits, const AxisLimits& planned) {
+  ExperimentTable table{"limits",
+                        "Log and plan",
+                        {{"quantity", "", ""},
+                         {"log", "log", "", 1.0, 4},
+                         {"limit", "limit", "", 1.0, 4},
+                         {"plan", "plan", "", 1.0, 4},
+                         {"unit", "unit", ""}},
+                        {}};
+  const double none = std::nan("");
+  const MotionExtremes& log = known.reached;
+  const auto row = [&](const char* quantity, const char* unit, double did, double limit, double plan) {
+    table.rows.push_back({std::string(quantity), known.measurement ? did : none, limit > 0.0 ? limit : none,
+                          plan, axis_unit(unit)});
+  };
+  table.rows.push_back({std::string("lowest position"), known.measurement ? log.low_m : none, limits.low_m,
+                        planned.low_m, axis_unit("m")});
+  table.rows.push_back({std::string("highest position"), known.measurement ? log.high_m : none, limits.high_m,
+                        planned.high_m, axis_unit("m")});
+  row("velocity", "m/s", log.velocity_mps, limits.velocity_mps, planned.velocity_mps);
+  row("acceleration", "m/s2", log.acceleration_mps2, limits.acceleration_mps2, planned.acceleration_mps2);
+  row("jerk", "m/s3", log.jerk_mps3, limits.jerk_mps3, planned.jerk_mps3);
+  row(axis_is_rotary() ? "torque" : "force", "N", log.force_N, limits.force_N, planned.force_N);
+  return table;
+}
+
 ExperimentTable pieces_table(const Plan& plan) {
   ExperimentTable table{"segments", "The motion", {{"segment", "#", "", 1.0, 0}, {"what", "what", ""}}, {}};
   for (std::size_t i = 0; i < plan.segments.size(); ++i) {
@@ -54,7 +81,8 @@ ExperimentTable pieces_table(const Plan& plan) {
 
 ExperimentResult plan_result(const PlanRequest& request, const KnownAxis& known, const AxisLimits& limits,
                              const Plan& plan) {
-  const AxisLimits reached = extremes_of(plan.motion);
+  AxisLimits reached = extremes_of(plan.motion);
+  reached.force_N = plan.peak_force_N;
   ExperimentResult result;
   result.experiment = "plan";
   result.setup = request.logs.empty()
@@ -85,7 +113,17 @@ ExperimentResult plan_result(const PlanRequest& request, const KnownAxis& known,
                                    {"acceleration_mps2", limits.acceleration_mps2},
                                    {"jerk_mps3", limits.jerk_mps3},
                                    {"force_N", limits.force_N > 0.0 ? limits.force_N : std::nan("")}}}};
-  result.tables = {evidence_table(plan, known.so_far), pieces_table(plan)};
+  if (known.measurement) {
+    result.summary.push_back(
+        {"log", std::vector<SummaryEntry>{{"low_m", known.reached.low_m},
+                                          {"high_m", known.reached.high_m},
+                                          {"velocity_mps", known.reached.velocity_mps},
+                                          {"acceleration_mps2", known.reached.acceleration_mps2},
+                                          {"jerk_mps3", known.reached.jerk_mps3},
+                                          {"force_N", known.reached.force_N}}});
+  }
+  result.tables = {limits_table(known, limits, reached), evidence_table(plan, known.so_far),
+                   pieces_table(plan)};
   std::vector<double> time_s(plan.motion.size());
   for (std::size_t i = 0; i < time_s.size(); ++i) time_s[i] = static_cast<double>(i) / plan.motion.rate_Hz;
   const DisplayUnit length = machine_length_unit();
@@ -95,10 +133,6 @@ ExperimentResult plan_result(const PlanRequest& request, const KnownAxis& known,
                            time_s,
                            {{"position", plan.motion.position_m, {}, "measured", false}},
                            false});
-  result.notes.push_back(fmt::format(
-      "Reached: {} to {}, {}, {:.3g} {}, {:.3g} {}, {} by the model.", quantity(reached.low_m, "m"),
-      quantity(reached.high_m, "m"), quantity(reached.velocity_mps, "m/s"), reached.acceleration_mps2,
-      axis_unit("m/s2"), reached.jerk_mps3, axis_unit("m/s3"), newtons(plan.peak_force_N)));
   if (request.logs.empty() && request.model.empty()) {
     result.notes.push_back(fmt::format("Assumed: {}; give --log or --model.", assumed_text()));
   }

@@ -27,11 +27,8 @@ struct OpenLoop {
   int steps_per_sample = 1;
 };
 
-/// Integrates mass x acceleration = force / factor - friction from the measured position and velocity at the
-/// start, by the semi-implicit Euler method with steps that are short against the stiffest hysteresis (the
-/// stop operators are then passive and the scheme is stable). The measured force is interpolated, and read
-/// later by the delay of the model. The measured motion is not used after the start, so errors accumulate, as
-/// in any open loop. Cost: samples x steps_per_sample x effects, some 0.3 us each.
+/// One free run (free_run.h) of a measurement of one log, from the measured position and velocity at the
+/// start.
 ///
 /// Throws std::invalid_argument without a mass, or when start and end leave nothing to simulate.
 OpenLoop simulate_open_loop(const Measurement& measurement, const Terms& terms,

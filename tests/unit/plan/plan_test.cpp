@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 
 #include "workbench/estimate/terms/shape_ranges.h"
 #include "workbench/model/effects/effect_registry.h"
@@ -84,6 +85,50 @@ TEST(Plan, ExcludesSegmentsThatExceedTheForce) {
   EXPECT_LE(weak.peak_force_N, 15.0);
   options.limits.force_N = 1.0;  // less than the friction alone
   EXPECT_THROW(plan_experiment(knowledge, options), std::invalid_argument);
+}
+
+TEST(Plan, NeverExceedsRandomLimits) {
+  std::mt19937_64 random(16);
+  const auto uniform = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  for (int trial = 0; trial < 6; ++trial) {
+    Knowledge knowledge = knowledge_of({"viscous", "stribeck"});
+    PlanOptions options = options_of(20.0);
+    AxisLimits& limits = options.limits;
+    limits.velocity_mps = uniform(0.05, 0.6);
+    limits.acceleration_mps2 = uniform(0.5, 6.0);
+    limits.jerk_mps3 = limits.acceleration_mps2 * uniform(10.0, 80.0);
+    // Mass 12 kg, friction level 8 N: sometimes the acceleration limits, sometimes the force.
+    limits.force_N = uniform(12.0, 60.0);
+    const Plan plan = plan_experiment(knowledge, options);
+    const AxisLimits found = extremes_of(plan.motion);
+    EXPECT_GE(found.low_m, limits.low_m) << trial;
+    EXPECT_LE(found.high_m, limits.high_m) << trial;
+    EXPECT_LE(found.velocity_mps, limits.velocity_mps) << trial;
+    EXPECT_LE(found.acceleration_mps2, limits.acceleration_mps2) << trial;
+    EXPECT_LE(found.jerk_mps3, limits.jerk_mps3) << trial;
+    EXPECT_LE(plan.peak_force_N, limits.force_N) << trial;
+    for (const double force_N : force_along(plan.motion, knowledge.model)) {
+      ASSERT_LE(std::abs(force_N), limits.force_N) << trial;
+    }
+  }
+}
+
+TEST(LeastEvidence, CountsOnlyWhatOneOfTheTwoAnswers) {
+  const auto pair = [](const char* effect, const char* other, double evidence) {
+    return ExpectedEvidence{effect, other, 45.0, evidence, evidence};
+  };
+  const std::vector<ExpectedEvidence> log{pair("a", "", 5e4), pair("a", "b", 900.0), pair("b", "a", -8.0)};
+  const auto worse = least_evidence(log, {pair("a", "", 3e4), pair("a", "b", 200.0), pair("b", "a", -9.0)});
+  ASSERT_TRUE(worse);
+  EXPECT_EQ(worse->log, 900.0);
+  EXPECT_EQ(worse->plan, 200.0);
+  const auto better = least_evidence(log, {pair("a", "", 3e4), pair("a", "b", 950.0), pair("b", "a", 40.0)});
+  ASSERT_TRUE(better);
+  EXPECT_EQ(better->log, -8.0);
+  EXPECT_EQ(better->plan, 40.0);
+  EXPECT_FALSE(least_evidence({pair("b", "a", -8.0)}, {pair("b", "a", 2.0)}));
 }
 
 }  // namespace

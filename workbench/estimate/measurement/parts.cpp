@@ -120,6 +120,17 @@ JoinedLogs join(std::vector<LogChunk> chunks) {
   return joined;
 }
 
+std::vector<Interval> usable_stretches(const LogPart& part, std::size_t from) {
+  std::vector<Interval> all;
+  std::size_t first = from;
+  for (const Interval& cut : part.cut) {
+    if (cut.first > first) all.push_back({first, cut.first});
+    first = std::max(first, cut.end);
+  }
+  if (part.sample_count > first) all.push_back({first, part.sample_count});
+  return all;
+}
+
 std::vector<double> part_of(const std::vector<double>& values, const LogPart& part) {
   const auto first = values.begin() + static_cast<std::ptrdiff_t>(part.first_sample);
   return {first, first + static_cast<std::ptrdiff_t>(part.sample_count)};

@@ -47,6 +47,9 @@ struct LogPart {
   std::size_t end_sample() const { return first_sample + sample_count; }
 };
 
+/// The intervals of a part from `from` on that were not cut out; samples counted from its first.
+std::vector<Interval> usable_stretches(const LogPart& part, std::size_t from);
+
 /// Logs joined one after another.
 struct JoinedLogs {
   Log log;  ///< with the header of the first; columns that only some logs have are left out
