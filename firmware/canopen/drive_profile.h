@@ -24,6 +24,7 @@ class DriveProfile {
   /// no controlword is followed.
   void begin_reset(Dictionary& dictionary) {
     dictionary_ = &dictionary;
+    bounds_changed_ = true;
     resetting_ = true;
     control_ = 0;
     mode_ = Mode::kNone;
@@ -39,6 +40,7 @@ class DriveProfile {
     if (supervision_.lost()) connection_lost();
     follow_mode();
     follow_cyclic();
+    follow_bounds();
     command();
     profile_position();
   }
@@ -106,10 +108,9 @@ class DriveProfile {
   Abort check(std::uint16_t index, std::uint32_t value_now) const {
     switch (index) {
       case 0x6007:
-      case 0x605E:
         return value_now == 1 ? Abort::kBadValue : Abort::kNone;  // not offered
-      case 0x605A:
-        return value_now == 0 || value_now == 2 || value_now == 6 ? Abort::kNone : Abort::kBadValue;
+      case 0x605A:                                                // not by the current limit, 3 and 7
+        return value_now == 3 || value_now == 4 ? Abort::kBadValue : Abort::kNone;
       case 0x6060: {
         const auto mode = static_cast<Mode>(static_cast<std::int8_t>(value_now));
         const bool known = mode == Mode::kNone || mode == Mode::kProfilePosition ||
@@ -132,20 +133,33 @@ class DriveProfile {
       case 0x607A:
         target_written_ = true;
         return;
+      case 0x607D:
+      case 0x607F:
+      case 0x6080:
+      case 0x6084:
+      case 0x6085:
+      case 0x60A4:
+      case kBrakeIndex:
+        bounds_changed_ = true;
+        return;
       default:
         return;
     }
   }
 
   /// All that came together was written: control word, mode and forces reach the tick at once.
-  void commit() { command(); }
+  void commit() {
+    follow_bounds();
+    command();
+  }
 
  private:
   std::uint32_t value(std::size_t row) const { return dictionary_->value(row); }
 
   const AxisParameters& axis() const { return controller_.parameters().axis; }
 
-  bool operation_enabled() const { return controller_.state().state() == DriveState::kOperationEnabled; }
+  // And not on the way out of it.
+  bool operation_enabled() const { return controller_.state().follows_commands(); }
   bool halted() const { return (control_ & kHaltBit) != 0; }
 
   // A command of the master: controlword, mode, or set-point. A loss that the main loop has not seen yet
@@ -168,7 +182,7 @@ class DriveProfile {
       word_now |= (control_ & kQuickStop) != 0 ? 1U << 5 : 0U;
     }
     if (operational_) word_now |= 1U << 9;
-    if (controller_.output().limits != 0) word_now |= 1U << 11;
+    if (controller_.output().limits != 0 || target_limited_) word_now |= 1U << 11;
     if (active_ == Mode::kProfilePosition) {
       if (target_reached()) word_now |= 1U << 10;
       if (acknowledged_) word_now |= 1U << 12;
@@ -195,8 +209,8 @@ class DriveProfile {
     }
   }
 
-  // Quick stop option 0: no braking, current off; fault reaction option 0 the same. Option 6: braked and
-  // held, the state kept. Halt leaves torque mode: the axis brakes and holds its place.
+  // Options 0: no braking, current off. Quick stop options 5 and 6: braked and held, the state kept. Halt
+  // leaves torque mode: the axis brakes and holds its place.
   void command() {
     if (resetting_) {
       // A quick stop, or current off.
@@ -208,10 +222,40 @@ class DriveProfile {
     if (quick_stop && value(kRow<0x605A>) == 0) word_now &= static_cast<std::uint16_t>(~kEnableVoltage);
     std::uint32_t options = 0;
     if (active_ == Mode::kCyclicTorque && !halted()) options |= kTorqueMode;
-    if (value(kRow<0x605E>) == 0) options |= kReleaseOnFault;
-    if (value(kRow<0x605A>) == 6) options |= kStayStopped;
-    options |= supervision();
+    options |= stop_options() | supervision();
     controller_.command(Command{options | word_now, force_N(kRow<0x6071>), force_N(kRow<0x60B2>)});
+  }
+
+  std::uint32_t stop_options() const {
+    const std::uint32_t quick_stop = value(kRow<0x605A>);
+    const std::uint32_t fault = value(kRow<0x605E>);
+    std::uint32_t options = 0;
+    if (quick_stop >= 5) options |= kStayStopped;
+    if (quick_stop == 1 || quick_stop == 5) options |= kSlowQuickStop;
+    if (value(kRow<0x605B>) == 1) options |= kBrakeOnShutdown;
+    if (value(kRow<0x605C>) == 1) options |= kBrakeOnDisable;
+    if (value(kRow<0x605D>) == 1) options |= kSlowHalt;
+    if (fault == 0) options |= kReleaseOnFault;
+    if (fault == 1) options |= kSlowFaultReaction;
+    return options;
+  }
+
+  // What objects bound motion by, to the tick.
+  void follow_bounds() {
+    if (!bounds_changed_) return;
+    bounds_changed_ = false;
+    const auto real = [this](std::size_t row) { return static_cast<float>(value(row)); };
+    UserBounds user;
+    user.range = {static_cast<std::int32_t>(value(kRow<0x607D, 1>)),
+                  static_cast<std::int32_t>(value(kRow<0x607D, 2>))};
+    user.velocity_mps = real(kRow<0x6080>) * 1e-3F;
+    user.profile_velocity_counts_per_s = real(kRow<0x607F>);
+    user.quick_stop_counts_per_s2 = real(kRow<0x6085>);
+    user.slow_down_counts_per_s2 = real(kRow<0x6084>);
+    user.slow_down_counts_per_s3 = real(kRow<0x60A4, 1>);
+    user.brake_release_s = real(kRow<kBrakeIndex, 1>) * 1e-3F;
+    user.brake_apply_s = real(kRow<kBrakeIndex, 2>) * 1e-3F;
+    controller_.bound(user);
   }
 
   // In the cyclic modes, from the first set-point on; a force that was there before counts as one.
@@ -255,7 +299,7 @@ class DriveProfile {
   }
 
   void give_up() {
-    waiting_ = acknowledged_ = target_stands_ = moving_ = false;
+    waiting_ = acknowledged_ = target_stands_ = moving_ = target_limited_ = false;
     request_ = Request::kNone;
   }
 
@@ -272,8 +316,10 @@ class DriveProfile {
     if ((rising & kNewSetPointBit) == 0 || !operation_enabled() || halted() || waiting_) return;
     const auto target = static_cast<std::int32_t>(value(kRow<0x607A>));
     const std::int64_t from = target_stands_ ? target_ : controller_.reference().counts();
-    const std::int64_t wanted = (control_ & kRelativeBit) != 0 ? from + target : target;
+    const std::int64_t asked = (control_ & kRelativeBit) != 0 ? from + target : target;
+    const std::int64_t wanted = controller_.range().nearest(asked);
     acknowledged_ = true;
+    next_limited_ = wanted != asked;
     if (wanted != static_cast<std::int32_t>(wanted)) return controller_.inject(Fault::kSetPoint);
     next_target_ = static_cast<std::int32_t>(wanted);
     next_profile_ = {value(kRow<0x6081>), value(kRow<0x6083>), value(kRow<0x6084>), value(kRow<0x60A4, 1>)};
@@ -285,6 +331,7 @@ class DriveProfile {
     waiting_ = in_window_ = false;
     moving_ = target_stands_ = true;
     target_ = next_target_;
+    target_limited_ = next_limited_;
     profile_ = next_profile_;
     request(Request::kMove);
   }
@@ -293,7 +340,9 @@ class DriveProfile {
   void halt_or_go_on(std::uint16_t changed) {
     if ((changed & kHaltBit) == 0 || !operation_enabled()) return;
     if (halted()) {
-      request(Request::kHalt);
+      if (value(kRow<0x605D>) == 1) return request(Request::kHalt);
+      request_ = Request::kNone;
+      controller_.reference().stop();
     } else if (moving_) {
       request(Request::kMove);
     }
@@ -308,6 +357,7 @@ class DriveProfile {
     const PlanStatus status =
         what == Request::kHalt ? controller_.halt(limits()) : controller_.move_to(target_, limits());
     if (status == PlanStatus::kOk || status == PlanStatus::kBusy) return;
+    if (status == PlanStatus::kBeyondRange) return controller_.reference().stop();
     request_ = Request::kNone;
     moving_ = false;
     controller_.inject(Fault::kSetPoint);
@@ -322,6 +372,9 @@ class DriveProfile {
     }
     if (moving_ && !halted() && reference.idle()) {
       // Something else may have stopped it.
+      const std::int32_t allowed = controller_.range().nearest(target_);
+      target_limited_ |= allowed != target_;
+      target_ = allowed;
       if (reference.counts() != target_) return request(Request::kMove);
       moving_ = false;
     }
@@ -403,6 +456,9 @@ class DriveProfile {
   bool settled_ = false;
   std::uint32_t entered_ = 0;
   bool target_stands_ = false;
+  bool target_limited_ = false;  // the target is an end of the position range, another was asked for
+  bool next_limited_ = false;
+  bool bounds_changed_ = false;
 };
 
 }  // namespace slipstack::canopen

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
+#include <limits>
 
 #include "firmware/canopen/object.h"
 
@@ -26,9 +28,12 @@ inline constexpr auto kProfileObjects = [] {
       variable(0x6040, Type::kU16, "Controlword").mapped(kIn).from_device(),
       variable(0x6041, Type::kU16, "Statusword").read_only().from_device().mapped(kOut),
       variable(0x605A, Type::kI16, "Quick stop option code").within(0, 6).at_first(2U).stored(kParameter),
-      variable(0x605B, Type::kI16, "Shutdown option code").within(0, 0).stored(kParameter),
-      variable(0x605C, Type::kI16, "Disable operation option code").within(0, 0).stored(kParameter),
-      variable(0x605D, Type::kI16, "Halt option code").within(1, 1).at_first(1U).stored(kParameter),
+      variable(0x605B, Type::kI16, "Shutdown option code").within(0, 1).stored(kParameter),
+      variable(0x605C, Type::kI16, "Disable operation option code")
+          .within(0, 1)
+          .at_first(1U)
+          .stored(kParameter),
+      variable(0x605D, Type::kI16, "Halt option code").within(1, 2).at_first(1U).stored(kParameter),
       variable(0x605E, Type::kI16, "Fault reaction option code").within(0, 2).at_first(2U).stored(kParameter),
       variable(0x6060, Type::kI8, "Modes of operation").mapped(kIn).from_device(),
       variable(0x6061, Type::kI8, "Modes of operation display").read_only().from_device().mapped(kOut),
@@ -62,6 +67,25 @@ inline constexpr auto kProfileObjects = [] {
           .mapped(kOut)
           .in("rated force", 1e-3F),
       variable(0x607A, Type::kI32, "Target position").mapped(kIn).from_device().in("count"),
+      head(0x607D, ObjectCode::kArray, "Software position limit", 2),
+      entry(0x607D, 1, Type::kI32, "Min position limit")
+          .at_first(std::numeric_limits<std::int32_t>::min())
+          .in("count")
+          .stored(kSetting),
+      entry(0x607D, 2, Type::kI32, "Max position limit")
+          .at_first(std::numeric_limits<std::int32_t>::max())
+          .in("count")
+          .stored(kSetting),
+      variable(0x607F, Type::kU32, "Max profile velocity")
+          .within(1U, 0xFFFFFFFFU)
+          .at_first(0xFFFFFFFFU)
+          .in("count/s")
+          .stored(kSetting),
+      variable(0x6080, Type::kU32, "Max motor speed")
+          .within(1U, 0xFFFFFFFFU)
+          .at_first(0xFFFFFFFFU)
+          .in("m/s", 1e-3F)
+          .stored(kSetting),
       variable(0x6081, Type::kU32, "Profile velocity")
           .within(1, 2000000000)
           .at_first(100000U)
@@ -78,6 +102,11 @@ inline constexpr auto kProfileObjects = [] {
           .within(1, 2000000000)
           .at_first(1000000U)
           .mapped(kIn)
+          .in("count/s2")
+          .stored(kSetting),
+      variable(0x6085, Type::kU32, "Quick stop deceleration")
+          .within(1U, 0xFFFFFFFFU)
+          .at_first(0xFFFFFFFFU)
           .in("count/s2")
           .stored(kSetting),
       head(0x60A4, ObjectCode::kArray, "Profile jerk", 1),

@@ -67,7 +67,7 @@ class Controller {
     const AxisParameters& now = sets_.active().axis;
     const bool changed = axis.encoder_resolution_m != now.encoder_resolution_m || axis.tick_s != now.tick_s;
     if (sets_.active().valid && changed) return ParameterStatus::kFixedAtStart;
-    const ParameterStatus status = spare->prepare(axis, model);
+    const ParameterStatus status = spare->prepare(axis, model, user_bounds_);
     if (status == ParameterStatus::kOk) {
       spare->number = sets_.active().number + 1;
       sets_.arm();
@@ -95,6 +95,13 @@ class Controller {
   }
   bool change_pending() const { return sets_.pending(); }
 
+  /// Outside the tick: bounds of motion beside those of the axis; in force from the next tick on.
+  void bound(const UserBounds& user) {
+    user_bounds_ = user;
+    sets_.each([&user](ControlSet& set) { set.bound(user); });
+  }
+  const UserBounds& user_bounds() const { return user_bounds_; }
+
   /// Outside the tick: the control word 6040h.
   void command(std::uint16_t control_word) {
     command_all((command_.read().word & 0xFFFF0000U) | control_word);
@@ -120,14 +127,14 @@ class Controller {
     command(Command{command_.read().word, target_N, offset_N});
   }
   /// Outside the tick: retargets the reference, within the limits of the axis, from whatever state it is in.
-  PlanStatus move_to(std::int32_t counts) { return move_to(counts, parameters().motion); }
+  PlanStatus move_to(std::int32_t counts) { return move_to(counts, bounds().motion); }
   /// The same within narrower limits; what is wider is not taken.
   PlanStatus move_to(std::int32_t counts, const MotionLimits& limits) {
-    return point_to_point_.move(reference_, counts, within_axis(limits), parameters().braking);
+    return point_to_point_.move(reference_, counts, within_axis(limits), ramp(bounds()), bounds().range);
   }
   /// Outside the tick: to rest, within these limits.
   PlanStatus halt(const MotionLimits& limits) {
-    return point_to_point_.halt(reference_, within_axis(limits), parameters().braking);
+    return point_to_point_.halt(reference_, within_axis(limits), ramp(bounds()));
   }
   ReferenceGenerator& reference() { return reference_; }
   const ReferenceGenerator& reference() const { return reference_; }
@@ -143,9 +150,9 @@ class Controller {
     if (new_parameters) begin_with(set, in.encoder.counts);
     supervise(set, in);
     const ControlMode before = mode_;
-    change_mode(requested_mode());
-    const bool fade = new_parameters || (mode_ != before && before != ControlMode::kOff);
     out_.limits = 0;
+    change_mode(requested_mode(set, in.encoder.counts));
+    const bool fade = new_parameters || (mode_ != before && before != ControlMode::kOff);
     switch (mode_) {
       case ControlMode::kOff:
         stay_off(set, in.encoder.counts);
@@ -170,6 +177,8 @@ class Controller {
   /// The readings of the last tick.
   std::int32_t measured_counts() const { return monitor_.last_counts(); }
   float measured_A() const { return monitor_.last_A(); }
+  /// Where the axis may be.
+  const PositionRange& range() const { return bounds().range; }
   const ControlSet& parameters() const { return sets_.active(); }
   std::uint32_t ticks() const { return sets_.tick(); }
 
@@ -184,8 +193,15 @@ class Controller {
   static constexpr std::uint32_t kLatest = kDelayed - 8;
 
  private:
+  const MotionBounds& bounds() const { return parameters().bounds.read(); }
+
+  // Of a stop that is under way, or would begin now.
+  const BrakingLimits& ramp(const MotionBounds& bounds) const {
+    return state_.slows_down() ? bounds.slow_down : bounds.quick_stop;
+  }
+
   MotionLimits within_axis(const MotionLimits& limits) const {
-    const MotionLimits& axis = parameters().motion;
+    const MotionLimits& axis = bounds().motion;
     return {std::min(limits.velocity, axis.velocity), std::min(limits.acceleration, axis.acceleration),
             std::min(limits.deceleration, axis.deceleration), std::min(limits.jerk, axis.jerk)};
   }
@@ -210,8 +226,25 @@ class Controller {
       monitor_.reset(in.encoder.counts);
     }
     if (events_.load(std::memory_order_relaxed) != 0) fault = with_event(fault);
-    state_.step(supervised_command(), fault, set.valid, reference_.standing(), set.stop_timeout_ticks);
-    if (state_.braking() && !reference_.braking() && !reference_.standing()) reference_.stop();
+    state_.step(supervised_command(), fault, set.valid, reference_.standing(), set.bounds.read().times);
+    if (!state_.braking()) return;
+    if (state_.takes_axis_over()) take_axis_over(set, in.encoder.counts);
+    if (!reference_.braking() && !reference_.standing()) reference_.stop();
+  }
+
+  // The reference is away from the axis, or what moves it is in doubt: it begins anew where the axis is, and
+  // as the axis moves.
+  void take_axis_over(const ControlSet& set, std::int32_t counts) {
+    // The estimate lags behind a push; the last step is right to a count.
+    const auto step = static_cast<float>(monitor_.last_step());
+    const float velocity =
+        approx::clamp(estimate_.velocity_mps() * set.counts_per_mps, step - 1.0F, step + 1.0F);
+    estimate_.correct_velocity(velocity * set.mps_per_count);
+    // The followed point is that of the last tick.
+    reference_.follow(difference(counts, static_cast<std::int32_t>(velocity)), velocity);
+    feedback_.reset();
+    blend_N_ = 0.0F;
+    history_from_ = sets_.tick();
   }
 
   // The command, without the bits that a lost master takes back. In the tick, so that the axis stops even if
@@ -233,9 +266,14 @@ class Controller {
     return out_.driving && fault == Fault::kNone ? Fault::kParameter : fault;
   }
 
-  ControlMode requested_mode() const {
+  ControlMode requested_mode(const ControlSet& set, std::int32_t counts) {
+    const bool torque = state_.torque_mode();
+    if (!torque) held_ = 0;
     if (!state_.driving()) return ControlMode::kOff;
-    return state_.torque_mode() ? ControlMode::kTorque : ControlMode::kPosition;
+    if (!torque) return ControlMode::kPosition;
+    if (!held_at_limit(set, counts)) return ControlMode::kTorque;
+    out_.limits |= kLimitPosition;
+    return ControlMode::kPosition;
   }
 
   void change_mode(ControlMode mode) {
@@ -263,7 +301,7 @@ class Controller {
   void control_position(ControlSet& set, std::int32_t counts, bool fade) {
     estimate_.step(set.estimate, counts, expected_mps2_);
     const float model_N = step_model(set);
-    const ReferencePoint& now = reference_at(set.lead);
+    const ReferencePoint& now = reference_at(lead_of(set));
     publish(set, now, model_N);
     out_.feedback_N = feedback_.step(set.feedback, now, out_.position_error_m, estimate_.velocity_mps());
     const float disturbance_N = set.disturbance_kg * estimate_.disturbance_mps2();
@@ -281,18 +319,62 @@ class Controller {
     publish(set, now, model_N);
     // Where the next tick should find the axis.
     out_.reference_counts = sum(now.counts, static_cast<std::int32_t>(now.velocity));
-    const Applied force = apply(set, command_.read().target_N, fade);
+    const float target_N = within_velocity(set, command_.read().target_N);
+    const Applied force = apply(set, target_N, fade);
     expect(set, now, force.applied_N - model_N);
+  }
+
+  // The force fades to zero towards the largest velocity, and brakes beyond it, as the velocity loop does.
+  float within_velocity(const ControlSet& set, float target_N) {
+    const float largest_mps = set.bounds.read().velocity_mps;
+    const float gain = set.feedback.velocity_N_s_per_m;
+    const float v = estimate_.velocity_mps();
+    const float limited_N = approx::clamp(target_N, gain * (-largest_mps - v), gain * (largest_mps - v));
+    if (gain == 0.0F || limited_N == target_N) return target_N;
+    out_.limits |= kLimitVelocity;
+    return limited_N;
+  }
+
+  // In torque mode, an end of the position range ahead: the axis is braked in time to rest there, and held as
+  // long as the force points out of the range.
+  bool held_at_limit(const ControlSet& set, std::int32_t counts) {
+    const Command& command = command_.read();
+    const float force_N = command.target_N + command.offset_N;
+    if (held_ != 0) {
+      if (!reference_.standing() || static_cast<float>(held_) * force_N > 0.0F) return true;
+      held_ = 0;
+    }
+    const float velocity = estimate_.velocity_mps() * set.counts_per_mps;
+    const bool moving = approx::absolute(velocity) >= 1.0F;
+    const bool forward = moving ? velocity > 0.0F : force_N > 0.0F;
+    const MotionBounds& bounds = set.bounds.read();
+    const float room = bounds.range.room(counts, forward);
+    if (room >= bounds.tracking.stop) return false;
+    const float speed = moving ? approx::absolute(velocity) : 0.0F;
+    const float acceleration = expected_mps2_ / set.mps2_per_count;
+    const float outwards = forward ? acceleration : -acceleration;
+    // Two ticks: that of the estimate, and the one that begins.
+    const float needed = bounds.stopping.from(speed, outwards > 0.0F ? outwards : 0.0F) + 2.0F * speed;
+    if (room > needed || (!moving && force_N == 0.0F)) return false;
+    held_ = forward ? 1 : -1;
+    return true;
   }
 
   // The next point of the reference, and the force of the model there.
   float step_model(ControlSet& set) {
     const std::uint32_t tick = sets_.tick();
     ReferencePoint& ahead = delay_[tick % kDelayed];
+    const MotionBounds& bounds = set.bounds.read();
     const bool streamed = mode_ == ControlMode::kPosition && !state_.braking() && cyclic_position_.step(tick);
-    ahead =
-        streamed ? reference_.track(cyclic_position_.point(), set.tracking) : reference_.next(set.braking);
+    ahead = streamed ? reference_.track(cyclic_position_.point(), bounds.tracking, bounds.range, at_limit_)
+                     : reference_.next(ramp(bounds));
     return feedforward_.step(set.model, set.scales, ahead, tick, adaptation_.level());
+  }
+
+  // What was before the axis has been taken over is not waited for.
+  std::int32_t lead_of(const ControlSet& set) const {
+    const std::uint32_t history = sets_.tick() - history_from_;
+    return history < static_cast<std::uint32_t>(set.lead) ? static_cast<std::int32_t>(history) : set.lead;
   }
 
   // The point that the model saw `lead` ticks ago. Before the axis follows its reference there is no history
@@ -328,6 +410,8 @@ class Controller {
     if (!approx::is_finite(wanted_A)) return stop_not_finite(set);
     out_.current_A = limit_.step(set.axis.current_limit_A, set.largest_step_A, wanted_A, out_.limits);
     if (reference_.braking()) out_.limits |= kLimitReference;
+    if (at_limit_) out_.limits |= kLimitPosition;
+    at_limit_ = false;
     return {wanted_N, out_.current_A * set.axis.motor_constant_N_per_A};
   }
 
@@ -396,6 +480,8 @@ class Controller {
   ControlOutput out_;
   ControlMode mode_ = ControlMode::kOff;
   bool started_ = false;
+  std::int8_t held_ = 0;   // in torque mode, at an end of the position range: which
+  bool at_limit_ = false;  // the stream leads out of the range
   float blend_N_ = 0.0F;
   float last_wanted_N_ = 0.0F;
   float expected_mps2_ = 0.0F;
@@ -406,6 +492,8 @@ class Controller {
   std::atomic<std::uint32_t> events_{0};  // a fault, and kRefused
   std::array<ReferencePoint, kDelayed> delay_{};
   ParameterSwap<ControlSet> sets_;
+  UserBounds user_bounds_;          // as the main loop gave them last
+  std::uint32_t history_from_ = 0;  // the tick in which the reference began anew
   HysteresisMemory memory_;
   std::uint32_t remembered_ = 0;  // the tick whose point memory_ has seen last
   std::uint32_t memory_number_ = 0;

@@ -38,13 +38,15 @@ struct Stages {
       .integral_per_tick = 4.0e-3F,
       .notch = {Notch::gains(180.0F, 0.2F, 0.1F, 1.0e-4F), Notch::gains(410.0F, 0.1F, 0.2F, 1.0e-4F)}};
   BrakingLimits braking = braking_limits(0.15F, 0.0015F);
-  std::int32_t stop_timeout_ticks = 100;
+  StopTimes times{.quick_stop = 100, .slow_down = 100, .brake_release = 20, .brake_apply = 10};
   StateEstimate estimate;
   // Those of the tick: a second one of each would not fit the memory beside it.
   ReferenceGenerator& reference = tick_under_test.controller().reference();
   CyclicPosition& cyclic = tick_under_test.controller().cyclic_position();
   StreamPoint stream;
   TrackingLimits tracking = TrackingLimits::of(300.0F, 0.5F);
+  PositionRange range{-2000, 2000};
+  bool at_limit = false;
   ReferencePoint point;
   FeedForward feedforward;
   Feedback feedback;
@@ -101,7 +103,7 @@ inline void move_stream(std::int32_t x) {
   stages.stream.counts = x;
 }
 [[gnu::noinline]] inline float step_tracking(std::int32_t) {
-  stages.point = stages.reference.track(stages.stream, stages.tracking);
+  stages.point = stages.reference.track(stages.stream, stages.tracking, stages.range, stages.at_limit);
   return stages.point.velocity;
 }
 [[gnu::noinline]] inline float step_reference(std::int32_t) {
@@ -136,7 +138,7 @@ inline void move_feedforward(std::int32_t x) {
 [[gnu::noinline]] inline float step_machine(std::int32_t x) {
   const auto control = static_cast<std::uint16_t>(x);
   const Fault fault = x % 97 == 0 ? Fault::kTickOverrun : Fault::kNone;
-  stages.machine.step(control, fault, true, x % 3 == 0, stages.stop_timeout_ticks);
+  stages.machine.step(control, fault, true, x % 3 == 0, stages.times);
   return static_cast<float>(stages.machine.state());
 }
 

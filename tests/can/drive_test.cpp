@@ -264,7 +264,7 @@ TEST(Drive, CyclicPositionFollowsAtSync) {
 TEST(Drive, QuickStopOptionZeroCutsTheCurrentAtOnce) {
   Bench bench;
   bench.configure();
-  EXPECT_EQ(bench.write(0x605A, 0, 1, 2), 0x06090030U);
+  EXPECT_EQ(bench.write(0x605A, 0, 3, 2), 0x06090030U);
   ASSERT_EQ(bench.write(0x605A, 0, 0, 2), 0U);
   bench.enable(1);
   bench.write(0x607A, 0, 50000, 4);

@@ -8,7 +8,9 @@
 #include <memory>
 #include <random>
 
+#include "firmware/control/braking.h"
 #include "firmware/control/cyclic_position.h"
+#include "firmware/control/position_range.h"
 
 namespace slipstack {
 namespace {
@@ -146,7 +148,10 @@ TEST(Tracking, NeverBeyondTheLimitsAndMeetsTheStream) {
     float last = uniform(-1.0, 1.0) * limits.velocity;
     const float stream = uniform(-0.5, 0.5) * limits.velocity;
     for (int tick = 0; tick < 40000; ++tick) {
-      const float step = tracking_step(static_cast<float>(r - x), stream, last, limits);
+      bool limited = false;
+      const auto endless = [](bool) { return 0x1p32F; };
+      const float step = tracking_step(static_cast<float>(r - x), stream, last, limits, endless, limited);
+      ASSERT_FALSE(limited);
       ASSERT_LE(std::abs(step), limits.velocity * 1.00001F);
       ASSERT_LE(std::abs(step - last), limits.acceleration * 1.0001F + 1e-5F * limits.velocity);
       x += static_cast<double>(step);
@@ -157,6 +162,94 @@ TEST(Tracking, NeverBeyondTheLimitsAndMeetsTheStream) {
       }
     }
   }
+}
+
+// A stream that leads out of the range at any speed, jumps, and comes back: the reference stops at the end,
+// never beyond it, says so, and follows again at once.
+TEST(Tracking, StaysWithinItsRange) {
+  std::mt19937 random(7);
+  const auto uniform = [&random](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  for (int run = 0; run < 200; ++run) {
+    const auto largest = static_cast<float>(uniform(5.0, 200.0));
+    const TrackingLimits limits = TrackingLimits::of(largest, static_cast<float>(uniform(0.02, 1.0)));
+    // Far enough to be at full speed between the ends.
+    const double end =
+        std::min(uniform(2.0, 4.0) * static_cast<double>(limits.stop), 8000.0 * static_cast<double>(largest));
+    // And there within half of the time.
+    const double stream = std::max(uniform(0.1, 1.5) * static_cast<double>(largest), end / 10000.0);
+    double x = 0.0, r = 0.0, direction = 1.0;
+    float last = 0.0F;
+    double farthest = 0.0;
+    int limited_ticks = 0;
+    for (int tick = 0; tick < 60000; ++tick) {
+      if (tick == 30000) direction = -1.0;
+      if (tick == 30000) r = end * 0.9;
+      r += direction * stream;
+      bool limited = false;
+      const auto room = [&](bool forward) {
+        return static_cast<float>(std::max(0.0, forward ? end - x : x + end));
+      };
+      const double before = r - direction * stream;
+      const float step = tracking_step(static_cast<float>(before - x), static_cast<float>(direction * stream),
+                                       last, limits, room, limited);
+      ASSERT_LE(std::abs(step - last), limits.acceleration * 1.0001F + 1e-5F * limits.velocity);
+      limited_ticks += limited ? 1 : 0;
+      x += static_cast<double>(step);
+      last = step;
+      farthest = std::max(farthest, std::abs(x));
+      ASSERT_LE(std::abs(x), end + 0.01) << run;
+      if (tick == 29999) {
+        ASSERT_NEAR(x, end, 1.0) << run << ": and it goes there";
+        ASSERT_TRUE(limited);
+      }
+    }
+    EXPECT_GT(limited_ticks, 1000);
+    EXPECT_NEAR(x, -end, 1.0);
+  }
+}
+
+// The bound of the way to rest against the way itself, from random velocities and accelerations.
+TEST(Range, TheStoppingDistanceIsNeverTooShort) {
+  std::mt19937 random(8);
+  const auto uniform = [&random](double low, double high) {
+    return static_cast<float>(std::uniform_real_distribution<double>(low, high)(random));
+  };
+  double longest_excess = 0.0;
+  for (int run = 0; run < 3000; ++run) {
+    const float deceleration = uniform(0.01, 0.3);
+    const float jerk = deceleration * uniform(1e-3, 2e-2);
+    const BrakingLimits limits = braking_limits(deceleration, jerk);
+    const StoppingDistance stopping = StoppingDistance::of(deceleration, jerk);
+    const float v0 = uniform(0.0, 250.0);
+    const float a0 = uniform(0.0, 1.0) * deceleration;
+    std::int64_t velocity = to_fixed(v0);
+    std::int64_t acceleration = to_fixed(a0);
+    double way = 0.0;
+    for (int tick = 0; tick < 400000 && (velocity != 0 || acceleration != 0); ++tick) {
+      acceleration = braking_acceleration(velocity, acceleration, limits);
+      velocity += acceleration;
+      way += static_cast<double>(velocity) * 0x1p-44;
+    }
+    const auto bound = static_cast<double>(stopping.from(v0, a0));
+    // A tick's way for the discrete time.
+    EXPECT_LE(way, bound + static_cast<double>(v0) + 1.0) << run << ' ' << v0 << ' ' << a0;
+    longest_excess = std::max(longest_excess, (bound - way) / (way + 1000.0));
+  }
+  EXPECT_LT(longest_excess, 1.5) << "and not longer than needed, where it matters";
+}
+
+TEST(Range, AnEndThatIsTheLastCountDoesNotBound) {
+  const PositionRange all;
+  EXPECT_GT(all.room(2147483600, true), 1e9F);
+  EXPECT_GT(all.room(-2147483600, false), 1e9F);
+  const PositionRange some{-2000000000, 2000000000};
+  EXPECT_FLOAT_EQ(some.room(-2000000000, true), 4e9F);
+  EXPECT_EQ(some.room(2000000001, true), 0.0F);
+  EXPECT_EQ(some.nearest(std::int64_t{1} << 40), 2000000000);
+  EXPECT_EQ(all.nearest(std::int64_t{1} << 40), std::int64_t{1} << 40)
+      << "no such count: for others to refuse";
 }
 
 }  // namespace
