@@ -11,6 +11,7 @@
 #include "firmware/control/control_set.h"
 #include "firmware/control/current_limit.h"
 #include "firmware/control/cyclic_position.h"
+#include "firmware/control/digital_io.h"
 #include "firmware/control/fault_monitor.h"
 #include "firmware/control/feedback.h"
 #include "firmware/control/feedforward.h"
@@ -28,8 +29,9 @@ namespace slipstack {
 /// What the controller publishes after each tick.
 struct ControlOutput {
   float current_A = 0.0F;
-  bool driving = false;      ///< false: power stage off
-  std::uint16_t limits = 0;  ///< bits of Limit
+  bool driving = false;               ///< false: power stage off
+  std::uint16_t limits = 0;           ///< bits of Limit
+  std::uint32_t digital_outputs = 0;  ///< levels of the output terminals
   std::int32_t reference_counts = 0;
   float position_error_m = 0.0F;  ///< reference less estimate
   float velocity_mps = 0.0F;      ///< estimated
@@ -119,6 +121,12 @@ class Controller {
   void set_torque(float target_N, float offset_N) {
     command(Command{command_.read().word, target_N, offset_N});
   }
+  /// Outside the tick, and again after a change of parameters: what 60FEh asks of the digital outputs.
+  void set_outputs(std::uint32_t wanted) {
+    const IoMasks& io = parameters().io;
+    outputs_driven_.store(output_levels(io, wanted, true), std::memory_order_relaxed);
+    outputs_off_.store(output_levels(io, wanted, false), std::memory_order_relaxed);
+  }
   /// Outside the tick: retargets the reference, within the limits of the axis, from whatever state it is in.
   PlanStatus move_to(std::int32_t counts) { return move_to(counts, parameters().motion); }
   /// The same within narrower limits; what is wider is not taken.
@@ -141,6 +149,7 @@ class Controller {
     const bool new_parameters = sets_.begin_tick();
     ControlSet& set = sets_.active();
     if (new_parameters) begin_with(set, in.encoder.counts);
+    inputs_ = DigitalInputs(in.digital);
     supervise(set, in);
     const ControlMode before = mode_;
     change_mode(requested_mode());
@@ -158,6 +167,7 @@ class Controller {
         break;
     }
     out_.driving = mode_ != ControlMode::kOff;
+    out_.digital_outputs = (out_.driving ? outputs_driven_ : outputs_off_).load(std::memory_order_relaxed);
     return out_;
   }
 
@@ -167,6 +177,8 @@ class Controller {
   const HysteresisMemory& memory() const { return memory_; }
   const StateMachine& state() const { return state_; }
   const StateEstimate& estimate() const { return estimate_; }
+  /// Of the last tick; what they mean is in parameters().io.
+  const DigitalInputs& inputs() const { return inputs_; }
   /// The readings of the last tick.
   std::int32_t measured_counts() const { return monitor_.last_counts(); }
   float measured_A() const { return monitor_.last_A(); }
@@ -209,6 +221,8 @@ class Controller {
       set.start_counts = in.encoder.counts;
       monitor_.reset(in.encoder.counts);
     }
+    if (!inputs_.amplifier_well(set.io)) [[unlikely]]
+      fault = with_amplifier(set, fault);
     if (events_.load(std::memory_order_relaxed) != 0) fault = with_event(fault);
     state_.step(supervised_command(), fault, set.valid, reference_.standing(), set.stop_timeout_ticks);
     if (state_.braking() && !reference_.braking() && !reference_.standing()) reference_.stop();
@@ -223,6 +237,12 @@ class Controller {
     if (reaction == 0 || age <= command_timeout_.load(std::memory_order_relaxed)) return command;
     command_lost_.store(true, std::memory_order_relaxed);
     return command & ~reaction;
+  }
+
+  // What the amplifier reports explains what else is seen of it.
+  Fault with_amplifier(const ControlSet& set, Fault fault) const {
+    if (inputs_.amplifier_fault(set.io)) return Fault::kAmplifierFault;
+    return out_.driving ? Fault::kAmplifierNotReady : fault;
   }
 
   // What came from outside the tick: an injected fault, or parameters that were refused.
@@ -403,6 +423,9 @@ class Controller {
   std::atomic<std::uint32_t> commanded_at_{0};  // the tick of the last command
   std::atomic<std::uint32_t> command_timeout_{0};
   std::atomic<bool> command_lost_{false};
+  DigitalInputs inputs_;
+  std::atomic<std::uint32_t> outputs_driven_{0};  // levels while the axis is driven, and while it is not
+  std::atomic<std::uint32_t> outputs_off_{0};
   std::atomic<std::uint32_t> events_{0};  // a fault, and kRefused
   std::array<ReferencePoint, kDelayed> delay_{};
   ParameterSwap<ControlSet> sets_;

@@ -10,18 +10,20 @@ namespace slipstack {
 /// Why the axis was stopped. An active Limit is no fault.
 enum class Fault : std::uint8_t {
   kNone,
-  kEncoderLoss,     ///< the encoder reports the loss of its signal
-  kEncoderJump,     ///< more counts in one tick than the axis can move
-  kStall,           ///< current, and an encoder that stands still
-  kFollowingError,  ///< position away from the reference
-  kOverCurrent,     ///< measured current beyond its limit
-  kCurrentSensor,   ///< measurement missing, or away from the set-point for too long
-  kTickOverrun,     ///< a tick began late or took longer than its period
-  kWatchdog,        ///< the last reset came from the watchdog
-  kParameter,       ///< refused parameters were written while the axis was enabled
-  kNotFinite,       ///< a force that is not a number
-  kStopTimeout,     ///< a controlled stop did not come to rest in time
-  kSetPoint,        ///< a target that no trajectory within its limits can be computed for
+  kEncoderLoss,        ///< the encoder reports the loss of its signal
+  kEncoderJump,        ///< more counts in one tick than the axis can move
+  kStall,              ///< current, and an encoder that stands still
+  kFollowingError,     ///< position away from the reference
+  kOverCurrent,        ///< measured current beyond its limit
+  kCurrentSensor,      ///< measurement missing, or away from the set-point for too long
+  kTickOverrun,        ///< a tick began late or took longer than its period
+  kWatchdog,           ///< the last reset came from the watchdog
+  kParameter,          ///< refused parameters were written while the axis was enabled
+  kNotFinite,          ///< a force that is not a number
+  kStopTimeout,        ///< a controlled stop did not come to rest in time
+  kSetPoint,           ///< a target that no trajectory within its limits can be computed for
+  kAmplifierFault,     ///< the amplifier reports a fault
+  kAmplifierNotReady,  ///< driven, and the amplifier is not ready
   kCount
 };
 
@@ -29,8 +31,9 @@ inline constexpr std::size_t kFaultCount = static_cast<std::size_t>(Fault::kCoun
 
 /// The error code of a fault for object 603Fh and EMCY (CiA 301 table 26, IEC 61800-7-201 table 8).
 constexpr std::uint16_t error_code(Fault fault) {
-  constexpr std::array<std::uint16_t, kFaultCount> kCodes = {
-      0x0000, 0x7305, 0x7306, 0x7121, 0x8611, 0x2310, 0x5210, 0x6101, 0x6010, 0x6320, 0x6102, 0x8612, 0x8600};
+  constexpr std::array<std::uint16_t, kFaultCount> kCodes = {0x0000, 0x7305, 0x7306, 0x7121, 0x8611,
+                                                             0x2310, 0x5210, 0x6101, 0x6010, 0x6320,
+                                                             0x6102, 0x8612, 0x8600, 0x5400, 0x5410};
   return kCodes[static_cast<std::size_t>(fault)];
 }
 

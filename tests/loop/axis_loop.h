@@ -63,7 +63,7 @@ class AxisLoop {
         encoder(axis.encoder_resolution_m, 0.37),
         noise_N_(axis.force_noise_N),
         rng_(5, "loop"),
-        tick(board_encoder, motor, clock, watchdog) {
+        tick(board_encoder, motor, clock, watchdog, io) {
     clock.rate_Hz = 10'000'000;
     tick.set_period(1000);
     sense();
@@ -107,6 +107,7 @@ class AxisLoop {
   host::HostMotorCurrent motor;
   host::HostClock clock;
   host::HostWatchdog watchdog;
+  host::HostDigitalIo io;
 
  private:
   void sense() { board_encoder.next.counts = static_cast<std::int32_t>(encoder.counts(plant.position_m())); }
@@ -116,7 +117,8 @@ class AxisLoop {
   std::int64_t ticks_ = 0;
 
  public:
-  Tick<host::HostEncoder, host::HostMotorCurrent, host::HostClock, host::HostWatchdog> tick;
+  Tick<host::HostEncoder, host::HostMotorCurrent, host::HostClock, host::HostWatchdog, host::HostDigitalIo>
+      tick;
 };
 
 }  // namespace slipstack::loop
