@@ -82,6 +82,8 @@ inline constexpr auto kFaultRows = [] {
                                                            "Not finite",
                                                            "Stop time-out",
                                                            "Set-point refused",
+                                                           "Amplifier fault",
+                                                           "Amplifier not ready",
                                                            "Overspeed"};
   std::array<Object, kFaultCount> rows{};
   rows[0] = head(kFaultCountsIndex, ObjectCode::kRecord, "Faults since start", kFaultCount - 1);

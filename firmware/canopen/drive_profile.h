@@ -100,6 +100,8 @@ class DriveProfile {
         return rounded(in_thousandths(*dictionary_, controller_.measured_A()), 32767.0F);
       case 0x60F4:
         return rounded(in_counts(axis(), out.position_error_m), 2.1e9F);
+      case 0x60FD:
+        return controller_.inputs().word(controller_.parameters().io);
       default:
         return value(row);
     }
@@ -176,7 +178,7 @@ class DriveProfile {
     const DriveState state = controller_.state().state();
     unsigned word_now = status_word(state);
     const bool voltage = controller_.parameters().valid;
-    if (voltage) word_now |= 1U << 4;
+    if (voltage && controller_.inputs().amplifier_ready(controller_.parameters().io)) word_now |= 1U << 4;
     if (state == DriveState::kSwitchOnDisabled || state == DriveState::kFault ||
         state == DriveState::kFaultReactionActive || state == DriveState::kNotReadyToSwitchOn) {
       word_now |= (control_ & kQuickStop) != 0 ? 1U << 5 : 0U;
@@ -223,6 +225,7 @@ class DriveProfile {
     std::uint32_t options = 0;
     if (active_ == Mode::kCyclicTorque && !halted()) options |= kTorqueMode;
     options |= stop_options() | supervision();
+    controller_.set_outputs(value(kRow<0x60FE, 1>) & value(kRow<0x60FE, 2>));
     controller_.command(Command{options | word_now, force_N(kRow<0x6071>), force_N(kRow<0x60B2>)});
   }
 
@@ -372,9 +375,11 @@ class DriveProfile {
     }
     if (moving_ && !halted() && reference.idle()) {
       // Something else may have stopped it.
-      const std::int32_t allowed = controller_.range().nearest(target_);
-      target_limited_ |= allowed != target_;
-      target_ = allowed;
+      // A limit switch, or another range: it stays there.
+      if (controller_.range().nearest(target_) != target_) {
+        target_ = reference.counts();
+        target_limited_ = true;
+      }
       if (reference.counts() != target_) return request(Request::kMove);
       moving_ = false;
     }

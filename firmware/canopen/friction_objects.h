@@ -52,6 +52,7 @@ inline constexpr std::uint8_t kCompensateSub = kNotchFirst + 6;
 inline constexpr std::uint8_t kAdaptLevelSub = kCompensateSub + 1;
 
 inline constexpr std::uint16_t kAxisIndex = 0x2000;
+inline constexpr std::uint16_t kIoIndex = 0x2010;
 inline constexpr std::uint16_t kEffectIndex = 0x2100;  ///< + place in the catalogue
 inline constexpr std::uint16_t kModelIndex = 0x2140;
 inline constexpr std::uint16_t kModelImageIndex = 0x2141;
@@ -88,6 +89,28 @@ inline constexpr auto kAxisRows = [] {
   rows[sub + 1] =
       entry(kAxisIndex, kAdaptLevelSub, Type::kBoolean, "Adapt level").stored(Storage::kParameter);
   return rows;
+}();
+
+/// Which terminal does what; staged and applied with 2000h.
+inline constexpr auto kIoRows = [] {
+  constexpr std::uint8_t kMost = 8;
+  const auto terminal = [](std::uint8_t sub, const char* name) {
+    return entry(kIoIndex, sub, Type::kU8, name).within(0, int{kTerminals}).stored(Storage::kParameter);
+  };
+  const auto inverted = [](std::uint8_t sub, const char* name) {
+    return entry(kIoIndex, sub, Type::kU16, name).stored(Storage::kParameter);
+  };
+  return std::to_array<Object>({
+      head(kIoIndex, ObjectCode::kRecord, "Terminals of digital inputs and outputs", kMost),
+      terminal(1, "Input of the negative limit switch (0 none)"),
+      terminal(2, "Input of the positive limit switch (0 none)"),
+      terminal(3, "Input of the home switch (0 none)"),
+      terminal(4, "Input amplifier ready (0 none)"),
+      terminal(5, "Input amplifier fault (0 none)"),
+      terminal(6, "Output that releases the brake (0 none)"),
+      inverted(7, "Inputs active while low (bit 0: terminal 1)"),
+      inverted(kMost, "Outputs active while low (bit 0: terminal 1)"),
+  });
 }();
 
 template <class E>

@@ -130,6 +130,10 @@ inline constexpr auto kProfileObjects = [] {
           .from_device()
           .mapped(kOut)
           .in("count"),
+      variable(0x60FD, Type::kU32, "Digital inputs").read_only().from_device().mapped(kOut),
+      head(0x60FE, ObjectCode::kArray, "Digital outputs", 2),
+      entry(0x60FE, 1, Type::kU32, "Physical outputs").mapped(kIn),
+      entry(0x60FE, 2, Type::kU32, "Bit mask").mapped(kIn).stored(kSetting),
       variable(0x6502, Type::kU32, "Supported drive modes").constant(kSupportedModes),
   });
 }();

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 
+#include "firmware/control/digital_io.h"
 #include "firmware/control/exchange_box.h"
 #include "firmware/control/fault_monitor.h"
 #include "firmware/control/feedback.h"
@@ -38,6 +39,7 @@ struct ControlSet {
   FeedForward::Scales scales;
   Feedback::Gains feedback;
   FaultMonitor::Bounds monitor;
+  IoMasks io;
   LevelAdaptation::Bounds adaptation;
   bool valid = false;
   FrictionModel<float> model;
@@ -70,6 +72,7 @@ struct ControlSet {
         StateEstimate::gains(axis.encoder_resolution_m, axis.tick_s, axis.observer_bandwidth_rad_per_s);
     prepare_feedback();
     monitor = FaultMonitor::bounds(axis);
+    io = IoMasks::of(axis.io);
     adaptation =
         LevelAdaptation::bounds(axis.level_lowest, axis.level_highest, axis.level_memory_s, axis.tick_s);
     prepare_model(axis.compensate ? parameters : mass_only(parameters));

@@ -5,12 +5,14 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <limits>
 #include <new>
 
 #include "firmware/control/command_box.h"
 #include "firmware/control/control_set.h"
 #include "firmware/control/current_limit.h"
 #include "firmware/control/cyclic_position.h"
+#include "firmware/control/digital_io.h"
 #include "firmware/control/fault_monitor.h"
 #include "firmware/control/feedback.h"
 #include "firmware/control/feedforward.h"
@@ -28,8 +30,9 @@ namespace slipstack {
 /// What the controller publishes after each tick.
 struct ControlOutput {
   float current_A = 0.0F;
-  bool driving = false;      ///< false: power stage off
-  std::uint16_t limits = 0;  ///< bits of Limit
+  bool driving = false;               ///< false: power stage off
+  std::uint16_t limits = 0;           ///< bits of Limit
+  std::uint32_t digital_outputs = 0;  ///< levels of the output terminals
   std::int32_t reference_counts = 0;
   float position_error_m = 0.0F;  ///< reference less estimate
   float velocity_mps = 0.0F;      ///< estimated
@@ -97,8 +100,10 @@ class Controller {
 
   /// Outside the tick: bounds of motion beside those of the axis; in force from the next tick on.
   void bound(const UserBounds& user) {
+    const std::uint32_t number = user_bounds_.number + 1;
     user_bounds_ = user;
-    sets_.each([&user](ControlSet& set) { set.bound(user); });
+    user_bounds_.number = number;
+    sets_.each([this](ControlSet& set) { set.bound(user_bounds_); });
   }
   const UserBounds& user_bounds() const { return user_bounds_; }
 
@@ -126,11 +131,17 @@ class Controller {
   void set_torque(float target_N, float offset_N) {
     command(Command{command_.read().word, target_N, offset_N});
   }
+  /// Outside the tick, and again after a change of parameters: what 60FEh asks of the digital outputs.
+  void set_outputs(std::uint32_t wanted) {
+    const IoMasks& io = parameters().io;
+    outputs_driven_.store(output_levels(io, wanted, true), std::memory_order_relaxed);
+    outputs_off_.store(output_levels(io, wanted, false), std::memory_order_relaxed);
+  }
   /// Outside the tick: retargets the reference, within the limits of the axis, from whatever state it is in.
   PlanStatus move_to(std::int32_t counts) { return move_to(counts, bounds().motion); }
   /// The same within narrower limits; what is wider is not taken.
   PlanStatus move_to(std::int32_t counts, const MotionLimits& limits) {
-    return point_to_point_.move(reference_, counts, within_axis(limits), ramp(bounds()), bounds().range);
+    return point_to_point_.move(reference_, counts, within_axis(limits), ramp(bounds()), range_);
   }
   /// Outside the tick: to rest, within these limits.
   PlanStatus halt(const MotionLimits& limits) {
@@ -148,23 +159,28 @@ class Controller {
     const bool new_parameters = sets_.begin_tick();
     ControlSet& set = sets_.active();
     if (new_parameters) begin_with(set, in.encoder.counts);
-    supervise(set, in);
-    const ControlMode before = mode_;
+    inputs_ = DigitalInputs(in.digital);
+    const MotionBounds& bounds = set.bounds.read();
     out_.limits = 0;
-    change_mode(requested_mode(set, in.encoder.counts));
+    follow_range(set, bounds, in.encoder.counts);
+    supervise(set, bounds, in);
+    const ControlMode before = mode_;
+    change_mode(requested_mode(set, bounds, in.encoder.counts));
     const bool fade = new_parameters || (mode_ != before && before != ControlMode::kOff);
     switch (mode_) {
       case ControlMode::kOff:
-        stay_off(set, in.encoder.counts);
+        stay_off(set, bounds, in.encoder.counts);
         break;
       case ControlMode::kPosition:
-        control_position(set, in.encoder.counts, fade);
+        control_position(set, bounds, in.encoder.counts, fade);
         break;
       case ControlMode::kTorque:
-        control_torque(set, in.encoder.counts, fade);
+        control_torque(set, bounds, in.encoder.counts, fade);
         break;
     }
     out_.driving = mode_ != ControlMode::kOff;
+    out_.digital_outputs =
+        (state_.brake_released() ? outputs_driven_ : outputs_off_).load(std::memory_order_relaxed);
     return out_;
   }
 
@@ -174,11 +190,13 @@ class Controller {
   const HysteresisMemory& memory() const { return memory_; }
   const StateMachine& state() const { return state_; }
   const StateEstimate& estimate() const { return estimate_; }
+  /// Of the last tick; what they mean is in parameters().io.
+  const DigitalInputs& inputs() const { return inputs_; }
   /// The readings of the last tick.
   std::int32_t measured_counts() const { return monitor_.last_counts(); }
   float measured_A() const { return monitor_.last_A(); }
   /// Where the axis may be.
-  const PositionRange& range() const { return bounds().range; }
+  const PositionRange& range() const { return range_; }
   const ControlSet& parameters() const { return sets_.active(); }
   std::uint32_t ticks() const { return sets_.tick(); }
 
@@ -208,7 +226,6 @@ class Controller {
 
   // The first tick of new parameters.
   void begin_with(const ControlSet& set, std::int32_t counts) {
-    adaptation_.limit(set.adaptation);
     const bool starts = set.valid && !started_;
     started_ = set.valid;
     if (!starts) return;
@@ -216,8 +233,33 @@ class Controller {
     monitor_.reset(counts);
   }
 
+  // The ends of the range: those of the user, and where a limit switch became active. There the reference
+  // brakes.
+  void follow_range(const ControlSet& set, const MotionBounds& bounds, std::int32_t counts) {
+    const std::uint32_t active = inputs_.limits(set.io);
+    if (active != active_limits_ || bounds.number != range_number_) [[unlikely]]
+      change_range(set.io, bounds, active, counts);
+    if (active == 0) return;
+    out_.limits |= kLimitSwitch;
+    const bool outwards = (active & (reference_.forward() ? set.io.positive_limit : set.io.negative_limit)) != 0;
+    if (outwards && mode_ == ControlMode::kPosition && !reference_.braking() && !reference_.standing())
+      reference_.stop();
+  }
+
+  void change_range(const IoMasks& io, const MotionBounds& bounds, std::uint32_t active, std::int32_t counts) {
+    const std::uint32_t changed = active ^ active_limits_;
+    if ((changed & io.positive_limit) != 0)
+      at_switches_.highest = (active & io.positive_limit) != 0 ? counts : PositionRange::kNoHighest;
+    if ((changed & io.negative_limit) != 0)
+      at_switches_.lowest = (active & io.negative_limit) != 0 ? counts : PositionRange::kNoLowest;
+    active_limits_ = active;
+    range_number_ = bounds.number;
+    range_ = {std::max(bounds.range.lowest, at_switches_.lowest),
+              std::min(bounds.range.highest, at_switches_.highest)};
+  }
+
   // Faults and commands to the state machine; the reference brakes where its new state asks for it.
-  void supervise(ControlSet& set, const TickInputs& in) {
+  void supervise(ControlSet& set, const MotionBounds& bounds, const TickInputs& in) {
     Fault fault = Fault::kNone;
     if (set.valid) {
       fault = monitor_.check(set.monitor, in, out_.reference_counts, limit_.last_A(), out_.driving);
@@ -225,8 +267,10 @@ class Controller {
       set.start_counts = in.encoder.counts;
       monitor_.reset(in.encoder.counts);
     }
+    if (!inputs_.amplifier_well(set.io)) [[unlikely]]
+      fault = with_amplifier(set, fault);
     if (events_.load(std::memory_order_relaxed) != 0) fault = with_event(fault);
-    state_.step(supervised_command(), fault, set.valid, reference_.standing(), set.bounds.read().times);
+    state_.step(supervised_command(), fault, set.valid, reference_.standing(), bounds.times);
     if (!state_.braking()) return;
     if (state_.takes_axis_over()) take_axis_over(set, in.encoder.counts);
     if (!reference_.braking() && !reference_.standing()) reference_.stop();
@@ -258,6 +302,12 @@ class Controller {
     return command & ~reaction;
   }
 
+  // What the amplifier reports explains what else is seen of it.
+  Fault with_amplifier(const ControlSet& set, Fault fault) const {
+    if (inputs_.amplifier_fault(set.io)) return Fault::kAmplifierFault;
+    return out_.driving ? Fault::kAmplifierNotReady : fault;
+  }
+
   // What came from outside the tick: an injected fault, or parameters that were refused.
   Fault with_event(Fault fault) {
     const std::uint32_t event = events_.exchange(0, std::memory_order_acquire);
@@ -266,12 +316,12 @@ class Controller {
     return out_.driving && fault == Fault::kNone ? Fault::kParameter : fault;
   }
 
-  ControlMode requested_mode(const ControlSet& set, std::int32_t counts) {
+  ControlMode requested_mode(const ControlSet& set, const MotionBounds& bounds, std::int32_t counts) {
     const bool torque = state_.torque_mode();
     if (!torque) held_ = 0;
     if (!state_.driving()) return ControlMode::kOff;
     if (!torque) return ControlMode::kPosition;
-    if (!held_at_limit(set, counts)) return ControlMode::kTorque;
+    if (!held_at_limit(set, bounds, counts)) return ControlMode::kTorque;
     out_.limits |= kLimitPosition;
     return ControlMode::kPosition;
   }
@@ -290,17 +340,17 @@ class Controller {
   }
 
   // Power stage off: the reference lies where the axis is, so that the hysteresis follows.
-  void stay_off(ControlSet& set, std::int32_t counts) {
+  void stay_off(ControlSet& set, const MotionBounds& bounds, std::int32_t counts) {
     reference_.hold(counts);
     expected_mps2_ = 0.0F;
     estimate_.step(set.estimate, counts, expected_mps2_);
-    publish(set, reference_at(0), step_model(set));
+    publish(set, reference_at(0), step_model(set, bounds));
     out_.current_A = 0.0F;
   }
 
-  void control_position(ControlSet& set, std::int32_t counts, bool fade) {
+  void control_position(ControlSet& set, const MotionBounds& bounds, std::int32_t counts, bool fade) {
     estimate_.step(set.estimate, counts, expected_mps2_);
-    const float model_N = step_model(set);
+    const float model_N = step_model(set, bounds);
     const ReferencePoint& now = reference_at(lead_of(set));
     publish(set, now, model_N);
     out_.feedback_N = feedback_.step(set.feedback, now, out_.position_error_m, estimate_.velocity_mps());
@@ -311,22 +361,21 @@ class Controller {
     adapt(set, now);
   }
 
-  void control_torque(ControlSet& set, std::int32_t counts, bool fade) {
+  void control_torque(ControlSet& set, const MotionBounds& bounds, std::int32_t counts, bool fade) {
     reference_.follow(counts, estimate_.velocity_mps() * set.counts_per_mps);
     estimate_.step(set.estimate, counts, expected_mps2_);
-    const float model_N = step_model(set);
+    const float model_N = step_model(set, bounds);
     const ReferencePoint& now = reference_at(0);
     publish(set, now, model_N);
     // Where the next tick should find the axis.
     out_.reference_counts = sum(now.counts, static_cast<std::int32_t>(now.velocity));
-    const float target_N = within_velocity(set, command_.read().target_N);
+    const float target_N = within_velocity(set, bounds.velocity_mps, command_.read().target_N);
     const Applied force = apply(set, target_N, fade);
     expect(set, now, force.applied_N - model_N);
   }
 
   // The force fades to zero towards the largest velocity, and brakes beyond it, as the velocity loop does.
-  float within_velocity(const ControlSet& set, float target_N) {
-    const float largest_mps = set.bounds.read().velocity_mps;
+  float within_velocity(const ControlSet& set, float largest_mps, float target_N) {
     const float gain = set.feedback.velocity_N_s_per_m;
     const float v = estimate_.velocity_mps();
     const float limited_N = approx::clamp(target_N, gain * (-largest_mps - v), gain * (largest_mps - v));
@@ -337,7 +386,7 @@ class Controller {
 
   // In torque mode, an end of the position range ahead: the axis is braked in time to rest there, and held as
   // long as the force points out of the range.
-  bool held_at_limit(const ControlSet& set, std::int32_t counts) {
+  bool held_at_limit(const ControlSet& set, const MotionBounds& bounds, std::int32_t counts) {
     const Command& command = command_.read();
     const float force_N = command.target_N + command.offset_N;
     if (held_ != 0) {
@@ -347,8 +396,7 @@ class Controller {
     const float velocity = estimate_.velocity_mps() * set.counts_per_mps;
     const bool moving = approx::absolute(velocity) >= 1.0F;
     const bool forward = moving ? velocity > 0.0F : force_N > 0.0F;
-    const MotionBounds& bounds = set.bounds.read();
-    const float room = bounds.range.room(counts, forward);
+    const float room = range_.room(counts, forward);
     if (room >= bounds.tracking.stop) return false;
     const float speed = moving ? approx::absolute(velocity) : 0.0F;
     const float acceleration = expected_mps2_ / set.mps2_per_count;
@@ -361,14 +409,15 @@ class Controller {
   }
 
   // The next point of the reference, and the force of the model there.
-  float step_model(ControlSet& set) {
+  float step_model(ControlSet& set, const MotionBounds& bounds) {
     const std::uint32_t tick = sets_.tick();
     ReferencePoint& ahead = delay_[tick % kDelayed];
-    const MotionBounds& bounds = set.bounds.read();
     const bool streamed = mode_ == ControlMode::kPosition && !state_.braking() && cyclic_position_.step(tick);
-    ahead = streamed ? reference_.track(cyclic_position_.point(), bounds.tracking, bounds.range, at_limit_)
+    ahead = streamed ? reference_.track(cyclic_position_.point(), bounds.tracking, range_, at_limit_)
                      : reference_.next(ramp(bounds));
-    return feedforward_.step(set.model, set.scales, ahead, tick, adaptation_.level());
+    const float force_N = feedforward_.step(set.model, set.scales, ahead, tick, adaptation_.level());
+    residuals_[tick % kDelayed] = {feedforward_.dry_N(), std::numeric_limits<float>::quiet_NaN()};
+    return force_N;
   }
 
   // What was before the axis has been taken over is not waited for.
@@ -431,16 +480,19 @@ class Controller {
     expected_mps2_ = at.acceleration * set.mps2_per_count + excess_N * set.per_mass_kg;
   }
 
-  // A limit that is active, or a reference near rest, says nothing about the level of the friction.
+  // What a tick says about the level of the friction, for the main loop: nothing where a limit is active or
+  // the reference is near rest.
   void adapt(const ControlSet& set, const ReferencePoint& at) {
     if (out_.limits != 0) return;
     if (approx::absolute(at.velocity) <= set.adaptation_counts) return;
-    adaptation_.step(set.adaptation, feedforward_.dry_N(), out_.residual_N);
+    residuals_[sets_.tick() % kDelayed].residual_N = out_.residual_N;
   }
 
-  // In the main loop: the points of the reference that the tick has made since the last time.
+  // In the main loop: what the tick has made since the last time, the level of the friction and the points of
+  // the reference.
   void remember() {
     const ControlSet& set = sets_.active();
+    if (set.valid) adaptation_.limit(set.adaptation);
     const std::uint32_t last = sets_.tick();
     if (!set.valid) {
       remembered_ = last;
@@ -458,9 +510,11 @@ class Controller {
     while (remembered_ != last) {
       ++remembered_;
       const std::int32_t displacement = FeedForward::displacement(set.scales, delay_[remembered_ % kDelayed]);
+      const Residual residual = residuals_[remembered_ % kDelayed];
       std::atomic_signal_fence(std::memory_order_acquire);
       if (sets_.tick() - remembered_ < kDelayed) {
         memory_.step(displacement);
+        if (set.valid) adaptation_.step(set.adaptation, residual.dry_N, residual.residual_N);
       } else {
         memory_.miss(1);
       }
@@ -481,6 +535,10 @@ class Controller {
   ControlMode mode_ = ControlMode::kOff;
   bool started_ = false;
   std::int8_t held_ = 0;   // in torque mode, at an end of the position range: which
+  PositionRange range_;
+  PositionRange at_switches_;                 // the part of it that limit switches have left
+  std::uint32_t range_number_ = 0;            // of the bounds whose range is in it
+  std::uint32_t active_limits_ = 0;           // limit switches, by terminal
   bool at_limit_ = false;  // the stream leads out of the range
   float blend_N_ = 0.0F;
   float last_wanted_N_ = 0.0F;
@@ -489,8 +547,17 @@ class Controller {
   std::atomic<std::uint32_t> commanded_at_{0};  // the tick of the last command
   std::atomic<std::uint32_t> command_timeout_{0};
   std::atomic<bool> command_lost_{false};
+  DigitalInputs inputs_;
+  std::atomic<std::uint32_t> outputs_driven_{0};  // levels while the axis is driven, and while it is not
+  std::atomic<std::uint32_t> outputs_off_{0};
   std::atomic<std::uint32_t> events_{0};  // a fault, and kRefused
   std::array<ReferencePoint, kDelayed> delay_{};
+  // From the tick to the main loop, beside the points of delay_.
+  struct Residual {
+    float dry_N = 0.0F;
+    float residual_N = std::numeric_limits<float>::quiet_NaN();  // none: it says nothing about the level
+  };
+  std::array<Residual, kDelayed> residuals_{};
   ParameterSwap<ControlSet> sets_;
   UserBounds user_bounds_;          // as the main loop gave them last
   std::uint32_t history_from_ = 0;  // the tick in which the reference began anew

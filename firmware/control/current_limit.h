@@ -13,6 +13,7 @@ enum Limit : std::uint16_t {
   kLimitCurrentRate = 1U << 1,  ///< its rate of change (amplifier voltage over motor inductance)
   kLimitReference = 1U << 2,    ///< the axis brakes: a stop, or set-points stopped coming
   kLimitPosition = 1U << 3,     ///< an end of the position range holds the axis back
+  kLimitSwitch = 1U << 5,       ///< a limit switch is active
   kLimitVelocity = 1U << 4,     ///< the velocity limit takes force away in torque mode
 };
 

@@ -3,7 +3,6 @@
 
 #include <array>
 #include <atomic>
-#include <cstdint>
 
 namespace slipstack {
 
@@ -14,16 +13,29 @@ class ExchangeBox {
  public:
   /// Outside the tick.
   void write(const T& value) {
-    const std::uint32_t spare = newest_.load(std::memory_order_relaxed) ^ 1U;
-    values_[spare] = value;
+    T* const spare = newest_.load(std::memory_order_relaxed) == &values_[0] ? &values_[1] : &values_[0];
+    *spare = value;
     newest_.store(spare, std::memory_order_release);
   }
   /// The newest value; in the tick and outside it.
-  const T& read() const { return values_[newest_.load(std::memory_order_acquire)]; }
+  const T& read() const {
+    const T& newest = *newest_.load(std::memory_order_relaxed);
+    // Both run on one core: only the compiler must keep the order.
+    std::atomic_signal_fence(std::memory_order_acquire);
+    return newest;
+  }
+
+  ExchangeBox() = default;
+  // Points into itself.
+  ExchangeBox(const ExchangeBox&) = delete;
+  ExchangeBox& operator=(const ExchangeBox&) = delete;
+  ExchangeBox(ExchangeBox&&) = delete;
+  ExchangeBox& operator=(ExchangeBox&&) = delete;
+  ~ExchangeBox() = default;
 
  private:
   std::array<T, 2> values_{};
-  std::atomic<std::uint32_t> newest_{0};
+  std::atomic<const T*> newest_{&values_[0]};
 };
 
 }  // namespace slipstack

@@ -16,7 +16,8 @@ namespace slipstack {
 struct TickInputs {
   EncoderReading encoder;
   CurrentReading current;
-  bool overrun = false;  ///< this tick began late, or the last one took too long
+  bool overrun = false;       ///< this tick began late, or the last one took too long
+  std::uint32_t digital = 0;  ///< levels of the input terminals
 };
 
 /// Checks the readings of the sensors before the tick uses them.

@@ -10,19 +10,21 @@ namespace slipstack {
 /// Why the axis was stopped. An active Limit is no fault.
 enum class Fault : std::uint8_t {
   kNone,
-  kEncoderLoss,     ///< the encoder reports the loss of its signal
-  kEncoderJump,     ///< more counts in one tick, or another velocity from one to the next, than can be
-  kStall,           ///< current, and an encoder that stands still
-  kFollowingError,  ///< position away from the reference
-  kOverCurrent,     ///< measured current beyond its limit
-  kCurrentSensor,   ///< measurement missing, or away from the set-point for too long
-  kTickOverrun,     ///< a tick began late or took longer than its period
-  kWatchdog,        ///< the last reset came from the watchdog
-  kParameter,       ///< refused parameters were written while the axis was enabled
-  kNotFinite,       ///< a force that is not a number
-  kStopTimeout,     ///< a controlled stop did not come to rest in time
-  kSetPoint,        ///< a target that no trajectory within its limits can be computed for
-  kOverspeed,       ///< faster than the axis may ever be, by its encoder
+  kEncoderLoss,        ///< the encoder reports the loss of its signal
+  kEncoderJump,        ///< more counts in a tick, or another velocity in the next one, than can be
+  kStall,              ///< current, and an encoder that stands still
+  kFollowingError,     ///< position away from the reference
+  kOverCurrent,        ///< measured current beyond its limit
+  kCurrentSensor,      ///< measurement missing, or away from the set-point for too long
+  kTickOverrun,        ///< a tick began late or took longer than its period
+  kWatchdog,           ///< the last reset came from the watchdog
+  kParameter,          ///< refused parameters were written while the axis was enabled
+  kNotFinite,          ///< a force that is not a number
+  kStopTimeout,        ///< a controlled stop did not come to rest in time
+  kSetPoint,           ///< a target that no trajectory within its limits can be computed for
+  kAmplifierFault,     ///< the amplifier reports a fault
+  kAmplifierNotReady,  ///< driven, and the amplifier is not ready
+  kOverspeed,          ///< faster than the axis may ever be, by its encoder
   kCount
 };
 
@@ -32,7 +34,8 @@ inline constexpr std::size_t kFaultCount = static_cast<std::size_t>(Fault::kCoun
 constexpr std::uint16_t error_code(Fault fault) {
   constexpr std::array<std::uint16_t, kFaultCount> kCodes = {0x0000, 0x7305, 0x7306, 0x7121, 0x8611,
                                                              0x2310, 0x5210, 0x6101, 0x6010, 0x6320,
-                                                             0x6102, 0x8612, 0x8600, 0x8400};
+                                                             0x6102, 0x8612, 0x8600, 0x5400, 0x5410,
+                                                             0x8400};
   return kCodes[static_cast<std::size_t>(fault)];
 }
 

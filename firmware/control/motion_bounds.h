@@ -25,6 +25,7 @@ struct UserBounds {
   float slow_down_counts_per_s3 = kNone;
   float brake_release_s = 0.0F;  ///< from current on until the brake is open
   float brake_apply_s = 0.0F;    ///< from standstill until it is closed
+  std::uint32_t number = 0;      ///< counted by Controller::bound()
 };
 
 /// Bounds of motion as they are used, in counts and ticks.
@@ -37,6 +38,7 @@ struct MotionBounds {
   PositionRange range;
   float velocity_mps = 0.0F;  ///< in torque mode
   StopTimes times;
+  std::uint32_t number = 0;  ///< of the user's bounds
 
   /// Outside the tick.
   static MotionBounds of(const AxisParameters& axis, const UserBounds& user) {
@@ -59,6 +61,7 @@ struct MotionBounds {
     bounds.tracking =
         TrackingLimits::of(bounds.velocity_mps * per_mps, axis.acceleration_limit_mps2 * per_mps2);
     bounds.range = user.range;
+    bounds.number = user.number;
     bounds.times = {timeout_ticks(axis, quick_mps2, axis.jerk_limit_mps3),
                     timeout_ticks(axis, slow_mps2, slow_mps3),
                     static_cast<std::int32_t>(user.brake_release_s / tick_s),

@@ -160,6 +160,8 @@ class ReferenceGenerator {
   }
 
   bool standing() const { return motion_.velocity == 0 && motion_.acceleration == 0 && motion_.left == 0; }
+  /// Towards higher counts, if it moves.
+  bool forward() const { return motion_.velocity > 0; }
   bool braking() const {
     return motion_.phase == Motion::Phase::kBraking || motion_.phase == Motion::Phase::kLeaving;
   }

@@ -39,10 +39,20 @@ struct MemoryWatchdog {
   bool caused_last_reset() const { return false; }
 };
 
+/// Terminal 4 is high while the amplifier is ready, terminal 5 low while it has a fault.
+inline constexpr std::uint32_t kAmplifierWell = 0x18;
+struct MemoryDigitalIo {
+  std::uint32_t inputs = kAmplifierWell;
+  std::uint32_t outputs = 0;
+  std::uint32_t read() const { return inputs; }
+  void write(std::uint32_t levels) { outputs = levels; }
+};
+
 inline MemoryEncoder memory_encoder;
 inline MemoryMotor memory_motor;
 inline MemoryClock memory_clock;
 inline MemoryWatchdog memory_watchdog;
+inline MemoryDigitalIo memory_io;
 
 inline AxisParameters everything_on() {
   AxisParameters axis;
@@ -53,6 +63,7 @@ inline AxisParameters everything_on() {
   axis.following_error_m = 1.0e-2F;
   axis.velocity_limit_mps = 0.5F;
   axis.stall_s = 1.0F;
+  axis.io = {1, 2, 3, 4, 5, 1, 0x0010, 0x0000};
   return axis;
 }
 

@@ -12,7 +12,7 @@
 // adaptation, on a board that is a few words of memory. Driven by encoder counts that any motion may produce.
 namespace slipstack::budget {
 
-inline Tick tick_under_test(memory_encoder, memory_motor, memory_clock, memory_watchdog);
+inline Tick tick_under_test(memory_encoder, memory_motor, memory_clock, memory_watchdog, memory_io);
 
 // What the world does between two ticks: the axis follows its reference with an error, commands and moves
 // come at random, position, cyclic position and torque mode take turns, parameters are changed in motion,
@@ -61,6 +61,7 @@ class TickScenario {
     if (random_.below(5000) == 0) memory_encoder.next.counts += 1000000;
     if (random_.below(5000) == 0) memory_clock.count += 80;
     if (random_.below(5000) == 0) memory_motor.measurement.current_A = 100.0F;
+    memory_io.inputs = random_.below(5000) == 0 ? 0U : kAmplifierWell | random_.below(8);
   }
 
  private:

@@ -63,7 +63,7 @@ class AxisLoop {
         encoder(axis.encoder_resolution_m, 0.37),
         noise_N_(axis.force_noise_N),
         rng_(5, "loop"),
-        tick(board_encoder, motor, clock, watchdog) {
+        tick(board_encoder, motor, clock, watchdog, io) {
     clock.rate_Hz = 10'000'000;
     tick.set_period(1000);
     sense();
@@ -78,9 +78,13 @@ class AxisLoop {
     clock.advance(1000);
     ++ticks_;
   }
+  /// Ticks, and the main loop after each.
   void run(double seconds) {
     const auto count = static_cast<std::int64_t>(std::llround(seconds / kTick_s));
-    for (std::int64_t i = 0; i < count; ++i) step();
+    for (std::int64_t i = 0; i < count; ++i) {
+      step();
+      controller().poll();
+    }
   }
 
   /// Through the state machine to operation enabled.
@@ -107,6 +111,7 @@ class AxisLoop {
   host::HostMotorCurrent motor;
   host::HostClock clock;
   host::HostWatchdog watchdog;
+  host::HostDigitalIo io;
 
  private:
   void sense() { board_encoder.next.counts = static_cast<std::int32_t>(encoder.counts(plant.position_m())); }
@@ -116,7 +121,8 @@ class AxisLoop {
   std::int64_t ticks_ = 0;
 
  public:
-  Tick<host::HostEncoder, host::HostMotorCurrent, host::HostClock, host::HostWatchdog> tick;
+  Tick<host::HostEncoder, host::HostMotorCurrent, host::HostClock, host::HostWatchdog, host::HostDigitalIo>
+      tick;
 };
 
 }  // namespace slipstack::loop

@@ -318,10 +318,11 @@ TEST(Watchdog, AResetByItIsAFaultUntilAcknowledged) {
   host::HostMotorCurrent motor;
   host::HostClock clock;
   host::HostWatchdog watchdog;
+  host::HostDigitalIo io;
   watchdog.reset_by_watchdog = true;
   const auto tick =
-      std::make_unique<Tick<host::HostEncoder, host::HostMotorCurrent, host::HostClock, host::HostWatchdog>>(
-          encoder, motor, clock, watchdog);
+      std::make_unique<Tick<host::HostEncoder, host::HostMotorCurrent, host::HostClock, host::HostWatchdog,
+                            host::HostDigitalIo>>(encoder, motor, clock, watchdog, io);
   tick->run();
   EXPECT_EQ(tick->controller().state().state(), DriveState::kFault);
   EXPECT_EQ(tick->controller().state().faults().latched(), Fault::kWatchdog);
@@ -336,9 +337,10 @@ TEST(Watchdog, IsRefreshedOnlyWhileTheMainLoopAdvances) {
   host::HostClock clock;
   clock.rate_Hz = 10'000'000;
   host::HostWatchdog watchdog;
+  host::HostDigitalIo io;
   const auto tick =
-      std::make_unique<Tick<host::HostEncoder, host::HostMotorCurrent, host::HostClock, host::HostWatchdog>>(
-          encoder, motor, clock, watchdog);
+      std::make_unique<Tick<host::HostEncoder, host::HostMotorCurrent, host::HostClock, host::HostWatchdog,
+                            host::HostDigitalIo>>(encoder, motor, clock, watchdog, io);
   tick->set_period(1000);
   const auto run = [&](std::uint32_t ticks) {
     const std::uint32_t before = watchdog.refreshed;
