@@ -70,6 +70,7 @@ class DriveProfile {
     cyclic.set_period(period_s() / set.axis.tick_s, set.axis.tick_s,
                       set.axis.velocity_limit_mps / set.mps_per_count,
                       set.axis.acceleration_limit_mps2 / set.mps2_per_count);
+    cyclic.set_range(controller_.range());
     if (target_written_) target_streamed_ = with_sync;
     target_holds_ = target_holds_ || target_written_;
     const bool has_target = target_written_ || (target_holds_ && !target_streamed_);
@@ -189,6 +190,7 @@ class DriveProfile {
       if (target_reached()) word_now |= 1U << 10;
       if (acknowledged_) word_now |= 1U << 12;
     } else if (active_ == Mode::kCyclicPosition) {
+      if (controller_.cyclic_position().limited()) word_now |= 1U << 11;
       if (controller_.cyclic_position().following()) word_now |= 1U << 12;  // the drive follows the command
     } else if (active_ != Mode::kNone && state == DriveState::kOperationEnabled && !halted()) {
       word_now |= 1U << 12;

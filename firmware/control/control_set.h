@@ -117,7 +117,6 @@ struct ControlSet {
   }
 
   void prepare_model(const ModelParameters& parameters) {
-    scales.tick_s = axis.tick_s;
     scales.resolution_m = axis.encoder_resolution_m;
     scales.mps_per_count = mps_per_count;
     scales.mps2_per_count = mps2_per_count;

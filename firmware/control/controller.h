@@ -165,7 +165,7 @@ class Controller {
     follow_range(set, bounds, in.encoder.counts);
     supervise(set, bounds, in);
     const ControlMode before = mode_;
-    change_mode(requested_mode(set, bounds, in.encoder.counts));
+    change_mode(requested_mode());
     const bool fade = new_parameters || (mode_ != before && before != ControlMode::kOff);
     switch (mode_) {
       case ControlMode::kOff:
@@ -241,12 +241,13 @@ class Controller {
       change_range(set.io, bounds, active, counts);
     if (active == 0) return;
     out_.limits |= kLimitSwitch;
-    const bool outwards = (active & (reference_.forward() ? set.io.positive_limit : set.io.negative_limit)) != 0;
-    if (outwards && mode_ == ControlMode::kPosition && !reference_.braking() && !reference_.standing())
-      reference_.stop();
+    const bool outwards =
+        (active & (reference_.forward() ? set.io.positive_limit : set.io.negative_limit)) != 0;
+    if (outwards && reference_.playing()) reference_.stop();
   }
 
-  void change_range(const IoMasks& io, const MotionBounds& bounds, std::uint32_t active, std::int32_t counts) {
+  void change_range(const IoMasks& io, const MotionBounds& bounds, std::uint32_t active,
+                    std::int32_t counts) {
     const std::uint32_t changed = active ^ active_limits_;
     if ((changed & io.positive_limit) != 0)
       at_switches_.highest = (active & io.positive_limit) != 0 ? counts : PositionRange::kNoHighest;
@@ -316,12 +317,23 @@ class Controller {
     return out_.driving && fault == Fault::kNone ? Fault::kParameter : fault;
   }
 
-  ControlMode requested_mode(const ControlSet& set, const MotionBounds& bounds, std::int32_t counts) {
+  ControlMode requested_mode() {
     const bool torque = state_.torque_mode();
     if (!torque) held_ = 0;
     if (!state_.driving()) return ControlMode::kOff;
     if (!torque) return ControlMode::kPosition;
-    if (!held_at_limit(set, bounds, counts)) return ControlMode::kTorque;
+    if (held_ == 0) return ControlMode::kTorque;
+    return stay_held();
+  }
+
+  // At an end of the position range, until the axis stands and the force points away from it.
+  ControlMode stay_held() {
+    const Command& command = command_.read();
+    const bool inwards = static_cast<float>(held_) * (command.target_N + command.offset_N) <= 0.0F;
+    if (mode_ == ControlMode::kPosition && inwards && reference_.standing()) {
+      held_ = 0;
+      return ControlMode::kTorque;
+    }
     out_.limits |= kLimitPosition;
     return ControlMode::kPosition;
   }
@@ -372,6 +384,7 @@ class Controller {
     const float target_N = within_velocity(set, bounds.velocity_mps, command_.read().target_N);
     const Applied force = apply(set, target_N, fade);
     expect(set, now, force.applied_N - model_N);
+    held_ = end_ahead(set, bounds, counts);
   }
 
   // The force fades to zero towards the largest velocity, and brakes beyond it, as the velocity loop does.
@@ -384,28 +397,21 @@ class Controller {
     return limited_N;
   }
 
-  // In torque mode, an end of the position range ahead: the axis is braked in time to rest there, and held as
-  // long as the force points out of the range.
-  bool held_at_limit(const ControlSet& set, const MotionBounds& bounds, std::int32_t counts) {
+  // In torque mode, an end of the position range ahead: which, if the axis must be braked from the next tick
+  // on to rest there, or stands there and is pushed out.
+  std::int8_t end_ahead(const ControlSet& set, const MotionBounds& bounds, std::int32_t counts) const {
     const Command& command = command_.read();
     const float force_N = command.target_N + command.offset_N;
-    if (held_ != 0) {
-      if (!reference_.standing() || static_cast<float>(held_) * force_N > 0.0F) return true;
-      held_ = 0;
-    }
     const float velocity = estimate_.velocity_mps() * set.counts_per_mps;
-    const bool moving = approx::absolute(velocity) >= 1.0F;
-    const bool forward = moving ? velocity > 0.0F : force_N > 0.0F;
+    const float speed = approx::absolute(velocity);
+    const bool forward = (speed >= 1.0F ? velocity : force_N) > 0.0F;
     const float room = range_.room(counts, forward);
-    if (room >= bounds.tracking.stop) return false;
-    const float speed = moving ? approx::absolute(velocity) : 0.0F;
     const float acceleration = expected_mps2_ / set.mps2_per_count;
     const float outwards = forward ? acceleration : -acceleration;
-    // Two ticks: that of the estimate, and the one that begins.
-    const float needed = bounds.stopping.from(speed, outwards > 0.0F ? outwards : 0.0F) + 2.0F * speed;
-    if (room > needed || (!moving && force_N == 0.0F)) return false;
-    held_ = forward ? 1 : -1;
-    return true;
+    // Three ticks: that of the estimate, this one, and the one that brakes.
+    const float needed = bounds.stopping.from(speed, outwards > 0.0F ? outwards : 0.0F) + 3.0F * speed;
+    if (room > needed || (speed < 1.0F && force_N == 0.0F)) return 0;
+    return forward ? 1 : -1;
   }
 
   // The next point of the reference, and the force of the model there.
@@ -413,9 +419,10 @@ class Controller {
     const std::uint32_t tick = sets_.tick();
     ReferencePoint& ahead = delay_[tick % kDelayed];
     const bool streamed = mode_ == ControlMode::kPosition && !state_.braking() && cyclic_position_.step(tick);
-    ahead = streamed ? reference_.track(cyclic_position_.point(), bounds.tracking, range_, at_limit_)
+    ahead = streamed ? reference_.track(cyclic_position_.point(), bounds.tracking)
                      : reference_.next(ramp(bounds));
-    const float force_N = feedforward_.step(set.model, set.scales, ahead, tick, adaptation_.level());
+    const float force_N = feedforward_.step(set.model, set.scales, ahead,
+                                            time_s_.load(std::memory_order_relaxed), adaptation_.level());
     residuals_[tick % kDelayed] = {feedforward_.dry_N(), std::numeric_limits<float>::quiet_NaN()};
     return force_N;
   }
@@ -459,8 +466,6 @@ class Controller {
     if (!approx::is_finite(wanted_A)) return stop_not_finite(set);
     out_.current_A = limit_.step(set.axis.current_limit_A, set.largest_step_A, wanted_A, out_.limits);
     if (reference_.braking()) out_.limits |= kLimitReference;
-    if (at_limit_) out_.limits |= kLimitPosition;
-    at_limit_ = false;
     return {wanted_N, out_.current_A * set.axis.motor_constant_N_per_A};
   }
 
@@ -492,8 +497,9 @@ class Controller {
   // the reference.
   void remember() {
     const ControlSet& set = sets_.active();
-    if (set.valid) adaptation_.limit(set.adaptation);
     const std::uint32_t last = sets_.tick();
+    if (set.valid) adaptation_.limit(set.adaptation);
+    time_s_.store(up_time_.at(last, set.axis.tick_s), std::memory_order_relaxed);
     if (!set.valid) {
       remembered_ = last;
       memory_shift_ = kNoShift;
@@ -534,12 +540,11 @@ class Controller {
   ControlOutput out_;
   ControlMode mode_ = ControlMode::kOff;
   bool started_ = false;
-  std::int8_t held_ = 0;   // in torque mode, at an end of the position range: which
+  std::int8_t held_ = 0;  // in torque mode, at an end of the position range: which
   PositionRange range_;
-  PositionRange at_switches_;                 // the part of it that limit switches have left
-  std::uint32_t range_number_ = 0;            // of the bounds whose range is in it
-  std::uint32_t active_limits_ = 0;           // limit switches, by terminal
-  bool at_limit_ = false;  // the stream leads out of the range
+  PositionRange at_switches_;        // the part of it that limit switches have left
+  std::uint32_t range_number_ = 0;   // of the bounds whose range is in it
+  std::uint32_t active_limits_ = 0;  // limit switches, by terminal
   float blend_N_ = 0.0F;
   float last_wanted_N_ = 0.0F;
   float expected_mps2_ = 0.0F;
@@ -562,7 +567,9 @@ class Controller {
   UserBounds user_bounds_;          // as the main loop gave them last
   std::uint32_t history_from_ = 0;  // the tick in which the reference began anew
   HysteresisMemory memory_;
-  std::uint32_t remembered_ = 0;  // the tick whose point memory_ has seen last
+  UpTime up_time_;
+  std::atomic<float> time_s_{0.0F};  // since the start, as of the last poll()
+  std::uint32_t remembered_ = 0;     // the tick whose point memory_ has seen last
   std::uint32_t memory_number_ = 0;
   int memory_shift_ = kNoShift;
 };

@@ -56,7 +56,8 @@ class FaultMonitor {
     last_counts_ = counts;
     last_step_ = 0;
     late_ = true;  // there is no step before to compare with
-    mismatched_ = stalled_ = over_ = fast_ = 0;
+    fast_ = false;
+    mismatched_ = stalled_ = over_ = 0;
   }
 
   /// The counts and the measured current of the last check.
@@ -72,7 +73,8 @@ class FaultMonitor {
     const std::int32_t step = difference(in.encoder.counts, last_counts_);
     last_counts_ = in.encoder.counts;
     // A late tick sees a longer way, and the next one a shorter.
-    const std::int32_t change = in.overrun || late_ ? 0 : step - last_step_;
+    const std::int32_t change = difference(step, last_step_);
+    const bool late = in.overrun || late_;
     last_step_ = step;
     late_ = in.overrun;
     const float measured_A = in.current.current_A;
@@ -82,14 +84,20 @@ class FaultMonitor {
     const bool plausible = in.current.valid && approx::absolute(measured_A - set_point_A) <= bound.mismatch_A;
     mismatched_ = plausible ? 0 : mismatched_ + 1;
     if (!in.encoder.valid) return Fault::kEncoderLoss;
-    if (outside(change, bound.largest_change)) return Fault::kEncoderJump;
-    // Once at its begin; then again where it does not end while the axis is braked.
-    over_ = approx::absolute(measured_A) > bound.over_current_A ? over_ + 1 : 0;
-    if (over_ == 1 || over_ > bound.mismatch_ticks) return Fault::kOverCurrent;
+    if (outside(change, bound.largest_change) && !late) return Fault::kEncoderJump;
+    if (approx::absolute(measured_A) > bound.over_current_A) [[unlikely]] {
+      // Once at its begin; then again where it does not end while the axis is braked.
+      if (++over_ == 1 || over_ > bound.mismatch_ticks) return Fault::kOverCurrent;
+    } else {
+      over_ = 0;
+    }
     if (mismatched_ > bound.mismatch_ticks) return Fault::kCurrentSensor;
     if (!driving) return Fault::kNone;
-    fast_ = outside(step, bound.largest_step) ? fast_ + 1 : 0;
-    if (fast_ == 1 && !in.overrun) return Fault::kOverspeed;
+    const bool fast = outside(step, bound.largest_step);
+    if (fast != fast_) [[unlikely]] {
+      fast_ = fast;
+      if (fast && !in.overrun) return Fault::kOverspeed;
+    }
     const std::int32_t error = difference(reference_counts, in.encoder.counts);
     if (outside(error, bound.largest_error)) return Fault::kFollowingError;
     if (stalled_ > bound.stall_ticks) return Fault::kStall;
@@ -98,13 +106,17 @@ class FaultMonitor {
   }
 
  private:
-  static bool outside(std::int32_t value, std::int32_t limit) { return value > limit || value < -limit; }
+  // One comparison for both sides: 0 < limit <= 10^9.
+  static bool outside(std::int32_t value, std::int32_t limit) {
+    return static_cast<std::uint32_t>(value) + static_cast<std::uint32_t>(limit) >
+           2 * static_cast<std::uint32_t>(limit);
+  }
 
   std::int32_t last_counts_ = 0;
   std::int32_t last_step_ = 0;
   bool late_ = false;
   std::int32_t over_ = 0;  // ticks of over-current
-  std::int32_t fast_ = 0;  // ticks of overspeed
+  bool fast_ = false;      // overspeed
   std::int32_t mismatched_ = 0;
   std::int32_t stalled_ = 0;
   float last_A_ = 0.0F;

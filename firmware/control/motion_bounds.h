@@ -70,8 +70,9 @@ struct MotionBounds {
   }
 
  private:
-  // Beyond the ramp itself where that is long: what the user asked for is no fault. From 1.5 times the largest
-  // velocity, above which the encoder's reading counts as a jump; v / d + 2 d / j is longer than any ramp.
+  // Beyond the ramp itself where that is long: what the user asked for is no fault. From 1.5 times the
+  // largest velocity, above which the encoder's reading counts as a jump; v / d + 2 d / j is longer than any
+  // ramp.
   static std::int32_t timeout_ticks(const AxisParameters& axis, float deceleration, float jerk) {
     const float ramp_s = 1.5F * axis.velocity_limit_mps / deceleration + 2.0F * deceleration / jerk;
     const bool set = deceleration < axis.quick_stop_mps2 || jerk < axis.jerk_limit_mps3;

@@ -34,9 +34,10 @@ struct PositionRange {
 
 /// An upper bound of the way to rest by braking_acceleration(), in counts.
 ///
-/// From velocity v and acceleration a: with t = a / j, the stop is the same as one that began t ticks later (or
-/// earlier, a < 0) with v1 = v + a t / 2 and no acceleration, plus the way between, t (v1 - a t / 6). From v1
-/// the stop with full deceleration d takes v1^2 / 2d + v1 d / 2j, and a shorter one, v1 sqrt(v1 / j), less.
+/// From velocity v and acceleration a: with t = a / j, the stop is the same as one that began t ticks later
+/// (or earlier, a < 0) with v1 = v + a t / 2 and no acceleration, plus the way between, t (v1 - a t / 6).
+/// From v1 the stop with full deceleration d takes v1^2 / 2d + v1 d / 2j, and a shorter one, v1 sqrt(v1 / j),
+/// less.
 struct StoppingDistance {
   float per_velocity2 = 0.0F;  // 1 / 2d
   float per_velocity = 0.0F;   // d / 2j

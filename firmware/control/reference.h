@@ -8,7 +8,6 @@
 
 #include "firmware/control/braking.h"
 #include "firmware/control/fixed_motion.h"
-#include "firmware/control/position_range.h"
 #include "firmware/control/tracking.h"
 #include "firmware/effects/approx.h"
 #include "firmware/friction/displacement.h"
@@ -160,6 +159,8 @@ class ReferenceGenerator {
   }
 
   bool standing() const { return motion_.velocity == 0 && motion_.acceleration == 0 && motion_.left == 0; }
+  /// In motion by a plan or a queue.
+  bool playing() const { return motion_.phase == Motion::Phase::kPlaying && !standing(); }
   /// Towards higher counts, if it moves.
   bool forward() const { return motion_.velocity > 0; }
   bool braking() const {
@@ -180,17 +181,14 @@ class ReferenceGenerator {
 
   /// Position now; then moves on by one tick towards a stream, within `limits`, from whatever state it is in.
   /// Without a call in the next tick it brakes.
-  /// Stops within `range`; sets `limited` where the stream would lead out of it.
-  [[gnu::always_inline]] ReferencePoint track(const StreamPoint& stream, const TrackingLimits& limits,
-                                              const PositionRange& range, bool& limited) {
+  [[gnu::always_inline]] ReferencePoint track(const StreamPoint& stream, const TrackingLimits& limits) {
     ticks_.store(ticks_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
     if (motion_.phase != Motion::Phase::kTracking) [[unlikely]]
       begin_tracking();
     const float last = tracked_step_;
     const float behind = static_cast<float>(difference(stream.counts, motion_.counts)) + stream.offset -
                          stream.step - fraction();
-    const auto room = [&](bool forward) { return range.room(motion_.counts, forward); };
-    const float step = tracking_step(behind, stream.step, last, limits, room, limited);
+    const float step = tracking_step(behind, stream.step, last, limits);
     const ReferencePoint point{motion_.counts, fraction(), 0.5F * (step + last), step - last};
     tracked_step_ = step;
     const std::int64_t before = motion_.velocity;

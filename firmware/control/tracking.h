@@ -25,51 +25,33 @@ struct TrackingLimits {
   float acceleration = 0.0F;
   float linear = 0.0F;  ///< error up to which kShare of it is made up for in a tick
   float half_linear = 0.0F;
-  float twice_approach = 0.0F;  ///< twice the acceleration with which a larger one is made up for
-  float stop = 0.0F;            ///< distance from which the largest velocity is approached to zero
+  float twice_approach = 0.0F;  ///< acceleration with which a larger one is made up for
 
   static TrackingLimits of(float counts_per_tick, float counts_per_tick2) {
     // Half of it: the stream accelerates too.
     const float approach = 0.5F * counts_per_tick2;
     const float linear = approach / (kShare * kShare);
-    return {counts_per_tick,
-            counts_per_tick2,
-            linear,
-            0.5F * linear,
-            2.0F * approach,
-            0.5F * counts_per_tick * counts_per_tick / approach + linear + counts_per_tick / kShare};
+    return {counts_per_tick, counts_per_tick2, linear, 0.5F * linear, 2.0F * approach};
   }
 };
-
-/// Largest velocity from which a place at this distance is approached: that of a proximate time-optimal
-/// servomechanism, what a constant deceleration takes to zero, sqrt(2 a e), with a linear zone where the
-/// distance is small, joined with the same slope (Workman, Kosut, Franklin, Adaptive proximate time-optimal
-/// servomechanisms: continuous time case, American Control Conference 1987, 589-594). In the tick.
-inline float approach_velocity(float distance, const TrackingLimits& limits) {
-  if (distance <= limits.linear) return TrackingLimits::kShare * distance;
-  return approx::fast_square_root(limits.twice_approach * (distance - limits.half_linear));
-}
 
 /// The step of the reference in this tick on its way to a stream, from its step in the last one: never faster
 /// than the velocity limit, never another step than the last by more than the acceleration limit, whatever
 /// the stream does. `error`: stream less reference at the begin of the tick. While the stream stays within
-/// the limits and the error is zero, the step is the stream's. In the tick.
+/// the limits and the error is zero, the step is the stream's.
 ///
-/// `room(forward)`: how far the reference may still go; it never goes faster than it can stop there.
-/// `limited` is set if that held it back.
-template <class Room>
-[[gnu::always_inline]] inline float tracking_step(float error, float stream_step, float last_step,
-                                                  const TrackingLimits& limits, Room&& room, bool& limited) {
-  const float towards = approach_velocity(approx::absolute(error), limits);
-  const float wanted = stream_step + (error > 0.0F ? towards : -towards);
-  float fastest = limits.velocity;
-  const float left = room(wanted > 0.0F);
-  if (left < limits.stop) {
-    const float bound = approach_velocity(left, limits);
-    if (bound < fastest) fastest = bound;
-    limited = approx::absolute(wanted) > bound;
+/// The velocity towards the stream is that of a proximate time-optimal servomechanism: what a constant
+/// deceleration takes to zero, sqrt(2 a e), with a linear zone where the error is small, joined with the same
+/// slope (Workman, Kosut, Franklin, Adaptive proximate time-optimal servomechanisms: continuous time case,
+/// American Control Conference 1987, 589-594). In the tick.
+inline float tracking_step(float error, float stream_step, float last_step, const TrackingLimits& limits) {
+  const float distance = approx::absolute(error);
+  float towards = TrackingLimits::kShare * error;
+  if (distance > limits.linear) {
+    const float velocity = approx::fast_square_root(limits.twice_approach * (distance - limits.half_linear));
+    towards = error > 0.0F ? velocity : -velocity;
   }
-  const float step = approx::clamp(wanted, -fastest, fastest);
+  const float step = approx::clamp(stream_step + towards, -limits.velocity, limits.velocity);
   return approx::clamp(step, last_step - limits.acceleration, last_step + limits.acceleration);
 }
 

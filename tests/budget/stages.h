@@ -23,8 +23,7 @@ struct Stages {
   Notch::Gains notch_gains = Notch::gains(180.0F, 0.2F, 0.1F, axis.tick_s);
   LevelAdaptation::Bounds level_bounds =
       LevelAdaptation::bounds(axis.level_lowest, axis.level_highest, axis.level_memory_s, axis.tick_s);
-  FeedForward::Scales scales{.tick_s = 1.0e-4F,
-                             .resolution_m = 1.0e-6F,
+  FeedForward::Scales scales{.resolution_m = 1.0e-6F,
                              .mps_per_count = 1.0e-2F,
                              .mps2_per_count = 1.0e2F,
                              .shift_up = 4,
@@ -45,8 +44,6 @@ struct Stages {
   CyclicPosition& cyclic = tick_under_test.controller().cyclic_position();
   StreamPoint stream;
   TrackingLimits tracking = TrackingLimits::of(300.0F, 0.5F);
-  PositionRange range{-2000, 2000};
-  bool at_limit = false;
   ReferencePoint point;
   FeedForward feedforward;
   Feedback feedback;
@@ -103,7 +100,7 @@ inline void move_stream(std::int32_t x) {
   stages.stream.counts = x;
 }
 [[gnu::noinline]] inline float step_tracking(std::int32_t) {
-  stages.point = stages.reference.track(stages.stream, stages.tracking, stages.range, stages.at_limit);
+  stages.point = stages.reference.track(stages.stream, stages.tracking);
   return stages.point.velocity;
 }
 [[gnu::noinline]] inline float step_reference(std::int32_t) {
@@ -118,7 +115,8 @@ inline void move_feedforward(std::int32_t x) {
   ++stages.ticks;
 }
 [[gnu::noinline]] inline float step_feedforward(std::int32_t) {
-  return stages.feedforward.step(friction_model, stages.scales, stages.point, stages.ticks, 1.1F);
+  return stages.feedforward.step(friction_model, stages.scales, stages.point,
+                                 static_cast<float>(stages.ticks) * 1.0e-4F, 1.1F);
 }
 
 // Both notches are in it.

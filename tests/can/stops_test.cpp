@@ -104,8 +104,8 @@ TEST_F(Stops, Shutdown) {
   expect_slow(5 + until(kReady));
 }
 
-// While operation is being disabled: nothing moves the axis again, a quick stop is quicker, and disable voltage
-// does not wait.
+// While operation is being disabled: nothing moves the axis again, a quick stop is quicker, and disable
+// voltage does not wait.
 TEST_F(Stops, WhatIsMoreUrgentDoesNotWaitForTheRamp) {
   move();
   command(0x07);

@@ -11,6 +11,7 @@
 #include "firmware/control/braking.h"
 #include "firmware/control/cyclic_position.h"
 #include "firmware/control/position_range.h"
+#include "firmware/control/set_point_range.h"
 
 namespace slipstack {
 namespace {
@@ -148,10 +149,7 @@ TEST(Tracking, NeverBeyondTheLimitsAndMeetsTheStream) {
     float last = uniform(-1.0, 1.0) * limits.velocity;
     const float stream = uniform(-0.5, 0.5) * limits.velocity;
     for (int tick = 0; tick < 40000; ++tick) {
-      bool limited = false;
-      const auto endless = [](bool) { return 0x1p32F; };
-      const float step = tracking_step(static_cast<float>(r - x), stream, last, limits, endless, limited);
-      ASSERT_FALSE(limited);
+      const float step = tracking_step(static_cast<float>(r - x), stream, last, limits);
       ASSERT_LE(std::abs(step), limits.velocity * 1.00001F);
       ASSERT_LE(std::abs(step - last), limits.acceleration * 1.0001F + 1e-5F * limits.velocity);
       x += static_cast<double>(step);
@@ -164,49 +162,45 @@ TEST(Tracking, NeverBeyondTheLimitsAndMeetsTheStream) {
   }
 }
 
-// A stream that leads out of the range at any speed, jumps, and comes back: the reference stops at the end,
-// never beyond it, says so, and follows again at once.
-TEST(Tracking, StaysWithinItsRange) {
+// A stream that leads out of the range at any speed, and comes back: set-points stop at the end, never beyond
+// it, with no more than the deceleration, and follow again at once.
+TEST(SetPointRange, StopsAtTheEndAndFollowsAgain) {
   std::mt19937 random(7);
   const auto uniform = [&random](double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(random);
   };
-  for (int run = 0; run < 200; ++run) {
-    const auto largest = static_cast<float>(uniform(5.0, 200.0));
-    const TrackingLimits limits = TrackingLimits::of(largest, static_cast<float>(uniform(0.02, 1.0)));
-    // Far enough to be at full speed between the ends.
-    const double end =
-        std::min(uniform(2.0, 4.0) * static_cast<double>(limits.stop), 8000.0 * static_cast<double>(largest));
-    // And there within half of the time.
-    const double stream = std::max(uniform(0.1, 1.5) * static_cast<double>(largest), end / 10000.0);
-    double x = 0.0, r = 0.0, direction = 1.0;
-    float last = 0.0F;
-    double farthest = 0.0;
-    int limited_ticks = 0;
-    for (int tick = 0; tick < 60000; ++tick) {
-      if (tick == 30000) direction = -1.0;
-      if (tick == 30000) r = end * 0.9;
-      r += direction * stream;
-      bool limited = false;
-      const auto room = [&](bool forward) {
-        return static_cast<float>(std::max(0.0, forward ? end - x : x + end));
-      };
-      const double before = r - direction * stream;
-      const float step = tracking_step(static_cast<float>(before - x), static_cast<float>(direction * stream),
-                                       last, limits, room, limited);
-      ASSERT_LE(std::abs(step - last), limits.acceleration * 1.0001F + 1e-5F * limits.velocity);
-      limited_ticks += limited ? 1 : 0;
-      x += static_cast<double>(step);
-      last = step;
-      farthest = std::max(farthest, std::abs(x));
-      ASSERT_LE(std::abs(x), end + 0.01) << run;
-      if (tick == 29999) {
-        ASSERT_NEAR(x, end, 1.0) << run << ": and it goes there";
-        ASSERT_TRUE(limited);
+  for (int run = 0; run < 300; ++run) {
+    const double deceleration = uniform(0.5, 3000.0);
+    const double stream = uniform(0.1, 40.0) * deceleration;
+    const auto way = static_cast<std::int32_t>(uniform(1.0, 3.0) * stream * stream / deceleration + 100.0);
+    SetPointRange range;
+    range.set({-way, way}, static_cast<float>(deceleration));
+    range.reset();
+    double wanted = 0.0;
+    std::int32_t last = 0, step_before = 0;
+    const int turn = static_cast<int>(2.0 * way / stream) + 200;
+    for (int n = 0; n < 3 * turn; ++n) {
+      wanted += n < turn ? stream : -stream;
+      const bool back = n > turn + 2 * static_cast<int>(stream / deceleration) && wanted < 0.9 * way;
+      if (n == turn) wanted = last;  // as a master that asks for the actual position
+      const std::int32_t now =
+          range.within(static_cast<std::uint32_t>(n), static_cast<std::int32_t>(std::lround(wanted)));
+      ASSERT_LE(std::abs(now), way) << run;
+      const std::int32_t step = now - last;
+      if (n > 0 && std::abs(step) < std::abs(step_before) && step * step_before >= 0 && range.limited()) {
+        ASSERT_LE(std::abs(step_before - step), deceleration * 1.1 + 2.0) << run << ' ' << n;
       }
+      if (n == turn - 1) {
+        ASSERT_NEAR(now, way, 2.0 * std::sqrt(deceleration) + 3.0) << "it goes there";
+        ASSERT_TRUE(range.limited());
+      }
+      if (back && wanted > -0.1 * way) {
+        ASSERT_NEAR(now, wanted, 1.0) << run;
+      }
+      step_before = step;
+      last = now;
     }
-    EXPECT_GT(limited_ticks, 1000);
-    EXPECT_NEAR(x, -end, 1.0);
+    EXPECT_LE(last, -way + 2 * static_cast<int>(std::sqrt(deceleration)) + 3);
   }
 }
 

@@ -147,15 +147,15 @@ TEST(FeedForward, TheTimeOfDriftDoesNotWrap) {
   FrictionModel<float> model;
   model.prepare(parameters, Scales<float>{kTick_s, 1e-6F});
   FeedForward::Scales scales;
-  scales.tick_s = kTick_s;
   scales.mps_per_count = 1e-2F;
   scales.mps2_per_count = 1e2F;
   scales.resolution_m = 1e-6F;
   FeedForward feedforward;
+  UpTime time;
   ReferencePoint moving;
   moving.velocity = 10.0F;
   const auto force_N = [&](std::uint32_t tick) {
-    return feedforward.step(model, scales, moving, tick, 1.0F);
+    return feedforward.step(model, scales, moving, time.at(tick, kTick_s), 1.0F);
   };
   const auto expected_N = [](double ticks) { return 10.0 * (1.0 + 0.5 * (1.0 - std::exp(-ticks * 1e-10))); };
   EXPECT_NEAR(force_N(1), 10.0F, 1e-4F);
