@@ -271,7 +271,8 @@ class Controller {
     if (!inputs_.amplifier_well(set.io)) [[unlikely]]
       fault = with_amplifier(set, fault);
     if (events_.load(std::memory_order_relaxed) != 0) fault = with_event(fault);
-    state_.step(supervised_command(), fault, set.valid, reference_.standing(), bounds.times);
+    state_.step(
+        supervised_command(), fault, set.valid, [this] { return reference_.standing(); }, bounds.times);
     if (!state_.braking()) return;
     if (state_.takes_axis_over()) take_axis_over(set, in.encoder.counts);
     if (!reference_.braking() && !reference_.standing()) reference_.stop();

@@ -12,8 +12,8 @@ namespace slipstack {
 /// Set-points of a stream within a position range: towards an end of it never faster than they can still come
 /// to rest there, and never beyond. In the main loop.
 ///
-/// With A counts per period^2 of deceleration, s counts in this period and s - A, s - 2 A, ... in the next ones
-/// take s (s / A + 1) / 2 to rest; within the room e that is left, s <= sqrt(A^2 / 4 + 2 A e) - A / 2.
+/// With A counts per period^2 of deceleration, s counts in this period and s - A, s - 2 A, ... in the next
+/// ones take s (s / A + 1) / 2 to rest; within the room e that is left, s <= sqrt(A^2 / 4 + 2 A e) - A / 2.
 class SetPointRange {
  public:
   /// `deceleration`: counts per period^2, > 0.

@@ -68,7 +68,7 @@ class StateMachine {
  public:
   DriveState state() const { return state_; }
   /// Current flows.
-  bool driving() const { return state_ == DriveState::kOperationEnabled || releasing_ || stopping_; }
+  bool driving() const { return driving_; }
   /// The axis is being stopped under control, or held after that.
   bool braking() const { return stopping_; }
   /// Operation is enabled, and no command has ended it: the axis may be moved.
@@ -80,11 +80,9 @@ class StateMachine {
   /// The force is given, not the position.
   bool torque_mode() const { return follows_commands() && (last_command_ & kTorqueMode) != 0; }
 
-  /// Stops go along the slow down ramp: that of this state, and of a halt.
+  /// Stops go along the slow down ramp: that under way, or a halt.
   bool slows_down() const {
-    if (state_ == DriveState::kQuickStopActive) return (last_command_ & kSlowQuickStop) != 0;
-    if (state_ == DriveState::kFaultReactionActive) return (last_command_ & kSlowFaultReaction) != 0;
-    return stopping_ || (last_command_ & (kSlowHalt | kHalt)) == (kSlowHalt | kHalt);
+    return stopping_ ? slow_stop_ : (last_command_ & (kSlowHalt | kHalt)) == (kSlowHalt | kHalt);
   }
 
   /// Once after a fault that the axis does not follow its reference with: it is to be braked as it moves.
@@ -94,9 +92,10 @@ class StateMachine {
     return now;
   }
 
-  /// One tick. `command`: ControlBit and the options above. `ready`: parameters are there. `standing`: the
-  /// reference is at rest.
-  [[gnu::always_inline]] void step(std::uint32_t command, Fault fault, bool ready, bool standing,
+  /// One tick. `command`: ControlBit and the options above. `ready`: parameters are there. `standing()`: the
+  /// reference is at rest; asked while stopping only.
+  template <class Standing>
+  [[gnu::always_inline]] void step(std::uint32_t command, Fault fault, bool ready, Standing&& standing,
                                    const StopTimes& times) {
     const std::uint32_t rising = command & ~last_command_;
     last_command_ = command;
@@ -104,7 +103,7 @@ class StateMachine {
     if (state_ == DriveState::kQuickStopActive && leaves_quick_stop(command)) {
       leave_for(state_);  // transition 12 or 16
     } else if (stopping_ && !more_urgent(command)) {
-      stop(standing, times);
+      stop(standing(), times);
     } else if (state_ == DriveState::kFault) {
       if ((rising & kFaultReset) != 0 && fault == Fault::kNone) {
         faults_.reset();
@@ -115,6 +114,7 @@ class StateMachine {
     } else {
       follow(command, ready, times);
     }
+    note_driving();
   }
 
   /// A fault: latched and counted; the axis released at once, or stopped under control.
@@ -128,13 +128,18 @@ class StateMachine {
     if (!driving() || released) {
       leave_for(DriveState::kFault);
     } else if (!reacting) {
-      begin_stop(DriveState::kFaultReactionActive, DriveState::kFault);
+      begin_stop(DriveState::kFaultReactionActive, DriveState::kFault, kSlowFaultReaction);
       anew_ = reaction == FaultReaction::kBrakeAnew;
     }
+    note_driving();
   }
 
  private:
-  void begin_stop(DriveState now, DriveState then) {
+  void note_driving() { driving_ = state_ == DriveState::kOperationEnabled || releasing_ || stopping_; }
+
+  // Along the slow down ramp if the command has `slow`.
+  void begin_stop(DriveState now, DriveState then, std::uint32_t slow) {
+    slow_stop_ = (last_command_ & slow) != 0;
     state_ = now;
     after_stop_ = then;
     stopping_ = true;
@@ -185,7 +190,7 @@ class StateMachine {
     if (!ready || (control & kEnableVoltage) == 0) return leave_for(DriveState::kSwitchOnDisabled);
     if ((control & kQuickStop) == 0) {
       if (state_ != DriveState::kOperationEnabled) return leave_for(DriveState::kSwitchOnDisabled);
-      return begin_stop(DriveState::kQuickStopActive, DriveState::kSwitchOnDisabled);
+      return begin_stop(DriveState::kQuickStopActive, DriveState::kSwitchOnDisabled, kSlowQuickStop);
     }
     const bool switch_on = (control & kSwitchOn) != 0;
     const bool enable = (control & kEnableOperation) != 0;
@@ -230,7 +235,7 @@ class StateMachine {
   // Transitions 5 and 8, after the stop if the option has one.
   void disable(bool braked, DriveState then) {
     if (!braked) return leave_for(then);
-    begin_stop(DriveState::kOperationEnabled, then);
+    begin_stop(DriveState::kOperationEnabled, then, kBrakeOnShutdown | kBrakeOnDisable);
   }
 
   DriveState state_ = DriveState::kNotReadyToSwitchOn;
@@ -238,6 +243,8 @@ class StateMachine {
   bool stopping_ = false;
   bool releasing_ = false;
   bool anew_ = false;
+  bool slow_stop_ = false;
+  bool driving_ = false;
   std::uint32_t last_command_ = 0;
   std::int32_t stopping_ticks_ = 0;
   std::int32_t applying_ticks_ = 0;

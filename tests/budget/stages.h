@@ -136,7 +136,8 @@ inline void move_feedforward(std::int32_t x) {
 [[gnu::noinline]] inline float step_machine(std::int32_t x) {
   const auto control = static_cast<std::uint16_t>(x);
   const Fault fault = x % 97 == 0 ? Fault::kTickOverrun : Fault::kNone;
-  stages.machine.step(control, fault, true, x % 3 == 0, stages.times);
+  const auto standing = [x] { return x % 3 == 0; };
+  stages.machine.step(control, fault, true, standing, stages.times);
   return static_cast<float>(stages.machine.state());
 }
 

@@ -86,8 +86,9 @@ class Master402 {
       wanted_m_ += speed_mps_ * 0.002;
       const auto target = static_cast<std::uint32_t>(machine_.counts(wanted_m_));
       if (!(failed && case_.sync_lost)) {
-        bench.send(0x305, {0x0F, 0x00, static_cast<std::uint8_t>(target), static_cast<std::uint8_t>(target >> 8),
-                           static_cast<std::uint8_t>(target >> 16), static_cast<std::uint8_t>(target >> 24)});
+        bench.send(0x305,
+                   {0x0F, 0x00, static_cast<std::uint8_t>(target), static_cast<std::uint8_t>(target >> 8),
+                    static_cast<std::uint8_t>(target >> 16), static_cast<std::uint8_t>(target >> 24)});
         bench.send(0x080, {});
       }
     } else if (case_.mode == Drive402::kCyclicTorque) {
@@ -130,18 +131,26 @@ std::vector<Case> cases() {
        .failure = with([](Failure& f) { f.amplifier_dead = f.amplifier_reports = true; })},
       0.0, kFree_J);
   // Noticed only by what the carriage does: once when it should brake, and once more when it does not.
-  add({.name = "amplifier without force, silent", .failure = with([](Failure& f) { f.amplifier_dead = true; })},
+  add({.name = "amplifier without force, silent",
+       .failure = with([](Failure& f) { f.amplifier_dead = true; })},
       25.0, kFree_J);
-  add({.name = "cable pulled, csp", .mode = kCyclicPosition, .failure = none, .master_silent = true}, 0.0, 0.0);
+  add({.name = "cable pulled, csp", .mode = kCyclicPosition, .failure = none, .master_silent = true}, 0.0,
+      0.0);
   add({.name = "SYNC lost, csp", .mode = kCyclicPosition, .failure = none, .sync_lost = true}, 0.0, 0.0);
   add({.name = "master goes on beyond the limit, csp", .mode = kCyclicPosition, .failure = none}, 0.0, 0.0);
-  add({.name = "cable pulled, cst, force stays", .mode = kCyclicTorque, .failure = none, .master_silent = true, .force = 800.0F},
+  add({.name = "cable pulled, cst, force stays",
+       .mode = kCyclicTorque,
+       .failure = none,
+       .master_silent = true,
+       .force = 800.0F},
       0.0, 0.0);
   add({.name = "master pushes on, cst", .mode = kCyclicTorque, .failure = none, .force = 800.0F}, 0.0, 0.0);
-  add({.name = "limit switch instead of 607Dh", .failure = none, .has_limit = false, .has_switch = true}, 0.0, 0.0);
-  add({.name = "main loop hangs, pp", .failure = with([](Failure& f) { f.main_loop_dead = true; })}, 0.0, 0.0);
-  add({.name = "tick hangs until the watchdog", .failure = with([](Failure& f) { f.tick_dead = true; })}, 12.0,
-      kFree_J);
+  add({.name = "limit switch instead of 607Dh", .failure = none, .has_limit = false, .has_switch = true}, 0.0,
+      0.0);
+  add({.name = "main loop hangs, pp", .failure = with([](Failure& f) { f.main_loop_dead = true; })}, 0.0,
+      0.0);
+  add({.name = "tick hangs until the watchdog", .failure = with([](Failure& f) { f.tick_dead = true; })},
+      12.0, kFree_J);
   return all;
 }
 

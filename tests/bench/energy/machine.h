@@ -22,8 +22,8 @@ inline constexpr double kJerk_mps3 = 1500.0;
 inline constexpr double kStop_m = kSpeed_mps * kSpeed_mps / (2.0 * kDeceleration_mps2) +
                                   kSpeed_mps * kDeceleration_mps2 / (2.0 * kJerk_mps3);
 /// From the start of the carriage, at 0.
-inline constexpr double kLimit_m = 1.0;      ///< 607Dh:02
-inline constexpr double kEndStop_m = 1.06;   ///< the last 60 mm are overtravel
+inline constexpr double kLimit_m = 1.0;                 ///< 607Dh:02
+inline constexpr double kEndStop_m = 1.06;              ///< the last 60 mm are overtravel
 inline constexpr double kSwitch_m = kEndStop_m - 0.16;  ///< where there is one: the way of a stop, and 17 mm
 /// Assumed of a spring-applied rail clamp; its data sheet counts (docs/energy.md).
 inline constexpr double kBrake_N = 700.0;
@@ -34,13 +34,13 @@ inline constexpr double kWatchdog_s = 0.0217;
 /// What differs from a machine in order, from the instant of the fault on.
 struct Failure {
   std::function<void(EncoderReading& reading)> encoder = [](EncoderReading&) {};
-  std::function<void(host::HostMotorCurrent& motor, double since_s)> measurement =
-      [](host::HostMotorCurrent&, double) {};
-  bool amplifier_dead = false;      ///< no force
-  bool amplifier_reports = false;   ///< its fault input
-  bool tick_dead = false;           ///< the processor hangs
+  std::function<void(host::HostMotorCurrent& motor, double since_s)> measurement = [](host::HostMotorCurrent&,
+                                                                                      double) {};
+  bool amplifier_dead = false;     ///< no force
+  bool amplifier_reports = false;  ///< its fault input
+  bool tick_dead = false;          ///< the processor hangs
   bool main_loop_dead = false;
-  double push_N = 0.0;              ///< until the drive reacts
+  double push_N = 0.0;  ///< until the drive reacts
 };
 
 /// What the master does; `since_s`: after the fault, negative before.

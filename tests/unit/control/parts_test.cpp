@@ -171,7 +171,8 @@ constexpr StopTimes kTimes{.quick_stop = 50, .slow_down = 50};
 
 TEST(StateMachine, FollowsEveryTransitionOfTheFigure) {
   const auto run = [](StateMachine& machine, int control) {
-    machine.step(static_cast<std::uint16_t>(control), Fault::kNone, true, true, kTimes);
+    machine.step(
+        static_cast<std::uint16_t>(control), Fault::kNone, true, [] { return true; }, kTimes);
     return machine.state();
   };
   StateMachine machine;
@@ -201,10 +202,13 @@ TEST(StateMachine, FollowsEveryTransitionOfTheFigure) {
 TEST(StateMachine, AStopThatDoesNotEndIsAFault) {
   StateMachine machine;
   for (const int control : {0x06, 0x06, 0x07, 0x0F}) {
-    machine.step(static_cast<std::uint16_t>(control), Fault::kNone, true, true, kTimes);
+    machine.step(
+        static_cast<std::uint16_t>(control), Fault::kNone, true, [] { return true; }, kTimes);
   }
   ASSERT_TRUE(machine.driving());
-  for (int i = 0; i < 52; ++i) machine.step(0x0B, Fault::kNone, true, false, kTimes);
+  for (int i = 0; i < 52; ++i)
+    machine.step(
+        0x0B, Fault::kNone, true, [] { return false; }, kTimes);
   EXPECT_EQ(machine.state(), DriveState::kFault);
   EXPECT_EQ(machine.faults().count(Fault::kStopTimeout), 1);
 }
