@@ -72,6 +72,7 @@ class Controller {
     if (sets_.active().valid && changed) return ParameterStatus::kFixedAtStart;
     const ParameterStatus status = spare->prepare(axis, model, user_bounds_);
     if (status == ParameterStatus::kOk) {
+      spare->model.refresh(time_s_);
       spare->number = sets_.active().number + 1;
       sets_.arm();
     } else {
@@ -422,8 +423,7 @@ class Controller {
     const bool streamed = mode_ == ControlMode::kPosition && !state_.braking() && cyclic_position_.step(tick);
     ahead = streamed ? reference_.track(cyclic_position_.point(), bounds.tracking)
                      : reference_.next(ramp(bounds));
-    const float force_N = feedforward_.step(set.model, set.scales, ahead,
-                                            time_s_.load(std::memory_order_relaxed), adaptation_.level());
+    const float force_N = feedforward_.step(set.model, set.scales, ahead, adaptation_.level());
     residuals_[tick % kDelayed] = {feedforward_.dry_N(), std::numeric_limits<float>::quiet_NaN()};
     return force_N;
   }
@@ -500,7 +500,8 @@ class Controller {
     const ControlSet& set = sets_.active();
     const std::uint32_t last = sets_.tick();
     if (set.valid) adaptation_.limit(set.adaptation);
-    time_s_.store(up_time_.at(last, set.axis.tick_s), std::memory_order_relaxed);
+    time_s_ = up_time_.at(last, set.axis.tick_s);
+    sets_.active().model.refresh(time_s_);
     if (!set.valid) {
       remembered_ = last;
       memory_shift_ = kNoShift;
@@ -569,8 +570,8 @@ class Controller {
   std::uint32_t history_from_ = 0;  // the tick in which the reference began anew
   HysteresisMemory memory_;
   UpTime up_time_;
-  std::atomic<float> time_s_{0.0F};  // since the start, as of the last poll()
-  std::uint32_t remembered_ = 0;     // the tick whose point memory_ has seen last
+  float time_s_ = 0.0F;           // since the start, as of the last poll()
+  std::uint32_t remembered_ = 0;  // the tick whose point memory_ has seen last
   std::uint32_t memory_number_ = 0;
   int memory_shift_ = kNoShift;
 };

@@ -46,16 +46,15 @@ class FeedForward {
   }
 
   /// One tick: the force in N at this point of the reference with the dry friction at this level.
-  float step(FrictionModel<float>& model, const Scales& scale, const ReferencePoint& at, float time_s,
-             float level) {
+  float step(FrictionModel<float>& model, const Scales& scale, const ReferencePoint& at, float level) {
     const Sample<float> sample{
-        .time_s = time_s,
+        .time_s = 0.0F,  // FrictionModel::refresh()
         .displacement = displacement(scale, at),
         .position_m = (static_cast<float>(at.counts) + at.fraction) * scale.resolution_m,
         .velocity_mps = at.velocity * scale.mps_per_count,
         .acceleration_mps2 = at.acceleration * scale.mps2_per_count,
         .dry_friction_N = 0.0F};
-    const FrictionModel<float>::Force& force = model.step(sample);
+    const FrictionModel<float>::Force& force = model.advance(sample);
     dry_N_ = force.dry_friction_N;
     return force.total_N + (level - 1.0F) * dry_N_;
   }

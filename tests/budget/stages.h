@@ -115,8 +115,7 @@ inline void move_feedforward(std::int32_t x) {
   ++stages.ticks;
 }
 [[gnu::noinline]] inline float step_feedforward(std::int32_t) {
-  return stages.feedforward.step(friction_model, stages.scales, stages.point,
-                                 static_cast<float>(stages.ticks) * 1.0e-4F, 1.1F);
+  return stages.feedforward.step(friction_model, stages.scales, stages.point, 1.1F);
 }
 
 // Both notches are in it.

@@ -155,7 +155,8 @@ TEST(FeedForward, TheTimeOfDriftDoesNotWrap) {
   ReferencePoint moving;
   moving.velocity = 10.0F;
   const auto force_N = [&](std::uint32_t tick) {
-    return feedforward.step(model, scales, moving, time.at(tick, kTick_s), 1.0F);
+    model.refresh(time.at(tick, kTick_s));
+    return feedforward.step(model, scales, moving, 1.0F);
   };
   const auto expected_N = [](double ticks) { return 10.0 * (1.0 + 0.5 * (1.0 - std::exp(-ticks * 1e-10))); };
   EXPECT_NEAR(force_N(1), 10.0F, 1e-4F);
