@@ -275,20 +275,19 @@ class Controller {
     state_.step(
         supervised_command(), fault, set.valid, [this] { return reference_.standing(); }, bounds.times);
     if (!state_.braking()) return;
-    if (state_.takes_axis_over()) take_axis_over(set, in.encoder.counts);
+    if (state_.takes_axis_over()) return take_axis_over(set, in.encoder.counts);
     if (!reference_.braking() && !reference_.standing()) reference_.stop();
   }
 
   // The reference is away from the axis, or what moves it is in doubt: it begins anew where the axis is, and
-  // as the axis moves.
+  // as the axis moves. It brakes from the next tick on.
   void take_axis_over(const ControlSet& set, std::int32_t counts) {
     // The estimate lags behind a push; the last step is right to a count.
     const auto step = static_cast<float>(monitor_.last_step());
     const float velocity =
         approx::clamp(estimate_.velocity_mps() * set.counts_per_mps, step - 1.0F, step + 1.0F);
     estimate_.correct_velocity(velocity * set.mps_per_count);
-    // The followed point is that of the last tick.
-    reference_.follow(difference(counts, static_cast<std::int32_t>(velocity)), velocity);
+    reference_.follow(counts, velocity);
     feedback_.reset();
     blend_N_ = 0.0F;
     history_from_ = sets_.tick();
