@@ -261,6 +261,11 @@ class DriveProfile {
     user.brake_release_s = real(kRow<kBrakeIndex, 1>) * 1e-3F;
     user.brake_apply_s = real(kRow<kBrakeIndex, 2>) * 1e-3F;
     controller_.bound(user);
+    if (!moving_ || halted() || controller_.range().nearest(target_) == target_) return;
+    // The range has become narrower than the move under way.
+    target_ = controller_.range().nearest(target_);
+    target_limited_ = true;
+    request(Request::kMove);
   }
 
   // In the cyclic modes, from the first set-point on; a force that was there before counts as one.

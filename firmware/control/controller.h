@@ -142,7 +142,7 @@ class Controller {
   PlanStatus move_to(std::int32_t counts) { return move_to(counts, bounds().motion); }
   /// The same within narrower limits; what is wider is not taken.
   PlanStatus move_to(std::int32_t counts, const MotionLimits& limits) {
-    return point_to_point_.move(reference_, counts, within_axis(limits), ramp(bounds()), range_);
+    return point_to_point_.move(reference_, counts, within_axis(limits), ramp(bounds()), range());
   }
   /// Outside the tick: to rest, within these limits.
   PlanStatus halt(const MotionLimits& limits) {
@@ -196,8 +196,8 @@ class Controller {
   /// The readings of the last tick.
   std::int32_t measured_counts() const { return monitor_.last_counts(); }
   float measured_A() const { return monitor_.last_A(); }
-  /// Where the axis may be.
-  const PositionRange& range() const { return range_; }
+  /// Outside the tick: where the axis may be.
+  PositionRange range() const { return bounds().range.and_within(at_switches_); }
   const ControlSet& parameters() const { return sets_.active(); }
   std::uint32_t ticks() const { return sets_.tick(); }
 
@@ -256,8 +256,7 @@ class Controller {
       at_switches_.lowest = (active & io.negative_limit) != 0 ? counts : PositionRange::kNoLowest;
     active_limits_ = active;
     range_number_ = bounds.number;
-    range_ = {std::max(bounds.range.lowest, at_switches_.lowest),
-              std::min(bounds.range.highest, at_switches_.highest)};
+    range_ = bounds.range.and_within(at_switches_);
   }
 
   // Faults and commands to the state machine; the reference brakes where its new state asks for it.

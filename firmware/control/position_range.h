@@ -13,6 +13,10 @@ struct PositionRange {
   std::int32_t lowest = kNoLowest;
   std::int32_t highest = kNoHighest;
 
+  /// What both allow.
+  PositionRange and_within(const PositionRange& other) const {
+    return {lowest > other.lowest ? lowest : other.lowest, highest < other.highest ? highest : other.highest};
+  }
   /// The place in it that is nearest to `counts`.
   std::int32_t nearest(std::int32_t counts) const {
     return static_cast<std::int32_t>(nearest(std::int64_t{counts}));
