@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Limits of position and velocity (607Dh, 607Fh, 6080h, limit switches) in each mode, and the brake's sequence.
+// Limits of position and velocity (607Dh, 607Fh, 6080h, limit switches) in each mode, and the brake's
+// sequence.
 #include <algorithm>
 #include <cmath>
 

@@ -92,7 +92,7 @@ class Master402 {
         bench.send(0x080, {});
       }
     } else if (case_.mode == Drive402::kCyclicTorque) {
-      const double force = machine_.velocity_mps() < kSpeed_mps - 0.05 || failed ? double{case_.force} : 0.0;
+      const double force = machine_.velocity_mps() < kSpeed_mps - 0.05 || failed ? case_.force : 0.0;
       bench.write(0x6071, 0, static_cast<std::uint32_t>(static_cast<std::int32_t>(force)), 2);
     }
     bench.all();
@@ -142,9 +142,9 @@ std::vector<Case> cases() {
        .mode = kCyclicTorque,
        .failure = none,
        .master_silent = true,
-       .force = 800.0F},
+       .force = 800.0},
       0.0, 0.0);
-  add({.name = "master pushes on, cst", .mode = kCyclicTorque, .failure = none, .force = 800.0F}, 0.0, 0.0);
+  add({.name = "master pushes on, cst", .mode = kCyclicTorque, .failure = none, .force = 800.0}, 0.0, 0.0);
   add({.name = "limit switch instead of 607Dh", .failure = none, .has_limit = false, .has_switch = true}, 0.0,
       0.0);
   add({.name = "main loop hangs, pp", .failure = with([](Failure& f) { f.main_loop_dead = true; })}, 0.0,

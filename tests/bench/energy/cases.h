@@ -19,7 +19,7 @@ struct Case {
   bool sync_lost = false;
   bool has_limit = true;  ///< 607Dh
   bool has_switch = false;
-  float force = 0.0F;  ///< in torque mode, per thousand of the rated force
+  double force = 0.0;  ///< in torque mode, per thousand of the rated force
   /// Largest energy at the end stop that is accepted, with brake and without; J.
   double most_J = 0.0;
   double most_without_J = 0.0;
