@@ -82,7 +82,8 @@ inline constexpr auto kFaultRows = [] {
                                                            "Stop time-out",
                                                            "Set-point refused",
                                                            "Amplifier fault",
-                                                           "Amplifier not ready"};
+                                                           "Amplifier not ready",
+                                                           "Index off its place"};
   std::array<Object, kFaultCount> rows{};
   rows[0] = head(kFaultCountsIndex, ObjectCode::kRecord, "Faults since start", kFaultCount - 1);
   for (std::uint8_t i = 1; i < kFaultCount; ++i)

@@ -20,6 +20,8 @@
 #include "firmware/control/motion_plan.h"
 #include "firmware/control/parameter_swap.h"
 #include "firmware/control/point_to_point.h"
+#include "firmware/control/position_latch.h"
+#include "firmware/control/position_reference.h"
 #include "firmware/control/reference.h"
 #include "firmware/control/state_estimate.h"
 #include "firmware/control/state_machine.h"
@@ -93,6 +95,9 @@ class Controller {
   /// memory of the hysteresis.
   void poll() {
     if (sets_.pending()) sets_.arm();
+    feedforward_.update_time(parameters().scales, sets_.tick());
+    fade_position();
+    check_index();
     remember();
   }
   bool change_pending() const { return sets_.pending(); }
@@ -131,7 +136,16 @@ class Controller {
   PlanStatus move_to(std::int32_t counts) { return move_to(counts, parameters().motion); }
   /// The same within narrower limits; what is wider is not taken.
   PlanStatus move_to(std::int32_t counts, const MotionLimits& limits) {
-    return point_to_point_.move(reference_, counts, within_axis(limits), parameters().braking);
+    return point_to_point_.move(reference_, counts, within_axis(limits), parameters().braking,
+                                position_.origin());
+  }
+  /// Outside the tick: moves in this direction (1 or -1) until something else is commanded, 2^31 counts at
+  /// the most.
+  PlanStatus search(std::int32_t direction, const MotionLimits& limits) {
+    constexpr std::int32_t kFarthest = 0x7FFFFFFF;
+    const std::int32_t from = reference_.counts();
+    return point_to_point_.move(reference_, sum(from, direction * kFarthest), within_axis(limits),
+                                parameters().braking, from);
   }
   /// Outside the tick: to rest, within these limits.
   PlanStatus halt(const MotionLimits& limits) {
@@ -139,10 +153,21 @@ class Controller {
   }
   ReferenceGenerator& reference() { return reference_; }
   const ReferenceGenerator& reference() const { return reference_; }
+  /// Where position zero lies in counts.
+  PositionReference& position() { return position_; }
+  const PositionReference& position() const { return position_; }
+  /// Of homing; armed outside the tick.
+  PositionLatch& latch() { return latch_; }
   CyclicPosition& cyclic_position() { return cyclic_position_; }
   const CyclicPosition& cyclic_position() const { return cyclic_position_; }
   /// Outside the tick: a fault found elsewhere, as a reset by the watchdog; seen by the next tick.
   void inject(Fault fault) { events_.store(static_cast<std::uint32_t>(fault), std::memory_order_release); }
+
+  /// In the tick, before its step: an index mark passed at these counts.
+  void index_passed(std::int32_t counts) {
+    latch_.index_passed(counts);
+    position_.index_passed(counts);
+  }
 
   /// In the tick.
   const ControlOutput& step(const TickInputs& in) {
@@ -150,6 +175,8 @@ class Controller {
     ControlSet& set = sets_.active();
     if (new_parameters) begin_with(set, in.encoder.counts);
     inputs_ = DigitalInputs(in.digital);
+    if (latch_.armed()) [[unlikely]]
+      latch_.step(inputs_, set.io, in.encoder.counts);
     supervise(set, in);
     const ControlMode before = mode_;
     change_mode(requested_mode());
@@ -210,6 +237,7 @@ class Controller {
     if (!starts) return;
     estimate_.reset(counts);
     monitor_.reset(counts);
+    position_.start(set.axis.reference);
   }
 
   // Faults and commands to the state machine; the reference brakes where its new state asks for it.
@@ -224,6 +252,9 @@ class Controller {
     if (!inputs_.amplifier_well(set.io)) [[unlikely]]
       fault = with_amplifier(set, fault);
     if (events_.load(std::memory_order_relaxed) != 0) fault = with_event(fault);
+    // An absolute encoder that works again knows its place; an incremental one has to be homed.
+    if (loses_place(fault) && !set.axis.reference.absolute_encoder) [[unlikely]]
+      position_.lose();
     state_.step(supervised_command(), fault, set.valid, reference_.standing(), set.stop_timeout_ticks);
     if (state_.braking() && !reference_.braking() && !reference_.standing()) reference_.stop();
   }
@@ -312,7 +343,7 @@ class Controller {
     const bool streamed = mode_ == ControlMode::kPosition && !state_.braking() && cyclic_position_.step(tick);
     ahead =
         streamed ? reference_.track(cyclic_position_.point(), set.tracking) : reference_.next(set.braking);
-    return feedforward_.step(set.model, set.scales, ahead, tick, adaptation_.level());
+    return feedforward_.step(set.model, set.scales, ahead, adaptation_.level(), position_);
   }
 
   // The point that the model saw `lead` ticks ago. Before the axis follows its reference there is no history
@@ -374,6 +405,20 @@ class Controller {
     adaptation_.step(set.adaptation, feedforward_.dry_N(), out_.residual_N);
   }
 
+  // In the main loop: no mark comes again before it.
+  void check_index() {
+    if (!position_.check_index(parameters().axis.reference)) inject(Fault::kIndexOffPlace);
+  }
+
+  // In the main loop: effects over position come and go over the same time as parameters do.
+  void fade_position() {
+    const std::uint32_t last = sets_.tick();
+    const std::uint32_t passed = last - faded_;
+    faded_ = last;
+    const AxisParameters& axis = parameters().axis;
+    position_.fade(out_.driving ? static_cast<float>(passed) * axis.tick_s / axis.swap_time_s : 1.0F);
+  }
+
   // In the main loop: the points of the reference that the tick has made since the last time.
   void remember() {
     const ControlSet& set = sets_.active();
@@ -424,6 +469,9 @@ class Controller {
   std::atomic<std::uint32_t> command_timeout_{0};
   std::atomic<bool> command_lost_{false};
   DigitalInputs inputs_;
+  PositionReference position_;
+  PositionLatch latch_;
+  std::uint32_t faded_ = 0;                       // the tick of the last fade_position()
   std::atomic<std::uint32_t> outputs_driven_{0};  // levels while the axis is driven, and while it is not
   std::atomic<std::uint32_t> outputs_off_{0};
   std::atomic<std::uint32_t> events_{0};  // a fault, and kRefused

@@ -24,6 +24,7 @@ enum class Fault : std::uint8_t {
   kSetPoint,           ///< a target that no trajectory within its limits can be computed for
   kAmplifierFault,     ///< the amplifier reports a fault
   kAmplifierNotReady,  ///< driven, and the amplifier is not ready
+  kIndexOffPlace,      ///< an index mark passed where none is: counts were lost or added
   kCount
 };
 
@@ -31,16 +32,22 @@ inline constexpr std::size_t kFaultCount = static_cast<std::size_t>(Fault::kCoun
 
 /// The error code of a fault for object 603Fh and EMCY (CiA 301 table 26, IEC 61800-7-201 table 8).
 constexpr std::uint16_t error_code(Fault fault) {
-  constexpr std::array<std::uint16_t, kFaultCount> kCodes = {0x0000, 0x7305, 0x7306, 0x7121, 0x8611,
-                                                             0x2310, 0x5210, 0x6101, 0x6010, 0x6320,
-                                                             0x6102, 0x8612, 0x8600, 0x5400, 0x5410};
+  constexpr std::array<std::uint16_t, kFaultCount> kCodes = {0x0000, 0x7305, 0x7306, 0x7121, 0x8611, 0x2310,
+                                                             0x5210, 0x6101, 0x6010, 0x6320, 0x6102, 0x8612,
+                                                             0x8600, 0x5400, 0x5410, 0x7320};
   return kCodes[static_cast<std::size_t>(fault)];
 }
 
 /// Whether position can still be trusted, so that the axis may be braked under control. Otherwise the current
 /// goes to zero at once.
 constexpr bool stops_under_control(Fault fault) {
-  return fault == Fault::kTickOverrun || fault == Fault::kParameter || fault == Fault::kSetPoint;
+  return fault == Fault::kTickOverrun || fault == Fault::kParameter || fault == Fault::kSetPoint ||
+         fault == Fault::kIndexOffPlace;
+}
+
+/// Whether the counts may have lost their place on the rail.
+constexpr bool loses_place(Fault fault) {
+  return fault == Fault::kEncoderLoss || fault == Fault::kEncoderJump || fault == Fault::kIndexOffPlace;
 }
 
 /// Faults seen since the start: the first one that is not yet reset, and how often each came up. Counts stop

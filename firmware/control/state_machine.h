@@ -68,6 +68,8 @@ class StateMachine {
     const std::uint32_t rising = command & ~last_command_;
     last_command_ = command;
     if (fault != Fault::kNone) raise(fault);
+    // What nearly every tick of a moving axis finds.
+    if (state_ == DriveState::kOperationEnabled && ready && (command & kEnable) == kEnable) return;
     if (state_ == DriveState::kQuickStopActive && leaves_quick_stop(command)) {
       // transition 12 or 16
     } else if (braking()) {
@@ -96,6 +98,8 @@ class StateMachine {
   }
 
  private:
+  static constexpr std::uint32_t kEnable = kSwitchOn | kEnableVoltage | kQuickStop | kEnableOperation;
+
   void begin_stop(DriveState state) {
     state_ = state;
     stopping_ticks_ = 0;
@@ -104,7 +108,6 @@ class StateMachine {
   // By command: transition 12 (disable voltage), and 16 (enable operation) where the option lets the axis
   // stay.
   bool leaves_quick_stop(std::uint32_t control) {
-    constexpr std::uint32_t kEnable = kSwitchOn | kEnableVoltage | kQuickStop | kEnableOperation;
     if ((control & kEnableVoltage) == 0) {
       state_ = DriveState::kSwitchOnDisabled;
     } else if ((control & (kEnable | kFaultReset | kStayStopped)) == (kEnable | kStayStopped)) {

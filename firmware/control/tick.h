@@ -47,6 +47,11 @@ class Tick {
   /// One tick.
   void run() {
     const std::uint32_t begin = clock_.now();
+    if constexpr (IndexedEncoder<E>) {
+      std::int32_t index_counts = 0;
+      if (encoder_.take_index(index_counts)) [[unlikely]]
+        controller_.index_passed(index_counts);
+    }
     const TickInputs inputs{encoder_.read(), motor_.measured(), late(begin), io_.read()};
     const ControlOutput& out = controller_.step(inputs);
     if (out.driving) {
