@@ -31,9 +31,8 @@ namespace slipstack {
 /// What the controller publishes after each tick.
 struct ControlOutput {
   float current_A = 0.0F;
-  bool driving = false;               ///< false: power stage off
-  std::uint16_t limits = 0;           ///< bits of Limit
-  std::uint32_t digital_outputs = 0;  ///< levels of the output terminals
+  bool driving = false;      ///< false: power stage off
+  std::uint16_t limits = 0;  ///< bits of Limit
   std::int32_t reference_counts = 0;
   float position_error_m = 0.0F;  ///< reference less estimate
   float velocity_mps = 0.0F;      ///< estimated
@@ -95,7 +94,6 @@ class Controller {
   /// memory of the hysteresis.
   void poll() {
     if (sets_.pending()) sets_.arm();
-    feedforward_.update_time(parameters().scales, sets_.tick());
     fade_position();
     check_index();
     remember();
@@ -194,7 +192,6 @@ class Controller {
         break;
     }
     out_.driving = mode_ != ControlMode::kOff;
-    out_.digital_outputs = (out_.driving ? outputs_driven_ : outputs_off_).load(std::memory_order_relaxed);
     return out_;
   }
 
@@ -204,6 +201,10 @@ class Controller {
   const HysteresisMemory& memory() const { return memory_; }
   const StateMachine& state() const { return state_; }
   const StateEstimate& estimate() const { return estimate_; }
+  /// Levels of the output terminals while the axis is driven, or not.
+  std::uint32_t digital_outputs(bool driven) const {
+    return (driven ? outputs_driven_ : outputs_off_).load(std::memory_order_relaxed);
+  }
   /// Of the last tick; what they mean is in parameters().io.
   const DigitalInputs& inputs() const { return inputs_; }
   /// The readings of the last tick.
@@ -343,7 +344,7 @@ class Controller {
     const bool streamed = mode_ == ControlMode::kPosition && !state_.braking() && cyclic_position_.step(tick);
     ahead =
         streamed ? reference_.track(cyclic_position_.point(), set.tracking) : reference_.next(set.braking);
-    return feedforward_.step(set.model, set.scales, ahead, adaptation_.level(), position_);
+    return feedforward_.step(set.model, set.scales, ahead, tick, adaptation_.level(), position_);
   }
 
   // The point that the model saw `lead` ticks ago. Before the axis follows its reference there is no history

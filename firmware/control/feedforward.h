@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 
 #include "firmware/control/position_reference.h"
@@ -33,10 +32,10 @@ class FeedForward {
 
   /// One tick: the force in N at this point of the reference with the dry friction at this level. `reference`
   /// says where on the rail that is.
-  float step(FrictionModel<float>& model, const Scales& scale, const ReferencePoint& at, float level,
-             const PositionReference& reference) {
+  float step(FrictionModel<float>& model, const Scales& scale, const ReferencePoint& at, std::uint32_t tick,
+             float level, const PositionReference& reference) {
     const Sample<float> sample{
-        .time_s = time_s_.load(std::memory_order_relaxed),
+        .time_s = time_s(scale, tick),
         .displacement = displacement(scale, at),
         .position_m =
             (static_cast<float>(reference.position_of(at.counts)) + at.fraction) * scale.resolution_m,
@@ -52,20 +51,17 @@ class FeedForward {
   /// The dry friction of the last step, at level 1.
   float dry_N() const { return dry_N_; }
 
-  /// In the main loop, often enough for what drifts in seconds. The counter of ticks wraps after 119 h at 10
-  /// kHz, the time must not: drift would begin anew.
-  void update_time(const Scales& scale, std::uint32_t tick) {
+ private:
+  // The counter of ticks wraps after 119 h at 10 kHz, the time must not: drift would begin anew. In two
+  // parts, because 64 bits to float is a call of a library on the target.
+  float time_s(const Scales& scale, std::uint32_t tick) {
     if (tick < last_tick_) wraps_ += 0x10000U;
     last_tick_ = tick;
-    // In two parts, because 64 bits to float is a call of a library on the target.
-    const float ticks =
-        static_cast<float>(wraps_ + (tick >> 16)) * 65536.0F + static_cast<float>(tick & 0xFFFFU);
-    time_s_.store(ticks * scale.tick_s, std::memory_order_relaxed);
+    return (static_cast<float>(wraps_ + (tick >> 16)) * 65536.0F + static_cast<float>(tick & 0xFFFFU)) *
+           scale.tick_s;
   }
 
- private:
   float dry_N_ = 0.0F;
-  std::atomic<float> time_s_{0.0F};
   std::uint32_t last_tick_ = 0;
   std::uint32_t wraps_ = 0;  // of the counter, in units of 2^16 ticks
 };

@@ -147,7 +147,7 @@ class Homing {
     arm(last && method.index != 0 ? Event::kIndexAfterInactive : Event::kInactive);
     go(last ? Phase::kLast : Phase::kLeave, direction_, settings_.slow);
   }
-  
+
   void enter() {
     direction_ = settings_.method->enter;
     arm(settings_.method->index != 0 ? Event::kIndexAfterActive : Event::kActive);
@@ -189,7 +189,8 @@ class Homing {
   // Just beside a limit switch the next jerk would trigger it.
   bool rests_at_home() const {
     const HomingMethod& method = *settings_.method;
-    const bool limit_switch = method.sensor == Sensor::kNegativeLimit || method.sensor == Sensor::kPositiveLimit;
+    const bool limit_switch =
+        method.sensor == Sensor::kNegativeLimit || method.sensor == Sensor::kPositiveLimit;
     return !limit_switch || method.index != 0;
   }
 
@@ -231,7 +232,8 @@ class Homing {
   }
   // A limit switch that is active is no error where it is what is searched, or where the search turns round.
   bool limit_is_reason() const {
-    if (phase_ == Phase::kSearch) return on_switch() || (settings_.method->sensor == Sensor::kHomeSwitch && !reversed_);
+    if (phase_ == Phase::kSearch)
+      return on_switch() || (settings_.method->sensor == Sensor::kHomeSwitch && !reversed_);
     return phase_ == Phase::kBack && on_switch();
   }
   void arm(Event event) { controller_.latch().arm(event, sensor_mask()); }

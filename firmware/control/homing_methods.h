@@ -61,8 +61,7 @@ inline constexpr auto kHomingMethods = [] {
        })) {
     methods[size++] = method;
   }
-  for (int number = 7; number <= 14; ++number)
-    methods[size++] = detail::home_switch_method(number, 7, true);
+  for (int number = 7; number <= 14; ++number) methods[size++] = detail::home_switch_method(number, 7, true);
   methods[size++] = {17, Sensor::kNegativeLimit, -1, 1, 0, 0};
   methods[size++] = {18, Sensor::kPositiveLimit, 1, -1, 0, 0};
   for (int number = 23; number <= 30; ++number)

@@ -8,8 +8,8 @@
 
 namespace slipstack {
 
-/// Keeps the counts at which an input changes, or the index passes: once, after it was armed. An input is seen
-/// to the tick, an index to the count.
+/// Keeps the counts at which an input changes, or the index passes: once, after it was armed. An input is
+/// seen to the tick, an index to the count.
 ///
 /// Armed outside the tick; costs the tick a comparison while it is not.
 class PositionLatch {

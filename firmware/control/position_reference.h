@@ -10,10 +10,10 @@ namespace slipstack {
 
 /// How the place of an encoder's zero is known, and how its marks are checked.
 struct PositionReferenceParameters {
-  bool absolute_encoder = false;     ///< counts keep their place when power is off: no homing
-  std::int32_t absolute_origin = 0;  ///< counts of an absolute encoder at position zero
-  std::uint32_t index_distance = 0;  ///< counts from one index mark to the next; 0: there is one only
-  std::uint32_t index_tolerance = 0; ///< counts by which a mark may be off its place; 0: not checked
+  bool absolute_encoder = false;      ///< counts keep their place when power is off: no homing
+  std::int32_t absolute_origin = 0;   ///< counts of an absolute encoder at position zero
+  std::uint32_t index_distance = 0;   ///< counts from one index mark to the next; 0: there is one only
+  std::uint32_t index_tolerance = 0;  ///< counts by which a mark may be off its place; 0: not checked
 };
 
 /// Where position zero lies in the counts of the encoder, and whether that is known. Inside the controller
@@ -83,7 +83,8 @@ class PositionReference {
       return true;
     }
     const std::int32_t apart = difference(counts, mark_counts_);
-    std::uint32_t off = apart < 0 ? 0U - static_cast<std::uint32_t>(apart) : static_cast<std::uint32_t>(apart);
+    std::uint32_t off =
+        apart < 0 ? 0U - static_cast<std::uint32_t>(apart) : static_cast<std::uint32_t>(apart);
     if (parameters.index_distance != 0) {
       off %= parameters.index_distance;
       off = off < parameters.index_distance - off ? off : parameters.index_distance - off;

@@ -56,10 +56,11 @@ class Tick {
     const ControlOutput& out = controller_.step(inputs);
     if (out.driving) {
       motor_.set(out.current_A);
+      io_.write(controller_.digital_outputs(true));
     } else {
       motor_.disable();
+      io_.write(controller_.digital_outputs(false));
     }
-    io_.write(out.digital_outputs);
     // Of a main loop that stands still nothing else would be noticed: moves end, heartbeats do not.
     if (begin - main_loop_at_.load(std::memory_order_relaxed) <= latest_main_loop_) watchdog_.refresh();
     duration_ = clock_.now() - begin;

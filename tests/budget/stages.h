@@ -117,7 +117,7 @@ inline void move_feedforward(std::int32_t x) {
   ++stages.ticks;
 }
 [[gnu::noinline]] inline float step_feedforward(std::int32_t) {
-  return stages.feedforward.step(friction_model, stages.scales, stages.point, 1.1F,
+  return stages.feedforward.step(friction_model, stages.scales, stages.point, stages.ticks, 1.1F,
                                  stages.reference_of_position);
 }
 

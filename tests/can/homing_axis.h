@@ -19,10 +19,8 @@ class HomingAxis : public Bench {
 
   explicit HomingAxis(double start_m, bool absolute = false) {
     stroke_m = axis.stroke_m;
-    loop->switches = sim::Switches{.negative_m = 0.02,
-                                   .positive_m = stroke_m - 0.02,
-                                   .home_begin_m = 0.1,
-                                   .home_end_m = 0.112};
+    loop->switches = sim::Switches{
+        .negative_m = 0.02, .positive_m = stroke_m - 0.02, .home_begin_m = 0.1, .home_end_m = 0.112};
     loop->marks = sim::ReferenceMarks{.first_m = 0.0043, .distance_m = 0.015};
     loop->stops = sim::EndStops{.negative_m = 0.0, .positive_m = stroke_m};
     loop->plant.reset(start_m);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Homing mode: every method finds its place from anywhere on the axis, and every switch that is missing or
-// stuck ends as a homing error. Places and bits are those of IEC 61800-7-201; the test computes them from where
-// the switches and marks stand.
+// stuck ends as a homing error. Places and bits are those of IEC 61800-7-201; the test computes them from
+// where the switches and marks stand.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -27,7 +27,7 @@ double mark_at_or_below(double x_m) {
 
 struct Case {
   int method;
-  double home_m;        // NaN: depends on the start
+  double home_m;  // NaN: depends on the start
   bool rests_at_home = true;
 };
 
@@ -71,7 +71,8 @@ TEST_P(HomingMethods, FindsItsPlaceFromAnywhere) {
   const double stroke_m = sim::draw_bench(sim::Setup::kPickAndPlace, 3).axis.stroke_m;
   const Case wanted = cases(stroke_m)[GetParam()];
   sim::Rng rng(static_cast<std::uint64_t>(wanted.method), "homing");
-  std::vector<double> starts = {0.021, 0.099, 0.1001, 0.106, 0.1119, 0.113, stroke_m - 0.021, 0.0195, stroke_m - 0.0195};
+  std::vector<double> starts = {
+      0.021, 0.099, 0.1001, 0.106, 0.1119, 0.113, stroke_m - 0.021, 0.0195, stroke_m - 0.0195};
   for (int i = 0; i < 4; ++i) starts.push_back(rng.uniform(0.021, stroke_m - 0.021));
   for (const double start_m : starts) {
     SCOPED_TRACE("method " + std::to_string(wanted.method) + " from " + std::to_string(start_m) + " m");
@@ -147,8 +148,9 @@ TEST(Homing, ANarrowSwitchIsPassedOverAndFound) {
     axis.loop->switches->home_end_m = kHomeBegin_m + 0.0005;
     ASSERT_EQ(axis.write(0x6099, 1, axis.counts(0.2), 4), 0U);
     ASSERT_EQ(axis.home(method), HomingAxis::kDone);
-    const double home_m = method == 7 ? mark_at_or_below(kHomeBegin_m)
-                                      : (method == 23 || method == 24 || method == 30 ? kHomeBegin_m : kHomeBegin_m + 0.0005);
+    const double home_m =
+        method == 7 ? mark_at_or_below(kHomeBegin_m)
+                    : (method == 23 || method == 24 || method == 30 ? kHomeBegin_m : kHomeBegin_m + 0.0005);
     EXPECT_NEAR(axis.zero_m(), home_m, tolerance_m(axis));
   }
 }
@@ -189,7 +191,8 @@ TEST(Homing, OtherMethodsAreRefused) {
     supported.push_back(static_cast<std::int8_t>(axis.read(0x60E3, static_cast<std::uint8_t>(sub))));
   }
   for (int method = -128; method < 128; ++method) {
-    const bool listed = method == 0 || std::find(supported.begin(), supported.end(), method) != supported.end();
+    const bool listed =
+        method == 0 || std::find(supported.begin(), supported.end(), method) != supported.end();
     EXPECT_EQ(axis.choose(method), listed ? 0U : 0x06090030U) << method;
   }
   for (const int wanted : {1, 2, 7, 11, 17, 18, 23, 27, 33, 34, 35, 37, -1, -2, -3, -4}) {

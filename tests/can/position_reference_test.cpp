@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether the drive knows where on the rail it is: what loses the reference, what depends on it, and the index
-// marks that check it in service.
+// Whether the drive knows where on the rail it is: what loses the reference, what depends on it, and the
+// index marks that check it in service.
 #include <gtest/gtest.h>
 
 #include <algorithm>

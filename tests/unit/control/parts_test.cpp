@@ -156,8 +156,7 @@ TEST(FeedForward, TheTimeOfDriftDoesNotWrap) {
   ReferencePoint moving;
   moving.velocity = 10.0F;
   const auto force_N = [&](std::uint32_t tick) {
-    feedforward.update_time(scales, tick);
-    return feedforward.step(model, scales, moving, 1.0F, reference);
+    return feedforward.step(model, scales, moving, tick, 1.0F, reference);
   };
   const auto expected_N = [](double ticks) { return 10.0 * (1.0 + 0.5 * (1.0 - std::exp(-ticks * 1e-10))); };
   EXPECT_NEAR(force_N(1), 10.0F, 1e-4F);
