@@ -123,10 +123,10 @@ inline constexpr auto kProfileObjects = [] {
 inline constexpr auto kHomingMethodRows = [] {
   std::array<Object, kHomingMethods.size() + 1> rows{};
   rows[0] = head(0x60E3, ObjectCode::kArray, "Supported homing methods", kHomingMethods.size());
-  for (std::uint8_t i = 1; i < rows.size(); ++i) {
-    rows[i] = entry(0x60E3, i, Type::kI8, "Supported homing method")
-                  .constant(static_cast<std::uint32_t>(kHomingMethods[i - 1U].number));
-    rows[i].number = i;
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    rows[i] = entry(0x60E3, static_cast<std::uint8_t>(i), Type::kI8, "Supported homing method")
+                  .constant(static_cast<std::uint32_t>(kHomingMethods[i - 1].number));
+    rows[i].number = static_cast<int>(i);
   }
   return rows;
 }();

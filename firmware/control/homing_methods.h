@@ -21,10 +21,10 @@ struct HomingMethod {
   enum class Sensor : std::uint8_t { kNone, kNegativeLimit, kPositiveLimit, kHomeSwitch, kEndStop };
   std::int8_t number = 0;
   Sensor sensor = Sensor::kNone;
-  std::int8_t search = 0;
-  std::int8_t leave = 0;
-  std::int8_t enter = 0;
-  std::int8_t index = 0;
+  std::int16_t search = 0;
+  std::int16_t leave = 0;
+  std::int16_t enter = 0;
+  std::int16_t index = 0;
 };
 
 namespace detail {
@@ -38,9 +38,9 @@ constexpr HomingMethod home_switch_method(int number, int first, bool with_index
   const int leave = edge < 2 ? -search : search;
   const int enter = edge == 1 || edge == 2 ? -leave : 0;
   const int last = enter != 0 ? enter : leave;
-  return {static_cast<std::int8_t>(number), HomingMethod::Sensor::kHomeSwitch,
-          static_cast<std::int8_t>(search), static_cast<std::int8_t>(leave),
-          static_cast<std::int8_t>(enter),  static_cast<std::int8_t>(with_index ? last : 0)};
+  return {static_cast<std::int8_t>(number),  HomingMethod::Sensor::kHomeSwitch,
+          static_cast<std::int16_t>(search), static_cast<std::int16_t>(leave),
+          static_cast<std::int16_t>(enter),  static_cast<std::int16_t>(with_index ? last : 0)};
 }
 
 }  // namespace detail

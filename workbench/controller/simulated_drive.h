@@ -77,7 +77,7 @@ class SimulatedDrive {
       dictionary.set(canopen::kRow<canopen::kAxisIndex> + 1 + i,
                      std::bit_cast<std::uint32_t>(parameters.*canopen::kAxisObjects[i].member));
     }
-    for (std::uint8_t sub = 1; sub < sim::Switches::kWiring.size(); ++sub) {
+    for (std::size_t sub = 1; sub < sim::Switches::kWiring.size(); ++sub) {
       dictionary.set(canopen::kRow<canopen::kIoIndex> + sub, sim::Switches::kWiring[sub]);
     }
     dictionary.set(canopen::kRow<canopen::kReferenceIndex, 1>, parameters.reference.absolute_encoder ? 1 : 0);
