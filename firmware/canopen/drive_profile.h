@@ -6,19 +6,27 @@
 
 #include "firmware/canopen/command_supervision.h"
 #include "firmware/canopen/dictionary.h"
+#include "firmware/canopen/homing_profile.h"
 #include "firmware/canopen/profile_units.h"
 #include "firmware/canopen/telemetry.h"
 #include "firmware/control/controller.h"
 
 namespace slipstack::canopen {
 
-enum class Mode : std::int8_t { kNone = 0, kProfilePosition = 1, kCyclicPosition = 8, kCyclicTorque = 10 };
+enum class Mode : std::int8_t {
+  kNone = 0,
+  kProfilePosition = 1,
+  kHoming = 6,
+  kCyclicPosition = 8,
+  kCyclicTorque = 10
+};
 
 /// The drive profile CiA 402 (IEC 61800-7-201): control word and status word, modes of operation, set-points,
 /// and the option codes of stops. Bound to the controller; in the main loop.
 class DriveProfile {
  public:
-  explicit DriveProfile(Controller& controller) : controller_(controller), supervision_(controller) {}
+  explicit DriveProfile(Controller& controller)
+      : controller_(controller), supervision_(controller), homing_(controller) {}
 
   /// The dictionary holds other values, after a start or a reset: the axis is stopped, and until end_reset()
   /// no controlword is followed.
@@ -43,6 +51,7 @@ class DriveProfile {
     follow_bounds();
     command();
     profile_position();
+    if (active_ == Mode::kHoming) homing_.step(*dictionary_, operation_enabled());
   }
 
   bool driving() const { return controller_.state().driving(); }
@@ -75,7 +84,8 @@ class DriveProfile {
     target_holds_ = target_holds_ || target_written_;
     const bool has_target = target_written_ || (target_holds_ && !target_streamed_);
     target_written_ = false;
-    cyclic.sync(controller_.ticks(), has_target, static_cast<std::int32_t>(value(kRow<0x607A>)));
+    cyclic.sync(controller_.ticks(), has_target,
+                controller_.position().counts_of(static_cast<std::int32_t>(value(kRow<0x607A>))));
   }
 
   // ---- objects ----
@@ -90,7 +100,7 @@ class DriveProfile {
       case 0x6061:
         return static_cast<std::uint32_t>(active_);
       case 0x6064:
-        return static_cast<std::uint32_t>(controller_.measured_counts());
+        return static_cast<std::uint32_t>(position(controller_.measured_counts()));
       case 0x606C:
         return rounded(in_counts(axis(), out.velocity_mps), 2.1e9F);
       case 0x6076:
@@ -116,10 +126,12 @@ class DriveProfile {
         return value_now == 3 || value_now == 4 ? Abort::kBadValue : Abort::kNone;
       case 0x6060: {
         const auto mode = static_cast<Mode>(static_cast<std::int8_t>(value_now));
-        const bool known = mode == Mode::kNone || mode == Mode::kProfilePosition ||
+        const bool known = mode == Mode::kNone || mode == Mode::kProfilePosition || mode == Mode::kHoming ||
                            mode == Mode::kCyclicPosition || mode == Mode::kCyclicTorque;
         return known ? Abort::kNone : Abort::kBadValue;
       }
+      case 0x6098:
+        return HomingProfile::supported(value_now) ? Abort::kNone : Abort::kBadValue;
       default:
         return Abort::kNone;
     }
@@ -161,6 +173,8 @@ class DriveProfile {
 
   const AxisParameters& axis() const { return controller_.parameters().axis; }
 
+  std::int32_t position(std::int32_t counts) const { return controller_.position().position_of(counts); }
+
   // And not on the way out of it.
   bool operation_enabled() const { return controller_.state().follows_commands(); }
   bool halted() const { return (control_ & kHaltBit) != 0; }
@@ -174,7 +188,7 @@ class DriveProfile {
     supervision_.received(*dictionary_, set_point && operation_enabled());
   }
 
-  // Bits of IEC 61800-7-201 table 29; 12 and 13 by mode.
+  // Bits of IEC 61800-7-201 table 29; 12 and 13 by mode. 15, of the manufacturer: the position is referenced.
   std::uint16_t statusword() const {
     const DriveState state = controller_.state().state();
     unsigned word_now = status_word(state);
@@ -189,6 +203,8 @@ class DriveProfile {
     if (active_ == Mode::kProfilePosition) {
       if (target_reached()) word_now |= 1U << 10;
       if (acknowledged_) word_now |= 1U << 12;
+    } else if (active_ == Mode::kHoming) {
+      word_now |= homing_.status();
     } else if (active_ == Mode::kCyclicPosition) {
       if (controller_.cyclic_position().limited()) word_now |= 1U << 11;
       if (controller_.cyclic_position().following()) word_now |= 1U << 12;  // the drive follows the command
@@ -196,6 +212,7 @@ class DriveProfile {
       word_now |= 1U << 12;
     }
     if (controller_.state().faults().latched() == Fault::kFollowingError) word_now |= 1U << 13;
+    if (controller_.position().referenced()) word_now |= 1U << 15;
     return static_cast<std::uint16_t>(word_now);
   }
 
@@ -208,6 +225,8 @@ class DriveProfile {
     if (active_ == Mode::kProfilePosition) {
       halt_or_go_on(changed);
       new_set_point(rising);
+    } else if (active_ == Mode::kHoming) {
+      homing_.controlword(*dictionary_, word_now, changed, operation_enabled());
     } else if ((rising & kHaltBit) != 0 && operation_enabled()) {
       controller_.reference().stop();
     }
@@ -245,14 +264,33 @@ class DriveProfile {
     return options;
   }
 
-  // What objects bound motion by, to the tick.
+  // An end of the position range in counts; the last count there is, `none`, bounds nothing.
+  std::int32_t range_end(std::size_t row, std::int32_t none) const {
+    const auto end = static_cast<std::int32_t>(value(row));
+    const std::int64_t counts = std::int64_t{end} + range_origin_;
+    return end == none || counts != static_cast<std::int32_t>(counts) ? none
+                                                                      : static_cast<std::int32_t>(counts);
+  }
+
+  // What objects bound motion by, to the tick. Positions bound where they are referenced, and homing looks
+  // for the switches that bound otherwise.
   void follow_bounds() {
+    const bool homing = active_ == Mode::kHoming;
+    const PositionReference& place = controller_.position();
+    const bool ranged = place.referenced() && !homing;
+    if (ranged != ranged_ || homing == switches_ || place.origin() != range_origin_) bounds_changed_ = true;
     if (!bounds_changed_) return;
     bounds_changed_ = false;
+    ranged_ = ranged;
+    switches_ = !homing;
+    range_origin_ = place.origin();
     const auto real = [this](std::size_t row) { return static_cast<float>(value(row)); };
     UserBounds user;
-    user.range = {static_cast<std::int32_t>(value(kRow<0x607D, 1>)),
-                  static_cast<std::int32_t>(value(kRow<0x607D, 2>))};
+    if (ranged) {
+      user.range = {range_end(kRow<0x607D, 1>, PositionRange::kNoLowest),
+                    range_end(kRow<0x607D, 2>, PositionRange::kNoHighest)};
+    }
+    user.switches = switches_;
     user.velocity_mps = real(kRow<0x6080>) * 1e-3F;
     user.profile_velocity_counts_per_s = real(kRow<0x607F>);
     user.quick_stop_counts_per_s2 = real(kRow<0x6085>);
@@ -290,6 +328,7 @@ class DriveProfile {
     }
     if (mode_ == active_) return;
     active_ = mode_;
+    homing_.reset();
     supervision_.rest();
     follow_cyclic();
     if (operation_enabled()) controller_.reference().stop();
@@ -304,7 +343,7 @@ class DriveProfile {
     cyclic_ = wanted;
     target_written_ = target_holds_ = false;
     if (!wanted) return controller_.cyclic_position().stop();
-    dictionary_->set(kRow<0x607A>, static_cast<std::uint32_t>(controller_.measured_counts()));
+    dictionary_->set(kRow<0x607A>, static_cast<std::uint32_t>(position(controller_.measured_counts())));
     controller_.cyclic_position().start();
   }
 
@@ -325,13 +364,14 @@ class DriveProfile {
     }
     if ((rising & kNewSetPointBit) == 0 || !operation_enabled() || halted() || waiting_) return;
     const auto target = static_cast<std::int32_t>(value(kRow<0x607A>));
-    const std::int64_t from = target_stands_ ? target_ : controller_.reference().counts();
+    const std::int64_t from = position(target_stands_ ? target_ : controller_.reference().counts());
     const std::int64_t asked = (control_ & kRelativeBit) != 0 ? from + target : target;
-    const std::int64_t wanted = controller_.range().nearest(asked);
+    const std::int64_t origin = controller_.position().origin();
+    const std::int64_t wanted = controller_.range().nearest(asked + origin) - origin;
     acknowledged_ = true;
     next_limited_ = wanted != asked;
     if (wanted != static_cast<std::int32_t>(wanted)) return controller_.inject(Fault::kSetPoint);
-    next_target_ = static_cast<std::int32_t>(wanted);
+    next_target_ = controller_.position().counts_of(static_cast<std::int32_t>(wanted));
     next_profile_ = {value(kRow<0x6081>), value(kRow<0x6083>), value(kRow<0x6084>), value(kRow<0x60A4, 1>)};
     waiting_ = true;
     if (!moving_ || (control_ & kImmediatelyBit) != 0) begin_move();
@@ -439,6 +479,7 @@ class DriveProfile {
 
   Controller& controller_;
   CommandSupervision supervision_;
+  HomingProfile homing_;
   Dictionary* dictionary_ = nullptr;
   std::uint16_t control_ = 0;
   Mode mode_ = Mode::kNone;
@@ -471,6 +512,9 @@ class DriveProfile {
   bool target_limited_ = false;  // the target is an end of the position range, another was asked for
   bool next_limited_ = false;
   bool bounds_changed_ = false;
+  bool ranged_ = false;  // as the bounds were given last
+  bool switches_ = true;
+  std::int32_t range_origin_ = 0;
 };
 
 }  // namespace slipstack::canopen

@@ -53,6 +53,8 @@ inline constexpr std::uint8_t kAdaptLevelSub = kCompensateSub + 1;
 
 inline constexpr std::uint16_t kAxisIndex = 0x2000;
 inline constexpr std::uint16_t kIoIndex = 0x2010;
+inline constexpr std::uint16_t kHomingIndex = 0x2011;
+inline constexpr std::uint16_t kReferenceIndex = 0x2012;
 inline constexpr std::uint16_t kEffectIndex = 0x2100;  ///< + place in the catalogue
 inline constexpr std::uint16_t kModelIndex = 0x2140;
 inline constexpr std::uint16_t kModelImageIndex = 0x2141;
@@ -112,6 +114,44 @@ inline constexpr auto kIoRows = [] {
       inverted(kMost, "Outputs active while low (bit 0: terminal 1)"),
   });
 }();
+
+/// What homing needs beside the objects of the drive profile. An axis of 2 m at 50 mm/s there and back takes
+/// 80 s.
+inline constexpr auto kHomingRows = std::to_array<Object>({
+    head(kHomingIndex, ObjectCode::kRecord, "Homing", 3),
+    entry(kHomingIndex, 1, Type::kReal32, "Homing time-out")
+        .within(0.1F, 3600.0F)
+        .at_first(120.0F)
+        .in("s")
+        .stored(Storage::kSetting),
+    entry(kHomingIndex, 2, Type::kReal32, "Current against an end stop")
+        .within(0.0F, 1.0e3F)
+        .at_first(2.0F)
+        .in("A")
+        .stored(Storage::kSetting),
+    entry(kHomingIndex, 3, Type::kReal32, "Time against an end stop")
+        .within(1.0e-3F, 10.0F)
+        .at_first(0.01F)
+        .in("s")
+        .stored(Storage::kSetting),
+});
+
+/// What the encoder is; staged and applied with 2000h.
+inline constexpr auto kReferenceRows = std::to_array<Object>({
+    head(kReferenceIndex, ObjectCode::kRecord, "Position reference", 5),
+    entry(kReferenceIndex, 1, Type::kBoolean, "Absolute encoder").stored(Storage::kParameter),
+    entry(kReferenceIndex, 2, Type::kI32, "Counts of an absolute encoder at position zero")
+        .in("count")
+        .stored(Storage::kParameter),
+    entry(kReferenceIndex, 3, Type::kU32, "Distance of index marks (0: there is one)")
+        .in("count")
+        .stored(Storage::kParameter),
+    entry(kReferenceIndex, 4, Type::kU32, "Tolerance of index marks (0: not checked)")
+        .within(0, 1000000)
+        .in("count")
+        .stored(Storage::kParameter),
+    reading(kReferenceIndex, 5, Type::kBoolean, "Referenced"),
+});
 
 template <class E>
 inline constexpr std::size_t kRowsOfEffect = 2U + E::gain_count + E::shape_count;

@@ -22,7 +22,14 @@ inline IoParameters staged_io(const Dictionary& dictionary) {
           terminal(5), terminal(6), inverted(7), inverted(8)};
 }
 
-/// The axis of 2000h and 2010h.
+/// The encoder of 2012h.
+inline PositionReferenceParameters staged_reference(const Dictionary& dictionary) {
+  constexpr std::size_t kHead = kRow<kReferenceIndex>;
+  return {dictionary.value(kHead + 1) != 0, static_cast<std::int32_t>(dictionary.value(kHead + 2)),
+          dictionary.value(kHead + 3), dictionary.value(kHead + 4)};
+}
+
+/// The axis of 2000h, 2010h and 2012h.
 inline AxisParameters staged_axis(const Dictionary& dictionary) {
   constexpr std::size_t kFirst = kRow<kAxisIndex>;
   AxisParameters axis;
@@ -36,6 +43,7 @@ inline AxisParameters staged_axis(const Dictionary& dictionary) {
   axis.compensate = dictionary.value(kFirst + kCompensateSub) != 0;
   axis.adapt_level = dictionary.value(kFirst + kAdaptLevelSub) != 0;
   axis.io = staged_io(dictionary);
+  axis.reference = staged_reference(dictionary);
   return axis;
 }
 

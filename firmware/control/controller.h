@@ -21,6 +21,8 @@
 #include "firmware/control/motion_plan.h"
 #include "firmware/control/parameter_swap.h"
 #include "firmware/control/point_to_point.h"
+#include "firmware/control/position_latch.h"
+#include "firmware/control/position_reference.h"
 #include "firmware/control/reference.h"
 #include "firmware/control/state_estimate.h"
 #include "firmware/control/state_machine.h"
@@ -30,9 +32,8 @@ namespace slipstack {
 /// What the controller publishes after each tick.
 struct ControlOutput {
   float current_A = 0.0F;
-  bool driving = false;               ///< false: power stage off
-  std::uint16_t limits = 0;           ///< bits of Limit
-  std::uint32_t digital_outputs = 0;  ///< levels of the output terminals
+  bool driving = false;      ///< false: power stage off
+  std::uint16_t limits = 0;  ///< bits of Limit
   std::int32_t reference_counts = 0;
   float position_error_m = 0.0F;  ///< reference less estimate
   float velocity_mps = 0.0F;      ///< estimated
@@ -95,6 +96,8 @@ class Controller {
   /// memory of the hysteresis.
   void poll() {
     if (sets_.pending()) sets_.arm();
+    fade_position();
+    check_index();
     remember();
   }
   bool change_pending() const { return sets_.pending(); }
@@ -142,7 +145,16 @@ class Controller {
   PlanStatus move_to(std::int32_t counts) { return move_to(counts, bounds().motion); }
   /// The same within narrower limits; what is wider is not taken.
   PlanStatus move_to(std::int32_t counts, const MotionLimits& limits) {
-    return point_to_point_.move(reference_, counts, within_axis(limits), ramp(bounds()), range());
+    return point_to_point_.move(reference_, counts, within_axis(limits), ramp(bounds()), range(),
+                                position_.origin());
+  }
+  /// Outside the tick: moves in this direction (1 or -1) until something else is commanded, 2^31 counts at
+  /// the most.
+  PlanStatus search(std::int32_t direction, const MotionLimits& limits) {
+    constexpr std::int32_t kFarthest = 0x7FFFFFFF;
+    const std::int32_t from = reference_.counts();
+    return point_to_point_.move(reference_, sum(from, direction * kFarthest), within_axis(limits),
+                                ramp(bounds()), {}, from);
   }
   /// Outside the tick: to rest, within these limits.
   PlanStatus halt(const MotionLimits& limits) {
@@ -150,10 +162,21 @@ class Controller {
   }
   ReferenceGenerator& reference() { return reference_; }
   const ReferenceGenerator& reference() const { return reference_; }
+  /// Where position zero lies in counts.
+  PositionReference& position() { return position_; }
+  const PositionReference& position() const { return position_; }
+  /// Of homing; armed outside the tick.
+  PositionLatch& latch() { return latch_; }
   CyclicPosition& cyclic_position() { return cyclic_position_; }
   const CyclicPosition& cyclic_position() const { return cyclic_position_; }
   /// Outside the tick: a fault found elsewhere, as a reset by the watchdog; seen by the next tick.
   void inject(Fault fault) { events_.store(static_cast<std::uint32_t>(fault), std::memory_order_release); }
+
+  /// In the tick, before its step: an index mark passed at these counts.
+  void index_passed(std::int32_t counts) {
+    latch_.index_passed(counts);
+    position_.index_passed(counts);
+  }
 
   /// In the tick.
   const ControlOutput& step(const TickInputs& in) {
@@ -161,6 +184,8 @@ class Controller {
     ControlSet& set = sets_.active();
     if (new_parameters) begin_with(set, in.encoder.counts);
     inputs_ = DigitalInputs(in.digital);
+    if (latch_.armed()) [[unlikely]]
+      latch_.step(inputs_, set.io, in.encoder.counts);
     const MotionBounds& bounds = set.bounds.read();
     out_.limits = 0;
     follow_range(set, bounds, in.encoder.counts);
@@ -180,8 +205,6 @@ class Controller {
         break;
     }
     out_.driving = mode_ != ControlMode::kOff;
-    out_.digital_outputs =
-        (state_.brake_released() ? outputs_driven_ : outputs_off_).load(std::memory_order_relaxed);
     return out_;
   }
 
@@ -191,6 +214,10 @@ class Controller {
   const HysteresisMemory& memory() const { return memory_; }
   const StateMachine& state() const { return state_; }
   const StateEstimate& estimate() const { return estimate_; }
+  /// Levels of the output terminals, the brake as the state has it.
+  std::uint32_t digital_outputs() const {
+    return (state_.brake_released() ? outputs_driven_ : outputs_off_).load(std::memory_order_relaxed);
+  }
   /// Of the last tick; what they mean is in parameters().io.
   const DigitalInputs& inputs() const { return inputs_; }
   /// The readings of the last tick.
@@ -232,12 +259,13 @@ class Controller {
     if (!starts) return;
     estimate_.reset(counts);
     monitor_.reset(counts);
+    position_.start(set.axis.reference);
   }
 
   // The ends of the range: those of the user, and where a limit switch became active. There the reference
   // brakes.
   void follow_range(const ControlSet& set, const MotionBounds& bounds, std::int32_t counts) {
-    const std::uint32_t active = inputs_.limits(set.io);
+    const std::uint32_t active = bounds.switches ? inputs_.limits(set.io) : 0U;
     if (active != active_limits_ || bounds.number != range_number_) [[unlikely]]
       change_range(set.io, bounds, active, counts);
     if (active == 0) return;
@@ -271,6 +299,9 @@ class Controller {
     if (!inputs_.amplifier_well(set.io)) [[unlikely]]
       fault = with_amplifier(set, fault);
     if (events_.load(std::memory_order_relaxed) != 0) fault = with_event(fault);
+    // An absolute encoder that works again knows its place; an incremental one has to be homed.
+    if (loses_place(fault) && !set.axis.reference.absolute_encoder) [[unlikely]]
+      position_.lose();
     state_.step(
         supervised_command(), fault, set.valid, [this] { return reference_.standing(); }, bounds.times);
     if (!state_.braking()) return;
@@ -421,7 +452,7 @@ class Controller {
     const bool streamed = mode_ == ControlMode::kPosition && !state_.braking() && cyclic_position_.step(tick);
     ahead = streamed ? reference_.track(cyclic_position_.point(), bounds.tracking)
                      : reference_.next(ramp(bounds));
-    const float force_N = feedforward_.step(set.model, set.scales, ahead, adaptation_.level());
+    const float force_N = feedforward_.step(set.model, set.scales, ahead, adaptation_.level(), position_);
     residuals_[tick % kDelayed] = {feedforward_.dry_N(), std::numeric_limits<float>::quiet_NaN()};
     return force_N;
   }
@@ -492,6 +523,20 @@ class Controller {
     residuals_[sets_.tick() % kDelayed].residual_N = out_.residual_N;
   }
 
+  // In the main loop: no mark comes again before it.
+  void check_index() {
+    if (!position_.check_index(parameters().axis.reference)) inject(Fault::kIndexOffPlace);
+  }
+
+  // In the main loop: effects over position come and go over the same time as parameters do.
+  void fade_position() {
+    const std::uint32_t last = sets_.tick();
+    const std::uint32_t passed = last - faded_;
+    faded_ = last;
+    const AxisParameters& axis = parameters().axis;
+    position_.fade(out_.driving ? static_cast<float>(passed) * axis.tick_s / axis.swap_time_s : 1.0F);
+  }
+
   // In the main loop: what the tick has made since the last time, the level of the friction and the points of
   // the reference.
   void remember() {
@@ -553,7 +598,10 @@ class Controller {
   std::atomic<std::uint32_t> command_timeout_{0};
   std::atomic<bool> command_lost_{false};
   DigitalInputs inputs_;
-  std::atomic<std::uint32_t> outputs_driven_{0};  // levels while the axis is driven, and while it is not
+  PositionReference position_;
+  PositionLatch latch_;
+  std::uint32_t faded_ = 0;                       // the tick of the last fade_position()
+  std::atomic<std::uint32_t> outputs_driven_{0};  // levels while the brake is released, and while it is not
   std::atomic<std::uint32_t> outputs_off_{0};
   std::atomic<std::uint32_t> events_{0};  // a fault, and kRefused
   std::array<ReferencePoint, kDelayed> delay_{};

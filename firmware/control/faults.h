@@ -25,6 +25,7 @@ enum class Fault : std::uint8_t {
   kAmplifierFault,     ///< the amplifier reports a fault
   kAmplifierNotReady,  ///< driven, and the amplifier is not ready
   kOverspeed,          ///< faster than the axis may ever be, by its encoder
+  kIndexOffPlace,      ///< an index mark passed where none is: counts were lost or added
   kCount
 };
 
@@ -34,7 +35,7 @@ inline constexpr std::size_t kFaultCount = static_cast<std::size_t>(Fault::kCoun
 constexpr std::uint16_t error_code(Fault fault) {
   constexpr std::array<std::uint16_t, kFaultCount> kCodes = {0x0000, 0x7305, 0x7306, 0x7121, 0x8611, 0x2310,
                                                              0x5210, 0x6101, 0x6010, 0x6320, 0x6102, 0x8612,
-                                                             0x8600, 0x5400, 0x5410, 0x8400};
+                                                             0x8600, 0x5400, 0x5410, 0x8400, 0x7320};
   return kCodes[static_cast<std::size_t>(fault)];
 }
 
@@ -50,6 +51,7 @@ constexpr FaultReaction reaction_to(Fault fault) {
     case Fault::kTickOverrun:
     case Fault::kParameter:
     case Fault::kSetPoint:
+    case Fault::kIndexOffPlace:
     case Fault::kCurrentSensor:
       return FaultReaction::kBrake;
     // The encoder may be right and the force too small, or the amplifier gone: braking finds out.
@@ -60,6 +62,11 @@ constexpr FaultReaction reaction_to(Fault fault) {
     default:
       return FaultReaction::kRelease;
   }
+}
+
+/// Whether the counts may have lost their place on the rail.
+constexpr bool loses_place(Fault fault) {
+  return fault == Fault::kEncoderLoss || fault == Fault::kEncoderJump || fault == Fault::kIndexOffPlace;
 }
 
 /// Faults seen since the start: the first one that is not yet reset, and how often each came up. Counts stop

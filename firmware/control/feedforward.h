@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "firmware/control/position_reference.h"
 #include "firmware/control/reference.h"
 #include "firmware/effects/model.h"
 
@@ -45,15 +46,19 @@ class FeedForward {
            static_cast<std::int32_t>(at.fraction * scale.steps_per_count);
   }
 
-  /// One tick: the force in N at this point of the reference with the dry friction at this level.
-  float step(FrictionModel<float>& model, const Scales& scale, const ReferencePoint& at, float level) {
+  /// One tick: the force in N at this point of the reference with the dry friction at this level. `reference`
+  /// says where on the rail that is.
+  float step(FrictionModel<float>& model, const Scales& scale, const ReferencePoint& at, float level,
+             const PositionReference& reference) {
     const Sample<float> sample{
         .time_s = 0.0F,  // FrictionModel::refresh()
         .displacement = displacement(scale, at),
-        .position_m = (static_cast<float>(at.counts) + at.fraction) * scale.resolution_m,
+        .position_m =
+            (static_cast<float>(reference.position_of(at.counts)) + at.fraction) * scale.resolution_m,
         .velocity_mps = at.velocity * scale.mps_per_count,
         .acceleration_mps2 = at.acceleration * scale.mps2_per_count,
-        .dry_friction_N = 0.0F};
+        .dry_friction_N = 0.0F,
+        .position_weight = reference.weight()};
     const FrictionModel<float>::Force& force = model.advance(sample);
     dry_N_ = force.dry_friction_N;
     return force.total_N + (level - 1.0F) * dry_N_;

@@ -18,6 +18,7 @@ namespace slipstack {
 struct UserBounds {
   static constexpr float kNone = 3.0e38F;
   PositionRange range;
+  bool switches = true;                         ///< limit switches bound it too; homing uses them itself
   float velocity_mps = kNone;                   ///< in every mode
   float profile_velocity_counts_per_s = kNone;  ///< of moves to a target
   float quick_stop_counts_per_s2 = kNone;
@@ -36,6 +37,7 @@ struct MotionBounds {
   TrackingLimits tracking;
   StoppingDistance stopping;  ///< of the quick stop
   PositionRange range;
+  bool switches = true;
   float velocity_mps = 0.0F;  ///< in torque mode
   StopTimes times;
   std::uint32_t number = 0;  ///< of the user's bounds
@@ -61,6 +63,7 @@ struct MotionBounds {
     bounds.tracking =
         TrackingLimits::of(bounds.velocity_mps * per_mps, axis.acceleration_limit_mps2 * per_mps2);
     bounds.range = user.range;
+    bounds.switches = user.switches;
     bounds.number = user.number;
     bounds.times = {timeout_ticks(axis, quick_mps2, axis.jerk_limit_mps3),
                     timeout_ticks(axis, slow_mps2, slow_mps3),

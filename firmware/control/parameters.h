@@ -7,6 +7,7 @@
 
 #include "firmware/control/digital_io.h"
 #include "firmware/control/motion_limits.h"
+#include "firmware/control/position_reference.h"
 #include "firmware/effects/model.h"
 #include "firmware/friction/packed_maxwell_slip.h"
 
@@ -50,6 +51,7 @@ struct AxisParameters {
   float level_memory_s = 5.0F;
   float adaptation_speed_mps = 5.0e-3F;  ///< of the reference, from which on the level is adapted
   IoParameters io;
+  PositionReferenceParameters reference;
 };
 
 using ModelParameters = FrictionModel<float>::Parameters;

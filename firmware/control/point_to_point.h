@@ -26,15 +26,15 @@ enum class PlanStatus : std::uint8_t {
 /// memory; not for the stack.
 class PointToPoint {
  public:
-  /// Retargets the reference to `target`, where it ends exactly. Not modulo 2^32: from -2^31 to 2^31 - 1 is a
-  /// way of 2^32 counts.
+  /// Retargets the reference to `target`, where it ends exactly. Positions count from `origin`, and a way is
+  /// not taken modulo 2^32: from -2^31 to 2^31 - 1 it is 2^32 counts long.
   PlanStatus move(ReferenceGenerator& reference, std::int32_t target, const MotionLimits& limits,
-                  const BrakingLimits& braking, const PositionRange& range = {}) {
-    return plan(reference, &target, limits, braking, range);
+                  const BrakingLimits& braking, const PositionRange& range = {}, std::int32_t origin = 0) {
+    return plan(reference, &target, limits, braking, range, origin);
   }
   /// Brakes to rest as fast as the limits allow.
   PlanStatus halt(ReferenceGenerator& reference, const MotionLimits& limits, const BrakingLimits& braking) {
-    return plan(reference, nullptr, limits, braking, {});
+    return plan(reference, nullptr, limits, braking, {}, 0);
   }
 
  private:
@@ -48,7 +48,7 @@ class PointToPoint {
   // Not inlined: double stays here (tests/budget/check_double.py).
   [[gnu::noinline]] PlanStatus plan(ReferenceGenerator& reference, const std::int32_t* target,
                                     const MotionLimits& wanted, const BrakingLimits& braking,
-                                    const PositionRange& range) {
+                                    const PositionRange& range, std::int32_t origin) {
     if (!valid(wanted.velocity) || !valid(wanted.acceleration) || !valid(wanted.deceleration) ||
         !valid(wanted.jerk)) {
       return PlanStatus::kBadLimits;
@@ -60,7 +60,7 @@ class PointToPoint {
       const ReferenceGenerator::Prediction from = reference.predict(lead_, braking);
       const trajectory::Profile& profile =
           target == nullptr ? planner_.stop(state_of(from.motion), limits)
-                            : planner_.move(state_of(from.motion), way(from.motion, *target), limits);
+                            : planner_.move(state_of(from.motion), way(from.motion, *target, origin), limits);
       if (longest_ramp(profile) > kLongestRamp) return PlanStatus::kTooSlow;
       if (leaves(range, profile, from.motion)) return PlanStatus::kBeyondRange;
       write(profile, from.motion, target, reference.spare_plan());
@@ -85,8 +85,9 @@ class PointToPoint {
     return {0.0, velocity + 0.5 * acceleration - jerk * (1.0 / 6.0), acceleration};
   }
 
-  static double way(const ReferenceGenerator::Motion& motion, std::int32_t target) {
-    const std::int64_t counts = static_cast<std::int64_t>(target) - motion.counts;
+  static double way(const ReferenceGenerator::Motion& motion, std::int32_t target, std::int32_t origin) {
+    const std::int64_t counts =
+        static_cast<std::int64_t>(difference(target, origin)) - difference(motion.counts, origin);
     return static_cast<double>(counts) - static_cast<double>(motion.fraction) * (1.0 / kUnit);
   }
 
@@ -95,9 +96,9 @@ class PointToPoint {
                      const ReferenceGenerator::Motion& from) {
     const trajectory::Extent extent = trajectory::extent(profile);
     const bool high = range.highest != PositionRange::kNoHighest && extent.highest > 0.5 &&
-                      extent.highest > way(from, range.highest) + 0.5;
+                      extent.highest > way(from, range.highest, 0) + 0.5;
     const bool low = range.lowest != PositionRange::kNoLowest && extent.lowest < -0.5 &&
-                     extent.lowest < way(from, range.lowest) - 0.5;
+                     extent.lowest < way(from, range.lowest, 0) - 0.5;
     return high || low;
   }
 

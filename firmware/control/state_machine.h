@@ -100,6 +100,11 @@ class StateMachine {
     const std::uint32_t rising = command & ~last_command_;
     last_command_ = command;
     if (fault != Fault::kNone) raise(fault);
+    // What nearly every tick of a moving axis finds.
+    if (state_ == DriveState::kOperationEnabled && !stopping_ && !releasing_ && ready &&
+        (command & kEnable) == kEnable) {
+      return;
+    }
     if (state_ == DriveState::kQuickStopActive && leaves_quick_stop(command)) {
       leave_for(state_);  // transition 12 or 16
     } else if (stopping_ && !more_urgent(command)) {
@@ -135,6 +140,8 @@ class StateMachine {
   }
 
  private:
+  static constexpr std::uint32_t kEnable = kSwitchOn | kEnableVoltage | kQuickStop | kEnableOperation;
+
   void note_driving() { driving_ = state_ == DriveState::kOperationEnabled || releasing_ || stopping_; }
 
   // Along the slow down ramp if the command has `slow`.
@@ -155,7 +162,6 @@ class StateMachine {
   // By command: transition 12 (disable voltage), and 16 (enable operation) where the option lets the axis
   // stay.
   bool leaves_quick_stop(std::uint32_t control) {
-    constexpr std::uint32_t kEnable = kSwitchOn | kEnableVoltage | kQuickStop | kEnableOperation;
     if ((control & kEnableVoltage) == 0) {
       state_ = DriveState::kSwitchOnDisabled;
     } else if ((control & (kEnable | kFaultReset | kStayStopped)) == (kEnable | kStayStopped)) {

@@ -47,6 +47,11 @@ class Tick {
   /// One tick.
   void run() {
     const std::uint32_t begin = clock_.now();
+    if constexpr (IndexedEncoder<E>) {
+      std::int32_t index_counts = 0;
+      if (encoder_.take_index(index_counts)) [[unlikely]]
+        controller_.index_passed(index_counts);
+    }
     const TickInputs inputs{encoder_.read(), motor_.measured(), late(begin), io_.read()};
     const ControlOutput& out = controller_.step(inputs);
     if (out.driving) {
@@ -54,7 +59,7 @@ class Tick {
     } else {
       motor_.disable();
     }
-    io_.write(out.digital_outputs);
+    io_.write(controller_.digital_outputs());
     // Of a main loop that stands still nothing else would be noticed: moves end, heartbeats do not.
     if (begin - main_loop_at_.load(std::memory_order_relaxed) <= latest_main_loop_) watchdog_.refresh();
     duration_ = clock_.now() - begin;

@@ -218,6 +218,9 @@ class FrictionModel<Real, std::tuple<Effects...>> {
       }
       (std::make_index_sequence<E::gain_count>{});
     }
+    if constexpr (kEveryEffect && OverPosition<E>) {
+      sums.template of<E::gains[0].acts>() *= sample.position_weight;
+    }
     return sums;
   }
 

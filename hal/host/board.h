@@ -24,7 +24,15 @@ namespace slipstack::host {
 
 struct HostEncoder {
   EncoderReading next;
+  bool index_passed = false;  ///< since the last tick
+  std::int32_t index_counts = 0;
   EncoderReading read() const { return next; }
+  bool take_index(std::int32_t& counts) {
+    if (!index_passed) return false;
+    index_passed = false;
+    counts = index_counts;
+    return true;
+  }
 };
 
 /// A motor whose current follows the set-point at once, unless `measurement_follows` is cleared.

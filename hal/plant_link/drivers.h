@@ -18,9 +18,16 @@ class LinkEncoder {
  public:
   explicit LinkEncoder(PlantLink& link) : link_(link) {}
   EncoderReading read() const { return {link_.counts, 0, link_.encoder_valid != 0}; }
+  bool take_index(std::int32_t& counts) {
+    if (link_.index_sequence == indices_) return false;
+    indices_ = link_.index_sequence;
+    counts = link_.index_counts;
+    return true;
+  }
 
  private:
   PlantLink& link_;
+  std::uint32_t indices_ = 0;
 };
 
 /// An ideal amplifier: the measurement is the set-point plus the offset that the host writes to inject an

@@ -25,6 +25,8 @@ struct PlantLink {
   volatile std::uint32_t late;    ///< the next tick comes so much later, in the same unit
   volatile std::int32_t counts;
   volatile std::uint32_t encoder_valid;
+  volatile std::uint32_t index_sequence;  ///< a change: an index mark passed at index_counts
+  volatile std::int32_t index_counts;
   volatile std::uint32_t current_valid;
   volatile std::uint32_t digital_inputs;  ///< levels, bit 0 is terminal 1
   volatile float current_offset_A;        ///< measured current less the one commanded

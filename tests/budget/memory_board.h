@@ -10,7 +10,12 @@ namespace slipstack::budget {
 
 struct MemoryEncoder {
   EncoderReading next;
+  bool index_passed = false;
   EncoderReading read() const { return next; }
+  bool take_index(std::int32_t& counts) {
+    counts = next.counts;
+    return index_passed;
+  }
 };
 struct MemoryMotor {
   float set_point_A = 0.0F;
@@ -64,6 +69,7 @@ inline AxisParameters everything_on() {
   axis.velocity_limit_mps = 0.5F;
   axis.stall_s = 1.0F;
   axis.io = {1, 2, 3, 4, 5, 1, 0x0010, 0x0000};
+  axis.reference = {.absolute_encoder = true, .index_distance = 1, .index_tolerance = 1};
   return axis;
 }
 

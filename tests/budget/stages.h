@@ -46,6 +46,7 @@ struct Stages {
   TrackingLimits tracking = TrackingLimits::of(300.0F, 0.5F);
   ReferencePoint point;
   FeedForward feedforward;
+  PositionReference& reference_of_position = tick_under_test.controller().position();
   Feedback feedback;
   std::uint32_t ticks = 0;
   FaultMonitor monitor;
@@ -115,7 +116,7 @@ inline void move_feedforward(std::int32_t x) {
   ++stages.ticks;
 }
 [[gnu::noinline]] inline float step_feedforward(std::int32_t) {
-  return stages.feedforward.step(friction_model, stages.scales, stages.point, 1.1F);
+  return stages.feedforward.step(friction_model, stages.scales, stages.point, 1.1F, stages.reference_of_position);
 }
 
 // Both notches are in it.

@@ -65,6 +65,10 @@ class TickScenario {
     const std::int32_t wobble = static_cast<std::int32_t>(random_.below(7)) - 3;
     const std::int32_t reference = controller.output().reference_counts;
     memory_encoder.next.counts = reference + wobble;
+    memory_encoder.index_passed = random_.below(20) == 0;
+    if (streaming_) controller.latch().disarm();  // homing is no cyclic mode
+    if (!streaming_ && !controller.latch().armed())
+      controller.latch().arm(PositionLatch::Event::kIndexAfterActive, 1);
     memory_encoder.next.valid = random_.below(5000) != 0;
     if (random_.below(5000) == 0) memory_encoder.next.counts += 1000000;
     if (random_.below(5000) == 0) memory_clock.count += 80;

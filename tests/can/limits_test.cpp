@@ -15,6 +15,7 @@ class Limits : public ::testing::Test {
     // Positive limit switch on input 1, brake on output 1; both active while high.
     EXPECT_EQ(bench_.write(0x2010, 2, 1, 1), 0U);
     EXPECT_EQ(bench_.write(0x2010, 6, 1, 1), 0U);
+    EXPECT_EQ(bench_.write(0x2012, 1, 1, 1), 0U);  // an absolute encoder: positions bound where they are known
     bench_.configure();
     home_ = bench_.read_signed(0x6064, 0);
     EXPECT_EQ(bench_.write(0x2403, 0, 0, 2), 0U);
@@ -50,6 +51,17 @@ class Limits : public ::testing::Test {
   Bench bench_;
   std::int32_t home_ = 0;
 };
+
+// The position of an incremental encoder that was not homed says nothing about the rail.
+TEST_F(Limits, WithoutAReferenceTheRangeBoundsNothing) {
+  range(-10000, 20000);
+  bench_.loop->controller().position().lose();
+  bench_.enable(1);
+  go(30000);
+  EXPECT_FALSE(limited());
+  bench_.run_ms(800);
+  EXPECT_NEAR(position() - home_, 30000, 5);
+}
 
 TEST_F(Limits, ATargetBeyondTheRangeIsTakenToItsEnd) {
   range(-10000, 20000);

@@ -10,6 +10,7 @@
 #include "sim_host/plant/plant.h"
 #include "sim_host/rng.h"
 #include "sim_host/sensors/encoder.h"
+#include "sim_host/sensors/reference_marks.h"
 #include "sim_host/sensors/switches.h"
 #include "workbench/loop/loop_parameters.h"
 
@@ -25,6 +26,7 @@ class SimulatedDrive {
                  std::uint64_t seed)
       : plant_(axis, 0.5 * axis.stroke_m),
         switches_(sim::switches_of(axis)),
+        last_m_(plant_.position_m()),
         encoder_(axis.encoder_resolution_m, 0.37),
         noise_N_(axis.force_noise_N),
         rng_(seed, "node"),
@@ -60,6 +62,11 @@ class SimulatedDrive {
   void sense() {
     board_encoder_.next.counts = static_cast<std::int32_t>(encoder_.counts(plant_.position_m()));
     io_.inputs = switches_.levels(plant_.position_m());
+    if (const auto mark = marks_.passed(encoder_, last_m_, plant_.position_m())) {
+      board_encoder_.index_passed = true;
+      board_encoder_.index_counts = *mark;
+    }
+    last_m_ = plant_.position_m();
   }
 
   // The parameters known at commissioning, applied and stored: data sheet and mass of the axis.
@@ -70,9 +77,10 @@ class SimulatedDrive {
       dictionary.set(canopen::kRow<canopen::kAxisIndex> + 1 + i,
                      std::bit_cast<std::uint32_t>(parameters.*canopen::kAxisObjects[i].member));
     }
-    for (std::uint8_t sub = 1; sub < sim::Switches::kWiring.size(); ++sub) {
+    for (std::size_t sub = 1; sub < sim::Switches::kWiring.size(); ++sub) {
       dictionary.set(canopen::kRow<canopen::kIoIndex> + sub, sim::Switches::kWiring[sub]);
     }
+    dictionary.set(canopen::kRow<canopen::kReferenceIndex, 1>, parameters.reference.absolute_encoder ? 1 : 0);
     canopen::model_words(mass_only_model(axis),
                          [&](std::size_t row, std::uint32_t word) { dictionary.set(row, word); });
     drive_.reset(dictionary);
@@ -82,6 +90,8 @@ class SimulatedDrive {
 
   sim::Plant plant_;
   sim::Switches switches_;
+  sim::ReferenceMarks marks_ = sim::kMarks;
+  double last_m_;
   sim::Encoder encoder_;
   double noise_N_;
   sim::Rng rng_;

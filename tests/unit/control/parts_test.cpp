@@ -151,12 +151,13 @@ TEST(FeedForward, TheTimeOfDriftDoesNotWrap) {
   scales.mps2_per_count = 1e2F;
   scales.resolution_m = 1e-6F;
   FeedForward feedforward;
+  const PositionReference reference;
   UpTime time;
   ReferencePoint moving;
   moving.velocity = 10.0F;
   const auto force_N = [&](std::uint32_t tick) {
     model.refresh(time.at(tick, kTick_s));
-    return feedforward.step(model, scales, moving, 1.0F);
+    return feedforward.step(model, scales, moving, 1.0F, reference);
   };
   const auto expected_N = [](double ticks) { return 10.0 * (1.0 + 0.5 * (1.0 - std::exp(-ticks * 1e-10))); };
   EXPECT_NEAR(force_N(1), 10.0F, 1e-4F);
