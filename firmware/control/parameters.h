@@ -5,7 +5,9 @@
 #include <cstdint>
 #include <tuple>
 
+#include "firmware/control/digital_io.h"
 #include "firmware/control/motion_limits.h"
+#include "firmware/control/position_reference.h"
 #include "firmware/effects/model.h"
 #include "firmware/friction/packed_maxwell_slip.h"
 
@@ -48,6 +50,8 @@ struct AxisParameters {
   float level_highest = 1.5F;
   float level_memory_s = 5.0F;
   float adaptation_speed_mps = 5.0e-3F;  ///< of the reference, from which on the level is adapted
+  IoParameters io;
+  PositionReferenceParameters reference;
 };
 
 using ModelParameters = FrictionModel<float>::Parameters;
@@ -182,6 +186,7 @@ inline ParameterStatus check(const AxisParameters& axis, const ModelParameters& 
       return ParameterStatus::kAxisOutOfBounds;
     }
   }
+  if (!valid(axis.io)) return ParameterStatus::kAxisOutOfBounds;
   ParameterStatus status = detail::check_scale(axis);
   if (status != ParameterStatus::kOk) return status;
   std::apply(

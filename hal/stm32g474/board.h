@@ -6,6 +6,7 @@
 
 #include "hal/stm32g474/can.h"
 #include "hal/stm32g474/clock_tree.h"
+#include "hal/stm32g474/digital_io.h"
 #include "hal/stm32g474/encoder.h"
 #include "hal/stm32g474/flash_pages.h"
 #include "hal/stm32g474/gpio.h"
@@ -54,6 +55,7 @@ struct BoardSetup {
   PwmPlan pwm = plan_pwm(kCore_Hz, 40'000, 500, 0.05F, 0.95F);
   float amperes_at_full_duty = 10.0F;
   CurrentScale adc_scale{2048.0F, 4096.0F / 33.0F, 8, 4087};
+  DigitalPins digital{.first_input = 1, .inputs = 8, .first_output = 0, .outputs = 3};  // PC1, PB0
 };
 
 static_assert(keeps_limits(BoardSetup{}.pwm));
@@ -92,6 +94,7 @@ class Board {
         pwm_(hardware<Timer>(kTIM1_BASE), setup.pwm, setup.amperes_at_full_duty),
         dac_(hardware<Dac>(kDAC1_BASE), setup.dac_scale),
         current_input_(hardware<Adc>(kADC1_BASE), hardware<AdcCommon>(kADC12_COMMON_BASE), setup.adc_scale),
+        digital_io_(port(kGPIOC_BASE), port(kGPIOB_BASE), setup.digital),
         motor_(output(), current_input_, port(kGPIOB_BASE), kEnablePin),
         can_(hardware<Fdcan>(kFDCAN1_BASE), hardware<CanMessageRam>(kSRAMCAN_BASE)),
         flash_(hardware<Flash>(kFLASH_BASE), flash_memory_, careful_read),
@@ -140,6 +143,7 @@ class Board {
   Motor& motor_current() { return motor_; }
   CycleClock<Dwt<HardwareWord>>& clock() { return clock_; }
   IndependentWatchdog<Iwdg<HardwareWord>>& watchdog() { return watchdog_; }
+  DigitalPort<Port>& digital_io() { return digital_io_; }
   BoardCan& can() { return can_; }
   FlashPages<Flash<HardwareWord>, FlashMemory>& nonvolatile() { return flash_; }
   Lamp<Led<Port>>& indicator() { return lamp_; }
@@ -194,6 +198,7 @@ class Board {
     set_up_pin(a, alternate(11, 9, PinPull::kUp, 0));                     // FDCAN1_RX
     set_up_pin(a, alternate(12, 9, PinPull::kNone, 1));                   // FDCAN1_TX
     set_up_pin(port(kGPIOC_BASE), {.pin = 0, .mode = PinMode::kAnalog});  // ADC12_IN6
+    digital_io_.start();
     b.bsrr = 1U << (kEnablePin + 16);
     set_up_pin(b, {.pin = kEnablePin, .mode = PinMode::kOutput, .pull = PinPull::kDown});
     led_.start();
@@ -228,6 +233,7 @@ class Board {
   PwmOutput<Timer<HardwareWord>> pwm_;
   DacOutput<Dac<HardwareWord>> dac_;
   BoardCurrentInput current_input_;
+  DigitalPort<Port> digital_io_;
   Motor motor_;
   BoardCan can_;
   FlashMemory flash_memory_;
