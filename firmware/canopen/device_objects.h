@@ -84,7 +84,8 @@ inline constexpr auto kFaultRows = [] {
                                                            "Set-point refused",
                                                            "Amplifier fault",
                                                            "Amplifier not ready",
-                                                            "Overspeed", "Index off its place"};
+                                                           "Overspeed",
+                                                           "Index off its place"};
   std::array<Object, kFaultCount> rows{};
   rows[0] = head(kFaultCountsIndex, ObjectCode::kRecord, "Faults since start", kFaultCount - 1);
   for (std::uint8_t i = 1; i < kFaultCount; ++i)

@@ -45,13 +45,27 @@ bool finite(float value) {
   return (std::bit_cast<std::uint32_t>(value) & 0x7F800000U) != 0x7F800000U;
 }
 
+// The axis follows its reference; without one, and under a given force, it comes to rest. Never by more than
+// a quarter of the largest velocity from tick to tick: a reading that changes faster is a fault of the
+// encoder.
+std::int32_t place_of_axis() {
+  static std::int32_t place = 0;
+  static std::int32_t step = 0;
+  const Controller& controller = tick_under_test.controller();
+  const ControlSet& set = controller.parameters();
+  const auto quickest =
+      1 + static_cast<std::int32_t>(0.25F * set.axis.velocity_limit_mps * set.counts_per_mps);
+  const bool follows = controller.output().driving && !controller.state().torque_mode();
+  const std::int32_t wanted = follows ? difference(controller.output().reference_counts, place) : 0;
+  const std::int32_t change = difference(wanted, step);
+  step += change > quickest ? quickest : (change < -quickest ? -quickest : change);
+  place = sum(place, step);
+  return place;
+}
+
 void sense() {
   const std::int32_t wobble = static_cast<std::int32_t>(sensor_random.below(7)) - 3;
-  // The axis follows its reference; under a given force it stands against a stop, or it would run away.
-  static std::int32_t place = 0;
-  const Controller& controller = tick_under_test.controller();
-  if (!controller.state().torque_mode()) place = controller.output().reference_counts;
-  memory_encoder.next.counts = place + wobble;
+  memory_encoder.next.counts = place_of_axis() + wobble;
   memory_encoder.next.valid = true;
   memory_clock.count += kClockPeriod;
   const std::uint32_t event = sensor_random.below(20000);

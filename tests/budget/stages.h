@@ -116,7 +116,8 @@ inline void move_feedforward(std::int32_t x) {
   ++stages.ticks;
 }
 [[gnu::noinline]] inline float step_feedforward(std::int32_t) {
-  return stages.feedforward.step(friction_model, stages.scales, stages.point, 1.1F, stages.reference_of_position);
+  return stages.feedforward.step(friction_model, stages.scales, stages.point, 1.1F,
+                                 stages.reference_of_position);
 }
 
 // Both notches are in it.

@@ -15,7 +15,8 @@ class Limits : public ::testing::Test {
     // Positive limit switch on input 1, brake on output 1; both active while high.
     EXPECT_EQ(bench_.write(0x2010, 2, 1, 1), 0U);
     EXPECT_EQ(bench_.write(0x2010, 6, 1, 1), 0U);
-    EXPECT_EQ(bench_.write(0x2012, 1, 1, 1), 0U);  // an absolute encoder: positions bound where they are known
+    EXPECT_EQ(bench_.write(0x2012, 1, 1, 1),
+              0U);  // an absolute encoder: positions bound where they are known
     bench_.configure();
     home_ = bench_.read_signed(0x6064, 0);
     EXPECT_EQ(bench_.write(0x2403, 0, 0, 2), 0U);

@@ -147,11 +147,13 @@ std::vector<double> Criterion::of(const std::vector<const FittedModel*>& models)
   const Eigen::VectorXd& weights = measurement_.fit_weights();
   const double weight = weights.sum();
   std::vector<double> squares;
+  squares.reserve(models.size());
   for (const FittedModel* const model : models)
     squares.push_back(std::max(mean_square(measurement_, *model), 1e-300));
   const auto best =
       static_cast<std::size_t>(std::min_element(squares.begin(), squares.end()) - squares.begin());
   std::vector<double> counts;
+  counts.reserve(models.size());
   double inflation = 1.0;
   for (std::size_t i = 0; i < models.size(); ++i) {
     const Eigen::MatrixXd influence = influence_of_rows(*models[i]);
@@ -160,6 +162,7 @@ std::vector<double> Criterion::of(const std::vector<const FittedModel*>& models)
   }
   const double ln_rows = std::log(std::max(weight / inflation, std::exp(1.0)));
   std::vector<double> criteria;
+  criteria.reserve(models.size());
   for (std::size_t i = 0; i < models.size(); ++i) {
     const Choices choices = choices_of(models[i]->terms);
     criteria.push_back(weight * std::log(squares[i]) +

@@ -49,6 +49,7 @@ bool is_better(const SelectionContext& context, const Explanation& one, const Ex
 void sort_by_criterion(const SelectionContext& context, std::vector<Explanation>& all) {
   if (all.size() < 2) return;
   std::vector<const FittedModel*> models;
+  models.reserve(all.size());
   for (const Explanation& one : all) models.push_back(&one.model);
   const std::vector<double> criteria = context.criterion.of(models);
   std::vector<std::size_t> order(all.size());
@@ -56,6 +57,7 @@ void sort_by_criterion(const SelectionContext& context, std::vector<Explanation>
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return criteria[a] < criteria[b]; });
   std::vector<Explanation> sorted;
+  sorted.reserve(all.size());
   for (const std::size_t i : order) sorted.push_back(std::move(all[i]));
   for (std::size_t i = 1; i < sorted.size(); ++i) {
     if (is_special_case(sorted[i], sorted.front()) && is_worth_no_more(sorted[i], sorted.front())) {
