@@ -79,7 +79,7 @@ class Drive final : public Application {
       case kTraceIndex:
         return trace_.check(object.sub);
       default:
-        return profile_.check(object.index, value);
+        return profile_.check(row, value);
     }
   }
 

@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <optional>
 
 #include "firmware/canopen/command_supervision.h"
 #include "firmware/canopen/dictionary.h"
 #include "firmware/canopen/profile_units.h"
 #include "firmware/canopen/telemetry.h"
+#include "firmware/canopen/user_units.h"
 #include "firmware/control/controller.h"
 
 namespace slipstack::canopen {
@@ -24,6 +26,7 @@ class DriveProfile {
   /// no controlword is followed.
   void begin_reset(Dictionary& dictionary) {
     dictionary_ = &dictionary;
+    take_units();
     resetting_ = true;
     control_ = 0;
     mode_ = Mode::kNone;
@@ -72,7 +75,7 @@ class DriveProfile {
     target_holds_ = target_holds_ || target_written_;
     const bool has_target = target_written_ || (target_holds_ && !target_streamed_);
     target_written_ = false;
-    cyclic.sync(controller_.ticks(), has_target, static_cast<std::int32_t>(value(kRow<0x607A>)));
+    cyclic.sync(controller_.ticks(), has_target, target_counts());
   }
 
   // ---- objects ----
@@ -86,10 +89,12 @@ class DriveProfile {
         return statusword();
       case 0x6061:
         return static_cast<std::uint32_t>(active_);
-      case 0x6064:
+      case 0x6063:
         return static_cast<std::uint32_t>(controller_.measured_counts());
+      case 0x6064:
+        return position();
       case 0x606C:
-        return rounded(in_counts(axis(), out.velocity_mps), 2.1e9F);
+        return rounded(units_.velocity_in_user(in_counts(axis(), out.velocity_mps)), 2.1e9F);
       case 0x6076:
         return rounded(rated_force_N(*dictionary_, axis()) * 1e3F, 2.1e9F);
       case 0x6074:
@@ -97,14 +102,14 @@ class DriveProfile {
       case 0x6077:
         return rounded(in_thousandths(*dictionary_, controller_.measured_A()), 32767.0F);
       case 0x60F4:
-        return rounded(in_counts(axis(), out.position_error_m), 2.1e9F);
+        return rounded(units_.distance_in_user(in_counts(axis(), out.position_error_m)), 2.1e9F);
       default:
         return value(row);
     }
   }
 
-  Abort check(std::uint16_t index, std::uint32_t value_now) const {
-    switch (index) {
+  Abort check(std::size_t row, std::uint32_t value_now) const {
+    switch (kObjects[row].index) {
       case 0x6007:
       case 0x605E:
         return value_now == 1 ? Abort::kBadValue : Abort::kNone;  // not offered
@@ -116,6 +121,18 @@ class DriveProfile {
                            mode == Mode::kCyclicPosition || mode == Mode::kCyclicTorque;
         return known ? Abort::kNone : Abort::kBadValue;
       }
+      case 0x607A: {
+        const auto target = static_cast<std::int32_t>(value_now);
+        if (units_.to_counts(target)) return Abort::kNone;
+        return target < 0 ? Abort::kTooLow : Abort::kTooHigh;
+      }
+      case 0x607E:
+        if ((value_now & ~(UserUnits::kPosition | UserUnits::kVelocity)) != 0) return Abort::kBadValue;
+        return Abort::kNone;
+      case 0x608F:
+      case 0x6091:
+      case 0x6092:
+        return UserUnits::of(*dictionary_, row, value_now) ? Abort::kNone : Abort::kBadValue;
       default:
         return Abort::kNone;
     }
@@ -132,6 +149,11 @@ class DriveProfile {
       case 0x607A:
         target_written_ = true;
         return;
+      case 0x607E:
+      case 0x608F:
+      case 0x6091:
+      case 0x6092:
+        return take_units();
       default:
         return;
     }
@@ -250,7 +272,7 @@ class DriveProfile {
     cyclic_ = wanted;
     target_written_ = target_holds_ = false;
     if (!wanted) return controller_.cyclic_position().stop();
-    dictionary_->set(kRow<0x607A>, static_cast<std::uint32_t>(controller_.measured_counts()));
+    dictionary_->set(kRow<0x607A>, position());
     controller_.cyclic_position().start();
   }
 
@@ -270,7 +292,7 @@ class DriveProfile {
       return;
     }
     if ((rising & kNewSetPointBit) == 0 || !operation_enabled() || halted() || waiting_) return;
-    const auto target = static_cast<std::int32_t>(value(kRow<0x607A>));
+    const std::int32_t target = target_counts();
     const std::int64_t from = target_stands_ ? target_ : controller_.reference().counts();
     const std::int64_t wanted = (control_ & kRelativeBit) != 0 ? from + target : target;
     acknowledged_ = true;
@@ -336,7 +358,7 @@ class DriveProfile {
     const std::int32_t error = difference(controller_.measured_counts(), target);
     const std::uint32_t distance =
         error < 0 ? 0U - static_cast<std::uint32_t>(error) : static_cast<std::uint32_t>(error);
-    const bool inside = !moving_ && distance <= value(kRow<0x6067>);
+    const bool inside = !moving_ && distance <= units_.width_in_counts(value(kRow<0x6067>));
     if (!inside || !in_window_) entered_ = now;
     in_window_ = inside;
     const float wait_s = static_cast<float>(value(kRow<0x6068>)) * 1e-3F;
@@ -352,12 +374,27 @@ class DriveProfile {
 
   MotionLimits limits() const {
     const float tick_s = controller_.parameters().axis.tick_s;
-    const auto in_ticks = [](std::uint32_t per_second, float scale) {
-      return static_cast<float>(per_second) * scale;
+    const auto in_ticks = [this](std::uint32_t per_second, float scale) {
+      return static_cast<float>(per_second) * (units_.counts_per_user() * scale);
     };
     return {in_ticks(profile_.velocity, tick_s), in_ticks(profile_.acceleration, tick_s * tick_s),
             in_ticks(profile_.deceleration, tick_s * tick_s),
             in_ticks(profile_.jerk, tick_s * tick_s * tick_s)};
+  }
+
+  // A target from before would mean another place.
+  void take_units() {
+    units_ = UserUnits::of(*dictionary_).value_or(UserUnits{});
+    dictionary_->set(kRow<0x607A>, position());
+  }
+
+  // 6064h, 607Ah: the user's unit outside, counts inside. What does not fit was refused when it was written.
+  std::uint32_t position() const {
+    return static_cast<std::uint32_t>(units_.to_user(controller_.measured_counts()));
+  }
+  std::int32_t target_counts() const {
+    return units_.to_counts(static_cast<std::int32_t>(value(kRow<0x607A>)))
+        .value_or(controller_.measured_counts());
   }
 
   // 60C2h: value x 10^index seconds.
@@ -375,6 +412,7 @@ class DriveProfile {
   Controller& controller_;
   CommandSupervision supervision_;
   Dictionary* dictionary_ = nullptr;
+  UserUnits units_;
   std::uint16_t control_ = 0;
   Mode mode_ = Mode::kNone;
   Mode active_ = Mode::kNone;

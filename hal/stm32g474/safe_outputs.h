@@ -6,17 +6,17 @@
 #include "hal/stm32g474/gpio.h"
 #include "hal/stm32g474/registers.h"
 
-// What the amplifier sees of this board: the enable signal and the command. In reset both pins float, and what
-// holds them is on the board around the part (docs/hardware.md).
+// What the amplifier sees of this board: the enable signal and the command. In reset both pins float, and
+// what holds them is on the board around the part (docs/hardware.md).
 namespace slipstack::stm32g474 {
 
-inline constexpr std::uint32_t kEnablePin = 5;      // PB5, high: power stage on
-inline constexpr std::uint32_t kCommandPin = 4;     // PA4, DAC1_OUT1
+inline constexpr std::uint32_t kEnablePin = 5;       // PB5, high: power stage on
+inline constexpr std::uint32_t kCommandPin = 4;      // PA4, DAC1_OUT1
 inline constexpr std::uint32_t kDacZeroCode = 2048;  // half the reference: 0 V behind the level shifter
 
 // Power stage off, then zero current, whatever state the part is in: first of all after a reset, and in the
-// handlers of faults. Uses the registers only, no memory and no other peripheral's state. The enable signal is
-// low before anything else changes.
+// handlers of faults. Uses the registers only, no memory and no other peripheral's state. The enable signal
+// is low before anything else changes.
 template <class Hardware>
 void secure_outputs() {
   auto& rcc = Hardware::template block<Rcc>(kRCC_BASE);

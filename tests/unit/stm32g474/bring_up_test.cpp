@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The board's start on a simulated part, write by write: what the amplifier sees after power, brown-out, watchdog
-// and a boot loader, at every failure of a device, and at a fault behind every single write.
+// The board's start on a simulated part, write by write: what the amplifier sees after power, brown-out,
+// watchdog and a boot loader, at every failure of a device, and at a fault behind every single write.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -85,7 +85,8 @@ TEST(BringUp, TheCommandIsZeroBeforeTheCrystalIsWaitedFor) {
   part.reset();
   std::size_t polls_at_command = static_cast<std::size_t>(-1);
   part.on_write = [&](const AmplifierView& seen) {
-    if (seen.command_driven && polls_at_command == static_cast<std::size_t>(-1)) polls_at_command = part.polls();
+    if (seen.command_driven && polls_at_command == static_cast<std::size_t>(-1))
+      polls_at_command = part.polls();
   };
   std::unique_ptr<DacBoard> board;
   ASSERT_EQ(start_up(board), BoardFault::kNone);

@@ -12,12 +12,12 @@
 #include "hal/stm32g474/registers.h"
 #include "tests/unit/stm32g474/simulated_word.h"
 
-// The whole part for Board<..., SimulatedPart>: every register of every block, the clock gates, the answers that
-// a start waits for, and the two pins that the amplifier sees. One at a time.
+// The whole part for Board<..., SimulatedPart>: every register of every block, the clock gates, the answers
+// that a start waits for, and the two pins that the amplifier sees. One at a time.
 namespace slipstack::stm32g474::test {
 
-/// What the amplifier sees. A pin that is not driven is what the board's resistors make of it: the enable low, the
-/// command at half the reference.
+/// What the amplifier sees. A pin that is not driven is what the board's resistors make of it: the enable
+/// low, the command at half the reference.
 struct AmplifierView {
   bool enable_driven = false;
   bool enabled = false;
@@ -181,7 +181,9 @@ class SimulatedPart {
       if (crystal_starts && (value & kRCC_CR_HSEON.mask) != 0) value |= kRCC_CR_HSERDY.mask;
       return pll_works && (value & kRCC_CR_PLLON.mask) != 0 ? value | kRCC_CR_PLLRDY.mask : value;
     };
-    rcc.cfgr.on_read = [](std::uint32_t value) { return value | kRCC_CFGR_SWS.place(kRCC_CFGR_SW.read(value)); };
+    rcc.cfgr.on_read = [](std::uint32_t value) {
+      return value | kRCC_CFGR_SWS.place(kRCC_CFGR_SW.read(value));
+    };
   }
   void behave(Dac<SimWord>& dac, std::uint32_t) {
     dac.sr.on_read = [this, &dac](std::uint32_t) {
