@@ -80,7 +80,8 @@ inline constexpr auto kFaultRows = [] {
                                                            "Parameter",
                                                            "Not finite",
                                                            "Stop time-out",
-                                                           "Set-point refused"};
+                                                           "Set-point refused",
+                                                           "Direction"};
   std::array<Object, kFaultCount> rows{};
   rows[0] = head(kFaultCountsIndex, ObjectCode::kRecord, "Faults since start", kFaultCount - 1);
   for (std::uint8_t i = 1; i < kFaultCount; ++i)

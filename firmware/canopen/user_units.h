@@ -15,9 +15,10 @@ namespace slipstack::canopen {
 ///
 ///   count = user x encoder resolution (608Fh) x gear ratio (6091h) / feed constant (6092h)
 ///
-/// and the signs of 607Eh. The ratio of the six numbers is reduced once, N / D; a position is then one product of 64
-/// bits and one division, rounded to the nearest, halves away from zero: exact, also over 2 m in nanometres. Where
-/// counts are not coarser than the user's unit, a position survives the way to counts and back.
+/// and the signs of 607Eh. The ratio of the six numbers is reduced once, N / D; a position is then one
+/// product of 64 bits and one division, rounded to the nearest, halves away from zero: exact, also over 2 m
+/// in nanometres. Where counts are not coarser than the user's unit, a position survives the way to counts
+/// and back.
 class UserUnits {
  public:
   /// N and D: a product with any number of 32 bits stays within 63.

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "firmware/control/braking.h"
+#include "firmware/control/direction_check.h"
 #include "firmware/control/fault_monitor.h"
 #include "firmware/control/feedback.h"
 #include "firmware/control/feedforward.h"
@@ -43,6 +44,7 @@ struct ControlSet {
   Feedback::Gains feedback;
   FaultMonitor::Bounds monitor;
   LevelAdaptation::Bounds adaptation;
+  DirectionCheck::Settings direction;
   bool valid = false;
   FrictionModel<float> model;
   TargetCurve virgin_curve;       ///< for the main loop
@@ -77,6 +79,7 @@ struct ControlSet {
         StateEstimate::gains(axis.encoder_resolution_m, axis.tick_s, axis.observer_bandwidth_rad_per_s);
     prepare_feedback();
     monitor = FaultMonitor::bounds(axis);
+    prepare_check();
     adaptation =
         LevelAdaptation::bounds(axis.level_lowest, axis.level_highest, axis.level_memory_s, axis.tick_s);
     prepare_model(axis.compensate ? parameters : mass_only(parameters));
@@ -113,6 +116,18 @@ struct ControlSet {
       const NotchParameters& own = axis.notch[i];
       feedback.notch[i] = Notch::gains(own.frequency_Hz, own.damping, own.depth, axis.tick_s);
     }
+  }
+
+  void prepare_check() {
+    // Fewer counts than four could be noise.
+    constexpr float kFewest = 4.0F;
+    const float counts = axis.check_distance_m / axis.encoder_resolution_m;
+    direction.wanted = axis.check_direction;
+    direction.distance_counts = static_cast<std::int32_t>(approx::clamp(counts, kFewest, 1.0e8F));
+    direction.largest_N = axis.check_current_A * axis.motor_constant_N_per_A;
+    direction.step_N = axis.check_rate_A_per_s * axis.motor_constant_N_per_A * axis.tick_s;
+    // As long again as the last quarter of the rise.
+    direction.hold_ticks = static_cast<std::int32_t>(0.25F * direction.largest_N / direction.step_N);
   }
 
   void prepare_model(const ModelParameters& parameters) {

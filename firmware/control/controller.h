@@ -11,6 +11,7 @@
 #include "firmware/control/control_set.h"
 #include "firmware/control/current_limit.h"
 #include "firmware/control/cyclic_position.h"
+#include "firmware/control/direction_check.h"
 #include "firmware/control/fault_monitor.h"
 #include "firmware/control/feedback.h"
 #include "firmware/control/feedforward.h"
@@ -162,6 +163,10 @@ class Controller {
   }
 
   const ControlOutput& output() const { return out_; }
+  /// Current flows: also before operation is enabled, in the check of the direction.
+  bool driving() const { return out_.driving || state_.driving(); }
+  /// The check of the direction is still to be passed.
+  bool direction_unknown() const { return check_.pending(); }
   const FrictionModel<float>::Force& friction() const { return sets_.active().model.force(); }
   /// As far as the last poll() has followed the tick.
   const HysteresisMemory& memory() const { return memory_; }
@@ -193,6 +198,7 @@ class Controller {
   // The first tick of new parameters.
   void begin_with(const ControlSet& set, std::int32_t counts) {
     adaptation_.limit(set.adaptation);
+    check_.begin(set.direction);
     const bool starts = set.valid && !started_;
     started_ = set.valid;
     if (!starts) return;
@@ -210,7 +216,10 @@ class Controller {
       monitor_.reset(in.encoder.counts);
     }
     if (events_.load(std::memory_order_relaxed) != 0) fault = with_event(fault);
-    state_.step(supervised_command(), fault, set.valid, reference_.standing(), set.stop_timeout_ticks);
+    std::uint32_t command = supervised_command();
+    if (check_.pending()) [[unlikely]]
+      command = checked_command(set, in.encoder.counts, command, fault);
+    state_.step(command, fault, set.valid, reference_.standing(), set.stop_timeout_ticks);
     if (state_.braking() && !reference_.braking() && !reference_.standing()) reference_.stop();
   }
 
@@ -225,6 +234,29 @@ class Controller {
     return command & ~reaction;
   }
 
+  // Operation is not enabled before the direction is known: while it is asked for, the axis is pushed.
+  [[gnu::noinline]] std::uint32_t checked_command(const ControlSet& set, std::int32_t counts,
+                                                  std::uint32_t command, Fault& fault) {
+    constexpr std::uint32_t kEnable = kSwitchOn | kEnableVoltage | kQuickStop | kEnableOperation;
+    const bool asked = state_.state() == DriveState::kSwitchedOn && fault == Fault::kNone &&
+                       (command & (kEnable | kFaultReset)) == kEnable;
+    if (!asked) {
+      check_.rest();
+      return command;
+    }
+    switch (check_.step(set.direction, counts)) {
+      case DirectionCheck::Verdict::kReversed:
+        fault = Fault::kDirection;
+        break;
+      case DirectionCheck::Verdict::kBlocked:
+        fault = Fault::kStall;
+        break;
+      default:
+        break;
+    }
+    return check_.pending() ? command & ~std::uint32_t{kEnableOperation} : command;
+  }
+
   // What came from outside the tick: an injected fault, or parameters that were refused.
   Fault with_event(Fault fault) {
     const std::uint32_t event = events_.exchange(0, std::memory_order_acquire);
@@ -234,7 +266,7 @@ class Controller {
   }
 
   ControlMode requested_mode() const {
-    if (!state_.driving()) return ControlMode::kOff;
+    if (!state_.driving()) return check_.pushing() ? ControlMode::kTorque : ControlMode::kOff;
     return state_.torque_mode() ? ControlMode::kTorque : ControlMode::kPosition;
   }
 
@@ -281,7 +313,10 @@ class Controller {
     publish(set, now, model_N);
     // Where the next tick should find the axis.
     out_.reference_counts = sum(now.counts, static_cast<std::int32_t>(now.velocity));
-    const Applied force = apply(set, command_.read().target_N, fade);
+    const Command& command = command_.read();
+    // The push alone: an offset is for an axis that is known.
+    const float force_N = check_.pushing() ? check_.force_N() - command.offset_N : command.target_N;
+    const Applied force = apply(set, force_N, fade);
     expect(set, now, force.applied_N - model_N);
   }
 
@@ -385,6 +420,7 @@ class Controller {
 
   StateMachine state_;
   FaultMonitor monitor_;
+  DirectionCheck check_;
   ReferenceGenerator reference_;
   CyclicPosition cyclic_position_;
   PointToPoint point_to_point_;

@@ -22,6 +22,7 @@ enum class Fault : std::uint8_t {
   kNotFinite,       ///< a force that is not a number
   kStopTimeout,     ///< a controlled stop did not come to rest in time
   kSetPoint,        ///< a target that no trajectory within its limits can be computed for
+  kDirection,       ///< a push moved the axis the wrong way: encoder or motor is reversed
   kCount
 };
 
@@ -29,8 +30,9 @@ inline constexpr std::size_t kFaultCount = static_cast<std::size_t>(Fault::kCoun
 
 /// The error code of a fault for object 603Fh and EMCY (CiA 301 table 26, IEC 61800-7-201 table 8).
 constexpr std::uint16_t error_code(Fault fault) {
-  constexpr std::array<std::uint16_t, kFaultCount> kCodes = {
-      0x0000, 0x7305, 0x7306, 0x7121, 0x8611, 0x2310, 0x5210, 0x6101, 0x6010, 0x6320, 0x6102, 0x8612, 0x8600};
+  constexpr std::array<std::uint16_t, kFaultCount> kCodes = {0x0000, 0x7305, 0x7306, 0x7121, 0x8611,
+                                                             0x2310, 0x5210, 0x6101, 0x6010, 0x6320,
+                                                             0x6102, 0x8612, 0x8600, 0x8A00};
   return kCodes[static_cast<std::size_t>(fault)];
 }
 

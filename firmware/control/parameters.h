@@ -48,6 +48,10 @@ struct AxisParameters {
   float level_highest = 1.5F;
   float level_memory_s = 5.0F;
   float adaptation_speed_mps = 5.0e-3F;  ///< of the reference, from which on the level is adapted
+  bool check_direction = false;          ///< a push before operation is enabled (DirectionCheck)
+  float check_distance_m = 2.0e-5F;      ///< that the push must move the axis by
+  float check_current_A = 2.0F;          ///< of the push, at most
+  float check_rate_A_per_s = 10.0F;
 };
 
 using ModelParameters = FrictionModel<float>::Parameters;
@@ -102,6 +106,9 @@ inline constexpr auto kAxisBounds = std::to_array<Bound>({
     {&AxisParameters::level_highest, 1.0F, 3.0F},
     {&AxisParameters::level_memory_s, 0.1F, 1.0e3F},
     {&AxisParameters::adaptation_speed_mps, 1.0e-4F, 10.0F},
+    {&AxisParameters::check_distance_m, 1.0e-7F, 1.0e-3F},
+    {&AxisParameters::check_current_A, 1.0e-3F, 1.0e2F},
+    {&AxisParameters::check_rate_A_per_s, 1.0e-1F, 1.0e4F},
 });
 
 // False for NaN.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The user's unit of position: 607Eh, 608Fh, 6091h, 6092h, against arithmetic of 128 bits, and on the simulated axis.
+// The user's unit of position: 607Eh, 608Fh, 6091h, 6092h, against arithmetic of 128 bits, and on the
+// simulated axis.
 #include "firmware/canopen/user_units.h"
 
 #include <cmath>
@@ -43,7 +44,8 @@ TEST(UserUnits, AgreeWithArithmeticOf128Bits) {
       continue;
     }
     for (int k = 0; k < 20; ++k) {
-      const auto user = static_cast<std::int32_t>(static_cast<std::int64_t>(random()) >> (32 + random() % 31));
+      const auto user =
+          static_cast<std::int32_t>(static_cast<std::int64_t>(random()) >> (32 + random() % 31));
       const Wide counts = nearest(up * user, down);
       const auto made = units->to_counts(user);
       const bool fits = counts >= INT32_MIN && counts <= INT32_MAX;
@@ -84,7 +86,8 @@ TEST(UserUnits, AreRefusedBeyondWhatIsExact) {
   EXPECT_FALSE(nano->to_counts(INT32_MIN));
 }
 
-// Counts of 1 um, the user's unit 0.1 mm, turned round: the axis moves the other way, by a hundred times as much.
+// Counts of 1 um, the user's unit 0.1 mm, turned round: the axis moves the other way, by a hundred times as
+// much.
 TEST(UserUnits, MoveTheAxisInTheUsersUnit) {
   Bench bench;
   bench.configure();
