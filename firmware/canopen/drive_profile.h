@@ -46,7 +46,7 @@ class DriveProfile {
     profile_position();
   }
 
-  bool driving() const { return controller_.state().driving(); }
+  bool driving() const { return controller_.driving(); }
   void set_operational(bool operational) { operational_ = operational; }
 
   /// 6007h: what follows when the master is lost.

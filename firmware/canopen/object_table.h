@@ -4,6 +4,7 @@
 #include "firmware/canopen/communication_objects.h"
 #include "firmware/canopen/device_objects.h"
 #include "firmware/canopen/friction_objects.h"
+#include "firmware/canopen/machine_objects.h"
 #include "firmware/canopen/profile_objects.h"
 
 // The object dictionary: every object once. The node serves it; canopen_files writes the EDS, the DBC and the
@@ -32,7 +33,7 @@ constexpr std::uint32_t key(std::uint16_t index, std::uint8_t sub) {
 inline constexpr auto kObjects =
     detail::joined(kCommunicationObjects, kReceivePdoObjects, kTransmitPdoObjects, kAxisRows, kEffectRows,
                    kModelRows, kObserverRows, kByEffectRows, kTimingRows, kCounterRows, kFaultRows,
-                   kTraceRows, kLockRows, kNodeRows, kProfileObjects);
+                   kTraceRows, kLockRows, kNodeRows, kMachineRows, kProfileObjects);
 inline constexpr std::size_t kObjectCount = kObjects.size();
 
 static_assert(

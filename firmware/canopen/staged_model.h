@@ -5,12 +5,13 @@
 #include <cstdint>
 
 #include "firmware/canopen/dictionary.h"
+#include "firmware/canopen/machine_scales.h"
 #include "firmware/control/parameters.h"
 
 // Axis and friction model as they stand in the dictionary: staged, until they are applied.
 namespace slipstack::canopen {
 
-/// The axis of 2000h.
+/// The axis of 2000h and 2501h.
 inline AxisParameters staged_axis(const Dictionary& dictionary) {
   constexpr std::size_t kFirst = kRow<kAxisIndex>;
   AxisParameters axis;
@@ -23,6 +24,12 @@ inline AxisParameters staged_axis(const Dictionary& dictionary) {
   }
   axis.compensate = dictionary.value(kFirst + kCompensateSub) != 0;
   axis.adapt_level = dictionary.value(kFirst + kAdaptLevelSub) != 0;
+  // Passed is passed until a scale changes.
+  axis.check_direction = dictionary.value(kRow<kDirectionIndex, 1>) != 0 &&
+                         dictionary.value(kRow<kDirectionIndex, 5>) != scales_hash(dictionary);
+  axis.check_distance_m = dictionary.real(kRow<kDirectionIndex, 2>);
+  axis.check_current_A = dictionary.real(kRow<kDirectionIndex, 3>);
+  axis.check_rate_A_per_s = dictionary.real(kRow<kDirectionIndex, 4>);
   return axis;
 }
 

@@ -61,12 +61,13 @@ enum class ParameterStatus : std::uint8_t {
   kAxisOutOfBounds,
   kGainOutOfBounds,
   kShapeOutOfBounds,
-  kNoMass,            ///< neither inertia nor payload gives the controller a mass
-  kDelayTooLong,      ///< time_delay beyond what the reference can be advanced by
-  kFixedAtStart,      ///< resolution or tick changed while running
-  kBusy,              ///< the previous change has not been taken yet
-  kEncoderTooFine,    ///< a limit of motion is more counts per tick than the reference can represent
-  kEncoderTooCoarse,  ///< a limit of motion is less of a count per tick than the reference can represent
+  kNoMass,             ///< neither inertia nor payload gives the controller a mass
+  kDelayTooLong,       ///< time_delay beyond what the reference can be advanced by
+  kFixedAtStart,       ///< resolution or tick changed while running
+  kBusy,               ///< the previous change has not been taken yet
+  kEncoderTooFine,     ///< a limit of motion is more counts per tick than the reference can represent
+  kEncoderTooCoarse,   ///< a limit of motion is less of a count per tick than the reference can represent
+  kAmplifierTooSmall,  ///< the current limit is more than the command can ask for
 };
 
 inline constexpr std::int32_t kLargestLeadTicks = 63;

@@ -5,6 +5,7 @@
 #include <span>
 #include <type_traits>
 
+#include "hal/include/signal_scaling.h"
 #include "hal/stm32g474/can.h"
 #include "hal/stm32g474/clock_tree.h"
 #include "hal/stm32g474/encoder.h"
@@ -32,12 +33,24 @@ struct BoardSetup {
   std::uint32_t tick_rate_Hz = 10'000;
   std::uint32_t watchdog_us = 20'000;
   EncoderSetup encoder;
-  // DAC code 2048 is 0 V after the level shifter, 0 ... 4095 is -10 ... +10 V.
-  CurrentScale dac_scale{kDacZeroCode, 204.75F, 1, 4095};
+  SignalScales scales;  // until the stored ones are known
   PwmPlan pwm = plan_pwm(kCore_Hz, 40'000, 500, 0.05F, 0.95F);
   float amperes_at_full_duty = 10.0F;
-  CurrentScale adc_scale{2048.0F, 4096.0F / 33.0F, 8, 4087};
 };
+
+// The level shifter makes -10 ... +10 V of codes 0 ... 4095, and 0 V of 2048.
+inline constexpr CurrentScale dac_scale(const SignalScales& scales) {
+  constexpr float kCodesPerVolt = 204.75F;
+  const float codes_per_A = kCodesPerVolt / scales.command_A_per_V;
+  return {static_cast<float>(kDacZeroCode) + kCodesPerVolt * scales.command_zero_V,
+          scales.motor_reversed ? -codes_per_A : codes_per_A, 1, 4095};
+}
+// 12 bits of 3.3 V; the outermost eight codes are an open or shorted sensor.
+inline constexpr CurrentScale monitor_scale(const SignalScales& scales) {
+  constexpr float kCodesPerVolt = 4096.0F / 3.3F;
+  const float codes_per_A = kCodesPerVolt / scales.monitor_A_per_V;
+  return {kCodesPerVolt * scales.monitor_zero_V, scales.motor_reversed ? -codes_per_A : codes_per_A, 8, 4087};
+}
 
 static_assert(keeps_limits(BoardSetup{}.pwm));
 static_assert(plan_watchdog(BoardSetup{}.watchdog_us).valid);
@@ -71,13 +84,15 @@ class Board {
         clock_(block<Dwt>(kDWT_BASE)),
         encoder_(block<Timer>(kTIM2_BASE), clock_),
         pwm_(block<Timer>(kTIM1_BASE), setup.pwm, setup.amperes_at_full_duty),
-        dac_(block<Dac>(kDAC1_BASE), setup.dac_scale),
-        current_input_(block<Adc>(kADC1_BASE), block<AdcCommon>(kADC12_COMMON_BASE), setup.adc_scale),
+        dac_(block<Dac>(kDAC1_BASE), dac_scale(setup.scales)),
+        current_input_(block<Adc>(kADC1_BASE), block<AdcCommon>(kADC12_COMMON_BASE),
+                       monitor_scale(setup.scales)),
         motor_(output(), current_input_, port(kGPIOB_BASE), kEnablePin),
         can_(block<Fdcan>(kFDCAN1_BASE), block<CanMessageRam>(kSRAMCAN_BASE)),
         flash_(block<Flash>(kFLASH_BASE), flash_memory_, careful_read),
         led_(port(kGPIOA_BASE), 5),
         lamp_(led_),
+        scaling_(*this),
         tick_timer_(block<Timer>(kTIM6_BASE)),
         uart_(block<Usart>(kUSART2_BASE)),
         watchdog_(block<Iwdg>(kIWDG_BASE)) {
@@ -127,12 +142,39 @@ class Board {
   Lamp<Led<Port>>& indicator() { return lamp_; }
   TickTimer<Timer<Word>>& tick_timer() { return tick_timer_; }
   Uart<Usart<Word>>& uart() { return uart_; }
+  SignalScaling& scaling() { return scaling_; }
   bool runs_on_crystal() const { return crystal_; }
 
  private:
   static constexpr std::uint32_t kTickPriority = 0;  // nothing holds the tick up
   static constexpr std::uint32_t kCanPriority = 4;
   static constexpr std::uint32_t kLampPriority = 15;
+
+  // 2500h: constants of the drivers, so that the tick converts as before.
+  class Scaling final : public SignalScaling {
+   public:
+    explicit Scaling(Board& board) : board_(board) {}
+    void set_scales(const SignalScales& scales) override {
+      board_.encoder_.set_reversed(scales.encoder_reversed);
+      board_.output().set_scale(command_scale(board_.setup_, scales));
+      board_.current_input_.set_scale(monitor_scale(scales));
+    }
+    float largest_A(const SignalScales& scales) const override {
+      return kDrive == DriveKind::kDac ? largest_of_10_V(scales) : board_.setup_.amperes_at_full_duty;
+    }
+
+   private:
+    Board& board_;
+  };
+
+  static CurrentScale command_scale(const BoardSetup& setup, const SignalScales& scales) {
+    if constexpr (kDrive == DriveKind::kDac) {
+      return dac_scale(scales);
+    } else {
+      return pwm_scale(setup.pwm,
+                       scales.motor_reversed ? -setup.amperes_at_full_duty : setup.amperes_at_full_duty);
+    }
+  }
 
   template <template <class> class Block>
   static Block<Word>& block(std::uint32_t address) {
@@ -227,6 +269,7 @@ class Board {
   FlashPages<Flash<Word>, Hardware> flash_;
   Led<Port> led_;
   Lamp<Led<Port>> lamp_;
+  Scaling scaling_;
   TickTimer<Timer<Word>> tick_timer_;
   Uart<Usart<Word>> uart_;
   IndependentWatchdog<Iwdg<Word>> watchdog_;

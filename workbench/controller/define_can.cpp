@@ -102,6 +102,11 @@ void define_node(CLI::App& app) {
   node->add_option("--strength", request->strength,
                    "effect over noise floor, rms (default: 1.5 to 15, drawn)")
       ->type_name("X");
+  node->add_option(
+          "--reversed", request->reversed,
+          "what is connected the wrong way round, on an axis that was never enabled; --board host only")
+      ->check(CLI::IsMember({"encoder", "motor", "none"}))
+      ->type_name("PART");
   node->add_option("--flash", request->flash, "file that keeps what is stored")->type_name("FILE");
   node->callback([request] { run_node(*request); });
 }

@@ -132,6 +132,38 @@ TEST(BringUp, WhateverABootLoaderLeftTheEnableGoesFirst) {
   }
 }
 
+// 2500h: signs, gains and zeros go into the converters' constants.
+TEST(Scales, ReachTheConverters) {
+  SimulatedPart part;
+  part.reset();
+  std::unique_ptr<DacBoard> board;
+  ASSERT_EQ(start_up(board), BoardFault::kNone);
+  auto& monitor = part.at<Adc>(kADC1_BASE).jdr1;
+  auto& encoder = part.at<Timer>(kTIM2_BASE);
+  monitor.value = 2048 + 1241;  // 1 V above the middle
+  EXPECT_NEAR(board->motor_current().measured().current_A, 10.0F, 0.01F);
+  // 3 A/V, zero at -0.1 V; monitor 4 A/V, zero at 1.5 V; both the other way round.
+  board->scaling().set_scales({.encoder_reversed = true,
+                               .motor_reversed = true,
+                               .command_A_per_V = 3.0F,
+                               .command_zero_V = -0.1F,
+                               .monitor_A_per_V = 4.0F,
+                               .monitor_zero_V = 1.5F});
+  board->motor_current().disable();
+  EXPECT_EQ(part.amplifier().command_code, 2028U);  // 2048 - 20.475, rounded
+  board->motor_current().set(6.0F);                 // -2 V beside the zero
+  EXPECT_EQ(part.amplifier().command_code, 1618U);  // 2048 - 20.475 - 409.5
+  monitor.value = 1862 + 1241;
+  EXPECT_NEAR(board->motor_current().measured().current_A, -4.0F, 0.01F);
+  EXPECT_EQ(encoder.ccer.value & kTIM_CCER_CC1P.mask, kTIM_CCER_CC1P.mask);
+  EXPECT_NE(encoder.cr1.value & kTIM_CR1_CEN.mask, 0U) << "counts on";
+  board->scaling().set_scales({});
+  EXPECT_EQ(encoder.ccer.value & kTIM_CCER_CC1P.mask, 0U);
+  board->motor_current().set(1.0F);
+  EXPECT_EQ(part.amplifier().command_code, 2253U);
+  EXPECT_NEAR(board->scaling().largest_A({.command_A_per_V = 3.0F, .command_zero_V = -0.1F}), 29.7F, 1e-4F);
+}
+
 template <class Break>
 void expect_safe_end(Break&& break_it, BoardFault expected) {
   SimulatedPart part;
