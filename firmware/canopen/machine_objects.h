@@ -7,8 +7,8 @@
 #include "firmware/control/parameters.h"
 #include "hal/include/signal_scaling.h"
 
-// Objects of the manufacturer for what differs from one machine to the next: how its signals are scaled (2500h), and the
-// check of the direction at the first enabling (2501h).
+// Objects of the manufacturer for what differs from one machine to the next: how its signals are scaled
+// (2500h), and the check of the direction at the first enabling (2501h).
 namespace slipstack::canopen {
 
 inline constexpr std::uint16_t kScalesIndex = 0x2500;

@@ -11,13 +11,13 @@
 namespace slipstack::canopen {
 
 inline SignalScales staged_scales(const Dictionary& dictionary) {
-  return {dictionary.value(kRow<kScalesIndex, 1>) != 0,   dictionary.value(kRow<kScalesIndex, 2>) != 0,
-          dictionary.real(kRow<kScalesIndex, 3>),         dictionary.real(kRow<kScalesIndex, 4>),
-          dictionary.real(kRow<kScalesIndex, 5>),         dictionary.real(kRow<kScalesIndex, 6>)};
+  return {dictionary.value(kRow<kScalesIndex, 1>) != 0, dictionary.value(kRow<kScalesIndex, 2>) != 0,
+          dictionary.real(kRow<kScalesIndex, 3>),       dictionary.real(kRow<kScalesIndex, 4>),
+          dictionary.real(kRow<kScalesIndex, 5>),       dictionary.real(kRow<kScalesIndex, 6>)};
 }
 
-/// What the check of the direction has been passed with: signs, scales, resolution and motor constant, by FNV-1a.
-/// Never 0, which stands for no check.
+/// What the check of the direction has been passed with: signs, scales, resolution and motor constant, by
+/// FNV-1a. Never 0, which stands for no check.
 inline std::uint32_t scales_hash(const Dictionary& dictionary) {
   constexpr std::array<std::size_t, 8> kRows = {
       kRow<kScalesIndex, 1>, kRow<kScalesIndex, 2>, kRow<kScalesIndex, 3>, kRow<kScalesIndex, 4>,

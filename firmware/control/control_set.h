@@ -44,12 +44,12 @@ struct ControlSet {
   Feedback::Gains feedback;
   FaultMonitor::Bounds monitor;
   LevelAdaptation::Bounds adaptation;
-  DirectionCheck::Settings direction;
   bool valid = false;
   FrictionModel<float> model;
   TargetCurve virgin_curve;       ///< for the main loop
   std::int32_t start_counts = 0;  ///< where the axis is before there are parameters
   std::uint32_t number = 0;       ///< of this set, counted since the start
+  DirectionCheck::Settings direction;
 
   /// Outside the tick. Nothing changes unless kOk.
   ParameterStatus prepare(const AxisParameters& new_axis, const ModelParameters& parameters) {

@@ -217,8 +217,10 @@ class Controller {
     }
     if (events_.load(std::memory_order_relaxed) != 0) fault = with_event(fault);
     std::uint32_t command = supervised_command();
-    if (check_.pending()) [[unlikely]]
-      command = checked_command(set, in.encoder.counts, command, fault);
+    if (check_.pending()) [[unlikely]] {
+      fault = check_direction(set, in.encoder.counts, command, fault);
+      if (check_.pushing()) command &= ~std::uint32_t{kEnableOperation};
+    }
     state_.step(command, fault, set.valid, reference_.standing(), set.stop_timeout_ticks);
     if (state_.braking() && !reference_.braking() && !reference_.standing()) reference_.stop();
   }
@@ -235,26 +237,23 @@ class Controller {
   }
 
   // Operation is not enabled before the direction is known: while it is asked for, the axis is pushed.
-  [[gnu::noinline]] std::uint32_t checked_command(const ControlSet& set, std::int32_t counts,
-                                                  std::uint32_t command, Fault& fault) {
+  [[gnu::noinline]] Fault check_direction(const ControlSet& set, std::int32_t counts, std::uint32_t command,
+                                          Fault fault) {
     constexpr std::uint32_t kEnable = kSwitchOn | kEnableVoltage | kQuickStop | kEnableOperation;
     const bool asked = state_.state() == DriveState::kSwitchedOn && fault == Fault::kNone &&
                        (command & (kEnable | kFaultReset)) == kEnable;
     if (!asked) {
       check_.rest();
-      return command;
+      return fault;
     }
     switch (check_.step(set.direction, counts)) {
       case DirectionCheck::Verdict::kReversed:
-        fault = Fault::kDirection;
-        break;
+        return Fault::kDirection;
       case DirectionCheck::Verdict::kBlocked:
-        fault = Fault::kStall;
-        break;
+        return Fault::kStall;
       default:
-        break;
+        return fault;
     }
-    return check_.pending() ? command & ~std::uint32_t{kEnableOperation} : command;
   }
 
   // What came from outside the tick: an injected fault, or parameters that were refused.

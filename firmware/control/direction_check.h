@@ -55,8 +55,8 @@ class DirectionCheck {
       if (++ticks_ <= settings.wait_ticks) return Verdict::kNone;
       start(Phase::kForward, counts);
     }
-    const std::int32_t moved = difference(counts, from_);
-    const std::int32_t along = phase_ == Phase::kForward ? moved : difference(0, moved);
+    const std::int32_t along =
+        phase_ == Phase::kForward ? difference(counts, from_) : difference(from_, counts);
     if (along >= settings.distance_counts) return end(Verdict::kRight);
     if (along <= -settings.distance_counts) return end(Verdict::kReversed);
     return push(settings, counts);

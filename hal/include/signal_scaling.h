@@ -3,15 +3,15 @@
 
 namespace slipstack {
 
-/// How the machine's signals stand for counts and amperes. The defaults are an amplifier of 1 A/V and a current monitor
-/// of 0.1 V/A around the middle of the converter.
+/// How the machine's signals stand for counts and amperes. The defaults are an amplifier of 1 A/V and a
+/// current monitor of 0.1 V/A around the middle of the converter.
 struct SignalScales {
   bool encoder_reversed = false;
-  bool motor_reversed = false;      ///< command and monitor change their signs
-  float command_A_per_V = 1.0F;     ///< motor current per volt of the amplifier's command
-  float command_zero_V = 0.0F;      ///< the command at which no current flows
-  float monitor_A_per_V = 10.0F;    ///< motor current per volt at the converter's pin
-  float monitor_zero_V = 1.65F;     ///< there, without current
+  bool motor_reversed = false;    ///< command and monitor change their signs
+  float command_A_per_V = 1.0F;   ///< motor current per volt of the amplifier's command
+  float command_zero_V = 0.0F;    ///< the command at which no current flows
+  float monitor_A_per_V = 10.0F;  ///< motor current per volt at the converter's pin
+  float monitor_zero_V = 1.65F;   ///< there, without current
 };
 
 /// The conversions of a board's encoder and motor current. Used outside the tick, while the controller has no

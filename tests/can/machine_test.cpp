@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What differs from one machine to the next: scales and signs of its signals (2500h), and the check of the direction at
-// the first enabling (2501h), as a commissioning engineer meets them.
+// What differs from one machine to the next: scales and signs of its signals (2500h), and the check of the
+// direction at the first enabling (2501h), as a commissioning engineer meets them.
 #include <gtest/gtest.h>
 
 #include <bit>
