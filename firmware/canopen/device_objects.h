@@ -81,6 +81,7 @@ inline constexpr auto kFaultRows = [] {
                                                            "Not finite",
                                                            "Stop time-out",
                                                            "Set-point refused",
+                                                           "Overload",
                                                            "Direction"};
   std::array<Object, kFaultCount> rows{};
   rows[0] = head(kFaultCountsIndex, ObjectCode::kRecord, "Faults since start", kFaultCount - 1);

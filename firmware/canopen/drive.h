@@ -65,6 +65,8 @@ class Drive final : public Application {
         return telemetry_.read_timing(object.sub);
       case kCountersIndex:
         return telemetry_.underruns();
+      case kThermalIndex:
+        return telemetry_.read_load(object.sub, dictionary_->value(row));
       case kFaultCountsIndex:
         return telemetry_.fault_count(object.sub);
       case kTraceIndex:

@@ -190,7 +190,7 @@ class DriveProfile {
       word_now |= (control_ & kQuickStop) != 0 ? 1U << 5 : 0U;
     }
     if (operational_) word_now |= 1U << 9;
-    if (controller_.output().limits != 0) word_now |= 1U << 11;
+    if (controller_.output().limits != 0 || controller_.thermal().reduces()) word_now |= 1U << 11;
     if (active_ == Mode::kProfilePosition) {
       if (target_reached()) word_now |= 1U << 10;
       if (acknowledged_) word_now |= 1U << 12;

@@ -13,12 +13,13 @@ namespace slipstack::canopen {
 
 inline constexpr std::uint16_t kScalesIndex = 0x2500;
 inline constexpr std::uint16_t kDirectionIndex = 0x2501;
+inline constexpr std::uint16_t kThermalIndex = 0x2502;
 
 namespace detail {
 
-constexpr Object check_entry(std::uint8_t sub, const char* name, float AxisParameters::*member,
-                             const char* unit) {
-  Object row = entry(kDirectionIndex, sub, Type::kReal32, name).at_first(AxisParameters{}.*member).in(unit);
+constexpr Object axis_entry(std::uint16_t index, std::uint8_t sub, const char* name,
+                            float AxisParameters::*member, const char* unit) {
+  Object row = entry(index, sub, Type::kReal32, name).at_first(AxisParameters{}.*member).in(unit);
   for (const slipstack::detail::Bound& bound : slipstack::detail::kAxisBounds) {
     if (bound.member == member) row = row.within(bound.lower, bound.upper);
   }
@@ -50,10 +51,21 @@ inline constexpr auto kMachineRows = [] {
       entry(kDirectionIndex, 1, Type::kBoolean, "Check at first enable")
           .at_first(1U)
           .stored(Storage::kParameter),
-      detail::check_entry(2, "Distance", &AxisParameters::check_distance_m, "m"),
-      detail::check_entry(3, "Largest current", &AxisParameters::check_current_A, "A"),
-      detail::check_entry(4, "Rate of the current", &AxisParameters::check_rate_A_per_s, "A/s"),
+      detail::axis_entry(kDirectionIndex, 2, "Distance", &AxisParameters::check_distance_m, "m"),
+      detail::axis_entry(kDirectionIndex, 3, "Largest current", &AxisParameters::check_current_A, "A"),
+      detail::axis_entry(kDirectionIndex, 4, "Rate of the current", &AxisParameters::check_rate_A_per_s,
+                         "A/s"),
       entry(kDirectionIndex, 5, Type::kU32, "Scales that passed").read_only().stored(Storage::kParameter),
+      head(kThermalIndex, ObjectCode::kRecord, "Thermal load", 6),
+      detail::axis_entry(kThermalIndex, 1, "Motor thermal time constant", &AxisParameters::motor_thermal_s,
+                         "s"),
+      detail::axis_entry(kThermalIndex, 2, "Amplifier rated current", &AxisParameters::amplifier_rated_A,
+                         "A"),
+      detail::axis_entry(kThermalIndex, 3, "Amplifier thermal time constant",
+                         &AxisParameters::amplifier_thermal_s, "s"),
+      entry(kThermalIndex, 4, Type::kBoolean, "Overload is a fault").stored(Storage::kParameter),
+      reading(kThermalIndex, 5, Type::kReal32, "Load of the motor"),
+      reading(kThermalIndex, 6, Type::kReal32, "Load of the amplifier"),
   });
 }();
 

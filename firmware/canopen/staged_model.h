@@ -11,7 +11,7 @@
 // Axis and friction model as they stand in the dictionary: staged, until they are applied.
 namespace slipstack::canopen {
 
-/// The axis of 2000h and 2501h.
+/// The axis of 2000h, 2501h, 2502h and 6075h.
 inline AxisParameters staged_axis(const Dictionary& dictionary) {
   constexpr std::size_t kFirst = kRow<kAxisIndex>;
   AxisParameters axis;
@@ -24,6 +24,11 @@ inline AxisParameters staged_axis(const Dictionary& dictionary) {
   }
   axis.compensate = dictionary.value(kFirst + kCompensateSub) != 0;
   axis.adapt_level = dictionary.value(kFirst + kAdaptLevelSub) != 0;
+  axis.motor_rated_A = static_cast<float>(dictionary.value(kRow<0x6075>)) * 1e-3F;
+  axis.motor_thermal_s = dictionary.real(kRow<kThermalIndex, 1>);
+  axis.amplifier_rated_A = dictionary.real(kRow<kThermalIndex, 2>);
+  axis.amplifier_thermal_s = dictionary.real(kRow<kThermalIndex, 3>);
+  axis.overload_is_fault = dictionary.value(kRow<kThermalIndex, 4>) != 0;
   // Passed is passed until a scale changes.
   axis.check_direction = dictionary.value(kRow<kDirectionIndex, 1>) != 0 &&
                          dictionary.value(kRow<kDirectionIndex, 5>) != scales_hash(dictionary);

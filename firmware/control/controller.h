@@ -23,6 +23,7 @@
 #include "firmware/control/reference.h"
 #include "firmware/control/state_estimate.h"
 #include "firmware/control/state_machine.h"
+#include "firmware/control/thermal_limit.h"
 
 namespace slipstack {
 
@@ -93,6 +94,7 @@ class Controller {
   void poll() {
     if (sets_.pending()) sets_.arm();
     remember();
+    watch_load();
   }
   bool change_pending() const { return sets_.pending(); }
 
@@ -165,6 +167,8 @@ class Controller {
   const ControlOutput& output() const { return out_; }
   /// Current flows: also before operation is enabled, in the check of the direction.
   bool driving() const { return out_.driving || state_.driving(); }
+  /// I2t, as of the last poll().
+  const ThermalLimit& thermal() const { return thermal_; }
   /// The check of the direction is still to be passed.
   bool direction_unknown() const { return check_.pending(); }
   const FrictionModel<float>::Force& friction() const { return sets_.active().model.force(); }
@@ -199,6 +203,7 @@ class Controller {
   void begin_with(const ControlSet& set, std::int32_t counts) {
     adaptation_.limit(set.adaptation);
     check_.begin(set.direction);
+    largest_A_.store(set.axis.current_limit_A, std::memory_order_relaxed);
     const bool starts = set.valid && !started_;
     started_ = set.valid;
     if (!starts) return;
@@ -360,7 +365,8 @@ class Controller {
     last_wanted_N_ = wanted_N;
     const float wanted_A = wanted_N * set.A_per_N;
     if (!approx::is_finite(wanted_A)) return stop_not_finite(set);
-    out_.current_A = limit_.step(set.axis.current_limit_A, set.largest_step_A, wanted_A, out_.limits);
+    out_.current_A =
+        limit_.step(largest_A_.load(std::memory_order_relaxed), set.largest_step_A, wanted_A, out_.limits);
     if (reference_.braking()) out_.limits |= kLimitReference;
     return {wanted_N, out_.current_A * set.axis.motor_constant_N_per_A};
   }
@@ -417,6 +423,20 @@ class Controller {
     }
   }
 
+  // In the main loop: the heat of a sample of the current, as often as the loop turns.
+  void watch_load() {
+    const ControlSet& set = sets_.active();
+    const std::uint32_t now = sets_.tick();
+    const auto elapsed_s = static_cast<float>(now - load_tick_) * set.axis.tick_s;
+    load_tick_ = now;
+    if (!set.valid) return;
+    thermal_.step(set.axis, elapsed_s, driving() ? measured_A() : 0.0F);
+    largest_A_.store(thermal_.limit_A(), std::memory_order_relaxed);
+    const bool first = !was_spent_ && thermal_.spent();
+    was_spent_ = thermal_.spent();
+    if (first && set.axis.overload_is_fault && driving()) inject(Fault::kOverload);
+  }
+
   StateMachine state_;
   FaultMonitor monitor_;
   DirectionCheck check_;
@@ -445,6 +465,10 @@ class Controller {
   std::uint32_t remembered_ = 0;  // the tick whose point memory_ has seen last
   std::uint32_t memory_number_ = 0;
   int memory_shift_ = kNoShift;
+  ThermalLimit thermal_;
+  std::atomic<float> largest_A_{0.0F};  // current limit of the axis, less where I2t is spent
+  std::uint32_t load_tick_ = 0;
+  bool was_spent_ = false;
 };
 
 }  // namespace slipstack

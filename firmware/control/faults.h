@@ -22,6 +22,7 @@ enum class Fault : std::uint8_t {
   kNotFinite,       ///< a force that is not a number
   kStopTimeout,     ///< a controlled stop did not come to rest in time
   kSetPoint,        ///< a target that no trajectory within its limits can be computed for
+  kOverload,        ///< I2t of motor or amplifier is spent, and that is to be a fault
   kDirection,       ///< a push moved the axis the wrong way: encoder or motor is reversed
   kCount
 };
@@ -32,14 +33,15 @@ inline constexpr std::size_t kFaultCount = static_cast<std::size_t>(Fault::kCoun
 constexpr std::uint16_t error_code(Fault fault) {
   constexpr std::array<std::uint16_t, kFaultCount> kCodes = {0x0000, 0x7305, 0x7306, 0x7121, 0x8611,
                                                              0x2310, 0x5210, 0x6101, 0x6010, 0x6320,
-                                                             0x6102, 0x8612, 0x8600, 0x8A00};
+                                                             0x6102, 0x8612, 0x8600, 0x2350, 0x8A00};
   return kCodes[static_cast<std::size_t>(fault)];
 }
 
 /// Whether position can still be trusted, so that the axis may be braked under control. Otherwise the current
 /// goes to zero at once.
 constexpr bool stops_under_control(Fault fault) {
-  return fault == Fault::kTickOverrun || fault == Fault::kParameter || fault == Fault::kSetPoint;
+  return fault == Fault::kTickOverrun || fault == Fault::kParameter || fault == Fault::kSetPoint ||
+         fault == Fault::kOverload;
 }
 
 /// Faults seen since the start: the first one that is not yet reset, and how often each came up. Counts stop

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs the commissioning of docs/hardware.md as it is printed there, against the simulated drive, and compares what each
-// command says. SLIPSTACK_WRITE_COMMISSIONING=1 writes today's answers into the page.
+// Runs the commissioning of docs/hardware.md as it is printed there, against the simulated drive, and
+// compares what each command says. SLIPSTACK_WRITE_COMMISSIONING=1 writes today's answers into the page.
 #include <gtest/gtest.h>
 
 #include <cstdlib>

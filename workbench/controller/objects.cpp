@@ -20,12 +20,13 @@ using canopen::Object;
 using canopen::Type;
 
 [[noreturn]] void malformed(const std::string& request) {
-  throw UsageError(fmt::format("{}: wanted INDEX[:SUB][=VALUE], as 6041 or 2500:03=1.2, or reset",
-                               printable(request)));
+  throw UsageError(
+      fmt::format("{}: wanted INDEX[:SUB][=VALUE], as 6041 or 2500:03=1.2, or reset", printable(request)));
 }
 
 std::optional<unsigned long> hexadecimal(const std::string& text) {
-  if (text.empty() || text.find_first_not_of("0123456789abcdefABCDEF") != std::string::npos) return std::nullopt;
+  if (text.empty() || text.find_first_not_of("0123456789abcdefABCDEF") != std::string::npos)
+    return std::nullopt;
   return std::strtoul(text.c_str(), nullptr, 16);
 }
 
@@ -42,7 +43,9 @@ const Object& object_of(const std::string& place, const std::string& request) {
   return canopen::kObjects[row];
 }
 
-bool is_signed(Type type) { return type == Type::kI8 || type == Type::kI16 || type == Type::kI32; }
+bool is_signed(Type type) {
+  return type == Type::kI8 || type == Type::kI16 || type == Type::kI32;
+}
 
 // Decimal; hexadecimal with an h behind it; or the signatures of 1010h and 1011h.
 std::uint32_t word_of(const Object& object, const std::string& text, const std::string& request) {
@@ -62,7 +65,8 @@ std::uint32_t word_of(const Object& object, const std::string& text, const std::
     return static_cast<std::uint32_t>(*number);
   }
   const long long number = std::strtoll(text.c_str(), &end, 10);
-  if (text.empty() || *end != '\0' || errno != 0 || number < INT32_MIN || number > UINT32_MAX) malformed(request);
+  if (text.empty() || *end != '\0' || errno != 0 || number < INT32_MIN || number > UINT32_MAX)
+    malformed(request);
   return static_cast<std::uint32_t>(number);
 }
 
@@ -74,7 +78,8 @@ std::string value_text(const Object& object, std::uint32_t word) {
     return fmt::format("{}", static_cast<std::int32_t>(word << shift) >> shift);
   }
   // Words whose bits have meanings.
-  if (object.index == 0x6040 || object.index == 0x6041 || object.index == 0x603F) return fmt::format("{:04X}h", word);
+  if (object.index == 0x6040 || object.index == 0x6041 || object.index == 0x603F)
+    return fmt::format("{:04X}h", word);
   return fmt::format("{}", word);
 }
 
