@@ -41,7 +41,7 @@ class ModelStaging {
     // Nothing is in force now: readings may step.
     scales_ = staged_scales(dictionary);
     if (scaling_ != nullptr) scaling_->set_scales(scales_);
-    configure(dictionary);
+    configure(dictionary, staged_model(dictionary));
   }
 
   /// 2140h:03: applied if the hash that the master writes is that of the staged model.
@@ -49,7 +49,7 @@ class ModelStaging {
     if (resetting() || controller_.driving() || controller_.change_pending()) return Abort::kDeviceState;
     const ModelParameters model = staged_model(dictionary);
     if (hash != model_hash(model)) return Abort::kBadValue;
-    configure(dictionary);
+    configure(dictionary, model);
     if (status_ == ParameterStatus::kOk) return Abort::kNone;
     count(refused_);
     return Abort::kGeneral;
@@ -112,9 +112,8 @@ class ModelStaging {
   static constexpr std::uint32_t kImageBytes = 4 * kModelWords;
 
   // Checked first: what the controller itself refuses counts as a fault of an enabled axis.
-  void configure(const Dictionary& dictionary) {
+  void configure(const Dictionary& dictionary, const ModelParameters& model) {
     const AxisParameters axis = staged_axis(dictionary);
-    const ModelParameters model = staged_model(dictionary);
     status_ = slipstack::check(axis, model);
     if (status_ == ParameterStatus::kOk && scaling_ != nullptr &&
         axis.current_limit_A > scaling_->largest_A(scales_)) {

@@ -27,18 +27,18 @@ class UserUnits {
   /// In this order: 608Fh:01, :02, 6091h:01, :02, 6092h:01, :02. Nothing where N or D would be too large.
   static constexpr std::optional<UserUnits> of(const std::array<std::uint32_t, 6>& factors,
                                                std::uint32_t polarity) {
-    std::array<std::uint64_t, 3> up = {factors[0], factors[2], factors[5]};
-    std::array<std::uint64_t, 3> down = {factors[1], factors[3], factors[4]};
-    for (std::uint64_t& a : up) {
-      for (std::uint64_t& b : down) {
+    std::array<std::uint32_t, 3> up = {factors[0], factors[2], factors[5]};
+    std::array<std::uint32_t, 3> down = {factors[1], factors[3], factors[4]};
+    for (std::uint32_t& a : up) {
+      for (std::uint32_t& b : down) {
         if (a == 0 || b == 0) return std::nullopt;
-        const std::uint64_t common = std::gcd(a, b);
+        const std::uint32_t common = std::gcd(a, b);
         a /= common;
         b /= common;
       }
     }
     UserUnits made;
-    const auto product = [](const std::array<std::uint64_t, 3>& of, std::int64_t& result) {
+    const auto product = [](const std::array<std::uint32_t, 3>& of, std::int64_t& result) {
       std::uint64_t value = of[0];
       for (std::size_t i = 1; i < of.size(); ++i) {
         if (of[i] > kLargest || value > kLargest / of[i]) return false;

@@ -10,8 +10,8 @@ namespace slipstack {
 ///
 ///   load' = ((I / rated)^2 - load) / time constant
 ///
-/// A body of one heat capacity; after a reset it is taken for warm, since nothing tells how long the power was off:
-/// IEC 61800-5-1 wants the thermal memory kept, or a start that is as safe.
+/// A body of one heat capacity; after a reset it is taken for warm, since nothing tells how long the power
+/// was off: IEC 61800-5-1 wants the thermal memory kept, or a start that is as safe.
 class ThermalLoad {
  public:
   static constexpr float kAfterReset = 0.9F;
@@ -24,8 +24,8 @@ class ThermalLoad {
   }
   float load() const { return load_; }
 
-  /// From the peak current down to the rated one, while the load rises from 90 % to 100 %: without a step, and
-  /// without a limit that switches on and off. A rating of 0 is none.
+  /// From the peak current down to the rated one, while the load rises from 90 % to 100 %: without a step,
+  /// and without a limit that switches on and off. A rating of 0 is none.
   float limit_A(float peak_A, float rated_A) const {
     if (!(rated_A > 0.0F) || rated_A >= peak_A) return peak_A;
     const float spent = approx::clamp((load_ - kAfterReset) / (1.0F - kAfterReset), 0.0F, 1.0F);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// I2t of motor and amplifier: against its closed solution, on an axis that is worked too hard, and as a fault.
+// I2t of motor and amplifier: against its closed solution, on an axis that is worked too hard, and as a
+// fault.
 #include "firmware/control/thermal_limit.h"
 
 #include <gtest/gtest.h>
