@@ -12,6 +12,7 @@
 
 #include "firmware/canopen/object_table.h"
 #include "workbench/base/text.h"
+#include "workbench/console/output.h"
 
 namespace slipstack::workbench {
 namespace {
