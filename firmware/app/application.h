@@ -53,7 +53,7 @@ class Application {
   Application(B& board, N& node)
       : board_(board),
         node_(node),
-        tick_(board.encoder(), board.motor_current(), board.clock(), board.watchdog()),
+        tick_(board.encoder(), board.motor_current(), board.clock(), board.watchdog(), board.digital_io()),
         context_{tick_.controller(), tick_.timing(), board.can(), board.nonvolatile(), scaling_of(board)} {}
 
   /// From the tick's interrupt.
@@ -144,7 +144,8 @@ class Application {
   std::uint32_t now_us_ = 0;
   Tick<std::remove_reference_t<decltype(std::declval<B&>().encoder())>,
        std::remove_reference_t<decltype(std::declval<B&>().motor_current())>, ClockType,
-       std::remove_reference_t<decltype(std::declval<B&>().watchdog())>>
+       std::remove_reference_t<decltype(std::declval<B&>().watchdog())>,
+       std::remove_reference_t<decltype(std::declval<B&>().digital_io())>>
       tick_;
   NodeContext context_;
 };

@@ -20,6 +20,7 @@ inline constexpr std::uint16_t kTraceDataIndex = 0x2310;
 inline constexpr std::uint16_t kLockIndex = 0x2400;
 inline constexpr std::uint16_t kNodeIndex = 0x2402;
 inline constexpr std::uint16_t kCommandTimeoutIndex = 0x2403;
+inline constexpr std::uint16_t kBrakeIndex = 0x2408;
 
 inline constexpr auto kObserverRows = std::to_array<Object>({
     head(kObserverIndex, ObjectCode::kRecord, "Observer", 17),
@@ -81,6 +82,10 @@ inline constexpr auto kFaultRows = [] {
                                                            "Not finite",
                                                            "Stop time-out",
                                                            "Set-point refused",
+                                                           "Amplifier fault",
+                                                           "Amplifier not ready",
+                                                           "Overspeed",
+                                                           "Index off its place",
                                                            "Overload",
                                                            "Direction"};
   std::array<Object, kFaultCount> rows{};
@@ -141,6 +146,9 @@ inline constexpr auto kNodeRows = std::to_array<Object>({
         .at_first(kCommandTimeout_ms)
         .in("s", 1e-3F)
         .stored(Storage::kParameter),
+    head(kBrakeIndex, ObjectCode::kRecord, "Brake", 2),
+    entry(kBrakeIndex, 1, Type::kU16, "Time until it is open").in("s", 1e-3F).stored(Storage::kParameter),
+    entry(kBrakeIndex, 2, Type::kU16, "Time until it is closed").in("s", 1e-3F).stored(Storage::kParameter),
 });
 
 }  // namespace slipstack::canopen

@@ -69,6 +69,8 @@ class Drive final : public Application {
         return telemetry_.read_load(object.sub, dictionary_->value(row));
       case kFaultCountsIndex:
         return telemetry_.fault_count(object.sub);
+      case kReferenceIndex:
+        return controller_.position().referenced() ? 1U : 0U;
       case kTraceIndex:
         return trace_.read(*dictionary_, object.sub);
       default:

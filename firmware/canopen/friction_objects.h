@@ -52,6 +52,9 @@ inline constexpr std::uint8_t kCompensateSub = kNotchFirst + 6;
 inline constexpr std::uint8_t kAdaptLevelSub = kCompensateSub + 1;
 
 inline constexpr std::uint16_t kAxisIndex = 0x2000;
+inline constexpr std::uint16_t kIoIndex = 0x2010;
+inline constexpr std::uint16_t kHomingIndex = 0x2011;
+inline constexpr std::uint16_t kReferenceIndex = 0x2012;
 inline constexpr std::uint16_t kEffectIndex = 0x2100;  ///< + place in the catalogue
 inline constexpr std::uint16_t kModelIndex = 0x2140;
 inline constexpr std::uint16_t kModelImageIndex = 0x2141;
@@ -89,6 +92,66 @@ inline constexpr auto kAxisRows = [] {
       entry(kAxisIndex, kAdaptLevelSub, Type::kBoolean, "Adapt level").stored(Storage::kParameter);
   return rows;
 }();
+
+/// Which terminal does what; staged and applied with 2000h.
+inline constexpr auto kIoRows = [] {
+  constexpr std::uint8_t kMost = 8;
+  const auto terminal = [](std::uint8_t sub, const char* name) {
+    return entry(kIoIndex, sub, Type::kU8, name).within(0, int{kTerminals}).stored(Storage::kParameter);
+  };
+  const auto inverted = [](std::uint8_t sub, const char* name) {
+    return entry(kIoIndex, sub, Type::kU16, name).stored(Storage::kParameter);
+  };
+  return std::to_array<Object>({
+      head(kIoIndex, ObjectCode::kRecord, "Terminals of digital inputs and outputs", kMost),
+      terminal(1, "Input of the negative limit switch (0 none)"),
+      terminal(2, "Input of the positive limit switch (0 none)"),
+      terminal(3, "Input of the home switch (0 none)"),
+      terminal(4, "Input amplifier ready (0 none)"),
+      terminal(5, "Input amplifier fault (0 none)"),
+      terminal(6, "Output that releases the brake (0 none)"),
+      inverted(7, "Inputs active while low (bit 0: terminal 1)"),
+      inverted(kMost, "Outputs active while low (bit 0: terminal 1)"),
+  });
+}();
+
+/// What homing needs beside the objects of the drive profile. An axis of 2 m at 50 mm/s there and back takes
+/// 80 s.
+inline constexpr auto kHomingRows = std::to_array<Object>({
+    head(kHomingIndex, ObjectCode::kRecord, "Homing", 3),
+    entry(kHomingIndex, 1, Type::kReal32, "Homing time-out")
+        .within(0.1F, 3600.0F)
+        .at_first(120.0F)
+        .in("s")
+        .stored(Storage::kSetting),
+    entry(kHomingIndex, 2, Type::kReal32, "Current against an end stop")
+        .within(0.0F, 1.0e3F)
+        .at_first(2.0F)
+        .in("A")
+        .stored(Storage::kSetting),
+    entry(kHomingIndex, 3, Type::kReal32, "Time against an end stop")
+        .within(1.0e-3F, 10.0F)
+        .at_first(0.01F)
+        .in("s")
+        .stored(Storage::kSetting),
+});
+
+/// What the encoder is; staged and applied with 2000h.
+inline constexpr auto kReferenceRows = std::to_array<Object>({
+    head(kReferenceIndex, ObjectCode::kRecord, "Position reference", 5),
+    entry(kReferenceIndex, 1, Type::kBoolean, "Absolute encoder").stored(Storage::kParameter),
+    entry(kReferenceIndex, 2, Type::kI32, "Counts of an absolute encoder at position zero")
+        .in("count")
+        .stored(Storage::kParameter),
+    entry(kReferenceIndex, 3, Type::kU32, "Distance of index marks (0: there is one)")
+        .in("count")
+        .stored(Storage::kParameter),
+    entry(kReferenceIndex, 4, Type::kU32, "Tolerance of index marks (0: not checked)")
+        .within(0, 1000000)
+        .in("count")
+        .stored(Storage::kParameter),
+    reading(kReferenceIndex, 5, Type::kBoolean, "Referenced"),
+});
 
 template <class E>
 inline constexpr std::size_t kRowsOfEffect = 2U + E::gain_count + E::shape_count;

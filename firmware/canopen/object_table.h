@@ -31,9 +31,10 @@ constexpr std::uint32_t key(std::uint16_t index, std::uint8_t sub) {
 }  // namespace detail
 
 inline constexpr auto kObjects =
-    detail::joined(kCommunicationObjects, kReceivePdoObjects, kTransmitPdoObjects, kAxisRows, kEffectRows,
-                   kModelRows, kObserverRows, kByEffectRows, kTimingRows, kCounterRows, kFaultRows,
-                   kTraceRows, kLockRows, kNodeRows, kMachineRows, kProfileObjects);
+    detail::joined(kCommunicationObjects, kReceivePdoObjects, kTransmitPdoObjects, kAxisRows, kIoRows,
+                   kHomingRows, kReferenceRows, kEffectRows, kModelRows, kObserverRows, kByEffectRows,
+                   kTimingRows, kCounterRows, kFaultRows, kTraceRows, kLockRows, kNodeRows, kMachineRows,
+                   kProfileObjects, kHomingMethodRows, kLastProfileObjects);
 inline constexpr std::size_t kObjectCount = kObjects.size();
 
 static_assert(

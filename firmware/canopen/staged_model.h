@@ -11,7 +11,26 @@
 // Axis and friction model as they stand in the dictionary: staged, until they are applied.
 namespace slipstack::canopen {
 
-/// The axis of 2000h, 2501h, 2502h and 6075h.
+/// The terminals of 2010h.
+inline IoParameters staged_io(const Dictionary& dictionary) {
+  const auto terminal = [&](std::size_t sub) {
+    return static_cast<std::uint8_t>(dictionary.value(kRow<kIoIndex> + sub));
+  };
+  const auto inverted = [&](std::size_t sub) {
+    return static_cast<std::uint16_t>(dictionary.value(kRow<kIoIndex> + sub));
+  };
+  return {terminal(1), terminal(2), terminal(3), terminal(4),
+          terminal(5), terminal(6), inverted(7), inverted(8)};
+}
+
+/// The encoder of 2012h.
+inline PositionReferenceParameters staged_reference(const Dictionary& dictionary) {
+  constexpr std::size_t kHead = kRow<kReferenceIndex>;
+  return {dictionary.value(kHead + 1) != 0, static_cast<std::int32_t>(dictionary.value(kHead + 2)),
+          dictionary.value(kHead + 3), dictionary.value(kHead + 4)};
+}
+
+/// The axis of 2000h, 2010h, 2012h, 2501h, 2502h and 6075h.
 inline AxisParameters staged_axis(const Dictionary& dictionary) {
   constexpr std::size_t kFirst = kRow<kAxisIndex>;
   AxisParameters axis;
@@ -24,6 +43,8 @@ inline AxisParameters staged_axis(const Dictionary& dictionary) {
   }
   axis.compensate = dictionary.value(kFirst + kCompensateSub) != 0;
   axis.adapt_level = dictionary.value(kFirst + kAdaptLevelSub) != 0;
+  axis.io = staged_io(dictionary);
+  axis.reference = staged_reference(dictionary);
   axis.motor_rated_A = static_cast<float>(dictionary.value(kRow<0x6075>)) * 1e-3F;
   axis.motor_thermal_s = dictionary.real(kRow<kThermalIndex, 1>);
   axis.amplifier_rated_A = dictionary.real(kRow<kThermalIndex, 2>);

@@ -89,7 +89,7 @@ class Telemetry {
       case 8:
         return word(out.velocity_mps);
       case 9:
-        return static_cast<std::uint32_t>(out.reference_counts);
+        return static_cast<std::uint32_t>(controller_.position().position_of(out.reference_counts));
       case 10:
         return out.limits;
       case 11:

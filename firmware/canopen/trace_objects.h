@@ -23,7 +23,9 @@ class TraceObjects {
     const float command_A = controller_.output().current_A;
     mean_command_A_ = 0.5F * (last_command_A_ + command_A);
     last_command_A_ = command_A;
-    trace_.sample({controller_.measured_counts(), controller_.output().reference_counts, mean_command_A_},
+    const PositionReference& position = controller_.position();
+    trace_.sample({position.position_of(controller_.measured_counts()),
+                   position.position_of(controller_.output().reference_counts), mean_command_A_},
                   controller_.ticks());
   }
   /// Current about the instant at which the last counts were read.

@@ -80,6 +80,9 @@ class UserUnits {
     return static_cast<std::uint64_t>(scaled(user, counts_, users_));
   }
 
+  /// Higher positions are lower counts.
+  constexpr bool turned() const { return turned_; }
+
   /// Of rates without sign (6081h, 6083h, 6084h, 60A4h).
   constexpr float counts_per_user() const { return counts_per_user_; }
   /// Of a velocity, with the sign of its own.

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
-#include <atomic>
 #include <cstdint>
+
+#include "firmware/control/exchange_box.h"
 
 namespace slipstack {
 
@@ -13,23 +13,6 @@ struct Command {
   float target_N = 0.0F;   ///< force in torque mode
   float offset_N = 0.0F;   ///< force added in every mode
 };
-
-/// Passes commands to the tick, which interrupts the main loop wherever it is: a command is written into the
-/// place that the tick does not read, and the places are exchanged by one store.
-class CommandBox {
- public:
-  /// Outside the tick.
-  void write(const Command& command) {
-    const std::uint32_t spare = newest_.load(std::memory_order_relaxed) ^ 1U;
-    commands_[spare] = command;
-    newest_.store(spare, std::memory_order_release);
-  }
-  /// The newest command; in the tick and outside it.
-  const Command& read() const { return commands_[newest_.load(std::memory_order_acquire)]; }
-
- private:
-  std::array<Command, 2> commands_{};
-  std::atomic<std::uint32_t> newest_{0};
-};
+using CommandBox = ExchangeBox<Command>;
 
 }  // namespace slipstack

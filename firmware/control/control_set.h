@@ -4,17 +4,17 @@
 #include <array>
 #include <cstdint>
 
-#include "firmware/control/braking.h"
+#include "firmware/control/digital_io.h"
 #include "firmware/control/direction_check.h"
+#include "firmware/control/exchange_box.h"
 #include "firmware/control/fault_monitor.h"
 #include "firmware/control/feedback.h"
 #include "firmware/control/feedforward.h"
 #include "firmware/control/hysteresis_memory.h"
 #include "firmware/control/level_adaptation.h"
-#include "firmware/control/motion_limits.h"
+#include "firmware/control/motion_bounds.h"
 #include "firmware/control/parameters.h"
 #include "firmware/control/state_estimate.h"
-#include "firmware/control/tracking.h"
 #include "firmware/effects/model_hash.h"
 
 namespace slipstack {
@@ -35,14 +35,12 @@ struct ControlSet {
   float disturbance_kg = 0.0F;
   float adaptation_counts = 0.0F;
   float largest_step_A = 0.0F;
-  std::int32_t stop_timeout_ticks = 0;
-  MotionLimits motion;  ///< of the axis
-  BrakingLimits braking;
-  TrackingLimits tracking;
+  ExchangeBox<MotionBounds> bounds;
   StateEstimate::Gains estimate;
   FeedForward::Scales scales;
   Feedback::Gains feedback;
   FaultMonitor::Bounds monitor;
+  IoMasks io;
   LevelAdaptation::Bounds adaptation;
   bool valid = false;
   FrictionModel<float> model;
@@ -52,7 +50,8 @@ struct ControlSet {
   DirectionCheck::Settings direction;
 
   /// Outside the tick. Nothing changes unless kOk.
-  ParameterStatus prepare(const AxisParameters& new_axis, const ModelParameters& parameters) {
+  ParameterStatus prepare(const AxisParameters& new_axis, const ModelParameters& parameters,
+                          const UserBounds& user) {
     const ParameterStatus status = check(new_axis, parameters);
     if (status != ParameterStatus::kOk) return status;
     axis = new_axis;
@@ -70,21 +69,23 @@ struct ControlSet {
     // Beyond any velocity when it is switched off.
     adaptation_counts = axis.adapt_level ? axis.adaptation_speed_mps / mps_per_count : 1.0e30F;
     largest_step_A = axis.current_rate_A_per_s * axis.tick_s;
-    stop_timeout_ticks = static_cast<std::int32_t>(axis.stop_timeout_s / axis.tick_s);
-    motion = motion_limits(axis);
-    braking = braking_limits(axis.quick_stop_mps2 / mps2_per_count, motion.jerk);
-    tracking = TrackingLimits::of(axis.velocity_limit_mps / mps_per_count,
-                                  axis.acceleration_limit_mps2 / mps2_per_count);
+    bounds.write(MotionBounds::of(axis, user));
     estimate =
         StateEstimate::gains(axis.encoder_resolution_m, axis.tick_s, axis.observer_bandwidth_rad_per_s);
     prepare_feedback();
     monitor = FaultMonitor::bounds(axis);
     prepare_check();
+    io = IoMasks::of(axis.io);
     adaptation =
         LevelAdaptation::bounds(axis.level_lowest, axis.level_highest, axis.level_memory_s, axis.tick_s);
     prepare_model(axis.compensate ? parameters : mass_only(parameters));
     valid = true;
     return ParameterStatus::kOk;
+  }
+
+  /// Outside the tick: from the next tick on motion is bounded by this, too.
+  void bound(const UserBounds& user) {
+    if (valid) bounds.write(MotionBounds::of(axis, user));
   }
 
   /// The model starts anew, with unloaded hysteresis, at this position.
@@ -131,7 +132,6 @@ struct ControlSet {
   }
 
   void prepare_model(const ModelParameters& parameters) {
-    scales.tick_s = axis.tick_s;
     scales.resolution_m = axis.encoder_resolution_m;
     scales.mps_per_count = mps_per_count;
     scales.mps2_per_count = mps2_per_count;

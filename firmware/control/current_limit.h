@@ -11,7 +11,10 @@ namespace slipstack {
 enum Limit : std::uint16_t {
   kLimitCurrent = 1U << 0,      ///< magnitude of the current (motor and amplifier data sheet)
   kLimitCurrentRate = 1U << 1,  ///< its rate of change (amplifier voltage over motor inductance)
-  kLimitReference = 1U << 2,    ///< set-points stopped coming: the axis brakes
+  kLimitReference = 1U << 2,    ///< the axis brakes: a stop, or set-points stopped coming
+  kLimitPosition = 1U << 3,     ///< an end of the position range holds the axis back
+  kLimitSwitch = 1U << 5,       ///< a limit switch is active
+  kLimitVelocity = 1U << 4,     ///< the velocity limit takes force away in torque mode
 };
 
 /// Limits magnitude and rate of the current, also of one that is not a number.

@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "firmware/control/set_point_periods.h"
+#include "firmware/control/set_point_range.h"
 #include "firmware/control/set_point_spline.h"
 #include "firmware/control/sync_clock.h"
 #include "firmware/control/tracking.h"
@@ -37,6 +38,11 @@ class CyclicPosition {
     reach_ = static_cast<std::int32_t>(approx::clamp(velocity * period, 0.0F, kLargestReach)) + 1;
     bend_ = static_cast<std::int32_t>(approx::clamp(acceleration * period * period, 0.0F, kLargestReach)) + 1;
   }
+  /// Where set-points are taken; after set_period().
+  void set_range(const PositionRange& range) {
+    // Half of the acceleration: the other half is for what the spline makes of it.
+    range_.set(range, 0.5F * static_cast<float>(bend_));
+  }
 
   /// From now on the reference follows the stream, as soon as there is one.
   void start() {
@@ -55,7 +61,7 @@ class CyclicPosition {
     if (!clock_.locked()) forget();
     if (!started_ || !clock_.locked() || !has_target) return;
     const SetPointPeriods::Place place = periods_.place(by_time, target, reach_);
-    spline_.put(place.period, place.counts);
+    spline_.put(place.period, range_.within(place.period, place.counts));
     const std::uint32_t begun = clock_.at(tick).period - 1;
     count_bridged(place.period, begun);
     if (join(place.period)) make_segments(place.period, begun);
@@ -63,6 +69,8 @@ class CyclicPosition {
 
   /// Whether the reference follows the stream.
   bool following() const { return following_.load(std::memory_order_relaxed); }
+  /// The last set-point would have led out of the range.
+  bool limited() const { return range_.limited(); }
   const SyncClock& clock() const { return clock_; }
   /// Set-points that were extrapolated, and streams that ended because too many were missing.
   std::uint32_t bridged() const { return bridged_; }
@@ -99,6 +107,7 @@ class CyclicPosition {
     streaming_.store(false, std::memory_order_release);
     following_.store(false, std::memory_order_relaxed);
     periods_.reset();
+    range_.reset();
     in_a_row_ = 0;
     joined_ = false;
   }
@@ -151,6 +160,7 @@ class CyclicPosition {
   SyncClock clock_;
   // Outside the tick.
   SetPointPeriods periods_;
+  SetPointRange range_;
   SetPointSpline spline_;
   std::int32_t reach_ = 1;
   std::int32_t bend_ = 1;

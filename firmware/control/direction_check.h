@@ -26,7 +26,6 @@ class DirectionCheck {
     float largest_N = 0.0F;
     float step_N = 0.0F;
     std::int32_t hold_ticks = 0;  ///< at the largest force
-    std::int32_t wait_ticks = 0;  ///< with current and without force, until a brake is open
   };
 
   enum class Verdict : std::uint8_t { kNone, kRight, kReversed, kBlocked };
@@ -48,11 +47,11 @@ class DirectionCheck {
     force_N_ = 0.0F;
   }
 
-  /// One tick of the check.
-  Verdict step(const Settings& settings, std::int32_t counts) {
+  /// One tick of the check. `wait_ticks`: with current and without force, until a brake is open.
+  Verdict step(const Settings& settings, std::int32_t wait_ticks, std::int32_t counts) {
     if (phase_ == Phase::kRest) start(Phase::kWait, counts);
     if (phase_ == Phase::kWait) {
-      if (++ticks_ <= settings.wait_ticks) return Verdict::kNone;
+      if (++ticks_ <= wait_ticks) return Verdict::kNone;
       start(Phase::kForward, counts);
     }
     const std::int32_t along =

@@ -16,7 +16,8 @@ namespace slipstack {
 struct TickInputs {
   EncoderReading encoder;
   CurrentReading current;
-  bool overrun = false;  ///< this tick began late, or the last one took too long
+  bool overrun = false;       ///< this tick began late, or the last one took too long
+  std::uint32_t digital = 0;  ///< levels of the input terminals
 };
 
 /// Checks the readings of the sensors before the tick uses them.
@@ -25,6 +26,7 @@ class FaultMonitor {
   /// Constants of the tick; made outside it.
   struct Bounds {
     std::int32_t largest_step = 0;
+    std::int32_t largest_change = 0;  ///< of the step, from one tick to the next
     std::int32_t largest_error = 0;
     std::int32_t mismatch_ticks = 0;
     std::int32_t stall_ticks = 0;
@@ -37,6 +39,9 @@ class FaultMonitor {
     Bounds bound;
     // Half as much again as the axis may move, and a count at either end.
     bound.largest_step = static_cast<std::int32_t>(approx::clamp(1.5F * per_tick + 2.0F, 2.0F, 1.0e9F));
+    // No force changes half of the largest velocity in a tick: a reading that stands still in motion, or
+    // turns round, is the encoder's fault. What remains is left to jitter of the tick.
+    bound.largest_change = static_cast<std::int32_t>(approx::clamp(0.5F * per_tick + 2.0F, 2.0F, 1.0e9F));
     bound.largest_error = static_cast<std::int32_t>(
         approx::clamp(axis.following_error_m / axis.encoder_resolution_m, 1.0F, 1.0e9F));
     bound.mismatch_ticks = static_cast<std::int32_t>(axis.current_mismatch_s / axis.tick_s);
@@ -49,12 +54,17 @@ class FaultMonitor {
 
   void reset(std::int32_t counts) {
     last_counts_ = counts;
-    mismatched_ = stalled_ = 0;
+    last_step_ = 0;
+    late_ = true;  // there is no step before to compare with
+    fast_ = false;
+    mismatched_ = stalled_ = over_ = 0;
   }
 
   /// The counts and the measured current of the last check.
   std::int32_t last_counts() const { return last_counts_; }
   float last_A() const { return last_A_; }
+  /// Counts of the last tick.
+  std::int32_t last_step() const { return last_step_; }
 
   /// The first fault of this tick. `set_point_A` was commanded a tick ago; `reference_counts` is where the
   /// axis should be; `driving`: the current is on.
@@ -62,6 +72,11 @@ class FaultMonitor {
               bool driving) {
     const std::int32_t step = difference(in.encoder.counts, last_counts_);
     last_counts_ = in.encoder.counts;
+    // A late tick sees a longer way, and the next one a shorter.
+    const std::int32_t change = difference(step, last_step_);
+    const bool late = in.overrun || late_;
+    last_step_ = step;
+    late_ = in.overrun;
     const float measured_A = in.current.current_A;
     last_A_ = measured_A;
     const bool stands = step == 0 && approx::absolute(set_point_A) > bound.stall_current_A;
@@ -69,10 +84,20 @@ class FaultMonitor {
     const bool plausible = in.current.valid && approx::absolute(measured_A - set_point_A) <= bound.mismatch_A;
     mismatched_ = plausible ? 0 : mismatched_ + 1;
     if (!in.encoder.valid) return Fault::kEncoderLoss;
-    if (outside(step, bound.largest_step)) return Fault::kEncoderJump;
-    if (approx::absolute(measured_A) > bound.over_current_A) return Fault::kOverCurrent;
+    if (outside(change, bound.largest_change) && !late) return Fault::kEncoderJump;
+    if (approx::absolute(measured_A) > bound.over_current_A) [[unlikely]] {
+      // Once at its begin; then again where it does not end while the axis is braked.
+      if (++over_ == 1 || over_ > bound.mismatch_ticks) return Fault::kOverCurrent;
+    } else {
+      over_ = 0;
+    }
     if (mismatched_ > bound.mismatch_ticks) return Fault::kCurrentSensor;
     if (!driving) return Fault::kNone;
+    const bool fast = outside(step, bound.largest_step);
+    if (fast != fast_) [[unlikely]] {
+      fast_ = fast;
+      if (fast && !in.overrun) return Fault::kOverspeed;
+    }
     const std::int32_t error = difference(reference_counts, in.encoder.counts);
     if (outside(error, bound.largest_error)) return Fault::kFollowingError;
     if (stalled_ > bound.stall_ticks) return Fault::kStall;
@@ -81,9 +106,17 @@ class FaultMonitor {
   }
 
  private:
-  static bool outside(std::int32_t value, std::int32_t limit) { return value > limit || value < -limit; }
+  // One comparison for both sides: 0 < limit <= 10^9.
+  static bool outside(std::int32_t value, std::int32_t limit) {
+    return static_cast<std::uint32_t>(value) + static_cast<std::uint32_t>(limit) >
+           2 * static_cast<std::uint32_t>(limit);
+  }
 
   std::int32_t last_counts_ = 0;
+  std::int32_t last_step_ = 0;
+  bool late_ = false;
+  std::int32_t over_ = 0;  // ticks of over-current
+  bool fast_ = false;      // overspeed
   std::int32_t mismatched_ = 0;
   std::int32_t stalled_ = 0;
   float last_A_ = 0.0F;

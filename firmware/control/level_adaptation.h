@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
+
 #include "firmware/effects/approx.h"
 
 namespace slipstack {
@@ -12,6 +14,8 @@ namespace slipstack {
 ///
 ///   k = P dry / (forgetting + P dry^2),  level <- clamp(level + k r),  P <- min(P (1 - k dry) / forgetting,
 ///   Pmax).
+///
+/// In the main loop, from what the ticks leave for it; level() is read in the tick.
 ///
 /// Bounded whatever the input: level stays within its limits, 0 < P <= Pmax, |k dry| < 1. The compensator is
 /// evaluated on the reference, so that a wrong level is a bounded force and not a feedback: docs/control.md.
@@ -37,22 +41,24 @@ class LevelAdaptation {
   void step(const Bounds& bound, float dry_N, float residual_N) {
     const float weighted = variance_ * dry_N;
     const float share = 1.0F / (bound.forgetting + weighted * dry_N);
-    const float next = level_ + weighted * share * residual_N;
+    const float next = level() + weighted * share * residual_N;
     if (!approx::is_finite(next)) return;
-    level_ = approx::clamp(next, bound.lowest, bound.highest);
+    level_.store(approx::clamp(next, bound.lowest, bound.highest), std::memory_order_relaxed);
     // (1 - k dry) / forgetting is the same as this share.
     variance_ =
         approx::clamp(variance_ * share, bound.smallest_variance_per_N2, bound.largest_variance_per_N2);
   }
 
   /// Brings the level within other bounds.
-  void limit(const Bounds& bound) { level_ = approx::clamp(level_, bound.lowest, bound.highest); }
+  void limit(const Bounds& bound) {
+    level_.store(approx::clamp(level(), bound.lowest, bound.highest), std::memory_order_relaxed);
+  }
 
-  float level() const { return level_; }
+  float level() const { return level_.load(std::memory_order_relaxed); }
   float variance_per_N2() const { return variance_; }
 
  private:
-  float level_ = 1.0F;
+  std::atomic<float> level_{1.0F};
   float variance_ = 1.0e-7F;  // small: the level starts as trusted
 };
 

@@ -54,6 +54,12 @@ class ParameterSwap {
     armed_.store(true, std::memory_order_release);
   }
 
+  /// Outside the tick: calls `visit` with both sets, for what the tick reads through a box of its own.
+  template <class Visit>
+  void each(Visit&& visit) {
+    for (Set& set : sets_) visit(set);
+  }
+
   bool pending() const { return pending_.load(std::memory_order_acquire); }
 
  private:

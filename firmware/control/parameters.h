@@ -5,7 +5,9 @@
 #include <cstdint>
 #include <tuple>
 
+#include "firmware/control/digital_io.h"
 #include "firmware/control/motion_limits.h"
+#include "firmware/control/position_reference.h"
 #include "firmware/effects/model.h"
 #include "firmware/friction/packed_maxwell_slip.h"
 
@@ -57,6 +59,8 @@ struct AxisParameters {
   float check_distance_m = 2.0e-5F;  ///< that the push must move the axis by
   float check_current_A = 2.0F;      ///< of the push, at most
   float check_rate_A_per_s = 10.0F;
+  IoParameters io;
+  PositionReferenceParameters reference;
 };
 
 using ModelParameters = FrictionModel<float>::Parameters;
@@ -199,6 +203,7 @@ inline ParameterStatus check(const AxisParameters& axis, const ModelParameters& 
       return ParameterStatus::kAxisOutOfBounds;
     }
   }
+  if (!valid(axis.io)) return ParameterStatus::kAxisOutOfBounds;
   ParameterStatus status = detail::check_scale(axis);
   if (status != ParameterStatus::kOk) return status;
   std::apply(

@@ -14,9 +14,10 @@ namespace slipstack {
 
 enum class PlanStatus : std::uint8_t {
   kOk,
-  kBadLimits,  ///< a limit is not positive, or beyond kLargestRate
-  kTooSlow,    ///< a ramp longer than 2^22 ticks: beyond that its sums would show
-  kBusy,       ///< the tick was faster than the plan, three times: try again
+  kBadLimits,    ///< a limit is not positive, or beyond kLargestRate
+  kTooSlow,      ///< a ramp longer than 2^22 ticks: beyond that its sums would show
+  kBeyondRange,  ///< from this motion the axis would leave its range before it arrives: brake first
+  kBusy,         ///< the tick was faster than the plan, three times: try again
 };
 
 /// Moves to a target and halts, time-optimal within their limits, from whatever state the reference is in.
@@ -25,15 +26,15 @@ enum class PlanStatus : std::uint8_t {
 /// memory; not for the stack.
 class PointToPoint {
  public:
-  /// Retargets the reference to `target`, where it ends exactly. Not modulo 2^32: from -2^31 to 2^31 - 1 is a
-  /// way of 2^32 counts.
+  /// Retargets the reference to `target`, where it ends exactly. Positions count from `origin`, and a way is
+  /// not taken modulo 2^32: from -2^31 to 2^31 - 1 it is 2^32 counts long.
   PlanStatus move(ReferenceGenerator& reference, std::int32_t target, const MotionLimits& limits,
-                  const BrakingLimits& braking) {
-    return plan(reference, &target, limits, braking);
+                  const BrakingLimits& braking, const PositionRange& range = {}, std::int32_t origin = 0) {
+    return plan(reference, &target, limits, braking, range, origin);
   }
   /// Brakes to rest as fast as the limits allow.
   PlanStatus halt(ReferenceGenerator& reference, const MotionLimits& limits, const BrakingLimits& braking) {
-    return plan(reference, nullptr, limits, braking);
+    return plan(reference, nullptr, limits, braking, {}, 0);
   }
 
  private:
@@ -46,7 +47,8 @@ class PointToPoint {
 
   // Not inlined: double stays here (tests/budget/check_double.py).
   [[gnu::noinline]] PlanStatus plan(ReferenceGenerator& reference, const std::int32_t* target,
-                                    const MotionLimits& wanted, const BrakingLimits& braking) {
+                                    const MotionLimits& wanted, const BrakingLimits& braking,
+                                    const PositionRange& range, std::int32_t origin) {
     if (!valid(wanted.velocity) || !valid(wanted.acceleration) || !valid(wanted.deceleration) ||
         !valid(wanted.jerk)) {
       return PlanStatus::kBadLimits;
@@ -58,8 +60,9 @@ class PointToPoint {
       const ReferenceGenerator::Prediction from = reference.predict(lead_, braking);
       const trajectory::Profile& profile =
           target == nullptr ? planner_.stop(state_of(from.motion), limits)
-                            : planner_.move(state_of(from.motion), way(from.motion, *target), limits);
+                            : planner_.move(state_of(from.motion), way(from.motion, *target, origin), limits);
       if (longest_ramp(profile) > kLongestRamp) return PlanStatus::kTooSlow;
+      if (leaves(range, profile, from.motion)) return PlanStatus::kBeyondRange;
       write(profile, from.motion, target, reference.spare_plan());
       if (reference.arm(from)) return PlanStatus::kOk;
       lead_ = std::min(2 * lead_, kLongestLead);
@@ -82,9 +85,21 @@ class PointToPoint {
     return {0.0, velocity + 0.5 * acceleration - jerk * (1.0 / 6.0), acceleration};
   }
 
-  static double way(const ReferenceGenerator::Motion& motion, std::int32_t target) {
-    const std::int64_t counts = static_cast<std::int64_t>(target) - motion.counts;
+  static double way(const ReferenceGenerator::Motion& motion, std::int32_t target, std::int32_t origin) {
+    const std::int64_t counts =
+        static_cast<std::int64_t>(difference(target, origin)) - difference(motion.counts, origin);
     return static_cast<double>(counts) - static_cast<double>(motion.fraction) * (1.0 / kUnit);
+  }
+
+  // Beyond an end of the range, and beyond where it begins.
+  static bool leaves(const PositionRange& range, const trajectory::Profile& profile,
+                     const ReferenceGenerator::Motion& from) {
+    const trajectory::Extent extent = trajectory::extent(profile);
+    const bool high = range.highest != PositionRange::kNoHighest && extent.highest > 0.5 &&
+                      extent.highest > way(from, range.highest, 0) + 0.5;
+    const bool low = range.lowest != PositionRange::kNoLowest && extent.lowest < -0.5 &&
+                     extent.lowest < way(from, range.lowest, 0) - 0.5;
+    return high || low;
   }
 
   static double longest_ramp(const trajectory::Profile& profile) {

@@ -43,7 +43,7 @@ class ReferenceGenerator {
 
   /// What moves. In the unit of MotionSegment.
   struct Motion {
-    enum class Phase : std::uint8_t { kPlaying, kFollowing, kLeaving, kTracking, kBraking };
+    enum class Phase : std::uint8_t { kPlaying, kFollowing, kTracking, kBraking };
     std::int64_t left = 0;  // ticks of the segment
     std::int64_t fraction = 0;
     std::int64_t velocity = 0;
@@ -140,8 +140,14 @@ class ReferenceGenerator {
   /// Lies where the axis is and moves as it does, counts per tick: from now on until hold() or stop(), which
   /// then brakes from this velocity. In the tick.
   void follow(std::int32_t counts, float velocity) {
-    motion_.counts = counts;
-    followed_velocity_ = velocity;
+    followed_ = {counts, 0.0F, velocity, 0.0F};
+    // What a stop begins with: one tick on, by whole counts, with the velocity to 2^-12 of a count per tick.
+    const float limited = approx::clamp(velocity, -kLargestRate, kLargestRate);
+    motion_.counts = sum(counts, static_cast<std::int32_t>(limited));
+    motion_.velocity = static_cast<std::int64_t>(static_cast<std::int32_t>(limited * 0x1p12F)) *
+                       (std::int64_t{1} << (kFractionBits - 12));
+    motion_.acceleration = motion_.jerk = motion_.fraction = 0;
+    motion_.shift = 0;
     motion_.left = 1;  // not at rest, and nothing of the queue
     motion_.phase = Motion::Phase::kFollowing;
     void_plan();
@@ -150,18 +156,17 @@ class ReferenceGenerator {
   /// Brakes to standstill from the next point on; what is queued or planned is forgotten.
   void stop() {
     // The next tick does the rest: the main loop may call this as well.
-    if (motion_.phase == Motion::Phase::kPlaying || motion_.phase == Motion::Phase::kTracking) {
-      motion_.phase = Motion::Phase::kBraking;
-    }
-    if (motion_.phase == Motion::Phase::kFollowing) motion_.phase = Motion::Phase::kLeaving;
+    motion_.phase = Motion::Phase::kBraking;
     void_plan();
     forget_queue();
   }
 
   bool standing() const { return motion_.velocity == 0 && motion_.acceleration == 0 && motion_.left == 0; }
-  bool braking() const {
-    return motion_.phase == Motion::Phase::kBraking || motion_.phase == Motion::Phase::kLeaving;
-  }
+  /// In motion by a plan or a queue.
+  bool playing() const { return motion_.phase == Motion::Phase::kPlaying && !standing(); }
+  /// Towards higher counts, if it moves.
+  bool forward() const { return motion_.velocity > 0; }
+  bool braking() const { return motion_.phase == Motion::Phase::kBraking; }
   bool idle() const {
     return standing() && free() == kCapacity && motion_.next == motion_.end && !plan_waits();
   }
@@ -199,9 +204,8 @@ class ReferenceGenerator {
     ticks_.store(ticks_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
     if (waiting_.load(std::memory_order_relaxed)) [[unlikely]]
       take_over();
-    if (motion_.phase == Motion::Phase::kFollowing) return {motion_.counts, 0.0F, followed_velocity_, 0.0F};
+    if (motion_.phase == Motion::Phase::kFollowing) return followed_;
     if (motion_.phase == Motion::Phase::kTracking) motion_.phase = Motion::Phase::kBraking;
-    if (motion_.phase == Motion::Phase::kLeaving) begin_from_followed();
     const bool played = motion_.phase == Motion::Phase::kPlaying;
     const ReferencePoint point = advance(motion_, limits);
     if (played && braking()) ++underruns_;
@@ -255,18 +259,6 @@ class ReferenceGenerator {
     const auto whole = static_cast<std::int32_t>(counts);
     const auto rest = static_cast<std::int32_t>((counts - static_cast<float>(whole)) * 0x1p30F);
     return whole * (std::int64_t{1} << kFractionBits) + rest * (std::int64_t{1} << (kFractionBits - 30));
-  }
-
-  // The followed point is that of the last tick: one tick on, by whole counts, with its velocity to 2^-12 of
-  // a count per tick.
-  void begin_from_followed() {
-    const float velocity = approx::clamp(followed_velocity_, -kLargestRate, kLargestRate);
-    motion_.counts = sum(motion_.counts, static_cast<std::int32_t>(velocity));
-    motion_.velocity = static_cast<std::int64_t>(static_cast<std::int32_t>(velocity * 0x1p12F)) *
-                       (std::int64_t{1} << (kFractionBits - 12));
-    motion_.acceleration = motion_.jerk = motion_.fraction = 0;
-    motion_.shift = 0;
-    motion_.phase = Motion::Phase::kBraking;
   }
 
   void void_plan() {
@@ -328,7 +320,7 @@ class ReferenceGenerator {
   }
 
   Motion motion_;
-  float followed_velocity_ = 0.0F;
+  ReferencePoint followed_;
   float tracked_step_ = 0.0F;
   std::uint32_t underruns_ = 0;
   std::atomic<std::uint32_t> ticks_{0};

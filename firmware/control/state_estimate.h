@@ -66,6 +66,9 @@ class StateEstimate {
     offset_m_ = position_m - static_cast<float>(whole) * gain.resolution_m;
   }
 
+  /// What is known better from elsewhere.
+  void correct_velocity(float velocity_mps) { velocity_mps_ = velocity_mps; }
+
   /// Estimated position: counts() times the resolution, plus offset_m().
   std::int32_t counts() const { return counts_; }
   float offset_m() const { return offset_m_; }

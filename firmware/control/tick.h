@@ -6,6 +6,7 @@
 
 #include "firmware/control/controller.h"
 #include "hal/include/clock.h"
+#include "hal/include/digital_io.h"
 #include "hal/include/encoder.h"
 #include "hal/include/motor_current.h"
 #include "hal/include/watchdog.h"
@@ -22,11 +23,11 @@ struct TickTiming {
 /// The control tick: reads the board, runs the controller, writes the board. The same on every platform;
 /// called by a timer interrupt of the highest priority, by the emulator's loop, or by a test. Calls are
 /// resolved at compile time: nothing in it goes through a pointer.
-template <Encoder E, MotorCurrent M, Clock C, Watchdog W>
+template <Encoder E, MotorCurrent M, Clock C, Watchdog W, DigitalIo D>
 class Tick {
  public:
-  Tick(E& encoder, M& motor, C& clock, W& watchdog)
-      : encoder_(encoder), motor_(motor), clock_(clock), watchdog_(watchdog) {
+  Tick(E& encoder, M& motor, C& clock, W& watchdog, D& io)
+      : encoder_(encoder), motor_(motor), clock_(clock), watchdog_(watchdog), io_(io) {
     motor_.disable();
     if (watchdog_.caused_last_reset()) controller_.inject(Fault::kWatchdog);
   }
@@ -46,13 +47,19 @@ class Tick {
   /// One tick.
   void run() {
     const std::uint32_t begin = clock_.now();
-    const TickInputs inputs{encoder_.read(), motor_.measured(), late(begin)};
+    if constexpr (IndexedEncoder<E>) {
+      std::int32_t index_counts = 0;
+      if (encoder_.take_index(index_counts)) [[unlikely]]
+        controller_.index_passed(index_counts);
+    }
+    const TickInputs inputs{encoder_.read(), motor_.measured(), late(begin), io_.read()};
     const ControlOutput& out = controller_.step(inputs);
     if (out.driving) {
       motor_.set(out.current_A);
     } else {
       motor_.disable();
     }
+    io_.write(controller_.digital_outputs());
     // Of a main loop that stands still nothing else would be noticed: moves end, heartbeats do not.
     if (begin - main_loop_at_.load(std::memory_order_relaxed) <= latest_main_loop_) watchdog_.refresh();
     duration_ = clock_.now() - begin;
@@ -79,6 +86,7 @@ class Tick {
   M& motor_;
   C& clock_;
   W& watchdog_;
+  D& io_;
   TickTiming timing_;
   std::uint32_t longest_ = 0xFFFFFFFF;
   std::uint32_t latest_ = 0xFFFFFFFF;

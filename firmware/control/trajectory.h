@@ -89,6 +89,36 @@ class Profile {
   std::array<Phase, kMost> phases_{};
 };
 
+/// The farthest places of a profile, its begin included.
+struct Extent {
+  double lowest = 0.0;
+  double highest = 0.0;
+};
+
+inline Extent extent(const Profile& profile) {
+  Extent found;
+  if (profile.size() == 0) return found;
+  found = {profile[0].begin.position, profile[0].begin.position};
+  const auto include = [&found](double position) {
+    if (position < found.lowest) found.lowest = position;
+    if (position > found.highest) found.highest = position;
+  };
+  for (std::size_t i = 0; i < profile.size(); ++i) {
+    const Phase& phase = profile[i];
+    include(after(phase.begin, phase.jerk, phase.ticks).position);
+    // Where the velocity passes zero: v + a t + j t^2 / 2, by the form that has no small difference.
+    const double v = phase.begin.velocity;
+    const double a = phase.begin.acceleration;
+    const double root = square_root(a * a - 2.0 * phase.jerk * v);
+    const double sum = a + (a < 0.0 ? -root : root);
+    for (const double ticks :
+         {sum != 0.0 ? -2.0 * v / sum : -1.0, phase.jerk != 0.0 ? -sum / phase.jerk : -1.0}) {
+      if (ticks > 0.0 && ticks < phase.ticks) include(after(phase.begin, phase.jerk, ticks).position);
+    }
+  }
+  return found;
+}
+
 namespace detail {
 
 // A change of velocity seen along itself: the velocity that is left at zero acceleration is to rise.

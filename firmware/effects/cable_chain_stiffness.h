@@ -42,6 +42,7 @@ class CableChainStiffness {
   static constexpr EffectTraits traits{.special_case = {.id = OffsetForce<Real>::text.id, .gains = 2}};
   static constexpr int gain_count = total_count(gains);
   static constexpr int shape_count = 2;
+  static constexpr bool over_position = true;
 
   void prepare(std::span<const Real, shape_count> shape, const Scales<Real>&) {
     middle_m_ = shape[0] + Real(0.5) * shape[1];

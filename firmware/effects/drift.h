@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
+#include <span>
+
 #include "firmware/effects/approx.h"
 #include "firmware/effects/effect.h"
 
@@ -32,11 +35,18 @@ class Drift {
     inverse_time_per_s_ = Real(1) / shape[0];
   }
   void reset(const Sample<Real>&) {}
-  void basis(const Sample<Real>& sample, std::span<Real, gain_count> out) {
-    out[0] = -approx::exp_minus_one(-sample.time_s * inverse_time_per_s_);
+  void basis(const Sample<Real>& sample, std::span<Real, gain_count> out) { out[0] = share(sample.time_s); }
+
+  /// It follows time alone, and slowly: the controller computes it outside the tick.
+  void refresh(Real time_s) { std::atomic_ref<Real>(share_).store(share(time_s), std::memory_order_relaxed); }
+  void refreshed_basis(std::span<Real, gain_count> out) {
+    out[0] = std::atomic_ref<Real>(share_).load(std::memory_order_relaxed);
   }
 
  private:
+  Real share(Real time_s) const { return -approx::exp_minus_one(-time_s * inverse_time_per_s_); }
+
+  Real share_{};
   Real inverse_time_per_s_{};
 };
 

@@ -102,6 +102,8 @@ struct Sample {
   Real velocity_mps{};
   Real acceleration_mps2{};
   Real dry_friction_N{};  ///< sum of the `dry` forces of this tick, for effects that modulate it
+  /// Of effects over position: 0 while nobody knows where on the rail the axis is. The controller's only.
+  Real position_weight{1};
 };
 
 /// What an effect needs to turn its shapes into constants of the tick.
@@ -154,6 +156,10 @@ concept Weighted = act_alike(E::gains) &&
     requires(E effect, const Sample<Real> sample, const std::array<Real, E::gain_count> gains) {
   { effect.weighted(sample, gains) } -> std::same_as<Real>;
 };
+
+/// An effect over the place along the rail: without a position reference it contributes nothing.
+template <class E>
+concept OverPosition = E::over_position && act_alike(E::gains);
 
 /// A weighted form with constants that are made of the gains: after prepare(), outside the tick.
 template <class E, class Real>

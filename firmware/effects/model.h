@@ -66,6 +66,19 @@ class FrictionModel<Real, std::tuple<Effects...>> {
   /// The force for this sample; advances the state of every enabled effect by one tick. The reference is to
   /// the model's own record of it, valid until the next call.
   const Force& step(const Sample<Real>& given) {
+    if constexpr (kEveryEffect) refresh(given.time_s);
+    return advance(given);
+  }
+
+  /// What follows time alone. On the controller outside the tick, again and again; step() does it itself.
+  void refresh(Real time_s) {
+    for_each([&](auto& effect, auto&, auto) {
+      if constexpr (requires { effect.refresh(time_s); }) effect.refresh(time_s);
+    });
+  }
+
+  /// step() without refresh(): the controller's tick.
+  const Force& advance(const Sample<Real>& given) {
     Sample<Real> sample = given;
     sample.dry_friction_N = Real(0);
     Total total;
@@ -194,12 +207,19 @@ class FrictionModel<Real, std::tuple<Effects...>> {
       sums.template of<E::gains[0].acts>() = effect.weighted(sample, own.gains);
     } else {
       std::array<Real, E::gain_count> basis;
-      effect.basis(sample, basis);
+      if constexpr (kEveryEffect && requires { effect.refreshed_basis(basis); }) {
+        effect.refreshed_basis(basis);
+      } else {
+        effect.basis(sample, basis);
+      }
       static constexpr auto kActs = acts_of<E>();
       [&]<std::size_t... I>(std::index_sequence<I...>) __attribute__((always_inline)) {
         (sums.template add<kActs[I], is_first(kActs, I)>(own.gains[I] * basis[I]), ...);
       }
       (std::make_index_sequence<E::gain_count>{});
+    }
+    if constexpr (kEveryEffect && OverPosition<E>) {
+      sums.template of<E::gains[0].acts>() *= sample.position_weight;
     }
     return sums;
   }

@@ -34,6 +34,7 @@ class PositionDependentPreload {
   }};
   static constexpr int gain_count = total_count(gains);
   static constexpr int shape_count = 2;
+  static constexpr bool over_position = true;
 
   void prepare(std::span<const Real, shape_count> shape, const Scales<Real>&) {
     start_m_ = shape[0];

@@ -20,6 +20,7 @@ class Ripple {
       {"pitch", "m", 1.0e-3f, 1.0f, ShapeKind::pitch},
   }};
   static constexpr int gain_count = 2 * kRippleHarmonics;
+  static constexpr bool over_position = true;
   static constexpr int shape_count = 1;
 
   void prepare(std::span<const Real, shape_count> shape, const Scales<Real>&) {

@@ -46,6 +46,8 @@ class UserTable {
     const bool by_direction = shape[4] > Real(0);
     per_reversal_ = by_direction ? Real(1) / shape[4] : Real(0);
     either_way_ = by_direction ? Real(0) : Real(1);
+    over_velocity_ = per_position_ == Real(0) ? Real(1) : Real(0);
+    over_position_ = Real(1) - over_velocity_;
   }
   void reset(const Sample<Real>&) {}
   void basis(const Sample<Real>& sample, std::span<Real, gain_count> out) {
@@ -75,7 +77,10 @@ class UserTable {
     const auto whole = static_cast<std::size_t>(static_cast<std::int32_t>(place));
     const std::size_t interval = whole < kIntervals ? whole : kIntervals - 1;
     const Real t = place - static_cast<Real>(static_cast<std::int32_t>(interval));
-    const Real factor = either_way_ + approx::clamp(sample.velocity_mps * per_reversal_, Real(-1), Real(1));
+    const Real direction =
+        either_way_ + approx::clamp(sample.velocity_mps * per_reversal_, Real(-1), Real(1));
+    // Over position nothing without a position reference; over velocity alone always.
+    const Real factor = direction * (over_velocity_ + over_position_ * sample.position_weight);
     return {interval, (Real(1) - t) * factor, t * factor};
   }
 
@@ -84,6 +89,8 @@ class UserTable {
   Real offset_{};
   Real per_reversal_{};
   Real either_way_{};
+  Real over_velocity_{};
+  Real over_position_{};
 };
 
 }  // namespace slipstack

@@ -11,6 +11,7 @@
 
 #include "hal/include/can_port.h"
 #include "hal/include/clock.h"
+#include "hal/include/digital_io.h"
 #include "hal/include/encoder.h"
 #include "hal/include/indicator.h"
 #include "hal/include/motor_current.h"
@@ -23,7 +24,15 @@ namespace slipstack::host {
 
 struct HostEncoder {
   EncoderReading next;
+  bool index_passed = false;  ///< since the last tick
+  std::int32_t index_counts = 0;
   EncoderReading read() const { return next; }
+  bool take_index(std::int32_t& counts) {
+    if (!index_passed) return false;
+    index_passed = false;
+    counts = index_counts;
+    return true;
+  }
 };
 
 /// A motor whose current follows the set-point at once, unless `measurement_follows` is cleared.
@@ -62,8 +71,15 @@ struct HostWatchdog {
   bool caused_last_reset() const { return reset_by_watchdog; }
 };
 
+struct HostDigitalIo {
+  std::uint32_t inputs = 0;
+  std::uint32_t outputs = 0;
+  std::uint32_t read() const { return inputs; }
+  void write(std::uint32_t levels) { outputs = levels; }
+};
+
 static_assert(Encoder<HostEncoder> && MotorCurrent<HostMotorCurrent> && Clock<HostClock> &&
-              Watchdog<HostWatchdog>);
+              Watchdog<HostWatchdog> && DigitalIo<HostDigitalIo>);
 
 /// One end of a CAN link; connect two and what one sends the other receives.
 class HostCanPort final : public CanPort {

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "hal/include/clock.h"
+#include "hal/include/digital_io.h"
 #include "hal/include/encoder.h"
 #include "hal/include/motor_current.h"
 #include "hal/include/watchdog.h"
@@ -17,9 +18,16 @@ class LinkEncoder {
  public:
   explicit LinkEncoder(PlantLink& link) : link_(link) {}
   EncoderReading read() const { return {link_.counts, 0, link_.encoder_valid != 0}; }
+  bool take_index(std::int32_t& counts) {
+    if (link_.index_sequence == indices_) return false;
+    indices_ = link_.index_sequence;
+    counts = link_.index_counts;
+    return true;
+  }
 
  private:
   PlantLink& link_;
+  std::uint32_t indices_ = 0;
 };
 
 /// An ideal amplifier: the measurement is the set-point plus the offset that the host writes to inject an
@@ -69,17 +77,28 @@ class LinkWatchdog {
   PlantLink& link_;
 };
 
+class LinkDigitalIo {
+ public:
+  explicit LinkDigitalIo(PlantLink& link) : link_(link) {}
+  std::uint32_t read() const { return link_.digital_inputs; }
+  void write(std::uint32_t levels) { link_.digital_outputs = levels; }
+
+ private:
+  PlantLink& link_;
+};
+
 /// All of them on one link, as a board has them. The link must outlive this.
 class LinkDevices {
  public:
   explicit LinkDevices(PlantLink& link)
-      : link_(link), encoder_(link), motor_(link), clock_(link), watchdog_(link) {}
+      : link_(link), encoder_(link), motor_(link), clock_(link), watchdog_(link), io_(link) {}
 
   PlantLink& link() { return link_; }
   LinkEncoder& encoder() { return encoder_; }
   LinkMotor& motor_current() { return motor_; }
   LinkClock& clock() { return clock_; }
   LinkWatchdog& watchdog() { return watchdog_; }
+  LinkDigitalIo& digital_io() { return io_; }
   std::uint32_t tick_period() const { return 0; }
 
  private:
@@ -88,8 +107,10 @@ class LinkDevices {
   LinkMotor motor_;
   LinkClock clock_;
   LinkWatchdog watchdog_;
+  LinkDigitalIo io_;
 };
 
-static_assert(Encoder<LinkEncoder> && MotorCurrent<LinkMotor> && Clock<LinkClock> && Watchdog<LinkWatchdog>);
+static_assert(Encoder<LinkEncoder> && MotorCurrent<LinkMotor> && Clock<LinkClock> && Watchdog<LinkWatchdog> &&
+              DigitalIo<LinkDigitalIo>);
 
 }  // namespace slipstack

@@ -12,12 +12,12 @@ namespace slipstack {
 /// `host_sequence`; the controller serves what is asked, runs one tick, writes its words, then
 /// `guest_sequence` with the same number; the host goes on. Little-endian on both sides, words only.
 struct PlantLink {
-  static constexpr std::uint32_t kMagic = 0x534C4B32;  // "SLK2"
+  static constexpr std::uint32_t kMagic = 0x534C4B33;  // "SLK3"
   static constexpr std::uint32_t kQuit = 0xFFFFFFFF;   ///< as control_word: the guest ends with status 0
   static constexpr std::uint32_t kCommandedByBus = 0xFFFFFFFE;  ///< as control_word: the node alone commands
   static constexpr std::uint32_t kClockTicks_Hz = 10'000'000;
   static constexpr std::size_t kEffects = 24;
-  static constexpr std::size_t kFaults = 16;
+  static constexpr std::size_t kFaults = 32;
 
   // Written by the host.
   volatile std::uint32_t host_sequence;
@@ -25,8 +25,11 @@ struct PlantLink {
   volatile std::uint32_t late;    ///< the next tick comes so much later, in the same unit
   volatile std::int32_t counts;
   volatile std::uint32_t encoder_valid;
+  volatile std::uint32_t index_sequence;  ///< a change: an index mark passed at index_counts
+  volatile std::int32_t index_counts;
   volatile std::uint32_t current_valid;
-  volatile float current_offset_A;  ///< measured current less the one commanded
+  volatile std::uint32_t digital_inputs;  ///< levels, bit 0 is terminal 1
+  volatile float current_offset_A;        ///< measured current less the one commanded
   volatile std::uint32_t control_word;
   volatile std::uint32_t move_sequence;  ///< a change starts a move to move_counts
   volatile std::int32_t move_counts;
@@ -41,6 +44,7 @@ struct PlantLink {
   volatile std::uint32_t guest_sequence;
   volatile float current_A;
   volatile std::uint32_t driving;
+  volatile std::uint32_t digital_outputs;  ///< levels, bit 0 is terminal 1
   volatile std::uint32_t state;
   volatile std::uint32_t fault;
   volatile std::uint32_t limits;

@@ -10,6 +10,7 @@ using DacBoard = Board<DriveKind::kDac, Part>;
 static_assert(Encoder<DacBoard::BoardEncoder>);
 static_assert(Clock<DacBoard::BoardClock>);
 static_assert(Watchdog<IndependentWatchdog<Iwdg<HardwareWord>>>);
+static_assert(DigitalIo<DigitalPort<DacBoard::Port>>);
 static_assert(MotorCurrent<DacBoard::Motor> && MotorCurrent<Board<DriveKind::kPwm, Part>::Motor>);
 
 CarefulRead careful_read;

@@ -8,6 +8,7 @@
 #include "hal/include/signal_scaling.h"
 #include "hal/stm32g474/can.h"
 #include "hal/stm32g474/clock_tree.h"
+#include "hal/stm32g474/digital_io.h"
 #include "hal/stm32g474/encoder.h"
 #include "hal/stm32g474/flash_pages.h"
 #include "hal/stm32g474/gpio.h"
@@ -36,6 +37,7 @@ struct BoardSetup {
   SignalScales scales;  // until the stored ones are known
   PwmPlan pwm = plan_pwm(kCore_Hz, 40'000, 500, 0.05F, 0.95F);
   float amperes_at_full_duty = 10.0F;
+  DigitalPins digital = kDigitalPins;
 };
 
 // The level shifter makes -10 ... +10 V of codes 0 ... 4095, and 0 V of 2048.
@@ -87,6 +89,7 @@ class Board {
         dac_(block<Dac>(kDAC1_BASE), dac_scale(setup.scales)),
         current_input_(block<Adc>(kADC1_BASE), block<AdcCommon>(kADC12_COMMON_BASE),
                        monitor_scale(setup.scales)),
+        digital_io_(port(kGPIOC_BASE), port(kGPIOB_BASE), setup.digital),
         motor_(output(), current_input_, port(kGPIOB_BASE), kEnablePin),
         can_(block<Fdcan>(kFDCAN1_BASE), block<CanMessageRam>(kSRAMCAN_BASE)),
         flash_(block<Flash>(kFLASH_BASE), flash_memory_, careful_read),
@@ -137,6 +140,7 @@ class Board {
   Motor& motor_current() { return motor_; }
   BoardClock& clock() { return clock_; }
   IndependentWatchdog<Iwdg<Word>>& watchdog() { return watchdog_; }
+  DigitalPort<Port>& digital_io() { return digital_io_; }
   BoardCan& can() { return can_; }
   FlashPages<Flash<Word>, Hardware>& nonvolatile() { return flash_; }
   Lamp<Led<Port>>& indicator() { return lamp_; }
@@ -233,6 +237,7 @@ class Board {
     set_up_pin(a, alternate(11, 9, PinPull::kUp, 0));                     // FDCAN1_RX
     set_up_pin(a, alternate(12, 9, PinPull::kNone, 1));                   // FDCAN1_TX
     set_up_pin(port(kGPIOC_BASE), {.pin = 0, .mode = PinMode::kAnalog});  // ADC12_IN6
+    digital_io_.start();
     led_.start();
     if constexpr (kDrive == DriveKind::kPwm) {
       set_up_pin(a, alternate(8, 6, PinPull::kDown, 2));   // TIM1_CH1
@@ -263,6 +268,7 @@ class Board {
   Pwm pwm_;
   DacOut dac_;
   BoardCurrentInput current_input_;
+  DigitalPort<Port> digital_io_;
   Motor motor_;
   BoardCan can_;
   Hardware flash_memory_;

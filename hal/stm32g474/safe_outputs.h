@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "hal/stm32g474/digital_io.h"
 #include "hal/stm32g474/gpio.h"
 #include "hal/stm32g474/registers.h"
 
@@ -14,16 +15,20 @@ inline constexpr std::uint32_t kEnablePin = 5;       // PB5, high: power stage o
 inline constexpr std::uint32_t kCommandPin = 4;      // PA4, DAC1_OUT1
 inline constexpr std::uint32_t kDacZeroCode = 2048;  // half the reference: 0 V behind the level shifter
 
-// Power stage off, then zero current, whatever state the part is in: first of all after a reset, and in the
-// handlers of faults. Uses the registers only, no memory and no other peripheral's state. The enable signal
-// is low before anything else changes.
+// Of the digital outputs, which set the brake while they are low.
+inline constexpr DigitalPins kDigitalPins{.first_input = 1, .inputs = 8, .first_output = 0, .outputs = 3};
+
+// Power stage off and the brake set, then zero current, whatever state the part is in: first of all after a
+// reset, and in the handlers of faults. Uses the registers only, no memory and no other peripheral's state.
+// The enable signal is low before anything else changes.
 template <class Hardware>
 void secure_outputs() {
   auto& rcc = Hardware::template block<Rcc>(kRCC_BASE);
   auto& b = Hardware::template block<Gpio>(kGPIOB_BASE);
   set_bits(rcc.ahb2enr, kRCC_AHB2ENR_GPIOBEN(1));
   static_cast<void>(rcc.ahb2enr & 1U);  // a peripheral answers two cycles after its clock (RM0440, RCC)
-  b.bsrr = 1U << (kEnablePin + 16);
+  constexpr std::uint32_t kOutputs = ((1U << kDigitalPins.outputs) - 1U) << kDigitalPins.first_output;
+  b.bsrr = ((1U << kEnablePin) | kOutputs) << 16U;
   set_up_pin(b, {.pin = kEnablePin, .mode = PinMode::kOutput, .pull = PinPull::kDown});
   // Without its clock a peripheral takes no writes, and has not been used since the reset.
   if ((rcc.apb2enr & kRCC_APB2ENR_TIM1EN.mask) != 0) {

@@ -107,6 +107,7 @@ struct LoadBoard {
   MemoryMotor& motor_current() { return memory_motor; }
   MemoryClock& clock() { return memory_clock; }
   MemoryWatchdog& watchdog() { return memory_watchdog; }
+  MemoryDigitalIo& digital_io() { return memory_io; }
   CanPort& can() { return port; }
   Nonvolatile& nonvolatile() { return flash; }
   Indicator& indicator() { return lamp; }

@@ -10,7 +10,12 @@ namespace slipstack::budget {
 
 struct MemoryEncoder {
   EncoderReading next;
+  bool index_passed = false;
   EncoderReading read() const { return next; }
+  bool take_index(std::int32_t& counts) {
+    counts = next.counts;
+    return index_passed;
+  }
 };
 struct MemoryMotor {
   float set_point_A = 0.0F;
@@ -39,10 +44,20 @@ struct MemoryWatchdog {
   bool caused_last_reset() const { return false; }
 };
 
+/// Terminal 4 is high while the amplifier is ready, terminal 5 low while it has a fault.
+inline constexpr std::uint32_t kAmplifierWell = 0x18;
+struct MemoryDigitalIo {
+  std::uint32_t inputs = kAmplifierWell;
+  std::uint32_t outputs = 0;
+  std::uint32_t read() const { return inputs; }
+  void write(std::uint32_t levels) { outputs = levels; }
+};
+
 inline MemoryEncoder memory_encoder;
 inline MemoryMotor memory_motor;
 inline MemoryClock memory_clock;
 inline MemoryWatchdog memory_watchdog;
+inline MemoryDigitalIo memory_io;
 
 inline AxisParameters everything_on() {
   AxisParameters axis;
@@ -53,6 +68,8 @@ inline AxisParameters everything_on() {
   axis.following_error_m = 1.0e-2F;
   axis.velocity_limit_mps = 0.5F;
   axis.stall_s = 1.0F;
+  axis.io = {1, 2, 3, 4, 5, 1, 0x0010, 0x0000};
+  axis.reference = {.absolute_encoder = true, .index_distance = 1, .index_tolerance = 1};
   return axis;
 }
 

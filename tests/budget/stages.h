@@ -23,8 +23,7 @@ struct Stages {
   Notch::Gains notch_gains = Notch::gains(180.0F, 0.2F, 0.1F, axis.tick_s);
   LevelAdaptation::Bounds level_bounds =
       LevelAdaptation::bounds(axis.level_lowest, axis.level_highest, axis.level_memory_s, axis.tick_s);
-  FeedForward::Scales scales{.tick_s = 1.0e-4F,
-                             .resolution_m = 1.0e-6F,
+  FeedForward::Scales scales{.resolution_m = 1.0e-6F,
                              .mps_per_count = 1.0e-2F,
                              .mps2_per_count = 1.0e2F,
                              .shift_up = 4,
@@ -38,7 +37,7 @@ struct Stages {
       .integral_per_tick = 4.0e-3F,
       .notch = {Notch::gains(180.0F, 0.2F, 0.1F, 1.0e-4F), Notch::gains(410.0F, 0.1F, 0.2F, 1.0e-4F)}};
   BrakingLimits braking = braking_limits(0.15F, 0.0015F);
-  std::int32_t stop_timeout_ticks = 100;
+  StopTimes times{.quick_stop = 100, .slow_down = 100, .brake_release = 20, .brake_apply = 10};
   StateEstimate estimate;
   // Those of the tick: a second one of each would not fit the memory beside it.
   ReferenceGenerator& reference = tick_under_test.controller().reference();
@@ -47,6 +46,7 @@ struct Stages {
   TrackingLimits tracking = TrackingLimits::of(300.0F, 0.5F);
   ReferencePoint point;
   FeedForward feedforward;
+  PositionReference& reference_of_position = tick_under_test.controller().position();
   Feedback feedback;
   std::uint32_t ticks = 0;
   FaultMonitor monitor;
@@ -116,7 +116,8 @@ inline void move_feedforward(std::int32_t x) {
   ++stages.ticks;
 }
 [[gnu::noinline]] inline float step_feedforward(std::int32_t) {
-  return stages.feedforward.step(friction_model, stages.scales, stages.point, stages.ticks, 1.1F);
+  return stages.feedforward.step(friction_model, stages.scales, stages.point, 1.1F,
+                                 stages.reference_of_position);
 }
 
 // Both notches are in it.
@@ -136,7 +137,8 @@ inline void move_feedforward(std::int32_t x) {
 [[gnu::noinline]] inline float step_machine(std::int32_t x) {
   const auto control = static_cast<std::uint16_t>(x);
   const Fault fault = x % 97 == 0 ? Fault::kTickOverrun : Fault::kNone;
-  stages.machine.step(control, fault, true, x % 3 == 0, stages.stop_timeout_ticks);
+  const auto standing = [x] { return x % 3 == 0; };
+  stages.machine.step(control, fault, true, standing, stages.times);
   return static_cast<float>(stages.machine.state());
 }
 

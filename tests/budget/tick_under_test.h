@@ -12,7 +12,7 @@
 // adaptation, on a board that is a few words of memory. Driven by encoder counts that any motion may produce.
 namespace slipstack::budget {
 
-inline Tick tick_under_test(memory_encoder, memory_motor, memory_clock, memory_watchdog);
+inline Tick tick_under_test(memory_encoder, memory_motor, memory_clock, memory_watchdog, memory_io);
 
 // What the world does between two ticks: the axis follows its reference with an error, commands and moves
 // come at random, position, cyclic position and torque mode take turns, parameters are changed in motion,
@@ -37,9 +37,17 @@ class TickScenario {
     }
     if (random_.below(500) == 0) {
       options_ = (random_.below(3) == 0 ? kTorqueMode : 0U) | (random_.below(2) == 0 ? kReleaseOnFault : 0U) |
-                 (random_.below(2) == 0 ? kLostStops : 0U);
+                 (random_.below(2) == 0 ? kLostStops : 0U) | (random_.below(2) == 0 ? kBrakeOnShutdown : 0U) |
+                 (random_.below(2) == 0 ? kSlowQuickStop | kSlowFaultReaction : 0U);
       const auto target_N = static_cast<float>(random_.below(200)) - 100.0F;
       controller.set_torque(target_N, 0.1F * target_N);
+    }
+    if (random_.below(1000) == 0) {
+      UserBounds user;
+      user.range = {-100000, 250000};
+      user.velocity_mps = 0.3F;
+      user.quick_stop_counts_per_s2 = 5.0e6F;
+      controller.bound(random_.below(2) == 0 ? user : UserBounds{});
     }
     synchronise(controller);
     const DriveState state = controller.state().state();
@@ -57,10 +65,17 @@ class TickScenario {
     const std::int32_t wobble = static_cast<std::int32_t>(random_.below(7)) - 3;
     const std::int32_t reference = controller.output().reference_counts;
     memory_encoder.next.counts = reference + wobble;
+    memory_encoder.index_passed = random_.below(20) == 0;
+    if (streaming_) controller.latch().disarm();  // homing is no cyclic mode
+    if (!streaming_ && !controller.latch().armed())
+      controller.latch().arm(PositionLatch::Event::kIndexAfterActive, 1);
     memory_encoder.next.valid = random_.below(5000) != 0;
     if (random_.below(5000) == 0) memory_encoder.next.counts += 1000000;
     if (random_.below(5000) == 0) memory_clock.count += 80;
     if (random_.below(5000) == 0) memory_motor.measurement.current_A = 100.0F;
+    // Limit switches and the home switch; rarely both at once.
+    if (random_.below(200) == 0) switches_ = random_.below(4) == 0 ? random_.below(8) : 0U;
+    memory_io.inputs = random_.below(5000) == 0 ? 0U : kAmplifierWell | switches_;
   }
 
  private:
@@ -91,6 +106,7 @@ class TickScenario {
   std::int32_t velocity_ = 0;
   std::uint32_t sync_at_ = 0;
   std::uint32_t ticks_ = 0;
+  std::uint32_t switches_ = 0;
   std::uint32_t options_ = 0;  // kTorqueMode, kReleaseOnFault, kLostStops
 };
 

@@ -25,7 +25,7 @@ TEST(Drive, StatusWordOfEachState) {
   EXPECT_EQ(after(0x0F), 0x27U);
   EXPECT_EQ(after(0x06), 0x21U);
   EXPECT_EQ(after(0x00) & 0x4F, 0x40U);
-  EXPECT_EQ(bench.read(0x6502, 0), 0x281U) << "pp, csp, cst";
+  EXPECT_EQ(bench.read(0x6502, 0), 0x2A1U) << "pp, hm, csp, cst";
 }
 
 TEST(Drive, ProfilePositionHandshakeAndArrival) {
@@ -264,7 +264,7 @@ TEST(Drive, CyclicPositionFollowsAtSync) {
 TEST(Drive, QuickStopOptionZeroCutsTheCurrentAtOnce) {
   Bench bench;
   bench.configure();
-  EXPECT_EQ(bench.write(0x605A, 0, 1, 2), 0x06090030U);
+  EXPECT_EQ(bench.write(0x605A, 0, 3, 2), 0x06090030U);
   ASSERT_EQ(bench.write(0x605A, 0, 0, 2), 0U);
   bench.enable(1);
   bench.write(0x607A, 0, 50000, 4);

@@ -116,6 +116,7 @@ class Desk402 {
  public:
   explicit Desk402(bool rpdo, Option option = Option::kBrakeAndSwitchOff, bool model = true) : rpdo_(rpdo) {
     bench.write(0x605A, 0, option == Option::kBrakeAndStay ? 6 : 2, 2);
+    bench.write(0x605C, 0, 0, 2);        // without a ramp: transition 5 at once
     bench.write_real(0x2000, 14, 1.0F);  // braking from 0.1 m/s shall take 100 ms
     if (model) bench.configure();
     // TPDO 1 shall report every change of the statusword: without inhibit time and event timer.
@@ -410,7 +411,7 @@ TEST_P(Transport, WithoutAModelNothingIsSwitchedOn) {
 TEST(QuickStopOption, OnlyWhatIsOfferedIsTaken) {
   Bench bench;
   for (std::uint32_t code = 0; code < 8; ++code) {
-    const bool offered = code == 0 || code == 2 || code == 6;
+    const bool offered = code <= 2 || code == 5 || code == 6;
     EXPECT_EQ(bench.write(0x605A, 0, code, 2) == 0, offered) << code;
   }
 }

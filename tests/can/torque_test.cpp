@@ -178,7 +178,7 @@ TEST_F(Torque, HaltBrakesAndGoesOnAfterwards) {
 
 // 605Eh: after a fault that leaves the position to be trusted the axis is braked (2) or let go (0).
 TEST_F(Torque, FaultReactionIsAStopOrNone) {
-  EXPECT_EQ(bench_.write(0x605E, 0, 1, 2), 0x06090030U);
+  EXPECT_EQ(bench_.write(0x605E, 0, 3, 2), 0x06090031U);
   for (const std::uint32_t option : {2U, 0U}) {
     Bench bench;
     bench.configure();

@@ -3,14 +3,18 @@
 
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "firmware/control/tick.h"
 #include "hal/host/board.h"
 #include "sim_host/log/draw.h"
+#include "sim_host/plant/end_stops.h"
 #include "sim_host/plant/plant.h"
 #include "sim_host/rng.h"
 #include "sim_host/sensors/encoder.h"
+#include "sim_host/sensors/reference_marks.h"
+#include "sim_host/sensors/switches.h"
 
 // The controller's tick and the simulated axis in one process. Nothing is shared between the two but the
 // encoder's counts and the current.
@@ -53,6 +57,7 @@ inline AxisParameters pick_and_place_parameters(const sim::Axis& axis) {
   p.velocity_limit_mps = 0.3F;
   p.acceleration_limit_mps2 = 5.0F;
   p.jerk_limit_mps3 = 200.0F;
+  p.reference.absolute_encoder = true;
   return p;
 }
 
@@ -63,7 +68,7 @@ class AxisLoop {
         encoder(axis.encoder_resolution_m, 0.37),
         noise_N_(axis.force_noise_N),
         rng_(5, "loop"),
-        tick(board_encoder, motor, clock, watchdog) {
+        tick(board_encoder, motor, clock, watchdog, io) {
     clock.rate_Hz = 10'000'000;
     tick.set_period(1000);
     sense();
@@ -73,14 +78,19 @@ class AxisLoop {
   void step() {
     sense();
     tick.run();
-    plant.step(motor.enabled ? static_cast<double>(motor.set_point_A) : 0.0, kTick_s,
-               noise_N_ > 0.0 ? noise_N_ * rng_.normal() : 0.0);
+    const double noise_N = noise_N_ > 0.0 ? noise_N_ * rng_.normal() : 0.0;
+    const double stop_N = stops ? stops->force_N(plant.position_m(), plant.velocity_mps()) : 0.0;
+    plant.step(motor.enabled ? static_cast<double>(motor.set_point_A) : 0.0, kTick_s, noise_N + stop_N);
     clock.advance(1000);
     ++ticks_;
   }
+  /// Ticks, and the main loop after each.
   void run(double seconds) {
     const auto count = static_cast<std::int64_t>(std::llround(seconds / kTick_s));
-    for (std::int64_t i = 0; i < count; ++i) step();
+    for (std::int64_t i = 0; i < count; ++i) {
+      step();
+      controller().poll();
+    }
   }
 
   /// Through the state machine to operation enabled.
@@ -107,16 +117,32 @@ class AxisLoop {
   host::HostMotorCurrent motor;
   host::HostClock clock;
   host::HostWatchdog watchdog;
+  host::HostDigitalIo io;
+  // What stands along the axis.
+  std::optional<sim::Switches> switches;
+  std::optional<sim::ReferenceMarks> marks;
+  std::optional<sim::EndStops> stops;
 
  private:
-  void sense() { board_encoder.next.counts = static_cast<std::int32_t>(encoder.counts(plant.position_m())); }
+  void sense() {
+    const double now_m = plant.position_m();
+    board_encoder.next.counts = static_cast<std::int32_t>(encoder.counts(now_m));
+    if (switches) io.inputs = switches->levels(now_m);
+    if (const auto mark = marks ? marks->passed(encoder, last_m_, now_m) : std::nullopt) {
+      board_encoder.index_passed = true;
+      board_encoder.index_counts = *mark;
+    }
+    last_m_ = now_m;
+  }
 
   double noise_N_;
   sim::Rng rng_;
   std::int64_t ticks_ = 0;
+  double last_m_ = plant.position_m();
 
  public:
-  Tick<host::HostEncoder, host::HostMotorCurrent, host::HostClock, host::HostWatchdog> tick;
+  Tick<host::HostEncoder, host::HostMotorCurrent, host::HostClock, host::HostWatchdog, host::HostDigitalIo>
+      tick;
 };
 
 }  // namespace slipstack::loop

@@ -45,6 +45,7 @@ Tracking track(std::uint64_t seed, bool compensate, const Wrong& wrong, bool ada
     const double begin_s = loop->time_s();
     do {
       loop->step();
+      loop->controller().poll();
       if (move < moves - 6 || loop->time_s() - begin_s > 0.05) continue;
       const double error_um = loop->true_error_m() * 1e6;
       sum += error_um * error_um;

@@ -152,6 +152,8 @@ void run_emulated(const NodeRequest& request, const sim::Axis& axis, host::HostN
   link.control_word = PlantLink::kCommandedByBus;
   sim::Plant plant(axis, 0.5 * axis.stroke_m);
   const sim::Encoder encoder(axis.encoder_resolution_m, 0.37);
+  const sim::Switches switches = sim::switches_of(axis);
+  double last_m = plant.position_m();
   sim::Rng rng(static_cast<std::uint64_t>(request.seed), "node");
   fmt::print("{} around a simulated axis of {:.4g} kg; ends with Ctrl-C\nSLCAN on {}: slcand -o {} slcan0\n",
              request.board, axis.mass_kg, board->can_terminal(), board->can_terminal());
@@ -162,6 +164,12 @@ void run_emulated(const NodeRequest& request, const sim::Axis& axis, host::HostN
     in_time([&] {
       for (int tick = 0; tick < kTicksPerTurn; ++tick) {
         link.counts = static_cast<std::int32_t>(encoder.counts(plant.position_m()));
+        link.digital_inputs = switches.levels(plant.position_m());
+        if (const auto mark = sim::kMarks.passed(encoder, last_m, plant.position_m())) {
+          link.index_counts = *mark;
+          link.index_sequence = link.index_sequence + 1;
+        }
+        last_m = plant.position_m();
         board->tick();
         plant.step(link.driving != 0 ? static_cast<double>(link.current_A) : 0.0, SimulatedDrive::kTick_s,
                    axis.force_noise_N > 0.0 ? axis.force_noise_N * rng.normal() : 0.0);

@@ -11,6 +11,8 @@
 #include "sim_host/plant/plant.h"
 #include "sim_host/rng.h"
 #include "sim_host/sensors/encoder.h"
+#include "sim_host/sensors/reference_marks.h"
+#include "sim_host/sensors/switches.h"
 #include "workbench/loop/loop_parameters.h"
 
 namespace slipstack::workbench {
@@ -44,8 +46,12 @@ class Signals final : public SignalScaling {
 
   std::int32_t counts(std::int32_t raw) {
     last_raw_ = raw;
-    last_counts_ = zero_counts_ + (machine_.encoder_reversed != drive_.encoder_reversed ? -raw : raw);
+    last_counts_ = counts_at(raw);
     return last_counts_;
+  }
+  /// Of another place than the last one.
+  std::int32_t counts_at(std::int32_t raw) const {
+    return zero_counts_ + (machine_.encoder_reversed != drive_.encoder_reversed ? -raw : raw);
   }
   double current_A(float set_point_A) const {
     const float ratio = machine_.command_A_per_V / drive_.command_A_per_V;  // 1 where the drive knows it
@@ -71,11 +77,13 @@ class SimulatedDrive {
   SimulatedDrive(const sim::Axis& axis, CanPort& port, Nonvolatile& flash, std::uint8_t node,
                  std::uint64_t seed, const Wiring& wiring = {})
       : plant_(axis, 0.5 * axis.stroke_m),
+        switches_(sim::switches_of(axis)),
+        last_m_(plant_.position_m()),
         encoder_(axis.encoder_resolution_m, 0.37),
         noise_N_(axis.force_noise_N),
         rng_(seed, "node"),
         signals_(wiring),
-        tick_(board_encoder_, motor_, clock_, watchdog_),
+        tick_(board_encoder_, motor_, clock_, watchdog_, io_),
         trace_(memory_),
         log_(flash),
         drive_(tick_.controller(), tick_.timing(), trace_, 1, &signals_),
@@ -108,6 +116,12 @@ class SimulatedDrive {
   void sense() {
     board_encoder_.next.counts =
         signals_.counts(static_cast<std::int32_t>(encoder_.counts(plant_.position_m())));
+    io_.inputs = switches_.levels(plant_.position_m());
+    if (const auto mark = marks_.passed(encoder_, last_m_, plant_.position_m())) {
+      board_encoder_.index_passed = true;
+      board_encoder_.index_counts = signals_.counts_at(*mark);
+    }
+    last_m_ = plant_.position_m();
   }
 
   // The parameters known at commissioning, applied and stored: data sheet and mass of the axis, and that the
@@ -119,6 +133,10 @@ class SimulatedDrive {
       set_real(dictionary, canopen::kRow<canopen::kAxisIndex> + 1 + i,
                parameters.*canopen::kAxisObjects[i].member);
     }
+    for (std::size_t sub = 1; sub < sim::Switches::kWiring.size(); ++sub) {
+      dictionary.set(canopen::kRow<canopen::kIoIndex> + sub, sim::Switches::kWiring[sub]);
+    }
+    dictionary.set(canopen::kRow<canopen::kReferenceIndex, 1>, parameters.reference.absolute_encoder ? 1 : 0);
     canopen::model_words(mass_only_model(axis),
                          [&](std::size_t row, std::uint32_t word) { dictionary.set(row, word); });
     set_real(dictionary, canopen::kRow<canopen::kScalesIndex, 3>, 0.1F * parameters.current_limit_A);
@@ -134,6 +152,9 @@ class SimulatedDrive {
   }
 
   sim::Plant plant_;
+  sim::Switches switches_;
+  sim::ReferenceMarks marks_ = sim::kMarks;
+  double last_m_;
   sim::Encoder encoder_;
   double noise_N_;
   sim::Rng rng_;
@@ -142,7 +163,9 @@ class SimulatedDrive {
   host::HostMotorCurrent motor_;
   host::HostClock clock_;
   host::HostWatchdog watchdog_;
-  Tick<host::HostEncoder, host::HostMotorCurrent, host::HostClock, host::HostWatchdog> tick_;
+  host::HostDigitalIo io_;
+  Tick<host::HostEncoder, host::HostMotorCurrent, host::HostClock, host::HostWatchdog, host::HostDigitalIo>
+      tick_;
   std::array<canopen::TraceSample, 4096> memory_{};
   canopen::TraceBuffer trace_;
   SlotLog log_;

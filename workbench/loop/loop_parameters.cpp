@@ -17,6 +17,8 @@ AxisParameters loop_parameters(const sim::Axis& axis, double tick_s) {
   parameters.stall_current_A = 0.8F * limit_A;
   parameters.stall_s = 0.1F;
   parameters.following_error_m = 0.01F;
+  // The simulated counts keep their place.
+  parameters.reference.absolute_encoder = true;
   return parameters;
 }
 

@@ -114,7 +114,8 @@ class FuzzedNode {
   host::HostNonvolatile flash{2, 2048, 8};
 
  private:
-  using TickOnHost = Tick<host::HostEncoder, host::HostMotorCurrent, host::HostClock, host::HostWatchdog>;
+  using TickOnHost = Tick<host::HostEncoder, host::HostMotorCurrent, host::HostClock, host::HostWatchdog,
+                          host::HostDigitalIo>;
 
   // A mass, so that the axis can be enabled: staged, and taken by a reset of the drive.
   void commission() {

@@ -8,7 +8,10 @@
 #include <memory>
 #include <random>
 
+#include "firmware/control/braking.h"
 #include "firmware/control/cyclic_position.h"
+#include "firmware/control/position_range.h"
+#include "firmware/control/set_point_range.h"
 
 namespace slipstack {
 namespace {
@@ -157,6 +160,91 @@ TEST(Tracking, NeverBeyondTheLimitsAndMeetsTheStream) {
       }
     }
   }
+}
+
+// A stream that leads out of the range at any speed, and comes back: set-points stop at the end, never beyond
+// it, with no more than the deceleration, and follow again at once.
+TEST(SetPointRange, StopsAtTheEndAndFollowsAgain) {
+  std::mt19937 random(7);
+  const auto uniform = [&random](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  for (int run = 0; run < 300; ++run) {
+    const double deceleration = uniform(0.5, 3000.0);
+    const double stream = uniform(0.1, 40.0) * deceleration;
+    const auto way = static_cast<std::int32_t>(uniform(1.0, 3.0) * stream * stream / deceleration + 100.0);
+    SetPointRange range;
+    range.set({-way, way}, static_cast<float>(deceleration));
+    range.reset();
+    double wanted = 0.0;
+    std::int32_t last = 0, step_before = 0;
+    const int turn = static_cast<int>(2.0 * way / stream) + 200;
+    for (int n = 0; n < 3 * turn; ++n) {
+      wanted += n < turn ? stream : -stream;
+      const bool back = n > turn + 2 * static_cast<int>(stream / deceleration) && wanted < 0.9 * way;
+      if (n == turn) wanted = last;  // as a master that asks for the actual position
+      const std::int32_t now =
+          range.within(static_cast<std::uint32_t>(n), static_cast<std::int32_t>(std::lround(wanted)));
+      ASSERT_LE(std::abs(now), way) << run;
+      const std::int32_t step = now - last;
+      if (n > 0 && std::abs(step) < std::abs(step_before) && step * step_before >= 0 && range.limited()) {
+        // An eighth more in the last two periods, which are whole ones.
+        ASSERT_LE(std::abs(step_before - step), deceleration * 1.13 + 2.0) << run << ' ' << n;
+      }
+      if (n == turn - 1) {
+        ASSERT_NEAR(now, way, 2.0 * std::sqrt(deceleration) + 3.0) << "it goes there";
+        ASSERT_TRUE(range.limited());
+      }
+      if (back && wanted > -0.1 * way) {
+        ASSERT_NEAR(now, wanted, 1.0) << run;
+      }
+      step_before = step;
+      last = now;
+    }
+    EXPECT_LE(last, -way + 2 * static_cast<int>(std::sqrt(deceleration)) + 3);
+  }
+}
+
+// The bound of the way to rest against the way itself, from random velocities and accelerations.
+TEST(Range, TheStoppingDistanceIsNeverTooShort) {
+  std::mt19937 random(8);
+  const auto uniform = [&random](double low, double high) {
+    return static_cast<float>(std::uniform_real_distribution<double>(low, high)(random));
+  };
+  double longest_excess = 0.0;
+  for (int run = 0; run < 3000; ++run) {
+    const float deceleration = uniform(0.01, 0.3);
+    const float jerk = deceleration * uniform(1e-3, 2e-2);
+    const BrakingLimits limits = braking_limits(deceleration, jerk);
+    const StoppingDistance stopping = StoppingDistance::of(deceleration, jerk);
+    const float v0 = uniform(0.0, 250.0);
+    const float a0 = uniform(0.0, 1.0) * deceleration;
+    std::int64_t velocity = to_fixed(v0);
+    std::int64_t acceleration = to_fixed(a0);
+    double way = 0.0;
+    for (int tick = 0; tick < 400000 && (velocity != 0 || acceleration != 0); ++tick) {
+      acceleration = braking_acceleration(velocity, acceleration, limits);
+      velocity += acceleration;
+      way += static_cast<double>(velocity) * 0x1p-44;
+    }
+    const auto bound = static_cast<double>(stopping.from(v0, a0));
+    // A tick's way for the discrete time.
+    EXPECT_LE(way, bound + static_cast<double>(v0) + 1.0) << run << ' ' << v0 << ' ' << a0;
+    longest_excess = std::max(longest_excess, (bound - way) / (way + 1000.0));
+  }
+  EXPECT_LT(longest_excess, 1.5) << "and not longer than needed, where it matters";
+}
+
+TEST(Range, AnEndThatIsTheLastCountDoesNotBound) {
+  const PositionRange all;
+  EXPECT_GT(all.room(2147483600, true), 1e9F);
+  EXPECT_GT(all.room(-2147483600, false), 1e9F);
+  const PositionRange some{-2000000000, 2000000000};
+  EXPECT_FLOAT_EQ(some.room(-2000000000, true), 4e9F);
+  EXPECT_EQ(some.room(2000000001, true), 0.0F);
+  EXPECT_EQ(some.nearest(std::int64_t{1} << 40), 2000000000);
+  EXPECT_EQ(all.nearest(std::int64_t{1} << 40), std::int64_t{1} << 40)
+      << "no such count: for others to refuse";
 }
 
 }  // namespace

@@ -147,15 +147,17 @@ TEST(FeedForward, TheTimeOfDriftDoesNotWrap) {
   FrictionModel<float> model;
   model.prepare(parameters, Scales<float>{kTick_s, 1e-6F});
   FeedForward::Scales scales;
-  scales.tick_s = kTick_s;
   scales.mps_per_count = 1e-2F;
   scales.mps2_per_count = 1e2F;
   scales.resolution_m = 1e-6F;
   FeedForward feedforward;
+  const PositionReference reference;
+  UpTime time;
   ReferencePoint moving;
   moving.velocity = 10.0F;
   const auto force_N = [&](std::uint32_t tick) {
-    return feedforward.step(model, scales, moving, tick, 1.0F);
+    model.refresh(time.at(tick, kTick_s));
+    return feedforward.step(model, scales, moving, 1.0F, reference);
   };
   const auto expected_N = [](double ticks) { return 10.0 * (1.0 + 0.5 * (1.0 - std::exp(-ticks * 1e-10))); };
   EXPECT_NEAR(force_N(1), 10.0F, 1e-4F);
@@ -167,9 +169,12 @@ TEST(FeedForward, TheTimeOfDriftDoesNotWrap) {
   EXPECT_NEAR(force_N(0), expected_N(0x1p33), 2e-3);
 }
 
+constexpr StopTimes kTimes{.quick_stop = 50, .slow_down = 50};
+
 TEST(StateMachine, FollowsEveryTransitionOfTheFigure) {
   const auto run = [](StateMachine& machine, int control) {
-    machine.step(static_cast<std::uint16_t>(control), Fault::kNone, true, true, 50);
+    machine.step(
+        static_cast<std::uint16_t>(control), Fault::kNone, true, [] { return true; }, kTimes);
     return machine.state();
   };
   StateMachine machine;
@@ -199,10 +204,13 @@ TEST(StateMachine, FollowsEveryTransitionOfTheFigure) {
 TEST(StateMachine, AStopThatDoesNotEndIsAFault) {
   StateMachine machine;
   for (const int control : {0x06, 0x06, 0x07, 0x0F}) {
-    machine.step(static_cast<std::uint16_t>(control), Fault::kNone, true, true, 50);
+    machine.step(
+        static_cast<std::uint16_t>(control), Fault::kNone, true, [] { return true; }, kTimes);
   }
   ASSERT_TRUE(machine.driving());
-  for (int i = 0; i < 52; ++i) machine.step(0x0B, Fault::kNone, true, false, 50);
+  for (int i = 0; i < 52; ++i)
+    machine.step(
+        0x0B, Fault::kNone, true, [] { return false; }, kTimes);
   EXPECT_EQ(machine.state(), DriveState::kFault);
   EXPECT_EQ(machine.faults().count(Fault::kStopTimeout), 1);
 }
