@@ -21,8 +21,6 @@ namespace slipstack {
 
 /// Parameters in the form that the tick uses: checked, multiplied out, the model prepared.
 struct ControlSet {
-  AxisParameters axis;
-  std::uint32_t hash = 0;
   std::int32_t lead = 0;
   int displacement_shift = 0;
   float mass_kg = 1.0F;
@@ -35,13 +33,15 @@ struct ControlSet {
   float disturbance_kg = 0.0F;
   float adaptation_counts = 0.0F;
   float largest_step_A = 0.0F;
-  ExchangeBox<MotionBounds> bounds;
   StateEstimate::Gains estimate;
   FeedForward::Scales scales;
   Feedback::Gains feedback;
   FaultMonitor::Bounds monitor;
   IoMasks io;
   LevelAdaptation::Bounds adaptation;
+  ExchangeBox<MotionBounds> bounds;
+  AxisParameters axis;
+  std::uint32_t hash = 0;
   bool valid = false;
   FrictionModel<float> model;
   TargetCurve virgin_curve;       ///< for the main loop

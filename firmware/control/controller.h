@@ -636,28 +636,26 @@ class Controller {
     if (first && set.axis.overload_is_fault && driving()) inject(Fault::kOverload);
   }
 
+  // What the tick uses most comes first: a single load instruction reaches it (1020 bytes, Armv7E-M VLDR).
   StateMachine state_;
   FaultMonitor monitor_;
-  DirectionCheck check_;
-  ReferenceGenerator reference_;
-  CyclicPosition cyclic_position_;
-  PointToPoint point_to_point_;
-  StateEstimate estimate_;
-  FeedForward feedforward_;
-  Feedback feedback_;
-  CurrentLimit limit_;
-  LevelAdaptation adaptation_;
   ControlOutput out_;
   ControlMode mode_ = ControlMode::kOff;
   bool started_ = false;
   std::int8_t held_ = 0;  // in torque mode, at an end of the position range: which
+  StateEstimate estimate_;
+  FeedForward feedforward_;
+  Feedback feedback_;
+  CurrentLimit limit_;
+  std::atomic<float> largest_A_{0.0F};  // current limit of the axis, less where I2t is spent
+  float blend_N_ = 0.0F;
+  float last_wanted_N_ = 0.0F;
+  float expected_mps2_ = 0.0F;
+  LevelAdaptation adaptation_;
   PositionRange range_;
   PositionRange at_switches_;        // the part of it that limit switches have left
   std::uint32_t range_number_ = 0;   // of the bounds whose range is in it
   std::uint32_t active_limits_ = 0;  // limit switches, by terminal
-  float blend_N_ = 0.0F;
-  float last_wanted_N_ = 0.0F;
-  float expected_mps2_ = 0.0F;
   CommandBox command_;
   std::atomic<std::uint32_t> commanded_at_{0};  // the tick of the last command
   std::atomic<std::uint32_t> command_timeout_{0};
@@ -665,10 +663,15 @@ class Controller {
   DigitalInputs inputs_;
   PositionReference position_;
   PositionLatch latch_;
-  std::uint32_t faded_ = 0;                       // the tick of the last fade_position()
+  DirectionCheck check_;
+  std::uint32_t history_from_ = 0;                // the tick in which the reference began anew
   std::atomic<std::uint32_t> outputs_driven_{0};  // levels while the brake is released, and while it is not
   std::atomic<std::uint32_t> outputs_off_{0};
   std::atomic<std::uint32_t> events_{0};  // a fault, and kRefused
+  CyclicPosition cyclic_position_;
+  ReferenceGenerator reference_;
+  ParameterSwap<ControlSet> sets_;
+  PointToPoint point_to_point_;
   std::array<ReferencePoint, kDelayed> delay_{};
   // From the tick to the main loop, beside the points of delay_.
   struct Residual {
@@ -676,9 +679,8 @@ class Controller {
     float residual_N = std::numeric_limits<float>::quiet_NaN();  // none: it says nothing about the level
   };
   std::array<Residual, kDelayed> residuals_{};
-  ParameterSwap<ControlSet> sets_;
-  UserBounds user_bounds_;          // as the main loop gave them last
-  std::uint32_t history_from_ = 0;  // the tick in which the reference began anew
+  UserBounds user_bounds_;   // as the main loop gave them last
+  std::uint32_t faded_ = 0;  // the tick of the last fade_position()
   HysteresisMemory memory_;
   UpTime up_time_;
   float time_s_ = 0.0F;           // since the start, as of the last poll()
@@ -686,7 +688,6 @@ class Controller {
   std::uint32_t memory_number_ = 0;
   int memory_shift_ = kNoShift;
   ThermalLimit thermal_;
-  std::atomic<float> largest_A_{0.0F};  // current limit of the axis, less where I2t is spent
   std::uint32_t load_tick_ = 0;
   bool was_spent_ = false;
 };
