@@ -19,7 +19,6 @@
 #include "firmware/control/feedforward.h"
 #include "firmware/control/hysteresis_memory.h"
 #include "firmware/control/level_adaptation.h"
-#include "firmware/control/motion_plan.h"
 #include "firmware/control/parameter_swap.h"
 #include "firmware/control/point_to_point.h"
 #include "firmware/control/position_latch.h"

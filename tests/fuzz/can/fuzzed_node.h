@@ -66,7 +66,7 @@ class FuzzedNode {
     flash.bytes_until_power_fails = static_cast<std::size_t>(-1);
     clock_ = {};
     clock_.rate_Hz = 10'000'000;
-    tick_ = std::make_unique<TickOnHost>(encoder_, motor_, clock_, watchdog_);
+    tick_ = std::make_unique<TickOnHost>(encoder_, motor_, clock_, watchdog_, io_);
     tick_->set_period(1000);
     trace_ = std::make_unique<canopen::TraceBuffer>(memory_);
     log_ = std::make_unique<SlotLog>(flash);
@@ -145,6 +145,7 @@ class FuzzedNode {
   host::HostMotorCurrent motor_;
   host::HostClock clock_;
   host::HostWatchdog watchdog_;
+  host::HostDigitalIo io_;
   std::vector<canopen::TraceSample> memory_;
   std::unique_ptr<TickOnHost> tick_;
   std::unique_ptr<canopen::TraceBuffer> trace_;
