@@ -7,6 +7,7 @@
 #include <random>
 
 #include "tests/can/bench.h"
+#include "tests/can/homing_axis.h"
 
 namespace slipstack::can {
 namespace {
@@ -112,6 +113,35 @@ TEST(UserUnits, MoveTheAxisInTheUsersUnit) {
   EXPECT_EQ(bench.read(0x6041, 0) & 0x400, 0x400U);
   EXPECT_EQ(bench.read_signed(0x6064, 0), from + 200);
   EXPECT_NEAR(bench.read_signed(0x6063, 0), -100 * (from + 200), 10);
+}
+
+// Homing leaves the user's offset, and limits hold the axis at the user's place, whatever side that is.
+TEST(UserUnits, HomeOffsetAndSoftwareLimitsAreInIt) {
+  for (const std::uint32_t polarity : {0x00U, 0x80U}) {
+    SCOPED_TRACE(polarity);
+    const std::int32_t sign = polarity == 0 ? 1 : -1;
+    HomingAxis axis(0.123);
+    ASSERT_EQ(axis.write(0x608F, 1, 10, 4), 0U);
+    ASSERT_EQ(axis.write(0x607E, 0, polarity, 1), 0U);
+    EXPECT_EQ(axis.write(0x607C, 0, 0x7FFFFFFF, 4), kTooHigh);
+    ASSERT_EQ(axis.write(0x607C, 0, 500, 4), 0U);
+    ASSERT_EQ(axis.home(35), HomingAxis::kDone);
+    EXPECT_NEAR(axis.read_signed(0x6064, 0), -500, 1);
+    EXPECT_NEAR(axis.read_signed(0x6063, 0), sign * -5000, 10);
+    ASSERT_EQ(axis.write(0x607D, 1, static_cast<std::uint32_t>(-1000), 4), 0U);
+    ASSERT_EQ(axis.write(0x607D, 2, 2000, 4), 0U);
+    const double from_m = axis.x_m();
+    ASSERT_EQ(axis.write(0x6060, 0, 1, 1), 0U);
+    for (const auto& [target, end] : {std::pair{5000, 2000}, {-5000, -1000}, {300, 300}}) {
+      ASSERT_EQ(axis.write(0x6040, 0, 0x0F, 2), 0U);
+      axis.run_ms(2);
+      ASSERT_EQ(axis.write(0x607A, 0, static_cast<std::uint32_t>(target), 4), 0U);
+      ASSERT_EQ(axis.write(0x6040, 0, 0x1F, 2), 0U);
+      axis.run_ms(1500);
+      EXPECT_NEAR(axis.read_signed(0x6064, 0), end, 1);
+      EXPECT_NEAR(axis.x_m() - from_m, sign * (end + 500) * 10.0 * axis.axis.encoder_resolution_m, 2e-5);
+    }
+  }
 }
 
 TEST(UserUnits, AreRefusedWhileEnabledOrOutOfRange) {

@@ -211,6 +211,40 @@ TEST(DirectionCheck, EndsAtOnceWhenEnablingIsTakenBack) {
   EXPECT_TRUE(machine.controller().direction_unknown());
 }
 
+// The brake opens first, and nothing is pushed before it has; otherwise the axis would read as blocked.
+TEST(DirectionCheck, WaitsForTheBrake) {
+  Machine machine(8, {});
+  machine.parameters.io.brake = 1;
+  machine.configure();
+  UserBounds user;
+  user.brake_release_s = 0.05F;
+  machine.controller().bound(user);
+  machine.controller().set_outputs(0);
+  for (const int word : {0x06, 0x07}) {
+    machine.controller().command(static_cast<std::uint16_t>(word));
+    machine.step();
+    EXPECT_EQ(machine.controller().digital_outputs(), 0U);
+  }
+  machine.controller().command(std::uint16_t{0x0F});
+  int waited = 0;
+  for (; waited < 1000; ++waited) {
+    machine.step();
+    ASSERT_EQ(machine.controller().digital_outputs(), 1U) << waited;
+    ASSERT_TRUE(machine.loop().motor.enabled);
+    if (machine.loop().motor.set_point_A != 0.0F) break;
+  }
+  EXPECT_EQ(waited, 500);
+  while (machine.controller().state().state() == DriveState::kSwitchedOn) {
+    ASSERT_EQ(machine.controller().digital_outputs(), 1U) << "open until operation is enabled";
+    machine.step();
+  }
+  EXPECT_EQ(machine.controller().state().state(), DriveState::kOperationEnabled);
+  EXPECT_FALSE(machine.controller().direction_unknown());
+  machine.controller().command(std::uint16_t{0x00});
+  machine.step();
+  EXPECT_EQ(machine.controller().digital_outputs(), 0U);
+}
+
 // An offset is not added to the push, and an encoder that fails in it ends it.
 TEST(DirectionCheck, PushesWithItsOwnForceOnly) {
   Machine machine(7, {});

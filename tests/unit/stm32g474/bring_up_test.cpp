@@ -196,6 +196,7 @@ void cut_off_everywhere() {
       std::unique_ptr<BoardType> board;
       ASSERT_EQ(start_up(board), BoardFault::kNone);
       board->motor_current().set(-3.0F);
+      board->digital_io().write(7U);  // the brake open
       finished = true;
     } catch (const CutOff&) {
       ++cut_offs;
@@ -211,6 +212,7 @@ void cut_off_everywhere() {
     EXPECT_TRUE(part.amplifier().enable_driven) << allowed;
     EXPECT_FALSE(part.amplifier().enabled) << allowed;
     EXPECT_EQ(part.amplifier().command_code, 2048U) << allowed;
+    EXPECT_EQ(part.at<Gpio>(kGPIOB_BASE).odr.value & 7U, 0U) << allowed << ": the brake is set";
     EXPECT_EQ(part.at<Timer>(kTIM1_BASE).bdtr.value & kTIM_BDTR_MOE.mask, 0U) << allowed;
     if (finished) break;
   }
