@@ -9,6 +9,7 @@
 #include "hal/include/can_port.h"
 #include "hal/include/indicator.h"
 #include "hal/include/nonvolatile.h"
+#include "hal/include/signal_scaling.h"
 
 namespace slipstack {
 
@@ -18,6 +19,7 @@ struct NodeContext {
   const TickTiming& timing;
   CanPort& can;
   Nonvolatile& nonvolatile;
+  SignalScaling* scaling = nullptr;  ///< of a board whose signals can be scaled
 };
 
 /// What commands the controller from outside. start() is called once, when the board runs: the place to load
@@ -52,7 +54,7 @@ class Application {
       : board_(board),
         node_(node),
         tick_(board.encoder(), board.motor_current(), board.clock(), board.watchdog(), board.digital_io()),
-        context_{tick_.controller(), tick_.timing(), board.can(), board.nonvolatile()} {}
+        context_{tick_.controller(), tick_.timing(), board.can(), board.nonvolatile(), scaling_of(board)} {}
 
   /// From the tick's interrupt.
   void tick() {
@@ -99,6 +101,14 @@ class Application {
 
  private:
   using ClockType = std::remove_reference_t<decltype(std::declval<B&>().clock())>;
+
+  static SignalScaling* scaling_of(B& board) {
+    if constexpr (requires { board.scaling(); }) {
+      return &board.scaling();
+    } else {
+      return nullptr;
+    }
+  }
 
   static constexpr Indication indication_of(DriveState state) {
     switch (state) {

@@ -22,7 +22,7 @@ class CanopenNode {
   void start(NodeContext& context) {
     published_.store(nullptr, std::memory_order_relaxed);
     log_.emplace(context.nonvolatile);
-    drive_.emplace(context.controller, context.timing, trace_, serial_);
+    drive_.emplace(context.controller, context.timing, trace_, serial_, context.scaling);
     node_.emplace(context.can, *log_, *drive_);
     node_->start(node_id_, 0);
     // Ticks are running: they must not see a drive that is half made.

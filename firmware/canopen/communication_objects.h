@@ -128,7 +128,7 @@ inline constexpr std::array<DefaultPdo, kPdoCount> kTransmitPdos{{
      0,
      0,
      3,
-     {mapping_entry(0x2210, 5, 16), mapping_entry(0x6064, 0, 32), mapping_entry(0x2200, 11, 16)}},
+     {mapping_entry(0x2210, 5, 16), mapping_entry(0x6063, 0, 32), mapping_entry(0x2200, 11, 16)}},
     {0x480 | kNoRemote, 1, 0, 0, 2, {mapping_entry(0x60F4, 0, 32), mapping_entry(0x2200, 3, 32)}},
 }};
 

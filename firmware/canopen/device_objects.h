@@ -85,7 +85,9 @@ inline constexpr auto kFaultRows = [] {
                                                            "Amplifier fault",
                                                            "Amplifier not ready",
                                                            "Overspeed",
-                                                           "Index off its place"};
+                                                           "Index off its place",
+                                                           "Overload",
+                                                           "Direction"};
   std::array<Object, kFaultCount> rows{};
   rows[0] = head(kFaultCountsIndex, ObjectCode::kRecord, "Faults since start", kFaultCount - 1);
   for (std::uint8_t i = 1; i < kFaultCount; ++i)

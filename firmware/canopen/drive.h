@@ -14,11 +14,14 @@ namespace slipstack::canopen {
 /// objects. Runs in the main loop; reaches the tick only through what the controller offers for that.
 class Drive final : public Application {
  public:
-  Drive(Controller& controller, const TickTiming& timing, TraceBuffer& trace, std::uint32_t serial)
+  /// `scaling`: of the board's signals; a board that has none keeps 2500h at its defaults.
+  Drive(Controller& controller, const TickTiming& timing, TraceBuffer& trace, std::uint32_t serial,
+        SignalScaling* scaling = nullptr)
       : controller_(controller),
         serial_(serial),
+        scalable_(scaling != nullptr),
         profile_(controller),
-        model_(controller),
+        model_(controller, scaling),
         telemetry_(controller, timing),
         trace_(controller, trace) {}
 
@@ -37,7 +40,7 @@ class Drive final : public Application {
   }
   void step(std::uint32_t) override {
     controller_.poll();
-    if (model_.resetting()) step_reset();
+    step_reset();
     profile_.step();
   }
   std::uint16_t error_code() override { return profile_.error_code(); }
@@ -62,6 +65,8 @@ class Drive final : public Application {
         return telemetry_.read_timing(object.sub);
       case kCountersIndex:
         return telemetry_.underruns();
+      case kThermalIndex:
+        return telemetry_.read_load(object.sub, dictionary_->value(row));
       case kFaultCountsIndex:
         return telemetry_.fault_count(object.sub);
       case kReferenceIndex:
@@ -80,8 +85,10 @@ class Drive final : public Application {
         return object.sub == 3 ? model_.apply_checked(*dictionary_, value) : Abort::kNone;
       case kTraceIndex:
         return trace_.check(object.sub);
+      case kScalesIndex:
+        return scalable_ || value == object.initial ? Abort::kNone : Abort::kUnsupportedAccess;
       default:
-        return profile_.check(object.index, value);
+        return profile_.check(row, value);
     }
   }
 
@@ -115,14 +122,16 @@ class Drive final : public Application {
 
  private:
   void step_reset() {
+    const bool resetting = model_.resetting();
     model_.step(*dictionary_);
-    if (!model_.resetting()) profile_.end_reset();
+    if (resetting && !model_.resetting()) profile_.end_reset();
   }
 
   static bool is_model_image(std::size_t row) { return kObjects[row].index == kModelImageIndex; }
 
   Controller& controller_;
   std::uint32_t serial_;
+  bool scalable_;
   Dictionary* dictionary_ = nullptr;
   DriveProfile profile_;
   ModelStaging model_;

@@ -3,12 +3,14 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <optional>
 
 #include "firmware/canopen/command_supervision.h"
 #include "firmware/canopen/dictionary.h"
 #include "firmware/canopen/homing_profile.h"
 #include "firmware/canopen/profile_units.h"
 #include "firmware/canopen/telemetry.h"
+#include "firmware/canopen/user_units.h"
 #include "firmware/control/controller.h"
 
 namespace slipstack::canopen {
@@ -26,13 +28,13 @@ enum class Mode : std::int8_t {
 class DriveProfile {
  public:
   explicit DriveProfile(Controller& controller)
-      : controller_(controller), supervision_(controller), homing_(controller) {}
+      : controller_(controller), supervision_(controller), homing_(controller, units_) {}
 
   /// The dictionary holds other values, after a start or a reset: the axis is stopped, and until end_reset()
   /// no controlword is followed.
   void begin_reset(Dictionary& dictionary) {
     dictionary_ = &dictionary;
-    bounds_changed_ = true;
+    take_units();
     resetting_ = true;
     control_ = 0;
     mode_ = Mode::kNone;
@@ -54,7 +56,7 @@ class DriveProfile {
     if (active_ == Mode::kHoming) homing_.step(*dictionary_, operation_enabled());
   }
 
-  bool driving() const { return controller_.state().driving(); }
+  bool driving() const { return controller_.driving(); }
   void set_operational(bool operational) { operational_ = operational; }
 
   /// 6007h: what follows when the master is lost.
@@ -84,8 +86,7 @@ class DriveProfile {
     target_holds_ = target_holds_ || target_written_;
     const bool has_target = target_written_ || (target_holds_ && !target_streamed_);
     target_written_ = false;
-    cyclic.sync(controller_.ticks(), has_target,
-                controller_.position().counts_of(static_cast<std::int32_t>(value(kRow<0x607A>))));
+    cyclic.sync(controller_.ticks(), has_target, controller_.position().counts_of(target()));
   }
 
   // ---- objects ----
@@ -99,10 +100,12 @@ class DriveProfile {
         return statusword();
       case 0x6061:
         return static_cast<std::uint32_t>(active_);
+      case 0x6063:
+        return static_cast<std::uint32_t>(place(controller_.measured_counts()));
       case 0x6064:
-        return static_cast<std::uint32_t>(position(controller_.measured_counts()));
+        return position();
       case 0x606C:
-        return rounded(in_counts(axis(), out.velocity_mps), 2.1e9F);
+        return rounded(units_.velocity_in_user(in_counts(axis(), out.velocity_mps)), 2.1e9F);
       case 0x6076:
         return rounded(rated_force_N(*dictionary_, axis()) * 1e3F, 2.1e9F);
       case 0x6074:
@@ -110,7 +113,7 @@ class DriveProfile {
       case 0x6077:
         return rounded(in_thousandths(*dictionary_, controller_.measured_A()), 32767.0F);
       case 0x60F4:
-        return rounded(in_counts(axis(), out.position_error_m), 2.1e9F);
+        return rounded(units_.distance_in_user(in_counts(axis(), out.position_error_m)), 2.1e9F);
       case 0x60FD:
         return controller_.inputs().word(controller_.parameters().io);
       default:
@@ -118,8 +121,8 @@ class DriveProfile {
     }
   }
 
-  Abort check(std::uint16_t index, std::uint32_t value_now) const {
-    switch (index) {
+  Abort check(std::size_t row, std::uint32_t value_now) const {
+    switch (kObjects[row].index) {
       case 0x6007:
         return value_now == 1 ? Abort::kBadValue : Abort::kNone;  // not offered
       case 0x605A:                                                // not by the current limit, 3 and 7
@@ -130,6 +133,19 @@ class DriveProfile {
                            mode == Mode::kCyclicPosition || mode == Mode::kCyclicTorque;
         return known ? Abort::kNone : Abort::kBadValue;
       }
+      case 0x607A:
+      case 0x607C: {
+        const auto wanted = static_cast<std::int32_t>(value_now);
+        if (units_.to_counts(wanted)) return Abort::kNone;
+        return wanted < 0 ? Abort::kTooLow : Abort::kTooHigh;
+      }
+      case 0x607E:
+        if ((value_now & ~(UserUnits::kPosition | UserUnits::kVelocity)) != 0) return Abort::kBadValue;
+        return Abort::kNone;
+      case 0x608F:
+      case 0x6091:
+      case 0x6092:
+        return UserUnits::of(*dictionary_, row, value_now) ? Abort::kNone : Abort::kBadValue;
       case 0x6098:
         return HomingProfile::supported(value_now) ? Abort::kNone : Abort::kBadValue;
       default:
@@ -148,6 +164,11 @@ class DriveProfile {
       case 0x607A:
         target_written_ = true;
         return;
+      case 0x607E:
+      case 0x608F:
+      case 0x6091:
+      case 0x6092:
+        return take_units();
       case 0x607D:
       case 0x607F:
       case 0x6080:
@@ -173,7 +194,8 @@ class DriveProfile {
 
   const AxisParameters& axis() const { return controller_.parameters().axis; }
 
-  std::int32_t position(std::int32_t counts) const { return controller_.position().position_of(counts); }
+  // Counts from position zero.
+  std::int32_t place(std::int32_t counts) const { return controller_.position().position_of(counts); }
 
   // And not on the way out of it.
   bool operation_enabled() const { return controller_.state().follows_commands(); }
@@ -199,7 +221,8 @@ class DriveProfile {
       word_now |= (control_ & kQuickStop) != 0 ? 1U << 5 : 0U;
     }
     if (operational_) word_now |= 1U << 9;
-    if (controller_.output().limits != 0 || target_limited_) word_now |= 1U << 11;
+    if (controller_.output().limits != 0 || target_limited_ || controller_.thermal().reduces())
+      word_now |= 1U << 11;
     if (active_ == Mode::kProfilePosition) {
       if (target_reached()) word_now |= 1U << 10;
       if (acknowledged_) word_now |= 1U << 12;
@@ -264,12 +287,28 @@ class DriveProfile {
     return options;
   }
 
-  // An end of the position range in counts; the last count there is, `none`, bounds nothing.
-  std::int32_t range_end(std::size_t row, std::int32_t none) const {
+  // 607Dh in counts; the last number there is bounds nothing.
+  PositionRange software_limits() const {
+    constexpr std::int32_t kMin = PositionRange::kNoLowest;
+    constexpr std::int32_t kMax = PositionRange::kNoHighest;
+    const std::optional<std::int32_t> first = range_end(kRow<0x607D, 1>, kMin);
+    const std::optional<std::int32_t> second = range_end(kRow<0x607D, 2>, kMax);
+    if (units_.turned()) return {second.value_or(kMin), first.value_or(kMax)};
+    return {first.value_or(kMin), second.value_or(kMax)};
+  }
+  std::optional<std::int32_t> range_end(std::size_t row, std::int32_t none) const {
     const auto end = static_cast<std::int32_t>(value(row));
-    const std::int64_t counts = std::int64_t{end} + range_origin_;
-    return end == none || counts != static_cast<std::int32_t>(counts) ? none
-                                                                      : static_cast<std::int32_t>(counts);
+    const std::optional<std::int32_t> from_zero = units_.to_counts(end);
+    if (end == none || !from_zero) return std::nullopt;
+    const std::int64_t counts = std::int64_t{*from_zero} + range_origin_;
+    if (counts != static_cast<std::int32_t>(counts)) return std::nullopt;
+    return static_cast<std::int32_t>(counts);
+  }
+
+  // In counts; as delivered nothing is bounded, whatever the user's unit is.
+  float bound_in_counts(std::size_t row) const {
+    if (value(row) == 0xFFFFFFFFU) return UserBounds::kNone;
+    return static_cast<float>(value(row)) * units_.counts_per_user();
   }
 
   // What objects bound motion by, to the tick. Positions bound where they are referenced, and homing looks
@@ -286,16 +325,13 @@ class DriveProfile {
     range_origin_ = place.origin();
     const auto real = [this](std::size_t row) { return static_cast<float>(value(row)); };
     UserBounds user;
-    if (ranged) {
-      user.range = {range_end(kRow<0x607D, 1>, PositionRange::kNoLowest),
-                    range_end(kRow<0x607D, 2>, PositionRange::kNoHighest)};
-    }
+    if (ranged) user.range = software_limits();
     user.switches = switches_;
     user.velocity_mps = real(kRow<0x6080>) * 1e-3F;
-    user.profile_velocity_counts_per_s = real(kRow<0x607F>);
-    user.quick_stop_counts_per_s2 = real(kRow<0x6085>);
-    user.slow_down_counts_per_s2 = real(kRow<0x6084>);
-    user.slow_down_counts_per_s3 = real(kRow<0x60A4, 1>);
+    user.profile_velocity_counts_per_s = bound_in_counts(kRow<0x607F>);
+    user.quick_stop_counts_per_s2 = bound_in_counts(kRow<0x6085>);
+    user.slow_down_counts_per_s2 = bound_in_counts(kRow<0x6084>);
+    user.slow_down_counts_per_s3 = bound_in_counts(kRow<0x60A4, 1>);
     user.brake_release_s = real(kRow<kBrakeIndex, 1>) * 1e-3F;
     user.brake_apply_s = real(kRow<kBrakeIndex, 2>) * 1e-3F;
     controller_.bound(user);
@@ -343,7 +379,7 @@ class DriveProfile {
     cyclic_ = wanted;
     target_written_ = target_holds_ = false;
     if (!wanted) return controller_.cyclic_position().stop();
-    dictionary_->set(kRow<0x607A>, static_cast<std::uint32_t>(position(controller_.measured_counts())));
+    dictionary_->set(kRow<0x607A>, position());
     controller_.cyclic_position().start();
   }
 
@@ -363,9 +399,8 @@ class DriveProfile {
       return;
     }
     if ((rising & kNewSetPointBit) == 0 || !operation_enabled() || halted() || waiting_) return;
-    const auto target = static_cast<std::int32_t>(value(kRow<0x607A>));
-    const std::int64_t from = position(target_stands_ ? target_ : controller_.reference().counts());
-    const std::int64_t asked = (control_ & kRelativeBit) != 0 ? from + target : target;
+    const std::int64_t from = place(target_stands_ ? target_ : controller_.reference().counts());
+    const std::int64_t asked = (control_ & kRelativeBit) != 0 ? from + target() : target();
     const std::int64_t origin = controller_.position().origin();
     const std::int64_t wanted = controller_.range().nearest(asked + origin) - origin;
     acknowledged_ = true;
@@ -441,7 +476,7 @@ class DriveProfile {
     const std::int32_t error = difference(controller_.measured_counts(), target);
     const std::uint32_t distance =
         error < 0 ? 0U - static_cast<std::uint32_t>(error) : static_cast<std::uint32_t>(error);
-    const bool inside = !moving_ && distance <= value(kRow<0x6067>);
+    const bool inside = !moving_ && distance <= units_.width_in_counts(value(kRow<0x6067>));
     if (!inside || !in_window_) entered_ = now;
     in_window_ = inside;
     const float wait_s = static_cast<float>(value(kRow<0x6068>)) * 1e-3F;
@@ -457,12 +492,29 @@ class DriveProfile {
 
   MotionLimits limits() const {
     const float tick_s = controller_.parameters().axis.tick_s;
-    const auto in_ticks = [](std::uint32_t per_second, float scale) {
-      return static_cast<float>(per_second) * scale;
+    const auto in_ticks = [this](std::uint32_t per_second, float scale) {
+      return static_cast<float>(per_second) * (units_.counts_per_user() * scale);
     };
     return {in_ticks(profile_.velocity, tick_s), in_ticks(profile_.acceleration, tick_s * tick_s),
             in_ticks(profile_.deceleration, tick_s * tick_s),
             in_ticks(profile_.jerk, tick_s * tick_s * tick_s)};
+  }
+
+  // A target from before would mean another place.
+  void take_units() {
+    units_ = UserUnits::of(*dictionary_).value_or(UserUnits{});
+    bounds_changed_ = true;
+    dictionary_->set(kRow<0x607A>, position());
+  }
+
+  // 6064h, 607Ah: the user's unit outside, counts inside. What does not fit was refused when it was written.
+  std::uint32_t position() const {
+    return static_cast<std::uint32_t>(units_.to_user(place(controller_.measured_counts())));
+  }
+  // In counts: from position zero, or a distance.
+  std::int32_t target() const {
+    return units_.to_counts(static_cast<std::int32_t>(value(kRow<0x607A>)))
+        .value_or(place(controller_.measured_counts()));
   }
 
   // 60C2h: value x 10^index seconds.
@@ -479,6 +531,7 @@ class DriveProfile {
 
   Controller& controller_;
   CommandSupervision supervision_;
+  UserUnits units_;
   HomingProfile homing_;
   Dictionary* dictionary_ = nullptr;
   std::uint16_t control_ = 0;

@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "firmware/canopen/dictionary.h"
-#include "firmware/canopen/profile_units.h"
+#include "firmware/canopen/user_units.h"
 #include "firmware/control/homing.h"
 
 namespace slipstack::canopen {
@@ -12,7 +12,9 @@ namespace slipstack::canopen {
 /// Homing mode (IEC 61800-7-201, hm): its objects, and its bits of controlword and statusword.
 class HomingProfile {
  public:
-  explicit HomingProfile(Controller& controller) : controller_(controller), homing_(controller) {}
+  /// `units`: as they are when homing starts.
+  HomingProfile(Controller& controller, const UserUnits& units)
+      : controller_(controller), units_(units), homing_(controller) {}
 
   /// Whether 6098h may have this value; 0 is none.
   static bool supported(std::uint32_t method) {
@@ -74,19 +76,22 @@ class HomingProfile {
     settings.method = find_homing_method(static_cast<std::int8_t>(dictionary.value(kRow<0x6098>)));
     settings.fast = limits(dictionary, dictionary.value(kRow<0x6099, 1>), tick_s);
     settings.slow = limits(dictionary, dictionary.value(kRow<0x6099, 2>), tick_s);
-    settings.home_offset = static_cast<std::int32_t>(dictionary.value(kRow<0x607C>));
+    settings.home_offset =
+        units_.to_counts(static_cast<std::int32_t>(dictionary.value(kRow<0x607C>))).value_or(0);
     settings.timeout_ticks = static_cast<std::uint32_t>(dictionary.real(kRow<kHomingIndex, 1>) / tick_s);
     settings.end_stop_A = dictionary.real(kRow<kHomingIndex, 2>);
     settings.end_stop_ticks = static_cast<std::uint32_t>(dictionary.real(kRow<kHomingIndex, 3>) / tick_s);
     return settings;
   }
-  static MotionLimits limits(const Dictionary& dictionary, std::uint32_t speed, float tick_s) {
-    const float acceleration = static_cast<float>(dictionary.value(kRow<0x609A>)) * tick_s * tick_s;
-    const float jerk = static_cast<float>(dictionary.value(kRow<0x60A4, 1>)) * tick_s * tick_s * tick_s;
-    return {static_cast<float>(speed) * tick_s, acceleration, acceleration, jerk};
+  MotionLimits limits(const Dictionary& dictionary, std::uint32_t speed, float tick_s) const {
+    const float per_user = units_.counts_per_user() * tick_s;
+    const float acceleration = static_cast<float>(dictionary.value(kRow<0x609A>)) * per_user * tick_s;
+    const float jerk = static_cast<float>(dictionary.value(kRow<0x60A4, 1>)) * per_user * tick_s * tick_s;
+    return {static_cast<float>(speed) * per_user, acceleration, acceleration, jerk};
   }
 
   Controller& controller_;
+  const UserUnits& units_;
   Homing homing_;
 };
 

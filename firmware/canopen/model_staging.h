@@ -8,6 +8,7 @@
 #include "firmware/canopen/counter.h"
 #include "firmware/canopen/staged_model.h"
 #include "firmware/control/controller.h"
+#include "hal/include/signal_scaling.h"
 
 namespace slipstack::canopen {
 
@@ -15,7 +16,8 @@ namespace slipstack::canopen {
 /// once), then applied by its hash (2140h).
 class ModelStaging {
  public:
-  explicit ModelStaging(Controller& controller) : controller_(controller) {}
+  /// `scaling`: of the board; nullptr where it has none.
+  ModelStaging(Controller& controller, SignalScaling* scaling) : controller_(controller), scaling_(scaling) {}
 
   ParameterStatus last_status() const { return status_; }
 
@@ -26,26 +28,28 @@ class ModelStaging {
   /// Once in every poll. At a reset the axis stops by the parameters that it moves by; then those are
   /// withdrawn, so that nothing runs that no object shows; then the values of the dictionary are applied, and
   /// if they are refused the drive has none.
-  void step(const Dictionary& dictionary) {
-    if (phase_ == Phase::kNone || controller_.change_pending() || controller_.state().driving()) return;
+  void step(Dictionary& dictionary) {
+    if (controller_.parameters().axis.check_direction && !controller_.direction_unknown()) {
+      dictionary.set(kRow<kDirectionIndex, 5>, checked_scales_);
+    }
+    if (phase_ == Phase::kNone || controller_.change_pending() || controller_.driving()) return;
     if (phase_ == Phase::kStopping && controller_.parameters().valid) {
       if (controller_.withdraw_parameters()) phase_ = Phase::kWithdrawn;
       return;
     }
     phase_ = Phase::kNone;
-    status_ = controller_.configure(staged_axis(dictionary), staged_model(dictionary));
+    // Nothing is in force now: readings may step.
+    scales_ = staged_scales(dictionary);
+    if (scaling_ != nullptr) scaling_->set_scales(scales_);
+    configure(dictionary, staged_model(dictionary));
   }
 
   /// 2140h:03: applied if the hash that the master writes is that of the staged model.
   Abort apply_checked(const Dictionary& dictionary, std::uint32_t hash) {
-    if (resetting() || controller_.state().driving() || controller_.change_pending())
-      return Abort::kDeviceState;
+    if (resetting() || controller_.driving() || controller_.change_pending()) return Abort::kDeviceState;
     const ModelParameters model = staged_model(dictionary);
     if (hash != model_hash(model)) return Abort::kBadValue;
-    // Checked first: what the controller itself refuses counts as a fault of an enabled axis.
-    const AxisParameters axis = staged_axis(dictionary);
-    status_ = slipstack::check(axis, model);
-    if (status_ == ParameterStatus::kOk) status_ = controller_.configure(axis, model);
+    configure(dictionary, model);
     if (status_ == ParameterStatus::kOk) return Abort::kNone;
     count(refused_);
     return Abort::kGeneral;
@@ -107,9 +111,24 @@ class ModelStaging {
  private:
   static constexpr std::uint32_t kImageBytes = 4 * kModelWords;
 
+  // Checked first: what the controller itself refuses counts as a fault of an enabled axis.
+  void configure(const Dictionary& dictionary, const ModelParameters& model) {
+    const AxisParameters axis = staged_axis(dictionary);
+    status_ = slipstack::check(axis, model);
+    if (status_ == ParameterStatus::kOk && scaling_ != nullptr &&
+        axis.current_limit_A > scaling_->largest_A(scales_)) {
+      status_ = ParameterStatus::kAmplifierTooSmall;
+    }
+    if (status_ == ParameterStatus::kOk) status_ = controller_.configure(axis, model);
+    if (status_ == ParameterStatus::kOk) checked_scales_ = scales_hash(dictionary);
+  }
+
   enum class Phase : std::uint8_t { kNone, kStopping, kWithdrawn };
 
   Controller& controller_;
+  SignalScaling* scaling_;
+  SignalScales scales_;               // in force
+  std::uint32_t checked_scales_ = 0;  // with the parameters in force
   Phase phase_ = Phase::kNone;
   ParameterStatus status_ = ParameterStatus::kNoMass;
   std::uint32_t refused_ = 0;

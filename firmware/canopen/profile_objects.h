@@ -8,12 +8,18 @@
 #include "firmware/canopen/object.h"
 #include "firmware/control/homing_methods.h"
 
-// Objects of the drive profile (CiA 402, IEC 61800-7-201): 6000h and up. Position is in encoder counts,
-// velocity in counts per second, force in thousandths of the rated force (6076h).
+// Objects of the drive profile (CiA 402, IEC 61800-7-201): 6000h and up. Position is in the user's unit,
+// which 608Fh, 6091h and 6092h make of encoder counts (user_units.h) and is a count as delivered; force in
+// thousandths of the rated force (6076h).
 namespace slipstack::canopen {
 
 inline constexpr std::uint32_t kSupportedModes =
     (1U << 0) | (1U << 5) | (1U << 7) | (1U << 9);  ///< pp, hm, csp, cst
+
+/// A number of the factor group.
+constexpr Object factor(std::uint16_t index, std::uint8_t sub, const char* name) {
+  return entry(index, sub, Type::kU32, name).within(1U, 0xFFFFFFFFU).at_first(1U).stored(Storage::kParameter);
+}
 
 inline constexpr auto kProfileObjects = [] {
   constexpr Storage kParameter = Storage::kParameter;
@@ -39,18 +45,23 @@ inline constexpr auto kProfileObjects = [] {
       variable(0x605E, Type::kI16, "Fault reaction option code").within(0, 2).at_first(2U).stored(kParameter),
       variable(0x6060, Type::kI8, "Modes of operation").mapped(kIn).from_device(),
       variable(0x6061, Type::kI8, "Modes of operation display").read_only().from_device().mapped(kOut),
-      variable(0x6064, Type::kI32, "Position actual value")
+      variable(0x6063, Type::kI32, "Position actual internal value")
           .read_only()
           .from_device()
           .mapped(kOut)
           .in("count"),
-      variable(0x6067, Type::kU32, "Position window").at_first(1000U).in("count").stored(kSetting),
+      variable(0x6064, Type::kI32, "Position actual value")
+          .read_only()
+          .from_device()
+          .mapped(kOut)
+          .in("user unit"),
+      variable(0x6067, Type::kU32, "Position window").at_first(1000U).in("user unit").stored(kSetting),
       variable(0x6068, Type::kU16, "Position window time").at_first(10U).in("s", 1e-3F).stored(kSetting),
       variable(0x606C, Type::kI32, "Velocity actual value")
           .read_only()
           .from_device()
           .mapped(kOut)
-          .in("count/s"),
+          .in("user unit/s"),
       variable(0x6071, Type::kI16, "Target torque").mapped(kIn).from_device().in("rated force", 1e-3F),
       variable(0x6074, Type::kI16, "Torque demand")
           .read_only()
@@ -68,21 +79,23 @@ inline constexpr auto kProfileObjects = [] {
           .from_device()
           .mapped(kOut)
           .in("rated force", 1e-3F),
-      variable(0x607A, Type::kI32, "Target position").mapped(kIn).from_device().in("count"),
-      variable(0x607C, Type::kI32, "Home offset").in("count").stored(kSetting),
+      variable(0x607A, Type::kI32, "Target position").mapped(kIn).from_device().in("user unit"),
+      variable(0x607C, Type::kI32, "Home offset").in("user unit").stored(kSetting),
       head(0x607D, ObjectCode::kArray, "Software position limit", 2),
       entry(0x607D, 1, Type::kI32, "Min position limit")
           .at_first(std::numeric_limits<std::int32_t>::min())
-          .in("count")
+          .in("user unit")
           .stored(kSetting),
       entry(0x607D, 2, Type::kI32, "Max position limit")
           .at_first(std::numeric_limits<std::int32_t>::max())
-          .in("count")
+          .in("user unit")
           .stored(kSetting),
+      // Bit 7: position, bit 6: velocity.
+      variable(0x607E, Type::kU8, "Polarity").within(0, 0xC0).stored(kParameter),
       variable(0x607F, Type::kU32, "Max profile velocity")
           .within(1U, 0xFFFFFFFFU)
           .at_first(0xFFFFFFFFU)
-          .in("count/s")
+          .in("user unit/s")
           .stored(kSetting),
       variable(0x6080, Type::kU32, "Max motor speed")
           .within(1U, 0xFFFFFFFFU)
@@ -93,47 +106,56 @@ inline constexpr auto kProfileObjects = [] {
           .within(1, 2000000000)
           .at_first(100000U)
           .mapped(kIn)
-          .in("count/s")
+          .in("user unit/s")
           .stored(kSetting),
       variable(0x6083, Type::kU32, "Profile acceleration")
           .within(1, 2000000000)
           .at_first(1000000U)
           .mapped(kIn)
-          .in("count/s2")
+          .in("user unit/s2")
           .stored(kSetting),
       variable(0x6084, Type::kU32, "Profile deceleration")
           .within(1, 2000000000)
           .at_first(1000000U)
           .mapped(kIn)
-          .in("count/s2")
+          .in("user unit/s2")
           .stored(kSetting),
       variable(0x6085, Type::kU32, "Quick stop deceleration")
           .within(1U, 0xFFFFFFFFU)
           .at_first(0xFFFFFFFFU)
-          .in("count/s2")
+          .in("user unit/s2")
           .stored(kSetting),
+      head(0x608F, ObjectCode::kArray, "Position encoder resolution", 2),
+      factor(0x608F, 1, "Encoder increments").in("count"),
+      factor(0x608F, 2, "Motor revolutions"),
+      head(0x6091, ObjectCode::kArray, "Gear ratio", 2),
+      factor(0x6091, 1, "Motor revolutions"),
+      factor(0x6091, 2, "Shaft revolutions"),
+      head(0x6092, ObjectCode::kArray, "Feed constant", 2),
+      factor(0x6092, 1, "Feed").in("user unit"),
+      factor(0x6092, 2, "Shaft revolutions"),
       variable(0x6098, Type::kI8, "Homing method").stored(kSetting),
       head(0x6099, ObjectCode::kArray, "Homing speeds", 2),
       entry(0x6099, 1, Type::kU32, "Speed during search for switch")
           .within(1, 2000000000)
           .at_first(50000U)
-          .in("count/s")
+          .in("user unit/s")
           .stored(kSetting),
       entry(0x6099, 2, Type::kU32, "Speed during search for zero")
           .within(1, 2000000000)
           .at_first(5000U)
-          .in("count/s")
+          .in("user unit/s")
           .stored(kSetting),
       variable(0x609A, Type::kU32, "Homing acceleration")
           .within(1, 2000000000)
           .at_first(1000000U)
-          .in("count/s2")
+          .in("user unit/s2")
           .stored(kSetting),
       head(0x60A4, ObjectCode::kArray, "Profile jerk", 1),
       entry(0x60A4, 1, Type::kU32, "Profile jerk")
           .within(1, 2147483647)
           .at_first(100000000U)
-          .in("count/s3")
+          .in("user unit/s3")
           .stored(kSetting),
       variable(0x60B2, Type::kI16, "Torque offset").mapped(kIn).from_device().in("rated force", 1e-3F),
       head(0x60C2, ObjectCode::kRecord, "Interpolation time period", 2),
@@ -168,7 +190,7 @@ inline constexpr auto kLastProfileObjects = [] {
           .read_only()
           .from_device()
           .mapped(kOut)
-          .in("count"),
+          .in("user unit"),
       variable(0x60FD, Type::kU32, "Digital inputs").read_only().from_device().mapped(kOut),
       head(0x60FE, ObjectCode::kArray, "Digital outputs", 2),
       entry(0x60FE, 1, Type::kU32, "Physical outputs").mapped(kIn),

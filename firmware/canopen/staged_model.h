@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "firmware/canopen/dictionary.h"
+#include "firmware/canopen/machine_scales.h"
 #include "firmware/control/parameters.h"
 
 // Axis and friction model as they stand in the dictionary: staged, until they are applied.
@@ -29,7 +30,7 @@ inline PositionReferenceParameters staged_reference(const Dictionary& dictionary
           dictionary.value(kHead + 3), dictionary.value(kHead + 4)};
 }
 
-/// The axis of 2000h, 2010h and 2012h.
+/// The axis of 2000h, 2010h, 2012h, 2501h, 2502h and 6075h.
 inline AxisParameters staged_axis(const Dictionary& dictionary) {
   constexpr std::size_t kFirst = kRow<kAxisIndex>;
   AxisParameters axis;
@@ -44,6 +45,17 @@ inline AxisParameters staged_axis(const Dictionary& dictionary) {
   axis.adapt_level = dictionary.value(kFirst + kAdaptLevelSub) != 0;
   axis.io = staged_io(dictionary);
   axis.reference = staged_reference(dictionary);
+  axis.motor_rated_A = static_cast<float>(dictionary.value(kRow<0x6075>)) * 1e-3F;
+  axis.motor_thermal_s = dictionary.real(kRow<kThermalIndex, 1>);
+  axis.amplifier_rated_A = dictionary.real(kRow<kThermalIndex, 2>);
+  axis.amplifier_thermal_s = dictionary.real(kRow<kThermalIndex, 3>);
+  axis.overload_is_fault = dictionary.value(kRow<kThermalIndex, 4>) != 0;
+  // Passed is passed until a scale changes.
+  axis.check_direction = dictionary.value(kRow<kDirectionIndex, 1>) != 0 &&
+                         dictionary.value(kRow<kDirectionIndex, 5>) != scales_hash(dictionary);
+  axis.check_distance_m = dictionary.real(kRow<kDirectionIndex, 2>);
+  axis.check_current_A = dictionary.real(kRow<kDirectionIndex, 3>);
+  axis.check_rate_A_per_s = dictionary.real(kRow<kDirectionIndex, 4>);
   return axis;
 }
 

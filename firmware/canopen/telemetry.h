@@ -54,6 +54,11 @@ class Telemetry {
         return controller_.ticks() & 0xFFFF;
     }
   }
+  /// 2502h: the loads; `stored` is what its parameters hold.
+  std::uint32_t read_load(std::uint8_t sub, std::uint32_t stored) const {
+    if (sub == 5) return word(controller_.thermal().motor_load());
+    return sub == 6 ? word(controller_.thermal().amplifier_load()) : stored;
+  }
   std::uint32_t underruns() const {
     return controller_.reference().underruns() + controller_.cyclic_position().gaps();
   }

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "firmware/control/digital_io.h"
+#include "firmware/control/direction_check.h"
 #include "firmware/control/exchange_box.h"
 #include "firmware/control/fault_monitor.h"
 #include "firmware/control/feedback.h"
@@ -20,8 +21,6 @@ namespace slipstack {
 
 /// Parameters in the form that the tick uses: checked, multiplied out, the model prepared.
 struct ControlSet {
-  AxisParameters axis;
-  std::uint32_t hash = 0;
   std::int32_t lead = 0;
   int displacement_shift = 0;
   float mass_kg = 1.0F;
@@ -34,18 +33,21 @@ struct ControlSet {
   float disturbance_kg = 0.0F;
   float adaptation_counts = 0.0F;
   float largest_step_A = 0.0F;
-  ExchangeBox<MotionBounds> bounds;
   StateEstimate::Gains estimate;
   FeedForward::Scales scales;
   Feedback::Gains feedback;
   FaultMonitor::Bounds monitor;
   IoMasks io;
   LevelAdaptation::Bounds adaptation;
+  ExchangeBox<MotionBounds> bounds;
+  AxisParameters axis;
+  std::uint32_t hash = 0;
   bool valid = false;
   FrictionModel<float> model;
   TargetCurve virgin_curve;       ///< for the main loop
   std::int32_t start_counts = 0;  ///< where the axis is before there are parameters
   std::uint32_t number = 0;       ///< of this set, counted since the start
+  DirectionCheck::Settings direction;
 
   /// Outside the tick. Nothing changes unless kOk.
   ParameterStatus prepare(const AxisParameters& new_axis, const ModelParameters& parameters,
@@ -72,6 +74,7 @@ struct ControlSet {
         StateEstimate::gains(axis.encoder_resolution_m, axis.tick_s, axis.observer_bandwidth_rad_per_s);
     prepare_feedback();
     monitor = FaultMonitor::bounds(axis);
+    prepare_check();
     io = IoMasks::of(axis.io);
     adaptation =
         LevelAdaptation::bounds(axis.level_lowest, axis.level_highest, axis.level_memory_s, axis.tick_s);
@@ -114,6 +117,18 @@ struct ControlSet {
       const NotchParameters& own = axis.notch[i];
       feedback.notch[i] = Notch::gains(own.frequency_Hz, own.damping, own.depth, axis.tick_s);
     }
+  }
+
+  void prepare_check() {
+    // Fewer counts than four could be noise.
+    constexpr float kFewest = 4.0F;
+    const float counts = axis.check_distance_m / axis.encoder_resolution_m;
+    direction.wanted = axis.check_direction;
+    direction.distance_counts = static_cast<std::int32_t>(approx::clamp(counts, kFewest, 1.0e8F));
+    direction.largest_N = axis.check_current_A * axis.motor_constant_N_per_A;
+    direction.step_N = axis.check_rate_A_per_s * axis.motor_constant_N_per_A * axis.tick_s;
+    // As long again as the last quarter of the rise.
+    direction.hold_ticks = static_cast<std::int32_t>(0.25F * direction.largest_N / direction.step_N);
   }
 
   void prepare_model(const ModelParameters& parameters) {

@@ -50,6 +50,15 @@ struct AxisParameters {
   float level_highest = 1.5F;
   float level_memory_s = 5.0F;
   float adaptation_speed_mps = 5.0e-3F;  ///< of the reference, from which on the level is adapted
+  float motor_rated_A = 0.0F;            ///< for ever (6075h); 0: without I2t
+  float motor_thermal_s = 10.0F;         ///< time constant of the winding
+  float amplifier_rated_A = 0.0F;
+  float amplifier_thermal_s = 2.0F;
+  bool overload_is_fault = false;    ///< else the current is limited to the rated one
+  bool check_direction = false;      ///< a push before operation is enabled (DirectionCheck)
+  float check_distance_m = 2.0e-5F;  ///< that the push must move the axis by
+  float check_current_A = 2.0F;      ///< of the push, at most
+  float check_rate_A_per_s = 10.0F;
   IoParameters io;
   PositionReferenceParameters reference;
 };
@@ -61,12 +70,13 @@ enum class ParameterStatus : std::uint8_t {
   kAxisOutOfBounds,
   kGainOutOfBounds,
   kShapeOutOfBounds,
-  kNoMass,            ///< neither inertia nor payload gives the controller a mass
-  kDelayTooLong,      ///< time_delay beyond what the reference can be advanced by
-  kFixedAtStart,      ///< resolution or tick changed while running
-  kBusy,              ///< the previous change has not been taken yet
-  kEncoderTooFine,    ///< a limit of motion is more counts per tick than the reference can represent
-  kEncoderTooCoarse,  ///< a limit of motion is less of a count per tick than the reference can represent
+  kNoMass,             ///< neither inertia nor payload gives the controller a mass
+  kDelayTooLong,       ///< time_delay beyond what the reference can be advanced by
+  kFixedAtStart,       ///< resolution or tick changed while running
+  kBusy,               ///< the previous change has not been taken yet
+  kEncoderTooFine,     ///< a limit of motion is more counts per tick than the reference can represent
+  kEncoderTooCoarse,   ///< a limit of motion is less of a count per tick than the reference can represent
+  kAmplifierTooSmall,  ///< the current limit is more than the command can ask for
 };
 
 inline constexpr std::int32_t kLargestLeadTicks = 63;
@@ -106,6 +116,13 @@ inline constexpr auto kAxisBounds = std::to_array<Bound>({
     {&AxisParameters::level_highest, 1.0F, 3.0F},
     {&AxisParameters::level_memory_s, 0.1F, 1.0e3F},
     {&AxisParameters::adaptation_speed_mps, 1.0e-4F, 10.0F},
+    {&AxisParameters::motor_rated_A, 0.0F, 1.0e3F},
+    {&AxisParameters::motor_thermal_s, 0.1F, 1.0e5F},
+    {&AxisParameters::amplifier_rated_A, 0.0F, 1.0e3F},
+    {&AxisParameters::amplifier_thermal_s, 0.1F, 1.0e5F},
+    {&AxisParameters::check_distance_m, 1.0e-7F, 1.0e-3F},
+    {&AxisParameters::check_current_A, 1.0e-3F, 1.0e2F},
+    {&AxisParameters::check_rate_A_per_s, 1.0e-1F, 1.0e4F},
 });
 
 // False for NaN.

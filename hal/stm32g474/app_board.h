@@ -2,11 +2,12 @@
 #pragma once
 
 #include "hal/stm32g474/board.h"
+#include "hal/stm32g474/peripherals.h"
 
 namespace slipstack {
 
 /// The NUCLEO-G474RE for firmware/app/main.cpp: current set-point by DAC, ticks from TIM6.
-class BoardOfImage : public stm32g474::Board<stm32g474::DriveKind::kDac> {
+class BoardOfImage : public stm32g474::Board<stm32g474::DriveKind::kDac, stm32g474::Part> {
  public:
   BoardOfImage() : Board(kSetup) {}
 

@@ -3,7 +3,9 @@
 
 #include <cstdint>
 #include <span>
+#include <type_traits>
 
+#include "hal/include/signal_scaling.h"
 #include "hal/stm32g474/can.h"
 #include "hal/stm32g474/clock_tree.h"
 #include "hal/stm32g474/digital_io.h"
@@ -12,34 +14,16 @@
 #include "hal/stm32g474/gpio.h"
 #include "hal/stm32g474/lamp.h"
 #include "hal/stm32g474/motor_current.h"
-#include "hal/stm32g474/peripherals.h"
+#include "hal/stm32g474/safe_outputs.h"
 #include "hal/stm32g474/timing.h"
 #include "hal/stm32g474/uart.h"
 #include "hal/stm32g474/unique_id.h"
 
-// The NUCLEO-G474RE with what is wired to it (README.md has the table of pins). Only for the target.
+// The NUCLEO-G474RE with what is wired to it (README.md has the table of pins).
 namespace slipstack::stm32g474 {
-
-using Port = Gpio<HardwareWord>;
-using BoardEncoder = QuadratureEncoder<Timer<HardwareWord>, CycleClock<Dwt<HardwareWord>>>;
-using BoardCan = Can<Fdcan<HardwareWord>, CanMessageRam<HardwareWord>>;
-using BoardCurrentInput = CurrentInput<Adc<HardwareWord>, AdcCommon<HardwareWord>>;
-
-// The part's memory bus. The barriers let the NMI of a bad word come before the next instruction.
-struct FlashMemory {
-  std::uint32_t read_word(std::uint32_t address) const {
-    const std::uint32_t word = hardware_word(address);
-    asm volatile("dsb \n isb \n nop \n nop" ::: "memory");
-    return word;
-  }
-  void write_word(std::uint32_t address, std::uint32_t value) const { hardware_word(address) = value; }
-};
 
 // Shared with the NMI's handler.
 extern CarefulRead careful_read;
-
-// Power stage off, zero current. For the handlers of faults: uses nothing but the registers.
-void force_safe_state();
 
 enum class DriveKind : std::uint8_t { kDac, kPwm };
 enum class BoardFault : std::uint8_t { kNone, kClock, kDac, kAdc, kCan, kWatchdog, kTick };
@@ -50,13 +34,25 @@ struct BoardSetup {
   std::uint32_t tick_rate_Hz = 10'000;
   std::uint32_t watchdog_us = 20'000;
   EncoderSetup encoder;
-  // DAC code 2048 is 0 V after the level shifter, 0 ... 4095 is -10 ... +10 V.
-  CurrentScale dac_scale{2048.0F, 204.75F, 1, 4095};
+  SignalScales scales;  // until the stored ones are known
   PwmPlan pwm = plan_pwm(kCore_Hz, 40'000, 500, 0.05F, 0.95F);
   float amperes_at_full_duty = 10.0F;
-  CurrentScale adc_scale{2048.0F, 4096.0F / 33.0F, 8, 4087};
-  DigitalPins digital{.first_input = 1, .inputs = 8, .first_output = 0, .outputs = 3};  // PC1, PB0
+  DigitalPins digital = kDigitalPins;
 };
+
+// The level shifter makes -10 ... +10 V of codes 0 ... 4095, and 0 V of 2048.
+inline constexpr CurrentScale dac_scale(const SignalScales& scales) {
+  constexpr float kCodesPerVolt = 204.75F;
+  const float codes_per_A = kCodesPerVolt / scales.command_A_per_V;
+  return {static_cast<float>(kDacZeroCode) + kCodesPerVolt * scales.command_zero_V,
+          scales.motor_reversed ? -codes_per_A : codes_per_A, 1, 4095};
+}
+// 12 bits of 3.3 V; the outermost eight codes are an open or shorted sensor.
+inline constexpr CurrentScale monitor_scale(const SignalScales& scales) {
+  constexpr float kCodesPerVolt = 4096.0F / 3.3F;
+  const float codes_per_A = kCodesPerVolt / scales.monitor_A_per_V;
+  return {kCodesPerVolt * scales.monitor_zero_V, scales.motor_reversed ? -codes_per_A : codes_per_A, 8, 4087};
+}
 
 static_assert(keeps_limits(BoardSetup{}.pwm));
 static_assert(plan_watchdog(BoardSetup{}.watchdog_us).valid);
@@ -69,64 +65,65 @@ static_assert(kCanTimingCrystal.valid() && kCanTimingCrystal.bit_rate(kHse_Hz) =
 static_assert(kCanTimingHsi.valid() && kCanTimingHsi.bit_rate(kCore_Hz) == 1'000'000);
 static_assert(kCanTimingCrystal.clock_tolerance_ppm() >= 1'000, "ten times a crystal's 100 ppm");
 
-template <DriveKind kDrive>
-struct DriveOutput;
-template <>
-struct DriveOutput<DriveKind::kDac> {
-  using Type = DacOutput<Dac<HardwareWord>>;
-};
-template <>
-struct DriveOutput<DriveKind::kPwm> {
-  using Type = PwmOutput<Timer<HardwareWord>>;
-};
-
-// Everything on the board, as hal/include wants it. One object, of static life.
-template <DriveKind kDrive>
+// Everything on the board, as hal/include wants it. One object, of static life. Hardware: `Part`, or a
+// simulated one.
+template <DriveKind kDrive, class Hardware>
 class Board {
  public:
-  using Output = typename DriveOutput<kDrive>::Type;
+  using Word = typename Hardware::Word;
+  using Port = Gpio<Word>;
+  using BoardClock = CycleClock<Dwt<Word>>;
+  using BoardEncoder = QuadratureEncoder<Timer<Word>, BoardClock>;
+  using BoardCan = Can<Fdcan<Word>, CanMessageRam<Word>>;
+  using BoardCurrentInput = CurrentInput<Adc<Word>, AdcCommon<Word>>;
+  using Pwm = PwmOutput<Timer<Word>>;
+  using DacOut = DacOutput<Dac<Word>>;
+  using Output = std::conditional_t<kDrive == DriveKind::kDac, DacOut, Pwm>;
   using Motor = MotorDrive<Output, BoardCurrentInput, Port>;
 
   explicit Board(const BoardSetup& setup)
       : setup_(setup),
-        clock_(hardware<Dwt>(kDWT_BASE)),
-        encoder_(hardware<Timer>(kTIM2_BASE), clock_),
-        pwm_(hardware<Timer>(kTIM1_BASE), setup.pwm, setup.amperes_at_full_duty),
-        dac_(hardware<Dac>(kDAC1_BASE), setup.dac_scale),
-        current_input_(hardware<Adc>(kADC1_BASE), hardware<AdcCommon>(kADC12_COMMON_BASE), setup.adc_scale),
+        clock_(block<Dwt>(kDWT_BASE)),
+        encoder_(block<Timer>(kTIM2_BASE), clock_),
+        pwm_(block<Timer>(kTIM1_BASE), setup.pwm, setup.amperes_at_full_duty),
+        dac_(block<Dac>(kDAC1_BASE), dac_scale(setup.scales)),
+        current_input_(block<Adc>(kADC1_BASE), block<AdcCommon>(kADC12_COMMON_BASE),
+                       monitor_scale(setup.scales)),
         digital_io_(port(kGPIOC_BASE), port(kGPIOB_BASE), setup.digital),
         motor_(output(), current_input_, port(kGPIOB_BASE), kEnablePin),
-        can_(hardware<Fdcan>(kFDCAN1_BASE), hardware<CanMessageRam>(kSRAMCAN_BASE)),
-        flash_(hardware<Flash>(kFLASH_BASE), flash_memory_, careful_read),
+        can_(block<Fdcan>(kFDCAN1_BASE), block<CanMessageRam>(kSRAMCAN_BASE)),
+        flash_(block<Flash>(kFLASH_BASE), flash_memory_, careful_read),
         led_(port(kGPIOA_BASE), 5),
         lamp_(led_),
-        tick_timer_(hardware<Timer>(kTIM6_BASE)),
-        uart_(hardware<Usart>(kUSART2_BASE)),
-        watchdog_(hardware<Iwdg>(kIWDG_BASE)) {
+        scaling_(*this),
+        tick_timer_(block<Timer>(kTIM6_BASE)),
+        uart_(block<Usart>(kUSART2_BASE)),
+        watchdog_(block<Iwdg>(kIWDG_BASE)) {
     // Here and not in start(): objects that are constructed after the board may ask.
-    watchdog_.note_last_reset(take_reset_cause(hardware<Rcc>(kRCC_BASE)) == ResetCause::kWatchdog);
+    watchdog_.note_last_reset(take_reset_cause(block<Rcc>(kRCC_BASE)) == ResetCause::kWatchdog);
   }
 
-  // Clocks, pins, every device; the tick and the watchdog last. After the first fault the rest does not
-  // start, and the power stage is off. `filters` and `joins` as for Can::start().
+  // The enable signal low, the command at zero current; only then clocks, pins, every device; the tick and
+  // the watchdog last. After the first fault the rest does not start, and the power stage is off. `filters`
+  // and `joins` as for Can::start().
   [[nodiscard]] BoardFault start(std::span<const CanFilter> filters, bool joins = true) {
-    force_safe_state();
-    const ClockStart clock = start_clock_tree(hardware<Rcc>(kRCC_BASE), hardware<Pwr>(kPWR_BASE),
-                                              hardware<Flash>(kFLASH_BASE), wait_us);
+    secure_outputs<Hardware>();
+    if (!start_command()) return BoardFault::kDac;
+    const ClockStart clock = start_clock_tree(block<Rcc>(kRCC_BASE), block<Pwr>(kPWR_BASE),
+                                              block<Flash>(kFLASH_BASE), Hardware::wait_us);
     if (clock.fault != ClockFault::kNone) return BoardFault::kClock;
     crystal_ = clock.source == ClockSource::kHse;
     switch_clocks_on();
     set_up_pins();
-    set_bits(hardware_word(kDEMCR), 1U << 24U);
+    set_bits(Hardware::word(kDEMCR), 1U << 24U);
     clock_.start();
     static_cast<void>(uart_.start(kCore_Hz, 115'200));
     encoder_.start(setup_.encoder);
     // A locked-up core switches TIM1's outputs off by hardware. Flash errors do not: those of the parameter
     // pages have an owner, the others end in the NMI.
-    hardware<Syscfg>(kSYSCFG_BASE).cfgr2 = kSYSCFG_CFGR2_CLL(1);
+    block<Syscfg>(kSYSCFG_BASE).cfgr2 = kSYSCFG_CFGR2_CLL(1);
     pwm_.start();  // with the DAC as well: it triggers the ADC
-    if (kDrive == DriveKind::kDac && !dac_.start()) return BoardFault::kDac;
-    if (current_input_.start(wait_us) != AdcFault::kNone) return BoardFault::kAdc;
+    if (current_input_.start(Hardware::wait_us) != AdcFault::kNone) return BoardFault::kAdc;
     const CanBitTiming& timing = crystal_ ? kCanTimingCrystal : kCanTimingHsi;
     if (can_.start(timing, filters, crystal_ ? kHse_Hz : kCore_Hz, joins) != CanFault::kNone)
       return BoardFault::kCan;
@@ -136,28 +133,58 @@ class Board {
   /// Of the part: no two boards have the same, but for one pair in 2^32.
   static std::uint32_t serial_number() {
     return serial_from(
-        {hardware_word(kUniqueId), hardware_word(kUniqueId + 4), hardware_word(kUniqueId + 8)});
+        {Hardware::word(kUniqueId), Hardware::word(kUniqueId + 4), Hardware::word(kUniqueId + 8)});
   }
 
   BoardEncoder& encoder() { return encoder_; }
   Motor& motor_current() { return motor_; }
-  CycleClock<Dwt<HardwareWord>>& clock() { return clock_; }
-  IndependentWatchdog<Iwdg<HardwareWord>>& watchdog() { return watchdog_; }
+  BoardClock& clock() { return clock_; }
+  IndependentWatchdog<Iwdg<Word>>& watchdog() { return watchdog_; }
   DigitalPort<Port>& digital_io() { return digital_io_; }
   BoardCan& can() { return can_; }
-  FlashPages<Flash<HardwareWord>, FlashMemory>& nonvolatile() { return flash_; }
+  FlashPages<Flash<Word>, Hardware>& nonvolatile() { return flash_; }
   Lamp<Led<Port>>& indicator() { return lamp_; }
-  TickTimer<Timer<HardwareWord>>& tick_timer() { return tick_timer_; }
-  Uart<Usart<HardwareWord>>& uart() { return uart_; }
+  TickTimer<Timer<Word>>& tick_timer() { return tick_timer_; }
+  Uart<Usart<Word>>& uart() { return uart_; }
+  SignalScaling& scaling() { return scaling_; }
   bool runs_on_crystal() const { return crystal_; }
 
  private:
-  static constexpr std::uint32_t kEnablePin = 5;     // PB5
   static constexpr std::uint32_t kTickPriority = 0;  // nothing holds the tick up
   static constexpr std::uint32_t kCanPriority = 4;
   static constexpr std::uint32_t kLampPriority = 15;
 
-  static Port& port(std::uint32_t address) { return hardware<Gpio>(address); }
+  // 2500h: constants of the drivers, so that the tick converts as before.
+  class Scaling final : public SignalScaling {
+   public:
+    explicit Scaling(Board& board) : board_(board) {}
+    void set_scales(const SignalScales& scales) override {
+      board_.encoder_.set_reversed(scales.encoder_reversed);
+      board_.output().set_scale(command_scale(board_.setup_, scales));
+      board_.current_input_.set_scale(monitor_scale(scales));
+    }
+    float largest_A(const SignalScales& scales) const override {
+      return kDrive == DriveKind::kDac ? largest_of_10_V(scales) : board_.setup_.amperes_at_full_duty;
+    }
+
+   private:
+    Board& board_;
+  };
+
+  static CurrentScale command_scale(const BoardSetup& setup, const SignalScales& scales) {
+    if constexpr (kDrive == DriveKind::kDac) {
+      return dac_scale(scales);
+    } else {
+      return pwm_scale(setup.pwm,
+                       scales.motor_reversed ? -setup.amperes_at_full_duty : setup.amperes_at_full_duty);
+    }
+  }
+
+  template <template <class> class Block>
+  static Block<Word>& block(std::uint32_t address) {
+    return Hardware::template block<Block>(address);
+  }
+  static Port& port(std::uint32_t address) { return block<Gpio>(address); }
 
   Output& output() {
     if constexpr (kDrive == DriveKind::kDac) {
@@ -167,8 +194,20 @@ class Board {
     }
   }
 
+  // The converter puts out zero current before its pin is connected. Before the clock tree, which may wait
+  // for a crystal: until then the amplifier sees what the board's bias gives.
+  [[nodiscard]] bool start_command() {
+    if constexpr (kDrive == DriveKind::kPwm) return true;
+    auto& rcc = block<Rcc>(kRCC_BASE);
+    set_bits(rcc.ahb2enr, kRCC_AHB2ENR_GPIOAEN(1) | kRCC_AHB2ENR_DAC1EN(1));
+    static_cast<void>(rcc.ahb2enr & 1U);
+    const bool ready = dac_.start();
+    if (ready) set_up_pin(port(kGPIOA_BASE), {.pin = kCommandPin, .mode = PinMode::kAnalog});
+    return ready;
+  }
+
   void switch_clocks_on() {
-    auto& rcc = hardware<Rcc>(kRCC_BASE);
+    auto& rcc = block<Rcc>(kRCC_BASE);
     set_bits(rcc.ahb2enr, kRCC_AHB2ENR_GPIOAEN(1) | kRCC_AHB2ENR_GPIOBEN(1) | kRCC_AHB2ENR_GPIOCEN(1) |
                               kRCC_AHB2ENR_ADC12EN(1) | kRCC_AHB2ENR_DAC1EN(1));
     set_bits(rcc.apb1enr1, kRCC_APB1ENR1_TIM2EN(1) | kRCC_APB1ENR1_TIM6EN(1) | kRCC_APB1ENR1_USART2EN(1) |
@@ -178,9 +217,9 @@ class Board {
     change_bits(rcc.ccipr, kRCC_CCIPR_FDCANSEL.mask,
                 crystal_ ? kRCC_CCIPR_FDCANSEL(0) : kRCC_CCIPR_FDCANSEL(2));
     static_cast<void>(rcc.apb2enr & 1U);
-    hardware<FdcanConfig>(kFDCAN_CONFIG_BASE).ckdiv = kFDCAN_CKDIV_PDIV(0);
+    block<FdcanConfig>(kFDCAN_CONFIG_BASE).ckdiv = kFDCAN_CKDIV_PDIV(0);
     // A debugger that halts the core halts the watchdog too.
-    set_bits(hardware<Dbgmcu>(kDBGMCU_BASE).apb1fzr1, kDBGMCU_APB1FZR1_DBG_IWDG_STOP(1));
+    set_bits(block<Dbgmcu>(kDBGMCU_BASE).apb1fzr1, kDBGMCU_APB1FZR1_DBG_IWDG_STOP(1));
   }
 
   // Functions by DS12288, table "Alternate function".
@@ -199,12 +238,8 @@ class Board {
     set_up_pin(a, alternate(12, 9, PinPull::kNone, 1));                   // FDCAN1_TX
     set_up_pin(port(kGPIOC_BASE), {.pin = 0, .mode = PinMode::kAnalog});  // ADC12_IN6
     digital_io_.start();
-    b.bsrr = 1U << (kEnablePin + 16);
-    set_up_pin(b, {.pin = kEnablePin, .mode = PinMode::kOutput, .pull = PinPull::kDown});
     led_.start();
-    if constexpr (kDrive == DriveKind::kDac) {
-      set_up_pin(a, {.pin = 4, .mode = PinMode::kAnalog});  // DAC1_OUT1
-    } else {
+    if constexpr (kDrive == DriveKind::kPwm) {
       set_up_pin(a, alternate(8, 6, PinPull::kDown, 2));   // TIM1_CH1
       set_up_pin(b, alternate(13, 6, PinPull::kDown, 2));  // TIM1_CH1N
       set_up_pin(a, alternate(9, 6, PinPull::kDown, 2));   // TIM1_CH2
@@ -213,12 +248,12 @@ class Board {
   }
 
   BoardFault start_interrupts() {
-    auto& nvic = hardware<Nvic>(kNVIC_BASE);
+    auto& nvic = block<Nvic>(kNVIC_BASE);
     // SysTick draws the lamp: reload, count, priority, then on with the core's clock (Armv7-M ARM, B3.3).
-    hardware_word(0xE000E014) = kCore_Hz / 1000 * kLampStep_ms - 1;
-    hardware_word(0xE000E018) = 0;
-    change_bits(hardware_word(0xE000ED20), 0xFF000000U, kLampPriority << 28U);
-    hardware_word(0xE000E010) = 7;
+    Hardware::word(0xE000E014) = kCore_Hz / 1000 * kLampStep_ms - 1;
+    Hardware::word(0xE000E018) = 0;
+    change_bits(Hardware::word(0xE000ED20), 0xFF000000U, kLampPriority << 28U);
+    Hardware::word(0xE000E010) = 7;
     enable_interrupt(nvic, kFDCAN1_IT0_IRQ, kCanPriority);
     enable_interrupt(nvic, kTIM6_DAC_IRQ, kTickPriority);
     // The watchdog before the tick: a tick that never comes is seen.
@@ -228,21 +263,22 @@ class Board {
   }
 
   BoardSetup setup_;
-  CycleClock<Dwt<HardwareWord>> clock_;
+  BoardClock clock_;
   BoardEncoder encoder_;
-  PwmOutput<Timer<HardwareWord>> pwm_;
-  DacOutput<Dac<HardwareWord>> dac_;
+  Pwm pwm_;
+  DacOut dac_;
   BoardCurrentInput current_input_;
   DigitalPort<Port> digital_io_;
   Motor motor_;
   BoardCan can_;
-  FlashMemory flash_memory_;
-  FlashPages<Flash<HardwareWord>, FlashMemory> flash_;
+  Hardware flash_memory_;
+  FlashPages<Flash<Word>, Hardware> flash_;
   Led<Port> led_;
   Lamp<Led<Port>> lamp_;
-  TickTimer<Timer<HardwareWord>> tick_timer_;
-  Uart<Usart<HardwareWord>> uart_;
-  IndependentWatchdog<Iwdg<HardwareWord>> watchdog_;
+  Scaling scaling_;
+  TickTimer<Timer<Word>> tick_timer_;
+  Uart<Usart<Word>> uart_;
+  IndependentWatchdog<Iwdg<Word>> watchdog_;
   bool crystal_ = false;
 };
 

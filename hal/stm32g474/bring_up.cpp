@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "hal/stm32g474/board.h"
+#include "hal/stm32g474/peripherals.h"
 
 namespace {
 using namespace slipstack;             // NOLINT(google-build-using-namespace)
@@ -17,7 +18,7 @@ constexpr DriveKind kDrive = DriveKind::kDac;
 #endif
 
 constexpr BoardSetup kSetup{};
-Board<kDrive> board{kSetup};
+Board<kDrive, Part> board{kSetup};
 
 // Written in the tick, read in the main loop.
 volatile std::int32_t encoder_counts = 0;

@@ -44,6 +44,13 @@ class QuadratureEncoder {
     missed_marks_ = 0;
   }
 
+  // The count goes on from where it is, the other way round.
+  void set_reversed(bool reversed) {
+    clear_bits(timer_.cr1, kTIM_CR1_CEN.mask);
+    change_bits(timer_.ccer, kTIM_CCER_CC1P.mask, reversed ? kTIM_CCER_CC1P(1) : 0U);
+    set_bits(timer_.cr1, kTIM_CR1_CEN(1));
+  }
+
   // The count, modulo 2^32: differences of two counts are right across the wrap when taken as unsigned. One
   // read.
   std::int32_t counts() const { return static_cast<std::int32_t>(static_cast<std::uint32_t>(timer_.cnt)); }

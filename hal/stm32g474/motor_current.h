@@ -52,6 +52,7 @@ class DacOutput {
 
   void set(float current_A) { dac_.dhr12r1 = scale_.to_code(current_A); }
   void disable() { set(0.0F); }
+  void set_scale(const CurrentScale& scale) { scale_ = scale; }
 
  private:
   DacBlock& dac_;
@@ -127,6 +128,7 @@ class PwmOutput {
     clear_bits(timer_.bdtr, kTIM_BDTR_MOE.mask);
     set_duty(scale_.to_code(0.0F));
   }
+  void set_scale(const CurrentScale& scale) { scale_ = scale; }
 
  private:
   void set_duty(std::uint32_t compare) {
@@ -174,6 +176,8 @@ class CurrentInput {
     adc_.cr = kADC_CR_ADVREGEN(1) | kADC_CR_JADSTART(1);
     return AdcFault::kNone;
   }
+
+  void set_scale(const CurrentScale& scale) { scale_ = scale; }
 
   // The latest conversion; not valid when there was none since the last call, or the sensor is at a rail.
   CurrentReading measured() {

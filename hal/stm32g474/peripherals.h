@@ -32,4 +32,25 @@ inline void wait_us(std::uint32_t duration_us) {
   wait_cycles(170 * duration_us);
 }
 
+// The part, for Board: its blocks, its words of the core, its memory bus, and time. Host tests have a
+// simulated one.
+struct Part {
+  using Word = HardwareWord;
+
+  template <template <class> class Block>
+  static Block<Word>& block(std::uint32_t address) {
+    return hardware<Block>(address);
+  }
+  static Word& word(std::uint32_t address) { return hardware_word(address); }
+  static void wait_us(std::uint32_t duration_us) { stm32g474::wait_us(duration_us); }
+
+  // The barriers let the NMI of a bad word come before the next instruction.
+  std::uint32_t read_word(std::uint32_t address) const {
+    const std::uint32_t word = hardware_word(address);
+    asm volatile("dsb \n isb \n nop \n nop" ::: "memory");
+    return word;
+  }
+  void write_word(std::uint32_t address, std::uint32_t value) const { hardware_word(address) = value; }
+};
+
 }  // namespace slipstack::stm32g474

@@ -5,6 +5,8 @@
 
 #include "hal/cortex_m/start.h"
 #include "hal/stm32g474/board.h"
+#include "hal/stm32g474/peripherals.h"
+#include "hal/stm32g474/safe_outputs.h"
 
 int main();
 
@@ -15,8 +17,10 @@ void lamp_handler();
 void tick_handler();
 void can_handler();
 
-// Fills RAM, runs the constructors and main. A main that returns is a fault.
+// Outputs safe before the milliseconds that filling RAM takes; then the constructors and main. A main that
+// returns is a fault.
 __attribute__((used)) void start_program() {
+  slipstack::stm32g474::force_safe_state();
   slipstack::cortex_m::fill_memory();
   // VTOR: after a jump from the system's boot loader it still points to that one's table.
   slipstack::stm32g474::hardware_word(0xE000ED08) = slipstack::stm32g474::kFlashBegin;

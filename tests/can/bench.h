@@ -175,6 +175,8 @@ class Bench {
     ASSERT_EQ(write_real(0x2000, 11, 0.3F), 0U);
     ASSERT_EQ(write_real(0x2000, 12, 5.0F), 0U);
     ASSERT_EQ(write_real(0x2000, 13, 200.0F), 0U);
+    // A drive whose direction has been checked, as most are; machine_test.cpp has one that has not.
+    ASSERT_EQ(write(0x2501, 1, 0, 1), 0U);
     // 2100h is inertia, 2101h the hysteresis: enabled, gains, shapes.
     const ModelParameters model = loop::identified_model(axis, 0.02, 0.01);
     ASSERT_EQ(write(0x2100, 1, 1, 1), 0U);

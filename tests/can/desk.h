@@ -63,6 +63,7 @@ struct Desk {
   std::unique_ptr<CableLink> link;
   std::unique_ptr<SdoClient> client;
   std::uint64_t seed;
+  Wiring wiring;
   explicit Desk(std::uint64_t axis_seed = 4)
       : Desk(sim::draw_bench(sim::Setup::kPickAndPlace, axis_seed), axis_seed) {}
   Desk(sim::Bench with, std::uint64_t axis_seed) : bench(std::move(with)), seed(axis_seed) {
@@ -70,7 +71,7 @@ struct Desk {
     power_on();
   }
   void power_on() {
-    drive = std::make_unique<SimulatedDrive>(bench.axis, device, flash, 5, seed);
+    drive = std::make_unique<SimulatedDrive>(bench.axis, device, flash, 5, seed, wiring);
     link = std::make_unique<CableLink>(port, *drive);
     client = std::make_unique<SdoClient>(*link, 5);
     for (int i = 0; i < 20; ++i) drive->step();

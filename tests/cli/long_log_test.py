@@ -75,8 +75,8 @@ class LongLog(program.Workshop):
                                             "--out", "plan.csv", "--json", "-").stdout)
         rows = (self.stock / "long.csv").read_text().splitlines()[HEADER:]
         position_m = [float(row.split(",")[1]) for row in rows]
-        self.assertEqual(found["summary"]["limits"]["low_m"], min(position_m))
-        self.assertEqual(found["summary"]["limits"]["high_m"], max(position_m))
+        self.assertAlmostEqual(found["summary"]["limits"]["low_m"], min(position_m), delta=1e-6)
+        self.assertAlmostEqual(found["summary"]["limits"]["high_m"], max(position_m), delta=1e-6)
         self.assertLess(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss, MOST_MB * 1024)
 
     def answer(self, *arguments):

@@ -4,11 +4,14 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "workbench/base/text.h"
 #include "workbench/console/output.h"
 #include "workbench/console/progress.h"
 #include "workbench/controller/master.h"
+#include "workbench/controller/objects.h"
 #include "workbench/controller/run_node.h"
 #include "workbench/controller/socket_link.h"
 
@@ -24,6 +27,7 @@ struct Request {
   double rate_Hz = 1000.0;
   bool trace = false;
   int decimation = 1;
+  std::vector<std::string> objects;
   std::string out;
 };
 
@@ -82,6 +86,13 @@ void status(const Request& request) {
   fmt::print("{}", drive_status(drive));
 }
 
+void objects(const Request& request) {
+  const std::unique_ptr<CanLink> link = open_link(request.can);
+  SdoClient drive(*link, static_cast<std::uint8_t>(request.node));
+  drive.await_node();
+  for (const std::string& one : request.objects) fmt::print("{}", access_object(drive, one));
+}
+
 void define_node(CLI::App& app) {
   const auto request = std::make_shared<NodeRequest>();
   CLI::App* node = app.add_subcommand("node", "Run the firmware as a CANopen node around a simulated axis");
@@ -102,6 +113,11 @@ void define_node(CLI::App& app) {
   node->add_option("--strength", request->strength,
                    "effect over noise floor, rms (default: 1.5 to 15, drawn)")
       ->type_name("X");
+  node->add_option(
+          "--reversed", request->reversed,
+          "what is connected the wrong way round, on an axis that was never enabled; --board host only")
+      ->check(CLI::IsMember({"encoder", "motor", "none"}))
+      ->type_name("PART");
   node->add_option("--flash", request->flash, "file that keeps what is stored")->type_name("FILE");
   node->callback([request] { run_node(*request); });
 }
@@ -133,6 +149,14 @@ void define_can(CLI::App& app) {
   one = app.add_subcommand("status", "Tell the state of a controller");
   add_bus(*one, *request);
   one->callback([request] { status(*request); });
+
+  one = app.add_subcommand("object", "Read or write objects of a controller by SDO, in this order");
+  add_bus(*one, *request);
+  one->add_option("OBJECT", request->objects,
+                  "INDEX[:SUB][=VALUE], hexadecimal index: 6041, 2500:03=1.2; or reset")
+      ->type_name("OBJECT ...")
+      ->required();
+  one->callback([request] { objects(*request); });
 
   define_node(app);
 }

@@ -112,7 +112,7 @@ std::string drive_status(SdoClient& drive) {
   text += fmt::format("state      {} (statusword {:04x}h), mode {}\n", state_name(word), word,
                       static_cast<std::int32_t>(static_cast<std::int8_t>(drive.read(0x6061, 0))));
   text += fmt::format("error      {}\n", error == 0 ? "none" : fmt::format("{:04x}h", error));
-  text += fmt::format("position   {} counts\n", static_cast<std::int32_t>(drive.read(0x6064, 0)));
+  text += fmt::format("position   {} counts\n", static_cast<std::int32_t>(drive.read(0x6063, 0)));
   text += fmt::format("residual   {:.4g} N\n", static_cast<double>(drive.read_real(kObserverIndex, 3)));
   text += fmt::format("model      active {:08x}, staged {:08x}\n", drive.read(kModelIndex, 2),
                       drive.read(kModelIndex, 1));

@@ -144,7 +144,7 @@ Recording record_stream(SdoClient& drive, double seconds, double rate_Hz, const 
   Kept type(drive, 0x1802, 2, 1);
   type.set(1);
   for (const auto& [sub, entry] :
-       {std::pair{1, 0x22100510U}, std::pair{2, 0x60640020U}, std::pair{3, 0x22000B10U}}) {
+       {std::pair{1, 0x22100510U}, std::pair{2, 0x60630020U}, std::pair{3, 0x22000B10U}}) {
     if (drive.read(0x1A02, static_cast<std::uint8_t>(sub)) == entry && drive.read(0x1A02, 0) == 3) continue;
     throw UsageError(
         fmt::format("node {}: TPDO 3 maps something else than tick, position and current; restore it "

@@ -82,12 +82,17 @@ class FlashFile {
   std::vector<std::byte> saved_;
 };
 
+Wiring wiring_of(const NodeRequest& request) {
+  return {request.reversed == "encoder", request.reversed == "motor", request.reversed.empty()};
+}
+
 void run_on_host(const NodeRequest& request, const sim::Axis& axis, host::HostNonvolatile& flash) {
   SocketCan port;
   const std::string error = port.open(request.can);
   if (!error.empty()) throw UsageError(fmt::format("--can {}: {}", printable(request.can), error));
-  const auto drive = std::make_unique<SimulatedDrive>(
-      axis, port, flash, static_cast<std::uint8_t>(request.node), static_cast<std::uint64_t>(request.seed));
+  const auto drive =
+      std::make_unique<SimulatedDrive>(axis, port, flash, static_cast<std::uint8_t>(request.node),
+                                       static_cast<std::uint64_t>(request.seed), wiring_of(request));
   fmt::print("node {} on {}: a simulated axis of {:.4g} kg; ends with Ctrl-C\n", request.node,
              printable(request.can), axis.mass_kg);
   std::fflush(stdout);
@@ -106,8 +111,9 @@ void commission(const NodeRequest& request, const sim::Axis& axis, host::HostNon
   host::HostCanPort device(64);
   host::HostCanPort master(64);
   device.connect(master);
-  const auto drive = std::make_unique<SimulatedDrive>(
-      axis, device, flash, static_cast<std::uint8_t>(request.node), static_cast<std::uint64_t>(request.seed));
+  const auto drive =
+      std::make_unique<SimulatedDrive>(axis, device, flash, static_cast<std::uint8_t>(request.node),
+                                       static_cast<std::uint64_t>(request.seed), wiring_of(request));
   const auto send = [&](std::uint32_t id, std::array<std::uint8_t, 8> data) {
     CanFrame frame;
     frame.id = id;

@@ -16,6 +16,7 @@ struct NodeRequest {
   std::string effects = "none";  ///< of the axis, beside mass and hysteresis
   double strength = 0.0;         ///< over the noise floor; 0: drawn
   std::string flash;             ///< file with the content of the flash
+  std::string reversed;          ///< of the machine's wiring: encoder, motor or nothing; --board host only
 };
 
 /// Runs the firmware as a CANopen node around a simulated axis, in real time, until it is interrupted: in

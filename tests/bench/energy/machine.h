@@ -109,6 +109,8 @@ class Machine {
     for (std::uint8_t sub = 1; sub <= 8; ++sub)
       EXPECT_EQ(bench_.write(0x2010, sub, kWiring[sub - 1U], sub < 7 ? 1 : 2), 0U);
     bench_.loop->io.inputs = 3;
+    // An absolute encoder: software limits act where the position is known.
+    EXPECT_EQ(bench_.write(0x2012, 1, 1, 1), 0U);
     bench_.configure();
     EXPECT_EQ(bench_.write_real(0x2000, 11, static_cast<float>(kSpeed_mps)), 0U);
     EXPECT_EQ(bench_.write_real(0x2000, 12, static_cast<float>(kDeceleration_mps2)), 0U);

@@ -122,6 +122,7 @@ class FuzzedNode {
     canopen::Dictionary& dictionary = node_->dictionary();
     dictionary.set(canopen::kRow<0x2100, 1>, 1);
     dictionary.set(canopen::kRow<0x2100, 2>, std::bit_cast<std::uint32_t>(35.0F));
+    dictionary.set(canopen::kRow<canopen::kDirectionIndex, 1>, 0);  // enabled at once
     drive_->reset(dictionary);
     ticks(4);
     poll(1000);
@@ -136,7 +137,8 @@ class FuzzedNode {
     }
     const ControlSet& set = controller().parameters();
     require(std::fabs(motor_.set_point_A) <= set.axis.current_limit_A, "the current is beyond its limit");
-    require(controller().state().driving() || motor_.set_point_A == 0.0F, "current without permission");
+    const bool permitted = controller().state().driving() || controller().direction_unknown();
+    require(permitted || motor_.set_point_A == 0.0F, "current without permission");
   }
 
   host::HostEncoder encoder_{{0, true}};
