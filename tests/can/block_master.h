@@ -36,7 +36,7 @@ inline Data block_upload(Bench& bench, std::uint16_t index, std::uint8_t block,
     for (const Data& frame : bench.all_with(0x585)) {
       if ((frame[0] & 0xE3) == 0xC1 && data.size() >= size) {
         const std::size_t unused = (frame[0] >> 2) & 7;
-        data.resize(data.size() - unused);
+        data.erase(data.end() - static_cast<std::ptrdiff_t>(unused), data.end());
         EXPECT_EQ(data.size(), size);
         EXPECT_EQ(Bench::number(frame, 1, 2), crc_by_division(data));
         bench.send(0x605, {0xA1, 0, 0, 0, 0, 0, 0, 0});

@@ -187,7 +187,8 @@ TEST(SetPointRange, StopsAtTheEndAndFollowsAgain) {
           range.within(static_cast<std::uint32_t>(n), static_cast<std::int32_t>(std::lround(wanted)));
       ASSERT_LE(std::abs(now), way) << run;
       const std::int32_t step = now - last;
-      if (n > 0 && std::abs(step) < std::abs(step_before) && step * step_before >= 0 && range.limited()) {
+      if (n > 0 && std::abs(step) < std::abs(step_before) && std::int64_t{step} * step_before >= 0 &&
+          range.limited()) {
         // An eighth more in the last two periods, which are whole ones.
         ASSERT_LE(std::abs(step_before - step), deceleration * 1.13 + 2.0) << run << ' ' << n;
       }
