@@ -12,6 +12,7 @@
 #include "firmware/canopen/telemetry.h"
 #include "firmware/canopen/user_units.h"
 #include "firmware/control/controller.h"
+#include "firmware/control/plan_handshake.h"
 
 namespace slipstack::canopen {
 
@@ -435,10 +436,9 @@ class DriveProfile {
 
   enum class Request : std::uint8_t { kNone, kMove, kHalt };
 
-  // The tick may be gone past a plan before it is ready: it is then asked for again by step().
   void request(Request what) {
     request_ = what;
-    plans_before_ = controller_.reference().plans_taken();
+    handshake_.begin(controller_.reference());
     const PlanStatus status =
         what == Request::kHalt ? controller_.halt(limits()) : controller_.move_to(target_, limits());
     if (status == PlanStatus::kOk || status == PlanStatus::kBusy) return;
@@ -451,13 +451,13 @@ class DriveProfile {
   void profile_position() {
     if (active_ != Mode::kProfilePosition || !operation_enabled()) return;
     const ReferenceGenerator& reference = controller_.reference();
-    if (request_ != Request::kNone && !reference.plan_waits()) {
-      if (reference.plans_taken() == plans_before_) return request(request_);
-      request_ = Request::kNone;
+    if (request_ != Request::kNone) {
+      const PlanHandshake::State plan = handshake_.of(reference);
+      if (plan == PlanHandshake::State::kMissed) return request(request_);
+      if (plan == PlanHandshake::State::kTaken) request_ = Request::kNone;
     }
     if (moving_ && !halted() && reference.idle()) {
-      // Something else may have stopped it.
-      // A limit switch, or another range: it stays there.
+      // Something else may have stopped it. Where a limit switch or another range did, it stays there.
       if (controller_.range().nearest(target_) != target_) {
         target_ = reference.counts();
         target_limited_ = true;
@@ -557,7 +557,7 @@ class DriveProfile {
   std::int32_t next_target_ = 0;
   bool moving_ = false;
   Request request_ = Request::kNone;
-  std::uint32_t plans_before_ = 0;
+  PlanHandshake handshake_;
   bool in_window_ = false;
   bool settled_ = false;
   std::uint32_t entered_ = 0;

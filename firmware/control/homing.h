@@ -5,6 +5,7 @@
 
 #include "firmware/control/controller.h"
 #include "firmware/control/homing_methods.h"
+#include "firmware/control/plan_handshake.h"
 
 namespace slipstack {
 
@@ -265,10 +266,9 @@ class Homing {
     request(Request::kMove);
   }
 
-  // The tick may be gone past a plan before it is ready: it is then asked for again.
   void request(Request what) {
     request_ = what;
-    plans_before_ = controller_.reference().plans_taken();
+    handshake_.begin(controller_.reference());
     const PlanStatus status = plan();
     if (status == PlanStatus::kOk || status == PlanStatus::kBusy) return;
     request_ = Request::kNone;
@@ -286,9 +286,10 @@ class Homing {
     }
   }
   void follow_request() {
-    if (request_ == Request::kNone || controller_.reference().plan_waits()) return;
-    if (controller_.reference().plans_taken() == plans_before_) return request(request_);
-    request_ = Request::kNone;
+    if (request_ == Request::kNone) return;
+    const PlanHandshake::State plan = handshake_.of(controller_.reference());
+    if (plan == PlanHandshake::State::kMissed) return request(request_);
+    if (plan == PlanHandshake::State::kTaken) request_ = Request::kNone;
   }
 
   Controller& controller_;
@@ -305,7 +306,7 @@ class Homing {
   std::int32_t request_direction_ = 0;
   std::int32_t request_target_ = 0;
   MotionLimits request_limits_;
-  std::uint32_t plans_before_ = 0;
+  PlanHandshake handshake_;
 };
 
 }  // namespace slipstack

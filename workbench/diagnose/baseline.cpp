@@ -35,7 +35,7 @@ std::vector<std::string> chosen_baseline(const Measurement& measurement) {
   for (std::vector<std::string> other : {with(mass, Role::hysteresis), with(chosen, Role::viscous_friction),
                                          with(with(mass, Role::hysteresis), Role::viscous_friction)}) {
     FittedModel better = fitted(other);
-    if (better.holdout_rmse_N > (1.0 - kLeastReduction) * model.holdout_rmse_N ||
+    if (!is_worth_a_name(model.holdout_rmse_N, better.holdout_rmse_N) ||
         criterion.difference(better, model) >= 0.0) {
       continue;
     }

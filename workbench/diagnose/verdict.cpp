@@ -96,9 +96,8 @@ constexpr double kNearlyEqual = 1.05;
 /// clocks and sensors can be.
 bool instruments_may_cause(const Measurement& measurement, const FittedModel& baseline,
                            const Candidate& candidate) {
-  const Reduction reduced = reduction(baseline.block_squared_error, candidate.block_squared_error);
   const double step_N2 = explained_N2(baseline.holdout_rmse_N, candidate.holdout_rmse_N);
-  return reduced.value >= kLeastRemarked &&
+  return candidate.error_reduction >= kLeastRemarked &&
          within_instruments(baseline, measurement.tick_s(), baseline.terms, candidate.terms, step_N2);
 }
 

@@ -23,7 +23,7 @@ std::vector<double> running_sums(const std::vector<double>& values, std::size_t 
   return sums;
 }
 
-/// The extremes over the windows of `n` samples that begin at the first `count` samples of a stretch.
+/// The extremes over the windows of `n` samples that begin at the first `count` samples of an interval.
 class Windows {
  public:
   Windows(const Measurement& measurement, std::size_t first, std::size_t end, double noise_m)
@@ -104,12 +104,12 @@ void MotionExtremes::take(const Measurement& measurement, std::size_t first, std
   const auto shortest = static_cast<std::size_t>(std::max(2.0, std::round(half_period)));
   const double noise_m = white_noise(measurement.log().position_m);
   for (const LogPart& part : measurement.parts()) {
-    for (const Interval& stretch : usable_stretches(part, 0)) {
-      const std::size_t from = std::max(first, part.first_sample + stretch.first);
-      const std::size_t until = std::min(end, part.first_sample + stretch.end);
+    for (const Interval& interval : usable_intervals(part, 0)) {
+      const std::size_t from = std::max(first, part.first_sample + interval.first);
+      const std::size_t until = std::min(end, part.first_sample + interval.end);
       if (from >= until) continue;
       const std::size_t reach = 4 * (shortest << (kWindows - 1));
-      const Windows windows(measurement, from, std::min(part.first_sample + stretch.end, until + reach),
+      const Windows windows(measurement, from, std::min(part.first_sample + interval.end, until + reach),
                             noise_m);
       for (int w = 0; w < kWindows; ++w) add(windows.of(shortest << w, until - from));
     }

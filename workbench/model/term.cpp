@@ -75,6 +75,14 @@ double mass_kg(const Terms& terms, std::size_t log) {
   return mass;
 }
 
+double hysteresis_level_N(const Term& hysteresis) {
+  double level_N = 0.0;
+  for (std::size_t i = 0; i < hysteresis.gains.size(); ++i) {
+    level_N += hysteresis.gains[i] * hysteresis.shapes[i % hysteresis.gains_per_set()];
+  }
+  return level_N;
+}
+
 bool mass_is_free(const Terms& terms) {
   const Term* inertia = find_role(terms, Role::inertia);
   return inertia != nullptr && inertia->lower[0] < inertia->upper[0];

@@ -62,6 +62,9 @@ std::vector<std::string> ids_of(const Terms& terms);
 bool is_mass(const Term& term);
 /// The mass of axis and payload in one of the logs.
 double mass_kg(const Terms& terms, std::size_t log = 0);
+/// Level of a hysteresis: the sum of stiffness times slip distance of its elements [N]; over all sets of
+/// gains.
+double hysteresis_level_N(const Term& hysteresis);
 /// Whether the inertia is fitted, because no log declares the mass.
 bool mass_is_free(const Terms& terms);
 

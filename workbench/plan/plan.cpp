@@ -23,10 +23,7 @@ constexpr double kPresliding_m = 20e-6;  ///< assumed where the model has no hys
 double presliding_of(const Terms& terms) {
   const Term* hysteresis = find_role(terms, Role::hysteresis);
   if (hysteresis == nullptr) return axis_length(kPresliding_m);
-  double level_N = 0.0;
-  for (std::size_t i = 0; i < hysteresis->gains.size(); ++i) {
-    level_N += hysteresis->gains[i] * hysteresis->shapes[i];
-  }
+  const double level_N = hysteresis_level_N(*hysteresis);
   std::vector<std::size_t> order(hysteresis->gains.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
   std::sort(order.begin(), order.end(),

@@ -53,8 +53,7 @@ double friction_level_N(const Terms& terms) {
   double level_N = 0.0;
   for (const Term& term : terms) {
     if (term.effect->has_role(Role::saturating_friction)) level_N += term.gains[0];
-    if (!term.effect->has_role(Role::hysteresis)) continue;
-    for (std::size_t i = 0; i < term.gains.size(); ++i) level_N += term.gains[i] * term.shapes[i];
+    if (term.effect->has_role(Role::hysteresis)) level_N += hysteresis_level_N(term);
   }
   return level_N;
 }

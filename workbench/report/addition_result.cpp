@@ -29,7 +29,7 @@ std::string headline_of(const AdditionResult& result) {
 
 std::string addition_text(const Measurement& measurement, const AdditionResult& result) {
   std::string text = headline_of(result) + "\n";
-  if (result.after.holdout_rmse_N > (1.0 - kLeastReduction) * result.before.holdout_rmse_N) {
+  if (!is_worth_a_name(result.before.holdout_rmse_N, result.after.holdout_rmse_N)) {
     text += "It is no step: the held-out error falls by less than 3 %.\n";
   } else if (result.criterion_difference >= 0.0) {
     text +=

@@ -39,7 +39,7 @@ std::vector<FreeRunInterval> run_intervals(const std::string& logs, const Measur
     const LogPart& part = measurement.parts()[p];
     // At the very start of a part the filters see repeated samples, and the velocity is not known.
     const std::size_t known = std::max(measurement.margin(), memory ? part.burn_in : 0);
-    for (const Interval& one : usable_stretches(part, known)) {
+    for (const Interval& one : usable_intervals(part, known)) {
       if (one.size() < shortest) continue;
       whole.push_back({p, part.first_sample, part.first_sample + one.first, part.first_sample + one.end});
       samples += one.size();

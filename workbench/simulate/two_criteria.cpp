@@ -168,20 +168,8 @@ FittedModel with_terms(const Measurement& measurement, FittedModel like, Terms t
   like.terms = std::move(terms);
   like.linearisation = std::make_shared<Linearisation>(measurement, like.terms);
   like.solution.value = gains_of(like.terms);
-  const Eigen::VectorXd residual_N = like.linearisation->residual_N();
-  const Eigen::VectorXd& usable = measurement.row_usable();
-  like.train_rmse_N = measurement.weighted_rms(residual_N);
-  like.relative_error = residual_N.cwiseProduct(usable).norm() /
-                        std::max(like.linearisation->measured_N().cwiseProduct(usable).norm(), 1e-300);
+  set_errors_in_sample(measurement, like);
   return like;
-}
-
-double level_N(const Term& hysteresis) {
-  double level = 0.0;
-  for (std::size_t g = 0; g < hysteresis.gains.size(); ++g) {
-    level += hysteresis.gains[g] * hysteresis.shapes[g % hysteresis.gains_per_set()];
-  }
-  return level;
 }
 
 }  // namespace
@@ -234,7 +222,7 @@ FittedModel with_refined_gains(const Measurement& measurement, const FittedModel
     const Term* earlier = find_term(before.terms, term.id());
     if (own == nullptr || earlier == nullptr) continue;
     if (term.effect->has_role(Role::hysteresis)) {
-      const double factor = level_N(*own) / std::max(level_N(*earlier), 1e-300);
+      const double factor = hysteresis_level_N(*own) / std::max(hysteresis_level_N(*earlier), 1e-300);
       for (double& gain : term.gains) gain *= factor;
     } else {
       term.gains = own->gains;

@@ -303,7 +303,7 @@ TEST(Controller, AnEffectThatIsNotFiniteIsForgottenWithTheFault) {
   // The model is the tick's own: nobody else can put this there.
   Sample<float> poison;
   poison.velocity_mps = poison.acceleration_mps2 = std::nanf("");
-  const_cast<ControlSet&>(controller->parameters()).model.step(poison);
+  const_cast<ControlSet&>(controller->parameters()).model.step(poison);  // NOLINT(*-pro-type-const-cast)
   EXPECT_EQ(step(), DriveState::kFault);
   EXPECT_EQ(controller->state().faults().latched(), Fault::kNotFinite);
   EXPECT_EQ(enable(), DriveState::kOperationEnabled);

@@ -70,7 +70,6 @@ double gain(const Terms& terms, const char* id) {
 TEST(OutputError, RemovesTheBiasOfNoisyVelocity) {
   double mass_before = 0.0;
   double mass_after = 0.0;
-  double viscous_before = 0.0;
   double viscous_after = 0.0;
   constexpr int kSeeds = 3;
   for (int seed = 1; seed <= kSeeds; ++seed) {
@@ -80,7 +79,6 @@ TEST(OutputError, RemovesTheBiasOfNoisyVelocity) {
     EXPECT_TRUE(fit.run());
     mass_before += gain(start.terms, "inertia") / kSeeds;
     mass_after += gain(fit.terms(), "inertia") / kSeeds;
-    viscous_before += gain(start.terms, "viscous") / kSeeds;
     viscous_after += gain(fit.terms(), "viscous") / kSeeds;
   }
   EXPECT_GT(std::abs(mass_before / kTrueMass_kg - 1.0), 0.02);

@@ -47,7 +47,6 @@ bool is_the_simpler_case(const Measurement& measurement, const Diagnosis& diagno
                          const Candidate& richer) {
   const SpecialCase& special_case = richer.term.effect->traits.special_case;
   if (simpler.term.id() != special_case.id) return false;
-  constexpr double kFormIsNotTheAxis = 1.5;  // multiple of the noise floor. Chosen.
   // The error that the simpler effect leaves may be due to what the richer one has in addition.
   const bool more_left = simpler.holdout_rmse_N > kFormIsNotTheAxis * diagnosis.noise_floor_N;
   if (more_left && richer.holdout_rmse_N < (1.0 - kIndistinct) * simpler.holdout_rmse_N) return false;

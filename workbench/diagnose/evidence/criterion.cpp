@@ -70,11 +70,7 @@ Eigen::MatrixXd influence_of_rows(const FittedModel& model) {
   Eigen::MatrixXd normal = model.equations->gram() + constraints.penalty;
   sum_difference_transform(constraints.pairs, normal);
   Eigen::MatrixXd columns = model.linearisation->columns();
-  for (const auto& [a, b] : constraints.pairs) {
-    const Eigen::VectorXd sum = 0.5 * (columns.col(a) + columns.col(b));
-    columns.col(b) = 0.5 * (columns.col(a) - columns.col(b));
-    columns.col(a) = sum;
-  }
+  sum_difference_columns(constraints.pairs, columns);
   std::vector<Eigen::Index> free;
   for (std::size_t i = 0; i < model.solution.bound_states.size(); ++i) {
     if (model.solution.bound_states[i] == BoundState::free) free.push_back(static_cast<Eigen::Index>(i));
@@ -130,17 +126,17 @@ Criterion::Choices Criterion::choices_of(const Terms& terms) const {
   return choices;
 }
 
-double Criterion::inflation_of(const FittedModel& model, const Eigen::MatrixXd& influence) const {
-  const Eigen::VectorXd& weights = measurement_.fit_weights();
-  const double count = (influence.cwiseAbs2() * weights).sum();
+double Criterion::inflation_of(const FittedModel& model, const Eigen::MatrixXd& influence, double count,
+                               double mean_square) const {
   if (!(count > 0.0)) return 1.0;
-  const Eigen::VectorXd weighted_N = weights.cwiseProduct(model.linearisation->residual_N());
+  const Eigen::VectorXd weighted_N =
+      measurement_.fit_weights().cwiseProduct(model.linearisation->residual_N());
   const Eigen::MatrixXd scores = influence * weighted_N.asDiagonal();
   const double time = clustered(scores, interval_of_row_);
   const double state = clustered(scores, state_of_row_);
   // The sum over two partitions, less what is in both, need not be positive.
   const double trace = std::max({time, state, time + state - scores.squaredNorm()});
-  return std::max(1.0, trace / (mean_square(measurement_, model) * count));
+  return std::max(1.0, trace / (mean_square * count));
 }
 
 std::vector<double> Criterion::of(const std::vector<const FittedModel*>& models) const {
@@ -158,7 +154,7 @@ std::vector<double> Criterion::of(const std::vector<const FittedModel*>& models)
   for (std::size_t i = 0; i < models.size(); ++i) {
     const Eigen::MatrixXd influence = influence_of_rows(*models[i]);
     counts.push_back((influence.cwiseAbs2() * weights).sum());
-    if (i == best) inflation = inflation_of(*models[i], influence);
+    if (i == best) inflation = inflation_of(*models[i], influence, counts[i], squares[i]);
   }
   const double ln_rows = std::log(std::max(weight / inflation, std::exp(1.0)));
   std::vector<double> criteria;

@@ -43,7 +43,8 @@ class Criterion {
     double ln_starts = 0.0;
   };
   Choices choices_of(const Terms& terms) const;
-  double inflation_of(const FittedModel& model, const Eigen::MatrixXd& influence) const;
+  double inflation_of(const FittedModel& model, const Eigen::MatrixXd& influence, double count,
+                      double mean_square) const;
 
   const Measurement& measurement_;
   Terms baseline_;

@@ -19,20 +19,14 @@ constexpr double kLeastShareOfForce = 1e-3;
 /// or from the damping of bristles, whose friction leads the displacement.
 constexpr double kLeastDelay = 0.25;
 
-/// Sums over the elements of a hysteresis; over all logs where each has its own gains.
-struct ElementSums {
-  double level_N = 0.0;
-  double travel_Nm = 0.0;  ///< level times slip distance; divided by the level the mean slip distance
-};
-ElementSums element_sums(const Term& hysteresis) {
-  ElementSums sums;
+/// Level times slip distance over the elements of a hysteresis; divided by its level, the mean slip distance.
+double travel_Nm(const Term& hysteresis) {
+  double sum_Nm = 0.0;
   for (std::size_t i = 0; i < hysteresis.gains.size(); ++i) {
-    const double slip_m = hysteresis.shapes[i % hysteresis.shapes.size()];
-    const double level_N = hysteresis.gains[i] * slip_m;
-    sums.level_N += level_N;
-    sums.travel_Nm += level_N * slip_m;
+    const double slip_m = hysteresis.shapes[i % hysteresis.gains_per_set()];
+    sum_Nm += hysteresis.gains[i] * slip_m * slip_m;
   }
-  return sums;
+  return sum_Nm;
 }
 
 }  // namespace
@@ -56,15 +50,11 @@ bool within_instruments(const FittedModel& baseline, double tick_s, const Terms&
 /// its level within a hundredth of its travel).
 constexpr double kLeastShareOfDry = 0.10;
 
-/// Above this multiple of the noise floor, the form of the virgin curve is not that of the axis: the error is
-/// largest at reversals, where Coulomb friction acts. Chosen on EMPS (2.1) and the blind bench (1.3 at most).
-constexpr double kFormIsNotTheAxis = 1.5;
-
 bool coulomb_is_of_hysteresis(const FittedModel& model, double floor_N) {
   const Term* coulomb = find_role(model.terms, Role::saturating_friction);
   const Term* hysteresis = find_role(model.terms, Role::hysteresis);
   if (coulomb == nullptr || hysteresis == nullptr) return false;
-  const double level_N = element_sums(*hysteresis).level_N / static_cast<double>(hysteresis->gain_sets());
+  const double level_N = hysteresis_level_N(*hysteresis) / static_cast<double>(hysteresis->gain_sets());
   const double coulomb_N = std::abs(coulomb->gains[0]);
   return coulomb_N < kLeastShareOfDry * (coulomb_N + level_N) ||
          model.holdout_rmse_N > kFormIsNotTheAxis * floor_N;
@@ -102,11 +92,10 @@ bool lag_is_bristle_deflection(const FittedModel& model) {
   const Term* lag = find_role(model.terms, Role::friction_memory);
   const Term* hysteresis = find_role(model.terms, Role::hysteresis);
   if (lag == nullptr || hysteresis == nullptr) return false;
-  const ElementSums sums = element_sums(*hysteresis);
   const double velocity_mps = lag->shapes[0];
   const double time_s = lag->shapes[2];
   const double distance_m = lag->shapes[3];
-  return distance_m * sums.level_N <= kLongestLag * sums.travel_Nm &&
+  return distance_m * hysteresis_level_N(*hysteresis) <= kLongestLag * travel_Nm(*hysteresis) &&
          time_s * velocity_mps >= kNoLagInTime * distance_m;
 }
 

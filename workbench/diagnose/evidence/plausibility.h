@@ -8,11 +8,9 @@ namespace slipstack::workbench {
 
 // What a fitted effect cannot be, whatever the log says: physics beside the evidence.
 
-/// The part of the mean square of an error `before_N` that a model with held-out error `after_N` explains
-/// [N^2].
-inline double explained_N2(double before_N, double after_N) {
-  return before_N * before_N - after_N * after_N;
-}
+/// Above this multiple of the noise floor, the form of a model is not that of the axis: what is left may be
+/// fitted by an effect of a similar form. Chosen on EMPS (2.1) and the blind bench (1.3 at most).
+inline constexpr double kFormIsNotTheAxis = 1.5;
 
 /// Whether the model has an implausible mode: overdamped, much heavier than the axis, or holding nearly all
 /// of its mass. The parameters of a mode take such values when it fits something else: a delay, or, in slow

@@ -8,6 +8,15 @@ namespace slipstack::workbench {
 /// An effect is named only if it lowers the held-out error by this share: on simulated logs that the baseline
 /// describes completely no effect does (tests/bench/blind).
 inline constexpr double kLeastReduction = 0.03;
+/// Whether an error that falls from `before_N` to `after_N` falls by that share.
+inline bool is_worth_a_name(double before_N, double after_N) {
+  return after_N < (1.0 - kLeastReduction) * before_N;
+}
+/// The part of the mean square of an error `before_N` that a model with held-out error `after_N` explains
+/// [N^2].
+inline double explained_N2(double before_N, double after_N) {
+  return before_N * before_N - after_N * after_N;
+}
 /// Smaller reductions are not shown. Chosen.
 inline constexpr double kLeastShownReduction = 0.005;
 

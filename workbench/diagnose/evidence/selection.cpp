@@ -33,16 +33,18 @@ bool is_special_case(const Explanation& simple, const Explanation& general) {
   return !effect.empty() && !special.empty() && find_effect(effect)->traits.special_case.id == special;
 }
 
-/// Whether what the general effect explains beyond its special case is not worth a name.
-bool is_worth_no_more(const Explanation& simple, const Explanation& general) {
-  return general.model.holdout_rmse_N > (1.0 - kLeastReduction) * simple.model.holdout_rmse_N;
+/// Whether an explanation is as good as one with a more general effect: that lowers the error by nothing
+/// worth a name.
+bool suffices(const Explanation& simple, const Explanation& general) {
+  return is_special_case(simple, general) &&
+         !is_worth_a_name(simple.model.holdout_rmse_N, general.model.holdout_rmse_N);
 }
 
 }  // namespace
 
 bool is_better(const SelectionContext& context, const Explanation& one, const Explanation& other) {
-  if (is_special_case(one, other) && is_worth_no_more(one, other)) return true;
-  if (is_special_case(other, one) && is_worth_no_more(other, one)) return false;
+  if (suffices(one, other)) return true;
+  if (suffices(other, one)) return false;
   return context.criterion.difference(one.model, other.model) < 0.0;
 }
 
@@ -60,7 +62,7 @@ void sort_by_criterion(const SelectionContext& context, std::vector<Explanation>
   sorted.reserve(all.size());
   for (const std::size_t i : order) sorted.push_back(std::move(all[i]));
   for (std::size_t i = 1; i < sorted.size(); ++i) {
-    if (is_special_case(sorted[i], sorted.front()) && is_worth_no_more(sorted[i], sorted.front())) {
+    if (suffices(sorted[i], sorted.front())) {
       std::rotate(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(i),
                   sorted.begin() + static_cast<std::ptrdiff_t>(i) + 1);
     }
@@ -75,7 +77,7 @@ bool at_floor(const SelectionContext& context, const FittedModel& model) {
 bool is_step(const SelectionContext& context, const Explanation& before, const Explanation& after) {
   const double before_N = before.model.holdout_rmse_N;
   const double after_N = after.model.holdout_rmse_N;
-  return after_N < (1.0 - kLeastReduction) * before_N && is_better(context, after, before) &&
+  return is_worth_a_name(before_N, after_N) && is_better(context, after, before) &&
          before_N >= kUncertainFloor * context.floor.of(after.model.terms) &&
          !within_instruments(context.baseline, context.measurement.tick_s(), before.model.terms,
                              after.model.terms, explained_N2(before_N, after_N));

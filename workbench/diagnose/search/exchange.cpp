@@ -5,6 +5,7 @@
 
 #include "workbench/base/parallel.h"
 #include "workbench/diagnose/evidence/plausibility.h"
+#include "workbench/diagnose/evidence/reduction.h"
 #include "workbench/diagnose/search/growth.h"
 #include "workbench/estimate/nonlinear/fit.h"
 
@@ -33,9 +34,10 @@ std::vector<Trial> replacements(const SelectionContext& context, const std::vect
     return explained_N2(context.baseline.holdout_rmse_N, trial.holdout_rmse_N);
   };
   const Trial* own = find_trial(alone, old);
+  if (own == nullptr) return {};
   std::vector<const EffectDescription*> others;
   for (const Trial& other : alone) {
-    if (own != nullptr && !contains(explanation.model.terms, other.term.effect->text.id) &&
+    if (!contains(explanation.model.terms, other.term.effect->text.id) &&
         explained(other) >= kShareAlone * explained(*own)) {
       others.push_back(other.term.effect);
     }

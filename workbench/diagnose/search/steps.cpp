@@ -63,7 +63,7 @@ void drop_insignificant_steps(const Measurement& measurement, Diagnosis& diagnos
   std::vector<Step>& steps = diagnosis.steps;
   const std::size_t found = steps.size();
   while (steps.size() > 1 &&
-         steps.back().holdout_rmse_N > (1.0 - kLeastReduction) * steps[steps.size() - 2].holdout_rmse_N) {
+         !is_worth_a_name(steps[steps.size() - 2].holdout_rmse_N, steps.back().holdout_rmse_N)) {
     steps.pop_back();
   }
   if (steps.size() == found) return;

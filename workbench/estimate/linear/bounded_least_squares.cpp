@@ -162,11 +162,23 @@ void sum_difference_transform(const SumDifferencePairs& pairs, Eigen::VectorXd& 
   }
 }
 
+namespace {
+
+void sum_difference_columns(Eigen::Index a, Eigen::Index b, Eigen::MatrixXd& rows) {
+  const Eigen::VectorXd sum = 0.5 * (rows.col(a) + rows.col(b));
+  rows.col(b) = 0.5 * (rows.col(a) - rows.col(b));
+  rows.col(a) = sum;
+}
+
+}  // namespace
+
+void sum_difference_columns(const SumDifferencePairs& pairs, Eigen::MatrixXd& rows) {
+  for (const auto& [a, b] : pairs) sum_difference_columns(a, b, rows);
+}
+
 void sum_difference_transform(const SumDifferencePairs& pairs, Eigen::MatrixXd& matrix) {
   for (const auto& [a, b] : pairs) {
-    const Eigen::VectorXd column = 0.5 * (matrix.col(a) + matrix.col(b));
-    matrix.col(b) = 0.5 * (matrix.col(a) - matrix.col(b));
-    matrix.col(a) = column;
+    sum_difference_columns(a, b, matrix);
     const Eigen::RowVectorXd row = 0.5 * (matrix.row(a) + matrix.row(b));
     matrix.row(b) = 0.5 * (matrix.row(a) - matrix.row(b));
     matrix.row(a) = row;

@@ -120,7 +120,7 @@ JoinedLogs join(std::vector<LogChunk> chunks) {
   return joined;
 }
 
-std::vector<Interval> usable_stretches(const LogPart& part, std::size_t from) {
+std::vector<Interval> usable_intervals(const LogPart& part, std::size_t from) {
   std::vector<Interval> all;
   std::size_t first = from;
   for (const Interval& cut : part.cut) {

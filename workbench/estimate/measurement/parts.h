@@ -48,7 +48,7 @@ struct LogPart {
 };
 
 /// The intervals of a part from `from` on that were not cut out; samples counted from its first.
-std::vector<Interval> usable_stretches(const LogPart& part, std::size_t from);
+std::vector<Interval> usable_intervals(const LogPart& part, std::size_t from);
 
 /// Logs joined one after another.
 struct JoinedLogs {

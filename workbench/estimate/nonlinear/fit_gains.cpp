@@ -100,14 +100,18 @@ void judge(const Measurement& measurement, FittedModel& fitted) {
   for (int block = 0; block < fitted.equations->block_count(); ++block) {
     fitted.block_weight[static_cast<std::size_t>(block)] = fitted.equations->weight(block);
   }
-  const Eigen::VectorXd residual = fitted.linearisation->residual_N();
-  fitted.train_rmse_N = measurement.weighted_rms(residual);
-  const Eigen::VectorXd& usable = measurement.row_usable();
-  fitted.relative_error = residual.cwiseProduct(usable).norm() /
-                          std::max(fitted.linearisation->measured_N().cwiseProduct(usable).norm(), 1e-300);
+  set_errors_in_sample(measurement, fitted);
 }
 
 }  // namespace
+
+void set_errors_in_sample(const Measurement& measurement, FittedModel& model) {
+  const Eigen::VectorXd residual_N = model.linearisation->residual_N();
+  const Eigen::VectorXd& usable = measurement.row_usable();
+  model.train_rmse_N = measurement.weighted_rms(residual_N);
+  model.relative_error = residual_N.cwiseProduct(usable).norm() /
+                         std::max(model.linearisation->measured_N().cwiseProduct(usable).norm(), 1e-300);
+}
 
 FittedModel fit_gains(const Measurement& measurement, Terms terms, const FittedModel* known) {
   const double noise_N = measurement.filtered_force_noise_N();

@@ -15,4 +15,7 @@ FittedModel fit_gains(const Measurement& measurement, Terms terms, const FittedM
 /// `error_N` is the residual error that is already known for it.
 FittedModel linearised(const Measurement& measurement, Terms terms, double error_N);
 
+/// Sets the errors of a model on the data of its linearisation: `train_rmse_N` and `relative_error`.
+void set_errors_in_sample(const Measurement& measurement, FittedModel& model);
+
 }  // namespace slipstack::workbench
