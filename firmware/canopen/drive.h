@@ -3,6 +3,7 @@
 
 #include "firmware/canopen/application.h"
 #include "firmware/canopen/drive_profile.h"
+#include "firmware/canopen/excitation_objects.h"
 #include "firmware/canopen/model_staging.h"
 #include "firmware/canopen/node.h"
 #include "firmware/canopen/telemetry.h"
@@ -23,7 +24,8 @@ class Drive final : public Application {
         profile_(controller),
         model_(controller, scaling),
         telemetry_(controller, timing),
-        trace_(controller, trace) {}
+        trace_(controller, trace),
+        excitation_(controller) {}
 
   /// From the tick's interrupt, behind the tick.
   void after_tick() { trace_.after_tick(); }
@@ -42,6 +44,7 @@ class Drive final : public Application {
     controller_.poll();
     step_reset();
     profile_.step();
+    excitation_.step(*dictionary_, mode());
   }
   std::uint16_t error_code() override { return profile_.error_code(); }
   bool enabled() override { return profile_.driving(); }
@@ -73,6 +76,8 @@ class Drive final : public Application {
         return controller_.position().referenced() ? 1U : 0U;
       case kTraceIndex:
         return trace_.read(*dictionary_, object.sub);
+      case kExcitationIndex:
+        return excitation_.read(*dictionary_, object.sub);
       default:
         return profile_.read(object.index, row);
     }
@@ -85,6 +90,8 @@ class Drive final : public Application {
         return object.sub == 3 ? model_.apply_checked(*dictionary_, value) : Abort::kNone;
       case kTraceIndex:
         return trace_.check(object.sub);
+      case kExcitationIndex:
+        return excitation_.check(*dictionary_, object.sub, value, mode());
       case kScalesIndex:
         return scalable_ || value == object.initial ? Abort::kNone : Abort::kUnsupportedAccess;
       default:
@@ -94,6 +101,10 @@ class Drive final : public Application {
 
   void written(std::size_t row, std::uint32_t value) override {
     const Object& object = kObjects[row];
+    if (object.index == kExcitationIndex) {
+      if (object.sub == 1) excitation_.command(*dictionary_, value);
+      return;
+    }
     if (object.index != kTraceIndex) return profile_.written(object.index, value);
     if (object.sub == 1) trace_.command(*dictionary_, value);
   }
@@ -121,6 +132,8 @@ class Drive final : public Application {
   }
 
  private:
+  std::uint32_t mode() const { return profile_.read(0x6061, kRow<0x6061>); }
+
   void step_reset() {
     const bool resetting = model_.resetting();
     model_.step(*dictionary_);
@@ -137,6 +150,7 @@ class Drive final : public Application {
   ModelStaging model_;
   Telemetry telemetry_;
   TraceObjects trace_;
+  ExcitationObjects excitation_;
 };
 
 }  // namespace slipstack::canopen

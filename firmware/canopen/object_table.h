@@ -33,8 +33,8 @@ constexpr std::uint32_t key(std::uint16_t index, std::uint8_t sub) {
 inline constexpr auto kObjects =
     detail::joined(kCommunicationObjects, kReceivePdoObjects, kTransmitPdoObjects, kAxisRows, kIoRows,
                    kHomingRows, kReferenceRows, kEffectRows, kModelRows, kObserverRows, kByEffectRows,
-                   kTimingRows, kCounterRows, kFaultRows, kTraceRows, kLockRows, kNodeRows, kMachineRows,
-                   kProfileObjects, kHomingMethodRows, kLastProfileObjects);
+                   kTimingRows, kCounterRows, kFaultRows, kTraceRows, kExcitationRows, kLockRows, kNodeRows,
+                   kMachineRows, kProfileObjects, kHomingMethodRows, kLastProfileObjects);
 inline constexpr std::size_t kObjectCount = kObjects.size();
 
 static_assert(

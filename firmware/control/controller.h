@@ -14,6 +14,7 @@
 #include "firmware/control/cyclic_position.h"
 #include "firmware/control/digital_io.h"
 #include "firmware/control/direction_check.h"
+#include "firmware/control/excitation.h"
 #include "firmware/control/fault_monitor.h"
 #include "firmware/control/feedback.h"
 #include "firmware/control/feedforward.h"
@@ -163,6 +164,18 @@ class Controller {
   PlanStatus halt(const MotionLimits& limits) {
     return point_to_point_.halt(reference_, within_axis(limits), ramp(bounds()));
   }
+  /// Outside the tick: the loop could be excited now.
+  bool may_excite() const { return mode_ == ControlMode::kPosition && state_.follows_commands(); }
+  /// Outside the tick: excites the loop from the next tick on, while the reference rests or moves at constant
+  /// velocity.
+  void excite(const ExcitationSettings& settings) {
+    if (!may_excite() || !settings.possible()) return;
+    excitation_.prepare(settings);
+    excited_.store(true, std::memory_order_release);
+  }
+  /// Outside the tick: softly.
+  void stop_excitation() { excitation_.stop(); }
+  const Excitation& excitation() const { return excitation_; }
   ReferenceGenerator& reference() { return reference_; }
   const ReferenceGenerator& reference() const { return reference_; }
   /// Where position zero lies in counts.
@@ -201,7 +214,11 @@ class Controller {
         stay_off(set, bounds, in.encoder.counts);
         break;
       case ControlMode::kPosition:
-        control_position(set, bounds, in.encoder.counts, fade);
+        if (excited_.load(std::memory_order_relaxed) && !fade) [[unlikely]] {
+          control_excited(set, bounds, in.encoder.counts);
+        } else {
+          control_position(set, bounds, in.encoder.counts, fade);
+        }
         break;
       case ControlMode::kTorque:
         control_torque(set, bounds, in.encoder.counts, fade);
@@ -420,6 +437,7 @@ class Controller {
   // Power stage off: the reference lies where the axis is, so that the hysteresis follows.
   void stay_off(ControlSet& set, const MotionBounds& bounds, std::int32_t counts) {
     reference_.hold(counts);
+    excited_.store(false, std::memory_order_relaxed);
     expected_mps2_ = 0.0F;
     estimate_.step(set.estimate, counts, expected_mps2_);
     publish(set, reference_at(0), step_model(set, bounds));
@@ -439,12 +457,41 @@ class Controller {
     adapt(set, now);
   }
 
+  // As control_position(), without adaptation, so that it is no longer than the longest tick without it. The
+  // estimate does not expect the excitation: it enters the loop as a disturbance of the axis would.
+  [[gnu::noinline]] void control_excited(ControlSet& set, const MotionBounds& bounds, std::int32_t counts) {
+    const bool moves = reference_.braking() || reference_.plan_waits();
+    if (moves || !excitation_.running()) return end_excitation(set, bounds, counts);
+    estimate_.step(set.estimate, counts, expected_mps2_);
+    const float model_N = step_model(set, bounds);
+    const ReferencePoint& now = reference_at(lead_of(set));
+    publish(set, now, model_N);
+    const float added = excitation_.step(now, out_.position_error_m);
+    const float added_N = added * excitation_.force_share();
+    const float error_m = out_.position_error_m + added * excitation_.position_share();
+    out_.feedback_N = feedback_.step(set.feedback, now, error_m, estimate_.velocity_mps());
+    const float disturbance_N = set.disturbance_kg * estimate_.disturbance_mps2();
+    const Applied force = apply(set, model_N + out_.feedback_N - disturbance_N + added_N, false);
+    expect(set, now, force.applied_N - model_N - added_N);
+    feedback_.integrate(set.feedback, force.applied_N, force.wanted_N);
+    excitation_.note(out_.limits);
+  }
+
+  // What is missing from now on fades as after a change of parameters.
+  void end_excitation(ControlSet& set, const MotionBounds& bounds, std::int32_t counts) {
+    excited_.store(false, std::memory_order_relaxed);
+    excitation_.finish(ExcitationState::kEnded);
+    blend_N_ += excitation_.left_N(set.feedback);
+    control_position(set, bounds, counts, false);
+  }
+
   void control_torque(ControlSet& set, const MotionBounds& bounds, std::int32_t counts, bool fade) {
     const float model_N = follow_axis(set, bounds, counts);
     const float target_N = within_velocity(set, bounds.velocity_mps, command_.read().target_N);
     const Applied force = apply(set, target_N, fade);
     expect(set, reference_at(0), force.applied_N - model_N);
     held_ = end_ahead(set, bounds, counts);
+    excited_.store(false, std::memory_order_relaxed);
   }
 
   // The push alone: an offset is for an axis that is known. What it may do to the axis is bounded by itself.
@@ -642,6 +689,7 @@ class Controller {
   ControlMode mode_ = ControlMode::kOff;
   bool started_ = false;
   std::int8_t held_ = 0;  // in torque mode, at an end of the position range: which
+  std::atomic<bool> excited_{false};
   StateEstimate estimate_;
   FeedForward feedforward_;
   Feedback feedback_;
@@ -686,6 +734,7 @@ class Controller {
   std::uint32_t remembered_ = 0;  // the tick whose point memory_ has seen last
   std::uint32_t memory_number_ = 0;
   int memory_shift_ = kNoShift;
+  Excitation excitation_;
   ThermalLimit thermal_;
   std::uint32_t load_tick_ = 0;
   bool was_spent_ = false;
