@@ -50,7 +50,7 @@ class ExcitationObjects {
   }
 
  private:
-  // An axis that was switched off, or is in another mode, has ended it; the tick says so when it is back.
+  // An axis that was switched off, or is in another mode, has ended it, also before the next tick says so.
   ExcitationState state() const {
     const ExcitationState state = controller_.excitation().state();
     const bool over = state == ExcitationState::kRunning && !controller_.may_excite();

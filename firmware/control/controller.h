@@ -437,7 +437,8 @@ class Controller {
   // Power stage off: the reference lies where the axis is, so that the hysteresis follows.
   void stay_off(ControlSet& set, const MotionBounds& bounds, std::int32_t counts) {
     reference_.hold(counts);
-    excited_.store(false, std::memory_order_relaxed);
+    if (excited_.load(std::memory_order_relaxed)) [[unlikely]]
+      leave_excitation();
     expected_mps2_ = 0.0F;
     estimate_.step(set.estimate, counts, expected_mps2_);
     publish(set, reference_at(0), step_model(set, bounds));
@@ -461,7 +462,7 @@ class Controller {
   // estimate does not expect the excitation: it enters the loop as a disturbance of the axis would.
   [[gnu::noinline]] void control_excited(ControlSet& set, const MotionBounds& bounds, std::int32_t counts) {
     const bool moves = reference_.braking() || reference_.plan_waits();
-    if (moves || !excitation_.running()) return end_excitation(set, bounds, counts);
+    if (moves || !state_.follows_commands() || !excitation_.running()) return end_excitation(set, bounds, counts);
     estimate_.step(set.estimate, counts, expected_mps2_);
     const float model_N = step_model(set, bounds);
     const ReferencePoint& now = reference_at(lead_of(set));
@@ -477,10 +478,14 @@ class Controller {
     excitation_.note(out_.limits);
   }
 
-  // What is missing from now on fades as after a change of parameters.
-  void end_excitation(ControlSet& set, const MotionBounds& bounds, std::int32_t counts) {
+  [[gnu::noinline]] void leave_excitation() {
     excited_.store(false, std::memory_order_relaxed);
     excitation_.finish(ExcitationState::kEnded);
+  }
+
+  // What is missing from now on fades as after a change of parameters.
+  void end_excitation(ControlSet& set, const MotionBounds& bounds, std::int32_t counts) {
+    leave_excitation();
     blend_N_ += excitation_.left_N(set.feedback);
     control_position(set, bounds, counts, false);
   }
@@ -491,7 +496,8 @@ class Controller {
     const Applied force = apply(set, target_N, fade);
     expect(set, reference_at(0), force.applied_N - model_N);
     held_ = end_ahead(set, bounds, counts);
-    excited_.store(false, std::memory_order_relaxed);
+    if (excited_.load(std::memory_order_relaxed)) [[unlikely]]
+      leave_excitation();
   }
 
   // The push alone: an offset is for an axis that is known. What it may do to the axis is bounded by itself.
