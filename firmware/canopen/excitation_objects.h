@@ -17,7 +17,7 @@ class ExcitationObjects {
   /// Once in every poll: another mode of operation (6061h) and halt (bit 8 of the control word) end it.
   void step(const Dictionary& dictionary, std::uint32_t mode) {
     const bool halt = (dictionary.value(kRow<0x6040>) & kHalt) != 0;
-    if ((mode != 1 || halt) && running()) controller_.stop_excitation();
+    if ((mode != 1 || halt) && running()) controller_.excitation().stop();
   }
 
   std::uint32_t read(const Dictionary& dictionary, std::uint8_t sub) const {
@@ -45,8 +45,8 @@ class ExcitationObjects {
 
   /// 2320h:01.
   void command(const Dictionary& dictionary, std::uint32_t value) {
-    if (value == 0) return controller_.stop_excitation();
-    controller_.excite(settings(dictionary));
+    if (value == 0) return controller_.excitation().stop();
+    if (controller_.may_excite()) controller_.excitation().begin(settings(dictionary));
   }
 
  private:

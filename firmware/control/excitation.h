@@ -62,8 +62,10 @@ struct ExcitationSettings {
 /// amplitude begins and ends along a parabola over a quarter of a period.
 class Excitation {
  public:
-  /// Outside the tick, while it does not run.
-  void prepare(const ExcitationSettings& settings) {
+  /// Outside the tick, while it does not run: from the next tick on. Nothing where the settings are not
+  /// possible.
+  void begin(const ExcitationSettings& settings) {
+    if (!settings.possible()) return;
     settings_ = settings;
     // Fractions of a turn, 2^-64: the frequency per tick, and what it grows by in each.
     const std::uint64_t turn = ~std::uint64_t{0} / settings.period_ticks;
@@ -80,7 +82,8 @@ class Excitation {
     position_share_ = 1.0F - force_share_;
     limits_ = 0;
     periods_.store(0, std::memory_order_relaxed);
-    state_.store(ExcitationState::kRunning, std::memory_order_release);
+    state_.store(ExcitationState::kRunning, std::memory_order_relaxed);
+    takes_part_.store(true, std::memory_order_release);
   }
   /// Fades out, then stops.
   void stop() { fade_ = -4.0F / static_cast<float>(settings_.period_ticks); }
@@ -95,6 +98,13 @@ class Excitation {
   float value() const { return value_; }
   const ExcitationSettings& settings() const { return settings_; }
 
+  /// In the tick: it has begun, and the tick has not left it.
+  bool takes_part() const { return takes_part_.load(std::memory_order_relaxed); }
+  /// In the tick: the axis does something else.
+  [[gnu::noinline]] void leave() {
+    takes_part_.store(false, std::memory_order_relaxed);
+    finish(ExcitationState::kEnded);
+  }
   /// In the tick: what is to be added now, N or m. When the excitation is over the value stays for this last
   /// tick.
   [[gnu::always_inline]] float step(const ReferencePoint& reference, float error_m) {
@@ -157,6 +167,9 @@ class Excitation {
     if (whole >= settings_.periods) stop();
   }
 
+  std::atomic<bool> takes_part_{false};
+  std::atomic<ExcitationState> state_{ExcitationState::kIdle};
+  std::uint16_t limits_ = 0;
   std::uint64_t phase_ = 0;
   std::uint64_t step_ = 0;
   std::uint64_t step_growth_ = 0;
@@ -169,8 +182,6 @@ class Excitation {
   float position_share_ = 0.0F;
   ExcitationSettings settings_;
   std::atomic<std::uint32_t> periods_{0};
-  std::atomic<ExcitationState> state_{ExcitationState::kIdle};
-  std::uint16_t limits_ = 0;
 };
 
 }  // namespace slipstack

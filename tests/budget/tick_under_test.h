@@ -84,13 +84,13 @@ class TickScenario {
  private:
   // As often as the axis stands or moves at constant velocity.
   static void excite(Controller& controller) {
-    if (controller.excitation().running()) return;
-    controller.excite({.amplitude = 50.0F,
-                       .largest_deviation_m = 1.0F,
-                       .period_ticks = 100,
-                       .lowest = 1,
-                       .highest = 25,
-                       .periods = 3});
+    if (controller.excitation().running() || !controller.may_excite()) return;
+    controller.excitation().begin({.amplitude = 50.0F,
+                                   .largest_deviation_m = 1.0F,
+                                   .period_ticks = 100,
+                                   .lowest = 1,
+                                   .highest = 25,
+                                   .periods = 3});
   }
 
   // SYNC every ten ticks, some late and some lost; a stream that begins somewhere, accelerates and ends.

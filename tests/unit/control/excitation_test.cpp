@@ -16,7 +16,7 @@ namespace {
 
 /// Runs until it is over; what came out in each tick.
 std::vector<float> run(Excitation& excitation, const ExcitationSettings& settings, std::size_t most = 1000000) {
-  excitation.prepare(settings);
+  excitation.begin(settings);
   std::vector<float> values;
   while (excitation.running() && values.size() < most) values.push_back(excitation.step({}, 0.0F));
   return values;
@@ -101,7 +101,7 @@ TEST(Excitation, BeginsAndEndsSoftly) {
                               .highest = 40,
                               .periods = 2};
   Excitation excitation;
-  excitation.prepare(settings);
+  excitation.begin(settings);
   float last = 0.0F;
   float largest_step = 0.0F;
   for (int i = 0; i < 6000; ++i) {
@@ -126,12 +126,12 @@ TEST(Excitation, EndsWhereTheAxisLeavesItsPlaceOrAccelerates) {
                                     .highest = 21,
                                     .periods = 3};
   Excitation excitation;
-  excitation.prepare(settings);
+  excitation.begin(settings);
   for (int i = 0; i < 500; ++i) excitation.step({}, 0.99e-4F);
   EXPECT_TRUE(excitation.running());
   excitation.step({}, -1.01e-4F);
   EXPECT_EQ(excitation.state(), ExcitationState::kTooFar);
-  excitation.prepare(settings);
+  excitation.begin(settings);
   excitation.step({.velocity = 3.0F}, 0.0F);
   EXPECT_TRUE(excitation.running());
   excitation.step({.velocity = 3.0F, .acceleration = 1e-3F}, 0.0F);
