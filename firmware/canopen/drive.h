@@ -28,7 +28,10 @@ class Drive final : public Application {
         excitation_(controller) {}
 
   /// From the tick's interrupt, behind the tick.
-  void after_tick() { trace_.after_tick(); }
+  void after_tick() {
+    trace_.after_tick();
+    excitation_.after_tick();
+  }
 
   ParameterStatus last_apply() const { return model_.last_status(); }
 

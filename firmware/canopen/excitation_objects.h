@@ -14,11 +14,14 @@ class ExcitationObjects {
  public:
   explicit ExcitationObjects(Controller& controller) : controller_(controller) {}
 
-  /// Once in every poll: another mode of operation (6061h) and halt (bit 8 of the control word) end it.
+  /// Once in every poll: another mode of operation (6061h), halt (bit 8 of the control word) and every stop end it.
   void step(const Dictionary& dictionary, std::uint32_t mode) {
     const bool halt = (dictionary.value(kRow<0x6040>) & kHalt) != 0;
-    if ((mode != 1 || halt) && running()) controller_.excitation().stop();
+    const bool ends = mode != 1 || halt || !controller_.may_excite();
+    if (ends && controller_.excitation().running()) controller_.excitation().stop();
   }
+  /// From the tick's interrupt, behind the tick.
+  void after_tick() { controller_.excitation().note(controller_.output().limits); }
 
   std::uint32_t read(const Dictionary& dictionary, std::uint8_t sub) const {
     const Excitation& excitation = controller_.excitation();

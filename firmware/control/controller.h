@@ -128,14 +128,16 @@ class Controller {
     supervise(set, bounds, in);
     const ControlMode before = mode_;
     change_mode(supervisor_.mode(mode_, reference_, out_.limits));
-    const bool fade = new_parameters || (mode_ != before && before != ControlMode::kOff);
+    const bool fade = new_parameters || (mode_ != before && before != ControlMode::kOff) ||
+                      excitation_.left();
     bool finite = true;
     switch (mode_) {
       case ControlMode::kOff:
         stay_off(set, bounds, counts);
         break;
       case ControlMode::kPosition:
-        finite = control_position(set, bounds, counts, fade);
+        finite = excitation_.takes_part() ? control_excited(set, bounds, counts)
+                                          : control_position(set, bounds, counts, fade);
         break;
       case ControlMode::kTorque:
         finite = control_torque(set, bounds, counts, fade);
@@ -221,24 +223,18 @@ class Controller {
     step_model(set, bounds);
     force_.step_off(tick(set, bounds, counts, false));
   }
-  bool control_position(ControlSet& set, const MotionBounds& bounds, std::int32_t counts, bool fade) {
-    if (excitation_.takes_part()) [[unlikely]]
-      return control_excited(set, bounds, counts, fade);
+  [[gnu::always_inline]] bool control_position(ControlSet& set, const MotionBounds& bounds, std::int32_t counts, bool fade) {
     step_model(set, bounds);
     return force_.step_position(tick(set, bounds, counts, fade));
   }
-  // Not in a tick that has something else to do, so that it is no longer than the longest one without it.
-  [[gnu::noinline]] bool control_excited(ControlSet& set, const MotionBounds& bounds, std::int32_t counts,
-                                         bool fade) {
-    const bool moves = reference_.braking() || reference_.plan_waits();
-    if (moves || fade || !state().follows_commands() || !excitation_.running()) {
-      excitation_.leave();
-      force_.end_excitation(set, excitation_);
-      step_model(set, bounds);
-      return force_.step_position(tick(set, bounds, counts, fade));
-    }
-    step_model(set, bounds);
-    return force_.step_excited(tick(set, bounds, counts, false), excitation_);
+  // The force of the model stays what it was: the reference stands, or moves at constant velocity, and without
+  // the model the tick is no longer than any other. What it misses fades in when the model is back.
+  [[gnu::noinline]] bool control_excited(ControlSet& set, const MotionBounds& bounds, std::int32_t counts) {
+    const bool ends = reference_.braking() || reference_.plan_waits() || !excitation_.running();
+    if (ends) excitation_.leave();
+    history_.point(sets_.tick()) = reference_.next(supervisor_.ramp(bounds));
+    history_.residual(sets_.tick()) = {.dry_N = force_.dry_N()};
+    return force_.step_excited(tick(set, bounds, counts, ends), excitation_);
   }
   bool control_torque(ControlSet& set, const MotionBounds& bounds, std::int32_t counts, bool fade) {
     if (excitation_.takes_part()) [[unlikely]]

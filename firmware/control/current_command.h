@@ -16,9 +16,6 @@ class CurrentCommand {
   /// fades. `from_rest`: there was no force before.
   void begin_fade(float wanted_N, bool from_rest) { blend_N_ = from_rest ? 0.0F : last_wanted_N_ - wanted_N; }
 
-  /// A force that ended without a change of parameters or mode.
-  void add_fade(float missing_N) { blend_N_ += missing_N; }
-
   /// One tick: the force to be made, what is still fading included.
   float faded(const ControlSet& set, float wanted_N) {
     const float force_N = wanted_N + blend_N_;

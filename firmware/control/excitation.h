@@ -4,7 +4,6 @@
 #include <atomic>
 #include <cstdint>
 
-#include "firmware/control/feedback.h"
 #include "firmware/control/reference.h"
 #include "firmware/effects/approx.h"
 
@@ -59,7 +58,7 @@ struct ExcitationSettings {
 /// tick, where a multisine has one for each harmonic or a table of a period.
 ///
 /// The phase is an integer, so that no rounding adds up: period after period is the same bit for bit. The
-/// amplitude begins and ends along a parabola over a quarter of a period.
+/// amplitude begins and ends as a first-order lag of a sixteenth of a period.
 class Excitation {
  public:
   /// Outside the tick, while it does not run: from the next tick on. Nothing where the settings are not
@@ -69,85 +68,93 @@ class Excitation {
     settings_ = settings;
     // Fractions of a turn, 2^-64: the frequency per tick, and what it grows by in each.
     const std::uint64_t turn = ~std::uint64_t{0} / settings.period_ticks;
-    first_step_ = turn * settings.lowest;
     step_growth_ = turn / settings.period_ticks * (settings.highest - settings.lowest);
-    step_ = first_step_ + (step_growth_ >> 1);
-    first_step_ = step_;
+    first_step_ = turn * settings.lowest + (step_growth_ >> 1);
     left_ = settings.period_ticks;
     phase_ = 0;
-    fade_ = 4.0F / static_cast<float>(settings.period_ticks);
-    weight_ = 0.0F;
+    step_ = first_step_;
+    scale_ = 0.0F;
+    target_ = settings.amplitude;
+    change_ = kFadesInPeriod / static_cast<float>(settings.period_ticks);
     value_ = 0.0F;
     force_share_ = settings.place == ExcitationPlace::kCurrent ? 1.0F : 0.0F;
     position_share_ = 1.0F - force_share_;
     limits_ = 0;
+    ending_ = false;
     periods_.store(0, std::memory_order_relaxed);
     state_.store(ExcitationState::kRunning, std::memory_order_relaxed);
     takes_part_.store(true, std::memory_order_release);
   }
-  /// Fades out, then stops.
-  void stop() { fade_ = -4.0F / static_cast<float>(settings_.period_ticks); }
+  /// Fades out within half a period, then ends.
+  void stop() {
+    if (ending_) return;
+    ending_ = true;
+    target_ = 0.0F;
+    left_ = settings_.period_ticks / 2;
+  }
 
   ExcitationState state() const { return state_.load(std::memory_order_acquire); }
-  bool running() const { return state() == ExcitationState::kRunning; }
+  bool running() const { return state_.load(std::memory_order_relaxed) == ExcitationState::kRunning; }
   /// Whole periods since the beginning.
   std::uint32_t periods() const { return periods_.load(std::memory_order_relaxed); }
   /// Limits that were met while it ran, bits of Limit: what is measured then is not linear.
   std::uint16_t limits() const { return limits_; }
   /// Of the last tick, N or m.
   float value() const { return value_; }
-  const ExcitationSettings& settings() const { return settings_; }
 
-  /// In the tick: it has begun, and the tick has not left it.
+  /// Behind the tick: the limits that it met.
+  void note(std::uint16_t limits) {
+    if (running()) limits_ = static_cast<std::uint16_t>(limits_ | limits);
+  }
+
+  // ---- in the tick ----
+
+  /// It has begun, and the tick has not left it.
   bool takes_part() const { return takes_part_.load(std::memory_order_relaxed); }
-  /// In the tick: the axis does something else.
+  /// The tick before was the first without it.
+  bool left() {
+    if (!left_it_) [[likely]]
+      return false;
+    left_it_ = false;
+    return true;
+  }
+  /// The axis does something else.
   [[gnu::noinline]] void leave() {
     takes_part_.store(false, std::memory_order_relaxed);
+    left_it_ = true;
+    scale_ = target_ = 0.0F;
     finish(ExcitationState::kEnded);
   }
-  /// In the tick: what is to be added now, N or m. When the excitation is over the value stays for this last
-  /// tick.
+  /// What is to be added now, N or m. It is over with a reference that accelerates, and too far from it.
   [[gnu::always_inline]] float step(const ReferencePoint& reference, float error_m) {
-    if (reference.acceleration != 0.0F) {
+    if (reference.acceleration != 0.0F) [[unlikely]]
       finish(ExcitationState::kEnded);
-    } else if (approx::absolute(error_m) > settings_.largest_deviation_m) {
+    if (approx::absolute(error_m) > settings_.largest_deviation_m) [[unlikely]]
       finish(ExcitationState::kTooFar);
-    } else {
-      value_ = faded() * sweep();
-    }
+    scale_ += change_ * (target_ - scale_);
+    value_ = scale_ * sweep();
     return value_;
   }
   /// Which of the two the value is added to: 1 or 0.
   float force_share() const { return force_share_; }
   float position_share() const { return position_share_; }
-  /// The force that is missing when the value is: of the position error, by the gains without the integral.
-  float left_N(const Feedback::Gains& gain) const {
-    const float per_m = gain.position_per_s * gain.velocity_N_s_per_m;
-    return value_ * (force_share_ + position_share_ * per_m);
-  }
-  /// In the tick, behind the limits: those that were met.
-  void note(std::uint16_t limits) { limits_ = static_cast<std::uint16_t>(limits_ | limits); }
-  /// In the tick: is over at once.
-  void finish(ExcitationState state) {
+
+ private:
+  // Time constants of the amplitude in a period: 4e-4 of it are left after half of one.
+  static constexpr float kFadesInPeriod = 16.0F;
+
+  // Over, if nothing has ended it before; the next tick leaves it.
+  [[gnu::noinline]] void finish(ExcitationState state) {
     if (running()) state_.store(state, std::memory_order_release);
   }
 
- private:
-  // The amplitude, from 0 and back to it.
-  float faded() {
-    weight_ = approx::clamp(weight_ + fade_, 0.0F, 1.0F);
-    if (weight_ == 0.0F) [[unlikely]]
-      finish(periods() >= settings_.periods ? ExcitationState::kComplete : ExcitationState::kStopped);
-    return settings_.amplitude * weight_ * weight_;
-  }
-
-  float sweep() {
+  [[gnu::always_inline]] float sweep() {
     // Half turns from -1 to 1.
-    const float turn = static_cast<float>(static_cast<std::int32_t>(phase_ >> 32)) * 0x1p-31F;
-    phase_ += step_;
+    const float turn = static_cast<float>(static_cast<std::int32_t>(phase_)) * 0x1p-31F;
+    phase_ += static_cast<std::uint32_t>(step_ >> 32);
     step_ += step_growth_;
     if (--left_ == 0) [[unlikely]]
-      begin_period();
+      end_period();
     return nearly_sine(turn);
   }
 
@@ -158,25 +165,31 @@ class Excitation {
     return parabola * (0.775F + 0.225F * approx::absolute(parabola));
   }
 
-  void begin_period() {
+  [[gnu::noinline]] void end_period() {
+    if (ending_) {
+      const bool complete = periods() >= settings_.periods;
+      return finish(complete ? ExcitationState::kComplete : ExcitationState::kStopped);
+    }
     left_ = settings_.period_ticks;
     phase_ = 0;
     step_ = first_step_;
-    const std::uint32_t whole = periods() + 1;
-    periods_.store(whole, std::memory_order_relaxed);
-    if (whole >= settings_.periods) stop();
+    periods_.store(periods() + 1, std::memory_order_relaxed);
+    if (periods() >= settings_.periods) stop();
   }
 
   std::atomic<bool> takes_part_{false};
   std::atomic<ExcitationState> state_{ExcitationState::kIdle};
+  bool left_it_ = false;
+  bool ending_ = false;
   std::uint16_t limits_ = 0;
-  std::uint64_t phase_ = 0;
+  std::uint32_t phase_ = 0;
   std::uint64_t step_ = 0;
   std::uint64_t step_growth_ = 0;
   std::uint64_t first_step_ = 0;
-  std::uint32_t left_ = 0;  // ticks of the period
-  float fade_ = 0.0F;       // of the weight, per tick
-  float weight_ = 0.0F;
+  std::uint32_t left_ = 0;  // ticks of the period, or until the end
+  float scale_ = 0.0F;      // of the sine, N or m
+  float target_ = 0.0F;
+  float change_ = 0.0F;  // of the difference between them, per tick
   float value_ = 0.0F;
   float force_share_ = 1.0F;
   float position_share_ = 0.0F;

@@ -86,12 +86,7 @@ class ForceControl {
     if (!apply(tick, out.feedforward_N + out.feedback_N - disturbance_N + added_N, force)) return false;
     expect(tick, now, {force.wanted_N, force.applied_N - added_N});
     feedback_.integrate(set.feedback, force.applied_N, force.wanted_N);
-    excitation.note(out.limits);
     return true;
-  }
-  /// What is missing from now on fades as after a change of parameters.
-  void end_excitation(const ControlSet& set, const Excitation& excitation) {
-    current_.add_fade(excitation.left_N(set.feedback));
   }
 
   /// The force is commanded, within `bound`; `range`: where the axis may be.

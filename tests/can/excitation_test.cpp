@@ -132,7 +132,10 @@ TEST(ExcitationObjects, EndsWithWhateverStopsTheAxis) {
 // 605Ah = 6: quick stop holds the axis, enabled.
 TEST(ExcitationObjects, EndsWithAQuickStopThatStays) {
   Excited axis;
-  ASSERT_EQ(axis.bench.write(0x605A, 0, 6, 2), 0U) << "605Ah";
+  ASSERT_EQ(axis.bench.write(0x6040, 0, 0x0006, 2), 0U);  // a parameter is not written while enabled
+  axis.bench.run_ms(2);
+  ASSERT_EQ(axis.bench.write(0x605A, 0, 6, 2), 0U);
+  axis.bench.enable(1);
   ASSERT_EQ(axis.start(), 0U);
   const double own_A = axis.largest_step_A(150);
   ASSERT_EQ(axis.bench.write(0x6040, 0, 0x000B, 2), 0U);

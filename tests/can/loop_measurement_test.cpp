@@ -79,18 +79,20 @@ TEST(LoopMeasurement, PlantIsTheAxisWithinItsStandardDeviation) {
     EXPECT_TRUE(recording.notes.empty());
     for (const auto& captures : recording.bands) {
       double sum = 0.0;
-      double worst = 0.0;
       std::size_t inside = 0;
       const std::vector<ResponsePoint> points = response(captures, "test");
       for (const ResponsePoint& point : points) {
         const double off = std::abs(point.plant - axis.sampled(point.frequency_Hz)) / point.plant_sd;
         sum += off * off;
         inside += off < 2.0 ? 1 : 0;
-        worst = std::max(worst, std::abs(point.plant / axis.sampled(point.frequency_Hz) - 1.0));
       }
       const double rms = std::sqrt(sum / static_cast<double>(points.size()));
       const double share = static_cast<double>(inside) / static_cast<double>(points.size());
-      printf("seed %d band %zu: rms %.3f inside %.3f worst %.3g\n", (int)seed, captures[0].decimation, rms, share, worst);
+      // Observed: 0.92 to 1.16, 92 to 99 %.
+      EXPECT_GT(rms, 0.8) << seed;
+      EXPECT_LT(rms, 1.35) << seed;
+      EXPECT_GT(share, 0.88) << seed;
+      EXPECT_LT(share, 0.999) << seed;
     }
   }
 }
@@ -107,7 +109,10 @@ TEST(LoopMeasurement, SensitivityIsTheComputedOne) {
     for (ResponsePoint& point : exact) point.plant = axis.sampled(point.frequency_Hz);
     const Margins wanted = margins_of(
         analysis.frequency_Hz, loop_of(exact, FeedbackResponse(recording.drive, exact).of(recording.drive)));
-    printf("modulus %.4f %.4f phase %.4f %.4f sd %.4f diff %.4f\n", analysis.margins.modulus, wanted.modulus, analysis.margins.phase_rad, wanted.phase_rad, analysis.modulus_sd, analysis.sensitivity_difference);
+    EXPECT_NEAR(analysis.margins.modulus, wanted.modulus, 0.003 + 3.0 * analysis.modulus_sd) << seed;
+    EXPECT_NEAR(analysis.margins.phase_rad, wanted.phase_rad, 0.005) << seed;
+    EXPECT_LT(analysis.sensitivity_difference, 0.003) << seed;
+    EXPECT_GT(wanted.peak_sensitivity, 1.2) << "a loop without a peak shows nothing";
   }
 }
 
@@ -119,15 +124,19 @@ TEST(LoopMeasurement, TunedLoopsKeepTheirMargin) {
     const LoopRecording recording = measure_loop(*desk.client, rolling(), kNoiseless);
     const LoopAnalysis analysis = analyse(recording, "test");
     const TuneRequest request;
-    try {
     const TunedDrive tuned = tune_drive(*desk.client, recording, analysis, rolling(), request, false, kNoiseless);
     std::vector<ResponsePoint> exact = analysis.plant;
     for (ResponsePoint& point : exact) point.plant = axis.sampled(point.frequency_Hz);
     const DriveController gains = read_controller(*desk.client);
     const Margins truth =
         margins_of(analysis.frequency_Hz, loop_of(exact, FeedbackResponse(gains, exact).of(gains)));
-    printf("seed %d m %.1f: Kv/m %.0f Kp %.0f notches %zu predicted %.3f measured %.3f true %.3f at %.1f sd %.3f cross %.1f bw %.1f (%.1f)\n", (int)seed, axis.bench.axis.mass_kg, gains.velocity_gain_N_s_per_m/gains.mass_kg, gains.position_gain_per_s, tuned.tuning.notches, tuned.tuning.margins.modulus, tuned.loop.analysis.margins.modulus, truth.modulus, tuned.loop.analysis.margins.peak_Hz, tuned.loop.analysis.modulus_sd, truth.crossover_Hz, truth.bandwidth_Hz, analysis.margins.bandwidth_Hz);
-    } catch (std::exception& e) { printf("seed %d: %s\n", (int)seed, e.what()); }
+    // Observed: 0.500 to 0.523 on the physics, and 1.4 to 3 times the bandwidth.
+    EXPECT_GT(truth.modulus, 0.49) << seed;
+    EXPECT_LT(truth.modulus, 0.56) << seed;
+    EXPECT_NEAR(tuned.loop.analysis.margins.modulus, truth.modulus, 0.02) << seed;
+    EXPECT_GT(truth.bandwidth_Hz, 1.2 * analysis.margins.bandwidth_Hz) << seed;
+    EXPECT_FLOAT_EQ(static_cast<float>(gains.velocity_gain_N_s_per_m),
+                    static_cast<float>(tuned.tuning.gains.velocity_gain_N_s_per_m));
   }
 }
 
