@@ -14,7 +14,8 @@ class ExcitationObjects {
  public:
   explicit ExcitationObjects(Controller& controller) : controller_(controller) {}
 
-  /// Once in every poll: another mode of operation (6061h), halt (bit 8 of the control word) and every stop end it.
+  /// Once in every poll: another mode of operation (6061h), halt (bit 8 of the control word) and every stop
+  /// end it.
   void step(const Dictionary& dictionary, std::uint32_t mode) {
     const bool halt = (dictionary.value(kRow<0x6040>) & kHalt) != 0;
     const bool ends = mode != 1 || halt || !controller_.may_excite();
@@ -37,8 +38,8 @@ class ExcitationObjects {
     }
   }
 
-  /// While it runs its settings stay. It begins in profile position mode only (`mode`: 6061h), on an axis that
-  /// stands or moves at constant velocity; and with settings that a tick can follow.
+  /// While it runs its settings stay. It begins in profile position mode only (`mode`: 6061h), on an axis
+  /// that stands or moves at constant velocity; and with settings that a tick can follow.
   Abort check(const Dictionary& dictionary, std::uint8_t sub, std::uint32_t value, std::uint32_t mode) const {
     if (sub != 1) return running() ? Abort::kDeviceState : Abort::kNone;
     if (value == 0) return Abort::kNone;

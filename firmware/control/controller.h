@@ -128,8 +128,8 @@ class Controller {
     supervise(set, bounds, in);
     const ControlMode before = mode_;
     change_mode(supervisor_.mode(mode_, reference_, out_.limits));
-    const bool fade = new_parameters || (mode_ != before && before != ControlMode::kOff) ||
-                      excitation_.left();
+    const bool fade =
+        new_parameters || (mode_ != before && before != ControlMode::kOff) || excitation_.left();
     bool finite = true;
     switch (mode_) {
       case ControlMode::kOff:
@@ -223,12 +223,13 @@ class Controller {
     step_model(set, bounds);
     force_.step_off(tick(set, bounds, counts, false));
   }
-  [[gnu::always_inline]] bool control_position(ControlSet& set, const MotionBounds& bounds, std::int32_t counts, bool fade) {
+  [[gnu::always_inline]] bool control_position(ControlSet& set, const MotionBounds& bounds,
+                                               std::int32_t counts, bool fade) {
     step_model(set, bounds);
     return force_.step_position(tick(set, bounds, counts, fade));
   }
-  // The force of the model stays what it was: the reference stands, or moves at constant velocity, and without
-  // the model the tick is no longer than any other. What it misses fades in when the model is back.
+  // The force of the model stays what it was: the reference stands, or moves at constant velocity, and
+  // without the model the tick is no longer than any other. What it misses fades in when the model is back.
   [[gnu::noinline]] bool control_excited(ControlSet& set, const MotionBounds& bounds, std::int32_t counts) {
     const bool ends = reference_.braking() || reference_.plan_waits() || !excitation_.running();
     if (ends) excitation_.leave();

@@ -158,8 +158,8 @@ class Excitation {
     return nearly_sine(turn);
   }
 
-  // sin(pi x) to 0.0011: two parabolas, and a correction of the same kind. What is left, the third harmonic at
-  // -60 dB, is part of the excitation as it is recorded.
+  // sin(pi x) to 0.0011: two parabolas, and a correction of the same kind. What is left, the third harmonic
+  // at -60 dB, is part of the excitation as it is recorded.
   static float nearly_sine(float x) {
     const float parabola = 4.0F * x * (1.0F - approx::absolute(x));
     return parabola * (0.775F + 0.225F * approx::absolute(parabola));

@@ -68,8 +68,8 @@ class ForceControl {
     return true;
   }
 
-  /// As step_position(), and the loop is excited, without a word on the level of the friction. The estimate does
-  /// not expect the excitation: it enters the loop as a disturbance of the axis would.
+  /// As step_position(), and the loop is excited, without a word on the level of the friction. The estimate
+  /// does not expect the excitation: it enters the loop as a disturbance of the axis would.
   [[gnu::always_inline]] bool step_excited(const Tick& tick, Excitation& excitation) {
     const ControlSet& set = tick.set;
     step_estimate(tick);

@@ -69,7 +69,8 @@ LoopMeasurement rolling() {
   return wanted;
 }
 
-// Within the stated standard deviation, neither better nor worse: of 16 periods the scatter is known to a fifth.
+// Within the stated standard deviation, neither better nor worse: of 16 periods the scatter is known to a
+// fifth.
 TEST(LoopMeasurement, PlantIsTheAxisWithinItsStandardDeviation) {
   for (const std::uint64_t seed : {1U, 2U, 3U, 4U, 5U, 6U}) {
     const RandomAxis axis(seed, seed % 2 == 0);
@@ -124,7 +125,8 @@ TEST(LoopMeasurement, TunedLoopsKeepTheirMargin) {
     const LoopRecording recording = measure_loop(*desk.client, rolling(), kNoiseless);
     const LoopAnalysis analysis = analyse(recording, "test");
     const TuneRequest request;
-    const TunedDrive tuned = tune_drive(*desk.client, recording, analysis, rolling(), request, false, kNoiseless);
+    const TunedDrive tuned =
+        tune_drive(*desk.client, recording, analysis, rolling(), request, false, kNoiseless);
     std::vector<ResponsePoint> exact = analysis.plant;
     for (ResponsePoint& point : exact) point.plant = axis.sampled(point.frequency_Hz);
     const DriveController gains = read_controller(*desk.client);

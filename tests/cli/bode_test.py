@@ -8,14 +8,14 @@ import unittest
 
 import program
 
-TICK_S, MASS_KG, KV, KP = 1e-4, 20.0, 3000.0, 30.0
+TICK_S, MASS_KG, KV, KP = 1e-4, 20.0, 20000.0, 150.0
 PERIOD, LOW, HIGH = 1024, 8, 150
 HEAD = f"""# tick_s: {TICK_S}
 # mass_kg: {MASS_KG}
 # observer_rad_per_s: 400
 # position_gain_per_s: {KP}
 # velocity_gain_N_s_per_m: {KV}
-# integral_per_s: 30
+# integral_per_s: 150
 # disturbance_share: 0
 # notch_1: 0, 0.1, 0.1
 # notch_2: 0, 0.1, 0.1
@@ -72,6 +72,12 @@ class Bode(program.Workshop):
             predicted = [row for row in result["margins"] if row["loop"] == "predicted"][0]
             self.assertGreaterEqual(predicted["modulus_margin"], float(margin))
             self.assertLess(predicted["modulus_margin"], float(margin) + 0.15)
+
+    def test_tune_wants_the_crossover_in_the_band(self):
+        (self.here / "high.csv").write_text(self.text.replace("s_per_m: 20000.0", "s_per_m: 2000.0"))
+        done = self.run_here("tune", "--log", "high.csv")
+        self.assertEqual(done.returncode, 2)
+        self.assert_one_line(done.stderr, "--from")
 
     def refused(self, text, *expected):
         (self.here / "bad.csv").write_text(text)

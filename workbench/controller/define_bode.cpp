@@ -66,7 +66,8 @@ void add_measurement(CLI::App& command, LoopRequest& request) {
       ->check(CLI::Range(1e-7, 1.0));
   command
       .add_option("--velocity", wanted.velocity_mps,
-                  "move to and fro at this velocity meanwhile, m/s; below 0: backwards first (default: 0, at standstill)")
+                  "move to and fro at this velocity meanwhile, m/s; below 0: backwards first (default: 0, at "
+                  "standstill)")
       ->type_name("MPS")
       ->check(CLI::Range(-1.0, 1.0));
   command.add_option("--captures", wanted.captures, "traces per band, of four periods each (default: 4)")
@@ -117,7 +118,8 @@ void run_loop_command(const LoopRequest& request, const std::string& command_lin
   if (!request.out.empty()) outputs.set(request.out, recording_text(session.recording));
   const ExperimentResult result = work(request, session, show);
   outputs.set(request.json, json_text(result_json(result)));
-  if (!request.report.empty()) outputs.set(request.report, render_report(result_report(result, command_line)));
+  if (!request.report.empty())
+    outputs.set(request.report, render_report(result_report(result, command_line)));
   progress.finish();
   outputs.commit(result_text(result));
 }
@@ -132,8 +134,8 @@ ExperimentResult tune(const LoopRequest& request, Session& session, const Show& 
     const Tuning tuning = propose_or_refuse(session.recording, session.analysis, request.tune);
     return tune_result(session.recording, session.analysis, tuning, request.tune, nullptr, session.setup);
   }
-  const TunedDrive tuned = tune_drive(*session.drive, session.recording, session.analysis, request.measurement,
-                                      request.tune, request.store, show);
+  const TunedDrive tuned = tune_drive(*session.drive, session.recording, session.analysis,
+                                      request.measurement, request.tune, request.store, show);
   return tune_result(session.recording, session.analysis, tuned.tuning, request.tune, &tuned.loop,
                      session.setup);
 }
@@ -142,7 +144,8 @@ ExperimentResult tune(const LoopRequest& request, Session& session, const Show& 
 
 void define_bode(CLI::App& app, const std::string& command_line) {
   const auto request = std::make_shared<LoopRequest>();
-  CLI::App* one = app.add_subcommand("bode", "Measure plant, open loop and sensitivity of an axis, with margins");
+  CLI::App* one =
+      app.add_subcommand("bode", "Measure plant, open loop and sensitivity of an axis, with margins");
   add_measurement(*one, *request);
   one->callback([request, &command_line] { run_loop_command(*request, command_line, bode); });
 

@@ -56,7 +56,8 @@ bool enabled(SdoClient& drive) {
 DriveFacts ask(SdoClient& drive) {
   if (drive.read(0x1018, 2) != kProductCode) refuse_node(drive, "is not a slipstack drive (1018h:02)");
   if (!enabled(drive) || drive.read(0x6061, 0) != 1)
-    refuse_node(drive, "must be enabled in profile position mode (6060h = 1), since the loop is measured closed");
+    refuse_node(drive,
+                "must be enabled in profile position mode (6060h = 1), since the loop is measured closed");
   DriveFacts facts;
   facts.controller = read_controller(drive);
   facts.resolution_m = real(drive, kAxisIndex, 1);
@@ -77,7 +78,8 @@ std::vector<Band> bands_of(const DriveFacts& facts, const LoopMeasurement& wante
   if (highest_Hz > 0.24 * rate_Hz)
     throw UsageError(fmt::format("--to: at most {:.0f} Hz with this tick", 0.24 * rate_Hz));
   if (!(wanted.lowest_Hz < 0.5 * highest_Hz))
-    throw UsageError(fmt::format("--from: must be below half of {:.4g} Hz, the highest frequency", highest_Hz));
+    throw UsageError(
+        fmt::format("--from: must be below half of {:.4g} Hz, the highest frequency", highest_Hz));
   const double most_A = wanted.amplitude_A > 0.0 ? wanted.amplitude_A : 0.1 * facts.limit_A;
   if (most_A > 0.5 * facts.limit_A)
     throw UsageError(
@@ -162,7 +164,8 @@ class Mover {
     const double to = from + (forward_ ? 1.0 : -1.0) * way_m * users_per_m_;
     forward_ = !forward_;
     if (std::fabs(to) > 2.1e9) refuse_node(drive_, "--velocity: the move leaves the range of positions");
-    drive_.write(0x6081, 0, static_cast<std::uint32_t>(std::lround(std::fabs(velocity_mps_) * users_per_m_)), 4);
+    drive_.write(0x6081, 0, static_cast<std::uint32_t>(std::lround(std::fabs(velocity_mps_) * users_per_m_)),
+                 4);
     drive_.write(0x607A, 0, static_cast<std::uint32_t>(static_cast<std::int32_t>(std::lround(to))), 4);
     drive_.write(0x6040, 0, 0x2F, 2);
     drive_.write(0x6040, 0, 0x3F, 2);
@@ -193,10 +196,12 @@ class Mover {
                                    drive.read(0x603F, 0)));
   }
   if (state == 5) {
-    refuse_node(drive, fmt::format("the position left the bound of {:.3g} mm; less --amplitude or more --deviation",
-                                   1e3 * wanted.deviation_m));
+    refuse_node(drive,
+                fmt::format("the position left the bound of {:.3g} mm; less --amplitude or more --deviation",
+                            1e3 * wanted.deviation_m));
   }
-  refuse_node(drive, "the excitation was ended: the reference accelerated, or another master stopped the axis");
+  refuse_node(drive,
+              "the excitation was ended: the reference accelerated, or another master stopped the axis");
 }
 
 void set_excitation(SdoClient& drive, const DriveFacts& facts, const Band& band, std::size_t periods,
@@ -280,7 +285,8 @@ void set_gains(SdoClient& drive, const DriveController& gains) {
 
 void await_enabled(SdoClient& drive, bool wanted) {
   for (int i = 0; enabled(drive) != wanted; ++i) {
-    if (i > 5000) refuse_node(drive, wanted ? "does not become enabled again" : "does not leave operation enabled");
+    if (i > 5000)
+      refuse_node(drive, wanted ? "does not become enabled again" : "does not leave operation enabled");
   }
 }
 
@@ -297,7 +303,8 @@ DriveController read_controller(SdoClient& drive) {
   made.disturbance_share = real(drive, kAxisIndex, 8);
   for (std::size_t i = 0; i < made.notch.size(); ++i) {
     const auto sub = static_cast<std::uint8_t>(kNotchFirst + 3 * i);
-    made.notch[i] = {real(drive, kAxisIndex, sub), real(drive, kAxisIndex, static_cast<std::uint8_t>(sub + 1)),
+    made.notch[i] = {real(drive, kAxisIndex, sub),
+                     real(drive, kAxisIndex, static_cast<std::uint8_t>(sub + 1)),
                      real(drive, kAxisIndex, static_cast<std::uint8_t>(sub + 2))};
   }
   if (!(made.tick_s > 0.0) || !(made.mass_kg > 0.0))
@@ -325,10 +332,10 @@ LoopRecording measure_loop(SdoClient& drive, const LoopMeasurement& wanted, cons
     recording.bands.push_back(std::move(captures));
   }
   if (limits != 0) {
-    recording.notes.push_back(
-        fmt::format("Limits were met (2200h:0A, bits {:04X}h): the response is that of a limited loop; measure "
-                    "with less --amplitude.",
-                    limits));
+    recording.notes.push_back(fmt::format(
+        "Limits were met (2200h:0A, bits {:04X}h): the response is that of a limited loop; measure "
+        "with less --amplitude.",
+        limits));
   }
   return recording;
 }
@@ -348,7 +355,8 @@ void apply_gains(SdoClient& drive, const DriveController& gains, bool store, con
   if (drive.try_write(kModelIndex, 3, hash, 4) != 0) {
     const std::uint32_t result = drive.read(kModelIndex, 4);
     set_gains(drive, before);
-    refuse_node(drive, fmt::format("does not take the gains (result {}, 2140h:04); the old ones run on", result));
+    refuse_node(drive,
+                fmt::format("does not take the gains (result {}, 2140h:04); the old ones run on", result));
   }
   for (int i = 0; drive.read(kModelIndex, 5) != 0; ++i) {
     if (i == 1000) refuse_node(drive, "the tick does not take the gains; does it run?");

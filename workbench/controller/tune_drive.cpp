@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace slipstack::workbench {
 namespace {
@@ -20,7 +21,8 @@ class GainsGuard {
     if (kept_) return;
     try {
       apply_gains(drive_, before_, false, [](const std::string&, double) {});
-    } catch (const std::exception&) {  // the bus is gone, or the axis in a fault: a reset brings the stored ones
+    } catch (
+        const std::exception&) {  // the bus is gone, or the axis in a fault: a reset brings the stored ones
     }
   }
   void keep() { kept_ = true; }
@@ -35,12 +37,19 @@ class GainsGuard {
 
 Tuning propose_or_refuse(const LoopRecording& recording, const LoopAnalysis& analysis,
                          const TuneRequest& request) {
+  // Below the band nothing is known: there both loops must be large.
+  if (!(std::abs(analysis.loop.front()) > 1.0)) {
+    throw UsageError(fmt::format(
+        "the open loop is {:.2g} at {:.4g} Hz already, the lowest frequency measured; measure lower (--from)",
+        std::abs(analysis.loop.front()), analysis.frequency_Hz.front()));
+  }
   const std::optional<Tuning> tuning = propose(analysis.plant, recording.drive, request);
   if (!tuning) {
-    throw UsageError(fmt::format(
-        "no gains with a modulus margin of {:.3g} were found for this plant; measure with more --amplitude or "
-        "--captures, or ask for less (--modulus-margin)",
-        request.modulus_margin));
+    throw UsageError(
+        fmt::format("no gains with a modulus margin of {:.3g} were found for this plant; measure with more "
+                    "--amplitude or "
+                    "--captures, or ask for less (--modulus-margin)",
+                    request.modulus_margin));
   }
   return *tuning;
 }
@@ -68,10 +77,11 @@ TunedDrive tune_drive(SdoClient& drive, const LoopRecording& recording, const Lo
     base = now;
     known = tuned.loop.analysis;
   }
-  throw UsageError(fmt::format(
-      "node {}: the axis reaches a modulus margin of {:.3g} where {:.3g} was predicted; the gains of before are "
-      "back. Measure with --velocity, more --amplitude or more --captures",
-      drive.node(), measured, request.modulus_margin));
+  throw UsageError(
+      fmt::format("node {}: the axis reaches a modulus margin of {:.3g} where {:.3g} was predicted; the "
+                  "gains of before are "
+                  "back. Measure with --velocity, more --amplitude or more --captures",
+                  drive.node(), measured, request.modulus_margin));
 }
 
 }  // namespace slipstack::workbench

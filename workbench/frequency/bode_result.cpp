@@ -70,7 +70,8 @@ ExperimentChart over_frequency(const std::string& title, const std::vector<doubl
 
 std::vector<double> sizes(const std::vector<Complex>& values) {
   std::vector<double> made;
-  for (const Complex& value : values) made.push_back(std::isfinite(value.real()) ? std::abs(value) : kNoValue);
+  for (const Complex& value : values)
+    made.push_back(std::isfinite(value.real()) ? std::abs(value) : kNoValue);
   return made;
 }
 
@@ -91,8 +92,7 @@ void add_plant_charts(ExperimentResult& result, const LoopAnalysis& analysis) {
                                         {"Position over force", "µm/N", 1e6, true});
   size.curves = {{"plant", sizes(plant), {}, "measured", false},
                  {"standard deviation", sd, {}, "reference", true}};
-  ExperimentChart phase =
-      over_frequency("Plant: phase", analysis.frequency_Hz, {"Phase", "°", 1.0, false});
+  ExperimentChart phase = over_frequency("Plant: phase", analysis.frequency_Hz, {"Phase", "°", 1.0, false});
   phase.curves = {{"plant", unwrapped_deg(plant), {}, "measured", false}};
   result.charts.push_back(std::move(size));
   result.charts.push_back(std::move(phase));
@@ -150,7 +150,8 @@ void add_loop_charts(ExperimentResult& result, const std::vector<NamedLoop>& loo
     margin.y.push_back(0.5 * std::sin(angle));
   }
   nyquist.curves.push_back(std::move(margin));
-  for (ExperimentChart* chart : {&size, &phase, &sensitivity, &nyquist}) result.charts.push_back(std::move(*chart));
+  for (ExperimentChart* chart : {&size, &phase, &sensitivity, &nyquist})
+    result.charts.push_back(std::move(*chart));
 }
 
 ExperimentTable response_table(const LoopAnalysis& analysis) {
@@ -209,10 +210,11 @@ std::string motion_text(const LoopRecording& recording) {
 void add_notes(ExperimentResult& result, const LoopRecording& recording, const LoopAnalysis& analysis) {
   for (const std::string& note : recording.notes) result.notes.push_back(note);
   if (analysis.sensitivity_difference > 0.1) {
-    result.notes.push_back(fmt::format(
-        "The measured sensitivity differs from the computed one by {:.0f} % beyond the noise (median): the axis "
-        "is not linear at this amplitude, or other gains ran than the recording names.",
-        100.0 * analysis.sensitivity_difference));
+    result.notes.push_back(
+        fmt::format("The measured sensitivity differs from the computed one by {:.0f} % beyond the noise "
+                    "(median): the axis "
+                    "is not linear at this amplitude, or other gains ran than the recording names.",
+                    100.0 * analysis.sensitivity_difference));
   }
   const double last = std::abs(analysis.loop.back());
   if (last > 0.5) {
@@ -228,12 +230,17 @@ void add_notes(ExperimentResult& result, const LoopRecording& recording, const L
   }
 }
 
+// What the measured band does not show has no number.
+std::string figure_text(double value, const char* unit) {
+  return std::isfinite(value) ? fmt::format("{:.3g}{}", value, unit) : "not in the band";
+}
+
 std::string headline_of(const Margins& margins) {
   return fmt::format(
-      "Modulus margin {:.3g} (peak of S {:.3g} at {:.4g} Hz), phase margin {:.3g}° at {:.4g} Hz, gain margin "
-      "{:.3g}, bandwidth {:.3g} Hz.",
-      margins.modulus, margins.peak_sensitivity, margins.peak_Hz, kDegreesPerRad * margins.phase_rad,
-      margins.phase_Hz, margins.gain, margins.bandwidth_Hz);
+      "Modulus margin {:.3g} (peak of S {:.3g} at {:.4g} Hz), phase margin {}, gain margin {}, bandwidth {}.",
+      margins.modulus, margins.peak_sensitivity, margins.peak_Hz,
+      figure_text(kDegreesPerRad * margins.phase_rad, "°"), figure_text(margins.gain, ""),
+      figure_text(margins.bandwidth_Hz, " Hz"));
 }
 
 }  // namespace
@@ -244,9 +251,9 @@ ExperimentResult bode_result(const LoopRecording& recording, const LoopAnalysis&
   result.experiment = result.command = "bode";
   result.setup = setup;
   result.headline = headline_of(analysis.margins);
-  result.detail = fmt::format("Measured {} from {:.3g} to {:.4g} Hz at {} frequencies.", motion_text(recording),
-                              analysis.frequency_Hz.front(), analysis.frequency_Hz.back(),
-                              analysis.frequency_Hz.size());
+  result.detail =
+      fmt::format("Measured {} from {:.3g} to {:.4g} Hz at {} frequencies.", motion_text(recording),
+                  analysis.frequency_Hz.front(), analysis.frequency_Hz.back(), analysis.frequency_Hz.size());
   result.summary = {{"velocity_mps", recording.velocity_mps},
                     {"sensitivity_difference", analysis.sensitivity_difference}};
   ExperimentTable margins{"margins", "Margins", margin_columns(), {}};
@@ -260,22 +267,25 @@ ExperimentResult bode_result(const LoopRecording& recording, const LoopAnalysis&
   return result;
 }
 
-ExperimentResult tune_result(const LoopRecording& recording, const LoopAnalysis& analysis, const Tuning& tuning,
-                             const TuneRequest& request, const TunedLoop* tuned, const std::string& setup) {
+ExperimentResult tune_result(const LoopRecording& recording, const LoopAnalysis& analysis,
+                             const Tuning& tuning, const TuneRequest& request, const TunedLoop* tuned,
+                             const std::string& setup) {
   ExperimentResult result;
   result.experiment = result.command = "tune";
   result.setup = setup;
   const Margins& now = tuned != nullptr ? tuned->analysis.margins : tuning.margins;
   result.headline = fmt::format(
-      "Kp {:.4g} 1/s, Kv {:.5g} N s/m, integral {:.4g} 1/s, {} notches: modulus margin {:.3g} {}, wanted {:.3g}.",
+      "Kp {:.4g} 1/s, Kv {:.5g} N s/m, integral {:.4g} 1/s, {} notches: modulus margin {:.3g} {}, wanted "
+      "{:.3g}.",
       tuning.gains.position_gain_per_s, tuning.gains.velocity_gain_N_s_per_m, tuning.gains.integral_per_s,
       tuning.notches, now.modulus, tuned != nullptr ? "measured" : "predicted", request.modulus_margin);
   const auto stiffness = [](const DriveController& gains) {
     return gains.position_gain_per_s * gains.velocity_gain_N_s_per_m;
   };
-  result.detail = fmt::format("Force per position error {:.3g} N/µm, before {:.3g} N/µm; bandwidth {:.3g} Hz, before {:.3g} Hz.",
-                              1e-6 * stiffness(tuning.gains), 1e-6 * stiffness(recording.drive), now.bandwidth_Hz,
-                              analysis.margins.bandwidth_Hz);
+  result.detail =
+      fmt::format("Force per position error {:.3g} N/µm, before {:.3g} N/µm; bandwidth {}, before {}.",
+                  1e-6 * stiffness(tuning.gains), 1e-6 * stiffness(recording.drive),
+                  figure_text(now.bandwidth_Hz, " Hz"), figure_text(analysis.margins.bandwidth_Hz, " Hz"));
   result.summary = {{"wanted_modulus_margin", request.modulus_margin},
                     {"applied", std::string(tuned != nullptr ? "yes" : "no")},
                     {"velocity_mps", recording.velocity_mps}};

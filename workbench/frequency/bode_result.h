@@ -19,8 +19,10 @@ struct TunedLoop {
   LoopAnalysis analysis;
 };
 
-/// `slipstack tune`: gains and margins as they are, as proposed, and (`tuned` is not null) as measured afterwards.
-ExperimentResult tune_result(const LoopRecording& recording, const LoopAnalysis& analysis, const Tuning& tuning,
-                             const TuneRequest& request, const TunedLoop* tuned, const std::string& setup);
+/// `slipstack tune`: gains and margins as they are, as proposed, and (`tuned` is not null) as measured
+/// afterwards.
+ExperimentResult tune_result(const LoopRecording& recording, const LoopAnalysis& analysis,
+                             const Tuning& tuning, const TuneRequest& request, const TunedLoop* tuned,
+                             const std::string& setup);
 
 }  // namespace slipstack::workbench

@@ -30,8 +30,7 @@ FeedbackResponse::FeedbackResponse(const DriveController& drive, const std::vect
   for (const ResponsePoint& point : at) {
     Estimate estimate;
     estimate.z = std::exp(Complex(0.0, 2.0 * std::numbers::pi * point.frequency_Hz * t));
-    const Eigen::Matrix3cd system =
-        Eigen::Matrix3cd::Identity() - step.cast<Complex>() / estimate.z;
+    const Eigen::Matrix3cd system = Eigen::Matrix3cd::Identity() - step.cast<Complex>() / estimate.z;
     const Eigen::PartialPivLU<Eigen::Matrix3cd> solver(system);
     const Eigen::Vector3cd by_counts = solver.solve(correction.cast<Complex>());
     const Eigen::Vector3cd by_force = solver.solve((step_pushed.cast<Complex>() / estimate.z).eval());

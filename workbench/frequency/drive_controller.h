@@ -28,8 +28,8 @@ struct DriveController {
 
 /// The drive's feedback in its discrete form, from position to force, at many frequencies.
 ///
-/// Per tick: the state estimate (position, velocity, disturbance) is predicted by the force of the tick before
-/// and corrected by the counts (firmware/control/state_estimate.h); then
+/// Per tick: the state estimate (position, velocity, disturbance) is predicted by the force of the tick
+/// before and corrected by the counts (firmware/control/state_estimate.h); then
 ///   F = notch(p + i) − share · m · d,   p = Kv (Kp (r − x) − v),   i' = i + Ki T p
 /// (firmware/control/feedback.h). With z = e^(jωT) that is a linear system of three states, solved at each
 /// frequency; the force of the tick before, which the estimate expects, closes an inner loop that is part of

@@ -16,8 +16,8 @@ struct ExcitedRecord {
   std::size_t highest = 0;         ///< … to
   bool at_force = true;            ///< the excitation is a force; else a change of the position reference
   std::vector<double> position_m;
-  std::vector<double> force_N;       ///< current × motor constant: mean of the one before the sample and after
-  std::vector<double> excitation;    ///< N or m; empty: not recorded
+  std::vector<double> force_N;     ///< current × motor constant: mean of the one before the sample and after
+  std::vector<double> excitation;  ///< N or m; empty: not recorded
 
   double sample_s() const { return tick_s * static_cast<double>(decimation); }
   double line_Hz() const { return 1.0 / (sample_s() * static_cast<double>(period_samples)); }

@@ -16,8 +16,8 @@ struct LoopAnalysis {
   std::vector<Complex> loop;  ///< measured plant × the drive's feedback
   Margins margins;
   double modulus_sd = 0.0;  ///< of the modulus margin, by the plant's
-  /// Median over the lines of |S measured − S computed| / |S computed|, above what their noise explains (95 %): the
-  /// feedback that ran is not the computed one, or the axis is not linear. NaN: not measured.
+  /// Median over the lines of |S measured − S computed| / |S computed|, above what their noise explains (95
+  /// %): the feedback that ran is not the computed one, or the axis is not linear. NaN: not measured.
   double sensitivity_difference = 0.0;
 };
 

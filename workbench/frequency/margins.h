@@ -13,12 +13,12 @@ struct Margins {
   double peak_sensitivity = 0.0;  ///< largest |1 / (1 + L)|
   double modulus = 0.0;           ///< smallest |1 + L|, its reciprocal
   double peak_Hz = 0.0;
-  double gain = 0.0;      ///< by how much the gain may grow: 1 / |L| where L crosses the negative axis
+  double gain = 0.0;  ///< by how much the gain may grow: 1 / |L| where L crosses the negative axis
   double gain_Hz = 0.0;
   double gain_down = 0.0;  ///< by how much it may shrink (below 1); 0: to nothing
   double phase_rad = 0.0;  ///< smallest of the angles between L and -1 where |L| = 1
   double phase_Hz = 0.0;
-  double delay_s = 0.0;      ///< that the phase margin pays for
+  double delay_s = 0.0;       ///< that the phase margin pays for
   double crossover_Hz = 0.0;  ///< the highest at which |L| = 1
   double bandwidth_Hz = 0.0;  ///< up to which |1 / (1 + L)| stays below 1 / √2
 };

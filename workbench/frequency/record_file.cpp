@@ -87,7 +87,8 @@ class Reader {
 
   void begin() {
     for (const HeaderNumber& one : kNumbers) made_.drive.*one.member = wanted(one.key);
-    if (!(made_.drive.tick_s > 0.0) || !(made_.drive.mass_kg > 0.0)) fail("tick_s and mass_kg must be positive");
+    if (!(made_.drive.tick_s > 0.0) || !(made_.drive.mass_kg > 0.0))
+      fail("tick_s and mass_kg must be positive");
     if (!(made_.drive.velocity_gain_N_s_per_m > 0.0)) fail("the drive has no velocity gain");
     for (std::size_t i = 0; i < made_.drive.notch.size(); ++i) {
       const auto fields = split_fields(header_[fmt::format("notch_{}", i + 1)]);
@@ -99,7 +100,8 @@ class Reader {
     made_.motor_constant_N_per_A = wanted("motor_constant_N_per_A");
     for (int band = 1; header_.count(fmt::format("band_{}", band)) != 0; ++band) {
       const auto fields = split_fields(header_[fmt::format("band_{}", band)]);
-      if (fields.size() != 5) fail(fmt::format("band_{} wants decimation, period, lowest, highest, place", band));
+      if (fields.size() != 5)
+        fail(fmt::format("band_{} wants decimation, period, lowest, highest, place", band));
       ExcitedRecord record;
       record.tick_s = made_.drive.tick_s;
       record.decimation = whole(fields[0]);
@@ -127,7 +129,8 @@ class Reader {
     const std::size_t capture = whole(fields[1]);
     if (band < 1 || band > shapes_.size()) fail(fmt::format("there is no band {}", band));
     auto& captures = made_.bands[band - 1];
-    if (capture < 1 || capture > captures.size() + 1) fail(fmt::format("capture {} is out of order", capture));
+    if (capture < 1 || capture > captures.size() + 1)
+      fail(fmt::format("capture {} is out of order", capture));
     if (capture == captures.size() + 1) captures.push_back(shapes_[band - 1]);
     ExcitedRecord& record = captures[capture - 1];
     record.position_m.push_back(number(fields[2]));
@@ -153,7 +156,8 @@ LoopRecording read_recording(const std::string& path) {
 
 std::string recording_text(const LoopRecording& recording) {
   std::string text;
-  for (const HeaderNumber& one : kNumbers) text += fmt::format("# {}: {}\n", one.key, recording.drive.*one.member);
+  for (const HeaderNumber& one : kNumbers)
+    text += fmt::format("# {}: {}\n", one.key, recording.drive.*one.member);
   for (std::size_t i = 0; i < recording.drive.notch.size(); ++i) {
     const DriveNotch& notch = recording.drive.notch[i];
     text += fmt::format("# notch_{}: {}, {}, {}\n", i + 1, notch.frequency_Hz, notch.damping, notch.depth);
@@ -162,8 +166,8 @@ std::string recording_text(const LoopRecording& recording) {
                       recording.velocity_mps, recording.force_limit_N, recording.motor_constant_N_per_A);
   for (std::size_t band = 0; band < recording.bands.size(); ++band) {
     const ExcitedRecord& one = recording.bands[band].front();
-    text += fmt::format("# band_{}: {}, {}, {}, {}, {}\n", band + 1, one.decimation, one.period_samples, one.lowest,
-                        one.highest, one.at_force ? "force" : "position");
+    text += fmt::format("# band_{}: {}, {}, {}, {}, {}\n", band + 1, one.decimation, one.period_samples,
+                        one.lowest, one.highest, one.at_force ? "force" : "position");
   }
   text += fmt::format("{}\n", kColumns);
   for (std::size_t band = 0; band < recording.bands.size(); ++band) {

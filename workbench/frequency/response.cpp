@@ -107,7 +107,8 @@ ResponsePoint point_of(const ExcitedRecord& record, std::size_t line, const Harm
   const double var_f = covariance(all.force, f, all.force, f).real();
   const Complex var_yf = covariance(all.position, y, all.force, f);
   point.plant = y / (f * held);
-  const double relative = var_y / std::norm(y) + var_f / std::norm(f) - 2.0 * (var_yf / (y * std::conj(f))).real();
+  const double relative =
+      var_y / std::norm(y) + var_f / std::norm(f) - 2.0 * (var_yf / (y * std::conj(f))).real();
   point.plant_sd = std::abs(point.plant) * std::sqrt(std::max(relative, 0.0) / periods);
   point.coherence = std::norm(y) / (std::norm(y) + var_y);
   point.sensitivity = Complex(kNotMeasured, kNotMeasured);
@@ -205,9 +206,8 @@ std::vector<ResponsePoint> joined(const std::vector<std::vector<ResponsePoint>>&
       if (!better_known) all.push_back(point);
     }
   }
-  std::sort(all.begin(), all.end(), [](const ResponsePoint& a, const ResponsePoint& b) {
-    return a.frequency_Hz < b.frequency_Hz;
-  });
+  std::sort(all.begin(), all.end(),
+            [](const ResponsePoint& a, const ResponsePoint& b) { return a.frequency_Hz < b.frequency_Hz; });
   return all;
 }
 

@@ -18,12 +18,15 @@ class Judge {
     for (const ResponsePoint& point : plant) frequency_Hz_.push_back(point.frequency_Hz);
   }
 
-  std::vector<Complex> loop(const DriveController& gains) const { return loop_of(plant_, feedback_.of(gains)); }
+  std::vector<Complex> loop(const DriveController& gains) const {
+    return loop_of(plant_, feedback_.of(gains));
+  }
   Margins margins(const DriveController& gains) const { return margins_of(frequency_Hz_, loop(gains)); }
 
   bool keeps(const DriveController& gains) const {
     const std::vector<Complex> wanted = loop(gains);
-    if (std::abs(wanted.back()) > 1.0 - request_.modulus_margin) return false;
+    if (std::abs(wanted.back()) > 1.0 - request_.modulus_margin || std::abs(wanted.front()) < 1.0)
+      return false;
     for (const Complex& value : wanted) {
       if (std::abs(1.0 + value) < request_.modulus_margin) return false;
     }
@@ -38,7 +41,8 @@ class Judge {
   std::vector<double> frequency_Hz_;
 };
 
-DriveController with_bandwidth(const DriveController& present, const Notches& notches, double w, double ratio) {
+DriveController with_bandwidth(const DriveController& present, const Notches& notches, double w,
+                               double ratio) {
   DriveController gains = present;
   gains.velocity_gain_N_s_per_m = present.mass_kg * w;
   gains.position_gain_per_s = w / ratio;
@@ -52,15 +56,15 @@ double stiffness(const DriveController& gains) {
 }
 
 std::size_t notch_count(const Notches& notches) {
-  return static_cast<std::size_t>(std::count_if(notches.begin(), notches.end(), [](const DriveNotch& notch) {
-    return notch.frequency_Hz > 0.0;
-  }));
+  return static_cast<std::size_t>(std::count_if(
+      notches.begin(), notches.end(), [](const DriveNotch& notch) { return notch.frequency_Hz > 0.0; }));
 }
 
 // The bandwidth rises for as long as the margin is kept. Beyond there may be gains that keep it again; a loop
 // that is worse with less gain is none to be proposed.
 std::optional<DriveController> stiffest(const Judge& judge, const TuneRequest& request,
-                                        const DriveController& present, const Notches& notches, double ratio) {
+                                        const DriveController& present, const Notches& notches,
+                                        double ratio) {
   std::optional<DriveController> found;
   const double now = present.velocity_gain_N_s_per_m / present.mass_kg;
   for (double w = 0.1 * now; w <= request.largest_bandwidth_rad_per_s; w *= 1.03) {
