@@ -8,14 +8,14 @@ import unittest
 
 import program
 
-TICK_S, MASS_KG, KV, KP = 1e-4, 20.0, 20000.0, 150.0
-PERIOD, LOW, HIGH = 1024, 8, 150
+TICK_S, MASS_KG, KV, KP = 1e-4, 20.0, 3400.0, 40.0
+PERIOD, LOW, HIGH = 4096, 4, 250
 HEAD = f"""# tick_s: {TICK_S}
 # mass_kg: {MASS_KG}
 # observer_rad_per_s: 400
 # position_gain_per_s: {KP}
 # velocity_gain_N_s_per_m: {KV}
-# integral_per_s: 150
+# integral_per_s: 40
 # disturbance_share: 0
 # notch_1: 0, 0.1, 0.1
 # notch_2: 0, 0.1, 0.1
@@ -74,7 +74,7 @@ class Bode(program.Workshop):
             self.assertLess(predicted["modulus_margin"], float(margin) + 0.15)
 
     def test_tune_wants_the_crossover_in_the_band(self):
-        (self.here / "high.csv").write_text(self.text.replace("s_per_m: 20000.0", "s_per_m: 2000.0"))
+        (self.here / "high.csv").write_text(self.text.replace("s_per_m: 3400.0", "s_per_m: 100.0"))
         done = self.run_here("tune", "--log", "high.csv")
         self.assertEqual(done.returncode, 2)
         self.assert_one_line(done.stderr, "--from")
@@ -96,7 +96,7 @@ class Bode(program.Workshop):
         self.refused("".join(lines[:40]) + "1,1,0\n", "bad.csv:41")
         self.refused("".join(lines[:40]) + "7,1,0,0,0\n", "band 7")
         self.refused("".join(lines[:1000]), "periods")
-        self.refused(HEAD + "1,1,0,0,0\n" * 3072, "did not move")
+        self.refused(HEAD + "1,1,0,0,0\n" * 12288, "did not move")
 
     def test_wrong_use(self):
         for arguments in ([], ["--can", "can0", "--log", "loop.csv"], ["--log", "absent.csv"],

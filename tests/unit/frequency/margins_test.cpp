@@ -34,7 +34,7 @@ TEST(Margins, OfAThirdOrderLoopAreTheClosedForm) {
     const ThirdOrder system{a * b * (a + b) / gain, a, b};
     std::vector<double> frequency_Hz;
     std::vector<Complex> loop;
-    for (double f = 0.05; f < 2000.0; f *= 1.03) {
+    for (double f = 0.05; f < 2000.0; f *= 1.01) {
       frequency_Hz.push_back(f);
       loop.push_back(system.at(f));
     }
