@@ -14,7 +14,8 @@ namespace slipstack {
 /// points are c = p - (p_next - 2 p + p_before) / 6; the spline passes the set-points to within a 36th of
 /// their fourth difference. Three periods of delay: after the last set-point, send it three times more.
 ///
-/// What a master sends by SYNC is another matter: CyclicPosition locks to its clock and bridges what is missing.
+/// What a master sends by SYNC is another matter: CyclicPosition locks to its clock and bridges what is
+/// missing.
 class SetPointQueue {
  public:
   static constexpr std::int32_t kLongestPeriod = 100;

@@ -119,6 +119,7 @@ class MemoryStack {
     // `end` points into its own.
     constexpr Side(const Side& other) : all(other.all), end(&at(other.size())) {}
     constexpr Side& operator=(const Side& other) {
+      if (this == &other) return *this;
       all = other.all;
       end = &at(other.size());
       return *this;
