@@ -42,13 +42,13 @@ class CanopenNode {
   canopen::Node& canopen() { return *node_; }
 
  private:
-  // What the program in the other slot has stored last, before an update or since a return to this one. When
-  // that fails, what this one has is used.
+  // What the program in the other slot has stored last, before an update or since a return to this one; what
+  // it stored by another table only where this one has nothing. When that fails, what this one has is used.
   void take_over(Nonvolatile& pages) {
     SlotLog other(pages);
     static_cast<void>(other.mount());
-    static_cast<void>(log_->mount());
-    static_cast<void>(log_->adopt(other));
+    const bool has_own = log_->mount() == StoreStatus::kOk;
+    if (!has_own || canopen::ParameterSet::reads(other)) static_cast<void>(log_->adopt(other));
   }
 
   std::uint8_t node_id_;

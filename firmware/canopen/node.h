@@ -54,11 +54,12 @@ class Node {
 
   NmtState state() const { return state_; }
   std::uint8_t id() const { return parts_.node; }
-  /// Has an id, and what it sends is acknowledged: a node alone on its bus becomes error passive.
+  /// Has an id, and what it sends is acknowledged: a node alone on its bus becomes error passive with its
+  /// boot-up message.
   bool takes_part() const {
     const CanBusState bus = parts_.port.status().state;
     const bool heard = bus == CanBusState::kActive || bus == CanBusState::kWarning;
-    return parts_.node != Lss::kUnconfigured && heard && parts_.outbox.empty();
+    return parts_.node != Lss::kUnconfigured && heard;
   }
   Dictionary& dictionary() { return parts_.dictionary; }
   const AccessLock& lock() const { return parts_.lock; }

@@ -40,7 +40,6 @@ class Outbox {
     }
   }
   void clear() { count_ = 0; }
-  bool empty() const { return count_ == 0; }
   std::size_t room() const { return kCapacity - count_; }
   std::uint32_t lost() const { return lost_; }
 

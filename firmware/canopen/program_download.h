@@ -59,7 +59,7 @@ class ProgramDownload {
   /// 1F51h is written.
   Abort control(std::uint32_t value, bool driving) {
     if (memory_ == nullptr) return Abort::kUnsupportedAccess;
-    if (driving) return Abort::kDeviceState;
+    if (driving) return not_while_driving();
     switch (value) {
       case 0:
         return Abort::kNone;  // to stop is to have the power stage off
@@ -75,7 +75,7 @@ class ProgramDownload {
   Abort begin() { return memory_ == nullptr ? Abort::kUnsupportedAccess : abort_of(writer_->begin()); }
   /// The drive may have been enabled since begin().
   Abort download(std::span<const std::uint8_t> in, bool driving) {
-    return driving ? Abort::kDeviceState : abort_of(writer_->write(std::as_bytes(in)));
+    return driving ? not_while_driving() : abort_of(writer_->write(std::as_bytes(in)));
   }
   Abort end() { return abort_of(writer_->finish()); }
 
@@ -86,6 +86,11 @@ class ProgramDownload {
   Abort start() {
     const Abort code = abort_of(writer_->install());
     return code == Abort::kNone ? restart() : code;
+  }
+  // No fault of the update: the abort code says it.
+  Abort not_while_driving() {
+    note(Fault::kNone);
+    return Abort::kDeviceState;
   }
   Abort restart() {
     restarting_ = true;

@@ -60,6 +60,11 @@ class SlotLog {
     return StoreStatus::kOk;
   }
 
+  /// The begin of the newest record. False: there is none, or it is shorter.
+  bool load_begin(std::span<std::byte> out) const {
+    return found_ && newest_size_ >= out.size() && read(newest_slot_, newest_at_ + header_bytes(), out);
+  }
+
   /// Writes a record. On failure the one before is still the newest.
   StoreStatus store(std::span<const std::byte> payload) {
     const std::size_t need = record_bytes(payload.size());

@@ -243,5 +243,64 @@ TEST(SlotLog, WearIsCountedAndShared) {
   EXPECT_EQ(mounted.sequence(), 1000U);
 }
 
+// Two programs, each with a log of its own: the one that starts takes over what the other stored last.
+TEST(SlotLog, TakesOverTheNewerRecordOfAnotherLog) {
+  std::mt19937 random(3);
+  CutFlash pages[2] = {CutFlash(2, 1024, 8), CutFlash(2, 1024, 8)};
+  std::optional<Bytes> last;
+  for (unsigned i = 0; i < 400; ++i) {
+    const std::size_t own = random() % 2;
+    SlotLog log(pages[own]);
+    SlotLog other(pages[own ^ 1U]);
+    log.mount();
+    other.mount();
+    const Bytes untouched = pages[own ^ 1U].bytes;
+    ASSERT_EQ(log.adopt(other), StoreStatus::kOk);
+    ASSERT_EQ(pages[own ^ 1U].bytes, untouched);
+    ASSERT_EQ(newest(pages[own]), last) << i;
+    for (std::size_t stores = random() % 4; stores > 0; --stores) {
+      last = pattern(random() % 900, static_cast<unsigned>(random()));
+      ASSERT_EQ(log.store(*last), StoreStatus::kOk);
+    }
+  }
+  SlotLog log(pages[0]);
+  log.mount();
+  EXPECT_EQ(log.erasures(0), static_cast<std::uint32_t>(pages[0].erased[0])) << "of its own pages";
+}
+
+TEST(SlotLog, PowerCutWhileTakingOverLosesNothing) {
+  for (const bool unreadable : {false, true}) {
+    for (const std::size_t before : {0U, 1U, 3U}) {
+      CutFlash source(2, 1024, 8);
+      CutFlash start(2, 1024, 8);
+      SlotLog other(source);
+      other.mount();
+      for (unsigned i = 0; i < 7; ++i) ASSERT_EQ(other.store(pattern(300, i)), StoreStatus::kOk);
+      SlotLog own(start);
+      own.mount();
+      for (unsigned i = 0; i < before; ++i) ASSERT_EQ(own.store(pattern(300, 50 + i)), StoreStatus::kOk);
+      const std::optional<Bytes> old = newest(start);
+      std::size_t step = 0;
+      for (bool done = false; !done; ++step) {
+        CutFlash flash = start;
+        flash.cut_at = flash.steps + step;
+        flash.tear = CutFlash::Tear::garbage;
+        flash.torn_unreadable = unreadable;
+        SlotLog log(flash);
+        log.mount();
+        done = log.adopt(other) == StoreStatus::kOk;
+        flash.cut_at.reset();
+        const std::optional<Bytes> found = newest(flash);
+        ASSERT_TRUE(found == pattern(300, 6) || (!done && found == old)) << step;
+        SlotLog again(flash);
+        again.mount();
+        ASSERT_EQ(again.adopt(other), StoreStatus::kOk) << step;
+        ASSERT_EQ(newest(flash), pattern(300, 6)) << step;
+      }
+      EXPECT_GT(step, 300U / 8);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace slipstack

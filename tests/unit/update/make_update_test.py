@@ -61,7 +61,7 @@ def main():
         common = ["--header", header, "--board", "G474"]
         done = run(source, *common, "--image", hex(addresses[0]), folder / "a.bin", "--image", hex(addresses[1]),
                    folder / "b.bin", "--out", folder / "u.update", "--boot", "0x08000000", folder / "boot.bin",
-                   "--new", folder / "new.hex")
+                   "--notes", "0x08046800", "0x08006800", "--new", folder / "new.hex")
         assert done.returncode == 0, done.stderr
         images = list(images_of((folder / "u.update").read_bytes()))
         assert len(images) == 2
@@ -76,7 +76,10 @@ def main():
         assert at(0x08007000, 64) == (folder / "u.update").read_bytes()[:64]
         assert at(0x08007040, 8) == struct.pack("<II", 1, 0xFFFFFFFE), "install number 1"
         assert at(0x08007200, len(programs[0])) == programs[0]
-        assert all(0x08007000 <= a < 0x0803F000 for a in memory if a >= 0x08006800), "nothing over notes or parameters"
+        # Nothing of older installs is left: the other slot's header and both notes are overwritten.
+        assert at(0x08046800, 8) == struct.pack("<II", 0x43000001, 0xBCFFFFFE), "install 1 is confirmed"
+        assert at(0x08006800, 8) == bytes(8) and at(0x08047000, 8) == bytes(8)
+        assert not any(0x0803F000 <= a < 0x08040000 or a >= 0x0807F000 for a in memory), "parameters are left alone"
 
         out = folder / "no.update"
         for image, reason in (("large.bin", "a slot takes"), ("empty.bin", "is empty"), ("none.bin", "No such file")):
