@@ -42,10 +42,11 @@ class ParameterSet {
     }
   }
 
-  /// Stored values into the dictionary; a value out of bounds is replaced by the default.
-  void load(Dictionary& dictionary, std::uint8_t node) const {
+  /// Stored values into the dictionary, up to the row `end`; a value out of bounds is replaced by the
+  /// default.
+  void load(Dictionary& dictionary, std::uint8_t node, std::size_t end = kObjectCount) const {
     std::size_t word = kHeadWords;
-    for (std::size_t row = 0; row < kObjectCount; ++row) {
+    for (std::size_t row = 0; row < end; ++row) {
       if (kObjects[row].storage == Storage::kVolatile) continue;
       std::uint32_t value = record_[word++];
       if (kObjects[row].plus_node) value += node;

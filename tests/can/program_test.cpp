@@ -44,8 +44,8 @@ Data image_of(const Data& program, const ImageWords& with = {}) {
     for (int i = 0; i < 4; ++i) image.push_back(static_cast<std::uint8_t>(word >> (8 * i)));
   };
   for (const std::uint32_t word : {0x49504C53U, 1U, 0U, with.product, with.board, 0x00010002U, with.address,
-                                   static_cast<std::uint32_t>(program.size()), crc_of(program) ^ with.crc_error, 0U,
-                                   0U, 0U, 0U, 0U, 0U}) {
+                                   static_cast<std::uint32_t>(program.size()),
+                                   crc_of(program) ^ with.crc_error, 0U, 0U, 0U, 0U, 0U, 0U}) {
     put(word);
   }
   put(crc_of(image));
@@ -71,7 +71,9 @@ class ProgramBench : public Bench {
     power_on();
     begin();
   }
-  ~ProgramBench() { EXPECT_TRUE(memory_of_programs.slots[0].bytes == running) << "the running program was touched"; }
+  ~ProgramBench() {
+    EXPECT_TRUE(memory_of_programs.slots[0].bytes == running) << "the running program was touched";
+  }
   ProgramBench(const ProgramBench&) = delete;
   ProgramBench& operator=(const ProgramBench&) = delete;
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `slipstack update` on a cable to a host node with two program slots: success, a bus that fails in between, a
-// program that does not come up, and every refusal.
+// `slipstack update` on a cable to a host node with two program slots: success, a bus that fails in between,
+// a program that does not come up, and every refusal.
 #include "workbench/controller/update_drive.h"
 
 #include <fmt/format.h>

@@ -18,10 +18,10 @@ using namespace slipstack::canopen;
 using update::SlotState;
 using update::UpdateFault;
 
-constexpr int kTransfers = 5;          // a bus on which all of them break off needs another cure
-constexpr int kPoll_ms = 200;          // of what takes its time
-constexpr int kClear_polls = 50;       // 112 pages of 22 ms are 2.5 s (DS12288)
-constexpr int kRestart_polls = 1500;   // three starts of a minute each, and what lies between them
+constexpr int kTransfers = 5;         // a bus on which all of them break off needs another cure
+constexpr int kPoll_ms = 200;         // of what takes its time
+constexpr int kClear_polls = 50;      // 112 pages of 22 ms are 2.5 s (DS12288)
+constexpr int kRestart_polls = 1500;  // three starts of a minute each, and what lies between them
 constexpr std::uint32_t kStart = 1;
 constexpr std::uint32_t kClear = 3;
 
@@ -58,23 +58,28 @@ std::string version_text(std::uint32_t version) {
 
 class Update {
  public:
-  Update(SdoClient& drive, const UpdateFile& file, const Show& show) : drive_(drive), file_(file), show_(show) {}
+  Update(SdoClient& drive, const UpdateFile& file, const Show& show)
+      : drive_(drive), file_(file), show_(show) {}
 
   std::string run() {
     show_("ask the drive", -1.0);
     before_ = identify();
-    if (const UpdateImage* same = file_.at(running_address()); same != nullptr && before_ == same->header.crc) {
-      return fmt::format("program    {}, CRC {:08x}: runs already\n", version_text(same->header.version), before_);
+    if (const UpdateImage* same = file_.at(running_address());
+        same != nullptr && before_ == same->header.crc) {
+      return fmt::format("program    {}, CRC {:08x}: runs already\n", version_text(same->header.version),
+                         before_);
     }
     choose();
     for (int tries = 0; !transfer(); ++tries) {
-      if (tries + 1 == kTransfers) fail(fmt::format("the transfer broke off {} times; is the bus well?", kTransfers));
+      if (tries + 1 == kTransfers)
+        fail(fmt::format("the transfer broke off {} times; is the bus well?", kTransfers));
     }
     start();
     await_report();
-    return fmt::format("program    {}, {} bytes, CRC {:08x}\nslot       {}\nstate      has reported in, confirmed\n",
-                       version_text(image_->header.version), image_->program.size(), image_->header.crc,
-                       drive_.read(kUpdateIndex, 1));
+    return fmt::format(
+        "program    {}, {} bytes, CRC {:08x}\nslot       {}\nstate      has reported in, confirmed\n",
+        version_text(image_->header.version), image_->program.size(), image_->header.crc,
+        drive_.read(kUpdateIndex, 1));
   }
 
  private:
@@ -114,7 +119,8 @@ class Update {
     }
     image_ = file_.at(spare_address_);
     if (image_ == nullptr) {
-      fail(fmt::format("{} has no program for its spare slot ({:08x}h)", printable(file_.name), spare_address_));
+      fail(fmt::format("{} has no program for its spare slot ({:08x}h)", printable(file_.name),
+                       spare_address_));
     }
   }
 
@@ -153,9 +159,8 @@ class Update {
       if (drive_.read(kUpdateIndex, 8) == image_->header.crc) offset = drive_.read(kUpdateIndex, 7);
       if (offset == 0) clear();
       const double size = static_cast<double>(image_->program.size());
-      drive_.download(kProgramDataIndex, 1, transfer_of(*image_, offset), [&](double part) {
-        show_("transfer", (offset + part * (size - offset)) / size);
-      });
+      drive_.download(kProgramDataIndex, 1, transfer_of(*image_, offset),
+                      [&](double part) { show_("transfer", (offset + part * (size - offset)) / size); });
       return true;
     } catch (const SdoAbort& error) {
       if (!error.of_transport()) refused(error);

@@ -19,7 +19,8 @@ namespace {
 constexpr std::streamsize kLargestFile = 16 << 20;
 
 [[noreturn]] void no_update(const std::string& name, const std::string& why) {
-  throw UsageError(fmt::format("{}: {}; wanted: the .update file that the build makes", printable(name), why));
+  throw UsageError(
+      fmt::format("{}: {}; wanted: the .update file that the build makes", printable(name), why));
 }
 
 }  // namespace

@@ -116,7 +116,8 @@ TEST(ProgramFlash, AWholeUpdateWritesTheOtherBankOnly) {
     EXPECT_EQ(board.flash.erased_pages, pages);
     for (std::uint32_t page = 0; page < 256; ++page) {
       if (page >= 128 * other + 14 && page < 128 * other + 126) continue;
-      for (std::uint32_t i = 512 * page; i < 512 * (page + 1); ++i) ASSERT_EQ(board.flash.words[i], before[i]) << page;
+      for (std::uint32_t i = 512 * page; i < 512 * (page + 1); ++i)
+        ASSERT_EQ(board.flash.words[i], before[i]) << page;
     }
     board.flash.expect_at_rest();
   }

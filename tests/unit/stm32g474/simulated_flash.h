@@ -25,7 +25,7 @@ struct SimulatedFlash {
   std::uint32_t busy_for = 3;
   bool stuck = false;
   bool erases = true;
-  std::uint32_t error_at_end = 0;  // an error flag that the next command raises
+  std::uint32_t error_at_end = 0;           // an error flag that the next command raises
   std::vector<std::uint32_t> erased_pages;  // 0 ... 255
   std::uint32_t programmed = 0;
   std::set<std::uint32_t> written_banks;
