@@ -9,7 +9,7 @@
 namespace slipstack {
 
 /// CRC-32 of IEEE 802.3 (reflected polynomial EDB88320h, begin and end inverted), by halves of a byte: a
-/// table of 16 words, some 12 cycles a byte. `crc` is the value of the bytes before, 0 at the start. Check
+/// table of 16 words. `crc` is the value of the bytes before, 0 at the start. Check
 /// value of "123456789": CBF43926h.
 inline std::uint32_t crc32(std::span<const std::byte> bytes, std::uint32_t crc = 0) {
   constexpr std::array<std::uint32_t, 16> kTable = [] {

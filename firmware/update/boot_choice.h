@@ -74,8 +74,8 @@ inline SlotView look_at_running(ProgramMemory& memory) {
   return view;
 }
 
-/// Whether the program of a slot is, byte for byte, the one that its header names. Reads all of it: 12 cycles
-/// a byte or so.
+/// Whether the program of a slot is, byte for byte, the one that its header names. Reads all of it: outside
+/// the tick only.
 inline bool intact(const ProgramMemory& memory, std::size_t slot, const ImageHeader& header) {
   const Nonvolatile& pages = memory.program(slot);
   if (header.size > program_capacity(pages)) return false;

@@ -94,7 +94,7 @@ class Update {
 
   // Whether it is a drive of ours that can be updated; the CRC of what it runs.
   std::uint32_t identify() {
-    if (drive_.read(0x1018, 1) != kVendorId || drive_.read(0x1018, 2) != kProductCode) {
+    if (drive_.read(0x1018, 1) != update::kVendorId || drive_.read(0x1018, 2) != update::kProductCode) {
       fail("is not a slipstack drive (1018h:01, 1018h:02)");
     }
     spare_address_ = drive_.read(kUpdateIndex, 5);
