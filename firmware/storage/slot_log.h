@@ -94,8 +94,7 @@ class SlotLog {
     return StoreStatus::kOk;
   }
 
-  /// Takes over the newest record of another log when it is newer than any here: of the log that a program in
-  /// the other bank keeps beside its own. On failure the record before is still the newest here.
+  /// Takes over the newest record of another log if it is newer. On failure the one before stays the newest.
   StoreStatus adopt(const SlotLog& other) {
     if (!other.found_ || (found_ && static_cast<std::int32_t>(other.sequence_ - sequence_) <= 0)) {
       return StoreStatus::kOk;
