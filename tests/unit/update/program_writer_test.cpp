@@ -143,12 +143,14 @@ TEST(ProgramWriter, DoesNotEraseWhatAProgramOnTrialFallsBackTo) {
 
 TEST(ProgramWriter, ErasesTheHeaderFirstAndNoBlankPage) {
   Bench bench;
+  constexpr std::size_t kOther = 1545;  // in page 3
+  constexpr std::size_t kLast = 3584;   // page 7 begins here
   Bytes& slot = bench.memory.slots[1].bytes;
-  slot[5] = slot[3 * 512 + 9] = slot[7 * 512] = std::byte{0};
+  slot[5] = slot[kOther] = slot[kLast] = std::byte{0};
   ASSERT_EQ(bench.writer.clear(), UpdateFault::kNone);
   ASSERT_EQ(bench.writer.step(), UpdateFault::kNone);
   EXPECT_EQ(slot[5], std::byte{0xFF});
-  EXPECT_EQ(slot[3 * 512 + 9], std::byte{0});
+  EXPECT_EQ(slot[kOther], std::byte{0});
   while (bench.writer.clearing()) ASSERT_EQ(bench.writer.step(), UpdateFault::kNone);
   EXPECT_EQ(bench.memory.slots[1].erasures, 3U);
   EXPECT_TRUE(std::all_of(slot.begin(), slot.end(), [](std::byte b) { return b == std::byte{0xFF}; }));
