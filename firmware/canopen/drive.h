@@ -3,6 +3,7 @@
 
 #include "firmware/canopen/application.h"
 #include "firmware/canopen/drive_profile.h"
+#include "firmware/canopen/excitation_objects.h"
 #include "firmware/canopen/model_staging.h"
 #include "firmware/canopen/node.h"
 #include "firmware/canopen/program_download.h"
@@ -26,10 +27,14 @@ class Drive final : public Application {
         model_(controller, scaling),
         telemetry_(controller, timing),
         trace_(controller, trace),
+        excitation_(controller),
         program_(programs) {}
 
   /// From the tick's interrupt, behind the tick.
-  void after_tick() { trace_.after_tick(); }
+  void after_tick() {
+    trace_.after_tick();
+    excitation_.after_tick();
+  }
 
   /// Once in every pass of the main loop. `reports`: the node takes part in the bus.
   void watch_trial(std::uint32_t now_us, bool reports) {
@@ -50,6 +55,7 @@ class Drive final : public Application {
     controller_.poll();
     step_reset();
     profile_.step();
+    excitation_.step(*dictionary_, mode());
     program_.step(now_us, profile_.driving());
   }
   std::uint16_t error_code() override { return profile_.error_code(); }
@@ -82,6 +88,8 @@ class Drive final : public Application {
         return controller_.position().referenced() ? 1U : 0U;
       case kTraceIndex:
         return trace_.read(*dictionary_, object.sub);
+      case kExcitationIndex:
+        return excitation_.read(*dictionary_, object.sub);
       case kProgramControlIndex:
       case kProgramIdentityIndex:
       case kFlashStatusIndex:
@@ -99,6 +107,8 @@ class Drive final : public Application {
         return object.sub == 3 ? model_.apply_checked(*dictionary_, value) : Abort::kNone;
       case kTraceIndex:
         return trace_.check(object.sub);
+      case kExcitationIndex:
+        return excitation_.check(*dictionary_, object.sub, value, mode());
       case kProgramControlIndex:
         return program_.control(value, profile_.driving());
       case kScalesIndex:
@@ -110,6 +120,10 @@ class Drive final : public Application {
 
   void written(std::size_t row, std::uint32_t value) override {
     const Object& object = kObjects[row];
+    if (object.index == kExcitationIndex) {
+      if (object.sub == 1) excitation_.command(*dictionary_, value);
+      return;
+    }
     if (object.index != kTraceIndex) return profile_.written(object.index, value);
     if (object.sub == 1) trace_.command(*dictionary_, value);
   }
@@ -137,6 +151,8 @@ class Drive final : public Application {
   }
 
  private:
+  std::uint32_t mode() const { return profile_.read(0x6061, kRow<0x6061>); }
+
   void step_reset() {
     const bool resetting = model_.resetting();
     model_.step(*dictionary_);
@@ -154,6 +170,7 @@ class Drive final : public Application {
   ModelStaging model_;
   Telemetry telemetry_;
   TraceObjects trace_;
+  ExcitationObjects excitation_;
   ProgramDownload program_;
 };
 

@@ -76,6 +76,7 @@ inline constexpr std::array kObservers = {
     Observer{"stage_current_limit", reset_stages, step_limit},
     Observer{"stage_level_adaptation", reset_stages, step_level},
     Observer{"control_tick_all_effects", reset_tick, run_tick, prepare_tick},
+    Observer{"control_tick_excited", reset_excited_tick, run_tick, prepare_tick},
 };
 
 // Gives every observer its parameters; false if one refuses them.

@@ -25,7 +25,9 @@ using std::numbers::pi;
 
 class LineBasis final : public EffectBasis {
  public:
-  void prepare(std::span<const double> shapes, const Scales<double>&) override { rate_ = 2.0 * pi * shapes[0]; }
+  void prepare(std::span<const double> shapes, const Scales<double>&) override {
+    rate_ = 2.0 * pi * shapes[0];
+  }
   void reset(const Sample<double>&) override {}
   void run(std::span<const Sample<double>> samples, double* out) override {
     for (const Sample<double>& sample : samples) {
@@ -144,11 +146,10 @@ const std::array<EffectDescription, 4>& all_causes() {
       cause<ChangeBasis>("change_at_a_time",
                          {{"level", "", -1.0f, kUnbounded, 1, Acts::dry_scale}, any_force("offset")},
                          {found("time", "s")}),
-      cause<PlaceBasis>("force_at_a_place",
-                        {any_force("push"),
-                         any_force("slope"),
-                         {"level", "", -1.0f, kUnbounded, 1, Acts::dry_scale}},
-                        {found("place", "m"), found("half_width", "m")}),
+      cause<PlaceBasis>(
+          "force_at_a_place",
+          {any_force("push"), any_force("slope"), {"level", "", -1.0f, kUnbounded, 1, Acts::dry_scale}},
+          {found("place", "m"), found("half_width", "m")}),
       cause<CurveBasis>(
           "force_over_time",
           {{"curve", "N", -kUnbounded, kUnbounded, kIntervals + 1, Acts::force, /*smooth=*/true}},
@@ -282,7 +283,8 @@ double longest_slip_m(const Terms& terms) {
   if (hysteresis == nullptr) return 0.0;
   double longest = 0.0;
   for (std::size_t i = 0; i < hysteresis->gains.size(); ++i) {
-    if (hysteresis->gains[i] > 0.0) longest = std::max(longest, hysteresis->shapes[i % hysteresis->gains_per_set()]);
+    if (hysteresis->gains[i] > 0.0)
+      longest = std::max(longest, hysteresis->shapes[i % hysteresis->gains_per_set()]);
   }
   return longest;
 }
@@ -308,13 +310,12 @@ std::optional<std::vector<double>> place_and_width(const Measurement& measuremen
     }
   }
   if (best.empty()) return {};
-  const std::vector<ShapeRange> ranges{
-      {0, best[0] - best[1], best[0] + best[1], false, 0.25 * best[1]},
-      {1, least_m, most_m, true}};
+  const std::vector<ShapeRange> ranges{{0, best[0] - best[1], best[0] + best[1], false, 0.25 * best[1]},
+                                       {1, least_m, most_m, true}};
   constexpr int kEvaluations = 60;
-  best = refine_shapes(ranges, best,
-                       [&](const std::vector<double>& at) { return -rail.explained(at[0], at[1]); },
-                       kEvaluations)
+  best = refine_shapes(
+             ranges, best, [&](const std::vector<double>& at) { return -rail.explained(at[0], at[1]); },
+             kEvaluations)
              .shapes;
   if (rail.passes(best[0], best[1]) < kFewestPasses) return {};
   return best;
@@ -322,12 +323,14 @@ std::optional<std::vector<double>> place_and_width(const Measurement& measuremen
 
 std::string change_text(const Measurement& measurement, const Term& term) {
   return fmt::format("the friction changes at {}: its level by {:+.3g} %, the offset by {}",
-                     when_of(measurement, term.shapes[0]), 100.0 * term.gains[0], quantity(term.gains[1], "N"));
+                     when_of(measurement, term.shapes[0]), 100.0 * term.gains[0],
+                     quantity(term.gains[1], "N"));
 }
 
 std::string place_text(const Term& term) {
   return fmt::format(
-      "a force sits at one place of the rail, {}, within {} to either side: {}, and the friction is {:+.3g} % "
+      "a force sits at one place of the rail, {}, within {} to either side: {}, and the friction is {:+.3g} "
+      "% "
       "there",
       quantity(term.shapes[0], "m"), quantity(term.shapes[1], "m"),
       quantity(std::hypot(term.gains[0], term.gains[1]), "N"), 100.0 * term.gains[2]);
@@ -361,7 +364,8 @@ std::optional<std::vector<double>> shapes_of_cause(const Measurement& measuremen
                                                    const EffectDescription& cause) {
   if (&cause == &change()) return time_of_change(measurement, model);
   if (&cause == &curve())
-    return std::vector{measurement.sample(0).time_s, measurement.sample(measurement.sample_count() - 1).time_s};
+    return std::vector{measurement.sample(0).time_s,
+                       measurement.sample(measurement.sample_count() - 1).time_s};
   if (&cause != &line()) return place_and_width(measurement, model);
   const Eigen::VectorXd weights = measurement.row_weights().cwiseSqrt();
   const Structure strongest =
