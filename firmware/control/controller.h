@@ -498,11 +498,19 @@ class Controller {
     const std::uint32_t tick = sets_.tick();
     ReferencePoint& ahead = delay_[tick % kDelayed];
     const bool streamed = mode_ == ControlMode::kPosition && !state_.braking() && cyclic_position_.step(tick);
-    ahead = streamed ? reference_.track(cyclic_position_.point(), bounds.tracking)
-                     : reference_.next(ramp(bounds));
+    ahead = streamed ? reference_.track(stream_point(), bounds.tracking) : reference_.next(ramp(bounds));
     const float force_N = feedforward_.step(set.model, set.scales, ahead, adaptation_.level(), position_);
     residuals_[tick % kDelayed] = {feedforward_.dry_N(), std::numeric_limits<float>::quiet_NaN()};
     return force_N;
+  }
+
+  // At a limit switch nothing of the stream that is beyond it counts any more, however far ahead it is.
+  StreamPoint stream_point() const {
+    const StreamPoint point = cyclic_position_.point();
+    if (active_limits_ == 0) [[likely]]
+      return point;
+    const std::int32_t allowed = range_.nearest(point.counts);
+    return allowed == point.counts ? point : StreamPoint{.counts = allowed};
   }
 
   // What was before the axis has been taken over is not waited for.
