@@ -155,8 +155,8 @@ class ReferenceGenerator {
 
   /// Brakes to standstill from the next point on; what is queued or planned is forgotten.
   void stop() {
-    // The next tick does the rest: the main loop may call this as well.
-    motion_.phase = Motion::Phase::kBraking;
+    // The next tick does the rest: the main loop may call this as well. Out of a stream advance() brakes.
+    if (motion_.phase != Motion::Phase::kTracking) motion_.phase = Motion::Phase::kBraking;
     void_plan();
     forget_queue();
   }
@@ -205,7 +205,6 @@ class ReferenceGenerator {
     if (waiting_.load(std::memory_order_relaxed)) [[unlikely]]
       take_over();
     if (motion_.phase == Motion::Phase::kFollowing) return followed_;
-    if (motion_.phase == Motion::Phase::kTracking) motion_.phase = Motion::Phase::kBraking;
     const bool played = motion_.phase == Motion::Phase::kPlaying;
     const ReferencePoint point = advance(motion_, limits);
     if (played && braking()) ++underruns_;
@@ -217,6 +216,8 @@ class ReferenceGenerator {
   // Inlined: the tick has one call of it.
   [[gnu::always_inline]] ReferencePoint advance(Motion& motion, const BrakingLimits& limits) const {
     if (motion.phase == Motion::Phase::kPlaying && motion.left == 0) begin_segment(motion);
+    if (motion.phase == Motion::Phase::kTracking) [[unlikely]]
+      leave_tracking(motion);
     if (motion.phase == Motion::Phase::kBraking) brake(motion, limits);
     ReferencePoint point;
     point.counts = motion.counts;
@@ -252,6 +253,13 @@ class ReferenceGenerator {
     tracked_step_ = from_fixed(motion_.velocity);
     void_plan();
     forget_queue();
+  }
+
+  // The stop that follows is bounded in jerk, which a stream is not: acceleration that is left from it would
+  // carry the axis beyond the largest velocity.
+  static void leave_tracking(Motion& motion) {
+    motion.phase = Motion::Phase::kBraking;
+    if ((motion.velocity ^ motion.acceleration) >= 0) motion.acceleration = 0;
   }
 
   // With 30 binary places: |counts| < kLargestRate, of which a float has no more.
