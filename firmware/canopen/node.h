@@ -180,7 +180,7 @@ class Node {
     parts_.application.set_operational(state == NmtState::kOperational);
     if (state == NmtState::kOperational) {
       parts_.pdos.restart();
-      parts_.sync_counter = 0;
+      parts_.sync_producer.reset_counter();
     } else if (was_operational && state == NmtState::kStopped) {
       parts_.application.connection_lost();
     }
@@ -266,17 +266,9 @@ class Node {
   }
 
   void step_sync(std::uint32_t now_us) {
-    const std::uint32_t cob = parts_.dictionary.value(kRow<0x1005>);
-    if ((cob & 0x40000000) == 0 || state_ == NmtState::kStopped) return;
-    if (!parts_.sync_timer.due(now_us, parts_.dictionary.value(kRow<0x1006>))) return;
-    const auto overflow = static_cast<std::uint8_t>(parts_.dictionary.value(kRow<0x1019>));
     std::uint8_t counter = 0;
-    if (overflow > 1) {
-      counter = static_cast<std::uint8_t>(parts_.sync_counter >= overflow ? 1 : parts_.sync_counter + 1);
-      parts_.sync_counter = counter;
-    }
-    parts_.outbox.push(cob & 0x7FF, std::span(&counter, overflow > 1 ? 1 : 0));
-    sync(counter, now_us);
+    if (state_ == NmtState::kStopped) return;
+    if (parts_.sync_producer.step(parts_.dictionary, now_us, parts_.outbox, counter)) sync(counter, now_us);
   }
 
   // Error behaviour 1029h, and 6007h.

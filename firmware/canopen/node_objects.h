@@ -78,8 +78,8 @@ class NodeObjects final : public ObjectAccess {
         return parts_.emergency.clear_history();
       case 0x1005:
       case 0x1006:
-        parts_.sync_timer.restart(parts_.now_us);
-        parts_.sync_counter = 0;
+        parts_.sync_producer.restart(parts_.now_us);
+        parts_.sync_producer.reset_counter();
         return;
       case 0x1016:
         return parts_.heartbeats.restart(row);

@@ -15,6 +15,7 @@
 #include "firmware/canopen/pdo.h"
 #include "firmware/canopen/periodic_timer.h"
 #include "firmware/canopen/sdo_server.h"
+#include "firmware/canopen/sync_producer.h"
 #include "hal/include/can_port.h"
 
 namespace slipstack::canopen {
@@ -47,8 +48,7 @@ struct NodeParts {
   std::uint8_t node = Lss::kUnconfigured;
   std::uint32_t now_us = 0;
   PeriodicTimer heartbeat_timer;
-  PeriodicTimer sync_timer;
-  std::uint8_t sync_counter = 0;
+  SyncProducer sync_producer;
   std::uint32_t received = 0;
   std::uint32_t malformed = 0;
   std::uint32_t bus_offs = 0;

@@ -3,6 +3,8 @@
 
 #include <cstdint>
 
+#include "firmware/control/faults.h"
+#include "firmware/control/state_machine.h"
 #include "firmware/effects/approx.h"
 #include "firmware/friction/displacement.h"
 
@@ -45,6 +47,26 @@ class DirectionCheck {
   void rest() {
     phase_ = Phase::kRest;
     force_N_ = 0.0F;
+  }
+
+  /// In each tick while pending(), before the state machine. Operation is not enabled before the direction is
+  /// known: while `command` asks for it, the axis is pushed instead, and the command loses that bit. Returns
+  /// the fault of the verdict, or `fault`.
+  [[gnu::noinline]] Fault before_enabling(const Settings& settings, std::int32_t wait_ticks,
+                                          std::int32_t counts, DriveState state, std::uint32_t& command,
+                                          Fault fault) {
+    constexpr std::uint32_t kEnable = kSwitchOn | kEnableVoltage | kQuickStop | kEnableOperation;
+    const bool asked = state == DriveState::kSwitchedOn && fault == Fault::kNone &&
+                       (command & (kEnable | kFaultReset)) == kEnable;
+    if (!asked) {
+      rest();
+      return fault;
+    }
+    const Verdict verdict = step(settings, wait_ticks, counts);
+    if (verdict == Verdict::kReversed) return Fault::kDirection;
+    if (verdict == Verdict::kBlocked) return Fault::kStall;
+    if (pushing()) command &= ~std::uint32_t{kEnableOperation};
+    return fault;
   }
 
   /// One tick of the check. `wait_ticks`: with current and without force, until a brake is open.

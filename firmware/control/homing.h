@@ -5,7 +5,8 @@
 
 #include "firmware/control/controller.h"
 #include "firmware/control/homing_methods.h"
-#include "firmware/control/plan_handshake.h"
+#include "firmware/control/homing_switches.h"
+#include "firmware/control/requested_motion.h"
 
 namespace slipstack {
 
@@ -34,7 +35,8 @@ class Homing {
     kError,  ///< no switch where one should be, a limit switch in the way, or out of time
   };
 
-  explicit Homing(Controller& controller) : controller_(controller) {}
+  explicit Homing(Controller& controller)
+      : controller_(controller), switches_(controller), motion_(controller) {}
 
   State state() const { return state_; }
   bool running() const { return state_ == State::kRunning || state_ == State::kAttained; }
@@ -46,7 +48,9 @@ class Homing {
     reversed_ = false;
     began_ = controller_.ticks();
     was_referenced_ = controller_.position().referenced();
-    if (settings_.method == nullptr || !wired()) return fail();
+    if (settings_.method == nullptr) return fail();
+    switches_.use(*settings_.method);
+    if (!switches_.wired()) return fail();
     controller_.position().give_up();
     const HomingMethod& method = *settings_.method;
     if (method.sensor == HomingMethod::Sensor::kNone) {
@@ -58,7 +62,7 @@ class Homing {
       pressed_at_ = began_;
       return go(Phase::kPress, direction_, settings_.slow);
     }
-    if (on_switch()) return leave();
+    if (switches_.on_switch()) return leave();
     go(Phase::kSearch, direction_, settings_.fast);
   }
 
@@ -72,7 +76,7 @@ class Homing {
   void reset() {
     if (running()) give_up(State::kNotStarted);
     state_ = State::kNotStarted;
-    request_ = Request::kNone;
+    motion_.forget();
   }
 
   /// Running, and by a method that needs the axis to be enabled.
@@ -82,22 +86,22 @@ class Homing {
 
   /// In every pass of the main loop while homing is the mode. O(1), and at most one plan.
   void step() {
-    follow_request();
+    if (motion_.missed()) requested(motion_.again());
     if (state_ == State::kAttained && at_rest()) state_ = State::kDone;
     if (state_ != State::kRunning) return;
     if (controller_.ticks() - began_ > settings_.timeout_ticks) return fail();
     if (phase_ == Phase::kSetZero) return set_zero();
-    if (moves() && (at_rest() || (limit(direction_) && !limit_is_reason()))) return fail();
+    if (moves() && (at_rest() || (switches_.limit(direction_) && !limit_is_reason()))) return fail();
     switch (phase_) {
       case Phase::kSearch:
         return search();
       case Phase::kStopOnSwitch:
         if (!at_rest()) return;
-        if (on_switch()) return leave();
+        if (switches_.on_switch()) return leave();
         direction_ = -direction_;  // passed over
         return go(Phase::kBack, direction_, settings_.slow);
       case Phase::kBack:
-        if (on_switch()) stop(Phase::kStopOnSwitch);
+        if (switches_.on_switch()) stop(Phase::kStopOnSwitch);
         return;
       case Phase::kLeave:
         if (controller_.latch().taken()) stop(Phase::kStopBesideSwitch);
@@ -128,14 +132,13 @@ class Homing {
     kPress,             ///< slowly against the end stop
     kSetZero,           ///< the home position is known
   };
-  enum class Request : std::uint8_t { kNone, kSearch, kHalt, kMove };
 
   // ---- the steps ----
 
   // A limit switch on the way to a home switch turns the search round, once.
   void search() {
-    if (on_switch()) return stop(Phase::kStopOnSwitch);
-    if (!limit(direction_)) return;
+    if (switches_.on_switch()) return stop(Phase::kStopOnSwitch);
+    if (!switches_.limit(direction_)) return;
     reversed_ = true;
     direction_ = -direction_;
     go(Phase::kSearch, direction_, settings_.fast);
@@ -188,12 +191,7 @@ class Homing {
     if (controller_.position().set(sum(home_counts_, settings_.home_offset))) state_ = State::kAttained;
   }
   // Just beside a limit switch the next jerk would trigger it.
-  bool rests_at_home() const {
-    const HomingMethod& method = *settings_.method;
-    const bool limit_switch =
-        method.sensor == Sensor::kNegativeLimit || method.sensor == Sensor::kPositiveLimit;
-    return !limit_switch || method.index != 0;
-  }
+  bool rests_at_home() const { return !switches_.searches_limit() || settings_.method->index != 0; }
 
   void fail() {
     give_up(State::kError);
@@ -209,104 +207,50 @@ class Homing {
 
   // ---- switches ----
 
-  const IoMasks& io() const { return controller_.parameters().io; }
-  std::uint32_t sensor_mask() const {
-    switch (settings_.method->sensor) {
-      case Sensor::kNegativeLimit:
-        return io().negative_limit;
-      case Sensor::kPositiveLimit:
-        return io().positive_limit;
-      case Sensor::kHomeSwitch:
-        return io().home_switch;
-      default:
-        return 0;
-    }
-  }
-  bool wired() const {
-    const Sensor sensor = settings_.method->sensor;
-    return sensor == Sensor::kNone || sensor == Sensor::kEndStop || sensor_mask() != 0;
-  }
-  bool on_switch() const { return (controller_.inputs().active(io()) & sensor_mask()) != 0; }
-  bool limit(std::int32_t direction) const {
-    const DigitalInputs& inputs = controller_.inputs();
-    return direction > 0 ? inputs.positive_limit(io()) : inputs.negative_limit(io());
-  }
   // A limit switch that is active is no error where it is what is searched, or where the search turns round.
   bool limit_is_reason() const {
     if (phase_ == Phase::kSearch)
-      return on_switch() || (settings_.method->sensor == Sensor::kHomeSwitch && !reversed_);
-    return phase_ == Phase::kBack && on_switch();
+      return switches_.on_switch() || (settings_.method->sensor == Sensor::kHomeSwitch && !reversed_);
+    return phase_ == Phase::kBack && switches_.on_switch();
   }
-  void arm(Event event) { controller_.latch().arm(event, sensor_mask()); }
+  void arm(Event event) { controller_.latch().arm(event, switches_.mask()); }
 
   // ---- moves ----
 
   bool moves() const {
     return phase_ != Phase::kStopOnSwitch && phase_ != Phase::kStopBesideSwitch && phase_ != Phase::kSetZero;
   }
-  bool at_rest() const { return request_ == Request::kNone && controller_.reference().idle(); }
+  bool at_rest() const { return motion_.at_rest(); }
 
   void go(Phase phase, std::int32_t direction, const MotionLimits& limits) {
     phase_ = phase;
-    request_direction_ = direction;
-    request_limits_ = limits;
-    request(Request::kSearch);
+    requested(motion_.search(direction, limits));
   }
   void stop(Phase phase) {
     phase_ = phase;
     halt();
   }
-  void halt() {
-    request_limits_ = settings_.fast;
-    request(Request::kHalt);
-  }
-  void move_to(std::int32_t counts) {
-    request_target_ = counts;
-    request_limits_ = settings_.slow;
-    request(Request::kMove);
-  }
-
-  void request(Request what) {
-    request_ = what;
-    handshake_.begin(controller_.reference());
-    const PlanStatus status = plan();
-    if (status == PlanStatus::kOk || status == PlanStatus::kBusy) return;
-    request_ = Request::kNone;
+  void halt() { requested(motion_.halt(settings_.fast)); }
+  void move_to(std::int32_t counts) { requested(motion_.move_to(counts, settings_.slow)); }
+  void requested(PlanStatus status) {
+    if (status == PlanStatus::kOk) return;
+    motion_.forget();
     give_up(State::kError);
     controller_.reference().stop();
   }
-  PlanStatus plan() {
-    switch (request_) {
-      case Request::kSearch:
-        return controller_.search(request_direction_, request_limits_);
-      case Request::kMove:
-        return controller_.move_to(request_target_, request_limits_);
-      default:
-        return controller_.halt(request_limits_);
-    }
-  }
-  void follow_request() {
-    if (request_ == Request::kNone) return;
-    const PlanHandshake::State plan = handshake_.of(controller_.reference());
-    if (plan == PlanHandshake::State::kMissed) return request(request_);
-    if (plan == PlanHandshake::State::kTaken) request_ = Request::kNone;
-  }
 
   Controller& controller_;
+  HomingSwitches switches_;
+  RequestedMotion motion_;
   HomingSettings settings_;
   State state_ = State::kNotStarted;
   Phase phase_ = Phase::kSearch;
-  Request request_ = Request::kNone;
   bool reversed_ = false;
   bool was_referenced_ = false;
   std::int32_t direction_ = 0;
   std::int32_t home_counts_ = 0;
   std::uint32_t began_ = 0;
   std::uint32_t pressed_at_ = 0;
-  std::int32_t request_direction_ = 0;
-  std::int32_t request_target_ = 0;
-  MotionLimits request_limits_;
-  PlanHandshake handshake_;
 };
 
 }  // namespace slipstack

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 
 #include "firmware/control/fixed_motion.h"
@@ -13,6 +14,12 @@ struct MotionLimits {
   float acceleration = 0.0F;  ///< counts per tick^2, while the speed rises
   float deceleration = 0.0F;  ///< counts per tick^2, while it falls
   float jerk = 0.0F;          ///< counts per tick^3
+
+  /// The narrower of each.
+  MotionLimits and_within(const MotionLimits& other) const {
+    return {std::min(velocity, other.velocity), std::min(acceleration, other.acceleration),
+            std::min(deceleration, other.deceleration), std::min(jerk, other.jerk)};
+  }
 };
 
 /// Why the arithmetic of the reference cannot represent an axis; refused before anything moves.

@@ -33,6 +33,13 @@ class PointToPoint {
                   const BrakingLimits& braking, const PositionRange& range = {}, std::int32_t origin = 0) {
     return plan(reference, &target, limits, braking, range, origin);
   }
+  /// Moves in this direction (1 or -1) until something else is commanded, 2^31 counts at the most.
+  PlanStatus search(ReferenceGenerator& reference, std::int32_t direction, const MotionLimits& limits,
+                    const BrakingLimits& braking) {
+    constexpr std::int32_t kFarthest = 0x7FFFFFFF;
+    const std::int32_t from = reference.counts();
+    return move(reference, sum(from, direction * kFarthest), limits, braking, {}, from);
+  }
   /// Brakes to rest as fast as the limits allow.
   PlanStatus halt(ReferenceGenerator& reference, const MotionLimits& limits, const BrakingLimits& braking) {
     return plan(reference, nullptr, limits, braking, {}, 0);
@@ -78,7 +85,7 @@ class PointToPoint {
   }
 
   // Sums to instants: the inverse of what write() does. The position counts from the whole count.
-  static trajectory::State state_of(const ReferenceGenerator::Motion& motion) {
+  static trajectory::State state_of(const Motion& motion) {
     const double fine = 1.0 / kUnit / static_cast<double>(std::int64_t{1} << motion.shift);
     const double jerk = static_cast<double>(motion.jerk) * fine;
     const double acceleration = static_cast<double>(motion.acceleration) * fine + jerk;
@@ -86,15 +93,14 @@ class PointToPoint {
     return {0.0, velocity + 0.5 * acceleration - jerk * (1.0 / 6.0), acceleration};
   }
 
-  static double way(const ReferenceGenerator::Motion& motion, std::int32_t target, std::int32_t origin) {
+  static double way(const Motion& motion, std::int32_t target, std::int32_t origin) {
     const std::int64_t counts =
         static_cast<std::int64_t>(difference(target, origin)) - difference(motion.counts, origin);
     return static_cast<double>(counts) - static_cast<double>(motion.fraction) * (1.0 / kUnit);
   }
 
   // Beyond an end of the range, and beyond where it begins.
-  static bool leaves(const PositionRange& range, const trajectory::Profile& profile,
-                     const ReferenceGenerator::Motion& from) {
+  static bool leaves(const PositionRange& range, const trajectory::Profile& profile, const Motion& from) {
     const trajectory::Extent extent = trajectory::extent(profile);
     const bool high = range.highest != PositionRange::kNoHighest && extent.highest > 0.5 &&
                       extent.highest > way(from, range.highest, 0) + 0.5;
@@ -133,8 +139,8 @@ class PointToPoint {
   // Instants to sums: each segment begins at the first tick of its phase, at the place where the phase is
   // then. Sums that pass the cubic x + V m + A m^2 / 2 + J m^3 / 6 at every tick m begin with V - A / 2 + J /
   // 6 and A - J.
-  static void write(const trajectory::Profile& profile, const ReferenceGenerator::Motion& from,
-                    const std::int32_t* target, MotionPlan& plan) {
+  static void write(const trajectory::Profile& profile, const Motion& from, const std::int32_t* target,
+                    MotionPlan& plan) {
     const std::int32_t shift = shift_for(profile);
     const double fine = kUnit * static_cast<double>(std::int64_t{1} << shift);
     plan.size = 0;
@@ -164,7 +170,7 @@ class PointToPoint {
     last.start_fraction = 0;
   }
 
-  static void set_position(MotionSegment& segment, const ReferenceGenerator::Motion& from, double moved) {
+  static void set_position(MotionSegment& segment, const Motion& from, double moved) {
     auto whole = static_cast<std::int64_t>(moved);
     if (static_cast<double>(whole) > moved) --whole;
     const std::int64_t fraction =

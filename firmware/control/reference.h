@@ -8,19 +8,12 @@
 
 #include "firmware/control/braking.h"
 #include "firmware/control/fixed_motion.h"
+#include "firmware/control/motion.h"
+#include "firmware/control/segment_queue.h"
 #include "firmware/control/tracking.h"
 #include "firmware/effects/approx.h"
-#include "firmware/friction/displacement.h"
 
 namespace slipstack {
-
-/// Where the axis shall be at one tick.
-struct ReferencePoint {
-  std::int32_t counts = 0;    ///< whole counts
-  float fraction = 0.0F;      ///< of a count, 0 to 1
-  float velocity = 0.0F;      ///< counts per tick
-  float acceleration = 0.0F;  ///< counts per tick^2, mean over the tick that begins here
-};
 
 /// A trajectory to rest, in the form that the tick plays.
 struct MotionPlan {
@@ -39,24 +32,6 @@ struct MotionPlan {
 /// One writer outside the tick, the tick preempts it; both share a core.
 class ReferenceGenerator {
  public:
-  static constexpr std::uint32_t kCapacity = 16;
-
-  /// What moves. In the unit of MotionSegment.
-  struct Motion {
-    enum class Phase : std::uint8_t { kPlaying, kFollowing, kTracking, kBraking };
-    std::int64_t left = 0;  // ticks of the segment
-    std::int64_t fraction = 0;
-    std::int64_t velocity = 0;
-    std::int64_t acceleration = 0;
-    std::int64_t jerk = 0;
-    std::int32_t shift = 0;
-    std::int32_t counts = 0;
-    const MotionSegment* next = nullptr;  // of the plan
-    const MotionSegment* end = nullptr;
-    std::uint32_t taken = 0;  // of the queue
-    Phase phase = Phase::kPlaying;
-  };
-
   ReferenceGenerator() = default;
   // Motion points into the plans.
   ReferenceGenerator(const ReferenceGenerator&) = delete;
@@ -68,18 +43,9 @@ class ReferenceGenerator {
   // ---- the queue, outside the tick ----
 
   /// Free places in the queue.
-  std::uint32_t free() const {
-    return kCapacity - (pushed_.load(std::memory_order_relaxed) - taken_.load(std::memory_order_acquire));
-  }
-
-  /// Queues a segment; false when the queue is full. Outside the tick.
-  bool push(const MotionSegment& segment) {
-    if (free() == 0 || segment.ticks <= 0) return false;
-    const std::uint32_t at = pushed_.load(std::memory_order_relaxed);
-    queue_[at % kCapacity] = segment;
-    pushed_.store(at + 1, std::memory_order_release);
-    return true;
-  }
+  std::uint32_t free() const { return queue_.free(); }
+  /// Queues a segment; false when the queue is full.
+  bool push(const MotionSegment& segment) { return queue_.push(segment); }
 
   // ---- plans, outside the tick ----
 
@@ -132,8 +98,8 @@ class ReferenceGenerator {
 
   /// Stands at this position from now on and forgets what was queued.
   void hold(std::int32_t counts) {
-    motion_ = {.counts = counts, .taken = pushed_.load(std::memory_order_relaxed)};
-    taken_.store(motion_.taken, std::memory_order_relaxed);
+    motion_ = {.counts = counts, .taken = queue_.pushed()};
+    queue_.free_up_to(motion_.taken);
     void_plan();
   }
 
@@ -158,17 +124,17 @@ class ReferenceGenerator {
     // The next tick does the rest: the main loop may call this as well. Out of a stream advance() brakes.
     if (motion_.phase != Motion::Phase::kTracking) motion_.phase = Motion::Phase::kBraking;
     void_plan();
-    forget_queue();
+    motion_.taken = queue_.forget();
   }
 
-  bool standing() const { return motion_.velocity == 0 && motion_.acceleration == 0 && motion_.left == 0; }
+  bool standing() const { return motion_.standing(); }
   /// In motion by a plan or a queue.
   bool playing() const { return motion_.phase == Motion::Phase::kPlaying && !standing(); }
   /// Towards higher counts, if it moves.
   bool forward() const { return motion_.velocity > 0; }
   bool braking() const { return motion_.phase == Motion::Phase::kBraking; }
   bool idle() const {
-    return standing() && free() == kCapacity && motion_.next == motion_.end && !plan_waits();
+    return standing() && free() == SegmentQueue::kCapacity && motion_.next == motion_.end && !plan_waits();
   }
   /// A plan was armed and is neither taken over nor void.
   bool plan_waits() const { return waiting_.load(std::memory_order_relaxed); }
@@ -176,7 +142,7 @@ class ReferenceGenerator {
   std::uint32_t plans_taken() const { return plans_taken_.load(std::memory_order_relaxed); }
   std::int32_t counts() const { return motion_.counts; }
   /// Of a count, 0 to 1.
-  float fraction() const { return fraction_of(motion_); }
+  float fraction() const { return motion_.fraction_of_count(); }
   /// How often the queue ran dry in motion.
   std::uint32_t underruns() const { return underruns_; }
 
@@ -195,7 +161,7 @@ class ReferenceGenerator {
     const std::int64_t before = motion_.velocity;
     motion_.velocity = step_to_fixed(step);
     motion_.acceleration = motion_.velocity - before;
-    move(motion_);
+    motion_.move();
     return point;
   }
 
@@ -208,7 +174,7 @@ class ReferenceGenerator {
     const bool played = motion_.phase == Motion::Phase::kPlaying;
     const ReferencePoint point = advance(motion_, limits);
     if (played && braking()) ++underruns_;
-    taken_.store(motion_.taken, std::memory_order_relaxed);
+    queue_.free_up_to(motion_.taken);
     return point;
   }
 
@@ -217,30 +183,9 @@ class ReferenceGenerator {
   [[gnu::always_inline]] ReferencePoint advance(Motion& motion, const BrakingLimits& limits) const {
     if (motion.phase == Motion::Phase::kPlaying && motion.left == 0) begin_segment(motion);
     if (motion.phase == Motion::Phase::kTracking) [[unlikely]]
-      leave_tracking(motion);
-    if (motion.phase == Motion::Phase::kBraking) brake(motion, limits);
-    ReferencePoint point;
-    point.counts = motion.counts;
-    point.fraction = fraction_of(motion);
-    motion.acceleration += motion.jerk;
-    const std::int64_t acceleration = shifted_down(motion.acceleration, motion.shift);
-    motion.velocity += acceleration;
-    point.acceleration = from_fixed(acceleration);
-    // The step ahead is the mean velocity over the coming tick; half an increment earlier it is that of now.
-    point.velocity = from_fixed(motion.velocity) - 0.5F * point.acceleration;
-    move(motion);
-    if (motion.left != 0) --motion.left;
-    return point;
-  }
-
-  static float fraction_of(const Motion& motion) {
-    return static_cast<float>(static_cast<std::uint32_t>(motion.fraction >> (kFractionBits - 32))) * 0x1p-32F;
-  }
-
-  [[gnu::always_inline]] static void move(Motion& motion) {
-    motion.fraction += motion.velocity;
-    motion.counts = sum(motion.counts, static_cast<std::int32_t>(motion.fraction >> kFractionBits));
-    motion.fraction &= (std::int64_t{1} << kFractionBits) - 1;
+      motion.leave_stream();
+    if (motion.phase == Motion::Phase::kBraking) motion.brake(limits);
+    return motion.step();
   }
 
   // A stream takes over: nothing that was planned or queued is played after it.
@@ -252,14 +197,7 @@ class ReferenceGenerator {
     motion_.next = motion_.end;
     tracked_step_ = from_fixed(motion_.velocity);
     void_plan();
-    forget_queue();
-  }
-
-  // The stop that follows is bounded in jerk, which a stream is not: acceleration that is left from it would
-  // carry the axis beyond the largest velocity.
-  static void leave_tracking(Motion& motion) {
-    motion.phase = Motion::Phase::kBraking;
-    if ((motion.velocity ^ motion.acceleration) >= 0) motion.acceleration = 0;
+    motion_.taken = queue_.forget();
   }
 
   // With 30 binary places: |counts| < kLargestRate, of which a float has no more.
@@ -271,13 +209,6 @@ class ReferenceGenerator {
 
   void void_plan() {
     generation_.store(generation_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
-  }
-
-  void forget_queue() {
-    const std::uint32_t pushed = pushed_.load(std::memory_order_relaxed);
-    std::atomic_signal_fence(std::memory_order_acq_rel);
-    motion_.taken = pushed;
-    taken_.store(pushed, std::memory_order_relaxed);
   }
 
   // A plan that was made for this tick, and that nothing has made void.
@@ -297,34 +228,13 @@ class ReferenceGenerator {
   }
 
   void begin_segment(Motion& motion) const {
-    if (motion.next != motion.end) return load(motion, *motion.next++);
-    const std::uint32_t pushed = pushed_.load(std::memory_order_relaxed);
-    std::atomic_signal_fence(std::memory_order_acquire);
-    if (motion.taken != pushed) return load(motion, queue_[motion.taken++ % kCapacity]);
+    if (motion.next != motion.end) return motion.begin(*motion.next++);
+    if (const MotionSegment* queued = queue_.after(motion.taken)) {
+      ++motion.taken;
+      return motion.begin(*queued);
+    }
     motion.jerk = 0;
     if (motion.velocity != 0 || motion.acceleration != 0) motion.phase = Motion::Phase::kBraking;
-  }
-
-  static void load(Motion& motion, const MotionSegment& segment) {
-    motion.left = segment.ticks;
-    motion.velocity = segment.velocity;
-    motion.acceleration = segment.acceleration;
-    motion.jerk = segment.jerk;
-    motion.shift = segment.shift;
-    if (!segment.sets_position) return;
-    motion.counts = segment.start_counts;
-    motion.fraction = segment.start_fraction;
-  }
-
-  // What is queued while the axis brakes waits for the tick after it has come to rest.
-  void brake(Motion& motion, const BrakingLimits& limits) const {
-    const std::int64_t acceleration = shifted_down(motion.acceleration, motion.shift);
-    motion.jerk = 0;
-    motion.left = 0;
-    motion.shift = 0;
-    motion.next = motion.end;
-    motion.acceleration = braking_acceleration(motion.velocity, acceleration, limits);
-    if (motion.velocity == 0 && motion.acceleration == 0) motion.phase = Motion::Phase::kPlaying;
   }
 
   Motion motion_;
@@ -338,9 +248,7 @@ class ReferenceGenerator {
   Prediction start_;
   std::size_t active_ = 0;
   std::array<MotionPlan, 2> plans_{};
-  std::atomic<std::uint32_t> pushed_{0};
-  std::atomic<std::uint32_t> taken_{0};
-  std::array<MotionSegment, kCapacity> queue_{};
+  SegmentQueue queue_;
 };
 
 }  // namespace slipstack

@@ -36,6 +36,10 @@ constexpr std::uint8_t kNodeId = 5;
 [[gnu::section(".psram")]] std::array<std::byte, 8 + kPageBytes> flash_memory;
 [[gnu::section(".trace")]] std::array<canopen::TraceSample, 4096> trace;
 
+// The bus is quiet before: in which of the first ticks the parameters come into force depends on how far the
+// main loop is.
+constexpr std::uint32_t kSettled = 16;
+
 volatile std::uint32_t ticks = 0;
 std::uint32_t wanted_ticks = 0;
 
@@ -55,8 +59,9 @@ class LoadPort final : public CanPort {
       frame = question_;
       return true;
     }
+    if (ticks < kSettled) return false;
     // 111 bits and stuffing: 9 frames of 8 bytes in a millisecond at 1 Mbit/s.
-    const std::uint32_t due = ticks * 9 / 10;
+    const std::uint32_t due = (ticks - kSettled) * 9 / 10;
     if (traffic == Traffic::kQuiet || due == taken_) return false;
     if (due - taken_ > kRing) {
       lost_ += due - taken_ - kRing;
@@ -212,7 +217,7 @@ int main() {
   std::uint32_t frames = 0;
   for (++number; *number >= '0' && *number <= '9'; ++number)
     frames = frames * 10 + static_cast<std::uint32_t>(*number - '0');
-  wanted_ticks = (frames * 10 + 8) / 9;
+  wanted_ticks = kSettled + (frames * 10 + 8) / 9;
   board.start();
   application.begin();
   static_cast<void>(application.controller().configure(everything_on(), all_effects()));

@@ -15,8 +15,8 @@ constexpr float kFastest = 200.0F;
 constexpr float kAcceleration = 0.15F;
 constexpr float kJerk = 1.5e-3F;
 
-// A stream ends at any time. What it accelerated with does not carry the stop beyond the largest velocity; a stop
-// along the jerk limit would add a^2 / 2 j, 7.5 counts per tick here.
+// A stream ends at any time. What it accelerated with does not carry the stop beyond the largest velocity; a
+// stop along the jerk limit would add a^2 / 2 j, 7.5 counts per tick here.
 TEST(Tracking, AStopOutOfAStreamIsNoFasterThanTheStreamMayBe) {
   test::Draw draw(5);
   const TrackingLimits limits = TrackingLimits::of(kFastest, kAcceleration);

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+#include "firmware/canopen/profile_context.h"
+
+namespace slipstack::canopen {
+
+/// Cyclic synchronous position (IEC 61800-7-201, csp): targets and SYNC to the stream that the reference
+/// follows.
+class CyclicProfile {
+ public:
+  explicit CyclicProfile(ProfileContext& context) : context_(context) {}
+
+  /// Into cyclic position by mode, by enabling or by the end of a halt, and out of it. No target holds from
+  /// before: the object starts as the position actual value, and the axis moves when a set-point has come.
+  void follow() {
+    const bool wanted =
+        context_.mode == Mode::kCyclicPosition && context_.operation_enabled() && !context_.halted();
+    if (wanted == streams_) return;
+    streams_ = wanted;
+    target_written_ = target_holds_ = false;
+    if (!wanted) return stream().stop();
+    context_.dictionary->set(kRow<0x607A>, context_.position());
+    stream().start();
+  }
+
+  /// 607Ah was written.
+  void target_written() { target_written_ = true; }
+  /// A target was written since the reference is the stream's.
+  bool target_holds() const { return target_holds_; }
+
+  /// SYNC makes a set-point of the target. One that a synchronous PDO brings must come with every SYNC; any
+  /// other holds until it is written again. `with_sync`: a PDO brought it just now.
+  void synchronise(bool with_sync) {
+    follow();
+    const Controller& controller = context_.controller;
+    const ControlSet& set = controller.parameters();
+    stream().set_period(period_s() / set.axis.tick_s, set.axis.tick_s,
+                        set.axis.velocity_limit_mps / set.mps_per_count,
+                        set.axis.acceleration_limit_mps2 / set.mps2_per_count);
+    stream().set_range(controller.range());
+    if (target_written_) target_streamed_ = with_sync;
+    target_holds_ = target_holds_ || target_written_;
+    const bool has_target = target_written_ || (target_holds_ && !target_streamed_);
+    target_written_ = false;
+    stream().sync(controller.ticks(), has_target, controller.position().counts_of(context_.target()));
+  }
+
+  /// Bits 11 and 12 of the statusword.
+  std::uint16_t status() const {
+    const CyclicPosition& stream = context_.controller.cyclic_position();
+    return static_cast<std::uint16_t>((stream.limited() ? 1U << 11 : 0U) |
+                                      (stream.following() ? 1U << 12 : 0U));
+  }
+
+ private:
+  CyclicPosition& stream() { return context_.controller.cyclic_position(); }
+
+  // 60C2h: value x 10^index seconds.
+  float period_s() const {
+    float seconds = static_cast<float>(context_.value(kRow<0x60C2, 1>));
+    for (auto power = static_cast<std::int32_t>(context_.value(kRow<0x60C2, 2>)); power < 0; ++power)
+      seconds *= 0.1F;
+    return seconds;
+  }
+
+  ProfileContext& context_;
+  bool streams_ = false;         // the reference is the stream's, or waits for it
+  bool target_written_ = false;  // since the last SYNC
+  bool target_holds_ = false;
+  bool target_streamed_ = false;  // by a PDO with SYNC
+};
+
+}  // namespace slipstack::canopen
