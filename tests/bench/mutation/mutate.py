@@ -12,6 +12,9 @@
            times as long as without. What has been run is not run again
   report   the ratio by folder, and the survivors beside the reasons in survivors.txt; status 1 below 90 %
 
+A change that leaves the same program is no mutant: equivalent.txt names those that were drawn, with the reason, and the
+next in the order takes their place. A folder of results belongs to one state of the sources: delete it for another.
+
 Needs python3-clang-14 (toolchain/install full). An hour or two on two cores; each step continues where it was stopped.
 """
 
@@ -63,11 +66,11 @@ class Bench:
         found = sites.find(ROOT, list(QUOTAS), ARGUMENTS)
         compilers = [["g++", "-std=c++20", "-w", "-fsyntax-only", "-isystem/usr/include/eigen3", f"-I{self.tree}", "-fmax-errors=0",
                       name] for name in CHECKED]
-        mutants, refused = rewrite.accepted(ROOT, self.tree, found, QUOTAS, self.options.seed, compilers)
+        same = read_reasons(HERE / "equivalent.txt")
+        mutants, refused = rewrite.accepted(ROOT, self.tree, found, QUOTAS, self.options.seed, compilers, same)
         (self.folder / "mutants.json").write_text(
             json.dumps({number: dataclasses.asdict(site) for number, site in mutants.items()}, indent=1))
-        (self.folder / "results.json").unlink(missing_ok=True)
-        print(f"{len(found)} places, {len(mutants)} mutants chosen, {len(refused)} refused by the compiler")
+        print(f"{len(found)} places, {len(mutants)} mutants chosen, {len(refused - set(same))} refused by the compiler")
 
     def build(self):
         subprocess.run(["cmake", "-S", self.tree, "-B", self.build_folder, "-G", "Ninja", "--log-level=WARNING",
@@ -143,19 +146,21 @@ class Bench:
         results_file = self.folder / "results.json"
         results = json.loads(results_file.read_text()) if results_file.exists() else {}
         measured = json.loads((self.folder / "reach.json").read_text())
-        left = [number for number in self.mutants() if str(number) not in results]
+        mutants = self.mutants()
+        left = [number for number, site in mutants.items() if site.key() not in results]
         if self.options.again:
-            left += [number for number in self.mutants() if not results.get(str(number), {"killed": True})["killed"]]
+            left += [number for number, site in mutants.items() if not results.get(site.key(), {"killed": True})["killed"]]
         with concurrent.futures.ThreadPoolExecutor(self.options.jobs) as pool:
             running = {pool.submit(self.kill, number, measured): number for number in left}
             for done in concurrent.futures.as_completed(running):
-                results[str(running[done])] = done.result()
+                results[mutants[running[done]].key()] = done.result()
                 results_file.write_text(json.dumps(results, indent=1))
         print(f"{len(left)} run")
 
     def report(self):
-        results = json.loads((self.folder / "results.json").read_text())
         mutants = self.mutants()
+        by_key = json.loads((self.folder / "results.json").read_text())
+        results = {str(number): by_key[site.key()] for number, site in mutants.items() if site.key() in by_key}
         reasons = read_reasons(HERE / "survivors.txt")
         survivors = []
         for folder in QUOTAS:

@@ -19,15 +19,16 @@ INCLUDE = '#include "tests/bench/mutation/active.h"'
 
 
 def choose(found, quotas, seed, refused=()):
-    """The sites of the mutants, by number from 1: of each folder as many as `quotas` says, spread over its files and the
-    kinds of change in proportion to what they offer. The same for the same seed; lines that move change nothing."""
+    """The sites of the mutants, by number from 1: of each folder as many as `quotas` says, drawn from its files and the
+    kinds of change in proportion to what they offer. The same for the same seed; lines and files that move change
+    nothing."""
     ranked = []
     again = collections.Counter()
     buckets = collections.defaultdict(list)
     for site in found:
         again[site.key()] += 1
-        buckets[(site.path, site.kind)].append((site.rank(seed, again[site.key()]), site))
-    for (path, kind), bucket in buckets.items():
+        buckets[(str(pathlib.PurePath(site.path).parent), site.kind)].append((site.rank(seed, again[site.key()]), site))
+    for (_, kind), bucket in buckets.items():
         share = len(bucket) * WEIGHTS.get(kind, 1.0)
         bucket.sort(key=lambda pair: pair[0])
         offset = int(bucket[0][0][-8:], 16) / 2.0**32

@@ -57,6 +57,9 @@ class Finder:
         self.names = {str(root / name): name for name in files}
         self.sites = []
         self.function = ""
+        self.owner = ""  # the same as the compiler knows it
+        self.owners = {}  # of sites, by place in the list
+        self.calls = {}  # callers of a function, by USR; "" is the compiler
         # What the compiler computes is no place for a mutant: a mutant is chosen when the program runs.
         self.never = {kinds.STATIC_ASSERT, kinds.ENUM_DECL, kinds.TEMPLATE_TYPE_PARAMETER,
                       kinds.TEMPLATE_NON_TYPE_PARAMETER, kinds.ALIGNED_ATTR, kinds.TYPE_ALIAS_DECL,
@@ -73,6 +76,22 @@ class Finder:
         for top in unit.cursor.get_children():
             if self.ours(top):
                 self.visit(top, None)
+        only_compiler = self.only_compiler()
+        self.sites = [site for place, site in enumerate(self.sites) if self.owners[place] not in only_compiler]
+
+    def only_compiler(self):
+        """Functions that make constants only, as the tables of objects: nothing asks for a mutant there."""
+        found = set()
+        while True:
+            more = {callee for callee, callers in self.calls.items() if callers <= found | {""}} - found
+            if not more:
+                return found
+            found |= more
+
+    def note_calls(self, cursor, caller):
+        for child in cursor.walk_preorder():
+            if child.kind == clang.CursorKind.CALL_EXPR and child.referenced is not None:
+                self.calls.setdefault(child.referenced.get_usr(), set()).add(caller)
 
     def ours(self, cursor):
         return cursor.location.file is not None and cursor.location.file.name in self.texts
@@ -86,25 +105,33 @@ class Finder:
         begin = cursor.extent.start.offset if begin is None else begin
         end = cursor.extent.end.offset if end is None else end
         original = one_line(self.texts[path][begin:end].decode())
+        self.owners[len(self.sites)] = self.owner
         self.sites.append(Site(self.names[path], begin, end, cursor.extent.start.line, kind, self.function, original,
                                one_line(changed)))
 
     def visit(self, cursor, parent):
         kinds = clang.CursorKind
         if cursor.kind in self.never or cursor.extent.start.file is None:
+            self.note_calls(cursor, "")
             return
         if cursor.extent.start.file.name not in self.texts or cursor.extent.end.file.name != cursor.extent.start.file.name:
             return
-        outer = self.function
+        outer = self.function, self.owner
         if cursor.kind in self.functions:
             owner = cursor.semantic_parent.spelling
             self.function = f"{owner}::{cursor.spelling}" if owner not in ("", "slipstack", "canopen") else cursor.spelling
-        elif cursor.kind == kinds.FIELD_DECL:
-            self.function = f"{cursor.semantic_parent.spelling}::{cursor.spelling}"
+            self.owner = cursor.get_usr()
+        elif cursor.kind == kinds.CALL_EXPR and cursor.referenced is not None:
+            self.calls.setdefault(cursor.referenced.get_usr(), set()).add(self.owner or "a file")
+        if cursor.kind == kinds.FIELD_DECL:
+            # What a member begins with is nearly always written before it is read.
+            return
         if not (cursor.kind == kinds.VAR_DECL and self.is_constant(cursor)) and "if constexpr" not in self.text(cursor)[:12]:
             self.look(cursor, parent)
             self.descend(cursor)
-        self.function = outer
+        else:
+            self.note_calls(cursor, "")
+        self.function, self.owner = outer
 
     def is_constant(self, variable):
         before = self.text(variable).split(variable.spelling or "=", 1)[0]
@@ -118,8 +145,6 @@ class Finder:
         children = list(cursor.get_children())
         if cursor.kind == kinds.CASE_STMT:
             children = children[1:]  # the label
-        if cursor.kind == kinds.FIELD_DECL and cursor.is_bitfield():
-            return
         for child in children:
             # Array bounds and template arguments are constants.
             if cursor.kind in (kinds.VAR_DECL, kinds.FIELD_DECL, kinds.PARM_DECL) and child.kind.is_expression():

@@ -44,7 +44,6 @@ class Invariants {
   std::array<std::uint32_t, kFaultCount> latched{};
   std::int64_t driven_ticks = 0;
   double travelled_m = 0.0;
-  std::int32_t beyond_counts = 0;  ///< the reference beyond a software limit
 
   /// Largest energy at a contact, J.
   double allowed_J(Guard guard) const {
@@ -178,8 +177,6 @@ class Invariants {
     if (range_since_ < kLong || since_ < kLong) return;
     const std::int32_t above = difference(reference.counts(), range.highest);
     const std::int32_t below = difference(range.lowest, reference.counts());
-    if (step != 0.0 && range.highest != PositionRange::kNoHighest)
-      beyond_counts = std::max(beyond_counts, std::max(above, below));
     const bool leaves = (above > kBeyond && range.highest != PositionRange::kNoHighest && step > 0.01) ||
                         (below > kBeyond && range.lowest != PositionRange::kNoLowest && step < -0.01);
     if (leaves)
