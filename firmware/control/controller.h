@@ -260,7 +260,7 @@ class Controller {
     const bool streamed = mode_ == ControlMode::kPosition && !state().braking();
     ReferencePoint& point = history_.point(tick);
     point = streamed && cyclic_position_.step(tick)
-                ? reference_.track(cyclic_position_.point(), bounds.tracking)
+                ? reference_.track(travel_.allowed(cyclic_position_.point()), bounds.tracking)
                 : reference_.next(supervisor_.ramp(bounds));
     out_.level = upkeep_.level();
     out_.feedforward_N = force_.step_model(set, point, out_.level, position_);

@@ -49,6 +49,13 @@ struct Motion {
     fraction = segment.start_fraction;
   }
 
+  /// A stream has ended: a stop begins. It is bounded in jerk, which a stream is not: acceleration that is
+  /// left from it would carry the reference beyond the largest velocity.
+  void leave_stream() {
+    phase = Phase::kBraking;
+    if ((velocity ^ acceleration) >= 0) acceleration = 0;
+  }
+
   /// The acceleration of one tick of braking. What is queued while the axis brakes waits for the tick after
   /// it has come to rest.
   void brake(const BrakingLimits& limits) {

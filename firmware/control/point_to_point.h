@@ -7,6 +7,7 @@
 
 #include "firmware/control/fixed_motion.h"
 #include "firmware/control/motion_limits.h"
+#include "firmware/control/position_range.h"
 #include "firmware/control/reference.h"
 #include "firmware/control/trajectory.h"
 

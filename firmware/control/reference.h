@@ -121,8 +121,8 @@ class ReferenceGenerator {
 
   /// Brakes to standstill from the next point on; what is queued or planned is forgotten.
   void stop() {
-    // The next tick does the rest: the main loop may call this as well.
-    motion_.phase = Motion::Phase::kBraking;
+    // The next tick does the rest: the main loop may call this as well. Out of a stream advance() brakes.
+    if (motion_.phase != Motion::Phase::kTracking) motion_.phase = Motion::Phase::kBraking;
     void_plan();
     motion_.taken = queue_.forget();
   }
@@ -171,7 +171,6 @@ class ReferenceGenerator {
     if (waiting_.load(std::memory_order_relaxed)) [[unlikely]]
       take_over();
     if (motion_.phase == Motion::Phase::kFollowing) return followed_;
-    if (motion_.phase == Motion::Phase::kTracking) motion_.phase = Motion::Phase::kBraking;
     const bool played = motion_.phase == Motion::Phase::kPlaying;
     const ReferencePoint point = advance(motion_, limits);
     if (played && braking()) ++underruns_;
@@ -183,6 +182,8 @@ class ReferenceGenerator {
   // Inlined: the tick has one call of it.
   [[gnu::always_inline]] ReferencePoint advance(Motion& motion, const BrakingLimits& limits) const {
     if (motion.phase == Motion::Phase::kPlaying && motion.left == 0) begin_segment(motion);
+    if (motion.phase == Motion::Phase::kTracking) [[unlikely]]
+      motion.leave_stream();
     if (motion.phase == Motion::Phase::kBraking) motion.brake(limits);
     return motion.step();
   }

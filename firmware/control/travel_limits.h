@@ -8,6 +8,7 @@
 #include "firmware/control/motion_bounds.h"
 #include "firmware/control/position_range.h"
 #include "firmware/control/reference.h"
+#include "firmware/control/tracking.h"
 
 namespace slipstack {
 
@@ -25,6 +26,15 @@ class TravelLimits {
     limits |= kLimitSwitch;
     const bool outwards = (active & (reference.forward() ? io.positive_limit : io.negative_limit)) != 0;
     if (outwards && reference.playing()) reference.stop();
+  }
+
+  /// In the tick: of a stream, what lies beyond an active limit switch counts no more, however far ahead of
+  /// the axis it is.
+  StreamPoint allowed(const StreamPoint& stream) const {
+    if (active_ == 0) [[likely]]
+      return stream;
+    const std::int32_t nearest = range_.nearest(stream.counts);
+    return nearest == stream.counts ? stream : StreamPoint{.counts = nearest};
   }
 
   /// In the tick: the range that is left.

@@ -243,6 +243,11 @@ TEST(Lss, AnUnconfiguredNodeIsFoundByFastscan) {
   };
   ASSERT_TRUE(answered(0, 0x80, 0, 0));
   const std::array<std::uint32_t, 4> identity = {0, 0x534C4B31, 0x00010000, 0x12345678};
+  // A master that gives up half way begins anew.
+  ASSERT_TRUE(answered(identity[0], 0, 0, 1));
+  EXPECT_TRUE(answered(identity[1], 0, 1, 1));
+  EXPECT_FALSE(answered(identity[0], 0, 0, 0)) << "another part's turn";
+  ASSERT_TRUE(answered(0, 0x80, 0, 0));
   for (std::uint8_t part = 0; part < 4; ++part) {
     std::uint32_t word = 0;
     for (int bit = 31; bit >= 0; --bit) {

@@ -84,7 +84,7 @@ class Master402 {
     if (case_.mode == Drive402::kCyclicPosition) {
       speed_mps_ = std::min(kSpeed_mps, speed_mps_ + 10.0 * 0.002);
       wanted_m_ += speed_mps_ * 0.002;
-      const auto target = static_cast<std::uint32_t>(machine_.counts(wanted_m_));
+      const auto target = static_cast<std::uint32_t>(machine_.counts(wanted_m_ + case_.ahead_m));
       if (!(failed && case_.sync_lost)) {
         bench.send(0x305,
                    {0x0F, 0x00, static_cast<std::uint8_t>(target), static_cast<std::uint8_t>(target >> 8),
@@ -147,6 +147,27 @@ std::vector<Case> cases() {
   add({.name = "master pushes on, cst", .mode = kCyclicTorque, .failure = none, .force = 800.0}, 0.0, 0.0);
   add({.name = "limit switch instead of 607Dh", .failure = none, .has_limit = false, .has_switch = true}, 0.0,
       0.0);
+  add({.name = "limit switch instead of 607Dh, csp",
+       .mode = kCyclicPosition,
+       .failure = none,
+       .has_limit = false,
+       .has_switch = true},
+      0.0, 0.0);
+  // The axis runs after them as fast as it may.
+  add({.name = "the same, set-points 0.5 m ahead",
+       .mode = kCyclicPosition,
+       .failure = none,
+       .has_limit = false,
+       .has_switch = true,
+       .ahead_m = 0.5},
+      0.0, 0.0);
+  add({.name = "limit switch instead of 607Dh, cst",
+       .mode = kCyclicTorque,
+       .failure = none,
+       .has_limit = false,
+       .has_switch = true,
+       .force = 800.0},
+      0.0, 0.0);
   add({.name = "main loop hangs, pp", .failure = with([](Failure& f) { f.main_loop_dead = true; })}, 0.0,
       0.0);
   add({.name = "tick hangs until the watchdog", .failure = with([](Failure& f) { f.tick_dead = true; })},

@@ -19,7 +19,8 @@ struct Case {
   bool sync_lost = false;
   bool has_limit = true;  ///< 607Dh
   bool has_switch = false;
-  double force = 0.0;  ///< in torque mode, per thousand of the rated force
+  double force = 0.0;    ///< in torque mode, per thousand of the rated force
+  double ahead_m = 0.0;  ///< in cyclic position, of the set-points from the first one on
   /// Largest energy at the end stop that is accepted, with brake and without; J.
   double most_J = 0.0;
   double most_without_J = 0.0;

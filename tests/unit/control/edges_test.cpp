@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+// Edges of rules that the tests of the whole did not tell apart: each was a mutant that survived.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "firmware/control/cyclic_position.h"
+#include "firmware/control/motion_bounds.h"
+#include "firmware/control/parameters.h"
+#include "firmware/control/set_point_periods.h"
+#include "firmware/control/state_machine.h"
+
+namespace slipstack {
+namespace {
+
+// A quick stop of an axis that stands: its state is seen for a tick before it is left, with brake and
+// without.
+TEST(Edges, AStopOfAnAxisThatStandsTakesOneTickAndTheBrake) {
+  for (const std::int32_t apply : {0, 3}) {
+    StateMachine machine;
+    const StopTimes times{.quick_stop = 100, .slow_down = 100, .brake_release = 0, .brake_apply = apply};
+    const auto step = [&](std::uint32_t word) {
+      machine.step(
+          word, Fault::kNone, true, [] { return true; }, times);
+      return machine.state();
+    };
+    step(0);
+    for (const std::uint32_t word : {0x06U, 0x07U, 0x0FU}) step(word);
+    ASSERT_EQ(machine.state(), DriveState::kOperationEnabled);
+    EXPECT_EQ(step(0x0B), DriveState::kQuickStopActive);
+    int ticks = 0;
+    while (step(0x0B) == DriveState::kQuickStopActive && ticks < 20) ++ticks;
+    EXPECT_EQ(ticks, apply + 1);
+    EXPECT_EQ(machine.state(), DriveState::kSwitchOnDisabled);
+  }
+}
+
+// The stop time-out, where the user's ramp is longer: v / d at 1.5 times the velocity, and 2 d / j.
+TEST(Edges, ALongRampHasItsTime) {
+  AxisParameters axis;
+  axis.velocity_limit_mps = 3.0F;
+  UserBounds user;
+  EXPECT_EQ(MotionBounds::of(axis, user).times.quick_stop, 10000);
+  user.quick_stop_counts_per_s2 = 2.0e6F;  // 2 m/s2
+  EXPECT_NEAR(MotionBounds::of(axis, user).times.quick_stop, 1e4 * (1.5 * 3.0 / 2.0 + 2.0 * 2.0 / 1500.0),
+              2.0);
+  EXPECT_EQ(MotionBounds::of(axis, user).times.slow_down, 10000);
+  user.slow_down_counts_per_s3 = 1.0e7F;  // 10 m/s3
+  EXPECT_NEAR(MotionBounds::of(axis, user).times.slow_down, 1e4 * (1.5 * 3.0 / 15.0 + 2.0 * 15.0 / 10.0),
+              2.0);
+}
+
+// Displacement has as many binary places of a count as the largest slip distance leaves of 16 bits.
+TEST(Edges, FineEncodersLoseBinaryPlacesOfTheDisplacement) {
+  constexpr auto kLargest = static_cast<double>(PackedMaxwellSlip<kTargetElements>::kLargestSlipDistance);
+  ModelParameters model{};
+  auto& hysteresis = std::get<EffectParameters<PreslidingHysteresis<float>, float>>(model);
+  hysteresis.shapes[3] = 400e-6F;
+  AxisParameters axis;
+  for (const double resolution_m : {1e-5, 1e-6, 1e-7, 1e-8, 1e-9}) {
+    axis.encoder_resolution_m = static_cast<float>(resolution_m);
+    hysteresis.enabled = true;
+    const int places = static_cast<int>(std::floor(std::log2(kLargest * resolution_m / 400e-6)));
+    EXPECT_EQ(displacement_shift(axis, model), std::min(4, places)) << resolution_m;
+    hysteresis.enabled = false;
+    EXPECT_EQ(displacement_shift(axis, model), 4) << resolution_m;
+  }
+  hysteresis.enabled = true;
+  axis.encoder_resolution_m = 1e-10F;
+  hysteresis.shapes[3] = 1e3F;
+  EXPECT_EQ(displacement_shift(axis, model), -16) << "and not for ever";
+}
+
+// Two in a row are bridged and counted; three end the stream, which is a gap.
+TEST(Edges, BridgedSetPointsAreCountedOneByOne) {
+  for (const std::uint32_t lost : {0U, 1U, 2U}) {
+    CyclicPosition cyclic;
+    cyclic.set_period(20.0F, 1e-4F, 200.0F, 0.15F);
+    cyclic.set_range({});
+    cyclic.start();
+    std::uint32_t tick = 0;
+    for (std::uint32_t n = 0; n < 600; ++n) {
+      const bool missing = n == 400 || (lost == 2 && n == 401);
+      cyclic.sync(tick, lost == 0 || !missing, static_cast<std::int32_t>(10 * n));
+      for (int i = 0; i < 20; ++i) static_cast<void>(cyclic.step(tick++));
+    }
+    EXPECT_EQ(cyclic.bridged(), lost);
+    EXPECT_EQ(cyclic.gaps(), 0U);
+    EXPECT_TRUE(cyclic.following());
+  }
+}
+
+// After a lost set-point the parabola bends as the path does: the one after it is late, and told from a
+// second loss.
+TEST(Edges, PeriodsAreToldOnABentPathAfterALoss) {
+  const auto path = [](std::uint32_t n) { return static_cast<std::int32_t>(20 * n * n); };
+  SetPointPeriods periods;
+  for (std::uint32_t n = 1; n <= 6; ++n) periods.place(n, path(n), 100000);
+  EXPECT_EQ(periods.place(8, path(8), 100000).period, 8U);   // 7 was lost
+  EXPECT_EQ(periods.place(10, path(9), 100000).period, 9U);  // late by a period
+  EXPECT_EQ(periods.place(10, path(10), 100000).period, 10U);
+  EXPECT_EQ(periods.place(12, path(12), 100000).period, 12U);  // 11 was lost
+}
+
+}  // namespace
+}  // namespace slipstack
