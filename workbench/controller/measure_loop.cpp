@@ -327,6 +327,7 @@ LoopRecording measure_loop(SdoClient& drive, const LoopMeasurement& wanted, cons
   std::uint32_t limits = 0;
   for (const Band& band : bands_of(facts, wanted)) {
     std::vector<ExcitedRecord> captures;
+    captures.reserve(static_cast<std::size_t>(wanted.captures));
     for (int i = 0; i < wanted.captures; ++i)
       captures.push_back(capture(drive, facts, band, mover, wanted, limits, show));
     recording.bands.push_back(std::move(captures));

@@ -70,6 +70,7 @@ ExperimentChart over_frequency(const std::string& title, const std::vector<doubl
 
 std::vector<double> sizes(const std::vector<Complex>& values) {
   std::vector<double> made;
+  made.reserve(values.size());
   for (const Complex& value : values)
     made.push_back(std::isfinite(value.real()) ? std::abs(value) : kNoValue);
   return made;
@@ -77,6 +78,7 @@ std::vector<double> sizes(const std::vector<Complex>& values) {
 
 std::vector<Complex> sensitivity_of(const std::vector<Complex>& loop) {
   std::vector<Complex> made;
+  made.reserve(loop.size());
   for (const Complex& value : loop) made.push_back(1.0 / (1.0 + value));
   return made;
 }

@@ -177,6 +177,7 @@ std::vector<ResponsePoint> response(const std::vector<ExcitedRecord>& captures, 
   check_alike(captures, name);
   const ExcitedRecord& first = captures.front();
   std::vector<double> drifts;
+  drifts.reserve(captures.size());
   for (const ExcitedRecord& record : captures)
     drifts.push_back(drift_per_sample(record.position_m, record.period_samples));
   std::vector<ResponsePoint> points;

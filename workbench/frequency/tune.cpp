@@ -108,6 +108,7 @@ std::vector<Complex> loop_of(const std::vector<ResponsePoint>& plant, const std:
 
 std::vector<double> resonances(const std::vector<ResponsePoint>& plant) {
   std::vector<double> height;
+  height.reserve(plant.size());
   for (const ResponsePoint& point : plant)
     height.push_back(std::abs(point.plant) * point.frequency_Hz * point.frequency_Hz);
   struct Peak {

@@ -51,8 +51,8 @@ TEST(Excitation, PeriodsAreTheSameBitForBit) {
     const ExcitationSettings settings = drawn(random);
     Excitation excitation;
     const std::vector<float> values = run(excitation, settings);
-    for (std::size_t k = 2 * settings.period_ticks;
-         k + settings.period_ticks < settings.periods * settings.period_ticks; ++k) {
+    const std::size_t period = settings.period_ticks;
+    for (std::size_t k = 2 * period; k + period < settings.periods * period; ++k) {
       ASSERT_EQ(std::bit_cast<std::uint32_t>(values[k]),
                 std::bit_cast<std::uint32_t>(values[k + settings.period_ticks]))
           << i << ' ' << k;
