@@ -92,8 +92,8 @@ bool bounded(const Object& row) {
          (row.low != widest.low || row.high != widest.high) && row.writable();
 }
 
-std::string eds_fields(const Whole& object, const Object& row, const std::string& name) {
-  const int code = simple(object) && row.code == ObjectCode::kDomain ? 2 : 7;
+std::string eds_fields(const Object& row, const std::string& name) {
+  const int code = row.type == Type::kDomain ? 2 : 7;
   std::string text = fmt::format("ParameterName={}\nObjectType=0x{:X}\nDataType=0x{:04X}\nAccessType={}\n",
                                  name, code, static_cast<int>(row.type), access_text(row));
   text += fmt::format("DefaultValue={}\n", default_text(row));
@@ -149,14 +149,14 @@ std::string eds() {
   for (const Whole& object : all) {
     const Object& first = *object.first;
     if (simple(object)) {
-      text += fmt::format("[{:04X}]\n{}\n", first.index, eds_fields(object, first, object_name(first)));
+      text += fmt::format("[{:04X}]\n{}\n", first.index, eds_fields(first, object_name(first)));
       continue;
     }
     text += fmt::format("[{:04X}]\nParameterName={}\nObjectType=0x{:X}\nSubNumber={}\n\n", first.index,
                         object_name(first), static_cast<int>(first.code), object.rows.size());
     for (const Object* row : object.rows) {
-      text += fmt::format("[{:04X}sub{:X}]\n{}\n", row->index, row->sub,
-                          eds_fields(object, *row, name_of(object, *row)));
+      text +=
+          fmt::format("[{:04X}sub{:X}]\n{}\n", row->index, row->sub, eds_fields(*row, name_of(object, *row)));
     }
   }
   return text;

@@ -9,6 +9,7 @@
 #include "hal/include/can_port.h"
 #include "hal/include/indicator.h"
 #include "hal/include/nonvolatile.h"
+#include "hal/include/program_memory.h"
 #include "hal/include/signal_scaling.h"
 
 namespace slipstack {
@@ -19,7 +20,10 @@ struct NodeContext {
   const TickTiming& timing;
   CanPort& can;
   Nonvolatile& nonvolatile;
-  SignalScaling* scaling = nullptr;  ///< of a board whose signals can be scaled
+  SignalScaling* scaling = nullptr;   ///< of a board whose signals can be scaled
+  ProgramMemory* programs = nullptr;  ///< of a board whose firmware can be replaced over the bus
+  /// Parameters that a program in the other slot has stored, where each has pages of its own.
+  Nonvolatile* of_other_program = nullptr;
 };
 
 /// What commands the controller from outside. start() is called once, when the board runs: the place to load
@@ -54,7 +58,9 @@ class Application {
       : board_(board),
         node_(node),
         tick_(board.encoder(), board.motor_current(), board.clock(), board.watchdog(), board.digital_io()),
-        context_{tick_.controller(), tick_.timing(), board.can(), board.nonvolatile(), scaling_of(board)} {}
+        context_{tick_.controller(),     tick_.timing(),    board.can(),
+                 board.nonvolatile(),    scaling_of(board), programs_of(board),
+                 of_other_program(board)} {}
 
   /// From the tick's interrupt.
   void tick() {
@@ -105,6 +111,21 @@ class Application {
   static SignalScaling* scaling_of(B& board) {
     if constexpr (requires { board.scaling(); }) {
       return &board.scaling();
+    } else {
+      return nullptr;
+    }
+  }
+
+  static ProgramMemory* programs_of(B& board) {
+    if constexpr (requires { board.programs(); }) {
+      return &board.programs();
+    } else {
+      return nullptr;
+    }
+  }
+  static Nonvolatile* of_other_program(B& board) {
+    if constexpr (requires { board.nonvolatile_of_other_program(); }) {
+      return &board.nonvolatile_of_other_program();
     } else {
       return nullptr;
     }

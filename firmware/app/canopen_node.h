@@ -22,13 +22,17 @@ class CanopenNode {
   void start(NodeContext& context) {
     published_.store(nullptr, std::memory_order_relaxed);
     log_.emplace(context.nonvolatile);
-    drive_.emplace(context.controller, context.timing, trace_, serial_, context.scaling);
+    if (context.of_other_program != nullptr) take_over(*context.of_other_program);
+    drive_.emplace(context.controller, context.timing, trace_, serial_, context.scaling, context.programs);
     node_.emplace(context.can, *log_, *drive_);
     node_->start(node_id_, 0);
     // Ticks are running: they must not see a drive that is half made.
     published_.store(&*drive_, std::memory_order_release);
   }
-  void serve(NodeContext&, std::uint32_t now_us) { node_->poll(now_us); }
+  void serve(NodeContext&, std::uint32_t now_us) {
+    node_->poll(now_us);
+    drive_->watch_trial(now_us, node_->takes_part());
+  }
 
   /// From the tick's interrupt, behind the tick.
   void after_tick() {
@@ -38,6 +42,15 @@ class CanopenNode {
   canopen::Node& canopen() { return *node_; }
 
  private:
+  // What the program in the other slot has stored last, before an update or since a return to this one; what
+  // it stored by another table only where this one has nothing. When that fails, what this one has is used.
+  void take_over(Nonvolatile& pages) {
+    SlotLog other(pages);
+    static_cast<void>(other.mount());
+    const bool has_own = log_->mount() == StoreStatus::kOk;
+    if (!has_own || canopen::ParameterSet::reads(other)) static_cast<void>(log_->adopt(other));
+  }
+
   std::uint8_t node_id_;
   std::uint32_t serial_;
   canopen::TraceBuffer trace_;

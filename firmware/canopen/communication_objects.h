@@ -4,6 +4,7 @@
 #include <array>
 
 #include "firmware/canopen/object.h"
+#include "firmware/update/image_header.h"
 
 // Objects of the communication profile (CiA 301, 7.5): 1000h to 1FFFh.
 namespace slipstack::canopen {
@@ -13,10 +14,10 @@ inline constexpr std::uint8_t kMappedLargest = 8;     ///< objects in a PDO
 inline constexpr std::uint8_t kHeartbeatSources = 4;  ///< that 1016h can watch
 inline constexpr std::uint8_t kErrorHistory = 8;
 
-/// Vendor 0 is no vendor: CiA gives numbers to members only, and slipstack has none.
-inline constexpr std::uint32_t kVendorId = 0;
-inline constexpr std::uint32_t kProductCode = 0x534C4B31;  ///< "SLK1"
-inline constexpr std::uint32_t kRevision = 0x00010000;
+// Who the device is, for the bus and for an update: one place.
+using update::kProductCode;
+using update::kRevision;
+using update::kVendorId;
 
 inline constexpr std::uint32_t kInvalidPdo = 0x80000000;
 /// No remote requests on this TPDO: CiA 301 lets a device leave them out, and so do we.

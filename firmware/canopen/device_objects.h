@@ -17,6 +17,7 @@ inline constexpr std::uint16_t kCountersIndex = 0x2211;
 inline constexpr std::uint16_t kFaultCountsIndex = 0x2212;
 inline constexpr std::uint16_t kTraceIndex = 0x2300;
 inline constexpr std::uint16_t kTraceDataIndex = 0x2310;
+inline constexpr std::uint16_t kExcitationIndex = 0x2320;
 inline constexpr std::uint16_t kLockIndex = 0x2400;
 inline constexpr std::uint16_t kNodeIndex = 0x2402;
 inline constexpr std::uint16_t kCommandTimeoutIndex = 0x2403;
@@ -97,7 +98,7 @@ inline constexpr auto kFaultRows = [] {
 
 /// 2300h. Command 1 arms; the trigger freezes the buffer after the samples that are to follow it.
 inline constexpr auto kTraceRows = std::to_array<Object>({
-    head(kTraceIndex, ObjectCode::kRecord, "Trace", 9),
+    head(kTraceIndex, ObjectCode::kRecord, "Trace", 10),
     entry(kTraceIndex, 1, Type::kU8, "Command (0 stop, 1 arm)").within(0, 1).from_device(),
     reading(kTraceIndex, 2, Type::kU8, "State (0 idle, 1 armed, 2 triggered, 3 ready)"),
     entry(kTraceIndex, 3, Type::kU16, "Decimation").within(1, 10000).at_first(1U).in("tick"),
@@ -107,11 +108,41 @@ inline constexpr auto kTraceRows = std::to_array<Object>({
     entry(kTraceIndex, 7, Type::kU16, "Samples before the trigger"),
     reading(kTraceIndex, 8, Type::kU32, "Samples"),
     reading(kTraceIndex, 9, Type::kU32, "Capacity"),
+    entry(kTraceIndex, 10, Type::kU8, "Second channel (0 reference, 1 excitation)").within(0, 1),
     [] {
       Object object = entry(kTraceDataIndex, 0, Type::kDomain, "Trace data").read_only();
       object.object = object.name;
       return object;
     }(),
+});
+
+/// 2320h: what is injected into the loop to measure it (firmware/control/excitation.h).
+inline constexpr auto kExcitationRows = std::to_array<Object>({
+    head(kExcitationIndex, ObjectCode::kRecord, "Excitation", 12),
+    entry(kExcitationIndex, 1, Type::kU8, "Command (0 stop, 1 start)").within(0, 1).from_device(),
+    reading(kExcitationIndex, 2, Type::kU8,
+            "State (0 idle, 1 running, 2 complete, 3 stopped, 4 ended by the axis, 5 too far)"),
+    entry(kExcitationIndex, 3, Type::kU8, "Place (0 current, 1 position reference)").within(0, 1),
+    entry(kExcitationIndex, 4, Type::kReal32, "Amplitude of the current").within(0.0F, 1.0e3F).in("A"),
+    entry(kExcitationIndex, 5, Type::kReal32, "Amplitude of the position reference")
+        .within(0.0F, 1.0F)
+        .in("m"),
+    entry(kExcitationIndex, 6, Type::kReal32, "Lowest frequency")
+        .within(1.0e-3F, 2.0e4F)
+        .at_first(20.0F)
+        .in("Hz"),
+    entry(kExcitationIndex, 7, Type::kReal32, "Highest frequency")
+        .within(1.0e-3F, 2.0e4F)
+        .at_first(1000.0F)
+        .in("Hz"),
+    entry(kExcitationIndex, 8, Type::kU32, "Period").within(64, 1000000).at_first(1024U).in("tick"),
+    entry(kExcitationIndex, 9, Type::kU16, "Periods").within(1, 10000).at_first(16U),
+    entry(kExcitationIndex, 10, Type::kReal32, "Largest deviation")
+        .within(1.0e-7F, 1.0F)
+        .at_first(1.0e-3F)
+        .in("m"),
+    reading(kExcitationIndex, 11, Type::kU32, "Periods so far"),
+    reading(kExcitationIndex, 12, Type::kU16, "Limits met"),
 });
 
 /// 2400h: challenge and response (docs/can.md). The key can be written, never read.

@@ -3,8 +3,10 @@
 
 #include "firmware/canopen/application.h"
 #include "firmware/canopen/drive_profile.h"
+#include "firmware/canopen/excitation_objects.h"
 #include "firmware/canopen/model_staging.h"
 #include "firmware/canopen/node.h"
+#include "firmware/canopen/program_download.h"
 #include "firmware/canopen/telemetry.h"
 #include "firmware/canopen/trace_objects.h"
 
@@ -14,19 +16,30 @@ namespace slipstack::canopen {
 /// objects. Runs in the main loop; reaches the tick only through what the controller offers for that.
 class Drive final : public Application {
  public:
-  /// `scaling`: of the board's signals; a board that has none keeps 2500h at its defaults.
+  /// `scaling`: of the board's signals; a board that has none keeps 2500h at its defaults. `programs`: of a
+  /// board whose firmware can be replaced over the bus.
   Drive(Controller& controller, const TickTiming& timing, TraceBuffer& trace, std::uint32_t serial,
-        SignalScaling* scaling = nullptr)
+        SignalScaling* scaling = nullptr, ProgramMemory* programs = nullptr)
       : controller_(controller),
         serial_(serial),
         scalable_(scaling != nullptr),
         profile_(controller),
         model_(controller, scaling),
         telemetry_(controller, timing),
-        trace_(controller, trace) {}
+        trace_(controller, trace),
+        excitation_(controller),
+        program_(programs) {}
 
   /// From the tick's interrupt, behind the tick.
-  void after_tick() { trace_.after_tick(); }
+  void after_tick() {
+    trace_.after_tick();
+    excitation_.after_tick();
+  }
+
+  /// Once in every pass of the main loop. `reports`: the node takes part in the bus.
+  void watch_trial(std::uint32_t now_us, bool reports) {
+    program_.watch_trial(now_us, reports, profile_.driving());
+  }
 
   ParameterStatus last_apply() const { return model_.last_status(); }
 
@@ -38,10 +51,12 @@ class Drive final : public Application {
     model_.reset();
     step_reset();
   }
-  void step(std::uint32_t) override {
+  void step(std::uint32_t now_us) override {
     controller_.poll();
     step_reset();
     profile_.step();
+    excitation_.step(*dictionary_, mode());
+    program_.step(now_us, profile_.driving());
   }
   std::uint16_t error_code() override { return profile_.error_code(); }
   bool enabled() override { return profile_.driving(); }
@@ -73,6 +88,13 @@ class Drive final : public Application {
         return controller_.position().referenced() ? 1U : 0U;
       case kTraceIndex:
         return trace_.read(*dictionary_, object.sub);
+      case kExcitationIndex:
+        return excitation_.read(*dictionary_, object.sub);
+      case kProgramControlIndex:
+      case kProgramIdentityIndex:
+      case kFlashStatusIndex:
+      case kUpdateIndex:
+        return program_.read(object.index, object.sub);
       default:
         return profile_.read(object.index, row);
     }
@@ -85,6 +107,10 @@ class Drive final : public Application {
         return object.sub == 3 ? model_.apply_checked(*dictionary_, value) : Abort::kNone;
       case kTraceIndex:
         return trace_.check(object.sub);
+      case kExcitationIndex:
+        return excitation_.check(*dictionary_, object.sub, value, mode());
+      case kProgramControlIndex:
+        return program_.control(value, profile_.driving());
       case kScalesIndex:
         return scalable_ || value == object.initial ? Abort::kNone : Abort::kUnsupportedAccess;
       default:
@@ -94,6 +120,10 @@ class Drive final : public Application {
 
   void written(std::size_t row, std::uint32_t value) override {
     const Object& object = kObjects[row];
+    if (object.index == kExcitationIndex) {
+      if (object.sub == 1) excitation_.command(*dictionary_, value);
+      return;
+    }
     if (object.index != kTraceIndex) return profile_.written(object.index, value);
     if (object.sub == 1) trace_.command(*dictionary_, value);
   }
@@ -101,7 +131,7 @@ class Drive final : public Application {
   void commit() override { profile_.commit(); }
   std::uint32_t tick() const override { return controller_.ticks(); }
 
-  // ---- domains: the model's image, the trace ----
+  // ---- domains: the model's image, the trace, a program ----
 
   Abort begin_upload(std::size_t row, std::uint32_t& size) override {
     return is_model_image(row) ? ModelStaging::begin_upload(size) : trace_.begin_upload(size);
@@ -110,17 +140,19 @@ class Drive final : public Application {
     if (is_model_image(row)) return ModelStaging::upload(*dictionary_, offset, out);
     trace_.upload(offset, out);
   }
-  Abort begin_download(std::size_t, std::uint32_t size) override {
-    return ModelStaging::begin_download(size);
+  Abort begin_download(std::size_t row, std::uint32_t size) override {
+    return is_program_data(row) ? program_.begin() : ModelStaging::begin_download(size);
   }
-  Abort download(std::size_t, std::uint32_t offset, std::span<const std::uint8_t> in) override {
-    return model_.download(offset, in);
+  Abort download(std::size_t row, std::uint32_t offset, std::span<const std::uint8_t> in) override {
+    return is_program_data(row) ? program_.download(in, profile_.driving()) : model_.download(offset, in);
   }
-  Abort end_download(std::size_t, std::uint32_t size) override {
-    return model_.end_download(*dictionary_, size);
+  Abort end_download(std::size_t row, std::uint32_t size) override {
+    return is_program_data(row) ? program_.end() : model_.end_download(*dictionary_, size);
   }
 
  private:
+  std::uint32_t mode() const { return profile_.read(0x6061, kRow<0x6061>); }
+
   void step_reset() {
     const bool resetting = model_.resetting();
     model_.step(*dictionary_);
@@ -128,6 +160,7 @@ class Drive final : public Application {
   }
 
   static bool is_model_image(std::size_t row) { return kObjects[row].index == kModelImageIndex; }
+  static bool is_program_data(std::size_t row) { return kObjects[row].index == kProgramDataIndex; }
 
   Controller& controller_;
   std::uint32_t serial_;
@@ -137,6 +170,8 @@ class Drive final : public Application {
   ModelStaging model_;
   Telemetry telemetry_;
   TraceObjects trace_;
+  ExcitationObjects excitation_;
+  ProgramDownload program_;
 };
 
 }  // namespace slipstack::canopen

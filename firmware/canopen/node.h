@@ -54,6 +54,13 @@ class Node {
 
   NmtState state() const { return state_; }
   std::uint8_t id() const { return parts_.node; }
+  /// Has an id, and what it sends is acknowledged: a node alone on its bus becomes error passive with its
+  /// boot-up message.
+  bool takes_part() const {
+    const CanBusState bus = parts_.port.status().state;
+    const bool heard = bus == CanBusState::kActive || bus == CanBusState::kWarning;
+    return parts_.node != Lss::kUnconfigured && heard;
+  }
   Dictionary& dictionary() { return parts_.dictionary; }
   const AccessLock& lock() const { return parts_.lock; }
 
@@ -223,13 +230,13 @@ class Node {
 
   // Objects 1000h to 1FFFh as stored; the others keep their values.
   void load_communication() {
-    Dictionary fresh(objects_);
+    constexpr std::size_t kEnd = kRow<kAxisIndex>;
+    static_assert(kObjects[kEnd - 1].index < 0x2000 && kObjects[kEnd].index == 0x2000);
     const std::uint8_t node = parts_.node == Lss::kUnconfigured ? std::uint8_t{0} : parts_.node;
-    fresh.set_defaults(node);
-    parts_.set.load(fresh, node);
-    for (std::size_t row = 0; row < kObjectCount && kObjects[row].index < 0x2000; ++row) {
-      parts_.dictionary.set(row, fresh.value(row));
+    for (std::size_t row = 0; row < kEnd; ++row) {
+      parts_.dictionary.set(row, Dictionary::default_of(row, node));
     }
+    parts_.set.load(parts_.dictionary, node, kEnd);
   }
 
   // ---- time ----

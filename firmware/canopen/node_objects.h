@@ -65,6 +65,8 @@ class NodeObjects final : public ObjectAccess {
         return parts_.dictionary.value(kRow<0x1006>) != 0 ? Abort::kDeviceState : Abort::kNone;
       case kLockIndex:
         return check_lock(object.sub, value);
+      case kProgramControlIndex:
+        return parts_.may_write() ? parts_.application.check(row, value) : Abort::kLocalControl;
       default:
         return object.index < 0x2000 ? Abort::kNone : parts_.application.check(row, value);
     }

@@ -6,6 +6,7 @@
 #include "firmware/canopen/friction_objects.h"
 #include "firmware/canopen/machine_objects.h"
 #include "firmware/canopen/profile_objects.h"
+#include "firmware/canopen/program_objects.h"
 
 // The object dictionary: every object once. The node serves it; canopen_files writes the EDS, the DBC and the
 // reference page from it.
@@ -30,11 +31,11 @@ constexpr std::uint32_t key(std::uint16_t index, std::uint8_t sub) {
 
 }  // namespace detail
 
-inline constexpr auto kObjects =
-    detail::joined(kCommunicationObjects, kReceivePdoObjects, kTransmitPdoObjects, kAxisRows, kIoRows,
-                   kHomingRows, kReferenceRows, kEffectRows, kModelRows, kObserverRows, kByEffectRows,
-                   kTimingRows, kCounterRows, kFaultRows, kTraceRows, kLockRows, kNodeRows, kMachineRows,
-                   kProfileObjects, kHomingMethodRows, kLastProfileObjects);
+inline constexpr auto kObjects = detail::joined(
+    kCommunicationObjects, kReceivePdoObjects, kTransmitPdoObjects, kProgramRows, kAxisRows, kIoRows,
+    kHomingRows, kReferenceRows, kEffectRows, kModelRows, kObserverRows, kByEffectRows, kTimingRows,
+    kCounterRows, kFaultRows, kTraceRows, kExcitationRows, kLockRows, kNodeRows, kUpdateRows, kMachineRows,
+    kProfileObjects, kHomingMethodRows, kLastProfileObjects);
 inline constexpr std::size_t kObjectCount = kObjects.size();
 
 static_assert(

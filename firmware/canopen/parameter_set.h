@@ -15,8 +15,9 @@ namespace slipstack::canopen {
 /// Sub-indices of 1010h and 1011h, and the node's own settings, which LSS stores.
 enum class Group : std::uint8_t { kAll = 1, kCommunication, kApplication, kManufacturer, kNode };
 
-/// Stored values as one record of the slot log: a fingerprint of the table, then a word for each stored
-/// object. A record of another table is not taken.
+/// Stored values as one record of the slot log: a fingerprint of the table, node id and bit rate, then a word
+/// for each stored object. Of a record of another table, as firmware of another version writes it, only node
+/// id and bit rate are taken: the node stays where its master looks for it.
 class ParameterSet {
  public:
   static constexpr std::size_t kWords = [] {
@@ -24,7 +25,8 @@ class ParameterSet {
     for (const Object& object : kObjects) count += object.storage != Storage::kVolatile ? 1U : 0U;
     return count;
   }();
-  static constexpr std::size_t kBytes = 4 * (kWords + 1);
+  static constexpr std::size_t kHeadWords = 4;  // fingerprint, mark, node id, bit rate
+  static constexpr std::size_t kBytes = 4 * (kWords + kHeadWords);
 
   explicit ParameterSet(SlotLog& log) : log_(log) {}
 
@@ -36,13 +38,15 @@ class ParameterSet {
     if (log_.load(std::as_writable_bytes(std::span(record_)), size) != StoreStatus::kOk || size != kBytes ||
         record_[0] != kFingerprint) {
       set_defaults();
+      take_node();
     }
   }
 
-  /// Stored values into the dictionary; a value out of bounds is replaced by the default.
-  void load(Dictionary& dictionary, std::uint8_t node) const {
-    std::size_t word = 1;
-    for (std::size_t row = 0; row < kObjectCount; ++row) {
+  /// Stored values into the dictionary, up to the row `end`; a value out of bounds is replaced by the
+  /// default.
+  void load(Dictionary& dictionary, std::uint8_t node, std::size_t end = kObjectCount) const {
+    std::size_t word = kHeadWords;
+    for (std::size_t row = 0; row < end; ++row) {
       if (kObjects[row].storage == Storage::kVolatile) continue;
       std::uint32_t value = record_[word++];
       if (kObjects[row].plus_node) value += node;
@@ -63,6 +67,12 @@ class ParameterSet {
   }
 
   const SlotLog& log() const { return log_; }
+
+  /// Whether the newest record of a log is of this table.
+  static bool reads(const SlotLog& log) {
+    std::array<std::uint32_t, 1> first;
+    return log.load_begin(std::as_writable_bytes(std::span(first))) && first[0] == kFingerprint;
+  }
 
  private:
   static constexpr std::uint32_t kFingerprint = [] {
@@ -97,28 +107,52 @@ class ParameterSet {
 
   template <class ValueOf>
   StoreStatus change(Group group, ValueOf&& value_of) {
-    std::array<std::uint32_t, kWords + 1> made = record_;
-    std::size_t word = 1;
+    std::array<std::uint32_t, kWords + kHeadWords> made = record_;
+    std::size_t word = kHeadWords;
     for (std::size_t row = 0; row < kObjectCount; ++row) {
       if (kObjects[row].storage == Storage::kVolatile) continue;
       if (belongs(kObjects[row], group)) made[word] = value_of(row);
       ++word;
     }
+    made[2] = made[kNodeWord];
+    made[3] = made[kNodeWord + 1];
     const StoreStatus status = log_.store(std::as_bytes(std::span(made)));
     if (status == StoreStatus::kOk) record_ = made;
     return status;
   }
 
+  // Where 2402h:01 stands in the record; 2402h:02 follows.
+  static constexpr std::size_t kNodeWord = [] {
+    std::size_t word = kHeadWords;
+    for (std::size_t row = 0; row < kRow<kNodeIndex, 1>; ++row) {
+      word += kObjects[row].storage != Storage::kVolatile ? 1U : 0U;
+    }
+    return word;
+  }();
+  static_assert(kRow<kNodeIndex, 2> == kRow<kNodeIndex, 1> + 1);
+
+  void take_node() {
+    std::array<std::uint32_t, kHeadWords> head;
+    if (!log_.load_begin(std::as_writable_bytes(std::span(head))) || head[1] != kNodeMark) return;
+    record_[2] = record_[kNodeWord] = head[2];
+    record_[3] = record_[kNodeWord + 1] = head[3];
+  }
+
   void set_defaults() {
     record_[0] = kFingerprint;
-    std::size_t word = 1;
+    record_[1] = kNodeMark;
+    std::size_t word = kHeadWords;
     for (const Object& object : kObjects) {
       if (object.storage != Storage::kVolatile) record_[word++] = object.initial;
     }
+    record_[2] = record_[kNodeWord];
+    record_[3] = record_[kNodeWord + 1];
   }
 
+  static constexpr std::uint32_t kNodeMark = 0x45444F4E;  // "NODE"
+
   SlotLog& log_;
-  std::array<std::uint32_t, kWords + 1> record_{};
+  std::array<std::uint32_t, kWords + kHeadWords> record_{};
 };
 
 }  // namespace slipstack::canopen

@@ -14,7 +14,7 @@ namespace slipstack::canopen {
 /// One recorded tick.
 struct TraceSample {
   std::int32_t counts = 0;     ///< as the encoder read
-  std::int32_t reference = 0;  ///< counts
+  std::int32_t reference = 0;  ///< counts; or the excitation, the bits of a float in N or m (2300h:0A)
   float current_A = 0.0F;      ///< commanded, about the instant of the counts
 };
 
@@ -124,7 +124,7 @@ struct TraceHead {
   std::uint32_t model_hash = 0;
   std::uint32_t trigger_place = 0;
   std::uint32_t last_tick = 0;
-  std::uint32_t crc = 0;  ///< reserved
+  std::uint32_t second_channel = 0;  ///< 0 reference, 1 excitation
 };
 static_assert(sizeof(TraceHead) == 48 && sizeof(TraceSample) == 12 &&
               std::endian::native == std::endian::little);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <bit>
 #include <cstring>
 #include <span>
 
@@ -24,8 +25,9 @@ class TraceObjects {
     mean_command_A_ = 0.5F * (last_command_A_ + command_A);
     last_command_A_ = command_A;
     const PositionReference& position = controller_.position();
-    trace_.sample({position.position_of(controller_.measured_counts()),
-                   position.position_of(controller_.output().reference_counts), mean_command_A_},
+    const std::int32_t second = excitation_ ? std::bit_cast<std::int32_t>(controller_.excitation().value())
+                                            : position.position_of(controller_.output().reference_counts);
+    trace_.sample({position.position_of(controller_.measured_counts()), second, mean_command_A_},
                   controller_.ticks());
   }
   /// Current about the instant at which the last counts were read.
@@ -52,6 +54,8 @@ class TraceObjects {
   /// 2300h:01. 0 stops, else it is armed with the settings of the dictionary.
   void command(const Dictionary& dictionary, std::uint32_t value) {
     if (value == 0) return trace_.stop();
+    trace_.stop();
+    excitation_ = dictionary.value(kRow<kTraceIndex, 10>) != 0;
     trace_.arm({dictionary.value(kRow<kTraceIndex, 3>),
                 static_cast<TraceTrigger>(dictionary.value(kRow<kTraceIndex, 4>)),
                 static_cast<std::uint8_t>(dictionary.value(kRow<kTraceIndex, 5>)),
@@ -71,6 +75,7 @@ class TraceObjects {
     head_.model_hash = set.hash;
     head_.trigger_place = trace_.trigger_place();
     head_.last_tick = trace_.last_tick();
+    head_.second_channel = excitation_ ? 1 : 0;
     size = static_cast<std::uint32_t>(sizeof(TraceHead) + sizeof(TraceSample) * head_.samples);
     return Abort::kNone;
   }
@@ -94,6 +99,7 @@ class TraceObjects {
   const Controller& controller_;
   TraceBuffer& trace_;
   TraceHead head_;
+  bool excitation_ = false;  // in the place of the reference
   float last_command_A_ = 0.0F;
   float mean_command_A_ = 0.0F;
 };

@@ -6,6 +6,7 @@
 #include "firmware/control/control_output.h"
 #include "firmware/control/cyclic_position.h"
 #include "firmware/control/digital_io.h"
+#include "firmware/control/excitation.h"
 #include "firmware/control/force_control.h"
 #include "firmware/control/load_watch.h"
 #include "firmware/control/model_upkeep.h"
@@ -92,6 +93,10 @@ class Controller {
     return point_to_point_.halt(reference_, limits.and_within(bounds().motion), ramp());
   }
 
+  /// Excites the loop while the reference rests or moves at constant velocity; to begin, it must be possible.
+  Excitation& excitation() { return excitation_; }
+  const Excitation& excitation() const { return excitation_; }
+  bool may_excite() const { return mode_ == ControlMode::kPosition && state().follows_commands(); }
   ReferenceGenerator& reference() { return reference_; }
   const ReferenceGenerator& reference() const { return reference_; }
   /// Where position zero lies in counts.
@@ -123,14 +128,16 @@ class Controller {
     supervise(set, bounds, in);
     const ControlMode before = mode_;
     change_mode(supervisor_.mode(mode_, reference_, out_.limits));
-    const bool fade = new_parameters || (mode_ != before && before != ControlMode::kOff);
+    const bool fade =
+        new_parameters || (mode_ != before && before != ControlMode::kOff) || excitation_.left();
     bool finite = true;
     switch (mode_) {
       case ControlMode::kOff:
         stay_off(set, bounds, counts);
         break;
       case ControlMode::kPosition:
-        finite = control_position(set, bounds, counts, fade);
+        finite = excitation_.takes_part() ? control_excited(set, bounds, counts)
+                                          : control_position(set, bounds, counts, fade);
         break;
       case ControlMode::kTorque:
         finite = control_torque(set, bounds, counts, fade);
@@ -211,14 +218,28 @@ class Controller {
   // The reference lies where the axis is, so that the hysteresis follows.
   void stay_off(ControlSet& set, const MotionBounds& bounds, std::int32_t counts) {
     reference_.hold(counts);
+    if (excitation_.takes_part()) [[unlikely]]
+      excitation_.leave();
     step_model(set, bounds);
     force_.step_off(tick(set, bounds, counts, false));
   }
-  bool control_position(ControlSet& set, const MotionBounds& bounds, std::int32_t counts, bool fade) {
+  [[gnu::always_inline]] bool control_position(ControlSet& set, const MotionBounds& bounds,
+                                               std::int32_t counts, bool fade) {
     step_model(set, bounds);
     return force_.step_position(tick(set, bounds, counts, fade));
   }
+  // The force of the model stays what it was: the reference stands, or moves at constant velocity, and
+  // without the model the tick is no longer than any other. What it misses fades in when the model is back.
+  [[gnu::noinline]] bool control_excited(ControlSet& set, const MotionBounds& bounds, std::int32_t counts) {
+    const bool ends = reference_.braking() || reference_.plan_waits() || !excitation_.running();
+    if (ends) excitation_.leave();
+    history_.point(sets_.tick()) = reference_.next(supervisor_.ramp(bounds));
+    history_.residual(sets_.tick()) = {.dry_N = force_.dry_N()};
+    return force_.step_excited(tick(set, bounds, counts, ends), excitation_);
+  }
   bool control_torque(ControlSet& set, const MotionBounds& bounds, std::int32_t counts, bool fade) {
+    if (excitation_.takes_part()) [[unlikely]]
+      excitation_.leave();
     follow_axis(set, counts);
     step_model(set, bounds);
     return force_.step_torque(tick(set, bounds, counts, fade), supervisor_.torque_bounds(), travel_.range());
@@ -279,6 +300,7 @@ class Controller {
   LoadWatch load_;
   ForceControl force_;
   CyclicPosition cyclic_position_;
+  Excitation excitation_;
   ReferenceGenerator reference_;
   ParameterSets sets_;
   ModelUpkeep upkeep_;

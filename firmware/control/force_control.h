@@ -7,6 +7,7 @@
 #include "firmware/control/control_output.h"
 #include "firmware/control/control_set.h"
 #include "firmware/control/current_command.h"
+#include "firmware/control/excitation.h"
 #include "firmware/control/tick_history.h"
 #include "firmware/control/torque_bounds.h"
 
@@ -64,6 +65,27 @@ class ForceControl {
     expect(tick, now, force);
     feedback_.integrate(set.feedback, force.applied_N, force.wanted_N);
     note_residual(tick, now);
+    return true;
+  }
+
+  /// As step_position(), and the loop is excited, without a word on the level of the friction. The estimate
+  /// does not expect the excitation: it enters the loop as a disturbance of the axis would.
+  [[gnu::always_inline]] bool step_excited(const Tick& tick, Excitation& excitation) {
+    const ControlSet& set = tick.set;
+    step_estimate(tick);
+    const ReferencePoint& now =
+        tick.history.behind(tick.number, tick.history.lead_within(tick.number, set.lead));
+    publish(tick, now);
+    ControlOutput& out = tick.out;
+    const float added = excitation.step(now, out.position_error_m);
+    const float added_N = added * excitation.force_share();
+    const float error_m = out.position_error_m + added * excitation.position_share();
+    out.feedback_N = feedback_.step(set.feedback, now, error_m, estimate_.velocity_mps());
+    const float disturbance_N = set.disturbance_kg * estimate_.disturbance_mps2();
+    Force force;
+    if (!apply(tick, out.feedforward_N + out.feedback_N - disturbance_N + added_N, force)) return false;
+    expect(tick, now, {force.wanted_N, force.applied_N - added_N});
+    feedback_.integrate(set.feedback, force.applied_N, force.wanted_N);
     return true;
   }
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "firmware/control/tracking.h"
+#include "firmware/control/uniform_spline.h"
 #include "firmware/friction/displacement.h"
 
 namespace slipstack {
@@ -24,9 +25,9 @@ struct StreamSegment {
   }
 };
 
-/// Set-points of one period after the other, joined by a uniform cubic B-spline (de Boor, A Practical Guide
-/// to Splines, chapter 9): whatever the set-points are, position, velocity and acceleration are continuous,
-/// so that a stream asks no steps of the current.
+/// Set-points of one period after the other from a master, joined by a uniform cubic B-spline
+/// (uniform_spline.h): whatever the set-points are, position, velocity and acceleration are continuous, so
+/// that a stream asks no steps of the current.
 ///
 /// It would pass p through the control points c = p - s / 6, s the second difference about p, which needs the
 /// set-point after p. That one is not waited for: s is continued from the two before it, 2 s' - s''. Cubics
@@ -67,18 +68,17 @@ class SetPointSpline {
     follow(at(period));
     const std::int32_t bend = 2 * bend_about(period - 1) - bend_about(period - 2);
     control(period) = from_origin(period) - limited(bend, 2 * largest_bend);
-    const std::int32_t d0 = control(period - 2) - control(period - 3);
-    const std::int32_t d1 = control(period - 1) - control(period - 2);
-    const std::int32_t s0 = d1 - d0;
-    const std::int32_t t = control(period) - control(period - 1) - d1 - s0;
-    // (6 c1 + s0 + 3 (d0 + d1) u + 3 s0 u^2 + t u^3) / 36, from the set-point where it begins.
+    // In sixths of a count, from the set-point where it begins.
+    const std::int32_t from = from_origin(period - 2);
+    const auto segment =
+        SplineSegment<std::int32_t>::of(control(period - 3) - from, control(period - 2) - from,
+                                        control(period - 1) - from, control(period) - from);
     StreamSegment made;
     made.counts = at(period - 2);
-    const std::int32_t begin = 6 * (control(period - 2) - from_origin(period - 2)) + s0;
-    made.b = static_cast<float>(begin) / 36.0F;
-    made.d = static_cast<float>(d0 + d1) / 12.0F;
-    made.s = static_cast<float>(s0) / 12.0F;
-    made.k = static_cast<float>(t) / 36.0F;
+    made.b = static_cast<float>(segment.sixfold) / 36.0F;
+    made.d = static_cast<float>(segment.twice_slope) / 12.0F;
+    made.s = static_cast<float>(segment.bend) / 12.0F;
+    made.k = static_cast<float>(segment.twist) / 36.0F;
     return made;
   }
 

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 
 #include "firmware/friction/displacement.h"
 #include "firmware/friction/virgin_curves.h"
@@ -28,7 +30,8 @@ namespace slipstack {
 // Displacements are absolute (encoder counts or metres) and no differences are summed: nothing drifts. Counts
 // may wrap around; the travel away from the place of the reset must stay below 2^30 counts.
 //
-// step() is bounded: at most (Depth + 1) / 2 loops close. For every curve.
+// step() is bounded: at most (Depth + 1) / 2 loops close. Maxima and minima lie apart, each sorted since
+// loops are nested, so that a binary search finds how many: log2(Depth) comparisons, however many that are.
 //
 // Source: Symens, Al-Bender, Swevers, Van Brussel, Harmonic analysis of a mass subject to hysteretic friction
 // (Rules I and II, wiping-out).
@@ -41,49 +44,51 @@ class MemoryStack {
   static constexpr std::size_t kDepth = Depth;
 
   // The curve's length unit is that of Displacement.
-  constexpr explicit MemoryStack(const Curve& curve) : curve_(curve) {}
+  constexpr explicit MemoryStack(const Curve& curve) : curve_(curve), branch_(curve.doubled()) {
+    reset(Displacement{});
+  }
 
   // Forgets everything: the virgin state, unloaded, at x.
   constexpr void reset(Displacement x) {
     origin_ = x;
     travel_ = Displacement{};
     force_N_ = Real(0);
-    direction_ = 0;
-    depth_ = 0;
+    direction_ = 1;  // either: a reversal here is forgotten at once
+    maxima_.forget();
+    minima_.forget();
+    mirror(minima_);
   }
 
   // Takes another curve for the same motion: what would be had it been there from the start, the count and
   // height of overflow aside. O(Depth), outside the tick.
   constexpr void set_curve(const Curve& curve) {
     curve_ = curve;
-    if (depth_ > 0) reversal_[0].force_N = virgin_force_N(reversal_[0].travel);
-    for (std::size_t i = 1; i < depth_; ++i) {
-      const Reversal& from = reversal_[i - 1];
-      const Real height_N = branch_height_N(reversal_[i].travel, from.travel);
-      reversal_[i].force_N =
-          reversal_[i].travel > from.travel ? from.force_N + height_N : from.force_N - height_N;
+    branch_ = curve.doubled();
+    for (Side* side : {&maxima_, &minima_}) side->at(0).force_N = virgin_force_N(side->at(0).travel);
+    for (std::size_t i = 1; i < depth(); ++i) {
+      const Reversal& from = reversal(i - 1);
+      Reversal& to = reversal(i);
+      const Real height_N = branch_.force(static_cast<Real>(distance(to.travel, from.travel)));
+      to.force_N = to.travel > from.travel ? from.force_N + height_N : from.force_N - height_N;
     }
-    if (direction_ != 0) force_N_ = force_on_branch();
+    force_N_ = direction_ > 0 ? force_on_branch<1>() : force_on_branch<-1>();
   }
 
   // Moves to x and returns the friction force in N, positive after motion towards +x.
   constexpr Real step(Displacement x) {
     const Displacement travel = difference(x, origin_);
     if (travel == travel_) return force_N_;
-    const int direction = travel > travel_ ? 1 : -1;
-    if (direction == -direction_) remember_reversal();
-    direction_ = direction;
-    travel_ = travel;
-    wipe_closed_loops();
-    force_N_ = force_on_branch();
-    return force_N_;
+    return travel > travel_ ? move<1>(travel) : move<-1>(travel);
   }
 
   constexpr Real force_N() const { return force_N_; }
   constexpr Displacement position() const { return sum(origin_, travel_); }
 
   // Reversal points held at present; 0 on the virgin curve.
-  constexpr std::size_t depth() const { return depth_; }
+  constexpr std::size_t depth() const {
+    const bool virgin = direction_ > 0 ? maxima_.empty() : minima_.empty();
+    return virgin ? 0 : maxima_.size() + minima_.size() - 1;
+  }
 
   // Loops that gave way to a full stack since construction.
   constexpr std::uint32_t overflow_count() const { return overflow_count_; }
@@ -98,45 +103,114 @@ class MemoryStack {
     Real force_N;
   };
 
+  static constexpr std::size_t kMostClosed = (Depth + 1) / 2;
+  static constexpr std::size_t kLargestStride = std::bit_floor(kMostClosed);
+
+  // The reversals of one kind, newest last, each within the one before. Below the first lie places that no
+  // motion reaches. The first of one kind is the first reversal, that of the other its mirror image. On the
+  // virgin curve there are none in the direction of the motion, and behind it is the mirror image of where it
+  // is now.
+  struct Side {
+    static constexpr std::size_t kBelow = 2 * kLargestStride - 1;
+
+    constexpr explicit Side(Displacement unreached) {
+      for (std::size_t i = 0; i < kBelow; ++i) all[i].travel = unreached;
+    }
+    // `end` points into its own.
+    constexpr Side(const Side& other) : all(other.all), end(&at(other.size())) {}
+    constexpr Side& operator=(const Side& other) {
+      if (this == &other) return *this;
+      all = other.all;
+      end = &at(other.size());
+      return *this;
+    }
+    constexpr ~Side() = default;
+    constexpr Reversal& at(std::size_t i) { return all[kBelow + i]; }
+    constexpr const Reversal& at(std::size_t i) const { return all[kBelow + i]; }
+    constexpr std::size_t size() const { return static_cast<std::size_t>(end - &at(0)); }
+    constexpr bool empty() const { return end == &at(0); }
+    constexpr void forget() { end = &at(0); }
+
+    std::array<Reversal, kBelow + kMostClosed + 2> all{};
+    Reversal* end = nullptr;  // behind the newest
+  };
+
   static constexpr Displacement distance(Displacement a, Displacement b) { return a > b ? a - b : b - a; }
 
-  // 2 y(abs(a - b) / 2): the height of a loop between a and b, and the rise of a branch from one to the
-  // other.
-  constexpr Real branch_height_N(Displacement a, Displacement b) const {
-    return Real(2) * curve_.force(static_cast<Real>(distance(a, b)) * Real(0.5));
+  // The reversal i of all, oldest first; i < depth().
+  constexpr Reversal& reversal(std::size_t i) {
+    const bool from_maximum =
+        direction_ > 0 ? maxima_.size() < minima_.size() : maxima_.size() == minima_.size();
+    const bool as_first = i % 2 == 0;
+    Side& side = as_first == from_maximum ? maxima_ : minima_;
+    return side.at(as_first ? i / 2 : (i + 1) / 2);
   }
 
-  constexpr void remember_reversal() {
-    if (depth_ < Depth) {
-      reversal_[depth_] = {travel_, force_N_};
-      ++depth_;
-      return;
+  // Moves to `travel`, which lies in direction Sign. `ahead`: where branches in this direction end; `behind`:
+  // where they begin.
+  template <int Sign>
+  constexpr Real move(Displacement travel) {
+    Side& ahead = Sign > 0 ? maxima_ : minima_;
+    Side& behind = Sign > 0 ? minima_ : maxima_;
+    Reversal* end = ahead.end;
+    Reversal* begin = behind.end;
+    if (direction_ != Sign) {
+      direction_ = Sign;
+      // Even and odd depths fill up on different sides.
+      const bool full = Depth % 2 == 0 ? end == &ahead.at(Depth / 2 + 1) : begin == &behind.at(kMostClosed);
+      if (full) {
+        give_up<Sign>(*--end);
+      } else {
+        begin->travel = travel_;
+        begin->force_N = force_N_;
+        ++begin;
+      }
     }
-    const Real height_N = branch_height_N(travel_, reversal_[depth_ - 1].travel);
+    travel_ = travel;
+    const Reversal* const newest = end;
+#pragma GCC unroll 16
+    for (std::size_t stride = kLargestStride; stride > 0; stride /= 2) {
+      const Displacement place = (end - stride)->travel;
+      if (Sign > 0 ? travel >= place : travel <= place) end -= stride;
+    }
+    begin -= newest - end;
+    ahead.end = end;
+    if (end == &ahead.at(0)) return move_on_virgin_curve<Sign>(behind);
+    behind.end = begin;
+    const Reversal& from = *(begin - 1);
+    return force_N_ = force_after<Sign>(from);
+  }
+
+  // There the motion leads away from the origin.
+  template <int Sign>
+  constexpr Real move_on_virgin_curve(Side& behind) {
+    mirror(behind);
+    const Real force_N = curve_.force(static_cast<Real>(Sign > 0 ? travel_ : -travel_));
+    return force_N_ = Sign > 0 ? force_N : -force_N;
+  }
+  constexpr void mirror(Side& behind) {
+    behind.at(0).travel = -travel_;
+    behind.end = &behind.at(1);
+  }
+
+  // The innermost loop, from the newest reversal to here, the motion now in direction Sign.
+  template <int Sign>
+  constexpr void give_up(const Reversal& newest) {
+    const Real height_N = Sign > 0 ? newest.force_N - force_N_ : force_N_ - newest.force_N;
     if (height_N > overflow_height_N_) overflow_height_N_ = height_N;
     ++overflow_count_;
-    --depth_;
   }
 
-  // Where the branch that is being followed ends. Called with depth_ > 0.
-  constexpr Displacement end_of_branch() const {
-    return depth_ == 1 ? -reversal_[0].travel : reversal_[depth_ - 2].travel;
+  template <int Sign>
+  constexpr Real force_after(const Reversal& from) const {
+    const Displacement moved = Sign > 0 ? travel_ - from.travel : from.travel - travel_;
+    const Real height_N = branch_.force(static_cast<Real>(moved));
+    return Sign > 0 ? from.force_N + height_N : from.force_N - height_N;
   }
-
-  constexpr void wipe_closed_loops() {
-    while (depth_ > 0) {
-      const Displacement end = end_of_branch();
-      const bool closed = direction_ > 0 ? travel_ >= end : travel_ <= end;
-      if (!closed) return;
-      depth_ -= depth_ == 1 ? 1 : 2;
-    }
-  }
-
+  template <int Sign>
   constexpr Real force_on_branch() const {
-    if (depth_ == 0) return virgin_force_N(travel_);
-    const Reversal& from = reversal_[depth_ - 1];
-    const Real height_N = branch_height_N(travel_, from.travel);
-    return direction_ > 0 ? from.force_N + height_N : from.force_N - height_N;
+    if ((Sign > 0 ? maxima_ : minima_).empty()) return virgin_force_N(travel_);
+    return force_after<Sign>(*((Sign > 0 ? minima_ : maxima_).end - 1));
   }
 
   constexpr Real virgin_force_N(Displacement travel) const {
@@ -145,12 +219,13 @@ class MemoryStack {
   }
 
   Curve curve_;
+  Curve branch_;  // 2 y(x / 2), what a branch follows: the same to the bit, powers of two are exact
   Displacement origin_{};
   Displacement travel_{};  // position minus origin
   Real force_N_ = Real(0);
-  int direction_ = 0;  // of the last motion: +1, -1, or 0 after a reset
-  std::size_t depth_ = 0;
-  std::array<Reversal, Depth> reversal_{};
+  std::int32_t direction_ = 1;  // of the last motion: +1 or -1
+  Side maxima_{std::numeric_limits<Displacement>::max()};
+  Side minima_{std::numeric_limits<Displacement>::lowest()};
   std::uint32_t overflow_count_ = 0;
   Real overflow_height_N_ = Real(0);
 };

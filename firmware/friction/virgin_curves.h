@@ -21,6 +21,7 @@ template <class C>
 concept VirginCurve = requires(const C curve, typename C::Value x) {
   { curve.force(x) } -> std::same_as<typename C::Value>;
   { curve.stiffness(x) } -> std::same_as<typename C::Value>;
+  { curve.doubled() } -> std::same_as<C>;
 };
 
 // True for a number that is neither infinite nor NaN.
@@ -47,6 +48,9 @@ struct RationalCurve {
     return height_N * ((x / moved) * ((moved + length) / moved));
   }
 
+  // The curve 2 y(x / 2).
+  constexpr RationalCurve doubled() const { return {Real(2) * height_N, Real(2) * length}; }
+
   // Tangent stiffness dy/dx at x >= 0, in N per length unit: 2 h0 delta^2 / (x + delta)^3.
   constexpr Real stiffness(Real x) const {
     const Real moved = x + length;
@@ -65,21 +69,9 @@ class PiecewiseLinearCurve {
 
   // Takes the knots, abscissae ascending and > 0, in the length unit of x and in N. O(N), outside the tick.
   [[nodiscard]] constexpr SetupStatus set_knots(std::span<const Real> x, std::span<const Real> force_N) {
-    if (x.size() != force_N.size()) return SetupStatus::kSizeMismatch;
-    if (x.size() > N) return SetupStatus::kTooMany;
-    Real before = Real(0);
-    for (std::size_t j = 0; j < x.size(); ++j) {
-      if (!is_finite(x[j]) || !is_finite(force_N[j])) return SetupStatus::kOutOfRange;
-      if (!(x[j] > before)) return SetupStatus::kNotAscending;
-      before = x[j];
-    }
-    size_ = x.size();
-    start_ = {};
-    start_force_N_ = {};
-    slope_ = {};
+    if (const SetupStatus status = begin_pieces(x, force_N); status != SetupStatus::kOk) return status;
     for (std::size_t j = 0; j < size_; ++j) {
       slope_[j] = (force_N[j] - start_force_N_[j]) / (x[j] - start_[j]);
-      start_[j + 1] = x[j];
       start_force_N_[j + 1] = force_N[j];
     }
     return SetupStatus::kOk;
@@ -87,24 +79,20 @@ class PiecewiseLinearCurve {
 
   // Takes the slopes of the pieces that end at the knots x (ascending, > 0): the form without a division.
   [[nodiscard]] constexpr SetupStatus set_slopes(std::span<const Real> x, std::span<const Real> slope) {
-    if (x.size() != slope.size()) return SetupStatus::kSizeMismatch;
-    if (x.size() > N) return SetupStatus::kTooMany;
-    Real before = Real(0);
-    for (std::size_t j = 0; j < x.size(); ++j) {
-      if (!is_finite(x[j]) || !is_finite(slope[j])) return SetupStatus::kOutOfRange;
-      if (!(x[j] > before)) return SetupStatus::kNotAscending;
-      before = x[j];
-    }
-    size_ = x.size();
-    start_ = {};
-    start_force_N_ = {};
-    slope_ = {};
+    if (const SetupStatus status = begin_pieces(x, slope); status != SetupStatus::kOk) return status;
     for (std::size_t j = 0; j < size_; ++j) {
       slope_[j] = slope[j];
-      start_[j + 1] = x[j];
       start_force_N_[j + 1] = start_force_N_[j] + slope[j] * (x[j] - start_[j]);
     }
     return SetupStatus::kOk;
+  }
+
+  // The curve 2 y(x / 2): the same slopes.
+  constexpr PiecewiseLinearCurve doubled() const {
+    PiecewiseLinearCurve made = *this;
+    for (Real& x : made.start_) x *= Real(2);
+    for (Real& force_N : made.start_force_N_) force_N *= Real(2);
+    return made;
   }
 
   // Writes the equal Maxwell-slip elements: slip distances and stiffnesses (N per length unit), one per knot.
@@ -129,6 +117,24 @@ class PiecewiseLinearCurve {
   constexpr Real stiffness(Real x) const { return slope_[piece(x)]; }
 
  private:
+  // Where the pieces begin, if there is a finite value for each of them.
+  constexpr SetupStatus begin_pieces(std::span<const Real> x, std::span<const Real> value) {
+    if (x.size() != value.size()) return SetupStatus::kSizeMismatch;
+    if (x.size() > N) return SetupStatus::kTooMany;
+    Real before = Real(0);
+    for (std::size_t j = 0; j < x.size(); ++j) {
+      if (!is_finite(x[j]) || !is_finite(value[j])) return SetupStatus::kOutOfRange;
+      if (!(x[j] > before)) return SetupStatus::kNotAscending;
+      before = x[j];
+    }
+    size_ = x.size();
+    start_ = {};
+    start_force_N_ = {};
+    slope_ = {};
+    for (std::size_t j = 0; j < size_; ++j) start_[j + 1] = x[j];
+    return SetupStatus::kOk;
+  }
+
   constexpr std::size_t piece(Real x) const {
     std::size_t j = 0;
     for (std::size_t i = 1; i <= size_; ++i) j += x >= start_[i] ? 1U : 0U;

@@ -60,6 +60,11 @@ class SlotLog {
     return StoreStatus::kOk;
   }
 
+  /// The begin of the newest record. False: there is none, or it is shorter.
+  bool load_begin(std::span<std::byte> out) const {
+    return found_ && newest_size_ >= out.size() && read(newest_slot_, newest_at_ + header_bytes(), out);
+  }
+
   /// Writes a record. On failure the one before is still the newest.
   StoreStatus store(std::span<const std::byte> payload) {
     const std::size_t need = record_bytes(payload.size());
@@ -86,6 +91,23 @@ class SlotLog {
     newest_at_ = at;
     newest_size_ = payload.size();
     end_ = at + need;
+    return StoreStatus::kOk;
+  }
+
+  /// Takes over the newest record of another log if it is newer. On failure the one before stays the newest.
+  StoreStatus adopt(const SlotLog& other) {
+    if (!other.found_ || (found_ && static_cast<std::int32_t>(other.sequence_ - sequence_) <= 0)) {
+      return StoreStatus::kOk;
+    }
+    if (record_bytes(other.newest_size_) > slot_bytes()) return StoreStatus::kTooLarge;
+    const std::size_t slot = found_ ? newest_slot_ ^ 1U : 0;
+    if (!erase(slot) || !copy_record(slot, other)) return StoreStatus::kDeviceError;
+    found_ = true;
+    sequence_ = other.sequence_;
+    newest_slot_ = slot;
+    newest_at_ = 0;
+    newest_size_ = other.newest_size_;
+    end_ = record_bytes(newest_size_);
     return StoreStatus::kOk;
   }
 
@@ -175,6 +197,30 @@ class SlotLog {
     std::size_t size = 0;
     std::uint32_t sequence = 0;
     return check(slot, at - up(payload.size()) - header_bytes(), sequence, size) && sequence == sequence_ + 1;
+  }
+
+  // Another log's newest record at the begin of a slot, with the erasures of this one.
+  bool copy_record(std::size_t slot, const SlotLog& other) {
+    const auto size = static_cast<std::uint32_t>(other.newest_size_);
+    const Header header{kMagic, other.sequence_, size, {erasures_[0], erasures_[1]}, ~size};
+    std::array<std::byte, kHeaderBytes> bytes;
+    std::memcpy(bytes.data(), &header, kHeaderBytes);
+    std::uint32_t crc = crc32(bytes);
+    if (!write_padded(slot, 0, bytes)) return false;
+    std::array<std::byte, kLargestUnit> part;
+    for (std::size_t done = 0; done < size; done += part.size()) {
+      const auto payload = std::span(part).first(std::min<std::size_t>(part.size(), size - done));
+      if (!other.read(other.newest_slot_, other.newest_at_ + other.header_bytes() + done, payload))
+        return false;
+      crc = crc32(payload, crc);
+      if (!write_padded(slot, header_bytes() + done, payload)) return false;
+    }
+    std::array<std::byte, 4> trailer;
+    std::memcpy(trailer.data(), &crc, 4);
+    if (!write_padded(slot, header_bytes() + up(size), trailer)) return false;
+    std::uint32_t sequence = 0;
+    std::size_t checked = 0;
+    return check(slot, 0, sequence, checked) && checked == size;
   }
 
   // Whole units as they are, the last one filled up with FFh.

@@ -14,6 +14,7 @@
 #include "hal/stm32g474/gpio.h"
 #include "hal/stm32g474/lamp.h"
 #include "hal/stm32g474/motor_current.h"
+#include "hal/stm32g474/program_flash.h"
 #include "hal/stm32g474/safe_outputs.h"
 #include "hal/stm32g474/timing.h"
 #include "hal/stm32g474/uart.h"
@@ -92,7 +93,11 @@ class Board {
         digital_io_(port(kGPIOC_BASE), port(kGPIOB_BASE), setup.digital),
         motor_(output(), current_input_, port(kGPIOB_BASE), kEnablePin),
         can_(block<Fdcan>(kFDCAN1_BASE), block<CanMessageRam>(kSRAMCAN_BASE)),
-        flash_(block<Flash>(kFLASH_BASE), flash_memory_, careful_read),
+        programs_(block<Flash>(kFLASH_BASE), flash_memory_, careful_read),
+        flash_(block<Flash>(kFLASH_BASE), flash_memory_, careful_read,
+               parameters_in(static_cast<std::uint32_t>(programs_.running() ^ 1U))),
+        other_flash_(block<Flash>(kFLASH_BASE), flash_memory_, careful_read,
+                     parameters_in(static_cast<std::uint32_t>(programs_.running()))),
         led_(port(kGPIOA_BASE), 5),
         lamp_(led_),
         scaling_(*this),
@@ -143,6 +148,9 @@ class Board {
   DigitalPort<Port>& digital_io() { return digital_io_; }
   BoardCan& can() { return can_; }
   FlashPages<Flash<Word>, Hardware>& nonvolatile() { return flash_; }
+  /// Where the program in the other bank stores.
+  FlashPages<Flash<Word>, Hardware>& nonvolatile_of_other_program() { return other_flash_; }
+  ProgramMemory& programs() { return programs_; }
   Lamp<Led<Port>>& indicator() { return lamp_; }
   TickTimer<Timer<Word>>& tick_timer() { return tick_timer_; }
   Uart<Usart<Word>>& uart() { return uart_; }
@@ -272,7 +280,9 @@ class Board {
   Motor motor_;
   BoardCan can_;
   Hardware flash_memory_;
-  FlashPages<Flash<Word>, Hardware> flash_;
+  ProgramFlash<Hardware, Flash<Word>, Hardware> programs_;
+  FlashPages<Flash<Word>, Hardware> flash_;  // in the bank that does not run
+  FlashPages<Flash<Word>, Hardware> other_flash_;
   Led<Port> led_;
   Lamp<Led<Port>> lamp_;
   Scaling scaling_;

@@ -7,25 +7,19 @@
 #include <span>
 
 #include "hal/include/nonvolatile.h"
+#include "hal/stm32g474/flash_map.h"
 #include "hal/stm32g474/registers.h"
 
-// The last two pages of the flash, for parameters. RM0440, Embedded flash memory (FLASH) for category 3
-// devices: dual-bank mode, page erase sequence, standard programming, ECC.
+// Pages of the flash, erased and written by the program that runs. RM0440, Embedded flash memory (FLASH) for
+// category 3 devices: dual-bank mode, page erase sequence, standard programming, ECC.
 //
-// They lie in bank 2 and the program in bank 1, so that the processor goes on while a page is erased (22 ms)
-// or written (82 us for 8 bytes; DS12288, flash memory characteristics): the tick is not held up.
+// A program is given pages of the other bank only (flash_map.h), so that the processor goes on while a page
+// is erased (22 ms) or written (82 us for 8 bytes; DS12288, flash memory characteristics): the tick is not
+// held up.
 namespace slipstack::stm32g474 {
 
-inline constexpr std::uint32_t kFlashBegin = 0x08000000;
-inline constexpr std::uint32_t kFlashBytes = 512 * 1024;
-inline constexpr std::uint32_t kFlashPageBytes = 2048;
-inline constexpr std::uint32_t kFlashPagesPerBank = 128;
-inline constexpr std::uint32_t kParameterPages = 2;
-inline constexpr std::uint32_t kParameterBegin =
-    kFlashBegin + kFlashBytes - kParameterPages * kFlashPageBytes;
-
 // When power fails while 8 bytes are written, their error-correcting code may be wrong in two bits or more:
-// reading them raises the NMI, which cannot be masked. Reads of the parameter pages are therefore announced
+// reading them raises the NMI, which cannot be masked. Reads of these pages are therefore announced
 // here, and the NMI's handler (on_flash_nmi) takes such an error as the answer to the read and not as a fault
 // of the controller.
 struct CarefulRead {
@@ -48,10 +42,10 @@ bool on_flash_nmi(Flash<Word>& flash, CarefulRead& careful) {
 template <class FlashBlock, class Memory>
 class FlashPages final : public Nonvolatile {
  public:
-  FlashPages(FlashBlock& flash, Memory& memory, CarefulRead& careful)
-      : flash_(flash), memory_(memory), careful_(careful) {}
+  FlashPages(FlashBlock& flash, Memory& memory, CarefulRead& careful, FlashRegion region)
+      : flash_(flash), memory_(memory), careful_(careful), region_(region) {}
 
-  std::size_t page_count() const override { return kParameterPages; }
+  std::size_t page_count() const override { return region_.pages; }
   std::size_t page_size() const override { return kFlashPageBytes; }
   std::size_t write_unit() const override { return kUnit; }
 
@@ -92,11 +86,12 @@ class FlashPages final : public Nonvolatile {
 
   // About 22 ms. The page is read afterwards: what is not blank is an error.
   NonvolatileStatus erase(std::size_t page) override {
-    if (page >= kParameterPages) return NonvolatileStatus::kOutOfRange;
+    if (page >= region_.pages) return NonvolatileStatus::kOutOfRange;
     const CacheOff cache_off(flash_);
     if (!unlock()) return NonvolatileStatus::kDeviceError;
-    const std::uint32_t number = kFlashPagesPerBank - kParameterPages + static_cast<std::uint32_t>(page);
-    const std::uint32_t command = kFLASH_CR_PER(1) | kFLASH_CR_BKER(1) | kFLASH_CR_PNB.place(number);
+    const std::uint32_t number = region_.first_page + static_cast<std::uint32_t>(page);
+    const std::uint32_t command =
+        kFLASH_CR_PER(1) | kFLASH_CR_BKER.place(region_.bank) | kFLASH_CR_PNB.place(number);
     flash_.cr = command;
     flash_.cr = command | kFLASH_CR_STRT(1);
     const bool good = finished();
@@ -135,12 +130,12 @@ class FlashPages final : public Nonvolatile {
     bool was_on_;
   };
 
-  static bool inside(std::size_t page, std::size_t offset, std::size_t size) {
-    return page < kParameterPages && offset <= kFlashPageBytes && size <= kFlashPageBytes - offset;
+  bool inside(std::size_t page, std::size_t offset, std::size_t size) const {
+    return page < region_.pages && offset <= kFlashPageBytes && size <= kFlashPageBytes - offset;
   }
 
-  static std::uint32_t address_of(std::size_t page, std::size_t offset) {
-    return kParameterBegin + static_cast<std::uint32_t>(page * kFlashPageBytes + offset);
+  std::uint32_t address_of(std::size_t page, std::size_t offset) const {
+    return region_.begin() + static_cast<std::uint32_t>(page * kFlashPageBytes + offset);
   }
 
   // False when the word's code has more than one wrong bit.
@@ -197,6 +192,7 @@ class FlashPages final : public Nonvolatile {
   FlashBlock& flash_;
   Memory& memory_;
   CarefulRead& careful_;
+  FlashRegion region_;
 };
 
 }  // namespace slipstack::stm32g474

@@ -11,6 +11,8 @@
 int main();
 
 extern "C" {
+// From the linker script: the table below, at the begin of a slot or of the flash.
+extern std::uint32_t __vectors_begin[];  // NOLINT(bugprone-reserved-identifier)
 void nmi_handler();
 [[noreturn]] void fault_handler();
 void lamp_handler();
@@ -22,8 +24,9 @@ void can_handler();
 __attribute__((used)) void start_program() {
   slipstack::stm32g474::force_safe_state();
   slipstack::cortex_m::fill_memory();
-  // VTOR: after a jump from the system's boot loader it still points to that one's table.
-  slipstack::stm32g474::hardware_word(0xE000ED08) = slipstack::stm32g474::kFlashBegin;
+  // After a jump from a boot loader it still points to that one's table.
+  slipstack::stm32g474::hardware_word(slipstack::stm32g474::kVectorTable) =
+      reinterpret_cast<std::uint32_t>(__vectors_begin);
   slipstack::cortex_m::run_constructors();
   static_cast<void>(main());
   fault_handler();
@@ -73,8 +76,8 @@ constexpr VectorTable make_vector_table() {
   table.interrupts[slipstack::stm32g474::kFDCAN1_IT0_IRQ] = can_handler;
   return table;
 }
-extern constinit const VectorTable kVectorTable;
-__attribute__((section(".vectors"), used)) constinit const VectorTable kVectorTable = make_vector_table();
+extern constinit const VectorTable kVectors;
+__attribute__((section(".vectors"), used)) constinit const VectorTable kVectors = make_vector_table();
 
 // The names below are the C library's and the C++ ABI's. NOLINTBEGIN(readability-identifier-naming)
 // newlib's own __assert_func prints through stdio, which brings malloc in.

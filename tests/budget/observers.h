@@ -76,6 +76,7 @@ inline constexpr std::array kObservers = {
     Observer{"stage_current_limit", reset_stages, step_limit},
     Observer{"stage_level_adaptation", reset_stages, step_level},
     Observer{"control_tick_all_effects", reset_tick, run_tick, prepare_tick},
+    Observer{"control_tick_excited", reset_excited_tick, run_tick, prepare_tick},
 };
 
 // Gives every observer its parameters; false if one refuses them.
@@ -87,7 +88,7 @@ inline bool set_up_observers() {
                                              0.25F, 0.15F, 0.06F, 0.02F, 0.004F};
   PiecewiseLinearCurve<10, float> curve;
   if (curve.set_slopes(kKnots, kSlopes) != SetupStatus::kOk) return false;
-  piecewise_stack = MemoryStack<PiecewiseLinearCurve<10, float>, 16, std::int32_t>(curve);
+  piecewise_stack.set_curve(curve);
   if (maxwell_slip.set_elements(kSlipDistance, kStiffness) != SetupStatus::kOk) return false;
   if (packed_maxwell_slip.set_elements(kSlipDistance, kStiffness) != SetupStatus::kOk) return false;
   const std::span<const std::int32_t> slip_6(kSlipDistance.data(), 6);

@@ -19,7 +19,8 @@ inline Tick tick_under_test(memory_encoder, memory_motor, memory_clock, memory_w
 // sensors fail now and then.
 class TickScenario {
  public:
-  void reset(std::int32_t start) {
+  void reset(std::int32_t start, bool excited = false) {
+    excited_ = excited;
     memory_encoder.next = {start, 0, true};
     static_cast<void>(tick_under_test.controller().configure(everything_on(), all_effects()));
   }
@@ -42,6 +43,7 @@ class TickScenario {
       const auto target_N = static_cast<float>(random_.below(200)) - 100.0F;
       controller.set_torque(target_N, 0.1F * target_N);
     }
+    if (excited_) options_ &= ~kTorqueMode;  // no excitation in torque mode
     if (random_.below(1000) == 0) {
       UserBounds user;
       user.range = {-100000, 250000};
@@ -62,6 +64,7 @@ class TickScenario {
         static_cast<void>(controller.move_to(static_cast<std::int32_t>(random_.below(300000))));
       }
     }
+    if (excited_) excite(controller);
     const std::int32_t wobble = static_cast<std::int32_t>(random_.below(7)) - 3;
     const std::int32_t reference = controller.output().reference_counts;
     memory_encoder.next.counts = reference + wobble;
@@ -79,6 +82,17 @@ class TickScenario {
   }
 
  private:
+  // As often as the axis stands or moves at constant velocity.
+  static void excite(Controller& controller) {
+    if (controller.excitation().running() || !controller.may_excite()) return;
+    controller.excitation().begin({.amplitude = 50.0F,
+                                   .largest_deviation_m = 1.0F,
+                                   .period_ticks = 100,
+                                   .lowest = 1,
+                                   .highest = 25,
+                                   .periods = 3});
+  }
+
   // SYNC every ten ticks, some late and some lost; a stream that begins somewhere, accelerates and ends.
   void synchronise(Controller& controller) {
     CyclicPosition& cyclic = controller.cyclic_position();
@@ -101,6 +115,7 @@ class TickScenario {
   }
 
   Random random_{0xBADCAB1E};
+  bool excited_ = false;
   bool streaming_ = false;
   std::int32_t target_ = 0;
   std::int32_t velocity_ = 0;
@@ -115,6 +130,9 @@ inline TickScenario tick_scenario;
 // As an Observer: one step is one tick, its force the current that was commanded.
 inline void reset_tick(std::int32_t x) {
   tick_scenario.reset(x);
+}
+inline void reset_excited_tick(std::int32_t x) {
+  tick_scenario.reset(x, true);
 }
 inline void prepare_tick(std::int32_t) {
   tick_scenario.before();

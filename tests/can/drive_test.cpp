@@ -8,6 +8,18 @@
 namespace slipstack::can {
 namespace {
 
+/// Profile position under way at this profile velocity, counts/s, towards `distance` from where the axis is,
+/// which is returned.
+std::int32_t begin_move(Bench& bench, std::uint32_t velocity, std::int32_t distance) {
+  bench.configure();
+  bench.enable(1);
+  const std::int32_t home = bench.read_signed(0x6064, 0);
+  EXPECT_EQ(bench.write(0x6081, 0, velocity, 4), 0U);
+  EXPECT_EQ(bench.write(0x607A, 0, static_cast<std::uint32_t>(home + distance), 4), 0U);
+  EXPECT_EQ(bench.write(0x6040, 0, 0x1F, 2), 0U);
+  return home;
+}
+
 TEST(Drive, StatusWordOfEachState) {
   Bench bench;
   EXPECT_EQ(bench.read(0x6041, 0) & 0x4F, 0x00U) << "not ready: no model";
@@ -73,12 +85,7 @@ TEST(Drive, ProfilePositionHandshakeAndArrival) {
 // Of any duration: 200 mm at 1 mm/s is under way for 200 s, and says so.
 TEST(Drive, ASlowMoveIsUnderWayUntilItArrives) {
   Bench bench;
-  bench.configure();
-  bench.enable(1);
-  const std::int32_t home = bench.read_signed(0x6064, 0);
-  ASSERT_EQ(bench.write(0x6081, 0, 1000, 4), 0U);
-  ASSERT_EQ(bench.write(0x607A, 0, static_cast<std::uint32_t>(home + 200000), 4), 0U);
-  ASSERT_EQ(bench.write(0x6040, 0, 0x1F, 2), 0U);
+  const std::int32_t home = begin_move(bench, 1000, 200000);
   bench.run_ms(3000);
   EXPECT_EQ(bench.read(0x6041, 0) & 0x0400, 0U);
   EXPECT_EQ(bench.read(0x603F, 0), 0U);
@@ -187,12 +194,7 @@ TEST(Drive, ASetPointIsTheTargetThatCameInTheSameFrame) {
 // and a move under way keeps its own.
 TEST(Drive, TheProfileIsThatOfTheSetPoint) {
   Bench bench;
-  bench.configure();
-  bench.enable(1);
-  const std::int32_t home = bench.read_signed(0x6064, 0);
-  ASSERT_EQ(bench.write(0x6081, 0, 50000, 4), 0U);
-  ASSERT_EQ(bench.write(0x607A, 0, static_cast<std::uint32_t>(home + 20000), 4), 0U);
-  ASSERT_EQ(bench.write(0x6040, 0, 0x1F, 2), 0U);
+  const std::int32_t home = begin_move(bench, 50000, 20000);
   bench.run_ms(10);
   ASSERT_EQ(bench.write(0x6040, 0, 0x0F, 2), 0U);
   // The next, back again, waits until this one is done; its velocity is taken with it.

@@ -81,6 +81,24 @@ section stored
 node=$!
 sleep 1
 "$slipstack" status --can vcan0 --node 5 | grep model
+section update
+repository=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
+update_file() {  # NAME BOARD FIRST: 30 KB for each slot that begin with FIRST
+  for slot in 1 2; do { printf '%s%s' "$3" $slot; head -c 30000 /dev/urandom; } >"$here/slot$slot.bin"; done
+  python3 -B "$repository/toolchain/make-update" --header "$repository/firmware/update/image_header.h" --board "$2" \
+    --image 0x08007000 "$here/slot1.bin" --image 0x08047000 "$here/slot2.bin" --out "$here/$1" >/dev/null
+}
+update_file new.update HOST new
+update_file other.update G474 new
+update_file crash.update HOST crash
+"$slipstack" update "$here/new.update" --can vcan0 --node 5
+"$slipstack" update "$here/new.update" --can vcan0 --node 5
+refused "$slipstack" update "$here/other.update" --can vcan0 --node 5
+refused "$slipstack" update "$here/flash" --can vcan0 --node 5
+refused "$slipstack" update "$here/none.update" --can vcan0 --node 5
+refused "$slipstack" update "$here/new.update" --can vcan0 --node 9
+refused "$slipstack" update "$here/crash.update" --can vcan0 --node 5
+"$slipstack" update "$here/new.update" --can vcan0 --node 5
 kill -TERM $node
 wait $node
 kill $dump

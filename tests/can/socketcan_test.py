@@ -124,6 +124,19 @@ class SocketCan(unittest.TestCase):
         self.assertEqual(lines[len(expected):],
                          ["lock       locked", "model and store as before", "no log left"])
 
+    def test_update(self):
+        lines = self.said["update"].splitlines()
+        self.assertRegex(lines[0], r"^program    1\.0, 30004 bytes, CRC [0-9a-f]{8}$")
+        self.assertEqual(lines[1:3], ["slot       2", "state      has reported in, confirmed"])
+        again = lines[0].replace("30004 bytes, ", "") + ": runs already"
+        self.assertEqual(lines[3], again)
+        expected = ("for another product or board", "not an update file", "cannot be read", "node 9 does not answer",
+                    "the new program did not report in; the one before is back")
+        for line, what in zip(lines[4:], expected):
+            self.assertTrue(line.startswith("status 2 lines 1: slipstack: "), line)
+            self.assertIn(what, line)
+        self.assertEqual(lines[4 + len(expected):], [again], "what ran before runs")
+
     def test_foreign_frames(self):
         self.assertIn("node ends with 0", self.said["foreign"])
         capture = self.said["capture"]

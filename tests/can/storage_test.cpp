@@ -42,6 +42,43 @@ TEST(Store, SignatureAndGroups) {
   EXPECT_EQ(bench.read_real(0x2000, 5), 33.0F);
 }
 
+// Firmware of another version has another table: the node stays at its place on the bus, the rest is as
+// delivered.
+TEST(Store, ARecordOfAnotherTableGivesNodeIdAndBitRateOnly) {
+  Bench bench;
+  ASSERT_EQ(bench.write(0x1017, 0, 70, 2), 0U);
+  bench.send(0x7E5, {0x04, 1, 0, 0, 0, 0, 0, 0});
+  bench.send(0x7E5, {0x11, 77, 0, 0, 0, 0, 0, 0});
+  bench.send(0x7E5, {0x13, 0, 4, 0, 0, 0, 0, 0});
+  bench.send(0x7E5, {0x17, 0, 0, 0, 0, 0, 0, 0});
+  bench.poll();
+  ASSERT_EQ(bench.write(0x1010, 1, kSave, 4), 0U);
+  SlotLog log(bench.flash);
+  ASSERT_EQ(log.mount(), StoreStatus::kOk);
+  std::vector<std::byte> record(2048);
+  std::size_t size = 0;
+  ASSERT_EQ(log.load(record, size), StoreStatus::kOk);
+  record.resize(size);
+  record[0] ^= std::byte{1};  // the fingerprint
+  const auto start = [&](std::size_t bytes) {
+    record.resize(bytes);
+    SlotLog fresh(bench.flash);
+    fresh.mount();
+    EXPECT_EQ(fresh.store(record), StoreStatus::kOk);
+    again(bench);
+    return bench.node->id();
+  };
+  EXPECT_EQ(start(size), 77);
+  EXPECT_EQ(bench.node->dictionary().value(canopen::kRow<canopen::kNodeIndex, 2>), 4U);
+  EXPECT_EQ(bench.node->dictionary().value(canopen::kRow<0x1017>), 1000U);
+  EXPECT_EQ(start(size - 8), 77);
+  EXPECT_EQ(start(size - 8), 77) << "a table with less";
+  EXPECT_EQ(start(12), kNode) << "too short to hold them";
+  record.resize(size);
+  record[4] ^= std::byte{1};
+  EXPECT_EQ(start(size), kNode) << "no record of ours";
+}
+
 TEST(Store, PdoMappingAndIdentifiersComeBack) {
   Bench bench;
   ASSERT_EQ(bench.write(0x1800, 1, 0xC0000185, 4), 0U);

@@ -12,6 +12,7 @@
 #include "workbench/cli/define_experiments.h"
 #include "workbench/cli/define_simulate.h"
 #include "workbench/console/output.h"
+#include "workbench/controller/define_bode.h"
 #include "workbench/controller/define_can.h"
 #include "workbench/estimate/measurement/parts.h"
 #include "workbench/long_logs/group_logs.h"
@@ -173,6 +174,7 @@ void define_commands(CLI::App& app, Options& options) {
   define_simulate(app, options.command_line);
   define_loop(app);
   define_can(app);
+  define_bode(app, options.command_line);
 }
 
 /// The parser alone reports an unknown command as a missing one.

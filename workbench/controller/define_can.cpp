@@ -14,6 +14,7 @@
 #include "workbench/controller/objects.h"
 #include "workbench/controller/run_node.h"
 #include "workbench/controller/socket_link.h"
+#include "workbench/controller/update_drive.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -28,6 +29,7 @@ struct Request {
   bool trace = false;
   int decimation = 1;
   std::vector<std::string> objects;
+  std::string image;
   std::string out;
 };
 
@@ -91,6 +93,18 @@ void objects(const Request& request) {
   SdoClient drive(*link, static_cast<std::uint8_t>(request.node));
   drive.await_node();
   for (const std::string& one : request.objects) fmt::print("{}", access_object(drive, one));
+}
+
+void update_program(const Request& request) {
+  const UpdateFile file = read_update_file(request.image);
+  const std::unique_ptr<CanLink> link = open_link(request.can);
+  SdoClient drive(*link, static_cast<std::uint8_t>(request.node));
+  drive.await_node();
+  Progress progress;
+  const std::string text =
+      update_drive(drive, file, [&](const std::string& stage, double f) { progress.show(stage, f); });
+  progress.finish();
+  fmt::print("{}", text);
 }
 
 void define_node(CLI::App& app) {
@@ -157,6 +171,13 @@ void define_can(CLI::App& app) {
       ->type_name("OBJECT ...")
       ->required();
   one->callback([request] { objects(*request); });
+
+  one = app.add_subcommand("update", "Put new firmware into a controller and wait until it has reported in");
+  add_bus(*one, *request);
+  one->add_option("IMAGE", request->image, "update file, as slipstack-stm32g474.update")
+      ->type_name("IMAGE")
+      ->required();
+  one->callback([request] { update_program(*request); });
 
   define_node(app);
 }

@@ -5,7 +5,7 @@
 
 namespace slipstack::workbench {
 
-/// `slipstack node`, `deploy`, `record` and `status`: the controller on a CAN bus.
+/// `slipstack node`, `deploy`, `record`, `status`, `object` and `update`: the controller on a CAN bus.
 void define_can(CLI::App& app);
 
 }  // namespace slipstack::workbench

@@ -11,6 +11,7 @@
 #include "firmware/canopen/trace.h"
 #include "workbench/console/output.h"
 #include "workbench/controller/master.h"
+#include "workbench/controller/trace_data.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -37,19 +38,6 @@ void check_axis(const SdoClient& drive, double tick_s, double resolution_m, doub
       "node {}: tick {} s, encoder {} m, motor constant {} N/A (2000h:01 to :03) are none of an axis; is it "
       "commissioned?",
       drive.node(), tick_s, resolution_m, constant));
-}
-
-double mass_of(SdoClient& drive) {
-  // 2100h is inertia; payload stands after it in the catalogue.
-  double mass_kg = 0.0;
-  for (std::uint16_t i = 0; i < kEffectCount; ++i) {
-    const std::size_t row = find_row(static_cast<std::uint16_t>(kEffectIndex + i), 0);
-    const std::string title = kObjects[row].object;
-    if (title != Inertia<float>::text.title && title != PayloadMass<float>::text.title) continue;
-    const auto index = static_cast<std::uint16_t>(kEffectIndex + i);
-    if (drive.read(index, 1) != 0) mass_kg += static_cast<double>(drive.read_real(index, 2));
-  }
-  return mass_kg;
 }
 
 /// Changes an object during the life of this, and restores it.
@@ -130,6 +118,19 @@ std::optional<double> arrival_spread_s(const std::vector<Sample>& samples, doubl
 
 }  // namespace
 
+double model_mass_kg(SdoClient& drive) {
+  // 2100h is inertia; payload stands after it in the catalogue.
+  double mass_kg = 0.0;
+  for (std::uint16_t i = 0; i < kEffectCount; ++i) {
+    const std::size_t row = find_row(static_cast<std::uint16_t>(kEffectIndex + i), 0);
+    const std::string title = kObjects[row].object;
+    if (title != Inertia<float>::text.title && title != PayloadMass<float>::text.title) continue;
+    const auto index = static_cast<std::uint16_t>(kEffectIndex + i);
+    if (drive.read(index, 1) != 0) mass_kg += static_cast<double>(drive.read_real(index, 2));
+  }
+  return mass_kg;
+}
+
 Recording record_stream(SdoClient& drive, double seconds, double rate_Hz, const Show& show) {
   show("ask the drive", -1.0);
   const double tick_s = static_cast<double>(drive.read_real(kAxisIndex, 2));
@@ -137,7 +138,7 @@ Recording record_stream(SdoClient& drive, double seconds, double rate_Hz, const 
   const double constant = static_cast<double>(drive.read_real(kAxisIndex, 3));
   const double limit_A = static_cast<double>(drive.read_real(kAxisIndex, 9));
   check_axis(drive, tick_s, resolution_m, constant);
-  const double mass_kg = mass_of(drive);
+  const double mass_kg = model_mass_kg(drive);
   const std::uint32_t hash = drive.read(kModelIndex, 2);
   Kept cob(drive, 0x1802, 1, 4);
   cob.set(cob.before() | kInvalidPdo);
@@ -182,13 +183,8 @@ Recording record_stream(SdoClient& drive, double seconds, double rate_Hz, const 
   return recording;
 }
 
-Recording record_trace(SdoClient& drive, std::uint32_t decimation, const Show& show) {
-  drive.write(kTraceIndex, 1, 0, 1);
-  drive.write(kTraceIndex, 3, decimation, 2);
-  drive.write(kTraceIndex, 4, 0, 1);
-  drive.write(kTraceIndex, 7, 0, 2);
+TraceData fetch_trace(SdoClient& drive, const Show& show) {
   const std::uint32_t capacity = drive.read(kTraceIndex, 9);
-  drive.write(kTraceIndex, 1, 1, 1);
   std::uint32_t last = 0;
   for (int quiet = 0; drive.read(kTraceIndex, 2) != 3;) {
     const std::uint32_t now = drive.read(kTraceIndex, 8);
@@ -200,26 +196,41 @@ Recording record_trace(SdoClient& drive, std::uint32_t decimation, const Show& s
   }
   const std::vector<std::uint8_t> data =
       drive.upload(kTraceDataIndex, 0, [&](double f) { show("read the trace", f); });
-  TraceHead head;
-  if (data.size() < sizeof head)
+  TraceData trace;
+  if (data.size() < sizeof trace.head)
     throw UsageError(fmt::format("node {}: the trace is cut short", drive.node()));
-  std::memcpy(&head, data.data(), sizeof head);
-  if (head.magic != TraceHead::kMagic ||
-      data.size() != head.head_bytes + sizeof(TraceSample) * head.samples) {
+  std::memcpy(&trace.head, data.data(), sizeof trace.head);
+  if (trace.head.magic != TraceHead::kMagic || trace.head.head_bytes < sizeof trace.head ||
+      data.size() != trace.head.head_bytes + sizeof(TraceSample) * trace.head.samples) {
     throw UsageError(fmt::format("node {}: the trace is of another version", drive.node()));
   }
-  check_axis(drive, static_cast<double>(head.tick_s), static_cast<double>(head.encoder_resolution_m),
-             static_cast<double>(head.motor_constant_N_per_A));
+  trace.samples.resize(trace.head.samples);
+  if (!trace.samples.empty()) {
+    std::memcpy(trace.samples.data(), data.data() + trace.head.head_bytes,
+                sizeof(TraceSample) * trace.samples.size());
+  }
+  check_axis(drive, static_cast<double>(trace.head.tick_s),
+             static_cast<double>(trace.head.encoder_resolution_m),
+             static_cast<double>(trace.head.motor_constant_N_per_A));
+  return trace;
+}
+
+Recording record_trace(SdoClient& drive, std::uint32_t decimation, const Show& show) {
+  drive.write(kTraceIndex, 1, 0, 1);
+  drive.write(kTraceIndex, 3, decimation, 2);
+  drive.write(kTraceIndex, 4, 0, 1);
+  drive.write(kTraceIndex, 7, 0, 2);
+  drive.write(kTraceIndex, 1, 1, 1);
+  const auto [head, samples] = fetch_trace(drive, show);
   Recording recording;
-  recording.samples = head.samples;
+  recording.samples = samples.size();
   recording.log = log_head(static_cast<double>(head.encoder_resolution_m),
                            static_cast<double>(head.motor_constant_N_per_A),
                            static_cast<double>(head.mass_kg), head.model_hash, false, 0);
   const double step_s = static_cast<double>(head.tick_s) * head.decimation;
-  for (std::uint32_t i = 0; i < head.samples; ++i) {
-    TraceSample sample;
-    std::memcpy(&sample, data.data() + head.head_bytes + sizeof sample * i, sizeof sample);
-    recording.log += fmt::format("{:.7f},{},{:.6g}\n", i * step_s, sample.counts, sample.current_A);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    recording.log += fmt::format("{:.7f},{},{:.6g}\n", static_cast<double>(i) * step_s, samples[i].counts,
+                                 samples[i].current_A);
   }
   return recording;
 }

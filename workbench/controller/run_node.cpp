@@ -15,6 +15,7 @@
 #include "workbench/base/text.h"
 #include "workbench/console/output.h"
 #include "workbench/controller/simulated_drive.h"
+#include "workbench/controller/updatable_drive.h"
 #include "workbench/loop/axis_effects.h"
 #include "workbench/loop/board_image.h"
 
@@ -90,15 +91,17 @@ void run_on_host(const NodeRequest& request, const sim::Axis& axis, host::HostNo
   SocketCan port;
   const std::string error = port.open(request.can);
   if (!error.empty()) throw UsageError(fmt::format("--can {}: {}", printable(request.can), error));
-  const auto drive =
-      std::make_unique<SimulatedDrive>(axis, port, flash, static_cast<std::uint8_t>(request.node),
-                                       static_cast<std::uint64_t>(request.seed), wiring_of(request));
+  UpdatableDrive drive([&](ProgramMemory& programs) {
+    return std::make_unique<SimulatedDrive>(axis, port, flash, static_cast<std::uint8_t>(request.node),
+                                            static_cast<std::uint64_t>(request.seed), wiring_of(request),
+                                            &programs);
+  });
   fmt::print("node {} on {}: a simulated axis of {:.4g} kg; ends with Ctrl-C\n", request.node,
              printable(request.can), axis.mass_kg);
   std::fflush(stdout);
   FlashFile file(request.flash, flash.bytes);
   in_time([&] {
-    for (int tick = 0; tick < kTicksPerTurn; ++tick) drive->step();
+    for (int tick = 0; tick < kTicksPerTurn; ++tick) drive.step();
     file.keep(flash.bytes);
     return !port.down();
   });

@@ -72,9 +72,13 @@ std::string abort_text(std::uint32_t code) {
   }
 }
 
+SdoAbort::SdoAbort(std::uint8_t node, std::uint16_t index, std::uint8_t sub, std::uint32_t code)
+    : UsageError(fmt::format("node {}: object {:04X}h:{:02X}: {} (abort {:08X}h)", node, index, sub,
+                             abort_text(code), code)),
+      code_(code) {}
+
 void SdoClient::refuse(std::uint16_t index, std::uint8_t sub, std::uint32_t code) const {
-  throw UsageError(fmt::format("node {}: object {:04X}h:{:02X}: {} (abort {:08X}h)", node_, index, sub,
-                               abort_text(code), code));
+  throw SdoAbort(node_, index, sub, code);
 }
 
 void SdoClient::send(const Frame& data) {

@@ -7,9 +7,21 @@
 #include <initializer_list>
 #include <vector>
 
+#include "workbench/base/errors.h"
 #include "workbench/controller/can_link.h"
 
 namespace slipstack::workbench {
+
+/// The node refused a transfer or ended it.
+class SdoAbort : public UsageError {
+ public:
+  SdoAbort(std::uint8_t node, std::uint16_t index, std::uint8_t sub, std::uint32_t code);
+  /// Not the object refused: frames were lost on the way (CiA 301 table 22).
+  bool of_transport() const { return code_ >> 24U == 0x05; }
+
+ private:
+  std::uint32_t code_;
+};
 
 /// An SDO client (CiA 301, 7.2.4): expedited for values, block transfer for domains.
 /// Throws UsageError, one line, when the node does not answer or refuses.

@@ -75,7 +75,7 @@ class SimulatedDrive {
   static constexpr double kTick_s = 1e-4;
 
   SimulatedDrive(const sim::Axis& axis, CanPort& port, Nonvolatile& flash, std::uint8_t node,
-                 std::uint64_t seed, const Wiring& wiring = {})
+                 std::uint64_t seed, const Wiring& wiring = {}, ProgramMemory* programs = nullptr)
       : plant_(axis, 0.5 * axis.stroke_m),
         switches_(sim::switches_of(axis)),
         last_m_(plant_.position_m()),
@@ -86,7 +86,7 @@ class SimulatedDrive {
         tick_(board_encoder_, motor_, clock_, watchdog_, io_),
         trace_(memory_),
         log_(flash),
-        drive_(tick_.controller(), tick_.timing(), trace_, 1, &signals_),
+        drive_(tick_.controller(), tick_.timing(), trace_, 1, &signals_, programs),
         node_(port, log_, drive_) {
     clock_.rate_Hz = 10'000'000;
     tick_.set_period(1000);
@@ -106,6 +106,7 @@ class SimulatedDrive {
     clock_.advance(1000);
     now_us_ += 100;
     node_.poll(now_us_);
+    drive_.watch_trial(now_us_, node_.takes_part());
     tick_.main_loop_ran();
   }
 

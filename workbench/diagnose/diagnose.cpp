@@ -53,6 +53,7 @@ EffectSearch::EffectSearch(const Measurement& measurement, const DiagnoseOptions
   rank_candidates(diagnosis_, found.best.added);
   list_steps(found.context, found.best, diagnosis_);
   diagnosis_.explained = std::move(found.best.model);
+  diagnosis_.outside = std::move(found.outside);
 }
 
 void EffectSearch::drop_what_whole_logs_do_not_support() {

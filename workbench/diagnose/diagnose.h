@@ -38,6 +38,12 @@ struct Step {
 enum class Verdict { missing_effect, complete, unexplained };
 const char* name_of(Verdict verdict);
 
+/// What describes the force and is no effect of the catalogue (alternatives/causes.h).
+struct OutsideCauses {
+  std::vector<Structure> causes;  ///< the one that lowers the error most first
+  bool explain_most = false;      ///< they alone leave a smaller error than the effects alone
+};
+
 struct Diagnosis {
   Verdict verdict = Verdict::complete;
   double noise_floor_N = 0.0;  ///< of the final explanation
@@ -47,6 +53,7 @@ struct Diagnosis {
   FittedModel best;                   ///< baseline with the first candidate; the baseline itself without one
   FittedModel explained;              ///< baseline with every step
   std::optional<Structure> unexplained;
+  OutsideCauses outside;  ///< that were chosen beside the steps; the models do not contain them
   /// Effects that this log would show only if they were a large part of the force: it does not rule them out.
   std::vector<Visibility> cannot_show;
   /// Pairs of promising effects that this log cannot separate, the smallest angle first: orthogonal to the

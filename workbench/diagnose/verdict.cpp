@@ -132,12 +132,22 @@ void judge_named(const Measurement& measurement, const Structure& strongest, Dia
   };
   diagnosis.verdict = Verdict::missing_effect;
   if (above_floor(diagnosis) && diagnosis.unexplained) attribute_to(curve_behind_all(measurement, diagnosis));
-  if (!attribute_to(line_as_resonance(measurement, diagnosis)) &&
-      (insufficient(diagnosis) || line_causes_mode(diagnosis) || line_masks_effects(measurement, diagnosis) ||
-       backlash_as_coulomb(diagnosis))) {
+  if (insufficient(diagnosis) || line_masks_effects(measurement, diagnosis) ||
+      backlash_as_coulomb(diagnosis)) {
     attribute_to(diagnosis.unexplained ? diagnosis.unexplained : strongest);
   }
   attribute_to(mass_of_another_axis(measurement, diagnosis));
+}
+
+/// The verdict where causes outside the catalogue compete with the effects: the stronger of both.
+void judge_beside_causes(const Measurement& measurement, Diagnosis& diagnosis) {
+  diagnosis.unexplained = diagnosis.outside.causes.front();
+  const bool named = diagnosis.steps.size() > 1 && !diagnosis.outside.explain_most;
+  diagnosis.verdict = named ? Verdict::missing_effect : Verdict::unexplained;
+  auto wrong_unit = mass_of_another_axis(measurement, diagnosis);
+  if (!wrong_unit) return;
+  diagnosis.unexplained = std::move(wrong_unit);
+  diagnosis.verdict = Verdict::unexplained;
 }
 
 /// The verdict by the residual of the explanation.
@@ -156,7 +166,11 @@ void judge_by_what_is_left(const Measurement& measurement, Diagnosis& diagnosis)
 }  // namespace
 
 void judge(const Measurement& measurement, Diagnosis& diagnosis) {
-  judge_by_what_is_left(measurement, diagnosis);
+  if (diagnosis.outside.causes.empty()) {
+    judge_by_what_is_left(measurement, diagnosis);
+  } else {
+    judge_beside_causes(measurement, diagnosis);
+  }
   auto lost = lost_counts(measurement);
   if (!lost) return;
   // Jumps are reported first: any dependence on the position may be caused by them.

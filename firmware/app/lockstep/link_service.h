@@ -3,7 +3,7 @@
 
 #include <cstring>
 
-#include "firmware/control/motion_plan.h"
+#include "firmware/control/set_point_queue.h"
 #include "firmware/control/tick.h"
 #include "hal/plant_link/plant_link.h"
 
@@ -104,7 +104,7 @@ class LinkService {
   std::uint32_t moves_ = 0;
   std::uint32_t blocks_ = 0;
   std::uint32_t set_points_ = 0;
-  SetpointStream stream_;
+  SetPointQueue stream_;
   ParameterBlock block_;
 };
 

@@ -33,6 +33,17 @@ class Entering : public ::testing::Test {
     axis_.run_ms(200);
     drive.write(0x6040, 0, 0x0F, 2);
   }
+  // Cyclic position under way for 600 ms: 0.1 m (1 - cos 2 t), 0.2 m/s at the most.
+  UnsteadyMaster swing() {
+    axis_.drive().enable(8);
+    axis_.drive().nmt(0x01);
+    UnsteadyMaster bus = master([this](double time_s) { return axis_.home() + counts(swing_m(time_s)); });
+    begin();
+    axis_.mark();
+    run_ms(bus, 600);
+    return bus;
+  }
+  static double swing_m(double time_s) { return 0.1 * (1.0 - std::cos(2.0 * time_s)); }
   std::int32_t counts(double metres) {
     return static_cast<std::int32_t>(std::lround(metres / axis_.resolution_m()));
   }
@@ -105,13 +116,7 @@ TEST_F(Entering, FromAMoveThatIsUnderWay) {
 
 // The stream goes on while the axis is halted, and halt is released before the axis has come to rest.
 TEST_F(Entering, HaltReleasedWhileBraking) {
-  axis_.drive().enable(8);
-  axis_.drive().nmt(0x01);
-  UnsteadyMaster bus =
-      master([&](double time_s) { return axis_.home() + counts(0.1 * (1.0 - std::cos(2.0 * time_s))); });
-  begin();
-  axis_.mark();
-  run_ms(bus, 600);
+  UnsteadyMaster bus = swing();
   for (int i = 0; i < 4; ++i) {
     bus.controlword = 0x0F;
     bus.controlword = 0x0F;
@@ -123,8 +128,7 @@ TEST_F(Entering, HaltReleasedWhileBraking) {
     run_ms(bus, 400);
   }
   expect_no_step();
-  EXPECT_NEAR(axis_.reference_m(), 0.1 * (1.0 - std::cos(2.0 * (axis_.time_s() - begun_s_ - 3 * kPeriod_s))),
-              2e-5);
+  EXPECT_NEAR(axis_.reference_m(), swing_m(axis_.time_s() - begun_s_ - 3 * kPeriod_s), 2e-5);
 }
 
 // The cable is out for 100 ms at 0.2 m/s: the axis stops, stays, and goes on with the stream.
@@ -132,13 +136,7 @@ TEST_F(Entering, HaltReleasedWhileBraking) {
 // (tests/can/command_timeout).
 TEST_F(Entering, ALongGapIsAStopAndTheStreamIsMetAgain) {
   EXPECT_EQ(axis_.drive().write(0x2403, 0, 0, 2), 0U);
-  axis_.drive().enable(8);
-  axis_.drive().nmt(0x01);
-  UnsteadyMaster bus =
-      master([&](double time_s) { return axis_.home() + counts(0.1 * (1.0 - std::cos(2.0 * time_s))); });
-  begin();
-  axis_.mark();
-  run_ms(bus, 600);
+  UnsteadyMaster bus = swing();
   bus.sends_sync = bus.sends_set_points = false;
   run_ms(bus, 100);
   EXPECT_TRUE(axis_.controller().reference().standing());
@@ -148,8 +146,7 @@ TEST_F(Entering, ALongGapIsAStopAndTheStreamIsMetAgain) {
   bus.sends_sync = bus.sends_set_points = true;
   run_ms(bus, 800);
   expect_no_step();
-  EXPECT_NEAR(axis_.reference_m(), 0.1 * (1.0 - std::cos(2.0 * (axis_.time_s() - begun_s_ - 3 * kPeriod_s))),
-              2e-5);
+  EXPECT_NEAR(axis_.reference_m(), swing_m(axis_.time_s() - begun_s_ - 3 * kPeriod_s), 2e-5);
 }
 
 // A target far away, written once: with the velocity and acceleration of the axis, no more.

@@ -11,7 +11,9 @@
 #include <vector>
 
 #include "firmware/canopen/drive.h"
+#include "firmware/update/boot_choice.h"
 #include "hal/host/board.h"
+#include "hal/host/program_memory.h"
 
 // The CANopen node and its controller, driven by bytes: frames, time, ticks, bus-off, power cuts. After every
 // step: what must hold whatever comes in.
@@ -70,7 +72,9 @@ class FuzzedNode {
     tick_->set_period(1000);
     trace_ = std::make_unique<canopen::TraceBuffer>(memory_);
     log_ = std::make_unique<SlotLog>(flash);
-    drive_ = std::make_unique<canopen::Drive>(controller(), tick_->timing(), *trace_, 0x12345678);
+    programs.restarted = false;
+    drive_ = std::make_unique<canopen::Drive>(controller(), tick_->timing(), *trace_, 0x12345678, nullptr,
+                                              &programs);
     node_ = std::make_unique<canopen::Node>(port, *log_, *drive_);
     node_->start(kId, now_us);
   }
@@ -88,10 +92,14 @@ class FuzzedNode {
     port.taken = 0;
     const std::size_t before = port.sent.size();
     node_->poll(now_us);
+    drive_->watch_trial(now_us, node_->takes_part());
     require(port.taken <= canopen::Node::kFramesPerPoll, "a poll took more frames than it may");
     // What waited, then what one poll may add.
     require(port.sent.size() - before <= 2 * canopen::Outbox::kCapacity, "a poll sent without bound");
     check();
+    if (!programs.restarted) return;
+    require(!controller().state().driving(), "a restart of a driven axis");
+    power_on();
   }
 
   /// The axis follows its reference by a wobble of some counts.
@@ -112,6 +120,7 @@ class FuzzedNode {
   std::uint32_t now_us = 1000;
   FuzzPort port;
   host::HostNonvolatile flash{2, 2048, 8};
+  host::HostProgramMemory programs;
 
  private:
   using TickOnHost = Tick<host::HostEncoder, host::HostMotorCurrent, host::HostClock, host::HostWatchdog,
@@ -139,6 +148,15 @@ class FuzzedNode {
     require(std::fabs(motor_.set_point_A) <= set.axis.current_limit_A, "the current is beyond its limit");
     const bool permitted = controller().state().driving() || controller().direction_unknown();
     require(permitted || motor_.set_point_A == 0.0F, "current without permission");
+    check_programs();
+  }
+
+  // What a boot loader would start is whole, whatever was sent.
+  void check_programs() {
+    const update::SlotView view = update::look(programs, 1);
+    if (view.state == update::SlotState::kEmpty) return;
+    require(update::intact(programs, 1, view.header), "a program was installed that is not whole");
+    require(programs.slots[0].bytes[0] == std::byte{0xFF}, "the running slot was written");
   }
 
   host::HostEncoder encoder_{{0, true}};

@@ -67,11 +67,33 @@ def block_down(data, with_crc=True):
     return begin + segments + POLL * 5 + end + POLL
 
 
+def program_image(size=90, damage=0):
+    """An image for slot 2 of the host's board (firmware/update/image_header.h)."""
+    program = bytes(range(size))
+    head = struct.pack("<15I", 0x49504C53, 1, 0, 0x534C4B31, 0x54534F48, 1, 0x08047000, size,
+                       binascii.crc32(program) ^ damage, *[0] * 6)
+    return head + struct.pack("<I", binascii.crc32(head)) + program
+
+
+def segmented_down(index, sub, data):
+    parts = [data[i:i + 7] for i in range(0, len(data), 7)]
+    segments = (raw(i % 2 << 4 | (7 - len(part)) << 1 | (i + 1 == len(parts)), *part) + POLL
+                for i, part in enumerate(parts))
+    return sdo(0x21, index, sub, len(data).to_bytes(4, "little")) + b"".join(segments)
+
+
+CLEAR = write(0x1F51, 1, 3, 1) + POLL * 115
+PROGRAM = program_image()
+
 SAVE = sdo(0x23, 0x1010, 1, b"save")
 ENABLE = write(0x6060, 0, 8, 1) + b"".join(write(0x6040, 0, word, 2) + bytes([0xC2]) for word in (6, 7, 15))
 SEGMENTS = b"".join(raw(i % 80 + 1 | (0x80 if i == 79 else 0), 1, 2, 3, 4, 5, 6, 7) for i in range(80))
 
 NODE = {
+    "update": CLEAR + segmented_down(0x1F50, 1, PROGRAM) + sdo(0x40, 0x1F57, 1) + write(0x1F51, 1, 1, 1) + LONG,
+    "update_damaged": CLEAR + segmented_down(0x1F50, 1, program_image(damage=1)) + write(0x1F51, 1, 1, 1) + LONG,
+    "update_broken_off": CLEAR + sdo(0x21, 0x1F50, 1, b"\0\1") + raw(0, *PROGRAM[:7]) + POLL + LONG
+                         + segmented_down(0x1F50, 1, PROGRAM) + sdo(0x40, 0x2410, 9),
     "too_long": frame(0x605, bytes(8), 0)[:1] + b"\x0F" + bytes(8) + POLL,
     "expedited": sdo(0x40, 0x1000) + sdo(0x40, 0x1018, 4) + write(0x1017, 0, 100, 2) + LONG + sdo(0x40, 0x1001),
     "segmented_up": sdo(0x40, 0x1008) + raw(0x60) + POLL + raw(0x70) + POLL + raw(0x60) + POLL,

@@ -48,7 +48,7 @@ struct Pair {
     PiecewiseLinearCurve<kElements, double> curve;
     EXPECT_EQ(curve.set_slopes(knots, slopes), SetupStatus::kOk);
     EXPECT_EQ(elements.set_elements(slip_distance, stiffness), SetupStatus::kOk);
-    stack = MemoryStack<PiecewiseLinearCurve<kElements, double>, kDepth, Displacement>(curve);
+    stack.set_curve(curve);
   }
 };
 

@@ -20,6 +20,7 @@ struct ExponentialCurve {
   Real length;
 
   Real force(Real x) const { return -height_N * std::expm1(-x / length); }
+  ExponentialCurve doubled() const { return {2 * height_N, 2 * length}; }
   Real stiffness(Real x) const { return height_N / length * std::exp(-x / length); }
 };
 

@@ -7,8 +7,8 @@
 #include <memory>
 #include <random>
 
-#include "firmware/control/motion_plan.h"
 #include "firmware/control/point_to_point.h"
+#include "firmware/control/set_point_queue.h"
 
 namespace slipstack {
 namespace {
@@ -95,7 +95,7 @@ TEST(Stream, PassesItsSetpointsSmoothly) {
   };
   ReferenceGenerator generator;
   generator.hold(0);
-  SetpointStream stream;
+  SetPointQueue stream;
   stream.start(generator, kPeriod);
   double last = 0.0, last_v = 0.0, roughest = 0.0;
   for (int k = 1; k < 600; ++k) {
@@ -127,7 +127,7 @@ TEST(Stream, TakesTheSetpointsOfAFineEncoder) {
   constexpr std::int32_t kStep = 200000 * kPeriod;
   ReferenceGenerator generator;
   generator.hold(-1000000000);
-  SetpointStream stream;
+  SetPointQueue stream;
   stream.start(generator, kPeriod);
   double last = 0.0;
   for (int k = 1; k < 400; ++k) {
@@ -148,7 +148,7 @@ TEST(Stream, KeepsASteadyAcceleration) {
   constexpr double kAcceleration = 0.003;  // counts per tick^2
   ReferenceGenerator generator;
   generator.hold(-7);
-  SetpointStream stream;
+  SetPointQueue stream;
   stream.start(generator, kPeriod);
   double last = -7.0, last_v = 0.0;
   for (int k = 1; k < 200; ++k) {

@@ -132,7 +132,8 @@ TEST(Confounders, ASteepVirginCurveIsNotNamedCoulombFriction) {
   const Log log =
       test::log_of(bench.axis, sim::simulate_closed_loop_log(bench.axis, programme, bench.rate_Hz, kSeed));
   const Diagnosis is = diagnosed(log);
-  EXPECT_EQ(is.verdict, Verdict::complete) << is.steps.back().effect;
+  EXPECT_EQ(is.verdict, Verdict::complete)
+      << is.steps.back().effect << "; " << (is.unexplained ? is.unexplained->description : "");
 }
 
 // Friction that differs from any sum of stop operators, in motion of one frequency: whatever else fits, a

@@ -15,8 +15,8 @@ FLASH = 0x08000000
 VECTORS = 118
 
 
-def image(size=1024, stack=0x20008000, reset=None, vectors=None):
-    code = FLASH + 4 * VECTORS
+def image(size=1024, stack=0x20008000, reset=None, vectors=None, base=FLASH):
+    code = base + 4 * VECTORS
     table = [stack, reset if reset is not None else code + 1] + [code + 5] * (VECTORS - 2)
     table[7] = 0  # a reserved entry may be empty
     for number, value in (vectors or {}).items():
@@ -86,6 +86,24 @@ class Scripts(unittest.TestCase):
             run = self.run_script("check-image", *files)
             self.assertEqual(run.returncode, 0, run.stderr)
             self.assertEqual(run.stdout.count(f"{size} bytes of 520192, stack 0x20008000, reset 0x080001D9"), 3)
+
+    def test_the_program_of_a_slot(self):
+        for base in (0x08007200, 0x08047200):
+            content = image(224 * 1024 - 512, base=base)
+            files = [self.file("a.elf", elf(content, base)), self.file("a.hex", ihex(content, base)),
+                     self.file("a.bin", content)]
+            run = self.run_script("check-image", *files)
+            self.assertEqual(run.returncode, 0, run.stderr)
+            self.assertEqual(run.stdout.count(f"{len(content)} bytes of 228864"), 3)
+            self.refused(self.run_script("check-image", "--whole", files[0]), "without header")
+            self.refused(self.run_script("flash", "--dry-run", files[0]), "without header")
+            too_large = elf(image(224 * 1024 - 511, base=base), base)
+            self.refused(self.run_script("check-image", self.file("b.elf", too_large)), "1 more than the 228864")
+            # Linked for another place than it lies in.
+            self.refused(self.run_script("check-image", self.file("c.elf", elf(image(), base, entry=FLASH + 473))),
+                         "not in the image's code")
+        moved = elf(image(base=0x08007400), 0x08007400)
+        self.refused(self.run_script("check-image", self.file("d.elf", moved)), "begins at 0x08007400")
 
     def test_stack_at_the_ends_of_sram(self):
         for stack, good in ((0x20000000, False), (0x20000008, True), (0x20018000, True), (0x20018008, False),

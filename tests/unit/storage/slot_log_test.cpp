@@ -6,85 +6,16 @@
 #include <numeric>
 #include <optional>
 #include <random>
-#include <set>
 #include <string_view>
 #include <vector>
+
+#include "tests/unit/storage/cut_flash.h"
 
 namespace slipstack {
 namespace {
 
-using Bytes = std::vector<std::byte>;
-
-/// Flash with a supply that fails at a given step: a step is one unit written, or one page erased. The unit
-/// or page of that step then holds what `tear` says; everything later fails.
-class CutFlash final : public Nonvolatile {
- public:
-  enum class Tear { nothing, garbage, half, all };
-
-  CutFlash(std::size_t pages, std::size_t page, std::size_t unit)
-      : page_(page), unit_(unit), bytes(pages * page, std::byte{0xFF}), erased(pages, 0) {}
-  std::size_t page_count() const override { return bytes.size() / page_; }
-  std::size_t page_size() const override { return page_; }
-  std::size_t write_unit() const override { return unit_; }
-  NonvolatileStatus read(std::size_t page, std::size_t offset, std::span<std::byte> out) const override {
-    if (page >= page_count() || offset + out.size() > page_) return NonvolatileStatus::kOutOfRange;
-    for (std::size_t i = 0; i < out.size(); ++i) {
-      const std::size_t at = page * page_ + offset + i;
-      // A torn unit of a flash with error correction cannot be read at all.
-      if (unreadable.count(at / unit_) != 0) return NonvolatileStatus::kDeviceError;
-      out[i] = bytes[at];
-    }
-    return NonvolatileStatus::kOk;
-  }
-  NonvolatileStatus write(std::size_t page, std::size_t offset, std::span<const std::byte> data) override {
-    if (page >= page_count() || offset + data.size() > page_) return NonvolatileStatus::kOutOfRange;
-    if (offset % unit_ != 0 || data.size() % unit_ != 0) return NonvolatileStatus::kMisaligned;
-    for (std::size_t done = 0; done < data.size(); done += unit_) {
-      const std::size_t at = page * page_ + offset + done;
-      for (std::size_t i = 0; i < unit_; ++i) {
-        if (bytes[at + i] != std::byte{0xFF}) return NonvolatileStatus::kNotErased;
-      }
-      if (!step(at, unit_, data.subspan(done, unit_))) return NonvolatileStatus::kDeviceError;
-    }
-    return NonvolatileStatus::kOk;
-  }
-  NonvolatileStatus erase(std::size_t page) override {
-    if (page >= page_count()) return NonvolatileStatus::kOutOfRange;
-    const Bytes blank(page_, std::byte{0xFF});
-    for (std::size_t i = 0; i < page_ / unit_; ++i) unreadable.erase(page * page_ / unit_ + i);
-    if (!step(page * page_, page_, blank)) return NonvolatileStatus::kDeviceError;
-    ++erased[page];
-    return NonvolatileStatus::kOk;
-  }
-
-  std::size_t steps = 0;
-  std::optional<std::size_t> cut_at;
-  Tear tear = Tear::nothing;
-  bool torn_unreadable = false;
-  std::mt19937 random{7};
-
- private:
-  bool step(std::size_t at, std::size_t size, std::span<const std::byte> to) {
-    if (cut_at && steps > *cut_at) return false;
-    const bool cut = cut_at && steps == *cut_at;
-    ++steps;
-    for (std::size_t i = 0; i < size; ++i) {
-      if (!cut || tear == Tear::all || (tear == Tear::half && i < size / 2)) bytes[at + i] = to[i];
-      if (cut && tear == Tear::garbage) bytes[at + i] = static_cast<std::byte>(random() & 0xFFU);
-    }
-    if (cut && torn_unreadable) {
-      for (std::size_t i = 0; i < size / unit_; ++i) unreadable.insert(at / unit_ + i);
-    }
-    return !cut;
-  }
-  std::size_t page_;
-  std::size_t unit_;
-
- public:
-  Bytes bytes;
-  std::set<std::size_t> unreadable;
-  std::vector<int> erased;
-};
+using test::Bytes;
+using test::CutFlash;
 
 Bytes pattern(std::size_t size, unsigned seed) {
   std::mt19937 random(seed);
@@ -241,6 +172,65 @@ TEST(SlotLog, WearIsCountedAndShared) {
   EXPECT_EQ(mounted.erasures(1), static_cast<std::uint32_t>(flash.erased[1]));
   EXPECT_LE(std::abs(flash.erased[0] - flash.erased[1]), 1);
   EXPECT_EQ(mounted.sequence(), 1000U);
+}
+
+// Two programs, each with a log of its own: the one that starts takes over what the other stored last.
+TEST(SlotLog, TakesOverTheNewerRecordOfAnotherLog) {
+  std::mt19937 random(3);
+  CutFlash pages[2] = {CutFlash(2, 1024, 8), CutFlash(2, 1024, 8)};
+  std::optional<Bytes> last;
+  for (unsigned i = 0; i < 400; ++i) {
+    const std::size_t own = random() % 2;
+    SlotLog log(pages[own]);
+    SlotLog other(pages[own ^ 1U]);
+    log.mount();
+    other.mount();
+    const Bytes untouched = pages[own ^ 1U].bytes;
+    ASSERT_EQ(log.adopt(other), StoreStatus::kOk);
+    ASSERT_EQ(pages[own ^ 1U].bytes, untouched);
+    ASSERT_EQ(newest(pages[own]), last) << i;
+    for (std::size_t stores = random() % 4; stores > 0; --stores) {
+      last = pattern(random() % 900, static_cast<unsigned>(random()));
+      ASSERT_EQ(log.store(*last), StoreStatus::kOk);
+    }
+  }
+  SlotLog log(pages[0]);
+  log.mount();
+  EXPECT_EQ(log.erasures(0), static_cast<std::uint32_t>(pages[0].erased[0])) << "of its own pages";
+}
+
+TEST(SlotLog, PowerCutWhileTakingOverLosesNothing) {
+  for (const bool unreadable : {false, true}) {
+    for (const std::size_t before : {0U, 1U, 3U}) {
+      CutFlash source(2, 1024, 8);
+      CutFlash start(2, 1024, 8);
+      SlotLog other(source);
+      other.mount();
+      for (unsigned i = 0; i < 7; ++i) ASSERT_EQ(other.store(pattern(300, i)), StoreStatus::kOk);
+      SlotLog own(start);
+      own.mount();
+      for (unsigned i = 0; i < before; ++i) ASSERT_EQ(own.store(pattern(300, 50 + i)), StoreStatus::kOk);
+      const std::optional<Bytes> old = newest(start);
+      std::size_t step = 0;
+      for (bool done = false; !done; ++step) {
+        CutFlash flash = start;
+        flash.cut_at = flash.steps + step;
+        flash.tear = CutFlash::Tear::garbage;
+        flash.torn_unreadable = unreadable;
+        SlotLog log(flash);
+        log.mount();
+        done = log.adopt(other) == StoreStatus::kOk;
+        flash.cut_at.reset();
+        const std::optional<Bytes> found = newest(flash);
+        ASSERT_TRUE(found == pattern(300, 6) || (!done && found == old)) << step;
+        SlotLog again(flash);
+        again.mount();
+        ASSERT_EQ(again.adopt(other), StoreStatus::kOk) << step;
+        ASSERT_EQ(newest(flash), pattern(300, 6)) << step;
+      }
+      EXPECT_GT(step, 300U / 8);
+    }
+  }
 }
 
 }  // namespace

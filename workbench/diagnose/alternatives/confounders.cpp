@@ -10,8 +10,6 @@
 
 #include "workbench/base/axis_units.h"
 #include "workbench/base/quantity.h"
-#include "workbench/diagnose/alternatives/lines.h"
-#include "workbench/diagnose/alternatives/places.h"
 #include "workbench/diagnose/evidence/held_out.h"
 
 namespace slipstack::workbench {
@@ -28,56 +26,13 @@ double far_above(double reduction) {
   return reduction + 0.25 * (1.0 - reduction);
 }
 
-/// A place of the rail replaces several effects if it explains this share of what they explain together.
-/// Chosen on logs of tests/bench/blind/stranger_generator.py.
-constexpr double kShareOfSeveral = 0.9;
-
-/// A place of the rail that explains what several effects were named for, and far more than the first of them
-/// alone: a dent, for example, is not a preload map with a ripple that corrects it.
-std::optional<Structure> place_behind_several(const Measurement& measurement, const Diagnosis& diagnosis,
-                                              const Eigen::VectorXd& residual_N) {
-  if (diagnosis.steps.size() < 3) return {};
-  Structure place = place_on_rail(at_rows(measurement, measurement.position_m()),
-                                  at_rows(measurement, measurement.velocity_mps()), residual_N);
-  const double first = 1.0 - diagnosis.steps[1].holdout_rmse_N / diagnosis.baseline.holdout_rmse_N;
-  if (place.error_reduction < far_above(first) ||
-      place.error_reduction < kShareOfSeveral * reduction_of_all(diagnosis)) {
-    return {};
-  }
-  return place;
-}
-
-/// A line and a resonance have the same frequency if they differ by at most this share. Chosen.
-constexpr double kSameLine = 0.02;
-
-bool at_frequency_of(const Term& mode, const Structure& line) {
-  return std::abs(mode.shapes[0] - line.where) <= kSameLine * line.where;
-}
-
 }  // namespace
 
 std::optional<Structure> curve_behind_all(const Measurement& measurement, const Diagnosis& diagnosis) {
   const Eigen::VectorXd residual_N = weighted_residual(measurement, diagnosis.baseline);
   const auto free = find_structure(measurement, residual_N);
-  if (free.front().error_reduction < far_above(reduction_of_all(diagnosis)))
-    return place_behind_several(measurement, diagnosis, residual_N);
+  if (free.front().error_reduction < far_above(reduction_of_all(diagnosis))) return {};
   return free.front();
-}
-
-/// The line alone explains at least this share of what all effects explain. Chosen.
-constexpr double kLineCausesMode = 0.5;
-
-std::optional<Structure> line_as_resonance(const Measurement& measurement, const Diagnosis& diagnosis) {
-  const Term* mode = find_role(diagnosis.explained.terms, Role::resonance);
-  if (mode == nullptr || has_role(diagnosis.baseline.terms, Role::resonance)) return {};
-  const Eigen::VectorXd residual_N = weighted_residual(measurement, diagnosis.baseline);
-  const PlausibleShape& damping = mode->effect->traits.plausible_shape;
-  if (mode->shapes[static_cast<std::size_t>(damping.shape)] < damping.lower)
-    return line_near(measurement, residual_N, mode->shapes[0]);
-  Structure line = line_at_rows(measurement, residual_N);
-  if (!at_frequency_of(*mode, line) || line.error_reduction < kLineCausesMode * reduction_of_all(diagnosis))
-    return {};
-  return line;
 }
 
 /// A moving mass that differs from the declared one by this factor is a wrong unit, not a payload. Chosen.
@@ -104,21 +59,6 @@ std::optional<Structure> mass_of_another_axis(const Measurement& measurement, co
                                  quantity(found_kg, "kg"), quantity(declared_kg, "kg")));
   }
   return {};
-}
-
-/// A line that explains this share of an error above this multiple of the noise floor is taken as the cause
-/// of the remaining error. Chosen on the blind bench.
-constexpr double kLineDrives = 0.3;
-constexpr double kLineAboveFloor = 2.0;
-
-bool line_causes_mode(const Diagnosis& diagnosis) {
-  const auto& left = diagnosis.unexplained;
-  if (!left || left->coordinate != Coordinate::frequency ||
-      diagnosis.explained.holdout_rmse_N < kLineAboveFloor * diagnosis.noise_floor_N) {
-    return false;
-  }
-  const Term* mode = find_role(diagnosis.explained.terms, Role::resonance);
-  return (mode != nullptr && at_frequency_of(*mode, *left)) || left->error_reduction >= kLineDrives;
 }
 
 /// The line is stronger than the baseline's error by this factor, and this error is below this multiple of

@@ -184,13 +184,6 @@ Structure line_at_rows(const Measurement& measurement, const Eigen::VectorXd& re
   return steadiest.error_reduction > strongest.error_reduction ? steadiest : strongest;
 }
 
-Structure line_near(const Measurement& measurement, const Eigen::VectorXd& residual_N, double frequency_Hz) {
-  const Spectrum spectrum = row_spectrum(measurement, residual_N);
-  if (spectrum.density.size() < 2)
-    return {Coordinate::frequency, 0.0, frequency_Hz, "", Eigen::VectorXd::Zero(residual_N.size())};
-  return line_within(measurement, residual_N, frequency_Hz, spectrum.frequency_Hz[1]);
-}
-
 std::optional<Structure> line_beyond_rows(const Measurement& measurement, const std::vector<double>& model_N,
                                           double error_N) {
   std::vector<double> residual_N = measurement.log().force_N;

@@ -11,9 +11,6 @@ namespace slipstack::workbench {
 /// bandwidth.
 Structure line_at_rows(const Measurement& measurement, const Eigen::VectorXd& residual_N);
 
-/// The same near `frequency_Hz`, within the resolution of the residual's spectrum.
-Structure line_near(const Measurement& measurement, const Eigen::VectorXd& residual_N, double frequency_Hz);
-
 /// A line above that bandwidth, where no effect of the catalogue is searched: mains hum, an unbalanced fan, a
 /// switching ripple. It is found in the residual of `model_N` (a value per sample) and present throughout the
 /// log. The reduction of the error is relative to the rms of the line and of `error_N` together. Cost: some

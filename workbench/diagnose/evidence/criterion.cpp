@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "workbench/base/statistics.h"
+#include "workbench/diagnose/alternatives/causes.h"
 #include "workbench/diagnose/evidence/held_out.h"
 #include "workbench/estimate/terms/shape_ranges.h"
 
@@ -117,6 +118,12 @@ Criterion::Choices Criterion::choices_of(const Terms& terms) const {
   for (const Term& term : terms) {
     if (contains(baseline_, term.effect->text.id)) continue;
     choices.ln_starts += ln_choices_;
+    if (is_outside_catalogue(*term.effect)) {
+      // Its frequency, time or place was the best of as many as there are rows.
+      choices.shapes += static_cast<double>(term.shapes.size());
+      choices.ln_starts += std::log(static_cast<double>(measurement_.row_count()));
+      continue;
+    }
     for (const ShapeRange& range : searched_shapes(measurement_, *term.effect)) {
       const ShapeKind kind = term.effect->shapes[range.index].kind;
       choices.shapes += 1.0;

@@ -72,13 +72,14 @@ bool has_no_true_mode(const FittedModel& model) {
   const double moving_kg = mass_kg(model.terms);
   const EffectTraits& traits = mode->effect->traits;
   const PlausibleShape& damping = traits.plausible_shape;
-  const bool overdamped = mode->shapes[static_cast<std::size_t>(damping.shape)] > damping.upper;
+  const double damping_ratio = mode->shapes[static_cast<std::size_t>(damping.shape)];
+  const bool implausibly_damped = damping_ratio < damping.lower || damping_ratio > damping.upper;
   const double rigid_kg = mode->gains[static_cast<std::size_t>(traits.axis_mass_gain)];
   // Where the mass is fitted, the mode has no rigid part, and its mass is not contained in `moving_kg`.
   const bool free = mass_is_free(model.terms);
   const bool swings_as_a_whole = free ? mode->gains[0] > kLargestModalShare * (moving_kg + mode->gains[0])
                                       : rigid_kg < -kLargestModalShare * moving_kg;
-  return overdamped || swings_as_a_whole ||
+  return implausibly_damped || swings_as_a_whole ||
          std::hypot(mode->gains[0], mode->gains[1]) > kHeaviestArm * moving_kg;
 }
 

@@ -7,7 +7,6 @@
 
 #include "workbench/diagnose/evidence/plausibility.h"
 #include "workbench/diagnose/evidence/reduction.h"
-#include "workbench/model/effects/effect_registry.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -30,7 +29,8 @@ std::string only_in(const std::vector<std::string>& these, const std::vector<std
 bool is_special_case(const Explanation& simple, const Explanation& general) {
   const std::string effect = only_in(general.added, simple.added);
   const std::string special = only_in(simple.added, general.added);
-  return !effect.empty() && !special.empty() && find_effect(effect)->traits.special_case.id == special;
+  return !effect.empty() && !special.empty() &&
+         find_term(general.model.terms, effect)->effect->traits.special_case.id == special;
 }
 
 /// Whether an explanation is as good as one with a more general effect: that lowers the error by nothing

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "workbench/base/parallel.h"
+#include "workbench/diagnose/alternatives/causes.h"
 #include "workbench/diagnose/evidence/plausibility.h"
 #include "workbench/diagnose/evidence/reduction.h"
 #include "workbench/diagnose/search/growth.h"
@@ -43,9 +44,8 @@ std::vector<Trial> replacements(const SelectionContext& context, const std::vect
     }
   }
   std::vector<Trial> trials(others.size());
-  parallel_for(trials.size(), [&](std::size_t i) {
-    trials[i] = try_effect(context.measurement, without_old, *others[i], {});
-  });
+  parallel_for(trials.size(),
+               [&](std::size_t i) { trials[i] = try_anew(context.measurement, without_old, *others[i]); });
   std::erase_if(trials, [&](const Trial& trial) {
     return trial.holdout_rmse_N > kNearEnough * explanation.model.holdout_rmse_N;
   });
@@ -63,12 +63,14 @@ void drop_superfluous(const SelectionContext& context, Explanation& explanation)
       model = fit_gains(context.measurement, without(explanation.model.terms, explanation.added[i]),
                         &explanation.model);
       model = refine_shapes_in_turn(context.measurement, std::move(model), {15});
+      model = with_causes_found_again(context.measurement, std::move(model));
     }
     Explanation fewer{std::move(model), std::move(added)};
     if (is_step(context, fewer, explanation)) {
       ++i;
     } else {
       explanation = std::move(fewer);
+      i = 0;  // what was needed beside the dropped one may no longer be
     }
   }
 }
@@ -82,6 +84,7 @@ void exchange_effects(const SelectionContext& context, const std::vector<Trial>&
     for (const Trial& trial : replacements(context, alone, explanation, old, without_old)) {
       FittedModel model = fit_gains(context.measurement, trial.terms, &without_old);
       model = refine_shapes_in_turn(context.measurement, std::move(model), {15});
+      model = with_causes_found_again(context.measurement, std::move(model));
       Explanation replaced{std::move(model),
                            with_other(explanation.added, explanation.added[i], trial.term.id())};
       if (is_better(context, replaced, explanation) &&

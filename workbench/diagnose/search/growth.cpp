@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "workbench/base/parallel.h"
+#include "workbench/diagnose/alternatives/causes.h"
 #include "workbench/model/effects/effect_registry.h"
 
 namespace slipstack::workbench {
@@ -57,13 +58,34 @@ std::vector<const EffectDescription*> effects_to_try(const Measurement& measurem
     }
     effects.push_back(effect);
   }
+  for (const EffectDescription* cause : causes_to_try(measurement)) {
+    if (!contains(terms, cause->text.id)) effects.push_back(cause);
+  }
   return effects;
+}
+
+/// A trial of a cause outside the catalogue; the base alone where the residual has none.
+Trial try_cause(const Measurement& measurement, const FittedModel& from, const EffectDescription& cause) {
+  const auto shapes = shapes_of_cause(measurement, from, cause);
+  Trial trial;
+  if (shapes) {
+    trial = try_effect(measurement, from, cause, {}, &*shapes);
+  } else {
+    trial.term = make_term(measurement, cause);
+    trial.terms = from.terms;
+    trial.terms.push_back(trial.term);
+    trial.holdout_rmse_N = from.holdout_rmse_N;
+    trial.block_squared_error = from.block_squared_error;
+    trial.below_visible = true;
+  }
+  return trial;
 }
 
 /// A trial on top of an explanation. It starts from the shapes that the first level found, except for pitches
 /// and frequencies, whose best values may differ with another residual.
 Trial retry(const Measurement& measurement, const FittedModel& from, const EffectDescription& effect,
             const std::vector<Trial>& alone) {
+  if (is_outside_catalogue(effect)) return try_cause(measurement, from, effect);
   const Trial* first = find_trial(alone, effect.text.id);
   const bool elsewhere = std::any_of(effect.shapes.begin(), effect.shapes.end(), [](const ShapeSpec& shape) {
     return shape.kind == ShapeKind::pitch || shape.kind == ShapeKind::frequency ||
@@ -101,7 +123,7 @@ std::vector<Attempt> try_effects(const Measurement& measurement, const DiagnoseO
   std::atomic<std::size_t> done{0};
   parallel_for(attempts.size(), [&](std::size_t i) {
     Attempt& one = attempts[i];
-    one.trial = alone == nullptr ? try_effect(measurement, one.from->model, *one.effect, {})
+    one.trial = alone == nullptr ? try_anew(measurement, one.from->model, *one.effect)
                                  : retry(measurement, one.from->model, *one.effect, *alone);
     const std::size_t finished = ++done;
     options.report(alone == nullptr ? "try every effect" : "try every effect on top",
@@ -132,6 +154,11 @@ std::vector<Explanation> fit_best(const SelectionContext& context, std::vector<A
     grown[i] = {fit_gains(context.measurement, attempt.trial.terms, &attempt.from->model), added_by(attempt)};
   });
   return grown;
+}
+
+Trial try_anew(const Measurement& measurement, const FittedModel& from, const EffectDescription& effect) {
+  return is_outside_catalogue(effect) ? try_cause(measurement, from, effect)
+                                      : try_effect(measurement, from, effect, {});
 }
 
 std::size_t choices_of(const Measurement& measurement, const DiagnoseOptions& options,

@@ -28,6 +28,9 @@ std::vector<Attempt> try_effects(const Measurement& measurement, const DiagnoseO
 std::vector<Explanation> fit_best(const SelectionContext& context, std::vector<Attempt> attempts,
                                   std::size_t most);
 
+/// Tries an effect, or a cause outside the catalogue, on top of a model, from starting points of its own.
+Trial try_anew(const Measurement& measurement, const FittedModel& from, const EffectDescription& effect);
+
 /// The number of effects that a search with these options can add to the baseline.
 std::size_t choices_of(const Measurement& measurement, const DiagnoseOptions& options, const Terms& baseline);
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "workbench/diagnose/alternatives/causes.h"
 #include "workbench/diagnose/evidence/plausibility.h"
 #include "workbench/diagnose/evidence/reduction.h"
 #include "workbench/diagnose/search/exchange.h"
@@ -66,22 +67,55 @@ void add_effects(const DiagnoseOptions& options, Found& found) {
   }
 }
 
+/// Drops what is superfluous, exchanges what another effect explains better, and refines all shapes.
+void improve(Found& found) {
+  drop_superfluous(found.context, found.best);
+  exchange_effects(found.context, found.alone, found.best);
+  name_mass_beside_mode(found.context, found.best);
+  FittedModel model = refine_nominal_shapes(found.context.measurement, std::move(found.best.model));
+  found.best.model = refine_all_shapes(found.context.measurement, std::move(model));
+  // With refined shapes, the first effect may explain what another was added for.
+  if (found.best.added.size() > 1) drop_superfluous(found.context, found.best);
+}
+
+/// Takes what is outside the catalogue from the results: no controller has it. The effects that were chosen
+/// beside it remain, and their gains are fitted again without it.
+void set_causes_apart(Found& found) {
+  const Measurement& measurement = found.context.measurement;
+  const auto is_cause = [](const Term& term) { return is_outside_catalogue(*term.effect); };
+  std::erase_if(found.alone, [&](const Trial& trial) { return is_cause(trial.term); });
+  std::erase_if(found.first_level, [&](const Explanation& one) { return is_cause(one.model.terms.back()); });
+  const FittedModel joint = found.best.model;
+  Terms causes = joint.terms;
+  std::erase_if(causes, [&](const Term& term) { return !is_cause(term); });
+  if (causes.empty()) return;
+  Terms effects = joint.terms;
+  std::erase_if(effects, is_cause);
+  Terms without_effects = found.context.baseline.terms;
+  for (const Term& cause : causes) {
+    without_effects.push_back(cause);
+    const FittedModel others = fit_gains(measurement, without(joint.terms, cause.id()), &joint);
+    found.outside.causes.push_back(described_cause(measurement, joint, cause, others.holdout_rmse_N));
+    std::erase(found.best.added, cause.id());
+  }
+  std::sort(found.outside.causes.begin(), found.outside.causes.end(),
+            [](const auto& a, const auto& b) { return a.error_reduction > b.error_reduction; });
+  found.best.model =
+      found.best.added.empty() ? found.context.baseline : fit_gains(measurement, std::move(effects), &joint);
+  const FittedModel causes_alone = fit_gains(measurement, std::move(without_effects), &joint);
+  found.outside.explain_most = causes_alone.holdout_rmse_N < found.best.model.holdout_rmse_N;
+}
+
 }  // namespace
 
 Found search(const Measurement& measurement, const DiagnoseOptions& options, const FittedModel& baseline,
              const NoiseFloor& floor) {
   const Criterion criterion(measurement, baseline.terms, choices_of(measurement, options, baseline.terms));
-  Found found{{}, {measurement, baseline, floor, criterion}, {}, {}};
+  Found found{{}, {measurement, baseline, floor, criterion}, {}, {}, {}};
   found.best.model = baseline;
   add_effects(options, found);
-  if (found.best.added.empty()) return found;
-  drop_superfluous(found.context, found.best);
-  exchange_effects(found.context, found.alone, found.best);
-  name_mass_beside_mode(found.context, found.best);
-  FittedModel model = refine_nominal_shapes(measurement, std::move(found.best.model));
-  found.best.model = refine_all_shapes(measurement, std::move(model));
-  // With refined shapes, the first effect may explain what another was added for.
-  if (found.best.added.size() > 1) drop_superfluous(found.context, found.best);
+  if (!found.best.added.empty()) improve(found);
+  set_causes_apart(found);
   return found;
 }
 

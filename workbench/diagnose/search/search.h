@@ -15,6 +15,8 @@ struct Found {
   SelectionContext context;              ///< by which its steps were judged
   std::vector<Trial> alone;              ///< every effect on the baseline, best first
   std::vector<Explanation> first_level;  ///< the best of them, fitted in full
+  /// What was chosen from outside the catalogue, beside the effects of `best`, which does not contain it.
+  OutsideCauses outside;
 };
 
 /// Searches for the effects that `baseline` lacks, one after the other. A beam search, because if two effects

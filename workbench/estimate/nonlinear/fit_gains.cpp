@@ -6,6 +6,8 @@
 #include <limits>
 #include <utility>
 
+#include "workbench/estimate/nonlinear/damped_step.h"
+
 namespace slipstack::workbench {
 namespace {
 
@@ -76,19 +78,19 @@ bool within_bounds(const NormalEquations::Constraints& constraints, const Eigen:
 
 /// Moves the gains of `terms` towards `wanted`, as far as the cost falls: the bounds are convex, so any part
 /// of the way between two admissible points is admissible. Returns the relative decrease of the cost.
-double take_damped_step(const PenalisedSquares& cost, double cost_here, const Eigen::VectorXd& wanted,
-                        Terms& terms) {
+double step_towards(const PenalisedSquares& cost, double cost_here, const Eigen::VectorXd& wanted,
+                    Terms& terms) {
   const Eigen::VectorXd here = gains_of(terms);
-  double share = 1.0;
-  for (int halving = 0; halving <= kMostHalvings; ++halving, share *= 0.5) {
+  double cost_there = cost_here;
+  const bool taken = take_damped_step(kMostHalvings, [&](double share) {
     Terms moved = terms;
     take_gains(moved, here + share * (wanted - here));
-    const double cost_there = cost.of(moved);
-    if (cost_there >= cost_here) continue;
+    cost_there = cost.of(moved);
+    if (cost_there >= cost_here) return false;
     terms = std::move(moved);
-    return 1.0 - cost_there / cost_here;
-  }
-  return 0.0;
+    return true;
+  });
+  return taken ? 1.0 - cost_there / cost_here : 0.0;
 }
 
 /// Computes the errors of a fitted model, in sample and held out.
@@ -140,7 +142,7 @@ FittedModel fit_gains(const Measurement& measurement, Terms terms, const FittedM
     const bool admissible = within_bounds(fitted.constraints, gains_of(terms));
     const double here = admissible ? cost.of(linearisation->residual_N(), gains_of(terms))
                                    : std::numeric_limits<double>::max();
-    const double decrease = take_damped_step(cost, here, fitted.solution.value, terms);
+    const double decrease = step_towards(cost, here, fitted.solution.value, terms);
     fitted.solution.value = gains_of(terms);
     if (step > 0 && decrease < kConverged) break;
   }

@@ -91,7 +91,7 @@ bool is_nominal(ShapeKind kind) {
 
 bool is_searched(ShapeKind kind) {
   return kind != ShapeKind::slip_distance && kind != ShapeKind::position && kind != ShapeKind::travel &&
-         !is_nominal(kind);
+         kind != ShapeKind::table && !is_nominal(kind);
 }
 
 /// The value of a shape until all other effects are identified.

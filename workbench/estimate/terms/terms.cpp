@@ -157,7 +157,11 @@ NormalEquations::Constraints constraints_of(const Terms& terms, double error_N) 
 }
 
 Term with_gain_sets(const Measurement& measurement, Term term) {
-  const std::size_t sets = measurement.gain_sets(term.effect->text.id);
+  // What is not of the catalogue is not in the list of the measurement.
+  const bool outside = find_in_catalogue(term.effect->text.id) == nullptr;
+  const std::size_t sets = outside && term.effect->traits.per_log
+                               ? measurement.log_count()
+                               : measurement.gain_sets(term.effect->text.id);
   const std::size_t count = term.gains_per_set();
   for (std::vector<double>* values : {&term.gains, &term.lower, &term.upper}) {
     const std::vector<double> first(values->begin(), values->begin() + static_cast<std::ptrdiff_t>(count));

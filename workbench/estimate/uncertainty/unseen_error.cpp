@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "workbench/base/parallel.h"
+#include "workbench/estimate/nonlinear/damped_step.h"
 #include "workbench/estimate/nonlinear/tangent.h"
 
 namespace slipstack::workbench {
@@ -46,7 +47,7 @@ class PartialFits {
       const Eigen::VectorXd wanted = solve(blocks, step, residual_N, value);
       if (linear_) return residual_N - tangent_.columns * (wanted - value);
       const double before = cost;
-      take_damped_step(weights, wanted, value, residual_N, cost);
+      step_towards(wanted, weights, value, residual_N, cost);
       if (cost > (1.0 - kConverged) * before) break;
     }
     return residual_N;
@@ -87,19 +88,18 @@ class PartialFits {
         .value;
   }
 
-  void take_damped_step(const Eigen::VectorXd& weights, const Eigen::VectorXd& wanted, Eigen::VectorXd& value,
-                        Eigen::VectorXd& residual_N, double& cost) const {
-    double share = 1.0;
-    for (int halving = 0; halving <= kMostHalvings; ++halving, share *= 0.5) {
+  void step_towards(const Eigen::VectorXd& wanted, const Eigen::VectorXd& weights, Eigen::VectorXd& value,
+                    Eigen::VectorXd& residual_N, double& cost) const {
+    take_damped_step(kMostHalvings, [&](double share) {
       Eigen::VectorXd there = value + share * (wanted - value);
       Eigen::VectorXd residual_there_N = residual_at(there);
       const double cost_there = cost_of(weights, residual_there_N, there);
-      if (cost_there >= cost) continue;
+      if (cost_there >= cost) return false;
       value = std::move(there);
       residual_N = std::move(residual_there_N);
       cost = cost_there;
-      return;
-    }
+      return true;
+    });
   }
 
   Eigen::VectorXd residual_at(const Eigen::VectorXd& value) const {

@@ -5,15 +5,18 @@
 #include <cstdint>
 
 #include "firmware/control/reference.h"
+#include "firmware/control/uniform_spline.h"
 
 namespace slipstack {
 
-/// Set-points that arrive every `period` ticks, joined by a cubic B-spline (de Boor, A Practical Guide to
-/// Splines, chapter 9): position, velocity and acceleration are continuous, so that a stream asks no steps of
-/// the current. The spline's control points are c = p - (p_next - 2 p + p_before) / 6; it passes the
-/// set-points to within a 36th of their fourth difference. Three periods of delay: after the last set-point,
-/// send it three times more.
-class SetpointStream {
+/// Set-points that are there before they are needed, one every `period` ticks, joined by a uniform cubic
+/// B-spline (uniform_spline.h): segments of the reference's queue, exact to 2^-44 of a count. The control
+/// points are c = p - (p_next - 2 p + p_before) / 6; the spline passes the set-points to within a 36th of
+/// their fourth difference. Three periods of delay: after the last set-point, send it three times more.
+///
+/// What a master sends by SYNC is another matter: CyclicPosition locks to its clock and bridges what is
+/// missing.
+class SetPointQueue {
  public:
   static constexpr std::int32_t kLongestPeriod = 100;
 
@@ -38,10 +41,11 @@ class SetpointStream {
     const auto [c0, c1, c2] = control_;
     // The cubic x0 + V m + A m^2 / 2 + J m^3 / 6 over ticks m, and the sums of the generator that pass
     // through it.
-    const std::int64_t jerk = (newest - 3 * c2 + 3 * c1 - c0) / (n * n * n);
-    const std::int64_t acceleration = (c2 - 2 * c1 + c0) / (n * n);
-    const std::int64_t velocity = (c2 - c0) / (2 * n);
-    const std::int64_t start = (c0 + 4 * c1 + c2) / 6;
+    const auto spline = SplineSegment<std::int64_t>::of(c0, c1, c2, newest);
+    const std::int64_t jerk = spline.twist / (n * n * n);
+    const std::int64_t acceleration = spline.bend / (n * n);
+    const std::int64_t velocity = spline.twice_slope / (2 * n);
+    const std::int64_t start = spline.sixfold / 6;
     constexpr std::int64_t kFine = std::int64_t{1} << (kFractionBits - kUnitBits);
     const MotionSegment segment{.ticks = period_,
                                 .start_counts = sum(origin_, static_cast<std::int32_t>(start >> kUnitBits)),

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+#include "hal/stm32g474/board.h"
+#include "hal/stm32g474/gpio.h"
+#include "hal/stm32g474/peripherals.h"
+#include "hal/stm32g474/program_flash.h"
+#include "hal/stm32g474/timing.h"
+
+namespace slipstack {
+
+/// The NUCLEO-G474RE for firmware/app/boot_main.cpp: flash and watchdog, on the clock that a reset leaves
+/// (HSI16), no interrupts. The outputs are safe before it begins (startup.cpp).
+class BootBoard {
+ public:
+  /// A program must take the watchdog over within this time, or the part is reset: the firmware sets 20 ms
+  /// once its clocks run, 0.1 s after its begin at the latest.
+  static constexpr std::uint32_t kWatchdog_us = 2'000'000;
+
+  BootBoard()
+      : watchdog_(block<stm32g474::Iwdg>(stm32g474::kIWDG_BASE)),
+        programs_(block<stm32g474::Flash>(stm32g474::kFLASH_BASE), part_, stm32g474::careful_read) {}
+
+  void start() { static_cast<void>(watchdog_.start(stm32g474::plan_watchdog(kWatchdog_us))); }
+  ProgramMemory& programs() { return programs_; }
+
+  /// Enters the program whose vector table lies there, as a reset does: stack pointer, then reset vector. It
+  /// sets VTOR itself.
+  [[noreturn]] void run(std::uint32_t vectors) {
+    watchdog_.refresh();
+    asm volatile(
+        "ldr r1, [%0]     \n"
+        "ldr r2, [%0, #4] \n"
+        "msr msp, r1      \n"
+        "dsb              \n"
+        "isb              \n"
+        "bx r2            \n" ::"r"(vectors)
+        : "r1", "r2", "memory");
+    __builtin_unreachable();
+  }
+
+  /// There is no program: the lamp is lit, the outputs stay safe, until somebody flashes one.
+  [[noreturn]] void stay() {
+    stm32g474::set_bits(block<stm32g474::Rcc>(stm32g474::kRCC_BASE).ahb2enr,
+                        stm32g474::kRCC_AHB2ENR_GPIOAEN(1));
+    auto& a = block<stm32g474::Gpio>(stm32g474::kGPIOA_BASE);
+    stm32g474::set_up_pin(a, {.pin = kLampPin, .mode = stm32g474::PinMode::kOutput});
+    a.bsrr = 1U << kLampPin;
+    for (;;) watchdog_.refresh();
+  }
+
+ private:
+  static constexpr std::uint32_t kLampPin = 5;  // PA5, LD2
+  using Part = stm32g474::Part;
+  using FlashBlock = stm32g474::Flash<Part::Word>;
+
+  template <template <class> class Block>
+  static Block<Part::Word>& block(std::uint32_t address) {
+    return Part::block<Block>(address);
+  }
+
+  Part part_;
+  stm32g474::IndependentWatchdog<stm32g474::Iwdg<Part::Word>> watchdog_;
+  stm32g474::ProgramFlash<Part, FlashBlock, Part> programs_;
+};
+
+}  // namespace slipstack

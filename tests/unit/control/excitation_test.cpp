@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+// The periodic sweep that excites a loop.
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <random>
+#include <vector>
+
+#include "firmware/control/excitation.h"
+
+namespace slipstack {
+namespace {
+
+/// Runs until it is over; what came out in each tick.
+std::vector<float> run(Excitation& excitation, const ExcitationSettings& settings,
+                       std::size_t most = 1000000) {
+  excitation.begin(settings);
+  std::vector<float> values;
+  while (excitation.running() && values.size() < most) values.push_back(excitation.step({}, 0.0F));
+  return values;
+}
+
+ExcitationSettings drawn(std::mt19937& random) {
+  const auto between = [&](int low, int high) { return std::uniform_int_distribution<>(low, high)(random); };
+  ExcitationSettings settings;
+  settings.amplitude = static_cast<float>(between(1, 1000)) * 0.1F;
+  settings.largest_deviation_m = 1e-3F;
+  settings.period_ticks = static_cast<std::uint32_t>(between(400, 20000));
+  settings.lowest = static_cast<std::uint32_t>(between(2, 20));
+  settings.highest = settings.lowest + 2U * static_cast<std::uint32_t>(between(10, 35));
+  settings.periods = static_cast<std::uint32_t>(between(3, 6));
+  return settings;
+}
+
+double power_at(const std::vector<float>& values, std::size_t begin, std::size_t period, std::size_t line) {
+  std::complex<double> sum = 0.0;
+  for (std::size_t i = 0; i < period; ++i) {
+    const double phase =
+        -2.0 * std::numbers::pi * static_cast<double>(i * line % period) / static_cast<double>(period);
+    sum += static_cast<double>(values[begin + i]) * std::polar(1.0, phase);
+  }
+  return 2.0 * std::norm(sum / static_cast<double>(period));
+}
+
+TEST(Excitation, PeriodsAreTheSameBitForBit) {
+  std::mt19937 random(1);
+  for (int i = 0; i < 50; ++i) {
+    const ExcitationSettings settings = drawn(random);
+    Excitation excitation;
+    const std::vector<float> values = run(excitation, settings);
+    for (std::size_t k = 2 * settings.period_ticks;
+         k + settings.period_ticks < settings.periods * settings.period_ticks; ++k) {
+      ASSERT_EQ(std::bit_cast<std::uint32_t>(values[k]),
+                std::bit_cast<std::uint32_t>(values[k + settings.period_ticks]))
+          << i << ' ' << k;
+    }
+    EXPECT_EQ(excitation.state(), ExcitationState::kComplete);
+    EXPECT_EQ(excitation.periods(), settings.periods);
+    // Half a period to fade out.
+    EXPECT_EQ(values.size(), settings.periods * settings.period_ticks + settings.period_ticks / 2);
+  }
+}
+
+// At least 95 % of the power lies between the two frequencies, each line has a share of it, and the crest
+// factor is that of a sine.
+TEST(Excitation, PowerLiesInTheBand) {
+  std::mt19937 random(2);
+  for (int i = 0; i < 20; ++i) {
+    const ExcitationSettings settings = drawn(random);
+    Excitation excitation;
+    const std::vector<float> values = run(excitation, settings);
+    const std::size_t period = settings.period_ticks;
+    double all = 0.0;
+    double largest = 0.0;
+    for (std::size_t k = 0; k < period; ++k) {
+      all += std::pow(static_cast<double>(values[period + k]), 2);
+      largest = std::max(largest, std::fabs(static_cast<double>(values[period + k])));
+    }
+    all /= static_cast<double>(period);
+    double inside = 0.0;
+    const double lines = settings.highest - settings.lowest;
+    for (std::size_t line = settings.lowest; line <= settings.highest; ++line) {
+      const double power = power_at(values, period, period, line);
+      inside += power;
+      EXPECT_GT(power, 0.1 * all / lines) << line;
+    }
+    EXPECT_GT(inside, 0.93 * all);
+    EXPECT_LE(inside, 1.001 * all);
+    EXPECT_LE(largest, static_cast<double>(settings.amplitude) * 1.002);
+    EXPECT_NEAR(largest / std::sqrt(all), std::numbers::sqrt2, 0.05);
+  }
+}
+
+TEST(Excitation, BeginsAndEndsSoftly) {
+  ExcitationSettings settings{.amplitude = 10.0F,
+                              .largest_deviation_m = 1e-3F,
+                              .period_ticks = 4000,
+                              .lowest = 4,
+                              .highest = 40,
+                              .periods = 2};
+  Excitation excitation;
+  excitation.begin(settings);
+  float last = 0.0F;
+  float largest_step = 0.0F;
+  for (int i = 0; i < 6000 && excitation.running(); ++i) {
+    if (i == 3000) excitation.stop();
+    const float value = excitation.step({}, 0.0F);
+    largest_step = std::max(largest_step, std::fabs(value - last));
+    last = value;
+  }
+  EXPECT_EQ(excitation.state(), ExcitationState::kStopped);
+  EXPECT_LT(std::fabs(last), 4e-3F);  // e^-8 of the amplitude
+  // The fastest that a sine of the highest frequency changes in a tick.
+  const double steepest = 10.0 * 2.0 * std::numbers::pi * 40.0 / 4000.0;
+  EXPECT_LT(largest_step, 1.05 * steepest);
+  EXPECT_GT(largest_step, 0.6 * steepest);
+}
+
+TEST(Excitation, EndsWhereTheAxisLeavesItsPlaceOrAccelerates) {
+  const ExcitationSettings settings{.amplitude = 1.0F,
+                                    .largest_deviation_m = 1e-4F,
+                                    .period_ticks = 1000,
+                                    .lowest = 1,
+                                    .highest = 21,
+                                    .periods = 3};
+  Excitation excitation;
+  excitation.begin(settings);
+  for (int i = 0; i < 500; ++i) excitation.step({}, 0.99e-4F);
+  EXPECT_TRUE(excitation.running());
+  excitation.step({}, -1.01e-4F);
+  EXPECT_EQ(excitation.state(), ExcitationState::kTooFar);
+  excitation.begin(settings);
+  excitation.step({.velocity = 3.0F}, 0.0F);
+  EXPECT_TRUE(excitation.running());
+  excitation.step({.velocity = 3.0F, .acceleration = 1e-3F}, 0.0F);
+  EXPECT_EQ(excitation.state(), ExcitationState::kEnded);
+}
+
+TEST(Excitation, RefusesWhatIsNone) {
+  const ExcitationSettings good{.amplitude = 1.0F,
+                                .largest_deviation_m = 1e-4F,
+                                .period_ticks = 1000,
+                                .lowest = 1,
+                                .highest = 21,
+                                .periods = 3};
+  EXPECT_TRUE(good.possible());
+  for (int fault = 0; fault < 6; ++fault) {
+    ExcitationSettings bad = good;
+    if (fault == 0) bad.amplitude = std::nanf("");
+    if (fault == 1) bad.amplitude = 0.0F;
+    if (fault == 2) bad.highest = 251;
+    if (fault == 3) bad.lowest = 21;
+    if (fault == 4) bad.periods = 0;
+    if (fault == 5) bad.largest_deviation_m = 0.0F;
+    EXPECT_FALSE(bad.possible()) << fault;
+  }
+  for (int i = 1; i < 200; ++i) {
+    ExcitationSettings band = good;
+    band.set_band(static_cast<float>(i), 200.0F, 1e-4F);
+    EXPECT_EQ((band.lowest + band.highest) % 2, 0U);
+  }
+}
+
+}  // namespace
+}  // namespace slipstack

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+// Forces outside the catalogue that are tried as effects are: found with their values, beside an effect too.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "tests/unit/diagnose/diagnosed.h"
+#include "tests/unit/estimate/estimate_support.h"
+#include "tests/unit/estimate/simulated_axis.h"
+
+namespace slipstack::workbench {
+namespace {
+
+using test::diagnosed;
+
+constexpr std::uint64_t kAxisSeed = 33;
+
+sim::Bench bench_with_payload(double share) {
+  sim::Bench bench = sim::draw_bench(sim::Setup::kRandom, kAxisSeed);
+  bench.programme.seconds = 25.0;
+  bench.axis.effects.payload_kg = share * bench.axis.mass_kg;
+  return bench;
+}
+
+/// A log to which `force_N(time, position)` is added.
+template <class Force>
+Log log_and_force(double payload_share, Force&& force_N) {
+  Log log = test::simulate(bench_with_payload(payload_share), kAxisSeed);
+  for (std::size_t i = 0; i < log.force_N.size(); ++i)
+    log.force_N[i] += force_N(static_cast<double>(i) / log.sample_rate_Hz, log.position_m[i]);
+  return log;
+}
+
+double no_force(double, double) {
+  return 0.0;
+}
+
+/// Far above what decides whether a force is found.
+double strong_N() {
+  static const double floor_N = diagnosed(log_and_force(0.0, no_force)).noise_floor_N;
+  return 10.0 * floor_N;
+}
+
+struct Case {
+  const char* name;
+  double (*force_N)(double, double);
+  Coordinate coordinate;
+};
+
+double hum(double time_s, double) {
+  return strong_N() * std::sin(2.0 * std::numbers::pi * 13.7 * time_s);
+}
+double jump(double time_s, double) {
+  return time_s > 9.0 ? strong_N() : 0.0;
+}
+double creep(double time_s, double) {
+  return strong_N() * (std::sin(0.31 * time_s) + std::sin(0.73 * time_s + 1.0));
+}
+
+class Causes : public ::testing::TestWithParam<Case> {};
+
+TEST_P(Causes, AreFoundAndNoEffectIsNamedForThem) {
+  const Diagnosis is = diagnosed(log_and_force(0.0, GetParam().force_N));
+  EXPECT_EQ(is.verdict, Verdict::unexplained);
+  EXPECT_EQ(is.steps.size(), 1u) << is.steps.back().effect;
+  ASSERT_TRUE(is.unexplained);
+  EXPECT_EQ(is.unexplained->coordinate, GetParam().coordinate) << is.unexplained->description;
+}
+
+TEST_P(Causes, LeaveTheNameToAnEffectThatIsLarger) {
+  const Diagnosis is = diagnosed(log_and_force(0.3, GetParam().force_N));
+  EXPECT_EQ(is.verdict, Verdict::missing_effect);
+  ASSERT_EQ(is.steps.size(), 2u);
+  EXPECT_EQ(is.steps[1].effect, "payload_mass");
+  ASSERT_TRUE(is.unexplained);
+  EXPECT_EQ(is.unexplained->coordinate, GetParam().coordinate) << is.unexplained->description;
+}
+
+INSTANTIATE_TEST_SUITE_P(OfAllKinds, Causes,
+                         ::testing::Values(Case{"line", hum, Coordinate::frequency},
+                                           Case{"change", jump, Coordinate::time},
+                                           Case{"curve", creep, Coordinate::time}),
+                         [](const auto& kind) { return std::string(kind.param.name); });
+
+// The values that the description states are those that were hidden.
+TEST(Causes, StateTheirValues) {
+  const Diagnosis line = diagnosed(log_and_force(0.0, hum));
+  ASSERT_TRUE(line.unexplained);
+  EXPECT_NEAR(line.unexplained->where, 13.7, 0.02);
+  const Diagnosis change = diagnosed(log_and_force(0.0, jump));
+  ASSERT_TRUE(change.unexplained);
+  EXPECT_NEAR(change.unexplained->where, 9.0, 0.05);
+}
+
+TEST(Causes, APlaceIsFoundWhereItIs) {
+  const Log clean = log_and_force(0.0, no_force);
+  const auto [low, high] = std::minmax_element(clean.position_m.begin(), clean.position_m.end());
+  const double middle_m = *low + 0.4 * (*high - *low);
+  const double half_width_m = 0.02 * (*high - *low);
+  const Diagnosis is = diagnosed(log_and_force(0.0, [&](double, double position_m) {
+    const double u = (position_m - middle_m) / half_width_m;
+    return 2.0 * strong_N() * std::exp(-u * u);
+  }));
+  EXPECT_EQ(is.verdict, Verdict::unexplained) << is.steps.back().effect << is.steps.back().holdout_rmse_N;
+  ASSERT_TRUE(is.unexplained);
+  EXPECT_EQ(is.unexplained->coordinate, Coordinate::position) << is.unexplained->description;
+  EXPECT_NEAR(is.unexplained->where, middle_m, half_width_m);
+}
+
+TEST(Causes, NoneIsFoundWhereNoneIs) {
+  const Diagnosis is = diagnosed(log_and_force(0.0, no_force));
+  EXPECT_EQ(is.verdict, Verdict::complete);
+  EXPECT_TRUE(is.outside.causes.empty());
+}
+
+}  // namespace
+}  // namespace slipstack::workbench

@@ -1,0 +1,370 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/controller/measure_loop.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "firmware/canopen/user_units.h"
+#include "workbench/controller/trace_data.h"
+
+namespace slipstack::workbench {
+namespace {
+
+using namespace slipstack::canopen;
+
+constexpr std::size_t kPeriodSamples = 1024;
+// What is below these lines of a band belongs to the next, ten times slower one.
+constexpr std::size_t kFirstLine = 8;
+constexpr std::size_t kFirstSlowLine = 4;
+constexpr double kLowBandDeviation_m = 1e-4;
+constexpr double kStart_s = 0.3;  // from the command of a move until its velocity is constant and settled
+
+struct Band {
+  std::size_t decimation = 1;
+  std::size_t lowest = 0;
+  std::size_t highest = 0;
+  std::size_t settle = 1;  // periods, 0.2 s at 10 kHz and more
+  double amplitude_A = 0.0;
+};
+
+struct DriveFacts {
+  DriveController controller;
+  double resolution_m = 0.0;
+  double constant_N_per_A = 0.0;
+  double limit_A = 0.0;
+  std::size_t capacity = 0;
+};
+
+double real(SdoClient& drive, std::uint16_t index, std::uint8_t sub) {
+  return static_cast<double>(drive.read_real(index, sub));
+}
+void write_real(SdoClient& drive, std::uint16_t index, std::uint8_t sub, double value) {
+  drive.write(index, sub, std::bit_cast<std::uint32_t>(static_cast<float>(value)), 4);
+}
+
+[[noreturn]] void refuse_node(const SdoClient& drive, const std::string& why) {
+  throw UsageError(fmt::format("node {}: {}", drive.node(), why));
+}
+
+bool enabled(SdoClient& drive) {
+  return (drive.read(0x6041, 0) & 0x6F) == 0x27;
+}
+
+DriveFacts ask(SdoClient& drive) {
+  if (drive.read(0x1018, 2) != kProductCode) refuse_node(drive, "is not a slipstack drive (1018h:02)");
+  if (!enabled(drive) || drive.read(0x6061, 0) != 1)
+    refuse_node(drive,
+                "must be enabled in profile position mode (6060h = 1), since the loop is measured closed");
+  DriveFacts facts;
+  facts.controller = read_controller(drive);
+  facts.resolution_m = real(drive, kAxisIndex, 1);
+  facts.constant_N_per_A = real(drive, kAxisIndex, 3);
+  facts.limit_A = real(drive, kAxisIndex, 9);
+  facts.capacity = drive.read(kTraceIndex, 9);
+  if (facts.capacity < 2 * kPeriodSamples)
+    refuse_node(drive, fmt::format("its trace of {} samples is less than two periods", facts.capacity));
+  if (!(facts.controller.velocity_gain_N_s_per_m > 0.0))
+    refuse_node(drive, "has no velocity gain (2000h:06); without feedback the axis would drift away");
+  return facts;
+}
+
+// From the highest frequency downwards.
+std::vector<Band> bands_of(const DriveFacts& facts, const LoopMeasurement& wanted) {
+  const double rate_Hz = 1.0 / facts.controller.tick_s;
+  const double highest_Hz = wanted.highest_Hz > 0.0 ? wanted.highest_Hz : 0.15 * rate_Hz;
+  if (highest_Hz > 0.24 * rate_Hz)
+    throw UsageError(fmt::format("--to: at most {:.0f} Hz with this tick", 0.24 * rate_Hz));
+  if (!(wanted.lowest_Hz < 0.5 * highest_Hz))
+    throw UsageError(
+        fmt::format("--from: must be below half of {:.4g} Hz, the highest frequency", highest_Hz));
+  const double most_A = wanted.amplitude_A > 0.0 ? wanted.amplitude_A : 0.1 * facts.limit_A;
+  if (most_A > 0.5 * facts.limit_A)
+    throw UsageError(
+        fmt::format("--amplitude: at most half of the current limit, {:.4g} A", 0.5 * facts.limit_A));
+  const double stiffness = facts.controller.position_gain_per_s * facts.controller.velocity_gain_N_s_per_m;
+  const double gentle_A = kLowBandDeviation_m * stiffness / facts.constant_N_per_A;
+  std::vector<Band> bands;
+  double to_Hz = highest_Hz;
+  for (std::size_t decimation = 1; decimation <= 100 && to_Hz > wanted.lowest_Hz; decimation *= 10) {
+    const double line_Hz = rate_Hz / static_cast<double>(decimation * kPeriodSamples);
+    const auto wanted_line = static_cast<std::size_t>(std::lround(wanted.lowest_Hz / line_Hz));
+    Band band;
+    band.decimation = decimation;
+    band.settle = decimation == 1 ? 2 : 1;
+    band.lowest = std::max(wanted_line, decimation == 1 ? kFirstLine : kFirstSlowLine);
+    band.highest = static_cast<std::size_t>(std::ceil(to_Hz / line_Hz));
+    to_Hz = static_cast<double>(band.lowest) * line_Hz;
+    if (band.highest <= band.lowest + 2) continue;
+    band.highest += (band.lowest + band.highest) % 2;
+    band.amplitude_A = decimation == 1 ? most_A : std::min(most_A, gentle_A);
+    bands.push_back(band);
+  }
+  return bands;
+}
+
+/// Stops what runs when the measurement ends, however it does.
+class ExcitationGuard {
+ public:
+  explicit ExcitationGuard(SdoClient& drive) : drive_(drive) {}
+  ExcitationGuard(const ExcitationGuard&) = delete;
+  ExcitationGuard& operator=(const ExcitationGuard&) = delete;
+  ~ExcitationGuard() {
+    try {
+      drive_.try_write(kExcitationIndex, 1, 0, 1);
+      drive_.try_write(kTraceIndex, 1, 0, 1);
+      drive_.try_write(kTraceIndex, 10, 0, 1);
+    } catch (const std::exception&) {  // the bus is gone: the drive ends by itself
+    }
+  }
+
+ private:
+  SdoClient& drive_;
+};
+
+void wait_ticks(SdoClient& drive, std::uint32_t ticks) {
+  const std::uint32_t begin = drive.read(kTimingIndex, 4);
+  while (drive.read(kTimingIndex, 4) - begin < ticks) {
+  }
+}
+
+/// Moves of one velocity to and fro, each long enough for a capture.
+class Mover {
+ public:
+  Mover(SdoClient& drive, const DriveFacts& facts, double velocity_mps)
+      : drive_(drive), facts_(facts), velocity_mps_(velocity_mps), forward_(velocity_mps > 0.0) {
+    if (velocity_mps == 0.0) return;
+    std::array<std::uint32_t, 6> factors{};
+    std::size_t at = 0;
+    for (const std::uint16_t index : std::array<std::uint16_t, 3>{0x608F, 0x6091, 0x6092}) {
+      for (const std::uint8_t sub : std::array<std::uint8_t, 2>{1, 2}) factors[at++] = drive.read(index, sub);
+    }
+    const auto units = UserUnits::of(factors, 0);
+    if (!units) refuse_node(drive, "its user units (608Fh, 6091h, 6092h) are none");
+    users_per_m_ = 1.0 / (facts.resolution_m * static_cast<double>(units->counts_per_user()));
+    velocity_before_ = drive.read(0x6081, 0);
+  }
+  Mover(const Mover&) = delete;
+  Mover& operator=(const Mover&) = delete;
+  ~Mover() {
+    if (velocity_mps_ == 0.0) return;
+    try {
+      drive_.try_write(0x6081, 0, velocity_before_, 4);
+    } catch (const std::exception&) {  // the bus is gone: nothing can be restored
+    }
+  }
+
+  /// Begins a move that lasts `seconds` at the velocity, and a while more for the bus; waits until it has it.
+  void begin(double seconds) {
+    if (velocity_mps_ == 0.0) return;
+    const double way_m = (1.1 * seconds + kStart_s + 0.2) * std::fabs(velocity_mps_);
+    const auto from = static_cast<std::int32_t>(drive_.read(0x6064, 0));
+    const double to = from + (forward_ ? 1.0 : -1.0) * way_m * users_per_m_;
+    forward_ = !forward_;
+    if (std::fabs(to) > 2.1e9) refuse_node(drive_, "--velocity: the move leaves the range of positions");
+    drive_.write(0x6081, 0, static_cast<std::uint32_t>(std::lround(std::fabs(velocity_mps_) * users_per_m_)),
+                 4);
+    drive_.write(0x607A, 0, static_cast<std::uint32_t>(static_cast<std::int32_t>(std::lround(to))), 4);
+    drive_.write(0x6040, 0, 0x2F, 2);
+    drive_.write(0x6040, 0, 0x3F, 2);
+    drive_.write(0x6040, 0, 0x2F, 2);
+    wait_ticks(drive_, static_cast<std::uint32_t>(kStart_s / facts_.controller.tick_s));
+  }
+  /// Waits for its end.
+  void end() {
+    if (velocity_mps_ == 0.0) return;
+    for (int i = 0; (drive_.read(0x6041, 0) & 0x0400) == 0; ++i) {
+      if (i > 100000) refuse_node(drive_, "the move does not end");
+    }
+  }
+
+ private:
+  SdoClient& drive_;
+  const DriveFacts& facts_;
+  double velocity_mps_;
+  double users_per_m_ = 1.0;
+  std::uint32_t velocity_before_ = 0;
+  bool forward_;
+};
+
+[[noreturn]] void ended(SdoClient& drive, std::uint32_t state, const LoopMeasurement& wanted) {
+  if (!enabled(drive)) {
+    refuse_node(drive, fmt::format("left operation enabled while it was excited, error {:04x}h; with less "
+                                   "--amplitude it may stay",
+                                   drive.read(0x603F, 0)));
+  }
+  if (state == 5) {
+    refuse_node(drive,
+                fmt::format("the position left the bound of {:.3g} mm; less --amplitude or more --deviation",
+                            1e3 * wanted.deviation_m));
+  }
+  refuse_node(drive,
+              "the excitation was ended: the reference accelerated, or another master stopped the axis");
+}
+
+void set_excitation(SdoClient& drive, const DriveFacts& facts, const Band& band, std::size_t periods,
+                    const LoopMeasurement& wanted) {
+  const double period_ticks = static_cast<double>(kPeriodSamples * band.decimation);
+  const double line_Hz = 1.0 / (period_ticks * facts.controller.tick_s);
+  drive.write(kExcitationIndex, 3, 0, 1);
+  write_real(drive, kExcitationIndex, 4, band.amplitude_A);
+  write_real(drive, kExcitationIndex, 6, static_cast<double>(band.lowest) * line_Hz);
+  write_real(drive, kExcitationIndex, 7, static_cast<double>(band.highest) * line_Hz);
+  drive.write(kExcitationIndex, 8, static_cast<std::uint32_t>(period_ticks), 4);
+  drive.write(kExcitationIndex, 9, static_cast<std::uint32_t>(periods), 2);
+  write_real(drive, kExcitationIndex, 10, wanted.deviation_m);
+  drive.write(kTraceIndex, 3, static_cast<std::uint32_t>(band.decimation), 2);
+  drive.write(kTraceIndex, 4, 0, 1);
+  drive.write(kTraceIndex, 7, 0, 2);
+  drive.write(kTraceIndex, 10, 1, 1);
+}
+
+ExcitedRecord record_of(const TraceData& trace, const DriveFacts& facts, const Band& band) {
+  ExcitedRecord record;
+  record.tick_s = facts.controller.tick_s;
+  record.decimation = band.decimation;
+  record.period_samples = kPeriodSamples;
+  record.lowest = band.lowest;
+  record.highest = band.highest;
+  const std::int32_t first = trace.samples.front().counts;
+  for (const TraceSample& sample : trace.samples) {
+    // Counts may go round.
+    const auto counts = static_cast<std::int32_t>(static_cast<std::uint32_t>(sample.counts) -
+                                                  static_cast<std::uint32_t>(first));
+    record.position_m.push_back(static_cast<double>(counts) * facts.resolution_m);
+    record.force_N.push_back(static_cast<double>(sample.current_A) * facts.constant_N_per_A);
+    record.excitation.push_back(static_cast<double>(std::bit_cast<float>(sample.reference)));
+  }
+  return record;
+}
+
+/// One capture: excite, wait for the steady state, trace, stop. `limits`: those that were met.
+ExcitedRecord capture(SdoClient& drive, const DriveFacts& facts, const Band& band, Mover& mover,
+                      const LoopMeasurement& wanted, std::uint32_t& limits, const Show& show) {
+  const std::size_t periods = facts.capacity / kPeriodSamples;
+  const double period_s = static_cast<double>(kPeriodSamples * band.decimation) * facts.controller.tick_s;
+  // It is stopped when the trace is full; if the master is gone, it ends by itself.
+  set_excitation(drive, facts, band, band.settle + periods + 2, wanted);
+  mover.begin(static_cast<double>(band.settle + periods) * period_s);
+  if (const std::uint32_t code = drive.try_write(kExcitationIndex, 1, 1, 1); code != 0)
+    refuse_node(drive, fmt::format("the excitation is refused (2320h:01): {}", abort_text(code)));
+  while (drive.read(kExcitationIndex, 11) < band.settle) {
+    const std::uint32_t state = drive.read(kExcitationIndex, 2);
+    if (state != 1) ended(drive, state, wanted);
+  }
+  drive.write(kTraceIndex, 1, 1, 1);
+  while (drive.read(kTraceIndex, 2) != 3) {
+    const std::uint32_t state = drive.read(kExcitationIndex, 2);
+    if (state != 1 && drive.read(kTraceIndex, 2) != 3) ended(drive, state, wanted);
+    show("excite", static_cast<double>(drive.read(kTraceIndex, 8)) / static_cast<double>(facts.capacity));
+  }
+  limits |= drive.read(kExcitationIndex, 12);
+  drive.write(kExcitationIndex, 1, 0, 1);
+  mover.end();
+  while (drive.read(kExcitationIndex, 2) == 1) {
+  }
+  const TraceData trace = fetch_trace(drive, show);
+  if (trace.head.second_channel != 1 || trace.samples.size() < 2 * kPeriodSamples)
+    refuse_node(drive, "the trace is not of the excitation; did another master arm it?");
+  return record_of(trace, facts, band);
+}
+
+void set_gains(SdoClient& drive, const DriveController& gains) {
+  write_real(drive, kAxisIndex, 5, gains.position_gain_per_s);
+  write_real(drive, kAxisIndex, 6, gains.velocity_gain_N_s_per_m);
+  write_real(drive, kAxisIndex, 7, gains.integral_per_s);
+  for (std::size_t i = 0; i < gains.notch.size(); ++i) {
+    const auto sub = static_cast<std::uint8_t>(kNotchFirst + 3 * i);
+    write_real(drive, kAxisIndex, sub, gains.notch[i].frequency_Hz);
+    write_real(drive, kAxisIndex, static_cast<std::uint8_t>(sub + 1), gains.notch[i].damping);
+    write_real(drive, kAxisIndex, static_cast<std::uint8_t>(sub + 2), gains.notch[i].depth);
+  }
+}
+
+void await_enabled(SdoClient& drive, bool wanted) {
+  for (int i = 0; enabled(drive) != wanted; ++i) {
+    if (i > 5000)
+      refuse_node(drive, wanted ? "does not become enabled again" : "does not leave operation enabled");
+  }
+}
+
+}  // namespace
+
+DriveController read_controller(SdoClient& drive) {
+  DriveController made;
+  made.tick_s = real(drive, kAxisIndex, 2);
+  made.mass_kg = model_mass_kg(drive);
+  made.observer_rad_per_s = real(drive, kAxisIndex, 4);
+  made.position_gain_per_s = real(drive, kAxisIndex, 5);
+  made.velocity_gain_N_s_per_m = real(drive, kAxisIndex, 6);
+  made.integral_per_s = real(drive, kAxisIndex, 7);
+  made.disturbance_share = real(drive, kAxisIndex, 8);
+  for (std::size_t i = 0; i < made.notch.size(); ++i) {
+    const auto sub = static_cast<std::uint8_t>(kNotchFirst + 3 * i);
+    made.notch[i] = {real(drive, kAxisIndex, sub),
+                     real(drive, kAxisIndex, static_cast<std::uint8_t>(sub + 1)),
+                     real(drive, kAxisIndex, static_cast<std::uint8_t>(sub + 2))};
+  }
+  if (!(made.tick_s > 0.0) || !(made.mass_kg > 0.0))
+    refuse_node(drive, "has no mass or no tick (2100h, 2000h:02); is it commissioned?");
+  return made;
+}
+
+LoopRecording measure_loop(SdoClient& drive, const LoopMeasurement& wanted, const Show& show) {
+  show("ask the drive", -1.0);
+  const DriveFacts facts = ask(drive);
+  LoopRecording recording;
+  recording.drive = facts.controller;
+  recording.velocity_mps = wanted.velocity_mps;
+  recording.force_limit_N = facts.limit_A * facts.constant_N_per_A;
+  recording.motor_constant_N_per_A = facts.constant_N_per_A;
+  const ExcitationGuard guard(drive);
+  Mover mover(drive, facts, wanted.velocity_mps);
+  drive.write(kExcitationIndex, 1, 0, 1);
+  drive.write(kTraceIndex, 1, 0, 1);
+  std::uint32_t limits = 0;
+  for (const Band& band : bands_of(facts, wanted)) {
+    std::vector<ExcitedRecord> captures;
+    for (int i = 0; i < wanted.captures; ++i)
+      captures.push_back(capture(drive, facts, band, mover, wanted, limits, show));
+    recording.bands.push_back(std::move(captures));
+  }
+  if (limits != 0) {
+    recording.notes.push_back(fmt::format(
+        "Limits were met (2200h:0A, bits {:04X}h): the response is that of a limited loop; measure "
+        "with less --amplitude.",
+        limits));
+  }
+  return recording;
+}
+
+void apply_gains(SdoClient& drive, const DriveController& gains, bool store, const Show& show) {
+  show("apply", -1.0);
+  const std::uint32_t hash = drive.read(kModelIndex, 1);
+  if (hash != drive.read(kModelIndex, 2))
+    refuse_node(drive, "another model is staged than runs; deploy it, or restore the one that runs, first");
+  const DriveController before = read_controller(drive);
+  const bool was_enabled = enabled(drive);
+  if (was_enabled) {
+    drive.write(0x6040, 0, 0x07, 2);
+    await_enabled(drive, false);
+  }
+  set_gains(drive, gains);
+  if (drive.try_write(kModelIndex, 3, hash, 4) != 0) {
+    const std::uint32_t result = drive.read(kModelIndex, 4);
+    set_gains(drive, before);
+    refuse_node(drive,
+                fmt::format("does not take the gains (result {}, 2140h:04); the old ones run on", result));
+  }
+  for (int i = 0; drive.read(kModelIndex, 5) != 0; ++i) {
+    if (i == 1000) refuse_node(drive, "the tick does not take the gains; does it run?");
+  }
+  if (store) drive.write(0x1010, 1, 0x65766173, 4);  // "save"
+  if (!was_enabled) return;
+  drive.write(0x6040, 0, 0x0F, 2);
+  await_enabled(drive, true);
+}
+
+}  // namespace slipstack::workbench
