@@ -80,6 +80,12 @@ TEST(SdoBlock, TraceOfFourThousandSamplesThroughALossyLine) {
   EXPECT_EQ(lossy, clean);
   EXPECT_EQ(Bench::number(clean, 0), 0x52544C53U);
   EXPECT_EQ(Bench::number(clean, 8), samples);
+  // Tick, encoder, motor and mass as they were set; the image is over with its end.
+  const ControlSet& set = bench.loop->controller().parameters();
+  const Data scales =
+      floats({set.axis.tick_s, set.axis.encoder_resolution_m, set.axis.motor_constant_N_per_A, set.mass_kg});
+  EXPECT_TRUE(std::equal(scales.begin(), scales.end(), clean.begin() + 16));
+  EXPECT_EQ(bench.sdo({0xA1, 0, 0, 0, 0, 0, 0, 0}).at(0), 0x80);
   // The axis moved under way, to 30 mm from where it stood at 100 mm.
   std::int32_t first = 0, last = 0;
   std::memcpy(&first, &clean[48], 4);

@@ -168,6 +168,19 @@ TEST(Pdo, DummyEntriesSkipBytes) {
   EXPECT_EQ(bench.read(0x6040, 0), 6U);
 }
 
+// 0001h to 0007h are the basic types; what is beside them is no object.
+TEST(Pdo, DummyEntriesAreThoseOfTheBasicTypes) {
+  Bench bench;
+  ASSERT_EQ(bench.write(0x1403, 1, 0x80000505, 4), 0U);
+  ASSERT_EQ(bench.write(0x1603, 0, 0, 1), 0U);
+  for (const std::uint32_t type : {1U, 2U, 3U, 4U, 5U, 6U, 7U}) {
+    const std::uint32_t bits = type == 4 || type == 7 ? 32U : (type == 3 || type == 6 ? 16U : 8U);
+    EXPECT_EQ(bench.write(0x1603, 1, (type << 16) | bits, 4), 0U) << type;
+  }
+  for (const std::uint32_t type : {0U, 8U})
+    EXPECT_NE(bench.write(0x1603, 1, (type << 16) | 32U, 4), 0U) << type;
+}
+
 // CiA 301 leaves remote requests to the device, and CiA's application note 802 advises against them: bit 30
 // of the COB-IDs says that this one has none, transmission types 252 and 253 are refused, and so is node
 // guarding.

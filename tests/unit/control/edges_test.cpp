@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "firmware/control/cyclic_position.h"
+#include "firmware/control/digital_io.h"
 #include "firmware/control/motion_bounds.h"
 #include "firmware/control/parameters.h"
 #include "firmware/control/set_point_periods.h"
@@ -100,6 +101,44 @@ TEST(Edges, PeriodsAreToldOnABentPathAfterALoss) {
   EXPECT_EQ(periods.place(10, path(9), 100000).period, 9U);  // late by a period
   EXPECT_EQ(periods.place(10, path(10), 100000).period, 10U);
   EXPECT_EQ(periods.place(12, path(12), 100000).period, 12U);  // 11 was lost
+}
+
+// A new stream has nothing to do with the set-points of the last one.
+TEST(Edges, ANewStreamForgetsTheLast) {
+  SetPointPeriods periods;
+  for (std::uint32_t n = 1; n <= 6; ++n) periods.place(n, static_cast<std::int32_t>(1000 * n), 1000);
+  periods.reset();
+  const SetPointPeriods::Place first = periods.place(8, 90000, 1000);
+  EXPECT_EQ(first.period, 8U);
+  EXPECT_EQ(first.counts, 90000) << "and not as far as the axis may move from there";
+}
+
+// The model's delay in ticks, rounded.
+TEST(Edges, TheLeadIsTheDelayInTicks) {
+  ModelParameters model{};
+  auto& delay = std::get<EffectParameters<TimeDelay<float>, float>>(model);
+  delay.shapes = {1.26e-3F, 0.4e-3F};
+  EXPECT_EQ(lead_ticks(model, 1e-4F), 0);
+  delay.enabled = true;
+  EXPECT_EQ(lead_ticks(model, 1e-4F), 17);
+  delay.shapes = {0.0F, 0.0F};
+  EXPECT_EQ(lead_ticks(model, 1e-4F), 0);
+}
+
+// Well is: ready and no fault, whatever is inverted, on any other terminal too.
+TEST(Edges, TheAmplifierIsWellWhereItIsReadyAndHasNoFault) {
+  for (std::uint32_t inverted = 0; inverted < 8; ++inverted) {
+    IoParameters parameters;
+    parameters.amplifier_ready = 1;
+    parameters.amplifier_fault = 2;
+    parameters.inverted_inputs = static_cast<std::uint16_t>(inverted);
+    const IoMasks io = IoMasks::of(parameters);
+    for (std::uint32_t levels = 0; levels < 8; ++levels) {
+      const DigitalInputs inputs(levels);
+      EXPECT_EQ(inputs.amplifier_well(io), inputs.amplifier_ready(io) && !inputs.amplifier_fault(io));
+      EXPECT_EQ(inputs.amplifier_well(io), ((levels ^ inverted) & 3U) == 1U);
+    }
+  }
 }
 
 }  // namespace
