@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "workbench/base/statistics.h"
-#include "workbench/diagnose/alternatives/causes.h"
+#include "workbench/diagnose/alternatives/cause_forms.h"
 #include "workbench/diagnose/evidence/held_out.h"
 #include "workbench/estimate/terms/shape_ranges.h"
 

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/diagnose/alternatives/cause_forms.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <span>
+#include <type_traits>
+#include <utility>
+
+namespace slipstack::workbench {
+namespace {
+
+using std::numbers::pi;
+
+class LineBasis final : public EffectBasis {
+ public:
+  void prepare(std::span<const double> shapes, const Scales<double>&) override {
+    rate_ = 2.0 * pi * shapes[0];
+  }
+  void reset(const Sample<double>&) override {}
+  void run(std::span<const Sample<double>> samples, double* out) override {
+    for (const Sample<double>& sample : samples) {
+      *out++ = std::cos(rate_ * sample.time_s);
+      *out++ = std::sin(rate_ * sample.time_s);
+    }
+  }
+
+ private:
+  double rate_ = 0.0;
+};
+
+class ChangeBasis final : public EffectBasis {
+ public:
+  void prepare(std::span<const double> shapes, const Scales<double>&) override { from_s_ = shapes[0]; }
+  void reset(const Sample<double>&) override {}
+  void run(std::span<const Sample<double>> samples, double* out) override {
+    for (const Sample<double>& sample : samples) {
+      const double changed = sample.time_s >= from_s_ ? 1.0 : 0.0;
+      *out++ = changed;
+      *out++ = changed;
+    }
+  }
+
+ private:
+  double from_s_ = 0.0;
+};
+
+/// Linear B-splines over the time from the first shape to the second.
+class CurveBasis final : public EffectBasis {
+ public:
+  void prepare(std::span<const double> shapes, const Scales<double>&) override {
+    first_s_ = shapes[0];
+    per_s_ = kCurveIntervals / std::max(shapes[1] - shapes[0], 1e-12);
+  }
+  void reset(const Sample<double>&) override {}
+  void run(std::span<const Sample<double>> samples, double* out) override {
+    for (const Sample<double>& sample : samples) {
+      std::fill_n(out, kCurveIntervals + 1, 0.0);
+      const double at = std::clamp((sample.time_s - first_s_) * per_s_, 0.0, kCurveIntervals - 1e-9);
+      const auto knot = static_cast<std::ptrdiff_t>(at);
+      out[knot] = 1.0 - (at - static_cast<double>(knot));
+      out[knot + 1] = at - static_cast<double>(knot);
+      out += kCurveIntervals + 1;
+    }
+  }
+
+ private:
+  double first_s_ = 0.0;
+  double per_s_ = 1.0;
+};
+
+class PlaceBasis final : public EffectBasis {
+ public:
+  void prepare(std::span<const double> shapes, const Scales<double>&) override {
+    middle_m_ = shapes[0];
+    half_width_m_ = std::max(shapes[1], 1e-12);
+  }
+  void reset(const Sample<double>&) override {}
+  void run(std::span<const Sample<double>> samples, double* out) override {
+    for (const Sample<double>& sample : samples) {
+      const auto columns = place_basis((sample.position_m - middle_m_) / half_width_m_);
+      out = std::copy(columns.begin(), columns.end(), out);
+    }
+  }
+
+ private:
+  double middle_m_ = 0.0;
+  double half_width_m_ = 1.0;
+};
+
+/// The description of a cause; its shapes are found by shapes_of_cause() and not searched.
+template <class Basis>
+EffectDescription cause(const char* id, std::vector<GainGroup> gains, std::vector<ShapeSpec> shapes) {
+  EffectDescription description;
+  description.text = {.id = id,
+                      .title = id,
+                      .formula = "",
+                      .source = "",
+                      .residual = "",
+                      .evidence = "",
+                      .cause = "",
+                      .confirm = ""};
+  for (ShapeSpec& shape : shapes) shape.kind = ShapeKind::table;
+  for (const GainGroup& group : gains) description.gain_count += group.count;
+  description.gain_groups = std::move(gains);
+  description.shapes = std::move(shapes);
+  description.traits.plannable = false;
+  description.traits.per_log = std::is_same_v<Basis, LineBasis>;  // the phase differs from log to log
+  description.make = [] { return std::make_unique<Basis>(); };
+  return description;
+}
+
+GainGroup any_force(const char* name) {
+  return {name, "N", -kUnbounded, kUnbounded, 1, Acts::force};
+}
+
+ShapeSpec found(const char* name, const char* unit) {
+  return {name, unit, -kUnbounded, kUnbounded, ShapeKind::table};
+}
+
+/// In the order of CauseForm.
+const std::array<EffectDescription, 4>& all_causes() {
+  static const std::array<EffectDescription, 4> all{
+      cause<LineBasis>("line_in_time", {any_force("cosine"), any_force("sine")}, {found("frequency", "Hz")}),
+      cause<ChangeBasis>("change_at_a_time",
+                         {{"level", "", -1.0f, kUnbounded, 1, Acts::dry_scale}, any_force("offset")},
+                         {found("time", "s")}),
+      cause<PlaceBasis>(
+          "force_at_a_place",
+          {any_force("push"), any_force("slope"), {"level", "", -1.0f, kUnbounded, 1, Acts::dry_scale}},
+          {found("place", "m"), found("half_width", "m")}),
+      cause<CurveBasis>(
+          "force_over_time",
+          {{"curve", "N", -kUnbounded, kUnbounded, kCurveIntervals + 1, Acts::force, /*smooth=*/true}},
+          {found("first", "s"), found("last", "s")})};
+  return all;
+}
+
+}  // namespace
+
+std::array<double, 3> place_basis(double from_middle) {
+  if (std::abs(from_middle) >= 1.0) return {};
+  const double window = 0.5 * (1.0 + std::cos(pi * from_middle));
+  return {window, window * std::sin(pi * from_middle), window};
+}
+
+std::vector<const EffectDescription*> causes_to_try(const Measurement& measurement) {
+  std::vector<const EffectDescription*> causes;
+  for (const EffectDescription& one : all_causes()) {
+    const CauseForm form = form_of(one);
+    const bool needs_one_clock = form == CauseForm::change_at_a_time || form == CauseForm::force_over_time;
+    if (!needs_one_clock || measurement.log_count() == 1) causes.push_back(&one);
+  }
+  return causes;
+}
+
+bool is_outside_catalogue(const EffectDescription& effect) {
+  return std::any_of(all_causes().begin(), all_causes().end(),
+                     [&](const EffectDescription& one) { return &one == &effect; });
+}
+
+CauseForm form_of(const EffectDescription& cause) {
+  return static_cast<CauseForm>(&cause - all_causes().data());
+}
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "workbench/estimate/measurement/measurement.h"
+#include "workbench/model/effects/effect_catalogue.h"
+
+namespace slipstack::workbench {
+
+// Causes outside the catalogue that have a form: they are tried, fitted and compared as effects are, so that
+// an effect is named only where none of them describes the force better. No controller can compensate them.
+
+enum class CauseForm : std::uint8_t {
+  line_in_time,      ///< F = c cos(2 pi f t) + s sin(2 pi f t), a phase of its own in each log
+  change_at_a_time,  ///< from the time t0 on, the dry friction times 1 + level, and another offset
+  /// F = (push + slope sin(pi u)) w, dry friction times 1 + level w, w = (1 + cos(pi u)) / 2 for |u| < 1,
+  /// u = (x - x0) / half width
+  force_at_a_place,
+  force_over_time,  ///< a linear spline of the time
+};
+
+/// Intervals between the knots of a force over time: as many as a free curve over a coordinate has
+/// (structure.cpp).
+inline constexpr int kCurveIntervals = 40;
+
+/// Those that this measurement can show; time that several logs do not share is no coordinate.
+std::vector<const EffectDescription*> causes_to_try(const Measurement& measurement);
+
+bool is_outside_catalogue(const EffectDescription& effect);
+
+/// The form of an effect for which is_outside_catalogue() holds.
+CauseForm form_of(const EffectDescription& cause);
+
+/// The basis of a force at one place, for a position in half widths from its middle: two forces, and a factor
+/// of the dry friction.
+std::array<double, 3> place_basis(double from_middle);
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <numeric>
+#include <optional>
+#include <utility>
+
+#include "workbench/diagnose/alternatives/causes.h"
+#include "workbench/diagnose/alternatives/lines.h"
+#include "workbench/diagnose/evidence/held_out.h"
+#include "workbench/estimate/nonlinear/fit_gains.h"
+#include "workbench/estimate/nonlinear/minimise.h"
+
+namespace slipstack::workbench {
+namespace {
+
+std::optional<std::vector<double>> frequency_of_line(const Measurement& measurement,
+                                                     const FittedModel& model) {
+  const Eigen::VectorXd weights = measurement.row_weights().cwiseSqrt();
+  const Structure strongest =
+      line_at_rows(measurement, model.linearisation->residual_N().cwiseProduct(weights));
+  if (!(strongest.where > 0.0)) return {};
+  return std::vector{strongest.where};
+}
+
+/// Sums over rows for a regression of a residual on a level and an offset.
+struct LevelSums {
+  double dd = 0.0, d = 0.0, one = 0.0, rd = 0.0, r = 0.0;
+
+  LevelSums operator-(const LevelSums& other) const {
+    return {dd - other.dd, d - other.d, one - other.one, rd - other.rd, r - other.r};
+  }
+  /// The sum of squares that the regression explains.
+  double explained() const {
+    if (!(one > 0.0)) return 0.0;
+    const double mean = r * r / one;
+    const double spread = dd - d * d / one;
+    const double joint = rd - r * d / one;
+    return spread > 1e-9 * dd ? mean + joint * joint / spread : mean;
+  }
+};
+
+/// The time that divides the log so that a level and an offset of its own on either side explain most of the
+/// residual (a structural break; Chow 1960, Quandt 1960).
+std::optional<std::vector<double>> time_of_change(const Measurement& measurement, const FittedModel& model) {
+  const Eigen::VectorXd residual_N = model.linearisation->residual_N();
+  const Eigen::VectorXd dry_N = at_rows(measurement, model.linearisation->sample_dry_N());
+  const Eigen::VectorXd& weights = measurement.fit_weights();
+  std::vector<LevelSums> until(static_cast<std::size_t>(residual_N.size()) + 1);
+  for (Eigen::Index row = 0; row < residual_N.size(); ++row) {
+    const double w = weights(row), d = dry_N(row), r = residual_N(row);
+    const LevelSums& before = until[static_cast<std::size_t>(row)];
+    until[static_cast<std::size_t>(row) + 1] = {before.dd + w * d * d, before.d + w * d, before.one + w,
+                                                before.rd + w * r * d, before.r + w * r};
+  }
+  double most = 0.0;
+  std::size_t best = 0;
+  for (std::size_t row = 1; row + 1 < until.size(); ++row) {
+    const double explained = until[row].explained() + (until.back() - until[row]).explained();
+    if (explained <= most) continue;
+    most = explained;
+    best = row;
+  }
+  if (best == 0) return {};
+  return std::vector{measurement.sample(measurement.row_samples()[best]).time_s};
+}
+
+/// Half widths of a place that are tried, as shares of the travel: from a dent to a tenth of the rail. Wider
+/// forces are maps.
+constexpr double kHalfWidths[] = {1.0 / 400, 1.0 / 200, 1.0 / 100, 1.0 / 50, 1.0 / 20};
+/// Passes that make a place: one alone is an event in time.
+constexpr int kFewestPasses = 4;
+
+/// The residual over the position, rows in the order of the position.
+class Rail {
+ public:
+  Rail(const Measurement& measurement, const FittedModel& model)
+      : position_m_(at_rows(measurement, measurement.position_m())),
+        dry_N_(at_rows(measurement, model.linearisation->sample_dry_N())),
+        residual_N_(model.linearisation->residual_N()),
+        weights_(measurement.fit_weights()),
+        order_(static_cast<std::size_t>(position_m_.size())) {
+    std::iota(order_.begin(), order_.end(), Eigen::Index{0});
+    std::sort(order_.begin(), order_.end(),
+              [this](Eigen::Index a, Eigen::Index b) { return position_m_(a) < position_m_(b); });
+  }
+
+  double first_m() const { return position_m_(order_.front()); }
+  double travel_m() const { return position_m_(order_.back()) - first_m(); }
+
+  /// The sum of squares that a force within `half_width_m` of `middle_m` explains.
+  double explained(double middle_m, double half_width_m) const {
+    Eigen::Matrix3d gram = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d right = Eigen::Vector3d::Zero();
+    for (auto row = from(middle_m - half_width_m);
+         row != order_.end() && position_m_(*row) < middle_m + half_width_m; ++row) {
+      auto columns = place_basis((position_m_(*row) - middle_m) / half_width_m);
+      columns[2] *= dry_N_(*row);
+      const Eigen::Map<const Eigen::Vector3d> column(columns.data());
+      gram.noalias() += weights_(*row) * column * column.transpose();
+      right.noalias() += weights_(*row) * residual_N_(*row) * column;
+    }
+    // Scaled to a unit diagonal: forces and the dry friction have other sizes.
+    const Eigen::Vector3d scale = gram.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+    gram = scale.asDiagonal() * gram * scale.asDiagonal();
+    gram.diagonal().array() += 1e-9;
+    right = scale.cwiseProduct(right);
+    return right.dot(gram.ldlt().solve(right));
+  }
+
+  /// How often the axis came within `half_width_m` of `middle_m`.
+  int passes(double middle_m, double half_width_m) const {
+    int count = 0;
+    bool within = false;
+    for (Eigen::Index row = 0; row < position_m_.size(); ++row) {
+      const bool now = std::abs(position_m_(row) - middle_m) < half_width_m;
+      if (now && !within) ++count;
+      within = now;
+    }
+    return count;
+  }
+
+ private:
+  std::vector<Eigen::Index>::const_iterator from(double low_m) const {
+    return std::lower_bound(order_.begin(), order_.end(), low_m,
+                            [this](Eigen::Index row, double value) { return position_m_(row) < value; });
+  }
+
+  Eigen::VectorXd position_m_;
+  Eigen::VectorXd dry_N_;
+  Eigen::VectorXd residual_N_;
+  Eigen::VectorXd weights_;
+  std::vector<Eigen::Index> order_;
+};
+
+/// The longest slip distance of the model's hysteresis; 0 without one.
+double longest_slip_m(const Terms& terms) {
+  const Term* hysteresis = find_role(terms, Role::hysteresis);
+  if (hysteresis == nullptr) return 0.0;
+  double longest = 0.0;
+  for (std::size_t i = 0; i < hysteresis->gains.size(); ++i) {
+    if (hysteresis->gains[i] > 0.0)
+      longest = std::max(longest, hysteresis->shapes[i % hysteresis->gains_per_set()]);
+  }
+  return longest;
+}
+
+std::optional<std::vector<double>> place_and_width(const Measurement& measurement, const FittedModel& model) {
+  const Rail rail(measurement, model);
+  const double travel_m = rail.travel_m();
+  // Within the pre-sliding travel a force over the place is the form of the hysteresis.
+  const double least_m = std::max(std::begin(kHalfWidths)[0] * travel_m, longest_slip_m(model.terms));
+  const double most_m = std::end(kHalfWidths)[-1] * travel_m;
+  if (!(travel_m > 0.0) || least_m >= most_m) return {};
+  double most = 0.0;
+  std::vector<double> best;
+  for (const double share : kHalfWidths) {
+    const double half_width_m = share * travel_m;
+    if (half_width_m < least_m) continue;
+    for (double middle_m = rail.first_m(); middle_m <= rail.first_m() + travel_m;
+         middle_m += 0.5 * half_width_m) {
+      const double explained = rail.explained(middle_m, half_width_m);
+      if (explained <= most) continue;
+      most = explained;
+      best = {middle_m, half_width_m};
+    }
+  }
+  if (best.empty()) return {};
+  const std::vector<ShapeRange> ranges{{0, best[0] - best[1], best[0] + best[1], false, 0.25 * best[1]},
+                                       {1, least_m, most_m, true}};
+  constexpr int kEvaluations = 60;
+  best = refine_shapes(
+             ranges, best, [&](const std::vector<double>& at) { return -rail.explained(at[0], at[1]); },
+             kEvaluations)
+             .shapes;
+  if (rail.passes(best[0], best[1]) < kFewestPasses) return {};
+  return best;
+}
+
+}  // namespace
+
+std::optional<std::vector<double>> shapes_of_cause(const Measurement& measurement, const FittedModel& model,
+                                                   const EffectDescription& cause) {
+  switch (form_of(cause)) {
+    case CauseForm::line_in_time:
+      return frequency_of_line(measurement, model);
+    case CauseForm::change_at_a_time:
+      return time_of_change(measurement, model);
+    case CauseForm::force_at_a_place:
+      return place_and_width(measurement, model);
+    case CauseForm::force_over_time:
+      break;
+  }
+  return std::vector{measurement.sample(0).time_s,
+                     measurement.sample(measurement.sample_count() - 1).time_s};
+}
+
+FittedModel with_causes_found_again(const Measurement& measurement, FittedModel model) {
+  for (std::size_t i = 0; i < model.terms.size(); ++i) {
+    const EffectDescription& cause = *model.terms[i].effect;
+    if (!is_outside_catalogue(cause)) continue;
+    const FittedModel others = fit_gains(measurement, without(model.terms, cause.text.id), &model);
+    const auto shapes = shapes_of_cause(measurement, others, cause);
+    if (!shapes || *shapes == model.terms[i].shapes) continue;
+    Terms moved = model.terms;
+    moved[i].shapes = *shapes;
+    FittedModel again = fit_gains(measurement, std::move(moved), &others);
+    if (again.train_rmse_N < model.train_rmse_N) model = std::move(again);
+  }
+  return model;
+}
+
+}  // namespace slipstack::workbench
