@@ -193,8 +193,7 @@ std::optional<std::vector<double>> shapes_of_cause(const Measurement& measuremen
     case CauseForm::force_over_time:
       break;
   }
-  return std::vector{measurement.sample(0).time_s,
-                     measurement.sample(measurement.sample_count() - 1).time_s};
+  return std::vector{measurement.sample(0).time_s, measurement.sample(measurement.sample_count() - 1).time_s};
 }
 
 FittedModel with_causes_found_again(const Measurement& measurement, FittedModel model) {
