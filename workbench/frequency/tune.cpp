@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
+
+#include "workbench/base/statistics.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -123,11 +126,10 @@ std::vector<double> resonances(const std::vector<ResponsePoint>& plant) {
       const double ratio = plant[k].frequency_Hz / plant[i].frequency_Hz;
       if (ratio > std::numbers::sqrt2 / 2.0 && ratio < std::numbers::sqrt2) around.push_back(height[k]);
     }
-    const auto middle = around.begin() + static_cast<std::ptrdiff_t>(around.size() / 2);
-    std::nth_element(around.begin(), middle, around.end());
+    const double usual = median(std::move(around));
     const double relative = plant[i].plant_sd / std::abs(plant[i].plant);
     const double certain = height[i] * (1.0 - 4.0 * relative);
-    if (certain > 1.5 * *middle) peaks.push_back({plant[i].frequency_Hz, height[i] / *middle});
+    if (certain > 1.5 * usual) peaks.push_back({plant[i].frequency_Hz, height[i] / usual});
   }
   std::sort(peaks.begin(), peaks.end(), [](const Peak& a, const Peak& b) { return a.over > b.over; });
   std::vector<double> found;

@@ -102,7 +102,6 @@ EffectDescription cause(const char* id, std::vector<GainGroup> gains, std::vecto
                       .evidence = "",
                       .cause = "",
                       .confirm = ""};
-  for (ShapeSpec& shape : shapes) shape.kind = ShapeKind::table;
   for (const GainGroup& group : gains) description.gain_count += group.count;
   description.gain_groups = std::move(gains);
   description.shapes = std::move(shapes);

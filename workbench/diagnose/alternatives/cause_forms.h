@@ -22,8 +22,8 @@ enum class CauseForm : std::uint8_t {
   force_over_time,  ///< a linear spline of the time
 };
 
-/// Intervals between the knots of a force over time: as many as a free curve over a coordinate has
-/// (structure.cpp).
+/// Intervals between the knots of a free curve over a coordinate: few enough that noise alone explains
+/// little. Chosen.
 inline constexpr int kCurveIntervals = 40;
 
 /// Those that this measurement can show; time that several logs do not share is no coordinate.

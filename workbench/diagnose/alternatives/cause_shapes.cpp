@@ -9,6 +9,8 @@
 
 #include "workbench/diagnose/alternatives/causes.h"
 #include "workbench/diagnose/alternatives/lines.h"
+#include "workbench/diagnose/alternatives/places.h"
+#include "workbench/diagnose/detectability/separation.h"
 #include "workbench/diagnose/evidence/held_out.h"
 #include "workbench/estimate/nonlinear/fit_gains.h"
 #include "workbench/estimate/nonlinear/minimise.h"
@@ -18,9 +20,7 @@ namespace {
 
 std::optional<std::vector<double>> frequency_of_line(const Measurement& measurement,
                                                      const FittedModel& model) {
-  const Eigen::VectorXd weights = measurement.row_weights().cwiseSqrt();
-  const Structure strongest =
-      line_at_rows(measurement, model.linearisation->residual_N().cwiseProduct(weights));
+  const Structure strongest = line_at_rows(measurement, weighted_residual(measurement, model));
   if (!(strongest.where > 0.0)) return {};
   return std::vector{strongest.where};
 }
@@ -69,9 +69,7 @@ std::optional<std::vector<double>> time_of_change(const Measurement& measurement
 
 /// Half widths of a place that are tried, as shares of the travel: from a dent to a tenth of the rail. Wider
 /// forces are maps.
-constexpr double kHalfWidths[] = {1.0 / 400, 1.0 / 200, 1.0 / 100, 1.0 / 50, 1.0 / 20};
-/// Passes that make a place: one alone is an event in time.
-constexpr int kFewestPasses = 4;
+constexpr double kSharesOfTravel[] = {1.0 / 400, 1.0 / 200, 1.0 / 100, 1.0 / 50, 1.0 / 20};
 
 /// The residual over the position, rows in the order of the position.
 class Rail {
@@ -110,16 +108,8 @@ class Rail {
     return right.dot(gram.ldlt().solve(right));
   }
 
-  /// How often the axis came within `half_width_m` of `middle_m`.
   int passes(double middle_m, double half_width_m) const {
-    int count = 0;
-    bool within = false;
-    for (Eigen::Index row = 0; row < position_m_.size(); ++row) {
-      const bool now = std::abs(position_m_(row) - middle_m) < half_width_m;
-      if (now && !within) ++count;
-      within = now;
-    }
-    return count;
+    return passes_of_place(position_m_, middle_m, half_width_m);
   }
 
  private:
@@ -151,12 +141,12 @@ std::optional<std::vector<double>> place_and_width(const Measurement& measuremen
   const Rail rail(measurement, model);
   const double travel_m = rail.travel_m();
   // Within the pre-sliding travel a force over the place is the form of the hysteresis.
-  const double least_m = std::max(std::begin(kHalfWidths)[0] * travel_m, longest_slip_m(model.terms));
-  const double most_m = std::end(kHalfWidths)[-1] * travel_m;
+  const double least_m = std::max(std::begin(kSharesOfTravel)[0] * travel_m, longest_slip_m(model.terms));
+  const double most_m = std::end(kSharesOfTravel)[-1] * travel_m;
   if (!(travel_m > 0.0) || least_m >= most_m) return {};
   double most = 0.0;
   std::vector<double> best;
-  for (const double share : kHalfWidths) {
+  for (const double share : kSharesOfTravel) {
     const double half_width_m = share * travel_m;
     if (half_width_m < least_m) continue;
     for (double middle_m = rail.first_m(); middle_m <= rail.first_m() + travel_m;

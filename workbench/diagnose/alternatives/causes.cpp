@@ -21,9 +21,8 @@ std::string change_text(const Measurement& measurement, const Term& term) {
 
 std::string place_text(const Term& term) {
   return fmt::format(
-      "a force sits at one place of the rail, {}, within {} to either side: {}, and the friction is {:+.3g} "
-      "% "
-      "there",
+      "a force sits at one place of the rail, {}, within {} to either side: {}, and the friction is "
+      "{:+.3g} % there",
       quantity(term.shapes[0], "m"), quantity(term.shapes[1], "m"),
       quantity(std::hypot(term.gains[0], term.gains[1]), "N"), 100.0 * term.gains[2]);
 }

@@ -21,7 +21,6 @@ constexpr int kBins = 400;
 /// Half widths of the feature that are tried, in bins.
 constexpr double kHalfWidths[] = {1.0, 2.0, 4.0, 8.0, 16.0};
 constexpr int kKnotsPerPlace = 9;
-constexpr int kFewestPasses = 4;
 
 struct Bin {
   double energy = 0.0;
@@ -178,6 +177,10 @@ Structure strong_passes(const Eigen::VectorXd& position_m, const Eigen::VectorXd
 }
 
 }  // namespace
+
+int passes_of_place(const Eigen::VectorXd& position_m, double middle_m, double half_width_m) {
+  return passes_through(position_m, middle_m, half_width_m).count;
+}
 
 Structure place_on_rail(const Eigen::VectorXd& position_m, const Eigen::VectorXd& velocity_mps,
                         const Eigen::VectorXd& residual_N) {

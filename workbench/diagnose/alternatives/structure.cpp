@@ -10,6 +10,7 @@
 
 #include "workbench/base/quantity.h"
 #include "workbench/base/text.h"
+#include "workbench/diagnose/alternatives/cause_forms.h"
 #include "workbench/diagnose/alternatives/lines.h"
 #include "workbench/diagnose/alternatives/places.h"
 #include "workbench/diagnose/alternatives/reversals.h"
@@ -23,17 +24,14 @@ namespace {
 /// least this share of what the event in time explains. Chosen.
 constexpr double kRecurs = 0.5;
 
-/// Intervals between the knots of a free curve: few enough that noise alone explains little. Chosen.
-constexpr int kKnots = 40;
-
 /// Knots of a free curve: each is the mean of a quantile and of a place in the range, so that neither a long
 /// dwell nor an empty part of the range takes most of the knots.
 std::vector<double> knots_over(const Eigen::VectorXd& coordinate) {
   std::vector<double> sorted(coordinate.begin(), coordinate.end());
   std::sort(sorted.begin(), sorted.end());
   std::vector<double> knots;
-  for (int k = 0; k <= kKnots; ++k) {
-    const double t = static_cast<double>(k) / kKnots;
+  for (int k = 0; k <= kCurveIntervals; ++k) {
+    const double t = static_cast<double>(k) / kCurveIntervals;
     const double by_rank = sorted[static_cast<std::size_t>(t * static_cast<double>(sorted.size() - 1))];
     const double by_range = sorted.front() + t * (sorted.back() - sorted.front());
     knots.push_back(0.5 * (by_rank + by_range));

@@ -66,19 +66,16 @@ std::vector<const EffectDescription*> effects_to_try(const Measurement& measurem
 
 /// A trial of a cause outside the catalogue; the base alone where the residual has none.
 Trial try_cause(const Measurement& measurement, const FittedModel& from, const EffectDescription& cause) {
-  const auto shapes = shapes_of_cause(measurement, from, cause);
-  Trial trial;
-  if (shapes) {
-    trial = try_effect(measurement, from, cause, {}, &*shapes);
-  } else {
-    trial.term = make_term(measurement, cause);
-    trial.terms = from.terms;
-    trial.terms.push_back(trial.term);
-    trial.holdout_rmse_N = from.holdout_rmse_N;
-    trial.block_squared_error = from.block_squared_error;
-    trial.below_visible = true;
-  }
-  return trial;
+  if (const auto shapes = shapes_of_cause(measurement, from, cause))
+    return try_effect(measurement, from, cause, {}, &*shapes);
+  Trial none;
+  none.term = make_term(measurement, cause);
+  none.terms = from.terms;
+  none.terms.push_back(none.term);
+  none.holdout_rmse_N = from.holdout_rmse_N;
+  none.block_squared_error = from.block_squared_error;
+  none.below_visible = true;
+  return none;
 }
 
 /// A trial on top of an explanation. It starts from the shapes that the first level found, except for pitches

@@ -85,10 +85,10 @@ void set_causes_apart(Found& found) {
   const auto is_cause = [](const Term& term) { return is_outside_catalogue(*term.effect); };
   std::erase_if(found.alone, [&](const Trial& trial) { return is_cause(trial.term); });
   std::erase_if(found.first_level, [&](const Explanation& one) { return is_cause(one.model.terms.back()); });
-  const FittedModel joint = found.best.model;
-  Terms causes = joint.terms;
+  Terms causes = found.best.model.terms;
   std::erase_if(causes, [&](const Term& term) { return !is_cause(term); });
   if (causes.empty()) return;
+  const FittedModel joint = std::move(found.best.model);
   Terms effects = joint.terms;
   std::erase_if(effects, is_cause);
   Terms without_effects = found.context.baseline.terms;
