@@ -192,23 +192,29 @@ class Controller {
     position_.start(set.axis.reference);
   }
 
-  // The reference brakes from the next tick on where it has to begin anew.
+  // The reference brakes from the next tick on where it has to begin anew, as in every stop out of a mode in
+  // which it followed the axis.
   [[gnu::noinline]] void supervise(ControlSet& set, const MotionBounds& bounds, const TickInputs& in) {
     const std::int32_t counts = in.encoder.counts;
     if (!set.valid) set.start_counts = counts;
     const bool anew = supervisor_.step(set, bounds, in, inputs_, sets_.tick(), out_, force_.last_A(),
                                        position_, reference_);
-    if (!anew) return;
+    if (!anew && !(follows_axis(mode_) && state().braking())) return;
     history_.begin_anew(sets_.tick());
     const std::int32_t last_step = supervisor_.faults().monitor().last_step();
     reference_.follow(counts, force_.begin_anew(set, last_step));
   }
 
+  // The reference lies where the axis is.
+  static bool follows_axis(ControlMode mode) {
+    return mode == ControlMode::kTorque || mode == ControlMode::kPush;
+  }
+
   void change_mode(ControlMode mode) {
     if (mode == mode_) return;
-    // Out of torque mode the axis is braked from its own velocity, then holds its position.
-    const bool followed = mode_ == ControlMode::kTorque || mode_ == ControlMode::kPush;
-    if (followed && mode == ControlMode::kPosition && !reference_.braking()) reference_.stop();
+    // Out of torque mode the axis is braked from its own velocity, then holds its position. In a stop the
+    // supervisor does that.
+    if (follows_axis(mode_) && mode == ControlMode::kPosition && !state().braking()) reference_.stop();
     force_.change_mode(mode == ControlMode::kOff);
     mode_ = mode;
   }
@@ -257,7 +263,8 @@ class Controller {
   // The next point of the reference, and the force of the model there.
   void step_model(ControlSet& set, const MotionBounds& bounds) {
     const std::uint32_t tick = sets_.tick();
-    const bool streamed = mode_ == ControlMode::kPosition && !state().braking();
+    // The first tick with current holds the axis where it is.
+    const bool streamed = out_.driving && mode_ == ControlMode::kPosition && !state().braking();
     ReferencePoint& point = history_.point(tick);
     point = streamed && cyclic_position_.step(tick)
                 ? reference_.track(travel_.allowed(cyclic_position_.point()), bounds.tracking)

@@ -99,7 +99,7 @@ class StateMachine {
                                    const StopTimes& times) {
     const std::uint32_t rising = command & ~last_command_;
     last_command_ = command;
-    if (fault != Fault::kNone) raise(fault);
+    if (fault != Fault::kNone && raise(fault)) return;
     // What nearly every tick of a moving axis finds.
     if (state_ == DriveState::kOperationEnabled && !stopping_ && !releasing_ && ready &&
         (command & kEnable) == kEnable) {
@@ -122,8 +122,9 @@ class StateMachine {
     note_driving();
   }
 
-  /// A fault: latched and counted; the axis released at once, or stopped under control.
-  void raise(Fault fault) {
+  /// A fault: latched and counted; the axis released at once, or stopped under control. True when it changes
+  /// the state, which then is that of this tick.
+  bool raise(Fault fault) {
     const bool reacting = state_ == DriveState::kFaultReactionActive;
     const bool again = (reacting || state_ == DriveState::kFault) && faults_.latched() == fault;
     if (!again) faults_.note(fault);
@@ -131,12 +132,16 @@ class StateMachine {
     const bool released = reaction == FaultReaction::kRelease || (last_command_ & kReleaseOnFault) != 0 ||
                           (reacting && reaction == FaultReaction::kBrakeAnew);
     if (!driving() || released) {
+      const bool new_state = state_ != DriveState::kFault;
       leave_for(DriveState::kFault);
-    } else if (!reacting) {
-      begin_stop(DriveState::kFaultReactionActive, DriveState::kFault, kSlowFaultReaction);
-      anew_ = reaction == FaultReaction::kBrakeAnew;
+      driving_ = false;
+      return new_state;
     }
-    note_driving();
+    if (reacting) return false;
+    begin_stop(DriveState::kFaultReactionActive, DriveState::kFault, kSlowFaultReaction);
+    anew_ = reaction == FaultReaction::kBrakeAnew;
+    driving_ = true;
+    return true;
   }
 
  private:

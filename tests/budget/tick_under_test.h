@@ -16,11 +16,16 @@ inline Tick tick_under_test(memory_encoder, memory_motor, memory_clock, memory_w
 
 // What the world does between two ticks: the axis follows its reference with an error, commands and moves
 // come at random, position, cyclic position and torque mode take turns, parameters are changed in motion,
-// sensors fail now and then.
+// sensors fail now and then; or `events` times as often as else, so that several of these meet in one tick.
 class TickScenario {
  public:
-  void reset(std::int32_t start, bool excited = false) {
-    excited_ = excited;
+  struct Kind {
+    bool excited = false;
+    std::uint32_t events = 1;
+  };
+
+  void reset(std::int32_t start, const Kind& kind) {
+    kind_ = kind;
     memory_encoder.next = {start, 0, true};
     static_cast<void>(tick_under_test.controller().configure(everything_on(), all_effects()));
   }
@@ -33,18 +38,18 @@ class TickScenario {
     tick_under_test.main_loop_ran();
     // Now and then the master is silent for longer than it may be.
     if (random_.below(4) != 0) controller.commanded(5);
-    if (random_.below(2000) == 0) {
+    if (once_in(2000)) {
       static_cast<void>(controller.configure(everything_on(), all_effects()));
     }
-    if (random_.below(500) == 0) {
+    if (once_in(500)) {
       options_ = (random_.below(3) == 0 ? kTorqueMode : 0U) | (random_.below(2) == 0 ? kReleaseOnFault : 0U) |
                  (random_.below(2) == 0 ? kLostStops : 0U) | (random_.below(2) == 0 ? kBrakeOnShutdown : 0U) |
                  (random_.below(2) == 0 ? kSlowQuickStop | kSlowFaultReaction : 0U);
       const auto target_N = static_cast<float>(random_.below(200)) - 100.0F;
       controller.set_torque(target_N, 0.1F * target_N);
     }
-    if (excited_) options_ &= ~kTorqueMode;  // no excitation in torque mode
-    if (random_.below(1000) == 0) {
+    if (kind_.excited) options_ &= ~kTorqueMode;  // no excitation in torque mode
+    if (once_in(1000)) {
       UserBounds user;
       user.range = {-100000, 250000};
       user.velocity_mps = 0.3F;
@@ -56,7 +61,7 @@ class TickScenario {
     if (state != DriveState::kOperationEnabled) {
       constexpr std::uint32_t kUp[] = {0x0080, 0x0006, 0x0007, 0x000F};
       controller.command_all(options_ | kUp[random_.below(4)]);
-    } else if (random_.below(3000) == 0) {
+    } else if (once_in(3000)) {
       controller.command_all(options_ | (random_.below(2) == 0 ? 0x000BU : 0x0000U));
     } else {
       controller.command_all(options_ | 0x000FU);
@@ -64,7 +69,7 @@ class TickScenario {
         static_cast<void>(controller.move_to(static_cast<std::int32_t>(random_.below(300000))));
       }
     }
-    if (excited_) excite(controller);
+    if (kind_.excited) excite(controller);
     const std::int32_t wobble = static_cast<std::int32_t>(random_.below(7)) - 3;
     const std::int32_t reference = controller.output().reference_counts;
     memory_encoder.next.counts = reference + wobble;
@@ -72,16 +77,18 @@ class TickScenario {
     if (streaming_) controller.latch().disarm();  // homing is no cyclic mode
     if (!streaming_ && !controller.latch().armed())
       controller.latch().arm(PositionLatch::Event::kIndexAfterActive, 1);
-    memory_encoder.next.valid = random_.below(5000) != 0;
-    if (random_.below(5000) == 0) memory_encoder.next.counts += 1000000;
-    if (random_.below(5000) == 0) memory_clock.count += 80;
-    if (random_.below(5000) == 0) memory_motor.measurement.current_A = 100.0F;
+    memory_encoder.next.valid = !once_in(5000);
+    if (once_in(5000)) memory_encoder.next.counts += 1000000;
+    if (once_in(5000)) memory_clock.count += 80;
+    if (once_in(5000)) memory_motor.measurement.current_A = 100.0F;
     // Limit switches and the home switch; rarely both at once.
-    if (random_.below(200) == 0) switches_ = random_.below(4) == 0 ? random_.below(8) : 0U;
-    memory_io.inputs = random_.below(5000) == 0 ? 0U : kAmplifierWell | switches_;
+    if (once_in(200)) switches_ = random_.below(4) == 0 ? random_.below(8) : 0U;
+    memory_io.inputs = once_in(5000) ? 0U : kAmplifierWell | switches_;
   }
 
  private:
+  bool once_in(std::uint32_t ticks) { return random_.below(1 + (ticks - 1) / kind_.events) == 0; }
+
   // As often as the axis stands or moves at constant velocity.
   static void excite(Controller& controller) {
     if (controller.excitation().running() || !controller.may_excite()) return;
@@ -100,7 +107,7 @@ class TickScenario {
     const ControlSet& set = controller.parameters();
     cyclic.set_period(10.0F, axis.tick_s, axis.velocity_limit_mps / set.mps_per_count,
                       axis.acceleration_limit_mps2 / set.mps2_per_count);
-    if (random_.below(1500) == 0) {
+    if (once_in(1500)) {
       streaming_ = !streaming_;
       target_ = controller.reference().counts() + static_cast<std::int32_t>(random_.below(2000)) - 1000;
       velocity_ = 0;
@@ -115,7 +122,7 @@ class TickScenario {
   }
 
   Random random_{0xBADCAB1E};
-  bool excited_ = false;
+  Kind kind_;
   bool streaming_ = false;
   std::int32_t target_ = 0;
   std::int32_t velocity_ = 0;
@@ -128,11 +135,9 @@ class TickScenario {
 inline TickScenario tick_scenario;
 
 // As an Observer: one step is one tick, its force the current that was commanded.
-inline void reset_tick(std::int32_t x) {
-  tick_scenario.reset(x);
-}
-inline void reset_excited_tick(std::int32_t x) {
-  tick_scenario.reset(x, true);
+template <bool excited, std::uint32_t events>
+void reset_tick(std::int32_t x) {
+  tick_scenario.reset(x, {excited, events});
 }
 inline void prepare_tick(std::int32_t) {
   tick_scenario.before();
