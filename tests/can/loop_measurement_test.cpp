@@ -9,6 +9,7 @@
 #include <random>
 
 #include "tests/can/desk.h"
+#include "workbench/controller/drive_gains.h"
 #include "workbench/controller/measure_loop.h"
 #include "workbench/controller/tune_drive.h"
 #include "workbench/frequency/bode_result.h"

@@ -61,7 +61,7 @@ TEST(Machine, FirstEnablingChecksTheDirectionOnce) {
   machine.client->write(0x6040, 0, 6, 2);
   machine.run_ms(1);
   machine.write_real(0x2500, 4, 0.001F);
-  machine.write_real(0x2000, 9, machine.client->read_real(0x2000, 9) * 0.99F);
+  machine.write_real(0x2000, 9, static_cast<float>(machine.client->read_real(0x2000, 9)) * 0.99F);
   machine.store_and_reset();
   machine.enable();
   EXPECT_EQ(machine.status(), 0x23U);
@@ -109,7 +109,7 @@ TEST(Machine, ScalesAreBoundedAndTheAmplifierMustReachTheCurrentLimit) {
   EXPECT_THROW(machine.write_real(0x2500, 3, 0.0F), std::runtime_error);
   EXPECT_THROW(machine.write_real(0x2500, 4, 1.01F), std::runtime_error);
   EXPECT_THROW(machine.write_real(0x2500, 6, std::nanf("")), std::runtime_error);
-  const float limit_A = machine.client->read_real(0x2000, 9);
+  const auto limit_A = static_cast<float>(machine.client->read_real(0x2000, 9));
   machine.write_real(0x2500, 3, 0.0999F * limit_A);  // 10 V are less than the limit
   machine.store_and_reset();
   EXPECT_EQ(machine.client->read(0x2140, 4), 10U);

@@ -123,7 +123,7 @@ TEST(Client, WaitsForANodeThatHasJustBeenStarted) {
 // A new node on the host is commissioned in its flash, so that a reset finds what it ran with.
 TEST(SimulatedDrive, IsCommissionedInItsFlash) {
   Desk desk;
-  const float resolution_m = desk.client->read_real(0x2000, 1);
+  const double resolution_m = desk.client->read_real(0x2000, 1);
   const std::uint32_t hash = desk.client->read(0x2140, 2);
   ASSERT_NE(hash, 0U);
   desk.client->nmt(0x81);

@@ -10,13 +10,12 @@
 #include "firmware/effects/model_hash.h"
 #include "workbench/base/text.h"
 #include "workbench/console/output.h"
+#include "workbench/controller/drive_access.h"
 
 namespace slipstack::workbench {
 namespace {
 
 using namespace slipstack::canopen;
-
-constexpr std::uint32_t kSave = 0x65766173;  // "save" in the order of the bytes
 
 std::vector<std::uint8_t> image_of(const ModelParameters& parameters) {
   std::vector<std::uint8_t> image;
@@ -63,36 +62,23 @@ std::string deploy_model(SdoClient& drive, const Model& model, const std::string
   const std::uint32_t hash = model_hash(parameters);
   const std::vector<std::uint8_t> image = image_of(parameters);
   show("ask the drive", -1.0);
-  if (drive.read(0x1018, 2) != kProductCode) {
-    throw UsageError(fmt::format("node {} is not a slipstack drive (1018h:02)", drive.node()));
-  }
-  if (state_name(drive.read(0x6041, 0)) == "operation enabled") {
-    throw UsageError(
-        fmt::format("node {} is enabled; disable the drive before a model is deployed", drive.node()));
-  }
+  require_slipstack_drive(drive);
+  if (is_enabled(drive)) drive.fail("is enabled; disable the drive before a model is deployed");
   const std::uint32_t before = drive.read(kModelIndex, 2);
   drive.download(kModelImageIndex, 0, image, [&](double f) { show("stage", f); });
   if (drive.upload(kModelImageIndex, 0, [&](double f) { show("read back", f); }) != image ||
       drive.read(kModelIndex, 1) != hash) {
-    throw UsageError(
-        fmt::format("node {}: what was staged reads back differently; nothing was applied", drive.node()));
+    drive.fail("what was staged reads back differently; nothing was applied");
   }
-  if (drive.try_write(kModelIndex, 3, hash, 4) != 0) {
-    throw UsageError(
-        fmt::format("node {}: the drive does not take the model (result {}, 2140h:04); the old one runs on",
-                    drive.node(), drive.read(kModelIndex, 4)));
-  }
-  for (int i = 0; drive.read(kModelIndex, 5) != 0; ++i) {
-    if (i == 1000)
-      throw UsageError(fmt::format("node {}: the tick does not take the model; does it run?", drive.node()));
+  if (const auto refused = apply_staged(drive, hash)) {
+    drive.fail(fmt::format("the drive does not take the model (result {}, 2140h:04); the old one runs on",
+                           *refused));
   }
   const std::uint32_t active = drive.read(kModelIndex, 2);
-  if (active != hash)
-    throw UsageError(
-        fmt::format("node {}: the active model is {:08x}, not {:08x}", drive.node(), active, hash));
+  if (active != hash) drive.fail(fmt::format("the active model is {:08x}, not {:08x}", active, hash));
   if (store) {
     show("store", -1.0);
-    drive.write(0x1010, 1, kSave, 4);
+    store_parameters(drive);
   }
   return fmt::format(
       "model      {}, hash {:08x}\nnode       {} on {}\nstaged     {} bytes, read back the same\napplied    "
@@ -102,9 +88,7 @@ std::string deploy_model(SdoClient& drive, const Model& model, const std::string
 }
 
 std::string drive_status(SdoClient& drive) {
-  const std::uint32_t product = drive.read(0x1018, 2);
-  if (product != kProductCode)
-    throw UsageError(fmt::format("node {} is not a slipstack drive (1018h:02)", drive.node()));
+  require_slipstack_drive(drive);
   const std::uint32_t word = drive.read(0x6041, 0);
   const std::uint32_t error = drive.read(0x603F, 0);
   std::string text = fmt::format("node       {} on {}, serial {:08x}\n", drive.node(),
@@ -113,7 +97,7 @@ std::string drive_status(SdoClient& drive) {
                       static_cast<std::int32_t>(static_cast<std::int8_t>(drive.read(0x6061, 0))));
   text += fmt::format("error      {}\n", error == 0 ? "none" : fmt::format("{:04x}h", error));
   text += fmt::format("position   {} counts\n", static_cast<std::int32_t>(drive.read(0x6063, 0)));
-  text += fmt::format("residual   {:.4g} N\n", static_cast<double>(drive.read_real(kObserverIndex, 3)));
+  text += fmt::format("residual   {:.4g} N\n", drive.read_real(kObserverIndex, 3));
   text += fmt::format("model      active {:08x}, staged {:08x}\n", drive.read(kModelIndex, 2),
                       drive.read(kModelIndex, 1));
   text +=

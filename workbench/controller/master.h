@@ -36,9 +36,6 @@ Recording record_stream(SdoClient& drive, double seconds, double rate_Hz, const 
 /// Arms the trace buffer, waits, reads it by block transfer: every tick, as many as the buffer holds.
 Recording record_trace(SdoClient& drive, std::uint32_t decimation, const Show& show);
 
-/// Inertia and payload of the model (2100h and the payload's), kg.
-double model_mass_kg(SdoClient& drive);
-
 /// Identity, states, faults, hashes, counters.
 std::string drive_status(SdoClient& drive);
 

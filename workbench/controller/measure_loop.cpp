@@ -6,8 +6,11 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <optional>
 
 #include "firmware/canopen/user_units.h"
+#include "workbench/controller/drive_access.h"
+#include "workbench/controller/drive_gains.h"
 #include "workbench/controller/trace_data.h"
 
 namespace slipstack::workbench {
@@ -38,36 +41,20 @@ struct DriveFacts {
   std::size_t capacity = 0;
 };
 
-double real(SdoClient& drive, std::uint16_t index, std::uint8_t sub) {
-  return static_cast<double>(drive.read_real(index, sub));
-}
-void write_real(SdoClient& drive, std::uint16_t index, std::uint8_t sub, double value) {
-  drive.write(index, sub, std::bit_cast<std::uint32_t>(static_cast<float>(value)), 4);
-}
-
-[[noreturn]] void refuse_node(const SdoClient& drive, const std::string& why) {
-  throw UsageError(fmt::format("node {}: {}", drive.node(), why));
-}
-
-bool enabled(SdoClient& drive) {
-  return (drive.read(0x6041, 0) & 0x6F) == 0x27;
-}
-
 DriveFacts ask(SdoClient& drive) {
-  if (drive.read(0x1018, 2) != kProductCode) refuse_node(drive, "is not a slipstack drive (1018h:02)");
-  if (!enabled(drive) || drive.read(0x6061, 0) != 1)
-    refuse_node(drive,
-                "must be enabled in profile position mode (6060h = 1), since the loop is measured closed");
+  require_slipstack_drive(drive);
+  if (!is_enabled(drive) || drive.read(0x6061, 0) != 1)
+    drive.fail("must be enabled in profile position mode (6060h = 1), since the loop is measured closed");
   DriveFacts facts;
   facts.controller = read_controller(drive);
-  facts.resolution_m = real(drive, kAxisIndex, 1);
-  facts.constant_N_per_A = real(drive, kAxisIndex, 3);
-  facts.limit_A = real(drive, kAxisIndex, 9);
+  facts.resolution_m = drive.read_real(kAxisIndex, 1);
+  facts.constant_N_per_A = drive.read_real(kAxisIndex, 3);
+  facts.limit_A = drive.read_real(kAxisIndex, 9);
   facts.capacity = drive.read(kTraceIndex, 9);
   if (facts.capacity < 2 * kPeriodSamples)
-    refuse_node(drive, fmt::format("its trace of {} samples is less than two periods", facts.capacity));
+    drive.fail(fmt::format("its trace of {} samples is less than two periods", facts.capacity));
   if (!(facts.controller.velocity_gain_N_s_per_m > 0.0))
-    refuse_node(drive, "has no velocity gain (2000h:06); without feedback the axis would drift away");
+    drive.fail("has no velocity gain (2000h:06); without feedback the axis would drift away");
   return facts;
 }
 
@@ -142,19 +129,13 @@ class Mover {
       for (const std::uint8_t sub : std::array<std::uint8_t, 2>{1, 2}) factors[at++] = drive.read(index, sub);
     }
     const auto units = UserUnits::of(factors, 0);
-    if (!units) refuse_node(drive, "its user units (608Fh, 6091h, 6092h) are none");
+    if (!units) drive.fail("its user units (608Fh, 6091h, 6092h) are none");
     users_per_m_ = 1.0 / (facts.resolution_m * static_cast<double>(units->counts_per_user()));
-    velocity_before_ = drive.read(0x6081, 0);
+    velocity_.emplace(drive, std::uint16_t{0x6081}, std::uint8_t{0}, 4);
   }
   Mover(const Mover&) = delete;
   Mover& operator=(const Mover&) = delete;
-  ~Mover() {
-    if (velocity_mps_ == 0.0) return;
-    try {
-      drive_.try_write(0x6081, 0, velocity_before_, 4);
-    } catch (const std::exception&) {  // the bus is gone: nothing can be restored
-    }
-  }
+  ~Mover() = default;
 
   /// Begins a move that lasts `seconds` at the velocity, and a while more for the bus; waits until it has it.
   void begin(double seconds) {
@@ -163,9 +144,8 @@ class Mover {
     const auto from = static_cast<std::int32_t>(drive_.read(0x6064, 0));
     const double to = from + (forward_ ? 1.0 : -1.0) * way_m * users_per_m_;
     forward_ = !forward_;
-    if (std::fabs(to) > 2.1e9) refuse_node(drive_, "--velocity: the move leaves the range of positions");
-    drive_.write(0x6081, 0, static_cast<std::uint32_t>(std::lround(std::fabs(velocity_mps_) * users_per_m_)),
-                 4);
+    if (std::fabs(to) > 2.1e9) drive_.fail("--velocity: the move leaves the range of positions");
+    velocity_->set(static_cast<std::uint32_t>(std::lround(std::fabs(velocity_mps_) * users_per_m_)));
     drive_.write(0x607A, 0, static_cast<std::uint32_t>(static_cast<std::int32_t>(std::lround(to))), 4);
     drive_.write(0x6040, 0, 0x2F, 2);
     drive_.write(0x6040, 0, 0x3F, 2);
@@ -176,7 +156,7 @@ class Mover {
   void end() {
     if (velocity_mps_ == 0.0) return;
     for (int i = 0; (drive_.read(0x6041, 0) & 0x0400) == 0; ++i) {
-      if (i > 100000) refuse_node(drive_, "the move does not end");
+      if (i > 100000) drive_.fail("the move does not end");
     }
   }
 
@@ -185,23 +165,22 @@ class Mover {
   const DriveFacts& facts_;
   double velocity_mps_;
   double users_per_m_ = 1.0;
-  std::uint32_t velocity_before_ = 0;
+  std::optional<RestoredObject> velocity_;  // 6081h
   bool forward_;
 };
 
 [[noreturn]] void ended(SdoClient& drive, std::uint32_t state, const LoopMeasurement& wanted) {
-  if (!enabled(drive)) {
-    refuse_node(drive, fmt::format("left operation enabled while it was excited, error {:04x}h; with less "
-                                   "--amplitude it may stay",
-                                   drive.read(0x603F, 0)));
+  if (!is_enabled(drive)) {
+    drive.fail(
+        fmt::format("left operation enabled while it was excited, error {:04x}h; with less "
+                    "--amplitude it may stay",
+                    drive.read(0x603F, 0)));
   }
   if (state == 5) {
-    refuse_node(drive,
-                fmt::format("the position left the bound of {:.3g} mm; less --amplitude or more --deviation",
-                            1e3 * wanted.deviation_m));
+    drive.fail(fmt::format("the position left the bound of {:.3g} mm; less --amplitude or more --deviation",
+                           1e3 * wanted.deviation_m));
   }
-  refuse_node(drive,
-              "the excitation was ended: the reference accelerated, or another master stopped the axis");
+  drive.fail("the excitation was ended: the reference accelerated, or another master stopped the axis");
 }
 
 void set_excitation(SdoClient& drive, const DriveFacts& facts, const Band& band, std::size_t periods,
@@ -209,12 +188,12 @@ void set_excitation(SdoClient& drive, const DriveFacts& facts, const Band& band,
   const double period_ticks = static_cast<double>(kPeriodSamples * band.decimation);
   const double line_Hz = 1.0 / (period_ticks * facts.controller.tick_s);
   drive.write(kExcitationIndex, 3, 0, 1);
-  write_real(drive, kExcitationIndex, 4, band.amplitude_A);
-  write_real(drive, kExcitationIndex, 6, static_cast<double>(band.lowest) * line_Hz);
-  write_real(drive, kExcitationIndex, 7, static_cast<double>(band.highest) * line_Hz);
+  drive.write_real(kExcitationIndex, 4, band.amplitude_A);
+  drive.write_real(kExcitationIndex, 6, static_cast<double>(band.lowest) * line_Hz);
+  drive.write_real(kExcitationIndex, 7, static_cast<double>(band.highest) * line_Hz);
   drive.write(kExcitationIndex, 8, static_cast<std::uint32_t>(period_ticks), 4);
   drive.write(kExcitationIndex, 9, static_cast<std::uint32_t>(periods), 2);
-  write_real(drive, kExcitationIndex, 10, wanted.deviation_m);
+  drive.write_real(kExcitationIndex, 10, wanted.deviation_m);
   drive.write(kTraceIndex, 3, static_cast<std::uint32_t>(band.decimation), 2);
   drive.write(kTraceIndex, 4, 0, 1);
   drive.write(kTraceIndex, 7, 0, 2);
@@ -249,7 +228,7 @@ ExcitedRecord capture(SdoClient& drive, const DriveFacts& facts, const Band& ban
   set_excitation(drive, facts, band, band.settle + periods + 2, wanted);
   mover.begin(static_cast<double>(band.settle + periods) * period_s);
   if (const std::uint32_t code = drive.try_write(kExcitationIndex, 1, 1, 1); code != 0)
-    refuse_node(drive, fmt::format("the excitation is refused (2320h:01): {}", abort_text(code)));
+    drive.fail(fmt::format("the excitation is refused (2320h:01): {}", abort_text(code)));
   while (drive.read(kExcitationIndex, 11) < band.settle) {
     const std::uint32_t state = drive.read(kExcitationIndex, 2);
     if (state != 1) ended(drive, state, wanted);
@@ -267,50 +246,11 @@ ExcitedRecord capture(SdoClient& drive, const DriveFacts& facts, const Band& ban
   }
   const TraceData trace = fetch_trace(drive, show);
   if (trace.head.second_channel != 1 || trace.samples.size() < 2 * kPeriodSamples)
-    refuse_node(drive, "the trace is not of the excitation; did another master arm it?");
+    drive.fail("the trace is not of the excitation; did another master arm it?");
   return record_of(trace, facts, band);
 }
 
-void set_gains(SdoClient& drive, const DriveController& gains) {
-  write_real(drive, kAxisIndex, 5, gains.position_gain_per_s);
-  write_real(drive, kAxisIndex, 6, gains.velocity_gain_N_s_per_m);
-  write_real(drive, kAxisIndex, 7, gains.integral_per_s);
-  for (std::size_t i = 0; i < gains.notch.size(); ++i) {
-    const auto sub = static_cast<std::uint8_t>(kNotchFirst + 3 * i);
-    write_real(drive, kAxisIndex, sub, gains.notch[i].frequency_Hz);
-    write_real(drive, kAxisIndex, static_cast<std::uint8_t>(sub + 1), gains.notch[i].damping);
-    write_real(drive, kAxisIndex, static_cast<std::uint8_t>(sub + 2), gains.notch[i].depth);
-  }
-}
-
-void await_enabled(SdoClient& drive, bool wanted) {
-  for (int i = 0; enabled(drive) != wanted; ++i) {
-    if (i > 5000)
-      refuse_node(drive, wanted ? "does not become enabled again" : "does not leave operation enabled");
-  }
-}
-
 }  // namespace
-
-DriveController read_controller(SdoClient& drive) {
-  DriveController made;
-  made.tick_s = real(drive, kAxisIndex, 2);
-  made.mass_kg = model_mass_kg(drive);
-  made.observer_rad_per_s = real(drive, kAxisIndex, 4);
-  made.position_gain_per_s = real(drive, kAxisIndex, 5);
-  made.velocity_gain_N_s_per_m = real(drive, kAxisIndex, 6);
-  made.integral_per_s = real(drive, kAxisIndex, 7);
-  made.disturbance_share = real(drive, kAxisIndex, 8);
-  for (std::size_t i = 0; i < made.notch.size(); ++i) {
-    const auto sub = static_cast<std::uint8_t>(kNotchFirst + 3 * i);
-    made.notch[i] = {real(drive, kAxisIndex, sub),
-                     real(drive, kAxisIndex, static_cast<std::uint8_t>(sub + 1)),
-                     real(drive, kAxisIndex, static_cast<std::uint8_t>(sub + 2))};
-  }
-  if (!(made.tick_s > 0.0) || !(made.mass_kg > 0.0))
-    refuse_node(drive, "has no mass or no tick (2100h, 2000h:02); is it commissioned?");
-  return made;
-}
 
 LoopRecording measure_loop(SdoClient& drive, const LoopMeasurement& wanted, const Show& show) {
   show("ask the drive", -1.0);
@@ -339,33 +279,6 @@ LoopRecording measure_loop(SdoClient& drive, const LoopMeasurement& wanted, cons
         limits));
   }
   return recording;
-}
-
-void apply_gains(SdoClient& drive, const DriveController& gains, bool store, const Show& show) {
-  show("apply", -1.0);
-  const std::uint32_t hash = drive.read(kModelIndex, 1);
-  if (hash != drive.read(kModelIndex, 2))
-    refuse_node(drive, "another model is staged than runs; deploy it, or restore the one that runs, first");
-  const DriveController before = read_controller(drive);
-  const bool was_enabled = enabled(drive);
-  if (was_enabled) {
-    drive.write(0x6040, 0, 0x07, 2);
-    await_enabled(drive, false);
-  }
-  set_gains(drive, gains);
-  if (drive.try_write(kModelIndex, 3, hash, 4) != 0) {
-    const std::uint32_t result = drive.read(kModelIndex, 4);
-    set_gains(drive, before);
-    refuse_node(drive,
-                fmt::format("does not take the gains (result {}, 2140h:04); the old ones run on", result));
-  }
-  for (int i = 0; drive.read(kModelIndex, 5) != 0; ++i) {
-    if (i == 1000) refuse_node(drive, "the tick does not take the gains; does it run?");
-  }
-  if (store) drive.write(0x1010, 1, 0x65766173, 4);  // "save"
-  if (!was_enabled) return;
-  drive.write(0x6040, 0, 0x0F, 2);
-  await_enabled(drive, true);
 }
 
 }  // namespace slipstack::workbench

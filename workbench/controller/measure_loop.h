@@ -16,9 +16,6 @@ struct LoopMeasurement {
   int captures = 4;           ///< per band, of four periods each
 };
 
-/// The feedback that the drive's objects describe (2000h, 2100h).
-DriveController read_controller(SdoClient& drive);
-
 /// Excites the loop of an enabled drive in profile position mode (2320h) and reads its trace, band after
 /// band: periods of 1024 ticks for what is above 80 Hz at a tick of 10 kHz, then ten times as long for the
 /// decade below, and so on. The first period of each capture, in which the transient decays, is left out. At
@@ -28,10 +25,5 @@ DriveController read_controller(SdoClient& drive);
 /// Throws UsageError, one line, when the drive is not enabled, refuses, or ends the excitation by itself. The
 /// excitation is stopped then.
 LoopRecording measure_loop(SdoClient& drive, const LoopMeasurement& wanted, const Show& show);
-
-/// Disables the drive, writes gains and notches, applies them between two ticks, and enables it again if it
-/// was; stores them if asked. Throws UsageError when the drive refuses, with the gains of before staged
-/// again.
-void apply_gains(SdoClient& drive, const DriveController& gains, bool store, const Show& show);
 
 }  // namespace slipstack::workbench

@@ -10,6 +10,7 @@
 
 #include "firmware/canopen/trace.h"
 #include "workbench/console/output.h"
+#include "workbench/controller/drive_access.h"
 #include "workbench/controller/master.h"
 #include "workbench/controller/trace_data.h"
 
@@ -34,35 +35,11 @@ std::string log_head(double resolution_m, double constant, double mass_kg, std::
 void check_axis(const SdoClient& drive, double tick_s, double resolution_m, double constant) {
   if (tick_s > 1e-6 && tick_s < 1.0 && resolution_m > 0.0 && resolution_m < 1.0 && std::isfinite(constant))
     return;
-  throw UsageError(fmt::format(
-      "node {}: tick {} s, encoder {} m, motor constant {} N/A (2000h:01 to :03) are none of an axis; is it "
-      "commissioned?",
-      drive.node(), tick_s, resolution_m, constant));
+  drive.fail(
+      fmt::format("tick {} s, encoder {} m, motor constant {} N/A (2000h:01 to :03) are none of an axis; is "
+                  "it commissioned?",
+                  tick_s, resolution_m, constant));
 }
-
-/// Changes an object during the life of this, and restores it.
-class Kept {
- public:
-  Kept(SdoClient& drive, std::uint16_t index, std::uint8_t sub, int bytes)
-      : drive_(drive), index_(index), sub_(sub), bytes_(bytes), before_(drive.read(index, sub)) {}
-  Kept(const Kept&) = delete;
-  Kept& operator=(const Kept&) = delete;
-  ~Kept() {
-    try {
-      drive_.try_write(index_, sub_, before_, bytes_);
-    } catch (const std::exception&) {  // the bus is gone: nothing can be restored
-    }
-  }
-  void set(std::uint32_t value) { drive_.write(index_, sub_, value, bytes_); }
-  std::uint32_t before() const { return before_; }
-
- private:
-  SdoClient& drive_;
-  std::uint16_t index_;
-  std::uint8_t sub_;
-  int bytes_;
-  std::uint32_t before_;
-};
 
 struct Sample {
   std::int64_t tick = 0;
@@ -79,9 +56,8 @@ std::vector<Sample> stream(SdoClient& drive, std::uint32_t cob, std::size_t want
   CanFrame frame;
   while (samples.size() < wanted) {
     if (!drive.link().receive(frame, 1000)) {
-      throw UsageError(
-          fmt::format("node {}: the stream stopped after {} samples; is the drive still on the bus?",
-                      drive.node(), samples.size()));
+      drive.fail(
+          fmt::format("the stream stopped after {} samples; is the drive still on the bus?", samples.size()));
     }
     if (frame.id != cob || frame.extended || frame.remote || frame.length != 8) continue;
     const auto low = static_cast<std::uint16_t>(frame.data[0] | frame.data[1] << 8);
@@ -118,42 +94,28 @@ std::optional<double> arrival_spread_s(const std::vector<Sample>& samples, doubl
 
 }  // namespace
 
-double model_mass_kg(SdoClient& drive) {
-  // 2100h is inertia; payload stands after it in the catalogue.
-  double mass_kg = 0.0;
-  for (std::uint16_t i = 0; i < kEffectCount; ++i) {
-    const std::size_t row = find_row(static_cast<std::uint16_t>(kEffectIndex + i), 0);
-    const std::string title = kObjects[row].object;
-    if (title != Inertia<float>::text.title && title != PayloadMass<float>::text.title) continue;
-    const auto index = static_cast<std::uint16_t>(kEffectIndex + i);
-    if (drive.read(index, 1) != 0) mass_kg += static_cast<double>(drive.read_real(index, 2));
-  }
-  return mass_kg;
-}
-
 Recording record_stream(SdoClient& drive, double seconds, double rate_Hz, const Show& show) {
   show("ask the drive", -1.0);
-  const double tick_s = static_cast<double>(drive.read_real(kAxisIndex, 2));
-  const double resolution_m = static_cast<double>(drive.read_real(kAxisIndex, 1));
-  const double constant = static_cast<double>(drive.read_real(kAxisIndex, 3));
-  const double limit_A = static_cast<double>(drive.read_real(kAxisIndex, 9));
+  const double tick_s = drive.read_real(kAxisIndex, 2);
+  const double resolution_m = drive.read_real(kAxisIndex, 1);
+  const double constant = drive.read_real(kAxisIndex, 3);
+  const double limit_A = drive.read_real(kAxisIndex, 9);
   check_axis(drive, tick_s, resolution_m, constant);
   const double mass_kg = model_mass_kg(drive);
   const std::uint32_t hash = drive.read(kModelIndex, 2);
-  Kept cob(drive, 0x1802, 1, 4);
+  RestoredObject cob(drive, 0x1802, 1, 4);
   cob.set(cob.before() | kInvalidPdo);
-  Kept type(drive, 0x1802, 2, 1);
+  RestoredObject type(drive, 0x1802, 2, 1);
   type.set(1);
   for (const auto& [sub, entry] :
        {std::pair{1, 0x22100510U}, std::pair{2, 0x60630020U}, std::pair{3, 0x22000B10U}}) {
     if (drive.read(0x1A02, static_cast<std::uint8_t>(sub)) == entry && drive.read(0x1A02, 0) == 3) continue;
-    throw UsageError(
-        fmt::format("node {}: TPDO 3 maps something else than tick, position and current; restore it "
-                    "(1011h:02) or record the trace (--trace)",
-                    drive.node()));
+    drive.fail(
+        "TPDO 3 maps something else than tick, position and current; restore it (1011h:02) or record the "
+        "trace (--trace)");
   }
-  Kept period(drive, 0x1006, 0, 4);
-  Kept sync(drive, 0x1005, 0, 4);
+  RestoredObject period(drive, 0x1006, 0, 4);
+  RestoredObject sync(drive, 0x1005, 0, 4);
   period.set(static_cast<std::uint32_t>(std::lround(1e6 / rate_Hz)));
   cob.set(cob.before() & ~kInvalidPdo);
   sync.set(0x40000000U | (sync.before() & 0x7FF));
@@ -190,19 +152,17 @@ TraceData fetch_trace(SdoClient& drive, const Show& show) {
     const std::uint32_t now = drive.read(kTraceIndex, 8);
     quiet = now == last ? quiet + 1 : 0;
     last = now;
-    if (quiet > 10000)
-      throw UsageError(fmt::format("node {}: the trace does not fill; does the tick run?", drive.node()));
+    if (quiet > 10000) drive.fail("the trace does not fill; does the tick run?");
     show("trace", static_cast<double>(now) / capacity);
   }
   const std::vector<std::uint8_t> data =
       drive.upload(kTraceDataIndex, 0, [&](double f) { show("read the trace", f); });
   TraceData trace;
-  if (data.size() < sizeof trace.head)
-    throw UsageError(fmt::format("node {}: the trace is cut short", drive.node()));
+  if (data.size() < sizeof trace.head) drive.fail("the trace is cut short");
   std::memcpy(&trace.head, data.data(), sizeof trace.head);
   if (trace.head.magic != TraceHead::kMagic || trace.head.head_bytes < sizeof trace.head ||
       data.size() != trace.head.head_bytes + sizeof(TraceSample) * trace.head.samples) {
-    throw UsageError(fmt::format("node {}: the trace is of another version", drive.node()));
+    drive.fail("the trace is of another version");
   }
   trace.samples.resize(trace.head.samples);
   if (!trace.samples.empty()) {

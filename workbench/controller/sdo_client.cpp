@@ -160,8 +160,16 @@ std::uint32_t SdoClient::read(std::uint16_t index, std::uint8_t sub) {
   return number(&frame[4], 4U - (frame[0] >> 2 & 3U));
 }
 
-float SdoClient::read_real(std::uint16_t index, std::uint8_t sub) {
-  return std::bit_cast<float>(read(index, sub));
+double SdoClient::read_real(std::uint16_t index, std::uint8_t sub) {
+  return static_cast<double>(std::bit_cast<float>(read(index, sub)));
+}
+
+void SdoClient::write_real(std::uint16_t index, std::uint8_t sub, double value) {
+  write(index, sub, std::bit_cast<std::uint32_t>(static_cast<float>(value)), 4);
+}
+
+void SdoClient::fail(const std::string& why) const {
+  throw UsageError(fmt::format("node {}: {}", node_, why));
 }
 
 std::uint32_t SdoClient::try_write(std::uint16_t index, std::uint8_t sub, std::uint32_t value, int bytes) {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <initializer_list>
+#include <string>
 #include <vector>
 
 #include "workbench/base/errors.h"
@@ -40,8 +41,9 @@ class SdoClient {
   void await_node();
 
   std::uint32_t read(std::uint16_t index, std::uint8_t sub);
-  float read_real(std::uint16_t index, std::uint8_t sub);
+  double read_real(std::uint16_t index, std::uint8_t sub);
   void write(std::uint16_t index, std::uint8_t sub, std::uint32_t value, int bytes);
+  void write_real(std::uint16_t index, std::uint8_t sub, double value);
   /// The same, but a refusal is returned as abort code and not thrown; 0 when accepted.
   std::uint32_t try_write(std::uint16_t index, std::uint8_t sub, std::uint32_t value, int bytes);
 
@@ -53,6 +55,9 @@ class SdoClient {
   void nmt(std::uint8_t command);
   std::uint8_t node() const { return node_; }
   CanLink& link() { return link_; }
+
+  /// Throws UsageError: "node N: why".
+  [[noreturn]] void fail(const std::string& why) const;
 
  private:
   using Frame = std::array<std::uint8_t, 8>;

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "workbench/controller/drive_gains.h"
+
 namespace slipstack::workbench {
 namespace {
 

@@ -83,9 +83,7 @@ class Update {
   }
 
  private:
-  [[noreturn]] void fail(const std::string& why) const {
-    throw UsageError(fmt::format("node {}: {}", drive_.node(), why));
-  }
+  [[noreturn]] void fail(const std::string& why) const { drive_.fail(why); }
   UpdateFault fault() { return static_cast<UpdateFault>(drive_.read(kUpdateIndex, 9)); }
   void wait() {
     CanFrame frame;

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "workbench/controller/sdo_client.h"
+
+// What several commands do with a drive on the bus. Every function throws UsageError, one line.
+namespace slipstack::workbench {
+
+/// Throws unless the node is a drive with our object dictionary (1018h:02).
+void require_slipstack_drive(SdoClient& drive);
+
+/// The drive is in operation enabled (6041h).
+bool is_enabled(SdoClient& drive);
+
+/// Applies what is staged (2140h:03), whose hash the drive must confirm, and waits until the tick has taken
+/// it. Where the drive refuses: its result (2140h:04); what runs is then unchanged.
+std::optional<std::uint32_t> apply_staged(SdoClient& drive, std::uint32_t hash);
+
+/// Stores what is staged and the drive's other parameters (1010h:01).
+void store_parameters(SdoClient& drive);
+
+/// Inertia and payload of the model (2100h and the payload's), kg.
+double model_mass_kg(SdoClient& drive);
+
+/// Changes an object during the life of this, and restores it.
+class RestoredObject {
+ public:
+  RestoredObject(SdoClient& drive, std::uint16_t index, std::uint8_t sub, int bytes)
+      : drive_(drive), index_(index), sub_(sub), bytes_(bytes), before_(drive.read(index, sub)) {}
+  RestoredObject(const RestoredObject&) = delete;
+  RestoredObject& operator=(const RestoredObject&) = delete;
+  ~RestoredObject();
+  void set(std::uint32_t value) { drive_.write(index_, sub_, value, bytes_); }
+  std::uint32_t before() const { return before_; }
+
+ private:
+  SdoClient& drive_;
+  std::uint16_t index_;
+  std::uint8_t sub_;
+  int bytes_;
+  std::uint32_t before_;
+};
+
+}  // namespace slipstack::workbench
