@@ -44,7 +44,7 @@ TEST(VelocitySpline, IsSmoothKeepsItsLimitsAndSumsUpExactly) {
                        .range = {}});
     const auto begin = static_cast<std::int32_t>(random());
     spline.start(100, {.counts = begin, .fraction = 0.25F});
-    double path = 0.25, given = 0.0, largest = 0.0;
+    double path = 0.25, largest = 0.0;
     Ends last{};
     for (std::uint32_t n = 100; n < 400; ++n) {
       const double wanted =
@@ -62,7 +62,6 @@ TEST(VelocitySpline, IsSmoothKeepsItsLimitsAndSumsUpExactly) {
       ASSERT_LE(std::abs(ends.v1), fastest + slack);
       ASSERT_LE(std::abs(ends.a1), std::max(speeding, slowing) + 4.0 * slack);
       path = at - ends.x0 + ends.x1;
-      given += ends.v1;
       largest = std::max(largest, std::abs(ends.v1));
       last = ends;
     }
@@ -242,7 +241,7 @@ TEST(VelocityStream, NeverBeyondTheLimitsWhateverComes) {
     for (int n = 0; n < 2000; ++n) {
       if (random() % 40 == 0) wanted = static_cast<float>(uniform(random, -1.3, 1.3)) * velocity;
       const bool here = random() % 50 != 0;
-      late = random() % 30 == 0 ? static_cast<std::uint32_t>(random() % (2 * period)) : 0;
+      late = random() % 30 == 0 ? static_cast<std::uint32_t>(random()) % (2 * period) : 0;
       for (std::uint32_t i = 0; i < late; ++i) stream.tick();
       if (random() % 60 != 0) stream.sync(here, wanted);
       for (std::uint32_t i = late; i < period; ++i) stream.tick();
