@@ -8,7 +8,8 @@
 
 namespace slipstack::canopen {
 
-/// What objects bound motion by (607Dh, 607Fh, 6080h, 6084h, 6085h, 60A4h, times of the brake), to the tick.
+/// What objects bound motion by (607Dh, 607Fh, 6080h, 6084h, 6085h, 60A4h, 60C5h, 60C6h, times of the
+/// brake), to the tick.
 /// Positions bound where they are referenced, and homing looks for the switches that bound otherwise.
 class BoundsProfile {
  public:
@@ -40,6 +41,8 @@ class BoundsProfile {
     user.switches = switches_;
     user.velocity_mps = real(kRow<0x6080>) * 1e-3F;
     user.profile_velocity_counts_per_s = in_counts(kRow<0x607F>);
+    user.acceleration_counts_per_s2 = in_counts(kRow<0x60C5>);
+    user.deceleration_counts_per_s2 = in_counts(kRow<0x60C6>);
     user.quick_stop_counts_per_s2 = in_counts(kRow<0x6085>);
     user.slow_down_counts_per_s2 = in_counts(kRow<0x6084>);
     user.slow_down_counts_per_s3 = in_counts(kRow<0x60A4, 1>);

@@ -10,8 +10,9 @@
 #include "firmware/canopen/position_profile.h"
 #include "firmware/canopen/profile_checks.h"
 #include "firmware/canopen/profile_context.h"
+#include "firmware/canopen/profile_values.h"
 #include "firmware/canopen/stop_options.h"
-#include "firmware/canopen/telemetry.h"
+#include "firmware/canopen/velocity_profile.h"
 
 namespace slipstack::canopen {
 
@@ -45,6 +46,7 @@ class DriveProfile {
     follow_bounds();
     command();
     if (context_.mode == Mode::kProfilePosition) position_.step();
+    if (context_.mode == Mode::kProfileVelocity) velocity_.step();
     if (context_.mode == Mode::kHoming) homing_.step(*context_.dictionary, context_.operation_enabled());
   }
 
@@ -65,39 +67,23 @@ class DriveProfile {
     return fault == Fault::kNone && supervision_.lost() ? 0x8100 : slipstack::error_code(fault);
   }
 
-  /// SYNC. `with_sync`: a PDO brought the target position just now.
+  /// The set-point that SYNC makes something of.
+  std::size_t set_point_row() const {
+    return context_.mode == Mode::kCyclicVelocity ? kRow<0x60FF> : kRow<0x607A>;
+  }
+  /// SYNC. `with_sync`: a PDO brought this set-point just now.
   void synchronise(bool with_sync) { cyclic_.synchronise(with_sync); }
 
   // ---- objects ----
 
   std::uint32_t read(std::uint16_t index, std::size_t row) const {
-    const ControlOutput& out = controller_.output();
     switch (index) {
       case 0x603F:
         return error_code();
       case 0x6041:
         return statusword();
-      case 0x6061:
-        return static_cast<std::uint32_t>(context_.mode);
-      case 0x6063:
-        return static_cast<std::uint32_t>(context_.place(controller_.measured_counts()));
-      case 0x6064:
-        return context_.position();
-      case 0x606C:
-        return rounded(context_.units.velocity_in_user(in_counts(context_.axis(), out.velocity_mps)), 2.1e9F);
-      case 0x6076:
-        return rounded(rated_force_N(*context_.dictionary, context_.axis()) * 1e3F, 2.1e9F);
-      case 0x6074:
-        return rounded(in_thousandths(*context_.dictionary, out.current_A), 32767.0F);
-      case 0x6077:
-        return rounded(in_thousandths(*context_.dictionary, controller_.measured_A()), 32767.0F);
-      case 0x60F4:
-        return rounded(context_.units.distance_in_user(in_counts(context_.axis(), out.position_error_m)),
-                       2.1e9F);
-      case 0x60FD:
-        return controller_.inputs().word(controller_.parameters().io);
       default:
-        return context_.value(row);
+        return profile_value(context_, index, row);
     }
   }
 
@@ -114,7 +100,11 @@ class DriveProfile {
         mode_ = static_cast<Mode>(static_cast<std::int8_t>(value_now));
         return follow_mode();
       case 0x607A:
-        return cyclic_.target_written();
+        if (context_.mode != Mode::kCyclicVelocity) cyclic_.target_written();
+        return;
+      case 0x60B1:
+      case 0x60FF:
+        return velocity_written(index, value_now);
       case 0x607E:
       case 0x608F:
       case 0x6091:
@@ -126,6 +116,8 @@ class DriveProfile {
       case 0x6084:
       case 0x6085:
       case 0x60A4:
+      case 0x60C5:
+      case 0x60C6:
       case kBrakeIndex:
         return bounds_.changed();
       default:
@@ -143,8 +135,10 @@ class DriveProfile {
   // A command of the master: controlword, mode, or set-point. A loss that the main loop has not seen yet
   // takes effect first, so that a command that comes late does not undo it.
   void received(std::uint16_t index) {
-    const bool set_point = index == 0x607A || index == 0x6071;
-    if (!set_point && index != 0x6040 && index != 0x6060 && index != 0x60B2) return;
+    const bool offset = index >= 0x60B0 && index <= 0x60B2;
+    const bool velocity = index == 0x60FF && context_.mode == Mode::kCyclicVelocity;
+    const bool set_point = index == 0x607A || index == 0x6071 || velocity;
+    if (!set_point && !offset && index != 0x6040 && index != 0x6060 && index != 0x60FF) return;
     if (supervision_.lost()) connection_lost();
     supervision_.received(*context_.dictionary, set_point && context_.operation_enabled());
   }
@@ -160,20 +154,32 @@ class DriveProfile {
       word_now |= (context_.control & kQuickStop) != 0 ? 1U << 5 : 0U;
     }
     if (operational_) word_now |= 1U << 9;
-    if (controller_.output().limits != 0 || position_.target_limited() || controller_.thermal().reduces())
+    if (controller_.output().limits != 0 || position_.target_limited() || velocity_.target_limited() ||
+        controller_.thermal().reduces())
       word_now |= 1U << 11;
-    if (context_.mode == Mode::kProfilePosition) {
-      word_now |= position_.status();
-    } else if (context_.mode == Mode::kHoming) {
-      word_now |= homing_.status();
-    } else if (context_.mode == Mode::kCyclicPosition) {
-      word_now |= cyclic_.status();
-    } else if (context_.mode != Mode::kNone && state == DriveState::kOperationEnabled && !context_.halted()) {
-      word_now |= 1U << 12;
-    }
+    word_now |= status_of_mode(state);
     if (controller_.state().faults().latched() == Fault::kFollowingError) word_now |= 1U << 13;
     if (controller_.position().referenced()) word_now |= 1U << 15;
     return static_cast<std::uint16_t>(word_now);
+  }
+
+  // Bits 10 to 13.
+  unsigned status_of_mode(DriveState state) const {
+    switch (context_.mode) {
+      case Mode::kNone:
+        return 0;
+      case Mode::kProfilePosition:
+        return position_.status();
+      case Mode::kProfileVelocity:
+        return velocity_.status();
+      case Mode::kHoming:
+        return homing_.status();
+      case Mode::kCyclicPosition:
+      case Mode::kCyclicVelocity:
+        return cyclic_.status();
+      default:
+        return state == DriveState::kOperationEnabled && !context_.halted() ? 1U << 12 : 0U;
+    }
   }
 
   void controlword(std::uint16_t word_now) {
@@ -184,6 +190,8 @@ class DriveProfile {
     cyclic_.follow();
     if (context_.mode == Mode::kProfilePosition) {
       position_.controlword(changed, rising);
+    } else if (context_.mode == Mode::kProfileVelocity) {
+      velocity_.controlword(changed);
     } else if (context_.mode == Mode::kHoming) {
       homing_.controlword(*context_.dictionary, word_now, changed, context_.operation_enabled());
     } else if ((rising & ProfileContext::kHaltBit) != 0 && context_.operation_enabled()) {
@@ -211,13 +219,20 @@ class DriveProfile {
   }
 
   void follow_bounds() {
-    if (bounds_.step()) position_.bounds_changed();
+    if (!bounds_.step()) return;
+    position_.bounds_changed();
+    velocity_.bounds_changed();
   }
 
-  // In the cyclic modes, from the first set-point on; a force that was there before counts as one.
+  // In the cyclic modes, from the first set-point on; a force that was there before counts as one. In profile
+  // velocity, while a velocity is asked for: nothing else would end the motion.
   std::uint32_t supervision() const {
     const bool torque = context_.mode == Mode::kCyclicTorque;
-    if (!context_.operation_enabled() || (!torque && context_.mode != Mode::kCyclicPosition)) return 0;
+    if (!context_.operation_enabled() || context_.mode == Mode::kNone ||
+        context_.mode == Mode::kProfilePosition || context_.mode == Mode::kHoming)
+      return 0;
+    if (context_.mode == Mode::kProfileVelocity)
+      return supervision_.options(*context_.dictionary, velocity_.moves());
     const bool forced = torque && (context_.value(kRow<0x6071>) != 0 || context_.value(kRow<0x60B2>) != 0);
     return supervision_.options(*context_.dictionary, cyclic_.target_holds() || forced);
   }
@@ -230,10 +245,7 @@ class DriveProfile {
   }
 
   void follow_mode() {
-    if (!context_.operation_enabled()) {
-      position_.give_up();
-      supervision_.rest();
-    }
+    follow_enabling();
     if (mode_ == context_.mode) return;
     context_.mode = mode_;
     homing_.reset();
@@ -241,6 +253,24 @@ class DriveProfile {
     cyclic_.follow();
     if (context_.operation_enabled()) controller_.reference().stop();
     position_.give_up();
+    velocity_.begin();
+  }
+  void follow_enabling() {
+    const bool enabled = context_.operation_enabled();
+    if (!enabled) {
+      position_.give_up();
+      supervision_.rest();
+    }
+    if (enabled != enabled_) velocity_.begin();
+    enabled_ = enabled;
+  }
+
+  // What follows from enabling or a halt comes first: the value is not one from before.
+  void velocity_written(std::uint16_t index, std::uint32_t value_now) {
+    follow_enabling();
+    cyclic_.follow();
+    if (index == 0x60FF) context_.dictionary->set(kRow<0x60FF>, value_now);
+    if (context_.mode == Mode::kCyclicVelocity) cyclic_.target_written();
   }
 
   // A target from before would mean another place.
@@ -255,9 +285,11 @@ class DriveProfile {
   CommandSupervision supervision_;
   BoundsProfile bounds_{context_};
   PositionProfile position_{context_};
+  VelocityProfile velocity_{context_};
   CyclicProfile cyclic_{context_};
   HomingProfile homing_{controller_, context_.units};
   Mode mode_ = Mode::kNone;  // 6060h
+  bool enabled_ = false;
   bool operational_ = false;
   bool resetting_ = false;
 };

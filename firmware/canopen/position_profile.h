@@ -155,13 +155,7 @@ class PositionProfile {
   }
 
   MotionLimits limits() const {
-    const float tick_s = context_.axis().tick_s;
-    const auto in_ticks = [this](std::uint32_t per_second, float scale) {
-      return static_cast<float>(per_second) * (context_.units.counts_per_user() * scale);
-    };
-    return {in_ticks(profile_.velocity, tick_s), in_ticks(profile_.acceleration, tick_s * tick_s),
-            in_ticks(profile_.deceleration, tick_s * tick_s),
-            in_ticks(profile_.jerk, tick_s * tick_s * tick_s)};
+    return context_.limits(profile_.velocity, profile_.acceleration, profile_.deceleration, profile_.jerk);
   }
 
   ProfileContext& context_;

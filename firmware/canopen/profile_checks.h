@@ -17,12 +17,15 @@ inline Abort check_profile_object(const ProfileContext& context, std::size_t row
       return value == 3 || value == 4 ? Abort::kBadValue : Abort::kNone;
     case 0x6060: {
       const auto mode = static_cast<Mode>(static_cast<std::int8_t>(value));
-      const bool known = mode == Mode::kNone || mode == Mode::kProfilePosition || mode == Mode::kHoming ||
-                         mode == Mode::kCyclicPosition || mode == Mode::kCyclicTorque;
+      const bool known = mode == Mode::kNone || mode == Mode::kProfilePosition ||
+                         mode == Mode::kProfileVelocity || mode == Mode::kHoming ||
+                         mode == Mode::kCyclicPosition || mode == Mode::kCyclicVelocity ||
+                         mode == Mode::kCyclicTorque;
       return known ? Abort::kNone : Abort::kBadValue;
     }
     case 0x607A:
-    case 0x607C: {
+    case 0x607C:
+    case 0x60B0: {
       const auto wanted = static_cast<std::int32_t>(value);
       if (context.units.to_counts(wanted)) return Abort::kNone;
       return wanted < 0 ? Abort::kTooLow : Abort::kTooHigh;

@@ -14,7 +14,7 @@
 namespace slipstack::canopen {
 
 inline constexpr std::uint32_t kSupportedModes =
-    (1U << 0) | (1U << 5) | (1U << 7) | (1U << 9);  ///< pp, hm, csp, cst
+    (1U << 0) | (1U << 2) | (1U << 5) | (1U << 7) | (1U << 8) | (1U << 9);  ///< pp, pv, hm, csp, csv, cst
 
 /// A number of the factor group.
 constexpr Object factor(std::uint16_t index, std::uint8_t sub, const char* name) {
@@ -57,11 +57,20 @@ inline constexpr auto kProfileObjects = [] {
           .in("user unit"),
       variable(0x6067, Type::kU32, "Position window").at_first(1000U).in("user unit").stored(kSetting),
       variable(0x6068, Type::kU16, "Position window time").at_first(10U).in("s", 1e-3F).stored(kSetting),
+      variable(0x606B, Type::kI32, "Velocity demand value")
+          .read_only()
+          .from_device()
+          .mapped(kOut)
+          .in("user unit/s"),
       variable(0x606C, Type::kI32, "Velocity actual value")
           .read_only()
           .from_device()
           .mapped(kOut)
           .in("user unit/s"),
+      variable(0x606D, Type::kU16, "Velocity window").at_first(10000U).in("user unit/s").stored(kSetting),
+      variable(0x606E, Type::kU16, "Velocity window time").at_first(10U).in("s", 1e-3F).stored(kSetting),
+      variable(0x606F, Type::kU16, "Velocity threshold").at_first(5000U).in("user unit/s").stored(kSetting),
+      variable(0x6070, Type::kU16, "Velocity threshold time").at_first(10U).in("s", 1e-3F).stored(kSetting),
       variable(0x6071, Type::kI16, "Target torque").mapped(kIn).from_device().in("rated force", 1e-3F),
       variable(0x6074, Type::kI16, "Torque demand")
           .read_only()
@@ -157,6 +166,8 @@ inline constexpr auto kProfileObjects = [] {
           .at_first(100000000U)
           .in("user unit/s3")
           .stored(kSetting),
+      variable(0x60B0, Type::kI32, "Position offset").mapped(kIn).from_device().in("user unit"),
+      variable(0x60B1, Type::kI32, "Velocity offset").mapped(kIn).from_device().in("user unit/s"),
       variable(0x60B2, Type::kI16, "Torque offset").mapped(kIn).from_device().in("rated force", 1e-3F),
       head(0x60C2, ObjectCode::kRecord, "Interpolation time period", 2),
       entry(0x60C2, 1, Type::kU8, "Interpolation time period value")
@@ -167,6 +178,16 @@ inline constexpr auto kProfileObjects = [] {
           .within(-4, -1)
           .at_first(0xFFFFFFFDU)
           .stored(kParameter),
+      variable(0x60C5, Type::kU32, "Max acceleration")
+          .within(1U, 0xFFFFFFFFU)
+          .at_first(0xFFFFFFFFU)
+          .in("user unit/s2")
+          .stored(kSetting),
+      variable(0x60C6, Type::kU32, "Max deceleration")
+          .within(1U, 0xFFFFFFFFU)
+          .at_first(0xFFFFFFFFU)
+          .in("user unit/s2")
+          .stored(kSetting),
   });
 }();
 
@@ -195,6 +216,7 @@ inline constexpr auto kLastProfileObjects = [] {
       head(0x60FE, ObjectCode::kArray, "Digital outputs", 2),
       entry(0x60FE, 1, Type::kU32, "Physical outputs").mapped(kIn),
       entry(0x60FE, 2, Type::kU32, "Bit mask").mapped(kIn).stored(Storage::kSetting),
+      variable(0x60FF, Type::kI32, "Target velocity").mapped(kIn).from_device().in("user unit/s"),
       variable(0x6502, Type::kU32, "Supported drive modes").constant(kSupportedModes),
   });
 }();

@@ -90,6 +90,10 @@ class UserUnits {
     const float user = counts_per_s / counts_per_user_;
     return velocity_turned_ ? -user : user;
   }
+  constexpr float velocity_in_counts(float user_per_s) const {
+    const float counts = user_per_s * counts_per_user_;
+    return velocity_turned_ ? -counts : counts;
+  }
   /// Of a difference of positions in counts that need not be whole.
   constexpr float distance_in_user(float counts) const {
     const float user = counts / counts_per_user_;

@@ -88,10 +88,20 @@ class Controller {
   PlanStatus search(std::int32_t direction, const MotionLimits& limits) {
     return point_to_point_.search(reference_, direction, limits.and_within(bounds().motion), ramp());
   }
+  /// Changes to this velocity, counts per tick, as far as the limits allow, and keeps it until something else
+  /// is commanded or the end of the range comes.
+  PlanStatus run(float velocity, const MotionLimits& limits) {
+    return point_to_point_.run(reference_, velocity, limits.and_within(bounds().motion), ramp(), range());
+  }
   /// To rest, within these limits.
   PlanStatus halt(const MotionLimits& limits) {
     return point_to_point_.halt(reference_, limits.and_within(bounds().motion), ramp());
   }
+
+  /// The reference so many ticks from now, if nothing else is commanded. O(lead).
+  Motion ahead(std::uint32_t lead) const { return reference_.predict(lead, ramp()).motion; }
+  /// What moves are bounded by.
+  const MotionLimits& motion_limits() const { return bounds().motion; }
 
   /// Excites the loop while the reference rests or moves at constant velocity; to begin, it must be possible.
   Excitation& excitation() { return excitation_; }

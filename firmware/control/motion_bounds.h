@@ -21,6 +21,8 @@ struct UserBounds {
   bool switches = true;                         ///< limit switches bound it too; homing uses them itself
   float velocity_mps = kNone;                   ///< in every mode
   float profile_velocity_counts_per_s = kNone;  ///< of moves to a target
+  float acceleration_counts_per_s2 = kNone;     ///< the same, and of set-points of velocity
+  float deceleration_counts_per_s2 = kNone;
   float quick_stop_counts_per_s2 = kNone;
   float slow_down_counts_per_s2 = kNone;
   float slow_down_counts_per_s3 = kNone;
@@ -54,6 +56,11 @@ struct MotionBounds {
     bounds.motion = motion_limits(axis);
     bounds.motion.velocity =
         std::min(bounds.velocity_mps * per_mps, user.profile_velocity_counts_per_s * tick_s);
+    const float per_s2 = tick_s * tick_s;
+    bounds.motion.acceleration =
+        std::min(bounds.motion.acceleration, user.acceleration_counts_per_s2 * per_s2);
+    bounds.motion.deceleration =
+        std::min(bounds.motion.deceleration, user.deceleration_counts_per_s2 * per_s2);
     const float quick_mps2 = std::min(axis.quick_stop_mps2, user.quick_stop_counts_per_s2 * resolution_m);
     const float slow_mps2 = std::min(axis.quick_stop_mps2, user.slow_down_counts_per_s2 * resolution_m);
     const float slow_mps3 = std::min(axis.jerk_limit_mps3, user.slow_down_counts_per_s3 * resolution_m);

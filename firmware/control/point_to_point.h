@@ -21,7 +21,8 @@ enum class PlanStatus : std::uint8_t {
   kBusy,         ///< the tick was faster than the plan, three times: try again
 };
 
-/// Moves to a target and halts, time-optimal within their limits, from whatever state the reference is in.
+/// Moves to a target, changes of velocity and halts, time-optimal within their limits, from whatever state
+/// the reference is in.
 /// Works in the main loop; the tick takes over what was planned (ReferenceGenerator). A plan costs at most
 /// 30 evaluations of a way to rest in double (trajectory.h; figures in docs/control.md). Holds its working
 /// memory; not for the stack.
@@ -31,7 +32,24 @@ class PointToPoint {
   /// not taken modulo 2^32: from -2^31 to 2^31 - 1 it is 2^32 counts long.
   PlanStatus move(ReferenceGenerator& reference, std::int32_t target, const MotionLimits& limits,
                   const BrakingLimits& braking, const PositionRange& range = {}, std::int32_t origin = 0) {
-    return plan(reference, &target, limits, braking, range, origin);
+    return plan(reference, {.kind = Goal::Kind::kPlace, .place = target, .origin = origin}, limits, braking,
+                range);
+  }
+  /// Changes the velocity to this one, counts per tick, and keeps it until something else is commanded, or
+  /// rests at the end of the range. Counts go on modulo 2^32: without an end of the range it never ends.
+  PlanStatus run(ReferenceGenerator& reference, float velocity, const MotionLimits& limits,
+                 const BrakingLimits& braking, const PositionRange& range = {}) {
+    if (velocity == 0.0F) return plan(reference, {}, limits, braking, range);
+    const bool forward = velocity > 0.0F;
+    const std::int32_t end = forward ? range.highest : range.lowest;
+    const bool endless = end == (forward ? PositionRange::kNoHighest : PositionRange::kNoLowest);
+    MotionLimits narrowed = limits;
+    narrowed.velocity = std::min(limits.velocity, forward ? velocity : -velocity);
+    return plan(reference,
+                {.kind = endless ? Goal::Kind::kVelocity : Goal::Kind::kEnd,
+                 .place = end,
+                 .direction = forward ? 1.0 : -1.0},
+                narrowed, braking, range);
   }
   /// Moves in this direction (1 or -1) until something else is commanded, 2^31 counts at the most.
   PlanStatus search(ReferenceGenerator& reference, std::int32_t direction, const MotionLimits& limits,
@@ -42,21 +60,35 @@ class PointToPoint {
   }
   /// Brakes to rest as fast as the limits allow.
   PlanStatus halt(ReferenceGenerator& reference, const MotionLimits& limits, const BrakingLimits& braking) {
-    return plan(reference, nullptr, limits, braking, {}, 0);
+    return plan(reference, {}, limits, braking, {});
   }
 
  private:
+  // Where a plan leads.
+  struct Goal {
+    enum class Kind : std::uint8_t {
+      kRest,      // wherever
+      kPlace,     // rest there
+      kEnd,       // the same, of a range: not to be passed, nor returned to
+      kVelocity,  // the largest one in this direction
+    };
+    Kind kind = Kind::kRest;
+    std::int32_t place = 0;
+    std::int32_t origin = 0;  // positions count from there
+    double direction = 1.0;
+  };
   static constexpr double kUnit = 0x1p44;
   static constexpr double kLongestRamp = 0x1p22;
+  static constexpr std::int64_t kEndless_ticks = std::int64_t{1} << 62;
   static constexpr std::uint32_t kShortestLead = 32;
   static constexpr std::uint32_t kLongestLead = 512;
 
   static bool valid(float limit) { return limit > 0.0F && limit <= kLargestRate; }
 
   // Not inlined: double stays here (tests/budget/check_double.py).
-  [[gnu::noinline]] PlanStatus plan(ReferenceGenerator& reference, const std::int32_t* target,
+  [[gnu::noinline]] PlanStatus plan(ReferenceGenerator& reference, const Goal& goal,
                                     const MotionLimits& wanted, const BrakingLimits& braking,
-                                    const PositionRange& range, std::int32_t origin) {
+                                    const PositionRange& range) {
     if (!valid(wanted.velocity) || !valid(wanted.acceleration) || !valid(wanted.deceleration) ||
         !valid(wanted.jerk)) {
       return PlanStatus::kBadLimits;
@@ -66,16 +98,28 @@ class PointToPoint {
                                     static_cast<double>(wanted.jerk)};
     for (int attempt = 0; attempt < 3; ++attempt) {
       const ReferenceGenerator::Prediction from = reference.predict(lead_, braking);
-      const trajectory::Profile& profile =
-          target == nullptr ? planner_.stop(state_of(from.motion), limits)
-                            : planner_.move(state_of(from.motion), way(from.motion, *target, origin), limits);
+      const trajectory::Profile& profile = course(from.motion, goal, limits);
       if (longest_ramp(profile) > kLongestRamp) return PlanStatus::kTooSlow;
       if (leaves(range, profile, from.motion)) return PlanStatus::kBeyondRange;
-      write(profile, from.motion, target, reference.spare_plan());
+      write(profile, from.motion, goal, reference.spare_plan());
       if (reference.arm(from)) return PlanStatus::kOk;
       lead_ = std::min(2 * lead_, kLongestLead);
     }
     return PlanStatus::kBusy;
+  }
+
+  const trajectory::Profile& course(const Motion& from, const Goal& goal, const trajectory::Limits& limits) {
+    const trajectory::State state = state_of(from);
+    switch (goal.kind) {
+      case Goal::Kind::kPlace:
+        return planner_.move(state, way(from, goal.place, goal.origin), limits);
+      case Goal::Kind::kEnd:
+        return planner_.approach(state, way(from, goal.place, goal.origin), goal.direction, limits);
+      case Goal::Kind::kVelocity:
+        return planner_.change(state, goal.direction * limits.velocity, limits);
+      default:
+        return planner_.stop(state, limits);
+    }
   }
 
   // So that any number of ticks of it is exact in the tick's sums, as the plan takes it to be.
@@ -139,7 +183,7 @@ class PointToPoint {
   // Instants to sums: each segment begins at the first tick of its phase, at the place where the phase is
   // then. Sums that pass the cubic x + V m + A m^2 / 2 + J m^3 / 6 at every tick m begin with V - A / 2 + J /
   // 6 and A - J.
-  static void write(const trajectory::Profile& profile, const Motion& from, const std::int32_t* target,
+  static void write(const trajectory::Profile& profile, const Motion& from, const Goal& goal,
                     MotionPlan& plan) {
     const std::int32_t shift = shift_for(profile);
     const double fine = kUnit * static_cast<double>(std::int64_t{1} << shift);
@@ -164,10 +208,24 @@ class PointToPoint {
     }
     MotionSegment& last = plan.segments[plan.size++];
     last = {.ticks = 1, .sets_position = true};
-    set_position(last, from, profile.end().position);
-    if (target == nullptr) return;
-    last.start_counts = *target;
+    const trajectory::State& end = profile.end();
+    if (goal.kind == Goal::Kind::kVelocity) {
+      last.ticks = kEndless_ticks;
+      last.velocity = static_cast<std::int64_t>(end.velocity * kUnit);
+      const double offset = static_cast<double>(round_up(begin_ticks)) - begin_ticks;
+      return set_position(last, from, end.position + offset * end.velocity);
+    }
+    set_position(last, from, end.position);
+    if (!arrives(end.position, from, goal)) return;
+    last.start_counts = goal.place;
     last.start_fraction = 0;
+  }
+
+  // A course to the end of a range may end before it.
+  static bool arrives(double position, const Motion& from, const Goal& goal) {
+    if (goal.kind == Goal::Kind::kRest) return false;
+    const double off = position - way(from, goal.place, goal.origin);
+    return goal.kind == Goal::Kind::kPlace || (off < 0.5 && off > -0.5);
   }
 
   static void set_position(MotionSegment& segment, const Motion& from, double moved) {

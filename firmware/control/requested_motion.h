@@ -8,8 +8,9 @@
 
 namespace slipstack {
 
-/// Searches, moves and halts of the axis, each asked for once: what the tick does not take over in time is
-/// planned again, from where the axis is by then. Works in the main loop; O(1), and at most one plan a call.
+/// Searches, moves, changes of velocity and halts of the axis, each asked for once: what the tick does not
+/// take over in time is planned again, from where the axis is by then. Works in the main loop; O(1), and at
+/// most one plan a call.
 class RequestedMotion {
  public:
   explicit RequestedMotion(Controller& controller) : controller_(controller) {}
@@ -29,6 +30,12 @@ class RequestedMotion {
     limits_ = limits;
     return request(Request::kMove);
   }
+  /// Changes to this velocity, counts per tick, and keeps it as far as the range of the axis allows.
+  PlanStatus run(float velocity, const MotionLimits& limits) {
+    velocity_ = velocity;
+    limits_ = limits;
+    return request(Request::kRun);
+  }
   /// To rest.
   PlanStatus halt(const MotionLimits& limits) {
     limits_ = limits;
@@ -43,6 +50,8 @@ class RequestedMotion {
     if (plan == PlanHandshake::State::kTaken) request_ = Request::kNone;
     return plan == PlanHandshake::State::kMissed;
   }
+  /// After that: the tick will take over what was requested, and has not yet.
+  bool waits() const { return request_ != Request::kNone; }
   /// Then: the same once more.
   PlanStatus again() { return request(request_); }
 
@@ -50,7 +59,7 @@ class RequestedMotion {
   bool at_rest() const { return request_ == Request::kNone && controller_.reference().idle(); }
 
  private:
-  enum class Request : std::uint8_t { kNone, kSearch, kHalt, kMove };
+  enum class Request : std::uint8_t { kNone, kSearch, kHalt, kMove, kRun };
 
   PlanStatus request(Request what) {
     request_ = what;
@@ -66,6 +75,8 @@ class RequestedMotion {
         return controller_.search(direction_, limits_);
       case Request::kMove:
         return controller_.move_to(target_, limits_);
+      case Request::kRun:
+        return controller_.run(velocity_, limits_);
       default:
         return controller_.halt(limits_);
     }
@@ -75,6 +86,7 @@ class RequestedMotion {
   Request request_ = Request::kNone;
   std::int32_t direction_ = 0;
   std::int32_t target_ = 0;
+  float velocity_ = 0.0F;
   MotionLimits limits_;
   PlanHandshake handshake_;
 };

@@ -44,12 +44,17 @@ class SetPointRange {
   /// The last one was held back.
   bool limited() const { return limited_; }
 
+  /// Counts that a set-point may lie beyond the one before, with so many left to the end.
+  static float farthest(float room, float deceleration) {
+    const float half = 0.5F * deceleration;
+    const float way = approx::fast_square_root(half * half + 4.0F * half * room) - half;
+    return way < room ? way : room;
+  }
+
  private:
   float farthest(float room, std::uint32_t periods) const {
     const float n = periods == 0 || periods > 1000 ? 1.0F : static_cast<float>(periods);
-    const float half = 0.5F * deceleration_ * n * n;
-    const float way = approx::fast_square_root(half * half + 4.0F * half * room) - half;
-    return way < room ? way : room;
+    return farthest(room, deceleration_ * n * n);
   }
 
   PositionRange range_;

@@ -82,6 +82,15 @@ class SetPointSpline {
     return made;
   }
 
+  /// How far the control point of a period lies beyond that of the one before, or beyond a place; counts.
+  float step(std::uint32_t period) const {
+    return static_cast<float>(control_[period % kKept] - control_[(period - 1) % kKept]) * (1.0F / 6.0F);
+  }
+  float beyond(std::uint32_t period, std::int32_t counts) const {
+    return static_cast<float>(difference(origin_, counts)) +
+           static_cast<float>(control_[period % kKept]) * (1.0F / 6.0F);
+  }
+
  private:
   static constexpr std::uint32_t kKept = 8;
 

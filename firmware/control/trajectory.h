@@ -21,6 +21,20 @@ class Planner {
     return profile_;
   }
 
+  /// The shortest change to this velocity, wherever that leads.
+  const Profile& change(const State& from, double velocity, const Limits& limits) {
+    profile_.begin(from);
+    change_velocity(profile_, velocity, limits);
+    return profile_;
+  }
+
+  /// As move(), but without turning round: where the way to rest leads beyond `target`, seen in this
+  /// direction (1 or -1), a stop.
+  const Profile& approach(const State& from, double target, double direction, const Limits& limits) {
+    if ((target - stop(from, limits).end().position) * direction <= 0.0) return profile_;
+    return move(from, target, limits);
+  }
+
   /// The shortest way to rest at `target`, from any state: speed up towards it, until what is left is the way
   /// to rest. The place where braking leads to is monotone in the time of speeding up, so one root is found,
   /// to 2^-20 of a count. Bounded: kMostSteps evaluations of the way to rest, 25 at most in 10^6 random

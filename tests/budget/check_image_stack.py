@@ -76,7 +76,7 @@ LIBRARY = {
     "__aeabi_dadd": 16, "__aeabi_dsub": 16, "__aeabi_drsub": 16, "__aeabi_dmul": 24, "__aeabi_ddiv": 24, "__aeabi_f2d": 16,
     "__aeabi_d2f": 16, "__aeabi_i2d": 16, "__aeabi_l2d": 24, "__aeabi_ul2d": 24, "__aeabi_d2lz": 96, "__aeabi_d2ulz": 64,
     "__aeabi_dcmplt": 32, "__aeabi_dcmple": 32, "__aeabi_dcmpgt": 32, "__aeabi_dcmpge": 32, "__aeabi_dcmpeq": 32,
-    "__aeabi_dcmpun": 16, "__aeabi_d2iz": 16,
+    "__aeabi_dcmpun": 16, "__aeabi_d2iz": 16, "__aeabi_f2lz": 64, "__aeabi_l2f": 16,
 }  # fmt: skip
 
 

@@ -42,6 +42,7 @@ struct Stages {
   // Those of the tick: a second one of each would not fit the memory beside it.
   ReferenceGenerator& reference = tick_under_test.controller().reference();
   CyclicPosition& cyclic = tick_under_test.controller().cyclic_position();
+  VelocitySpline path;
   StreamPoint stream;
   TrackingLimits tracking = TrackingLimits::of(300.0F, 0.5F);
   ReferencePoint point;
@@ -91,7 +92,7 @@ inline void fill_stream(std::int32_t x) {
   cyclic.set_period(10.0F, 1.0e-4F, 300.0F, 0.5F);
   if (stages.ticks % 500 == 0) cyclic.stop();
   if (stages.ticks % 500 == 20) cyclic.start();
-  cyclic.sync(stages.ticks, stages.ticks % 170 != 0, x);
+  cyclic.sync(stages.ticks, stages.ticks % 170 != 0, x, stages.path, [](std::uint32_t) { return Motion{}; });
 }
 [[gnu::noinline]] inline float step_stream(std::int32_t) {
   return stages.cyclic.step(stages.ticks) ? 1.0F : 0.0F;

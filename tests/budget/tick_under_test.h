@@ -118,11 +118,13 @@ class TickScenario {
     if (ticks_ != sync_at_ || random_.below(30) == 0) return;
     velocity_ += static_cast<std::int32_t>(random_.below(41)) - 20;
     target_ += velocity_;
-    cyclic.sync(controller.ticks(), streaming_ && random_.below(30) != 0, target_);
+    cyclic.sync(controller.ticks(), streaming_ && random_.below(30) != 0, target_, path_,
+                [&controller](std::uint32_t lead) { return controller.ahead(lead); });
   }
 
   Random random_{0xBADCAB1E};
   Kind kind_;
+  VelocitySpline path_;
   bool streaming_ = false;
   std::int32_t target_ = 0;
   std::int32_t velocity_ = 0;

@@ -37,7 +37,7 @@ TEST(Drive, StatusWordOfEachState) {
   EXPECT_EQ(after(0x0F), 0x27U);
   EXPECT_EQ(after(0x06), 0x21U);
   EXPECT_EQ(after(0x00) & 0x4F, 0x40U);
-  EXPECT_EQ(bench.read(0x6502, 0), 0x2A1U) << "pp, hm, csp, cst";
+  EXPECT_EQ(bench.read(0x6502, 0), 0x3A5U) << "pp, pv, hm, csp, csv, cst";
 }
 
 TEST(Drive, ProfilePositionHandshakeAndArrival) {

@@ -10,7 +10,7 @@ import program
 
 DIAGNOSIS = {"cannot_show": list, "cannot_separate": list, "next_experiment": (dict, type(None)), "noise": dict,
              "repaired": list, "input_warnings": list, "log": str, "samples": int, "searched_samples": int,
-             "baseline_effects": list, "noise_floor_N": float, "baseline": dict,
+             "baseline_effects": list, "noise_floor_N": float, "bandwidth_Hz": float, "baseline": dict,
              "verdict": str, "candidates": list, "unexplained": (dict, type(None))}
 CANDIDATE = {"effect": str, "title": str, "holdout_rmse_N": float, "error_reduction": float,
              "error_reduction_se": float, "criterion_difference": float, "confounded_with": list, "evidence": str, "cause": str, "confirm_with": str}

@@ -5,6 +5,7 @@
 
 #include <utility>
 
+#include "workbench/base/quantity.h"
 #include "workbench/base/text.h"
 #include "workbench/report/fit_quality.h"
 #include "workbench/report/json_values.h"
@@ -94,6 +95,7 @@ DiagnosisResult diagnosis_result(const DiagnosisRequest& request, const Measurem
                  {"repaired", repairs_json(measurement)},
                  {"input_warnings", warnings_json(result.warnings)},
                  {"noise_floor_N", number_json(diagnosis.noise_floor_N)},
+                 {"bandwidth_Hz", number_json(measurement.bandwidth_Hz())},
                  {"baseline_effects", ids_of(diagnosis.baseline.terms)},
                  {"baseline", errors_json(diagnosis.baseline)},
                  {"verdict", name_of(diagnosis.verdict)},
@@ -127,7 +129,8 @@ Headline headline_of(const json& result, const EffectName& name) {
   const std::string left = unexplained.is_null() ? "" : unexplained["description"].get<std::string>() + ".";
   if (result["verdict"] == name_of(Verdict::complete)) {
     return {
-        fmt::format("Complete: held-out error {}, noise floor {}.", before, floor),
+        fmt::format("Complete: held-out error {}, noise floor {}, both below {}.", before, floor,
+                    quantity(number_of(result["bandwidth_Hz"]), "Hz")),
         "No effect of the catalogue lowers the held-out error significantly, and the residual depends on no "
         "single coordinate."};
   }

@@ -52,6 +52,7 @@ std::string candidate_table(json candidates) {
   if (const std::size_t others = candidates.size() - lines; others > 0) {
     text += fmt::format("{} others reduce the error by less than 0.5 %\n", others);
   }
+  text += "criterion: change of the information criterion by the effect; the log supports it below 0\n";
   return text;
 }
 

@@ -42,6 +42,19 @@ class CyclicAxis {
     while (drive_.next()) {
     }
   }
+  /// RPDO 4: controlword and target velocity, with SYNC.
+  void map_velocity() {
+    constexpr std::uint32_t kId = 0x500U + can::kNode;
+    for (const auto& [index, sub, value, bytes] : {std::tuple{0x1403, 1, 0x80000000U | kId, 4},
+                                                   {0x1403, 2, 1U, 1},
+                                                   {0x1603, 0, 0U, 1},
+                                                   {0x1603, 1, 0x60400010U, 4},
+                                                   {0x1603, 2, 0x60FF0020U, 4},
+                                                   {0x1603, 0, 2U, 1},
+                                                   {0x1403, 1, kId, 4}})
+      EXPECT_EQ(drive_.write(static_cast<std::uint16_t>(index), static_cast<std::uint8_t>(sub), value, bytes),
+                0U);
+  }
   void run_ms(int milliseconds) {
     for (int i = 0; i < 10 * milliseconds; ++i) tick();
   }

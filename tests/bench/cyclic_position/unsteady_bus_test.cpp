@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cyclic synchronous position with jitter, another clock, lost, late and held frames: no fault, no step of
-// the reference, and the following error of a perfect clock.
+// Cyclic synchronous position and velocity with jitter, another clock, lost, late and held frames: no fault,
+// no step of the reference, and the following error of a perfect clock.
 #include <algorithm>
 #include <cstdlib>
 #include <map>
 #include <ostream>
 #include <tuple>
+#include <utility>
 
 #include "tests/bench/cyclic_position/cyclic_axis.h"
 #include "tests/bench/cyclic_position/unsteady_master.h"
@@ -41,23 +42,35 @@ double path_m(double time_s) {
   return 0.05 * (1.0 - std::cos(4.0 * time_s)) + 2e-4 * (1.0 - std::cos(40.0 * time_s));
 }
 
+double path_mps(double time_s) {
+  if (time_s < 0.0) return 0.0;
+  return 0.2 * std::sin(4.0 * time_s) + 8e-3 * std::sin(40.0 * time_s);
+}
+
 struct Outcome {
   Seen seen;
   Fault fault = Fault::kNone;
   std::uint32_t bridged = 0, gaps = 0;
-  double largest_deviation_m = 0.0;  ///< of the reference from the path three periods ago
+  double largest_deviation_m = 0.0;  ///< of the reference from the path as many periods ago as it should be
 };
 
-Outcome run(std::uint32_t period_ms, const Disturbance& disturbance) {
+enum class Stream : std::uint8_t { kPosition, kVelocity };
+
+Outcome run(Stream stream, std::uint32_t period_ms, const Disturbance& disturbance) {
+  const bool velocity = stream == Stream::kVelocity;
   CyclicAxis axis(period_ms);
-  axis.drive().enable(8);
+  if (velocity) axis.map_velocity();
+  axis.drive().enable(velocity ? 9 : 8);
   axis.drive().nmt(0x01);
   const double period_s = 1e-3 * period_ms;
   const double rest_s = 40.0 * period_s;  // the master shows where the axis is, then moves
   UnsteadyMaster master(axis.drive().master, can::kNode, period_s, disturbance, [&](double time_s) {
+    if (velocity)
+      return static_cast<std::int32_t>(std::lround(path_mps(time_s - rest_s) / axis.resolution_m()));
     return axis.home() +
            static_cast<std::int32_t>(std::lround(path_m(time_s - rest_s) / axis.resolution_m()));
   });
+  if (velocity) master.set_point_id = 0x500;
   axis.mark();
   Outcome outcome;
   while (master.sent() < periods() && outcome.fault == Fault::kNone) {
@@ -65,7 +78,7 @@ Outcome run(std::uint32_t period_ms, const Disturbance& disturbance) {
     axis.tick();
     outcome.fault = axis.fault();
     const double master_s = axis.time_s() / (1.0 + 1e-6 * disturbance.clock_ppm);
-    const double wanted_m = path_m(master_s - rest_s - 3.0 * period_s);
+    const double wanted_m = path_m(master_s - rest_s - (velocity ? 2.5 : 3.0) * period_s);
     outcome.largest_deviation_m =
         std::max(outcome.largest_deviation_m, std::abs(axis.reference_m() - wanted_m));
   }
@@ -75,25 +88,25 @@ Outcome run(std::uint32_t period_ms, const Disturbance& disturbance) {
   return outcome;
 }
 
-class UnsteadyBus : public ::testing::TestWithParam<std::tuple<std::uint32_t, Disturbance>> {};
+class UnsteadyBus : public ::testing::TestWithParam<std::tuple<Stream, std::uint32_t, Disturbance>> {};
 
 TEST_P(UnsteadyBus, NoFaultNoStepAndTheFollowingErrorOfAPerfectClock) {
-  const auto& [period_ms, disturbance] = GetParam();
-  static std::map<std::uint32_t, Outcome> references;
-  const auto [reference, is_new] = references.try_emplace(period_ms);
-  if (is_new) reference->second = run(period_ms, kPerfect);
+  const auto& [stream, period_ms, disturbance] = GetParam();
+  static std::map<std::pair<Stream, std::uint32_t>, Outcome> references;
+  const auto [reference, is_new] = references.try_emplace({stream, period_ms});
+  if (is_new) reference->second = run(stream, period_ms, kPerfect);
   const Outcome& perfect = reference->second;
-  const Outcome outcome = run(period_ms, disturbance);
+  const Outcome outcome = run(stream, period_ms, disturbance);
   ASSERT_EQ(perfect.fault, Fault::kNone);
   EXPECT_EQ(outcome.fault, Fault::kNone) << static_cast<int>(outcome.fault);
   const AxisParameters axis = CyclicAxis(period_ms).axis();
   std::printf(
-      "%-9s %2u ms: %.3f m/s  %.2f m/s2  rms %.3f um (%.3f)  largest %.2f um (%.2f)  off the path %.1f um "
+      "%s %-9s %2u ms: %.3f m/s  %.2f m/s2  rms %.3f um (%.3f)  largest %.2f um (%.2f)  off the path %.1f um "
       "(%.1f)  bridged %u  gaps %u\n",
-      disturbance.name, period_ms, outcome.seen.velocity_mps, outcome.seen.acceleration_mps2,
-      1e6 * outcome.seen.rms_error_m(), 1e6 * perfect.seen.rms_error_m(), 1e6 * outcome.seen.error_m,
-      1e6 * perfect.seen.error_m, 1e6 * outcome.largest_deviation_m, 1e6 * perfect.largest_deviation_m,
-      outcome.bridged, outcome.gaps);
+      stream == Stream::kVelocity ? "csv" : "csp", disturbance.name, period_ms, outcome.seen.velocity_mps,
+      outcome.seen.acceleration_mps2, 1e6 * outcome.seen.rms_error_m(), 1e6 * perfect.seen.rms_error_m(),
+      1e6 * outcome.seen.error_m, 1e6 * perfect.seen.error_m, 1e6 * outcome.largest_deviation_m,
+      1e6 * perfect.largest_deviation_m, outcome.bridged, outcome.gaps);
   // A stop after a gap has a deceleration of its own.
   const float largest = outcome.gaps == 0 ? axis.acceleration_limit_mps2
                                           : std::max(axis.acceleration_limit_mps2, axis.quick_stop_mps2);
@@ -105,11 +118,13 @@ TEST_P(UnsteadyBus, NoFaultNoStepAndTheFollowingErrorOfAPerfectClock) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Bus, UnsteadyBus,
-                         ::testing::Combine(::testing::Values(1U, 2U, 4U, 10U),
+                         ::testing::Combine(::testing::Values(Stream::kPosition, Stream::kVelocity),
+                                            ::testing::Values(1U, 2U, 4U, 10U),
                                             ::testing::ValuesIn(kDisturbances)),
                          [](const auto& drawn) {
-                           return std::string(std::get<1>(drawn.param).name) + "_" +
-                                  std::to_string(std::get<0>(drawn.param)) + "ms";
+                           const bool velocity = std::get<0>(drawn.param) == Stream::kVelocity;
+                           return std::string(velocity ? "velocity_" : "") + std::get<2>(drawn.param).name +
+                                  "_" + std::to_string(std::get<1>(drawn.param)) + "ms";
                          });
 
 }  // namespace

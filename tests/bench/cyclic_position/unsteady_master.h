@@ -11,7 +11,7 @@
 #include "hal/include/can_port.h"
 #include "sim_host/rng.h"
 
-// A master in cyclic synchronous position whose clock, bus and operating system are not perfect.
+// A master in cyclic synchronous position or velocity whose clock, bus and operating system are not perfect.
 namespace slipstack::bench {
 
 enum class Jitter : std::uint8_t { kNone, kUniform, kGaussian, kDesktop };
@@ -28,11 +28,11 @@ struct Disturbance {
 };
 inline constexpr Disturbance kPerfect{.name = "perfect"};
 
-/// Sends the set-point and then SYNC, as frames of RPDO 2 and 080h, at the times that the disturbance makes
-/// of n times the period.
+/// Sends the set-point and then SYNC, as frames of RPDO 2 (or another) and 080h, at the times that the
+/// disturbance makes of n times the period.
 class UnsteadyMaster {
  public:
-  /// `target`: counts at a time of the master's, s.
+  /// `target`: counts, or counts per second, at a time of the master's, s.
   UnsteadyMaster(CanPort& port, std::uint8_t node, double period_s, const Disturbance& disturbance,
                  std::function<std::int32_t(double)> target)
       : port_(port),
@@ -54,6 +54,7 @@ class UnsteadyMaster {
   }
   std::int64_t sent() const { return period_; }
   std::uint8_t controlword = 0x0F;
+  std::uint32_t set_point_id = 0x300;  ///< without the node
   bool sends_set_points = true;
   bool sends_sync = true;
 
@@ -92,7 +93,7 @@ class UnsteadyMaster {
     const double master_s = static_cast<double>(period_) * period_s_;
     const auto bits = static_cast<std::uint32_t>(target_(master_s));
     CanFrame frame;
-    frame.id = 0x300U + node_;
+    frame.id = set_point_id + node_;
     frame.length = 6;
     frame.data = {controlword, 0};
     for (std::size_t i = 0; i < 4; ++i) frame.data[2 + i] = static_cast<std::uint8_t>(bits >> (8 * i));

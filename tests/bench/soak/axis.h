@@ -224,6 +224,13 @@ class SoakAxis {
     // 100 ms without the master's heartbeat (node 127) stop the axis; once it has been heard.
     write(0x1016, 1, (127U << 16) | 100U, 4);
     limit_to(kSoftware_m);
+    // RPDO 4: controlword and target velocity, with SYNC.
+    write(0x1403, 1, 0x80000500U + can::kNode, 4);
+    write(0x1403, 2, 1, 1);
+    write(0x1603, 1, 0x60400010, 4);
+    write(0x1603, 2, 0x60FF0020, 4);
+    write(0x1603, 0, 2, 1);
+    write(0x1403, 1, 0x500U + can::kNode, 4);
     // What an NMT reset loads.
     write(0x1010, 1, 0x65766173, 4);
   }

@@ -40,7 +40,7 @@ class Operator {
   std::int64_t fault_reset_at() const { return fault_reset_at_; }
   std::uint8_t mode() const { return mode_; }
   std::string last_wish;
-  std::array<std::uint32_t, 13> wishes{};
+  std::array<std::uint32_t, 15> wishes{};
 
  private:
   using Frame = can::Message;
@@ -63,7 +63,7 @@ class Operator {
   void note(const Frame& frame) {
     const bool by_sdo = frame.id == 0x605 && frame.data[1] == 0x40 && frame.data[2] == 0x60;
     // PDOs count in the NMT state operational only; whether they do is not known here.
-    const bool by_pdo = (frame.id == 0x305 || frame.id == 0x205) && nmt_ == 0x01;
+    const bool by_pdo = (frame.id == 0x305 || frame.id == 0x205 || frame.id == 0x505) && nmt_ == 0x01;
     if (!by_sdo && !by_pdo) return;
     const std::size_t at = by_sdo ? 4 : 0;
     delivered_word_ = static_cast<std::uint16_t>(frame.data[at] | (frame.data[at + 1] << 8));
@@ -123,14 +123,18 @@ class Operator {
     if (!streaming_) return;
     if (mode_ == 10)
       return write(0x6071, 0, static_cast<std::uint32_t>(static_cast<std::int32_t>(force_)), 2, bus);
+    const double wanted_mps = rng_.chance(0.001) ? -wanted_mps_ : wanted_mps_;  // a leap, for one period
+    const auto velocity = static_cast<std::uint32_t>(static_cast<std::int32_t>(wanted_mps / kResolution_m));
+    if (mode_ == 3) return write(0x60FF, 0, velocity, 4, bus);
     const double change = 10.0 * 0.002;
     speed_mps_ += std::clamp(wanted_mps_ - speed_mps_, -change, change);
     target_ += speed_mps_ * 0.002 / kResolution_m;
-    const auto bits = static_cast<std::uint32_t>(static_cast<std::int32_t>(std::llround(target_)));
+    const auto place = static_cast<std::uint32_t>(static_cast<std::int32_t>(std::llround(target_)));
+    const std::uint32_t bits = mode_ == 9 ? velocity : place;
     const auto word =
         axis_.controller().state().state() == DriveState::kOperationEnabled ? word_ : std::uint16_t{0x0F};
     if (wants_enabled_) {
-      post({0x305,
+      post({mode_ == 9 ? 0x505U : 0x305U,
             {static_cast<std::uint8_t>(word), static_cast<std::uint8_t>(word >> 8),
              static_cast<std::uint8_t>(bits), static_cast<std::uint8_t>(bits >> 8),
              static_cast<std::uint8_t>(bits >> 16), static_cast<std::uint8_t>(bits >> 24)}},
@@ -144,7 +148,7 @@ class Operator {
     next_wish_ = tick_ + static_cast<std::int64_t>(rng_.log_uniform(200.0, 20000.0));
     // What ends motion is followed by what brings it back.
     const bool idle = !wants_enabled_ || nmt_ != 0x01 || (word_ & 0x100) != 0 || mode_ == 0;
-    const std::size_t what = idle && rng_.chance(0.7) ? 36 + 4 * rng_.below(2) : rng_.below(40);
+    const std::size_t what = idle && rng_.chance(0.7) ? 36 + 4 * rng_.below(2) : rng_.below(48);
     std::size_t kind = 0;
     if (what < 8) {
       kind = 0, move(bus);
@@ -169,10 +173,9 @@ class Operator {
     } else if (what < 33) {
       kind = 9, write(0x6083, 0, static_cast<std::uint32_t>(rng_.log_uniform(1e6, 2e7)), 4, bus);
     } else if (what < 34) {
-      kind = 10,
-      set_mode(
-          rng_.pick({std::uint8_t{0}, std::uint8_t{1}, std::uint8_t{6}, std::uint8_t{8}, std::uint8_t{10}}),
-          bus);
+      kind = 10, set_mode(rng_.pick({std::uint8_t{0}, std::uint8_t{1}, std::uint8_t{3}, std::uint8_t{6},
+                                     std::uint8_t{8}, std::uint8_t{9}, std::uint8_t{10}}),
+                          bus);
     } else if (what < 36) {
       kind = 11, wanted_mps_ = rng_.uniform(-1.2, 1.2) * axis_.build().speed_mps;
       if (rng_.chance(0.2)) target_ += rng_.sign() * rng_.log_uniform(1.0, 1e6);
@@ -180,15 +183,31 @@ class Operator {
       kind = 12, wants_enabled_ = true;
       manage(0x01, bus);
       if (axis_.controller().state().state() == DriveState::kOperationEnabled) controlword(0x0F, bus);
-    } else {
+    } else if (what < 41) {
       wants_enabled_ = true;
       if (nmt_ != 0x01) manage(0x01, bus);
       move(bus);
+    } else if (what < 44) {
+      kind = 13, begin_velocity(3, bus);
+    } else {
+      kind = 14, begin_velocity(9, bus);
     }
     ++wishes[kind];
-    constexpr std::array<const char*, 13> kNames = {
-        "move", "stream",   "force",        "home",      "halt",           "quick stop", "disable",
-        "NMT",  "velocity", "acceleration", "mode only", "stream's speed", "enable"};
+    constexpr std::array<const char*, 15> kNames = {"move",
+                                                    "stream",
+                                                    "force",
+                                                    "home",
+                                                    "halt",
+                                                    "quick stop",
+                                                    "disable",
+                                                    "NMT",
+                                                    "velocity",
+                                                    "acceleration",
+                                                    "mode only",
+                                                    "stream's speed",
+                                                    "enable",
+                                                    "profile velocity",
+                                                    "stream of velocities"};
     last_wish = kNames[kind];
   }
 
@@ -212,6 +231,15 @@ class Operator {
     target_ = static_cast<double>(position());
     speed_mps_ = 0.0;
     wanted_mps_ = rng_.uniform(-1.0, 1.0) * axis_.build().speed_mps;
+    streaming_ = true;
+  }
+
+  // Profile velocity, or cyclic synchronous velocity.
+  void begin_velocity(std::uint8_t mode, const BusState& bus) {
+    if (nmt_ != 0x01) manage(0x01, bus);
+    set_mode(mode, bus);
+    controlword(0x0F, bus);
+    wanted_mps_ = rng_.uniform(-1.2, 1.2) * axis_.build().speed_mps;
     streaming_ = true;
   }
 

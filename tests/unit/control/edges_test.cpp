@@ -76,13 +76,15 @@ TEST(Edges, FineEncodersLoseBinaryPlacesOfTheDisplacement) {
 TEST(Edges, BridgedSetPointsAreCountedOneByOne) {
   for (const std::uint32_t lost : {0U, 1U, 2U}) {
     CyclicPosition cyclic;
+    VelocitySpline path;
     cyclic.set_period(20.0F, 1e-4F, 200.0F, 0.15F);
     cyclic.set_range({});
     cyclic.start();
     std::uint32_t tick = 0;
     for (std::uint32_t n = 0; n < 600; ++n) {
       const bool missing = n == 400 || (lost == 2 && n == 401);
-      cyclic.sync(tick, lost == 0 || !missing, static_cast<std::int32_t>(10 * n));
+      cyclic.sync(tick, lost == 0 || !missing, static_cast<std::int32_t>(10 * n), path,
+                  [](std::uint32_t) { return Motion{}; });
       for (int i = 0; i < 20; ++i) static_cast<void>(cyclic.step(tick++));
     }
     EXPECT_EQ(cyclic.bridged(), lost);
