@@ -180,7 +180,7 @@ TEST(Linearisation, ContributionIsGainsTimesBasis) {
   Draw draw(17);
   for (const EffectDescription& effect : catalogue()) {
     if (effect.gain_count == 0) continue;
-    for (std::size_t every : {1, 2, 3, 7}) {
+    for (const std::size_t every : {1U, 2U, 3U, 7U}) {
       Term term = test::random_term(measurement, effect.text.id, draw);
       for (std::size_t g = 0; g < term.gains.size(); ++g) {
         if (g % every != 0) term.gains[g] = 0.0;

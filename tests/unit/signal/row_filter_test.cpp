@@ -24,7 +24,7 @@ TEST(RowCollector, FiltersEachColumnByTheTaps) {
     const std::size_t first = (half / filter.group() + 2) * filter.group();
     for (std::size_t row = first; row + half + filter.group() < samples; row += 3 * filter.group())
       rows.push_back(row);
-    for (const std::size_t columns : {1, 2, 3, 4, 5, 8, 11, 16, 20, 32, 41, 70}) {
+    for (const std::size_t columns : {1U, 2U, 3U, 4U, 5U, 8U, 11U, 16U, 20U, 32U, 41U, 70U}) {
       std::vector<double> values(samples * columns);
       for (double& value : values) value = uniform(random);
       RowCollector collector(filter, rows, columns);
