@@ -4,16 +4,91 @@
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
+#include <type_traits>
 #include <utility>
 
+#include "workbench/base/wide_vectors.h"
 #include "workbench/signal/zero_phase.h"
 
 namespace slipstack::workbench {
 namespace {
 
-/// Samples of a chunk, rounded down to whole groups: 16 KiB a column, which stays in a first-level cache of
-/// 32 KiB together with an effect's state.
+/// Samples of a chunk of one column, rounded down to whole groups: 16 KiB, which stays in a first-level cache
+/// of 32 KiB together with an effect's state. Of many columns fewer samples, 64 KiB in all.
 constexpr std::size_t kRowChunk = 2048;
+constexpr std::size_t kRowValues = 8192;
+
+std::size_t chunk_of(std::size_t group, std::size_t columns) {
+  const std::size_t samples = std::min(kRowChunk, kRowValues / std::max<std::size_t>(columns, 1));
+  return std::max<std::size_t>(samples / group, 1) * group;
+}
+
+/// Calls visit(std::integral_constant<n>, first column) for tiles of 16, 8, 4, 2 and 1 columns, whose sums
+/// the compiler keeps in registers.
+template <class Visit>
+[[gnu::always_inline]] inline void each_tile(std::size_t columns, Visit&& visit) {
+  std::size_t first = 0;
+  for (; first + 16 <= columns; first += 16) visit(std::integral_constant<std::size_t, 16>{}, first);
+  for (; first + 8 <= columns; first += 8) visit(std::integral_constant<std::size_t, 8>{}, first);
+  for (; first + 4 <= columns; first += 4) visit(std::integral_constant<std::size_t, 4>{}, first);
+  for (; first + 2 <= columns; first += 2) visit(std::integral_constant<std::size_t, 2>{}, first);
+  for (; first < columns; ++first) visit(std::integral_constant<std::size_t, 1>{}, first);
+}
+
+/// Sums of `length` taps x values, of 4 * kVectors columns: value k of column c at values[k * stride + c].
+/// Eight partial sums in all, since each addition waits for the one before it.
+template <std::size_t kVectors>
+[[gnu::always_inline]] inline void weighted_sums(const double* taps, std::size_t length, const double* values,
+                                                 std::size_t stride, double* sums) {
+  constexpr std::size_t kPartial = 8 / kVectors;
+  FourDoubles partial[kPartial][kVectors] = {};
+  std::size_t k = 0;
+  for (; k + kPartial <= length; k += kPartial) {
+    for (std::size_t p = 0; p < kPartial; ++p) {
+      for (std::size_t v = 0; v < kVectors; ++v) {
+        FourDoubles value;
+        load(value, values + (k + p) * stride + 4 * v);
+        partial[p][v] += taps[k + p] * value;
+      }
+    }
+  }
+  for (; k < length; ++k) {
+    for (std::size_t v = 0; v < kVectors; ++v) {
+      FourDoubles value;
+      load(value, values + k * stride + 4 * v);
+      partial[0][v] += taps[k] * value;
+    }
+  }
+  for (std::size_t v = 0; v < kVectors; ++v) {
+    for (std::size_t p = 1; p < kPartial; ++p) partial[0][v] += partial[p][v];
+    std::memcpy(sums + 4 * v, &partial[0][v], sizeof(FourDoubles));
+  }
+}
+
+/// Triangular means of the groups of a chunk, of kTile columns: half of each group falls to its own mean, the
+/// rest, `rising`, to the next.
+template <std::size_t kTile>
+[[gnu::always_inline]] inline void triangular_means(const double* from, std::size_t groups, std::size_t group,
+                                                    std::size_t columns, double* mean, std::size_t stride,
+                                                    double* rising) {
+  const double share = 1.0 / static_cast<double>(group);
+  double next[kTile];
+  for (std::size_t c = 0; c < kTile; ++c) next[c] = rising[c];
+  for (std::size_t g = 0; g < groups; ++g, mean += stride) {
+    double own[kTile];
+    for (std::size_t c = 0; c < kTile; ++c) own[c] = std::exchange(next[c], 0.0);
+    for (std::size_t i = 0; i < group; ++i, from += columns) {
+      const double up = share * static_cast<double>(i);
+      const double down = 1.0 - up;
+      for (std::size_t c = 0; c < kTile; ++c) {
+        own[c] += down * from[c];
+        next[c] += up * from[c];
+      }
+    }
+    for (std::size_t c = 0; c < kTile; ++c) mean[c] = own[c];
+  }
+  for (std::size_t c = 0; c < kTile; ++c) rising[c] = next[c];
+}
 
 /// A triangular mean reaches this part of a period of the bandwidth to either side. Its gain at the bandwidth
 /// is 9 % below one, for force and regressors alike. Components above half the rate of the means are aliased
@@ -43,62 +118,58 @@ RowCollector::RowCollector(const RowFilter& filter, const std::vector<std::size_
     : filter_(filter),
       row_samples_(row_samples),
       columns_(columns),
-      chunk_(kRowChunk / filter.group() * filter.group()),
+      stride_(columns == 1 ? 1 : (columns + 3) / 4 * 4),
+      chunk_(chunk_of(filter.group(), columns)),
       raw_(chunk_ * columns),
-      means_((filter.stage().size() + chunk_ / filter.group()) * columns),
+      means_((filter.stage().size() + chunk_ / filter.group()) * stride_),
       rising_(columns, 0.0),
       rows_(static_cast<Eigen::Index>(row_samples.size()), static_cast<Eigen::Index>(columns)) {}
 
-// kColumns: the number of columns at compile time, or 0 for columns_. One column is the common case and then
-// needs no inner loop.
-template <std::size_t kColumns>
 void RowCollector::take_means(std::size_t groups) {
-  const std::size_t columns = kColumns == 0 ? columns_ : kColumns;
-  const std::size_t group = filter_.group();
-  const double share = 1.0 / static_cast<double>(group);
-  const double* from = raw_.data();
-  double* mean = means_.data() + held_ * columns;
-  double* next = rising_.data();
-  for (std::size_t g = 0; g < groups; ++g, mean += columns) {
-    for (std::size_t c = 0; c < columns; ++c) mean[c] = std::exchange(next[c], 0.0);
-    for (std::size_t i = 0; i < group; ++i, from += columns) {
-      const double up = share * static_cast<double>(i);
-      const double down = 1.0 - up;
-      for (std::size_t c = 0; c < columns; ++c) {
-        mean[c] += down * from[c];
-        next[c] += up * from[c];
-      }
-    }
-  }
+  run_wide([&] {
+    each_tile(
+        columns_, [&]<std::size_t kTile>(std::integral_constant<std::size_t, kTile>, std::size_t first) {
+          triangular_means<kTile>(raw_.data() + first, groups, filter_.group(), columns_,
+                                  means_.data() + held_ * stride_ + first, stride_, rising_.data() + first);
+        });
+  });
   held_ += groups;
 }
 
 void RowCollector::filter_rows() {
-  const std::size_t half = filter_.stage().size() / 2;
-  const auto length = static_cast<Eigen::Index>(filter_.stage().size());
-  const auto columns = static_cast<Eigen::Index>(columns_);
-  const Eigen::Map<const Eigen::VectorXd> stage(filter_.stage().data(), length);
-  Eigen::VectorXd row(columns);
-  for (; next_row_ < row_samples_.size(); ++next_row_) {
-    const std::size_t centre = row_samples_[next_row_] / filter_.group();
-    if (centre + half >= first_group_ + held_) break;
-    const double* means = means_.data() + (centre - half - first_group_) * columns_;
-    if (columns_ == 1) {
-      row(0) = stage.dot(Eigen::Map<const Eigen::VectorXd>(means, length));
-    } else {
-      row.noalias() = Eigen::Map<const Eigen::MatrixXd>(means, columns, length) * stage;
+  const double* const taps = filter_.stage().data();
+  const std::size_t length = filter_.stage().size();
+  const std::size_t half = length / 2;
+  std::vector<double> row(stride_);
+  run_wide([&] {
+    for (; next_row_ < row_samples_.size(); ++next_row_) {
+      const std::size_t centre = row_samples_[next_row_] / filter_.group();
+      if (centre + half >= first_group_ + held_) break;
+      const double* const means = means_.data() + (centre - half - first_group_) * stride_;
+      if (columns_ == 1) {
+        row[0] = dot_product(taps, means, length);
+      } else {
+        std::size_t first = 0;
+        for (; first + 32 <= stride_; first += 32)
+          weighted_sums<8>(taps, length, means + first, stride_, row.data() + first);
+        for (; first + 8 <= stride_; first += 8)
+          weighted_sums<2>(taps, length, means + first, stride_, row.data() + first);
+        for (; first < stride_; first += 4)
+          weighted_sums<1>(taps, length, means + first, stride_, row.data() + first);
+      }
+      for (std::size_t c = 0; c < columns_; ++c)
+        rows_(static_cast<Eigen::Index>(next_row_), static_cast<Eigen::Index>(c)) = row[c];
     }
-    rows_.row(static_cast<Eigen::Index>(next_row_)) = row.transpose();
-  }
+  });
 }
 
 void RowCollector::commit(std::size_t count) {
   const std::size_t groups = count / filter_.group();
-  columns_ == 1 ? take_means<1>(groups) : take_means<0>(groups);
+  take_means(groups);
   filter_rows();
   const std::size_t keep = std::min(held_, filter_.stage().size());
   const std::size_t drop = held_ - keep;
-  std::memmove(means_.data(), means_.data() + drop * columns_, keep * columns_ * sizeof(double));
+  std::memmove(means_.data(), means_.data() + drop * stride_, keep * stride_ * sizeof(double));
   first_group_ += drop;
   held_ = keep;
 }

@@ -44,16 +44,16 @@ class RowCollector {
   Eigen::MatrixXd take() { return std::move(rows_); }
 
  private:
-  template <std::size_t kColumns>
   void take_means(std::size_t groups);
   void filter_rows();
 
   const RowFilter& filter_;
   const std::vector<std::size_t>& row_samples_;
   std::size_t columns_;
+  std::size_t stride_;  ///< of means_: whole vectors of four columns, or one column
   std::size_t chunk_;
   std::vector<double> raw_;      ///< [sample][column]
-  std::vector<double> means_;    ///< triangular sums around the groups' first samples, [group][column]
+  std::vector<double> means_;    ///< triangular sums around the groups' first samples, [group][stride]
   std::vector<double> rising_;   ///< contribution of the last group to the next mean, [column]
   std::size_t first_group_ = 0;  ///< index of the first group in means_
   std::size_t held_ = 0;         ///< groups in means_

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tests/unit/estimate/estimate_support.h"
+#include "workbench/estimate/linear/run_effect.h"
 #include "workbench/model/effects/effect_registry.h"
 
 namespace slipstack::workbench {
@@ -146,6 +147,62 @@ TEST(Linearisation, LagMovesTheMeasuredForce) {
   const Linearisation linearisation(measurement, terms);
   EXPECT_EQ(linearisation.measured_N(), measurement.force_N({0.0031, 0.0012}));
   EXPECT_EQ(measurement_dynamics_of({}).total_s(), 0.0);
+}
+
+// Force of the same effects with other gains and other shapes, without evaluating what is linear.
+TEST(Linearisation, ForceAtOtherParametersIsThatOfTheModelThere) {
+  const Measurement measurement(test::wandering_log(14, 2000.0, 6000));
+  const Terms full = test::full_model(measurement, 15);
+  Terms modulated;
+  for (const Term& term : full) {
+    if (!term.effect->acts_as(Acts::total_scale)) modulated.push_back(term);
+  }
+  for (const Terms& terms : {full, modulated, linear_model(measurement, 15)}) {
+    const Linearisation here(measurement, terms);
+    for (std::size_t changed = 0; changed <= terms.size(); ++changed) {
+      Terms moved = terms;
+      if (changed < terms.size()) {
+        for (double& shape : moved[changed].shapes) shape *= 1.05;
+      } else {
+        for (Term& term : moved) {
+          for (double& gain : term.gains) gain *= 1.02;
+        }
+      }
+      const Eigen::VectorXd should = residual_of(measurement, moved);
+      EXPECT_LT((here.residual_at(moved) - should).norm(), 1e-12 * here.force_N().norm()) << changed;
+    }
+  }
+}
+
+// The sum of gain x basis, evaluated together: every effect, with gains that are zero among them.
+TEST(Linearisation, ContributionIsGainsTimesBasis) {
+  const Measurement measurement(test::wandering_log(16, 2000.0, 3000));
+  Draw draw(17);
+  for (const EffectDescription& effect : catalogue()) {
+    if (effect.gain_count == 0) continue;
+    for (std::size_t every : {1, 2, 3, 7}) {
+      Term term = test::random_term(measurement, effect.text.id, draw);
+      for (std::size_t g = 0; g < term.gains.size(); ++g) {
+        if (g % every != 0) term.gains[g] = 0.0;
+      }
+      const std::vector<double> dry_N(measurement.sample_count(), -1.0);
+      std::vector<double> is(measurement.sample_count(), 0.0);
+      for (const Acts acts : {Acts::force, Acts::dry, Acts::dry_scale, Acts::total_scale})
+        add_contribution(measurement, term, acts, dry_N, is);
+      double worst = 0.0;
+      double largest = 0.0;
+      run_basis_of(measurement, term, dry_N, [&](std::size_t first, std::size_t count, const double* basis) {
+        for (std::size_t i = first; i < first + count; ++i) {
+          double should = 0.0;
+          for (const double gain : term.gains) should += gain * *basis++;
+          worst = std::max(worst, std::abs(is[i] - should));
+          largest = std::max(largest, std::abs(should));
+        }
+      });
+      EXPECT_LE(worst, 1e-13 * largest) << effect.id() << ' ' << every;
+      EXPECT_GT(largest, 0.0) << effect.id();
+    }
+  }
 }
 
 double rms(const std::vector<double>& is, const std::vector<double>& should, std::size_t first) {

@@ -121,6 +121,7 @@ void expect_same(const NormalEquations& a, const NormalEquations& b) {
   EXPECT_LT((a.right() - b.right()).norm(), 1e-13 * b.right().norm());
   Draw draw(4);
   const VectorXd value = draw.matrix(a.unknowns(), 1);
+  EXPECT_NEAR(a.squared_error(value), b.squared_error(value), 1e-11 * b.squared_error(value));
   for (int block = 0; block < a.block_count(); ++block) {
     EXPECT_NEAR(a.squared_error(value, block), b.squared_error(value, block),
                 1e-11 * b.squared_error(value, block));
@@ -138,6 +139,14 @@ TEST(NormalEquations, AddingColumnsEqualsBuildingAnew) {
   all << columns, further;
   const NormalEquations narrow(measurement, columns, target);
   expect_same(narrow.with(measurement, columns, further, target), NormalEquations(measurement, all, target));
+  // And without the blocks.
+  const NormalEquations sum = narrow.sum_with(measurement, columns, further, target);
+  expect_same(sum, NormalEquations(measurement, all, target));
+  const VectorXd other = draw.matrix(measurement.row_count(), 1);
+  const NormalEquations moved = narrow.sum_with_target(measurement, columns, other);
+  expect_same(moved, NormalEquations(measurement, columns, other));
+  const double error = NormalEquations(measurement, columns, other).training_error(wide(5), {});
+  EXPECT_NEAR(moved.training_error(wide(5), {}), error, 1e-10 * error);
 }
 
 TEST(NormalEquations, ReplacingTheTargetEqualsBuildingAnew) {

@@ -20,9 +20,11 @@ struct Attempt {
 
 /// Tries every candidate on top of every explanation of `beam`; the lowest error first. `alone`: the trials
 /// on the baseline, whose shapes are the starting values; null on the first level, which searches them
-/// globally. The attempts point into `beam`.
+/// globally. On later levels only those are refined that may be among the best `most`. The attempts point
+/// into `beam`.
 std::vector<Attempt> try_effects(const Measurement& measurement, const DiagnoseOptions& options,
-                                 const std::vector<Explanation>& beam, const std::vector<Trial>* alone);
+                                 const std::vector<Explanation>& beam, const std::vector<Trial>* alone,
+                                 std::size_t most);
 
 /// Fits in full the best `most` of the promising attempts, each set of effects once.
 std::vector<Explanation> fit_best(const SelectionContext& context, std::vector<Attempt> attempts,

@@ -61,7 +61,11 @@ void split_payload_off(const SelectionContext& context, Explanation& explanation
   if (!(find_role(explanation.model.terms, Role::resonance)->gains[kModal] > 0.0)) return;
   auto [mounted, mounted_split] = with_fixed_arm(context, explanation, 0.0);
   auto [contained, contained_split] = with_fixed_arm(context, explanation, -1.0);
-  const bool is_contained = is_better(context, contained_split, mounted_split);
+  // The payload makes up for the difference of the two, so the log cannot tell them apart; but a payload
+  // takes no mass away.
+  const Term& payload = *find_role(mounted_split.model.terms, Role::added_mass);
+  const bool is_contained =
+      std::any_of(payload.gains.begin(), payload.gains.end(), [](double mass_kg) { return mass_kg < 0.0; });
   Explanation& split = is_contained ? contained_split : mounted_split;
   const Explanation& arm = is_better(context, mounted, contained) ? mounted : contained;
   if (is_step(context, arm, explanation) && is_step(context, arm, split)) explanation = std::move(split);

@@ -17,6 +17,8 @@ namespace {
 constexpr std::size_t kMostSteps = 5;
 /// Explanations that are kept from level to level. Chosen on the blind bench.
 constexpr std::size_t kBeam = 3;
+/// Attempts of a level that are fitted in full.
+constexpr std::size_t kFitted = 2 * kBeam;
 
 /// Adds every further effect to every explanation of the beam: all to first order, the best fitted in full,
 /// of which the plausible ones are returned, the best first. The trials of the first level are stored, since
@@ -25,12 +27,12 @@ std::vector<Explanation> grow(const DiagnoseOptions& options, const std::vector<
                               bool first, Found& found) {
   const SelectionContext& context = found.context;
   std::vector<Attempt> attempts =
-      try_effects(context.measurement, options, beam, first ? nullptr : &found.alone);
+      try_effects(context.measurement, options, beam, first ? nullptr : &found.alone, kFitted);
   if (first) {
     found.alone.reserve(attempts.size());
     for (const Attempt& attempt : attempts) found.alone.push_back(attempt.trial);
   }
-  std::vector<Explanation> grown = fit_best(context, std::move(attempts), 2 * kBeam);
+  std::vector<Explanation> grown = fit_best(context, std::move(attempts), kFitted);
   if (first) found.first_level = grown;
   std::erase_if(grown, [&](const Explanation& one) {
     return is_implausible(context.measurement, context.floor, context.baseline, one.model);

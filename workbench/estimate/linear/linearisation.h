@@ -2,30 +2,15 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <mutex>
 #include <optional>
 #include <vector>
 
+#include "workbench/estimate/linear/force_trace.h"
 #include "workbench/estimate/measurement/measurement.h"
-#include "workbench/model/composition.h"
 #include "workbench/model/term.h"
 
 namespace slipstack::workbench {
-
-/// The force of a model at every sample of a log, by the firmware's basis functions.
-struct ForceTrace {
-  std::vector<double> dry_N;                      ///< sum of `dry`, not modulated
-  std::vector<std::vector<double>> dry_scales;    ///< 1 + modulation, per term; empty where it has none
-  std::vector<std::vector<double>> total_scales;  ///< the same for the whole force
-  std::vector<double> dry_factor;                 ///< product of dry_scales; empty means one
-  std::vector<double> total_factor;               ///< product of total_scales; empty means one
-  std::vector<double> force_N;
-
-  ComposedForce at(std::size_t sample) const;
-};
-
-/// `dry_N`, the sum of the dry forces where it is known, saves evaluating them; the hysteresis costs most.
-ForceTrace evaluate_force(const Measurement& measurement, const Terms& terms,
-                          const std::vector<double>* dry_N = nullptr);
 
 /// The force of a model along a log and its derivative by every gain: one Gauss-Newton step. The force is
 /// linear in the gains of each effect while the others are held (model/composition.h), so two or three steps
@@ -38,8 +23,8 @@ class Linearisation {
   /// Columns that do not depend on the gains are copied from `known` where it has them.
   Linearisation(const Measurement& measurement, const Terms& terms, const Linearisation* known = nullptr);
 
-  /// The columns of `near` at gains that are close enough for the columns to remain valid: costs one
-  /// evaluation.
+  /// The columns of `near` at gains that are close enough for the columns to remain valid: costs
+  /// near.force_at().
   Linearisation(const Linearisation& near, const Terms& terms);
 
   /// rows x unknowns: derivative of the force by each gain, filtered.
@@ -51,10 +36,16 @@ class Linearisation {
   /// Force of the model at the rows.
   const Eigen::VectorXd& force_N() const { return force_N_; }
   Eigen::VectorXd residual_N() const { return measured_N_ - force_N_; }
-  /// The model's force at every sample, not filtered.
-  const std::vector<double>& sample_force_N() const { return trace_.force_N; }
-  /// The sum of the dry forces at every sample, not modulated.
-  const std::vector<double>& sample_dry_N() const { return trace_.dry_N; }
+  /// The model's force at every sample, not filtered; evaluated at the first call.
+  const std::vector<double>& sample_force_N() const { return whole().force_N; }
+  /// The sum of the dry forces at every sample, not modulated; evaluated at the first call.
+  const std::vector<double>& sample_dry_N() const { return dry().dry_N; }
+
+  /// Force at the rows of a model of the same effects with other gains or shapes. What is linear and keeps
+  /// its shapes is columns x gains; only the rest is evaluated at the samples.
+  Eigen::VectorXd force_at(const Terms& terms) const;
+  /// Measured force less force_at().
+  Eigen::VectorXd residual_at(const Terms& terms) const;
 
   /// Columns for an effect that the model does not contain.
   Eigen::MatrixXd columns_of(const Term& candidate) const;
@@ -67,7 +58,12 @@ class Linearisation {
     std::vector<double> dry_scale;
     std::vector<double> total_scale;
   };
-  void retarget();
+  void retarget(const Eigen::VectorXd& force_N);
+  const DryTrace& dry() const;
+  const ForceTrace& whole() const;
+  bool has(Acts acts) const;
+  bool adds_up(Acts acts) const;
+  Eigen::VectorXd linear_force(const Terms& terms, std::vector<bool>& evaluated) const;
   /// For the effect of term `term_index`; for an effect that is not in the model, the number of terms.
   Derivatives derivatives_by(const EffectDescription& effect, std::size_t term_index) const;
   std::vector<double> derivative_by(Acts acts, std::size_t term_index) const;
@@ -78,14 +74,18 @@ class Linearisation {
 
   const Measurement& measurement_;
   Terms terms_;
-  ForceTrace trace_;
+  // The force at the samples, of which a model without products needs nothing.
+  mutable std::once_flag dry_known_;
+  mutable std::once_flag whole_known_;
+  mutable DryTrace dry_;
+  mutable ForceTrace whole_;
   Eigen::MatrixXd columns_;
   Eigen::VectorXd target_;
   Eigen::VectorXd measured_N_;
   Eigen::VectorXd force_N_;
 };
 
-/// The residual of a model at the rows, evaluated without its columns: what a Linearisation there would have.
+/// The residual of a model at the rows, evaluated at every sample: what a Linearisation there would have.
 Eigen::VectorXd residual_of(const Measurement& measurement, const Terms& terms);
 
 /// The delay and low pass of the recorded force that the terms contain; none without `time_delay`.

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "workbench/estimate/linear/tall_product.h"
+
 namespace slipstack::workbench {
 namespace {
 
@@ -27,12 +29,6 @@ std::vector<RowRange> block_ranges(const Measurement& measurement, int parts = 1
   return finer;
 }
 
-/// Rows of one block, each multiplied by the root of its weight.
-Eigen::MatrixXd weighted(const Measurement& measurement, const Eigen::MatrixXd& rows, const RowRange& range) {
-  return measurement.fit_weights().segment(range.first, range.count).cwiseSqrt().asDiagonal() *
-         rows.middleRows(range.first, range.count);
-}
-
 }  // namespace
 
 void NormalEquations::Part::add(const Part& other, double sign) {
@@ -50,22 +46,41 @@ NormalEquations::NormalEquations(const Measurement& measurement, const Eigen::Ma
                                  const Eigen::VectorXd& target, int parts_of_block)
     : unknowns_(columns.cols()), folds_(measurement.fold_count()) {
   for (const RowRange& range : block_ranges(measurement, parts_of_block)) {
-    if (range.count == 0) {  // all rows cut out by repairs; Eigen's rank update of zero rows divides by zero
+    if (range.count == 0) {  // all rows cut out by repairs
       blocks_.push_back(nothing(unknowns_));
       continue;
     }
-    const Eigen::MatrixXd part = weighted(measurement, columns, range);
-    const Eigen::VectorXd wanted = weighted(measurement, target, range);
+    const auto weights = measurement.fit_weights().segment(range.first, range.count);
+    const auto part = columns.middleRows(range.first, range.count);
+    const auto wanted = target.segment(range.first, range.count);
+    const Eigen::VectorXd weighted_target = weights.cwiseProduct(wanted);
     Part block;
-    block.gram = Eigen::MatrixXd::Zero(unknowns_, unknowns_);
-    block.gram.selfadjointView<Eigen::Lower>().rankUpdate(part.transpose());
-    block.gram = Eigen::MatrixXd(block.gram.selfadjointView<Eigen::Lower>());
-    block.right = part.transpose() * wanted;
-    block.target_squared = wanted.squaredNorm();
-    block.weight = measurement.fit_weights().segment(range.first, range.count).sum();
+    block.gram = weighted_gram(part, weights);
+    block.right = tall_product(part, weighted_target);
+    block.target_squared = weighted_target.dot(wanted);
+    block.weight = weights.sum();
     blocks_.push_back(std::move(block));
   }
   sum_up();
+}
+
+NormalEquations::Part NormalEquations::widened(const Part& part,
+                                               const Eigen::Ref<const Eigen::VectorXd>& weights,
+                                               const Eigen::Ref<const Eigen::MatrixXd>& columns,
+                                               const Eigen::Ref<const Eigen::MatrixXd>& further,
+                                               const Eigen::Ref<const Eigen::VectorXd>& target) {
+  const Eigen::Index old = columns.cols();
+  const Eigen::Index added = further.cols();
+  const Eigen::MatrixXd weighted_part = weights.asDiagonal() * further;
+  Part wider{Eigen::MatrixXd(old + added, old + added), Eigen::VectorXd(old + added), part.target_squared,
+             part.weight};
+  wider.gram.topLeftCorner(old, old) = part.gram;
+  wider.gram.topRightCorner(old, added) = tall_product(columns, weighted_part);
+  wider.gram.bottomLeftCorner(added, old) = wider.gram.topRightCorner(old, added).transpose();
+  wider.gram.bottomRightCorner(added, added) = tall_product(weighted_part, further);
+  wider.right.head(old) = part.right;
+  wider.right.tail(added) = tall_product(weighted_part, target);
+  return wider;
 }
 
 NormalEquations NormalEquations::with(const Measurement& measurement, const Eigen::MatrixXd& columns,
@@ -75,27 +90,22 @@ NormalEquations NormalEquations::with(const Measurement& measurement, const Eige
   wider.folds_ = folds_;
   const std::vector<RowRange> ranges = block_ranges(measurement);
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
-    const Eigen::VectorXd weights = measurement.fit_weights().segment(ranges[b].first, ranges[b].count);
-    const auto old_part = columns.middleRows(ranges[b].first, ranges[b].count);
-    const auto new_part = further.middleRows(ranges[b].first, ranges[b].count);
-    const Eigen::MatrixXd weighted_part = weights.asDiagonal() * new_part;
-    Part block;
-    block.gram.resize(wider.unknowns_, wider.unknowns_);
-    block.gram.topLeftCorner(unknowns_, unknowns_) = blocks_[b].gram;
-    block.gram.bottomLeftCorner(further.cols(), unknowns_).noalias() = weighted_part.transpose() * old_part;
-    block.gram.topRightCorner(unknowns_, further.cols()) =
-        block.gram.bottomLeftCorner(further.cols(), unknowns_).transpose();
-    block.gram.bottomRightCorner(further.cols(), further.cols()).noalias() =
-        weighted_part.transpose() * new_part;
-    block.right.resize(wider.unknowns_);
-    block.right.head(unknowns_) = blocks_[b].right;
-    block.right.tail(further.cols()) =
-        weighted_part.transpose() * target.segment(ranges[b].first, ranges[b].count);
-    block.target_squared = blocks_[b].target_squared;
-    block.weight = blocks_[b].weight;
-    wider.blocks_.push_back(std::move(block));
+    const auto [first, count] = ranges[b];
+    wider.blocks_.push_back(widened(blocks_[b], measurement.fit_weights().segment(first, count),
+                                    columns.middleRows(first, count), further.middleRows(first, count),
+                                    target.segment(first, count)));
   }
   wider.sum_up();
+  return wider;
+}
+
+NormalEquations NormalEquations::sum_with(const Measurement& measurement, const Eigen::MatrixXd& columns,
+                                          const Eigen::MatrixXd& further,
+                                          const Eigen::VectorXd& target) const {
+  NormalEquations wider;
+  wider.unknowns_ = unknowns_ + further.cols();
+  wider.folds_ = folds_;
+  wider.total_ = widened(total_, measurement.fit_weights(), columns, further, target);
   return wider;
 }
 
@@ -103,12 +113,26 @@ NormalEquations NormalEquations::with_target(const Measurement& measurement, con
                                              const Eigen::VectorXd& target) const {
   NormalEquations other = *this;
   const std::vector<RowRange> ranges = block_ranges(measurement);
+  const Eigen::VectorXd weighted_target = measurement.fit_weights().cwiseProduct(target);
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
-    const Eigen::VectorXd wanted = weighted(measurement, target, ranges[b]);
-    other.blocks_[b].right = weighted(measurement, columns, ranges[b]).transpose() * wanted;
-    other.blocks_[b].target_squared = wanted.squaredNorm();
+    const auto [first, count] = ranges[b];
+    other.blocks_[b].right.noalias() =
+        columns.middleRows(first, count).transpose() * weighted_target.segment(first, count);
+    other.blocks_[b].target_squared = weighted_target.segment(first, count).dot(target.segment(first, count));
   }
   other.sum_up();
+  return other;
+}
+
+NormalEquations NormalEquations::sum_with_target(const Measurement& measurement,
+                                                 const Eigen::MatrixXd& columns,
+                                                 const Eigen::VectorXd& target) const {
+  NormalEquations other;
+  other.unknowns_ = unknowns_;
+  other.folds_ = folds_;
+  const Eigen::VectorXd weighted_target = measurement.fit_weights().cwiseProduct(target);
+  other.total_ = {total_.gram, columns.transpose() * weighted_target, weighted_target.dot(target),
+                  total_.weight};
   return other;
 }
 

@@ -122,6 +122,24 @@ std::size_t Measurement::gain_sets(std::string_view effect) const {
   return std::find(per_log_.begin(), per_log_.end(), effect) == per_log_.end() ? 1 : log_count();
 }
 
+void Measurement::take_samples(std::size_t part, std::size_t first, std::span<Sample<double>> samples) const {
+  // By way of locals: the compiler would have to reload members after each sample that is written.
+  const double start_s = parts_[part].start_s;
+  const std::size_t from = first - parts_[part].first_sample;
+  const double tick = tick_s();
+  const double* const displacement = displacement_m_.data() + first;
+  const double* const position_m = motion_->position_m.data() + first;
+  const double* const velocity_mps = motion_->velocity_mps.data() + first;
+  const double* const acceleration_mps2 = motion_->acceleration_mps2.data() + first;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    samples[i] = {.time_s = start_s + static_cast<double>(from + i) * tick,
+                  .displacement = displacement[i],
+                  .position_m = position_m[i],
+                  .velocity_mps = velocity_mps[i],
+                  .acceleration_mps2 = acceleration_mps2[i]};
+  }
+}
+
 std::size_t Measurement::part_at(std::size_t index) const {
   std::size_t part = 0;
   while (part + 1 < parts_.size() && index >= parts_[part].end_sample()) ++part;

@@ -55,19 +55,16 @@ void fit_without_products(const Measurement& measurement, Terms& terms, double n
 /// residual and the penalty.
 class PenalisedSquares {
  public:
-  PenalisedSquares(const Measurement& measurement, const Linearisation& at, const Eigen::MatrixXd& penalty)
-      : measurement_(measurement), measured_N_(at.measured_N()), penalty_(penalty) {}
+  PenalisedSquares(const Measurement& measurement, const Linearisation& near, const Eigen::MatrixXd& penalty)
+      : measurement_(measurement), near_(near), penalty_(penalty) {}
   double of(const Eigen::VectorXd& residual_N, const Eigen::VectorXd& gains) const {
     return measurement_.fit_weights().dot(residual_N.cwiseAbs2()) + gains.dot(penalty_ * gains);
   }
-  double of(const Terms& terms) const {
-    return of(measured_N_ - measurement_.filtered(evaluate_force(measurement_, terms).force_N),
-              gains_of(terms));
-  }
+  double of(const Terms& terms) const { return of(near_.residual_at(terms), gains_of(terms)); }
 
  private:
   const Measurement& measurement_;
-  const Eigen::VectorXd& measured_N_;
+  const Linearisation& near_;
   const Eigen::MatrixXd& penalty_;
 };
 
@@ -77,12 +74,14 @@ bool within_bounds(const NormalEquations::Constraints& constraints, const Eigen:
 }
 
 /// Moves the gains of `terms` towards `wanted`, as far as the cost falls: the bounds are convex, so any part
-/// of the way between two admissible points is admissible. Returns the relative decrease of the cost.
-double step_towards(const PenalisedSquares& cost, double cost_here, const Eigen::VectorXd& wanted,
-                    Terms& terms) {
+/// of the way between two admissible points is admissible. Where the linearisation promises less than
+/// kConverged (`cost_promised`), only the whole step is tried. Returns the relative decrease of the cost.
+double step_towards(const PenalisedSquares& cost, double cost_here, double cost_promised,
+                    const Eigen::VectorXd& wanted, Terms& terms) {
   const Eigen::VectorXd here = gains_of(terms);
   double cost_there = cost_here;
-  const bool taken = take_damped_step(kMostHalvings, [&](double share) {
+  const bool converged = cost_promised > (1.0 - kConverged) * cost_here;
+  const bool taken = take_damped_step(converged ? 0 : kMostHalvings, [&](double share) {
     Terms moved = terms;
     take_gains(moved, here + share * (wanted - here));
     cost_there = cost.of(moved);
@@ -123,9 +122,10 @@ FittedModel fit_gains(const Measurement& measurement, Terms terms, const FittedM
   FittedModel fitted;
   double error_N = known == nullptr ? noise_N : known->train_rmse_N;
   std::shared_ptr<const Linearisation> linearisation;
+  std::shared_ptr<const Linearisation> lender = known == nullptr ? nullptr : known->linearisation;
   for (int step = 0; step < kMostSteps; ++step) {
-    linearisation = std::make_shared<Linearisation>(measurement, terms,
-                                                    known == nullptr ? nullptr : known->linearisation.get());
+    linearisation = std::make_shared<Linearisation>(measurement, terms, lender.get());
+    lender = linearisation;
     fitted.equations =
         std::make_shared<NormalEquations>(measurement, linearisation->columns(), linearisation->target());
     fitted.constraints = constraints_of(terms, error_N);
@@ -142,7 +142,10 @@ FittedModel fit_gains(const Measurement& measurement, Terms terms, const FittedM
     const bool admissible = within_bounds(fitted.constraints, gains_of(terms));
     const double here = admissible ? cost.of(linearisation->residual_N(), gains_of(terms))
                                    : std::numeric_limits<double>::max();
-    const double decrease = step_towards(cost, here, fitted.solution.value, terms);
+    const Eigen::VectorXd& wanted = fitted.solution.value;
+    const double promised =
+        fitted.equations->squared_error(wanted) + wanted.dot(fitted.constraints.penalty * wanted);
+    const double decrease = step_towards(cost, here, promised, wanted, terms);
     fitted.solution.value = gains_of(terms);
     if (step > 0 && decrease < kConverged) break;
   }

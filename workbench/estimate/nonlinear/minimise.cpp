@@ -10,7 +10,7 @@ namespace slipstack::workbench {
 SearchResult refine_shapes(const std::vector<ShapeRange>& ranges, std::vector<double> start,
                            const std::function<double(const std::vector<double>&)>& cost, int evaluations) {
   SearchResult best{start, cost(start)};
-  if (ranges.empty()) return best;
+  if (ranges.empty() || evaluations <= 0) return best;  // to NLopt, 0 is no limit
   const auto to_search = [&](const ShapeRange& range, double value) {
     return range.logarithmic ? std::log(value) : value;
   };

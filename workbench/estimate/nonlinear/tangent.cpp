@@ -48,14 +48,12 @@ std::vector<FreeShape> free_shapes(const Measurement& measurement, const Terms& 
 Eigen::VectorXd derivative(const Measurement& measurement, const FittedModel& fitted,
                            const FreeShape& shape) {
   const Terms& terms = fitted.terms;
-  const std::vector<double>* dry_N =
-      terms[shape.term].effect->acts_as(Acts::dry) ? nullptr : &fitted.linearisation->sample_dry_N();
   const auto difference_N = [&](double step) -> Eigen::VectorXd {
     Terms moved = terms;
     moved[shape.term].shapes[shape.shape] += step;
     // A delay acts on the measured force, every other shape on the model's.
     if (moved[shape.term].gains.empty()) return -measurement.force_N(measurement_dynamics_of(moved));
-    return measurement.filtered(evaluate_force(measurement, moved, dry_N).force_N);
+    return fitted.linearisation->force_at(moved);
   };
   return (difference_N(shape.step) - difference_N(-shape.step)) / (2.0 * shape.step);
 }

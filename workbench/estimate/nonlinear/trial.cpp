@@ -85,12 +85,33 @@ std::vector<std::vector<std::vector<double>>> groups_of_starts(const EffectDescr
 
 }  // namespace
 
+namespace {
+
+/// The measured force shifted by a delay, which acts on it and not on the model.
+Eigen::VectorXd delayed_target(const Measurement& measurement, const Linearisation& linearisation,
+                               const Term& delay) {
+  return linearisation.target() - linearisation.measured_N() +
+         measurement.force_N(measurement_dynamics_of({delay}));
+}
+
+/// equations_with() without the blocks.
+NormalEquations sum_with(const Measurement& measurement, const Linearisation& linearisation,
+                         const NormalEquations& equations, const Term& term) {
+  if (term.gains.empty()) {
+    return equations.sum_with_target(measurement, linearisation.columns(),
+                                     delayed_target(measurement, linearisation, term));
+  }
+  return equations.sum_with(measurement, linearisation.columns(), linearisation.columns_of(term),
+                            linearisation.target());
+}
+
+}  // namespace
+
 NormalEquations equations_with(const Measurement& measurement, const Linearisation& linearisation,
                                const NormalEquations& equations, const Term& term) {
-  if (term.gains.empty()) {  // a delay acts on the measured force, not on the model
-    const Eigen::VectorXd target = linearisation.target() - linearisation.measured_N() +
-                                   measurement.force_N(measurement_dynamics_of({term}));
-    return equations.with_target(measurement, linearisation.columns(), target);
+  if (term.gains.empty()) {
+    return equations.with_target(measurement, linearisation.columns(),
+                                 delayed_target(measurement, linearisation, term));
   }
   return equations.with(measurement, linearisation.columns(), linearisation.columns_of(term),
                         linearisation.target());
@@ -107,19 +128,13 @@ Trial try_effect(const Measurement& measurement, const FittedModel& base, const 
   std::vector<BoundState> bound_states = base.solution.bound_states;
   for (std::size_t i = 0; i < best.term.gains.size(); ++i) bound_states.push_back(BoundState::free);
 
-  const auto equations_at = [&](const std::vector<double>& shapes) {
-    Term term = best.term;
-    term.shapes = shapes;
-    return equations_with(measurement, linearisation, *base.equations, term);
-  };
-  const auto judge = [&](const NormalEquations& equations) {
-    return equations.cross_validate(constraints, bound_states);
-  };
   // Shapes are chosen by the data that the gains are fitted to (variable projection, Golub and Pereyra 1973);
   // the held-out error judges what was chosen.
   const auto cost = [&](const std::vector<double>& shapes) {
-    const NormalEquations equations = equations_at(shapes);
-    return equations.training_error(constraints, bound_states);
+    Term term = best.term;
+    term.shapes = shapes;
+    return sum_with(measurement, linearisation, *base.equations, term)
+        .training_error(constraints, bound_states);
   };
 
   const auto starts = start != nullptr
@@ -140,8 +155,8 @@ Trial try_effect(const Measurement& measurement, const FittedModel& base, const 
     if (lowest.shapes.empty() || found.cost < lowest.cost) lowest = std::move(found);
   }
   best.term.shapes = std::move(lowest.shapes);
-  const NormalEquations equations = equations_at(best.term.shapes);
-  const auto judged = judge(equations);
+  const NormalEquations equations = equations_with(measurement, linearisation, *base.equations, best.term);
+  const auto judged = equations.cross_validate(constraints, bound_states);
   best.terms.back() = best.term;
   take_gains(best.terms, equations.fit(constraints, bound_states).value);
   best.term = best.terms.back();

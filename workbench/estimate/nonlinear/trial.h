@@ -9,7 +9,7 @@ namespace slipstack::workbench {
 
 /// How much work a shape search may spend.
 struct SearchEffort {
-  int evaluations = 40;  ///< of the refinement, for each searched effect
+  int evaluations = 40;  ///< of the refinement, for each searched effect; 0: starting points only
 };
 
 /// An effect added to a fitted model: best shapes, gains to first order, and the held-out error.

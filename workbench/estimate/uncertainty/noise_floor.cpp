@@ -47,6 +47,8 @@ constexpr Eigen::Index kNeighbours = 12;
 /// class may fall short of that variance by chance. Chosen.
 constexpr std::size_t kClasses = 20;
 constexpr double kChance = 1.25;
+/// Relative to the largest variance by quantisation, what rounding leaves where there is none.
+constexpr double kNothing = 1e-9;
 
 /// Moving average over the neighbours, by differences of a cumulative sum.
 Eigen::VectorXd smoothed(const Eigen::VectorXd& values) {
@@ -69,6 +71,18 @@ struct RowVariances {
   Eigen::VectorXd left;          ///< squared residual
 };
 
+/// What a force changes by with its dry friction: the realisations have the displacement of their own, which
+/// moves the hysteresis alone.
+std::vector<double> dry_difference(const ForceTrace& here, const DryTrace& there) {
+  std::vector<double> difference_N(here.dry_N.size());
+  for (std::size_t i = 0; i < difference_N.size(); ++i) {
+    difference_N[i] =
+        (here.dry_N[i] * factor_at(here.dry_factor, i) - there.dry_N[i] * factor_at(there.dry_factor, i)) *
+        factor_at(here.total_factor, i);
+  }
+  return difference_N;
+}
+
 /// `realisation_of(i)` returns the measurement with the i-th realisation; it is called once for each, in
 /// order.
 template <class RealisationOf>
@@ -76,16 +90,16 @@ RowVariances variances_at_rows(const Measurement& measurement, const Terms& term
                                RealisationOf&& realisation_of) {
   RowVariances variances{
       Eigen::VectorXd(measurement.row_count()), Eigen::VectorXd::Zero(measurement.row_count()), {}};
-  const Eigen::VectorXd here = measurement.filtered(evaluate_force(measurement, terms).force_N);
+  const ForceTrace here = evaluate_force(measurement, terms);
   const MeasurementDynamics lag = measurement_dynamics_of(terms);
-  const Eigen::VectorXd residual_N = measurement.force_N(lag) - here;
+  const Eigen::VectorXd residual_N = measurement.force_N(lag) - measurement.filtered(here.force_N);
   std::vector<Eigen::VectorXd> realisations_N;
   realisations_N.reserve(kEncoderRealisations.size());
   for (std::size_t i = 0; i < kEncoderRealisations.size(); ++i) {
-    const Measurement& other = realisation_of(i);
     // A realisation quantises the recorded motion again, so the difference of the forces is the error of one
     // encoder.
-    realisations_N.push_back(here - measurement.filtered(evaluate_force(other, terms).force_N));
+    realisations_N.push_back(
+        measurement.filtered(dry_difference(here, evaluate_dry(realisation_of(i), terms))));
   }
   const double gain = measurement.force_noise_gain(lag);
   for (std::size_t log = 0; log < measurement.log_count(); ++log) {
@@ -121,7 +135,9 @@ RowVariances variances_at_rows(const Measurement& measurement, const Terms& term
 /// realisations differ by the whole cell, although the axis may have moved as evenly as the interpolation
 /// assumes.
 Eigen::VectorXd supported_variance(const RowVariances& rows, const Eigen::VectorXd& usable) {
-  const Eigen::VectorXd likely = smoothed(rows.quantisation);
+  // Rows without any quantisation are equal but for rounding, which must not sort them.
+  const Eigen::VectorXd smooth = smoothed(rows.quantisation);
+  const Eigen::VectorXd likely = smooth.cwiseMax(kNothing * smooth.maxCoeff());
   std::vector<Eigen::Index> order;
   for (Eigen::Index row = 0; row < likely.size(); ++row) {
     if (usable(row) > 0.0) order.push_back(row);

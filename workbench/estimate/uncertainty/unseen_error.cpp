@@ -88,9 +88,12 @@ class PartialFits {
         .value;
   }
 
+  /// Where the tangent promises less than kConverged, only the whole step is tried.
   void step_towards(const Eigen::VectorXd& wanted, const Eigen::VectorXd& weights, Eigen::VectorXd& value,
                     Eigen::VectorXd& residual_N, double& cost) const {
-    take_damped_step(kMostHalvings, [&](double share) {
+    const Eigen::VectorXd promised_N = residual_N - tangent_.columns * (wanted - value);
+    const bool converged = cost_of(weights, promised_N, wanted) > (1.0 - kConverged) * cost;
+    take_damped_step(converged ? 0 : kMostHalvings, [&](double share) {
       Eigen::VectorXd there = value + share * (wanted - value);
       Eigen::VectorXd residual_there_N = residual_at(there);
       const double cost_there = cost_of(weights, residual_there_N, there);
@@ -110,7 +113,7 @@ class PartialFits {
       double& moved = terms[shape.term].shapes[shape.shape];
       moved = std::clamp(moved + value(tangent_.column_of(i)), shape.lower, shape.upper);
     }
-    return residual_of(measurement_, terms);
+    return fitted_.linearisation->residual_at(terms);
   }
 
   const Measurement& measurement_;

@@ -13,6 +13,7 @@
 namespace slipstack::workbench {
 
 class EffectBasis;
+class EffectForce;
 
 /// What the workbench knows of one effect, independent of its type: an effect of the firmware's catalogue, or
 /// a user-defined one (user_effect.h).
@@ -23,9 +24,16 @@ struct EffectDescription {
   int gain_count = 0;
   EffectTraits traits;                                 ///< of an effect of the user's own: the defaults
   std::function<std::unique_ptr<EffectBasis>()> make;  ///< a fresh instance
-  std::string definition;                              ///< of a user-defined effect; empty for the catalogue
+  /// A fresh instance with these parameters, empty for effects outside the catalogue; see make_force().
+  std::function<std::unique_ptr<EffectForce>(std::span<const double> shapes, std::span<const double> gains,
+                                             const Scales<double>& scales)>
+      make_weighted;
+  std::string definition;  ///< of a user-defined effect; empty for the catalogue
 
   std::string id() const { return text.id; }
+  /// The force at given shapes and one set of gains; a gain of zero adds nothing.
+  std::unique_ptr<EffectForce> make_force(std::span<const double> at_shapes, std::span<const double> gains,
+                                          const Scales<double>& scales) const;
   bool is_user_defined() const { return !definition.empty(); }
   /// The group of gain `index`.
   const GainGroup& group_of_gain(int index) const;
@@ -45,6 +53,15 @@ class EffectBasis {
   virtual void prepare(std::span<const double> shapes, const Scales<double>& scales) = 0;
   virtual void reset(const Sample<double>& sample) = 0;
   /// Basis at each of the samples, in order; `out` holds gain_count values per sample.
+  virtual void run(std::span<const Sample<double>> samples, double* out) = 0;
+};
+
+/// The sum of gain x basis of one effect, which costs less than the basis.
+class EffectForce {
+ public:
+  virtual ~EffectForce() = default;
+  virtual void reset(const Sample<double>& sample) = 0;
+  /// Writes the sum at each of the samples, in order.
   virtual void run(std::span<const Sample<double>> samples, double* out) = 0;
 };
 
