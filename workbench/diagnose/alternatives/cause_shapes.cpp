@@ -67,9 +67,9 @@ std::optional<std::vector<double>> time_of_change(const Measurement& measurement
   return std::vector{measurement.sample(measurement.row_samples()[best]).time_s};
 }
 
-/// Half widths of a place that are tried, as shares of the travel: from a dent to a tenth of the rail. Wider
-/// forces are maps.
-constexpr double kSharesOfTravel[] = {1.0 / 400, 1.0 / 200, 1.0 / 100, 1.0 / 50, 1.0 / 20};
+/// Half widths of a place that are tried, as shares of the travel: from a dent to a fifth of the rail. What
+/// is wider is a map.
+constexpr double kSharesOfTravel[] = {1.0 / 400, 1.0 / 200, 1.0 / 100, 1.0 / 50, 1.0 / 20, 1.0 / 10};
 
 /// The residual over the position, rows in the order of the position.
 class Rail {
