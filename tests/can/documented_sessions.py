@@ -21,8 +21,8 @@ REPOSITORY = socketcan_test.REPOSITORY
 PAGE = REPOSITORY / "docs/can-sessions.md"
 HERE = pathlib.Path(__file__).resolve().parent
 TITLES = {"bring_up": ("1: bring-up", """A node on `vcan0` (`slipstack node --can vcan0 --node 5`, or the real controller). The frames to 605h, 000h, 205h and
-305h were sent by `cansend`: device type, heartbeat every 100 ms, operational, mode 8 and the controlwords 6, 7, Fh by RPDO 1, a
-target by RPDO 2, taken at SYNC; then off again."""),
+305h were sent by `cansend`: device type, heartbeat every 100 ms, command time-out off (nobody types every 50 ms), operational,
+mode 8 and the controlwords 6, 7, Fh by RPDO 1, a target by RPDO 2, taken at SYNC; then off again."""),
           "deploy": ("2: deploy a model", "`slipstack deploy axis.toml --can vcan0 --node 5`"),
           "record": ("3: record and diagnose", """Enabled in mode 1 by RPDO 1, then `slipstack record --can vcan0 --node 5 --seconds 20 --rate 500 --out log.csv`.
 Meanwhile `cansend` moves the axis: small moves at several places, slow traverses, fast ones (no log can show what the axis did not do), each by

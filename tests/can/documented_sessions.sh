@@ -28,6 +28,8 @@ await_frame '705#00'
 send 605#4000100000000000
 send 605#2B17100064000000
 await_frame '705#7F'
+# By hand, commands come later than every 50 ms.
+send 605#2B03240000000000
 send 000#0105
 send 205#060008
 send 205#070008
