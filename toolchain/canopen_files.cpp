@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "firmware/canopen/object_table.h"
+#include "firmware/canopen/objects/object_table.h"
 
 namespace {
 
@@ -240,9 +240,9 @@ const char* type_name(Type type) {
 
 std::string page() {
   std::string text =
-      "# Object dictionary\n\nWritten by `canopen-files` from `firmware/canopen/object_table.h`; do not "
-      "edit. What the "
-      "objects do: [can.md](can.md).\n\nPDO: T may be sent, R and T both ways. Stored: P parameter (locked "
+      "# Object dictionary\n\nWritten by `canopen-files` from `firmware/canopen/objects/object_table.h`; do "
+      "not edit. What the objects do: [can.md](can.md).\n\nPDO: T may be sent, R and T both ways. Stored: P "
+      "parameter (locked "
       "while the "
       "drive is enabled), S setting.\n";
   const std::array<std::pair<std::uint32_t, const char*>, 3> parts = {

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "firmware/canopen/dictionary.h"
+#include "firmware/canopen/objects/dictionary.h"
 
 namespace slipstack::canopen {
 

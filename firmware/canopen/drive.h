@@ -2,13 +2,13 @@
 #pragma once
 
 #include "firmware/canopen/application.h"
-#include "firmware/canopen/drive_profile.h"
-#include "firmware/canopen/excitation_objects.h"
-#include "firmware/canopen/model_staging.h"
+#include "firmware/canopen/model/model_staging.h"
 #include "firmware/canopen/node.h"
-#include "firmware/canopen/program_download.h"
-#include "firmware/canopen/telemetry.h"
-#include "firmware/canopen/trace_objects.h"
+#include "firmware/canopen/objects/excitation_objects.h"
+#include "firmware/canopen/objects/trace_objects.h"
+#include "firmware/canopen/profile/drive_profile.h"
+#include "firmware/canopen/services/program_download.h"
+#include "firmware/canopen/telemetry/telemetry.h"
 
 namespace slipstack::canopen {
 

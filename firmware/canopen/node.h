@@ -4,10 +4,11 @@
 #include <cstdint>
 #include <span>
 
-#include "firmware/canopen/bit_rate_switch.h"
-#include "firmware/canopen/bus_watch.h"
-#include "firmware/canopen/node_objects.h"
 #include "firmware/canopen/node_parts.h"
+#include "firmware/canopen/objects/node_objects.h"
+#include "firmware/canopen/services/bit_rate_switch.h"
+#include "firmware/canopen/services/bus_watch.h"
+#include "firmware/canopen/services/lost_connection.h"
 
 namespace slipstack::canopen {
 
@@ -40,7 +41,7 @@ class Node {
   void poll(std::uint32_t now_us) {
     if (bit_rate_.under_way() && !bit_rate_.finished(now_us)) return stay_silent(now_us);
     parts_.outbox.flush(parts_.port);
-    if (bus_.lost_bus(now_us)) communication_failed();
+    if (bus_.lost_bus(now_us)) enter(react_to_lost_connection(parts_, state_));
     CanFrame frame;
     for (int i = 0; i < kFramesPerPoll && !bit_rate_.under_way() && parts_.port.receive(frame); ++i) {
       count(parts_.received);
@@ -266,7 +267,7 @@ class Node {
     const std::uint8_t lost = parts_.heartbeats.step(now_us);
     if (lost != 0) {
       parts_.emergency.set(ErrorSource::kHeartbeat, 0x8130, lost);
-      communication_failed();
+      enter(react_to_lost_connection(parts_, state_));
     } else if (!parts_.heartbeats.any_lost()) {
       parts_.emergency.set(ErrorSource::kHeartbeat, 0);
     }
@@ -276,18 +277,6 @@ class Node {
     std::uint8_t counter = 0;
     if (state_ == NmtState::kStopped) return;
     if (parts_.sync_producer.step(parts_.dictionary, now_us, parts_.outbox, counter)) sync(counter, now_us);
-  }
-
-  // Error behaviour 1029h, and 6007h.
-  void communication_failed() {
-    parts_.lock.close();
-    parts_.application.connection_lost();
-    const std::uint32_t behaviour = parts_.dictionary.value(kRow<0x1029, 1>);
-    if (behaviour == 2) {
-      enter(NmtState::kStopped);
-    } else if (behaviour == 0 && state_ == NmtState::kOperational) {
-      enter(NmtState::kPreOperational);
-    }
   }
 
   NodeObjects objects_{parts_};

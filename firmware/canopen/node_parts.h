@@ -3,19 +3,19 @@
 
 #include <cstdint>
 
-#include "firmware/canopen/access_lock.h"
 #include "firmware/canopen/application.h"
-#include "firmware/canopen/counter.h"
-#include "firmware/canopen/dictionary.h"
-#include "firmware/canopen/emergency.h"
-#include "firmware/canopen/heartbeat.h"
-#include "firmware/canopen/lss.h"
-#include "firmware/canopen/outbox.h"
-#include "firmware/canopen/parameter_set.h"
-#include "firmware/canopen/pdo.h"
-#include "firmware/canopen/periodic_timer.h"
-#include "firmware/canopen/sdo_server.h"
-#include "firmware/canopen/sync_producer.h"
+#include "firmware/canopen/model/parameter_set.h"
+#include "firmware/canopen/objects/dictionary.h"
+#include "firmware/canopen/services/access_lock.h"
+#include "firmware/canopen/services/counter.h"
+#include "firmware/canopen/services/emergency.h"
+#include "firmware/canopen/services/heartbeat.h"
+#include "firmware/canopen/services/lss.h"
+#include "firmware/canopen/services/outbox.h"
+#include "firmware/canopen/services/pdo.h"
+#include "firmware/canopen/services/periodic_timer.h"
+#include "firmware/canopen/services/sdo_server.h"
+#include "firmware/canopen/services/sync_producer.h"
 #include "hal/include/can_port.h"
 
 namespace slipstack::canopen {

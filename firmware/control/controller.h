@@ -3,20 +3,20 @@
 
 #include <cstdint>
 
+#include "firmware/control/bounds/travel_limits.h"
 #include "firmware/control/control_output.h"
-#include "firmware/control/cyclic_position.h"
-#include "firmware/control/digital_io.h"
-#include "firmware/control/excitation.h"
-#include "firmware/control/force_control.h"
-#include "firmware/control/load_watch.h"
-#include "firmware/control/model_upkeep.h"
-#include "firmware/control/output_terminals.h"
-#include "firmware/control/parameter_sets.h"
-#include "firmware/control/point_to_point.h"
-#include "firmware/control/position_latch.h"
-#include "firmware/control/supervisor.h"
+#include "firmware/control/current/load_watch.h"
+#include "firmware/control/force/excitation.h"
+#include "firmware/control/force/force_control.h"
+#include "firmware/control/force/model_upkeep.h"
+#include "firmware/control/homing/position_latch.h"
+#include "firmware/control/parameters/parameter_sets.h"
+#include "firmware/control/reference/point_to_point.h"
+#include "firmware/control/streams/cyclic_position.h"
+#include "firmware/control/supervision/digital_io.h"
+#include "firmware/control/supervision/output_terminals.h"
+#include "firmware/control/supervision/supervisor.h"
 #include "firmware/control/tick_history.h"
-#include "firmware/control/travel_limits.h"
 
 namespace slipstack {
 
@@ -120,6 +120,7 @@ class Controller {
   /// In the tick, before its step: an index mark passed at these counts.
   void index_passed(std::int32_t counts) {
     latch_.index_passed(counts);
+    history_.index_passed(counts);
     position_.index_passed(counts);
   }
 
@@ -130,6 +131,7 @@ class Controller {
     const std::int32_t counts = in.encoder.counts;
     if (new_parameters) begin_with(set, counts);
     inputs_ = DigitalInputs(in.digital);
+    history_.reading(sets_.tick()) = {counts, in.digital};
     if (latch_.armed()) [[unlikely]]
       latch_.step(inputs_, set.io, counts);
     const MotionBounds& bounds = set.bounds.read();
@@ -178,6 +180,8 @@ class Controller {
   std::uint32_t digital_outputs() const { return outputs_.levels(supervisor_.brake_released()); }
   /// Of the last tick; what they mean is in parameters().io.
   const DigitalInputs& inputs() const { return inputs_; }
+  /// The last ticks, for what follows them outside the tick.
+  const TickHistory& history() const { return history_; }
   /// The readings of the last tick.
   std::int32_t measured_counts() const { return supervisor_.faults().monitor().last_counts(); }
   float measured_A() const { return supervisor_.faults().monitor().last_A(); }

@@ -17,9 +17,9 @@ class FrictionalLag {
       .source = "frictional memory of the Leuven and GMS models [4]",
       .residual = "against velocity, one branch when speeding up and another when slowing down",
       .evidence =
-          "the friction level falls from standstill over {stribeck_velocity}, by {weakening} of itself, by "
-          "{weakening_with_tail} with a long tail, and follows velocity late (time {lag}, distance "
-          "{lag_distance})",
+          "the friction level falls from standstill over {stribeck_velocity}, by {weakening} of the level at "
+          "speed, with a long tail by {weakening_with_tail} of it, and follows velocity late (time {lag}, "
+          "distance {lag_distance})",
       .cause = "the lubricant film needs time to form and to collapse",
       .confirm =
           "slow traverses whose speed varies as a sine at several frequencies: the loop force-velocity opens "

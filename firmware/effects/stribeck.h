@@ -21,8 +21,8 @@ class Stribeck {
       .residual =
           "largest at low velocity, opposing motion, vanishing beyond a velocity of a few mm/s to cm/s",
       .evidence =
-          "the friction level falls from standstill over {stribeck_velocity}, by {weakening} of itself, by "
-          "{weakening_with_tail} with a long tail",
+          "the friction level falls from standstill over {stribeck_velocity}, by {weakening} of the level at "
+          "speed, with a long tail by {weakening_with_tail} of it",
       .cause = "a lubricant film that forms with speed; wipers and seals; slight in rolling guideways",
       .confirm =
           "traverses at constant velocity, from very slow to fast: friction level against log velocity"};

@@ -31,7 +31,8 @@ namespace slipstack {
 // may wrap around; the travel away from the place of the reset must stay below 2^30 counts.
 //
 // step() is bounded: at most (Depth + 1) / 2 loops close. Maxima and minima lie apart, each sorted since
-// loops are nested, so that a binary search finds how many: log2(Depth) comparisons, however many that are.
+// loops are nested. One comparison with the outermost finds whether all close, and a binary search how many
+// of the others: log2(Depth) comparisons in all, however many that are.
 //
 // Source: Symens, Al-Bender, Swevers, Van Brussel, Harmonic analysis of a mass subject to hysteretic friction
 // (Rules I and II, wiping-out).
@@ -53,25 +54,27 @@ class MemoryStack {
     origin_ = x;
     travel_ = Displacement{};
     force_N_ = Real(0);
-    direction_ = 1;  // either: a reversal here is forgotten at once
-    maxima_.forget();
-    minima_.forget();
-    mirror(minima_);
+    forward_ = 1;  // either: a reversal here is forgotten at once
+    memory_.maxima.at(0) = memory_.minima.at(0) = {travel_, force_N_};
+    memory_.end_of_maxima = &memory_.maxima.at(0);
+    memory_.end_of_minima = &memory_.minima.at(1);
   }
 
-  // Takes another curve for the same motion: what would be had it been there from the start, the count and
-  // height of overflow aside. O(Depth), outside the tick.
+  // Takes another curve for the same motion: what would be had it been there from the start. O(Depth),
+  // outside the tick.
   constexpr void set_curve(const Curve& curve) {
     curve_ = curve;
     branch_ = curve.doubled();
-    for (Side* side : {&maxima_, &minima_}) side->at(0).force_N = virgin_force_N(side->at(0).travel);
+    for (Side* side : {&memory_.maxima, &memory_.minima}) {
+      side->at(0).force_N = virgin_force_N(side->at(0).travel);
+    }
     for (std::size_t i = 1; i < depth(); ++i) {
       const Reversal& from = reversal(i - 1);
       Reversal& to = reversal(i);
       const Real height_N = branch_.force(static_cast<Real>(distance(to.travel, from.travel)));
       to.force_N = to.travel > from.travel ? from.force_N + height_N : from.force_N - height_N;
     }
-    force_N_ = direction_ > 0 ? force_on_branch<1>() : force_on_branch<-1>();
+    force_N_ = forward_ != 0 ? force_on_branch<1>() : force_on_branch<-1>();
   }
 
   // Moves to x and returns the friction force in N, positive after motion towards +x.
@@ -86,16 +89,16 @@ class MemoryStack {
 
   // Reversal points held at present; 0 on the virgin curve.
   constexpr std::size_t depth() const {
-    const bool virgin = direction_ > 0 ? maxima_.empty() : minima_.empty();
-    return virgin ? 0 : maxima_.size() + minima_.size() - 1;
+    const bool virgin = (forward_ != 0 ? memory_.number_of_maxima() : memory_.number_of_minima()) == 0;
+    return virgin ? 0 : memory_.number_of_maxima() + memory_.number_of_minima() - 1;
   }
 
   // Loops that gave way to a full stack since construction.
   constexpr std::uint32_t overflow_count() const { return overflow_count_; }
 
-  // Height in N of the highest loop that gave way since construction: bounds the error that overflow has
-  // caused.
-  constexpr Real overflow_height_N() const { return overflow_height_N_; }
+  // Height in N of the highest loop that gave way since construction, on the present curve: bounds the error
+  // that overflow has caused.
+  constexpr Real overflow_height_N() const { return branch_.force(static_cast<Real>(longest_overflow_)); }
 
  private:
   struct Reversal {
@@ -104,45 +107,62 @@ class MemoryStack {
   };
 
   static constexpr std::size_t kMostClosed = (Depth + 1) / 2;
-  static constexpr std::size_t kLargestStride = std::bit_floor(kMostClosed);
+  static constexpr std::size_t kLargestStride = std::bit_floor(kMostClosed - 1);  // the outermost apart
 
-  // The reversals of one kind, newest last, each within the one before. Below the first lie places that no
+  // The reversals of one kind, oldest first, each within the one before. Below the first lie places that no
   // motion reaches. The first of one kind is the first reversal, that of the other its mirror image. On the
-  // virgin curve there are none in the direction of the motion, and behind it is the mirror image of where it
-  // is now.
+  // virgin curve there are none in the direction of the motion, the first place is one that was passed, and
+  // behind is the mirror image of where it is now.
   struct Side {
-    static constexpr std::size_t kBelow = 2 * kLargestStride - 1;
+    static constexpr std::size_t kBelow = kLargestStride > 0 ? kLargestStride - 1 : 0;
 
     constexpr explicit Side(Displacement unreached) {
       for (std::size_t i = 0; i < kBelow; ++i) all[i].travel = unreached;
     }
-    // `end` points into its own.
-    constexpr Side(const Side& other) : all(other.all), end(&at(other.size())) {}
-    constexpr Side& operator=(const Side& other) {
-      if (this == &other) return *this;
-      all = other.all;
-      end = &at(other.size());
-      return *this;
-    }
-    constexpr ~Side() = default;
     constexpr Reversal& at(std::size_t i) { return all[kBelow + i]; }
     constexpr const Reversal& at(std::size_t i) const { return all[kBelow + i]; }
-    constexpr std::size_t size() const { return static_cast<std::size_t>(end - &at(0)); }
-    constexpr bool empty() const { return end == &at(0); }
-    constexpr void forget() { end = &at(0); }
 
     std::array<Reversal, kBelow + kMostClosed + 2> all{};
-    Reversal* end = nullptr;  // behind the newest
+  };
+
+  // Both sides, and the places behind the newest of each.
+  struct Memory {
+    constexpr Memory() = default;
+    // The ends point into its own.
+    constexpr Memory(const Memory& other) : maxima(other.maxima), minima(other.minima) { take_ends(other); }
+    constexpr Memory& operator=(const Memory& other) {
+      if (this == &other) return *this;
+      maxima = other.maxima;
+      minima = other.minima;
+      take_ends(other);
+      return *this;
+    }
+    constexpr ~Memory() = default;
+    constexpr void take_ends(const Memory& other) {
+      end_of_maxima = &maxima.at(other.number_of_maxima());
+      end_of_minima = &minima.at(other.number_of_minima());
+    }
+    constexpr std::size_t number_of_maxima() const {
+      return static_cast<std::size_t>(end_of_maxima - &maxima.at(0));
+    }
+    constexpr std::size_t number_of_minima() const {
+      return static_cast<std::size_t>(end_of_minima - &minima.at(0));
+    }
+
+    Reversal* end_of_maxima = nullptr;
+    Reversal* end_of_minima = nullptr;
+    Side maxima{std::numeric_limits<Displacement>::max()};
+    Side minima{std::numeric_limits<Displacement>::lowest()};
   };
 
   static constexpr Displacement distance(Displacement a, Displacement b) { return a > b ? a - b : b - a; }
 
   // The reversal i of all, oldest first; i < depth().
   constexpr Reversal& reversal(std::size_t i) {
-    const bool from_maximum =
-        direction_ > 0 ? maxima_.size() < minima_.size() : maxima_.size() == minima_.size();
+    const bool from_maximum = forward_ != 0 ? memory_.number_of_maxima() < memory_.number_of_minima()
+                                            : memory_.number_of_maxima() == memory_.number_of_minima();
     const bool as_first = i % 2 == 0;
-    Side& side = as_first == from_maximum ? maxima_ : minima_;
+    Side& side = as_first == from_maximum ? memory_.maxima : memory_.minima;
     return side.at(as_first ? i / 2 : (i + 1) / 2);
   }
 
@@ -150,54 +170,52 @@ class MemoryStack {
   // where they begin.
   template <int Sign>
   constexpr Real move(Displacement travel) {
-    Side& ahead = Sign > 0 ? maxima_ : minima_;
-    Side& behind = Sign > 0 ? minima_ : maxima_;
-    Reversal* end = ahead.end;
-    Reversal* begin = behind.end;
-    if (direction_ != Sign) {
-      direction_ = Sign;
+    Side& ahead = Sign > 0 ? memory_.maxima : memory_.minima;
+    Side& behind = Sign > 0 ? memory_.minima : memory_.maxima;
+    Reversal*& end_ahead = Sign > 0 ? memory_.end_of_maxima : memory_.end_of_minima;
+    Reversal*& end_behind = Sign > 0 ? memory_.end_of_minima : memory_.end_of_maxima;
+    Reversal* end = end_ahead;
+    Reversal* begin = end_behind;
+    if (Sign > 0 ? forward_ == 0 : forward_ != 0) {
       // Even and odd depths fill up on different sides.
       const bool full = Depth % 2 == 0 ? end == &ahead.at(Depth / 2 + 1) : begin == &behind.at(kMostClosed);
-      if (full) {
+      if (full) [[likely]] {  // It is rare, but the worst case counts: so the longest path has no jump.
         give_up<Sign>(*--end);
       } else {
-        begin->travel = travel_;
-        begin->force_N = force_N_;
-        ++begin;
+        *begin++ = {travel_, force_N_};
       }
     }
     travel_ = travel;
-    const Reversal* const newest = end;
+    forward_ = Sign > 0 ? 1 : 0;
+    if (reaches<Sign>(ahead.at(0))) {
+      end_ahead = &ahead.at(0);
+      behind.at(0).travel = -travel;
+      end_behind = &behind.at(1);
+      const Real force_N = curve_.force(static_cast<Real>(Sign > 0 ? travel : -travel));
+      return force_N_ = Sign > 0 ? force_N : -force_N;
+    }
 #pragma GCC unroll 16
     for (std::size_t stride = kLargestStride; stride > 0; stride /= 2) {
-      const Displacement place = (end - stride)->travel;
-      if (Sign > 0 ? travel >= place : travel <= place) end -= stride;
+      if (reaches<Sign>(*(end - stride))) {
+        end -= stride;
+        begin -= stride;
+      }
     }
-    begin -= newest - end;
-    ahead.end = end;
-    if (end == &ahead.at(0)) return move_on_virgin_curve<Sign>(behind);
-    behind.end = begin;
-    const Reversal& from = *(begin - 1);
-    return force_N_ = force_after<Sign>(from);
+    end_ahead = end;
+    end_behind = begin;
+    return force_N_ = force_after<Sign>(*(begin - 1));
   }
 
-  // There the motion leads away from the origin.
   template <int Sign>
-  constexpr Real move_on_virgin_curve(Side& behind) {
-    mirror(behind);
-    const Real force_N = curve_.force(static_cast<Real>(Sign > 0 ? travel_ : -travel_));
-    return force_N_ = Sign > 0 ? force_N : -force_N;
-  }
-  constexpr void mirror(Side& behind) {
-    behind.at(0).travel = -travel_;
-    behind.end = &behind.at(1);
+  constexpr bool reaches(const Reversal& place) const {
+    return Sign > 0 ? travel_ >= place.travel : travel_ <= place.travel;
   }
 
   // The innermost loop, from the newest reversal to here, the motion now in direction Sign.
   template <int Sign>
   constexpr void give_up(const Reversal& newest) {
-    const Real height_N = Sign > 0 ? newest.force_N - force_N_ : force_N_ - newest.force_N;
-    if (height_N > overflow_height_N_) overflow_height_N_ = height_N;
+    const Displacement length = Sign > 0 ? newest.travel - travel_ : travel_ - newest.travel;
+    if (length > longest_overflow_) longest_overflow_ = length;
     ++overflow_count_;
   }
 
@@ -209,8 +227,9 @@ class MemoryStack {
   }
   template <int Sign>
   constexpr Real force_on_branch() const {
-    if ((Sign > 0 ? maxima_ : minima_).empty()) return virgin_force_N(travel_);
-    return force_after<Sign>(*((Sign > 0 ? minima_ : maxima_).end - 1));
+    const bool virgin = (Sign > 0 ? memory_.number_of_maxima() : memory_.number_of_minima()) == 0;
+    if (virgin) return virgin_force_N(travel_);
+    return force_after<Sign>(*((Sign > 0 ? memory_.end_of_minima : memory_.end_of_maxima) - 1));
   }
 
   constexpr Real virgin_force_N(Displacement travel) const {
@@ -221,13 +240,12 @@ class MemoryStack {
   Curve curve_;
   Curve branch_;  // 2 y(x / 2), what a branch follows: the same to the bit, powers of two are exact
   Displacement origin_{};
-  Displacement travel_{};  // position minus origin
+  Displacement travel_{};     // position minus origin
+  std::int32_t forward_ = 1;  // 1 after motion towards +x, 0 after motion towards -x
   Real force_N_ = Real(0);
-  std::int32_t direction_ = 1;  // of the last motion: +1 or -1
-  Side maxima_{std::numeric_limits<Displacement>::max()};
-  Side minima_{std::numeric_limits<Displacement>::lowest()};
+  Memory memory_;
+  Displacement longest_overflow_{};  // from reversal to reversal
   std::uint32_t overflow_count_ = 0;
-  Real overflow_height_N_ = Real(0);
 };
 
 }  // namespace slipstack

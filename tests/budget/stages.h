@@ -3,9 +3,9 @@
 
 #include <cstdint>
 
-#include "firmware/control/cyclic_position.h"
-#include "firmware/control/feedback.h"
-#include "firmware/control/feedforward.h"
+#include "firmware/control/force/feedback.h"
+#include "firmware/control/force/feedforward.h"
+#include "firmware/control/streams/cyclic_position.h"
 #include "tests/budget/friction_model.h"
 #include "tests/budget/tick_under_test.h"
 

@@ -94,6 +94,7 @@ std::uint32_t other_value(const Object& object, std::uint32_t now) {
 
 TEST(Mapping, EveryObjectIntoAnRpdo) {
   Bench bench;
+  ASSERT_EQ(bench.write(0x2013, 1, 7, 1), 0U);  // without a terminal 60B8h is refused
   bench.configure();
   bench.nmt(0x01);
   int taken = 0;

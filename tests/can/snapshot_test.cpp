@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Values of one PDO belong to one tick, whichever way they go and wherever the tick interrupts.
-#include "firmware/canopen/pdo_map.h"
+#include "firmware/canopen/services/pdo_map.h"
 #include "tests/can/bench.h"
 
 namespace slipstack::can {

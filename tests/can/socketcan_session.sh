@@ -72,7 +72,7 @@ cansend vcan0 605#R
 cansend vcan0 20000040#0000000000000000
 sleep 0.3
 cansend vcan0 20000100#0000000000000000
-sleep 0.5
+sleep 1.5  # longer than the period of the heartbeat
 kill -TERM $node
 wait $node
 echo "node ends with $?"

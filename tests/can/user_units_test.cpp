@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The user's unit of position: 607Eh, 608Fh, 6091h, 6092h, against arithmetic of 128 bits, and on the
 // simulated axis.
-#include "firmware/canopen/user_units.h"
+#include "firmware/canopen/profile/user_units.h"
 
 #include <cmath>
 #include <random>

@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "firmware/app/lockstep/link_service.h"
-#include "firmware/control/state_machine.h"
+#include "firmware/control/supervision/state_machine.h"
 #include "sim_host/loop/emulated_board.h"
 #include "tests/loop/image.h"
 

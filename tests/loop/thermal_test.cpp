@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // I2t of motor and amplifier: against its closed solution, on an axis that is worked too hard, and as a
 // fault.
-#include "firmware/control/thermal_limit.h"
+#include "firmware/control/current/thermal_limit.h"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 
 #include "workbench/base/statistics.h"
 #include "workbench/cleaning/recorder_faults.h"
-#include "workbench/signal/white_noise.h"
+#include "workbench/signal/noise_estimate.h"
 
 namespace slipstack::workbench {
 namespace {

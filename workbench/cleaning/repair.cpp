@@ -12,7 +12,7 @@
 #include "workbench/base/text.h"
 #include "workbench/cleaning/outliers.h"
 #include "workbench/cleaning/recorder_faults.h"
-#include "workbench/signal/white_noise.h"
+#include "workbench/signal/noise_estimate.h"
 
 namespace slipstack::workbench {
 namespace {

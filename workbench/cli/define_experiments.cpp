@@ -9,7 +9,7 @@
 #include "sim_host/experiments/setup_files.h"
 #include "workbench/base/errors.h"
 #include "workbench/console/output.h"
-#include "workbench/papers/command_line.h"
+#include "workbench/papers/define_papers.h"
 
 namespace slipstack::workbench {
 namespace {

@@ -7,7 +7,7 @@
 #include "workbench/base/errors.h"
 #include "workbench/cli/define_experiments.h"
 #include "workbench/model/effects/effect_registry.h"
-#include "workbench/papers/command_line.h"
+#include "workbench/papers/define_papers.h"
 #include "workbench/plan/known_axis.h"
 #include "workbench/plan/limits.h"
 #include "workbench/report/plan_result.h"

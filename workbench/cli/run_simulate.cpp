@@ -13,7 +13,7 @@
 #include "workbench/cli/define_simulate.h"
 #include "workbench/estimate/terms/terms.h"
 #include "workbench/model/effects/effect_catalogue.h"
-#include "workbench/papers/command_line.h"
+#include "workbench/papers/define_papers.h"
 #include "workbench/report/simulation_result.h"
 #include "workbench/simulate/open_loop.h"
 #include "workbench/simulate/set_points.h"

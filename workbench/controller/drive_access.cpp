@@ -4,7 +4,7 @@
 #include <exception>
 #include <string>
 
-#include "firmware/canopen/trace.h"
+#include "firmware/canopen/telemetry/trace.h"
 
 namespace slipstack::workbench {
 

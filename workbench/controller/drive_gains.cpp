@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include "firmware/canopen/trace.h"
+#include "firmware/canopen/telemetry/trace.h"
 #include "workbench/controller/drive_access.h"
 
 namespace slipstack::workbench {

@@ -5,8 +5,8 @@
 
 #include <vector>
 
-#include "firmware/canopen/staged_model.h"
-#include "firmware/control/state_machine.h"
+#include "firmware/canopen/model/staged_model.h"
+#include "firmware/control/supervision/state_machine.h"
 #include "firmware/effects/model_hash.h"
 #include "workbench/base/text.h"
 #include "workbench/console/output.h"

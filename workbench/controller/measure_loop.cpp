@@ -8,7 +8,7 @@
 #include <cmath>
 #include <optional>
 
-#include "firmware/canopen/user_units.h"
+#include "firmware/canopen/profile/user_units.h"
 #include "workbench/controller/drive_access.h"
 #include "workbench/controller/drive_gains.h"
 #include "workbench/controller/trace_data.h"

@@ -10,7 +10,7 @@
 #include <optional>
 #include <thread>
 
-#include "firmware/canopen/object_table.h"
+#include "firmware/canopen/objects/object_table.h"
 #include "workbench/base/text.h"
 #include "workbench/console/output.h"
 

@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "firmware/canopen/trace.h"
+#include "firmware/canopen/telemetry/trace.h"
 #include "workbench/console/output.h"
 #include "workbench/controller/drive_access.h"
 #include "workbench/controller/master.h"
@@ -150,10 +150,11 @@ TraceData fetch_trace(SdoClient& drive, const Show& show) {
   std::uint32_t last = 0;
   for (int quiet = 0; drive.read(kTraceIndex, 2) != 3;) {
     const std::uint32_t now = drive.read(kTraceIndex, 8);
+    if (now > capacity) drive.fail("the trace has more samples than it can hold");
     quiet = now == last ? quiet + 1 : 0;
     last = now;
     if (quiet > 10000) drive.fail("the trace does not fill; does the tick run?");
-    show("trace", static_cast<double>(now) / capacity);
+    if (capacity > 0) show("trace", static_cast<double>(now) / capacity);
   }
   const std::vector<std::uint8_t> data =
       drive.upload(kTraceDataIndex, 0, [&](double f) { show("read the trace", f); });

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "firmware/canopen/trace.h"
+#include "firmware/canopen/telemetry/trace.h"
 #include "workbench/controller/master.h"
 
 namespace slipstack::workbench {

@@ -5,7 +5,7 @@
 
 #include <optional>
 
-#include "firmware/canopen/program_objects.h"
+#include "firmware/canopen/objects/program_objects.h"
 #include "firmware/update/boot_choice.h"
 #include "firmware/update/program_writer.h"
 #include "workbench/base/errors.h"

@@ -29,12 +29,12 @@ struct DriveController {
 /// The drive's feedback in its discrete form, from position to force, at many frequencies.
 ///
 /// Per tick: the state estimate (position, velocity, disturbance) is predicted by the force of the tick
-/// before and corrected by the counts (firmware/control/state_estimate.h); then
+/// before and corrected by the counts (firmware/control/force/state_estimate.h); then
 ///   F = notch(p + i) − share · m · d,   p = Kv (Kp (r − x) − v),   i' = i + Ki T p
-/// (firmware/control/feedback.h). With z = e^(jωT) that is a linear system of three states, solved at each
-/// frequency; the force of the tick before, which the estimate expects, closes an inner loop that is part of
-/// the controller. No delay is left out: the estimate acts in the tick that reads the counts, and the hold to
-/// the next tick is in the measured plant.
+/// (firmware/control/force/feedback.h). With z = e^(jωT) that is a linear system of three states, solved at
+/// each frequency; the force of the tick before, which the estimate expects, closes an inner loop that is
+/// part of the controller. No delay is left out: the estimate acts in the tick that reads the counts, and the
+/// hold to the next tick is in the measured plant.
 class FeedbackResponse {
  public:
   /// Everything but the gains, which may then change: observer, mass and tick. O(frequencies).
@@ -53,7 +53,7 @@ class FeedbackResponse {
   std::vector<Estimate> estimates_;
 };
 
-/// A notch of the drive at z (firmware/control/notch.h).
+/// A notch of the drive at z (firmware/control/force/notch.h).
 Complex notch_response(const DriveNotch& notch, double tick_s, Complex z);
 
 }  // namespace slipstack::workbench

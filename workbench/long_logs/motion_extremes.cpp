@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "workbench/signal/white_noise.h"
+#include "workbench/signal/noise_estimate.h"
 
 namespace slipstack::workbench {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "firmware/control/parameters.h"
+#include "firmware/control/parameters/parameters.h"
 #include "sim_host/plant/axis.h"
 
 namespace slipstack::workbench {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "workbench/estimate/nonlinear/starting_shapes.h"
-#include "workbench/estimate/terms/shape_ranges.h"
+#include "workbench/estimate/terms/search_ranges.h"
 #include "workbench/estimate/uncertainty/noise_floor.h"
 
 namespace slipstack::workbench {

@@ -8,7 +8,7 @@
 
 #include "workbench/base/text.h"
 #include "workbench/estimate/nonlinear/checks.h"
-#include "workbench/estimate/terms/shape_ranges.h"
+#include "workbench/estimate/terms/search_ranges.h"
 #include "workbench/long_logs/log_search.h"
 #include "workbench/model/effects/effect_registry.h"
 #include "workbench/model/model.h"

@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "workbench/base/axis_units.h"
-#include "workbench/estimate/terms/shape_ranges.h"
+#include "workbench/estimate/terms/search_ranges.h"
 #include "workbench/estimate/uncertainty/noise_floor.h"
 #include "workbench/plan/sequence.h"
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "workbench/estimate/uncertainty/standard_errors.h"
+#include "workbench/report/diagnosis_headline.h"
 #include "workbench/report/diagnosis_result.h"
 #include "workbench/report/fit_quality.h"
 #include "workbench/report/json_values.h"

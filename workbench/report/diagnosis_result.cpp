@@ -121,42 +121,4 @@ json published_json(const DiagnosisRequest& request, const DiagnosisResult& resu
   return published;
 }
 
-Headline headline_of(const json& result, const EffectName& name) {
-  const auto error = [](const json& of) { return newtons(number_of(of["holdout_rmse_N"])); };
-  const std::string floor = newtons(number_of(result["noise_floor_N"]));
-  const std::string before = error(result["baseline"]);
-  const json& unexplained = result["unexplained"];
-  const std::string left = unexplained.is_null() ? "" : unexplained["description"].get<std::string>() + ".";
-  if (result["verdict"] == name_of(Verdict::complete)) {
-    return {
-        fmt::format("Complete: held-out error {}, noise floor {}, both below {}.", before, floor,
-                    quantity(number_of(result["bandwidth_Hz"]), "Hz")),
-        "No effect of the catalogue lowers the held-out error significantly, and the residual depends on no "
-        "single coordinate."};
-  }
-  if (result["verdict"] == name_of(Verdict::unexplained)) {
-    return {fmt::format("Unexplained: held-out error {}, noise floor {}.", before, floor),
-            left.empty() ? "No effect of the catalogue accounts for it."
-                         : "No effect of the catalogue accounts for it; " + left};
-  }
-  const json& first = result["candidates"].front();
-  Headline headline{
-      fmt::format("Missing: {}. Adding it lowers the held-out error from {} to {}; noise floor {}.",
-                  first["title"].get<std::string>(), before, error(result["best"]), floor),
-      ""};
-  const json& steps = result["steps"];
-  // Of several effects, each with its values beside the others: those that the step table shows.
-  const json& why = steps.size() > 2 ? steps[1]["evidence"] : first["evidence"];
-  headline.detail = "Why: " + why.get<std::string>() + ".";
-  if (steps.size() > 2) {
-    headline.detail += " Not alone: with ";
-    for (std::size_t i = 2; i < steps.size(); ++i) {
-      headline.detail += (i > 2 ? ", " : "") + name(steps[i]["effect"].get<std::string>());
-    }
-    headline.detail += fmt::format(" the error falls to {}.", error(steps.back()));
-  }
-  if (!left.empty()) headline.detail += " Still open: " + left;
-  return headline;
-}
-
 }  // namespace slipstack::workbench

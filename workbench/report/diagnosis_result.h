@@ -45,11 +45,4 @@ std::string diagnosis_text(const DiagnosisRequest& request, const Measurement& m
 nlohmann::json diagnosis_page(const DiagnosisRequest& request, const Measurement& measurement,
                               const Diagnosis& diagnosis, const DiagnosisResult& result, const Model* model);
 
-/// Verdict and errors in one sentence, and the reason for the verdict.
-struct Headline {
-  std::string line;
-  std::string detail;
-};
-Headline headline_of(const nlohmann::json& result, const EffectName& name);
-
 }  // namespace slipstack::workbench

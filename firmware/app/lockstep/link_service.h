@@ -3,7 +3,7 @@
 
 #include <cstring>
 
-#include "firmware/control/set_point_queue.h"
+#include "firmware/app/lockstep/set_point_queue.h"
 #include "firmware/control/tick.h"
 #include "hal/plant_link/plant_link.h"
 

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <random>
 
-#include "firmware/control/braking.h"
+#include "firmware/control/reference/braking.h"
 
 namespace slipstack {
 namespace {

@@ -8,10 +8,10 @@
 #include <memory>
 #include <random>
 
-#include "firmware/control/braking.h"
-#include "firmware/control/cyclic_position.h"
-#include "firmware/control/position_range.h"
-#include "firmware/control/set_point_range.h"
+#include "firmware/control/bounds/position_range.h"
+#include "firmware/control/bounds/set_point_range.h"
+#include "firmware/control/reference/braking.h"
+#include "firmware/control/streams/cyclic_position.h"
 
 namespace slipstack {
 namespace {

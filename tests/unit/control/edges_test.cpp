@@ -4,12 +4,12 @@
 
 #include <cmath>
 
-#include "firmware/control/cyclic_position.h"
-#include "firmware/control/digital_io.h"
-#include "firmware/control/motion_bounds.h"
-#include "firmware/control/parameters.h"
-#include "firmware/control/set_point_periods.h"
-#include "firmware/control/state_machine.h"
+#include "firmware/control/bounds/motion_bounds.h"
+#include "firmware/control/parameters/parameters.h"
+#include "firmware/control/streams/cyclic_position.h"
+#include "firmware/control/streams/set_point_periods.h"
+#include "firmware/control/supervision/digital_io.h"
+#include "firmware/control/supervision/state_machine.h"
 
 namespace slipstack {
 namespace {

@@ -9,7 +9,7 @@
 #include <random>
 #include <vector>
 
-#include "firmware/control/excitation.h"
+#include "firmware/control/force/excitation.h"
 
 namespace slipstack {
 namespace {

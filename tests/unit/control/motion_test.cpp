@@ -7,8 +7,8 @@
 #include <memory>
 #include <random>
 
-#include "firmware/control/point_to_point.h"
-#include "firmware/control/set_point_queue.h"
+#include "firmware/app/lockstep/set_point_queue.h"
+#include "firmware/control/reference/point_to_point.h"
 
 namespace slipstack {
 namespace {

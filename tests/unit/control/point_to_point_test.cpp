@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Moves as the tick plays them: they end exactly on the count, on the finest encoder too, and are retargeted
 // and halted in motion without a step.
-#include "firmware/control/point_to_point.h"
+#include "firmware/control/reference/point_to_point.h"
 
 #include <gtest/gtest.h>
 

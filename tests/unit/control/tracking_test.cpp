@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "firmware/control/reference.h"
+#include "firmware/control/reference/reference.h"
 #include "tests/unit/draw.h"
 
 namespace slipstack {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Trajectories from any state to any target: they arrive, within their limits, and no faster way is found.
-#include "firmware/control/trajectory.h"
+#include "firmware/control/reference/trajectory.h"
 
 #include <gtest/gtest.h>
 

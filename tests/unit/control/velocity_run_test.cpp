@@ -8,13 +8,13 @@
 #include <cstdint>
 #include <random>
 
-#include "firmware/control/point_to_point.h"
+#include "firmware/control/reference/point_to_point.h"
+#include "tests/unit/control/reference_watch.h"
 
 namespace slipstack {
 namespace {
 
-// Looks at differences of the positions, apart from what the generator says.
-class Runner {
+class Runner : public ReferenceWatch {
  public:
   explicit Runner(const MotionLimits& limits)
       : limits_(limits), braking_(braking_limits(limits.deceleration, limits.jerk)) {}
@@ -22,42 +22,21 @@ class Runner {
   PlanStatus run(float wanted, const PositionRange& range = {}) {
     return moves.run(reference, wanted, limits_, braking_, range);
   }
-  void tick() {
-    const ReferencePoint point = reference.next(braking_);
-    const double step = static_cast<double>(difference(point.counts, last_)) +
-                        static_cast<double>(point.fraction) - fraction_;
-    way += step;
-    last_ = point.counts;
-    fraction_ = static_cast<double>(point.fraction);
-    if (ticks > 2) {
-      fastest = std::max(fastest, std::abs(step));
-      hardest = std::max(hardest, std::abs(step - velocity));
-      sharpest = std::max(sharpest, std::abs(step - velocity - acceleration));
-    }
-    acceleration = step - velocity;
-    velocity = step;
-    ++ticks;
-  }
+  void tick() { see(reference.next(braking_)); }
   void play(int number) {
     for (int i = 0; i < number; ++i) tick();
   }
   void start(std::int32_t counts) {
     reference.hold(counts);
-    last_ = counts;
-    fraction_ = velocity = acceleration = 0.0;
+    stands(counts);
   }
 
   ReferenceGenerator reference;
   PointToPoint moves;
-  std::int64_t ticks = 0;
-  double way = 0.0, velocity = 0.0, acceleration = 0.0;
-  double fastest = 0.0, hardest = 0.0, sharpest = 0.0;
 
  private:
   MotionLimits limits_;
   BrakingLimits braking_;
-  std::int32_t last_ = 0;
-  double fraction_ = 0.0;
 };
 
 class Drawn {

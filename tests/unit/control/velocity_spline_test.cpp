@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The path of set-points of velocity: smooth, within the limits, exact in its sum; and the stream of them
 // behind SYNC, followed by the reference. The whole of it behind a bus: tests/bench/cyclic_position.
-#include "firmware/control/velocity_spline.h"
+#include "firmware/control/streams/velocity_spline.h"
 
 #include <gtest/gtest.h>
 
@@ -10,9 +10,10 @@
 #include <memory>
 #include <random>
 
-#include "firmware/control/cyclic_position.h"
-#include "firmware/control/point_to_point.h"
-#include "firmware/control/reference.h"
+#include "firmware/control/reference/point_to_point.h"
+#include "firmware/control/reference/reference.h"
+#include "firmware/control/streams/cyclic_position.h"
+#include "tests/unit/control/reference_watch.h"
 
 namespace slipstack {
 namespace {
@@ -148,7 +149,7 @@ TEST(VelocitySpline, StopsAtTheEndOfTheRangeAndComesBackAtOnce) {
 }
 
 // The reference behind a stream of velocities, tick by tick.
-class Stream {
+class Stream : public ReferenceWatch {
  public:
   Stream(float highest, float hardest_allowed, std::uint32_t period)
       : period_ticks(period),
@@ -170,21 +171,7 @@ class Stream {
   }
   void tick() {
     ++tick_;
-    const ReferencePoint point =
-        cyclic->step(tick_) ? reference->track(cyclic->point(), tracking_) : reference->next(braking_);
-    const double step = static_cast<double>(difference(point.counts, last_)) +
-                        static_cast<double>(point.fraction) - fraction_;
-    if (ticks > 2) {
-      fastest = std::max(fastest, std::abs(step));
-      hardest = std::max(hardest, std::abs(step - velocity));
-      sharpest = std::max(sharpest, std::abs(step - velocity - acceleration));
-    }
-    way += step;
-    acceleration = step - velocity;
-    velocity = step;
-    last_ = point.counts;
-    fraction_ = static_cast<double>(point.fraction);
-    ++ticks;
+    see(cyclic->step(tick_) ? reference->track(cyclic->point(), tracking_) : reference->next(braking_));
   }
   void period(bool has_target, float counts_per_tick) {
     sync(has_target, counts_per_tick);
@@ -195,17 +182,12 @@ class Stream {
   std::unique_ptr<CyclicPosition> cyclic = std::make_unique<CyclicPosition>();
   std::unique_ptr<ReferenceGenerator> reference = std::make_unique<ReferenceGenerator>();
   std::uint32_t period_ticks;
-  std::int64_t ticks = 0;
-  double way = 0.0, velocity = 0.0, acceleration = 0.0;
-  double fastest = 0.0, hardest = 0.0, sharpest = 0.0;
 
  private:
   MotionLimits limits_;
   TrackingLimits tracking_;
   BrakingLimits braking_;
   std::uint32_t tick_ = 5000;
-  std::int32_t last_ = 0;
-  double fraction_ = 0.0;
 };
 
 TEST(VelocityStream, TheReferenceHasTheVelocityTwoPeriodsAndAHalfLater) {

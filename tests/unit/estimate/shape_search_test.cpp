@@ -11,7 +11,7 @@
 #include "workbench/estimate/nonlinear/fit.h"
 #include "workbench/estimate/nonlinear/minimise.h"
 #include "workbench/estimate/nonlinear/starting_shapes.h"
-#include "workbench/estimate/terms/shape_ranges.h"
+#include "workbench/estimate/terms/search_ranges.h"
 #include "workbench/estimate/uncertainty/standard_errors.h"
 #include "workbench/model/effects/effect_registry.h"
 

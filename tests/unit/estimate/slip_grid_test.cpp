@@ -11,7 +11,7 @@
 #include "tests/unit/estimate/estimate_support.h"
 #include "tests/unit/estimate/simulated_axis.h"
 #include "workbench/estimate/nonlinear/fit.h"
-#include "workbench/estimate/terms/shape_ranges.h"
+#include "workbench/estimate/terms/search_ranges.h"
 #include "workbench/estimate/uncertainty/noise_floor.h"
 #include "workbench/model/effects/effect_registry.h"
 

@@ -6,8 +6,8 @@
 #include <numbers>
 #include <random>
 
-#include "firmware/control/feedback.h"
-#include "firmware/control/state_estimate.h"
+#include "firmware/control/force/feedback.h"
+#include "firmware/control/force/state_estimate.h"
 #include "workbench/frequency/drive_controller.h"
 
 namespace slipstack::workbench {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-#include "workbench/estimate/terms/shape_ranges.h"
+#include "workbench/estimate/terms/search_ranges.h"
 #include "workbench/model/effects/effect_registry.h"
 
 namespace slipstack::workbench {

@@ -8,7 +8,7 @@
 #include "workbench/base/statistics.h"
 #include "workbench/diagnose/alternatives/cause_forms.h"
 #include "workbench/diagnose/evidence/held_out.h"
-#include "workbench/estimate/terms/shape_ranges.h"
+#include "workbench/estimate/terms/search_ranges.h"
 
 namespace slipstack::workbench {
 namespace {

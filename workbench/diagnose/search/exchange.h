@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "workbench/diagnose/evidence/selection.h"
+#include "workbench/diagnose/evidence/naming_rule.h"
 #include "workbench/estimate/nonlinear/trial.h"
 
 namespace slipstack::workbench {

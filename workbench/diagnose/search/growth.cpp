@@ -84,9 +84,8 @@ Trial try_cause(const Measurement& measurement, const FittedModel& from, const E
 constexpr int kFirstLook = 6;
 constexpr int kRefinements = 20;
 
-/// A first look at an effect on top of an explanation. It starts from the shapes
-/// that the first level found, except for pitches and frequencies, whose best values may differ with another
-/// residual.
+/// A first look at an effect on top of an explanation. It starts from the shapes that the first level found,
+/// except for pitches and frequencies, whose best values may differ with another residual.
 Trial look_again(const Measurement& measurement, const FittedModel& from, const EffectDescription& effect,
                  const std::vector<Trial>& alone) {
   if (is_outside_catalogue(effect)) return try_cause(measurement, from, effect);
@@ -118,10 +117,6 @@ bool same_set(std::vector<std::string> a, std::vector<std::string> b) {
 /// Trials that lower the error by less than this share to first order are not fitted in full: half of
 /// kLeastReduction.
 constexpr double kLeastPromising = 0.015;
-
-}  // namespace
-
-namespace {
 
 /// By error, then by id: the order of effects that do nothing must not depend on the catalogue.
 void sort_by_error(std::vector<Attempt>& attempts) {

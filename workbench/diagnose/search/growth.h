@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "workbench/diagnose/diagnose.h"
-#include "workbench/diagnose/evidence/selection.h"
+#include "workbench/diagnose/evidence/naming_rule.h"
 #include "workbench/estimate/nonlinear/fit.h"
 
 namespace slipstack::workbench {

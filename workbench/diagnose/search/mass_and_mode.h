@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "workbench/diagnose/evidence/selection.h"
+#include "workbench/diagnose/evidence/naming_rule.h"
 
 namespace slipstack::workbench {
 

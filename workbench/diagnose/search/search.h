@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "workbench/diagnose/diagnose.h"
-#include "workbench/diagnose/evidence/selection.h"
+#include "workbench/diagnose/evidence/naming_rule.h"
 #include "workbench/diagnose/search/growth.h"
 
 namespace slipstack::workbench {

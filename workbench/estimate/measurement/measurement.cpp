@@ -6,7 +6,7 @@
 #include <numeric>
 
 #include "workbench/estimate/measurement/conditioning.h"
-#include "workbench/signal/white_noise.h"
+#include "workbench/signal/noise_estimate.h"
 
 namespace slipstack::workbench {
 

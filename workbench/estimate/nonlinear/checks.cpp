@@ -8,7 +8,7 @@
 #include "workbench/base/axis_units.h"
 #include "workbench/base/errors.h"
 #include "workbench/base/text.h"
-#include "workbench/estimate/terms/shape_ranges.h"
+#include "workbench/estimate/terms/search_ranges.h"
 #include "workbench/model/effects/effect_registry.h"
 
 namespace slipstack::workbench {

@@ -10,7 +10,7 @@
 #include "workbench/estimate/nonlinear/trial.h"
 
 // The estimation of a non-linear model, each step built on those before it:
-//   terms/shape_ranges.h   which shapes are searched, and within which range
+//   terms/search_ranges.h  which shapes are searched, and within which range
 //   starting_shapes.h      the points from which a search starts
 //   minimise.h             the search from one of them
 //   fit_gains.h            all gains at given shapes: bounded least squares

@@ -8,7 +8,7 @@
 
 #include "workbench/estimate/nonlinear/minimise.h"
 #include "workbench/estimate/nonlinear/trial.h"
-#include "workbench/estimate/terms/shape_ranges.h"
+#include "workbench/estimate/terms/search_ranges.h"
 
 namespace slipstack::workbench {
 namespace {

@@ -7,7 +7,7 @@
 #include <span>
 
 #include "workbench/estimate/nonlinear/user_effect_starts.h"
-#include "workbench/estimate/terms/shape_ranges.h"
+#include "workbench/estimate/terms/search_ranges.h"
 #include "workbench/signal/spectrum.h"
 
 namespace slipstack::workbench {

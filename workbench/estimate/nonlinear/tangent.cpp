@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "workbench/estimate/nonlinear/fit_gains.h"
-#include "workbench/estimate/terms/shape_ranges.h"
+#include "workbench/estimate/terms/search_ranges.h"
 
 namespace slipstack::workbench {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "workbench/estimate/nonlinear/minimise.h"
 #include "workbench/estimate/nonlinear/starting_shapes.h"
-#include "workbench/estimate/terms/shape_ranges.h"
+#include "workbench/estimate/terms/search_ranges.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -82,10 +82,6 @@ std::vector<std::vector<std::vector<double>>> groups_of_starts(const EffectDescr
   std::erase_if(all, [](const auto& one) { return one.empty(); });
   return all;
 }
-
-}  // namespace
-
-namespace {
 
 /// The measured force shifted by a delay, which acts on it and not on the model.
 Eigen::VectorXd delayed_target(const Measurement& measurement, const Linearisation& linearisation,

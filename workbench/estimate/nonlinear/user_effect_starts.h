@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "workbench/estimate/terms/shape_ranges.h"
+#include "workbench/estimate/terms/search_ranges.h"
 
 namespace slipstack::workbench {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "workbench/base/statistics.h"
-#include "workbench/estimate/terms/shape_ranges.h"
+#include "workbench/estimate/terms/search_ranges.h"
 
 namespace slipstack::workbench {
 namespace {

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "workbench/base/axis_units.h"
-#include "workbench/log/csv/header.h"
+#include "workbench/log/csv/header_values.h"
 #include "workbench/log/csv/raw_table.h"
 
 namespace slipstack::workbench {

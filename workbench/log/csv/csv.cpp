@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "workbench/base/errors.h"
 #include "workbench/base/text.h"
 #include "workbench/log/csv/columns.h"
+#include "workbench/log/csv/header_line.h"
 #include "workbench/log/csv/line_reader.h"
 
 namespace slipstack::workbench {
@@ -123,16 +125,13 @@ void CsvReader::take_comment(std::string_view text) {
     ++comments_among_rows_;
     return;
   }
-  const std::size_t colon = text.find(':');
-  if (colon == std::string_view::npos) return;
-  const std::string key = printable(trimmed(text.substr(0, colon)));
-  const std::string value = printable(trimmed(text.substr(colon + 1)));
-  if (key.empty()) return;
+  const std::optional<HeaderLine> line = parse_header_line(text);
+  if (!line) return;
   const auto [entry, is_new] =
-      table_.header.try_emplace(key, RawTable::HeaderEntry{value, lines_.line_number()});
+      table_.header.try_emplace(line->key, RawTable::HeaderEntry{line->value, lines_.line_number()});
   if (is_new) return;
-  if (entry->second.value != value) {
-    throw InputError(here() + ": header key " + in_quotes(key) + " has another value than on line " +
+  if (entry->second.value != line->value) {
+    throw InputError(here() + ": header key " + in_quotes(line->key) + " has another value than on line " +
                      std::to_string(entry->second.line) + "; keep one of them");
   }
   ++repeated_keys_;

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+#include "firmware/control/homing/position_reference.h"
+#include "firmware/control/reference/reference.h"
+#include "firmware/effects/model.h"
+
+namespace slipstack {
+
+/// Time since the start. The counter of ticks wraps after 119 h at 10 kHz, the time must not: drift would
+/// begin anew. In the main loop, more often than the counter wraps: what follows time is slow.
+class UpTime {
+ public:
+  // In two parts, because 64 bits to float is a call of a library on the target.
+  float at(std::uint32_t tick, float tick_s) {
+    if (tick < last_tick_) wraps_ += 0x10000U;
+    last_tick_ = tick;
+    return (static_cast<float>(wraps_ + (tick >> 16)) * 65536.0F + static_cast<float>(tick & 0xFFFFU)) *
+           tick_s;
+  }
+
+ private:
+  std::uint32_t last_tick_ = 0;
+  std::uint32_t wraps_ = 0;  // of the counter, in units of 2^16 ticks
+};
+
+/// The friction model on the reference: the force that moves the axis as asked, if the model is right.
+class FeedForward {
+ public:
+  /// Constants of the tick; made outside it.
+  struct Scales {
+    float resolution_m = 1.0F;
+    float mps_per_count = 0.0F;
+    float mps2_per_count = 0.0F;
+    std::int32_t shift_up = 0;  ///< displacement is counts x 2^up / 2^down; one of the two is zero
+    std::int32_t shift_down = 0;
+    float steps_per_count = 0.0F;  ///< 2^up, 0 where displacement is coarser than a count
+  };
+
+  /// Where the hysteresis sees the reference, in its own steps.
+  static std::int32_t displacement(const Scales& scale, const ReferencePoint& at) {
+    return (static_cast<std::int32_t>(static_cast<std::uint32_t>(at.counts) << scale.shift_up) >>
+            scale.shift_down) +
+           static_cast<std::int32_t>(at.fraction * scale.steps_per_count);
+  }
+
+  /// One tick: the force in N at this point of the reference with the dry friction at this level. `reference`
+  /// says where on the rail that is.
+  float step(FrictionModel<float>& model, const Scales& scale, const ReferencePoint& at, float level,
+             const PositionReference& reference) {
+    const Sample<float> sample{
+        .time_s = 0.0F,  // FrictionModel::refresh()
+        .displacement = displacement(scale, at),
+        .position_m =
+            (static_cast<float>(reference.position_of(at.counts)) + at.fraction) * scale.resolution_m,
+        .velocity_mps = at.velocity * scale.mps_per_count,
+        .acceleration_mps2 = at.acceleration * scale.mps2_per_count,
+        .dry_friction_N = 0.0F,
+        .position_weight = reference.weight()};
+    const FrictionModel<float>::Force& force = model.advance(sample);
+    dry_N_ = force.dry_friction_N;
+    return force.total_N + (level - 1.0F) * dry_N_;
+  }
+
+  /// The dry friction of the last step, at level 1.
+  float dry_N() const { return dry_N_; }
+
+ private:
+  float dry_N_ = 0.0F;
+};
+
+}  // namespace slipstack

@@ -1,0 +1,280 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+
+#include "firmware/control/bounds/set_point_range.h"
+#include "firmware/control/reference/motion.h"
+#include "firmware/control/reference/motion_limits.h"
+#include "firmware/control/streams/set_point_approach.h"
+#include "firmware/control/streams/set_point_periods.h"
+#include "firmware/control/streams/set_point_spline.h"
+#include "firmware/control/streams/sync_clock.h"
+#include "firmware/control/streams/tracking.h"
+#include "firmware/control/streams/velocity_spline.h"
+
+namespace slipstack {
+
+/// Cyclic synchronous position and velocity, from the bus to the reference in one direction:
+///
+///   SYNC n and its set-point (main loop) -> its period, by time and order -> spline -> segments, one a
+///   period segment of the period (tick) -> place of the stream in this tick -> reference, within its limits
+///
+/// Periods are those of SyncClock. Set-point n is expected at n and its segment begins at n + 1: one period
+/// is buffered, between one and two as jitter has it. The reference passes set-point n at n + 3. With each
+/// come the segments of the next two, extrapolated: they are replaced when their set-points arrive in time. A
+/// third that is missing ends the stream, and the reference brakes. It is followed again when four set-points
+/// in a row are there, from wherever the reference is by then (set_point_approach.h); what a stream asks for
+/// beyond the limits is held back in the tick (tracking_step()).
+///
+/// Set-points of velocity are summed up (velocity_spline.h). They need no others before them: a stream begins
+/// with the first, in the state that the reference will have when its first segment begins.
+class CyclicPosition {
+ public:
+  static constexpr std::uint32_t kBridged = 2;
+  /// Counts that the axis may move in a period, at most: what the spline's arithmetic holds.
+  static constexpr float kLargestReach = 2.4e7F;
+
+  // ---- outside the tick ----
+
+  /// The period of SYNC and what the axis may do, counts and ticks.
+  void set_period(float ticks, float tick_s, float velocity, float acceleration) {
+    clock_.set_period(ticks, tick_s);
+    const float period = clock_.period_ticks();
+    fastest_ = within_reach(velocity * period);
+    change_ = within_reach(acceleration * period * period);
+    reach_ = static_cast<std::int32_t>(fastest_) + 1;
+    bend_ = static_cast<std::int32_t>(change_) + 1;
+  }
+  /// Where set-points are taken; after set_period().
+  void set_range(const PositionRange& range) {
+    // Half of the acceleration: the other half is for what the spline makes of it.
+    range_.set(range, 0.5F * static_cast<float>(bend_));
+  }
+
+  /// The same for set-points of velocity; each in counts and ticks.
+  VelocitySpline::Limits velocity_limits(const MotionLimits& limits, const PositionRange& range) const {
+    const float period = clock_.period_ticks();
+    return {.velocity = within_reach(limits.velocity * period),
+            .speeding = within_reach(limits.acceleration * period * period),
+            .slowing = within_reach(limits.deceleration * period * period),
+            .range = range};
+  }
+
+  /// From now on the reference follows the stream, as soon as there is one.
+  void start() {
+    started_ = true;
+    forget();
+  }
+  /// The stream is left; the reference brakes, unless something else moves it.
+  void stop() {
+    started_ = false;
+    forget();
+  }
+
+  /// A SYNC has come after this tick, and made `target` the set-point if it `has_target`. `path`: what the
+  /// stream is approached on. `ahead(lead)`: Motion of the reference so many ticks from now.
+  template <class Ahead>
+  void sync(std::uint32_t tick, bool has_target, std::int32_t target, VelocitySpline& path,
+            const Ahead& ahead) {
+    const std::uint32_t by_time = clock_.sync(tick);
+    if (!clock_.locked()) forget();
+    if (!started_ || !clock_.locked() || !has_target) return;
+    const SetPointPeriods::Place place = periods_.place(by_time, target, reach_);
+    spline_.put(place.period, range_.within(place.period, place.counts));
+    const SyncClock::Phase now = clock_.at(tick);
+    const std::uint32_t begun = now.period - 1;
+    count_bridged(place.period, begun);
+    const bool streamed = joined_;
+    if (!join(place.period)) return;
+    if (!streamed) {
+      path.set_limits({fastest_, change_, change_, {}});
+      path.start(place.period, begin_of(place.period, now, ahead));
+      approaches_ = true;
+    }
+    if (!approaches_) return make_segments(place.period, begun, spline_);
+    SetPointApproach approach(spline_, path, change_);
+    make_segments(place.period, begun, approach);
+    approaches_ = !approach.meets(place.period);
+  }
+
+  /// The same with a set-point of velocity, counts per tick, for `path`, which has its limits.
+  template <class Ahead>
+  void sync_velocity(std::uint32_t tick, bool has_target, float velocity, VelocitySpline& path,
+                     const Ahead& ahead) {
+    const std::uint32_t by_time = clock_.sync(tick);
+    if (!clock_.locked()) forget();
+    if (!started_ || !clock_.locked() || !has_target) return;
+    const SyncClock::Phase now = clock_.at(tick);
+    const std::uint32_t begun = now.period - 1;
+    const std::uint32_t period = period_of_velocity(by_time, now);
+    count_bridged(period, begun);
+    if (!joined_ || period - newest_ > kBridged + 1) path.start(period, begin_of(period, now, ahead));
+    newest_ = period;
+    joined_ = true;
+    streaming_.store(true, std::memory_order_release);
+    path.put(period, velocity * clock_.period_ticks());
+    make_segments(period, begun, path);
+  }
+
+  /// Whether the reference follows the stream.
+  bool following() const { return following_.load(std::memory_order_relaxed); }
+  /// The last set-point would have led out of the range.
+  bool limited() const { return range_.limited(); }
+  const SyncClock& clock() const { return clock_; }
+  /// Set-points that were extrapolated, and streams that ended because too many were missing.
+  std::uint32_t bridged() const { return bridged_; }
+  std::uint32_t gaps() const { return gaps_; }
+
+  // ---- in the tick ----
+
+  /// In each tick; true while there is a stream: point() is where.
+  [[gnu::always_inline]] bool step(std::uint32_t tick) {
+    if (!streaming_.load(std::memory_order_relaxed)) return false;
+    const SyncClock::Phase now = clock_.at(tick);
+    bool follows = following();
+    if (now.period != period_) {
+      period_ = now.period;
+      follows = begin_period(now.period - 1);
+      following_.store(follows, std::memory_order_relaxed);
+    }
+    fraction_ = now.fraction;
+    return follows;
+  }
+  StreamPoint point() const { return segment_->at(fraction_, clock_.rate()); }
+
+ private:
+  static constexpr std::uint32_t kSlots = 8;
+
+  // Two places for the segment of a period, so that the one in use is never written to.
+  struct Slot {
+    std::array<StreamSegment, 2> made;
+    std::atomic<std::uint32_t> in_use{0};  // twice the period, plus which of the two
+  };
+
+  static float within_reach(float counts) { return approx::clamp(counts, 0.0F, kLargestReach); }
+
+  // By time. A SYNC that came between two periods was late or held back: its set-point is for the first one
+  // to be played yet.
+  std::uint32_t period_of_velocity(std::uint32_t by_time, const SyncClock::Phase& now) const {
+    constexpr std::uint32_t kOnTime = 0x40000000;  // a quarter of a period
+    const auto since = static_cast<std::int32_t>(by_time - newest_);
+    if (!joined_ || (since >= 0 && now.fraction + kOnTime < 2 * kOnTime)) return by_time;
+    if (since <= 0) return newest_;
+    const std::uint32_t next = newest_ + 1;
+    const std::uint32_t first = static_cast<std::int32_t>(next - now.period) > 0 ? next : now.period;
+    return static_cast<std::int32_t>(by_time - first) > 0 ? first : by_time;
+  }
+
+  // The state of the reference when the segment of `period` begins. A prediction of many ticks takes long;
+  // what is beyond is constant velocity.
+  template <class Ahead>
+  VelocitySpline::State begin_of(std::uint32_t period, const SyncClock::Phase& now,
+                                 const Ahead& ahead) const {
+    constexpr float kFarthest_ticks = 256.0F;
+    const float ticks = clock_.period_ticks();
+    const auto periods = static_cast<float>(static_cast<std::int32_t>(period + 1 - now.period));
+    const float left = ticks * (periods - static_cast<float>(now.fraction) * 0x1p-32F);
+    const auto lead = static_cast<std::uint32_t>(approx::clamp(left, 0.0F, kFarthest_ticks));
+    const Motion then = ahead(lead);
+    const float rest = left - static_cast<float>(lead);
+    const float acceleration = rest < 1.0F ? from_fixed(shifted_down(then.acceleration, then.shift)) : 0.0F;
+    // A motion has the step of its last tick: the velocity in the middle of that.
+    const float velocity = from_fixed(then.velocity) + (0.5F + rest) * acceleration;
+    const float beyond = rest * (velocity - 0.5F * rest * acceleration);
+    const auto whole = static_cast<std::int32_t>(beyond);
+    return {sum(then.counts, whole), then.fraction_of_count() + (beyond - static_cast<float>(whole)),
+            velocity * ticks, acceleration * ticks * ticks};
+  }
+
+  // The tick looks at nothing that was made: neither now nor when those periods come.
+  void forget() {
+    streaming_.store(false, std::memory_order_release);
+    following_.store(false, std::memory_order_relaxed);
+    constexpr std::uint32_t kNever = 0x40000000;  // periods away
+    for (Slot& slot : slots_) {
+      const std::uint32_t which = slot.in_use.load(std::memory_order_relaxed) & 1U;
+      slot.in_use.store(2 * (newest_ + kNever) + which, std::memory_order_relaxed);
+    }
+    periods_.reset();
+    range_.reset();
+    in_a_row_ = 0;
+    joined_ = false;
+  }
+
+  // Whether there is a stream with this set-point: four in a row begin one, three missing end it.
+  bool join(std::uint32_t newest) {
+    const std::uint32_t since = newest - newest_;
+    if (since == 0 && in_a_row_ > 0) return joined_;
+    in_a_row_ = since == 1 ? in_a_row_ + 1 : 1;
+    newest_ = newest;
+    if (since > kBridged + 1) joined_ = false;
+    if (joined_ || in_a_row_ < 4) return joined_;
+    joined_ = true;
+    spline_.start(newest);
+    streaming_.store(true, std::memory_order_release);
+    return true;
+  }
+
+  // Before join(): those that never came between the last one and this, and this one if it is too late.
+  void count_bridged(std::uint32_t newest, std::uint32_t begun) {
+    const std::uint32_t since = newest - newest_;
+    if (!joined_ || since - 1 > kBridged) return;
+    bridged_ += since - 1 + (static_cast<std::int32_t>(newest - begun) <= 0 ? 1U : 0U);
+  }
+
+  // The segments that have not begun: that of the newest set-point and those that bridge the next ones.
+  template <class Path>
+  void make_segments(std::uint32_t newest, std::uint32_t begun, Path& path) {
+    for (std::uint32_t period = newest; period != newest + kBridged + 1; ++period) {
+      if (period != newest) path.extrapolate(period, bend_);
+      if (static_cast<std::int32_t>(period - begun) <= 0) continue;
+      Slot& slot = slots_[period % kSlots];
+      const std::uint32_t other = (slot.in_use.load(std::memory_order_relaxed) & 1U) ^ 1U;
+      slot.made[other] = path.segment(period, bend_);
+      slot.in_use.store(2 * period + other, std::memory_order_release);
+    }
+  }
+
+  // The segment that ends two periods before the set-point of `newest`. False without one.
+  bool begin_period(std::uint32_t newest) {
+    const Slot& slot = slots_[newest % kSlots];
+    const std::uint32_t in_use = slot.in_use.load(std::memory_order_acquire);
+    if (((in_use ^ (2 * newest)) & ~1U) != 0) {
+      gaps_ += following() ? 1 : 0;
+      return false;
+    }
+    segment_ = &slot.made[in_use & 1U];
+    return true;
+  }
+
+  SyncClock clock_;
+  // Outside the tick.
+  SetPointPeriods periods_;
+  SetPointRange range_;
+  SetPointSpline spline_;
+  std::int32_t reach_ = 1;
+  std::int32_t bend_ = 1;
+  std::uint32_t newest_ = 0;
+  std::uint32_t in_a_row_ = 0;
+  bool joined_ = false;
+  bool approaches_ = false;  // the reference is not yet on the spline
+  std::uint32_t bridged_ = 0;
+  bool started_ = false;
+  // From there to the tick, and back.
+  std::array<Slot, kSlots> slots_;
+  std::atomic<bool> streaming_{false};
+  std::atomic<bool> following_{false};
+  // In the tick.
+  const StreamSegment* segment_ = nullptr;
+  std::uint32_t period_ = 0;
+  std::uint32_t fraction_ = 0;
+  std::uint32_t gaps_ = 0;
+  // Outside the tick again: counts per period, and per period^2.
+  float fastest_ = 1.0F;
+  float change_ = 1.0F;
+};
+
+}  // namespace slipstack

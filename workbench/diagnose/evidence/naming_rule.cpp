@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/diagnose/evidence/naming_rule.h"
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+#include "workbench/diagnose/evidence/plausibility.h"
+#include "workbench/diagnose/evidence/reduction.h"
+
+namespace slipstack::workbench {
+namespace {
+
+/// The noise floor is itself uncertain by this share (docs/theory.md, "Noise floor").
+constexpr double kUncertainFloor = 1.05;
+
+/// The effect of `these` that `those` do not have; empty unless it is one.
+std::string only_in(const std::vector<std::string>& these, const std::vector<std::string>& those) {
+  std::string only;
+  for (const std::string& id : these) {
+    if (std::find(those.begin(), those.end(), id) != those.end()) continue;
+    if (!only.empty()) return {};
+    only = id;
+  }
+  return only;
+}
+
+/// Whether `simple` has a special case of an effect of `general` in its place, and is the same otherwise.
+bool is_special_case(const Explanation& simple, const Explanation& general) {
+  const std::string effect = only_in(general.added, simple.added);
+  const std::string special = only_in(simple.added, general.added);
+  return !effect.empty() && !special.empty() &&
+         find_term(general.model.terms, effect)->effect->traits.special_case.id == special;
+}
+
+/// Whether an explanation is as good as one with a more general effect: that lowers the error by nothing
+/// worth a name.
+bool suffices(const Explanation& simple, const Explanation& general) {
+  return is_special_case(simple, general) &&
+         !is_worth_a_name(simple.model.holdout_rmse_N, general.model.holdout_rmse_N);
+}
+
+}  // namespace
+
+bool is_better(const SelectionContext& context, const Explanation& one, const Explanation& other) {
+  if (suffices(one, other)) return true;
+  if (suffices(other, one)) return false;
+  return context.criterion.difference(one.model, other.model) < 0.0;
+}
+
+void sort_by_criterion(const SelectionContext& context, std::vector<Explanation>& all) {
+  if (all.size() < 2) return;
+  std::vector<const FittedModel*> models;
+  models.reserve(all.size());
+  for (const Explanation& one : all) models.push_back(&one.model);
+  const std::vector<double> criteria = context.criterion.of(models);
+  std::vector<std::size_t> order(all.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return criteria[a] < criteria[b]; });
+  std::vector<Explanation> sorted;
+  sorted.reserve(all.size());
+  for (const std::size_t i : order) sorted.push_back(std::move(all[i]));
+  for (std::size_t i = 1; i < sorted.size(); ++i) {
+    if (suffices(sorted[i], sorted.front())) {
+      std::rotate(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(i),
+                  sorted.begin() + static_cast<std::ptrdiff_t>(i) + 1);
+    }
+  }
+  all = std::move(sorted);
+}
+
+bool at_floor(const SelectionContext& context, const FittedModel& model) {
+  return model.holdout_rmse_N < kUncertainFloor * context.floor.of(model.terms);
+}
+
+bool is_step(const SelectionContext& context, const Explanation& before, const Explanation& after) {
+  const double before_N = before.model.holdout_rmse_N;
+  const double after_N = after.model.holdout_rmse_N;
+  return is_worth_a_name(before_N, after_N) && is_better(context, after, before) &&
+         before_N >= kUncertainFloor * context.floor.of(after.model.terms) &&
+         !within_instruments(context.baseline, context.measurement.tick_s(), before.model.terms,
+                             after.model.terms, explained_N2(before_N, after_N));
+}
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/estimate/terms/search_ranges.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+
+#include "workbench/base/axis_units.h"
+#include "workbench/model/effects/shape_parameter.h"
+
+namespace slipstack::workbench {
+namespace {
+
+double largest_magnitude(const std::vector<double>& values) {
+  const ValueRange extent = value_range(values);
+  return std::max(-extent.low, extent.high);
+}
+
+/// Below this velocity the axis moves less than ten encoder steps in one period of the bandwidth. An effect
+/// of velocity cannot be distinguished from an effect of displacement there.
+double slowest_visible_mps(const Measurement& measurement) {
+  return std::max(axis_length(1e-6), 10.0 * measurement.encoder_resolution_m() * measurement.bandwidth_Hz());
+}
+
+/// Bounds of a shape of a user-defined effect: as declared, or else the range of the log in its unit.
+ShapeRange user_range(const Measurement& measurement, const ShapeSpec& spec, std::size_t index) {
+  ShapeRange range{index, static_cast<double>(spec.lower), static_cast<double>(spec.upper), false};
+  if (spec.upper < kUnbounded || spec.lower > -kUnbounded) {
+    range.logarithmic = range.lower > 0.0 && range.upper > 3.0 * range.lower;
+    return range;
+  }
+  const std::string unit = linear_unit(spec.unit);
+  if (unit == "m") {
+    const ValueRange stroke = value_range(measurement.position_m());
+    return {index, stroke.low, stroke.high, false, (stroke.high - stroke.low) / 256.0};
+  }
+  if (unit == "s") return {index, measurement.tick_s(), 10.0 * measurement.duration_s(), true};
+  const double largest = unit == "m/s" ? largest_magnitude(measurement.velocity_mps())
+                                       : largest_magnitude(measurement.acceleration_mps2());
+  return {index, -largest, largest, false};
+}
+
+/// Intersection of the catalogue's bounds with what the log shows.
+ShapeRange narrowed(const Measurement& measurement, const ShapeSpec& spec, std::size_t index) {
+  if (spec.kind == ShapeKind::user_defined) return user_range(measurement, spec, index);
+  const ShapeBounds bounds = bounds_of(spec);
+  ShapeRange range{index, bounds.lower, bounds.upper, true};
+  const auto narrow = [&range](double low, double high) {
+    range.lower = std::clamp(low, range.lower, range.upper);
+    range.upper = std::clamp(high, range.lower, range.upper);
+  };
+  switch (spec.kind) {
+    case ShapeKind::velocity:
+    case ShapeKind::fading_velocity:
+      narrow(slowest_visible_mps(measurement), largest_magnitude(measurement.velocity_mps()));
+      break;
+    case ShapeKind::exponent:
+    case ShapeKind::nominal_exponent:
+    case ShapeKind::delay:
+    case ShapeKind::filter:
+      range.logarithmic = false;
+      break;
+    case ShapeKind::acceleration: {
+      const double largest = largest_magnitude(measurement.acceleration_mps2());
+      narrow(0.05 * largest, 20.0 * largest);
+      break;
+    }
+    case ShapeKind::lag_distance:
+      narrow(measurement.encoder_resolution_m(), 10.0 * value_range(measurement.position_m()).length());
+      break;
+    case ShapeKind::time_constant:
+      narrow(measurement.tick_s(), 10.0 * measurement.duration_s());
+      break;
+    case ShapeKind::pitch:
+      // A period that does not fit twice into the stroke cannot be observed as a repetition.
+      narrow(20.0 * measurement.encoder_resolution_m(), 0.5 * value_range(measurement.position_m()).length());
+      break;
+    case ShapeKind::frequency:
+      narrow(4.0 / (static_cast<double>(measurement.sample_count()) * measurement.tick_s()),
+             measurement.bandwidth_Hz());
+      break;
+    default:
+      break;
+  }
+  return range;
+}
+
+bool is_nominal(ShapeKind kind) {
+  return kind == ShapeKind::nominal_exponent || kind == ShapeKind::filter;
+}
+
+bool is_searched(ShapeKind kind) {
+  return kind != ShapeKind::slip_distance && kind != ShapeKind::position && kind != ShapeKind::travel &&
+         kind != ShapeKind::table && !is_nominal(kind);
+}
+
+/// The value of a shape until all other effects are identified.
+double nominal(ShapeKind kind, const ShapeRange& range) {
+  return kind == ShapeKind::filter ? 0.0 : middle_of(range);
+}
+
+}  // namespace
+
+ValueRange value_range(const std::vector<double>& values) {
+  const auto [low, high] = std::minmax_element(values.begin(), values.end());
+  return {*low, *high};
+}
+
+double middle_of(const ShapeRange& range) {
+  return range.logarithmic ? std::sqrt(range.lower * range.upper) : 0.5 * (range.lower + range.upper);
+}
+
+std::vector<double> spread(const ShapeRange& range, std::size_t count) {
+  std::vector<double> values;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double t = (static_cast<double>(i) + 0.5) / static_cast<double>(count);
+    values.push_back(range.logarithmic ? range.lower * std::pow(range.upper / range.lower, t)
+                                       : range.lower + t * (range.upper - range.lower));
+  }
+  return values;
+}
+
+std::vector<double> slip_distances(double shortest_m, double longest_m, std::size_t count,
+                                   std::size_t capacity) {
+  std::vector<double> distances(capacity, 0.0);
+  for (std::size_t i = 0; i < std::min(count, capacity); ++i) {
+    const double t = count > 1 ? static_cast<double>(i) / static_cast<double>(count - 1) : 0.0;
+    distances[i] = shortest_m * std::pow(longest_m / shortest_m, t);
+  }
+  return distances;
+}
+
+std::vector<ShapeRange> searched_shapes(const Measurement& measurement, const EffectDescription& effect) {
+  std::vector<ShapeRange> ranges;
+  for (std::size_t i = 0; i < effect.shapes.size(); ++i) {
+    if (is_searched(effect.shapes[i].kind)) ranges.push_back(narrowed(measurement, effect.shapes[i], i));
+  }
+  return ranges;
+}
+
+std::vector<ShapeRange> nominal_shapes(const Measurement& measurement, const EffectDescription& effect) {
+  std::vector<ShapeRange> ranges;
+  for (std::size_t i = 0; i < effect.shapes.size(); ++i) {
+    if (!is_nominal(effect.shapes[i].kind)) continue;
+    ranges.push_back(narrowed(measurement, effect.shapes[i], i));
+    ranges.back().nominal = nominal(effect.shapes[i].kind, ranges.back());
+  }
+  return ranges;
+}
+
+std::vector<double> default_shapes(const Measurement& measurement, const EffectDescription& effect) {
+  const ValueRange stroke = value_range(measurement.position_m());
+  std::vector<double> shapes;
+  for (std::size_t i = 0; i < effect.shapes.size(); ++i) {
+    const ShapeSpec& spec = effect.shapes[i];
+    switch (spec.kind) {
+      case ShapeKind::slip_distance: {
+        if (measurement.slip_distances_m().size() == effect.shapes.size()) {
+          return measurement.slip_distances_m();
+        }
+        // From below the encoder's step to beyond any pre-sliding travel of a rolling guideway, but no
+        // further than the travel of this log.
+        const double longest = std::min(stroke.length(), longest_slip_m());
+        const double step = std::max(measurement.encoder_resolution_m(), 1e-9);
+        const double shortest = std::clamp(0.5 * step, longest * 1e-5, longest * 0.1);
+        return slip_distances(shortest, longest, effect.shapes.size(), effect.shapes.size());
+      }
+      case ShapeKind::position:
+        shapes.push_back(stroke.low);
+        break;
+      case ShapeKind::travel:
+        shapes.push_back(std::max(stroke.length(), static_cast<double>(spec.lower)));
+        break;
+      case ShapeKind::exponent:
+        shapes.push_back(1.0);
+        break;
+      default:
+        shapes.push_back(nominal(spec.kind, narrowed(measurement, spec, i)));
+    }
+  }
+  return shapes;
+}
+
+}  // namespace slipstack::workbench
