@@ -36,7 +36,7 @@ def capture():
     with tempfile.TemporaryDirectory() as folder:
         model = socketcan_test.model_in(pathlib.Path(folder))
         done = subprocess.run([REPOSITORY / "toolchain/with-can", "bash", HERE / "documented_sessions.sh",
-                               socketcan_test.SLIPSTACK, model], capture_output=True, text=True, timeout=280)
+                               socketcan_test.SLIPSTACK, model], capture_output=True, text=True, timeout=570)
     if done.returncode == socketcan_test.SKIPPED:
         socketcan_test.skip(done.stdout.strip().removeprefix("SKIP: "))
     parts = re.split(r"^== ([\w ]+)\n", done.stdout, flags=re.M)

@@ -63,7 +63,7 @@ def session(folder, terminal):
     model = socketcan_test.model_in(folder)
     done = subprocess.run([socketcan_test.REPOSITORY / "toolchain/with-can", "--serial", terminal, "bash",
                            HERE / "emulated_session.sh", socketcan_test.SLIPSTACK, model, model_bytes().hex().upper()],
-                          capture_output=True, text=True, timeout=280)
+                          capture_output=True, text=True, timeout=570)
     if done.returncode == socketcan_test.SKIPPED:
         socketcan_test.skip(done.stdout.strip().removeprefix("SKIP: "))
     parts = re.split(r"^== (\w+)\n", done.stdout, flags=re.M)

@@ -58,7 +58,7 @@ def session(folder):
     model = own_model_in(folder)
     done = subprocess.run([REPOSITORY / "toolchain/with-can", "bash",
                            pathlib.Path(__file__).with_name("socketcan_session.sh"), SLIPSTACK, model],
-                          capture_output=True, text=True, timeout=280)
+                          capture_output=True, text=True, timeout=570)
     if done.returncode == SKIPPED:
         skip(done.stdout.strip().removeprefix("SKIP: "))
     parts = re.split(r"^== (\w+)\n", done.stdout, flags=re.M)
