@@ -78,6 +78,7 @@ inline constexpr std::array kObservers = {
     Observer{"control_tick_all_effects", reset_tick<false, 1>, run_tick, prepare_tick},
     Observer{"control_tick_excited", reset_tick<true, 1>, run_tick, prepare_tick},
     Observer{"control_tick_many_events", reset_tick<false, 50>, run_tick, prepare_tick},
+    Observer{"control_tick_every_event", reset_tick<false, 200>, run_tick, prepare_tick},
 };
 
 // Gives every observer its parameters; false if one refuses them.
