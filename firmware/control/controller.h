@@ -14,6 +14,7 @@
 #include "firmware/control/reference/point_to_point.h"
 #include "firmware/control/streams/cyclic_position.h"
 #include "firmware/control/supervision/digital_io.h"
+#include "firmware/control/supervision/encoder_bridge.h"
 #include "firmware/control/supervision/output_terminals.h"
 #include "firmware/control/supervision/supervisor.h"
 #include "firmware/control/tick_history.h"
@@ -122,6 +123,14 @@ class Controller {
     latch_.index_passed(counts);
     history_.index_passed(counts);
     position_.index_passed(counts);
+  }
+
+  /// In the tick, before its step: the encoder has no position. An absolute one is bridged.
+  [[gnu::noinline]] void bridge(EncoderReading& reading) {
+    const PositionReferenceParameters& encoder = parameters().axis.reference;
+    const FaultMonitor& monitor = supervisor_.faults().monitor();
+    if (encoder.absolute_encoder)
+      bridge_.step(reading, encoder.bridged_ticks, ticks(), monitor.last_counts(), monitor.last_step());
   }
 
   /// In the tick: limits of the travel, faults and commands, then the mode, its reference and its force.
@@ -326,6 +335,7 @@ class Controller {
   ParameterSets sets_;
   ModelUpkeep upkeep_;
   PointToPoint point_to_point_;
+  EncoderBridge bridge_;
   TickHistory history_;
 };
 

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -122,11 +123,17 @@ class AxisLoop {
   std::optional<sim::Switches> switches;
   std::optional<sim::ReferenceMarks> marks;
   std::optional<sim::EndStops> stops;
+  // Another encoder than one that counts: its reading in each tick.
+  std::function<EncoderReading(std::int64_t counts)> reads;
 
  private:
   void sense() {
     const double now_m = plant.position_m();
-    board_encoder.next.counts = static_cast<std::int32_t>(encoder.counts(now_m));
+    if (reads) {
+      board_encoder.next = reads(encoder.counts(now_m));
+    } else {
+      board_encoder.next.counts = static_cast<std::int32_t>(encoder.counts(now_m));
+    }
     if (switches) io.inputs = switches->levels(now_m);
     if (const auto mark = marks ? marks->passed(encoder, last_m_, now_m) : std::nullopt) {
       board_encoder.index_passed = true;

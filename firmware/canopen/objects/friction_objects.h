@@ -139,7 +139,7 @@ inline constexpr auto kHomingRows = std::to_array<Object>({
 
 /// What the encoder is; staged and applied with 2000h.
 inline constexpr auto kReferenceRows = std::to_array<Object>({
-    head(kReferenceIndex, ObjectCode::kRecord, "Position reference", 5),
+    head(kReferenceIndex, ObjectCode::kRecord, "Position reference", 6),
     entry(kReferenceIndex, 1, Type::kBoolean, "Absolute encoder").stored(Storage::kParameter),
     entry(kReferenceIndex, 2, Type::kI32, "Counts of an absolute encoder at position zero")
         .in("count")
@@ -152,6 +152,11 @@ inline constexpr auto kReferenceRows = std::to_array<Object>({
         .in("count")
         .stored(Storage::kParameter),
     reading(kReferenceIndex, 5, Type::kBoolean, "Referenced"),
+    entry(kReferenceIndex, 6, Type::kU8, "Ticks of an absolute encoder that are bridged")
+        .within(0, 16)
+        .at_first(3U)
+        .in("tick")
+        .stored(Storage::kParameter),
 });
 
 inline constexpr auto kTouchProbeRows = std::to_array<Object>({

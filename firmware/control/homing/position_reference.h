@@ -14,6 +14,7 @@ struct PositionReferenceParameters {
   std::int32_t absolute_origin = 0;   ///< counts of an absolute encoder at position zero
   std::uint32_t index_distance = 0;   ///< counts from one index mark to the next; 0: there is one only
   std::uint32_t index_tolerance = 0;  ///< counts by which a mark may be off its place; 0: not checked
+  std::uint32_t bridged_ticks = 0;    ///< of an absolute encoder without a position (EncoderBridge)
 };
 
 /// Where position zero lies in the counts of the encoder, and whether that is known. Inside the controller
