@@ -32,12 +32,9 @@ void can_handler();
 void can_handler() {
   board.on_can_interrupt();
 }
-// Of boards with an encoder whose frames end in one.
 void encoder_handler();
 void encoder_handler() {
-  if constexpr (requires(BoardOfImage & with_frames) { with_frames.on_encoder_interrupt(); }) {
-    board.on_encoder_interrupt();
-  }
+  board.on_encoder_interrupt();
 }
 void lamp_handler();
 void lamp_handler() {
