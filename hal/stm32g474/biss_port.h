@@ -15,10 +15,10 @@
 // A BiSS-C encoder on SPI3. RM0440, Serial peripheral interface; Direct memory access controller; DMA request
 // multiplexer, table of its inputs. BiSS: hal/biss/frame.h.
 //
-// SCK is MA, which rests high; MISO is SLO, which the encoder changes on rising edges and the next rising edge
-// samples: CPOL = CPHA = 1, a whole clock for cable and receivers. A frame is 128 clocks of 2.66 MHz, 48 us, and
-// with an encoder's time-out of at most 40 us it fits a tick of 100 us. The tick reads the position that the
-// frame before has brought and starts the next one: a position is one tick old, to the microsecond.
+// SCK is MA, which rests high; MISO is SLO, which the encoder changes on rising edges and the next rising
+// edge samples: CPOL = CPHA = 1, a whole clock for cable and receivers. A frame is 128 clocks of 2.66 MHz, 48
+// us, and with an encoder's time-out of at most 40 us it fits a tick of 100 us. The tick reads the position
+// that the frame before has brought and starts the next one: a position is one tick old, to the microsecond.
 namespace slipstack::stm32g474 {
 
 template <class SpiBlock, class DmaBlock, class DmamuxBlock, Clock TimeSource>
@@ -106,8 +106,8 @@ class BissPort {
   std::atomic<bool> under_way_{false};
 };
 
-// The encoder that the axis has: incremental, or absolute by its interface. What is not used costs the tick one
-// comparison.
+// The encoder that the axis has: incremental, or absolute by its interface. What is not used costs the tick
+// one comparison.
 template <class Quadrature, class Biss>
 class AxisEncoder final : public AbsoluteEncoder {
  public:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// An axis with a BiSS-C encoder of 36 bits, frame by frame: place without homing, frames that are lost or wrong,
-// and what the bus shows of them. The encoder shares no code with the receiver.
+// An axis with a BiSS-C encoder of 36 bits, frame by frame: place without homing, frames that are lost or
+// wrong, and what the bus shows of them. The encoder shares no code with the receiver.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -108,8 +108,8 @@ TEST(AbsoluteEncoder, KnowsItsPlaceWithoutHoming) {
             static_cast<std::uint32_t>(BissBoard::kScaleZero + counts));
 }
 
-// Zero is set once, by 607Ch from a place that is known, and holds for ever: wherever the axis is when the power
-// comes back.
+// Zero is set once, by 607Ch from a place that is known, and holds for ever: wherever the axis is when the
+// power comes back.
 TEST(AbsoluteEncoder, HomeOffsetIsKeptOverAPowerCut) {
   BissAxis axis;
   axis.home_here(12345);
@@ -124,8 +124,8 @@ TEST(AbsoluteEncoder, HomeOffsetIsKeptOverAPowerCut) {
   }
 }
 
-// Over the place where the counts of 32 bits wrap, with frames lost, disturbed and refused by the encoder now and
-// then: no fault, and the axis goes where it would have gone.
+// Over the place where the counts of 32 bits wrap, with frames lost, disturbed and refused by the encoder now
+// and then: no fault, and the axis goes where it would have gone.
 TEST(AbsoluteEncoder, BadFramesNowAndThenAreBridged) {
   BissAxis axis;
   axis.home_here(0);

@@ -26,8 +26,13 @@ inline IoParameters staged_io(const Dictionary& dictionary) {
 /// The encoder of 2012h.
 inline PositionReferenceParameters staged_reference(const Dictionary& dictionary) {
   constexpr std::size_t kHead = kRow<kReferenceIndex>;
-  return {dictionary.value(kHead + 1) != 0, static_cast<std::int32_t>(dictionary.value(kHead + 2)),
-          dictionary.value(kHead + 3), dictionary.value(kHead + 4), dictionary.value(kHead + 6)};
+  return {dictionary.value(kHead + 1) != 0,
+          static_cast<std::int32_t>(dictionary.value(kHead + 2)),
+          dictionary.value(kHead + 3),
+          dictionary.value(kHead + 4),
+          dictionary.value(kHead + 6),
+          dictionary.value(kHead + 7),
+          static_cast<std::int32_t>(dictionary.value(kHead + 8))};
 }
 
 /// The axis of 2000h, 2010h, 2012h, 2501h, 2502h and 6075h.

@@ -15,7 +15,8 @@ inline EncoderInterface staged_encoder(const Dictionary& dictionary) {
           static_cast<std::uint8_t>(dictionary.value(kRow<kEncoderIndex, 3>))};
 }
 
-/// 2503h: the kind of encoder, and what came of its frames. A board without the interface has an incremental one.
+/// 2503h: the kind of encoder, and what came of its frames. A board without the interface has an incremental
+/// one.
 class EncoderObjects {
  public:
   explicit EncoderObjects(const AbsoluteEncoder* encoder) : encoder_(encoder) {}

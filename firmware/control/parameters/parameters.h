@@ -203,7 +203,7 @@ inline ParameterStatus check(const AxisParameters& axis, const ModelParameters& 
       return ParameterStatus::kAxisOutOfBounds;
     }
   }
-  if (!valid(axis.io)) return ParameterStatus::kAxisOutOfBounds;
+  if (!valid(axis.io) || !valid(axis.reference.code())) return ParameterStatus::kAxisOutOfBounds;
   ParameterStatus status = detail::check_scale(axis);
   if (status != ParameterStatus::kOk) return status;
   std::apply(

@@ -10,11 +10,11 @@ namespace slipstack {
 
 /// Carries the axis over frames that an absolute encoder did not deliver: its counts go on at the velocity of
 /// the last tick, for so many ticks, then the loss is a fault. On the way an acceleration a moves the axis by
-/// a n^2 T^2 / 2 from there: 0.7 um at 15 m/s^2 and 3 ticks of 0.1 ms. An incremental encoder is never bridged:
-/// counts that it did not count are lost.
+/// a n^2 T^2 / 2 from there: 0.7 um at 15 m/s^2 and 3 ticks of 0.1 ms. An incremental encoder is never
+/// bridged: counts that it did not count are lost.
 ///
-/// A tick that is bridged is earned by kGoodPerBridged good ones, so that a line on which more than one frame in
-/// nine is bad becomes a fault as well.
+/// A tick that is bridged is earned by kGoodPerBridged good ones, so that a line on which more than one frame
+/// in nine is bad becomes a fault as well.
 class EncoderBridge {
  public:
   static constexpr std::uint32_t kGoodPerBridged = 8;

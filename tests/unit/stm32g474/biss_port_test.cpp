@@ -57,7 +57,8 @@ class SimSpi {
   void clock_frame() {
     ++frames;
     stored_ = false;
-    // As RM0440 has it: master, enabled, 8 bits, both requests; both channels count bytes, the receiver is first.
+    // As RM0440 has it: master, enabled, 8 bits, both requests; both channels count bytes, the receiver is
+    // first.
     EXPECT_EQ(spi.cr1.value, 0x36FU);
     EXPECT_EQ(spi.cr2.value, 0x1703U);
     EXPECT_EQ(dmamux.c0cr.value, 14U);
