@@ -12,8 +12,8 @@
 
 namespace slipstack::sim {
 
-/// As the makers of such scales draw them: marks at equal distances, and between each two of them one more, which
-/// is one step farther from the middle than the one between the two before.
+/// As the makers of such scales draw them: marks at equal distances, and between each two of them one more,
+/// which is one step farther from the middle than the one between the two before.
 struct CodedScale {
   /// Places on the rail of `pairs` pairs of marks. `zero_m`: of the scale, which is read in the direction
   /// `direction`, 1 or -1; the first mark is one `distance_m` from there.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Homing by distance-coded marks over the bus: methods -5 and -6, and the check of the marks in service. The marks
-// are the simulation's own.
+// Homing by distance-coded marks over the bus: methods -5 and -6, and the check of the marks in service. The
+// marks are the simulation's own.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -69,7 +69,8 @@ TEST(CodedHoming, AMissingMarkAndDirtDoNotMoveTheZero) {
   for (const bool missing : {true, false}) {
     CodedAxis axis(0.06);
     auto& marks = axis.loop->coded_marks->marks_m;
-    const auto next = static_cast<std::size_t>(std::upper_bound(marks.begin(), marks.end(), 0.06) - marks.begin());
+    const auto next =
+        static_cast<std::size_t>(std::upper_bound(marks.begin(), marks.end(), 0.06) - marks.begin());
     if (missing) {
       marks.erase(marks.begin() + static_cast<std::ptrdiff_t>(next) + 1);
     } else {

@@ -88,7 +88,8 @@ inline constexpr auto kFaultRows = [] {
                                                            "Overspeed",
                                                            "Index off its place",
                                                            "Overload",
-                                                           "Direction"};
+                                                           "Direction",
+                                                           "Connection lost"};
   std::array<Object, kFaultCount> rows{};
   rows[0] = head(kFaultCountsIndex, ObjectCode::kRecord, "Faults since start", kFaultCount - 1);
   for (std::uint8_t i = 1; i < kFaultCount; ++i)

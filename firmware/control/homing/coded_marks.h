@@ -9,9 +9,9 @@
 
 namespace slipstack {
 
-/// How the index marks of a scale are coded. Mark k of the even ones lies at k D from the scale's zero, between
-/// it and the next one lies an odd one at k D + D/2 + k s: neighbours are D/2 + k s or D/2 - k s apart, so that
-/// the distance of two, and which of both it is, say where they are. 1 <= k < D/2s.
+/// How the index marks of a scale are coded. Mark k of the even ones lies at k D from the scale's zero,
+/// between it and the next one lies an odd one at k D + D/2 + k s: neighbours are D/2 + k s or D/2 - k s
+/// apart, so that the distance of two, and which of both it is, say where they are. 1 <= k < D/2s.
 struct MarkCode {
   std::uint32_t distance = 0;   ///< D, counts; 0: the marks are not coded
   std::int32_t step = 0;        ///< s, counts; negative: the scale counts against the encoder
@@ -27,10 +27,10 @@ constexpr bool valid(const MarkCode& code) {
          code.tolerance >= 1;
 }
 
-/// Finds the scale's zero by marks that pass one after the other in one direction. Two would do; the third must
-/// lie where these say, so that a mark that was missed, and one that is none, is refused: a missed one makes a
-/// distance of D or D + s, which no neighbours have, and a false one two distances whose sum is neither. After a
-/// refusal the search goes on with the marks that follow. O(1) a mark.
+/// Finds the scale's zero by marks that pass one after the other in one direction. Two would do; the third
+/// must lie where these say, so that a mark that was missed, and one that is none, is refused: a missed one
+/// makes a distance of D or D + s, which no neighbours have, and a false one two distances whose sum is
+/// neither. After a refusal the search goes on with the marks that follow. O(1) a mark.
 class CodedMarks {
  public:
   void restart() { seen_ = 0; }
@@ -84,8 +84,8 @@ class CodedMarks {
 
   static std::int32_t place_of(const MarkCode& code, const Mark& mark) {
     const auto distance = static_cast<std::int32_t>(code.distance);
-    const std::int32_t even = static_cast<std::int32_t>(static_cast<std::uint32_t>(mark.number) *
-                                                        code.distance);
+    const std::int32_t even =
+        static_cast<std::int32_t>(static_cast<std::uint32_t>(mark.number) * code.distance);
     return mark.odd ? sum(even, distance / 2 + mark.number * size_of(code)) : even;
   }
 
@@ -99,7 +99,8 @@ class CodedMarks {
     const std::int32_t off = size - number * size_of(code);
     // Both marks may be off their places.
     const auto tolerance = 2 * static_cast<std::int32_t>(code.tolerance);
-    if (off > tolerance || off < -tolerance || number * size_of(code) > distance / 2 - size_of(code)) return {};
+    if (off > tolerance || off < -tolerance || number * size_of(code) > distance / 2 - size_of(code))
+      return {};
     return {number, longer < 0};
   }
 

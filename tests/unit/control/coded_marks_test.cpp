@@ -65,7 +65,8 @@ TEST(CodedMarks, ThreeMarksOfAnyScaleSayWhereItsZeroIs) {
   }
 }
 
-// One mark is missed, or one is none: what was passed with it is refused, and the marks that follow are believed.
+// One mark is missed, or one is none: what was passed with it is refused, and the marks that follow are
+// believed.
 TEST(CodedMarks, AMarkThatIsMissedOrNoneIsRefused) {
   std::mt19937 random(2);
   int refused = 0;
@@ -124,7 +125,8 @@ TEST(CodedMarks, TheCheckInServiceTakesTheMarksAndNothingElse) {
       const auto length = difference(scale.marks.back(), low);
       const std::int32_t there = sum(low, std::uniform_int_distribution<std::int32_t>(0, length)(random));
       std::int32_t nearest = 1 << 30;
-      for (const std::int32_t mark : scale.marks) nearest = std::min(nearest, std::abs(difference(there, mark)));
+      for (const std::int32_t mark : scale.marks)
+        nearest = std::min(nearest, std::abs(difference(there, mark)));
       if (nearest < 2 * static_cast<std::int32_t>(scale.code.tolerance)) continue;
       ASSERT_FALSE(CodedMarks::belongs(scale.code, scale.zero, there)) << i;
     }
