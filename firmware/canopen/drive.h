@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <bit>
+
 #include "firmware/canopen/application.h"
 #include "firmware/canopen/model/model_staging.h"
 #include "firmware/canopen/node.h"
@@ -91,6 +93,8 @@ class Drive final : public Application {
         return telemetry_.fault_count(object.sub);
       case kReferenceIndex:
         return controller_.position().referenced() ? 1U : 0U;
+      case kDriftIndex:
+        return std::bit_cast<std::uint32_t>(controller_.drift_s());
       case kEncoderIndex:
         return encoder_.read(object.sub);
       case kTraceIndex:

@@ -181,6 +181,8 @@ class Controller {
   /// The check of the direction is still to be passed.
   bool direction_unknown() const { return supervisor_.check().pending(); }
   const FrictionModel<float>::Force& friction() const { return parameters().model.force(); }
+  /// What the drift of the friction goes by: how long the axis has been running, or is taken to have been, s.
+  float drift_s() const { return upkeep_.time_s() + parameters().drift_begin_s; }
   /// As far as the last poll() has followed the tick.
   const HysteresisMemory& memory() const { return upkeep_.memory(); }
   const StateMachine& state() const { return supervisor_.state(); }
