@@ -37,7 +37,7 @@ class CodedMarks {
 
   /// A mark passed at these counts. True when the marks agree: zero() is known.
   bool passed(const MarkCode& code, std::int32_t counts) {
-    const std::int32_t along = code.step < 0 ? difference(0, counts) : counts;
+    const std::int32_t along = code.step < 0 ? difference(std::int32_t{0}, counts) : counts;
     if (seen_ == marks_.size()) {
       marks_ = {marks_[1], marks_[2], along};
     } else {
@@ -51,7 +51,7 @@ class CodedMarks {
     const Mark second = lower_of(code, difference(high, marks_[1]));
     if (!follows(first, second)) return false;
     const std::int32_t zero = difference(marks_[1], place_of(code, second));
-    zero_ = code.step < 0 ? difference(0, zero) : zero;
+    zero_ = code.step < 0 ? difference(std::int32_t{0}, zero) : zero;
     return true;
   }
   /// Counts of the scale's zero.
