@@ -3,6 +3,7 @@
 
 #include <array>
 #include <bit>
+#include <cstddef>
 #include <cstdint>
 
 #include "firmware/effects/approx.h"
@@ -17,9 +18,13 @@ class PowerTable {
  public:
   /// Not for the tick.
   void fill(float p) {
-    for (int i = 0; i < kOctaves; ++i) octaves_[i] = approx::exp2(p * static_cast<float>(kFirst + i));
-    for (int i = 0; i < kIntervals; ++i) {
-      const auto at = [&](int halves) {
+    float octave = kFirst;
+    for (float& factor : octaves_) {
+      factor = approx::exp2(p * octave);
+      octave += 1.0F;
+    }
+    for (std::size_t i = 0; i < intervals_.size(); ++i) {
+      const auto at = [&](std::size_t halves) {
         return approx::power(1.0F + static_cast<float>(2 * i + halves) / (2 * kIntervals), p);
       };
       const float begin = at(0);
@@ -31,7 +36,7 @@ class PowerTable {
 
   /// Below 2^-24 the value there, from 2^8 on, and for NaN, the one before.
   float at(float x) const {
-    constexpr std::uint32_t kLowest = (kFirst + 127U) << kMantissaBits;
+    constexpr std::uint32_t kLowest = std::bit_cast<std::uint32_t>(0x1p-24F);
     constexpr std::uint32_t kHighest = kLowest + (kOctaves << kMantissaBits) - 1U;
     const auto bits = std::bit_cast<std::uint32_t>(x);
     const std::uint32_t above = bits > kLowest ? bits : kLowest;
@@ -44,9 +49,9 @@ class PowerTable {
 
  private:
   static constexpr std::uint32_t kMantissaBits = 23;
-  static constexpr int kFirst = -24;
-  static constexpr int kOctaves = 32;
-  static constexpr int kIntervals = 8;
+  static constexpr float kFirst = -24.0F;
+  static constexpr std::uint32_t kOctaves = 32;
+  static constexpr std::uint32_t kIntervals = 8;
   struct Parabola {
     float begin, slope, bend;
   };

@@ -34,10 +34,10 @@ std::vector<std::uint8_t> BissEncoder::cycle(std::uint64_t position, const Fault
   }
   if (fault.ends_at) frame.resize(static_cast<std::size_t>(*fault.ends_at) + 1);
 
-  std::vector<bool> line(static_cast<std::size_t>(1 + setup_.delay_clocks), true);
+  std::vector<bool> line(std::size_t{1} + static_cast<std::size_t>(setup_.delay_clocks), true);
   line.insert(line.end(), static_cast<std::size_t>(setup_.processing_clocks), false);
   line.insert(line.end(), frame.begin(), frame.end());
-  line.resize(static_cast<std::size_t>(8 * bytes), false);
+  line.resize(std::size_t{8} * static_cast<std::size_t>(bytes), false);
   if (fault.unplugged) line.assign(line.size(), true);
   if (fault.short_circuit) line.assign(line.size(), false);
 

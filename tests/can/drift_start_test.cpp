@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How warm an axis is at the start: what nobody knows is taken for the least friction, what the master knows is
-// taken over.
+// How warm an axis is at the start: what nobody knows is taken for the least friction, what the master knows
+// is taken over.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -32,7 +32,8 @@ struct Started {
     // A move that leaves the hysteresis at its level.
     bench.enable(1);
     EXPECT_EQ(bench.write(0x6081, 0, 20000, 4), 0U);
-    EXPECT_EQ(bench.write(0x607A, 0, static_cast<std::uint32_t>(bench.read_signed(0x6064, 0) + 20000), 4), 0U);
+    EXPECT_EQ(bench.write(0x607A, 0, static_cast<std::uint32_t>(bench.read_signed(0x6064, 0) + 20000), 4),
+              0U);
     EXPECT_EQ(bench.write(0x6040, 0, 0x1F, 2), 0U);
     bench.run_ms(500);
   }
@@ -43,7 +44,9 @@ struct Started {
   Bench bench;
 };
 
-double expected(double time_s) { return 1.0 - std::exp(-time_s / static_cast<double>(kTimeConstant_s)); }
+double expected(double time_s) {
+  return 1.0 - std::exp(-time_s / static_cast<double>(kTimeConstant_s));
+}
 
 TEST(DriftStart, WhatIsNotKnownIsTakenForTheLeastFriction) {
   Started falls(-0.3F, std::nullopt);
