@@ -6,6 +6,7 @@
 #include <type_traits>
 
 #include "firmware/control/tick.h"
+#include "hal/include/absolute_encoder.h"
 #include "hal/include/can_port.h"
 #include "hal/include/indicator.h"
 #include "hal/include/nonvolatile.h"
@@ -24,6 +25,7 @@ struct NodeContext {
   ProgramMemory* programs = nullptr;  ///< of a board whose firmware can be replaced over the bus
   /// Parameters that a program in the other slot has stored, where each has pages of its own.
   Nonvolatile* of_other_program = nullptr;
+  AbsoluteEncoder* absolute_encoder = nullptr;  ///< of a board that can read one
 };
 
 /// What commands the controller from outside. start() is called once, when the board runs: the place to load
@@ -58,9 +60,14 @@ class Application {
       : board_(board),
         node_(node),
         tick_(board.encoder(), board.motor_current(), board.clock(), board.watchdog(), board.digital_io()),
-        context_{tick_.controller(),     tick_.timing(),    board.can(),
-                 board.nonvolatile(),    scaling_of(board), programs_of(board),
-                 of_other_program(board)} {}
+        context_{tick_.controller(),
+                 tick_.timing(),
+                 board.can(),
+                 board.nonvolatile(),
+                 scaling_of(board),
+                 programs_of(board),
+                 of_other_program(board),
+                 absolute_encoder_of(board)} {}
 
   /// From the tick's interrupt.
   void tick() {
@@ -126,6 +133,14 @@ class Application {
   static Nonvolatile* of_other_program(B& board) {
     if constexpr (requires { board.nonvolatile_of_other_program(); }) {
       return &board.nonvolatile_of_other_program();
+    } else {
+      return nullptr;
+    }
+  }
+
+  static AbsoluteEncoder* absolute_encoder_of(B& board) {
+    if constexpr (requires { board.absolute_encoder(); }) {
+      return &board.absolute_encoder();
     } else {
       return nullptr;
     }

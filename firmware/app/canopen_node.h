@@ -23,7 +23,8 @@ class CanopenNode {
     published_.store(nullptr, std::memory_order_relaxed);
     log_.emplace(context.nonvolatile);
     if (context.of_other_program != nullptr) take_over(*context.of_other_program);
-    drive_.emplace(context.controller, context.timing, trace_, serial_, context.scaling, context.programs);
+    drive_.emplace(context.controller, context.timing, trace_, serial_, context.scaling, context.programs,
+                   context.absolute_encoder);
     node_.emplace(context.can, *log_, *drive_);
     node_->start(node_id_, 0);
     // Ticks are running: they must not see a drive that is half made.

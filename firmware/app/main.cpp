@@ -32,6 +32,10 @@ void can_handler();
 void can_handler() {
   board.on_can_interrupt();
 }
+void encoder_handler();
+void encoder_handler() {
+  board.on_encoder_interrupt();
+}
 void lamp_handler();
 void lamp_handler() {
   board.on_lamp_interrupt();

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <bit>
+
 #include "firmware/canopen/application.h"
 #include "firmware/canopen/model/model_staging.h"
 #include "firmware/canopen/node.h"
+#include "firmware/canopen/objects/encoder_objects.h"
 #include "firmware/canopen/objects/excitation_objects.h"
 #include "firmware/canopen/objects/trace_objects.h"
 #include "firmware/canopen/profile/drive_profile.h"
@@ -17,14 +20,16 @@ namespace slipstack::canopen {
 class Drive final : public Application {
  public:
   /// `scaling`: of the board's signals; a board that has none keeps 2500h at its defaults. `programs`: of a
-  /// board whose firmware can be replaced over the bus.
+  /// board whose firmware can be replaced over the bus. `absolute_encoder`: of a board that can read one.
   Drive(Controller& controller, const TickTiming& timing, TraceBuffer& trace, std::uint32_t serial,
-        SignalScaling* scaling = nullptr, ProgramMemory* programs = nullptr)
+        SignalScaling* scaling = nullptr, ProgramMemory* programs = nullptr,
+        AbsoluteEncoder* absolute_encoder = nullptr)
       : controller_(controller),
         serial_(serial),
         scalable_(scaling != nullptr),
         profile_(controller),
-        model_(controller, scaling),
+        encoder_(absolute_encoder),
+        model_(controller, scaling, absolute_encoder),
         telemetry_(controller, timing),
         trace_(controller, trace),
         excitation_(controller),
@@ -88,6 +93,10 @@ class Drive final : public Application {
         return telemetry_.fault_count(object.sub);
       case kReferenceIndex:
         return controller_.position().referenced() ? 1U : 0U;
+      case kDriftIndex:
+        return std::bit_cast<std::uint32_t>(controller_.drift_s());
+      case kEncoderIndex:
+        return encoder_.read(object.sub);
       case kTraceIndex:
         return trace_.read(*dictionary_, object.sub);
       case kExcitationIndex:
@@ -113,6 +122,8 @@ class Drive final : public Application {
         return excitation_.check(*dictionary_, object.sub, value, mode());
       case kProgramControlIndex:
         return program_.control(value, profile_.driving());
+      case kEncoderIndex:
+        return encoder_.check(*dictionary_, object.sub, value);
       case kScalesIndex:
         return scalable_ || value == object.initial ? Abort::kNone : Abort::kUnsupportedAccess;
       default:
@@ -169,6 +180,7 @@ class Drive final : public Application {
   bool scalable_;
   Dictionary* dictionary_ = nullptr;
   DriveProfile profile_;
+  EncoderObjects encoder_;
   ModelStaging model_;
   Telemetry telemetry_;
   TraceObjects trace_;

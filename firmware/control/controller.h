@@ -14,6 +14,7 @@
 #include "firmware/control/reference/point_to_point.h"
 #include "firmware/control/streams/cyclic_position.h"
 #include "firmware/control/supervision/digital_io.h"
+#include "firmware/control/supervision/encoder_bridge.h"
 #include "firmware/control/supervision/output_terminals.h"
 #include "firmware/control/supervision/supervisor.h"
 #include "firmware/control/tick_history.h"
@@ -124,6 +125,14 @@ class Controller {
     position_.index_passed(counts);
   }
 
+  /// In the tick, before its step: the encoder has no position. An absolute one is bridged.
+  [[gnu::noinline]] void bridge(EncoderReading& reading) {
+    const PositionReferenceParameters& encoder = parameters().axis.reference;
+    const FaultMonitor& monitor = supervisor_.faults().monitor();
+    if (encoder.absolute_encoder)
+      bridge_.step(reading, encoder.bridged_ticks, ticks(), monitor.last_counts(), monitor.last_step());
+  }
+
   /// In the tick: limits of the travel, faults and commands, then the mode, its reference and its force.
   const ControlOutput& step(const TickInputs& in) {
     const bool new_parameters = sets_.begin_tick();
@@ -172,6 +181,8 @@ class Controller {
   /// The check of the direction is still to be passed.
   bool direction_unknown() const { return supervisor_.check().pending(); }
   const FrictionModel<float>::Force& friction() const { return parameters().model.force(); }
+  /// What the drift of the friction goes by: how long the axis has been running, or is taken to have been, s.
+  float drift_s() const { return upkeep_.time_s() + parameters().drift_begin_s; }
   /// As far as the last poll() has followed the tick.
   const HysteresisMemory& memory() const { return upkeep_.memory(); }
   const StateMachine& state() const { return supervisor_.state(); }
@@ -326,6 +337,7 @@ class Controller {
   ParameterSets sets_;
   ModelUpkeep upkeep_;
   PointToPoint point_to_point_;
+  EncoderBridge bridge_;
   TickHistory history_;
 };
 

@@ -52,7 +52,9 @@ class Tick {
       if (encoder_.take_index(index_counts)) [[unlikely]]
         controller_.index_passed(index_counts);
     }
-    const TickInputs inputs{encoder_.read(), motor_.measured(), late(begin), io_.read()};
+    TickInputs inputs{encoder_.read(), motor_.measured(), late(begin), io_.read()};
+    if (!inputs.encoder.valid) [[unlikely]]
+      controller_.bridge(inputs.encoder);
     const ControlOutput& out = controller_.step(inputs);
     if (out.driving) {
       motor_.set(out.current_A);

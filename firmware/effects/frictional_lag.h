@@ -63,7 +63,8 @@ class FrictionalLag {
   void follow(const std::array<Real, gain_count>& steady, Real velocity_mps) {
     const Real rate = per_tick_ + per_velocity_ * approx::absolute(velocity_mps);
     // Exact for a rate held over the tick, to second order; never beyond the steady value.
-    const Real blend = approx::clamp(rate / (Real(1) + Real(0.5) * rate), Real(0), Real(1));
+    const Real share = rate / (Real(1) + Real(0.5) * rate);
+    const Real blend = share < Real(1) ? share : Real(1);
     for (std::size_t i = 0; i < gain_count; ++i) lagged_[i] = lagged_[i] + blend * (steady[i] - lagged_[i]);
   }
 

@@ -23,9 +23,12 @@ class SpeedTable {
   void fill(float stribeck_velocity_mps, float exponent, Weakening weakening) {
     const std::uint32_t halvings = exponent < 0.8F ? 1U : (exponent < 1.6F ? 2U : 3U);
     shift_ = 23U - halvings;
+    last_ = (kIntervals << shift_) - 1U;
+    mask_ = (1U << shift_) - 1U;
+    per_interval_ = 1.0F / static_cast<float>(1U << shift_);
     // u runs from 2^-13.6 to at least 2^12: within 2.5e-4 of the weakenings' two ends.
     const float first = stribeck_velocity_mps * approx::exp2(-13.6F / exponent);
-    first_bits_ = std::bit_cast<std::uint32_t>(first) & ~((1U << shift_) - 1U);
+    first_bits_ = std::bit_cast<std::uint32_t>(first) & ~mask_;
     const auto at_step = [&](std::uint32_t halves) {
       return weakening(std::bit_cast<float>(first_bits_ + (halves << (shift_ - 1U))));
     };
@@ -43,11 +46,9 @@ class SpeedTable {
   /// end, which NaN reads as well.
   Values at(float velocity_mps) const {
     const auto bits = std::bit_cast<std::uint32_t>(approx::absolute(velocity_mps));
-    const std::uint32_t last = (kIntervals << shift_) - 1U;
     const std::uint32_t above = bits > first_bits_ ? bits - first_bits_ : 0U;
-    const std::uint32_t place = above < last ? above : last;
-    const std::uint32_t below = place & ((1U << shift_) - 1U);
-    const float t = static_cast<float>(below) / static_cast<float>(1U << shift_);
+    const std::uint32_t place = above < last_ ? above : last_;
+    const float t = static_cast<float>(place & mask_) * per_interval_;
     const auto& begin = knots_[place >> shift_];
     const auto& end = knots_[(place >> shift_) + 1U];
     return {parabola(begin[0], end[0], t), parabola(begin[1], end[1], t)};
@@ -67,6 +68,9 @@ class SpeedTable {
 
   std::uint32_t first_bits_ = 0;
   std::uint32_t shift_ = 22;
+  std::uint32_t last_ = 0;     // of the table, in bits
+  std::uint32_t mask_ = 0;     // the bits within an interval
+  float per_interval_ = 0.0F;  // 2^-shift
   std::array<std::array<Knot, 2>, kIntervals + 1> knots_{};
 };
 

@@ -52,6 +52,7 @@ class BoardOfImage : public LinkDevices {
   void begin_tick() {}
   void end_tick() {}
   void on_can_interrupt() {}
+  void on_encoder_interrupt() {}
   void on_lamp_interrupt() {}
 
  private:

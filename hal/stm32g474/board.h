@@ -5,7 +5,9 @@
 #include <span>
 #include <type_traits>
 
+#include "hal/include/absolute_encoder.h"
 #include "hal/include/signal_scaling.h"
+#include "hal/stm32g474/biss_port.h"
 #include "hal/stm32g474/can.h"
 #include "hal/stm32g474/clock_tree.h"
 #include "hal/stm32g474/digital_io.h"
@@ -74,7 +76,9 @@ class Board {
   using Word = typename Hardware::Word;
   using Port = Gpio<Word>;
   using BoardClock = CycleClock<Dwt<Word>>;
-  using BoardEncoder = QuadratureEncoder<Timer<Word>, BoardClock>;
+  using IncrementalEncoder = QuadratureEncoder<Timer<Word>, BoardClock>;
+  using BoardBiss = BissPort<Spi<Word>, Dma<Word>, Dmamux<Word>, BoardClock>;
+  using BoardEncoder = AxisEncoder<IncrementalEncoder, BoardBiss>;
   using BoardCan = Can<Fdcan<Word>, CanMessageRam<Word>>;
   using BoardCurrentInput = CurrentInput<Adc<Word>, AdcCommon<Word>>;
   using Pwm = PwmOutput<Timer<Word>>;
@@ -85,7 +89,9 @@ class Board {
   explicit Board(const BoardSetup& setup)
       : setup_(setup),
         clock_(block<Dwt>(kDWT_BASE)),
-        encoder_(block<Timer>(kTIM2_BASE), clock_),
+        incremental_(block<Timer>(kTIM2_BASE), clock_),
+        biss_(block<Spi>(kSPI3_BASE), block<Dma>(kDMA1_BASE), block<Dmamux>(kDMAMUX_BASE), clock_),
+        encoder_(incremental_, biss_),
         pwm_(block<Timer>(kTIM1_BASE), setup.pwm, setup.amperes_at_full_duty),
         dac_(block<Dac>(kDAC1_BASE), dac_scale(setup.scales)),
         current_input_(block<Adc>(kADC1_BASE), block<AdcCommon>(kADC12_COMMON_BASE),
@@ -123,7 +129,7 @@ class Board {
     set_bits(Hardware::word(kDEMCR), 1U << 24U);
     clock_.start();
     static_cast<void>(uart_.start(kCore_Hz, 115'200));
-    encoder_.start(setup_.encoder);
+    incremental_.start(setup_.encoder);
     // A locked-up core switches TIM1's outputs off by hardware. Flash errors do not: those of the parameter
     // pages have an owner, the others end in the NMI.
     block<Syscfg>(kSYSCFG_BASE).cfgr2 = kSYSCFG_CFGR2_CLL(1);
@@ -142,6 +148,9 @@ class Board {
   }
 
   BoardEncoder& encoder() { return encoder_; }
+  AbsoluteEncoder& absolute_encoder() { return encoder_; }
+  IncrementalEncoder& incremental_encoder() { return incremental_; }
+  BoardBiss& biss() { return biss_; }
   Motor& motor_current() { return motor_; }
   BoardClock& clock() { return clock_; }
   IndependentWatchdog<Iwdg<Word>>& watchdog() { return watchdog_; }
@@ -160,6 +169,7 @@ class Board {
  private:
   static constexpr std::uint32_t kTickPriority = 0;  // nothing holds the tick up
   static constexpr std::uint32_t kCanPriority = 4;
+  static constexpr std::uint32_t kFramePriority = 4;  // neither interrupts the other: one stack for both
   static constexpr std::uint32_t kLampPriority = 15;
 
   // 2500h: constants of the drivers, so that the tick converts as before.
@@ -216,10 +226,11 @@ class Board {
 
   void switch_clocks_on() {
     auto& rcc = block<Rcc>(kRCC_BASE);
+    set_bits(rcc.ahb1enr, kRCC_AHB1ENR_DMA1EN(1) | kRCC_AHB1ENR_DMAMUX1EN(1));
     set_bits(rcc.ahb2enr, kRCC_AHB2ENR_GPIOAEN(1) | kRCC_AHB2ENR_GPIOBEN(1) | kRCC_AHB2ENR_GPIOCEN(1) |
                               kRCC_AHB2ENR_ADC12EN(1) | kRCC_AHB2ENR_DAC1EN(1));
-    set_bits(rcc.apb1enr1, kRCC_APB1ENR1_TIM2EN(1) | kRCC_APB1ENR1_TIM6EN(1) | kRCC_APB1ENR1_USART2EN(1) |
-                               kRCC_APB1ENR1_FDCANEN(1));
+    set_bits(rcc.apb1enr1, kRCC_APB1ENR1_TIM2EN(1) | kRCC_APB1ENR1_TIM6EN(1) | kRCC_APB1ENR1_SPI3EN(1) |
+                               kRCC_APB1ENR1_USART2EN(1) | kRCC_APB1ENR1_FDCANEN(1));
     set_bits(rcc.apb2enr, kRCC_APB2ENR_SYSCFGEN(1) | kRCC_APB2ENR_TIM1EN(1));
     // FDCAN: the crystal itself, or PCLK1.
     change_bits(rcc.ccipr, kRCC_CCIPR_FDCANSEL.mask,
@@ -237,14 +248,17 @@ class Board {
     const auto alternate = [](std::uint32_t pin, std::uint32_t function, PinPull pull, std::uint32_t speed) {
       return PinSetup{pin, PinMode::kAlternate, function, pull, speed};
     };
-    set_up_pin(a, alternate(0, 1, PinPull::kUp, 0));                      // TIM2_CH1: A
-    set_up_pin(a, alternate(1, 1, PinPull::kUp, 0));                      // TIM2_CH2: B
-    set_up_pin(b, alternate(10, 1, PinPull::kDown, 0));                   // TIM2_CH3: index
-    set_up_pin(a, alternate(2, 7, PinPull::kNone, 1));                    // USART2_TX
-    set_up_pin(a, alternate(3, 7, PinPull::kUp, 0));                      // USART2_RX
-    set_up_pin(a, alternate(11, 9, PinPull::kUp, 0));                     // FDCAN1_RX
-    set_up_pin(a, alternate(12, 9, PinPull::kNone, 1));                   // FDCAN1_TX
-    set_up_pin(port(kGPIOC_BASE), {.pin = 0, .mode = PinMode::kAnalog});  // ADC12_IN6
+    set_up_pin(a, alternate(0, 1, PinPull::kUp, 0));     // TIM2_CH1: A
+    set_up_pin(a, alternate(1, 1, PinPull::kUp, 0));     // TIM2_CH2: B
+    set_up_pin(b, alternate(10, 1, PinPull::kDown, 0));  // TIM2_CH3: index
+    set_up_pin(a, alternate(2, 7, PinPull::kNone, 1));   // USART2_TX
+    set_up_pin(a, alternate(3, 7, PinPull::kUp, 0));     // USART2_RX
+    set_up_pin(a, alternate(11, 9, PinPull::kUp, 0));    // FDCAN1_RX
+    set_up_pin(a, alternate(12, 9, PinPull::kNone, 1));  // FDCAN1_TX
+    auto& c = port(kGPIOC_BASE);
+    set_up_pin(c, {.pin = 0, .mode = PinMode::kAnalog});  // ADC12_IN6
+    set_up_pin(c, alternate(10, 6, PinPull::kUp, 1));     // SPI3_SCK: MA
+    set_up_pin(c, alternate(11, 6, PinPull::kUp, 0));     // SPI3_MISO: SLO
     digital_io_.start();
     led_.start();
     if constexpr (kDrive == DriveKind::kPwm) {
@@ -263,6 +277,7 @@ class Board {
     change_bits(Hardware::word(0xE000ED20), 0xFF000000U, kLampPriority << 28U);
     Hardware::word(0xE000E010) = 7;
     enable_interrupt(nvic, kFDCAN1_IT0_IRQ, kCanPriority);
+    enable_interrupt(nvic, kDMA1_Channel1_IRQ, kFramePriority);
     enable_interrupt(nvic, kTIM6_DAC_IRQ, kTickPriority);
     // The watchdog before the tick: a tick that never comes is seen.
     if (!watchdog_.start(plan_watchdog(setup_.watchdog_us))) return BoardFault::kWatchdog;
@@ -272,6 +287,8 @@ class Board {
 
   BoardSetup setup_;
   BoardClock clock_;
+  IncrementalEncoder incremental_;
+  BoardBiss biss_;
   BoardEncoder encoder_;
   Pwm pwm_;
   DacOut dac_;

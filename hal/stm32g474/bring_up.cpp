@@ -50,7 +50,7 @@ void tell_state() {
   write_field("..", static_cast<std::int32_t>(timing.latency_max));
   write_field(" longest ", static_cast<std::int32_t>(timing.duration_max));
   write_field(" cycles, encoder ", encoder_counts);
-  write_field(" errors ", static_cast<std::int32_t>(board.encoder().transition_errors()));
+  write_field(" errors ", static_cast<std::int32_t>(board.incremental_encoder().transition_errors()));
   write_field(", current_mA ", static_cast<std::int32_t>(1000.0F * current_A));
   board.uart().write(current_valid ? "" : " (not valid)");
   write_field(", CAN state ", static_cast<std::int32_t>(bus.state));
@@ -79,6 +79,10 @@ extern "C" void tick_handler() {
   current_valid = current.valid;
   board.watchdog().refresh();
   board.tick_timer().end();
+}
+
+extern "C" void encoder_handler() {
+  board.biss().on_interrupt();
 }
 
 extern "C" void can_handler() {

@@ -175,6 +175,38 @@ struct Timer {
   Word af2;
 };
 
+// RM0440, Direct memory access controller (DMA): of the channels, the first two.
+template <class Word>
+struct Dma {
+  Word isr;
+  Word ifcr;
+  Word ccr1;
+  Word cndtr1;
+  Word cpar1;
+  Word cmar1;
+  Word reserved_18[1];
+  Word ccr2;
+  Word cndtr2;
+  Word cpar2;
+  Word cmar2;
+};
+
+// RM0440, DMA request multiplexer (DMAMUX): channels 0 and 1 serve those two.
+template <class Word>
+struct Dmamux {
+  Word c0cr;
+  Word c1cr;
+};
+
+// RM0440, Serial peripheral interface / inter-IC sound (SPI/I2S).
+template <class Word>
+struct Spi {
+  Word cr1;
+  Word cr2;
+  Word sr;
+  Word dr;
+};
+
 // RM0440, Analog-to-digital converters (ADC), registers of each ADC.
 template <class Word>
 struct Adc {

@@ -18,6 +18,7 @@ void nmi_handler();
 void lamp_handler();
 void tick_handler();
 void can_handler();
+void encoder_handler();
 
 // Outputs safe before the milliseconds that filling RAM takes; then the constructors and main. A main that
 // returns is a fault.
@@ -57,6 +58,9 @@ __attribute__((weak, used)) void tick_handler() {
 __attribute__((weak, used)) void can_handler() {
   fault_handler();
 }
+__attribute__((weak, used)) void encoder_handler() {
+  fault_handler();
+}
 
 using Vector = void (*)();
 struct VectorTable {
@@ -74,6 +78,7 @@ constexpr VectorTable make_vector_table() {
   table.system[14] = lamp_handler;
   table.interrupts[slipstack::stm32g474::kTIM6_DAC_IRQ] = tick_handler;
   table.interrupts[slipstack::stm32g474::kFDCAN1_IT0_IRQ] = can_handler;
+  table.interrupts[slipstack::stm32g474::kDMA1_Channel1_IRQ] = encoder_handler;
   return table;
 }
 extern constinit const VectorTable kVectors;

@@ -29,10 +29,10 @@ MAIN, BOOT_MAIN = "main", "boot_main"
 IMAGES = {
     "slipstack-mps2-an386": ("mps2", "slipstack_hal_mps2_an386", ["start_program", "fault_handler"], MAIN),
     "slipstack-mps2-an500": ("mps2", "slipstack_hal_mps2_an500", ["start_program", "fault_handler"], MAIN),
-    # hal/stm32g474/board.h: lamp 15, CAN 4, tick 0; the NMI and a fault come through everything.
+    # hal/stm32g474/board.h: lamp 15, CAN and encoder 4, of which one runs at a time, tick 0; the NMI and a fault come through everything.
     "slipstack-stm32g474": (
         "stm32g474", "slipstack_hal_stm32g474",
-        ["start_program", "lamp_handler", "can_handler", "tick_handler", "nmi_handler", "fault_handler"], MAIN,
+        ["start_program", "lamp_handler", ("can_handler", "encoder_handler"), "tick_handler", "nmi_handler", "fault_handler"], MAIN,
     ),
     # No interrupts: the NMI of a bad word in flash, and a fault.
     "slipstack-stm32g474-boot": (
@@ -51,10 +51,11 @@ INTERFACES = {
     "constructors": r"_GLOBAL__sub_I_",
     "wait": r"_ZN9slipstack9stm32g4744Part7wait_us",
     "ProgramMemory": r"_ZNK?9slipstack9stm32g47412ProgramFlash.*(7running|5board|7address|7program|5spare|5notes|7restart)E",
+    "AbsoluteEncoder": r"_ZNK?9slipstack.*AxisEncoder.*(3use|8counters)E",
     "SignalScaling": r"_ZNK?9slipstack.*Scaling(10set_scales|9largest_A)E",
 }
 # A board may have none of them: the pointer is then null.
-OPTIONAL = {"SignalScaling", "ProgramMemory"}
+OPTIONAL = {"SignalScaling", "ProgramMemory", "AbsoluteEncoder"}
 # The boot loader has no node and no static objects.
 NOT_IN_BOOT = {"constructors", "CanPort", "Indicator", "Application"}
 # Who may call which of them; the first that fits holds.
@@ -62,7 +63,7 @@ CALLERS = [
     (r"canopen::(Pdos|PdoMap|SdoServer|SdoObject|Dictionary)::", ["ObjectAccess"]),
     (r"SlotLog::|ParameterSet::", ["Nonvolatile"]),
     (r"slipstack::update::|canopen::ProgramDownload::", ["ProgramMemory", "Nonvolatile"]),
-    (r"canopen::(ModelStaging|Drive)::", ["SignalScaling", "ProgramMemory", "Nonvolatile"]),
+    (r"canopen::(ModelStaging|Drive|EncoderObjects)::", ["SignalScaling", "AbsoluteEncoder", "ProgramMemory", "Nonvolatile"]),
     (r"canopen::(Node|NodeObjects|NodeParts|BusWatch|BitRateSwitch|Lss|Outbox)::|CanopenNode::", ["Application", "CanPort", "Nonvolatile"]),
     (r"start_clock_tree", ["wait"]),
     (r"start_program", ["constructors"]),
@@ -163,14 +164,15 @@ def measure(build, image, show):
             fail(f"{file} is missing: build the cortex-m4 preset")
     graph = Graph(files, OPTIONAL | (NOT_IN_BOOT if main_source == BOOT_MAIN else set()))
     rows, total = {}, 0
-    for number, name in enumerate(levels):
-        size, path = graph.level(name)
-        size += check_stack.EXCEPTION_FRAME if number > 0 else 0
-        rows[name] = size
-        total += size
-        if show:
-            for title in path:
-                print(f"    {graph.labels.get(title, title)[:100]:<102}{graph.frames.get(title, LIBRARY.get(title, 0)):>6}")
+    for number, level in enumerate(levels):
+        names = level if isinstance(level, tuple) else (level,)
+        for name in names:
+            size, path = graph.level(name)
+            rows[name] = size + (check_stack.EXCEPTION_FRAME if number > 0 else 0)
+            if show:
+                for title in path:
+                    print(f"    {graph.labels.get(title, title)[:100]:<102}{graph.frames.get(title, LIBRARY.get(title, 0)):>6}")
+        total += max(rows[name] for name in names)
     if "tick_handler" not in rows and main_source == MAIN:  # called by the main loop: part of the thread
         rows["tick_handler"] = graph.level("tick_handler")[0] + check_stack.EXCEPTION_FRAME
     rows["sum"] = total

@@ -3,13 +3,16 @@
 """Measures instructions per call in the emulator and holds them against budget.csv, on both sides.
 
   check_instructions.py --image IMAGE.elf --budget budget.csv [--update]
+  check_instructions.py --image IMAGE.elf --worst LIMIT NAME... [--ticks N]
 
 A count above its budget is a cost that somebody has to want; one below it is as suspicious (the work may be gone):
 either way the test fails until budget.csv says the new number. --update writes the measured numbers into the file;
-the limits in its last column are goals and stay.
+the limits in its last column are goals and stay. --worst looks for a call of these that takes more than the limit, in
+N random steps each, and writes nothing: 600000 by SLIPSTACK_WORST_TICKS=600000.
 """
 
 import argparse
+import os
 import sys
 
 import budget_file
@@ -18,10 +21,10 @@ import emulator
 COLUMNS = ["name", "input", "min", "mean", "max", "tolerance", "limit"]
 
 
-def measure(image):
+def measure(image, arguments=()):
     """{(name, input): (min, mean, max, calls)}"""
     measured = {}
-    for line in emulator.run(image):
+    for line in emulator.run(image, arguments):
         word = line.split()
         if word and word[0] == "instructions":
             measured[(word[1], word[2])] = (int(word[3]), float(word[4]), int(word[5]), int(word[6]))
@@ -43,13 +46,29 @@ def judge(row, found):
     return ", ".join(faults)
 
 
+def look_for_worst(image, limit, names, ticks):
+    emulator.TIMEOUT_S = 300 + ticks // 500
+    failed = False
+    for name in names:
+        low, _, high, calls = measure(image, (name, str(ticks)))[(name, "random")]
+        print(f"{name:<30}{low:>5} to {high} instructions in {calls} ticks, limit {limit}")
+        failed |= high > limit
+    return 1 if failed else 0
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--image", required=True)
-    parser.add_argument("--budget", required=True)
+    parser.add_argument("--budget")
     parser.add_argument("--update", action="store_true")
+    parser.add_argument("--worst", nargs="+", metavar=("LIMIT", "NAME"))
+    parser.add_argument("--ticks", type=int, default=int(os.environ.get("SLIPSTACK_WORST_TICKS", "100000")))
     options = parser.parse_args()
     emulator.require(options.image)
+    if options.worst:
+        return look_for_worst(options.image, int(options.worst[0]), options.worst[1:], options.ticks)
+    if not options.budget:
+        parser.error("--budget or --worst")
 
     comments, rows = budget_file.read(options.budget)
     measured = measure(options.image)

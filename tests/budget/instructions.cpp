@@ -6,8 +6,9 @@
 // only. A function of known length is measured first; if that comes out wrong (no -icount shift=10), the
 // image ends with status 1.
 //
-// A word on the command line measures that observer alone.
+// A word on the command line measures that observer alone, a number behind it so many random steps.
 #include <cstdint>
+#include <cstdlib>
 #include <cstring>
 
 #include "hal/mps2/semihosting.h"
@@ -116,11 +117,11 @@ Count measure_adversarial(const Observer& observer) {
   return count;
 }
 
-Count measure_random(const Observer& observer) {
+Count measure_random(const Observer& observer, std::uint32_t steps) {
   Count count;
   RandomMotion motion(0x5EED1234);
   observer.reset(0);
-  for (std::uint32_t i = 0; i < kRandomSteps; ++i) count.add(measure_step(observer, motion.next()));
+  for (std::uint32_t i = 0; i < steps; ++i) count.add(measure_step(observer, motion.next()));
   return count;
 }
 
@@ -140,11 +141,19 @@ int main() {
     return 1;
   }
   char buffer[128];
-  const char* wanted = std::strchr(command_line(buffer), ' ');
+  static_cast<void>(command_line(buffer));
+  char* const wanted = std::strchr(buffer, ' ');
+  std::uint32_t steps = kRandomSteps;
+  if (wanted != nullptr) {
+    if (char* const number = std::strchr(wanted + 1, ' ')) {
+      *number = '\0';
+      steps = static_cast<std::uint32_t>(std::strtoul(number + 1, nullptr, 10));
+    }
+  }
   for (const Observer& observer : kObservers) {
     if (wanted != nullptr && std::strcmp(wanted + 1, observer.name) != 0) continue;
-    print(observer.name, "adversarial", measure_adversarial(observer));
-    print(observer.name, "random", measure_random(observer));
+    if (steps == kRandomSteps) print(observer.name, "adversarial", measure_adversarial(observer));
+    print(observer.name, "random", measure_random(observer, steps));
   }
   return 0;
 }

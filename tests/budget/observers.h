@@ -74,10 +74,13 @@ inline constexpr std::array kObservers = {
     Observer{"stage_state_machine", reset_stages, step_machine},
     Observer{"stage_notch", reset_stages, step_notch},
     Observer{"stage_current_limit", reset_stages, step_limit},
+    Observer{"encoder_frame", reset_frames, receive_frame, sample_frame},
+    Observer{"encoder_frame_read", reset_frames, read_frame, receive_any_frame},
     Observer{"stage_level_adaptation", reset_stages, step_level},
     Observer{"control_tick_all_effects", reset_tick<false, 1>, run_tick, prepare_tick},
     Observer{"control_tick_excited", reset_tick<true, 1>, run_tick, prepare_tick},
     Observer{"control_tick_many_events", reset_tick<false, 50>, run_tick, prepare_tick},
+    Observer{"control_tick_every_event", reset_tick<false, 200>, run_tick, prepare_tick},
 };
 
 // Gives every observer its parameters; false if one refuses them.

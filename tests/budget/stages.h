@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 #include "firmware/control/force/feedback.h"
 #include "firmware/control/force/feedforward.h"
 #include "firmware/control/streams/cyclic_position.h"
+#include "hal/biss/receiver.h"
 #include "tests/budget/friction_model.h"
 #include "tests/budget/tick_under_test.h"
 
@@ -154,6 +156,46 @@ inline void move_feedforward(std::int32_t x) {
 [[gnu::noinline]] inline float step_level(std::int32_t x) {
   stages.level.step(stages.level_bounds, static_cast<float>(x) * 1.0e-2F, static_cast<float>(x % 11));
   return stages.level.level();
+}
+
+// A BiSS-C frame of 36 bits: its reception, in an interrupt below the tick, and what the tick reads.
+struct EncoderFrames {
+  biss::Receiver receiver;
+  std::array<std::uint8_t, 16> sampled{};
+  EncoderReading reading;
+};
+inline EncoderFrames encoder_frames;
+inline void reset_frames(std::int32_t) {
+  encoder_frames.receiver.use({EncoderInterface::Kind::kBissC, 36, 0}, false);
+}
+// One clock high, then `x % 40` of acknowledge; what follows is any frame, and its check sum is nearly always
+// wrong: the work is the same.
+inline void sample_frame(std::int32_t x) {
+  const auto acknowledge = static_cast<std::uint32_t>(x) % 40U + 1U;
+  for (std::uint32_t i = 0; i < encoder_frames.sampled.size(); ++i) {
+    const std::uint32_t noise = (static_cast<std::uint32_t>(x) + i) * 2654435761U >> 24U;
+    encoder_frames.sampled[i] = static_cast<std::uint8_t>(noise);
+  }
+  const auto set = [](std::uint32_t bit, bool high) {
+    std::uint8_t& byte = encoder_frames.sampled[bit / 8];
+    const std::uint32_t mask = 0x80U >> bit % 8U;
+    byte = static_cast<std::uint8_t>(high ? byte | mask : byte & ~mask);
+  };
+  set(0, true);
+  for (std::uint32_t bit = 1; bit <= acknowledge; ++bit) set(bit, false);
+  set(acknowledge + 1, true);
+}
+[[gnu::noinline]] inline float receive_frame(std::int32_t x) {
+  encoder_frames.receiver.received(encoder_frames.sampled, static_cast<std::uint32_t>(x));
+  return 0.0F;
+}
+[[gnu::noinline]] inline float read_frame(std::int32_t) {
+  encoder_frames.reading = encoder_frames.receiver.read();
+  return 0.0F;
+}
+inline void receive_any_frame(std::int32_t x) {
+  sample_frame(x);
+  receive_frame(x);
 }
 
 }  // namespace slipstack::budget

@@ -58,7 +58,7 @@ class Bench {
     loop = std::make_unique<loop::AxisLoop>(axis);
     log = std::make_unique<SlotLog>(flash);
     drive = std::make_unique<canopen::Drive>(loop->controller(), loop->tick.timing(), trace, 0x12345678,
-                                             nullptr, programs);
+                                             nullptr, programs, absolute_encoder);
     node = std::make_unique<canopen::Node>(device, *log, *drive);
   }
   void begin(std::uint8_t id = kNode) {
@@ -202,7 +202,8 @@ class Bench {
   }
 
   sim::Axis axis;
-  ProgramMemory* programs = nullptr;  // set before power_on()
+  ProgramMemory* programs = nullptr;            // set before power_on()
+  AbsoluteEncoder* absolute_encoder = nullptr;  // likewise
   std::uint32_t now_us = 1000;
   host::HostNonvolatile flash{2, 2048, 8};
   host::HostCanPort device{4096};

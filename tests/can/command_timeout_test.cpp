@@ -116,6 +116,31 @@ TEST_F(SilentMaster, TheReactionFollowsTheOption) {
   }
 }
 
+// 6007h = 1, fault signal: braked as a fault is, and it stays one until it is reset.
+TEST_F(SilentMaster, ALossThatIsToBeAFaultIsOne) {
+  for (const std::uint32_t reaction : {2U, 0U}) {
+    ASSERT_EQ(bench_.write(0x6007, 0, 1, 2), 0U);
+    ASSERT_EQ(bench_.write(0x605E, 0, reaction, 2), 0U);
+    push();
+    bench_.run_ms(kTimeout_ms + 5);
+    EXPECT_EQ(bench_.read(0x6041, 0) & 0x4F, reaction == 2 ? 0x0FU : 0x08U) << "fault reaction, or fault";
+    bench_.run_ms(200);
+    EXPECT_EQ(bench_.read(0x6041, 0) & 0x4F, 0x08U);
+    EXPECT_FALSE(driving());
+    EXPECT_EQ(std::abs(velocity()) < 1e-3, reaction == 2) << "braked, or released";
+    ASSERT_EQ(bench_.write(0x6071, 0, 0, 2), 0U);
+    bench_.run_ms(10);
+    EXPECT_EQ(bench_.read(0x603F, 0), 0x8100U) << "commands that come again do not end it";
+    EXPECT_GE(bench_.read(0x2212, static_cast<std::uint8_t>(Fault::kConnection)), 1U);
+    bench_.run_ms(2000);
+    ASSERT_EQ(bench_.write(0x6040, 0, 0x80, 2), 0U);
+    bench_.run_ms(5);
+    EXPECT_EQ(bench_.read(0x603F, 0), 0U);
+    EXPECT_EQ(bench_.read(0x6041, 0) & 0x4F, 0x40U);
+    ASSERT_EQ(bench_.write(0x6040, 0, 0, 2), 0U);
+  }
+}
+
 TEST_F(SilentMaster, TheTimeIsAParameterAndZeroSwitchesItOff) {
   ASSERT_EQ(bench_.read(0x2403, 0), static_cast<std::uint32_t>(kTimeout_ms));
   for (const int timeout_ms : {10, 0}) {

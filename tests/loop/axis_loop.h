@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "sim_host/plant/end_stops.h"
 #include "sim_host/plant/plant.h"
 #include "sim_host/rng.h"
+#include "sim_host/sensors/coded_scale.h"
 #include "sim_host/sensors/encoder.h"
 #include "sim_host/sensors/reference_marks.h"
 #include "sim_host/sensors/switches.h"
@@ -121,14 +123,23 @@ class AxisLoop {
   // What stands along the axis.
   std::optional<sim::Switches> switches;
   std::optional<sim::ReferenceMarks> marks;
+  std::optional<sim::CodedScale> coded_marks;  // in place of them
   std::optional<sim::EndStops> stops;
+  // Another encoder than one that counts: its reading in each tick.
+  std::function<EncoderReading(std::int64_t counts)> reads;
 
  private:
   void sense() {
     const double now_m = plant.position_m();
-    board_encoder.next.counts = static_cast<std::int32_t>(encoder.counts(now_m));
+    if (reads) {
+      board_encoder.next = reads(encoder.counts(now_m));
+    } else {
+      board_encoder.next.counts = static_cast<std::int32_t>(encoder.counts(now_m));
+    }
     if (switches) io.inputs = switches->levels(now_m);
-    if (const auto mark = marks ? marks->passed(encoder, last_m_, now_m) : std::nullopt) {
+    auto mark = marks ? marks->passed(encoder, last_m_, now_m) : std::nullopt;
+    if (coded_marks) mark = coded_marks->passed(encoder, last_m_, now_m);
+    if (mark) {
       board_encoder.index_passed = true;
       board_encoder.index_counts = *mark;
     }

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "firmware/canopen/model/staged_model.h"
+#include "firmware/canopen/objects/encoder_objects.h"
 #include "firmware/canopen/services/counter.h"
 #include "firmware/control/controller.h"
 #include "hal/include/signal_scaling.h"
@@ -16,8 +17,9 @@ namespace slipstack::canopen {
 /// once), then applied by its hash (2140h).
 class ModelStaging {
  public:
-  /// `scaling`: of the board; nullptr where it has none.
-  ModelStaging(Controller& controller, SignalScaling* scaling) : controller_(controller), scaling_(scaling) {}
+  /// `scaling`, `encoder`: of the board; nullptr where it has none.
+  ModelStaging(Controller& controller, SignalScaling* scaling, AbsoluteEncoder* encoder)
+      : controller_(controller), scaling_(scaling), encoder_(encoder) {}
 
   ParameterStatus last_status() const { return status_; }
 
@@ -37,10 +39,17 @@ class ModelStaging {
       if (controller_.withdraw_parameters()) phase_ = Phase::kWithdrawn;
       return;
     }
+    if (phase_ != Phase::kFirstReadings) {
+      // Nothing is in force now: readings may step.
+      scales_ = staged_scales(dictionary);
+      if (scaling_ != nullptr) scaling_->set_scales(scales_);
+      if (encoder_ != nullptr) encoder_->use(staged_encoder(dictionary));
+      since_ = controller_.ticks();
+      phase_ = Phase::kFirstReadings;
+    }
+    // An encoder with frames has a position some ticks later.
+    if (encoder_ != nullptr && controller_.ticks() - since_ < kFirstReadings_ticks) return;
     phase_ = Phase::kNone;
-    // Nothing is in force now: readings may step.
-    scales_ = staged_scales(dictionary);
-    if (scaling_ != nullptr) scaling_->set_scales(scales_);
     configure(dictionary, staged_model(dictionary));
   }
 
@@ -123,10 +132,13 @@ class ModelStaging {
     if (status_ == ParameterStatus::kOk) checked_scales_ = scales_hash(dictionary);
   }
 
-  enum class Phase : std::uint8_t { kNone, kStopping, kWithdrawn };
+  enum class Phase : std::uint8_t { kNone, kStopping, kWithdrawn, kFirstReadings };
+  static constexpr std::uint32_t kFirstReadings_ticks = 8;
 
   Controller& controller_;
   SignalScaling* scaling_;
+  AbsoluteEncoder* encoder_;
+  std::uint32_t since_ = 0;           // the tick from which readings are those of the scales
   SignalScales scales_;               // in force
   std::uint32_t checked_scales_ = 0;  // with the parameters in force
   Phase phase_ = Phase::kNone;

@@ -26,11 +26,16 @@ inline IoParameters staged_io(const Dictionary& dictionary) {
 /// The encoder of 2012h.
 inline PositionReferenceParameters staged_reference(const Dictionary& dictionary) {
   constexpr std::size_t kHead = kRow<kReferenceIndex>;
-  return {dictionary.value(kHead + 1) != 0, static_cast<std::int32_t>(dictionary.value(kHead + 2)),
-          dictionary.value(kHead + 3), dictionary.value(kHead + 4)};
+  return {dictionary.value(kHead + 1) != 0,
+          static_cast<std::int32_t>(dictionary.value(kHead + 2)),
+          dictionary.value(kHead + 3),
+          dictionary.value(kHead + 4),
+          dictionary.value(kHead + 6),
+          dictionary.value(kHead + 7),
+          static_cast<std::int32_t>(dictionary.value(kHead + 8))};
 }
 
-/// The axis of 2000h, 2010h, 2012h, 2501h, 2502h and 6075h.
+/// The axis of 2000h, 2010h, 2012h, 2404h, 2501h, 2502h and 6075h.
 inline AxisParameters staged_axis(const Dictionary& dictionary) {
   constexpr std::size_t kFirst = kRow<kAxisIndex>;
   AxisParameters axis;
@@ -50,6 +55,8 @@ inline AxisParameters staged_axis(const Dictionary& dictionary) {
   axis.amplifier_rated_A = dictionary.real(kRow<kThermalIndex, 2>);
   axis.amplifier_thermal_s = dictionary.real(kRow<kThermalIndex, 3>);
   axis.overload_is_fault = dictionary.value(kRow<kThermalIndex, 4>) != 0;
+  const std::uint32_t run_before_s = dictionary.value(kRow<kDriftIndex, 1>);
+  axis.run_before_s = run_before_s == kNotKnown ? -1.0F : static_cast<float>(run_before_s);
   // Passed is passed until a scale changes.
   axis.check_direction = dictionary.value(kRow<kDirectionIndex, 1>) != 0 &&
                          dictionary.value(kRow<kDirectionIndex, 5>) != scales_hash(dictionary);

@@ -21,6 +21,7 @@ inline constexpr std::uint16_t kExcitationIndex = 0x2320;
 inline constexpr std::uint16_t kLockIndex = 0x2400;
 inline constexpr std::uint16_t kNodeIndex = 0x2402;
 inline constexpr std::uint16_t kCommandTimeoutIndex = 0x2403;
+inline constexpr std::uint16_t kDriftIndex = 0x2404;
 inline constexpr std::uint16_t kBrakeIndex = 0x2408;
 
 inline constexpr auto kObserverRows = std::to_array<Object>({
@@ -88,7 +89,8 @@ inline constexpr auto kFaultRows = [] {
                                                            "Overspeed",
                                                            "Index off its place",
                                                            "Overload",
-                                                           "Direction"};
+                                                           "Direction",
+                                                           "Connection lost"};
   std::array<Object, kFaultCount> rows{};
   rows[0] = head(kFaultCountsIndex, ObjectCode::kRecord, "Faults since start", kFaultCount - 1);
   for (std::uint8_t i = 1; i < kFaultCount; ++i)
@@ -168,6 +170,8 @@ inline constexpr auto kLockRows = [] {
 /// keep, and beyond the 14 ms by which such a desktop was seen to be late; 0.5 m/s coast 25 mm in it.
 inline constexpr std::uint32_t kCommandTimeout_ms = 50;
 
+inline constexpr std::uint32_t kNotKnown = 0xFFFFFFFF;
+
 inline constexpr auto kNodeRows = std::to_array<Object>({
     entry(kNodeIndex, 2, Type::kU8, "Bit rate (CiA 305 index)")
         .read_only()
@@ -177,6 +181,12 @@ inline constexpr auto kNodeRows = std::to_array<Object>({
         .at_first(kCommandTimeout_ms)
         .in("s", 1e-3F)
         .stored(Storage::kParameter),
+    head(kDriftIndex, ObjectCode::kRecord, "Drift of the friction", 2),
+    entry(kDriftIndex, 1, Type::kU32, "Time the axis had been running at the start (FFFFFFFFh: not known)")
+        .at_first(kNotKnown)
+        .in("s")
+        .stored(Storage::kParameter),
+    reading(kDriftIndex, 2, Type::kReal32, "Time that the drift goes by").in("s"),
     head(kBrakeIndex, ObjectCode::kRecord, "Brake", 2),
     entry(kBrakeIndex, 1, Type::kU16, "Time until it is open").in("s", 1e-3F).stored(Storage::kParameter),
     entry(kBrakeIndex, 2, Type::kU16, "Time until it is closed").in("s", 1e-3F).stored(Storage::kParameter),

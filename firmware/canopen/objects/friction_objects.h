@@ -139,7 +139,7 @@ inline constexpr auto kHomingRows = std::to_array<Object>({
 
 /// What the encoder is; staged and applied with 2000h.
 inline constexpr auto kReferenceRows = std::to_array<Object>({
-    head(kReferenceIndex, ObjectCode::kRecord, "Position reference", 5),
+    head(kReferenceIndex, ObjectCode::kRecord, "Position reference", 8),
     entry(kReferenceIndex, 1, Type::kBoolean, "Absolute encoder").stored(Storage::kParameter),
     entry(kReferenceIndex, 2, Type::kI32, "Counts of an absolute encoder at position zero")
         .in("count")
@@ -152,6 +152,19 @@ inline constexpr auto kReferenceRows = std::to_array<Object>({
         .in("count")
         .stored(Storage::kParameter),
     reading(kReferenceIndex, 5, Type::kBoolean, "Referenced"),
+    entry(kReferenceIndex, 6, Type::kU8, "Ticks of an absolute encoder that are bridged")
+        .within(0, 16)
+        .at_first(3U)
+        .in("tick")
+        .stored(Storage::kParameter),
+    entry(kReferenceIndex, 7, Type::kU32, "Distance of the even marks of a coded scale (0: not coded)")
+        .within(0, 0x10000000)
+        .in("count")
+        .stored(Storage::kParameter),
+    entry(kReferenceIndex, 8, Type::kI32, "Step of a coded scale (negative: against the encoder)")
+        .within(-0x4000000, 0x4000000)
+        .in("count")
+        .stored(Storage::kParameter),
 });
 
 inline constexpr auto kTouchProbeRows = std::to_array<Object>({

@@ -5,15 +5,18 @@
 
 #include "firmware/canopen/objects/object.h"
 #include "firmware/control/parameters/parameters.h"
+#include "hal/include/absolute_encoder.h"
 #include "hal/include/signal_scaling.h"
 
 // Objects of the manufacturer for what differs from one machine to the next: how its signals are scaled
-// (2500h), and the check of the direction at the first enabling (2501h).
+// (2500h), the check of the direction at the first enabling (2501h), its thermal load (2502h) and the
+// interface of its encoder (2503h).
 namespace slipstack::canopen {
 
 inline constexpr std::uint16_t kScalesIndex = 0x2500;
 inline constexpr std::uint16_t kDirectionIndex = 0x2501;
 inline constexpr std::uint16_t kThermalIndex = 0x2502;
+inline constexpr std::uint16_t kEncoderIndex = 0x2503;
 
 namespace detail {
 
@@ -66,6 +69,22 @@ inline constexpr auto kMachineRows = [] {
       entry(kThermalIndex, 4, Type::kBoolean, "Overload is a fault").stored(Storage::kParameter),
       reading(kThermalIndex, 5, Type::kReal32, "Load of the motor"),
       reading(kThermalIndex, 6, Type::kReal32, "Load of the amplifier"),
+      head(kEncoderIndex, ObjectCode::kRecord, "Encoder interface", 8),
+      entry(kEncoderIndex, 1, Type::kU8, "Kind (0 incremental, 1 BiSS-C)")
+          .within(0, 1)
+          .stored(Storage::kParameter),
+      entry(kEncoderIndex, 2, Type::kU8, "Bits of the position")
+          .within(8, 56)
+          .at_first(std::uint32_t{EncoderInterface{}.position_bits})
+          .stored(Storage::kParameter),
+      entry(kEncoderIndex, 3, Type::kU8, "Lowest bits that are dropped")
+          .within(0, 48)
+          .stored(Storage::kParameter),
+      reading(kEncoderIndex, 4, Type::kU32, "Frames without an answer"),
+      reading(kEncoderIndex, 5, Type::kU32, "Frames with a wrong check sum"),
+      reading(kEncoderIndex, 6, Type::kU32, "Frames with the error bit"),
+      reading(kEncoderIndex, 7, Type::kU32, "Frames with the warning bit"),
+      reading(kEncoderIndex, 8, Type::kBoolean, "Warning of the last frame"),
   });
 }();
 

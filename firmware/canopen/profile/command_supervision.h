@@ -33,9 +33,11 @@ class CommandSupervision {
   }
 
   /// Bits of the controlword that a lost master takes back. A quick stop without braking (605Ah: 0) is
-  /// current off.
+  /// current off. Where the loss is to be a fault the tick begins to brake, and the main loop raises it.
   static std::uint16_t reaction(const Dictionary& dictionary) {
     switch (dictionary.value(kRow<0x6007>)) {
+      case 1:
+        return kQuickStop;
       case 2:
         return kEnableVoltage;
       case 3:
@@ -44,6 +46,9 @@ class CommandSupervision {
         return 0;
     }
   }
+
+  /// 6007h = 1: the loss is a fault.
+  static bool is_fault(const Dictionary& dictionary) { return dictionary.value(kRow<0x6007>) == 1; }
 
   bool lost() const { return controller_.command_lost(); }
 

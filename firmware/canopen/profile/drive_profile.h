@@ -59,6 +59,7 @@ class DriveProfile {
   /// 6007h: what follows when the master is lost.
   void connection_lost() {
     if (!driving()) return;
+    if (CommandSupervision::is_fault(*context_.dictionary)) controller_.inject(Fault::kConnection);
     context_.control =
         static_cast<std::uint16_t>(context_.control & ~CommandSupervision::reaction(*context_.dictionary));
     command();

@@ -12,9 +12,7 @@ namespace slipstack::canopen {
 /// Whether an object of the drive profile may have this value, beyond the bounds in the object table.
 inline Abort check_profile_object(const ProfileContext& context, std::size_t row, std::uint32_t value) {
   switch (kObjects[row].index) {
-    case 0x6007:
-      return value == 1 ? Abort::kBadValue : Abort::kNone;  // not offered
-    case 0x605A:                                            // not by the current limit, 3 and 7
+    case 0x605A:  // not by a limit of current or voltage (docs/can.md)
       return value == 3 || value == 4 ? Abort::kBadValue : Abort::kNone;
     case 0x6060: {
       const auto mode = static_cast<Mode>(static_cast<std::int8_t>(value));

@@ -23,7 +23,7 @@ class ModelUpkeep {
     fade(set.axis, last, place, driving);
     if (set.valid) adaptation_.limit(set.adaptation);
     time_s_ = up_time_.at(last, set.axis.tick_s);
-    sets.active().model.refresh(time_s_);
+    sets.active().model.refresh(time_s_ + set.drift_begin_s);
     take_parameters(set, last);
     history.follow(
         seen_, last, [&sets] { return sets.tick(); },

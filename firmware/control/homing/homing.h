@@ -58,6 +58,7 @@ class Homing {
       return search_index();
     }
     direction_ = method.search;
+    if (method.sensor == HomingMethod::Sensor::kCodedMarks) return search_marks();
     if (method.sensor == HomingMethod::Sensor::kEndStop) {
       pressed_at_ = began_;
       return go(Phase::kPress, direction_, settings_.slow);
@@ -112,6 +113,8 @@ class Homing {
       case Phase::kLast:
         if (controller_.latch().taken()) found(controller_.latch().counts());
         return;
+      case Phase::kMarks:
+        return follow_marks();
       case Phase::kPress:
         return press();
       case Phase::kSetZero:
@@ -129,6 +132,7 @@ class Homing {
     kLeave,             ///< slowly off the switch, not the last step
     kStopBesideSwitch,  ///< before it is entered again
     kLast,              ///< slowly to the home position
+    kMarks,             ///< slowly past coded marks
     kPress,             ///< slowly against the end stop
     kSetZero,           ///< the home position is known
   };
@@ -163,6 +167,28 @@ class Homing {
     go(Phase::kLast, direction_, settings_.slow);
   }
 
+  void search_marks() {
+    marks_.restart();
+    marks_seen_ = controller_.history().index_number();
+    go(Phase::kMarks, direction_, settings_.slow);
+  }
+  // A mark that the main loop did not see is missing. A limit switch turns the search round, once.
+  void follow_marks() {
+    if (switches_.limit(direction_)) {
+      reversed_ = true;
+      direction_ = -direction_;
+      return search_marks();
+    }
+    const std::uint32_t passed = controller_.history().index_number() - marks_seen_;
+    if (passed == 0) return;
+    marks_seen_ += passed;
+    if (passed > 1) marks_.restart();
+    if (!marks_.passed(controller_.parameters().axis.reference.code(), controller_.history().index_counts()))
+      return;
+    controller_.position().set_scale_zero(marks_.zero());
+    found(marks_.zero());
+  }
+
   // More current than acceleration and friction need. Not by standstill: a stop of rubber gives way.
   void press() {
     if (approx::absolute(controller_.output().current_A) < settings_.end_stop_A)
@@ -190,8 +216,11 @@ class Homing {
   void set_zero() {
     if (controller_.position().set(sum(home_counts_, settings_.home_offset))) state_ = State::kAttained;
   }
-  // Just beside a limit switch the next jerk would trigger it.
-  bool rests_at_home() const { return !switches_.searches_limit() || settings_.method->index != 0; }
+  // Just beside a limit switch the next jerk would trigger it, and the zero of a scale may lie off the axis.
+  bool rests_at_home() const {
+    if (settings_.method->sensor == Sensor::kCodedMarks) return false;
+    return !switches_.searches_limit() || settings_.method->index != 0;
+  }
 
   void fail() {
     give_up(State::kError);
@@ -211,6 +240,7 @@ class Homing {
   bool limit_is_reason() const {
     if (phase_ == Phase::kSearch)
       return switches_.on_switch() || (settings_.method->sensor == Sensor::kHomeSwitch && !reversed_);
+    if (phase_ == Phase::kMarks) return !reversed_;
     return phase_ == Phase::kBack && switches_.on_switch();
   }
   void arm(Event event) { controller_.latch().arm(event, switches_.mask()); }
@@ -245,6 +275,8 @@ class Homing {
   HomingSettings settings_;
   State state_ = State::kNotStarted;
   Phase phase_ = Phase::kSearch;
+  CodedMarks marks_;
+  std::uint32_t marks_seen_ = 0;  // of TickHistory::index_number()
   bool reversed_ = false;
   bool was_referenced_ = false;
   std::int32_t direction_ = 0;

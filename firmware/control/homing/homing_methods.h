@@ -16,9 +16,18 @@ namespace slipstack {
 ///   enter it again; where it becomes active
 ///   go on to the first index from there
 ///
+/// or, on a scale with coded marks, search until three of them say where its zero is.
+///
 /// The last of them is where the home position is.
 struct HomingMethod {
-  enum class Sensor : std::uint8_t { kNone, kNegativeLimit, kPositiveLimit, kHomeSwitch, kEndStop };
+  enum class Sensor : std::uint8_t {
+    kNone,
+    kNegativeLimit,
+    kPositiveLimit,
+    kHomeSwitch,
+    kEndStop,
+    kCodedMarks
+  };
   std::int8_t number = 0;
   Sensor sensor = Sensor::kNone;
   std::int16_t search = 0;
@@ -45,13 +54,15 @@ constexpr HomingMethod home_switch_method(int number, int first, bool with_index
 
 }  // namespace detail
 
-/// Every method there is, in the order of 60E3h. Negative ones are those of the manufacturer: end stop, seen
-/// by the current that the axis needs to press against it.
+/// Every method there is, in the order of 60E3h. Negative ones are those of the manufacturer: coded marks;
+/// end stop, seen by the current that the axis needs to press against it.
 inline constexpr auto kHomingMethods = [] {
   using Sensor = HomingMethod::Sensor;
-  std::array<HomingMethod, 28> methods{};
+  std::array<HomingMethod, 30> methods{};
   std::size_t size = 0;
   for (const HomingMethod& method : std::to_array<HomingMethod>({
+           {-6, Sensor::kCodedMarks, -1, 0, 0, 0},
+           {-5, Sensor::kCodedMarks, 1, 0, 0, 0},
            {-4, Sensor::kEndStop, -1, 0, 0, 0},
            {-3, Sensor::kEndStop, 1, 0, 0, 0},
            {-2, Sensor::kEndStop, -1, 0, 0, 1},

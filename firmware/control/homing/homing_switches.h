@@ -16,8 +16,10 @@ class HomingSwitches {
   /// The method that counts from now on.
   void use(const HomingMethod& method) { sensor_ = method.sensor; }
 
-  /// The method's switch is connected, or it has none.
+  /// The method's switch is connected, or it has none; the marks are coded where it needs that.
   bool wired() const {
+    if (sensor_ == HomingMethod::Sensor::kCodedMarks)
+      return controller_.parameters().axis.reference.coded_distance != 0;
     return sensor_ == HomingMethod::Sensor::kNone || sensor_ == HomingMethod::Sensor::kEndStop || mask() != 0;
   }
   /// The method's switch is active.

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstdint>
 
+#include "firmware/control/homing/coded_marks.h"
 #include "firmware/friction/displacement.h"
 
 namespace slipstack {
@@ -14,6 +15,11 @@ struct PositionReferenceParameters {
   std::int32_t absolute_origin = 0;   ///< counts of an absolute encoder at position zero
   std::uint32_t index_distance = 0;   ///< counts from one index mark to the next; 0: there is one only
   std::uint32_t index_tolerance = 0;  ///< counts by which a mark may be off its place; 0: not checked
+  std::uint32_t bridged_ticks = 0;    ///< of an absolute encoder without a position (EncoderBridge)
+  std::uint32_t coded_distance = 0;  ///< counts from one even mark to the next of a coded scale; 0: not coded
+  std::int32_t coded_step = 0;       ///< of its code, counts
+
+  MarkCode code() const { return {coded_distance, coded_step, index_tolerance > 1 ? index_tolerance : 1U}; }
 };
 
 /// Where position zero lies in the counts of the encoder, and whether that is known. Inside the controller
@@ -54,6 +60,7 @@ class PositionReference {
   void lose() {
     referenced_.store(false, std::memory_order_relaxed);
     marked_.store(false, std::memory_order_relaxed);
+    scale_known_.store(false, std::memory_order_relaxed);
   }
   /// The first parameters.
   void start(const PositionReferenceParameters& parameters) {
@@ -72,12 +79,21 @@ class PositionReference {
 
   // ---- outside the tick ----
 
+  /// The zero of a coded scale, by which its marks are checked from now on.
+  void set_scale_zero(std::int32_t counts) {
+    scale_zero_ = counts;
+    scale_known_.store(true, std::memory_order_relaxed);
+  }
   /// In every pass of the main loop. False if the last mark lies elsewhere than the first one says: counts
   /// were lost or added in between.
   bool check_index(const PositionReferenceParameters& parameters) {
     if (!index_waits_.exchange(false, std::memory_order_acquire)) return true;
     const std::int32_t counts = index_counts_;
     if (parameters.index_tolerance == 0) return true;
+    if (parameters.coded_distance != 0) {
+      return !scale_known_.load(std::memory_order_relaxed) ||
+             CodedMarks::belongs(parameters.code(), scale_zero_, counts);
+    }
     if (!marked_.exchange(true, std::memory_order_relaxed)) {
       mark_counts_ = counts;
       return true;
@@ -98,6 +114,8 @@ class PositionReference {
   std::atomic<bool> referenced_{false};
   std::atomic<bool> marked_{false};
   std::int32_t mark_counts_ = 0;  // of the first mark
+  std::atomic<bool> scale_known_{false};
+  std::int32_t scale_zero_ = 0;  // of a coded scale
   std::atomic<bool> index_waits_{false};
   std::int32_t index_counts_ = 0;  // of the last one
 };

@@ -33,6 +33,7 @@ struct ControlSet {
   float disturbance_kg = 0.0F;
   float adaptation_counts = 0.0F;
   float largest_step_A = 0.0F;
+  float drift_begin_s = 0.0F;  ///< for the main loop
   StateEstimate::Gains estimate;
   FeedForward::Scales scales;
   Feedback::Gains feedback;
@@ -69,6 +70,7 @@ struct ControlSet {
     // Beyond any velocity when it is switched off.
     adaptation_counts = axis.adapt_level ? axis.adaptation_speed_mps / mps_per_count : 1.0e30F;
     largest_step_A = axis.current_rate_A_per_s * axis.tick_s;
+    drift_begin_s = slipstack::drift_begin_s(axis, parameters);
     bounds.write(MotionBounds::of(axis, user));
     estimate =
         StateEstimate::gains(axis.encoder_resolution_m, axis.tick_s, axis.observer_bandwidth_rad_per_s);

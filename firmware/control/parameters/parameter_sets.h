@@ -32,7 +32,7 @@ class ParameterSets {
     if (active().valid && changed) return ParameterStatus::kFixedAtStart;
     const ParameterStatus status = spare->prepare(axis, model, user_bounds_);
     if (status != ParameterStatus::kOk) return status;
-    spare->model.refresh(time_s);
+    spare->model.refresh(time_s + spare->drift_begin_s);
     exchange(*spare);
     return status;
   }

@@ -59,6 +59,7 @@ struct AxisParameters {
   float check_distance_m = 2.0e-5F;  ///< that the push must move the axis by
   float check_current_A = 2.0F;      ///< of the push, at most
   float check_rate_A_per_s = 10.0F;
+  float run_before_s = -1.0F;  ///< how long the axis had been running at the start; negative: not known
   IoParameters io;
   PositionReferenceParameters reference;
 };
@@ -156,6 +157,17 @@ inline float mass_kg(const ModelParameters& model) {
   return (inertia.enabled ? inertia.gains[0] : 0.0F) + (payload.enabled ? payload.gains[0] : 0.0F);
 }
 
+/// The time since the start at which the drift of the friction begins, s. Nothing tells how long the power
+/// was off: an axis whose start is not known is taken for what has the least dry friction, cold where it
+/// rises with time, warm for ever where it falls. A compensation that is too small leaves an error to the
+/// feedback; one that is too large pushes the axis.
+inline float drift_begin_s(const AxisParameters& axis, const ModelParameters& model) {
+  constexpr float kForEver_s = 1.0e9F;
+  if (axis.run_before_s >= 0.0F) return axis.run_before_s;
+  const auto& drift = std::get<EffectParameters<Drift<float>, float>>(model);
+  return drift.enabled && drift.gains[0] < 0.0F ? kForEver_s : 0.0F;
+}
+
 /// Ticks by which the reference of the model runs ahead of the feedback's, for `time_delay`: a low pass is
 /// as late as its time constant where the force changes slowly against it.
 inline std::int32_t lead_ticks(const ModelParameters& model, float tick_s) {
@@ -203,7 +215,7 @@ inline ParameterStatus check(const AxisParameters& axis, const ModelParameters& 
       return ParameterStatus::kAxisOutOfBounds;
     }
   }
-  if (!valid(axis.io)) return ParameterStatus::kAxisOutOfBounds;
+  if (!valid(axis.io) || !valid(axis.reference.code())) return ParameterStatus::kAxisOutOfBounds;
   ParameterStatus status = detail::check_scale(axis);
   if (status != ParameterStatus::kOk) return status;
   std::apply(

@@ -28,6 +28,7 @@ enum class Fault : std::uint8_t {
   kIndexOffPlace,      ///< an index mark passed where none is: counts were lost or added
   kOverload,           ///< I2t of motor or amplifier is spent, and that is to be a fault
   kDirection,          ///< a push moved the axis the wrong way: encoder or motor is reversed
+  kConnection,         ///< the master is lost, and that is to be a fault (6007h: 1)
   kCount
 };
 
@@ -37,7 +38,7 @@ inline constexpr std::size_t kFaultCount = static_cast<std::size_t>(Fault::kCoun
 constexpr std::uint16_t error_code(Fault fault) {
   constexpr std::array<std::uint16_t, kFaultCount> kCodes = {
       0x0000, 0x7305, 0x7306, 0x7121, 0x8611, 0x2310, 0x5210, 0x6101, 0x6010, 0x6320,
-      0x6102, 0x8612, 0x8600, 0x5400, 0x5410, 0x8400, 0x7320, 0x2350, 0x8A00};
+      0x6102, 0x8612, 0x8600, 0x5400, 0x5410, 0x8400, 0x7320, 0x2350, 0x8A00, 0x8100};
   return kCodes[static_cast<std::size_t>(fault)];
 }
 
@@ -56,6 +57,7 @@ constexpr FaultReaction reaction_to(Fault fault) {
     case Fault::kIndexOffPlace:
     case Fault::kCurrentSensor:
     case Fault::kOverload:
+    case Fault::kConnection:
       return FaultReaction::kBrake;
     // The encoder may be right and the force too small, or the amplifier gone: braking finds out.
     case Fault::kFollowingError:

@@ -31,7 +31,7 @@ class Supervisor {
                                      state_.state(), command, fault);
     }
     // An absolute encoder that works again knows its place; an incremental one has to be homed.
-    if (loses_place(fault) && !set.axis.reference.absolute_encoder) [[unlikely]]
+    if (fault != Fault::kNone && loses_place(fault) && !set.axis.reference.absolute_encoder) [[unlikely]]
       place.lose();
     state_.step(
         command, fault, set.valid, [&reference] { return reference.standing(); }, bounds.times);

@@ -11,6 +11,7 @@
 #include <numbers>
 #include <random>
 
+#include "firmware/effects/power_table.h"
 #include "firmware/effects/ripple_table.h"
 #include "firmware/effects/speed_table.h"
 #include "firmware/friction/packed_maxwell_slip.h"
@@ -73,6 +74,42 @@ TEST(SpeedTable, EndsAreOneAndZeroAndWildInputIsHarmless) {
     EXPECT_GE(table->at(wild)[0], -1e-5F);
     EXPECT_LT(table->at(wild)[0], 1e-5F);
     EXPECT_NEAR(table->at(wild)[1], 0.0F, 3e-4F);
+  }
+}
+
+TEST(PowerTable, RelativeErrorIsWhatItsHeaderSays) {
+  double worst = 0.0;
+  for (double p = 0.5; p <= 1.5; p += 0.01) {
+    PowerTable table;
+    table.fill(static_cast<float>(p));
+    for (double octave = -24.0; octave < 8.0; octave += 0.0013) {
+      const auto x = static_cast<float>(std::exp2(octave));
+      const double wanted = std::pow(static_cast<double>(x), static_cast<double>(static_cast<float>(p)));
+      worst = std::max(worst, std::abs(static_cast<double>(table.at(x)) / wanted - 1.0));
+    }
+  }
+  EXPECT_LT(worst, 6.5e-6);
+  EXPECT_GT(worst, 5.0e-6);
+}
+
+TEST(PowerTable, ThePowerOneIsTheNumberItself) {
+  PowerTable table;
+  table.fill(1.0F);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> octave(-24.0F, 8.0F);
+  for (int i = 0; i < 100000; ++i) {
+    const float x = std::exp2(octave(random));
+    EXPECT_NEAR(table.at(x) / x, 1.0F, 3e-7F) << x;
+  }
+}
+
+TEST(PowerTable, IsHarmlessOutsideItsRange) {
+  PowerTable table;
+  table.fill(0.5F);
+  EXPECT_NEAR(table.at(0.0F), 0x1p-12F, 1e-9F);
+  EXPECT_NEAR(table.at(1e-30F), 0x1p-12F, 1e-9F);
+  for (const float wild : {256.0F, 1e30F, std::numeric_limits<float>::infinity(), std::nanf("")}) {
+    EXPECT_NEAR(table.at(wild), 16.0F, 1e-3F);
   }
 }
 

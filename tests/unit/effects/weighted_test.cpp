@@ -36,6 +36,8 @@ template <class R>
 constexpr double kLoss<ForceRipple<R>> = 5e-4;
 template <class R>
 constexpr double kLoss<MotorConstantRipple<R>> = 5e-4;
+template <class R>
+constexpr double kLoss<QuadraticDrag<R>> = 1e-4;  // 6.5e-6 of the fastest motion's v^n
 template <int N>
 constexpr double kLoss<PreslidingHysteresis<float, N>> = 0.0;  // has a test of its own
 

@@ -142,6 +142,9 @@ class SimulatedPart {
         {kTIM1_BASE, {&rcc.apb2enr, kRCC_APB2ENR_TIM1EN.mask}},
         {kTIM2_BASE, {&rcc.apb1enr1, kRCC_APB1ENR1_TIM2EN.mask}},
         {kTIM6_BASE, {&rcc.apb1enr1, kRCC_APB1ENR1_TIM6EN.mask}},
+        {kDMA1_BASE, {&rcc.ahb1enr, kRCC_AHB1ENR_DMA1EN.mask}},
+        {kDMAMUX_BASE, {&rcc.ahb1enr, kRCC_AHB1ENR_DMAMUX1EN.mask}},
+        {kSPI3_BASE, {&rcc.apb1enr1, kRCC_APB1ENR1_SPI3EN.mask}},
         {kFDCAN1_BASE, {&rcc.apb1enr1, kRCC_APB1ENR1_FDCANEN.mask}}};
     const auto gate = gates.find(address);
     return gate == gates.end() || (gate->second.first->value & gate->second.second) != 0;
