@@ -170,7 +170,7 @@ class Controller {
   /// I2t, as of the last poll().
   const ThermalLimit& thermal() const { return load_.thermal(); }
   /// The check of the direction is still to be passed.
-  bool direction_unknown() const { return supervisor_.check().pending(); }
+  bool direction_unknown() const { return supervisor_.check().unknown(); }
   const FrictionModel<float>::Force& friction() const { return parameters().model.force(); }
   /// As far as the last poll() has followed the tick.
   const HysteresisMemory& memory() const { return upkeep_.memory(); }
