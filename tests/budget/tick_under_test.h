@@ -104,9 +104,9 @@ class TickScenario {
   void synchronise(Controller& controller) {
     CyclicPosition& cyclic = controller.cyclic_position();
     const AxisParameters& axis = controller.parameters().axis;
-    const ControlSet& set = controller.parameters();
-    cyclic.set_period(10.0F, axis.tick_s, axis.velocity_limit_mps / set.mps_per_count,
-                      axis.acceleration_limit_mps2 / set.mps2_per_count);
+    cyclic.set_period(10.0F, axis.tick_s);
+    path_.set_limits(
+        cyclic.path_limits(controller.stream_limits(), controller.range(), CyclicPosition::kRounding));
     if (once_in(1500)) {
       streaming_ = !streaming_;
       target_ = controller.reference().counts() + static_cast<std::int32_t>(random_.below(2000)) - 1000;
@@ -124,7 +124,7 @@ class TickScenario {
 
   Random random_{0xBADCAB1E};
   Kind kind_;
-  VelocitySpline path_;
+  StreamPath path_;
   bool streaming_ = false;
   std::int32_t target_ = 0;
   std::int32_t velocity_ = 0;
