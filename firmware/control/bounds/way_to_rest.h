@@ -19,8 +19,7 @@ class WayToRest {
     // The velocity that is left when the acceleration has been taken out says where the axis goes.
     const float gained = 0.5F * acceleration * acceleration / jerk_;
     const float left = velocity + (acceleration < 0.0F ? -gained : gained);
-    return left < 0.0F ? -forward(-velocity, -acceleration, gained)
-                       : forward(velocity, acceleration, gained);
+    return left < 0.0F ? -forward(-velocity, -acceleration, gained) : forward(velocity, acceleration, gained);
   }
 
  private:
