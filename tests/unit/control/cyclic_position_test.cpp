@@ -9,6 +9,7 @@
 #include <random>
 
 #include "firmware/control/bounds/position_range.h"
+#include "firmware/control/bounds/way_to_rest.h"
 #include "firmware/control/reference/braking.h"
 #include "firmware/control/streams/cyclic_position.h"
 
@@ -192,6 +193,37 @@ TEST(Range, TheStoppingDistanceIsNeverTooShort) {
     longest_excess = std::max(longest_excess, (bound - way) / (way + 1000.0));
   }
   EXPECT_LT(longest_excess, 1.5) << "and not longer than needed, where it matters";
+}
+
+// The signed way to rest, also where the acceleration turns the motion round before it is taken out.
+TEST(Range, TheWayToRestIsTheWayThatAStopTakes) {
+  std::mt19937 random(9);
+  const auto uniform = [&random](double low, double high) {
+    return static_cast<float>(std::uniform_real_distribution<double>(low, high)(random));
+  };
+  int turned = 0;
+  for (int run = 0; run < 3000; ++run) {
+    const float deceleration = uniform(0.01, 0.3);
+    const float jerk = deceleration * uniform(1e-3, 2e-2);
+    const BrakingLimits limits = braking_limits(deceleration, jerk);
+    const float v0 = uniform(-1.0, 1.0) * (run % 2 == 0 ? 250.0F : deceleration * deceleration / jerk);
+    const float a0 = uniform(-1.0, 1.0) * deceleration;
+    std::int64_t velocity = to_fixed(v0);
+    std::int64_t acceleration = to_fixed(a0);
+    double way = 0.0, largest = std::abs(v0);
+    for (int tick = 0; tick < 400000 && (velocity != 0 || acceleration != 0); ++tick) {
+      acceleration = braking_acceleration(velocity, acceleration, limits);
+      velocity += acceleration;
+      way += static_cast<double>(velocity) * 0x1p-44;
+      largest = std::max(largest, std::abs(static_cast<double>(velocity) * 0x1p-44));
+    }
+    const auto told = static_cast<double>(WayToRest(deceleration, jerk)(v0, a0));
+    // Some ticks for the discrete time.
+    EXPECT_NEAR(told, way, 0.004 * std::abs(way) + 4.0 * largest + 0.5) << run << ' ' << v0 << ' ' << a0;
+    const float left = v0 + 0.5F * a0 * std::abs(a0) / jerk;
+    turned += v0 * left < 0.0F && std::abs(told) > 10.0 * largest ? 1 : 0;
+  }
+  EXPECT_GT(turned, 100);
 }
 
 TEST(Range, AnEndThatIsTheLastCountDoesNotBound) {
