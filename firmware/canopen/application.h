@@ -23,6 +23,8 @@ class Application : public ObjectAccess {
   virtual void synchronise(const Pdos& pdos) = 0;
   /// Bus-off, a lost heartbeat, NMT stop: act after 6007h.
   virtual void connection_lost() = 0;
+  /// What the node sends is not acknowledged (error passive): nobody hears it. In every poll.
+  virtual void unheard() = 0;
   virtual void set_operational(bool operational) = 0;
   virtual std::uint32_t serial_number() const = 0;
 

@@ -68,6 +68,7 @@ class Drive final : public Application {
   void set_operational(bool operational) override { profile_.set_operational(operational); }
   std::uint32_t serial_number() const override { return serial_; }
   void connection_lost() override { profile_.connection_lost(); }
+  void unheard() override { profile_.unheard(); }
   void synchronise(const Pdos& pdos) override {
     profile_.synchronise(pdos.took_at_sync(profile_.set_point_row()));
   }

@@ -103,6 +103,13 @@ class Controller {
   Motion ahead(std::uint32_t lead) const { return reference_.predict(lead, ramp()).motion; }
   /// What moves are bounded by.
   const MotionLimits& motion_limits() const { return bounds().motion; }
+  /// Of the quick stop, counts per tick^2.
+  float stop_deceleration() const { return bounds().quick_stop.deceleration_counts; }
+  /// What set-points of position are bounded by.
+  MotionLimits stream_limits() const {
+    const TrackingLimits& tracking = bounds().tracking;
+    return {tracking.velocity, tracking.acceleration, tracking.acceleration, bounds().motion.jerk};
+  }
 
   /// Excites the loop while the reference rests or moves at constant velocity; to begin, it must be possible.
   Excitation& excitation() { return excitation_; }
@@ -145,7 +152,7 @@ class Controller {
       latch_.step(inputs_, set.io, counts);
     const MotionBounds& bounds = set.bounds.read();
     out_.limits = 0;
-    travel_.step(set.io, bounds, inputs_, counts, reference_, out_.limits);
+    travel_.step(set.io, bounds, inputs_, counts, reference_, cyclic_position_, out_.limits);
     supervise(set, bounds, in);
     const ControlMode before = mode_;
     change_mode(supervisor_.mode(mode_, reference_, out_.limits));
@@ -179,7 +186,7 @@ class Controller {
   /// I2t, as of the last poll().
   const ThermalLimit& thermal() const { return load_.thermal(); }
   /// The check of the direction is still to be passed.
-  bool direction_unknown() const { return supervisor_.check().pending(); }
+  bool direction_unknown() const { return supervisor_.check().unknown(); }
   const FrictionModel<float>::Force& friction() const { return parameters().model.force(); }
   /// What the drift of the friction goes by: how long the axis has been running, or is taken to have been, s.
   float drift_s() const { return upkeep_.time_s() + parameters().drift_begin_s; }
@@ -292,7 +299,7 @@ class Controller {
     const bool streamed = out_.driving && mode_ == ControlMode::kPosition && !state().braking();
     ReferencePoint& point = history_.point(tick);
     point = streamed && cyclic_position_.step(tick)
-                ? reference_.track(travel_.allowed(cyclic_position_.point()), bounds.tracking)
+                ? reference_.track(cyclic_position_.point(), bounds.tracking)
                 : reference_.next(supervisor_.ramp(bounds));
     out_.level = upkeep_.level();
     out_.feedforward_N = force_.step_model(set, point, out_.level, position_);

@@ -44,7 +44,7 @@ struct Stages {
   // Those of the tick: a second one of each would not fit the memory beside it.
   ReferenceGenerator& reference = tick_under_test.controller().reference();
   CyclicPosition& cyclic = tick_under_test.controller().cyclic_position();
-  VelocitySpline path;
+  StreamPath path;
   StreamPoint stream;
   TrackingLimits tracking = TrackingLimits::of(300.0F, 0.5F);
   ReferencePoint point;
@@ -91,7 +91,9 @@ inline void fill_reference(std::int32_t x) {
 inline void fill_stream(std::int32_t x) {
   if (++stages.ticks % 10 != 0) return;
   CyclicPosition& cyclic = stages.cyclic;
-  cyclic.set_period(10.0F, 1.0e-4F, 300.0F, 0.5F);
+  cyclic.set_period(10.0F, 1.0e-4F);
+  stages.path.set_limits(
+      cyclic.path_limits({300.0F, 0.5F, 0.5F, 0.01F}, PositionRange{}, CyclicPosition::kRounding));
   if (stages.ticks % 500 == 0) cyclic.stop();
   if (stages.ticks % 500 == 20) cyclic.start();
   cyclic.sync(stages.ticks, stages.ticks % 170 != 0, x, stages.path, [](std::uint32_t) { return Motion{}; });

@@ -38,6 +38,9 @@ class TickScenario {
     tick_under_test.main_loop_ran();
     // Now and then the master is silent for longer than it may be.
     if (random_.below(4) != 0) controller.commanded(5);
+    // After some faults operation is enabled when the axis has stood for 200 ticks, undisturbed.
+    const DriveState state = controller.state().state();
+    waits_ = state == DriveState::kSwitchedOn && random_.below(2000) != 0;
     if (once_in(2000)) {
       static_cast<void>(controller.configure(everything_on(), all_effects()));
     }
@@ -57,8 +60,9 @@ class TickScenario {
       controller.bound(random_.below(2) == 0 ? user : UserBounds{});
     }
     synchronise(controller);
-    const DriveState state = controller.state().state();
-    if (state != DriveState::kOperationEnabled) {
+    if (waits_) {
+      controller.command_all(options_ | 0x000FU);
+    } else if (state != DriveState::kOperationEnabled) {
       constexpr std::uint32_t kUp[] = {0x0080, 0x0006, 0x0007, 0x000F};
       controller.command_all(options_ | kUp[random_.below(4)]);
     } else if (once_in(3000)) {
@@ -70,8 +74,9 @@ class TickScenario {
       }
     }
     if (kind_.excited) excite(controller);
-    const std::int32_t wobble = static_cast<std::int32_t>(random_.below(7)) - 3;
-    const std::int32_t reference = controller.output().reference_counts;
+    const std::int32_t wobble = waits_ ? 0 : static_cast<std::int32_t>(random_.below(7)) - 3;
+    const std::int32_t reference = waits_ ? stands_at_ : controller.output().reference_counts;
+    stands_at_ = reference;
     memory_encoder.next.counts = reference + wobble;
     memory_encoder.index_passed = random_.below(20) == 0;
     if (streaming_) controller.latch().disarm();  // homing is no cyclic mode
@@ -87,7 +92,7 @@ class TickScenario {
   }
 
  private:
-  bool once_in(std::uint32_t ticks) { return random_.below(1 + (ticks - 1) / kind_.events) == 0; }
+  bool once_in(std::uint32_t ticks) { return !waits_ && random_.below(1 + (ticks - 1) / kind_.events) == 0; }
 
   // As often as the axis stands or moves at constant velocity.
   static void excite(Controller& controller) {
@@ -104,9 +109,9 @@ class TickScenario {
   void synchronise(Controller& controller) {
     CyclicPosition& cyclic = controller.cyclic_position();
     const AxisParameters& axis = controller.parameters().axis;
-    const ControlSet& set = controller.parameters();
-    cyclic.set_period(10.0F, axis.tick_s, axis.velocity_limit_mps / set.mps_per_count,
-                      axis.acceleration_limit_mps2 / set.mps2_per_count);
+    cyclic.set_period(10.0F, axis.tick_s);
+    path_.set_limits(
+        cyclic.path_limits(controller.stream_limits(), controller.range(), CyclicPosition::kRounding));
     if (once_in(1500)) {
       streaming_ = !streaming_;
       target_ = controller.reference().counts() + static_cast<std::int32_t>(random_.below(2000)) - 1000;
@@ -124,7 +129,9 @@ class TickScenario {
 
   Random random_{0xBADCAB1E};
   Kind kind_;
-  VelocitySpline path_;
+  StreamPath path_;
+  bool waits_ = false;
+  std::int32_t stands_at_ = 0;
   bool streaming_ = false;
   std::int32_t target_ = 0;
   std::int32_t velocity_ = 0;

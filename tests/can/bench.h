@@ -198,6 +198,8 @@ class Bench {
       ASSERT_EQ(write(0x6040, 0, word, 2), 0U);
       run_ms(1);
     }
+    // After some faults not before the axis stands.
+    for (int i = 0; i < 30 && (read(0x6041, 0) & 0x6F) == 0x23; ++i) run_ms(1);
     ASSERT_EQ(read(0x6041, 0) & 0x6F, 0x27U);
   }
 

@@ -186,6 +186,31 @@ TEST(ExcitationObjects, RunsAtConstantVelocityAndEndsWithTheMove) {
   EXPECT_NEAR(axis.bench.read_signed(0x6064, 0), to, 5);
 }
 
+// In profile velocity: at the velocity that is asked for, until another one is.
+TEST(ExcitationObjects, RunsInProfileVelocityUntilAnotherVelocityIsAskedFor) {
+  Bench bench;
+  bench.configure();
+  bench.enable(3);
+  for (const auto& [index, value] : {std::pair{0x6083, 500000U}, {0x6084, 500000U}, {0x60FF, 20000U}})
+    ASSERT_EQ(bench.write(static_cast<std::uint16_t>(index), 0, value, 4), 0U);
+  bench.run_ms(10);
+  EXPECT_EQ(bench.write_real(0x2320, 4, 1.0F), 0U);
+  ASSERT_EQ(bench.write(0x2320, 1, 1, 1), 0U);
+  bench.run_ms(20);
+  EXPECT_EQ(bench.read(0x2320, 2), 4U) << "it speeds up";
+  bench.run_ms(300);
+  ASSERT_EQ(bench.write(0x2320, 1, 1, 1), 0U);
+  bench.run_ms(150);
+  EXPECT_EQ(bench.read(0x2320, 2), kRunning);
+  EXPECT_EQ(bench.read_signed(0x606B, 0), 20000);
+  ASSERT_EQ(bench.write(0x60FF, 0, 10000, 4), 0U);
+  bench.run_ms(20);
+  EXPECT_EQ(bench.read(0x2320, 2), 4U);
+  bench.run_ms(300);
+  EXPECT_EQ(bench.read_signed(0x606B, 0), 10000);
+  EXPECT_EQ(bench.read(0x603F, 0), 0U);
+}
+
 // Injected at the position reference, the axis follows it.
 TEST(ExcitationObjects, AtThePositionReferenceTheAxisFollows) {
   Excited axis;

@@ -118,6 +118,49 @@ TEST(LoopMeasurement, SensitivityIsTheComputedOne) {
   }
 }
 
+// Injected at the position reference: the same plant and the same sensitivity.
+TEST(LoopMeasurement, AtTheReferenceItIsTheSameLoop) {
+  for (const std::uint64_t seed : {1U, 2U, 3U}) {
+    const RandomAxis axis(seed, seed % 2 == 0);
+    Desk desk(axis.bench, seed);
+    desk.enable();
+    LoopMeasurement wanted = rolling();
+    wanted.at_force = false;
+    const LoopRecording recording = measure_loop(*desk.client, wanted, kNoiseless);
+    EXPECT_TRUE(recording.notes.empty());
+    EXPECT_FALSE(recording.bands.front().front().at_force);
+    const LoopAnalysis analysis = analyse(recording, "test");
+    std::vector<ResponsePoint> exact = analysis.plant;
+    for (ResponsePoint& point : exact) point.plant = axis.sampled(point.frequency_Hz);
+    const Margins truth = margins_of(
+        analysis.frequency_Hz, loop_of(exact, FeedbackResponse(recording.drive, exact).of(recording.drive)));
+    EXPECT_NEAR(analysis.margins.modulus, truth.modulus, 0.003 + 3.0 * analysis.modulus_sd) << seed;
+    EXPECT_LT(analysis.sensitivity_difference, 0.003) << seed;
+    EXPECT_GE(analysis.sensitivity_difference, 0.0) << "it is measured";
+  }
+}
+
+// In profile velocity, at the velocity that is asked for: no move has to be long enough.
+TEST(LoopMeasurement, InProfileVelocity) {
+  const RandomAxis axis(2, true);
+  Desk desk(axis.bench, 2);
+  desk.enable();
+  desk.client->write(0x6060, 0, 3, 1);
+  for (int i = 0; i < 50; ++i) desk.drive->step();
+  const LoopRecording recording = measure_loop(*desk.client, rolling(), kNoiseless);
+  EXPECT_TRUE(recording.notes.empty());
+  const LoopAnalysis analysis = analyse(recording, "test");
+  EXPECT_LT(analysis.sensitivity_difference, 0.003);
+  for (const auto& captures : recording.bands) {
+    for (const ExcitedRecord& record : captures) {
+      const double way_m = record.position_m.back() - record.position_m.front();
+      const double time_s = record.sample_s() * static_cast<double>(record.position_m.size());
+      EXPECT_NEAR(std::abs(way_m), 0.02 * time_s, 0.02 * 0.02 * time_s + 2e-5);
+    }
+  }
+  EXPECT_EQ(desk.client->read(0x60FF, 0), 0U) << "and left at rest";
+}
+
 TEST(LoopMeasurement, TunedLoopsKeepTheirMargin) {
   for (std::uint64_t seed = 1; seed <= 8; ++seed) {
     const RandomAxis axis(seed, seed % 2 == 0);

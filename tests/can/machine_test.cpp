@@ -99,6 +99,7 @@ TEST(Machine, AReversedPartIsFoundAndSetRight) {
 TEST(Machine, ParametersAreLockedDuringThePush) {
   NewMachine machine({});
   machine.enable();
+  machine.run_ms(22);  // it has to stand first
   ASSERT_EQ(machine.status(), 0x23U);
   EXPECT_THROW(machine.client->write(0x2500, 1, 1, 1), std::runtime_error);
   EXPECT_THROW(machine.write_real(0x2501, 2, 1e-4F), std::runtime_error);

@@ -16,8 +16,6 @@ class ProfileVelocity : public ::testing::Test {
     EXPECT_EQ(bench_.write(0x2010, 2, 1, 1), 0U);
     EXPECT_EQ(bench_.write(0x2012, 1, 1, 1), 0U);
     bench_.configure();
-    // A velocity is written once and holds for seconds here; the time-out has a test of its own.
-    EXPECT_EQ(bench_.write(0x2403, 0, 0, 2), 0U);
     EXPECT_EQ(bench_.write(0x6083, 0, 1000000, 4), 0U);
     EXPECT_EQ(bench_.write(0x6084, 0, 2000000, 4), 0U);
     EXPECT_EQ(bench_.write(0x60A4, 1, 100000000, 4), 0U);
@@ -290,25 +288,63 @@ TEST_F(ProfileVelocity, FollowsAStreamOfTargets) {
   EXPECT_EQ(bench_.read(0x603F, 0), 0U);
 }
 
-// Nothing but the master ends this motion: its silence does. At rest there is nothing to lose.
-TEST_F(ProfileVelocity, AMasterThatFallsSilentStopsIt) {
-  ASSERT_EQ(bench_.write(0x2403, 0, 50, 2), 0U);
+// A target velocity is written once and holds, with the command time-out as delivered: the mode is not
+// cyclic.
+TEST_F(ProfileVelocity, ATargetThatIsWrittenOnceHolds) {
+  ASSERT_EQ(bench_.read(0x2403, 0), 50U);
   bench_.enable(3);
-  bench_.run_ms(300);
+  target(50000);
+  bench_.run_ms(1500);
   EXPECT_EQ(state(), 0x27U);
-  for (int i = 0; i < 150; ++i) {
-    target(200000);
-    bench_.run_ms(2);
-  }
+  EXPECT_NEAR(velocity(), 0.05, 0.002);
+  // On the way to a cyclic mode it slows down, and nothing is awaited before the first set-point.
+  ASSERT_EQ(bench_.write(0x6060, 0, 9, 1), 0U);
+  bench_.run_ms(500);
   EXPECT_EQ(state(), 0x27U);
-  const std::int32_t from = position();
-  for (int i = 0; i < 3000; ++i) bench_.loop->step();  // the main loop stands still, too
-  EXPECT_FALSE(bench_.loop->motor.enabled);
   EXPECT_LT(std::abs(velocity()), 1e-3);
-  bench_.poll();
-  // 50 ms at 0.2 m/s, and v sqrt(v / j) = 6 mm.
-  EXPECT_LT(position() - from, 18000);
-  EXPECT_EQ(bench_.read(0x603F, 0), 0x8100U);
+}
+
+// What ends it is the loss of communication: as delivered that nobody acknowledges what the node sends (the
+// cable is pulled), or that the bus is off; set up, the master's heartbeat. 6007h says how.
+TEST_F(ProfileVelocity, LostCommunicationStopsIt) {
+  enum class Loss { kCable, kBusOff, kHeartbeat };
+  for (const Loss loss : {Loss::kCable, Loss::kBusOff, Loss::kHeartbeat}) {
+    ASSERT_EQ(bench_.write(0x1016, 1, loss == Loss::kHeartbeat ? (127U << 16) | 100U : 0U, 4), 0U);
+    bench_.enable(3);
+    target(200000);
+    for (int i = 0; i < 20; ++i) {
+      bench_.send(0x77F, {0x05});
+      bench_.run_ms(20);
+    }
+    ASSERT_GT(velocity(), 0.19);
+    const std::int32_t from = position();
+    if (loss == Loss::kCable) bench_.device.bus.state = CanBusState::kPassive;
+    if (loss == Loss::kBusOff) bench_.device.bus.state = CanBusState::kOff;
+    bench_.run_ms(500);
+    bench_.device.bus.state = CanBusState::kActive;
+    EXPECT_FALSE(bench_.loop->motor.enabled) << static_cast<int>(loss);
+    EXPECT_LT(std::abs(velocity()), 1e-3);
+    // v sqrt(v / j) = 6 mm, and 100 ms at 0.2 m/s.
+    EXPECT_LT(position() - from, loss == Loss::kHeartbeat ? 28000 : 7000) << static_cast<int>(loss);
+    bench_.run_ms(300);
+    bench_.all();
+    ASSERT_EQ(bench_.write(0x607A, 0, static_cast<std::uint32_t>(home_), 4), 0U);
+    bench_.enable(1);
+    controlword(0x1F);
+    bench_.run_ms(2500);
+    controlword(0x06);
+    bench_.run_ms(5);
+  }
+}
+
+// At rest nobody is missed.
+TEST_F(ProfileVelocity, AtRestAPassiveBusIsNoReasonToStop) {
+  bench_.enable(3);
+  bench_.run_ms(20);
+  bench_.device.bus.state = CanBusState::kPassive;
+  bench_.run_ms(100);
+  bench_.device.bus.state = CanBusState::kActive;
+  EXPECT_EQ(state(), 0x27U);
 }
 
 TEST_F(ProfileVelocity, QuickStopAndFaultReactionBrakeIt) {

@@ -102,6 +102,8 @@ class AxisLoop {
       step();
       step();
     }
+    // After some faults not before the axis stands.
+    for (int i = 0; i < 5000 && controller().state().state() == DriveState::kSwitchedOn; ++i) step();
     return controller().state().state() == DriveState::kOperationEnabled;
   }
 

@@ -46,7 +46,7 @@ class Machine {
 
   void step() {
     const auto counts = static_cast<std::int32_t>(loop_.encoder.counts(loop_.plant.position_m()));
-    loop_.board_encoder.next.counts = wiring_.encoder_reversed ? -counts : counts;
+    loop_.board_encoder.next.counts = wiring_.encoder_reversed ? turned_counts_ - counts : counts;
     loop_.tick.run();
     const double set_A = loop_.motor.enabled ? static_cast<double>(loop_.motor.set_point_A) : 0.0;
     const double current_A = wiring_.motor_reversed ? -set_A : set_A;
@@ -89,6 +89,13 @@ class Machine {
     return out;
   }
 
+  /// The encoder turns round where it is, while the carriage moves.
+  void reverse_encoder(double velocity_mps) {
+    wiring_.encoder_reversed = true;
+    turned_counts_ = 2 * loop_.board_encoder.next.counts;
+    loop_.plant.reset(loop_.plant.position_m(), velocity_mps);
+  }
+  double velocity_mps() { return loop_.plant.velocity_mps(); }
   Controller& controller() { return loop_.controller(); }
   AxisLoop& loop() { return loop_; }
   AxisParameters parameters;
@@ -96,6 +103,7 @@ class Machine {
  private:
   sim::Bench bench_;
   Wiring wiring_;
+  std::int32_t turned_counts_ = 0;
   AxisLoop loop_;
   double from_m_ = 0.0;
   double work_J_ = 0.0;
@@ -200,7 +208,7 @@ TEST(DirectionCheck, EndsAtOnceWhenEnablingIsTakenBack) {
   machine.configure();
   for (const int word : {0x06, 0x07, 0x0F}) {
     machine.controller().command(static_cast<std::uint16_t>(word));
-    for (int i = 0; i < 20; ++i) machine.step();
+    for (int i = 0; i < 300; ++i) machine.step();
   }
   ASSERT_TRUE(machine.loop().motor.enabled);
   EXPECT_EQ(machine.controller().state().state(), DriveState::kSwitchedOn);
@@ -226,7 +234,10 @@ TEST(DirectionCheck, WaitsForTheBrake) {
     EXPECT_EQ(machine.controller().digital_outputs(), 0U);
   }
   machine.controller().command(std::uint16_t{0x0F});
-  int waited = 0;
+  int stood = 0;
+  for (; stood < 1000 && machine.controller().digital_outputs() == 0; ++stood) machine.step();
+  EXPECT_EQ(stood, 202) << "20 ms without motion, and the tick that opens it";
+  int waited = 1;
   for (; waited < 1000; ++waited) {
     machine.step();
     ASSERT_EQ(machine.controller().digital_outputs(), 1U) << waited;
@@ -245,6 +256,51 @@ TEST(DirectionCheck, WaitsForTheBrake) {
   EXPECT_EQ(machine.controller().digital_outputs(), 0U);
 }
 
+// The encoder turns round in motion, and somebody resets the fault and enables again and again: nothing is
+// enabled before the carriage stands, it never gains speed, and the push tells what is wrong.
+TEST(DirectionCheck, AnEncoderThatTurnsRoundGainsNoSpeedByBeingEnabledAgain) {
+  for (const bool checked : {true, false}) {
+    for (const double speed_mps : {0.05, 0.28, -0.28}) {
+      Machine machine(9, {});
+      machine.parameters.check_direction = checked;
+      machine.configure();
+      ASSERT_TRUE(machine.enable().enabled);
+      machine.reverse_encoder(speed_mps);
+      double fastest_mps = 0.0;
+      int enabled = 0;
+      Fault last = Fault::kNone;
+      for (int i = 0; i < 60000; ++i) {
+        const DriveState state = machine.controller().state().state();
+        const Fault fault = machine.controller().state().faults().latched();
+        if (fault != Fault::kNone) last = fault;
+        std::uint16_t word = 0x0F;
+        if (state == DriveState::kFault) word = i % 20 == 0 ? 0x80 : 0x00;
+        if (state == DriveState::kSwitchOnDisabled) word = 0x06;
+        if (state == DriveState::kReadyToSwitchOn) word = 0x07;
+        machine.controller().command(word);
+        const bool was_enabled = state == DriveState::kOperationEnabled;
+        const double before_mps = std::abs(machine.velocity_mps());
+        machine.step();
+        const bool is_enabled = machine.controller().state().state() == DriveState::kOperationEnabled;
+        if (is_enabled && !was_enabled) {
+          ++enabled;
+          EXPECT_LT(before_mps, 2e-3) << "it stands";
+        }
+        // The first fault takes some way to be seen.
+        if (i > 2000) fastest_mps = std::max(fastest_mps, std::abs(machine.velocity_mps()));
+      }
+      if (checked) {
+        EXPECT_EQ(last, Fault::kDirection) << speed_mps;
+        EXPECT_EQ(enabled, 0) << speed_mps;
+        EXPECT_LE(fastest_mps, std::abs(speed_mps) + 0.25);
+      } else {
+        EXPECT_GT(enabled, 0) << "nobody checks";
+        EXPECT_LE(fastest_mps, 0.4) << "from rest, and not added up";
+      }
+    }
+  }
+}
+
 // An offset is not added to the push, and an encoder that fails in it ends it.
 TEST(DirectionCheck, PushesWithItsOwnForceOnly) {
   Machine machine(7, {});
@@ -252,8 +308,9 @@ TEST(DirectionCheck, PushesWithItsOwnForceOnly) {
   machine.controller().set_torque(300.0F, 200.0F);
   for (const int word : {0x06, 0x07, 0x0F}) {
     machine.controller().command(static_cast<std::uint16_t>(word));
-    for (int i = 0; i < 5; ++i) machine.step();
+    for (int i = 0; i < 205; ++i) machine.step();
   }
+  ASSERT_TRUE(machine.loop().motor.enabled);
   EXPECT_LT(std::abs(machine.loop().motor.set_point_A), 0.01F);
   machine.loop().board_encoder.next.valid = false;
   machine.step();

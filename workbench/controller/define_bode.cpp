@@ -57,8 +57,15 @@ void add_measurement(CLI::App& command, LoopRequest& request) {
       ->type_name("HZ")
       ->check(CLI::Range(1.0, 2e4));
   command
+      .add_option_function<std::string>(
+          "--at", [&wanted](const std::string& place) { wanted.at_force = place == "force"; },
+          "where the excitation is added: force, or reference, the position reference (default: force)")
+      ->type_name("PLACE")
+      ->check(CLI::IsMember({"force", "reference"}));
+  command
       .add_option("--amplitude", wanted.amplitude_A,
-                  "current of the excitation, A (default: a tenth of the current limit)")
+                  "current of the excitation, A; at the reference by Kp Kv (default: a tenth of the current "
+                  "limit)")
       ->type_name("A")
       ->check(CLI::Range(1e-4, 1e3));
   command.add_option("--deviation", wanted.deviation_m, "position error that ends it, m (default: 0.001)")

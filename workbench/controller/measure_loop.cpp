@@ -34,6 +34,7 @@ struct Band {
 };
 
 struct DriveFacts {
+  bool profile_velocity = false;
   DriveController controller;
   double resolution_m = 0.0;
   double constant_N_per_A = 0.0;
@@ -43,9 +44,14 @@ struct DriveFacts {
 
 DriveFacts ask(SdoClient& drive) {
   require_slipstack_drive(drive);
-  if (!is_enabled(drive) || drive.read(0x6061, 0) != 1)
-    drive.fail("must be enabled in profile position mode (6060h = 1), since the loop is measured closed");
+  const std::uint32_t mode = drive.read(0x6061, 0);
+  if (!is_enabled(drive) || (mode != 1 && mode != 3)) {
+    drive.fail(
+        "must be enabled in profile position or profile velocity mode (6060h = 1 or 3), since the loop "
+        "is measured closed");
+  }
   DriveFacts facts;
+  facts.profile_velocity = mode == 3;
   facts.controller = read_controller(drive);
   facts.resolution_m = drive.read_real(kAxisIndex, 1);
   facts.constant_N_per_A = drive.read_real(kAxisIndex, 3);
@@ -131,6 +137,7 @@ class Mover {
     const auto units = UserUnits::of(factors, 0);
     if (!units) drive.fail("its user units (608Fh, 6091h, 6092h) are none");
     users_per_m_ = 1.0 / (facts.resolution_m * static_cast<double>(units->counts_per_user()));
+    if (facts.profile_velocity) return;
     velocity_.emplace(drive, std::uint16_t{0x6081}, std::uint8_t{0}, 4);
   }
   Mover(const Mover&) = delete;
@@ -140,6 +147,7 @@ class Mover {
   /// Begins a move that lasts `seconds` at the velocity, and a while more for the bus; waits until it has it.
   void begin(double seconds) {
     if (velocity_mps_ == 0.0) return;
+    if (facts_.profile_velocity) return run();
     const double way_m = (1.1 * seconds + kStart_s + 0.2) * std::fabs(velocity_mps_);
     const auto from = static_cast<std::int32_t>(drive_.read(0x6064, 0));
     const double to = from + (forward_ ? 1.0 : -1.0) * way_m * users_per_m_;
@@ -155,12 +163,24 @@ class Mover {
   /// Waits for its end.
   void end() {
     if (velocity_mps_ == 0.0) return;
+    if (facts_.profile_velocity) ask_for(0.0);
     for (int i = 0; (drive_.read(0x6041, 0) & 0x0400) == 0; ++i) {
       if (i > 100000) drive_.fail("the move does not end");
     }
   }
 
  private:
+  // Profile velocity: until it is constant.
+  void run() {
+    ask_for(forward_ ? std::fabs(velocity_mps_) : -std::fabs(velocity_mps_));
+    forward_ = !forward_;
+    wait_ticks(drive_, static_cast<std::uint32_t>(kStart_s / facts_.controller.tick_s));
+  }
+  void ask_for(double velocity_mps) {
+    const auto users = static_cast<std::int32_t>(std::lround(velocity_mps * users_per_m_));
+    drive_.write(0x60FF, 0, static_cast<std::uint32_t>(users), 4);
+  }
+
   SdoClient& drive_;
   const DriveFacts& facts_;
   double velocity_mps_;
@@ -187,8 +207,13 @@ void set_excitation(SdoClient& drive, const DriveFacts& facts, const Band& band,
                     const LoopMeasurement& wanted) {
   const double period_ticks = static_cast<double>(kPeriodSamples * band.decimation);
   const double line_Hz = 1.0 / (period_ticks * facts.controller.tick_s);
-  drive.write(kExcitationIndex, 3, 0, 1);
-  drive.write_real(kExcitationIndex, 4, band.amplitude_A);
+  drive.write(kExcitationIndex, 3, wanted.at_force ? 0 : 1, 1);
+  if (wanted.at_force) {
+    drive.write_real(kExcitationIndex, 4, band.amplitude_A);
+  } else {
+    const double stiffness = facts.controller.position_gain_per_s * facts.controller.velocity_gain_N_s_per_m;
+    drive.write_real(kExcitationIndex, 5, band.amplitude_A * facts.constant_N_per_A / stiffness);
+  }
   drive.write_real(kExcitationIndex, 6, static_cast<double>(band.lowest) * line_Hz);
   drive.write_real(kExcitationIndex, 7, static_cast<double>(band.highest) * line_Hz);
   drive.write(kExcitationIndex, 8, static_cast<std::uint32_t>(period_ticks), 4);
@@ -200,8 +225,9 @@ void set_excitation(SdoClient& drive, const DriveFacts& facts, const Band& band,
   drive.write(kTraceIndex, 10, 1, 1);
 }
 
-ExcitedRecord record_of(const TraceData& trace, const DriveFacts& facts, const Band& band) {
+ExcitedRecord record_of(const TraceData& trace, const DriveFacts& facts, const Band& band, bool at_force) {
   ExcitedRecord record;
+  record.at_force = at_force;
   record.tick_s = facts.controller.tick_s;
   record.decimation = band.decimation;
   record.period_samples = kPeriodSamples;
@@ -247,7 +273,7 @@ ExcitedRecord capture(SdoClient& drive, const DriveFacts& facts, const Band& ban
   const TraceData trace = fetch_trace(drive, show);
   if (trace.head.second_channel != 1 || trace.samples.size() < 2 * kPeriodSamples)
     drive.fail("the trace is not of the excitation; did another master arm it?");
-  return record_of(trace, facts, band);
+  return record_of(trace, facts, band, wanted.at_force);
 }
 
 }  // namespace
@@ -255,6 +281,9 @@ ExcitedRecord capture(SdoClient& drive, const DriveFacts& facts, const Band& ban
 LoopRecording measure_loop(SdoClient& drive, const LoopMeasurement& wanted, const Show& show) {
   show("ask the drive", -1.0);
   const DriveFacts facts = ask(drive);
+  if (!wanted.at_force && !(facts.controller.position_gain_per_s > 0.0))
+    drive.fail(
+        "has no position gain (2000h:05): a change of the position reference does nothing; use --at force");
   LoopRecording recording;
   recording.drive = facts.controller;
   recording.velocity_mps = wanted.velocity_mps;

@@ -43,20 +43,35 @@ FeedbackResponse::FeedbackResponse(const DriveController& drive, const std::vect
   }
 }
 
+Complex FeedbackResponse::filter(const DriveController& gains, Complex z) {
+  // The integral acts from the next tick on.
+  Complex product = 1.0 + gains.integral_per_s * gains.tick_s / (z - 1.0);
+  for (const DriveNotch& notch : gains.notch) product *= notch_response(notch, gains.tick_s, z);
+  return product;
+}
+
+Complex FeedbackResponse::force(const DriveController& gains, const Estimate& at,
+                                const std::array<Complex, 3>& state) {
+  const double disturbance_kg = gains.disturbance_share * gains.mass_kg;
+  return -gains.velocity_gain_N_s_per_m * filter(gains, at.z) *
+             (gains.position_gain_per_s * state[0] + state[1]) -
+         disturbance_kg * state[2];
+}
+
 std::vector<Complex> FeedbackResponse::of(const DriveController& gains) const {
   std::vector<Complex> found;
   found.reserve(estimates_.size());
-  const double kv = gains.velocity_gain_N_s_per_m;
-  const double disturbance_kg = gains.disturbance_share * gains.mass_kg;
-  for (const Estimate& estimate : estimates_) {
-    // The integral acts from the next tick on.
-    Complex filter = 1.0 + gains.integral_per_s * gains.tick_s / (estimate.z - 1.0);
-    for (const DriveNotch& notch : gains.notch) filter *= notch_response(notch, gains.tick_s, estimate.z);
-    const auto force = [&](const std::array<Complex, 3>& state) {
-      return -kv * filter * (gains.position_gain_per_s * state[0] + state[1]) - disturbance_kg * state[2];
-    };
-    found.push_back(-force(estimate.by_counts) / (1.0 - force(estimate.by_force)));
-  }
+  for (const Estimate& at : estimates_)
+    found.push_back(-force(gains, at, at.by_counts) / (1.0 - force(gains, at, at.by_force)));
+  return found;
+}
+
+std::vector<Complex> FeedbackResponse::of_reference(const DriveController& gains) const {
+  std::vector<Complex> found;
+  found.reserve(estimates_.size());
+  const double stiffness = gains.velocity_gain_N_s_per_m * gains.position_gain_per_s;
+  for (const Estimate& at : estimates_)
+    found.push_back(stiffness * filter(gains, at.z) / (1.0 - force(gains, at, at.by_force)));
   return found;
 }
 

@@ -42,6 +42,9 @@ class FeedbackResponse {
 
   /// −F / y at every frequency, N/m: loop = plant × this.
   std::vector<Complex> of(const DriveController& gains) const;
+  /// F / r at every frequency, N/m: the force that a change of the position reference makes at an axis that
+  /// does not move. Measured, it is this times the sensitivity.
+  std::vector<Complex> of_reference(const DriveController& gains) const;
 
  private:
   // The estimated state over the counts, and over the force of the tick before.
@@ -50,6 +53,11 @@ class FeedbackResponse {
     std::array<Complex, 3> by_counts;
     std::array<Complex, 3> by_force;
   };
+  // Integral and notches.
+  static Complex filter(const DriveController& gains, Complex z);
+  // From an estimated state.
+  static Complex force(const DriveController& gains, const Estimate& at, const std::array<Complex, 3>& state);
+
   std::vector<Estimate> estimates_;
 };
 

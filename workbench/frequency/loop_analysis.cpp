@@ -28,11 +28,23 @@ double difference_of(const LoopAnalysis& analysis, const std::vector<Complex>& f
   return *middle;
 }
 
+// What a change of the reference has made: of the force that it makes alone.
+void refer_to_force(std::vector<ResponsePoint>& points, const DriveController& drive) {
+  const std::vector<Complex> reference = FeedbackResponse(drive, points).of_reference(drive);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    points[i].sensitivity /= reference[i];
+    points[i].sensitivity_sd /= std::abs(reference[i]);
+  }
+}
+
 }  // namespace
 
 LoopAnalysis analyse(const LoopRecording& recording, const std::string& name) {
   std::vector<std::vector<ResponsePoint>> bands;
-  for (const auto& captures : recording.bands) bands.push_back(response(captures, name));
+  for (const auto& captures : recording.bands) {
+    bands.push_back(response(captures, name));
+    if (!captures.front().at_force) refer_to_force(bands.back(), recording.drive);
+  }
   LoopAnalysis analysis;
   analysis.plant = smoothed(joined(bands));
   for (const ResponsePoint& point : analysis.plant) analysis.frequency_Hz.push_back(point.frequency_Hz);

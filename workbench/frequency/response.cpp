@@ -113,7 +113,7 @@ ResponsePoint point_of(const ExcitedRecord& record, std::size_t line, const Harm
   point.coherence = std::norm(y) / (std::norm(y) + var_y);
   point.sensitivity = Complex(kNotMeasured, kNotMeasured);
   point.sensitivity_sd = kNotMeasured;
-  if (all.excitation.empty() || !record.at_force) return point;
+  if (all.excitation.empty()) return point;
   const Complex d = mean_of(all.excitation);
   point.sensitivity = f * held / d;
   point.sensitivity_sd = std::abs(held) * std::sqrt(var_f / periods) / std::abs(d);

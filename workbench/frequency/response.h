@@ -15,7 +15,9 @@ struct ResponsePoint {
   double frequency_Hz = 0.0;
   Complex plant{};        ///< sampled position over held force, m/N
   double plant_sd = 0.0;  ///< m/N
-  Complex sensitivity{};  ///< force at the axis over injected force; NaN where none was injected
+  /// Force at the axis over what was injected: at the force the sensitivity itself, at the position reference
+  /// N/m (FeedbackResponse::of_reference()); NaN where that is not recorded.
+  Complex sensitivity{};
   double sensitivity_sd = 0.0;
   double coherence = 0.0;  ///< share of the position's power that repeats from period to period
 };

@@ -119,6 +119,12 @@ std::string text_of(const LoopRequest& request, const PlantLink& link, const sim
       static_cast<std::uint32_t>(link.longest_period), static_cast<std::uint32_t>(link.longest_duration),
       static_cast<std::uint32_t>(link.period), static_cast<std::uint32_t>(link.memory_depth),
       static_cast<std::uint32_t>(link.memory_overflow));
+  if (link.stream_refused != 0) {
+    text += fmt::format(
+        "{} set-points were refused: the programme asks for more than the axis's limits of velocity, "
+        "acceleration or jerk; the reference braked.\n",
+        static_cast<std::uint32_t>(link.stream_refused));
+  }
   if (result.stopped_by_fault) {
     text += fmt::format("The controller stopped with fault {:04X}h after {:.4f} s; the log ends there.\n",
                         error_code(static_cast<Fault>(static_cast<std::uint32_t>(link.fault))), simulated_s);
@@ -146,6 +152,7 @@ nlohmann::json json_of(const LoopRequest& request, const PlantLink& link, const 
           {"peak_current_A", result.peak_current_A},
           {"largest_residual_N", result.largest_residual_N},
           {"level", static_cast<double>(link.level)},
+          {"refused_set_points", static_cast<std::uint32_t>(link.stream_refused)},
           {"overruns", static_cast<std::uint32_t>(link.overruns)},
           {"memory_depth", static_cast<std::uint32_t>(link.memory_depth)},
           {"memory_overflow", static_cast<std::uint32_t>(link.memory_overflow)},

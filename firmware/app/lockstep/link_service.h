@@ -92,11 +92,13 @@ class LinkService {
     link_.last_status = static_cast<std::uint32_t>(controller.configure(block_.axis, block_.model));
   }
 
-  // A stream of set-points begins at the position where the axis stands.
+  // A stream of set-points begins at the position where the axis stands, and moves within the axis's limits.
   void queue_set_point(Controller& controller) {
     ReferenceGenerator& reference = controller.reference();
     if (reference.idle()) stream_.start(reference, static_cast<std::int32_t>(link_.stream_period));
-    const bool queued = stream_.push(reference, link_.stream_counts, link_.stream_fraction);
+    const SetPointQueue::Bounds bounds{controller.stream_limits(), controller.stop_deceleration(),
+                                       controller.range()};
+    const bool queued = stream_.push(reference, bounds, link_.stream_counts, link_.stream_fraction);
     if (!queued) link_.stream_refused = link_.stream_refused + 1;
   }
 

@@ -4,6 +4,9 @@
 #include <array>
 #include <cstdint>
 
+#include "firmware/control/bounds/position_range.h"
+#include "firmware/control/bounds/way_to_rest.h"
+#include "firmware/control/reference/motion_limits.h"
 #include "firmware/control/reference/reference.h"
 #include "firmware/control/streams/uniform_spline.h"
 
@@ -20,6 +23,13 @@ class SetPointQueue {
  public:
   static constexpr std::int32_t kLongestPeriod = 100;
 
+  /// What the motion keeps within, counts and ticks.
+  struct Bounds {
+    MotionLimits motion;
+    float stop_deceleration = 0.0F;  ///< of the stop that follows when set-points fail to come
+    PositionRange range;
+  };
+
   /// Starts from rest at the generator's position; a set-point every 1 to kLongestPeriod ticks.
   void start(const ReferenceGenerator& generator, std::int32_t period_ticks) {
     origin_ = generator.counts();
@@ -29,8 +39,10 @@ class SetPointQueue {
   }
 
   /// Takes a set-point, counts and a fraction of 2^-32, and queues a segment of one period. False when there
-  /// is no room or the set-points lie kLargestRate counts per tick or more apart. Outside the tick.
-  bool push(ReferenceGenerator& generator, std::int32_t counts, std::uint32_t fraction = 0) {
+  /// is no room, or the motion would leave its bounds: in the segment, or in a stop behind it. Then no more
+  /// is queued, and the reference brakes. Outside the tick.
+  bool push(ReferenceGenerator& generator, const Bounds& bounds, std::int32_t counts,
+            std::uint32_t fraction = 0) {
     const std::int64_t n = period_;
     // 2^32 per count: what is lost is below 10^-4 count after the longest period, and products fit.
     const std::int64_t next =
@@ -42,6 +54,7 @@ class SetPointQueue {
     // The cubic x0 + V m + A m^2 / 2 + J m^3 / 6 over ticks m, and the sums of the generator that pass
     // through it.
     const auto spline = SplineSegment<std::int64_t>::of(c0, c1, c2, newest);
+    if (!within(bounds, {c0, c1, c2, newest})) return false;
     const std::int64_t jerk = spline.twist / (n * n * n);
     const std::int64_t acceleration = spline.bend / (n * n);
     const std::int64_t velocity = spline.twice_slope / (2 * n);
@@ -68,6 +81,30 @@ class SetPointQueue {
  private:
   static constexpr int kUnitBits = 32;
   static constexpr std::int64_t kUnit = std::int64_t{1} << kUnitBits;
+
+  // A spline's velocity, acceleration and jerk lie between the differences of its control points; a
+  // thousandth is left to rounding. It ends behind the third, with the last two accelerations' velocity.
+  bool within(const Bounds& bounds, const std::array<std::int64_t, 4>& control) const {
+    const auto ticks = static_cast<float>(period_);
+    std::array<float, 3> velocity{};
+    for (std::size_t i = 0; i < 3; ++i)
+      velocity[i] = static_cast<float>(control[i + 1] - control[i]) * 0x1p-32F / ticks;
+    const float before = (velocity[1] - velocity[0]) / ticks;
+    const float after = (velocity[2] - velocity[1]) / ticks;
+    const MotionLimits& limits = bounds.motion;
+    constexpr float kMost = 1.001F;
+    bool inside = approx::absolute(after - before) <= kMost * limits.jerk * ticks;
+    for (const float one : velocity) inside = inside && approx::absolute(one) <= kMost * limits.velocity;
+    for (const float one : {before, after})
+      inside = inside && approx::absolute(one) <= kMost * limits.acceleration;
+    const float last = 0.5F * (velocity[1] + velocity[2]);
+    // The spline ends beside its control point by a sixth of the bend there.
+    const float stop =
+        WayToRest(bounds.stop_deceleration, limits.jerk)(last, after) + after * ticks * ticks * (1.0F / 6.0F);
+    const std::int32_t end = sum(origin_, static_cast<std::int32_t>(control[2] >> kUnitBits));
+    const bool forward = stop > 0.0F;
+    return inside && (stop == 0.0F || approx::absolute(stop) <= bounds.range.room(end, forward));
+  }
 
   std::int32_t origin_ = 0;
   std::int32_t period_ = 1;

@@ -18,7 +18,7 @@ class ExcitationObjects {
   /// end it.
   void step(const Dictionary& dictionary, std::uint32_t mode) {
     const bool halt = (dictionary.value(kRow<0x6040>) & kHalt) != 0;
-    const bool ends = mode != 1 || halt || !controller_.may_excite();
+    const bool ends = !may_be_excited(mode) || halt || !controller_.may_excite();
     if (ends && controller_.excitation().running()) controller_.excitation().stop();
   }
   /// From the tick's interrupt, behind the tick.
@@ -38,12 +38,12 @@ class ExcitationObjects {
     }
   }
 
-  /// While it runs its settings stay. It begins in profile position mode only (`mode`: 6061h), on an axis
-  /// that stands or moves at constant velocity; and with settings that a tick can follow.
+  /// While it runs its settings stay. It begins in a profile mode only (`mode`: 6061h), on an axis that
+  /// stands or moves at constant velocity; and with settings that a tick can follow.
   Abort check(const Dictionary& dictionary, std::uint8_t sub, std::uint32_t value, std::uint32_t mode) const {
     if (sub != 1) return running() ? Abort::kDeviceState : Abort::kNone;
     if (value == 0) return Abort::kNone;
-    if (running() || mode != 1 || !controller_.may_excite()) return Abort::kDeviceState;
+    if (running() || !may_be_excited(mode) || !controller_.may_excite()) return Abort::kDeviceState;
     return possible(settings(dictionary)) ? Abort::kNone : Abort::kBadValue;
   }
 
@@ -54,6 +54,9 @@ class ExcitationObjects {
   }
 
  private:
+  // Profile position and profile velocity.
+  static bool may_be_excited(std::uint32_t mode) { return mode == 1 || mode == 3; }
+
   // An axis that was switched off, or is in another mode, has ended it, also before the next tick says so.
   ExcitationState state() const {
     const ExcitationState state = controller_.excitation().state();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 
 #include "firmware/canopen/profile/profile_context.h"
@@ -40,15 +41,15 @@ class CyclicProfile {
     follow();
     Controller& controller = context_.controller;
     const ControlSet& set = controller.parameters();
-    stream().set_period(period_s() / set.axis.tick_s, set.axis.tick_s,
-                        set.axis.velocity_limit_mps / set.mps_per_count,
-                        set.axis.acceleration_limit_mps2 / set.mps2_per_count);
+    stream().set_period(period_s() / set.axis.tick_s, set.axis.tick_s);
     if (target_written_) target_streamed_ = with_sync;
     target_holds_ = target_holds_ || target_written_;
     const bool has_target = target_written_ || (target_holds_ && !target_streamed_);
     target_written_ = false;
     if (streamed_ == Mode::kCyclicVelocity) return synchronise_velocity(has_target);
-    stream().set_range(controller.range());
+    const float counts_per_unit = context_.units.counts_per_user();
+    const float rounding = CyclicPosition::kRounding * std::max(1.0F, counts_per_unit);
+    path_.set_limits(stream().path_limits(controller.stream_limits(), controller.range(), rounding));
     stream().sync(controller.ticks(), has_target,
                   controller.position().counts_of(context_.target_with_offset()), path_, Ahead{controller});
   }
@@ -56,8 +57,7 @@ class CyclicProfile {
   /// Bits 11 and 12 of the statusword.
   std::uint16_t status() const {
     const CyclicPosition& stream = context_.controller.cyclic_position();
-    const bool velocity = streamed_ == Mode::kCyclicVelocity;
-    const bool limited = velocity ? path_.limited() : stream.limited();
+    const bool limited = stream.following() && path_.limited();
     return static_cast<std::uint16_t>((limited ? 1U << 11 : 0U) | (stream.following() ? 1U << 12 : 0U));
   }
 
@@ -76,7 +76,10 @@ class CyclicProfile {
     Controller& controller = context_.controller;
     const float wanted = static_cast<float>(static_cast<std::int32_t>(context_.value(kRow<0x60FF>))) +
                          static_cast<float>(static_cast<std::int32_t>(context_.value(kRow<0x60B1>)));
-    path_.set_limits(stream().velocity_limits(controller.motion_limits(), controller.range()));
+    // Rounded to whole user units per second: four halves of them in a second difference.
+    const float rounding =
+        2.0F * approx::absolute(context_.velocity_in_ticks(1.0F)) * stream().clock().period_ticks();
+    path_.set_limits(stream().path_limits(controller.motion_limits(), controller.range(), rounding));
     stream().sync_velocity(controller.ticks(), has_target, context_.velocity_in_ticks(wanted), path_,
                            Ahead{controller});
   }
@@ -92,7 +95,7 @@ class CyclicProfile {
   }
 
   ProfileContext& context_;
-  VelocitySpline path_;          // of cyclic velocity
+  StreamPath path_;
   Mode streamed_ = Mode::kNone;  // the reference is the stream's, or waits for it
   bool target_written_ = false;  // since the last SYNC
   bool target_holds_ = false;

@@ -65,6 +65,12 @@ class DriveProfile {
     command();
   }
 
+  /// Nobody hears the node. A target velocity holds until another one comes: nothing else would end the
+  /// motion.
+  void unheard() {
+    if (context_.mode == Mode::kProfileVelocity && velocity_.moves()) connection_lost();
+  }
+
   /// 603Fh: the fault, or that commands fail to come (8100h: communication).
   std::uint16_t error_code() const {
     const Fault fault = controller_.state().faults().latched();
@@ -231,15 +237,13 @@ class DriveProfile {
     velocity_.bounds_changed();
   }
 
-  // In the cyclic modes, from the first set-point on; a force that was there before counts as one. In profile
-  // velocity, while a velocity is asked for: nothing else would end the motion.
+  // In the cyclic modes, from the first set-point on; a force that was there before counts as one. The
+  // profile modes are not cyclic: what was commanded holds, and communication is supervised (1016h, 1029h).
   std::uint32_t supervision() const {
     const bool torque = context_.mode == Mode::kCyclicTorque;
-    if (!context_.operation_enabled() || context_.mode == Mode::kNone ||
-        context_.mode == Mode::kProfilePosition || context_.mode == Mode::kHoming)
-      return 0;
-    if (context_.mode == Mode::kProfileVelocity)
-      return supervision_.options(*context_.dictionary, velocity_.moves());
+    const bool streams =
+        context_.mode == Mode::kCyclicPosition || context_.mode == Mode::kCyclicVelocity || torque;
+    if (!context_.operation_enabled() || !streams) return 0;
     const bool forced = torque && (context_.value(kRow<0x6071>) != 0 || context_.value(kRow<0x60B2>) != 0);
     return supervision_.options(*context_.dictionary, cyclic_.target_holds() || forced);
   }

@@ -63,7 +63,9 @@ class BusWatch {
     // 8150h: CAN-ID collision.
     if (now_us - collision_us_ >= kEventHeld_us) emergency.set(ErrorSource::kCollision, 0);
     // 8120h: CAN in error passive mode.
-    emergency.set(ErrorSource::kPassive, bus.state == CanBusState::kPassive ? 0x8120 : 0);
+    const bool passive = bus.state == CanBusState::kPassive;
+    emergency.set(ErrorSource::kPassive, passive ? 0x8120 : 0);
+    if (passive) parts_.application.unheard();
     // 8250h: RPDO time-out.
     const std::uint8_t late = operational ? parts_.pdos.late(now_us) : std::uint8_t{0};
     emergency.set(ErrorSource::kPdoTimeout, late != 0 ? 0x8250 : 0, late);

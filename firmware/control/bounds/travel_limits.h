@@ -7,37 +7,29 @@
 #include "firmware/control/bounds/position_range.h"
 #include "firmware/control/current/current_limit.h"
 #include "firmware/control/reference/reference.h"
-#include "firmware/control/streams/tracking.h"
+#include "firmware/control/streams/cyclic_position.h"
 #include "firmware/control/supervision/digital_io.h"
 
 namespace slipstack {
 
 /// The ends of the travel: those of the user's range, and the places where a limit switch became active.
-/// What each mode does before them stands with the mode: set_point_range.h (cyclic position),
-/// velocity_spline.h (cyclic velocity), torque_bounds.h (torque), point_to_point.h (moves and profile
-/// velocity).
+/// What each mode does before them stands with the mode: stream_path.h (cyclic position and velocity),
+/// torque_bounds.h (torque), point_to_point.h (moves and profile velocity).
 class TravelLimits {
  public:
   /// In the tick: the switches and the bounds as they are now. Towards a limit switch that is active the
   /// reference brakes.
   void step(const IoMasks& io, const MotionBounds& bounds, const DigitalInputs& inputs, std::int32_t counts,
-            ReferenceGenerator& reference, std::uint16_t& limits) {
+            ReferenceGenerator& reference, CyclicPosition& stream, std::uint16_t& limits) {
     const std::uint32_t active = bounds.switches ? inputs.limits(io) : 0U;
     if (active != active_ || bounds.number != bounds_number_) [[unlikely]]
       change(io, bounds, active, counts);
     if (active == 0) return;
     limits |= kLimitSwitch;
     const bool outwards = (active & (reference.forward() ? io.positive_limit : io.negative_limit)) != 0;
-    if (outwards && reference.playing()) reference.stop();
-  }
-
-  /// In the tick: of a stream, what lies beyond an active limit switch counts no more, however far ahead of
-  /// the axis it is.
-  StreamPoint allowed(const StreamPoint& stream) const {
-    if (active_ == 0) [[likely]]
-      return stream;
-    const std::int32_t nearest = range_.nearest(stream.counts);
-    return nearest == stream.counts ? stream : StreamPoint{.counts = nearest};
+    if (!outwards) return;
+    if (reference.playing()) reference.stop();
+    if (reference.tracking()) stream.end();
   }
 
   /// In the tick: the range that is left.

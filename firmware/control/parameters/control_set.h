@@ -126,6 +126,9 @@ struct ControlSet {
     constexpr float kFewest = 4.0F;
     const float counts = axis.check_distance_m / axis.encoder_resolution_m;
     direction.wanted = axis.check_direction;
+    // At a distance of 20 um: 1 mm/s.
+    constexpr float kStand_s = 0.02F;
+    direction.stand_ticks = static_cast<std::int32_t>(kStand_s / axis.tick_s) + 1;
     direction.distance_counts = static_cast<std::int32_t>(approx::clamp(counts, kFewest, 1.0e8F));
     direction.largest_N = axis.check_current_A * axis.motor_constant_N_per_A;
     direction.step_N = axis.check_rate_A_per_s * axis.motor_constant_N_per_A * axis.tick_s;

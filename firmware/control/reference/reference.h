@@ -130,6 +130,8 @@ class ReferenceGenerator {
   bool standing() const { return motion_.standing(); }
   /// In motion by a plan or a queue.
   bool playing() const { return motion_.phase == Motion::Phase::kPlaying && !standing(); }
+  /// In motion behind a stream.
+  bool tracking() const { return motion_.phase == Motion::Phase::kTracking && motion_.velocity != 0; }
   /// Towards higher counts, if it moves.
   bool forward() const { return motion_.velocity > 0; }
   bool braking() const { return motion_.phase == Motion::Phase::kBraking; }

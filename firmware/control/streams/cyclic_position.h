@@ -5,31 +5,31 @@
 #include <atomic>
 #include <cstdint>
 
-#include "firmware/control/bounds/set_point_range.h"
+#include "firmware/control/bounds/position_range.h"
 #include "firmware/control/reference/motion.h"
 #include "firmware/control/reference/motion_limits.h"
-#include "firmware/control/streams/set_point_approach.h"
 #include "firmware/control/streams/set_point_periods.h"
 #include "firmware/control/streams/set_point_spline.h"
+#include "firmware/control/streams/stream_path.h"
 #include "firmware/control/streams/sync_clock.h"
 #include "firmware/control/streams/tracking.h"
-#include "firmware/control/streams/velocity_spline.h"
 
 namespace slipstack {
 
 /// Cyclic synchronous position and velocity, from the bus to the reference in one direction:
 ///
-///   SYNC n and its set-point (main loop) -> its period, by time and order -> spline -> segments, one a
-///   period segment of the period (tick) -> place of the stream in this tick -> reference, within its limits
+///   SYNC n and its set-point (main loop) -> its period, by time and order -> spline -> path within the
+///   limits
+///   -> segments, one a period; segment of the period (tick) -> place of the stream in this tick -> reference
 ///
 /// Periods are those of SyncClock. Set-point n is expected at n and its segment begins at n + 1: one period
 /// is buffered, between one and two as jitter has it. The reference passes set-point n at n + 3. With each
 /// come the segments of the next two, extrapolated: they are replaced when their set-points arrive in time. A
 /// third that is missing ends the stream, and the reference brakes. It is followed again when four set-points
-/// in a row are there, from wherever the reference is by then (set_point_approach.h); what a stream asks for
-/// beyond the limits is held back in the tick (tracking_step()).
+/// in a row are there, from wherever the reference is by then. What a stream asks for beyond the limits of
+/// velocity, acceleration, jerk and range its path holds back (stream_path.h).
 ///
-/// Set-points of velocity are summed up (velocity_spline.h). They need no others before them: a stream begins
+/// Set-points of velocity are summed up by the same path. They need no others before them: a stream begins
 /// with the first, in the state that the reference will have when its first segment begins.
 class CyclicPosition {
  public:
@@ -39,33 +39,29 @@ class CyclicPosition {
 
   // ---- outside the tick ----
 
-  /// The period of SYNC and what the axis may do, counts and ticks.
-  void set_period(float ticks, float tick_s, float velocity, float acceleration) {
-    clock_.set_period(ticks, tick_s);
-    const float period = clock_.period_ticks();
-    fastest_ = within_reach(velocity * period);
-    change_ = within_reach(acceleration * period * period);
-    reach_ = static_cast<std::int32_t>(fastest_) + 1;
-    bend_ = static_cast<std::int32_t>(change_) + 1;
-  }
-  /// Where set-points are taken; after set_period().
-  void set_range(const PositionRange& range) {
-    // Half of the acceleration: the other half is for what the spline makes of it.
-    range_.set(range, 0.5F * static_cast<float>(bend_));
-  }
+  /// The period of SYNC.
+  void set_period(float ticks, float tick_s) { clock_.set_period(ticks, tick_s); }
 
-  /// The same for set-points of velocity; each in counts and ticks.
-  VelocitySpline::Limits velocity_limits(const MotionLimits& limits, const PositionRange& range) const {
+  /// What bounds a path, after set_period(); counts and ticks. `rounding`: of the jerk, counts per period^3.
+  StreamPath::Limits path_limits(const MotionLimits& limits, const PositionRange& range,
+                                 float rounding) const {
     const float period = clock_.period_ticks();
+    const float square = period * period;
     return {.velocity = within_reach(limits.velocity * period),
-            .speeding = within_reach(limits.acceleration * period * period),
-            .slowing = within_reach(limits.deceleration * period * period),
+            .speeding = within_reach(limits.acceleration * square),
+            .slowing = within_reach(limits.deceleration * square),
+            .jerk = within_reach(limits.jerk * square * period),
+            .rounding = rounding,
             .range = range};
   }
+  /// What the rounding of set-points to whole counts makes of the jerk of their spline, counts per period^3:
+  /// 5.8, by the sum of the weights of its set-points.
+  static constexpr float kRounding = 6.0F;
 
   /// From now on the reference follows the stream, as soon as there is one.
   void start() {
     started_ = true;
+    ended_.store(false, std::memory_order_relaxed);
     forget();
   }
   /// The stream is left; the reference brakes, unless something else moves it.
@@ -74,55 +70,56 @@ class CyclicPosition {
     forget();
   }
 
-  /// A SYNC has come after this tick, and made `target` the set-point if it `has_target`. `path`: what the
-  /// stream is approached on. `ahead(lead)`: Motion of the reference so many ticks from now.
+  /// A SYNC has come after this tick, and made `target` the set-point if it `has_target`. `path`: what leads
+  /// the reference, within its limits. `ahead(lead)`: Motion of the reference so many ticks from now.
   template <class Ahead>
-  void sync(std::uint32_t tick, bool has_target, std::int32_t target, VelocitySpline& path,
-            const Ahead& ahead) {
+  void sync(std::uint32_t tick, bool has_target, std::int32_t target, StreamPath& path, const Ahead& ahead) {
     const std::uint32_t by_time = clock_.sync(tick);
-    if (!clock_.locked()) forget();
-    if (!started_ || !clock_.locked() || !has_target) return;
-    const SetPointPeriods::Place place = periods_.place(by_time, target, reach_);
-    spline_.put(place.period, range_.within(place.period, place.counts));
+    if (!may_take(has_target, ahead)) return;
+    const SetPointPeriods::Place place =
+        periods_.place(by_time, target, static_cast<std::int32_t>(kLargestReach));
+    spline_.put(place.period, place.counts);
     const SyncClock::Phase now = clock_.at(tick);
     const std::uint32_t begun = now.period - 1;
     count_bridged(place.period, begun);
     const bool streamed = joined_;
     if (!join(place.period)) return;
-    if (!streamed) {
-      path.set_limits({fastest_, change_, change_, {}});
-      path.start(place.period, begin_of(place.period, now, ahead));
-      approaches_ = true;
-    }
-    if (!approaches_) return make_segments(place.period, begun, spline_);
-    SetPointApproach approach(spline_, path, change_);
-    make_segments(place.period, begun, approach);
-    approaches_ = !approach.meets(place.period);
+    if (!streamed) path.start(place.period, begin_of(place.period, now, ahead));
+    const auto bend = static_cast<std::int32_t>(path.limits().speeding) + 1;
+    make_segments(place.period, begun, path, [&](std::uint32_t period) {
+      if (period != place.period) static_cast<void>(spline_.extrapolate(period, bend));
+      if (static_cast<std::int32_t>(period - begun) <= 0) return;
+      spline_.lean(period, bend);
+      const std::uint64_t now_at = spline_.place(period);
+      const std::uint64_t before_at = spline_.place(period - 1);
+      if (period != place.period) return path.extrapolate_place(period, now_at, before_at);
+      path.put_place(period, now_at, before_at);
+    });
   }
 
-  /// The same with a set-point of velocity, counts per tick, for `path`, which has its limits.
+  /// The same with a set-point of velocity, counts per tick.
   template <class Ahead>
-  void sync_velocity(std::uint32_t tick, bool has_target, float velocity, VelocitySpline& path,
+  void sync_velocity(std::uint32_t tick, bool has_target, float velocity, StreamPath& path,
                      const Ahead& ahead) {
     const std::uint32_t by_time = clock_.sync(tick);
-    if (!clock_.locked()) forget();
-    if (!started_ || !clock_.locked() || !has_target) return;
+    if (!may_take(has_target, ahead)) return;
     const SyncClock::Phase now = clock_.at(tick);
     const std::uint32_t begun = now.period - 1;
-    const std::uint32_t period = period_of_velocity(by_time, now);
-    count_bridged(period, begun);
-    if (!joined_ || period - newest_ > kBridged + 1) path.start(period, begin_of(period, now, ahead));
-    newest_ = period;
+    const std::uint32_t newest = period_of_velocity(by_time, now);
+    count_bridged(newest, begun);
+    if (!joined_ || newest - newest_ > kBridged + 1) path.start(newest, begin_of(newest, now, ahead));
+    newest_ = newest;
     joined_ = true;
     streaming_.store(true, std::memory_order_release);
-    path.put(period, velocity * clock_.period_ticks());
-    make_segments(period, begun, path);
+    make_segments(newest, begun, path, [&](std::uint32_t period) {
+      if (static_cast<std::int32_t>(period - begun) <= 0) return;
+      if (period != newest) return path.extrapolate_velocity(period);
+      path.put_velocity(period, velocity * clock_.period_ticks());
+    });
   }
 
   /// Whether the reference follows the stream.
   bool following() const { return following_.load(std::memory_order_relaxed); }
-  /// The last set-point would have led out of the range.
-  bool limited() const { return range_.limited(); }
   const SyncClock& clock() const { return clock_; }
   /// Set-points that were extrapolated, and streams that ended because too many were missing.
   std::uint32_t bridged() const { return bridged_; }
@@ -144,6 +141,13 @@ class CyclicPosition {
     return follows;
   }
   StreamPoint point() const { return segment_->at(fraction_, clock_.rate()); }
+  /// The stream leads where the axis must not go: the reference brakes, and follows again from rest.
+  [[gnu::noinline]] void end() {
+    if (!streaming_.load(std::memory_order_relaxed)) return;
+    streaming_.store(false, std::memory_order_relaxed);
+    following_.store(false, std::memory_order_relaxed);
+    ended_.store(true, std::memory_order_relaxed);
+  }
 
  private:
   static constexpr std::uint32_t kSlots = 8;
@@ -155,6 +159,18 @@ class CyclicPosition {
   };
 
   static float within_reach(float counts) { return approx::clamp(counts, 0.0F, kLargestReach); }
+
+  template <class Ahead>
+  bool may_take(bool has_target, const Ahead& ahead) {
+    if (!clock_.locked()) forget();
+    if (!started_ || !clock_.locked() || !has_target) return false;
+    if (!ended_.load(std::memory_order_relaxed)) return true;
+    // The tick has ended it.
+    if (!ahead(0).standing()) return false;
+    ended_.store(false, std::memory_order_relaxed);
+    forget();
+    return true;
+  }
 
   // By time. A SYNC that came between two periods was late or held back: its set-point is for the first one
   // to be played yet.
@@ -171,8 +187,7 @@ class CyclicPosition {
   // The state of the reference when the segment of `period` begins. A prediction of many ticks takes long;
   // what is beyond is constant velocity.
   template <class Ahead>
-  VelocitySpline::State begin_of(std::uint32_t period, const SyncClock::Phase& now,
-                                 const Ahead& ahead) const {
+  StreamPath::State begin_of(std::uint32_t period, const SyncClock::Phase& now, const Ahead& ahead) const {
     constexpr float kFarthest_ticks = 256.0F;
     const float ticks = clock_.period_ticks();
     const auto periods = static_cast<float>(static_cast<std::int32_t>(period + 1 - now.period));
@@ -199,7 +214,6 @@ class CyclicPosition {
       slot.in_use.store(2 * (newest_ + kNever) + which, std::memory_order_relaxed);
     }
     periods_.reset();
-    range_.reset();
     in_a_row_ = 0;
     joined_ = false;
   }
@@ -226,14 +240,14 @@ class CyclicPosition {
   }
 
   // The segments that have not begun: that of the newest set-point and those that bridge the next ones.
-  template <class Path>
-  void make_segments(std::uint32_t newest, std::uint32_t begun, Path& path) {
+  template <class Put>
+  void make_segments(std::uint32_t newest, std::uint32_t begun, const StreamPath& path, const Put& put) {
     for (std::uint32_t period = newest; period != newest + kBridged + 1; ++period) {
-      if (period != newest) path.extrapolate(period, bend_);
+      put(period);
       if (static_cast<std::int32_t>(period - begun) <= 0) continue;
       Slot& slot = slots_[period % kSlots];
       const std::uint32_t other = (slot.in_use.load(std::memory_order_relaxed) & 1U) ^ 1U;
-      slot.made[other] = path.segment(period, bend_);
+      slot.made[other] = path.segment(period);
       slot.in_use.store(2 * period + other, std::memory_order_release);
     }
   }
@@ -253,28 +267,22 @@ class CyclicPosition {
   SyncClock clock_;
   // Outside the tick.
   SetPointPeriods periods_;
-  SetPointRange range_;
   SetPointSpline spline_;
-  std::int32_t reach_ = 1;
-  std::int32_t bend_ = 1;
   std::uint32_t newest_ = 0;
   std::uint32_t in_a_row_ = 0;
   bool joined_ = false;
-  bool approaches_ = false;  // the reference is not yet on the spline
   std::uint32_t bridged_ = 0;
   bool started_ = false;
   // From there to the tick, and back.
   std::array<Slot, kSlots> slots_;
   std::atomic<bool> streaming_{false};
   std::atomic<bool> following_{false};
+  std::atomic<bool> ended_{false};  // by the tick
   // In the tick.
   const StreamSegment* segment_ = nullptr;
   std::uint32_t period_ = 0;
   std::uint32_t fraction_ = 0;
   std::uint32_t gaps_ = 0;
-  // Outside the tick again: counts per period, and per period^2.
-  float fastest_ = 1.0F;
-  float change_ = 1.0F;
 };
 
 }  // namespace slipstack

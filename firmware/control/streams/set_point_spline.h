@@ -5,7 +5,6 @@
 #include <cstdint>
 
 #include "firmware/control/streams/tracking.h"
-#include "firmware/control/streams/uniform_spline.h"
 #include "firmware/friction/displacement.h"
 
 namespace slipstack {
@@ -63,36 +62,22 @@ class SetPointSpline {
     return at(period);
   }
 
-  /// The segment that ends two periods before the set-point of `period`, which is there like those before.
-  StreamSegment segment(std::uint32_t period, std::int32_t largest_bend) {
+  /// Makes the control point of a period, whose set-point is there like those before.
+  void lean(std::uint32_t period, std::int32_t largest_bend) {
     follow(at(period));
     const std::int32_t bend = 2 * bend_about(period - 1) - bend_about(period - 2);
     control(period) = from_origin(period) - limited(bend, 2 * largest_bend);
-    // In sixths of a count, from the set-point where it begins.
-    const std::int32_t from = from_origin(period - 2);
-    const auto segment =
-        SplineSegment<std::int32_t>::of(control(period - 3) - from, control(period - 2) - from,
-                                        control(period - 1) - from, control(period) - from);
-    StreamSegment made;
-    made.counts = at(period - 2);
-    made.b = static_cast<float>(segment.sixfold) / 36.0F;
-    made.d = static_cast<float>(segment.twice_slope) / 12.0F;
-    made.s = static_cast<float>(segment.bend) / 12.0F;
-    made.k = static_cast<float>(segment.twist) / 36.0F;
-    return made;
   }
 
-  /// How far the control point of a period lies beyond that of the one before, or beyond a place; counts.
-  float step(std::uint32_t period) const {
-    return static_cast<float>(control_[period % kKept] - control_[(period - 1) % kKept]) * (1.0F / 6.0F);
-  }
-  float beyond(std::uint32_t period, std::int32_t counts) const {
-    return static_cast<float>(difference(origin_, counts)) +
-           static_cast<float>(control_[period % kKept]) * (1.0F / 6.0F);
+  /// The control point of a period, counts x 2^-32.
+  std::uint64_t place(std::uint32_t period) const {
+    const auto from_origin = static_cast<std::uint64_t>(std::int64_t{control_[period % kKept]} * kCount / 6);
+    return (std::uint64_t{static_cast<std::uint32_t>(origin_)} << 32) + from_origin;
   }
 
  private:
   static constexpr std::uint32_t kKept = 8;
+  static constexpr std::int64_t kCount = std::int64_t{1} << 32;
 
   std::int32_t at(std::uint32_t period) const { return set_point_[period % kKept]; }
   std::int32_t& control(std::uint32_t period) { return control_[period % kKept]; }

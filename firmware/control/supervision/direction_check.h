@@ -12,18 +12,22 @@ namespace slipstack {
 
 /// The push at the first enabling: a force that rises slowly until the encoder has moved by a short distance,
 /// which must be along the force. Against it, encoder or motor is connected the wrong way round, and every
-/// loop would run away.
+/// loop would run away. The same again after a fault that a reversed encoder or motor may have caused.
+///
+/// The axis is pushed only when it stands; after such a fault it is not enabled before either, with the push
+/// or without: one that is enabled in motion by a reversed encoder would gain speed each time.
 ///
 /// One direction, then, where nothing moves (an end stop), the other. Bounded: both directions last
-/// wait_ticks + 2 (largest_N / step_N + hold_ticks) ticks at most, and until a verdict the motor has done at
-/// most largest_N times the distance of work, whatever the axis is. On an axis of mass m with friction the
-/// force is only just beyond breakaway: with r its rate the distance x takes t = (6 m x / r)^(1/3), and the
-/// speed is r t^2 / (2 m).
+/// wait_ticks + 2 (largest_N / step_N + hold_ticks) ticks at most once the axis stands, and until a verdict
+/// the motor has done at most largest_N times the distance of work, whatever the axis is. On an axis of mass
+/// m with friction the force is only just beyond breakaway: with r its rate the distance x takes t = (6 m x /
+/// r)^(1/3), and the speed is r t^2 / (2 m).
 class DirectionCheck {
  public:
   /// Constants of the tick; made outside it.
   struct Settings {
-    bool wanted = false;
+    bool wanted = false;           ///< the push
+    std::int32_t stand_ticks = 1;  ///< the axis stands that moves less than distance_counts in this time
     std::int32_t distance_counts = 0;
     float largest_N = 0.0F;
     float step_N = 0.0F;
@@ -34,13 +38,21 @@ class DirectionCheck {
 
   /// New parameters, or another start.
   void begin(const Settings& settings) {
-    pending_ = settings.wanted;
+    unknown_ = settings.wanted;
     rest();
   }
-  /// Still to be passed before operation is enabled.
-  bool pending() const { return pending_; }
+  /// After a fault that doubts_direction().
+  void doubt(const Settings& settings) {
+    unknown_ = settings.wanted;
+    doubted_ = true;
+    rest();
+  }
+  /// The direction is still to be proved.
+  bool unknown() const { return unknown_; }
+  /// Something is to be passed before operation is enabled.
+  bool pending() const { return unknown_ || doubted_; }
   /// The force is this check's.
-  bool pushing() const { return phase_ != Phase::kRest; }
+  bool pushing() const { return phase_ > Phase::kStand; }
   float force_N() const { return force_N_; }
 
   /// Nothing is asked for, or any more.
@@ -65,13 +77,21 @@ class DirectionCheck {
     const Verdict verdict = step(settings, wait_ticks, counts);
     if (verdict == Verdict::kReversed) return Fault::kDirection;
     if (verdict == Verdict::kBlocked) return Fault::kStall;
-    if (pushing()) command &= ~std::uint32_t{kEnableOperation};
+    if (pending()) command &= ~std::uint32_t{kEnableOperation};
     return fault;
   }
 
   /// One tick of the check. `wait_ticks`: with current and without force, until a brake is open.
   Verdict step(const Settings& settings, std::int32_t wait_ticks, std::int32_t counts) {
-    if (phase_ == Phase::kRest) start(Phase::kWait, counts);
+    if (phase_ == Phase::kRest) start(Phase::kStand, counts);
+    if (phase_ == Phase::kStand) {
+      const std::int32_t moved = difference(counts, from_);
+      if (moved >= settings.distance_counts || moved <= -settings.distance_counts) start(phase_, counts);
+      if (++ticks_ <= settings.stand_ticks) return Verdict::kNone;
+      doubted_ = false;
+      if (!unknown_) return end(Verdict::kRight);
+      start(Phase::kWait, counts);
+    }
     if (phase_ == Phase::kWait) {
       if (++ticks_ <= wait_ticks) return Verdict::kNone;
       start(Phase::kForward, counts);
@@ -84,7 +104,7 @@ class DirectionCheck {
   }
 
  private:
-  enum class Phase : std::uint8_t { kRest, kWait, kForward, kBackward };
+  enum class Phase : std::uint8_t { kRest, kStand, kWait, kForward, kBackward };
 
   void start(Phase phase, std::int32_t counts) {
     phase_ = phase;
@@ -93,7 +113,7 @@ class DirectionCheck {
     ticks_ = 0;
   }
   Verdict end(Verdict verdict) {
-    pending_ = verdict != Verdict::kRight;
+    unknown_ = verdict != Verdict::kRight;
     rest();
     return verdict;
   }
@@ -108,7 +128,8 @@ class DirectionCheck {
     return Verdict::kNone;
   }
 
-  bool pending_ = false;
+  bool unknown_ = false;
+  bool doubted_ = false;  // the axis must stand first
   Phase phase_ = Phase::kRest;
   std::int32_t from_ = 0;
   std::int32_t ticks_ = 0;

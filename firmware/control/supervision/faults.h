@@ -74,6 +74,12 @@ constexpr bool loses_place(Fault fault) {
   return fault == Fault::kEncoderLoss || fault == Fault::kEncoderJump || fault == Fault::kIndexOffPlace;
 }
 
+/// What a reversed encoder or motor may have caused: its direction is to be proved again.
+constexpr bool doubts_direction(Fault fault) {
+  return fault == Fault::kEncoderLoss || fault == Fault::kEncoderJump || fault == Fault::kFollowingError ||
+         fault == Fault::kOverCurrent || fault == Fault::kOverspeed;
+}
+
 /// Faults seen since the start: the first one that is not yet reset, and how often each came up. Counts stop
 /// at their largest value.
 class FaultRecord {

@@ -30,9 +30,8 @@ class Supervisor {
       fault = check_.before_enabling(set.direction, bounds.times.brake_release, in.encoder.counts,
                                      state_.state(), command, fault);
     }
-    // An absolute encoder that works again knows its place; an incremental one has to be homed.
-    if (fault != Fault::kNone && loses_place(fault) && !set.axis.reference.absolute_encoder) [[unlikely]]
-      place.lose();
+    if (fault != Fault::kNone) [[unlikely]]
+      note(fault, set, place);
     state_.step(
         command, fault, set.valid, [&reference] { return reference.standing(); }, bounds.times);
     if (!state_.braking()) return false;
@@ -84,6 +83,12 @@ class Supervisor {
   const DirectionCheck& check() const { return check_; }
 
  private:
+  // An absolute encoder that works again knows its place; an incremental one has to be homed.
+  [[gnu::noinline]] void note(Fault fault, const ControlSet& set, PositionReference& place) {
+    if (loses_place(fault) && !set.axis.reference.absolute_encoder) place.lose();
+    if (doubts_direction(fault)) check_.doubt(set.direction);
+  }
+
   StateMachine state_;
   FaultSources faults_;
   SupervisedCommand command_;

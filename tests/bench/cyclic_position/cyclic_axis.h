@@ -14,6 +14,7 @@ namespace slipstack::bench {
 struct Seen {
   double velocity_mps = 0.0;       ///< largest difference of two positions
   double acceleration_mps2 = 0.0;  ///< largest difference of two velocities
+  double jerk_mps3 = 0.0;          ///< largest difference of two accelerations
   double error_m = 0.0;            ///< largest following error
   double square_error = 0.0;
   std::int64_t ticks = 0;
@@ -25,6 +26,8 @@ struct Seen {
 class CyclicAxis {
  public:
   explicit CyclicAxis(std::uint32_t period_ms) {
+    // Position limits act where the position is known.
+    EXPECT_EQ(drive_.write(0x2012, 1, 1, 1), 0U);
     drive_.configure();
     EXPECT_EQ(drive_.write(0x60C2, 1, period_ms, 1), 0U);
     home_ = drive_.read_signed(0x6064, 0);
@@ -63,7 +66,7 @@ class CyclicAxis {
     const Controller& controller = drive_.loop->controller();
     last_ = controller.reference().counts();
     last_fraction_ = static_cast<double>(controller.reference().fraction());
-    if (controller.reference().standing()) last_step_ = 0.0;
+    if (controller.reference().standing()) last_step_ = last_change_ = 0.0;
     seen = {};
   }
 
@@ -91,6 +94,10 @@ class CyclicAxis {
     seen.velocity_mps = std::max(seen.velocity_mps, std::abs(step) * per_tick);
     seen.acceleration_mps2 =
         std::max(seen.acceleration_mps2, std::abs(step - last_step_) * per_tick / loop::kTick_s);
+    const double change = step - last_step_;
+    seen.jerk_mps3 = std::max(seen.jerk_mps3,
+                              std::abs(change - last_change_) * per_tick / (loop::kTick_s * loop::kTick_s));
+    last_change_ = change;
     const auto error_m = static_cast<double>(controller().output().position_error_m);
     seen.error_m = std::max(seen.error_m, std::abs(error_m));
     seen.square_error += error_m * error_m;
@@ -106,6 +113,7 @@ class CyclicAxis {
   std::int32_t last_ = 0;
   double last_fraction_ = 0.0;
   double last_step_ = 0.0;
+  double last_change_ = 0.0;
 };
 
 }  // namespace slipstack::bench

@@ -56,6 +56,12 @@ class Entering : public ::testing::Test {
     EXPECT_LT(axis_.seen.error_m, 2e-4);
   }
 
+  // What rounding to counts makes of it in 2 ms, and the correction of the clock's rate, beside the limit.
+  void expect_jerk_within() {
+    const double rounding = 6.0 * axis_.resolution_m() / std::pow(kPeriod_s, 3);
+    EXPECT_LE(axis_.seen.jerk_mps3, static_cast<double>(axis_.axis().jerk_limit_mps3) * 1.05 + rounding);
+  }
+
   CyclicAxis axis_;
   double begun_s_ = 0.0;
 };
@@ -149,17 +155,62 @@ TEST_F(Entering, ALongGapIsAStopAndTheStreamIsMetAgain) {
   EXPECT_NEAR(axis_.reference_m(), swing_m(axis_.time_s() - begun_s_ - 3 * kPeriod_s), 2e-5);
 }
 
-// A target far away, written once: with the velocity and acceleration of the axis, no more.
+// A target far away, written once: with the velocity, acceleration and jerk of the axis, no more; and as fast
+// as they allow. 0.1 m take v / a + a / j + x / v = 0.418 s.
 TEST_F(Entering, ASetPointFarAwayIsReachedWithinTheLimits) {
   axis_.drive().enable(8);
   axis_.drive().nmt(0x01);
   UnsteadyMaster bus = master([&](double time_s) { return axis_.home() + (time_s > 0.1 ? counts(0.1) : 0); });
   begin();
   axis_.mark();
-  run_ms(bus, 1000);
+  run_ms(bus, 100 + 418 + 30);
   expect_no_step();
+  expect_jerk_within();
   EXPECT_NEAR(axis_.reference_m(), 0.1, 1e-6);
   EXPECT_GT(axis_.seen.velocity_mps, 0.29);
+}
+
+// Set-points of a stream in motion leap, to and fro, near and far: by its jerk limit too.
+TEST_F(Entering, LeapsOfARunningStreamMeetTheJerkLimit) {
+  axis_.drive().enable(8);
+  axis_.drive().nmt(0x01);
+  double leap_m = 0.0;
+  UnsteadyMaster bus = master([&](double time_s) { return axis_.home() + counts(swing_m(time_s) + leap_m); });
+  begin();
+  axis_.mark();
+  for (const double to_m : {0.0, 3e-5, 0.0, 2e-3, -2e-3, 0.05, 0.0, -0.08, 0.0}) {
+    leap_m = to_m;
+    run_ms(bus, 700);
+    EXPECT_NEAR(axis_.reference_m(), swing_m(axis_.time_s() - begun_s_ - 3 * kPeriod_s) + leap_m, 2e-5)
+        << to_m;
+  }
+  expect_no_step();
+  expect_jerk_within();
+}
+
+// A stream that leads out of the range, at full speed: the reference does not pass the end by a count, comes
+// to rest there within its limits, and follows again.
+TEST_F(Entering, AStreamOutOfTheRangeEndsAtItsEnd) {
+  const double end_m = 0.04;
+  EXPECT_EQ(axis_.drive().write(0x607D, 2, static_cast<std::uint32_t>(axis_.home() + counts(end_m)), 4), 0U);
+  axis_.drive().enable(8);
+  axis_.drive().nmt(0x01);
+  UnsteadyMaster bus = master([&](double time_s) {
+    const double way_m = 0.25 * std::max(0.0, time_s - 0.1) - 0.5 * std::max(0.0, time_s - 0.5);
+    return axis_.home() + counts(way_m);
+  });
+  begin();
+  axis_.mark();
+  double farthest_m = 0.0;
+  for (int i = 0; i < 1000; ++i) {
+    run_ms(bus, 1);
+    farthest_m = std::max(farthest_m, axis_.reference_m());
+  }
+  EXPECT_LE(farthest_m, end_m + 1e-9);
+  EXPECT_GT(farthest_m, end_m - 2e-6);
+  EXPECT_LT(axis_.reference_m(), end_m - 0.02) << "and back with the stream";
+  expect_no_step();
+  expect_jerk_within();
 }
 
 }  // namespace

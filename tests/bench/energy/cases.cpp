@@ -68,6 +68,15 @@ class Master402 {
         bench.write(0x6040, 0, 0x1F, 2);
         return;
       }
+      case Drive402::kProfileVelocity:
+        bench.enable(3);
+        bench.write(0x60FF, 0, 2000000, 4);
+        return;
+      case Drive402::kCyclicVelocity:
+        map_velocity();
+        bench.write(0x60C2, 1, 2, 1);
+        bench.nmt(0x01);
+        return bench.enable(9);
       case Drive402::kCyclicPosition:
         bench.write(0x60C2, 1, 2, 1);
         bench.nmt(0x01);
@@ -81,12 +90,14 @@ class Master402 {
   void step(std::int64_t tick, bool failed) {
     can::Bench& bench = machine_.bench();
     if (tick % 20 != 0 || (failed && case_.master_silent)) return;
-    if (case_.mode == Drive402::kCyclicPosition) {
+    if (case_.mode == Drive402::kCyclicPosition || case_.mode == Drive402::kCyclicVelocity) {
       speed_mps_ = std::min(kSpeed_mps, speed_mps_ + 10.0 * 0.002);
       wanted_m_ += speed_mps_ * 0.002;
-      const auto target = static_cast<std::uint32_t>(machine_.counts(wanted_m_ + case_.ahead_m));
+      const bool velocity = case_.mode == Drive402::kCyclicVelocity;
+      const auto target = static_cast<std::uint32_t>(velocity ? std::lround(speed_mps_ * 1e6)
+                                                              : machine_.counts(wanted_m_ + case_.ahead_m));
       if (!(failed && case_.sync_lost)) {
-        bench.send(0x305,
+        bench.send(velocity ? 0x505 : 0x305,
                    {0x0F, 0x00, static_cast<std::uint8_t>(target), static_cast<std::uint8_t>(target >> 8),
                     static_cast<std::uint8_t>(target >> 16), static_cast<std::uint8_t>(target >> 24)});
         bench.send(0x080, {});
@@ -99,6 +110,17 @@ class Master402 {
   }
 
  private:
+  // RPDO 4: controlword and target velocity, with SYNC.
+  void map_velocity() {
+    can::Bench& bench = machine_.bench();
+    bench.write(0x1403, 1, 0x80000500U + can::kNode, 4);
+    bench.write(0x1403, 2, 1, 1);
+    bench.write(0x1603, 1, 0x60400010, 4);
+    bench.write(0x1603, 2, 0x60FF0020, 4);
+    bench.write(0x1603, 0, 2, 1);
+    bench.write(0x1403, 1, 0x500U + can::kNode, 4);
+  }
+
   Machine& machine_;
   const Case& case_;
   double wanted_m_ = 0.0;
@@ -138,6 +160,21 @@ std::vector<Case> cases() {
       0.0);
   add({.name = "SYNC lost, csp", .mode = kCyclicPosition, .failure = none, .sync_lost = true}, 0.0, 0.0);
   add({.name = "master goes on beyond the limit, csp", .mode = kCyclicPosition, .failure = none}, 0.0, 0.0);
+  add({.name = "cable pulled, csv", .mode = kCyclicVelocity, .failure = none, .master_silent = true}, 0.0,
+      0.0);
+  add({.name = "SYNC lost, csv", .mode = kCyclicVelocity, .failure = none, .sync_lost = true}, 0.0, 0.0);
+  add({.name = "master goes on beyond the limit, csv", .mode = kCyclicVelocity, .failure = none}, 0.0, 0.0);
+  add({.name = "encoder runs backwards, csv", .mode = kCyclicVelocity, .failure = reversed()}, 0.0, kFree_J);
+  add({.name = "target stays, pv", .mode = kProfileVelocity, .failure = none}, 0.0, 0.0);
+  add({.name = "cable pulled, pv", .mode = kProfileVelocity, .failure = with([](Failure& f) {
+                                                               f.cable_pulled = true;
+                                                             })},
+      0.0, 0.0);
+  add({.name = "encoder runs backwards, pv", .mode = kProfileVelocity, .failure = reversed()}, 0.0, kFree_J);
+  add({.name = "main loop hangs, pv", .mode = kProfileVelocity, .failure = with([](Failure& f) {
+                                                                  f.main_loop_dead = true;
+                                                                })},
+      0.0, 0.0);
   add({.name = "cable pulled, cst, force stays",
        .mode = kCyclicTorque,
        .failure = none,
@@ -153,8 +190,20 @@ std::vector<Case> cases() {
        .has_limit = false,
        .has_switch = true},
       0.0, 0.0);
+  add({.name = "limit switch instead of 607Dh, csv",
+       .mode = kCyclicVelocity,
+       .failure = none,
+       .has_limit = false,
+       .has_switch = true},
+      0.0, 0.0);
+  add({.name = "limit switch instead of 607Dh, pv",
+       .mode = kProfileVelocity,
+       .failure = none,
+       .has_limit = false,
+       .has_switch = true},
+      0.0, 0.0);
   // The axis runs after them as fast as it may.
-  add({.name = "the same, set-points 0.5 m ahead",
+  add({.name = "the same, csp, set-points 0.5 m ahead",
        .mode = kCyclicPosition,
        .failure = none,
        .has_limit = false,
@@ -180,8 +229,9 @@ Outcome run(const Case& one, bool has_brake) {
   if (one.has_switch) machine.add_switch();
   Master402 master(machine, one);
   master.begin();
-  // A stream is braked with half of the acceleration, from twice as far.
-  const double way_m = one.mode == Drive402::kCyclicPosition ? 2.0 * kStop_m : kStop_m;
+  // What bridges a stream that fails to come adds up to three periods.
+  const bool streams = one.mode == Drive402::kCyclicPosition || one.mode == Drive402::kCyclicVelocity;
+  const double way_m = kStop_m + (streams ? 3.0 * 0.002 * kSpeed_mps : 0.0);
   const double fault_m = (one.has_switch ? kSwitch_m : kLimit_m - way_m) - 0.002;
   std::int64_t tick = 0;
   for (; machine.position_m() < fault_m && tick < 30000; ++tick) {

@@ -8,7 +8,13 @@
 
 namespace slipstack::energy {
 
-enum class Drive402 : std::uint8_t { kProfilePosition, kCyclicPosition, kCyclicTorque };
+enum class Drive402 : std::uint8_t {
+  kProfilePosition,
+  kProfileVelocity,
+  kCyclicPosition,
+  kCyclicVelocity,
+  kCyclicTorque
+};
 
 struct Case {
   std::string name;

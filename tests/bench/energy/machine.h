@@ -40,7 +40,8 @@ struct Failure {
   bool amplifier_reports = false;  ///< its fault input
   bool tick_dead = false;          ///< the processor hangs
   bool main_loop_dead = false;
-  double push_N = 0.0;  ///< until the drive reacts
+  bool cable_pulled = false;  ///< nobody acknowledges what the node sends
+  double push_N = 0.0;        ///< until the drive reacts
 };
 
 /// What the master does; `since_s`: after the fault, negative before.
@@ -95,6 +96,7 @@ class Machine {
       loop.io.outputs = 0;
     }
     bench_.now_us += 100;
+    if (failure != nullptr && failure->cable_pulled) bench_.device.bus.state = CanBusState::kPassive;
     if (failure == nullptr || (!failure->main_loop_dead && !failure->tick_dead)) bench_.poll();
     const bool powered = loop.motor.enabled && (failure == nullptr || !failure->amplifier_dead);
     double force_N = brake_N();

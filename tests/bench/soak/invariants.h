@@ -60,8 +60,7 @@ class Invariants {
 
  private:
   static constexpr std::int64_t kLong = 5000;  // ticks
-  static constexpr std::int32_t kBeyond =
-      100;  // counts: a stream is followed to its end by tracking_step(), which may swing over
+  static constexpr std::int32_t kBeyond = 1;   // count
 
   Controller& controller() { return axis_.controller(); }
   const StateMachine& state() { return controller().state(); }

@@ -100,9 +100,7 @@ class Operator {
     if (!wants_enabled_) return;
     switch (axis_.controller().state().state()) {
       case DriveState::kFault:
-        // Somebody looks first, and waits until the carriage stands: with an encoder that turned round every
-        // enabling makes it faster.
-        if (std::abs(axis_.velocity_mps()) > 0.05) return;
+        // Somebody looks first, whether the carriage still moves or not.
         if (patience_ < 0) patience_ = static_cast<std::int64_t>(rng_.log_uniform(500.0, 5000.0));
         patience_ -= 10;
         if (patience_ >= 0) return;

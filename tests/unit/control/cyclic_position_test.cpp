@@ -9,7 +9,7 @@
 #include <random>
 
 #include "firmware/control/bounds/position_range.h"
-#include "firmware/control/bounds/set_point_range.h"
+#include "firmware/control/bounds/way_to_rest.h"
 #include "firmware/control/reference/braking.h"
 #include "firmware/control/streams/cyclic_position.h"
 
@@ -98,32 +98,35 @@ TEST(SetPointPeriods, TellsTheLateFromTheLost) {
   EXPECT_EQ(run(slipped, never), 57 - 2);
 }
 
-TEST(SetPointSpline, PassesCubicsAndIsSmoothWhateverComes) {
+// A uniform cubic B-spline passes c + (second difference of c) / 6: on a cubic that is the set-point.
+TEST(SetPointSpline, PassesCubics) {
+  SetPointSpline spline;
+  const auto path = [](std::int32_t n) { return 2 * n * n * n - 15 * n * n + 100 * n - 70000; };
+  for (std::uint32_t n = 0; n < 4; ++n) spline.put(n, path(static_cast<std::int32_t>(n)));
+  spline.start(3);
+  const auto control = [&](std::uint32_t n) {
+    return static_cast<double>(static_cast<std::int64_t>(spline.place(n))) * 0x1p-32;
+  };
+  for (std::uint32_t n = 4; n < 60; ++n) {
+    spline.put(n, path(static_cast<std::int32_t>(n)));
+    spline.lean(n, 1000000);
+    if (n < 9) continue;
+    const double bend = control(n) - 2.0 * control(n - 1) + control(n - 2);
+    EXPECT_NEAR(control(n - 1) + bend / 6.0, path(static_cast<std::int32_t>(n) - 1), 1e-6) << n;
+  }
+}
+
+// Set-points that leap are leant out for by no more than the largest bend.
+TEST(SetPointSpline, LeansOutByNoMoreThanTheLargestBend) {
   std::mt19937 random(4);
-  for (const bool cubic : {true, false}) {
-    SetPointSpline spline;
-    const auto path = [&](std::int32_t n) {
-      if (cubic) return 2 * n * n * n - 15 * n * n + 100 * n - 70000;
-      return static_cast<std::int32_t>(random() % 4001) - 2000;
-    };
-    for (std::uint32_t n = 0; n < 4; ++n) spline.put(n, path(static_cast<std::int32_t>(n)));
-    spline.start(3);
-    StreamSegment last{};
-    for (std::uint32_t n = 4; n < 60; ++n) {
-      spline.put(n, path(static_cast<std::int32_t>(n)));
-      const StreamSegment segment = spline.segment(n, 1000000);
-      if (n > 8) {
-        const double jump = static_cast<double>(segment.counts - last.counts) +
-                            static_cast<double>(segment.b - last.b - last.d - last.s - last.k);
-        EXPECT_NEAR(jump, 0.0, 2e-2) << n;
-        EXPECT_NEAR(segment.d, last.d + 2.0F * last.s + 3.0F * last.k, 2e-2F) << n;
-        EXPECT_NEAR(segment.s, last.s + 3.0F * last.k, 2e-2F) << n;
-        if (cubic) {
-          EXPECT_NEAR(segment.b, 0.0F, 1e-2F) << "it begins at the set-point " << n;
-        }
-      }
-      last = segment;
-    }
+  SetPointSpline spline;
+  for (std::uint32_t n = 0; n < 4; ++n) spline.put(n, 0);
+  spline.start(3);
+  for (std::uint32_t n = 4; n < 60; ++n) {
+    const auto place = static_cast<std::int32_t>(random() % 40000001) - 20000000;
+    spline.put(n, place);
+    spline.lean(n, 30);
+    EXPECT_NEAR(static_cast<double>(static_cast<std::int64_t>(spline.place(n))) * 0x1p-32, place, 10.001);
   }
 }
 
@@ -162,50 +165,6 @@ TEST(Tracking, NeverBeyondTheLimitsAndMeetsTheStream) {
   }
 }
 
-// A stream that leads out of the range at any speed, and comes back: set-points stop at the end, never beyond
-// it, with no more than the deceleration, and follow again at once.
-TEST(SetPointRange, StopsAtTheEndAndFollowsAgain) {
-  std::mt19937 random(7);
-  const auto uniform = [&random](double low, double high) {
-    return std::uniform_real_distribution<double>(low, high)(random);
-  };
-  for (int run = 0; run < 300; ++run) {
-    const double deceleration = uniform(0.5, 3000.0);
-    const double stream = uniform(0.1, 40.0) * deceleration;
-    const auto way = static_cast<std::int32_t>(uniform(1.0, 3.0) * stream * stream / deceleration + 100.0);
-    SetPointRange range;
-    range.set({-way, way}, static_cast<float>(deceleration));
-    range.reset();
-    double wanted = 0.0;
-    std::int32_t last = 0, step_before = 0;
-    const int turn = static_cast<int>(2.0 * way / stream) + 200;
-    for (int n = 0; n < 3 * turn; ++n) {
-      wanted += n < turn ? stream : -stream;
-      const bool back = n > turn + 2 * static_cast<int>(stream / deceleration) && wanted < 0.9 * way;
-      if (n == turn) wanted = last;  // as a master that asks for the actual position
-      const std::int32_t now =
-          range.within(static_cast<std::uint32_t>(n), static_cast<std::int32_t>(std::lround(wanted)));
-      ASSERT_LE(std::abs(now), way) << run;
-      const std::int32_t step = now - last;
-      if (n > 0 && std::abs(step) < std::abs(step_before) && std::int64_t{step} * step_before >= 0 &&
-          range.limited()) {
-        // An eighth more in the last two periods, which are whole ones.
-        ASSERT_LE(std::abs(step_before - step), deceleration * 1.13 + 2.0) << run << ' ' << n;
-      }
-      if (n == turn - 1) {
-        ASSERT_NEAR(now, way, 2.0 * std::sqrt(deceleration) + 3.0) << "it goes there";
-        ASSERT_TRUE(range.limited());
-      }
-      if (back && wanted > -0.1 * way) {
-        ASSERT_NEAR(now, wanted, 1.0) << run;
-      }
-      step_before = step;
-      last = now;
-    }
-    EXPECT_LE(last, -way + 2 * static_cast<int>(std::sqrt(deceleration)) + 3);
-  }
-}
-
 // The bound of the way to rest against the way itself, from random velocities and accelerations.
 TEST(Range, TheStoppingDistanceIsNeverTooShort) {
   std::mt19937 random(8);
@@ -234,6 +193,37 @@ TEST(Range, TheStoppingDistanceIsNeverTooShort) {
     longest_excess = std::max(longest_excess, (bound - way) / (way + 1000.0));
   }
   EXPECT_LT(longest_excess, 1.5) << "and not longer than needed, where it matters";
+}
+
+// The signed way to rest, also where the acceleration turns the motion round before it is taken out.
+TEST(Range, TheWayToRestIsTheWayThatAStopTakes) {
+  std::mt19937 random(9);
+  const auto uniform = [&random](double low, double high) {
+    return static_cast<float>(std::uniform_real_distribution<double>(low, high)(random));
+  };
+  int turned = 0;
+  for (int run = 0; run < 3000; ++run) {
+    const float deceleration = uniform(0.01, 0.3);
+    const float jerk = deceleration * uniform(1e-3, 2e-2);
+    const BrakingLimits limits = braking_limits(deceleration, jerk);
+    const float v0 = uniform(-1.0, 1.0) * (run % 2 == 0 ? 250.0F : deceleration * deceleration / jerk);
+    const float a0 = uniform(-1.0, 1.0) * deceleration;
+    std::int64_t velocity = to_fixed(v0);
+    std::int64_t acceleration = to_fixed(a0);
+    double way = 0.0, largest = std::abs(v0);
+    for (int tick = 0; tick < 400000 && (velocity != 0 || acceleration != 0); ++tick) {
+      acceleration = braking_acceleration(velocity, acceleration, limits);
+      velocity += acceleration;
+      way += static_cast<double>(velocity) * 0x1p-44;
+      largest = std::max(largest, std::abs(static_cast<double>(velocity) * 0x1p-44));
+    }
+    const auto told = static_cast<double>(WayToRest(deceleration, jerk)(v0, a0));
+    // Some ticks for the discrete time.
+    EXPECT_NEAR(told, way, 0.004 * std::abs(way) + 4.0 * largest + 0.5) << run << ' ' << v0 << ' ' << a0;
+    const float left = v0 + 0.5F * a0 * std::abs(a0) / jerk;
+    turned += v0 * left < 0.0F && std::abs(told) > 10.0 * largest ? 1 : 0;
+  }
+  EXPECT_GT(turned, 100);
 }
 
 TEST(Range, AnEndThatIsTheLastCountDoesNotBound) {

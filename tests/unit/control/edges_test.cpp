@@ -76,9 +76,9 @@ TEST(Edges, FineEncodersLoseBinaryPlacesOfTheDisplacement) {
 TEST(Edges, BridgedSetPointsAreCountedOneByOne) {
   for (const std::uint32_t lost : {0U, 1U, 2U}) {
     CyclicPosition cyclic;
-    VelocitySpline path;
-    cyclic.set_period(20.0F, 1e-4F, 200.0F, 0.15F);
-    cyclic.set_range({});
+    StreamPath path;
+    cyclic.set_period(20.0F, 1e-4F);
+    path.set_limits(cyclic.path_limits({200.0F, 0.15F, 0.15F, 1.5e-3F}, {}, CyclicPosition::kRounding));
     cyclic.start();
     std::uint32_t tick = 0;
     for (std::uint32_t n = 0; n < 600; ++n) {

@@ -88,6 +88,10 @@ TEST(Generator, FollowsTheAxisAndBrakesFromItsVelocity) {
   }
 }
 
+// As wide as the arithmetic.
+const SetPointQueue::Bounds kUnbounded{
+    {.velocity = 250000.0F, .acceleration = 1000.0F, .deceleration = 1000.0F, .jerk = 1000.0F}, 1000.0F, {}};
+
 TEST(Stream, PassesItsSetpointsSmoothly) {
   constexpr int kPeriod = 10;
   const auto wanted = [](int k) {
@@ -99,7 +103,7 @@ TEST(Stream, PassesItsSetpointsSmoothly) {
   stream.start(generator, kPeriod);
   double last = 0.0, last_v = 0.0, roughest = 0.0;
   for (int k = 1; k < 600; ++k) {
-    ASSERT_TRUE(stream.push(generator, wanted(k)));
+    ASSERT_TRUE(stream.push(generator, kUnbounded, wanted(k)));
     for (int i = 0; i < kPeriod; ++i) {
       const double x = position(next(generator));
       if (i == 0) {
@@ -125,13 +129,15 @@ TEST(Stream, PassesItsSetpointsSmoothly) {
 TEST(Stream, TakesTheSetpointsOfAFineEncoder) {
   constexpr int kPeriod = 20;
   constexpr std::int32_t kStep = 200000 * kPeriod;
+  SetPointQueue::Bounds kFine = kUnbounded;
+  kFine.motion.acceleration = kFine.motion.jerk = 20000.0F;  // it begins at once
   ReferenceGenerator generator;
   generator.hold(-1000000000);
   SetPointQueue stream;
   stream.start(generator, kPeriod);
   double last = 0.0;
   for (int k = 1; k < 400; ++k) {
-    ASSERT_TRUE(stream.push(generator, -1000000000 + k * kStep)) << k;
+    ASSERT_TRUE(stream.push(generator, kFine, -1000000000 + k * kStep)) << k;
     for (int i = 0; i < kPeriod; ++i) {
       const double x = position(next(generator));
       if (k > 6) {
@@ -155,7 +161,7 @@ TEST(Stream, KeepsASteadyAcceleration) {
     const double wanted = -7.0 + 0.5 * kAcceleration * std::pow(kPeriod * k, 2);
     const auto counts = static_cast<std::int32_t>(std::floor(wanted));
     const auto fraction = static_cast<std::uint32_t>((wanted - counts) * 0x1p32);
-    ASSERT_TRUE(stream.push(generator, counts, fraction));
+    ASSERT_TRUE(stream.push(generator, kUnbounded, counts, fraction));
     for (int i = 0; i < kPeriod; ++i) {
       const double x = position(next(generator));
       // The first periods come from rest.
@@ -166,6 +172,59 @@ TEST(Stream, KeepsASteadyAcceleration) {
       last = x;
     }
   }
+}
+
+// Set-points that leap, run away, or lead out of the range: whatever comes, the motion keeps velocity,
+// acceleration and jerk, and a stop behind what was taken ends within the range.
+TEST(Stream, KeepsItsBoundsWhateverComes) {
+  constexpr int kPeriod = 20;
+  std::mt19937 random(12);
+  const auto uniform = [&random](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  const SetPointQueue::Bounds bounds{
+      {.velocity = 200.0F, .acceleration = 0.15F, .deceleration = 0.15F, .jerk = 1.5e-3F},
+      0.15F,
+      {-100000, 100000}};
+  const BrakingLimits braking = braking_limits(0.15F, 1.5e-3F);
+  int refused = 0, out_of_range = 0;
+  for (int run = 0; run < 200; ++run) {
+    ReferenceGenerator generator;
+    generator.hold(0);
+    SetPointQueue stream;
+    stream.start(generator, kPeriod);
+    // A smooth motion that may be too much in one thing, and from some set-point on leaps.
+    const double amplitude = uniform(1e4, 7e4);
+    const double rate = uniform(1e-4, 1.2e-3);
+    const int leaps_at = static_cast<int>(uniform(100.0, 4000.0));
+    double last = 0.0, last_v = 0.0, last_a = 0.0, farthest = 0.0;
+    bool taken = true;
+    for (int k = 1; k < 1200 && !(generator.idle() && !taken); ++k) {
+      const double phase = 0.5 * std::pow(1.0 - std::cos(rate * kPeriod * k), 2.0);
+      const double wanted = amplitude * phase + (k > leaps_at ? uniform(-1000.0, 1000.0) : 0.0);
+      const auto counts = static_cast<std::int32_t>(std::floor(wanted));
+      if (taken) {
+        taken =
+            stream.push(generator, bounds, counts, static_cast<std::uint32_t>((wanted - counts) * 0x1p32));
+      }
+      for (int i = 0; i < kPeriod; ++i) {
+        const double x = position(generator.next(braking));
+        ASSERT_LE(std::abs(x - last), 200.0 * 1.002) << run;
+        ASSERT_LE(std::abs(x - last - last_v), 0.15 * 1.002 + 1e-4) << run;
+        ASSERT_LE(std::abs(x - last - last_v - last_a), 1.5e-3 * 1.1 + 1e-4) << run << ' ' << k << ' ' << i;
+        last_a = x - last - last_v;
+        last_v = x - last;
+        last = x;
+        farthest = std::max(farthest, std::abs(x));
+      }
+    }
+    EXPECT_LE(farthest, 100001.0) << run;
+    refused += taken ? 0 : 1;
+    out_of_range += 2.0 * amplitude > 1e5 ? 1 : 0;
+  }
+  EXPECT_GT(refused, 60);
+  EXPECT_LT(refused, 180) << "and what keeps them is taken";
+  EXPECT_GT(out_of_range, 20);
 }
 
 }  // namespace

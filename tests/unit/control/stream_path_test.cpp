@@ -1,0 +1,501 @@
+// SPDX-License-Identifier: Apache-2.0
+// The path of set-points of velocity: smooth, within the limits, exact in its sum; and the stream of them
+// behind SYNC, followed by the reference. The whole of it behind a bus: tests/bench/cyclic_position.
+#include "firmware/control/streams/stream_path.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <random>
+
+#include "firmware/control/reference/point_to_point.h"
+#include "firmware/control/reference/reference.h"
+#include "firmware/control/streams/cyclic_position.h"
+#include "tests/unit/control/reference_watch.h"
+
+namespace slipstack {
+namespace {
+
+double uniform(std::mt19937& random, double low, double high) {
+  return std::uniform_real_distribution<double>(low, high)(random);
+}
+
+// Position, velocity and acceleration at the ends of a segment, counts and periods.
+struct Ends {
+  double x0, x1, v0, v1, a0, a1;
+  static Ends of(const StreamSegment& segment) {
+    const auto b = static_cast<double>(segment.b), d = static_cast<double>(segment.d);
+    const auto s = static_cast<double>(segment.s), k = static_cast<double>(segment.k);
+    return {b, b + d + s + k, d, d + 2.0 * s + 3.0 * k, 2.0 * s, 2.0 * s + 6.0 * k};
+  }
+};
+
+// Limits of a kind: `jerk` in periods to the largest change of the velocity.
+StreamPath::Limits limits_of(double velocity, double change, double periods_of_jerk, double rounding = 0.0) {
+  return {.velocity = static_cast<float>(velocity),
+          .speeding = static_cast<float>(change),
+          .slowing = static_cast<float>(change),
+          .jerk = static_cast<float>(change / periods_of_jerk),
+          .rounding = static_cast<float>(rounding),
+          .range = {}};
+}
+
+// What a path has done, by its segments: largest velocity, acceleration and jerk, and that nothing steps.
+class Followed {
+ public:
+  explicit Followed(std::int32_t begin) : begin_(begin) {}
+  void see(const StreamSegment& segment) {
+    const Ends ends = Ends::of(segment);
+    const double from = static_cast<double>(difference(segment.counts, begin_)) + ends.x0;
+    if (seen_) {
+      ASSERT_NEAR(from, at, 1e-3 + 1e-6 * std::abs(at));
+      ASSERT_NEAR(ends.v0, velocity, 1e-4 + 2e-6 * fastest);
+      ASSERT_NEAR(ends.a0, acceleration, 1e-4 + 4e-6 * fastest);
+    }
+    seen_ = true;
+    at = from + ends.x1 - ends.x0;
+    velocity = ends.v1;
+    acceleration = ends.a1;
+    fastest = std::max(fastest, std::abs(ends.v1));
+    hardest = std::max(hardest, std::abs(ends.a1));
+    sharpest = std::max(sharpest, std::abs(ends.a1 - ends.a0));
+  }
+  double at = 0.0, velocity = 0.0, acceleration = 0.0;
+  double fastest = 0.0, hardest = 0.0, sharpest = 0.0;
+
+ private:
+  std::int32_t begin_;
+  bool seen_ = false;
+};
+
+void expect_within(const Followed& path, const StreamPath::Limits& limits) {
+  EXPECT_LE(path.fastest, static_cast<double>(limits.velocity) * (1.0 + 1e-5));
+  EXPECT_LE(path.hardest, static_cast<double>(limits.speeding) * (1.0 + 1e-4) + 1e-5 * path.fastest);
+  EXPECT_LE(path.sharpest,
+            static_cast<double>(limits.jerk + limits.rounding) * (1.0 + 1e-3) + 1e-5 * path.fastest);
+}
+
+TEST(StreamPath, IsSmoothAndKeepsItsLimitsWhateverVelocitiesCome) {
+  std::mt19937 random(3);
+  for (int run = 0; run < 100; ++run) {
+    const double fastest = uniform(random, 5.0, 3000.0);
+    const auto limits = limits_of(fastest, uniform(random, 0.01, 0.5) * fastest, uniform(random, 0.5, 20.0));
+    StreamPath path;
+    path.set_limits(limits);
+    const auto begin = static_cast<std::int32_t>(random());
+    path.start(100, {.counts = begin, .fraction = 0.25F});
+    Followed seen(begin);
+    for (std::uint32_t n = 100; n < 600; ++n) {
+      const bool leaps = n % 97 > 60;
+      path.put_velocity(n, static_cast<float>(leaps ? uniform(random, -fastest, fastest)
+                                                    : 1.5 * fastest * std::sin(0.05 * n)));
+      seen.see(path.segment(n));
+    }
+    expect_within(seen, limits);
+    EXPECT_GT(seen.fastest, 0.03 * fastest) << "it moves";
+  }
+}
+
+// A velocity that leaps and then stays: reached in the time that the limits need, and not overshot.
+TEST(StreamPath, AVelocityThatLeapsIsReachedInTimeAndNotOvershot) {
+  std::mt19937 random(4);
+  for (int run = 0; run < 300; ++run) {
+    const double change = uniform(random, 1.0, 100.0);
+    const double periods = uniform(random, 0.7, 30.0);
+    const auto limits = limits_of(60.0 * change, change, periods);
+    StreamPath path;
+    path.set_limits(limits);
+    path.start(0, {});
+    const double wanted = uniform(random, 1.0, 60.0) * change;
+    Followed seen(0);
+    const double full = change * periods;  // velocity of both ramps together
+    const double needed =
+        wanted > full ? wanted / change + periods : 2.0 * std::sqrt(wanted * periods / change);
+    std::uint32_t n = 0;
+    for (; n < static_cast<std::uint32_t>(1.06 * needed) + 6; ++n) {
+      path.put_velocity(n, static_cast<float>(wanted));
+      seen.see(path.segment(n));
+    }
+    EXPECT_NEAR(seen.velocity, wanted, 1e-4 * wanted) << run;
+    EXPECT_LE(seen.fastest, wanted * 1.0001) << run;
+    for (; n < 500; ++n) path.put_velocity(n, static_cast<float>(wanted));
+    EXPECT_FALSE(path.limited());
+  }
+}
+
+// A constant velocity that is no whole number of counts: no acceleration at all, and the sum is exact.
+TEST(StreamPath, AConstantVelocityHasNoRipple) {
+  StreamPath path;
+  path.set_limits(limits_of(1000.0, 1000.0, 1.0));
+  path.start(0, {.counts = 7, .velocity = 24.625F});
+  for (std::uint32_t n = 0; n < 100000; ++n) {
+    path.put_velocity(n, 24.625F);
+    const StreamSegment segment = path.segment(n);
+    ASSERT_EQ(segment.s, 0.0F);
+    ASSERT_EQ(segment.k, 0.0F);
+    ASSERT_EQ(static_cast<double>(segment.counts) + static_cast<double>(segment.b), 7.0 + 24.625 * n) << n;
+  }
+}
+
+// It begins in the state that the reference has: place, velocity and acceleration.
+TEST(StreamPath, BeginsInAnyState) {
+  StreamPath path;
+  path.set_limits(limits_of(1000.0, 40.0, 2.0));
+  path.start(50, {.counts = -300, .fraction = 2.75F, .velocity = -412.0F, .acceleration = 30.0F});
+  path.put_velocity(50, -800.0F);
+  const StreamSegment segment = path.segment(50);
+  const Ends ends = Ends::of(segment);
+  EXPECT_NEAR(segment.counts + ends.x0, -300 + 2.75, 1e-4);
+  EXPECT_NEAR(ends.v0, -412.0, 1e-3);
+  EXPECT_NEAR(ends.a0, 30.0, 1e-3);
+  EXPECT_NEAR(ends.a1, 10.0, 1e-3) << "as far as the jerk allows";
+}
+
+// Speed is lost by the one limit and won by the other, through zero too.
+TEST(StreamPath, SpeedIsWonAndLostByTheirOwnLimits) {
+  StreamPath path;
+  StreamPath::Limits limits = limits_of(1000.0, 10.0, 1e-3);
+  limits.slowing = 65.0F;
+  path.set_limits(limits);
+  path.start(2, {});
+  const auto after = [&](std::uint32_t n, float wanted) {
+    path.put_velocity(n, wanted);
+    return std::lround(2.0F * path.segment(n).d);  // v[n - 2] + v[n - 1]
+  };
+  for (std::uint32_t n = 2; n < 12; ++n) after(n, 1000.0F);  // v[11] = 100
+  after(12, -1000.0F);                                       // 35
+  after(13, -1000.0F);                                       // through zero: -10, not -30
+  EXPECT_EQ(after(14, -1000.0F), 35 - 10);                   // -20
+  EXPECT_EQ(after(15, -1000.0F), -10 - 20);                  // -30
+  EXPECT_EQ(after(16, 1000.0F), -20 - 30);                   // 10
+  EXPECT_EQ(after(17, 1000.0F), -30 + 10);
+  EXPECT_TRUE(path.limited());
+}
+
+// Velocities that lead out of the range at any speed: no point of the path beyond the end, and it is reached.
+TEST(StreamPath, StopsAtTheEndOfTheRangeAndComesBackAtOnce) {
+  std::mt19937 random(5);
+  for (int run = 0; run < 300; ++run) {
+    const double change = uniform(random, 1.0, 500.0);
+    const double periods = uniform(random, 0.5, 15.0);
+    const double speed = change * uniform(random, 0.5, 40.0);
+    const auto end = static_cast<std::int32_t>(speed * speed / change + 2.0 * speed * periods + 100.0);
+    const double sign = run % 2 == 0 ? 1.0 : -1.0;
+    StreamPath::Limits limits = limits_of(1.0e6, change, periods);
+    limits.range = {-end, end};
+    StreamPath path;
+    path.set_limits(limits);
+    path.start(0, {});
+    const auto turn = static_cast<std::uint32_t>(3.0 * end / speed) + 300;
+    double reversed = 0.0;
+    Followed seen(0);
+    for (std::uint32_t n = 0; n < turn + 150; ++n) {
+      path.put_velocity(n, static_cast<float>(n < turn ? sign * speed : -sign * speed));
+      seen.see(path.segment(n));
+      ASSERT_LE(sign * seen.at, end + 1e-3 + 1e-6 * end) << run << ' ' << n;
+      if (n == turn - 1) {
+        EXPECT_TRUE(path.limited());
+        EXPECT_NEAR(sign * seen.at, end, 1.0) << run;
+        reversed = seen.at;
+      }
+    }
+    expect_within(seen, limits);
+    EXPECT_LT(sign * (seen.at - reversed), -10.0) << "no time to catch up with";
+  }
+}
+
+// Places that leap, from any state, to a stream that moves: within the limits, met in a time near the least,
+// from one side only.
+class Leap : public ::testing::TestWithParam<double> {};
+TEST_P(Leap, APlaceThatLeapsIsMetWithinTheLimitsAndNotOvershot) {
+  std::mt19937 random(6);
+  double slowest = 0.0, fewest = 1e9;
+  for (int run = 0; run < 400; ++run) {
+    const double change = uniform(random, 2.0, 200.0);
+    const double periods = GetParam() * uniform(random, 0.7, 1.5);
+    const double fastest = change * uniform(random, 5.0, 60.0);
+    const auto limits = limits_of(fastest, change, periods);
+    StreamPath path;
+    path.set_limits(limits);
+    const bool moves = run % 2 == 1;
+    const double stream = moves ? uniform(random, -0.5, 0.5) * fastest : 0.0;
+    const double distance = std::exp(uniform(random, 0.0, 6.0)) * change * (run % 4 < 2 ? 1.0 : -1.0);
+    const double begin = moves ? uniform(random, -0.9, 0.9) * fastest : 0.0;
+    path.start(0, {.counts = 1000, .velocity = static_cast<float>(begin)});
+    Followed seen(1000);
+    double beyond = 0.0;
+    int met = -1;
+    const auto at = [&](int n) { return 1000.0 + distance + stream * n; };
+    const auto fixed = [&](int n) {
+      const double place = at(n);
+      const double whole = std::floor(place);
+      return (std::uint64_t{static_cast<std::uint32_t>(static_cast<std::int64_t>(whole))} << 32) +
+             static_cast<std::uint64_t>((place - whole) * 0x1p32);
+    };
+    for (int n = 0; n < 4000; ++n) {
+      path.put_place(static_cast<std::uint32_t>(n), fixed(n), fixed(n - 1));
+      seen.see(path.segment(static_cast<std::uint32_t>(n)));
+      // The segment ends a period before its control point.
+      const double off = at(n - 1) - 1000.0 - seen.at;
+      if (!moves) beyond = std::max(beyond, -off * (distance > 0.0 ? 1.0 : -1.0));
+      if (!path.limited() && met < 0) met = n;
+      if (met >= 0) {
+        ASSERT_FALSE(path.limited()) << run << ": met once, met for good";
+      }
+    }
+    ASSERT_GE(met, 0) << run;
+    expect_within(seen, limits);
+    EXPECT_LE(beyond, 1e-3 * std::abs(distance) + 1e-3) << run;
+    if (moves) continue;
+    // From rest to rest in continuous time.
+    const double way = std::abs(distance);
+    double least = 4.0 * std::cbrt(way * periods / (2.0 * change));
+    if (way > 2.0 * change * periods * periods) {
+      const double peak =
+          std::min(fastest, 0.5 * change * (std::sqrt(periods * periods + 4.0 * way / change) - periods));
+      least = way / peak + peak / change + periods;
+    } else {
+      const double peak = std::cbrt(0.25 * way * way * change / periods);
+      if (peak > fastest) least = way / fastest + 2.0 * std::sqrt(fastest * periods / change);
+    }
+    slowest = std::max(slowest, (met - 1.0) / least);
+    fewest = std::min(fewest, (met + 1.0) / least);
+  }
+  std::printf("jerk over %.1f periods: %.3f to %.3f of the least time\n", GetParam(), fewest, slowest);
+  EXPECT_LT(slowest, 1.06);
+  EXPECT_GT(fewest, 0.5) << "whole periods";
+}
+INSTANTIATE_TEST_SUITE_P(Periods, Leap, ::testing::Values(0.7, 3.0, 12.0, 40.0));
+
+// The reference behind a stream of velocities, tick by tick.
+class Stream : public ReferenceWatch {
+ public:
+  Stream(float highest, float hardest_allowed, std::uint32_t period)
+      : period_ticks(period),
+        limits_{highest, hardest_allowed, hardest_allowed, 0.05F * hardest_allowed},
+        tracking_(TrackingLimits::of(highest, hardest_allowed)),
+        braking_(braking_limits(hardest_allowed, 0.05F * hardest_allowed)) {
+    cyclic->set_period(static_cast<float>(period), 1e-4F);
+    bound({}, 0.0F);
+  }
+  void bound(const PositionRange& range, float rounding) {
+    path.set_limits(cyclic->path_limits(limits_, range, rounding));
+  }
+  void sync(bool has_target, float counts_per_tick) {
+    cyclic->sync_velocity(tick_, has_target, counts_per_tick, path,
+                          [this](std::uint32_t lead) { return reference->predict(lead, braking_).motion; });
+  }
+  void sync_position(std::int32_t target) {
+    bound({}, CyclicPosition::kRounding);
+    cyclic->sync(tick_, true, target, path,
+                 [this](std::uint32_t lead) { return reference->predict(lead, braking_).motion; });
+  }
+  void tick() {
+    ++tick_;
+    see(cyclic->step(tick_) ? reference->track(cyclic->point(), tracking_) : reference->next(braking_));
+  }
+  void period(bool has_target, float counts_per_tick) {
+    sync(has_target, counts_per_tick);
+    for (std::uint32_t i = 0; i < period_ticks; ++i) tick();
+  }
+
+  StreamPath path;
+  std::unique_ptr<CyclicPosition> cyclic = std::make_unique<CyclicPosition>();
+  std::unique_ptr<ReferenceGenerator> reference = std::make_unique<ReferenceGenerator>();
+  std::uint32_t period_ticks;
+
+ private:
+  MotionLimits limits_;
+  TrackingLimits tracking_;
+  BrakingLimits braking_;
+  std::uint32_t tick_ = 5000;
+};
+
+TEST(VelocityStream, TheReferenceHasTheVelocityTwoPeriodsAndAHalfLater) {
+  for (const std::uint32_t period : {2U, 10U, 100U, 1000U}) {
+    Stream stream(200.0F, 0.5F, period);
+    stream.cyclic->start();
+    for (int n = 0; n < 12; ++n) stream.period(true, 0.0F);
+    ASSERT_TRUE(stream.cyclic->following()) << period;
+    const double rate = std::min(0.01, 4.0 / period);  // counts per tick^2
+    const double before = stream.way;
+    int n = 0;
+    for (; n < 40; ++n) stream.period(true, static_cast<float>(rate * period * n));
+    // The point of a tick is that of its begin, and a difference of two the velocity between them.
+    EXPECT_NEAR(stream.velocity, rate * period * (n - 2.5) - 1.5 * rate, 0.02 * rate * period + 2e-3)
+        << period;
+    EXPECT_LE(stream.hardest, 1.2 * rate + 1e-3) << period;
+    EXPECT_GT(stream.way - before, 0.0);
+    EXPECT_EQ(stream.cyclic->gaps(), 0U);
+  }
+}
+
+// One lost set-point in fifty, some late; velocities that leap: never beyond the limits, and it moves.
+TEST(VelocityStream, NeverBeyondTheLimitsWhateverComes) {
+  std::mt19937 random(9);
+  for (int run = 0; run < 20; ++run) {
+    const auto velocity = static_cast<float>(uniform(random, 20.0, 2000.0));
+    const auto acceleration = static_cast<float>(uniform(random, 1e-3, 5e-3)) * velocity;
+    const auto period = static_cast<std::uint32_t>(2 + random() % 60);
+    Stream stream(velocity, acceleration, period);
+    stream.cyclic->start();
+    float wanted = 0.0F;
+    std::uint32_t late = 0;
+    for (int n = 0; n < 2000; ++n) {
+      if (random() % 40 == 0) wanted = static_cast<float>(uniform(random, -1.3, 1.3)) * velocity;
+      const bool here = random() % 50 != 0;
+      late = random() % 30 == 0 ? static_cast<std::uint32_t>(random()) % (2 * period) : 0;
+      for (std::uint32_t i = 0; i < late; ++i) stream.tick();
+      if (random() % 60 != 0) stream.sync(here, wanted);
+      for (std::uint32_t i = late; i < period; ++i) stream.tick();
+      if (n == 1000) {
+        stream.cyclic->stop();
+        stream.reference->stop();
+        stream.cyclic->start();
+      }
+    }
+    EXPECT_LE(stream.fastest, static_cast<double>(velocity) * 1.00001 + 1e-4) << run;
+    EXPECT_LE(stream.hardest,
+              static_cast<double>(acceleration) * 1.0001 + 1e-5 * static_cast<double>(velocity) + 1e-4)
+        << run;
+    EXPECT_GT(stream.fastest, 0.9 * static_cast<double>(velocity)) << run;
+  }
+}
+
+// A stream met in motion, from a ramp: no step of the acceleration beyond what its own change asks for.
+TEST(VelocityStream, MeetsAReferenceThatBrakes) {
+  Stream stream(200.0F, 0.5F, 20);
+  PointToPoint moves;
+  for (int n = 0; n < 12; ++n) stream.period(false, 0.0F);  // SYNC runs, and is locked to
+  const MotionLimits limits{200.0F, 0.5F, 0.5F, 2e-3F};
+  ASSERT_EQ(moves.run(*stream.reference, 150.0F, limits, braking_limits(0.5F, 2e-3F)), PlanStatus::kOk);
+  for (int n = 0; n < 60; ++n) stream.period(false, 0.0F);
+  ASSERT_NEAR(stream.velocity, 150.0, 1e-3);
+  stream.reference->stop();
+  stream.cyclic->start();
+  double sharpest = 0.0;
+  double velocity = stream.velocity, acceleration = 0.0;
+  stream.sync(true, 150.0F);
+  for (int tick = 0; tick < 100; ++tick) {
+    if (tick > 0 && tick % 20 == 0) stream.sync(true, 150.0F);
+    stream.tick();
+    const double now = stream.velocity - velocity;
+    if (tick > 0) sharpest = std::max(sharpest, std::abs(now - acceleration));
+    acceleration = now;
+    velocity = stream.velocity;
+  }
+  // While it waits the reference brakes at full jerk, 0.025 a tick; then from 0.5 to 0.5 over a period. What
+  // floats have of the place is 0.01.
+  EXPECT_LE(sharpest, 2.0 * 0.5 / 20.0 + 2e-2);
+  EXPECT_NEAR(stream.velocity, 150.0, 1e-2);
+}
+
+// A stream of positions that begins somewhere else, moves otherwise, and leaps under way: within the limits
+// of velocity, acceleration and jerk, and met.
+TEST(PositionStream, IsMetWithinTheJerkLimitAndSoAreItsLeaps) {
+  std::mt19937 random(14);
+  double used = 0.0;
+  for (int run = 0; run < 60; ++run) {
+    const auto period = static_cast<std::uint32_t>(10 + random() % 40);
+    Stream stream(200.0F, 0.5F, period);
+    PointToPoint moves;
+    for (int n = 0; n < 12; ++n) stream.period(false, 0.0F);
+    const BrakingLimits braking = braking_limits(0.5F, 5e-3F);
+    const auto speed = static_cast<float>(uniform(random, -150.0, 150.0));
+    ASSERT_EQ(moves.run(*stream.reference, speed, {200.0F, 0.5F, 0.5F, 5e-3F}, braking), PlanStatus::kOk);
+    for (int n = 0; n < 100; ++n) stream.period(false, 0.0F);
+    stream.reference->stop();
+    stream.cyclic->start();
+    double begin = stream.reference->counts() + uniform(random, -20000.0, 20000.0);
+    const double step = uniform(random, -100.0, 100.0) * period;
+    int n = 0;
+    for (; n < 1200; ++n) {
+      if (n == 20) stream.sharpest = 0.0;  // the reference brakes until it is the stream's
+      if (n == 600) begin += uniform(random, -30000.0, 30000.0);
+      stream.sync_position(static_cast<std::int32_t>(std::lround(begin + step * n)));
+      for (std::uint32_t i = 0; i < period; ++i) stream.tick();
+    }
+    // Set-point n is passed at n + 3; the point is that of the tick before.
+    const double now = begin + step * (n - 3) - step / period;
+    const double at = stream.reference->counts() + static_cast<double>(stream.reference->fraction());
+    EXPECT_NEAR(at - stream.velocity, now, 2.0) << run;
+    EXPECT_LE(stream.fastest, 200.0 * 1.00001) << run;
+    EXPECT_LE(stream.hardest, 0.5 * 1.0001 + 1e-2) << run;
+    // 0.025; set-points are whole counts; what floats have of the place.
+    const double rounding = static_cast<double>(CyclicPosition::kRounding) / (period * period * period);
+    EXPECT_LE(stream.sharpest, 0.025 + rounding + 6e-3) << run << ' ' << period;
+    used = std::max(used, stream.sharpest / std::min(0.025, 0.5 / period));
+  }
+  EXPECT_GT(used, 0.9) << "leaps as fast as they may";
+}
+
+// The same of velocities: a leap is a ramp within the jerk limit.
+TEST(VelocityStream, ALeapMeetsTheJerkLimit) {
+  std::mt19937 random(15);
+  for (int run = 0; run < 40; ++run) {
+    const auto period = static_cast<std::uint32_t>(5 + random() % 60);
+    Stream stream(200.0F, 0.5F, period);
+    stream.cyclic->start();
+    float wanted = 0.0F;
+    for (int n = 0; n < 900; ++n) {
+      if (n % 300 == 50) wanted = static_cast<float>(uniform(random, -200.0, 200.0));
+      if (n == 40) stream.sharpest = 0.0;
+      stream.period(true, wanted);
+    }
+    EXPECT_NEAR(stream.velocity, static_cast<double>(wanted), 1e-3) << run;
+    EXPECT_LE(stream.sharpest, 0.025 + 6e-3) << run << ' ' << period;
+    EXPECT_GT(stream.sharpest, 0.8 * std::min(0.025, 0.5 / period)) << run;
+    EXPECT_LE(stream.hardest, 0.5 * 1.0001 + 1e-2) << run;
+  }
+}
+
+// A set-point that comes after its segment has begun is not played over it: the stream goes on as it was.
+TEST(VelocityStream, ASetPointTooLateMakesNoStep) {
+  for (const int late : {4, 12, 19}) {
+    Stream stream(200.0F, 0.5F, 20);
+    stream.cyclic->start();
+    for (int n = 0; n < 60; ++n) stream.period(true, 100.0F);
+    stream.sharpest = 0.0;
+    for (int n = 0; n < 40; ++n) {
+      // One SYNC by more than a period late, the next in time.
+      if (n % 10 == 0) {
+        for (int i = 0; i < 20 + late; ++i) stream.tick();
+        stream.sync(true, 100.0F + static_cast<float>(n));
+        for (int i = late; i < 20; ++i) stream.tick();
+        ++n;
+      }
+      stream.period(true, 100.0F + static_cast<float>(n));
+    }
+    EXPECT_EQ(stream.cyclic->gaps(), 0U) << late;
+    // Velocities change by a count per tick in a period: 0.05 of acceleration, there and back in one.
+    EXPECT_LE(stream.sharpest, 0.06) << late;
+    EXPECT_LE(stream.hardest, 0.5 * 1.0001 + 1e-2) << late;
+  }
+}
+
+TEST(VelocityStream, AGapIsAStopAndTheNextSetPointGoesOnFromThere) {
+  Stream stream(200.0F, 0.5F, 20);
+  stream.cyclic->start();
+  for (int n = 0; n < 60; ++n) stream.period(true, 100.0F);
+  ASSERT_NEAR(stream.velocity, 100.0, 1e-3);
+  // Two are bridged.
+  stream.period(false, 0.0F);
+  stream.period(false, 0.0F);
+  stream.period(true, 100.0F);
+  EXPECT_EQ(stream.cyclic->gaps(), 0U);
+  EXPECT_EQ(stream.cyclic->bridged(), 2U);
+  for (int n = 0; n < 40; ++n) stream.period(false, 0.0F);
+  EXPECT_EQ(stream.cyclic->gaps(), 1U);
+  EXPECT_TRUE(stream.reference->standing());
+  const double stood = stream.way;
+  for (int n = 0; n < 3; ++n) stream.period(true, 0.0F);
+  EXPECT_EQ(stream.way, stood);
+  for (int n = 0; n < 40; ++n) stream.period(true, -50.0F);
+  EXPECT_NEAR(stream.velocity, -50.0, 1e-3);
+  EXPECT_LE(stream.hardest, 0.5 * 1.0001 + 1e-3);
+}
+
+}  // namespace
+}  // namespace slipstack
