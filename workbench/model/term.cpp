@@ -83,6 +83,17 @@ double hysteresis_level_N(const Term& hysteresis) {
   return level_N;
 }
 
+double mean_slip_m(const Term& hysteresis) {
+  const double level_N = hysteresis_level_N(hysteresis);
+  if (level_N == 0.0) return 0.0;
+  double sum_Nm = 0.0;
+  for (std::size_t i = 0; i < hysteresis.gains.size(); ++i) {
+    const double slip_m = hysteresis.shapes[i % hysteresis.gains_per_set()];
+    sum_Nm += hysteresis.gains[i] * slip_m * slip_m;
+  }
+  return sum_Nm / level_N;
+}
+
 bool mass_is_free(const Terms& terms) {
   const Term* inertia = find_role(terms, Role::inertia);
   return inertia != nullptr && inertia->lower[0] < inertia->upper[0];

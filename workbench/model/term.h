@@ -65,6 +65,8 @@ double mass_kg(const Terms& terms, std::size_t log = 0);
 /// Level of a hysteresis: the sum of stiffness times slip distance of its elements [N]; over all sets of
 /// gains.
 double hysteresis_level_N(const Term& hysteresis);
+/// Its mean slip distance, each weighted by the level of its element [m]; zero where the level is zero.
+double mean_slip_m(const Term& hysteresis);
 /// Whether the inertia is fitted, because no log declares the mass.
 bool mass_is_free(const Terms& terms);
 

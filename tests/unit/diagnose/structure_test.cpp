@@ -12,6 +12,7 @@
 #include "workbench/diagnose/alternatives/places.h"
 #include "workbench/diagnose/alternatives/reversals.h"
 #include "workbench/diagnose/evidence/held_out.h"
+#include "workbench/estimate/uncertainty/noise_floor.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -21,6 +22,7 @@ using test::Draw;
 class Residual : public testing::Test {
  protected:
   Residual() : measurement_(test::wandering_log(3, 2000.0, 60'000)) {
+    weigh_rows(measurement_);
     position_m_ = at_rows(measurement_, measurement_.position_m());
     velocity_mps_ = at_rows(measurement_, measurement_.velocity_mps());
     Draw draw(4);

@@ -28,10 +28,11 @@ sim::Bench bench_of(sim::Setup setup, std::uint64_t seed) {
 double left_over_floor(sim::Bench bench, std::uint64_t seed, double noise, double encoder) {
   bench.axis.force_noise_N *= noise;
   bench.axis.encoder_resolution_m *= encoder;
-  const Measurement measurement(test::simulate(bench, seed));
+  Measurement measurement(test::simulate(bench, seed));
+  weigh_rows(measurement);
   const Terms truth = test::truth_of(measurement, bench.axis);
   const double left_N = measurement.weighted_rms(Linearisation(measurement, truth).residual_N());
-  return left_N / NoiseFloor(measurement).of(truth);
+  return left_N / measurement.noise_floor_N();
 }
 
 struct Spread {
@@ -95,7 +96,7 @@ TEST(NoiseFloor, CoversForcesThatNoSensorMeasures) {
     weigh_rows(measurement);
     const Terms truth = test::truth_of(measurement, bench.axis);
     const double left_N = measurement.weighted_rms(Linearisation(measurement, truth).residual_N());
-    const double ratio = left_N / NoiseFloor(measurement).of(truth);
+    const double ratio = left_N / measurement.noise_floor_N();
     EXPECT_GT(ratio, 0.75) << seed;
     EXPECT_LT(ratio, 1.5) << seed;
     mean += ratio / kLogs;
@@ -108,9 +109,9 @@ TEST(NoiseFloor, CoversForcesThatNoSensorMeasures) {
 // Given noise is not changed by the residual.
 TEST(NoiseFloor, KeepsAGivenNoise) {
   const Log log = test::wandering_log(11, 1000.0, 20'000, 0.5);
-  const Measurement measurement(log, {.force_noise_N = 0.01});
-  const Terms nothing{make_term(measurement, *find_effect("viscous"))};
-  EXPECT_NEAR(NoiseFloor(measurement).of(nothing), measurement.filtered_force_noise_N(), 1e-12);
+  Measurement measurement(log, {.force_noise_N = 0.01});
+  weigh_rows(measurement);
+  EXPECT_NEAR(measurement.noise_floor_N(), measurement.filtered_force_noise_N(), 1e-12);
 }
 
 }  // namespace

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "workbench/estimate/nonlinear/fitted_model.h"
-#include "workbench/estimate/uncertainty/noise_floor.h"
 
 namespace slipstack::workbench {
 
@@ -33,10 +32,10 @@ bool coulomb_is_of_hysteresis(const FittedModel& model, double floor_N);
 bool within_instruments(const FittedModel& baseline, double tick_s, const Terms& before, const Terms& after,
                         double step_N2);
 
-/// Whether `model` has an effect that the baseline does not have and that is none of the above: a mode that
-/// does not ring, a lag of bristles, Coulomb friction of the hysteresis, or a ripple that does not
-/// repeat along the rail (repeats.h).
-bool is_implausible(const Measurement& measurement, const NoiseFloor& floor, const FittedModel& baseline,
-                    const FittedModel& model);
+/// Whether `model` has an effect that the baseline does not have and that is none: one with a gain at a bound
+/// other than zero (the bound determined it, not the log), one that takes all friction away or multiplies it, a
+/// mode that does not ring, a lag of bristles, Coulomb friction of the hysteresis, or a ripple that does not
+/// repeat along the rail (repeats.h). Cost: one evaluation of each effect that modulates friction.
+bool is_implausible(const Measurement& measurement, const FittedModel& baseline, const FittedModel& model);
 
 }  // namespace slipstack::workbench
