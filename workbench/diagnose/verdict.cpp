@@ -20,9 +20,14 @@
 namespace slipstack::workbench {
 namespace {
 
-/// All structure in the residual of the explanation, the strongest first.
+/// All structure in the residual of the explanation, the strongest first. Encoder steps and a virgin curve of
+/// another form leave most at reversals: what comes after them is reported only where the error is above all that.
 std::vector<Structure> structure_left(const Measurement& measurement, const Diagnosis& diagnosis) {
-  return find_structure(measurement, weighted_residual(measurement, diagnosis.explained));
+  auto left = find_structure(measurement, weighted_residual(measurement, diagnosis.explained));
+  if (diagnosis.explained.holdout_rmse_N < kFormIsNotTheAxis * diagnosis.noise_floor_N) {
+    std::erase_if(left, [](const Structure& one) { return one.coordinate == Coordinate::reversal; });
+  }
+  return left;
 }
 
 bool above_floor(const Measurement& measurement, const Diagnosis& diagnosis) {

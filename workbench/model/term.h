@@ -70,4 +70,10 @@ double mean_slip_m(const Term& hysteresis);
 /// Whether the inertia is fitted, because no log declares the mass.
 bool mass_is_free(const Terms& terms);
 
+/// Whether the terms have an implausible mode: of a damping that no structure has (a line in time takes the
+/// form of a mode without any), much heavier than the axis, or holding nearly all of its mass. The parameters
+/// of a mode take such values when it fits something else: a delay, or, in slow motion of one frequency,
+/// friction of another form.
+bool has_no_true_mode(const Terms& terms);
+
 }  // namespace slipstack::workbench

@@ -125,9 +125,9 @@ TEST(IsImplausible, WhereFrictionIsTakenAwayOrMultiplied) {
 
 TEST(HasNoTrueMode, WhereMostOfAFittedMassSwings) {
   const Measurement measurement(test::wandering_log(1, 2000.0, 6000));
-  EXPECT_FALSE(has_no_true_mode(with_arm(measurement, 0.3)));
-  EXPECT_FALSE(has_no_true_mode(with_arm(measurement, 2.8)));  // 58 % of both
-  EXPECT_TRUE(has_no_true_mode(with_arm(measurement, 3.2)));   // 62 %
+  EXPECT_FALSE(has_no_true_mode(with_arm(measurement, 0.3).terms));
+  EXPECT_FALSE(has_no_true_mode(with_arm(measurement, 2.8).terms));  // 58 % of both
+  EXPECT_TRUE(has_no_true_mode(with_arm(measurement, 3.2).terms));   // 62 %
 }
 
 }  // namespace

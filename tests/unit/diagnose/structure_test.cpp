@@ -150,7 +150,8 @@ TEST(AfterReversals, ABurstIsAnEventInTime) {
   std::vector<double> burst_N(undisturbed.force_N.size(), 0.0);
   Draw draw(7);
   for (std::size_t i = 30'000; i < 30'800; ++i) disturbed.force_N[i] += burst_N[i] = 20.0 * draw.normal();
-  const Measurement measurement(disturbed);
+  Measurement measurement(disturbed);
+  weigh_rows(measurement);
   const Eigen::VectorXd residual_N = measurement.filtered(burst_N);
   EXPECT_EQ(after_reversals(measurement, residual_N).error_reduction, 0.0);
   const Structure found = find_structure(measurement, residual_N).front();

@@ -65,12 +65,30 @@ TEST(NoiseFloor, IsTheResidualOfTheTrueModel) {
   EXPECT_GT(spread.near, 0.6);
 }
 
-// Quantisation only: no noise of the force hides an error of this part.
+// Quantisation only: no noise of the force hides an error of this part. The floor does not know the true model: on
+// one log of ten the elements of its fit are softer within an encoder step than the true ones (2.4).
 TEST(NoiseFloor, CoversQuantisationByItself) {
   const Spread spread = spread_over(20, 10, 0.2, 1.0);
-  EXPECT_NEAR(spread.mean, 1.1, 0.2);
-  EXPECT_GT(spread.lowest, 0.7);
-  EXPECT_LT(spread.highest, 1.6);
+  EXPECT_NEAR(spread.mean, 1.2, 0.15);
+  EXPECT_GT(spread.lowest, 0.85);
+  EXPECT_LT(spread.highest, 2.5);
+  EXPECT_GT(spread.near, 0.75);
+}
+
+// A log has one floor, whatever its axis has that the model lacks.
+TEST(NoiseFloor, DoesNotDependOnWhatIsMissing) {
+  for (std::uint64_t seed = 80; seed < 86; ++seed) {
+    sim::Bench bench = bench_of(sim::Setup::kRandom, seed);
+    const auto floor_N = [&] {
+      Measurement measurement(test::simulate(bench, seed));
+      weigh_rows(measurement);
+      return measurement.noise_floor_N();
+    };
+    const double complete_N = floor_N();
+    bench.axis.effects.viscous = sim::Viscous{20.0 * bench.axis.curve.saturation_N(), 1.0};
+    bench.axis.effects.payload_kg = 0.1 * bench.axis.mass_kg;
+    EXPECT_NEAR(floor_N() / complete_N, 1.0, 0.25) << seed;
+  }
 }
 
 TEST(NoiseFloor, CoversForceNoiseByItself) {

@@ -67,24 +67,6 @@ bool coulomb_is_of_hysteresis(const FittedModel& model, double floor_N) {
          model.holdout_rmse_N > kFormIsNotTheAxis * floor_N;
 }
 
-bool has_no_true_mode(const FittedModel& model) {
-  const Term* mode = find_role(model.terms, Role::resonance);
-  if (mode == nullptr) return false;
-  const double moving_kg = mass_kg(model.terms);
-  const EffectTraits& traits = mode->effect->traits;
-  const PlausibleShape& damping = traits.plausible.shape;
-  const double damping_ratio = mode->shapes[static_cast<std::size_t>(damping.shape)];
-  const bool implausibly_damped = damping_ratio < damping.lower || damping_ratio > damping.upper;
-  const double rigid_kg = mode->gains[static_cast<std::size_t>(traits.axis_mass_gain)];
-  // Where the mass is fitted, the mode has no rigid part, and its mass is not contained in `moving_kg`.
-  const bool free = mass_is_free(model.terms);
-  const double most = traits.plausible.most_of_all_mass;
-  const bool swings_as_a_whole =
-      free ? mode->gains[0] > most * (moving_kg + mode->gains[0]) : rigid_kg < -most * moving_kg;
-  return implausibly_damped || swings_as_a_whole ||
-         std::hypot(mode->gains[0], mode->gains[1]) > traits.plausible.most_axis_masses * moving_kg;
-}
-
 bool lag_is_bristle_deflection(const FittedModel& model) {
   const Term* lag = find_role(model.terms, Role::friction_memory);
   const Term* hysteresis = find_role(model.terms, Role::hysteresis);
@@ -102,7 +84,7 @@ bool is_implausible(const Measurement& measurement, const FittedModel& baseline,
   return any_new(model, baseline, ends_at_a_bound) ||
          any_new(model, baseline,
                  [&](const Term& term) { return !leaves_a_friction(measurement, term); }) ||
-         (has_no_true_mode(model) && !has_no_true_mode(baseline)) ||
+         (has_no_true_mode(model.terms) && !has_no_true_mode(baseline.terms)) ||
          (lag_is_bristle_deflection(model) && !has_role(baseline.terms, Role::friction_memory)) ||
          (has_new_coulomb && coulomb_is_of_hysteresis(model, measurement.noise_floor_N())) ||
          ripple_not_supported(measurement, model, baseline.terms);

@@ -11,12 +11,6 @@ namespace slipstack::workbench {
 /// fitted by an effect of a similar form. Chosen on EMPS (2.1) and the blind bench (1.3 at most).
 inline constexpr double kFormIsNotTheAxis = 1.5;
 
-/// Whether the model has an implausible mode: of a damping that no structure has (a line in time takes the
-/// form of a mode without any), much heavier than the axis, or holding nearly all of its mass. The parameters
-/// of a mode take such values when it fits something else: a delay, or, in slow motion of one frequency,
-/// friction of another form.
-bool has_no_true_mode(const FittedModel& model);
-
 /// Whether the model's frictional lag is a property of its hysteresis: a lag over the pre-sliding travel and
 /// not over time. In bristle models whose level falls with velocity (LuGre, Leuven) the deflection approaches
 /// its new value over such a distance, without any memory of a lubricant film.

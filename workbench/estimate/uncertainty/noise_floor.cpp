@@ -189,11 +189,12 @@ Eigen::VectorXd variance_to_weigh_by(const RowVariances& rows) {
   return smoothed(rows.noise + rows.quantisation);
 }
 
-/// The plain model with the mode that its residual shows most: what rings depends on no smooth curve.
+/// The plain model with the mode that its residual shows most, if it is one: what rings depends on no smooth curve.
 std::shared_ptr<const Linearisation> with_a_mode(const Measurement& measurement, const FittedModel& plain) {
   const auto declared = measurement.parts().front().mass_kg;
   if (declared && *declared == 0.0) return plain.linearisation;
   const Trial mode = try_effect(measurement, plain, effect_with_role(Role::resonance), {});
+  if (has_no_true_mode(mode.terms)) return plain.linearisation;
   return std::make_shared<const Linearisation>(measurement, mode.terms, plain.linearisation.get());
 }
 
@@ -209,9 +210,11 @@ std::vector<Measurement> encoder_realisations(const Measurement& measurement) {
 }
 
 RowWeighing weigh_rows(Measurement& measurement) {
-  const FittedModel plain = fit_effects(measurement, default_baseline(), {});
+  FittedModel plain = fit_effects(measurement, default_baseline(), {});
   if (const Term* hysteresis = find_role(plain.terms, Role::hysteresis)) {
     measurement.set_slip_distances(refined_slip_distances(*hysteresis, measurement.encoder_resolution_m()));
+    // What one encoder step is as a force depends on the shortest slip distances.
+    plain = fit_effects(measurement, default_baseline(), {});
   }
   const Eigen::VectorXd saturated_N = saturated_residual_N(measurement, *with_a_mode(measurement, plain));
   const std::vector<Eigen::VectorXd> changes_N = changes_by_quantisation_N(measurement, plain.terms);

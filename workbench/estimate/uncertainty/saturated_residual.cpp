@@ -13,9 +13,11 @@
 namespace slipstack::workbench {
 namespace {
 
-/// At most so many intervals per curve, as for the curves by which what is left is described; and so many rows
-/// for each, so that the curves take a few per cent of the degrees of freedom.
-constexpr int kMostIntervals = 40;
+/// At most so many intervals per curve, as many as a map of the catalogue has (17), and fewer over time, because
+/// what drifts is slow: a curve with more of them fits what the encoder's steps do wherever the axis stands. So many
+/// rows for each, so that the curves take a few per cent of the degrees of freedom.
+constexpr int kMostIntervals = 17;
+constexpr int kIntervalsOfTime = 6;
 constexpr Eigen::Index kRowsPerInterval = 200;
 /// Regularisation relative to a diagonal of one: columns may be equal, as of time and position in one traverse.
 constexpr double kRidge = 1e-7;
@@ -47,17 +49,19 @@ std::vector<Curve> curves_of(const Measurement& measurement, const Linearisation
   const auto intervals =
       static_cast<int>(std::clamp<Eigen::Index>(rows / kRowsPerInterval, 1, kMostIntervals));
   std::vector<Curve> curves;
-  const auto add = [&](Eigen::VectorXd coordinate, Eigen::VectorXd factor) {
+  const auto add = [&](Eigen::VectorXd coordinate, Eigen::VectorXd factor, int most) {
     Curve curve;
-    curve.knots = knots_over(coordinate, intervals);
+    curve.knots = knots_over(coordinate, std::min(intervals, most));
     curve.coordinate = std::move(coordinate);
     curve.factor = std::move(factor);
     curves.push_back(std::move(curve));
   };
   Eigen::VectorXd absolute_mps2 = acceleration_mps2.cwiseAbs();
-  for (const auto* alone : {&position_m, &velocity_mps, &acceleration_mps2, &time_s})
-    add(*alone, Eigen::VectorXd::Ones(rows));
-  for (const auto* modulating : {&position_m, &absolute_mps2, &time_s}) add(*modulating, dry_N);
+  for (const auto* alone : {&position_m, &velocity_mps, &acceleration_mps2})
+    add(*alone, Eigen::VectorXd::Ones(rows), kMostIntervals);
+  for (const auto* modulating : {&position_m, &absolute_mps2}) add(*modulating, dry_N, kMostIntervals);
+  add(time_s, Eigen::VectorXd::Ones(rows), kIntervalsOfTime);
+  add(time_s, dry_N, kIntervalsOfTime);
   return curves;
 }
 
