@@ -24,7 +24,7 @@ class MotorConstantRipple : public Ripple<Real> {
   static constexpr std::array<GainGroup, 1> gains{{
       {"cosine_and_sine", "1", -0.9f, 0.9f, 2 * kRippleHarmonics, Acts::total_scale},
   }};
-  static constexpr EffectTraits traits{.grows_with_force = true};
+  static constexpr EffectTraits traits{.plausible = {.least_share_of_force = kRecorderErrs}};
 };
 
 }  // namespace slipstack

@@ -26,9 +26,11 @@ class Stribeck {
       .cause = "a lubricant film that forms with speed; wipers and seals; slight in rolling guideways",
       .confirm =
           "traverses at constant velocity, from very slow to fast: friction level against log velocity"};
+  /// A breakaway of more than four times the level at speed is chosen as the limit: what lies beyond compensates
+  /// another effect.
   static constexpr std::array<GainGroup, 2> gains{{
-      {"weakening", "1", 0.0f, 20.0f, 1, Acts::dry_scale},
-      {"weakening_with_tail", "1", 0.0f, 20.0f, 1, Acts::dry_scale},
+      {"weakening", "1", 0.0f, 3.0f, 1, Acts::dry_scale},
+      {"weakening_with_tail", "1", 0.0f, 3.0f, 1, Acts::dry_scale},
   }};
   static constexpr std::array<ShapeSpec, 2> shapes{{
       {"stribeck_velocity", "m/s", 3.0e-4f, 1.0f, ShapeKind::fading_velocity},

@@ -27,8 +27,12 @@ class TimeDelay {
       {"delay", "s", -0.02f, 0.02f, ShapeKind::delay},
       {"filter", "s", 0.0f, 0.02f, ShapeKind::filter},
   }};
+  /// Below a quarter of a sample it may come from how the recorder assigns time stamps, or from the damping of
+  /// bristles, whose friction leads the displacement.
   static constexpr EffectTraits traits{
-      .role = Role::measurement_delay, .grows_with_force = true, .plannable = false};
+      .role = Role::measurement_delay,
+      .plannable = false,
+      .plausible = {.least_share_of_force = kRecorderErrs, .least_samples = 0.25}};
   static constexpr int gain_count = total_count(gains);
   static constexpr int shape_count = 2;
 

@@ -43,16 +43,33 @@ struct PlausibleShape {
   double upper = 0.0;
 };
 
+/// What a fitted effect must keep to deserve its name, whatever the log says: physics beside the evidence. The
+/// header of the effect gives each figure with its reason; what is zero is not asked for.
+struct Plausibility {
+  PlausibleShape shape{};
+  /// Of the measured force (rms), what it must explain: clocks and gains of a recorder err by less.
+  double least_share_of_force = 0.0;
+  double least_samples = 0.0;       ///< of a time, in sampling intervals
+  double least_share_of_dry = 0.0;  ///< of the dry friction, beside hysteresis
+  double most_axis_masses = 0.0;    ///< of its mass, in masses of the axis
+  double most_of_all_mass = 0.0;    ///< of its mass, as a share of all that moves
+  /// A lag over fewer mean slip distances, and over none in time, is the deflection of a bristle.
+  double least_slip_distances = 0.0;
+};
+
+/// The smallest force that a recorder can be trusted with, as a share of the measured force (rms): clocks of
+/// current and encoder differ by a few per cent of a sample, sensors deviate from linearity by a per mille.
+inline constexpr double kRecorderErrs = 1e-3;
+
 struct EffectTraits {
   Role role = Role::none;
   bool in_default_baseline = false;  ///< in the model that is there before anything is known
   bool per_log = false;              ///< differs between logs of one axis: by default each has its own gains
-  bool grows_with_force = false;     ///< small errors of gain and time in the recorder look like it
   bool plannable = true;             ///< an experiment can be planned that shows it
   SpecialCase special_case{};
   PartOfAnother part_of_another{};
   int axis_mass_gain = -1;  ///< gain that is the same force as a mass of the axis: zero while that is fitted
-  PlausibleShape plausible_shape{};
+  Plausibility plausible{};
 };
 
 /// What an effect states about itself, or the defaults.

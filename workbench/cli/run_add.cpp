@@ -6,7 +6,6 @@
 #include "workbench/cli/inputs.h"
 #include "workbench/diagnose/evidence/criterion.h"
 #include "workbench/estimate/nonlinear/checks.h"
-#include "workbench/estimate/uncertainty/noise_floor.h"
 #include "workbench/estimate/uncertainty/standard_errors.h"
 #include "workbench/estimate/uncertainty/unseen_error.h"
 #include "workbench/model/effects/effect_registry.h"
@@ -95,7 +94,7 @@ void run_add(const Options& options) {
   result.criterion_difference = addition.criterion_difference;
   result.before = std::move(addition.before);
   result.after = std::move(addition.after);
-  result.noise_floor_N = NoiseFloor(measurement).of(result.after.terms);
+  result.noise_floor_N = measurement.noise_floor_N();
   result.logs = log_results(measurement, result.after);
   result.model = model_of(options.log, measurement, result.after, addition.reduced, result.noise_floor_N);
   result.model.history = old.history;

@@ -4,7 +4,6 @@
 
 #include "workbench/cli/commands.h"
 #include "workbench/cli/inputs.h"
-#include "workbench/estimate/uncertainty/noise_floor.h"
 #include "workbench/report/comparison_result.h"
 #include "workbench/report/json_values.h"
 #include "workbench/report/page/html.h"
@@ -31,9 +30,8 @@ void compare(LogSearch& logs, ComparisonResult& result) {
     result.relative_error = left.relative_error;
     whole_errors = std::move(left.logs);
   }
-  const NoiseFloor floor(measurement);
-  result.noise_floor_N = floor.of(terms);
-  result.logs = log_results(measurement, result.rows, floor.of_each_log(terms), nullptr, whole_errors);
+  result.noise_floor_N = measurement.noise_floor_N();
+  result.logs = log_results(measurement, result.rows, nullptr, whole_errors);
   result.left = dependence_of(measurement, residual_N);
 }
 

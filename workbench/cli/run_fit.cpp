@@ -6,7 +6,6 @@
 #include "workbench/cli/inputs.h"
 #include "workbench/estimate/nonlinear/checks.h"
 #include "workbench/estimate/nonlinear/robust.h"
-#include "workbench/estimate/uncertainty/noise_floor.h"
 #include "workbench/estimate/uncertainty/standard_errors.h"
 #include "workbench/estimate/uncertainty/unseen_error.h"
 #include "workbench/model/effects/effect_registry.h"
@@ -73,7 +72,7 @@ void run_fit(const Options& options) {
     logs.fit_to_whole({&result.fitted, &reduced}, robust.limit_N);
   } while (logs.extend());
   const Measurement& measurement = logs.measurement();
-  result.noise_floor_N = NoiseFloor(measurement).of(result.fitted.terms);
+  result.noise_floor_N = measurement.noise_floor_N();
   result.warnings = input_warnings(measurement);
   result.logs = log_results(measurement, result.fitted);
   result.model = model_of(options.log, measurement, result.fitted, reduced, result.noise_floor_N);

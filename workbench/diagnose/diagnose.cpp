@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/diagnose/diagnose.h"
 
+#include <algorithm>
+#include <cmath>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "workbench/diagnose/candidates.h"
 #include "workbench/diagnose/detectability/undecided.h"
+#include "workbench/diagnose/evidence/reduction.h"
 #include "workbench/diagnose/search/search.h"
 #include "workbench/diagnose/search/steps.h"
 #include "workbench/diagnose/verdict.h"
-#include "workbench/estimate/uncertainty/noise_floor.h"
 #include "workbench/estimate/uncertainty/unseen_error.h"
 
 namespace slipstack::workbench {
@@ -22,6 +24,10 @@ FittedModel fit_baseline(const Measurement& measurement, const DiagnoseOptions& 
 }
 
 }  // namespace
+
+double discrepancy_N(const FittedModel& model, double noise_floor_N) {
+  return std::sqrt(std::max(0.0, explained_N2(model.holdout_rmse_N, noise_floor_N)));
+}
 
 const char* name_of(Verdict verdict) {
   switch (verdict) {
@@ -40,16 +46,17 @@ void DiagnoseOptions::report(const std::string& stage, double fraction) const {
 }
 
 EffectSearch::EffectSearch(const Measurement& measurement, const DiagnoseOptions& options)
-    : measurement_(measurement), options_(options), floor_(measurement) {
+    : measurement_(measurement), options_(options) {
   options.report("fit the baseline", 0.0);
   diagnosis_.baseline = fit_baseline(measurement, options);
 
-  Found found = search(measurement, options, diagnosis_.baseline, floor_);
+  Found found = search(measurement, options, diagnosis_.baseline);
 
   options.report("judge on unseen data", 0.0);
   judge_on_unseen_data(measurement, diagnosis_.baseline);
   judge_on_unseen_data(measurement, found.best.model);
   diagnosis_.candidates = list_candidates(measurement, found);
+  diagnosis_.ties = std::move(found.ties);
   rank_candidates(diagnosis_, found.best.added);
   list_steps(found.context, found.best, diagnosis_);
   diagnosis_.explained = std::move(found.best.model);
@@ -64,7 +71,7 @@ void EffectSearch::drop_what_whole_logs_do_not_support() {
 }
 
 Diagnosis EffectSearch::conclude() {
-  diagnosis_.noise_floor_N = floor_.of(diagnosis_.explained.terms);
+  diagnosis_.noise_floor_N = measurement_.noise_floor_N();
   judge(measurement_, diagnosis_);
   list_what_cannot_be_shown(measurement_, diagnosis_);
   list_what_cannot_be_separated(measurement_, diagnosis_);

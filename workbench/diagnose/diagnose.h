@@ -9,8 +9,8 @@
 #include "workbench/diagnose/alternatives/structure.h"
 #include "workbench/diagnose/detectability/detectability.h"
 #include "workbench/diagnose/detectability/separation.h"
+#include "workbench/diagnose/evidence/tie.h"
 #include "workbench/estimate/nonlinear/fit.h"
-#include "workbench/estimate/uncertainty/noise_floor.h"
 
 namespace slipstack::workbench {
 
@@ -35,6 +35,10 @@ struct Step {
   Terms terms;           ///< the model with the effects up to this step
 };
 
+/// What a model leaves beyond the noise floor: the discrepancy of its form (Kennedy and O'Hagan 2001) [N]. Zero at
+/// the floor.
+double discrepancy_N(const FittedModel& model, double noise_floor_N);
+
 enum class Verdict { missing_effect, complete, unexplained };
 const char* name_of(Verdict verdict);
 
@@ -46,18 +50,18 @@ struct OutsideCauses {
 
 struct Diagnosis {
   Verdict verdict = Verdict::complete;
-  double noise_floor_N = 0.0;  ///< of the final explanation
+  double noise_floor_N = 0.0;  ///< of the log, whatever the model
   FittedModel baseline;
   std::vector<Candidate> candidates;  ///< best first
   std::vector<Step> steps;            ///< the explanation, one effect at a time
   FittedModel best;                   ///< baseline with the first candidate; the baseline itself without one
   FittedModel explained;              ///< baseline with every step
+  std::vector<Tie> ties;              ///< of effects of the steps with others
   std::optional<Structure> unexplained;
   OutsideCauses outside;  ///< that were chosen beside the steps; the models do not contain them
   /// Effects that this log would show only if they were a large part of the force: it does not rule them out.
   std::vector<Visibility> cannot_show;
-  /// Pairs of promising effects that this log cannot separate, the smallest angle first: orthogonal to the
-  /// baseline, their forces have nearly the same direction, or they explain equally much.
+  /// The ties, with the angle between the two forces, the smallest first.
   std::vector<Separation> cannot_separate;
 };
 
@@ -90,7 +94,6 @@ class EffectSearch {
  private:
   const Measurement& measurement_;
   const DiagnoseOptions& options_;
-  NoiseFloor floor_;
   Diagnosis diagnosis_;
 };
 

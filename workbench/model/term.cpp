@@ -83,9 +83,38 @@ double hysteresis_level_N(const Term& hysteresis) {
   return level_N;
 }
 
+double mean_slip_m(const Term& hysteresis) {
+  const double level_N = hysteresis_level_N(hysteresis);
+  if (level_N == 0.0) return 0.0;
+  double sum_Nm = 0.0;
+  for (std::size_t i = 0; i < hysteresis.gains.size(); ++i) {
+    const double slip_m = hysteresis.shapes[i % hysteresis.gains_per_set()];
+    sum_Nm += hysteresis.gains[i] * slip_m * slip_m;
+  }
+  return sum_Nm / level_N;
+}
+
 bool mass_is_free(const Terms& terms) {
   const Term* inertia = find_role(terms, Role::inertia);
   return inertia != nullptr && inertia->lower[0] < inertia->upper[0];
+}
+
+bool has_no_true_mode(const Terms& terms) {
+  const Term* mode = find_role(terms, Role::resonance);
+  if (mode == nullptr) return false;
+  const double moving_kg = mass_kg(terms);
+  const EffectTraits& traits = mode->effect->traits;
+  const PlausibleShape& damping = traits.plausible.shape;
+  const double damping_ratio = mode->shapes[static_cast<std::size_t>(damping.shape)];
+  const bool implausibly_damped = damping_ratio < damping.lower || damping_ratio > damping.upper;
+  const double rigid_kg = mode->gains[static_cast<std::size_t>(traits.axis_mass_gain)];
+  // Where the mass is fitted, the mode has no rigid part, and its mass is not contained in `moving_kg`.
+  const bool free = mass_is_free(terms);
+  const double most = traits.plausible.most_of_all_mass;
+  const bool swings_as_a_whole =
+      free ? mode->gains[0] > most * (moving_kg + mode->gains[0]) : rigid_kg < -most * moving_kg;
+  return implausibly_damped || swings_as_a_whole ||
+         std::hypot(mode->gains[0], mode->gains[1]) > traits.plausible.most_axis_masses * moving_kg;
 }
 
 std::vector<std::string> ids_of(const Terms& terms) {

@@ -65,7 +65,15 @@ double mass_kg(const Terms& terms, std::size_t log = 0);
 /// Level of a hysteresis: the sum of stiffness times slip distance of its elements [N]; over all sets of
 /// gains.
 double hysteresis_level_N(const Term& hysteresis);
+/// Its mean slip distance, each weighted by the level of its element [m]; zero where the level is zero.
+double mean_slip_m(const Term& hysteresis);
 /// Whether the inertia is fitted, because no log declares the mass.
 bool mass_is_free(const Terms& terms);
+
+/// Whether the terms have an implausible mode: of a damping that no structure has (a line in time takes the
+/// form of a mode without any), much heavier than the axis, or holding nearly all of its mass. The parameters
+/// of a mode take such values when it fits something else: a delay, or, in slow motion of one frequency,
+/// friction of another form.
+bool has_no_true_mode(const Terms& terms);
 
 }  // namespace slipstack::workbench

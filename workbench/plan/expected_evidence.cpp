@@ -6,7 +6,6 @@
 
 #include "workbench/estimate/nonlinear/starting_shapes.h"
 #include "workbench/estimate/terms/search_ranges.h"
-#include "workbench/estimate/uncertainty/noise_floor.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -79,7 +78,7 @@ std::vector<ExpectedEvidence> expected_evidence(const Measurement& measurement, 
     on_logs.push_back(each ? with_gain_sets(measurement, term) : term);
   }
   std::vector<Information> all = Information::of(measurement, base, expected_effects(measurement, on_logs),
-                                                 groups, 1, NoiseFloor(measurement).of(base.terms));
+                                                 groups, 1, measurement.noise_floor_N());
   if (measurement.is_excerpt()) {
     all.front().repeat(static_cast<double>(measurement.whole_sample_count()) /
                        static_cast<double>(measurement.sample_count()));

@@ -174,7 +174,7 @@ class Planner {
     }
     information_ = Information::of(measurement, base, expected_effects(measurement, possible_),
                                    sequence.groups_of(measurement), static_cast<int>(all.size()),
-                                   NoiseFloor(measurement).of(base.terms));
+                                   measurement.noise_floor_N());
     for (const MotionSegment& segment : segments_) durations_s_.push_back(duration_s(segment) + kSettle_s);
     if (options_.limits.force_N > 0.0 && !options_.limits.force_of_log) exclude_strong(sequence);
   }

@@ -95,6 +95,7 @@ DiagnosisResult diagnosis_result(const DiagnosisRequest& request, const Measurem
                  {"repaired", repairs_json(measurement)},
                  {"input_warnings", warnings_json(result.warnings)},
                  {"noise_floor_N", number_json(diagnosis.noise_floor_N)},
+                 {"discrepancy_N", number_json(discrepancy_N(diagnosis.explained, diagnosis.noise_floor_N))},
                  {"bandwidth_Hz", number_json(measurement.bandwidth_Hz())},
                  {"baseline_effects", ids_of(diagnosis.baseline.terms)},
                  {"baseline", errors_json(diagnosis.baseline)},

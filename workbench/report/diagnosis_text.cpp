@@ -35,7 +35,7 @@ std::string candidate_table(json candidates) {
   });
   std::string text =
       fmt::format("\n{:<32} {:>14} {:>9} {:>9} {:>10}  {}\n", "one effect added, each alone",
-                  "held-out error", "reduction", "std. err.", "criterion", "indistinguishable from");
+                  "held-out error", "reduction", "std. err.", "criterion", "cannot be told from");
   std::size_t lines = 0;
   for (const json& candidate : candidates) {
     const double reduction = number_of(candidate["error_reduction"]);
@@ -65,6 +65,8 @@ std::string step_table(const json& result) {
                         evidence.empty() ? "" : "  ", evidence);
   }
   text += fmt::format("{:<32} {:>14}\n", "noise floor", newtons(number_of(result["noise_floor_N"])));
+  text += fmt::format("{:<32} {:>14}\n", "left beyond the noise floor",
+                      newtons(number_of(result["discrepancy_N"])));
   return text;
 }
 

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "workbench/base/text.h"
-#include "workbench/estimate/uncertainty/noise_floor.h"
 #include "workbench/report/json_values.h"
 #include "workbench/report/texts.h"
 
@@ -43,23 +42,21 @@ LogErrors errors_at_rows(const Measurement& measurement, std::size_t log, const 
 }  // namespace
 
 std::vector<LogResult> log_results(const Measurement& measurement, const ForceRows& rows,
-                                   const std::vector<double>& floors_N, const FittedModel* fitted,
-                                   const std::vector<LogErrors>& whole) {
+                                   const FittedModel* fitted, const std::vector<LogErrors>& whole) {
   std::vector<LogResult> results;
   results.reserve(measurement.log_count());
   for (std::size_t log = 0; log < measurement.log_count(); ++log) {
     const LogPart& part = measurement.parts()[measurement.parts_of_log(log).first];
     const LogErrors errors = whole.empty() ? errors_at_rows(measurement, log, rows, fitted) : whole[log];
     results.push_back(
-        {errors, part.path, measurement.log_sample_count(log), floors_N[log], part.force_noise_N});
+        {errors, part.path, measurement.log_sample_count(log), measurement.noise_floor_of_log_N(log), part.force_noise_N});
   }
   return results;
 }
 
 std::vector<LogResult> log_results(const Measurement& measurement, const FittedModel& fitted) {
   if (measurement.log_count() == 1) return {};
-  const std::vector<double> floors_N = NoiseFloor(measurement).of_each_log(fitted.terms);
-  return log_results(measurement, rows_of(fitted), floors_N, &fitted, fitted.log_errors);
+  return log_results(measurement, rows_of(fitted), &fitted, fitted.log_errors);
 }
 
 json logs_json(const std::vector<LogResult>& logs) {

@@ -88,11 +88,46 @@ TEST(WithinInstruments, AnEffectThatGrowsWithAForceOfWhichItIsAPerMille) {
   EXPECT_FALSE(within_instruments(baseline, measurement.tick_s(), baseline.terms, viscous, 0.009));
 }
 
+/// A model without anything but this effect.
+FittedModel with_only(Term term) {
+  FittedModel model;
+  model.terms = {std::move(term)};
+  return model;
+}
+
+TEST(IsImplausible, WithAGainAtABoundOtherThanZero) {
+  const Measurement measurement(test::wandering_log(1, 2000.0, 6000));
+  Term weakening = make_term(measurement, *find_effect("stribeck"));
+  weakening.gains = {0.5, 0.0};
+  EXPECT_FALSE(is_implausible(measurement, {}, with_only(weakening)));
+  weakening.gains[0] = weakening.upper[0];
+  EXPECT_TRUE(is_implausible(measurement, {}, with_only(weakening)));
+  // What the baseline has, the search did not find.
+  EXPECT_FALSE(is_implausible(measurement, with_only(weakening), with_only(weakening)));
+  weakening.lower[0] = weakening.upper[0];  // given, not fitted
+  EXPECT_FALSE(is_implausible(measurement, {}, with_only(weakening)));
+}
+
+TEST(IsImplausible, WhereFrictionIsTakenAwayOrMultiplied) {
+  const Measurement measurement(test::wandering_log(1, 2000.0, 6000));
+  Term weakening = make_term(measurement, *find_effect("stribeck"));
+  weakening.gains = {1.4, 1.4};  // 3.8 times at rest
+  EXPECT_FALSE(is_implausible(measurement, {}, with_only(weakening)));
+  weakening.gains = {2.0, 2.0};
+  EXPECT_TRUE(is_implausible(measurement, {}, with_only(weakening)));
+  Term map = make_term(measurement, *find_effect("position_dependent_preload"));
+  map.gains.assign(map.gains.size(), -0.5);
+  EXPECT_FALSE(is_implausible(measurement, {}, with_only(map)));
+  map.lower.assign(map.gains.size(), -3.0);
+  map.gains.assign(map.gains.size(), -1.1);
+  EXPECT_TRUE(is_implausible(measurement, {}, with_only(map)));
+}
+
 TEST(HasNoTrueMode, WhereMostOfAFittedMassSwings) {
   const Measurement measurement(test::wandering_log(1, 2000.0, 6000));
-  EXPECT_FALSE(has_no_true_mode(with_arm(measurement, 0.3)));
-  EXPECT_FALSE(has_no_true_mode(with_arm(measurement, 2.8)));  // 58 % of both
-  EXPECT_TRUE(has_no_true_mode(with_arm(measurement, 3.2)));   // 62 %
+  EXPECT_FALSE(has_no_true_mode(with_arm(measurement, 0.3).terms));
+  EXPECT_FALSE(has_no_true_mode(with_arm(measurement, 2.8).terms));  // 58 % of both
+  EXPECT_TRUE(has_no_true_mode(with_arm(measurement, 3.2).terms));   // 62 %
 }
 
 }  // namespace

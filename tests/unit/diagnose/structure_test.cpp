@@ -12,6 +12,7 @@
 #include "workbench/diagnose/alternatives/places.h"
 #include "workbench/diagnose/alternatives/reversals.h"
 #include "workbench/diagnose/evidence/held_out.h"
+#include "workbench/estimate/uncertainty/noise_floor.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -21,6 +22,7 @@ using test::Draw;
 class Residual : public testing::Test {
  protected:
   Residual() : measurement_(test::wandering_log(3, 2000.0, 60'000)) {
+    weigh_rows(measurement_);
     position_m_ = at_rows(measurement_, measurement_.position_m());
     velocity_mps_ = at_rows(measurement_, measurement_.velocity_mps());
     Draw draw(4);
@@ -148,7 +150,8 @@ TEST(AfterReversals, ABurstIsAnEventInTime) {
   std::vector<double> burst_N(undisturbed.force_N.size(), 0.0);
   Draw draw(7);
   for (std::size_t i = 30'000; i < 30'800; ++i) disturbed.force_N[i] += burst_N[i] = 20.0 * draw.normal();
-  const Measurement measurement(disturbed);
+  Measurement measurement(disturbed);
+  weigh_rows(measurement);
   const Eigen::VectorXd residual_N = measurement.filtered(burst_N);
   EXPECT_EQ(after_reversals(measurement, residual_N).error_reduction, 0.0);
   const Structure found = find_structure(measurement, residual_N).front();

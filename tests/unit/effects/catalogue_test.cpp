@@ -145,9 +145,9 @@ TEST(Catalogue, TraitsPointToWhatExists) {
     EXPECT_LT(traits.axis_mass_gain, E::gain_count) << E::text.id;
     EXPECT_LT(traits.part_of_another.gain, E::gain_count) << E::text.id;
     EXPECT_EQ(traits.part_of_another.gain >= 0, traits.part_of_another.whole != Role::none) << E::text.id;
-    EXPECT_LT(traits.plausible_shape.shape, E::shape_count) << E::text.id;
-    if (traits.plausible_shape.shape >= 0) {
-      EXPECT_LT(traits.plausible_shape.lower, traits.plausible_shape.upper) << E::text.id;
+    EXPECT_LT(traits.plausible.shape.shape, E::shape_count) << E::text.id;
+    if (traits.plausible.shape.shape >= 0) {
+      EXPECT_LT(traits.plausible.shape.lower, traits.plausible.shape.upper) << E::text.id;
     }
     const std::string special_case = traits.special_case.id;
     EXPECT_NE(special_case, E::text.id);
@@ -165,7 +165,7 @@ TEST(Catalogue, AnEffectNeedNotStateTraits) {
   constexpr EffectTraits traits = traits_of<Plain>();
   EXPECT_EQ(traits.role, Role::none);
   EXPECT_TRUE(traits.plannable);
-  EXPECT_FALSE(traits.in_default_baseline || traits.per_log || traits.grows_with_force);
+  EXPECT_FALSE(traits.in_default_baseline || traits.per_log || traits.plausible.least_share_of_force > 0.0);
 }
 
 /// Names in braces, in order; an unmatched brace counts as a name that nothing has.

@@ -28,10 +28,11 @@ sim::Bench bench_of(sim::Setup setup, std::uint64_t seed) {
 double left_over_floor(sim::Bench bench, std::uint64_t seed, double noise, double encoder) {
   bench.axis.force_noise_N *= noise;
   bench.axis.encoder_resolution_m *= encoder;
-  const Measurement measurement(test::simulate(bench, seed));
+  Measurement measurement(test::simulate(bench, seed));
+  weigh_rows(measurement);
   const Terms truth = test::truth_of(measurement, bench.axis);
   const double left_N = measurement.weighted_rms(Linearisation(measurement, truth).residual_N());
-  return left_N / NoiseFloor(measurement).of(truth);
+  return left_N / measurement.noise_floor_N();
 }
 
 struct Spread {
@@ -64,12 +65,30 @@ TEST(NoiseFloor, IsTheResidualOfTheTrueModel) {
   EXPECT_GT(spread.near, 0.6);
 }
 
-// Quantisation only: no noise of the force hides an error of this part.
+// Quantisation only: no noise of the force hides an error of this part. The floor does not know the true model: on
+// one log of ten the elements of its fit are softer within an encoder step than the true ones (2.4).
 TEST(NoiseFloor, CoversQuantisationByItself) {
   const Spread spread = spread_over(20, 10, 0.2, 1.0);
-  EXPECT_NEAR(spread.mean, 1.1, 0.2);
-  EXPECT_GT(spread.lowest, 0.7);
-  EXPECT_LT(spread.highest, 1.6);
+  EXPECT_NEAR(spread.mean, 1.2, 0.15);
+  EXPECT_GT(spread.lowest, 0.85);
+  EXPECT_LT(spread.highest, 2.5);
+  EXPECT_GT(spread.near, 0.75);
+}
+
+// A log has one floor, whatever its axis has that the model lacks.
+TEST(NoiseFloor, DoesNotDependOnWhatIsMissing) {
+  for (std::uint64_t seed = 80; seed < 86; ++seed) {
+    sim::Bench bench = bench_of(sim::Setup::kRandom, seed);
+    const auto floor_N = [&] {
+      Measurement measurement(test::simulate(bench, seed));
+      weigh_rows(measurement);
+      return measurement.noise_floor_N();
+    };
+    const double complete_N = floor_N();
+    bench.axis.effects.viscous = sim::Viscous{20.0 * bench.axis.curve.saturation_N(), 1.0};
+    bench.axis.effects.payload_kg = 0.1 * bench.axis.mass_kg;
+    EXPECT_NEAR(floor_N() / complete_N, 1.0, 0.25) << seed;
+  }
 }
 
 TEST(NoiseFloor, CoversForceNoiseByItself) {
@@ -95,7 +114,7 @@ TEST(NoiseFloor, CoversForcesThatNoSensorMeasures) {
     weigh_rows(measurement);
     const Terms truth = test::truth_of(measurement, bench.axis);
     const double left_N = measurement.weighted_rms(Linearisation(measurement, truth).residual_N());
-    const double ratio = left_N / NoiseFloor(measurement).of(truth);
+    const double ratio = left_N / measurement.noise_floor_N();
     EXPECT_GT(ratio, 0.75) << seed;
     EXPECT_LT(ratio, 1.5) << seed;
     mean += ratio / kLogs;
@@ -108,9 +127,9 @@ TEST(NoiseFloor, CoversForcesThatNoSensorMeasures) {
 // Given noise is not changed by the residual.
 TEST(NoiseFloor, KeepsAGivenNoise) {
   const Log log = test::wandering_log(11, 1000.0, 20'000, 0.5);
-  const Measurement measurement(log, {.force_noise_N = 0.01});
-  const Terms nothing{make_term(measurement, *find_effect("viscous"))};
-  EXPECT_NEAR(NoiseFloor(measurement).of(nothing), measurement.filtered_force_noise_N(), 1e-12);
+  Measurement measurement(log, {.force_noise_N = 0.01});
+  weigh_rows(measurement);
+  EXPECT_NEAR(measurement.noise_floor_N(), measurement.filtered_force_noise_N(), 1e-12);
 }
 
 }  // namespace

@@ -103,7 +103,7 @@ TEST(SeveralLogs, PayloadOfEachLogIsFoundOnThePlant) {
   EXPECT_NEAR(inertia.gains[0], bench.axis.mass_kg, 0.1);
   EXPECT_NEAR(inertia.gains[1] - inertia.gains[0], 3.0, 0.1);
   EXPECT_EQ(find_term(fitted.terms, "presliding_hysteresis")->gain_sets(), 1u);
-  const double floor_N = NoiseFloor(both).of(fitted.terms);
+  const double floor_N = both.noise_floor_N();
   EXPECT_LT(fitted.holdout_rmse_N, 2.5 * floor_N);
   // One mass for both cannot explain the loaded log.
   options.per_log.clear();

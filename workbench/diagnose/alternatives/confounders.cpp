@@ -61,21 +61,14 @@ std::optional<Structure> mass_of_another_axis(const Measurement& measurement, co
   return {};
 }
 
-/// The line is stronger than the baseline's error by this factor, and this error is below this multiple of
-/// the noise floor. Chosen on the blind bench.
-constexpr double kMasks = 2.0;
-constexpr double kNearNoise = 2.0;
-
 bool line_masks_effects(const Measurement& measurement, const Diagnosis& diagnosis) {
   const auto& left = diagnosis.unexplained;
-  if (!left || left->coordinate != Coordinate::frequency || left->where < measurement.bandwidth_Hz() ||
-      diagnosis.baseline.holdout_rmse_N > kNearNoise * diagnosis.noise_floor_N) {
+  if (!left || left->coordinate != Coordinate::frequency || left->where < measurement.bandwidth_Hz())
     return false;
-  }
   // The reduction of a line above the bandwidth is relative to the rms of line and error together.
   const double rest = std::max(1.0 - left->error_reduction, 1e-6);
   const double line_N = diagnosis.explained.train_rmse_N * std::sqrt(1.0 / (rest * rest) - 1.0);
-  return line_N > kMasks * diagnosis.baseline.holdout_rmse_N;
+  return line_N > diagnosis.baseline.holdout_rmse_N;
 }
 
 bool backlash_as_coulomb(const Diagnosis& diagnosis) {

@@ -17,9 +17,8 @@ std::optional<Structure> curve_behind_all(const Measurement& measurement, const 
 /// A wrong unit of mass, time, position or force, which a payload would compensate for in the model.
 std::optional<Structure> mass_of_another_axis(const Measurement& measurement, const Diagnosis& diagnosis);
 
-/// Whether a line above the bandwidth of the rows is the likely cause of what was named: it is far stronger
-/// than the baseline's error within the band, and this error is hardly above a noise floor that the line
-/// itself raises. The response of a controller, quantisation and sampling bring part of such a line into the
+/// Whether a line above the bandwidth of the rows is the likely cause of what was named: it is stronger than all
+/// of the baseline's error within the band. The response of a controller, quantisation and sampling bring part of such a line into the
 /// band.
 bool line_masks_effects(const Measurement& measurement, const Diagnosis& diagnosis);
 

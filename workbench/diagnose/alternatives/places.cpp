@@ -5,12 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "workbench/base/quantity.h"
 #include "workbench/base/statistics.h"
 #include "workbench/diagnose/evidence/held_out.h"
 #include "workbench/diagnose/evidence/reduction.h"
+#include "workbench/diagnose/evidence/tie.h"
+#include "workbench/signal/free_curve.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -97,9 +98,6 @@ constexpr Eigen::Index kSmear = 2;
 constexpr std::size_t kFewestStrongPasses = 3;
 /// Passes that take more than this share of all rows are most of the motion, not a short feature. Chosen.
 constexpr double kShortPlace = 0.15;
-/// Four of five passes have at least this share of the mean of energy times speed over all passes, the energy
-/// of the noise subtracted; times speed, because a slow pass has more rows. Chosen.
-constexpr double kStrongPlace = 0.15;
 
 /// Median of the squares of Gaussian noise, over its variance.
 constexpr double kMedianOfSquares = 0.455;
@@ -159,10 +157,8 @@ Structure strong_passes(const Eigen::VectorXd& position_m, const Eigen::VectorXd
                          (squares.segment(first, count).sum() - usual * static_cast<double>(count)));
       rows += static_cast<double>(count) / static_cast<double>(residual_N.size());
     }
-    std::sort(energies.begin(), energies.end());
-    const double mean =
-        std::accumulate(energies.begin(), energies.end(), 0.0) / static_cast<double>(passes.size());
-    if (energies[energies.size() / 5] < kStrongPlace * mean || mean <= 0.0 || rows > kShortPlace) continue;
+    // Energy times speed, because a slow pass has more rows; that of the noise is subtracted.
+    if (mean_is_chance(energies) || rows > kShortPlace) continue;
     const double energy = here_N.squaredNorm() / residual_N.squaredNorm();
     const double reduction = reduction_beyond(energy, rows);
     if (reduction <= best.error_reduction) continue;

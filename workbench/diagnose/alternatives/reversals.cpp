@@ -5,12 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
-#include <numeric>
+#include <utility>
+#include <vector>
 
 #include "workbench/base/quantity.h"
 #include "workbench/diagnose/evidence/held_out.h"
 #include "workbench/diagnose/evidence/reduction.h"
+#include "workbench/diagnose/evidence/tie.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -21,15 +22,6 @@ constexpr double kLeavesZero = 0.1;
 constexpr double kLasting_s[] = {0.01, 0.02, 0.04, 0.08};
 /// Where more than this share of the rows follows reversals, these are not distinct moments.
 constexpr double kMostRows = 0.4;
-/// The least number of reversals, and the least share of them that may hold half of the energy. Chosen.
-constexpr std::size_t kFewestReversals = 10;
-constexpr double kSpread = 0.05;
-/// The same for fifty intervals of the log: a burst of noise has many sign changes, but all within one
-/// interval or two adjacent ones. Chosen.
-constexpr Eigen::Index kIntervals = 50;
-constexpr double kSpreadInTime = 0.1;
-constexpr std::ptrdiff_t kMoreThanOne = 3;
-
 /// The rows at which a signal changes its sign.
 std::vector<Eigen::Index> sign_changes(const Eigen::VectorXd& signal) {
   const double rms =
@@ -48,55 +40,57 @@ std::vector<Eigen::Index> sign_changes(const Eigen::VectorXd& signal) {
   return rows;
 }
 
-/// Whether at least kMoreThanOne elements, and at least `share` of those that are not zero, are needed for
-/// half of the sum.
-bool spread(std::vector<double> energies, double share) {
-  std::sort(energies.begin(), energies.end(), std::greater<>());
-  const double half = 0.5 * std::accumulate(energies.begin(), energies.end(), 0.0);
-  double sum = 0.0;
-  std::ptrdiff_t count = 0;
-  while (count < std::ssize(energies) && sum < half) sum += energies[static_cast<std::size_t>(count++)];
-  const auto any = std::count_if(energies.begin(), energies.end(), [](double one) { return one > 0.0; });
-  return count >= kMoreThanOne && static_cast<double>(count) >= share * static_cast<double>(any);
+/// One for each row from `smear` before a change to `length` after it, zero for others.
+Eigen::VectorXd rows_after(const std::vector<Eigen::Index>& changes, Eigen::Index smear, Eigen::Index length,
+                           Eigen::Index rows) {
+  Eigen::VectorXd here = Eigen::VectorXd::Zero(rows);
+  for (const Eigen::Index change : changes) {
+    const Eigen::Index from = std::max<Eigen::Index>(0, change - smear);
+    const Eigen::Index end = std::min(rows, change + length);
+    if (from < end) here.segment(from, end - from).setOnes();
+  }
+  return here;
+}
+
+/// Whether the energy beyond the expected share is that of few blocks: then it is an event in time, and does not
+/// belong to reversals, which all blocks have.
+bool is_an_event(const Measurement& measurement, const Eigen::VectorXd& squares, const Eigen::VectorXd& here,
+                 double expected) {
+  std::vector<double> excess(static_cast<std::size_t>(measurement.block_count()), 0.0);
+  for (Eigen::Index row = 0; row < squares.size(); ++row) {
+    const int block = measurement.row_blocks()[static_cast<std::size_t>(row)];
+    excess[static_cast<std::size_t>(block)] += squares(row) * (here(row) - expected);
+  }
+  return mean_is_chance(excess);
 }
 
 }  // namespace
 
 Structure after_reversals(const Measurement& measurement, const Eigen::VectorXd& residual_N) {
   Structure best{Coordinate::reversal, 0.0, 0.0, "", Eigen::VectorXd::Zero(residual_N.size())};
-  const double whole = residual_N.squaredNorm();
+  const Eigen::VectorXd squares = residual_N.cwiseAbs2();
+  const double whole = squares.sum();
   if (!(whole > 0.0)) return best;
   const double row_s = measurement.tick_s() * static_cast<double>(measurement.row_stride());
   // The filter spreads an impact to both sides.
   const auto smear = static_cast<Eigen::Index>(std::ceil(0.5 / (measurement.bandwidth_Hz() * row_s)));
+  // The noise floor is highest at reversals, where one encoder step is a large force.
+  const Eigen::VectorXd noise = measurement.row_weights().cwiseProduct(measurement.noise_variance());
   const std::pair<const char*, Eigen::VectorXd> signals[] = {
       {"velocity", at_rows(measurement, measurement.velocity_mps())},
       {"acceleration", at_rows(measurement, measurement.acceleration_mps2())},
       {"force", measurement.force_N()}};
   for (const auto& [name, signal] : signals) {
     const std::vector<Eigen::Index> changes = sign_changes(signal);
-    if (changes.size() < kFewestReversals) continue;
     for (const double lasting_s : kLasting_s) {
       const auto length = std::max<Eigen::Index>(1, static_cast<Eigen::Index>(lasting_s / row_s)) + smear;
-      std::vector<double> energies;
-      energies.reserve(changes.size());
-      std::vector<double> by_interval(kIntervals, 0.0);
-      Eigen::VectorXd here = Eigen::VectorXd::Zero(residual_N.size());
-      Eigen::Index next = 0;
-      for (const Eigen::Index change : changes) {
-        const Eigen::Index from = std::max(next, change - smear);
-        next = std::max(next, std::min(residual_N.size(), change + length));
-        energies.push_back(from < next ? residual_N.segment(from, next - from).squaredNorm() : 0.0);
-        by_interval[static_cast<std::size_t>(change * kIntervals / residual_N.size())] += energies.back();
-        if (from < next) here.segment(from, next - from).setOnes();
-      }
-      const double rows = here.sum() / static_cast<double>(residual_N.size());
-      const double energy = std::accumulate(energies.begin(), energies.end(), 0.0) / whole;
-      if (rows > kMostRows || !spread(std::move(energies), kSpread) ||
-          !spread(std::move(by_interval), kSpreadInTime)) {
-        continue;
-      }
-      const double reduction = reduction_beyond(energy, rows);
+      const Eigen::VectorXd here = rows_after(changes, smear, length, residual_N.size());
+      const double rows = here.mean();
+      const double energy = squares.dot(here) / whole;
+      // Of noise alone, so much would lie there; of anything that has nothing to do with reversals, `rows`.
+      const double expected = std::max(rows, noise.dot(here) / std::max(noise.sum(), 1e-300));
+      if (rows > kMostRows || is_an_event(measurement, squares, here, expected)) continue;
+      const double reduction = reduction_beyond(energy, expected);
       if (reduction <= best.error_reduction) continue;
       Eigen::Index strongest = 0;
       residual_N.cwiseProduct(here).cwiseAbs().maxCoeff(&strongest);

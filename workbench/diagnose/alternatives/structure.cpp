@@ -16,6 +16,7 @@
 #include "workbench/diagnose/alternatives/reversals.h"
 #include "workbench/diagnose/evidence/held_out.h"
 #include "workbench/diagnose/evidence/reduction.h"
+#include "workbench/signal/free_curve.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -24,26 +25,10 @@ namespace {
 /// least this share of what the event in time explains. Chosen.
 constexpr double kRecurs = 0.5;
 
-/// Knots of a free curve: each is the mean of a quantile and of a place in the range, so that neither a long
-/// dwell nor an empty part of the range takes most of the knots.
-std::vector<double> knots_over(const Eigen::VectorXd& coordinate) {
-  std::vector<double> sorted(coordinate.begin(), coordinate.end());
-  std::sort(sorted.begin(), sorted.end());
-  std::vector<double> knots;
-  for (int k = 0; k <= kCurveIntervals; ++k) {
-    const double t = static_cast<double>(k) / kCurveIntervals;
-    const double by_rank = sorted[static_cast<std::size_t>(t * static_cast<double>(sorted.size() - 1))];
-    const double by_range = sorted.front() + t * (sorted.back() - sorted.front());
-    knots.push_back(0.5 * (by_rank + by_range));
-  }
-  knots.erase(std::unique(knots.begin(), knots.end()), knots.end());
-  return knots;
-}
-
 Structure over(Coordinate coordinate, const std::string& unit, const Eigen::VectorXd& values,
                const Eigen::VectorXd& residual) {
   const HeldOut judged =
-      held_out(hat_functions(values, knots_over(values)), residual, alternating_blocks(residual.size()));
+      held_out(hat_functions(values, knots_over(values, kCurveIntervals)), residual, alternating_blocks(residual.size()));
   Eigen::Index peak = 0;
   judged.explained.cwiseAbs().maxCoeff(&peak);
   return {coordinate, judged.error_reduction, values(peak),

@@ -60,26 +60,6 @@ Halves alternating_blocks(Eigen::Index rows) {
   return halves;
 }
 
-Eigen::MatrixXd hat_functions(const Eigen::VectorXd& coordinate, const std::vector<double>& knots) {
-  const auto count = static_cast<Eigen::Index>(knots.size());
-  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(coordinate.size(), count);
-  for (Eigen::Index row = 0; row < coordinate.size(); ++row) {
-    const double c = coordinate(row);
-    const auto above = std::upper_bound(knots.begin(), knots.end(), c) - knots.begin();
-    if (above == 0) {
-      columns(row, 0) = 1.0;
-    } else if (above == count) {
-      columns(row, count - 1) = 1.0;
-    } else {
-      const auto i = static_cast<std::size_t>(above);
-      const double t = (c - knots[i - 1]) / (knots[i] - knots[i - 1]);
-      columns(row, above - 1) = 1.0 - t;
-      columns(row, above) = t;
-    }
-  }
-  return columns;
-}
-
 Eigen::VectorXd at_rows(const Measurement& measurement, const std::vector<double>& per_sample) {
   Eigen::VectorXd values(measurement.row_count());
   for (Eigen::Index row = 0; row < values.size(); ++row) {

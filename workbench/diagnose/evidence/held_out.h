@@ -24,10 +24,6 @@ HeldOut held_out(const Eigen::MatrixXd& columns, const Eigen::VectorXd& residual
 /// Alternating blocks, each longer than the impulse response of the filter.
 Halves alternating_blocks(Eigen::Index rows);
 
-/// Linear B-splines (hat functions) over a coordinate: knots ascending, constant beyond the ends. Rows x
-/// knots.
-Eigen::MatrixXd hat_functions(const Eigen::VectorXd& coordinate, const std::vector<double>& knots);
-
 /// A signal with a value per sample, taken at the rows without filtering.
 Eigen::VectorXd at_rows(const Measurement& measurement, const std::vector<double>& per_sample);
 /// Times of the rows, s.

@@ -12,7 +12,7 @@ namespace slipstack::workbench {
 namespace {
 
 /// The noise floor is itself uncertain by this share (docs/theory.md, "Noise floor").
-constexpr double kUncertainFloor = 1.05;
+constexpr double kUncertainFloor = 1.1;
 
 /// The effect of `these` that `those` do not have; empty unless it is one.
 std::string only_in(const std::vector<std::string>& these, const std::vector<std::string>& those) {
@@ -70,15 +70,15 @@ void sort_by_criterion(const SelectionContext& context, std::vector<Explanation>
   all = std::move(sorted);
 }
 
-bool at_floor(const SelectionContext& context, const FittedModel& model) {
-  return model.holdout_rmse_N < kUncertainFloor * context.floor.of(model.terms);
+bool is_above_floor(const Measurement& measurement, const FittedModel& model) {
+  return model.holdout_rmse_N >= kUncertainFloor * measurement.noise_floor_N();
 }
 
 bool is_step(const SelectionContext& context, const Explanation& before, const Explanation& after) {
   const double before_N = before.model.holdout_rmse_N;
   const double after_N = after.model.holdout_rmse_N;
   return is_worth_a_name(before_N, after_N) && is_better(context, after, before) &&
-         before_N >= kUncertainFloor * context.floor.of(after.model.terms) &&
+         is_above_floor(context.measurement, before.model) &&
          !within_instruments(context.baseline, context.measurement.tick_s(), before.model.terms,
                              after.model.terms, explained_N2(before_N, after_N));
 }

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "workbench/diagnose/evidence/criterion.h"
-#include "workbench/estimate/uncertainty/noise_floor.h"
 
 namespace slipstack::workbench {
 
@@ -19,7 +18,6 @@ struct Explanation {
 struct SelectionContext {
   const Measurement& measurement;
   const FittedModel& baseline;
-  const NoiseFloor& floor;
   Criterion criterion;
 };
 
@@ -31,8 +29,8 @@ bool is_better(const SelectionContext& context, const Explanation& one, const Ex
 /// Puts the explanation that is better than all others first, then the others by their criterion.
 void sort_by_criterion(const SelectionContext& context, std::vector<Explanation>& all);
 
-/// Whether the error is so near the noise floor that there is nothing to explain.
-bool at_floor(const SelectionContext& context, const FittedModel& model);
+/// Whether the error is so far above the noise floor that there is something to explain.
+bool is_above_floor(const Measurement& measurement, const FittedModel& model);
 
 /// Whether the step from `before` to `after` is made: the criterion falls; the held-out error, which is above
 /// the noise floor, falls by the share that is worth a name (kLeastReduction); and clocks and sensors alone

@@ -6,49 +6,56 @@
 
 #include "workbench/base/statistics.h"
 #include "workbench/diagnose/evidence/repeats.h"
+#include "workbench/estimate/linear/force_trace.h"
 
 namespace slipstack::workbench {
 namespace {
 
-/// An effect whose force grows with the measured force (delay, mode, payload, motor constant) must explain
-/// this share of that force (rms). Instruments cause less: clocks of current and encoder that differ by a few
-/// per cent of a sample, sensors that deviate from linearity by a per mille.
-constexpr double kLeastShareOfForce = 1e-3;
+/// The dry friction that an effect leaves, as a multiple of that without it: no preload, film or warming takes
+/// all of it away, and none makes it more than four times as large (the largest value of the map over position in
+/// the catalogue, and of Stribeck friction).
+constexpr double kMostModulation = 4.0;
 
-/// A delay below this part of a sample is not named: it may come from how the recorder assigns time stamps,
-/// or from the damping of bristles, whose friction leads the displacement.
-constexpr double kLeastDelay = 0.25;
+/// A lag in time is absent where its rate, at the Stribeck velocity, is this share of that of the lag in
+/// distance.
+constexpr double kNegligibleRate = 0.1;
 
-/// Level times slip distance over the elements of a hysteresis; divided by its level, the mean slip distance.
-double travel_Nm(const Term& hysteresis) {
-  double sum_Nm = 0.0;
-  for (std::size_t i = 0; i < hysteresis.gains.size(); ++i) {
-    const double slip_m = hysteresis.shapes[i % hysteresis.gains_per_set()];
-    sum_Nm += hysteresis.gains[i] * slip_m * slip_m;
+bool leaves_a_friction(const Measurement& measurement, const Term& term) {
+  if (!acts_with_gains(term, Acts::dry_scale)) return true;
+  const DryTrace trace = evaluate_dry(measurement, {term});
+  return std::all_of(trace.dry_factor.begin(), trace.dry_factor.end(),
+                     [](double factor) { return factor > 0.0 && factor <= kMostModulation; });
+}
+
+/// Whether any gain ended at a bound other than zero. Given gains do not count.
+bool ends_at_a_bound(const Term& term) {
+  for (std::size_t i = 0; i < term.gains.size(); ++i) {
+    const bool bounded = term.gains[i] == term.lower[i] || term.gains[i] == term.upper[i];
+    if (bounded && term.gains[i] != 0.0 && term.lower[i] != term.upper[i]) return true;
   }
-  return sum_Nm;
+  return false;
+}
+
+/// Whether a new term of `model` is none, by `is_none`.
+template <class IsNone>
+bool any_new(const FittedModel& model, const FittedModel& baseline, IsNone&& is_none) {
+  return std::any_of(model.terms.begin(), model.terms.end(), [&](const Term& term) {
+    return !contains(baseline.terms, term.effect->text.id) && is_none(term);
+  });
 }
 
 }  // namespace
 
 bool within_instruments(const FittedModel& baseline, double tick_s, const Terms& before, const Terms& after,
                         double step_N2) {
-  if (has_role(after, Role::measurement_delay) && !has_role(before, Role::measurement_delay) &&
-      std::abs(measurement_dynamics_of(after).total_s()) < kLeastDelay * tick_s) {
-    return true;
-  }
-  if (!(baseline.relative_error > 0.0)) return false;
-  const double force_N = baseline.train_rmse_N / baseline.relative_error;
-  return step_N2 < squared(kLeastShareOfForce * force_N) &&
-         std::any_of(after.begin(), after.end(), [&](const Term& term) {
-           return term.effect->traits.grows_with_force && !contains(before, term.effect->text.id);
-         });
+  const double force_N = baseline.relative_error > 0.0 ? baseline.train_rmse_N / baseline.relative_error : 0.0;
+  return std::any_of(after.begin(), after.end(), [&](const Term& term) {
+    if (contains(before, term.effect->text.id)) return false;
+    const Plausibility& plausible = term.effect->traits.plausible;
+    return std::abs(measurement_dynamics_of({term}).total_s()) < plausible.least_samples * tick_s ||
+           step_N2 < squared(plausible.least_share_of_force * force_N);
+  });
 }
-
-/// Coulomb friction beside hysteresis must be this share of the dry friction. A virgin curve with a steep
-/// start reaches as much within one encoder step (a stretched exponential of exponent 0.6 reaches a tenth of
-/// its level within a hundredth of its travel).
-constexpr double kLeastShareOfDry = 0.10;
 
 bool coulomb_is_of_hysteresis(const FittedModel& model, double floor_N) {
   const Term* coulomb = find_role(model.terms, Role::saturating_friction);
@@ -56,38 +63,9 @@ bool coulomb_is_of_hysteresis(const FittedModel& model, double floor_N) {
   if (coulomb == nullptr || hysteresis == nullptr) return false;
   const double level_N = hysteresis_level_N(*hysteresis) / static_cast<double>(hysteresis->gain_sets());
   const double coulomb_N = std::abs(coulomb->gains[0]);
-  return coulomb_N < kLeastShareOfDry * (coulomb_N + level_N) ||
+  return coulomb_N < coulomb->effect->traits.plausible.least_share_of_dry * (coulomb_N + level_N) ||
          model.holdout_rmse_N > kFormIsNotTheAxis * floor_N;
 }
-
-/// A mode whose mass exceeds this multiple of the moving mass is implausible. Chosen.
-constexpr double kHeaviestArm = 5.0;
-/// A mode that holds more than this share of the whole mass is implausible: where all of the mass swings, the
-/// mode is only a filter of the acceleration, which smooths the effect of encoder steps.
-constexpr double kLargestModalShare = 0.6;
-
-bool has_no_true_mode(const FittedModel& model) {
-  const Term* mode = find_role(model.terms, Role::resonance);
-  if (mode == nullptr) return false;
-  const double moving_kg = mass_kg(model.terms);
-  const EffectTraits& traits = mode->effect->traits;
-  const PlausibleShape& damping = traits.plausible_shape;
-  const double damping_ratio = mode->shapes[static_cast<std::size_t>(damping.shape)];
-  const bool implausibly_damped = damping_ratio < damping.lower || damping_ratio > damping.upper;
-  const double rigid_kg = mode->gains[static_cast<std::size_t>(traits.axis_mass_gain)];
-  // Where the mass is fitted, the mode has no rigid part, and its mass is not contained in `moving_kg`.
-  const bool free = mass_is_free(model.terms);
-  const bool swings_as_a_whole = free ? mode->gains[0] > kLargestModalShare * (moving_kg + mode->gains[0])
-                                      : rigid_kg < -kLargestModalShare * moving_kg;
-  return implausibly_damped || swings_as_a_whole ||
-         std::hypot(mode->gains[0], mode->gains[1]) > kHeaviestArm * moving_kg;
-}
-
-/// The deflection of a bristle lags behind by at most this multiple of the mean slip distance.
-constexpr double kLongestLag = 2.0;
-/// A lag in time counts as absent where, at the Stribeck velocity, it acts over this multiple of the distance
-/// over which the lag in distance acts.
-constexpr double kNoLagInTime = 10.0;
 
 bool lag_is_bristle_deflection(const FittedModel& model) {
   const Term* lag = find_role(model.terms, Role::friction_memory);
@@ -96,17 +74,19 @@ bool lag_is_bristle_deflection(const FittedModel& model) {
   const double velocity_mps = lag->shapes[0];
   const double time_s = lag->shapes[2];
   const double distance_m = lag->shapes[3];
-  return distance_m * hysteresis_level_N(*hysteresis) <= kLongestLag * travel_Nm(*hysteresis) &&
-         time_s * velocity_mps >= kNoLagInTime * distance_m;
+  return distance_m <= lag->effect->traits.plausible.least_slip_distances * mean_slip_m(*hysteresis) &&
+         distance_m <= kNegligibleRate * time_s * velocity_mps;
 }
 
-bool is_implausible(const Measurement& measurement, const NoiseFloor& floor, const FittedModel& baseline,
-                    const FittedModel& model) {
+bool is_implausible(const Measurement& measurement, const FittedModel& baseline, const FittedModel& model) {
   const bool has_new_coulomb = has_role(model.terms, Role::saturating_friction) &&
                                !has_role(baseline.terms, Role::saturating_friction);
-  return (has_no_true_mode(model) && !has_no_true_mode(baseline)) ||
+  return any_new(model, baseline, ends_at_a_bound) ||
+         any_new(model, baseline,
+                 [&](const Term& term) { return !leaves_a_friction(measurement, term); }) ||
+         (has_no_true_mode(model.terms) && !has_no_true_mode(baseline.terms)) ||
          (lag_is_bristle_deflection(model) && !has_role(baseline.terms, Role::friction_memory)) ||
-         (has_new_coulomb && coulomb_is_of_hysteresis(model, floor.of(model.terms))) ||
+         (has_new_coulomb && coulomb_is_of_hysteresis(model, measurement.noise_floor_N())) ||
          ripple_not_supported(measurement, model, baseline.terms);
 }
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "workbench/estimate/nonlinear/fitted_model.h"
-#include "workbench/estimate/uncertainty/noise_floor.h"
 
 namespace slipstack::workbench {
 
@@ -11,12 +10,6 @@ namespace slipstack::workbench {
 /// Above this multiple of the noise floor, the form of a model is not that of the axis: what is left may be
 /// fitted by an effect of a similar form. Chosen on EMPS (2.1) and the blind bench (1.3 at most).
 inline constexpr double kFormIsNotTheAxis = 1.5;
-
-/// Whether the model has an implausible mode: of a damping that no structure has (a line in time takes the
-/// form of a mode without any), much heavier than the axis, or holding nearly all of its mass. The parameters
-/// of a mode take such values when it fits something else: a delay, or, in slow motion of one frequency,
-/// friction of another form.
-bool has_no_true_mode(const FittedModel& model);
 
 /// Whether the model's frictional lag is a property of its hysteresis: a lag over the pre-sliding travel and
 /// not over time. In bristle models whose level falls with velocity (LuGre, Leuven) the deflection approaches
@@ -33,10 +26,10 @@ bool coulomb_is_of_hysteresis(const FittedModel& model, double floor_N);
 bool within_instruments(const FittedModel& baseline, double tick_s, const Terms& before, const Terms& after,
                         double step_N2);
 
-/// Whether `model` has an effect that the baseline does not have and that is none of the above: a mode that
-/// does not ring, a lag of bristles, Coulomb friction of the hysteresis, or a ripple that does not
-/// repeat along the rail (repeats.h).
-bool is_implausible(const Measurement& measurement, const NoiseFloor& floor, const FittedModel& baseline,
-                    const FittedModel& model);
+/// Whether `model` has an effect that the baseline does not have and that is none: one with a gain at a bound
+/// other than zero (the bound determined it, not the log), one that takes all friction away or multiplies it, a
+/// mode that does not ring, a lag of bristles, Coulomb friction of the hysteresis, or a ripple that does not
+/// repeat along the rail (repeats.h). Cost: one evaluation of each effect that modulates friction.
+bool is_implausible(const Measurement& measurement, const FittedModel& baseline, const FittedModel& model);
 
 }  // namespace slipstack::workbench

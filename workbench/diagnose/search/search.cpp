@@ -35,7 +35,7 @@ std::vector<Explanation> grow(const DiagnoseOptions& options, const std::vector<
   std::vector<Explanation> grown = fit_best(context, std::move(attempts), kFitted);
   if (first) found.first_level = grown;
   std::erase_if(grown, [&](const Explanation& one) {
-    return is_implausible(context.measurement, context.floor, context.baseline, one.model);
+    return is_implausible(context.measurement, context.baseline, one.model);
   });
   sort_by_criterion(context, grown);
   return grown;
@@ -60,7 +60,7 @@ void add_effects(const DiagnoseOptions& options, Found& found) {
     if (is_step(context, found.best, next.front())) {
       next.front() = refined(context, std::move(next.front()));
       found.best = next.front();
-      if (at_floor(context, found.best.model)) break;
+      if (!is_above_floor(context.measurement, found.best.model)) break;
     } else if (level > 0) {
       break;  // a pair may be a step where its first effect is none
     }
@@ -72,7 +72,7 @@ void add_effects(const DiagnoseOptions& options, Found& found) {
 /// Drops what is superfluous, exchanges what another effect explains better, and refines all shapes.
 void improve(Found& found) {
   drop_superfluous(found.context, found.best);
-  exchange_effects(found.context, found.alone, found.best);
+  found.ties = exchange_effects(found.context, found.alone, found.best);
   name_mass_beside_mode(found.context, found.best);
   FittedModel model = refine_nominal_shapes(found.context.measurement, std::move(found.best.model));
   found.best.model = refine_all_shapes(found.context.measurement, std::move(model));
@@ -89,6 +89,9 @@ void set_causes_apart(Found& found) {
   std::erase_if(found.first_level, [&](const Explanation& one) { return is_cause(one.model.terms.back()); });
   Terms causes = found.best.model.terms;
   std::erase_if(causes, [&](const Term& term) { return !is_cause(term); });
+  const auto is_effect = [&](const std::string& id) { return find_trial(found.alone, id) != nullptr; };
+  std::erase_if(found.ties,
+                [&](const Tie& tie) { return !is_effect(tie.effect) || !is_effect(tie.other); });
   if (causes.empty()) return;
   const FittedModel joint = std::move(found.best.model);
   Terms effects = joint.terms;
@@ -110,10 +113,9 @@ void set_causes_apart(Found& found) {
 
 }  // namespace
 
-Found search(const Measurement& measurement, const DiagnoseOptions& options, const FittedModel& baseline,
-             const NoiseFloor& floor) {
+Found search(const Measurement& measurement, const DiagnoseOptions& options, const FittedModel& baseline) {
   const Criterion criterion(measurement, baseline.terms, choices_of(measurement, options, baseline.terms));
-  Found found{{}, {measurement, baseline, floor, criterion}, {}, {}, {}};
+  Found found{{}, {measurement, baseline, criterion}, {}, {}, {}, {}};
   found.best.model = baseline;
   add_effects(options, found);
   if (!found.best.added.empty()) improve(found);

@@ -5,6 +5,7 @@
 
 #include "workbench/diagnose/diagnose.h"
 #include "workbench/diagnose/evidence/naming_rule.h"
+#include "workbench/diagnose/evidence/tie.h"
 #include "workbench/diagnose/search/growth.h"
 
 namespace slipstack::workbench {
@@ -15,13 +16,13 @@ struct Found {
   SelectionContext context;              ///< by which its steps were judged
   std::vector<Trial> alone;              ///< every effect on the baseline, best first
   std::vector<Explanation> first_level;  ///< the best of them, fitted in full
+  std::vector<Tie> ties;                 ///< of the effects of `best` with others
   /// What was chosen from outside the catalogue, beside the effects of `best`, which does not contain it.
   OutsideCauses outside;
 };
 
 /// Searches for the effects that `baseline` lacks, one after the other. A beam search, because if two effects
 /// are missing, the best single effect may be neither of them. The result refers to all arguments.
-Found search(const Measurement& measurement, const DiagnoseOptions& options, const FittedModel& baseline,
-             const NoiseFloor& floor);
+Found search(const Measurement& measurement, const DiagnoseOptions& options, const FittedModel& baseline);
 
 }  // namespace slipstack::workbench

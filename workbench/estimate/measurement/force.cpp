@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <stdexcept>
 
 #include "workbench/estimate/measurement/conditioning.h"
 #include "workbench/estimate/measurement/measurement.h"
@@ -81,6 +82,21 @@ double Measurement::force_noise_N() const {
     sum += static_cast<double>(part.sample_count) * part.force_noise_N * part.force_noise_N;
   }
   return std::sqrt(sum / static_cast<double>(sample_count()));
+}
+
+const Eigen::VectorXd& Measurement::noise_variance() const {
+  if (noise_variance_.size() == 0) throw std::logic_error("the noise of the rows is asked for before weigh_rows()");
+  return noise_variance_;
+}
+
+double Measurement::noise_floor_N() const {
+  return std::sqrt(row_weights_.dot(noise_variance()) / row_weights_.sum());
+}
+
+double Measurement::noise_floor_of_log_N(std::size_t log) const {
+  const RowRange own = rows_of_log(log);
+  const Eigen::VectorXd weights = row_weights_.segment(own.first, own.count);
+  return std::sqrt(weights.dot(noise_variance().segment(own.first, own.count)) / weights.sum());
 }
 
 double Measurement::filtered_force_noise_N() const {

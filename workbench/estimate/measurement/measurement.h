@@ -169,6 +169,12 @@ class Measurement {
   /// fit has found outliers.
   const Eigen::VectorXd& fit_weights() const { return fit_weights_; }
   void set_fit_weights(const Eigen::VectorXd& weights) { fit_weights_ = weights.cwiseProduct(row_usable_); }
+  /// Variance of what no model can explain, at each row [N^2], and its weighted root over all rows, or those of
+  /// one log [N]: the noise floor. Known after weigh_rows(); a property of the log, whatever the model.
+  const Eigen::VectorXd& noise_variance() const;
+  void set_noise_variance(Eigen::VectorXd variance) { noise_variance_ = std::move(variance); }
+  double noise_floor_N() const;
+  double noise_floor_of_log_N(std::size_t log) const;
   /// One for usable rows, zero for those to which the filters carry samples that repair() cut out.
   const Eigen::VectorXd& row_usable() const { return row_usable_; }
   /// Square root of the weighted mean square of a signal at the rows.
@@ -246,6 +252,7 @@ class Measurement {
   Eigen::VectorXd row_usable_;
   Eigen::VectorXd row_weights_;
   Eigen::VectorXd fit_weights_;
+  Eigen::VectorXd noise_variance_;
   int block_count_ = 0;
   int fold_count_ = 0;
 };

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "workbench/estimate/nonlinear/fit.h"
 #include "workbench/estimate/terms/slip_grid.h"
 #include "workbench/estimate/uncertainty/residual_noise.h"
+#include "workbench/estimate/uncertainty/saturated_residual.h"
 #include "workbench/model/effects/effect_registry.h"
 #include "workbench/signal/zero_phase.h"
 
@@ -68,7 +70,6 @@ Eigen::VectorXd smoothed(const Eigen::VectorXd& values) {
 struct RowVariances {
   Eigen::VectorXd noise;         ///< of force and acceleration
   Eigen::VectorXd quantisation;  ///< of the hysteresis force, by quantisation
-  Eigen::VectorXd left;          ///< squared residual
 };
 
 /// What a force changes by with its dry friction: the realisations have the displacement of their own, which
@@ -83,49 +84,68 @@ std::vector<double> dry_difference(const ForceTrace& here, const DryTrace& there
   return difference_N;
 }
 
-/// `realisation_of(i)` returns the measurement with the i-th realisation; it is called once for each, in
-/// order.
-template <class RealisationOf>
-RowVariances variances_at_rows(const Measurement& measurement, const Terms& terms,
-                               RealisationOf&& realisation_of) {
-  RowVariances variances{
-      Eigen::VectorXd(measurement.row_count()), Eigen::VectorXd::Zero(measurement.row_count()), {}};
+/// The change of the force at the rows with each realisation of the encoder. A realisation quantises the
+/// recorded motion again, so the difference of the forces is the error of one encoder. One of them is in memory
+/// at a time, since many threads weigh chunks at once.
+std::vector<Eigen::VectorXd> changes_by_quantisation_N(const Measurement& measurement, const Terms& terms) {
   const ForceTrace here = evaluate_force(measurement, terms);
-  const MeasurementDynamics lag = measurement_dynamics_of(terms);
-  const Eigen::VectorXd residual_N = measurement.force_N(lag) - measurement.filtered(here.force_N);
-  std::vector<Eigen::VectorXd> realisations_N;
-  realisations_N.reserve(kEncoderRealisations.size());
-  for (std::size_t i = 0; i < kEncoderRealisations.size(); ++i) {
-    // A realisation quantises the recorded motion again, so the difference of the forces is the error of one
-    // encoder.
-    realisations_N.push_back(
-        measurement.filtered(dry_difference(here, evaluate_dry(realisation_of(i), terms))));
+  std::vector<Eigen::VectorXd> changes_N;
+  changes_N.reserve(kEncoderRealisations.size());
+  for (const EncoderRealisation& other : kEncoderRealisations) {
+    const Measurement realisation = measurement.with_realisation(other);
+    changes_N.push_back(measurement.filtered(dry_difference(here, evaluate_dry(realisation, terms))));
   }
-  const double gain = measurement.force_noise_gain(lag);
+  return changes_N;
+}
+
+/// The parts of one log as one.
+LogPart whole_of_log(const Measurement& measurement, std::size_t log) {
+  const Interval own = measurement.parts_of_log(log);
+  LogPart all = measurement.parts()[own.first];
+  all.sample_count = measurement.parts()[own.end - 1].end_sample() - all.first_sample;
+  all.row_count = static_cast<std::size_t>(measurement.rows_of_log(log).count);
+  return all;
+}
+
+/// Calls visit(log, its parts as one) for each log of which the measurement has any part.
+template <class Visit>
+void each_log(const Measurement& measurement, Visit&& visit) {
   for (std::size_t log = 0; log < measurement.log_count(); ++log) {
     const Interval own = measurement.parts_of_log(log);
-    if (own.first == own.end) continue;
-    const LogPart& first = measurement.parts()[own.first];
-    double force = first.force_noise_N;
-    if (!measurement.force_noise_given()) {
-      LogPart all = first;  // the parts of the log as one
-      all.sample_count = measurement.parts()[own.end - 1].end_sample() - first.first_sample;
-      all.row_count = static_cast<std::size_t>(measurement.rows_of_log(log).count);
-      force = residual_noise(measurement, all, residual_N, realisations_N, mass_kg(terms, log), lag)
-                  .bounded(force);
-    }
-    for (std::size_t p = own.first; p < own.end; ++p) {
-      const LogPart& part = measurement.parts()[p];
-      const double inertia = mass_kg(terms, log) * measurement.acceleration_noise_mps2(part);
-      variances.noise
-          .segment(static_cast<Eigen::Index>(part.first_row), static_cast<Eigen::Index>(part.row_count))
-          .setConstant(squared(gain * force) + squared(inertia));
-    }
+    if (own.first != own.end) visit(log, whole_of_log(measurement, log));
   }
-  for (const Eigen::VectorXd& realisation_N : realisations_N) {
-    variances.quantisation += realisation_N.cwiseAbs2() / static_cast<double>(kEncoderRealisations.size());
+}
+
+/// The noise of each log's force before the filter: as given, or what the differences between samples say,
+/// within the bounds that the saturated residual sets.
+std::vector<double> force_noise_of_logs_N(const Measurement& measurement, const Terms& plain,
+                                          const Eigen::VectorXd& saturated_N,
+                                          const std::vector<Eigen::VectorXd>& changes_N) {
+  std::vector<double> noise_N(measurement.log_count(), 0.0);
+  each_log(measurement, [&](std::size_t log, const LogPart& all) {
+    noise_N[log] = all.force_noise_N;
+    if (measurement.force_noise_given()) return;
+    noise_N[log] =
+        residual_noise(measurement, all, saturated_N, changes_N, mass_kg(plain, log)).bounded(noise_N[log]);
+  });
+  return noise_N;
+}
+
+RowVariances variances_at_rows(const Measurement& measurement, const Terms& plain,
+                               const std::vector<double>& force_noise_N,
+                               const std::vector<Eigen::VectorXd>& changes_N) {
+  RowVariances variances{Eigen::VectorXd(measurement.row_count()),
+                         Eigen::VectorXd::Zero(measurement.row_count())};
+  const double gain = measurement.force_noise_gain({});
+  for (const LogPart& part : measurement.parts()) {
+    const double inertia_N = mass_kg(plain, part.log) * measurement.acceleration_noise_mps2(part);
+    variances.noise
+        .segment(static_cast<Eigen::Index>(part.first_row), static_cast<Eigen::Index>(part.row_count))
+        .setConstant(squared(gain * force_noise_N[part.log]) + squared(inertia_N));
   }
-  variances.left = residual_N.cwiseAbs2();
+  for (const Eigen::VectorXd& change_N : changes_N) {
+    variances.quantisation += change_N.cwiseAbs2() / static_cast<double>(changes_N.size());
+  }
   return variances;
 }
 
@@ -134,7 +154,8 @@ RowVariances variances_at_rows(const Measurement& measurement, const Terms& term
 /// since the values at a single row are random. Where the axis stands within a cell for long, the
 /// realisations differ by the whole cell, although the axis may have moved as evenly as the interpolation
 /// assumes.
-Eigen::VectorXd supported_variance(const RowVariances& rows, const Eigen::VectorXd& usable) {
+Eigen::VectorXd supported_variance(const RowVariances& rows, const Eigen::VectorXd& left_N,
+                                   const Eigen::VectorXd& usable) {
   // Rows without any quantisation are equal but for rounding, which must not sort them.
   const Eigen::VectorXd smooth = smoothed(rows.quantisation);
   const Eigen::VectorXd likely = smooth.cwiseMax(kNothing * smooth.maxCoeff());
@@ -153,7 +174,7 @@ Eigen::VectorXd supported_variance(const RowVariances& rows, const Eigen::Vector
     double left = 0.0;
     for (const Eigen::Index row : members) {
       expected += rows.quantisation(row);
-      left += rows.left(row) - rows.noise(row);
+      left += squared(left_N(row)) - rows.noise(row);
     }
     if (kChance * left >= expected || expected <= 0.0) continue;
     const double share = kChance * std::max(left, 0.0) / expected;
@@ -164,12 +185,17 @@ Eigen::VectorXd supported_variance(const RowVariances& rows, const Eigen::Vector
 
 /// Variance for the row weights: averaged, since a row whose error happens to be small is no more reliable
 /// than its neighbours.
-Eigen::VectorXd variance_to_weigh_by(const Measurement& measurement, const Terms& plain) {
-  // One realisation in memory at a time, since many threads weigh chunks at once.
-  const RowVariances rows = variances_at_rows(measurement, plain, [&](std::size_t i) {
-    return measurement.with_realisation(kEncoderRealisations[i]);
-  });
+Eigen::VectorXd variance_to_weigh_by(const RowVariances& rows) {
   return smoothed(rows.noise + rows.quantisation);
+}
+
+/// The plain model with the mode that its residual shows most, if it is one: what rings depends on no smooth curve.
+std::shared_ptr<const Linearisation> with_a_mode(const Measurement& measurement, const FittedModel& plain) {
+  const auto declared = measurement.parts().front().mass_kg;
+  if (declared && *declared == 0.0) return plain.linearisation;
+  const Trial mode = try_effect(measurement, plain, effect_with_role(Role::resonance), {});
+  if (has_no_true_mode(mode.terms)) return plain.linearisation;
+  return std::make_shared<const Linearisation>(measurement, mode.terms, plain.linearisation.get());
 }
 
 }  // namespace
@@ -183,45 +209,24 @@ std::vector<Measurement> encoder_realisations(const Measurement& measurement) {
   return realisations;
 }
 
-NoiseFloor::NoiseFloor(const Measurement& measurement) : measurement_(measurement) {
-  realisations_.reserve(kEncoderRealisations.size());
-  for (const EncoderRealisation& other : kEncoderRealisations)
-    realisations_.push_back(measurement.with_realisation(other));
-}
-
-Eigen::VectorXd NoiseFloor::variance(const Terms& terms) const {
-  const RowVariances rows = variances_at_rows(
-      measurement_, terms, [this](std::size_t i) -> const Measurement& { return realisations_[i]; });
-  return rows.noise + supported_variance(rows, measurement_.row_usable());
-}
-
-double NoiseFloor::of(const Terms& terms) const {
-  const Eigen::VectorXd& weights = measurement_.row_weights();
-  return std::sqrt(weights.dot(variance(terms)) / weights.sum());
-}
-
-std::vector<double> NoiseFloor::of_each_log(const Terms& terms) const {
-  const Eigen::VectorXd rows = variance(terms);
-  std::vector<double> floors;
-  floors.reserve(measurement_.log_count());
-  for (std::size_t log = 0; log < measurement_.log_count(); ++log) {
-    const RowRange own = measurement_.rows_of_log(log);
-    const Eigen::VectorXd weights = measurement_.row_weights().segment(own.first, own.count);
-    floors.push_back(std::sqrt(weights.dot(rows.segment(own.first, own.count)) / weights.sum()));
-  }
-  return floors;
-}
-
 RowWeighing weigh_rows(Measurement& measurement) {
-  const FittedModel plain = fit_effects(measurement, default_baseline(), {});
+  FittedModel plain = fit_effects(measurement, default_baseline(), {});
   if (const Term* hysteresis = find_role(plain.terms, Role::hysteresis)) {
     measurement.set_slip_distances(refined_slip_distances(*hysteresis, measurement.encoder_resolution_m()));
+    // What one encoder step is as a force depends on the shortest slip distances.
+    plain = fit_effects(measurement, default_baseline(), {});
   }
-  const Eigen::VectorXd variance = variance_to_weigh_by(measurement, plain.terms);
-  const double least = variance.minCoeff();
-  const double enough = std::max({least, squared(kLeastWeighing * plain.train_rmse_N), 1e-300});
-  RowWeighing weighing{plain.terms, least, enough};
+  const Eigen::VectorXd saturated_N = saturated_residual_N(measurement, *with_a_mode(measurement, plain));
+  const std::vector<Eigen::VectorXd> changes_N = changes_by_quantisation_N(measurement, plain.terms);
+  RowWeighing weighing;
+  weighing.plain = plain.terms;
+  weighing.force_noise_N = force_noise_of_logs_N(measurement, plain.terms, saturated_N, changes_N);
+  const RowVariances rows = variances_at_rows(measurement, plain.terms, weighing.force_noise_N, changes_N);
+  const Eigen::VectorXd variance = variance_to_weigh_by(rows);
+  weighing.least = variance.minCoeff();
+  weighing.enough = std::max({weighing.least, squared(kLeastWeighing * plain.train_rmse_N), 1e-300});
   measurement.set_row_weights(weighing.weights(variance));
+  measurement.set_noise_variance(rows.noise + supported_variance(rows, saturated_N, measurement.row_usable()));
   return weighing;
 }
 
@@ -231,7 +236,9 @@ Eigen::VectorXd RowWeighing::weights(const Eigen::VectorXd& variance) const {
 
 void RowWeighing::apply(Measurement& chunk) const {
   if (chunk.row_count() == 0) return;
-  chunk.set_row_weights(weights(variance_to_weigh_by(chunk, plain)));
+  const RowVariances rows =
+      variances_at_rows(chunk, plain, force_noise_N, changes_by_quantisation_N(chunk, plain));
+  chunk.set_row_weights(weights(variance_to_weigh_by(rows)));
 }
 
 }  // namespace slipstack::workbench

@@ -36,10 +36,8 @@ using Powers = std::array<double, std::size(kBands)>;
 /// freedom. Determined by random draws.
 constexpr double kMedianOverMean = 0.91;
 
-/// Squared magnitude of the rows' filter and of the inverse of a low pass of `filter_s`, including the
-/// aliases by the spacing of the rows.
-double power_response(const Measurement& measurement, double frequency_Hz, double row_rate_Hz,
-                      double filter_s) {
+/// Squared magnitude of the rows' filter, including the aliases by the spacing of the rows.
+double power_response(const Measurement& measurement, double frequency_Hz, double row_rate_Hz) {
   const std::vector<double>& taps = measurement.filter().taps();
   const std::size_t half = taps.size() / 2;
   double power = 0.0;
@@ -49,7 +47,7 @@ double power_response(const Measurement& measurement, double frequency_Hz, doubl
     for (std::size_t k = 0; k < taps.size(); ++k) {
       response += taps[k] * std::cos(angle * (static_cast<double>(k) - static_cast<double>(half)));
     }
-    power += response * response * (1.0 + std::pow(angle * measurement.sample_rate_Hz() * filter_s, 2));
+    power += response * response;
   }
   return power;
 }
@@ -116,6 +114,33 @@ BandPower power_where_least_quantised(const Segments& segments, std::size_t band
   return {median(std::move(left)), median(std::move(unquantised))};
 }
 
+/// Power of the three bands that noise causes: white force noise of density one, and the encoder's quantisation
+/// through the mass.
+struct BandNoise {
+  Powers response{};
+  Powers encoder{};
+};
+
+BandNoise band_noise(const Measurement& measurement, const LogPart& part, double row_rate_Hz,
+                     const std::vector<double>& frequency_Hz, double mass_kg) {
+  const double quantisation = mass_kg * measurement.position_noise_m_per_root_Hz(part);
+  BandNoise noise;
+  for (const double f : frequency_Hz) {
+    const double at = f / measurement.bandwidth_Hz();
+    for (std::size_t b = 0; b < std::size(kBands); ++b) {
+      if (at < kBands[b].from || at >= kBands[b].to) continue;
+      const double own = power_response(measurement, f, row_rate_Hz);
+      noise.response[b] += own;
+      noise.encoder[b] += own * std::pow(kTwoPi * f, 4) * quantisation * quantisation;
+    }
+  }
+  return noise;
+}
+
+double row_rate_of(const Measurement& measurement) {
+  return measurement.sample_rate_Hz() / static_cast<double>(measurement.row_stride());
+}
+
 }  // namespace
 
 double NoiseEstimate::bounded(double sensor_N) const {
@@ -124,28 +149,19 @@ double NoiseEstimate::bounded(double sensor_N) const {
 
 NoiseEstimate residual_noise(const Measurement& measurement, const LogPart& part,
                              const Eigen::VectorXd& residual_N,
-                             const std::vector<Eigen::VectorXd>& realisations_N, double mass_kg,
-                             const MeasurementDynamics& lag) {
-  const double row_rate_Hz = measurement.sample_rate_Hz() / static_cast<double>(measurement.row_stride());
+                             const std::vector<Eigen::VectorXd>& realisations_N, double mass_kg) {
+  const double row_rate_Hz = row_rate_of(measurement);
   const Segments segments = segments_of(measurement, part, row_rate_Hz, residual_N, realisations_N);
   if (segments.left.size() < kFewestSegments) return {};
-  const double quantisation = mass_kg * measurement.position_noise_m_per_root_Hz(part);
+  const BandNoise noise = band_noise(measurement, part, row_rate_Hz, segments.frequency_Hz, mass_kg);
   double least = std::numeric_limits<double>::infinity();
   double most = 0.0;
   for (std::size_t b = 0; b < std::size(kBands); ++b) {
-    double response = 0.0;  // of white force noise of density one
-    double encoder = 0.0;
-    for (const double f : segments.frequency_Hz) {
-      const double at = f / measurement.bandwidth_Hz();
-      if (at < kBands[b].from || at >= kBands[b].to) continue;
-      response += power_response(measurement, f, row_rate_Hz, lag.filter_s);
-      const double own = power_response(measurement, f, row_rate_Hz, 0.0);
-      encoder += own * std::pow(kTwoPi * f, 4) * quantisation * quantisation;
-    }
-    if (response <= 0.0) continue;
+    if (noise.response[b] <= 0.0) continue;
     const BandPower power = power_where_least_quantised(segments, b);
-    least = std::min(least, std::max(0.0, (power.unquantised / kMedianOverMean - encoder) / response));
-    most = std::max(most, (power.left / kMedianOverMean - encoder) / response);
+    least = std::min(
+        least, std::max(0.0, (power.unquantised / kMedianOverMean - noise.encoder[b]) / noise.response[b]));
+    most = std::max(most, (power.left / kMedianOverMean - noise.encoder[b]) / noise.response[b]);
   }
   if (!std::isfinite(least)) return {};
   const double band_Hz = 0.5 * measurement.sample_rate_Hz();

@@ -26,11 +26,9 @@ struct NoiseEstimate {
 /// reversals count. The lower bound is the weakest band after subtraction of the encoder's quantisation:
 /// through `mass_kg`, and through the hysteresis, as the mean power of `realisations_N`. The upper bound is
 /// the strongest band after subtraction of the former only. No bounds for a log of fewer than eight segments
-/// of 64 rows. `residual_N` and `realisations_N`: of all rows; `lag` is compensated in the residual, since it
-/// acted before the noise was added.
+/// of 64 rows. `residual_N` and `realisations_N`: of all rows.
 NoiseEstimate residual_noise(const Measurement& measurement, const LogPart& part,
                              const Eigen::VectorXd& residual_N,
-                             const std::vector<Eigen::VectorXd>& realisations_N, double mass_kg,
-                             const MeasurementDynamics& lag);
+                             const std::vector<Eigen::VectorXd>& realisations_N, double mass_kg);
 
 }  // namespace slipstack::workbench

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/diagnose/evidence/tie.h"
+
+#include <cstddef>
+
+namespace slipstack::workbench {
+namespace {
+
+/// Standard errors within which a difference is chance.
+constexpr double kChance = 2.0;
+
+}  // namespace
+
+bool mean_is_chance(std::span<const double> observations) {
+  const auto count = static_cast<double>(observations.size());
+  if (count < 2.0) return true;
+  double sum = 0.0;
+  double squares = 0.0;
+  for (const double one : observations) {
+    sum += one;
+    squares += one * one;
+  }
+  const double variance_of_sum = count / (count - 1.0) * (squares - sum * sum / count);
+  return sum * sum <= kChance * kChance * variance_of_sum;
+}
+
+bool within_chance(const std::vector<double>& one, const std::vector<double>& other) {
+  std::vector<double> differences;
+  differences.reserve(one.size());
+  for (std::size_t b = 0; b < one.size(); ++b) differences.push_back(one[b] - other[b]);
+  return mean_is_chance(differences);
+}
+
+}  // namespace slipstack::workbench
