@@ -6,6 +6,34 @@
 #include "workbench/loop/run_loop.h"
 
 namespace slipstack::workbench {
+namespace {
+
+// The comparison has an axis, a motion and models of its own; what it shares with a run are axis, seed and
+// the file for machines.
+void define_comparison(CLI::App& loop, const std::shared_ptr<LoopRequest>& request) {
+  const auto wanted = std::make_shared<ComparisonRequest>();
+  const auto compare = std::make_shared<bool>(false);
+  CLI::Option* flag =
+      loop.add_flag("--compare", *compare, "compare ways to compensate friction on the same axis and motion");
+  for (const char* other : {"--board", "--image", "--effects", "--strength", "--seconds", "--log-rate",
+                            "--push", "--model", "--adapt", "--out"})
+    flag->excludes(loop.get_option(other));
+  loop.add_option("--seeds", wanted->seeds, "of the comparison: so many axes, from --seed on (default: 1)")
+      ->type_name("N")
+      ->needs(flag);
+  loop.add_flag("--brief", wanted->brief,
+                "of the comparison: without wrong parameters, hidden effects and other levels of friction")
+      ->needs(flag);
+  loop.callback([request, wanted, compare] {
+    if (!*compare) return run_loop(*request);
+    wanted->setup = request->setup;
+    wanted->seed = request->seed;
+    wanted->json = request->json;
+    run_comparison(*wanted);
+  });
+}
+
+}  // namespace
 
 void define_loop(CLI::App& app) {
   CLI::App* loop = app.add_subcommand(
@@ -33,7 +61,7 @@ void define_loop(CLI::App& app) {
   loop->add_option("--out", request->out, "write the log, CSV; '-': standard output")->type_name("FILE");
   loop->add_option("--json", request->json, "write the result for machines; '-': standard output")
       ->type_name("FILE");
-  loop->callback([request] { run_loop(*request); });
+  define_comparison(*loop, request);
 }
 
 }  // namespace slipstack::workbench

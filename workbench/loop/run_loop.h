@@ -23,9 +23,22 @@ struct LoopRequest {
   std::string json;
 };
 
+/// Options of `slipstack loop --compare`.
+struct ComparisonRequest {
+  std::string setup = "pick_and_place";
+  std::int64_t seed = 1;
+  std::int64_t seeds = 1;
+  bool brief = false;  ///< without what the axis may differ in
+  std::string json;
+};
+
 /// Runs the firmware in lock-step with the simulated axis through the test programme at 10 kHz, prints the
 /// result, writes the log. Throws UsageError and InputError (status 2), RunError when a run fails after its
 /// start (status 1).
 void run_loop(const LoopRequest& request);
+
+/// Compares ways to compensate friction (comparison/comparison.h): prints the tables, writes all numbers.
+/// Throws UsageError.
+void run_comparison(const ComparisonRequest& request);
 
 }  // namespace slipstack::workbench

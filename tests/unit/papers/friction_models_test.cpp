@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <stdexcept>
 
 #include "sim_host/friction/element_bank.h"
@@ -51,6 +52,61 @@ TEST(FrictionModels, BoucWenWithExponentOneIsDahl) {
   // Any other β has a straight line where the state is brought back to zero: dz/dx = 1/ℓ at β = 1/2.
   const Eigen::MatrixXd half = model_columns(FrictionKind::kBoucWen, {3e-6, 1.0, 0.5}, {}, motion);
   EXPECT_NEAR(half(50, 0) - half(51, 0), 0.2 / 3.0, 1e-9);
+}
+
+// Against its differential equation in steps a thousandth of the length long.
+TEST(FrictionModels, ElastoPlasticFollowsItsEquation) {
+  const double length = 3e-6;
+  const double share = 0.6;
+  const SampledMotion motion = there_and_back(20e-6, 40);
+  const Eigen::MatrixXd columns =
+      model_columns(FrictionKind::kElastoPlastic, {length, 0.0, 1.0, share}, {}, motion);
+  double z = 0.0;
+  for (std::size_t i = 1; i < motion.position_m.size(); ++i) {
+    const double dx = motion.position_m[i] - motion.position_m[i - 1];
+    constexpr int kFine = 2000;
+    const double h = dx / length / kFine;
+    for (int k = 0; k < kFine; ++k) {
+      const double side = h > 0.0 ? z : -z;
+      const double alpha =
+          side <= share ? 0.0
+          : side >= 1.0
+              ? 1.0
+              : 0.5 + 0.5 * std::sin(std::numbers::pi * (side - 0.5 * (1.0 + share)) / (1.0 - share));
+      z += h * (1.0 - alpha * side);
+    }
+    EXPECT_NEAR(columns(static_cast<Eigen::Index>(i), 0), z, 2e-3) << i;
+  }
+  // Elastic: a small motion to and fro leaves nothing behind, which is what it is made for.
+  const SampledMotion small = there_and_back(0.5 * share * length, 10);
+  const Eigen::MatrixXd back =
+      model_columns(FrictionKind::kElastoPlastic, {length, 0.0, 1.0, share}, {}, small);
+  EXPECT_NEAR(back(20, 0), 0.0, 1e-12);
+  EXPECT_GT(std::fabs(model_columns(FrictionKind::kLuGre, {length, 0.0, 1.0}, {}, small)(20, 0)), 0.01);
+}
+
+// Any force that is a straight line between the points of the table comes out as it went in.
+TEST(FrictionModels, TheTableJoinsItsPointsByStraightLines) {
+  SampledMotion motion;
+  const double fastest = 0.5;
+  for (int i = 0; i <= 4000; ++i) {
+    motion.position_m.push_back(1e-6 * i);
+    motion.velocity_mps.push_back(fastest * (2.0 * i / 4000.0 - 1.0));
+  }
+  const Eigen::MatrixXd columns = model_columns(FrictionKind::kVelocityTable, {fastest}, {}, motion);
+  ASSERT_EQ(columns.cols(), 19);
+  for (Eigen::Index i = 0; i < columns.rows(); ++i) {
+    EXPECT_GE(columns.row(i).minCoeff(), 0.0);
+    // The last point's share is what is left to one.
+    EXPECT_LE(columns.row(i).sum(), 1.0 + 1e-12);
+    const double v = motion.velocity_mps[static_cast<std::size_t>(i)];
+    double line = fastest * (1.0 - columns.row(i).sum());
+    for (Eigen::Index k = 0; k < 19; ++k) {
+      const double u = 2.0 * static_cast<double>(k) / 19.0 - 1.0;
+      line += columns(i, k) * fastest * u * std::fabs(u);
+    }
+    EXPECT_NEAR(line, v, 1e-12);
+  }
 }
 
 TEST(FrictionModels, ElementsFollowTheBankOfThePlant) {

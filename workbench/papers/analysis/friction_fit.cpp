@@ -45,6 +45,8 @@ Trial try_shape(FrictionKind kind, const std::vector<double>& shape, const Frict
   const Eigen::Index fitted = data.fitted_rows > 0 ? std::min(data.fitted_rows, rows) : rows;
   std::vector<bool> free(static_cast<std::size_t>(columns.cols()), false);
   free.back() = true;
+  // A table has forces of either sign.
+  if (kind == FrictionKind::kVelocityTable) std::fill(free.begin(), free.end() - 1, true);
   // The Stribeck part of a static curve and the spring beside Bouc-Wen may be of either sign.
   if (kind == FrictionKind::kCoulombStribeck || kind == FrictionKind::kBoucWen) free[1] = true;
   Trial trial;

@@ -2,13 +2,16 @@
 #include "workbench/papers/analysis/friction_models.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numbers>
 
 namespace slipstack::workbench {
 namespace {
 
 constexpr std::size_t kGmsElements = 12;
 constexpr std::size_t kMaxwellElements = 20;
+constexpr std::size_t kTablePoints = 20;
 
 double sign_of(double value) {
   return value < 0.0 ? -1.0 : 1.0;
@@ -26,15 +29,15 @@ double fastest_of(const SampledMotion& motion) {
 }
 
 std::vector<double> slips_of(const SampledMotion& motion, std::size_t count) {
-  const double last_m = 0.5 * extent_of(motion);
+  const double last_m = motion.longest_m > 0.0 ? motion.longest_m : 0.5 * extent_of(motion);
   // A travel of less than a step between samples is sliding, whatever the model.
   std::vector<double> moves;
   for (std::size_t i = 1; i < motion.position_m.size(); ++i) {
     const double move = std::fabs(motion.position_m[i] - motion.position_m[i - 1]);
     if (move > 0.0) moves.push_back(move);
   }
-  double first_m = 1e-3 * last_m;
-  if (!moves.empty()) {
+  double first_m = motion.shortest_m > 0.0 ? motion.shortest_m : 1e-3 * last_m;
+  if (!moves.empty() && !(motion.shortest_m > 0.0)) {
     const auto small = moves.begin() + static_cast<std::ptrdiff_t>(moves.size() / 20);
     std::nth_element(moves.begin(), small, moves.end());
     first_m = std::clamp(*small, 1e-5 * last_m, 1e-2 * last_m);
@@ -123,6 +126,61 @@ Eigen::MatrixXd lugre_columns(const std::vector<double>& shape, const SampledMot
   return columns;
 }
 
+/// dz/dt = (v − α(z)·|v|·z/s(v))/ℓ in a step of dx, exact while α is 0 or the state has reached its limit.
+double elasto_plastic_step(double z, double dx, double length_m, double level, double elastic_share) {
+  const double direction = sign_of(dx);
+  const double elastic = elastic_share * level;
+  double way = std::fabs(dx) / length_m;
+  const double until = direction * z < elastic ? std::min(way, elastic - direction * z) : 0.0;
+  z += direction * until;
+  way -= until;
+  const auto slope = [&](double at) {
+    const double share = (direction * at - elastic) / (level - elastic);
+    const double plastic =
+        share <= 0.0 ? 0.0 : (share >= 1.0 ? 1.0 : 0.5 - 0.5 * std::cos(std::numbers::pi * share));
+    return direction - plastic * at / level;
+  };
+  // At the limit nothing moves any more; the level may have fallen below the state, which then returns.
+  const double step = std::min(0.1, 0.1 * (level - elastic) + 0.01);
+  while (way > 0.0 && std::fabs(direction * z - level) > 1e-6 * level) {
+    const double h = std::min(step, way);
+    z += h * slope(z + 0.5 * h * slope(z));
+    way -= h;
+  }
+  return z;
+}
+
+Eigen::MatrixXd elasto_plastic_columns(const std::vector<double>& shape, const SampledMotion& motion) {
+  Eigen::MatrixXd columns(static_cast<Eigen::Index>(motion.position_m.size()), 2);
+  double z = 0.0;
+  along(motion, [&](double dx, double v, Eigen::Index row) {
+    z = elasto_plastic_step(z, dx, shape[0], level_at(v, shape[1], shape[2]), shape[3]);
+    columns.row(row) << z, v;
+  });
+  return columns;
+}
+
+/// Hat functions over velocity, ten points to each side at squares of equal steps. That of the last point is
+/// left out: together they would be the offset that every model has.
+Eigen::MatrixXd table_columns(double fastest_mps, const SampledMotion& motion) {
+  std::array<double, kTablePoints> places{};
+  for (std::size_t i = 0; i < kTablePoints; ++i) {
+    const double u = 2.0 * static_cast<double>(i) / static_cast<double>(kTablePoints - 1) - 1.0;
+    places[i] = fastest_mps * u * std::fabs(u);
+  }
+  Eigen::MatrixXd columns =
+      Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(motion.position_m.size()), kTablePoints - 1);
+  along(motion, [&](double, double v, Eigen::Index row) {
+    const double at = std::clamp(v, places.front(), places.back());
+    const auto above = std::upper_bound(places.begin() + 1, places.end() - 1, at);
+    const auto i = static_cast<Eigen::Index>(above - places.begin());
+    const double share = (at - *(above - 1)) / (*above - *(above - 1));
+    columns(row, i - 1) = 1.0 - share;
+    if (i < columns.cols()) columns(row, i) = share;
+  });
+  return columns;
+}
+
 Eigen::MatrixXd gms_columns(const std::vector<double>& shape, const std::vector<double>& slips,
                             const SampledMotion& motion) {
   Eigen::MatrixXd columns(static_cast<Eigen::Index>(motion.position_m.size()),
@@ -185,6 +243,10 @@ std::string_view name(FrictionKind kind) {
       return "gms";
     case FrictionKind::kMaxwellSlip:
       return "maxwell-slip";
+    case FrictionKind::kVelocityTable:
+      return "velocity-table";
+    case FrictionKind::kElastoPlastic:
+      return "elasto-plastic";
   }
   return "unknown";
 }
@@ -192,7 +254,9 @@ std::string_view name(FrictionKind kind) {
 std::vector<ShapeParameter> shapes_of(FrictionKind kind, const SampledMotion& motion) {
   const double extent_m = extent_of(motion);
   const double fastest = fastest_of(motion);
-  const ShapeParameter length{"length_m", 1e-4 * extent_m, 10.0 * extent_m};
+  const bool given = motion.longest_m > 0.0;
+  const ShapeParameter length{"length_m", given ? motion.shortest_m : 1e-4 * extent_m,
+                              given ? motion.longest_m : 10.0 * extent_m};
   const ShapeParameter stribeck{"stribeck_mps", 1e-3 * fastest, 2.0 * fastest};
   const ShapeParameter excess{"excess", 1e-3, 2.0};
   switch (kind) {
@@ -208,6 +272,11 @@ std::vector<ShapeParameter> shapes_of(FrictionKind kind, const SampledMotion& mo
       return {excess, stribeck, {"attraction_per_s", 1e-2 / motion.step_s, 10.0 / motion.step_s}};
     case FrictionKind::kMaxwellSlip:
       return {};
+    case FrictionKind::kVelocityTable:
+      // The last point of the table: not searched further than the motion goes.
+      return {{"fastest_mps", 0.5 * fastest, fastest}};
+    case FrictionKind::kElastoPlastic:
+      return {length, excess, stribeck, {"elastic_share", 0.05, 0.95}};
   }
   return {};
 }
@@ -233,6 +302,10 @@ Eigen::MatrixXd model_columns(FrictionKind kind, const std::vector<double>& shap
       return gms_columns(shape, slips_m, motion);
     case FrictionKind::kMaxwellSlip:
       return maxwell_columns(slips_m, motion);
+    case FrictionKind::kVelocityTable:
+      return table_columns(shape[0], motion);
+    case FrictionKind::kElastoPlastic:
+      return elasto_plastic_columns(shape, motion);
   }
   return {};
 }

@@ -11,8 +11,18 @@
 
 namespace slipstack::workbench {
 
-enum class FrictionKind { kCoulombStribeck, kDahl, kBoucWen, kLuGre, kGms, kMaxwellSlip };
+enum class FrictionKind {
+  kCoulombStribeck,
+  kDahl,
+  kBoucWen,
+  kLuGre,
+  kGms,
+  kMaxwellSlip,
+  kVelocityTable,
+  kElastoPlastic
+};
 
+/// Those that the paper compares.
 inline constexpr FrictionKind kFrictionKinds[] = {
     FrictionKind::kCoulombStribeck, FrictionKind::kDahl, FrictionKind::kBoucWen,
     FrictionKind::kLuGre,           FrictionKind::kGms,  FrictionKind::kMaxwellSlip};
@@ -24,6 +34,10 @@ struct SampledMotion {
   double step_s = 1e-3;
   std::vector<double> position_m;
   std::vector<double> velocity_mps;
+  // Between which the lengths of pre-sliding are searched and the slip distances lie; 0: from the extent and
+  // the steps of this motion. Where the motion is more than pre-sliding, its extent says nothing about them.
+  double shortest_m = 0.0;
+  double longest_m = 0.0;
 };
 
 /// A parameter on which the force depends nonlinearly; its logarithm is searched between its bounds.
@@ -40,6 +54,9 @@ struct ShapeParameter {
 ///   lugre             ℓ, Fs/Fc − 1, v_s         dz/dt = (v − |v|·z/s(v))/ℓ, s(v) = 1 + r·exp(−(v/v_s)²)
 ///   gms               Fs/Fc − 1, v_s, C         12 elements: stick until |z| = d·s(v), then dz/dt =
 ///   C·(d·s(v) − z) maxwell-slip      none                      20 elements
+///   velocity-table    v_last                    20 forces over velocity, closer together near rest, and
+///   straight lines between them elasto-plastic    ℓ, Fs/Fc − 1, v_s, b     dz/dt = (v − α(z)·|v|·z/s(v))/ℓ:
+///   elastic until |z| reaches the share b of s(v), then α rises to 1 (Dupont et al., IEEE TAC 47(5) 2002)
 /// States are scaled so that the gains are forces; every model has viscous friction too.
 std::vector<ShapeParameter> shapes_of(FrictionKind kind, const SampledMotion& motion);
 
