@@ -98,7 +98,8 @@ void Session::adopt_models() {
   std::sort(found.begin(), found.end());
   for (const fs::path& path : found) {
     Version version;
-    version.id = next_id();
+    const int number = number_of_file(path);
+    version.id = number > 0 && find(number) == nullptr ? number : next_id();
     version.what = fmt::format("{} from the folder", printable(path.filename().string()));
     version.file = "models/" + path.filename().string();
     take(version, read_model(path));

@@ -63,10 +63,12 @@ sim::MotionProgramme programme_of(const std::string& path, const sim::Axis& axis
   return programme;
 }
 
+}  // namespace
+
 /// The master's end of a cable to a drive in this process.
-class Cable final : public CanLink {
+class SimulatedCable final : public CanLink {
  public:
-  Cable(host::HostCanPort& port, SimulatedDrive& drive) : port_(port), drive_(drive) {}
+  SimulatedCable(host::HostCanPort& port, SimulatedDrive& drive) : port_(port), drive_(drive) {}
   void send(const CanFrame& frame) override { port_.send(frame); }
   bool receive(CanFrame& frame, int timeout_ms) override {
     constexpr int kTicksPerMillisecond = 10;
@@ -82,8 +84,6 @@ class Cable final : public CanLink {
   host::HostCanPort& port_;
   SimulatedDrive& drive_;
 };
-
-}  // namespace
 
 std::string record_simulated_axis(const SimulatedAxis& axis, const std::string& set_points) {
   const Drawn drawn = draw(axis);
@@ -107,7 +107,7 @@ struct SimulatedController::Parts {
   host::HostCanPort device{4096};
   host::HostCanPort port{4096};
   std::unique_ptr<SimulatedDrive> drive;
-  std::unique_ptr<Cable> cable;
+  std::unique_ptr<SimulatedCable> cable;
   std::unique_ptr<SdoClient> client;
 };
 
@@ -116,7 +116,7 @@ SimulatedController::SimulatedController(const SimulatedAxis& axis) : parts_(std
   parts_->port.connect(parts_->device);
   parts_->drive =
       std::make_unique<SimulatedDrive>(parts_->bench.axis, parts_->device, parts_->flash, kNode, axis.seed);
-  parts_->cable = std::make_unique<Cable>(parts_->port, *parts_->drive);
+  parts_->cable = std::make_unique<SimulatedCable>(parts_->port, *parts_->drive);
   parts_->client = std::make_unique<SdoClient>(*parts_->cable, kNode);
   for (int tick = 0; tick < 20; ++tick) parts_->drive->step();
 }

@@ -98,7 +98,7 @@ Trace::Picture Trace::picture(Signal signal, double from_s, double to_s, std::si
                   size * join,
                   {}};
   for (std::size_t i = begin; i < stop; i += join) {
-    picture.points.push_back(joined(&levels[level][i], std::min(join, stop - i)));
+    picture.points.push_back(joined(&levels[level][i], std::min(join, levels[level].size() - i)));
   }
   return picture;
 }

@@ -32,7 +32,8 @@ class Trace {
   double start_s() const { return start_s_; }
 
   /// What is drawn of [from_s, to_s], times counted from the start of the log: at most `points` + 2 points,
-  /// each the extremes of as many samples, or single samples. Throws InputError where the file is gone.
+  /// each the extremes of as many samples; where these would be fewer than sixteen, the samples themselves.
+  /// Throws InputError where the file is gone.
   struct Picture {
     double first_s = 0.0;  ///< of the first point
     double step_s = 0.0;
