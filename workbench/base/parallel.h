@@ -12,6 +12,8 @@
 #include <utility>
 #include <vector>
 
+#include "workbench/base/cancel.h"
+
 namespace slipstack::workbench {
 
 /// Processors that this thread may run on. They are fewer than the machine has where taskset, a container or
@@ -25,15 +27,19 @@ inline std::size_t usable_processors() {
 }
 
 /// Calls body(i) for i in [0, count) on `most_threads` threads (0: one for each usable processor); the first
-/// exception is thrown again here. The results must not depend on the order of the calls.
+/// exception is thrown again here. The results must not depend on the order of the calls. Throws Cancelled
+/// between two calls where the work is no longer wanted (cancel.h).
 template <class Body>
 void parallel_for(std::size_t count, std::size_t most_threads, Body&& body) {
   std::atomic<std::size_t> next{0};
   std::exception_ptr failure;
   std::mutex failure_lock;
+  const CancelToken* const token = cancel_token();
   const auto work = [&] {
+    const CancelScope scope(token);
     for (std::size_t i = next++; i < count; i = next++) {
       try {
+        throw_if_cancelled();
         body(i);
       } catch (...) {
         const std::lock_guard lock(failure_lock);

@@ -14,6 +14,7 @@
 #include "workbench/model/effects/effect_catalogue.h"
 #include "workbench/model/effects/effect_registry.h"
 #include "workbench/report/effect_page.h"
+#include "workbench/serve/define_serve.h"
 #include "workbench/simulate/two_criteria.h"
 
 namespace slipstack::workbench {
@@ -158,6 +159,7 @@ void define_commands(CLI::App& app, Options& options) {
   define_loop(app);
   define_can(app);
   define_bode(app, options.command_line);
+  define_serve(app, options.group);
 }
 
 }  // namespace slipstack::workbench

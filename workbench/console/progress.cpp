@@ -8,6 +8,8 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "workbench/base/cancel.h"
+
 namespace slipstack::workbench {
 namespace {
 
@@ -39,6 +41,8 @@ Progress::~Progress() {
 }
 
 void Progress::show(const std::string& stage, double fraction) {
+  throw_if_cancelled();
+  if (listener_) listener_(stage, fraction);
   const std::lock_guard lock(lock_);
   stage_ = stage;
   fraction_ = fraction;

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <bit>
 #include <vector>
 
 #include "firmware/canopen/model/staged_model.h"
@@ -27,6 +28,17 @@ std::vector<std::uint8_t> image_of(const ModelParameters& parameters) {
     for (int i = 0; i < 4; ++i) image.push_back(static_cast<std::uint8_t>(word >> (8 * i)));
   });
   return image;
+}
+
+std::uint32_t word_at(const std::vector<std::uint8_t>& image, std::size_t word) {
+  std::uint32_t value = 0;
+  for (std::size_t i = 0; i < 4; ++i) value |= static_cast<std::uint32_t>(image[4 * word + i]) << (8 * i);
+  return value;
+}
+
+double value_of(const Object& object, std::uint32_t word) {
+  return object.type == Type::kReal32 ? static_cast<double>(std::bit_cast<float>(word))
+                                      : static_cast<double>(word);
 }
 
 std::string state_name(std::uint32_t word) {
@@ -85,6 +97,24 @@ std::string deploy_model(SdoClient& drive, const Model& model, const std::string
       "between two ticks; active before: {:08x}\nstored     {}\n",
       printable(name), hash, drive.node(), printable(drive.link().name()), image.size(), before,
       store ? "yes" : "no (--no-store): gone with the next reset");
+}
+
+std::vector<ModelDifference> differences_from_drive(SdoClient& drive, const Model& model, const Show& show) {
+  const std::vector<std::uint8_t> wanted = image_of(target_parameters(model.target_terms));
+  require_slipstack_drive(drive);
+  const std::vector<std::uint8_t> held =
+      drive.upload(kModelImageIndex, 0, [&](double f) { show("read the drive's model", f); });
+  if (held.size() != wanted.size()) drive.fail("holds a model of another size; update its firmware first");
+  std::vector<ModelDifference> differences;
+  for (std::size_t i = 0; i < kModelImageRows.size(); ++i) {
+    const Object& object = kObjects[kModelImageRows[i]];
+    const std::uint32_t on_drive = word_at(held, i);
+    const std::uint32_t in_model = word_at(wanted, i);
+    if (on_drive == in_model) continue;
+    differences.push_back({object.name, object.unit, object.index, object.sub, value_of(object, on_drive),
+                           value_of(object, in_model)});
+  }
+  return differences;
 }
 
 std::string drive_status(SdoClient& drive) {

@@ -5,6 +5,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "workbench/controller/sdo_client.h"
 #include "workbench/model/model.h"
@@ -19,6 +20,19 @@ using Show = std::function<void(const std::string& stage, double fraction)>;
 /// fails, the active model is unchanged.
 std::string deploy_model(SdoClient& drive, const Model& model, const std::string& name, bool store,
                          const Show& show);
+
+/// A parameter that a deployment would change on the drive.
+struct ModelDifference {
+  std::string object;  ///< name of the object
+  std::string unit;
+  std::uint16_t index = 0;
+  std::uint8_t sub = 0;
+  double on_drive = 0.0;
+  double in_model = 0.0;
+};
+
+/// Compares what the drive holds with the model, parameter by parameter. Nothing is written.
+std::vector<ModelDifference> differences_from_drive(SdoClient& drive, const Model& model, const Show& show);
 
 struct Recording {
   std::string log;  ///< CSV text

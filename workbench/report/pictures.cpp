@@ -144,6 +144,15 @@ json profile_json(const char* name, const char* unit, const Eigen::VectorXd& coo
   return profile;
 }
 
+constexpr std::array<std::pair<const char*, const char*>, 4> kProfiles{
+    {{"position", "m"}, {"velocity", "m/s"}, {"acceleration", "m/s2"}, {"time", "s"}}};
+
+/// The coordinates of the profiles, at the rows, in the order of kProfiles.
+std::array<Eigen::VectorXd, 4> profile_coordinates(const Measurement& measurement) {
+  return {at_rows(measurement, measurement.position_m()), at_rows(measurement, measurement.velocity_mps()),
+          at_rows(measurement, measurement.acceleration_mps2()), recorded_times(measurement)};
+}
+
 json amplitude_density(const Eigen::VectorXd& residual, double rate_Hz, double bandwidth_Hz,
                        json* frequency) {
   const std::span<const double> rows(residual.data(), static_cast<std::size_t>(residual.size()));
@@ -201,23 +210,37 @@ void add_pictures(json& data, const Measurement& measurement, const ForceRows& b
                     {"model_N", array_of(before.model_N)},
                     {"residual_N", array_of(before.residual_N())}};
   if (after != nullptr) data["series"]["after_N"] = array_of(after->residual_N());
-  data["loops"] = loops_json(measurement, before, after);
-  data["profiles"] = {profile_json("position", "m", position_m, velocity_mps, before, after),
-                      profile_json("velocity", "m/s", velocity_mps, velocity_mps, before, after),
-                      profile_json("acceleration", "m/s2", acceleration_mps2, velocity_mps, before, after),
-                      profile_json("time", "s", time_s, velocity_mps, before, after)};
-  data["spectrum"] = spectrum_json(measurement, before, after);
+  add_residual_charts(data, measurement, before, after);
   data["notes"] = method_notes(measurement);
+}
+
+void add_residual_charts(json& data, const Measurement& measurement, const ForceRows& before,
+                         const ForceRows* after) {
+  const Eigen::VectorXd velocity_mps = at_rows(measurement, measurement.velocity_mps());
+  data["loops"] = loops_json(measurement, before, after);
+  data["profiles"] = json::array();
+  const std::array<Eigen::VectorXd, 4> coordinates = profile_coordinates(measurement);
+  for (std::size_t i = 0; i < coordinates.size(); ++i) {
+    data["profiles"].push_back(
+        profile_json(kProfiles[i].first, kProfiles[i].second, coordinates[i], velocity_mps, before, after));
+  }
+  data["spectrum"] = spectrum_json(measurement, before, after);
+}
+
+json expected_means(const Measurement& measurement, const Eigen::VectorXd& expected_N) {
+  const auto all = [](Eigen::Index) { return true; };
+  json means = json::array();
+  for (const Eigen::VectorXd& coordinate : profile_coordinates(measurement)) {
+    means.push_back(Bins(coordinate).mean_and_spread(expected_N, all).first);
+  }
+  return means;
 }
 
 void add_expected(json& data, const Measurement& measurement, const std::string& name,
                   const Eigen::VectorXd& expected_N) {
-  const auto all = [](Eigen::Index) { return true; };
-  const std::array<Eigen::VectorXd, 4> coordinates{
-      at_rows(measurement, measurement.position_m()), at_rows(measurement, measurement.velocity_mps()),
-      at_rows(measurement, measurement.acceleration_mps2()), recorded_times(measurement)};
-  for (std::size_t i = 0; i < coordinates.size(); ++i) {  // in the order of add_pictures()
-    data["profiles"][i]["expected_mean_N"] = Bins(coordinates[i]).mean_and_spread(expected_N, all).first;
+  json means = expected_means(measurement, expected_N);
+  for (std::size_t i = 0; i < means.size(); ++i) {
+    data["profiles"][i]["expected_mean_N"] = std::move(means[i]);
     data["profiles"][i]["expected_name"] = name;
   }
 }

@@ -24,6 +24,14 @@ ForceRows rows_of(const FittedModel& fitted);
 void add_pictures(nlohmann::json& data, const Measurement& measurement, const ForceRows& before,
                   const ForceRows* after);
 
+/// Of these, loops, profiles and spectrum.
+void add_residual_charts(nlohmann::json& data, const Measurement& measurement, const ForceRows& before,
+                         const ForceRows* after);
+
+/// The mean of a force, given at the rows, over the coordinate of each profile, in their order: what a
+/// missing effect would leave there.
+nlohmann::json expected_means(const Measurement& measurement, const Eigen::VectorXd& expected_N);
+
 /// Adds to the profiles that add_pictures() drew the residual that a missing effect is expected to leave, at
 /// the rows, under `name`.
 void add_expected(nlohmann::json& data, const Measurement& measurement, const std::string& name,

@@ -83,7 +83,8 @@ void append_value(std::string& out, const json& value, int digits) {
   }
 }
 
-/// The display units of the charts on a rotary axis, as units.js has them for a linear one.
+}  // namespace
+
 json rotary_units() {
   json units = json::object();
   for (const char* si_unit : {"N", "m", "m/s", "m/s²", "N/√Hz"}) {
@@ -93,8 +94,6 @@ json rotary_units() {
   }
   return units;
 }
-
-}  // namespace
 
 std::string after_label(const json& data) {
   const std::string kind = text_at(member(data, "verdict"), "kind");

@@ -16,4 +16,7 @@ std::string chart_data_json(const nlohmann::json& data);
 /// known.
 std::string after_label(const nlohmann::json& data);
 
+/// The display units of the charts on a rotary axis, as units.js has them for a linear one.
+nlohmann::json rotary_units();
+
 }  // namespace slipstack::workbench

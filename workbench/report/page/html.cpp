@@ -105,7 +105,8 @@ std::string render_report(const json& data) {
       web::kTemplate,
       std::array<std::pair<std::string_view, std::string>, 5>{{
           {"title", escape_html((title.empty() ? "Report" : title) + (log.empty() ? "" : " – " + log))},
-          {"style", std::string(web::kUplotStyle) + "\n" + std::string(web::kReportStyle)},
+          {"style", std::string(web::kUplotStyle) + "\n" + std::string(web::kColours) +
+                        std::string(web::kReportStyle)},
           {"body", body},
           {"data", chart_data_json(data)},
           {"script", script()},

@@ -8,6 +8,7 @@
 namespace slipstack::workbench::web {
 
 extern const std::string_view kTemplate;
+extern const std::string_view kColours;
 extern const std::string_view kReportStyle;
 extern const std::string_view kUnitsScript;
 extern const std::string_view kChartsScript;

@@ -1,0 +1,308 @@
+// SPDX-License-Identifier: Apache-2.0
+// The workbench in a real browser: node serve.test.mjs SLIPSTACK SLIPSTACK_SIM FOLDER [PICTURE.png]
+// Exit 0: all passed; 1: something failed; 77: no browser here, nothing tested.
+import assert from 'node:assert/strict';
+import {execFileSync, spawn} from 'node:child_process';
+import fs from 'node:fs';
+import http from 'node:http';
+import path from 'node:path';
+
+const [, , slipstack, simulator, folder, picture] = process.argv;
+const kSeed = '11';        // of the simulated axis; any seed must do
+const kHidden = 'viscous'; // in it
+const kJobs_ms = 120000;   // a fit on a slow machine with sanitizers of others beside it
+
+function skip(reason) {
+  console.log(`SKIP: ${reason}`);
+  process.exit(77);
+}
+
+const kBrowsers = [process.env.CHROMIUM, '/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'];
+const executablePath = kBrowsers.find((file) => file && fs.existsSync(file));
+if (!executablePath) skip('no Chromium on this machine (Debian package: chromium)');
+let chromium;
+try {
+  ({chromium} = await import('playwright-core'));
+} catch {
+  skip("playwright-core is missing ('npm ci' in tests/browser)");
+}
+let axe = '';
+try {
+  axe = fs.readFileSync(new URL('node_modules/axe-core/axe.min.js', import.meta.url), 'utf8');
+} catch {
+  console.log("axe-core is missing ('npm ci' in tests/browser): accessibility is not checked");
+}
+
+fs.rmSync(folder, {recursive: true, force: true});
+fs.mkdirSync(folder, {recursive: true});
+const log = path.join(folder, 'log.csv');
+execFileSync(simulator, ['log', '--setup', 'pick_and_place', '--seed', kSeed, '--effects', kHidden, '--strength', '5', '--seconds', '20', '--out', log]);
+
+// A server of its own for each test.
+async function serve(session, ...logs) {
+  const child = spawn(slipstack, ['serve', ...logs, '--session', path.join(folder, session)], {stdio: ['ignore', 'pipe', 'inherit']});
+  let out = '';
+  const url = await new Promise((done, fail) => {
+    child.stdout.on('data', (data) => { out += data; const found = /http:\S+/.exec(out); if (found) done(found[0]); });
+    child.on('exit', (code) => fail(new Error(`slipstack serve ended with status ${code}`)));
+  });
+  const origin = new URL(url).origin;
+  const token = new URL(url).hash.slice('#token='.length);
+  const ask = (what, options = {}) => fetch(`${origin}/api/${what}`, {...options, headers: {Authorization: `Bearer ${token}`, ...options.headers}});
+  const stop = () => new Promise((done) => { child.removeAllListeners('exit'); child.on('exit', done); child.kill('SIGTERM'); });
+  return {url, origin, token, ask, stop, child};
+}
+
+const browser = await chromium.launch({executablePath, args: ['--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run',
+  '--disable-background-networking', '--disable-component-update', '--disable-sync']});
+
+async function openPage(url, options = {}) {
+  const context = await browser.newContext({viewport: {width: 1500, height: 1000}, acceptDownloads: true, ...options});
+  const page = await context.newPage();
+  page.faults = [];
+  page.on('console', (message) => { if (message.type() === 'error') page.faults.push(message.text()); });
+  page.on('pageerror', (error) => page.faults.push(error.stack));
+  await page.goto(url);
+  return page;
+}
+
+const idle = (page) => page.waitForFunction(() => window.slipstackWorkbench?.store.state?.job.running === false, null, {timeout: kJobs_ms});
+const drawn = (page, version) => page.waitForFunction((id) => document.body.dataset.drawn === String(id), version, {timeout: kJobs_ms});
+const state = (page) => page.evaluate(() => window.slipstackWorkbench.store.state);
+const current = async (page) => { const now = await state(page); return now.versions.find((version) => version.id === now.current); };
+
+async function accessible(page, where) {
+  if (!axe) return;
+  await page.evaluate(axe);
+  const {violations} = await page.evaluate(() => window.axe.run(document, {resultTypes: ['violations']}));
+  assert.deepEqual(violations.map((one) => `${one.id}: ${one.nodes[0].html.slice(0, 160)} ${one.nodes[0].failureSummary}`), [], where);
+}
+
+const tests = [];
+const test = (name, run) => tests.push({name, run});
+
+test('open, compare, learn, add, error falls, undo, redo, plan, run, deploy, export', async () => {
+  const server = await serve('whole', log);
+  const page = await openPage(server.url);
+  await page.locator('#fit').waitFor({timeout: kJobs_ms});
+  await idle(page);
+  assert.ok(await page.locator('#time-charts figure').count() >= 1, 'the first picture is there before any model');
+  await page.locator('#fit').click();
+  await drawn(page, 1);
+  const before = await current(page);
+  assert.equal(await page.locator('#time-charts figure').count(), 3);
+  assert.equal(await page.locator('#against-charts figure').count() >= 5, true);
+  await page.locator('.worst button').first().click();
+  assert.match(await page.locator('#brushed').textContent(), /shown in all charts/);
+
+  await page.locator('#tab-missing').click();
+  await page.locator('#diagnose').click();
+  await page.locator('.card.best').waitFor({timeout: kJobs_ms});
+  await accessible(page, 'cards');
+  const effect = await page.locator('.card.best [data-add]').getAttribute('data-add');
+  assert.equal(effect, kHidden);
+  assert.ok(await page.locator('.card.best .fingerprint path').count() === 2, 'the expected trace beside the residual');
+  await page.locator('.card.best').getByText('What would it do?').click();
+  await page.waitForFunction(() => /→/.test(document.querySelector('.card.best output').textContent));
+  await page.locator('.card.best [data-add]').click();
+  await drawn(page, 2);
+  const after = await current(page);
+  assert.ok(after.after_N < 0.7 * before.after_N, `error ${before.after_N} -> ${after.after_N}`);
+  assert.deepEqual(after.effects, [...before.effects, kHidden]);
+  await page.locator('#tab-model').click();
+  assert.equal(await page.locator('.waterfall li button').count(), 2);
+  await accessible(page, 'model');
+  if (picture) {
+    await page.waitForTimeout(600);
+    await page.screenshot({path: picture});
+  }
+
+  await page.locator('#undo').click();
+  await drawn(page, 1);
+  await page.locator('#redo').click();
+  await drawn(page, 2);
+
+  // A parameter by hand: charts and error follow.
+  const slider = page.locator('#sliders input[data-kind=gain]').first();
+  await slider.evaluate((input) => { input.value = String(Number(input.value) + 150); input.dispatchEvent(new Event('input')); });
+  await page.waitForFunction(() => /set by hand/.test(document.querySelector('#bent-error').textContent));
+  await page.locator('#bent-reset').click();
+
+  // Remove and branch: the old version stays.
+  await page.locator('.effects li').last().getByText('Remove').click();
+  await drawn(page, 3);
+  assert.equal((await current(page)).parent, 2);
+  await page.locator('#tab-history').click();
+  await page.locator('.tree .version').nth(1).click();
+  await drawn(page, 2);
+
+  for (const [what, sign] of [['toml', 'slipstack model 1'], ['header', '#ifndef SLIPSTACK_MODEL_H'], ['json', '"effects"'], ['csv', 'time_s,position_m'], ['mat', 'MATLAB 5.0'], ['report', '<!doctype html>']]) {
+    const [download] = await Promise.all([page.waitForEvent('download'), page.locator(`[data-save=${what}]`).click()]);
+    const text = fs.readFileSync(await download.path(), 'latin1');
+    assert.ok(text.includes(sign), what);
+    if (what === 'toml') fs.writeFileSync(path.join(folder, 'saved.toml'), text);
+  }
+  // The command line reads what the page saved, and says the same.
+  assert.match(execFileSync(slipstack, ['compare', log, '--model', path.join(folder, 'saved.toml')], {encoding: 'utf8'}), /error/);
+
+  assert.deepEqual(page.faults, []);
+  await page.context().close();
+  await server.stop();
+});
+
+test('a simulated axis: record, plan, run, deploy', async () => {
+  const server = await serve('axis');
+  const page = await openPage(server.url);
+  await page.locator('#empty').waitFor();
+  await accessible(page, 'empty');
+  await page.locator('[data-simulate]').click();
+  await page.locator('#seed').fill(kSeed);
+  await page.locator('#hidden').fill(kHidden);
+  await page.getByRole('button', {name: 'Start it'}).click();
+  await page.locator('#fit').waitFor({timeout: kJobs_ms});
+  await idle(page);
+  await page.locator('#fit').click();
+  await drawn(page, 1);
+  await page.locator('#tab-experiment').click();
+  await page.locator('#plan-for').fill(kHidden);
+  await page.locator('#plan-seconds').fill('60');
+  await page.locator('#plan').click();
+  await page.locator('#run-plan').waitFor({timeout: kJobs_ms});
+  await page.locator('#run-plan').click();
+  await page.waitForFunction(() => window.slipstackWorkbench.store.state.logs.length === 2 && window.slipstackWorkbench.store.state.measured, null, {timeout: kJobs_ms});
+  await idle(page);
+  await page.locator('#differ').click();
+  await page.locator('#differences tbody tr').first().waitFor({timeout: kJobs_ms});
+  await page.locator('#deploy').click();
+  await page.locator('#deployed').waitFor({timeout: kJobs_ms});
+  assert.match(await page.locator('#deployed').textContent(), /read back the same/);
+  await page.locator('#differ').click();
+  await page.getByText('The controller has this model already').waitFor({timeout: kJobs_ms});
+  await accessible(page, 'experiment');
+  assert.deepEqual(page.faults, []);
+  await page.context().close();
+  await server.stop();
+});
+
+test('by keyboard alone, and on a phone', async () => {
+  const server = await serve('keys', log);
+  const page = await openPage(server.url, {viewport: {width: 390, height: 800}, colorScheme: 'dark'});
+  await page.locator('#fit').waitFor({timeout: kJobs_ms});
+  await idle(page);
+  await page.locator('#fit').focus();
+  await page.keyboard.press('Enter');
+  await drawn(page, 1);
+  const width = await page.evaluate(() => document.documentElement.scrollWidth);
+  assert.ok(width <= 390, `the page is ${width} pixels wide`);
+  await page.locator('.plot').first().focus();
+  const shown = () => page.evaluate(() => { const {min, max} = window.slipstackWorkbench.store.range; return max - min; });
+  const whole = await shown();
+  await page.keyboard.press('+');
+  assert.ok(await shown() < 0.7 * whole);
+  await page.keyboard.press('0');
+  assert.ok(Math.abs(await shown() - whole) < 1e-6 * whole);
+  await page.keyboard.press('t');
+  await page.locator('dialog table').waitFor();
+  await page.keyboard.press('Escape');
+  await page.locator('body').click({position: {x: 5, y: 5}});
+  await page.keyboard.press('d');
+  await page.waitForFunction(() => window.slipstackWorkbench.store.state.job.running);
+  await page.keyboard.press('Escape');
+  await idle(page);
+  assert.equal((await state(page)).job.outcome, 'cancelled');
+  await accessible(page, 'dark, narrow');
+  await page.context().close();
+  await server.stop();
+});
+
+test('an ugly table is shown before it is read', async () => {
+  const rows = fs.readFileSync(log, 'utf8').split('\n').filter((line) => /^[-\d]/.test(line)).map((line) => line.split(','));
+  const comma = (value) => String(value).replace('.', ',');
+  const text = 'Export;Achse <b>X</b>\n\nZeit [ms];Ist-Position [mm];Kraft [N]\n' + rows.map(([t, x, f]) => `${comma((1e3 * t).toFixed(4))};${comma((1e3 * x).toFixed(6))};${comma(f)}`).join('\n');
+  const file = path.join(folder, 'scope.csv');
+  fs.writeFileSync(file, Buffer.concat([Buffer.from([0xFF, 0xFE]), Buffer.from(text, 'utf16le')]));
+  const server = await serve('import');
+  const page = await openPage(server.url);
+  await page.locator('#file').setInputFiles(file);
+  await page.getByText('How is this file read?').waitFor({timeout: kJobs_ms});
+  assert.equal(await page.locator('dialog select').nth(1).inputValue(), 'position_mm');
+  await accessible(page, 'import');
+  await page.locator('dialog input[inputmode=decimal]').first().fill('35.45');
+  await page.getByRole('button', {name: 'Import it so'}).click();
+  await page.locator('#fit').waitFor({timeout: kJobs_ms});
+  await idle(page);
+  assert.equal((await state(page)).logs[0].samples, rows.length);
+  assert.deepEqual(page.faults, []);
+  await page.context().close();
+  await server.stop();
+});
+
+test('two tabs show the same; a server that dies is said, and the session is there again', async () => {
+  const server = await serve('tabs', log);
+  const [one, two] = [await openPage(server.url), await openPage(server.url)];
+  await one.locator('#fit').waitFor({timeout: kJobs_ms});
+  await idle(one);
+  await one.locator('#fit').click();
+  await drawn(one, 1);
+  await drawn(two, 1);
+  server.child.removeAllListeners('exit');
+  server.child.kill('SIGKILL');
+  await two.getByText('The server does not answer').waitFor({timeout: 20000});
+  const again = await serve('tabs');
+  const page = await openPage(again.url);
+  await drawn(page, 1);
+  await again.stop();
+  for (const each of [one, two, page]) await each.context().close();
+});
+
+test('nobody else gets in', async () => {
+  const server = await serve('safe', log);
+  const status = async (what, options) => (await fetch(`${server.origin}/${what}`, options)).status;
+  assert.equal(await status('api/state'), 403);
+  assert.equal(await status('api/state', {headers: {Authorization: 'Bearer 0'}}), 403);
+  const authorized = {Authorization: `Bearer ${server.token}`};
+  assert.equal(await status('api/state', {headers: authorized}), 200);
+  assert.equal(await status('api/state', {headers: {...authorized, Origin: 'http://evil.example'}}), 403);
+  const port = Number(new URL(server.origin).port);
+  const rebound = await new Promise((done) => http.get({host: '127.0.0.1', port, path: '/', headers: {Host: `evil.example:${port}`}}, (response) => done(response.statusCode)));
+  assert.equal(rebound, 403);
+  for (const what of ['../../etc/passwd', '..%2f..%2fetc%2fpasswd', 'session.json']) assert.notEqual(await status(what, {headers: authorized}), 200, what);
+  const page = await fetch(server.origin);
+  assert.match(page.headers.get('content-security-policy'), /default-src 'none'/);
+  for (const [what, body] of [['api/select', '{"version": 99}'], ['api/fit', '{"effects": ["<script>"]}'], ['api/fit', 'no json'], ['api/add', '{}'], ['api/download', '']]) {
+    const answer = await server.ask(what.slice(4), body ? {method: 'POST', body} : {});
+    assert.equal(answer.status, 400, what);
+    assert.equal(typeof (await answer.json()).error, 'string');
+  }
+  // A hostile page on another port of this machine.
+  const hostile = http.createServer((request, response) => { response.setHeader('Content-Type', 'text/html'); response.end('<p>hello'); });
+  await new Promise((done) => hostile.listen(0, '127.0.0.1', done));
+  const evil = await openPage(`http://127.0.0.1:${hostile.address().port}/`);
+  const got = await evil.evaluate(async (origin) => {
+    const out = [];
+    for (const [what, options] of [['api/state', {}], ['api/undo', {method: 'POST', mode: 'no-cors'}], ['', {}]]) {
+      try { const answer = await fetch(`${origin}/${what}`, options); out.push(answer.type === 'opaque' ? 'opaque' : answer.status); } catch { out.push('refused'); }
+    }
+    return out;
+  }, server.origin);
+  assert.deepEqual(got.filter((one) => one !== 'refused' && one !== 'opaque'), []);
+  hostile.close();
+  await evil.context().close();
+  await server.stop();
+});
+
+let failed = 0;
+for (const {name, run} of tests) {
+  if (process.env.ONLY && !name.includes(process.env.ONLY)) continue;
+  const start = Date.now();
+  try {
+    await run();
+    console.log(`ok      ${name} (${((Date.now() - start) / 1000).toFixed(1)} s)`);
+  } catch (error) {
+    ++failed;
+    console.log(`FAILED  ${name}\n${error.stack}`);
+  }
+}
+await browser.close();
+console.log(failed ? `${failed} failed` : 'all passed');
+process.exit(failed ? 1 : 0);

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "workbench/controller/sdo_client.h"
+
+namespace slipstack::workbench {
+
+/// The axis to try things on where there is no hardware: that of `slipstack-sim log --setup pick_and_place`.
+struct SimulatedAxis {
+  std::uint64_t seed = 1;
+  std::string effects = "random";  ///< names with commas, none, or random: one that the seed draws
+  double strength = 0.0;           ///< over the noise floor; 0: drawn
+  double seconds = 30.0;           ///< of the usual programme
+};
+
+/// A measurement of the axis as CSV: along the usual test programme, or along a file of set points. Throws
+/// UsageError for an unknown effect, and for set points outside the stroke.
+std::string record_simulated_axis(const SimulatedAxis& axis, const std::string& set_points);
+
+/// What is hidden in the axis: names with commas.
+std::string hidden_in(const SimulatedAxis& axis);
+
+/// The firmware's node around that axis, in this process; while the master waits its time passes.
+class SimulatedController {
+ public:
+  explicit SimulatedController(const SimulatedAxis& axis);
+  ~SimulatedController();
+  SdoClient& client();
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: Apache-2.0
+// Plan, run, deploy.
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "workbench/analysis/plan_motion.h"
+#include "workbench/base/errors.h"
+#include "workbench/base/text.h"
+#include "workbench/controller/master.h"
+#include "workbench/controller/socket_link.h"
+#include "workbench/report/json_values.h"
+#include "workbench/serve/plain_file.h"
+#include "workbench/serve/workspace.h"
+
+namespace slipstack::workbench {
+
+using nlohmann::json;
+
+namespace {
+
+constexpr std::size_t kLargestAxisFile = std::size_t{1} << 16;  // of simulated_axis.json
+
+std::filesystem::path axis_file(const Session& session) {
+  return session.folder() / "simulated_axis.json";
+}
+
+std::filesystem::path plan_file(const Session& session) {
+  return session.folder() / "plan.csv";
+}
+
+}  // namespace
+
+json Workspace::simulated_axis_json() const {
+  if (!std::filesystem::exists(axis_file(session_))) return nullptr;
+  try {
+    return json::parse(read_whole(axis_file(session_), kLargestAxisFile));
+  } catch (const std::exception&) {
+    return nullptr;
+  }
+}
+
+SimulatedAxis Workspace::simulated_axis() const {
+  const std::lock_guard lock(lock_);
+  const json stored = simulated_axis_json();
+  if (stored.is_null()) {
+    throw UsageError(
+        "this session has no simulated axis; start one, or run the plan on your axis and add its log");
+  }
+  return {stored.at("seed"), stored.at("effects"), stored.at("strength"), stored.at("seconds")};
+}
+
+void Workspace::start_simulated_axis(const SimulatedAxis& axis) {
+  static_cast<void>(hidden_in(axis));  // throws for an unknown effect
+  jobs_.start("record the simulated axis", [this, axis](Progress& progress) {
+    progress.show("the axis moves");
+    const std::string log = record_simulated_axis(axis, "");
+    std::vector<std::string> paths;
+    {
+      const std::lock_guard lock(lock_);
+      write_whole(axis_file(session_), json_text({{"seed", axis.seed},
+                                                  {"effects", axis.effects},
+                                                  {"strength", axis.strength},
+                                                  {"seconds", axis.seconds}}));
+      paths = session_.logs();
+      paths.push_back(session_.store_log(fmt::format("simulated-{}.csv", axis.seed), log));
+      session_.set_logs(paths);
+    }
+    {
+      const std::lock_guard lock(controller_lock_);
+      controller_.reset();
+    }
+    open(paths, progress);
+  });
+}
+
+void Workspace::plan(const json& wanted) {
+  PlanRequest request;
+  {
+    const std::lock_guard lock(lock_);
+    const Version* now = session_.current();
+    if (now == nullptr) throw UsageError("fit a first model before an experiment is planned");
+    request.logs = session_.logs();
+    request.model = session_.model_path(now->id).string();
+  }
+  request.effects = wanted.at("for");
+  request.limits = wanted.value("limits", "");
+  request.seconds = wanted.value("seconds", 30.0);
+  request.rate_Hz = wanted.value("rate_Hz", 1000.0);
+  check_plan(request);
+  jobs_.start("plan the next experiment", [this, request](Progress& progress) {
+    ExperimentResult result;
+    try {
+      result = plan_motion(request, progress);
+    } catch (const std::invalid_argument& error) {
+      throw UsageError(error.what());
+    }
+    json page = result_json(result);
+    page["text"] = result_text(result);
+    page["charts"] = result_report(result, "").value("charts", json::array());
+    throw_if_cancelled();
+    const std::lock_guard lock(lock_);
+    write_whole(plan_file(session_), result.file);
+    plan_ = std::move(page);
+  });
+}
+
+void Workspace::run_plan() {
+  const SimulatedAxis axis = simulated_axis();
+  {
+    const std::lock_guard lock(lock_);
+    if (!std::filesystem::exists(plan_file(session_))) throw UsageError("plan an experiment first");
+  }
+  jobs_.start("run the plan on the simulated axis", [this, axis](Progress& progress) {
+    progress.show("the axis moves");
+    const std::string log = record_simulated_axis(axis, plan_file(session_).string());
+    throw_if_cancelled();
+    std::vector<std::string> paths;
+    {
+      const std::lock_guard lock(lock_);
+      paths = session_.logs();
+      paths.push_back(session_.store_log("planned.csv", log));
+      session_.set_logs(paths);
+    }
+    open(paths, progress);
+  });
+}
+
+/// Calls `work` with the node on a CAN interface, or, without a name, with that of the simulated axis.
+template <class Work>
+void Workspace::with_controller(const std::string& bus, int node, Work&& work) {
+  if (node < 1 || node > 127) throw UsageError("the node id must be between 1 and 127");
+  const std::lock_guard lock(controller_lock_);
+  if (bus.empty()) {
+    if (!controller_) controller_ = std::make_unique<SimulatedController>(simulated_axis());
+    controller_->client().await_node();
+    work(controller_->client());
+    return;
+  }
+  const std::unique_ptr<CanLink> link = open_link(bus);
+  SdoClient drive(*link, static_cast<std::uint8_t>(node));
+  drive.await_node();
+  work(drive);
+}
+
+json Workspace::controller(int version, const std::string& bus, int node) {
+  Model model;
+  {
+    const std::lock_guard lock(lock_);
+    model = read_controller_model(session_.model_path(version));
+  }
+  json answer;
+  with_controller(bus, node, [&](SdoClient& drive) {
+    json list = json::array();
+    for (const ModelDifference& one :
+         differences_from_drive(drive, model, [](const std::string&, double) {})) {
+      list.push_back({{"object", fmt::format("{:04X}h:{:02X} {}", one.index, one.sub, one.object)},
+                      {"unit", one.unit},
+                      {"on_drive", number_json(one.on_drive)},
+                      {"in_model", number_json(one.in_model)}});
+    }
+    answer = {{"differences", list},
+              {"status", drive_status(drive)},
+              {"hash", fmt::format("{:08x}", target_hash(model))}};
+  });
+  return answer;
+}
+
+void Workspace::deploy(int version, const std::string& bus, int node) {
+  std::string path;
+  {
+    const std::lock_guard lock(lock_);
+    path = session_.model_path(version).string();
+  }
+  const Model model = read_controller_model(path);
+  jobs_.start("deploy", [this, model, path, bus, node](Progress& progress) {
+    std::string text;
+    with_controller(bus, node, [&](SdoClient& drive) {
+      text = deploy_model(drive, model, path, true,
+                          [&](const std::string& stage, double f) { progress.show(stage, f); });
+    });
+    const std::lock_guard lock(lock_);
+    deployed_ = std::move(text);
+  });
+}
+
+}  // namespace slipstack::workbench

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+// Requests to the server. The token comes with the address, behind the #, and stays in this tab.
+
+function takeToken() {
+  const given = new URLSearchParams(location.hash.slice(1)).get('token');
+  try {
+    if (given) sessionStorage.setItem('token', given);
+    return given ?? sessionStorage.getItem('token') ?? '';
+  } catch {
+    return given ?? '';
+  }
+}
+
+const headers = {Authorization: `Bearer ${takeToken()}`};
+
+export class Refused extends Error {}
+
+async function checked(response) {
+  if (response.ok) return response;
+  let text = `${response.status} ${response.statusText}`;
+  let picture = '';
+  try {
+    ({error: text, picture = ''} = await response.json());
+  } catch {
+    // No JSON: the status says it.
+  }
+  throw new Refused(picture ? `${text}\n${picture}` : text);
+}
+
+const address = (path, query) => (query ? `/api/${path}?${new URLSearchParams(query)}` : `/api/${path}`);
+
+export async function get(path, query, signal) {
+  return (await checked(await fetch(address(path, query), {headers, signal}))).json();
+}
+
+export async function post(path, body = {}) {
+  const response = await fetch(address(path), {
+    method: 'POST', headers: {...headers, 'Content-Type': 'application/json'}, body: JSON.stringify(body)});
+  return (await checked(response)).json();
+}
+
+export async function upload(name, content, profile) {
+  const response = await fetch(address('upload', profile ? {name, profile} : {name}), {
+    method: 'POST', headers: {...headers, 'Content-Type': 'application/octet-stream'}, body: content});
+  return (await checked(response)).json();
+}
+
+// Arrays of numbers: {header, time_s: Float64Array, ...}; see workbench/serve/bytes.h.
+function unpack(buffer) {
+  const length = new DataView(buffer).getUint32(0, true);
+  const header = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
+  const out = {header};
+  let at = 4 + length;
+  for (const {name, type, length: count} of header.arrays) {
+    out[name] = type === 'f8' ? new Float64Array(buffer, at, count) : new Float32Array(buffer, at, count);
+    at += Math.ceil(count * (type === 'f8' ? 8 : 4) / 8) * 8;
+  }
+  return out;
+}
+
+export async function bytes(path, query, signal) {
+  return unpack(await (await checked(await fetch(address(path, query), {headers, signal}))).arrayBuffer());
+}
+
+export async function postForBytes(path, body) {
+  const response = await fetch(address(path), {
+    method: 'POST', headers: {...headers, 'Content-Type': 'application/json'}, body: JSON.stringify(body)});
+  return unpack(await (await checked(response)).arrayBuffer());
+}
+
+export async function download(query) {
+  const response = await checked(await fetch(address('download', query), {headers}));
+  const name = /filename="([^"]*)"/.exec(response.headers.get('Content-Disposition') ?? '')?.[1] ?? 'slipstack';
+  return {name, blob: await response.blob()};
+}
+
+// Calls `onState` with every state that the server tells, and `onLink` with whether it is there. An EventSource cannot
+// send the token in a header.
+export async function follow(onState, onLink) {
+  for (;;) {
+    try {
+      const response = await checked(await fetch(address('events'), {headers}));
+      onLink('');
+      const reader = response.body.pipeThrough(new TextDecoderStream()).getReader();
+      let text = '';
+      for (;;) {
+        const {value, done} = await reader.read();
+        if (done) break;
+        text += value;
+        const messages = text.split('\n\n');
+        text = messages.pop();
+        const last = messages.filter((message) => message.startsWith('event: state')).pop();
+        if (last) onState(JSON.parse(last.slice(last.indexOf('data: ') + 6)));
+      }
+      throw new Error('the server ended');
+    } catch (error) {
+      onLink(error instanceof Refused ? error.message : 'The server does not answer. Start slipstack serve again and open the address that it prints; the session is kept.');
+      if (error instanceof Refused) return;
+      await new Promise((done) => setTimeout(done, 1000));
+    }
+  }
+}

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+// Plan the next experiment, run it, deploy the model.
+import {get, post} from '/api.js';
+import {Chart} from '/chart.js';
+import {attempt, byId, fill, h, quantity, readable} from '/dom.js';
+import {currentVersion, on, store} from '/store.js';
+
+let setPoints = null;
+const kept = new Map();  // what was typed, while the panel is drawn anew
+
+function field(id, attributes, otherwise = '') {
+  const input = h('input', {id, spellcheck: 'false', value: kept.get(id) ?? otherwise, ...attributes, oninput: () => kept.set(id, input.value)});
+  return input;
+}
+
+function planForm() {
+  const wanted = field('plan-for', {type: 'text'}, store.planFor ?? store.state.diagnosis?.next_experiment?.for.join(',') ?? '');
+  const seconds = field('plan-seconds', {type: 'number', min: '5', max: '3600'}, '30');
+  const limits = field('plan-limits', {type: 'text', placeholder: 'as in the log; or stroke=0.02:0.38,velocity=0.5'});
+  return h('section', {}, h('h2', {}, 'Plan'), h('p', {}, 'The motion that tells effects apart, within what the axis may do.'),
+    h('div', {class: 'form'}, h('label', {for: 'plan-for'}, 'Effects to show and to separate'), wanted, h('label', {for: 'plan-seconds'}, 'Longest duration (s)'), seconds,
+      h('label', {for: 'plan-limits'}, 'Limits'), limits),
+    h('div', {class: 'buttons'}, h('button', {type: 'button', class: 'main', id: 'plan', onclick: () => attempt(() => post('plan', {for: wanted.value, seconds: Number(seconds.value), limits: limits.value}))}, 'Plan the experiment')));
+}
+
+function planned() {
+  const {plan} = store.state;
+  if (!plan) return null;
+  const figure = h('figure', {class: 'chart'});
+  const section = h('section', {id: 'planned'}, h('h3', {}, plan.headline), plan.detail ? h('p', {}, plan.detail) : null, figure,
+    h('details', {}, h('summary', {}, 'Limits, evidence, segments'), h('pre', {tabindex: 0}, plan.text)),
+    h('div', {class: 'buttons'}, store.state.simulated ? h('button', {type: 'button', class: 'main', id: 'run-plan', onclick: () => attempt(() => post('run'))}, 'Run it on the simulated axis') : null),
+    store.state.simulated ? null : h('p', {class: 'soft'}, 'The set points are in plan.csv of the session folder: run them on your axis and open the log that it records.'));
+  const chart = plan.charts[0];
+  queueMicrotask(() => {
+    setPoints = new Chart(figure, {title: chart.title, height: 160, x: {name: chart.x_axis.name, label: `${chart.x_axis.name} (${chart.x_axis.unit})`, unit: chart.x_axis.unit},
+      y: {name: chart.y_axis.name, label: `${chart.y_axis.name} (${chart.y_axis.unit})`, unit: chart.y_axis.unit}, series: [{name: 'set points', role: 'after'}], data: [chart.x, chart.curves[0].y],
+      xRange: [chart.x[0], chart.x[chart.x.length - 1]]});
+  });
+  return section;
+}
+
+async function compareWithDrive(bus, node, host) {
+  const version = currentVersion();
+  const answer = await attempt(() => get('controller', {version: version.id, bus, node}));
+  if (!answer) return;
+  const rows = answer.differences;
+  fill(host, h('h3', {}, rows.length ? `${rows.length} parameters would change` : 'The controller has this model already'),
+    rows.length ? h('div', {class: 'scroll', tabindex: 0}, h('table', {}, h('thead', {}, h('tr', {}, ['Object', 'Controller', 'Model', 'Unit'].map((text) => h('th', {scope: 'col'}, text)))),
+      h('tbody', {}, rows.map((one) => h('tr', {}, h('th', {scope: 'row'}, one.object), h('td', {}, readout(one.on_drive)), h('td', {}, readout(one.in_model)), h('td', {}, one.unit)))))) : null,
+    h('details', {}, h('summary', {}, 'State of the drive'), h('pre', {}, answer.status)));
+}
+
+function deployForm() {
+  const version = currentVersion();
+  if (!version) return null;
+  const bus = field('bus', {type: 'text', placeholder: store.state.simulated ? 'empty: the simulated axis' : 'can0'});
+  const node = field('node', {type: 'number', min: '1', max: '127'}, '5');
+  const found = h('div', {id: 'differences'});
+  return h('section', {}, h('h2', {}, 'Deploy'), h('p', {}, `Version ${version.id} to the controller: staged, read back, applied between two ticks, stored.`),
+    h('div', {class: 'form'}, h('label', {for: 'bus'}, 'CAN interface'), bus, h('label', {for: 'node'}, 'Node'), node),
+    h('div', {class: 'buttons'}, h('button', {type: 'button', id: 'differ', onclick: () => compareWithDrive(bus.value.trim(), node.value, found)}, 'What would change?'),
+      h('button', {type: 'button', class: 'main', id: 'deploy', onclick: () => attempt(() => post('deploy', {version: version.id, bus: bus.value.trim(), node: Number(node.value)}))}, 'Deploy')),
+    found, store.state.deployed ? h('pre', {id: 'deployed', tabindex: 0}, store.state.deployed) : null);
+}
+
+function draw() {
+  const host = byId('experiment');
+  if (!currentVersion()) { host.replaceChildren(h('p', {class: 'empty'}, 'Fit a first model; then plan here what would say more.')); return; }
+  const axis = store.state.simulated;
+  fill(host, planForm(), planned(), deployForm(), axis ? h('p', {class: 'soft'}, `Simulated axis: seed ${axis.seed}, ${quantity(axis.seconds, 's')}, hidden: ${axis.effects === 'random' ? 'drawn by the seed' : readable(axis.effects)}.`) : null);
+}
+
+export function startExperiment() {
+  on('experiment', draw);
+  on('plan-for', () => { kept.delete('plan-for'); draw(); });
+}
