@@ -24,8 +24,8 @@ class Coulomb {
   static constexpr std::array<ShapeSpec, 1> shapes{{
       {"saturation_velocity", "m/s", 1.0e-7f, 0.01f, ShapeKind::velocity},
   }};
-  /// Beside hysteresis: a virgin curve with a steep start reaches a tenth of its level within one encoder step
-  /// (a stretched exponential of exponent 0.6 does within a hundredth of its travel).
+  /// Beside hysteresis: a virgin curve with a steep start reaches a tenth of its level within one encoder
+  /// step (a stretched exponential of exponent 0.6 does within a hundredth of its travel).
   static constexpr EffectTraits traits{.role = Role::saturating_friction,
                                        .plausible = {.least_share_of_dry = 0.10}};
   static constexpr int gain_count = total_count(gains);

@@ -31,8 +31,9 @@ class FrictionalLag {
       {"lag", "s", 1.0e-4f, 1.0e3f, ShapeKind::time_constant},
       {"lag_distance", "m", 1.0e-6f, 1.0e2f, ShapeKind::lag_distance},
   }};
-  /// A lag of no time is Stribeck friction. In bristle models whose level falls with velocity (LuGre, Leuven) the
-  /// deflection approaches its new value over the pre-sliding travel, without any memory of a lubricant film.
+  /// A lag of no time is Stribeck friction. In bristle models whose level falls with velocity (LuGre, Leuven)
+  /// the deflection approaches its new value over the pre-sliding travel, without any memory of a lubricant
+  /// film.
   static constexpr EffectTraits traits{.role = Role::friction_memory,
                                        .special_case = {.id = Stribeck<Real>::text.id},
                                        .plausible = {.least_slip_distances = 2.0}};

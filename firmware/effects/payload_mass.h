@@ -21,7 +21,8 @@ class PayloadMass {
       {"payload_mass", "kg", -1.0e5f, 1.0e5f, 1, Acts::force},
   }};
   static constexpr std::array<ShapeSpec, 0> shapes{{}};
-  static constexpr EffectTraits traits{.role = Role::added_mass, .per_log = true, .plausible = {.least_share_of_force = kRecorderErrs}};
+  static constexpr EffectTraits traits{
+      .role = Role::added_mass, .per_log = true, .plausible = {.least_share_of_force = kRecorderErrs}};
   static constexpr int gain_count = total_count(gains);
   static constexpr int shape_count = 0;
 

@@ -26,8 +26,8 @@ class Stribeck {
       .cause = "a lubricant film that forms with speed; wipers and seals; slight in rolling guideways",
       .confirm =
           "traverses at constant velocity, from very slow to fast: friction level against log velocity"};
-  /// A breakaway of more than four times the level at speed is chosen as the limit: what lies beyond compensates
-  /// another effect.
+  /// A breakaway of more than four times the level at speed is chosen as the limit: what lies beyond
+  /// compensates another effect.
   static constexpr std::array<GainGroup, 2> gains{{
       {"weakening", "1", 0.0f, 3.0f, 1, Acts::dry_scale},
       {"weakening_with_tail", "1", 0.0f, 3.0f, 1, Acts::dry_scale},

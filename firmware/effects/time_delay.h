@@ -27,8 +27,8 @@ class TimeDelay {
       {"delay", "s", -0.02f, 0.02f, ShapeKind::delay},
       {"filter", "s", 0.0f, 0.02f, ShapeKind::filter},
   }};
-  /// Below a quarter of a sample it may come from how the recorder assigns time stamps, or from the damping of
-  /// bristles, whose friction leads the displacement.
+  /// Below a quarter of a sample it may come from how the recorder assigns time stamps, or from the damping
+  /// of bristles, whose friction leads the displacement.
   static constexpr EffectTraits traits{
       .role = Role::measurement_delay,
       .plannable = false,

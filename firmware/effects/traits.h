@@ -43,8 +43,8 @@ struct PlausibleShape {
   double upper = 0.0;
 };
 
-/// What a fitted effect must keep to deserve its name, whatever the log says: physics beside the evidence. The
-/// header of the effect gives each figure with its reason; what is zero is not asked for.
+/// What a fitted effect must keep to deserve its name, whatever the log says: physics beside the evidence.
+/// The header of the effect gives each figure with its reason; what is zero is not asked for.
 struct Plausibility {
   PlausibleShape shape{};
   /// Of the measured force (rms), what it must explain: clocks and gains of a recorder err by less.

@@ -13,8 +13,8 @@ namespace slipstack::workbench {
 std::vector<Candidate> list_candidates(const Measurement& measurement, const Found& found);
 
 /// Sorts the candidates by the error that each leaves alone; those of the explanation (`added`) before the
-/// others, since if two effects are missing, a third may be better alone than either. Drops ties of effects that
-/// the explanation no longer has, and with effects that it has too.
+/// others, since if two effects are missing, a third may be better alone than either. Drops ties of effects
+/// that the explanation no longer has, and with effects that it has too.
 void rank_candidates(Diagnosis& diagnosis, const std::vector<std::string>& added);
 
 /// Sets the first candidate, the only missing effect, to the best model: its shapes have been refined since

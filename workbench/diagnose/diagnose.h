@@ -35,8 +35,8 @@ struct Step {
   Terms terms;           ///< the model with the effects up to this step
 };
 
-/// What a model leaves beyond the noise floor: the discrepancy of its form (Kennedy and O'Hagan 2001) [N]. Zero at
-/// the floor.
+/// What a model leaves beyond the noise floor: the discrepancy of its form (Kennedy and O'Hagan 2001) [N].
+/// Zero at the floor.
 double discrepancy_N(const FittedModel& model, double noise_floor_N);
 
 enum class Verdict { missing_effect, complete, unexplained };

@@ -21,7 +21,8 @@ namespace slipstack::workbench {
 namespace {
 
 /// All structure in the residual of the explanation, the strongest first. Encoder steps and a virgin curve of
-/// another form leave most at reversals: what comes after them is reported only where the error is above all that.
+/// another form leave most at reversals: what comes after them is reported only where the error is above all
+/// that.
 std::vector<Structure> structure_left(const Measurement& measurement, const Diagnosis& diagnosis) {
   auto left = find_structure(measurement, weighted_residual(measurement, diagnosis.explained));
   if (diagnosis.explained.holdout_rmse_N < kFormIsNotTheAxis * diagnosis.noise_floor_N) {
@@ -49,8 +50,8 @@ std::optional<Structure> structure_to_report(const Measurement& measurement, con
   return reported;
 }
 
-/// A discrepancy of the form above this share of the force (rms) is large: models of machines that are called good
-/// in the literature of identification leave less (EMPS 3 to 4 % [5]).
+/// A discrepancy of the form above this share of the force (rms) is large: models of machines that are called
+/// good in the literature of identification leave less (EMPS 3 to 4 % [5]).
 constexpr double kLargeShareOfForce = 0.05;
 
 bool is_large(const Measurement& measurement, const Diagnosis& diagnosis, double discrepancy_N) {
@@ -59,8 +60,8 @@ bool is_large(const Measurement& measurement, const Diagnosis& diagnosis, double
              kLargeShareOfForce * measurement.weighted_rms(diagnosis.explained.linearisation->measured_N());
 }
 
-/// Whether the named effects only approximate something else: they explain less than half of what the baseline
-/// leaves beyond the noise, and what is left is large.
+/// Whether the named effects only approximate something else: they explain less than half of what the
+/// baseline leaves beyond the noise, and what is left is large.
 bool insufficient(const Measurement& measurement, const Diagnosis& diagnosis) {
   const double before_N = discrepancy_N(diagnosis.baseline, diagnosis.noise_floor_N);
   const double after_N = discrepancy_N(diagnosis.explained, diagnosis.noise_floor_N);
@@ -75,15 +76,13 @@ bool instruments_may_cause(const Measurement& measurement, const FittedModel& ba
          within_instruments(baseline, measurement.tick_s(), baseline.terms, candidate.terms, step_N2);
 }
 
-/// A remark for the case that no effect is named: the candidate of the best criterion, if it is no larger than
-/// errors of clocks and sensors. Without it the reader would look for a fault of the axis.
+/// A remark for the case that no effect is named: the candidate of the best criterion, if it is no larger
+/// than errors of clocks and sensors. Without it the reader would look for a fault of the axis.
 std::string instruments_behind(const Measurement& measurement, const Diagnosis& diagnosis) {
-  const auto best = std::min_element(diagnosis.candidates.begin(), diagnosis.candidates.end(),
-                                     [](const Candidate& a, const Candidate& b) {
-                                       return a.criterion_difference < b.criterion_difference;
-                                     });
-  if (best == diagnosis.candidates.end() ||
-      !instruments_may_cause(measurement, diagnosis.baseline, *best)) {
+  const auto best = std::min_element(
+      diagnosis.candidates.begin(), diagnosis.candidates.end(),
+      [](const Candidate& a, const Candidate& b) { return a.criterion_difference < b.criterion_difference; });
+  if (best == diagnosis.candidates.end() || !instruments_may_cause(measurement, diagnosis.baseline, *best)) {
     return {};
   }
   return fmt::format(

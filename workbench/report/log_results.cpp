@@ -48,8 +48,8 @@ std::vector<LogResult> log_results(const Measurement& measurement, const ForceRo
   for (std::size_t log = 0; log < measurement.log_count(); ++log) {
     const LogPart& part = measurement.parts()[measurement.parts_of_log(log).first];
     const LogErrors errors = whole.empty() ? errors_at_rows(measurement, log, rows, fitted) : whole[log];
-    results.push_back(
-        {errors, part.path, measurement.log_sample_count(log), measurement.noise_floor_of_log_N(log), part.force_noise_N});
+    results.push_back({errors, part.path, measurement.log_sample_count(log),
+                       measurement.noise_floor_of_log_N(log), part.force_noise_N});
   }
   return results;
 }

@@ -22,8 +22,7 @@ struct LogResult : LogErrors {
 /// One for each log. `fitted` may be null; there are then no held-out errors. `whole`: the errors of the
 /// whole logs where the measurement is an excerpt, else empty.
 std::vector<LogResult> log_results(const Measurement& measurement, const ForceRows& rows,
-                                   const FittedModel* fitted,
-                                   const std::vector<LogErrors>& whole);
+                                   const FittedModel* fitted, const std::vector<LogErrors>& whole);
 
 /// One for each log, noise floors included; empty for a single log.
 std::vector<LogResult> log_results(const Measurement& measurement, const FittedModel& fitted);

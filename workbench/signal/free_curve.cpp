@@ -29,8 +29,7 @@ HatWeights hat_weights(double value, const std::vector<double>& knots) {
 }
 
 Eigen::MatrixXd hat_functions(const Eigen::VectorXd& coordinate, const std::vector<double>& knots) {
-  Eigen::MatrixXd columns =
-      Eigen::MatrixXd::Zero(coordinate.size(), static_cast<Eigen::Index>(knots.size()));
+  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(coordinate.size(), static_cast<Eigen::Index>(knots.size()));
   for (Eigen::Index row = 0; row < coordinate.size(); ++row) {
     const HatWeights hats = hat_weights(coordinate(row), knots);
     for (std::size_t i = 0; i < hats.weight.size(); ++i) {

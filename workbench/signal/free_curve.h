@@ -8,8 +8,9 @@
 
 namespace slipstack::workbench {
 
-/// Knots, ascending, of a free curve over a coordinate: at most `intervals` + 1. Each is the mean of a quantile
-/// and of a place in the range, so that neither a long dwell nor an empty part of the range takes most of them.
+/// Knots, ascending, of a free curve over a coordinate: at most `intervals` + 1. Each is the mean of a
+/// quantile and of a place in the range, so that neither a long dwell nor an empty part of the range takes
+/// most of them.
 std::vector<double> knots_over(const Eigen::VectorXd& coordinate, int intervals);
 
 /// The two linear B-splines (hat functions) that are not zero at a value: those of the knots `below` and

@@ -62,7 +62,8 @@ TEST(AddingAnEffect, ItIsNoSpecialEffect) {
   const workbench::EffectDescription& brake = workbench::catalogue().back();
   EXPECT_TRUE(brake.has_role(Role::none));
   EXPECT_TRUE(brake.is_plannable());
-  EXPECT_FALSE(brake.traits.in_default_baseline || brake.traits.per_log || brake.traits.plausible.least_share_of_force > 0.0);
+  EXPECT_FALSE(brake.traits.in_default_baseline || brake.traits.per_log ||
+               brake.traits.plausible.least_share_of_force > 0.0);
 }
 
 TEST(AddingAnEffect, TheControllerRunsIt) {

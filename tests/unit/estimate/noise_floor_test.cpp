@@ -65,8 +65,9 @@ TEST(NoiseFloor, IsTheResidualOfTheTrueModel) {
   EXPECT_GT(spread.near, 0.6);
 }
 
-// Quantisation only: no noise of the force hides an error of this part. The floor does not know the true model: on
-// one log of ten the elements of its fit are softer within an encoder step than the true ones (2.4).
+// Quantisation only: no noise of the force hides an error of this part. The floor does not know the true
+// model: on one log of ten the elements of its fit are softer within an encoder step than the true ones
+// (2.4).
 TEST(NoiseFloor, CoversQuantisationByItself) {
   const Spread spread = spread_over(20, 10, 0.2, 1.0);
   EXPECT_NEAR(spread.mean, 1.2, 0.15);

@@ -14,7 +14,7 @@ namespace slipstack::stm32g474 {
 namespace {
 using test::SimWord;
 
-struct SimClock {
+struct FrameClock {
   const std::uint32_t* time;
   std::uint32_t now() const { return *time; }
   std::uint32_t ticks_per_second() const { return 170'000'000; }
@@ -24,7 +24,7 @@ constexpr EncoderInterface kBiss{EncoderInterface::Kind::kBissC, 36, 0};
 
 class SimSpi {
  public:
-  using Port = BissPort<Spi<SimWord>, Dma<SimWord>, Dmamux<SimWord>, SimClock>;
+  using Port = BissPort<Spi<SimWord>, Dma<SimWord>, Dmamux<SimWord>, FrameClock>;
 
   // Channel 2 begins to send: the clock runs, and channel 1 stores what comes in.
   SimSpi() {
@@ -49,7 +49,7 @@ class SimSpi {
   Dma<SimWord> dma;
   Dmamux<SimWord> dmamux;
   std::uint32_t time = 0;
-  Port port{spi, dma, dmamux, SimClock{&time}};
+  Port port{spi, dma, dmamux, FrameClock{&time}};
   bool frames_end = true;
   int frames = 0;
 
@@ -146,7 +146,7 @@ TEST(BissPort, AFrameThatDoesNotEndInTimeIsMissingAndTheLineRecovers) {
 TEST(AxisEncoder, ReadsTheKindThatIsChosen) {
   SimSpi board;
   Timer<SimWord> timer;
-  QuadratureEncoder<Timer<SimWord>, SimClock> quadrature(timer, SimClock{&board.time});
+  QuadratureEncoder<Timer<SimWord>, FrameClock> quadrature(timer, FrameClock{&board.time});
   AxisEncoder<decltype(quadrature), SimSpi::Port> encoder(quadrature, board.port);
   quadrature.start({});
   timer.cnt.value = 77;

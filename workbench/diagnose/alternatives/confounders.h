@@ -17,9 +17,9 @@ std::optional<Structure> curve_behind_all(const Measurement& measurement, const 
 /// A wrong unit of mass, time, position or force, which a payload would compensate for in the model.
 std::optional<Structure> mass_of_another_axis(const Measurement& measurement, const Diagnosis& diagnosis);
 
-/// Whether a line above the bandwidth of the rows is the likely cause of what was named: it is stronger than all
-/// of the baseline's error within the band. The response of a controller, quantisation and sampling bring part of such a line into the
-/// band.
+/// Whether a line above the bandwidth of the rows is the likely cause of what was named: it is stronger than
+/// all of the baseline's error within the band. The response of a controller, quantisation and sampling bring
+/// part of such a line into the band.
 bool line_masks_effects(const Measurement& measurement, const Diagnosis& diagnosis);
 
 /// Whether Coulomb friction that was named beside hysteresis is backlash: both change the force after each

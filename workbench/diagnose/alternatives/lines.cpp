@@ -128,8 +128,8 @@ struct Peak {
 };
 
 /// The most prominent peak of the residual above the band of the rows that the measured force has too: at a
-/// constant slow speed encoder steps come at one frequency, and mass times acceleration has a line there that the
-/// measured force does not have.
+/// constant slow speed encoder steps come at one frequency, and mass times acceleration has a line there that
+/// the measured force does not have.
 std::optional<Peak> peak_above(const Spectrum& residual, const Spectrum& force, double band_Hz) {
   const double width_Hz = residual.frequency_Hz[1] - residual.frequency_Hz[0];
   const auto first = static_cast<std::size_t>(band_Hz / width_Hz) + 2;

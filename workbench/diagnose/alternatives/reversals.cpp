@@ -52,8 +52,8 @@ Eigen::VectorXd rows_after(const std::vector<Eigen::Index>& changes, Eigen::Inde
   return here;
 }
 
-/// Whether the energy beyond the expected share is that of few blocks: then it is an event in time, and does not
-/// belong to reversals, which all blocks have.
+/// Whether the energy beyond the expected share is that of few blocks: then it is an event in time, and does
+/// not belong to reversals, which all blocks have.
 bool is_an_event(const Measurement& measurement, const Eigen::VectorXd& squares, const Eigen::VectorXd& here,
                  double expected) {
   std::vector<double> excess(static_cast<std::size_t>(measurement.block_count()), 0.0);

@@ -11,8 +11,8 @@ namespace slipstack::workbench {
 /// strength, so the residual is no function of velocity or acceleration; and it occurs at every reversal, so
 /// it is no single event. It is judged by energy: the share of the squared residual within some milliseconds
 /// after reversals, compared with the share of the rows that lie there, and with that of the noise floor.
-/// Nothing is reported where few blocks of the log hold most of it: those are events in time. `residual_N`: each
-/// row times the root of its weight.
+/// Nothing is reported where few blocks of the log hold most of it: those are events in time. `residual_N`:
+/// each row times the root of its weight.
 Structure after_reversals(const Measurement& measurement, const Eigen::VectorXd& residual_N);
 
 }  // namespace slipstack::workbench

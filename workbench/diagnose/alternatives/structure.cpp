@@ -27,8 +27,8 @@ constexpr double kRecurs = 0.5;
 
 Structure over(Coordinate coordinate, const std::string& unit, const Eigen::VectorXd& values,
                const Eigen::VectorXd& residual) {
-  const HeldOut judged =
-      held_out(hat_functions(values, knots_over(values, kCurveIntervals)), residual, alternating_blocks(residual.size()));
+  const HeldOut judged = held_out(hat_functions(values, knots_over(values, kCurveIntervals)), residual,
+                                  alternating_blocks(residual.size()));
   Eigen::Index peak = 0;
   judged.explained.cwiseAbs().maxCoeff(&peak);
   return {coordinate, judged.error_reduction, values(peak),

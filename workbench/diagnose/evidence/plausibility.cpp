@@ -11,9 +11,9 @@
 namespace slipstack::workbench {
 namespace {
 
-/// The dry friction that an effect leaves, as a multiple of that without it: no preload, film or warming takes
-/// all of it away, and none makes it more than four times as large (the largest value of the map over position in
-/// the catalogue, and of Stribeck friction).
+/// The dry friction that an effect leaves, as a multiple of that without it: no preload, film or warming
+/// takes all of it away, and none makes it more than four times as large (the largest value of the map over
+/// position in the catalogue, and of Stribeck friction).
 constexpr double kMostModulation = 4.0;
 
 /// A lag in time is absent where its rate, at the Stribeck velocity, is this share of that of the lag in
@@ -48,7 +48,8 @@ bool any_new(const FittedModel& model, const FittedModel& baseline, IsNone&& is_
 
 bool within_instruments(const FittedModel& baseline, double tick_s, const Terms& before, const Terms& after,
                         double step_N2) {
-  const double force_N = baseline.relative_error > 0.0 ? baseline.train_rmse_N / baseline.relative_error : 0.0;
+  const double force_N =
+      baseline.relative_error > 0.0 ? baseline.train_rmse_N / baseline.relative_error : 0.0;
   return std::any_of(after.begin(), after.end(), [&](const Term& term) {
     if (contains(before, term.effect->text.id)) return false;
     const Plausibility& plausible = term.effect->traits.plausible;
@@ -82,8 +83,7 @@ bool is_implausible(const Measurement& measurement, const FittedModel& baseline,
   const bool has_new_coulomb = has_role(model.terms, Role::saturating_friction) &&
                                !has_role(baseline.terms, Role::saturating_friction);
   return any_new(model, baseline, ends_at_a_bound) ||
-         any_new(model, baseline,
-                 [&](const Term& term) { return !leaves_a_friction(measurement, term); }) ||
+         any_new(model, baseline, [&](const Term& term) { return !leaves_a_friction(measurement, term); }) ||
          (has_no_true_mode(model.terms) && !has_no_true_mode(baseline.terms)) ||
          (lag_is_bristle_deflection(model) && !has_role(baseline.terms, Role::friction_memory)) ||
          (has_new_coulomb && coulomb_is_of_hysteresis(model, measurement.noise_floor_N())) ||

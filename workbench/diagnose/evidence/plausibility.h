@@ -27,9 +27,9 @@ bool within_instruments(const FittedModel& baseline, double tick_s, const Terms&
                         double step_N2);
 
 /// Whether `model` has an effect that the baseline does not have and that is none: one with a gain at a bound
-/// other than zero (the bound determined it, not the log), one that takes all friction away or multiplies it, a
-/// mode that does not ring, a lag of bristles, Coulomb friction of the hysteresis, or a ripple that does not
-/// repeat along the rail (repeats.h). Cost: one evaluation of each effect that modulates friction.
+/// other than zero (the bound determined it, not the log), one that takes all friction away or multiplies it,
+/// a mode that does not ring, a lag of bristles, Coulomb friction of the hysteresis, or a ripple that does
+/// not repeat along the rail (repeats.h). Cost: one evaluation of each effect that modulates friction.
 bool is_implausible(const Measurement& measurement, const FittedModel& baseline, const FittedModel& model);
 
 }  // namespace slipstack::workbench

@@ -14,8 +14,8 @@ namespace slipstack::workbench {
 void drop_superfluous(const SelectionContext& context, Explanation& explanation);
 
 /// Replaces an effect by another that has the better criterion beside the other effects: what was best while
-/// effects were missing need not be best beside them. `alone`: the trials of all effects on the baseline. Returns
-/// the effects that would explain the log as well in the place of one that was chosen.
+/// effects were missing need not be best beside them. `alone`: the trials of all effects on the baseline.
+/// Returns the effects that would explain the log as well in the place of one that was chosen.
 std::vector<Tie> exchange_effects(const SelectionContext& context, const std::vector<Trial>& alone,
                                   Explanation& explanation);
 

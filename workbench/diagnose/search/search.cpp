@@ -90,8 +90,7 @@ void set_causes_apart(Found& found) {
   Terms causes = found.best.model.terms;
   std::erase_if(causes, [&](const Term& term) { return !is_cause(term); });
   const auto is_effect = [&](const std::string& id) { return find_trial(found.alone, id) != nullptr; };
-  std::erase_if(found.ties,
-                [&](const Tie& tie) { return !is_effect(tie.effect) || !is_effect(tie.other); });
+  std::erase_if(found.ties, [&](const Tie& tie) { return !is_effect(tie.effect) || !is_effect(tie.other); });
   if (causes.empty()) return;
   const FittedModel joint = std::move(found.best.model);
   Terms effects = joint.terms;

@@ -85,7 +85,8 @@ double Measurement::force_noise_N() const {
 }
 
 const Eigen::VectorXd& Measurement::noise_variance() const {
-  if (noise_variance_.size() == 0) throw std::logic_error("the noise of the rows is asked for before weigh_rows()");
+  if (noise_variance_.size() == 0)
+    throw std::logic_error("the noise of the rows is asked for before weigh_rows()");
   return noise_variance_;
 }
 

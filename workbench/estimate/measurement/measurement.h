@@ -169,8 +169,8 @@ class Measurement {
   /// fit has found outliers.
   const Eigen::VectorXd& fit_weights() const { return fit_weights_; }
   void set_fit_weights(const Eigen::VectorXd& weights) { fit_weights_ = weights.cwiseProduct(row_usable_); }
-  /// Variance of what no model can explain, at each row [N^2], and its weighted root over all rows, or those of
-  /// one log [N]: the noise floor. Known after weigh_rows(); a property of the log, whatever the model.
+  /// Variance of what no model can explain, at each row [N^2], and its weighted root over all rows, or those
+  /// of one log [N]: the noise floor. Known after weigh_rows(); a property of the log, whatever the model.
   const Eigen::VectorXd& noise_variance() const;
   void set_noise_variance(Eigen::VectorXd variance) { noise_variance_ = std::move(variance); }
   double noise_floor_N() const;

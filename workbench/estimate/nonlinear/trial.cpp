@@ -26,8 +26,8 @@ bool below_visible(const EffectDescription& effect, const std::vector<ShapeRange
   });
 }
 
-/// Whether the effect is a map over a travel of which friction takes most to develop after a reversal: 2 D for a
-/// slip distance D (Masing's second rule). Such a map is another form of the hysteresis.
+/// Whether the effect is a map over a travel of which friction takes most to develop after a reversal: 2 D
+/// for a slip distance D (Masing's second rule). Such a map is another form of the hysteresis.
 bool within_presliding(const Measurement& measurement, const Terms& base, const EffectDescription& effect) {
   const Term* hysteresis = find_role(base, Role::hysteresis);
   const bool is_map = std::any_of(effect.shapes.begin(), effect.shapes.end(),
@@ -168,8 +168,8 @@ Trial try_effect(const Measurement& measurement, const FittedModel& base, const 
   best.term = best.terms.back();
   best.holdout_rmse_N = judged.rmse;
   best.block_squared_error = judged.block_squared_error;
-  best.below_visible = below_visible(effect, ranges, best.term.shapes) ||
-                       within_presliding(measurement, base.terms, effect);
+  best.below_visible =
+      below_visible(effect, ranges, best.term.shapes) || within_presliding(measurement, base.terms, effect);
   if (best.below_visible) {
     best.holdout_rmse_N = base.holdout_rmse_N;
     best.block_squared_error = base.block_squared_error;

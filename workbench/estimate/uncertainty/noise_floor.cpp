@@ -85,8 +85,8 @@ std::vector<double> dry_difference(const ForceTrace& here, const DryTrace& there
 }
 
 /// The change of the force at the rows with each realisation of the encoder. A realisation quantises the
-/// recorded motion again, so the difference of the forces is the error of one encoder. One of them is in memory
-/// at a time, since many threads weigh chunks at once.
+/// recorded motion again, so the difference of the forces is the error of one encoder. One of them is in
+/// memory at a time, since many threads weigh chunks at once.
 std::vector<Eigen::VectorXd> changes_by_quantisation_N(const Measurement& measurement, const Terms& terms) {
   const ForceTrace here = evaluate_force(measurement, terms);
   std::vector<Eigen::VectorXd> changes_N;
@@ -189,7 +189,8 @@ Eigen::VectorXd variance_to_weigh_by(const RowVariances& rows) {
   return smoothed(rows.noise + rows.quantisation);
 }
 
-/// The plain model with the mode that its residual shows most, if it is one: what rings depends on no smooth curve.
+/// The plain model with the mode that its residual shows most, if it is one: what rings depends on no smooth
+/// curve.
 std::shared_ptr<const Linearisation> with_a_mode(const Measurement& measurement, const FittedModel& plain) {
   const auto declared = measurement.parts().front().mass_kg;
   if (declared && *declared == 0.0) return plain.linearisation;
@@ -226,7 +227,8 @@ RowWeighing weigh_rows(Measurement& measurement) {
   weighing.least = variance.minCoeff();
   weighing.enough = std::max({weighing.least, squared(kLeastWeighing * plain.train_rmse_N), 1e-300});
   measurement.set_row_weights(weighing.weights(variance));
-  measurement.set_noise_variance(rows.noise + supported_variance(rows, saturated_N, measurement.row_usable()));
+  measurement.set_noise_variance(rows.noise +
+                                 supported_variance(rows, saturated_N, measurement.row_usable()));
   return weighing;
 }
 

@@ -29,10 +29,11 @@ struct RowWeighing {
 /// - the noise of the force after the filter: as given, or from the differences between samples, within the
 ///   bounds that the saturated residual sets (residual_noise.h, saturated_residual.h);
 /// - the encoder's quantisation, through mass times acceleration;
-/// - the effect of quantisation on the hysteresis. It is not white where the axis is slow, so it is simulated:
-///   the motion is read again by encoders with shifted grids and with other assumptions about the motion between
-///   readings, and a model of mass and hysteresis is evaluated on each. Their error counts as far as the
-///   saturated residual supports it.
+/// - the effect of quantisation on the hysteresis. It is not white where the axis is slow, so it is
+/// simulated:
+///   the motion is read again by encoders with shifted grids and with other assumptions about the motion
+///   between readings, and a model of mass and hysteresis is evaluated on each. Their error counts as far as
+///   the saturated residual supports it.
 /// Also places the slip distances (slip_grid.h). Cost: a fit of mass and hysteresis, seven evaluations of it.
 RowWeighing weigh_rows(Measurement& measurement);
 

@@ -114,8 +114,8 @@ BandPower power_where_least_quantised(const Segments& segments, std::size_t band
   return {median(std::move(left)), median(std::move(unquantised))};
 }
 
-/// Power of the three bands that noise causes: white force noise of density one, and the encoder's quantisation
-/// through the mass.
+/// Power of the three bands that noise causes: white force noise of density one, and the encoder's
+/// quantisation through the mass.
 struct BandNoise {
   Powers response{};
   Powers encoder{};

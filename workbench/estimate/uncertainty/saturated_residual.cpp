@@ -13,13 +13,14 @@
 namespace slipstack::workbench {
 namespace {
 
-/// At most so many intervals per curve, as many as a map of the catalogue has (17), and fewer over time, because
-/// what drifts is slow: a curve with more of them fits what the encoder's steps do wherever the axis stands. So many
-/// rows for each, so that the curves take a few per cent of the degrees of freedom.
+/// At most so many intervals per curve, as many as a map of the catalogue has (17), and fewer over time,
+/// because what drifts is slow: a curve with more of them fits what the encoder's steps do wherever the axis
+/// stands. So many rows for each, so that the curves take a few per cent of the degrees of freedom.
 constexpr int kMostIntervals = 17;
 constexpr int kIntervalsOfTime = 6;
 constexpr Eigen::Index kRowsPerInterval = 200;
-/// Regularisation relative to a diagonal of one: columns may be equal, as of time and position in one traverse.
+/// Regularisation relative to a diagonal of one: columns may be equal, as of time and position in one
+/// traverse.
 constexpr double kRidge = 1e-7;
 
 /// A free curve over a coordinate; each row's value is multiplied by `factor`.
