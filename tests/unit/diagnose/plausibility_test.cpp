@@ -53,9 +53,9 @@ TEST(CoulombIsOfHysteresis, BelowATenthOfTheDryFrictionOrFarAboveTheFloor) {
   EXPECT_TRUE(coulomb_is_of_hysteresis(with_coulomb(measurement, 1.6), 1.0));
   EXPECT_FALSE(coulomb_is_of_hysteresis(with_coulomb(measurement, 2.0), 1.0));
   FittedModel poor = with_coulomb(measurement, 2.0);
-  poor.holdout_rmse_N = 1.49;
+  poor.holdout_rmse_N = 1.64;
   EXPECT_FALSE(coulomb_is_of_hysteresis(poor, 1.0));
-  poor.holdout_rmse_N = 1.51;
+  poor.holdout_rmse_N = 1.66;
   EXPECT_TRUE(coulomb_is_of_hysteresis(poor, 1.0));
   poor.terms.pop_back();
   EXPECT_FALSE(coulomb_is_of_hysteresis(poor, 1.0));

@@ -8,8 +8,8 @@ namespace slipstack::workbench {
 // What a fitted effect cannot be, whatever the log says: physics beside the evidence.
 
 /// Above this multiple of the noise floor, the form of a model is not that of the axis: what is left may be
-/// fitted by an effect of a similar form. Chosen on EMPS (2.1) and the blind bench (1.3 at most).
-inline constexpr double kFormIsNotTheAxis = 1.5;
+/// fitted by an effect of a similar form. The middle between EMPS (2.1) and the blind bench (1.3 at most).
+inline constexpr double kFormIsNotTheAxis = 1.65;
 
 /// Whether the model's frictional lag is a property of its hysteresis: a lag over the pre-sliding travel and
 /// not over time. In bristle models whose level falls with velocity (LuGre, Leuven) the deflection approaches

@@ -4,13 +4,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "workbench/base/statistics.h"
 #include "workbench/estimate/linear/linearisation.h"
 #include "workbench/estimate/nonlinear/fit.h"
+#include "workbench/estimate/terms/search_ranges.h"
 #include "workbench/estimate/terms/slip_grid.h"
 #include "workbench/estimate/uncertainty/residual_noise.h"
 #include "workbench/estimate/uncertainty/saturated_residual.h"
@@ -189,14 +190,44 @@ Eigen::VectorXd variance_to_weigh_by(const RowVariances& rows) {
   return smoothed(rows.noise + rows.quantisation);
 }
 
-/// The plain model with the mode that its residual shows most, if it is one: what rings depends on no smooth
-/// curve.
-std::shared_ptr<const Linearisation> with_a_mode(const Measurement& measurement, const FittedModel& plain) {
+/// Whether the effect is a force of a period, over position or over time: no smooth curve describes it.
+bool is_periodic(const EffectDescription& effect) {
+  return effect.acts_as(Acts::force) &&
+         std::any_of(effect.shapes.begin(), effect.shapes.end(), [](const ShapeSpec& shape) {
+           return shape.kind == ShapeKind::pitch || shape.kind == ShapeKind::frequency;
+         });
+}
+
+/// Whether this log can show the effect's period: it must fit twice into the travel.
+bool fits_into(const EffectDescription& effect, double travel_m) {
+  return std::none_of(effect.shapes.begin(), effect.shapes.end(), [&](const ShapeSpec& shape) {
+    return shape.kind == ShapeKind::pitch && 2.0 * static_cast<double>(shape.lower) > travel_m;
+  });
+}
+
+/// The model whose residual becomes the saturated one: mass and hysteresis with what bends them most, viscous
+/// friction and a mass beside the declared one, and with the forces that no smooth curve describes.
+/// `measurement` is a copy with slip distances of its own.
+FittedModel reference_model(Measurement& measurement) {
   const auto declared = measurement.parts().front().mass_kg;
-  if (declared && *declared == 0.0) return plain.linearisation;
-  const Trial mode = try_effect(measurement, plain, effect_with_role(Role::resonance), {});
-  if (has_no_true_mode(mode.terms)) return plain.linearisation;
-  return std::make_shared<const Linearisation>(measurement, mode.terms, plain.linearisation.get());
+  const bool weightless = declared && *declared == 0.0;
+  std::vector<std::string> effects = default_baseline();
+  effects.push_back(effect_with_role(Role::viscous_friction).id());
+  if (declared && !weightless) effects.push_back(effect_with_role(Role::added_mass).id());
+  FittedModel model = fit_effects(measurement, effects, {});
+  if (const Term* hysteresis = find_role(model.terms, Role::hysteresis)) {
+    measurement.set_slip_distances(refined_slip_distances(*hysteresis, measurement.encoder_resolution_m()));
+    model = fit_effects(measurement, effects, {});
+  }
+  const ValueRange travel = value_range(measurement.position_m());
+  for (const EffectDescription& effect : catalogue()) {
+    const bool of_mass = effect.has_role(Role::resonance);
+    if (!is_periodic(effect) || !fits_into(effect, travel.length()) || (of_mass && weightless)) continue;
+    const Trial trial = try_effect(measurement, model, effect, {});
+    if (of_mass && has_no_true_mode(trial.terms)) continue;
+    model = fit_gains(measurement, trial.terms, &model);
+  }
+  return model;
 }
 
 }  // namespace
@@ -211,24 +242,26 @@ std::vector<Measurement> encoder_realisations(const Measurement& measurement) {
 }
 
 RowWeighing weigh_rows(Measurement& measurement) {
-  FittedModel plain = fit_effects(measurement, default_baseline(), {});
-  if (const Term* hysteresis = find_role(plain.terms, Role::hysteresis)) {
-    measurement.set_slip_distances(refined_slip_distances(*hysteresis, measurement.encoder_resolution_m()));
-    // What one encoder step is as a force depends on the shortest slip distances.
-    plain = fit_effects(measurement, default_baseline(), {});
-  }
-  const Eigen::VectorXd saturated_N = saturated_residual_N(measurement, *with_a_mode(measurement, plain));
-  const std::vector<Eigen::VectorXd> changes_N = changes_by_quantisation_N(measurement, plain.terms);
+  const FittedModel plain = fit_effects(measurement, default_baseline(), {});
+  Measurement copy = measurement;
+  const FittedModel reference = reference_model(copy);
+  const Eigen::VectorXd saturated_N = saturated_residual_N(copy, *reference.linearisation);
+  const std::vector<Eigen::VectorXd> changes_N = changes_by_quantisation_N(copy, reference.terms);
   RowWeighing weighing;
   weighing.plain = plain.terms;
-  weighing.force_noise_N = force_noise_of_logs_N(measurement, plain.terms, saturated_N, changes_N);
-  const RowVariances rows = variances_at_rows(measurement, plain.terms, weighing.force_noise_N, changes_N);
-  const Eigen::VectorXd variance = variance_to_weigh_by(rows);
+  weighing.force_noise_N = force_noise_of_logs_N(measurement, reference.terms, saturated_N, changes_N);
+  const RowVariances rows =
+      variances_at_rows(measurement, reference.terms, weighing.force_noise_N, changes_N);
+  measurement.set_noise_variance(rows.noise +
+                                 supported_variance(rows, saturated_N, measurement.row_usable()));
+  if (const Term* hysteresis = find_role(plain.terms, Role::hysteresis)) {
+    measurement.set_slip_distances(refined_slip_distances(*hysteresis, measurement.encoder_resolution_m()));
+  }
+  const Eigen::VectorXd variance = variance_to_weigh_by(variances_at_rows(
+      measurement, plain.terms, weighing.force_noise_N, changes_by_quantisation_N(measurement, plain.terms)));
   weighing.least = variance.minCoeff();
   weighing.enough = std::max({weighing.least, squared(kLeastWeighing * plain.train_rmse_N), 1e-300});
   measurement.set_row_weights(weighing.weights(variance));
-  measurement.set_noise_variance(rows.noise +
-                                 supported_variance(rows, saturated_N, measurement.row_usable()));
   return weighing;
 }
 

@@ -34,7 +34,8 @@ struct RowWeighing {
 ///   the motion is read again by encoders with shifted grids and with other assumptions about the motion
 ///   between readings, and a model of mass and hysteresis is evaluated on each. Their error counts as far as
 ///   the saturated residual supports it.
-/// Also places the slip distances (slip_grid.h). Cost: a fit of mass and hysteresis, seven evaluations of it.
+/// Also places the slip distances (slip_grid.h). Cost: three fits of mass and hysteresis, two searches of
+/// shapes, fourteen evaluations.
 RowWeighing weigh_rows(Measurement& measurement);
 
 }  // namespace slipstack::workbench
