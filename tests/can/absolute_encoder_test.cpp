@@ -202,6 +202,7 @@ TEST(AbsoluteEncoder, AnEncoderThatIsPulledReleasesTheAxis) {
   ASSERT_EQ(axis.write(0x6040, 0, 0x80, 2), 0U);
   axis.run_ms(2);
   EXPECT_EQ(axis.code(), 0U);
+  axis.run_ms(3000);  // it coasts, and is not enabled before it stands
   axis.enable(1);
 }
 

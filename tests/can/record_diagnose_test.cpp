@@ -134,7 +134,8 @@ TEST(RecordAndDiagnose, ACleanAxisIsComplete) {
     const Recording recording = record_stream(*desk.client, 18.0, 1000.0, kNoiseless);
     const Diagnosis diagnosis = diagnosis_of(recording.log, "clean");
     EXPECT_EQ(diagnosis.verdict, Verdict::complete)
-        << seed << ' ' << (diagnosis.candidates.empty() ? "" : diagnosis.candidates[0].term.effect->text.id);
+        << seed << ' ' << diagnosis.explained.holdout_rmse_N / diagnosis.noise_floor_N << " floors; "
+        << (diagnosis.unexplained ? diagnosis.unexplained->description : "");
     EXPECT_LT(diagnosis.baseline.holdout_rmse_N, 2.5 * diagnosis.noise_floor_N);
   }
 }

@@ -8,7 +8,7 @@ import unittest
 
 import program
 
-DIAGNOSIS = {"cannot_show": list, "cannot_separate": list, "next_experiment": (dict, type(None)), "noise": dict,
+DIAGNOSIS = {"discrepancy_N": float, "cannot_show": list, "cannot_separate": list, "next_experiment": (dict, type(None)), "noise": dict,
              "repaired": list, "input_warnings": list, "log": str, "samples": int, "searched_samples": int,
              "baseline_effects": list, "noise_floor_N": float, "bandwidth_Hz": float, "baseline": dict,
              "verdict": str, "candidates": list, "unexplained": (dict, type(None))}

@@ -2,6 +2,7 @@
 #include "workbench/diagnose/candidates.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "workbench/base/parallel.h"
@@ -63,10 +64,16 @@ void rank_candidates(Diagnosis& diagnosis, const std::vector<std::string>& added
   std::stable_partition(candidates.begin(), candidates.end(), [&](const auto& candidate) {
     return std::find(added.begin(), added.end(), candidate.term.id()) != added.end();
   });
-  const auto is_added = [&](const std::string& id) {
-    return std::find(added.begin(), added.end(), id) != added.end();
-  };
-  std::erase_if(diagnosis.ties, [&](const Tie& tie) { return !is_added(tie.effect) || is_added(tie.other); });
+  for (Candidate& candidate : candidates) {
+    candidate.confounded_with.clear();
+    for (const Candidate& other : candidates) {
+      if (&other == &candidate || other.error_reduction < kLeastReduction) continue;
+      const double apart = std::abs(other.holdout_rmse_N - candidate.holdout_rmse_N);
+      if (apart <= kIndistinct * candidate.holdout_rmse_N) {
+        candidate.confounded_with.push_back(other.term.id());
+      }
+    }
+  }
 }
 
 void show_by_named_model(Diagnosis& diagnosis) {

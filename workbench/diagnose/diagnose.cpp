@@ -56,7 +56,6 @@ EffectSearch::EffectSearch(const Measurement& measurement, const DiagnoseOptions
   judge_on_unseen_data(measurement, diagnosis_.baseline);
   judge_on_unseen_data(measurement, found.best.model);
   diagnosis_.candidates = list_candidates(measurement, found);
-  diagnosis_.ties = std::move(found.ties);
   rank_candidates(diagnosis_, found.best.added);
   list_steps(found.context, found.best, diagnosis_);
   diagnosis_.explained = std::move(found.best.model);

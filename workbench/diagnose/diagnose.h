@@ -9,7 +9,6 @@
 #include "workbench/diagnose/alternatives/structure.h"
 #include "workbench/diagnose/detectability/detectability.h"
 #include "workbench/diagnose/detectability/separation.h"
-#include "workbench/diagnose/evidence/tie.h"
 #include "workbench/estimate/nonlinear/fit.h"
 
 namespace slipstack::workbench {
@@ -56,12 +55,12 @@ struct Diagnosis {
   std::vector<Step> steps;            ///< the explanation, one effect at a time
   FittedModel best;                   ///< baseline with the first candidate; the baseline itself without one
   FittedModel explained;              ///< baseline with every step
-  std::vector<Tie> ties;              ///< of effects of the steps with others
   std::optional<Structure> unexplained;
   OutsideCauses outside;  ///< that were chosen beside the steps; the models do not contain them
   /// Effects that this log would show only if they were a large part of the force: it does not rule them out.
   std::vector<Visibility> cannot_show;
-  /// The ties, with the angle between the two forces, the smallest first.
+  /// Pairs of promising effects that this log cannot separate, the smallest angle first: orthogonal to the
+  /// baseline, their forces have nearly the same direction, or they explain equally much.
   std::vector<Separation> cannot_separate;
 };
 

@@ -55,7 +55,7 @@ void take(Version& version, const Model& model) {
 
 }  // namespace
 
-Session::Session(fs::path folder) : folder_(fs::absolute(std::move(folder)).lexically_normal()) {
+Session::Session(const fs::path& folder) : folder_(fs::absolute(folder).lexically_normal()) {
   for (const char* part : {"logs", "models", "diagnoses"}) make_folder(folder_ / part);
   if (fs::exists(folder_ / "session.json")) load();
   adopt_models();

@@ -38,7 +38,7 @@ struct Version {
 class Session {
  public:
   /// Opens the session in `folder`, or makes one. Throws UsageError and InputError.
-  explicit Session(std::filesystem::path folder);
+  explicit Session(const std::filesystem::path& folder);
 
   const std::filesystem::path& folder() const { return folder_; }
   /// Logs as absolute paths, in order.

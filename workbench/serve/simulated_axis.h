@@ -29,6 +29,8 @@ class SimulatedController {
  public:
   explicit SimulatedController(const SimulatedAxis& axis);
   ~SimulatedController();
+  SimulatedController(const SimulatedController&) = delete;
+  SimulatedController& operator=(const SimulatedController&) = delete;
   SdoClient& client();
 
  private:

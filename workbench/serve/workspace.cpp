@@ -254,6 +254,7 @@ void Workspace::fit(const std::vector<std::string>& effects) {
   jobs_.start("fit", [this, effects](Progress& progress) {
     LogSearch logs(request(), progress);
     std::vector<std::string> ids;
+    ids.reserve(effects.size());
     for (const std::string& effect : effects) ids.push_back(effect_of(effect).id());
     const FitResult result = fit_model(logs, {log_names(), ids, false, 0.0}, progress);
     publish(0, fmt::format("{} fitted", joined(ids)), result.model, 0.0);

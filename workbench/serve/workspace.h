@@ -34,6 +34,8 @@ class Workspace {
  public:
   Workspace(ProcessGroup& group, const std::filesystem::path& folder);
   ~Workspace();
+  Workspace(const Workspace&) = delete;
+  Workspace& operator=(const Workspace&) = delete;
 
   /// Logs, history, job, diagnosis of the current version: all that is small.
   nlohmann::json state() const;
@@ -76,7 +78,7 @@ class Workspace {
 
   // Experiments.
   void start_simulated_axis(const SimulatedAxis& axis);
-  void plan(const nlohmann::json& request);
+  void plan(const nlohmann::json& wanted);
   /// Runs the plan on the simulated axis; the log joins the others.
   void run_plan();
   /// What a deployment would change on the controller; `bus`: empty for the simulated drive, else a CAN

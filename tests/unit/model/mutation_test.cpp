@@ -113,7 +113,7 @@ TEST(ModelMutation, GivesAModelOrOneLine) {
   const std::string path = file.path().string();
   int read = 0;
   int refused = 0;
-  for (int i = 0; i < 10'000; ++i) {
+  for (int i = 0; i < 12'000; ++i) {
     const std::string text = mutator.mutated(i % 4 == 3 ? texts[1] : i % 4 == 2 ? texts[0] : unhashed);
     file.write(text);
     try {

@@ -8,9 +8,9 @@
 
 #include "workbench/base/quantity.h"
 #include "workbench/base/statistics.h"
+#include "workbench/diagnose/evidence/chance.h"
 #include "workbench/diagnose/evidence/held_out.h"
 #include "workbench/diagnose/evidence/reduction.h"
-#include "workbench/diagnose/evidence/tie.h"
 #include "workbench/signal/free_curve.h"
 
 namespace slipstack::workbench {

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "workbench/base/quantity.h"
+#include "workbench/diagnose/evidence/chance.h"
 #include "workbench/diagnose/evidence/held_out.h"
 #include "workbench/diagnose/evidence/reduction.h"
-#include "workbench/diagnose/evidence/tie.h"
 
 namespace slipstack::workbench {
 namespace {

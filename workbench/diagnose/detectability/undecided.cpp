@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <string>
 #include <utility>
 
 #include "workbench/base/parallel.h"
 #include "workbench/diagnose/candidates.h"
+#include "workbench/diagnose/evidence/plausibility.h"
 #include "workbench/diagnose/evidence/reduction.h"
 
 namespace slipstack::workbench {
@@ -16,6 +18,16 @@ namespace {
 /// A log cannot show an effect that would be named only if its peak were this share of the force (rms).
 /// Chosen.
 constexpr double kCannotShow = 0.2;
+
+/// Below this angle two forces have nine tenths of their squares in common (cos^2 18 degrees = 0.905): each
+/// explains what the other does, ...
+constexpr double kSameDirection_deg = 18.0;
+/// ... unless their held-out errors differ by more than this share. Chosen.
+constexpr double kSameError = 0.10;
+
+double radians(double degrees) {
+  return degrees * std::numbers::pi / 180.0;
+}
 
 /// The largest share of a column's length that is orthogonal to the known columns.
 double share_left(const ResidualMaker& known, const Eigen::MatrixXd& columns) {
@@ -29,12 +41,15 @@ double share_left(const ResidualMaker& known, const Eigen::MatrixXd& columns) {
 }
 
 /// Whether `simpler` is a special case of `richer`, and this log would show what else `richer` can be. Then
-/// that `richer` can imitate `simpler`, as in every log, is no tie. Tested with the middle of the shapes of
-/// `richer`, one gain at a time.
+/// that `richer` can imitate `simpler`, as in every log, is no reason to list the pair. Tested with the
+/// middle of the shapes of `richer`, one gain at a time.
 bool is_the_simpler_case(const Measurement& measurement, const Diagnosis& diagnosis, const Candidate& simpler,
                          const Candidate& richer) {
   const SpecialCase& special_case = richer.term.effect->traits.special_case;
   if (simpler.term.id() != special_case.id) return false;
+  // The error that the simpler effect leaves may be due to what the richer one has in addition.
+  const bool more_left = simpler.holdout_rmse_N > kFormIsNotTheAxis * diagnosis.noise_floor_N;
+  if (more_left && richer.holdout_rmse_N < (1.0 - kIndistinct) * simpler.holdout_rmse_N) return false;
   const ResidualMaker baseline = baseline_residual_maker(measurement, diagnosis.baseline);
   const auto beyond = [&](const Term& term) {
     return baseline.beyond(weighted_columns(measurement, diagnosis.baseline, term));
@@ -46,7 +61,21 @@ bool is_the_simpler_case(const Measurement& measurement, const Diagnosis& diagno
   const double left = share_left(ResidualMaker(force), columns.leftCols(showing));
   const double explained_N =
       std::sqrt(std::max(0.0, explained_N2(diagnosis.baseline.holdout_rmse_N, simpler.holdout_rmse_N)));
-  return left * explained_N > diagnosis.noise_floor_N;
+  return std::asin(left) > radians(kSameDirection_deg) && left * explained_N > diagnosis.noise_floor_N;
+}
+
+/// An effect is promising if it reaches this share of the best reduction of the error. Chosen.
+constexpr double kPromising = 0.5;
+
+Terms promising_effects(const std::vector<Candidate>& candidates) {
+  double best = kLeastReduction;
+  for (const Candidate& one : candidates) best = std::max(best, one.error_reduction);
+  const double enough = std::max(kLeastReduction, kPromising * best);
+  Terms promising;
+  for (const Candidate& one : candidates) {
+    if (one.error_reduction >= enough && !one.term.gains.empty()) promising.push_back(one.term);
+  }
+  return promising;
 }
 
 }  // namespace
@@ -70,26 +99,29 @@ void list_what_cannot_be_shown(const Measurement& measurement, Diagnosis& diagno
 }
 
 void list_what_cannot_be_separated(const Measurement& measurement, Diagnosis& diagnosis) {
-  const auto candidate = [&](const std::string& id) -> Candidate& {
-    return *std::find_if(diagnosis.candidates.begin(), diagnosis.candidates.end(),
-                         [&](const Candidate& one) { return one.term.id() == id; });
+  const Terms promising = promising_effects(diagnosis.candidates);
+  if (promising.size() < 2) return;
+  const auto end = diagnosis.candidates.end();
+  const auto find = [&](auto from, const std::string& effect) {
+    return std::find_if(from, end, [&](const Candidate& one) { return one.term.id() == effect; });
   };
-  std::erase_if(diagnosis.ties, [&](const Tie& tie) {
-    return is_the_simpler_case(measurement, diagnosis, candidate(tie.effect), candidate(tie.other));
-  });
-  Terms tied;
-  for (const Tie& tie : diagnosis.ties) {
-    candidate(tie.effect).confounded_with.push_back(tie.other);
-    candidate(tie.other).confounded_with.push_back(tie.effect);
-    for (const std::string& id : {tie.effect, tie.other}) {
-      if (!contains(tied, id)) tied.push_back(candidate(id).term);
+  for (Separation& pair : separations(measurement, diagnosis.baseline, promising, diagnosis.noise_floor_N)) {
+    const auto candidate = find(diagnosis.candidates.begin(), pair.effect);
+    // Only whether the better one can be imitated counts: an effect that contains another imitates it always.
+    const auto behind = find(candidate, pair.other);
+    if (behind == end) continue;
+    const auto& alike = candidate->confounded_with;
+    const bool as_good = std::find(alike.begin(), alike.end(), pair.other) != alike.end();
+    const bool same = pair.angle_deg < kSameDirection_deg &&
+                      behind->holdout_rmse_N < (1.0 + kSameError) * candidate->holdout_rmse_N;
+    if (!as_good && !same) continue;
+    if (is_the_simpler_case(measurement, diagnosis, *candidate, *behind)) {
+      std::erase(candidate->confounded_with, pair.other);
+      std::erase(behind->confounded_with, pair.effect);
+      std::erase_if(diagnosis.cannot_show, [&](const Visibility& one) { return one.effect == pair.other; });
+      continue;
     }
-  }
-  for (Separation& pair : separations(measurement, diagnosis.baseline, tied, diagnosis.noise_floor_N)) {
-    const bool listed = std::any_of(diagnosis.ties.begin(), diagnosis.ties.end(), [&](const Tie& tie) {
-      return tie.effect == pair.effect && tie.other == pair.other;
-    });
-    if (listed) diagnosis.cannot_separate.push_back(std::move(pair));
+    diagnosis.cannot_separate.push_back(std::move(pair));
   }
   std::stable_sort(diagnosis.cannot_separate.begin(), diagnosis.cannot_separate.end(),
                    [](const auto& a, const auto& b) { return a.angle_deg < b.angle_deg; });

@@ -75,9 +75,8 @@ void drop_superfluous(const SelectionContext& context, Explanation& explanation)
   }
 }
 
-std::vector<Tie> exchange_effects(const SelectionContext& context, const std::vector<Trial>& alone,
-                                  Explanation& explanation) {
-  std::vector<Tie> ties;
+void exchange_effects(const SelectionContext& context, const std::vector<Trial>& alone,
+                      Explanation& explanation) {
   for (std::size_t i = 0; i < explanation.added.size(); ++i) {
     const std::string old = explanation.added[i];
     const FittedModel without_old =
@@ -88,16 +87,12 @@ std::vector<Tie> exchange_effects(const SelectionContext& context, const std::ve
       model = with_causes_found_again(context.measurement, std::move(model));
       Explanation replaced{std::move(model),
                            with_other(explanation.added, explanation.added[i], trial.term.id())};
-      if (is_implausible(context.measurement, context.baseline, replaced.model)) continue;
-      const bool tied =
-          within_chance(replaced.model.block_squared_error, explanation.model.block_squared_error);
-      if (is_better(context, replaced, explanation)) std::swap(explanation, replaced);
-      if (tied) ties.push_back({explanation.added[i], replaced.added[i]});
+      if (is_better(context, replaced, explanation) &&
+          !is_implausible(context.measurement, context.baseline, replaced.model)) {
+        explanation = std::move(replaced);
+      }
     }
   }
-  // What took another's place later is itself a member of its ties.
-  std::erase_if(ties, [&](const Tie& tie) { return !contains(explanation.model.terms, tie.effect); });
-  return ties;
 }
 
 }  // namespace slipstack::workbench

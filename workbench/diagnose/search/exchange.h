@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "workbench/diagnose/evidence/naming_rule.h"
-#include "workbench/diagnose/evidence/tie.h"
 #include "workbench/estimate/nonlinear/trial.h"
 
 namespace slipstack::workbench {
@@ -15,8 +14,7 @@ void drop_superfluous(const SelectionContext& context, Explanation& explanation)
 
 /// Replaces an effect by another that has the better criterion beside the other effects: what was best while
 /// effects were missing need not be best beside them. `alone`: the trials of all effects on the baseline.
-/// Returns the effects that would explain the log as well in the place of one that was chosen.
-std::vector<Tie> exchange_effects(const SelectionContext& context, const std::vector<Trial>& alone,
-                                  Explanation& explanation);
+void exchange_effects(const SelectionContext& context, const std::vector<Trial>& alone,
+                      Explanation& explanation);
 
 }  // namespace slipstack::workbench

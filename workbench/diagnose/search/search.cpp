@@ -72,7 +72,7 @@ void add_effects(const DiagnoseOptions& options, Found& found) {
 /// Drops what is superfluous, exchanges what another effect explains better, and refines all shapes.
 void improve(Found& found) {
   drop_superfluous(found.context, found.best);
-  found.ties = exchange_effects(found.context, found.alone, found.best);
+  exchange_effects(found.context, found.alone, found.best);
   name_mass_beside_mode(found.context, found.best);
   FittedModel model = refine_nominal_shapes(found.context.measurement, std::move(found.best.model));
   found.best.model = refine_all_shapes(found.context.measurement, std::move(model));
@@ -89,8 +89,6 @@ void set_causes_apart(Found& found) {
   std::erase_if(found.first_level, [&](const Explanation& one) { return is_cause(one.model.terms.back()); });
   Terms causes = found.best.model.terms;
   std::erase_if(causes, [&](const Term& term) { return !is_cause(term); });
-  const auto is_effect = [&](const std::string& id) { return find_trial(found.alone, id) != nullptr; };
-  std::erase_if(found.ties, [&](const Tie& tie) { return !is_effect(tie.effect) || !is_effect(tie.other); });
   if (causes.empty()) return;
   const FittedModel joint = std::move(found.best.model);
   Terms effects = joint.terms;
@@ -114,7 +112,7 @@ void set_causes_apart(Found& found) {
 
 Found search(const Measurement& measurement, const DiagnoseOptions& options, const FittedModel& baseline) {
   const Criterion criterion(measurement, baseline.terms, choices_of(measurement, options, baseline.terms));
-  Found found{{}, {measurement, baseline, criterion}, {}, {}, {}, {}};
+  Found found{{}, {measurement, baseline, criterion}, {}, {}, {}};
   found.best.model = baseline;
   add_effects(options, found);
   if (!found.best.added.empty()) improve(found);

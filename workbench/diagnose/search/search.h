@@ -5,7 +5,6 @@
 
 #include "workbench/diagnose/diagnose.h"
 #include "workbench/diagnose/evidence/naming_rule.h"
-#include "workbench/diagnose/evidence/tie.h"
 #include "workbench/diagnose/search/growth.h"
 
 namespace slipstack::workbench {
@@ -16,7 +15,6 @@ struct Found {
   SelectionContext context;              ///< by which its steps were judged
   std::vector<Trial> alone;              ///< every effect on the baseline, best first
   std::vector<Explanation> first_level;  ///< the best of them, fitted in full
-  std::vector<Tie> ties;                 ///< of the effects of `best` with others
   /// What was chosen from outside the catalogue, beside the effects of `best`, which does not contain it.
   OutsideCauses outside;
 };

@@ -103,6 +103,7 @@ void search_in_loop(Contender& contender, const std::vector<double Contender::*>
     return tried.lost ? 1.0 : rms(tried.error_m);
   };
   std::vector<double> start;
+  start.reserve(parameters.size());
   for (double Contender::*parameter : parameters) start.push_back(contender.*parameter);
   contender = with(refine_shapes(ranges, start, cost, kLoopSearches).shapes);
 }

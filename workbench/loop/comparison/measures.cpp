@@ -96,6 +96,7 @@ class Judge {
     }
     set(Measure::kWrong, worst_m);
     std::vector<double> hidden_m;
+    hidden_m.reserve(with_hidden_effects.size());
     for (const sim::Axis& other : with_hidden_effects) hidden_m.push_back(brief_m(contender_, other, motion));
     if (!hidden_m.empty()) {
       set(Measure::kHiddenWorst, *std::max_element(hidden_m.begin(), hidden_m.end()));

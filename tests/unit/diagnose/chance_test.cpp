@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What chance can do: the rate of false differences, and differences that are seen.
-#include "workbench/diagnose/evidence/tie.h"
+#include "workbench/diagnose/evidence/chance.h"
 
 #include <gtest/gtest.h>
 
@@ -40,21 +40,6 @@ TEST(MeanIsChance, OfOneStrongObservation) {
   EXPECT_TRUE(mean_is_chance(observations));
   EXPECT_FALSE(mean_is_chance(std::vector<double>(30, 1e-3)));
   EXPECT_TRUE(mean_is_chance(std::vector<double>(1, 5.0)));
-}
-
-TEST(WithinChance, IsSymmetricAndSeesASmallDifferenceOfEveryBlock) {
-  slipstack::test::Draw draw(5);
-  std::vector<double> one, other, worse;
-  for (int b = 0; b < 30; ++b) {
-    const double block = draw.uniform(1.0, 10.0);
-    one.push_back(block);
-    other.push_back(block + 0.3 * draw.normal());
-    worse.push_back(block * 1.02);
-  }
-  EXPECT_TRUE(within_chance(one, other));
-  EXPECT_TRUE(within_chance(other, one));
-  EXPECT_FALSE(within_chance(one, worse));
-  EXPECT_FALSE(within_chance(worse, one));
 }
 
 }  // namespace

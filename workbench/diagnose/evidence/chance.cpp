@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/diagnose/evidence/tie.h"
-
-#include <cstddef>
+#include "workbench/diagnose/evidence/chance.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -22,13 +20,6 @@ bool mean_is_chance(std::span<const double> observations) {
   }
   const double variance_of_sum = count / (count - 1.0) * (squares - sum * sum / count);
   return sum * sum <= kChance * kChance * variance_of_sum;
-}
-
-bool within_chance(const std::vector<double>& one, const std::vector<double>& other) {
-  std::vector<double> differences;
-  differences.reserve(one.size());
-  for (std::size_t b = 0; b < one.size(); ++b) differences.push_back(one[b] - other[b]);
-  return mean_is_chance(differences);
 }
 
 }  // namespace slipstack::workbench
