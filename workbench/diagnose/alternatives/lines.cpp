@@ -35,13 +35,6 @@ std::string described(double frequency_Hz, double amplitude_N) {
                      quantity(frequency_Hz, "Hz"), quantity(amplitude_N, "N"));
 }
 
-std::string ringing(double frequency_Hz, double rms_N, double bandwidth_Hz) {
-  return fmt::format(
-      "the force rings at {}, {} rms, above the {} up to which effects are fitted: a structure that swings, "
-      "which a finer encoder would bring into the band",
-      quantity(frequency_Hz, "Hz"), quantity(rms_N, "N"), quantity(bandwidth_Hz, "Hz"));
-}
-
 /// Distances in bins at which a line no longer contributes, with a Hann window.
 constexpr std::size_t kNear = 4;
 constexpr std::size_t kFar = 6;
@@ -107,44 +100,6 @@ bool steady(const std::vector<Spectrum>& parts, std::size_t bin) {
   for (const Spectrum& part : parts) powers.push_back(power_at(part, bin));
   std::sort(powers.begin(), powers.end());
   return powers[powers.size() / 4] >= kSteady * powers[powers.size() / 2];
-}
-
-/// The mean over the parts: what rings after the moves of some of them is in it, and not in the median.
-Spectrum mean_spectrum(const std::vector<Spectrum>& parts) {
-  Spectrum spectrum = parts.front();
-  for (std::size_t k = 0; k < spectrum.density.size(); ++k) {
-    double sum = 0.0;
-    for (const Spectrum& part : parts) sum += part.density[k];
-    spectrum.density[k] = sum / static_cast<double>(parts.size());
-  }
-  return spectrum;
-}
-
-/// A peak of a spectrum.
-struct Peak {
-  std::size_t bin;
-  double frequency_Hz;
-  double power_N2;  ///< above the density beside it
-};
-
-/// The most prominent peak of the residual above the band of the rows that the measured force has too: at a
-/// constant slow speed encoder steps come at one frequency, and mass times acceleration has a line there that
-/// the measured force does not have.
-std::optional<Peak> peak_above(const Spectrum& residual, const Spectrum& force, double band_Hz) {
-  const double width_Hz = residual.frequency_Hz[1] - residual.frequency_Hz[0];
-  const auto first = static_cast<std::size_t>(band_Hz / width_Hz) + 2;
-  std::size_t peak = 0;
-  double most = kStandsOut;
-  for (std::size_t k = std::max(first, kFar); k + kFar < residual.density.size(); ++k) {
-    const double stands_out = std::min(prominence(residual, k), kStandsOut / kInForce * prominence(force, k));
-    if (stands_out < most) continue;
-    most = stands_out;
-    peak = k;
-  }
-  if (peak == 0) return {};
-  const double beside = residual.density[peak] / prominence(residual, peak);
-  return Peak{peak, residual.frequency_Hz[peak],
-              std::max(0.0, power_at(residual, peak) - 3.0 * beside * width_Hz)};
 }
 
 /// The longest segment of a spectrum of the rows.
@@ -235,17 +190,28 @@ std::optional<Structure> line_beyond_rows(const Measurement& measurement, const 
   for (std::size_t i = 0; i < residual_N.size(); ++i) residual_N[i] -= model_N[i];
   const double rate_Hz = measurement.sample_rate_Hz();
   const std::vector<Spectrum> parts = spectra_of_parts(residual_N, rate_Hz);
-  const std::vector<Spectrum> force = spectra_of_parts(measurement.log().force_N, rate_Hz);
-  if (parts.empty() || parts.front().density.size() < 4) return {};
-  const double bandwidth_Hz = measurement.bandwidth_Hz();
-  const auto steadiest = peak_above(median_spectrum(parts), median_spectrum(force), bandwidth_Hz);
-  const bool line = steadiest && steady(parts, steadiest->bin);
-  const auto peak = line ? steadiest : peak_above(mean_spectrum(parts), mean_spectrum(force), bandwidth_Hz);
-  if (!peak) return {};
-  const double reduction = 1.0 - error_N / std::sqrt(error_N * error_N + peak->power_N2);
-  return Structure{Coordinate::frequency, reduction, peak->frequency_Hz,
-                   line ? described(peak->frequency_Hz, std::sqrt(2.0 * peak->power_N2))
-                        : ringing(peak->frequency_Hz, std::sqrt(peak->power_N2), bandwidth_Hz),
+  const Spectrum spectrum = median_spectrum(parts);
+  if (spectrum.density.size() < 4) return {};
+  const double width_Hz = spectrum.frequency_Hz[1] - spectrum.frequency_Hz[0];
+  const auto first = static_cast<std::size_t>(measurement.bandwidth_Hz() / width_Hz) + 2;
+  // At a constant slow speed encoder steps come at one frequency, and mass times acceleration has a line
+  // there that the measured force does not have.
+  const Spectrum force = median_spectrum(spectra_of_parts(measurement.log().force_N, rate_Hz));
+  std::size_t peak = 0;
+  double most = kStandsOut;
+  for (std::size_t k = std::max(first, kFar); k + kFar < spectrum.density.size(); ++k) {
+    const double stands_out = std::min(prominence(spectrum, k), kStandsOut / kInForce * prominence(force, k));
+    if (stands_out < most) continue;
+    most = stands_out;
+    peak = k;
+  }
+  if (peak == 0 || !steady(parts, peak)) return {};
+  const double usual = spectrum.density[peak] / prominence(spectrum, peak);
+  const double power = std::max(0.0, power_at(spectrum, peak) - 3.0 * usual * width_Hz);
+  const double reduction = 1.0 - error_N / std::sqrt(error_N * error_N + power);
+  const double frequency_Hz = spectrum.frequency_Hz[peak];
+  return Structure{Coordinate::frequency, reduction, frequency_Hz,
+                   described(frequency_Hz, std::sqrt(2.0 * power)),
                    Eigen::VectorXd::Zero(measurement.row_count())};
 }
 

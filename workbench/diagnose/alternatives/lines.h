@@ -12,9 +12,9 @@ namespace slipstack::workbench {
 Structure line_at_rows(const Measurement& measurement, const Eigen::VectorXd& residual_N);
 
 /// A line above that bandwidth, where no effect of the catalogue is searched: mains hum, an unbalanced fan, a
-/// switching ripple, present throughout the log; or what rings there after moves, a structure that swings. It
-/// is found in the residual of `model_N` (a value per sample) and in the measured force. The reduction of the
-/// error is relative to the rms of the line and of `error_N` together. Cost: some spectra of the log.
+/// switching ripple. It is found in the residual of `model_N` (a value per sample) and present throughout the
+/// log. The reduction of the error is relative to the rms of the line and of `error_N` together. Cost: some
+/// spectra of the log.
 std::optional<Structure> line_beyond_rows(const Measurement& measurement, const std::vector<double>& model_N,
                                           double error_N);
 
