@@ -13,6 +13,18 @@ node=$!
 for _ in $(seq 50); do grep -q '705#00' "$here/dump.log" && break; sleep 0.1; done
 
 section() { echo "== $1"; }
+# Waits, at most a minute, until COMMAND is true: a machine under load answers late.
+await() { for _ in $(seq 600); do "$@" && return; sleep 0.1; done; }
+# Whether a frame WHAT (regular expressions of the capture) came after the first FROM.
+came_after() { awk -v from="$1" -v what="$2" '$0 ~ from { on = 1; next } on && $0 ~ what { found = 1 } END { exit !found }' "$here/dump.log"; }
+more_answers_than() { [ "$(grep -c 585# "$here/dump.log")" -gt "$1" ]; }
+# Sends a frame of an SDO and waits for its answer.
+sdo() {
+  local answers
+  answers=$(grep -c 585# "$here/dump.log")
+  cansend vcan0 "$1"
+  await more_answers_than "$answers"
+}
 section status
 "$slipstack" status --can vcan0 --node 5
 section deploy
@@ -45,13 +57,13 @@ refused "$slipstack" node --can vcan0 --node 6 --effects nothing_known
 refused "$slipstack" node --can vcan0 --node 6 --flash "$here/wrong.toml"
 # Enabled, then locked.
 for frame in 605#2F60600001 605#2B40600006 605#2B40600007 605#2B4060000F; do
-  cansend vcan0 "${frame}$(printf '%*s' $((20 - ${#frame})) '' | tr ' ' 0)"
+  sdo "${frame}$(printf '%*s' $((20 - ${#frame})) '' | tr ' ' 0)"
   sleep 0.1
 done
 refused "$slipstack" deploy "$model" --can vcan0 --node 5
-cansend vcan0 605#2B40600000000000
+sdo 605#2B40600000000000
 sleep 0.1
-cansend vcan0 605#2F00240A01000000
+sdo 605#2F00240A01000000
 sleep 0.1
 refused "$slipstack" deploy "$model" --can vcan0 --node 5
 "$slipstack" status --can vcan0 --node 5 | grep lock
@@ -61,9 +73,8 @@ refused "$slipstack" deploy "$model" --can vcan0 --node 5
 cansend vcan0 000#8105
 sleep 0.3
 section foreign
-cansend vcan0 605#4000100000000000
-cansend vcan0 605#4012210100000000
-sleep 0.2
+sdo 605#4000100000000000
+sdo 605#4012210100000000
 cansend vcan0 000#0105
 cansend vcan0 205#0600   # too short: EMCY 8210h
 cansend vcan0 12345678#1122334455667788
@@ -72,7 +83,7 @@ cansend vcan0 605#R
 cansend vcan0 20000040#0000000000000000
 sleep 0.3
 cansend vcan0 20000100#0000000000000000
-sleep 1.5  # longer than the period of the heartbeat
+await came_after 085#4081 705#
 kill -TERM $node
 wait $node
 echo "node ends with $?"
