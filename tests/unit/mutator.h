@@ -10,6 +10,16 @@
 
 namespace slipstack::test {
 
+/// How many damaged inputs a test tries: a fifth under sanitizers, where each exception of a parser costs some
+/// fifty times as much.
+constexpr int damaged_inputs(int usual) {
+#ifdef __SANITIZE_ADDRESS__
+  return usual / 5;
+#else
+  return usual;
+#endif
+}
+
 /// Damages a text as editors, cables, merges and other programs do: bits flip, bytes are lost, added or
 /// doubled, pieces and lines are cut, moved or repeated, digits change, tokens that the parser of the format
 /// may fail on are put in. Deterministic for a seed.
