@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <malloc.h>
 #include <signal.h>
 
 #include <CLI/CLI.hpp>
@@ -10,7 +11,7 @@
 #include "workbench/base/text.h"
 #include "workbench/cli/define_commands.h"
 #include "workbench/console/output.h"
-#include "workbench/long_logs/group_logs.h"
+#include "workbench/long_logs/process_logs.h"
 #include "workbench/long_logs/processes/mpi_group.h"
 #include "workbench/long_logs/processes/requests.h"
 #include "workbench/model/expression/definition.h"
@@ -122,9 +123,22 @@ int run_in_group(int argc, char** argv) {
   }
 }
 
+/// Keeps freed memory in the process. Signals of a long log are allocated and freed hundreds of times; by
+/// default the C library returns blocks of their size to the kernel and gets them page by page again, which
+/// took a third of the processor time of a diagnosis of 5e5 samples (tests/bench/speed/cost_by_length.py).
+void keep_freed_memory() {
+  constexpr int kLargest = 1 << 25;  // more is refused
+  constexpr int kAhead = 1 << 26;
+  ::mallopt(M_ARENA_MAX, 1);  // the arenas of threads give memory back
+  ::mallopt(M_MMAP_THRESHOLD, kLargest);
+  ::mallopt(M_TRIM_THRESHOLD, 1 << 30);
+  ::mallopt(M_TOP_PAD, kAhead);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
+  keep_freed_memory();
   // A file that exceeds the size limit is reported as an error; the signal would end the program.
   ::signal(SIGXFSZ, SIG_IGN);
   return run_in_group(argc, argv);
