@@ -13,7 +13,7 @@
 #include "workbench/cleaning/repair.h"
 #include "workbench/diagnose/diagnose.h"
 #include "workbench/estimate/measurement/measurement.h"
-#include "workbench/estimate/uncertainty/noise_floor.h"
+#include "workbench/estimate/uncertainty/row_weights.h"
 #include "workbench/log/log.h"
 
 namespace slipstack::workbench {

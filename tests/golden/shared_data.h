@@ -5,7 +5,7 @@
 #include <filesystem>
 
 #include "workbench/diagnose/diagnose.h"
-#include "workbench/estimate/uncertainty/noise_floor.h"
+#include "workbench/estimate/uncertainty/row_weights.h"
 
 namespace slipstack::workbench {
 

@@ -17,7 +17,7 @@
 #include "tests/bench/blind/estimates.h"
 #include "tests/unit/estimate/simulated_axis.h"
 #include "workbench/estimate/nonlinear/robust.h"
-#include "workbench/estimate/uncertainty/noise_floor.h"
+#include "workbench/estimate/uncertainty/row_weights.h"
 #include "workbench/estimate/uncertainty/standard_errors.h"
 #include "workbench/log/log.h"
 

@@ -35,7 +35,7 @@ BENCHMARK(smooth_period)->Arg(30)->Arg(100)->Arg(130);
 
 void exact_period(benchmark::State& state) {
   const ExperimentSetup setup = read_setup("pick_and_place");
-  ExactAxis axis(linear_part(setup, "bench"), element_bank(setup));
+  ExactAxis axis(linear_part(setup, "bench"), maxwell_elements(setup));
   const double share = 0.01 * static_cast<double>(state.range(0));
   axis.set_force({0.0, share * setup.axis.curve.saturation_N(), kTurn * kFrequency_Hz, 0.0});
   double periods = 50.0;

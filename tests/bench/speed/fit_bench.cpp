@@ -11,7 +11,7 @@
 
 #include "workbench/estimate/nonlinear/fit.h"
 #include "workbench/estimate/nonlinear/robust.h"
-#include "workbench/estimate/uncertainty/noise_floor.h"
+#include "workbench/estimate/uncertainty/row_weights.h"
 #include "workbench/log/log.h"
 
 int main(int count, char** words) {

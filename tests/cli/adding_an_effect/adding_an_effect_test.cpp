@@ -15,7 +15,7 @@
 #include "sim_host/log/draw.h"
 #include "sim_host/log/record.h"
 #include "workbench/diagnose/diagnose.h"
-#include "workbench/estimate/uncertainty/noise_floor.h"
+#include "workbench/estimate/uncertainty/row_weights.h"
 #include "workbench/model/effects/effect_catalogue.h"
 #include "workbench/model/effects/effect_registry.h"
 

@@ -6,7 +6,7 @@
 #include "tests/unit/estimate/estimate_support.h"
 #include "tests/unit/estimate/simulated_axis.h"
 #include "workbench/estimate/nonlinear/robust.h"
-#include "workbench/estimate/uncertainty/noise_floor.h"
+#include "workbench/estimate/uncertainty/row_weights.h"
 
 // Faults of a recorder are inserted into a log of the simulated plant; the repaired log must give the answer
 // of the log without them.

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "workbench/diagnose/diagnose.h"
-#include "workbench/estimate/uncertainty/noise_floor.h"
+#include "workbench/estimate/uncertainty/row_weights.h"
 
 namespace slipstack::workbench::test {
 

@@ -12,7 +12,7 @@
 #include "workbench/diagnose/alternatives/places.h"
 #include "workbench/diagnose/alternatives/reversals.h"
 #include "workbench/diagnose/evidence/held_out.h"
-#include "workbench/estimate/uncertainty/noise_floor.h"
+#include "workbench/estimate/uncertainty/row_weights.h"
 
 namespace slipstack::workbench {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The noise floor against the residual of the true model of a simulated axis.
-#include "workbench/estimate/uncertainty/noise_floor.h"
+#include "workbench/estimate/uncertainty/row_weights.h"
 
 #include <gtest/gtest.h>
 

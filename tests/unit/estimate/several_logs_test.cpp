@@ -5,7 +5,7 @@
 
 #include "tests/unit/estimate/estimate_support.h"
 #include "tests/unit/estimate/simulated_axis.h"
-#include "workbench/estimate/uncertainty/noise_floor.h"
+#include "workbench/estimate/uncertainty/row_weights.h"
 
 // Several logs of one axis in one measurement.
 namespace slipstack::workbench {

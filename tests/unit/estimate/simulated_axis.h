@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sim_host/friction/element_bank.h"
+#include "sim_host/friction/maxwell_elements.h"
 #include "sim_host/log/draw.h"
 #include "sim_host/log/record.h"
 #include "workbench/estimate/terms/terms.h"
@@ -30,7 +30,7 @@ inline Log simulate(const sim::Bench& bench, std::uint64_t seed) {
 
 /// The true model of that axis as terms of the workbench: its mass and the elements of its hysteresis.
 inline Terms truth_of(const Measurement& measurement, const sim::Axis& axis) {
-  const sim::ElementBank bank = sim::ElementBank::sample(axis.curve, axis.elements);
+  const sim::MaxwellElements bank = sim::MaxwellElements::sample(axis.curve, axis.elements);
   Terms terms{make_term(measurement, *find_effect("inertia")),
               make_term(measurement, *find_effect("presliding_hysteresis"))};
   terms[0].gains[0] = axis.mass_kg;

@@ -12,7 +12,7 @@
 #include "tests/unit/estimate/simulated_axis.h"
 #include "workbench/estimate/nonlinear/fit.h"
 #include "workbench/estimate/terms/search_ranges.h"
-#include "workbench/estimate/uncertainty/noise_floor.h"
+#include "workbench/estimate/uncertainty/row_weights.h"
 #include "workbench/model/effects/effect_registry.h"
 
 namespace slipstack::workbench {

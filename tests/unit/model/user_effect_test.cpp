@@ -9,7 +9,7 @@
 #include "tests/unit/estimate/simulated_axis.h"
 #include "tests/unit/model/model_support.h"
 #include "workbench/diagnose/diagnose.h"
-#include "workbench/estimate/uncertainty/noise_floor.h"
+#include "workbench/estimate/uncertainty/row_weights.h"
 #include "workbench/model/effects/effect_registry.h"
 #include "workbench/model/effects/user_effect.h"
 #include "workbench/model/expression/definition.h"

@@ -8,17 +8,11 @@
 
 #include "workbench/base/parallel.h"
 #include "workbench/diagnose/alternatives/causes.h"
+#include "workbench/estimate/terms/search_ranges.h"
 #include "workbench/model/effects/effect_registry.h"
 
 namespace slipstack::workbench {
 namespace {
-
-/// Whether the period of the effect is too long for this log: it must fit into the travel twice.
-bool too_coarse(const EffectDescription& effect, double travel_m) {
-  return std::any_of(effect.shapes.begin(), effect.shapes.end(), [&](const ShapeSpec& shape) {
-    return shape.kind == ShapeKind::pitch && 2.0 * static_cast<double>(shape.lower) > travel_m;
-  });
-}
 
 /// Whether the effect has the same column as one in the model; or cannot occur, because the log declares a
 /// mass of zero (inertia is not part of its force), so that neither payload nor resonance can be seen.
@@ -44,15 +38,12 @@ std::vector<const EffectDescription*> wanted_effects(const DiagnoseOptions& opti
 /// work is balanced best when it begins with the longest tasks.
 std::vector<const EffectDescription*> effects_to_try(const Measurement& measurement,
                                                      const DiagnoseOptions& options, const Terms& terms) {
-  const auto [lowest, highest] =
-      std::minmax_element(measurement.position_m().begin(), measurement.position_m().end());
-  const double travel_m = *highest - *lowest;
   std::vector<const EffectDescription*> effects;
   for (const EffectDescription* effect : options.user_effects) {
     if (!contains(terms, effect->text.id)) effects.push_back(effect);
   }
   for (const EffectDescription* effect : wanted_effects(options)) {
-    if (contains(terms, effect->text.id) || too_coarse(*effect, travel_m) ||
+    if (contains(terms, effect->text.id) || !period_fits(measurement, *effect) ||
         is_redundant(measurement, terms, *effect)) {
       continue;
     }

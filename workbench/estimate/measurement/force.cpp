@@ -26,7 +26,7 @@ Eigen::VectorXd Measurement::filtered(std::span<const double> signal) const {
 }
 
 Eigen::VectorXd Measurement::force_N(const MeasurementDynamics& lag) const {
-  if (lag.delay_s == 0.0 && lag.filter_s == 0.0) return filtered(log_->force_N);
+  if (lag.delay_s == 0.0 && lag.filter_s == 0.0) return *recorded_force_N_;
   // The delay in whole samples, then the rest by cubic interpolation through four of them.
   const double samples = lag.delay_s * sample_rate_Hz();
   const auto whole = static_cast<std::ptrdiff_t>(std::floor(samples));

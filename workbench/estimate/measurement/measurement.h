@@ -249,6 +249,7 @@ class Measurement {
   std::size_t row_stride_ = 1;
   std::vector<std::size_t> row_samples_;
   std::vector<int> row_blocks_;
+  std::shared_ptr<const Eigen::VectorXd> recorded_force_N_;  ///< at the rows: every fit asks for it
   Eigen::VectorXd row_usable_;
   Eigen::VectorXd row_weights_;
   Eigen::VectorXd fit_weights_;

@@ -85,6 +85,7 @@ void Measurement::choose_rows(Interval own) {
     }
   }
   row_weights_ = fit_weights_ = row_usable_;
+  recorded_force_N_ = std::make_shared<const Eigen::VectorXd>(filtered(log_->force_N));
 }
 
 void Measurement::choose_blocks() {

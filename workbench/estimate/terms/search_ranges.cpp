@@ -138,6 +138,13 @@ std::vector<ShapeRange> searched_shapes(const Measurement& measurement, const Ef
   return ranges;
 }
 
+bool period_fits(const Measurement& measurement, const EffectDescription& effect) {
+  const double travel_m = value_range(measurement.position_m()).length();
+  return std::none_of(effect.shapes.begin(), effect.shapes.end(), [&](const ShapeSpec& shape) {
+    return shape.kind == ShapeKind::pitch && 2.0 * static_cast<double>(shape.lower) > travel_m;
+  });
+}
+
 std::vector<ShapeRange> nominal_shapes(const Measurement& measurement, const EffectDescription& effect) {
   std::vector<ShapeRange> ranges;
   for (std::size_t i = 0; i < effect.shapes.size(); ++i) {

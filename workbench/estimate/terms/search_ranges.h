@@ -38,6 +38,10 @@ ValueRange value_range(const std::vector<double>& values);
 /// bandwidth. Grids and maps (slip distances, places) are set by default_shapes() and not searched.
 std::vector<ShapeRange> searched_shapes(const Measurement& measurement, const EffectDescription& effect);
 
+/// Whether this log can show the period of the effect: it must fit into the travel twice. True for effects
+/// without a period over position.
+bool period_fits(const Measurement& measurement, const EffectDescription& effect);
+
 /// Shapes that are held at their nominal value until refine_nominal_shapes() (nonlinear/nominal_shapes.h):
 /// exponents at the middle of their bounds, a filter at 0.
 std::vector<ShapeRange> nominal_shapes(const Measurement& measurement, const EffectDescription& effect);

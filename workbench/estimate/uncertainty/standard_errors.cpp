@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "workbench/estimate/nonlinear/tangent.h"
-#include "workbench/estimate/uncertainty/noise_floor.h"
+#include "workbench/estimate/uncertainty/encoder_realisations.h"
 
 namespace slipstack::workbench {
 namespace {

@@ -12,7 +12,7 @@
 #include "workbench/base/statistics.h"
 #include "workbench/estimate/nonlinear/fit.h"
 #include "workbench/estimate/nonlinear/minimise.h"
-#include "workbench/estimate/uncertainty/noise_floor.h"
+#include "workbench/estimate/uncertainty/row_weights.h"
 #include "workbench/frequency/rigid_mass.h"
 #include "workbench/loop/loop_parameters.h"
 #include "workbench/model/effects/effect_registry.h"
