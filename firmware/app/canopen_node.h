@@ -46,7 +46,7 @@ class CanopenNode {
   // What the program in the other slot has stored last, before an update or since a return to this one; what
   // it stored by another table only where this one has nothing. When that fails, what this one has is used.
   void take_over(Nonvolatile& pages) {
-    SlotLog other(pages);
+    RecordSlots other(pages);
     static_cast<void>(other.mount());
     const bool has_own = log_->mount() == StoreStatus::kOk;
     if (!has_own || canopen::ParameterSet::reads(other)) static_cast<void>(log_->adopt(other));
@@ -55,7 +55,7 @@ class CanopenNode {
   std::uint8_t node_id_;
   std::uint32_t serial_;
   canopen::TraceBuffer trace_;
-  std::optional<SlotLog> log_;
+  std::optional<RecordSlots> log_;
   std::optional<canopen::Drive> drive_;
   std::optional<canopen::Node> node_;
   std::atomic<canopen::Drive*> published_{nullptr};

@@ -23,7 +23,7 @@ class Node {
   static constexpr std::uint32_t kBusOffWait_us = BusWatch::kBusOffWait_us;
   static constexpr std::uint32_t kEventHeld_us = BusWatch::kEventHeld_us;
 
-  Node(CanPort& port, SlotLog& storage, Application& application)
+  Node(CanPort& port, RecordSlots& storage, Application& application)
       : parts_(port, storage, application, objects_) {}
 
   /// At the start: reads what is stored. `node`: the id if none is stored, FFh to wait for LSS.

@@ -23,7 +23,7 @@ namespace slipstack::canopen {
 /// The services of a node and the state that they share: the node drives them by frames and time, the objects
 /// of communication show and set them.
 struct NodeParts {
-  NodeParts(CanPort& can, SlotLog& storage, Application& served, ObjectAccess& objects)
+  NodeParts(CanPort& can, RecordSlots& storage, Application& served, ObjectAccess& objects)
       : port(can),
         application(served),
         set(storage),

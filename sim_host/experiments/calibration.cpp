@@ -60,7 +60,7 @@ SimulatedCalibration simulate_calibration(const TransducerSetup& setup, std::uin
   const double middle = 2.0 * shape.force_N(0.25 * full_N) - shape.force_N(0.5 * full_N);
   const VirginCurve curve(
       {{CurveKind::kStretched, setup.hysteresis_mV_per_V / middle, setup.hysteresis_length_N, 0.85}});
-  ElementBank bank = elements_between(curve, 0.06 * full_N, full_N);
+  MaxwellElements bank = elements_between(curve, 0.06 * full_N, full_N);
   Rng noise(seed, "transducer");
   double time_s = 0.0;
   const auto read = [&](double load_N, double wait_s) {

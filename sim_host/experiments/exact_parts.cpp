@@ -47,8 +47,8 @@ LinearPart linear_part(const ExperimentSetup& setup, std::string_view experiment
   return linear;
 }
 
-ElementBank element_bank(const ExperimentSetup& setup) {
-  return ElementBank::sample(setup.axis.curve, setup.axis.elements);
+MaxwellElements maxwell_elements(const ExperimentSetup& setup) {
+  return MaxwellElements::sample(setup.axis.curve, setup.axis.elements);
 }
 
 }  // namespace slipstack::sim

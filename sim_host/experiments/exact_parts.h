@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "sim_host/experiments/setup.h"
-#include "sim_host/friction/element_bank.h"
+#include "sim_host/friction/maxwell_elements.h"
 #include "sim_host/plant/exact_axis.h"
 
 namespace slipstack::sim {
@@ -16,6 +16,6 @@ namespace slipstack::sim {
 LinearPart linear_part(const ExperimentSetup& setup, std::string_view experiment);
 
 /// The elements of a set-up's friction.
-ElementBank element_bank(const ExperimentSetup& setup);
+MaxwellElements maxwell_elements(const ExperimentSetup& setup);
 
 }  // namespace slipstack::sim

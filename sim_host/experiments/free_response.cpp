@@ -19,7 +19,7 @@ constexpr double kSmallestSwing = 1e-6;
 
 // The curve through the elements and its area, from stiffnesses and slip distances alone.
 struct ElementCurve {
-  const ElementBank& bank;
+  const MaxwellElements& bank;
   double force_N(double x_m) const {
     double sum = 0.0;
     for (std::size_t i = 0; i < bank.size(); ++i)
@@ -55,7 +55,7 @@ double record_step_s(const ExperimentSetup& setup, double stiffness_N_per_m) {
 }
 
 FreeResponse follow_exactly(const ExperimentSetup& setup, double release_m, std::size_t count) {
-  ElementBank bank = element_bank(setup);
+  MaxwellElements bank = maxwell_elements(setup);
   const ElementCurve curve{bank};
   bank.move_to(release_m);
   ExactAxis axis(linear_part(setup, "the free response"), bank);

@@ -11,15 +11,15 @@
 
 namespace slipstack::sim {
 
-ElementBank elements_between(const VirginCurve& curve, double smallest_m, double largest_m,
-                             std::size_t count) {
+MaxwellElements elements_between(const VirginCurve& curve, double smallest_m, double largest_m,
+                                 std::size_t count) {
   if (!(smallest_m > 0.0) || !(largest_m >= smallest_m) || count < 2) {
     throw std::invalid_argument("loops: amplitudes must be positive and rising");
   }
-  return ElementBank::sample(curve, smallest_m / 30.0, 3.0 * largest_m, count);
+  return MaxwellElements::sample(curve, smallest_m / 30.0, 3.0 * largest_m, count);
 }
 
-void move_to_force(ElementBank& bank, double force_N) {
+void move_to_force(MaxwellElements& bank, double force_N) {
   const double missing = force_N - bank.force_N();
   if (missing == 0.0) return;
   const int direction = missing > 0.0 ? 1 : -1;
@@ -36,7 +36,7 @@ void move_to_force(ElementBank& bank, double force_N) {
   }
 }
 
-QuasiStaticRecord record_loops(const ElementBank& bank, const QuasiStaticTest& test) {
+QuasiStaticRecord record_loops(const MaxwellElements& bank, const QuasiStaticTest& test) {
   if (!(test.frequency_Hz > 0.0) || !(test.sample_rate_Hz > 8.0 * test.frequency_Hz)) {
     throw std::invalid_argument("loops: the sample rate must be well above a positive frequency");
   }
@@ -48,7 +48,7 @@ QuasiStaticRecord record_loops(const ElementBank& bank, const QuasiStaticTest& t
           "it");
     }
   }
-  ElementBank guideway = bank;
+  MaxwellElements guideway = bank;
   Rng noise(test.seed, "quasi-static");
   QuasiStaticRecord record;
   const double omega = 2.0 * std::numbers::pi * test.frequency_Hz;

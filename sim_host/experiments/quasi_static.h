@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "sim_host/friction/element_bank.h"
+#include "sim_host/friction/maxwell_elements.h"
 
 namespace slipstack::sim {
 
@@ -31,17 +31,17 @@ struct QuasiStaticRecord {
 /// element that begins to slip.
 /// Throws std::invalid_argument when a force is not positive, or reaches the saturation of the elements: the
 /// axis would roll away.
-QuasiStaticRecord record_loops(const ElementBank& bank, const QuasiStaticTest& test);
+QuasiStaticRecord record_loops(const MaxwellElements& bank, const QuasiStaticTest& test);
 
 /// Elements of a virgin curve that are fine where loops of these amplitudes are drawn: slip distances from
-/// 1/30 of the smallest to three times the largest amplitude. ElementBank::sample(curve, count) spreads them
-/// over the whole travel. Throws std::invalid_argument when the amplitudes are not positive.
-ElementBank elements_between(const VirginCurve& curve, double smallest_m, double largest_m,
-                             std::size_t count = 200);
+/// 1/30 of the smallest to three times the largest amplitude. MaxwellElements::sample(curve, count) spreads
+/// them over the whole travel. Throws std::invalid_argument when the amplitudes are not positive.
+MaxwellElements elements_between(const VirginCurve& curve, double smallest_m, double largest_m,
+                                 std::size_t count = 200);
 
 /// Moves the bank to where it carries a force; |force| below its saturation. One step per element that begins
 /// to slip.
-void move_to_force(ElementBank& bank, double force_N);
+void move_to_force(MaxwellElements& bank, double force_N);
 
 /// Force amplitudes up to the onset of rolling: `count` of them, the displacement amplitudes geometric
 /// between the two given. Throws std::invalid_argument when they are not positive and rising.

@@ -15,7 +15,7 @@ namespace slipstack::sim {
 ///   rule II  after a reversal at (x_m, F_m): F = F_m ± 2·y(|x − x_m|/2);
 /// when a loop closes, both its reversals are removed and the branch around it continues.
 ///
-/// Unlike ElementBank it has the curve itself, not straight lines through its points; between events the
+/// Unlike MaxwellElements it has the curve itself, not straight lines through its points; between events the
 /// force is smooth, which an integrator of high order needs. The caller has to locate reversals and loop
 /// closures.
 class Masing {

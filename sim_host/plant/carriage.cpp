@@ -44,10 +44,10 @@ void check(const Axis& axis) {
 
 Carriage::Carriage(const Axis& axis) : axis_(axis), mass_kg_(axis.mass_kg) {
   check(axis);
-  if (!axis.curve.terms().empty()) hysteresis_ = ElementBank::sample(axis.curve, axis.elements);
+  if (!axis.curve.terms().empty()) hysteresis_ = MaxwellElements::sample(axis.curve, axis.elements);
   if (axis.effects.coulomb) {
     const Coulomb& seal = *axis.effects.coulomb;
-    coulomb_ = ElementBank({seal.level_N / seal.slip_m}, {seal.slip_m});
+    coulomb_ = MaxwellElements({seal.level_N / seal.slip_m}, {seal.slip_m});
   }
   if (axis.outside.backlash) mass_kg_ *= 1.0 - axis.outside.backlash->motor_share;
 }

@@ -2,7 +2,7 @@
 // The guided body with its friction: the part that forward and inverse dynamics share.
 #pragma once
 
-#include "sim_host/friction/element_bank.h"
+#include "sim_host/friction/maxwell_elements.h"
 #include "sim_host/plant/axis.h"
 #include "sim_host/plant/loads.h"
 
@@ -26,16 +26,16 @@ class Carriage {
   void move_to(double x_m);
   void reset(double x_m);
 
-  const ElementBank& hysteresis() const { return hysteresis_; }
-  const ElementBank& coulomb() const { return coulomb_; }
+  const MaxwellElements& hysteresis() const { return hysteresis_; }
+  const MaxwellElements& coulomb() const { return coulomb_; }
   /// Largest tangent stiffness, N/m: sets the fastest motion of the carriage on its friction.
   double largest_stiffness_N_per_m() const;
 
  private:
   Axis axis_;
   double mass_kg_;
-  ElementBank hysteresis_;
-  ElementBank coulomb_;
+  MaxwellElements hysteresis_;
+  MaxwellElements coulomb_;
 };
 
 /// Force that the motor's side exerts on the carriage across the gap, N: motor − carriage in position and

@@ -57,7 +57,7 @@ double integrate(double to, Function function) {
 
 }  // namespace
 
-ExactAxis::ExactAxis(const LinearPart& linear, ElementBank bank, double x_m)
+ExactAxis::ExactAxis(const LinearPart& linear, MaxwellElements bank, double x_m)
     : linear_(linear), arm_kg_(linear.arm_ratio * linear.mass_kg), carriage_kg_(linear.mass_kg - arm_kg_) {
   if (!(linear.mass_kg > 0.0)) throw std::invalid_argument("exact axis: mass must be positive");
   if (!(linear.viscous_N_s_per_m >= 0.0 && linear.spring_N_per_m >= 0.0 && linear.arm_damping_ratio >= 0.0)) {
@@ -70,7 +70,7 @@ ExactAxis::ExactAxis(const LinearPart& linear, ElementBank bank, double x_m)
   restart(0.0, std::move(bank), 0.0);
 }
 
-void ExactAxis::restart(double t_s, ElementBank bank, double v_mps) {
+void ExactAxis::restart(double t_s, MaxwellElements bank, double v_mps) {
   bank_ = std::move(bank);
   t_s_ = t_s;
   v_mps_ = v_mps;

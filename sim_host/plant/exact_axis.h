@@ -5,7 +5,7 @@
 #include <array>
 #include <cstddef>
 
-#include "sim_host/friction/element_bank.h"
+#include "sim_host/friction/maxwell_elements.h"
 
 namespace slipstack::sim {
 
@@ -51,10 +51,10 @@ class ExactAxis {
  public:
   /// At rest at x with the bank relaxed there. Throws std::invalid_argument when the mass is not positive, a
   /// coefficient is negative, or the arm's share is not in [0, 1).
-  ExactAxis(const LinearPart& linear, ElementBank bank, double x_m = 0.0);
+  ExactAxis(const LinearPart& linear, MaxwellElements bank, double x_m = 0.0);
 
   /// A new start; the state of `bank` is kept, and its position must be x.
-  void restart(double t_s, ElementBank bank, double v_mps);
+  void restart(double t_s, MaxwellElements bank, double v_mps);
   void set_force(const SineForce& force) { force_ = force; }
 
   /// Advances to a later time through all events in between.
@@ -67,7 +67,7 @@ class ExactAxis {
   double velocity_mps() const { return v_mps_; }
   double acceleration_mps2() const;
   double arm_m() const { return arm_m_; }
-  const ElementBank& bank() const { return bank_; }
+  const MaxwellElements& bank() const { return bank_; }
   /// Kinetic and stored energy now; work and losses since the start. One step per element.
   EnergyAudit energy() const;
   /// Energy in the system when it started, J.
@@ -100,7 +100,7 @@ class ExactAxis {
   LinearPart linear_;
   double arm_kg_;
   double carriage_kg_;
-  ElementBank bank_;
+  MaxwellElements bank_;
   SineForce force_;
   double t_s_ = 0.0;
   double v_mps_ = 0.0;

@@ -98,7 +98,7 @@ class SmoothAxis {
 
   Carriage carriage_;
   Masing masing_;
-  ElementBank seal_;  // Coulomb friction; empty without
+  MaxwellElements seal_;  // Coulomb friction; empty without
   Options options_;
   SineForce force_;
   double force_start_s_ = 0.0;

@@ -6,7 +6,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
-#include "workbench/report/page/html.h"
+#include "workbench/report/html/report_page.h"
 
 int main(int argc, char** argv) {
   if (argc != 3) {

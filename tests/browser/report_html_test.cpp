@@ -15,8 +15,8 @@
 #include <string>
 
 #include "tests/browser/synthetic_report.h"
-#include "workbench/report/page/format.h"
-#include "workbench/report/page/html.h"
+#include "workbench/report/html/format.h"
+#include "workbench/report/html/report_page.h"
 
 namespace slipstack::workbench {
 namespace {

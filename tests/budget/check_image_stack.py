@@ -60,8 +60,8 @@ OPTIONAL = {"SignalScaling", "ProgramMemory", "AbsoluteEncoder"}
 NOT_IN_BOOT = {"constructors", "CanPort", "Indicator", "Application"}
 # Who may call which of them; the first that fits holds.
 CALLERS = [
-    (r"canopen::(Pdos|PdoMap|SdoServer|SdoObject|Dictionary)::", ["ObjectAccess"]),
-    (r"SlotLog::|ParameterSet::", ["Nonvolatile"]),
+    (r"canopen::(Pdos|PdoMap|SdoServer|SdoAccess|Dictionary)::", ["ObjectAccess"]),
+    (r"RecordSlots::|ParameterSet::", ["Nonvolatile"]),
     (r"slipstack::update::|canopen::ProgramDownload::", ["ProgramMemory", "Nonvolatile"]),
     (r"canopen::(ModelStaging|Drive|EncoderObjects)::", ["SignalScaling", "AbsoluteEncoder", "ProgramMemory", "Nonvolatile"]),
     (r"canopen::(Node|NodeObjects|NodeParts|BusWatch|BitRateSwitch|Lss|Outbox)::|CanopenNode::", ["Application", "CanPort", "Nonvolatile"]),

@@ -56,7 +56,7 @@ class Bench {
   /// A new controller and node on the same flash, as after a power cut.
   void power_on() {
     loop = std::make_unique<loop::AxisLoop>(axis);
-    log = std::make_unique<SlotLog>(flash);
+    log = std::make_unique<RecordSlots>(flash);
     drive = std::make_unique<canopen::Drive>(loop->controller(), loop->tick.timing(), trace, 0x12345678,
                                              nullptr, programs, absolute_encoder);
     node = std::make_unique<canopen::Node>(device, *log, *drive);
@@ -213,7 +213,7 @@ class Bench {
   std::unique_ptr<loop::AxisLoop> loop;
   std::vector<canopen::TraceSample> memory;
   canopen::TraceBuffer trace;
-  std::unique_ptr<SlotLog> log;
+  std::unique_ptr<RecordSlots> log;
   std::unique_ptr<canopen::Drive> drive;
   std::unique_ptr<canopen::Node> node;
 };

@@ -53,7 +53,7 @@ TEST(Store, ARecordOfAnotherTableGivesNodeIdAndBitRateOnly) {
   bench.send(0x7E5, {0x17, 0, 0, 0, 0, 0, 0, 0});
   bench.poll();
   ASSERT_EQ(bench.write(0x1010, 1, kSave, 4), 0U);
-  SlotLog log(bench.flash);
+  RecordSlots log(bench.flash);
   ASSERT_EQ(log.mount(), StoreStatus::kOk);
   std::vector<std::byte> record(2048);
   std::size_t size = 0;
@@ -62,7 +62,7 @@ TEST(Store, ARecordOfAnotherTableGivesNodeIdAndBitRateOnly) {
   record[0] ^= std::byte{1};  // the fingerprint
   const auto start = [&](std::size_t bytes) {
     record.resize(bytes);
-    SlotLog fresh(bench.flash);
+    RecordSlots fresh(bench.flash);
     fresh.mount();
     EXPECT_EQ(fresh.store(record), StoreStatus::kOk);
     again(bench);

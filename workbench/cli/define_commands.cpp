@@ -9,7 +9,7 @@
 #include "workbench/controller/define_bode.h"
 #include "workbench/controller/define_can.h"
 #include "workbench/estimate/measurement/parts.h"
-#include "workbench/long_logs/group_logs.h"
+#include "workbench/long_logs/process_logs.h"
 #include "workbench/loop/define_loop.h"
 #include "workbench/model/effects/effect_catalogue.h"
 #include "workbench/model/effects/effect_registry.h"

@@ -9,7 +9,7 @@
 #include "workbench/model/effects/effect_registry.h"
 #include "workbench/model/effects/user_effect.h"
 #include "workbench/report/json_values.h"
-#include "workbench/report/page/html.h"
+#include "workbench/report/html/report_page.h"
 
 namespace slipstack::workbench {
 namespace {

@@ -5,7 +5,7 @@
 #include "workbench/cli/commands.h"
 #include "workbench/cli/inputs.h"
 #include "workbench/report/json_values.h"
-#include "workbench/report/page/html.h"
+#include "workbench/report/html/report_page.h"
 
 namespace slipstack::workbench {
 

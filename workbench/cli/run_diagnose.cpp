@@ -9,7 +9,7 @@
 #include "workbench/model/model.h"
 #include "workbench/report/diagnosis_result.h"
 #include "workbench/report/json_values.h"
-#include "workbench/report/page/html.h"
+#include "workbench/report/html/report_page.h"
 
 namespace slipstack::workbench {
 

@@ -6,7 +6,7 @@
 #include "workbench/cli/inputs.h"
 #include "workbench/model/effects/effect_registry.h"
 #include "workbench/report/json_values.h"
-#include "workbench/report/page/html.h"
+#include "workbench/report/html/report_page.h"
 
 namespace slipstack::workbench {
 namespace {

@@ -16,7 +16,7 @@
 #include "workbench/controller/tune_drive.h"
 #include "workbench/frequency/bode_result.h"
 #include "workbench/report/json_values.h"
-#include "workbench/report/page/html.h"
+#include "workbench/report/html/report_page.h"
 
 namespace slipstack::workbench {
 namespace {

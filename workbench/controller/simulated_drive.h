@@ -169,7 +169,7 @@ class SimulatedDrive {
       tick_;
   std::array<canopen::TraceSample, 4096> memory_{};
   canopen::TraceBuffer trace_;
-  SlotLog log_;
+  RecordSlots log_;
   canopen::Drive drive_;
   canopen::Node node_;
   std::uint32_t now_us_ = 0;

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "workbench/console/progress.h"
-#include "workbench/long_logs/group_logs.h"
+#include "workbench/long_logs/process_logs.h"
 #include "workbench/long_logs/whole_logs.h"
 
 namespace slipstack::workbench {
@@ -59,7 +59,7 @@ class LogSearch {
 
   Progress& progress_;
   ConditioningOptions conditioning_;
-  GroupLogs logs_;
+  ProcessLogs logs_;
   std::vector<LogInterval> intervals_;
   Searched searched_;
   std::optional<WholeLogs> whole_;

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "workbench/estimate/uncertainty/noise_floor.h"
+#include "workbench/estimate/uncertainty/row_weights.h"
 #include "workbench/long_logs/long_log.h"
 #include "workbench/long_logs/processes/process_group.h"
 #include "workbench/long_logs/unit_sums.h"

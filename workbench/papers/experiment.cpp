@@ -12,7 +12,7 @@
 #include "workbench/base/text.h"
 #include "workbench/console/output.h"
 #include "workbench/report/json_values.h"
-#include "workbench/report/page/html.h"
+#include "workbench/report/html/report_page.h"
 
 namespace slipstack::workbench {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "sim_host/friction/element_bank.h"
+#include "sim_host/friction/maxwell_elements.h"
 #include "sim_host/rng.h"
 #include "workbench/base/text.h"
 #include "workbench/estimate/measurement/measurement.h"
@@ -134,7 +134,7 @@ ExperimentResult simulated(const sim::ExperimentSetup& setup, Progress& progress
   FrictionData data;
   data.motion = loop_motion(amplitude_m, speed_mps, true).motion;
   data.force_N.resize(static_cast<Eigen::Index>(data.motion.position_m.size()));
-  sim::ElementBank bank = sim::ElementBank::sample(setup.axis.curve, setup.axis.elements);
+  sim::MaxwellElements bank = sim::MaxwellElements::sample(setup.axis.curve, setup.axis.elements);
   sim::Rng noise(1, "models");
   for (std::size_t i = 0; i < data.motion.position_m.size(); ++i) {
     bank.move_to(data.motion.position_m[i]);

@@ -7,7 +7,7 @@
 
 #include "workbench/console/progress.h"
 #include "workbench/long_logs/unit_sums.h"
-#include "workbench/plan/plan.h"
+#include "workbench/plan/segment_choice.h"
 
 namespace slipstack::workbench {
 

@@ -7,15 +7,15 @@
 #include <utility>
 
 #include "workbench/estimate/uncertainty/standard_errors.h"
-#include "workbench/report/diagnosis_headline.h"
 #include "workbench/report/diagnosis_result.h"
 #include "workbench/report/fit_quality.h"
 #include "workbench/report/json_values.h"
 #include "workbench/report/measurement_notes.h"
 #include "workbench/report/model_notes.h"
-#include "workbench/report/page/sections.h"
+#include "workbench/report/html/sections.h"
 #include "workbench/report/parameters.h"
 #include "workbench/report/texts.h"
+#include "workbench/report/verdict_sentence.h"
 
 namespace slipstack::workbench {
 namespace {

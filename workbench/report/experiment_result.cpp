@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "workbench/base/text.h"
-#include "workbench/report/page/format.h"
+#include "workbench/report/html/format.h"
 
 namespace slipstack::workbench {
 namespace {

@@ -7,7 +7,7 @@
 #include <variant>
 #include <vector>
 
-#include "workbench/report/page/format.h"
+#include "workbench/report/html/format.h"
 
 namespace slipstack::workbench {
 

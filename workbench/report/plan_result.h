@@ -3,7 +3,7 @@
 
 #include "workbench/plan/known_axis.h"
 #include "workbench/plan/limits.h"
-#include "workbench/plan/plan.h"
+#include "workbench/plan/segment_choice.h"
 #include "workbench/report/experiment_result.h"
 
 namespace slipstack::workbench {

@@ -11,10 +11,10 @@
 #include "workbench/estimate/terms/terms.h"
 #include "workbench/model/effects/effect_registry.h"
 #include "workbench/model/model.h"
-#include "workbench/report/diagnosis_headline.h"
 #include "workbench/report/diagnosis_result.h"
-#include "workbench/report/page/sections.h"
+#include "workbench/report/html/sections.h"
 #include "workbench/report/pictures.h"
+#include "workbench/report/verdict_sentence.h"
 
 namespace slipstack::workbench {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <string_view>
 
-// The files of workbench/web/serve; the definitions are generated at build time (report/page/embed.cmake).
+// The files of workbench/web/serve; the definitions are generated at build time (report/html/embed.cmake).
 namespace slipstack::workbench::web {
 
 extern const std::string_view kServePage;

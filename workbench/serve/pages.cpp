@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/serve/pages.h"
 
-#include "workbench/report/page/web_assets.h"
+#include "workbench/report/html/web_assets.h"
 #include "workbench/serve/page_assets.h"
 
 namespace slipstack::workbench {

@@ -15,7 +15,7 @@
 #include "workbench/model/effects/effect_registry.h"
 #include "workbench/model/effects/user_effect.h"
 #include "workbench/report/json_values.h"
-#include "workbench/report/page/chart_data.h"
+#include "workbench/report/html/chart_data.h"
 #include "workbench/serve/diagnosis_cards.h"
 #include "workbench/serve/hand_changes.h"
 #include "workbench/serve/plain_file.h"

@@ -14,7 +14,7 @@
 #include "workbench/model/c_header.h"
 #include "workbench/report/json_values.h"
 #include "workbench/report/model_notes.h"
-#include "workbench/report/page/html.h"
+#include "workbench/report/html/report_page.h"
 #include "workbench/report/parameters.h"
 #include "workbench/serve/plain_file.h"
 #include "workbench/serve/workspace.h"

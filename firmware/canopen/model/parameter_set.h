@@ -8,7 +8,7 @@
 #include <span>
 
 #include "firmware/canopen/objects/dictionary.h"
-#include "firmware/storage/slot_log.h"
+#include "firmware/storage/record_slots.h"
 
 namespace slipstack::canopen {
 
@@ -28,7 +28,7 @@ class ParameterSet {
   static constexpr std::size_t kHeadWords = 4;  // fingerprint, mark, node id, bit rate
   static constexpr std::size_t kBytes = 4 * (kWords + kHeadWords);
 
-  explicit ParameterSet(SlotLog& log) : log_(log) {}
+  explicit ParameterSet(RecordSlots& log) : log_(log) {}
 
   /// Finds the record. Afterwards load() gives the values.
   void mount() {
@@ -66,10 +66,10 @@ class ParameterSet {
     return change(group, [](std::size_t row) { return kObjects[row].initial; });
   }
 
-  const SlotLog& log() const { return log_; }
+  const RecordSlots& log() const { return log_; }
 
   /// Whether the newest record of a log is of this table.
-  static bool reads(const SlotLog& log) {
+  static bool reads(const RecordSlots& log) {
     std::array<std::uint32_t, 1> first;
     return log.load_begin(std::as_writable_bytes(std::span(first))) && first[0] == kFingerprint;
   }
@@ -151,7 +151,7 @@ class ParameterSet {
 
   static constexpr std::uint32_t kNodeMark = 0x45444F4E;  // "NODE"
 
-  SlotLog& log_;
+  RecordSlots& log_;
   std::array<std::uint32_t, kWords + kHeadWords> record_{};
 };
 

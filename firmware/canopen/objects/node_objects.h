@@ -124,7 +124,7 @@ class NodeObjects final : public ObjectAccess {
   static bool is_pdo(std::uint16_t index) { return index >= 0x1400 && index < 0x1C00; }
 
   std::uint32_t read_counter(std::uint8_t sub) const {
-    const SlotLog& log = parts_.set.log();
+    const RecordSlots& log = parts_.set.log();
     const std::array<std::uint32_t, 12> counters = {0,
                                                     parts_.received,
                                                     parts_.port.status().frames_lost,

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <span>
 
-#include "firmware/canopen/services/sdo_object.h"
+#include "firmware/canopen/services/sdo_access.h"
 
 namespace slipstack::canopen {
 
@@ -40,7 +40,7 @@ class BlockDownload {
   /// Segment `number` of the block. Segments are taken in order; what follows a missing one is repeated by
   /// the master in the next block. How many bytes of the last segment count is known at the end only, so the
   /// latest segment is held back. `in_order`: it was taken.
-  Abort add(SdoObject& object, std::uint8_t number, std::span<const std::uint8_t, kSegmentBytes> bytes,
+  Abort add(SdoAccess& object, std::uint8_t number, std::span<const std::uint8_t, kSegmentBytes> bytes,
             bool& in_order) {
     in_order = number == received_ + 1;
     if (!in_order) return Abort::kNone;
@@ -62,14 +62,14 @@ class BlockDownload {
   }
 
   /// The end of the transfer: `count` bytes of the last segment count.
-  Abort end(SdoObject& object, std::size_t count, std::uint16_t crc) {
+  Abort end(SdoAccess& object, std::size_t count, std::uint16_t crc) {
     const Abort code = write(object, count);
     if (code != Abort::kNone) return code;
     return checked_ && crc != crc_ ? Abort::kCrc : Abort::kNone;
   }
 
  private:
-  Abort write(SdoObject& object, std::size_t count) {
+  Abort write(SdoAccess& object, std::size_t count) {
     held_ = false;
     const std::span<const std::uint8_t> bytes(segment_.data(), count);
     crc_ = sdo_crc(bytes, crc_);

@@ -8,8 +8,8 @@
 
 #include "firmware/canopen/objects/dictionary.h"
 #include "firmware/canopen/services/counter.h"
+#include "firmware/canopen/services/sdo_access.h"
 #include "firmware/canopen/services/sdo_block.h"
-#include "firmware/canopen/services/sdo_object.h"
 
 namespace slipstack::canopen {
 
@@ -285,7 +285,7 @@ class SdoServer {
     return true;
   }
 
-  SdoObject object_;
+  SdoAccess object_;
   State state_ = State::kIdle;
   std::uint8_t toggle_ = 0;
   std::uint8_t block_ = 0;

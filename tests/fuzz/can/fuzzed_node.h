@@ -71,7 +71,7 @@ class FuzzedNode {
     tick_ = std::make_unique<TickOnHost>(encoder_, motor_, clock_, watchdog_, io_);
     tick_->set_period(1000);
     trace_ = std::make_unique<canopen::TraceBuffer>(memory_);
-    log_ = std::make_unique<SlotLog>(flash);
+    log_ = std::make_unique<RecordSlots>(flash);
     programs.restarted = false;
     drive_ = std::make_unique<canopen::Drive>(controller(), tick_->timing(), *trace_, 0x12345678, nullptr,
                                               &programs);
@@ -167,7 +167,7 @@ class FuzzedNode {
   std::vector<canopen::TraceSample> memory_;
   std::unique_ptr<TickOnHost> tick_;
   std::unique_ptr<canopen::TraceBuffer> trace_;
-  std::unique_ptr<SlotLog> log_;
+  std::unique_ptr<RecordSlots> log_;
   std::unique_ptr<canopen::Drive> drive_;
   std::unique_ptr<canopen::Node> node_;
 };

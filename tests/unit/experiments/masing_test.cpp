@@ -5,8 +5,8 @@
 #include <cmath>
 #include <vector>
 
-#include "sim_host/friction/element_bank.h"
 #include "sim_host/friction/masing.h"
+#include "sim_host/friction/maxwell_elements.h"
 #include "sim_host/rng.h"
 
 namespace slipstack::sim {
@@ -23,7 +23,7 @@ void move(Masing& masing, double from_m, double to_m) {
 // The curve through points, and elements with the same slopes.
 struct Pair {
   VirginCurve curve;
-  ElementBank bank;
+  MaxwellElements bank;
 };
 Pair random_pair(Rng& rng) {
   CurveTerm term;
@@ -47,7 +47,7 @@ Pair random_pair(Rng& rng) {
   term.length_m = x;
   std::vector<double> stiffness;
   for (std::size_t i = 0; i < count; ++i) stiffness.push_back(slopes[i] - slopes[i + 1]);
-  return {VirginCurve({term}), ElementBank(stiffness, term.points_m)};
+  return {VirginCurve({term}), MaxwellElements(stiffness, term.points_m)};
 }
 
 TEST(Masing, EqualsMaxwellElementsOnRandomMotion) {

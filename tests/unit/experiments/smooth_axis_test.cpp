@@ -59,7 +59,7 @@ TEST(SmoothAxis, IsWhatTheExactPathBecomesWithManyElements) {
   double last = 0.0;
   for (const std::size_t elements : {100U, 400U, 1600U}) {
     setup.axis.elements = elements;
-    ExactAxis exact(linear_part(setup, "test"), element_bank(setup));
+    ExactAxis exact(linear_part(setup, "test"), maxwell_elements(setup));
     exact.set_force({0.0, 4.0, w, 0.0});
     exact.advance_to(0.02);
     const double difference = std::fabs(exact.position_m() - smooth.position_m()) / 1e-6;
@@ -81,7 +81,7 @@ TEST(SmoothAxis, FollowsTheExactPathWithArmViscousFrictionAndCable) {
   setup.position_m = 0.0;
   setup.axis.effects.cable->rest_m = 1e-5;
   SmoothAxis smooth(setup.axis, 0.0, {1e-11, 0.0});
-  ExactAxis exact(linear_part(setup, "test"), element_bank(setup));
+  ExactAxis exact(linear_part(setup, "test"), maxwell_elements(setup));
   Rng rng(2);
   for (int i = 1; i <= 40; ++i) {
     const SineForce force = {3.0 * rng.uniform(-1.0, 1.0), 12.0 * rng.uniform(),

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "sim_host/friction/element_bank.h"
+#include "sim_host/friction/maxwell_elements.h"
 #include "sim_host/rng.h"
 
 // Six friction models: each against its own closed form, then side by side as in [3], Fig. 5.
@@ -121,7 +121,7 @@ TEST(FrictionModels, ElementsFollowTheBankOfThePlant) {
   const std::vector<double> slips{1e-6, 3e-6, 8e-6};
   const Eigen::MatrixXd maxwell = model_columns(FrictionKind::kMaxwellSlip, {}, slips, motion);
   for (std::size_t e = 0; e < slips.size(); ++e) {
-    sim::ElementBank bank({1.0 / slips[e]}, {slips[e]});
+    sim::MaxwellElements bank({1.0 / slips[e]}, {slips[e]});
     for (std::size_t i = 0; i < motion.position_m.size(); ++i) {
       bank.move_to(motion.position_m[i]);
       ASSERT_NEAR(maxwell(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(e)), bank.force_N(), 1e-9);
@@ -154,8 +154,8 @@ FrictionData guideway_data() {
   FrictionData data;
   data.motion = loop_motion(kAmplitude, kSpeed, true).motion;
   data.force_N.resize(static_cast<Eigen::Index>(data.motion.position_m.size()));
-  sim::ElementBank bank =
-      sim::ElementBank::sample(sim::VirginCurve({{sim::CurveKind::kStretched, 0.35, 6e-6, 0.8}}), 200);
+  sim::MaxwellElements bank =
+      sim::MaxwellElements::sample(sim::VirginCurve({{sim::CurveKind::kStretched, 0.35, 6e-6, 0.8}}), 200);
   sim::Rng rng(1);
   for (std::size_t i = 0; i < data.motion.position_m.size(); ++i) {
     bank.move_to(data.motion.position_m[i]);

@@ -31,7 +31,7 @@ AveragedLoop largest_loop(const BallContact& contact, std::uint64_t seed) {
   test.encoder_resolution_m = 1e-9;
   test.force_noise_N = 2e-3 * curve.saturation_N();
   test.seed = seed;
-  const sim::QuasiStaticRecord log = sim::record_loops(sim::ElementBank::sample(curve, 200), test);
+  const sim::QuasiStaticRecord log = sim::record_loops(sim::MaxwellElements::sample(curve, 200), test);
   return averaged_loops(log.position_m, log.force_N).front();
 }
 

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "sim_host/friction/element_bank.h"
+#include "sim_host/friction/maxwell_elements.h"
 
 // Figures of loops against the closed forms of [2], of a linear system, and of single elements.
 namespace slipstack::workbench {
@@ -28,7 +28,7 @@ Loop ellipse(double stiffness, double damping, double amplitude_m, double offset
 }
 
 /// The steady loop that a bank of elements draws under a sine of displacement.
-Loop drawn(sim::ElementBank bank, double amplitude_m, std::size_t count) {
+Loop drawn(sim::MaxwellElements bank, double amplitude_m, std::size_t count) {
   Loop loop;
   for (std::size_t cycle = 0; cycle < 3; ++cycle) {
     for (std::size_t i = 0; i < count; ++i) {
@@ -84,7 +84,7 @@ TEST(LoopFigures, OfAPowerLawAreTheSameAtEveryAmplitude) {
 
 TEST(LoopFigures, OfADrawnLoopAreThoseOfItsVirginCurve) {
   const sim::VirginCurve curve({{sim::CurveKind::kRational, 15.0, 12e-6}});
-  const sim::ElementBank bank = sim::ElementBank::sample(curve, 400);
+  const sim::MaxwellElements bank = sim::MaxwellElements::sample(curve, 400);
   const RationalCurve same{15.0, 12e-6};
   for (const double A : {2e-6, 10e-6, 40e-6}) {
     const LoopFigures found = figures_of(drawn(bank, A, 2000));
@@ -104,7 +104,7 @@ TEST(LoopFigures, OfOneElementAreAParallelogram) {
   const double k = 1e5;
   const double slip = 2e-6;
   const double A = 10e-6;
-  const LoopFigures figures = figures_of(drawn(sim::ElementBank({k}, {slip}), A, 20000));
+  const LoopFigures figures = figures_of(drawn(sim::MaxwellElements({k}, {slip}), A, 20000));
   EXPECT_NEAR(figures.area_J, 4.0 * k * slip * (A - slip), 1e-4 * figures.area_J);
   EXPECT_NEAR(figures.force_N, k * slip, 1e-12);
 }

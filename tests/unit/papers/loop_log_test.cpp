@@ -25,7 +25,7 @@ Record record(const std::vector<double>& places, const std::vector<double>& ampl
   sim::Rng rng(4);
   Record result;
   for (const double place : places) {
-    sim::ElementBank bank = sim::ElementBank::sample(curve, 200);
+    sim::MaxwellElements bank = sim::MaxwellElements::sample(curve, 200);
     bank.reset(place);
     for (const double A : amplitudes) {
       for (int i = 0; i < 12 * 400; ++i) {
@@ -93,7 +93,7 @@ TEST(QuasiStatic, ForceSinesDrawTheLoopsOfTheVirginCurve) {
   sim::QuasiStaticTest test;
   test.frequency_Hz = 0.5;
   test.forces_N = sim::forces_for(curve, 2e-6, 30e-6, 4);
-  const sim::QuasiStaticRecord log = sim::record_loops(sim::ElementBank::sample(curve, 200), test);
+  const sim::QuasiStaticRecord log = sim::record_loops(sim::MaxwellElements::sample(curve, 200), test);
   const auto loops = averaged_loops(log.position_m, log.force_N);
   ASSERT_EQ(loops.size(), 4u);
   for (std::size_t i = 0; i < 4; ++i) {
@@ -104,8 +104,8 @@ TEST(QuasiStatic, ForceSinesDrawTheLoopsOfTheVirginCurve) {
 }
 
 TEST(QuasiStatic, RefusesAForceThatRollsAway) {
-  const sim::ElementBank bank =
-      sim::ElementBank::sample(sim::VirginCurve({{sim::CurveKind::kRational, 1.0, 1e-6}}), 50);
+  const sim::MaxwellElements bank =
+      sim::MaxwellElements::sample(sim::VirginCurve({{sim::CurveKind::kRational, 1.0, 1e-6}}), 50);
   EXPECT_THROW(sim::record_loops(bank, {.forces_N = {1.0}}), std::invalid_argument);
   EXPECT_THROW(sim::record_loops(bank, {.forces_N = {-0.5}}), std::invalid_argument);
   EXPECT_THROW(sim::record_loops(bank, {.frequency_Hz = 0.0, .forces_N = {0.5}}), std::invalid_argument);

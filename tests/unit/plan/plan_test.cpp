@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/plan/plan.h"
+#include "workbench/plan/segment_choice.h"
 
 #include <gtest/gtest.h>
 

@@ -14,13 +14,13 @@
 namespace slipstack::sim {
 namespace {
 
-ElementBank random_bank(Rng& rng, std::size_t elements) {
+MaxwellElements random_bank(Rng& rng, std::size_t elements) {
   CurveTerm term;
   term.kind = rng.pick({CurveKind::kExponential, CurveKind::kRational, CurveKind::kStretched});
   term.level_N = rng.log_uniform(1.0, 30.0);
   term.length_m = rng.log_uniform(1e-6, 3e-5);
   term.exponent = term.kind == CurveKind::kStretched ? 0.8 : 1.0;
-  return ElementBank::sample(VirginCurve({term}), elements);
+  return MaxwellElements::sample(VirginCurve({term}), elements);
 }
 
 TEST(ExactAxis, WorkEqualsKineticPlusStoredPlusDissipated) {
@@ -36,7 +36,7 @@ TEST(ExactAxis, WorkEqualsKineticPlusStoredPlusDissipated) {
       linear.arm_rad_per_s = rng.uniform(50.0, 400.0);
       linear.arm_damping_ratio = rng.uniform(0.0, 0.1);
     }
-    ElementBank bank = random_bank(rng, 1 + rng.below(200));
+    MaxwellElements bank = random_bank(rng, 1 + rng.below(200));
     const double level_N = bank.saturation_N();
     ExactAxis axis(linear, bank);
     double throughput_J = 0.0;
@@ -61,7 +61,7 @@ TEST(ExactAxis, WorkEqualsKineticPlusStoredPlusDissipated) {
 // The curve through the elements, ∫₀ˣ y and its inverse use, in long double and without the bank's code.
 struct PiecewiseCurve {
   std::vector<long double> k, d;
-  explicit PiecewiseCurve(const ElementBank& bank) {
+  explicit PiecewiseCurve(const MaxwellElements& bank) {
     for (std::size_t i = 0; i < bank.size(); ++i) {
       k.push_back(bank.stiffness_N_per_m(i));
       d.push_back(bank.slip_m(i));
@@ -100,7 +100,7 @@ struct PiecewiseCurve {
 TEST(ExactAxis, FreeResponseTurnsWhereTheEnergyBalanceSays) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     Rng rng(seed);
-    ElementBank bank = random_bank(rng, 200);
+    MaxwellElements bank = random_bank(rng, 200);
     const PiecewiseCurve curve(bank);
     const double x0 = bank.slip_m(100) * rng.uniform(0.3, 3.0);
     bank.move_to(x0);
@@ -132,7 +132,7 @@ TEST(ExactAxis, OneElementThatSticksIsAHarmonicOscillator) {
   const double m = 10.0;
   LinearPart linear;
   linear.mass_kg = m;
-  ExactAxis axis(linear, ElementBank({k}, {1.0}));
+  ExactAxis axis(linear, MaxwellElements({k}, {1.0}));
   axis.set_force({3.0});
   const double w = std::sqrt(k / m);
   for (int i = 1; i < 2000; ++i) {
@@ -147,7 +147,7 @@ TEST(ExactAxis, SlidingIsUniformlyAccelerated) {
   LinearPart linear;
   linear.mass_kg = 2.0;
   const double slip = 1e-6;
-  ExactAxis axis(linear, ElementBank({1e6}, {slip}));
+  ExactAxis axis(linear, MaxwellElements({1e6}, {slip}));
   axis.set_force({5.0});
   axis.advance_to(1.0);
   // Energy at the moment of slip, then constant acceleration by what the friction leaves.
@@ -166,7 +166,7 @@ TEST(ExactAxis, DampedResponseMeetsTheClosedForm) {
   for (const double ratio : {0.05, 0.7, 1.0, 2.5}) {
     const double w = 20.0;
     linear.viscous_N_s_per_m = 2.0 * ratio * w * linear.mass_kg;
-    ExactAxis axis(linear, ElementBank({1e-12}, {1.0}));
+    ExactAxis axis(linear, MaxwellElements({1e-12}, {1.0}));
     axis.set_force({6.0});
     axis.advance_to(0.3);
     const double s = ratio * w;
@@ -184,7 +184,7 @@ TEST(ExactAxis, DampedResponseMeetsTheClosedForm) {
 
 TEST(ExactAxis, DoesNotDependOnHowOftenItIsAsked) {
   Rng rng(17);
-  const ElementBank bank = random_bank(rng, 200);
+  const MaxwellElements bank = random_bank(rng, 200);
   LinearPart linear;
   linear.mass_kg = 35.45;
   linear.arm_ratio = 0.2;
@@ -203,7 +203,7 @@ TEST(ExactAxis, DoesNotDependOnHowOftenItIsAsked) {
 
 TEST(ExactAxis, RestsWhenNothingPulls) {
   LinearPart linear;
-  ExactAxis axis(linear, ElementBank({1e5}, {1e-5}));
+  ExactAxis axis(linear, MaxwellElements({1e5}, {1e-5}));
   axis.advance_to(10.0);
   EXPECT_EQ(axis.time_s(), 10.0);
   EXPECT_EQ(axis.position_m(), 0.0);
@@ -213,13 +213,13 @@ TEST(ExactAxis, RestsWhenNothingPulls) {
 TEST(ExactAxis, RefusesWhatIsNotPhysical) {
   LinearPart linear;
   linear.mass_kg = 0.0;
-  EXPECT_THROW(ExactAxis(linear, ElementBank({1.0}, {1.0})), std::invalid_argument);
+  EXPECT_THROW(ExactAxis(linear, MaxwellElements({1.0}, {1.0})), std::invalid_argument);
   linear.mass_kg = 1.0;
   linear.viscous_N_s_per_m = -1.0;
-  EXPECT_THROW(ExactAxis(linear, ElementBank({1.0}, {1.0})), std::invalid_argument);
+  EXPECT_THROW(ExactAxis(linear, MaxwellElements({1.0}, {1.0})), std::invalid_argument);
   linear.viscous_N_s_per_m = 0.0;
   linear.arm_ratio = 1.0;
-  EXPECT_THROW(ExactAxis(linear, ElementBank({1.0}, {1.0})), std::invalid_argument);
+  EXPECT_THROW(ExactAxis(linear, MaxwellElements({1.0}, {1.0})), std::invalid_argument);
 }
 
 }  // namespace

@@ -38,7 +38,7 @@ double error_m(double step_times_rate, bool locate_slips) {
     Plant plant(axis, 0.0, options);
     LinearPart linear;
     linear.mass_kg = axis.mass_kg;
-    ExactAxis exact(linear, ElementBank::sample(axis.curve, axis.elements));
+    ExactAxis exact(linear, MaxwellElements::sample(axis.curve, axis.elements));
     double t_s = 0.0;
     for (const double push_N : {7.0, -6.0, 9.0, -8.0, 4.0, 0.0, 6.0, -7.0, 8.0, 0.0}) {
       t_s += 0.011;
@@ -85,7 +85,7 @@ TEST(Plant, FollowsTheExactPathWithArmAndViscousFriction) {
   linear.arm_ratio = 0.25;
   linear.arm_rad_per_s = 2.0 * std::numbers::pi * 25.0;
   linear.arm_damping_ratio = 0.03;
-  ExactAxis exact(linear, ElementBank::sample(axis.curve, 200));
+  ExactAxis exact(linear, MaxwellElements::sample(axis.curve, 200));
   Rng rng(2);
   for (int i = 1; i <= 50; ++i) {
     const double force_N = 12.0 * rng.uniform(-1.0, 1.0);

@@ -28,10 +28,6 @@ struct ImportProfile {
   std::map<std::string, std::string> header;  ///< lines that the log gets, as mass_kg
 };
 
-/// The target of a column by its name and unit: known words of English and German, and a unit in brackets,
-/// after a slash or at the end. Target empty: nothing known.
-ImportColumn guess_column(const std::string& name, const std::string& unit = "");
-
 /// "t=time_s, x=position_mm, F=force_N*0.001": assigns columns by the names in the file, or by their numbers
 /// from 1; the others are left out. Throws UsageError.
 void assign_columns(ImportProfile& profile, const std::string& text);

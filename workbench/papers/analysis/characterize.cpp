@@ -47,7 +47,7 @@ std::vector<AveragedLoop> characterize(const sim::VirginCurve& curve, const Loop
     throw std::invalid_argument(
         "loops: every amplitude is below what the encoder resolves; ask for larger ones");
   }
-  const sim::ElementBank bank = sim::elements_between(curve, smallest_m, largest_m);
+  const sim::MaxwellElements bank = sim::elements_between(curve, smallest_m, largest_m);
   const sim::QuasiStaticRecord record = sim::record_loops(bank, run);
   return averaged_loops(record.position_m, record.force_N);
 }

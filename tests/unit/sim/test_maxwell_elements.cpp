@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "sim_host/friction/element_bank.h"
+#include "sim_host/friction/maxwell_elements.h"
 #include "sim_host/friction/virgin_curve.h"
 #include "sim_host/rng.h"
 
@@ -18,7 +18,7 @@ namespace {
 // The textbook form: every element's elongation is the old one plus the step, clamped to its slip distance.
 class PlainBank {
  public:
-  explicit PlainBank(const ElementBank& like) {
+  explicit PlainBank(const MaxwellElements& like) {
     for (std::size_t i = 0; i < like.size(); ++i) {
       stiffness_.push_back(like.stiffness_N_per_m(i));
       slip_.push_back(like.slip_m(i));
@@ -68,11 +68,11 @@ VirginCurve random_curve(Rng& rng) {
   return VirginCurve(std::move(terms));
 }
 
-TEST(ElementBank, EqualsAPlainSumOfStopOperators) {
+TEST(MaxwellElements, EqualsAPlainSumOfStopOperators) {
   for (std::uint64_t seed = 1; seed <= 8; ++seed) {
     Rng rng(seed);
     const VirginCurve curve = random_curve(rng);
-    ElementBank bank = ElementBank::sample(curve, 1 + rng.below(60));
+    MaxwellElements bank = MaxwellElements::sample(curve, 1 + rng.below(60));
     PlainBank plain(bank);
     const double reach = 3.0 * curve.travel_m();
     double x = 0.0;
@@ -90,9 +90,9 @@ TEST(ElementBank, EqualsAPlainSumOfStopOperators) {
   }
 }
 
-TEST(ElementBank, ForecastsTheForceWithoutMoving) {
+TEST(MaxwellElements, ForecastsTheForceWithoutMoving) {
   Rng rng(11);
-  ElementBank bank = ElementBank::sample(random_curve(rng), 50);
+  MaxwellElements bank = MaxwellElements::sample(random_curve(rng), 50);
   for (int i = 0; i < 20000; ++i) {
     const double x = bank.position_m() + rng.normal() * 3e-6;
     const double before = bank.force_N();
@@ -103,11 +103,11 @@ TEST(ElementBank, ForecastsTheForceWithoutMoving) {
   }
 }
 
-TEST(ElementBank, FollowsItsVirginCurve) {
+TEST(MaxwellElements, FollowsItsVirginCurve) {
   Rng rng(5);
   for (int trial = 0; trial < 20; ++trial) {
     const VirginCurve curve = random_curve(rng);
-    ElementBank bank = ElementBank::sample(curve, 200);
+    MaxwellElements bank = MaxwellElements::sample(curve, 200);
     double worst = 0.0;
     for (double x = curve.travel_m() * 0.01; x < 3.0 * curve.travel_m(); x *= 1.07) {
       bank.move_to(x);
@@ -119,13 +119,13 @@ TEST(ElementBank, FollowsItsVirginCurve) {
   }
 }
 
-TEST(ElementBank, ClosedLoopsReturnAndInnerLoopsAreForgotten) {
-  ElementBank bank = ElementBank::sample(rational(5.0, 2e-6), 200);
+TEST(MaxwellElements, ClosedLoopsReturnAndInnerLoopsAreForgotten) {
+  MaxwellElements bank = MaxwellElements::sample(rational(5.0, 2e-6), 200);
   bank.move_to(6e-6);
   bank.move_to(-4e-6);
   bank.move_to(3e-6);
   const double force = bank.force_N();
-  ElementBank straight = bank;
+  MaxwellElements straight = bank;
   bank.move_to(1e-6);
   bank.move_to(2e-6);
   bank.move_to(-1e-6);
@@ -136,9 +136,9 @@ TEST(ElementBank, ClosedLoopsReturnAndInnerLoopsAreForgotten) {
   EXPECT_NEAR(bank.force_N(), straight.force_N(), 1e-13);
 }
 
-TEST(ElementBank, WorkIsStoredOrDissipated) {
+TEST(MaxwellElements, WorkIsStoredOrDissipated) {
   Rng rng(3);
-  ElementBank bank = ElementBank::sample(random_curve(rng), 100);
+  MaxwellElements bank = MaxwellElements::sample(random_curve(rng), 100);
   double work = 0.0;
   for (int i = 0; i < 5000; ++i) {
     const double target = rng.normal() * 8e-6;
@@ -158,7 +158,7 @@ TEST(ElementBank, WorkIsStoredOrDissipated) {
 }
 
 // One loop between ±A, after the first quarter.
-double loop_area_J(ElementBank& bank, double amplitude_m) {
+double loop_area_J(MaxwellElements& bank, double amplitude_m) {
   bank.reset(0.0);
   bank.move_to(amplitude_m);
   bank.move_to(-amplitude_m);
@@ -170,13 +170,13 @@ double loop_area_J(ElementBank& bank, double amplitude_m) {
 }
 
 // [2]: loop area = 8·∫₀ᴬ y dx − 4·A·y(A); damping ratio at resonance = area/(2π·A·y(A)).
-TEST(ElementBank, LoopAreaMeetsTheClosedFormOfARationalCurve) {
+TEST(MaxwellElements, LoopAreaMeetsTheClosedFormOfARationalCurve) {
   constexpr double kLevel = 2.0;
   constexpr double kLength = 2e-6;
   const VirginCurve curve = rational(kLevel, kLength);
   double last_error = 1.0;
   for (const std::size_t elements : {50UL, 200UL, 800UL}) {
-    ElementBank bank = ElementBank::sample(curve, elements);
+    MaxwellElements bank = MaxwellElements::sample(curve, elements);
     double worst = 0.0;
     for (const double amplitude : {0.5e-6, 1e-6, 3e-6, 1e-5, 4e-5}) {
       // ∫y dx = h₀·A²/(A+δ), hence the area 4·h₀·A²·δ... reduces ζᵣ to (2/π)·A/(A + 2δ).
@@ -191,9 +191,9 @@ TEST(ElementBank, LoopAreaMeetsTheClosedFormOfARationalCurve) {
   }
 }
 
-TEST(ElementBank, LoopAreaOfThePiecewiseLinearCurveIsExact) {
+TEST(MaxwellElements, LoopAreaOfThePiecewiseLinearCurveIsExact) {
   Rng rng(8);
-  ElementBank bank = ElementBank::sample(random_curve(rng), 40);
+  MaxwellElements bank = MaxwellElements::sample(random_curve(rng), 40);
   for (int trial = 0; trial < 50; ++trial) {
     const double amplitude = rng.log_uniform(1e-7, 1e-4);
     // ∫₀ᴬ y dx of Σ kᵢ·min(x, dᵢ), and y(A).
@@ -211,11 +211,11 @@ TEST(ElementBank, LoopAreaOfThePiecewiseLinearCurveIsExact) {
   }
 }
 
-TEST(ElementBank, RefusesWhatIsNotABank) {
-  EXPECT_THROW(ElementBank({1.0}, {1e-6, 2e-6}), std::invalid_argument);
-  EXPECT_THROW(ElementBank({-1.0}, {1e-6}), std::invalid_argument);
-  EXPECT_THROW(ElementBank({1.0, 1.0}, {2e-6, 1e-6}), std::invalid_argument);
-  EXPECT_THROW(ElementBank({1.0}, {0.0}), std::invalid_argument);
+TEST(MaxwellElements, RefusesWhatIsNotABank) {
+  EXPECT_THROW(MaxwellElements({1.0}, {1e-6, 2e-6}), std::invalid_argument);
+  EXPECT_THROW(MaxwellElements({-1.0}, {1e-6}), std::invalid_argument);
+  EXPECT_THROW(MaxwellElements({1.0, 1.0}, {2e-6, 1e-6}), std::invalid_argument);
+  EXPECT_THROW(MaxwellElements({1.0}, {0.0}), std::invalid_argument);
   EXPECT_THROW(VirginCurve({{CurveKind::kStretched, 1.0, 1e-6, 1.3}}), std::invalid_argument);
   EXPECT_THROW(VirginCurve({{CurveKind::kRational, -1.0, 1e-6, 1.0}}), std::invalid_argument);
 }

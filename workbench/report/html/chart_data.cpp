@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/report/page/chart_data.h"
+#include "workbench/report/html/chart_data.h"
 
 #include <array>
 #include <charconv>
@@ -9,8 +9,8 @@
 
 #include "workbench/base/axis_units.h"
 #include "workbench/base/quantity.h"
-#include "workbench/report/page/json_access.h"
-#include "workbench/report/page/sections.h"
+#include "workbench/report/html/json_access.h"
+#include "workbench/report/html/sections.h"
 
 namespace slipstack::workbench {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/report/page/html.h"
+#include "workbench/report/html/report_page.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -13,11 +13,11 @@
 #include <string_view>
 #include <utility>
 
-#include "workbench/report/page/chart_data.h"
-#include "workbench/report/page/format.h"
-#include "workbench/report/page/json_access.h"
-#include "workbench/report/page/sections.h"
-#include "workbench/report/page/web_assets.h"
+#include "workbench/report/html/chart_data.h"
+#include "workbench/report/html/format.h"
+#include "workbench/report/html/json_access.h"
+#include "workbench/report/html/sections.h"
+#include "workbench/report/html/web_assets.h"
 
 namespace slipstack::workbench {
 namespace {

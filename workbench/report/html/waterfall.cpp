@@ -6,9 +6,9 @@
 #include <utility>
 #include <vector>
 
-#include "workbench/report/page/format.h"
-#include "workbench/report/page/json_access.h"
-#include "workbench/report/page/sections.h"
+#include "workbench/report/html/format.h"
+#include "workbench/report/html/json_access.h"
+#include "workbench/report/html/sections.h"
 
 namespace slipstack::workbench {
 namespace {

@@ -14,9 +14,9 @@ namespace slipstack::canopen {
 
 /// The object that an SDO transfer reads or writes, byte by byte. Nothing is kept of what is transferred but
 /// 8 bytes: values are written when they are complete, domains go part by part to the device.
-class SdoObject {
+class SdoAccess {
  public:
-  explicit SdoObject(Dictionary& dictionary) : dictionary_(dictionary) {}
+  explicit SdoAccess(Dictionary& dictionary) : dictionary_(dictionary) {}
 
   std::uint16_t index() const { return index_; }
   std::uint8_t sub() const { return sub_; }

@@ -18,17 +18,17 @@ namespace slipstack::sim {
 /// slip are always the first few. Hence one index separates slipping from sticking elements, and moving the
 /// body costs one step per element that begins to slip, not one per element. Anchors do not move while
 /// sticking, so no rounding errors accumulate.
-class ElementBank {
+class MaxwellElements {
  public:
-  ElementBank() = default;
+  MaxwellElements() = default;
   /// Elements from stiffness and slip distance, sorted by slip distance. Throws std::invalid_argument when
   /// the sizes differ, a stiffness is negative, or slip distances are not positive and increasing.
-  ElementBank(std::vector<double> stiffness_N_per_m, std::vector<double> slip_m);
+  MaxwellElements(std::vector<double> stiffness_N_per_m, std::vector<double> slip_m);
   /// The piecewise linear curve through `count` points of a smooth virgin curve, geometrically spaced from
   /// 1/1000 of its travel to 99.99 % of its saturation; it levels off after the last.
-  static ElementBank sample(const VirginCurve& curve, std::size_t count);
+  static MaxwellElements sample(const VirginCurve& curve, std::size_t count);
   /// The same, from the first to the last slip distance given: 0 < first_m < last_m, count of two or more.
-  static ElementBank sample(const VirginCurve& curve, double first_m, double last_m, std::size_t count);
+  static MaxwellElements sample(const VirginCurve& curve, double first_m, double last_m, std::size_t count);
 
   /// Moves the body to x without reversal; the caller splits a motion at its reversals. Cost: one step per
   /// element that begins to slip; after a reversal one per element.

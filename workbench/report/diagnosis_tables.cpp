@@ -9,11 +9,11 @@
 #include "workbench/base/quantity.h"
 #include "workbench/base/text.h"
 #include "workbench/diagnose/evidence/reduction.h"
-#include "workbench/report/diagnosis_headline.h"
 #include "workbench/report/diagnosis_result.h"
 #include "workbench/report/json_values.h"
 #include "workbench/report/measurement_notes.h"
 #include "workbench/report/texts.h"
+#include "workbench/report/verdict_sentence.h"
 
 namespace slipstack::workbench {
 namespace {

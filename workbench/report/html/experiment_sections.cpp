@@ -7,9 +7,9 @@
 #include <optional>
 #include <string>
 
-#include "workbench/report/page/format.h"
-#include "workbench/report/page/json_access.h"
-#include "workbench/report/page/sections.h"
+#include "workbench/report/html/format.h"
+#include "workbench/report/html/json_access.h"
+#include "workbench/report/html/sections.h"
 
 namespace slipstack::workbench {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/plan/sequence.h"
+#include "workbench/plan/joined_segments.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/report/diagnosis_headline.h"
+#include "workbench/report/verdict_sentence.h"
 
 #include <fmt/format.h>
 

@@ -33,12 +33,12 @@ enum class StoreStatus : std::uint8_t {
 /// before a record was complete is not counted.
 ///
 /// Used outside the tick. store() takes as long as the device: an erasure at most, and the record.
-class SlotLog {
+class RecordSlots {
  public:
   static constexpr std::size_t kHeaderBytes = 24;
   static constexpr std::size_t kLargestUnit = 32;
 
-  explicit SlotLog(Nonvolatile& device) : device_(device) {}
+  explicit RecordSlots(Nonvolatile& device) : device_(device) {}
 
   /// Finds the newest record. Reads every record once.
   StoreStatus mount() {
@@ -95,7 +95,7 @@ class SlotLog {
   }
 
   /// Takes over the newest record of another log if it is newer. On failure the one before stays the newest.
-  StoreStatus adopt(const SlotLog& other) {
+  StoreStatus adopt(const RecordSlots& other) {
     if (!other.found_ || (found_ && static_cast<std::int32_t>(other.sequence_ - sequence_) <= 0)) {
       return StoreStatus::kOk;
     }
@@ -200,7 +200,7 @@ class SlotLog {
   }
 
   // Another log's newest record at the begin of a slot, with the erasures of this one.
-  bool copy_record(std::size_t slot, const SlotLog& other) {
+  bool copy_record(std::size_t slot, const RecordSlots& other) {
     const auto size = static_cast<std::uint32_t>(other.newest_size_);
     const Header header{kMagic, other.sequence_, size, {erasures_[0], erasures_[1]}, ~size};
     std::array<std::byte, kHeaderBytes> bytes;

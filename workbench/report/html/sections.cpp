@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/report/page/sections.h"
+#include "workbench/report/html/sections.h"
 
 #include <algorithm>
 #include <array>
@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "workbench/base/axis_units.h"
-#include "workbench/report/page/chart_data.h"
-#include "workbench/report/page/format.h"
-#include "workbench/report/page/json_access.h"
+#include "workbench/report/html/chart_data.h"
+#include "workbench/report/html/format.h"
+#include "workbench/report/html/json_access.h"
 
 namespace slipstack::workbench {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "firmware/storage/slot_log.h"
+#include "firmware/storage/record_slots.h"
 
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@ Bytes pattern(std::size_t size, unsigned seed) {
 }
 
 std::optional<Bytes> newest(Nonvolatile& flash) {
-  SlotLog log(flash);
+  RecordSlots log(flash);
   if (log.mount() != StoreStatus::kOk) return std::nullopt;
   Bytes out(4096);
   std::size_t size = 0;
@@ -39,9 +39,9 @@ TEST(Crc32, CheckValueOfTheStandard) {
   EXPECT_EQ(crc32(std::as_bytes(std::span(text))), 0xCBF43926U);
 }
 
-TEST(SlotLog, BlankFlashHoldsNothing) {
+TEST(RecordSlots, BlankFlashHoldsNothing) {
   CutFlash flash(2, 2048, 8);
-  SlotLog log(flash);
+  RecordSlots log(flash);
   EXPECT_EQ(log.mount(), StoreStatus::kNothingStored);
   std::size_t size = 1;
   Bytes out(10);
@@ -49,11 +49,11 @@ TEST(SlotLog, BlankFlashHoldsNothing) {
   EXPECT_EQ(size, 0U);
 }
 
-TEST(SlotLog, KeepsTheNewestOfManyRecordsOfAnySize) {
+TEST(RecordSlots, KeepsTheNewestOfManyRecordsOfAnySize) {
   for (const std::size_t unit : {1U, 2U, 8U, 16U, 32U}) {
     CutFlash flash(4, 1024, unit);
     std::mt19937 random(static_cast<unsigned>(unit));
-    SlotLog log(flash);
+    RecordSlots log(flash);
     log.mount();
     for (unsigned i = 0; i < 300; ++i) {
       const Bytes record = pattern(random() % 900, i);
@@ -63,9 +63,9 @@ TEST(SlotLog, KeepsTheNewestOfManyRecordsOfAnySize) {
   }
 }
 
-TEST(SlotLog, RefusesWhatDoesNotFit) {
+TEST(RecordSlots, RefusesWhatDoesNotFit) {
   CutFlash flash(2, 2048, 8);
-  SlotLog log(flash);
+  RecordSlots log(flash);
   log.mount();
   const Bytes before = flash.bytes;
   EXPECT_EQ(log.store(Bytes(log.capacity() + 1)), StoreStatus::kTooLarge);
@@ -80,7 +80,7 @@ TEST(SlotLog, RefusesWhatDoesNotFit) {
 void cut_every_step(std::size_t earlier, std::size_t size, CutFlash::Tear tear, bool unreadable) {
   CutFlash start(2, 1024, 8);
   {
-    SlotLog log(start);
+    RecordSlots log(start);
     log.mount();
     for (unsigned i = 0; i < earlier; ++i) ASSERT_EQ(log.store(pattern(size, i)), StoreStatus::kOk);
   }
@@ -92,7 +92,7 @@ void cut_every_step(std::size_t earlier, std::size_t size, CutFlash::Tear tear, 
     flash.cut_at = step;
     flash.tear = tear;
     flash.torn_unreadable = unreadable;
-    SlotLog log(flash);
+    RecordSlots log(flash);
     log.mount();
     const StoreStatus status = log.store(wanted);
     if (status == StoreStatus::kOk) {
@@ -104,7 +104,7 @@ void cut_every_step(std::size_t earlier, std::size_t size, CutFlash::Tear tear, 
     const std::optional<Bytes> found = newest(flash);
     ASSERT_TRUE(found == old || found == wanted) << "step " << step << " of " << earlier;
     for (unsigned again = 0; again < 3; ++again) {
-      SlotLog next(flash);
+      RecordSlots next(flash);
       next.mount();
       ASSERT_EQ(next.store(pattern(size, 2000 + again)), StoreStatus::kOk) << step;
       ASSERT_EQ(newest(flash), pattern(size, 2000 + again)) << step;
@@ -112,7 +112,7 @@ void cut_every_step(std::size_t earlier, std::size_t size, CutFlash::Tear tear, 
   }
 }
 
-TEST(SlotLog, PowerCutAtEveryStepLeavesTheOldOrTheNewRecord) {
+TEST(RecordSlots, PowerCutAtEveryStepLeavesTheOldOrTheNewRecord) {
   using Tear = CutFlash::Tear;
   for (std::size_t earlier = 0; earlier < 7; ++earlier) {
     for (const std::size_t size : {0U, 5U, 300U, 900U}) {
@@ -124,9 +124,9 @@ TEST(SlotLog, PowerCutAtEveryStepLeavesTheOldOrTheNewRecord) {
   }
 }
 
-TEST(SlotLog, TwoCutsInARowLoseNothing) {
+TEST(RecordSlots, TwoCutsInARowLoseNothing) {
   CutFlash start(2, 1024, 8);
-  SlotLog first(start);
+  RecordSlots first(start);
   first.mount();
   ASSERT_EQ(first.store(pattern(500, 1)), StoreStatus::kOk);
   for (std::size_t one = 0; one < 70; ++one) {
@@ -135,7 +135,7 @@ TEST(SlotLog, TwoCutsInARowLoseNothing) {
       flash.tear = CutFlash::Tear::garbage;
       for (const std::size_t step : {one, two}) {
         flash.cut_at = flash.steps + step;
-        SlotLog log(flash);
+        RecordSlots log(flash);
         log.mount();
         static_cast<void>(log.store(pattern(500, 2)));
         flash.cut_at.reset();
@@ -146,9 +146,9 @@ TEST(SlotLog, TwoCutsInARowLoseNothing) {
   }
 }
 
-TEST(SlotLog, AFlippedBitIsNoticed) {
+TEST(RecordSlots, AFlippedBitIsNoticed) {
   CutFlash flash(2, 1024, 8);
-  SlotLog log(flash);
+  RecordSlots log(flash);
   log.mount();
   ASSERT_EQ(log.store(pattern(800, 1)), StoreStatus::kOk);
   ASSERT_EQ(log.store(pattern(800, 2)), StoreStatus::kOk);
@@ -159,12 +159,12 @@ TEST(SlotLog, AFlippedBitIsNoticed) {
   }
 }
 
-TEST(SlotLog, WearIsCountedAndShared) {
+TEST(RecordSlots, WearIsCountedAndShared) {
   CutFlash flash(2, 1024, 8);
-  SlotLog log(flash);
+  RecordSlots log(flash);
   log.mount();
   for (unsigned i = 0; i < 1000; ++i) ASSERT_EQ(log.store(pattern(200, i)), StoreStatus::kOk);
-  SlotLog mounted(flash);
+  RecordSlots mounted(flash);
   mounted.mount();
   // 24 + 200 + 8 bytes each: four to a slot.
   EXPECT_EQ(flash.erased[0] + flash.erased[1], 250);
@@ -175,14 +175,14 @@ TEST(SlotLog, WearIsCountedAndShared) {
 }
 
 // Two programs, each with a log of its own: the one that starts takes over what the other stored last.
-TEST(SlotLog, TakesOverTheNewerRecordOfAnotherLog) {
+TEST(RecordSlots, TakesOverTheNewerRecordOfAnotherLog) {
   std::mt19937 random(3);
   CutFlash pages[2] = {CutFlash(2, 1024, 8), CutFlash(2, 1024, 8)};
   std::optional<Bytes> last;
   for (unsigned i = 0; i < 400; ++i) {
     const std::size_t own = random() % 2;
-    SlotLog log(pages[own]);
-    SlotLog other(pages[own ^ 1U]);
+    RecordSlots log(pages[own]);
+    RecordSlots other(pages[own ^ 1U]);
     log.mount();
     other.mount();
     const Bytes untouched = pages[own ^ 1U].bytes;
@@ -194,20 +194,20 @@ TEST(SlotLog, TakesOverTheNewerRecordOfAnotherLog) {
       ASSERT_EQ(log.store(*last), StoreStatus::kOk);
     }
   }
-  SlotLog log(pages[0]);
+  RecordSlots log(pages[0]);
   log.mount();
   EXPECT_EQ(log.erasures(0), static_cast<std::uint32_t>(pages[0].erased[0])) << "of its own pages";
 }
 
-TEST(SlotLog, PowerCutWhileTakingOverLosesNothing) {
+TEST(RecordSlots, PowerCutWhileTakingOverLosesNothing) {
   for (const bool unreadable : {false, true}) {
     for (const std::size_t before : {0U, 1U, 3U}) {
       CutFlash source(2, 1024, 8);
       CutFlash start(2, 1024, 8);
-      SlotLog other(source);
+      RecordSlots other(source);
       other.mount();
       for (unsigned i = 0; i < 7; ++i) ASSERT_EQ(other.store(pattern(300, i)), StoreStatus::kOk);
-      SlotLog own(start);
+      RecordSlots own(start);
       own.mount();
       for (unsigned i = 0; i < before; ++i) ASSERT_EQ(own.store(pattern(300, 50 + i)), StoreStatus::kOk);
       const std::optional<Bytes> old = newest(start);
@@ -217,13 +217,13 @@ TEST(SlotLog, PowerCutWhileTakingOverLosesNothing) {
         flash.cut_at = flash.steps + step;
         flash.tear = CutFlash::Tear::garbage;
         flash.torn_unreadable = unreadable;
-        SlotLog log(flash);
+        RecordSlots log(flash);
         log.mount();
         done = log.adopt(other) == StoreStatus::kOk;
         flash.cut_at.reset();
         const std::optional<Bytes> found = newest(flash);
         ASSERT_TRUE(found == pattern(300, 6) || (!done && found == old)) << step;
-        SlotLog again(flash);
+        RecordSlots again(flash);
         again.mount();
         ASSERT_EQ(again.adopt(other), StoreStatus::kOk) << step;
         ASSERT_EQ(newest(flash), pattern(300, 6)) << step;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/plan/plan.h"
+#include "workbench/plan/segment_choice.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,8 +8,8 @@
 
 #include "workbench/base/axis_units.h"
 #include "workbench/estimate/terms/search_ranges.h"
-#include "workbench/estimate/uncertainty/noise_floor.h"
-#include "workbench/plan/sequence.h"
+#include "workbench/estimate/uncertainty/row_weights.h"
+#include "workbench/plan/joined_segments.h"
 
 namespace slipstack::workbench {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/report/page/format.h"
+#include "workbench/report/html/format.h"
 
 #include <algorithm>
 #include <array>

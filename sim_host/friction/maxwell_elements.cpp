@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim_host/friction/element_bank.h"
+#include "sim_host/friction/maxwell_elements.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 
 namespace slipstack::sim {
 
-ElementBank::ElementBank(std::vector<double> stiffness_N_per_m, std::vector<double> slip_m)
+MaxwellElements::MaxwellElements(std::vector<double> stiffness_N_per_m, std::vector<double> slip_m)
     : stiffness_(std::move(stiffness_N_per_m)), slip_(std::move(slip_m)) {
   if (stiffness_.size() != slip_.size()) throw std::invalid_argument("element bank: sizes differ");
   for (std::size_t i = 0; i < slip_.size(); ++i) {
@@ -27,11 +27,12 @@ ElementBank::ElementBank(std::vector<double> stiffness_N_per_m, std::vector<doub
   reset(0.0);
 }
 
-ElementBank ElementBank::sample(const VirginCurve& curve, std::size_t count) {
+MaxwellElements MaxwellElements::sample(const VirginCurve& curve, std::size_t count) {
   return sample(curve, 1e-3 * curve.travel_m(), curve.displacement_m(0.9999), count);
 }
 
-ElementBank ElementBank::sample(const VirginCurve& curve, double first_m, double last_m, std::size_t count) {
+MaxwellElements MaxwellElements::sample(const VirginCurve& curve, double first_m, double last_m,
+                                        std::size_t count) {
   std::vector<double> slip(count);
   std::vector<double> slope(count + 1, 0.0);
   double previous_m = 0.0;
@@ -46,10 +47,10 @@ ElementBank ElementBank::sample(const VirginCurve& curve, double first_m, double
   }
   std::vector<double> stiffness(count);
   for (std::size_t i = 0; i < count; ++i) stiffness[i] = std::max(0.0, slope[i] - slope[i + 1]);
-  return ElementBank(std::move(stiffness), std::move(slip));
+  return MaxwellElements(std::move(stiffness), std::move(slip));
 }
 
-void ElementBank::reset(double x_m) {
+void MaxwellElements::reset(double x_m) {
   anchor_.assign(slip_.size(), x_m);
   x_m_ = event_x_m_ = x_m;
   direction_ = 0;
@@ -58,15 +59,15 @@ void ElementBank::reset(double x_m) {
   dissipated_J_ = 0.0;
 }
 
-double ElementBank::anchor_m(std::size_t i) const {
+double MaxwellElements::anchor_m(std::size_t i) const {
   return i < slipping_ ? x_m_ - direction_ * slip_[i] : anchor_[i];
 }
 
-double ElementBank::elongation_m(std::size_t i) const {
+double MaxwellElements::elongation_m(std::size_t i) const {
   return i < slipping_ ? direction_ * slip_[i] : x_m_ - anchor_[i];
 }
 
-void ElementBank::turn_to(int direction) {
+void MaxwellElements::turn_to(int direction) {
   if (direction == direction_) return;
   // The force is summed anew at every reversal, so that rounding errors do not accumulate over many events.
   double force = 0.0;
@@ -80,7 +81,7 @@ void ElementBank::turn_to(int direction) {
   event_force_N_ = force;
 }
 
-void ElementBank::move_to(double x_m) {
+void MaxwellElements::move_to(double x_m) {
   if (x_m == x_m_) return;
   turn_to(x_m > x_m_ ? 1 : -1);
   while (slipping_ < slip_.size()) {
@@ -97,7 +98,7 @@ void ElementBank::move_to(double x_m) {
   x_m_ = x_m;
 }
 
-double ElementBank::force_after_N(double x_m) const {
+double MaxwellElements::force_after_N(double x_m) const {
   if (x_m == x_m_) return force_N();
   const int direction = x_m > x_m_ ? 1 : -1;
   double force = force_N();
@@ -114,17 +115,17 @@ double ElementBank::force_after_N(double x_m) const {
   return force + tail_stiffness_[slipping] * (x_m - at);
 }
 
-double ElementBank::stiffness_towards(int direction) const {
+double MaxwellElements::stiffness_towards(int direction) const {
   return direction == direction_ ? sticking_stiffness() : initial_stiffness_N_per_m();
 }
 
-double ElementBank::next_slip_m(int direction) const {
+double MaxwellElements::next_slip_m(int direction) const {
   const std::size_t next = direction == direction_ ? slipping_ : 0;
   if (next >= slip_.size()) return direction * std::numeric_limits<double>::infinity();
   return anchor_m(next) + direction * slip_[next];
 }
 
-std::vector<double> ElementBank::snapshot() const {
+std::vector<double> MaxwellElements::snapshot() const {
   std::vector<double> values = {x_m_,
                                 static_cast<double>(direction_),
                                 static_cast<double>(slipping_),
@@ -135,7 +136,7 @@ std::vector<double> ElementBank::snapshot() const {
   return values;
 }
 
-void ElementBank::restore(std::span<const double> values) {
+void MaxwellElements::restore(std::span<const double> values) {
   constexpr std::size_t kOwn = 6;
   if (values.size() != kOwn + slip_.size()) throw std::invalid_argument("element bank: not a snapshot");
   x_m_ = values[0];
@@ -147,7 +148,7 @@ void ElementBank::restore(std::span<const double> values) {
   std::copy(values.begin() + kOwn, values.end(), anchor_.begin());
 }
 
-double ElementBank::stored_J() const {
+double MaxwellElements::stored_J() const {
   double energy = 0.0;
   for (std::size_t i = 0; i < slip_.size(); ++i) {
     const double z = elongation_m(i);
