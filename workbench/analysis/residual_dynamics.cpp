@@ -16,7 +16,8 @@ using nlohmann::json;
 
 constexpr std::size_t kLongestSegment = 1024;  // rows; as in the spectrum of the residual
 constexpr std::size_t kShortestSegment = 64;
-constexpr std::size_t kFewestSegments = 7;  // half-overlapping, of four independent ones; chosen
+constexpr std::size_t kFewestSegments =
+    15;  // half-overlapping: chance alone makes a coherence of 0.2; chosen
 constexpr double kLongestLag_s = 1.0;
 constexpr std::size_t kMostLags = 400;
 constexpr double kChance = 0.05;

@@ -20,7 +20,7 @@ struct MotionCoherence {
   std::vector<double> coherence;
   double chance = 1.0;  ///< exceeded by chance at 5 % of the frequencies
 };
-/// Empty where fewer than seven segments of 64 rows fit into the log. O(rows log segment).
+/// Empty where fewer than fifteen segments of 64 rows fit into the log. O(rows log segment).
 MotionCoherence motion_coherence(const Measurement& measurement, const Eigen::VectorXd& residual_N);
 
 /// Correlation of the residual with itself, up to a lag of a second or 400 rows; one at lag zero.
@@ -42,8 +42,8 @@ struct AxisResponse {
 /// Empty as motion_coherence().
 AxisResponse axis_response(const Measurement& measurement, const Eigen::VectorXd& force_N);
 
-/// Adds `coherence`, `autocorrelation` and `response` of one or two models to the data of the residual charts,
-/// where there are such. Of the response what is certain to 20 %, else null.
+/// Adds `coherence`, `autocorrelation` and `response` of one or two models to the data of the residual
+/// charts, where there are such. Of the response what is certain to 20 %, else null.
 void add_residual_dynamics(nlohmann::json& data, const Measurement& measurement, const ForceRows& before,
                            const ForceRows* after);
 

@@ -101,6 +101,8 @@ class Workspace {
   Terms terms(int version) const;
   Terms bent_terms(int version, const nlohmann::json& changes) const;
   void open(const std::vector<std::string>& paths, Progress& progress);
+  void add_tried(nlohmann::json card);
+  void forget_tried();
   void publish(int parent, const std::string& what, const Model& model, double before_N);
 
   ProcessGroup& group_;
@@ -111,6 +113,7 @@ class Workspace {
   std::vector<nlohmann::json> log_heads_;
   std::shared_ptr<View> view_;
   nlohmann::json plan_;
+  nlohmann::json tried_ = nlohmann::json::array();  ///< effects that the running diagnosis has tried
   std::string deployed_;
   std::unique_ptr<SimulatedController> controller_;
   std::mutex controller_lock_;

@@ -148,7 +148,8 @@ TEST(Autocorrelation, OfASineIsACosineAndOfFilteredNoiseThatOfTheFilter) {
 
 TEST(ResidualDynamics, LeavesOutWhatTheLogDoesNotSupport) {
   const Measurement measurement = two_masses(0.1);
-  const ForceRows rows{measurement.force_N(), kMass_kg * measurement.filtered(measurement.acceleration_mps2())};
+  const ForceRows rows{measurement.force_N(),
+                       kMass_kg * measurement.filtered(measurement.acceleration_mps2())};
   nlohmann::json data;
   add_residual_dynamics(data, measurement, rows, &rows);
   EXPECT_EQ(data["coherence"]["after"], data["coherence"]["residual"]);
