@@ -7,6 +7,7 @@ import {execFileSync} from 'node:child_process';
 import fs from 'node:fs';
 import http from 'node:http';
 import path from 'node:path';
+import {pdfPages} from './pdf_text.mjs';
 import {current, drawn, idle, kJobs_ms, launch, openPage as openIn, serve as start, state} from './workbench_page.mjs';
 
 const [, , slipstack, simulator, folder, pictures] = process.argv;
@@ -57,6 +58,21 @@ test('open, compare, learn, add, error falls, undo, redo, plan, run, deploy, exp
   const before = await current(page);
   assert.equal(await page.locator('#time-charts figure').count(), 3);
   assert.equal(await page.locator('#against-charts figure').count() >= 5, true);
+  for (const chart of ['density', 'coherence', 'memory', 'response size', 'response phase']) {
+    const drawnValues = await page.evaluate((key) => {
+      const {spec} = window.slipstackWorkbench.chartOf(key);
+      return {x: spec.x.label, y: spec.y.label, values: spec.data[1].filter((value) => Number.isFinite(value))};
+    }, chart);
+    assert.ok(drawnValues.values.length > 10, chart);
+    assert.match(drawnValues.x, /\((Hz|s|ms)\)$/);
+    if (chart === 'coherence') assert.ok(Math.max(...drawnValues.values) <= 1 && Math.max(...drawnValues.values) > 0.3, 'viscous friction follows the motion');
+    if (chart === 'memory') assert.equal(drawnValues.values[0], 1);
+  }
+  const loop = page.locator('[data-chart^="loop "]').first();
+  await loop.locator('.menu summary').click();
+  await loop.getByText('Table').click();
+  assert.ok(await page.locator('dialog tbody tr').count() > 10, 'a loop has its values');
+  await page.locator('dialog').getByText('Close').click();
   await page.locator('.worst button').first().click();
   assert.match(await page.locator('#brushed').textContent(), /shown in all charts/);
 
@@ -71,6 +87,9 @@ test('open, compare, learn, add, error falls, undo, redo, plan, run, deploy, exp
     }).observe(document.querySelector('#missing'), {childList: true, subtree: true});
   });
   await page.locator('#diagnose').click();
+  await page.waitForFunction(() => window.slipstackWorkbench.store.state.job.running);
+  await page.locator('#diagnose').click({force: true});
+  assert.match(await page.locator('#message').textContent(), /still running/);
   await page.locator('.card.best').waitFor({timeout: kJobs_ms});
   const seen = await page.evaluate(() => window.seen);
   assert.ok(seen.some((one) => one.stage === 'try every effect' && one.tried < 10), JSON.stringify(seen));
@@ -108,6 +127,21 @@ test('open, compare, learn, add, error falls, undo, redo, plan, run, deploy, exp
   await slider.evaluate((input) => { input.value = String(Number(input.value) + 150); input.dispatchEvent(new Event('input')); });
   await page.waitForFunction(() => /set by hand/.test(document.querySelector('#bent-error').textContent));
   await page.locator('#bent-reset').click();
+
+  // On paper: the colours of paper in a dark room too, and everything within the width of A4.
+  await page.emulateMedia({colorScheme: 'dark'});
+  await page.evaluate(() => {
+    window.paper = null;
+    addEventListener('beforeprint', () => {
+      const {width} = window.slipstackWorkbench.chartOf('force').u;
+      window.paper = {width, colour: getComputedStyle(document.documentElement).getPropertyValue('--page').trim()};
+    });
+  });
+  const pages = pdfPages(await page.pdf({preferCSSPageSize: true}));
+  assert.deepEqual(await page.evaluate(() => window.paper), {width: 680, colour: '#ffffff'});
+  assert.ok(pages.length >= 2 && pages.length <= 6, `${pages.length} pages`);
+  await page.emulateMedia({colorScheme: 'light'});
+  await page.waitForFunction(() => window.slipstackWorkbench.chartOf('force').u.width > 700);
 
   // Remove and branch: the old version stays.
   await page.locator('.effects li').last().getByText('Remove').click();

@@ -6,7 +6,7 @@ import {clearCursors} from '/cursors.js';
 import {attempt, byId, dialog, h, say} from '/dom.js';
 import {startExperiment} from '/experiment.js';
 import {startHistory} from '/history.js';
-import {select} from '/linked.js';
+import {chartOf, select} from '/linked.js';
 import {startMissing} from '/missing.js';
 import {startModel} from '/model.js';
 import {startOpen} from '/open.js';
@@ -203,5 +203,5 @@ startModel();
 startMissing();
 startExperiment();
 startHistory();
-window.slipstackWorkbench = {store};
+window.slipstackWorkbench = {store, chartOf};  // for the tests
 follow(take, (fault) => { if (fault) say(fault); else if (byId('message').dataset.kind !== 'note') say(''); });
