@@ -194,6 +194,12 @@ test('a simulated axis: record, plan, run, deploy', async () => {
   await page.locator('#deploy').click();
   await page.locator('#deployed').waitFor({timeout: kJobs_ms});
   assert.match(await page.locator('#deployed').textContent(), /read back the same/);
+  // The same move before and after: with the model, the axis follows its reference more closely.
+  await page.locator('[data-chart=tracking] canvas').waitFor();
+  const tracking = await (await server.ask('tracking')).json();
+  assert.equal(tracking.before.error_m.length, 4096);
+  assert.ok(Math.max(...tracking.before.reference_m) > 0.015 && Math.min(...tracking.before.reference_m.slice(-100)) < 0.015, 'there and back');
+  assert.ok(tracking.after.rms_m < 0.8 * tracking.before.rms_m && tracking.after.rms_m > 1e-8, `${tracking.before.rms_m} m -> ${tracking.after.rms_m} m`);
   await page.locator('#differ').click();
   await page.getByText('The controller has this model already').waitFor({timeout: kJobs_ms});
   await accessible(page, 'experiment');

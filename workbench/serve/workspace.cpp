@@ -62,7 +62,8 @@ json Workspace::state() const {
   if (axis_is_rotary()) state["units"] = rotary_units();
   state["plan"] = plan_;
   state["deployed"] = deployed_;
-  state["tried"] = tried_;
+  const bool diagnosing = state["job"]["running"] == true && state["job"]["what"] == kDiagnosis;
+  state["tried"] = diagnosing ? tried_ : json::array();
   state["default_effects"] = default_baseline();
   state["simulated"] = simulated_axis_json();
   state["diagnosis"] = nullptr;

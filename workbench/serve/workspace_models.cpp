@@ -88,21 +88,19 @@ void Workspace::remove(const std::string& effect) {
 }
 
 void Workspace::diagnose(const std::vector<std::string>& user_effects) {
+  if (jobs_.running()) throw UsageError("a job is still running; cancel it or wait");
   int version = 0;
   std::string path;
   {
     const std::lock_guard lock(lock_);
     const Version* now = session_.current();
     if (now == nullptr) throw UsageError("fit a first model before it is diagnosed");
+    tried_ = json::array();
     version = now->id;
     path = session_.model_path(version).string();
   }
   declare_effects(user_effects);
-  jobs_.start("find what is missing", [this, version, path, user_effects](Progress& progress) {
-    const struct Forget {
-      Workspace& workspace;
-      ~Forget() { workspace.forget_tried(); }
-    } at_the_end{*this};
+  jobs_.start(kDiagnosis, [this, version, path, user_effects](Progress& progress) {
     const json cards = diagnosis_cards(request(), path, user_effects, progress,
                                        [this](json card) { add_tried(std::move(card)); });
     throw_if_cancelled();
@@ -129,11 +127,6 @@ void Workspace::add_tried(json card) {
     tried_ = std::move(all);
   }
   events_.tell();
-}
-
-void Workspace::forget_tried() {
-  const std::lock_guard lock(lock_);
-  tried_ = json::array();
 }
 
 void Workspace::keep_bent(int version, const json& changes) {

@@ -6,6 +6,7 @@ import {attempt, byId, fill, h, quantity, readable, say, shortTitle} from '/dom.
 import {currentVersion, on, store} from '/store.js';
 
 let setPoints = null;
+let tracking = null;
 let effects = [];        // of the catalogue
 let wanted = null;       // ids of the effects to show; null: those that the diagnosis asks for
 const kept = new Map();  // what was typed, while the panel is drawn anew
@@ -61,6 +62,23 @@ async function compareWithDrive(bus, node, host) {
     h('details', {}, h('summary', {}, 'State of the drive'), h('pre', {}, answer.status)));
 }
 
+// What the deployment has changed: the position error in the same move before and after, in one chart.
+async function drawTracking() {
+  const host = byId('tracking');
+  const found = store.state.deployed ? await get('tracking').catch(() => null) : null;
+  if (!host?.isConnected || !found?.after) return;
+  const {before, after} = found;
+  const length = displayUnit('m', Math.max(before.largest_m, after.largest_m));
+  const error = (one) => before.time_s.map((_, i) => (i < one.error_m.length ? one.error_m[i] * length.perSi : null));
+  const figure = h('figure', {class: 'chart', 'data-chart': 'tracking'});
+  fill(host, h('h3', {}, 'Position error in a move to and fro'),
+    h('p', {}, h('b', {}, `${quantity(before.rms_m, 'm')} → ${quantity(after.rms_m, 'm')}`), ` rms, largest ${quantity(before.largest_m, 'm')} → ${quantity(after.largest_m, 'm')}, with the model before and with this one`), figure);
+  const last = before.time_s[before.time_s.length - 1];
+  tracking?.remove();
+  tracking = new Chart(figure, {title: 'Position error over time', height: 180, x: {name: 'Time', label: 'Time (s)', unit: 's'}, y: {name: 'Error', label: `Position error (${length.label})`, unit: length.label},
+    series: [{name: 'before', role: 'before'}, {name: 'after', role: 'after'}], data: [before.time_s, error(before), error(after)], xRange: [0, last], whole: () => [0, last]});
+}
+
 function deployForm() {
   const version = currentVersion();
   if (!version) return null;
@@ -72,13 +90,14 @@ function deployForm() {
     h('div', {class: 'form'}, h('label', {for: 'bus'}, 'CAN interface'), bus, h('label', {for: 'node'}, 'Node id'), node),
     h('div', {class: 'buttons'}, h('button', {type: 'button', id: 'differ', onclick: () => named(() => compareWithDrive(bus.value.trim(), node.value, found))}, 'What would change?'),
       h('button', {type: 'button', class: 'main', id: 'deploy', 'data-job': true, onclick: () => named(() => attempt(() => post('deploy', {version: version.id, bus: bus.value.trim(), node: Number(node.value)})))}, 'Deploy')),
-    found, store.state.deployed ? h('pre', {id: 'deployed', tabindex: 0}, store.state.deployed) : null);
+    found, store.state.deployed ? h('pre', {id: 'deployed', tabindex: 0}, store.state.deployed) : null, h('section', {id: 'tracking'}));
 }
 
 function draw() {
   const host = byId('experiment');
   if (!currentVersion()) { host.replaceChildren(h('p', {class: 'empty'}, 'Fit a first model; then plan here what would say more.')); return; }
   const axis = store.state.simulated;
+  queueMicrotask(drawTracking);
   fill(host, planForm(), planned(), deployForm(), axis ? h('p', {class: 'soft'}, `Simulated axis: seed ${axis.seed}, ${quantity(axis.seconds, 's')}, hidden: ${axis.effects === 'random' ? 'drawn by the seed' : readable(axis.effects)}.`) : null);
 }
 
