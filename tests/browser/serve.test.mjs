@@ -1,31 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// The workbench in a real browser: node serve.test.mjs SLIPSTACK SLIPSTACK_SIM FOLDER [PICTURE.png]
+// The workbench in a real browser: node serve.test.mjs SLIPSTACK SLIPSTACK_SIM FOLDER [PICTURES]
+// PICTURES: a folder for the pictures of docs/serve.md
 // Exit 0: all passed; 1: something failed; 77: no browser here, nothing tested.
 import assert from 'node:assert/strict';
-import {execFileSync, spawn} from 'node:child_process';
+import {execFileSync} from 'node:child_process';
 import fs from 'node:fs';
 import http from 'node:http';
 import path from 'node:path';
+import {pdfPages} from './pdf_text.mjs';
+import {current, drawn, idle, kJobs_ms, launch, openPage as openIn, serve as start, state} from './workbench_page.mjs';
 
-const [, , slipstack, simulator, folder, picture] = process.argv;
+const [, , slipstack, simulator, folder, pictures] = process.argv;
 const kSeed = '11';        // of the simulated axis; any seed must do
 const kHidden = 'viscous'; // in it
-const kJobs_ms = 120000;   // a fit on a slow machine with sanitizers of others beside it
 
-function skip(reason) {
-  console.log(`SKIP: ${reason}`);
-  process.exit(77);
-}
-
-const kBrowsers = [process.env.CHROMIUM, '/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'];
-const executablePath = kBrowsers.find((file) => file && fs.existsSync(file));
-if (!executablePath) skip('no Chromium on this machine (Debian package: chromium)');
-let chromium;
-try {
-  ({chromium} = await import('playwright-core'));
-} catch {
-  skip("playwright-core is missing ('npm ci' in tests/browser)");
-}
+const browser = await launch();
 let axe = '';
 try {
   axe = fs.readFileSync(new URL('node_modules/axe-core/axe.min.js', import.meta.url), 'utf8');
@@ -38,44 +27,21 @@ fs.mkdirSync(folder, {recursive: true});
 const log = path.join(folder, 'log.csv');
 execFileSync(simulator, ['log', '--setup', 'pick_and_place', '--seed', kSeed, '--effects', kHidden, '--strength', '5', '--seconds', '20', '--out', log]);
 
-// A server of its own for each test.
-async function serve(session, ...logs) {
-  const child = spawn(slipstack, ['serve', ...logs, '--session', path.join(folder, session)], {stdio: ['ignore', 'pipe', 'inherit']});
-  let out = '';
-  const url = await new Promise((done, fail) => {
-    child.stdout.on('data', (data) => { out += data; const found = /http:\S+/.exec(out); if (found) done(found[0]); });
-    child.on('exit', (code) => fail(new Error(`slipstack serve ended with status ${code}`)));
-  });
-  const origin = new URL(url).origin;
-  const token = new URL(url).hash.slice('#token='.length);
-  const ask = (what, options = {}) => fetch(`${origin}/api/${what}`, {...options, headers: {Authorization: `Bearer ${token}`, ...options.headers}});
-  const stop = () => new Promise((done) => { child.removeAllListeners('exit'); child.on('exit', done); child.kill('SIGTERM'); });
-  return {url, origin, token, ask, stop, child};
-}
-
-const browser = await chromium.launch({executablePath, args: ['--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run',
-  '--disable-background-networking', '--disable-component-update', '--disable-sync']});
-
-async function openPage(url, options = {}) {
-  const context = await browser.newContext({viewport: {width: 1500, height: 1000}, acceptDownloads: true, ...options});
-  const page = await context.newPage();
-  page.faults = [];
-  page.on('console', (message) => { if (message.type() === 'error') page.faults.push(message.text()); });
-  page.on('pageerror', (error) => page.faults.push(error.stack));
-  await page.goto(url);
-  return page;
-}
-
-const idle = (page) => page.waitForFunction(() => window.slipstackWorkbench?.store.state?.job.running === false, null, {timeout: kJobs_ms});
-const drawn = (page, version) => page.waitForFunction((id) => document.body.dataset.drawn === String(id), version, {timeout: kJobs_ms});
-const state = (page) => page.evaluate(() => window.slipstackWorkbench.store.state);
-const current = async (page) => { const now = await state(page); return now.versions.find((version) => version.id === now.current); };
+const serve = (session, ...logs) => start(slipstack, path.join(folder, session), ...logs);
+const openPage = (url, options) => openIn(browser, url, options);
 
 async function accessible(page, where) {
   if (!axe) return;
   await page.evaluate(axe);
   const {violations} = await page.evaluate(() => window.axe.run(document, {resultTypes: ['violations']}));
   assert.deepEqual(violations.map((one) => `${one.id}: ${one.nodes[0].html.slice(0, 160)} ${one.nodes[0].failureSummary}`), [], where);
+}
+
+// A picture for the documentation, where one is asked for.
+async function photograph(page, name) {
+  if (!pictures) return;
+  await page.waitForTimeout(600);  // a transition has ended
+  await page.screenshot({path: path.join(pictures, `${name}.png`)});
 }
 
 const tests = [];
@@ -92,13 +58,46 @@ test('open, compare, learn, add, error falls, undo, redo, plan, run, deploy, exp
   const before = await current(page);
   assert.equal(await page.locator('#time-charts figure').count(), 3);
   assert.equal(await page.locator('#against-charts figure').count() >= 5, true);
+  for (const chart of ['density', 'coherence', 'memory', 'response size', 'response phase']) {
+    const drawnValues = await page.evaluate((key) => {
+      const {spec} = window.slipstackWorkbench.chartOf(key);
+      return {x: spec.x.label, y: spec.y.label, values: spec.data[1].filter((value) => Number.isFinite(value))};
+    }, chart);
+    assert.ok(drawnValues.values.length > 10, chart);
+    assert.match(drawnValues.x, /\((Hz|s|ms)\)$/);
+    if (chart === 'coherence') assert.ok(Math.max(...drawnValues.values) <= 1 && Math.max(...drawnValues.values) > 0.3, 'viscous friction follows the motion');
+    if (chart === 'memory') assert.equal(drawnValues.values[0], 1);
+  }
+  const loop = page.locator('[data-chart^="loop "]').first();
+  await loop.locator('.menu summary').click();
+  await loop.getByText('Table').click();
+  assert.ok(await page.locator('dialog tbody tr').count() > 10, 'a loop has its values');
+  await page.locator('dialog').getByText('Close').click();
   await page.locator('.worst button').first().click();
   assert.match(await page.locator('#brushed').textContent(), /shown in all charts/);
 
   await page.locator('#tab-missing').click();
+  // The first candidates show while others are tried, the best of them first.
+  await page.evaluate(() => {
+    window.seen = [];
+    new MutationObserver(() => {
+      const {job, tried} = window.slipstackWorkbench.store.state;
+      const cards = document.querySelectorAll('#tried .card').length;
+      if (job.running && cards) window.seen.push({cards, stage: job.stage, tried: tried.length, first: tried[0].effect});
+    }).observe(document.querySelector('#missing'), {childList: true, subtree: true});
+  });
   await page.locator('#diagnose').click();
+  await page.waitForFunction(() => window.slipstackWorkbench.store.state.job.running);
+  await page.locator('#diagnose').click({force: true});
+  assert.match(await page.locator('#message').textContent(), /still running/);
   await page.locator('.card.best').waitFor({timeout: kJobs_ms});
+  const seen = await page.evaluate(() => window.seen);
+  assert.ok(seen.some((one) => one.stage === 'try every effect' && one.tried < 10), JSON.stringify(seen));
+  assert.equal(seen[seen.length - 1].first, kHidden);
+  await idle(page);
+  assert.equal(await page.locator('#tried .card').count(), 0);
   await accessible(page, 'cards');
+  await photograph(page, 'serve-missing');
   const effect = await page.locator('.card.best [data-add]').getAttribute('data-add');
   assert.equal(effect, kHidden);
   assert.ok(await page.locator('.card.best .fingerprint path').count() === 2, 'the expected trace beside the residual');
@@ -112,9 +111,10 @@ test('open, compare, learn, add, error falls, undo, redo, plan, run, deploy, exp
   await page.locator('#tab-model').click();
   assert.equal(await page.locator('.waterfall li button').count(), 2);
   await accessible(page, 'model');
-  if (picture) {
-    await page.waitForTimeout(600);
-    await page.screenshot({path: picture});
+  await photograph(page, 'serve');
+  if (pictures) {
+    await page.locator('[data-chart=density]').evaluate((figure) => figure.scrollIntoView({block: 'start'}));
+    await photograph(page, 'serve-frequency');
   }
 
   await page.locator('#undo').click();
@@ -127,6 +127,21 @@ test('open, compare, learn, add, error falls, undo, redo, plan, run, deploy, exp
   await slider.evaluate((input) => { input.value = String(Number(input.value) + 150); input.dispatchEvent(new Event('input')); });
   await page.waitForFunction(() => /set by hand/.test(document.querySelector('#bent-error').textContent));
   await page.locator('#bent-reset').click();
+
+  // On paper: the colours of paper in a dark room too, and everything within the width of A4.
+  await page.emulateMedia({colorScheme: 'dark'});
+  await page.evaluate(() => {
+    window.paper = null;
+    addEventListener('beforeprint', () => {
+      const {width} = window.slipstackWorkbench.chartOf('force').u;
+      window.paper = {width, colour: getComputedStyle(document.documentElement).getPropertyValue('--page').trim()};
+    });
+  });
+  const pages = pdfPages(await page.pdf({preferCSSPageSize: true}));
+  assert.deepEqual(await page.evaluate(() => window.paper), {width: 680, colour: '#ffffff'});
+  assert.ok(pages.length >= 2 && pages.length <= 6, `${pages.length} pages`);
+  await page.emulateMedia({colorScheme: 'light'});
+  await page.waitForFunction(() => window.slipstackWorkbench.chartOf('force').u.width > 700);
 
   // Remove and branch: the old version stays.
   await page.locator('.effects li').last().getByText('Remove').click();
@@ -165,7 +180,9 @@ test('a simulated axis: record, plan, run, deploy', async () => {
   await drawn(page, 1);
   await page.locator('#tab-experiment').click();
   // What the log hardly shows: of what it shows well, no plan within its limits tells more.
-  await page.locator('#plan-for').fill('stribeck,frictional_lag');
+  await page.locator('#plan').click();
+  await page.getByText('Choose at least one effect').waitFor();
+  for (const effect of ['stribeck', 'frictional_lag']) await page.locator(`#plan-for input[value=${effect}]`).check();
   await page.locator('#plan-seconds').fill('60');
   await page.locator('#plan').click();
   await page.locator('#run-plan').waitFor({timeout: kJobs_ms});
@@ -177,6 +194,12 @@ test('a simulated axis: record, plan, run, deploy', async () => {
   await page.locator('#deploy').click();
   await page.locator('#deployed').waitFor({timeout: kJobs_ms});
   assert.match(await page.locator('#deployed').textContent(), /read back the same/);
+  // The same move before and after: with the model, the axis follows its reference more closely.
+  await page.locator('[data-chart=tracking] canvas').waitFor();
+  const tracking = await (await server.ask('tracking')).json();
+  assert.equal(tracking.before.error_m.length, 4096);
+  assert.ok(Math.max(...tracking.before.reference_m) > 0.015 && Math.min(...tracking.before.reference_m.slice(-100)) < 0.015, 'there and back');
+  assert.ok(tracking.after.rms_m < 0.8 * tracking.before.rms_m && tracking.after.rms_m > 1e-8, `${tracking.before.rms_m} m -> ${tracking.after.rms_m} m`);
   await page.locator('#differ').click();
   await page.getByText('The controller has this model already').waitFor({timeout: kJobs_ms});
   await accessible(page, 'experiment');
@@ -193,6 +216,7 @@ test('by keyboard alone, and on a phone', async () => {
   await page.locator('#fit').focus();
   await page.keyboard.press('Enter');
   await drawn(page, 1);
+  await photograph(page, 'serve-phone');
   const width = await page.evaluate(() => document.documentElement.scrollWidth);
   assert.ok(width <= 390, `the page is ${width} pixels wide`);
   await page.locator('.plot').first().focus();

@@ -10,6 +10,7 @@
 #include "workbench/diagnose/detectability/detectability.h"
 #include "workbench/diagnose/detectability/separation.h"
 #include "workbench/estimate/nonlinear/fit.h"
+#include "workbench/estimate/nonlinear/trial.h"
 
 namespace slipstack::workbench {
 
@@ -70,6 +71,9 @@ struct DiagnoseOptions {
       {};       ///< user-defined effects, tried beside the catalogue's
   Terms start;  ///< the baseline as a model file has it, whose shapes are kept; empty: shapes are searched
   std::function<void(const std::string& stage, double fraction)> progress;  ///< may be empty
+  /// Called for every effect that was tried on the baseline alone, while others are still tried: from several
+  /// threads, in any order, again where the search is repeated. May be empty. `baseline_N`: error without it.
+  std::function<void(const Trial& trial, double baseline_N)> tried = {};
   /// Effects to try; all of the catalogue where empty. The result does not depend on their order.
   std::vector<std::string> candidates = {};
 

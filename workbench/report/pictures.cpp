@@ -69,6 +69,7 @@ json loops_json(const Measurement& measurement, const ForceRows& before, const F
     const Eigen::VectorXd part = position_m.segment(loop.first, loop.count);
     const double centre_m = 0.5 * (part.maxCoeff() + part.minCoeff());
     json entry{{"title", fmt::format("Pre-sliding loops at {}", quantity(centre_m, "m"))},
+               {"first_row", loop.first},
                {"displacement_m", array_of((part.array() - centre_m).matrix())},
                {"measured_N", array_of(before.measured_N.segment(loop.first, loop.count))},
                {"model_N", array_of(before.model_N.segment(loop.first, loop.count))}};

@@ -8,11 +8,13 @@
 #include "workbench/base/errors.h"
 #include "workbench/base/text.h"
 #include "workbench/diagnose/diagnose.h"
+#include "workbench/diagnose/evidence/evidence.h"
 #include "workbench/estimate/terms/terms.h"
 #include "workbench/model/effects/effect_registry.h"
 #include "workbench/model/model.h"
 #include "workbench/report/diagnosis_result.h"
 #include "workbench/report/html/sections.h"
+#include "workbench/report/json_values.h"
 #include "workbench/report/pictures.h"
 #include "workbench/report/verdict_sentence.h"
 
@@ -39,8 +41,19 @@ std::string title_of(const json& result, const std::string& id) {
 
 }  // namespace
 
+json tried_card(const Trial& trial, double baseline_N) {
+  const EffectText& text = trial.term.effect->text;
+  return {{"effect", text.id},
+          {"title", text.title},
+          {"formula", text.formula},
+          {"evidence", trial.below_visible ? "" : evidence_of(trial.term)},
+          {"holdout_rmse_N", number_json(trial.holdout_rmse_N)},
+          {"error_reduction", number_json(1.0 - trial.holdout_rmse_N / baseline_N)}};
+}
+
 json diagnosis_cards(const LogRequest& request, const std::string& model_path,
-                     const std::vector<std::string>& user_effects, Progress& progress) {
+                     const std::vector<std::string>& user_effects, Progress& progress,
+                     const std::function<void(json)>& tried) {
   const Model model = read_model(model_path);
   DiagnoseOptions wanted;
   wanted.user_effects = declare_effects(user_effects);
@@ -49,6 +62,7 @@ json diagnosis_cards(const LogRequest& request, const std::string& model_path,
   wanted.progress = [&progress](const std::string& stage, double fraction) {
     progress.show(stage, fraction);
   };
+  wanted.tried = [&tried](const Trial& trial, double baseline_N) { tried(tried_card(trial, baseline_N)); };
   LogSearch logs(request, progress);
   const Diagnosis diagnosis = logs.diagnose(wanted);
   const Measurement& measurement = logs.measurement();

@@ -208,6 +208,8 @@ void serve_experiments(httplib::Server& server, Workspace& workspace) {
     const json body = body_of(request);
     workspace.deploy(body.at("version"), body.value("bus", ""), body.value("node", 5));
   });
+  get(server, "/api/tracking",
+      [&](const Request&, Response& response) { answer_json(response, workspace.tracking()); });
   get(server, "/api/controller", [&](const Request& request, Response& response) {
     answer_json(response, workspace.controller(number(request, "version"), request.get_param_value("bus"),
                                                number(request, "node", 5)));

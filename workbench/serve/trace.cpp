@@ -24,6 +24,13 @@ Extremes joined(const Extremes* points, std::size_t count) {
   return all;
 }
 
+/// Of values [first, end).
+Extremes extremes_of(const std::vector<double>& values, std::size_t first, std::size_t end) {
+  const auto [low, high] = std::minmax_element(values.begin() + static_cast<std::ptrdiff_t>(first),
+                                               values.begin() + static_cast<std::ptrdiff_t>(end));
+  return {static_cast<float>(*low), static_cast<float>(*high)};
+}
+
 }  // namespace
 
 Trace::Trace(const LongLog& log)
@@ -43,10 +50,7 @@ void Trace::take(const Log& chunk) {
   for (std::size_t s = 0; s < kSignals; ++s) {
     const std::vector<double>& values = column(chunk, static_cast<Signal>(s));
     for (std::size_t first = 0; first < values.size(); first += kFinest) {
-      const auto begin = values.begin() + static_cast<std::ptrdiff_t>(first);
-      const auto end = begin + static_cast<std::ptrdiff_t>(std::min(kFinest, values.size() - first));
-      const auto [low, high] = std::minmax_element(begin, end);
-      levels_[s][0].push_back({static_cast<float>(*low), static_cast<float>(*high)});
+      levels_[s][0].push_back(extremes_of(values, first, std::min(first + kFinest, values.size())));
     }
   }
 }
@@ -65,11 +69,18 @@ void Trace::build_levels() {
   }
 }
 
-Trace::Picture Trace::samples_between(Signal signal, std::size_t first, std::size_t end) const {
+Trace::Picture Trace::from_samples(Signal signal, std::size_t first, std::size_t end,
+                                   std::size_t per_point) const {
+  // Whole points, the same wherever the picture begins.
+  first -= first % per_point;
+  end = std::min((end + per_point - 1) / per_point * per_point, samples_);
   const Log part = log_.chunk(first, end - first);
-  Picture picture{static_cast<double>(first) / rate_Hz_, 1.0 / rate_Hz_, 1, {}};
-  for (const double value : column(part, signal)) {
-    picture.points.push_back({static_cast<float>(value), static_cast<float>(value)});
+  const std::vector<double>& values = column(part, signal);
+  Picture picture{
+      static_cast<double>(first) / rate_Hz_, static_cast<double>(per_point) / rate_Hz_, per_point, {}};
+  picture.points.reserve(values.size() / per_point + 1);
+  for (std::size_t i = 0; i < values.size(); i += per_point) {
+    picture.points.push_back(extremes_of(values, i, std::min(i + per_point, values.size())));
   }
   return picture;
 }
@@ -81,7 +92,7 @@ Trace::Picture Trace::picture(Signal signal, double from_s, double to_s, std::si
   const auto first = static_cast<std::size_t>(from);
   const auto end = static_cast<std::size_t>(to);
   const std::size_t per_point = (end - first + points - 1) / std::max<std::size_t>(points, 1);
-  if (per_point < kFinest) return samples_between(signal, first, end);
+  if (per_point < kFinest) return from_samples(signal, first, end, per_point);
   // The coarsest level that has as many points as are asked for.
   const auto& levels = levels_[static_cast<std::size_t>(signal)];
   std::size_t level = 0;

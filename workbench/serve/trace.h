@@ -17,7 +17,7 @@ struct Extremes {
 };
 
 /// The signals of a whole log as they were recorded, for drawing at any magnification: the extremes of 16,
-/// 64, 256, ... samples (a min/max pyramid). Below 16 samples a point the samples themselves are read again.
+/// 64, 256, ... samples (a min/max pyramid). Below 16 samples a point the samples are read again.
 /// Memory: 2/3 byte for each sample of a signal. Cost of a picture: its points, whatever the log's length.
 class Trace {
  public:
@@ -32,7 +32,7 @@ class Trace {
   double start_s() const { return start_s_; }
 
   /// What is drawn of [from_s, to_s], times counted from the start of the log: at most `points` + 2 points,
-  /// each the extremes of as many samples; where these would be fewer than sixteen, the samples themselves.
+  /// each the extremes of as many samples; the samples themselves where there are no more of them.
   /// Throws InputError where the file is gone.
   struct Picture {
     double first_s = 0.0;  ///< of the first point
@@ -48,7 +48,7 @@ class Trace {
 
   void take(const Log& chunk);
   void build_levels();
-  Picture samples_between(Signal signal, std::size_t first, std::size_t end) const;
+  Picture from_samples(Signal signal, std::size_t first, std::size_t end, std::size_t per_point) const;
 
   LongLog log_;
   std::size_t samples_ = 0;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "workbench/analysis/compare_model.h"
+#include "workbench/analysis/residual_dynamics.h"
 #include "workbench/analysis/worst_intervals.h"
 #include "workbench/diagnose/evidence/held_out.h"
 #include "workbench/estimate/nonlinear/fit.h"
@@ -116,6 +117,7 @@ json View::charts(const std::string& key, const Terms& terms, const std::string&
   if (other != nullptr) after = rows_of_model(other_key, *other);
   json data = json::object();
   add_residual_charts(data, measurement(), before, other == nullptr ? nullptr : &after);
+  add_residual_dynamics(data, measurement(), before, other == nullptr ? nullptr : &after);
   return data;
 }
 

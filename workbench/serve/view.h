@@ -30,7 +30,8 @@ class View {
   /// What a model makes of them: arrays measured_N, model_N, residual_N; header: rmse_N, relative_error,
   /// left, parameters, worst.
   Bytes model(const std::string& key, const Terms& terms);
-  /// Residual charts of a model, and of a second one beside it (null: none): loops, profiles, spectrum.
+  /// Residual charts of a model, and of a second one beside it (null: none): loops, profiles, spectrum
+  /// (report/pictures.h), coherence, autocorrelation, response (analysis/residual_dynamics.h).
   nlohmann::json charts(const std::string& key, const Terms& terms, const std::string& other_key,
                         const Terms* other);
 

@@ -85,6 +85,8 @@ class Workspace {
   /// interface.
   nlohmann::json controller(int version, const std::string& bus, int node);
   void deploy(int version, const std::string& bus, int node);
+  /// Position error of the simulated axis in a move before and after the last deployment, or null.
+  nlohmann::json tracking() const;
 
   Download download(const std::string& what, int version, const nlohmann::json& options) const;
 
@@ -101,7 +103,10 @@ class Workspace {
   Terms terms(int version) const;
   Terms bent_terms(int version, const nlohmann::json& changes) const;
   void open(const std::vector<std::string>& paths, Progress& progress);
+  void add_tried(nlohmann::json card);
   void publish(int parent, const std::string& what, const Model& model, double before_N);
+
+  static constexpr const char* kDiagnosis = "find what is missing";  ///< name of that job
 
   ProcessGroup& group_;
   Events events_;
@@ -111,7 +116,9 @@ class Workspace {
   std::vector<nlohmann::json> log_heads_;
   std::shared_ptr<View> view_;
   nlohmann::json plan_;
+  nlohmann::json tried_ = nlohmann::json::array();  ///< effects that the last diagnosis has tried
   std::string deployed_;
+  nlohmann::json tracking_;  ///< of the simulated axis, before and after the last deployment
   std::unique_ptr<SimulatedController> controller_;
   std::mutex controller_lock_;
   Jobs jobs_;  ///< last: its thread ends before the rest goes

@@ -11,6 +11,7 @@
 #include "workbench/controller/socket_link.h"
 #include "workbench/report/json_values.h"
 #include "workbench/serve/plain_file.h"
+#include "workbench/serve/tracking_error.h"
 #include "workbench/serve/workspace.h"
 
 namespace slipstack::workbench {
@@ -23,6 +24,16 @@ constexpr std::size_t kLargestAxisFile = std::size_t{1} << 16;  // of simulated_
 
 std::filesystem::path axis_file(const Session& session) {
   return session.folder() / "simulated_axis.json";
+}
+
+constexpr double kTravel_m = 0.02;  // of the move that shows what a deployment changes
+
+json tracking_json(const TrackingError& found) {
+  return {{"time_s", found.time_s},
+          {"reference_m", found.reference_m},
+          {"error_m", found.error_m},
+          {"rms_m", found.rms_m},
+          {"largest_m", found.largest_m}};
 }
 
 std::filesystem::path plan_file(const Session& session) {
@@ -166,6 +177,11 @@ json Workspace::controller(int version, const std::string& bus, int node) {
   return answer;
 }
 
+json Workspace::tracking() const {
+  const std::lock_guard lock(lock_);
+  return tracking_;
+}
+
 void Workspace::deploy(int version, const std::string& bus, int node) {
   std::string path;
   {
@@ -175,12 +191,17 @@ void Workspace::deploy(int version, const std::string& bus, int node) {
   const Model model = read_controller_model(path);
   jobs_.start("deploy", [this, model, path, bus, node](Progress& progress) {
     std::string text;
+    json tracking;
+    const Show show = [&](const std::string& stage, double f) { progress.show(stage, f); };
     with_controller(bus, node, [&](SdoClient& drive) {
-      text = deploy_model(drive, model, path, true,
-                          [&](const std::string& stage, double f) { progress.show(stage, f); });
+      // Only the simulated axis: nobody stands in its way.
+      if (bus.empty()) tracking["before"] = tracking_json(record_tracking_error(drive, kTravel_m, show));
+      text = deploy_model(drive, model, path, true, show);
+      if (bus.empty()) tracking["after"] = tracking_json(record_tracking_error(drive, kTravel_m, show));
     });
     const std::lock_guard lock(lock_);
     deployed_ = std::move(text);
+    tracking_ = std::move(tracking);
   });
 }
 

@@ -96,5 +96,46 @@ TEST(Spectrum, IsEmptyWithoutAWholeSegment) {
   EXPECT_TRUE(power_spectrum({}, kRate_Hz, 128).density.empty());
 }
 
+// A delay by a sample with noise of the same size added: gain, phase, coherence and their scatter are known.
+TEST(CrossSpectrum, OfADelayWithNoise) {
+  constexpr std::size_t kSegment = 128;
+  CrossSpectrum spectrum(kRate_Hz, kSegment);
+  const std::vector<double> input = white(5, 100'001, 1.0);
+  const std::vector<double> noise = white(6, 100'001, 1.0);
+  std::vector<double> output(input.size());
+  for (std::size_t i = 1; i < input.size(); ++i) output[i] = 2.0 * input[i - 1] + 2.0 * noise[i];
+  // In two stretches: nothing reaches from one to the other.
+  const std::span<const double> x(input), y(output);
+  spectrum.add(x.first(60'000), y.first(60'000));
+  spectrum.add(x.subspan(60'000), y.subspan(60'000));
+  spectrum.add(x.first(kSegment - 1), y.first(kSegment - 1));
+  EXPECT_EQ(spectrum.segments(), (60'000 - kSegment) / 64 + 1 + (40'001 - kSegment) / 64 + 1);
+  double squared = 0.0;
+  double expected = 0.0;
+  for (std::size_t k = 2; k < spectrum.bins(); ++k) {
+    const double turn = -2.0 * std::numbers::pi * spectrum.frequency_Hz(k) / kRate_Hz;
+    const std::complex<double> error = spectrum.response(k) / std::polar(2.0, turn) - 1.0;
+    EXPECT_LT(std::abs(error), 0.12) << k;
+    EXPECT_NEAR(spectrum.coherence(k), 0.5, 0.08) << k;
+    squared += error.real() * error.real();
+    expected += spectrum.response_deviation(k) * spectrum.response_deviation(k);
+  }
+  EXPECT_NEAR(std::sqrt(squared / expected), 1.0, 0.25);
+}
+
+TEST(CrossSpectrum, UnrelatedSignalsExceedTheChanceLevelAsOftenAsItSays) {
+  int above = 0;
+  int all = 0;
+  for (std::uint64_t seed = 10; seed < 60; ++seed) {
+    CrossSpectrum spectrum(kRate_Hz, 128);
+    spectrum.add(white(seed, 2'000, 1.0), white(seed + 1000, 2'000, 1.0));
+    for (std::size_t k = 2; k < spectrum.bins(); ++k, ++all) {
+      above += spectrum.coherence(k) > spectrum.chance_coherence(0.05);
+    }
+  }
+  EXPECT_NEAR(static_cast<double>(above) / all, 0.05, 0.015);
+  EXPECT_EQ(CrossSpectrum(kRate_Hz, 128).chance_coherence(0.05), 1.0);
+}
+
 }  // namespace
 }  // namespace slipstack::workbench

@@ -132,6 +132,9 @@ std::vector<Attempt> try_effects(const Measurement& measurement, const DiagnoseO
     Attempt& one = attempts[i];
     one.trial = alone == nullptr ? try_anew(measurement, one.from->model, *one.effect)
                                  : look_again(measurement, one.from->model, *one.effect, *alone);
+    if (alone == nullptr && options.tried && !is_outside_catalogue(*one.effect)) {
+      options.tried(one.trial, one.from->model.holdout_rmse_N);
+    }
     const std::size_t finished = ++done;
     options.report(alone == nullptr ? "try every effect" : "try every effect on top",
                    static_cast<double>(finished) / static_cast<double>(attempts.size()));

@@ -33,6 +33,14 @@ export async function get(path, query, signal) {
   return (await checked(await fetch(address(path, query), {headers, signal}))).json();
 }
 
+let effects = null;
+
+// The effects of the catalogue: they do not change while the server runs.
+export async function catalogue() {
+  effects ??= await get('catalogue');
+  return effects;
+}
+
 export async function post(path, body = {}) {
   const response = await fetch(address(path), {
     method: 'POST', headers: {...headers, 'Content-Type': 'application/json'}, body: JSON.stringify(body)});

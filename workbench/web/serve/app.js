@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page: follows the server's state and fetches what changed.
 import {bytes, follow, get, post} from '/api.js';
-import {clearCursors, forgetCharts, select, startCharts} from '/charts.js';
+import {forgetCharts, startCharts} from '/charts.js';
+import {clearCursors} from '/cursors.js';
 import {attempt, byId, dialog, h, say} from '/dom.js';
 import {startExperiment} from '/experiment.js';
 import {startHistory} from '/history.js';
+import {chartOf, select} from '/linked.js';
 import {startMissing} from '/missing.js';
 import {startModel} from '/model.js';
 import {startOpen} from '/open.js';
@@ -16,6 +18,7 @@ let measuredSeen = false;
 let versionSeen = null;
 let diagnosisSeen = null;
 let experimentSeen = null;
+let triedSeen = null;
 
 const logsOf = (state) => state.logs.map((log) => log.path).join('\n');
 
@@ -33,6 +36,7 @@ async function fetchModels() {
     if (store.wanted !== wanted) return;
     store.current = current;
     store.beside = other;
+    store.charts = null;  // those of the models before
     tell('model');
     tell('version');
     store.charts = version ? await get('charts', beside ? {version: beside.id, other: version.id} : {version: version.id}) : null;
@@ -45,11 +49,28 @@ async function fetchModels() {
   }
 }
 
+// One job at a time: what would start another keeps the focus, and says why it does not.
+function startBusy() {
+  document.addEventListener('click', (event) => {
+    if (!store.state?.job.running || !event.target.closest?.('[data-job]')) return;
+    event.preventDefault();
+    event.stopPropagation();
+    say(`One thing at a time: “${store.state.job.what}” is still running. Wait, or cancel it with Esc.`, 'note');
+  }, true);
+}
+
+function showBusy(running) {
+  document.body.classList.toggle('busy', running);
+  for (const button of document.querySelectorAll('[data-job]')) {
+    if (running) button.setAttribute('aria-disabled', 'true'); else button.removeAttribute('aria-disabled');
+  }
+}
+
 function showJob({running, what, stage, fraction, elapsed_s: elapsed, outcome, error}) {
   byId('job').hidden = !running;
-  document.body.classList.toggle('busy', running);
+  showBusy(running);
   if (running) {
-    byId('job-text').textContent = `${what}: ${stage || 'starting'}${elapsed > 1 ? `, ${elapsed.toFixed(0)} s` : ''}`;
+    byId('job-text').textContent = `${what.replace(/^./, (first) => first.toUpperCase())}: ${stage || 'starting'}${elapsed > 1 ? `, ${elapsed.toFixed(0)} s` : ''}`;
     const bar = byId('job-progress');
     if (fraction >= 0) bar.value = fraction; else bar.removeAttribute('value');
   }
@@ -92,6 +113,11 @@ function take(state) {
   if (diagnosis !== diagnosisSeen) {
     diagnosisSeen = diagnosis;
     tell('diagnosis');
+  }
+  const tried = JSON.stringify(state.tried);
+  if (tried !== triedSeen) {
+    triedSeen = tried;
+    tell('tried');
   }
   const experiment = JSON.stringify([state.current, state.plan?.headline, state.deployed, state.simulated, state.diagnosis?.next_experiment?.for]);
   if (experiment !== experimentSeen) {
@@ -153,7 +179,7 @@ function startTools() {
   on('selected', () => {
     const count = store.selected ? store.selected.reduce((sum, one) => sum + one, 0) : 0;
     byId('unbrush').hidden = count === 0;
-    byId('brushed').textContent = count ? `${count.toLocaleString('en')} of ${store.selected.length.toLocaleString('en')} shown in all charts` : '';
+    byId('brushed').textContent = count ? `${count.toLocaleString('en')} of ${store.selected.length.toLocaleString('en')} rows, shown in all charts` : '';
   });
   on('model', () => {
     const {header} = store.rows;
@@ -170,11 +196,12 @@ on('beside', fetchModels);
 startTabs();
 startTools();
 startKeys();
+startBusy();
 startCharts();
 startOpen();
 startModel();
 startMissing();
 startExperiment();
 startHistory();
-window.slipstackWorkbench = {store};
+window.slipstackWorkbench = {store, chartOf};  // for the tests
 follow(take, (fault) => { if (fault) say(fault); else if (byId('message').dataset.kind !== 'note') say(''); });

@@ -1,13 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
-// One chart on uPlot: zoom by drag, wheel and keys, pan, y-zoom, reset, brush, two cursors, a table of what is visible,
-// and its export as PNG, SVG or CSV. Units and number texts are those of units.js.
-import {attempt, dialog, h, save} from '/dom.js';
+// One chart on uPlot: zoom by drag, wheel and keys, pan, y-zoom, reset, brush, cursors, export (chart_export.js). Units and
+// number texts are those of units.js.
+import {csvOf, pngOf, showTable, svgOf} from '/chart_export.js';
+import {attempt, h, save} from '/dom.js';
 import {store} from '/store.js';
 
 const kFont = '11px "Noto Sans", "Liberation Sans", Arial, sans-serif';
-const kMostTableRows = 200;
 
 export const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue('--' + name).trim();
+
+// On a logarithmic axis: out to the next 1, 2 or 5, which are labelled where the axis has few decades.
+const kLabelled = [1, 2, 5, 10];
+
+function outwards(low, high) {
+  const decade = (value) => 10 ** Math.floor(Math.log10(value) + 1e-9);
+  const from = decade(low) * kLabelled.findLast((one) => one * decade(low) <= low * (1 + 1e-9));
+  const to = decade(high) * kLabelled.find((one) => one * decade(high) >= high * (1 - 1e-9));
+  return from < to ? [from, to] : [from / 2, to * 2];
+}
+
+function labelled(u, splits) {
+  const [low, high] = [splits[0], splits[splits.length - 1]];
+  const wanted = high / low > 500 ? [1] : kLabelled;
+  return splits.map((value) => (wanted.some((one) => Math.abs(value / 10 ** Math.floor(Math.log10(value) + 1e-9) - one) < 1e-6) ? value : null));
+}
 
 export function padded(low, high) {
   if (!(low < high)) return [low - (Math.abs(low) || 1) * 0.5, high + (Math.abs(high) || 1) * 0.5];
@@ -16,7 +32,8 @@ export function padded(low, high) {
 }
 
 // `spec`: {title, x: {name, label, log}, y: {name, label, log}, series: [{name, role, width, dash}], data: [[x], [y]...],
-// height, xRange: [low, high], under: (u) => drawing below the lines, over: (u) => above, onRange, onBrush, onCursor}
+// height, xRange: [low, high], yExtent: (u) => [low, high], rows: () => [[x, y...]...] where data holds no lines,
+// under: (u) => drawing below the lines, over: (u) => above, onRange, onBrush, onCursor}
 export class Chart {
   constructor(host, spec) {
     this.host = host;
@@ -30,7 +47,14 @@ export class Chart {
     this.keys = h('div', {class: 'keyline'});
     host.replaceChildren(h('figcaption', {}, h('h3', {}, spec.title), this.keys, this.readout, this.menu), this.box);
     this.make();
-    new ResizeObserver(() => this.resize()).observe(this.box);
+    this.observer = new ResizeObserver(() => this.resize());
+    this.observer.observe(this.box);
+  }
+
+  remove() {
+    this.observer.disconnect();
+    this.u.destroy();
+    this.host.remove();
   }
 
   description() {
@@ -43,13 +67,13 @@ export class Chart {
     const axis = (of, side) => ({
       label: of.label, font: kFont, labelFont: kFont, stroke: () => colour('soft'), labelGap: 0, labelSize: 17, gap: 3, side,
       grid: {stroke: () => colour('hair'), width: 1}, ticks: {stroke: () => colour('rule'), width: 1, size: 4},
-      ...(of.log ? {} : {values: (u, splits, index, space, increment) => splits.map((value) => (value === null ? '' : tickText(value, increment)))}),
+      ...(of.log ? {filter: labelled, values: (u, splits) => splits.map(logTickText)} : {values: (u, splits, index, space, increment) => splits.map((value) => (value === null ? '' : tickText(value, increment)))}),
     });
     return {
       width: Math.max(120, this.box.clientWidth || 400), height: spec.height, pxAlign: 0, padding: [6, 14, 0, 0], legend: {show: false},
       scales: {
         x: {time: false, distr: spec.x.log ? 3 : 1, range: (u, low, high) => (low === high ? padded(low, high) : [low, high])},
-        y: {distr: spec.y.log ? 3 : 1, range: (u, low, high) => this.yRange ?? (this.spec.yExtent ? padded(...this.spec.yExtent(u)) : spec.y.log ? [low, high] : padded(low ?? 0, high ?? 1))},
+        y: {distr: spec.y.log ? 3 : 1, range: (u, low, high) => this.yRange ?? (this.spec.yExtent ? padded(...this.spec.yExtent(u)) : spec.y.log ? outwards(low ?? 1, high ?? 10) : padded(low ?? 0, high ?? 1))},
       },
       axes: [{...axis(spec.x, 2), size: 24, space: 60}, {...axis(spec.y, 3), space: spec.height < 150 ? 18 : 28, size: (u, values) => Math.max(44, 14 + 6.3 * Math.max(1, ...(values ?? []).map((text) => String(text ?? '').length)))}],
       series: [{}, ...spec.series.map((one) => ({
@@ -74,7 +98,7 @@ export class Chart {
 
   drawKeys() {
     this.keys.replaceChildren(...this.spec.series.map((one, i) => h('button', {
-      type: 'button', 'aria-pressed': 'true', class: 'key',
+      type: 'button', 'aria-pressed': String(this.u.series[i + 1].show), class: 'key',
       onclick: (event) => {
         const show = event.currentTarget.getAttribute('aria-pressed') !== 'true';
         event.currentTarget.setAttribute('aria-pressed', String(show));
@@ -98,6 +122,12 @@ export class Chart {
   resize() {
     const width = this.box.clientWidth;
     if (width > 0 && Math.abs(width - this.u.width) > 1) this.u.setSize({width, height: this.spec.height});
+  }
+
+  // At once: no frame is drawn before the page is on paper.
+  print(width) {
+    this.u.batch(() => { this.u.setSize({width, height: this.spec.height}); });
+    this.redraw();
   }
 
   redraw() { this.u.redraw(false, true); }
@@ -194,94 +224,15 @@ export class Chart {
     if (u.cursor.left < 0 || index === null || index === undefined) { this.readout.textContent = ''; return; }
     const {x, y, series, data} = this.spec;
     const values = series.map((one, i) => (u.series[i + 1].show && data[i + 1][index] !== null ? `${one.name} ${readout(data[i + 1][index])}` : null)).filter(Boolean);
-    this.readout.textContent = `${x.name} ${readout(data[0][index])} ${x.unit}: ${values.join(', ')} ${y.unit}`;
+    this.readout.textContent = `${x.name} ${readout(data[0][index])} ${x.unit}: ${values.join(', ')} ${y.unit}`.trimEnd();
   }
-
-  // Indices of what is visible.
-  visible() {
-    const xs = this.spec.data[0];
-    const [low, high] = this.shownRange();
-    const indices = [];
-    for (let i = 0; i < xs.length; ++i) if (xs[i] >= low && xs[i] <= high) indices.push(i);
-    return indices;
-  }
-
-  rowsOfTable(most) {
-    const indices = this.visible();
-    const step = Math.max(1, Math.ceil(indices.length / most));
-    return indices.filter((_, i) => i % step === 0).map((i) => this.spec.data.map((column) => column[i]));
-  }
-
-  headings() { return [this.spec.x.label, ...this.spec.series.map((one) => `${one.name} (${this.spec.y.unit})`)]; }
 
   async give(kind) {
     this.menu.open = false;
     const name = this.spec.title.toLowerCase().replaceAll(/[^a-z0-9]+/g, '-');
-    if (kind === 'Table') {
-      const rows = this.rowsOfTable(kMostTableRows);
-      const total = this.visible().length;
-      await dialog(this.spec.title, h('div', {class: 'scroll', tabindex: 0},
-        h('table', {}, h('caption', {}, rows.length < total ? `${rows.length} of the ${total} visible samples` : `${total} visible samples`),
-          h('thead', {}, h('tr', {}, this.headings().map((text) => h('th', {scope: 'col'}, text)))),
-          h('tbody', {}, rows.map((row) => h('tr', {}, row.map((value) => h('td', {}, readout(value)))))))));
-    } else if (kind === 'CSV') {
-      const text = [this.headings().join(','), ...this.rowsOfTable(Infinity).map((row) => row.map((value) => value ?? '').join(','))].join('\n');
-      save(new Blob([text + '\n'], {type: 'text/csv'}), `${name}.csv`);
-    } else if (kind === 'PNG') {
-      save(await this.png(), `${name}.png`);
-    } else {
-      save(new Blob([this.svg()], {type: 'image/svg+xml'}), `${name}.svg`);
-    }
-  }
-
-  png() {
-    const from = this.box.querySelector('canvas');
-    const canvas = document.createElement('canvas');
-    canvas.width = from.width;
-    canvas.height = from.height;
-    const context = canvas.getContext('2d');
-    context.fillStyle = colour('page');
-    context.fillRect(0, 0, canvas.width, canvas.height);
-    context.drawImage(from, 0, 0);
-    return new Promise((done) => canvas.toBlob(done, 'image/png'));
-  }
-
-  // The lines of what is visible as vectors, with axes and their ends.
-  svg() {
-    const width = this.u.width;
-    const height = this.spec.height;
-    const box = {left: 60, top: 10, width: width - 80, height: height - 50};
-    const {min: x0, max: x1} = this.u.scales.x;
-    const {min: y0, max: y1} = this.u.scales.y;
-    const place = (value, low, high, log) => (log ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low));
-    const px = (x) => (box.left + box.width * place(x, x0, x1, this.spec.x.log)).toFixed(2);
-    const py = (y) => (box.top + box.height * (1 - place(y, y0, y1, this.spec.y.log))).toFixed(2);
-    const escape = (text) => text.replace(/[&<>"]/g, (c) => `&#${c.charCodeAt(0)};`);
-    const indices = this.visible();
-    const path = (column) => {
-      let text = '';
-      let down = false;
-      for (const i of indices) {
-        const y = column[i];
-        if (y === null || y === undefined || Number.isNaN(y)) { down = false; continue; }
-        text += `${down ? 'L' : 'M'}${px(this.spec.data[0][i])} ${py(y)}`;
-        down = true;
-      }
-      return text;
-    };
-    const lines = this.spec.series.map((one, i) => (this.u.series[i + 1].show
-      ? `<path d="${path(this.spec.data[i + 1])}" fill="none" stroke="${colour(one.role)}" stroke-width="${one.width ?? 1.25}"${one.dash ? ` stroke-dasharray="${one.dash.join(' ')}"` : ''}><title>${escape(one.name)}</title></path>` : '')).join('\n');
-    const text = (x, y, anchor, what) => `<text x="${x}" y="${y}" text-anchor="${anchor}">${escape(what)}</text>`;
-    return `<svg xmlns="http://www.w3.org/2000/svg" width="${width}" height="${height}" font-family="Arial, sans-serif" font-size="11" fill="${colour('ink')}">
-<title>${escape(this.spec.title)}</title><rect width="100%" height="100%" fill="${colour('page')}"/>
-<clipPath id="plot"><rect x="${box.left}" y="${box.top}" width="${box.width}" height="${box.height}"/></clipPath>
-<rect x="${box.left}" y="${box.top}" width="${box.width}" height="${box.height}" fill="none" stroke="${colour('rule')}"/>
-<g clip-path="url(#plot)">${lines}</g>
-${text(box.left, height - 26, 'middle', readout(x0))}${text(box.left + box.width, height - 26, 'middle', readout(x1))}
-${text(box.left + box.width / 2, height - 10, 'middle', this.spec.x.label)}
-${text(box.left - 6, box.top + box.height, 'end', readout(y0))}${text(box.left - 6, box.top + 10, 'end', readout(y1))}
-<text transform="translate(14 ${box.top + box.height / 2}) rotate(-90)" text-anchor="middle">${escape(this.spec.y.label)}</text>
-</svg>
-`;
+    if (kind === 'Table') await showTable(this);
+    else if (kind === 'CSV') save(csvOf(this), `${name}.csv`);
+    else if (kind === 'PNG') save(await pngOf(this, colour('page')), `${name}.png`);
+    else save(svgOf(this, colour), `${name}.svg`);
   }
 }

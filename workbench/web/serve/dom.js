@@ -60,7 +60,24 @@ export function quantity(value, unit, digits = 3) {
   return label === '1' || label === '' ? text : `${text}\u00a0${label}`;
 }
 
-export const percent = (share) => (share === null || share === undefined ? '–' : `${withMinus((100 * share).toPrecision(3))}\u00a0%`);
+// Two values with one unit, or one where they read the same: "14 to 135 mm".
+export function span(low, high, unit) {
+  const {perSi, label} = displayUnit(unit, Math.max(Math.abs(low), Math.abs(high)));
+  const digits = Math.max(0, 2 - Math.floor(Math.log10(Math.max(Math.abs(low), Math.abs(high)) * perSi || 1)));
+  const [from, to] = [low, high].map((value) => withMinus((value * perSi).toFixed(digits)));
+  return from === to ? `at ${from}\u00a0${label}` : `${from} to ${to}\u00a0${label}`;
+}
+
+// A text of the server as a sentence: a capital, a full stop, signs and units as the page writes them.
+export const sentence = (text) => text.replace(/^./, (first) => first.toUpperCase()).replace(/(?<=^|[ (])-(?=\d)/g, '\u2212').replace(/(?<=\d )um\b/g, 'µm').replace(/(?<=\d) (?=%|[µmk]?(N|m|s|Hz|kg)\b)/g, '\u00a0').replace(/[^.]$/, '$&.');
+
+// "Stribeck effect: friction falls with velocity" is called Stribeck effect where there is little room.
+export const shortTitle = (title) => title.split(/: | \(/)[0];
+
+// A title within a sentence: names of people keep their capital.
+export const inSentence = (title) => (/^(Stribeck|Coulomb|Maxwell)/.test(title) ? title : title.replace(/^./, (first) => first.toLowerCase()));
+
+export const percent = (share) => (share === null || share === undefined ? '–' : `${withMinus(Math.abs(share) < 0.01 ? (100 * share).toFixed(1) : (100 * share).toPrecision(3))}\u00a0%`);
 
 // A question or a table over the page; returns when it is closed, with the value of the button.
 export function dialog(title, content, buttons = [{label: 'Close', value: ''}]) {

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Plan the next experiment, run it, deploy the model.
-import {get, post} from '/api.js';
+import {catalogue, get, post} from '/api.js';
 import {Chart} from '/chart.js';
-import {attempt, byId, fill, h, quantity, readable} from '/dom.js';
+import {attempt, byId, fill, h, quantity, readable, say, shortTitle} from '/dom.js';
 import {currentVersion, on, store} from '/store.js';
 
 let setPoints = null;
+let tracking = null;
+let effects = [];        // of the catalogue
+let wanted = null;       // ids of the effects to show; null: those that the diagnosis asks for
 const kept = new Map();  // what was typed, while the panel is drawn anew
 
 function field(id, attributes, otherwise = '') {
@@ -14,13 +17,21 @@ function field(id, attributes, otherwise = '') {
 }
 
 function planForm() {
-  const wanted = field('plan-for', {type: 'text'}, store.planFor ?? store.state.diagnosis?.next_experiment?.for.join(',') ?? '');
+  const chosen = wanted ?? new Set(store.state.diagnosis?.next_experiment?.for ?? []);
+  const chips = effects.map((effect) => h('label', {class: 'chip', title: effect.formula},
+    h('input', {type: 'checkbox', value: effect.id, checked: chosen.has(effect.id),
+                onchange: (event) => { wanted = chosen; if (event.currentTarget.checked) chosen.add(effect.id); else chosen.delete(effect.id); }}), shortTitle(effect.title)));
+  const plan = () => {
+    if (!chosen.size) { say('Choose at least one effect that the experiment is to show.'); return; }
+    attempt(() => post('plan', {for: [...chosen].join(','), seconds: Number(seconds.value), limits: limits.value}));
+  };
   const seconds = field('plan-seconds', {type: 'number', min: '5', max: '3600'}, '30');
   const limits = field('plan-limits', {type: 'text', placeholder: 'as in the log; or stroke=0.02:0.38,velocity=0.5'});
   return h('section', {}, h('h2', {}, 'Plan'), h('p', {}, 'The motion that tells effects apart, within what the axis may do.'),
-    h('div', {class: 'form'}, h('label', {for: 'plan-for'}, 'Effects to show and to separate'), wanted, h('label', {for: 'plan-seconds'}, 'Longest duration (s)'), seconds,
+    h('fieldset', {id: 'plan-for'}, h('legend', {}, 'Effects to show and to tell apart'), chips),
+    h('div', {class: 'form'}, h('label', {for: 'plan-seconds'}, 'Longest duration (s)'), seconds,
       h('label', {for: 'plan-limits'}, 'Limits'), limits),
-    h('div', {class: 'buttons'}, h('button', {type: 'button', class: 'main', id: 'plan', onclick: () => attempt(() => post('plan', {for: wanted.value, seconds: Number(seconds.value), limits: limits.value}))}, 'Plan the experiment')));
+    h('div', {class: 'buttons'}, h('button', {type: 'button', class: 'main', id: 'plan', 'data-job': true, onclick: plan}, 'Plan the experiment')));
 }
 
 function planned() {
@@ -29,7 +40,7 @@ function planned() {
   const figure = h('figure', {class: 'chart'});
   const section = h('section', {id: 'planned'}, h('h3', {}, plan.headline), plan.detail ? h('p', {}, plan.detail) : null, figure,
     h('details', {}, h('summary', {}, 'Limits, evidence, segments'), h('pre', {tabindex: 0}, plan.text)),
-    h('div', {class: 'buttons'}, store.state.simulated ? h('button', {type: 'button', class: 'main', id: 'run-plan', onclick: () => attempt(() => post('run'))}, 'Run it on the simulated axis') : null),
+    h('div', {class: 'buttons'}, store.state.simulated ? h('button', {type: 'button', class: 'main', id: 'run-plan', 'data-job': true, onclick: () => attempt(() => post('run'))}, 'Run it on the simulated axis') : null),
     store.state.simulated ? null : h('p', {class: 'soft'}, 'The set points are in plan.csv of the session folder: run them on your axis and open the log that it records.'));
   const chart = plan.charts[0];
   queueMicrotask(() => {
@@ -51,27 +62,47 @@ async function compareWithDrive(bus, node, host) {
     h('details', {}, h('summary', {}, 'State of the drive'), h('pre', {}, answer.status)));
 }
 
+// What the deployment has changed: the position error in the same move before and after, in one chart.
+async function drawTracking() {
+  const host = byId('tracking');
+  const found = store.state.deployed ? await get('tracking').catch(() => null) : null;
+  if (!host?.isConnected || !found?.after) return;
+  const {before, after} = found;
+  const length = displayUnit('m', Math.max(before.largest_m, after.largest_m));
+  const error = (one) => before.time_s.map((_, i) => (i < one.error_m.length ? one.error_m[i] * length.perSi : null));
+  const figure = h('figure', {class: 'chart', 'data-chart': 'tracking'});
+  fill(host, h('h3', {}, 'Position error in a move to and fro'),
+    h('p', {}, h('b', {}, `${quantity(before.rms_m, 'm')} → ${quantity(after.rms_m, 'm')}`), ` rms, largest ${quantity(before.largest_m, 'm')} → ${quantity(after.largest_m, 'm')}, with the model before and with this one`), figure);
+  const last = before.time_s[before.time_s.length - 1];
+  tracking?.remove();
+  tracking = new Chart(figure, {title: 'Position error over time', height: 180, x: {name: 'Time', label: 'Time (s)', unit: 's'}, y: {name: 'Error', label: `Position error (${length.label})`, unit: length.label},
+    series: [{name: 'before', role: 'before'}, {name: 'after', role: 'after'}], data: [before.time_s, error(before), error(after)], xRange: [0, last], whole: () => [0, last]});
+}
+
 function deployForm() {
   const version = currentVersion();
   if (!version) return null;
-  const bus = field('bus', {type: 'text', placeholder: store.state.simulated ? 'empty: the simulated axis' : 'can0'});
+  const bus = field('bus', {type: 'text', placeholder: store.state.simulated ? 'empty: the simulated axis' : 'such as can0'});
   const node = field('node', {type: 'number', min: '1', max: '127'}, '5');
   const found = h('div', {id: 'differences'});
+  const named = (work) => (bus.value.trim() || store.state.simulated ? work() : say('Name the CAN interface of the controller, such as can0. Without hardware: start a simulated axis in an empty session.'));
   return h('section', {}, h('h2', {}, 'Deploy'), h('p', {}, `Version ${version.id} to the controller: staged, read back, applied between two ticks, stored.`),
-    h('div', {class: 'form'}, h('label', {for: 'bus'}, 'CAN interface'), bus, h('label', {for: 'node'}, 'Node'), node),
-    h('div', {class: 'buttons'}, h('button', {type: 'button', id: 'differ', onclick: () => compareWithDrive(bus.value.trim(), node.value, found)}, 'What would change?'),
-      h('button', {type: 'button', class: 'main', id: 'deploy', onclick: () => attempt(() => post('deploy', {version: version.id, bus: bus.value.trim(), node: Number(node.value)}))}, 'Deploy')),
-    found, store.state.deployed ? h('pre', {id: 'deployed', tabindex: 0}, store.state.deployed) : null);
+    h('div', {class: 'form'}, h('label', {for: 'bus'}, 'CAN interface'), bus, h('label', {for: 'node'}, 'Node id'), node),
+    h('div', {class: 'buttons'}, h('button', {type: 'button', id: 'differ', onclick: () => named(() => compareWithDrive(bus.value.trim(), node.value, found))}, 'What would change?'),
+      h('button', {type: 'button', class: 'main', id: 'deploy', 'data-job': true, onclick: () => named(() => attempt(() => post('deploy', {version: version.id, bus: bus.value.trim(), node: Number(node.value)})))}, 'Deploy')),
+    found, store.state.deployed ? h('pre', {id: 'deployed', tabindex: 0}, store.state.deployed) : null, h('section', {id: 'tracking'}));
 }
 
 function draw() {
   const host = byId('experiment');
   if (!currentVersion()) { host.replaceChildren(h('p', {class: 'empty'}, 'Fit a first model; then plan here what would say more.')); return; }
   const axis = store.state.simulated;
+  queueMicrotask(drawTracking);
   fill(host, planForm(), planned(), deployForm(), axis ? h('p', {class: 'soft'}, `Simulated axis: seed ${axis.seed}, ${quantity(axis.seconds, 's')}, hidden: ${axis.effects === 'random' ? 'drawn by the seed' : readable(axis.effects)}.`) : null);
 }
 
 export function startExperiment() {
   on('experiment', draw);
-  on('plan-for', () => { kept.delete('plan-for'); draw(); });
+  on('plan-for', () => { wanted = new Set(store.planFor); draw(); });
+  catalogue().then((list) => { effects = list; if (store.state) draw(); }).catch(() => {});
 }

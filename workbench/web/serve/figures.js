@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Small figures without axes: the falling error, and the fingerprint of a candidate.
-import {h, quantity, readable, svg} from '/dom.js';
+import {h, inSentence, quantity, shortTitle, span, svg} from '/dom.js';
 
 // One bar for each step of the history, the noise floor as a line: watch the error fall.
 export function waterfall(steps, floor, pick) {
@@ -14,13 +14,15 @@ export function waterfall(steps, floor, pick) {
         i > 0 && steps[i - 1].error > step.error ? h('span', {class: 'fell', style: `left:${wide(step.error)};width:calc(${wide(steps[i - 1].error)} - ${wide(step.error)})`}) : null,
         h('span', {class: 'bar', style: `width:${wide(step.error)}`}),
         floor > 0 ? h('span', {class: 'floor', style: `left:${wide(floor)}`}) : null)))),
-  floor > 0 ? h('li', {class: 'legend'}, h('span', {class: 'dash'}), `noise floor ${quantity(floor, 'N')}: no model gets below`) : null);
+  floor > 0 ? h('li', {class: 'legend'}, h('span', {class: 'dash'}), `noise floor ${quantity(floor, 'N')}: what no model can explain`) : null);
 }
 
-// The coordinate over which the expected trace explains most of the mean residual.
-export function bestProfile(profiles, expected, residualKey) {
+// The coordinate over which the expected trace explains most of the mean residual. Over time every effect that acts can be
+// seen, whatever it depends on: time is shown where no other coordinate explains half of its mean.
+function bestProfile(profiles, expected, residualKey) {
   let best = null;
   profiles.forEach((profile, i) => {
+    if (profile.coordinate === 'time' && best && best.share > 0.5) return;
     const mean = profile[residualKey] ?? profile.mean_N;
     const trace = expected?.[i];
     if (!mean || !trace) return;
@@ -32,7 +34,7 @@ export function bestProfile(profiles, expected, residualKey) {
       after += (value - trace[k]) * (value - trace[k]);
     });
     const gain = before > 0 ? before - after : 0;
-    if (!best || gain > best.gain) best = {gain, profile, mean, trace};
+    if (!best || gain > best.gain) best = {gain, share: gain / (before || 1), profile, mean, trace};
   });
   return best;
 }
@@ -57,6 +59,7 @@ export function fingerprint(card, profiles, residualKey) {
   return h('figure', {class: 'fingerprint'},
     svg('svg', {viewBox: '0 0 200 60', preserveAspectRatio: 'none', role: 'img', 'aria-label': `Mean residual over ${best.profile.coordinate} and the trace that ${card.title} would leave`},
       svg('path', {d: path(best.mean), class: 'residual'}), svg('path', {d: path(best.trace), class: 'expected'})),
-    h('figcaption', {}, `over ${best.profile.coordinate}: `, h('span', {class: 'line', style: '--line: var(--before)'}), 'residual ',
-      h('span', {class: 'line dashed', style: '--line: var(--curve7)'}), `as ${readable(card.effect).toLowerCase()} leaves it`));
+    h('figcaption', {}, h('span', {class: 'key'}, h('span', {class: 'line', style: '--line: var(--before)'}), 'mean residual'), ' ',
+      h('span', {class: 'key'}, h('span', {class: 'line dashed', style: '--line: var(--curve7)'}), `what ${inSentence(shortTitle(card.title))} would leave`),
+      h('br'), `${span(low, high, 'N')} over ${best.profile.coordinate}, ${span(best.profile.x[0], best.profile.x[best.profile.x.length - 1], best.profile.unit)}`));
 }

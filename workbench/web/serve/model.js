@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The model that is worked on: its falling error, its effects and what each is worth, parameters to bend by hand.
-import {get, post, postForBytes} from '/api.js';
-import {showInterval} from '/charts.js';
-import {attempt, byId, fill, h, percent, quantity, readable} from '/dom.js';
+import {catalogue, get, post, postForBytes} from '/api.js';
+import {attempt, byId, fill, h, percent, quantity, readable, sentence, shortTitle, span} from '/dom.js';
 import {waterfall} from '/figures.js';
 import {currentVersion, lineage, on, store, tell} from '/store.js';
+import {showInterval} from '/time_charts.js';
 
 let changes = new Map();  // by effect, kind and index: {effect, kind, index, value}
 let adjustable = [];
@@ -39,7 +39,7 @@ async function drawEffects() {
   host.replaceChildren(h('h2', {}, 'Its effects'), h('ul', {class: 'effects'}, version.effects.map((id) => {
     const error = without(id);
     return h('li', {}, h('div', {class: 'row'}, h('b', {}, title(id)),
-      h('button', {type: 'button', class: 'small', disabled: version.effects.length < 2, 'aria-label': `Remove ${title(id)}`,
+      h('button', {type: 'button', class: 'small', 'data-job': true, disabled: version.effects.length < 2, 'aria-label': `Remove ${title(id)}`,
                    onclick: () => attempt(() => post('remove', {effect: id}))}, 'Remove')),
     h('p', {class: 'soft'}, error ? `without it ${quantity(error, 'N')} instead of ${quantity(worth.with_N, 'N')}` : ''),
     h('details', {}, h('summary', {}, 'Parameters'), parameterList(parameters.find((one) => one.effect === id))));
@@ -57,11 +57,12 @@ function drawWorst() {
   const host = byId('worst');
   const worst = store.current?.header.worst;
   if (!worst?.length) { host.replaceChildren(); return; }
+  const unit = displayUnit('N', Math.min(...worst.map((one) => one.rmse_N)));
   host.replaceChildren(h('h2', {}, 'Where it fails most'), h('ol', {class: 'worst'}, worst.map((one) => h('li', {},
     h('button', {type: 'button', onclick: () => showInterval(one.from_s, one.to_s)},
-      h('b', {}, quantity(one.rmse_N, 'N')), ` at ${quantity(one.from_s, 's')} to ${quantity(one.to_s, 's')}`,
-      h('span', {class: 'soft'}, ` ${quantity(one.low_m, 'm')} to ${quantity(one.high_m, 'm')}, up to ${quantity(one.fastest_mps, 'm/s')}`))))),
-  h('p', {class: 'soft'}, `All of it: ${store.current.header.left}.`));
+      h('b', {}, `${Number((one.rmse_N * unit.perSi).toPrecision(3))}\u00a0${unit.label}`), h('span', {}, span(one.from_s, one.to_s, 's')),
+      h('span', {class: 'soft'}, `${span(one.low_m, one.high_m, 'm')}, up to ${quantity(one.fastest_mps, 'm/s')}`))))),
+  h('p', {class: 'soft'}, sentence(`In the whole log, ${store.current.header.left}`)));
 }
 
 // --- parameters by hand ---
@@ -95,7 +96,7 @@ function slider(one, index) {
       bend();
     }});
   input.setAttribute('aria-valuetext', text(one.value));
-  return h('div', {class: 'slider'}, h('label', {for: id}, `${one.title}: ${one.name.replaceAll('_', ' ')}${one.count ? ` (all ${one.count})` : ''}`), output, input);
+  return h('div', {class: 'slider'}, h('label', {for: id}, h('span', {class: 'unseen'}, `${one.title}: `), `${readable(one.name)}${one.count ? ` (all ${one.count} together)` : ''}`), output, input);
 }
 
 async function drawSliders() {
@@ -106,9 +107,9 @@ async function drawSliders() {
   adjustable = await get('adjustable', {version: version.id}).catch(() => []);
   if (currentVersion()?.id !== version.id) return;
   host.replaceChildren(h('h2', {}, 'By hand'), h('p', {class: 'soft', id: 'bent-error'}, 'Move a parameter; the charts follow.'),
-    h('div', {}, adjustable.map(slider)),
+    h('div', {class: 'sliders'}, adjustable.map((one, i) => [i === 0 || adjustable[i - 1].effect !== one.effect ? h('h3', {}, shortTitle(one.title)) : null, slider(one, i)]).flat()),
     h('div', {class: 'buttons'}, h('button', {type: 'button', id: 'bent-reset', disabled: true, onclick: forget}, 'Back to the fit'),
-      h('button', {type: 'button', id: 'bent-keep', disabled: true, onclick: () => attempt(() => post('keep', {version: version.id, changes: [...changes.values()]}))}, 'Keep as a version')));
+      h('button', {type: 'button', id: 'bent-keep', 'data-job': true, disabled: true, onclick: () => attempt(() => post('keep', {version: version.id, changes: [...changes.values()]}))}, 'Keep as a version')));
 }
 
 function forget() {
@@ -138,21 +139,19 @@ async function bend() {
 
 // --- the first model ---
 
-let catalogue = null;
-
 async function drawFirst() {
   const host = byId('first');
   const wanted = store.state && store.state.logs.length > 0 && store.state.versions.length === 0;
   host.hidden = !wanted;
   if (!wanted) return;
-  catalogue ??= await get('catalogue');
+  const effects = await catalogue();
   if (host.childElementCount > 0) return;
   const chosen = new Set(store.state.default_effects);
   host.replaceChildren(h('h2', {}, 'A first model'), h('p', {}, 'Fit what every axis has. What else it has, the residual will say.'),
-    h('fieldset', {}, h('legend', {}, 'Effects'), catalogue.map((effect) => h('label', {class: 'chip', title: effect.formula},
+    h('fieldset', {}, h('legend', {}, 'Effects'), effects.map((effect) => h('label', {class: 'chip', title: effect.formula},
       h('input', {type: 'checkbox', value: effect.id, checked: chosen.has(effect.id),
                   onchange: (event) => (event.currentTarget.checked ? chosen.add(effect.id) : chosen.delete(effect.id))}), effect.title))),
-    h('div', {class: 'buttons'}, h('button', {type: 'button', class: 'main', id: 'fit', onclick: () => attempt(() => post('fit', {effects: [...chosen]}))}, 'Fit this model')));
+    h('div', {class: 'buttons'}, h('button', {type: 'button', class: 'main', id: 'fit', 'data-job': true, onclick: () => attempt(() => post('fit', {effects: [...chosen]}))}, 'Fit this model')));
 }
 
 export function startModel() {

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+#include <mutex>
+
+#include "tests/unit/estimate/simulated_axis.h"
+#include "workbench/diagnose/diagnose.h"
+#include "workbench/estimate/uncertainty/noise_floor.h"
+
+namespace slipstack::workbench {
+namespace {
+
+// What is told while the search runs: every candidate of the result once, before the first further level, and
+// of the effect that is missing nearly what the result says.
+TEST(Tried, EveryCandidateIsToldBeforeTheSearchIsOver) {
+  sim::Bench bench = sim::draw_bench(sim::Setup::kPickAndPlace, 1);
+  bench.programme.seconds = 15.0;
+  Log log = test::simulate(bench, 21);
+  const Measurement motion(log);
+  for (std::size_t i = 0; i < log.force_N.size(); ++i) log.force_N[i] += 12.0 * motion.velocity_mps()[i];
+  Measurement measurement(log);
+  weigh_rows(measurement);
+
+  std::mutex lock;
+  std::map<std::string, double> reduction;
+  bool later_level = false;
+  DiagnoseOptions options;
+  options.baseline = {"inertia", "presliding_hysteresis"};
+  options.candidates = {"stribeck", "viscous", "offset_force", "force_ripple"};
+  options.tried = [&](const Trial& trial, double baseline_N) {
+    const std::lock_guard held(lock);
+    EXPECT_FALSE(later_level);
+    EXPECT_TRUE(reduction.emplace(trial.term.id(), 1.0 - trial.holdout_rmse_N / baseline_N).second);
+  };
+  options.progress = [&](const std::string& stage, double) {
+    const std::lock_guard held(lock);
+    if (stage == "try every effect on top" || stage == "judge on unseen data") later_level = true;
+  };
+  const Diagnosis found = diagnose(measurement, options);
+  EXPECT_TRUE(later_level);
+  ASSERT_EQ(found.candidates.size(), reduction.size());
+  for (const Candidate& candidate : found.candidates) EXPECT_EQ(reduction.count(candidate.term.id()), 1U);
+  ASSERT_EQ(found.candidates.front().term.id(), "viscous");
+  EXPECT_NEAR(reduction["viscous"], found.candidates.front().error_reduction, 0.03);
+  EXPECT_GT(reduction["viscous"], 0.5);
+  const auto largest = std::max_element(reduction.begin(), reduction.end(),
+                                        [](const auto& a, const auto& b) { return a.second < b.second; });
+  EXPECT_EQ(largest->first, "viscous");
+}
+
+}  // namespace
+}  // namespace slipstack::workbench

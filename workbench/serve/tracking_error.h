@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "workbench/controller/master.h"
+
+namespace slipstack::workbench {
+
+/// The position error of an axis in a move to and fro, sample by sample of the drive's trace.
+struct TrackingError {
+  std::vector<double> time_s;
+  std::vector<double> reference_m;  ///< from where the move began
+  std::vector<double> error_m;      ///< reference less position
+  double rms_m = 0.0;
+  double largest_m = 0.0;
+};
+
+/// Enables the drive, moves it by `travel_m` and back in profile position mode while its trace records, and
+/// disables it where it began. Two seconds and the way there and back; for an axis in whose way nothing can
+/// stand. Throws UsageError where the drive refuses.
+TrackingError record_tracking_error(SdoClient& drive, double travel_m, const Show& show);
+
+}  // namespace slipstack::workbench
