@@ -80,13 +80,23 @@ class Demo(program.Workshop):
 
     def test_wrong_use(self):
         for arguments in (["--seed"], ["--seed", "two"], ["--seed", "-1"], ["--fast"], ["a.csv", "b.csv"],
-                          ["--seed", "1", "good.csv"]):
+                          ["--seed", "1", "good.csv"], ["--loop", "good.csv"]):
             with self.subTest(arguments):
                 done = self.demo(*arguments)
                 self.assertEqual(done.returncode, 2)
                 self.assertEqual(done.stdout, "")
                 self.assertRegex(done.stderr, r"^demo: [^\n]+\n$")
                 self.assertFalse((self.here / "out").exists())
+
+    def test_an_axis_from_nothing_to_compensated(self):
+        self.assertIn("toolchain/demo --loop", self.assert_demo("good.csv").splitlines()[-1])
+        for _ in range(2):  # it begins anew each time
+            text = self.assert_demo("--loop", out="axis")
+            self.assertRegex(text, r"(?m)^The axis follows to .* times better than with its mass alone")
+            self.assertRegex(text, r"(?m)^hidden: \w+$")
+            self.assertIn("the motor is connected the other way round", text)
+            self.assertTrue((self.here / "axis/deployed.toml").exists())
+            (self.here / "axis/report.html").unlink()
 
     def test_help(self):
         self.assertIn("toolchain/demo LOG.csv", self.assert_demo("--help"))
