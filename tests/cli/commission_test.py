@@ -29,7 +29,7 @@ class Commission(program.Workshop):
         self.assertIn("hidden: viscous", done.stdout.decode())
         self.assertIn("the motor is connected the other way round", done.stdout.decode())
         names = sorted(path.name for path in (self.here / folder).iterdir())
-        for name in ("deployed.toml", "look_3.csv", "report.html", "stages.json", "test.csv", "travel.csv"):
+        for name in ("deployed.toml", "look_2.csv", "report.html", "stages.json", "test.csv", "travel.csv"):
             self.assertIn(name, names)
         self.assertFalse([name for name in names if name.endswith(".part")], names)
         return result
@@ -72,7 +72,7 @@ class Commission(program.Workshop):
         emulated = self.assert_done_by(
             self.commission("emulated", "--board", "mps2-an386", "--image", str(image)), "emulated")
         self.assertEqual(emulated, host)
-        for name in ("look_3.csv", "test.csv"):
+        for name in ("look_2.csv", "test.csv"):
             self.assertEqual((self.here / "emulated" / name).read_bytes(), (self.here / "host" / name).read_bytes())
 
     def test_wrong_use(self):

@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "workbench/base/statistics.h"
 #include "workbench/base/text.h"
 #include "workbench/commission/identification.h"
 #include "workbench/commission/motions.h"
@@ -20,11 +21,12 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::array kPaces{0.25, 0.5, 1.0};
+constexpr std::array kPaces{0.4, 1.0};
 constexpr double kFollowed = 0.25;   // of the following error's limit: beyond it nothing faster is tried
 constexpr double kForceRoom = 0.85;  // of the largest force, at most, in any motion
 constexpr double kPlan_s = 25.0;
-constexpr double kMostAxis_s = 100.0;  // after which no further experiment is begun
+constexpr double kTrial_s = 16.0;
+constexpr double kMostAxis_s = 175.0;  // of the whole, by which a further experiment is left out
 
 /// Runs the stages in their order.
 class Commissioning {
@@ -78,11 +80,12 @@ class Commissioning {
     return {{"log", log}, {"force_N", largest(record.force_N)}, {"error_m", largest(record.error_m)}};
   }
 
-  /// Why motions twice as fast as the last ones are not tried; else empty.
+  /// Why the faster motions are not tried; else empty.
   std::string too_much() const {
-    // The inertial part grows with the square of the pace, four times from one to the next.
+    // The inertial part grows with the square of the pace.
     const double inertial_N = std::max(0.0, seen_force_N_ - axis_.friction_N);
-    if (seen_force_N_ + 3.0 * inertial_N > kForceRoom * force_limit_N()) {
+    const double growth = squared(kPaces[1] / kPaces[0]);
+    if (seen_force_N_ + (growth - 1.0) * inertial_N > kForceRoom * force_limit_N()) {
       return fmt::format("those before took {:.3g} N of the largest force of {:.3g} N", seen_force_N_,
                          force_limit_N());
     }
@@ -96,7 +99,8 @@ class Commissioning {
       return identify(logs_, "model_1", stages_.folder, stages_.progress);
     });
     report_diagnosis("diagnosis_1", first);
-    if (first.at("question").is_null() || !planned(first.at("question"))) return first;
+    if (first.at("question").is_null()) return first;
+    if (!planned(first.at("question"), first.at("models").size() + 2)) return first;
     json second = stages_.stage("diagnosis_2", 0.62, [&] {
       return identify(logs_, "model_2", stages_.folder, stages_.progress);
     });
@@ -115,9 +119,9 @@ class Commissioning {
     stages_.report(name, effects.empty() ? text : text + ": " + joined(effects));
   }
 
-  /// True where a further log came of it.
-  bool planned(const json& question) {
-    const json& found = stages_.stage("planned", 0.55, [&] { return experiment(question); });
+  /// True where a further log came of it. `trials`: as many as are expected after it.
+  bool planned(const json& question, std::size_t trials) {
+    const json& found = stages_.stage("planned", 0.55, [&] { return experiment(question, trials); });
     const bool done = found.contains("log");
     stages_.report("planned", done ? question.at("reason").get<std::string>()
                                    : found.at("skipped").get<std::string>());
@@ -125,8 +129,9 @@ class Commissioning {
     return done;
   }
 
-  json experiment(const json& question) {
-    if (stages_.used_s() > kMostAxis_s) return {{"skipped", "left out: the axis has been used for long"}};
+  json experiment(const json& question, std::size_t trials) {
+    if (stages_.used_s() + kPlan_s + kTrial_s * static_cast<double>(trials) > kMostAxis_s)
+      return {{"skipped", "left out: the axis would be used for more than three minutes"}};
     const auto motion = planned_motion(logs_, question.at("effects").get<std::vector<std::string>>(),
                                        axis_.limits, kPlan_s, stages_.progress);
     if (!motion) return {{"skipped", "left out: within the room of the axis it would say no more"}};

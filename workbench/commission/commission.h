@@ -23,8 +23,8 @@ struct CommissionResult {
 /// From an unknown axis to a compensated one:
 ///
 ///   prepare     direction, mass, feedback, travel (prepare.h)
-///   first look  sines, strokes and moves at a quarter, half and all of the limits, each only if the one
-///               before was followed and left room in the force
+///   first look  sines, strokes and moves at two fifths of the limits, then at all of them if those were
+///               followed and left room in the force
 ///   diagnosis   what is missing
 ///   planned     the experiment that answers what the diagnosis leaves open, once, and the diagnosis again
 ///   trials      mass alone, then one step of the diagnosis after the other, each kept only where the axis

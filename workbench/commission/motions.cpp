@@ -15,6 +15,15 @@ constexpr double kLeastForceShare = 0.1;  // where friction takes the rest
 constexpr double kLargestAcceleration_mps2 = 15.0;
 constexpr double kJerkTime_s = 0.03;
 constexpr double kTestPace = 0.75;
+constexpr double kReach_s = 1.5;
+
+/// What of the room is reached in some seconds, about its middle.
+AxisLimits within_reach(AxisLimits limits) {
+  const double less_m = 0.5 * std::max(0.0, limits.stroke_m() - kReach_s * limits.velocity_mps);
+  limits.low_m += less_m;
+  limits.high_m -= less_m;
+  return limits;
+}
 
 double place(const AxisLimits& limits, double share) {
   return limits.low_m + share * limits.stroke_m();
@@ -51,7 +60,7 @@ AxisLimits first_limits(const Nameplate& nameplate, double mass_kg, double frict
 }
 
 double approach_mps(const AxisLimits& limits) {
-  return std::min({0.1, limits.stroke_m() / 6.0, limits.velocity_mps});
+  return std::min({0.1, limits.stroke_m() / 4.0, limits.velocity_mps});
 }
 
 SetPoints quiet_motion(const AxisLimits& limits) {
@@ -76,7 +85,8 @@ SetPoints travel_motion(const AxisLimits& limits) {
   return builder.points();
 }
 
-SetPoints first_look(const AxisLimits& limits, double pace, double encoder_resolution_m) {
+SetPoints first_look(const AxisLimits& room, double pace, double encoder_resolution_m) {
+  const AxisLimits limits = within_reach(room);
   MotionBuilder builder(kRate_Hz, place(limits, 0.5));
   builder.dwell(0.3);
   const double least_m = 5.0 * encoder_resolution_m;
@@ -84,7 +94,7 @@ SetPoints first_look(const AxisLimits& limits, double pace, double encoder_resol
     builder.move_to(place(limits, share), limits, pace);
     builder.dwell(0.1);
     for (const double amplitude_m : {3e-6, 10e-6, 30e-6, 100e-6})
-      builder.sine(std::max(least_m, amplitude_m), 4.0, 3);
+      builder.sine(std::max(least_m, amplitude_m), 5.0, 3);
   }
   builder.move_to(place(limits, 0.15), limits, pace);
   AxisLimits slow = limits;
@@ -102,7 +112,8 @@ SetPoints first_look(const AxisLimits& limits, double pace, double encoder_resol
   return builder.points();
 }
 
-TrackingTest tracking_test(const AxisLimits& limits) {
+TrackingTest tracking_test(const AxisLimits& room) {
+  const AxisLimits limits = within_reach(room);
   const double centre_m = place(limits, 0.4);
   const double wide_m = std::min(2e-3, 0.1 * limits.stroke_m());
   const double wide_Hz =

@@ -86,8 +86,8 @@ class LiveAxis {
   /// controller runs them; empty: the mass alone. Empty text, or why the drive refused; it runs what it ran
   /// before then.
   virtual std::string deploy(const DriveSettings& settings, const Terms& target_terms) = 0;
-  /// Enables the axis where it is off, and moves it along a motion that begins at position_m(). Recorded at
-  /// 2 kHz. Stays enabled.
+  /// Enables the axis where it is off, and moves it along a motion that begins at position_m(), shifted by
+  /// what that may have changed in enabling. Recorded at 2 kHz. Stays enabled.
   virtual AxisRecord run(const SetPoints& motion) = 0;
   virtual void switch_off() = 0;
 };

@@ -24,6 +24,8 @@ constexpr double kLargestVelocity_mps = 1.0;
 constexpr int kLongestWait = 100'000;  // ticks, for a state of the drive
 constexpr int kRest = 1000;            // ticks without current, in which friction stops the axis
 constexpr int kAheadOfTheAxis = 3;     // set-points that the controller holds
+constexpr double kFarthestShift_m = 0.2e-3;  // of a motion, to begin where the axis is held
+constexpr double kAssumed_mps2 = 20.0;  // of the largest force, before the mass is known
 constexpr double kPhase = 0.37;        // of the grating at which the axis is switched on, counts
 constexpr std::uint32_t kOn = kSwitchOn | kEnableVoltage | kQuickStop | kEnableOperation;
 
@@ -94,9 +96,13 @@ class LockstepAxis final : public LiveAxis {
   }
 
   Direction check_direction() override {
-    // Nothing is fed back while the axis is pushed, and its mass enters the estimate alone.
+    // Nothing is fed back while the axis is pushed. The mass enters the estimate alone, from which the drive
+    // foresees where a stop would end: with a mass far too small it would hold the axis for fear of its range.
     DriveSettings unknown;
     unknown.force_limit_N = nameplate_.force_limit_N();
+    unknown.mass_kg = unknown.force_limit_N / kAssumed_mps2;
+    unknown.acceleration_limit_mps2 = kAssumed_mps2;
+    unknown.jerk_limit_mps3 = kAssumed_mps2 / 0.01;
     AxisParameters pushed = parameters_of(nameplate_, unknown);
     pushed.check_direction = true;
     pushed.check_current_A = 0.5F * pushed.current_limit_A;
@@ -143,13 +149,22 @@ class LockstepAxis final : public LiveAxis {
     if (!enable(false)) return faulted(std::move(record));
     const auto period = static_cast<std::size_t>(std::lround(1.0 / (motion.rate_Hz * kAxisTick_s)));
     const std::uint32_t refused = link_.stream_refused;
+    for (int i = 0; i < kRest && link_.reference_idle == 0; ++i) step();
+    // A stream begins at the whole count where the reference rests: without a step, however coarse a count.
+    const double shift = static_cast<double>(link_.reference_counts) -
+                         motion.position_m.front() / nameplate_.encoder_resolution_m;
+    if (std::fabs(shift) * nameplate_.encoder_resolution_m > kFarthestShift_m) {
+      record.fault = "the motion does not begin where the axis is held";
+      switch_off();
+      return record;
+    }
     // The queue delays by three periods: the last point is sent three times more.
     const std::size_t count = (motion.size() + kAheadOfTheAxis) * period;
     std::size_t sent = 0;
     std::size_t limited = 0;
     for (std::size_t i = 0; i < count; ++i) {
       if (i < kAheadOfTheAxis || i % period == 0)
-        send(motion.position_m[std::min(sent++, motion.size() - 1)], period);
+        send(motion.position_m[std::min(sent++, motion.size() - 1)], shift, period);
       const double force_N = step();
       if ((link_.limits & kLimitCurrent) != 0) ++limited;
       if (i % kTicksPerSample == 0) {
@@ -255,8 +270,8 @@ class LockstepAxis final : public LiveAxis {
     return false;
   }
 
-  void send(double at_m, std::size_t period) {
-    const double place = at_m / nameplate_.encoder_resolution_m;
+  void send(double at_m, double shift, std::size_t period) {
+    const double place = at_m / nameplate_.encoder_resolution_m + shift;
     const double whole = std::floor(place);
     link_.stream_counts = static_cast<std::int32_t>(whole);
     link_.stream_fraction = static_cast<std::uint32_t>(std::min((place - whole) * 0x1p32, 0x1p32 - 256.0));

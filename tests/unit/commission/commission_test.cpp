@@ -45,41 +45,36 @@ void expect_compensated(const CommissionResult& result) {
   EXPECT_GT(result.axis_s, 60.0);
 }
 
-TEST(Commission, FromNothingToAQuietAxis) {
-  const TemporaryFolder folder;
-  const auto axis = host_axis({.axis = viscous_axis(kSeed), .seed = kSeed, .motor_reversed = true});
-  const CommissionResult result = run(folder, *axis);
-  expect_compensated(result);
-  const Model deployed = read_controller_model(folder.path / "axis" / "deployed.toml");
-  EXPECT_GE(deployed.target_terms.size(), 2U);
-  for (const auto& entry : std::filesystem::directory_iterator(folder.path / "axis"))
-    EXPECT_NE(entry.path().extension(), ".part") << entry.path();
-}
-
-// The power fails before each stage in turn, and each time the command goes on behind the last finished one.
-TEST(Commission, GoesOnAfterAPowerCutBeforeEveryStage) {
-  const TemporaryFolder folder;
+// Then the power fails before each of its stages in turn, and each time the command goes on behind the last
+// finished one.
+TEST(Commission, FromNothingToAQuietAxisAlsoAcrossPowerCuts) {
+  const TemporaryFolder whole;
   const LockstepMachine machine{.axis = viscous_axis(kSeed), .seed = kSeed, .motor_reversed = true};
-  int cuts = 0;
-  for (const char* stage : {"direction", "mass", "feedback", "travel", "look_1", "look_2", "look_3",
-                            "diagnosis_1", "planned", "diagnosis_2", "try_0", "try_1", "try_2", "deployed"}) {
+  const auto uncut = host_axis(machine);
+  const CommissionResult result = run(whole, *uncut);
+  expect_compensated(result);
+  const Model deployed = read_controller_model(whole.path / "axis" / "deployed.toml");
+  EXPECT_GE(deployed.target_terms.size(), 3U);
+  for (const auto& entry : std::filesystem::directory_iterator(whole.path / "axis"))
+    EXPECT_NE(entry.path().extension(), ".part") << entry.path();
+
+  const TemporaryFolder folder;
+  ASSERT_GE(result.stages.size(), 10U);
+  for (const StageReport& stage : result.stages) {
     const auto axis = host_axis(machine);
-    try {
-      run(folder, *axis, stage);
-      ADD_FAILURE() << stage << " was not there";
-    } catch (const PowerCut&) {
-      ++cuts;
-    }
-    EXPECT_FALSE(std::filesystem::exists(folder.path / "axis" / "deployed.toml")) << stage;
+    EXPECT_THROW(run(folder, *axis, stage.stage), PowerCut) << stage.stage;
+    EXPECT_FALSE(std::filesystem::exists(folder.path / "axis" / "deployed.toml")) << stage.stage;
   }
-  EXPECT_EQ(cuts, 14);
   const auto axis = host_axis(machine);
-  expect_compensated(run(folder, *axis));
-  EXPECT_TRUE(std::filesystem::exists(folder.path / "axis" / "deployed.toml"));
+  const CommissionResult resumed = run(folder, *axis);
+  expect_compensated(resumed);
+  EXPECT_NEAR(resumed.axis_s, result.axis_s, 0.2 * result.axis_s);
   // Once more: everything is there, and the axis only gets its model again.
   const auto again = host_axis(machine);
   expect_compensated(run(folder, *again));
   EXPECT_LT(again->used_s(), 10.0);
+  EXPECT_EQ(read_controller_model(folder.path / "axis" / "deployed.toml").target_terms.size(),
+            deployed.target_terms.size());
 }
 
 /// What was said when it stopped.
@@ -104,7 +99,7 @@ TEST(Commission, StopsAtAnyFaultWithTheMotorOff) {
       {60'000, [](PlantLink& link) { link.encoder_valid = 0; }, "7305h"},   // in the feedback
       {350'000, [](PlantLink& link) { link.encoder_valid = 0; }, "7305h"},  // in a look
       {350'000, [](PlantLink& link) { link.current_valid = 0; }, "5210h"},
-      {350'000, [](PlantLink& link) { link.late = 2000; }, "6101h"},
+      {350'000, [](PlantLink& link) { link.current_offset_A = 5.0F; }, "5210h"},
   };
   for (const Injected& fault : faults) {
     const TemporaryFolder folder;
@@ -115,7 +110,7 @@ TEST(Commission, StopsAtAnyFaultWithTheMotorOff) {
     });
     const auto axis = lockstep_axis(std::move(board), {.axis = viscous_axis(kSeed), .seed = kSeed});
     const std::string why = reason(folder, *axis);
-    EXPECT_NE(why, "") << fault.tick;
+    EXPECT_NE(why, "") << fault.tick << fault.expected;
     EXPECT_NE(why.find(fault.expected), std::string::npos) << why;
     EXPECT_EQ(link->driving, 0U) << fault.tick;
     EXPECT_FALSE(std::filesystem::exists(folder.path / "axis" / "deployed.toml"));
@@ -136,7 +131,8 @@ TEST(Commission, AnObstacleIsFoundSlowlyAndWithLittleForce) {
   const auto axis = host_axis({.axis = viscous_axis(kSeed), .seed = kSeed, .end_m = 0.3});
   const std::string why = reason(folder, *axis);
   EXPECT_NE(why.find("does not get through its travel of 400.0 mm"), std::string::npos) << why;
-  EXPECT_NE(why.find("at 300."), std::string::npos) << why;
+  // By the encoder, which gives way with the stop and the feedback by some tenths of a millimetre.
+  EXPECT_TRUE(why.find("at 299.") != std::string::npos || why.find("at 300.") != std::string::npos) << why;
 }
 
 TEST(Commission, AnAxisThatCannotMoveIsNotPushedFurther) {

@@ -28,7 +28,7 @@ TEST(CommissionMotions, StayWithinTheirLimits) {
     EXPECT_GE(limits.low_m, 0.04 * plate.travel_m);
     EXPECT_LE(limits.high_m, 0.96 * plate.travel_m);
     std::vector<SetPoints> motions{quiet_motion(limits), travel_motion(limits), tracking_test(limits).motion};
-    for (const double pace : {0.25, 0.5, 1.0})
+    for (const double pace : {0.4, 1.0})
       motions.push_back(first_look(limits, pace, plate.encoder_resolution_m));
     for (const SetPoints& motion : motions) {
       const AxisLimits reached = extremes_of(motion);
@@ -36,7 +36,7 @@ TEST(CommissionMotions, StayWithinTheirLimits) {
       EXPECT_LE(reached.high_m, limits.high_m + 1e-9) << i;
       EXPECT_LE(reached.velocity_mps, 1.001 * limits.velocity_mps) << i;
       EXPECT_LE(reached.acceleration_mps2, 1.001 * std::max(limits.acceleration_mps2, 0.2)) << i;
-      EXPECT_LT(motion.duration_s(), 40.0) << i;
+      EXPECT_LT(motion.duration_s(), 50.0) << i;
       EXPECT_GT(motion.duration_s(), 1.0) << i;
     }
   }

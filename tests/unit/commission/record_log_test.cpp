@@ -37,7 +37,7 @@ TEST(TrackingError, ARestIsNoReversal) {
   AxisRecord record;
   record.rate_Hz = 1000.0;
   for (int i = 0; i < 2100; ++i) {
-    record.reference_m.push_back(1e-4 * std::min(i % 1000, 300) + 0.03 * (i / 1000));
+    record.reference_m.push_back(1e-4 * (std::min(i % 1000, 300) + 300 * (i / 1000)));
     record.error_m.push_back(1e-6);
   }
   const TrackingError error = tracking_error(record, 1.0);
