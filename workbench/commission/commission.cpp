@@ -31,7 +31,8 @@ constexpr double kMostAxis_s = 175.0;  // of the whole, by which a further exper
 /// Runs the stages in their order.
 class Commissioning {
  public:
-  Commissioning(LiveAxis& axis, CommissionFolder& folder, Progress& progress) : stages_(axis, folder, progress) {}
+  Commissioning(LiveAxis& axis, CommissionFolder& folder, Progress& progress)
+      : stages_(axis, folder, progress) {}
 
   CommissionResult run() {
     axis_ = prepare(stages_);
@@ -72,9 +73,9 @@ class Commissioning {
     const std::string why_not = i == 0 ? "" : too_much();
     if (!why_not.empty()) return {{"skipped", why_not}};
     const Nameplate& plate = stages_.axis.nameplate();
-    const AxisRecord record = stages_.follow(first_look(axis_.limits, kPaces[i], plate.encoder_resolution_m),
-                                             approach_mps(axis_.limits),
-                                             fmt::format("motions at {:.0f} % of the limits", 100.0 * kPaces[i]));
+    const AxisRecord record = stages_.follow(
+        first_look(axis_.limits, kPaces[i], plate.encoder_resolution_m), approach_mps(axis_.limits),
+        fmt::format("motions at {:.0f} % of the limits", 100.0 * kPaces[i]));
     const std::string log = fmt::format("look_{}.csv", i + 1);
     stages_.folder.write(log, log_csv(record, plate));
     return {{"log", log}, {"force_N", largest(record.force_N)}, {"error_m", largest(record.error_m)}};
@@ -95,15 +96,13 @@ class Commissioning {
   }
 
   json diagnosis() {
-    const json first = stages_.stage("diagnosis_1", 0.45, [&] {
-      return identify(logs_, "model_1", stages_.folder, stages_.progress);
-    });
+    const json first = stages_.stage(
+        "diagnosis_1", 0.45, [&] { return identify(logs_, "model_1", stages_.folder, stages_.progress); });
     report_diagnosis("diagnosis_1", first);
     if (first.at("question").is_null()) return first;
     if (!planned(first.at("question"), first.at("models").size() + 2)) return first;
-    json second = stages_.stage("diagnosis_2", 0.62, [&] {
-      return identify(logs_, "model_2", stages_.folder, stages_.progress);
-    });
+    json second = stages_.stage("diagnosis_2", 0.62,
+                                [&] { return identify(logs_, "model_2", stages_.folder, stages_.progress); });
     report_diagnosis("diagnosis_2", second);
     return second;
   }
@@ -123,8 +122,8 @@ class Commissioning {
   bool planned(const json& question, std::size_t trials) {
     const json& found = stages_.stage("planned", 0.55, [&] { return experiment(question, trials); });
     const bool done = found.contains("log");
-    stages_.report("planned", done ? question.at("reason").get<std::string>()
-                                   : found.at("skipped").get<std::string>());
+    stages_.report("planned",
+                   done ? question.at("reason").get<std::string>() : found.at("skipped").get<std::string>());
     if (done) logs_.push_back(stages_.folder.path(found.at("log").get<std::string>()));
     return done;
   }

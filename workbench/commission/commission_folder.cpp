@@ -51,7 +51,8 @@ class Descriptor {
 
 }  // namespace
 
-CommissionFolder::CommissionFolder(const std::filesystem::path& folder, const std::string& axis) : folder_(folder) {
+CommissionFolder::CommissionFolder(const std::filesystem::path& folder, const std::string& axis)
+    : folder_(folder) {
   std::error_code error;
   std::filesystem::create_directories(folder_, error);
   if (error) {
@@ -70,8 +71,8 @@ CommissionFolder::CommissionFolder(const std::filesystem::path& folder, const st
     return;
   }
   const nlohmann::json before = nlohmann::json::parse(file, nullptr, false);
-  const bool whole = before.is_object() && before.contains("format") && before["format"] == kFormat && before.contains("axis") &&
-                     before["axis"].is_string() && before.contains("stages") &&
+  const bool whole = before.is_object() && before.contains("format") && before["format"] == kFormat &&
+                     before.contains("axis") && before["axis"].is_string() && before.contains("stages") &&
                      before["stages"].is_object();
   if (!whole) {
     throw UsageError(fmt::format("{}: is not the record of a commissioning; name another folder with --out",

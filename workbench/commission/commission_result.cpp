@@ -17,16 +17,16 @@ double mean(const std::vector<double>& values) {
 
 std::string bar(double value, double whole) {
   if (!std::isfinite(value)) return "";
-  return std::string(static_cast<std::size_t>(std::clamp(std::round(kBar * value / whole), 1.0, 1.3 * kBar)), '#');
+  return std::string(static_cast<std::size_t>(std::clamp(std::round(kBar * value / whole), 1.0, 1.3 * kBar)),
+                     '#');
 }
 
 ExperimentTable stages_table(const CommissionResult& result) {
-  ExperimentTable table{"stages",
-                        "What was done",
-                        {{"stage", "stage", "", 1.0, 0},
-                         {"axis_s", "axis", "s", 1.0, 3},
-                         {"found", "found", "", 1.0, 0}},
-                        {}};
+  ExperimentTable table{
+      "stages",
+      "What was done",
+      {{"stage", "stage", "", 1.0, 0}, {"axis_s", "axis", "s", 1.0, 3}, {"found", "found", "", 1.0, 0}},
+      {}};
   for (const StageReport& stage : result.stages)
     table.rows.push_back({stage.stage, stage.axis_s, stage.found});
   return table;
@@ -79,12 +79,14 @@ ExperimentChart falling_chart(const CommissionResult& result) {
 std::string headline_of(const CommissionResult& result) {
   const double before_um = 1e6 * mean(result.trials.front().rms_m);
   if (result.deployed == 0)
-    return fmt::format("The axis runs with its mass alone and follows to {:.3g} µm rms; no model makes it "
-                       "follow better.",
-                       before_um);
+    return fmt::format(
+        "The axis runs with its mass alone and follows to {:.3g} µm rms; no model makes it "
+        "follow better.",
+        before_um);
   const double after_um = 1e6 * mean(result.trials[result.deployed].rms_m);
-  return fmt::format("The axis follows to {:.3g} µm rms, {:.3g} times better than with its mass alone ({:.3g} µm).",
-                     after_um, before_um / after_um, before_um);
+  return fmt::format(
+      "The axis follows to {:.3g} µm rms, {:.3g} times better than with its mass alone ({:.3g} µm).",
+      after_um, before_um / after_um, before_um);
 }
 
 }  // namespace

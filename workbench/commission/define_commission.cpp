@@ -27,8 +27,8 @@ struct CommissionRequest {
 CommissionResult commission_in(CommissionFolder& folder, LiveAxis& axis, const CommissionRequest& request,
                                Progress& progress) {
   const auto stopped = [&](const std::string& state, const std::exception& why) {
-    return RunError(fmt::format("stopped, {}: {}; what was found is in {}", state, why.what(),
-                                printable(request.out)));
+    return RunError(
+        fmt::format("stopped, {}: {}; what was found is in {}", state, why.what(), printable(request.out)));
   };
   try {
     return commission(axis, folder, progress);
@@ -50,8 +50,7 @@ void run_commission(const std::string& command_line, const CommissionRequest& re
   const std::unique_ptr<LiveAxis> axis = live_axis(request.axis);
   const std::string title = title_of(request.axis);
   CommissionFolder folder(request.out, title);
-  const ExperimentResult shown =
-      commission_result(title, commission_in(folder, *axis, request, progress));
+  const ExperimentResult shown = commission_result(title, commission_in(folder, *axis, request, progress));
   folder.write("report.html", render_report(result_report(shown, command_line)));
   outputs.set(request.json, json_text(result_json(shown)));
   progress.finish();

@@ -61,7 +61,8 @@ bool is_quiet(const AxisRecord& record, double from_s, double to_s, double most_
   double mean_N = 0.0;
   for (std::size_t i = first; i < end; ++i) mean_N += record.force_N[i] / count;
   double squares = 0.0;
-  for (std::size_t i = first; i < end; ++i) squares += (record.force_N[i] - mean_N) * (record.force_N[i] - mean_N);
+  for (std::size_t i = first; i < end; ++i)
+    squares += (record.force_N[i] - mean_N) * (record.force_N[i] - mean_N);
   return std::sqrt(squares / count) < most_N;
 }
 

@@ -35,8 +35,8 @@ std::string model_file(const Measurement& measurement, const std::string& logs, 
 
 }  // namespace
 
-nlohmann::json identify(const std::vector<std::string>& logs, const std::string& name, const CommissionFolder& folder,
-                        Progress& progress) {
+nlohmann::json identify(const std::vector<std::string>& logs, const std::string& name,
+                        const CommissionFolder& folder, Progress& progress) {
   SingleProcess alone;
   LogRequest request{&alone, logs, {}};
   // One axis with one load: no gain is fitted for each log by itself.

@@ -21,8 +21,8 @@ namespace slipstack::workbench {
 ///
 /// where "effect" of the first model is "", and "question" is what an experiment would answer. Throws
 /// InputError. Some seconds.
-nlohmann::json identify(const std::vector<std::string>& logs, const std::string& name, const CommissionFolder& folder,
-                        Progress& progress);
+nlohmann::json identify(const std::vector<std::string>& logs, const std::string& name,
+                        const CommissionFolder& folder, Progress& progress);
 
 struct PlannedMotion {
   SetPoints motion;

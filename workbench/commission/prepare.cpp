@@ -53,7 +53,8 @@ void find_direction(Stages& stages) {
     }
     if (found == Direction::kBlocked) {
       throw CommissionStopped(
-          "half of the largest force moves the axis in neither direction; is it blocked, or its brake closed, "
+          "half of the largest force moves the axis in neither direction; is it blocked, or its brake "
+          "closed, "
           "or the encoder not connected?");
     }
     if (found == Direction::kReversed)
@@ -127,17 +128,16 @@ json quiet_share(Stages& stages, const AxisLimits& limits, const Feedback& full)
   const bool all = loud == kShares.size();
   if (!all) stages.axis.switch_off();
   if (loud < 2) {
-    throw CommissionStopped(fmt::format(
-        "no feedback holds the axis quietly{}; slipstack bode shows what resonates",
-        fault.empty() ? "" : " (" + fault + ")"));
+    throw CommissionStopped(
+        fmt::format("no feedback holds the axis quietly{}; slipstack bode shows what resonates",
+                    fault.empty() ? "" : " (" + fault + ")"));
   }
   return {{"share", kShares[all ? loud - 1 : loud - 2]}};
 }
 
 void find_feedback(Stages& stages, PreparedAxis& axis) {
   const Feedback full = full_feedback(axis.mass_kg, stages.axis.nameplate().tick_s);
-  const json& stage =
-      stages.stage("feedback", 0.06, [&] { return quiet_share(stages, axis.limits, full); });
+  const json& stage = stages.stage("feedback", 0.06, [&] { return quiet_share(stages, axis.limits, full); });
   const double share = stage.at("share").get<double>();
   const Feedback feedback = part_of(full, share);
   axis.settings = settings_of(feedback, axis.limits, stages.axis.nameplate().force_limit_N());
@@ -160,7 +160,8 @@ void check_travel(Stages& stages, PreparedAxis& axis) {
     const SetPoints motion = travel_motion(axis.limits);
     const double inertia_N = axis.mass_kg * extremes_of(motion).acceleration_mps2;
     DriveSettings gentle = axis.settings;
-    gentle.force_limit_N = std::min(gentle.force_limit_N, kForceOverFriction * axis.friction_N + 2.0 * inertia_N);
+    gentle.force_limit_N =
+        std::min(gentle.force_limit_N, kForceOverFriction * axis.friction_N + 2.0 * inertia_N);
     deploy(stages.axis, gentle);
     const AxisRecord record = stages.run(motion, approach_mps(axis.limits));
     if (!record.fault.empty()) {
@@ -187,10 +188,11 @@ PreparedAxis prepare(Stages& stages) {
   const json& mass = stages.stage("mass", 0.03, [&] { return pulses(stages.axis); });
   axis.mass_kg = mass.at("mass_kg").get<double>();
   axis.friction_N = mass.at("friction_N").get<double>();
-  stages.report("mass", fmt::format("{:.4g} kg (standard error {:.2g} kg), {:.3g} N of friction; by pulses of "
-                                    "{:.3g} N",
-                                    axis.mass_kg, mass.at("mass_error_kg").get<double>(), axis.friction_N,
-                                    mass.at("force_N").get<double>()));
+  stages.report("mass",
+                fmt::format("{:.4g} kg (standard error {:.2g} kg), {:.3g} N of friction; by pulses of "
+                            "{:.3g} N",
+                            axis.mass_kg, mass.at("mass_error_kg").get<double>(), axis.friction_N,
+                            mass.at("force_N").get<double>()));
   axis.limits = first_limits(stages.axis.nameplate(), axis.mass_kg, axis.friction_N);
   find_feedback(stages, axis);
   check_travel(stages, axis);

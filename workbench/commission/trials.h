@@ -11,10 +11,10 @@ namespace slipstack::workbench {
 
 /// A model on the way, tried on the axis.
 struct ModelTrial {
-  std::string added;             ///< in words: "mass alone", then what each has that the one before has not
-  std::string effect;            ///< the id of that; empty of the first two
-  std::string file;              ///< in the folder; empty: the mass alone
-  std::vector<double> rms_m;     ///< tracking error of each cycle of the test; empty where the drive stopped
+  std::string added;          ///< in words: "mass alone", then what each has that the one before has not
+  std::string effect;         ///< the id of that; empty of the first two
+  std::string file;           ///< in the folder; empty: the mass alone
+  std::vector<double> rms_m;  ///< tracking error of each cycle of the test; empty where the drive stopped
   std::vector<double> reversal_rms_m;
   double prediction_rms_N = 0.0;  ///< of the force in the test with the mass alone, which no fit has seen
   double limited_share = 0.0;     ///< of the time, at the limit of the force

@@ -35,8 +35,7 @@ class HostBoard final : public sim::LockstepBoard {
 
 void check_board(const std::string& board, const std::string& image) {
   if (board != "host" && board != "mps2-an386" && board != "mps2-an500")
-    throw UsageError(
-        fmt::format("--board: {} is none of host, mps2-an386, mps2-an500", in_quotes(board)));
+    throw UsageError(fmt::format("--board: {} is none of host, mps2-an386, mps2-an500", in_quotes(board)));
   if (board == "host" && !image.empty())
     throw UsageError("--image: there is none on --board host; name an emulated board");
 }

@@ -21,12 +21,12 @@ namespace {
 constexpr double kAxisTick_s = 1e-4;
 constexpr int kTicksPerSample = 5;
 constexpr double kLargestVelocity_mps = 1.0;
-constexpr int kLongestWait = 100'000;  // ticks, for a state of the drive
-constexpr int kRest = 1000;            // ticks without current, in which friction stops the axis
-constexpr int kAheadOfTheAxis = 3;     // set-points that the controller holds
+constexpr int kLongestWait = 100'000;        // ticks, for a state of the drive
+constexpr int kRest = 1000;                  // ticks without current, in which friction stops the axis
+constexpr int kAheadOfTheAxis = 3;           // set-points that the controller holds
 constexpr double kFarthestShift_m = 0.2e-3;  // of a motion, to begin where the axis is held
-constexpr double kAssumed_mps2 = 20.0;  // of the largest force, before the mass is known
-constexpr double kPhase = 0.37;        // of the grating at which the axis is switched on, counts
+constexpr double kAssumed_mps2 = 20.0;       // of the largest force, before the mass is known
+constexpr double kPhase = 0.37;              // of the grating at which the axis is switched on, counts
 constexpr std::uint32_t kOn = kSwitchOn | kEnableVoltage | kQuickStop | kEnableOperation;
 
 Nameplate nameplate_of(const sim::Axis& axis) {
@@ -97,7 +97,8 @@ class LockstepAxis final : public LiveAxis {
 
   Direction check_direction() override {
     // Nothing is fed back while the axis is pushed. The mass enters the estimate alone, from which the drive
-    // foresees where a stop would end: with a mass far too small it would hold the axis for fear of its range.
+    // foresees where a stop would end: with a mass far too small it would hold the axis for fear of its
+    // range.
     DriveSettings unknown;
     unknown.force_limit_N = nameplate_.force_limit_N();
     unknown.mass_kg = unknown.force_limit_N / kAssumed_mps2;
@@ -282,10 +283,9 @@ class LockstepAxis final : public LiveAxis {
   AxisRecord faulted(AxisRecord record) {
     const auto fault = static_cast<Fault>(static_cast<std::uint32_t>(link_.fault));
     record.lost_hold = fault == Fault::kFollowingError || fault == Fault::kOverspeed;
-    record.fault = fault == Fault::kNone
-                       ? std::string("the drive cannot be enabled")
-                       : fmt::format("the drive stopped with fault {:04X}h at {:.1f} mm", error_code(fault),
-                                     1e3 * measured_m());
+    record.fault = fault == Fault::kNone ? std::string("the drive cannot be enabled")
+                                         : fmt::format("the drive stopped with fault {:04X}h at {:.1f} mm",
+                                                       error_code(fault), 1e3 * measured_m());
     switch_off();
     return record;
   }

@@ -33,8 +33,8 @@ class DisturbedBoard final : public sim::LockstepBoard {
 /// The pick-and-place axis, with viscous friction that its log shows well.
 inline sim::Axis viscous_axis(std::uint64_t seed) {
   sim::Bench bench = sim::draw_bench(sim::Setup::kPickAndPlace, seed);
-  sim::add_effects(bench.axis, {sim::EffectId::kViscous}, sim::draw_programme(bench, seed), bench.rate_Hz, 6.0,
-                   seed);
+  sim::add_effects(bench.axis, {sim::EffectId::kViscous}, sim::draw_programme(bench, seed), bench.rate_Hz,
+                   6.0, seed);
   return bench.axis;
 }
 
