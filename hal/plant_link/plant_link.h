@@ -12,7 +12,7 @@ namespace slipstack {
 /// `host_sequence`; the controller serves what is asked, runs one tick, writes its words, then
 /// `guest_sequence` with the same number; the host goes on. Little-endian on both sides, words only.
 struct PlantLink {
-  static constexpr std::uint32_t kMagic = 0x534C4B33;  // "SLK3"
+  static constexpr std::uint32_t kMagic = 0x534C4B34;  // "SLK4"
   static constexpr std::uint32_t kQuit = 0xFFFFFFFF;   ///< as control_word: the guest ends with status 0
   static constexpr std::uint32_t kCommandedByBus = 0xFFFFFFFE;  ///< as control_word: the node alone commands
   static constexpr std::uint32_t kClockTicks_Hz = 10'000'000;
@@ -31,6 +31,8 @@ struct PlantLink {
   volatile std::uint32_t digital_inputs;  ///< levels, bit 0 is terminal 1
   volatile float current_offset_A;        ///< measured current less the one commanded
   volatile std::uint32_t control_word;
+  volatile std::uint32_t torque_mode;    ///< beside control_word; not 0: the axis follows target_N
+  volatile float target_N;               ///< force in torque mode
   volatile std::uint32_t move_sequence;  ///< a change starts a move to move_counts
   volatile std::int32_t move_counts;
   volatile std::uint32_t stream_sequence;  ///< a change takes a set-point of the stream

@@ -49,6 +49,7 @@ class Demo(program.Workshop):
 
     def test_every_command_that_it_shows_can_be_typed(self):
         text = self.assert_demo("good.csv")
+        self.assertIn("toolchain/demo --loop", text.splitlines()[-1])
         for line in re.findall(r"^\$ (.*)$", text, re.MULTILINE):
             with self.subTest(line):
                 subprocess.run(line.split(), cwd=self.here, check=True, capture_output=True)
@@ -80,13 +81,22 @@ class Demo(program.Workshop):
 
     def test_wrong_use(self):
         for arguments in (["--seed"], ["--seed", "two"], ["--seed", "-1"], ["--fast"], ["a.csv", "b.csv"],
-                          ["--seed", "1", "good.csv"]):
+                          ["--seed", "1", "good.csv"], ["--loop", "good.csv"]):
             with self.subTest(arguments):
                 done = self.demo(*arguments)
                 self.assertEqual(done.returncode, 2)
                 self.assertEqual(done.stdout, "")
                 self.assertRegex(done.stderr, r"^demo: [^\n]+\n$")
                 self.assertFalse((self.here / "out").exists())
+
+    def test_an_axis_from_nothing_to_compensated(self):
+        for _ in range(2):  # it begins anew each time
+            text = self.assert_demo("--loop")
+            self.assertRegex(text, r"(?m)^The axis follows to .* times better than with its mass alone")
+            self.assertRegex(text, r"(?m)^hidden: \w+$")
+            self.assertIn("the motor is connected the other way round", text)
+            self.assertTrue((self.here / "out/deployed.toml").exists())
+            (self.here / "out/report.html").unlink()
 
     def test_help(self):
         self.assertIn("toolchain/demo LOG.csv", self.assert_demo("--help"))

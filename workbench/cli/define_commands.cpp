@@ -6,6 +6,7 @@
 #include "workbench/base/text.h"
 #include "workbench/cli/define_experiments.h"
 #include "workbench/cli/define_simulate.h"
+#include "workbench/commission/define_commission.h"
 #include "workbench/controller/define_bode.h"
 #include "workbench/controller/define_can.h"
 #include "workbench/estimate/measurement/parts.h"
@@ -157,6 +158,7 @@ void define_commands(CLI::App& app, Options& options) {
   define_experiment(app, options.command_line);
   define_simulate(app, options.command_line);
   define_loop(app);
+  define_commission(app, options.command_line);
   define_can(app);
   define_bode(app, options.command_line);
   define_serve(app, options.group);

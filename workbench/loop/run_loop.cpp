@@ -10,19 +10,16 @@
 #include <type_traits>
 #include <vector>
 
-#include "firmware/app/heartbeat_node.h"
-#include "firmware/app/lockstep/linked_application.h"
+#include "firmware/app/lockstep/link_service.h"
 #include "firmware/effects/catalogue.h"
-#include "hal/host/link_board.h"
 #include "sim_host/log/draw.h"
 #include "sim_host/log/write.h"
-#include "sim_host/loop/emulated_board.h"
 #include "sim_host/loop/run.h"
 #include "workbench/base/text.h"
 #include "workbench/console/output.h"
 #include "workbench/console/progress.h"
 #include "workbench/loop/axis_effects.h"
-#include "workbench/loop/board_image.h"
+#include "workbench/loop/board.h"
 #include "workbench/loop/loop_parameters.h"
 #include "workbench/model/model.h"
 
@@ -31,31 +28,9 @@ namespace {
 
 constexpr double kTick_s = 1e-4;
 
-/// The controller in this process.
-class HostBoard final : public sim::LockstepBoard {
- public:
-  HostBoard() { application_.start(); }
-  PlantLink& link() override { return board_.link(); }
-  void tick() override {
-    link().host_sequence = link().host_sequence + 1;
-    application_.serve();
-    application_.turn();
-  }
-
- private:
-  host::LinkBoard board_;
-  HeartbeatNode node_{127};
-  lockstep::LinkedApplication<host::LinkBoard, HeartbeatNode> application_{board_, node_};
-};
-
 void check(const LoopRequest& request) {
   const auto refuse = [](const std::string& text) { throw UsageError(text); };
-  if (request.board != "host" && request.board != "mps2-an386" && request.board != "mps2-an500") {
-    refuse(fmt::format("--board: {} is none of host, mps2-an386, mps2-an500", in_quotes(request.board)));
-  }
-  if (request.board == "host" && !request.image.empty()) {
-    refuse("--image: there is none on --board host; name an emulated board");
-  }
+  check_board(request.board, request.image);
   if (request.setup != "pick_and_place" && request.setup != "random") {
     refuse(fmt::format("--setup: {} is neither pick_and_place nor random", in_quotes(request.setup)));
   }
@@ -72,15 +47,6 @@ void check(const LoopRequest& request) {
   }
   check_strength(request.strength);
   if (!std::isfinite(request.push_N)) refuse("--push: must be a number");
-}
-
-std::unique_ptr<sim::LockstepBoard> board_of(const LoopRequest& request) {
-  if (request.board == "host") return std::make_unique<HostBoard>();
-  try {
-    return std::make_unique<sim::EmulatedBoard>(request.board, board_image(request.board, request.image));
-  } catch (const sim::LoopError& error) {
-    throw UsageError(error.what());
-  }
 }
 
 /// Puts the parameter block into the link.
@@ -182,7 +148,7 @@ void run_loop(const LoopRequest& request) {
   sim::add_effects(bench.axis, effects_of(request.effects), programme, request.log_rate_Hz, request.strength,
                    seed);
 
-  const std::unique_ptr<sim::LockstepBoard> board = board_of(request);
+  const std::unique_ptr<sim::LockstepBoard> board = lockstep_board(request.board, request.image);
   set_parameters(board->link(), request, bench.axis);
   sim::LoopOptions options;
   options.tick_s = kTick_s;

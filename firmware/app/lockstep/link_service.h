@@ -48,7 +48,9 @@ class LinkService {
       queue_set_point(controller);
     }
     const std::uint32_t word = link_.control_word;
-    if (word != PlantLink::kCommandedByBus) controller.command(static_cast<std::uint16_t>(word));
+    if (word == PlantLink::kCommandedByBus) return;
+    const std::uint32_t mode = link_.torque_mode != 0 ? kTorqueMode : 0;
+    controller.command(Command{.word = (word & 0xFFFFU) | mode, .target_N = link_.target_N});
   }
 
   /// After a tick: everything that the host may want to record.

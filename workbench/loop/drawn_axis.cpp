@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/loop/drawn_axis.h"
+
+#include <fmt/format.h>
+
+#include "sim_host/log/draw.h"
+#include "workbench/base/errors.h"
+#include "workbench/base/text.h"
+#include "workbench/loop/axis_effects.h"
+#include "workbench/loop/board.h"
+#include "workbench/loop/lockstep_axis.h"
+
+namespace slipstack::workbench {
+namespace {
+
+std::vector<sim::EffectId> effects_in(const DrawnAxis& wanted) {
+  return wanted.effects == "random" ? sim::draw_effect_ids(1, static_cast<std::uint64_t>(wanted.seed))
+                                    : effects_of(wanted.effects);
+}
+
+void check_options(const DrawnAxis& wanted) {
+  check_board(wanted.board, wanted.image);
+  if (wanted.setup != "pick_and_place" && wanted.setup != "random") {
+    throw UsageError(
+        fmt::format("--setup: {} is neither pick_and_place nor random", in_quotes(wanted.setup)));
+  }
+  if (wanted.seed < 0) throw UsageError("--seed: must not be negative");
+  check_strength(wanted.strength);
+}
+
+}  // namespace
+
+std::unique_ptr<LiveAxis> live_axis(const DrawnAxis& wanted) {
+  check_options(wanted);
+  const auto seed = static_cast<std::uint64_t>(wanted.seed);
+  sim::Bench bench =
+      sim::draw_bench(wanted.setup == "random" ? sim::Setup::kRandom : sim::Setup::kPickAndPlace, seed);
+  sim::add_effects(bench.axis, effects_in(wanted), sim::draw_programme(bench, seed), bench.rate_Hz,
+                   wanted.strength, seed);
+  return lockstep_axis(lockstep_board(wanted.board, wanted.image),
+                       {.axis = bench.axis, .seed = seed, .motor_reversed = wanted.motor_reversed});
+}
+
+std::string title_of(const DrawnAxis& wanted) {
+  return fmt::format("{} {}, effects {}{}{}", wanted.setup, wanted.seed, wanted.effects,
+                     wanted.strength > 0.0 ? fmt::format(", strength {}", wanted.strength) : "",
+                     wanted.motor_reversed ? ", motor reversed" : "");
+}
+
+std::string hidden_in(const DrawnAxis& wanted) {
+  std::vector<std::string> names;
+  for (const sim::EffectId effect : effects_in(wanted)) names.emplace_back(sim::name(effect));
+  return names.empty() ? "none" : joined(names);
+}
+
+}  // namespace slipstack::workbench
