@@ -12,7 +12,7 @@
 #include "workbench/console/progress.h"
 #include "workbench/loop/drawn_axis.h"
 #include "workbench/report/json_values.h"
-#include "workbench/report/page/html.h"
+#include "workbench/report/html/report_page.h"
 
 namespace slipstack::workbench {
 namespace {
