@@ -12,7 +12,7 @@ namespace slipstack {
 /// `host_sequence`; the controller serves what is asked, runs one tick, writes its words, then
 /// `guest_sequence` with the same number; the host goes on. Little-endian on both sides, words only.
 struct PlantLink {
-  static constexpr std::uint32_t kMagic = 0x534C4B33;  // "SLK3"
+  static constexpr std::uint32_t kMagic = 0x534C4B34;  // "SLK4"
   static constexpr std::uint32_t kQuit = 0xFFFFFFFF;   ///< as control_word: the guest ends with status 0
   static constexpr std::uint32_t kCommandedByBus = 0xFFFFFFFE;  ///< as control_word: the node alone commands
   static constexpr std::uint32_t kClockTicks_Hz = 10'000'000;
@@ -30,6 +30,9 @@ struct PlantLink {
   volatile std::uint32_t current_valid;
   volatile std::uint32_t digital_inputs;  ///< levels, bit 0 is terminal 1
   volatile float current_offset_A;        ///< measured current less the one commanded
+  volatile std::uint32_t analogue_valid;  ///< of the two below
+  volatile float temperature_V;           ///< at the converter's pin
+  volatile float bus_V;                   ///< likewise
   volatile std::uint32_t control_word;
   volatile std::uint32_t move_sequence;  ///< a change starts a move to move_counts
   volatile std::int32_t move_counts;
