@@ -7,6 +7,7 @@
 
 #include "firmware/control/tick.h"
 #include "hal/include/absolute_encoder.h"
+#include "hal/include/analogue_inputs.h"
 #include "hal/include/can_port.h"
 #include "hal/include/indicator.h"
 #include "hal/include/nonvolatile.h"
@@ -26,6 +27,7 @@ struct NodeContext {
   /// Parameters that a program in the other slot has stored, where each has pages of its own.
   Nonvolatile* of_other_program = nullptr;
   AbsoluteEncoder* absolute_encoder = nullptr;  ///< of a board that can read one
+  AnalogueInputs* analogue = nullptr;           ///< of a board with temperature or DC link voltage
 };
 
 /// What commands the controller from outside. start() is called once, when the board runs: the place to load
@@ -67,7 +69,8 @@ class Application {
                  scaling_of(board),
                  programs_of(board),
                  of_other_program(board),
-                 absolute_encoder_of(board)} {}
+                 absolute_encoder_of(board),
+                 analogue_of(board)} {}
 
   /// From the tick's interrupt.
   void tick() {
@@ -141,6 +144,14 @@ class Application {
   static AbsoluteEncoder* absolute_encoder_of(B& board) {
     if constexpr (requires { board.absolute_encoder(); }) {
       return &board.absolute_encoder();
+    } else {
+      return nullptr;
+    }
+  }
+
+  static AnalogueInputs* analogue_of(B& board) {
+    if constexpr (requires { board.analogue_inputs(); }) {
+      return &board.analogue_inputs();
     } else {
       return nullptr;
     }

@@ -6,6 +6,7 @@
 #include "firmware/canopen/application.h"
 #include "firmware/canopen/model/model_staging.h"
 #include "firmware/canopen/node.h"
+#include "firmware/canopen/objects/analogue_objects.h"
 #include "firmware/canopen/objects/encoder_objects.h"
 #include "firmware/canopen/objects/excitation_objects.h"
 #include "firmware/canopen/objects/trace_objects.h"
@@ -21,14 +22,16 @@ class Drive final : public Application {
  public:
   /// `scaling`: of the board's signals; a board that has none keeps 2500h at its defaults. `programs`: of a
   /// board whose firmware can be replaced over the bus. `absolute_encoder`: of a board that can read one.
+  /// `analogue`: of a board with inputs for temperature or DC link voltage.
   Drive(Controller& controller, const TickTiming& timing, TraceBuffer& trace, std::uint32_t serial,
         SignalScaling* scaling = nullptr, ProgramMemory* programs = nullptr,
-        AbsoluteEncoder* absolute_encoder = nullptr)
+        AbsoluteEncoder* absolute_encoder = nullptr, AnalogueInputs* analogue = nullptr)
       : controller_(controller),
         serial_(serial),
         scalable_(scaling != nullptr),
         profile_(controller),
         encoder_(absolute_encoder),
+        analogue_(controller, analogue),
         model_(controller, scaling, absolute_encoder),
         telemetry_(controller, timing),
         trace_(controller, trace),
@@ -58,6 +61,7 @@ class Drive final : public Application {
   }
   void step(std::uint32_t now_us) override {
     controller_.poll();
+    analogue_.step();
     step_reset();
     profile_.step();
     excitation_.step(*dictionary_, mode());
@@ -98,6 +102,10 @@ class Drive final : public Application {
         return std::bit_cast<std::uint32_t>(controller_.drift_s());
       case kEncoderIndex:
         return encoder_.read(object.sub);
+      case kAnalogueIndex:
+        return analogue_.temperature();
+      case 0x6079:
+        return analogue_.bus_voltage();
       case kTraceIndex:
         return trace_.read(*dictionary_, object.sub);
       case kExcitationIndex:
@@ -112,6 +120,8 @@ class Drive final : public Application {
     }
   }
 
+  Abort check_read(std::size_t row) override { return analogue_.check_read(kObjects[row]); }
+
   Abort check(std::size_t row, std::uint32_t value) override {
     const Object& object = kObjects[row];
     switch (object.index) {
@@ -125,6 +135,8 @@ class Drive final : public Application {
         return program_.control(value, profile_.driving());
       case kEncoderIndex:
         return encoder_.check(*dictionary_, object.sub, value);
+      case kAnalogueIndex:
+        return analogue_.check(object.sub, value);
       case kScalesIndex:
         return scalable_ || value == object.initial ? Abort::kNone : Abort::kUnsupportedAccess;
       default:
@@ -182,6 +194,7 @@ class Drive final : public Application {
   Dictionary* dictionary_ = nullptr;
   DriveProfile profile_;
   EncoderObjects encoder_;
+  AnalogueObjects analogue_;
   ModelStaging model_;
   Telemetry telemetry_;
   TraceObjects trace_;

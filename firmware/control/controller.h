@@ -13,6 +13,7 @@
 #include "firmware/control/parameters/parameter_sets.h"
 #include "firmware/control/reference/point_to_point.h"
 #include "firmware/control/streams/cyclic_position.h"
+#include "firmware/control/supervision/analogue_watch.h"
 #include "firmware/control/supervision/digital_io.h"
 #include "firmware/control/supervision/encoder_bridge.h"
 #include "firmware/control/supervision/output_terminals.h"
@@ -56,9 +57,24 @@ class Controller {
   /// From the main loop, at least every kLatest ticks: what follows the ticks without haste.
   void poll() {
     sets_.poll();
+    cyclic_position_.poll(ticks());
     upkeep_.step(sets_, history_, position_, out_.driving);
     if (!position_.check_index(parameters().axis.reference)) inject(Fault::kIndexOffPlace);
+    // What excites the loop alternates too fast to move the axis.
+    const bool free = out_.driving && !excitation_.takes_part() && supervisor_.moves_freely();
+    if (unseen_.follow(
+            parameters().unseen, history_, [this] { return ticks(); }, free))
+      inject(Fault::kEncoderStands);
     if (load_.step(parameters(), ticks(), driving(), measured_A())) inject(Fault::kOverload);
+  }
+
+  /// From the main loop, in every pass of it: what the board's analogue inputs say.
+  void sense(const AnalogueReadings& readings) {
+    const auto elapsed_s = static_cast<float>(ticks() - sensed_at_) * parameters().axis.tick_s;
+    sensed_at_ = ticks();
+    const Fault fault =
+        parameters().valid ? analogue_.step(parameters().axis, readings, elapsed_s, driving()) : Fault::kNone;
+    supervisor_.faults().hold(fault);
   }
 
   /// The control word 6040h; the same with kTorqueMode and what follows it; control word and forces at once.
@@ -147,7 +163,7 @@ class Controller {
     const std::int32_t counts = in.encoder.counts;
     if (new_parameters) begin_with(set, counts);
     inputs_ = DigitalInputs(in.digital);
-    history_.reading(sets_.tick()) = {counts, in.digital};
+    history_.reading(sets_.tick()) = {counts, in.digital, force_.last_A()};
     if (latch_.armed()) [[unlikely]]
       latch_.step(inputs_, set.io, counts);
     const MotionBounds& bounds = set.bounds.read();
@@ -183,6 +199,8 @@ class Controller {
   const ControlOutput& output() const { return out_; }
   /// Current flows: also before operation is enabled, in the check of the direction.
   bool driving() const { return out_.driving || state().driving(); }
+  /// Temperature and voltage, as of the last sense().
+  const AnalogueWatch& analogue() const { return analogue_; }
   /// I2t, as of the last poll().
   const ThermalLimit& thermal() const { return load_.thermal(); }
   /// The check of the direction is still to be passed.
@@ -345,6 +363,9 @@ class Controller {
   ModelUpkeep upkeep_;
   PointToPoint point_to_point_;
   EncoderBridge bridge_;
+  UnseenMotion unseen_;
+  AnalogueWatch analogue_;
+  std::uint32_t sensed_at_ = 0;
   TickHistory history_;
 };
 

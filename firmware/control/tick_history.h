@@ -25,10 +25,11 @@ class TickHistory {
     float residual_N = std::numeric_limits<float>::quiet_NaN();  ///< none: it says nothing
   };
 
-  /// What a tick read.
+  /// What a tick read, and the current that had been commanded until then.
   struct Reading {
     std::int32_t counts = 0;
     std::uint32_t levels = 0;  ///< of the input terminals
+    float current_A = 0.0F;
   };
 
   /// Together, so that the tick finds its place once.

@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "hal/include/analogue_inputs.h"
 #include "hal/include/can_port.h"
 #include "hal/include/clock.h"
 #include "hal/include/digital_io.h"
@@ -76,6 +77,19 @@ struct HostDigitalIo {
   std::uint32_t outputs = 0;
   std::uint32_t read() const { return inputs; }
   void write(std::uint32_t levels) { outputs = levels; }
+};
+
+/// Both inputs are there; as they come up, 25 degC at 100 degC/V and 48 V at 20 V/V.
+struct HostAnalogueInputs final : AnalogueInputs {
+  bool temperature_wired = true;
+  bool bus_wired = true;
+  AnalogueReading temperature_now{0.25F, true};
+  AnalogueReading bus_now{2.4F, true};
+
+  bool has_temperature() const override { return temperature_wired; }
+  bool has_bus_voltage() const override { return bus_wired; }
+  AnalogueReading temperature() override { return temperature_now; }
+  AnalogueReading bus_voltage() override { return bus_now; }
 };
 
 static_assert(Encoder<HostEncoder> && MotorCurrent<HostMotorCurrent> && Clock<HostClock> &&

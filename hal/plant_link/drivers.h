@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "hal/include/analogue_inputs.h"
 #include "hal/include/clock.h"
 #include "hal/include/digital_io.h"
 #include "hal/include/encoder.h"
@@ -87,11 +88,29 @@ class LinkDigitalIo {
   PlantLink& link_;
 };
 
+class LinkAnalogueInputs final : public AnalogueInputs {
+ public:
+  explicit LinkAnalogueInputs(PlantLink& link) : link_(link) {}
+  bool has_temperature() const override { return true; }
+  bool has_bus_voltage() const override { return true; }
+  AnalogueReading temperature() override { return {link_.temperature_V, link_.analogue_valid != 0}; }
+  AnalogueReading bus_voltage() override { return {link_.bus_V, link_.analogue_valid != 0}; }
+
+ private:
+  PlantLink& link_;
+};
+
 /// All of them on one link, as a board has them. The link must outlive this.
 class LinkDevices {
  public:
   explicit LinkDevices(PlantLink& link)
-      : link_(link), encoder_(link), motor_(link), clock_(link), watchdog_(link), io_(link) {}
+      : link_(link),
+        encoder_(link),
+        motor_(link),
+        clock_(link),
+        watchdog_(link),
+        io_(link),
+        analogue_(link) {}
 
   PlantLink& link() { return link_; }
   LinkEncoder& encoder() { return encoder_; }
@@ -99,6 +118,7 @@ class LinkDevices {
   LinkClock& clock() { return clock_; }
   LinkWatchdog& watchdog() { return watchdog_; }
   LinkDigitalIo& digital_io() { return io_; }
+  AnalogueInputs& analogue_inputs() { return analogue_; }
   std::uint32_t tick_period() const { return 0; }
 
  private:
@@ -108,6 +128,7 @@ class LinkDevices {
   LinkClock clock_;
   LinkWatchdog watchdog_;
   LinkDigitalIo io_;
+  LinkAnalogueInputs analogue_;
 };
 
 static_assert(Encoder<LinkEncoder> && MotorCurrent<LinkMotor> && Clock<LinkClock> && Watchdog<LinkWatchdog> &&

@@ -30,6 +30,9 @@ struct PlantLink {
   volatile std::uint32_t current_valid;
   volatile std::uint32_t digital_inputs;  ///< levels, bit 0 is terminal 1
   volatile float current_offset_A;        ///< measured current less the one commanded
+  volatile std::uint32_t analogue_valid;  ///< of the two below
+  volatile float temperature_V;           ///< at the converter's pin
+  volatile float bus_V;                   ///< likewise
   volatile std::uint32_t control_word;
   volatile std::uint32_t torque_mode;    ///< beside control_word; not 0: the axis follows target_N
   volatile float target_N;               ///< force in torque mode

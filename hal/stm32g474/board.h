@@ -7,6 +7,7 @@
 
 #include "hal/include/absolute_encoder.h"
 #include "hal/include/signal_scaling.h"
+#include "hal/stm32g474/analogue_inputs.h"
 #include "hal/stm32g474/biss_port.h"
 #include "hal/stm32g474/can.h"
 #include "hal/stm32g474/clock_tree.h"
@@ -96,6 +97,7 @@ class Board {
         dac_(block<Dac>(kDAC1_BASE), dac_scale(setup.scales)),
         current_input_(block<Adc>(kADC1_BASE), block<AdcCommon>(kADC12_COMMON_BASE),
                        monitor_scale(setup.scales)),
+        slow_inputs_(block<Adc>(kADC1_BASE)),
         digital_io_(port(kGPIOC_BASE), port(kGPIOB_BASE), setup.digital),
         motor_(output(), current_input_, port(kGPIOB_BASE), kEnablePin),
         can_(block<Fdcan>(kFDCAN1_BASE), block<CanMessageRam>(kSRAMCAN_BASE)),
@@ -155,6 +157,7 @@ class Board {
   BoardClock& clock() { return clock_; }
   IndependentWatchdog<Iwdg<Word>>& watchdog() { return watchdog_; }
   DigitalPort<Port>& digital_io() { return digital_io_; }
+  AnalogueInputs& analogue_inputs() { return slow_inputs_; }
   BoardCan& can() { return can_; }
   FlashPages<Flash<Word>, Hardware>& nonvolatile() { return flash_; }
   /// Where the program in the other bank stores.
@@ -256,9 +259,11 @@ class Board {
     set_up_pin(a, alternate(11, 9, PinPull::kUp, 0));    // FDCAN1_RX
     set_up_pin(a, alternate(12, 9, PinPull::kNone, 1));  // FDCAN1_TX
     auto& c = port(kGPIOC_BASE);
-    set_up_pin(c, {.pin = 0, .mode = PinMode::kAnalog});  // ADC12_IN6
-    set_up_pin(c, alternate(10, 6, PinPull::kUp, 1));     // SPI3_SCK: MA
-    set_up_pin(c, alternate(11, 6, PinPull::kUp, 0));     // SPI3_MISO: SLO
+    set_up_pin(c, {.pin = 0, .mode = PinMode::kAnalog});   // ADC12_IN6
+    set_up_pin(b, {.pin = 11, .mode = PinMode::kAnalog});  // ADC12_IN14: temperature
+    set_up_pin(b, {.pin = 12, .mode = PinMode::kAnalog});  // ADC1_IN11: DC link
+    set_up_pin(c, alternate(10, 6, PinPull::kUp, 1));      // SPI3_SCK: MA
+    set_up_pin(c, alternate(11, 6, PinPull::kUp, 0));      // SPI3_MISO: SLO
     digital_io_.start();
     led_.start();
     if constexpr (kDrive == DriveKind::kPwm) {
@@ -293,6 +298,7 @@ class Board {
   Pwm pwm_;
   DacOut dac_;
   BoardCurrentInput current_input_;
+  SlowInputs<Adc<Word>> slow_inputs_;
   DigitalPort<Port> digital_io_;
   Motor motor_;
   BoardCan can_;

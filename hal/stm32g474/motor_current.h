@@ -143,7 +143,8 @@ class PwmOutput {
 
 enum class AdcFault : std::uint8_t { kNone, kNotCalibrated, kNotReady };
 
-// ADC1, one injected conversion at every TRGO2 of TIM1. RM0440, Analog-to-digital converters (ADC): ADC
+// ADC1, three injected conversions at every TRGO2 of TIM1: the current, and behind it what SlowInputs reads
+// (analogue_inputs.h). RM0440, Analog-to-digital converters (ADC): ADC
 // on-off control, calibration, injected channel management, external triggers (JEXTSEL 8: tim1_trgo2).
 template <class AdcBlock, class CommonBlock>
 class CurrentInput {
@@ -152,8 +153,9 @@ class CurrentInput {
   CurrentInput(AdcBlock& adc, CommonBlock& common, const CurrentScale& scale)
       : adc_(adc), common_(common), scale_(scale) {}
 
-  // Input 6, 24.5 cycles of sampling at 42.5 MHz: a result 0.87 us after the trigger. `wait_us(n)` waits at
-  // least n us.
+  // Input 6, 24.5 cycles of sampling at 42.5 MHz: a result 0.87 us after the trigger. Then inputs 14 and 11,
+  // 92.5 cycles each, for dividers of up to 10 kOhm: the sequence ends 5.8 us after the trigger, and the next
+  // one begins 25 us after it. `wait_us(n)` waits at least n us.
   template <class WaitUs>
   [[nodiscard]] AdcFault start(WaitUs wait_us) {
     constexpr std::uint32_t kPolls = 100'000;  // calibration takes 112 cycles of the ADC's clock (DS12288)
@@ -170,8 +172,11 @@ class CurrentInput {
     adc_.cr = kADC_CR_ADVREGEN(1) | kADC_CR_ADEN(1);
     if (!wait_for(adc_.isr, kADC_ISR_ADRDY.mask, kADC_ISR_ADRDY.mask, kPolls)) return AdcFault::kNotReady;
     change_bits(adc_.smpr1, kADC_SMPR1_SMP6.mask, kADC_SMPR1_SMP6(3));
+    change_bits(adc_.smpr2, kADC_SMPR2_SMP11.mask | kADC_SMPR2_SMP14.mask,
+                kADC_SMPR2_SMP11(5) | kADC_SMPR2_SMP14(5));
     adc_.cfgr = kADC_CFGR_JQDIS(1);
-    adc_.jsqr = kADC_JSQR_JL(0) | kADC_JSQR_JEXTSEL(8) | kADC_JSQR_JEXTEN(1) | kADC_JSQR_JSQ1(6);
+    adc_.jsqr = kADC_JSQR_JL(2) | kADC_JSQR_JEXTSEL(8) | kADC_JSQR_JEXTEN(1) | kADC_JSQR_JSQ1(6) |
+                kADC_JSQR_JSQ2(14) | kADC_JSQR_JSQ3(11);
     adc_.isr = kADC_ISR_JEOS(1);
     adc_.cr = kADC_CR_ADVREGEN(1) | kADC_CR_JADSTART(1);
     return AdcFault::kNone;

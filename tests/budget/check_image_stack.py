@@ -52,10 +52,11 @@ INTERFACES = {
     "wait": r"_ZN9slipstack9stm32g4744Part7wait_us",
     "ProgramMemory": r"_ZNK?9slipstack9stm32g47412ProgramFlash.*(7running|5board|7address|7program|5spare|5notes|7restart)E",
     "AbsoluteEncoder": r"_ZNK?9slipstack.*AxisEncoder.*(3use|8counters)E",
+    "AnalogueInputs": r"_ZNK?9slipstack.*(SlowInputs|LinkAnalogueInputs).*(11temperature|11bus_voltage|15has_temperature|15has_bus_voltage)E",
     "SignalScaling": r"_ZNK?9slipstack.*Scaling(10set_scales|9largest_A)E",
 }
 # A board may have none of them: the pointer is then null.
-OPTIONAL = {"SignalScaling", "ProgramMemory", "AbsoluteEncoder"}
+OPTIONAL = {"SignalScaling", "ProgramMemory", "AbsoluteEncoder", "AnalogueInputs"}
 # The boot loader has no node and no static objects.
 NOT_IN_BOOT = {"constructors", "CanPort", "Indicator", "Application"}
 # Who may call which of them; the first that fits holds.
@@ -63,7 +64,7 @@ CALLERS = [
     (r"canopen::(Pdos|PdoMap|SdoServer|SdoAccess|Dictionary)::", ["ObjectAccess"]),
     (r"RecordSlots::|ParameterSet::", ["Nonvolatile"]),
     (r"slipstack::update::|canopen::ProgramDownload::", ["ProgramMemory", "Nonvolatile"]),
-    (r"canopen::(ModelStaging|Drive|EncoderObjects)::", ["SignalScaling", "AbsoluteEncoder", "ProgramMemory", "Nonvolatile"]),
+    (r"canopen::(ModelStaging|Drive|EncoderObjects|AnalogueObjects)::", ["SignalScaling", "AbsoluteEncoder", "AnalogueInputs", "ProgramMemory", "Nonvolatile"]),
     (r"canopen::(Node|NodeObjects|NodeParts|BusWatch|BitRateSwitch|Lss|Outbox)::|CanopenNode::", ["Application", "CanPort", "Nonvolatile"]),
     (r"start_clock_tree", ["wait"]),
     (r"start_program", ["constructors"]),

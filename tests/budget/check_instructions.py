@@ -6,7 +6,8 @@
   check_instructions.py --image IMAGE.elf --worst LIMIT NAME... [--ticks N]
 
 A count above its budget is a cost that somebody has to want; one below it is as suspicious (the work may be gone):
-either way the test fails until budget.csv says the new number. --update writes the measured numbers into the file;
+either way the test fails until budget.csv says the new number. So it does where an input never reaches the work that is
+measured: a tick that does not drive the axis is short. --update writes the measured numbers into the file;
 the limits in its last column are goals and stay. --worst looks for a call of these that takes more than the limit, in
 N random steps each, and writes nothing: 600000 by SLIPSTACK_WORST_TICKS=600000.
 """
@@ -18,16 +19,18 @@ import sys
 import budget_file
 import emulator
 
+# Of the calls, so many must have done what is measured: for a tick, that the axis was driven.
+LEAST_WORK = 0.02
 COLUMNS = ["name", "input", "min", "mean", "max", "tolerance", "limit"]
 
 
 def measure(image, arguments=()):
-    """{(name, input): (min, mean, max, calls)}"""
+    """{(name, input): (min, mean, max, calls, those that did what is measured)}"""
     measured = {}
     for line in emulator.run(image, arguments):
         word = line.split()
         if word and word[0] == "instructions":
-            measured[(word[1], word[2])] = (int(word[3]), float(word[4]), int(word[5]), int(word[6]))
+            measured[(word[1], word[2])] = (int(word[3]), float(word[4]), int(word[5]), int(word[6]), int(word[7]))
     if not measured:
         emulator.fail("the image printed no measurement")
     return measured
@@ -43,16 +46,23 @@ def judge(row, found):
             faults.append(f"{column} {'rose' if difference > 0 else 'fell'} by {abs(difference):g}")
     if row["limit"] and found[2] > int(row["limit"]):
         faults.append(f"over the limit {row['limit']}")
-    return ", ".join(faults)
+    return ", ".join(faults + idle(found))
+
+
+def idle(found):
+    """What is wrong with how much of a measurement did the work."""
+    calls, worked = found[3:]
+    return [] if worked >= LEAST_WORK * calls else [f"only {worked} of {calls} calls did the work"]
 
 
 def look_for_worst(image, limit, names, ticks):
     emulator.TIMEOUT_S = 300 + ticks // 500
     failed = False
     for name in names:
-        low, _, high, calls = measure(image, (name, str(ticks)))[(name, "random")]
-        print(f"{name:<30}{low:>5} to {high} instructions in {calls} ticks, limit {limit}")
-        failed |= high > limit
+        found = measure(image, (name, str(ticks)))[(name, "random")]
+        low, _, high, calls, driven = found
+        print(f"{name:<30}{low:>5} to {high} instructions in {calls} ticks, {driven} driven, limit {limit}")
+        failed |= high > limit or bool(idle(found))
     return 1 if failed else 0
 
 
@@ -83,7 +93,7 @@ def main():
             print(f"{key[0]:<30}{key[1]:<13} not measured")
             failed = True
             continue
-        fault = "" if options.update else judge(row, found)
+        fault = ", ".join(idle(found)) if options.update else judge(row, found)
         failed |= bool(fault)
         print(f"{key[0]:<30}{key[1]:<13}{found[0]:>5}{found[1]:>9.2f}{found[2]:>5}{found[3]:>8}"
               f"{row['max']:>8}{row['limit'] or '-':>7}  {fault}".rstrip())  # fmt: skip

@@ -33,8 +33,10 @@ struct Count {
   std::uint32_t max = 0;
   std::uint64_t total = 0;
   std::uint32_t calls = 0;
+  std::uint32_t worked = 0;
 
-  void add(std::uint32_t instructions) {
+  void add(std::uint32_t instructions, bool works) {
+    worked += works ? 1 : 0;
     min = instructions < min ? instructions : min;
     max = instructions > max ? instructions : max;
     total += instructions;
@@ -70,6 +72,11 @@ std::uint32_t measure_step(const Observer& observer, std::int32_t x) {
   return instructions(observer.step, x);
 }
 
+void measure(const Observer& observer, std::int32_t x, Count& count) {
+  const std::uint32_t taken = measure_step(observer, x);
+  count.add(taken, observer.works == nullptr || observer.works());
+}
+
 void print(const char* name, const char* input, const Count& count) {
   const auto mean_hundredths = static_cast<std::uint32_t>(count.total * 100 / count.calls);
   uart_write("instructions ");
@@ -86,6 +93,8 @@ void print(const char* name, const char* input, const Count& count) {
   uart_write_unsigned(count.max);
   uart_write(" ");
   uart_write_unsigned(count.calls);
+  uart_write(" ");
+  uart_write_unsigned(count.worked);
   uart_write("\n");
 }
 
@@ -94,7 +103,7 @@ void print(const char* name, const char* input, const Count& count) {
 // stack.
 Count measure_adversarial(const Observer& observer) {
   Count count;
-  const auto go = [&](std::int32_t x) { count.add(measure_step(observer, x)); };
+  const auto go = [&](std::int32_t x) { measure(observer, x, count); };
   for (std::int32_t side = -1; side <= 1; side += 2) {
     for (std::int32_t reversals = 0; reversals <= 20; ++reversals) {
       for (std::int32_t closed = 0; closed <= 11; ++closed) {
@@ -121,7 +130,7 @@ Count measure_random(const Observer& observer, std::uint32_t steps) {
   Count count;
   RandomMotion motion(0x5EED1234);
   observer.reset(0);
-  for (std::uint32_t i = 0; i < steps; ++i) count.add(measure_step(observer, motion.next()));
+  for (std::uint32_t i = 0; i < steps; ++i) measure(observer, motion.next(), count);
   return count;
 }
 

@@ -21,6 +21,7 @@ struct Observer {
   void (*reset)(std::int32_t x);
   float (*step)(std::int32_t x);
   void (*before)(std::int32_t x) = nullptr;  // what comes ahead of step(x) and is not measured
+  bool (*works)() = nullptr;                 // whether the last step did what is to be measured
 };
 
 inline constexpr std::array<std::int32_t, 10> kSlipDistance = {1, 2, 3, 5, 8, 13, 21, 34, 55, 300};
@@ -77,10 +78,10 @@ inline constexpr std::array kObservers = {
     Observer{"encoder_frame", reset_frames, receive_frame, sample_frame},
     Observer{"encoder_frame_read", reset_frames, read_frame, receive_any_frame},
     Observer{"stage_level_adaptation", reset_stages, step_level},
-    Observer{"control_tick_all_effects", reset_tick<false, 1>, run_tick, prepare_tick},
-    Observer{"control_tick_excited", reset_tick<true, 1>, run_tick, prepare_tick},
-    Observer{"control_tick_many_events", reset_tick<false, 50>, run_tick, prepare_tick},
-    Observer{"control_tick_every_event", reset_tick<false, 200>, run_tick, prepare_tick},
+    Observer{"control_tick_all_effects", reset_tick<false, 1>, run_tick, prepare_tick, tick_drives},
+    Observer{"control_tick_excited", reset_tick<true, 1>, run_tick, prepare_tick, tick_drives},
+    Observer{"control_tick_many_events", reset_tick<false, 50>, run_tick, prepare_tick, tick_drives},
+    Observer{"control_tick_every_event", reset_tick<false, 200>, run_tick, prepare_tick, tick_drives},
 };
 
 // Gives every observer its parameters; false if one refuses them.

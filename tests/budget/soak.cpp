@@ -235,7 +235,7 @@ int main() {
   const char* words = mps2::command_line(buffer);
   const char* space = std::strchr(words, ' ');
   const std::uint32_t wanted = space == nullptr ? 100000 : number(space + 1);
-  tick_scenario.reset(0, {});
+  tick_scenario.reset({});
   tick_under_test.set_period(kClockPeriod);
   Random random{0x50AC5EED};
   mps2::systick_start_periodic(kPeriod);

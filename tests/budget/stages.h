@@ -89,8 +89,9 @@ inline void fill_reference(std::int32_t x) {
 }
 // SYNC every ten ticks; some set-points are missing, and sometimes the stream begins anew.
 inline void fill_stream(std::int32_t x) {
-  if (++stages.ticks % 10 != 0) return;
   CyclicPosition& cyclic = stages.cyclic;
+  cyclic.poll(stages.ticks);
+  if (++stages.ticks % 10 != 0) return;
   cyclic.set_period(10.0F, 1.0e-4F);
   stages.path.set_limits(
       cyclic.path_limits({300.0F, 0.5F, 0.5F, 0.01F}, PositionRange{}, CyclicPosition::kRounding));

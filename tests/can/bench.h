@@ -58,7 +58,7 @@ class Bench {
     loop = std::make_unique<loop::AxisLoop>(axis);
     log = std::make_unique<RecordSlots>(flash);
     drive = std::make_unique<canopen::Drive>(loop->controller(), loop->tick.timing(), trace, 0x12345678,
-                                             nullptr, programs, absolute_encoder);
+                                             nullptr, programs, absolute_encoder, analogue);
     node = std::make_unique<canopen::Node>(device, *log, *drive);
   }
   void begin(std::uint8_t id = kNode) {
@@ -206,6 +206,7 @@ class Bench {
   sim::Axis axis;
   ProgramMemory* programs = nullptr;            // set before power_on()
   AbsoluteEncoder* absolute_encoder = nullptr;  // likewise
+  AnalogueInputs* analogue = nullptr;           // likewise
   std::uint32_t now_us = 1000;
   host::HostNonvolatile flash{2, 2048, 8};
   host::HostCanPort device{4096};

@@ -44,7 +44,14 @@ std::uint32_t map_one(Bench& bench, std::uint16_t comm, std::uint32_t cob, std::
 }
 
 TEST(Mapping, EveryObjectIntoATpdo) {
-  Bench bench;
+  // Readings of what is not wired are refused.
+  host::HostAnalogueInputs inputs;
+  Bench bench(false);
+  bench.analogue = &inputs;
+  bench.power_on();
+  bench.begin();
+  EXPECT_EQ(bench.write_real(0x2504, 1, 100.0F), 0U);
+  EXPECT_EQ(bench.write_real(0x2504, 6, 20.0F), 0U);
   bench.configure();
   bench.enable(1);
   bench.nmt(0x01);

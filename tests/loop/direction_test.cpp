@@ -15,6 +15,7 @@ namespace {
 struct Wiring {
   bool encoder_reversed = false;
   bool motor_reversed = false;
+  bool encoder_stands = false;
   // The carriage stands this far from a stop on either side, m.
   double room_forward_m = 1.0;
   double room_backward_m = 1.0;
@@ -46,8 +47,11 @@ class Machine {
 
   void step() {
     const auto counts = static_cast<std::int32_t>(loop_.encoder.counts(loop_.plant.position_m()));
-    loop_.board_encoder.next.counts = wiring_.encoder_reversed ? turned_counts_ - counts : counts;
+    loop_.board_encoder.next.counts = wiring_.encoder_stands     ? 4711
+                                      : wiring_.encoder_reversed ? turned_counts_ - counts
+                                                                 : counts;
     loop_.tick.run();
+    loop_.controller().poll();
     const double set_A = loop_.motor.enabled ? static_cast<double>(loop_.motor.set_point_A) : 0.0;
     const double current_A = wiring_.motor_reversed ? -set_A : set_A;
     const double at_m = loop_.plant.position_m() - from_m_;
@@ -177,6 +181,20 @@ TEST(DirectionCheck, ABlockedAxisIsAFaultAndTheForceEnds) {
   EXPECT_LT(out.motion_um, 10.0);
   EXPECT_LT(out.time_s, 0.6) << "0.2 s up and 0.05 s held, twice";
   EXPECT_GT(out.time_s, 0.4);
+}
+
+// The axis is free and its encoder does not say so: a way that cannot go unseen ends the push (UnseenMotion).
+TEST(DirectionCheck, AnEncoderThatStandsWhileTheAxisMovesIsABlockedAxis) {
+  double worst_mJ = 0.0;
+  for (std::uint64_t seed = 1; seed <= kAxes; ++seed) {
+    const Outcome out = first_enable(seed, {.encoder_stands = true});
+    EXPECT_EQ(out.fault, Fault::kStall) << seed;
+    EXPECT_LT(out.time_s, 0.4) << "both ways";
+    worst_mJ = std::max(worst_mJ, out.energy_mJ);
+  }
+  std::printf("stands: %.0f mJ\n", worst_mJ);
+  EXPECT_LT(worst_mJ, 400.0);
+  EXPECT_GT(worst_mJ, 50.0);
 }
 
 TEST(DirectionCheck, AnEncoderThatIsNotConnectedIsABlockedAxis) {

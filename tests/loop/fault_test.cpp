@@ -179,6 +179,7 @@ TEST_F(Faults, WhatDoesNotBrakeIsReleased) {
 TEST_F(Faults, BlockedAxisIsAStall) {
   parameters_.following_error_m = 0.5F;
   parameters_.stall_current_A = 1.0F;
+  parameters_.unseen_motion_m = 0.0F;  // unseen_motion_test.cpp
   loop_->run(1.0);
   ASSERT_EQ(loop_->controller().configure(parameters_, model_), ParameterStatus::kOk);
   loop_->run(0.01);

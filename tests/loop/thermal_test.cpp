@@ -54,6 +54,7 @@ class Pressed {
     parameters.motor_thermal_s = 2.0F;
     parameters.overload_is_fault = fault;
     parameters.stall_s = 10.0F;
+    parameters.unseen_motion_m = 0.0F;
     EXPECT_EQ(loop_.controller().configure(parameters, identified_model(bench_.axis, 0.0, 0.0)),
               ParameterStatus::kOk);
     place_ = static_cast<std::int32_t>(loop_.encoder.counts(loop_.plant.position_m()));

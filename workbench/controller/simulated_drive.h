@@ -86,7 +86,7 @@ class SimulatedDrive {
         tick_(board_encoder_, motor_, clock_, watchdog_, io_),
         trace_(memory_),
         log_(flash),
-        drive_(tick_.controller(), tick_.timing(), trace_, 1, &signals_, programs),
+        drive_(tick_.controller(), tick_.timing(), trace_, 1, &signals_, programs, nullptr, &analogue_),
         node_(port, log_, drive_) {
     clock_.rate_Hz = 10'000'000;
     tick_.set_period(1000);
@@ -165,6 +165,7 @@ class SimulatedDrive {
   host::HostClock clock_;
   host::HostWatchdog watchdog_;
   host::HostDigitalIo io_;
+  host::HostAnalogueInputs analogue_;
   Tick<host::HostEncoder, host::HostMotorCurrent, host::HostClock, host::HostWatchdog, host::HostDigitalIo>
       tick_;
   std::array<canopen::TraceSample, 4096> memory_{};

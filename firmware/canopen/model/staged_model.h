@@ -35,7 +35,7 @@ inline PositionReferenceParameters staged_reference(const Dictionary& dictionary
           static_cast<std::int32_t>(dictionary.value(kHead + 8))};
 }
 
-/// The axis of 2000h, 2010h, 2012h, 2404h, 2501h, 2502h and 6075h.
+/// The axis of 2000h, 2010h, 2012h, 2404h, 2501h to 2504h and 6075h.
 inline AxisParameters staged_axis(const Dictionary& dictionary) {
   constexpr std::size_t kFirst = kRow<kAxisIndex>;
   AxisParameters axis;
@@ -63,6 +63,14 @@ inline AxisParameters staged_axis(const Dictionary& dictionary) {
   axis.check_distance_m = dictionary.real(kRow<kDirectionIndex, 2>);
   axis.check_current_A = dictionary.real(kRow<kDirectionIndex, 3>);
   axis.check_rate_A_per_s = dictionary.real(kRow<kDirectionIndex, 4>);
+  axis.temperature_C_per_V = dictionary.real(kRow<kAnalogueIndex, 1>);
+  axis.temperature_at_zero_C = dictionary.real(kRow<kAnalogueIndex, 2>);
+  axis.temperature_warning_C = dictionary.real(kRow<kAnalogueIndex, 3>);
+  axis.temperature_fault_C = dictionary.real(kRow<kAnalogueIndex, 4>);
+  axis.bus_V_per_V = dictionary.real(kRow<kAnalogueIndex, 6>);
+  axis.bus_lowest_V = dictionary.real(kRow<kAnalogueIndex, 7>);
+  axis.bus_highest_V = dictionary.real(kRow<kAnalogueIndex, 8>);
+  axis.unseen_motion_m = dictionary.real(kRow<kEncoderIndex, 9>);
   return axis;
 }
 

@@ -90,7 +90,12 @@ inline constexpr auto kFaultRows = [] {
                                                            "Index off its place",
                                                            "Overload",
                                                            "Direction",
-                                                           "Connection lost"};
+                                                           "Connection lost",
+                                                           "Encoder stands",
+                                                           "Over-temperature",
+                                                           "Analogue sensor",
+                                                           "Under-voltage",
+                                                           "Over-voltage"};
   std::array<Object, kFaultCount> rows{};
   rows[0] = head(kFaultCountsIndex, ObjectCode::kRecord, "Faults since start", kFaultCount - 1);
   for (std::uint8_t i = 1; i < kFaultCount; ++i)

@@ -9,14 +9,15 @@
 #include "hal/include/signal_scaling.h"
 
 // Objects of the manufacturer for what differs from one machine to the next: how its signals are scaled
-// (2500h), the check of the direction at the first enabling (2501h), its thermal load (2502h) and the
-// interface of its encoder (2503h).
+// (2500h), the check of the direction at the first enabling (2501h), its thermal load (2502h), the interface
+// of its encoder (2503h) and its analogue inputs (2504h).
 namespace slipstack::canopen {
 
 inline constexpr std::uint16_t kScalesIndex = 0x2500;
 inline constexpr std::uint16_t kDirectionIndex = 0x2501;
 inline constexpr std::uint16_t kThermalIndex = 0x2502;
 inline constexpr std::uint16_t kEncoderIndex = 0x2503;
+inline constexpr std::uint16_t kAnalogueIndex = 0x2504;
 
 namespace detail {
 
@@ -69,7 +70,7 @@ inline constexpr auto kMachineRows = [] {
       entry(kThermalIndex, 4, Type::kBoolean, "Overload is a fault").stored(Storage::kParameter),
       reading(kThermalIndex, 5, Type::kReal32, "Load of the motor"),
       reading(kThermalIndex, 6, Type::kReal32, "Load of the amplifier"),
-      head(kEncoderIndex, ObjectCode::kRecord, "Encoder interface", 8),
+      head(kEncoderIndex, ObjectCode::kRecord, "Encoder interface", 9),
       entry(kEncoderIndex, 1, Type::kU8, "Kind (0 incremental, 1 BiSS-C)")
           .within(0, 1)
           .stored(Storage::kParameter),
@@ -85,6 +86,22 @@ inline constexpr auto kMachineRows = [] {
       reading(kEncoderIndex, 6, Type::kU32, "Frames with the error bit"),
       reading(kEncoderIndex, 7, Type::kU32, "Frames with the warning bit"),
       reading(kEncoderIndex, 8, Type::kBoolean, "Warning of the last frame"),
+      detail::axis_entry(kEncoderIndex, 9, "Motion that may go unseen (0: off)",
+                         &AxisParameters::unseen_motion_m, "m"),
+      head(kAnalogueIndex, ObjectCode::kRecord, "Temperature and DC link voltage", 8),
+      detail::axis_entry(kAnalogueIndex, 1, "Temperature input gain (0: none)",
+                         &AxisParameters::temperature_C_per_V, "degC/V"),
+      detail::axis_entry(kAnalogueIndex, 2, "Temperature at 0 V", &AxisParameters::temperature_at_zero_C,
+                         "degC"),
+      detail::axis_entry(kAnalogueIndex, 3, "Temperature of the warning",
+                         &AxisParameters::temperature_warning_C, "degC"),
+      detail::axis_entry(kAnalogueIndex, 4, "Temperature of the fault", &AxisParameters::temperature_fault_C,
+                         "degC"),
+      reading(kAnalogueIndex, 5, Type::kReal32, "Motor temperature").in("degC"),
+      detail::axis_entry(kAnalogueIndex, 6, "DC link input gain (0: none)", &AxisParameters::bus_V_per_V,
+                         "V/V"),
+      detail::axis_entry(kAnalogueIndex, 7, "DC link least voltage", &AxisParameters::bus_lowest_V, "V"),
+      detail::axis_entry(kAnalogueIndex, 8, "DC link largest voltage", &AxisParameters::bus_highest_V, "V"),
   });
 }();
 

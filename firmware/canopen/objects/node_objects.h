@@ -41,7 +41,8 @@ class NodeObjects final : public ObjectAccess {
   Abort check_read(std::size_t row) override {
     const Object& object = kObjects[row];
     const bool none = object.index == 0x1003 && object.sub > parts_.emergency.count();
-    return none ? Abort::kNoData : Abort::kNone;
+    if (none) return Abort::kNoData;
+    return object.index < 0x2000 ? Abort::kNone : parts_.application.check_read(row);
   }
 
   Abort check(std::size_t row, std::uint32_t value) override {

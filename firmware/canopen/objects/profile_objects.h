@@ -88,6 +88,11 @@ inline constexpr auto kProfileObjects = [] {
           .from_device()
           .mapped(kOut)
           .in("rated force", 1e-3F),
+      variable(0x6079, Type::kU32, "DC link circuit voltage")
+          .read_only()
+          .from_device()
+          .mapped(kOut)
+          .in("V", 1e-3F),
       variable(0x607A, Type::kI32, "Target position").mapped(kIn).from_device().in("user unit"),
       variable(0x607C, Type::kI32, "Home offset").in("user unit").stored(kSetting),
       head(0x607D, ObjectCode::kArray, "Software position limit", 2),

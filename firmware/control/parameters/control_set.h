@@ -15,6 +15,7 @@
 #include "firmware/control/supervision/digital_io.h"
 #include "firmware/control/supervision/direction_check.h"
 #include "firmware/control/supervision/fault_monitor.h"
+#include "firmware/control/supervision/unseen_motion.h"
 #include "firmware/effects/model_hash.h"
 
 namespace slipstack {
@@ -38,6 +39,7 @@ struct ControlSet {
   FeedForward::Scales scales;
   Feedback::Gains feedback;
   FaultMonitor::Bounds monitor;
+  UnseenMotion::Settings unseen;
   IoMasks io;
   LevelAdaptation::Bounds adaptation;
   ExchangeBox<MotionBounds> bounds;
@@ -76,6 +78,7 @@ struct ControlSet {
         StateEstimate::gains(axis.encoder_resolution_m, axis.tick_s, axis.observer_bandwidth_rad_per_s);
     prepare_feedback();
     monitor = FaultMonitor::bounds(axis);
+    unseen = UnseenMotion::settings(axis, parameters);
     prepare_check();
     io = IoMasks::of(axis.io);
     adaptation =

@@ -42,9 +42,10 @@ struct AxisParameters {
   float current_mismatch_s = 2.0e-3F;
   float stall_current_A = 5.0F;  ///< this much, and the encoder stands still
   float stall_s = 0.02F;
-  float stop_timeout_s = 1.0F;  ///< longest controlled stop
-  float swap_time_s = 0.02F;    ///< over which a change of parameters comes into force
-  bool compensate = true;       ///< false: feed-forward of the mass only
+  float unseen_motion_m = 1.0e-3F;  ///< that the current must make, and the encoder does not show; 0: off
+  float stop_timeout_s = 1.0F;      ///< longest controlled stop
+  float swap_time_s = 0.02F;        ///< over which a change of parameters comes into force
+  bool compensate = true;           ///< false: feed-forward of the mass only
   bool adapt_level = false;
   float level_lowest = 0.5F;
   float level_highest = 1.5F;
@@ -55,6 +56,13 @@ struct AxisParameters {
   float amplifier_rated_A = 0.0F;
   float amplifier_thermal_s = 2.0F;
   bool overload_is_fault = false;    ///< else the current is limited to the rated one
+  float temperature_C_per_V = 0.0F;  ///< of the analogue input; 0: none is wired
+  float temperature_at_zero_C = 0.0F;
+  float temperature_warning_C = 80.0F;
+  float temperature_fault_C = 100.0F;
+  float bus_V_per_V = 0.0F;   ///< of the DC link's input; 0: none is wired
+  float bus_lowest_V = 0.0F;  ///< to drive with
+  float bus_highest_V = 2.0e3F;
   bool check_direction = false;      ///< a push before operation is enabled (DirectionCheck)
   float check_distance_m = 2.0e-5F;  ///< that the push must move the axis by
   float check_current_A = 2.0F;      ///< of the push, at most
@@ -111,6 +119,7 @@ inline constexpr auto kAxisBounds = std::to_array<Bound>({
     {&AxisParameters::current_mismatch_s, 0.0F, 1.0F},
     {&AxisParameters::stall_current_A, 0.0F, 1.0e3F},
     {&AxisParameters::stall_s, 1.0e-4F, 10.0F},
+    {&AxisParameters::unseen_motion_m, 0.0F, 1.0F},
     {&AxisParameters::stop_timeout_s, 1.0e-3F, 10.0F},
     {&AxisParameters::swap_time_s, 1.0e-4F, 1.0F},
     {&AxisParameters::level_lowest, 0.2F, 1.0F},
@@ -121,6 +130,13 @@ inline constexpr auto kAxisBounds = std::to_array<Bound>({
     {&AxisParameters::motor_thermal_s, 0.1F, 1.0e5F},
     {&AxisParameters::amplifier_rated_A, 0.0F, 1.0e3F},
     {&AxisParameters::amplifier_thermal_s, 0.1F, 1.0e5F},
+    {&AxisParameters::temperature_C_per_V, -1.0e4F, 1.0e4F},
+    {&AxisParameters::temperature_at_zero_C, -1.0e4F, 1.0e4F},
+    {&AxisParameters::temperature_warning_C, -100.0F, 500.0F},
+    {&AxisParameters::temperature_fault_C, -100.0F, 500.0F},
+    {&AxisParameters::bus_V_per_V, 0.0F, 1.0e4F},
+    {&AxisParameters::bus_lowest_V, 0.0F, 2.0e3F},
+    {&AxisParameters::bus_highest_V, 0.0F, 2.0e3F},
     {&AxisParameters::check_distance_m, 1.0e-7F, 1.0e-3F},
     {&AxisParameters::check_current_A, 1.0e-3F, 1.0e2F},
     {&AxisParameters::check_rate_A_per_s, 1.0e-1F, 1.0e4F},
@@ -155,6 +171,16 @@ inline float mass_kg(const ModelParameters& model) {
   const auto& inertia = std::get<EffectParameters<Inertia<float>, float>>(model);
   const auto& payload = std::get<EffectParameters<PayloadMass<float>, float>>(model);
   return (inertia.enabled ? inertia.gains[0] : 0.0F) + (payload.enabled ? payload.gains[0] : 0.0F);
+}
+
+/// The dry friction at level 1 beyond pre-sliding, N.
+inline float dry_friction_N(const ModelParameters& model) {
+  const auto& hysteresis = std::get<EffectParameters<PreslidingHysteresis<float>, float>>(model);
+  const auto& coulomb = std::get<EffectParameters<Coulomb<float>, float>>(model);
+  float sum_N = coulomb.enabled ? coulomb.gains[0] : 0.0F;
+  for (std::size_t i = 0; i < hysteresis.gains.size() && hysteresis.enabled; ++i)
+    sum_N += hysteresis.gains[i] * hysteresis.shapes[i];
+  return sum_N;
 }
 
 /// The time since the start at which the drift of the friction begins, s. Nothing tells how long the power
@@ -215,6 +241,7 @@ inline ParameterStatus check(const AxisParameters& axis, const ModelParameters& 
       return ParameterStatus::kAxisOutOfBounds;
     }
   }
+  if (!(axis.bus_lowest_V < axis.bus_highest_V)) return ParameterStatus::kAxisOutOfBounds;
   if (!valid(axis.io) || !valid(axis.reference.code())) return ParameterStatus::kAxisOutOfBounds;
   ParameterStatus status = detail::check_scale(axis);
   if (status != ParameterStatus::kOk) return status;

@@ -49,11 +49,16 @@ struct Motion {
     fraction = segment.start_fraction;
   }
 
-  /// A stream has ended: a stop begins. It is bounded in jerk, which a stream is not: acceleration that is
-  /// left from it would carry the reference beyond the largest velocity.
-  void leave_stream() {
+  /// A stream has ended: a stop begins, with the acceleration that there is. The path of a stream accelerates
+  /// so that it can be taken out along the jerk limit below the largest velocity, counts per tick. A
+  /// correction of what is off the path may be more: what would carry the reference beyond is given up at
+  /// once.
+  void leave_stream(const BrakingLimits& limits, float fastest) {
     phase = Phase::kBraking;
-    if ((velocity ^ acceleration) >= 0) acceleration = 0;
+    if ((velocity ^ acceleration) < 0) return;
+    const float room = fastest - approx::absolute(from_fixed(velocity));
+    const float change = from_fixed(acceleration);
+    if (change * change > 2.0F * limits.curve_jerk * room) acceleration = 0;
   }
 
   /// The acceleration of one tick of braking. What is queued while the axis brakes waits for the tick after

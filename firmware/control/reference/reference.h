@@ -160,6 +160,7 @@ class ReferenceGenerator {
     const float step = tracking_step(behind, stream.step, last, limits);
     const ReferencePoint point{motion_.counts, fraction(), 0.5F * (step + last), step - last};
     tracked_step_ = step;
+    tracked_fastest_ = limits.velocity;
     const std::int64_t before = motion_.velocity;
     motion_.velocity = step_to_fixed(step);
     motion_.acceleration = motion_.velocity - before;
@@ -185,7 +186,7 @@ class ReferenceGenerator {
   [[gnu::always_inline]] ReferencePoint advance(Motion& motion, const BrakingLimits& limits) const {
     if (motion.phase == Motion::Phase::kPlaying && motion.left == 0) begin_segment(motion);
     if (motion.phase == Motion::Phase::kTracking) [[unlikely]]
-      motion.leave_stream();
+      motion.leave_stream(limits, tracked_fastest_);
     if (motion.phase == Motion::Phase::kBraking) motion.brake(limits);
     return motion.step();
   }
@@ -242,6 +243,7 @@ class ReferenceGenerator {
   Motion motion_;
   ReferencePoint followed_;
   float tracked_step_ = 0.0F;
+  float tracked_fastest_ = 0.0F;
   std::uint32_t underruns_ = 0;
   std::atomic<std::uint32_t> ticks_{0};
   std::atomic<std::uint32_t> generation_{0};  // of the motion: counts what no prediction has foreseen

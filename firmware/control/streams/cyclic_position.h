@@ -42,6 +42,9 @@ class CyclicPosition {
   /// The period of SYNC.
   void set_period(float ticks, float tick_s) { clock_.set_period(ticks, tick_s); }
 
+  /// In every pass of the main loop, after this tick.
+  void poll(std::uint32_t tick) { clock_.follow(tick); }
+
   /// What bounds a path, after set_period(); counts and ticks. `rounding`: of the jerk, counts per period^3.
   StreamPath::Limits path_limits(const MotionLimits& limits, const PositionRange& range,
                                  float rounding) const {

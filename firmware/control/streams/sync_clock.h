@@ -11,7 +11,8 @@ namespace slipstack {
 
 /// Communication periods against ticks, in time with SYNC: a phase-locked loop of type 2 and third order.
 ///
-/// Its oscillator is a number of periods with 32 binary places that grows by a rate in every tick. At SYNC,
+/// Its oscillator is a number of periods with 32 binary places that grows by a rate in every tick; a new rate
+/// comes about over a period, by the passes of the main loop, so that it steps no velocity. At SYNC,
 /// in the main loop, the phase detector reads it: SYNC n should come where the phase is n. The loop filter
 /// makes of this error e, in periods, the deviation y of the oscillator's rate,
 ///
@@ -76,12 +77,27 @@ class SyncClock {
       correct(approx::clamp(error, -kFarthest, kFarthest));
     }
     const float change = static_cast<float>(nominal_) * deviation_;
-    anchor.rate = nominal_ - static_cast<std::uint32_t>(static_cast<std::int32_t>(change));
-    anchor.share = static_cast<float>(anchor.rate) * 0x1p-32F;
-    const std::uint32_t other = in_use_.load(std::memory_order_relaxed) ^ 1U;
-    anchors_[other] = anchor;
-    in_use_.store(other, std::memory_order_release);
+    wanted_rate_ = nominal_ - static_cast<std::uint32_t>(static_cast<std::int32_t>(change));
+    if (acquired_ < kAcquired) anchor.rate = wanted_rate_;
+    slew_ = static_cast<float>(static_cast<std::int32_t>(wanted_rate_ - anchor.rate)) / period_ticks_;
+    publish(anchor);
     return period;
+  }
+
+  /// In every pass of the main loop, after this tick: the rate goes on to what SYNC has made of it.
+  void follow(std::uint32_t tick) {
+    Anchor anchor = anchors_[in_use_.load(std::memory_order_relaxed)];
+    if (anchor.rate == wanted_rate_ || anchor.tick == tick) return;
+    const float part = slew_ * static_cast<float>(tick - anchor.tick);
+    const auto left = static_cast<std::int32_t>(wanted_rate_ - anchor.rate);
+    const bool arrives = !(approx::absolute(part) < approx::absolute(static_cast<float>(left)));
+    const std::int32_t step = arrives ? left : static_cast<std::int32_t>(part);
+    // Less than its last bit: in a later pass.
+    if (step == 0) return;
+    anchor.phase = at(tick);
+    anchor.tick = tick;
+    anchor.rate += static_cast<std::uint32_t>(step);
+    publish(anchor);
   }
 
   /// Whether SYNC comes as expected.
@@ -117,6 +133,13 @@ class SyncClock {
     float share = 0.0F;      // the same, in periods
   };
 
+  void publish(Anchor& anchor) {
+    anchor.share = static_cast<float>(anchor.rate) * 0x1p-32F;
+    const std::uint32_t other = in_use_.load(std::memory_order_relaxed) ^ 1U;
+    anchors_[other] = anchor;
+    in_use_.store(other, std::memory_order_release);
+  }
+
   void restart() {
     acquired_ = quality_ = 0;
     locked_ = false;
@@ -145,6 +168,8 @@ class SyncClock {
   std::uint32_t nominal_ = 0;
   float integral_ = 0.0F;
   float deviation_ = 0.0F;
+  std::uint32_t wanted_rate_ = 0;
+  float slew_ = 0.0F;  // of the rate, in a tick
   std::uint32_t last_ = 0;
   std::int32_t acquired_ = 0;
   std::int32_t quality_ = 0;

@@ -19,9 +19,10 @@ namespace slipstack {
 ///
 /// One direction, then, where nothing moves (an end stop), the other. Bounded: both directions last
 /// wait_ticks + 2 (largest_N / step_N + hold_ticks) ticks at most once the axis stands, and until a verdict
-/// the motor has done at most largest_N times the distance of work, whatever the axis is. On an axis of mass
-/// m with friction the force is only just beyond breakaway: with r its rate the distance x takes t = (6 m x /
-/// r)^(1/3), and the speed is r t^2 / (2 m).
+/// the motor has done at most largest_N times the distance of work, whatever the axis is; where the encoder
+/// stands still although the axis moves, times the way that may go unseen (UnseenMotion), for that ends the
+/// push too. On an axis of mass m with friction the force is only just beyond breakaway: with r its rate the
+/// distance x takes t = (6 m x / r)^(1/3), and the speed is r t^2 / (2 m).
 class DirectionCheck {
  public:
   /// Constants of the tick; made outside it.
@@ -68,21 +69,23 @@ class DirectionCheck {
                                           std::int32_t counts, DriveState state, std::uint32_t& command,
                                           Fault fault) {
     constexpr std::uint32_t kEnable = kSwitchOn | kEnableVoltage | kQuickStop | kEnableOperation;
-    const bool asked = state == DriveState::kSwitchedOn && fault == Fault::kNone &&
+    const bool unseen = fault == Fault::kEncoderStands;
+    const bool asked = state == DriveState::kSwitchedOn && (fault == Fault::kNone || unseen) &&
                        (command & (kEnable | kFaultReset)) == kEnable;
     if (!asked) {
       rest();
       return fault;
     }
-    const Verdict verdict = step(settings, wait_ticks, counts);
+    const Verdict verdict = step(settings, wait_ticks, counts, unseen);
     if (verdict == Verdict::kReversed) return Fault::kDirection;
     if (verdict == Verdict::kBlocked) return Fault::kStall;
     if (pending()) command &= ~std::uint32_t{kEnableOperation};
-    return fault;
+    return Fault::kNone;
   }
 
-  /// One tick of the check. `wait_ticks`: with current and without force, until a brake is open.
-  Verdict step(const Settings& settings, std::int32_t wait_ticks, std::int32_t counts) {
+  /// One tick of the check. `wait_ticks`: with current and without force, until a brake is open. `unseen`:
+  /// the force must have moved a free axis by now.
+  Verdict step(const Settings& settings, std::int32_t wait_ticks, std::int32_t counts, bool unseen = false) {
     if (phase_ == Phase::kRest) start(Phase::kStand, counts);
     if (phase_ == Phase::kStand) {
       const std::int32_t moved = difference(counts, from_);
@@ -100,7 +103,7 @@ class DirectionCheck {
         phase_ == Phase::kForward ? difference(counts, from_) : difference(from_, counts);
     if (along >= settings.distance_counts) return end(Verdict::kRight);
     if (along <= -settings.distance_counts) return end(Verdict::kReversed);
-    return push(settings, counts);
+    return push(settings, counts, unseen);
   }
 
  private:
@@ -117,12 +120,13 @@ class DirectionCheck {
     rest();
     return verdict;
   }
-  Verdict push(const Settings& settings, std::int32_t counts) {
+  Verdict push(const Settings& settings, std::int32_t counts, bool unseen) {
     const float next_N = approx::absolute(force_N_) + settings.step_N;
     const bool full = next_N >= settings.largest_N;
     const float size_N = full ? settings.largest_N : next_N;
     force_N_ = phase_ == Phase::kForward ? size_N : -size_N;
-    if (!full || ++ticks_ <= settings.hold_ticks) return Verdict::kNone;
+    if (full) ++ticks_;
+    if (ticks_ <= settings.hold_ticks && !unseen) return Verdict::kNone;
     if (phase_ == Phase::kBackward) return end(Verdict::kBlocked);
     start(Phase::kBackward, counts);
     return Verdict::kNone;

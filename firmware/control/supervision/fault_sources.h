@@ -16,8 +16,18 @@ class FaultSources {
  public:
   // ---- outside the tick ----
 
-  /// A fault found there; the next tick sees it.
-  void inject(Fault fault) { events_.store(static_cast<std::uint32_t>(fault), std::memory_order_release); }
+  /// A fault found there; the next tick sees it. Of several before that tick, the first.
+  void inject(Fault fault) {
+    change([fault](std::uint32_t events) {
+      return (events & kEvent) != 0 ? events : events | static_cast<std::uint32_t>(fault);
+    });
+  }
+  /// A fault that every tick sees until another one, or kNone, is written.
+  void hold(Fault fault) {
+    const std::uint32_t held = static_cast<std::uint32_t>(fault) << kHeldShift;
+    if ((events_.load(std::memory_order_relaxed) & kHeld) == held) return;
+    change([held](std::uint32_t events) { return (events & ~kHeld) | held; });
+  }
   /// Parameters were refused: a fault if the axis is enabled.
   void parameters_refused() { events_.fetch_or(kRefused, std::memory_order_release); }
 
@@ -44,7 +54,19 @@ class FaultSources {
   const FaultMonitor& monitor() const { return monitor_; }
 
  private:
-  static constexpr std::uint32_t kRefused = 0x100;  // beside the number of a fault
+  static constexpr std::uint32_t kEvent = 0xFF;     // the number of a fault
+  static constexpr std::uint32_t kRefused = 0x100;  // beside it
+  static constexpr unsigned kHeldShift = 16;
+  static constexpr std::uint32_t kHeld = 0xFF0000;  // the number of a fault that stays
+
+  // The tick may come in between.
+  template <class Change>
+  void change(Change&& changed) {
+    std::uint32_t events = events_.load(std::memory_order_relaxed);
+    while (!events_.compare_exchange_weak(events, changed(events), std::memory_order_release,
+                                          std::memory_order_relaxed)) {
+    }
+  }
 
   // What the amplifier reports explains what else is seen of it.
   static Fault with_amplifier(const IoMasks& io, const DigitalInputs& digital, Fault fault, bool driving) {
@@ -53,14 +75,16 @@ class FaultSources {
   }
 
   Fault with_event(Fault fault, bool driving) {
-    const std::uint32_t event = events_.exchange(0, std::memory_order_acquire);
-    const auto injected = static_cast<Fault>(event & 0xFFU);
+    const std::uint32_t event = events_.fetch_and(kHeld, std::memory_order_acquire);
+    const auto injected = static_cast<Fault>(event & kEvent);
     if (injected != Fault::kNone) return injected;
-    return driving && fault == Fault::kNone ? Fault::kParameter : fault;
+    if (fault != Fault::kNone) return fault;
+    if (driving && (event & kRefused) != 0) return Fault::kParameter;
+    return static_cast<Fault>(event >> kHeldShift);
   }
 
   FaultMonitor monitor_;
-  std::atomic<std::uint32_t> events_{0};  // a fault, and kRefused
+  std::atomic<std::uint32_t> events_{0};  // a fault, kRefused, a fault that stays
 };
 
 }  // namespace slipstack

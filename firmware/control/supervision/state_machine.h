@@ -76,6 +76,8 @@ class StateMachine {
   bool follows_commands() const { return state_ == DriveState::kOperationEnabled && !stopping_; }
   /// The brake is to be open. Without a brake nothing depends on it.
   bool brake_released() const { return driving() && brake_.is_open(); }
+  /// The current may move the axis: a brake is open by now.
+  bool unbraked() const { return driving_ && brake_.is_open() && !brake_.opening(); }
   const FaultRecord& faults() const { return faults_; }
 
   /// The force is given, not the position.
@@ -127,7 +129,7 @@ class StateMachine {
   /// the state, which then is that of this tick.
   bool raise(Fault fault) {
     const bool reacting = state_ == DriveState::kFaultReactionActive;
-    const bool again = (reacting || state_ == DriveState::kFault) && faults_.latched() == fault;
+    const bool again = (reacting || state_ == DriveState::kFault) && faults_.has(fault);
     if (!again) faults_.note(fault);
     const FaultReaction reaction = reaction_to(fault);
     const bool released = reaction == FaultReaction::kRelease || (last_command_ & kReleaseOnFault) != 0 ||

@@ -79,6 +79,8 @@ class Supervisor {
   const SupervisedCommand& command() const { return command_; }
   FaultSources& faults() { return faults_; }
   const FaultSources& faults() const { return faults_; }
+  /// The current may move the axis.
+  bool moves_freely() const { return state_.unbraked() || check_.pushing(); }
   const StateMachine& state() const { return state_; }
   const DirectionCheck& check() const { return check_; }
 

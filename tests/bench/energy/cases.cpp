@@ -152,6 +152,8 @@ std::vector<Case> cases() {
   add({.name = "amplifier reports a fault, no force",
        .failure = with([](Failure& f) { f.amplifier_dead = f.amplifier_reports = true; })},
       0.0, kFree_J);
+  add({.name = "DC link falls to 30 V", .failure = with([](Failure& f) { f.link_V = 30.0; })}, 0.0, 0.0);
+  add({.name = "DC link rises to 65 V", .failure = with([](Failure& f) { f.link_V = 65.0; })}, 0.0, kFree_J);
   // Noticed only by what the carriage does: once when it should brake, and once more when it does not.
   add({.name = "amplifier without force, silent",
        .failure = with([](Failure& f) { f.amplifier_dead = true; })},

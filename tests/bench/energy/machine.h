@@ -42,6 +42,7 @@ struct Failure {
   bool main_loop_dead = false;
   bool cable_pulled = false;  ///< nobody acknowledges what the node sends
   double push_N = 0.0;        ///< until the drive reacts
+  double link_V = 48.0;       ///< of 36 to 60
 };
 
 /// What the master does; `since_s`: after the fault, negative before.
@@ -57,6 +58,7 @@ class Machine {
     bench_.axis.stroke_m = 3.0;
     bench_.axis.force_noise_N = 0.0;
     bench_.axis.effects = {};
+    bench_.analogue = &analogue_;
     bench_.power_on();
     bench_.begin();
     zero_m_ = bench_.loop->plant.position_m();
@@ -88,6 +90,7 @@ class Machine {
     const bool reports = failure != nullptr && failure->amplifier_reports;
     loop.io.inputs = (switched() ? 0U : 1U) | (reports ? 0U : 2U);
     if (failure != nullptr) failure->measurement(loop.motor, since_s);
+    if (failure != nullptr) analogue_.bus_now.volts = static_cast<float>(0.05 * failure->link_V);
     if (failure == nullptr || !failure->tick_dead) {
       loop.tick.run();
       bench_.drive->after_tick();
@@ -119,6 +122,9 @@ class Machine {
     EXPECT_EQ(bench_.write_real(0x2000, 13, static_cast<float>(kJerk_mps3)), 0U);
     EXPECT_EQ(bench_.write_real(0x2000, 14, static_cast<float>(kDeceleration_mps2)), 0U);
     EXPECT_EQ(bench_.write_real(0x2000, 16, 25.0F), 0U);  // over-current
+    EXPECT_EQ(bench_.write_real(0x2504, 6, 20.0F), 0U);
+    EXPECT_EQ(bench_.write_real(0x2504, 7, 36.0F), 0U);
+    EXPECT_EQ(bench_.write_real(0x2504, 8, 60.0F), 0U);
     EXPECT_EQ(bench_.write(0x2140, 3, bench_.read(0x2140, 1), 4), 0U);
     bench_.run_ms(2);
     EXPECT_EQ(bench_.write(0x6081, 0, 2000000, 4), 0U);
@@ -139,6 +145,7 @@ class Machine {
     return std::clamp(-velocity_mps() * kMass_kg / kTick_s, -kBrake_N, kBrake_N);
   }
 
+  host::HostAnalogueInputs analogue_;
   can::Bench bench_{false};
   bool has_brake_;
   bool with_switch_ = false;

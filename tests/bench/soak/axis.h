@@ -39,6 +39,13 @@ struct Build {
   std::uint32_t fault_option = 2;       ///< 605Eh
 };
 
+/// 2504h: limits of the motor's temperature and of the DC link.
+inline constexpr double kWarning_C = 80.0;
+inline constexpr double kHot_C = 100.0;
+inline constexpr double kLowest_V = 36.0;
+inline constexpr double kLink_V = 48.0;
+inline constexpr double kHighest_V = 60.0;
+
 /// What is broken in this tick.
 struct Broken {
   enum class Encoder : std::uint8_t { kWell, kReversed, kStuck, kLosesCounts, kInvalid };
@@ -57,6 +64,12 @@ struct Broken {
   Switch home = Switch::kWell;
   bool tick_late = false;
   bool main_loop_dead = false;
+  double temperature_C = 40.0;
+  double link_V = kLink_V;
+  bool temperature_invalid = false;  ///< its wire is broken
+
+  /// Below it the amplifier makes no force.
+  bool link_dead() const { return link_V < 0.5 * kLowest_V; }
 };
 
 class SoakAxis {
@@ -69,6 +82,7 @@ class SoakAxis {
     bench_.axis.stroke_m = kLength_m;
     bench_.axis.force_noise_N = 0.0;
     bench_.axis.effects = {};
+    bench_.analogue = &analogue_;
     bench_.power_on();
     bench_.begin();
     loop::AxisLoop& loop = *bench_.loop;
@@ -115,7 +129,8 @@ class SoakAxis {
       bench_.poll();
       loop.tick.main_loop_ran();
     }
-    const bool powered = loop.motor.enabled && !broken.amplifier_dead && !broken.amplifier_fault;
+    const bool powered =
+        loop.motor.enabled && !broken.amplifier_dead && !broken.amplifier_fault && !broken.link_dead();
     loop.plant.step(powered ? static_cast<double>(loop.motor.set_point_A) : 0.0, kTick_s,
                     brake_N() + stop_N());
     loop.clock.advance(1000);
@@ -177,6 +192,9 @@ class SoakAxis {
     motor.measurement = {motor.set_point_A, !broken.current_invalid};
     if (broken.current_false) motor.measurement.current_A = 0.0F;
     if (broken.over_current) motor.measurement.current_A = 30.0F;
+    analogue_.temperature_now = {static_cast<float>(0.01 * (broken.temperature_C + 50.0)),
+                                 !broken.temperature_invalid};
+    analogue_.bus_now = {static_cast<float>(0.05 * broken.link_V), true};
   }
 
   double stop_N() const {
@@ -203,6 +221,11 @@ class SoakAxis {
     EXPECT_EQ(bench_.write_real(0x2000, 14, static_cast<float>(kDeceleration_mps2)), 0U);
     EXPECT_EQ(bench_.write_real(0x2000, 16, 25.0F), 0U);  // over-current
     EXPECT_EQ(bench_.write_real(0x2000, 19, static_cast<float>(kStall_A)), 0U);
+    const std::array<double, 8> limits = {100.0, -50.0, kWarning_C, kHot_C, 0.0, 20.0, kLowest_V, kHighest_V};
+    for (std::uint8_t sub = 1; sub <= 8; ++sub) {
+      if (sub == 5) continue;
+      EXPECT_EQ(bench_.write_real(0x2504, sub, static_cast<float>(limits[sub - 1U])), 0U);
+    }
     EXPECT_EQ(bench_.write(0x2140, 3, bench_.read(0x2140, 1), 4), 0U);
     bench_.run_ms(2);
     const std::uint32_t acceleration = 15'000'000;
@@ -249,6 +272,7 @@ class SoakAxis {
 
  private:
   Build build_;
+  host::HostAnalogueInputs analogue_;
   can::Bench bench_{false};
   std::int32_t last_true_ = 0;
   std::int32_t reading_ = 0;

@@ -45,14 +45,23 @@ class Faults {
     kSyncLost,
     kMasterDead,
     kBusOff,
+    kHot,
+    kTemperatureWire,
+    kLinkLow,
+    kLinkDead,
+    kLinkHigh,
     kKinds
   };
   static constexpr std::array<const char*, kKinds> kNames = {
-      "encoder reversed",    "encoder stuck",   "encoder loses counts", "encoder invalid", "encoder jump",
-      "index noise",         "current invalid", "current false",        "over-current",    "amplifier fault",
-      "amplifier not ready", "amplifier dead",  "negative switch",      "positive switch", "home switch",
-      "tick late",           "main loop dead",  "frames lost",          "frames held",     "SYNC lost",
-      "master dead",         "bus-off"};
+      "encoder reversed", "encoder stuck",       "encoder loses counts",
+      "encoder invalid",  "encoder jump",        "index noise",
+      "current invalid",  "current false",       "over-current",
+      "amplifier fault",  "amplifier not ready", "amplifier dead",
+      "negative switch",  "positive switch",     "home switch",
+      "tick late",        "main loop dead",      "frames lost",
+      "frames held",      "SYNC lost",           "master dead",
+      "bus-off",          "motor hot",           "temperature wire",
+      "link low",         "link dead",           "link high"};
 
   /// Every `mean_s` seconds one begins.
   Faults(sim::Rng& rng, double mean_s) : rng_(rng), per_tick_(kTick_s / mean_s) {}
@@ -81,7 +90,8 @@ class Faults {
   bool active(Kind kind) const { return left_[kind] > 0; }
   bool encoder_fails() const { return broken.encoder != Broken::Encoder::kWell || broken.jump_counts != 0; }
   bool amplifier_fails() const {
-    return broken.amplifier_dead || broken.amplifier_fault || broken.amplifier_not_ready;
+    return broken.amplifier_dead || broken.amplifier_fault || broken.amplifier_not_ready ||
+           broken.link_dead() || broken.link_V > kHighest_V;
   }
 
   Broken broken;
@@ -108,6 +118,12 @@ class Faults {
     keep(broken.home, kHomeSwitch);
     broken.tick_late = active(kTickLate) && rng_.chance(0.1);
     broken.main_loop_dead = active(kMainLoopDead);
+    broken.temperature_C = active(kHot) ? kHot_C + 10.0 : 40.0;
+    broken.temperature_invalid = active(kTemperatureWire);
+    broken.link_V = active(kLinkHigh)   ? kHighest_V + 5.0
+                    : active(kLinkDead) ? 2.0
+                    : active(kLinkLow)  ? kLowest_V - 4.0
+                                        : kLink_V;
     bus.lost = active(kFramesLost) ? 0.2 : 0.0;
     bus.held = active(kFramesHeld);
     bus.no_sync = active(kSyncLost);

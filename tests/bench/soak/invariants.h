@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <string>
+#include <utility>
 
 #include "tests/bench/soak/axis.h"
 #include "tests/bench/soak/faults.h"
@@ -35,6 +36,7 @@ class Invariants {
     look_at_reference();
     look_at_guards();
     look_at_energy();
+    look_at_analogue();
     last_state_ = state().state();
     return wrong_;
   }
@@ -219,6 +221,30 @@ class Invariants {
     if (std::abs(axis_.velocity_mps()) > fastest) wrong("faster than any fault explains");
   }
 
+  // What lasts acts: a link too high at once, what else there is when the axis has been braked. And no such
+  // fault without its cause in the last second.
+  void look_at_analogue() {
+    const Broken& broken = faults_.broken;
+    using Cause = std::pair<Fault, bool>;
+    const std::array<Cause, 4> causes = {Cause{Fault::kOverVoltage, broken.link_V > kHighest_V},
+                                         Cause{Fault::kUnderVoltage, broken.link_V < kLowest_V},
+                                         Cause{Fault::kOverTemperature, broken.temperature_C > kHot_C},
+                                         Cause{Fault::kAnalogueSensor, broken.temperature_invalid}};
+    const Fault latched_now = state().faults().latched();
+    const bool ready = controller().parameters().valid;
+    for (std::size_t i = 0; i < causes.size(); ++i) {
+      const auto& [fault, there] = causes[i];
+      // Passes of the main loop are every other tick; 20 of them in a row without one are one in 10^6.
+      lasts_[i] = there && ready && !broken.main_loop_dead ? lasts_[i] + 1 : 0;
+      since_cause_[i] = there ? 0 : since_cause_[i] + 1;
+      const std::int64_t acts = fault == Fault::kOverVoltage ? 60 : 1000 + 15000;
+      if (lasts_[i] > acts && controller().driving()) wrong("driven with " + std::to_string(i));
+      const bool began = latched_now == fault && last_latched_ != fault;
+      if (began && since_cause_[i] > kLate_) wrong("a fault without its cause");
+    }
+    last_latched_ = latched_now;
+  }
+
   static constexpr std::int64_t kLate_ = 11000;  // a main loop that hangs for a second
 
   SoakAxis& axis_;
@@ -241,6 +267,9 @@ class Invariants {
   std::int64_t well_ = 0;
   std::int64_t driving_ = 0;
   bool in_stop_ = false;
+  std::array<std::int64_t, 4> lasts_{};
+  std::array<std::int64_t, 4> since_cause_{};
+  Fault last_latched_ = Fault::kNone;
 };
 
 }  // namespace slipstack::soak

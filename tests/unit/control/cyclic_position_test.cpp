@@ -30,10 +30,12 @@ Locked lock(float ticks, double ppm, double jitter, int syncs) {
   std::normal_distribution<double> normal(0.0, jitter);
   double sum = 0.0, squares = 0.0;
   int counted = 0;
+  std::uint32_t passed = 1000;
   for (int n = 1; n <= syncs; ++n) {
     const double true_tick = 1000.5 + n * static_cast<double>(ticks) * (1.0 + 1e-6 * ppm);
     const double off = jitter > 0.0 ? normal(random) : 0.0;
     const auto tick = static_cast<std::uint32_t>(true_tick + off);
+    for (; passed < tick; ++passed) clock.follow(passed);
     clock.sync(tick);
     if (n < syncs / 2) continue;
     const SyncClock::Phase at = clock.at(tick);
@@ -62,6 +64,44 @@ TEST(SyncClock, JitterIsFilteredByTheBandwidth) {
   EXPECT_TRUE(locked.locked);
   EXPECT_LT(locked.deviation, 0.005);
   EXPECT_GT(locked.deviation, 0.0005);
+}
+
+// SYNCs out of place correct the rate, and no tick of it is much longer than the one before.
+TEST(SyncClock, ASyncOutOfPlaceStepsNoVelocity) {
+  for (const std::uint32_t period : {10U, 100U, 1000U}) {
+    SyncClock clock;
+    clock.set_period(static_cast<float>(period), 1e-4F);
+    double largest_step = 0.0, largest_change = 0.0, before = 0.0;
+    std::uint32_t tick = 0;
+    const auto phase = [&] {
+      const SyncClock::Phase at = clock.at(tick);
+      return at.period + at.fraction * 0x1p-32;
+    };
+    double last = 0.0;
+    for (std::uint32_t n = 1; n <= 400; ++n) {
+      const std::uint32_t late = n > 40 && n % 20 == 0 ? 3 * period / 10 : 0;
+      for (; tick < n * period + late; ++tick) {
+        const double now = phase();
+        const double rate = (now - last) * period;  // 1 is nominal
+        if (n > 40) {
+          largest_step = std::max(largest_step, std::abs(rate - before));
+          largest_change = std::max(largest_change, std::abs(rate - 1.0));
+        }
+        before = rate;
+        last = now;
+        clock.follow(tick);
+      }
+      --tick;
+      clock.sync(tick);
+      ++tick;
+    }
+    EXPECT_TRUE(clock.locked());
+    // A rate of 32 bits has 10^-9 of the period; the rest comes about in a period.
+    EXPECT_LE(largest_step, 1.1 * largest_change / period + 2e-9 * period) << period;
+    EXPECT_GT(largest_change, 1e-6) << period << ": it is corrected";
+    std::printf("period %u: velocity corrected by %.2g, by %.2g in a tick\n", period, largest_change,
+                largest_step);
+  }
 }
 
 TEST(SyncClock, IsNotLockedToAnotherPeriod) {

@@ -293,6 +293,7 @@ class Stream : public ReferenceWatch {
                  [this](std::uint32_t lead) { return reference->predict(lead, braking_).motion; });
   }
   void tick() {
+    cyclic->poll(tick_);
     ++tick_;
     see(cyclic->step(tick_) ? reference->track(cyclic->point(), tracking_) : reference->next(braking_));
   }

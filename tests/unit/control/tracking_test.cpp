@@ -2,6 +2,7 @@
 // The reference on its way after a stream, and out of it.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "firmware/control/reference/reference.h"
@@ -45,6 +46,48 @@ TEST(Tracking, AStopOutOfAStreamIsNoFasterThanTheStreamMayBe) {
     EXPECT_GT(left, 0);
   }
   EXPECT_GT(fastest_at_end, 0.99F * kFastest);
+}
+
+// A stream that keeps the jerk limit, and ends while it speeds up or slows down: so does the stop.
+TEST(Tracking, AStopOutOfAStreamKeepsTheJerkLimit) {
+  constexpr double kMostSpeed = 0.99 * double{kFastest};
+  constexpr double kMostAcceleration = 0.99 * double{kAcceleration};
+  constexpr double kMostJerk = 0.99 * double{kJerk};
+  test::Draw draw(6);
+  const TrackingLimits limits = TrackingLimits::of(kFastest, kAcceleration);
+  const BrakingLimits braking = braking_limits(kAcceleration, kJerk);
+  float sharpest = 0.0F;
+  for (int i = 0; i < 200; ++i) {
+    ReferenceGenerator reference;
+    // Up along the jerk limit to the largest acceleration, and down again before the largest velocity.
+    double at = 0.0, velocity = 0.0, acceleration = 0.0;
+    const std::size_t ticks = 50 + draw.below(1300);
+    ReferencePoint last;
+    float before = 0.0F;
+    for (std::size_t tick = 0; tick < ticks; ++tick) {
+      const bool up = velocity + acceleration * acceleration / (2.0 * kMostJerk) < kMostSpeed;
+      acceleration = std::clamp(acceleration + (up ? kMostJerk : -kMostJerk), 0.0, kMostAcceleration);
+      velocity += acceleration;
+      at += velocity;
+      StreamPoint stream{.counts = static_cast<std::int32_t>(at), .step = static_cast<float>(velocity)};
+      stream.offset = static_cast<float>(at - stream.counts);
+      const ReferencePoint now = reference.track(stream, limits);
+      before = now.velocity - last.velocity;
+      last = now;
+    }
+    for (int left = 0; left < 3000 && !reference.standing(); ++left) {
+      const ReferencePoint now = reference.next(braking);
+      ASSERT_LE(std::abs(now.velocity), kFastest + 1e-3F) << i;
+      const float change = now.velocity - last.velocity;
+      sharpest = std::max(sharpest, std::abs(change - before));
+      before = change;
+      last = now;
+    }
+    EXPECT_TRUE(reference.standing());
+  }
+  // What floats of a velocity of 200 have.
+  EXPECT_LE(sharpest, 1.02F * kJerk + 1e-4F);
+  EXPECT_GE(sharpest, 0.9F * kJerk);
 }
 
 }  // namespace

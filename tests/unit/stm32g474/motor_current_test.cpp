@@ -6,7 +6,9 @@
 #include <cmath>
 #include <limits>
 #include <random>
+#include <tuple>
 
+#include "hal/stm32g474/analogue_inputs.h"
 #include "tests/unit/stm32g474/simulated_word.h"
 
 namespace slipstack::stm32g474 {
@@ -225,9 +227,10 @@ TEST(CurrentInput, StartsInTheManualsOrder) {
   EXPECT_GE(adc.waited_at_calibration_us, 20U);
   EXPECT_EQ(adc.common.ccr.value & 0x30000U, 0x30000U);  // bus clock / 4
   EXPECT_EQ(adc.registers.cr.value & 0x9U, 0x9U);        // enabled, waits for triggers
-  // One conversion of input 6 at the rising edge of external trigger 8, TIM1's TRGO2.
-  EXPECT_EQ(adc.registers.jsqr.value, 6U << 9U | 1U << 7U | 8U << 2U);
+  // Inputs 6, 14 and 11, in this order, at the rising edge of external trigger 8, TIM1's TRGO2.
+  EXPECT_EQ(adc.registers.jsqr.value, 11U << 21U | 14U << 15U | 6U << 9U | 1U << 7U | 8U << 2U | 2U);
   EXPECT_EQ((adc.registers.smpr1.value >> 18U) & 7U, 3U);
+  EXPECT_EQ(adc.registers.smpr2.value, 5U << 12U | 5U << 3U);
   EXPECT_NE(adc.registers.cfgr.value & (1U << 31U), 0U);  // no queue of contexts
 }
 
@@ -257,6 +260,28 @@ TEST(CurrentInput, MeasuresOnceAndDistrustsTheRails) {
        {std::pair{0U, false}, {8U, false}, {9U, true}, {4086U, true}, {4087U, false}, {4095U, false}}) {
     adc.convert(code);
     EXPECT_EQ(input.measured().valid, valid) << code;
+  }
+}
+
+TEST(SlowInputs, ReadBehindTheCurrentAndDistrustTheRails) {
+  SimAdc adc;
+  SlowInputs inputs(adc.registers);
+  EXPECT_TRUE(inputs.has_temperature() && inputs.has_bus_voltage());
+  adc.registers.jdr1.value = 1;
+  adc.registers.jdr2.value = 1024;
+  adc.registers.jdr3.value = 2048;
+  EXPECT_FLOAT_EQ(inputs.temperature().volts, 0.825F);
+  EXPECT_FLOAT_EQ(inputs.bus_voltage().volts, 1.65F);
+  for (const auto& [code, warm, bus] : {std::tuple{0U, false, true},
+                                        {8U, false, true},
+                                        {9U, true, true},
+                                        {4086U, true, true},
+                                        {4087U, false, false},
+                                        {4095U, false, false}}) {
+    adc.registers.jdr2.value = code;
+    adc.registers.jdr3.value = code;
+    EXPECT_EQ(inputs.temperature().valid, warm) << code;
+    EXPECT_EQ(inputs.bus_voltage().valid, bus) << code << ": a link without voltage reads 0";
   }
 }
 
