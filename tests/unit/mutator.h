@@ -10,8 +10,8 @@
 
 namespace slipstack::test {
 
-/// How many damaged inputs a test tries: a fifth under sanitizers, where each exception of a parser costs some
-/// fifty times as much.
+/// How many damaged inputs a test tries: a fifth under sanitizers, where each exception of a parser costs
+/// some fifty times as much.
 constexpr int damaged_inputs(int usual) {
 #ifdef __SANITIZE_ADDRESS__
   return usual / 5;

@@ -4,8 +4,8 @@
 #include "workbench/analysis/compare_model.h"
 #include "workbench/cli/commands.h"
 #include "workbench/cli/inputs.h"
-#include "workbench/report/json_values.h"
 #include "workbench/report/html/report_page.h"
+#include "workbench/report/json_values.h"
 
 namespace slipstack::workbench {
 

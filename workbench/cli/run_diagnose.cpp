@@ -8,8 +8,8 @@
 #include "workbench/model/effects/effect_registry.h"
 #include "workbench/model/model.h"
 #include "workbench/report/diagnosis_result.h"
-#include "workbench/report/json_values.h"
 #include "workbench/report/html/report_page.h"
+#include "workbench/report/json_values.h"
 
 namespace slipstack::workbench {
 

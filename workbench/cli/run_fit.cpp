@@ -5,8 +5,8 @@
 #include "workbench/cli/commands.h"
 #include "workbench/cli/inputs.h"
 #include "workbench/model/effects/effect_registry.h"
-#include "workbench/report/json_values.h"
 #include "workbench/report/html/report_page.h"
+#include "workbench/report/json_values.h"
 
 namespace slipstack::workbench {
 namespace {

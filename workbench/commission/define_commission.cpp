@@ -11,8 +11,8 @@
 #include "workbench/console/output.h"
 #include "workbench/console/progress.h"
 #include "workbench/loop/drawn_axis.h"
-#include "workbench/report/json_values.h"
 #include "workbench/report/html/report_page.h"
+#include "workbench/report/json_values.h"
 
 namespace slipstack::workbench {
 namespace {

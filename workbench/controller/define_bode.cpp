@@ -15,8 +15,8 @@
 #include "workbench/controller/socket_link.h"
 #include "workbench/controller/tune_drive.h"
 #include "workbench/frequency/bode_result.h"
-#include "workbench/report/json_values.h"
 #include "workbench/report/html/report_page.h"
+#include "workbench/report/json_values.h"
 
 namespace slipstack::workbench {
 namespace {

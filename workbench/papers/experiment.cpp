@@ -11,8 +11,8 @@
 #include "workbench/base/errors.h"
 #include "workbench/base/text.h"
 #include "workbench/console/output.h"
-#include "workbench/report/json_values.h"
 #include "workbench/report/html/report_page.h"
+#include "workbench/report/json_values.h"
 
 namespace slipstack::workbench {
 

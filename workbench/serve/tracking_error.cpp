@@ -13,9 +13,9 @@ namespace {
 
 using namespace slipstack::canopen;
 
-constexpr std::uint32_t kDecimation = 5;  // 4096 samples at 10 kHz are two seconds
-constexpr double kTurn = 0.45;            // share of the trace after which the axis is sent back
-constexpr int kMostPolls = 20'000;        // each takes a tick or more
+constexpr std::uint32_t kDecimation = 5;             // 4096 samples at 10 kHz are two seconds
+constexpr double kTurn = 0.45;                       // share of the trace after which the axis is sent back
+constexpr int kMostPolls = 20'000;                   // each takes a tick or more
 constexpr std::uint32_t kTargetReached = 1U << 10U;  // 6041h (CiA 402)
 
 void enable(SdoClient& drive) {

@@ -10,8 +10,8 @@
 #include "workbench/base/errors.h"
 #include "workbench/base/text.h"
 #include "workbench/model/effects/effect_registry.h"
-#include "workbench/report/json_values.h"
 #include "workbench/report/html/chart_data.h"
+#include "workbench/report/json_values.h"
 #include "workbench/serve/diagnosis_cards.h"
 #include "workbench/serve/hand_changes.h"
 

@@ -61,8 +61,7 @@ std::vector<ForceChanges> changes_by_quantisation_N(const Measurement& measureme
   parallel_for(kEncoderRealisations.size(), at_once, [&](std::size_t i) {
     const Measurement realisation = measurement.with_realisation(kEncoderRealisations[i]);
     for (std::size_t m = 0; m < models.size(); ++m) {
-      changes_N[m][i] =
-          measurement.filtered(dry_difference(here[m], evaluate_dry(realisation, *models[m])));
+      changes_N[m][i] = measurement.filtered(dry_difference(here[m], evaluate_dry(realisation, *models[m])));
     }
   });
   return changes_N;

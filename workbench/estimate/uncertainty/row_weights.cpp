@@ -38,8 +38,8 @@ RowWeighing weigh_rows(Measurement& measurement) {
   weighing.force_noise_N =
       force_noise_of_logs_N(measurement, reference.terms, saturated_N, changes_N.front());
   measurement.set_noise_variance(unexplainable_variance(
-      variances_at_rows(measurement, reference.terms, weighing.force_noise_N, changes_N.front()),
-      saturated_N, measurement.row_usable()));
+      variances_at_rows(measurement, reference.terms, weighing.force_noise_N, changes_N.front()), saturated_N,
+      measurement.row_usable()));
   if (const Term* hysteresis = find_role(plain.terms, Role::hysteresis)) {
     measurement.set_slip_distances(refined_slip_distances(*hysteresis, measurement.encoder_resolution_m()));
   }
@@ -59,8 +59,8 @@ void RowWeighing::apply(Measurement& chunk) const {
   if (chunk.row_count() == 0) return;
   // One realisation in memory at a time, since many threads weigh chunks at once.
   const std::vector<ForceChanges> changes_N = changes_by_quantisation_N(chunk, {&plain}, 1);
-  chunk.set_row_weights(weights(
-      variance_to_weigh_by(variances_at_rows(chunk, plain, force_noise_N, changes_N.front()))));
+  chunk.set_row_weights(
+      weights(variance_to_weigh_by(variances_at_rows(chunk, plain, force_noise_N, changes_N.front()))));
 }
 
 }  // namespace slipstack::workbench
