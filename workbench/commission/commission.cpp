@@ -96,7 +96,7 @@ class Commissioning {
   }
 
   json diagnosis() {
-    const json first = stages_.stage(
+    const json& first = stages_.stage(
         "diagnosis_1", 0.45, [&] { return identify(logs_, "model_1", stages_.folder, stages_.progress); });
     report_diagnosis("diagnosis_1", first);
     if (first.at("question").is_null()) return first;
