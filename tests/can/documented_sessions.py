@@ -49,6 +49,7 @@ class Reader:
     def __init__(self):
         self.eds = Eds((REPOSITORY / "docs/slipstack.eds").read_text(encoding="ascii"))
         self.block = None
+        self.acknowledged = False  # the last frame of a block upload was the master's
 
     def name(self, data):
         index, sub = int(data[4:6] + data[2:4], 16), int(data[6:8], 16)
@@ -70,7 +71,14 @@ class Reader:
         if can_id == "605" and self.block == "down":
             self.block = None if command & 0x80 else "down"
             return "block segment", "segment, 7 bytes"
+        if can_id == "605" and self.block == "up":
+            self.acknowledged = True
         if can_id == "585" and self.block == "up" and command & 0x7F:
+            # A capture may lack segments of a burst. After an acknowledgement comes segment 1, or the end.
+            if self.acknowledged and command & 0xE3 == 0xC1:
+                self.block = None
+                return "block end up", "end: bytes not used, checksum"
+            self.acknowledged = False
             self.block = None if command & 0x80 else "up"
             return "block segment up", "segment, 7 bytes"
         words = {("605", 2): "upload", ("585", 2): "value of", ("605", 1): "download", ("585", 3): "taken:",
