@@ -19,6 +19,7 @@ constexpr double kFollowingError = 0.02;  // of the stroke
 Feedback with_margins(const DriveController& gains) {
   const std::vector<ResponsePoint> plant = rigid_mass_response(gains.mass_kg, gains.tick_s);
   std::vector<double> frequency_Hz;
+  frequency_Hz.reserve(plant.size());
   for (const ResponsePoint& point : plant) frequency_Hz.push_back(point.frequency_Hz);
   return {gains, margins_of(frequency_Hz, loop_of(plant, FeedbackResponse(gains, plant).of(gains)))};
 }
