@@ -36,11 +36,11 @@ double largest(const std::vector<double>& values) {
   return most;
 }
 
-TrackingError tracking_error(const AxisRecord& record, double cycle_s) {
+CycleErrors cycle_errors(const AxisRecord& record, double cycle_s) {
   const std::vector<double>& errors = record.error_m;
   const auto cycle = static_cast<std::size_t>(std::lround(cycle_s * record.rate_Hz));
   const auto window = static_cast<std::size_t>(std::lround(kAfterReversal_s * record.rate_Hz));
-  TrackingError error;
+  CycleErrors error;
   std::size_t since = window;
   double direction = 0.0;
   double squares = 0.0;

@@ -14,13 +14,13 @@ std::string log_csv(const AxisRecord& record, const Nameplate& nameplate);
 double largest(const std::vector<double>& values);
 
 /// How well the axis follows, in each cycle of a motion.
-struct TrackingError {
+struct CycleErrors {
   std::vector<double> rms_m;
   std::vector<double> reversal_rms_m;  ///< in the 50 ms after reversals of the reference
 };
 
 /// `record` holds as many whole cycles as fit, each of `cycle_s`; the first is left out, and what is behind
 /// the last.
-TrackingError tracking_error(const AxisRecord& record, double cycle_s);
+CycleErrors cycle_errors(const AxisRecord& record, double cycle_s);
 
 }  // namespace slipstack::workbench

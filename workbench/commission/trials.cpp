@@ -97,9 +97,9 @@ class ModelTrials {
     AxisRecord record;
     record.fault = deploy(trials_[i]);
     if (record.fault.empty()) record = stages_.run(test_.motion, approach_mps(axis_.limits));
-    TrackingError error;
+    CycleErrors error;
     const double cycle_s = static_cast<double>(test_.cycle_points) / test_.motion.rate_Hz;
-    if (record.fault.empty()) error = tracking_error(record, cycle_s);
+    if (record.fault.empty()) error = cycle_errors(record, cycle_s);
     // Whatever comes next, what makes the axis worse does not stay.
     if (i > 0 && !is_lower(error.rms_m, trials_[kept_].rms_m)) deploy(trials_[kept_]);
     if (!record.fault.empty() && (i == 0 || !may_be_the_model(record)))

@@ -10,11 +10,13 @@
 #include <memory>
 
 #include "tests/unit/commission/axes.h"
-#include "tests/unit/commission/temporary_folder.h"
+#include "tests/unit/temporary_directory.h"
 #include "workbench/model/model.h"
 
 namespace slipstack::workbench {
 namespace {
+
+using slipstack::test::TemporaryDirectory;
 
 constexpr std::uint64_t kSeed = 4;
 
@@ -22,11 +24,11 @@ struct PowerCut : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-CommissionResult run(const TemporaryFolder& folder, LiveAxis& axis, const std::string& cut_at = "") {
+CommissionResult run(const TemporaryDirectory& folder, LiveAxis& axis, const std::string& cut_at = "") {
   Progress progress([&](const std::string& stage, double) {
     if (stage == cut_at) throw PowerCut("power");
   });
-  CommissionFolder of_axis(folder.path / "axis", "axis");
+  CommissionFolder of_axis(folder / "axis", "axis");
   return commission(axis, of_axis, progress);
 }
 
@@ -48,22 +50,22 @@ void expect_compensated(const CommissionResult& result) {
 // Then the power fails before each of its stages in turn, and each time the command goes on behind the last
 // finished one.
 TEST(Commission, FromNothingToAQuietAxisAlsoAcrossPowerCuts) {
-  const TemporaryFolder whole;
+  const TemporaryDirectory whole;
   const LockstepMachine machine{.axis = viscous_axis(kSeed), .seed = kSeed, .motor_reversed = true};
   const auto uncut = host_axis(machine);
   const CommissionResult result = run(whole, *uncut);
   expect_compensated(result);
-  const Model deployed = read_controller_model(whole.path / "axis" / "deployed.toml");
+  const Model deployed = read_controller_model(whole / "axis" / "deployed.toml");
   EXPECT_GE(deployed.target_terms.size(), 3U);
-  for (const auto& entry : std::filesystem::directory_iterator(whole.path / "axis"))
+  for (const auto& entry : std::filesystem::directory_iterator(whole / "axis"))
     EXPECT_NE(entry.path().extension(), ".part") << entry.path();
 
-  const TemporaryFolder folder;
+  const TemporaryDirectory folder;
   ASSERT_GE(result.stages.size(), 10U);
   for (const StageReport& stage : result.stages) {
     const auto axis = host_axis(machine);
     EXPECT_THROW(run(folder, *axis, stage.stage), PowerCut) << stage.stage;
-    EXPECT_FALSE(std::filesystem::exists(folder.path / "axis" / "deployed.toml")) << stage.stage;
+    EXPECT_FALSE(std::filesystem::exists(folder / "axis" / "deployed.toml")) << stage.stage;
   }
   const auto axis = host_axis(machine);
   const CommissionResult resumed = run(folder, *axis);
@@ -73,12 +75,12 @@ TEST(Commission, FromNothingToAQuietAxisAlsoAcrossPowerCuts) {
   const auto again = host_axis(machine);
   expect_compensated(run(folder, *again));
   EXPECT_LT(again->used_s(), 10.0);
-  EXPECT_EQ(read_controller_model(folder.path / "axis" / "deployed.toml").target_terms.size(),
+  EXPECT_EQ(read_controller_model(folder / "axis" / "deployed.toml").target_terms.size(),
             deployed.target_terms.size());
 }
 
 /// What was said when it stopped.
-std::string reason(const TemporaryFolder& folder, LiveAxis& axis) {
+std::string reason(const TemporaryDirectory& folder, LiveAxis& axis) {
   try {
     run(folder, axis);
   } catch (const CommissionStopped& stopped) {
@@ -102,7 +104,7 @@ TEST(Commission, StopsAtAnyFaultWithTheMotorOff) {
       {350'000, [](PlantLink& link) { link.current_offset_A = 5.0F; }, "5210h"},
   };
   for (const Injected& fault : faults) {
-    const TemporaryFolder folder;
+    const TemporaryDirectory folder;
     PlantLink* link = nullptr;
     auto board = std::make_unique<DisturbedBoard>([&](PlantLink& of_board, long tick) {
       link = &of_board;
@@ -113,12 +115,12 @@ TEST(Commission, StopsAtAnyFaultWithTheMotorOff) {
     EXPECT_NE(why, "") << fault.tick << fault.expected;
     EXPECT_NE(why.find(fault.expected), std::string::npos) << why;
     EXPECT_EQ(link->driving, 0U) << fault.tick;
-    EXPECT_FALSE(std::filesystem::exists(folder.path / "axis" / "deployed.toml"));
+    EXPECT_FALSE(std::filesystem::exists(folder / "axis" / "deployed.toml"));
   }
 }
 
 TEST(Commission, ABoardThatNoLongerAnswersIsSaidSo) {
-  const TemporaryFolder folder;
+  const TemporaryDirectory folder;
   auto board = std::make_unique<DisturbedBoard>([](PlantLink&, long tick) {
     if (tick > 100'000) throw sim::LoopError("the emulator ended in the middle of the run (status 1)");
   });
@@ -127,7 +129,7 @@ TEST(Commission, ABoardThatNoLongerAnswersIsSaidSo) {
 }
 
 TEST(Commission, AnObstacleIsFoundSlowlyAndWithLittleForce) {
-  const TemporaryFolder folder;
+  const TemporaryDirectory folder;
   const auto axis = host_axis({.axis = viscous_axis(kSeed), .seed = kSeed, .end_m = 0.3});
   const std::string why = reason(folder, *axis);
   EXPECT_NE(why.find("does not get through its travel of 400.0 mm"), std::string::npos) << why;
@@ -136,7 +138,7 @@ TEST(Commission, AnObstacleIsFoundSlowlyAndWithLittleForce) {
 }
 
 TEST(Commission, AnAxisThatCannotMoveIsNotPushedFurther) {
-  const TemporaryFolder folder;
+  const TemporaryDirectory folder;
   sim::Axis axis = viscous_axis(kSeed);
   axis.current_limit_A = 0.3;  // half of its 18 N are below breakaway
   const auto live = host_axis({.axis = axis, .seed = kSeed});

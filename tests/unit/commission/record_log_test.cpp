@@ -6,14 +6,16 @@
 #include <cmath>
 #include <fstream>
 
-#include "tests/unit/commission/temporary_folder.h"
+#include "tests/unit/temporary_directory.h"
 #include "workbench/log/log.h"
 
 namespace slipstack::workbench {
 namespace {
 
+using slipstack::test::TemporaryDirectory;
+
 // Two cycles of a second, a reversal in the middle of each; errors of 1 µm, and of 3 µm for 50 ms after it.
-TEST(TrackingError, IsThatOfEachCycleButTheFirst) {
+TEST(CycleErrors, IsThatOfEachCycleButTheFirst) {
   AxisRecord record;
   record.rate_Hz = 1000.0;
   for (int i = 0; i < 3007; ++i) {
@@ -24,7 +26,7 @@ TEST(TrackingError, IsThatOfEachCycleButTheFirst) {
     const double scale = i < 1000 ? 100.0 : 1.0;                    // of the first, which does not count
     record.error_m.push_back(scale * (after || next ? 3e-6 : 1e-6));
   }
-  const TrackingError error = tracking_error(record, 1.0);
+  const CycleErrors error = cycle_errors(record, 1.0);
   ASSERT_EQ(error.rms_m.size(), 2U);
   ASSERT_EQ(error.reversal_rms_m.size(), 2U);
   for (std::size_t i = 0; i < 2; ++i) {
@@ -33,20 +35,20 @@ TEST(TrackingError, IsThatOfEachCycleButTheFirst) {
   }
 }
 
-TEST(TrackingError, ARestIsNoReversal) {
+TEST(CycleErrors, ARestIsNoReversal) {
   AxisRecord record;
   record.rate_Hz = 1000.0;
   for (int i = 0; i < 2100; ++i) {
     record.reference_m.push_back(1e-4 * (std::min(i % 1000, 300) + 300 * (i / 1000)));
     record.error_m.push_back(1e-6);
   }
-  const TrackingError error = tracking_error(record, 1.0);
+  const CycleErrors error = cycle_errors(record, 1.0);
   ASSERT_EQ(error.rms_m.size(), 1U);
   EXPECT_EQ(error.reversal_rms_m[0], 0.0);
 }
 
 TEST(RecordLog, IsALogThatTheWorkbenchReads) {
-  const TemporaryFolder folder;
+  const TemporaryDirectory folder;
   AxisRecord record;
   record.rate_Hz = 2000.0;
   for (int i = 0; i < 400; ++i) {
@@ -55,8 +57,8 @@ TEST(RecordLog, IsALogThatTheWorkbenchReads) {
     record.force_N.push_back(12.5 * std::cos(0.03 * i));
   }
   const Nameplate plate{1e-6, 60.0, 10.0, 0.4, 1.0, 0.024, 1e-4};
-  std::ofstream(folder.path / "log.csv") << log_csv(record, plate);
-  const Log log = read_log(folder.path / "log.csv");
+  std::ofstream(folder / "log.csv") << log_csv(record, plate);
+  const Log log = read_log(folder / "log.csv");
   ASSERT_EQ(log.position_m.size(), 400U);
   EXPECT_EQ(log.encoder_resolution_m, 1e-6);
   EXPECT_EQ(log.motor_constant_N_per_A, 60.0);

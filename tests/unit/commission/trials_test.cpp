@@ -7,12 +7,14 @@
 #include <map>
 
 #include "sim_host/rng.h"
-#include "tests/unit/commission/temporary_folder.h"
+#include "tests/unit/temporary_directory.h"
 #include "workbench/model/effects/effect_catalogue.h"
 #include "workbench/model/model.h"
 
 namespace slipstack::workbench {
 namespace {
+
+using slipstack::test::TemporaryDirectory;
 
 TEST(IsLower, BeyondTheSpreadOnly) {
   EXPECT_TRUE(is_lower({1.0, 1.1, 0.9, 1.0}, {2.0, 2.1, 1.9, 2.0}));
@@ -99,14 +101,14 @@ std::string model_of_mass(double mass_kg) {
 
 struct Tried {
   RuledAxis axis;
-  TemporaryFolder folder;
+  TemporaryDirectory folder;
   std::vector<ModelTrial> trials;
   std::vector<std::string> notes;
 };
 
 /// Models of 1, 2, 3 kg and so on; the mass alone is that of the first.
 void try_on(Tried& tried, std::size_t models) {
-  CommissionFolder of_axis(tried.folder.path / "axis", "ruled");
+  CommissionFolder of_axis(tried.folder / "axis", "ruled");
   nlohmann::json listed = nlohmann::json::array();
   for (std::size_t i = 1; i <= models; ++i) {
     const std::string file = "model_" + std::to_string(i) + ".toml";
