@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/serve/plain_file.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
-#include <cerrno>
 #include <cstring>
 #include <system_error>
 
@@ -20,40 +16,7 @@ namespace {
 
 constexpr std::size_t kLongestName = 120;  // of a file; file systems allow 255 bytes
 
-[[noreturn]] void fail(const std::filesystem::path& path, int error) {
-  throw UsageError(fmt::format("{}: {}", printable(path.string()), std::strerror(error)));
-}
-
-void write_all(int descriptor, const std::string& content) {
-  for (std::size_t done = 0; done < content.size();) {
-    const ssize_t count = ::write(descriptor, content.data() + done, content.size() - done);
-    if (count < 0 && errno == EINTR) continue;
-    if (count <= 0) throw std::system_error(errno, std::generic_category());
-    done += static_cast<std::size_t>(count);
-  }
-  if (::fsync(descriptor) != 0) throw std::system_error(errno, std::generic_category());
-}
-
 }  // namespace
-
-void write_whole(const std::filesystem::path& path, const std::string& content) {
-  static std::atomic<unsigned> number{0};
-  const std::filesystem::path beside =
-      path.parent_path() / fmt::format(".{}.{}.{}", path.filename().string(), ::getpid(), number++);
-  const int descriptor = ::open(beside.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-  if (descriptor < 0) fail(path, errno);
-  int error = 0;
-  try {
-    write_all(descriptor, content);
-  } catch (const std::system_error& failure) {
-    error = failure.code().value();
-  }
-  ::close(descriptor);
-  if (error == 0 && std::rename(beside.c_str(), path.c_str()) != 0) error = errno;
-  if (error == 0) return;
-  ::unlink(beside.c_str());
-  fail(path, error);
-}
 
 std::string read_whole(const std::filesystem::path& path, std::size_t most) {
   const std::string name = printable(path.string());

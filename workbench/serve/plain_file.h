@@ -6,11 +6,6 @@
 
 namespace slipstack::workbench {
 
-/// Writes a file as a whole: beside its place, flushed to the disk, then renamed over it. A reader, or a
-/// session that is opened after a crash, sees the old file or the new one. Throws UsageError, one line, when
-/// the disk is full or the folder cannot be written.
-void write_whole(const std::filesystem::path& path, const std::string& content);
-
 /// The content of a regular file of at most `most` bytes. Throws InputError.
 std::string read_whole(const std::filesystem::path& path, std::size_t most);
 

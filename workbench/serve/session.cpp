@@ -9,6 +9,7 @@
 
 #include "workbench/base/errors.h"
 #include "workbench/base/text.h"
+#include "workbench/base/write_whole.h"
 #include "workbench/report/json_values.h"
 #include "workbench/serve/plain_file.h"
 

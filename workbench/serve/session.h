@@ -32,9 +32,9 @@ struct Version {
 ///   diagnoses/N.json what was found to be missing in version N
 ///   notes.md         the user's own words
 ///
-/// Every file is written whole (plain_file.h), models before the list that names them: a crash at any moment
-/// leaves a session that opens. A model file that is not in the list, put there by the command line, joins
-/// the history as a version from nothing.
+/// Every file is written whole (base/write_whole.h), models before the list that names them: a crash at any
+/// moment leaves a session that opens. A model file that is not in the list, put there by the command line,
+/// joins the history as a version from nothing.
 class Session {
  public:
   /// Opens the session in `folder`, or makes one. Throws UsageError and InputError.

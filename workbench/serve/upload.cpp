@@ -7,6 +7,7 @@
 
 #include "workbench/base/errors.h"
 #include "workbench/base/text.h"
+#include "workbench/base/write_whole.h"
 #include "workbench/log/byte_source.h"
 #include "workbench/log/csv/csv.h"
 #include "workbench/log/import/import_log.h"

@@ -7,6 +7,7 @@
 #include "workbench/analysis/plan_motion.h"
 #include "workbench/base/errors.h"
 #include "workbench/base/text.h"
+#include "workbench/base/write_whole.h"
 #include "workbench/controller/master.h"
 #include "workbench/controller/socket_link.h"
 #include "workbench/report/json_values.h"

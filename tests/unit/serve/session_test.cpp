@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "workbench/base/errors.h"
+#include "workbench/base/write_whole.h"
 #include "workbench/model/effects/effect_catalogue.h"
 #include "workbench/serve/plain_file.h"
 
