@@ -8,6 +8,7 @@
 #include <cmath>
 #include <vector>
 
+#include "sim_host/loop/set_points.h"
 #include "sim_host/plant/plant.h"
 
 namespace slipstack::sim {
@@ -17,7 +18,6 @@ namespace {
 // States and commands of CiA 402, as PlantLink::state and control_word carry them.
 constexpr std::uint32_t kOperationEnabled = 4;
 constexpr std::array<std::uint32_t, 4> kToOperationEnabled = {0x00, 0x06, 0x07, 0x0F};
-constexpr int kAheadOfTheAxis = 3;  // set-points that the controller holds
 constexpr std::int64_t kTicksPerReport = 20000;
 constexpr std::int64_t kTicksPerTiming = 7;
 
@@ -87,17 +87,15 @@ class Runner {
   // One set-point every period; the first ones without delay, so that the controller always holds some.
   void send_set_points(std::int64_t tick) {
     const auto period = static_cast<std::int64_t>(options_.stream_period_ticks);
-    if (tick >= kAheadOfTheAxis && tick % period != 0) return;
+    if (tick >= kSetPointsAhead && tick % period != 0) return;
     const double place =
         programme_.at(static_cast<double>(sent_) * static_cast<double>(period) * options_.tick_s).x_m /
         axis_.encoder_resolution_m;
     ++sent_;
     if (sent_ == 1) offset_counts_ = static_cast<double>(link_.reference_counts) - std::floor(place);
     const double whole = std::floor(place);
-    link_.stream_counts = static_cast<std::int32_t>(static_cast<std::int64_t>(whole + offset_counts_));
-    link_.stream_fraction = static_cast<std::uint32_t>(std::min((place - whole) * 0x1p32, 0x1p32 - 256.0));
-    link_.stream_period = static_cast<std::uint32_t>(options_.stream_period_ticks);
-    link_.stream_sequence = link_.stream_sequence + 1;
+    send_set_point(link_, static_cast<std::int64_t>(whole + offset_counts_), place - whole,
+                   static_cast<std::uint32_t>(options_.stream_period_ticks));
   }
 
   void turn(bool recorded) {

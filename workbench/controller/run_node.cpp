@@ -16,7 +16,7 @@
 #include "workbench/console/output.h"
 #include "workbench/controller/simulated_drive.h"
 #include "workbench/controller/updatable_drive.h"
-#include "workbench/loop/axis_effects.h"
+#include "workbench/loop/axis_options.h"
 #include "workbench/loop/board_image.h"
 
 namespace slipstack::workbench {

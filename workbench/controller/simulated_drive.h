@@ -138,7 +138,7 @@ class SimulatedDrive {
       dictionary.set(canopen::kRow<canopen::kIoIndex> + sub, sim::Switches::kWiring[sub]);
     }
     dictionary.set(canopen::kRow<canopen::kReferenceIndex, 1>, parameters.reference.absolute_encoder ? 1 : 0);
-    canopen::model_words(mass_only_model(axis),
+    canopen::model_words(mass_only_model(axis.mass_kg),
                          [&](std::size_t row, std::uint32_t word) { dictionary.set(row, word); });
     set_real(dictionary, canopen::kRow<canopen::kScalesIndex, 3>, 0.1F * parameters.current_limit_A);
     dictionary.set(canopen::kRow<canopen::kDirectionIndex, 5>,

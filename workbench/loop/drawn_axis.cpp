@@ -4,9 +4,8 @@
 #include <fmt/format.h>
 
 #include "sim_host/log/draw.h"
-#include "workbench/base/errors.h"
 #include "workbench/base/text.h"
-#include "workbench/loop/axis_effects.h"
+#include "workbench/loop/axis_options.h"
 #include "workbench/loop/board.h"
 #include "workbench/loop/lockstep_axis.h"
 
@@ -18,23 +17,14 @@ std::vector<sim::EffectId> effects_in(const DrawnAxis& wanted) {
                                     : effects_of(wanted.effects);
 }
 
-void check_options(const DrawnAxis& wanted) {
-  check_board(wanted.board, wanted.image);
-  if (wanted.setup != "pick_and_place" && wanted.setup != "random") {
-    throw UsageError(
-        fmt::format("--setup: {} is neither pick_and_place nor random", in_quotes(wanted.setup)));
-  }
-  if (wanted.seed < 0) throw UsageError("--seed: must not be negative");
-  check_strength(wanted.strength);
-}
-
 }  // namespace
 
 std::unique_ptr<LiveAxis> live_axis(const DrawnAxis& wanted) {
-  check_options(wanted);
-  const auto seed = static_cast<std::uint64_t>(wanted.seed);
-  sim::Bench bench =
-      sim::draw_bench(wanted.setup == "random" ? sim::Setup::kRandom : sim::Setup::kPickAndPlace, seed);
+  check_board(wanted.board, wanted.image);
+  const sim::Setup setup = setup_named(wanted.setup);
+  const std::uint64_t seed = seed_of(wanted.seed);
+  check_strength(wanted.strength);
+  sim::Bench bench = sim::draw_bench(setup, seed);
   sim::add_effects(bench.axis, effects_in(wanted), sim::draw_programme(bench, seed), bench.rate_Hz,
                    wanted.strength, seed);
   return lockstep_axis(lockstep_board(wanted.board, wanted.image),

@@ -9,10 +9,12 @@
 
 #include "firmware/app/lockstep/link_service.h"
 #include "firmware/effects/model_hash.h"
+#include "sim_host/loop/set_points.h"
 #include "sim_host/plant/end_stops.h"
 #include "sim_host/plant/plant.h"
 #include "sim_host/rng.h"
 #include "sim_host/sensors/encoder.h"
+#include "workbench/loop/loop_parameters.h"
 #include "workbench/model/model.h"
 
 namespace slipstack::workbench {
@@ -23,7 +25,6 @@ constexpr int kTicksPerSample = 5;
 constexpr double kLargestVelocity_mps = 1.0;
 constexpr int kLongestWait = 100'000;        // ticks, for a state of the drive
 constexpr int kRest = 1000;                  // ticks without current, in which friction stops the axis
-constexpr int kAheadOfTheAxis = 3;           // set-points that the controller holds
 constexpr double kFarthestShift_m = 0.2e-3;  // of a motion, to begin where the axis is held
 constexpr double kAssumed_mps2 = 20.0;       // of the largest force, before the mass is known
 constexpr double kPhase = 0.37;              // of the grating at which the axis is switched on, counts
@@ -36,37 +37,20 @@ Nameplate nameplate_of(const sim::Axis& axis) {
 
 /// What a drive has of these settings. The supervision's limits follow from the name plate.
 AxisParameters parameters_of(const Nameplate& plate, const DriveSettings& settings) {
-  AxisParameters parameters;
-  parameters.encoder_resolution_m = static_cast<float>(plate.encoder_resolution_m);
-  parameters.tick_s = static_cast<float>(plate.tick_s);
-  parameters.motor_constant_N_per_A = static_cast<float>(plate.motor_constant_N_per_A);
+  AxisParameters parameters = supervised_axis(plate.encoder_resolution_m, plate.motor_constant_N_per_A,
+                                              plate.current_limit_A, plate.tick_s);
   parameters.observer_bandwidth_rad_per_s = static_cast<float>(settings.observer_rad_per_s);
   parameters.position_gain_per_s = static_cast<float>(settings.position_gain_per_s);
   parameters.velocity_gain_N_s_per_m = static_cast<float>(settings.velocity_gain_N_s_per_m);
   parameters.integral_per_s = static_cast<float>(settings.integral_per_s);
-  const auto limit_A = static_cast<float>(plate.current_limit_A);
   parameters.current_limit_A = static_cast<float>(settings.force_limit_N / plate.motor_constant_N_per_A);
-  parameters.over_current_A = 1.5F * limit_A;
-  parameters.current_mismatch_A = 0.2F * limit_A;
-  parameters.current_rate_A_per_s = 2000.0F * limit_A;
   parameters.stall_current_A = 0.8F * parameters.current_limit_A;
-  parameters.stall_s = 0.1F;
   parameters.following_error_m = static_cast<float>(settings.following_error_m);
   parameters.velocity_limit_mps = static_cast<float>(settings.velocity_limit_mps);
   parameters.acceleration_limit_mps2 = static_cast<float>(settings.acceleration_limit_mps2);
   parameters.quick_stop_mps2 = parameters.acceleration_limit_mps2;
   parameters.jerk_limit_mps3 = static_cast<float>(settings.jerk_limit_mps3);
-  // The simulated counts keep their place.
-  parameters.reference.absolute_encoder = true;
   return parameters;
-}
-
-ModelParameters mass_alone(double mass_kg) {
-  ModelParameters model{};
-  auto& inertia = std::get<EffectParameters<Inertia<float>, float>>(model);
-  inertia.enabled = true;
-  inertia.gains[0] = static_cast<float>(mass_kg);
-  return model;
 }
 
 class LockstepAxis final : public LiveAxis {
@@ -108,7 +92,7 @@ class LockstepAxis final : public LiveAxis {
     pushed.check_direction = true;
     pushed.check_current_A = 0.5F * pushed.current_limit_A;
     pushed.check_rate_A_per_s = std::max(0.1F, 0.5F * pushed.current_limit_A);
-    const std::string refused = configure({pushed, mass_alone(unknown.mass_kg)});
+    const std::string refused = configure({pushed, mass_only_model(unknown.mass_kg)});
     if (!refused.empty()) throw DriveLost(refused);
     const bool enabled = enable(false);
     const auto fault = static_cast<Fault>(static_cast<std::uint32_t>(link_.fault));
@@ -140,7 +124,7 @@ class LockstepAxis final : public LiveAxis {
 
   std::string deploy(const DriveSettings& settings, const Terms& target_terms) override {
     const ModelParameters model =
-        target_terms.empty() ? mass_alone(settings.mass_kg) : target_parameters(target_terms);
+        target_terms.empty() ? mass_only_model(settings.mass_kg) : target_parameters(target_terms);
     return configure({parameters_of(nameplate_, settings), model});
   }
 
@@ -160,11 +144,11 @@ class LockstepAxis final : public LiveAxis {
       return record;
     }
     // The queue delays by three periods: the last point is sent three times more.
-    const std::size_t count = (motion.size() + kAheadOfTheAxis) * period;
+    const std::size_t count = (motion.size() + sim::kSetPointsAhead) * period;
     std::size_t sent = 0;
     std::size_t limited = 0;
     for (std::size_t i = 0; i < count; ++i) {
-      if (i < kAheadOfTheAxis || i % period == 0)
+      if (i < sim::kSetPointsAhead || i % period == 0)
         send(motion.position_m[std::min(sent++, motion.size() - 1)], shift, period);
       const double force_N = step();
       if ((link_.limits & kLimitCurrent) != 0) ++limited;
@@ -274,10 +258,8 @@ class LockstepAxis final : public LiveAxis {
   void send(double at_m, double shift, std::size_t period) {
     const double place = at_m / nameplate_.encoder_resolution_m + shift;
     const double whole = std::floor(place);
-    link_.stream_counts = static_cast<std::int32_t>(whole);
-    link_.stream_fraction = static_cast<std::uint32_t>(std::min((place - whole) * 0x1p32, 0x1p32 - 256.0));
-    link_.stream_period = static_cast<std::uint32_t>(period);
-    link_.stream_sequence = link_.stream_sequence + 1;
+    sim::send_set_point(link_, static_cast<std::int64_t>(whole), place - whole,
+                        static_cast<std::uint32_t>(period));
   }
 
   AxisRecord faulted(AxisRecord record) {

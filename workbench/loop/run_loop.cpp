@@ -18,7 +18,7 @@
 #include "workbench/base/text.h"
 #include "workbench/console/output.h"
 #include "workbench/console/progress.h"
-#include "workbench/loop/axis_effects.h"
+#include "workbench/loop/axis_options.h"
 #include "workbench/loop/board.h"
 #include "workbench/loop/loop_parameters.h"
 #include "workbench/model/model.h"
@@ -31,10 +31,8 @@ constexpr double kTick_s = 1e-4;
 void check(const LoopRequest& request) {
   const auto refuse = [](const std::string& text) { throw UsageError(text); };
   check_board(request.board, request.image);
-  if (request.setup != "pick_and_place" && request.setup != "random") {
-    refuse(fmt::format("--setup: {} is neither pick_and_place nor random", in_quotes(request.setup)));
-  }
-  if (request.seed < 0) refuse("--seed: must not be negative");
+  static_cast<void>(setup_named(request.setup));
+  static_cast<void>(seed_of(request.seed));
   if (!(request.seconds >= 8.0 && request.seconds <= 3600.0)) {
     refuse("--seconds: must be between 8 and 3600");
   }
@@ -51,7 +49,7 @@ void check(const LoopRequest& request) {
 
 /// Puts the parameter block into the link.
 void set_parameters(PlantLink& link, const LoopRequest& request, const sim::Axis& axis) {
-  lockstep::ParameterBlock block{loop_parameters(axis, kTick_s), mass_only_model(axis)};
+  lockstep::ParameterBlock block{loop_parameters(axis, kTick_s), mass_only_model(axis.mass_kg)};
   if (!request.model.empty()) {
     block.model = target_parameters(read_controller_model(request.model).target_terms);
     const ParameterStatus status = slipstack::check(block.axis, block.model);
@@ -138,9 +136,8 @@ void run_loop(const LoopRequest& request) {
   if (!request.image.empty()) outputs.protect_input(request.image);
   outputs.claim(request.out);
   outputs.claim(request.json);
-  const auto seed = static_cast<std::uint64_t>(request.seed);
-  sim::Bench bench =
-      sim::draw_bench(request.setup == "random" ? sim::Setup::kRandom : sim::Setup::kPickAndPlace, seed);
+  const std::uint64_t seed = seed_of(request.seed);
+  sim::Bench bench = sim::draw_bench(setup_named(request.setup), seed);
   bench.programme.seconds = request.seconds;
   const sim::MotionProgramme programme = sim::draw_programme(bench, seed);
   Progress progress;

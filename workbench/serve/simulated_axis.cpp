@@ -14,7 +14,7 @@
 #include "workbench/base/errors.h"
 #include "workbench/base/text.h"
 #include "workbench/controller/simulated_drive.h"
-#include "workbench/loop/axis_effects.h"
+#include "workbench/loop/axis_options.h"
 
 namespace slipstack::workbench {
 namespace {

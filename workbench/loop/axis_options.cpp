@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/loop/axis_effects.h"
+#include "workbench/loop/axis_options.h"
 
 #include <fmt/format.h>
 
@@ -22,6 +22,17 @@ std::vector<sim::EffectId> effects_of(const std::string& list) {
     ids.push_back(*id);
   }
   return ids;
+}
+
+sim::Setup setup_named(const std::string& name) {
+  if (name == "pick_and_place") return sim::Setup::kPickAndPlace;
+  if (name == "random") return sim::Setup::kRandom;
+  throw UsageError(fmt::format("--setup: {} is neither pick_and_place nor random", in_quotes(name)));
+}
+
+std::uint64_t seed_of(std::int64_t seed) {
+  if (seed < 0) throw UsageError("--seed: must not be negative");
+  return static_cast<std::uint64_t>(seed);
 }
 
 void check_strength(double strength) {
