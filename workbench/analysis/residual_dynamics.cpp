@@ -91,6 +91,34 @@ std::vector<double> filter_correlation(const Measurement& measurement, std::size
   return correlation;
 }
 
+Eigen::VectorXd acceleration_at_rows(const Measurement& measurement) {
+  return measurement.filtered(measurement.acceleration_mps2());
+}
+
+MotionCoherence coherence_with(const Measurement& measurement, const Eigen::VectorXd& acceleration_mps2,
+                               const Eigen::VectorXd& residual_N) {
+  const CrossSpectrum spectrum = cross_spectrum(measurement, acceleration_mps2, residual_N);
+  MotionCoherence found;
+  found.chance = spectrum.chance_coherence(kChance);
+  each_bin(spectrum, measurement.bandwidth_Hz(), [&](std::size_t bin) {
+    found.frequency_Hz.push_back(spectrum.frequency_Hz(bin));
+    found.coherence.push_back(spectrum.coherence(bin));
+  });
+  return found;
+}
+
+AxisResponse response_of(const Measurement& measurement, const Eigen::VectorXd& acceleration_mps2,
+                         const Eigen::VectorXd& force_N) {
+  const CrossSpectrum spectrum = cross_spectrum(measurement, force_N, acceleration_mps2);
+  AxisResponse found;
+  each_bin(spectrum, measurement.bandwidth_Hz(), [&](std::size_t bin) {
+    found.frequency_Hz.push_back(spectrum.frequency_Hz(bin));
+    found.per_kg.push_back(spectrum.response(bin));
+    found.deviation.push_back(spectrum.response_deviation(bin));
+  });
+  return found;
+}
+
 json response_json(const AxisResponse& response, const AxisResponse& measured) {
   json gain = json::array();
   json phase = json::array();
@@ -105,27 +133,11 @@ json response_json(const AxisResponse& response, const AxisResponse& measured) {
 }  // namespace
 
 MotionCoherence motion_coherence(const Measurement& measurement, const Eigen::VectorXd& residual_N) {
-  const CrossSpectrum spectrum =
-      cross_spectrum(measurement, measurement.filtered(measurement.acceleration_mps2()), residual_N);
-  MotionCoherence found;
-  found.chance = spectrum.chance_coherence(kChance);
-  each_bin(spectrum, measurement.bandwidth_Hz(), [&](std::size_t bin) {
-    found.frequency_Hz.push_back(spectrum.frequency_Hz(bin));
-    found.coherence.push_back(spectrum.coherence(bin));
-  });
-  return found;
+  return coherence_with(measurement, acceleration_at_rows(measurement), residual_N);
 }
 
 AxisResponse axis_response(const Measurement& measurement, const Eigen::VectorXd& force_N) {
-  const CrossSpectrum spectrum =
-      cross_spectrum(measurement, force_N, measurement.filtered(measurement.acceleration_mps2()));
-  AxisResponse found;
-  each_bin(spectrum, measurement.bandwidth_Hz(), [&](std::size_t bin) {
-    found.frequency_Hz.push_back(spectrum.frequency_Hz(bin));
-    found.per_kg.push_back(spectrum.response(bin));
-    found.deviation.push_back(spectrum.response_deviation(bin));
-  });
-  return found;
+  return response_of(measurement, acceleration_at_rows(measurement), force_N);
 }
 
 Autocorrelation autocorrelation(const Measurement& measurement, const Eigen::VectorXd& residual_N) {
@@ -151,13 +163,15 @@ Autocorrelation autocorrelation(const Measurement& measurement, const Eigen::Vec
 
 void add_residual_dynamics(json& data, const Measurement& measurement, const ForceRows& before,
                            const ForceRows* after) {
-  const MotionCoherence coherence = motion_coherence(measurement, before.residual_N());
+  const Eigen::VectorXd acceleration_mps2 = acceleration_at_rows(measurement);
+  const MotionCoherence coherence = coherence_with(measurement, acceleration_mps2, before.residual_N());
   if (!coherence.frequency_Hz.empty()) {
     data["coherence"] = {{"frequency_Hz", coherence.frequency_Hz},
                          {"residual", coherence.coherence},
                          {"chance", coherence.chance}};
     if (after != nullptr)
-      data["coherence"]["after"] = motion_coherence(measurement, after->residual_N()).coherence;
+      data["coherence"]["after"] =
+          coherence_with(measurement, acceleration_mps2, after->residual_N()).coherence;
   }
   const Autocorrelation memory = autocorrelation(measurement, before.residual_N());
   if (!memory.lag_s.empty()) {
@@ -166,15 +180,17 @@ void add_residual_dynamics(json& data, const Measurement& measurement, const For
     if (after != nullptr)
       data["autocorrelation"]["after"] = autocorrelation(measurement, after->residual_N()).correlation;
   }
-  const AxisResponse measured = axis_response(measurement, before.measured_N);
+  const AxisResponse measured = response_of(measurement, acceleration_mps2, before.measured_N);
   const bool certain = std::any_of(measured.deviation.begin(), measured.deviation.end(),
                                    [](double one) { return one <= kMostDeviation; });
   if (!certain) return;
-  data["response"] = {{"frequency_Hz", measured.frequency_Hz},
-                      {"measured", response_json(measured, measured)},
-                      {"model", response_json(axis_response(measurement, before.model_N), measured)}};
+  data["response"] = {
+      {"frequency_Hz", measured.frequency_Hz},
+      {"measured", response_json(measured, measured)},
+      {"model", response_json(response_of(measurement, acceleration_mps2, before.model_N), measured)}};
   if (after != nullptr)
-    data["response"]["after"] = response_json(axis_response(measurement, after->model_N), measured);
+    data["response"]["after"] =
+        response_json(response_of(measurement, acceleration_mps2, after->model_N), measured);
 }
 
 }  // namespace slipstack::workbench

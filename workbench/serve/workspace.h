@@ -102,6 +102,13 @@ class Workspace {
   std::shared_ptr<View> view() const;
   Terms terms(int version) const;
   Terms bent_terms(int version, const nlohmann::json& changes) const;
+  /// The version that is shown, and its model.
+  struct Current {
+    int version = 0;
+    Model model;
+  };
+  /// Throws UsageError(`none`) where there is no version yet.
+  Current current(const char* none);
   void open(const std::vector<std::string>& paths, Progress& progress);
   void add_tried(nlohmann::json card);
   void publish(int parent, const std::string& what, const Model& model, double before_N);

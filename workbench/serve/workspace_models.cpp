@@ -36,6 +36,13 @@ void Workspace::publish(int parent, const std::string& what, const Model& model,
   session_.add(parent, what, model, before_N);
 }
 
+Workspace::Current Workspace::current(const char* none) {
+  const std::lock_guard lock(lock_);
+  const Version* now = session_.current();
+  if (now == nullptr) throw UsageError(none);
+  return {now->id, session_.model(now->id)};
+}
+
 void Workspace::fit(const std::vector<std::string>& effects) {
   if (effects.empty()) throw UsageError("choose at least one effect to fit");
   for (const std::string& effect : effects) static_cast<void>(effect_of(effect));
@@ -51,39 +58,23 @@ void Workspace::fit(const std::vector<std::string>& effects) {
 
 void Workspace::add(const std::string& effect) {
   const EffectDescription& description = effect_of(effect);
-  int parent = 0;
-  Model old;
-  {
-    const std::lock_guard lock(lock_);
-    const Version* now = session_.current();
-    if (now == nullptr) throw UsageError("fit a first model before an effect is added");
-    parent = now->id;
-    old = session_.model(parent);
-  }
-  if (contains(old.terms, description.id())) {
+  const Current now = current("fit a first model before an effect is added");
+  if (contains(now.model.terms, description.id())) {
     throw UsageError(fmt::format("the model already contains {}", description.id()));
   }
-  jobs_.start(fmt::format("add {}", description.id()), [this, parent, old, &description](Progress& progress) {
+  jobs_.start(fmt::format("add {}", description.id()), [this, now, &description](Progress& progress) {
     LogSearch logs(request(), progress);
-    const AdditionResult result = add_effect(logs, log_names(), old, description, progress);
-    publish(parent, fmt::format("{} added", result.effect), result.model, result.before.holdout_rmse_N);
+    const AdditionResult result = add_effect(logs, log_names(), now.model, description, progress);
+    publish(now.version, fmt::format("{} added", result.effect), result.model, result.before.holdout_rmse_N);
   });
 }
 
 void Workspace::remove(const std::string& effect) {
-  int parent = 0;
-  Model old;
-  {
-    const std::lock_guard lock(lock_);
-    const Version* now = session_.current();
-    if (now == nullptr) throw UsageError("there is no model yet");
-    parent = now->id;
-    old = session_.model(parent);
-  }
-  jobs_.start(fmt::format("remove {}", printable(effect)), [this, parent, old, effect](Progress& progress) {
+  const Current now = current("there is no model yet");
+  jobs_.start(fmt::format("remove {}", printable(effect)), [this, now, effect](Progress& progress) {
     LogSearch logs(request(), progress);
-    const Refit refit = remove_effect(logs, log_names(), old, effect, progress);
-    publish(parent, fmt::format("{} removed", effect), refit.model, refit.before_N);
+    const Refit refit = remove_effect(logs, log_names(), now.model, effect, progress);
+    publish(now.version, fmt::format("{} removed", effect), refit.model, refit.before_N);
   });
 }
 

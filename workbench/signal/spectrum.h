@@ -18,12 +18,12 @@ struct Spectrum {
 Spectrum power_spectrum(std::span<const double> input, double rate_Hz, std::size_t segment);
 
 /// Two signals recorded together, by the same method: what they have in common at each frequency. They may be
-/// given in several stretches, between which nothing is known. Cost as that of two power spectra.
+/// given in several intervals, between which nothing is known. Cost as that of two power spectra.
 class CrossSpectrum {
  public:
   CrossSpectrum(double rate_Hz, std::size_t segment);
 
-  /// A stretch without gaps; the mean of each is removed. One that is shorter than a segment adds nothing.
+  /// An interval without gaps; the mean of each is removed. One that is shorter than a segment adds nothing.
   void add(std::span<const double> input, std::span<const double> output);
 
   std::size_t segments() const { return segments_; }

@@ -13,7 +13,7 @@ function takeToken() {
 
 const headers = {Authorization: `Bearer ${takeToken()}`};
 
-export class Refused extends Error {}
+class Refused extends Error {}
 
 async function checked(response) {
   if (response.ok) return response;

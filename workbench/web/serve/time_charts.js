@@ -114,7 +114,7 @@ function drawFloor(u) {
   });
 }
 
-export function setRange(low, high) {
+function setRange(low, high) {
   store.range = {min: low, max: high};
   for (const chart of timeCharts()) chart.u.setScale('x', {min: low, max: high});
   fetchRaw();
@@ -142,7 +142,7 @@ async function fetchRaw() {
   }
 }
 
-export function brushTime(low, high) {
+function brushTime(low, high) {
   select(rowsWithin(store.rows.time_s, low, high));
 }
 
