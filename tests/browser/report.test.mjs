@@ -8,29 +8,13 @@ import path from 'node:path';
 import {pathToFileURL} from 'node:url';
 import {contrast, difference, kVision, rgb} from './colours.mjs';
 import {pdfPages} from './pdf_text.mjs';
+import {launch} from './workbench_page.mjs';
 
 const [, , synthesize, render, folder, slipstack] = process.argv;
 const kSeed = '7';
 
-function skip(reason) {
-  console.log(`SKIP: ${reason}`);
-  process.exit(77);
-}
-
-const kBrowsers = [process.env.CHROMIUM, '/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'];
-const executablePath = kBrowsers.find((file) => file && fs.existsSync(file));
-if (!executablePath) skip('no Chromium on this machine (Debian package: chromium)');
-let chromium;
-try {
-  ({chromium} = await import('playwright-core'));
-} catch {
-  skip("playwright-core is missing ('npm ci' in tests/browser)");
-}
-
 fs.mkdirSync(folder, {recursive: true});
-const browser = await chromium.launch({executablePath, args: [
-  '--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run', '--disable-background-networking',
-  '--disable-component-update', '--disable-sync']});
+const browser = await launch();
 
 const made = new Set();
 
@@ -599,5 +583,5 @@ for (const {name, run} of tests) {
   }
 }
 await browser.close();
-console.log(failed ? `${failed} of ${tests.length} failed` : `all ${tests.length} passed with ${executablePath}`);
+console.log(failed ? `${failed} of ${tests.length} failed` : `all ${tests.length} passed with Chromium ${browser.version()}`);
 process.exit(failed ? 1 : 0);
