@@ -4,12 +4,12 @@
 #include <cstdint>
 
 #include "firmware/control/bounds/travel_limits.h"
+#include "firmware/control/capture/position_latch.h"
 #include "firmware/control/control_output.h"
 #include "firmware/control/current/load_watch.h"
 #include "firmware/control/force/excitation.h"
 #include "firmware/control/force/force_control.h"
 #include "firmware/control/force/model_upkeep.h"
-#include "firmware/control/homing/position_latch.h"
 #include "firmware/control/parameters/parameter_sets.h"
 #include "firmware/control/reference/point_to_point.h"
 #include "firmware/control/streams/cyclic_position.h"

@@ -11,9 +11,9 @@
 #include "workbench/base/text.h"
 #include "workbench/cli/define_commands.h"
 #include "workbench/console/output.h"
-#include "workbench/long_logs/process_logs.h"
 #include "workbench/long_logs/processes/mpi_group.h"
 #include "workbench/long_logs/processes/requests.h"
+#include "workbench/long_logs/shared_logs.h"
 #include "workbench/model/expression/definition.h"
 #include "workbench/papers/stop.h"
 

@@ -12,7 +12,7 @@
 #include "workbench/base/text.h"
 #include "workbench/cli/define_simulate.h"
 #include "workbench/estimate/terms/terms.h"
-#include "workbench/model/effects/effect_catalogue.h"
+#include "workbench/model/effects/firmware_effects.h"
 #include "workbench/papers/define_papers.h"
 #include "workbench/report/simulation_result.h"
 #include "workbench/simulate/open_loop.h"

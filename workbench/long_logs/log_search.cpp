@@ -16,7 +16,7 @@ namespace {
 /// Largest number of extensions of the excerpt; chosen.
 constexpr int kMostExtensions = 2;
 
-ProcessLogs opened(const LogRequest& request, Progress& progress) {
+SharedLogs opened(const LogRequest& request, Progress& progress) {
   const std::vector<std::string>& paths = request.paths;
   for (auto path = paths.begin(); path != paths.end(); ++path) {
     if (std::find(paths.begin(), path, *path) != path) {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "workbench/console/progress.h"
-#include "workbench/long_logs/process_logs.h"
+#include "workbench/long_logs/shared_logs.h"
 #include "workbench/long_logs/whole_logs.h"
 
 namespace slipstack::workbench {
@@ -59,7 +59,7 @@ class LogSearch {
 
   Progress& progress_;
   ConditioningOptions conditioning_;
-  ProcessLogs logs_;
+  SharedLogs logs_;
   std::vector<LogInterval> intervals_;
   Searched searched_;
   std::optional<WholeLogs> whole_;

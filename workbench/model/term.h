@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "workbench/model/effects/effect_catalogue.h"
+#include "workbench/model/effects/firmware_effects.h"
 
 namespace slipstack::workbench {
 

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "workbench/model/effects/effect_catalogue.h"
+#include "workbench/model/effects/firmware_effects.h"
 
 namespace slipstack::workbench {
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "firmware/canopen/profile/profile_context.h"
-#include "firmware/control/homing/touch_probe.h"
+#include "firmware/control/capture/touch_probe.h"
 
 namespace slipstack::canopen {
 

@@ -16,8 +16,8 @@
 #include "sim_host/log/record.h"
 #include "workbench/diagnose/diagnose.h"
 #include "workbench/estimate/uncertainty/row_weights.h"
-#include "workbench/model/effects/effect_catalogue.h"
 #include "workbench/model/effects/effect_registry.h"
+#include "workbench/model/effects/firmware_effects.h"
 
 namespace slipstack {
 namespace {

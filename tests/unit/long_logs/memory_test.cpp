@@ -13,7 +13,7 @@
 #include <random>
 
 #include "workbench/estimate/nonlinear/fit.h"
-#include "workbench/long_logs/process_logs.h"
+#include "workbench/long_logs/shared_logs.h"
 #include "workbench/long_logs/whole_logs.h"
 
 // The memory for a log does not depend on its length. The test is a program of its own, because it replaces
@@ -112,10 +112,10 @@ Costs costs_of(std::size_t rows) {
   Costs costs;
   costs.samples = rows;
   SingleProcess alone;
-  std::unique_ptr<ProcessLogs> logs;
+  std::unique_ptr<SharedLogs> logs;
   std::vector<LogInterval> intervals;
   costs.opened = cost_of([&] {
-    logs = std::make_unique<ProcessLogs>(alone, std::vector<std::string>{path.string()}, 0);
+    logs = std::make_unique<SharedLogs>(alone, std::vector<std::string>{path.string()}, 0);
     intervals = choose_intervals(logs->logs());
   });
   const Searched searched = logs->measure(intervals, {});

@@ -15,8 +15,8 @@
 
 #include "tests/unit/estimate/simulated_axis.h"
 #include "workbench/base/errors.h"
-#include "workbench/long_logs/process_logs.h"
 #include "workbench/long_logs/processes/requests.h"
+#include "workbench/long_logs/shared_logs.h"
 
 // Long logs: a search of an excerpt, judged by the whole logs, gives the result of a search of the whole
 // logs.
@@ -49,7 +49,7 @@ struct Found {
   std::vector<LogInterval> poorly_predicted;
 };
 
-Found diagnosed(const ProcessLogs& logs, const std::vector<LogInterval>& intervals) {
+Found diagnosed(const SharedLogs& logs, const std::vector<LogInterval>& intervals) {
   Found found;
   Searched searched = logs.measure(intervals, {});
   found.measurement = std::move(searched.measurement);
@@ -127,15 +127,15 @@ void expect_equal(const Diagnosis& a, const Diagnosis& b) {
 TEST(WholeLogs, AnExcerptJudgedByTheWholeGivesTheDiagnosisOfTheWhole) {
   const std::filesystem::path path = viscous_file("viscous.csv", 5, 260.0);
   SingleProcess alone;
-  const ProcessLogs process_logs(alone, {path.string()}, 0);
-  const std::vector<LongLog>& logs = process_logs.logs();
+  const SharedLogs shared_logs(alone, {path.string()}, 0);
+  const std::vector<LongLog>& logs = shared_logs.logs();
   const std::vector<LogInterval> intervals = choose_intervals(logs);
   const std::size_t chosen =
       std::accumulate(intervals.begin(), intervals.end(), std::size_t{0},
                       [](std::size_t sum, const auto& one) { return sum + one.count; });
   ASSERT_LT(chosen, logs[0].sample_count() * 3 / 4);
-  const Found excerpt = diagnosed(process_logs, intervals);
-  const Found whole = diagnosed(process_logs, everything(logs));
+  const Found excerpt = diagnosed(shared_logs, intervals);
+  const Found whole = diagnosed(shared_logs, everything(logs));
   ASSERT_TRUE(excerpt.measurement->is_excerpt());
   EXPECT_EQ(excerpt.diagnosis.verdict, whole.diagnosis.verdict);
   ASSERT_EQ(excerpt.diagnosis.candidates.front().term.id(), "viscous");
@@ -168,12 +168,12 @@ TEST(WholeLogs, TheAnswerIsTheSameForAnyNumberOfProcesses) {
   const std::vector<std::string> paths{viscous_file("one.csv", 6, 180.0).string(),
                                        viscous_file("two.csv", 6, 120.0).string()};
   SingleProcess alone;
-  const ProcessLogs logs(alone, paths, 0);
+  const SharedLogs logs(alone, paths, 0);
   const std::vector<LogInterval> intervals = choose_intervals(logs.logs());
   const Found one = diagnosed(logs, intervals);
   ASSERT_TRUE(one.measurement->is_excerpt());
   as_group(3, [&](ProcessGroup& group) {
-    const ProcessLogs shared(group, paths, 0);
+    const SharedLogs shared(group, paths, 0);
     expect_equal(one.diagnosis, diagnosed(shared, intervals).diagnosis);
   });
 }
@@ -181,7 +181,7 @@ TEST(WholeLogs, TheAnswerIsTheSameForAnyNumberOfProcesses) {
 TEST(WholeLogs, GainsAreThoseOfTheWholeAndOutliersHaveLessWeight) {
   const std::filesystem::path path = viscous_file("gains.csv", 5, 260.0);
   SingleProcess alone;
-  const ProcessLogs logs(alone, {path.string()}, 0);
+  const SharedLogs logs(alone, {path.string()}, 0);
   const std::vector<std::string> effects{"inertia", "presliding_hysteresis", "viscous"};
   const auto viscous = [](const FittedModel& model) { return find_term(model.terms, "viscous")->gains[0]; };
   const Searched all = logs.measure(everything(logs.logs()), {});
@@ -225,7 +225,7 @@ TEST(WholeLogs, ErrorsOfEachLogAreThoseOfItsWhole) {
   const std::vector<std::string> paths{viscous_file("first.csv", 5, 260.0).string(),
                                        viscous_file("second.csv", 5, 130.0).string()};
   SingleProcess alone;
-  const ProcessLogs logs(alone, paths, 0);
+  const SharedLogs logs(alone, paths, 0);
   const Searched all = logs.measure(everything(logs.logs()), {});
   const Searched part = logs.measure(choose_intervals(logs.logs()), {});
   ASSERT_TRUE(part.measurement->is_excerpt());
@@ -266,7 +266,7 @@ TEST(WholeLogs, ErrorsOfEachLogAreThoseOfItsWhole) {
   EXPECT_GT(excerpt_off, 0.03);
 }
 
-TEST(ProcessLogs, AFaultInAnyProcessGivesTheMessageOfASingleProcess) {
+TEST(SharedLogs, AFaultInAnyProcessGivesTheMessageOfASingleProcess) {
   const std::filesystem::path good = viscous_file("good.csv", 9, 40.0);
   std::vector<std::string> paths{good.string()};
   for (const char* name : {"bad1.csv", "bad2.csv", "bad3.csv"}) {
@@ -277,7 +277,7 @@ TEST(ProcessLogs, AFaultInAnyProcessGivesTheMessageOfASingleProcess) {
   }
   const auto refusal = [&](ProcessGroup& group) -> std::string {
     try {
-      const ProcessLogs logs(group, paths, 0);
+      const SharedLogs logs(group, paths, 0);
     } catch (const InputError& error) {
       return error.what();
     }
@@ -291,10 +291,10 @@ TEST(ProcessLogs, AFaultInAnyProcessGivesTheMessageOfASingleProcess) {
   }
 }
 
-TEST(ProcessLogs, AFileThatShrinksMeanwhileIsRefusedByAllProcesses) {
+TEST(SharedLogs, AFileThatShrinksMeanwhileIsRefusedByAllProcesses) {
   const std::filesystem::path path = viscous_file("shrinks.csv", 6, 260.0);
   as_group(3, [&](ProcessGroup& group) {
-    const ProcessLogs logs(group, {path.string()}, 0);
+    const SharedLogs logs(group, {path.string()}, 0);
     const std::vector<LogInterval> intervals = choose_intervals(logs.logs());
     std::filesystem::resize_file(path, std::filesystem::file_size(path) / 50);
     EXPECT_THROW(logs.measure(intervals, {}), InputError);
@@ -326,8 +326,8 @@ TEST(WholeLogs, AnEventOutsideTheExcerptIsPoorlyPredicted) {
     }
   }
   SingleProcess alone;
-  const ProcessLogs process_logs(alone, {disturbed.string()});
-  const Found found = diagnosed(process_logs, choose_intervals(process_logs.logs()));
+  const SharedLogs shared_logs(alone, {disturbed.string()});
+  const Found found = diagnosed(shared_logs, choose_intervals(shared_logs.logs()));
   ASSERT_FALSE(found.poorly_predicted.empty());
   EXPECT_LE(found.poorly_predicted[0].first, event);
   EXPECT_GE(found.poorly_predicted[0].first + found.poorly_predicted[0].count + 16'384, event);

@@ -9,7 +9,7 @@
 
 #include "workbench/base/errors.h"
 #include "workbench/base/write_whole.h"
-#include "workbench/model/effects/effect_catalogue.h"
+#include "workbench/model/effects/firmware_effects.h"
 #include "workbench/serve/plain_file.h"
 
 namespace slipstack::workbench {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "workbench/estimate/measurement/measurement.h"
-#include "workbench/model/effects/effect_catalogue.h"
+#include "workbench/model/effects/firmware_effects.h"
 
 namespace slipstack::workbench {
 

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "workbench/estimate/nonlinear/fit.h"
-#include "workbench/model/effects/effect_catalogue.h"
+#include "workbench/model/effects/firmware_effects.h"
 
 namespace slipstack::workbench {
 namespace {

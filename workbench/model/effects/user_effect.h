@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "workbench/model/effects/effect_catalogue.h"
+#include "workbench/model/effects/firmware_effects.h"
 
 namespace slipstack::workbench {
 

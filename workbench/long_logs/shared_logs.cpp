@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/long_logs/process_logs.h"
+#include "workbench/long_logs/shared_logs.h"
 
 #include <algorithm>
 #include <atomic>
@@ -30,7 +30,7 @@ struct Opened {
 
 /// Opens the logs that fit into memory, and this process's share of the others.
 Opened open_share(const ProcessGroup& group, const std::vector<std::string>& paths,
-                  std::size_t in_memory_bytes, const ProcessLogs::Progress& progress) {
+                  std::size_t in_memory_bytes, const SharedLogs::Progress& progress) {
   const auto members = static_cast<std::size_t>(group.size());
   const auto rank = static_cast<std::size_t>(group.rank());
   Opened opened;
@@ -153,8 +153,8 @@ class Worker {
 
 }  // namespace
 
-ProcessLogs::ProcessLogs(ProcessGroup& group, const std::vector<std::string>& paths,
-                         std::size_t in_memory_bytes, const Progress& progress)
+SharedLogs::SharedLogs(ProcessGroup& group, const std::vector<std::string>& paths,
+                       std::size_t in_memory_bytes, const Progress& progress)
     : group_(group), paths_(paths) {
   const std::size_t of_each = in_memory_bytes / std::max<std::size_t>(1, paths.size());
   Opened own;
@@ -176,8 +176,8 @@ ProcessLogs::ProcessLogs(ProcessGroup& group, const std::vector<std::string>& pa
   });
 }
 
-Searched ProcessLogs::measure(const std::vector<LogInterval>& intervals,
-                              const ConditioningOptions& conditioning) const {
+Searched SharedLogs::measure(const std::vector<LogInterval>& intervals,
+                             const ConditioningOptions& conditioning) const {
   std::size_t all = 0;
   std::size_t searched = 0;
   for (const LongLog& log : logs_) all += log.sample_count();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/model/effects/effect_catalogue.h"
+#include "workbench/model/effects/firmware_effects.h"
 
 #include <algorithm>
 #include <array>

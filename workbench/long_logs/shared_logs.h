@@ -22,15 +22,15 @@ struct Searched {
 };
 
 /// Logs that a group of processes works on. Each process reads its share of the long logs from end to end and
-/// sends the surveys to all. The first process has a ProcessLogs; the others call serve_logs().
-class ProcessLogs {
+/// sends the surveys to all. The first process has a SharedLogs; the others call serve_logs().
+class SharedLogs {
  public:
   using Progress = std::function<void(double fraction)>;
 
   /// Throws InputError for the first log, in order, that cannot be used. `in_memory_bytes`: as for LongLog,
   /// for all logs together.
-  ProcessLogs(ProcessGroup& group, const std::vector<std::string>& paths,
-              std::size_t in_memory_bytes = LongLog::kInMemoryBytes, const Progress& progress = {});
+  SharedLogs(ProcessGroup& group, const std::vector<std::string>& paths,
+             std::size_t in_memory_bytes = LongLog::kInMemoryBytes, const Progress& progress = {});
 
   ProcessGroup& group() const { return group_; }
   const std::vector<LongLog>& logs() const { return logs_; }
@@ -46,7 +46,7 @@ class ProcessLogs {
   std::vector<LongLog> logs_;
 };
 
-/// Called by all processes but the first: does their share of ProcessLogs and WholeLogs until a Dismissal.
+/// Called by all processes but the first: does their share of SharedLogs and WholeLogs until a Dismissal.
 void serve_logs(ProcessGroup& group);
 
 }  // namespace slipstack::workbench
