@@ -24,7 +24,7 @@ TITLES = {"bring_up": ("1: bring-up", """A node on `vcan0` (`slipstack node --ca
 305h were sent by `cansend`: device type, heartbeat every 100 ms, command time-out off (nobody types every 50 ms), operational,
 mode 8 and the controlwords 6, 7, Fh by RPDO 1, a target by RPDO 2, taken at SYNC; then off again."""),
           "deploy": ("2: deploy a model", "`slipstack deploy axis.toml --can vcan0 --node 5`"),
-          "record": ("3: record and diagnose", """Enabled in mode 1 by RPDO 1, then `slipstack record --can vcan0 --node 5 --seconds 20 --rate 500 --out log.csv`.
+          "record": ("3: record and diagnose", """Enabled in mode 1 by RPDO 1, then `slipstack record --can vcan0 --node 5 --seconds 12 --rate 500 --out log.csv`.
 Meanwhile `cansend` moves the axis: small moves at several places, slow traverses, fast ones (no log can show what the axis did not do), each by
 its velocity to 6081h and its target by RPDO 2 with bit 4 of the controlword down, then up; taken at the SYNC that the drive sends while it
 records. Off again; `slipstack diagnose log.csv | head -2`: this node was started with `--effects viscous --strength 6`, so that there is something to find.

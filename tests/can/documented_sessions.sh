@@ -50,7 +50,7 @@ send 205#060001
 send 205#070001
 send 205#0F0001
 await_frame '185#3706'
-"$slipstack" record --can vcan0 --node 5 --seconds 20 --rate 500 --out log.csv >said &
+"$slipstack" record --can vcan0 --node 5 --seconds 12 --rate 500 --out log.csv >said &
 recorder=$!
 await_frame '385#'
 # Small moves at several places, slow traverses, fast ones.
@@ -62,18 +62,10 @@ go 180000 200000
 go 179900 500
 go 190000 150000
 go 182000 10000
-go 150000 50000
-go 150050 300
 go 250000 250000
 go 249000 2000
-go 190000 150000
-go 240000 60000
-go 239900 500
 go 160000 220000
 go 180000 20000
-go 250000 120000
-go 170000 180000
-go 200000 80000
 kill -0 $recorder 2>/dev/null && all_moves=yes
 wait $recorder
 send 205#000000

@@ -17,6 +17,7 @@ MPIRUN = shutil.which("mpirun")
 # Open MPI needs these settings on a machine with fewer processors than processes, and for root. A build with
 # sanitizers would report memory that MPI keeps to the end as leaks.
 ENVIRONMENT = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMPI_MCA_rmaps_base_oversubscribe": "1",
+          "OMPI_MCA_mpi_yield_when_idle": "1",
           "SOURCE_DATE_EPOCH": "1700000000", "ASAN_OPTIONS": "detect_leaks=0"}
 OWN = "snag = A*exp(-((x-x0)/w)^2)*sign(v); A: N; x0: m; w: m in [1e-4, 1e-2]"
 IN_MEMORY_BYTES = 64 << 20
@@ -75,13 +76,13 @@ class ProcessGroup(program.Workshop):
         return alone
 
     def test_any_number_of_processes_gives_the_answer_of_one(self):
-        found = self.assert_same((2, 4), "diagnose", *self.logs, "--stepwise", "--effect", OWN, "--json", "out.json",
+        found = self.assert_same((3,), "diagnose", *self.logs, "--stepwise", "--effect", OWN, "--json", "out.json",
                                  "--report", "out.html")
         self.assertIn("viscous", found["stdout"].decode().splitlines()[0].lower())
         self.assertRegex(found["stdout"].decode(), r"excerpt +effects searched")
 
     def test_a_fit_is_shared_like_a_diagnosis(self):
-        found = self.assert_same((3,), "fit", *self.logs, "--effects", program.BASELINE + ",viscous", "--model", "out.toml",
+        found = self.assert_same((2, 4), "fit", *self.logs, "--effects", program.BASELINE + ",viscous", "--model", "out.toml",
                                  "--json", "out.json")
         self.assertRegex(found["stdout"].decode(), r"excerpt +shapes fitted")
 
