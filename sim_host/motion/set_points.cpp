@@ -12,6 +12,7 @@
 #include <stdexcept>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
 namespace slipstack::sim {
 namespace {
@@ -141,24 +142,12 @@ class SetPointReader {
   }
 
   SetPointFile assemble() {
-    line_ = 0;
     const std::vector<double>* const time = find("time_s");
-    if (time == nullptr || time->size() < kFewest) {
-      fail(fmt::format("fewer than {} set points", kFewest));
-    }
-    const std::vector<double>& time_s = *time;
-    const double step_s = (time_s.back() - time_s.front()) / static_cast<double>(time_s.size() - 1);
-    for (std::size_t i = 0; i < time_s.size(); ++i) {
-      const double place_s = time_s.front() + static_cast<double>(i) * step_s;
-      if (!(step_s > 0.0) || std::fabs(time_s[i] - place_s) > kUniform * step_s) {
-        fail(fmt::format("set point {}: time {:g} s is not on a uniform grid; write one with equal steps",
-                         i + 1, time_s[i]));
-      }
-    }
-    SetPointFile points{1.0 / step_s, *find(columns_.position), {}, {}};
+    if (time == nullptr) return with_times(path_, {}, {});
+    SetPointFile points{0.0, *find(columns_.position), {}, {}};
     if (const auto* velocity = find(columns_.velocity)) points.velocity_mps = *velocity;
     if (const auto* acceleration = find(columns_.acceleration)) points.acceleration_mps2 = *acceleration;
-    return points;
+    return with_times(path_, *time, std::move(points));
   }
 
   const std::string& path_;
@@ -179,6 +168,23 @@ std::unique_ptr<Segment> make_sampled(std::vector<double> position_m, double rat
 
 SetPointFile read_set_points(const std::string& path, const SetPointColumns& columns) {
   return SetPointReader(path, columns).read();
+}
+
+SetPointFile with_times(const std::string& name, const std::vector<double>& time_s, SetPointFile points) {
+  if (time_s.size() < kFewest) {
+    throw std::runtime_error(fmt::format("{}: fewer than {} set points", name, kFewest));
+  }
+  const double step_s = (time_s.back() - time_s.front()) / static_cast<double>(time_s.size() - 1);
+  for (std::size_t i = 0; i < time_s.size(); ++i) {
+    const double place_s = time_s.front() + static_cast<double>(i) * step_s;
+    if (!(step_s > 0.0) || std::fabs(time_s[i] - place_s) > kUniform * step_s) {
+      throw std::runtime_error(
+          fmt::format("{}: set point {}: time {:g} s is not on a uniform grid; write one with equal steps",
+                      name, i + 1, time_s[i]));
+    }
+  }
+  points.rate_Hz = 1.0 / step_s;
+  return points;
 }
 
 }  // namespace slipstack::sim

@@ -35,4 +35,8 @@ struct SetPointColumns {
 /// `slipstack simulate` uses it too. Throws std::runtime_error, one line with file and line.
 SetPointFile read_set_points(const std::string& path, const SetPointColumns& columns = {});
 
+/// A commanded motion that is in memory: `points` without a rate, at the times `time_s`. The checks and the
+/// rate are those of a file called `name`. Throws std::runtime_error, one line.
+SetPointFile with_times(const std::string& name, const std::vector<double>& time_s, SetPointFile points);
+
 }  // namespace slipstack::sim

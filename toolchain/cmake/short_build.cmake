@@ -33,3 +33,17 @@ function(slipstack_compile_lightly)
     set_target_properties(${target} PROPERTIES UNITY_BUILD_BATCH_SIZE 12)
   endforeach()
 endfunction()
+
+# The libraries are linked into programs and into the Python module, a shared object: both take the same objects, whether
+# Python is there or not, so that nothing is compiled twice. Names are hidden: those that a shared object exports could
+# be replaced by another's, so that their functions would not be inlined.
+macro(slipstack_compile_for_shared_objects)
+  set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+  set(CMAKE_CXX_VISIBILITY_PRESET hidden)
+  set(CMAKE_VISIBILITY_INLINES_HIDDEN ON)
+endmacro()
+macro(slipstack_compile_for_programs)
+  unset(CMAKE_POSITION_INDEPENDENT_CODE)
+  unset(CMAKE_CXX_VISIBILITY_PRESET)
+  unset(CMAKE_VISIBILITY_INLINES_HIDDEN)
+endmacro()

@@ -39,9 +39,7 @@ void add_log(CLI::App& command, Options& options) {
       ->check(kNotEmpty)
       ->type_name("FILE")
       ->expected(1, -1)
-      ->required()
-      ->each(
-          [&options](const std::string& name) { options.log += (options.log.empty() ? "" : ", ") + name; });
+      ->required();
   add_text(command, "--per-log", options.per_log, "A,B,..",
            "of several logs: effects with gains of each log's own ('none': all are shared; default: " +
                joined(effects_of_each_log()) + ")");
@@ -74,12 +72,18 @@ std::string effect_list() {
   return "Effects:\n" + effect_lines("  ");
 }
 
+void run_by(CLI::App& command, const Options& options, decltype(execute_compare)* execute) {
+  command.callback([&options, execute] {
+    run_command([&](Outputs& outputs, Progress& progress) { return execute(options, outputs, progress); });
+  });
+}
+
 void define_compare(CLI::App& app, Options& options) {
   CLI::App* compare = app.add_subcommand("compare", "Compare a model with a measurement; nothing is fitted");
   add_log(*compare, options);
   add_text(*compare, "--model", options.model, "FILE", "model file")->required();
   add_outputs(*compare, options);
-  compare->callback([&options] { run_compare(options); });
+  run_by(*compare, options, execute_compare);
 }
 
 void define_fit(CLI::App& app, Options& options) {
@@ -101,7 +105,7 @@ void define_fit(CLI::App& app, Options& options) {
       ->needs(criterion);
   add_outputs(*fit, options);
   fit->footer(effect_list());
-  fit->callback([&options] { run_fit(options); });
+  run_by(*fit, options, execute_fit);
 }
 
 void define_diagnose(CLI::App& app, Options& options) {
@@ -116,7 +120,7 @@ void define_diagnose(CLI::App& app, Options& options) {
   diagnose->add_flag("--stepwise", options.stepwise, "go on until nothing is missing or nothing helps");
   add_outputs(*diagnose, options);
   diagnose->footer(effect_list());
-  diagnose->callback([&options] { run_diagnose(options); });
+  run_by(*diagnose, options, execute_diagnose);
 }
 
 void define_add(CLI::App& app, Options& options) {
@@ -129,7 +133,7 @@ void define_add(CLI::App& app, Options& options) {
   add_text(*add, "--out", options.out, "FILE", "model file to write")->required();
   add_outputs(*add, options);
   add->footer(effect_list());
-  add->callback([&options] { run_add(options); });
+  run_by(*add, options, execute_add);
 }
 
 void define_effects(CLI::App& app, Options& options) {

@@ -9,12 +9,11 @@
 
 #include "workbench/base/errors.h"
 #include "workbench/base/text.h"
+#include "workbench/cli/commands.h"
 #include "workbench/cli/define_commands.h"
-#include "workbench/console/output.h"
 #include "workbench/long_logs/processes/mpi_group.h"
 #include "workbench/long_logs/processes/requests.h"
 #include "workbench/long_logs/shared_logs.h"
-#include "workbench/model/expression/definition.h"
 #include "workbench/papers/stop.h"
 
 namespace {
@@ -24,7 +23,7 @@ using namespace slipstack::workbench;
 constexpr int kUnusableInput = 2;
 constexpr int kInternalFault = 1;
 
-/// Prints a message as one line, control characters escaped.
+/// Prints one line, control characters escaped.
 void complain(std::string_view message) {
   fmt::print(stderr, "slipstack: {}\n", printable(message.substr(0, message.find_last_not_of('\n') + 1)));
 }
@@ -79,25 +78,10 @@ int run(ProcessGroup& group, int argc, char** argv) {
   } catch (const Stopped& stopped) {
     complain(stopped.what());
     return kStoppedStatus;
-  } catch (const DefinitionError& error) {
-    complain(fmt::format("--effect: {}", error.what()));
-    fmt::print(stderr, "{}", error.picture());
-    return kUnusableInput;
-  } catch (const UsageError& error) {
-    complain(error.what());
-    return kUnusableInput;
-  } catch (const InputError& error) {
-    complain(error.what());
-    return kUnusableInput;
-  } catch (const RunError& error) {
-    complain(error.what());
-    return kInternalFault;
-  } catch (const std::bad_alloc&) {
-    complain("out of memory; give a shorter log or a larger machine");
-    return kInternalFault;
-  } catch (const std::exception& error) {
-    complain(fmt::format("internal fault: {}", error.what()));
-    return kInternalFault;
+  } catch (...) {
+    const Complaint complaint = complaint_of(std::current_exception());
+    fmt::print(stderr, "slipstack: {}\n{}", complaint.line, complaint.picture);
+    return complaint.status;
   }
 }
 

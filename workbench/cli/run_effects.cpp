@@ -5,7 +5,6 @@
 
 #include "workbench/base/text.h"
 #include "workbench/cli/commands.h"
-#include "workbench/cli/inputs.h"
 #include "workbench/console/output.h"
 #include "workbench/model/effects/effect_registry.h"
 #include "workbench/model/expression/to_cpp.h"

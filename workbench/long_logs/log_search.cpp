@@ -26,7 +26,7 @@ SharedLogs opened(const LogRequest& request, Progress& progress) {
   const char* stage = paths.size() == 1 ? "read the log" : "read the logs";
   progress.show(stage);
   return {*request.group, paths, LongLog::kInMemoryBytes,
-          [&progress, stage](double fraction) { progress.show(stage, fraction); }};
+          [&progress, stage](double fraction) { progress.show(stage, fraction); }, request.in_memory};
 }
 
 }  // namespace

@@ -17,6 +17,7 @@ struct LogRequest {
   ProcessGroup* group = nullptr;   ///< processes that share the work
   std::vector<std::string> paths;  ///< each once
   ConditioningOptions conditioning;
+  LogsInMemory in_memory = {};  ///< those of `paths` that are no files
 };
 
 /// Logs of any length. All samples of short logs are searched; of long ones an excerpt, and what is found

@@ -26,15 +26,20 @@ bool LongLog::stays_in_file(const std::filesystem::path& path, std::size_t in_me
 }
 
 LongLog LongLog::open(const std::filesystem::path& path, std::size_t in_memory_bytes) {
-  auto state = std::make_shared<State>();
   if (stays_in_file(path, in_memory_bytes)) {
     const std::string name = printable(path.string());
+    auto state = std::make_shared<State>();
     state->file = std::make_unique<InputFile>(name, path);
     state->known = workbench::survey(name, *state->file);
     state->known.head.path = path.string();
     return LongLog(std::move(state));
   }
-  state->known.head = read_log(path);
+  return held(read_log(path));
+}
+
+LongLog LongLog::held(Log log) {
+  auto state = std::make_shared<State>();
+  state->known.head = std::move(log);
   const std::vector<double>& position_m = state->known.head.position_m;
   state->known.samples = position_m.size();
   state->known.envelope.take(position_m);

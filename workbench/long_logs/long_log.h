@@ -23,6 +23,8 @@ class LongLog {
   /// InputError.
   static LongLog open(const std::filesystem::path& path, std::size_t in_memory_bytes = kInMemoryBytes);
 
+  /// A log that is in memory already, as read_log() leaves it.
+  static LongLog held(Log log);
   /// A log that another process has surveyed: nothing is read yet. Throws InputError where the file is not
   /// the one that was surveyed.
   static LongLog open(const std::filesystem::path& path, Survey survey);

@@ -30,7 +30,8 @@ struct Opened {
 
 /// Opens the logs that fit into memory, and this process's share of the others.
 Opened open_share(const ProcessGroup& group, const std::vector<std::string>& paths,
-                  std::size_t in_memory_bytes, const SharedLogs::Progress& progress) {
+                  std::size_t in_memory_bytes, const SharedLogs::Progress& progress,
+                  const LogsInMemory& in_memory) {
   const auto members = static_cast<std::size_t>(group.size());
   const auto rank = static_cast<std::size_t>(group.rank());
   Opened opened;
@@ -39,6 +40,10 @@ Opened open_share(const ProcessGroup& group, const std::vector<std::string>& pat
   std::atomic<std::size_t> done{0};
   parallel_for(paths.size(), [&](std::size_t i) {
     try {
+      if (const auto held = in_memory.find(paths[i]); held != in_memory.end()) {
+        opened.logs[i] = LongLog::held(held->second);
+        return;
+      }
       const bool left_to_others = i % members != rank && LongLog::stays_in_file(paths[i], in_memory_bytes);
       if (!left_to_others) opened.logs[i] = LongLog::open(paths[i], in_memory_bytes);
     } catch (const InputError& error) {
@@ -121,7 +126,7 @@ class Worker {
     const auto what = request.at("do").get<std::string>();
     if (what == "open") {
       paths_ = request.at("paths").get<std::vector<std::string>>();
-      opened_ = open_share(group_, paths_, request.at("in_memory_bytes").get<std::size_t>(), {});
+      opened_ = open_share(group_, paths_, request.at("in_memory_bytes").get<std::size_t>(), {}, {});
       return described(opened_);
     }
     if (what == "complete") {
@@ -154,12 +159,15 @@ class Worker {
 }  // namespace
 
 SharedLogs::SharedLogs(ProcessGroup& group, const std::vector<std::string>& paths,
-                       std::size_t in_memory_bytes, const Progress& progress)
+                       std::size_t in_memory_bytes, const Progress& progress, const LogsInMemory& in_memory)
     : group_(group), paths_(paths) {
+  if (group.size() > 1 && !in_memory.empty()) {
+    throw std::logic_error("logs in memory are not there for other processes");
+  }
   const std::size_t of_each = in_memory_bytes / std::max<std::size_t>(1, paths.size());
   Opened own;
   const auto answers = ask(group, {{"do", "open"}, {"paths", paths}, {"in_memory_bytes", of_each}}, [&] {
-    own = open_share(group, paths, of_each, progress);
+    own = open_share(group, paths, of_each, progress, in_memory);
     return described(own);
   });
   std::map<std::size_t, std::string> faults;

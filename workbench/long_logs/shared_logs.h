@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -14,6 +15,9 @@
 #include "workbench/long_logs/whole_logs.h"
 
 namespace slipstack::workbench {
+
+/// Logs that are in memory and in no file, by the names that stand for their paths.
+using LogsInMemory = std::map<std::string, Log>;
 
 /// The measurement that is searched, of all samples or of an excerpt, and the weighing of its rows.
 struct Searched {
@@ -28,9 +32,10 @@ class SharedLogs {
   using Progress = std::function<void(double fraction)>;
 
   /// Throws InputError for the first log, in order, that cannot be used. `in_memory_bytes`: as for LongLog,
-  /// for all logs together.
+  /// for all logs together. `in_memory`: those of `paths` that are no files; only of a process alone.
   SharedLogs(ProcessGroup& group, const std::vector<std::string>& paths,
-             std::size_t in_memory_bytes = LongLog::kInMemoryBytes, const Progress& progress = {});
+             std::size_t in_memory_bytes = LongLog::kInMemoryBytes, const Progress& progress = {},
+             const LogsInMemory& in_memory = {});
 
   ProcessGroup& group() const { return group_; }
   const std::vector<LongLog>& logs() const { return logs_; }

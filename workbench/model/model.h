@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -62,6 +63,9 @@ std::string to_toml(const Model& model);
 /// model: wrong syntax, an unknown effect or parameter, a missing value or a wrong number of values, a value
 /// out of bounds, a hash that does not belong to the parameters.
 Model read_model(const std::filesystem::path& path);
+
+/// The same from the `content` of the file, where it is given; `name` then stands for the file in messages.
+Model read_model(const std::string& name, const std::optional<std::string>& content);
 
 /// The same for what the controller runs. Throws InputError for a model of a rotary axis: the units of its
 /// object dictionary are those of a linear one.

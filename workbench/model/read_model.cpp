@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <utility>
 
 #include "firmware/effects/presliding_hysteresis.h"
 #include "workbench/base/axis_units.h"
@@ -19,7 +20,7 @@ namespace {
 
 class Reader {
  public:
-  explicit Reader(const std::filesystem::path& path) : file_(path) {}
+  explicit Reader(TomlFile file) : file_(std::move(file)) {}
 
   Model read() {
     const toml::table file = file_.parse();
@@ -239,7 +240,11 @@ class Reader {
 }  // namespace
 
 Model read_model(const std::filesystem::path& path) {
-  return Reader(path).read();
+  return Reader(TomlFile(path)).read();
+}
+
+Model read_model(const std::string& name, const std::optional<std::string>& content) {
+  return Reader(content ? TomlFile(name, *content) : TomlFile(name)).read();
 }
 
 Model read_controller_model(const std::filesystem::path& path) {

@@ -28,6 +28,17 @@ void TomlFile::fail(const toml::node& where, const std::string& what) const {
 }
 
 toml::table TomlFile::parse() const {
+  if (!text_) require_model_file();
+  try {
+    return text_ ? toml::parse(*text_, path_.string()) : toml::parse_file(path_.string());
+  } catch (const toml::parse_error& problem) {
+    throw InputError(fmt::format("{}:{}: not TOML: {}; correct the line or fit the model again",
+                                 path_.string(), problem.source().begin.line,
+                                 printable(problem.description(), 200)));
+  }
+}
+
+void TomlFile::require_model_file() const {
   std::error_code error;
   if (!std::filesystem::exists(path_, error)) {
     throw InputError(fmt::format("{}: no such file; `slipstack fit` writes one", path_.string()));
@@ -38,13 +49,6 @@ toml::table TomlFile::parse() const {
   if (std::filesystem::file_size(path_, error) > kLargestFile) {
     throw InputError(
         fmt::format("{}: larger than any model; give a file that `slipstack fit` wrote", path_.string()));
-  }
-  try {
-    return toml::parse_file(path_.string());
-  } catch (const toml::parse_error& problem) {
-    throw InputError(fmt::format("{}:{}: not TOML: {}; correct the line or fit the model again",
-                                 path_.string(), problem.source().begin.line,
-                                 printable(problem.description(), 200)));
   }
 }
 

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <initializer_list>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -23,6 +24,8 @@ std::string name_in(const toml::table& table, std::string_view key);
 class TomlFile {
  public:
   explicit TomlFile(std::filesystem::path path) : path_(std::move(path)) {}
+  /// A file whose content is in memory.
+  TomlFile(std::filesystem::path name, std::string text) : path_(std::move(name)), text_(std::move(text)) {}
 
   toml::table parse() const;
   /// The file's name, for messages.
@@ -42,9 +45,11 @@ class TomlFile {
                           std::span<double> out) const;
 
  private:
+  void require_model_file() const;
   double number(const toml::node& node, const std::string& name, double lower, double upper) const;
 
   std::filesystem::path path_;
+  std::optional<std::string> text_;
 };
 
 }  // namespace slipstack::workbench

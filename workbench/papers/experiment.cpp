@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <nlohmann/json.hpp>
 #include <stdexcept>
 
 #include "sim_host/experiments/setup.h"
@@ -11,8 +10,6 @@
 #include "workbench/base/errors.h"
 #include "workbench/base/text.h"
 #include "workbench/console/output.h"
-#include "workbench/report/html/report_page.h"
-#include "workbench/report/json_values.h"
 
 namespace slipstack::workbench {
 
@@ -38,10 +35,7 @@ void run_experiment(const std::string& command_line, const ExperimentOutputs& ou
                     const std::vector<std::string>& inputs,
                     const std::function<ExperimentResult(Progress&)>& work) {
   Outputs files;
-  for (const std::string& input : inputs) files.protect_input(input);
-  files.claim(outputs.report);
-  files.claim(outputs.json);
-  files.claim(outputs.out);
+  claim_outputs(outputs, inputs, files);
   Progress progress;
   ExperimentResult result;
   try {
@@ -51,11 +45,7 @@ void run_experiment(const std::string& command_line, const ExperimentOutputs& ou
   } catch (const std::invalid_argument& error) {
     throw UsageError(error.what());
   }
-  files.set(outputs.json, json_text(result_json(result)));
-  files.set(outputs.out, result.file);
-  if (!outputs.report.empty()) {
-    files.set(outputs.report, render_report(result_report(result, command_line)));
-  }
+  set_outputs(outputs, result, command_line, files);
   progress.finish();
   files.commit(result_text(result));
 }

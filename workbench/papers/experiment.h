@@ -7,16 +7,9 @@
 
 #include "workbench/console/progress.h"
 #include "workbench/log/log.h"
-#include "workbench/report/experiment_result.h"
+#include "workbench/report/experiment_outputs.h"
 
 namespace slipstack::workbench {
-
-/// Files that an experiment writes; empty where none is wanted.
-struct ExperimentOutputs {
-  std::string report;
-  std::string json;
-  std::string out = "";  ///< a file of the experiment's own kind
-};
 
 /// Runs `work` with a progress line and writes its result: tables on standard output, JSON and report where
 /// asked for, all or none. `inputs` are files that no output may replace. A SetupError or

@@ -78,7 +78,7 @@ double largest_force_N(const FittedModel& base) {
 void know_by_logs(KnownAxis& known, const PlanRequest& request, const std::vector<std::string>& ids,
                   const Model& model, Progress& progress) {
   SingleProcess alone;
-  LogSearch logs({&alone, request.logs, {}}, progress);
+  LogSearch logs({&alone, request.logs, {}, request.in_memory}, progress);
   Knowledge& knowledge = known.knowledge;
   do {
     const Measurement& measurement = logs.measurement();
@@ -106,7 +106,7 @@ void know_by_logs(KnownAxis& known, const PlanRequest& request, const std::vecto
 KnownAxis known_axis(const PlanRequest& request, const std::vector<std::string>& ids, Progress& progress) {
   KnownAxis known;
   Model model;
-  if (!request.model.empty()) model = read_model(request.model);
+  if (!request.model.empty()) model = read_model(request.model, request.model_content);
   Knowledge& knowledge = known.knowledge;
   knowledge.rate_Hz = request.rate_Hz;
   if (request.logs.empty()) {

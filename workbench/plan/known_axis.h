@@ -2,10 +2,12 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "workbench/console/progress.h"
+#include "workbench/long_logs/shared_logs.h"
 #include "workbench/long_logs/unit_sums.h"
 #include "workbench/plan/segment_choice.h"
 
@@ -16,11 +18,13 @@ struct PlanRequest {
   std::string effects;
   std::vector<std::string> logs;
   std::string model;
+  std::optional<std::string> model_content;  ///< where `model` is no file
   std::string baseline;
   std::string limits;
   std::vector<std::string> user_effects;
   double seconds = 60.0;
   double rate_Hz = 1000.0;
+  LogsInMemory in_memory;  ///< those of `logs` that are no files
 };
 
 /// What is known of the axis, and how it is recorded.

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include "workbench/cli/commands.h"
-#include "workbench/cli/inputs.h"
+#include "workbench/commands/inputs.h"
 #include "workbench/diagnose/baseline.h"
 #include "workbench/diagnose/diagnose.h"
 #include "workbench/model/effects/effect_registry.h"
@@ -13,15 +12,18 @@
 
 namespace slipstack::workbench {
 
+namespace {
+
 /// --baseline that leaves the choice to the program.
 constexpr const char* kAutomatic = "auto";
 
-void run_diagnose(const Options& options) {
+}  // namespace
+
+CommandResult execute_diagnose(const CommandOptions& options, Outputs& outputs, Progress& progress) {
   DiagnoseOptions wanted;
   wanted.user_effects = declare_effects(options.user_effects);
-  Outputs outputs;
   spare_logs(options, outputs);
-  if (!options.model.empty()) outputs.protect_input(options.model);
+  spare_model(options, outputs);
   outputs.claim(options.report);
   outputs.claim(options.json);
   Model model;
@@ -30,11 +32,10 @@ void run_diagnose(const Options& options) {
       wanted.baseline = options.effects.empty() ? default_baseline() : parse_effects(options.effects);
     }
   } else {
-    model = read_model(options.model);
+    model = model_of(options);
     wanted.baseline = ids_of(model.terms);
     wanted.start = model.terms;
   }
-  Progress progress;
   wanted.progress = [&progress](const std::string& stage, double fraction) {
     progress.show(stage, fraction);
   };
@@ -49,7 +50,7 @@ void run_diagnose(const Options& options) {
   const Measurement& measurement = logs.measurement();
 
   const DiagnosisRequest request{
-      options.command_line, options.log, {options.logs, options.model, baseline}, options.stepwise};
+      options.command_line, log_names(options), {options.logs, options.model, baseline}, options.stepwise};
   const DiagnosisResult result = diagnosis_result(request, measurement, diagnosis);
   if (!options.report.empty()) {
     progress.show("write the report");
@@ -57,9 +58,10 @@ void run_diagnose(const Options& options) {
     outputs.set(options.report,
                 render_report(diagnosis_page(request, measurement, diagnosis, result, start)));
   }
-  outputs.set(options.json, json_text(published_json(request, result)));
-  progress.finish();
-  outputs.commit(diagnosis_text(request, measurement, result));
+  CommandResult given{diagnosis_text(request, measurement, result),
+                      json_text(published_json(request, result)), ""};
+  outputs.set(options.json, given.json);
+  return given;
 }
 
 }  // namespace slipstack::workbench

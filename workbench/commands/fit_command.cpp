@@ -2,8 +2,7 @@
 #include <algorithm>
 
 #include "workbench/analysis/fit_model.h"
-#include "workbench/cli/commands.h"
-#include "workbench/cli/inputs.h"
+#include "workbench/commands/inputs.h"
 #include "workbench/model/effects/effect_registry.h"
 #include "workbench/report/html/report_page.h"
 #include "workbench/report/json_values.h"
@@ -12,7 +11,7 @@ namespace slipstack::workbench {
 namespace {
 
 /// The effects of --effects, and those that --effect defines.
-std::vector<std::string> effects_to_fit(const Options& options) {
+std::vector<std::string> effects_to_fit(const CommandOptions& options) {
   const std::vector<const EffectDescription*> user_effects = declare_effects(options.user_effects);
   std::vector<std::string> ids = parse_effects(options.effects);
   for (const EffectDescription* effect : user_effects) {
@@ -23,25 +22,24 @@ std::vector<std::string> effects_to_fit(const Options& options) {
 
 }  // namespace
 
-void run_fit(const Options& options) {
+CommandResult execute_fit(const CommandOptions& options, Outputs& outputs, Progress& progress) {
   const std::vector<std::string> ids = effects_to_fit(options);
-  Outputs outputs;
   spare_logs(options, outputs);
   outputs.claim(options.model);
   outputs.claim(options.report);
   outputs.claim(options.json);
-  Progress progress;
   LogSearch logs(log_request(options), progress);
-  FitResult result =
-      fit_model(logs, {options.log, ids, options.criterion == "simulation", options.horizon_s}, progress);
+  FitResult result = fit_model(
+      logs, {log_names(options), ids, options.criterion == "simulation", options.horizon_s}, progress);
   result.command_line = options.command_line;
   result.model_path = options.model;
   const Measurement& measurement = logs.measurement();
   if (!options.report.empty()) outputs.set(options.report, render_report(fit_page(measurement, result)));
-  if (!options.model.empty()) outputs.set(options.model, to_toml(result.model));
-  outputs.set(options.json, json_text(fit_json(measurement, result)));
-  progress.finish();
-  outputs.commit(fit_text(measurement, result));
+  CommandResult given{fit_text(measurement, result), json_text(fit_json(measurement, result)),
+                      to_toml(result.model)};
+  outputs.set(options.model, given.file);
+  outputs.set(options.json, given.json);
+  return given;
 }
 
 }  // namespace slipstack::workbench

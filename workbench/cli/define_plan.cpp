@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <memory>
 
-#include "workbench/analysis/plan_motion.h"
+#include "workbench/cli/commands.h"
 #include "workbench/cli/define_experiments.h"
 #include "workbench/model/effects/effect_registry.h"
 #include "workbench/papers/define_papers.h"
@@ -14,15 +14,6 @@ struct PlanCommand {
   PlanRequest request;
   ExperimentOutputs outputs;
 };
-
-void run_plan(const std::string& command_line, const PlanCommand& command) {
-  const PlanRequest& request = command.request;
-  check_plan(request);
-  std::vector<std::string> inputs = request.logs;
-  inputs.push_back(request.model);
-  run_experiment(command_line, command.outputs, inputs,
-                 [&](Progress& progress) { return plan_motion(request, progress); });
-}
 
 }  // namespace
 
@@ -53,7 +44,11 @@ void define_plan(CLI::App& experiment, const std::string& command_line) {
   command->add_option("--rate", wanted->request.rate_Hz, "set points per second")->capture_default_str();
   add_word(*command, "--out", wanted->outputs.out, "FILE", "set-point file to write, CSV")->required();
   add_experiment_outputs(*command, wanted->outputs);
-  command->callback([&command_line, wanted] { run_plan(command_line, *wanted); });
+  command->callback([&command_line, wanted] {
+    run_command([&](Outputs& outputs, Progress& progress) {
+      return execute_plan(wanted->request, wanted->outputs, command_line, outputs, progress);
+    });
+  });
 }
 
 }  // namespace slipstack::workbench

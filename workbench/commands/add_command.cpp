@@ -4,8 +4,7 @@
 #include "workbench/analysis/add_effect.h"
 #include "workbench/base/errors.h"
 #include "workbench/base/text.h"
-#include "workbench/cli/commands.h"
-#include "workbench/cli/inputs.h"
+#include "workbench/commands/inputs.h"
 #include "workbench/model/effects/effect_registry.h"
 #include "workbench/model/effects/user_effect.h"
 #include "workbench/report/html/report_page.h"
@@ -15,12 +14,12 @@ namespace slipstack::workbench {
 namespace {
 
 /// The one effect that --effect names or defines.
-const EffectDescription& effect_of(const Options& options) {
+const EffectDescription& effect_of(const CommandOptions& options) {
   return is_definition(options.effect) ? declare_effect(options.effect) : effect_named(options.effect);
 }
 
-Model model_to_extend(const Options& options, const EffectDescription& effect) {
-  Model model = read_model(options.model);
+Model model_to_extend(const CommandOptions& options, const EffectDescription& effect) {
+  Model model = model_of(options);
   if (contains(model.terms, effect.text.id)) {
     throw UsageError(
         fmt::format("{} already contains {}; add another effect", printable(options.model), effect.id()));
@@ -30,28 +29,27 @@ Model model_to_extend(const Options& options, const EffectDescription& effect) {
 
 }  // namespace
 
-void run_add(const Options& options) {
+CommandResult execute_add(const CommandOptions& options, Outputs& outputs, Progress& progress) {
   const EffectDescription& effect = effect_of(options);
-  Outputs outputs;
   spare_logs(options, outputs);
-  outputs.protect_input(options.model);
+  spare_model(options, outputs);
   outputs.claim(options.out);
   outputs.claim(options.report);
   outputs.claim(options.json);
   const Model old = model_to_extend(options, effect);
-  Progress progress;
   LogSearch logs(log_request(options), progress);
-  AdditionResult result = add_effect(logs, options.log, old, effect, progress);
+  AdditionResult result = add_effect(logs, log_names(options), old, effect, progress);
   result.command_line = options.command_line;
   result.model_path = options.out;
   const Measurement& measurement = logs.measurement();
   if (!options.report.empty()) {
     outputs.set(options.report, render_report(addition_page(measurement, result)));
   }
-  outputs.set(options.out, to_toml(result.model));
-  outputs.set(options.json, json_text(addition_json(measurement, result)));
-  progress.finish();
-  outputs.commit(addition_text(measurement, result));
+  CommandResult given{addition_text(measurement, result), json_text(addition_json(measurement, result)),
+                      to_toml(result.model)};
+  outputs.set(options.out, given.file);
+  outputs.set(options.json, given.json);
+  return given;
 }
 
 }  // namespace slipstack::workbench

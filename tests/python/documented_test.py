@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What docs/python.md says can be typed as it stands, and the examples beside it run."""
+
+import os
+import pathlib
+import re
+import subprocess
+import sys
+
+import conftest
+import program
+import pytest
+
+PAGE = program.REPOSITORY / "docs/python.md"
+EXAMPLES = program.REPOSITORY / "docs/python"
+BUILD = os.environ.get("SLIPSTACK_BUILD", str(program.REPOSITORY / "build/host"))
+
+
+def blocks(language):
+    found = re.findall(rf"^```{language}\n(.*?)^```$", PAGE.read_text(), re.MULTILINE | re.DOTALL)
+    assert found
+    return found
+
+
+def run(words, cwd, **environment):
+    done = subprocess.run(words, cwd=cwd, env={**os.environ, **environment}, capture_output=True, text=True,
+                          timeout=program.PATIENCE_S)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_python_blocks_in_their_order(here):
+    """As one session, in a folder with log.csv; with pandas where it is installed."""
+    (here / "good.csv").rename(here / "log.csv")
+    try:
+        import pandas
+        del pandas
+    except ImportError:
+        pytest.skip("python3-pandas is not installed")
+    text = run([sys.executable, "-B", "-c", "\n".join(blocks("python"))], cwd=here)
+    assert "missing_effect viscous" in text
+
+
+def test_shell_blocks(tmp_path):
+    """Each in the repository; what they install goes to a folder of the test."""
+    for block in blocks("sh"):
+        text = run(["bash", "-ec", re.sub(r"(\$PWD/)?build/host", BUILD, block)],
+                   cwd=program.REPOSITORY, DESTDIR=str(tmp_path), PYTHONDONTWRITEBYTECODE="1",
+                   PATH=f"{os.path.dirname(sys.executable)}:{os.environ['PATH']}")
+        if "__version__" in block:
+            assert re.search(r"^\d+\.\d+\.\d+$", text, re.MULTILINE), text
+    installed = [path.name for path in tmp_path.rglob("slipstack/*")]
+    assert "__init__.py" in installed and any(name.startswith("_core.") for name in installed)
+
+
+def example(name, *arguments, cwd):
+    return run([sys.executable, "-B", str(EXAMPLES / name), *map(str, arguments)], cwd=cwd)
+
+
+def test_emps_example(tmp_path):
+    log = conftest.DATA / "emps/emps_estimation.csv"
+    if not log.is_file():
+        pytest.skip(f"{log} is not there; set SLIPSTACK_SHARED")
+    pytest.importorskip("pandas", reason="python3-pandas is not installed")
+    text = example("emps.py", log, cwd=tmp_path)
+    found = {name: (float(value), float(published)) for name, value, published in
+             re.findall(r"^(\w+) +(-?[\d.]+) \S.*? published (-?[\d.]+)", text, re.MULTILINE)}
+    assert set(found) == {"inertia", "viscous", "coulomb", "offset_force"}
+    for value, published in found.values():
+        assert value == pytest.approx(published, abs=max(0.02 * abs(published), 0.3))
+    assert "missing: direction_asymmetry" in text
+
+
+def test_hidden_effect_example(here):
+    truth = here / "truth.json"
+    program.simulate("log.csv", "--effects", "force_ripple", "--seconds", "20", "--rate", "1000", truth=truth)
+    text = example("hidden_effect.py", "log.csv", cwd=here)
+    assert "force_ripple" in text.splitlines()[0]
+    before_N, after_N, floor_N = (float(value) for value in re.findall(r"([\d.]+) N", text.splitlines()[-1]))
+    assert after_N < 0.97 * before_N and after_N < 1.3 * floor_N
+    assert pathlib.Path("better.toml").is_file() and pathlib.Path("better.html").is_file()

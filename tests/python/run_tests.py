@@ -1,0 +1,27 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Runs tests of this folder by pytest; status 77 and SKIP with the reason where that cannot be."""
+
+import importlib.util
+import pathlib
+import sys
+
+HERE = pathlib.Path(__file__).resolve().parent
+SKIPPED = 77
+NEEDED = {"pytest": "python3-pytest is not installed", "numpy": "python3-numpy is not installed",
+          "slipstack": "the package was not built: pybind11-dev, python3-dev or python3-numpy is not installed"}
+
+
+def main():
+    for module, reason in NEEDED.items():
+        if importlib.util.find_spec(module) is None:
+            print(f"SKIP: {reason} (toolchain/install test)")
+            return SKIPPED
+    import pytest
+    sys.path.insert(0, str(HERE.parent / "cli"))
+    return pytest.main(["-q", "-rs", "-p", "no:cacheprovider", "--rootdir", str(HERE),
+                        *(str(HERE / name) for name in sys.argv[1:])])
+
+
+if __name__ == "__main__":
+    sys.exit(main())
