@@ -25,6 +25,11 @@ struct Options {
   std::string header;
   std::string report;
   std::string json;
+  std::string c_header;    ///< of export
+  std::string scalar;      ///< "float" or "double"
+  std::string name;        ///< begin of the names in it
+  double step_m = 0.0;     ///< unit of its displacement; 0: not given
+  double rate_Hz = 0.0;    ///< of its ticks; 0: not given
   std::string criterion;   ///< of fit: "force" (inverse dynamics) or "simulation"
   double horizon_s = 0.0;  ///< of the runs of the latter
   bool stepwise = false;
@@ -37,5 +42,6 @@ void run_fit(const Options& options);
 void run_diagnose(const Options& options);
 void run_add(const Options& options);
 void run_effects(const Options& options);
+void run_export(const Options& options);
 
 }  // namespace slipstack::workbench
