@@ -35,6 +35,13 @@ constexpr Real clamp(Real x, Real low, Real high) {
   return above > high ? high : above;
 }
 
+/// `yes` where the condition holds, else `no`; both are computed. An effect that chooses between values by
+/// `?:` computes the same, but cannot be exported: only this tells a scalar that records of the choice.
+template <class Condition, class Real>
+constexpr Real select(Condition condition, Real yes, Real no) {
+  return condition ? yes : no;
+}
+
 /// Largest integer not above x, for |x| < 2^31.
 template <class Real>
 constexpr std::int32_t floor_to_int(Real x) {

@@ -44,7 +44,7 @@ class DirectionAsymmetry {
   }
   void reset(const Sample<Real>&) {}
   void basis(const Sample<Real>& sample, std::span<Real, gain_count> out) {
-    out[0] = sample.dry_friction_N < Real(0) ? Real(-1) : Real(1);
+    out[0] = approx::select(sample.dry_friction_N < Real(0), Real(-1), Real(1));
     const Real u = approx::clamp(sample.velocity_mps * inverse_velocity_spm_, Real(-1), Real(1));
     out[1] = u * (Real(1.5) - Real(0.5) * u * u);
     out[2] = approx::absolute(sample.velocity_mps);

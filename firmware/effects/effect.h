@@ -88,6 +88,18 @@ struct EffectText {
 /// Largest magnitude a gain may take: far beyond any axis, small enough that sums stay finite in float.
 inline constexpr float kUnbounded = 1.0e12f;
 
+/// Whether Real computes what the controller computes: effects then take the forms that take less work there.
+/// That is float, and a scalar that records what float would do (workbench/c_export).
+template <class Real>
+inline constexpr bool kOnTarget = std::is_same_v<Real, float>;
+
+/// What an effect holds for a table of the controller: nothing where Real reads from no table.
+struct NoTable {};
+template <class Table, class Real>
+struct TableFor {
+  using type = std::conditional_t<kOnTarget<Real>, Table, NoTable>;
+};
+
 /// How displacement reaches the hysteresis: absolute encoder counts on the target (nothing accumulates, so
 /// nothing drifts), metres in the workbench.
 template <class Real>

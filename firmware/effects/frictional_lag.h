@@ -55,7 +55,7 @@ class FrictionalLag {
 
   /// The controller reads the steady weakening from a table.
   Real weighted(const Sample<Real>& sample,
-                const std::array<Real, gain_count>& weakening) requires std::is_same_v<Real, float> {
+                const std::array<Real, gain_count>& weakening) requires kOnTarget<Real> {
     follow(weakening_.tabulated(sample.velocity_mps), sample.velocity_mps);
     return weakening[0] * lagged_[0] + weakening[1] * lagged_[1];
   }
@@ -67,7 +67,7 @@ class FrictionalLag {
     const Real rate = per_tick_ + per_velocity_ * approx::absolute(velocity_mps);
     // Exact for a rate held over the tick, to second order; never beyond the steady value.
     const Real share = rate / (Real(1) + Real(0.5) * rate);
-    const Real blend = share < Real(1) ? share : Real(1);
+    const Real blend = approx::select(share < Real(1), share, Real(1));
     for (std::size_t i = 0; i < gain_count; ++i) lagged_[i] = lagged_[i] + blend * (steady[i] - lagged_[i]);
   }
 

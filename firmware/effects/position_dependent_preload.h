@@ -3,6 +3,7 @@
 
 #include "firmware/effects/approx.h"
 #include "firmware/effects/effect.h"
+#include "firmware/effects/interval.h"
 
 namespace slipstack {
 
@@ -50,14 +51,14 @@ class PositionDependentPreload {
   /// At any position four of the splines are not zero.
   Real weighted(const Sample<Real>& sample, const std::array<Real, gain_count>& map) const {
     const auto [interval, splines] = splines_at(sample.position_m);
-    const Real* const weight = map.data() + interval;
+    const auto weight = values_from(map, interval);
     return weight[0] * splines[0] + weight[1] * splines[1] + weight[2] * splines[2] + weight[3] * splines[3];
   }
 
  private:
   static constexpr std::size_t kIntervals = kPreloadMapIntervals;
   struct Splines {
-    std::size_t interval;
+    typename IndexOf<Real>::type interval;
     std::array<Real, 4> value;
   };
 
@@ -66,9 +67,7 @@ class PositionDependentPreload {
   Splines splines_at(Real position_m) const {
     const Real place =
         approx::clamp((position_m - start_m_) * intervals_per_m_, Real(0), static_cast<Real>(kIntervals));
-    const auto whole = static_cast<std::size_t>(static_cast<std::int32_t>(place));
-    const std::size_t interval = whole < kIntervals ? whole : kIntervals - 1;
-    const Real t = place - static_cast<Real>(static_cast<std::int32_t>(interval));
+    const auto [interval, t] = interval_at(place, kIntervals);
     const Real s = Real(1) - t;
     const Real t2 = t * t;
     return {interval,

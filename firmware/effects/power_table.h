@@ -16,6 +16,13 @@ namespace slipstack {
 /// three times the work.
 class PowerTable {
  public:
+  static constexpr std::uint32_t kOctaves = 32;
+  static constexpr std::uint32_t kIntervals = 8;
+  /// begin + (slope + bend t) t, t = 0 .. 1 over the interval.
+  struct Parabola {
+    float begin, slope, bend;
+  };
+
   /// Not for the tick.
   void fill(float p) {
     float octave = kFirst;
@@ -47,14 +54,12 @@ class PowerTable {
     return (p.begin + (p.slope + p.bend * t) * t) * octaves_[place >> kMantissaBits];
   }
 
+  const std::array<float, kOctaves>& octaves() const { return octaves_; }
+  const std::array<Parabola, kIntervals>& intervals() const { return intervals_; }
+
  private:
   static constexpr std::uint32_t kMantissaBits = 23;
   static constexpr float kFirst = -24.0F;
-  static constexpr std::uint32_t kOctaves = 32;
-  static constexpr std::uint32_t kIntervals = 8;
-  struct Parabola {
-    float begin, slope, bend;
-  };
 
   std::array<float, kOctaves> octaves_{};
   std::array<Parabola, kIntervals> intervals_{};

@@ -16,7 +16,7 @@ inline constexpr int kIdentifiedElements = 32;
 
 /// The hysteresis of rolling guideways as a sum of stop operators with fixed slip distances: linear in the
 /// stiffnesses. An element with slip distance 0 is unused and its basis is 0.
-template <class Real, int Elements = std::is_same_v<Real, float> ? kTargetElements : kIdentifiedElements>
+template <class Real, int Elements = kOnTarget<Real> ? kTargetElements : kIdentifiedElements>
 class PreslidingHysteresis {
   static constexpr bool kPacked = std::is_same_v<Real, float> && Elements % 2 == 0;
 

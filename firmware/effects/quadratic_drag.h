@@ -34,7 +34,7 @@ class QuadraticDrag {
 
   void prepare(std::span<const Real, shape_count> shape, const Scales<Real>&) {
     above_one_ = shape[0] - Real(1);
-    if constexpr (kFromTable) table_.fill(above_one_);
+    if constexpr (kOnTarget<Real>) table_.fill(above_one_);
   }
   void reset(const Sample<Real>&) {}
   void basis(const Sample<Real>& sample, std::span<Real, gain_count> out) {
@@ -42,21 +42,18 @@ class QuadraticDrag {
   }
   /// The controller reads the power from a table (power_table.h).
   Real weighted(const Sample<Real>& sample,
-                const std::array<Real, gain_count>& drag) const requires std::is_same_v<Real, float> {
+                const std::array<Real, gain_count>& drag) const requires kOnTarget<Real> {
     return drag[0] * (sample.velocity_mps * table_.at(approx::absolute(sample.velocity_mps)));
   }
 
  private:
-  static constexpr bool kFromTable = std::is_same_v<Real, float>;
-  struct NoTable {};
-
   // The square is exact without the power.
   Real growth(Real speed_mps) const {
     return above_one_ == Real(1) ? speed_mps : approx::power(speed_mps, above_one_);
   }
 
   Real above_one_{1};
-  [[no_unique_address]] std::conditional_t<kFromTable, PowerTable, NoTable> table_;
+  [[no_unique_address]] typename TableFor<PowerTable, Real>::type table_;
 };
 
 }  // namespace slipstack

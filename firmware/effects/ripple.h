@@ -32,7 +32,7 @@ class Ripple {
   }
 
   /// The controller reads one period of the weighted sum from a table (ripple_table.h).
-  void prepare_weighted(const std::array<Real, gain_count>& amplitudes) requires std::is_same_v<Real, float> {
+  void prepare_weighted(const std::array<Real, gain_count>& amplitudes) requires kOnTarget<Real> {
     table_.fill([&](Real cycles) {
       std::array<Real, gain_count> waves;
       harmonics(approx::sin_cos_of_cycles(cycles), std::span<Real, gain_count>(waves));
@@ -42,15 +42,13 @@ class Ripple {
     });
   }
   Real weighted(const Sample<Real>& sample,
-                const std::array<Real, gain_count>&) const requires std::is_same_v<Real, float> {
+                const std::array<Real, gain_count>&) const requires kOnTarget<Real> {
     return table_.at(sample.position_m * inverse_pitch_per_m_);
   }
 
  private:
-  struct NoTable {};
-
   Real inverse_pitch_per_m_{};
-  [[no_unique_address]] std::conditional_t<std::is_same_v<Real, float>, RippleTable, NoTable> table_;
+  [[no_unique_address]] typename TableFor<RippleTable, Real>::type table_;
 };
 
 }  // namespace slipstack

@@ -13,6 +13,12 @@ namespace slipstack {
 /// (tests/unit/control/table_test.cpp).
 class RippleTable {
  public:
+  static constexpr std::uint32_t kIntervals = 64;
+  /// begin + (slope + bend t) t, t = 0 .. 1 over the interval.
+  struct Parabola {
+    float begin, slope, bend;
+  };
+
   /// Fills the table from `wave`, a function of the place in periods on [0, 1]. Not for the
   /// tick.
   template <class Wave>
@@ -39,12 +45,9 @@ class RippleTable {
     return p.begin + (p.slope + p.bend * t) * t;
   }
 
- private:
-  static constexpr std::uint32_t kIntervals = 64;
-  struct Parabola {
-    float begin, slope, bend;
-  };
+  const std::array<Parabola, kIntervals>& intervals() const { return intervals_; }
 
+ private:
   std::array<Parabola, kIntervals> intervals_{};
 };
 

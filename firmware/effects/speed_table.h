@@ -17,6 +17,11 @@ namespace slipstack {
 class SpeedTable {
  public:
   using Values = std::array<float, 2>;
+  static constexpr std::uint32_t kIntervals = 128;
+  struct Knot {
+    float value;
+    float bend;  ///< of the interval that begins here
+  };
 
   /// Fills the table from `weakening`, a function of |v| in m/s that returns Values. Not for the tick.
   template <class Weakening>
@@ -54,13 +59,12 @@ class SpeedTable {
     return {parabola(begin[0], end[0], t), parabola(begin[1], end[1], t)};
   }
 
- private:
-  static constexpr std::uint32_t kIntervals = 128;
-  struct Knot {
-    float value;
-    float bend;  ///< of the interval that begins here
-  };
+  /// The begin of the first interval and the length of each, in bits of a float, and the knots of both.
+  std::uint32_t first_bits() const { return first_bits_; }
+  std::uint32_t shift() const { return shift_; }
+  const std::array<std::array<Knot, 2>, kIntervals + 1>& knots() const { return knots_; }
 
+ private:
   static float parabola(const Knot& begin, const Knot& end, float t) {
     const float slope = end.value - begin.value - begin.bend;
     return begin.value + (slope + begin.bend * t) * t;

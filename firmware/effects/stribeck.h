@@ -42,7 +42,7 @@ class Stribeck {
   void prepare(std::span<const Real, shape_count> shape, const Scales<Real>&) {
     inverse_velocity_spm_ = Real(1) / shape[0];
     exponent_ = shape[1];
-    if constexpr (kFromTable) {
+    if constexpr (kOnTarget<Real>) {
       table_.fill(shape[0], exponent_, [this](Real speed_mps) {
         std::array<Real, gain_count> out{};
         basis({.velocity_mps = speed_mps}, out);
@@ -60,22 +60,19 @@ class Stribeck {
 
   /// The controller reads the basis from a table (speed_table.h): a power, an exponential and a division take
   /// ten times the work.
-  std::array<Real, gain_count> tabulated(Real velocity_mps) const requires std::is_same_v<Real, float> {
+  std::array<Real, gain_count> tabulated(Real velocity_mps) const requires kOnTarget<Real> {
     return table_.at(velocity_mps);
   }
   Real weighted(const Sample<Real>& sample,
-                const std::array<Real, gain_count>& weakening) const requires std::is_same_v<Real, float> {
+                const std::array<Real, gain_count>& weakening) const requires kOnTarget<Real> {
     const auto basis = tabulated(sample.velocity_mps);
     return weakening[0] * basis[0] + weakening[1] * basis[1];
   }
 
  private:
-  static constexpr bool kFromTable = std::is_same_v<Real, float>;
-  struct NoTable {};
-
   Real inverse_velocity_spm_{};
   Real exponent_{};
-  [[no_unique_address]] std::conditional_t<kFromTable, SpeedTable, NoTable> table_;
+  [[no_unique_address]] typename TableFor<SpeedTable, Real>::type table_;
 };
 
 }  // namespace slipstack

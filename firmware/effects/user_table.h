@@ -3,6 +3,7 @@
 
 #include "firmware/effects/approx.h"
 #include "firmware/effects/effect.h"
+#include "firmware/effects/interval.h"
 
 namespace slipstack {
 
@@ -60,13 +61,14 @@ class UserTable {
   /// At any place two of the points act.
   Real weighted(const Sample<Real>& sample, const std::array<Real, gain_count>& points) const {
     const auto [interval, before, after] = line_at(sample);
-    return points[interval] * before + points[interval + 1] * after;
+    const auto point = values_from(points, interval);
+    return point[0] * before + point[1] * after;
   }
 
  private:
   static constexpr std::size_t kIntervals = kUserTablePoints - 1;
   struct Line {
-    std::size_t interval;
+    typename IndexOf<Real>::type interval;
     Real before;  ///< weight of the point at the begin of the interval
     Real after;   ///< and at its end
   };
@@ -74,9 +76,7 @@ class UserTable {
   Line line_at(const Sample<Real>& sample) const {
     const Real raw = per_position_ * sample.position_m + per_velocity_ * sample.velocity_mps + offset_;
     const Real place = approx::clamp(raw, Real(0), static_cast<Real>(kIntervals));
-    const auto whole = static_cast<std::size_t>(static_cast<std::int32_t>(place));
-    const std::size_t interval = whole < kIntervals ? whole : kIntervals - 1;
-    const Real t = place - static_cast<Real>(static_cast<std::int32_t>(interval));
+    const auto [interval, t] = interval_at(place, kIntervals);
     const Real direction =
         either_way_ + approx::clamp(sample.velocity_mps * per_reversal_, Real(-1), Real(1));
     // Over position nothing without a position reference; over velocity alone always.

@@ -8,6 +8,7 @@
 #include "firmware/friction/memory_stack.h"
 #include "firmware/friction/packed_maxwell_slip.h"
 #include "firmware/friction/virgin_curves.h"
+#include "tests/budget/exported_friction.h"
 #include "tests/budget/friction_model.h"
 #include "tests/budget/stages.h"
 #include "tests/budget/tick_under_test.h"
@@ -58,6 +59,27 @@ inline void move_friction_model(std::int32_t x) {
   return friction_model.step(counted_motion.sample()).total_N;
 }
 
+// The same model as `slipstack export` writes it in C.
+inline exported_state exported_friction;
+
+inline exported_motion exported_motion_of(const Sample<float>& sample) {
+  return {sample.time_s, sample.displacement, sample.position_m, sample.velocity_mps,
+          sample.acceleration_mps2};
+}
+inline exported_motion exported_motion_now;
+inline void reset_exported(std::int32_t x) {
+  counted_motion.reset(x);
+  exported_motion_now = exported_motion_of(counted_motion.sample());
+  exported_init(&exported_friction, &exported_motion_now);
+}
+inline void move_exported(std::int32_t x) {
+  counted_motion.move(x);
+  exported_motion_now = exported_motion_of(counted_motion.sample());
+}
+[[gnu::noinline]] inline float step_exported(std::int32_t) {
+  return exported_step(&exported_friction, &exported_motion_now);
+}
+
 inline constexpr std::array kObservers = {
     Observer{"maxwell_slip_10", kReset<maxwell_slip>, step<maxwell_slip>},
     Observer{"packed_maxwell_slip_10", kReset<packed_maxwell_slip>, step<packed_maxwell_slip>},
@@ -65,6 +87,7 @@ inline constexpr std::array kObservers = {
     Observer{"memory_stack_rational_16", kReset<memory_stack>, step<memory_stack>},
     Observer{"memory_stack_piecewise_16", kReset<piecewise_stack>, step<piecewise_stack>},
     Observer{"friction_model_all_effects", reset_friction_model, step_friction_model, move_friction_model},
+    Observer{"exported_c_all_effects", reset_exported, step_exported, move_exported},
     Observer{"stage_state_estimate", reset_stages, step_estimate},
     Observer{"stage_reference", reset_stages, step_reference, fill_reference},
     Observer{"stage_stream", reset_stages, step_stream, fill_stream},

@@ -146,6 +146,32 @@ void define_effects(CLI::App& app, Options& options) {
   effects->callback([&options] { run_effects(options); });
 }
 
+void define_export(CLI::App& app, Options& options) {
+  CLI::App* command =
+      app.add_subcommand("export", "Write a model as C for any other firmware, simulator or PLC");
+  add_text(*command, "MODEL", options.model, "FILE", "model file")->required();
+  add_text(*command, "--c", options.c_header, "FILE",
+           "C99 header to write, without heap or library; '-': standard output")
+      ->required();
+  command
+      ->add_option("--scalar", options.scalar, "float: what the controller computes; double: for simulators")
+      ->check(CLI::IsMember({"float", "double"}))
+      ->default_val("float");
+  add_text(*command, "--name", options.name, "NAME", "begin of all names in it")->default_val("friction");
+  command
+      ->add_option("--step", options.step_m,
+                   "of float: unit of the displacement it is given, as a part of the encoder's step, m "
+                   "(default: what holds the slip distances)")
+      ->check(CLI::Range(1e-12, 1e-2))
+      ->type_name("M");
+  command
+      ->add_option("--rate", options.rate_Hz,
+                   "calls per second, for effects that go on from tick to tick, Hz")
+      ->check(CLI::Range(1.0, 1e7))
+      ->type_name("HZ");
+  command->callback([&options] { run_export(options); });
+}
+
 }  // namespace
 
 void define_commands(CLI::App& app, Options& options) {
@@ -159,6 +185,7 @@ void define_commands(CLI::App& app, Options& options) {
   define_diagnose(app, options);
   define_add(app, options);
   define_effects(app, options);
+  define_export(app, options);
   define_experiment(app, options.command_line);
   define_simulate(app, options.command_line);
   define_loop(app);

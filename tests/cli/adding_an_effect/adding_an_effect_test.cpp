@@ -14,6 +14,7 @@
 #include "firmware/effects/model.h"
 #include "sim_host/log/draw.h"
 #include "sim_host/log/record.h"
+#include "workbench/c_export/friction_header.h"
 #include "workbench/diagnose/diagnose.h"
 #include "workbench/estimate/uncertainty/row_weights.h"
 #include "workbench/model/effects/effect_registry.h"
@@ -79,6 +80,19 @@ TEST(AddingAnEffect, TheControllerRunsIt) {
     sample.velocity_mps = static_cast<float>(velocity_mps);
     EXPECT_NEAR(static_cast<double>(model.step(sample).total_N), brake_N(velocity_mps), 1e-5) << velocity_mps;
   }
+}
+
+// Its C text is recorded from the header on the page: there is none to write.
+TEST(AddingAnEffect, TheExportHasIt) {
+  workbench::Model model;
+  workbench::Term term;
+  term.effect = &workbench::catalogue().back();
+  term.gains = {kPeak_N};
+  term.shapes = {kCritical_mps};
+  model.target_terms = {term};
+  const std::string header = workbench::friction_header(model, {});
+  EXPECT_NE(header.find("const float force_N = 4.0F * "), std::string::npos) << header;
+  EXPECT_NE(header.find("motion->velocity_mps"), std::string::npos) << header;
 }
 
 TEST(AddingAnEffect, TheDiagnosisNamesIt) {

@@ -80,7 +80,7 @@ class Translator {
       const std::string yes = choice();
       want(":");
       const std::string no = choice();
-      condition = fmt::format("({} != Real(0) ? {} : {})", condition, yes, no);
+      condition = fmt::format("approx::select({} != Real(0), {}, {})", condition, yes, no);
     }
     --depth_;
     return condition;

@@ -87,8 +87,8 @@ class {class_name} {{
 
  private:
   static constexpr Real sign(Real y) {{ return Real(y > Real(0)) - Real(y < Real(0)); }}
-  static constexpr Real smaller(Real a, Real b) {{ return a < b ? a : b; }}
-  static constexpr Real larger(Real a, Real b) {{ return a > b ? a : b; }}
+  static constexpr Real smaller(Real a, Real b) {{ return approx::select(a < b, a, b); }}
+  static constexpr Real larger(Real a, Real b) {{ return approx::select(a > b, a, b); }}
   static constexpr Real tanh(Real y) {{
     const Real bounded = approx::clamp(y, Real(-20), Real(20));
     const Real e = approx::exp_minus_one(bounded + bounded);
