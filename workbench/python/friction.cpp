@@ -186,7 +186,7 @@ precision; the state lasts from call to call. Raises InputError.)")
       .def(
           "step", &ArrayMaxwellSlip::step, py::arg("position"),
           R"(The friction force (n,) in N at positions (n,), one after the other: against the motion, positive
-after motion towards +x. About 10 ns for a position with up to ten elements, else 30 ns.)")
+after motion towards +x. Up to ten elements take a path of their own, which is faster.)")
       .def("stretches", &ArrayMaxwellSlip::stretches, py::arg("position"),
            R"(Moves along positions (n,) and gives the stretch of each element after each, (n, elements): the
 regressors of the stiffnesses.)")
@@ -207,7 +207,7 @@ ascending, in the unit of the positions. Raises InputError.)")
       .def(
           "step", &ArrayMemoryStack::step, py::arg("position"),
           R"(The friction force (n,) in N at positions (n,), one after the other: against the motion, positive
-after motion towards +x. About 10 ns for a position.)")
+after motion towards +x.)")
       .def_property_readonly("depth", &ArrayMemoryStack::depth, "Reversals held; 0 on the virgin curve.")
       .def_property_readonly("overflow_count", &ArrayMemoryStack::overflow_count,
                              "Loops that gave way to a full stack since construction.")
