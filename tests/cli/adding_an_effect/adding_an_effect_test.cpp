@@ -91,7 +91,7 @@ TEST(AddingAnEffect, TheExportHasIt) {
   term.shapes = {kCritical_mps};
   model.target_terms = {term};
   const std::string header = workbench::friction_header(model, {});
-  EXPECT_NE(header.find("const float force_N = 4.0F * "), std::string::npos) << header;
+  EXPECT_NE(header.find("const float eddy_current_brake_N = 4.0F * "), std::string::npos) << header;
   EXPECT_NE(header.find("motion->velocity_mps"), std::string::npos) << header;
 }
 
