@@ -13,7 +13,7 @@ namespace slipstack::test {
 /// How many damaged inputs a test tries: a fifth under sanitizers, where each exception of a parser costs
 /// some fifty times as much.
 constexpr int damaged_inputs(int usual) {
-#ifdef __SANITIZE_ADDRESS__
+#ifdef SLIPSTACK_SANITIZED
   return usual / 5;
 #else
   return usual;

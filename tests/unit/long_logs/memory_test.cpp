@@ -18,7 +18,7 @@
 
 // The memory for a log does not depend on its length. The test is a program of its own, because it replaces
 // the global operators new and delete to count bytes.
-#ifdef __SANITIZE_ADDRESS__
+#ifdef SLIPSTACK_SANITIZED
 
 TEST(Memory, DoesNotGrowWithTheLog) {
   GTEST_SKIP() << "SKIP: the address sanitizer replaces operator new itself";
