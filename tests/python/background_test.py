@@ -91,14 +91,9 @@ def test_the_interpreter_is_free_meanwhile(long_log):
     assert turns > whole_s / 0.005 / 10  # held for all of the work it would turn once or twice
 
 
-def test_commands_of_several_threads_take_turns(here):
+def test_commands_of_several_threads_take_turns(here, joint):
     """One linear and one rotary axis at once: each has its own units."""
-    lines = (here / "good.csv").read_text()
-    for linear, rotary in (("position_m", "position_rad"), ("force_N", "torque_Nm"), ("mass_kg", "inertia_kg_m2"),
-                           ("resolution_m", "resolution_rad"), ("N_per_A", "Nm_per_A"), ("pitch_m", "pitch_rad")):
-        lines = lines.replace(linear, rotary)
-    (here / "joint.csv").write_text(lines)
-    logs = ["good.csv", "joint.csv"] * 3
+    logs = ["good.csv", joint] * 3
     wanted = {log: slipstack.diagnose(log).to_json() for log in set(logs)}
     found = {}
 

@@ -41,6 +41,17 @@ def here(stock, tmp_path, monkeypatch):
 
 
 @pytest.fixture
+def joint(here):
+    """The log as that of a rotary axis: the same numbers, in rad and Nm."""
+    lines = (here / "good.csv").read_text()
+    for linear, rotary in (("position_m", "position_rad"), ("force_N", "torque_Nm"), ("mass_kg", "inertia_kg_m2"),
+                           ("resolution_m", "resolution_rad"), ("N_per_A", "Nm_per_A"), ("pitch_m", "pitch_rad")):
+        lines = lines.replace(linear, rotary)
+    (here / "joint.csv").write_text(lines)
+    return "joint.csv"
+
+
+@pytest.fixture
 def columns(here):
     return read_log(here / "good.csv")[1]
 

@@ -51,15 +51,10 @@ def test_several_logs(here):
                 "diagnose", "good.csv", "other.csv", "--per-log", "none", cwd=here)
 
 
-def test_rotary_axis_and_then_a_linear_one(here):
-    lines = (here / "good.csv").read_text()
-    for linear, rotary in (("position_m", "position_rad"), ("force_N", "torque_Nm"), ("mass_kg", "inertia_kg_m2"),
-                           ("resolution_m", "resolution_rad"), ("N_per_A", "Nm_per_A"), ("pitch_m", "pitch_rad")):
-        lines = lines.replace(linear, rotary)
-    (here / "joint.csv").write_text(lines)
-    found = slipstack.diagnose("joint.csv")
+def test_rotary_axis_and_then_a_linear_one(here, joint):
+    found = slipstack.diagnose(joint)
     assert found.axis == "rotary"
-    assert_same(found, "diagnose", "joint.csv", cwd=here)
+    assert_same(found, "diagnose", joint, cwd=here)
     assert_same(slipstack.diagnose("good.csv"), "diagnose", "good.csv", cwd=here)
 
 

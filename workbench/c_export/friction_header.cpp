@@ -413,7 +413,7 @@ std::string friction_header(const Model& model, const FrictionHeaderOptions& opt
   std::string upper = options.name;
   std::transform(upper.begin(), upper.end(), upper.begin(), [](unsigned char c) { return std::toupper(c); });
   replace_all(text, "@MACRO_", upper + "_");
-  for (const char* const macro : {"GUARD", "MODEL_HASH", "STEP_M", "RATE_HZ", "TICK_S"}) {
+  for (const char* const macro : {"GUARD", "MODEL_HASH", "STEP_M", "RATE_HZ"}) {
     replace_all(text, std::string("@") + macro,
                 upper + "_" + (std::string_view(macro) == "GUARD" ? "H" : macro));
   }

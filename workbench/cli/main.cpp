@@ -20,12 +20,8 @@ namespace {
 
 using namespace slipstack::workbench;
 
-constexpr int kUnusableInput = 2;
-constexpr int kInternalFault = 1;
-
-/// Prints one line, control characters escaped.
 void complain(std::string_view message) {
-  fmt::print(stderr, "slipstack: {}\n", printable(message.substr(0, message.find_last_not_of('\n') + 1)));
+  fmt::print(stderr, "slipstack: {}\n", as_one_line(message));
 }
 
 /// The parser alone reports an unknown command as a missing one.

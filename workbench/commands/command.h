@@ -4,6 +4,7 @@
 #include <exception>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "workbench/console/output.h"
@@ -72,11 +73,18 @@ struct SimulateRequest {
 CommandResult execute_simulate(const SimulateRequest& request, const ExperimentOutputs& wanted,
                                const std::string& command_line, Outputs& outputs, Progress& progress);
 
+/// Status of the program where the input or its use is to blame, and where a fault of ours is.
+inline constexpr int kUnusableInput = 2;
+inline constexpr int kInternalFault = 1;
+
+/// A message without its last newlines, control characters escaped: safe for a terminal.
+std::string as_one_line(std::string_view message);
+
 /// An exception of a command as it is told to the user.
 struct Complaint {
-  std::string line;     ///< one line, without a newline, safe for a terminal
+  std::string line;     ///< as_one_line()
   std::string picture;  ///< of a wrong definition: the text and a caret under the fault; else empty
-  int status = 1;       ///< of the program: 2 where the input or its use is to blame
+  int status = kInternalFault;
 };
 Complaint complaint_of(const std::exception_ptr& fault);
 

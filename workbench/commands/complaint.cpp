@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <new>
-#include <string_view>
 
 #include "workbench/base/errors.h"
 #include "workbench/base/text.h"
@@ -10,16 +9,10 @@
 #include "workbench/model/expression/definition.h"
 
 namespace slipstack::workbench {
-namespace {
-
-constexpr int kUnusableInput = 2;
-constexpr int kInternalFault = 1;
 
 std::string as_one_line(std::string_view message) {
   return printable(message.substr(0, message.find_last_not_of('\n') + 1));
 }
-
-}  // namespace
 
 Complaint complaint_of(const std::exception_ptr& fault) {
   try {

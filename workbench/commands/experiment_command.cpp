@@ -3,8 +3,10 @@
 
 #include <nlohmann/json.hpp>
 #include <stdexcept>
+#include <utility>
 
 #include "workbench/base/errors.h"
+#include "workbench/report/html/report_page.h"
 #include "workbench/report/json_values.h"
 
 namespace slipstack::workbench {
@@ -12,15 +14,23 @@ namespace slipstack::workbench {
 CommandResult execute_experiment(const ExperimentOutputs& wanted, const std::vector<std::string>& inputs,
                                  const std::string& command_line, Outputs& outputs,
                                  const std::function<ExperimentResult()>& work) {
-  claim_outputs(wanted, inputs, outputs);
+  for (const std::string& input : inputs) outputs.protect_input(input);
+  outputs.claim(wanted.report);
+  outputs.claim(wanted.json);
+  outputs.claim(wanted.out);
   ExperimentResult result;
   try {
     result = work();
   } catch (const std::invalid_argument& error) {
     throw UsageError(error.what());
   }
-  set_outputs(wanted, result, command_line, outputs);
-  return {result_text(result), json_text(result_json(result)), result.file};
+  CommandResult given{result_text(result), json_text(result_json(result)), std::move(result.file)};
+  outputs.set(wanted.json, given.json);
+  outputs.set(wanted.out, given.file);
+  if (!wanted.report.empty()) {
+    outputs.set(wanted.report, render_report(result_report(result, command_line)));
+  }
+  return given;
 }
 
 }  // namespace slipstack::workbench

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "workbench/commands/command.h"
+#include "workbench/report/experiment_result.h"
 
 namespace slipstack::workbench {
 

@@ -9,6 +9,7 @@
 #include "workbench/base/axis_units.h"
 #include "workbench/base/errors.h"
 #include "workbench/base/text.h"
+#include "workbench/commands/experiment_command.h"
 #include "workbench/console/output.h"
 
 namespace slipstack::workbench {
@@ -35,19 +36,16 @@ void run_experiment(const std::string& command_line, const ExperimentOutputs& ou
                     const std::vector<std::string>& inputs,
                     const std::function<ExperimentResult(Progress&)>& work) {
   Outputs files;
-  claim_outputs(outputs, inputs, files);
   Progress progress;
-  ExperimentResult result;
-  try {
-    result = work(progress);
-  } catch (const sim::SetupError& error) {
-    throw UsageError(error.what());
-  } catch (const std::invalid_argument& error) {
-    throw UsageError(error.what());
-  }
-  set_outputs(outputs, result, command_line, files);
+  const CommandResult given = execute_experiment(outputs, inputs, command_line, files, [&] {
+    try {
+      return work(progress);
+    } catch (const sim::SetupError& error) {
+      throw UsageError(error.what());
+    }
+  });
   progress.finish();
-  files.commit(result_text(result));
+  files.commit(given.text);
 }
 
 }  // namespace slipstack::workbench

@@ -8,6 +8,7 @@
 #include "workbench/console/progress.h"
 #include "workbench/log/log.h"
 #include "workbench/report/experiment_outputs.h"
+#include "workbench/report/experiment_result.h"
 
 namespace slipstack::workbench {
 

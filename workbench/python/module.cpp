@@ -12,10 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "workbench/base/errors.h"
 #include "workbench/commands/command.h"
 #include "workbench/log/log_of_table.h"
-#include "workbench/model/expression/definition.h"
 #include "workbench/python/background.h"
 #include "workbench/simulate/two_criteria.h"
 
@@ -25,8 +23,7 @@ namespace {
 PyObject* input_error = nullptr;  // slipstack.InputError, for the life of the interpreter
 
 /// Raises InputError with the line that the command line would print.
-void raise(const std::exception_ptr& fault) {
-  const Complaint complaint = complaint_of(fault);
+void raise(const Complaint& complaint) {
   py::object raised = py::reinterpret_borrow<py::object>(input_error)(complaint.line);
   if (!complaint.picture.empty() && py::hasattr(raised, "add_note")) {  // Python 3.11
     raised.attr("add_note")(complaint.picture);
@@ -35,15 +32,10 @@ void raise(const std::exception_ptr& fault) {
 }
 
 void translate(std::exception_ptr fault) {
-  try {
-    if (fault) std::rethrow_exception(std::move(fault));
-  } catch (const DefinitionError&) {
-    raise(std::current_exception());
-  } catch (const UsageError&) {
-    raise(std::current_exception());
-  } catch (const InputError&) {
-    raise(std::current_exception());
-  }
+  if (!fault) return;
+  const Complaint complaint = complaint_of(fault);
+  if (complaint.status != kUnusableInput) std::rethrow_exception(std::move(fault));  // to pybind11's own
+  raise(complaint);
 }
 
 /// Text of ours, in which names of files may be no UTF-8: as Python itself treats such names.

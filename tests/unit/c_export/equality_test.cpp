@@ -160,6 +160,28 @@ DoubleMotion for_c(const Sample<double>& s) {
   return {s.time_s, s.position_m, s.velocity_mps, s.acceleration_mps2};
 }
 
+/// The compiled C of the models.
+class LoadedModels {
+ public:
+  explicit LoadedModels(const std::string& library) : library_(::dlopen(library.c_str(), RTLD_NOW)) {
+    if (!is_open()) return;
+    begin = reinterpret_cast<void (*)(int, const void*)>(::dlsym(library_, "begin"));
+    next = reinterpret_cast<double (*)(int, const void*)>(::dlsym(library_, "next"));
+  }
+  ~LoadedModels() {
+    if (is_open()) ::dlclose(library_);
+  }
+  LoadedModels(const LoadedModels&) = delete;
+  LoadedModels& operator=(const LoadedModels&) = delete;
+  bool is_open() const { return library_ != nullptr; }
+
+  void (*begin)(int number, const void* motion) = nullptr;
+  double (*next)(int number, const void* motion) = nullptr;
+
+ private:
+  void* library_;
+};
+
 struct Agreement {
   int differing = 0;
   double largest_N = 0.0;
@@ -167,8 +189,7 @@ struct Agreement {
 };
 
 template <class Real>
-Agreement compare(const workbench::Model& model, int number, int steps, void (*begin)(int, const void*),
-                  double (*next)(int, const void*)) {
+Agreement compare(const workbench::Model& model, int number, int steps, const LoadedModels& loaded) {
   FrictionModel<Real> firmware;
   firmware.prepare(test::parameters_of<Real>(model),
                    {static_cast<Real>(1.0 / kRate_Hz),
@@ -177,13 +198,13 @@ Agreement compare(const workbench::Model& model, int number, int steps, void (*b
   Sample<Real> sample = for_firmware<Real>(motion.next());
   auto given = for_c(sample);
   firmware.reset(sample);
-  begin(number, &given);
+  loaded.begin(number, &given);
   Agreement agreement;
   for (int i = 0; i < steps; ++i) {
     sample = for_firmware<Real>(motion.next());
     given = for_c(sample);
     const auto is = static_cast<double>(firmware.step(sample).total_N);
-    const double in_c = next(number, &given);
+    const double in_c = loaded.next(number, &given);
     if (is != in_c) ++agreement.differing;
     agreement.largest_N = std::max(agreement.largest_N, std::abs(is - in_c));
     agreement.force_N = std::max(agreement.force_N, std::abs(is));
@@ -200,22 +221,19 @@ TEST_F(CExport, ComputesTheForceOfTheFirmwareBitForBit) {
   ASSERT_EQ(run(SLIPSTACK_C_COMPILER " " + flags("-std=c99") + "-shared -fPIC -o " + library + " " +
                 source.string()),
             0);
-  void* const loaded = ::dlopen(library.c_str(), RTLD_NOW);
-  ASSERT_NE(loaded, nullptr) << ::dlerror();
-  const auto begin = reinterpret_cast<void (*)(int, const void*)>(::dlsym(loaded, "begin"));
-  const auto next = reinterpret_cast<double (*)(int, const void*)>(::dlsym(loaded, "next"));
+  const LoadedModels loaded(library);
+  ASSERT_TRUE(loaded.is_open()) << ::dlerror();
   for (std::size_t i = 0; i < all.size(); ++i) {
     const bool is_all = i < 2;
     const int steps = is_all ? 1'000'000 : 20'000;
     const int number = static_cast<int>(i);
-    const Agreement agreement = all[i].is_float ? compare<float>(all[i].model, number, steps, begin, next)
-                                                : compare<double>(all[i].model, number, steps, begin, next);
+    const Agreement agreement = all[i].is_float ? compare<float>(all[i].model, number, steps, loaded)
+                                                : compare<double>(all[i].model, number, steps, loaded);
     EXPECT_EQ(agreement.differing, 0)
         << all[i].model.target_terms.back().id() << " " << (all[i].is_float ? "float" : "double") << ": by "
         << agreement.largest_N << " N of " << agreement.force_N << " N";
     EXPECT_GT(agreement.force_N, 0.01);
   }
-  ::dlclose(loaded);
 }
 
 // Every compiler that a user may have, with every warning an error.
@@ -247,14 +265,11 @@ TEST_F(CExport, AgreesToRoundingWhereProductsAreFused) {
   ASSERT_EQ(run(SLIPSTACK_C_COMPILER " -O2 -mfma -ffp-contract=fast -shared -fPIC -o " + library + " " +
                 source.string()),
             0);
-  void* const loaded = ::dlopen(library.c_str(), RTLD_NOW);
-  ASSERT_NE(loaded, nullptr) << ::dlerror();
-  const auto begin = reinterpret_cast<void (*)(int, const void*)>(::dlsym(loaded, "begin"));
-  const auto next = reinterpret_cast<double (*)(int, const void*)>(::dlsym(loaded, "next"));
-  const Agreement agreement = compare<float>(all[0].model, 0, 100'000, begin, next);
+  const LoadedModels loaded(library);
+  ASSERT_TRUE(loaded.is_open()) << ::dlerror();
+  const Agreement agreement = compare<float>(all[0].model, 0, 100'000, loaded);
   EXPECT_GT(agreement.differing, 0);
   EXPECT_LT(agreement.largest_N, 2e-5 * agreement.force_N);
-  ::dlclose(loaded);
 }
 
 }  // namespace
