@@ -24,13 +24,15 @@ class SessionTest : public testing::Test {
     folder_ = ::mkdtemp(pattern.data());
   }
   ~SessionTest() override { fs::remove_all(folder_); }
+  SessionTest(const SessionTest&) = delete;
+  SessionTest& operator=(const SessionTest&) = delete;
 
   static Model model(double error_N) {
     Model model;
     const EffectDescription& inertia = effect_with_role(Role::inertia);
     Term term;
     term.effect = &inertia;
-    for (const ShapeSpec& shape : inertia.shapes) term.shapes.push_back(shape.lower);
+    for (const ShapeSpec& shape : inertia.shapes) term.shapes.push_back(static_cast<double>(shape.lower));
     term.gains.assign(static_cast<std::size_t>(inertia.gain_count), 10.0);
     term.lower.assign(term.gains.size(), 0.0);
     term.upper.assign(term.gains.size(), 1e3);
