@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* clang-format off */
+/* NOLINTBEGIN */
 /* Friction model 30c55696 in C99, written by slipstack; SI units.
    Effects: inertia, presliding_hysteresis, coulomb, viscous, quadratic_drag, stribeck, frictional_lag, position_dependent_preload, acceleration_dependent_preload, direction_asymmetry, force_ripple, motor_constant_ripple, offset_force, cable_chain_stiffness, payload_mass, structural_resonance, time_delay, drift, user_table.
    exported_init() once, exported_step() each tick; a exported_state for each axis. No heap, no library but memcpy.
@@ -740,3 +741,4 @@ static inline float exported_step(exported_state *state, const exported_motion *
 }
 
 #endif
+/* NOLINTEND */

@@ -377,6 +377,7 @@ std::string heading(const Model& model, const FrictionHeaderOptions& options) {
   return fmt::format(
       "/* SPDX-License-Identifier: Apache-2.0 */\n"
       "/* clang-format off */\n"
+      "/* NOLINTBEGIN */\n"
       "/* Friction model {:08x} in C99, written by slipstack; SI units.\n"
       "   Effects: {}.\n"
       "   @init() once, @step() each tick; a @state for each axis. No heap, no library but memcpy.\n"
@@ -405,7 +406,7 @@ std::string friction_header(const Model& model, const FrictionHeaderOptions& opt
   if (options.rate_Hz) text += fmt::format("#define @RATE_HZ {:g}\n", *options.rate_Hz);
   text += "\n" + motion_type(options.is_float, step_m) + "\n" + state_type(recorded, options.is_float) + "\n";
   text += functions_of(options.is_float, functions) + tables_of(*recorded.recording, functions) + functions;
-  text += "\n#endif\n";
+  text += "\n#endif\n/* NOLINTEND */\n";
   for (std::size_t i = 0; i < recorded.memory.size(); ++i) {
     replace_all(text, recorded.recording->values()[recorded.memory[i].now].form,
                 fmt::format("state->memory[{}]", i));
