@@ -36,13 +36,11 @@ namespace slipstack {
 /// step() is the tick; everything else is for outside it, where nothing else is said.
 class Controller {
  public:
+  Controller();
+
   /// Checks and prepares new parameters; they are in force from the next tick on, or a later one (call
   /// poll() from the main loop). Refused parameters change nothing, and stop an enabled axis.
-  ParameterStatus configure(const AxisParameters& axis, const ModelParameters& model) {
-    const ParameterStatus status = sets_.configure(axis, model, upkeep_.time_s());
-    if (ParameterSets::refused(status)) supervisor_.faults().parameters_refused();
-    return status;
-  }
+  ParameterStatus configure(const AxisParameters& axis, const ModelParameters& model);
   /// While the axis is not driven: from the next tick on there are no parameters, and the axis cannot be
   /// enabled before configure(), which may then change resolution and tick too. False while another change
   /// is pending.
@@ -55,27 +53,10 @@ class Controller {
   /// How many ticks poll() may be late without missing one.
   static constexpr std::uint32_t kLatest = TickHistory::kLatest;
   /// From the main loop, at least every kLatest ticks: what follows the ticks without haste.
-  void poll() {
-    sets_.poll();
-    cyclic_position_.poll(ticks());
-    upkeep_.step(sets_, history_, position_, out_.driving);
-    if (!position_.check_index(parameters().axis.reference)) inject(Fault::kIndexOffPlace);
-    // What excites the loop alternates too fast to move the axis.
-    const bool free = out_.driving && !excitation_.takes_part() && supervisor_.moves_freely();
-    if (unseen_.follow(
-            parameters().unseen, history_, [this] { return ticks(); }, free))
-      inject(Fault::kEncoderStands);
-    if (load_.step(parameters(), ticks(), driving(), measured_A())) inject(Fault::kOverload);
-  }
+  void poll();
 
   /// From the main loop, in every pass of it: what the board's analogue inputs say.
-  void sense(const AnalogueReadings& readings) {
-    const auto elapsed_s = static_cast<float>(ticks() - sensed_at_) * parameters().axis.tick_s;
-    sensed_at_ = ticks();
-    const Fault fault =
-        parameters().valid ? analogue_.step(parameters().axis, readings, elapsed_s, driving()) : Fault::kNone;
-    supervisor_.faults().hold(fault);
-  }
+  void sense(const AnalogueReadings& readings);
 
   /// The control word 6040h; the same with kTorqueMode and what follows it; control word and forces at once.
   void command(std::uint16_t control_word) { supervisor_.command().write_control_word(control_word); }
@@ -97,26 +78,17 @@ class Controller {
   /// Retargets the reference, within the limits of the axis, from whatever state it is in.
   PlanStatus move_to(std::int32_t counts) { return move_to(counts, bounds().motion); }
   /// The same within narrower limits; what is wider is not taken.
-  PlanStatus move_to(std::int32_t counts, const MotionLimits& limits) {
-    return point_to_point_.move(reference_, counts, limits.and_within(bounds().motion), ramp(), range(),
-                                position_.origin());
-  }
+  PlanStatus move_to(std::int32_t counts, const MotionLimits& limits);
   /// Moves in this direction (1 or -1) until something else is commanded, 2^31 counts at the most.
-  PlanStatus search(std::int32_t direction, const MotionLimits& limits) {
-    return point_to_point_.search(reference_, direction, limits.and_within(bounds().motion), ramp());
-  }
+  PlanStatus search(std::int32_t direction, const MotionLimits& limits);
   /// Changes to this velocity, counts per tick, as far as the limits allow, and keeps it until something else
   /// is commanded or the end of the range comes.
-  PlanStatus run(float velocity, const MotionLimits& limits) {
-    return point_to_point_.run(reference_, velocity, limits.and_within(bounds().motion), ramp(), range());
-  }
+  PlanStatus run(float velocity, const MotionLimits& limits);
   /// To rest, within these limits.
-  PlanStatus halt(const MotionLimits& limits) {
-    return point_to_point_.halt(reference_, limits.and_within(bounds().motion), ramp());
-  }
+  PlanStatus halt(const MotionLimits& limits);
 
   /// The reference so many ticks from now, if nothing else is commanded. O(lead).
-  Motion ahead(std::uint32_t lead) const { return reference_.predict(lead, ramp()).motion; }
+  Motion ahead(std::uint32_t lead) const;
   /// What moves are bounded by.
   const MotionLimits& motion_limits() const { return bounds().motion; }
   /// Of the quick stop, counts per tick^2.
@@ -149,52 +121,10 @@ class Controller {
   }
 
   /// In the tick, before its step: the encoder has no position. An absolute one is bridged.
-  [[gnu::noinline]] void bridge(EncoderReading& reading) {
-    const PositionReferenceParameters& encoder = parameters().axis.reference;
-    const FaultMonitor& monitor = supervisor_.faults().monitor();
-    if (encoder.absolute_encoder)
-      bridge_.step(reading, encoder.bridged_ticks, ticks(), monitor.last_counts(), monitor.last_step());
-  }
+  void bridge(EncoderReading& reading);
 
   /// In the tick: limits of the travel, faults and commands, then the mode, its reference and its force.
-  const ControlOutput& step(const TickInputs& in) {
-    const bool new_parameters = sets_.begin_tick();
-    ControlSet& set = sets_.active();
-    const std::int32_t counts = in.encoder.counts;
-    if (new_parameters) begin_with(set, counts);
-    inputs_ = DigitalInputs(in.digital);
-    history_.reading(sets_.tick()) = {counts, in.digital, force_.last_A()};
-    if (latch_.armed()) [[unlikely]]
-      latch_.step(inputs_, set.io, counts);
-    const MotionBounds& bounds = set.bounds.read();
-    out_.limits = 0;
-    travel_.step(set.io, bounds, inputs_, counts, reference_, cyclic_position_, out_.limits);
-    supervise(set, bounds, in);
-    const ControlMode before = mode_;
-    change_mode(supervisor_.mode(mode_, reference_, out_.limits));
-    const bool fade =
-        new_parameters || (mode_ != before && before != ControlMode::kOff) || excitation_.left();
-    bool finite = true;
-    switch (mode_) {
-      case ControlMode::kOff:
-        stay_off(set, bounds, counts);
-        break;
-      case ControlMode::kPosition:
-        finite = excitation_.takes_part() ? control_excited(set, bounds, counts)
-                                          : control_position(set, bounds, counts, fade);
-        break;
-      case ControlMode::kTorque:
-        finite = control_torque(set, bounds, counts, fade);
-        break;
-      case ControlMode::kPush:
-        finite = push(set, bounds, counts, fade);
-        break;
-    }
-    if (!finite) [[unlikely]]
-      stop_not_finite(set);
-    out_.driving = mode_ != ControlMode::kOff;
-    return out_;
-  }
+  const ControlOutput& step(const TickInputs& in);
 
   const ControlOutput& output() const { return out_; }
   /// Current flows: also before operation is enabled, in the check of the direction.
@@ -232,117 +162,38 @@ class Controller {
   const BrakingLimits& ramp() const { return supervisor_.ramp(bounds()); }
 
   // The first tick of new parameters.
-  void begin_with(const ControlSet& set, std::int32_t counts) {
-    load_.begin(set.axis.current_limit_A);
-    const bool starts = set.valid && !started_;
-    started_ = set.valid;
-    supervisor_.begin_with(set, starts, counts);
-    if (!starts) return;
-    force_.start(counts);
-    position_.start(set.axis.reference);
-  }
+  void begin_with(const ControlSet& set, std::int32_t counts);
 
   // The reference brakes from the next tick on where it has to begin anew, as in every stop out of a mode in
   // which it followed the axis.
-  [[gnu::noinline]] void supervise(ControlSet& set, const MotionBounds& bounds, const TickInputs& in) {
-    const std::int32_t counts = in.encoder.counts;
-    if (!set.valid) set.start_counts = counts;
-    const bool anew = supervisor_.step(set, bounds, in, inputs_, sets_.tick(), out_, force_.last_A(),
-                                       position_, reference_);
-    if (!anew && !(follows_axis(mode_) && state().braking())) return;
-    history_.begin_anew(sets_.tick());
-    const std::int32_t last_step = supervisor_.faults().monitor().last_step();
-    reference_.follow(counts, force_.begin_anew(set, last_step));
-  }
+  void supervise(ControlSet& set, const MotionBounds& bounds, const TickInputs& in);
 
   // The reference lies where the axis is.
   static bool follows_axis(ControlMode mode) {
     return mode == ControlMode::kTorque || mode == ControlMode::kPush;
   }
 
-  void change_mode(ControlMode mode) {
-    if (mode == mode_) return;
-    // Out of torque mode the axis is braked from its own velocity, then holds its position. In a stop the
-    // supervisor does that.
-    if (follows_axis(mode_) && mode == ControlMode::kPosition && !state().braking()) reference_.stop();
-    force_.change_mode(mode == ControlMode::kOff);
-    mode_ = mode;
-  }
+  void change_mode(ControlMode mode);
 
   // ---- the modes; false: the force is not finite ----
 
   // The reference lies where the axis is, so that the hysteresis follows.
-  void stay_off(ControlSet& set, const MotionBounds& bounds, std::int32_t counts) {
-    reference_.hold(counts);
-    if (excitation_.takes_part()) [[unlikely]]
-      excitation_.leave();
-    step_model(set, bounds);
-    force_.step_off(tick(set, bounds, counts, false));
-  }
-  [[gnu::always_inline]] bool control_position(ControlSet& set, const MotionBounds& bounds,
-                                               std::int32_t counts, bool fade) {
-    step_model(set, bounds);
-    return force_.step_position(tick(set, bounds, counts, fade));
-  }
+  void stay_off(ControlSet& set, const MotionBounds& bounds, std::int32_t counts);
+  bool control_position(ControlSet& set, const MotionBounds& bounds, std::int32_t counts, bool fade);
   // The force of the model stays what it was: the reference stands, or moves at constant velocity, and
   // without the model the tick is no longer than any other. What it misses fades in when the model is back.
-  [[gnu::noinline]] bool control_excited(ControlSet& set, const MotionBounds& bounds, std::int32_t counts) {
-    const bool ends = reference_.braking() || reference_.plan_waits() || !excitation_.running();
-    if (ends) excitation_.leave();
-    history_.point(sets_.tick()) = reference_.next(supervisor_.ramp(bounds));
-    history_.residual(sets_.tick()) = {.dry_N = force_.dry_N()};
-    return force_.step_excited(tick(set, bounds, counts, ends), excitation_);
-  }
-  bool control_torque(ControlSet& set, const MotionBounds& bounds, std::int32_t counts, bool fade) {
-    if (excitation_.takes_part()) [[unlikely]]
-      excitation_.leave();
-    follow_axis(set, counts);
-    step_model(set, bounds);
-    return force_.step_torque(tick(set, bounds, counts, fade), supervisor_.torque_bounds(), travel_.range());
-  }
-  [[gnu::noinline]] bool push(ControlSet& set, const MotionBounds& bounds, std::int32_t counts, bool fade) {
-    follow_axis(set, counts);
-    step_model(set, bounds);
-    return force_.step_push(tick(set, bounds, counts, fade), supervisor_.check().force_N());
-  }
+  bool control_excited(ControlSet& set, const MotionBounds& bounds, std::int32_t counts);
+  bool control_torque(ControlSet& set, const MotionBounds& bounds, std::int32_t counts, bool fade);
+  bool push(ControlSet& set, const MotionBounds& bounds, std::int32_t counts, bool fade);
 
   // The reference lies where the axis is and moves as it does.
-  void follow_axis(const ControlSet& set, std::int32_t counts) {
-    reference_.follow(counts, force_.estimate().velocity_mps() * set.counts_per_mps);
-  }
+  void follow_axis(const ControlSet& set, std::int32_t counts);
   // The next point of the reference, and the force of the model there.
-  void step_model(ControlSet& set, const MotionBounds& bounds) {
-    const std::uint32_t tick = sets_.tick();
-    // The first tick with current holds the axis where it is.
-    const bool streamed = out_.driving && mode_ == ControlMode::kPosition && !state().braking();
-    ReferencePoint& point = history_.point(tick);
-    point = streamed && cyclic_position_.step(tick)
-                ? reference_.track(cyclic_position_.point(), bounds.tracking)
-                : reference_.next(supervisor_.ramp(bounds));
-    out_.level = upkeep_.level();
-    out_.feedforward_N = force_.step_model(set, point, out_.level, position_);
-    history_.residual(tick) = {.dry_N = force_.dry_N()};
-  }
-  ForceControl::Tick tick(const ControlSet& set, const MotionBounds& bounds, std::int32_t counts, bool fade) {
-    return {set,
-            bounds,
-            supervisor_.command().read(),
-            history_,
-            out_,
-            sets_.tick(),
-            counts,
-            load_.largest_A(),
-            reference_.braking(),
-            fade};
-  }
+  void step_model(ControlSet& set, const MotionBounds& bounds);
+  ForceControl::Tick tick(const ControlSet& set, const MotionBounds& bounds, std::int32_t counts, bool fade);
 
   // No current. What the value may have reached is reset: here, and by the change of mode.
-  void stop_not_finite(ControlSet& set) {
-    supervisor_.raise(Fault::kNotFinite);
-    change_mode(ControlMode::kOff);
-    out_.current_A = 0.0F;
-    force_.forget(set);
-  }
+  void stop_not_finite(ControlSet& set);
 
   // What the tick uses most comes first: a single load instruction reaches it (1020 bytes, Armv7E-M VLDR).
   Supervisor supervisor_;

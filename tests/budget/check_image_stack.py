@@ -155,10 +155,16 @@ def reserved(image, script_folder):
     return int(promise.group(1)) * 1024, at["__stack_top"] - at["__bss_end"]
 
 
+def sources(main_source):
+    """What of the firmware an image compiles."""
+    parts = ["control/controller", "canopen/node", "canopen/drive"] if main_source == MAIN else []
+    return [f"app/{main_source}", *parts]
+
+
 def measure(build, image, show):
     folder, library, levels, main_source = IMAGES[image]
     base = build / "hal" / folder / "CMakeFiles"
-    files = [base / f"{image}.dir/__/__/firmware/app/{main_source}.cpp.ci"]
+    files = [base / f"{image}.dir/__/__/firmware/{source}.cpp.ci" for source in sources(main_source)]
     files += [base / f"{library}.dir/{name}.cpp.ci" for name in HAL[folder]]
     for file in files:
         if not file.is_file():

@@ -14,6 +14,7 @@ no graph, but for those of the compiler's library that are known to be leaves.
 import argparse
 import pathlib
 import re
+import subprocess
 import sys
 
 import emulator
@@ -48,6 +49,11 @@ def read(files):
                 edge = EDGE.search(line)
                 if edge:
                     calls.setdefault(edge.group(1), set()).add(edge.group(2))
+    # GCC names a part of a function that it has split off "0(...)": its name is that of the function.
+    for title, label in labels.items():
+        if re.match(r"\d+\(", label):
+            symbol = title.split(":")[-1].split(".")[0]
+            labels[title] = subprocess.run(["c++filt", symbol], capture_output=True, text=True, check=True).stdout.strip()
     return frames, labels, calls
 
 
@@ -94,7 +100,9 @@ def main():
     print(f"  {'exception entry with FPU registers':<88}{EXCEPTION_FRAME:>7}")
     total = size + EXCEPTION_FRAME
     print(f"{'sum':<90}{total:>7}   limit {options.limit}")
-    return 1 if total > options.limit else 0
+    if total > options.limit:
+        fail(f"{total} bytes are more than {options.limit}")
+    return 0
 
 
 if __name__ == "__main__":

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Chooses mutants and writes all of them into one copy of the headers.
+"""Chooses mutants and writes all of them into one copy of the sources.
 
 An expression becomes (active(n) ? changed : original), a statement { if (!active(n)) { ... } }; lines stay lines. What
 is built of the copy is every mutant: the environment says which one runs (active.h).
@@ -69,7 +69,9 @@ def rewritten(text, numbered):
     order = sorted(numbered, key=lambda one: (one[1].begin, -one[1].end, one[0]))
     result = render(0, len(text), order).decode()
     assert result.count("\n") == text.decode().count("\n"), "lines moved"
-    return result.replace("#pragma once", "#pragma once\n" + INCLUDE, 1).encode()
+    if "#pragma once" in result:
+        return result.replace("#pragma once", "#pragma once\n" + INCLUDE, 1).encode()
+    return result.replace('#include "', INCLUDE + '\n#include "', 1).encode()
 
 
 def changed(number, site, body):

@@ -261,9 +261,9 @@ class Finder:
 
 
 def find(root, folders, arguments):
-    """All sites of the headers below `folders`, in the order of the files. `arguments` are the compiler's."""
+    """All sites of the sources below `folders`, in the order of the files. `arguments` are the compiler's."""
     root = pathlib.Path(root).resolve()
-    files = sorted(str(path.relative_to(root)) for folder in folders for path in (root / folder).rglob("*.h"))
+    files = sorted(str(path.relative_to(root)) for folder in folders for path in (root / folder).rglob("*") if path.suffix in (".h", ".cpp"))
     seen, sites = set(), []
     for site in Finder(root, files, [*arguments, f"-I{root}"]).sites:
         place = (site.path, site.begin, site.end, site.changed)
