@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "workbench/base/linear_systems.h"
 #include "workbench/commission/mass.h"
 
 #include <Eigen/LU>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
@@ -31,7 +31,7 @@ Parabola parabola(const std::vector<double>& position_m, std::size_t first, std:
     columns.row(i) << 1.0, t, 0.5 * t * t;
     values[i] = position_m[first + static_cast<std::size_t>(i)] - position_m[first];
   }
-  const Eigen::VectorXd found = columns.colPivHouseholderQr().solve(values);
+  const Eigen::VectorXd found = solve_least_squares(columns, values);
   const double left = (values - columns * found).squaredNorm() / static_cast<double>(count - 3);
   const double variance = std::max(left, resolution_m * resolution_m / 12.0);
   const Eigen::Matrix3d normal = columns.transpose() * columns;

@@ -21,7 +21,7 @@
 namespace slipstack::workbench {
 namespace {
 
-struct LoopRequest {
+struct BodeRequest {
   std::string can;
   int node = 5;
   std::string log;
@@ -34,7 +34,7 @@ struct LoopRequest {
   bool store = false;
 };
 
-void check_request(const LoopRequest& request) {
+void check_request(const BodeRequest& request) {
   if (request.can.empty() == request.log.empty())
     throw UsageError("give either --can, an axis to be measured, or --log, a recording");
   if (!request.log.empty() && request.apply)
@@ -42,7 +42,7 @@ void check_request(const LoopRequest& request) {
   if (request.store && !request.apply) throw UsageError("--store: only with --apply");
 }
 
-void add_measurement(CLI::App& command, LoopRequest& request) {
+void add_measurement(CLI::App& command, BodeRequest& request) {
   command.add_option("--can", request.can, "CAN interface of the axis to be measured, as can0")
       ->type_name("NAME");
   command.add_option("--node", request.node, "node id (default: 5)")
@@ -87,7 +87,7 @@ void add_measurement(CLI::App& command, LoopRequest& request) {
       ->type_name("FILE");
 }
 
-struct Session {
+struct MeasuredAxis {
   std::unique_ptr<CanLink> link;
   std::unique_ptr<SdoClient> drive;  ///< null: of a log
   LoopRecording recording;
@@ -95,24 +95,24 @@ struct Session {
   std::string setup;
 };
 
-Session begin_session(const LoopRequest& request, const Show& show) {
-  Session session;
+MeasuredAxis measure_axis(const BodeRequest& request, const Show& show) {
+  MeasuredAxis axis;
   if (!request.log.empty()) {
-    session.setup = request.log;
-    session.recording = read_recording(request.log);
+    axis.setup = request.log;
+    axis.recording = read_recording(request.log);
   } else {
-    session.link = open_link(request.can);
-    session.drive = std::make_unique<SdoClient>(*session.link, static_cast<std::uint8_t>(request.node));
-    session.drive->await_node();
-    session.setup = fmt::format("node {} on {}", request.node, request.can);
-    session.recording = measure_loop(*session.drive, request.measurement, show);
+    axis.link = open_link(request.can);
+    axis.drive = std::make_unique<SdoClient>(*axis.link, static_cast<std::uint8_t>(request.node));
+    axis.drive->await_node();
+    axis.setup = fmt::format("node {} on {}", request.node, request.can);
+    axis.recording = measure_loop(*axis.drive, request.measurement, show);
   }
-  session.analysis = analyse(session.recording, session.setup);
-  return session;
+  axis.analysis = analyse(axis.recording, axis.setup);
+  return axis;
 }
 
-void run_loop_command(const LoopRequest& request, const std::string& command_line,
-                      ExperimentResult (*work)(const LoopRequest&, Session&, const Show&)) {
+void run_loop_command(const BodeRequest& request, const std::string& command_line,
+                      ExperimentResult (*work)(const BodeRequest&, MeasuredAxis&, const Show&)) {
   check_request(request);
   Outputs outputs;
   if (!request.log.empty()) outputs.protect_input(request.log);
@@ -121,9 +121,9 @@ void run_loop_command(const LoopRequest& request, const std::string& command_lin
   outputs.claim(request.json);
   Progress progress;
   const Show show = [&](const std::string& stage, double f) { progress.show(stage, f); };
-  Session session = begin_session(request, show);
-  if (!request.out.empty()) outputs.set(request.out, recording_text(session.recording));
-  const ExperimentResult result = work(request, session, show);
+  MeasuredAxis axis = measure_axis(request, show);
+  if (!request.out.empty()) outputs.set(request.out, recording_text(axis.recording));
+  const ExperimentResult result = work(request, axis, show);
   outputs.set(request.json, json_text(result_json(result)));
   if (!request.report.empty())
     outputs.set(request.report, render_report(result_report(result, command_line)));
@@ -131,26 +131,26 @@ void run_loop_command(const LoopRequest& request, const std::string& command_lin
   outputs.commit(result_text(result));
 }
 
-ExperimentResult bode(const LoopRequest&, Session& session, const Show&) {
-  return bode_result(session.recording, session.analysis, session.setup);
+ExperimentResult bode(const BodeRequest&, MeasuredAxis& axis, const Show&) {
+  return bode_result(axis.recording, axis.analysis, axis.setup);
 }
 
-ExperimentResult tune(const LoopRequest& request, Session& session, const Show& show) {
+ExperimentResult tune(const BodeRequest& request, MeasuredAxis& axis, const Show& show) {
   show("tune", -1.0);
   if (!request.apply) {
-    const Tuning tuning = propose_or_refuse(session.recording, session.analysis, request.tune);
-    return tune_result(session.recording, session.analysis, tuning, request.tune, nullptr, session.setup);
+    const Tuning tuning = propose_or_refuse(axis.recording, axis.analysis, request.tune);
+    return tune_result(axis.recording, axis.analysis, tuning, request.tune, nullptr, axis.setup);
   }
-  const TunedDrive tuned = tune_drive(*session.drive, session.recording, session.analysis,
+  const TunedDrive tuned = tune_drive(*axis.drive, axis.recording, axis.analysis,
                                       request.measurement, request.tune, request.store, show);
-  return tune_result(session.recording, session.analysis, tuned.tuning, request.tune, &tuned.loop,
-                     session.setup);
+  return tune_result(axis.recording, axis.analysis, tuned.tuning, request.tune, &tuned.loop,
+                     axis.setup);
 }
 
 }  // namespace
 
 void define_bode(CLI::App& app, const std::string& command_line) {
-  const auto request = std::make_shared<LoopRequest>();
+  const auto request = std::make_shared<BodeRequest>();
   CLI::App* one =
       app.add_subcommand("bode", "Measure plant, open loop and sensitivity of an axis, with margins");
   add_measurement(*one, *request);

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/plan/information.h"
 
-#include <Eigen/Cholesky>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "workbench/base/linear_systems.h"
 #include "workbench/diagnose/detectability/separation.h"
 
 namespace slipstack::workbench {
@@ -96,7 +97,7 @@ double Information::unexplained(std::size_t i, const std::vector<Eigen::Index>& 
   right = scale.cwiseProduct(right);
   // The ridge treats columns that hardly differ as one: the direction between them is not excited.
   normal.diagonal().array() += 1e-9;
-  return std::max(0.0, own - right.dot(normal.ldlt().solve(right)));
+  return std::max(0.0, own - right.dot(solve_symmetric(normal, right)));
 }
 
 Information::Figure Information::alone(std::size_t i) const {

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/simulate/output_error.h"
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
+#include "workbench/base/linear_systems.h"
 #include "workbench/base/parallel.h"
 #include "workbench/base/statistics.h"
 #include "workbench/simulate/run_intervals.h"
@@ -166,7 +167,7 @@ OutputErrorFit::Step OutputErrorFit::solve(const State& at, const std::vector<bo
   for (Eigen::Index p = 0; p < count; ++p) {
     matrix(p, p) += diagonal(p) > 0.0 ? damping * diagonal(p) : 1.0;
   }
-  Step step{-matrix.ldlt().solve(gradient), std::vector<InitialState>(runs_.size())};
+  Step step{-solve_symmetric(matrix, gradient), std::vector<InitialState>(runs_.size())};
   for (std::size_t k = 0; k < runs_.size(); ++k) {
     if (!use[k]) continue;
     const OfRun& one = of_run[k];
@@ -187,7 +188,7 @@ Terms OutputErrorFit::terms_with_standard_errors() const {
   }
   const auto runs = static_cast<double>(runs_.size());
   scatter *= runs / std::max(1.0, runs - static_cast<double>(count));
-  const Eigen::MatrixXd inverse = matrix.completeOrthogonalDecomposition().pseudoInverse();
+  const Eigen::MatrixXd inverse = pseudo_inverse(matrix);
   const Eigen::MatrixXd covariance = inverse * scatter * inverse;
   Terms terms = here_.solution.terms;
   for (Term& term : terms) {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "workbench/base/linear_systems.h"
 #include "workbench/diagnose/evidence/held_out.h"
 
-#include <Eigen/Cholesky>
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -40,7 +41,7 @@ HeldOut held_out(const Eigen::MatrixXd& columns, const Eigen::VectorXd& residual
   const auto solve = [](const Eigen::MatrixXd& normal, const Eigen::VectorXd& b) {
     Eigen::MatrixXd regular = normal;
     regular.diagonal().array() += 1.0 + 1e-6 * normal.diagonal().maxCoeff();
-    return Eigen::VectorXd(regular.ldlt().solve(b));
+    return solve_symmetric(regular, b);
   };
   const std::array<Eigen::VectorXd, 2> value{solve(gram[0], right[0]), solve(gram[1], right[1])};
   double error = 0.0;

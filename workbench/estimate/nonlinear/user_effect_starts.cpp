@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/estimate/nonlinear/user_effect_starts.h"
 
-#include <Eigen/Cholesky>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <string_view>
 
 #include "workbench/base/axis_units.h"
+#include "workbench/base/linear_systems.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -88,7 +89,7 @@ class Screen {
       return 2.0 * gain * right(0) - gain * gain * gram(0, 0);
     }
     gram.diagonal().array() += 1e-9 * gram.diagonal().maxCoeff() + 1e-300;
-    return right.dot(gram.ldlt().solve(right));
+    return right.dot(solve_symmetric(gram, right));
   }
 
  private:

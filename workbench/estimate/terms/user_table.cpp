@@ -2,7 +2,7 @@
 #include "workbench/estimate/terms/user_table.h"
 
 #include <fmt/format.h>
-#include <Eigen/Cholesky>
+#include <Eigen/Core>
 
 #include <algorithm>
 #include <array>
@@ -10,6 +10,7 @@
 
 #include "firmware/effects/user_table.h"
 #include "workbench/base/errors.h"
+#include "workbench/base/linear_systems.h"
 #include "workbench/estimate/terms/user_force.h"
 
 namespace slipstack::workbench {
@@ -109,7 +110,7 @@ Lines fitted_lines(const Profile& profile, double lower, double upper, double fr
     normal.block<2, 2>(i, i) += weights * weights.transpose();
     right.segment<2>(i) += values[k] * weights;
   }
-  const Eigen::VectorXd solved = normal.ldlt().solve(right);
+  const Eigen::VectorXd solved = solve_symmetric(normal, right);
   std::copy(solved.data(), solved.data() + kCount, lines.points.begin());
   return lines;
 }

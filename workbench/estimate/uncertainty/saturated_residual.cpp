@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/estimate/uncertainty/saturated_residual.h"
 
-#include <Eigen/Cholesky>
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cstddef>
 #include <utility>
 #include <vector>
 
+#include "workbench/base/linear_systems.h"
 #include "workbench/signal/free_curve.h"
 
 namespace slipstack::workbench {
@@ -124,7 +125,7 @@ Eigen::VectorXd saturated_residual_N(const Measurement& measurement, const Linea
   gram = scale.asDiagonal() * gram * scale.asDiagonal();
   gram.diagonal().array() += kRidge;
   const Eigen::VectorXd solution =
-      scale.cwiseProduct(gram.selfadjointView<Eigen::Lower>().ldlt().solve(scale.cwiseProduct(right)));
+      scale.cwiseProduct(solve_symmetric(gram, scale.cwiseProduct(right)));
   Eigen::VectorXd left_N = residual_N - gains * solution.head(gains.cols());
   for (Eigen::Index row = 0; row < residual_N.size(); ++row) {
     sparse.fill(curves, row);

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/papers/analysis/nonnegative_least_squares.h"
 
-#include <Eigen/QR>
+#include <Eigen/Core>
 #include <algorithm>
 #include <limits>
 #include <stdexcept>
 
+#include "workbench/base/linear_systems.h"
 #include "workbench/estimate/linear/bounded_least_squares.h"
 
 namespace slipstack::workbench {
@@ -34,7 +35,7 @@ constexpr int kMostRounds = 50;
 Eigen::MatrixXd least_squares(const Eigen::MatrixXd& columns, const Eigen::MatrixXd& target) {
   // Eigen solves a system without columns on either side through a null pointer.
   if (columns.cols() == 0 || target.cols() == 0) return Eigen::MatrixXd::Zero(columns.cols(), target.cols());
-  return columns.colPivHouseholderQr().solve(target);
+  return solve_least_squares(columns, target);
 }
 
 /// The gains that cannot be negative, and which of them are positive. The unbounded columns are eliminated
