@@ -45,17 +45,29 @@ void Drive::step(std::uint32_t now_us) {
   program_.step(now_us, profile_.driving());
 }
 
-std::uint16_t Drive::error_code() { return profile_.error_code(); }
+std::uint16_t Drive::error_code() {
+  return profile_.error_code();
+}
 
-bool Drive::enabled() { return profile_.driving(); }
+bool Drive::enabled() {
+  return profile_.driving();
+}
 
-void Drive::set_operational(bool operational) { profile_.set_operational(operational); }
+void Drive::set_operational(bool operational) {
+  profile_.set_operational(operational);
+}
 
-std::uint32_t Drive::serial_number() const { return serial_; }
+std::uint32_t Drive::serial_number() const {
+  return serial_;
+}
 
-void Drive::connection_lost() { profile_.connection_lost(); }
+void Drive::connection_lost() {
+  profile_.connection_lost();
+}
 
-void Drive::unheard() { profile_.unheard(); }
+void Drive::unheard() {
+  profile_.unheard();
+}
 
 void Drive::synchronise(const Pdos& pdos) {
   profile_.synchronise(pdos.took_at_sync(profile_.set_point_row()));
@@ -102,7 +114,9 @@ std::uint32_t Drive::read(std::size_t row) {
   }
 }
 
-Abort Drive::check_read(std::size_t row) { return analogue_.check_read(kObjects[row]); }
+Abort Drive::check_read(std::size_t row) {
+  return analogue_.check_read(kObjects[row]);
+}
 
 Abort Drive::check(std::size_t row, std::uint32_t value) {
   const Object& object = kObjects[row];
@@ -136,9 +150,13 @@ void Drive::written(std::size_t row, std::uint32_t value) {
   if (object.sub == 1) trace_.command(*dictionary_, value);
 }
 
-void Drive::commit() { profile_.commit(); }
+void Drive::commit() {
+  profile_.commit();
+}
 
-std::uint32_t Drive::tick() const { return controller_.ticks(); }
+std::uint32_t Drive::tick() const {
+  return controller_.ticks();
+}
 
 Abort Drive::begin_upload(std::size_t row, std::uint32_t& size) {
   return is_model_image(row) ? ModelStaging::begin_upload(size) : trace_.begin_upload(size);

@@ -219,8 +219,8 @@ void Node::step(std::uint32_t now_us) {
     send_sdo(out);
   }
   if (state_ == NmtState::kStopped) return;
-  parts_.emergency.step(now_us, parts_.dictionary.value(kRow<0x1014>),
-                        parts_.dictionary.value(kRow<0x1015>), parts_.outbox);
+  parts_.emergency.step(now_us, parts_.dictionary.value(kRow<0x1014>), parts_.dictionary.value(kRow<0x1015>),
+                        parts_.outbox);
   if (state_ == NmtState::kOperational) parts_.pdos.step(now_us, parts_.outbox);
 }
 

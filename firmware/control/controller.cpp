@@ -49,7 +49,9 @@ PlanStatus Controller::halt(const MotionLimits& limits) {
   return point_to_point_.halt(reference_, limits.and_within(bounds().motion), ramp());
 }
 
-Motion Controller::ahead(std::uint32_t lead) const { return reference_.predict(lead, ramp()).motion; }
+Motion Controller::ahead(std::uint32_t lead) const {
+  return reference_.predict(lead, ramp()).motion;
+}
 
 void Controller::bridge(EncoderReading& reading) {
   const PositionReferenceParameters& encoder = parameters().axis.reference;
@@ -75,8 +77,7 @@ const ControlOutput& Controller::step(const TickInputs& in) {
   supervise(set, bounds, in);
   const ControlMode before = mode_;
   change_mode(supervisor_.mode(mode_, reference_, out_.limits));
-  const bool fade =
-      new_parameters || (mode_ != before && before != ControlMode::kOff) || excitation_.left();
+  const bool fade = new_parameters || (mode_ != before && before != ControlMode::kOff) || excitation_.left();
   bool finite = true;
   switch (mode_) {
     case ControlMode::kOff:
@@ -109,11 +110,12 @@ inline void Controller::begin_with(const ControlSet& set, std::int32_t counts) {
   position_.start(set.axis.reference);
 }
 
-[[gnu::noinline]] inline void Controller::supervise(ControlSet& set, const MotionBounds& bounds, const TickInputs& in) {
+[[gnu::noinline]] inline void Controller::supervise(ControlSet& set, const MotionBounds& bounds,
+                                                    const TickInputs& in) {
   const std::int32_t counts = in.encoder.counts;
   if (!set.valid) set.start_counts = counts;
-  const bool anew = supervisor_.step(set, bounds, in, inputs_, sets_.tick(), out_, force_.last_A(),
-                                     position_, reference_);
+  const bool anew =
+      supervisor_.step(set, bounds, in, inputs_, sets_.tick(), out_, force_.last_A(), position_, reference_);
   if (!anew && !(follows_axis(mode_) && state().braking())) return;
   history_.begin_anew(sets_.tick());
   const std::int32_t last_step = supervisor_.faults().monitor().last_step();
@@ -137,12 +139,14 @@ inline void Controller::stay_off(ControlSet& set, const MotionBounds& bounds, st
   force_.step_off(tick(set, bounds, counts, false));
 }
 
-[[gnu::always_inline]] inline bool Controller::control_position(ControlSet& set, const MotionBounds& bounds, std::int32_t counts, bool fade) {
+[[gnu::always_inline]] inline bool Controller::control_position(ControlSet& set, const MotionBounds& bounds,
+                                                                std::int32_t counts, bool fade) {
   step_model(set, bounds);
   return force_.step_position(tick(set, bounds, counts, fade));
 }
 
-[[gnu::noinline]] inline bool Controller::control_excited(ControlSet& set, const MotionBounds& bounds, std::int32_t counts) {
+[[gnu::noinline]] inline bool Controller::control_excited(ControlSet& set, const MotionBounds& bounds,
+                                                          std::int32_t counts) {
   const bool ends = reference_.braking() || reference_.plan_waits() || !excitation_.running();
   if (ends) excitation_.leave();
   history_.point(sets_.tick()) = reference_.next(supervisor_.ramp(bounds));
@@ -150,7 +154,8 @@ inline void Controller::stay_off(ControlSet& set, const MotionBounds& bounds, st
   return force_.step_excited(tick(set, bounds, counts, ends), excitation_);
 }
 
-inline bool Controller::control_torque(ControlSet& set, const MotionBounds& bounds, std::int32_t counts, bool fade) {
+inline bool Controller::control_torque(ControlSet& set, const MotionBounds& bounds, std::int32_t counts,
+                                       bool fade) {
   if (excitation_.takes_part()) [[unlikely]]
     excitation_.leave();
   follow_axis(set, counts);
@@ -158,7 +163,8 @@ inline bool Controller::control_torque(ControlSet& set, const MotionBounds& boun
   return force_.step_torque(tick(set, bounds, counts, fade), supervisor_.torque_bounds(), travel_.range());
 }
 
-[[gnu::noinline]] inline bool Controller::push(ControlSet& set, const MotionBounds& bounds, std::int32_t counts, bool fade) {
+[[gnu::noinline]] inline bool Controller::push(ControlSet& set, const MotionBounds& bounds,
+                                               std::int32_t counts, bool fade) {
   follow_axis(set, counts);
   step_model(set, bounds);
   return force_.step_push(tick(set, bounds, counts, fade), supervisor_.check().force_N());
@@ -181,7 +187,8 @@ inline void Controller::step_model(ControlSet& set, const MotionBounds& bounds) 
   history_.residual(tick) = {.dry_N = force_.dry_N()};
 }
 
-inline ForceControl::Tick Controller::tick(const ControlSet& set, const MotionBounds& bounds, std::int32_t counts, bool fade) {
+inline ForceControl::Tick Controller::tick(const ControlSet& set, const MotionBounds& bounds,
+                                           std::int32_t counts, bool fade) {
   return {set,
           bounds,
           supervisor_.command().read(),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/base/linear_systems.h"
 #include "workbench/commission/mass.h"
+#include "workbench/base/linear_systems.h"
 
 #include <Eigen/LU>
 #include <algorithm>

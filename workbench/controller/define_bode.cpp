@@ -141,10 +141,9 @@ ExperimentResult tune(const BodeRequest& request, MeasuredAxis& axis, const Show
     const Tuning tuning = propose_or_refuse(axis.recording, axis.analysis, request.tune);
     return tune_result(axis.recording, axis.analysis, tuning, request.tune, nullptr, axis.setup);
   }
-  const TunedDrive tuned = tune_drive(*axis.drive, axis.recording, axis.analysis,
-                                      request.measurement, request.tune, request.store, show);
-  return tune_result(axis.recording, axis.analysis, tuned.tuning, request.tune, &tuned.loop,
-                     axis.setup);
+  const TunedDrive tuned = tune_drive(*axis.drive, axis.recording, axis.analysis, request.measurement,
+                                      request.tune, request.store, show);
+  return tune_result(axis.recording, axis.analysis, tuned.tuning, request.tune, &tuned.loop, axis.setup);
 }
 
 }  // namespace

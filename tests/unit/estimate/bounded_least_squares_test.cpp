@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Bounded least squares against every possible set of active bounds, and against the conditions of
 // optimality.
-#include "workbench/base/linear_systems.h"
 #include "workbench/estimate/linear/bounded_least_squares.h"
+#include "workbench/base/linear_systems.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/base/linear_systems.h"
 #include "workbench/estimate/linear/normal_equations.h"
+#include "workbench/base/linear_systems.h"
 
 #include <gtest/gtest.h>
 

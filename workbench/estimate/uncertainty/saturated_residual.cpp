@@ -124,8 +124,7 @@ Eigen::VectorXd saturated_residual_N(const Measurement& measurement, const Linea
   const Eigen::VectorXd scale = gram.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   gram = scale.asDiagonal() * gram * scale.asDiagonal();
   gram.diagonal().array() += kRidge;
-  const Eigen::VectorXd solution =
-      scale.cwiseProduct(solve_symmetric(gram, scale.cwiseProduct(right)));
+  const Eigen::VectorXd solution = scale.cwiseProduct(solve_symmetric(gram, scale.cwiseProduct(right)));
   Eigen::VectorXd left_N = residual_N - gains * solution.head(gains.cols());
   for (Eigen::Index row = 0; row < residual_N.size(); ++row) {
     sparse.fill(curves, row);
