@@ -100,7 +100,8 @@ std::string eds_fields(const Object& row, const std::string& name) {
   if (bounded(row)) {
     text += fmt::format("LowLimit={}\nHighLimit={}\n", number_text(row, row.low), number_text(row, row.high));
   }
-  text += fmt::format("PDOMapping={}\n", row.mapping == Mapping::kNone ? 0 : 1);
+  // A domain has no such key (CiA 306-1, 4.6.3): a master may refuse the whole file for it.
+  if (row.type != Type::kDomain) text += fmt::format("PDOMapping={}\n", row.mapping == Mapping::kNone ? 0 : 1);
   return text;
 }
 
