@@ -100,8 +100,10 @@ std::string eds_fields(const Object& row, const std::string& name) {
   if (bounded(row)) {
     text += fmt::format("LowLimit={}\nHighLimit={}\n", number_text(row, row.low), number_text(row, row.high));
   }
-  // A domain has no such key (CiA 306-1, 4.6.3): a master may refuse the whole file for it.
-  if (row.type != Type::kDomain) text += fmt::format("PDOMapping={}\n", row.mapping == Mapping::kNone ? 0 : 1);
+  // Missing means 0 (CiA 306); a master that takes none at a domain refuses the whole file for it (npm:
+  // canopen).
+  if (row.type != Type::kDomain)
+    text += fmt::format("PDOMapping={}\n", row.mapping == Mapping::kNone ? 0 : 1);
   return text;
 }
 

@@ -46,7 +46,7 @@ class DescriptionFiles(unittest.TestCase):
 
     def test_the_checker_can_fail(self):
         for what, by in (("DataType=0x0007", "DataType=0x00FF"), ("PDOMapping=1", "PDOMapping=2"),
-                         ("AccessType=ro", "AccessType=read"), ("SubNumber=5", "SubNumber=4"),
+                         ("DataType=0x000F", "PDOMapping=0\nDataType=0x000F"), ("AccessType=ro", "AccessType=read"), ("SubNumber=5", "SubNumber=4"),
                          ("[1018]", "[1019]"), ("SupportedObjects=3", "SupportedObjects=4"),
                          ("CreationDate=01-01-2026", "CreationDate=2026-01-01"), ("LowLimit=0x", "LowLimit=zero"),
                          ("DefaultValue=$NODEID+0x80", "DefaultValue=0x1FFFFFFFF")):

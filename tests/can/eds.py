@@ -154,11 +154,15 @@ class Eds:
         self._check_name(section)
         data_type = self.number(self.get(section, "DataType"), section)
         access = self.get(section, "AccessType")
-        mapping = self.get(section, "PDOMapping")
+        # Missing means 0; a domain goes without, for a master that takes none there.
+        domain = kind == 2 and "PDOMAPPING" not in self.sections[section.upper()]
+        mapping = "0" if domain else self.get(section, "PDOMapping")
         if data_type not in BITS:
             self._bad(f"[{section}]: DataType {data_type}")
         if access not in ACCESS:
             self._bad(f"[{section}]: AccessType {access}")
+        if kind == 2 and not domain:
+            self._bad(f"[{section}]: PDOMapping of a domain")
         if mapping not in ("0", "1"):
             self._bad(f"[{section}]: PDOMapping {mapping}")
         if kind not in (2, 7):
