@@ -24,6 +24,7 @@ struct ServeRequest {
   std::vector<std::string> logs;
   std::string session = "slipstack-session";
   int port = 0;
+  bool open = false;
 };
 
 void serve(const ServeRequest& request, ProcessGroup& group) {
@@ -39,7 +40,7 @@ void serve(const ServeRequest& request, ProcessGroup& group) {
   } else {
     workspace.set_logs(request.logs);
   }
-  serve_pages(workspace, {request.port});
+  serve_pages(workspace, {request.port, request.open});
 }
 
 struct ImportRequest {
@@ -128,6 +129,7 @@ void define_serve(CLI::App& app, ProcessGroup* const& group) {
   command->add_option("--port", request->port, "on 127.0.0.1 (default: any that is free)")
       ->type_name("N")
       ->check(CLI::Range(0, 65535));
+  command->add_flag("--open", request->open, "open the address in your browser");
   command->callback([request, &group] { serve(*request, *group); });
   define_import(app);
 }
