@@ -63,6 +63,16 @@ class Installed(unittest.TestCase):
                          "print(slipstack.__file__, slipstack.__version__, found.candidates[0].effect)")
         self.assertEqual(text.split(), ["/usr/lib/python3/dist-packages/slipstack/__init__.py", self.version, EFFECT])
 
+    def test_captures_of_candump(self):
+        done = self.done("python3", "-m", "slipstack.candump", self.repository / "tests/data/foreign/candump.log", "--eds",
+                         "/usr/share/slipstack/slipstack.eds", "--out", "-")
+        self.assertGreater(done.count("\n"), 100)
+
+    def test_results_name_an_installed_schema(self):
+        result = json.loads(self.done("slipstack", "fit", "log.csv", "--effects", "inertia,coulomb", "--json", "-"))
+        path = pathlib.Path("/usr/share/slipstack/schema", result["schema"].rpartition(":")[2] + ".json")
+        self.assertEqual(json.loads(path.read_text())["$id"], result["schema"])
+
     def serve(self, *options, **environment):
         server = subprocess.Popen(["slipstack", "serve", "--session", str(self.here / "session"), *options, "log.csv"],
                                   stdout=subprocess.PIPE, text=True, env={**os.environ, **environment})
@@ -142,6 +152,7 @@ class Installed(unittest.TestCase):
             self.assertIn("Apache-2.0", (folder / "copyright").read_text())
             self.assertIn(self.version, gzip.decompress((folder / "changelog.Debian.gz").read_bytes()).decode())
         self.assertTrue(pathlib.Path("/usr/share/doc/slipstack/docs/log-format.md").is_file())
+        self.assertTrue(pathlib.Path("/usr/share/octave/site/m/slipstack/slipstack.m").is_file())
 
 
 if __name__ == "__main__":
