@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "sim_host/cli/define_sim.h"
 #include "sim_host/log/closed_loop.h"
 #include "sim_host/log/draw.h"
 #include "sim_host/log/record.h"
@@ -21,21 +22,6 @@ using namespace slipstack::sim;
 // Wrong use, reported in one line.
 struct UsageError : std::runtime_error {
   using std::runtime_error::runtime_error;
-};
-
-struct LogRequest {
-  std::string setup = "pick_and_place";
-  std::int64_t seed_number = 1;
-  std::uint64_t seed() const { return static_cast<std::uint64_t>(seed_number); }
-  std::string effects;
-  double strength = 0.0;
-  bool closed_loop = false;
-  std::string outside;
-  double seconds = 0.0;
-  double rate_Hz = 0.0;
-  std::string set_points;
-  std::string out;
-  std::string truth;
 };
 
 std::vector<EffectId> parse_effects(const std::string& list, std::uint64_t seed) {
@@ -126,34 +112,17 @@ void list_effects() {
   std::puts("coulomb");
 }
 
-void add_log_options(CLI::App& log, LogRequest& request) {
-  log.add_option("--setup", request.setup, "pick_and_place ([1] set-up 3) or random");
-  log.add_option("--seed", request.seed_number, "everything random follows from it");
-  log.add_option("--effects", request.effects, "names with commas, none, random, random:2 (default: random)");
-  log.add_option("--strength", request.strength, "effect over noise floor, rms (default: 1.5 to 15, drawn)");
-  log.add_flag("--closed-loop", request.closed_loop, "a controller moves the axis; the log has its errors");
-  log.add_option("--outside", request.outside, "line, bump, backlash, burst or slip: outside the catalogue");
-  log.add_option("--seconds", request.seconds, "length of the programme (default: 60, random: 40 to 80)");
-  log.add_option("--rate", request.rate_Hz, "samples per second (default: 2000, random: 1000 to 5000)");
-  log.add_option("--setpoints", request.set_points,
-                 "run the motion of this CSV file (time_s, position_m) instead of the usual programme");
-  log.add_option("--out", request.out, "the log, CSV")->required();
-  log.add_option("--truth", request.truth, "what is hidden, JSON");
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Simulated measurements of a linear axis.", "slipstack-sim");
-  app.require_subcommand(1);
+  CLI::App app;
+  app.name("slipstack-sim");
   LogRequest request;
-  CLI::App* log = app.add_subcommand("log", "write a log with a hidden effect, and the truth about it");
-  CLI::App* effects = app.add_subcommand("effects", "list the effects that can be hidden");
-  add_log_options(*log, request);
+  define_sim(app, request);
   try {
     app.parse(argc, argv);
-    if (effects->parsed()) list_effects();
-    if (log->parsed()) write_log(request);
+    if (app.got_subcommand("effects")) list_effects();
+    if (app.got_subcommand("log")) write_log(request);
     return 0;
   } catch (const CLI::CallForHelp&) {
     std::fputs(app.help("", CLI::AppFormatMode::All).c_str(), stdout);

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """`slipstack bode` and `tune` of a recording: a synthetic loop whose margins are known, and unusable input."""
 
-import json
 import math
 import unittest
 
@@ -57,8 +56,8 @@ class Bode(program.Workshop):
 
     def test_margins_and_keys(self):
         done = self.assert_done("bode", "--log", "loop.csv", "--json", "-", "--report", "loop.html")
-        result = json.loads(done.stdout)
-        self.assertEqual(set(result), {"experiment", "setup", "headline", "summary", "margins", "gains", "response"})
+        result = program.published(done.stdout)
+        self.assertEqual(set(result), {"schema", "experiment", "setup", "headline", "summary", "margins", "gains", "response"})
         row = result["response"][20]
         w = 2.0 * math.pi * row["frequency_Hz"]
         self.assertAlmostEqual(row["plant_m_per_N"] * MASS_KG * w * w, 1.0, delta=0.01)
@@ -68,7 +67,7 @@ class Bode(program.Workshop):
     def test_tune_reaches_its_margin(self):
         for margin in ("0.5", "0.7"):
             done = self.assert_done("tune", "--log", "loop.csv", "--modulus-margin", margin, "--json", "-")
-            result = json.loads(done.stdout)
+            result = program.published(done.stdout)
             predicted = [row for row in result["margins"] if row["loop"] == "predicted"][0]
             self.assertGreaterEqual(predicted["modulus_margin"], float(margin))
             self.assertLess(predicted["modulus_margin"], float(margin) + 0.15)

@@ -20,7 +20,7 @@ class Commission(program.Workshop):
     def assert_done_by(self, done, folder):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(done.stderr, b"")
-        result = json.loads((self.here / f"{folder}.json").read_text())
+        result = program.published((self.here / f"{folder}.json").read_text())
         summary = result["summary"]
         self.assertEqual(summary["effects"][:1], ["viscous"])
         self.assertLess(summary["tracking_rms_m"], 0.4 * summary["tracking_rms_mass_alone_m"])

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """No two statements of one diagnosis contradict each other: over the shared measurements and simulated logs."""
 
-import json
 import os
 import pathlib
 import re
@@ -20,7 +19,7 @@ class Contradictions(program.Workshop):
     def diagnose(self, log, *options):
         done = program.run("diagnose", "--stepwise", *options, "--json", "found.json", str(log), cwd=self.here)
         self.assertEqual(done.returncode, 0, done.stderr)
-        return done.stdout.decode(), json.loads(pathlib.Path(self.here, "found.json").read_text())
+        return done.stdout.decode(), program.published(pathlib.Path(self.here, "found.json").read_text())
 
     def check(self, log, *options):
         text, found = self.diagnose(log, *options)

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """slipstack experiment plan: the planned motion resolves what the first log could not, on an axis that shares no code."""
 
-import json
 import os
 import pathlib
 import re
@@ -56,7 +55,7 @@ class Plan(program.Workshop):
         program.simulate(cls.stock / log, *AXIS, "--setpoints", str(cls.stock / motion), seed=SEED)
 
     def diagnosed(self, log):
-        return json.loads(self.assert_done("diagnose", log, "--json", "-").stdout)
+        return program.published(self.assert_done("diagnose", log, "--json", "-").stdout)
 
     @staticmethod
     def pairs(result):
@@ -70,7 +69,7 @@ class Plan(program.Workshop):
         done = self.assert_done("experiment", "plan", "--log", self.stock / "first.csv", "--for", "stribeck,frictional_lag",
                                 "--seconds", "40", "--limits", ALLOWED, "--out",
                                 self.stock / "plan.csv", "--json", "-")
-        expected = {(row["effect"], row["other"]): row for row in json.loads(done.stdout)["evidence"]}
+        expected = {(row["effect"], row["other"]): row for row in program.published(done.stdout)["evidence"]}
         lag = expected[("frictional_lag", "stribeck")]
         self.assertGreater(lag["evidence"], 3 * max(lag["log_evidence"], 1))
         self.record("plan.csv", "second.csv")
@@ -92,7 +91,7 @@ class Plan(program.Workshop):
     def test_limits_are_kept(self):
         done = self.assert_done("experiment", "plan", "--for", "viscous,quadratic_drag", "--seconds", "15", "--limits",
                                 "stroke=0.1:0.3,velocity=0.2,acceleration=1,jerk=40,force=60", "--out", "s.csv", "--json", "-")
-        summary = json.loads(done.stdout)["summary"]
+        summary = program.published(done.stdout)["summary"]
         for key, limit in (("velocity_mps", 0.2), ("acceleration_mps2", 1), ("jerk_mps3", 41), ("force_N", 60)):
             self.assertLessEqual(summary[key], limit)
         rows = [list(map(float, line.split(","))) for line in (self.here / "s.csv").read_text().splitlines()[4:]]
@@ -108,7 +107,7 @@ class Plan(program.Workshop):
             self.assertRegex(done.stderr.decode(), "less evidence|no motion|above its noise|shows these effects")
             return False
         self.assertEqual(done.returncode, 0, done.stderr)
-        summary = json.loads(done.stdout)["summary"]
+        summary = program.published(done.stdout)["summary"]
         unit = {key: key for key in self.QUANTITIES}
         if "velocity_radps" in summary:
             unit = dict(zip(self.QUANTITIES, ("velocity_radps", "acceleration_radps2", "jerk_radps3", "torque_Nm")))
@@ -156,8 +155,8 @@ class Plan(program.Workshop):
             (self.here / name).write_text(text)
         (self.here / "bare.csv").write_text(re.sub(r"# motor_constant.*\n", "", text))
         plan = ["experiment", "plan", "--for", "stribeck,viscous", "--seconds", "20", "--out", "s.csv", "--json", "-", "--log"]
-        single = json.loads(self.assert_done(*plan, "one.csv", "--limits", ALLOWED).stdout)
-        double = json.loads(self.assert_done(*plan, "one.csv", "two.csv", "--limits", f"velocity=0.3,acceleration=1,jerk=50,current={60 / constant}").stdout)
+        single = program.published(self.assert_done(*plan, "one.csv", "--limits", ALLOWED).stdout)
+        double = program.published(self.assert_done(*plan, "one.csv", "two.csv", "--limits", f"velocity=0.3,acceleration=1,jerk=50,current={60 / constant}").stdout)
         self.assertAlmostEqual(double["summary"]["limits"]["force_N"], 60, places=4)
         self.assertLessEqual(double["summary"]["force_N"], 60)
         # Twice the data: the evidence grows by about as much.
@@ -169,7 +168,7 @@ class Plan(program.Workshop):
                              "s.csv"],
                             "motor constant")
         # The command that diagnose proposes names all logs.
-        result = json.loads(self.assert_done("diagnose", "one.csv", "two.csv", "--json", "-").stdout)
+        result = program.published(self.assert_done("diagnose", "one.csv", "two.csv", "--json", "-").stdout)
         if result["next_experiment"]:
             self.assertIn("--log 'one.csv' 'two.csv'", result["next_experiment"]["command"])
 

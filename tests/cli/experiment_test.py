@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """`slipstack experiment` as a user sees it: tables, JSON, report page, stopping and going on, bad input."""
 
-import json
 import pathlib
 import shutil
 import signal
@@ -11,7 +10,7 @@ import tempfile
 import time
 import unittest
 
-from program import SLIPSTACK, Workshop
+from program import SLIPSTACK, Workshop, published
 
 SWEEP = ["--forces-N", "3.75,12.75", "--from-Hz", "5", "--to-Hz", "50", "--points", "6"]
 EXPERIMENTS = {
@@ -40,7 +39,7 @@ class Experiment(Workshop):
                 done = self.assert_done("experiment", *arguments, "--json", "r.json", "--report", "r.html")
                 text = done.stdout.decode()
                 self.assertTrue(text.startswith("set-up     "), text[:80])
-                result = json.loads((self.here / "r.json").read_text())
+                result = published((self.here / "r.json").read_text())
                 self.assertEqual(result["experiment"], name)
                 self.assertIn(result["headline"], text)
                 self.assertGreaterEqual(len(result[rows]), 5)

@@ -2,14 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """`slipstack experiment` characterize and guideway on logs that are written here from closed forms."""
 
-import json
 import math
 import pathlib
 import shutil
 import tempfile
 import unittest
 
-from program import run
+from program import published, run
 
 LEVEL_N = 0.35
 LENGTH_M = 3e-6
@@ -46,7 +45,7 @@ class HysteresisExperiments(unittest.TestCase):
     def result(self, *arguments):
         done = run("experiment", *arguments, "--json", "-", cwd=self.here)
         self.assertEqual(done.returncode, 0, done.stderr.decode())
-        return json.loads(done.stdout)
+        return published(done.stdout)
 
     def refused(self, *arguments):
         done = run("experiment", *arguments, "--report", "r.html", "--json", "r.json", cwd=self.here)

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A diagnosis depends on what was measured: not on how it was written down, nor on the machine."""
 
-import json
 import math
 import os
 import unittest
@@ -29,7 +28,7 @@ class Written(program.Workshop):
     def diagnosis(folder):
         done = program.run("diagnose", "good.csv", "--stepwise", "--json", "-", cwd=folder)
         assert done.returncode == 0, done.stderr
-        return json.loads(done.stdout)
+        return program.published(done.stdout)
 
     def write(self, names, rows, head=None):
         with open(self.here / "good.csv", "w", encoding="utf-8") as file:

@@ -8,7 +8,7 @@ import unittest
 
 import program
 
-DIAGNOSIS = {"discrepancy_N": float, "cannot_show": list, "cannot_separate": list, "next_experiment": (dict, type(None)), "noise": dict,
+DIAGNOSIS = {"schema": str, "discrepancy_N": float, "cannot_show": list, "cannot_separate": list, "next_experiment": (dict, type(None)), "noise": dict,
              "repaired": list, "input_warnings": list, "log": str, "samples": int, "searched_samples": int,
              "baseline_effects": list, "noise_floor_N": float, "bandwidth_Hz": float, "baseline": dict,
              "verdict": str, "candidates": list, "unexplained": (dict, type(None))}
@@ -34,7 +34,21 @@ class Contract(program.Workshop):
 
         def not_a_number(text):
             self.fail(f"{text} in JSON")
-        return json.loads(done.stdout, parse_constant=not_a_number)
+        return program.published(done.stdout, parse_constant=not_a_number)
+
+    def test_schemas_are_checked(self):
+        """What a schema forbids is found: a key too many, one too few, a wrong type, another version."""
+        if program.schema_library() is None:
+            self.skipTest("jsonschema is not installed (python3-jsonschema; toolchain/install test)")
+        good = self.result("compare", "good.csv", "--model", "good.toml")
+        for change in ({"new": 1}, {"rmse_N": "1"}, {"hash": "123"}, {"axis": "bent"}):
+            with self.assertRaises(AssertionError, msg=change):
+                program.published(json.dumps({**good, **change}))
+        for key in good:
+            with self.assertRaises((AssertionError, KeyError), msg=key):
+                program.published(json.dumps({k: v for k, v in good.items() if k != key}))
+        with self.assertRaises(FileNotFoundError):
+            program.published(json.dumps({**good, "schema": "urn:slipstack:compare-0"}))
 
     def assert_keys(self, value, wanted, also=()):
         self.assertEqual(set(value), set(wanted) | set(also))

@@ -24,7 +24,7 @@ class LongLog(program.Workshop):
         cls.samples = samples_of(cls.stock / "long.csv")
 
     def diagnosis(self, *arguments):
-        return json.loads(self.assert_done("diagnose", *arguments, "--json", "-").stdout)
+        return program.published(self.assert_done("diagnose", *arguments, "--json", "-").stdout)
 
     def test_is_searched_in_an_excerpt_and_judged_by_the_whole(self):
         found = self.diagnosis(self.stock / "long.csv")
@@ -80,7 +80,7 @@ class LongLog(program.Workshop):
         self.assertLess(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss, MOST_MB * 1024)
 
     def answer(self, *arguments):
-        found = json.loads(self.assert_done(*arguments, "--json", "-").stdout)
+        found = program.published(self.assert_done(*arguments, "--json", "-").stdout)
         self.assertEqual(found["samples"], self.samples)
         self.assertGreater(found["searched_samples"], 20_000)
         self.assertLess(found["searched_samples"], 300_000)

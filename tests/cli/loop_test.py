@@ -72,7 +72,7 @@ class Loop(unittest.TestCase):
     def test_the_log_is_one_that_diagnose_reads_and_explains(self):
         done = self.loop("--seconds", "20", "--effects", "viscous", "--out", "log.csv", "--json", "loop.json")
         self.assertEqual((done.returncode, done.stderr), (0, b""))
-        told = json.loads((self.here / "loop.json").read_text())
+        told = program.published((self.here / "loop.json").read_text())
         self.assertEqual(told["fault"], "")
         self.assertEqual(told["overruns"], 0)
         self.assertGreater(told["ticks"], 190000)
@@ -141,7 +141,7 @@ class Loop(unittest.TestCase):
     def test_a_push_beyond_the_motor_ends_in_a_fault_and_says_so(self):
         done = self.loop("--seconds", "8", "--push", "2e3", "--json", "-")
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertIn(json.loads(done.stdout)["fault"], ("8611", "7121"))
+        self.assertIn(program.published(done.stdout)["fault"], ("8611", "7121"))
 
     def test_wrong_use(self):
         for arguments, expected in (

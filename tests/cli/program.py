@@ -4,11 +4,15 @@
 The programs are named by the environment, SLIPSTACK and SLIPSTACK_SIM (set by CTest); else those of build/host.
 """
 
+import copy
+import functools
 import hashlib
+import json
 import os
 import pathlib
 import shutil
 import subprocess
+import sys
 import tempfile
 import unittest
 
@@ -38,6 +42,54 @@ def small_log(log, effect):
 def run(*arguments, cwd, **options):
     return subprocess.run([SLIPSTACK, *map(os.fspath, arguments)], cwd=cwd, capture_output=True,
                           timeout=PATIENCE_S, **options)
+
+
+def schema_library():
+    """The module jsonschema of this interpreter, or that of the distribution's; None where there is none."""
+    try:
+        import jsonschema
+        return jsonschema
+    except ImportError:
+        sys.path.append("/usr/lib/python3/dist-packages")
+    try:
+        import jsonschema
+        return jsonschema
+    except ImportError:
+        return None
+
+
+def closed(schema):
+    """The same, but of objects no keys that the schema does not name: a new one is to be written down."""
+    if isinstance(schema, list):
+        return [closed(one) for one in schema]
+    if not isinstance(schema, dict):
+        return schema
+    out = {key: closed(value) for key, value in schema.items()}
+    if schema.get("type") == "object" and ("properties" in schema or "patternProperties" in schema):
+        out.setdefault("additionalProperties", False)
+    return out
+
+
+@functools.cache
+def validator(urn):
+    name = urn.removeprefix("urn:slipstack:")
+    schema = json.loads((REPOSITORY / "docs/schema" / f"{name}.json").read_text())
+    if schema["$id"] != urn:
+        raise AssertionError(f"docs/schema/{name}.json: $id is {schema['$id']}, not {urn}")
+    kind = schema_library().Draft202012Validator
+    kind.check_schema(schema)
+    return kind(closed(copy.deepcopy(schema)))
+
+
+def published(text, **options):
+    """What --json wrote, checked against the schema that it names (where jsonschema is installed)."""
+    result = json.loads(text, **options)
+    if schema_library() is not None:
+        faults = [f"{'/'.join(map(str, fault.absolute_path))}: {fault.message[:300]}"
+                  for fault in validator(result["schema"]).iter_errors(result)]
+        if faults:
+            raise AssertionError(f"{result['schema']}: " + "; ".join(faults[:5]))
+    return result
 
 
 class Workshop(unittest.TestCase):

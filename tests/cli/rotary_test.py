@@ -77,7 +77,7 @@ class Rotary(program.Workshop):
         self.assertIsNone(LINEAR_UNIT.search(text), (what, LINEAR_UNIT.findall(text)[:3], text[:3000]))
 
     def assert_rotary_json(self, path):
-        result = json.loads((self.here / path).read_text())
+        result = program.published((self.here / path).read_text())
         self.assertEqual(result["axis"], "rotary")
         for key in keys_of(result):
             self.assertFalse(re.search(r"_(N|m|kg|mps\d?)$", key), (path, key))

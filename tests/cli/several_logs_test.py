@@ -25,7 +25,7 @@ class SeveralLogs(program.Workshop):
             (self.here / name).write_bytes((self.stock / name).read_bytes())
 
     def diagnosis(self, *arguments):
-        return json.loads(self.assert_done("diagnose", *arguments, "--json", "-").stdout)
+        return program.published(self.assert_done("diagnose", *arguments, "--json", "-").stdout)
 
     def test_a_payload_in_one_log_is_found_in_that_log(self):
         self.take("bare.csv", "loaded.csv")
@@ -39,7 +39,7 @@ class SeveralLogs(program.Workshop):
             self.assertLess(log["holdout_rmse_N"], 3.0 * log["noise_floor_N"])
         done = self.assert_done("fit", "bare.csv", "loaded.csv", "--effects",
                                 "inertia,presliding_hysteresis,payload_mass", "--model", "m.toml", "--json", "-")
-        effects = {one["effect"]: one["parameters"] for one in json.loads(done.stdout)["parameters"]}
+        effects = {one["effect"]: one["parameters"] for one in program.published(done.stdout)["parameters"]}
         masses = {one["log"]: one["value"] for one in effects["payload_mass"]}
         self.assertAlmostEqual(masses[1], 0.0, delta=0.05)
         self.assertAlmostEqual(masses[2], self.payload_kg, delta=0.03 * self.payload_kg)

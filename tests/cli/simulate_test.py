@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """slipstack simulate: a model that fits follows the measured position from the force alone; wrong use is one line."""
 
-import json
 import unittest
 
 import program
@@ -18,7 +17,7 @@ class Simulate(program.Workshop):
 
     def simulated(self, model, *options):
         done = self.assert_done("simulate", model, *options, "--json", "-")
-        return json.loads(done.stdout)["summary"]
+        return program.published(done.stdout)["summary"]
 
     def test_a_missing_effect_appears_in_the_position_too(self):
         log = self.stock / "moved.csv"

@@ -5,7 +5,6 @@ Each log of the shared measurements with sets of effects that multiply each othe
 and a simulated log, so that the test runs where no measurements are.
 """
 
-import json
 import os
 import pathlib
 import random
@@ -29,8 +28,8 @@ class StatedErrors(program.Workshop):
         self.assertEqual(fit.returncode, 0, fit.stderr)
         compare = program.run("compare", "--model", "axis.toml", "--json", "compare.json", str(log), cwd=self.here)
         self.assertEqual(compare.returncode, 0, compare.stderr)
-        stated = json.loads(pathlib.Path(self.here, "fit.json").read_text())
-        found = json.loads(pathlib.Path(self.here, "compare.json").read_text())
+        stated = program.published(pathlib.Path(self.here, "fit.json").read_text())
+        found = program.published(pathlib.Path(self.here, "compare.json").read_text())
         with self.subTest(log=str(log), effects=effects):
             self.assertAlmostEqual(found["rmse_N"] / stated["train_rmse_N"], 1.0, delta=0.01)
             self.assertAlmostEqual(found["relative_error"] / stated["relative_error"], 1.0, delta=0.01)

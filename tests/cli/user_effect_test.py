@@ -43,7 +43,7 @@ class OwnEffect(program.Workshop):
         return done.stdout.decode()
 
     def test_is_named_first_and_takes_the_error_to_the_floor(self):
-        result = json.loads(self.succeed("diagnose", self.stock / "snag.csv", "--effect", SNAG, "--json", "-"))
+        result = program.published(self.succeed("diagnose", self.stock / "snag.csv", "--effect", SNAG, "--json", "-"))
         self.assertEqual(result["verdict"], "missing_effect")
         first = result["candidates"][0]
         self.assertEqual((first["effect"], first["definition"]), ("snag", SNAG))
@@ -51,7 +51,7 @@ class OwnEffect(program.Workshop):
         self.assertGreater(result["baseline"]["holdout_rmse_N"], 2.0 * result["noise_floor_N"])
 
     def test_is_not_named_on_a_clean_log(self):
-        result = json.loads(self.succeed("diagnose", self.stock / "clean.csv", "--effect", SNAG, "--json", "-"))
+        result = program.published(self.succeed("diagnose", self.stock / "clean.csv", "--effect", SNAG, "--json", "-"))
         self.assertEqual(result["verdict"], "complete")
 
     def test_is_fitted_kept_and_compared(self):
@@ -61,7 +61,7 @@ class OwnEffect(program.Workshop):
         said = self.succeed("add", log, "--model", "base.toml", "--effect", SNAG, "--out", "two.toml", "--report", "r.html",
                             "--json", "added.json")
         self.assertRegex(said, r"controller snag as a table over position from \d+ mm to \d+ mm x direction")
-        added = json.loads((self.here / "added.json").read_text())
+        added = program.published((self.here / "added.json").read_text())
         tabulated = added["user_effects"][0]
         self.assertEqual((tabulated["effect"], tabulated["on_controller"], tabulated["over"]), ("snag", True, "position"))
         self.assertLess(tabulated["largest_error_N"], 0.01 * tabulated["peak_N"])
@@ -73,13 +73,13 @@ class OwnEffect(program.Workshop):
         self.assertEqual(loop["model_hash"], added["hash"])
         self.assertIn("user_table", loop["last_force_by_effect_N"])
         self.assertIn("exp(-((x-x0)/w)^2)", (self.here / "r.html").read_text())
-        floor_N = json.loads(self.succeed("compare", log, "--model", "base.toml", "--json", "-"))["noise_floor_N"]
+        floor_N = program.published(self.succeed("compare", log, "--model", "base.toml", "--json", "-"))["noise_floor_N"]
         for model in ("one.toml", "two.toml"):
-            found = json.loads(self.succeed("compare", log, "--model", model, "--json", "-"))
+            found = program.published(self.succeed("compare", log, "--model", model, "--json", "-"))
             self.assertIn("snag", found["effects"])
             self.assertLess(found["rmse_N"], 1.15 * floor_N)
         # A model with a user-defined effect can be a baseline like any other.
-        result = json.loads(self.succeed("diagnose", log, "--model", "two.toml", "--json", "-"))
+        result = program.published(self.succeed("diagnose", log, "--model", "two.toml", "--json", "-"))
         self.assertEqual(result["verdict"], "complete")
         self.assertIn("snag", result["baseline_effects"])
 
@@ -88,7 +88,7 @@ class OwnEffect(program.Workshop):
         said = self.succeed("fit", self.stock / "snag.csv", "--effects", BASELINE, "--effect", definition, "--model", "b.toml",
                             "--json", "b.json")
         self.assertIn("controller without both: it follows position and speed at once", said)
-        reported = json.loads((self.here / "b.json").read_text())["user_effects"]
+        reported = program.published((self.here / "b.json").read_text())["user_effects"]
         self.assertEqual(reported, [{"effect": "both", "on_controller": False,
                                 "why_not": "it follows position and speed at once"}])
         self.assertIn("left_out", (self.here / "b.toml").read_text())

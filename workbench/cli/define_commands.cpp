@@ -5,6 +5,7 @@
 
 #include "workbench/base/text.h"
 #include "workbench/cli/define_experiments.h"
+#include "workbench/cli/define_manual.h"
 #include "workbench/cli/define_simulate.h"
 #include "workbench/commission/define_commission.h"
 #include "workbench/controller/define_bode.h"
@@ -193,6 +194,7 @@ void define_commands(CLI::App& app, Options& options) {
   define_can(app);
   define_bode(app, options.command_line);
   define_serve(app, options.group);
+  define_manual(app);
 }
 
 }  // namespace slipstack::workbench

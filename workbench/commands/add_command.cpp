@@ -45,8 +45,8 @@ CommandResult execute_add(const CommandOptions& options, Outputs& outputs, Progr
   if (!options.report.empty()) {
     outputs.set(options.report, render_report(addition_page(measurement, result)));
   }
-  CommandResult given{addition_text(measurement, result), json_text(addition_json(measurement, result)),
-                      to_toml(result.model)};
+  CommandResult given{addition_text(measurement, result),
+                      published_text(addition_json(measurement, result), "add-1"), to_toml(result.model)};
   outputs.set(options.out, given.file);
   outputs.set(options.json, given.json);
   return given;

@@ -23,8 +23,8 @@ CommandResult execute_compare(const CommandOptions& options, Outputs& outputs, P
   if (!options.report.empty()) {
     outputs.set(options.report, render_report(comparison_page(measurement, result)));
   }
-  CommandResult given{comparison_text(measurement, result), json_text(comparison_json(measurement, result)),
-                      ""};
+  CommandResult given{comparison_text(measurement, result),
+                      published_text(comparison_json(measurement, result), "compare-1"), ""};
   outputs.set(options.json, given.json);
   return given;
 }

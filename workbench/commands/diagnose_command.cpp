@@ -59,7 +59,7 @@ CommandResult execute_diagnose(const CommandOptions& options, Outputs& outputs, 
                 render_report(diagnosis_page(request, measurement, diagnosis, result, start)));
   }
   CommandResult given{diagnosis_text(request, measurement, result),
-                      json_text(published_json(request, result)), ""};
+                      published_text(published_json(request, result), "diagnose-1"), ""};
   outputs.set(options.json, given.json);
   return given;
 }

@@ -24,7 +24,8 @@ CommandResult execute_experiment(const ExperimentOutputs& wanted, const std::vec
   } catch (const std::invalid_argument& error) {
     throw UsageError(error.what());
   }
-  CommandResult given{result_text(result), json_text(result_json(result)), std::move(result.file)};
+  CommandResult given{result_text(result), published_text(result_json(result), kExperimentSchema),
+                      std::move(result.file)};
   outputs.set(wanted.json, given.json);
   outputs.set(wanted.out, given.file);
   if (!wanted.report.empty()) {

@@ -35,7 +35,7 @@ CommandResult execute_fit(const CommandOptions& options, Outputs& outputs, Progr
   result.model_path = options.model;
   const Measurement& measurement = logs.measurement();
   if (!options.report.empty()) outputs.set(options.report, render_report(fit_page(measurement, result)));
-  CommandResult given{fit_text(measurement, result), json_text(fit_json(measurement, result)),
+  CommandResult given{fit_text(measurement, result), published_text(fit_json(measurement, result), "fit-1"),
                       to_toml(result.model)};
   outputs.set(options.model, given.file);
   outputs.set(options.json, given.json);

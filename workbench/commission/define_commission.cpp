@@ -52,7 +52,7 @@ void run_commission(const std::string& command_line, const CommissionRequest& re
   CommissionFolder folder(request.out, title);
   const ExperimentResult shown = commission_result(title, commission_in(folder, *axis, request, progress));
   folder.write("report.html", render_report(result_report(shown, command_line)));
-  outputs.set(request.json, json_text(result_json(shown)));
+  outputs.set(request.json, published_text(result_json(shown), kExperimentSchema));
   progress.finish();
   outputs.commit(result_text(shown) +
                  (request.reveal ? fmt::format("\nhidden: {}\n", hidden_in(request.axis)) : ""));

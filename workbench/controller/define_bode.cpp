@@ -124,7 +124,7 @@ void run_loop_command(const BodeRequest& request, const std::string& command_lin
   MeasuredAxis axis = measure_axis(request, show);
   if (!request.out.empty()) outputs.set(request.out, recording_text(axis.recording));
   const ExperimentResult result = work(request, axis, show);
-  outputs.set(request.json, json_text(result_json(result)));
+  outputs.set(request.json, published_text(result_json(result), kExperimentSchema));
   if (!request.report.empty())
     outputs.set(request.report, render_report(result_report(result, command_line)));
   progress.finish();

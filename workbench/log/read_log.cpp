@@ -6,6 +6,7 @@
 #include "workbench/base/text.h"
 #include "workbench/log/assemble.h"
 #include "workbench/log/csv/csv.h"
+#include "workbench/log/foreign_format.h"
 #include "workbench/log/input_file.h"
 #include "workbench/log/log.h"
 #include "workbench/log/mat/mat.h"
@@ -18,6 +19,8 @@ Log read_file(const std::string& name, const std::filesystem::path& path) {
   if (file.size() == 0) throw InputError(name + ": the file is empty; record a log into it");
   std::array<char, kMatHeaderSize> head{};
   const std::size_t count = file.read_at(0, head.data(), head.size());
+  if (const std::string format = foreign_format({head.data(), count}); !format.empty())
+    throw InputError(name + ": is " + format);
   FileSource source(file, 0);
   if (looks_like_mat({head.data(), count})) return assemble_log(read_mat(name, source, file.size()));
   return assemble_log(read_csv(name, source));

@@ -104,7 +104,8 @@ nlohmann::json json_of(const LoopRequest& request, const PlantLink& link, const 
     // + 0: an effect without a force may say -0.
     ((by_effect[Effects::text.id] = static_cast<double>(link.by_effect_N[i++]) + 0.0), ...);
   }(std::type_identity<Catalogue<float>>{});
-  return {{"board", request.board},
+  return {{"schema", "urn:slipstack:loop-1"},
+          {"board", request.board},
           {"model_hash", fmt::format("{:08x}", static_cast<std::uint32_t>(link.model_hash))},
           {"ticks", result.ticks},
           {"simulated_s", simulated_s},

@@ -97,6 +97,9 @@ ExperimentChart motion_chart(const std::string& title, const std::vector<double>
 /// Headline and aligned tables for a terminal.
 std::string result_text(const ExperimentResult& result);
 
+/// The schema of what result_json() makes, for published_text().
+inline constexpr const char* kExperimentSchema = "experiment-1";
+
 /// {"experiment", "setup", "headline", "summary": {…}, "<table key>": [{"<column key>": SI value}]}; what is
 /// not finite is null.
 nlohmann::json result_json(const ExperimentResult& result);

@@ -48,6 +48,11 @@ std::string json_text(const json& value) {
   return published.dump(1, ' ', false, json::error_handler_t::replace) + "\n";
 }
 
+std::string published_text(json value, const std::string& schema) {
+  value["schema"] = "urn:slipstack:" + schema;
+  return json_text(value);
+}
+
 json report_base(const std::string& command_line, const std::string& log, const std::string& command) {
   return {{"title", "slipstack " + command}, {"command", printable(command_line)}, {"log", printable(log)}};
 }

@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <memory>
+#include <utility>
 
 #include "workbench/base/errors.h"
 #include "workbench/base/text.h"
@@ -24,6 +25,7 @@ struct ServeRequest {
   std::vector<std::string> logs;
   std::string session = "slipstack-session";
   int port = 0;
+  bool open = false;
 };
 
 void serve(const ServeRequest& request, ProcessGroup& group) {
@@ -39,7 +41,7 @@ void serve(const ServeRequest& request, ProcessGroup& group) {
   } else {
     workspace.set_logs(request.logs);
   }
-  serve_pages(workspace, {request.port});
+  serve_pages(workspace, {request.port, request.open});
 }
 
 struct ImportRequest {
@@ -67,7 +69,9 @@ std::string shown(const ImportProfile& profile) {
                   profile.separator == '\t' ? "tab" : std::string(1, profile.separator), profile.decimal);
   for (const ImportColumn& column : profile.columns) {
     text += fmt::format("column     {} -> {}", printable(column.source),
-                        column.target.empty() ? "left out" : column.target);
+                        column.same_time        ? "must be the same time"
+                        : column.target.empty() ? "left out"
+                                                : column.target);
     if (column.factor != 1.0) text += fmt::format(", times {:g}", column.factor);
     text += column.iso_time ? ", date and time\n" : "\n";
   }
@@ -87,9 +91,12 @@ void import(const ImportRequest& request) {
           : parse_profile(printable(request.profile), read_whole(request.profile, std::size_t{1} << 20));
   if (!request.columns.empty()) assign_columns(profile, request.columns);
   take_header(profile, request.header);
-  outputs.set(request.out, import_log(name, bytes, profile));
+  ImportedLog log = import_log(name, bytes, profile);
+  outputs.set(request.out, std::move(log.text));
   outputs.set(request.save_profile, to_toml(profile));
-  outputs.commit(shown(profile));
+  std::string text = shown(profile);
+  for (const std::string& note : log.notes) text += "note       " + note + "\n";
+  outputs.commit(text);
 }
 
 void define_import(CLI::App& app) {
@@ -128,6 +135,7 @@ void define_serve(CLI::App& app, ProcessGroup* const& group) {
   command->add_option("--port", request->port, "on 127.0.0.1 (default: any that is free)")
       ->type_name("N")
       ->check(CLI::Range(0, 65535));
+  command->add_flag("--open", request->open, "open the address in your browser");
   command->callback([request, &group] { serve(*request, *group); });
   define_import(app);
 }

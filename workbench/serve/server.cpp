@@ -11,6 +11,7 @@
 #include <chrono>
 #include <cstdio>
 #include <functional>
+#include <optional>
 #include <thread>
 
 // The headers of the HTTP library define this macro, which is a name in Eigen.
@@ -23,6 +24,7 @@
 #include "workbench/serve/catalogue_json.h"
 #include "workbench/serve/guard.h"
 #include "workbench/serve/hand_changes.h"
+#include "workbench/serve/open_page.h"
 #include "workbench/serve/pages.h"
 #include "workbench/serve/upload.h"
 #include "workbench/serve/workspace.h"
@@ -305,7 +307,10 @@ void serve_pages(Workspace& workspace, const ServerOptions& options) {
   get(server, "/api/catalogue",
       [](const Request&, Response& response) { answer_json(response, catalogue_json()); });
   get(server, "/api/events", [&](const Request&, Response& response) { stream_events(workspace, response); });
-  fmt::print("http://127.0.0.1:{}/#token={}\nends with Ctrl-C\n", port, guard.token());
+  const std::string address = fmt::format("http://127.0.0.1:{}/#token={}", port, guard.token());
+  std::optional<OpenPage> opened;
+  if (options.open) opened.emplace(workspace.folder(), address);
+  fmt::print("{}\nends with Ctrl-C\n", address);
   std::fflush(stdout);
   ::signal(SIGINT, on_signal);
   ::signal(SIGTERM, on_signal);

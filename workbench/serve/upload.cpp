@@ -38,7 +38,8 @@ json preview_json(const ImportPreview& preview) {
     columns.push_back({{"source", printable(column.source)},
                        {"target", column.target},
                        {"factor", column.factor},
-                       {"iso_time", column.iso_time}});
+                       {"iso_time", column.iso_time},
+                       {"same_time", column.same_time}});
   }
   return {{"opened", false},
           {"encoding", preview.profile.encoding},
@@ -64,7 +65,7 @@ json take_upload(Workspace& workspace, const std::string& name, const std::strin
   const std::string shown = printable(plain_name(name, "log"));
   if (!profile.empty()) {
     const ImportProfile wanted = parse_profile("profile", profile);
-    workspace.add_log(csv_name(name), import_log(shown, content, wanted));
+    workspace.add_log(csv_name(name), import_log(shown, content, wanted).text);
     write_whole(workspace.folder() / "import.toml", to_toml(wanted));
     return {{"opened", true}};
   }

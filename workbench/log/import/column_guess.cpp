@@ -90,9 +90,11 @@ Kind kind_of(const std::vector<std::string>& words) {
   if (any({"temperature", "temp", "temperatur"})) return Kind::temperature;
   const bool wanted =
       any({"set", "setpoint", "reference", "ref", "command", "cmd", "soll", "demand", "target"});
-  if (any({"velocity", "speed", "vel", "v", "geschwindigkeit"})) return wanted ? Kind::none : Kind::velocity;
-  if (any({"current", "iq", "strom", "i", "amps"})) return Kind::current;
-  if (any({"force", "kraft", "f", "fx", "torque", "moment", "drehmoment", "load"})) return Kind::force;
+  if (any({"velocity", "speed", "vel", "v", "actvelo", "actvel", "geschwindigkeit"}))
+    return wanted ? Kind::none : Kind::velocity;
+  if (any({"current", "iq", "strom", "i", "amps", "actcurrent"})) return Kind::current;
+  if (any({"force", "kraft", "f", "fx", "torque", "moment", "drehmoment", "load", "acttorque", "actforce"}))
+    return Kind::force;
   if (any({"position", "pos", "x", "weg", "lage", "encoder", "enc", "angle", "winkel", "phi", "actpos",
            "displacement", "istposition", "sollposition"})) {
     return wanted || any({"sollposition"}) ? Kind::reference : Kind::position;

@@ -4,20 +4,42 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
 #include <iterator>
 #include <optional>
+#include <system_error>
+#include <utility>
 
 #include "workbench/base/errors.h"
 #include "workbench/base/text.h"
+#include "workbench/log/foreign_format.h"
 #include "workbench/log/import/table_guess.h"
 #include "workbench/log/import/table_text.h"
 #include "workbench/log/import/text_encoding.h"
+#include "workbench/log/sampling/sampling.h"
 
 namespace slipstack::workbench {
 namespace {
 
 constexpr std::size_t kLookedAt = std::size_t{1} << 16;  // bytes of which the guess is made
 constexpr std::size_t kShownRows = 8;
+constexpr std::string_view kEndMark = "EOF";  // the last line of an export of TwinCAT Scope
+// From here on a time counts from an epoch, not from the start of the log: eleven days.
+constexpr double kEpoch_s = 1e6;
+
+/// Of a time without a unit the factor to seconds, where it can only be the time since 1970: in seconds it
+/// has ten digits for centuries, in ms, us and ns three, six and nine more.
+double factor_of_epoch(double value) {
+  constexpr std::array<std::array<double, 3>, 3> kDigits{
+      {{1e11, 1e14, 1e-3}, {1e14, 1e17, 1e-6}, {1e17, 1e20, 1e-9}}};
+  for (const auto& [from, to, factor] : kDigits) {
+    if (value >= from && value < to) return factor;
+  }
+  return 1.0;
+}
 
 bool names_row_expected(const ImportProfile& profile) {
   return profile.columns.empty() || profile.columns[0].source != "column 1";
@@ -48,6 +70,8 @@ class Converter {
   Converter(const std::string& name, const ImportProfile& profile) : name_(name), profile_(profile) {
     for (std::size_t i = 0; i < profile.columns.size(); ++i) {
       if (!profile.columns[i].target.empty()) used_.push_back(i);
+      if (profile.columns[i].target == "time_s") time_column_ = i;
+      if (profile.columns[i].same_time) other_times_.push_back(i);
     }
   }
 
@@ -81,9 +105,13 @@ class Converter {
                                in_quotes(profile_.columns[i].source)));
       put(profile_.columns[i], fields[i], line, out);
     }
+    require_same_time(fields, line);
     out += '\n';
     ++rows_;
   }
+
+  /// The times of the rows, where the file has them.
+  const std::vector<double>& time_s() const { return time_s_; }
 
   std::size_t rows() const { return rows_; }
 
@@ -96,39 +124,103 @@ class Converter {
   [[noreturn]] void fail(std::size_t line, const std::string& what) const {
     throw InputError(fmt::format("{}:{}: {}", name_, line, what));
   }
+  /// A row is one instant only where its channels were sampled together.
+  void require_same_time(const std::vector<std::string_view>& fields, std::size_t line) const {
+    for (const std::size_t i : other_times_) {
+      if (!time_column_ || i >= fields.size() || fields[i] == fields[*time_column_]) continue;
+      fail(line,
+           fmt::format("{} is {}, that of the first channel {}: these channels were not sampled together; "
+                       "record them with one sample time, or export with one time line",
+                       profile_.columns[i].source, in_quotes(fields[i]), in_quotes(fields[*time_column_])));
+    }
+  }
+  /// A time since an epoch counts from the first row: its digits would not fit into a number.
+  void put_epoch(const ImportColumn& column, std::string_view pointed, std::string& out) {
+    std::int64_t ticks = 0;
+    const auto [end, error] = std::from_chars(pointed.data(), pointed.data() + pointed.size(), ticks);
+    const bool whole = error == std::errc() && end == pointed.data() + pointed.size();
+    double value = 0.0;
+    parse_double(pointed.data(), pointed.data() + pointed.size(), value);
+    if (rows_ == 0) {
+      first_ticks_ = ticks;
+      first_value_ = value;
+    }
+    const double since = whole ? static_cast<double>(ticks - first_ticks_) : value - first_value_;
+    time_s_.push_back(since * column.factor);
+    fmt::format_to(std::back_inserter(out), "{:.15g}", time_s_.back());
+  }
   void put(const ImportColumn& column, std::string_view field, std::size_t line, std::string& out) {
     if (column.iso_time) {
       const auto seconds = iso_seconds(field);
       if (!seconds)
         fail(line, fmt::format("column {}: {} is no date and time", column.source, in_quotes(field)));
       if (rows_ == 0) start_s_ = *seconds;
-      fmt::format_to(std::back_inserter(out), "{:.9f}", *seconds - start_s_);
+      time_s_.push_back(*seconds - start_s_);
+      fmt::format_to(std::back_inserter(out), "{:.9f}", time_s_.back());
       return;
     }
     const std::string_view pointed = with_point(field, profile_.decimal, room_);
     if (const std::string fault = number_fault(pointed); !fault.empty()) {
       fail(line, fmt::format("column {}: {}", printable(column.source), fault));
     }
+    double value = 0.0;
+    parse_double(pointed.data(), pointed.data() + pointed.size(), value);
+    if (column.target == "time_s") {
+      if (rows_ == 0) is_epoch_ = std::fabs(value * column.factor) >= kEpoch_s;
+      if (is_epoch_) return put_epoch(column, pointed, out);
+      time_s_.push_back(value * column.factor);
+    }
     if (column.factor == 1.0) {
       out += pointed;
       return;
     }
-    double value = 0.0;
-    parse_double(pointed.data(), pointed.data() + pointed.size(), value);
     fmt::format_to(std::back_inserter(out), "{:.15g}", value * column.factor);
   }
 
   const std::string& name_;
   const ImportProfile& profile_;
   std::vector<std::size_t> used_;
+  std::optional<std::size_t> time_column_;
+  std::vector<std::size_t> other_times_;
+  std::vector<double> time_s_;
   std::size_t rows_ = 0;
   double start_s_ = 0.0;
+  bool is_epoch_ = false;
+  std::int64_t first_ticks_ = 0;
+  double first_value_ = 0.0;
   std::string room_;
 };
+
+/// Where time stamps grow, and no more can be said against them than that they are uneven: what a user should
+/// know of it.
+std::optional<std::string> jitter_note(const std::vector<double>& time_s) {
+  if (time_s.size() < 3) return {};
+  const WhereRow nowhere = [](std::size_t) { return std::string(); };
+  try {
+    require_growing_time(time_s, nowhere);
+  } catch (const InputError&) {
+    return {};  // the reader of the log says where
+  }
+  try {
+    static_cast<void>(uniform_sampling(time_s, 0.0, nowhere));
+    return {};
+  } catch (const InputError&) {
+    std::vector<double> steps_s(time_s.size() - 1);
+    for (std::size_t i = 0; i + 1 < time_s.size(); ++i) steps_s[i] = time_s[i + 1] - time_s[i];
+    const auto [least, most] = std::minmax_element(steps_s.begin(), steps_s.end());
+    return fmt::format(
+        "time stamps are uneven, {:.4g} to {:.4g} ms apart: the log says `sampling: irregular` and is "
+        "interpolated to its median step when it is read",
+        1e3 * *least, 1e3 * *most);
+  }
+}
 
 }  // namespace
 
 ImportPreview guess_import(const std::string& name, std::string_view bytes) {
+  if (const std::string format = foreign_format(bytes.substr(0, kLookedAt)); !format.empty()) {
+    throw InputError(fmt::format("{}: is {}", name, format));
+  }
   const std::string encoding = encoding_of(bytes.substr(0, kLookedAt));
   std::string text = decoded(bytes.substr(0, kLookedAt), encoding);
   if (bytes.size() > kLookedAt) text.erase(std::min(text.size(), text.find_last_of("\r\n") + 1));
@@ -140,9 +232,16 @@ ImportPreview guess_import(const std::string& name, std::string_view bytes) {
   ImportPreview preview = preview_import(name, bytes, *profile);
   for (std::size_t i = 0; i < preview.profile.columns.size() && !preview.rows.empty(); ++i) {
     if (i >= preview.rows[0].size()) break;
-    if (!iso_seconds(preview.rows[0][i])) continue;
     ImportColumn& column = preview.profile.columns[i];
-    column = {column.source, "time_s", 1.0, true};
+    if (iso_seconds(preview.rows[0][i])) {
+      column = {column.source, "time_s", 1.0, true, false};
+    } else if (column.target == "time_s" && column.factor == 1.0) {
+      std::string room;
+      const std::string_view first = with_point(preview.rows[0][i], profile->decimal, room);
+      double value = 0.0;
+      if (parse_double(first.data(), first.data() + first.size(), value) != nullptr)
+        column.factor = factor_of_epoch(value);
+    }
   }
   preview.fault = fault_of(preview.profile);
   return preview;
@@ -166,7 +265,7 @@ ImportPreview preview_import(const std::string& name, std::string_view bytes, co
   return preview;
 }
 
-std::string import_log(const std::string& name, std::string_view bytes, const ImportProfile& profile) {
+ImportedLog import_log(const std::string& name, std::string_view bytes, const ImportProfile& profile) {
   if (const std::string fault = fault_of(profile); !fault.empty()) {
     throw InputError(name + ": " + fault + "; assign the columns");
   }
@@ -180,11 +279,19 @@ std::string import_log(const std::string& name, std::string_view bytes, const Im
   std::vector<std::string_view> fields;
   for (Lines lines(text); lines.next(line);) {
     if (lines.number() <= before || trimmed(line).empty()) continue;
+    if (trimmed(line) == kEndMark) break;
     split_row(line, profile.separator, fields);
     converter.row(fields, lines.number(), out);
   }
   if (converter.rows() == 0) throw InputError(name + ": no row of numbers follows the names");
-  return out;
+  ImportedLog log{std::move(out), {}};
+  if (profile.header.count("sampling") == 0) {
+    if (const auto note = jitter_note(converter.time_s())) {
+      log.notes.push_back(*note);
+      log.text.insert(0, "# sampling: irregular\n");
+    }
+  }
+  return log;
 }
 
 }  // namespace slipstack::workbench

@@ -23,8 +23,15 @@ ImportPreview guess_import(const std::string& name, std::string_view bytes);
 /// The same with a profile that is given.
 ImportPreview preview_import(const std::string& name, std::string_view bytes, const ImportProfile& profile);
 
+struct ImportedLog {
+  std::string text;                ///< the log as a CSV file
+  std::vector<std::string> notes;  ///< what a user should know of it, each a sentence
+};
+
 /// The file as a log of the documented format: header lines, then the assigned columns. Numbers that keep
-/// their unit keep their digits. Throws InputError, one line with file and line. Cost: linear in the bytes.
-std::string import_log(const std::string& name, std::string_view bytes, const ImportProfile& profile);
+/// their unit keep their digits. Where the time stamps grow but not uniformly, the log says `sampling:
+/// irregular` and a note tells how far they are off. Throws InputError, one line with file and line. Cost:
+/// linear in the bytes.
+ImportedLog import_log(const std::string& name, std::string_view bytes, const ImportProfile& profile);
 
 }  // namespace slipstack::workbench

@@ -59,6 +59,7 @@ void assign_columns(ImportProfile& profile, const std::string& text) {
     }
     column->target = target;
     column->factor = factor;
+    column->same_time = false;
   }
 }
 
@@ -78,6 +79,7 @@ std::string to_toml(const ImportProfile& profile) {
     toml::table one{{"source", column.source}, {"target", column.target}};
     if (column.factor != 1.0) one.insert("factor", column.factor);
     if (column.iso_time) one.insert("iso_time", true);
+    if (column.same_time) one.insert("same_time", true);
     columns.push_back(std::move(one));
   }
   table.insert("column", columns);
@@ -116,7 +118,7 @@ ImportProfile parse_profile(const std::string& name, std::string_view text) {
       if (one == nullptr) throw InputError(fmt::format("{}: every [[column]] is a table", name));
       profile.columns.push_back({(*one)["source"].value_or(std::string()),
                                  (*one)["target"].value_or(std::string()), (*one)["factor"].value_or(1.0),
-                                 (*one)["iso_time"].value_or(false)});
+                                 (*one)["iso_time"].value_or(false), (*one)["same_time"].value_or(false)});
     }
   }
   return profile;

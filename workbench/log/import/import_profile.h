@@ -14,6 +14,8 @@ struct ImportColumn {
   std::string target;     ///< column of the log (docs/log-format.md), as time_s; empty: left out
   double factor = 1.0;    ///< value in the log = factor x value in the file
   bool iso_time = false;  ///< date and time of ISO 8601; the log counts seconds from the first row
+  bool same_time =
+      false;  ///< the time of other channels: left out, and refused where it differs from the time
 };
 
 /// How a foreign file of text is read.

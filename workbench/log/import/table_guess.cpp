@@ -10,6 +10,7 @@
 
 #include "workbench/base/text.h"
 #include "workbench/log/import/column_guess.h"
+#include "workbench/log/import/scope_header.h"
 #include "workbench/log/import/table_text.h"
 
 namespace slipstack::workbench {
@@ -64,6 +65,13 @@ void find_names(std::string_view text, ImportProfile& profile, std::size_t colum
     const bool value = !fields.empty() && (is_number(fields[0], profile.decimal) || iso_seconds(fields[0]));
     if (value && fields.size() == columns) break;
     above.emplace_back(line);
+  }
+  std::vector<std::vector<std::string_view>> rows_above(above.size());
+  for (std::size_t i = 0; i < above.size(); ++i) split_row(above[i], profile.separator, rows_above[i]);
+  if (auto scope = scope_columns(rows_above, columns)) {
+    profile.columns = std::move(*scope);
+    profile.skip_lines = above.size() - 1;  // the last of its rows counts as that of the names
+    return;
   }
   const auto fits = [&](std::size_t index) {
     split_row(above[index], profile.separator, fields);

@@ -100,7 +100,8 @@ nlohmann::json comparison_json(const Comparison& comparison) {
   nlohmann::json goals = nlohmann::json::array();
   for (const ComparedGoal& goal : goals_of(comparison))
     goals.push_back({{"goal", goal.text}, {"found", goal.found}, {"met", goal.met}});
-  return {{"seeds", comparison.seeds},
+  return {{"schema", "urn:slipstack:loop-compare-1"},
+          {"seeds", comparison.seeds},
           {"contenders", contenders},
           {"goals", goals},
           {"where_another_is_better", lost_cells(comparison)}};

@@ -15,7 +15,8 @@ function profileText(guess, columns, header) {
   lines.push('[header]');
   for (const [key, value] of Object.entries(header)) if (value && key !== 'sample_rate_Hz') lines.push(`${key} = ${JSON.stringify(String(value))}`);
   for (const column of columns) {
-    lines.push('[[column]]', `source = ${JSON.stringify(column.source)}`, `target = ${JSON.stringify(column.target)}`, `factor = ${Number.isInteger(column.factor) ? column.factor + '.0' : column.factor}`, `iso_time = ${column.iso_time}`);
+    lines.push('[[column]]', `source = ${JSON.stringify(column.source)}`, `target = ${JSON.stringify(column.target)}`, `factor = ${Number.isInteger(column.factor) ? column.factor + '.0' : column.factor}`, `iso_time = ${column.iso_time}`,
+      `same_time = ${column.same_time && !column.target}`);
   }
   return lines.join('\n');
 }

@@ -1,0 +1,65 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Files of other programs (tests/data/foreign, made by pandas, Octave and LibreOffice) become logs with the same numbers, or one
+line says what to do with them."""
+
+import math
+import unittest
+
+import program
+
+FOREIGN = program.REPOSITORY / "tests/data/foreign"
+# What make_with_pandas.py and make_with_octave.m have written.
+COUNT, STEP_S, MIDDLE_M, STROKE_M, FREQUENCY_HZ = 1200, 0.002, 0.0125, 0.003, 1.5
+
+
+class ForeignLogs(program.Workshop):
+    def imported(self, name, *options):
+        done = self.assert_done("import", FOREIGN / name, "--out", "log.csv", *options)
+        lines = (self.here / "log.csv").read_text().splitlines()
+        head, *rows = [line for line in lines if not line.startswith("#")]
+        columns = dict(zip(head.split(","), zip(*([float(field) for field in row.split(",")] for row in rows))))
+        return done.stdout.decode(), lines, columns
+
+    def assert_motion(self, columns, tolerance_s=2e-7):
+        unit_m = {"position_m": 1.0, "position_mm": 1e-3}
+        name = next(key for key in columns if key.startswith("position_"))
+        self.assertEqual(len(columns["time_s"]), COUNT)
+        for i, (time_s, position) in enumerate(zip(columns["time_s"], columns[name])):
+            self.assertAlmostEqual(time_s, i * STEP_S, delta=tolerance_s)
+            expected_m = MIDDLE_M + STROKE_M * math.sin(2.0 * math.pi * FREQUENCY_HZ * i * STEP_S)
+            self.assertAlmostEqual(position * unit_m[name], expected_m, delta=6e-8)
+        self.assertEqual(len(columns["force_N"]), COUNT)
+
+    def test_tables_of_text(self):
+        for name in ("pandas_german.csv", "pandas_dates.tsv", "pandas_ns.csv", "libreoffice.csv"):
+            with self.subTest(name):
+                text, lines, columns = self.imported(name)
+                self.assert_motion(columns)
+                self.assertNotIn("note", text)
+                self.assertFalse([line for line in lines if "irregular" in line])
+
+    def test_without_names(self):
+        _, _, columns = self.imported("octave_dlmwrite.txt", "--columns", "1=time_s,2=position_m,3=force_N")
+        self.assert_motion(columns)
+
+    def test_jitter_is_said_and_the_log_is_read(self):
+        text, lines, columns = self.imported("pandas_jitter.csv")
+        self.assertIn("time stamps are uneven", text)
+        self.assertEqual(lines[0], "# sampling: irregular")
+        self.assertGreater(max(abs(t - i * STEP_S) for i, t in enumerate(columns["time_s"])), 1e-4)
+        self.assert_done("fit", "log.csv", "--effects", "inertia,coulomb")
+
+    def test_mat_of_octave_is_a_log(self):
+        self.assert_done("fit", FOREIGN / "octave_v7.mat", "--effects", "inertia,coulomb")
+
+    def test_other_formats_say_what_to_do(self):
+        for name, told in (("pandas.xlsx", "save its sheet as CSV"), ("libreoffice.ods", "save its sheet as CSV"),
+                           ("candump.log", "slipstack.candump")):
+            self.assert_refused(["import", FOREIGN / name, "--out", "log.csv"], name, told)
+            self.assert_refused(["diagnose", FOREIGN / name], name, told)
+        self.assert_refused(["diagnose", FOREIGN / "octave.h5"], "octave.h5", "-v7")
+
+
+if __name__ == "__main__":
+    unittest.main()
