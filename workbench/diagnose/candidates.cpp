@@ -51,7 +51,7 @@ std::vector<Candidate> list_candidates(const Measurement& measurement, const Fou
       candidate.holdout_rmse_N = model.holdout_rmse_N;
       candidate.block_squared_error = std::move(model.block_squared_error);
     }
-    candidate.evidence = evidence_of(candidate.term);
+    candidate.evidence = evidence_of(candidate.term, candidate.terms);
   });
   return candidates;
 }
@@ -84,7 +84,7 @@ void show_by_named_model(Diagnosis& diagnosis) {
   first.holdout_rmse_N = diagnosis.best.holdout_rmse_N;
   first.block_squared_error = diagnosis.best.block_squared_error;
   first.criterion_difference = diagnosis.steps[1].criterion_difference;
-  first.evidence = evidence_of(first.term);
+  first.evidence = evidence_of(first.term, first.terms);
   set_reduction(diagnosis.baseline, first);
 }
 
