@@ -2,7 +2,6 @@
 #include "workbench/diagnose/candidates.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "workbench/base/parallel.h"
@@ -68,8 +67,8 @@ void rank_candidates(Diagnosis& diagnosis, const std::vector<std::string>& added
     candidate.confounded_with.clear();
     for (const Candidate& other : candidates) {
       if (&other == &candidate || other.error_reduction < kLeastReduction) continue;
-      const double apart = std::abs(other.holdout_rmse_N - candidate.holdout_rmse_N);
-      if (apart <= kIndistinct * candidate.holdout_rmse_N) {
+      if (!is_worth_a_name(candidate.holdout_rmse_N, other.holdout_rmse_N) &&
+          !is_worth_a_name(other.holdout_rmse_N, candidate.holdout_rmse_N)) {
         candidate.confounded_with.push_back(other.term.id());
       }
     }
