@@ -35,6 +35,7 @@ TEST(Emps, AllStepsFromInertiaAlone) {
   for (std::size_t i = 1; i < diagnosis.steps.size(); ++i) {
     EXPECT_LT(diagnosis.steps[i].holdout_rmse_N, diagnosis.steps[i - 1].holdout_rmse_N);
     EXPECT_FALSE(diagnosis.steps[i].evidence.empty()) << "no physical reading";
+    EXPECT_LT(diagnosis.steps[i].criterion_difference, 0.0) << diagnosis.steps[i].effect;
   }
   const FittedModel& last = diagnosis.explained;
   // Published with friction by direction: 3.11 % [5].

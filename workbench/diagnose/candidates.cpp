@@ -2,7 +2,6 @@
 #include "workbench/diagnose/candidates.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "workbench/base/parallel.h"
@@ -51,7 +50,7 @@ std::vector<Candidate> list_candidates(const Measurement& measurement, const Fou
       candidate.holdout_rmse_N = model.holdout_rmse_N;
       candidate.block_squared_error = std::move(model.block_squared_error);
     }
-    candidate.evidence = evidence_of(candidate.term);
+    candidate.evidence = evidence_of(candidate.term, candidate.terms);
   });
   return candidates;
 }
@@ -68,8 +67,8 @@ void rank_candidates(Diagnosis& diagnosis, const std::vector<std::string>& added
     candidate.confounded_with.clear();
     for (const Candidate& other : candidates) {
       if (&other == &candidate || other.error_reduction < kLeastReduction) continue;
-      const double apart = std::abs(other.holdout_rmse_N - candidate.holdout_rmse_N);
-      if (apart <= kIndistinct * candidate.holdout_rmse_N) {
+      if (!is_worth_a_name(candidate.holdout_rmse_N, other.holdout_rmse_N) &&
+          !is_worth_a_name(other.holdout_rmse_N, candidate.holdout_rmse_N)) {
         candidate.confounded_with.push_back(other.term.id());
       }
     }
@@ -84,7 +83,7 @@ void show_by_named_model(Diagnosis& diagnosis) {
   first.holdout_rmse_N = diagnosis.best.holdout_rmse_N;
   first.block_squared_error = diagnosis.best.block_squared_error;
   first.criterion_difference = diagnosis.steps[1].criterion_difference;
-  first.evidence = evidence_of(first.term);
+  first.evidence = evidence_of(first.term, first.terms);
   set_reduction(diagnosis.baseline, first);
 }
 

@@ -9,15 +9,12 @@
 
 namespace slipstack::workbench {
 
-/// Effects whose held-out errors differ by less than this share are indistinguishable. Chosen.
-inline constexpr double kIndistinct = 0.02;
-
 /// Every effect that the search tried alone, with its best fit.
 std::vector<Candidate> list_candidates(const Measurement& measurement, const Found& found);
 
 /// Sorts the candidates by the error that each leaves alone; those of the explanation (`added`) before the
-/// others, since if two effects are missing, a third may be better alone than either. Candidates of equal
-/// error are listed as confounded with each other.
+/// others, since if two effects are missing, a third may be better alone than either. Candidates whose errors
+/// differ by less than the share that is worth a name are listed as confounded with each other.
 void rank_candidates(Diagnosis& diagnosis, const std::vector<std::string>& added);
 
 /// Sets the first candidate, the only missing effect, to the best model: its shapes have been refined since

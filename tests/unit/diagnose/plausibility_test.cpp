@@ -116,11 +116,36 @@ TEST(IsImplausible, WhereFrictionIsTakenAwayOrMultiplied) {
   weakening.gains = {2.0, 2.0};
   EXPECT_TRUE(is_implausible(measurement, {}, with_only(weakening)));
   Term map = make_term(measurement, *find_effect("position_dependent_preload"));
-  map.gains.assign(map.gains.size(), -0.5);
+  map.gains.assign(map.gains.size(), -0.74);  // a factor of 3.8 down
   EXPECT_FALSE(is_implausible(measurement, {}, with_only(map)));
+  map.gains.assign(map.gains.size(), -0.76);  // a factor of 4.2
+  EXPECT_TRUE(is_implausible(measurement, {}, with_only(map)));
+  EXPECT_FALSE(is_implausible(measurement, with_only(map), with_only(map)));
   map.lower.assign(map.gains.size(), -3.0);
   map.gains.assign(map.gains.size(), -1.1);
   EXPECT_TRUE(is_implausible(measurement, {}, with_only(map)));
+}
+
+// Each gain alone leaves half of the friction; what the sign of the friction adds counts too.
+TEST(IsImplausible, WhereFrictionOfOneDirectionIsTakenAway) {
+  const Measurement measurement(test::wandering_log(1, 2000.0, 6000));
+  FittedModel model = with_lag(measurement, 1.0, 1e-3);
+  model.terms.back() = make_term(measurement, *find_effect("direction_asymmetry"));
+  model.terms.back().gains = {-0.2, -0.2, 0.0};
+  EXPECT_FALSE(is_implausible(measurement, {}, model));
+  model.terms.back().gains = {-0.45, -0.45, 0.0};  // 0.1 and 1.9 times
+  EXPECT_TRUE(is_implausible(measurement, {}, model));
+}
+
+TEST(IsImplausible, WithAGainAtThatOfTheEffectItIsAPartOf) {
+  const Measurement measurement(test::wandering_log(1, 2000.0, 6000));
+  FittedModel model = with_only(make_term(measurement, *find_effect("viscous")));
+  model.terms.front().gains = {5.0};
+  model.terms.push_back(make_term(measurement, *find_effect("direction_asymmetry")));
+  model.terms.back().gains = {0.1, 0.0, -4.9};
+  EXPECT_FALSE(is_implausible(measurement, {}, model));
+  model.terms.back().gains[2] = -5.0;
+  EXPECT_TRUE(is_implausible(measurement, {}, model));
 }
 
 TEST(HasNoTrueMode, WhereMostOfAFittedMassSwings) {

@@ -65,32 +65,6 @@ TEST_F(Residual, ThatBrakesAtOnePlaceIsOneOfPosition) {
   EXPECT_NE(eased.description.find("eases the motion"), std::string::npos) << eased.description;
 }
 
-// Passed at different speeds, a short feature fills one or two rows, each time with another form: no curve
-// over the place fits, but each pass has its share of the energy.
-TEST(PlaceOnRail, IsKnownByTheEnergyOfItsPasses) {
-  constexpr Eigen::Index kRows = 3000;
-  constexpr double kRow_s = 0.01;
-  constexpr double kPlace_m = 0.031;
-  Draw draw(6);
-  Eigen::VectorXd position_m(kRows), velocity_mps(kRows);
-  for (Eigen::Index row = 0; row < kRows; ++row) {
-    const double t_s = kRow_s * static_cast<double>(row);
-    position_m(row) = 0.1 * std::sin(1.3 * t_s) + 0.03 * std::sin(0.4 * t_s);
-    velocity_mps(row) = 0.13 * std::cos(1.3 * t_s) + 0.012 * std::cos(0.4 * t_s);
-  }
-  const Eigen::VectorXd noise_N = 0.05 * draw.matrix(kRows, 1);
-  Eigen::VectorXd residual_N = noise_N;
-  for (Eigen::Index row = 0; row < kRows; ++row) {
-    const double width = (position_m(row) - kPlace_m) / 1.5e-3;
-    residual_N(row) += (row % 2 == 0 ? 1.0 : -1.0) * std::exp(-width * width);
-  }
-  const Structure place = place_on_rail(position_m, velocity_mps, residual_N);
-  EXPECT_NEAR(place.where, kPlace_m, 2e-3);
-  EXPECT_GT(place.error_reduction, 0.3);
-  EXPECT_NE(place.description.find("passes there"), std::string::npos) << place.description;
-  EXPECT_LT(place_on_rail(position_m, velocity_mps, noise_N).error_reduction, 0.02);
-}
-
 // The same force in one pass only is an event in time, not a property of the place.
 TEST_F(Residual, OfOnePassIsOneOfTime) {
   Eigen::VectorXd residual_N = noise_N_;

@@ -13,10 +13,9 @@ int passes_of_place(const Eigen::VectorXd& position_m, double middle_m, double h
 
 /// A force at one short section of the rail: a damaged ball track, a dent, a cable that snags. It may depend
 /// on the place alone (a dent) or change its sign with the motion (dirt that brakes). It is searched where
-/// the energy of the residual is largest, either as a curve over the place, of which every other pass is
-/// predicted by the rest, so that a single occurrence explains nothing; or as the energy of all passes at
-/// speed, whatever the form of the force. All vectors at the rows. The reduction is 0 where no place is
-/// passed three times.
+/// the energy of the residual is largest, as a curve over the place, of which every other pass is predicted
+/// by the rest, so that a single occurrence explains nothing. All vectors at the rows. The reduction is 0
+/// where no place is passed kFewestPasses times.
 Structure place_on_rail(const Eigen::VectorXd& position_m, const Eigen::VectorXd& velocity_mps,
                         const Eigen::VectorXd& residual_N);
 

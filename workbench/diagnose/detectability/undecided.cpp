@@ -49,7 +49,7 @@ bool is_the_simpler_case(const Measurement& measurement, const Diagnosis& diagno
   if (simpler.term.id() != special_case.id) return false;
   // The error that the simpler effect leaves may be due to what the richer one has in addition.
   const bool more_left = simpler.holdout_rmse_N > kFormIsNotTheAxis * diagnosis.noise_floor_N;
-  if (more_left && richer.holdout_rmse_N < (1.0 - kIndistinct) * simpler.holdout_rmse_N) return false;
+  if (more_left && is_worth_a_name(simpler.holdout_rmse_N, richer.holdout_rmse_N)) return false;
   const ResidualMaker baseline = baseline_residual_maker(measurement, diagnosis.baseline);
   const auto beyond = [&](const Term& term) {
     return baseline.beyond(weighted_columns(measurement, diagnosis.baseline, term));

@@ -6,12 +6,48 @@
 #include <algorithm>
 #include <cmath>
 #include <string_view>
+#include <vector>
 
 #include "workbench/base/quantity.h"
+#include "workbench/diagnose/evidence/plausibility.h"
 #include "workbench/model/effects/shape_parameter.h"
 
 namespace slipstack::workbench {
 namespace {
+
+/// Places at which a map is read to find its largest value: some ten in each of its intervals.
+constexpr std::size_t kPlacesOfMap = 200;
+
+/// The largest absolute value of a map over its travel, which is that of the log that it was fitted to. Its
+/// gains are not its values: the first and the last spline reach a sixth of theirs at the ends of the travel,
+/// so that a gain of -90 % there may be a map that nowhere leaves +-20 %.
+double largest_of_map(const Term& term) {
+  const auto at = [&](ShapeKind kind) {
+    const auto& shapes = term.effect->shapes;
+    const auto found = std::find_if(shapes.begin(), shapes.end(),
+                                    [kind](const ShapeSpec& shape) { return shape.kind == kind; });
+    return term.shapes[static_cast<std::size_t>(found - shapes.begin())];
+  };
+  std::vector<Sample<double>> samples(kPlacesOfMap + 1);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    samples[i].position_m = at(ShapeKind::position) + at(ShapeKind::travel) * static_cast<double>(i) /
+                                                          static_cast<double>(kPlacesOfMap);
+  }
+  const std::vector<double> gains(term.gains.begin(),
+                                  term.gains.begin() + static_cast<std::ptrdiff_t>(term.gains_per_set()));
+  const auto map =
+      term.effect->make_force(term.shapes, gains, {.tick_s = 1.0, .metres_per_displacement = 1.0});
+  map->reset(samples.front());
+  std::vector<double> values(samples.size());
+  map->run(samples, values.data());
+  const auto [low, high] = std::minmax_element(values.begin(), values.end());
+  return std::max(-*low, *high);
+}
+
+bool is_map(const EffectDescription& effect) {
+  return std::any_of(effect.shapes.begin(), effect.shapes.end(),
+                     [](const ShapeSpec& shape) { return shape.kind == ShapeKind::travel; });
+}
 
 /// The value of the placeholder `name`: a shape, a single gain, or the amplitude of a group of gains (of
 /// cosine and sine gains that of the strongest harmonic; of a map its largest absolute value).
@@ -34,10 +70,11 @@ std::string value_of(const Term& term, std::string_view name) {
       }
       return values;
     }
+    if (is_map(*term.effect)) return quantity(largest_of_map(term), group.unit);
     double largest = 0.0;
     for (std::size_t i = 0; i < count; ++i) {
       const double own = std::abs(term.gains[first + i]);
-      const bool paired = !group.smooth && i % 2 == 0 && i + 1 < count;
+      const bool paired = i % 2 == 0 && i + 1 < count;
       largest = std::max(largest, paired ? std::hypot(own, term.gains[first + i + 1]) : own);
     }
     return quantity(largest, group.unit);
@@ -45,19 +82,15 @@ std::string value_of(const Term& term, std::string_view name) {
   return std::string(name);
 }
 
-/// Gains that ended at a bound other than zero: the log did not determine them, the bound did. Given gains
-/// and those of elements that are not used do not count.
-std::string gains_at_bounds(const Term& term) {
+/// Gains that ended at a bound other than zero: the log did not determine them, the bound did.
+std::string gains_at_bounds(const Term& term, const Terms& model) {
   std::string text;
   std::size_t first = 0;
   for (const GainGroup& group : term.effect->gain_groups) {
     const auto count = static_cast<std::size_t>(group.count);
     std::size_t at_bound = 0;
-    for (std::size_t i = first; i < first + count && i < term.gains.size(); ++i) {
-      const double gain = term.gains[i];
-      const bool bounded = gain == term.lower[i] || gain == term.upper[i];
-      if (bounded && gain != 0.0 && term.lower[i] != term.upper[i]) ++at_bound;
-    }
+    for (std::size_t i = first; i < first + count && i < term.gains.size(); ++i)
+      at_bound += gain_ended_at_bound(model, term, i) ? 1 : 0;
     first += count;
     if (at_bound == 0) continue;
     text += count == 1 ? fmt::format("; {} is at its bound, not identified", group.name)
@@ -69,7 +102,7 @@ std::string gains_at_bounds(const Term& term) {
 
 }  // namespace
 
-std::string evidence_of(const Term& fitted) {
+std::string evidence_of(const Term& fitted, const Terms& model) {
   std::string text;
   const std::string_view pattern = fitted.effect->text.evidence;
   std::size_t at = 0;
@@ -92,7 +125,7 @@ std::string evidence_of(const Term& fitted) {
     described = text.size();
   }
   text += pattern.substr(at);
-  return text + gains_at_bounds(fitted);
+  return text + gains_at_bounds(fitted, model);
 }
 
 }  // namespace slipstack::workbench

@@ -11,27 +11,41 @@
 namespace slipstack::workbench {
 namespace {
 
-/// The dry friction that an effect leaves, as a multiple of that without it: no preload, film or warming
-/// takes all of it away, and none makes it more than four times as large (the largest value of the map over
-/// position in the catalogue, and of Stribeck friction).
+/// The largest factor by which an effect makes dry friction larger or smaller. No preload, film or warming
+/// makes it more than four times as large (the largest value of the map over position in the catalogue, and
+/// of Stribeck friction); of a scale, a factor and its reciprocal are changes of equal size (Jeffreys 1961,
+/// 3.1).
 constexpr double kMostModulation = 4.0;
 
 /// A lag in time is absent where its rate, at the Stribeck velocity, is this share of that of the lag in
 /// distance.
 constexpr double kNegligibleRate = 0.1;
 
-bool leaves_a_friction(const Measurement& measurement, const Term& term) {
-  if (!acts_with_gains(term, Acts::dry_scale)) return true;
-  const DryTrace trace = evaluate_dry(measurement, {term});
-  return std::all_of(trace.dry_factor.begin(), trace.dry_factor.end(),
-                     [](double factor) { return factor > 0.0 && factor <= kMostModulation; });
+/// Whether a term of `model` that the baseline does not have changes the dry friction by an implausible
+/// factor at any sample of the log.
+bool changes_friction_too_much(const Measurement& measurement, const FittedModel& baseline,
+                               const FittedModel& model) {
+  const auto is_new_modulation = [&](const Term& term) {
+    return acts_with_gains(term, Acts::dry_scale) && !contains(baseline.terms, term.effect->text.id);
+  };
+  if (std::none_of(model.terms.begin(), model.terms.end(), is_new_modulation)) return false;
+  // Some modulations depend on the sign of the dry friction.
+  const std::vector<double>* const dry_N =
+      model.linearisation == nullptr ? nullptr : &model.linearisation->sample_dry_N();
+  const DryTrace trace = evaluate_dry(measurement, model.terms, dry_N);
+  for (std::size_t t = 0; t < model.terms.size(); ++t) {
+    if (!is_new_modulation(model.terms[t])) continue;
+    const bool plausible = std::all_of(
+        trace.dry_scales[t].begin(), trace.dry_scales[t].end(),
+        [](double factor) { return factor * kMostModulation >= 1.0 && factor <= kMostModulation; });
+    if (!plausible) return true;
+  }
+  return false;
 }
 
-/// Whether any gain ended at a bound other than zero. Given gains do not count.
-bool ends_at_a_bound(const Term& term) {
-  for (std::size_t i = 0; i < term.gains.size(); ++i) {
-    const bool bounded = term.gains[i] == term.lower[i] || term.gains[i] == term.upper[i];
-    if (bounded && term.gains[i] != 0.0 && term.lower[i] != term.upper[i]) return true;
+bool ends_at_a_bound(const FittedModel& model, const Term& term) {
+  for (std::size_t gain = 0; gain < term.gains.size(); ++gain) {
+    if (gain_ended_at_bound(model.terms, term, gain)) return true;
   }
   return false;
 }
@@ -45,6 +59,22 @@ bool any_new(const FittedModel& model, const FittedModel& baseline, IsNone&& is_
 }
 
 }  // namespace
+
+bool gain_ended_at_bound(const Terms& model, const Term& term, std::size_t gain) {
+  const double value = term.gains[gain];
+  if (value == 0.0 || term.lower[gain] == term.upper[gain]) return false;
+  if (value == term.lower[gain] || value == term.upper[gain]) return true;
+  const PartOfAnother& part = term.effect->traits.part_of_another;
+  const Term* const whole = find_role(model, part.whole);
+  if (part.gain < 0 || whole == nullptr || whole->gain_sets() != term.gain_sets() ||
+      gain % term.gains_per_set() != static_cast<std::size_t>(part.gain)) {
+    return false;
+  }
+  // Sum and difference of the two are bounded, and rounded when they are taken apart.
+  constexpr double kRounding = 1e-9;
+  const double bound = whole->gains[gain / term.gains_per_set() * whole->gains_per_set()];
+  return std::abs(value) >= (1.0 - kRounding) * std::abs(bound);
+}
 
 bool within_instruments(const FittedModel& baseline, double tick_s, const Terms& before, const Terms& after,
                         double step_N2) {
@@ -82,8 +112,8 @@ bool lag_is_bristle_deflection(const FittedModel& model) {
 bool is_implausible(const Measurement& measurement, const FittedModel& baseline, const FittedModel& model) {
   const bool has_new_coulomb = has_role(model.terms, Role::saturating_friction) &&
                                !has_role(baseline.terms, Role::saturating_friction);
-  return any_new(model, baseline, ends_at_a_bound) ||
-         any_new(model, baseline, [&](const Term& term) { return !leaves_a_friction(measurement, term); }) ||
+  return any_new(model, baseline, [&](const Term& term) { return ends_at_a_bound(model, term); }) ||
+         changes_friction_too_much(measurement, baseline, model) ||
          (has_no_true_mode(model.terms) && !has_no_true_mode(baseline.terms)) ||
          (lag_is_bristle_deflection(model) && !has_role(baseline.terms, Role::friction_memory)) ||
          (has_new_coulomb && coulomb_is_of_hysteresis(model, measurement.noise_floor_N())) ||

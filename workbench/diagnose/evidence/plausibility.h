@@ -11,6 +11,11 @@ namespace slipstack::workbench {
 /// fitted by an effect of a similar form. The middle between EMPS (2.1) and the blind bench (1.3 at most).
 inline constexpr double kFormIsNotTheAxis = 1.65;
 
+/// Whether the gain ended at a bound other than zero, so that the bound determined it and not the log: one of
+/// its own, or the gain of another effect of `model` that it is a part of (PartOfAnother). False of a given
+/// gain.
+bool gain_ended_at_bound(const Terms& model, const Term& term, std::size_t gain);
+
 /// Whether the model's frictional lag is a property of its hysteresis: a lag over the pre-sliding travel and
 /// not over time. In bristle models whose level falls with velocity (LuGre, Leuven) the deflection approaches
 /// its new value over such a distance, without any memory of a lubricant film.
@@ -27,9 +32,10 @@ bool within_instruments(const FittedModel& baseline, double tick_s, const Terms&
                         double step_N2);
 
 /// Whether `model` has an effect that the baseline does not have and that is none: one with a gain at a bound
-/// other than zero (the bound determined it, not the log), one that takes all friction away or multiplies it,
-/// a mode that does not ring, a lag of bristles, Coulomb friction of the hysteresis, or a ripple that does
-/// not repeat along the rail (repeats.h). Cost: one evaluation of each effect that modulates friction.
+/// other than zero (the bound determined it, not the log), one that makes dry friction anywhere in the log
+/// more than four times as large or as small, a mode that does not ring, a lag of bristles, Coulomb friction
+/// of the hysteresis, or a ripple that does not repeat along the rail (repeats.h). Cost: one evaluation of
+/// each effect that modulates friction.
 bool is_implausible(const Measurement& measurement, const FittedModel& baseline, const FittedModel& model);
 
 }  // namespace slipstack::workbench

@@ -8,6 +8,7 @@
 
 #include "workbench/base/parallel.h"
 #include "workbench/diagnose/alternatives/causes.h"
+#include "workbench/diagnose/evidence/reduction.h"
 #include "workbench/estimate/terms/search_ranges.h"
 #include "workbench/model/effects/effect_registry.h"
 
@@ -105,9 +106,8 @@ bool same_set(std::vector<std::string> a, std::vector<std::string> b) {
   return a == b;
 }
 
-/// Trials that lower the error by less than this share to first order are not fitted in full: half of
-/// kLeastReduction.
-constexpr double kLeastPromising = 0.015;
+/// Trials that lower the error by less than this share to first order are not fitted in full.
+constexpr double kLeastPromising = 0.5 * kLeastReduction;
 
 /// By error, then by id: the order of effects that do nothing must not depend on the catalogue.
 void sort_by_error(std::vector<Attempt>& attempts) {

@@ -80,8 +80,8 @@ void improve(Found& found) {
   if (found.best.added.size() > 1) drop_superfluous(found.context, found.best);
 }
 
-/// Takes what is outside the catalogue from the results: no controller has it. The effects that were chosen
-/// beside it remain, and their gains are fitted again without it.
+/// Takes what is outside the catalogue from the results: no controller has it. Of the effects that were
+/// chosen beside it those remain that are steps without it too: they are reported without it.
 void set_causes_apart(Found& found) {
   const Measurement& measurement = found.context.measurement;
   const auto is_cause = [](const Term& term) { return is_outside_catalogue(*term.effect); };
@@ -104,6 +104,7 @@ void set_causes_apart(Found& found) {
             [](const auto& a, const auto& b) { return a.error_reduction > b.error_reduction; });
   found.best.model =
       found.best.added.empty() ? found.context.baseline : fit_gains(measurement, std::move(effects), &joint);
+  drop_superfluous(found.context, found.best);
   const FittedModel causes_alone = fit_gains(measurement, std::move(without_effects), &joint);
   found.outside.explain_most = causes_alone.holdout_rmse_N < found.best.model.holdout_rmse_N;
 }

@@ -53,7 +53,7 @@ void list_steps(const SelectionContext& context, const Explanation& best, Diagno
              : refine_shapes_in_turn(measurement, fit_gains(measurement, terms, &best.model), {20});
     if (!last) judge_on_unseen_data(measurement, model);
     diagnosis.steps.push_back({order[i], model.holdout_rmse_N, context.criterion.difference(model, before),
-                               evidence_of(term), model.terms});
+                               evidence_of(term, best.model.terms), model.terms});
     if (i == 0) diagnosis.best = model;
     before = std::move(model);
   }
