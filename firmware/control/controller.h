@@ -163,7 +163,8 @@ class Controller {
     const std::int32_t counts = in.encoder.counts;
     if (new_parameters) begin_with(set, counts);
     inputs_ = DigitalInputs(in.digital);
-    history_.reading(sets_.tick()) = {counts, in.digital, force_.last_A()};
+    entry_ = &history_.entry(sets_.tick());
+    entry_->reading = {counts, in.digital, force_.last_A()};
     if (latch_.armed()) [[unlikely]]
       latch_.step(inputs_, set.io, counts);
     const MotionBounds& bounds = set.bounds.read();
@@ -238,7 +239,7 @@ class Controller {
     started_ = set.valid;
     supervisor_.begin_with(set, starts, counts);
     if (!starts) return;
-    force_.start(counts);
+    force_.start(set, counts);
     position_.start(set.axis.reference);
   }
 
@@ -276,12 +277,12 @@ class Controller {
     reference_.hold(counts);
     if (excitation_.takes_part()) [[unlikely]]
       excitation_.leave();
-    step_model(set, bounds);
+    step_model(set, bounds, counts);
     force_.step_off(tick(set, bounds, counts, false));
   }
   [[gnu::always_inline]] bool control_position(ControlSet& set, const MotionBounds& bounds,
                                                std::int32_t counts, bool fade) {
-    step_model(set, bounds);
+    step_model(set, bounds, counts);
     return force_.step_position(tick(set, bounds, counts, fade));
   }
   // The force of the model stays what it was: the reference stands, or moves at constant velocity, and
@@ -289,20 +290,20 @@ class Controller {
   [[gnu::noinline]] bool control_excited(ControlSet& set, const MotionBounds& bounds, std::int32_t counts) {
     const bool ends = reference_.braking() || reference_.plan_waits() || !excitation_.running();
     if (ends) excitation_.leave();
-    history_.point(sets_.tick()) = reference_.next(supervisor_.ramp(bounds));
-    history_.residual(sets_.tick()) = {.dry_N = force_.dry_N()};
+    entry_->point = reference_.next(supervisor_.ramp(bounds));
+    entry_->residual = force_.note();
     return force_.step_excited(tick(set, bounds, counts, ends), excitation_);
   }
   bool control_torque(ControlSet& set, const MotionBounds& bounds, std::int32_t counts, bool fade) {
     if (excitation_.takes_part()) [[unlikely]]
       excitation_.leave();
     follow_axis(set, counts);
-    step_model(set, bounds);
+    step_model(set, bounds, counts);
     return force_.step_torque(tick(set, bounds, counts, fade), supervisor_.torque_bounds(), travel_.range());
   }
   [[gnu::noinline]] bool push(ControlSet& set, const MotionBounds& bounds, std::int32_t counts, bool fade) {
     follow_axis(set, counts);
-    step_model(set, bounds);
+    step_model(set, bounds, counts);
     return force_.step_push(tick(set, bounds, counts, fade), supervisor_.check().force_N());
   }
 
@@ -311,23 +312,27 @@ class Controller {
     reference_.follow(counts, force_.estimate().velocity_mps() * set.counts_per_mps);
   }
   // The next point of the reference, and the force of the model there.
-  void step_model(ControlSet& set, const MotionBounds& bounds) {
+  void step_model(ControlSet& set, const MotionBounds& bounds, std::int32_t counts) {
     const std::uint32_t tick = sets_.tick();
     // The first tick with current holds the axis where it is.
     const bool streamed = out_.driving && mode_ == ControlMode::kPosition && !state().braking();
-    ReferencePoint& point = history_.point(tick);
-    point = streamed && cyclic_position_.step(tick)
-                ? reference_.track(cyclic_position_.point(), bounds.tracking)
-                : reference_.next(supervisor_.ramp(bounds));
+    TickHistory::Entry& entry = *entry_;
+    if (streamed && cyclic_position_.step(tick)) {
+      entry.point = reference_.track(cyclic_position_.point(), bounds.tracking);
+    } else {
+      entry.point = reference_.next(supervisor_.ramp(bounds));
+    }
     out_.level = upkeep_.level();
-    out_.feedforward_N = force_.step_model(set, point, out_.level, position_);
-    history_.residual(tick) = {.dry_N = force_.dry_N()};
+    force_.observe(set, entry.point, counts, mode_ != ControlMode::kPosition);
+    out_.feedforward_N = force_.step_model(set, entry.point, out_.level, position_);
+    entry.residual = force_.note();
   }
   ForceControl::Tick tick(const ControlSet& set, const MotionBounds& bounds, std::int32_t counts, bool fade) {
     return {set,
             bounds,
             supervisor_.command().read(),
             history_,
+            *entry_,
             out_,
             sets_.tick(),
             counts,
@@ -348,6 +353,7 @@ class Controller {
   Supervisor supervisor_;
   ControlOutput out_;
   ControlMode mode_ = ControlMode::kOff;
+  TickHistory::Entry* entry_ = nullptr;  // of this tick: its place is found once
   bool started_ = false;
   TravelLimits travel_;
   DigitalInputs inputs_;

@@ -121,7 +121,8 @@ inline void move_feedforward(std::int32_t x) {
   stages.point = {x, 0.25F, step, step - stages.point.velocity};
   ++stages.ticks;
 }
-[[gnu::noinline]] inline float step_feedforward(std::int32_t) {
+[[gnu::noinline]] inline float step_feedforward(std::int32_t x) {
+  stages.feedforward.observe(stages.scales, stages.point, x, false);
   return stages.feedforward.step(friction_model, stages.scales, stages.point, 1.1F,
                                  stages.reference_of_position);
 }

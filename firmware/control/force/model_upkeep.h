@@ -29,7 +29,7 @@ class ModelUpkeep {
         seen_, last, [&sets] { return sets.tick(); },
         [&](const TickHistory::Entry& entry, std::uint32_t missed) {
           if (missed > 0) memory_.miss(missed);
-          memory_.step(FeedForward::displacement(set.scales, entry.point));
+          memory_.step(entry.residual.place);
           if (set.valid) adaptation_.step(set.adaptation, entry.residual.dry_N, entry.residual.residual_N);
         });
   }

@@ -32,7 +32,9 @@ struct ControlSet {
   float counts_per_mps = 0.0F;
   float blend_keep = 0.0F;
   float disturbance_kg = 0.0F;
+  float uncompensated_share = 1.0F;  ///< of a disturbance: the integral's
   float adaptation_counts = 0.0F;
+  float torque_share = 0.0F;  ///< of the friction that is compensated in torque mode
   float largest_step_A = 0.0F;
   float drift_begin_s = 0.0F;  ///< for the main loop
   StateEstimate::Gains estimate;
@@ -69,6 +71,7 @@ struct ControlSet {
     A_per_N = 1.0F / axis.motor_constant_N_per_A;
     blend_keep = approx::exp(-3.0F * axis.tick_s / axis.swap_time_s);
     disturbance_kg = axis.disturbance_share * mass_kg;
+    torque_share = axis.torque_friction_share;
     // Beyond any velocity when it is switched off.
     adaptation_counts = axis.adapt_level ? axis.adaptation_speed_mps / mps_per_count : 1.0e30F;
     largest_step_A = axis.current_rate_A_per_s * axis.tick_s;
@@ -146,10 +149,23 @@ struct ControlSet {
     scales.shift_up = displacement_shift > 0 ? displacement_shift : 0;
     scales.shift_down = displacement_shift < 0 ? -displacement_shift : 0;
     scales.steps_per_count = displacement_shift > 0 ? approx::power_of_two<float>(displacement_shift) : 0.0F;
+    prepare_observer();
     const float metres_per_step =
         axis.encoder_resolution_m * approx::power_of_two<float>(-displacement_shift);
     model.prepare(parameters, Scales<float>{axis.tick_s, metres_per_step});
     virgin_curve = virgin_curve_of(parameters, metres_per_step);
+  }
+
+  void prepare_observer() {
+    const float steps = axis.friction_band_counts * approx::power_of_two<float>(displacement_shift);
+    // Sums of two stay in 32 bits.
+    constexpr float kMost = 1.0e9F;
+    scales.band = static_cast<std::int32_t>(approx::clamp(steps + 0.5F, 0.0F, kMost));
+    // What the observer takes from an integral that does not integrate would stay there. A stream that stands
+    // leaves the rounding of its path.
+    constexpr float kRest = 0x1p-10F;
+    scales.rest = axis.observe_friction && axis.integral_per_s > 0.0F ? kRest : 0.0F;
+    uncompensated_share = 1.0F - axis.disturbance_share;
   }
 
   static ModelParameters mass_only(const ModelParameters& parameters) {
