@@ -209,6 +209,8 @@ class Controller {
   const FrictionModel<float>::Force& friction() const { return parameters().model.force(); }
   /// What the drift of the friction goes by: how long the axis has been running, or is taken to have been, s.
   float drift_s() const { return upkeep_.time_s() + parameters().drift_begin_s; }
+  /// What the adaptation has added to the mass of the model, kg.
+  float added_kg() const { return upkeep_.added_kg(); }
   /// As far as the last poll() has followed the tick.
   const HysteresisMemory& memory() const { return upkeep_.memory(); }
   const StateMachine& state() const { return supervisor_.state(); }

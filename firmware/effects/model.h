@@ -121,6 +121,12 @@ class FrictionModel<Real, std::tuple<Effects...>> {
     return force_;
   }
 
+  /// Another value of one gain. Outside the tick, which sees the old one or the new one.
+  template <class E>
+  void set_gain(std::size_t gain, Real value) {
+    std::get<EffectParameters<E, Real>>(parameters_).gains[gain] = value;
+  }
+
   /// The force of the last step.
   const Force& force() const { return force_; }
 

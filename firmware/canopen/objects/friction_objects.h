@@ -52,7 +52,8 @@ inline constexpr std::uint8_t kCompensateSub = kNotchFirst + 6;
 inline constexpr std::uint8_t kAdaptLevelSub = kCompensateSub + 1;
 
 inline constexpr std::uint8_t kObserverSub = kAdaptLevelSub + 1;  ///< and two that follow
-inline constexpr std::uint8_t kLastAxisSub = kObserverSub + 2;
+inline constexpr std::uint8_t kTorqueShareSub = kObserverSub + 2;
+inline constexpr std::uint8_t kLastAxisSub = kTorqueShareSub + 1;
 
 inline constexpr std::uint16_t kAxisIndex = 0x2000;
 inline constexpr std::uint16_t kIoIndex = 0x2010;
@@ -104,8 +105,9 @@ inline constexpr auto kAxisRows = [] {
       entry(kAxisIndex, kObserverSub + 1, Type::kReal32, "Dead band of the friction observer").in("count"),
       &AxisParameters::friction_band_counts);
   rows[sub + 4] =
-      bounded(entry(kAxisIndex, kLastAxisSub, Type::kReal32, "Share of the friction in torque mode"),
+      bounded(entry(kAxisIndex, kTorqueShareSub, Type::kReal32, "Share of the friction in torque mode"),
               &AxisParameters::torque_friction_share);
+  rows[sub + 5] = entry(kAxisIndex, kLastAxisSub, Type::kBoolean, "Adapt mass").stored(Storage::kParameter);
   return rows;
 }();
 

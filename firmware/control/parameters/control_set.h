@@ -6,10 +6,10 @@
 
 #include "firmware/control/bounds/motion_bounds.h"
 #include "firmware/control/exchange_box.h"
+#include "firmware/control/force/adaptation.h"
 #include "firmware/control/force/feedback.h"
 #include "firmware/control/force/feedforward.h"
 #include "firmware/control/force/hysteresis_memory.h"
-#include "firmware/control/force/level_adaptation.h"
 #include "firmware/control/force/state_estimate.h"
 #include "firmware/control/parameters/parameters.h"
 #include "firmware/control/supervision/digital_io.h"
@@ -43,7 +43,8 @@ struct ControlSet {
   FaultMonitor::Bounds monitor;
   UnseenMotion::Settings unseen;
   IoMasks io;
-  LevelAdaptation::Bounds adaptation;
+  Adaptation::Bounds adaptation;
+  float inertia_kg = 0.0F;  ///< as the model has it, for the main loop
   ExchangeBox<MotionBounds> bounds;
   AxisParameters axis;
   std::uint32_t hash = 0;
@@ -73,7 +74,8 @@ struct ControlSet {
     disturbance_kg = axis.disturbance_share * mass_kg;
     torque_share = axis.torque_friction_share;
     // Beyond any velocity when it is switched off.
-    adaptation_counts = axis.adapt_level ? axis.adaptation_speed_mps / mps_per_count : 1.0e30F;
+    adaptation_counts =
+        axis.adapt_level || axis.adapt_mass ? axis.adaptation_speed_mps / mps_per_count : 1.0e30F;
     largest_step_A = axis.current_rate_A_per_s * axis.tick_s;
     drift_begin_s = slipstack::drift_begin_s(axis, parameters);
     bounds.write(MotionBounds::of(axis, user));
@@ -84,8 +86,7 @@ struct ControlSet {
     unseen = UnseenMotion::settings(axis, parameters);
     prepare_check();
     io = IoMasks::of(axis.io);
-    adaptation =
-        LevelAdaptation::bounds(axis.level_lowest, axis.level_highest, axis.level_memory_s, axis.tick_s);
+    adaptation = Adaptation::bounds(axis, dry_friction_N(parameters), mass_kg);
     prepare_model(axis.compensate ? parameters : mass_only(parameters));
     valid = true;
     return ParameterStatus::kOk;
@@ -102,6 +103,9 @@ struct ControlSet {
     here.displacement = FeedForward::displacement(scales, {.counts = counts});
     model.reset(here);
   }
+
+  /// Outside the tick: the feed-forward of the mass with so much more.
+  void add_mass(float added_kg) { model.set_gain<Inertia<float>>(0, inertia_kg + added_kg); }
 
   /// Takes over the state of the model that runs; hysteresis only if displacement has the same unit. The
   /// first parameters find an axis at rest, its hysteresis unloaded.
@@ -152,6 +156,8 @@ struct ControlSet {
     prepare_observer();
     const float metres_per_step =
         axis.encoder_resolution_m * approx::power_of_two<float>(-displacement_shift);
+    const auto& inertia = std::get<EffectParameters<Inertia<float>, float>>(parameters);
+    inertia_kg = inertia.enabled ? inertia.gains[0] : 0.0F;
     model.prepare(parameters, Scales<float>{axis.tick_s, metres_per_step});
     virgin_curve = virgin_curve_of(parameters, metres_per_step);
   }

@@ -47,9 +47,10 @@ struct AxisParameters {
   float swap_time_s = 0.02F;        ///< over which a change of parameters comes into force
   bool compensate = true;           ///< false: feed-forward of the mass only
   bool adapt_level = false;
+  bool adapt_mass = false;
   float level_lowest = 0.5F;
   float level_highest = 1.5F;
-  float level_memory_s = 5.0F;
+  float level_memory_s = 1.0F;
   float adaptation_speed_mps = 5.0e-3F;  ///< of the reference, from which on the level is adapted
   bool observe_friction = true;          ///< while the reference rests the hysteresis sees the axis
   float friction_band_counts = 0.5F;     ///< by which the axis may be elsewhere without being seen there

@@ -9,20 +9,6 @@
 
 namespace slipstack::observer {
 
-/// Root mean square and largest magnitude of what is added.
-struct Spread {
-  double sum = 0.0;
-  double peak = 0.0;
-  int count = 0;
-
-  void add(double value) {
-    sum += value * value;
-    peak = std::max(peak, std::fabs(value));
-    ++count;
-  }
-  double rms() const { return count > 0 ? std::sqrt(sum / count) : 0.0; }
-};
-
 /// How the friction is compensated in position mode.
 struct Drive {
   const char* name;

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <functional>
@@ -15,6 +16,20 @@ namespace slipstack::observer {
 
 inline constexpr double kPhase = 0.37;  // of the encoder of AxisLoop, counts
 
+/// Root mean square and largest magnitude of what is added.
+struct Spread {
+  double sum = 0.0;
+  double peak = 0.0;
+  int count = 0;
+
+  void add(double value) {
+    sum += value * value;
+    peak = std::max(peak, std::fabs(value));
+    ++count;
+  }
+  double rms() const { return count > 0 ? std::sqrt(sum / count) : 0.0; }
+};
+
 /// How axis and drive differ from those that the model was made for.
 struct Setting {
   std::uint64_t seed = 1;
@@ -23,20 +38,24 @@ struct Setting {
   double resolution_m = 0.0;  ///< 0: that of the axis
   std::size_t late_ticks = 0;
   std::function<void(AxisParameters&)> drive = {};
+  std::function<void(sim::Axis&)> differs = {};  ///< from the axis that the model is of
+  double start_m = 0.2;
 };
 
 /// Its loop, enabled and at rest.
 class ObservedAxis {
  public:
-  explicit ObservedAxis(const Setting& setting) : bench_(sim::draw_bench(sim::Setup::kPickAndPlace, setting.seed)) {
+  explicit ObservedAxis(const Setting& setting)
+      : bench_(sim::draw_bench(sim::Setup::kPickAndPlace, setting.seed)) {
     if (setting.resolution_m > 0.0) bench_.axis.encoder_resolution_m = setting.resolution_m;
-    loop_ = std::make_unique<loop::AxisLoop>(bench_.axis, 0.2);
+    const ModelParameters model =
+        loop::identified_model(bench_.axis, setting.level_error, setting.mass_error);
+    if (setting.differs) setting.differs(bench_.axis);
+    loop_ = std::make_unique<loop::AxisLoop>(bench_.axis, setting.start_m);
     loop_->late_ticks = setting.late_ticks;
     loop_->step();  // the counts are known before there are parameters
     AxisParameters parameters = loop::pick_and_place_parameters(bench_.axis);
     if (setting.drive) setting.drive(parameters);
-    const ModelParameters model =
-        loop::identified_model(bench_.axis, setting.level_error, setting.mass_error);
     EXPECT_EQ(controller().configure(parameters, model), ParameterStatus::kOk);
     loop_->run(0.01);
     EXPECT_TRUE(loop_->enable());
@@ -67,9 +86,7 @@ class ObservedAxis {
     } while (!controller().reference().idle());
   }
   /// No fault came up.
-  void expect_enabled() {
-    EXPECT_EQ(controller().state().state(), DriveState::kOperationEnabled);
-  }
+  void expect_enabled() { EXPECT_EQ(controller().state().state(), DriveState::kOperationEnabled); }
   void step() {
     loop_->step();
     controller().poll();

@@ -33,7 +33,8 @@ TEST(FrictionObserver, IsNotWorseAtRestWhenPushedOrWithTheDisturbanceObserver) {
       const Visits observed = visit(drives()[first + 1], level_error);
       for (std::size_t i = 0; i < alone.moving.size(); ++i) {
         EXPECT_LT(observed.moving[i].rms(), 1.15 * alone.moving[i].rms() + 1.0) << level_error << ' ' << i;
-        EXPECT_LT(observed.standing[i].rms(), 1.15 * alone.standing[i].rms() + 0.5) << level_error << ' ' << i;
+        EXPECT_LT(observed.standing[i].rms(), 1.15 * alone.standing[i].rms() + 0.5)
+            << level_error << ' ' << i;
       }
       EXPECT_LT(observed.left.rms(), 1.1 * alone.left.rms() + 0.2);
     }
@@ -59,18 +60,20 @@ TEST(FrictionObserver, ACorrectionLeavesTheForceAsItIs) {
     double largest_N = 0.0, moved_N = 0.0;
     for (int tick = 0; tick < 2000; ++tick) {
       const std::int32_t counts =
-          home + static_cast<std::int32_t>(std::lround(15.0 * std::sin(tick * 4e-3) + 6.0 * std::sin(tick * 0.11)));
+          home +
+          static_cast<std::int32_t>(std::lround(15.0 * std::sin(tick * 4e-3) + 6.0 * std::sin(tick * 0.11)));
       std::array<double, 2> force_N{};
       for (std::size_t i = 0; i < 2; ++i) {
         ObservedAxis& axis = i == 0 ? observed : blind;
         axis.loop().reads = [counts](std::int64_t) { return EncoderReading{.counts = counts}; };
         axis.step();
-        force_N[i] = static_cast<double>(axis.controller().output().current_A) *
-                     axis.axis().motor_constant_N_per_A;
+        force_N[i] =
+            static_cast<double>(axis.controller().output().current_A) * axis.axis().motor_constant_N_per_A;
       }
       largest_N = std::max(largest_N, std::fabs(force_N[0] - force_N[1]));
-      moved_N = std::max(moved_N, static_cast<double>(std::fabs(observed.controller().friction().dry_friction_N -
-                                                                blind.controller().friction().dry_friction_N)));
+      moved_N =
+          std::max(moved_N, static_cast<double>(std::fabs(observed.controller().friction().dry_friction_N -
+                                                          blind.controller().friction().dry_friction_N)));
     }
     EXPECT_LT(largest_N, 1e-3) << share;
     EXPECT_GT(moved_N, 5.0) << share;
@@ -83,7 +86,9 @@ TEST(FrictionObserver, ACountThatFlickersMovesNothing) {
   ObservedAxis axis(setting);
   const std::int32_t home = axis.controller().reference().counts();
   int ticks = 0, width = 1;
-  axis.loop().reads = [&](std::int64_t) { return EncoderReading{.counts = home + (++ticks % 3 == 0 ? width : 0)}; };
+  axis.loop().reads = [&](std::int64_t) {
+    return EncoderReading{.counts = home + (++ticks % 3 == 0 ? width : 0)};
+  };
   axis.watch(0.01, [](double) {});
   const auto range_N = [&axis] {
     float lowest_N = 1e9F, highest_N = -1e9F;

@@ -51,6 +51,7 @@ class DriveRunner {
     set_->forget_motion(here);
     set_->model.refresh(0.0F);
     force_.start(*set_, here);
+    adaptation_.begin(set_->adaptation);
     place_.start(parameters.reference);
   }
 
@@ -84,7 +85,9 @@ class DriveRunner {
         set, bounds_, command, history_, entry, out_, number, now, set.axis.current_limit_A, false, false};
     if (!force_.step_position(tick)) throw std::invalid_argument("the force is not finite");
     out_.driving = true;
-    adaptation_.step(set.adaptation, entry.residual.dry_N, entry.residual.residual_N);
+    adaptation_.step(set.adaptation, {point.counts, entry.residual.dry_N,
+                                      point.acceleration * set.mps2_per_count, entry.residual.residual_N});
+    set.add_mass(adaptation_.added_kg());
     note(i, now, result);
     const double noise_N = axis_.force_noise_N > 0.0 ? axis_.force_noise_N * noise_.normal() : 0.0;
     plant_.step(static_cast<double>(out_.current_A), kComparedTick_s, noise_N);
@@ -130,7 +133,7 @@ class DriveRunner {
   TickHistory history_;
   ControlOutput out_;
   ForceControl force_;
-  LevelAdaptation adaptation_;
+  Adaptation adaptation_;
   PositionReference place_;
 };
 
