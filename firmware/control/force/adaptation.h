@@ -53,22 +53,26 @@ class Adaptation {
   };
   /// `dry_N`: the dry friction beyond pre-sliding; `mass_kg` as the model has it.
   static Bounds bounds(const AxisParameters& axis, float dry_N, float mass_kg) {
+    Bounds bound;
+    set(bound, axis, dry_N, mass_kg);
+    return bound;
+  }
+  /// The same in place: where parameters are prepared a copy would be on the deepest path of the stack.
+  static void set(Bounds& bound, const AxisParameters& axis, float dry_N, float mass_kg) {
     // By tests/bench/adaptation: within ten moves, and a place is passed in a fraction of a second.
     constexpr float kPartMemory_s = 0.03F;
     constexpr float kMassMemory_s = 0.15F;
-    Bounds bound;
     bound.lowest = axis.level_lowest;
     bound.highest = axis.level_highest;
     bound.cells_per_count = axis.encoder_resolution_m / kCell_m;
     const float typical_N = dry_N > 0.0F ? dry_N : 1.0F;
-    if (axis.adapt_level) bound.whole = learning(axis.tick_s / axis.level_memory_s, typical_N);
-    if (!axis.adapt_mass) return bound;
+    const bool level = axis.adapt_level, mass = axis.adapt_mass;
+    set(bound.whole, level, axis.tick_s / axis.level_memory_s, typical_N);
     // Not without the mass: a wrong one would be taken for friction where the axis accelerates.
-    if (axis.adapt_level) bound.part = learning(axis.tick_s / kPartMemory_s, typical_N);
-    bound.lightest_kg = -0.5F * mass_kg;
-    bound.heaviest_kg = mass_kg;
-    bound.mass = learning(axis.tick_s / kMassMemory_s, 0.5F * axis.acceleration_limit_mps2);
-    return bound;
+    set(bound.part, level && mass, axis.tick_s / kPartMemory_s, typical_N);
+    set(bound.mass, mass, axis.tick_s / kMassMemory_s, 0.5F * axis.acceleration_limit_mps2);
+    bound.lightest_kg = mass ? -0.5F * mass_kg : 0.0F;
+    bound.heaviest_kg = mass ? mass_kg : 0.0F;
   }
 
   /// Another model: nothing is known of what it misses.
@@ -122,10 +126,13 @@ class Adaptation {
     float share;
   };
 
-  static Learning learning(float growth, float typical) {
+  static void set(Learning& learning, bool learns, float growth, float typical) {
     // What the variance comes to by itself where the factor is the typical one.
-    const float settled = growth / (typical * typical);
-    return {growth, 5.0F * settled, 1.0e-3F * settled, 10.0F * settled};
+    const float settled = learns ? growth / (typical * typical) : 0.0F;
+    learning.growth = growth;
+    learning.first = 5.0F * settled;
+    learning.least = 1.0e-3F * settled;
+    learning.most = 10.0F * settled;
   }
 
   void learn(const Bounds& bound, const Said& said, const Part& near, const Part& far) {

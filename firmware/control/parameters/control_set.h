@@ -86,7 +86,7 @@ struct ControlSet {
     unseen = UnseenMotion::settings(axis, parameters);
     prepare_check();
     io = IoMasks::of(axis.io);
-    adaptation = Adaptation::bounds(axis, dry_friction_N(parameters), mass_kg);
+    Adaptation::set(adaptation, axis, dry_friction_N(parameters), mass_kg);
     prepare_model(axis.compensate ? parameters : mass_only(parameters));
     valid = true;
     return ParameterStatus::kOk;
