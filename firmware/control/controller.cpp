@@ -68,7 +68,8 @@ const ControlOutput& Controller::step(const TickInputs& in) {
   const std::int32_t counts = in.encoder.counts;
   if (new_parameters) begin_with(set, counts);
   inputs_ = DigitalInputs(in.digital);
-  history_.reading(sets_.tick()) = {counts, in.digital, force_.last_A()};
+  entry_ = &history_.entry(sets_.tick());
+  entry_->reading = {counts, in.digital, force_.last_A()};
   if (latch_.armed()) [[unlikely]]
     latch_.step(inputs_, set.io, counts);
   const MotionBounds& bounds = set.bounds.read();
@@ -106,7 +107,7 @@ inline void Controller::begin_with(const ControlSet& set, std::int32_t counts) {
   started_ = set.valid;
   supervisor_.begin_with(set, starts, counts);
   if (!starts) return;
-  force_.start(counts);
+  force_.start(set, counts);
   position_.start(set.axis.reference);
 }
 
@@ -135,13 +136,13 @@ inline void Controller::stay_off(ControlSet& set, const MotionBounds& bounds, st
   reference_.hold(counts);
   if (excitation_.takes_part()) [[unlikely]]
     excitation_.leave();
-  step_model(set, bounds);
+  step_model(set, bounds, counts);
   force_.step_off(tick(set, bounds, counts, false));
 }
 
 [[gnu::always_inline]] inline bool Controller::control_position(ControlSet& set, const MotionBounds& bounds,
                                                                 std::int32_t counts, bool fade) {
-  step_model(set, bounds);
+  step_model(set, bounds, counts);
   return force_.step_position(tick(set, bounds, counts, fade));
 }
 
@@ -149,8 +150,8 @@ inline void Controller::stay_off(ControlSet& set, const MotionBounds& bounds, st
                                                           std::int32_t counts) {
   const bool ends = reference_.braking() || reference_.plan_waits() || !excitation_.running();
   if (ends) excitation_.leave();
-  history_.point(sets_.tick()) = reference_.next(supervisor_.ramp(bounds));
-  history_.residual(sets_.tick()) = {.dry_N = force_.dry_N()};
+  entry_->point = reference_.next(supervisor_.ramp(bounds));
+  entry_->residual = force_.note();
   return force_.step_excited(tick(set, bounds, counts, ends), excitation_);
 }
 
@@ -159,14 +160,14 @@ inline bool Controller::control_torque(ControlSet& set, const MotionBounds& boun
   if (excitation_.takes_part()) [[unlikely]]
     excitation_.leave();
   follow_axis(set, counts);
-  step_model(set, bounds);
+  step_model(set, bounds, counts);
   return force_.step_torque(tick(set, bounds, counts, fade), supervisor_.torque_bounds(), travel_.range());
 }
 
 [[gnu::noinline]] inline bool Controller::push(ControlSet& set, const MotionBounds& bounds,
                                                std::int32_t counts, bool fade) {
   follow_axis(set, counts);
-  step_model(set, bounds);
+  step_model(set, bounds, counts);
   return force_.step_push(tick(set, bounds, counts, fade), supervisor_.check().force_N());
 }
 
@@ -174,17 +175,20 @@ inline void Controller::follow_axis(const ControlSet& set, std::int32_t counts) 
   reference_.follow(counts, force_.estimate().velocity_mps() * set.counts_per_mps);
 }
 
-inline void Controller::step_model(ControlSet& set, const MotionBounds& bounds) {
+inline void Controller::step_model(ControlSet& set, const MotionBounds& bounds, std::int32_t counts) {
   const std::uint32_t tick = sets_.tick();
   // The first tick with current holds the axis where it is.
   const bool streamed = out_.driving && mode_ == ControlMode::kPosition && !state().braking();
-  ReferencePoint& point = history_.point(tick);
-  point = streamed && cyclic_position_.step(tick)
-              ? reference_.track(cyclic_position_.point(), bounds.tracking)
-              : reference_.next(supervisor_.ramp(bounds));
+  TickHistory::Entry& entry = *entry_;
+  if (streamed && cyclic_position_.step(tick)) {
+    entry.point = reference_.track(cyclic_position_.point(), bounds.tracking);
+  } else {
+    entry.point = reference_.next(supervisor_.ramp(bounds));
+  }
   out_.level = upkeep_.level();
-  out_.feedforward_N = force_.step_model(set, point, out_.level, position_);
-  history_.residual(tick) = {.dry_N = force_.dry_N()};
+  force_.observe(set, entry.point, counts, mode_ != ControlMode::kPosition);
+  out_.feedforward_N = force_.step_model(set, entry.point, out_.level, position_);
+  entry.residual = force_.note();
 }
 
 inline ForceControl::Tick Controller::tick(const ControlSet& set, const MotionBounds& bounds,
@@ -193,6 +197,7 @@ inline ForceControl::Tick Controller::tick(const ControlSet& set, const MotionBo
           bounds,
           supervisor_.command().read(),
           history_,
+          *entry_,
           out_,
           sets_.tick(),
           counts,

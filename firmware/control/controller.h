@@ -138,6 +138,8 @@ class Controller {
   const FrictionModel<float>::Force& friction() const { return parameters().model.force(); }
   /// What the drift of the friction goes by: how long the axis has been running, or is taken to have been, s.
   float drift_s() const { return upkeep_.time_s() + parameters().drift_begin_s; }
+  /// What the adaptation has added to the mass of the model, kg.
+  float added_kg() const { return upkeep_.added_kg(); }
   /// As far as the last poll() has followed the tick.
   const HysteresisMemory& memory() const { return upkeep_.memory(); }
   const StateMachine& state() const { return supervisor_.state(); }
@@ -189,7 +191,7 @@ class Controller {
   // The reference lies where the axis is and moves as it does.
   void follow_axis(const ControlSet& set, std::int32_t counts);
   // The next point of the reference, and the force of the model there.
-  void step_model(ControlSet& set, const MotionBounds& bounds);
+  void step_model(ControlSet& set, const MotionBounds& bounds, std::int32_t counts);
   ForceControl::Tick tick(const ControlSet& set, const MotionBounds& bounds, std::int32_t counts, bool fade);
 
   // No current. What the value may have reached is reset: here, and by the change of mode.
@@ -199,6 +201,7 @@ class Controller {
   Supervisor supervisor_;
   ControlOutput out_;
   ControlMode mode_ = ControlMode::kOff;
+  TickHistory::Entry* entry_ = nullptr;  // of this tick: its place is found once
   bool started_ = false;
   TravelLimits travel_;
   DigitalInputs inputs_;

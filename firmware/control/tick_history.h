@@ -23,6 +23,7 @@ class TickHistory {
   struct Residual {
     float dry_N = 0.0F;
     float residual_N = std::numeric_limits<float>::quiet_NaN();  ///< none: it says nothing
+    std::int32_t place = 0;                                      ///< where the hysteresis was, in its steps
   };
 
   /// What a tick read, and the current that had been commanded until then.
@@ -47,8 +48,8 @@ class TickHistory {
     index_number_.store(index_number_.load(std::memory_order_relaxed) + 1U, std::memory_order_release);
   }
 
-  /// Where to write the point of this tick.
-  ReferencePoint& point(std::uint32_t tick) { return entries_[tick % kTicks].point; }
+  /// Where to write what this tick leaves.
+  Entry& entry(std::uint32_t tick) { return entries_[tick % kTicks]; }
   const ReferencePoint& point(std::uint32_t tick) const { return entries_[tick % kTicks].point; }
   /// The point that the model saw `lead` ticks ago.
   const ReferencePoint& behind(std::uint32_t tick, std::int32_t lead) const {
@@ -61,8 +62,6 @@ class TickHistory {
     const std::uint32_t history = tick - begin_;
     return history < static_cast<std::uint32_t>(lead) ? static_cast<std::int32_t>(history) : lead;
   }
-  Residual& residual(std::uint32_t tick) { return entries_[tick % kTicks].residual; }
-  Reading& reading(std::uint32_t tick) { return entries_[tick % kTicks].reading; }
   const Reading& reading(std::uint32_t tick) const { return entries_[tick % kTicks].reading; }
 
   // ---- outside the tick ----

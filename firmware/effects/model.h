@@ -121,6 +121,12 @@ class FrictionModel<Real, std::tuple<Effects...>> {
     return force_;
   }
 
+  /// Another value of one gain. Outside the tick, which sees the old one or the new one.
+  template <class E>
+  void set_gain(std::size_t gain, Real value) {
+    std::get<EffectParameters<E, Real>>(parameters_).gains[gain] = value;
+  }
+
   /// The force of the last step.
   const Force& force() const { return force_; }
 
@@ -251,9 +257,11 @@ class FrictionModel<Real, std::tuple<Effects...>> {
     (std::index_sequence_for<Effects...>{});
   }
 
+  // The gains before the tables of the effects: a single load instruction reaches them (1020 bytes, Armv7E-M
+  // VLDR).
   Force force_;
-  std::tuple<Effects...> effects_;
   Parameters parameters_;
+  std::tuple<Effects...> effects_;
 };
 
 }  // namespace slipstack

@@ -62,7 +62,9 @@ inline MemoryDigitalIo memory_io;
 inline AxisParameters everything_on() {
   AxisParameters axis;
   axis.adapt_level = true;
+  axis.adapt_mass = true;
   axis.disturbance_share = 0.5F;
+  axis.torque_friction_share = 0.5F;
   axis.notch[0] = {180.0F, 0.2F, 0.1F};
   axis.notch[1] = {410.0F, 0.1F, 0.2F};
   axis.following_error_m = 1.0e-2F;

@@ -23,8 +23,7 @@ struct Stages {
       StateEstimate::gains(axis.encoder_resolution_m, axis.tick_s, axis.observer_bandwidth_rad_per_s);
   FaultMonitor::Bounds monitor_bounds = FaultMonitor::bounds(axis);
   Notch::Gains notch_gains = Notch::gains(180.0F, 0.2F, 0.1F, axis.tick_s);
-  LevelAdaptation::Bounds level_bounds =
-      LevelAdaptation::bounds(axis.level_lowest, axis.level_highest, axis.level_memory_s, axis.tick_s);
+  Adaptation::Bounds adaptation_bounds = Adaptation::bounds(axis, 15.0F, 35.0F);
   FeedForward::Scales scales{.resolution_m = 1.0e-6F,
                              .mps_per_count = 1.0e-2F,
                              .mps2_per_count = 1.0e2F,
@@ -56,7 +55,7 @@ struct Stages {
   StateMachine machine;
   Notch notch;
   CurrentLimit limit;
-  LevelAdaptation level;
+  Adaptation adaptation;
   std::uint16_t limits = 0;
 };
 inline Stages stages;
@@ -68,6 +67,7 @@ inline void reset_stages(std::int32_t x) {
   stages.monitor.reset(x);
   stages.notch.reset();
   stages.limit.reset();
+  stages.adaptation.begin(stages.adaptation_bounds);
 }
 
 [[gnu::noinline]] inline float step_estimate(std::int32_t x) {
@@ -121,7 +121,8 @@ inline void move_feedforward(std::int32_t x) {
   stages.point = {x, 0.25F, step, step - stages.point.velocity};
   ++stages.ticks;
 }
-[[gnu::noinline]] inline float step_feedforward(std::int32_t) {
+[[gnu::noinline]] inline float step_feedforward(std::int32_t x) {
+  stages.feedforward.observe(stages.scales, stages.point, x, false);
   return stages.feedforward.step(friction_model, stages.scales, stages.point, 1.1F,
                                  stages.reference_of_position);
 }
@@ -156,9 +157,10 @@ inline void move_feedforward(std::int32_t x) {
   return stages.limit.step(10.0F, 2.0F, static_cast<float>(x) * 1.0e-2F, stages.limits);
 }
 
-[[gnu::noinline]] inline float step_level(std::int32_t x) {
-  stages.level.step(stages.level_bounds, static_cast<float>(x) * 1.0e-2F, static_cast<float>(x % 11));
-  return stages.level.level();
+[[gnu::noinline]] inline float step_adaptation(std::int32_t x) {
+  stages.adaptation.step(stages.adaptation_bounds, {x, static_cast<float>(x) * 1.0e-2F,
+                                                    static_cast<float>(x % 7), static_cast<float>(x % 11)});
+  return stages.adaptation.level();
 }
 
 // A BiSS-C frame of 36 bits: its reception, in an interrupt below the tick, and what the tick reads.

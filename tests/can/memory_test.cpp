@@ -20,9 +20,31 @@ class Memory : public ::testing::Test {
  protected:
   Memory() {
     bench_.run_ms(1);  // as on a board: the tick knows the place before it has parameters
+    // Without the friction observer turning points are those of the reference.
+    EXPECT_EQ(bench_.read(0x2000, 0x23), 1U);
+    EXPECT_EQ(bench_.write(0x2000, 0x23, 0, 1), 0U);
     bench_.configure();
     bench_.enable(1);
     home_ = bench_.read_signed(0x6064, 0);
+  }
+
+  void observe() {
+    AxisParameters axis = bench_.loop->controller().parameters().axis;
+    EXPECT_FALSE(axis.observe_friction);
+    axis.observe_friction = true;
+    const ModelParameters model = loop::identified_model(bench_.axis, 0.02, 0.01);
+    EXPECT_EQ(bench_.loop->controller().configure(axis, model), ParameterStatus::kOk);
+    bench_.run_ms(50);
+  }
+  float friction_N() { return bench_.read_real(kObserver, 5); }
+  // Pushes the standing axis to and fro; by how much the model's friction changes.
+  float pushed_N() {
+    bench_.run_ms(300);
+    const float before_N = friction_N();
+    bench_.loop->pushed_N = before_N > 0.0F ? -12.0 : 12.0;
+    bench_.run_ms(300);
+    bench_.loop->pushed_N = 0.0;
+    return std::abs(friction_N() - before_N);
   }
 
   // By profile position, in counts from home.
@@ -118,8 +140,20 @@ TEST_F(Memory, MoreLoopsThanTheStackHoldsAreCountedAndBounded) {
   EXPECT_EQ(depth(), 0U) << "beyond everything: the virgin curve";
 }
 
+// At rest the hysteresis sees the axis where the drive is told so, in moves and behind a stream that stands.
+TEST_F(Memory, TheHysteresisFollowsTheAxisAtRest) {
+  move(2000);
+  EXPECT_EQ(pushed_N(), 0.0F);
+  observe();
+  EXPECT_GT(pushed_N(), 0.3F);
+  ASSERT_EQ(bench_.write(0x6060, 0, 8, 1), 0U);
+  EXPECT_GT(pushed_N(), 0.3F);
+  EXPECT_EQ(bench_.read(0x6041, 0) & 0x6FU, 0x27U);
+}
+
 // The tick's elements and the stack are two descriptions of the same hysteresis.
 TEST_F(Memory, ItsForceIsThatOfTheElements) {
+  observe();
   std::mt19937 random(8);
   const auto agree = [&] {
     const Controller& controller = bench_.loop->controller();

@@ -51,12 +51,12 @@ TEST(PositionReference, EffectsOverPositionFadeIn) {
   add_ripple(axis);
   ASSERT_EQ(axis.choose(37), 0U);
   axis.enable(6);
-  float before_N = axis.read_real(0x2200, 1);
+  float before_N = ripple_N(axis);
   ASSERT_EQ(axis.write(0x6040, 0, 0x1F, 2), 0U);
   float largest_step_N = 0.0F;
   for (int ms = 0; ms < 60; ++ms) {
     axis.run_ms(1);
-    const float now_N = axis.read_real(0x2200, 1);
+    const float now_N = ripple_N(axis);
     largest_step_N = std::max(largest_step_N, std::abs(now_N - before_N));
     before_N = now_N;
   }

@@ -77,6 +77,22 @@ TEST_F(Torque, TheForceIsTargetAndOffset) {
   EXPECT_LT(std::abs(bench_.read_signed(0x6064, 0) - home_), 100);
 }
 
+// 2000h:25: where the axis gives way, the friction of the model there is added to what is asked for.
+TEST_F(Torque, AShareOfTheFrictionIsAdded) {
+  ASSERT_EQ(bench_.write_real(0x2000, 0x25, 0.5F), 0U);
+  ASSERT_EQ(bench_.write(0x2140, 3, bench_.read(0x2140, 1), 4), 0U);
+  target(5.0F);
+  bench_.enable(kTorque);
+  bench_.loop->pushed_N = 5.0;
+  bench_.run_ms(50);
+  const float friction_N = bench_.read_real(0x2200, 6);
+  EXPECT_GT(friction_N, 1.0F);
+  const float quantum_A = 1e-3F * rated_N_ * per_newton_;
+  EXPECT_NEAR(current_A(), (5.0F + 0.5F * friction_N) * per_newton_, quantum_A);
+  // It is within the velocity limit as the target is.
+  EXPECT_EQ(bench_.write_real(0x2000, 0x25, 1.5F), 0x06090031U);
+}
+
 TEST_F(Torque, LimitsOfTheCurrentApply) {
   ASSERT_EQ(bench_.write_real(0x2000, 9, 0.5F), 0U);
   ASSERT_EQ(bench_.write_real(0x2000, 10, 100.0F), 0U);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <functional>
@@ -82,7 +83,7 @@ class AxisLoop {
     tick.run();
     const double noise_N = noise_N_ > 0.0 ? noise_N_ * rng_.normal() : 0.0;
     const double stop_N = stops ? stops->force_N(plant.position_m(), plant.velocity_mps()) : 0.0;
-    plant.step(motor.enabled ? static_cast<double>(motor.set_point_A) : 0.0, kTick_s, noise_N + stop_N);
+    plant.step(current_A(), kTick_s, noise_N + stop_N + pushed_N);
     clock.advance(1000);
     ++ticks_;
   }
@@ -129,6 +130,9 @@ class AxisLoop {
   std::optional<sim::EndStops> stops;
   // Another encoder than one that counts: its reading in each tick.
   std::function<EncoderReading(std::int64_t counts)> reads;
+  double pushed_N = 0.0;       // from outside, in the sense of the current
+  std::size_t late_ticks = 0;  // after which a current acts; below kMostLate
+  static constexpr std::size_t kMostLate = 8;
 
  private:
   void sense() {
@@ -148,6 +152,14 @@ class AxisLoop {
     last_m_ = now_m;
   }
 
+  // The current that acts now.
+  double current_A() {
+    const auto now = static_cast<std::size_t>(ticks_);
+    commanded_A_[now % kMostLate] = motor.enabled ? static_cast<double>(motor.set_point_A) : 0.0;
+    return now < late_ticks ? 0.0 : commanded_A_[(now - late_ticks) % kMostLate];
+  }
+
+  std::array<double, kMostLate> commanded_A_{};
   double noise_N_;
   sim::Rng rng_;
   std::int64_t ticks_ = 0;

@@ -295,5 +295,20 @@ TEST(UnseenMotion, AnOffsetIsNoFault) {
   EXPECT_EQ(axis.fault(), Fault::kNone);
 }
 
+// One count of it is 5 um: in a single tick that would be 50 mm/s.
+TEST(UnseenMotion, ACoarseEncoderAtRestIsNoFault) {
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    PushedAxis axis(
+        seed, [](sim::Axis& differs) { differs.encoder_resolution_m = 5e-6; }, true);
+    axis.run(0.3);
+    const std::int32_t home = axis.controller().reference().counts();
+    for (const std::int32_t counts : {200, -4, 0}) {
+      ASSERT_EQ(axis.controller().move_to(home + counts), PlanStatus::kOk);
+      axis.run(0.5);
+    }
+    EXPECT_EQ(axis.fault(), Fault::kNone) << seed;
+  }
+}
+
 }  // namespace
 }  // namespace slipstack::loop

@@ -48,6 +48,10 @@ inline AxisParameters staged_axis(const Dictionary& dictionary) {
   }
   axis.compensate = dictionary.value(kFirst + kCompensateSub) != 0;
   axis.adapt_level = dictionary.value(kFirst + kAdaptLevelSub) != 0;
+  axis.observe_friction = dictionary.value(kFirst + kObserverSub) != 0;
+  axis.friction_band_counts = dictionary.real(kFirst + kObserverSub + 1);
+  axis.torque_friction_share = dictionary.real(kFirst + kTorqueShareSub);
+  axis.adapt_mass = dictionary.value(kFirst + kLastAxisSub) != 0;
   axis.io = staged_io(dictionary);
   axis.reference = staged_reference(dictionary);
   axis.motor_rated_A = static_cast<float>(dictionary.value(kRow<0x6075>)) * 1e-3F;

@@ -12,6 +12,7 @@ namespace slipstack::canopen {
 
 inline constexpr std::uint16_t kObserverIndex = 0x2200;
 inline constexpr std::uint8_t kMemorySub = 14;  ///< of 2200h: first of the memory stack
+inline constexpr std::uint8_t kAddedMassSub = kMemorySub + 4;
 inline constexpr std::uint16_t kTimingIndex = 0x2210;
 inline constexpr std::uint16_t kCountersIndex = 0x2211;
 inline constexpr std::uint16_t kFaultCountsIndex = 0x2212;
@@ -25,7 +26,7 @@ inline constexpr std::uint16_t kDriftIndex = 0x2404;
 inline constexpr std::uint16_t kBrakeIndex = 0x2408;
 
 inline constexpr auto kObserverRows = std::to_array<Object>({
-    head(kObserverIndex, ObjectCode::kRecord, "Observer", 17),
+    head(kObserverIndex, ObjectCode::kRecord, "Observer", 18),
     reading(kObserverIndex, 1, Type::kReal32, "Feed-forward").in("N"),
     reading(kObserverIndex, 2, Type::kReal32, "Feedback").in("N"),
     reading(kObserverIndex, 3, Type::kReal32, "Residual").in("N"),
@@ -44,6 +45,7 @@ inline constexpr auto kObserverRows = std::to_array<Object>({
     reading(kObserverIndex, kMemorySub + 1, Type::kU32, "Loops given up by a full stack"),
     reading(kObserverIndex, kMemorySub + 2, Type::kReal32, "Highest loop given up").in("N"),
     reading(kObserverIndex, kMemorySub + 3, Type::kU32, "Ticks the memory stack missed"),
+    reading(kObserverIndex, kAddedMassSub, Type::kReal32, "Mass added by the adaptation").in("kg"),
 });
 
 inline constexpr auto kTimingRows = std::to_array<Object>({

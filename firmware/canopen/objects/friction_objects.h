@@ -51,6 +51,10 @@ inline constexpr std::uint8_t kNotchFirst = kAxisFloats + 1;
 inline constexpr std::uint8_t kCompensateSub = kNotchFirst + 6;
 inline constexpr std::uint8_t kAdaptLevelSub = kCompensateSub + 1;
 
+inline constexpr std::uint8_t kObserverSub = kAdaptLevelSub + 1;  ///< and two that follow
+inline constexpr std::uint8_t kTorqueShareSub = kObserverSub + 2;
+inline constexpr std::uint8_t kLastAxisSub = kTorqueShareSub + 1;
+
 inline constexpr std::uint16_t kAxisIndex = 0x2000;
 inline constexpr std::uint16_t kIoIndex = 0x2010;
 inline constexpr std::uint16_t kHomingIndex = 0x2011;
@@ -62,16 +66,19 @@ inline constexpr std::uint16_t kModelImageIndex = 0x2141;
 inline constexpr std::uint16_t kByEffectIndex = 0x2201;
 
 inline constexpr auto kAxisRows = [] {
-  std::array<Object, std::size_t{kAdaptLevelSub} + 1> rows{};
+  std::array<Object, std::size_t{kLastAxisSub} + 1> rows{};
   const AxisParameters defaults;
-  rows[0] = head(kAxisIndex, ObjectCode::kRecord, "Axis parameters", kAdaptLevelSub);
+  const auto bounded = [](Object row, float AxisParameters::*member) {
+    for (const slipstack::detail::Bound& bound : slipstack::detail::kAxisBounds) {
+      if (bound.member == member) row = row.within(bound.lower, bound.upper);
+    }
+    return row.at_first(AxisParameters{}.*member).stored(Storage::kParameter);
+  };
+  rows[0] = head(kAxisIndex, ObjectCode::kRecord, "Axis parameters", kLastAxisSub);
   std::uint8_t sub = 1;
   for (const AxisObject& own : kAxisObjects) {
-    Object row = entry(kAxisIndex, sub, Type::kReal32, own.name).at_first(defaults.*own.member).in(own.unit);
-    for (const slipstack::detail::Bound& bound : slipstack::detail::kAxisBounds) {
-      if (bound.member == own.member) row = row.within(bound.lower, bound.upper);
-    }
-    rows[sub++] = row.stored(Storage::kParameter);
+    rows[sub] = bounded(entry(kAxisIndex, sub, Type::kReal32, own.name).in(own.unit), own.member);
+    ++sub;
   }
   for (int notch = 1; notch <= 2; ++notch) {
     rows[sub] = entry(kAxisIndex, sub, Type::kReal32, "Notch frequency").within(0.0F, 22500.0F).in("Hz");
@@ -91,6 +98,16 @@ inline constexpr auto kAxisRows = [] {
                   .stored(Storage::kParameter);
   rows[sub + 1] =
       entry(kAxisIndex, kAdaptLevelSub, Type::kBoolean, "Adapt level").stored(Storage::kParameter);
+  rows[sub + 2] = entry(kAxisIndex, kObserverSub, Type::kBoolean, "Observe friction at rest")
+                      .at_first(1U)
+                      .stored(Storage::kParameter);
+  rows[sub + 3] = bounded(
+      entry(kAxisIndex, kObserverSub + 1, Type::kReal32, "Dead band of the friction observer").in("count"),
+      &AxisParameters::friction_band_counts);
+  rows[sub + 4] =
+      bounded(entry(kAxisIndex, kTorqueShareSub, Type::kReal32, "Share of the friction in torque mode"),
+              &AxisParameters::torque_friction_share);
+  rows[sub + 5] = entry(kAxisIndex, kLastAxisSub, Type::kBoolean, "Adapt mass").stored(Storage::kParameter);
   return rows;
 }();
 

@@ -111,6 +111,8 @@ class Telemetry {
         return memory.overflow_count();
       case kMemorySub + 2:
         return word(memory.overflow_height_N());
+      case kAddedMassSub:
+        return word(controller_.added_kg());
       default:
         return memory.missed_ticks();
     }

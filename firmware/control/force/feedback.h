@@ -46,6 +46,9 @@ class Feedback {
     integral_N_ += gain.integral_per_tick * (proportional_N_ + applied_N - wanted_N);
   }
 
+  /// The feed-forward makes this force from now on, N.
+  void give_up(float force_N) { integral_N_ -= force_N; }
+
   /// Forgets the past.
   void reset() {
     integral_N_ = 0.0F;

@@ -37,6 +37,8 @@ class FeedForward {
     std::int32_t shift_up = 0;  ///< displacement is counts x 2^up / 2^down; one of the two is zero
     std::int32_t shift_down = 0;
     float steps_per_count = 0.0F;  ///< 2^up, 0 where displacement is coarser than a count
+    std::int32_t band = 0;         ///< dead band of the observer, steps
+    float rest = 0.0F;             ///< a reference below this speed rests, counts per tick; 0: it never does
   };
 
   /// Where the hysteresis sees the reference, in its own steps.
@@ -46,13 +48,40 @@ class FeedForward {
            static_cast<std::int32_t>(at.fraction * scale.steps_per_count);
   }
 
+  /// The same of whole counts, as the encoder has them.
+  static std::int32_t displacement(const Scales& scale, std::int32_t counts) {
+    return static_cast<std::int32_t>(static_cast<std::uint32_t>(counts) << scale.shift_up) >>
+           scale.shift_down;
+  }
+
+  // ---- where the hysteresis is: before each step() ----
+
+  /// Here from now on.
+  void start(const Scales& scale, std::int32_t counts) {
+    place_ = reference_ = axis_ = displacement(scale, counts);
+  }
+  /// It moves with the reference; where that rests, or lies where the axis is (`follows`), with the axis, by
+  /// what the counts do beyond the dead band, as a play operator has it: noise within it moves nothing.
+  void observe(const Scales& scale, const ReferencePoint& at, std::int32_t counts, bool follows) {
+    const std::int32_t now = displacement(scale, at);
+    const std::int32_t measured = displacement(scale, counts);
+    const bool rests = follows || approx::absolute(at.velocity) < scale.rest;
+    const std::int32_t before = axis_;
+    axis_ = rests ? played(before, measured, scale.band) : measured;
+    place_ = sum(place_, rests ? difference(axis_, before) : difference(now, reference_));
+    reference_ = now;
+    correction_ = rests ? 1.0F : 0.0F;
+  }
+  /// Where step() finds it, in its own steps.
+  std::int32_t place() const { return place_; }
+
   /// One tick: the force in N at this point of the reference with the dry friction at this level. `reference`
   /// says where on the rail that is.
   float step(FrictionModel<float>& model, const Scales& scale, const ReferencePoint& at, float level,
              const PositionReference& reference) {
     const Sample<float> sample{
         .time_s = 0.0F,  // FrictionModel::refresh()
-        .displacement = displacement(scale, at),
+        .displacement = place_,
         .position_m =
             (static_cast<float>(reference.position_of(at.counts)) + at.fraction) * scale.resolution_m,
         .velocity_mps = at.velocity * scale.mps_per_count,
@@ -60,15 +89,32 @@ class FeedForward {
         .dry_friction_N = 0.0F,
         .position_weight = reference.weight()};
     const FrictionModel<float>::Force& force = model.advance(sample);
+    corrected_N_ = correction_ * level * (force.dry_friction_N - dry_N_);
     dry_N_ = force.dry_friction_N;
     return force.total_N + (level - 1.0F) * dry_N_;
   }
 
   /// The dry friction of the last step, at level 1.
   float dry_N() const { return dry_N_; }
+  /// What the observer's correction changed in the last step, N.
+  float corrected_N() const { return corrected_N_; }
 
  private:
+  // `from` moved as little as brings it within the band about `to`.
+  static std::int32_t played(std::int32_t from, std::int32_t to, std::int32_t band) {
+    std::int32_t ahead = difference(from, to);
+    ahead = ahead < -band ? -band : ahead;
+    ahead = ahead > band ? band : ahead;
+    return sum(to, ahead);
+  }
+
   float dry_N_ = 0.0F;
+  float correction_ = 0.0F;  // 1 in a tick in which the axis moves the hysteresis
+  float corrected_N_ = 0.0F;
+  // In steps of the hysteresis.
+  std::int32_t reference_ = 0;
+  std::int32_t axis_ = 0;   // within the dead band about the counts
+  std::int32_t place_ = 0;  // of the hysteresis
 };
 
 }  // namespace slipstack

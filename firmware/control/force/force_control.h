@@ -22,7 +22,8 @@ class ForceControl {
     const ControlSet& set;
     const MotionBounds& bounds;
     const Command& command;
-    TickHistory& history;
+    const TickHistory& history;
+    TickHistory::Entry& entry;  ///< of this tick in it
     ControlOutput& out;
     std::uint32_t number;  ///< of the tick
     std::int32_t counts;
@@ -36,8 +37,14 @@ class ForceControl {
   float step_model(ControlSet& set, const ReferencePoint& at, float level, const PositionReference& place) {
     return feedforward_.step(set.model, set.scales, at, level, place);
   }
-  /// The dry friction in it, at level 1.
-  float dry_N() const { return feedforward_.dry_N(); }
+  /// Before it: where the hysteresis is. `follows`: the reference lies where the axis is.
+  void observe(const ControlSet& set, const ReferencePoint& at, std::int32_t counts, bool follows) {
+    feedforward_.observe(set.scales, at, counts, follows);
+  }
+  /// What TickHistory keeps for the main loop; without a word on the level.
+  TickHistory::Residual note() const {
+    return {.dry_N = feedforward_.dry_N(), .place = feedforward_.place()};
+  }
 
   // ---- the modes; false: the force is not finite, and no current was set ----
 
@@ -45,7 +52,7 @@ class ForceControl {
   void step_off(const Tick& tick) {
     expected_mps2_ = 0.0F;
     step_estimate(tick);
-    publish(tick, tick.history.point(tick.number));
+    publish(tick, tick.entry.point);
     tick.out.feedback_N = 0.0F;
     tick.out.current_A = 0.0F;
   }
@@ -54,6 +61,7 @@ class ForceControl {
   [[gnu::always_inline]] bool step_position(const Tick& tick) {
     const ControlSet& set = tick.set;
     step_estimate(tick);
+    take_correction(set);
     const ReferencePoint& now =
         tick.history.behind(tick.number, tick.history.lead_within(tick.number, set.lead));
     publish(tick, now);
@@ -95,7 +103,7 @@ class ForceControl {
     follow_axis(tick);
     Force force;
     if (!apply(tick, bounded(tick), force)) return false;
-    expect(tick, tick.history.point(tick.number), force);
+    expect(tick, tick.entry.point, force);
     bound.look_ahead(range, tick.bounds.stopping,
                      {tick.counts, estimate_.velocity_mps() * set.counts_per_mps,
                       expected_mps2_ / set.mps2_per_count, tick.command.target_N + tick.command.offset_N});
@@ -107,7 +115,7 @@ class ForceControl {
     follow_axis(tick);
     Force force;
     if (!apply(tick, push_N - tick.command.offset_N, force)) return false;
-    expect(tick, tick.history.point(tick.number), force);
+    expect(tick, tick.entry.point, force);
     return true;
   }
 
@@ -133,9 +141,13 @@ class ForceControl {
   void forget(ControlSet& set) {
     estimate_.reset(estimate_.counts());
     set.forget_motion(estimate_.counts());
+    feedforward_.start(set.scales, estimate_.counts());
   }
   /// The first parameters: the axis is here.
-  void start(std::int32_t counts) { estimate_.reset(counts); }
+  void start(const ControlSet& set, std::int32_t counts) {
+    estimate_.reset(counts);
+    feedforward_.start(set.scales, counts);
+  }
 
   const StateEstimate& estimate() const { return estimate_; }
   /// The current of the last tick.
@@ -153,17 +165,26 @@ class ForceControl {
   // The reference follows the axis.
   [[gnu::always_inline]] void follow_axis(const Tick& tick) {
     step_estimate(tick);
-    const ReferencePoint& now = tick.history.point(tick.number);
+    const ReferencePoint& now = tick.entry.point;
     publish(tick, now);
     tick.out.feedback_N = 0.0F;
     // Where the next tick should find the axis.
     tick.out.reference_counts = sum(now.counts, static_cast<std::int32_t>(now.velocity));
   }
 
-  // The commanded force within the velocity limit.
+  // What the observer changes in the friction leaves the force as it is: the disturbance that the estimate
+  // sees is from now on one of the corrected model, and the integral gives up the rest.
+  void take_correction(const ControlSet& set) {
+    const float corrected_N = feedforward_.corrected_N();
+    feedback_.give_up(set.uncompensated_share * corrected_N);
+    estimate_.expect_less(set.per_mass_kg * corrected_N);
+  }
+
+  // The commanded force, with the share of the friction that is compensated, within the velocity limit.
   float bounded(const Tick& tick) const {
+    const float force_N = tick.command.target_N + tick.set.torque_share * tick.out.feedforward_N;
     return TorqueBounds::within_velocity(tick.set, tick.bounds.velocity_mps, estimate_.velocity_mps(),
-                                         tick.command.target_N, tick.out.limits);
+                                         force_N, tick.out.limits);
   }
 
   void publish(const Tick& tick, const ReferencePoint& at) {
@@ -200,7 +221,7 @@ class ForceControl {
   void note_residual(const Tick& tick, const ReferencePoint& at) {
     if (tick.out.limits != 0) return;
     if (approx::absolute(at.velocity) <= tick.set.adaptation_counts) return;
-    tick.history.residual(tick.number).residual_N = tick.out.residual_N;
+    tick.entry.residual.residual_N = tick.out.residual_N;
   }
 
   StateEstimate estimate_;

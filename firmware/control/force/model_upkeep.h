@@ -3,17 +3,17 @@
 
 #include <cstdint>
 
+#include "firmware/control/force/adaptation.h"
 #include "firmware/control/force/feedforward.h"
 #include "firmware/control/force/hysteresis_memory.h"
-#include "firmware/control/force/level_adaptation.h"
 #include "firmware/control/parameters/parameter_sets.h"
 #include "firmware/control/tick_history.h"
 
 namespace slipstack {
 
 /// What the main loop keeps up to date of the friction model, from what the ticks have left since the last
-/// time: the level of the friction, the memory of the hysteresis, the time that drift goes by, and the weight
-/// of effects over position.
+/// time: the level of the friction and the mass, the memory of the hysteresis, the time that drift goes by,
+/// and the weight of effects over position.
 class ModelUpkeep {
  public:
   /// In every pass of the main loop, at least every TickHistory::kLatest ticks.
@@ -21,19 +21,25 @@ class ModelUpkeep {
     const ControlSet& set = sets.active();
     const std::uint32_t last = sets.tick();
     fade(set.axis, last, place, driving);
-    if (set.valid) adaptation_.limit(set.adaptation);
     time_s_ = up_time_.at(last, set.axis.tick_s);
     sets.active().model.refresh(time_s_ + set.drift_begin_s);
     take_parameters(set, last);
+    if (set.valid) adaptation_.limit(set.adaptation);
     history.follow(
         seen_, last, [&sets] { return sets.tick(); },
         [&](const TickHistory::Entry& entry, std::uint32_t missed) {
           if (missed > 0) memory_.miss(missed);
-          memory_.step(FeedForward::displacement(set.scales, entry.point));
-          if (set.valid) adaptation_.step(set.adaptation, entry.residual.dry_N, entry.residual.residual_N);
+          memory_.step(entry.residual.place);
+          if (!set.valid) return;
+          adaptation_.step(set.adaptation,
+                           {entry.point.counts, entry.residual.dry_N,
+                            entry.point.acceleration * set.mps2_per_count, entry.residual.residual_N});
         });
+    if (set.valid) sets.active().add_mass(adaptation_.added_kg());
   }
 
+  /// What the adaptation adds to the mass of the model, kg.
+  float added_kg() const { return adaptation_.added_kg(); }
   /// Of the friction; in the tick and outside it.
   float level() const { return adaptation_.level(); }
   const HysteresisMemory& memory() const { return memory_; }
@@ -56,12 +62,15 @@ class ModelUpkeep {
       shift_ = kNoShift;
     }
     if (!set.valid || set.number == number_) return;
+    if (set.hash != hash_ || number_ == 0) adaptation_.begin(set.adaptation);
+    hash_ = set.hash;
     memory_.take(set.virgin_curve, set.displacement_shift == shift_);
     number_ = set.number;
     shift_ = set.displacement_shift;
   }
 
-  LevelAdaptation adaptation_;
+  Adaptation adaptation_;
+  std::uint32_t hash_ = 0;  // of the model that it has learned of
   HysteresisMemory memory_;
   UpTime up_time_;
   float time_s_ = 0.0F;

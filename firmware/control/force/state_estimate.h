@@ -69,6 +69,9 @@ class StateEstimate {
   /// What is known better from elsewhere.
   void correct_velocity(float velocity_mps) { velocity_mps_ = velocity_mps; }
 
+  /// What is expected from now on is less by this, and the axis moves as it does.
+  void expect_less(float acceleration_mps2) { disturbance_mps2_ += acceleration_mps2; }
+
   /// Estimated position: counts() times the resolution, plus offset_m().
   std::int32_t counts() const { return counts_; }
   float offset_m() const { return offset_m_; }

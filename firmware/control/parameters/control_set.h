@@ -6,10 +6,10 @@
 
 #include "firmware/control/bounds/motion_bounds.h"
 #include "firmware/control/exchange_box.h"
+#include "firmware/control/force/adaptation.h"
 #include "firmware/control/force/feedback.h"
 #include "firmware/control/force/feedforward.h"
 #include "firmware/control/force/hysteresis_memory.h"
-#include "firmware/control/force/level_adaptation.h"
 #include "firmware/control/force/state_estimate.h"
 #include "firmware/control/parameters/parameters.h"
 #include "firmware/control/supervision/digital_io.h"
@@ -32,7 +32,9 @@ struct ControlSet {
   float counts_per_mps = 0.0F;
   float blend_keep = 0.0F;
   float disturbance_kg = 0.0F;
+  float uncompensated_share = 1.0F;  ///< of a disturbance: the integral's
   float adaptation_counts = 0.0F;
+  float torque_share = 0.0F;  ///< of the friction that is compensated in torque mode
   float largest_step_A = 0.0F;
   float drift_begin_s = 0.0F;  ///< for the main loop
   StateEstimate::Gains estimate;
@@ -41,7 +43,8 @@ struct ControlSet {
   FaultMonitor::Bounds monitor;
   UnseenMotion::Settings unseen;
   IoMasks io;
-  LevelAdaptation::Bounds adaptation;
+  Adaptation::Bounds adaptation;
+  float inertia_kg = 0.0F;  ///< as the model has it, for the main loop
   ExchangeBox<MotionBounds> bounds;
   AxisParameters axis;
   std::uint32_t hash = 0;
@@ -69,8 +72,10 @@ struct ControlSet {
     A_per_N = 1.0F / axis.motor_constant_N_per_A;
     blend_keep = approx::exp(-3.0F * axis.tick_s / axis.swap_time_s);
     disturbance_kg = axis.disturbance_share * mass_kg;
+    torque_share = axis.torque_friction_share;
     // Beyond any velocity when it is switched off.
-    adaptation_counts = axis.adapt_level ? axis.adaptation_speed_mps / mps_per_count : 1.0e30F;
+    adaptation_counts =
+        axis.adapt_level || axis.adapt_mass ? axis.adaptation_speed_mps / mps_per_count : 1.0e30F;
     largest_step_A = axis.current_rate_A_per_s * axis.tick_s;
     drift_begin_s = slipstack::drift_begin_s(axis, parameters);
     bounds.write(MotionBounds::of(axis, user));
@@ -81,8 +86,7 @@ struct ControlSet {
     unseen = UnseenMotion::settings(axis, parameters);
     prepare_check();
     io = IoMasks::of(axis.io);
-    adaptation =
-        LevelAdaptation::bounds(axis.level_lowest, axis.level_highest, axis.level_memory_s, axis.tick_s);
+    Adaptation::set(adaptation, axis, dry_friction_N(parameters), mass_kg);
     prepare_model(axis.compensate ? parameters : mass_only(parameters));
     valid = true;
     return ParameterStatus::kOk;
@@ -99,6 +103,9 @@ struct ControlSet {
     here.displacement = FeedForward::displacement(scales, {.counts = counts});
     model.reset(here);
   }
+
+  /// Outside the tick: the feed-forward of the mass with so much more.
+  void add_mass(float added_kg) { model.set_gain<Inertia<float>>(0, inertia_kg + added_kg); }
 
   /// Takes over the state of the model that runs; hysteresis only if displacement has the same unit. The
   /// first parameters find an axis at rest, its hysteresis unloaded.
@@ -146,10 +153,25 @@ struct ControlSet {
     scales.shift_up = displacement_shift > 0 ? displacement_shift : 0;
     scales.shift_down = displacement_shift < 0 ? -displacement_shift : 0;
     scales.steps_per_count = displacement_shift > 0 ? approx::power_of_two<float>(displacement_shift) : 0.0F;
+    prepare_observer();
     const float metres_per_step =
         axis.encoder_resolution_m * approx::power_of_two<float>(-displacement_shift);
+    const auto& inertia = std::get<EffectParameters<Inertia<float>, float>>(parameters);
+    inertia_kg = inertia.enabled ? inertia.gains[0] : 0.0F;
     model.prepare(parameters, Scales<float>{axis.tick_s, metres_per_step});
     virgin_curve = virgin_curve_of(parameters, metres_per_step);
+  }
+
+  void prepare_observer() {
+    const float steps = axis.friction_band_counts * approx::power_of_two<float>(displacement_shift);
+    // Sums of two stay in 32 bits.
+    constexpr float kMost = 1.0e9F;
+    scales.band = static_cast<std::int32_t>(approx::clamp(steps + 0.5F, 0.0F, kMost));
+    // What the observer takes from an integral that does not integrate would stay there. A stream that stands
+    // leaves the rounding of its path.
+    constexpr float kRest = 0x1p-10F;
+    scales.rest = axis.observe_friction && axis.integral_per_s > 0.0F ? kRest : 0.0F;
+    uncompensated_share = 1.0F - axis.disturbance_share;
   }
 
   static ModelParameters mass_only(const ModelParameters& parameters) {

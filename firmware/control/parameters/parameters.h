@@ -47,10 +47,14 @@ struct AxisParameters {
   float swap_time_s = 0.02F;        ///< over which a change of parameters comes into force
   bool compensate = true;           ///< false: feed-forward of the mass only
   bool adapt_level = false;
+  bool adapt_mass = false;
   float level_lowest = 0.5F;
   float level_highest = 1.5F;
-  float level_memory_s = 5.0F;
+  float level_memory_s = 1.0F;
   float adaptation_speed_mps = 5.0e-3F;  ///< of the reference, from which on the level is adapted
+  bool observe_friction = true;          ///< while the reference rests the hysteresis sees the axis
+  float friction_band_counts = 0.5F;     ///< by which the axis may be elsewhere without being seen there
+  float torque_friction_share = 0.0F;    ///< of the friction that is compensated in torque mode
   float motor_rated_A = 0.0F;            ///< for ever (6075h); 0: without I2t
   float motor_thermal_s = 10.0F;         ///< time constant of the winding
   float amplifier_rated_A = 0.0F;
@@ -126,6 +130,8 @@ inline constexpr auto kAxisBounds = std::to_array<Bound>({
     {&AxisParameters::level_highest, 1.0F, 3.0F},
     {&AxisParameters::level_memory_s, 0.1F, 1.0e3F},
     {&AxisParameters::adaptation_speed_mps, 1.0e-4F, 10.0F},
+    {&AxisParameters::friction_band_counts, 0.0F, 1.0e6F},
+    {&AxisParameters::torque_friction_share, 0.0F, 1.0F},
     {&AxisParameters::motor_rated_A, 0.0F, 1.0e3F},
     {&AxisParameters::motor_thermal_s, 0.1F, 1.0e5F},
     {&AxisParameters::amplifier_rated_A, 0.0F, 1.0e3F},

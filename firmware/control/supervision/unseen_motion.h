@@ -71,18 +71,22 @@ class UnseenMotion {
   bool step(const Settings& settings, const TickHistory::Reading& now, bool free) {
     const std::int32_t step = difference(now.counts, last_counts_);
     last_counts_ = now.counts;
+    if (still_ < kLongStill) ++still_;
     const std::int32_t moved = difference(now.counts, counts_);
     if (moved <= 1 && moved >= -1 && free) return goes_unseen(settings, now.counts, now.current_A);
-    begin(now.counts, step, now.current_A);
+    // A count after some ticks without is a fraction of one per tick: a coarse encoder at rest is not fast.
+    begin(now.counts, static_cast<float>(moved) / static_cast<float>(still_),
+          step > 1 || step < -1 ? 0.0F : now.current_A);
     return false;
   }
 
   // One that stops dead has been moving, and whatever moved it still does: nothing of it is held.
-  void begin(std::int32_t counts, std::int32_t step, float current_A) {
+  void begin(std::int32_t counts, float velocity, float held_A) {
     counts_ = counts;
-    velocity_ = static_cast<float>(step);
+    velocity_ = velocity;
+    still_ = 0;
     way_ = 0.0F;
-    held_A_ = step > 1 || step < -1 ? 0.0F : current_A;
+    held_A_ = held_A;
   }
 
   // Whether the free axis would have gone further than may go unseen.
@@ -98,13 +102,16 @@ class UnseenMotion {
     velocity_ = slowed > 0.0F ? (velocity > 0.0F ? slowed : -slowed) : 0.0F;
     way_ += velocity_;
     if (approx::absolute(way_) <= settings.most_counts) return false;
-    begin(counts, 0, current_A);
+    begin(counts, 0.0F, current_A);
     return true;
   }
+
+  static constexpr std::int32_t kLongStill = 1 << 20;
 
   std::uint32_t seen_ = 0;  // the last tick that was followed
   std::int32_t last_counts_ = 0;
   std::int32_t counts_ = 0;  // where they moved last
+  std::int32_t still_ = 0;   // ticks since
   float held_A_ = 0.0F;      // what held the axis there
   float velocity_ = 0.0F;    // counts per tick
   float way_ = 0.0F;

@@ -105,37 +105,84 @@ TEST(CurrentLimit, HoldsMagnitudeAndRateAndSaysWhich) {
   }
 }
 
-// Least squares in closed form: what was believed before, worth 1 / P, fades by the forgetting; each tick
-// adds dry^2.
-TEST(LevelAdaptation, IsTheLeastSquaresEstimateWithForgetting) {
-  const auto bounds = LevelAdaptation::bounds(0.5F, 1.5F, 0.5F, kTick_s);
-  LevelAdaptation adaptation;
-  const double forgetting = 1.0 - 1e-4 / 0.5;
+// Least squares in closed form, for the level as a whole alone: what was believed before, worth 1 / P, fades
+// by the forgetting; each tick adds dry^2.
+TEST(Adaptation, IsTheLeastSquaresEstimateWithForgetting) {
+  AxisParameters axis;
+  axis.adapt_level = true;
+  axis.level_memory_s = 0.5F;
+  Adaptation::Bounds bounds = Adaptation::bounds(axis, 12.0F, 35.0F);
+  bounds.part = {};
+  Adaptation adaptation;
+  adaptation.begin(bounds);
+  const double kept = 1.0 / (1.0 + 1e-4 / 0.5);
   double believed = 1.0 / static_cast<double>(adaptation.variance_per_N2());
   double weight = 0.0;
   for (int i = 0; i < 40000; ++i) {
     const float dry_N = (i / 1000) % 2 == 0 ? 12.0F : -12.0F;
-    adaptation.step(bounds, dry_N, (1.3F - adaptation.level()) * dry_N);
-    believed *= forgetting;
-    weight = weight * forgetting + 144.0;
+    adaptation.step(bounds, {0, dry_N, 3.0F, (1.3F - adaptation.level()) * dry_N});
+    weight += 144.0;
     const double should = 1.3 - 0.3 * believed / (believed + weight);
-    ASSERT_NEAR(static_cast<double>(adaptation.level()), should, 1e-4) << i;
+    believed *= kept;
+    weight *= kept;
+    // Steps below half of a float's last place are lost: k (1.3 - level) 12 < 6e-8, k = 2e-4 / 12.
+    ASSERT_NEAR(static_cast<double>(adaptation.level()), should, 3.5e-4) << i;
   }
   EXPECT_NEAR(adaptation.level(), 1.3F, 2e-3F);
+  EXPECT_EQ(adaptation.added_kg(), 0.0F);
 }
 
-TEST(LevelAdaptation, StaysBoundedForAnyInput) {
-  const auto bounds = LevelAdaptation::bounds(0.6F, 1.4F, 1.0F, kTick_s);
+// A level along the rail and a mass, both unknown, from one residual.
+TEST(Adaptation, TellsLevelPlaceAndMassApart) {
+  AxisParameters axis;
+  axis.adapt_level = axis.adapt_mass = true;
+  axis.acceleration_limit_mps2 = 5.0F;
+  const Adaptation::Bounds bounds = Adaptation::bounds(axis, 12.0F, 35.0F);
+  Adaptation adaptation;
+  adaptation.begin(bounds);
+  const auto true_level = [](double x_m) { return 1.1 + 0.3 * std::sin(2.0 * std::numbers::pi * x_m / 0.2); };
+  double worst = 0.0;
+  constexpr int kTicks = 400000;
+  for (int i = 0; i < kTicks; ++i) {
+    const double rate = 2.0 * std::numbers::pi / 1.3, phase = rate * i * 1e-4;
+    // From -0.13 to 0.13 m: place zero is within.
+    const double x_m = 0.13 * std::sin(phase);
+    const double acceleration = -0.13 * rate * rate * std::sin(phase);
+    const auto dry_N = static_cast<float>(std::copysign(12.0, std::cos(phase)));
+    const double missed_N =
+        (true_level(x_m) - static_cast<double>(adaptation.level())) * static_cast<double>(dry_N) +
+        (10.0 - static_cast<double>(adaptation.added_kg())) * acceleration;
+    adaptation.step(bounds, {static_cast<std::int32_t>(std::lround(x_m * 1e6)), dry_N,
+                             static_cast<float>(acceleration), static_cast<float>(missed_N)});
+    if (i > kTicks * 3 / 4)
+      worst = std::max(worst, std::abs(static_cast<double>(adaptation.level()) - true_level(x_m)));
+  }
+  EXPECT_NEAR(adaptation.added_kg(), 10.0F, 0.3F);
+  EXPECT_LT(worst, 0.05);
+  // Linear between values 16 mm apart: some of it remains.
+  EXPECT_GT(worst, 1e-3);
+}
+
+TEST(Adaptation, StaysBoundedForAnyInput) {
+  AxisParameters axis;
+  axis.adapt_level = axis.adapt_mass = true;
+  axis.level_lowest = 0.6F;
+  axis.level_highest = 1.4F;
+  const Adaptation::Bounds bounds = Adaptation::bounds(axis, 15.0F, 35.0F);
   std::mt19937 random(9);
-  LevelAdaptation adaptation;
+  Adaptation adaptation;
+  adaptation.begin(bounds);
   const float inf = std::numeric_limits<float>::infinity();
-  const float wild[] = {0.0F, 1.0F, -1.0F, 1e-30F, 1e30F, -1e30F, inf, -inf, std::nanf(""), 15.0F};
+  const float wild[] = {0.0F, 1.0F, -1.0F, 1e-30F, 1e30F, -1e30F, inf, -inf, std::nanf(""), 15.0F, 1e17F};
   for (int i = 0; i < 100000; ++i) {
-    adaptation.step(bounds, wild[random() % 10], wild[random() % 10]);
+    adaptation.step(bounds, {static_cast<std::int32_t>(random()), wild[random() % 11], wild[random() % 11],
+                             wild[random() % 11]});
     ASSERT_GE(adaptation.level(), 0.6F);
     ASSERT_LE(adaptation.level(), 1.4F);
+    ASSERT_GE(adaptation.added_kg(), -17.5F);
+    ASSERT_LE(adaptation.added_kg(), 35.0F);
     ASSERT_GT(adaptation.variance_per_N2(), 0.0F);
-    ASSERT_LE(adaptation.variance_per_N2(), bounds.largest_variance_per_N2);
+    ASSERT_LE(adaptation.variance_per_N2(), bounds.whole.most);
   }
 }
 

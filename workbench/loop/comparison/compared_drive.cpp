@@ -50,7 +50,8 @@ class DriveRunner {
     const std::int32_t here = counts();
     set_->forget_motion(here);
     set_->model.refresh(0.0F);
-    force_.start(here);
+    force_.start(*set_, here);
+    adaptation_.begin(set_->adaptation);
     place_.start(parameters.reference);
   }
 
@@ -72,18 +73,21 @@ class DriveRunner {
     ControlSet& set = *set_;
     const auto number = static_cast<std::uint32_t>(i + 1);
     const std::int32_t now = counts();
-    const ReferencePoint& point = history_.point(number) = reference_[i];
+    TickHistory::Entry& entry = history_.entry(number);
+    const ReferencePoint& point = entry.point = reference_[i];
     out_.limits = 0;
     out_.level = adaptation_.level();
     Command command;
+    force_.observe(set, point, now, false);
     feed_forward(i, point, command);
-    history_.residual(number) = {.dry_N = force_.dry_N()};
+    entry.residual = force_.note();
     const ForceControl::Tick tick{
-        set, bounds_, command, history_, out_, number, now, set.axis.current_limit_A, false, false};
+        set, bounds_, command, history_, entry, out_, number, now, set.axis.current_limit_A, false, false};
     if (!force_.step_position(tick)) throw std::invalid_argument("the force is not finite");
     out_.driving = true;
-    const TickHistory::Residual& said = history_.residual(number);
-    adaptation_.step(set.adaptation, said.dry_N, said.residual_N);
+    adaptation_.step(set.adaptation, {point.counts, entry.residual.dry_N,
+                                      point.acceleration * set.mps2_per_count, entry.residual.residual_N});
+    set.add_mass(adaptation_.added_kg());
     note(i, now, result);
     const double noise_N = axis_.force_noise_N > 0.0 ? axis_.force_noise_N * noise_.normal() : 0.0;
     plant_.step(static_cast<double>(out_.current_A), kComparedTick_s, noise_N);
@@ -129,7 +133,7 @@ class DriveRunner {
   TickHistory history_;
   ControlOutput out_;
   ForceControl force_;
-  LevelAdaptation adaptation_;
+  Adaptation adaptation_;
   PositionReference place_;
 };
 

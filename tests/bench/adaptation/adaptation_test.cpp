@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: Apache-2.0
+// The axis is not the one that the model is of: level of the friction, its course along the rail, payload.
+// What adaptation makes of it move by move, and docs/adaptation.md against it.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <fstream>
+#include <iostream>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "tests/bench/observer/observed_axis.h"
+
+namespace slipstack::adaptation {
+namespace {
+
+constexpr int kMoves = 14;
+constexpr int kLearned = 10;  // moves, after which the goal holds
+constexpr std::array<std::uint64_t, 2> kSeeds{3, 4};
+
+struct Case {
+  const char* name;
+  double level = 1.0;                            ///< of the axis's friction, times the model's
+  double payload = 0.0;                          ///< in moving masses
+  std::function<void(sim::Axis&)> differs = {};  ///< what else there is
+};
+
+std::vector<Case> cases() {
+  const auto along_the_rail = [](sim::Axis& axis) {
+    constexpr double kDepth = 0.45, kLength_m = 0.2;
+    const sim::PositionMap map = sim::PositionMap::sines(axis.stroke_m, {{1.0, kLength_m, 0.3}});
+    axis.effects.preload = sim::PositionPreload{map, kDepth / map.peak()};
+  };
+  const auto warms = [](sim::Axis& axis) {
+    axis.effects.drift = sim::Drift{.kind = sim::DriftKind::kLinear, .depth = 0.2, .time_s = 60.0};
+  };
+  return {{"as the model"},
+          {"level 0.55", 0.55},
+          {"level 0.8", 0.8},
+          {"level 1.2", 1.2},
+          {"level 1.45", 1.45},
+          {"0.55 to 1.45 along the rail", 1.0, 0.0, along_the_rail},
+          {"+20 % within a minute", 1.0, 0.0, warms},
+          {"payload +50 %", 1.0, 0.5}};
+}
+
+enum class Way { kUncompensated, kKnown, kFixed, kAdapted };
+
+using Errors = std::array<double, kMoves>;
+
+// Of each move and the 50 ms behind it, um rms over the seeds.
+Errors errors(const Case& one, Way way, double move_m, float disturbance_share) {
+  Errors sum{};
+  for (const std::uint64_t seed : kSeeds) {
+    observer::Setting setting;
+    setting.seed = seed;
+    setting.start_m = 0.05;
+    const bool known = way == Way::kKnown;
+    setting.level_error = known ? 0.0 : 1.0 / one.level - 1.0;
+    setting.mass_error = known ? one.payload : 0.0;
+    setting.differs = [&](sim::Axis& axis) {
+      if (one.payload > 0.0) axis.effects.payload_kg = one.payload * axis.mass_kg;
+      // Known everywhere and at any time: as if it were the same there.
+      if (one.differs && !known) one.differs(axis);
+    };
+    setting.drive = [&](AxisParameters& p) {
+      p.compensate = way != Way::kUncompensated;
+      p.adapt_level = p.adapt_mass = way == Way::kAdapted;
+      p.disturbance_share = disturbance_share;
+    };
+    observer::ObservedAxis axis(setting);
+    for (int move = 0; move < kMoves; ++move) {
+      double squares = 0.0;
+      int count = 0;
+      const auto add = [&](double) {
+        squares += axis.error_m() * axis.error_m() * 1e12;
+        ++count;
+      };
+      axis.move(move % 2 == 0 ? move_m : -move_m, add);
+      axis.watch(0.05, add);
+      sum[static_cast<std::size_t>(move)] += squares / count;
+    }
+    axis.expect_enabled();
+  }
+  for (double& one_um : sum) one_um = std::sqrt(one_um / static_cast<double>(kSeeds.size()));
+  return sum;
+}
+
+double largest_after(const Errors& errors_um, int first) {
+  return *std::max_element(errors_um.begin() + first, errors_um.end());
+}
+
+struct Row {
+  Errors uncompensated, known, fixed, adapted;
+  /// After ten moves, over that of known parameters.
+  double ratio() const { return largest_after(adapted, kLearned) / largest_after(known, kLearned); }
+  /// The largest of a move over that of the same move without compensation.
+  double worst() const {
+    double largest = 0.0;
+    for (std::size_t i = 0; i < adapted.size(); ++i)
+      largest = std::max(largest, adapted[i] / uncompensated[i]);
+    return largest;
+  }
+};
+Row row(const Case& one, double move_m, float share) {
+  return {errors(one, Way::kUncompensated, move_m, share), errors(one, Way::kKnown, move_m, share),
+          errors(one, Way::kFixed, move_m, share), errors(one, Way::kAdapted, move_m, share)};
+}
+
+std::string table() {
+  std::string text;
+  char line[200];
+  const auto print = [&](auto... values) {
+    std::snprintf(line, sizeof line, values...);
+    text += line;
+  };
+  print("%-29s %21s %9s   %27s   %6s %6s\n", "error of a move, um rms", "without      known", "not",
+        "adapted, move", "over", "over");
+  print("%-29s %10s %10s %9s   %9s%9s%9s   %6s %6s\n", "", "friction", "parameters", "adapted", "1", "2",
+        "11 to 14", "known", "none");
+  for (const float share : {0.0F, 1.0F})
+    for (const double move_m : {0.05, 0.3}) {
+      print("moves of %.0f mm%s\n", 1e3 * move_m, share > 0.0F ? ", 2000h:08 = 1" : "");
+      for (const Case& one : cases()) {
+        const Row r = row(one, move_m, share);
+        print("  %-27s %10.2f %10.2f %9.2f   %9.2f%9.2f%9.2f   %6.2f %6.2f\n", one.name,
+              largest_after(r.uncompensated, kLearned), largest_after(r.known, kLearned),
+              largest_after(r.fixed, kLearned), r.adapted[0], r.adapted[1],
+              largest_after(r.adapted, kLearned), r.ratio(), r.worst());
+      }
+    }
+  return text;
+}
+
+TEST(Adaptation, WithinOneAndAHalfOfKnownParametersAfterTenMoves) {
+  for (const Case& one : cases()) {
+    SCOPED_TRACE(one.name);
+    const Row r = row(one, 0.3, 0.0F);
+    EXPECT_LT(r.ratio(), 1.5);
+    EXPECT_LT(r.worst(), 1.0) << "never above the uncompensated axis";
+    EXPECT_GT(r.ratio(), 0.5) << "better than known would need an explanation";
+  }
+}
+
+TEST(Adaptation, WithoutItSuchAnAxisIsFarOff) {
+  for (const Case& one : {cases()[1], cases()[5], cases()[7]}) {
+    SCOPED_TRACE(one.name);
+    const double known_um = largest_after(errors(one, Way::kKnown, 0.3, 0.0F), kLearned);
+    EXPECT_GT(largest_after(errors(one, Way::kFixed, 0.3, 0.0F), kLearned), 4.0 * known_um);
+  }
+}
+
+// Effects that neither level nor mass are, hidden one by one: long.
+TEST(AdaptationWide, IsNeverAboveTheUncompensatedAxisWhateverIsHidden) {
+  for (const std::uint64_t seed : {1U, 2U}) {
+    const sim::Bench bench = sim::draw_bench(sim::Setup::kPickAndPlace, seed);
+    const sim::MotionProgramme programme = sim::draw_programme(bench, seed);
+    for (const sim::EffectId id : sim::drawable_effects()) {
+      sim::Axis hidden = bench.axis;
+      sim::add_effects(hidden, {id}, programme, bench.rate_Hz, 8.0, seed);
+      const auto error_um = [&](bool compensate, bool adapt) {
+        observer::Setting setting;
+        setting.seed = seed;
+        setting.start_m = 0.05;
+        setting.level_error = 0.1;
+        setting.mass_error = 0.03;
+        setting.differs = [&](sim::Axis& axis) { axis = hidden; };
+        setting.drive = [&](AxisParameters& p) {
+          p.compensate = compensate;
+          p.adapt_level = p.adapt_mass = adapt;
+        };
+        observer::ObservedAxis axis(setting);
+        observer::Spread error;
+        for (int move = 0; move < kMoves; ++move) {
+          const auto add = [&](double) { error.add(axis.error_m() * 1e6); };
+          axis.move(move % 2 == 0 ? 0.1 : -0.1, add);
+          axis.watch(0.05, add);
+        }
+        return error.rms();
+      };
+      const double adapted_um = error_um(true, true);
+      EXPECT_LT(adapted_um, 0.9 * error_um(false, false)) << sim::name(id) << ' ' << seed;
+      EXPECT_LT(adapted_um, 1.2 * error_um(true, false)) << sim::name(id) << ' ' << seed;
+    }
+  }
+}
+
+// As the page says to make it: adaptation_test --table.
+TEST(AdaptationPage, HasTheTableOfToday) {
+  std::ifstream file(SLIPSTACK_ADAPTATION_PAGE);
+  std::stringstream page;
+  page << file.rdbuf();
+  EXPECT_NE(page.str().find(table()), std::string::npos) << table();
+}
+
+}  // namespace
+}  // namespace slipstack::adaptation
+
+int main(int count, char** words) {
+  ::testing::InitGoogleTest(&count, words);
+  if (count > 1 && std::string(words[1]) == "--table") {
+    std::cout << slipstack::adaptation::table();
+    return 0;
+  }
+  return RUN_ALL_TESTS();
+}
