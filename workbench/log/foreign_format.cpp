@@ -11,7 +11,8 @@ namespace {
 using namespace std::string_view_literals;
 
 constexpr auto kWorkbook =
-    "a workbook of a spreadsheet program; save its sheet as CSV, or convert it: libreoffice --headless --convert-to "
+    "a workbook of a spreadsheet program; save its sheet as CSV, or convert it: libreoffice --headless "
+    "--convert-to "
     "csv FILE, then slipstack import"sv;
 
 struct Format {
@@ -21,18 +22,23 @@ struct Format {
 
 // The first bytes as the formats define them.
 constexpr std::array kFormats{
-    Format{"PK\x03\x04"sv, kWorkbook},                          // .xlsx, .ods: a ZIP archive
-    Format{"\xD0\xCF\x11\xE0\xA1\xB1\x1A\xE1"sv, kWorkbook},    // .xls: a compound file
+    Format{"PK\x03\x04"sv, kWorkbook},                        // .xlsx, .ods: a ZIP archive
+    Format{"\xD0\xCF\x11\xE0\xA1\xB1\x1A\xE1"sv, kWorkbook},  // .xls: a compound file
     Format{"PAR1"sv, "a Parquet file; in Python: slipstack.diagnose(pandas.read_parquet(FILE))"sv},
-    Format{"\x89MCAP0\r\n"sv,
-           "an MCAP file of ROS; write its topics as one CSV table (package rosbags of Python), then slipstack import"sv},
-    Format{"#ROSBAG V2.0"sv,
-           "a ROS bag; write its topics as one CSV table (package rosbags of Python), then slipstack import"sv},
-    Format{"SQLite format 3\0"sv,
-           "an SQLite data base, maybe a ROS bag; write its signals as one CSV table, then slipstack import"sv},
-    Format{"MDF     "sv,
-           "an MDF file of measurements; write it as CSV (package asammdf of Python), then slipstack import"sv},
-    Format{"TDSm"sv, "a TDMS file of LabVIEW; write it as CSV (package npTDMS of Python), then slipstack import"sv},
+    Format{
+        "\x89MCAP0\r\n"sv,
+        "an MCAP file of ROS; write its topics as one CSV table (package rosbags of Python), then slipstack import"sv},
+    Format{
+        "#ROSBAG V2.0"sv,
+        "a ROS bag; write its topics as one CSV table (package rosbags of Python), then slipstack import"sv},
+    Format{
+        "SQLite format 3\0"sv,
+        "an SQLite data base, maybe a ROS bag; write its signals as one CSV table, then slipstack import"sv},
+    Format{
+        "MDF     "sv,
+        "an MDF file of measurements; write it as CSV (package asammdf of Python), then slipstack import"sv},
+    Format{"TDSm"sv,
+           "a TDMS file of LabVIEW; write it as CSV (package npTDMS of Python), then slipstack import"sv},
     Format{"\x1F\x8B"sv, "compressed by gzip; gunzip it first"sv},
 };
 
@@ -52,7 +58,8 @@ std::string foreign_format(std::string_view head) {
     if (head.substr(0, format.begin.size()) == format.begin) return std::string(format.what);
   }
   if (is_candump(head)) {
-    return "a capture of candump; decode its PDOs by the EDS: python3 -m slipstack.candump FILE --eds drive.eds, then "
+    return "a capture of candump; decode its PDOs by the EDS: python3 -m slipstack.candump FILE --eds "
+           "drive.eds, then "
            "slipstack import";
   }
   return "";
