@@ -151,6 +151,29 @@ TEST_F(Memory, TheHysteresisFollowsTheAxisAtRest) {
   EXPECT_EQ(bench_.read(0x6041, 0) & 0x6FU, 0x27U);
 }
 
+// 2000h:26, 2200h:12: the model of these tests has a hundredth more mass than the axis.
+TEST(AdaptedMass, IsLearnedWhereTheDriveIsToldSo) {
+  for (const bool adapts : {false, true}) {
+    Bench bench;
+    bench.run_ms(1);
+    EXPECT_EQ(bench.read(0x2000, 0x26), 0U);
+    ASSERT_EQ(bench.write(0x2000, 0x22, 1, 1), 0U);
+    ASSERT_EQ(bench.write(0x2000, 0x26, adapts ? 1 : 0, 1), 0U);
+    bench.configure();
+    bench.enable(1);
+    const std::int32_t home = bench.read_signed(0x6064, 0);
+    for (int move = 0; move < 8; ++move) {
+      const std::int32_t target = home + (move % 2 == 0 ? 60000 : 0);
+      ASSERT_EQ(bench.write(0x607A, 0, static_cast<std::uint32_t>(target), 4), 0U);
+      ASSERT_EQ(bench.write(0x6040, 0, 0x1F, 2), 0U);
+      ASSERT_EQ(bench.write(0x6040, 0, 0x0F, 2), 0U);
+      bench.run_ms(700);
+    }
+    const double added_kg = static_cast<double>(bench.read_real(kObserver, 18));
+    EXPECT_NEAR(added_kg, adapts ? -0.01 * bench.axis.mass_kg : 0.0, 0.1);
+  }
+}
+
 // The tick's elements and the stack are two descriptions of the same hysteresis.
 TEST_F(Memory, ItsForceIsThatOfTheElements) {
   observe();

@@ -67,7 +67,6 @@ inline constexpr std::uint16_t kByEffectIndex = 0x2201;
 
 inline constexpr auto kAxisRows = [] {
   std::array<Object, std::size_t{kLastAxisSub} + 1> rows{};
-  const AxisParameters defaults;
   const auto bounded = [](Object row, float AxisParameters::*member) {
     for (const slipstack::detail::Bound& bound : slipstack::detail::kAxisBounds) {
       if (bound.member == member) row = row.within(bound.lower, bound.upper);
