@@ -104,6 +104,8 @@ void judge_named(const Measurement& measurement, const Structure& strongest, Dia
     return true;
   };
   diagnosis.verdict = Verdict::missing_effect;
+  if (above_floor(measurement, diagnosis) && diagnosis.unexplained)
+    attribute_to(curve_behind_all(measurement, diagnosis));
   if (insufficient(measurement, diagnosis) || line_masks_effects(measurement, diagnosis) ||
       backlash_as_coulomb(diagnosis)) {
     attribute_to(diagnosis.unexplained ? diagnosis.unexplained : strongest);
