@@ -5,13 +5,10 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
-#include <fstream>
-#include <iostream>
-#include <sstream>
 #include <string>
 #include <vector>
 
+#include "tests/bench/documented_table.h"
 #include "tests/bench/observer/observed_axis.h"
 
 namespace slipstack::adaptation {
@@ -112,11 +109,7 @@ Row row(const Case& one, double move_m, float share) {
 
 std::string table() {
   std::string text;
-  char line[200];
-  const auto print = [&](auto... values) {
-    std::snprintf(line, sizeof line, values...);
-    text += line;
-  };
+  const auto print = printer_to(text);
   print("%-29s %21s %9s   %27s   %6s %6s\n", "error of a move, um rms", "without      known", "not",
         "adapted, move", "over", "over");
   print("%-29s %10s %10s %9s   %9s%9s%9s   %6s %6s\n", "", "friction", "parameters", "adapted", "1", "2",
@@ -190,20 +183,12 @@ TEST(AdaptationWide, IsNeverAboveTheUncompensatedAxisWhateverIsHidden) {
 
 // As the page says to make it: adaptation_test --table.
 TEST(AdaptationPage, HasTheTableOfToday) {
-  std::ifstream file(SLIPSTACK_ADAPTATION_PAGE);
-  std::stringstream page;
-  page << file.rdbuf();
-  EXPECT_NE(page.str().find(table()), std::string::npos) << table();
+  expect_page_has(SLIPSTACK_ADAPTATION_PAGE, table());
 }
 
 }  // namespace
 }  // namespace slipstack::adaptation
 
 int main(int count, char** words) {
-  ::testing::InitGoogleTest(&count, words);
-  if (count > 1 && std::string(words[1]) == "--table") {
-    std::cout << slipstack::adaptation::table();
-    return 0;
-  }
-  return RUN_ALL_TESTS();
+  return slipstack::print_table_or_run_tests(count, words, slipstack::adaptation::table);
 }

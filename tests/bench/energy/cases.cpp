@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/bench/energy/cases.h"
 
-#include <cstdio>
+#include "tests/bench/documented_table.h"
 
 namespace slipstack::energy {
 namespace {
@@ -260,12 +260,8 @@ Outcome run(const Case& one, bool has_brake) {
 }
 
 std::string table() {
-  char line[200];
   std::string text;
-  const auto print = [&](auto... values) {
-    std::snprintf(line, sizeof line, values...);
-    text += line;
-  };
+  const auto print = printer_to(text);
   print("%-40s %6s  %16s %16s\n", "", "", "with brake", "without");
   print("%-40s %6s  %8s %7s %8s %7s\n", "fault", "code", "end, mm", "J", "end, mm", "J");
   for (const Case& one : cases()) {

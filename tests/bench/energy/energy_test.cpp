@@ -2,10 +2,7 @@
 // Where the carriage ends after each fault at worst speed and place, and docs/energy.md against it.
 #include <gtest/gtest.h>
 
-#include <fstream>
-#include <iostream>
-#include <sstream>
-
+#include "tests/bench/documented_table.h"
 #include "tests/bench/energy/cases.h"
 
 namespace slipstack::energy {
@@ -29,20 +26,12 @@ TEST(Energy, NothingReachesTheStopWithMoreThanStated) {
 
 // As the page says to make it: energy_test --table.
 TEST(Energy, ThePageHasTheTableOfToday) {
-  std::ifstream file(SLIPSTACK_ENERGY_PAGE);
-  std::stringstream page;
-  page << file.rdbuf();
-  EXPECT_NE(page.str().find(table()), std::string::npos) << table();
+  expect_page_has(SLIPSTACK_ENERGY_PAGE, table());
 }
 
 }  // namespace
 }  // namespace slipstack::energy
 
 int main(int count, char** words) {
-  ::testing::InitGoogleTest(&count, words);
-  if (count > 1 && std::string(words[1]) == "--table") {
-    std::cout << slipstack::energy::table();
-    return 0;
-  }
-  return RUN_ALL_TESTS();
+  return slipstack::print_table_or_run_tests(count, words, slipstack::energy::table);
 }

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/bench/observer/cases.h"
 
-#include <cstdio>
 #include <numbers>
 #include <stdexcept>
+
+#include "tests/bench/documented_table.h"
 
 namespace slipstack::observer {
 namespace {
@@ -109,12 +110,8 @@ Led lead(float share, double level_error) {
 }
 
 std::string table() {
-  char line[200];
   std::string text;
-  const auto print = [&](auto... values) {
-    std::snprintf(line, sizeof line, values...);
-    text += line;
-  };
+  const auto print = printer_to(text);
   constexpr std::array<double, 3> kErrors{0.03, 0.2, -0.3};
   print("%-33s %27s   %27s   %7s %7s\n", "error, um rms; model's friction", "moves of 10, 1, 0.1 mm",
         "in the 0.3 s behind them", "push", "0.25 s");

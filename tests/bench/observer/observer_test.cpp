@@ -3,10 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <fstream>
-#include <iostream>
-#include <sstream>
 
+#include "tests/bench/documented_table.h"
 #include "tests/bench/observer/cases.h"
 
 namespace slipstack::observer {
@@ -117,20 +115,12 @@ TEST(FrictionObserver, AShareOfTheFrictionMakesTheAxisLightInTorqueMode) {
 
 // As the page says to make it: observer_test --table.
 TEST(FrictionObserver, ThePageHasTheTableOfToday) {
-  std::ifstream file(SLIPSTACK_OBSERVER_PAGE);
-  std::stringstream page;
-  page << file.rdbuf();
-  EXPECT_NE(page.str().find(table()), std::string::npos) << table();
+  expect_page_has(SLIPSTACK_OBSERVER_PAGE, table());
 }
 
 }  // namespace
 }  // namespace slipstack::observer
 
 int main(int count, char** words) {
-  ::testing::InitGoogleTest(&count, words);
-  if (count > 1 && std::string(words[1]) == "--table") {
-    std::cout << slipstack::observer::table();
-    return 0;
-  }
-  return RUN_ALL_TESTS();
+  return slipstack::print_table_or_run_tests(count, words, slipstack::observer::table);
 }

@@ -64,7 +64,7 @@ void step(FuzzedNode& fuzzed, Input& input) {
       fuzzed.port.blocked = first == 0xE2;
       return;
     case 0xE4:
-      fuzzed.flash.bytes_until_power_fails = 16U * input.next();
+      fuzzed.flash.bytes_until_power_fails = std::size_t{16} * input.next();
       return;
     default:
       return fuzzed.poll(100);
