@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The report in a real browser: node report.test.mjs SYNTHETIC_REPORT REPORT_FROM_JSON FOLDER SLIPSTACK
+// The report in a real browser: node report.test.mjs SYNTHETIC_REPORT REPORT_FROM_JSON FOLDER SLIPSTACK [--long]
+// With --long those tests that open many pages, or long ones; without, the others.
 // Exit 0: all passed; 1: something failed; 77: no browser here, nothing tested.
 import assert from 'node:assert/strict';
 import {execFileSync} from 'node:child_process';
@@ -10,7 +11,7 @@ import {contrast, difference, kVision, rgb} from './colours.mjs';
 import {pdfPages} from './pdf_text.mjs';
 import {launch} from './workbench_page.mjs';
 
-const [, , synthesize, render, folder, slipstack] = process.argv;
+const [, , synthesize, render, folder, slipstack, which] = process.argv;
 const kSeed = '7';
 
 fs.mkdirSync(folder, {recursive: true});
@@ -106,7 +107,8 @@ function near(actual, expected, tolerance, what) {
 
 const share = ([low, high], at) => low + at * (high - low);
 const tests = [];
-const test = (name, run) => tests.push({name, run});
+const test = (name, run) => { if (which !== '--long') tests.push({name, run}); };
+const longTest = (name, run) => { if (which === '--long') tests.push({name, run}); };
 
 test('opens offline: no request but the file, no message on the console', async () => {
   for (const kind of ['missing_effect', 'complete', 'unexplained', 'comparison', 'bare']) {
@@ -274,7 +276,7 @@ test('other charts zoom alone: profile along x, spectrum along its logarithm, lo
   await close();
 });
 
-test('a logarithmic axis may begin anywhere, and zoom to anywhere', async () => {
+longTest('a logarithmic axis may begin anywhere, and zoom to anywhere', async () => {
   for (const start of [0.09765625, 3.3]) {
     const {page, seen, close} = await open('missing_effect', {edit: (data) => {
       data.spectrum.frequency_Hz = data.spectrum.frequency_Hz.map((_, i) => start * (i + 1));
@@ -317,7 +319,7 @@ test('the cursor reads values, and a click on the key hides a line', async () =>
   await close();
 });
 
-test('40 000 samples stay fluid', async () => {
+longTest('40 000 samples stay fluid', async () => {
   const {page, close} = await open('missing_effect', {whole: true});
   const times = await page.evaluate(async () => {
     const out = [];
@@ -394,7 +396,7 @@ test('hostile strings are shown, not run', async () => {
   await close();
 });
 
-test('missing parts are left out', async () => {
+longTest('missing parts are left out', async () => {
   const bare = await open('bare');
   assert.equal(await bare.page.locator('section').count(), 1);
   assert.equal(await bare.page.locator('figure, table, canvas').count(), 0);
@@ -449,7 +451,7 @@ function writeLoops(file) {
   fs.writeFileSync(file, lines.join('\n') + '\n');
 }
 
-test('the report of every experiment draws all its curves, and one name stands once in the key', async () => {
+longTest('the report of every experiment draws all its curves, and one name stands once in the key', async () => {
   writeLoops(path.join(folder, 'loops.csv'));
   for (const [name, options] of Object.entries(kExperiments)) {
     const html = path.join(folder, `experiment-${name}.html`);
@@ -489,7 +491,7 @@ test('a key that stands for several curves hides and shows them all', async () =
   await close();
 });
 
-test('prints on A4: every chart whole, on one page, with its caption and axes', async () => {
+longTest('prints on A4: every chart whole, on one page, with its caption and axes', async () => {
   for (const colorScheme of ['light', 'dark']) {
     const {page, seen, close} = await open('missing_effect', {colorScheme, width: colorScheme === 'dark' ? 900 : 1400});
     const file = path.join(folder, `print-${colorScheme}.pdf`);
@@ -526,7 +528,7 @@ test('prints on A4: every chart whole, on one page, with its caption and axes', 
   }
 });
 
-test('paper has white ground and fits between the margins, whatever the screen shows', async () => {
+longTest('paper has white ground and fits between the margins, whatever the screen shows', async () => {
   const {page, close} = await open('missing_effect', {colorScheme: 'dark'});
   await page.evaluate(() => window.dispatchEvent(new Event('beforeprint')));
   await page.emulateMedia({media: 'print', colorScheme: 'dark'});
@@ -550,7 +552,7 @@ test('paper has white ground and fits between the margins, whatever the screen s
   await close();
 });
 
-test('narrow and wide windows: nothing sticks out, charts follow the width', async () => {
+longTest('narrow and wide windows: nothing sticks out, charts follow the width', async () => {
   for (const width of [420, 800, 1400, 2200]) {
     const {page, close} = await open('missing_effect', {width});
     const sizes = await page.evaluate(() => ({scroll: document.documentElement.scrollWidth,

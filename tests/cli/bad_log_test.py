@@ -216,4 +216,4 @@ class LineEnds(program.Workshop):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    program.main()

@@ -102,4 +102,4 @@ class BadModel(program.Workshop):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    program.main()

@@ -87,4 +87,4 @@ class Help(program.Workshop):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    program.main()

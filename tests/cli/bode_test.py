@@ -107,4 +107,4 @@ class Bode(program.Workshop):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    program.main()

@@ -105,4 +105,4 @@ class Commission(program.Workshop):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    program.main()

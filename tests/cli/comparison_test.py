@@ -22,4 +22,4 @@ class Comparison(program.Workshop):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    program.main()

@@ -73,6 +73,7 @@ class Contradictions(program.Workshop):
             program.simulate(log, *effects, "--seconds", "15", "--rate", "1000", seed=seed)
             self.check(log)
 
+    @program.long
     def test_measured_logs(self):
         logs = [DATA / name for name in LOGS if (DATA / name).is_file()]
         if not logs:
@@ -99,4 +100,4 @@ class Contradictions(program.Workshop):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    program.main()

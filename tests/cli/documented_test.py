@@ -93,4 +93,4 @@ class Documented(program.Workshop):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    program.main()

@@ -38,4 +38,4 @@ class Effects(program.Workshop):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    program.main()

@@ -109,18 +109,23 @@ class Pairs(program.Workshop):
     def test_drag_of_either_power_seen_at_one_speed(self):
         self.resolves(one_speed, "quadratic_drag", "viscous")
 
+    @program.long
     def test_drag_and_a_rail_that_is_tighter_in_the_middle(self):
         self.resolves(one_speed, "quadratic_drag", "position_dependent_preload")
 
+    @program.long
     def test_warming_and_a_film_that_forms_on_one_way(self):
         self.resolves(lambda: one_way(0.01), "drift", "frictional_lag")
 
+    @program.long
     def test_friction_that_falls_with_velocity_and_one_that_differs_by_direction_on_one_way(self):
         self.resolves(one_way, "stribeck", "direction_asymmetry")
 
+    @program.long
     def test_a_cable_chain_seen_at_one_place(self):
         self.resolves(one_place, "cable_chain_stiffness", "offset_force")
 
+    @program.long
     def test_a_constant_force_where_a_cable_chain_would_show(self):
         # The plan is for this pair: it has no small moves, which separate a constant force from friction that differs by
         # direction. The first log has them, so the two are diagnosed together.
@@ -128,4 +133,4 @@ class Pairs(program.Workshop):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    program.main()

@@ -79,6 +79,7 @@ class Plan(program.Workshop):
         self.assertNotIn("stribeck", second["candidates"][0]["confounded_with"])
         self.assertNotIn(confused, self.pairs(second))
 
+    @program.long
     def test_the_proposed_command_runs_with_more_than_the_log_did(self):
         shutil.copy(self.stock / "first.csv", self.here / "first.csv")
         words = shlex.split(self.diagnosed("first.csv")["next_experiment"]["command"])
@@ -119,6 +120,7 @@ class Plan(program.Workshop):
         self.assertLessEqual(summary[f"high_{place}"], summary["log"][f"high_{place}"])
         return True
 
+    @program.long
     def test_no_plan_asks_for_more_than_the_log_did(self):
         self.assert_no_more_than_the_log("--for", "stribeck,viscous", "--log", self.stock / "first.csv")
         planned = 0
@@ -148,6 +150,7 @@ class Plan(program.Workshop):
                              "--limits", "velocity=0.01", "--out", "s.csv"], "less evidence")
         self.assertFalse((self.here / "s.csv").exists())
 
+    @program.long
     def test_several_logs_and_a_limit_of_the_current(self):
         text = (self.stock / "first.csv").read_text()
         constant = float(re.search(r"# motor_constant_N_per_A: (\S+)", text)[1])
@@ -185,4 +188,4 @@ class Plan(program.Workshop):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    program.main()

@@ -8,9 +8,8 @@ import signal
 import subprocess
 import tempfile
 import time
-import unittest
 
-from program import SLIPSTACK, Workshop, published
+import program
 
 SWEEP = ["--forces-N", "3.75,12.75", "--from-Hz", "5", "--to-Hz", "50", "--points", "6"]
 EXPERIMENTS = {
@@ -23,7 +22,7 @@ EXPERIMENTS = {
 }
 
 
-class Experiment(Workshop):
+class Experiment(program.Workshop):
     @classmethod
     def setUpClass(cls):
         # No log is needed here.
@@ -39,7 +38,7 @@ class Experiment(Workshop):
                 done = self.assert_done("experiment", *arguments, "--json", "r.json", "--report", "r.html")
                 text = done.stdout.decode()
                 self.assertTrue(text.startswith("set-up     "), text[:80])
-                result = published((self.here / "r.json").read_text())
+                result = program.published((self.here / "r.json").read_text())
                 self.assertEqual(result["experiment"], name)
                 self.assertIn(result["headline"], text)
                 self.assertGreaterEqual(len(result[rows]), 5)
@@ -60,6 +59,7 @@ class Experiment(Workshop):
         self.assertEqual(outputs[0], outputs[1])
         self.assertEqual(outputs[0], outputs[2])
 
+    @program.long
     def test_a_stopped_sweep_goes_on_to_the_same_result(self):
         long = ["experiment", "stepped-sine", "--points", "400", "--tolerance", "1e-9", "--settled", "1e-6"]
         begin = time.monotonic()
@@ -67,7 +67,7 @@ class Experiment(Workshop):
         a_part_s = 0.4 * (time.monotonic() - begin)
         stops = 0
         for _ in range(40):
-            run = subprocess.Popen([SLIPSTACK, *long, "--resume", "kept", "--json", "parts.json"], cwd=self.here,
+            run = subprocess.Popen([program.SLIPSTACK, *long, "--resume", "kept", "--json", "parts.json"], cwd=self.here,
                                    stdout=subprocess.PIPE, stderr=subprocess.PIPE)
             try:
                 stdout, stderr = run.communicate(timeout=a_part_s)
@@ -89,7 +89,7 @@ class Experiment(Workshop):
     def test_a_kept_sweep_belongs_to_its_request(self):
         long = ["experiment", "stepped-sine", "--points", "2000", "--tolerance", "1e-9"]
         for patience_s in (0.5, 1.0, 2.0, 4.0, 8.0):  # a loaded machine takes its time to begin the sweep
-            run = subprocess.Popen([SLIPSTACK, *long, "--resume", "kept"], cwd=self.here, stdout=subprocess.PIPE,
+            run = subprocess.Popen([program.SLIPSTACK, *long, "--resume", "kept"], cwd=self.here, stdout=subprocess.PIPE,
                                    stderr=subprocess.PIPE)
             time.sleep(patience_s)
             run.send_signal(signal.SIGINT)
@@ -150,4 +150,4 @@ class Experiment(Workshop):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    program.main()

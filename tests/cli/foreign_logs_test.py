@@ -62,4 +62,4 @@ class ForeignLogs(program.Workshop):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    program.main()

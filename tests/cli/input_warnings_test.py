@@ -40,4 +40,4 @@ class InputWarnings(program.Workshop):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    program.main()

@@ -126,4 +126,4 @@ class Machine(program.Workshop):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    program.main()

@@ -223,4 +223,4 @@ class Contract(program.Workshop):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    program.main()

@@ -44,6 +44,7 @@ class LongLog(program.Workshop):
         self.assertRegex(done.stdout.decode(), rf"excerpt +effects searched in \d+ intervals, \d+ of {self.samples} samples")
         self.assertIn(f"of {self.samples} samples; errors are those of all", (self.here / "r.html").read_text())
 
+    @program.long
     def test_two_logs_are_reported_one_by_one(self):
         program.simulate(self.here / "other.csv", "--effects", "viscous", "--seconds", "100", "--rate", "2000", seed=11)
         found = self.diagnosis(self.stock / "long.csv", "other.csv")
@@ -54,6 +55,7 @@ class LongLog(program.Workshop):
             self.assertGreater(log["holdout_rmse_N"], 0.99 * log["rmse_N"])
             self.assertLess(log["holdout_rmse_N"], 1.5 * log["rmse_N"])
 
+    @program.long
     def test_fit_compare_and_add_use_the_whole_log_too(self):
         log = self.stock / "long.csv"
         fitted = self.answer("fit", log, "--effects", program.BASELINE + ",viscous", "--model", "m.toml")
@@ -70,6 +72,7 @@ class LongLog(program.Workshop):
         self.assertAlmostEqual(added["holdout_rmse_N"] / compared["rmse_N"], 1.0, delta=0.05)
         self.assertLess(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss, MOST_MB * 1024)
 
+    @program.long
     def test_a_plan_uses_the_travel_of_the_whole_log(self):
         found = json.loads(self.assert_done("experiment", "plan", "--log", self.stock / "long.csv", "--for", "stribeck,frictional_lag", "--seconds", "60",
                                             "--out", "plan.csv", "--json", "-").stdout)
@@ -88,4 +91,4 @@ class LongLog(program.Workshop):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    program.main()

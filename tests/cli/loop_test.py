@@ -173,4 +173,4 @@ class Loop(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    program.main()

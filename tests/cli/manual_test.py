@@ -151,4 +151,4 @@ _slipstack_diagnose
 
 
 if __name__ == "__main__":
-    unittest.main()
+    program.main()

@@ -288,4 +288,4 @@ class Terminal(program.Workshop):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    program.main()

@@ -75,12 +75,14 @@ class ProcessGroup(program.Workshop):
                 self.assertTrue(together[name] == content, f"{name} of {count} processes differs")
         return alone
 
+    @program.long
     def test_any_number_of_processes_gives_the_answer_of_one(self):
         found = self.assert_same((3,), "diagnose", *self.logs, "--stepwise", "--effect", OWN, "--json", "out.json",
                                  "--report", "out.html")
         self.assertIn("viscous", found["stdout"].decode().splitlines()[0].lower())
         self.assertRegex(found["stdout"].decode(), r"excerpt +effects searched")
 
+    @program.long
     def test_a_fit_is_shared_like_a_diagnosis(self):
         found = self.assert_same((2, 4), "fit", *self.logs, "--effects", program.BASELINE + ",viscous", "--model", "out.toml",
                                  "--json", "out.json")
@@ -92,6 +94,7 @@ class ProcessGroup(program.Workshop):
         self.assert_same((2,), "compare", "good.csv", "--model", "good.toml")
         self.assert_same((2,), "effects", "viscous")
 
+    @program.long
     def test_an_error_is_reported_once(self):
         damaged = self.here / "damaged.csv"
         content = self.logs[1].read_bytes()
@@ -112,6 +115,7 @@ class ProcessGroup(program.Workshop):
                     self.assertEqual(done.stderr, alone.stderr)
                 self.assertEqual(self.content(), before, arguments)
 
+    @program.long
     def test_a_process_that_dies_is_an_error(self):
         for rank in (1, 3):
             command = [MPIRUN, "--quiet", "-n", "4", program.SLIPSTACK, "diagnose", *map(os.fspath, self.logs), "--json",
@@ -162,4 +166,4 @@ if __name__ == "__main__":
     if missing_requirement():
         print(f"SKIP: {missing_requirement()}")
         sys.exit(SKIPPED)
-    unittest.main()
+    program.main()

@@ -153,6 +153,34 @@ class Workshop(unittest.TestCase):
         return done
 
 
+def long(test):
+    """Marks a test, or a class of tests, that only toolchain/test --full runs."""
+    test.long = True
+    return test
+
+
+class Selection(unittest.TestLoader):
+    """The tests of a script that are marked @long, or the others."""
+
+    def __init__(self, long_ones):
+        super().__init__()
+        self.long_ones = long_ones
+
+    def getTestCaseNames(self, case):
+        return [name for name in super().getTestCaseNames(case)
+                if getattr(getattr(case, name), "long", getattr(case, "long", False)) == self.long_ones]
+
+
+def main():
+    """Runs the tests of the calling script that are not marked @long; with --long as first word, those that are."""
+    words = sys.argv[1:]
+    long_ones = words[:1] == ["--long"]
+    done = unittest.main(argv=sys.argv[:1] + words[long_ones:], testLoader=Selection(long_ones), exit=False)
+    if done.result.testsRun == 0:
+        sys.exit("no test was run")
+    sys.exit(not done.result.wasSuccessful())
+
+
 def every_command(log="good.csv", model="good.toml"):
     """A right command line of each kind, with every output that it can write."""
     files = ["--report", "new.html", "--json", "new.json"]

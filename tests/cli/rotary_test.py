@@ -184,4 +184,4 @@ class Rotary(program.Workshop):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    program.main()

@@ -68,4 +68,4 @@ class ServeOpen(program.Workshop):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    program.main()

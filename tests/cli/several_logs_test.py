@@ -87,4 +87,4 @@ class SeveralLogs(program.Workshop):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    program.main()

@@ -58,4 +58,4 @@ class Simulate(program.Workshop):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    program.main()

@@ -41,6 +41,7 @@ class StatedErrors(program.Workshop):
         program.simulate(log, "--effects", "position_dependent_preload,direction_asymmetry", "--seconds", "20", seed=4)
         self.check(log, PLAIN + MULTIPLY[:2])
 
+    @program.long
     def test_measured_logs(self):
         draw = random.Random(16)
         # One set for each log; half of the blind ones, which take longest.
@@ -58,4 +59,4 @@ class StatedErrors(program.Workshop):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    program.main()

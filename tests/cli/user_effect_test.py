@@ -181,4 +181,4 @@ int main() {
 
 
 if __name__ == "__main__":
-    unittest.main()
+    program.main()

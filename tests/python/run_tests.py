@@ -1,6 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Runs tests of this folder by pytest; status 77 and SKIP with the reason where that cannot be."""
+"""Runs tests of this folder by pytest; status 77 and SKIP with the reason where that cannot be.
+
+run_tests.py [--long] FILE...: those that are not marked pytest.mark.long; with --long those that are.
+"""
 
 import importlib.util
 import pathlib
@@ -19,8 +22,11 @@ def main():
             return SKIPPED
     import pytest
     sys.path.insert(0, str(HERE.parent / "cli"))
-    return pytest.main(["-q", "-rs", "-p", "no:cacheprovider", "--rootdir", str(HERE),
-                        *(str(HERE / name) for name in sys.argv[1:])])
+    names = sys.argv[1:]
+    long_ones = names[:1] == ["--long"]
+    return pytest.main(["-q", "-rs", "-p", "no:cacheprovider", "--rootdir", str(HERE), "--strict-markers",
+                        "-o", "markers=long: toolchain/test --full only", "-m", "long" if long_ones else "not long",
+                        *(str(HERE / name) for name in names[long_ones:])])
 
 
 if __name__ == "__main__":

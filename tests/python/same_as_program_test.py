@@ -37,6 +37,7 @@ def test_diagnose(here):
         assert_same(slipstack.diagnose("good.csv", **options), "diagnose", "good.csv", *arguments, cwd=here)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["hidden_effect/blind_6.csv", "emps/emps_estimation.csv"])
 def test_diagnose_measured_logs(name, tmp_path):
     log = conftest.DATA / name
