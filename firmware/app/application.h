@@ -54,7 +54,7 @@ concept Board = requires(B board) {
 };
 
 /// The firmware: the control tick, and beside it the main loop that serves the node, new parameters and the
-/// lamp. The same on every board.
+/// LED. The same on every board.
 template <Board B, Node N>
 class Application {
  public:

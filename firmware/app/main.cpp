@@ -36,9 +36,9 @@ void encoder_handler();
 void encoder_handler() {
   board.on_encoder_interrupt();
 }
-void lamp_handler();
-void lamp_handler() {
-  board.on_lamp_interrupt();
+void indicator_handler();
+void indicator_handler() {
+  board.on_indicator_interrupt();
 }
 }
 

@@ -34,8 +34,8 @@ class Node {
   /// boot-up message.
   bool takes_part() const {
     const CanBusState bus = parts_.port.status().state;
-    const bool heard = bus == CanBusState::kActive || bus == CanBusState::kWarning;
-    return parts_.node != Lss::kUnconfigured && heard;
+    const bool on_bus = bus == CanBusState::kActive || bus == CanBusState::kWarning;
+    return parts_.node != Lss::kUnconfigured && on_bus;
   }
   Dictionary& dictionary() { return parts_.dictionary; }
   const AccessLock& lock() const { return parts_.lock; }

@@ -12,6 +12,7 @@
 #include "firmware/effects/frictional_lag.h"
 #include "firmware/effects/inertia.h"
 #include "firmware/effects/motor_constant_ripple.h"
+#include "firmware/effects/numerics/user_table.h"
 #include "firmware/effects/offset_force.h"
 #include "firmware/effects/payload_mass.h"
 #include "firmware/effects/position_dependent_preload.h"
@@ -20,7 +21,6 @@
 #include "firmware/effects/stribeck.h"
 #include "firmware/effects/structural_resonance.h"
 #include "firmware/effects/time_delay.h"
-#include "firmware/effects/user_table.h"
 #include "firmware/effects/viscous.h"
 
 namespace slipstack {

@@ -4,8 +4,8 @@
 #include <atomic>
 #include <span>
 
-#include "firmware/effects/approx.h"
 #include "firmware/effects/effect.h"
+#include "firmware/effects/numerics/approx.h"
 
 namespace slipstack {
 

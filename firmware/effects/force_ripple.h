@@ -2,7 +2,7 @@
 #pragma once
 
 #include "firmware/effects/effect.h"
-#include "firmware/effects/ripple.h"
+#include "firmware/effects/numerics/ripple.h"
 
 namespace slipstack {
 

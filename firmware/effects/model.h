@@ -6,8 +6,8 @@
 #include <tuple>
 #include <utility>
 
-#include "firmware/effects/approx.h"
 #include "firmware/effects/catalogue.h"
+#include "firmware/effects/numerics/approx.h"
 
 namespace slipstack {
 

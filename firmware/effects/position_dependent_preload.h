@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "firmware/effects/approx.h"
 #include "firmware/effects/effect.h"
-#include "firmware/effects/interval.h"
+#include "firmware/effects/numerics/approx.h"
+#include "firmware/effects/numerics/interval.h"
 
 namespace slipstack {
 

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "firmware/effects/approx.h"
 #include "firmware/effects/effect.h"
+#include "firmware/effects/numerics/approx.h"
 #include "firmware/friction/maxwell_slip.h"
 #include "firmware/friction/packed_maxwell_slip.h"
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "firmware/effects/approx.h"
 #include "firmware/effects/effect.h"
-#include "firmware/effects/power_table.h"
+#include "firmware/effects/numerics/approx.h"
+#include "firmware/effects/numerics/power_table.h"
 
 namespace slipstack {
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "firmware/effects/approx.h"
 #include "firmware/effects/effect.h"
-#include "firmware/effects/speed_table.h"
+#include "firmware/effects/numerics/approx.h"
+#include "firmware/effects/numerics/speed_table.h"
 
 namespace slipstack {
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "firmware/effects/approx.h"
 #include "firmware/effects/effect.h"
+#include "firmware/effects/numerics/approx.h"
 #include "firmware/effects/payload_mass.h"
 
 namespace slipstack {

@@ -5,11 +5,11 @@
 
 namespace slipstack {
 
-/// The states that the lamp of the board shows. Patterns are those of the CiA 303-3 run and error lamps,
+/// The states that the LED of the board shows. Patterns are those of the CiA 303-3 run and error LEDs,
 /// drawn by the board.
 enum class Indication : std::uint8_t { kStarting, kDisabled, kReady, kEnabled, kFault };
 
-/// One lamp, or more; used outside the tick.
+/// One LED, or more; used outside the tick.
 class Indicator {
  public:
   virtual void show(Indication indication) = 0;

@@ -53,12 +53,12 @@ class BoardOfImage : public LinkDevices {
   void end_tick() {}
   void on_can_interrupt() {}
   void on_encoder_interrupt() {}
-  void on_lamp_interrupt() {}
+  void on_indicator_interrupt() {}
 
  private:
   static constexpr int kPolls = 10000;
 
-  class NoLamp final : public Indicator {
+  class NoIndicator final : public Indicator {
    public:
     void show(Indication) override {}
   };
@@ -66,7 +66,7 @@ class BoardOfImage : public LinkDevices {
   mps2::Uart uart_;
   mps2::SlcanPort<mps2::Uart> can_;
   mps2::MemoryFlash flash_;
-  NoLamp indicator_;
+  NoIndicator indicator_;
 };
 
 }  // namespace slipstack

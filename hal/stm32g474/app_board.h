@@ -23,7 +23,7 @@ class BoardOfImage : public stm32g474::Board<stm32g474::DriveKind::kDac, stm32g4
   void end_tick() { tick_timer().end(); }
   void on_can_interrupt() { can().on_interrupt(); }
   void on_encoder_interrupt() { biss().on_interrupt(); }
-  void on_lamp_interrupt() { indicator().step(); }
+  void on_indicator_interrupt() { indicator().step(); }
 
  private:
   static constexpr stm32g474::BoardSetup kSetup{};

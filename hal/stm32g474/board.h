@@ -15,7 +15,7 @@
 #include "hal/stm32g474/encoder.h"
 #include "hal/stm32g474/flash_pages.h"
 #include "hal/stm32g474/gpio.h"
-#include "hal/stm32g474/lamp.h"
+#include "hal/stm32g474/led_indicator.h"
 #include "hal/stm32g474/motor_current.h"
 #include "hal/stm32g474/program_flash.h"
 #include "hal/stm32g474/safe_outputs.h"
@@ -107,7 +107,7 @@ class Board {
         other_flash_(block<Flash>(kFLASH_BASE), flash_memory_, careful_read,
                      parameters_in(static_cast<std::uint32_t>(programs_.running()))),
         led_(port(kGPIOA_BASE), 5),
-        lamp_(led_),
+        indicator_(led_),
         scaling_(*this),
         tick_timer_(block<Timer>(kTIM6_BASE)),
         uart_(block<Usart>(kUSART2_BASE)),
@@ -163,7 +163,7 @@ class Board {
   /// Where the program in the other bank stores.
   FlashPages<Flash<Word>, Hardware>& nonvolatile_of_other_program() { return other_flash_; }
   ProgramMemory& programs() { return programs_; }
-  Lamp<Led<Port>>& indicator() { return lamp_; }
+  LedIndicator<Led<Port>>& indicator() { return indicator_; }
   TickTimer<Timer<Word>>& tick_timer() { return tick_timer_; }
   Uart<Usart<Word>>& uart() { return uart_; }
   SignalScaling& scaling() { return scaling_; }
@@ -173,7 +173,7 @@ class Board {
   static constexpr std::uint32_t kTickPriority = 0;  // nothing holds the tick up
   static constexpr std::uint32_t kCanPriority = 4;
   static constexpr std::uint32_t kFramePriority = 4;  // neither interrupts the other: one stack for both
-  static constexpr std::uint32_t kLampPriority = 15;
+  static constexpr std::uint32_t kIndicatorPriority = 15;
 
   // 2500h: constants of the drivers, so that the tick converts as before.
   class Scaling final : public SignalScaling {
@@ -276,10 +276,10 @@ class Board {
 
   BoardFault start_interrupts() {
     auto& nvic = block<Nvic>(kNVIC_BASE);
-    // SysTick draws the lamp: reload, count, priority, then on with the core's clock (Armv7-M ARM, B3.3).
-    Hardware::word(0xE000E014) = kCore_Hz / 1000 * kLampStep_ms - 1;
+    // SysTick draws the LED: reload, count, priority, then on with the core's clock (Armv7-M ARM, B3.3).
+    Hardware::word(0xE000E014) = kCore_Hz / 1000 * kPatternStep_ms - 1;
     Hardware::word(0xE000E018) = 0;
-    change_bits(Hardware::word(0xE000ED20), 0xFF000000U, kLampPriority << 28U);
+    change_bits(Hardware::word(0xE000ED20), 0xFF000000U, kIndicatorPriority << 28U);
     Hardware::word(0xE000E010) = 7;
     enable_interrupt(nvic, kFDCAN1_IT0_IRQ, kCanPriority);
     enable_interrupt(nvic, kDMA1_Channel1_IRQ, kFramePriority);
@@ -307,7 +307,7 @@ class Board {
   FlashPages<Flash<Word>, Hardware> flash_;  // in the bank that does not run
   FlashPages<Flash<Word>, Hardware> other_flash_;
   Led<Port> led_;
-  Lamp<Led<Port>> lamp_;
+  LedIndicator<Led<Port>> indicator_;
   Scaling scaling_;
   TickTimer<Timer<Word>> tick_timer_;
   Uart<Usart<Word>> uart_;

@@ -41,18 +41,18 @@ class BootBoard {
     __builtin_unreachable();
   }
 
-  /// There is no program: the lamp is lit, the outputs stay safe, until somebody flashes one.
+  /// There is no program: the LED is lit, the outputs stay safe, until somebody flashes one.
   [[noreturn]] void stay() {
     stm32g474::set_bits(block<stm32g474::Rcc>(stm32g474::kRCC_BASE).ahb2enr,
                         stm32g474::kRCC_AHB2ENR_GPIOAEN(1));
     auto& a = block<stm32g474::Gpio>(stm32g474::kGPIOA_BASE);
-    stm32g474::set_up_pin(a, {.pin = kLampPin, .mode = stm32g474::PinMode::kOutput});
-    a.bsrr = 1U << kLampPin;
+    stm32g474::set_up_pin(a, {.pin = kLedPin, .mode = stm32g474::PinMode::kOutput});
+    a.bsrr = 1U << kLedPin;
     for (;;) watchdog_.refresh();
   }
 
  private:
-  static constexpr std::uint32_t kLampPin = 5;  // PA5, LD2
+  static constexpr std::uint32_t kLedPin = 5;  // PA5, LD2
   using Part = stm32g474::Part;
   using FlashBlock = stm32g474::Flash<Part::Word>;
 

@@ -89,7 +89,7 @@ extern "C" void can_handler() {
   board.can().on_interrupt();
 }
 
-extern "C" void lamp_handler() {
+extern "C" void indicator_handler() {
   board.indicator().step();
 }
 

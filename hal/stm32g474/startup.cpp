@@ -15,7 +15,7 @@ extern "C" {
 extern std::uint32_t __vectors_begin[];  // NOLINT(bugprone-reserved-identifier)
 void nmi_handler();
 [[noreturn]] void fault_handler();
-void lamp_handler();
+void indicator_handler();
 void tick_handler();
 void can_handler();
 void encoder_handler();
@@ -49,7 +49,7 @@ __attribute__((used)) void nmi_handler() {
 }
 
 // Replaced by the application. An interrupt without a handler is a fault.
-__attribute__((weak, used)) void lamp_handler() {
+__attribute__((weak, used)) void indicator_handler() {
   fault_handler();
 }
 __attribute__((weak, used)) void tick_handler() {
@@ -75,7 +75,7 @@ constexpr VectorTable make_vector_table() {
   for (Vector& vector : table.interrupts) vector = fault_handler;
   table.system[0] = reset_handler;
   table.system[1] = nmi_handler;
-  table.system[14] = lamp_handler;
+  table.system[14] = indicator_handler;
   table.interrupts[slipstack::stm32g474::kTIM6_DAC_IRQ] = tick_handler;
   table.interrupts[slipstack::stm32g474::kFDCAN1_IT0_IRQ] = can_handler;
   table.interrupts[slipstack::stm32g474::kDMA1_Channel1_IRQ] = encoder_handler;

@@ -35,7 +35,7 @@ struct ElementCurve {
     return sum;
   }
   // The distance w > 0 with force·w = 4·∫₀^{w/2} y: the surplus is concave, rises first and has one root.
-  double way_to_rest_m(double force_now_N) const {
+  double stopping_distance_m(double force_now_N) const {
     const auto surplus = [&](double w) { return force_now_N * w - 4.0 * area_J(0.5 * w); };
     double high = bank.slip_m(0);
     while (surplus(high) > 0.0) high *= 2.0;
@@ -74,7 +74,7 @@ FreeResponse follow_exactly(const ExperimentSetup& setup, double release_m, std:
   while (out.turning_points.size() < count && axis.time_s() < longest_s) {
     const double next_s = static_cast<double>(sample + 1) * step_s;
     if (axis.advance_to_reversal(next_s)) {
-      const double way_m = curve.way_to_rest_m(std::fabs(force));
+      const double way_m = curve.stopping_distance_m(std::fabs(force));
       x += direction * way_m;
       force += direction * 2.0 * curve.force_N(0.5 * way_m);
       direction = -direction;

@@ -41,7 +41,7 @@ toml::table parse_text(std::string_view text, const std::string& name) {
   try {
     return toml::parse(text, name);
   } catch (const toml::parse_error& problem) {
-    throw SetupError(fmt::format("{}:{}: not TOML: {}; mend the line", name, problem.source().begin.line,
+    throw SetupError(fmt::format("{}:{}: not TOML: {}; correct the line", name, problem.source().begin.line,
                                  problem.description()));
   }
 }
@@ -80,7 +80,7 @@ toml::table load(const std::string& name_or_path, int depth) {
   try {
     return resolved(toml::parse_file(name_or_path), name_or_path, depth);
   } catch (const toml::parse_error& problem) {
-    throw SetupError(fmt::format("{}:{}: not TOML: {}; mend the line", name_or_path,
+    throw SetupError(fmt::format("{}:{}: not TOML: {}; correct the line", name_or_path,
                                  problem.source().begin.line, problem.description()));
   }
 }

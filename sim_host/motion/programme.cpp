@@ -54,7 +54,7 @@ class Composer {
     }
   }
 
-  void strokes(double until_s) {
+  void traverses(double until_s) {
     const int speeds = static_cast<int>(4 + rng_.below(2));
     const double slowest = rng_.log_uniform(3e-3, 6e-3);
     const double fastest = std::min(rng_.log_uniform(0.1, 0.2), 1.2 * axis_.stroke_m);
@@ -144,7 +144,7 @@ MotionProgramme make_test_programme(const Axis& axis, const ProgrammeOptions& op
   Composer composer(axis, options, rng);
   composer.dwell(0.2);
   composer.loops(0.27 * options.seconds);
-  composer.strokes(0.72 * options.seconds);
+  composer.traverses(0.72 * options.seconds);
   composer.moves(options.seconds - 0.2);
   composer.dwell(0.2);
   return composer.take();

@@ -30,7 +30,7 @@ struct Axis {
   Series time_s, position_m, velocity_mps, acceleration_mps2, friction_N, ripple_N, noise_N;
 };
 
-/// Slow strokes, then fast moves, then two bursts of small loops: each part shows something else.
+/// Slow traverses, then fast moves, then two bursts of small loops: each part shows something else.
 double reference_m(double time_s) {
   if (time_s < 8.0) return 0.12 - 0.10 * std::cos(kTwoPi * time_s / 4.0);
   if (time_s < 14.0) return 0.12 - 0.10 * std::cos(kTwoPi * (time_s - 8.0) / 0.75);

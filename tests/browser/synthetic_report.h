@@ -8,7 +8,7 @@
 namespace slipstack::test {
 
 /// Report data as the workbench would make it, for a pick-and-place axis with pre-sliding hysteresis and a
-/// hidden force ripple: 40 000 samples at 2 kHz with fast moves, slow strokes and small loops, some samples
+/// hidden force ripple: 40 000 samples at 2 kHz with fast moves, slow traverses and small loops, some samples
 /// excluded. The numbers follow from the simulated force, so that figures, profiles and spectrum agree with
 /// each other. Same seed, same report. Kinds:
 ///   missing_effect, complete, unexplained, comparison: what `slipstack` writes for these verdicts;

@@ -102,7 +102,7 @@ class LoadPort final : public CanPort {
   CanFrame last_;
 };
 
-class NoLamp final : public Indicator {
+class NoIndicator final : public Indicator {
  public:
   void show(Indication) override {}
 };
@@ -115,7 +115,7 @@ struct LoadBoard {
   MemoryDigitalIo& digital_io() { return memory_io; }
   CanPort& can() { return port; }
   Nonvolatile& nonvolatile() { return flash; }
-  Indicator& indicator() { return lamp; }
+  Indicator& indicator() { return shown_nowhere; }
   std::uint32_t tick_period() const { return kClockPeriod; }
   bool start() {
     flash.start();
@@ -126,7 +126,7 @@ struct LoadBoard {
 
   LoadPort port;
   mps2::MemoryFlash flash{flash_memory.data()};
-  NoLamp lamp;
+  NoIndicator shown_nowhere;
 };
 
 LoadBoard board;

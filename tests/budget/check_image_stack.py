@@ -29,10 +29,10 @@ MAIN, BOOT_MAIN = "main", "boot_main"
 IMAGES = {
     "slipstack-mps2-an386": ("mps2", "slipstack_hal_mps2_an386", ["start_program", "fault_handler"], MAIN),
     "slipstack-mps2-an500": ("mps2", "slipstack_hal_mps2_an500", ["start_program", "fault_handler"], MAIN),
-    # hal/stm32g474/board.h: lamp 15, CAN and encoder 4, of which one runs at a time, tick 0; the NMI and a fault come through everything.
+    # hal/stm32g474/board.h: LED 15, CAN and encoder 4, of which one runs at a time, tick 0; the NMI and a fault come through everything.
     "slipstack-stm32g474": (
         "stm32g474", "slipstack_hal_stm32g474",
-        ["start_program", "lamp_handler", ("can_handler", "encoder_handler"), "tick_handler", "nmi_handler", "fault_handler"], MAIN,
+        ["start_program", "indicator_handler", ("can_handler", "encoder_handler"), "tick_handler", "nmi_handler", "fault_handler"], MAIN,
     ),
     # No interrupts: the NMI of a bad word in flash, and a fault.
     "slipstack-stm32g474-boot": (

@@ -161,18 +161,18 @@ TEST_P(Emulated, TheNodeOfTheBoardSpeaksSlcanOnItsUart) {
   ASSERT_EQ(connect(line, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
   board.link().period = 1000;
   // A heartbeat every second of the board's own clock; a question is answered at once.
-  std::string heard;
+  std::string received;
   ASSERT_EQ(write(line, "V\r", 2), 2);
   const auto begin = std::chrono::steady_clock::now();
-  while (heard.find("t77F17F\r") == std::string::npos &&
+  while (received.find("t77F17F\r") == std::string::npos &&
          std::chrono::steady_clock::now() - begin < std::chrono::seconds(60)) {
     for (int i = 0; i < 100; ++i) board.tick();
     char part[256];
     const ssize_t got = recv(line, part, sizeof part, MSG_DONTWAIT);
-    if (got > 0) heard.append(part, static_cast<std::size_t>(got));
+    if (got > 0) received.append(part, static_cast<std::size_t>(got));
   }
-  EXPECT_NE(heard.find("V1013\r"), std::string::npos) << heard;
-  EXPECT_NE(heard.find("t77F17F\r"), std::string::npos) << heard;
+  EXPECT_NE(received.find("V1013\r"), std::string::npos) << received;
+  EXPECT_NE(received.find("t77F17F\r"), std::string::npos) << received;
   close(line);
   unlink(path.c_str());
 }

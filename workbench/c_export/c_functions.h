@@ -13,8 +13,8 @@ struct CFunction {
 };
 
 /// Every function that a recording may call, each after those that it calls: the C forms of
-/// firmware/effects/approx.h, the tables and interval.h, operation by operation. tests/unit/c_export compares
-/// the forces bit by bit. `is_float`: with the bits of a float, else of a double.
+/// firmware/effects/numerics/approx.h, the tables and interval.h, operation by operation. tests/unit/c_export
+/// compares the forces bit by bit. `is_float`: with the bits of a float, else of a double.
 std::vector<CFunction> c_functions(bool is_float);
 
 }  // namespace slipstack::workbench

@@ -8,8 +8,8 @@
 #include <string>
 #include <type_traits>
 
-#include "firmware/effects/approx.h"
 #include "firmware/effects/effect.h"
+#include "firmware/effects/numerics/approx.h"
 #include "workbench/c_export/recording.h"
 
 // A scalar that records what is computed with it. An effect of the firmware that is instantiated with it

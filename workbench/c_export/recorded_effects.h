@@ -10,11 +10,11 @@
 #include <string>
 #include <utility>
 
-#include "firmware/effects/interval.h"
-#include "firmware/effects/power_table.h"
+#include "firmware/effects/numerics/interval.h"
+#include "firmware/effects/numerics/power_table.h"
+#include "firmware/effects/numerics/ripple_table.h"
+#include "firmware/effects/numerics/speed_table.h"
 #include "firmware/effects/presliding_hysteresis.h"
-#include "firmware/effects/ripple_table.h"
-#include "firmware/effects/speed_table.h"
 #include "workbench/c_export/recorded.h"
 
 // What the effects of the firmware use besides arithmetic and approx.h, for a scalar that records: tables,

@@ -75,9 +75,9 @@ int run(ProcessGroup& group, int argc, char** argv) {
     complain(stopped.what());
     return kStoppedStatus;
   } catch (...) {
-    const Complaint complaint = complaint_of(std::current_exception());
-    fmt::print(stderr, "slipstack: {}\n{}", complaint.line, complaint.picture);
-    return complaint.status;
+    const ErrorReport report = error_report_of(std::current_exception());
+    fmt::print(stderr, "slipstack: {}\n{}", report.line, report.picture);
+    return report.status;
   }
 }
 

@@ -81,11 +81,11 @@ inline constexpr int kInternalFault = 1;
 std::string as_one_line(std::string_view message);
 
 /// An exception of a command as it is told to the user.
-struct Complaint {
+struct ErrorReport {
   std::string line;     ///< as_one_line()
   std::string picture;  ///< of a wrong definition: the text and a caret under the fault; else empty
   int status = kInternalFault;
 };
-Complaint complaint_of(const std::exception_ptr& fault);
+ErrorReport error_report_of(const std::exception_ptr& fault);
 
 }  // namespace slipstack::workbench

@@ -23,7 +23,7 @@ struct CommissionResult {
 /// From an unknown axis to a compensated one:
 ///
 ///   prepare     direction, mass, feedback, travel (prepare.h)
-///   first look  sines, strokes and moves at two fifths of the limits, then at all of them if those were
+///   first look  sines, traverses and moves at two fifths of the limits, then at all of them if those were
 ///               followed and left room in the force
 ///   diagnosis   what is missing
 ///   planned     the experiment that answers what the diagnosis leaves open, once, and the diagnosis again

@@ -23,7 +23,7 @@ SetPoints quiet_motion(const AxisLimits& limits);
 SetPoints travel_motion(const AxisLimits& limits);
 
 /// What an axis is asked first, at this share of its limits (`pace` at most 1): sines in pre-sliding at two
-/// places, strokes at several speeds, moves over what of the room is reached in some seconds. 20 s.
+/// places, traverses at several speeds, moves over what of the room is reached in some seconds. 20 s.
 SetPoints first_look(const AxisLimits& room, double pace, double encoder_resolution_m);
 
 /// By which the compensation is judged, and which no fit sees: sines of 20 µm and some millimetres, moves to

@@ -23,19 +23,19 @@ namespace {
 PyObject* input_error = nullptr;  // slipstack.InputError, for the life of the interpreter
 
 /// Raises InputError with the line that the command line would print.
-void raise(const Complaint& complaint) {
-  py::object raised = py::reinterpret_borrow<py::object>(input_error)(complaint.line);
-  if (!complaint.picture.empty() && py::hasattr(raised, "add_note")) {  // Python 3.11
-    raised.attr("add_note")(complaint.picture);
+void raise(const ErrorReport& report) {
+  py::object raised = py::reinterpret_borrow<py::object>(input_error)(report.line);
+  if (!report.picture.empty() && py::hasattr(raised, "add_note")) {  // Python 3.11
+    raised.attr("add_note")(report.picture);
   }
   PyErr_SetObject(input_error, raised.ptr());
 }
 
 void translate(std::exception_ptr fault) {
   if (!fault) return;
-  const Complaint complaint = complaint_of(fault);
-  if (complaint.status != kUnusableInput) std::rethrow_exception(std::move(fault));  // to pybind11's own
-  raise(complaint);
+  const ErrorReport report = error_report_of(fault);
+  if (report.status != kUnusableInput) std::rethrow_exception(std::move(fault));  // to pybind11's own
+  raise(report);
 }
 
 /// Text of ours, in which names of files may be no UTF-8: as Python itself treats such names.

@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "firmware/control/bounds/position_range.h"
-#include "firmware/control/bounds/way_to_rest.h"
+#include "firmware/control/bounds/stopping_distance.h"
 #include "firmware/control/reference/motion_limits.h"
 #include "firmware/control/reference/reference.h"
 #include "firmware/control/streams/uniform_spline.h"
@@ -99,8 +99,8 @@ class SetPointQueue {
       inside = inside && approx::absolute(one) <= kMost * limits.acceleration;
     const float last = 0.5F * (velocity[1] + velocity[2]);
     // The spline ends beside its control point by a sixth of the bend there.
-    const float stop =
-        WayToRest(bounds.stop_deceleration, limits.jerk)(last, after) + after * ticks * ticks * (1.0F / 6.0F);
+    const float stop = StoppingDistance(bounds.stop_deceleration, limits.jerk)(last, after) +
+                       after * ticks * ticks * (1.0F / 6.0F);
     const std::int32_t end = sum(origin_, static_cast<std::int32_t>(control[2] >> kUnitBits));
     const bool forward = stop > 0.0F;
     return inside && (stop == 0.0F || approx::absolute(stop) <= bounds.range.room(end, forward));

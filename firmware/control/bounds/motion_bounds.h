@@ -37,7 +37,7 @@ struct MotionBounds {
   BrakingLimits quick_stop;
   BrakingLimits slow_down;
   TrackingLimits tracking;
-  StoppingDistance stopping;  ///< of the quick stop
+  StoppingDistanceBound stopping;  ///< of the quick stop
   PositionRange range;
   bool switches = true;
   float velocity_mps = 0.0F;  ///< in torque mode
@@ -66,7 +66,7 @@ struct MotionBounds {
     const float slow_mps3 = std::min(axis.jerk_limit_mps3, user.slow_down_counts_per_s3 * resolution_m);
     bounds.quick_stop = braking_limits(quick_mps2 * per_mps2, bounds.motion.jerk);
     bounds.slow_down = braking_limits(slow_mps2 * per_mps2, slow_mps3 * per_mps3);
-    bounds.stopping = StoppingDistance::of(quick_mps2 * per_mps2, bounds.motion.jerk);
+    bounds.stopping = StoppingDistanceBound::of(quick_mps2 * per_mps2, bounds.motion.jerk);
     bounds.tracking =
         TrackingLimits::of(bounds.velocity_mps * per_mps, axis.acceleration_limit_mps2 * per_mps2);
     bounds.range = user.range;

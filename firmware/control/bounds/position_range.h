@@ -36,18 +36,18 @@ struct PositionRange {
   }
 };
 
-/// An upper bound of the way to rest by braking_acceleration(), in counts.
+/// An upper bound of the stopping distance by braking_acceleration(), in counts.
 ///
 /// From velocity v and acceleration a: with t = a / j, the stop is the same as one that began t ticks later
 /// (or earlier, a < 0) with v1 = v + a t / 2 and no acceleration, plus the way between, t (v1 - a t / 6).
 /// From v1 the stop with full deceleration d takes v1^2 / 2d + v1 d / 2j, and a shorter one, v1 sqrt(v1 / j),
 /// less.
-struct StoppingDistance {
+struct StoppingDistanceBound {
   float per_velocity2 = 0.0F;  // 1 / 2d
   float per_velocity = 0.0F;   // d / 2j
   float per_jerk = 0.0F;       // 1 / j
 
-  static StoppingDistance of(float deceleration, float jerk) {
+  static StoppingDistanceBound of(float deceleration, float jerk) {
     return {0.5F / deceleration, 0.5F * deceleration / jerk, 1.0F / jerk};
   }
   /// Both towards the same side, counts per tick and per tick^2; velocity >= 0.

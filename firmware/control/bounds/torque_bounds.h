@@ -32,7 +32,7 @@ class TorqueBounds {
   };
   /// Holds the axis if it must be braked from the next tick on to rest within the range, or stands at an end
   /// and is pushed out.
-  void look_ahead(const PositionRange& range, const StoppingDistance& stopping, const Motion& motion) {
+  void look_ahead(const PositionRange& range, const StoppingDistanceBound& stopping, const Motion& motion) {
     const float speed = approx::absolute(motion.velocity);
     const bool forward = (speed >= 1.0F ? motion.velocity : motion.force_N) > 0.0F;
     const float room = range.room(motion.counts, forward);

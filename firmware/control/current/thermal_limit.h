@@ -2,7 +2,7 @@
 #pragma once
 
 #include "firmware/control/parameters/parameters.h"
-#include "firmware/effects/approx.h"
+#include "firmware/effects/numerics/approx.h"
 
 namespace slipstack {
 

@@ -6,7 +6,7 @@
 #include <cstdint>
 
 #include "firmware/control/parameters/parameters.h"
-#include "firmware/effects/approx.h"
+#include "firmware/effects/numerics/approx.h"
 
 namespace slipstack {
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "firmware/control/reference/reference.h"
-#include "firmware/effects/approx.h"
+#include "firmware/effects/numerics/approx.h"
 
 namespace slipstack {
 

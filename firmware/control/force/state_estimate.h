@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "firmware/effects/approx.h"
+#include "firmware/effects/numerics/approx.h"
 #include "firmware/friction/displacement.h"
 
 namespace slipstack {

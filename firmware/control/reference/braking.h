@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "firmware/control/reference/fixed_motion.h"
-#include "firmware/effects/approx.h"
+#include "firmware/effects/numerics/approx.h"
 
 namespace slipstack {
 
@@ -36,7 +36,7 @@ inline BrakingLimits braking_limits(float counts_per_tick2, float counts_per_tic
   return limits;
 }
 
-/// The acceleration of the next tick on the fastest way to rest, from any velocity and acceleration: the
+/// The acceleration of the next tick that stops fastest, from any velocity and acceleration: the
 /// velocity then changes by it. Jerk never exceeds its limit, deceleration only where it did before.
 /// Velocity and acceleration end at exactly zero, both in the same tick or one after the other.
 ///

@@ -4,7 +4,7 @@
 #include <array>
 #include <cstddef>
 
-#include "firmware/effects/approx.h"
+#include "firmware/effects/numerics/approx.h"
 
 // Motion of a third-order integrator with constant jerk, phase by phase, in continuous time. In double: 2 m
 // in counts of 1 nm are 2^31, and a float has 24 bits. Counts and ticks throughout.

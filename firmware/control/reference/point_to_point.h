@@ -24,8 +24,8 @@ enum class PlanStatus : std::uint8_t {
 /// Moves to a target, changes of velocity and halts, time-optimal within their limits, from whatever state
 /// the reference is in.
 /// Works in the main loop; the tick takes over what was planned (ReferenceGenerator). A plan costs at most
-/// 30 evaluations of a way to rest in double (trajectory.h; figures in docs/control.md). Holds its working
-/// memory; not for the stack.
+/// 30 evaluations of a stopping distance in double (trajectory.h; figures in docs/control.md). Holds its
+/// working memory; not for the stack.
 class PointToPoint {
  public:
   /// Retargets the reference to `target`, where it ends exactly. Positions count from `origin`, and a way is

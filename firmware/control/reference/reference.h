@@ -11,7 +11,7 @@
 #include "firmware/control/reference/motion.h"
 #include "firmware/control/reference/segment_queue.h"
 #include "firmware/control/streams/tracking.h"
-#include "firmware/effects/approx.h"
+#include "firmware/effects/numerics/approx.h"
 
 namespace slipstack {
 

@@ -5,7 +5,7 @@
 
 #include "firmware/control/reference/motion_profile.h"
 #include "firmware/control/reference/velocity_change.h"
-#include "firmware/effects/approx.h"
+#include "firmware/effects/numerics/approx.h"
 
 // Time-optimal trajectories of a third-order integrator with bounded velocity, acceleration and jerk, in
 // continuous time. Planned outside the tick, in double. Counts and ticks throughout.
@@ -28,17 +28,17 @@ class Planner {
     return profile_;
   }
 
-  /// As move(), but without turning round: where the way to rest leads beyond `target`, seen in this
+  /// As move(), but without turning round: where the stopping distance leads beyond `target`, seen in this
   /// direction (1 or -1), a stop.
   const Profile& approach(const State& from, double target, double direction, const Limits& limits) {
     if ((target - stop(from, limits).end().position) * direction <= 0.0) return profile_;
     return move(from, target, limits);
   }
 
-  /// The shortest way to rest at `target`, from any state: speed up towards it, until what is left is the way
-  /// to rest. The place where braking leads to is monotone in the time of speeding up, so one root is found,
-  /// to 2^-20 of a count. Bounded: kMostSteps evaluations of the way to rest, 25 at most in 10^6 random
-  /// states.
+  /// The fastest motion that ends at rest at `target`, from any state: speed up towards it, until what is
+  /// left is the way to rest. The place where braking leads to is monotone in the time of speeding up, so one
+  /// root is found, to 2^-20 of a count. Bounded: kMostSteps evaluations of the stopping distance, 25 at most
+  /// in 10^6 random states.
   const Profile& move(const State& from, double target, const Limits& limits) {
     steps_ = 0;
     const double way = target - resting_place(from, limits);
@@ -48,7 +48,7 @@ class Planner {
     return profile_;
   }
 
-  /// Evaluations of the way to rest in the last move.
+  /// Evaluations of the stopping distance in the last move.
   int steps() const { return steps_; }
   static constexpr int kMostSteps = 80;
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "firmware/control/bounds/position_range.h"
-#include "firmware/control/bounds/way_to_rest.h"
+#include "firmware/control/bounds/stopping_distance.h"
 #include "firmware/control/streams/set_point_spline.h"
 
 namespace slipstack {
@@ -20,7 +20,7 @@ namespace slipstack {
 /// to Splines, chapter 11). So limits that hold for v, a and c hold at every instant. In a period the control
 /// point is that of the stream where that keeps the limits. Otherwise its acceleration is the one from which
 /// a stop, along the limits and seen from the stream, ends at the stream: full jerk towards there or away
-/// from it, but for the last periods (way_to_rest.h).
+/// from it, but for the last periods (stopping_distance.h).
 ///
 /// Set-points are rounded. What that makes of the jerk, `rounding`, is followed: it moves nothing by more
 /// than the rounding itself, and to smooth it away would delay what the master asks for.
@@ -88,8 +88,8 @@ class StreamPath {
     const float own = own_acceleration(period);
     const float stream = approx::clamp(to_float(asked(period)), -limits_.velocity, limits_.velocity);
     const float room = limits_.slowing - approx::absolute(own);
-    const WayToRest rest(room > 0.5F * limits_.slowing ? room : 0.5F * limits_.slowing,
-                         kShare * limits_.jerk);
+    const StoppingDistance rest(room > 0.5F * limits_.slowing ? room : 0.5F * limits_.slowing,
+                                kShare * limits_.jerk);
     step(period, now, way, own, [&](float acceleration) {
       const float velocity = now.velocity + acceleration;
       return distance - velocity - rest(velocity - stream, acceleration - own);
@@ -200,11 +200,11 @@ class StreamPath {
     return end <= now.ahead && end >= -now.behind;
   }
 
-  WayToRest stop() const { return {kShare * limits_.slowing, kShare * limits_.jerk}; }
+  StoppingDistance stop() const { return {kShare * limits_.slowing, kShare * limits_.jerk}; }
 
   // A stop from there ends within the range.
   float within_ends(const Now& now, float acceleration) const {
-    const WayToRest rest = stop();
+    const StoppingDistance rest = stop();
     const auto end = [&](float a) { return now.velocity + a + rest(now.velocity + a, a); };
     if (end(acceleration) > now.ahead)
       return root(now.lowest, acceleration, [&](float a) { return now.ahead - end(a); });

@@ -5,7 +5,7 @@
 #include <atomic>
 #include <cstdint>
 
-#include "firmware/effects/approx.h"
+#include "firmware/effects/numerics/approx.h"
 
 namespace slipstack {
 

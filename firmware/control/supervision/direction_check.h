@@ -5,7 +5,7 @@
 
 #include "firmware/control/supervision/faults.h"
 #include "firmware/control/supervision/state_machine.h"
-#include "firmware/effects/approx.h"
+#include "firmware/effects/numerics/approx.h"
 #include "firmware/friction/displacement.h"
 
 namespace slipstack {

@@ -5,7 +5,7 @@
 
 #include "firmware/control/parameters/parameters.h"
 #include "firmware/control/supervision/faults.h"
-#include "firmware/effects/approx.h"
+#include "firmware/effects/numerics/approx.h"
 #include "firmware/friction/displacement.h"
 #include "hal/include/encoder.h"
 #include "hal/include/motor_current.h"

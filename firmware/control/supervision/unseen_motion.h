@@ -5,7 +5,7 @@
 
 #include "firmware/control/parameters/parameters.h"
 #include "firmware/control/tick_history.h"
-#include "firmware/effects/approx.h"
+#include "firmware/effects/numerics/approx.h"
 #include "firmware/friction/displacement.h"
 
 namespace slipstack {

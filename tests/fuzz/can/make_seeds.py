@@ -11,7 +11,7 @@ import struct
 import sys
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
-sys.path.insert(0, str(REPOSITORY / "tests/can"))
+sys.path.insert(0, str(REPOSITORY / "tests/can/description_files"))
 
 from eds import Eds  # noqa: E402
 

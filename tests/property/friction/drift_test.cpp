@@ -26,7 +26,7 @@ std::uint64_t ticks_to_run() {
   return wish != nullptr && std::strcmp(wish, "1") == 0 ? 1000000000ULL : 1000000ULL;
 }
 
-// Forces along a fixed course that begins with full strokes: they wipe out whatever was before.
+// Forces along a fixed course that begins with full traverses: they wipe out whatever was before.
 template <class Model>
 std::array<float, 40> course(Model& model, std::int32_t around) {
   constexpr std::int32_t kStroke = 10000;  // beyond every excursion of the random motion

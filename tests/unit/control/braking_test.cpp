@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The way to rest: from any state, within deceleration and jerk, in the time of the continuous optimum.
+// The stopping distance: from any state, within deceleration and jerk, in the time of the continuous optimum.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -26,7 +26,7 @@ struct Optimum {
   double ticks, counts;
 };
 
-// Shortest way to rest in continuous time; jerk, hold, jerk.
+// Shortest stopping distance in continuous time; jerk, hold, jerk.
 Optimum optimum(State s, double deceleration, double jerk) {
   const double free = s.velocity + s.acceleration * std::abs(s.acceleration) / (2.0 * jerk);
   const double sign = free > 0.0 ? 1.0 : -1.0;

@@ -9,7 +9,7 @@
 #include <random>
 
 #include "firmware/control/bounds/position_range.h"
-#include "firmware/control/bounds/way_to_rest.h"
+#include "firmware/control/bounds/stopping_distance.h"
 #include "firmware/control/reference/braking.h"
 #include "firmware/control/streams/cyclic_position.h"
 
@@ -205,7 +205,7 @@ TEST(Tracking, NeverBeyondTheLimitsAndMeetsTheStream) {
   }
 }
 
-// The bound of the way to rest against the way itself, from random velocities and accelerations.
+// The bound of the stopping distance against the way itself, from random velocities and accelerations.
 TEST(Range, TheStoppingDistanceIsNeverTooShort) {
   std::mt19937 random(8);
   const auto uniform = [&random](double low, double high) {
@@ -216,7 +216,7 @@ TEST(Range, TheStoppingDistanceIsNeverTooShort) {
     const float deceleration = uniform(0.01, 0.3);
     const float jerk = deceleration * uniform(1e-3, 2e-2);
     const BrakingLimits limits = braking_limits(deceleration, jerk);
-    const StoppingDistance stopping = StoppingDistance::of(deceleration, jerk);
+    const StoppingDistanceBound stopping = StoppingDistanceBound::of(deceleration, jerk);
     const float v0 = uniform(0.0, 250.0);
     const float a0 = uniform(0.0, 1.0) * deceleration;
     std::int64_t velocity = to_fixed(v0);
@@ -235,8 +235,8 @@ TEST(Range, TheStoppingDistanceIsNeverTooShort) {
   EXPECT_LT(longest_excess, 1.5) << "and not longer than needed, where it matters";
 }
 
-// The signed way to rest, also where the acceleration turns the motion round before it is taken out.
-TEST(Range, TheWayToRestIsTheWayThatAStopTakes) {
+// The signed stopping distance, also where the acceleration turns the motion round before it is taken out.
+TEST(Range, TheStoppingDistanceIsTheWayThatAStopTakes) {
   std::mt19937 random(9);
   const auto uniform = [&random](double low, double high) {
     return static_cast<float>(std::uniform_real_distribution<double>(low, high)(random));
@@ -257,7 +257,7 @@ TEST(Range, TheWayToRestIsTheWayThatAStopTakes) {
       way += static_cast<double>(velocity) * 0x1p-44;
       largest = std::max(largest, std::abs(static_cast<double>(velocity) * 0x1p-44));
     }
-    const auto told = static_cast<double>(WayToRest(deceleration, jerk)(v0, a0));
+    const auto told = static_cast<double>(StoppingDistance(deceleration, jerk)(v0, a0));
     // Some ticks for the discrete time.
     EXPECT_NEAR(told, way, 0.004 * std::abs(way) + 4.0 * largest + 0.5) << run << ' ' << v0 << ' ' << a0;
     const float left = v0 + 0.5F * a0 * std::abs(a0) / jerk;

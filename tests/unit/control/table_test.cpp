@@ -11,9 +11,9 @@
 #include <numbers>
 #include <random>
 
-#include "firmware/effects/power_table.h"
-#include "firmware/effects/ripple_table.h"
-#include "firmware/effects/speed_table.h"
+#include "firmware/effects/numerics/power_table.h"
+#include "firmware/effects/numerics/ripple_table.h"
+#include "firmware/effects/numerics/speed_table.h"
 #include "firmware/friction/packed_maxwell_slip.h"
 
 namespace slipstack {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "firmware/effects/approx.h"
+#include "firmware/effects/numerics/approx.h"
 
 #include <gtest/gtest.h>
 

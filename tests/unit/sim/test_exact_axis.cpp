@@ -82,7 +82,7 @@ struct PiecewiseCurve {
   }
   // Starting at rest with force `force_N`, and a branch F = force − 2·y(w/2): the way w until rest again,
   // from ∫₀ʷ F dw = 0, that is force·w = 4·∫₀^{w/2} y.
-  long double way_to_rest(long double force_N) const {
+  long double stopping_distance(long double force_N) const {
     long double high = d[0];
     const auto surplus = [&](long double w) { return force_N * w - 4.0L * area(0.5L * w); };
     while (surplus(high) > 0.0L) high *= 2.0L;
@@ -113,7 +113,7 @@ TEST(ExactAxis, FreeResponseTurnsWhereTheEnergyBalanceSays) {
     long double force = curve.y(x0);
     int direction = -1;
     for (int swing = 0; swing < 12; ++swing) {
-      const long double way = curve.way_to_rest(std::fabs(force));
+      const long double way = curve.stopping_distance(std::fabs(force));
       x += direction * way;
       force += direction * 2.0L * curve.y(0.5L * way);
       ASSERT_TRUE(axis.advance_to_reversal(1e3));

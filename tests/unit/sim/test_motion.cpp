@@ -103,7 +103,7 @@ TEST(Programme, StaysOnTheRailAndHoldsTogether) {
       last = now;
     }
     EXPECT_GT(fastest, 0.1);
-    EXPECT_GT(slow_s, 2.0) << "no slow strokes";
+    EXPECT_GT(slow_s, 2.0) << "no slow traverses";
   }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pins, lamp, interrupt controller, serial port.
+// Pins, LED, interrupt controller, serial port.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -9,7 +9,7 @@
 #include "hal/stm32g474/clock_tree.h"
 #include "hal/stm32g474/core.h"
 #include "hal/stm32g474/gpio.h"
-#include "hal/stm32g474/lamp.h"
+#include "hal/stm32g474/led_indicator.h"
 #include "hal/stm32g474/uart.h"
 #include "hal/stm32g474/unique_id.h"
 #include "tests/unit/stm32g474/simulated_word.h"
@@ -38,7 +38,7 @@ TEST(Pins, AreSetUpOneByOne) {
   EXPECT_EQ(port.moder.value & 3U, 1U);
 }
 
-TEST(Lamp, IsSwitchedByOneWrite) {
+TEST(LedIndicator, IsSwitchedByOneWrite) {
   Gpio<SimWord> port;
   Led led(port, 5);
   led.start();
@@ -49,18 +49,18 @@ TEST(Lamp, IsSwitchedByOneWrite) {
 }
 
 // CiA 303-3: period and time lit, in ms; flashes in a period.
-TEST(Lamp, DrawsThePatternsOfCia303) {
+TEST(LedIndicator, DrawsThePatternsOfCia303) {
   const auto measure = [](Indication indication, std::uint32_t period_ms) {
     std::uint32_t lit = 0;
     std::uint32_t flashes = 0;
-    const std::uint32_t steps = period_ms / kLampStep_ms;
+    const std::uint32_t steps = period_ms / kPatternStep_ms;
     for (std::uint32_t step = steps; step < 2 * steps; ++step) {
-      const bool now = lamp_lit(indication, step);
-      EXPECT_EQ(now, lamp_lit(indication, step + steps)) << "not periodic";
+      const bool now = led_lit(indication, step);
+      EXPECT_EQ(now, led_lit(indication, step + steps)) << "not periodic";
       if (now) ++lit;
-      if (now && !lamp_lit(indication, step - 1)) ++flashes;
+      if (now && !led_lit(indication, step - 1)) ++flashes;
     }
-    return std::pair{lit * kLampStep_ms, flashes};
+    return std::pair{lit * kPatternStep_ms, flashes};
   };
   EXPECT_EQ(measure(Indication::kStarting, 100), (std::pair{50U, 1U}));
   EXPECT_EQ(measure(Indication::kDisabled, 1200), (std::pair{200U, 1U}));
@@ -69,13 +69,13 @@ TEST(Lamp, DrawsThePatternsOfCia303) {
   EXPECT_EQ(measure(Indication::kFault, 1600), (std::pair{400U, 2U}));
 }
 
-TEST(Lamp, ShowsWhatItIsTold) {
+TEST(LedIndicator, ShowsWhatItIsTold) {
   Gpio<SimWord> port;
   Led led(port, 5);
-  Lamp lamp(led);
-  lamp.show(Indication::kEnabled);
+  LedIndicator indicator(led);
+  indicator.show(Indication::kEnabled);
   for (int i = 0; i < 100; ++i) {
-    lamp.step();
+    indicator.step();
     ASSERT_EQ(port.bsrr.value, 1U << 5U);
   }
 }

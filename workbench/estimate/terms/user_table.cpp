@@ -8,7 +8,7 @@
 #include <array>
 #include <cmath>
 
-#include "firmware/effects/user_table.h"
+#include "firmware/effects/numerics/user_table.h"
 #include "workbench/base/errors.h"
 #include "workbench/base/linear_systems.h"
 #include "workbench/estimate/terms/user_force.h"

@@ -8,7 +8,8 @@
 
 namespace slipstack::workbench {
 
-/// The table by which the controller represents a user-defined effect (firmware/effects/user_table.h).
+/// The table by which the controller represents a user-defined effect
+/// (firmware/effects/numerics/user_table.h).
 struct TabulatedEffect {
   Term term;                   ///< of `user_table`: 33 forces and their positions
   bool over_velocity = false;  ///< else over position

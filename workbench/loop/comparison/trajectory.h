@@ -33,7 +33,7 @@ struct Trajectory {
 Trajectory sampled(const std::function<sim::MotionPoint(double)>& motion, double duration_s, double tick_s);
 
 /// What compensators are tuned on: the first `seconds` of the programme of the axis and the seed
-/// (sim::draw_programme()): loops in pre-sliding, strokes, moves.
+/// (sim::draw_programme()): loops in pre-sliding, traverses, moves.
 Trajectory training_motion(const sim::Axis& axis, std::uint64_t seed, double seconds, double tick_s);
 
 /// What they are judged by: sines of 5 µm to 10 mm about the middle of the axis, then moves of 10 µm, 1 mm

@@ -52,7 +52,7 @@ std::string parameters_of(const Definition& definition, const std::vector<std::s
 constexpr const char* kHeader = R"(// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "firmware/effects/approx.h"
+#include "firmware/effects/numerics/approx.h"
 #include "firmware/effects/effect.h"
 
 // Made by `slipstack effects --header` of
