@@ -208,6 +208,81 @@ test('a simulated axis: record, plan, run, deploy', async () => {
   await server.stop();
 });
 
+test('a live controller: watch, move, record, deploy, before and after', async () => {
+  const server = await serve('live');
+  const page = await openPage(server.url);
+  await page.locator('#empty').waitFor();
+  await page.locator('#empty [data-connect]').click();
+  await page.locator('dialog').getByText('This machine has no CAN interface').or(page.locator('#live-bus')).first().waitFor();
+  await page.keyboard.press('Escape');
+  await page.locator('[data-simulate]').click();
+  await page.locator('#seed').fill(kSeed);
+  await page.locator('#hidden').fill(kHidden);
+  await page.getByRole('button', {name: 'Start it'}).click();
+  await page.locator('#fit').waitFor({timeout: kJobs_ms});
+  await idle(page);
+  await page.locator('#fit').click();
+  await drawn(page, 1);
+  await page.locator('body').click({position: {x: 5, y: 5}});
+  await page.keyboard.press('c');
+  await page.locator('#live-bus').selectOption('');
+  assert.equal(await page.locator('#live-rate').inputValue(), '2000', 'as the log that is open');
+  await page.locator('#live-rate').fill('500');
+  await page.locator('dialog').getByRole('button', {name: 'Connect'}).click();
+  await page.locator('#live-state[data-state=live]').waitFor({timeout: kJobs_ms});
+  await page.locator('[data-chart="live residual"] canvas').waitFor();
+  await page.locator('#live-record').click();
+  const move = async () => {
+    await page.locator('#live-move').click();
+    await page.locator('#move-times').fill('2');
+    await page.locator('dialog').getByRole('button', {name: 'Move'}).click();
+    await page.waitForFunction(() => window.slipstackWorkbench.store.state.job.what === 'move the axis');
+  };
+  await move();
+  await idle(page);
+  await page.locator('#live-parts tbody tr').waitFor();
+  // Cancelled on the way: the axis stops, the drive is disabled and can be deployed to.
+  await move();
+  await page.waitForFunction(() => window.slipstackWorkbench.store.state.job.stage.startsWith('move'));
+  await page.keyboard.press('Escape');
+  await idle(page);
+  assert.equal((await state(page)).job.outcome, 'cancelled');
+  await page.locator('#tab-experiment').click();
+  await page.locator('#deploy').click();
+  await page.waitForFunction(() => window.slipstackWorkbench.store.state.deployed, null, {timeout: kJobs_ms});
+  await idle(page);
+  await page.locator('#live-parts tbody tr').nth(1).waitFor();
+  const rows = await page.locator('#live-parts tbody tr').allTextContents();
+  assert.match(rows[0], /^the model that was there/);
+  assert.match(rows[1], /^version 1/);
+  const parts = await page.evaluate(() => window.slipstackWorkbench.liveSignals().parts);
+  assert.ok(parts[1].residual_rms_N < 0.3 * parts[0].residual_rms_N && parts[1].residual_rms_N > 0.01, JSON.stringify(parts));
+  assert.ok(parts[1].error_rms_m < 0.5 * parts[0].error_rms_m && parts[1].error_rms_m > 1e-8, JSON.stringify(parts));
+  await accessible(page, 'live');
+  await photograph(page, 'serve-live');
+  // The picture is held, and goes on.
+  await page.locator('#live-hold').click();
+  const end = () => page.evaluate(() => window.slipstackWorkbench.liveCharts().get('live residual').u.scales.x.max);
+  const heldAt = await end();
+  await page.waitForTimeout(400);
+  assert.equal(await end(), heldAt);
+  await page.locator('#live-hold').click();
+  await page.waitForFunction((before) => window.slipstackWorkbench.liveCharts().get('live residual').u.scales.x.max > before, heldAt);
+  // The recording has another rate than the log that is open.
+  await page.locator('#live-record').click();
+  await page.locator('dialog').getByText('Another sampling rate').waitFor();
+  await page.locator('dialog').getByRole('button', {name: 'Close them'}).click();
+  await page.waitForFunction(() => { const {logs, measured} = window.slipstackWorkbench.store.state; return measured && logs.length === 1 && logs[0].name === 'node5.csv'; }, null, {timeout: kJobs_ms});
+  await idle(page);
+  assert.equal((await state(page)).live.notice, '', 'nothing is lost on this bus, however fast a deployment lets its time pass');
+  assert.ok(Math.abs((await state(page)).logs[0].sample_rate_Hz - 500) < 1e-6);
+  await page.locator('#live-end').click();
+  await page.locator('#live').waitFor({state: 'hidden'});
+  assert.deepEqual(page.faults, []);
+  await page.context().close();
+  await server.stop();
+});
+
 test('by keyboard alone, and on a phone', async () => {
   const server = await serve('keys', log);
   const page = await openPage(server.url, {viewport: {width: 390, height: 800}, colorScheme: 'dark'});
