@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The workbench in a real browser: node serve.test.mjs SLIPSTACK SLIPSTACK_SIM FOLDER [PICTURES]
-// PICTURES: a folder for the pictures of docs/serve.md
+// The workbench in a real browser: node serve.test.mjs SLIPSTACK SLIPSTACK_SIM FOLDER
 // Exit 0: all passed; 1: something failed; 77: no browser here, nothing tested.
 import assert from 'node:assert/strict';
 import {execFileSync} from 'node:child_process';
@@ -10,7 +9,7 @@ import path from 'node:path';
 import {pdfPages} from './pdf_text.mjs';
 import {current, drawn, idle, kJobs_ms, launch, openPage as openIn, serve as start, state} from './workbench_page.mjs';
 
-const [, , slipstack, simulator, folder, pictures] = process.argv;
+const [, , slipstack, simulator, folder] = process.argv;
 const kSeed = '11';        // of the simulated axis; any seed must do
 const kHidden = 'viscous'; // in it
 
@@ -35,13 +34,6 @@ async function accessible(page, where) {
   await page.evaluate(axe);
   const {violations} = await page.evaluate(() => window.axe.run(document, {resultTypes: ['violations']}));
   assert.deepEqual(violations.map((one) => `${one.id}: ${one.nodes[0].html.slice(0, 160)} ${one.nodes[0].failureSummary}`), [], where);
-}
-
-// A picture for the documentation, where one is asked for.
-async function photograph(page, name) {
-  if (!pictures) return;
-  await page.waitForTimeout(600);  // a transition has ended
-  await page.screenshot({path: path.join(pictures, `${name}.png`)});
 }
 
 const tests = [];
@@ -97,7 +89,6 @@ test('open, compare, learn, add, error falls, undo, redo, plan, run, deploy, exp
   await idle(page);
   assert.equal(await page.locator('#tried .card').count(), 0);
   await accessible(page, 'cards');
-  await photograph(page, 'serve-missing');
   const effect = await page.locator('.card.best [data-add]').getAttribute('data-add');
   assert.equal(effect, kHidden);
   assert.ok(await page.locator('.card.best .fingerprint path').count() === 2, 'the expected trace beside the residual');
@@ -111,11 +102,11 @@ test('open, compare, learn, add, error falls, undo, redo, plan, run, deploy, exp
   await page.locator('#tab-model').click();
   assert.equal(await page.locator('.waterfall li button').count(), 2);
   await accessible(page, 'model');
-  await photograph(page, 'serve');
-  if (pictures) {
-    await page.locator('[data-chart=density]').evaluate((figure) => figure.scrollIntoView({block: 'start'}));
-    await photograph(page, 'serve-frequency');
-  }
+  // Each part of the panel begins at its top, however far the one before was scrolled.
+  await page.evaluate(() => { document.querySelector('#panel').scrollTop = 400; });
+  await page.locator('#tab-history').click();
+  assert.equal(await page.evaluate(() => document.querySelector('#panel').scrollTop), 0);
+  await page.locator('#tab-model').click();
 
   await page.locator('#undo').click();
   await drawn(page, 1);
@@ -259,7 +250,6 @@ test('a live controller: watch, move, record, deploy, before and after', async (
   assert.ok(parts[1].residual_rms_N < 0.3 * parts[0].residual_rms_N && parts[1].residual_rms_N > 0.01, JSON.stringify(parts));
   assert.ok(parts[1].error_rms_m < 0.5 * parts[0].error_rms_m && parts[1].error_rms_m > 1e-8, JSON.stringify(parts));
   await accessible(page, 'live');
-  await photograph(page, 'serve-live');
   // The picture is held, and goes on.
   await page.locator('#live-hold').click();
   const end = () => page.evaluate(() => window.slipstackWorkbench.liveCharts().get('live residual').u.scales.x.max);
@@ -291,7 +281,6 @@ test('by keyboard alone, and on a phone', async () => {
   await page.locator('#fit').focus();
   await page.keyboard.press('Enter');
   await drawn(page, 1);
-  await photograph(page, 'serve-phone');
   const width = await page.evaluate(() => document.documentElement.scrollWidth);
   assert.ok(width <= 390, `the page is ${width} pixels wide`);
   await page.locator('.plot').first().focus();

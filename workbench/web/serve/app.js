@@ -130,6 +130,7 @@ function take(state) {
 // --- tabs, tools, keys ---
 
 function showTab(tab) {
+  if (tab.getAttribute('aria-selected') !== 'true') byId('panel').scrollTop = 0;  // the parts share one place to scroll
   for (const other of document.querySelectorAll('[role=tab]')) {
     const chosen = other === tab;
     other.setAttribute('aria-selected', String(chosen));
