@@ -45,6 +45,12 @@ test('open, compare, learn, add, error falls, undo, redo, plan, run, deploy, exp
   await page.locator('#fit').waitFor({timeout: kJobs_ms});
   await idle(page);
   assert.ok(await page.locator('#time-charts figure').count() >= 1, 'the first picture is there before any model');
+  // Every module is asked for at once, not when the one that imports it has come.
+  const late = await page.evaluate(() => {
+    const named = new Set([...document.querySelectorAll('link[rel=modulepreload], script[src]')].map((one) => one.href || one.src));
+    return performance.getEntriesByType('resource').map((one) => one.name).filter((name) => name.endsWith('.js') && !named.has(name));
+  });
+  assert.deepEqual(late, []);
   await page.locator('#fit').click();
   await drawn(page, 1);
   const before = await current(page);
