@@ -15,6 +15,7 @@ const kRate_Hz = samples > 5e6 ? 4000 : 2000;  // of the simulated axis, whose p
 // On a machine where one does not know what else runs; the figures that are meant stand in docs/measured.md.
 const kFirstPicture_s = 5 + 10 * samples / 1e6;
 const kZoomStep_ms = 500;
+const kQuickestStep_ms = 35;  // whatever else runs: an answer that waits for an acknowledgement of TCP takes 40 ms each time
 const kZoomStepProcessor_ms = 150;  // of server and browser together
 const kLongestDiagnosed = 1e6;  // so that the test stays short
 const kMemory_bytes = 400e6 + 8 * samples;
@@ -25,12 +26,14 @@ const log = path.join(folder, `long-${samples}.csv`);
 if (!fs.existsSync(log)) execFileSync(simulator, ['log', '--setup', 'pick_and_place', '--seed', '11', '--effects', 'viscous', '--strength', '5', '--rate', String(kRate_Hz), '--seconds', String(samples / kRate_Hz), '--out', log]);
 fs.rmSync(path.join(folder, `session-${samples}`), {recursive: true, force: true});
 
+const idle_ms = processorTime_ms();  // of the browser's start
 const begin = performance.now();
 const since = () => (performance.now() - begin) / 1000;
 const server = await serve(slipstack, path.join(folder, `session-${samples}`), log);
 const page = await openPage(browser, server.url);
 await page.waitForFunction(() => performance.getEntriesByName('zoom').length > 0, null, {timeout: 600000});
 const first_s = since();
+const first_ms = processorTime_ms() - idle_ms;
 const page_s = await page.evaluate(() => { const [first] = performance.getEntriesByName('zoom'); return (first.startTime + first.duration) / 1000; });
 await page.locator('#fit').waitFor({timeout: 600000});
 await idle(page);
@@ -77,7 +80,7 @@ const memory_bytes = 1024 * Number(/VmHWM:\s+(\d+)/.exec(fs.readFileSync(`/proc/
 const sorted = [...steps].sort((a, b) => a - b);
 const median_ms = sorted[Math.floor(sorted.length / 2)];
 const worst_ms = sorted[sorted.length - 1];
-console.log(`${samples} samples, ${(fs.statSync(log).size / 1e6).toFixed(0)} MB: first picture ${first_s.toFixed(2)} s after the start of the server, ${page_s.toFixed(2)} s after that of the page, rows ${rows_s.toFixed(1)} s, ` +
+console.log(`${samples} samples, ${(fs.statSync(log).size / 1e6).toFixed(0)} MB: first picture ${first_s.toFixed(2)} s after the start of the server, ${page_s.toFixed(2)} s after that of the page, ${(first_ms / 1000).toFixed(2)} s of processor time, rows ${rows_s.toFixed(1)} s, ` +
   `zoom step ${median_ms.toFixed(0)} ms (median of ${steps.length}), ${worst_ms.toFixed(0)} ms at most, ${step_ms.toFixed(0)} ms of processor time${diagnosis}, memory of the server ${(memory_bytes / 1e6).toFixed(0)} MB at most`);
 await browser.close();
 await server.stop();
@@ -85,5 +88,6 @@ fs.rmSync(log);
 assert.deepEqual(page.faults, []);
 assert.ok(first_s < kFirstPicture_s, `first picture after ${first_s} s`);
 assert.ok(worst_ms < kZoomStep_ms, `a zoom step took ${worst_ms} ms`);
+assert.ok(sorted[0] < kQuickestStep_ms, `the quickest zoom step took ${sorted[0]} ms`);
 assert.ok(step_ms < kZoomStepProcessor_ms, `a zoom step took ${step_ms} ms of processor time`);
 assert.ok(memory_bytes < kMemory_bytes, `the server took ${memory_bytes} bytes`);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The workbench in a real browser: node serve.test.mjs SLIPSTACK SLIPSTACK_SIM FOLDER [PICTURES]
-// PICTURES: a folder for the pictures of docs/serve.md
+// The workbench in a real browser: node serve.test.mjs SLIPSTACK SLIPSTACK_SIM FOLDER
 // Exit 0: all passed; 1: something failed; 77: no browser here, nothing tested.
 import assert from 'node:assert/strict';
 import {execFileSync} from 'node:child_process';
@@ -10,7 +9,7 @@ import path from 'node:path';
 import {pdfPages} from './pdf_text.mjs';
 import {current, drawn, idle, kJobs_ms, launch, openPage as openIn, serve as start, state} from './workbench_page.mjs';
 
-const [, , slipstack, simulator, folder, pictures] = process.argv;
+const [, , slipstack, simulator, folder] = process.argv;
 const kSeed = '11';        // of the simulated axis; any seed must do
 const kHidden = 'viscous'; // in it
 
@@ -37,13 +36,6 @@ async function accessible(page, where) {
   assert.deepEqual(violations.map((one) => `${one.id}: ${one.nodes[0].html.slice(0, 160)} ${one.nodes[0].failureSummary}`), [], where);
 }
 
-// A picture for the documentation, where one is asked for.
-async function photograph(page, name) {
-  if (!pictures) return;
-  await page.waitForTimeout(600);  // a transition has ended
-  await page.screenshot({path: path.join(pictures, `${name}.png`)});
-}
-
 const tests = [];
 const test = (name, run) => tests.push({name, run});
 
@@ -53,6 +45,12 @@ test('open, compare, learn, add, error falls, undo, redo, plan, run, deploy, exp
   await page.locator('#fit').waitFor({timeout: kJobs_ms});
   await idle(page);
   assert.ok(await page.locator('#time-charts figure').count() >= 1, 'the first picture is there before any model');
+  // Every module is asked for at once, not when the one that imports it has come.
+  const late = await page.evaluate(() => {
+    const named = new Set([...document.querySelectorAll('link[rel=modulepreload], script[src]')].map((one) => one.href || one.src));
+    return performance.getEntriesByType('resource').map((one) => one.name).filter((name) => name.endsWith('.js') && !named.has(name));
+  });
+  assert.deepEqual(late, []);
   await page.locator('#fit').click();
   await drawn(page, 1);
   const before = await current(page);
@@ -97,7 +95,6 @@ test('open, compare, learn, add, error falls, undo, redo, plan, run, deploy, exp
   await idle(page);
   assert.equal(await page.locator('#tried .card').count(), 0);
   await accessible(page, 'cards');
-  await photograph(page, 'serve-missing');
   const effect = await page.locator('.card.best [data-add]').getAttribute('data-add');
   assert.equal(effect, kHidden);
   assert.ok(await page.locator('.card.best .fingerprint path').count() === 2, 'the expected trace beside the residual');
@@ -111,11 +108,11 @@ test('open, compare, learn, add, error falls, undo, redo, plan, run, deploy, exp
   await page.locator('#tab-model').click();
   assert.equal(await page.locator('.waterfall li button').count(), 2);
   await accessible(page, 'model');
-  await photograph(page, 'serve');
-  if (pictures) {
-    await page.locator('[data-chart=density]').evaluate((figure) => figure.scrollIntoView({block: 'start'}));
-    await photograph(page, 'serve-frequency');
-  }
+  // Each part of the panel begins at its top, however far the one before was scrolled.
+  await page.evaluate(() => { document.querySelector('#panel').scrollTop = 400; });
+  await page.locator('#tab-history').click();
+  assert.equal(await page.evaluate(() => document.querySelector('#panel').scrollTop), 0);
+  await page.locator('#tab-model').click();
 
   await page.locator('#undo').click();
   await drawn(page, 1);
@@ -208,6 +205,80 @@ test('a simulated axis: record, plan, run, deploy', async () => {
   await server.stop();
 });
 
+test('a live controller: watch, move, record, deploy, before and after', async () => {
+  const server = await serve('live');
+  const page = await openPage(server.url);
+  await page.locator('#empty').waitFor();
+  await page.locator('#empty [data-connect]').click();
+  await page.locator('dialog').getByText('This machine has no CAN interface').or(page.locator('#live-bus')).first().waitFor();
+  await page.keyboard.press('Escape');
+  await page.locator('[data-simulate]').click();
+  await page.locator('#seed').fill(kSeed);
+  await page.locator('#hidden').fill(kHidden);
+  await page.getByRole('button', {name: 'Start it'}).click();
+  await page.locator('#fit').waitFor({timeout: kJobs_ms});
+  await idle(page);
+  await page.locator('#fit').click();
+  await drawn(page, 1);
+  await page.locator('body').click({position: {x: 5, y: 5}});
+  await page.keyboard.press('c');
+  await page.locator('#live-bus').selectOption('');
+  assert.equal(await page.locator('#live-rate').inputValue(), '2000', 'as the log that is open');
+  await page.locator('#live-rate').fill('500');
+  await page.locator('dialog').getByRole('button', {name: 'Connect'}).click();
+  await page.locator('#live-state[data-state=live]').waitFor({timeout: kJobs_ms});
+  await page.locator('[data-chart="live residual"] canvas').waitFor();
+  await page.locator('#live-record').click();
+  const move = async () => {
+    await page.locator('#live-move').click();
+    await page.locator('#move-times').fill('2');
+    await page.locator('dialog').getByRole('button', {name: 'Move'}).click();
+    await page.waitForFunction(() => window.slipstackWorkbench.store.state.job.what === 'move the axis');
+  };
+  await move();
+  await idle(page);
+  await page.locator('#live-parts tbody tr').waitFor();
+  // Cancelled on the way: the axis stops, the drive is disabled and can be deployed to.
+  await move();
+  await page.waitForFunction(() => window.slipstackWorkbench.store.state.job.stage.startsWith('move'));
+  await page.keyboard.press('Escape');
+  await idle(page);
+  assert.equal((await state(page)).job.outcome, 'cancelled');
+  await page.locator('#tab-experiment').click();
+  await page.locator('#deploy').click();
+  await page.waitForFunction(() => window.slipstackWorkbench.store.state.deployed, null, {timeout: kJobs_ms});
+  await idle(page);
+  await page.locator('#live-parts tbody tr').nth(1).waitFor();
+  const rows = await page.locator('#live-parts tbody tr').allTextContents();
+  assert.match(rows[0], /^the model that was there/);
+  assert.match(rows[1], /^version 1/);
+  const parts = await page.evaluate(() => window.slipstackWorkbench.liveSignals().parts);
+  assert.ok(parts[1].residual_rms_N < 0.3 * parts[0].residual_rms_N && parts[1].residual_rms_N > 0.01, JSON.stringify(parts));
+  assert.ok(parts[1].error_rms_m < 0.5 * parts[0].error_rms_m && parts[1].error_rms_m > 1e-8, JSON.stringify(parts));
+  await accessible(page, 'live');
+  // The picture is held, and goes on.
+  await page.locator('#live-hold').click();
+  const end = () => page.evaluate(() => window.slipstackWorkbench.liveCharts().get('live residual').u.scales.x.max);
+  const heldAt = await end();
+  await page.waitForTimeout(400);
+  assert.equal(await end(), heldAt);
+  await page.locator('#live-hold').click();
+  await page.waitForFunction((before) => window.slipstackWorkbench.liveCharts().get('live residual').u.scales.x.max > before, heldAt);
+  // The recording has another rate than the log that is open.
+  await page.locator('#live-record').click();
+  await page.locator('dialog').getByText('Another sampling rate').waitFor();
+  await page.locator('dialog').getByRole('button', {name: 'Close them'}).click();
+  await page.waitForFunction(() => { const {logs, measured} = window.slipstackWorkbench.store.state; return measured && logs.length === 1 && logs[0].name === 'node5.csv'; }, null, {timeout: kJobs_ms});
+  await idle(page);
+  assert.equal((await state(page)).live.notice, '', 'nothing is lost on this bus, however fast a deployment lets its time pass');
+  assert.ok(Math.abs((await state(page)).logs[0].sample_rate_Hz - 500) < 1e-6);
+  await page.locator('#live-end').click();
+  await page.locator('#live').waitFor({state: 'hidden'});
+  assert.deepEqual(page.faults, []);
+  await page.context().close();
+  await server.stop();
+});
+
 test('by keyboard alone, and on a phone', async () => {
   const server = await serve('keys', log);
   const page = await openPage(server.url, {viewport: {width: 390, height: 800}, colorScheme: 'dark'});
@@ -216,7 +287,6 @@ test('by keyboard alone, and on a phone', async () => {
   await page.locator('#fit').focus();
   await page.keyboard.press('Enter');
   await drawn(page, 1);
-  await photograph(page, 'serve-phone');
   const width = await page.evaluate(() => document.documentElement.scrollWidth);
   assert.ok(width <= 390, `the page is ${width} pixels wide`);
   await page.locator('.plot').first().focus();

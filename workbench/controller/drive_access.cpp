@@ -51,4 +51,18 @@ RestoredObject::~RestoredObject() {
   }
 }
 
+void RestoredObjects::set(std::uint16_t index, std::uint8_t sub, std::uint32_t value, int bytes) {
+  changes_.push_back({index, sub, bytes, drive_.read(index, sub)});
+  drive_.write(index, sub, value, bytes);
+}
+
+RestoredObjects::~RestoredObjects() {
+  try {
+    for (auto one = changes_.rbegin(); one != changes_.rend(); ++one) {
+      drive_.try_write(one->index, one->sub, one->before, one->bytes);
+    }
+  } catch (const std::exception&) {  // the bus is gone, and each further object would wait for its answer
+  }
+}
+
 }  // namespace slipstack::workbench

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "workbench/controller/sdo_client.h"
 
@@ -42,6 +43,28 @@ class RestoredObject {
   std::uint8_t sub_;
   int bytes_;
   std::uint32_t before_;
+};
+
+/// Changes objects one after the other, and restores them in the reverse order: a PDO is switched off before
+/// its mapping changes and its mapping is whole before it is on again (CiA 301, 7.5.2.36), on the way back
+/// too. Where the bus is gone nothing is restored.
+class RestoredObjects {
+ public:
+  explicit RestoredObjects(SdoClient& drive) : drive_(drive) {}
+  RestoredObjects(const RestoredObjects&) = delete;
+  RestoredObjects& operator=(const RestoredObjects&) = delete;
+  ~RestoredObjects();
+  void set(std::uint16_t index, std::uint8_t sub, std::uint32_t value, int bytes);
+
+ private:
+  struct Change {
+    std::uint16_t index;
+    std::uint8_t sub;
+    int bytes;
+    std::uint32_t before;
+  };
+  SdoClient& drive_;
+  std::vector<Change> changes_;
 };
 
 }  // namespace slipstack::workbench

@@ -10,7 +10,7 @@
 
 #include "firmware/canopen/telemetry/trace.h"
 #include "workbench/console/output.h"
-#include "workbench/controller/drive_access.h"
+#include "workbench/controller/drive_stream.h"
 #include "workbench/controller/master.h"
 #include "workbench/controller/trace_data.h"
 
@@ -31,47 +31,17 @@ std::string log_head(double resolution_m, double constant, double mass_kg, std::
   return text + "time_s,position_counts,current_A\n";
 }
 
-/// Throws UsageError where a parameter of the drive is not plausible, so that no log can be written.
-void check_axis(const SdoClient& drive, double tick_s, double resolution_m, double constant) {
-  if (tick_s > 1e-6 && tick_s < 1.0 && resolution_m > 0.0 && resolution_m < 1.0 && std::isfinite(constant))
-    return;
-  drive.fail(
-      fmt::format("tick {} s, encoder {} m, motor constant {} N/A (2000h:01 to :03) are none of an axis; is "
-                  "it commissioned?",
-                  tick_s, resolution_m, constant));
-}
-
-struct Sample {
-  std::int64_t tick = 0;
-  std::int32_t counts = 0;
-  double current_A = 0.0;
-  double stamp_s = 0.0;  // of the frame; 0: the bus has none
-};
-
-/// Takes the frames of TPDO 3: ticks modulo 2^16, counts, current over the limit / 32767.
-std::vector<Sample> stream(SdoClient& drive, std::uint32_t cob, std::size_t wanted, double limit_A,
-                           const Show& show) {
-  std::vector<Sample> samples;
+/// Takes as many samples of the stream as are wanted.
+std::vector<StreamSample> take(SdoClient& drive, DriveStream& stream, std::size_t wanted, const Show& show) {
+  std::vector<StreamSample> samples;
   samples.reserve(wanted);
-  CanFrame frame;
   while (samples.size() < wanted) {
-    if (!drive.link().receive(frame, 1000)) {
+    const std::optional<StreamSample> sample = stream.next(1000);
+    if (!sample) {
       drive.fail(
           fmt::format("the stream stopped after {} samples; is the drive still on the bus?", samples.size()));
     }
-    if (frame.id != cob || frame.extended || frame.remote || frame.length != 8) continue;
-    const auto low = static_cast<std::uint16_t>(frame.data[0] | frame.data[1] << 8);
-    Sample sample;
-    std::int16_t current = 0;
-    std::memcpy(&sample.counts, &frame.data[2], 4);
-    std::memcpy(&current, &frame.data[6], 2);
-    sample.current_A = static_cast<double>(current) / 32767.0 * limit_A;
-    sample.tick = samples.empty()
-                      ? low
-                      : samples.back().tick +
-                            static_cast<std::uint16_t>(low - static_cast<std::uint16_t>(samples.back().tick));
-    sample.stamp_s = drive.link().stamp_s();
-    samples.push_back(sample);
+    samples.push_back(*sample);
     if (samples.size() % 64 == 0)
       show("record", static_cast<double>(samples.size()) / static_cast<double>(wanted));
   }
@@ -79,10 +49,10 @@ std::vector<Sample> stream(SdoClient& drive, std::uint32_t cob, std::size_t want
 }
 
 /// Spread of the arrival of frames against the drive's own clock; none without time stamps.
-std::optional<double> arrival_spread_s(const std::vector<Sample>& samples, double tick_s) {
+std::optional<double> arrival_spread_s(const std::vector<StreamSample>& samples, double tick_s) {
   double earliest_s = HUGE_VAL;
   double latest_s = -HUGE_VAL;
-  for (const Sample& sample : samples) {
+  for (const StreamSample& sample : samples) {
     if (sample.stamp_s == 0.0) return {};
     const double late_s = sample.stamp_s - samples.front().stamp_s -
                           static_cast<double>(sample.tick - samples.front().tick) * tick_s;
@@ -94,55 +64,32 @@ std::optional<double> arrival_spread_s(const std::vector<Sample>& samples, doubl
 
 }  // namespace
 
-Recording record_stream(SdoClient& drive, double seconds, double rate_Hz, const Show& show) {
-  show("ask the drive", -1.0);
-  const double tick_s = drive.read_real(kAxisIndex, 2);
-  const double resolution_m = drive.read_real(kAxisIndex, 1);
-  const double constant = drive.read_real(kAxisIndex, 3);
-  const double limit_A = drive.read_real(kAxisIndex, 9);
-  check_axis(drive, tick_s, resolution_m, constant);
-  const double mass_kg = model_mass_kg(drive);
-  const std::uint32_t hash = drive.read(kModelIndex, 2);
-  RestoredObject cob(drive, 0x1802, 1, 4);
-  cob.set(cob.before() | kInvalidPdo);
-  RestoredObject type(drive, 0x1802, 2, 1);
-  type.set(1);
-  for (const auto& [sub, entry] :
-       {std::pair{1, 0x22100510U}, std::pair{2, 0x60630020U}, std::pair{3, 0x22000B10U}}) {
-    if (drive.read(0x1A02, static_cast<std::uint8_t>(sub)) == entry && drive.read(0x1A02, 0) == 3) continue;
-    drive.fail(
-        "TPDO 3 maps something else than tick, position and current; restore it (1011h:02) or record the "
-        "trace (--trace)");
-  }
-  RestoredObject period(drive, 0x1006, 0, 4);
-  RestoredObject sync(drive, 0x1005, 0, 4);
-  period.set(static_cast<std::uint32_t>(std::lround(1e6 / rate_Hz)));
-  cob.set(cob.before() & ~kInvalidPdo);
-  sync.set(0x40000000U | (sync.before() & 0x7FF));
-  drive.listen_also_to({cob.before() & 0x7FF});
-  drive.nmt(1);
-  const auto wanted = static_cast<std::size_t>(std::lround(seconds * rate_Hz));
-  const std::vector<Sample> samples = stream(drive, cob.before() & 0x7FF, wanted, limit_A, show);
-  sync.set(sync.before() & 0x7FF);
-  cob.set(cob.before() | kInvalidPdo);
-
-  const auto step = std::max<std::int64_t>(1, std::lround(1.0 / (rate_Hz * tick_s)));
+Recording recording_of(const StreamedAxis& axis, const std::vector<StreamSample>& samples) {
+  const auto step = std::max<std::int64_t>(1, std::lround(1.0 / (axis.rate_Hz * axis.tick_s)));
   Recording recording;
   recording.samples = samples.size();
   bool irregular = false;
-  recording.arrival_spread_s = arrival_spread_s(samples, tick_s);
+  recording.arrival_spread_s = arrival_spread_s(samples, axis.tick_s);
   for (std::size_t i = 1; i < samples.size(); ++i) {
     const std::int64_t gap = samples[i].tick - samples[i - 1].tick;
     irregular |= gap != step;
     recording.lost += gap > step + step / 2 ? static_cast<std::size_t>((gap + step / 2) / step - 1) : 0U;
   }
-  recording.log = log_head(resolution_m, constant, mass_kg, hash, irregular, recording.lost);
-  for (const Sample& sample : samples) {
+  recording.log =
+      log_head(axis.resolution_m, axis.constant_N_per_A, axis.mass_kg, axis.hash, irregular, recording.lost);
+  for (const StreamSample& sample : samples) {
     recording.log +=
-        fmt::format("{:.6f},{},{:.6g}\n", static_cast<double>(sample.tick - samples[0].tick) * tick_s,
+        fmt::format("{:.6f},{},{:.6g}\n", static_cast<double>(sample.tick - samples[0].tick) * axis.tick_s,
                     sample.counts, sample.current_A);
   }
   return recording;
+}
+
+Recording record_stream(SdoClient& drive, double seconds, double rate_Hz, const Show& show) {
+  show("ask the drive", -1.0);
+  DriveStream stream(drive, rate_Hz, DriveStream::With::motion);
+  const auto wanted = static_cast<std::size_t>(std::lround(seconds * rate_Hz));
+  return recording_of(stream.axis(), take(drive, stream, wanted, show));
 }
 
 TraceData fetch_trace(SdoClient& drive, const Show& show) {

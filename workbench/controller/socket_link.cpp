@@ -3,7 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
+#include <filesystem>
+#include <fstream>
 #include <thread>
 
 #include "hal/socketcan/socket_can.h"
@@ -44,6 +47,20 @@ class SocketLink final : public CanLink {
 
 std::unique_ptr<CanLink> open_link(const std::string& interface) {
   return std::make_unique<SocketLink>(interface);
+}
+
+std::vector<std::string> can_interfaces() {
+  constexpr int kCan = 280;  // ARPHRD_CAN of linux/if_arp.h
+  std::vector<std::string> names;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator("/sys/class/net", error)) {
+    int type = 0;
+    if (std::ifstream(entry.path() / "type") >> type && type == kCan) {
+      names.push_back(entry.path().filename().string());
+    }
+  }
+  std::sort(names.begin(), names.end());
+  return names;
 }
 
 }  // namespace slipstack::workbench

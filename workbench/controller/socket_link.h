@@ -2,6 +2,8 @@
 #pragma once
 
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "workbench/controller/can_link.h"
 
@@ -9,5 +11,8 @@ namespace slipstack::workbench {
 
 /// An interface of this machine. Throws UsageError, one line, when there is none of that name.
 std::unique_ptr<CanLink> open_link(const std::string& interface);
+
+/// The names of this machine's CAN interfaces, in order.
+std::vector<std::string> can_interfaces();
 
 }  // namespace slipstack::workbench

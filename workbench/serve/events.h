@@ -8,26 +8,24 @@
 
 namespace slipstack::workbench {
 
-/// Tells the pages that something changed. There is no queue: a page that is slow or was away sees the latest
-/// state and nothing piles up for it.
+/// Tells the pages that something changed: the state of the session, or the signals of a live controller.
+/// There is no queue: a page that is slow or was away sees the latest state and nothing piles up for it.
 class Events {
  public:
-  void tell() {
-    {
-      const std::lock_guard lock(lock_);
-      ++number_;
-    }
-    changed_.notify_all();
-  }
-  std::uint64_t number() const {
-    const std::lock_guard lock(lock_);
-    return number_;
-  }
-  /// Waits until the number is another than `seen`, at most this long, or close(). Returns the number.
-  std::uint64_t wait(std::uint64_t seen, std::chrono::milliseconds most) const {
+  /// How often each was told.
+  struct Numbers {
+    std::uint64_t state = 1;
+    std::uint64_t live = 1;
+    bool operator==(const Numbers&) const = default;
+  };
+
+  void tell() { count(&Numbers::state); }
+  void tell_live() { count(&Numbers::live); }
+  /// Waits until something was told since `seen`, at most this long, or close(). Returns the numbers.
+  Numbers wait(const Numbers& seen, std::chrono::milliseconds most) const {
     std::unique_lock lock(lock_);
-    changed_.wait_for(lock, most, [&] { return number_ != seen || closed_; });
-    return number_;
+    changed_.wait_for(lock, most, [&] { return numbers_ != seen || closed_; });
+    return numbers_;
   }
   void close() {
     {
@@ -42,9 +40,17 @@ class Events {
   }
 
  private:
+  void count(std::uint64_t Numbers::*which) {
+    {
+      const std::lock_guard lock(lock_);
+      ++(numbers_.*which);
+    }
+    changed_.notify_all();
+  }
+
   mutable std::mutex lock_;
   mutable std::condition_variable changed_;
-  std::uint64_t number_ = 1;
+  Numbers numbers_;
   bool closed_ = false;
 };
 

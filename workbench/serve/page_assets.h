@@ -21,6 +21,7 @@ extern const std::string_view kServeAgainstCharts;
 extern const std::string_view kServeFrequencyCharts;
 extern const std::string_view kServeLoopCharts;
 extern const std::string_view kServeDom;
+extern const std::string_view kServeLive;
 extern const std::string_view kServeMissing;
 extern const std::string_view kServeModel;
 extern const std::string_view kServeExperiment;

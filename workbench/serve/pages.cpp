@@ -30,6 +30,7 @@ const std::vector<Page>& pages() {
       {"/loop_charts.js", kScript, web::kServeLoopCharts},
       {"/dom.js", kScript, web::kServeDom},
       {"/figures.js", kScript, web::kServeFigures},
+      {"/live.js", kScript, web::kServeLive},
       {"/missing.js", kScript, web::kServeMissing},
       {"/model.js", kScript, web::kServeModel},
       {"/experiment.js", kScript, web::kServeExperiment},

@@ -19,6 +19,7 @@
 
 #include "workbench/base/errors.h"
 #include "workbench/base/text.h"
+#include "workbench/controller/socket_link.h"
 #include "workbench/model/expression/definition.h"
 #include "workbench/report/effect_page.h"
 #include "workbench/serve/catalogue_json.h"
@@ -103,23 +104,43 @@ void answer_bytes(Response& response, const Bytes& bytes) {
   response.set_content(bytes.text(), "application/octet-stream");
 }
 
-/// Sends the state whenever it changed, as server-sent events.
+/// What a page has got of a live controller.
+struct SeenSignals {
+  std::uint64_t connection = 0;
+  std::uint64_t end = 0;
+};
+
+std::string event(const char* name, const json& value) {
+  return fmt::format("event: {}\ndata: {}\n\n", name,
+                     value.dump(-1, ' ', false, json::error_handler_t::replace));
+}
+
+/// What is new of the signals of a live controller; empty where nothing is.
+std::string new_signals(const Workspace& workspace, SeenSignals& seen) {
+  const std::shared_ptr<LiveNode> live = workspace.live();
+  if (!live) return "";
+  if (live->number() != seen.connection) seen = {live->number(), 0};
+  if (live->end() == seen.end) return "";
+  const json signals = live->since(seen.end);
+  seen.end = signals.at("end");
+  return event("live", signals);
+}
+
+/// Sends the state and the signals of a live controller whenever they changed, as server-sent events.
 void stream_events(Workspace& workspace, Response& response) {
   response.set_header("Cache-Control", "no-store");
   response.set_chunked_content_provider(
-      "text/event-stream",
-      [&workspace, seen = std::uint64_t{0}](std::size_t, httplib::DataSink& sink) mutable {
-        const std::uint64_t now = workspace.events().wait(seen, kHeartbeat);
+      "text/event-stream", [&workspace, seen = Events::Numbers{0, 0}, signals = SeenSignals{}](
+                               std::size_t, httplib::DataSink& sink) mutable {
+        const Events::Numbers now = workspace.events().wait(seen, kHeartbeat);
         if (workspace.events().closed()) {
           sink.done();
           return false;
         }
         std::string text = ":\n\n";
-        if (now != seen) {
-          const std::string state = workspace.state().dump(-1, ' ', false, json::error_handler_t::replace);
-          text = "event: state\ndata: " + state + "\n\n";
-          seen = now;
-        }
+        if (now.state != seen.state) text += event("state", workspace.state());
+        if (now.live != seen.live) text += new_signals(workspace, signals);
+        seen = now;
         return sink.write(text.data(), text.size());
       });
 }
@@ -208,7 +229,8 @@ void serve_experiments(httplib::Server& server, Workspace& workspace) {
   post(server, "/api/run", workspace, [&](const Request&) { workspace.run_plan(); });
   post(server, "/api/deploy", workspace, [&](const Request& request) {
     const json body = body_of(request);
-    workspace.deploy(body.at("version"), body.value("bus", ""), body.value("node", 5));
+    workspace.deploy(body.at("version"), body.value("bus", ""), body.value("node", 5),
+                     body.value("travel_m", 0.0));
   });
   get(server, "/api/tracking",
       [&](const Request&, Response& response) { answer_json(response, workspace.tracking()); });
@@ -216,6 +238,27 @@ void serve_experiments(httplib::Server& server, Workspace& workspace) {
     answer_json(response, workspace.controller(number(request, "version"), request.get_param_value("bus"),
                                                number(request, "node", 5)));
   });
+}
+
+void serve_live(httplib::Server& server, Workspace& workspace) {
+  post(server, "/api/live/connect", workspace, [&](const Request& request) {
+    const json body = body_of(request);
+    LiveNode::Target target;
+    target.bus = body.value("bus", target.bus);
+    target.node = body.value("node", target.node);
+    target.rate_Hz = body.value("rate_Hz", target.rate_Hz);
+    workspace.connect(target);
+  });
+  post(server, "/api/live/disconnect", workspace, [&](const Request&) { workspace.disconnect(); });
+  post(server, "/api/live/record", workspace, [&](const Request&) { workspace.start_recording(); });
+  post(server, "/api/live/keep", workspace,
+       [&](const Request& request) { workspace.keep_recording(body_of(request).value("alone", false)); });
+  post(server, "/api/live/move", workspace, [&](const Request& request) {
+    const json body = body_of(request);
+    workspace.move_axis(body.at("travel_m"), body.value("times", 1));
+  });
+  get(server, "/api/live/interfaces",
+      [](const Request&, Response& response) { answer_json(response, can_interfaces()); });
 }
 
 void serve_files(httplib::Server& server, Workspace& workspace) {
@@ -288,6 +331,8 @@ void serve_pages(Workspace& workspace, const ServerOptions& options) {
   server.set_write_timeout(kStalled);
   server.set_read_timeout(kStalled);
   server.set_keep_alive_timeout(2);
+  // Head and body are two writes: without this the second waits for the acknowledgement of the first, 40 ms.
+  server.set_tcp_nodelay(true);
   const int port = options.port == 0                                ? server.bind_to_any_port("127.0.0.1")
                    : server.bind_to_port("127.0.0.1", options.port) ? options.port
                                                                     : -1;
@@ -301,6 +346,7 @@ void serve_pages(Workspace& workspace, const ServerOptions& options) {
   serve_pictures(server, workspace);
   serve_models(server, workspace);
   serve_experiments(server, workspace);
+  serve_live(server, workspace);
   serve_files(server, workspace);
   get(server, "/api/state",
       [&](const Request&, Response& response) { answer_json(response, workspace.state()); });

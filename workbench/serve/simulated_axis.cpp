@@ -3,8 +3,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <chrono>
+#include <deque>
+#include <mutex>
+#include <span>
 #include <stdexcept>
+#include <thread>
 #include <utility>
+#include <vector>
 
 #include "hal/host/board.h"
 #include "sim_host/log/draw.h"
@@ -65,25 +72,123 @@ sim::MotionProgramme programme_of(const std::string& path, const sim::Axis& axis
 
 }  // namespace
 
-/// The master's end of a cable to a drive in this process.
-class SimulatedCable final : public CanLink {
+/// The drive, and a queue for each master.
+class SimulatedBus {
  public:
-  SimulatedCable(host::HostCanPort& port, SimulatedDrive& drive) : port_(port), drive_(drive) {}
-  void send(const CanFrame& frame) override { port_.send(frame); }
-  bool receive(CanFrame& frame, int timeout_ms) override {
-    constexpr int kTicksPerMillisecond = 10;
-    for (int tick = 0; tick <= kTicksPerMillisecond * timeout_ms; ++tick) {
-      if (port_.receive(frame)) return true;
-      if (timeout_ms > 0) drive_.step();
-    }
-    return false;
+  /// What a master has not received yet, of what it listens to.
+  struct Queue {
+    std::vector<std::uint32_t> ids;  ///< empty: all
+    std::deque<CanFrame> frames;
+  };
+
+  explicit SimulatedBus(const SimulatedAxis& axis) : bench_(draw(axis).bench) {
+    port_.connect(device_);
+    drive_ = std::make_unique<SimulatedDrive>(bench_.axis, device_, flash_, kNode, axis.seed);
+    for (int tick = 0; tick < 20; ++tick) drive_->step();
   }
+  std::shared_ptr<Queue> add_master() {
+    const std::lock_guard lock(lock_);
+    queues_.push_back(std::make_shared<Queue>());
+    return queues_.back();
+  }
+  void remove_master(const std::shared_ptr<Queue>& queue) {
+    const std::lock_guard lock(lock_);
+    std::erase(queues_, queue);
+  }
+  void listen_to(Queue& queue, std::span<const std::uint32_t> ids) {
+    const std::lock_guard lock(lock_);
+    queue.ids.assign(ids.begin(), ids.end());
+  }
+  void send(const CanFrame& frame) {
+    const std::lock_guard lock(lock_);
+    port_.send(frame);
+  }
+  /// The next frame of a master, at once or within some ticks.
+  bool receive(Queue& queue, CanFrame& frame, int ticks) {
+    const std::lock_guard lock(lock_);
+    for (; !take(queue, frame); --ticks) {
+      if (ticks == 0) return false;
+      drive_->step();
+    }
+    return true;
+  }
+  /// The next frame of a master, if there is one until now.
+  bool receive_by_now(Queue& queue, CanFrame& frame) {
+    const std::lock_guard lock(lock_);
+    const auto now = Clock::now();
+    passed_ = std::max(passed_, now - kMostBehind);
+    for (; !take(queue, frame); passed_ += kTick) {
+      if (passed_ + kTick > now) return false;
+      drive_->step();
+    }
+    return true;
+  }
+
+ private:
+  static constexpr std::size_t kMostWaiting = 65536;  // of a master that does not look; then the oldest goes
+
+  using Clock = std::chrono::steady_clock;
+  static constexpr std::chrono::microseconds kTick{100};
+  static constexpr std::chrono::milliseconds kMostBehind{100};  // of a machine that was busy with other work
+
+  bool take(Queue& queue, CanFrame& frame) {
+    CanFrame sent;
+    while (port_.receive(sent)) {
+      for (const auto& each : queues_) {
+        const auto& ids = each->ids;
+        if (!ids.empty() && std::find(ids.begin(), ids.end(), sent.id) == ids.end()) continue;
+        if (each->frames.size() == kMostWaiting) each->frames.pop_front();
+        each->frames.push_back(sent);
+      }
+    }
+    if (queue.frames.empty()) return false;
+    frame = queue.frames.front();
+    queue.frames.pop_front();
+    return true;
+  }
+
+  std::mutex lock_;
+  sim::Bench bench_;
+  host::HostNonvolatile flash_{2, 2048, 8};
+  host::HostCanPort device_{4096};
+  host::HostCanPort port_{4096};
+  std::unique_ptr<SimulatedDrive> drive_;
+  std::vector<std::shared_ptr<Queue>> queues_;
+  Clock::time_point passed_ =
+      Clock::now();  ///< until then the axis has moved for those who wait in real time
+};
+
+namespace {
+
+/// A master's end.
+class SimulatedLink final : public CanLink {
+ public:
+  SimulatedLink(std::shared_ptr<SimulatedBus> bus, SimulatedController::Wait wait)
+      : bus_(std::move(bus)), queue_(bus_->add_master()), wait_(wait) {}
+  ~SimulatedLink() override { bus_->remove_master(queue_); }
+  void send(const CanFrame& frame) override { bus_->send(frame); }
+  bool receive(CanFrame& frame, int timeout_ms) override {
+    if (wait_ == SimulatedController::Wait::as_fast_as_possible) {
+      constexpr int kTicksPerMillisecond = 10;
+      return bus_->receive(*queue_, frame, kTicksPerMillisecond * timeout_ms);
+    }
+    const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(timeout_ms);
+    while (!bus_->receive_by_now(*queue_, frame)) {
+      if (std::chrono::steady_clock::now() >= end) return false;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return true;
+  }
+  void listen_to(std::span<const std::uint32_t> ids) override { bus_->listen_to(*queue_, ids); }
   std::string name() const override { return "simulated axis"; }
 
  private:
-  host::HostCanPort& port_;
-  SimulatedDrive& drive_;
+  std::shared_ptr<SimulatedBus> bus_;
+  std::shared_ptr<SimulatedBus::Queue> queue_;
+  SimulatedController::Wait wait_;
 };
+
+}  // namespace
 
 std::string record_simulated_axis(const SimulatedAxis& axis, const std::string& set_points) {
   const Drawn drawn = draw(axis);
@@ -101,30 +206,13 @@ std::string hidden_in(const SimulatedAxis& axis) {
   return names.empty() ? "none" : joined(names);
 }
 
-struct SimulatedController::Parts {
-  sim::Bench bench;
-  host::HostNonvolatile flash{2, 2048, 8};
-  host::HostCanPort device{4096};
-  host::HostCanPort port{4096};
-  std::unique_ptr<SimulatedDrive> drive;
-  std::unique_ptr<SimulatedCable> cable;
-  std::unique_ptr<SdoClient> client;
-};
-
-SimulatedController::SimulatedController(const SimulatedAxis& axis) : parts_(std::make_unique<Parts>()) {
-  parts_->bench = draw(axis).bench;
-  parts_->port.connect(parts_->device);
-  parts_->drive =
-      std::make_unique<SimulatedDrive>(parts_->bench.axis, parts_->device, parts_->flash, kNode, axis.seed);
-  parts_->cable = std::make_unique<SimulatedCable>(parts_->port, *parts_->drive);
-  parts_->client = std::make_unique<SdoClient>(*parts_->cable, kNode);
-  for (int tick = 0; tick < 20; ++tick) parts_->drive->step();
-}
+SimulatedController::SimulatedController(const SimulatedAxis& axis)
+    : bus_(std::make_shared<SimulatedBus>(axis)) {}
 
 SimulatedController::~SimulatedController() = default;
 
-SdoClient& SimulatedController::client() {
-  return *parts_->client;
+std::unique_ptr<CanLink> SimulatedController::connect(Wait wait) {
+  return std::make_unique<SimulatedLink>(bus_, wait);
 }
 
 }  // namespace slipstack::workbench

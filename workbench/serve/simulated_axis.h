@@ -5,9 +5,11 @@
 #include <memory>
 #include <string>
 
-#include "workbench/controller/sdo_client.h"
+#include "workbench/controller/can_link.h"
 
 namespace slipstack::workbench {
+
+class SimulatedBus;
 
 /// The axis to try things on where there is no hardware: that of `slipstack-sim log --setup pick_and_place`.
 struct SimulatedAxis {
@@ -24,18 +26,22 @@ std::string record_simulated_axis(const SimulatedAxis& axis, const std::string& 
 /// What is hidden in the axis: names with commas.
 std::string hidden_in(const SimulatedAxis& axis);
 
-/// The firmware's node around that axis, in this process; while the master waits its time passes.
+/// The firmware's node around that axis, in this process, on a bus of which any number of masters may take a
+/// link: each receives every frame of the node. The axis' time passes while one of them waits. The links may
+/// be used by different threads and outlive this.
 class SimulatedController {
  public:
+  /// How long a master waits: as long as it says, or only as long as the simulation takes.
+  enum class Wait : std::uint8_t { real_time, as_fast_as_possible };
+
   explicit SimulatedController(const SimulatedAxis& axis);
   ~SimulatedController();
   SimulatedController(const SimulatedController&) = delete;
   SimulatedController& operator=(const SimulatedController&) = delete;
-  SdoClient& client();
+  std::unique_ptr<CanLink> connect(Wait wait);
 
  private:
-  struct Parts;
-  std::unique_ptr<Parts> parts_;
+  std::shared_ptr<SimulatedBus> bus_;
 };
 
 }  // namespace slipstack::workbench

@@ -16,9 +16,8 @@ struct TrackingError {
   double largest_m = 0.0;
 };
 
-/// Enables the drive, moves it by `travel_m` and back in profile position mode while its trace records, and
-/// disables it where it began. Two seconds and the way there and back; for an axis in whose way nothing can
-/// stand. Throws UsageError where the drive refuses.
+/// Moves the axis by `travel_m` and back (driven_axis.h) while its trace records. Two seconds and the way
+/// there and back; for an axis in whose way nothing can stand. Throws UsageError where the drive refuses.
 TrackingError record_tracking_error(SdoClient& drive, double travel_m, const Show& show);
 
 }  // namespace slipstack::workbench

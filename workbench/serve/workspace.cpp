@@ -45,6 +45,7 @@ Workspace::Workspace(ProcessGroup& group, const std::filesystem::path& folder)
 
 Workspace::~Workspace() {
   events_.close();
+  live_.reset();
 }
 
 json Workspace::state() const {
@@ -66,6 +67,7 @@ json Workspace::state() const {
   state["tried"] = diagnosing ? tried_ : json::array();
   state["default_effects"] = default_baseline();
   state["simulated"] = simulated_axis_json();
+  state["live"] = live_ ? live_->to_json() : json(nullptr);
   state["diagnosis"] = nullptr;
   if (const Version* now = session_.current()) {
     if (auto found = session_.diagnosis(now->id)) state["diagnosis"] = std::move(*found);

@@ -12,6 +12,7 @@
 #include "workbench/serve/bytes.h"
 #include "workbench/serve/events.h"
 #include "workbench/serve/jobs.h"
+#include "workbench/serve/live_node.h"
 #include "workbench/serve/session.h"
 #include "workbench/serve/simulated_axis.h"
 #include "workbench/serve/trace.h"
@@ -84,9 +85,21 @@ class Workspace {
   /// What a deployment would change on the controller; `bus`: empty for the simulated drive, else a CAN
   /// interface.
   nlohmann::json controller(int version, const std::string& bus, int node);
-  void deploy(int version, const std::string& bus, int node);
-  /// Position error of the simulated axis in a move before and after the last deployment, or null.
+  /// `travel_m`: the axis is moved so far to and fro before and after; 0: it is not moved.
+  void deploy(int version, const std::string& bus, int node, double travel_m);
+  /// Position error of the axis in a move before and after the last deployment, or null.
   nlohmann::json tracking() const;
+
+  // A controller that is watched while it runs (live_node.h).
+  void connect(const LiveNode::Target& target);
+  void disconnect();
+  void start_recording();
+  /// Ends the recording; its log joins the others, or takes their place.
+  void keep_recording(bool alone);
+  /// Moves the axis of the live controller to and fro. A job.
+  void move_axis(double travel_m, int times);
+  /// The live controller, or nullptr.
+  std::shared_ptr<LiveNode> live() const;
 
   Download download(const std::string& what, int version, const nlohmann::json& options) const;
 
@@ -96,8 +109,11 @@ class Workspace {
   LogRequest request() const;
   nlohmann::json simulated_axis_json() const;
   SimulatedAxis simulated_axis() const;
+  void drop_live();
+  void disconnect_simulated();
+  std::unique_ptr<CanLink> link_to(const std::string& bus, SimulatedController::Wait wait);
   template <class Work>
-  void with_controller(const std::string& bus, int node, Work&& work);
+  void with_controller(const std::string& bus, int node, SimulatedController::Wait wait, Work&& work);
   std::string log_names() const;
   std::shared_ptr<View> view() const;
   Terms terms(int version) const;
@@ -128,6 +144,8 @@ class Workspace {
   nlohmann::json tracking_;  ///< of the simulated axis, before and after the last deployment
   std::unique_ptr<SimulatedController> controller_;
   std::mutex controller_lock_;
+  std::mutex talking_;  ///< held while this master asks a controller: two transfers would mix
+  std::shared_ptr<LiveNode> live_;
   Jobs jobs_;  ///< last: its thread ends before the rest goes
 };
 

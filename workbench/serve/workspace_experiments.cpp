@@ -11,6 +11,7 @@
 #include "workbench/controller/master.h"
 #include "workbench/controller/socket_link.h"
 #include "workbench/report/json_values.h"
+#include "workbench/serve/driven_axis.h"
 #include "workbench/serve/plain_file.h"
 #include "workbench/serve/tracking_error.h"
 #include "workbench/serve/workspace.h"
@@ -27,7 +28,21 @@ std::filesystem::path axis_file(const Session& session) {
   return session.folder() / "simulated_axis.json";
 }
 
-constexpr double kTravel_m = 0.02;  // of the move that shows what a deployment changes
+using Wait = SimulatedController::Wait;
+
+constexpr double kMostTravel_m = 1.0;  // of a move that is asked for in the browser
+constexpr int kMostMoves = 1000;
+constexpr double kLeastRate_Hz = 10.0;  // as for slipstack record
+constexpr double kMostRate_Hz = 2000.0;
+
+void check_node(int node) {
+  if (node < 1 || node > 127) throw UsageError("the node id must be between 1 and 127");
+}
+
+void check_travel(double travel_m) {
+  if (travel_m >= 0.0 && travel_m <= kMostTravel_m) return;
+  throw UsageError(fmt::format("the travel must be between 0 and {:g} mm", 1e3 * kMostTravel_m));
+}
 
 json tracking_json(const TrackingError& found) {
   return {{"time_s", found.time_s},
@@ -78,10 +93,7 @@ void Workspace::start_simulated_axis(const SimulatedAxis& axis) {
       paths.push_back(session_.store_log(fmt::format("simulated-{}.csv", axis.seed), log));
       session_.set_logs(paths);
     }
-    {
-      const std::lock_guard lock(controller_lock_);
-      controller_.reset();
-    }
+    disconnect_simulated();
     open(paths, progress);
   });
 }
@@ -138,18 +150,21 @@ void Workspace::run_plan() {
   });
 }
 
-/// Calls `work` with the node on a CAN interface, or, without a name, with that of the simulated axis.
-template <class Work>
-void Workspace::with_controller(const std::string& bus, int node, Work&& work) {
-  if (node < 1 || node > 127) throw UsageError("the node id must be between 1 and 127");
+/// A link to a CAN interface, or, without a name, to the bus of the simulated axis.
+std::unique_ptr<CanLink> Workspace::link_to(const std::string& bus, SimulatedController::Wait wait) {
+  if (!bus.empty()) return open_link(bus);
   const std::lock_guard lock(controller_lock_);
-  if (bus.empty()) {
-    if (!controller_) controller_ = std::make_unique<SimulatedController>(simulated_axis());
-    controller_->client().await_node();
-    work(controller_->client());
-    return;
-  }
-  const std::unique_ptr<CanLink> link = open_link(bus);
+  if (!controller_) controller_ = std::make_unique<SimulatedController>(simulated_axis());
+  return controller_->connect(wait);
+}
+
+/// Calls `work` with the node on that bus.
+template <class Work>
+void Workspace::with_controller(const std::string& bus, int node, SimulatedController::Wait wait,
+                                Work&& work) {
+  check_node(node);
+  const std::lock_guard lock(talking_);
+  const std::unique_ptr<CanLink> link = link_to(bus, wait);
   SdoClient drive(*link, static_cast<std::uint8_t>(node));
   drive.await_node();
   work(drive);
@@ -162,7 +177,7 @@ json Workspace::controller(int version, const std::string& bus, int node) {
     model = read_controller_model(session_.model_path(version));
   }
   json answer;
-  with_controller(bus, node, [&](SdoClient& drive) {
+  with_controller(bus, node, Wait::as_fast_as_possible, [&](SdoClient& drive) {
     json list = json::array();
     for (const ModelDifference& one :
          differences_from_drive(drive, model, [](const std::string&, double) {})) {
@@ -183,26 +198,112 @@ json Workspace::tracking() const {
   return tracking_;
 }
 
-void Workspace::deploy(int version, const std::string& bus, int node) {
+void Workspace::deploy(int version, const std::string& bus, int node, double travel_m) {
+  check_travel(travel_m);
   std::string path;
   {
     const std::lock_guard lock(lock_);
     path = session_.model_path(version).string();
   }
   const Model model = read_controller_model(path);
-  jobs_.start("deploy", [this, model, path, bus, node](Progress& progress) {
+  jobs_.start("deploy", [this, model, path, version, bus, node, travel_m](Progress& progress) {
     std::string text;
     json tracking;
     const Show show = [&](const std::string& stage, double f) { progress.show(stage, f); };
-    with_controller(bus, node, [&](SdoClient& drive) {
-      // Only the simulated axis: nobody stands in its way.
-      if (bus.empty()) tracking["before"] = tracking_json(record_tracking_error(drive, kTravel_m, show));
+    const std::shared_ptr<LiveNode> watched = live();
+    const bool watching = watched && watched->target().bus == bus && watched->target().node == node;
+    with_controller(bus, node, Wait::as_fast_as_possible, [&](SdoClient& drive) {
+      const auto move = [&](const char* when) {
+        if (travel_m > 0.0) tracking[when] = tracking_json(record_tracking_error(drive, travel_m, show));
+      };
+      move("before");
       text = deploy_model(drive, model, path, true, show);
-      if (bus.empty()) tracking["after"] = tracking_json(record_tracking_error(drive, kTravel_m, show));
+      if (watching) watched->model_changed(fmt::format("version {}", version));
+      move("after");
     });
     const std::lock_guard lock(lock_);
     deployed_ = std::move(text);
     tracking_ = std::move(tracking);
+  });
+}
+
+/// The simulated axis is another from now on.
+void Workspace::disconnect_simulated() {
+  const std::shared_ptr<LiveNode> now = live();
+  if (now && now->target().bus.empty()) drop_live();
+  const std::lock_guard lock(controller_lock_);
+  controller_.reset();
+}
+
+std::shared_ptr<LiveNode> Workspace::live() const {
+  const std::lock_guard lock(lock_);
+  return live_;
+}
+
+void Workspace::connect(const LiveNode::Target& target) {
+  check_node(target.node);
+  if (!(target.rate_Hz >= kLeastRate_Hz && target.rate_Hz <= kMostRate_Hz)) {
+    throw UsageError(fmt::format("rate_Hz: must be between {:g} and {:g} Hz, what a bus carries",
+                                 kLeastRate_Hz, kMostRate_Hz));
+  }
+  if (target.bus.empty()) static_cast<void>(simulated_axis());  // throws where there is none
+  disconnect();                                                 // throws while a job runs
+  auto next = std::make_shared<LiveNode>(events_, talking_, target,
+                                         [this, target] { return link_to(target.bus, Wait::real_time); });
+  {
+    const std::lock_guard lock(lock_);
+    live_ = std::move(next);
+  }
+  events_.tell();
+}
+
+void Workspace::disconnect() {
+  if (jobs_.running()) throw UsageError("a job is still running; cancel it or wait");
+  drop_live();
+}
+
+void Workspace::drop_live() {
+  std::shared_ptr<LiveNode> gone;
+  {
+    const std::lock_guard lock(lock_);
+    gone.swap(live_);
+  }
+  gone.reset();  // waits for its thread, which may ask for the lock
+  events_.tell();
+}
+
+void Workspace::start_recording() {
+  const std::shared_ptr<LiveNode> now = live();
+  if (!now) throw UsageError("no controller is connected; connect to one first");
+  now->start_recording();
+}
+
+void Workspace::keep_recording(bool alone) {
+  if (jobs_.running()) throw UsageError("a job is still running; cancel it or wait");
+  const std::shared_ptr<LiveNode> now = live();
+  if (!now) throw UsageError("no controller is connected; connect to one first");
+  const Recording recording = now->stop_recording();
+  std::vector<std::string> paths;
+  {
+    const std::lock_guard lock(lock_);
+    if (!alone) paths = session_.logs();
+    paths.push_back(session_.store_log(fmt::format("node{}.csv", now->target().node), recording.log));
+  }
+  set_logs(std::move(paths));
+}
+
+void Workspace::move_axis(double travel_m, int times) {
+  check_travel(travel_m);
+  if (travel_m == 0.0 || times < 1 || times > kMostMoves) {
+    throw UsageError(fmt::format("a move needs a travel, and between 1 and {} times", kMostMoves));
+  }
+  const std::shared_ptr<LiveNode> now = live();
+  if (!now) throw UsageError("no controller is connected; connect to one first");
+  jobs_.start("move the axis", [this, target = now->target(), travel_m, times](Progress& progress) {
+    with_controller(target.bus, target.node, Wait::real_time, [&](SdoClient& drive) {
+      move_to_and_fro(drive, travel_m, times,
+                      [&](const std::string& stage, double f) { progress.show(stage, f); });
+    });
   });
 }
 

@@ -10,6 +10,7 @@
 
 #include "tests/can/master/desk.h"
 #include "workbench/console/output.h"
+#include "workbench/controller/drive_stream.h"
 #include "workbench/controller/master.h"
 #include "workbench/log/log.h"
 
@@ -196,6 +197,48 @@ TEST(Record, AStreamIsUniformAndPutsEverythingBack) {
   const auto path = written(recording.log);
   EXPECT_NO_THROW(read_log(path)) << "the log that diagnose reads";
   std::filesystem::remove(path);
+}
+
+TEST(Record, AStreamWithTheObserverShowsWhatTheDriveHoldsAndPutsEverythingBack) {
+  Desk desk;
+  // As a user has set it: TPDO 4 with another mapping, and off.
+  SdoClient& client = *desk.client;
+  client.write(0x1803, 1, client.read(0x1803, 1) | 0x80000000U, 4);
+  client.write(0x1A03, 0, 0, 1);
+  client.write(0x1A03, 1, 0x60410010U, 4);
+  client.write(0x1A03, 0, 1, 1);
+  using At = std::pair<std::uint16_t, std::uint8_t>;
+  const std::vector<At> changed = {{0x1005, 0}, {0x1006, 0}, {0x1802, 1}, {0x1802, 2}, {0x1803, 1},
+                                   {0x1803, 2}, {0x1A03, 0}, {0x1A03, 1}, {0x1A03, 2}};
+  std::vector<std::uint32_t> before;
+  for (const auto& [index, sub] : changed) before.push_back(client.read(index, sub));
+  set_moving(desk);
+  double largest_m = 0.0;
+  double largest_N = 0.0;
+  {
+    DriveStream stream(client, 500.0, DriveStream::With::observer);
+    EXPECT_GT(stream.axis().mass_kg, 1.0);
+    std::int64_t last = 0;
+    for (int i = 0; i < 500; ++i) {
+      const auto sample = stream.next(100);
+      ASSERT_TRUE(sample) << i;
+      const std::int64_t step = i == 0 ? 20 : sample->tick - last;
+      ASSERT_EQ(step, 20) << i;
+      last = sample->tick;
+      largest_m = std::max(largest_m, std::abs(static_cast<double>(sample->error_m)));
+      largest_N = std::max(largest_N, std::abs(static_cast<double>(sample->residual_N)));
+    }
+  }
+  // A model of the mass alone: friction of some newtons is left, and the position error is one of
+  // micrometres.
+  EXPECT_GT(largest_N, 1.0);
+  EXPECT_LT(largest_N, 300.0);
+  EXPECT_GT(largest_m, 1e-6);
+  EXPECT_LT(largest_m, 1e-3);
+  for (std::size_t i = 0; i < changed.size(); ++i) {
+    EXPECT_EQ(client.read(changed[i].first, changed[i].second), before[i])
+        << std::hex << changed[i].first << ':' << int(changed[i].second);
+  }
 }
 
 TEST(Record, ArrivalIsTheSpreadOfTheStampsAgainstTheDrivesClock) {

@@ -92,8 +92,11 @@ section stored
 node=$!
 sleep 1
 "$slipstack" status --can vcan0 --node 5 | grep model
-section update
+section workbench
+ip link set lo up
 repository=$(cd "$(dirname "${BASH_SOURCE[0]}")/../../.." && pwd)
+python3 -B "$repository/tests/can/sessions/workbench_session.py" "$slipstack" "$model" "$here/session" 2>&1
+section update
 update_file() {  # NAME BOARD FIRST: 30 KB for each slot that begin with FIRST
   for slot in 1 2; do { printf '%s%s' "$3" $slot; head -c 30000 /dev/urandom; } >"$here/slot$slot.bin"; done
   python3 -B "$repository/toolchain/make-update" --header "$repository/firmware/update/image_header.h" --board "$2" \

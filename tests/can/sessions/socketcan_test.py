@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Node and commands over real AF_CAN, on this kernel or in user-mode-linux; tshark reads the capture."""
 
+import json
 import os
 import pathlib
 import re
@@ -136,6 +137,34 @@ class SocketCan(unittest.TestCase):
             self.assertTrue(line.startswith("status 2 lines 1: slipstack: "), line)
             self.assertIn(what, line)
         self.assertEqual(lines[4 + len(expected):], [again], "what ran before runs")
+
+    def test_workbench(self):
+        """Watched, recorded, deployed, moved: what the page in the browser does with a controller on a bus."""
+        try:
+            said = json.loads(self.said["workbench"])
+        except json.JSONDecodeError:
+            self.fail(self.said["workbench"])
+        self.assertIn("vcan0", said["interfaces"])
+        self.assertIn("no such interface", said["no_such_bus"])
+        self.assertRegex(said["status"], r"node +5 on vcan0")
+        self.assertGreater(said["messages"], 3)
+        self.assertGreater(said["samples"], 100)
+        self.assertEqual(said["steps_s"], [0.004])
+        self.assertIn("the travel must be between", said["travel_refused"])
+        self.assertEqual(said["deploy"][:2], ["done", ""])
+        self.assertIn("read back the same", said["deploy"][2])
+        # What was on the node is this model: the move is followed as before, and nothing differs.
+        self.assertEqual([said["differences"], said["differences_after"]], [0, []])
+        for rms_m in said["tracking_rms_m"]:
+            self.assertTrue(1e-8 < rms_m < 1e-3, said["tracking_rms_m"])
+        self.assertEqual([part["label"] for part in said["parts"]], ["the model that was there", "version 1"])
+        for part in said["parts"]:
+            self.assertTrue(0.1 < part["moving_s"] < 10, part)
+        # A machine under load may lose frames: then it is the longest part without a gap.
+        self.assertEqual(said["logs"][0]["name"], "node5.csv", said)
+        self.assertAlmostEqual(said["logs"][0]["sample_rate_Hz"], 250, places=6)
+        self.assertEqual(said["opened"], ["done", "", True])
+        self.assertIsNone(said["left"])
 
     def test_foreign_frames(self):
         self.assertIn("node ends with 0", self.said["foreign"])

@@ -82,9 +82,12 @@ export async function download(query) {
   return {name, blob: await response.blob()};
 }
 
-// Calls `onState` with every state that the server tells, and `onLink` with whether it is there. An EventSource cannot
+const payload = (message) => JSON.parse(message.slice(message.indexOf('data: ') + 6));
+
+// Calls `onState` with every state that the server tells, `onLive` with new signals of a controller, and `onLink` with
+// whether the server is there. An EventSource cannot
 // send the token in a header.
-export async function follow(onState, onLink) {
+export async function follow(onState, onLive, onLink) {
   for (;;) {
     try {
       const response = await checked(await fetch(address('events'), {headers}));
@@ -97,8 +100,9 @@ export async function follow(onState, onLink) {
         text += value;
         const messages = text.split('\n\n');
         text = messages.pop();
-        const last = messages.filter((message) => message.startsWith('event: state')).pop();
-        if (last) onState(JSON.parse(last.slice(last.indexOf('data: ') + 6)));
+        const last = messages.filter((message) => message.includes('event: state')).pop();
+        if (last) onState(payload(last));
+        for (const message of messages) if (message.includes('event: live')) onLive(payload(message));
       }
       throw new Error('the server ended');
     } catch (error) {

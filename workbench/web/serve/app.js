@@ -7,6 +7,7 @@ import {attempt, byId, dialog, h, say} from '/dom.js';
 import {startExperiment} from '/experiment.js';
 import {startHistory} from '/history.js';
 import {chartOf, select} from '/linked.js';
+import {connect, liveCharts, liveSignals, startLive, takeSignals} from '/live.js';
 import {startMissing} from '/missing.js';
 import {startModel} from '/model.js';
 import {startOpen} from '/open.js';
@@ -119,7 +120,7 @@ function take(state) {
     triedSeen = tried;
     tell('tried');
   }
-  const experiment = JSON.stringify([state.current, state.plan?.headline, state.deployed, state.simulated, state.diagnosis?.next_experiment?.for]);
+  const experiment = JSON.stringify([state.current, state.plan?.headline, state.deployed, state.simulated, state.live?.bus, state.live?.node, state.live?.state, state.diagnosis?.next_experiment?.for]);
   if (experiment !== experimentSeen) {
     experimentSeen = experiment;
     tell('experiment');
@@ -129,6 +130,7 @@ function take(state) {
 // --- tabs, tools, keys ---
 
 function showTab(tab) {
+  if (tab.getAttribute('aria-selected') !== 'true') byId('panel').scrollTop = 0;  // the parts share one place to scroll
   for (const other of document.querySelectorAll('[role=tab]')) {
     const chosen = other === tab;
     other.setAttribute('aria-selected', String(chosen));
@@ -151,7 +153,7 @@ function startTabs() {
   });
 }
 
-const kKeys = [['u', 'undo'], ['r', 'redo'], ['o', 'open a log'], ['d', 'ask what is missing'], ['1 to 4', 'Model, Missing, Experiment, History'], ['Esc', 'cancel the job; remove brush and cursors'],
+const kKeys = [['u', 'undo'], ['r', 'redo'], ['o', 'open a log'], ['c', 'connect to a controller'], ['d', 'ask what is missing'], ['1 to 4', 'Model, Missing, Experiment, History'], ['Esc', 'cancel the job; remove brush and cursors'],
   ['in a chart: ← →', 'move'], ['+ −', 'zoom'], ['0', 'show all'], ['c', 'place a cursor in the middle'], ['t', 'table of what is visible'], ['wheel, Shift+wheel', 'zoom time, zoom the value'], ['Alt+drag', 'move']];
 
 function help() {
@@ -163,7 +165,7 @@ function startKeys() {
     if (event.ctrlKey || event.metaKey || event.altKey || event.target.matches('input:not([type=range]):not([type=radio]), textarea, select') || document.querySelector('dialog[open]')) return;
     const tabs = ['tab-model', 'tab-missing', 'tab-experiment', 'tab-history'];
     const acts = {
-      u: () => byId('undo').click(), r: () => byId('redo').click(), o: () => byId('file').click(), '?': help,
+      u: () => byId('undo').click(), r: () => byId('redo').click(), o: () => byId('file').click(), c: connect, '?': help,
       d: () => { byId('tab-missing').click(); byId('diagnose')?.click(); },
       Escape: () => { if (store.state?.job.running) attempt(() => post('cancel')); else { select(null); clearCursors(); } },
     };
@@ -199,9 +201,10 @@ startKeys();
 startBusy();
 startCharts();
 startOpen();
+startLive();
 startModel();
 startMissing();
 startExperiment();
 startHistory();
-window.slipstackWorkbench = {store, chartOf};  // for the tests
-follow(take, (fault) => { if (fault) say(fault); else if (byId('message').dataset.kind !== 'note') say(''); });
+window.slipstackWorkbench = {store, chartOf, liveSignals, liveCharts};  // for the tests
+follow(take, takeSignals, (fault) => { if (fault) say(fault); else if (byId('message').dataset.kind !== 'note') say(''); });

@@ -119,6 +119,13 @@ export class Chart {
     this.u.setScale('x', {min: low, max: high});
   }
 
+  // Newer values of the same lines, many times a second: nothing but the canvas is drawn.
+  feed(data, [low, high]) {
+    this.spec.data = data;
+    this.u.setData(data, false);
+    this.u.setScale('x', {min: low, max: high});
+  }
+
   resize() {
     const width = this.box.clientWidth;
     if (width > 0 && Math.abs(width - this.u.width) > 1) this.u.setSize({width, height: this.spec.height});

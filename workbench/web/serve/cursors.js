@@ -9,6 +9,7 @@ export function drawCursors(u) {
   const {bbox} = u;
   clipped(u, (ctx) => {
     ctx.font = `${11 * devicePixelRatio}px sans-serif`;
+    ctx.textAlign = 'left';
     ctx.lineWidth = devicePixelRatio;
     ctx.strokeStyle = ctx.fillStyle = colour('ink');
     store.cursors.forEach((at, i) => {

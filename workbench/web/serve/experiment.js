@@ -3,6 +3,7 @@
 import {catalogue, get, post} from '/api.js';
 import {Chart} from '/chart.js';
 import {attempt, byId, fill, h, quantity, readable, say, shortTitle} from '/dom.js';
+import {ifTheWayIsFree} from '/live.js';
 import {currentVersion, on, store} from '/store.js';
 
 let setPoints = null;
@@ -82,14 +83,20 @@ async function drawTracking() {
 function deployForm() {
   const version = currentVersion();
   if (!version) return null;
-  const bus = field('bus', {type: 'text', placeholder: store.state.simulated ? 'empty: the simulated axis' : 'such as can0'});
-  const node = field('node', {type: 'number', min: '1', max: '127'}, '5');
+  const {live, simulated} = store.state;
+  const bus = field('bus', {type: 'text', placeholder: simulated ? 'empty: the simulated axis' : 'such as can0'}, live?.bus ?? '');
+  const node = field('node', {type: 'number', min: '1', max: '127'}, String(live?.node ?? 5));
+  const travel = field('travel', {type: 'number', min: '0', max: '1000', step: 'any'}, simulated && !live?.bus ? '20' : '0');
   const found = h('div', {id: 'differences'});
-  const named = (work) => (bus.value.trim() || store.state.simulated ? work() : say('Name the CAN interface of the controller, such as can0. Without hardware: start a simulated axis in an empty session.'));
+  const name = () => bus.value.trim();
+  const named = (work) => (name() || simulated ? work() : say('Name the CAN interface of the controller, such as can0. Without hardware: start a simulated axis in an empty session.'));
+  const send = () => attempt(() => post('deploy', {version: version.id, bus: name(), node: Number(node.value), travel_m: 1e-3 * Number(travel.value)}));
+  const deploy = () => named(() => (Number(travel.value) > 0 ? ifTheWayIsFree(name(), travel.value, 'once before and once after', send) : send()));
   return h('section', {}, h('h2', {}, 'Deploy'), h('p', {}, `Version ${version.id} to the controller: staged, read back, applied between two ticks, stored.`),
-    h('div', {class: 'form'}, h('label', {for: 'bus'}, 'CAN interface'), bus, h('label', {for: 'node'}, 'Node id'), node),
-    h('div', {class: 'buttons'}, h('button', {type: 'button', id: 'differ', onclick: () => named(() => compareWithDrive(bus.value.trim(), node.value, found))}, 'What would change?'),
-      h('button', {type: 'button', class: 'main', id: 'deploy', 'data-job': true, onclick: () => named(() => attempt(() => post('deploy', {version: version.id, bus: bus.value.trim(), node: Number(node.value)})))}, 'Deploy')),
+    h('div', {class: 'form'}, h('label', {for: 'bus'}, 'CAN interface'), bus, h('label', {for: 'node'}, 'Node id'), node,
+      h('label', {for: 'travel'}, 'Move it to and fro before and after (mm; 0: not at all)'), travel),
+    h('div', {class: 'buttons'}, h('button', {type: 'button', id: 'differ', onclick: () => named(() => compareWithDrive(name(), node.value, found))}, 'What would change?'),
+      h('button', {type: 'button', class: 'main', id: 'deploy', 'data-job': true, onclick: deploy}, 'Deploy')),
     found, store.state.deployed ? h('pre', {id: 'deployed', tabindex: 0}, store.state.deployed) : null, h('section', {id: 'tracking'}));
 }
 

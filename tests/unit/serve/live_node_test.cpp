@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: Apache-2.0
+// A controller that is watched: its signals, the errors model by model, recordings, and what goes wrong.
+#include "workbench/serve/live_node.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+#include <thread>
+
+#include "workbench/log/log.h"
+#include "workbench/serve/driven_axis.h"
+#include "workbench/serve/simulated_axis.h"
+
+namespace slipstack::workbench {
+namespace {
+
+using namespace std::chrono_literals;
+using nlohmann::json;
+
+const SimulatedAxis kAxis{11, "viscous", 5.0, 20.0};
+constexpr auto kPatience = 20s;
+const Show kQuiet = [](const std::string&, double) {};
+
+template <class Condition>
+bool await(Condition&& condition) {
+  const auto end = std::chrono::steady_clock::now() + kPatience;
+  while (std::chrono::steady_clock::now() < end) {
+    if (condition()) return true;
+    std::this_thread::sleep_for(5ms);
+  }
+  return false;
+}
+
+struct Watched {
+  Events events;
+  std::mutex talking;
+  SimulatedController controller{kAxis};
+  std::unique_ptr<LiveNode> live;
+
+  std::unique_ptr<CanLink> link() {
+    return controller.connect(SimulatedController::Wait::as_fast_as_possible);
+  }
+  void watch() {
+    live = std::make_unique<LiveNode>(events, talking, LiveNode::Target{"", 5, 500.0},
+                                      [this] { return link(); });
+    ASSERT_TRUE(await([&] { return live->end() > 50; })) << live->to_json();
+  }
+  void move(double travel_m) {
+    const std::lock_guard lock(talking);
+    const auto cable = link();
+    SdoClient drive(*cable, 5);
+    move_to_and_fro(drive, travel_m, 1, kQuiet);
+    // Frames of the move may still wait for the thread that watches.
+    const std::uint64_t now = live->end();
+    ASSERT_TRUE(await([&] { return live->end() > now + 500; }));
+  }
+};
+
+TEST(LiveNode, ShowsTheSignalsAndTheErrorsModelByModel) {
+  Watched bench;
+  bench.watch();
+  EXPECT_EQ(bench.live->to_json().at("state"), "live");
+  const json rest = bench.live->since(0);
+  EXPECT_EQ(rest.at("parts").at(0).at("moving_s"), 0.0) << "an encoder that dithers is no motion";
+  EXPECT_TRUE(rest.at("parts").at(0).at("residual_rms_N").is_null());
+  bench.move(0.02);
+  bench.live->model_changed("version 7");
+  bench.move(0.02);
+  const json seen = bench.live->since(0);
+  ASSERT_EQ(seen.at("parts").size(), 2U);
+  EXPECT_EQ(seen.at("parts").at(1).at("label"), "version 7");
+  EXPECT_GT(seen.at("parts").at(1).at("begin_s"), 0.0);
+  for (const json& part : seen.at("parts")) {
+    EXPECT_GT(part.at("moving_s"), 0.1);
+    EXPECT_LT(part.at("moving_s"), 5.0);
+    EXPECT_GT(part.at("residual_rms_N"), 1.0) << "a model of the mass alone lacks the friction";
+    EXPECT_LT(part.at("residual_rms_N"), 100.0);
+    EXPECT_GE(part.at("largest_error_m"), part.at("error_rms_m"));
+  }
+  const json time_s = seen.at("time_s");
+  ASSERT_GT(time_s.size(), 60U);
+  for (std::size_t i = 1; i < time_s.size(); ++i) {
+    ASSERT_NEAR(time_s[i].get<double>() - time_s[i - 1].get<double>(), 2e-3, 1e-9) << i;
+  }
+  double lowest_m = 1e9;
+  double highest_m = -1e9;
+  for (const json& one : seen.at("position_m")) {
+    lowest_m = std::min(lowest_m, one.get<double>());
+    highest_m = std::max(highest_m, one.get<double>());
+  }
+  EXPECT_NEAR(highest_m - lowest_m, 0.02, 1e-3);
+  const std::uint64_t end = seen.at("end");
+  EXPECT_GE(bench.live->since(end).at("first"), end) << "only what is new";
+}
+
+TEST(LiveNode, ARecordingIsALogAndOneThatIsTooShortIsNot) {
+  Watched bench;
+  bench.watch();
+  EXPECT_THROW(bench.live->stop_recording(), UsageError);
+  bench.live->start_recording();
+  EXPECT_TRUE(bench.live->to_json().at("recording"));
+  EXPECT_THROW(bench.live->stop_recording(), UsageError) << "too short";
+  bench.live->start_recording();
+  bench.move(0.02);
+  ASSERT_TRUE(await([&] { return bench.live->since(bench.live->end()).at("recorded") > 1500; }));
+  const Recording recording = bench.live->stop_recording();
+  EXPECT_GT(recording.samples, 1500U);
+  EXPECT_EQ(recording.lost, 0U);
+  const std::filesystem::path path =
+      std::filesystem::path(::testing::TempDir()) / ("slipstack_live_" + std::to_string(::getpid()) + ".csv");
+  std::ofstream(path, std::ios::binary) << recording.log;
+  const Log log = read_log(path.string());
+  EXPECT_NEAR(log.sample_rate_Hz, 500.0, 1e-6);
+  EXPECT_EQ(log.position_m.size(), recording.samples);
+  std::filesystem::remove(path);
+}
+
+/// A link that loses what it receives while `lossy` says so.
+class LossyLink final : public CanLink {
+ public:
+  LossyLink(std::unique_ptr<CanLink> link, const std::atomic<bool>& lossy)
+      : link_(std::move(link)), lossy_(lossy) {}
+  void send(const CanFrame& frame) override { link_->send(frame); }
+  bool receive(CanFrame& frame, int timeout_ms) override {
+    while (link_->receive(frame, timeout_ms)) {
+      if (!lossy_ || frame.id > 0x500) return true;
+    }
+    return false;
+  }
+  void listen_to(std::span<const std::uint32_t> ids) override { link_->listen_to(ids); }
+  std::string name() const override { return "lossy"; }
+
+ private:
+  std::unique_ptr<CanLink> link_;
+  const std::atomic<bool>& lossy_;
+};
+
+TEST(LiveNode, OfARecordingWithALongGapTheLongestPartBecomesTheLog) {
+  Watched bench;
+  std::atomic<bool> lossy{false};
+  bench.live = std::make_unique<LiveNode>(
+      bench.events, bench.talking, LiveNode::Target{"", 5, 500.0},
+      [&] { return std::make_unique<LossyLink>(bench.link(), lossy); });
+  const auto recorded = [&](std::size_t more) {
+    const std::uint64_t begin = bench.live->end();
+    return await([&] { return bench.live->end() > begin + more; });
+  };
+  ASSERT_TRUE(recorded(50));
+  bench.live->start_recording();
+  ASSERT_TRUE(recorded(200));
+  lossy = true;
+  std::this_thread::sleep_for(20ms);
+  lossy = false;
+  bench.move(0.02);
+  ASSERT_TRUE(recorded(1500));
+  const Recording recording = bench.live->stop_recording();
+  EXPECT_GT(recording.samples, 1500U);
+  EXPECT_EQ(recording.lost, 0U);
+  EXPECT_NE(bench.live->to_json().at("notice").get<std::string>().find("The stream had gaps"), std::string::npos);
+}
+
+TEST(LiveNode, TheControllerIsAsItWasWhenItIsLeft) {
+  Watched bench;
+  const auto objects = [&] {
+    const auto cable = bench.link();
+    SdoClient drive(*cable, 5);
+    std::vector<std::uint32_t> values;
+    for (const auto& [index, sub] : std::vector<std::pair<std::uint16_t, std::uint8_t>>{
+             {0x1005, 0}, {0x1006, 0}, {0x1802, 1}, {0x1802, 2}, {0x1803, 1}, {0x1A03, 0}, {0x1A03, 1}, {0x1A03, 2}}) {
+      values.push_back(drive.read(index, sub));
+    }
+    return values;
+  };
+  const auto before = objects();
+  bench.watch();
+  {
+    const std::lock_guard lock(bench.talking);
+    EXPECT_NE(objects(), before);
+  }
+  bench.live.reset();
+  EXPECT_EQ(objects(), before);
+}
+
+TEST(LiveNode, WhatGoesWrongIsSaid) {
+  Events events;
+  std::mutex talking;
+  LiveNode none(events, talking, {"can7", 5, 500.0},
+                []() -> std::unique_ptr<CanLink> { throw UsageError("can7: there is no such interface"); });
+  ASSERT_TRUE(await([&] { return none.to_json().at("state") == "lost"; }));
+  EXPECT_EQ(none.to_json().at("error"), "can7: there is no such interface");
+  EXPECT_THROW(none.start_recording(), UsageError);
+  EXPECT_TRUE(none.since(0).at("time_s").empty());
+
+  SimulatedController controller(kAxis);
+  LiveNode other(events, talking, {"", 9, 500.0}, [&] {
+    return controller.connect(SimulatedController::Wait::as_fast_as_possible);
+  });
+  ASSERT_TRUE(await([&] { return other.to_json().at("state") == "lost"; }));
+  EXPECT_NE(other.to_json().at("error").get<std::string>().find("node 9 does not answer"), std::string::npos);
+}
+
+TEST(LiveNode, AnAxisInAUnitOfItsOwnIsNotMoved) {
+  SimulatedController controller(kAxis);
+  const auto cable = controller.connect(SimulatedController::Wait::as_fast_as_possible);
+  SdoClient drive(*cable, 5);
+  drive.write(0x608F, 1, 200, 4);
+  EXPECT_THROW(move_to_and_fro(drive, 0.01, 1, kQuiet), UsageError);
+  EXPECT_EQ(drive.read(0x6041, 0) & 0x6FU, 0x40U & 0x6FU) << "and is not enabled";
+}
+
+}  // namespace
+}  // namespace slipstack::workbench
