@@ -31,8 +31,10 @@ constexpr double kMostAxis_s = 175.0;  // of the whole, by which a further exper
 /// Runs the stages in their order.
 class Commissioning {
  public:
-  Commissioning(LiveAxis& axis, CommissionFolder& folder, Progress& progress)
-      : stages_(axis, folder, progress) {}
+  Commissioning(LiveAxis& axis, CommissionFolder& folder, Progress& progress, bool search_ends)
+      : stages_(axis, folder, progress) {
+    if (search_ends) stages_.plate.travel_m = 0.0;
+  }
 
   CommissionResult run() {
     axis_ = prepare(stages_);
@@ -48,7 +50,7 @@ class Commissioning {
   }
 
  private:
-  double force_limit_N() const { return stages_.axis.nameplate().force_limit_N(); }
+  double force_limit_N() const { return stages_.plate.force_limit_N(); }
 
   /// False: this motion or the next one is too much for the axis.
   bool look(std::size_t i) {
@@ -72,12 +74,11 @@ class Commissioning {
   json looked(std::size_t i) {
     const std::string why_not = i == 0 ? "" : too_much();
     if (!why_not.empty()) return {{"skipped", why_not}};
-    const Nameplate& plate = stages_.axis.nameplate();
     const AxisRecord record = stages_.follow(
-        first_look(axis_.limits, kPaces[i], plate.encoder_resolution_m), approach_mps(axis_.limits),
+        first_look(axis_.limits, kPaces[i], stages_.plate.encoder_resolution_m), approach_mps(axis_.limits),
         fmt::format("motions at {:.0f} % of the limits", 100.0 * kPaces[i]));
     const std::string log = fmt::format("look_{}.csv", i + 1);
-    stages_.folder.write(log, log_csv(record, plate));
+    stages_.folder.write(log, log_csv(record, stages_.plate));
     return {{"log", log}, {"force_N", largest(record.force_N)}, {"error_m", largest(record.error_m)}};
   }
 
@@ -138,7 +139,7 @@ class Commissioning {
       return {{"skipped", "left out: it would take nearly all of the force"}};
     const AxisRecord record =
         stages_.follow(motion->motion, approach_mps(axis_.limits), "the planned experiment");
-    stages_.folder.write("planned.csv", log_csv(record, stages_.axis.nameplate()));
+    stages_.folder.write("planned.csv", log_csv(record, stages_.plate));
     return {{"log", "planned.csv"}};
   }
 
@@ -162,6 +163,11 @@ class Commissioning {
     const std::string unexplained = found.at("unexplained").get<std::string>();
     if (!unexplained.empty())
       stages_.notes.push_back(fmt::format("Something is left that no effect explains: {}.", unexplained));
+    const std::string stored = stages_.axis.keep();
+    if (!stored.empty()) {
+      stages_.stage("stored", 0.995, []() -> json { return json::object(); });
+      stages_.report("stored", stored);
+    }
     result.verdict = found.at("verdict").get<std::string>();
     result.mass_kg = axis_.mass_kg;
     result.axis_s = stages_.used_s();
@@ -179,15 +185,14 @@ class Commissioning {
 
 }  // namespace
 
-CommissionResult commission(LiveAxis& axis, CommissionFolder& folder, Progress& progress) {
+CommissionResult commission(LiveAxis& axis, CommissionFolder& folder, Progress& progress, bool search_ends) {
   try {
-    return Commissioning(axis, folder, progress).run();
-  } catch (const DriveLost&) {
-    throw;
+    return Commissioning(axis, folder, progress, search_ends).run();
   } catch (...) {
     const std::exception_ptr why = std::current_exception();
     try {
       axis.switch_off();
+      axis.give_back();
     } catch (const DriveLost&) {  // the first reason counts
     }
     std::rethrow_exception(why);

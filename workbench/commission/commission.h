@@ -30,10 +30,14 @@ struct CommissionResult {
 ///   trials      mass alone, then one step of the diagnosis after the other, each kept only where the axis
 ///               follows better with it (trials.h)
 ///
+/// `search_ends`: where the travel ends is found out, whatever the name plate says of it.
+///
 /// Each finished stage is in the folder, so that a later call goes on there. Throws
-/// CommissionStopped on any fault of the drive and where the axis is unfit; the axis is off then. Some two
+/// CommissionStopped on any fault of the drive and where the axis is unfit; the axis is off then, and a drive
+/// that keeps its parameters has those of before. Some two
 /// minutes of the axis, some ten seconds of a processor.
-CommissionResult commission(LiveAxis& axis, CommissionFolder& folder, Progress& progress);
+CommissionResult commission(LiveAxis& axis, CommissionFolder& folder, Progress& progress,
+                            bool search_ends = false);
 
 /// Text, page and JSON of it.
 ExperimentResult commission_result(const std::string& axis_title, const CommissionResult& result);

@@ -44,6 +44,10 @@ Parabola parabola(const std::vector<double>& position_m, std::size_t first, std:
 PulseResult result_of_pulse(const AxisRecord& record, double force_N, double seconds,
                             double encoder_resolution_m) {
   PulseResult result;
+  if (record.pulse_s > 0.0) {
+    seconds = record.pulse_s;
+    force_N = record.pulse_N;
+  }
   const std::vector<double>& x = record.position_m;
   const auto half = static_cast<std::size_t>(std::lround(seconds * record.rate_Hz));
   if (x.size() <= half) return result;

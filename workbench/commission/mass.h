@@ -16,7 +16,7 @@ struct PulseResult {
 /// Under F the axis speeds up by (F − R)/m, against F it slows down by (F + R)/m while it still moves ahead,
 /// with the same friction R: m = 2F / (a1 − a2), R = −m (a1 + a2) / 2, with a1 and a2 by parabolas through
 /// the positions. Neither needs the other: the mass is right whatever the friction. `force_N`, `seconds`: of
-/// the pulse (LiveAxis::pulse()).
+/// the pulse (LiveAxis::pulse()), as they were asked for.
 PulseResult result_of_pulse(const AxisRecord& record, double force_N, double seconds,
                             double encoder_resolution_m);
 

@@ -12,7 +12,6 @@ constexpr double kRate_Hz = 1000.0;
 constexpr double kMargin = 0.05;  // of the travel, at either end
 constexpr double kForceShare = 0.5;
 constexpr double kLeastForceShare = 0.1;  // where friction takes the rest
-constexpr double kLargestAcceleration_mps2 = 15.0;
 constexpr double kJerkTime_s = 0.03;
 constexpr double kTestPace = 0.75;
 constexpr double kReach_s = 1.5;
@@ -46,11 +45,11 @@ void stroke(MotionBuilder& builder, const AxisLimits& limits, double speed_mps) 
 
 AxisLimits first_limits(const Nameplate& nameplate, double mass_kg, double friction_N) {
   AxisLimits limits;
-  limits.low_m = kMargin * nameplate.travel_m;
-  limits.high_m = (1.0 - kMargin) * nameplate.travel_m;
+  limits.low_m = nameplate.low_m + kMargin * nameplate.travel_m;
+  limits.high_m = nameplate.low_m + (1.0 - kMargin) * nameplate.travel_m;
   const double most_N = nameplate.force_limit_N();
   const double spare_N = std::max(kLeastForceShare * most_N, kForceShare * most_N - friction_N);
-  limits.acceleration_mps2 = std::min(kLargestAcceleration_mps2, spare_N / mass_kg);
+  limits.acceleration_mps2 = std::min(nameplate.largest_acceleration_mps2, spare_N / mass_kg);
   limits.jerk_mps3 = limits.acceleration_mps2 / kJerkTime_s;
   // What is reached on half of the room.
   limits.velocity_mps = std::min(0.8 * nameplate.largest_velocity_mps,

@@ -12,6 +12,7 @@
 #include "workbench/commission/mass.h"
 #include "workbench/commission/motions.h"
 #include "workbench/commission/record_log.h"
+#include "workbench/plan/motion.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -30,10 +31,22 @@ constexpr std::array kShares{0.2, 0.35, 0.6, 1.0};
 // Noise of the force at rest: a fiftieth of what the motor can do moves nothing, and is heard.
 constexpr double kQuietForce = 0.02;
 constexpr double kForceOverFriction = 3.0;  // while the travel is checked
+// While the ends are searched: steps from small to large, each twice the one before, at a pace at which an
+// axis of 50 kg brings less than a tenth of a joule to the stop.
+constexpr double kAssumedTravel_m = 0.05;  // about where it stands, before the ends are known
+constexpr double kFirstStep_m = 1e-3;
+constexpr double kLargestStep_m = 0.2;
+constexpr double kSearch_mps = 0.05;
+constexpr double kSearch_mps2 = 0.3;
+constexpr double kSearchError_m = 2e-3;  // of the reference, at which the drive stops: it stands at an end
+constexpr double kFarthest_m = 10.0;
+constexpr double kBack_m = 2e-3;
+constexpr double kSamePlace_m = 0.5e-3;
+constexpr double kShortestTravel_m = 5e-3;
 
-void check_place(const LiveAxis& axis) {
-  const double travel_m = axis.nameplate().travel_m;
-  const double at_m = axis.position_m();
+void check_place(const Stages& stages) {
+  const double travel_m = stages.plate.travel_m;
+  const double at_m = stages.axis.position_m() - stages.plate.low_m;
   if (at_m > 0.1 * travel_m && at_m < 0.9 * travel_m) return;
   throw CommissionStopped(fmt::format(
       "the axis stands at {:.1f} mm of {:.1f} mm, too close to an end; move it to the middle by hand",
@@ -71,8 +84,7 @@ void find_direction(Stages& stages) {
                                       : "a push moves the axis its way");
 }
 
-json pulses(LiveAxis& axis) {
-  const Nameplate& plate = axis.nameplate();
+json pulses(LiveAxis& axis, const Nameplate& plate) {
   double sign = 1.0;
   std::vector<PulseResult> good;
   double force_N = kFirstPulse * plate.force_limit_N();
@@ -115,7 +127,7 @@ void deploy(LiveAxis& axis, const DriveSettings& settings) {
 
 // From little upwards: what is quiet also with 1.7 times its gains has that gain margin for certain.
 json quiet_share(Stages& stages, const AxisLimits& limits, const Feedback& full) {
-  const double most_N = stages.axis.nameplate().force_limit_N();
+  const double most_N = stages.plate.force_limit_N();
   std::size_t loud = 0;
   std::string fault;
   for (; loud < kShares.size(); ++loud) {
@@ -136,11 +148,12 @@ json quiet_share(Stages& stages, const AxisLimits& limits, const Feedback& full)
 }
 
 void find_feedback(Stages& stages, PreparedAxis& axis) {
-  const Feedback full = full_feedback(axis.mass_kg, stages.axis.nameplate().tick_s);
+  const Feedback full = full_feedback(axis.mass_kg, stages.plate.tick_s);
   const json& stage = stages.stage("feedback", 0.06, [&] { return quiet_share(stages, axis.limits, full); });
   const double share = stage.at("share").get<double>();
   const Feedback feedback = part_of(full, share);
-  axis.settings = settings_of(feedback, axis.limits, stages.axis.nameplate().force_limit_N());
+  axis.feedback = feedback;
+  axis.settings = settings_of(feedback, axis.limits, stages.plate.force_limit_N());
   stages.report("feedback",
                 fmt::format("Kp {:.3g} 1/s, Kv {:.4g} N s/m, integral {:.3g} 1/s; on a rigid mass: modulus "
                             "margin {:.2f}, phase {:.0f} degrees, gain {:.1f}",
@@ -155,22 +168,117 @@ void find_feedback(Stages& stages, PreparedAxis& axis) {
   }
 }
 
+/// No more force than three times the friction, and this for the inertia. A limit switch stops the axis as
+/// fast as that allows.
+DriveSettings with_little_force(const PreparedAxis& axis, double inertia_N) {
+  DriveSettings gentle = axis.settings;
+  gentle.force_limit_N = std::min(gentle.force_limit_N, kForceOverFriction * axis.friction_N + inertia_N);
+  gentle.quick_stop_mps2 = std::min(gentle.acceleration_limit_mps2, gentle.force_limit_N / axis.mass_kg);
+  return gentle;
+}
+
+/// From where it stands towards one end, until something holds it. Where that was, and whether it was a
+/// switch.
+struct End {
+  double at_m = 0.0;
+  bool limit_switch = false;
+};
+
+End walk_to_end(LiveAxis& axis, double direction, double first_step_m, double velocity_mps) {
+  AxisLimits pace;
+  pace.velocity_mps = velocity_mps;
+  pace.acceleration_mps2 = kSearch_mps2;
+  pace.jerk_mps3 = kSearch_mps2 / 0.05;
+  double gone_m = 0.0;
+  for (double step_m = first_step_m; gone_m < kFarthest_m; step_m = std::min(2.0 * step_m, kLargestStep_m)) {
+    MotionBuilder builder(1000.0, axis.position_m());
+    builder.dwell(0.05);
+    builder.move_to(axis.position_m() + direction * step_m, pace);
+    builder.dwell(0.1);
+    const AxisRecord record = axis.run(builder.points());
+    gone_m += step_m;
+    if (record.fault.empty()) continue;
+    if ((!record.lost_hold && !record.limit_switch) || record.position_m.empty())
+      throw CommissionStopped("the search of the ends: " + record.fault);
+    return {record.position_m.back(), record.limit_switch};
+  }
+  throw CommissionStopped(fmt::format(
+      "no end within {:.0f} m; is this a linear axis with stops or limit switches?", kFarthest_m));
+}
+
+/// An end that holds the axis again, more slowly, at the same place; the axis stands off it then.
+End firm_end(LiveAxis& axis, double direction) {
+  const auto step_back = [&] {
+    AxisLimits pace;
+    pace.velocity_mps = kSearch_mps;
+    pace.acceleration_mps2 = kSearch_mps2;
+    pace.jerk_mps3 = kSearch_mps2 / 0.05;
+    const double from_m = axis.position_m();
+    MotionBuilder builder(1000.0, from_m);
+    builder.dwell(0.05);
+    builder.move_to(from_m - direction * kBack_m, pace);
+    builder.dwell(0.1);
+    const AxisRecord record = axis.run(builder.points());
+    if (!record.fault.empty()) throw CommissionStopped("the way back from an end: " + record.fault);
+  };
+  const End first = walk_to_end(axis, direction, kFirstStep_m, kSearch_mps);
+  step_back();
+  const End again = walk_to_end(axis, direction, 2.0 * kBack_m, 0.5 * kSearch_mps);
+  step_back();
+  if (std::fabs(first.at_m - again.at_m) < kSamePlace_m) return again;
+  throw CommissionStopped(
+      fmt::format("something holds the axis at {:.2f} mm and then at {:.2f} mm: no end that it can rely on; "
+                  "see what is in the way, or name the ends",
+                  1e3 * first.at_m, 1e3 * again.at_m));
+}
+
+json searched(Stages& stages, const PreparedAxis& axis) {
+  DriveSettings gentle = with_little_force(axis, 2.0 * kSearch_mps2 * axis.mass_kg);
+  gentle.following_error_m = kSearchError_m;
+  gentle.velocity_limit_mps = 1.5 * kSearch_mps;
+  deploy(stages.axis, gentle);
+  const End low = firm_end(stages.axis, -1.0);
+  const End high = firm_end(stages.axis, 1.0);
+  if (high.at_m - low.at_m < kShortestTravel_m) {
+    throw CommissionStopped(
+        fmt::format("between its ends the axis has {:.2f} mm only; is something in the way?",
+                    1e3 * (high.at_m - low.at_m)));
+  }
+  return {{"low_m", low.at_m},
+          {"high_m", high.at_m},
+          {"low_switch", low.limit_switch},
+          {"high_switch", high.limit_switch},
+          {"force_N", gentle.force_limit_N}};
+}
+
+void find_ends(Stages& stages, PreparedAxis& axis) {
+  const json& found = stages.stage("ends", 0.1, [&] { return searched(stages, axis); });
+  const double low_m = found.at("low_m").get<double>();
+  const double high_m = found.at("high_m").get<double>();
+  stages.plate.low_m = low_m;
+  stages.plate.travel_m = high_m - low_m;
+  const auto what = [&](const char* which) { return found.at(which).get<bool>() ? "limit switch" : "stop"; };
+  stages.report(
+      "ends", fmt::format("{} at {:.2f} mm, {} at {:.2f} mm; with {:.3g} N", what("low_switch"), 1e3 * low_m,
+                          what("high_switch"), 1e3 * high_m, found.at("force_N").get<double>()));
+  axis.limits = first_limits(stages.plate, axis.mass_kg, axis.friction_N);
+  axis.settings = settings_of(axis.feedback, axis.limits, stages.plate.force_limit_N());
+}
+
 void check_travel(Stages& stages, PreparedAxis& axis) {
   const json& stage = stages.stage("travel", 0.12, [&] {
     const SetPoints motion = travel_motion(axis.limits);
     const double inertia_N = axis.mass_kg * extremes_of(motion).acceleration_mps2;
-    DriveSettings gentle = axis.settings;
-    gentle.force_limit_N =
-        std::min(gentle.force_limit_N, kForceOverFriction * axis.friction_N + 2.0 * inertia_N);
+    const DriveSettings gentle = with_little_force(axis, 2.0 * inertia_N);
     deploy(stages.axis, gentle);
     const AxisRecord record = stages.run(motion, approach_mps(axis.limits));
     if (!record.fault.empty()) {
       throw CommissionStopped(fmt::format(
           "the axis does not get through its travel of {:.1f} mm with {:.3g} N: {}; is it shorter, or "
           "something in the way?",
-          1e3 * stages.axis.nameplate().travel_m, gentle.force_limit_N, record.fault));
+          1e3 * stages.plate.travel_m, gentle.force_limit_N, record.fault));
     }
-    stages.folder.write("travel.csv", log_csv(record, stages.axis.nameplate()));
+    stages.folder.write("travel.csv", log_csv(record, stages.plate));
     return json{{"log", "travel.csv"}, {"force_N", gentle.force_limit_N}};
   });
   axis.travel_log = stages.folder.path(stage.at("log").get<std::string>());
@@ -182,10 +290,16 @@ void check_travel(Stages& stages, PreparedAxis& axis) {
 }  // namespace
 
 PreparedAxis prepare(Stages& stages) {
-  check_place(stages.axis);
+  const bool search = !(stages.plate.travel_m > 0.0);
+  if (search) {
+    stages.plate.low_m = stages.axis.position_m() - 0.5 * kAssumedTravel_m;
+    stages.plate.travel_m = kAssumedTravel_m;
+  } else {
+    check_place(stages);
+  }
   find_direction(stages);
   PreparedAxis axis;
-  const json& mass = stages.stage("mass", 0.03, [&] { return pulses(stages.axis); });
+  const json& mass = stages.stage("mass", 0.03, [&] { return pulses(stages.axis, stages.plate); });
   axis.mass_kg = mass.at("mass_kg").get<double>();
   axis.friction_N = mass.at("friction_N").get<double>();
   stages.report("mass",
@@ -193,8 +307,9 @@ PreparedAxis prepare(Stages& stages) {
                             "{:.3g} N",
                             axis.mass_kg, mass.at("mass_error_kg").get<double>(), axis.friction_N,
                             mass.at("force_N").get<double>()));
-  axis.limits = first_limits(stages.axis.nameplate(), axis.mass_kg, axis.friction_N);
+  axis.limits = first_limits(stages.plate, axis.mass_kg, axis.friction_N);
   find_feedback(stages, axis);
+  if (search) find_ends(stages, axis);
   check_travel(stages, axis);
   return axis;
 }

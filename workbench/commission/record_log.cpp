@@ -21,11 +21,12 @@ std::string log_csv(const AxisRecord& record, const Nameplate& nameplate) {
   std::string text = fmt::format("# encoder_resolution_m: {}\n# motor_constant_N_per_A: {}\n",
                                  nameplate.encoder_resolution_m, nameplate.motor_constant_N_per_A);
   if (nameplate.magnet_pitch_m) text += fmt::format("# magnet_pitch_m: {}\n", *nameplate.magnet_pitch_m);
+  if (!record.time_s.empty()) text += "# sampling: irregular\n";
   text += "time_s,position_m,current_A,reference_position_m\n";
   for (std::size_t i = 0; i < record.position_m.size(); ++i) {
-    text += fmt::format("{:.6f},{:.10g},{:.8g},{:.10g}\n", static_cast<double>(i) / record.rate_Hz,
-                        record.position_m[i], record.force_N[i] / nameplate.motor_constant_N_per_A,
-                        record.reference_m[i]);
+    const double time_s = record.time_s.empty() ? static_cast<double>(i) / record.rate_Hz : record.time_s[i];
+    text += fmt::format("{:.6f},{:.10g},{:.8g},{:.10g}\n", time_s, record.position_m[i],
+                        record.force_N[i] / nameplate.motor_constant_N_per_A, record.reference_m[i]);
   }
   return text;
 }

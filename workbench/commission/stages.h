@@ -28,7 +28,11 @@ struct StageReport {
 class Stages {
  public:
   Stages(LiveAxis& axis_to_move, CommissionFolder& kept_in, Progress& shown)
-      : axis(axis_to_move), folder(kept_in), progress(shown), counted_s_(axis_to_move.used_s()) {}
+      : axis(axis_to_move),
+        plate(axis_to_move.nameplate()),
+        folder(kept_in),
+        progress(shown),
+        counted_s_(axis_to_move.used_s()) {}
 
   /// What the stage found: in an earlier run of the command, or now, by `work`, and then it is in the folder
   /// before anything else happens. `fraction` of the whole commissioning, for the progress.
@@ -45,6 +49,7 @@ class Stages {
   double used_s() const;
 
   LiveAxis& axis;
+  Nameplate plate;  ///< of the axis, with the travel that was found
   CommissionFolder& folder;
   Progress& progress;
   std::vector<StageReport> reports;

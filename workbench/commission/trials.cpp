@@ -104,7 +104,7 @@ class ModelTrials {
     if (i > 0 && !is_lower(error.rms_m, trials_[kept_].rms_m)) deploy(trials_[kept_]);
     if (!record.fault.empty() && (i == 0 || !may_be_the_model(record)))
       throw CommissionStopped("the tracking test: " + record.fault);
-    if (i == 0) stages_.folder.write(kTestLog, log_csv(record, stages_.axis.nameplate()));
+    if (i == 0) stages_.folder.write(kTestLog, log_csv(record, stages_.plate));
     return {{"added", trials_[i].added},
             {"rms_m", error.rms_m},
             {"reversal_rms_m", error.reversal_rms_m},

@@ -12,15 +12,17 @@
 namespace slipstack::workbench {
 
 /// What the name plates of motor, encoder and rail say: all that is known of an axis before it moves.
-/// Positions are those of the encoder, from 0 at one end of the travel.
+/// Positions are those that the drive reports.
 struct Nameplate {
   double encoder_resolution_m = 0.0;
   double motor_constant_N_per_A = 0.0;
   double current_limit_A = 0.0;
-  double travel_m = 0.0;
+  double travel_m = 0.0;  ///< 0: not known, the ends are to be searched
   double largest_velocity_mps = 0.0;
   std::optional<double> magnet_pitch_m;
   double tick_s = 1e-4;  ///< of the drive
+  double low_m = 0.0;    ///< position of the lower end of the travel
+  double largest_acceleration_mps2 = 15.0;
 
   double force_limit_N() const { return current_limit_A * motor_constant_N_per_A; }
 };
@@ -38,6 +40,8 @@ struct DriveSettings {
   double velocity_limit_mps = 1.0;
   double acceleration_limit_mps2 = 1.0;
   double jerk_limit_mps3 = 100.0;
+  double quick_stop_mps2 = 0.0;  ///< at which a limit switch stops the axis; 0: the limit of the acceleration
+  double stop_mps2() const { return quick_stop_mps2 > 0.0 ? quick_stop_mps2 : acceleration_limit_mps2; }
 };
 
 /// What was recorded of a motion. A drive reports its command as the force.
@@ -45,12 +49,17 @@ struct AxisRecord {
   double rate_Hz = 0.0;
   std::vector<double> position_m;
   std::vector<double> force_N;
+  std::vector<double> time_s;  ///< of each sample; empty where they are as far apart as rate_Hz says
   // Empty where the force was commanded.
   std::vector<double> reference_m;  ///< to a whole count
   std::vector<double> error_m;      ///< of it, less the drive's estimate of the position
   double limited_share = 0.0;       ///< of the time, at the limit of the force
   std::string fault;                ///< empty, or why the drive stopped; the record ends there
   bool lost_hold = false;           ///< the fault is that of an axis that left its reference
+  bool limit_switch = false;        ///< the fault is a limit switch, or the end of the drive's own range
+  // Of a pulse, where it differs from what was asked for; else 0.
+  double pulse_s = 0.0;  ///< for how long the force pushed before it was turned round
+  double pulse_N = 0.0;
 
   double duration_s() const { return static_cast<double>(position_m.size()) / rate_Hz; }
 };
@@ -75,7 +84,8 @@ class LiveAxis {
   /// largest force at most. The axis is off afterwards.
   enum class Direction { kRight, kReversed, kBlocked };
   virtual Direction check_direction() = 0;
-  /// Tells the drive, while it is off, that the motor is connected the other way round.
+  /// Tells the drive, while it is off, that the motor is connected the other way round than it took it for
+  /// before the commissioning.
   virtual void reverse_motor() = 0;
 
   /// This force for a time, then against it until the axis turns, or as long again; then off. Sampled in
@@ -90,6 +100,12 @@ class LiveAxis {
   /// what that may have changed in enabling. Recorded at 2 kHz. Stays enabled.
   virtual AxisRecord run(const SetPoints& motion) = 0;
   virtual void switch_off() = 0;
+
+  /// Keeps what was deployed last beyond the next power-on, and gives everything else that the commissioning
+  /// changed back; the axis is off then. One line about it; empty: this axis keeps nothing.
+  virtual std::string keep() { return ""; }
+  /// Puts back what was in force before the commissioning began, where the axis outlives it. The axis is off.
+  virtual void give_back() {}
 };
 
 }  // namespace slipstack::workbench

@@ -48,7 +48,7 @@ AxisParameters parameters_of(const Nameplate& plate, const DriveSettings& settin
   parameters.following_error_m = static_cast<float>(settings.following_error_m);
   parameters.velocity_limit_mps = static_cast<float>(settings.velocity_limit_mps);
   parameters.acceleration_limit_mps2 = static_cast<float>(settings.acceleration_limit_mps2);
-  parameters.quick_stop_mps2 = parameters.acceleration_limit_mps2;
+  parameters.quick_stop_mps2 = static_cast<float>(settings.stop_mps2());
   parameters.jerk_limit_mps3 = static_cast<float>(settings.jerk_limit_mps3);
   return parameters;
 }

@@ -137,6 +137,24 @@ TEST(Commission, AnObstacleIsFoundSlowlyAndWithLittleForce) {
   EXPECT_TRUE(why.find("at 299.") != std::string::npos || why.find("at 300.") != std::string::npos) << why;
 }
 
+// Stops of an axis of which nobody has said where it ends, one of them earlier than the rail.
+TEST(Commission, EndsThatNobodyKnowsAreFoundSlowlyAndWithLittleForce) {
+  const TemporaryDirectory folder;
+  const auto axis = host_axis({.axis = viscous_axis(kSeed), .seed = kSeed, .end_m = 0.3});
+  Progress progress([&](const std::string& stage, double) {
+    if (stage == "look_1") throw PowerCut("enough");
+  });
+  CommissionFolder of_axis(folder / "axis", "axis");
+  EXPECT_THROW(commission(*axis, of_axis, progress, true), PowerCut);
+  const auto& ends = of_axis.found("ends");
+  EXPECT_NEAR(ends.at("low_m").get<double>(), 0.0, 0.5e-3);
+  EXPECT_NEAR(ends.at("high_m").get<double>(), 0.3, 0.5e-3);
+  EXPECT_FALSE(ends.at("low_switch").get<bool>());
+  EXPECT_LT(ends.at("force_N").get<double>(), 100.0);
+  EXPECT_TRUE(of_axis.done("travel"));
+  EXPECT_LT(axis->used_s(), 90.0);
+}
+
 TEST(Commission, AnAxisThatCannotMoveIsNotPushedFurther) {
   const TemporaryDirectory folder;
   sim::Axis axis = viscous_axis(kSeed);
