@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A long log in a real browser: node long_log.test.mjs SLIPSTACK SLIPSTACK_SIM FOLDER SAMPLES
-// Prints the time to the first picture, of zoom steps, of a diagnosis to its first candidates and to its end, and the
-// memory of the server.
+// Prints the time to the first picture, of zoom steps, of a diagnosis to its first candidates and to its end, of a slider,
+// of adding and removing an effect, and the memory of the server.
 // Exit 0: within the limits below; 1: not; 77: no browser here, nothing tested.
 import assert from 'node:assert/strict';
 import {execFileSync} from 'node:child_process';
@@ -59,6 +59,29 @@ const steps = await page.evaluate(async () => {
   return times;
 });
 const step_ms = (processorTime_ms() - worked_ms) / steps.length;
+// A slider, the effect of a candidate by the normal equations, and adding and removing it with all shapes fitted anew, ms.
+async function answers() {
+  const median = async (ask) => {
+    const times = [];
+    for (let i = 0; i < 9; ++i) {
+      const start = performance.now();
+      const answer = await ask(i);
+      await answer.arrayBuffer();
+      assert.equal(answer.status, 200);
+      times.push(performance.now() - start);
+    }
+    return times.sort((a, b) => a - b)[4].toFixed(0);
+  };
+  const job = async (what) => {
+    const start = performance.now();
+    assert.equal((await server.ask(what, {method: 'POST', body: JSON.stringify({effect: 'viscous'})})).status, 200);
+    while ((await (await server.ask('state')).json()).job.running) await new Promise((done) => setTimeout(done, 10));
+    return (performance.now() - start).toFixed(0);
+  };
+  const slide = (i) => server.ask('bent', {method: 'POST', body: JSON.stringify({version: 1, changes: [{effect: 'presliding_hysteresis', kind: 'factor', index: 0, value: 1 + 0.1 * i}]})});
+  return `, a slider answers in ${await median(slide)} ms, what a candidate would do in ${await median(() => server.ask('with?version=1&effect=viscous'))} ms, it is added in ${await job('add')} ms and removed in ${await job('remove')} ms`;
+}
+
 // A first model, and what it lacks: the first candidates show long before the end.
 let diagnosis = '';
 if (samples <= kLongestDiagnosed) {
@@ -73,6 +96,7 @@ if (samples <= kLongestDiagnosed) {
   const diagnosis_s = since() - asked;
   diagnosis = `, first candidates ${candidates_s.toFixed(1)} s and the diagnosis ${diagnosis_s.toFixed(1)} s after the question`;
   assert.equal((await state(page)).diagnosis.candidates[0].effect, 'viscous');
+  diagnosis += await answers();
   assert.ok(candidates_s < 0.7 * diagnosis_s, `first candidates after ${candidates_s} s of ${diagnosis_s} s`);
 }
 

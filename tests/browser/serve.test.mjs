@@ -75,6 +75,14 @@ test('open, compare, learn, add, error falls, undo, redo, plan, run, deploy, exp
   assert.match(await page.locator('#brushed').textContent(), /shown in all charts/);
 
   await page.locator('#tab-missing').click();
+  // An expression with a mistake: the place is selected in it, and nothing is pushed out of the panel.
+  await page.locator('#own').fill('snag = A*exp(-((x-x0)/w)^2)*sgn(v); A: N; x0: m; w: m');
+  await page.getByText('Try it beside the others').click();
+  await page.locator('#own-error').getByText('sgn').first().waitFor();
+  assert.equal(await page.evaluate(() => { const input = document.querySelector('#own'); return input.value.slice(input.selectionStart, input.selectionStart + 3); }), 'sgn');
+  assert.ok(await page.evaluate(() => { const panel = document.querySelector('#panel'); return panel.scrollWidth <= panel.clientWidth; }), 'the panel has its width');
+  assert.match(page.faults.splice(0).join(), /^[^,]*400 \(Bad Request\)$/);  // the browser's own note of the refusal
+  await page.locator('#own').fill('');
   // The first candidates show while others are tried, the best of them first.
   await page.evaluate(() => {
     window.seen = [];
@@ -321,6 +329,12 @@ test('an ugly table is shown before it is read', async () => {
   await page.locator('#file').setInputFiles(file);
   await page.getByText('How is this file read?').waitFor({timeout: kJobs_ms});
   assert.equal(await page.locator('dialog select').nth(1).inputValue(), 'position_mm');
+  // Nothing lies over another: each column's choice and factor within its own head.
+  const overlaps = await page.evaluate(() => [...document.querySelectorAll('.import th')].flatMap((head) => {
+    const box = head.getBoundingClientRect();
+    return [...head.querySelectorAll('select, input')].filter((one) => { const r = one.getBoundingClientRect(); return r.left < box.left || r.right > box.right + 1 || r.width < 40; }).map((one) => one.getAttribute('aria-label'));
+  }));
+  assert.deepEqual(overlaps, []);
   await accessible(page, 'import');
   await page.locator('dialog input[inputmode=decimal]').first().fill('35.45');
   await page.getByRole('button', {name: 'Import it so'}).click();

@@ -80,9 +80,7 @@ void DriveStream::require_motion_mapping() {
 void DriveStream::take_motion(const CanFrame& frame) {
   const auto low = static_cast<std::uint16_t>(frame.data[0] | frame.data[1] << 8);
   const std::int64_t tick =
-      has_tick_
-          ? next_.tick + static_cast<std::uint16_t>(low - static_cast<std::uint16_t>(next_.tick))
-          : low;
+      has_tick_ ? next_.tick + static_cast<std::uint16_t>(low - static_cast<std::uint16_t>(next_.tick)) : low;
   has_tick_ = true;
   next_ = {};
   next_.tick = tick;

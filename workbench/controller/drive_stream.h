@@ -25,8 +25,8 @@ struct StreamSample {
   std::int64_t tick = 0;
   std::int32_t counts = 0;
   double current_A = 0.0;
-  double stamp_s = 0.0;  ///< of the frame; 0: the bus has none
-  float error_m = 0.0F;  ///< reference less position (2200h:07); with the observer only
+  double stamp_s = 0.0;     ///< of the frame; 0: the bus has none
+  float error_m = 0.0F;     ///< reference less position (2200h:07); with the observer only
   float residual_N = 0.0F;  ///< what the model does not explain (2200h:03); with the observer only
 };
 

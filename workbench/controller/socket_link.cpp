@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <thread>
+#include <utility>
 
 #include "hal/socketcan/socket_can.h"
 #include "workbench/base/text.h"
@@ -18,17 +19,18 @@ namespace {
 
 class SocketLink final : public CanLink {
  public:
-  explicit SocketLink(const std::string& interface) : name_(interface) {
+  SocketLink(const std::string& interface, std::string called)
+      : name_(interface), called_(std::move(called)) {
     const std::string error = socket_.open(interface);
-    if (!error.empty()) throw UsageError(fmt::format("--can {}: {}", printable(interface), error));
+    if (!error.empty()) throw UsageError(fmt::format("{} {}: {}", called_, printable(interface), error));
   }
   void send(const CanFrame& frame) override {
     for (int i = 0; i < 100; ++i) {
       if (socket_.send(frame)) return;
       std::this_thread::sleep_for(std::chrono::milliseconds(1));  // the transmit queue is full
     }
-    throw UsageError(fmt::format(
-        "--can {}: no frame goes out; is the interface up, and is another node there?", printable(name_)));
+    throw UsageError(fmt::format("{} {}: no frame goes out; is the interface up, and is another node there?",
+                                 called_, printable(name_)));
   }
   bool receive(CanFrame& frame, int timeout_ms) override {
     if (socket_.receive(frame)) return true;
@@ -40,13 +42,14 @@ class SocketLink final : public CanLink {
 
  private:
   std::string name_;
+  std::string called_;
   SocketCan socket_;
 };
 
 }  // namespace
 
-std::unique_ptr<CanLink> open_link(const std::string& interface) {
-  return std::make_unique<SocketLink>(interface);
+std::unique_ptr<CanLink> open_link(const std::string& interface, const std::string& called) {
+  return std::make_unique<SocketLink>(interface, called);
 }
 
 std::vector<std::string> can_interfaces() {

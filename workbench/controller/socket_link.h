@@ -9,8 +9,9 @@
 
 namespace slipstack::workbench {
 
-/// An interface of this machine. Throws UsageError, one line, when there is none of that name.
-std::unique_ptr<CanLink> open_link(const std::string& interface);
+/// An interface of this machine, and what its errors call it. Throws UsageError, one line, when there is none
+/// of that name.
+std::unique_ptr<CanLink> open_link(const std::string& interface, const std::string& called = "--can");
 
 /// The names of this machine's CAN interfaces, in order.
 std::vector<std::string> can_interfaces();

@@ -21,8 +21,8 @@ namespace {
 constexpr int kMostPolls = 20'000;                   // each takes a tick or more
 constexpr std::uint32_t kTargetReached = 1U << 10U;  // 6041h (CiA 402)
 constexpr std::uint32_t kSetPointTaken = 1U << 12U;
-constexpr std::uint32_t kProfilePosition = 1;        // 6060h
-constexpr std::uint32_t kShutdown = 0x06;            // 6040h
+constexpr std::uint32_t kProfilePosition = 1;  // 6060h
+constexpr std::uint32_t kShutdown = 0x06;      // 6040h
 
 /// Position units of the profile for each count (docs/can.md, the user's unit).
 double counts_per_unit(SdoClient& drive) {

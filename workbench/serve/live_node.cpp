@@ -19,14 +19,15 @@ namespace {
 using namespace std::chrono_literals;
 using nlohmann::json;
 
-constexpr auto kBetweenSignals = 50ms;     // a page draws no more often. Chosen.
-constexpr int kPatience_ms = 200;           // for a sample; after so many of them the stream has ended
+constexpr auto kBetweenSignals = 50ms;  // a page draws no more often. Chosen.
+constexpr int kPatience_ms = 200;       // for a sample; after so many of them the stream has ended
 constexpr int kMostSilences = 10;
 constexpr std::size_t kMotionSamples = 10;  // the axis moves where it went further than so many counts
-constexpr std::int32_t kMotionCounts = 4;   // within so many samples. Chosen: an encoder at rest dithers by 1.
-constexpr double kLeast_s = 2.0;            // of a recording: less has no stretch that a fit could hold out
+constexpr std::int32_t kMotionCounts = 4;  // within so many samples. Chosen: an encoder at rest dithers by 1.
+constexpr double kLeast_s = 2.0;           // of a recording: less has no stretch that a fit could hold out
 constexpr double kMost_s = 3600.0;
-constexpr std::int64_t kLongestGap = 10;    // samples that a log may lack in one place: it is interpolated there
+constexpr std::int64_t kLongestGap =
+    10;  // samples that a log may lack in one place: it is interpolated there
 
 std::uint64_t next_number() {
   static std::atomic<std::uint64_t> connections{0};
@@ -151,9 +152,14 @@ void LiveNode::take(const StreamSample& sample) {
 
 json LiveNode::to_json() const {
   const std::lock_guard lock(lock_);
-  return {{"bus", printable(target_.bus)}, {"node", target_.node}, {"rate_Hz", target_.rate_Hz},
-          {"state", state_},               {"error", error_},      {"status", status_},
-          {"recording", recording_},       {"notice", notice_},
+  return {{"bus", printable(target_.bus)},
+          {"node", target_.node},
+          {"rate_Hz", target_.rate_Hz},
+          {"state", state_},
+          {"error", error_},
+          {"status", status_},
+          {"recording", recording_},
+          {"notice", notice_},
           {"shown_s", kShown_s}};
 }
 
@@ -172,9 +178,8 @@ json LiveNode::since(std::uint64_t first) const {
     for (std::uint64_t i = first; i < end_; ++i) list.push_back(number_json(value(shown_[i - kept])));
     signals[name] = std::move(list);
   };
-  column("time_s", [&](const StreamSample& one) {
-    return static_cast<double>(one.tick - first_tick_) * axis_.tick_s;
-  });
+  column("time_s",
+         [&](const StreamSample& one) { return static_cast<double>(one.tick - first_tick_) * axis_.tick_s; });
   column("position_m", [&](const StreamSample& one) { return one.counts * axis_.resolution_m; });
   column("force_N", [&](const StreamSample& one) { return one.current_A * axis_.constant_N_per_A; });
   column("error_m", [](const StreamSample& one) { return static_cast<double>(one.error_m); });

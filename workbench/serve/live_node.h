@@ -42,13 +42,14 @@ class LiveNode {
   const Target& target() const { return target_; }
   /// Another one for each connection.
   std::uint64_t number() const { return number_; }
-  /// {bus, node, rate_Hz, state: connecting | live | lost, error, status, recording, notice}: what changes seldom.
+  /// {bus, node, rate_Hz, state: connecting | live | lost, error, status, recording, notice}: what changes
+  /// seldom.
   nlohmann::json to_json() const;
   /// Number of the next sample.
   std::uint64_t end() const;
-  /// Samples from number `first` on, those that are still kept: {connection, first, end, time_s, position_m, force_N,
-  /// error_m, residual_N, recorded, parts}. `parts`: for each model since the connection the rms errors while
-  /// the axis moved.
+  /// Samples from number `first` on, those that are still kept: {connection, first, end, time_s, position_m,
+  /// force_N, error_m, residual_N, recorded, parts}. `parts`: for each model since the connection the rms
+  /// errors while the axis moved.
   nlohmann::json since(std::uint64_t first) const;
 
   /// A model was put on the controller: a new part begins.
@@ -56,8 +57,8 @@ class LiveNode {
 
   /// Throws UsageError unless the controller is live.
   void start_recording();
-  /// The recording as a log; where the stream had gaps too long for one, the longest part between them. Throws
-  /// UsageError where there is none, or one too short for any use.
+  /// The recording as a log; where the stream had gaps too long for one, the longest part between them.
+  /// Throws UsageError where there is none, or one too short for any use.
   Recording stop_recording();
 
  private:

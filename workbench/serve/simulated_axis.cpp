@@ -165,6 +165,8 @@ class SimulatedLink final : public CanLink {
  public:
   SimulatedLink(std::shared_ptr<SimulatedBus> bus, SimulatedController::Wait wait)
       : bus_(std::move(bus)), queue_(bus_->add_master()), wait_(wait) {}
+  SimulatedLink(const SimulatedLink&) = delete;
+  SimulatedLink& operator=(const SimulatedLink&) = delete;
   ~SimulatedLink() override { bus_->remove_master(queue_); }
   void send(const CanFrame& frame) override { bus_->send(frame); }
   bool receive(CanFrame& frame, int timeout_ms) override {

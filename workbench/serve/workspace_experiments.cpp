@@ -152,7 +152,7 @@ void Workspace::run_plan() {
 
 /// A link to a CAN interface, or, without a name, to the bus of the simulated axis.
 std::unique_ptr<CanLink> Workspace::link_to(const std::string& bus, SimulatedController::Wait wait) {
-  if (!bus.empty()) return open_link(bus);
+  if (!bus.empty()) return open_link(bus, "CAN interface");
   const std::lock_guard lock(controller_lock_);
   if (!controller_) controller_ = std::make_unique<SimulatedController>(simulated_axis());
   return controller_->connect(wait);

@@ -82,7 +82,7 @@ TEST(LiveNode, ShowsTheSignalsAndTheErrorsModelByModel) {
     EXPECT_LT(part.at("residual_rms_N"), 100.0);
     EXPECT_GE(part.at("largest_error_m"), part.at("error_rms_m"));
   }
-  const json time_s = seen.at("time_s");
+  const json& time_s = seen.at("time_s");
   ASSERT_GT(time_s.size(), 60U);
   for (std::size_t i = 1; i < time_s.size(); ++i) {
     ASSERT_NEAR(time_s[i].get<double>() - time_s[i - 1].get<double>(), 2e-3, 1e-9) << i;
@@ -143,9 +143,8 @@ class LossyLink final : public CanLink {
 TEST(LiveNode, OfARecordingWithALongGapTheLongestPartBecomesTheLog) {
   Watched bench;
   std::atomic<bool> lossy{false};
-  bench.live = std::make_unique<LiveNode>(
-      bench.events, bench.talking, LiveNode::Target{"", 5, 500.0},
-      [&] { return std::make_unique<LossyLink>(bench.link(), lossy); });
+  bench.live = std::make_unique<LiveNode>(bench.events, bench.talking, LiveNode::Target{"", 5, 500.0},
+                                          [&] { return std::make_unique<LossyLink>(bench.link(), lossy); });
   const auto recorded = [&](std::size_t more) {
     const std::uint64_t begin = bench.live->end();
     return await([&] { return bench.live->end() > begin + more; });
@@ -161,7 +160,8 @@ TEST(LiveNode, OfARecordingWithALongGapTheLongestPartBecomesTheLog) {
   const Recording recording = bench.live->stop_recording();
   EXPECT_GT(recording.samples, 1500U);
   EXPECT_EQ(recording.lost, 0U);
-  EXPECT_NE(bench.live->to_json().at("notice").get<std::string>().find("The stream had gaps"), std::string::npos);
+  EXPECT_NE(bench.live->to_json().at("notice").get<std::string>().find("The stream had gaps"),
+            std::string::npos);
 }
 
 TEST(LiveNode, TheControllerIsAsItWasWhenItIsLeft) {
@@ -170,8 +170,14 @@ TEST(LiveNode, TheControllerIsAsItWasWhenItIsLeft) {
     const auto cable = bench.link();
     SdoClient drive(*cable, 5);
     std::vector<std::uint32_t> values;
-    for (const auto& [index, sub] : std::vector<std::pair<std::uint16_t, std::uint8_t>>{
-             {0x1005, 0}, {0x1006, 0}, {0x1802, 1}, {0x1802, 2}, {0x1803, 1}, {0x1A03, 0}, {0x1A03, 1}, {0x1A03, 2}}) {
+    for (const auto& [index, sub] : std::vector<std::pair<std::uint16_t, std::uint8_t>>{{0x1005, 0},
+                                                                                        {0x1006, 0},
+                                                                                        {0x1802, 1},
+                                                                                        {0x1802, 2},
+                                                                                        {0x1803, 1},
+                                                                                        {0x1A03, 0},
+                                                                                        {0x1A03, 1},
+                                                                                        {0x1A03, 2}}) {
       values.push_back(drive.read(index, sub));
     }
     return values;
@@ -197,9 +203,8 @@ TEST(LiveNode, WhatGoesWrongIsSaid) {
   EXPECT_TRUE(none.since(0).at("time_s").empty());
 
   SimulatedController controller(kAxis);
-  LiveNode other(events, talking, {"", 9, 500.0}, [&] {
-    return controller.connect(SimulatedController::Wait::as_fast_as_possible);
-  });
+  LiveNode other(events, talking, {"", 9, 500.0},
+                 [&] { return controller.connect(SimulatedController::Wait::as_fast_as_possible); });
   ASSERT_TRUE(await([&] { return other.to_json().at("state") == "lost"; }));
   EXPECT_NE(other.to_json().at("error").get<std::string>().find("node 9 does not answer"), std::string::npos);
 }

@@ -84,11 +84,19 @@ function limits(found) {
 }
 
 function own() {
-  const error = h('p', {class: 'warn', id: 'own-error', hidden: true});
+  const error = h('div', {class: 'warn', id: 'own-error', role: 'alert', hidden: true});
   const input = h('input', {type: 'text', id: 'own', spellcheck: false, placeholder: 'snag = A*exp(-((x-x0)/w)^2)*sign(v); A: N; x0: m; w: m in [1e-4, 1e-2]'});
   const run = async (work) => {
     error.hidden = true;
-    try { await work(); } catch (problem) { error.textContent = problem.message; error.hidden = false; }
+    try { await work(); } catch (problem) {
+      // What is wrong, and, where the server knows it, the expression with a mark below the place.
+      const [what, ...marked] = problem.message.split('\n');
+      fill(error, h('p', {}, what), marked.length ? h('pre', {tabindex: 0}, marked.join('\n')) : null);
+      error.hidden = false;
+      input.focus();
+      const place = (marked[1] ?? '').indexOf('^') - marked[0]?.indexOf(input.value.trim().slice(0, 8));
+      if (place >= 0) input.setSelectionRange(place, place + 1);
+    }
   };
   input.setAttribute('aria-describedby', 'own-error');
   return h('section', {class: 'own'}, h('h3', {}, 'Your own suspicion'), h('label', {for: 'own'}, 'An expression of x, v, a, t, with its units'), input, error,

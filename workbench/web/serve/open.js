@@ -21,6 +21,8 @@ function profileText(guess, columns, header) {
   return lines.join('\n');
 }
 
+const kKnown = {mass_kg: 'Mass (kg)', motor_constant_N_per_A: 'Motor constant (N/A)', encoder_resolution_m: 'Encoder resolution (m)', sample_rate_Hz: 'Sampling rate (Hz)'};
+
 async function confirm(name, guess) {
   const columns = guess.columns.map((column) => ({...column}));
   const header = {mass_kg: '', motor_constant_N_per_A: '', encoder_resolution_m: '', sample_rate_Hz: ''};
@@ -28,9 +30,9 @@ async function confirm(name, guess) {
     const list = kTargets.includes(column.target) ? kTargets : [...kTargets, column.target];
     const select = h('select', {'aria-label': `${column.source} is`, onchange: () => { column.target = select.value; }}, list.map((target) => h('option', {value: target, selected: target === column.target}, target || 'left out')));
     const factor = h('input', {type: 'number', step: 'any', value: String(column.factor), 'aria-label': `Factor of ${column.source}`, onchange: () => { column.factor = Number(factor.value) || 1; }});
-    return h('th', {scope: 'col'}, column.source, h('br'), select, h('label', {class: 'soft'}, '× ', factor));
+    return h('th', {scope: 'col'}, column.source, select, h('label', {class: 'soft'}, '× ', factor));
   });
-  const fields = Object.keys(header).map((key) => h('label', {}, key.replaceAll('_', ' '), h('input', {type: 'text', inputmode: 'decimal', onchange: (event) => { header[key] = event.currentTarget.value; }})));
+  const fields = Object.keys(header).map((key) => h('label', {}, kKnown[key], h('input', {type: 'text', inputmode: 'decimal', onchange: (event) => { header[key] = event.currentTarget.value; }})));
   const content = h('div', {}, h('p', {}, `${name} is no log of slipstack's own format. It would be read so: ${guess.encoding}, separated by ${guess.separator === '\t' ? 'tabs' : `“${guess.separator}”`}, decimal “${guess.decimal}”.`),
     guess.fault ? h('p', {class: 'warn'}, `Missing: ${guess.fault}.`) : null,
     h('div', {class: 'scroll', tabindex: 0}, h('table', {class: 'import'}, h('thead', {}, h('tr', {}, picks)), h('tbody', {}, guess.rows.map((row) => h('tr', {}, row.map((text) => h('td', {}, text))))))),
