@@ -13,7 +13,7 @@ namespace slipstack::workbench {
 
 /// What is told of the axis behind a drive on the bus, beside what the drive holds itself.
 struct BusAxis {
-  std::optional<double> low_m = {};   ///< ends of the travel, in the drive's positions; both or none
+  std::optional<double> low_m = {};  ///< ends of the travel, in the drive's positions; both or none
   std::optional<double> high_m = {};
   std::optional<double> largest_velocity_mps = {};  ///< else the drive's limit (2000h:0B)
   std::optional<double> magnet_pitch_m = {};
