@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/commission/cyclic_stream.h"
+#include "workbench/controller/cyclic_stream.h"
 
 #include <fmt/format.h>
 

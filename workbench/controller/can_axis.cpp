@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/commission/can_axis.h"
+#include "workbench/controller/can_axis.h"
 
 #include <fmt/format.h>
 
@@ -12,9 +12,9 @@
 #include "firmware/control/supervision/faults.h"
 #include "firmware/effects/model_hash.h"
 #include "workbench/base/text.h"
-#include "workbench/commission/cyclic_stream.h"
-#include "workbench/commission/drive_before.h"
+#include "workbench/controller/cyclic_stream.h"
 #include "workbench/controller/drive_access.h"
+#include "workbench/controller/drive_before.h"
 #include "workbench/controller/trace_data.h"
 #include "workbench/loop/loop_parameters.h"
 #include "workbench/model/model.h"
@@ -25,7 +25,6 @@ namespace {
 using namespace slipstack::canopen;
 using nlohmann::json;
 
-constexpr const char* kBefore = "drive_before.json";
 constexpr std::uint8_t kHold = 1;  // profile position: no set-point is due
 constexpr std::uint8_t kHoming = 6;
 constexpr std::uint8_t kCyclicPosition = 8;
@@ -79,11 +78,11 @@ std::vector<std::uint8_t> image_of(const ModelParameters& model) {
 
 class CanAxis final : public LiveAxis {
  public:
-  CanAxis(SdoClient& drive, const BusAxis& told, CommissionFolder& folder)
+  CanAxis(SdoClient& drive, const BusAxis& told, DriveMemory memory)
       : drive_(drive),
-        folder_(folder),
+        memory_(std::move(memory)),
         stream_(drive, told.period_ms),
-        kept_(kept_in(drive, folder)),
+        kept_(kept_in(drive, memory_)),
         before_(kept_.at("before")) {
     off();
     describe(told);
@@ -124,7 +123,7 @@ class CanAxis final : public LiveAxis {
       reference_here();
       stream_.configure();
       // Not before it is done: a run that was cut in between does it again.
-      folder_.write(kBefore, kept_.dump() + "\n");
+      memory_.keep(kept_.dump() + "\n");
     });
   }
 
@@ -206,19 +205,19 @@ class CanAxis final : public LiveAxis {
     }
   }
 
-  /// What the folder keeps of an earlier run; else what the drive holds now, which the folder then keeps.
-  static json kept_in(SdoClient& drive, CommissionFolder& folder) {
+  /// What was kept by an earlier run; else what the drive holds now, which is then kept.
+  static json kept_in(SdoClient& drive, const DriveMemory& memory) {
     require_slipstack_drive(drive);
-    if (std::filesystem::exists(folder.path(kBefore))) {
+    if (!memory.kept.empty()) {
       // A run that was killed between two motions has left the axis held.
       if (is_enabled(drive)) drive.write(0x6040, 0, 0, 2);
-      return json::parse(folder.read(kBefore));
+      return json::parse(memory.kept);
     }
     if (is_enabled(drive)) drive.fail("is enabled; disable the drive before its axis is commissioned");
     json kept = {{"before", DriveBefore(drive).json()},
                  {"referenced", drive.read(kReferenceIndex, 5) != 0},
                  {"reversed", false}};
-    folder.write(kBefore, kept.dump() + "\n");
+    memory.keep(kept.dump() + "\n");
     return kept;
   }
 
@@ -262,7 +261,7 @@ class CanAxis final : public LiveAxis {
   /// Positions count from somewhere: from where the drive says, else from here.
   void reference() {
     if (drive_.read(kReferenceIndex, 5) != 0) return;
-    if (kept_.at("referenced").get<bool>() || folder_.done("mass")) {
+    if (kept_.at("referenced").get<bool>() || memory_.positions_matter) {
       drive_.fail(
           "no longer knows its positions (2012h:05): it was started anew since; home it as before, or begin "
           "anew in another folder");
@@ -595,7 +594,7 @@ class CanAxis final : public LiveAxis {
   static constexpr std::int32_t kTurnedCounts = 3;
 
   SdoClient& drive_;
-  CommissionFolder& folder_;
+  DriveMemory memory_;
   CyclicStream stream_;
   json kept_;
   DriveBefore before_;
@@ -614,8 +613,8 @@ std::string drive_title(SdoClient& drive) {
   return fmt::format("drive {:08x}", drive.read(0x1018, 4));
 }
 
-std::unique_ptr<LiveAxis> can_axis(SdoClient& drive, const BusAxis& told, CommissionFolder& folder) {
-  return std::make_unique<CanAxis>(drive, told, folder);
+std::unique_ptr<LiveAxis> can_axis(SdoClient& drive, const BusAxis& told, DriveMemory memory) {
+  return std::make_unique<CanAxis>(drive, told, std::move(memory));
 }
 
 }  // namespace slipstack::workbench

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/commission/drive_before.h"
+#include "workbench/controller/drive_before.h"
 
 #include <fmt/format.h>
 
