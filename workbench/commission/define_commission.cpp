@@ -8,10 +8,11 @@
 #include <optional>
 
 #include "workbench/base/text.h"
-#include "workbench/commission/can_axis.h"
 #include "workbench/commission/commission.h"
+#include "workbench/commission/drive_memory.h"
 #include "workbench/console/output.h"
 #include "workbench/console/progress.h"
+#include "workbench/controller/can_axis.h"
 #include "workbench/controller/socket_link.h"
 #include "workbench/loop/drawn_axis.h"
 #include "workbench/report/html/report_page.h"
@@ -97,7 +98,7 @@ void commission_on_bus(const std::string& command_line, const CommissionRequest&
   drive.await_node();
   const std::string title = drive_title(drive);
   CommissionFolder folder(request.out, title);
-  const std::unique_ptr<LiveAxis> axis = can_axis(drive, told, folder);
+  const std::unique_ptr<LiveAxis> axis = can_axis(drive, told, memory_in(folder));
   commission_and_report(command_line, request, title, folder, *axis, progress, outputs);
 }
 

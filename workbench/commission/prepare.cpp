@@ -168,12 +168,13 @@ void find_feedback(Stages& stages, PreparedAxis& axis) {
   }
 }
 
-/// No more force than three times the friction, and this for the inertia. A limit switch stops the axis as
-/// fast as that allows.
+/// No more force than three times the friction, and this for the inertia. A limit switch stops the axis, and
+/// a drive catches up with its set-points, as fast as that allows.
 DriveSettings with_little_force(const PreparedAxis& axis, double inertia_N) {
   DriveSettings gentle = axis.settings;
   gentle.force_limit_N = std::min(gentle.force_limit_N, kForceOverFriction * axis.friction_N + inertia_N);
-  gentle.quick_stop_mps2 = std::min(gentle.acceleration_limit_mps2, gentle.force_limit_N / axis.mass_kg);
+  gentle.acceleration_limit_mps2 =
+      std::min(gentle.acceleration_limit_mps2, (gentle.force_limit_N - 1.5 * axis.friction_N) / axis.mass_kg);
   return gentle;
 }
 

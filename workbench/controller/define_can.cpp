@@ -132,6 +132,10 @@ void define_node(CLI::App& app) {
           "what is connected the wrong way round, on an axis that was never enabled; --board host only")
       ->check(CLI::IsMember({"encoder", "motor", "none"}))
       ->type_name("PART");
+  node->add_option("--pace", request->pace,
+                   "of the node's time over the clock's, for a machine that is too busy (default: 1)")
+      ->type_name("X")
+      ->check(CLI::Range(0.01, 1.0));
   node->add_option("--flash", request->flash, "file that keeps what is stored")->type_name("FILE");
   node->callback([request] { run_node(*request); });
 }

@@ -6,6 +6,7 @@
 #include <time.h>
 
 #include <atomic>
+#include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <memory>
@@ -49,17 +50,18 @@ void save_flash(std::span<const std::byte> pages, const std::string& path) {
   outputs.commit("");
 }
 
-/// Calls `turn` every millisecond of the clock until a signal arrives or it returns false. After a delay the
-/// missing calls follow at once.
+/// Calls `turn` for every millisecond of the node's time until a signal arrives or it returns false. `pace`:
+/// of that time, over the clock's. After a delay the missing calls follow at once.
 template <class Turn>
-void in_time(Turn&& turn) {
+void in_time(double pace, Turn&& turn) {
+  const long turn_ns = std::lround(static_cast<double>(kTurn_ns) / pace);
   ::signal(SIGINT, on_signal);
   ::signal(SIGTERM, on_signal);
   timespec next{};
   ::clock_gettime(CLOCK_MONOTONIC, &next);
   while (!stopped.load() && turn()) {
-    next.tv_nsec += kTurn_ns;
-    if (next.tv_nsec >= 1'000'000'000) {
+    next.tv_nsec += turn_ns;
+    while (next.tv_nsec >= 1'000'000'000) {
       next.tv_nsec -= 1'000'000'000;
       ++next.tv_sec;
     }
@@ -100,7 +102,7 @@ void run_on_host(const NodeRequest& request, const sim::Axis& axis, host::HostNo
              printable(request.can), axis.mass_kg);
   std::fflush(stdout);
   FlashFile file(request.flash, flash.bytes);
-  in_time([&] {
+  in_time(request.pace, [&] {
     for (int tick = 0; tick < kTicksPerTurn; ++tick) drive.step();
     file.keep(flash.bytes);
     return !port.down();
@@ -164,7 +166,7 @@ void run_emulated(const NodeRequest& request, const sim::Axis& axis, host::HostN
   const std::span<const std::byte> pages = board->flash().subspan(8, flash.bytes.size());
   FlashFile file(request.flash, flash.bytes);
   try {
-    in_time([&] {
+    in_time(request.pace, [&] {
       for (int tick = 0; tick < kTicksPerTurn; ++tick) {
         link.counts = static_cast<std::int32_t>(encoder.counts(plant.position_m()));
         link.digital_inputs = switches.levels(plant.position_m());

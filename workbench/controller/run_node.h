@@ -16,6 +16,7 @@ struct NodeRequest {
   std::string effects = "none";  ///< of the axis, beside mass and hysteresis
   double strength = 0.0;         ///< over the noise floor; 0: drawn
   std::string flash;             ///< file with the content of the flash
+  double pace = 1.0;             ///< of the node's time, over the clock's
   std::string reversed;          ///< of the machine's wiring: encoder, motor or nothing; --board host only
 };
 

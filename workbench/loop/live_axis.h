@@ -40,8 +40,6 @@ struct DriveSettings {
   double velocity_limit_mps = 1.0;
   double acceleration_limit_mps2 = 1.0;
   double jerk_limit_mps3 = 100.0;
-  double quick_stop_mps2 = 0.0;  ///< at which a limit switch stops the axis; 0: the limit of the acceleration
-  double stop_mps2() const { return quick_stop_mps2 > 0.0 ? quick_stop_mps2 : acceleration_limit_mps2; }
 };
 
 /// What was recorded of a motion. A drive reports its command as the force.
@@ -55,7 +53,7 @@ struct AxisRecord {
   std::vector<double> error_m;      ///< of it, less the drive's estimate of the position
   double limited_share = 0.0;       ///< of the time, at the limit of the force
   std::string fault;                ///< empty, or why the drive stopped; the record ends there
-  bool lost_hold = false;           ///< the fault is that of an axis that left its reference
+  bool lost_hold = false;           ///< the fault is that of an axis that left its reference, or stands
   bool limit_switch = false;        ///< the fault is a limit switch, or the end of the drive's own range
   // Of a pulse, where it differs from what was asked for; else 0.
   double pulse_s = 0.0;  ///< for how long the force pushed before it was turned round

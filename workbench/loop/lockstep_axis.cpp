@@ -48,7 +48,7 @@ AxisParameters parameters_of(const Nameplate& plate, const DriveSettings& settin
   parameters.following_error_m = static_cast<float>(settings.following_error_m);
   parameters.velocity_limit_mps = static_cast<float>(settings.velocity_limit_mps);
   parameters.acceleration_limit_mps2 = static_cast<float>(settings.acceleration_limit_mps2);
-  parameters.quick_stop_mps2 = static_cast<float>(settings.stop_mps2());
+  parameters.quick_stop_mps2 = parameters.acceleration_limit_mps2;
   parameters.jerk_limit_mps3 = static_cast<float>(settings.jerk_limit_mps3);
   return parameters;
 }
@@ -264,7 +264,8 @@ class LockstepAxis final : public LiveAxis {
 
   AxisRecord faulted(AxisRecord record) {
     const auto fault = static_cast<Fault>(static_cast<std::uint32_t>(link_.fault));
-    record.lost_hold = fault == Fault::kFollowingError || fault == Fault::kOverspeed;
+    record.lost_hold =
+        fault == Fault::kFollowingError || fault == Fault::kOverspeed || fault == Fault::kStall;
     record.fault = fault == Fault::kNone ? std::string("the drive cannot be enabled")
                                          : fmt::format("the drive stopped with fault {:04X}h at {:.1f} mm",
                                                        error_code(fault), 1e3 * measured_m());

@@ -13,8 +13,9 @@
 #include "sim_host/log/draw.h"
 #include "tests/can/master/desk.h"
 #include "tests/unit/temporary_directory.h"
-#include "workbench/commission/can_axis.h"
 #include "workbench/commission/commission.h"
+#include "workbench/commission/drive_memory.h"
+#include "workbench/controller/can_axis.h"
 #include "workbench/model/model.h"
 
 namespace slipstack::workbench {
@@ -41,7 +42,7 @@ CommissionResult run(Desk& desk, const TemporaryDirectory& folder, const BusAxis
     if (stage == cut_at) throw PowerCut("power");
   });
   CommissionFolder of_axis(folder / "axis", drive_title(*desk.client));
-  const auto axis = can_axis(*desk.client, told, of_axis);
+  const auto axis = can_axis(*desk.client, told, memory_in(of_axis));
   return commission(*axis, of_axis, progress);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/commission/cyclic_stream.h"
+#include "workbench/controller/cyclic_stream.h"
 
 #include <fmt/format.h>
 
@@ -19,9 +19,9 @@ using canopen::kInvalidPdo;
 
 constexpr std::uint32_t kNoRemote = 0x40000000;  // bit 30 of a TPDO
 constexpr std::uint32_t kProducesSync = 0x40000000;
-constexpr std::uint8_t kStateEvery = 10;    // SYNCs
-constexpr std::int64_t kAfterMotion = 3;    // periods by which the reference is behind a set-point
-constexpr int kLongestStart = 3000;         // SYNCs until the stream is followed
+constexpr std::uint8_t kStateEvery = 10;  // SYNCs
+constexpr std::int64_t kAfterMotion = 3;  // periods by which the reference is behind a set-point
+constexpr int kLongestStart = 3000;       // SYNCs until the stream is followed
 constexpr std::size_t kSilence_ms = 1000;
 constexpr std::uint32_t kLimitSwitches = 3;    // of the digital inputs (60FDh)
 constexpr std::uint32_t kFollows = 1U << 12U;  // of the statusword
@@ -131,8 +131,8 @@ StreamedMotion CyclicStream::follow(const std::vector<std::int32_t>& set_points,
       }
       if (!begun && ++waited > kLongestStart) drive_.fail("does not take up the stream of set-points");
       // By the drive's time, so that lost frames delay nothing.
-      const auto period =
-          begun ? std::llround(static_cast<double>(now.tick - first_tick) / period_ticks) + 1 : std::int64_t{0};
+      const auto period = begun ? std::llround(static_cast<double>(now.tick - first_tick) / period_ticks) + 1
+                                : std::int64_t{0};
       if (period > static_cast<std::int64_t>(set_points.size()) + kAfterMotion) break;
       const auto place = std::min(static_cast<std::size_t>(period), set_points.size() - 1);
       drive_.link().send(set_point_frame(set_point_id_, set_points[place]));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/commission/can_axis.h"
+#include "workbench/controller/can_axis.h"
 
 #include <fmt/format.h>
 
@@ -12,9 +12,9 @@
 #include "firmware/control/supervision/faults.h"
 #include "firmware/effects/model_hash.h"
 #include "workbench/base/text.h"
-#include "workbench/commission/cyclic_stream.h"
-#include "workbench/commission/drive_before.h"
+#include "workbench/controller/cyclic_stream.h"
 #include "workbench/controller/drive_access.h"
+#include "workbench/controller/drive_before.h"
 #include "workbench/controller/trace_data.h"
 #include "workbench/loop/loop_parameters.h"
 #include "workbench/model/model.h"
@@ -25,7 +25,6 @@ namespace {
 using namespace slipstack::canopen;
 using nlohmann::json;
 
-constexpr const char* kBefore = "drive_before.json";
 constexpr std::uint8_t kHold = 1;  // profile position: no set-point is due
 constexpr std::uint8_t kHoming = 6;
 constexpr std::uint8_t kCyclicPosition = 8;
@@ -33,14 +32,15 @@ constexpr std::uint8_t kCyclicTorque = 10;
 constexpr std::uint32_t kHere = 37;  // homing method: where the axis is
 constexpr int kLongestWait_ms = 10'000;
 constexpr int kRest_ms = 100;
-constexpr int kStart_ms = 300;                // after a reset, before the node is asked
-constexpr double kFarthestShift_m = 0.2e-3;   // of a motion, to begin where the axis is held
-constexpr double kAssumed_mps2 = 20.0;        // of the largest force, before the mass is known
-constexpr double kOtherConstant = 1.00001;    // of the motor: another machine for the check of the direction
+constexpr int kStart_ms = 300;               // after a reset, before the node is asked
+constexpr double kFarthestShift_m = 0.2e-3;  // of a motion, to begin where the axis is held
+constexpr double kAssumed_mps2 = 20.0;       // of the largest force, before the mass is known
+constexpr double kOtherConstant = 1.00001;   // of the motor: another machine for the check of the direction
 constexpr std::uint32_t kPulseTimeOut_ms = 50;    // without a master the force ends after it (2403h)
 constexpr std::uint32_t kStreamTimeOut_ms = 500;  // a stream that ends brakes by itself
-constexpr std::uint16_t kBeforePulse = 100;       // samples of the trace
-constexpr double kMostLost = 0.01;                // of a motion's samples
+constexpr int kMorePulses = 3;
+constexpr std::uint16_t kBeforePulse = 100;  // samples of the trace
+constexpr double kMostLost = 0.01;           // of a motion's samples
 constexpr double kArrived_m = 20e-6;
 
 // 2000h by sub-index, as docs/object-dictionary.md has it.
@@ -78,11 +78,11 @@ std::vector<std::uint8_t> image_of(const ModelParameters& model) {
 
 class CanAxis final : public LiveAxis {
  public:
-  CanAxis(SdoClient& drive, const BusAxis& told, CommissionFolder& folder)
+  CanAxis(SdoClient& drive, const BusAxis& told, DriveMemory memory)
       : drive_(drive),
-        folder_(folder),
+        memory_(std::move(memory)),
         stream_(drive, told.period_ms),
-        kept_(kept_in(drive, folder)),
+        kept_(kept_in(drive, memory_)),
         before_(kept_.at("before")) {
     off();
     describe(told);
@@ -119,17 +119,21 @@ class CanAxis final : public LiveAxis {
       release_bus();
       store_parameters(drive_);
       drive_.nmt(0x81);
-      wait_ms(kStart_ms);
-      drive_.await_node();
+      wait_for_start();
       reference_here();
       stream_.configure();
       // Not before it is done: a run that was cut in between does it again.
-      folder_.write(kBefore, kept_.dump() + "\n");
+      memory_.keep(kept_.dump() + "\n");
     });
   }
 
   AxisRecord pulse(double force_N, double seconds) override {
-    return answered([&] { return pulsed(force_N, seconds); });
+    return answered([&] {
+      AxisRecord record = pulsed(force_N, seconds);
+      // A master that was held up for longer than the drive waits for it.
+      for (int i = 0; i < kMorePulses && late_; ++i) record = pulsed(force_N, seconds);
+      return record;
+    });
   }
 
   std::string deploy(const DriveSettings& settings, const Terms& target_terms) override {
@@ -180,7 +184,8 @@ class CanAxis final : public LiveAxis {
     Used& operator=(const Used&) = delete;
     ~Used() {
       try {
-        axis_.used_s_ += axis_.plate_.tick_s * static_cast<double>(axis_.drive_.read(kTimingIndex, 4) - from_);
+        axis_.used_s_ +=
+            axis_.plate_.tick_s * static_cast<double>(axis_.drive_.read(kTimingIndex, 4) - from_);
       } catch (const std::exception&) {  // the drive is gone, which the work itself says
       }
     }
@@ -200,19 +205,19 @@ class CanAxis final : public LiveAxis {
     }
   }
 
-  /// What the folder keeps of an earlier run; else what the drive holds now, which the folder then keeps.
-  static json kept_in(SdoClient& drive, CommissionFolder& folder) {
+  /// What was kept by an earlier run; else what the drive holds now, which is then kept.
+  static json kept_in(SdoClient& drive, const DriveMemory& memory) {
     require_slipstack_drive(drive);
-    if (std::filesystem::exists(folder.path(kBefore))) {
+    if (!memory.kept.empty()) {
       // A run that was killed between two motions has left the axis held.
       if (is_enabled(drive)) drive.write(0x6040, 0, 0, 2);
-      return json::parse(folder.read(kBefore));
+      return json::parse(memory.kept);
     }
     if (is_enabled(drive)) drive.fail("is enabled; disable the drive before its axis is commissioned");
     json kept = {{"before", DriveBefore(drive).json()},
                  {"referenced", drive.read(kReferenceIndex, 5) != 0},
                  {"reversed", false}};
-    folder.write(kBefore, kept.dump() + "\n");
+    memory.keep(kept.dump() + "\n");
     return kept;
   }
 
@@ -227,7 +232,8 @@ class CanAxis final : public LiveAxis {
     plate_.largest_acceleration_mps2 =
         std::min(plate_.largest_acceleration_mps2, before_.real(kAxisIndex, kAccelerationLimit));
     if (!(plate_.current_limit_A > 0.0) || !(plate_.motor_constant_N_per_A > 0.0))
-      drive_.fail("has no current limit or no motor constant (2000h:09, :03); write those of the motor first");
+      drive_.fail(
+          "has no current limit or no motor constant (2000h:09, :03); write those of the motor first");
     const bool counts = drive_.read(0x608F, 1) == drive_.read(0x608F, 2) &&
                         drive_.read(0x6091, 1) == drive_.read(0x6091, 2) &&
                         drive_.read(0x6092, 1) == drive_.read(0x6092, 2) && drive_.read(0x607E, 0) == 0;
@@ -255,14 +261,15 @@ class CanAxis final : public LiveAxis {
   /// Positions count from somewhere: from where the drive says, else from here.
   void reference() {
     if (drive_.read(kReferenceIndex, 5) != 0) return;
-    if (kept_.at("referenced").get<bool>() || folder_.done("mass")) {
+    if (kept_.at("referenced").get<bool>() || memory_.positions_matter) {
       drive_.fail(
           "no longer knows its positions (2012h:05): it was started anew since; home it as before, or begin "
           "anew in another folder");
     }
     if (plate_.travel_m > 0.0) {
       drive_.fail(
-          "does not know its positions (2012h:05), so that nobody knows where its travel ends; home it first, "
+          "does not know its positions (2012h:05), so that nobody knows where its travel ends; home it "
+          "first, "
           "or leave out --from and --to");
     }
     reference_here();
@@ -284,9 +291,22 @@ class CanAxis final : public LiveAxis {
            plate_.encoder_resolution_m;
   }
 
+  /// Of the drive's time, whatever the master's clock is worth.
   void wait_ms(int milliseconds) const {
+    const std::uint32_t from = drive_.read(kTimingIndex, 4);
+    while (since_ms(from) < milliseconds) {
+      CanFrame frame;
+      static_cast<void>(drive_.link().receive(frame, 1));
+    }
+  }
+  double since_ms(std::uint32_t tick) const {
+    return 1e3 * plate_.tick_s * static_cast<double>(drive_.read(kTimingIndex, 4) - tick);
+  }
+  /// For a node that starts anew and does not answer meanwhile.
+  void wait_for_start() const {
     CanFrame frame;
-    for (int i = 0; i < milliseconds; ++i) static_cast<void>(drive_.link().receive(frame, 1));
+    for (int i = 0; i < kStart_ms; ++i) static_cast<void>(drive_.link().receive(frame, 1));
+    drive_.await_node();
   }
 
   std::uint32_t state() const { return drive_.read(0x6041, 0) & 0x6FU; }
@@ -323,13 +343,16 @@ class CanAxis final : public LiveAxis {
   /// SYNC and PDOs as they are stored, or as delivered.
   void release_bus() {
     drive_.nmt(0x82);
-    wait_ms(kStart_ms);
-    drive_.await_node();
+    wait_for_start();
   }
 
   std::string configured(const DriveSettings& settings, const ModelParameters& model) {
     if (is_enabled(drive_)) off();
     const double limit_A = settings.force_limit_N / plate_.motor_constant_N_per_A;
+    // Set-points are whole counts, which makes a second difference of two counts of nothing.
+    const double period_s = 1e-3 * stream_.period_ms();
+    const double acceleration_mps2 =
+        settings.acceleration_limit_mps2 + 2.0 * plate_.encoder_resolution_m / (period_s * period_s);
     const std::pair<std::uint8_t, double> values[] = {
         {kObserverSubIndex, settings.observer_rad_per_s},
         {kPositionGain, settings.position_gain_per_s},
@@ -338,9 +361,9 @@ class CanAxis final : public LiveAxis {
         {kDisturbanceShare, 0.0},
         {kCurrentLimit, limit_A},
         {kVelocityLimit, settings.velocity_limit_mps},
-        {kAccelerationLimit, settings.acceleration_limit_mps2},
+        {kAccelerationLimit, acceleration_mps2},
         {kJerkLimit, settings.jerk_limit_mps3},
-        {kQuickStop, settings.stop_mps2()},
+        {kQuickStop, acceleration_mps2},
         {kFollowingErrorLimit, settings.following_error_m},
         {kStallCurrent, 0.8 * limit_A},
         {kNotch1, 0.0},
@@ -348,8 +371,8 @@ class CanAxis final : public LiveAxis {
     };
     for (const auto& [sub, value] : values) drive_.write_real(kAxisIndex, sub, value);
     limit_A_ = limit_A;
-    for (const auto& [sub, on] : {std::pair{kCompensateSub, 1U}, std::pair{kAdaptLevelSub, 0U},
-                                  std::pair{kLastAxisSub, 0U}})
+    for (const auto& [sub, on] :
+         {std::pair{kCompensateSub, 1U}, std::pair{kAdaptLevelSub, 0U}, std::pair{kLastAxisSub, 0U}})
       drive_.write(kAxisIndex, sub, on, 1);
     const std::uint32_t hash = model_hash(model);
     try {
@@ -392,6 +415,7 @@ class CanAxis final : public LiveAxis {
 
   AxisRecord pulsed(double force_N, double seconds) {
     const Used used(*this);
+    late_ = false;
     AxisRecord record;
     record.rate_Hz = 1.0 / plate_.tick_s;
     off();
@@ -411,6 +435,7 @@ class CanAxis final : public LiveAxis {
     drive_.write(kTraceIndex, 0x0A, 0, 1);
     drive_.write(kTraceIndex, 1, 1, 1);
     push(thousandths, seconds);
+    late_ = !is_enabled(drive_) && !faulted();
     if (!is_enabled(drive_)) return stopped(std::move(record));
     off();
     cut_pulse(record, pushed_N);
@@ -428,19 +453,20 @@ class CanAxis final : public LiveAxis {
       drive_.write(0x6071, 0, static_cast<std::uint32_t>(value) & 0xFFFFU, 2);
     };
     const auto counts = [&] { return static_cast<std::int32_t>(drive_.read(0x6063, 0)); };
-    const int milliseconds = static_cast<int>(std::lround(1e3 * seconds));
-    target(thousandths);
-    wait_ms(milliseconds);
-    target(-thousandths);
+    // Written again and again, or the drive would take the master for dead (2403h).
+    const std::uint32_t begin = drive_.read(kTimingIndex, 4);
+    do target(thousandths);
+    while (since_ms(begin) < 1e3 * seconds);
     // As long again, or until the axis comes back.
+    const std::uint32_t turned = drive_.read(kTimingIndex, 4);
     std::int32_t farthest = counts();
-    for (int i = 0; i < milliseconds; ++i) {
-      wait_ms(1);
+    do {
+      target(-thousandths);
       const std::int32_t now = counts();
       const std::int32_t back = thousandths > 0 ? farthest - now : now - farthest;
       if (back > kTurnedCounts) break;
       if (back < 0) farthest = now;
-    }
+    } while (since_ms(turned) < 1e3 * seconds);
     target(0);
   }
 
@@ -454,7 +480,8 @@ class CanAxis final : public LiveAxis {
       const TraceSample& sample = trace.samples[i];
       const double force_N = static_cast<double>(sample.current_A) * constant;
       if (turned == 0 && sign * force_N < 0.0) turned = record.position_m.size();
-      if (turned != 0 && sign * force_N > -0.25 * std::fabs(pushed_N) && record.position_m.size() > turned + 5)
+      if (turned != 0 && sign * force_N > -0.25 * std::fabs(pushed_N) &&
+          record.position_m.size() > turned + 5)
         break;  // the end of it
       record.position_m.push_back(static_cast<double>(sample.counts) * plate_.encoder_resolution_m);
       record.force_N.push_back(force_N);
@@ -540,7 +567,7 @@ class CanAxis final : public LiveAxis {
       record.limit_switch = (inputs & 3U) != 0 || (drive_.read(0x6041, 0) & 0x800U) != 0;
       record.fault =
           fmt::format("the axis was stopped at {:.1f} mm {}", 1e3 * counts_m(0x6063, 0),
-                      (inputs & 3U) != 0      ? "by a limit switch"
+                      (inputs & 3U) != 0    ? "by a limit switch"
                       : record.limit_switch ? "by a limit of the drive (607Dh, 607Fh, 60C5h, 6080h)"
                                             : "and does not follow its set-points");
       off();
@@ -555,8 +582,8 @@ class CanAxis final : public LiveAxis {
   AxisRecord stopped(AxisRecord record) {
     for (int i = 0; i < kLongestWait_ms && (drive_.read(0x6041, 0) & 0x4FU) == 0x0F; ++i) wait_ms(1);
     const std::uint32_t error = drive_.read(0x603F, 0);
-    record.lost_hold = error == error_code(Fault::kFollowingError) || error == error_code(Fault::kOverspeed) ||
-                       error == error_code(Fault::kStall);
+    record.lost_hold = error == error_code(Fault::kFollowingError) ||
+                       error == error_code(Fault::kOverspeed) || error == error_code(Fault::kStall);
     record.fault = error == 0 ? std::string("the drive cannot be enabled, or was disabled by somebody else")
                               : fmt::format("the drive stopped with fault {:04X}h at {:.1f} mm", error,
                                             1e3 * counts_m(0x6063, 0));
@@ -567,7 +594,7 @@ class CanAxis final : public LiveAxis {
   static constexpr std::int32_t kTurnedCounts = 3;
 
   SdoClient& drive_;
-  CommissionFolder& folder_;
+  DriveMemory memory_;
   CyclicStream stream_;
   json kept_;
   DriveBefore before_;
@@ -576,6 +603,7 @@ class CanAxis final : public LiveAxis {
   double limit_A_ = 0.0;
   double used_s_ = 0.0;
   bool pushed_ = false;
+  bool late_ = false;  // the last pulse ended because the master was silent
 };
 
 }  // namespace
@@ -585,8 +613,8 @@ std::string drive_title(SdoClient& drive) {
   return fmt::format("drive {:08x}", drive.read(0x1018, 4));
 }
 
-std::unique_ptr<LiveAxis> can_axis(SdoClient& drive, const BusAxis& told, CommissionFolder& folder) {
-  return std::make_unique<CanAxis>(drive, told, folder);
+std::unique_ptr<LiveAxis> can_axis(SdoClient& drive, const BusAxis& told, DriveMemory memory) {
+  return std::make_unique<CanAxis>(drive, told, std::move(memory));
 }
 
 }  // namespace slipstack::workbench

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/commission/drive_before.h"
+#include "workbench/controller/drive_before.h"
 
 #include <fmt/format.h>
 
@@ -21,12 +21,12 @@ struct Place {
   int bytes;
 };
 constexpr Place kOthers[] = {
-    {0x2403, 0, 2},            // command time-out
-    {kScalesIndex, 2, 1},      // motor reversed
-    {kDirectionIndex, 1, 1},   // check of the direction: whether,
-    {kDirectionIndex, 3, 4},   // current
-    {kDirectionIndex, 4, 4},   // and its rate
-    {0x60C2, 1, 1},            // period of the set-points
+    {0x2403, 0, 2},           // command time-out
+    {kScalesIndex, 2, 1},     // motor reversed
+    {kDirectionIndex, 1, 1},  // check of the direction: whether,
+    {kDirectionIndex, 3, 4},  // current
+    {kDirectionIndex, 4, 4},  // and its rate
+    {0x60C2, 1, 1},           // period of the set-points
     {0x60C2, 2, 1},
 };
 
