@@ -255,7 +255,7 @@ TEST(StandardErrors, OfGainsIncludeTheUncertaintyOfThePitch) {
 TEST(StandardErrors, IncludeTheEncodersQuantisation) {
   double squares = 0.0;
   double scatter = 0.0;
-  for (const std::uint64_t seed : {21, 22, 23, 24, 25, 26}) {
+  for (const std::uint64_t seed : {21U, 22U, 23U, 24U, 25U, 26U}) {
     sim::Bench bench = sim::draw_bench(sim::Setup::kRandom, seed);
     bench.programme.seconds = 15.0;
     bench.axis.force_noise_N = 1e-6;
