@@ -12,6 +12,10 @@ DATA = pathlib.Path(os.environ.get("SLIPSTACK_SHARED", program.REPOSITORY / ".."
 LOGS = [f"hidden_effect/blind_{i}.csv" for i in range(1, 7)] + ["emps/emps_estimation.csv",
                                                                 "tribometer/tribometer_loops.csv",
                                                                 "odrive_cogging/odrive_0p1rev.csv"]
+# A value with its unit in a sentence, and the interval that follows it.
+TOKEN = r"(?:[munk]?(?:N|m|s|Hz|kg|rad|A)\d?(?:/[a-z]+\d?)?|%)(?![\w/])"
+FIGURE = re.compile(r"(?<!\+- )(?<![-\w.])-?\d[\d.]*(?:e-?\d+)? " + TOKEN + "(?: " + TOKEN + ")*")
+INTERVAL = re.compile(r" \+- \d")
 SHOWN = 0.005  # reductions below it are not in the table
 
 
@@ -52,6 +56,10 @@ class Contradictions(program.Workshop):
                 self.assertLess(after["criterion_difference"], 0.0, after["effect"])
                 self.assertNotIn("at its bound", after["evidence"])
                 self.assertNotIn("at their bound", after["evidence"])
+            # Every value of a sentence has its interval, and nothing at a bound is told of a step.
+            for told in steps[1:] + candidates[:1] * bool(added):
+                for value in FIGURE.finditer(told["evidence"]):
+                    self.assertTrue(INTERVAL.match(told["evidence"], value.end()), (told["effect"], told["evidence"]))
             # Each relation is stated from both sides, or not at all.
             by_id = {one["effect"]: one for one in candidates}
             for one in candidates:

@@ -8,6 +8,7 @@
 #include "workbench/diagnose/evidence/evidence.h"
 #include "workbench/diagnose/evidence/reduction.h"
 #include "workbench/estimate/nonlinear/fit_gains.h"
+#include "workbench/estimate/uncertainty/standard_errors.h"
 #include "workbench/estimate/uncertainty/unseen_error.h"
 
 namespace slipstack::workbench {
@@ -39,18 +40,25 @@ std::vector<Candidate> list_candidates(const Measurement& measurement, const Fou
       candidate.terms = trial.terms;
       candidate.holdout_rmse_N = found.context.baseline.holdout_rmse_N;
       candidate.block_squared_error = found.context.baseline.block_squared_error;
+      candidate.evidence = trial.term.effect->text.residual;
     } else {
       const Explanation* fitted = fitted_alone(found, trial.term.id());
       FittedModel model =
           fitted != nullptr ? fitted->model : fit_gains(measurement, trial.terms, &found.context.baseline);
       judge_on_unseen_data(measurement, model);
       candidate.criterion_difference = found.context.criterion.difference(model, found.context.baseline);
+      // Values, with their intervals, are told of what the log supports.
+      candidate.evidence = trial.term.effect->text.residual;
+      if (candidate.criterion_difference < 0.0 &&
+          is_worth_a_name(found.context.baseline.holdout_rmse_N, model.holdout_rmse_N)) {
+        model = with_standard_errors(measurement, std::move(model));
+        candidate.evidence = evidence_of(model, trial.term.id());
+      }
       candidate.term = *find_term(model.terms, trial.term.id());
       candidate.terms = std::move(model.terms);
       candidate.holdout_rmse_N = model.holdout_rmse_N;
       candidate.block_squared_error = std::move(model.block_squared_error);
     }
-    candidate.evidence = evidence_of(candidate.term, candidate.terms);
   });
   return candidates;
 }
@@ -83,7 +91,7 @@ void show_by_named_model(Diagnosis& diagnosis) {
   first.holdout_rmse_N = diagnosis.best.holdout_rmse_N;
   first.block_squared_error = diagnosis.best.block_squared_error;
   first.criterion_difference = diagnosis.steps[1].criterion_difference;
-  first.evidence = evidence_of(first.term, first.terms);
+  first.evidence = diagnosis.steps[1].evidence;
   set_reduction(diagnosis.baseline, first);
 }
 

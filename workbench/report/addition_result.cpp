@@ -37,7 +37,7 @@ std::string addition_text(const Measurement& measurement, const AdditionResult& 
                     result.criterion_difference);
   }
   return text + excerpt_line(measurement, "shapes fitted") + repair_lines(measurement) +
-         log_table(result.logs) + parameter_table(result.after.terms) +
+         log_table(result.logs) + parameter_table(result.after.terms) + friction_each_way_line(result.after) +
          model_lines(result.model_path, result.model);
 }
 
@@ -67,6 +67,7 @@ json addition_page(const Measurement& measurement, const AdditionResult& result)
   page["steps"] = {{{"effect", "baseline"}, {"holdout_rmse_N", number_json(before.holdout_rmse_N)}},
                    {{"effect", result.effect}, {"holdout_rmse_N", number_json(after.holdout_rmse_N)}}};
   page["parameters"] = parameters_json(after.terms);
+  add_friction_each_way(page, after);
   const ForceRows rows_after = rows_of(after);
   add_pictures(page, measurement, rows_of(before), &rows_after);
   add_logs(page, result.logs);

@@ -101,6 +101,7 @@ json diagnosis_page(const DiagnosisRequest& request, const Measurement& measurem
   }
   for (const char* key : {"baseline_effects", "candidates", "steps", "unexplained"}) page[key] = found[key];
   page["parameters"] = parameters_json(with_standard_errors(measurement, shown).terms);
+  add_friction_each_way(page, shown);
   const ForceRows before = rows_of(diagnosis.baseline);
   const ForceRows after = rows_of(shown);
   add_pictures(page, measurement, before, missing ? &after : nullptr);

@@ -67,7 +67,7 @@ std::string step_table(const json& result) {
   text += fmt::format("{:<32} {:>14}\n", "noise floor", newtons(number_of(result["noise_floor_N"])));
   text += fmt::format("{:<32} {:>14}\n", "left beyond the noise floor",
                       newtons(number_of(result["discrepancy_N"])));
-  return text;
+  return text + "+-: two standard errors of a value beside the others (95 %)\n";
 }
 
 std::string interval_text(const json& of) {

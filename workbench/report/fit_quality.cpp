@@ -2,6 +2,7 @@
 #include "workbench/report/fit_quality.h"
 
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "workbench/estimate/uncertainty/block_bootstrap.h"
 #include "workbench/model/term.h"
@@ -51,6 +52,9 @@ json written_model_json(const Measurement& measurement, const FittedModel& fitte
   data["log"] = written.log;
   data["model"] = written.path;
   data["hash"] = hash_text(written.model);
+  if (json each_way = friction_each_way_json(fitted); !each_way.is_null()) {
+    data["friction_each_way"] = std::move(each_way);
+  }
   if (!written.logs.empty()) data["logs"] = logs_json(written.logs);
   if (!written.model.target_user_effects.empty()) data["user_effects"] = user_effects_json(written.model);
   return data;

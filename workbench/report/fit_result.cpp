@@ -85,7 +85,8 @@ std::string fit_text(const Measurement& measurement, const FitResult& result) {
          forward_line(fitted) + noise_line(measurement) + excerpt_line(measurement, "shapes fitted") +
          repair_lines(measurement) + outlier_line(result) +
          (result.simulation ? criteria_table(*result.simulation) : "") + log_table(result.logs) +
-         parameter_table(fitted.terms) + model_lines(result.model_path, result.model);
+         parameter_table(fitted.terms) + friction_each_way_line(fitted) +
+         model_lines(result.model_path, result.model);
 }
 
 json fit_json(const Measurement& measurement, const FitResult& result) {
@@ -107,6 +108,7 @@ json fit_page(const Measurement& measurement, const FitResult& result) {
   page["figures"] = figures_json(result.fitted, result.noise_floor_N);
   page["baseline_effects"] = ids_of(result.fitted.terms);
   page["parameters"] = parameters_json(result.fitted.terms);
+  add_friction_each_way(page, result.fitted);
   add_pictures(page, measurement, rows_of(result.fitted), nullptr);
   return page;
 }

@@ -9,6 +9,8 @@
 
 #include "workbench/base/axis_units.h"
 #include "workbench/base/quantity.h"
+#include "workbench/diagnose/evidence/bounds.h"
+#include "workbench/estimate/uncertainty/friction_each_way.h"
 #include "workbench/model/effects/shape_parameter.h"
 #include "workbench/report/json_values.h"
 
@@ -39,7 +41,8 @@ json term_json(const Term& term) {
     for (std::size_t i = 0; i < term.shapes.size(); ++i) {
       const double error = term.shape_standard_error(i);
       list.push_back(parameter_json(term.effect->shapes[i].name, i, false, term.shapes[i], error,
-                                    term.effect->shapes[i].unit, "shape"));
+                                    term.effect->shapes[i].unit,
+                                    shape_ended_at_bound(term, i) ? "at its bound" : "shape"));
     }
   }
   for (std::size_t g = 0; g < term.gains.size(); ++g) {
@@ -65,6 +68,12 @@ int digits_known(double value, double error) {
   return std::clamp(static_cast<int>(std::floor(ratio)) + 2, 3, 8);
 }
 
+/// "19.3 N +- 0.200 N": two standard errors to either side, where they are known.
+std::string with_interval(double value, double standard_error, const char* unit) {
+  const std::string text = quantity(value, unit);
+  return standard_error > 0.0 ? text + " +- " + quantity(2.0 * standard_error, unit, 2) : text;
+}
+
 /// " (log 2)" where each log has its own gains.
 std::string of_log(const Term& term, std::size_t gain) {
   return term.gain_sets() > 1 ? fmt::format(" (log {})", gain / term.gains_per_set() + 1) : "";
@@ -76,6 +85,54 @@ json parameters_json(const Terms& terms) {
   json list = json::array();
   for (const Term& term : terms) list.push_back(term_json(term));
   return list;
+}
+
+json friction_each_way_json(const FittedModel& fitted) {
+  const Term* term = directional_term(fitted.terms);
+  if (term == nullptr) return nullptr;
+  const FrictionEachWay value = friction_each_way(fitted.terms, *term);
+  const FrictionEachWay error = standard_errors_each_way(fitted, term->effect->text.id);
+  const auto known = [](double own) { return own > 0.0 ? json(own) : json(nullptr); };
+  return {{"forward",
+           {{"dry_N", number_json(value.dry_forward_N)},
+            {"dry_standard_error_N", known(error.dry_forward_N)},
+            {"slope", number_json(value.slope_forward)},
+            {"slope_standard_error", known(error.slope_forward)}}},
+          {"backward",
+           {{"dry_N", number_json(value.dry_backward_N)},
+            {"dry_standard_error_N", known(error.dry_backward_N)},
+            {"slope", number_json(value.slope_backward)},
+            {"slope_standard_error", known(error.slope_backward)}}},
+          {"slope_unit", axis_unit("N s/m")}};
+}
+
+std::string friction_each_way_line(const FittedModel& fitted) {
+  const Term* term = directional_term(fitted.terms);
+  if (term == nullptr) return "";
+  const FrictionEachWay value = friction_each_way(fitted.terms, *term);
+  const FrictionEachWay error = standard_errors_each_way(fitted, term->effect->text.id);
+  std::string text = fmt::format("friction   dry {} forward, {} backward",
+                                 with_interval(value.dry_forward_N, error.dry_forward_N, "N"),
+                                 with_interval(value.dry_backward_N, error.dry_backward_N, "N"));
+  if (value.slope_forward != 0.0 || value.slope_backward != 0.0) {
+    text += fmt::format("; viscous {} forward, {} backward",
+                        with_interval(value.slope_forward, error.slope_forward, "N s/m"),
+                        with_interval(value.slope_backward, error.slope_backward, "N s/m"));
+  }
+  return text + " (+-: two standard errors)\n";
+}
+
+void add_friction_each_way(json& report, const FittedModel& fitted) {
+  const json found = friction_each_way_json(fitted);
+  if (found.is_null()) return;
+  json rows = json::array();
+  for (const char* way : {"forward", "backward"}) {
+    const json& own = found[way];
+    rows.push_back({way, with_interval(number_of(own["dry_N"]), number_of(own["dry_standard_error_N"]), "N"),
+                    with_interval(number_of(own["slope"]), number_of(own["slope_standard_error"]), "N s/m")});
+  }
+  report["tables"].push_back(table_json(
+      "Friction in steady motion", {{"Direction", false}, {"Dry friction", true}, {"Viscous", true}}, rows));
 }
 
 std::string parameter_table(const Terms& terms) {
@@ -104,7 +161,9 @@ std::string parameter_table(const Terms& terms) {
       const double error = term.shape_standard_error(i);
       text += fmt::format("{:<32} {:<24} {:>14} {:>14}\n", term.id(), shape.name,
                           shape_value(shape, term.shapes[i], digits_known(term.shapes[i], error)),
-                          error > 0.0 ? shape_value(shape, error) : "set");
+                          error > 0.0                     ? shape_value(shape, error)
+                          : shape_ended_at_bound(term, i) ? "at its bound"
+                                                          : "set");
     }
     for (std::size_t g = 0; g < term.gains.size(); ++g) {
       const GainGroup& group = term.effect->group_of_gain(static_cast<int>(g % count));

@@ -4,13 +4,22 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "workbench/estimate/terms/terms.h"
+#include "workbench/estimate/nonlinear/fitted_model.h"
 
 // The parameters of a model with their standard errors.
 namespace slipstack::workbench {
 
 /// [{effect, title, formula, parameters: [{name, value, standard_error, unit, note}]}]
 nlohmann::json parameters_json(const Terms& terms);
+
+/// Friction in steady motion each way where an effect makes it differ, else null: {forward: {dry_N,
+/// dry_standard_error_N, slope, slope_standard_error}, backward: {...}, slope_unit}.
+nlohmann::json friction_each_way_json(const FittedModel& fitted);
+/// The same as a line of the terminal, with two standard errors to either side; else empty.
+std::string friction_each_way_line(const FittedModel& fitted);
+
+/// The same as a table of the report.
+void add_friction_each_way(nlohmann::json& report, const FittedModel& fitted);
 
 /// The table of the terminal, after an empty line. The elements of a hysteresis are one line.
 std::string parameter_table(const Terms& terms);

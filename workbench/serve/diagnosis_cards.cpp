@@ -46,7 +46,7 @@ json tried_card(const Trial& trial, double baseline_N) {
   return {{"effect", text.id},
           {"title", text.title},
           {"formula", text.formula},
-          {"evidence", trial.below_visible ? "" : evidence_of(trial.term, trial.terms)},
+          {"evidence", trial.below_visible ? "" : text.residual},
           {"holdout_rmse_N", number_json(trial.holdout_rmse_N)},
           {"error_reduction", number_json(1.0 - trial.holdout_rmse_N / baseline_N)}};
 }

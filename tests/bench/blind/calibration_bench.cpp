@@ -33,12 +33,17 @@ constexpr sim::EffectId kEffects[] = {
     sim::EffectId::kTimeDelay,   sim::EffectId::kStructuralResonance,
 };
 
+/// Every third axis is recorded under control.
+bool under_control(std::uint64_t seed) {
+  return seed % 3 == 0;
+}
+
 /// The estimates of the hidden effect of one axis: one list for each record.
 std::vector<std::vector<Estimate>> records_of(sim::EffectId effect, std::uint64_t seed, int repeats) {
   sim::Bench bench = sim::draw_bench(sim::Setup::kRandom, seed);
   const sim::MotionProgramme programme = sim::draw_programme(bench, seed);
   sim::add_effects(bench.axis, {effect}, programme, bench.rate_Hz, 0.0, seed);
-  const bool closed_loop = seed % 3 == 0;
+  const bool closed_loop = under_control(seed);
   const std::vector<std::string> effects{"inertia", "presliding_hysteresis", std::string(sim::name(effect))};
   std::vector<std::vector<Estimate>> records;
   for (int k = 0; k < repeats; ++k) {
@@ -60,8 +65,31 @@ std::vector<std::vector<Estimate>> records_of(sim::EffectId effect, std::uint64_
   return records;
 }
 
+/// Deviations in standard errors over many parameters, and what of their mean square is the same in each
+/// record of an axis (bias) and what differs (scatter).
+struct Deviations {
+  double axes = 0.0;
+  double of_first = 0.0;  ///< sums of squares
+  double bias = 0.0;
+  double scatter = 0.0;
+
+  void add(double first, double mean, double own_scatter, double records) {
+    axes += 1.0;
+    of_first += first * first;
+    scatter += own_scatter * own_scatter;
+    bias += mean * mean - own_scatter * own_scatter / records;  // the mean scatters, too
+  }
+  std::string line(const char* name) const {
+    const auto rms = [&](double sum) { return std::sqrt(std::max(0.0, sum) / std::max(1.0, axes)); };
+    return fmt::format(
+        "{:<42} rms deviation {:.2f} in the first record; over all: bias {:.2f}, scatter {:.2f}\n", name,
+        rms(of_first), rms(bias), rms(scatter));
+  }
+};
+
 /// Mean deviation over the records and its scatter, both in standard errors, for each parameter of one axis.
-void print_axis(sim::EffectId effect, std::uint64_t seed, const std::vector<std::vector<Estimate>>& records) {
+void print_axis(sim::EffectId effect, std::uint64_t seed, const std::vector<std::vector<Estimate>>& records,
+                Deviations& sum_of) {
   for (std::size_t i = 0; i < records.front().size(); ++i) {
     double sum = 0.0;
     double squares = 0.0;
@@ -78,23 +106,36 @@ void print_axis(sim::EffectId effect, std::uint64_t seed, const std::vector<std:
         count > 1.0 ? std::sqrt((squares / count - mean * mean) * count / (count - 1.0)) : 0.0;
     fmt::print(
         stderr, "{:<24} {:>6} {:<7} {:<42} {:>11.5g} {:>11.5g} +- {:<9.2g} bias {:>6.2f} scatter {:.2f}\n",
-        sim::name(effect), seed, seed % 3 == 0 ? "closed" : "", records.front()[i].parameter,
+        sim::name(effect), seed, under_control(seed) ? "closed" : "", records.front()[i].parameter,
         records.front()[i].truth, records.front()[i].value, records.front()[i].standard_error, mean, scatter);
+    sum_of.add(records.front()[i].deviation(), mean, scatter, count);
   }
 }
 
-int run(std::uint64_t first_seed, std::uint64_t count, int repeats) {
-  std::vector<Estimate> all;
+struct Axes {
+  bool prescribed = true;
+  bool controlled = true;
+};
+
+int run(std::uint64_t first_seed, std::uint64_t count, int repeats, Axes axes) {
+  std::vector<Estimate> of_motion[2];  // prescribed, under control
+  Deviations deviations[2];
   for (const sim::EffectId effect : kEffects) {
     for (std::uint64_t seed = first_seed; seed < first_seed + count; ++seed) {
+      const bool controlled = under_control(seed);
+      if (!(controlled ? axes.controlled : axes.prescribed)) continue;
       const auto records = records_of(effect, seed, repeats);
       if (records.front().empty()) continue;
-      print_axis(effect, seed, records);
+      print_axis(effect, seed, records, deviations[controlled]);
       // An axis counts once: systematic errors are the same in each of its records.
-      all.insert(all.end(), records.front().begin(), records.front().end());
+      of_motion[controlled].insert(of_motion[controlled].end(), records.front().begin(),
+                                   records.front().end());
     }
   }
-  fmt::print("{}", bench::calibration(all));
+  fmt::print("\n{}{}", deviations[0].line("prescribed motion"), deviations[1].line("under control"));
+  for (const auto& own : of_motion) fmt::print("{}", bench::calibration(own));
+  of_motion[0].insert(of_motion[0].end(), of_motion[1].begin(), of_motion[1].end());
+  fmt::print("{}", bench::calibration(of_motion[0]));
   return 0;
 }
 
@@ -105,12 +146,15 @@ int main(int argc, char** argv) {
   std::uint64_t first_seed = 1;
   std::uint64_t count = 10;
   int repeats = 1;
+  std::string motion = "both";
   app.add_option("--first-seed", first_seed);
   app.add_option("--count", count, "axes of each effect; those of another formula do not count");
   app.add_option("--repeats", repeats, "records of each axis, with other noise")->check(CLI::PositiveNumber);
+  app.add_option("--motion", motion, "axes to record")
+      ->check(CLI::IsMember({"both", "prescribed", "controlled"}));
   try {
     app.parse(argc, argv);
-    return run(first_seed, count, repeats);
+    return run(first_seed, count, repeats, {motion != "controlled", motion != "prescribed"});
   } catch (const CLI::ParseError& error) {
     return app.exit(error);
   } catch (const std::exception& error) {

@@ -5,8 +5,13 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <vector>
 
 #include "tests/unit/estimate/estimate_support.h"
+#include "workbench/estimate/linear/force_trace.h"
+#include "workbench/estimate/nonlinear/fit_gains.h"
+#include "workbench/estimate/uncertainty/friction_each_way.h"
+#include "workbench/estimate/uncertainty/standard_errors.h"
 #include "workbench/model/effects/effect_registry.h"
 
 namespace slipstack::workbench {
@@ -37,6 +42,47 @@ TEST(EvidenceOf, SaysWhichGainABoundHasDetermined) {
   EXPECT_TRUE(says(evidence_of(asymmetry, {viscous, asymmetry}), "viscous_asymmetry is at its bound"));
   asymmetry.gains[0] = asymmetry.upper[0];
   EXPECT_TRUE(says(evidence_of(asymmetry, {viscous, asymmetry}), "level_asymmetry is at its bound"));
+}
+
+TEST(EvidenceOf, SaysWhichShapeABoundHasDetermined) {
+  const Measurement measurement(test::wandering_log(1, 2000.0, 6000));
+  Term mode = make_term(measurement, *find_effect("structural_resonance"));
+  mode.gains = {1.0, 0.1, -1.0};
+  mode.shapes = {50.0, 0.02};
+  mode.gain_standard_errors = {0.1, 0.1, 0.1};
+  mode.shape_standard_errors = {0.0, 0.001};
+  const std::string text = evidence_of(mode, {mode});
+  EXPECT_TRUE(says(text, "damping 2.00 % +- 0.20 %")) << text;
+  EXPECT_TRUE(says(text, "frequency is at an end of its search, not identified")) << text;
+  EXPECT_FALSE(says(text, "damping is at an end")) << text;
+}
+
+// Two gains that nearly cancel, b + e, are told as what they do to the friction each way.
+TEST(EvidenceOf, TellsAnAsymmetryAsTheFrictionEachWay) {
+  Log log = test::wandering_log(5, 1000.0, 20'000);
+  Measurement measurement(log);
+  Terms truth{make_term(measurement, *find_effect("coulomb")),
+              make_term(measurement, *find_effect("viscous")),
+              make_term(measurement, *find_effect("direction_asymmetry"))};
+  truth[0].gains = {10.0};
+  truth[1].gains = {20.0};
+  truth[2].gains = {0.3, -0.2, 4.0};
+  const std::vector<double> force_N = evaluate_force(measurement, truth).force_N;
+  test::Draw draw(6);
+  for (std::size_t i = 0; i < force_N.size(); ++i) log.force_N[i] = force_N[i] + 0.5 * draw.normal();
+  measurement = Measurement(log);
+  const FittedModel fitted = with_standard_errors(measurement, fit_gains(measurement, truth));
+  const FrictionEachWay value = friction_each_way(fitted.terms, *directional_term(fitted.terms));
+  const FrictionEachWay error = standard_errors_each_way(fitted, "direction_asymmetry");
+  EXPECT_NEAR(value.dry_forward_N, 11.0, 4.0 * error.dry_forward_N);
+  EXPECT_NEAR(value.dry_backward_N, 9.0, 4.0 * error.dry_backward_N);
+  EXPECT_NEAR(value.slope_forward, 24.0, 4.0 * error.slope_forward);
+  EXPECT_NEAR(value.slope_backward, 16.0, 4.0 * error.slope_backward);
+  EXPECT_GT(error.dry_forward_N, 0.0);
+  EXPECT_LT(error.dry_forward_N, 1.0);
+  const std::string text = evidence_of(fitted, "direction_asymmetry");
+  EXPECT_TRUE(says(text, " forward and ")) << text;
+  EXPECT_TRUE(says(text, " N +- ")) << text;
 }
 
 }  // namespace

@@ -5,9 +5,11 @@
 #include <Eigen/Dense>
 #include <vector>
 
+#include "sim_host/log/closed_loop.h"
 #include "tests/unit/estimate/estimate_support.h"
 #include "tests/unit/estimate/simulated_axis.h"
 #include "workbench/estimate/linear/normal_equations.h"
+#include "workbench/estimate/uncertainty/row_weights.h"
 #include "workbench/estimate/uncertainty/standard_errors.h"
 #include "workbench/model/effects/effect_registry.h"
 
@@ -253,12 +255,13 @@ TEST(StandardErrors, OfGainsIncludeTheUncertaintyOfThePitch) {
 TEST(StandardErrors, IncludeTheEncodersQuantisation) {
   double squares = 0.0;
   double scatter = 0.0;
-  for (const std::uint64_t seed : {21, 22, 23, 24, 25, 26}) {
+  for (const std::uint64_t seed : {21U, 22U, 23U, 24U, 25U, 26U}) {
     sim::Bench bench = sim::draw_bench(sim::Setup::kRandom, seed);
     bench.programme.seconds = 15.0;
     bench.axis.force_noise_N = 1e-6;
     bench.axis.encoder_resolution_m *= 2.0;
     Measurement measurement(test::simulate(bench, seed));
+    weigh_rows(measurement);
     const Terms terms =
         with_standard_errors(
             measurement, fit_effects(measurement, {"inertia", "presliding_hysteresis", "offset_force"}, {}))
@@ -269,6 +272,47 @@ TEST(StandardErrors, IncludeTheEncodersQuantisation) {
   }
   EXPECT_GT(std::sqrt(scatter / squares), 0.2);
   EXPECT_LT(std::sqrt(scatter / squares), 1.5);
+}
+
+// Errors that recur in every block move an unknown by the mean of them; errors that differ from block to
+// block are known to standard_errors(), and are not counted twice.
+TEST(StandardErrors, OfErrorsThatRecurCountWhatScatterDoesNotContain) {
+  const Measurement measurement(test::wandering_log(12, 1000.0, 20'000));
+  const Index rows = measurement.row_count();
+  Draw draw(13);
+  const MatrixXd columns = MatrixXd::Ones(rows, 1);
+  const NormalEquations::Constraints constraints{VectorXd::Constant(1, -1e9), VectorXd::Constant(1, 1e9),
+                                                 MatrixXd::Zero(1, 1)};
+  const NormalEquations equations(measurement, columns, draw.matrix(rows, 1));
+  const BoundedSolution solution = equations.fit(constraints);
+  const auto variance_of = [&](const VectorXd& error_N) {
+    return equations.recurring_variance(measurement, columns, {error_N, -error_N}, solution, constraints)(0);
+  };
+  const double blocks = measurement.block_count();
+  EXPECT_NEAR(variance_of(VectorXd::Constant(rows, 0.3)), 0.09 * (1.0 - 1.0 / blocks), 1e-3);
+  VectorXd alternating(rows);
+  for (Index row = 0; row < rows; ++row) {
+    alternating(row) = measurement.row_blocks()[static_cast<std::size_t>(row)] % 2 == 0 ? 0.3 : -0.3;
+  }
+  EXPECT_LT(variance_of(alternating), 1e-4);
+}
+
+// A mode above the range of the search ends at its bound, and the log determines its damping only as far as
+// its frequency.
+TEST(StandardErrors, ContainWhatABoundOfTheSearchHides) {
+  sim::Bench bench = sim::draw_bench(sim::Setup::kRandom, 2026112403);
+  const sim::MotionProgramme programme = sim::draw_programme(bench, 2026112403);
+  sim::add_effects(bench.axis, {sim::EffectId::kStructuralResonance}, programme, bench.rate_Hz, 0.0,
+                   2026112403);
+  Measurement measurement(test::log_of(
+      bench.axis, sim::simulate_closed_loop_log(bench.axis, programme, bench.rate_Hz, 2026112403)));
+  weigh_rows(measurement);
+  const FittedModel fitted =
+      fit_effects(measurement, {"inertia", "presliding_hysteresis", "structural_resonance"}, {});
+  const Term mode = *find_term(with_standard_errors(measurement, fitted).terms, "structural_resonance");
+  ASSERT_EQ(mode.shape_standard_errors[0], 0.0) << "the frequency is at its bound";
+  EXPECT_LT(std::abs(mode.shapes[1] - 0.0583), 2.0 * mode.shape_standard_errors[1]);
+  EXPECT_LT(mode.shape_standard_errors[1], 0.03);
 }
 
 TEST(StandardErrors, AreZeroForTheShapesOfAnEffectWithoutForce) {

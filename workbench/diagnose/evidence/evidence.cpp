@@ -4,12 +4,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
 #include <string_view>
 #include <vector>
 
 #include "workbench/base/quantity.h"
+#include "workbench/base/statistics.h"
+#include "workbench/diagnose/evidence/bounds.h"
 #include "workbench/diagnose/evidence/plausibility.h"
+#include "workbench/estimate/uncertainty/friction_each_way.h"
 #include "workbench/model/effects/shape_parameter.h"
 
 namespace slipstack::workbench {
@@ -18,10 +23,14 @@ namespace {
 /// Places at which a map is read to find its largest value: some ten in each of its intervals.
 constexpr std::size_t kPlacesOfMap = 200;
 
-/// The largest absolute value of a map over its travel, which is that of the log that it was fitted to. Its
-/// gains are not its values: the first and the last spline reach a sixth of theirs at the ends of the travel,
-/// so that a gain of -90 % there may be a map that nowhere leaves +-20 %.
-double largest_of_map(const Term& term) {
+/// A fitted value and its standard error; zero: not known.
+struct Fitted {
+  double value = 0.0;
+  double standard_error = 0.0;
+};
+
+/// The values of a map over its travel, with these gains.
+std::vector<double> map_values(const Term& term, std::span<const double> gains) {
   const auto at = [&](ShapeKind kind) {
     const auto& shapes = term.effect->shapes;
     const auto found = std::find_if(shapes.begin(), shapes.end(),
@@ -33,15 +42,39 @@ double largest_of_map(const Term& term) {
     samples[i].position_m = at(ShapeKind::position) + at(ShapeKind::travel) * static_cast<double>(i) /
                                                           static_cast<double>(kPlacesOfMap);
   }
-  const std::vector<double> gains(term.gains.begin(),
-                                  term.gains.begin() + static_cast<std::ptrdiff_t>(term.gains_per_set()));
   const auto map =
       term.effect->make_force(term.shapes, gains, {.tick_s = 1.0, .metres_per_displacement = 1.0});
   map->reset(samples.front());
   std::vector<double> values(samples.size());
   map->run(samples, values.data());
-  const auto [low, high] = std::minmax_element(values.begin(), values.end());
-  return std::max(-*low, *high);
+  return values;
+}
+
+/// A function of the gains of `term` and its standard error; `without`: the same term fitted without each
+/// block.
+template <class Function>
+Fitted fitted_value(const Term& term, const std::vector<Term>& without, Function&& function) {
+  std::vector<double> values;
+  values.reserve(without.size());
+  for (const Term& one : without) values.push_back(function(one));
+  return {function(term), jackknife_error(values)};
+}
+
+/// The largest absolute value of a map over its travel, which is that of the log that it was fitted to. Its
+/// gains are not its values: the first and the last spline reach a sixth of theirs at the ends of the travel,
+/// so that a gain of -90 % there may be a map that nowhere leaves +-20 %. The error is that of the map at the
+/// place where it is largest.
+Fitted largest_of_map(const Term& term, const std::vector<Term>& without) {
+  const auto values_of = [](const Term& one) {
+    return map_values(one, std::span(one.gains.data(), one.gains_per_set()));
+  };
+  const std::vector<double> values = values_of(term);
+  const auto largest = std::max_element(values.begin(), values.end(),
+                                        [](double a, double b) { return std::abs(a) < std::abs(b); });
+  const auto at = static_cast<std::size_t>(largest - values.begin());
+  Fitted there = fitted_value(term, without, [&](const Term& one) { return values_of(one)[at]; });
+  there.value = std::abs(there.value);
+  return there;
 }
 
 bool is_map(const EffectDescription& effect) {
@@ -49,12 +82,66 @@ bool is_map(const EffectDescription& effect) {
                      [](const ShapeSpec& shape) { return shape.kind == ShapeKind::travel; });
 }
 
-/// The value of the placeholder `name`: a shape, a single gain, or the amplitude of a group of gains (of
-/// cosine and sine gains that of the strongest harmonic; of a map its largest absolute value).
-std::string value_of(const Term& term, std::string_view name) {
+/// "204 N s/m +- 6.00 N s/m": two standard errors to either side, 95 %.
+std::string with_interval(const Fitted& fitted, const char* unit) {
+  const std::string text = quantity(fitted.value, unit);
+  return fitted.standard_error > 0.0 ? text + " +- " + quantity(2.0 * fitted.standard_error, unit, 2) : text;
+}
+
+std::string shape_with_interval(const Term& term, std::size_t shape) {
+  const ShapeSpec& spec = term.effect->shapes[shape];
+  const std::string text = shape_value(spec, term.shapes[shape]);
+  const double error = term.shape_standard_error(shape);
+  return error > 0.0 ? text + " +- " + shape_value(spec, 2.0 * error, 2) : text;
+}
+
+/// The amplitude of a group of gains: of cosine and sine gains that of the strongest harmonic.
+Fitted amplitude_of(const Term& term, const std::vector<Term>& without, std::size_t first,
+                    std::size_t count) {
+  const auto amplitude_at = [&](const Term& one, std::size_t i) {
+    return std::hypot(one.gains[first + i], i + 1 < count ? one.gains[first + i + 1] : 0.0);
+  };
+  std::size_t strongest = 0;
+  for (std::size_t i = 2; i < count; i += 2) {
+    if (amplitude_at(term, i) > amplitude_at(term, strongest)) strongest = i;
+  }
+  return fitted_value(term, without, [&](const Term& one) { return amplitude_at(one, strongest); });
+}
+
+/// How an effect that makes friction differ between the directions is told, whatever its own text says: its
+/// gains may nearly cancel, so that neither of them is a finding.
+constexpr std::string_view kEachWayText =
+    "dry friction is {dry_forward} forward and {dry_backward} backward, the viscous slope {slope_forward} "
+    "forward, {slope_backward} backward";
+
+/// What a sentence may tell beside shapes and single gains.
+struct Derived {
+  std::vector<Term> without;  ///< the term as fitted without each block; empty: no intervals
+  FrictionEachWay each_way;
+  FrictionEachWay each_way_error;
+};
+
+struct EachWayName {
+  std::string_view name;
+  double FrictionEachWay::*member;
+  const char* unit;
+};
+constexpr std::array<EachWayName, 4> kEachWay{
+    {{"dry_forward", &FrictionEachWay::dry_forward_N, "N"},
+     {"dry_backward", &FrictionEachWay::dry_backward_N, "N"},
+     {"slope_forward", &FrictionEachWay::slope_forward, "N s/m"},
+     {"slope_backward", &FrictionEachWay::slope_backward, "N s/m"}}};
+
+/// The value of the placeholder `name` with its interval: a shape, a single gain, the amplitude of a group of
+/// gains (of a map its largest absolute value), or the friction of the model each way.
+std::string value_of(const Term& term, const Derived& derived, std::string_view name) {
+  for (const EachWayName& known : kEachWay) {
+    if (name == known.name)
+      return with_interval({derived.each_way.*known.member, derived.each_way_error.*known.member},
+                           known.unit);
+  }
   for (std::size_t i = 0; i < term.effect->shapes.size(); ++i) {
-    const ShapeSpec& shape = term.effect->shapes[i];
-    if (name == shape.name) return shape_value(shape, term.shapes[i]);
+    if (name == term.effect->shapes[i].name) return shape_with_interval(term, i);
   }
   std::size_t first = 0;
   for (const GainGroup& group : term.effect->gain_groups) {
@@ -66,25 +153,27 @@ std::string value_of(const Term& term, std::string_view name) {
     if (count == 1) {  // of each log, where each has its own gains
       std::string values;
       for (std::size_t g = first; g < term.gains.size(); g += term.gains_per_set()) {
-        values += (values.empty() ? "" : " / ") + quantity(term.gains[g], group.unit);
+        values += (values.empty() ? "" : " / ") +
+                  with_interval({term.gains[g], term.gain_standard_error(g)}, group.unit);
       }
       return values;
     }
-    if (is_map(*term.effect)) return quantity(largest_of_map(term), group.unit);
-    double largest = 0.0;
-    for (std::size_t i = 0; i < count; ++i) {
-      const double own = std::abs(term.gains[first + i]);
-      const bool paired = i % 2 == 0 && i + 1 < count;
-      largest = std::max(largest, paired ? std::hypot(own, term.gains[first + i + 1]) : own);
-    }
-    return quantity(largest, group.unit);
+    return with_interval(is_map(*term.effect) ? largest_of_map(term, derived.without)
+                                              : amplitude_of(term, derived.without, first, count),
+                         group.unit);
   }
   return std::string(name);
 }
 
-/// Gains that ended at a bound other than zero: the log did not determine them, the bound did.
-std::string gains_at_bounds(const Term& term, const Terms& model) {
+/// Shapes that the sentence tells, and gains other than zero, that ended at a bound: the log did not
+/// determine them, the bound did.
+std::string ended_at_bounds(const Term& term, const Terms& model, std::string_view pattern) {
   std::string text;
+  for (std::size_t i = 0; i < term.shapes.size(); ++i) {
+    if (!shape_ended_at_bound(term, i)) continue;
+    if (pattern.find(fmt::format("{{{}}}", term.effect->shapes[i].name)) == std::string_view::npos) continue;
+    text += fmt::format("; {} is at an end of its search, not identified", term.effect->shapes[i].name);
+  }
   std::size_t first = 0;
   for (const GainGroup& group : term.effect->gain_groups) {
     const auto count = static_cast<std::size_t>(group.count);
@@ -102,9 +191,13 @@ std::string gains_at_bounds(const Term& term, const Terms& model) {
 
 }  // namespace
 
-std::string evidence_of(const Term& fitted, const Terms& model) {
+namespace {
+
+std::string fill_in(const Term& fitted, const Terms& model, const Derived& derived) {
   std::string text;
-  const std::string_view pattern = fitted.effect->text.evidence;
+  const Term* directional = directional_term(model);
+  const bool differs = directional != nullptr && directional->effect == fitted.effect;
+  const std::string_view pattern = differs ? kEachWayText : fitted.effect->text.evidence;
   std::size_t at = 0;
   std::size_t described = 0;  // end of the last value that was inserted
   while (at < pattern.size()) {
@@ -112,7 +205,7 @@ std::string evidence_of(const Term& fitted, const Terms& model) {
     const std::size_t close = open == std::string_view::npos ? open : pattern.find('}', open);
     if (close == std::string_view::npos) break;
     text += pattern.substr(at, open - at);
-    const std::string value = value_of(fitted, pattern.substr(open + 1, close - open - 1));
+    const std::string value = value_of(fitted, derived, pattern.substr(open + 1, close - open - 1));
     const std::size_t clause = text.rfind(", ");
     at = close + 1;
     if (value.starts_with("0 ") && clause != std::string::npos && clause >= described && described > 0) {
@@ -125,7 +218,26 @@ std::string evidence_of(const Term& fitted, const Terms& model) {
     described = text.size();
   }
   text += pattern.substr(at);
-  return text + gains_at_bounds(fitted, model);
+  return text + ended_at_bounds(fitted, model, pattern);
+}
+
+}  // namespace
+
+std::string evidence_of(const Term& fitted, const Terms& model) {
+  return fill_in(fitted, model, {{}, friction_each_way(model, fitted), {}});
+}
+
+std::string evidence_of(const FittedModel& model, std::string_view effect) {
+  const Term& term = *find_term(model.terms, effect);
+  Derived derived{{}, friction_each_way(model.terms, term), {}};
+  const auto& groups = term.effect->gain_groups;
+  if (std::any_of(groups.begin(), groups.end(), [](const GainGroup& group) { return group.count > 1; })) {
+    for (const Terms& terms : terms_without_blocks(model))
+      derived.without.push_back(*find_term(terms, effect));
+  }
+  if (directional_term(model.terms) == &term)
+    derived.each_way_error = standard_errors_each_way(model, effect);
+  return fill_in(term, model.terms, derived);
 }
 
 }  // namespace slipstack::workbench

@@ -10,6 +10,7 @@
 
 #include "workbench/diagnose/evidence/evidence.h"
 #include "workbench/diagnose/evidence/reduction.h"
+#include "workbench/estimate/uncertainty/standard_errors.h"
 #include "workbench/estimate/uncertainty/unseen_error.h"
 
 namespace slipstack::workbench {
@@ -43,6 +44,7 @@ void list_steps(const SelectionContext& context, const Explanation& best, Diagno
   }
   Terms terms = diagnosis.baseline.terms;
   FittedModel before = diagnosis.baseline;
+  const FittedModel known = order.empty() ? best.model : with_standard_errors(measurement, best.model);
   for (std::size_t i = 0; i < order.size(); ++i) {
     const bool last = i + 1 == order.size();
     if (i > 0 && !last) put_next(measurement, terms, best.model, std::span(order).subspan(i));
@@ -53,7 +55,7 @@ void list_steps(const SelectionContext& context, const Explanation& best, Diagno
              : refine_shapes_in_turn(measurement, fit_gains(measurement, terms, &best.model), {20});
     if (!last) judge_on_unseen_data(measurement, model);
     diagnosis.steps.push_back({order[i], model.holdout_rmse_N, context.criterion.difference(model, before),
-                               evidence_of(term, best.model.terms), model.terms});
+                               evidence_of(known, order[i]), model.terms});
     if (i == 0) diagnosis.best = model;
     before = std::move(model);
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// NormalEquations::standard_errors(): the wild cluster bootstrap.
+// NormalEquations::standard_errors(), the wild cluster bootstrap, and recurring_variance().
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -61,6 +61,15 @@ class Influence {
     return score;
   }
 
+  /// What a score moves each unknown by.
+  Eigen::VectorXd change(Eigen::VectorXd score) const {
+    sum_difference_transform(pairs_, score);
+    Eigen::VectorXd moved = Eigen::VectorXd::Zero(score.size());
+    moved(free_) = inverse_ * score(free_);
+    sum_difference_transform(pairs_, moved);
+    return moved;
+  }
+
   /// The block's part of the variance of each unknown for independent residuals of equal size.
   Eigen::VectorXd information(const Eigen::MatrixXd& gram) const {
     Eigen::MatrixXd own = gram;
@@ -91,14 +100,44 @@ class Influence {
   Eigen::MatrixXd inverse_;
 };
 
+std::vector<Eigen::Index> free_unknowns(const BoundedSolution& solution, Eigen::Index unknowns) {
+  std::vector<Eigen::Index> free;
+  for (Eigen::Index i = 0; i < unknowns; ++i) {
+    if (solution.bound_states[static_cast<std::size_t>(i)] == BoundState::free) free.push_back(i);
+  }
+  return free;
+}
+
 }  // namespace
+
+Eigen::VectorXd NormalEquations::recurring_variance(const Measurement& measurement,
+                                                    const Eigen::MatrixXd& columns,
+                                                    const std::vector<Eigen::VectorXd>& errors_N,
+                                                    const BoundedSolution& solution,
+                                                    const Constraints& constraints) const {
+  Eigen::VectorXd variance = Eigen::VectorXd::Zero(unknowns_);
+  std::vector<Eigen::Index> free = free_unknowns(solution, unknowns_);
+  if (free.empty() || errors_N.empty()) return variance;
+  const Influence influence(total_.gram + constraints.penalty, constraints.pairs, std::move(free));
+  for (const Eigen::VectorXd& error_N : errors_N) {
+    const Eigen::VectorXd weighted = measurement.fit_weights().cwiseProduct(error_N);
+    Eigen::VectorXd sum = Eigen::VectorXd::Zero(unknowns_);
+    for (const RowRange& range : block_ranges(measurement, parts_of_block_)) {
+      if (range.count == 0) continue;
+      const Eigen::VectorXd moved =
+          influence.change(columns.middleRows(range.first, range.count).transpose() *
+                           weighted.segment(range.first, range.count));
+      sum += moved;
+      variance -= moved.cwiseAbs2();
+    }
+    variance += sum.cwiseAbs2();
+  }
+  return variance.cwiseMax(0.0) / static_cast<double>(errors_N.size());
+}
 
 Eigen::VectorXd NormalEquations::standard_errors(const BoundedSolution& solution,
                                                  const Constraints& constraints) const {
-  std::vector<Eigen::Index> free;
-  for (Eigen::Index i = 0; i < unknowns_; ++i) {
-    if (solution.bound_states[static_cast<std::size_t>(i)] == BoundState::free) free.push_back(i);
-  }
+  std::vector<Eigen::Index> free = free_unknowns(solution, unknowns_);
   Eigen::VectorXd errors = Eigen::VectorXd::Zero(unknowns_);
   if (free.empty()) return errors;
   const std::vector<Eigen::Index> reported = free;

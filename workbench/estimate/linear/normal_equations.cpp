@@ -7,10 +7,7 @@
 #include "workbench/estimate/linear/tall_product.h"
 
 namespace slipstack::workbench {
-namespace {
-
-/// Rows of each part of a block: blocks are contiguous and in order.
-std::vector<RowRange> block_ranges(const Measurement& measurement, int parts = 1) {
+std::vector<RowRange> block_ranges(const Measurement& measurement, int parts) {
   std::vector<RowRange> ranges(static_cast<std::size_t>(measurement.block_count()));
   const std::vector<int>& blocks = measurement.row_blocks();
   for (std::size_t row = 0; row < blocks.size(); ++row) {
@@ -29,8 +26,6 @@ std::vector<RowRange> block_ranges(const Measurement& measurement, int parts = 1
   return finer;
 }
 
-}  // namespace
-
 void NormalEquations::Part::add(const Part& other, double sign) {
   gram += sign * other.gram;
   right += sign * other.right;
@@ -44,7 +39,7 @@ double NormalEquations::Part::squared_error(const Eigen::VectorXd& value) const 
 
 NormalEquations::NormalEquations(const Measurement& measurement, const Eigen::MatrixXd& columns,
                                  const Eigen::VectorXd& target, int parts_of_block)
-    : unknowns_(columns.cols()), folds_(measurement.fold_count()) {
+    : unknowns_(columns.cols()), folds_(measurement.fold_count()), parts_of_block_(parts_of_block) {
   for (const RowRange& range : block_ranges(measurement, parts_of_block)) {
     if (range.count == 0) {  // all rows cut out by repairs
       blocks_.push_back(nothing(unknowns_));

@@ -9,6 +9,9 @@
 
 namespace slipstack::workbench {
 
+/// Rows of each part of a block: blocks are contiguous and in order.
+std::vector<RowRange> block_ranges(const Measurement& measurement, int parts = 1);
+
 /// Normal equations of a regression, one set for each block of rows. They suffice for fits, for
 /// cross-validation by blocks, and for standard errors that do not assume independent residuals.
 class NormalEquations {
@@ -89,6 +92,14 @@ class NormalEquations {
   /// those at a bound. Cost: 200 bounded solutions. Implemented in cluster_errors.cpp.
   Eigen::VectorXd standard_errors(const BoundedSolution& solution, const Constraints& constraints) const;
 
+  /// Variance of each free unknown by errors of the target that recur in every block alike, beyond what
+  /// standard_errors() already has by their scatter between blocks: the mean over the realisations
+  /// `errors_N` of the square of the sum of what the blocks contribute, less the sum of their squares.
+  /// Cost: rows x unknowns for each realisation. Implemented in cluster_errors.cpp.
+  Eigen::VectorXd recurring_variance(const Measurement& measurement, const Eigen::MatrixXd& columns,
+                                     const std::vector<Eigen::VectorXd>& errors_N,
+                                     const BoundedSolution& solution, const Constraints& constraints) const;
+
  private:
   struct Part {
     Eigen::MatrixXd gram;
@@ -107,6 +118,7 @@ class NormalEquations {
 
   Eigen::Index unknowns_ = 0;
   int folds_ = 1;
+  int parts_of_block_ = 1;
   std::vector<Part> blocks_;
   Part total_;
 };

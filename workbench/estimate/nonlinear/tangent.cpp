@@ -29,24 +29,45 @@ std::vector<ShapeRange> chosen_shapes(const Measurement& measurement, const Term
   return ranges;
 }
 
+bool is_at_bound(const ShapeRange& range, double value) {
+  const double margin = kAtItsBound * (range.upper - range.lower);
+  return value <= range.lower + margin || value >= range.upper - margin;
+}
+
+double step_of(const ShapeRange& range, double value) {
+  return kRelativeStep * (range.logarithmic ? value : range.upper - range.lower);
+}
+
 std::vector<FreeShape> free_shapes(const Measurement& measurement, const Terms& terms) {
   std::vector<FreeShape> shapes;
   for (std::size_t t = 0; t < terms.size(); ++t) {
     for (const ShapeRange& range : chosen_shapes(measurement, terms[t])) {
       const double value = terms[t].shapes[range.index];
-      const double margin = kAtItsBound * (range.upper - range.lower);
-      if (value <= range.lower + margin || value >= range.upper - margin) continue;
-      shapes.push_back({t, range.index,
-                        kRelativeStep * (range.logarithmic ? value : range.upper - range.lower), range.lower,
-                        range.upper});
+      if (is_at_bound(range, value)) continue;
+      shapes.push_back({t, range.index, step_of(range, value), range.lower, range.upper});
     }
   }
   return shapes;
 }
 
-/// Derivative of (modelled - measured force) by a shape, rows.
-Eigen::VectorXd derivative(const Measurement& measurement, const FittedModel& fitted,
-                           const FreeShape& shape) {
+}  // namespace
+
+std::vector<FreeShape> shapes_at_bounds(const Measurement& measurement, const Terms& terms) {
+  std::vector<FreeShape> shapes;
+  for (std::size_t t = 0; t < terms.size(); ++t) {
+    for (const ShapeRange& range : chosen_shapes(measurement, terms[t])) {
+      const double value = terms[t].shapes[range.index];
+      if (!is_at_bound(range, value)) continue;
+      const ShapeSpec& spec = terms[t].effect->shapes[range.index];
+      shapes.push_back({t, range.index, step_of(range, value), static_cast<double>(spec.lower),
+                        static_cast<double>(spec.upper)});
+    }
+  }
+  return shapes;
+}
+
+Eigen::VectorXd derivative_by_shape(const Measurement& measurement, const FittedModel& fitted,
+                                    const FreeShape& shape) {
   const Terms& terms = fitted.terms;
   const auto difference_N = [&](double step) -> Eigen::VectorXd {
     Terms moved = terms;
@@ -57,8 +78,6 @@ Eigen::VectorXd derivative(const Measurement& measurement, const FittedModel& fi
   };
   return (difference_N(shape.step) - difference_N(-shape.step)) / (2.0 * shape.step);
 }
-
-}  // namespace
 
 Tangent tangent_of(const Measurement& measurement, const FittedModel& fitted) {
   Tangent tangent;
@@ -76,7 +95,7 @@ Tangent tangent_of(const Measurement& measurement, const FittedModel& fitted) {
   tangent.constraints.upper.conservativeResize(count);
   for (std::size_t i = 0; i < tangent.shapes.size(); ++i) {
     const Eigen::Index column = tangent.column_of(i);
-    tangent.columns.col(column) = derivative(measurement, fitted, tangent.shapes[i]);
+    tangent.columns.col(column) = derivative_by_shape(measurement, fitted, tangent.shapes[i]);
     // As far as the tangent holds. The shapes of an effect with zero gain have no influence on the force.
     const bool has_influence = tangent.columns.col(column).squaredNorm() > 0.0;
     const double furthest = has_influence ? kFurthestSteps * tangent.shapes[i].step : 0.0;

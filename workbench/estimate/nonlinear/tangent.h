@@ -32,6 +32,14 @@ struct Tangent {
 /// Cost: two evaluations of the model for each free shape.
 Tangent tangent_of(const Measurement& measurement, const FittedModel& fitted);
 
+/// The shapes that the log should have determined and that ended at an end of their range; `lower` and
+/// `upper` are the effect's own bounds.
+std::vector<FreeShape> shapes_at_bounds(const Measurement& measurement, const Terms& terms);
+
+/// Derivative of (modelled - measured force) by a shape, rows. Cost: two evaluations of the model.
+Eigen::VectorXd derivative_by_shape(const Measurement& measurement, const FittedModel& fitted,
+                                    const FreeShape& shape);
+
 /// Fixes the low passes among the shapes: their columns contain the noise of the force, which biases the time
 /// constant towards zero.
 void hold_low_pass(const FittedModel& fitted, Tangent& tangent);

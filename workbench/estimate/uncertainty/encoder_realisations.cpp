@@ -42,15 +42,6 @@ std::vector<double> dry_difference(const ForceTrace& here, const DryTrace& there
 
 }  // namespace
 
-std::vector<Measurement> encoder_realisations(const Measurement& measurement) {
-  std::vector<Measurement> realisations;
-  realisations.reserve(kEncoderRealisations.size());
-  for (const EncoderRealisation& other : kEncoderRealisations) {
-    realisations.push_back(measurement.with_realisation({.shift_steps = other.shift_steps}));
-  }
-  return realisations;
-}
-
 std::vector<ForceChanges> changes_by_quantisation_N(const Measurement& measurement,
                                                     const std::vector<const Terms*>& models,
                                                     std::size_t at_once) {

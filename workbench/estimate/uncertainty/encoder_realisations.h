@@ -9,11 +9,8 @@
 
 namespace slipstack::workbench {
 
-/// The same motion as read by encoders of equal resolution with shifted grids, each by another fraction of a
-/// step.
-std::vector<Measurement> encoder_realisations(const Measurement& measurement);
-
-/// The change of a model's force at the rows [N] with each realisation of the encoder.
+/// The change of a model's force at the rows [N] with each realisation of the encoder: the same motion as
+/// read by encoders of equal resolution with shifted grids, each by another fraction of a step.
 using ForceChanges = std::vector<Eigen::VectorXd>;
 
 /// The changes of the force of each model. A realisation quantises the recorded motion again, with other

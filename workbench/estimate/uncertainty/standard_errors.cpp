@@ -6,6 +6,7 @@
 
 #include "workbench/estimate/nonlinear/tangent.h"
 #include "workbench/estimate/uncertainty/encoder_realisations.h"
+#include "workbench/estimate/uncertainty/noise_floor.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -21,25 +22,71 @@ int parts_of_block(const Measurement& measurement) {
   return static_cast<int>(std::clamp<Eigen::Index>(rows / kLeastRowsOfPart, 1, kMostParts));
 }
 
-/// Variance of each unknown caused by the encoder's quantisation: the mean square of its change when an
-/// encoder of equal resolution with a shifted grid reads the same motion. A log has only one grid. Where a
-/// motion is repeated, its quantisation error and the resulting error of the hysteresis are repeated too, in
-/// every block alike, so that the scatter between blocks does not contain them.
+/// Share of the error by quantisation at each row, root mean square, that the log supports: the noise floor
+/// counts it as far as the saturated residual contains it (noise_floor.h).
+Eigen::VectorXd supported_share(const Measurement& measurement, const ForceChanges& changes_N) {
+  Eigen::VectorXd expected = Eigen::VectorXd::Zero(measurement.row_count());
+  for (const Eigen::VectorXd& change_N : changes_N) expected += change_N.cwiseAbs2();
+  expected = smoothed(expected / static_cast<double>(changes_N.size()));
+  Eigen::VectorXd share = Eigen::VectorXd::Ones(measurement.row_count());
+  // Weights are all one before weigh_rows(), which alone knows what the log supports.
+  if (measurement.row_weights() == measurement.row_usable()) return share;
+  const Eigen::VectorXd all = smoothed(measurement.noise_variance());
+  for (const LogPart& part : measurement.parts()) {
+    const auto first = static_cast<Eigen::Index>(part.first_row);
+    const auto count = static_cast<Eigen::Index>(part.row_count);
+    if (count == 0) continue;
+    const double least = all.segment(first, count).minCoeff();  // noise of the force: the same at all rows
+    for (Eigen::Index row = first; row < first + count; ++row) {
+      if (expected(row) > 0.0) share(row) = std::sqrt(std::min(1.0, (all(row) - least) / expected(row)));
+    }
+  }
+  return share;
+}
+
+/// Variance of each unknown by the encoder's quantisation that the scatter between blocks does not contain. A
+/// log has only one grid. Where a motion is repeated, its quantisation error and the resulting error of the
+/// hysteresis are repeated too, in every block alike.
 Eigen::VectorXd quantisation_variance(const Measurement& measurement, const FittedModel& fitted,
                                       const Tangent& tangent, const NormalEquations& equations,
                                       const BoundedSolution& solution) {
-  Eigen::VectorXd sum = Eigen::VectorXd::Zero(tangent.columns.cols());
-  if (measurement.encoder_resolution_m() <= 0.0) return sum;
-  const BoundedSolution here = equations.fit(tangent.constraints, solution.bound_states);
-  Eigen::MatrixXd columns = tangent.columns;
-  const std::vector<Measurement> realisations = encoder_realisations(measurement);
-  for (const Measurement& realisation : realisations) {
-    const Linearisation moved(realisation, fitted.terms);
-    columns.leftCols(tangent.gains) = moved.columns();
-    const NormalEquations other(measurement, columns, moved.target());
-    sum += (other.fit(tangent.constraints, here.bound_states).value - here.value).cwiseAbs2();
+  if (measurement.encoder_resolution_m() <= 0.0) return Eigen::VectorXd::Zero(tangent.columns.cols());
+  ForceChanges changes_N = changes_by_quantisation_N(measurement, {&fitted.terms}, 0).front();
+  const Eigen::VectorXd share = supported_share(measurement, changes_N);
+  for (Eigen::VectorXd& change_N : changes_N) change_N.array() *= share.array();
+  return equations.recurring_variance(measurement, tangent.columns, changes_N, solution, tangent.constraints);
+}
+
+/// Square of the change of each unknown where the shapes that ended at a bound of their search are let go, as
+/// far as the effect's own bounds: what the others would be worth if the search had not ended there. Scatter
+/// does not contain it, because in each block the bound is the same.
+Eigen::VectorXd bound_variance(const Measurement& measurement, const FittedModel& fitted,
+                               const Tangent& tangent, const NormalEquations& equations,
+                               const BoundedSolution& solution) {
+  const Eigen::Index count = tangent.columns.cols();
+  const std::vector<FreeShape> held = shapes_at_bounds(measurement, fitted.terms);
+  if (held.empty()) return Eigen::VectorXd::Zero(count);
+  const auto added = static_cast<Eigen::Index>(held.size());
+  Eigen::MatrixXd further(tangent.columns.rows(), added);
+  NormalEquations::Constraints constraints = tangent.constraints;
+  constraints.lower.conservativeResize(count + added);
+  constraints.upper.conservativeResize(count + added);
+  constraints.penalty.conservativeResizeLike(Eigen::MatrixXd::Zero(count + added, count + added));
+  for (Eigen::Index i = 0; i < added; ++i) {
+    const FreeShape& shape = held[static_cast<std::size_t>(i)];
+    const double value = fitted.terms[shape.term].shapes[shape.shape];
+    further.col(i) = derivative_by_shape(measurement, fitted, shape);
+    const bool has_influence = further.col(i).squaredNorm() > 0.0;
+    constraints.lower(count + i) = has_influence ? shape.lower - value : 0.0;
+    constraints.upper(count + i) = has_influence ? shape.upper - value : 0.0;
   }
-  return sum / static_cast<double>(realisations.size());
+  const Eigen::VectorXd& target = fitted.linearisation->target();
+  const NormalEquations wider = equations.sum_with(measurement, tangent.columns, further, target);
+  std::vector<BoundState> start = solution.bound_states;
+  start.resize(static_cast<std::size_t>(count + added), BoundState::free);
+  return (wider.fit(constraints, start).value.head(count) -
+          equations.fit(tangent.constraints, solution.bound_states).value)
+      .cwiseAbs2();
 }
 
 }  // namespace
@@ -67,10 +114,10 @@ FittedModel with_standard_errors(const Measurement& measurement, FittedModel fit
     tangent.constraints.upper(column) = shape.upper - value;
   }
   Eigen::VectorXd errors = equations.standard_errors(solution, tangent.constraints);
-  const Eigen::VectorXd by_quantisation =
-      quantisation_variance(measurement, fitted, tangent, equations, solution);
+  const Eigen::VectorXd unseen = quantisation_variance(measurement, fitted, tangent, equations, solution) +
+                                 bound_variance(measurement, fitted, tangent, equations, solution);
   for (Eigen::Index i = 0; i < count; ++i) {
-    if (errors(i) > 0.0) errors(i) = std::hypot(errors(i), std::sqrt(by_quantisation(i)));
+    if (errors(i) > 0.0) errors(i) = std::hypot(errors(i), std::sqrt(unseen(i)));
   }
 
   Eigen::Index next = 0;
