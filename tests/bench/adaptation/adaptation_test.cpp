@@ -179,7 +179,7 @@ std::string fresh_table() {
           within[random ? 1 : 0] += judged.within;
           print(" %14.2f %7.2f %7.2f", judged.median(), judged.ratios.back(), judged.worst);
         }
-        print("\n");
+        print("%s", "\n");
         all += kCount;
       }
     }
