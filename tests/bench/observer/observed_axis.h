@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 
 #include "tests/loop/axis_loop.h"
 
@@ -40,13 +41,14 @@ struct Setting {
   std::function<void(AxisParameters&)> drive = {};
   std::function<void(sim::Axis&)> differs = {};  ///< from the axis that the model is of
   double start_m = 0.2;
+  std::optional<sim::Bench> bench = {};  ///< else the pick-and-place axis of the seed
 };
 
 /// Its loop, enabled and at rest.
 class ObservedAxis {
  public:
   explicit ObservedAxis(const Setting& setting)
-      : bench_(sim::draw_bench(sim::Setup::kPickAndPlace, setting.seed)) {
+      : bench_(setting.bench ? *setting.bench : sim::draw_bench(sim::Setup::kPickAndPlace, setting.seed)) {
     if (setting.resolution_m > 0.0) bench_.axis.encoder_resolution_m = setting.resolution_m;
     const ModelParameters model =
         loop::identified_model(bench_.axis, setting.level_error, setting.mass_error);
