@@ -136,23 +136,47 @@ std::pair<double, std::string> plain_unit(std::string_view si_unit) {
   return {(degrees ? 180.0 : 0.5) / std::numbers::pi, unit.replace(0, 3, degrees ? "deg" : "rev")};
 }
 
-}  // namespace
+/// The unit, with its prefix, in which quantity() writes a value of this size.
+struct PlainScale {
+  double per_si;
+  double prefix;
+  std::string unit;
 
-std::string quantity(double value, std::string_view si_unit, int significant) {
-  if (si_unit == "1") return plain_digits(100.0 * value, significant) + " %";
+  double operator()(double value_si) const { return value_si * per_si / prefix; }
+};
+
+PlainScale plain_scale(double value, std::string_view si_unit) {
+  if (si_unit == "1") return {100.0, 1.0, "%"};
   static constexpr std::array<Prefix, 4> kPrefixes{{{1.0, ""}, {1e-3, "m"}, {1e-6, "u"}, {1e-9, "n"}}};
   const auto [per_si, unit] = plain_unit(si_unit);
-  value *= per_si;
   static constexpr std::array<std::string_view, 8> kWithPrefix{"m", "s",   "N",   "m/s",
                                                                "A", "N m", "rad", "rad/s"};
   const bool takes_prefix = std::find(kWithPrefix.begin(), kWithPrefix.end(), unit) != kWithPrefix.end();
-  if (!takes_prefix || value == 0.0) return plain_digits(value, significant) + " " + unit;
+  if (!takes_prefix || value == 0.0) return {per_si, 1.0, unit};
   for (const Prefix& prefix : kPrefixes) {
-    if (std::abs(value) >= prefix.factor * 0.9995) {
-      return plain_digits(value / prefix.factor, significant) + " " + std::string(prefix.symbol) + unit;
-    }
+    if (std::abs(value * per_si) >= prefix.factor * 0.9995)
+      return {per_si, prefix.factor, std::string(prefix.symbol) + unit};
   }
-  return plain_digits(value / 1e-9, significant) + " n" + unit;
+  return {per_si, 1e-9, "n" + unit};
+}
+
+}  // namespace
+
+std::string quantity(double value, std::string_view si_unit, int significant) {
+  const PlainScale scale = plain_scale(value, si_unit);
+  return plain_digits(scale(value), significant) + " " + scale.unit;
+}
+
+std::string number_with_interval(double value, double half_width) {
+  const int decimals =
+      half_width > 0.0 ? std::clamp(1 - static_cast<int>(std::floor(std::log10(half_width))), 0, 9) : 2;
+  return printf_double("%.*f", decimals, value) + " +- " + printf_double("%.*f", decimals, half_width);
+}
+
+std::string quantity_with_interval(double value, double half_width, std::string_view si_unit) {
+  if (!(half_width > 0.0)) return quantity(value, si_unit);
+  const PlainScale scale = plain_scale(std::max(std::abs(value), half_width), si_unit);
+  return number_with_interval(scale(value), scale(half_width)) + " " + scale.unit;
 }
 
 std::string fixed(double value, int decimals) {

@@ -15,6 +15,12 @@ namespace slipstack::workbench {
 /// Three significant digits by default. Only units that usually carry a prefix (m, s, N, m/s, A) get one.
 std::string quantity(double value, std::string_view si_unit, int significant = 3);
 
+/// A value with an interval to either side in one unit, to the second digit of the interval: 0.15 "m/s" with
+/// 3.1e-4 -> "150.00 +- 0.31 mm/s" (JCGM 100:2008, 7.2.2, 7.2.6). Without one (not above 0) as quantity().
+std::string quantity_with_interval(double value, double half_width, std::string_view si_unit);
+/// The same without a unit; the half width has to be above 0.
+std::string number_with_interval(double value, double half_width);
+
 /// `value` with `digits` significant digits, trailing zeros kept (0.340), a true minus sign, thousands in
 /// groups of three, and powers of ten written out for magnitudes outside 1e-4 … 1e7.
 std::string significant(double value, int digits);

@@ -544,7 +544,7 @@ class CanAxis final : public LiveAxis {
     const double period_ticks = 1e-3 * stream_.period_ms() / plate_.tick_s;
     bool irregular = false;
     for (std::size_t i = 0; i < done.samples.size(); ++i) {
-      const StreamSample& sample = done.samples[i];
+      const SyncSample& sample = done.samples[i];
       record.position_m.push_back(sample.counts * plate_.encoder_resolution_m);
       record.force_N.push_back(sample.current_A * plate_.motor_constant_N_per_A);
       record.reference_m.push_back(sample.reference_counts * plate_.encoder_resolution_m);

@@ -95,7 +95,7 @@ StreamedMotion CyclicStream::follow(const std::vector<std::int32_t>& set_points,
   const double period_ticks = 1e-3 * period_ms_ / tick_s;
   StreamedMotion motion;
   motion.samples.reserve(set_points.size() + kAfterMotion);
-  StreamSample now;
+  SyncSample now;
   bool sampled = false;  // the first of the two frames of this SYNC has come
   bool begun = false;
   bool follows = false;

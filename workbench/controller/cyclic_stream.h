@@ -11,7 +11,7 @@
 namespace slipstack::workbench {
 
 /// What a drive sent at one SYNC. All of the same tick.
-struct StreamSample {
+struct SyncSample {
   std::int64_t tick = 0;
   std::int32_t counts = 0;
   double current_A = 0.0;  ///< about the instant of the counts
@@ -22,9 +22,9 @@ struct StreamSample {
 /// A motion of which there is a set-point at each SYNC, and what came of it. It ends where a limit switch
 /// becomes active.
 struct StreamedMotion {
-  std::vector<StreamSample> samples;  ///< from the first set-point on
-  double limited_share = 0.0;         ///< of the time, at the limit of the current
-  bool disabled = false;              ///< the drive has left operation enabled
+  std::vector<SyncSample> samples;  ///< from the first set-point on
+  double limited_share = 0.0;       ///< of the time, at the limit of the current
+  bool disabled = false;            ///< the drive has left operation enabled
 };
 
 /// Cyclic synchronous position over PDOs. The drive produces SYNC, so that its samples keep its own time, and

@@ -68,10 +68,9 @@ int digits_known(double value, double error) {
   return std::clamp(static_cast<int>(std::floor(ratio)) + 2, 3, 8);
 }
 
-/// "19.3 N +- 0.200 N": two standard errors to either side, where they are known.
+/// "19.30 +- 0.20 N": two standard errors to either side, where they are known.
 std::string with_interval(double value, double standard_error, const char* unit) {
-  const std::string text = quantity(value, unit);
-  return standard_error > 0.0 ? text + " +- " + quantity(2.0 * standard_error, unit, 2) : text;
+  return quantity_with_interval(value, 2.0 * standard_error, unit);
 }
 
 /// " (log 2)" where each log has its own gains.

@@ -106,7 +106,9 @@ TEST(AddingAnEffect, TheDiagnosisNamesIt) {
   EXPECT_EQ(first.term.id(), "eddy_current_brake");
   EXPECT_NEAR(first.term.gains[0], kPeak_N, 0.05 * kPeak_N);
   EXPECT_NEAR(first.term.shapes[0], kCritical_mps, 0.05 * kCritical_mps);
-  EXPECT_NE(first.evidence.find(" mm/s, where it is "), std::string::npos) << first.evidence;
+  const std::size_t unit = first.evidence.find(" mm/s, where it is ");
+  ASSERT_NE(unit, std::string::npos) << first.evidence;
+  EXPECT_NE(first.evidence.substr(0, unit).find(" +- "), std::string::npos) << first.evidence;
   EXPECT_LT(diagnosis.best.holdout_rmse_N, 1.3 * diagnosis.noise_floor_N);
   EXPECT_GT(diagnosis.best.holdout_rmse_N, 0.5 * diagnosis.noise_floor_N);
 }

@@ -23,6 +23,20 @@ class AxisUnitsTest : public testing::Test {
   static void use(AngleUnit shown = AngleUnit::radian) { use_axis({AxisKind::rotary, shown}, "log"); }
 };
 
+// JCGM 100:2008, 7.2.2: value and interval in one unit, to the second digit of the interval.
+TEST_F(AxisUnitsTest, AValueAndItsIntervalHaveOneUnit) {
+  EXPECT_EQ(quantity_with_interval(0.15, 3.09e-4, "m/s"), "150.00 +- 0.31 mm/s");
+  EXPECT_EQ(quantity_with_interval(20.19, 0.25, "N"), "20.19 +- 0.25 N");
+  EXPECT_EQ(quantity_with_interval(0.002, 0.5, "N"), "2 +- 500 mN") << "in the unit of the larger";
+  EXPECT_EQ(quantity_with_interval(-34.0, 12.6, "N"), "-34 +- 13 N");
+  EXPECT_EQ(quantity_with_interval(0.02, 0.002, "1"), "2.00 +- 0.20 %");
+  EXPECT_EQ(quantity_with_interval(204.0, 6.0, "N s/m"), "204.0 +- 6.0 N s/m");
+  EXPECT_EQ(quantity_with_interval(0.15, 0.0, "m/s"), quantity(0.15, "m/s"));
+  EXPECT_EQ(number_with_interval(1.98, 0.05), "1.980 +- 0.050");
+  use(AngleUnit::degree);
+  EXPECT_EQ(quantity_with_interval(std::numbers::pi, std::numbers::pi / 180.0, "m"), "180.0 +- 1.0 deg");
+}
+
 TEST_F(AxisUnitsTest, UnitsFollowFromTheDimension) {
   for (const auto& [linear, rotary] :
        {std::pair("N", "N m"), std::pair("m", "rad"), std::pair("kg", "kg m2"), std::pair("N/m", "N m/rad"),

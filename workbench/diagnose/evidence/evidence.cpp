@@ -82,17 +82,14 @@ bool is_map(const EffectDescription& effect) {
                      [](const ShapeSpec& shape) { return shape.kind == ShapeKind::travel; });
 }
 
-/// "204 N s/m +- 6.00 N s/m": two standard errors to either side, 95 %.
+/// "204.0 +- 6.0 N s/m": two standard errors to either side, 95 %.
 std::string with_interval(const Fitted& fitted, const char* unit) {
-  const std::string text = quantity(fitted.value, unit);
-  return fitted.standard_error > 0.0 ? text + " +- " + quantity(2.0 * fitted.standard_error, unit, 2) : text;
+  return quantity_with_interval(fitted.value, 2.0 * fitted.standard_error, unit);
 }
 
 std::string shape_with_interval(const Term& term, std::size_t shape) {
-  const ShapeSpec& spec = term.effect->shapes[shape];
-  const std::string text = shape_value(spec, term.shapes[shape]);
-  const double error = term.shape_standard_error(shape);
-  return error > 0.0 ? text + " +- " + shape_value(spec, 2.0 * error, 2) : text;
+  return shape_value_with_interval(term.effect->shapes[shape], term.shapes[shape],
+                                   2.0 * term.shape_standard_error(shape));
 }
 
 /// The amplitude of a group of gains: of cosine and sine gains that of the strongest harmonic.

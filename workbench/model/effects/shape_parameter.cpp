@@ -17,9 +17,23 @@ ShapeBounds bounds_of(const ShapeSpec& shape) {
   return bounds;
 }
 
+namespace {
+
+bool is_exponent(const ShapeSpec& shape) {
+  return shape.kind == ShapeKind::exponent || shape.kind == ShapeKind::nominal_exponent;
+}
+
+}  // namespace
+
 std::string shape_value(const ShapeSpec& shape, double value, int significant) {
-  const bool is_exponent = shape.kind == ShapeKind::exponent || shape.kind == ShapeKind::nominal_exponent;
-  return is_exponent ? fmt::format("{:.{}g}", value, significant) : quantity(value, shape.unit, significant);
+  return is_exponent(shape) ? fmt::format("{:.{}g}", value, significant)
+                            : quantity(value, shape.unit, significant);
+}
+
+std::string shape_value_with_interval(const ShapeSpec& shape, double value, double half_width) {
+  if (!(half_width > 0.0)) return shape_value(shape, value);
+  return is_exponent(shape) ? number_with_interval(value, half_width)
+                            : quantity_with_interval(value, half_width, shape.unit);
 }
 
 }  // namespace slipstack::workbench

@@ -18,5 +18,7 @@ ShapeBounds bounds_of(const ShapeSpec& shape);
 
 /// quantity() of a shape parameter; an exponent is a plain number, not a percentage.
 std::string shape_value(const ShapeSpec& shape, double value, int significant = 3);
+/// The same with an interval to either side (quantity_with_interval()); as shape_value() without one.
+std::string shape_value_with_interval(const ShapeSpec& shape, double value, double half_width);
 
 }  // namespace slipstack::workbench
