@@ -237,18 +237,20 @@ test('a live controller: watch, move, record, deploy, before and after', async (
   await page.locator('#live-state[data-state=live]').waitFor({timeout: kJobs_ms});
   await page.locator('[data-chart="live residual"] canvas').waitFor();
   await page.locator('#live-record').click();
-  const move = async () => {
+  const move = async (times) => {
     await page.locator('#live-move').click();
-    await page.locator('#move-times').fill('2');
+    await page.locator('#move-times').fill(times);
     await page.locator('dialog').getByRole('button', {name: 'Move'}).click();
-    await page.waitForFunction(() => window.slipstackWorkbench.store.state.job.what === 'move the axis');
+    await page.waitForFunction(() => {
+      const {running, what, stage} = window.slipstackWorkbench.store.state.job;
+      return running && what === 'move the axis' && stage.startsWith('move');
+    });
   };
-  await move();
+  await move('2');
   await idle(page);
   await page.locator('#live-parts tbody tr').waitFor();
   // Cancelled on the way: the axis stops, the drive is disabled and can be deployed to.
-  await move();
-  await page.waitForFunction(() => window.slipstackWorkbench.store.state.job.stage.startsWith('move'));
+  await move('20');
   await page.keyboard.press('Escape');
   await idle(page);
   assert.equal((await state(page)).job.outcome, 'cancelled');

@@ -25,9 +25,15 @@ export async function launch() {
     '--disable-background-networking', '--disable-component-update', '--disable-sync']});
 }
 
+// Servers that a failed test has left: they would hold its output open, and whoever reads it would wait.
+const started = new Set();
+process.on('exit', () => { for (const child of started) child.kill('SIGKILL'); });
+
 // A server of its own for each test.
 export async function serve(slipstack, session, ...logs) {
   const child = spawn(slipstack, ['serve', ...logs, '--session', session], {stdio: ['ignore', 'pipe', 'inherit']});
+  started.add(child);
+  child.on('close', () => started.delete(child));
   let out = '';
   const url = await new Promise((done, fail) => {
     child.stdout.on('data', (data) => { out += data; const found = /http:\S+/.exec(out); if (found) done(found[0]); });
