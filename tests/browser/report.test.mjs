@@ -451,12 +451,17 @@ function writeLoops(file) {
   fs.writeFileSync(file, lines.join('\n') + '\n');
 }
 
-longTest('the report of every experiment draws all its curves, and one name stands once in the key', async () => {
+// The page of one experiment.
+function experimentReport(name) {
   writeLoops(path.join(folder, 'loops.csv'));
-  for (const [name, options] of Object.entries(kExperiments)) {
-    const html = path.join(folder, `experiment-${name}.html`);
-    execFileSync(slipstack, ['experiment', name, ...options, '--report', html], {stdio: 'pipe'});
-    const {page, seen, close} = await openPage(html);
+  const html = path.join(folder, `experiment-${name}.html`);
+  execFileSync(slipstack, ['experiment', name, ...kExperiments[name], '--report', html], {stdio: 'pipe'});
+  return html;
+}
+
+longTest('the report of every experiment draws all its curves, and one name stands once in the key', async () => {
+  for (const name of Object.keys(kExperiments)) {
+    const {page, seen, close} = await openPage(experimentReport(name));
     assert.deepEqual(seen.console, [], name);
     const figures = page.locator('figure[data-chart]');
     assert.ok(await figures.count() > 0, name);
@@ -479,7 +484,7 @@ longTest('the report of every experiment draws all its curves, and one name stan
 });
 
 test('a key that stands for several curves hides and shows them all', async () => {
-  const {page, close} = await openPage(path.join(folder, 'experiment-characterize.html'));
+  const {page, close} = await openPage(experimentReport('characterize'));
   const shown = () => page.evaluate(() => window.slipstackReport.figures[0].plots[0].u.series.slice(1).map((series) => series.show));
   assert.ok((await shown()).length > 8 && (await shown()).every((one) => one));
   const first = page.locator('figure[data-chart]').first().locator('.keyline button').first();
