@@ -170,11 +170,8 @@ test('open, compare, learn, add, error falls, undo, redo, plan, run, deploy, exp
   await server.stop();
 });
 
-test('a simulated axis: record, plan, run, deploy', async () => {
-  const server = await serve('axis');
-  const page = await openPage(server.url);
-  await page.locator('#empty').waitFor();
-  await accessible(page, 'empty');
+// Starts the simulated axis, whose log opens by itself, and fits the first model.
+async function fitSimulatedAxis(page) {
   await page.locator('[data-simulate]').click();
   await page.locator('#seed').fill(kSeed);
   await page.locator('#hidden').fill(kHidden);
@@ -183,6 +180,14 @@ test('a simulated axis: record, plan, run, deploy', async () => {
   await idle(page);
   await page.locator('#fit').click();
   await drawn(page, 1);
+}
+
+test('a simulated axis: record, plan, run, deploy', async () => {
+  const server = await serve('axis');
+  const page = await openPage(server.url);
+  await page.locator('#empty').waitFor();
+  await accessible(page, 'empty');
+  await fitSimulatedAxis(page);
   await page.locator('#tab-experiment').click();
   // What the log hardly shows: of what it shows well, no plan within its limits tells more.
   await page.locator('#plan').click();
@@ -220,14 +225,7 @@ test('a live controller: watch, move, record, deploy, before and after', async (
   await page.locator('#empty [data-connect]').click();
   await page.locator('dialog').getByText('This machine has no CAN interface').or(page.locator('#live-bus')).first().waitFor();
   await page.keyboard.press('Escape');
-  await page.locator('[data-simulate]').click();
-  await page.locator('#seed').fill(kSeed);
-  await page.locator('#hidden').fill(kHidden);
-  await page.getByRole('button', {name: 'Start it'}).click();
-  await page.locator('#fit').waitFor({timeout: kJobs_ms});
-  await idle(page);
-  await page.locator('#fit').click();
-  await drawn(page, 1);
+  await fitSimulatedAxis(page);
   await page.locator('body').click({position: {x: 5, y: 5}});
   await page.keyboard.press('c');
   await page.locator('#live-bus').selectOption('');

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <fstream>
@@ -15,6 +16,8 @@
 
 namespace slipstack::stm32g474 {
 namespace {
+
+constexpr auto kHeaderBytes = static_cast<std::uint32_t>(update::kHeaderBlock);
 
 std::string text_of(const std::string& path) {
   std::ifstream file(std::string(SLIPSTACK_SOURCE_DIR "/") + path);
@@ -36,7 +39,7 @@ Memory flash_of(const std::string& script) {
     ADD_FAILURE() << script << " has no line of this form";
     return {};
   }
-  const auto number = [&](int i) {
+  const auto number = [&](std::size_t i) {
     return found[i].matched ? static_cast<std::uint32_t>(std::stoul(found[i], nullptr, 0)) : 0U;
   };
   return {number(1), number(2) * 1024 - number(3)};
@@ -48,8 +51,8 @@ TEST(MemoryMap, TheLinkerScriptsHaveTheAddressesOfTheFlashMap) {
   EXPECT_EQ(boot.bytes, kBootLoader.pages * kFlashPageBytes);
   for (const std::uint32_t bank : {0U, 1U}) {
     const Memory slot = flash_of(bank == 0 ? "stm32g474_slot1.ld" : "stm32g474_slot2.ld");
-    EXPECT_EQ(slot.begin, slot_in(bank).begin() + update::kHeaderBlock);
-    EXPECT_EQ(slot.bytes, slot_in(bank).pages * kFlashPageBytes - update::kHeaderBlock);
+    EXPECT_EQ(slot.begin, slot_in(bank).begin() + kHeaderBytes);
+    EXPECT_EQ(slot.bytes, slot_in(bank).pages * kFlashPageBytes - kHeaderBytes);
   }
   const Memory alone = flash_of("stm32g474.ld");
   EXPECT_EQ(alone.begin, kFlashBegin);
@@ -63,11 +66,11 @@ TEST(MemoryMap, TheCheckOfImagesHasTheAddressesOfTheFlashMap) {
   EXPECT_TRUE(has("PARAMETER_BYTES = " + std::to_string(parameters_in(0).pages) + " * " +
                   std::to_string(kFlashPageBytes)));
   EXPECT_TRUE(has("SLOT_PROGRAM_BYTES = " + std::to_string(slot_in(0).pages * kFlashPageBytes / 1024) +
-                  " * 1024 - " + std::to_string(update::kHeaderBlock)));
+                  " * 1024 - " + std::to_string(kHeaderBytes)));
   for (const std::uint32_t bank : {0U, 1U}) {
     std::array<char, 32> place{};
     std::snprintf(place.data(), place.size(), "0x%08X: SLOT_PROGRAM_BYTES",
-                  static_cast<unsigned>(slot_in(bank).begin() + update::kHeaderBlock));
+                  static_cast<unsigned>(slot_in(bank).begin() + kHeaderBytes));
     EXPECT_TRUE(has(place.data())) << place.data();
   }
 }
