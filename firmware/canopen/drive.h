@@ -12,7 +12,7 @@
 #include "firmware/canopen/objects/excitation_objects.h"
 #include "firmware/canopen/objects/trace_objects.h"
 #include "firmware/canopen/profile/drive_profile.h"
-#include "firmware/canopen/services/program_download.h"
+#include "firmware/canopen/sdo/program_download.h"
 #include "firmware/canopen/telemetry/telemetry.h"
 
 namespace slipstack::canopen {

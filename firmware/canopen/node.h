@@ -3,11 +3,11 @@
 
 #include <cstdint>
 
+#include "firmware/canopen/connection_supervision/bus_watch.h"
+#include "firmware/canopen/connection_supervision/lost_connection.h"
+#include "firmware/canopen/network/bit_rate_switch.h"
 #include "firmware/canopen/node_parts.h"
 #include "firmware/canopen/objects/node_objects.h"
-#include "firmware/canopen/services/bit_rate_switch.h"
-#include "firmware/canopen/services/bus_watch.h"
-#include "firmware/canopen/services/lost_connection.h"
 
 namespace slipstack::canopen {
 

@@ -4,18 +4,18 @@
 #include <cstdint>
 
 #include "firmware/canopen/application.h"
+#include "firmware/canopen/connection_supervision/heartbeat.h"
 #include "firmware/canopen/model/parameter_set.h"
+#include "firmware/canopen/network/counter.h"
+#include "firmware/canopen/network/emergency.h"
+#include "firmware/canopen/network/lss.h"
+#include "firmware/canopen/network/outbox.h"
+#include "firmware/canopen/network/periodic_timer.h"
+#include "firmware/canopen/network/sync_producer.h"
 #include "firmware/canopen/objects/dictionary.h"
-#include "firmware/canopen/services/access_lock.h"
-#include "firmware/canopen/services/counter.h"
-#include "firmware/canopen/services/emergency.h"
-#include "firmware/canopen/services/heartbeat.h"
-#include "firmware/canopen/services/lss.h"
-#include "firmware/canopen/services/outbox.h"
-#include "firmware/canopen/services/pdo.h"
-#include "firmware/canopen/services/periodic_timer.h"
-#include "firmware/canopen/services/sdo_server.h"
-#include "firmware/canopen/services/sync_producer.h"
+#include "firmware/canopen/pdo/pdo.h"
+#include "firmware/canopen/sdo/access_lock.h"
+#include "firmware/canopen/sdo/sdo_server.h"
 #include "hal/include/can_port.h"
 
 namespace slipstack::canopen {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "sim_host/experiments/setup.h"
-#include "sim_host/friction/virgin_curve.h"
+#include "sim_host/plant/friction/virgin_curve.h"
 
 namespace slipstack::sim {
 

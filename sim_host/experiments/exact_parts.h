@@ -5,8 +5,8 @@
 #include <string_view>
 
 #include "sim_host/experiments/setup.h"
-#include "sim_host/friction/maxwell_elements.h"
 #include "sim_host/plant/exact_axis.h"
+#include "sim_host/plant/friction/maxwell_elements.h"
 
 namespace slipstack::sim {
 

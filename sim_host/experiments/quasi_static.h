@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "sim_host/friction/maxwell_elements.h"
+#include "sim_host/plant/friction/maxwell_elements.h"
 
 namespace slipstack::sim {
 

@@ -7,9 +7,9 @@
 #include <string_view>
 #include <vector>
 
-#include "sim_host/effects/effect_id.h"
 #include "sim_host/motion/programme.h"
 #include "sim_host/plant/axis.h"
+#include "sim_host/plant/effects/effect_id.h"
 #include "sim_host/rng.h"
 
 namespace slipstack::sim {

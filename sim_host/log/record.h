@@ -5,9 +5,9 @@
 #include <cstddef>
 #include <vector>
 
-#include "sim_host/effects/effect_id.h"
 #include "sim_host/motion/programme.h"
 #include "sim_host/plant/axis.h"
+#include "sim_host/plant/effects/effect_id.h"
 #include "sim_host/rng.h"
 #include "sim_host/sensors/delay_line.h"
 #include "sim_host/sensors/encoder.h"

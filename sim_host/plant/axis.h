@@ -4,8 +4,8 @@
 
 #include <cstddef>
 
-#include "sim_host/effects/effects.h"
-#include "sim_host/friction/virgin_curve.h"
+#include "sim_host/plant/effects/effects.h"
+#include "sim_host/plant/friction/virgin_curve.h"
 
 namespace slipstack::sim {
 

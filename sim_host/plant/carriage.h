@@ -2,8 +2,8 @@
 // The guided body with its friction: the part that forward and inverse dynamics share.
 #pragma once
 
-#include "sim_host/friction/maxwell_elements.h"
 #include "sim_host/plant/axis.h"
+#include "sim_host/plant/friction/maxwell_elements.h"
 #include "sim_host/plant/loads.h"
 
 namespace slipstack::sim {

@@ -2,8 +2,8 @@
 // The forces on the carriage at one instant, each by itself, for inverse and forward dynamics.
 #pragma once
 
-#include "sim_host/effects/effect_id.h"
 #include "sim_host/plant/axis.h"
+#include "sim_host/plant/effects/effect_id.h"
 
 namespace slipstack::sim {
 

@@ -5,8 +5,8 @@
 #include <array>
 #include <cstddef>
 
-#include "sim_host/effects/effect_id.h"
 #include "sim_host/plant/carriage.h"
+#include "sim_host/plant/effects/effect_id.h"
 
 namespace slipstack::sim {
 

@@ -2,9 +2,9 @@
 // Inverse dynamics: the drive force of a prescribed motion.
 #pragma once
 
-#include "sim_host/effects/effect_id.h"
 #include "sim_host/motion/programme.h"
 #include "sim_host/plant/carriage.h"
+#include "sim_host/plant/effects/effect_id.h"
 
 namespace slipstack::sim {
 

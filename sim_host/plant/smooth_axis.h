@@ -7,9 +7,9 @@
 #include <cstddef>
 #include <vector>
 
-#include "sim_host/friction/masing.h"
 #include "sim_host/plant/carriage.h"
 #include "sim_host/plant/exact_axis.h"
+#include "sim_host/plant/friction/masing.h"
 
 namespace slipstack::sim {
 

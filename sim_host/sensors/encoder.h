@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <utility>
 
-#include "sim_host/effects/effects.h"
+#include "sim_host/plant/effects/effects.h"
 
 namespace slipstack::sim {
 

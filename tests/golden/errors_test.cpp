@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "tests/golden/shared_data.h"
-#include "workbench/estimate/uncertainty/unseen_error.h"
-#include "workbench/model/effects/effect_registry.h"
+#include "workbench/estimate/uncertainty/held_out_error.h"
+#include "workbench/model/catalogue/effect_registry.h"
 
 namespace slipstack::workbench {
 namespace {

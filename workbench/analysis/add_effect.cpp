@@ -5,8 +5,8 @@
 
 #include "workbench/diagnose/evidence/criterion.h"
 #include "workbench/estimate/nonlinear/checks.h"
+#include "workbench/estimate/uncertainty/held_out_error.h"
 #include "workbench/estimate/uncertainty/standard_errors.h"
-#include "workbench/estimate/uncertainty/unseen_error.h"
 #include "workbench/report/fitted_model_file.h"
 #include "workbench/report/model_notes.h"
 

@@ -5,7 +5,7 @@
 
 #include "workbench/long_logs/log_search.h"
 #include "workbench/model/model.h"
-#include "workbench/report/addition_result.h"
+#include "workbench/report/results/addition_result.h"
 
 namespace slipstack::workbench {
 

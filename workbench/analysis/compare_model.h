@@ -5,7 +5,7 @@
 
 #include "workbench/long_logs/log_search.h"
 #include "workbench/model/model.h"
-#include "workbench/report/comparison_result.h"
+#include "workbench/report/results/comparison_result.h"
 
 namespace slipstack::workbench {
 

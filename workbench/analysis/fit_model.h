@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "workbench/long_logs/log_search.h"
-#include "workbench/report/fit_result.h"
+#include "workbench/report/results/fit_result.h"
 
 namespace slipstack::workbench {
 

@@ -6,9 +6,9 @@
 #include <optional>
 
 #include "workbench/base/errors.h"
-#include "workbench/model/effects/effect_registry.h"
+#include "workbench/model/catalogue/effect_registry.h"
 #include "workbench/plan/limits.h"
-#include "workbench/report/plan_result.h"
+#include "workbench/report/results/plan_result.h"
 
 namespace slipstack::workbench {
 namespace {

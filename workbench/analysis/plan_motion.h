@@ -3,7 +3,7 @@
 
 #include "workbench/console/progress.h"
 #include "workbench/plan/known_axis.h"
-#include "workbench/report/experiment_result.h"
+#include "workbench/report/results/experiment_result.h"
 
 namespace slipstack::workbench {
 

@@ -8,8 +8,8 @@
 #include "workbench/base/errors.h"
 #include "workbench/base/text.h"
 #include "workbench/estimate/nonlinear/fit.h"
+#include "workbench/estimate/uncertainty/held_out_error.h"
 #include "workbench/estimate/uncertainty/standard_errors.h"
-#include "workbench/estimate/uncertainty/unseen_error.h"
 #include "workbench/report/fitted_model_file.h"
 #include "workbench/report/model_notes.h"
 

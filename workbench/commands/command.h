@@ -12,7 +12,7 @@
 #include "workbench/log/csv/raw_table.h"
 #include "workbench/long_logs/shared_logs.h"
 #include "workbench/plan/known_axis.h"
-#include "workbench/report/experiment_outputs.h"
+#include "workbench/report/results/experiment_outputs.h"
 
 // The commands on logs and models, from their options to what they write: the command line and the Python
 // module call the same.

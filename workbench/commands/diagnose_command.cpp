@@ -4,11 +4,11 @@
 #include "workbench/commands/inputs.h"
 #include "workbench/diagnose/baseline.h"
 #include "workbench/diagnose/diagnose.h"
-#include "workbench/model/effects/effect_registry.h"
+#include "workbench/model/catalogue/effect_registry.h"
 #include "workbench/model/model.h"
-#include "workbench/report/diagnosis_result.h"
 #include "workbench/report/html/report_page.h"
 #include "workbench/report/json_values.h"
+#include "workbench/report/results/diagnosis_result.h"
 
 namespace slipstack::workbench {
 

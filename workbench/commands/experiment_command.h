@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "workbench/commands/command.h"
-#include "workbench/report/experiment_result.h"
+#include "workbench/report/results/experiment_result.h"
 
 namespace slipstack::workbench {
 

@@ -13,9 +13,9 @@
 #include "workbench/commands/experiment_command.h"
 #include "workbench/estimate/terms/terms.h"
 #include "workbench/log/log_of_table.h"
-#include "workbench/model/effects/firmware_effects.h"
+#include "workbench/model/catalogue/firmware_effects.h"
 #include "workbench/model/model.h"
-#include "workbench/report/simulation_result.h"
+#include "workbench/report/results/simulation_result.h"
 #include "workbench/simulate/open_loop.h"
 #include "workbench/simulate/set_points.h"
 

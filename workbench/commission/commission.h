@@ -6,7 +6,7 @@
 
 #include "workbench/commission/stages.h"
 #include "workbench/commission/trials.h"
-#include "workbench/report/experiment_result.h"
+#include "workbench/report/results/experiment_result.h"
 
 namespace slipstack::workbench {
 

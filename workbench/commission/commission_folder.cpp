@@ -7,9 +7,9 @@
 #include <iterator>
 #include <utility>
 
+#include "workbench/base/atomic_write.h"
 #include "workbench/base/errors.h"
 #include "workbench/base/text.h"
-#include "workbench/base/write_whole.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -60,7 +60,7 @@ void CommissionFolder::finish(const std::string& stage, nlohmann::json found) {
 }
 
 void CommissionFolder::write(const std::string& name, const std::string& content) const {
-  write_whole(path(name), content);
+  write_atomically(path(name), content);
 }
 
 std::string CommissionFolder::read(const std::string& name) const {

@@ -8,12 +8,12 @@
 #include <optional>
 
 #include "workbench/base/text.h"
+#include "workbench/can/drive/can_axis.h"
+#include "workbench/can/link/socket_link.h"
 #include "workbench/commission/commission.h"
 #include "workbench/commission/drive_memory.h"
 #include "workbench/console/output.h"
 #include "workbench/console/progress.h"
-#include "workbench/controller/can_axis.h"
-#include "workbench/controller/socket_link.h"
 #include "workbench/loop/drawn_axis.h"
 #include "workbench/report/html/report_page.h"
 #include "workbench/report/json_values.h"

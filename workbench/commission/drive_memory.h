@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "workbench/can/drive/can_axis.h"
 #include "workbench/commission/commission_folder.h"
-#include "workbench/controller/can_axis.h"
 
 namespace slipstack::workbench {
 

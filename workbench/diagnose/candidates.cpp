@@ -8,8 +8,8 @@
 #include "workbench/diagnose/evidence/evidence.h"
 #include "workbench/diagnose/evidence/reduction.h"
 #include "workbench/estimate/nonlinear/fit_gains.h"
+#include "workbench/estimate/uncertainty/held_out_error.h"
 #include "workbench/estimate/uncertainty/standard_errors.h"
-#include "workbench/estimate/uncertainty/unseen_error.h"
 
 namespace slipstack::workbench {
 namespace {

@@ -13,7 +13,7 @@
 #include "workbench/diagnose/search/search.h"
 #include "workbench/diagnose/search/steps.h"
 #include "workbench/diagnose/verdict.h"
-#include "workbench/estimate/uncertainty/unseen_error.h"
+#include "workbench/estimate/uncertainty/held_out_error.h"
 
 namespace slipstack::workbench {
 namespace {

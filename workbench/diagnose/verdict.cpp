@@ -11,8 +11,8 @@
 
 #include "workbench/diagnose/alternatives/bursts.h"
 #include "workbench/diagnose/alternatives/confounders.h"
-#include "workbench/diagnose/alternatives/lines.h"
 #include "workbench/diagnose/alternatives/lost_counts.h"
+#include "workbench/diagnose/alternatives/spectral_line.h"
 #include "workbench/diagnose/evidence/naming_rule.h"
 #include "workbench/diagnose/evidence/plausibility.h"
 #include "workbench/diagnose/evidence/reduction.h"

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "workbench/frequency/loop_analysis.h"
-#include "workbench/report/experiment_result.h"
+#include "workbench/report/results/experiment_result.h"
 
 namespace slipstack::workbench {
 

@@ -7,7 +7,7 @@
 
 #include "workbench/base/parallel.h"
 #include "workbench/base/statistics.h"
-#include "workbench/estimate/uncertainty/unseen_error.h"
+#include "workbench/estimate/uncertainty/held_out_error.h"
 #include "workbench/long_logs/poorly_predicted.h"
 
 namespace slipstack::workbench {

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "sim_host/effects/effect_id.h"
 #include "sim_host/log/draw.h"
+#include "sim_host/plant/effects/effect_id.h"
 
 namespace slipstack::workbench {
 

@@ -7,8 +7,8 @@
 
 #include "workbench/console/progress.h"
 #include "workbench/log/log.h"
-#include "workbench/report/experiment_outputs.h"
-#include "workbench/report/experiment_result.h"
+#include "workbench/report/results/experiment_outputs.h"
+#include "workbench/report/results/experiment_result.h"
 
 namespace slipstack::workbench {
 

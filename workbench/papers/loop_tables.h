@@ -6,7 +6,7 @@
 
 #include "workbench/papers/analysis/loop_log.h"
 #include "workbench/papers/analysis/virgin_fit.h"
-#include "workbench/report/experiment_result.h"
+#include "workbench/report/results/experiment_result.h"
 
 namespace slipstack::workbench {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "sim_host/friction/maxwell_elements.h"
+#include "sim_host/plant/friction/maxwell_elements.h"
 #include "sim_host/rng.h"
 #include "workbench/base/text.h"
 #include "workbench/estimate/measurement/measurement.h"

@@ -6,7 +6,7 @@
 
 #include "workbench/estimate/nonlinear/fit.h"
 #include "workbench/model/model.h"
-#include "workbench/report/log_results.h"
+#include "workbench/report/results/log_results.h"
 
 // How well a fitted model describes the measurement.
 namespace slipstack::workbench {

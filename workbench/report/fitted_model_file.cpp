@@ -9,8 +9,8 @@
 #include "workbench/base/text.h"
 #include "workbench/estimate/nonlinear/reduce.h"
 #include "workbench/estimate/terms/user_table.h"
+#include "workbench/estimate/uncertainty/held_out_error.h"
 #include "workbench/estimate/uncertainty/standard_errors.h"
-#include "workbench/estimate/uncertainty/unseen_error.h"
 
 namespace slipstack::workbench {
 

@@ -12,9 +12,9 @@
 #include "workbench/base/text.h"
 #include "workbench/console/output.h"
 #include "workbench/log/import/import_log.h"
-#include "workbench/serve/plain_file.h"
-#include "workbench/serve/server.h"
-#include "workbench/serve/workspace.h"
+#include "workbench/serve/http/server.h"
+#include "workbench/serve/session/plain_file.h"
+#include "workbench/serve/session/workspace.h"
 
 namespace slipstack::workbench {
 namespace {

@@ -6,8 +6,8 @@
 #include <span>
 
 #include "firmware/canopen/model/staged_model.h"
+#include "firmware/canopen/network/counter.h"
 #include "firmware/canopen/objects/encoder_objects.h"
-#include "firmware/canopen/services/counter.h"
 #include "firmware/control/controller.h"
 #include "hal/include/signal_scaling.h"
 

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <span>
 
+#include "firmware/canopen/network/cob_id.h"
 #include "firmware/canopen/node_parts.h"
-#include "firmware/canopen/services/cob_id.h"
 
 namespace slipstack::canopen {
 

@@ -3,8 +3,8 @@
 
 #include <cstdint>
 
+#include "firmware/canopen/connection_supervision/command_supervision.h"
 #include "firmware/canopen/profile/bounds_profile.h"
-#include "firmware/canopen/profile/command_supervision.h"
 #include "firmware/canopen/profile/cyclic_profile.h"
 #include "firmware/canopen/profile/homing_profile.h"
 #include "firmware/canopen/profile/position_profile.h"

@@ -5,7 +5,7 @@
 #include <functional>
 
 #include "tests/can/bench.h"
-#include "tests/can/services/block_master.h"
+#include "tests/can/sdo/block_master.h"
 
 namespace slipstack::can {
 namespace {

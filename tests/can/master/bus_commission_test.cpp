@@ -13,9 +13,9 @@
 #include "sim_host/log/draw.h"
 #include "tests/can/master/desk.h"
 #include "tests/unit/temporary_directory.h"
+#include "workbench/can/drive/can_axis.h"
 #include "workbench/commission/commission.h"
 #include "workbench/commission/drive_memory.h"
-#include "workbench/controller/can_axis.h"
 #include "workbench/model/model.h"
 
 namespace slipstack::workbench {

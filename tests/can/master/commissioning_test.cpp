@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "tests/can/master/desk.h"
+#include "workbench/can/drive/objects.h"
 #include "workbench/console/output.h"
-#include "workbench/controller/objects.h"
 
 namespace slipstack::workbench {
 namespace {

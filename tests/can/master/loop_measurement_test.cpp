@@ -9,9 +9,9 @@
 #include <random>
 
 #include "tests/can/master/desk.h"
-#include "workbench/controller/drive_gains.h"
-#include "workbench/controller/measure_loop.h"
-#include "workbench/controller/tune_drive.h"
+#include "workbench/can/commands/measure_loop.h"
+#include "workbench/can/commands/tune_drive.h"
+#include "workbench/can/drive/drive_gains.h"
 #include "workbench/frequency/bode_result.h"
 
 namespace slipstack::workbench {

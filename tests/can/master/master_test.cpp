@@ -9,9 +9,9 @@
 #include <sstream>
 
 #include "tests/can/master/desk.h"
+#include "workbench/can/commands/master.h"
+#include "workbench/can/drive/drive_stream.h"
 #include "workbench/console/output.h"
-#include "workbench/controller/drive_stream.h"
-#include "workbench/controller/master.h"
 #include "workbench/log/log.h"
 
 namespace slipstack::workbench {

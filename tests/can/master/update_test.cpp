@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // `slipstack update` on a cable to a host node with two program slots: success, a bus that fails in between,
 // a program that does not come up, and every refusal.
-#include "workbench/controller/update_drive.h"
+#include "workbench/can/commands/update_drive.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 
 #include "sim_host/log/draw.h"
 #include "workbench/base/errors.h"
-#include "workbench/controller/updatable_drive.h"
+#include "workbench/can/host_node/updatable_drive.h"
 
 namespace slipstack::workbench {
 namespace {

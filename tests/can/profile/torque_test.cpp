@@ -16,7 +16,8 @@ class Torque : public ::testing::Test {
  protected:
   Torque() {
     bench_.configure();
-    // A force is written once and acts for seconds here (2403h: tests/can/profile/command_timeout_test.cpp).
+    // A force is written once and acts for seconds here (2403h:
+    // tests/can/connection_supervision/command_timeout_test.cpp).
     EXPECT_EQ(bench_.write(0x2403, 0, 0, 2), 0U);
     const AxisParameters& axis = bench_.loop->controller().parameters().axis;
     per_newton_ = 1.0F / axis.motor_constant_N_per_A;

@@ -9,8 +9,8 @@
 #include <span>
 #include <string>
 
+#include "workbench/can/commands/master.h"
 #include "workbench/console/output.h"
-#include "workbench/controller/master.h"
 
 namespace {
 

@@ -8,9 +8,9 @@
 #include <numbers>
 
 #include "tests/unit/estimate/estimate_support.h"
-#include "workbench/diagnose/alternatives/lines.h"
-#include "workbench/diagnose/alternatives/places.h"
+#include "workbench/diagnose/alternatives/place_on_rail.h"
 #include "workbench/diagnose/alternatives/reversals.h"
+#include "workbench/diagnose/alternatives/spectral_line.h"
 #include "workbench/diagnose/evidence/held_out.h"
 #include "workbench/estimate/uncertainty/row_weights.h"
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sim_host/friction/maxwell_elements.h"
 #include "sim_host/log/draw.h"
 #include "sim_host/log/record.h"
+#include "sim_host/plant/friction/maxwell_elements.h"
 #include "workbench/estimate/terms/terms.h"
-#include "workbench/model/effects/effect_registry.h"
+#include "workbench/model/catalogue/effect_registry.h"
 
 namespace slipstack::workbench::test {
 

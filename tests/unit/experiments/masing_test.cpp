@@ -5,8 +5,8 @@
 #include <cmath>
 #include <vector>
 
-#include "sim_host/friction/masing.h"
-#include "sim_host/friction/maxwell_elements.h"
+#include "sim_host/plant/friction/masing.h"
+#include "sim_host/plant/friction/maxwell_elements.h"
 #include "sim_host/rng.h"
 
 namespace slipstack::sim {

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "sim_host/friction/maxwell_elements.h"
+#include "sim_host/plant/friction/maxwell_elements.h"
 #include "sim_host/rng.h"
 
 // Six friction models: each against its own closed form, then side by side as in [3], Fig. 5.

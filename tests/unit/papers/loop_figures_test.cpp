@@ -7,7 +7,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "sim_host/friction/maxwell_elements.h"
+#include "sim_host/plant/friction/maxwell_elements.h"
 
 // Figures of loops against the closed forms of [2], of a linear system, and of single elements.
 namespace slipstack::workbench {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/serve/guard.h"
+#include "workbench/serve/http/guard.h"
 
 #include <gtest/gtest.h>
 

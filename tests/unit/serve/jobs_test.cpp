@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/serve/jobs.h"
+#include "workbench/serve/session/jobs.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A controller that is watched: its signals, the errors model by model, recordings, and what goes wrong.
-#include "workbench/serve/live_node.h"
+#include "workbench/serve/live/live_node.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -13,8 +13,8 @@
 #include <thread>
 
 #include "workbench/log/log.h"
-#include "workbench/serve/driven_axis.h"
-#include "workbench/serve/simulated_axis.h"
+#include "workbench/serve/live/driven_axis.h"
+#include "workbench/serve/live/simulated_axis.h"
 
 namespace slipstack::workbench {
 namespace {

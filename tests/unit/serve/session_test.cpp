@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/serve/session.h"
+#include "workbench/serve/session/session.h"
 
 #include <gtest/gtest.h>
 
@@ -7,10 +7,10 @@
 #include <filesystem>
 #include <fstream>
 
+#include "workbench/base/atomic_write.h"
 #include "workbench/base/errors.h"
-#include "workbench/base/write_whole.h"
-#include "workbench/model/effects/firmware_effects.h"
-#include "workbench/serve/plain_file.h"
+#include "workbench/model/catalogue/firmware_effects.h"
+#include "workbench/serve/session/plain_file.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -71,7 +71,7 @@ TEST_F(SessionTest, OpensAfterACrash) {
     Session session(folder_);
     session.add(0, "fitted", model(3.0), 0.0);
   }
-  write_whole(folder_ / "models" / "2.toml", to_toml(model(2.5)));
+  write_atomically(folder_ / "models" / "2.toml", to_toml(model(2.5)));
   std::ofstream(folder_ / "models" / ".3.toml.17.0") << "half a mo";
   std::ofstream(folder_ / ".session.json.17.0") << "{\"format\": ";
   Session session(folder_);
@@ -94,11 +94,11 @@ TEST_F(SessionTest, NeverLeavesItsFolder) {
 
 TEST_F(SessionTest, WritesWholeOrNothing) {
   const fs::path path = folder_ / "file";
-  write_whole(path, "one");
+  write_atomically(path, "one");
   EXPECT_EQ(read_whole(path, 100), "one");
   EXPECT_THROW(static_cast<void>(read_whole(path, 2)), InputError);
-  EXPECT_THROW(write_whole(folder_ / "no folder" / "file", "two"), UsageError);
-  EXPECT_THROW(write_whole("/dev/full/file", "two"), UsageError);
+  EXPECT_THROW(write_atomically(folder_ / "no folder" / "file", "two"), UsageError);
+  EXPECT_THROW(write_atomically("/dev/full/file", "two"), UsageError);
   EXPECT_EQ(read_whole(path, 100), "one");
 }
 

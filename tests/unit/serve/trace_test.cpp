@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/serve/trace.h"
+#include "workbench/serve/views/trace.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

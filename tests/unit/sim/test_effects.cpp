@@ -4,8 +4,8 @@
 #include <cmath>
 #include <vector>
 
-#include "sim_host/effects/effect_id.h"
-#include "sim_host/effects/effects.h"
+#include "sim_host/plant/effects/effect_id.h"
+#include "sim_host/plant/effects/effects.h"
 #include "sim_host/rng.h"
 
 namespace slipstack::sim {

@@ -8,8 +8,8 @@
 #include <stdexcept>
 #include <vector>
 
-#include "sim_host/friction/maxwell_elements.h"
-#include "sim_host/friction/virgin_curve.h"
+#include "sim_host/plant/friction/maxwell_elements.h"
+#include "sim_host/plant/friction/virgin_curve.h"
 #include "sim_host/rng.h"
 
 namespace slipstack::sim {

@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "workbench/diagnose/alternatives/causes.h"
-#include "workbench/diagnose/alternatives/lines.h"
-#include "workbench/diagnose/alternatives/places.h"
+#include "workbench/diagnose/alternatives/place_on_rail.h"
+#include "workbench/diagnose/alternatives/spectral_line.h"
 #include "workbench/diagnose/detectability/separation.h"
 #include "workbench/diagnose/evidence/held_out.h"
 #include "workbench/estimate/nonlinear/fit_gains.h"

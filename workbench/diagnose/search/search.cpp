@@ -7,7 +7,7 @@
 #include "workbench/diagnose/alternatives/causes.h"
 #include "workbench/diagnose/evidence/plausibility.h"
 #include "workbench/diagnose/evidence/reduction.h"
-#include "workbench/diagnose/search/exchange.h"
+#include "workbench/diagnose/search/elimination_and_exchange.h"
 #include "workbench/diagnose/search/mass_and_mode.h"
 
 namespace slipstack::workbench {

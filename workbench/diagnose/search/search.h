@@ -5,7 +5,7 @@
 
 #include "workbench/diagnose/diagnose.h"
 #include "workbench/diagnose/evidence/naming_rule.h"
-#include "workbench/diagnose/search/growth.h"
+#include "workbench/diagnose/search/forward_selection.h"
 
 namespace slipstack::workbench {
 

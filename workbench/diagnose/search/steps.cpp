@@ -10,8 +10,8 @@
 
 #include "workbench/diagnose/evidence/evidence.h"
 #include "workbench/diagnose/evidence/reduction.h"
+#include "workbench/estimate/uncertainty/held_out_error.h"
 #include "workbench/estimate/uncertainty/standard_errors.h"
-#include "workbench/estimate/uncertainty/unseen_error.h"
 
 namespace slipstack::workbench {
 namespace {

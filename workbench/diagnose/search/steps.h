@@ -2,7 +2,7 @@
 #pragma once
 
 #include "workbench/diagnose/diagnose.h"
-#include "workbench/diagnose/search/growth.h"
+#include "workbench/diagnose/search/forward_selection.h"
 
 namespace slipstack::workbench {
 

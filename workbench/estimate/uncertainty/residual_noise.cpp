@@ -143,13 +143,13 @@ double row_rate_of(const Measurement& measurement) {
 
 }  // namespace
 
-double NoiseEstimate::bounded(double sensor_N) const {
+double NoiseBounds::bounded(double sensor_N) const {
   return std::clamp(sensor_N, least_N, std::max(least_N, most_N));
 }
 
-NoiseEstimate residual_noise(const Measurement& measurement, const LogPart& part,
-                             const Eigen::VectorXd& residual_N,
-                             const std::vector<Eigen::VectorXd>& realisations_N, double mass_kg) {
+NoiseBounds residual_noise(const Measurement& measurement, const LogPart& part,
+                           const Eigen::VectorXd& residual_N,
+                           const std::vector<Eigen::VectorXd>& realisations_N, double mass_kg) {
   const double row_rate_Hz = row_rate_of(measurement);
   const Segments segments = segments_of(measurement, part, row_rate_Hz, residual_N, realisations_N);
   if (segments.left.size() < kFewestSegments) return {};

@@ -9,7 +9,7 @@
 namespace slipstack::workbench {
 
 /// Bounds of the white noise of the force before the filter [N], from the residual of a model.
-struct NoiseEstimate {
+struct NoiseBounds {
   double least_N = 0.0;
   double most_N = std::numeric_limits<double>::infinity();
   /// The estimate from the differences between samples, limited to these bounds.
@@ -27,8 +27,8 @@ struct NoiseEstimate {
 /// through `mass_kg`, and through the hysteresis, as the mean power of `realisations_N`. The upper bound is
 /// the strongest band after subtraction of the former only. No bounds for a log of fewer than eight segments
 /// of 64 rows. `residual_N` and `realisations_N`: of all rows.
-NoiseEstimate residual_noise(const Measurement& measurement, const LogPart& part,
-                             const Eigen::VectorXd& residual_N,
-                             const std::vector<Eigen::VectorXd>& realisations_N, double mass_kg);
+NoiseBounds residual_noise(const Measurement& measurement, const LogPart& part,
+                           const Eigen::VectorXd& residual_N,
+                           const std::vector<Eigen::VectorXd>& realisations_N, double mass_kg);
 
 }  // namespace slipstack::workbench

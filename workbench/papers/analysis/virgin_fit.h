@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "sim_host/friction/virgin_curve.h"
+#include "sim_host/plant/friction/virgin_curve.h"
 #include "workbench/papers/analysis/loop_figures.h"
 
 namespace slipstack::workbench {

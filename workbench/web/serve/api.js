@@ -53,7 +53,7 @@ export async function upload(name, content, profile) {
   return (await checked(response)).json();
 }
 
-// Arrays of numbers: {header, time_s: Float64Array, ...}; see workbench/serve/bytes.h.
+// Arrays of numbers: {header, time_s: Float64Array, ...}; see workbench/serve/http/bytes.h.
 function unpack(buffer) {
   const length = new DataView(buffer).getUint32(0, true);
   const header = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/can/drive/drive_access.h"
+
+#include <exception>
+#include <string>
+
+#include "firmware/canopen/telemetry/trace.h"
+
+namespace slipstack::workbench {
+
+using namespace slipstack::canopen;
+
+void require_slipstack_drive(SdoClient& drive) {
+  if (drive.read(0x1018, 2) != kProductCode) drive.fail("is not a slipstack drive (1018h:02)");
+}
+
+bool is_enabled(SdoClient& drive) {
+  return (drive.read(0x6041, 0) & 0x6F) == 0x27;
+}
+
+std::optional<std::uint32_t> apply_staged(SdoClient& drive, std::uint32_t hash) {
+  if (drive.try_write(kModelIndex, 3, hash, 4) != 0) return drive.read(kModelIndex, 4);
+  for (int i = 0; drive.read(kModelIndex, 5) != 0; ++i) {
+    if (i == 1000) drive.fail("the tick does not take what was applied; does it run?");
+  }
+  return {};
+}
+
+void store_parameters(SdoClient& drive) {
+  constexpr std::uint32_t kSave = 0x65766173;  // "save" in the order of the bytes
+  drive.write(0x1010, 1, kSave, 4);
+}
+
+double model_mass_kg(SdoClient& drive) {
+  // 2100h is inertia; payload stands after it in the catalogue.
+  double mass_kg = 0.0;
+  for (std::uint16_t i = 0; i < kEffectCount; ++i) {
+    const std::size_t row = find_row(static_cast<std::uint16_t>(kEffectIndex + i), 0);
+    const std::string title = kObjects[row].object;
+    if (title != Inertia<float>::text.title && title != PayloadMass<float>::text.title) continue;
+    const auto index = static_cast<std::uint16_t>(kEffectIndex + i);
+    if (drive.read(index, 1) != 0) mass_kg += drive.read_real(index, 2);
+  }
+  return mass_kg;
+}
+
+RestoredObject::~RestoredObject() {
+  try {
+    drive_.try_write(index_, sub_, before_, bytes_);
+  } catch (const std::exception&) {  // the bus is gone: nothing can be restored
+  }
+}
+
+void RestoredObjects::set(std::uint16_t index, std::uint8_t sub, std::uint32_t value, int bytes) {
+  changes_.push_back({index, sub, bytes, drive_.read(index, sub)});
+  drive_.write(index, sub, value, bytes);
+}
+
+RestoredObjects::~RestoredObjects() {
+  try {
+    for (auto one = changes_.rbegin(); one != changes_.rend(); ++one) {
+      drive_.try_write(one->index, one->sub, one->before, one->bytes);
+    }
+  } catch (const std::exception&) {  // the bus is gone, and each further object would wait for its answer
+  }
+}
+
+}  // namespace slipstack::workbench

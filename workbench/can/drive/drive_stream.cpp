@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/can/drive/drive_stream.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstring>
+#include <iterator>
+
+#include "firmware/canopen/telemetry/trace.h"
+#include "workbench/can/drive/drive_access.h"
+
+namespace slipstack::workbench {
+
+using namespace slipstack::canopen;
+
+namespace {
+
+constexpr std::uint32_t kMapped[] = {0x22100510U, 0x60630020U, 0x22000B10U};  // TPDO 3 as delivered
+constexpr std::uint32_t kPositionError = 0x22000720U;
+constexpr std::uint32_t kResidual = 0x22000320U;
+constexpr std::uint32_t kProduceSync = 0x40000000U;  // 1005h
+constexpr std::uint32_t kId = 0x7FF;
+
+}  // namespace
+
+/// Throws UsageError where a parameter of the drive is not plausible, so that no log can be written.
+void check_axis(const SdoClient& drive, double tick_s, double resolution_m, double constant) {
+  if (tick_s > 1e-6 && tick_s < 1.0 && resolution_m > 0.0 && resolution_m < 1.0 && std::isfinite(constant))
+    return;
+  drive.fail(
+      fmt::format("tick {} s, encoder {} m, motor constant {} N/A (2000h:01 to :03) are none of an axis; is "
+                  "it commissioned?",
+                  tick_s, resolution_m, constant));
+}
+
+DriveStream::DriveStream(SdoClient& drive, double rate_Hz, With with)
+    : drive_(drive), observed_(with == With::observer), changed_(drive) {
+  axis_.rate_Hz = rate_Hz;
+  axis_.tick_s = drive.read_real(kAxisIndex, 2);
+  axis_.resolution_m = drive.read_real(kAxisIndex, 1);
+  axis_.constant_N_per_A = drive.read_real(kAxisIndex, 3);
+  limit_A_ = drive.read_real(kAxisIndex, 9);
+  check_axis(drive, axis_.tick_s, axis_.resolution_m, axis_.constant_N_per_A);
+  axis_.mass_kg = model_mass_kg(drive);
+  axis_.hash = drive.read(kModelIndex, 2);
+  require_motion_mapping();
+  const std::uint32_t cob3 = drive.read(0x1802, 1);
+  const std::uint32_t cob4 = drive.read(0x1803, 1);
+  changed_.set(0x1802, 1, cob3 | kInvalidPdo, 4);
+  changed_.set(0x1802, 2, 1, 1);
+  changed_.set(0x1006, 0, static_cast<std::uint32_t>(std::lround(1e6 / rate_Hz)), 4);
+  if (observed_) {
+    changed_.set(0x1803, 1, cob4 | kInvalidPdo, 4);
+    changed_.set(0x1803, 2, 1, 1);
+    changed_.set(0x1A03, 0, 0, 1);
+    changed_.set(0x1A03, 1, kPositionError, 4);
+    changed_.set(0x1A03, 2, kResidual, 4);
+    changed_.set(0x1A03, 0, 2, 1);
+    changed_.set(0x1803, 1, cob4 & ~kInvalidPdo, 4);
+  }
+  changed_.set(0x1802, 1, cob3 & ~kInvalidPdo, 4);
+  id3_ = cob3 & kId;
+  id4_ = observed_ ? cob4 & kId : id3_;
+  changed_.set(0x1005, 0, kProduceSync | (drive.read(0x1005, 0) & kId), 4);
+  drive.listen_also_to({id3_, id4_});
+  drive.nmt(1);
+}
+
+void DriveStream::require_motion_mapping() {
+  std::uint8_t sub = 0;
+  for (const std::uint32_t entry : kMapped) {
+    if (drive_.read(0x1A02, ++sub) == entry && drive_.read(0x1A02, 0) == std::size(kMapped)) continue;
+    drive_.fail(
+        "TPDO 3 maps something else than tick, position and current; restore it (1011h:02) or record the "
+        "trace (--trace)");
+  }
+}
+
+void DriveStream::take_motion(const CanFrame& frame) {
+  const auto low = static_cast<std::uint16_t>(frame.data[0] | frame.data[1] << 8);
+  const std::int64_t tick =
+      has_tick_ ? next_.tick + static_cast<std::uint16_t>(low - static_cast<std::uint16_t>(next_.tick)) : low;
+  has_tick_ = true;
+  next_ = {};
+  next_.tick = tick;
+  std::int16_t current = 0;
+  std::memcpy(&next_.counts, &frame.data[2], 4);
+  std::memcpy(&current, &frame.data[6], 2);
+  next_.current_A = static_cast<double>(current) / 32767.0 * limit_A_;
+  next_.stamp_s = drive_.link().stamp_s();
+}
+
+std::optional<StreamSample> DriveStream::next(int timeout_ms) {
+  CanFrame frame;
+  while (drive_.link().receive(frame, timeout_ms)) {
+    if (frame.extended || frame.remote || frame.length != 8) continue;
+    if (frame.id == id3_) {
+      take_motion(frame);
+      pending_ = observed_;
+      if (!observed_) return next_;
+    } else if (pending_ && frame.id == id4_) {
+      pending_ = false;
+      std::memcpy(&next_.error_m, &frame.data[0], 4);
+      std::memcpy(&next_.residual_N, &frame.data[4], 4);
+      return next_;
+    }
+  }
+  return {};
+}
+
+}  // namespace slipstack::workbench

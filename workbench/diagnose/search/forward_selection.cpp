@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/diagnose/search/forward_selection.h"
+
+#include <algorithm>
+#include <atomic>
+#include <tuple>
+#include <utility>
+
+#include "workbench/base/parallel.h"
+#include "workbench/diagnose/alternatives/causes.h"
+#include "workbench/diagnose/evidence/reduction.h"
+#include "workbench/estimate/terms/search_ranges.h"
+#include "workbench/model/catalogue/effect_registry.h"
+
+namespace slipstack::workbench {
+namespace {
+
+/// Whether the effect has the same column as one in the model; or cannot occur, because the log declares a
+/// mass of zero (inertia is not part of its force), so that neither payload nor resonance can be seen.
+bool is_redundant(const Measurement& measurement, const Terms& terms, const EffectDescription& effect) {
+  const bool weightless = measurement.log().mass_kg && *measurement.log().mass_kg == 0.0;
+  if (weightless && (effect.has_role(Role::resonance) || effect.has_role(Role::added_mass))) return true;
+  return (effect.has_role(Role::added_mass) && mass_is_free(terms)) ||
+         (effect.has_role(Role::inertia) && has_role(terms, Role::added_mass));
+}
+
+/// The effects of the catalogue that the options ask for.
+std::vector<const EffectDescription*> wanted_effects(const DiagnoseOptions& options) {
+  std::vector<const EffectDescription*> effects;
+  effects.reserve(std::max(options.candidates.size(), catalogue().size()));
+  for (const std::string& id : options.candidates) effects.push_back(find_effect(id));
+  if (options.candidates.empty()) {
+    for (const EffectDescription& effect : catalogue()) effects.push_back(&effect);
+  }
+  return effects;
+}
+
+/// The effects to try on top of `terms`. User-defined effects come first: they take longest, and parallel
+/// work is balanced best when it begins with the longest tasks.
+std::vector<const EffectDescription*> effects_to_try(const Measurement& measurement,
+                                                     const DiagnoseOptions& options, const Terms& terms) {
+  std::vector<const EffectDescription*> effects;
+  for (const EffectDescription* effect : options.user_effects) {
+    if (!contains(terms, effect->text.id)) effects.push_back(effect);
+  }
+  for (const EffectDescription* effect : wanted_effects(options)) {
+    if (contains(terms, effect->text.id) || !period_fits(measurement, *effect) ||
+        is_redundant(measurement, terms, *effect)) {
+      continue;
+    }
+    effects.push_back(effect);
+  }
+  for (const EffectDescription* cause : causes_to_try(measurement)) {
+    if (!contains(terms, cause->text.id)) effects.push_back(cause);
+  }
+  return effects;
+}
+
+/// A trial of a cause outside the catalogue; the base alone where the residual has none.
+Trial try_cause(const Measurement& measurement, const FittedModel& from, const EffectDescription& cause) {
+  if (const auto shapes = shapes_of_cause(measurement, from, cause))
+    return try_effect(measurement, from, cause, {}, &*shapes);
+  Trial none;
+  none.term = make_term(measurement, cause);
+  none.terms = from.terms;
+  none.terms.push_back(none.term);
+  none.holdout_rmse_N = from.holdout_rmse_N;
+  none.block_squared_error = from.block_squared_error;
+  none.below_visible = true;
+  return none;
+}
+
+/// Evaluations of a first look at an effect, and by which the shapes of a trial are then refined. Chosen:
+/// without any, a delay whose shape the first level has found beside a missing effect is not recognised
+/// (EMPS).
+constexpr int kFirstLook = 6;
+constexpr int kRefinements = 20;
+
+/// A first look at an effect on top of an explanation. It starts from the shapes that the first level found,
+/// except for pitches and frequencies, whose best values may differ with another residual.
+Trial look_again(const Measurement& measurement, const FittedModel& from, const EffectDescription& effect,
+                 const std::vector<Trial>& alone) {
+  if (is_outside_catalogue(effect)) return try_cause(measurement, from, effect);
+  const Trial* first = find_trial(alone, effect.text.id);
+  const bool elsewhere = std::any_of(effect.shapes.begin(), effect.shapes.end(), [](const ShapeSpec& shape) {
+    return shape.kind == ShapeKind::pitch || shape.kind == ShapeKind::frequency ||
+           shape.kind == ShapeKind::user_defined;
+  });
+  const bool known = first != nullptr && !elsewhere;
+  return try_effect(measurement, from, effect, {kFirstLook}, known ? &first->term.shapes : nullptr);
+}
+
+/// Trials whose shapes are refined, for each that fit_best() may take. Refining lowers the error of those
+/// that are left out too, but not past so many (sure screening: Fan and Lv 2008).
+constexpr std::size_t kRefinedOfTaken = 2;
+
+std::vector<std::string> added_by(const Attempt& attempt) {
+  std::vector<std::string> added = attempt.from->added;
+  added.push_back(attempt.effect->id());
+  return added;
+}
+
+bool same_set(std::vector<std::string> a, std::vector<std::string> b) {
+  std::sort(a.begin(), a.end());
+  std::sort(b.begin(), b.end());
+  return a == b;
+}
+
+/// Trials that lower the error by less than this share to first order are not fitted in full.
+constexpr double kLeastPromising = 0.5 * kLeastReduction;
+
+/// By error, then by id: the order of effects that do nothing must not depend on the catalogue.
+void sort_by_error(std::vector<Attempt>& attempts) {
+  std::sort(attempts.begin(), attempts.end(), [](const Attempt& a, const Attempt& b) {
+    return std::tuple(a.trial.holdout_rmse_N, std::string_view(a.effect->text.id), a.from) <
+           std::tuple(b.trial.holdout_rmse_N, std::string_view(b.effect->text.id), b.from);
+  });
+}
+
+}  // namespace
+
+std::vector<Attempt> try_effects(const Measurement& measurement, const DiagnoseOptions& options,
+                                 const std::vector<Explanation>& beam, const std::vector<Trial>* alone,
+                                 std::size_t most) {
+  std::vector<Attempt> attempts;
+  for (const Explanation& from : beam) {
+    for (const EffectDescription* effect : effects_to_try(measurement, options, from.model.terms))
+      attempts.push_back({&from, effect, {}});
+  }
+  std::atomic<std::size_t> done{0};
+  parallel_for(attempts.size(), [&](std::size_t i) {
+    Attempt& one = attempts[i];
+    one.trial = alone == nullptr ? try_anew(measurement, one.from->model, *one.effect)
+                                 : look_again(measurement, one.from->model, *one.effect, *alone);
+    if (alone == nullptr && options.tried && !is_outside_catalogue(*one.effect)) {
+      options.tried(one.trial, one.from->model.holdout_rmse_N);
+    }
+    const std::size_t finished = ++done;
+    options.report(alone == nullptr ? "try every effect" : "try every effect on top",
+                   static_cast<double>(finished) / static_cast<double>(attempts.size()));
+  });
+  sort_by_error(attempts);
+  if (alone == nullptr) return attempts;
+  parallel_for(std::min(kRefinedOfTaken * most, attempts.size()), [&](std::size_t i) {
+    Attempt& one = attempts[i];
+    if (is_outside_catalogue(*one.effect)) return;  // has no shapes to refine
+    const std::vector<double> start = one.trial.term.shapes;
+    one.trial = try_effect(measurement, one.from->model, *one.effect, {kRefinements}, &start);
+  });
+  sort_by_error(attempts);
+  return attempts;
+}
+
+std::vector<Explanation> fit_best(const SelectionContext& context, std::vector<Attempt> attempts,
+                                  std::size_t most) {
+  std::vector<Attempt> distinct;
+  for (Attempt& attempt : attempts) {
+    if (attempt.trial.holdout_rmse_N > (1.0 - kLeastPromising) * attempt.from->model.holdout_rmse_N) continue;
+    const bool seen = std::any_of(distinct.begin(), distinct.end(), [&](const Attempt& other) {
+      return same_set(added_by(other), added_by(attempt));
+    });
+    if (!seen) distinct.push_back(std::move(attempt));
+    if (distinct.size() == most) break;
+  }
+  std::vector<Explanation> grown(distinct.size());
+  parallel_for(distinct.size(), [&](std::size_t i) {
+    const Attempt& attempt = distinct[i];
+    grown[i] = {fit_gains(context.measurement, attempt.trial.terms, &attempt.from->model), added_by(attempt)};
+  });
+  return grown;
+}
+
+Trial try_anew(const Measurement& measurement, const FittedModel& from, const EffectDescription& effect) {
+  return is_outside_catalogue(effect) ? try_cause(measurement, from, effect)
+                                      : try_effect(measurement, from, effect, {});
+}
+
+std::size_t choices_of(const Measurement& measurement, const DiagnoseOptions& options,
+                       const Terms& baseline) {
+  return effects_to_try(measurement, options, baseline).size();
+}
+
+const Trial* find_trial(const std::vector<Trial>& trials, std::string_view id) {
+  const auto found = std::find_if(trials.begin(), trials.end(),
+                                  [&](const Trial& one) { return id == one.term.effect->text.id; });
+  return found == trials.end() ? nullptr : &*found;
+}
+
+}  // namespace slipstack::workbench

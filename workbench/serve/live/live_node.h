@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "workbench/can/drive/drive_stream.h"
+#include "workbench/serve/http/events.h"
+
+namespace slipstack::workbench {
+
+/// A controller that is watched while it runs: what it streams (drive_stream.h) for the pages, a recording of
+/// it as a log, and the errors before and after each model that was put on it. Its thread owns the link; the
+/// controller is only read, but for the communication objects of the stream, which are restored.
+/// All members may be called from any thread.
+class LiveNode {
+ public:
+  static constexpr double kShown_s = 20.0;  ///< of the signals that a page gets when it comes
+
+  struct Target {
+    std::string bus;  ///< CAN interface; empty: the simulated axis
+    int node = 5;
+    double rate_Hz = 500.0;
+  };
+  using Connect = std::function<std::unique_ptr<CanLink>()>;
+
+  /// `talking` is held while the controller is asked for its objects: two masters at once would mix up.
+  LiveNode(Events& events, std::mutex& talking, Target target, Connect connect);
+  /// Ends the stream and restores the controller.
+  ~LiveNode();
+  LiveNode(const LiveNode&) = delete;
+  LiveNode& operator=(const LiveNode&) = delete;
+
+  const Target& target() const { return target_; }
+  /// Another one for each connection.
+  std::uint64_t number() const { return number_; }
+  /// {bus, node, rate_Hz, state: connecting | live | lost, error, status, recording, notice}: what changes
+  /// seldom.
+  nlohmann::json to_json() const;
+  /// Number of the next sample.
+  std::uint64_t end() const;
+  /// Samples from number `first` on, those that are still kept: {connection, first, end, time_s, position_m,
+  /// force_N, error_m, residual_N, recorded, parts}. `parts`: for each model since the connection the rms
+  /// errors while the axis moved.
+  nlohmann::json since(std::uint64_t first) const;
+
+  /// A model was put on the controller: a new part begins.
+  void model_changed(const std::string& label);
+
+  /// Throws UsageError unless the controller is live.
+  void start_recording();
+  /// The recording as a log; where the stream had gaps too long for one, the longest part between them.
+  /// Throws UsageError where there is none, or one too short for any use.
+  Recording stop_recording();
+
+ private:
+  /// What was seen with one model.
+  struct Part {
+    std::string label;
+    double begin_s = 0.0;
+    std::size_t moving = 0;  ///< samples
+    double residual_squares = 0.0;
+    double error_squares = 0.0;
+    double largest_error_m = 0.0;
+  };
+
+  void run();
+  void follow(SdoClient& drive, DriveStream& stream);
+  void take(const StreamSample& sample);
+  void set_state(const std::string& state, const std::string& error);
+
+  Events& events_;
+  std::mutex& talking_;
+  const std::uint64_t number_;
+  const Target target_;
+  const Connect connect_;
+  mutable std::mutex lock_;  ///< of what follows
+  std::string state_ = "connecting";
+  std::string error_;
+  std::string status_;
+  std::string notice_;  ///< of the last recording
+  StreamedAxis axis_;
+  std::deque<StreamSample> shown_;
+  std::uint64_t end_ = 0;
+  std::int64_t first_tick_ = 0;
+  std::vector<Part> parts_;
+  bool recording_ = false;
+  std::vector<StreamSample> recorded_;
+  std::atomic<bool> stop_{false};
+  std::thread thread_;  ///< last: it ends before the rest goes
+};
+
+}  // namespace slipstack::workbench

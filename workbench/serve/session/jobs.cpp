@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/serve/session/jobs.h"
+
+#include <fmt/format.h>
+
+#include <new>
+
+#include "workbench/base/errors.h"
+#include "workbench/base/text.h"
+
+namespace slipstack::workbench {
+namespace {
+
+using namespace std::chrono_literals;
+constexpr auto kBetweenTellings = 50ms;  // of progress; a page draws no more often. Chosen.
+
+}  // namespace
+
+Jobs::~Jobs() {
+  cancel();
+  if (thread_.joinable()) thread_.join();
+}
+
+void Jobs::start(const std::string& what, Work work) {
+  const std::lock_guard lock(lock_);
+  if (running_) throw UsageError(fmt::format("{} is still running; cancel it or wait", what_));
+  if (thread_.joinable()) thread_.join();  // it has ended
+  token_ = std::make_shared<CancelToken>();
+  running_ = true;
+  what_ = what;
+  stage_.clear();
+  fraction_ = -1.0;
+  error_.clear();
+  outcome_.clear();
+  start_ = told_ = std::chrono::steady_clock::now();
+  thread_ = std::thread([this, work = std::move(work)] { run(work); });
+  events_.tell();
+}
+
+void Jobs::run(const Work& work) {
+  const std::shared_ptr<CancelToken> token = token_;
+  std::string error;
+  try {
+    const CancelScope scope(token.get());
+    Progress progress([this](const std::string& stage, double fraction) { show(stage, fraction); });
+    work(progress);
+  } catch (const std::bad_alloc&) {
+    error = "out of memory; give a shorter log";
+  } catch (const std::exception& failure) {
+    error = printable(failure.what());
+  } catch (...) {
+    error = "it failed";
+  }
+  {
+    const std::lock_guard lock(lock_);
+    running_ = false;
+    // A library on the way may have turned the cancellation into an error of its own.
+    outcome_ = error.empty() ? "done" : token->is_cancelled() ? "cancelled" : "failed";
+    error_ = outcome_ == "failed" ? error : "";
+  }
+  events_.tell();
+}
+
+void Jobs::show(const std::string& stage, double fraction) {
+  {
+    const std::lock_guard lock(lock_);
+    const auto now = std::chrono::steady_clock::now();
+    const bool same = stage == stage_;
+    stage_ = stage;
+    fraction_ = fraction;
+    if (same && now - told_ < kBetweenTellings) return;
+    told_ = now;
+  }
+  events_.tell();
+}
+
+void Jobs::cancel() {
+  const std::lock_guard lock(lock_);
+  if (running_ && token_) token_->cancel();
+}
+
+bool Jobs::running() const {
+  const std::lock_guard lock(lock_);
+  return running_;
+}
+
+nlohmann::json Jobs::to_json() const {
+  const std::lock_guard lock(lock_);
+  const double elapsed_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  return {{"running", running_},
+          {"what", what_},
+          {"stage", stage_},
+          {"fraction", fraction_},
+          {"error", error_},
+          {"outcome", outcome_},
+          {"elapsed_s", running_ ? elapsed_s : 0.0}};
+}
+
+}  // namespace slipstack::workbench
