@@ -14,9 +14,10 @@
 
 namespace slipstack::mps2 {
 
-/// Program flash emulated in the PSRAM, which a file of the host's backs: it survives a reset of the processor
-/// and the end of the emulator. Laid out as a bank of the NUCLEO-G474RE twice (hal/stm32g474/flash_map.h);
-/// toolchain/ld/mps2-an386_slot1.ld and _slot2.ld and tests/boot hold the same addresses.
+/// Program flash emulated in the PSRAM, which a file of the host's backs: it survives a reset of the
+/// processor and the end of the emulator. Laid out as a bank of the NUCLEO-G474RE twice
+/// (hal/stm32g474/flash_map.h); toolchain/ld/mps2-an386_slot1.ld and _slot2.ld and tests/boot hold the same
+/// addresses.
 inline constexpr std::uint32_t kProgramFlash = 0x21800000;
 inline constexpr std::uint32_t kProgramPageBytes = 2048;
 inline constexpr std::uint32_t kProgramBankBytes = 128 * kProgramPageBytes;
@@ -24,8 +25,8 @@ inline constexpr std::uint32_t kNotesPage = 13;
 inline constexpr std::uint32_t kSlotPage = 14;
 inline constexpr std::uint32_t kSlotPages = 112;
 
-/// The supply of the emulated flash; behind the two banks. The host sets after how many writes and erasures it
-/// fails; 0: never.
+/// The supply of the emulated flash; behind the two banks. The host sets after how many writes and erasures
+/// it fails; 0: never.
 struct FlashSupply {
   volatile std::uint32_t operations_left;
   volatile std::uint32_t operations;  ///< so many there were
@@ -41,7 +42,8 @@ struct FlashSupply {
   }
 };
 
-/// Pages of that flash. When the supply fails a write or an erasure is left half done, in the middle of a unit.
+/// Pages of that flash. When the supply fails a write or an erasure is left half done, in the middle of a
+/// unit.
 class ProgramPages final : public Nonvolatile {
  public:
   static constexpr std::size_t kUnit = 8;
