@@ -14,9 +14,20 @@ extern "C" {
 void sys_tick_handler();
 void tick_handler();
 
-// Fills RAM, runs the constructors, runs main and ends with its status.
+using Vector = void (*)();
+struct VectorTable {
+  const std::uint32_t* stack_top;
+  Vector reset;
+  Vector system[14];      // NMI ... SysTick, exceptions 2 ... 15
+  Vector interrupts[32];  // AN386 table 3-4
+};
+extern const VectorTable kVectorTable;
+
+// Fills RAM, runs the constructors, runs main and ends with its status. After a jump from a boot loader VTOR
+// (Armv7-M Architecture Reference Manual, B3.2.5) still points to that one's table.
 __attribute__((used)) void start_program() {
   slipstack::cortex_m::fill_memory();
+  *reinterpret_cast<volatile std::uint32_t*>(0xE000ED08U) = reinterpret_cast<std::uint32_t>(&kVectorTable);
   slipstack::cortex_m::run_constructors();
   slipstack::mps2::exit_emulator(main());
 }
@@ -36,14 +47,6 @@ __attribute__((weak, used)) void tick_handler() {}
 __attribute__((used)) void sys_tick_handler() {
   tick_handler();
 }
-
-using Vector = void (*)();
-struct VectorTable {
-  const std::uint32_t* stack_top;
-  Vector reset;
-  Vector system[14];      // NMI ... SysTick, exceptions 2 ... 15
-  Vector interrupts[32];  // AN386 table 3-4
-};
 
 __attribute__((section(".vectors"), used)) const VectorTable kVectorTable = {
     __stack_top,

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Breaks the core on purpose: how many of 200 mutants of firmware/control, canopen and friction the quick tests kill.
 
-    tests/bench/mutation/mutate.py all [--seed N] [--jobs N]
+    tests/bench/mutation/mutate.py all [--seed N] [--mutants N] [--jobs N]
     tests/bench/mutation/mutate.py prepare|build|reach|run|report [--folder build/mutation]
 
   prepare  a copy of the project with all mutants in its headers (rewrite.py); which one runs is asked at run time
@@ -13,7 +13,8 @@
   report   the ratio by folder, and the survivors beside the reasons in survivors.txt; status 1 below 90 %
 
 A change that leaves the same program is no mutant: equivalent.txt names those that were drawn, with the reason, and the
-next in the order takes their place. A folder of results belongs to one state of the sources: delete it for another.
+next in the order takes their place. A folder of results belongs to one state of the sources, one seed and one number
+of mutants: delete it for another. --mutants 60 is a sample in the same proportions, for a look between two full runs.
 
 Needs python3-clang-14 (toolchain/install full). An hour or two on two cores; each step continues where it was stopped.
 """
@@ -68,7 +69,8 @@ class Bench:
         compilers = [["g++", "-std=c++20", "-w", "-fsyntax-only", "-isystem/usr/include/eigen3", f"-I{self.tree}", "-fmax-errors=0",
                       name] for name in CHECKED]
         same = read_reasons(HERE / "equivalent.txt")
-        mutants, refused = rewrite.accepted(ROOT, self.tree, found, QUOTAS, self.options.seed, compilers, same)
+        quotas = {folder: round(quota * self.options.mutants / sum(QUOTAS.values())) for folder, quota in QUOTAS.items()}
+        mutants, refused = rewrite.accepted(ROOT, self.tree, found, quotas, self.options.seed, compilers, same)
         (self.folder / "mutants.json").write_text(
             json.dumps({number: dataclasses.asdict(site) for number, site in mutants.items()}, indent=1))
         print(f"{len(found)} places, {len(mutants)} mutants chosen, {len(refused - set(same))} refused by the compiler")
@@ -200,6 +202,7 @@ def main():
     parser.add_argument("step", choices=["all", "prepare", "build", "reach", "run", "report"])
     parser.add_argument("--folder", default=str(ROOT / "build" / "mutation"))
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--mutants", type=int, default=sum(QUOTAS.values()), help="how many: prepare")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     parser.add_argument("--again", action="store_true", help="run: the survivors once more, after new tests")
     options = parser.parse_args()

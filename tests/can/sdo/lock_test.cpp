@@ -30,7 +30,7 @@ class LockTest : public ::testing::Test {
   static std::uint64_t answer(std::uint64_t question) {
     return canopen::siphash(0x2222222211111111U, 0x4444444433333333U, question);
   }
-  Bench bench;
+  Bench bench;  // NOLINT(readability-identifier-naming): used as a local one is elsewhere
 };
 
 TEST_F(LockTest, WritingNeedsTheKey) {
@@ -60,6 +60,21 @@ TEST_F(LockTest, EachChallengeIsGoodForOneTry) {
   EXPECT_EQ(respond(good), 0U);
   bench.nmt(0x82);
   EXPECT_EQ(respond(good), 0x08000021U) << "a recorded response";
+}
+
+// Two drives from the same reset, with the same key and the same frames: who repeats the frames of a morning
+// finds another challenge, as they come at another time.
+TEST_F(LockTest, TheTimeOfAFrameIsInTheChallenge) {
+  const auto challenge_after = [](int wait_ms) {
+    Bench other;
+    for (std::uint8_t sub = 6; sub < 10; ++sub) EXPECT_EQ(other.write(0x2400, sub, 0x11111111U, 4), 0U);
+    EXPECT_EQ(other.write(0x2400, 10, 1, 1), 0U);
+    other.run_ms(wait_ms);
+    const std::uint64_t low = other.read(0x2400, 2);
+    return low | (static_cast<std::uint64_t>(other.read(0x2400, 3)) << 32);
+  };
+  EXPECT_EQ(challenge_after(3), challenge_after(3)) << "all else is the same";
+  EXPECT_NE(challenge_after(3), challenge_after(4));
 }
 
 TEST_F(LockTest, WrongTriesAreSlowedDown) {

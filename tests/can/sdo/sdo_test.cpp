@@ -93,6 +93,27 @@ TEST(SdoSegmented, AMasterThatDiesIsTimedOut) {
   EXPECT_EQ(bench.read(0x1000, 0), 0x00020192U);
 }
 
+TEST(SdoBlock, AnEndOrAStartWithoutAnUploadIsRefused) {
+  for (const std::uint8_t command : {std::uint8_t{0xA1}, std::uint8_t{0xA3}}) {
+    Bench bench;
+    const Data answer = bench.sdo({command, 0, 0, 0, 0, 0, 0, 0});
+    ASSERT_EQ(answer.size(), 8U) << int{command} << ": no answer";
+    EXPECT_EQ(answer[0], 0x80);
+    EXPECT_EQ(Bench::number(answer, 4), 0x05040001U);
+  }
+}
+
+TEST(SdoSegmented, AResetOfTheCommunicationEndsATransfer) {
+  Bench bench;
+  ASSERT_EQ(bench.sdo(Bench::address(0x40, 0x1008, 0)).at(0), 0x41);
+  bench.nmt(0x82);
+  bench.run_ms(5);
+  bench.all();
+  EXPECT_EQ(bench.sdo({0x60, 0, 0, 0, 0, 0, 0, 0}).at(0), 0x80) << "the next segment of what is over";
+  bench.run_ms(2000);
+  EXPECT_TRUE(bench.all_with(0x585).empty()) << "no time-out of what is over";
+}
+
 constexpr auto kImageLow = static_cast<std::uint8_t>(4 * canopen::kModelWords);
 constexpr auto kImageHigh = static_cast<std::uint8_t>(4 * canopen::kModelWords >> 8);
 

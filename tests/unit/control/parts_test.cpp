@@ -11,6 +11,8 @@
 #include <random>
 
 #include "firmware/control/controller.h"
+#include "firmware/control/reference/segment_queue.h"
+#include "firmware/control/supervision/holding_brake.h"
 
 namespace slipstack {
 namespace {
@@ -403,6 +405,36 @@ TEST(Parameters, AChangeInMotionDoesNotMakeTheForceJump) {
   EXPECT_GT(largest_step_A, 0.1F);
   EXPECT_GT(std::abs(last_A - before_A), 1.0F);
   EXPECT_EQ(controller->parameters().axis.velocity_gain_N_s_per_m, 9000.0F);
+}
+
+TEST(SegmentQueue, RefusesWhatHasNoTickAndWhatFindsNoRoom) {
+  SegmentQueue queue;
+  EXPECT_FALSE(queue.push({.ticks = 0}));
+  EXPECT_FALSE(queue.push({.ticks = -1}));
+  EXPECT_EQ(queue.pushed(), 0U) << "refused, and nothing taken";
+  for (std::uint32_t i = 0; i < SegmentQueue::kCapacity; ++i) {
+    EXPECT_TRUE(queue.push({.ticks = 1 + static_cast<std::int64_t>(i)})) << i;
+  }
+  EXPECT_EQ(queue.free(), 0U);
+  EXPECT_FALSE(queue.push({.ticks = 99}));
+  ASSERT_NE(queue.after(0), nullptr);
+  EXPECT_EQ(queue.after(0)->ticks, 1) << "the oldest is not overwritten";
+  queue.free_up_to(1);
+  EXPECT_TRUE(queue.push({.ticks = 99}));
+}
+
+// A closing that was broken off does not shorten the next one: the axis is held until the brake is closed.
+TEST(HoldingBrake, ClosesAnewInFullAfterARest) {
+  HoldingBrake brake;
+  EXPECT_FALSE(brake.close(3));
+  EXPECT_FALSE(brake.close(3));
+  brake.rest();
+  for (int i = 0; i < 3; ++i) EXPECT_FALSE(brake.close(3)) << i;
+  EXPECT_TRUE(brake.close(3));
+  EXPECT_FALSE(brake.open(2));
+  brake.rest();
+  for (int i = 0; i < 2; ++i) EXPECT_FALSE(brake.open(2)) << i;
+  EXPECT_TRUE(brake.open(2));
 }
 
 }  // namespace
