@@ -158,8 +158,9 @@ inline void move_feedforward(std::int32_t x) {
 }
 
 [[gnu::noinline]] inline float step_adaptation(std::int32_t x) {
-  stages.adaptation.step(stages.adaptation_bounds, {x, static_cast<float>(x) * 1.0e-2F,
-                                                    static_cast<float>(x % 7), static_cast<float>(x % 11)});
+  stages.adaptation.step(stages.adaptation_bounds,
+                         {x, static_cast<float>(x % 3), static_cast<float>(x) * 1.0e-2F,
+                          static_cast<float>(x % 7), static_cast<float>(x % 11)});
   return stages.adaptation.level();
 }
 

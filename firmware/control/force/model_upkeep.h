@@ -32,7 +32,7 @@ class ModelUpkeep {
           memory_.step(entry.residual.place);
           if (!set.valid) return;
           adaptation_.step(set.adaptation,
-                           {entry.point.counts, entry.residual.dry_N,
+                           {entry.point.counts, entry.point.velocity, entry.residual.dry_N,
                             entry.point.acceleration * set.mps2_per_count, entry.residual.residual_N});
         });
     if (set.valid) sets.active().add_mass(adaptation_.added_kg());

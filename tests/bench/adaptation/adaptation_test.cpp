@@ -27,7 +27,7 @@ const Axes kAxes{{3}, {4}};
 
 Axes fresh(bool random, int count) {
   Axes axes;
-  for (int i = 0; i < count; ++i) axes.push_back({101U + static_cast<std::uint64_t>(i), random});
+  for (int i = 0; i < count; ++i) axes.push_back({201U + static_cast<std::uint64_t>(i), random});
   return axes;
 }
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <complex>
 #include <limits>
@@ -115,6 +116,8 @@ TEST(Adaptation, IsTheLeastSquaresEstimateWithForgetting) {
   axis.level_memory_s = 0.5F;
   Adaptation::Bounds bounds = Adaptation::bounds(axis, 12.0F, 35.0F);
   bounds.part = {};
+  bounds.pass = 1.0F;  // a residual without lag
+  bounds.lag_ticks = 0.0F;
   Adaptation adaptation;
   adaptation.begin(bounds);
   const double kept = 1.0 / (1.0 + 1e-4 / 0.5);
@@ -122,7 +125,7 @@ TEST(Adaptation, IsTheLeastSquaresEstimateWithForgetting) {
   double weight = 0.0;
   for (int i = 0; i < 40000; ++i) {
     const float dry_N = (i / 1000) % 2 == 0 ? 12.0F : -12.0F;
-    adaptation.step(bounds, {0, dry_N, 3.0F, (1.3F - adaptation.level()) * dry_N});
+    adaptation.step(bounds, {0, 0.0F, dry_N, 3.0F, (1.3F - adaptation.level()) * dry_N});
     weight += 144.0;
     const double should = 1.3 - 0.3 * believed / (believed + weight);
     believed *= kept;
@@ -143,6 +146,8 @@ TEST(Adaptation, TellsLevelPlaceAndMassApart) {
   Adaptation adaptation;
   adaptation.begin(bounds);
   const auto true_level = [](double x_m) { return 1.1 + 0.3 * std::sin(2.0 * std::numbers::pi * x_m / 0.2); };
+  // The residual is what is missing through the low-pass of the state estimate.
+  std::array<double, 3> stages{};
   double worst = 0.0;
   constexpr int kTicks = 400000;
   for (int i = 0; i < kTicks; ++i) {
@@ -154,8 +159,13 @@ TEST(Adaptation, TellsLevelPlaceAndMassApart) {
     const double missed_N =
         (true_level(x_m) - static_cast<double>(adaptation.level())) * static_cast<double>(dry_N) +
         (10.0 - static_cast<double>(adaptation.added_kg())) * acceleration;
-    adaptation.step(bounds, {static_cast<std::int32_t>(std::lround(x_m * 1e6)), dry_N,
-                             static_cast<float>(acceleration), static_cast<float>(missed_N)});
+    double residual_N = missed_N;
+    for (double& stage : stages)
+      residual_N = stage += static_cast<double>(bounds.pass) * (residual_N - stage);
+    const double velocity_mps = 0.13 * rate * std::cos(phase);
+    adaptation.step(
+        bounds, {static_cast<std::int32_t>(std::lround(x_m * 1e6)), static_cast<float>(velocity_mps * 1e2),
+                 dry_N, static_cast<float>(acceleration), static_cast<float>(residual_N)});
     if (i > kTicks * 3 / 4)
       worst = std::max(worst, std::abs(static_cast<double>(adaptation.level()) - true_level(x_m)));
   }
@@ -178,7 +188,7 @@ TEST(Adaptation, StaysBoundedForAnyInput) {
   const float wild[] = {0.0F, 1.0F, -1.0F, 1e-30F, 1e30F, -1e30F, inf, -inf, std::nanf(""), 15.0F, 1e17F};
   for (int i = 0; i < 100000; ++i) {
     adaptation.step(bounds, {static_cast<std::int32_t>(random()), wild[random() % 11], wild[random() % 11],
-                             wild[random() % 11]});
+                             wild[random() % 11], wild[random() % 11]});
     ASSERT_GE(adaptation.level(), 0.6F);
     ASSERT_LE(adaptation.level(), 1.4F);
     ASSERT_GE(adaptation.added_kg(), -17.5F);
@@ -186,6 +196,10 @@ TEST(Adaptation, StaysBoundedForAnyInput) {
     ASSERT_GT(adaptation.variance_per_N2(), 0.0F);
     ASSERT_LE(adaptation.variance_per_N2(), bounds.whole.most);
   }
+  // And nothing of it stays: it learns as before.
+  for (int i = 0; i < 20000; ++i)
+    adaptation.step(bounds, {0, 0.0F, 15.0F, 0.0F, (1.2F - adaptation.level()) * 15.0F});
+  EXPECT_NEAR(adaptation.level(), 1.2F, 1e-2F);
 }
 
 // 119 h after the start the counter of ticks wraps; the level of the friction goes on as it was.

@@ -85,7 +85,7 @@ class DriveRunner {
         set, bounds_, command, history_, entry, out_, number, now, set.axis.current_limit_A, false, false};
     if (!force_.step_position(tick)) throw std::invalid_argument("the force is not finite");
     out_.driving = true;
-    adaptation_.step(set.adaptation, {point.counts, entry.residual.dry_N,
+    adaptation_.step(set.adaptation, {point.counts, point.velocity, entry.residual.dry_N,
                                       point.acceleration * set.mps2_per_count, entry.residual.residual_N});
     set.add_mass(adaptation_.added_kg());
     note(i, now, result);
