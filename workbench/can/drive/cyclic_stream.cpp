@@ -4,9 +4,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
-#include <initializer_list>
+#include <span>
 
 #include "firmware/canopen/objects/object_table.h"
 #include "firmware/control/current/current_limit.h"
@@ -18,30 +19,18 @@ namespace {
 using canopen::kInvalidPdo;
 
 constexpr std::uint32_t kNoRemote = 0x40000000;  // bit 30 of a TPDO
-constexpr std::uint32_t kProducesSync = 0x40000000;
-constexpr std::uint8_t kStateEvery = 10;  // SYNCs
-constexpr std::int64_t kAfterMotion = 3;  // periods by which the reference is behind a set-point
-constexpr int kLongestStart = 3000;       // SYNCs until the stream is followed
+constexpr std::uint8_t kStateEvery = 10;         // SYNCs
+constexpr std::int64_t kAfterMotion = 3;         // periods by which the reference is behind a set-point
+constexpr int kLongestStart = 3000;              // SYNCs until the stream is followed
 constexpr std::size_t kSilence_ms = 1000;
 constexpr std::uint32_t kLimitSwitches = 3;    // of the digital inputs (60FDh)
 constexpr std::uint32_t kFollows = 1U << 12U;  // of the statusword
 
-void map(SdoClient& drive, std::uint16_t mapping, std::initializer_list<std::uint32_t> entries) {
+void map(SdoClient& drive, std::uint16_t mapping, std::span<const std::uint32_t> entries) {
   drive.write(mapping, 0, 0, 1);
   std::uint8_t sub = 0;
   for (const std::uint32_t entry : entries) drive.write(mapping, ++sub, entry, 4);
   drive.write(mapping, 0, sub, 1);
-}
-
-template <class Value>
-Value at(const CanFrame& frame, std::size_t place) {
-  Value value{};
-  std::memcpy(&value, &frame.data[place], sizeof value);
-  return value;
-}
-
-bool is(const CanFrame& frame, std::uint32_t id, std::uint8_t length) {
-  return frame.id == id && !frame.extended && !frame.remote && frame.length == length;
 }
 
 CanFrame set_point_frame(std::uint32_t id, std::int32_t counts) {
@@ -68,11 +57,11 @@ void CyclicStream::configure() {
   }
   drive_.write(0x1402, 1, set_point_id_ | kInvalidPdo, 4);
   drive_.write(0x1402, 2, 1, 1);
-  map(drive_, 0x1602, {0x607A0020});
+  map(drive_, 0x1602, std::array{0x607A0020U});
   drive_.write(0x1402, 1, set_point_id_, 4);
-  map(drive_, 0x1A00, {0x60410010, 0x22000A10, 0x60FD0020});
-  map(drive_, 0x1A02, {0x22100510, 0x60630020, 0x22000B10});
-  map(drive_, 0x1A03, {0x22000720, 0x22000920});
+  map(drive_, 0x1A00, std::array{0x60410010U, 0x22000A10U, 0x60FD0020U});
+  map(drive_, 0x1A02, kMotionMapping);
+  map(drive_, 0x1A03, std::array{0x22000720U, 0x22000920U});
   struct Transmit {
     std::uint16_t index;
     std::uint32_t id;
@@ -109,21 +98,18 @@ StreamedMotion CyclicStream::follow(const std::vector<std::int32_t>& set_points,
   CanFrame frame;
   while (!motion.disabled) {
     if (!drive_.link().receive(frame, kSilence_ms)) drive_.fail("sends no samples any more");
-    if (is(frame, state_id_, 8)) {
-      const auto word = at<std::uint16_t>(frame, 0);
+    if (is_frame(frame, state_id_, 8)) {
+      const auto word = value_at<std::uint16_t>(frame, 0);
       motion.disabled = (word & 0x6FU) != 0x27U;
       follows = (word & kFollows) != 0;
-      const bool on_switch = (at<std::uint32_t>(frame, 4) & kLimitSwitches) != 0;
+      const bool on_switch = (value_at<std::uint32_t>(frame, 4) & kLimitSwitches) != 0;
       if (begun) ++states;
-      if (begun && (at<std::uint16_t>(frame, 2) & kLimitCurrent) != 0) ++limited;
+      if (begun && (value_at<std::uint16_t>(frame, 2) & kLimitCurrent) != 0) ++limited;
       if (!began_off) began_off = !on_switch;
       // The set-points after it would have to be caught up with.
       if (on_switch && *began_off) break;
-    } else if (is(frame, sample_id_, 8)) {
-      const auto low = at<std::uint16_t>(frame, 0);
-      now.tick += static_cast<std::uint16_t>(low - static_cast<std::uint16_t>(now.tick));
-      now.counts = at<std::int32_t>(frame, 2);
-      now.current_A = static_cast<double>(at<std::int16_t>(frame, 6)) / 32767.0 * limit_A;
+    } else if (is_frame(frame, sample_id_, 8)) {
+      read_motion(frame, limit_A, now);
       sampled = true;
       if (!begun && follows) {
         begun = true;
@@ -136,10 +122,10 @@ StreamedMotion CyclicStream::follow(const std::vector<std::int32_t>& set_points,
       if (period > static_cast<std::int64_t>(set_points.size()) + kAfterMotion) break;
       const auto place = std::min(static_cast<std::size_t>(period), set_points.size() - 1);
       drive_.link().send(set_point_frame(set_point_id_, set_points[place]));
-    } else if (is(frame, error_id_, 8) && sampled) {
+    } else if (is_frame(frame, error_id_, 8) && sampled) {
       sampled = false;
-      now.error_m = static_cast<double>(at<float>(frame, 0));
-      now.reference_counts = at<std::int32_t>(frame, 4);
+      now.error_m = static_cast<double>(value_at<float>(frame, 0));
+      now.reference_counts = value_at<std::int32_t>(frame, 4);
       if (begun) motion.samples.push_back(now);
     }
   }

@@ -6,16 +6,14 @@
 #include <optional>
 #include <vector>
 
+#include "workbench/can/drive/motion_frame.h"
 #include "workbench/can/link/sdo_client.h"
 
 namespace slipstack::workbench {
 
 /// What a drive sent at one SYNC. All of the same tick.
-struct SyncSample {
-  std::int64_t tick = 0;
-  std::int32_t counts = 0;
-  double current_A = 0.0;  ///< about the instant of the counts
-  double error_m = 0.0;    ///< of the reference
+struct SyncSample : MotionSample {
+  double error_m = 0.0;  ///< of the reference
   std::int32_t reference_counts = 0;
 };
 

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <cstring>
 #include <iterator>
 
 #include "firmware/canopen/telemetry/trace.h"
@@ -16,10 +15,8 @@ using namespace slipstack::canopen;
 
 namespace {
 
-constexpr std::uint32_t kMapped[] = {0x22100510U, 0x60630020U, 0x22000B10U};  // TPDO 3 as delivered
 constexpr std::uint32_t kPositionError = 0x22000720U;
 constexpr std::uint32_t kResidual = 0x22000320U;
-constexpr std::uint32_t kProduceSync = 0x40000000U;  // 1005h
 constexpr std::uint32_t kId = 0x7FF;
 
 }  // namespace
@@ -62,15 +59,15 @@ DriveStream::DriveStream(SdoClient& drive, double rate_Hz, With with)
   changed_.set(0x1802, 1, cob3 & ~kInvalidPdo, 4);
   id3_ = cob3 & kId;
   id4_ = observed_ ? cob4 & kId : id3_;
-  changed_.set(0x1005, 0, kProduceSync | (drive.read(0x1005, 0) & kId), 4);
+  changed_.set(0x1005, 0, kProducesSync | (drive.read(0x1005, 0) & kId), 4);
   drive.listen_also_to({id3_, id4_});
   drive.nmt(1);
 }
 
 void DriveStream::require_motion_mapping() {
   std::uint8_t sub = 0;
-  for (const std::uint32_t entry : kMapped) {
-    if (drive_.read(0x1A02, ++sub) == entry && drive_.read(0x1A02, 0) == std::size(kMapped)) continue;
+  for (const std::uint32_t entry : kMotionMapping) {
+    if (drive_.read(0x1A02, ++sub) == entry && drive_.read(0x1A02, 0) == std::size(kMotionMapping)) continue;
     drive_.fail(
         "TPDO 3 maps something else than tick, position and current; restore it (1011h:02) or record the "
         "trace (--trace)");
@@ -78,31 +75,24 @@ void DriveStream::require_motion_mapping() {
 }
 
 void DriveStream::take_motion(const CanFrame& frame) {
-  const auto low = static_cast<std::uint16_t>(frame.data[0] | frame.data[1] << 8);
-  const std::int64_t tick =
-      has_tick_ ? next_.tick + static_cast<std::uint16_t>(low - static_cast<std::uint16_t>(next_.tick)) : low;
-  has_tick_ = true;
-  next_ = {};
-  next_.tick = tick;
-  std::int16_t current = 0;
-  std::memcpy(&next_.counts, &frame.data[2], 4);
-  std::memcpy(&current, &frame.data[6], 2);
-  next_.current_A = static_cast<double>(current) / 32767.0 * limit_A_;
-  next_.stamp_s = drive_.link().stamp_s();
+  StreamSample sample;
+  sample.tick = next_.tick;
+  read_motion(frame, limit_A_, sample);
+  sample.stamp_s = drive_.link().stamp_s();
+  next_ = sample;
 }
 
 std::optional<StreamSample> DriveStream::next(int timeout_ms) {
   CanFrame frame;
   while (drive_.link().receive(frame, timeout_ms)) {
-    if (frame.extended || frame.remote || frame.length != 8) continue;
-    if (frame.id == id3_) {
+    if (is_frame(frame, id3_, 8)) {
       take_motion(frame);
       pending_ = observed_;
       if (!observed_) return next_;
-    } else if (pending_ && frame.id == id4_) {
+    } else if (pending_ && is_frame(frame, id4_, 8)) {
       pending_ = false;
-      std::memcpy(&next_.error_m, &frame.data[0], 4);
-      std::memcpy(&next_.residual_N, &frame.data[4], 4);
+      next_.error_m = value_at<float>(frame, 0);
+      next_.residual_N = value_at<float>(frame, 4);
       return next_;
     }
   }

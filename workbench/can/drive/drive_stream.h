@@ -7,6 +7,7 @@
 
 #include "workbench/can/commands/master.h"
 #include "workbench/can/drive/drive_access.h"
+#include "workbench/can/drive/motion_frame.h"
 
 namespace slipstack::workbench {
 
@@ -21,10 +22,7 @@ struct StreamedAxis {
 };
 
 /// The values of one tick.
-struct StreamSample {
-  std::int64_t tick = 0;
-  std::int32_t counts = 0;
-  double current_A = 0.0;
+struct StreamSample : MotionSample {
   double stamp_s = 0.0;     ///< of the frame; 0: the bus has none
   float error_m = 0.0F;     ///< reference less position (2200h:07); with the observer only
   float residual_N = 0.0F;  ///< what the model does not explain (2200h:03); with the observer only
@@ -54,7 +52,6 @@ class DriveStream {
   double limit_A_ = 0.0;
   std::uint32_t id3_ = 0;
   std::uint32_t id4_ = 0;
-  bool has_tick_ = false;
   StreamSample next_;
   bool pending_ = false;  ///< next_ waits for TPDO 4
   RestoredObjects changed_;

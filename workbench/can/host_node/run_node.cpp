@@ -18,6 +18,7 @@
 #include "workbench/can/host_node/updatable_drive.h"
 #include "workbench/console/output.h"
 #include "workbench/loop/axis_options.h"
+#include "workbench/loop/board.h"
 #include "workbench/loop/board_image.h"
 
 namespace slipstack::workbench {
@@ -191,16 +192,10 @@ void run_emulated(const NodeRequest& request, const sim::Axis& axis, host::HostN
 
 void run_node(const NodeRequest& request) {
   const bool host = request.board == "host";
-  if (!host && request.board != "mps2-an386" && request.board != "mps2-an500") {
-    throw UsageError(
-        fmt::format("--board: {} is none of host, mps2-an386, mps2-an500", in_quotes(request.board)));
-  }
+  check_board(request.board, request.image);
   if (host && request.can.empty()) throw UsageError("--can is required: a CAN interface, as can0 or vcan0");
   if (!host && !request.can.empty()) {
     throw UsageError("--can: an emulated board speaks SLCAN on a terminal of its own; leave this out");
-  }
-  if (host && !request.image.empty()) {
-    throw UsageError("--image: there is none on --board host; name an emulated board");
   }
   check_strength(request.strength);
   const std::vector<sim::EffectId> effects = effects_of(request.effects);
