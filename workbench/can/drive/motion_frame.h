@@ -34,10 +34,11 @@ struct MotionSample {
   double current_A = 0.0;  ///< about the instant of the counts
 };
 
-/// Reads the next frame of kMotionMapping into `sample`, which holds the one before: of the tick it has 16 bits only.
-/// `limit_A`: 2000h:09, the full scale of the current.
+/// Reads the next frame of kMotionMapping into `sample`, which holds the one before: of the tick it has 16
+/// bits only. `limit_A`: 2000h:09, the full scale of the current.
 inline void read_motion(const CanFrame& frame, double limit_A, MotionSample& sample) {
-  sample.tick += static_cast<std::uint16_t>(value_at<std::uint16_t>(frame, 0) - static_cast<std::uint16_t>(sample.tick));
+  sample.tick +=
+      static_cast<std::uint16_t>(value_at<std::uint16_t>(frame, 0) - static_cast<std::uint16_t>(sample.tick));
   sample.counts = value_at<std::int32_t>(frame, 2);
   sample.current_A = static_cast<double>(value_at<std::int16_t>(frame, 6)) / 32767.0 * limit_A;
 }
