@@ -156,7 +156,7 @@ test('open, compare, learn, add, error falls, undo, redo, plan, run, deploy, exp
   await page.locator('.tree .version').nth(1).click();
   await drawn(page, 2);
 
-  for (const [what, sign] of [['toml', 'slipstack model 1'], ['header', '#ifndef SLIPSTACK_MODEL_H'], ['json', '"effects"'], ['csv', 'time_s,position_m'], ['mat', 'MATLAB 5.0'], ['report', '<!doctype html>']]) {
+  for (const [what, sign] of [['toml', 'slipstack model 1'], ['header', '_step('], ['json', '"effects"'], ['csv', 'time_s,position_m'], ['mat', 'MATLAB 5.0'], ['report', '<!doctype html>']]) {
     const [download] = await Promise.all([page.waitForEvent('download'), page.locator(`[data-save=${what}]`).click()]);
     const text = fs.readFileSync(await download.path(), 'latin1');
     assert.ok(text.includes(sign), what);

@@ -9,9 +9,9 @@
 #include "workbench/base/axis_units.h"
 #include "workbench/base/errors.h"
 #include "workbench/base/text.h"
+#include "workbench/c_export/friction_header.h"
 #include "workbench/diagnose/evidence/held_out.h"
 #include "workbench/log/mat/write_mat.h"
-#include "workbench/model/c_header.h"
 #include "workbench/report/html/report_page.h"
 #include "workbench/report/json_values.h"
 #include "workbench/report/model_notes.h"
@@ -90,7 +90,7 @@ Download Workspace::download(const std::string& what, int version, const json& o
   if (what == "toml")
     return {fmt::format("model-{}.toml", version), "application/toml",
             read_whole(path, std::size_t{64} << 20)};
-  if (what == "header") return {"slipstack_model.h", "text/x-c", to_c_header(model)};
+  if (what == "header") return {"friction.h", "text/x-c", friction_header(read_controller_model(path), {})};
   if (what == "json")
     return {fmt::format("model-{}.json", version), "application/json", json_text(model_json(model))};
   if (what == "report") {
