@@ -7,7 +7,7 @@
 
 #include "tests/budget/friction_model.h"
 #include "workbench/c_export/friction_header.h"
-#include "workbench/model/catalogue/firmware_effects.h"
+#include "workbench/model/effect_adapters/firmware_effects.h"
 
 namespace {
 

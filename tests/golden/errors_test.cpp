@@ -10,7 +10,7 @@
 
 #include "tests/golden/shared_data.h"
 #include "workbench/estimate/uncertainty/held_out_error.h"
-#include "workbench/model/catalogue/effect_registry.h"
+#include "workbench/model/effect_adapters/effect_registry.h"
 
 namespace slipstack::workbench {
 namespace {

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "workbench/base/errors.h"
-#include "workbench/model/catalogue/effect_registry.h"
+#include "workbench/model/effect_adapters/effect_registry.h"
 #include "workbench/plan/limits.h"
 #include "workbench/report/results/plan_result.h"
 

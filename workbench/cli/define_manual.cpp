@@ -16,7 +16,7 @@
 #include "workbench/manual/command_text.h"
 #include "workbench/manual/completion.h"
 #include "workbench/manual/man_page.h"
-#include "workbench/model/catalogue/firmware_effects.h"
+#include "workbench/model/effect_adapters/firmware_effects.h"
 
 namespace slipstack::workbench {
 namespace {

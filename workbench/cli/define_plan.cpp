@@ -3,7 +3,7 @@
 
 #include "workbench/cli/commands.h"
 #include "workbench/cli/define_experiments.h"
-#include "workbench/model/catalogue/effect_registry.h"
+#include "workbench/model/effect_adapters/effect_registry.h"
 #include "workbench/papers/define_papers.h"
 
 namespace slipstack::workbench {

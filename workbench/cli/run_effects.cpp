@@ -6,7 +6,7 @@
 #include "workbench/base/text.h"
 #include "workbench/cli/commands.h"
 #include "workbench/console/output.h"
-#include "workbench/model/catalogue/effect_registry.h"
+#include "workbench/model/effect_adapters/effect_registry.h"
 #include "workbench/model/expression/to_cpp.h"
 #include "workbench/report/effect_page.h"
 

@@ -5,8 +5,8 @@
 #include "workbench/base/errors.h"
 #include "workbench/base/text.h"
 #include "workbench/commands/inputs.h"
-#include "workbench/model/catalogue/effect_registry.h"
-#include "workbench/model/catalogue/user_effect.h"
+#include "workbench/model/effect_adapters/effect_registry.h"
+#include "workbench/model/effect_adapters/user_effect.h"
 #include "workbench/report/html/report_page.h"
 #include "workbench/report/json_values.h"
 

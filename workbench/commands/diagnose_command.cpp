@@ -4,7 +4,7 @@
 #include "workbench/commands/inputs.h"
 #include "workbench/diagnose/baseline.h"
 #include "workbench/diagnose/diagnose.h"
-#include "workbench/model/catalogue/effect_registry.h"
+#include "workbench/model/effect_adapters/effect_registry.h"
 #include "workbench/model/model.h"
 #include "workbench/report/html/report_page.h"
 #include "workbench/report/json_values.h"

@@ -3,7 +3,7 @@
 
 #include "workbench/analysis/fit_model.h"
 #include "workbench/commands/inputs.h"
-#include "workbench/model/catalogue/effect_registry.h"
+#include "workbench/model/effect_adapters/effect_registry.h"
 #include "workbench/report/html/report_page.h"
 #include "workbench/report/json_values.h"
 

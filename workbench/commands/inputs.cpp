@@ -2,7 +2,7 @@
 #include "workbench/commands/inputs.h"
 
 #include "workbench/base/text.h"
-#include "workbench/model/catalogue/effect_registry.h"
+#include "workbench/model/effect_adapters/effect_registry.h"
 
 namespace slipstack::workbench {
 

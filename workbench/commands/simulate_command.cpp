@@ -13,7 +13,7 @@
 #include "workbench/commands/experiment_command.h"
 #include "workbench/estimate/terms/terms.h"
 #include "workbench/log/log_of_table.h"
-#include "workbench/model/catalogue/firmware_effects.h"
+#include "workbench/model/effect_adapters/firmware_effects.h"
 #include "workbench/model/model.h"
 #include "workbench/report/results/simulation_result.h"
 #include "workbench/simulate/open_loop.h"

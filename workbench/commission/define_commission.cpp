@@ -8,8 +8,8 @@
 #include <optional>
 
 #include "workbench/base/text.h"
+#include "workbench/can/client/socket_link.h"
 #include "workbench/can/drive/can_axis.h"
-#include "workbench/can/link/socket_link.h"
 #include "workbench/commission/commission.h"
 #include "workbench/commission/drive_memory.h"
 #include "workbench/console/output.h"

@@ -10,7 +10,7 @@
 #include "workbench/diagnose/diagnose.h"
 #include "workbench/estimate/uncertainty/standard_errors.h"
 #include "workbench/long_logs/log_search.h"
-#include "workbench/model/catalogue/effect_registry.h"
+#include "workbench/model/effect_adapters/effect_registry.h"
 #include "workbench/plan/known_axis.h"
 #include "workbench/plan/limits.h"
 #include "workbench/report/fitted_model_file.h"

@@ -6,7 +6,7 @@
 #include "workbench/diagnose/evidence/criterion.h"
 #include "workbench/diagnose/evidence/reduction.h"
 #include "workbench/estimate/nonlinear/fit.h"
-#include "workbench/model/catalogue/effect_registry.h"
+#include "workbench/model/effect_adapters/effect_registry.h"
 
 namespace slipstack::workbench {
 namespace {

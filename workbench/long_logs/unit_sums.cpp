@@ -6,8 +6,8 @@
 #include <string>
 #include <utility>
 
-#include "workbench/model/catalogue/effect_registry.h"
-#include "workbench/model/catalogue/user_effect.h"
+#include "workbench/model/effect_adapters/effect_registry.h"
+#include "workbench/model/effect_adapters/user_effect.h"
 
 namespace slipstack::workbench {
 namespace {

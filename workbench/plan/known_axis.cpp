@@ -10,7 +10,7 @@
 #include "workbench/estimate/nonlinear/checks.h"
 #include "workbench/estimate/terms/search_ranges.h"
 #include "workbench/long_logs/log_search.h"
-#include "workbench/model/catalogue/effect_registry.h"
+#include "workbench/model/effect_adapters/effect_registry.h"
 #include "workbench/model/model.h"
 
 namespace slipstack::workbench {

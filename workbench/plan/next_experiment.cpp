@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "workbench/model/catalogue/effect_registry.h"
+#include "workbench/model/effect_adapters/effect_registry.h"
 
 namespace slipstack::workbench {
 namespace {

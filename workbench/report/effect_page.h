@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "workbench/model/catalogue/firmware_effects.h"
+#include "workbench/model/effect_adapters/firmware_effects.h"
 
 namespace slipstack::workbench {
 

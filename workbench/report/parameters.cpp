@@ -11,7 +11,7 @@
 #include "workbench/base/quantity.h"
 #include "workbench/diagnose/evidence/bounds.h"
 #include "workbench/estimate/uncertainty/friction_each_way.h"
-#include "workbench/model/catalogue/shape_parameter.h"
+#include "workbench/model/effect_adapters/shape_parameter.h"
 #include "workbench/report/json_values.h"
 
 namespace slipstack::workbench {

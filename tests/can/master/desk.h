@@ -8,10 +8,10 @@
 
 #include "hal/host/board.h"
 #include "sim_host/log/draw.h"
+#include "workbench/can/client/can_link.h"
+#include "workbench/can/client/sdo_client.h"
 #include "workbench/can/commands/master.h"
 #include "workbench/can/host_node/simulated_drive.h"
-#include "workbench/can/link/can_link.h"
-#include "workbench/can/link/sdo_client.h"
 
 // The commands' master and a drive around a simulated axis, in one process on one cable.
 namespace slipstack::workbench {

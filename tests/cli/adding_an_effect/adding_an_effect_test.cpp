@@ -17,8 +17,8 @@
 #include "workbench/c_export/friction_header.h"
 #include "workbench/diagnose/diagnose.h"
 #include "workbench/estimate/uncertainty/row_weights.h"
-#include "workbench/model/catalogue/effect_registry.h"
-#include "workbench/model/catalogue/firmware_effects.h"
+#include "workbench/model/effect_adapters/effect_registry.h"
+#include "workbench/model/effect_adapters/firmware_effects.h"
 
 namespace slipstack {
 namespace {

@@ -8,7 +8,7 @@
 #include "firmware/effects/catalogue.h"
 #include "tests/unit/draw.h"
 #include "tests/unit/effects/effect_support.h"
-#include "workbench/model/catalogue/firmware_effects.h"
+#include "workbench/model/effect_adapters/firmware_effects.h"
 #include "workbench/model/model.h"
 
 namespace slipstack::test {

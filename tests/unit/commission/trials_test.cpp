@@ -8,7 +8,7 @@
 
 #include "sim_host/rng.h"
 #include "tests/unit/temporary_directory.h"
-#include "workbench/model/catalogue/firmware_effects.h"
+#include "workbench/model/effect_adapters/firmware_effects.h"
 #include "workbench/model/model.h"
 
 namespace slipstack::workbench {

@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "tests/unit/estimate/estimate_support.h"
-#include "workbench/model/catalogue/effect_registry.h"
+#include "workbench/model/effect_adapters/effect_registry.h"
 
 namespace slipstack::workbench {
 namespace {

@@ -12,7 +12,7 @@
 #include "workbench/estimate/nonlinear/fit_gains.h"
 #include "workbench/estimate/uncertainty/friction_each_way.h"
 #include "workbench/estimate/uncertainty/standard_errors.h"
-#include "workbench/model/catalogue/effect_registry.h"
+#include "workbench/model/effect_adapters/effect_registry.h"
 
 namespace slipstack::workbench {
 namespace {

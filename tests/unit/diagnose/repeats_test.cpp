@@ -11,7 +11,7 @@
 
 #include "tests/unit/diagnose/diagnosed.h"
 #include "tests/unit/estimate/estimate_support.h"
-#include "workbench/model/catalogue/effect_registry.h"
+#include "workbench/model/effect_adapters/effect_registry.h"
 
 namespace slipstack::workbench {
 namespace {

@@ -12,7 +12,7 @@
 #include "firmware/effects/model.h"
 #include "tests/unit/draw.h"
 #include "workbench/estimate/nonlinear/fit.h"
-#include "workbench/model/catalogue/effect_registry.h"
+#include "workbench/model/effect_adapters/effect_registry.h"
 
 namespace slipstack::workbench::test {
 

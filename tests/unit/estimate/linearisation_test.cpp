@@ -9,7 +9,7 @@
 
 #include "tests/unit/estimate/estimate_support.h"
 #include "workbench/estimate/linear/run_effect.h"
-#include "workbench/model/catalogue/effect_registry.h"
+#include "workbench/model/effect_adapters/effect_registry.h"
 
 namespace slipstack::workbench {
 namespace {

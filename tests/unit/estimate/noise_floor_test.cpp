@@ -10,7 +10,7 @@
 #include "sim_host/log/closed_loop.h"
 #include "tests/unit/estimate/estimate_support.h"
 #include "tests/unit/estimate/simulated_axis.h"
-#include "workbench/model/catalogue/effect_registry.h"
+#include "workbench/model/effect_adapters/effect_registry.h"
 
 namespace slipstack::workbench {
 namespace {

@@ -13,7 +13,7 @@
 #include "workbench/estimate/nonlinear/starting_shapes.h"
 #include "workbench/estimate/terms/search_ranges.h"
 #include "workbench/estimate/uncertainty/standard_errors.h"
-#include "workbench/model/catalogue/effect_registry.h"
+#include "workbench/model/effect_adapters/effect_registry.h"
 
 namespace slipstack::workbench {
 namespace {

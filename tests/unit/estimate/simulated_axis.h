@@ -5,7 +5,7 @@
 #include "sim_host/log/record.h"
 #include "sim_host/plant/friction/maxwell_elements.h"
 #include "workbench/estimate/terms/terms.h"
-#include "workbench/model/catalogue/effect_registry.h"
+#include "workbench/model/effect_adapters/effect_registry.h"
 
 namespace slipstack::workbench::test {
 

@@ -11,7 +11,7 @@
 #include "workbench/estimate/linear/normal_equations.h"
 #include "workbench/estimate/uncertainty/row_weights.h"
 #include "workbench/estimate/uncertainty/standard_errors.h"
-#include "workbench/model/catalogue/effect_registry.h"
+#include "workbench/model/effect_adapters/effect_registry.h"
 
 namespace slipstack::workbench {
 namespace {

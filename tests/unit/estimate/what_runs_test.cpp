@@ -12,7 +12,7 @@
 #include "firmware/effects/catalogue.h"
 #include "firmware/effects/model.h"
 #include "tests/unit/estimate/estimate_support.h"
-#include "workbench/model/catalogue/effect_registry.h"
+#include "workbench/model/effect_adapters/effect_registry.h"
 
 namespace slipstack::workbench {
 namespace {

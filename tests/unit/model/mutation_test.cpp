@@ -9,7 +9,7 @@
 
 #include "tests/unit/model/model_support.h"
 #include "tests/unit/mutator.h"
-#include "workbench/model/catalogue/effect_registry.h"
+#include "workbench/model/effect_adapters/effect_registry.h"
 
 namespace slipstack::workbench::test {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "tests/unit/model/model_support.h"
-#include "workbench/model/catalogue/effect_registry.h"
+#include "workbench/model/effect_adapters/effect_registry.h"
 
 namespace slipstack::workbench::test {
 namespace {

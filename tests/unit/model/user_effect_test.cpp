@@ -10,8 +10,8 @@
 #include "tests/unit/model/model_support.h"
 #include "workbench/diagnose/diagnose.h"
 #include "workbench/estimate/uncertainty/row_weights.h"
-#include "workbench/model/catalogue/effect_registry.h"
-#include "workbench/model/catalogue/user_effect.h"
+#include "workbench/model/effect_adapters/effect_registry.h"
+#include "workbench/model/effect_adapters/user_effect.h"
 #include "workbench/model/expression/definition.h"
 
 namespace slipstack::workbench::test {

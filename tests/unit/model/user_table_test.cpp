@@ -11,8 +11,8 @@
 #include "tests/unit/model/model_support.h"
 #include "workbench/estimate/linear/linearisation.h"
 #include "workbench/estimate/terms/user_table.h"
-#include "workbench/model/catalogue/effect_registry.h"
-#include "workbench/model/catalogue/user_effect.h"
+#include "workbench/model/effect_adapters/effect_registry.h"
+#include "workbench/model/effect_adapters/user_effect.h"
 
 namespace slipstack::workbench::test {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-#include "workbench/model/catalogue/effect_registry.h"
+#include "workbench/model/effect_adapters/effect_registry.h"
 #include "workbench/plan/information.h"
 
 namespace slipstack::workbench {

@@ -9,7 +9,7 @@
 
 #include "workbench/base/atomic_write.h"
 #include "workbench/base/errors.h"
-#include "workbench/model/catalogue/firmware_effects.h"
+#include "workbench/model/effect_adapters/firmware_effects.h"
 #include "workbench/serve/session/plain_file.h"
 
 namespace slipstack::workbench {

@@ -8,7 +8,7 @@
 
 #include "sim_host/log/closed_loop.h"
 #include "tests/unit/estimate/simulated_axis.h"
-#include "workbench/model/catalogue/effect_registry.h"
+#include "workbench/model/effect_adapters/effect_registry.h"
 #include "workbench/simulate/set_points.h"
 
 namespace slipstack::workbench {

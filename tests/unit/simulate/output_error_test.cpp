@@ -9,7 +9,7 @@
 #include "workbench/base/errors.h"
 #include "workbench/estimate/terms/terms.h"
 #include "workbench/estimate/uncertainty/standard_errors.h"
-#include "workbench/model/catalogue/effect_registry.h"
+#include "workbench/model/effect_adapters/effect_registry.h"
 #include "workbench/simulate/run_intervals.h"
 #include "workbench/simulate/two_criteria.h"
 

@@ -9,9 +9,9 @@
 #include <optional>
 
 #include "workbench/base/text.h"
+#include "workbench/can/client/socket_link.h"
 #include "workbench/can/commands/measure_loop.h"
 #include "workbench/can/commands/tune_drive.h"
-#include "workbench/can/link/socket_link.h"
 #include "workbench/console/output.h"
 #include "workbench/console/progress.h"
 #include "workbench/frequency/bode_result.h"

@@ -8,11 +8,11 @@
 #include <vector>
 
 #include "workbench/base/text.h"
+#include "workbench/can/client/socket_link.h"
 #include "workbench/can/commands/master.h"
 #include "workbench/can/commands/update_drive.h"
 #include "workbench/can/drive/objects.h"
 #include "workbench/can/host_node/run_node.h"
-#include "workbench/can/link/socket_link.h"
 #include "workbench/console/output.h"
 #include "workbench/console/progress.h"
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "workbench/can/link/sdo_client.h"
+#include "workbench/can/client/sdo_client.h"
 #include "workbench/model/model.h"
 
 // The work of `deploy`, `record` and `status` on a bus. Every function throws UsageError, one line.

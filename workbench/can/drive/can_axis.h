@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "workbench/can/link/sdo_client.h"
+#include "workbench/can/client/sdo_client.h"
 #include "workbench/loop/live_axis.h"
 
 namespace slipstack::workbench {

@@ -6,8 +6,8 @@
 #include <optional>
 #include <vector>
 
+#include "workbench/can/client/sdo_client.h"
 #include "workbench/can/drive/motion_frame.h"
-#include "workbench/can/link/sdo_client.h"
 
 namespace slipstack::workbench {
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "workbench/can/link/sdo_client.h"
+#include "workbench/can/client/sdo_client.h"
 
 // What several commands do with a drive on the bus. Every function throws UsageError, one line.
 namespace slipstack::workbench {

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "workbench/can/link/sdo_client.h"
+#include "workbench/can/client/sdo_client.h"
 
 namespace slipstack::workbench {
 

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "workbench/can/link/sdo_client.h"
+#include "workbench/can/client/sdo_client.h"
 
 namespace slipstack::workbench {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "workbench/estimate/measurement/measurement.h"
-#include "workbench/model/catalogue/firmware_effects.h"
+#include "workbench/model/effect_adapters/firmware_effects.h"
 
 namespace slipstack::workbench {
 

@@ -15,7 +15,7 @@
 #include "workbench/diagnose/evidence/bounds.h"
 #include "workbench/diagnose/evidence/plausibility.h"
 #include "workbench/estimate/uncertainty/friction_each_way.h"
-#include "workbench/model/catalogue/shape_parameter.h"
+#include "workbench/model/effect_adapters/shape_parameter.h"
 
 namespace slipstack::workbench {
 namespace {

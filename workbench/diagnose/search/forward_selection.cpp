@@ -10,7 +10,7 @@
 #include "workbench/diagnose/alternatives/causes.h"
 #include "workbench/diagnose/evidence/reduction.h"
 #include "workbench/estimate/terms/search_ranges.h"
-#include "workbench/model/catalogue/effect_registry.h"
+#include "workbench/model/effect_adapters/effect_registry.h"
 
 namespace slipstack::workbench {
 namespace {

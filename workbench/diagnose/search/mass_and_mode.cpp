@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "workbench/estimate/nonlinear/fit.h"
-#include "workbench/model/catalogue/firmware_effects.h"
+#include "workbench/model/effect_adapters/firmware_effects.h"
 
 namespace slipstack::workbench {
 namespace {

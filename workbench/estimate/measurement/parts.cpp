@@ -8,7 +8,7 @@
 
 #include "workbench/base/axis_units.h"
 #include "workbench/base/text.h"
-#include "workbench/model/catalogue/firmware_effects.h"
+#include "workbench/model/effect_adapters/firmware_effects.h"
 
 namespace slipstack::workbench {
 namespace {

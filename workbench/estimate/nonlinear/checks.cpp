@@ -9,7 +9,7 @@
 #include "workbench/base/errors.h"
 #include "workbench/base/text.h"
 #include "workbench/estimate/terms/search_ranges.h"
-#include "workbench/model/catalogue/effect_registry.h"
+#include "workbench/model/effect_adapters/effect_registry.h"
 
 namespace slipstack::workbench {
 namespace {

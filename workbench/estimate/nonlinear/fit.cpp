@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "workbench/estimate/terms/search_ranges.h"
-#include "workbench/model/catalogue/effect_registry.h"
+#include "workbench/model/effect_adapters/effect_registry.h"
 
 namespace slipstack::workbench {
 namespace {

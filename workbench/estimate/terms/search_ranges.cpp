@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "workbench/base/axis_units.h"
-#include "workbench/model/catalogue/shape_parameter.h"
+#include "workbench/model/effect_adapters/shape_parameter.h"
 
 namespace slipstack::workbench {
 namespace {

@@ -8,7 +8,7 @@
 #include "workbench/estimate/nonlinear/fit.h"
 #include "workbench/estimate/terms/search_ranges.h"
 #include "workbench/estimate/terms/slip_grid.h"
-#include "workbench/model/catalogue/effect_registry.h"
+#include "workbench/model/effect_adapters/effect_registry.h"
 
 namespace slipstack::workbench {
 namespace {

@@ -10,7 +10,7 @@
 #include "workbench/estimate/uncertainty/noise_floor.h"
 #include "workbench/estimate/uncertainty/reference_model.h"
 #include "workbench/estimate/uncertainty/saturated_residual.h"
-#include "workbench/model/catalogue/effect_registry.h"
+#include "workbench/model/effect_adapters/effect_registry.h"
 
 namespace slipstack::workbench {
 namespace {

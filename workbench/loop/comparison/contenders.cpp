@@ -15,7 +15,7 @@
 #include "workbench/estimate/uncertainty/row_weights.h"
 #include "workbench/frequency/rigid_mass.h"
 #include "workbench/loop/loop_parameters.h"
-#include "workbench/model/catalogue/effect_registry.h"
+#include "workbench/model/effect_adapters/effect_registry.h"
 #include "workbench/report/fitted_model_file.h"
 
 namespace slipstack::workbench {

@@ -19,7 +19,7 @@
 
 #include "workbench/base/errors.h"
 #include "workbench/base/text.h"
-#include "workbench/can/link/socket_link.h"
+#include "workbench/can/client/socket_link.h"
 #include "workbench/model/expression/definition.h"
 #include "workbench/report/effect_page.h"
 #include "workbench/serve/http/guard.h"

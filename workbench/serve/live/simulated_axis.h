@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "workbench/can/link/can_link.h"
+#include "workbench/can/client/can_link.h"
 
 namespace slipstack::workbench {
 

@@ -12,7 +12,7 @@
 #include "workbench/base/errors.h"
 #include "workbench/base/text.h"
 #include "workbench/estimate/nonlinear/reduce.h"
-#include "workbench/model/catalogue/shape_parameter.h"
+#include "workbench/model/effect_adapters/shape_parameter.h"
 #include "workbench/report/fitted_model_file.h"
 #include "workbench/report/json_values.h"
 #include "workbench/report/model_notes.h"

@@ -9,7 +9,7 @@
 #include "workbench/base/axis_units.h"
 #include "workbench/base/errors.h"
 #include "workbench/base/text.h"
-#include "workbench/model/catalogue/effect_registry.h"
+#include "workbench/model/effect_adapters/effect_registry.h"
 #include "workbench/report/html/chart_data.h"
 #include "workbench/report/json_values.h"
 #include "workbench/serve/session/hand_changes.h"

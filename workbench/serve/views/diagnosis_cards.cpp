@@ -10,7 +10,7 @@
 #include "workbench/diagnose/diagnose.h"
 #include "workbench/diagnose/evidence/evidence.h"
 #include "workbench/estimate/terms/terms.h"
-#include "workbench/model/catalogue/effect_registry.h"
+#include "workbench/model/effect_adapters/effect_registry.h"
 #include "workbench/model/model.h"
 #include "workbench/report/html/sections.h"
 #include "workbench/report/json_values.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/can/link/sdo_client.h"
+#include "workbench/can/client/sdo_client.h"
 
 #include <fmt/format.h>
 

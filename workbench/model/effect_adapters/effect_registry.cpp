@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/model/catalogue/effect_registry.h"
+#include "workbench/model/effect_adapters/effect_registry.h"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 
 #include "workbench/base/errors.h"
 #include "workbench/base/text.h"
-#include "workbench/model/catalogue/user_effect.h"
+#include "workbench/model/effect_adapters/user_effect.h"
 
 namespace slipstack::workbench {
 

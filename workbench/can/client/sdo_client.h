@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "workbench/base/errors.h"
-#include "workbench/can/link/can_link.h"
+#include "workbench/can/client/can_link.h"
 
 namespace slipstack::workbench {
 

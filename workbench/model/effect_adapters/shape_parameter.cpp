@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/model/catalogue/shape_parameter.h"
+#include "workbench/model/effect_adapters/shape_parameter.h"
 
 #include <fmt/format.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/can/link/socket_link.h"
+#include "workbench/can/client/socket_link.h"
 
 #include <fmt/format.h>
 

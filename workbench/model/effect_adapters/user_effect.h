@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "workbench/model/catalogue/firmware_effects.h"
+#include "workbench/model/effect_adapters/firmware_effects.h"
 
 namespace slipstack::workbench {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/model/catalogue/user_effect.h"
+#include "workbench/model/effect_adapters/user_effect.h"
 
 #include <fmt/format.h>
 
