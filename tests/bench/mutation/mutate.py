@@ -42,7 +42,7 @@ LEAST_KILLED = 0.9
 ARGUMENTS = ["-x", "c++", "-std=c++20", "-I/usr/include/eigen3"]
 # What compiles and instantiates them: checked before the long build.
 CHECKED = ["firmware/control/controller.cpp", "firmware/canopen/node.cpp", "firmware/canopen/drive.cpp",
-           "tests/can/profile/drive_test.cpp", "tests/can/sdo/storage_test.cpp", "tests/can/sdo/trace_test.cpp",
+           "tests/can/profile/drive_test.cpp", "tests/can/machine/storage_test.cpp", "tests/can/telemetry/trace_test.cpp",
            "tests/property/friction/equality_test.cpp", "tests/property/friction/fast_forms_test.cpp",
            "tests/unit/friction/memory_stack_test.cpp", "tests/unit/control/point_to_point_test.cpp",
            "tests/unit/control/parts_test.cpp"]

@@ -250,7 +250,7 @@ TEST(Range, TheStoppingDistanceIsTheWayThatAStopTakes) {
     const float a0 = uniform(-1.0, 1.0) * deceleration;
     std::int64_t velocity = to_fixed(v0);
     std::int64_t acceleration = to_fixed(a0);
-    double way = 0.0, largest = std::abs(v0);
+    double way = 0.0, largest = static_cast<double>(std::abs(v0));
     for (int tick = 0; tick < 400000 && (velocity != 0 || acceleration != 0); ++tick) {
       acceleration = braking_acceleration(velocity, acceleration, limits);
       velocity += acceleration;

@@ -153,6 +153,21 @@ TEST(StreamPath, BeginsInAnyState) {
   EXPECT_NEAR(ends.a1, 10.0, 1e-3) << "as far as the jerk allows";
 }
 
+// The velocity that it begins with counts as asked for: when the second set-point is lost it goes on with it.
+TEST(StreamPath, GoesOnWithTheVelocityItBeganWith) {
+  StreamPath path;
+  path.set_limits(limits_of(1000.0, 40.0, 2.0));
+  path.start(50, {.velocity = 5.0F});
+  path.put_velocity(50, 5.0F);
+  for (std::uint32_t n = 51; n < 53; ++n) {
+    path.extrapolate_velocity(n);
+    const StreamSegment segment = path.segment(n);
+    EXPECT_EQ(segment.d, 5.0F) << n;
+    EXPECT_EQ(segment.s, 0.0F) << n;
+    EXPECT_EQ(segment.k, 0.0F) << n;
+  }
+}
+
 // Speed is lost by the one limit and won by the other, through zero too.
 TEST(StreamPath, SpeedIsWonAndLostByTheirOwnLimits) {
   StreamPath path;
@@ -296,6 +311,13 @@ class Stream : public ReferenceWatch {
     cyclic->poll(tick_);
     ++tick_;
     see(cyclic->step(tick_) ? reference->track(cyclic->point(), tracking_) : reference->next(braking_));
+  }
+  /// While nothing moves and no SYNC comes.
+  void wait(std::uint32_t silent_ticks) { tick_ += silent_ticks; }
+  /// Of the clock on SYNC: the period that a SYNC would belong to now.
+  std::uint32_t period_now() const {
+    const SyncClock::Phase now = cyclic->clock().at(tick_);
+    return now.period + (now.fraction >> 31);
   }
   void period(bool has_target, float counts_per_tick) {
     sync(has_target, counts_per_tick);
@@ -474,6 +496,63 @@ TEST(VelocityStream, ASetPointTooLateMakesNoStep) {
     EXPECT_LE(stream.sharpest, 0.06) << late;
     EXPECT_LE(stream.hardest, 0.5 * 1.0001 + 1e-2) << late;
   }
+}
+
+// After a lost set-point a SYNC that comes a little early is still that of its own period: what was lost is
+// bridged, and the ramp goes on as if nothing had been lost.
+TEST(VelocityStream, ASetPointThatComesEarlyAfterALostOneKeepsItsPeriod) {
+  for (const std::uint32_t early : {1U, 2U, 4U}) {
+    Stream stream(200.0F, 0.5F, 20), undisturbed(200.0F, 0.5F, 20);
+    stream.cyclic->start();
+    undisturbed.cyclic->start();
+    for (int n = 0; n < 80; ++n) {
+      const bool lost = n == 60;
+      const std::uint32_t left = lost ? 20 - early : n == 61 ? 20 + early : 20;
+      stream.sync(!lost, static_cast<float>(n));
+      for (std::uint32_t i = 0; i < left; ++i) stream.tick();
+      if (n == 61) {
+        EXPECT_EQ(stream.cyclic->bridged(), 1U) << early;
+      }
+      undisturbed.period(true, static_cast<float>(n));
+      // A count per tick in a period: set-points in the place of another would be that far off.
+      if (!lost) {
+        EXPECT_NEAR(stream.velocity, undisturbed.velocity, 0.05) << early << ' ' << n;
+      }
+    }
+    EXPECT_EQ(stream.cyclic->gaps(), 0U) << early;
+    EXPECT_GT(stream.velocity, 70.0) << "it moves";
+  }
+}
+
+// Periods are counted modulo 2^32, segments modulo 2^31. A stream that begins when the count comes round to
+// the periods of the first one (25 days at 1 ms) plays nothing that an earlier stream left.
+TEST(VelocityStream, WhatAStreamLeftIsNotPlayedWhenThePeriodsComeRound) {
+  constexpr std::uint32_t kRound = 0x80000000U;
+  Stream stream(200.0F, 0.5F, 2);
+  stream.cyclic->start();
+  for (int n = 0; n < 300; ++n) stream.period(true, 20.0F);
+  ASSERT_TRUE(stream.cyclic->following());
+  stream.cyclic->stop();
+  stream.reference->stop();
+  for (int n = 0; n < 300; ++n) stream.period(false, 0.0F);
+  ASSERT_TRUE(stream.reference->standing());
+  stream.cyclic->start();
+  stream.wait(2 * (kRound - 40 - stream.period_now()));
+  while (stream.period_now() != kRound + 1) {
+    ASSERT_GE(stream.period_now(), kRound - 100);
+    ASSERT_LE(stream.period_now(), kRound);
+    stream.period(false, 0.0F);
+  }
+  ASSERT_TRUE(stream.cyclic->clock().locked());
+  const double stood = stream.way;
+  // Its segment begins with the next period.
+  stream.sync(true, 0.0F);
+  stream.tick();
+  EXPECT_FALSE(stream.cyclic->following());
+  stream.tick();
+  for (int n = 0; n < 20; ++n) stream.period(true, 0.0F);
+  EXPECT_TRUE(stream.cyclic->following());
+  EXPECT_EQ(stream.way, stood);
 }
 
 TEST(VelocityStream, AGapIsAStopAndTheNextSetPointGoesOnFromThere) {
