@@ -94,6 +94,22 @@ TEST(Import, ColumnsByHandAndProfileRoundTrip) {
   EXPECT_THROW(parse_profile("p.toml", "format = "), InputError);
 }
 
+TEST(Import, AMisspeltKeyOfAProfileIsRefused) {
+  const auto said = [](const std::string& text) {
+    try {
+      parse_profile("p.toml", text);
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  const std::string format = "format = 'slipstack import 1'\n";
+  const std::string column = "[[column]]\nsource = 'a'\n";
+  EXPECT_EQ(said(format + "decimal = ','\n[header]\naxis = 'X'\n" + column + "target = 'time_s'\n"), "");
+  EXPECT_EQ(said(format + "decimals = ','\n").rfind("p.toml:2: unknown key 'decimals'", 0), 0U);
+  EXPECT_EQ(said(format + column + "faktor = 2.0\n").rfind("p.toml:4: unknown key 'faktor'", 0), 0U);
+}
+
 TEST(Import, FaultsNameTheLine) {
   const std::string text = "t [s],x [mm],F [N]\n0,1,2\n0.1,1,2\n0.2,oops,2\n";
   const ImportProfile profile = guess_import("x.csv", text).profile;

@@ -6,7 +6,9 @@
 #include <toml++/toml.h>
 #include <algorithm>
 #include <sstream>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "workbench/base/errors.h"
 #include "workbench/base/text.h"
@@ -20,6 +22,17 @@ char one_character(const toml::table& table, const char* key, char otherwise, co
   const std::string text = table[key].value_or(std::string(1, otherwise));
   if (text.size() != 1) throw InputError(fmt::format("{}: {} must be one character", name, key));
   return text[0];
+}
+
+/// A key that nothing reads is a misspelt one: ignored, the log would be read otherwise than its profile
+/// says.
+void refuse_unknown_keys(const toml::table& table, const std::vector<std::string>& known,
+                         const std::string& name) {
+  for (const auto& [key, value] : table) {
+    if (std::find(known.begin(), known.end(), key.str()) != known.end()) continue;
+    throw InputError(fmt::format("{}:{}: unknown key {}; known here: {}", name, key.source().begin.line,
+                                 in_quotes(key.str()), joined(known)));
+  }
 }
 
 }  // namespace
@@ -99,6 +112,10 @@ ImportProfile parse_profile(const std::string& name, std::string_view text) {
     throw InputError(
         fmt::format("{}: not an import profile; its first line says format = '{}'", name, kFormat));
   }
+  refuse_unknown_keys(table,
+                      {"format", "encoding", "separator", "decimal", "skip_lines", "units_row",
+                       "sample_rate_Hz", "header", "column"},
+                      name);
   ImportProfile profile;
   profile.encoding = table["encoding"].value_or(profile.encoding);
   profile.separator = one_character(table, "separator", ',', name);
@@ -116,6 +133,7 @@ ImportProfile parse_profile(const std::string& name, std::string_view text) {
     for (const toml::node& node : *columns) {
       const toml::table* one = node.as_table();
       if (one == nullptr) throw InputError(fmt::format("{}: every [[column]] is a table", name));
+      refuse_unknown_keys(*one, {"source", "target", "factor", "iso_time", "same_time"}, name);
       profile.columns.push_back({(*one)["source"].value_or(std::string()),
                                  (*one)["target"].value_or(std::string()), (*one)["factor"].value_or(1.0),
                                  (*one)["iso_time"].value_or(false), (*one)["same_time"].value_or(false)});
