@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""No two statements of one diagnosis contradict each other: over the shared measurements and simulated logs."""
+"""No two statements of one output contradict each other: over the shared measurements and simulated logs."""
 
 import os
 import pathlib
@@ -21,6 +21,114 @@ SHOWN = 0.005  # reductions below it are not in the table
 def error(of, kind="holdout"):
     """The error of a model or a step, of an axis in newtons or in newton metres."""
     return of[f"{kind}_rmse_N"] if f"{kind}_rmse_N" in of else of[f"{kind}_rmse_Nm"]
+
+
+SI_PREFIX = {"": 1.0, "m": 1e-3, "u": 1e-6, "n": 1e-9, "k": 1e3}
+FORCE = r"(-?[\d.]+(?:e[-+]?\d+)?) ([munk]?)N(?: m)?"
+
+
+def forces(text):
+    """The forces of a sentence, or torques, in SI units."""
+    return [float(number) * SI_PREFIX[prefix] for number, prefix in re.findall(FORCE, text)]
+
+
+# How a row of parameters ends: with a standard error, or with why there is none. Long names and units widen a row.
+ROW = re.compile(r"(\w+) +(\w.*?) (at its bound|given|set|not determined|"
+                 r"[\d.]+(?:e[-+]?\d+)?(?: (?!at its|set$|given$|not )[^\d\s]\S*)*)")
+
+
+def table_rows(text):
+    """Of the table of parameters in a text: effect, parameter with its value, and the column of the error."""
+    table = text.split("std. error\n", 1)[1].split("\n\n", 1)[0]
+    return [ROW.fullmatch(line).groups() for line in table.splitlines()
+            if not line.startswith("friction  ") and " level of " not in line]
+
+
+class WrittenModels(program.Workshop):
+    """What fit, add and compare state: in text and in JSON, and of one model each of the others."""
+
+    def told(self, *arguments):
+        done = program.run(*arguments, "--json", "told.json", cwd=self.here)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done.stdout.decode(), program.published(pathlib.Path(self.here, "told.json").read_text())
+
+    def assert_told(self, sentence, *values):
+        """The forces of a sentence are these values, to the three digits that are shown."""
+        shown = forces(sentence)
+        self.assertEqual(len(shown), len(values), sentence)
+        for one, value in zip(shown, values):
+            self.assertAlmostEqual(one, value, delta=0.0051 * abs(value), msg=sentence)
+
+    def check_parameters(self, text, told):
+        rows = table_rows(text)
+        stated = []
+        for term in told["parameters"]:
+            if any(one["note"].startswith("slip distance") for one in term["parameters"]):
+                continue  # the text has one level for all the elements
+            stated += [(term["effect"], one) for one in term["parameters"]]
+        self.assertEqual([row[0] for row in rows], [effect for effect, _ in stated])
+        for (effect, name, error_column), (_, one) in zip(rows, stated):
+            where = f"{effect} {name}: '{error_column}' and {one}"
+            self.assertTrue(name.startswith(one["name"]), where)
+            # A value has an interval, or both outputs say why there is none; never both.
+            if one["standard_error"] is None:
+                self.assertEqual(error_column, "set" if one["note"] == "shape" else one["note"], where)
+            else:
+                self.assertRegex(error_column, r"^[\d.]", where)
+                self.assertIn(one["note"], ("", "shape"), where)
+        ways = re.findall("^friction   .*$", text, re.MULTILINE)
+        self.assertEqual(len(ways), 1 if "friction_each_way" in told else 0)
+        for line in ways:
+            self.assertNotRegex(line, FIGURE)
+
+    def check_quality(self, told):
+        low, high = next(value for key, value in told.items() if key.startswith("holdout_interval_"))
+        self.assertLessEqual(low, error(told))
+        self.assertLessEqual(error(told), high)
+        # Held out is never better than in sample by more than chance.
+        self.assertGreaterEqual(error(told), 0.97 * error(told, "train"))
+
+    def check(self, log, effects=program.BASELINE, added="viscous"):
+        with self.subTest(log=str(log)):
+            text, fit = self.told("fit", str(log), "--effects", effects, "--model", "fit.toml")
+            floor = next(value for key, value in fit.items() if key.startswith("noise_floor_"))
+            self.check_quality(fit)
+            self.check_parameters(text, fit)
+            low, high = next(value for key, value in fit.items() if key.startswith("holdout_interval_"))
+            line = re.search("^error .*$", text, re.MULTILINE)[0]
+            self.assert_told(line, error(fit), low, high, error(fit, "train"), floor)
+
+            # The same model on the same log: its error in sample.
+            text, compared = self.told("compare", str(log), "--model", "fit.toml")
+            rms = compared["rmse_N"] if "rmse_N" in compared else compared["rmse_Nm"]
+            self.assertEqual(compared["hash"], fit["hash"])
+            self.assertAlmostEqual(rms, error(fit, "train"), delta=0.01 * rms)
+            line = re.search("^error .*$", text, re.MULTILINE)[0]
+            self.assert_told(line, rms, next(compared[key] for key in compared if key.startswith("noise_floor_")))
+            self.assertIn(compared["left"][1:], text)
+            self.assertNotIn("at its bound", compared["left"])
+
+            text, after = self.told("add", str(log), "--model", "fit.toml", "--effect", added, "--out", "add.toml")
+            self.check_quality(after)
+            self.check_parameters(text, after)
+            self.assert_told(text.splitlines()[0], error(after["before"]), error(after), floor)
+            self.assertAlmostEqual(error(after["before"]), error(fit), delta=0.01 * error(fit))
+            step = error(after) < 0.97 * error(after["before"]) and after["criterion_difference"] < 0.0
+            self.assertEqual("It is no step" in text, not step)
+
+    def test_simulated_logs(self):
+        self.check(pathlib.Path(self.here, "good.csv"))
+        # Without viscous friction, the log does not move the asymmetry of it.
+        self.check(pathlib.Path(self.here, "good.csv"), "inertia,coulomb", "direction_asymmetry")
+
+    @program.long
+    def test_measured_logs(self):
+        logs = [DATA / name for name in LOGS if (DATA / name).is_file()]
+        if not logs:
+            self.skipTest(f"SKIP: no measurements in {DATA}; set SLIPSTACK_SHARED")
+        for log in logs:
+            self.check(log)
+            self.check(log, "inertia,coulomb", "direction_asymmetry")
 
 
 class Contradictions(program.Workshop):

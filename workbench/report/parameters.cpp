@@ -28,10 +28,12 @@ json parameter_json(const char* name, std::size_t index, bool numbered, double v
           {"note", note}};
 }
 
+/// Why a gain has no standard error, the same in text and JSON; empty where it has one. One that the log does
+/// not move (an asymmetry of viscous friction in a model without viscous friction) is at no bound.
 std::string gain_note(const Term& term, std::size_t gain) {
   if (term.lower[gain] == term.upper[gain]) return "given";
   if (term.gains[gain] == term.lower[gain] || term.gains[gain] == term.upper[gain]) return "at its bound";
-  return "";
+  return term.gain_standard_error(gain) > 0.0 ? "" : "not determined";
 }
 
 json term_json(const Term& term) {
@@ -49,9 +51,9 @@ json term_json(const Term& term) {
     const std::size_t own = g % term.gains_per_set();
     const GainGroup& group = term.effect->group_of_gain(static_cast<int>(own));
     if (elements && term.gains[g] == 0.0) continue;
-    const double error = term.gain_standard_error(g);
     const std::string note =
         elements ? fmt::format("slip distance {}", quantity(term.shapes[own], "m")) : gain_note(term, g);
+    const double error = elements || note.empty() ? term.gain_standard_error(g) : 0.0;
     list.push_back(parameter_json(group.name, own, group.count > 1, term.gains[g], error, group.unit, note));
     if (term.gain_sets() > 1) list.back()["log"] = g / term.gains_per_set() + 1;
   }
@@ -168,13 +170,11 @@ std::string parameter_table(const Terms& terms) {
       const GainGroup& group = term.effect->group_of_gain(static_cast<int>(g % count));
       const std::string name =
           (group.count > 1 ? fmt::format("{} {}", group.name, g % count + 1) : group.name) + of_log(term, g);
-      const bool given = term.lower[g] == term.upper[g];
-      const double error = term.gain_standard_error(g);
+      const std::string note = gain_note(term, g);
+      const double error = note.empty() ? term.gain_standard_error(g) : 0.0;
       text += fmt::format("{:<32} {:<24} {:>14} {:>14}\n", term.id(), name,
                           quantity(term.gains[g], group.unit, digits_known(term.gains[g], error)),
-                          given         ? "given"
-                          : error > 0.0 ? quantity(error, group.unit)
-                                        : "at its bound");
+                          note.empty() ? quantity(error, group.unit) : note);
     }
   }
   return text;
