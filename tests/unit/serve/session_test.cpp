@@ -11,6 +11,7 @@
 #include "workbench/base/errors.h"
 #include "workbench/model/effect_adapters/firmware_effects.h"
 #include "workbench/serve/session/plain_file.h"
+#include "workbench/serve/session/workspace.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -100,6 +101,21 @@ TEST_F(SessionTest, WritesWholeOrNothing) {
   EXPECT_THROW(write_atomically(folder_ / "no folder" / "file", "two"), UsageError);
   EXPECT_THROW(write_atomically("/dev/full/file", "two"), UsageError);
   EXPECT_EQ(read_whole(path, 100), "one");
+}
+
+TEST(Logs, OfDifferentRatesAreNamedRateByRate) {
+  // The rates of one drive differ a little by the resolution of the times in a log.
+  EXPECT_NO_THROW(require_one_rate({}));
+  EXPECT_NO_THROW(require_one_rate({{"a.csv", 2000.0}, {"b.csv", 2000.1}}));
+  try {
+    require_one_rate({{"a.csv", 2000.0}, {"b.csv", 500.0}, {"c.csv", 2000.0}});
+    FAIL() << "two rates were accepted";
+  } catch (const InputError& error) {
+    EXPECT_STREQ(
+        error.what(),
+        "the logs have different sampling rates (2000 Hz: a.csv, c.csv; 500 Hz: b.csv); close those of "
+        "all rates but one, or resample them and open them again");
+  }
 }
 
 }  // namespace

@@ -13,15 +13,12 @@
 namespace slipstack::workbench {
 namespace {
 
-/// Largest relative difference of the sampling rates of one drive; a larger one means another drive. Chosen.
-constexpr double kSameRate = 1e-4;
-
 [[noreturn]] void refuse(const Log& log, const std::string& what) {
   throw InputError(fmt::format("{}: {}", printable(log.path), what));
 }
 
 void require_one_axis(const Log& first, const Log& other) {
-  if (std::abs(other.sample_rate_Hz - first.sample_rate_Hz) > kSameRate * first.sample_rate_Hz) {
+  if (!is_same_rate(first.sample_rate_Hz, other.sample_rate_Hz)) {
     refuse(other, fmt::format("sampled at {:.6g} Hz, but {} at {:.6g} Hz; resample one of them, or give them "
                               "to two runs",
                               other.sample_rate_Hz, printable(first.path), first.sample_rate_Hz));
@@ -52,6 +49,12 @@ void append(std::vector<double>& all, const std::vector<double>& more, bool firs
 }
 
 }  // namespace
+
+bool is_same_rate(double first_Hz, double other_Hz) {
+  // Largest relative difference of the sampling rates of one drive; a larger one means another drive. Chosen.
+  constexpr double kSameRate = 1e-4;
+  return std::abs(other_Hz - first_Hz) <= kSameRate * first_Hz;
+}
 
 JoinedLogs join(std::vector<Log> logs) {
   std::vector<LogChunk> chunks;

@@ -11,6 +11,9 @@
 
 namespace slipstack::workbench {
 
+/// Whether logs of these two sampling rates can be fitted together.
+bool is_same_rate(double first_Hz, double other_Hz);
+
 /// A log, or a chunk of one that is too long to be read at once.
 struct LogChunk {
   Log log;

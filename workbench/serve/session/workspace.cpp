@@ -2,6 +2,7 @@
 #include "workbench/serve/session/workspace.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <utility>
@@ -9,6 +10,7 @@
 #include "workbench/base/axis_units.h"
 #include "workbench/base/errors.h"
 #include "workbench/base/text.h"
+#include "workbench/estimate/measurement/parts.h"
 #include "workbench/model/effect_adapters/effect_registry.h"
 #include "workbench/report/html/chart_data.h"
 #include "workbench/report/json_values.h"
@@ -39,6 +41,30 @@ json head_json(const std::string& path, const LongLog& log) {
 }
 
 }  // namespace
+
+void require_one_rate(const std::vector<SampledLog>& logs) {
+  struct Rate {
+    double rate_Hz;
+    std::vector<std::string> names;
+  };
+  std::vector<Rate> rates;
+  for (const SampledLog& log : logs) {
+    auto found = std::find_if(rates.begin(), rates.end(), [&log](const Rate& rate) {
+      return is_same_rate(rate.rate_Hz, log.sample_rate_Hz);
+    });
+    if (found == rates.end()) found = rates.insert(found, {log.sample_rate_Hz, {}});
+    found->names.push_back(printable(log.name));
+  }
+  if (rates.size() <= 1) return;
+  std::vector<std::string> said;
+  said.reserve(rates.size());
+  for (const Rate& rate : rates)
+    said.push_back(fmt::format("{:.6g} Hz: {}", rate.rate_Hz, joined(rate.names)));
+  throw InputError(fmt::format(
+      "the logs have different sampling rates ({}); close those of all rates but one, or resample "
+      "them and open them again",
+      fmt::join(said, "; ")));
+}
 
 Workspace::Workspace(ProcessGroup& group, const std::filesystem::path& folder)
     : group_(group), session_(folder), jobs_(events_) {}
@@ -121,15 +147,18 @@ void Workspace::open(const std::vector<std::string>& paths, Progress& progress) 
     log_heads_.clear();
     view_.reset();
   }
+  std::vector<SampledLog> sampled;
   for (const std::string& path : paths) {
     progress.show(fmt::format("read {}", printable(std::filesystem::path(path).filename().string())));
     const LongLog log = LongLog::open(path);
+    sampled.push_back({std::filesystem::path(path).filename().string(), log.head().sample_rate_Hz});
     auto trace = std::make_shared<const Trace>(log);
     const std::lock_guard lock(lock_);
     traces_.push_back(std::move(trace));
     log_heads_.push_back(head_json(path, log));
     events_.tell();  // the first picture need not wait for what follows
   }
+  require_one_rate(sampled);  // after the pictures: each log can be seen, and closed, whatever its rate
   auto measured = std::make_shared<View>(LogRequest{&group_, paths, {}}, progress);
   const std::lock_guard lock(lock_);
   view_ = std::move(measured);

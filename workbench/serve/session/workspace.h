@@ -27,6 +27,15 @@ struct Download {
   std::string content;
 };
 
+/// A log by its name, and how it was sampled.
+struct SampledLog {
+  std::string name;
+  double sample_rate_Hz = 0.0;
+};
+
+/// Throws InputError where the logs have different sampling rates; it names the logs of each rate.
+void require_one_rate(const std::vector<SampledLog>& logs);
+
 /// One session that is being worked on: what the pages show and what they can ask for. Long work runs as a
 /// job on its own copy of the logs, as the command line would do it; its result joins the session at the end.
 /// So whatever fails or is cancelled leaves everything as it was. All members may be called from any thread
