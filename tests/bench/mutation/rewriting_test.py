@@ -11,6 +11,7 @@ import tempfile
 
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
+import mutate  # noqa: E402
 import rewrite  # noqa: E402
 import sites  # noqa: E402
 
@@ -97,7 +98,9 @@ def main():
         passed = [number for number, byte in enumerate(passed_file.read_bytes()) if byte]
         kinds = {site.kind for site in mutants.values()}
         print(f"{len(found)} places, {len(mutants)} mutants: {len(other)} differ, {len(endless)} do not end, same: {same}")
+        missing = [path for path in mutate.CHECKED + list(mutate.QUOTAS) if not (mutate.ROOT / path).exists()]
         return max(
+            fails(missing, f"not where the bench looks for them: {missing}"),
             fails(unchanged != original, "another program without a mutant"),
             fails(kinds != {"comparison", "arithmetic", "logic", "constant", "statement"}, f"kinds: {kinds}"),
             fails(len(mutants) < 25, "too few mutants"),
