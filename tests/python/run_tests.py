@@ -13,12 +13,17 @@ HERE = pathlib.Path(__file__).resolve().parent
 SKIPPED = 77
 NEEDED = {"pytest": "python3-pytest is not installed", "numpy": "python3-numpy is not installed",
           "slipstack": "the package was not built: pybind11-dev, python3-dev or python3-numpy is not installed"}
+NEEDED_BY = {"bag_test.py": {"rosbag": "python3-rosbag", "sensor_msgs": "python3-sensor-msgs", "geometry_msgs": "python3-geometry-msgs"}}
 
 
 def main():
     for module, reason in NEEDED.items():
         if importlib.util.find_spec(module) is None:
             print(f"SKIP: {reason} (toolchain/install test)")
+            return SKIPPED
+    for module, package in [needed for name in sys.argv[1:] for needed in NEEDED_BY.get(name, {}).items()]:
+        if importlib.util.find_spec(module) is None:
+            print(f"SKIP: {package} is not installed (toolchain/install full)")
             return SKIPPED
     import pytest
     sys.path.insert(0, str(HERE.parent / "cli"))

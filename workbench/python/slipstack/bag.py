@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Writes the numbers of topics of a ROS 1 bag as a CSV table for `slipstack import`.
+
+    python3 -m slipstack.bag axis.bag --topic /joint_states --out table.csv
+    slipstack import table.csv --out log.csv --columns "time [s]=time_s,position[slide]=position_m,effort[slide]=force_N"
+
+The table has a row for each message of the first topic; further topics add their fields, with their last values. Columns are named
+as the fields: `wrench.force.x`, `data[0]`, and by joint where the message says names (`position[slide]`); those of further topics
+begin with their topic. The time is that of the header, or of the recording where the messages have none. Needs the package
+python3-rosbag. Status 2 and one line where the bag cannot be used.
+"""
+
+import argparse
+import csv
+import pathlib
+import sys
+
+NUMBERS = (bool, int, float)
+LONGEST_ARRAY = 64  # an image or a point cloud is no signal
+
+
+class BadInput(Exception):
+    """What is wrong with the input, in one line."""
+
+
+def numbers(message, path=""):
+    """(name, value) of each number of a message, however deep; those of long arrays are left out."""
+    names = getattr(message, "name", None)
+    for field in message.__slots__:
+        value, name = getattr(message, field), f"{path}{field}"
+        if isinstance(value, NUMBERS):
+            yield name, value
+        elif hasattr(value, "to_sec"):
+            yield name, value.to_sec()
+        elif isinstance(value, (list, tuple)):
+            by_name = isinstance(names, list) and len(names) == len(value)
+            for i, one in enumerate(value[:LONGEST_ARRAY] if len(value) <= LONGEST_ARRAY else ()):
+                if isinstance(one, NUMBERS):
+                    yield f"{name}[{names[i] if by_name else i}]", one
+        elif hasattr(value, "__slots__") and field != "header":
+            yield from numbers(value, f"{name}.")
+
+
+def time_of(message, recorded):
+    """The instant of a message [ns]: of its header, or that at which it was recorded."""
+    stamp = getattr(getattr(message, "header", None), "stamp", None)
+    return (stamp if stamp is not None and stamp.to_nsec() != 0 else recorded).to_nsec()
+
+
+def opened(path):
+    try:
+        import rosbag
+    except ImportError as error:
+        raise BadInput(f"needs the package python3-rosbag ({error})") from error
+    if not pathlib.Path(path).is_file():
+        raise BadInput(f"{path}: is no file; name a bag")
+    try:
+        return rosbag.Bag(path)
+    except rosbag.bag.ROSBagUnindexedException as error:
+        raise BadInput(f"{path}: has no index, its recording was cut off; repair it by `rosbag reindex`") from error
+    except (rosbag.bag.ROSBagException, OSError) as error:
+        raise BadInput(f"{path}: is no ROS 1 bag: {str(error).splitlines()[0]}") from error
+
+
+def table(path, topics):
+    """Head and rows: time (in the rows in ns), then the fields of the first topic, then those of the others."""
+    with opened(path) as bag:
+        there = sorted(bag.get_type_and_topic_info().topics)
+        topics = topics or (there if len(there) == 1 else [])
+        if not topics:
+            raise BadInput(f"{path}: say --topic; there are {', '.join(there) or 'none'}")
+        for topic in topics:
+            if topic not in there:
+                raise BadInput(f"{path}: has no topic {topic}; there are {', '.join(there) or 'none'}")
+        columns, last, rows = {topic: [] for topic in topics}, {}, []
+        for topic, message, recorded in bag.read_messages(topics=topics):
+            values = dict(numbers(message))
+            columns[topic] = columns[topic] or list(values)
+            if list(values) != columns[topic]:
+                raise BadInput(f"{path}: the messages of {topic} change their fields after {len(rows)} rows; "
+                               "write one topic of messages alike")
+            last[topic] = list(values.values())
+            if topic == topics[0] and len(last) == len(topics):
+                rows.append([time_of(message, recorded), *(value for one in topics for value in last[one])])
+    if not rows or not any(columns.values()):
+        raise BadInput(f"{path}: no message of {', '.join(topics)} has numbers")
+    head = [f"{topic} {name}" if topic != topics[0] else name for topic in topics for name in columns[topic]]
+    return ["time [s]", *head], rows
+
+
+def main(arguments=None):
+    parser = argparse.ArgumentParser(prog="slipstack.bag", description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("bag", help="ROS 1 bag")
+    parser.add_argument("--topic", action="append",
+                        help="topic whose messages make the rows (default: the only one); may be repeated")
+    parser.add_argument("--out", required=True, help="table to write, CSV; '-': standard output")
+    options = parser.parse_args(arguments)
+    try:
+        head, rows = table(options.bag, options.topic)
+        begin_ns = rows[0][0]
+        target = sys.stdout if options.out == "-" else open(options.out, "w", newline="", encoding="utf-8")
+        with target:
+            writer = csv.writer(target, lineterminator="\n")
+            writer.writerow(head)
+            writer.writerows([f"{(row[0] - begin_ns) * 1e-9:.9f}", *row[1:]] for row in rows)
+    except (BadInput, OSError) as error:
+        print(f"slipstack.bag: {error}", file=sys.stderr)
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
