@@ -28,9 +28,8 @@ constexpr std::array kFormats{
     Format{
         "\x89MCAP0\r\n"sv,
         "an MCAP file of ROS; write its topics as one CSV table (package rosbags of Python), then slipstack import"sv},
-    Format{
-        "#ROSBAG V2.0"sv,
-        "a ROS bag; python3 -m slipstack.bag makes a table of its topics, then slipstack import"sv},
+    Format{"#ROSBAG V2.0"sv,
+           "a ROS bag; python3 -m slipstack.bag makes a table of its topics, then slipstack import"sv},
     Format{
         "SQLite format 3\0"sv,
         "an SQLite data base, maybe a ROS bag; write its signals as one CSV table, then slipstack import"sv},
