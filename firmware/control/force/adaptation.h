@@ -163,7 +163,8 @@ class Adaptation {
   /// `behind`: so many counts.
   Place at(const Bounds& bound, std::int32_t counts, float behind) {
     const float back = approx::is_finite(behind) ? behind * bound.cells_per_count : 0.0F;
-    const float place = static_cast<float>(counts) * bound.cells_per_count - back;
+    // Of any velocity: an integer must hold it.
+    const float place = approx::clamp(static_cast<float>(counts) * bound.cells_per_count - back, -1e9F, 1e9F);
     const std::int32_t cell = approx::floor_to_int(place);
     return {parts_[static_cast<std::uint32_t>(cell) % kCells],
             parts_[static_cast<std::uint32_t>(cell + 1) % kCells], place - static_cast<float>(cell)};
