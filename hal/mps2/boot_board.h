@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "hal/cortex_m/enter_program.h"
 #include "hal/mps2/program_memory.h"
 #include "hal/mps2/semihosting.h"
 #include "hal/mps2/uart.h"
@@ -18,19 +19,8 @@ class BootBoard {
   void start() { mps2::uart_write("boot\n"); }
   ProgramMemory& programs() { return programs_; }
 
-  /// Enters the program whose vector table lies there, as a reset does: stack pointer, then reset vector. It
-  /// sets VTOR itself.
-  [[noreturn]] void run(std::uint32_t vectors) {
-    asm volatile(
-        "ldr r1, [%0]     \n"
-        "ldr r2, [%0, #4] \n"
-        "msr msp, r1      \n"
-        "dsb              \n"
-        "isb              \n"
-        "bx r2            \n" ::"r"(vectors)
-        : "r1", "r2", "memory");
-    __builtin_unreachable();
-  }
+  /// Enters the program whose vector table lies there.
+  [[noreturn]] void run(std::uint32_t vectors) { cortex_m::enter_program(vectors); }
 
   [[noreturn]] void stay() {
     mps2::uart_write("no program\n");

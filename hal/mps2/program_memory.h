@@ -8,8 +8,8 @@
 #include <cstring>
 #include <span>
 
-#include "hal/include/nonvolatile.h"
 #include "hal/include/program_memory.h"
+#include "hal/mps2/memory_pages.h"
 #include "hal/mps2/semihosting.h"
 
 namespace slipstack::mps2 {
@@ -44,52 +44,27 @@ struct FlashSupply {
 
 /// Pages of that flash. When the supply fails a write or an erasure is left half done, in the middle of a
 /// unit.
-class ProgramPages final : public Nonvolatile {
+class ProgramPages final : public MemoryFlashPages {
  public:
-  static constexpr std::size_t kUnit = 8;
-
   ProgramPages(std::uint32_t address, std::size_t pages, FlashSupply& supply)
-      : memory_(reinterpret_cast<std::byte*>(address)), pages_(pages), supply_(supply) {}
+      : MemoryFlashPages(reinterpret_cast<std::byte*>(address), pages, kProgramPageBytes), supply_(supply) {}
 
-  std::size_t page_count() const override { return pages_; }
-  std::size_t page_size() const override { return kProgramPageBytes; }
-  std::size_t write_unit() const override { return kUnit; }
-
-  NonvolatileStatus read(std::size_t page, std::size_t offset, std::span<std::byte> out) const override {
-    if (!inside(page, offset, out.size())) return NonvolatileStatus::kOutOfRange;
-    std::copy_n(at(page, offset), out.size(), out.begin());
-    return NonvolatileStatus::kOk;
-  }
   NonvolatileStatus write(std::size_t page, std::size_t offset, std::span<const std::byte> data) override {
-    if (!inside(page, offset, data.size())) return NonvolatileStatus::kOutOfRange;
-    if (offset % kUnit != 0 || data.size() % kUnit != 0) return NonvolatileStatus::kMisaligned;
-    std::byte* const to = at(page, offset);
-    if (std::any_of(to, to + data.size(), [](std::byte b) { return b != std::byte{0xFF}; })) {
-      return NonvolatileStatus::kNotErased;
+    if (writable(page, offset, data.size()) == NonvolatileStatus::kOk && supply_.fails()) {
+      std::copy_n(data.begin(), data.size() / 2 - kUnit / 4, at(page, offset));
+      exit_emulator(FlashSupply::kExitCut);
     }
-    const bool cut = supply_.fails();
-    std::copy_n(data.begin(), cut ? data.size() / 2 - kUnit / 4 : data.size(), to);
-    if (cut) exit_emulator(FlashSupply::kExitCut);
-    return NonvolatileStatus::kOk;
+    return MemoryFlashPages::write(page, offset, data);
   }
   NonvolatileStatus erase(std::size_t page) override {
-    if (page >= pages_) return NonvolatileStatus::kOutOfRange;
-    const bool cut = supply_.fails();
-    std::memset(at(page, 0), 0xFF, cut ? kProgramPageBytes / 2 - kUnit / 4 : kProgramPageBytes);
-    if (cut) exit_emulator(FlashSupply::kExitCut);
-    return NonvolatileStatus::kOk;
+    if (page < page_count() && supply_.fails()) {
+      std::memset(at(page, 0), 0xFF, kProgramPageBytes / 2 - kUnit / 4);
+      exit_emulator(FlashSupply::kExitCut);
+    }
+    return MemoryFlashPages::erase(page);
   }
 
  private:
-  bool inside(std::size_t page, std::size_t offset, std::size_t size) const {
-    return page < pages_ && offset <= kProgramPageBytes && size <= kProgramPageBytes - offset;
-  }
-  std::byte* at(std::size_t page, std::size_t offset) const {
-    return memory_ + page * kProgramPageBytes + offset;
-  }
-
-  std::byte* memory_;
-  std::size_t pages_;
   FlashSupply& supply_;
 };
 

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "hal/cortex_m/enter_program.h"
 #include "hal/stm32g474/board.h"
 #include "hal/stm32g474/gpio.h"
 #include "hal/stm32g474/peripherals.h"
@@ -26,19 +27,10 @@ class BootBoard {
   void start() { static_cast<void>(watchdog_.start(stm32g474::plan_watchdog(kWatchdog_us))); }
   ProgramMemory& programs() { return programs_; }
 
-  /// Enters the program whose vector table lies there, as a reset does: stack pointer, then reset vector. It
-  /// sets VTOR itself.
+  /// Enters the program whose vector table lies there.
   [[noreturn]] void run(std::uint32_t vectors) {
     watchdog_.refresh();
-    asm volatile(
-        "ldr r1, [%0]     \n"
-        "ldr r2, [%0, #4] \n"
-        "msr msp, r1      \n"
-        "dsb              \n"
-        "isb              \n"
-        "bx r2            \n" ::"r"(vectors)
-        : "r1", "r2", "memory");
-    __builtin_unreachable();
+    cortex_m::enter_program(vectors);
   }
 
   /// There is no program: the LED is lit, the outputs stay safe, until somebody flashes one.
