@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cstdint>
 
+#include "firmware/control/force/state_estimate.h"
 #include "firmware/control/parameters/parameters.h"
 #include "firmware/effects/numerics/approx.h"
 
@@ -73,7 +74,7 @@ class Adaptation {
     // at least, or a fast estimate's noise would be learned; the mass over three times as long, or the places
     // would take turns in following what it does there.
     constexpr float kMassInParts = 3.0F;
-    bound.pass = -approx::exp_minus_one(-axis.observer_bandwidth_rad_per_s * axis.tick_s);
+    bound.pass = StateEstimate::pass(axis.tick_s, axis.observer_bandwidth_rad_per_s);
     bound.lag_ticks = 3.0F * (1.0F - bound.pass) / bound.pass;
     const float lag_s = 3.0F / axis.observer_bandwidth_rad_per_s;
     const float passed_s = 0.125F * kCell_m / axis.velocity_limit_mps;

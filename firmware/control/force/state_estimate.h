@@ -33,9 +33,13 @@ class StateEstimate {
     float velocity_per_s = 0.0F;
     float disturbance_per_s2 = 0.0F;
   };
+  /// How far each of the three stages of its low-pass goes towards its input in a tick.
+  static float pass(float tick_s, float bandwidth_rad_per_s) {
+    return -approx::exp_minus_one(-bandwidth_rad_per_s * tick_s);
+  }
   static Gains gains(float resolution_m, float tick_s, float bandwidth_rad_per_s) {
     const float q = approx::exp(-bandwidth_rad_per_s * tick_s);
-    const float p = -approx::exp_minus_one(-bandwidth_rad_per_s * tick_s);
+    const float p = pass(tick_s, bandwidth_rad_per_s);
     return {resolution_m,
             1.0F / resolution_m,
             tick_s,
