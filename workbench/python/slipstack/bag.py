@@ -11,16 +11,13 @@ python3-rosbag. Status 2 and one line where the bag cannot be used.
 """
 
 import argparse
-import csv
 import pathlib
 import sys
 
+from slipstack.tables import BadInput, converted
+
 NUMBERS = (bool, int, float)
 LONGEST_ARRAY = 64  # an image or a point cloud is no signal
-
-
-class BadInput(Exception):
-    """What is wrong with the input, in one line."""
 
 
 def numbers(message, path=""):
@@ -85,7 +82,8 @@ def table(path, topics):
     if not rows or not any(columns.values()):
         raise BadInput(f"{path}: no message of {', '.join(topics)} has numbers")
     head = [f"{topic} {name}" if topic != topics[0] else name for topic in topics for name in columns[topic]]
-    return ["time [s]", *head], rows
+    begin_ns = rows[0][0]
+    return ["time [s]", *head], [[(time_ns - begin_ns) * 1e-9, *values] for time_ns, *values in rows]
 
 
 def main(arguments=None):
@@ -96,18 +94,7 @@ def main(arguments=None):
                         help="topic whose messages make the rows (default: the only one); may be repeated")
     parser.add_argument("--out", required=True, help="table to write, CSV; '-': standard output")
     options = parser.parse_args(arguments)
-    try:
-        head, rows = table(options.bag, options.topic)
-        begin_ns = rows[0][0]
-        target = sys.stdout if options.out == "-" else open(options.out, "w", newline="", encoding="utf-8")
-        with target:
-            writer = csv.writer(target, lineterminator="\n")
-            writer.writerow(head)
-            writer.writerows([f"{(row[0] - begin_ns) * 1e-9:.9f}", *row[1:]] for row in rows)
-    except (BadInput, OSError) as error:
-        print(f"slipstack.bag: {error}", file=sys.stderr)
-        return 2
-    return 0
+    return converted(parser.prog, options.out, lambda: table(options.bag, options.topic), decimals=9)
 
 
 if __name__ == "__main__":

@@ -12,11 +12,12 @@ most frames); further --pdo add the objects of others, with their last values. S
 import argparse
 import collections
 import configparser
-import csv
 import pathlib
 import re
 import struct
 import sys
+
+from slipstack.tables import BadInput, converted
 
 # CiA 301: the data types of numbers, by code: letter of struct and bytes.
 TYPES = {0x01: ("?", 1), 0x02: ("b", 1), 0x03: ("h", 2), 0x04: ("i", 4), 0x05: ("B", 1), 0x06: ("H", 2), 0x07: ("I", 4),
@@ -28,10 +29,6 @@ COB_MASK = 0x7FF
 SDO_TO_NODE, SDO_FROM_NODE = 0x600, 0x580
 # Expedited transfers: command byte to number of bytes.
 SIZES = {0x2F: 1, 0x2B: 2, 0x27: 3, 0x23: 4, 0x4F: 1, 0x4B: 2, 0x47: 3, 0x43: 4}
-
-
-class BadInput(Exception):
-    """What is wrong with the input, in one line."""
 
 
 def frames(path):
@@ -199,18 +196,12 @@ def main(arguments=None):
                         help="an object that counts, and the time of one count: the time of the samples, free of the bus's delays")
     parser.add_argument("--out", required=True, help="table to write, CSV; '-': standard output")
     options = parser.parse_args(arguments)
-    try:
+
+    def read():
         node = Node(options.eds, options.node)
-        head, rows = table(decoded(options.capture, node), node, options.pdo, options.clock)
-        target = sys.stdout if options.out == "-" else open(options.out, "w", newline="", encoding="utf-8")
-        with target:
-            writer = csv.writer(target, lineterminator="\n")
-            writer.writerow(head)
-            writer.writerows([f"{row[0]:.6f}", *row[1:]] for row in rows)
-    except (BadInput, OSError) as error:
-        print(f"slipstack.candump: {error}", file=sys.stderr)
-        return 2
-    return 0
+        return table(decoded(options.capture, node), node, options.pdo, options.clock)
+
+    return converted(parser.prog, options.out, read, decimals=6)
 
 
 if __name__ == "__main__":
