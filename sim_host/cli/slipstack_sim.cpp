@@ -109,7 +109,7 @@ void write_log(const LogRequest& request) {
 
 void list_effects() {
   for (const EffectId id : drawable_effects()) std::puts(std::string(name(id)).c_str());
-  std::puts("coulomb");
+  std::puts(std::string(name(EffectId::kCoulomb)).c_str());
 }
 
 }  // namespace

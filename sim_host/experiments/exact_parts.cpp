@@ -3,24 +3,26 @@
 
 #include <fmt/format.h>
 
+#include "sim_host/plant/effects/effect_id.h"
+
 namespace slipstack::sim {
 namespace {
 
 // The first effect that has no closed form between events; empty when there is none.
 std::string_view nonlinear_effect(const Effects& effects) {
-  if (effects.coulomb) return "coulomb";
+  if (effects.coulomb) return name(EffectId::kCoulomb);
   if (effects.viscous && effects.viscous->exponent != 1.0) return "viscous with an exponent";
-  if (effects.drag) return "quadratic_drag";
-  if (effects.stribeck) return "stribeck";
-  if (effects.lag) return "frictional_lag";
+  if (effects.drag) return name(EffectId::kQuadraticDrag);
+  if (effects.stribeck) return name(EffectId::kStribeck);
+  if (effects.lag) return name(EffectId::kFrictionalLag);
   if (effects.preload) return "preload_map";
-  if (effects.acceleration) return "acceleration_dependent_preload";
-  if (effects.asymmetry) return "direction_asymmetry";
+  if (effects.acceleration) return name(EffectId::kAccelerationDependentPreload);
+  if (effects.asymmetry) return name(EffectId::kDirectionAsymmetry);
   if (effects.ripple) return "cogging";
   if (effects.motor_ripple) return "force_constant_ripple";
   if (effects.offset_N) return "offset_N";
   if (effects.cable && effects.cable->stiffening != 0.0) return "cable_chain that stiffens";
-  if (effects.drift) return "drift";
+  if (effects.drift) return name(EffectId::kDrift);
   return {};
 }
 

@@ -4,6 +4,7 @@
 #include <array>
 
 #include "sim_host/experiments/setup_table.h"
+#include "sim_host/plant/effects/effect_id.h"
 #include "sim_host/turn.h"
 
 namespace slipstack::sim {
@@ -117,25 +118,25 @@ Drift read_drift(SetupTable& table) {
 }
 
 void read_velocity_effects(SetupTable& file, Effects& effects) {
-  if (auto table = file.table("viscous")) {
+  if (auto table = file.table(name(EffectId::kViscous))) {
     effects.viscous = Viscous{table->number("coefficient_N_s_per_m", kNotNegative),
                               table->number_or("exponent", {0.1, 2.0}, 1.0)};
     table->finish();
   }
-  if (auto table = file.table("quadratic_drag")) {
+  if (auto table = file.table(name(EffectId::kQuadraticDrag))) {
     effects.drag = QuadraticDrag{table->number("coefficient", kNotNegative),
                                  table->number_or("exponent", {1.0, 3.0}, 2.0)};
     table->finish();
   }
-  if (auto table = file.table("stribeck")) {
+  if (auto table = file.table(name(EffectId::kStribeck))) {
     effects.stribeck = read_weakening(*table);
     table->finish();
   }
-  if (auto table = file.table("frictional_lag")) {
+  if (auto table = file.table(name(EffectId::kFrictionalLag))) {
     effects.lag = read_lag(*table);
     table->finish();
   }
-  if (auto table = file.table("direction_asymmetry")) {
+  if (auto table = file.table(name(EffectId::kDirectionAsymmetry))) {
     constexpr std::array kLaws = {AsymmetryLaw::kByForce, AsymmetryLaw::kByVelocity};
     DirectionAsymmetry asymmetry;
     asymmetry.law = kLaws[table->word("law", {"by_force", "by_velocity"})];
@@ -144,7 +145,7 @@ void read_velocity_effects(SetupTable& file, Effects& effects) {
     effects.asymmetry = asymmetry;
     table->finish();
   }
-  if (auto table = file.table("acceleration_dependent_preload")) {
+  if (auto table = file.table(name(EffectId::kAccelerationDependentPreload))) {
     constexpr std::array kLaws = {AccelerationLaw::kProportional, AccelerationLaw::kSmooth,
                                   AccelerationLaw::kSaturating};
     AccelerationPreload preload;
@@ -158,7 +159,7 @@ void read_velocity_effects(SetupTable& file, Effects& effects) {
 
 void read_position_effects(SetupTable& file, Axis& axis) {
   Effects& effects = axis.effects;
-  if (auto table = file.table("coulomb")) {
+  if (auto table = file.table(name(EffectId::kCoulomb))) {
     effects.coulomb =
         Coulomb{table->number("level_N", kPositive), table->number_or("slip_m", kPositive, 20e-9)};
     table->finish();
@@ -222,7 +223,7 @@ void read_effects(SetupTable& file, Axis& axis) {
     axis.effects.resonance = arm;
     table->finish();
   }
-  if (auto table = file.table("drift")) {
+  if (auto table = file.table(name(EffectId::kDrift))) {
     axis.effects.drift = read_drift(*table);
     table->finish();
   }
