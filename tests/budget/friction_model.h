@@ -60,7 +60,7 @@ void set_the_rest(FrictionModel<float>::Parameters& all, const std::tuple<Effect
 
 }  // namespace detail
 
-// A user's own effect: a bump 4 mm wide, tabulated.
+// A user-defined effect: a bump 4 mm wide, tabulated.
 inline std::array<float, kUserTablePoints> bump_of_4_newtons() {
   std::array<float, kUserTablePoints> points{};
   for (std::size_t i = 0; i < points.size(); ++i) {

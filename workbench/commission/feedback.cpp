@@ -54,7 +54,7 @@ DriveSettings settings_of(const Feedback& feedback, const AxisLimits& limits, do
   return settings;
 }
 
-bool is_quiet(const AxisRecord& record, double from_s, double to_s, double most_N) {
+bool is_steady(const AxisRecord& record, double from_s, double to_s, double most_N) {
   const auto first = static_cast<std::size_t>(from_s * record.rate_Hz);
   const auto end = static_cast<std::size_t>(to_s * record.rate_Hz);
   if (!record.fault.empty() || end > record.force_N.size() || end <= first) return false;

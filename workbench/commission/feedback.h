@@ -25,6 +25,6 @@ DriveSettings settings_of(const Feedback& feedback, const AxisLimits& limits, do
 
 /// Whether a record of an axis that holds its place between these times scatters in its force by less than
 /// `most_N` (standard deviation).
-bool is_quiet(const AxisRecord& record, double from_s, double to_s, double most_N);
+bool is_steady(const AxisRecord& record, double from_s, double to_s, double most_N);
 
 }  // namespace slipstack::workbench

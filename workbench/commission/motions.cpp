@@ -62,9 +62,9 @@ double approach_mps(const AxisLimits& limits) {
   return std::min({0.1, limits.stroke_m() / 4.0, limits.velocity_mps});
 }
 
-SetPoints quiet_motion(const AxisLimits& limits) {
+SetPoints holding_motion(const AxisLimits& limits) {
   MotionBuilder builder(kRate_Hz, place(limits, 0.5));
-  builder.dwell(kQuietTo_s);
+  builder.dwell(kHoldTo_s);
   builder.sine(50e-6, 3.0, 3);
   builder.dwell(0.3);
   return builder.points();

@@ -13,11 +13,11 @@ AxisLimits first_limits(const Nameplate& nameplate, double mass_kg, double frict
 /// At which the axis comes to where a motion begins: a quarter of the room in a second, 0.1 m/s at most.
 double approach_mps(const AxisLimits& limits);
 
-/// Where the quiet motion holds its place, s.
-inline constexpr double kQuietFrom_s = 0.3;
-inline constexpr double kQuietTo_s = 0.7;
-/// Little: the axis holds its place, then 50 µm to and fro. Whether the feedback is quiet shows here.
-SetPoints quiet_motion(const AxisLimits& limits);
+/// Where the holding motion holds its place, s.
+inline constexpr double kHoldFrom_s = 0.3;
+inline constexpr double kHoldTo_s = 0.7;
+/// Little: the axis holds its place, then 50 µm to and fro. Whether the feedback is steady shows here.
+SetPoints holding_motion(const AxisLimits& limits);
 
 /// From end to end of the room, at twice the speed of approach. 10 s, on a slow axis 30.
 SetPoints travel_motion(const AxisLimits& limits);

@@ -28,8 +28,8 @@ constexpr double kMassAgreement = 0.25;  // of the masses to and fro, relative
 constexpr double kLargestMotion = 0.02;  // of the travel, in a pulse
 // Of the gains for a rigid mass: each 1.7 times the one before.
 constexpr std::array kShares{0.2, 0.35, 0.6, 1.0};
-// Noise of the force at rest: a fiftieth of what the motor can do moves nothing, and is heard.
-constexpr double kQuietForce = 0.02;
+// Noise of the force at rest: a fiftieth of what the motor can do moves nothing, and shows in the record.
+constexpr double kSteadyForce = 0.02;
 constexpr double kForceOverFriction = 3.0;  // while the travel is checked
 // While the ends are searched: steps from small to large, each twice the one before, at a pace at which an
 // axis of 50 kg brings less than a tenth of a joule to the stop.
@@ -125,31 +125,31 @@ void deploy(LiveAxis& axis, const DriveSettings& settings) {
   if (!refused.empty()) throw CommissionStopped(refused);
 }
 
-// From little upwards: what is quiet also with 1.7 times its gains has that gain margin for certain.
-json quiet_share(Stages& stages, const AxisLimits& limits, const Feedback& full) {
+// From little upwards: what is steady also with 1.7 times its gains has that gain margin for certain.
+json steady_share(Stages& stages, const AxisLimits& limits, const Feedback& full) {
   const double most_N = stages.plate.force_limit_N();
-  std::size_t loud = 0;
+  std::size_t unsteady = 0;
   std::string fault;
-  for (; loud < kShares.size(); ++loud) {
-    deploy(stages.axis, settings_of(part_of(full, kShares[loud]), limits, most_N));
-    const AxisRecord record = stages.run(quiet_motion(limits), approach_mps(limits));
+  for (; unsteady < kShares.size(); ++unsteady) {
+    deploy(stages.axis, settings_of(part_of(full, kShares[unsteady]), limits, most_N));
+    const AxisRecord record = stages.run(holding_motion(limits), approach_mps(limits));
     fault = record.fault;
     if (!fault.empty() && !record.lost_hold) throw CommissionStopped("the feedback: " + fault);
-    if (!is_quiet(record, kQuietFrom_s, kQuietTo_s, kQuietForce * most_N)) break;
+    if (!is_steady(record, kHoldFrom_s, kHoldTo_s, kSteadyForce * most_N)) break;
   }
-  const bool all = loud == kShares.size();
+  const bool all = unsteady == kShares.size();
   if (!all) stages.axis.switch_off();
-  if (loud < 2) {
+  if (unsteady < 2) {
     throw CommissionStopped(
-        fmt::format("no feedback holds the axis quietly{}; slipstack bode shows what resonates",
+        fmt::format("no feedback holds the axis steadily{}; slipstack bode shows what resonates",
                     fault.empty() ? "" : " (" + fault + ")"));
   }
-  return {{"share", kShares[all ? loud - 1 : loud - 2]}};
+  return {{"share", kShares[all ? unsteady - 1 : unsteady - 2]}};
 }
 
 void find_feedback(Stages& stages, PreparedAxis& axis) {
   const Feedback full = full_feedback(axis.mass_kg, stages.plate.tick_s);
-  const json& stage = stages.stage("feedback", 0.06, [&] { return quiet_share(stages, axis.limits, full); });
+  const json& stage = stages.stage("feedback", 0.06, [&] { return steady_share(stages, axis.limits, full); });
   const double share = stage.at("share").get<double>();
   const Feedback feedback = part_of(full, share);
   axis.feedback = feedback;
@@ -163,7 +163,7 @@ void find_feedback(Stages& stages, PreparedAxis& axis) {
   if (share < kShares.back()) {
     stages.notes.push_back(
         fmt::format("The feedback has {:.0f} % of the gains that suit a rigid mass: with more the axis was "
-                    "not quiet. A resonance may limit it, which slipstack bode shows.",
+                    "not steady. A resonance may limit it, which slipstack bode shows.",
                     100.0 * share));
   }
 }

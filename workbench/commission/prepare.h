@@ -24,7 +24,7 @@ struct PreparedAxis {
 ///   mass        pulses of the force that grow until the motion shows it (mass.h)
 ///   feedback    for that mass with the margin of `slipstack tune`; from a fifth of it upwards, as long as
 ///   the
-///               axis is quiet, and two steps back where it is not
+///               axis is steady, and two steps back where it is not
 ///   ends        where the travel is not known: slowly and with little force to either end, in steps that
 ///   grow,
 ///               until a stop holds the axis or a limit switch stops it, and there a second time

@@ -49,7 +49,7 @@ void expect_compensated(const CommissionResult& result) {
 
 // Then the power fails before each of its stages in turn, and each time the command goes on behind the last
 // finished one.
-TEST(Commission, FromNothingToAQuietAxisAlsoAcrossPowerCuts) {
+TEST(Commission, FromNothingToACompensatedAxisAlsoAcrossPowerCuts) {
   const TemporaryDirectory whole;
   const LockstepMachine machine{.axis = viscous_axis(kSeed), .seed = kSeed, .motor_reversed = true};
   const auto uncut = host_axis(machine);

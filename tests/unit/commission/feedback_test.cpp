@@ -23,19 +23,19 @@ TEST(CommissionFeedback, HasTheMarginThatIsAskedForAndAnyPartOfItMore) {
   }
 }
 
-TEST(CommissionFeedback, IsQuietByTheScatterOfTheForceAtRest) {
+TEST(CommissionFeedback, IsSteadyByTheScatterOfTheForceAtRest) {
   AxisRecord record;
   record.rate_Hz = 1000.0;
   for (int i = 0; i < 1000; ++i) {
     const bool at_rest = i >= 300 && i < 700;
     record.force_N.push_back(20.0 + (at_rest ? 1.0 : 30.0) * std::sin(0.5 * i));
   }
-  EXPECT_TRUE(is_quiet(record, 0.3, 0.7, 0.75));
-  EXPECT_FALSE(is_quiet(record, 0.3, 0.7, 0.65));
-  EXPECT_FALSE(is_quiet(record, 0.2, 0.7, 0.75));
-  EXPECT_FALSE(is_quiet(record, 0.9, 1.1, 100.0)) << "the record ends before";
+  EXPECT_TRUE(is_steady(record, 0.3, 0.7, 0.75));
+  EXPECT_FALSE(is_steady(record, 0.3, 0.7, 0.65));
+  EXPECT_FALSE(is_steady(record, 0.2, 0.7, 0.75));
+  EXPECT_FALSE(is_steady(record, 0.9, 1.1, 100.0)) << "the record ends before";
   record.fault = "fault";
-  EXPECT_FALSE(is_quiet(record, 0.3, 0.7, 0.75));
+  EXPECT_FALSE(is_steady(record, 0.3, 0.7, 0.75));
 }
 
 }  // namespace

@@ -27,7 +27,8 @@ TEST(CommissionMotions, StayWithinTheirLimits) {
     EXPECT_LT(mass_kg * limits.acceleration_mps2 + friction_N, 0.75 * plate.force_limit_N());
     EXPECT_GE(limits.low_m, 0.04 * plate.travel_m);
     EXPECT_LE(limits.high_m, 0.96 * plate.travel_m);
-    std::vector<SetPoints> motions{quiet_motion(limits), travel_motion(limits), tracking_test(limits).motion};
+    std::vector<SetPoints> motions{holding_motion(limits), travel_motion(limits),
+                                   tracking_test(limits).motion};
     for (const double pace : {0.4, 1.0})
       motions.push_back(first_look(limits, pace, plate.encoder_resolution_m));
     for (const SetPoints& motion : motions) {

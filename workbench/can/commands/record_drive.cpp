@@ -95,12 +95,12 @@ Recording record_stream(SdoClient& drive, double seconds, double rate_Hz, const 
 TraceData fetch_trace(SdoClient& drive, const Show& show) {
   const std::uint32_t capacity = drive.read(kTraceIndex, 9);
   std::uint32_t last = 0;
-  for (int quiet = 0; drive.read(kTraceIndex, 2) != 3;) {
+  for (int unchanged = 0; drive.read(kTraceIndex, 2) != 3;) {
     const std::uint32_t now = drive.read(kTraceIndex, 8);
     if (now > capacity) drive.fail("the trace has more samples than it can hold");
-    quiet = now == last ? quiet + 1 : 0;
+    unchanged = now == last ? unchanged + 1 : 0;
     last = now;
-    if (quiet > 10000) drive.fail("the trace does not fill; does the tick run?");
+    if (unchanged > 10000) drive.fail("the trace does not fill; does the tick run?");
     if (capacity > 0) show("trace", static_cast<double>(now) / capacity);
   }
   const std::vector<std::uint8_t> data =

@@ -43,7 +43,8 @@ constexpr double kMotionBandwidthRatio = 3.0;
 
 /// A log is compared at three instants for each period of the bandwidth, and a fit needs a hundred of them
 /// (checks.cpp). The filters' margins and the burn-in take up to half of a short log, so its bandwidth is not
-/// less than gives this many, even where quantisation then exceeds the noise of a very quiet force.
+/// less than gives this many, even where quantisation then exceeds the noise of a force with very little
+/// noise.
 constexpr double kLeastInstants = 200.0;
 constexpr double kInstantsPerPeriod = 3.0;
 
