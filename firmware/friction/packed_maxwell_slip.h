@@ -101,9 +101,8 @@ class PackedMaxwellSlip {
 
   PackedMaxwellSlip() { clear(); }
 
-  // Takes up to N elements: slip distances in counts, 0 <= Delta <= 16383, stiffnesses in N per count, finite
-  // and
-  // >= 0. The elements restart unloaded at the present position. Outside the tick.
+  // Takes up to N elements: slip distances in counts, 0 <= Delta <= 16383, stiffnesses in N per count, >= 0
+  // and finite. The elements restart unloaded at the present position. Outside the tick.
   [[nodiscard]] SetupStatus set_elements(std::span<const std::int32_t> slip_distance,
                                          std::span<const float> stiffness) {
     if (slip_distance.size() != stiffness.size()) return SetupStatus::kSizeMismatch;

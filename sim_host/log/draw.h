@@ -27,10 +27,9 @@ struct Bench {
 };
 
 /// A bench without further effects: inertia and pre-sliding hysteresis only.
-///   pick_and_place  [1] set-up 3: 35.45 kg, 1 µm encoder, ±15 N, loops of ±40 µm, two rails with each its
-///   own
-///                   virgin curve, linear motor. The paper does not give pitch, motor constant or stroke;
-///                   ours are a 24 mm pitch, 60 N/A, 0.4 m. Small things (curve lengths, noise) vary with the
+///   pick_and_place  [1] set-up 3: 35.45 kg, 1 µm encoder, ±15 N, loops of ±40 µm, two rails, each with a
+///                   virgin curve of its own, linear motor. The paper does not give pitch, motor constant or
+///                   stroke; ours are a 24 mm pitch, 60 N/A, 0.4 m. Curve lengths and noise vary with the
 ///                   seed.
 ///   random          1–60 kg, 1–30 N, 1–50 µm, and so on
 Bench draw_bench(Setup setup, std::uint64_t seed);

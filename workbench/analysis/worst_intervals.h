@@ -19,8 +19,8 @@ struct WorstInterval {
   double fastest_mps = 0.0;
 };
 
-/// The log in 60 intervals of equal length; those with the largest root mean square of the residual, the
-/// worst
+/// Of 60 intervals of equal length, the `count` with the largest root mean square of the residual, largest
+/// first.
 std::vector<WorstInterval> worst_intervals(const Measurement& measurement, const Eigen::VectorXd& residual_N,
                                            std::size_t count = 5);
 nlohmann::json worst_json(const std::vector<WorstInterval>& intervals);

@@ -19,16 +19,14 @@ struct Repairs {
 
 /// Finds faults that only a recorder or a sensor can cause, and repairs those whose true values follow from
 /// the neighbouring samples:
-/// - outliers of force or position, up to three in a row: interpolated. Many close together are a burst, an
-/// event
-///   of the axis or its surroundings, and are kept.
+/// - outliers of force or position, up to three in a row: interpolated. Many close together are a burst,
+///   caused by the axis or its surroundings, and are kept.
 /// - samples that repeat the one before, where noise makes that impossible: interpolated.
 /// - force at its limit, or frozen without its noise (drive off, sensor lost): cut. Not at standstill in a
 ///   log whose force has no noise there, and nowhere in one whose header says `current_source: commanded`.
-/// - jumps of the encoder while the axis moves on: corrected, and reported in `jumps`, since absolute
-/// positions
-///   are uncertain in such a log. In a chunk of a log they are reported only, because a correction would
-///   shift this chunk against the others.
+/// - jumps of the encoder while the axis moves on: corrected, and reported in `jumps`, since positions are
+///   uncertain in such a log. In a chunk of a log they are reported only, because a correction would shift
+///   this chunk against the others.
 /// - an encoder that stands still and then jumps to the true position: cut.
 /// - motion without any force, as when the axis is moved by hand with the drive off: cut.
 ///

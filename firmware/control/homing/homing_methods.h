@@ -10,8 +10,8 @@ namespace slipstack {
 /// A homing method of IEC 61800-7-201 (6098h), as the steps that lead to its home position. Signs are
 /// directions of motion: 1 towards higher counts, -1 towards lower ones, 0: no such step.
 ///
-///   search until the switch (or the end stop) is there; a home switch is searched the other way from a limit
-///   switch on
+///   search until the switch (or the end stop) is there; from a limit switch the search for a home switch
+///   goes on the other way
 ///   leave the switch; where it becomes inactive
 ///   enter it again; where it becomes active
 ///   go on to the first index from there
