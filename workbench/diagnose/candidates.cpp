@@ -85,7 +85,6 @@ void rank_candidates(Diagnosis& diagnosis, const std::vector<std::string>& added
 
 void show_by_named_model(Diagnosis& diagnosis) {
   Candidate& first = diagnosis.candidates.front();
-  if (diagnosis.best.holdout_rmse_N >= first.holdout_rmse_N) return;
   first.term = *find_term(diagnosis.best.terms, first.term.id());
   first.terms = diagnosis.best.terms;
   first.holdout_rmse_N = diagnosis.best.holdout_rmse_N;

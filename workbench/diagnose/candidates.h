@@ -17,8 +17,8 @@ std::vector<Candidate> list_candidates(const Measurement& measurement, const Fou
 /// differ by less than the share that is worth a name are listed as confounded with each other.
 void rank_candidates(Diagnosis& diagnosis, const std::vector<std::string>& added);
 
-/// Sets the first candidate, the only missing effect, to the best model: its shapes have been refined since
-/// it was ranked.
+/// Sets the first candidate to the model of the first step, so that both say the same: the shapes may have
+/// been refined since it was ranked.
 void show_by_named_model(Diagnosis& diagnosis);
 
 }  // namespace slipstack::workbench

@@ -74,7 +74,7 @@ Diagnosis EffectSearch::conclude() {
   judge(measurement_, diagnosis_);
   list_what_cannot_be_shown(measurement_, diagnosis_);
   list_what_cannot_be_separated(measurement_, diagnosis_);
-  if (diagnosis_.steps.size() == 2) show_by_named_model(diagnosis_);
+  if (diagnosis_.steps.size() >= 2) show_by_named_model(diagnosis_);
   options_.report("done", 1.0);
   return std::move(diagnosis_);
 }

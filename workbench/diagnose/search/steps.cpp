@@ -30,6 +30,18 @@ void put_next(const Measurement& measurement, const Terms& terms, const FittedMo
   }
 }
 
+/// The baseline with this effect, with the shapes that its candidate has.
+FittedModel fit_alone(const Measurement& measurement, const Diagnosis& diagnosis, const std::string& id) {
+  const auto alone = std::find_if(diagnosis.candidates.begin(), diagnosis.candidates.end(),
+                                  [&](const Candidate& candidate) { return candidate.term.id() == id; });
+  return fit_gains(measurement, alone->terms, &diagnosis.baseline);
+}
+
+/// Of two fits of the same effects the one that is closer to the training data.
+FittedModel better_fit(FittedModel one, FittedModel other) {
+  return other.train_rmse_N < one.train_rmse_N ? std::move(other) : std::move(one);
+}
+
 }  // namespace
 
 void list_steps(const SelectionContext& context, const Explanation& best, Diagnosis& diagnosis) {
@@ -53,6 +65,7 @@ void list_steps(const SelectionContext& context, const Explanation& best, Diagno
     FittedModel model =
         last ? best.model
              : refine_shapes_in_turn(measurement, fit_gains(measurement, terms, &best.model), {20});
+    if (i == 0 && !last) model = better_fit(std::move(model), fit_alone(measurement, diagnosis, order[0]));
     if (!last) judge_on_unseen_data(measurement, model);
     diagnosis.steps.push_back({order[i], model.holdout_rmse_N, context.criterion.difference(model, before),
                                evidence_of(known, order[i]), model.terms});

@@ -8,7 +8,8 @@ namespace slipstack::workbench {
 
 /// Sets the steps of `diagnosis`, from the baseline to `best` one effect at a time, and its model with the
 /// first effect. First the effect that is strongest alone (the candidates are ranked), then the one that
-/// lowers the error most beside those before it.
+/// lowers the error most beside those before it. Each step's shapes are those of `best`, refined without what
+/// comes later; the first takes its candidate's where these are closer to the training data.
 void list_steps(const SelectionContext& context, const Explanation& best, Diagnosis& diagnosis);
 
 /// Drops steps, from the last on, that lower the held-out error of the whole logs by less than
