@@ -47,6 +47,7 @@ def model_file(*effects):
 
 
 VISCOUS = ("viscous", [("gain", "viscous", "N s/m", 5.5)])
+HYSTERESIS = ("presliding_hysteresis", [("shape", "slip_distance", "rad", 0.01), ("gain", "stiffness", "N m/rad", 200.0)])
 RESONANCE = ("structural_resonance", [("gain", "modal_mass", "kg", 1.5), ("gain", "modal_damping_mass", "kg", 0.0),
                                       ("gain", "rigid_mass", "kg", 0.0), ("shape", "frequency", "Hz", 40.0),
                                       ("shape", "damping", "1", 0.02)])
@@ -86,6 +87,26 @@ class Export(unittest.TestCase):
         self.assertIn("static inline double x_axis_step(x_axis_state *state, const x_axis_motion *motion)", text)
         self.assertNotIn("float", text)
         self.assertNotIn("@", text)
+
+    def test_a_rotary_axis_has_angles_and_torques(self):
+        rotary = model_file(("viscous", [("gain", "viscous", "N m s/rad", 5.5)]), HYSTERESIS)
+        pathlib.Path(self.here, "joint.toml").write_text("axis = 'rotary'\n" + rotary.replace("rmse_N ", "rmse_Nm ").replace("floor_N ", "floor_Nm "))
+        done = self.export("joint.toml", "--c", "joint.h", "--name", "joint")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        header = pathlib.Path(self.here, "joint.h").read_text()
+        self.assertIn("JOINT_STEP_RAD", header)
+        self.assertIn("the torque in N m", header)
+        if shutil.which("cc") is None:
+            self.skipTest("cc is not installed")
+        pathlib.Path(self.here, "main.c").write_text(
+            '#include <stdio.h>\n#include "joint.h"\nint main(void) {\n  joint_motion motion = {0};\n'
+            "  joint_state state;\n  motion.velocity_radps = 2.0F;\n  joint_init(&state, &motion);\n"
+            "  motion.position_steps = (int)(0.001F / JOINT_STEP_RAD);\n"
+            '  printf("%.3g\\n", (double)joint_step(&state, &motion));\n'
+            '  return state.torque_Nm == joint_step(&state, &motion) ? 0 : 1;\n}\n')
+        subprocess.run(["cc", "-std=c99", "-Wall", "-Wextra", "-Werror", "main.c", "-o", "main"], cwd=self.here, check=True)
+        printed = subprocess.run([pathlib.Path(self.here, "main")], capture_output=True, text=True, check=True).stdout
+        self.assertEqual(printed, "11.2\n")  # 5.5 N m s/rad at 2 rad/s, and a spring of 200 N m/rad over 1 mrad
 
     def test_what_is_refused(self):
         for arguments, what in (

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "firmware/friction/packed_maxwell_slip.h"
+#include "workbench/base/axis_units.h"
 #include "workbench/base/errors.h"
 #include "workbench/c_export/c_functions.h"
 #include "workbench/c_export/record_model.h"
@@ -31,6 +32,36 @@ void replace_all(std::string& text, std::string_view from, std::string_view to) 
 std::string in_comment(std::string text) {
   replace_all(text, "*/", "* /");
   return text;
+}
+
+/// The formula of an effect, for a comment; velocities in it have the unit of the axis.
+std::string formula_in_comment(const EffectText& text) {
+  std::string formula = text.formula;
+  replace_all(formula, " m/s", " " + axis_unit("m/s"));
+  return in_comment(std::move(formula));
+}
+
+/// The axis' word for a force.
+const char* force_word() {
+  return axis_is_rotary() ? "torque" : "force";
+}
+
+/// All of this file writes the names of a linear axis; here each identifier that ends with a unit gets that
+/// of the axis: position_m becomes position_rad, force_N torque_Nm. Before the user's own prefix is in it.
+std::string with_axis_names(const std::string& text) {
+  const auto is_part = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; };
+  std::string out;
+  for (std::size_t at = 0; at < text.size();) {
+    std::size_t end = at;
+    while (end < text.size() && is_part(text[end])) ++end;
+    if (end == at) {
+      out += text[at++];
+      continue;
+    }
+    out += axis_key(std::string_view(text).substr(at, end - at));
+    at = end;
+  }
+  return out;
 }
 
 /// Writes values as C statements, each once, after those that it needs.
@@ -133,7 +164,7 @@ std::string step_function(const RecordedModel& model) {
   for (const RecordedModel::Effect& effect : model.effects) {
     if (!effect.force_N) continue;
     statements.add(
-        fmt::format("  /* {}: {} */\n", in_comment(effect.text.title), in_comment(effect.text.formula)));
+        fmt::format("  /* {}: {} */\n", in_comment(effect.text.title), formula_in_comment(effect.text)));
     statements.write_used(*effect.force_N);
   }
   // The new state after all that reads the old one.
@@ -142,11 +173,12 @@ std::string step_function(const RecordedModel& model) {
   for (const RecordedModel::Memory& memory : model.memory) {
     next.push_back(statements.text_of(memory.next));
   }
-  std::string text =
-      "/* One tick: the force in N that friction and inertia take, positive towards +x. The motion is that "
-      "at this\n"
+  std::string text = fmt::format(
+      "/* One tick: the {} in {} that friction and inertia take, positive towards {}. The motion is that at "
+      "this\n"
       "   tick. */\n"
-      "static inline REAL @step(@state *state, const @motion *motion) {\n";
+      "static inline REAL @step(@state *state, const @motion *motion) {{\n",
+      force_word(), axis_unit("N"), axis_is_rotary() ? "positive angles" : "+x");
   if (statements.text().find("motion") == std::string::npos && force.find("motion") == std::string::npos) {
     text += "  (void)motion;\n";
   }
@@ -287,23 +319,23 @@ double round_step(double least) {
 
 double step_of(const Model& model, const FrictionHeaderOptions& options) {
   constexpr double kMostSteps = PackedMaxwellSlip<2>::kLargestSlipDistance;
-  constexpr double kUsualStep_m = 1e-7;
+  const double usual_step_m = axis_length(1e-7);
   const Term* const hysteresis = hysteresis_of(model);
   const std::vector<double> slip_m =
       hysteresis != nullptr ? slip_distances(*hysteresis) : std::vector<double>{};
-  if (slip_m.empty()) return options.step_m.value_or(kUsualStep_m);
+  if (slip_m.empty()) return options.step_m.value_or(usual_step_m);
   const auto [least, most] = std::minmax_element(slip_m.begin(), slip_m.end());
   if (!options.step_m) return round_step(*most / (kMostSteps - 1.0));
   if (*most / *options.step_m >= kMostSteps) {
     throw InputError(fmt::format(
-        "--step {:g}: the largest slip distance, {:g} m, has more than {:.0f} steps; give {:g} or more",
-        *options.step_m, *most, kMostSteps, *most / (kMostSteps - 1.0)));
+        "--step {:g}: the largest slip distance, {:g} {}, has more than {:.0f} steps; give {:g} or more",
+        *options.step_m, *most, axis_unit("m"), kMostSteps, *most / (kMostSteps - 1.0)));
   }
   if (*least < *options.step_m) {
     throw InputError(
-        fmt::format("--step {:g}: the smallest slip distance, {:g} m, is less than one step; give a part "
+        fmt::format("--step {:g}: the smallest slip distance, {:g} {}, is less than one step; give a part "
                     "of the encoder's step, {:g} or less, and count in it",
-                    *options.step_m, *least, *least));
+                    *options.step_m, *least, axis_unit("m"), *least));
   }
   return *options.step_m;
 }
@@ -334,9 +366,9 @@ std::string motion_type(bool is_float, double step_m) {
       "*/\n";
   if (is_float) {
     text += fmt::format(
-        "  int32_t position_steps; /* in steps of {:g} m, absolute, from anywhere; may wrap */\n"
-        "  REAL position_m; /* on the rail, from where the model's map begins */\n",
-        step_m);
+        "  int32_t position_steps; /* in steps of {:g} {}, absolute, from anywhere; may wrap */\n"
+        "  REAL position_m; /* {}, from where the model's map begins */\n",
+        step_m, axis_unit("m"), axis_is_rotary() ? "the angle" : "on the rail");
   } else {
     text += "  REAL position_m;\n";
   }
@@ -359,13 +391,14 @@ std::string parameters_without_force(const Model& model) {
   std::string text;
   for (const Term& term : model.target_terms) {
     if (term.effect->gain_count > 0) continue;
-    text += fmt::format("/* {}: adds no force, is left to the caller. {} */\n", term.id(),
-                        in_comment(term.effect->text.formula));
+    text += fmt::format("/* {}: adds no {}, is left to the caller. {} */\n", term.id(), force_word(),
+                        formula_in_comment(term.effect->text));
     for (std::size_t i = 0; i < term.shapes.size(); ++i) {
       std::string name = term.id() + "_" + term.effect->shapes[i].name;
       std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::toupper(c); });
-      text += fmt::format("#define @MACRO_{} {} /* {} */\n", name,
-                          c_literal(static_cast<float>(term.shapes[i])), term.effect->shapes[i].unit);
+      text +=
+          fmt::format("#define @MACRO_{} {} /* {} */\n", name, c_literal(static_cast<float>(term.shapes[i])),
+                      axis_unit(term.effect->shapes[i].unit));
     }
   }
   return text;
@@ -378,13 +411,13 @@ std::string heading(const Model& model, const FrictionHeaderOptions& options) {
       "/* SPDX-License-Identifier: Apache-2.0 */\n"
       "/* clang-format off */\n"
       "/* NOLINTBEGIN */\n"
-      "/* Friction model {:08x} in C99, written by slipstack; SI units.\n"
+      "/* Friction model {:08x} in C99, written by slipstack; {}.\n"
       "   Effects: {}.\n"
       "   @init() once, @step() each tick; a @state for each axis. No heap, no library but memcpy.\n"
-      "   The force is that of {} bit for bit where the compiler does not contract into fused products\n"
+      "   The {} is that of {} bit for bit where the compiler does not contract into fused products\n"
       "   (-ffp-contract=off), to rounding where it does. */\n",
-      target_hash(model), effects,
-      options.is_float ? "the slipstack firmware" : "the workbench in double precision");
+      target_hash(model), axis_is_rotary() ? "a rotary axis: rad, N m, kg m2" : "SI units", effects,
+      force_word(), options.is_float ? "the slipstack firmware" : "the workbench in double precision");
 }
 
 }  // namespace
@@ -407,6 +440,7 @@ std::string friction_header(const Model& model, const FrictionHeaderOptions& opt
   text += "\n" + motion_type(options.is_float, step_m) + "\n" + state_type(recorded, options.is_float) + "\n";
   text += functions_of(options.is_float, functions) + tables_of(*recorded.recording, functions) + functions;
   text += "\n#endif\n/* NOLINTEND */\n";
+  text = with_axis_names(text);
   for (std::size_t i = 0; i < recorded.memory.size(); ++i) {
     replace_all(text, recorded.recording->values()[recorded.memory[i].now].form,
                 fmt::format("state->memory[{}]", i));
@@ -415,8 +449,10 @@ std::string friction_header(const Model& model, const FrictionHeaderOptions& opt
   std::transform(upper.begin(), upper.end(), upper.begin(), [](unsigned char c) { return std::toupper(c); });
   replace_all(text, "@MACRO_", upper + "_");
   for (const char* const macro : {"GUARD", "MODEL_HASH", "STEP_M", "RATE_HZ"}) {
-    replace_all(text, std::string("@") + macro,
-                upper + "_" + (std::string_view(macro) == "GUARD" ? "H" : macro));
+    const std::string name = std::string_view(macro) == "GUARD"                        ? "H"
+                             : std::string_view(macro) == "STEP_M" && axis_is_rotary() ? "STEP_RAD"
+                                                                                       : macro;
+    replace_all(text, std::string("@") + macro, upper + "_" + name);
   }
   replace_all(text, "REAL", options.is_float ? "float" : "double");
   replace_all(text, "@", options.name + "_");

@@ -160,9 +160,10 @@ void define_export(CLI::App& app, Options& options) {
       ->default_val("float");
   add_text(*command, "--name", options.name, "NAME", "begin of all names in it")->default_val("friction");
   command
-      ->add_option("--step", options.step_m,
-                   "of float: unit of the displacement it is given, as a part of the encoder's step, m "
-                   "(default: what holds the slip distances)")
+      ->add_option(
+          "--step", options.step_m,
+          "of float: unit of the displacement it is given, as a part of the encoder's step, m or rad "
+          "(default: what holds the slip distances)")
       ->check(CLI::Range(1e-12, 1e-2))
       ->type_name("M");
   command

@@ -36,12 +36,11 @@ void run_export(const Options& options) {
   if (options.step_m > 0.0) header.step_m = options.step_m;
   if (options.rate_Hz > 0.0) header.rate_Hz = options.rate_Hz;
   if (header.step_m && !header.is_float)
-    throw UsageError("--step: only of --scalar float; in double the unit is the metre");
+    throw UsageError("--step: only of --scalar float; in double there is one position, and no steps");
   Outputs outputs;
   outputs.protect_input(options.model);
   outputs.claim(options.c_header);
-  // Of a rotary axis the names in the header would be those of other units.
-  const Model model = read_controller_model(options.model);
+  const Model model = read_model(options.model);
   try {
     outputs.set(options.c_header, friction_header(model, header));
   } catch (const InputError& error) {

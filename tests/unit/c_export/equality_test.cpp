@@ -9,12 +9,14 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <regex>
 #include <string>
 #include <vector>
 
 #include "firmware/effects/model.h"
 #include "tests/unit/c_export/random_model.h"
 #include "tests/unit/temporary_directory.h"
+#include "workbench/base/axis_units.h"
 #include "workbench/c_export/friction_header.h"
 
 namespace slipstack {
@@ -75,6 +77,8 @@ class RandomMotion {
 
 class CExport : public ::testing::Test {
  protected:
+  void TearDown() override { workbench::forget_axis(); }
+
   static std::string flags(const std::string& standard) {
     return standard +
            " -O2 -ffp-contract=off -Wall -Wextra -Wconversion -Wdouble-promotion -Wshadow -Wpedantic "
@@ -135,6 +139,8 @@ class CExport : public ::testing::Test {
                                      "#ifdef __cplusplus\n}\n#endif\n");
   }
 
+  /// `steps_of_all`: of the two models with every effect.
+  static void expect_the_force_of_the_firmware(const std::vector<Exported>& all, int steps_of_all);
   static int run(const std::string& command) { return std::system(command.c_str()); }
   static bool has(const std::string& program) {
     return run("command -v " + program + " >/dev/null 2>&1") == 0;
@@ -213,9 +219,8 @@ Agreement compare(const workbench::Model& model, int number, int steps, const Lo
 }
 
 // The oracle is the firmware's own model. Equal to the bit, so that nothing is left to a tolerance.
-TEST_F(CExport, ComputesTheForceOfTheFirmwareBitForBit) {
+void CExport::expect_the_force_of_the_firmware(const std::vector<Exported>& all, int steps_of_all) {
   const test::TemporaryDirectory folder;
-  const std::vector<Exported> all = models();
   const std::filesystem::path source = write(folder, all);
   const std::string library = (folder / "all.so").string();
   ASSERT_EQ(run(SLIPSTACK_C_COMPILER " " + flags("-std=c99") + "-shared -fPIC -o " + library + " " +
@@ -225,7 +230,7 @@ TEST_F(CExport, ComputesTheForceOfTheFirmwareBitForBit) {
   ASSERT_TRUE(loaded.is_open()) << ::dlerror();
   for (std::size_t i = 0; i < all.size(); ++i) {
     const bool is_all = i < 2;
-    const int steps = is_all ? 1'000'000 : 20'000;
+    const int steps = is_all ? steps_of_all : 20'000;
     const int number = static_cast<int>(i);
     const Agreement agreement = all[i].is_float ? compare<float>(all[i].model, number, steps, loaded)
                                                 : compare<double>(all[i].model, number, steps, loaded);
@@ -234,6 +239,34 @@ TEST_F(CExport, ComputesTheForceOfTheFirmwareBitForBit) {
         << agreement.largest_N << " N of " << agreement.force_N << " N";
     EXPECT_GT(agreement.force_N, 0.01);
   }
+}
+
+TEST_F(CExport, ComputesTheForceOfTheFirmwareBitForBit) {
+  expect_the_force_of_the_firmware(models(), 1'000'000);
+}
+
+// The numbers of a rotary axis are those of a linear one (workbench/base/axis_units.h): what may go wrong is
+// a name that was changed in one place and not in another.
+TEST_F(CExport, ComputesTheTorqueOfARotaryAxisBitForBit) {
+  workbench::use_axis({workbench::AxisKind::rotary, workbench::AngleUnit::radian}, "this test");
+  expect_the_force_of_the_firmware(models(), 1'000'000);
+}
+
+// Angles and torques, in identifiers and in words.
+TEST_F(CExport, NamesTheUnitsOfARotaryAxis) {
+  workbench::use_axis({workbench::AxisKind::rotary, workbench::AngleUnit::radian}, "this test");
+  const std::regex linear_name(R"(\w_(N|m|M|mps|mps2)\b)");
+  const std::regex linear_unit(R"([0-9.] (N(?! m)|m|m/s|kg(?! m2))\b|\bin N(?! m)\b|on the rail)");
+  for (const Exported& one : models()) {
+    std::smatch found;
+    EXPECT_FALSE(std::regex_search(one.header, found, linear_name)) << found.str();
+    EXPECT_FALSE(std::regex_search(one.header, found, linear_unit)) << found.str();
+    for (const char* const name :
+         {"velocity_radps;", "acceleration_radps2;", "position_rad;", "torque_Nm;", "the torque in N m"})
+      EXPECT_NE(one.header.find(name), std::string::npos) << name;
+  }
+  workbench::forget_axis();
+  EXPECT_TRUE(std::regex_search(models()[0].header, linear_name)) << "the search finds nothing";
 }
 
 // Every compiler that a user may have, with every warning an error.

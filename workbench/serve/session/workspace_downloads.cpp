@@ -90,7 +90,7 @@ Download Workspace::download(const std::string& what, int version, const json& o
   if (what == "toml")
     return {fmt::format("model-{}.toml", version), "application/toml",
             read_whole(path, std::size_t{64} << 20)};
-  if (what == "header") return {"friction.h", "text/x-c", friction_header(read_controller_model(path), {})};
+  if (what == "header") return {"friction.h", "text/x-c", friction_header(model, {})};
   if (what == "json")
     return {fmt::format("model-{}.json", version), "application/json", json_text(model_json(model))};
   if (what == "report") {
