@@ -9,6 +9,7 @@
 #include "hal/include/absolute_encoder.h"
 #include "hal/include/analogue_inputs.h"
 #include "hal/include/can_port.h"
+#include "hal/include/edge_capture.h"
 #include "hal/include/indicator.h"
 #include "hal/include/nonvolatile.h"
 #include "hal/include/program_memory.h"
@@ -28,6 +29,7 @@ struct NodeContext {
   Nonvolatile* of_other_program = nullptr;
   AbsoluteEncoder* absolute_encoder = nullptr;  ///< of a board that can read one
   AnalogueInputs* analogue = nullptr;           ///< of a board with temperature or DC link voltage
+  EdgeCapture* edges = nullptr;                 ///< of a board that catches the edges of an input
 };
 
 /// What commands the controller from outside. start() is called once, when the board runs: the place to load
@@ -70,7 +72,8 @@ class Application {
                  programs_of(board),
                  of_other_program(board),
                  absolute_encoder_of(board),
-                 analogue_of(board)} {}
+                 analogue_of(board),
+                 edges_of(board)} {}
 
   /// From the tick's interrupt.
   void tick() {
@@ -152,6 +155,14 @@ class Application {
   static AnalogueInputs* analogue_of(B& board) {
     if constexpr (requires { board.analogue_inputs(); }) {
       return &board.analogue_inputs();
+    } else {
+      return nullptr;
+    }
+  }
+
+  static EdgeCapture* edges_of(B& board) {
+    if constexpr (requires { board.edge_capture(); }) {
+      return &board.edge_capture();
     } else {
       return nullptr;
     }

@@ -24,7 +24,7 @@ class CanopenNode {
     log_.emplace(context.nonvolatile);
     if (context.of_other_program != nullptr) take_over(*context.of_other_program);
     drive_.emplace(context.controller, context.timing, trace_, serial_, context.scaling, context.programs,
-                   context.absolute_encoder, context.analogue);
+                   context.absolute_encoder, context.analogue, context.edges);
     node_.emplace(context.can, *log_, *drive_);
     node_->start(node_id_, 0);
     // Ticks are running: they must not see a drive that is half made.

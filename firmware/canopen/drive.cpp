@@ -7,11 +7,11 @@ namespace slipstack::canopen {
 
 Drive::Drive(Controller& controller, const TickTiming& timing, TraceBuffer& trace, std::uint32_t serial,
              SignalScaling* scaling, ProgramMemory* programs, AbsoluteEncoder* absolute_encoder,
-             AnalogueInputs* analogue)
+             AnalogueInputs* analogue, EdgeCapture* edges)
     : controller_(controller),
       serial_(serial),
       scalable_(scaling != nullptr),
-      profile_(controller),
+      profile_(controller, edges),
       encoder_(absolute_encoder),
       analogue_(controller, analogue),
       model_(controller, scaling, absolute_encoder),

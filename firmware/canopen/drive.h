@@ -23,10 +23,12 @@ class Drive final : public Application {
  public:
   /// `scaling`: of the board's signals; a board that has none keeps 2500h at its defaults. `programs`: of a
   /// board whose firmware can be replaced over the bus. `absolute_encoder`: of a board that can read one.
-  /// `analogue`: of a board with inputs for temperature or DC link voltage.
+  /// `analogue`: of a board with inputs for temperature or DC link voltage. `edges`: of a board that catches
+  /// the edges of an input.
   Drive(Controller& controller, const TickTiming& timing, TraceBuffer& trace, std::uint32_t serial,
         SignalScaling* scaling = nullptr, ProgramMemory* programs = nullptr,
-        AbsoluteEncoder* absolute_encoder = nullptr, AnalogueInputs* analogue = nullptr);
+        AbsoluteEncoder* absolute_encoder = nullptr, AnalogueInputs* analogue = nullptr,
+        EdgeCapture* edges = nullptr);
 
   /// From the tick's interrupt, behind the tick.
   void after_tick();

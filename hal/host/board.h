@@ -13,6 +13,7 @@
 #include "hal/include/can_port.h"
 #include "hal/include/clock.h"
 #include "hal/include/digital_io.h"
+#include "hal/include/edge_capture.h"
 #include "hal/include/encoder.h"
 #include "hal/include/indicator.h"
 #include "hal/include/motor_current.h"
@@ -90,6 +91,21 @@ struct HostAnalogueInputs final : AnalogueInputs {
   bool has_bus_voltage() const override { return bus_wired; }
   AnalogueReading temperature() override { return temperature_now; }
   AnalogueReading bus_voltage() override { return bus_now; }
+};
+
+/// Edges that the test, or a simulated switch, has written.
+struct HostEdgeCapture final : EdgeCapture {
+  std::uint8_t wired = 0;
+  std::deque<CapturedEdge> caught;
+
+  std::uint8_t terminal() const override { return wired; }
+  std::size_t take(std::span<CapturedEdge> edges) override {
+    while (caught.size() > edges.size()) caught.pop_front();
+    const std::size_t count = caught.size();
+    std::copy(caught.begin(), caught.end(), edges.begin());
+    caught.clear();
+    return count;
+  }
 };
 
 static_assert(Encoder<HostEncoder> && MotorCurrent<HostMotorCurrent> && Clock<HostClock> &&

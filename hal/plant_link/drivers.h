@@ -6,6 +6,7 @@
 #include "hal/include/analogue_inputs.h"
 #include "hal/include/clock.h"
 #include "hal/include/digital_io.h"
+#include "hal/include/edge_capture.h"
 #include "hal/include/encoder.h"
 #include "hal/include/motor_current.h"
 #include "hal/include/watchdog.h"
@@ -100,6 +101,32 @@ class LinkAnalogueInputs final : public AnalogueInputs {
   PlantLink& link_;
 };
 
+class LinkEdgeCapture final : public EdgeCapture {
+ public:
+  explicit LinkEdgeCapture(PlantLink& link) : link_(link) {}
+  std::uint8_t terminal() const override { return static_cast<std::uint8_t>(link_.edge_terminal); }
+  std::size_t take(std::span<CapturedEdge> edges) override {
+    const std::uint32_t last = link_.edge_sequence;
+    std::uint32_t count = last - taken_;
+    for (const std::size_t most : {kKept, edges.size()}) {
+      if (count > most) count = static_cast<std::uint32_t>(most);
+    }
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const std::uint32_t behind = count - 1 - i;  // 0: the last one
+      edges[i] = {link_.edge_counts[(last - behind) % PlantLink::kEdges],
+                  (link_.edge_high != 0) == (behind % 2 == 0)};
+    }
+    taken_ = last;
+    return count;
+  }
+
+ private:
+  static_assert(kKept < PlantLink::kEdges);
+
+  PlantLink& link_;
+  std::uint32_t taken_ = 0;
+};
+
 /// All of them on one link, as a board has them. The link must outlive this.
 class LinkDevices {
  public:
@@ -110,7 +137,8 @@ class LinkDevices {
         clock_(link),
         watchdog_(link),
         io_(link),
-        analogue_(link) {}
+        analogue_(link),
+        edges_(link) {}
 
   PlantLink& link() { return link_; }
   LinkEncoder& encoder() { return encoder_; }
@@ -119,6 +147,7 @@ class LinkDevices {
   LinkWatchdog& watchdog() { return watchdog_; }
   LinkDigitalIo& digital_io() { return io_; }
   AnalogueInputs& analogue_inputs() { return analogue_; }
+  EdgeCapture& edge_capture() { return edges_; }
   std::uint32_t tick_period() const { return 0; }
 
  private:
@@ -129,6 +158,7 @@ class LinkDevices {
   LinkWatchdog watchdog_;
   LinkDigitalIo io_;
   LinkAnalogueInputs analogue_;
+  LinkEdgeCapture edges_;
 };
 
 static_assert(Encoder<LinkEncoder> && MotorCurrent<LinkMotor> && Clock<LinkClock> && Watchdog<LinkWatchdog> &&

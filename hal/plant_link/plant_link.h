@@ -12,12 +12,13 @@ namespace slipstack {
 /// `host_sequence`; the controller serves what is asked, runs one tick, writes its words, then
 /// `guest_sequence` with the same number; the host goes on. Little-endian on both sides, words only.
 struct PlantLink {
-  static constexpr std::uint32_t kMagic = 0x534C4B34;  // "SLK4"
+  static constexpr std::uint32_t kMagic = 0x534C4B35;  // "SLK5"
   static constexpr std::uint32_t kQuit = 0xFFFFFFFF;   ///< as control_word: the guest ends with status 0
   static constexpr std::uint32_t kCommandedByBus = 0xFFFFFFFE;  ///< as control_word: the node alone commands
   static constexpr std::uint32_t kClockTicks_Hz = 10'000'000;
   static constexpr std::size_t kEffects = 24;
   static constexpr std::size_t kFaults = 32;
+  static constexpr std::size_t kEdges = 16;
 
   // Written by the host.
   volatile std::uint32_t host_sequence;
@@ -27,6 +28,11 @@ struct PlantLink {
   volatile std::uint32_t encoder_valid;
   volatile std::uint32_t index_sequence;  ///< a change: an index mark passed at index_counts
   volatile std::int32_t index_counts;
+  volatile std::uint32_t edge_terminal;  ///< whose edges are captured, 1 to 16; 0: none
+  volatile std::uint32_t
+      edge_sequence;                 ///< edges since the start; number n, from 1 on, is below at n % kEdges
+  volatile std::uint32_t edge_high;  ///< the level behind the last one
+  std::array<volatile std::int32_t, kEdges> edge_counts;
   volatile std::uint32_t current_valid;
   volatile std::uint32_t digital_inputs;  ///< levels, bit 0 is terminal 1
   volatile float current_offset_A;        ///< measured current less the one commanded

@@ -129,6 +129,8 @@ class AxisEncoder final : public AbsoluteEncoder {
     quadrature_.set_reversed(reversed);
   }
 
+  bool absolute() const { return absolute_.load(std::memory_order_relaxed); }
+
   // ---- in the tick ----
 
   EncoderReading read() {

@@ -12,6 +12,7 @@
 #include "hal/stm32g474/can.h"
 #include "hal/stm32g474/clock_tree.h"
 #include "hal/stm32g474/digital_io.h"
+#include "hal/stm32g474/edge_capture.h"
 #include "hal/stm32g474/encoder.h"
 #include "hal/stm32g474/flash_pages.h"
 #include "hal/stm32g474/gpio.h"
@@ -80,6 +81,7 @@ class Board {
   using IncrementalEncoder = QuadratureEncoder<Timer<Word>, BoardClock>;
   using BoardBiss = BissPort<Spi<Word>, Dma<Word>, Dmamux<Word>, BoardClock>;
   using BoardEncoder = AxisEncoder<IncrementalEncoder, BoardBiss>;
+  using BoardEdges = TimerEdges<Timer<Word>, Dma<Word>, Dmamux<Word>, Port>;
   using BoardCan = Can<Fdcan<Word>, CanMessageRam<Word>>;
   using BoardCurrentInput = CurrentInput<Adc<Word>, AdcCommon<Word>>;
   using Pwm = PwmOutput<Timer<Word>>;
@@ -93,12 +95,15 @@ class Board {
         incremental_(block<Timer>(kTIM2_BASE), clock_),
         biss_(block<Spi>(kSPI3_BASE), block<Dma>(kDMA1_BASE), block<Dmamux>(kDMAMUX_BASE), clock_),
         encoder_(incremental_, biss_),
+        captured_pin_{port(kGPIOA_BASE), kCapturedPin},
+        edges_(block<Timer>(kTIM2_BASE), block<Dma>(kDMA1_BASE), block<Dmamux>(kDMAMUX_BASE), captured_pin_),
+        edge_capture_(*this),
         pwm_(block<Timer>(kTIM1_BASE), setup.pwm, setup.amperes_at_full_duty),
         dac_(block<Dac>(kDAC1_BASE), dac_scale(setup.scales)),
         current_input_(block<Adc>(kADC1_BASE), block<AdcCommon>(kADC12_COMMON_BASE),
                        monitor_scale(setup.scales)),
         slow_inputs_(block<Adc>(kADC1_BASE)),
-        digital_io_(port(kGPIOC_BASE), port(kGPIOB_BASE), setup.digital),
+        digital_io_(port(kGPIOC_BASE), port(kGPIOB_BASE), captured_pin_, setup.digital),
         motor_(output(), current_input_, port(kGPIOB_BASE), kEnablePin),
         can_(block<Fdcan>(kFDCAN1_BASE), block<CanMessageRam>(kSRAMCAN_BASE)),
         programs_(block<Flash>(kFLASH_BASE), flash_memory_, careful_read),
@@ -132,6 +137,7 @@ class Board {
     clock_.start();
     static_cast<void>(uart_.start(kCore_Hz, 115'200));
     incremental_.start(setup_.encoder);
+    edges_.start();
     // A locked-up core switches TIM1's outputs off by hardware. Flash errors do not: those of the parameter
     // pages have an owner, the others end in the NMI.
     block<Syscfg>(kSYSCFG_BASE).cfgr2 = kSYSCFG_CFGR2_CLL(1);
@@ -151,6 +157,7 @@ class Board {
 
   BoardEncoder& encoder() { return encoder_; }
   AbsoluteEncoder& absolute_encoder() { return encoder_; }
+  EdgeCapture& edge_capture() { return edge_capture_; }
   IncrementalEncoder& incremental_encoder() { return incremental_; }
   BoardBiss& biss() { return biss_; }
   Motor& motor_current() { return motor_; }
@@ -170,6 +177,7 @@ class Board {
   bool runs_on_crystal() const { return crystal_; }
 
  private:
+  static constexpr std::uint32_t kCapturedPin = 10;  // PA10
   static constexpr std::uint32_t kTickPriority = 0;  // nothing holds the tick up
   static constexpr std::uint32_t kCanPriority = 4;
   static constexpr std::uint32_t kFramePriority = 4;  // neither interrupts the other: one stack for both
@@ -187,6 +195,21 @@ class Board {
     float largest_A(const SignalScales& scales) const override {
       return kDrive == DriveKind::kDac ? largest_of_10_V(scales) : board_.setup_.amperes_at_full_duty;
     }
+
+   private:
+    Board& board_;
+  };
+
+  // Of a probe, while the timer counts the axis.
+  class CapturedInput final : public EdgeCapture {
+   public:
+    explicit CapturedInput(Board& board) : board_(board) {}
+    std::uint8_t terminal() const override {
+      return board_.encoder_.absolute()
+                 ? std::uint8_t{0}
+                 : static_cast<std::uint8_t>(board_.setup_.digital.captured_terminal());
+    }
+    std::size_t take(std::span<CapturedEdge> edges) override { return board_.edges_.take(edges); }
 
    private:
     Board& board_;
@@ -251,13 +274,14 @@ class Board {
     const auto alternate = [](std::uint32_t pin, std::uint32_t function, PinPull pull, std::uint32_t speed) {
       return PinSetup{pin, PinMode::kAlternate, function, pull, speed};
     };
-    set_up_pin(a, alternate(0, 1, PinPull::kUp, 0));     // TIM2_CH1: A
-    set_up_pin(a, alternate(1, 1, PinPull::kUp, 0));     // TIM2_CH2: B
-    set_up_pin(b, alternate(10, 1, PinPull::kDown, 0));  // TIM2_CH3: index
-    set_up_pin(a, alternate(2, 7, PinPull::kNone, 1));   // USART2_TX
-    set_up_pin(a, alternate(3, 7, PinPull::kUp, 0));     // USART2_RX
-    set_up_pin(a, alternate(11, 9, PinPull::kUp, 0));    // FDCAN1_RX
-    set_up_pin(a, alternate(12, 9, PinPull::kNone, 1));  // FDCAN1_TX
+    set_up_pin(a, alternate(0, 1, PinPull::kUp, 0));                // TIM2_CH1: A
+    set_up_pin(a, alternate(1, 1, PinPull::kUp, 0));                // TIM2_CH2: B
+    set_up_pin(b, alternate(10, 1, PinPull::kDown, 0));             // TIM2_CH3: index
+    set_up_pin(a, alternate(kCapturedPin, 10, PinPull::kDown, 0));  // TIM2_CH4: captured input
+    set_up_pin(a, alternate(2, 7, PinPull::kNone, 1));              // USART2_TX
+    set_up_pin(a, alternate(3, 7, PinPull::kUp, 0));                // USART2_RX
+    set_up_pin(a, alternate(11, 9, PinPull::kUp, 0));               // FDCAN1_RX
+    set_up_pin(a, alternate(12, 9, PinPull::kNone, 1));             // FDCAN1_TX
     auto& c = port(kGPIOC_BASE);
     set_up_pin(c, {.pin = 0, .mode = PinMode::kAnalog});   // ADC12_IN6
     set_up_pin(b, {.pin = 11, .mode = PinMode::kAnalog});  // ADC12_IN14: temperature
@@ -295,6 +319,9 @@ class Board {
   IncrementalEncoder incremental_;
   BoardBiss biss_;
   BoardEncoder encoder_;
+  InputPin<Port> captured_pin_;
+  BoardEdges edges_;
+  CapturedInput edge_capture_;
   Pwm pwm_;
   DacOut dac_;
   BoardCurrentInput current_input_;

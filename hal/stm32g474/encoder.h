@@ -12,13 +12,13 @@
 //
 // A on TI1, B on TI2, four counts a period. The index (reference mark) goes to TI3, whose input capture holds
 // the count at which the mark passed: unlike the timer's own index input, this never resets the count under a
-// running controller.
+// running controller. TI4 captures the count at both edges of an input (edge_capture.h).
 namespace slipstack::stm32g474 {
 
 struct EncoderSetup {
   bool reversed = false;
-  // Digital filter of A, B and index (RM0440, TIMx_CCMR1, IC1F): 3 is 8 samples at 170 MHz, 47 ns. Edges of a
-  // 1 um scale at 2 m/s are 500 ns apart.
+  // Digital filter of A, B, index and captured input (RM0440, TIMx_CCMR1, IC1F): 3 is 8 samples at 170 MHz,
+  // 47 ns. Edges of a 1 um scale at 2 m/s are 500 ns apart.
   std::uint32_t filter = 3;
 };
 
@@ -34,8 +34,10 @@ class QuadratureEncoder {
     timer_.arr = 0xFFFFFFFF;
     timer_.ccmr1 = kTIM_CCMR1_CC1S(1) | kTIM_CCMR1_CC2S(1) | kTIM_CCMR1_IC1F.place(setup.filter) |
                    kTIM_CCMR1_IC2F.place(setup.filter);
-    timer_.ccmr2 = kTIM_CCMR2_CC3S(1) | kTIM_CCMR2_IC3F.place(setup.filter);
-    timer_.ccer = (setup.reversed ? kTIM_CCER_CC1P(1) : 0U) | kTIM_CCER_CC3E(1);
+    timer_.ccmr2 = kTIM_CCMR2_CC3S(1) | kTIM_CCMR2_IC3F.place(setup.filter) | kTIM_CCMR2_CC4S(1) |
+                   kTIM_CCMR2_IC4F.place(setup.filter);
+    timer_.ccer = (setup.reversed ? kTIM_CCER_CC1P(1) : 0U) | kTIM_CCER_CC3E(1) | kTIM_CCER_CC4E(1) |
+                  kTIM_CCER_CC4P(1) | kTIM_CCER_CC4NP(1);
     timer_.smcr = kTIM_SMCR_SMS(3);  // both inputs, both edges
     timer_.egr = kTIM_EGR_UG(1);     // takes prescaler and limit over, zeroes the count
     timer_.sr = 0;

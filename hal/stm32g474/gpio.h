@@ -33,6 +33,15 @@ void set_up_pin(Gpio<Word>& port, const PinSetup& setup) {
   change_bits(port.moder, 3U << two, static_cast<std::uint32_t>(setup.mode) << two);
 }
 
+// The level of a pin, whatever its function is (RM0440: the input stage is on but for analogue pins).
+template <class GpioBlock>
+struct InputPin {
+  const GpioBlock& port;
+  std::uint32_t pin;
+
+  bool high() const { return (static_cast<std::uint32_t>(port.idr) >> pin & 1U) != 0; }
+};
+
 // A light-emitting diode, lit by a high level. One write, safe from any priority.
 template <class GpioBlock>
 class Led {

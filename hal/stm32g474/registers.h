@@ -175,7 +175,7 @@ struct Timer {
   Word af2;
 };
 
-// RM0440, Direct memory access controller (DMA): of the channels, the first two.
+// RM0440, Direct memory access controller (DMA): of the channels, the first three.
 template <class Word>
 struct Dma {
   Word isr;
@@ -189,13 +189,19 @@ struct Dma {
   Word cndtr2;
   Word cpar2;
   Word cmar2;
+  Word reserved_2c[1];
+  Word ccr3;
+  Word cndtr3;
+  Word cpar3;
+  Word cmar3;
 };
 
-// RM0440, DMA request multiplexer (DMAMUX): channels 0 and 1 serve those two.
+// RM0440, DMA request multiplexer (DMAMUX): channels 0 to 2 serve those three.
 template <class Word>
 struct Dmamux {
   Word c0cr;
   Word c1cr;
+  Word c2cr;
 };
 
 // RM0440, Serial peripheral interface / inter-IC sound (SPI/I2S).

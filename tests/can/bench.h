@@ -58,7 +58,7 @@ class Bench {
     loop = std::make_unique<loop::AxisLoop>(axis);
     log = std::make_unique<RecordSlots>(flash);
     drive = std::make_unique<canopen::Drive>(loop->controller(), loop->tick.timing(), trace, 0x12345678,
-                                             nullptr, programs, absolute_encoder, analogue);
+                                             nullptr, programs, absolute_encoder, analogue, &loop->edges);
     node = std::make_unique<canopen::Node>(device, *log, *drive);
   }
   void begin(std::uint8_t id = kNode) {

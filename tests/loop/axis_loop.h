@@ -14,6 +14,7 @@
 #include "sim_host/plant/end_stops.h"
 #include "sim_host/plant/plant.h"
 #include "sim_host/rng.h"
+#include "sim_host/sensors/captured_switch.h"
 #include "sim_host/sensors/coded_scale.h"
 #include "sim_host/sensors/encoder.h"
 #include "sim_host/sensors/reference_marks.h"
@@ -123,11 +124,13 @@ class AxisLoop {
   host::HostClock clock;
   host::HostWatchdog watchdog;
   host::HostDigitalIo io;
+  host::HostEdgeCapture edges;  // of `captured`
   // What stands along the axis.
   std::optional<sim::Switches> switches;
   std::optional<sim::ReferenceMarks> marks;
   std::optional<sim::CodedScale> coded_marks;  // in place of them
   std::optional<sim::EndStops> stops;
+  std::optional<sim::CapturedSwitch> captured;
   // Another encoder than one that counts: its reading in each tick.
   std::function<EncoderReading(std::int64_t counts)> reads;
   double pushed_N = 0.0;       // from outside, in the sense of the current
@@ -143,6 +146,14 @@ class AxisLoop {
       board_encoder.next.counts = static_cast<std::int32_t>(encoder.counts(now_m));
     }
     if (switches) io.inputs = switches->levels(now_m);
+    if (captured) {
+      constexpr std::uint32_t kBit = 1U << (sim::CapturedSwitch::kTerminal - 1U);
+      io.inputs = (io.inputs & ~kBit) | captured->levels(now_m);
+      edges.wired = sim::CapturedSwitch::kTerminal;
+      captured->passed(encoder, last_m_, now_m, [this](std::int32_t counts, bool high) {
+        edges.caught.push_back({counts, high});
+      });
+    }
     auto mark = marks ? marks->passed(encoder, last_m_, now_m) : std::nullopt;
     if (coded_marks) mark = coded_marks->passed(encoder, last_m_, now_m);
     if (mark) {

@@ -21,8 +21,8 @@ namespace slipstack::canopen {
 /// they belong to. Bound to the controller; in the main loop.
 class DriveProfile {
  public:
-  explicit DriveProfile(Controller& controller)
-      : controller_(controller), context_(controller), supervision_(controller) {}
+  explicit DriveProfile(Controller& controller, EdgeCapture* edges = nullptr)
+      : controller_(controller), context_(controller), supervision_(controller), probes_(context_, edges) {}
 
   /// The dictionary holds other values, after a start or a reset: the axis is stopped, and until end_reset()
   /// no controlword is followed.
@@ -300,7 +300,7 @@ class DriveProfile {
   VelocityProfile velocity_{context_};
   CyclicProfile cyclic_{context_};
   HomingProfile homing_{controller_, context_.units};
-  TouchProbeProfile probes_{context_};
+  TouchProbeProfile probes_;
   Mode mode_ = Mode::kNone;  // 6060h
   bool enabled_ = false;
   bool operational_ = false;

@@ -6,14 +6,17 @@
 
 #include "firmware/canopen/profile/profile_context.h"
 #include "firmware/control/capture/touch_probe.h"
+#include "hal/include/edge_capture.h"
 
 namespace slipstack::canopen {
 
-/// The two touch probes: 60B8h to 60BDh and 60D5h to 60D8h (IEC 61800-7-201), their terminals 2013h. Input
-/// edges are seen to the tick, an index mark to the count.
+/// The two touch probes: 60B8h to 60BDh and 60D5h to 60D8h (IEC 61800-7-201), their terminals 2013h. An index
+/// mark is seen to the count, and so are the edges of a terminal that the board captures; those of others to
+/// the tick.
 class TouchProbeProfile {
  public:
-  explicit TouchProbeProfile(const ProfileContext& context) : context_(context) {}
+  explicit TouchProbeProfile(const ProfileContext& context, EdgeCapture* edges = nullptr)
+      : context_(context), edges_(edges) {}
 
   /// Values of 60B8h: sources are the input (0) and the index mark (1); a probe without a terminal cannot be
   /// enabled on its input.
@@ -50,6 +53,7 @@ class TouchProbeProfile {
       for (TouchProbe& probe : probes_) probe.see_index([&] { return position(history.index_counts()); });
     }
     index_seen_ = index_number;
+    take_edges();
     if (!enabled) {
       seen_ = last;
       return;
@@ -85,12 +89,27 @@ class TouchProbeProfile {
     return static_cast<std::uint8_t>(dictionary.value(kRow<kTouchProbeIndex, 1> + probe));
   }
 
+  // Those that the board has captured since the last poll, whether a probe waits for them or not.
+  void take_edges() {
+    if (edges_ == nullptr) return;
+    captured_ = IoMasks::bit(edges_->terminal());
+    std::array<CapturedEdge, EdgeCapture::kKept> edges;
+    const std::size_t count = edges_->take(edges);
+    for (std::size_t n = 0; n < count; ++n) {
+      const std::uint32_t active = this->active({.levels = edges[n].high ? captured_ : 0U}) & captured_;
+      for (std::uint8_t i = 0; i < kProbes; ++i) {
+        if ((masks_[i] & captured_) == 0) continue;
+        probes_[i].see_edge(active != 0, [&] { return position(edges[n].counts); });
+      }
+    }
+  }
+
   // One tick; `gap`: those before it were not seen.
   void see(const TickHistory::Reading& reading, bool gap) {
     const std::uint32_t active = this->active(reading);
     for (std::uint8_t i = 0; i < kProbes; ++i) {
       const bool on = (active & masks_[i]) != 0;
-      if (gap) probes_[i].resume(on);
+      if (gap || (masks_[i] & captured_) != 0) probes_[i].resume(on);
       probes_[i].see(on, [&] { return position(reading.counts); });
     }
   }
@@ -101,6 +120,8 @@ class TouchProbeProfile {
   std::int32_t position(std::int32_t counts) const { return context_.units.to_user(context_.place(counts)); }
 
   const ProfileContext& context_;
+  EdgeCapture* edges_;
+  std::uint32_t captured_ = 0;  // bit of the terminal whose edges are captured
   std::array<TouchProbe, kProbes> probes_{};
   std::array<std::uint32_t, kProbes> masks_{};
   std::uint32_t seen_ = 0;  // the last tick

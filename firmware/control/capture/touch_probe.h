@@ -40,11 +40,16 @@ class TouchProbe {
   void see(bool active, Position&& position) {
     const bool edge = active != was_active_;
     was_active_ = active;
-    if (!edge || (function_ & (kEnable | kIndex)) != kEnable) return;
-    take(active ? positive_ : negative_, active ? kSamplePositive : kSampleNegative, position);
+    if (edge) see_edge(active, position);
   }
   /// After ticks that were not seen: an edge among them is lost, for its place is not known.
   void resume(bool active) { was_active_ = active; }
+  /// An edge of the input that hardware has caught, to active or not. In place of see().
+  template <class Position>
+  void see_edge(bool to_active, Position&& position) {
+    if ((function_ & (kEnable | kIndex)) != kEnable) return;
+    take(to_active ? positive_ : negative_, to_active ? kSamplePositive : kSampleNegative, position);
+  }
   /// An index mark; it counts as a positive edge.
   template <class Position>
   void see_index(Position&& position) {

@@ -78,7 +78,7 @@ class CyclicPosition {
   template <class Ahead>
   void sync(std::uint32_t tick, bool has_target, std::int32_t target, StreamPath& path, const Ahead& ahead) {
     const std::uint32_t by_time = clock_.sync(tick);
-    if (!may_take(has_target, ahead)) return;
+    if (!may_take(by_time, has_target, ahead)) return;
     const SetPointPeriods::Place place =
         periods_.place(by_time, target, static_cast<std::int32_t>(kLargestReach));
     spline_.put(place.period, place.counts);
@@ -105,7 +105,7 @@ class CyclicPosition {
   void sync_velocity(std::uint32_t tick, bool has_target, float velocity, StreamPath& path,
                      const Ahead& ahead) {
     const std::uint32_t by_time = clock_.sync(tick);
-    if (!may_take(has_target, ahead)) return;
+    if (!may_take(by_time, has_target, ahead)) return;
     const SyncClock::Phase now = clock_.at(tick);
     const std::uint32_t begun = now.period - 1;
     const std::uint32_t newest = period_of_velocity(by_time, now);
@@ -164,8 +164,8 @@ class CyclicPosition {
   static float within_reach(float counts) { return approx::clamp(counts, 0.0F, kLargestReach); }
 
   template <class Ahead>
-  bool may_take(bool has_target, const Ahead& ahead) {
-    if (!clock_.locked()) forget();
+  bool may_take(std::uint32_t by_time, bool has_target, const Ahead& ahead) {
+    if (!clock_.locked() || played_out(by_time)) forget();
     if (!started_ || !clock_.locked() || !has_target) return false;
     if (!ended_.load(std::memory_order_relaxed)) return true;
     // The tick has ended it.
@@ -173,6 +173,12 @@ class CyclicPosition {
     ended_.store(false, std::memory_order_relaxed);
     forget();
     return true;
+  }
+
+  // The last segment of a stream is long over: it must be gone before its number comes round.
+  bool played_out(std::uint32_t period) const {
+    const auto since = static_cast<std::int32_t>(period - newest_);
+    return since > static_cast<std::int32_t>(kSlots) && streaming_.load(std::memory_order_relaxed);
   }
 
   // By time. A SYNC that came between two periods was late or held back: its set-point is for the first one
@@ -211,10 +217,10 @@ class CyclicPosition {
   void forget() {
     streaming_.store(false, std::memory_order_release);
     following_.store(false, std::memory_order_relaxed);
-    constexpr std::uint32_t kNever = 0x40000000;  // periods away
-    for (Slot& slot : slots_) {
-      const std::uint32_t which = slot.in_use.load(std::memory_order_relaxed) & 1U;
-      slot.in_use.store(2 * (newest_ + kNever) + which, std::memory_order_relaxed);
+    for (std::uint32_t i = 0; i < kSlots; ++i) {
+      const std::uint32_t which = slots_[i].in_use.load(std::memory_order_relaxed) & 1U;
+      // A period that is never looked for in this slot, whatever the clock says.
+      slots_[i].in_use.store(2 * (i ^ 1U) + which, std::memory_order_relaxed);
     }
     periods_.reset();
     in_a_row_ = 0;

@@ -3,13 +3,16 @@
 // index marks.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <initializer_list>
 #include <random>
+#include <span>
 #include <vector>
 
+#include "hal/plant_link/drivers.h"
 #include "tests/can/profile/homing_axis.h"
 
 namespace slipstack::can {
@@ -203,6 +206,178 @@ TEST(TouchProbe, KeepsTheIndexToTheCount) {
   const double marks = (mark_m - 0.0043) / 0.015;
   EXPECT_NEAR(marks, std::round(marks), 2e-6 / 0.015);
   EXPECT_NEAR(axis.read(0x60D5, 0), travelled_m / 0.015, 1.0);
+}
+
+// Probe 1 on the terminal whose edges the board captures, on an axis that coasts.
+class Captured : public Bench {
+ public:
+  static constexpr std::uint32_t kBit = 1U << (sim::CapturedSwitch::kTerminal - 1U);
+
+  Captured() {
+    EXPECT_EQ(write(0x2013, 1, sim::CapturedSwitch::kTerminal, 1), 0U);
+    configure();
+  }
+  void arm(std::uint32_t function) { ASSERT_EQ(write(0x60B8, 0, function, 2), 0U); }
+  std::uint32_t status() { return read(0x60B9, 0); }
+  // An edge that the board has caught, and the level with it.
+  void catch_edge(std::int32_t counts, bool high) {
+    loop->edges.wired = sim::CapturedSwitch::kTerminal;
+    loop->edges.caught.push_back({counts, high});
+    loop->io.inputs = high ? loop->io.inputs | kBit : loop->io.inputs & ~kBit;
+  }
+  std::int32_t at(std::uint16_t index) {
+    return read_signed(index, 0) + loop->controller().position().origin();
+  }
+};
+
+// 0.2 mm of travel from tick to tick: the position is that of the edge.
+TEST(TouchProbe, KeepsACapturedEdgeToTheCountAt2MetresPerSecond) {
+  double farthest_counts = 0.0, tick_late_m = 0.0;
+  for (int run = 0; run < 24; ++run) {
+    Captured bench;
+    const bool up = run % 2 == 0;
+    // Anywhere between two ticks.
+    bench.loop->captured = sim::CapturedSwitch{0.15 + 17e-6 * run, 0.25 + 29e-6 * run};
+    bench.loop->plant.reset(0.2 + (up ? -0.1 : 0.1), up ? 2.0 : -2.0);
+    bench.loop->step();
+    bench.arm(kEnable | kPositive | kNegative);
+    bench.run_ms(100);
+    ASSERT_EQ(bench.status() & 0x3FU, 7U) << run;
+    const sim::CapturedSwitch& flag = *bench.loop->captured;
+    const auto off = [&](double edge_m, std::uint16_t index) {
+      const auto expected = static_cast<double>(bench.loop->encoder.counts(edge_m));
+      farthest_counts = std::max(farthest_counts, std::abs(bench.at(index) - expected));
+    };
+    off(up ? flag.begin_m : flag.end_m, 0x60BA);
+    off(up ? flag.end_m : flag.begin_m, 0x60BB);
+    // What the tick would have made of it.
+    const double way_m = std::abs(bench.loop->plant.velocity_mps()) * loop::kTick_s;
+    tick_late_m = std::max(tick_late_m, way_m);
+  }
+  EXPECT_EQ(farthest_counts, 0.0);
+  EXPECT_GT(tick_late_m, 1.5e-4) << "the axis is fast enough to tell";
+}
+
+TEST(TouchProbe, ACapturedTerminalIsNotLookedAtByTheTickToo) {
+  Captured bench;
+  bench.loop->edges.wired = sim::CapturedSwitch::kTerminal;
+  bench.run_ms(1);
+  bench.arm(kEnable | kContinuous | kPositive | kNegative);
+  bench.catch_edge(4711, true);
+  bench.run_ms(3);
+  EXPECT_EQ(bench.read(0x60D5, 0), 1U);
+  EXPECT_EQ(bench.read(0x60D6, 0), 0U);
+  EXPECT_EQ(bench.at(0x60BA), 4711);
+  // Shorter than a tick: no tick has seen it.
+  bench.catch_edge(4800, false);
+  bench.catch_edge(4801, true);
+  bench.catch_edge(4802, false);
+  bench.catch_edge(4803, true);
+  bench.run_ms(1);
+  EXPECT_EQ(bench.read(0x60D5, 0), 3U);
+  EXPECT_EQ(bench.read(0x60D6, 0), 2U);
+  EXPECT_EQ(bench.at(0x60BA), 4803);
+  EXPECT_EQ(bench.at(0x60BB), 4802);
+}
+
+TEST(TouchProbe, ACapturedEdgeFromBeforeItWasArmedIsNone) {
+  Captured bench;
+  bench.arm(kEnable | kPositive);
+  bench.arm(0);
+  bench.catch_edge(100, true);
+  bench.run_ms(1);
+  bench.catch_edge(200, false);
+  bench.catch_edge(300, true);
+  bench.arm(kEnable | kPositive | kNegative);  // not polled in between
+  bench.run_ms(1);
+  EXPECT_EQ(bench.status(), 1U);
+  bench.catch_edge(400, false);
+  bench.run_ms(1);
+  EXPECT_EQ(bench.status() & 0x3FU, 5U);
+  EXPECT_EQ(bench.at(0x60BB), 400);
+  // Once: what bounces behind it changes nothing.
+  bench.catch_edge(410, true);
+  bench.catch_edge(420, false);
+  bench.run_ms(1);
+  EXPECT_EQ(bench.at(0x60BA), 410);
+  EXPECT_EQ(bench.at(0x60BB), 400);
+}
+
+TEST(TouchProbe, ACapturedInputMayBeActiveWhileLow) {
+  Captured bench;
+  ASSERT_EQ(bench.write(0x2010, 7, Captured::kBit, 2), 0U);
+  bench.configure();
+  bench.arm(kEnable | kPositive | kNegative);
+  bench.catch_edge(50, true);
+  bench.catch_edge(60, false);
+  bench.run_ms(1);
+  EXPECT_EQ(bench.at(0x60BB), 50);
+  EXPECT_EQ(bench.at(0x60BA), 60);
+}
+
+// The index is asked for: the input's edges are none. The other probe has a terminal of its own.
+TEST(TouchProbe, ACapturedEdgeIsForTheProbeThatHasTheTerminal) {
+  Captured bench;
+  ASSERT_EQ(bench.write(0x2013, 2, 7, 1), 0U);
+  bench.arm(kEnable | kIndex | kPositive | (kEnable | kPositive) << 8U);
+  bench.catch_edge(70, true);
+  bench.run_ms(1);
+  EXPECT_EQ(bench.status(), 0x0101U);
+  // Both on the same one.
+  bench.arm(0);
+  ASSERT_EQ(bench.write(0x2013, 2, sim::CapturedSwitch::kTerminal, 1), 0U);
+  bench.arm(kEnable | kNegative | (kEnable | kContinuous | kNegative) << 8U);
+  bench.catch_edge(80, false);
+  bench.catch_edge(90, true);
+  bench.catch_edge(95, false);
+  bench.run_ms(1);
+  EXPECT_EQ(bench.at(0x60BB), 80);
+  EXPECT_EQ(bench.at(0x60BD), 95);
+}
+
+// With an absolute encoder nothing counts the edges: the terminal is one like the others.
+TEST(TouchProbe, ATerminalThatIsNotCapturedNowIsSeenToTheTick) {
+  Captured bench;
+  bench.arm(kEnable | kPositive);
+  bench.catch_edge(1000000, true);
+  bench.loop->edges.wired = 0;
+  bench.run_ms(1);
+  EXPECT_EQ(bench.status() & 0x3FU, 3U);
+  EXPECT_EQ(bench.at(0x60BA), bench.loop->controller().measured_counts());
+}
+
+// The words by which a simulated plant hands edges to an emulated board.
+TEST(TouchProbe, EdgesComeOverTheLinkToo) {
+  PlantLink link{};
+  LinkEdgeCapture capture(link);
+  std::array<CapturedEdge, EdgeCapture::kKept> edges;
+  EXPECT_EQ(capture.terminal(), 0U);
+  link.edge_terminal = 9;
+  EXPECT_EQ(capture.terminal(), 9U);
+  EXPECT_EQ(capture.take(edges), 0U);
+  std::uint32_t number = 0;
+  const auto edge = [&](std::int32_t counts) {
+    ++number;
+    link.edge_counts[number % PlantLink::kEdges] = counts;
+    link.edge_high = number % 2;
+    link.edge_sequence = number;
+  };
+  for (std::int32_t n = 1; n <= 3; ++n) edge(10 * n);
+  ASSERT_EQ(capture.take(edges), 3U);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(edges[i].counts, 10 * static_cast<std::int32_t>(i + 1));
+    EXPECT_EQ(edges[i].high, i != 1);
+  }
+  EXPECT_EQ(capture.take(edges), 0U);
+  for (std::int32_t n = 4; n <= 30; ++n) edge(10 * n);
+  ASSERT_EQ(capture.take(edges), EdgeCapture::kKept) << "the latest";
+  EXPECT_EQ(edges[0].counts, 160);
+  EXPECT_FALSE(edges[0].high);
+  EXPECT_EQ(edges[14].counts, 300);
+  edge(310);
+  edge(320);
+  ASSERT_EQ(capture.take(std::span(edges).first(1)), 1U);
+  EXPECT_EQ(edges[0].counts, 320);
 }
 
 TEST(TouchProbe, InProcessData) {

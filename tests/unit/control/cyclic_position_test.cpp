@@ -180,6 +180,101 @@ TEST(SetPointSpline, ExtrapolatesAParabolaAndBelievesNoJump) {
   EXPECT_EQ(spline.extrapolate(6, 10), path(5) + 1000 + (path(5) + 1000 - path(4)) + 10);
 }
 
+// A stream of set-points at rest, at the shortest period there is: the fewer ticks in a period, the sooner
+// its number comes round.
+class RestingStream {
+ public:
+  static constexpr auto kPeriod = static_cast<std::uint32_t>(SyncClock::kShortestTicks);
+
+  RestingStream() {
+    cyclic.set_period(SyncClock::kShortestTicks, 1e-4F);
+    path_.set_limits(
+        cyclic.path_limits({250.0F, 0.5F, 0.5F, 0.005F}, PositionRange{}, CyclicPosition::kRounding));
+    cyclic.start();
+  }
+  // Where the reference rests and the set-points lie.
+  void rest_at(std::int32_t counts) { place_ = counts; }
+  void sync(bool has_target) {
+    cyclic.sync(tick, has_target, place_, path_, [this](std::uint32_t) {
+      Motion motion{};
+      motion.counts = place_;
+      return motion;
+    });
+  }
+  // SYNC, and the ticks until the next.
+  void periods(int count, bool has_target) {
+    for (; count > 0; --count) {
+      sync(has_target);
+      for (std::uint32_t i = 0; i < kPeriod; ++i) step();
+    }
+  }
+  void step() {
+    cyclic.poll(++tick);
+    if (!cyclic.step(tick)) return;
+    ++followed;
+    const StreamPoint at = cyclic.point();
+    farthest = std::max(farthest,
+                        std::abs(static_cast<double>(at.counts) - place_ + static_cast<double>(at.offset)));
+  }
+
+  CyclicPosition cyclic;
+  std::uint32_t tick = 1000;
+  int followed = 0;       // ticks that a stream led the reference in
+  double farthest = 0.0;  // how far from where it rests, counts
+
+ private:
+  StreamPath path_;
+  std::int32_t place_ = 0;
+};
+
+// The stamp of a segment is its period modulo 2^31. A stream that begins in whichever period after a long
+// time without one: the tick takes no segment of the stream before.
+TEST(CyclicPosition, AStreamBeginsWithNoSegmentOfAnEarlierOne) {
+  for (std::uint32_t lag = 0; lag < 64; ++lag) {
+    RestingStream stream;
+    stream.rest_at(100000);
+    stream.periods(40, true);
+    ASSERT_TRUE(stream.cyclic.following());
+    stream.cyclic.stop();
+    // 2^30 periods, less some.
+    stream.tick += 0x80000000U - RestingStream::kPeriod * lag;
+    stream.rest_at(-100000);
+    stream.periods(20, false);
+    stream.cyclic.start();
+    stream.followed = 0;
+    stream.farthest = 0.0;
+    stream.periods(40, true);
+    EXPECT_GT(stream.followed, 20) << "the new stream is followed";
+    ASSERT_LE(stream.farthest, 2.0) << lag;
+  }
+}
+
+// SYNC goes on for 2^31 periods (five days at 0.2 ms) after the last set-point, with the mode enabled: the
+// segments of then are not played when their numbers come round.
+TEST(CyclicPosition, AStreamThatEndedIsNotPlayedAgain) {
+  RestingStream stream;
+  stream.rest_at(100000);
+  stream.periods(40, true);
+  ASSERT_TRUE(stream.cyclic.following());
+  stream.periods(10, false);
+  ASSERT_FALSE(stream.cyclic.following());
+  stream.rest_at(-100000);
+  stream.followed = 0;
+  // As few SYNCs as keep the lock: two in time make up for a silence.
+  constexpr std::uint32_t kSilence = 60;
+  const std::uint32_t from = stream.tick;
+  const std::uint32_t round = 0U - RestingStream::kPeriod * (3 * kSilence);
+  while (stream.tick - from < round) {
+    for (const std::uint32_t periods : {kSilence, 1U, 1U}) {
+      stream.tick += RestingStream::kPeriod * periods;
+      stream.sync(false);
+    }
+    ASSERT_TRUE(stream.cyclic.clock().locked());
+  }
+  stream.periods(6 * kSilence, false);
+  EXPECT_EQ(stream.followed, 0);
+}
+
 // A stream that jumps, stops and runs away: never more than the limits; and it is met.
 TEST(Tracking, NeverBeyondTheLimitsAndMeetsTheStream) {
   std::mt19937 random(6);

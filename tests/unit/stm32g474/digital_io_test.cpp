@@ -14,19 +14,25 @@ constexpr DigitalPins kPins{.first_input = 1, .inputs = 8, .first_output = 4, .o
 TEST(DigitalPort, ReadsItsPinsOnly) {
   Gpio<SimWord> in;
   Gpio<SimWord> out;
-  const DigitalPort port(in, out, kPins);
+  Gpio<SimWord> other;
+  const DigitalPort port(in, out, {other, 10}, kPins);
   in.idr.value = 0xFFFF;
   EXPECT_EQ(port.read(), 0xFFU);
   in.idr.value = 0x0002;
   EXPECT_EQ(port.read(), 0x01U);
   in.idr.value = 0x0101;  // pin 0 is another's
   EXPECT_EQ(port.read(), 0x80U);
+  other.idr.value = 0xFBFF;
+  EXPECT_EQ(port.read(), 0x80U);
+  other.idr.value = 0x0400;
+  EXPECT_EQ(port.read(), 0x180U) << "behind the others";
+  EXPECT_EQ(kPins.captured_terminal(), 9U);
 }
 
 TEST(DigitalPort, WritesItsPinsOnlyAndAllOfThem) {
   Gpio<SimWord> in;
   Gpio<SimWord> out;
-  DigitalPort port(in, out, kPins);
+  DigitalPort port(in, out, {in, 10}, kPins);
   port.write(0xFFFFFFFF);
   EXPECT_EQ(out.bsrr.value, 0x00000070U);
   port.write(0);
@@ -44,7 +50,7 @@ TEST(DigitalPort, OutputsAreLowBeforeTheyAreOutputs) {
     EXPECT_TRUE(low);
     word.value = written;
   };
-  DigitalPort port(in, out, kPins);
+  DigitalPort port(in, out, {in, 10}, kPins);
   port.start();
   EXPECT_TRUE(low);
   EXPECT_EQ(out.moder.value & 0x3F00U, 0x1500U);

@@ -48,13 +48,13 @@ TEST(QuadratureEncoder, SetsTheTimerUp) {
   EXPECT_EQ(timer.registers.smcr.value, 3U);          // both edges of both inputs
   EXPECT_EQ(timer.registers.arr.value, 0xFFFFFFFFU);  // all 32 bits
   EXPECT_EQ(timer.registers.ccmr1.value, 0x3131U);    // TI1, TI2, filter 3
-  EXPECT_EQ(timer.registers.ccmr2.value, 0x0031U);    // TI3, filter 3
-  EXPECT_EQ(timer.registers.ccer.value, 0x0100U);     // capture 3 on, rising
+  EXPECT_EQ(timer.registers.ccmr2.value, 0x3131U);    // TI3, TI4, filter 3
+  EXPECT_EQ(timer.registers.ccer.value, 0xB100U);     // capture 3 on, rising; 4 on, both edges
   EXPECT_EQ(timer.registers.cr1.value, 1U);
   EXPECT_EQ(timer.registers.ecr.value, 0U) << "the index must not reset the count";
   EXPECT_EQ(timer.encoder.counts(), 0);
   timer.encoder.start({.reversed = true, .filter = 15});
-  EXPECT_EQ(timer.registers.ccer.value, 0x0102U);  // TI1 inverted
+  EXPECT_EQ(timer.registers.ccer.value, 0xB102U);  // TI1 inverted
   EXPECT_EQ(timer.registers.ccmr1.value, 0xF1F1U);
 }
 

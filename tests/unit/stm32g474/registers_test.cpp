@@ -154,7 +154,7 @@ TEST(Registers, OnlyWhatIsMissingInTheTablesIsExcused) {
 #define SLIPSTACK_FIELD_NOT_TABLED(peripheral, register_name, field, position, mask)
 #include "hal/stm32g474/registers.def"
   };
-  EXPECT_EQ(excused_places.size(), 16U);
+  EXPECT_EQ(excused_places.size(), 21U);
   for (const std::string& name : excused_places) EXPECT_FALSE(places.contains(name)) << name;
 }
 

@@ -156,9 +156,11 @@ void run_emulated(const NodeRequest& request, const sim::Axis& axis, host::HostN
   link.encoder_valid = 1;
   link.current_valid = 1;
   link.control_word = PlantLink::kCommandedByBus;
+  link.edge_terminal = sim::CapturedSwitch::kTerminal;
   sim::Plant plant(axis, 0.5 * axis.stroke_m);
   const sim::Encoder encoder(axis.encoder_resolution_m, 0.37);
   const sim::Switches switches = sim::switches_of(axis);
+  const sim::CapturedSwitch captured = sim::captured_switch_of(axis);
   double last_m = plant.position_m();
   sim::Rng rng(static_cast<std::uint64_t>(request.seed), "node");
   fmt::print("{} around a simulated axis of {:.4g} kg; ends with Ctrl-C\nSLCAN on {}: slcand -o {} slcan0\n",
@@ -170,7 +172,13 @@ void run_emulated(const NodeRequest& request, const sim::Axis& axis, host::HostN
     in_time(request.pace, [&] {
       for (int tick = 0; tick < kTicksPerTurn; ++tick) {
         link.counts = static_cast<std::int32_t>(encoder.counts(plant.position_m()));
-        link.digital_inputs = switches.levels(plant.position_m());
+        link.digital_inputs = switches.levels(plant.position_m()) | captured.levels(plant.position_m());
+        captured.passed(encoder, last_m, plant.position_m(), [&link](std::int32_t counts, bool high) {
+          const std::uint32_t number = link.edge_sequence + 1;
+          link.edge_counts[number % PlantLink::kEdges] = counts;
+          link.edge_high = high ? 1 : 0;
+          link.edge_sequence = number;
+        });
         if (const auto mark = sim::kMarks.passed(encoder, last_m, plant.position_m())) {
           link.index_counts = *mark;
           link.index_sequence = link.index_sequence + 1;

@@ -10,6 +10,7 @@
 #include "sim_host/log/draw.h"
 #include "sim_host/plant/plant.h"
 #include "sim_host/rng.h"
+#include "sim_host/sensors/captured_switch.h"
 #include "sim_host/sensors/encoder.h"
 #include "sim_host/sensors/reference_marks.h"
 #include "sim_host/sensors/switches.h"
@@ -78,6 +79,7 @@ class SimulatedDrive {
                  std::uint64_t seed, const Wiring& wiring = {}, ProgramMemory* programs = nullptr)
       : plant_(axis, 0.5 * axis.stroke_m),
         switches_(sim::switches_of(axis)),
+        captured_(sim::captured_switch_of(axis)),
         last_m_(plant_.position_m()),
         encoder_(axis.encoder_resolution_m, 0.37),
         noise_N_(axis.force_noise_N),
@@ -86,10 +88,12 @@ class SimulatedDrive {
         tick_(board_encoder_, motor_, clock_, watchdog_, io_),
         trace_(memory_),
         log_(flash),
-        drive_(tick_.controller(), tick_.timing(), trace_, 1, &signals_, programs, nullptr, &analogue_),
+        drive_(tick_.controller(), tick_.timing(), trace_, 1, &signals_, programs, nullptr, &analogue_,
+               &edges_),
         node_(port, log_, drive_) {
     clock_.rate_Hz = 10'000'000;
     tick_.set_period(1000);
+    edges_.wired = sim::CapturedSwitch::kTerminal;
     signals_.set_amplifier(0.1F * static_cast<float>(axis.current_limit_A));
     sense();
     node_.start(node, 0);
@@ -117,7 +121,10 @@ class SimulatedDrive {
   void sense() {
     board_encoder_.next.counts =
         signals_.counts(static_cast<std::int32_t>(encoder_.counts(plant_.position_m())));
-    io_.inputs = switches_.levels(plant_.position_m());
+    io_.inputs = switches_.levels(plant_.position_m()) | captured_.levels(plant_.position_m());
+    captured_.passed(encoder_, last_m_, plant_.position_m(), [this](std::int32_t counts, bool high) {
+      edges_.caught.push_back({signals_.counts_at(counts), high});
+    });
     if (const auto mark = marks_.passed(encoder_, last_m_, plant_.position_m())) {
       board_encoder_.index_passed = true;
       board_encoder_.index_counts = signals_.counts_at(*mark);
@@ -154,6 +161,7 @@ class SimulatedDrive {
 
   sim::Plant plant_;
   sim::Switches switches_;
+  sim::CapturedSwitch captured_;
   sim::ReferenceMarks marks_ = sim::kMarks;
   double last_m_;
   sim::Encoder encoder_;
@@ -166,6 +174,7 @@ class SimulatedDrive {
   host::HostWatchdog watchdog_;
   host::HostDigitalIo io_;
   host::HostAnalogueInputs analogue_;
+  host::HostEdgeCapture edges_;
   Tick<host::HostEncoder, host::HostMotorCurrent, host::HostClock, host::HostWatchdog, host::HostDigitalIo>
       tick_;
   std::array<canopen::TraceSample, 4096> memory_{};
