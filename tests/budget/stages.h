@@ -122,7 +122,7 @@ inline void move_feedforward(std::int32_t x) {
   ++stages.ticks;
 }
 [[gnu::noinline]] inline float step_feedforward(std::int32_t x) {
-  stages.feedforward.observe(stages.scales, stages.point, x, false);
+  stages.feedforward.observe(stages.scales, stages.point, x, stages.estimate, false);
   return stages.feedforward.step(friction_model, stages.scales, stages.point, 1.1F,
                                  stages.reference_of_position);
 }

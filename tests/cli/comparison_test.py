@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`slipstack loop --compare` as typed: wrong use in one line, nothing written."""
 
+import pathlib
 import unittest
 
 import program
@@ -17,8 +18,18 @@ class Comparison(program.Workshop):
         for arguments in (("--model", "m.toml"), ("--effects", "viscous"), ("--board", "host"), ("--out", "log.csv")):
             self.assert_refused("loop", "--compare", *arguments, expected="--compare")
         self.assert_refused("loop", "--seeds", "2", expected="--compare")
+        self.assert_refused("loop", "--keep", "kept", expected="--compare")
         self.assert_refused("loop", "--compare", "--seeds", "0", expected="--seeds")
         self.assert_refused("loop", "--compare", "--setup", "mine", expected="--setup")
+
+    def test_what_is_kept_is_of_this_comparison_or_refused(self):
+        kept = pathlib.Path(self.here, "kept")
+        kept.write_text('{"schema": "urn:slipstack:loop-compare-axis-1", "task": "another", "seed": 1, "contenders": {}}\n')
+        self.assert_refused("loop", "--compare", "--keep", "kept", expected="kept:1: it keeps another comparison (another)")
+        kept.write_text("time_s,position_m\n")
+        self.assert_refused("loop", "--compare", "--keep", "kept", expected="kept:1: not a line of a comparison")
+        self.assertEqual(kept.read_text(), "time_s,position_m\n")
+        self.assert_refused("loop", "--compare", "--keep", "no/such/kept", expected="no/such/kept: cannot be written")
 
 
 if __name__ == "__main__":

@@ -10,15 +10,22 @@
 namespace slipstack::workbench {
 
 void run_comparison(const ComparisonRequest& request) {
-  const sim::Setup setup = setup_named(request.setup);
-  const std::uint64_t seed = seed_of(request.seed);
   if (request.seeds < 1 || request.seeds > 1000) throw UsageError("--seeds: must be between 1 and 1000");
+  const ComparisonTask task{.setup = setup_named(request.setup),
+                            .first_seed = seed_of(request.seed),
+                            .seeds = static_cast<std::size_t>(request.seeds),
+                            .field = Field::kAll,
+                            .extent = {.robustness = !request.brief}};
   Outputs outputs;
   outputs.claim(request.json);
+  ComparisonFile kept;
+  if (!request.keep.empty()) {
+    kept = ComparisonFile(request.keep, "slipstack " SLIPSTACK_VERSION ", " + request.setup +
+                                            (request.brief ? ", brief" : ", whole"));
+  }
   Progress progress;
-  const Comparison comparison = compare(
-      setup, seed, static_cast<std::size_t>(request.seeds), Field::kAll, {.robustness = !request.brief},
-      [&](const std::string& stage, double fraction) { progress.show(stage, fraction); });
+  const Comparison comparison =
+      compare(task, kept, [&](const std::string& stage, double fraction) { progress.show(stage, fraction); });
   if (!request.json.empty()) outputs.set(request.json, comparison_json(comparison).dump(2) + "\n");
   progress.finish();
   outputs.commit(comparison_text(comparison));

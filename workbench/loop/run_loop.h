@@ -29,6 +29,7 @@ struct ComparisonRequest {
   std::int64_t seed = 1;
   std::int64_t seeds = 1;
   bool brief = false;  ///< without what the axis may differ in
+  std::string keep;    ///< file of the axes that are done
   std::string json;
 };
 

@@ -2,6 +2,7 @@
 #include "workbench/signal/zero_phase.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <numbers>
@@ -13,6 +14,8 @@ using std::numbers::pi;
 
 /// Shape parameter of the Kaiser window for ripples of 94 dB (2e-5): 0.1102 (dB - 8.7), Kaiser 1974.
 constexpr double kKaiser = 9.4;
+
+constexpr std::ptrdiff_t kSideBySide = 16;  // sums of filter_all(): eight vectors of two, latency hidden
 
 /// Input index with the ends repeated.
 double at(std::span<const double> input, std::ptrdiff_t index) {
@@ -61,17 +64,24 @@ std::vector<double> filter_all(std::span<const double> input, std::span<const do
   const auto half = static_cast<std::ptrdiff_t>(taps.size() / 2);
   const auto count = static_cast<std::ptrdiff_t>(input.size());
   std::vector<double> out(input.size());
-  for (std::ptrdiff_t i = 0; i < count; ++i) {
-    double sum = 0.0;
-    if (i >= half && i + half < count) {
+  const auto whole = [&](std::ptrdiff_t i) { return i >= half && i + half < count; };
+  for (std::ptrdiff_t i = 0; i < count;) {
+    // Sums side by side, each in the order of the taps: the compiler makes vectors of them, and every sum is
+    // the one that it would be alone.
+    if (whole(i) && whole(i + kSideBySide - 1)) {
+      std::array<double, kSideBySide> sums{};
       const double* first = input.data() + (i - half);
-      for (std::size_t k = 0; k < taps.size(); ++k) sum += taps[k] * first[k];
-    } else {
       for (std::size_t k = 0; k < taps.size(); ++k) {
-        sum += taps[k] * at(input, i - half + static_cast<std::ptrdiff_t>(k));
+        for (std::size_t j = 0; j < sums.size(); ++j) sums[j] += taps[k] * first[k + j];
       }
+      std::copy(sums.begin(), sums.end(), out.begin() + i);
+      i += kSideBySide;
+      continue;
     }
-    out[static_cast<std::size_t>(i)] = sum;
+    double sum = 0.0;
+    for (std::size_t k = 0; k < taps.size(); ++k)
+      sum += taps[k] * at(input, i - half + static_cast<std::ptrdiff_t>(k));
+    out[static_cast<std::size_t>(i++)] = sum;
   }
   return out;
 }

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "firmware/control/force/state_estimate.h"
 #include "firmware/control/homing/position_reference.h"
 #include "firmware/control/reference/reference.h"
 #include "firmware/effects/model.h"
@@ -37,15 +38,20 @@ class FeedForward {
     std::int32_t shift_up = 0;  ///< displacement is counts x 2^up / 2^down; one of the two is zero
     std::int32_t shift_down = 0;
     float steps_per_count = 0.0F;  ///< 2^up, 0 where displacement is coarser than a count
+    float steps_per_m = 0.0F;      ///< the same over a metre
     std::int32_t band = 0;         ///< dead band of the observer, steps
     float rest = 0.0F;             ///< a reference below this speed rests, counts per tick; 0: it never does
   };
 
   /// Where the hysteresis sees the reference, in its own steps.
   static std::int32_t displacement(const Scales& scale, const ReferencePoint& at) {
-    return (static_cast<std::int32_t>(static_cast<std::uint32_t>(at.counts) << scale.shift_up) >>
-            scale.shift_down) +
-           static_cast<std::int32_t>(at.fraction * scale.steps_per_count);
+    return displacement(scale, at.counts) + static_cast<std::int32_t>(at.fraction * scale.steps_per_count);
+  }
+
+  /// The same of the axis.
+  static std::int32_t displacement(const Scales& scale, const StateEstimate& estimate) {
+    return displacement(scale, estimate.counts()) +
+           static_cast<std::int32_t>(estimate.offset_m() * scale.steps_per_m);
   }
 
   /// The same of whole counts, as the encoder has them.
@@ -59,18 +65,30 @@ class FeedForward {
   /// Here from now on.
   void start(const Scales& scale, std::int32_t counts) {
     place_ = reference_ = axis_ = displacement(scale, counts);
+    rests_ = true;
   }
   /// It moves with the reference; where that rests, or lies where the axis is (`follows`), with the axis, by
-  /// what the counts do beyond the dead band, as a play operator has it: noise within it moves nothing.
-  void observe(const Scales& scale, const ReferencePoint& at, std::int32_t counts, bool follows) {
+  /// what the counts do beyond the dead band, as a play operator has it: noise within it moves nothing. The
+  /// play begins where the estimate of the tick before has the axis: were it the middle of the count, an axis
+  /// that comes to rest near its edge and flickers over it would seem to have moved by half a count, where the
+  /// friction is stiffest.
+  void observe(const Scales& scale, const ReferencePoint& at, std::int32_t counts,
+               const StateEstimate& estimate, bool follows) {
     const std::int32_t now = displacement(scale, at);
-    const std::int32_t measured = displacement(scale, counts);
+    std::int32_t moved = difference(now, reference_);
     const bool rests = follows || approx::absolute(at.velocity) < scale.rest;
-    const std::int32_t before = axis_;
-    axis_ = rests ? played(before, measured, scale.band) : measured;
-    place_ = sum(place_, rests ? difference(axis_, before) : difference(now, reference_));
+    correction_ = 0.0F;
+    if (rests) {
+      const std::int32_t before = axis_;
+      axis_ = played(rests_ ? before : displacement(scale, estimate), displacement(scale, counts), scale.band);
+      if (rests_) {
+        moved = difference(axis_, before);
+        correction_ = 1.0F;
+      }
+    }
+    rests_ = rests;
+    place_ = sum(place_, moved);
     reference_ = now;
-    correction_ = rests ? 1.0F : 0.0F;
   }
   /// Where step() finds it, in its own steps.
   std::int32_t place() const { return place_; }
@@ -113,8 +131,9 @@ class FeedForward {
   float corrected_N_ = 0.0F;
   // In steps of the hysteresis.
   std::int32_t reference_ = 0;
-  std::int32_t axis_ = 0;   // within the dead band about the counts
+  std::int32_t axis_ = 0;   // within the dead band about the counts; at rest
   std::int32_t place_ = 0;  // of the hysteresis
+  bool rests_ = true;       // the reference did in the last tick, or lay where the axis is
 };
 
 }  // namespace slipstack

@@ -39,7 +39,7 @@ class ForceControl {
   }
   /// Before it: where the hysteresis is. `follows`: the reference lies where the axis is.
   void observe(const ControlSet& set, const ReferencePoint& at, std::int32_t counts, bool follows) {
-    feedforward_.observe(set.scales, at, counts, follows);
+    feedforward_.observe(set.scales, at, counts, estimate_, follows);
   }
   /// What TickHistory keeps for the main loop; without a word on the level.
   TickHistory::Residual note() const {

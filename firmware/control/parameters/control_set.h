@@ -153,6 +153,7 @@ struct ControlSet {
     scales.shift_up = displacement_shift > 0 ? displacement_shift : 0;
     scales.shift_down = displacement_shift < 0 ? -displacement_shift : 0;
     scales.steps_per_count = displacement_shift > 0 ? approx::power_of_two<float>(displacement_shift) : 0.0F;
+    scales.steps_per_m = scales.steps_per_count / axis.encoder_resolution_m;
     prepare_observer();
     const float metres_per_step =
         axis.encoder_resolution_m * approx::power_of_two<float>(-displacement_shift);

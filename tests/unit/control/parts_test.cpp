@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <complex>
+#include <initializer_list>
 #include <limits>
 #include <memory>
 #include <numbers>
@@ -233,6 +234,41 @@ TEST(FeedForward, TheTimeOfDriftDoesNotWrap) {
 }
 
 constexpr StopTimes kTimes{.quick_stop = 50, .slow_down = 50};
+
+// An axis that comes to rest at 100.44 counts reads 100, and moves by 0.06 to read 101: only so much may move
+// the hysteresis. From the middle of the count it would be half a count, and the count back would not undo it.
+TEST(FeedForward, AtRestACountMovesWhatTheEstimateDoesNotKnow) {
+  FeedForward::Scales scales;
+  scales.shift_up = 4;
+  scales.steps_per_count = 16.0F;
+  scales.band = 8;
+  scales.rest = 1e-3F;
+  scales.steps_per_m = 16.0e6F;
+  const StateEstimate::Gains gains = StateEstimate::gains(1e-6F, kTick_s, 400.0F);
+  const auto place_after = [&](float beyond, std::initializer_list<std::int32_t> counts) {
+    FeedForward feedforward;
+    feedforward.start(scales, 90);
+    StateEstimate estimate;
+    for (std::int32_t at = 91; at <= 100; ++at) {
+      feedforward.observe(scales, {at, 0.0F, 1.0F, 0.0F}, at, estimate, false);
+      // Without a difference to the counts a velocity carries it where it shall be.
+      estimate.reset(at);
+      estimate.correct_velocity(beyond * 1e-6F / kTick_s);
+      estimate.step({gains.resolution_m, gains.counts_per_m, gains.tick_s, 0.0F, 0.0F, 0.0F}, at, 0.0F);
+    }
+    for (const std::int32_t read : counts)
+      feedforward.observe(scales, {100, 0.0F, 0.0F, 0.0F}, read, estimate, false);
+    return feedforward.place();
+  };
+  EXPECT_EQ(place_after(0.44F, {100, 100}), 1600);
+  EXPECT_EQ(place_after(0.44F, {100, 101, 100, 101, 100}), 1601);
+  EXPECT_EQ(place_after(0.0F, {100, 101, 100}), 1608);
+  EXPECT_EQ(place_after(-0.44F, {100, 99, 100}), 1599);
+  // What truly moves it does so by the counts less what lies within the dead band.
+  EXPECT_EQ(place_after(0.44F, {100, 101, 102, 103}), 1600 + 3 * 16 - 8 - 7);
+  // An estimate beyond the count that is read is not believed, and moves nothing.
+  EXPECT_EQ(place_after(3.0F, {100, 101, 100}), 1600);
+}
 
 TEST(StateMachine, FollowsEveryTransitionOfTheFigure) {
   const auto run = [](StateMachine& machine, int control) {

@@ -51,8 +51,7 @@ TEST(ComparedDrive, GivesTheCurrentOfTheControllerBitForBit) {
   sim::Axis axis = sim::draw_bench(sim::Setup::kPickAndPlace, 3).axis;
   axis.force_noise_N = 0.0;
   AxisParameters parameters = loop::pick_and_place_parameters(axis);
-  parameters.adapt_level = true;
-  parameters.level_memory_s = 1.0F;
+  parameters.adapt_level = parameters.adapt_mass = true;
   parameters.disturbance_share = 0.3F;
   const ModelParameters model = loop::identified_model(axis, 0.2, 0.05);
   const Recorded of_controller = recorded(axis, parameters, model);

@@ -11,8 +11,10 @@ namespace slipstack::workbench {
 namespace {
 
 TEST(Comparison, MaxwellSlipEarnsItsPlaceOnThePickAndPlaceAxis) {
-  const Comparison comparison = compare(sim::Setup::kPickAndPlace, 11, 1, Field::kFew, {.robustness = false},
-                                        [](const std::string&, double) {});
+  ComparisonFile nothing_kept;
+  const Comparison comparison =
+      compare({.first_seed = 11, .field = Field::kFew, .extent = {.robustness = false}}, nothing_kept,
+              [](const std::string&, double) {});
   ASSERT_EQ(comparison.contenders.size(), 4U);
   const auto value = [&](std::size_t i, Measure measure) { return comparison.contenders[i].median(measure); };
   const double plain = value(0, Measure::kReversalRms);

@@ -85,8 +85,9 @@ TEST(Measures, ALevelScalesTheVirginCurve) {
 
 // Of made-up figures: who wins a cell is told, and what a goal compares.
 TEST(Comparison, SaysWhereAnotherIsBetterAndWhichGoalsAreMet) {
-  const auto made = [](const std::string& id, bool ours, bool learns, double reversal, double settling) {
-    ComparedContender one{id, "the " + id, "a reason", ours, learns, {}};
+  using Kind = ContenderName::Kind;
+  const auto made = [](const std::string& id, Kind kind, double reversal, double settling) {
+    ComparedContender one{{id, "the " + id, "a reason", kind}, {}};
     for (const double factor : {1.0, 1.1, 0.9}) {
       Measures measures;
       measures.fill(factor);
@@ -98,9 +99,10 @@ TEST(Comparison, SaysWhereAnotherIsBetterAndWhichGoalsAreMet) {
   };
   Comparison comparison;
   comparison.seeds = 3;
-  comparison.contenders = {made("p_pi", false, false, 20.0, 9.0), made("mass", false, false, 10.0, 8.0),
-                           made("velocity-table", false, false, 4.0, 6.0), made("ilc", false, true, 0.5, 5.0),
-                           made("maxwell_slip", true, false, 0.9, 4.0)};
+  comparison.contenders = {made("p_pi", Kind::kPeer, 20.0, 9.0), made("mass", Kind::kPeer, 10.0, 8.0),
+                           made("velocity-table", Kind::kPeer, 4.0, 6.0), made("ilc", Kind::kLearner, 0.5, 5.0),
+                           made("maxwell_slip", Kind::kOurs, 0.9, 4.0),
+                           made("bound", Kind::kBound, 0.4, 3.0)};
   const std::vector<ComparedGoal> goals = goals_of(comparison);
   ASSERT_EQ(goals.size(), 4U);
   EXPECT_TRUE(goals[0].met) << goals[0].found;
@@ -110,9 +112,13 @@ TEST(Comparison, SaysWhereAnotherIsBetterAndWhichGoalsAreMet) {
   const std::vector<std::string> lost = lost_cells(comparison);
   ASSERT_EQ(lost.size(), 1U);
   EXPECT_NE(lost[0].find("the ilc wins"), std::string::npos) << lost[0];
-  comparison.contenders.back().by_seed[1][static_cast<std::size_t>(Measure::kWrong)] = 1.2;
-  comparison.contenders[1] = made("mass", false, false, 8.0, 8.0);
+  comparison.contenders[4].by_seed[1][static_cast<std::size_t>(Measure::kWrong)] = 1.2;
+  comparison.contenders[1] = made("mass", Kind::kPeer, 8.0, 8.0);
   EXPECT_FALSE(goals_of(comparison)[0].met);
+  EXPECT_EQ(goals_of(comparison)[0].found, "0.11 of the mass; with the friction known 0.05");
+  comparison.contenders.back() = made("bound", Kind::kBound, 0.85, 3.0);
+  EXPECT_EQ(goals_of(comparison)[0].found,
+            "0.11 of the mass; with the friction known 0.11, so that nothing reaches it");
   EXPECT_FALSE(goals_of(comparison)[3].met);
 }
 

@@ -85,6 +85,19 @@ TEST(FrictionModels, ElastoPlasticFollowsItsEquation) {
   EXPECT_GT(std::fabs(model_columns(FrictionKind::kLuGre, {length, 0.0, 1.0}, {}, small)(20, 0)), 0.01);
 }
 
+// A share that is elastic altogether leaves no range in which the state could come to its limit: it is taken
+// for one below. (The comparison makes every parameter wrong by 30 %, this one from 0.95.)
+TEST(FrictionModels, ElastoPlasticEndsWithAnyElasticShare) {
+  const double length = 3e-6;
+  const SampledMotion motion = there_and_back(20e-6, 40);
+  for (const double share : {0.95, 1.0, 1.3, 5.0}) {
+    const Eigen::MatrixXd columns =
+        model_columns(FrictionKind::kElastoPlastic, {length, 0.5, 1e-3, share}, {}, motion);
+    EXPECT_LE(columns.col(0).cwiseAbs().maxCoeff(), 1.6) << share;
+    EXPECT_GT(columns.col(0).cwiseAbs().maxCoeff(), 0.9) << share;
+  }
+}
+
 // Any force that is a straight line between the points of the table comes out as it went in.
 TEST(FrictionModels, TheTableJoinsItsPointsByStraightLines) {
   SampledMotion motion;

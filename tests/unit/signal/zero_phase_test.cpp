@@ -92,6 +92,24 @@ TEST(Filter, IsTheSumOfShiftedTaps) {
   }
 }
 
+// Each sum in the order of the taps, however many are made side by side: the last bit does not depend on where
+// in the signal a sample is.
+TEST(Filter, IsTheSameBitForBitWhereverASampleIs) {
+  const std::vector<double> taps = random_signal(3, 21);
+  for (const std::size_t count : {1U, 20U, 21U, 36U, 37U, 38U, 100U}) {
+    const std::vector<double> signal = random_signal(4 + count, count);
+    const std::vector<double> out = filter_all(signal, taps);
+    const auto last = static_cast<std::ptrdiff_t>(count) - 1;
+    for (std::ptrdiff_t i = 0; i <= last; ++i) {
+      double sum = 0.0;
+      for (std::ptrdiff_t k = 0; k < 21; ++k)
+        sum += taps[static_cast<std::size_t>(k)] *
+               signal[static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(i - 10 + k, 0, last))];
+      EXPECT_EQ(out[static_cast<std::size_t>(i)], sum) << count << ' ' << i;
+    }
+  }
+}
+
 TEST(Filter, PassesAConstantUpToTheEnds) {
   const std::vector<double> out =
       filter_all(std::vector<double>(50, 3.25), low_pass_taps(5.0, kFilterRate_Hz));

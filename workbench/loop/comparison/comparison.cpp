@@ -7,6 +7,8 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <utility>
 
 #include "workbench/base/parallel.h"
 #include "workbench/base/statistics.h"
@@ -16,11 +18,40 @@ namespace {
 
 constexpr double kTuningShare = 0.4;  // of the time, for progress
 
-const ComparedContender* find(const Comparison& comparison, const std::string& id) {
-  for (const ComparedContender& one : comparison.contenders) {
-    if (one.id == id) return &one;
-  }
-  return nullptr;
+using Kind = ContenderName::Kind;
+using Show = std::function<void(const std::string&, double)>;  // of one axis
+
+double quantile_of(std::vector<double> values, double rank) {
+  std::erase_if(values, [](double value) { return !std::isfinite(value); });
+  return values.empty() ? std::numeric_limits<double>::quiet_NaN() : quantile(values, rank);
+}
+
+/// Those that take longest begin first, so that no processor waits for one of them at the end.
+std::vector<std::size_t> longest_first(const std::vector<Contender>& contenders) {
+  std::vector<std::size_t> order(contenders.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return contenders[a].repetitions > contenders[b].repetitions;
+  });
+  return order;
+}
+
+std::vector<Measures> measured(const ComparisonTask& task, std::uint64_t seed, const Show& show) {
+  const sim::Axis axis = sim::draw_bench(task.setup, seed).axis;
+  const std::vector<Contender> contenders =
+      tuned_contenders(axis, seed, task.field, [&](double done) { show("tune", kTuningShare * done); });
+  const std::vector<sim::Axis> hidden =
+      task.extent.robustness ? axes_with_hidden_effects(axis, seed) : std::vector<sim::Axis>{};
+  std::vector<Measures> measures(contenders.size());
+  std::atomic<std::size_t> done{0};
+  const std::vector<std::size_t> order = longest_first(contenders);
+  parallel_for(order.size(), [&](std::size_t i) {
+    const std::size_t which = order[i];
+    measures[which] = measures_of(contenders[which], axis, hidden, seed, task.extent);
+    const double share = static_cast<double>(++done) / static_cast<double>(contenders.size());
+    show("judge", kTuningShare + (1.0 - kTuningShare) * share);
+  });
+  return measures;
 }
 
 /// The one with the least median among those that `fits` admits; nullptr without one.
@@ -35,53 +66,57 @@ const ComparedContender* best(const Comparison& comparison, Measure measure, Fit
   return found;
 }
 
-ComparedGoal ratio_goal(const std::string& text, Measure measure, const ComparedContender& ours,
-                        const ComparedContender* other, double goal) {
+ComparedGoal ratio_goal(const Comparison& comparison, const std::string& text, Measure measure,
+                        const ComparedContender& ours, const ComparedContender* other, double goal) {
   if (other == nullptr) return {text, "not measured", false};
   const double ratio = ours.median(measure) / other->median(measure);
-  return {text, fmt::format("{:.2f} of {}", ratio, other->title), ratio <= goal};
+  std::string found = fmt::format("{:.2f} of {}", ratio, other->name.title);
+  if (const ComparedContender* bound = find(comparison, "bound"); bound != nullptr && ratio > goal) {
+    const double least = bound->median(measure) / other->median(measure);
+    found += fmt::format("; with the friction known {:.2f}", least);
+    if (least > goal) found += ", so that nothing reaches it";
+  }
+  return {text, found, ratio <= goal};
 }
 
 }  // namespace
 
 double ComparedContender::value(Measure measure, double rank) const {
   std::vector<double> values;
-  for (const Measures& one : by_seed) {
-    const double value = one[static_cast<std::size_t>(measure)];
-    if (std::isfinite(value)) values.push_back(value);
-  }
-  return values.empty() ? std::numeric_limits<double>::quiet_NaN() : quantile(values, rank);
+  for (const Measures& one : by_seed) values.push_back(one[static_cast<std::size_t>(measure)]);
+  return quantile_of(std::move(values), rank);
 }
 
-Comparison compare(sim::Setup setup, std::uint64_t first_seed, std::size_t seeds, Field field,
-                   const Extent& extent, const std::function<void(const std::string&, double)>& progress) {
+double ComparedContender::ratio(Measure measure, double rank, const ComparedContender& other) const {
+  const auto i = static_cast<std::size_t>(measure);
+  std::vector<double> values;
+  for (std::size_t s = 0; s < by_seed.size(); ++s) values.push_back(by_seed[s][i] / other.by_seed[s][i]);
+  return quantile_of(std::move(values), rank);
+}
+
+const ComparedContender* find(const Comparison& comparison, const std::string& id) {
+  for (const ComparedContender& one : comparison.contenders) {
+    if (one.name.id == id) return &one;
+  }
+  return nullptr;
+}
+
+Comparison compare(const ComparisonTask& task, ComparisonFile& kept,
+                   const std::function<void(const std::string&, double)>& progress) {
   Comparison comparison;
-  comparison.seeds = seeds;
-  for (std::size_t s = 0; s < seeds; ++s) {
-    const std::uint64_t seed = first_seed + s;
-    const sim::Axis axis = sim::draw_bench(setup, seed).axis;
-    const auto show = [&](const std::string& stage, double begin, double share, double done) {
-      progress(stage, (static_cast<double>(s) + begin + share * done) / static_cast<double>(seeds));
-    };
-    const std::vector<Contender> contenders =
-        tuned_contenders(axis, seed, field, [&](double done) { show("tune", 0.0, kTuningShare, done); });
-    const std::vector<sim::Axis> hidden =
-        extent.robustness ? axes_with_hidden_effects(axis, seed) : std::vector<sim::Axis>{};
-    std::vector<Measures> measures(contenders.size());
-    std::atomic<std::size_t> done{0};
-    parallel_for(contenders.size(), [&](std::size_t i) {
-      measures[i] = measures_of(contenders[i], axis, hidden, seed, extent);
-      show("judge", kTuningShare, 1.0 - kTuningShare,
-           static_cast<double>(++done) / static_cast<double>(contenders.size()));
-    });
-    for (std::size_t i = 0; i < contenders.size(); ++i) {
-      const Contender& one = contenders[i];
-      if (s == 0) {
-        comparison.contenders.push_back(
-            {one.id, one.title, one.strength, one.ours, one.learns_trajectory(), {}});
-      }
-      comparison.contenders[i].by_seed.push_back(measures[i]);
+  comparison.seeds = task.seeds;
+  const std::vector<ContenderName> names = contenders_of(task.field);
+  for (const ContenderName& name : names) comparison.contenders.push_back({name, {}});
+  for (std::size_t s = 0; s < task.seeds; ++s) {
+    const std::uint64_t seed = task.first_seed + s;
+    auto measures = kept.find(seed, names);
+    if (!measures) {
+      measures = measured(task, seed, [&](const std::string& stage, double done) {
+        progress(stage, (static_cast<double>(s) + done) / static_cast<double>(task.seeds));
+      });
+      kept.add(seed, names, *measures);
     }
+    for (std::size_t i = 0; i < names.size(); ++i) comparison.contenders[i].by_seed.push_back((*measures)[i]);
   }
   return comparison;
 }
@@ -91,13 +126,13 @@ std::vector<ComparedGoal> goals_of(const Comparison& comparison) {
   const ComparedContender* plain = find(comparison, "p_pi");
   if (ours == nullptr || plain == nullptr) return {};
   std::vector<ComparedGoal> goals;
-  goals.push_back(ratio_goal("peak at reversals, at most 0.1 of mass feed-forward", Measure::kReversalPeak,
+  goals.push_back(ratio_goal(comparison, "peak at reversals, at most 0.1 of mass feed-forward", Measure::kReversalPeak,
                              *ours, find(comparison, "mass"), 0.1));
-  const auto peer = [](const ComparedContender& one) { return !one.ours && !one.learns_trajectory; };
-  goals.push_back(ratio_goal("peak at reversals, at most 0.5 of the best that learns no trajectory",
+  const auto peer = [](const ComparedContender& one) { return one.is(Kind::kPeer); };
+  goals.push_back(ratio_goal(comparison, "peak at reversals, at most 0.5 of the best that learns no trajectory",
                              Measure::kReversalPeak, *ours, best(comparison, Measure::kReversalPeak, peer),
                              0.5));
-  goals.push_back(ratio_goal("settling to 1 um after 100 mm, at most 0.7 of the velocity table",
+  goals.push_back(ratio_goal(comparison, "settling to 1 um after 100 mm, at most 0.7 of the velocity table",
                              Measure::kSettle100mm, *ours, find(comparison, "velocity-table"), 0.7));
   std::size_t worse = 0;
   std::size_t known = 0;
@@ -120,15 +155,17 @@ std::vector<std::string> lost_cells(const Comparison& comparison) {
   std::vector<std::string> sentences;
   for (std::size_t i = 0; i < kMeasureCount; ++i) {
     const auto measure = static_cast<Measure>(i);
-    const auto* ours = best(comparison, measure, [](const auto& one) { return one.ours; });
-    const auto* other = best(comparison, measure, [](const auto& one) { return !one.ours; });
+    const auto* ours = best(comparison, measure, [](const auto& one) { return one.is(Kind::kOurs); });
+    const auto* other = best(comparison, measure, [](const auto& one) {
+      return one.is(Kind::kPeer) || one.is(Kind::kLearner);
+    });
     if (ours == nullptr || other == nullptr) continue;
     const double mine = ours->median(measure);
     const double theirs = other->median(measure);
     if (!(theirs < mine)) continue;
     const MeasureText& text = text_of(measure);
-    sentences.push_back(fmt::format("{}: {} wins, {:.3g} against {:.3g} {}: {}.", text.what, other->title,
-                                    theirs * text.scale, mine * text.scale, text.unit, other->strength));
+    sentences.push_back(fmt::format("{}: {} wins, {:.3g} against {:.3g} {}: {}.", text.what, other->name.title,
+                                    theirs * text.scale, mine * text.scale, text.unit, other->name.strength));
   }
   return sentences;
 }

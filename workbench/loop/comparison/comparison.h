@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "sim_host/log/draw.h"
+#include "workbench/loop/comparison/comparison_file.h"
 #include "workbench/loop/comparison/contenders.h"
 #include "workbench/loop/comparison/measures.h"
 
@@ -15,16 +16,15 @@ namespace slipstack::workbench {
 
 /// One contender over all seeds.
 struct ComparedContender {
-  std::string id;
-  std::string title;
-  std::string strength;
-  bool ours = false;
-  bool learns_trajectory = false;
+  ContenderName name;
   std::vector<Measures> by_seed;
 
+  bool is(ContenderName::Kind kind) const { return name.kind == kind; }
   /// The share `rank` (0 to 1) of the seeds' values; NaN where none is a number.
   double value(Measure measure, double rank) const;
   double median(Measure measure) const { return value(measure, 0.5); }
+  /// The same of the ratios to another contender on each seed.
+  double ratio(Measure measure, double rank, const ComparedContender& other) const;
 };
 
 /// One of the goals of the comparison.
@@ -39,13 +39,28 @@ struct Comparison {
   std::size_t seeds = 0;
 };
 
-/// Tunes the contenders on an axis of each seed, beginning with `first_seed`, and measures them all.
-Comparison compare(sim::Setup setup, std::uint64_t first_seed, std::size_t seeds, Field field,
-                   const Extent& extent, const std::function<void(const std::string&, double)>& progress);
+/// What is compared.
+struct ComparisonTask {
+  sim::Setup setup = sim::Setup::kPickAndPlace;
+  std::uint64_t first_seed = 1;
+  std::size_t seeds = 1;
+  Field field = Field::kAll;
+  Extent extent;
+};
+
+/// Tunes the contenders on an axis of each seed and measures them all. An axis that `kept` has is not measured
+/// again; what is measured is added to it. About a minute of a processor for an axis, half of it for the
+/// iterative learning; a third without Extent::robustness.
+Comparison compare(const ComparisonTask& task, ComparisonFile& kept,
+                   const std::function<void(const std::string&, double)>& progress);
+
+/// The one with this id; nullptr without one.
+const ComparedContender* find(const Comparison& comparison, const std::string& id);
 
 /// Reversal peak 1/10 of mass feed-forward and 1/2 of the best that learns nothing per trajectory; settling
 /// of a 100 mm move 30 % less than with the velocity table; never worse than P/PI alone with a parameter
-/// wrong by 30 %. For the plain Maxwell-slip model; by medians, the last by each seed.
+/// wrong by 30 %. For the plain Maxwell-slip model; by medians, the last by each seed. A goal against a peer
+/// says too what share of that peer's error the bound is: less than that, no compensator reaches.
 std::vector<ComparedGoal> goals_of(const Comparison& comparison);
 
 /// A sentence for each measure in which another is better than each of ours: which, by how much, and why.

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <span>
 
@@ -10,43 +13,52 @@
 namespace slipstack::workbench {
 namespace {
 
-constexpr double kLowest = 0.1;  // of the seeds, and 0.9: the spread
-constexpr std::size_t kNameWidth = 34;
+constexpr std::size_t kNameWidth = 36;
 
-std::string cell_of(const ComparedContender& one, Measure measure, bool spread) {
-  const double scale = text_of(measure).scale;
-  const double middle = one.median(measure) * scale;
-  if (!std::isfinite(middle)) return "-";
-  const auto number = [](double value) {
-    return value != 0.0 && std::fabs(value) < 0.0995 ? fmt::format("{:.2g}", value)
-           : std::fabs(value) < 99.5                 ? fmt::format("{:.3g}", value)
-                                                     : fmt::format("{:.0f}", value);
+/// A value by the share (0 to 1) of the seeds that are below it.
+using ByRank = std::function<double(double)>;
+
+std::string cell_of(const ByRank& value, bool spread) {
+  if (!std::isfinite(value(0.5))) return "-";
+  const auto number = [](double of) {
+    return of != 0.0 && std::fabs(of) < 0.0995 ? fmt::format("{:.2g}", of)
+           : std::fabs(of) < 99.5              ? fmt::format("{:.3g}", of)
+                                                     : fmt::format("{:.0f}", of);
   };
-  if (!spread) return number(middle);
-  return fmt::format("{} ({}..{})", number(middle), number(one.value(measure, kLowest) * scale),
-                     number(one.value(measure, 1.0 - kLowest) * scale));
+  if (!spread) return number(value(0.5));
+  return fmt::format("{} ({}..{})", number(value(0.5)), number(value(0.0)), number(value(1.0)));
 }
 
+std::string heading_of(const MeasureText& words, bool ratio) {
+  if (ratio || words.unit.empty()) return std::string(words.heading);
+  return fmt::format("{} {}", words.heading, words.unit);
+}
+std::size_t width_of(const MeasureText& words, std::size_t least) {
+  return std::max(least, heading_of(words, false).size() + 2);
+}
+
+/// `over`: as ratios to this contender; nullptr: as they are.
 std::string table_of(const Comparison& comparison, const std::string& title,
-                     std::span<const Measure> measures) {
+                     std::span<const Measure> measures, const ComparedContender* over = nullptr) {
   const bool spread = comparison.seeds > 1;
   const std::size_t width = spread ? 22 : 10;
   std::string text = fmt::format("{:<{}}", title, kNameWidth);
   for (const Measure measure : measures) {
     const MeasureText& words = text_of(measure);
-    const std::string heading =
-        words.unit.empty() ? std::string(words.heading) : fmt::format("{} {}", words.heading, words.unit);
-    text += fmt::format("{:>{}}", heading, std::max(width, heading.size() + 2));
+    text += fmt::format("{:>{}}", heading_of(words, over != nullptr), width_of(words, width));
   }
   text += "\n";
   bool any = false;
   for (const ComparedContender& one : comparison.contenders) {
-    std::string row = fmt::format("  {:<{}}", one.title, kNameWidth - 2);
+    if (over != nullptr && one.is(ContenderName::Kind::kBound)) continue;
+    std::string row = fmt::format("  {:<{}}", one.name.title, kNameWidth - 2);
     for (const Measure measure : measures) {
       const MeasureText& words = text_of(measure);
-      const std::size_t heading = words.heading.size() + (words.unit.empty() ? 0 : 1 + words.unit.size()) + 2;
-      any = any || std::isfinite(one.median(measure));
-      row += fmt::format("{:>{}}", cell_of(one, measure, spread), std::max(width, heading));
+      const auto value = [&](double rank) {
+        return over != nullptr ? one.ratio(measure, rank, *over) : one.value(measure, rank) * words.scale;
+      };
+      any = any || std::isfinite(value(0.5));
+      row += fmt::format("{:>{}}", cell_of(value, spread), width_of(words, width));
     }
     text += row + "\n";
   }
@@ -62,7 +74,7 @@ std::string comparison_text(const Comparison& comparison) {
       "seed{}.\n"
       "{}\n",
       comparison.seeds, comparison.seeds == 1 ? "" : "s",
-      comparison.seeds > 1 ? "Medians, and in brackets 10 % to 90 % of the seeds.\n" : "");
+      comparison.seeds > 1 ? "Medians, and in brackets the least and the most of the seeds.\n" : "");
   constexpr std::array kTracking{M::kRms, M::kPeak, M::kReversalRms, M::kReversalPeak, M::kEffort};
   text += table_of(comparison, "Tracking error", kTracking);
   constexpr std::array kSettling{M::kSettle10um, M::kSettle1mm, M::kSettle100mm};
@@ -73,6 +85,10 @@ std::string comparison_text(const Comparison& comparison) {
   text += table_of(comparison, "Circles of two axes; at rest", kCircles);
   constexpr std::array kRobust{M::kWrong, M::kHiddenMedian, M::kHiddenWorst, M::kWarm, M::kPlace};
   text += table_of(comparison, "Reversals when the axis differs", kRobust);
+  if (const ComparedContender* bound = find(comparison, "bound"); bound != nullptr) {
+    constexpr std::array kOver{M::kRms, M::kReversalRms, M::kReversalPeak, M::kCircleMiddle, M::kPlace};
+    text += table_of(comparison, "Over that with the friction known", kOver, bound);
+  }
   for (const ComparedGoal& goal : goals_of(comparison))
     text += fmt::format("{} {}: {}\n", goal.met ? "met    " : "not met", goal.text, goal.found);
   const std::vector<std::string> lost = lost_cells(comparison);
@@ -91,10 +107,11 @@ nlohmann::json comparison_json(const Comparison& comparison) {
         by_seed.push_back(std::isfinite(of_seed[i]) ? nlohmann::json(of_seed[i]) : nlohmann::json());
       measures[std::string(text_of(static_cast<Measure>(i)).key)] = by_seed;
     }
-    contenders.push_back({{"id", one.id},
-                          {"title", one.title},
-                          {"slipstack", one.ours},
-                          {"learns_trajectory", one.learns_trajectory},
+    contenders.push_back({{"id", one.name.id},
+                          {"title", one.name.title},
+                          {"slipstack", one.is(ContenderName::Kind::kOurs)},
+                          {"learns_trajectory", one.is(ContenderName::Kind::kLearner)},
+                          {"bound", one.is(ContenderName::Kind::kBound)},
                           {"by_seed", measures}});
   }
   nlohmann::json goals = nlohmann::json::array();

@@ -5,6 +5,7 @@
 #include <functional>
 #include <utility>
 
+#include "workbench/loop/comparison/known_friction.h"
 #include "workbench/signal/zero_phase.h"
 
 namespace slipstack::workbench {
@@ -40,12 +41,30 @@ void learn(const Contender& contender, const Trajectory& trajectory, const Drive
 
 }  // namespace
 
-DriveRun run(const Contender& contender, const sim::Axis& axis, const Trajectory& trajectory,
-             std::uint64_t noise_seed) {
+Compensation compensation_on(const Contender& contender, const sim::Axis& axis, const Trajectory& trajectory) {
   Compensation compensation;
   compensation.own_model = contender.own_model;
   compensation.mass_share = contender.mass_share;
   if (contender.friction) compensation.friction_N = friction_along(contender, trajectory);
+  if (contender.bound()) compensation.friction_N = known_friction_N(axis, trajectory);
+  return compensation;
+}
+
+DriveRun run(const Contender& contender, const sim::Axis& axis, const Trajectory& trajectory,
+             std::uint64_t noise_seed) {
+  if (!contender.bound())
+    return run(contender, axis, trajectory, compensation_on(contender, axis, trajectory), noise_seed);
+  sim::Axis other = axis;
+  other.force_noise_N *= contender.noise_share;
+  other.encoder_resolution_m *= contender.encoder_share;
+  Contender on_it = contender;
+  on_it.axis.encoder_resolution_m = static_cast<float>(other.encoder_resolution_m);
+  const Trajectory held = with_held_acceleration(trajectory);
+  return run(on_it, other, held, compensation_on(contender, axis, held), noise_seed);
+}
+
+DriveRun run(const Contender& contender, const sim::Axis& axis, const Trajectory& trajectory,
+             Compensation compensation, std::uint64_t noise_seed) {
   AxisParameters parameters = contender.axis;
   parameters.disturbance_share = static_cast<float>(contender.observer_share);
   DriveRun last;
@@ -90,7 +109,7 @@ std::vector<Contender> each_parameter_times(const Contender& contender, double f
   }
   if (contender.observer_share > 0.0)
     add([&](Contender& c) { c.observer_share = std::min(1.0, c.observer_share * factor); });
-  if (contender.learns_trajectory()) {
+  if (contender.repetitions > 1) {
     add([&](Contender& c) { c.learning_gain *= factor; });
     add([&](Contender& c) { c.learning_cutoff_Hz *= factor; });
   }

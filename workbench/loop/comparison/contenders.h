@@ -12,12 +12,17 @@ namespace slipstack::workbench {
 /// Which of the contenders take part.
 enum class Field { kAll, kFew };
 
+/// What takes part, in the order of tuned_contenders().
+std::vector<ContenderName> contenders_of(Field field);
+
 /// The contenders for an axis, all with the same feedback (what `slipstack tune` proposes for its mass),
 /// tuned on one training motion:
 ///   P/PI; with mass feed-forward; a table of 20 forces over velocity; Coulomb, Stribeck and viscous
 ///   friction; Dahl; LuGre; elasto-plastic; GMS; the disturbance observer with and without mass feed-forward;
 ///   iterative learning control over ten repetitions; slipstack's Maxwell-slip elements; the same with maps
-///   of ripple and preload, with adaptation, with the disturbance observer.
+///   of ripple and preload, with adaptation of level and mass, with the disturbance observer.
+/// Behind them three bounds, which are no compensators: the friction of the simulated axis itself fed forward;
+/// the same without noise of the force; the same with an encoder of a hundredth of the step.
 /// Friction models are fitted to a log of the training motion, by the drive with mass feed-forward
 /// (fit_friction()), and then their level is searched in the loop, as are share and learning: Nelder-Mead by
 /// NLopt, for the least rms error. slipstack's models are what `fit` makes of the same log, and are not

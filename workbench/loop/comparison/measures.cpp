@@ -89,6 +89,9 @@ class Judge {
 
   void disturb(const std::vector<sim::Axis>& with_hidden_effects) {
     const Trajectory motion = judged_motion(axis_, kComparedTick_s, true);
+    set(Measure::kWarm, brief_m(contender_, with_level(axis_, 0.8), motion));
+    set(Measure::kPlace, brief_m(contender_, with_level(axis_, 1.45), motion));
+    if (contender_.bound()) return;  // it has no parameters, and knows no effects
     double worst_m = 0.0;
     for (const double factor : {1.0 - kWrongBy, 1.0 + kWrongBy}) {
       for (const Contender& wrong : each_parameter_times(contender_, factor))
@@ -97,13 +100,13 @@ class Judge {
     set(Measure::kWrong, worst_m);
     std::vector<double> hidden_m;
     hidden_m.reserve(with_hidden_effects.size());
-    for (const sim::Axis& other : with_hidden_effects) hidden_m.push_back(brief_m(contender_, other, motion));
+    const Compensation same = compensation_on(contender_, axis_, motion);
+    for (const sim::Axis& other : with_hidden_effects)
+      hidden_m.push_back(brief_m(run(contender_, other, motion, same, seed_ + 300), motion));
     if (!hidden_m.empty()) {
       set(Measure::kHiddenWorst, *std::max_element(hidden_m.begin(), hidden_m.end()));
       set(Measure::kHiddenMedian, median(hidden_m));
     }
-    set(Measure::kWarm, brief_m(contender_, with_level(axis_, 0.8), motion));
-    set(Measure::kPlace, brief_m(contender_, with_level(axis_, 1.45), motion));
   }
 
   const Measures& measures() const { return measures_; }
@@ -150,7 +153,9 @@ class Judge {
   }
 
   double brief_m(const Contender& contender, const sim::Axis& axis, const Trajectory& motion) const {
-    const DriveRun found = run(contender, axis, motion, seed_ + 300);
+    return brief_m(run(contender, axis, motion, seed_ + 300), motion);
+  }
+  double brief_m(const DriveRun& found, const Trajectory& motion) const {
     return found.lost ? lost_m_ : reversal_error(found.error_m, motion).rms_m;
   }
 

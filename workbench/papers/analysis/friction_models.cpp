@@ -126,10 +126,13 @@ Eigen::MatrixXd lugre_columns(const std::vector<double>& shape, const SampledMot
   return columns;
 }
 
+// An elastic share of 1 would leave no range for α to rise in.
+constexpr double kMostElastic = 0.99;
+
 /// dz/dt = (v − α(z)·|v|·z/s(v))/ℓ in a step of dx, exact while α is 0 or the state has reached its limit.
 double elasto_plastic_step(double z, double dx, double length_m, double level, double elastic_share) {
   const double direction = sign_of(dx);
-  const double elastic = elastic_share * level;
+  const double elastic = std::min(elastic_share, kMostElastic) * level;
   double way = std::fabs(dx) / length_m;
   const double until = direction * z < elastic ? std::min(way, elastic - direction * z) : 0.0;
   z += direction * until;
