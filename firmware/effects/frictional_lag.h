@@ -47,9 +47,14 @@ class FrictionalLag {
   }
   void reset(const Sample<Real>& sample) { weakening_.basis(sample, lagged_); }
   void basis(const Sample<Real>& sample, std::span<Real, gain_count> out) {
-    std::array<Real, gain_count> steady{};
-    weakening_.basis(sample, steady);
-    follow(steady, sample.velocity_mps);
+    basis_towards(steady(sample.velocity_mps), sample.velocity_mps, out);
+  }
+  /// What the basis follows, by the velocity alone: a program that has many samples at once computes it for
+  /// all of them together, then calls basis_towards() for one after the other.
+  std::array<Real, gain_count> steady(Real velocity_mps) const { return weakening_.steady(velocity_mps); }
+  void basis_towards(const std::array<Real, gain_count>& steady, Real velocity_mps,
+                     std::span<Real, gain_count> out) {
+    follow(steady, velocity_mps);
     for (std::size_t i = 0; i < gain_count; ++i) out[i] = lagged_[i];
   }
 

@@ -52,10 +52,14 @@ class Stribeck {
   }
   void reset(const Sample<Real>&) {}
   void basis(const Sample<Real>& sample, std::span<Real, gain_count> out) {
-    const Real speed_ratio = approx::absolute(sample.velocity_mps) * inverse_velocity_spm_;
+    const std::array<Real, gain_count> now = steady(sample.velocity_mps);
+    for (std::size_t i = 0; i < gain_count; ++i) out[i] = now[i];
+  }
+  /// The basis at a velocity: it depends on nothing else.
+  std::array<Real, gain_count> steady(Real velocity_mps) const {
+    const Real speed_ratio = approx::absolute(velocity_mps) * inverse_velocity_spm_;
     const Real u = approx::power(speed_ratio, exponent_);
-    out[0] = approx::exp(-u);
-    out[1] = Real(1) / (Real(1) + u);
+    return {approx::exp(-u), Real(1) / (Real(1) + u)};
   }
 
   /// The controller reads the basis from a table (speed_table.h): a power, an exponential and a division take

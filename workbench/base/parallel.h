@@ -26,9 +26,46 @@ inline std::size_t usable_processors() {
   return std::max(1u, std::thread::hardware_concurrency());
 }
 
-/// Calls body(i) for i in [0, count) on `most_threads` threads (0: one for each usable processor); the first
-/// exception is thrown again here. The results must not depend on the order of the calls. Throws Cancelled
-/// between two calls where the work is no longer wanted (cancel.h).
+namespace detail {
+
+/// Threads of this program that work in a parallel_for().
+inline std::atomic<std::size_t> working{0};
+inline thread_local bool is_working = false;
+
+/// Counts one more thread, if a processor is free for it.
+inline bool take_free_processor() {
+  std::size_t now = working.load();
+  while (now < usable_processors()) {
+    if (working.compare_exchange_weak(now, now + 1)) return true;
+  }
+  return false;
+}
+
+/// Counts this thread as long as it works, once, however deep the loops are nested.
+class Working {
+ public:
+  explicit Working(bool counted_already) : outermost_(!is_working) {
+    if (outermost_ && !counted_already) ++working;
+    is_working = true;
+  }
+  ~Working() {
+    if (!outermost_) return;
+    is_working = false;
+    --working;
+  }
+  Working(const Working&) = delete;
+  Working& operator=(const Working&) = delete;
+
+ private:
+  bool outermost_;
+};
+
+}  // namespace detail
+
+/// Calls body(i) for i in [0, count) on `most_threads` threads (0: this one, and one for each usable
+/// processor on which no other parallel_for() works: loops within loops do not multiply their threads); the
+/// first exception is thrown again here. The results must not depend on the order of the calls. Throws
+/// Cancelled between two calls where the work is no longer wanted (cancel.h).
 template <class Body>
 void parallel_for(std::size_t count, std::size_t most_threads, Body&& body) {
   std::atomic<std::size_t> next{0};
@@ -47,11 +84,18 @@ void parallel_for(std::size_t count, std::size_t most_threads, Body&& body) {
       }
     }
   };
-  std::vector<std::jthread> threads;
-  const std::size_t wanted = most_threads > 0 ? most_threads : usable_processors();
-  for (std::size_t i = 1; i < std::min(wanted, count); ++i) threads.emplace_back(work);
-  work();
-  threads.clear();
+  {
+    const detail::Working self(false);
+    std::vector<std::jthread> threads;
+    while (threads.size() + 1 < count) {
+      if (most_threads > 0 ? threads.size() + 1 == most_threads : !detail::take_free_processor()) break;
+      threads.emplace_back([&work, most_threads] {
+        const detail::Working helper(most_threads == 0);
+        work();
+      });
+    }
+    work();
+  }
   if (failure) std::rethrow_exception(failure);
 }
 

@@ -66,15 +66,42 @@ template <std::size_t kVectors>
 }
 
 /// Triangular means of the groups of a chunk, of kTile columns: half of each group falls to its own mean, the
-/// rest, `rising`, to the next.
+/// rest, `rising`, to the next. Of few columns, kGroups groups at once, since each addition waits for the one
+/// before it; the order of the sums is the same.
 template <std::size_t kTile>
 [[gnu::always_inline]] inline void triangular_means(const double* from, std::size_t groups, std::size_t group,
                                                     std::size_t columns, double* mean, std::size_t stride,
                                                     double* rising) {
   const double share = 1.0 / static_cast<double>(group);
+  constexpr std::size_t kGroups = kTile >= 8 ? 1 : 8 / kTile;
   double next[kTile];
   for (std::size_t c = 0; c < kTile; ++c) next[c] = rising[c];
-  for (std::size_t g = 0; g < groups; ++g, mean += stride) {
+  std::size_t g = 0;
+  for (; kGroups > 1 && g + kGroups <= groups; g += kGroups) {
+    double own[kGroups][kTile];
+    double later[kGroups][kTile] = {};
+    for (std::size_t i = 0; i < group; ++i) {
+      const double up = share * static_cast<double>(i);
+      for (std::size_t k = 0; k < kGroups; ++k) {
+        for (std::size_t c = 0; c < kTile; ++c) later[k][c] += up * from[(k * group + i) * columns + c];
+      }
+    }
+    for (std::size_t k = 0; k < kGroups; ++k) {
+      for (std::size_t c = 0; c < kTile; ++c) own[k][c] = k == 0 ? next[c] : later[k - 1][c];
+    }
+    for (std::size_t c = 0; c < kTile; ++c) next[c] = later[kGroups - 1][c];
+    for (std::size_t i = 0; i < group; ++i) {
+      const double down = 1.0 - share * static_cast<double>(i);
+      for (std::size_t k = 0; k < kGroups; ++k) {
+        for (std::size_t c = 0; c < kTile; ++c) own[k][c] += down * from[(k * group + i) * columns + c];
+      }
+    }
+    for (std::size_t k = 0; k < kGroups; ++k, mean += stride) {
+      for (std::size_t c = 0; c < kTile; ++c) mean[c] = own[k][c];
+    }
+    from += kGroups * group * columns;
+  }
+  for (; g < groups; ++g, mean += stride) {
     double own[kTile];
     for (std::size_t c = 0; c < kTile; ++c) own[c] = std::exchange(next[c], 0.0);
     for (std::size_t i = 0; i < group; ++i, from += columns) {

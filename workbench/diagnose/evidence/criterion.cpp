@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "workbench/base/parallel.h"
 #include "workbench/base/statistics.h"
 #include "workbench/diagnose/alternatives/cause_forms.h"
 #include "workbench/diagnose/evidence/held_out.h"
@@ -149,20 +150,18 @@ double Criterion::inflation_of(const FittedModel& model, const Eigen::MatrixXd& 
 std::vector<double> Criterion::of(const std::vector<const FittedModel*>& models) const {
   const Eigen::VectorXd& weights = measurement_.fit_weights();
   const double weight = weights.sum();
-  std::vector<double> squares;
-  squares.reserve(models.size());
-  for (const FittedModel* const model : models)
-    squares.push_back(std::max(mean_square(measurement_, *model), 1e-300));
+  std::vector<double> squares(models.size());
+  parallel_for(models.size(),
+               [&](std::size_t i) { squares[i] = std::max(mean_square(measurement_, *models[i]), 1e-300); });
   const auto best =
       static_cast<std::size_t>(std::min_element(squares.begin(), squares.end()) - squares.begin());
-  std::vector<double> counts;
-  counts.reserve(models.size());
+  std::vector<double> counts(models.size());
   double inflation = 1.0;
-  for (std::size_t i = 0; i < models.size(); ++i) {
+  parallel_for(models.size(), [&](std::size_t i) {
     const Eigen::MatrixXd influence = influence_of_rows(*models[i]);
-    counts.push_back((influence.cwiseAbs2() * weights).sum());
+    counts[i] = (influence.cwiseAbs2() * weights).sum();
     if (i == best) inflation = inflation_of(*models[i], influence, counts[i], squares[i]);
-  }
+  });
   const double ln_rows = std::log(std::max(weight / inflation, std::exp(1.0)));
   std::vector<double> criteria;
   criteria.reserve(models.size());

@@ -54,24 +54,37 @@ std::vector<Trial> replacements(const SelectionContext& context, const std::vect
 
 }  // namespace
 
+namespace {
+
+/// The explanation without its effect `i`, fitted anew.
+Explanation without_effect(const SelectionContext& context, const Explanation& explanation, std::size_t i) {
+  std::vector<std::string> added = explanation.added;
+  added.erase(added.begin() + static_cast<std::ptrdiff_t>(i));
+  if (added.empty()) return {context.baseline, {}};
+  FittedModel model = fit_gains(context.measurement, without(explanation.model.terms, explanation.added[i]),
+                                &explanation.model);
+  model = refine_shapes_in_turn(context.measurement, std::move(model), {15});
+  return {with_causes_found_again(context.measurement, std::move(model)), std::move(added)};
+}
+
+/// Whether the first effect that is no step was dropped.
+bool drop_one(const SelectionContext& context, Explanation& explanation) {
+  // Most often none is dropped, and all of these fits are needed; else those behind it were made in vain.
+  std::vector<Explanation> fewer(explanation.added.size());
+  parallel_for(fewer.size(), [&](std::size_t i) { fewer[i] = without_effect(context, explanation, i); });
+  for (Explanation& one : fewer) {
+    if (is_step(context, one, explanation)) continue;
+    explanation = std::move(one);
+    return true;
+  }
+  return false;
+}
+
+}  // namespace
+
 void drop_superfluous(const SelectionContext& context, Explanation& explanation) {
-  for (std::size_t i = 0; i < explanation.added.size();) {
-    std::vector<std::string> added = explanation.added;
-    added.erase(added.begin() + static_cast<std::ptrdiff_t>(i));
-    FittedModel model = context.baseline;
-    if (!added.empty()) {
-      model = fit_gains(context.measurement, without(explanation.model.terms, explanation.added[i]),
-                        &explanation.model);
-      model = refine_shapes_in_turn(context.measurement, std::move(model), {15});
-      model = with_causes_found_again(context.measurement, std::move(model));
-    }
-    Explanation fewer{std::move(model), std::move(added)};
-    if (is_step(context, fewer, explanation)) {
-      ++i;
-    } else {
-      explanation = std::move(fewer);
-      i = 0;  // what was needed beside the dropped one may no longer be
-    }
+  // What was needed beside the dropped one may no longer be.
+  while (!explanation.added.empty() && drop_one(context, explanation)) {
   }
 }
 
@@ -81,12 +94,16 @@ void exchange_effects(const SelectionContext& context, const std::vector<Trial>&
     const std::string old = explanation.added[i];
     const FittedModel without_old =
         fit_gains(context.measurement, without(explanation.model.terms, old), &explanation.model);
-    for (const Trial& trial : replacements(context, alone, explanation, old, without_old)) {
-      FittedModel model = fit_gains(context.measurement, trial.terms, &without_old);
+    const std::vector<Trial> trials = replacements(context, alone, explanation, old, without_old);
+    std::vector<FittedModel> models(trials.size());
+    parallel_for(trials.size(), [&](std::size_t t) {
+      FittedModel model = fit_gains(context.measurement, trials[t].terms, &without_old);
       model = refine_shapes_in_turn(context.measurement, std::move(model), {15});
-      model = with_causes_found_again(context.measurement, std::move(model));
-      Explanation replaced{std::move(model),
-                           with_other(explanation.added, explanation.added[i], trial.term.id())};
+      models[t] = with_causes_found_again(context.measurement, std::move(model));
+    });
+    for (std::size_t t = 0; t < trials.size(); ++t) {
+      Explanation replaced{std::move(models[t]),
+                           with_other(explanation.added, explanation.added[i], trials[t].term.id())};
       if (is_better(context, replaced, explanation) &&
           !is_implausible(context.measurement, context.baseline, replaced.model)) {
         explanation = std::move(replaced);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <numeric>
 #include <tuple>
 #include <utility>
 
@@ -117,6 +118,17 @@ void sort_by_error(std::vector<Attempt>& attempts) {
   });
 }
 
+/// The order in which attempts are worked on: those with the most shapes to search first, so that at the end
+/// no processor waits long for another.
+std::vector<std::size_t> longest_first(const std::vector<Attempt>& attempts) {
+  std::vector<std::size_t> order(attempts.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return attempts[a].effect->shapes.size() > attempts[b].effect->shapes.size();
+  });
+  return order;
+}
+
 }  // namespace
 
 std::vector<Attempt> try_effects(const Measurement& measurement, const DiagnoseOptions& options,
@@ -128,8 +140,9 @@ std::vector<Attempt> try_effects(const Measurement& measurement, const DiagnoseO
       attempts.push_back({&from, effect, {}});
   }
   std::atomic<std::size_t> done{0};
+  const std::vector<std::size_t> order = longest_first(attempts);
   parallel_for(attempts.size(), [&](std::size_t i) {
-    Attempt& one = attempts[i];
+    Attempt& one = attempts[order[i]];
     one.trial = alone == nullptr ? try_anew(measurement, one.from->model, *one.effect)
                                  : look_again(measurement, one.from->model, *one.effect, *alone);
     if (alone == nullptr && options.tried && !is_outside_catalogue(*one.effect)) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "workbench/base/parallel.h"
 #include "workbench/diagnose/alternatives/causes.h"
 #include "workbench/diagnose/evidence/plausibility.h"
 #include "workbench/diagnose/evidence/reduction.h"
@@ -34,11 +35,16 @@ std::vector<Explanation> grow(const DiagnoseOptions& options, const std::vector<
   }
   std::vector<Explanation> grown = fit_best(context, std::move(attempts), kFitted);
   if (first) found.first_level = grown;
-  std::erase_if(grown, [&](const Explanation& one) {
-    return is_implausible(context.measurement, context.baseline, one.model);
+  std::vector<char> implausible(grown.size());
+  parallel_for(grown.size(), [&](std::size_t i) {
+    implausible[i] = is_implausible(context.measurement, context.baseline, grown[i].model) ? 1 : 0;
   });
-  sort_by_criterion(context, grown);
-  return grown;
+  std::vector<Explanation> plausible;
+  for (std::size_t i = 0; i < grown.size(); ++i) {
+    if (implausible[i] == 0) plausible.push_back(std::move(grown[i]));
+  }
+  sort_by_criterion(context, plausible);
+  return plausible;
 }
 
 /// An explanation with its shapes refined before further effects are tried. A delay also gets its low pass:

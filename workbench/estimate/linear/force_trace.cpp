@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "workbench/base/parallel.h"
 #include "workbench/estimate/linear/run_effect.h"
 
 namespace slipstack::workbench {
@@ -53,16 +54,16 @@ bool acts_with_gains(const Term& term, Acts acts) {
 void add_contribution(const Measurement& measurement, const Term& term, Acts acts,
                       const std::vector<double>& dry_N, std::vector<double>& sum) {
   const Scales<double> scales{.tick_s = measurement.tick_s(), .metres_per_displacement = 1.0};
-  for (std::size_t part = 0; part < measurement.parts().size(); ++part) {
+  parallel_for(measurement.parts().size(), [&](std::size_t part) {
     const std::size_t set = term.gain_sets() > 1 ? measurement.parts()[part].log : 0;
     const std::vector<double> gains = gains_that_act(term, acts, set);
-    if (std::all_of(gains.begin(), gains.end(), [](double gain) { return gain == 0.0; })) continue;
+    if (std::all_of(gains.begin(), gains.end(), [](double gain) { return gain == 0.0; })) return;
     const auto force = term.effect->make_force(term.shapes, gains, scales);
     run_part(measurement, part, *force, 1, term.effect->acts_as(Acts::dry), dry_N,
              [&](std::size_t first, std::size_t count, const double* values) {
                for (std::size_t i = 0; i < count; ++i) sum[first + i] += values[i];
              });
-  }
+  });
 }
 
 DryTrace evaluate_dry(const Measurement& measurement, const Terms& terms, const std::vector<double>* dry_N) {

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "workbench/base/parallel.h"
+#include "workbench/base/wide_vectors.h"
 #include "workbench/estimate/linear/run_effect.h"
 
 namespace slipstack::workbench {
@@ -32,16 +34,22 @@ Linearisation::Linearisation(const Measurement& measurement, const Terms& terms,
     : measurement_(measurement), terms_(terms) {
   columns_.resize(measurement.row_count(), unknown_count(terms));
   Eigen::Index next = 0;
+  std::vector<std::pair<std::size_t, Eigen::Index>> unknown;  // term, first column
   for (std::size_t t = 0; t < terms.size(); ++t) {
     const auto count = static_cast<Eigen::Index>(terms[t].gains.size());
     if (count == 0) continue;
     if (const auto lent = lent_columns(known, terms[t])) {
       columns_.middleCols(next, count) = known->columns_.middleCols(*lent, count);
     } else {
-      columns_.middleCols(next, count) = build(terms[t], derivatives_by(*terms[t].effect, t));
+      unknown.emplace_back(t, next);
     }
     next += count;
   }
+  parallel_for(unknown.size(), [&](std::size_t i) {
+    const auto [t, first] = unknown[i];
+    columns_.middleCols(first, static_cast<Eigen::Index>(terms[t].gains.size())) =
+        build(terms[t], derivatives_by(*terms[t].effect, t));
+  });
   retarget(force_at(terms_));
 }
 
@@ -181,12 +189,30 @@ Linearisation::Derivatives Linearisation::derivatives_by(const EffectDescription
 void Linearisation::multiply_basis(const Term& term, const Derivatives& derivatives, std::size_t first,
                                    std::size_t count, const double* basis, double* out) {
   const std::size_t gains = term.gains_per_set();
+  const auto factor_of = [&](Acts acts) -> const std::vector<double>& {
+    return by_acts(acts, derivatives.force, derivatives.dry, derivatives.dry_scale, derivatives.total_scale);
+  };
+  const auto& groups = term.effect->gain_groups;
+  const bool alike = std::all_of(groups.begin(), groups.end(),
+                                 [&](const GainGroup& group) { return group.acts == groups.front().acts; });
+  if (alike && !groups.empty() && !factor_of(groups.front().acts).empty()) {
+    const double* const factor = factor_of(groups.front().acts).data() + first;
+    run_wide([&] {
+      if (gains == 1) {
+        for (std::size_t i = 0; i < count; ++i) out[i] = basis[i] * factor[i];
+      } else {
+        for (std::size_t i = 0; i < count; ++i) {
+          for (std::size_t g = 0; g < gains; ++g) out[i * gains + g] = basis[i * gains + g] * factor[i];
+        }
+      }
+    });
+    return;
+  }
   std::copy_n(basis, count * gains, out);
   std::size_t gain = 0;
-  for (const GainGroup& group : term.effect->gain_groups) {
+  for (const GainGroup& group : groups) {
     const auto own = static_cast<std::size_t>(group.count);
-    const std::vector<double>& factor = by_acts(group.acts, derivatives.force, derivatives.dry,
-                                                derivatives.dry_scale, derivatives.total_scale);
+    const std::vector<double>& factor = factor_of(group.acts);
     for (std::size_t i = 0; !factor.empty() && i < count; ++i) {
       for (std::size_t g = gain; g < gain + own; ++g) out[i * gains + g] *= factor[first + i];
     }

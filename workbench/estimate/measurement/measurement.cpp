@@ -132,11 +132,12 @@ void Measurement::take_samples(std::size_t part, std::size_t first, std::span<Sa
   const double* const velocity_mps = motion_->velocity_mps.data() + first;
   const double* const acceleration_mps2 = motion_->acceleration_mps2.data() + first;
   for (std::size_t i = 0; i < samples.size(); ++i) {
-    samples[i] = {.time_s = start_s + static_cast<double>(from + i) * tick,
-                  .displacement = displacement[i],
-                  .position_m = position_m[i],
-                  .velocity_mps = velocity_mps[i],
-                  .acceleration_mps2 = acceleration_mps2[i]};
+    Sample<double>& sample = samples[i];
+    sample.time_s = start_s + static_cast<double>(from + i) * tick;
+    sample.displacement = displacement[i];
+    sample.position_m = position_m[i];
+    sample.velocity_mps = velocity_mps[i];
+    sample.acceleration_mps2 = acceleration_mps2[i];
   }
 }
 

@@ -136,7 +136,8 @@ class Measurement {
     sample.acceleration_mps2 = motion_->acceleration_mps2[index];
     return sample;
   }
-  /// Samples of one part from `first` on, as many as there is room for.
+  /// Samples of one part from `first` on, as many as there is room for. What is not of the log keeps its
+  /// value.
   void take_samples(std::size_t part, std::size_t first, std::span<Sample<double>> samples) const;
   std::size_t part_at(std::size_t index) const;
   /// Turning points before samples [first, first + count).

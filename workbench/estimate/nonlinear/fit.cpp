@@ -17,7 +17,7 @@ FittedModel with_shapes_searched(const Measurement& measurement, FittedModel fit
   const EffectDescription& effect = *fitted.terms[t].effect;
   if (searched_shapes(measurement, effect).empty()) return fitted;
   const FittedModel base =
-      linearised(measurement, without(fitted.terms, fitted.terms[t].id()), fitted.train_rmse_N);
+      linearised(measurement, without(fitted.terms, fitted.terms[t].id()), fitted.train_rmse_N, &fitted);
   Terms terms = fitted.terms;
   terms[t].shapes = try_effect(measurement, base, effect, effort, start).term.shapes;
   FittedModel moved = fit_gains(measurement, std::move(terms), &fitted);

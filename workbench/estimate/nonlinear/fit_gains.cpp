@@ -156,9 +156,11 @@ FittedModel fit_gains(const Measurement& measurement, Terms terms, const FittedM
   return fitted;
 }
 
-FittedModel linearised(const Measurement& measurement, Terms terms, double error_N) {
+FittedModel linearised(const Measurement& measurement, Terms terms, double error_N,
+                       const FittedModel* known) {
   FittedModel model;
-  model.linearisation = std::make_shared<Linearisation>(measurement, terms);
+  model.linearisation = std::make_shared<Linearisation>(
+      measurement, terms, known == nullptr ? nullptr : known->linearisation.get());
   model.equations = std::make_shared<NormalEquations>(measurement, model.linearisation->columns(),
                                                       model.linearisation->target());
   model.constraints = constraints_of(terms, error_N);

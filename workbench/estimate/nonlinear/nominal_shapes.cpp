@@ -98,7 +98,7 @@ FittedModel search_nominal(const Measurement& measurement, const FittedModel& fi
 FittedModel refine_nominal_shapes_of(const Measurement& measurement, FittedModel fitted, std::size_t t) {
   if (nominal_shapes(measurement, *fitted.terms[t].effect).empty()) return fitted;
   const FittedModel base =
-      linearised(measurement, without(fitted.terms, fitted.terms[t].id()), fitted.train_rmse_N);
+      linearised(measurement, without(fitted.terms, fitted.terms[t].id()), fitted.train_rmse_N, &fitted);
   const auto held_out_N = [&](const Term& term) { return held_out_with(measurement, base, term); };
   FittedModel plain = nominal(measurement, fitted, t);
   FittedModel moved = search_nominal(measurement, fitted, t, held_out_N);

@@ -5,6 +5,7 @@
 #include <functional>
 #include <utility>
 
+#include "workbench/base/parallel.h"
 #include "workbench/estimate/nonlinear/minimise.h"
 #include "workbench/estimate/nonlinear/starting_shapes.h"
 #include "workbench/estimate/terms/search_ranges.h"
@@ -41,9 +42,8 @@ bool within_presliding(const Measurement& measurement, const Terms& base, const 
 std::vector<double> best_start(const EffectDescription& effect,
                                const std::vector<std::vector<double>>& starts,
                                const std::function<double(const std::vector<double>&)>& cost) {
-  std::vector<double> costs;
-  costs.reserve(starts.size());
-  for (const auto& shapes : starts) costs.push_back(cost(shapes));
+  std::vector<double> costs(starts.size());
+  parallel_for(starts.size(), [&](std::size_t i) { costs[i] = cost(starts[i]); });
   std::size_t best = static_cast<std::size_t>(std::min_element(costs.begin(), costs.end()) - costs.begin());
   const double enough = kAsGoodPitch * costs[best];
   for (std::size_t shape = 0; shape < effect.shapes.size(); ++shape) {
@@ -153,12 +153,17 @@ Trial try_effect(const Measurement& measurement, const FittedModel& base, const 
   const int evaluations = effect.is_user_defined()
                               ? effort.evaluations * std::max(1, static_cast<int>(ranges.size()))
                               : effort.evaluations;
-  SearchResult lowest;
-  for (const auto& group : groups_of_starts(effect, ranges, starts)) {
-    const std::vector<double> first = group.size() > 1 ? best_start(effect, group, cost) : group.front();
-    SearchResult found = with_shortest_pitch(effect, ranges, refine_shapes(ranges, first, cost, evaluations),
-                                             cost, evaluations);
-    if (lowest.shapes.empty() || found.cost < lowest.cost) lowest = std::move(found);
+  const auto groups = groups_of_starts(effect, ranges, starts);
+  std::vector<SearchResult> found(groups.size());
+  parallel_for(groups.size(), [&](std::size_t i) {
+    const std::vector<double> first =
+        groups[i].size() > 1 ? best_start(effect, groups[i], cost) : groups[i].front();
+    found[i] = with_shortest_pitch(effect, ranges, refine_shapes(ranges, first, cost, evaluations), cost,
+                                   evaluations);
+  });
+  SearchResult lowest = std::move(found.front());
+  for (std::size_t i = 1; i < found.size(); ++i) {
+    if (found[i].cost < lowest.cost) lowest = std::move(found[i]);
   }
   best.term.shapes = std::move(lowest.shapes);
   const NormalEquations equations = equations_with(measurement, linearisation, *base.equations, best.term);
