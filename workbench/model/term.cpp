@@ -77,9 +77,15 @@ double mass_kg(const Terms& terms, std::size_t log) {
 
 double hysteresis_level_N(const Term& hysteresis) {
   double level_N = 0.0;
-  for (std::size_t i = 0; i < hysteresis.gains.size(); ++i) {
-    level_N += hysteresis.gains[i] * hysteresis.shapes[i % hysteresis.gains_per_set()];
-  }
+  for (std::size_t set = 0; set < hysteresis.gain_sets(); ++set)
+    level_N += hysteresis_level_N(hysteresis, set);
+  return level_N;
+}
+
+double hysteresis_level_N(const Term& hysteresis, std::size_t set) {
+  double level_N = 0.0;
+  for (std::size_t i = 0; i < hysteresis.gains_per_set() && !hysteresis.gains.empty(); ++i)
+    level_N += hysteresis.gains[set * hysteresis.gains_per_set() + i] * hysteresis.shapes[i];
   return level_N;
 }
 

@@ -23,6 +23,8 @@ struct Term {
   // with_standard_errors().
   std::vector<double> gain_standard_errors;
   std::vector<double> shape_standard_errors;
+  /// Of the level of a hysteresis, one for each set of gains [N].
+  std::vector<double> level_standard_errors;
 
   std::string id() const { return effect->id(); }
   /// Number of gains in one set, and number of sets.
@@ -34,6 +36,11 @@ struct Term {
   }
   double shape_standard_error(std::size_t shape) const {
     return shape < shape_standard_errors.size() ? shape_standard_errors[shape] : 0.0;
+  }
+  double level_standard_error_N(std::size_t set) const {
+    // Whoever sets gains by hand clears their errors.
+    return set < level_standard_errors.size() && !gain_standard_errors.empty() ? level_standard_errors[set]
+                                                                               : 0.0;
   }
 };
 
@@ -63,8 +70,9 @@ bool is_mass(const Term& term);
 /// The mass of axis and payload in one of the logs.
 double mass_kg(const Terms& terms, std::size_t log = 0);
 /// Level of a hysteresis: the sum of stiffness times slip distance of its elements [N]; over all sets of
-/// gains.
+/// gains, or of one.
 double hysteresis_level_N(const Term& hysteresis);
+double hysteresis_level_N(const Term& hysteresis, std::size_t set);
 /// Its mean slip distance, each weighted by the level of its element [m]; zero where the level is zero.
 double mean_slip_m(const Term& hysteresis);
 /// Whether the inertia is fitted, because no log declares the mass.

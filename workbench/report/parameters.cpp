@@ -57,10 +57,18 @@ json term_json(const Term& term) {
     list.push_back(parameter_json(group.name, own, group.count > 1, term.gains[g], error, group.unit, note));
     if (term.gain_sets() > 1) list.back()["log"] = g / term.gains_per_set() + 1;
   }
-  return {{"effect", term.id()},
-          {"title", term.effect->text.title},
-          {"formula", term.effect->text.formula},
-          {"parameters", list}};
+  json found{{"effect", term.id()},
+             {"title", term.effect->text.title},
+             {"formula", term.effect->text.formula},
+             {"parameters", list}};
+  for (std::size_t set = 0; elements && set < term.gain_sets(); ++set) {
+    const double error_N = term.level_standard_error_N(set);
+    json level{{"level_N", number_json(hysteresis_level_N(term, set))},
+               {"standard_error_N", error_N > 0.0 ? json(error_N) : json(nullptr)}};
+    if (term.gain_sets() > 1) level["log"] = set + 1;
+    found["levels"].push_back(std::move(level));
+  }
+  return found;
 }
 
 /// Significant digits of a value: down to the second digit of its standard error; three where there is none.
@@ -144,16 +152,15 @@ std::string parameter_table(const Terms& terms) {
     const std::size_t count = term.gains_per_set();
     if (elements) {
       for (std::size_t set = 0; set < term.gain_sets(); ++set) {
-        std::size_t used = 0;
-        double level_N = 0.0;
-        for (std::size_t i = 0; i < count; ++i) {
-          const double stiffness = term.gains[set * count + i];
-          used += stiffness > 0.0 ? 1 : 0;
-          level_N += stiffness * term.shapes[i];
-        }
-        text += fmt::format("{:<32} {:<24} {:>14}\n", term.id(),
+        const auto first = term.gains.begin() + static_cast<std::ptrdiff_t>(set * count);
+        const auto used = std::count_if(first, first + static_cast<std::ptrdiff_t>(count),
+                                        [](double stiffness) { return stiffness > 0.0; });
+        const double level_N = hysteresis_level_N(term, set);
+        const double error_N = term.level_standard_error_N(set);
+        text += fmt::format("{:<32} {:<24} {:>14} {:>14}\n", term.id(),
                             fmt::format("level of {} elements{}", used, of_log(term, set * count)),
-                            quantity(level_N, "N"));
+                            quantity(level_N, "N", digits_known(level_N, error_N)),
+                            error_N > 0.0 ? quantity(error_N, "N") : "not determined");
       }
       continue;
     }

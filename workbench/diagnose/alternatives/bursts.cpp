@@ -92,16 +92,18 @@ std::optional<Structure> burst_in_force(const Measurement& measurement, const Ei
   if (large < kFewestLarge || acceleration.within > kFaster * acceleration.without) return {};
   const double first_s = measurement.time_s(burst.first);
   const double end_s = measurement.time_s(burst.end - 1);
+  const double sample_s = measurement.tick_s();
   const Eigen::VectorXd times = row_times(measurement);
   const Eigen::VectorXd within_N =
       ((times.array() >= first_s) && (times.array() <= end_s)).select(residual_N.array(), 0.0);
   const double share = within_N.squaredNorm() / std::max(residual_N.squaredNorm(), 1e-300);
-  return Structure{
-      Coordinate::time, reduction_beyond(share, 0.0), first_s,
-      fmt::format("the force jumps about for {} at {}, by {}, as nowhere else in the log: look "
-                  "for a loose plug, a disturbed sensor or a knock",
-                  quantity(end_s - first_s, "s"), when_of(measurement, first_s), quantity(*strongest, "N")),
-      within_N};
+  return Structure{Coordinate::time, reduction_beyond(share, 0.0), first_s,
+                   fmt::format("the force jumps about for {} at {}, by {}, as nowhere else in the log: look "
+                               "for a loose plug, a disturbed sensor or a knock",
+                               quantity_with_interval(end_s - first_s, sample_s, "s"),
+                               when_of(measurement, first_s, sample_s),
+                               quantity_with_interval(*strongest, 2.0 * measurement.force_noise_N(), "N")),
+                   within_N};
 }
 
 }  // namespace slipstack::workbench

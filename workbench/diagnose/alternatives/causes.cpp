@@ -9,66 +9,180 @@
 #include <utility>
 
 #include "workbench/base/quantity.h"
+#include "workbench/estimate/nonlinear/tangent.h"
 
 namespace slipstack::workbench {
 namespace {
 
-std::string change_text(const Measurement& measurement, const Term& term) {
-  return fmt::format("the friction changes at {}: its level by {:+.3g} %, the offset by {}",
-                     when_of(measurement, term.shapes[0]), 100.0 * term.gains[0],
-                     quantity(term.gains[1], "N"));
+/// A fitted cause in its model, with what the intervals of its values are made from.
+class ToldCause {
+ public:
+  ToldCause(const Measurement& measurement, const FittedModel& model, const Term& cause)
+      : measurement_(measurement), model_(model), cause_(cause) {
+    for (const Term& term : model.terms) {
+      if (term.effect == cause.effect) break;
+      first_ += static_cast<Eigen::Index>(term.gains.size());
+      ++index_;
+    }
+  }
+
+  const Measurement& measurement() const { return measurement_; }
+  const Term& term() const { return cause_; }
+
+  /// Standard errors of the first shapes, which are moved by `steps` for their derivatives, and then of sums
+  /// of the cause's gains, one in each column; all unknowns of the model jointly.
+  Eigen::VectorXd errors(const std::vector<double>& steps, const Eigen::MatrixXd& gain_sums) const {
+    const Eigen::MatrixXd& known = model_.linearisation->columns();
+    const Eigen::Index gains = known.cols();
+    const auto shapes = static_cast<Eigen::Index>(steps.size());
+    Eigen::MatrixXd columns(known.rows(), gains + shapes);
+    columns.leftCols(gains) = known;
+    NormalEquations::Constraints constraints = model_.constraints;
+    constraints.lower.conservativeResize(gains + shapes);
+    constraints.upper.conservativeResize(gains + shapes);
+    constraints.penalty.conservativeResizeLike(Eigen::MatrixXd::Zero(gains + shapes, gains + shapes));
+    BoundedSolution solution = model_.solution;
+    solution.value.conservativeResizeLike(Eigen::VectorXd::Zero(gains + shapes));
+    solution.bound_states.resize(static_cast<std::size_t>(gains + shapes), BoundState::free);
+    for (Eigen::Index i = 0; i < shapes; ++i) {
+      const auto shape = static_cast<std::size_t>(i);
+      columns.col(gains + i) = derivative_by_shape(measurement_, model_, {index_, shape, steps[shape]});
+      constraints.lower(gains + i) = -static_cast<double>(kUnbounded);
+      constraints.upper(gains + i) = static_cast<double>(kUnbounded);
+    }
+    Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(gains + shapes, gain_sums.cols());
+    sums.middleRows(first_, gain_sums.rows()) = gain_sums;
+    const NormalEquations equations(measurement_, columns, model_.linearisation->target());
+    return equations.standard_errors(solution, constraints, sums).tail(shapes + sums.cols());
+  }
+
+  /// How far the time of a change may be off, 95 % to either side: the distribution of the time at which a
+  /// regression changes most (Bai 1997, Estimation of a change point in multiple regression models, section
+  /// IV; its quantile of 97.5 % for equal variances is 11.03 units of variance over squared change). The
+  /// variance is that of the mean residual, from the sums within blocks.
+  double time_half_width_s() const {
+    const Eigen::VectorXd& weights = measurement_.fit_weights();
+    const Eigen::VectorXd weighted = weights.cwiseProduct(model_.linearisation->residual_N());
+    double variance = 0.0;
+    for (const RowRange& range : block_ranges(measurement_))
+      variance += std::pow(weighted.segment(range.first, range.count).sum(), 2);
+    variance /= std::max(weights.squaredNorm(), 1e-300);
+    const Eigen::VectorXd change_N = model_.linearisation->columns().middleCols(first_, 2) *
+                                     Eigen::Vector2d(cause_.gains[0], cause_.gains[1]);
+    const double after = (change_N.array() != 0.0).cast<double>().sum();
+    const double squared_change = change_N.squaredNorm() / std::max(after, 1.0);
+    const double rows = 11.03 * variance / std::max(squared_change, 1e-300) + 1.0;
+    return rows * static_cast<double>(measurement_.row_stride()) * measurement_.tick_s();
+  }
+
+ private:
+  const Measurement& measurement_;
+  const FittedModel& model_;
+  const Term& cause_;
+  Eigen::Index first_ = 0;
+  std::size_t index_ = 0;
+};
+
+/// "+12.0 +- 1.3 %": two standard errors to either side.
+std::string change_with_interval(double share, double error) {
+  return (share < 0.0 ? "" : "+") +
+         (error > 0.0 ? number_with_interval(100.0 * share, 200.0 * error)
+                      : fmt::format("{:.3g}", 100.0 * share)) +
+         " %";
 }
 
-std::string place_text(const Term& term) {
+std::string change_text(const ToldCause& cause) {
+  const Term& term = cause.term();
+  const Eigen::VectorXd errors = cause.errors({}, Eigen::MatrixXd::Identity(2, 2));
+  return fmt::format("the friction changes at {}: its level by {}, the offset by {}",
+                     when_of(cause.measurement(), term.shapes[0], cause.time_half_width_s()),
+                     change_with_interval(term.gains[0], errors(0)),
+                     quantity_with_interval(term.gains[1], 2.0 * errors(1), "N"));
+}
+
+/// A step of a shape for its derivative, far below the scale on which the force is curved.
+constexpr double kSmallStep = 1e-2;
+
+std::string place_text(const ToldCause& cause) {
+  const Term& term = cause.term();
+  const double force_N = std::hypot(term.gains[0], term.gains[1]);
+  Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(3, 2);
+  sums.col(0).head(2) = Eigen::Vector2d(term.gains[0], term.gains[1]) / std::max(force_N, 1e-300);
+  sums(2, 1) = 1.0;
+  const double step_m = kSmallStep * term.shapes[1];
+  const Eigen::VectorXd errors = cause.errors({step_m, step_m}, sums);
   return fmt::format(
-      "a force sits at one place of the rail, {}, within {} to either side: {}, and the friction is "
-      "{:+.3g} % there",
-      quantity(term.shapes[0], "m"), quantity(term.shapes[1], "m"),
-      quantity(std::hypot(term.gains[0], term.gains[1]), "N"), 100.0 * term.gains[2]);
+      "a force sits at one place of the rail, {}, within {} to either side: {}, and the friction is {} there",
+      quantity_with_interval(term.shapes[0], 2.0 * errors(0), "m"),
+      quantity_with_interval(term.shapes[1], 2.0 * errors(1), "m"),
+      quantity_with_interval(force_N, 2.0 * errors(2), "N"), change_with_interval(term.gains[2], errors(3)));
 }
 
-std::string line_text(const Term& term) {
+std::string line_text(const ToldCause& cause) {
+  const Term& term = cause.term();
   double amplitude_N = 0.0;
-  for (std::size_t i = 0; i + 1 < term.gains.size(); i += 2)
-    amplitude_N = std::max(amplitude_N, std::hypot(term.gains[i], term.gains[i + 1]));
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(term.gains.size()), 1);
+  for (std::size_t i = 0; i + 1 < term.gains.size(); i += 2) {
+    const double own_N = std::hypot(term.gains[i], term.gains[i + 1]);
+    if (own_N <= amplitude_N) continue;
+    amplitude_N = own_N;
+    sum.setZero();
+    sum.middleRows(static_cast<Eigen::Index>(i), 2) =
+        Eigen::Vector2d(term.gains[i], term.gains[i + 1]) / own_N;
+  }
+  // A small part of a period over the whole log.
+  const double step_Hz = kSmallStep / cause.measurement().duration_s();
+  const Eigen::VectorXd errors = cause.errors({step_Hz}, sum);
   return fmt::format("the force has a line in time at {}, amplitude {}, whatever the motion",
-                     quantity(term.shapes[0], "Hz"), quantity(amplitude_N, "N"));
+                     quantity_with_interval(term.shapes[0], 2.0 * errors(0), "Hz"),
+                     quantity_with_interval(amplitude_N, 2.0 * errors(1), "N"));
 }
 
-/// The time of a knot of a force over time.
+/// The time between two knots of a force over time, and the time of one.
+double knot_distance_s(const Term& term) {
+  return (term.shapes[1] - term.shapes[0]) / kCurveIntervals;
+}
 double knot_s(const Term& term, std::ptrdiff_t knot) {
-  return term.shapes[0] + (term.shapes[1] - term.shapes[0]) * static_cast<double>(knot) / kCurveIntervals;
+  return term.shapes[0] + knot_distance_s(term) * static_cast<double>(knot);
 }
 
-std::string curve_text(const Term& term) {
+std::string curve_text(const ToldCause& cause) {
+  const Term& term = cause.term();
   const auto [low, high] = std::minmax_element(term.gains.begin(), term.gains.end());
+  Eigen::MatrixXd rise = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(term.gains.size()), 1);
+  rise(high - term.gains.begin(), 0) += 1.0;
+  rise(low - term.gains.begin(), 0) -= 1.0;
+  const double error_N = cause.errors({}, rise)(0);
+  const auto at = [&](auto knot) {  // a free curve shows no time better than its knots lie
+    return quantity_with_interval(knot_s(term, knot - term.gains.begin()), knot_distance_s(term), "s");
+  };
   return fmt::format("the force depends on time, whatever the motion: lowest at {}, higher by {} at {}",
-                     quantity(knot_s(term, low - term.gains.begin()), "s"), quantity(*high - *low, "N"),
-                     quantity(knot_s(term, high - term.gains.begin()), "s"));
+                     at(low), quantity_with_interval(*high - *low, 2.0 * error_N, "N"), at(high));
 }
 
 /// Coordinate, place and text of a fitted cause.
-Structure place_and_text(const Measurement& measurement, const Term& cause) {
+Structure place_and_text(const ToldCause& told) {
+  const Term& cause = told.term();
   Structure structure;
   structure.where = cause.shapes[0];
   switch (form_of(*cause.effect)) {
     case CauseForm::line_in_time:
       structure.coordinate = Coordinate::frequency;
-      structure.description = line_text(cause);
+      structure.description = line_text(told);
       break;
     case CauseForm::change_at_a_time:
       structure.coordinate = Coordinate::time;
-      structure.description = change_text(measurement, cause);
+      structure.description = change_text(told);
       break;
     case CauseForm::force_at_a_place:
       structure.coordinate = Coordinate::position;
-      structure.description = place_text(cause);
+      structure.description = place_text(told);
       break;
     case CauseForm::force_over_time: {
       structure.coordinate = Coordinate::time;
       const auto high = std::max_element(cause.gains.begin(), cause.gains.end());
       structure.where = knot_s(cause, high - cause.gains.begin());
-      structure.description = curve_text(cause);
+      structure.description = curve_text(told);
       break;
     }
   }
@@ -79,7 +193,7 @@ Structure place_and_text(const Measurement& measurement, const Term& cause) {
 
 Structure described_cause(const Measurement& measurement, const FittedModel& model, const Term& cause,
                           double without_N) {
-  Structure structure = place_and_text(measurement, cause);
+  Structure structure = place_and_text(ToldCause(measurement, model, cause));
   structure.error_reduction = 1.0 - model.holdout_rmse_N / std::max(without_N, 1e-300);
   structure.description +=
       fmt::format("; with it the held-out error is {}", quantity(model.holdout_rmse_N, "N"));

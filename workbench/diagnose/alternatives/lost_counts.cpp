@@ -48,14 +48,15 @@ std::optional<Structure> lost_counts(const Measurement& measurement) {
             "if they were not (or the encoder makes counts up)"
           : "and no force moves the axis: the encoder loses counts or makes them up, and positions "
             "before and after are not of one scale";
-  return Structure{
-      Coordinate::time, 0.0, time_s,
-      fmt::format(
-          "the position jumps by {} at {}{}, {}", quantity(largest_m, "m"), when_of(measurement, time_s),
-          count > 1 ? fmt::format(" and by less at {} other {}", count - 1, count > 2 ? "times" : "time")
-                    : "",
-          what),
-      Eigen::VectorXd::Zero(measurement.row_count())};
+  return Structure{Coordinate::time, 0.0, time_s,
+                   fmt::format("the position jumps by {} at {}{}, {}",
+                               quantity_with_interval(largest_m, measurement.encoder_resolution_m(), "m"),
+                               when_of(measurement, time_s, measurement.tick_s()),
+                               count > 1 ? fmt::format(" and by less at {} other {}", count - 1,
+                                                       count > 2 ? "times" : "time")
+                                         : "",
+                               what),
+                   Eigen::VectorXd::Zero(measurement.row_count())};
 }
 
 }  // namespace slipstack::workbench

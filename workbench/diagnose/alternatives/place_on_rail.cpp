@@ -74,16 +74,24 @@ Passes passes_through(const Eigen::VectorXd& position_m, double middle_m, double
 /// The sign of the force at a place: the same in both directions of motion, or opposite to the motion.
 enum class Side { kEither, kAgainst };
 
-std::string describe(Side side, double where_m, int passes, double force_N) {
+/// A value and half the width of its interval.
+struct WithInterval {
+  double value;
+  double half_width;
+  std::string text(const char* unit) const { return quantity_with_interval(value, half_width, unit); }
+};
+
+std::string describe(Side side, const WithInterval& where_m, int passes, WithInterval force_N) {
   if (side == Side::kAgainst) {
+    const bool resists = force_N.value > 0.0;
+    force_N.value = std::abs(force_N.value);
     return fmt::format(
         "what is left sits at one place of the rail, {}, and {} the motion in each of {} passes: {}",
-        quantity(where_m, "m"), force_N > 0.0 ? "resists" : "eases", passes,
-        quantity(std::abs(force_N), "N"));
+        where_m.text("m"), resists ? "resists" : "eases", passes, force_N.text("N"));
   }
   return fmt::format(
       "what is left sits at one place of the rail, {}, and comes back in each of {} passes: {}",
-      quantity(where_m, "m"), passes, quantity(force_N, "N"));
+      where_m.text("m"), passes, force_N.text("N"));
 }
 
 }  // namespace
@@ -127,7 +135,10 @@ Structure place_on_rail(const Eigen::VectorXd& position_m, const Eigen::VectorXd
       best.explained_N.setZero();
       best.explained_N(passes.rows) = judged.explained;
       const double force_N = judged.explained(peak) * (side == Side::kAgainst ? direction(peak) : 1.0);
-      best.description = describe(side, best.where, passes.count, force_N);
+      const double error_N = errors_of_sums(columns, here_N, passes.halves, columns.row(peak).transpose())(0);
+      // A free curve shows no place better than its knots lie.
+      best.description =
+          describe(side, {best.where, knots[1] - knots[0]}, passes.count, {force_N, 2.0 * error_N});
     }
   }
   return best;

@@ -12,6 +12,7 @@
 #include "workbench/diagnose/evidence/chance.h"
 #include "workbench/diagnose/evidence/held_out.h"
 #include "workbench/diagnose/evidence/reduction.h"
+#include "workbench/estimate/uncertainty/friction_each_way.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -52,6 +53,25 @@ Eigen::VectorXd rows_after(const std::vector<Eigen::Index>& changes, Eigen::Inde
   return here;
 }
 
+/// Standard error of the share of the energy in the rows `here`, by the jackknife over the blocks of the log.
+double error_of_share(const Measurement& measurement, const Eigen::VectorXd& squares,
+                      const Eigen::VectorXd& here) {
+  std::vector<double> all(static_cast<std::size_t>(measurement.block_count()), 0.0);
+  std::vector<double> within = all;
+  for (Eigen::Index row = 0; row < squares.size(); ++row) {
+    const auto block = static_cast<std::size_t>(measurement.row_blocks()[static_cast<std::size_t>(row)]);
+    all[block] += squares(row);
+    within[block] += squares(row) * here(row);
+  }
+  const double whole = squares.sum();
+  const double whole_within = squares.dot(here);
+  std::vector<double> shares;
+  for (std::size_t b = 0; b < all.size(); ++b) {
+    if (all[b] > 0.0 && whole > all[b]) shares.push_back((whole_within - within[b]) / (whole - all[b]));
+  }
+  return jackknife_error(shares);
+}
+
 /// Whether the energy beyond the expected share is that of few blocks: then it is an event in time, and does
 /// not belong to reversals, which all blocks have.
 bool is_an_event(const Measurement& measurement, const Eigen::VectorXd& squares, const Eigen::VectorXd& here,
@@ -62,6 +82,12 @@ bool is_an_event(const Measurement& measurement, const Eigen::VectorXd& squares,
     excess[static_cast<std::size_t>(block)] += squares(row) * (here(row) - expected);
   }
   return mean_is_chance(excess);
+}
+
+/// A share in per cent, without the unit.
+std::string share_with_interval(double share, double error) {
+  return error > 0.0 ? number_with_interval(100.0 * share, 200.0 * error)
+                     : fmt::format("{:.0f}", 100.0 * share);
 }
 
 }  // namespace
@@ -98,11 +124,12 @@ Structure after_reversals(const Measurement& measurement, const Eigen::VectorXd&
       best.where = row_times(measurement)(strongest);
       best.explained_N = residual_N.cwiseProduct(here);
       best.description = fmt::format(
-          "what is left comes after reversals of the {}: {:.0f} % of it in the {:.0f} % of the time that lie "
+          "what is left comes after reversals of the {}: {} % of it in the {:.0f} % of the time that lie "
           "within {} of one of {} (backlash or a loose joint in the drive, or friction with another form at "
           "reversals); most at {}",
-          name, 100.0 * energy, 100.0 * rows, quantity(lasting_s, "s"), changes.size(),
-          quantity(best.where, "s"));
+          name, share_with_interval(energy, error_of_share(measurement, squares, here)), 100.0 * rows,
+          quantity(lasting_s, "s"), changes.size(),
+          when_of(measurement, best.where, spread_of_moment_s(measurement)));
     }
   }
   return best;

@@ -30,9 +30,18 @@ constexpr std::size_t kParts = 8;
 /// Three quarters of the parts must have this share of the power of the median part. Chosen.
 constexpr double kSteady = 0.25;
 
-std::string described(double frequency_Hz, double amplitude_N) {
+/// Two values, each with half the width of its interval.
+struct Line {
+  double frequency_Hz = 0.0;
+  double frequency_half_width_Hz = 0.0;
+  double amplitude_N = 0.0;
+  double amplitude_half_width_N = 0.0;
+};
+
+std::string described(const Line& line) {
   return fmt::format("what is left is a line in time at {}, amplitude {}, whatever the motion",
-                     quantity(frequency_Hz, "Hz"), quantity(amplitude_N, "N"));
+                     quantity_with_interval(line.frequency_Hz, line.frequency_half_width_Hz, "Hz"),
+                     quantity_with_interval(line.amplitude_N, line.amplitude_half_width_N, "N"));
 }
 
 /// Distances in bins at which a line no longer contributes, with a Hann window.
@@ -102,6 +111,21 @@ bool steady(const std::vector<Spectrum>& parts, std::size_t bin) {
   return powers[powers.size() / 4] >= kSteady * powers[powers.size() / 2];
 }
 
+/// Standard error of the median over the parts of their power at a line: sqrt(pi / 2) of that of the mean
+/// (Kendall and Stuart, The Advanced Theory of Statistics, volume 1, 10.11).
+double error_of_median(const std::vector<Spectrum>& parts, std::size_t bin) {
+  double sum = 0.0;
+  double squares = 0.0;
+  for (const Spectrum& part : parts) {
+    const double power = power_at(part, bin);
+    sum += power;
+    squares += power * power;
+  }
+  const auto count = static_cast<double>(parts.size());
+  const double variance = std::max(0.0, squares - sum * sum / count) / std::max(1.0, count - 1.0);
+  return std::sqrt(0.5 * std::numbers::pi * variance / count);
+}
+
 /// The longest segment of a spectrum of the rows.
 constexpr std::size_t kLongestRowSegment = 1024;
 
@@ -117,6 +141,32 @@ Spectrum row_spectrum(const Measurement& measurement, const Eigen::VectorXd& res
   // With few rows the resolution is coarser; the frequency of the line is refined around the peak anyway.
   const std::size_t segment = std::bit_floor(static_cast<std::size_t>(residual_N.size()));
   return power_spectrum(rows_of(residual_N), row_rate_Hz(measurement), std::min(segment, kLongestRowSegment));
+}
+
+/// The line of the largest amplitude among the parts, from its cosine and sine columns and their gains; two
+/// standard errors to either side, frequency and gains jointly.
+Line with_intervals(const Eigen::MatrixXd& columns, const Eigen::VectorXd& times,
+                    const Eigen::VectorXd& residual_N, double frequency_Hz, const Eigen::VectorXd& gains) {
+  Eigen::MatrixXd all(columns.rows(), columns.cols() + 1);
+  all.leftCols(columns.cols()) = columns;
+  auto slope = all.col(columns.cols());  // derivative by the frequency
+  slope.setZero();
+  Line line{frequency_Hz};
+  Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(all.cols(), 2);
+  for (Eigen::Index i = 0; i < gains.size(); i += 2) {
+    slope += 2.0 * std::numbers::pi *
+             times.cwiseProduct(gains(i + 1) * columns.col(i) - gains(i) * columns.col(i + 1));
+    const double amplitude_N = std::hypot(gains(i), gains(i + 1));
+    if (amplitude_N <= line.amplitude_N) continue;
+    line.amplitude_N = amplitude_N;
+    sums.col(0).setZero();
+    sums.col(0).segment(i, 2) = gains.segment(i, 2) / amplitude_N;
+  }
+  sums(columns.cols(), 1) = 1.0;
+  const Eigen::VectorXd errors = errors_of_sums(all, residual_N, alternating_blocks(residual_N.size()), sums);
+  line.amplitude_half_width_N = 2.0 * errors(0);
+  line.frequency_half_width_Hz = 2.0 * errors(1);
+  return line;
 }
 
 /// The strongest line at the rows between `around_Hz` - `width_Hz` and `around_Hz` + `width_Hz`.
@@ -150,10 +200,10 @@ Structure line_within(const Measurement& measurement, const Eigen::VectorXd& res
       frequency_Hz = f;
     }
   }
-  const HeldOut judged =
-      held_out(columns_at(frequency_Hz), residual_N, alternating_blocks(residual_N.size()));
-  return {Coordinate::frequency, judged.error_reduction, frequency_Hz,
-          described(frequency_Hz, judged.explained.cwiseAbs().maxCoeff()), judged.explained};
+  const Eigen::MatrixXd columns = columns_at(frequency_Hz);
+  const HeldOut judged = held_out(columns, residual_N, alternating_blocks(residual_N.size()));
+  const Line line = with_intervals(columns, times, residual_N, frequency_Hz, judged.value);
+  return {Coordinate::frequency, judged.error_reduction, frequency_Hz, described(line), judged.explained};
 }
 
 }  // namespace
@@ -210,8 +260,11 @@ std::optional<Structure> line_beyond_rows(const Measurement& measurement, const 
   const double power = std::max(0.0, power_at(spectrum, peak) - 3.0 * usual * width_Hz);
   const double reduction = 1.0 - error_N / std::sqrt(error_N * error_N + power);
   const double frequency_Hz = spectrum.frequency_Hz[peak];
+  const double amplitude_N = std::sqrt(2.0 * power);
+  // The amplitude is to its power as its error to that of the power, halved: the frequency is known to a bin.
+  const double amplitude_error_N = amplitude_N * 0.5 * error_of_median(parts, peak) / std::max(power, 1e-300);
   return Structure{Coordinate::frequency, reduction, frequency_Hz,
-                   described(frequency_Hz, std::sqrt(2.0 * power)),
+                   described({frequency_Hz, width_Hz, amplitude_N, 2.0 * amplitude_error_N}),
                    Eigen::VectorXd::Zero(measurement.row_count())};
 }
 

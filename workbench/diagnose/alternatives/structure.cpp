@@ -25,15 +25,26 @@ namespace {
 /// least this share of what the event in time explains. Chosen.
 constexpr double kRecurs = 0.5;
 
+/// The distance of the knots around a value: a free curve shows no place better.
+double resolution(const std::vector<double>& knots, double value) {
+  if (knots.size() < 2) return 0.0;
+  const std::size_t below = std::min(hat_weights(value, knots).below, knots.size() - 2);
+  return knots[below + 1] - knots[below];
+}
+
 Structure over(Coordinate coordinate, const std::string& unit, const Eigen::VectorXd& values,
                const Eigen::VectorXd& residual) {
-  const HeldOut judged = held_out(hat_functions(values, knots_over(values, kCurveIntervals)), residual,
-                                  alternating_blocks(residual.size()));
+  const std::vector<double> knots = knots_over(values, kCurveIntervals);
+  const Eigen::MatrixXd columns = hat_functions(values, knots);
+  const Halves halves = alternating_blocks(residual.size());
+  const HeldOut judged = held_out(columns, residual, halves);
   Eigen::Index peak = 0;
   judged.explained.cwiseAbs().maxCoeff(&peak);
+  const double error_N = errors_of_sums(columns, residual, halves, columns.row(peak).transpose())(0);
   return {coordinate, judged.error_reduction, values(peak),
           fmt::format("what is left depends on {}: {} at {}", name_of(coordinate),
-                      quantity(judged.explained(peak), "N"), quantity(values(peak), unit)),
+                      quantity_with_interval(judged.explained(peak), 2.0 * error_N, "N"),
+                      quantity_with_interval(values(peak), resolution(knots, values(peak)), unit)),
           judged.explained};
 }
 
@@ -54,7 +65,7 @@ Structure event_in_time(const Measurement& measurement, const Eigen::VectorXd& r
   constexpr double kUsual = 0.35;
   const Eigen::VectorXd times = row_times(measurement);
   const double time_s = times(static_cast<Eigen::Index>(strongest));
-  const std::string when = when_of(measurement, time_s);
+  const std::string when = when_of(measurement, time_s, spread_of_moment_s(measurement));
   return {Coordinate::time, reduction_beyond(share, kUsual), time_s,
           fmt::format("what is left sits in few moments: 1 % of the time holds {:.0f} % of it, most at {}",
                       100.0 * share, when),
@@ -81,8 +92,12 @@ const char* name_of(Coordinate coordinate) {
   return "";
 }
 
-std::string when_of(const Measurement& measurement, double time_s) {
-  if (measurement.log_count() == 1) return quantity(time_s, "s");
+double spread_of_moment_s(const Measurement& measurement) {
+  return 0.5 / measurement.bandwidth_Hz();
+}
+
+std::string when_of(const Measurement& measurement, double time_s, double half_width_s) {
+  if (measurement.log_count() == 1) return quantity_with_interval(time_s, half_width_s, "s");
   std::size_t log = 0;
   double own_s = time_s;
   const auto length_s = [&] {
@@ -90,7 +105,7 @@ std::string when_of(const Measurement& measurement, double time_s) {
   };
   for (; log + 1 < measurement.log_count() && own_s >= length_s(); ++log) own_s -= length_s();
   const LogPart& part = measurement.parts()[measurement.parts_of_log(log).first];
-  return fmt::format("{} of {}", quantity(own_s, "s"), printable(part.path));
+  return fmt::format("{} of {}", quantity_with_interval(own_s, half_width_s, "s"), printable(part.path));
 }
 
 std::vector<Structure> find_structure(const Measurement& measurement, const Eigen::VectorXd& residual_N) {
@@ -103,7 +118,8 @@ std::vector<Structure> find_structure(const Measurement& measurement, const Eige
                        at_rows(measurement, measurement.acceleration_mps2()), residual_N));
   found.push_back(over(Coordinate::time, "s", row_times(measurement), residual_N));
   if (measurement.log_count() > 1) {
-    found.back().description += " (" + when_of(measurement, found.back().where) + ")";
+    found.back().description +=
+        " (" + when_of(measurement, found.back().where, spread_of_moment_s(measurement)) + ")";
   }
   found.push_back(line_at_rows(measurement, residual_N));
   Structure place = place_on_rail(position_m, velocity_mps, residual_N);

@@ -26,7 +26,11 @@ struct Structure {
 /// Searches `residual_N` (rows) for structure along every coordinate: one for each, the strongest first.
 std::vector<Structure> find_structure(const Measurement& measurement, const Eigen::VectorXd& residual_N);
 
-/// The time as text; with several logs, the time within its log and the name of the log.
-std::string when_of(const Measurement& measurement, double time_s);
+/// The time as text, with its interval where one is given; with several logs, the time within its log and the
+/// name of the log.
+std::string when_of(const Measurement& measurement, double time_s, double half_width_s = 0.0);
+
+/// How far the filter of the rows spreads a moment to either side [s]: half a period of the bandwidth.
+double spread_of_moment_s(const Measurement& measurement);
 
 }  // namespace slipstack::workbench

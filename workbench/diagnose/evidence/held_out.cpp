@@ -26,6 +26,12 @@ void each_run(const Halves& halves, Visit&& visit) {
   }
 }
 
+/// The normal matrix with the ridge that keeps columns without rows from any value.
+Eigen::MatrixXd regular(Eigen::MatrixXd normal) {
+  normal.diagonal().array() += 1.0 + 1e-6 * normal.diagonal().maxCoeff();
+  return normal;
+}
+
 }  // namespace
 
 HeldOut held_out(const Eigen::MatrixXd& columns, const Eigen::VectorXd& residual, const Halves& halves) {
@@ -39,9 +45,7 @@ HeldOut held_out(const Eigen::MatrixXd& columns, const Eigen::VectorXd& residual
     right[half].noalias() += part.transpose() * residual.segment(first, rows);
   });
   const auto solve = [](const Eigen::MatrixXd& normal, const Eigen::VectorXd& b) {
-    Eigen::MatrixXd regular = normal;
-    regular.diagonal().array() += 1.0 + 1e-6 * normal.diagonal().maxCoeff();
-    return solve_symmetric(regular, b);
+    return solve_symmetric(regular(normal), b);
   };
   const std::array<Eigen::VectorXd, 2> value{solve(gram[0], right[0]), solve(gram[1], right[1])};
   double error = 0.0;
@@ -50,7 +54,22 @@ HeldOut held_out(const Eigen::MatrixXd& columns, const Eigen::VectorXd& residual
         (residual.segment(first, rows) - columns.middleRows(first, rows) * value[1 - half]).squaredNorm();
   });
   const double whole = std::max(residual.squaredNorm(), 1e-300);
-  return {1.0 - std::sqrt(error / whole), columns * solve(gram[0] + gram[1], right[0] + right[1])};
+  const Eigen::VectorXd both = solve(gram[0] + gram[1], right[0] + right[1]);
+  return {1.0 - std::sqrt(error / whole), columns * both, both};
+}
+
+Eigen::VectorXd errors_of_sums(const Eigen::MatrixXd& columns, const Eigen::VectorXd& residual,
+                               const Halves& halves, const Eigen::MatrixXd& sums) {
+  const Eigen::MatrixXd normal = regular(columns.transpose() * columns);
+  Eigen::MatrixXd influence(sums.rows(), sums.cols());
+  for (Eigen::Index i = 0; i < sums.cols(); ++i) influence.col(i) = solve_symmetric(normal, sums.col(i));
+  const Eigen::VectorXd left = residual - columns * solve_symmetric(normal, columns.transpose() * residual);
+  Eigen::VectorXd variance = Eigen::VectorXd::Zero(sums.cols());
+  each_run(halves, [&](Eigen::Index first, Eigen::Index rows, std::size_t) {
+    const Eigen::VectorXd score = columns.middleRows(first, rows).transpose() * left.segment(first, rows);
+    variance += (influence.transpose() * score).cwiseAbs2();
+  });
+  return variance.cwiseSqrt();
 }
 
 Halves alternating_blocks(Eigen::Index rows) {

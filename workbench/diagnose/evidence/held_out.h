@@ -13,6 +13,7 @@ namespace slipstack::workbench {
 struct HeldOut {
   double error_reduction = 0.0;  ///< of the residual's rms, each half predicted by a fit to the other
   Eigen::VectorXd explained;     ///< prediction at the rows by a fit to both halves
+  Eigen::VectorXd value;         ///< of the unknowns, by that fit
 };
 
 /// The half that each row belongs to, 0 or 1; a half consists of contiguous runs of rows.
@@ -20,6 +21,12 @@ using Halves = std::vector<std::uint8_t>;
 
 /// Ridge regression of `residual` (rows) on `columns` (rows x unknowns).
 HeldOut held_out(const Eigen::MatrixXd& columns, const Eigen::VectorXd& residual, const Halves& halves);
+
+/// Standard errors of linear combinations of the unknowns of that regression, one in each column of `sums`
+/// (unknowns x any number): the scores are summed within each run of rows before they are squared, because
+/// neighbouring rows correlate (Liang and Zeger 1986). Cost: that of held_out().
+Eigen::VectorXd errors_of_sums(const Eigen::MatrixXd& columns, const Eigen::VectorXd& residual,
+                               const Halves& halves, const Eigen::MatrixXd& sums);
 
 /// Alternating blocks, each longer than the impulse response of the filter.
 Halves alternating_blocks(Eigen::Index rows);

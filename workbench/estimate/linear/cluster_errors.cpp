@@ -70,14 +70,17 @@ class Influence {
     return moved;
   }
 
-  /// The block's part of the variance of each unknown for independent residuals of equal size.
-  Eigen::VectorXd information(const Eigen::MatrixXd& gram) const {
+  /// The block's part of the variance of each unknown, and of each sum of them, for independent residuals of
+  /// equal size.
+  Eigen::VectorXd information(const Eigen::MatrixXd& gram, const Eigen::MatrixXd& sums) const {
     Eigen::MatrixXd own = gram;
     sum_difference_transform(pairs_, own);
     Eigen::MatrixXd spread = Eigen::MatrixXd::Zero(gram.rows(), gram.cols());
     spread(free_, free_) = inverse_ * own(free_, free_) * inverse_;
     sum_difference_transform(pairs_, spread);
-    return spread.diagonal();
+    Eigen::VectorXd variance(spread.rows() + sums.cols());
+    variance << spread.diagonal(), (spread * sums).cwiseProduct(sums).colwise().sum().transpose();
+    return variance;
   }
 
  private:
@@ -100,6 +103,18 @@ class Influence {
   Eigen::MatrixXd inverse_;
 };
 
+/// `value`, followed by sums of its entries.
+Eigen::VectorXd with_sums(const Eigen::VectorXd& value, const Eigen::MatrixXd& sums) {
+  Eigen::VectorXd all(value.size() + sums.cols());
+  all << value, sums.transpose() * value;
+  return all;
+}
+
+/// Sums of no unknown where there are none.
+Eigen::MatrixXd sums_of(Eigen::Index unknowns, const Eigen::MatrixXd& sums) {
+  return sums.size() > 0 ? sums : Eigen::MatrixXd(unknowns, 0);
+}
+
 std::vector<Eigen::Index> free_unknowns(const BoundedSolution& solution, Eigen::Index unknowns) {
   std::vector<Eigen::Index> free;
   for (Eigen::Index i = 0; i < unknowns; ++i) {
@@ -114,19 +129,22 @@ Eigen::VectorXd NormalEquations::recurring_variance(const Measurement& measureme
                                                     const Eigen::MatrixXd& columns,
                                                     const std::vector<Eigen::VectorXd>& errors_N,
                                                     const BoundedSolution& solution,
-                                                    const Constraints& constraints) const {
-  Eigen::VectorXd variance = Eigen::VectorXd::Zero(unknowns_);
+                                                    const Constraints& constraints,
+                                                    const Eigen::MatrixXd& wanted) const {
+  const Eigen::MatrixXd sums = sums_of(unknowns_, wanted);
+  Eigen::VectorXd variance = Eigen::VectorXd::Zero(unknowns_ + sums.cols());
   std::vector<Eigen::Index> free = free_unknowns(solution, unknowns_);
   if (free.empty() || errors_N.empty()) return variance;
   const Influence influence(total_.gram + constraints.penalty, constraints.pairs, std::move(free));
   for (const Eigen::VectorXd& error_N : errors_N) {
     const Eigen::VectorXd weighted = measurement.fit_weights().cwiseProduct(error_N);
-    Eigen::VectorXd sum = Eigen::VectorXd::Zero(unknowns_);
+    Eigen::VectorXd sum = Eigen::VectorXd::Zero(variance.size());
     for (const RowRange& range : block_ranges(measurement, parts_of_block_)) {
       if (range.count == 0) continue;
       const Eigen::VectorXd moved =
-          influence.change(columns.middleRows(range.first, range.count).transpose() *
-                           weighted.segment(range.first, range.count));
+          with_sums(influence.change(columns.middleRows(range.first, range.count).transpose() *
+                                     weighted.segment(range.first, range.count)),
+                    sums);
       sum += moved;
       variance -= moved.cwiseAbs2();
     }
@@ -136,33 +154,38 @@ Eigen::VectorXd NormalEquations::recurring_variance(const Measurement& measureme
 }
 
 Eigen::VectorXd NormalEquations::standard_errors(const BoundedSolution& solution,
-                                                 const Constraints& constraints) const {
+                                                 const Constraints& constraints,
+                                                 const Eigen::MatrixXd& wanted) const {
+  const Eigen::MatrixXd sums = sums_of(unknowns_, wanted);
+  const Eigen::Index count = unknowns_ + sums.cols();
   std::vector<Eigen::Index> free = free_unknowns(solution, unknowns_);
-  Eigen::VectorXd errors = Eigen::VectorXd::Zero(unknowns_);
+  Eigen::VectorXd errors = Eigen::VectorXd::Zero(count);
   if (free.empty()) return errors;
-  const std::vector<Eigen::Index> reported = free;
+  std::vector<Eigen::Index> reported = free;
+  for (Eigen::Index i = unknowns_; i < count; ++i) reported.push_back(i);
   BoundedProblem problem{
       total_.gram + constraints.penalty, {}, constraints.lower, constraints.upper, constraints.pairs};
   const Influence influence(problem.gram, constraints.pairs, std::move(free));
   std::vector<Eigen::VectorXd> scores;
   scores.reserve(blocks_.size());
-  Eigen::VectorXd known = Eigen::VectorXd::Zero(unknowns_);
-  Eigen::VectorXd known_squared = Eigen::VectorXd::Zero(unknowns_);
+  Eigen::VectorXd known = Eigen::VectorXd::Zero(count);
+  Eigen::VectorXd known_squared = Eigen::VectorXd::Zero(count);
   for (const Part& block : blocks_) {
     scores.push_back(influence.score_of_noise(block.gram, block.right - block.gram * solution.value));
-    const Eigen::VectorXd share = influence.information(block.gram);
+    const Eigen::VectorXd share = influence.information(block.gram, sums);
     known += share;
     known_squared += share.cwiseAbs2();
   }
   const Eigen::VectorXd middle = problem.gram * solution.value;
-  Eigen::VectorXd squares = Eigen::VectorXd::Zero(unknowns_);
+  Eigen::VectorXd squares = Eigen::VectorXd::Zero(count);
   std::mt19937_64 random(kSeed);
   for (int draw = 0; draw < kDraws; ++draw) {
     Eigen::VectorXd noise = Eigen::VectorXd::Zero(unknowns_);
     for (const Eigen::VectorXd& score : scores) noise += (random() >> 63U) != 0U ? score : -score;
     inverse_sum_difference_transform(constraints.pairs, noise);
     problem.right = middle + noise;
-    squares += (solve_bounded(problem, solution.bound_states).value - solution.value).cwiseAbs2();
+    squares +=
+        with_sums(solve_bounded(problem, solution.bound_states).value - solution.value, sums).cwiseAbs2();
   }
   for (const Eigen::Index i : reported) {
     // The effective number of blocks that determine this unknown, less one for its value.

@@ -89,16 +89,20 @@ class NormalEquations {
   /// Standard errors that allow for correlation within blocks: the scatter of the bounded solution when the
   /// sign of each block's noise is drawn at random (wild cluster bootstrap; Cameron, Gelbach & Miller 2008),
   /// widened where few blocks determine an unknown. Unknowns near a bound scatter to one side only; zero for
-  /// those at a bound. Cost: 200 bounded solutions. Implemented in cluster_errors.cpp.
-  Eigen::VectorXd standard_errors(const BoundedSolution& solution, const Constraints& constraints) const;
+  /// those at a bound. `sums` (unknowns x any number): further linear combinations, one in each column, whose
+  /// errors follow those of the unknowns. Cost: 200 bounded solutions. Implemented in cluster_errors.cpp.
+  Eigen::VectorXd standard_errors(const BoundedSolution& solution, const Constraints& constraints,
+                                  const Eigen::MatrixXd& sums = {}) const;
 
   /// Variance of each free unknown by errors of the target that recur in every block alike, beyond what
   /// standard_errors() already has by their scatter between blocks: the mean over the realisations
-  /// `errors_N` of the square of the sum of what the blocks contribute, less the sum of their squares.
-  /// Cost: rows x unknowns for each realisation. Implemented in cluster_errors.cpp.
+  /// `errors_N` of the square of the sum of what the blocks contribute, less the sum of their squares; then
+  /// that of the `sums`, as above. Cost: rows x unknowns for each realisation. Implemented in
+  /// cluster_errors.cpp.
   Eigen::VectorXd recurring_variance(const Measurement& measurement, const Eigen::MatrixXd& columns,
                                      const std::vector<Eigen::VectorXd>& errors_N,
-                                     const BoundedSolution& solution, const Constraints& constraints) const;
+                                     const BoundedSolution& solution, const Constraints& constraints,
+                                     const Eigen::MatrixXd& sums = {}) const;
 
  private:
   struct Part {

@@ -49,20 +49,22 @@ Eigen::VectorXd supported_share(const Measurement& measurement, const ForceChang
 /// hysteresis are repeated too, in every block alike.
 Eigen::VectorXd quantisation_variance(const Measurement& measurement, const FittedModel& fitted,
                                       const Tangent& tangent, const NormalEquations& equations,
-                                      const BoundedSolution& solution) {
-  if (measurement.encoder_resolution_m() <= 0.0) return Eigen::VectorXd::Zero(tangent.columns.cols());
+                                      const BoundedSolution& solution, const Eigen::MatrixXd& levels) {
+  if (measurement.encoder_resolution_m() <= 0.0)
+    return Eigen::VectorXd::Zero(tangent.columns.cols() + levels.cols());
   ForceChanges changes_N = changes_by_quantisation_N(measurement, {&fitted.terms}, 0).front();
   const Eigen::VectorXd share = supported_share(measurement, changes_N);
   for (Eigen::VectorXd& change_N : changes_N) change_N.array() *= share.array();
-  return equations.recurring_variance(measurement, tangent.columns, changes_N, solution, tangent.constraints);
+  return equations.recurring_variance(measurement, tangent.columns, changes_N, solution, tangent.constraints,
+                                      levels);
 }
 
-/// Square of the change of each unknown where the shapes that ended at a bound of their search are let go, as
-/// far as the effect's own bounds: what the others would be worth if the search had not ended there. Scatter
-/// does not contain it, because in each block the bound is the same.
-Eigen::VectorXd bound_variance(const Measurement& measurement, const FittedModel& fitted,
-                               const Tangent& tangent, const NormalEquations& equations,
-                               const BoundedSolution& solution) {
+/// Change of each unknown where the shapes that ended at a bound of their search are let go, as far as the
+/// effect's own bounds: what the others would be worth if the search had not ended there. Scatter does not
+/// contain it, because in each block the bound is the same.
+Eigen::VectorXd change_by_bounds(const Measurement& measurement, const FittedModel& fitted,
+                                 const Tangent& tangent, const NormalEquations& equations,
+                                 const BoundedSolution& solution) {
   const Eigen::Index count = tangent.columns.cols();
   const std::vector<FreeShape> held = shapes_at_bounds(measurement, fitted.terms);
   if (held.empty()) return Eigen::VectorXd::Zero(count);
@@ -84,9 +86,44 @@ Eigen::VectorXd bound_variance(const Measurement& measurement, const FittedModel
   const NormalEquations wider = equations.sum_with(measurement, tangent.columns, further, target);
   std::vector<BoundState> start = solution.bound_states;
   start.resize(static_cast<std::size_t>(count + added), BoundState::free);
-  return (wider.fit(constraints, start).value.head(count) -
-          equations.fit(tangent.constraints, solution.bound_states).value)
-      .cwiseAbs2();
+  return wider.fit(constraints, start).value.head(count) -
+         equations.fit(tangent.constraints, solution.bound_states).value;
+}
+
+/// The level of each hysteresis and set of gains as a sum of unknowns, one in each column.
+Eigen::MatrixXd levels_of(const Terms& terms, Eigen::Index unknowns) {
+  std::vector<Eigen::VectorXd> levels;
+  Eigen::Index next = 0;
+  for (const Term& term : terms) {
+    const auto count = static_cast<Eigen::Index>(term.gains_per_set());
+    for (std::size_t set = 0; !term.gains.empty() && set < term.gain_sets(); ++set, next += count) {
+      if (!term.effect->has_role(Role::hysteresis)) continue;
+      levels.emplace_back(Eigen::VectorXd::Zero(unknowns));
+      for (Eigen::Index i = 0; i < count; ++i)
+        levels.back()(next + i) = term.shapes[static_cast<std::size_t>(i)];
+    }
+  }
+  Eigen::MatrixXd columns(unknowns, static_cast<Eigen::Index>(levels.size()));
+  for (std::size_t i = 0; i < levels.size(); ++i) columns.col(static_cast<Eigen::Index>(i)) = levels[i];
+  return columns;
+}
+
+/// Hands the errors of the unknowns and, after them, of the levels to the terms.
+void take_errors(const Eigen::VectorXd& errors, const Tangent& tangent, Terms& terms) {
+  const double* next = errors.data();
+  for (Term& term : terms) {
+    term.gain_standard_errors.assign(next, next + term.gains.size());
+    next += term.gains.size();
+    term.shape_standard_errors.assign(term.shapes.size(), 0.0);
+    term.level_standard_errors.clear();
+  }
+  for (const FreeShape& shape : tangent.shapes)
+    terms[shape.term].shape_standard_errors[shape.shape] = *next++;
+  for (Term& term : terms) {
+    if (!term.effect->has_role(Role::hysteresis)) continue;
+    term.level_standard_errors.assign(next, next + term.gain_sets());
+    next += term.gain_sets();
+  }
 }
 
 }  // namespace
@@ -113,23 +150,18 @@ FittedModel with_standard_errors(const Measurement& measurement, FittedModel fit
     tangent.constraints.lower(column) = shape.lower - value;
     tangent.constraints.upper(column) = shape.upper - value;
   }
-  Eigen::VectorXd errors = equations.standard_errors(solution, tangent.constraints);
-  const Eigen::VectorXd unseen = quantisation_variance(measurement, fitted, tangent, equations, solution) +
-                                 bound_variance(measurement, fitted, tangent, equations, solution);
-  for (Eigen::Index i = 0; i < count; ++i) {
+  const Eigen::MatrixXd levels = levels_of(fitted.terms, count);
+  Eigen::VectorXd errors = equations.standard_errors(solution, tangent.constraints, levels);
+  Eigen::VectorXd unseen = quantisation_variance(measurement, fitted, tangent, equations, solution, levels);
+  const auto add_square = [&](const Eigen::VectorXd& change) {
+    unseen.head(count) += change.cwiseAbs2();
+    unseen.tail(levels.cols()) += (levels.transpose() * change).cwiseAbs2();
+  };
+  add_square(change_by_bounds(measurement, fitted, tangent, equations, solution));
+  for (Eigen::Index i = 0; i < errors.size(); ++i) {
     if (errors(i) > 0.0) errors(i) = std::hypot(errors(i), std::sqrt(unseen(i)));
   }
-
-  Eigen::Index next = 0;
-  for (Term& term : fitted.terms) {
-    term.gain_standard_errors.assign(errors.data() + next,
-                                     errors.data() + next + static_cast<Eigen::Index>(term.gains.size()));
-    next += static_cast<Eigen::Index>(term.gains.size());
-    term.shape_standard_errors.assign(term.shapes.size(), 0.0);
-  }
-  for (const FreeShape& shape : tangent.shapes) {
-    fitted.terms[shape.term].shape_standard_errors[shape.shape] = errors(next++);
-  }
+  take_errors(errors, tangent, fitted.terms);
   return fitted;
 }
 
