@@ -10,20 +10,10 @@
 
 #include "hal/include/program_memory.h"
 #include "hal/mps2/memory_pages.h"
+#include "hal/mps2/program_map.h"
 #include "hal/mps2/semihosting.h"
 
 namespace slipstack::mps2 {
-
-/// Program flash emulated in the PSRAM, which a file of the host's backs: it survives a reset of the
-/// processor and the end of the emulator. Laid out as a bank of the NUCLEO-G474RE twice
-/// (hal/stm32g474/flash_map.h); toolchain/ld/mps2-an386_slot1.ld and _slot2.ld and tests/boot hold the same
-/// addresses.
-inline constexpr std::uint32_t kProgramFlash = 0x21800000;
-inline constexpr std::uint32_t kProgramPageBytes = 2048;
-inline constexpr std::uint32_t kProgramBankBytes = 128 * kProgramPageBytes;
-inline constexpr std::uint32_t kNotesPage = 13;
-inline constexpr std::uint32_t kSlotPage = 14;
-inline constexpr std::uint32_t kSlotPages = 112;
 
 /// The supply of the emulated flash; behind the two banks. The host sets after how many writes and erasures
 /// it fails; 0: never.
@@ -76,13 +66,13 @@ class EmulatedProgramMemory final : public ProgramMemory {
   /// `running`: the slot of the program that uses it; of no meaning in the boot loader.
   explicit EmulatedProgramMemory(std::size_t running) : running_(running) {}
 
-  static FlashSupply& supply() {
-    return *reinterpret_cast<FlashSupply*>(kProgramFlash + 2 * kProgramBankBytes);
-  }
+  static FlashSupply& supply() { return *reinterpret_cast<FlashSupply*>(kProgramSupply); }
 
   std::size_t running() const override { return running_; }
   std::uint32_t board() const override { return kBoardId; }
-  std::uint32_t address(std::size_t slot) const override { return in_bank(slot, kSlotPage); }
+  std::uint32_t address(std::size_t slot) const override {
+    return program_page(static_cast<std::uint32_t>(slot), kSlotPage);
+  }
   const Nonvolatile& program(std::size_t slot) const override { return slots_[slot]; }
   Nonvolatile& spare() override { return slots_[running_ ^ 1U]; }
   Nonvolatile& notes(std::size_t slot) override { return notes_[slot]; }
@@ -94,15 +84,11 @@ class EmulatedProgramMemory final : public ProgramMemory {
   }
 
  private:
-  static constexpr std::uint32_t in_bank(std::size_t bank, std::uint32_t page) {
-    return kProgramFlash + static_cast<std::uint32_t>(bank) * kProgramBankBytes + page * kProgramPageBytes;
-  }
-
   std::size_t running_;
-  std::array<ProgramPages, 2> slots_{ProgramPages{in_bank(0, kSlotPage), kSlotPages, supply()},
-                                     ProgramPages{in_bank(1, kSlotPage), kSlotPages, supply()}};
-  std::array<ProgramPages, 2> notes_{ProgramPages{in_bank(1, kNotesPage), 1, supply()},
-                                     ProgramPages{in_bank(0, kNotesPage), 1, supply()}};
+  std::array<ProgramPages, 2> slots_{ProgramPages{program_page(0, kSlotPage), kSlotPages, supply()},
+                                     ProgramPages{program_page(1, kSlotPage), kSlotPages, supply()}};
+  std::array<ProgramPages, 2> notes_{ProgramPages{program_page(1, kNotesPage), 1, supply()},
+                                     ProgramPages{program_page(0, kNotesPage), 1, supply()}};
 };
 
 }  // namespace slipstack::mps2

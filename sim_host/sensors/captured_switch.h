@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A switch along the axis whose edges the encoder's counter catches: where they were, whenever the tick comes.
+// A switch along the axis whose edges the encoder's counter catches: where they were, whenever the tick
+// comes.
 #pragma once
 
 #include <algorithm>

@@ -5,7 +5,7 @@ damaged programs, power cut while the update is written and while a start or the
 
   check_boot.py --source DIR --bin DIR [--every]      --every: the supply fails at every operation, not at a sample
 
-The program flash lies in a file (hal/mps2/program_memory.h): it survives resets and the end of the emulator.
+The program flash lies in a file (hal/mps2/program_map.h): it survives resets and the end of the emulator.
 """
 
 import argparse
@@ -18,7 +18,7 @@ import tempfile
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "budget"))
 import emulator  # noqa: E402
 
-# hal/mps2/program_memory.h, and tests/boot/program.cpp for what lies behind the flash; from the begin of the PSRAM.
+# hal/mps2/program_map.h, and tests/boot/program.cpp for what lies behind the flash; from the begin of the PSRAM.
 PSRAM, PSRAM_BYTES = 0x21000000, 16 << 20
 FLASH = 0x800000
 PAGE, BANK = 2048, 128 * 2048

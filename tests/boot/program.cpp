@@ -21,7 +21,7 @@ struct Orders {
   volatile std::uint32_t silent;      // bit n: the program in slot n does not report in
   volatile std::uint32_t crashes;     // bit n: the program in slot n faults at once
 };
-constexpr std::uint32_t kOrders = mps2::kProgramFlash + 2 * mps2::kProgramBankBytes + 64;
+constexpr std::uint32_t kOrders = mps2::kProgramSupply + 64;
 constexpr std::uint32_t kFile = mps2::kProgramFlash + 0x100000;
 constexpr std::size_t kPiece = 889;  // a block of an SDO block transfer
 constexpr int kExitRefused = 77;

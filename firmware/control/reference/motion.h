@@ -51,14 +51,24 @@ struct Motion {
 
   /// A stream has ended: a stop begins, with the acceleration that there is. The path of a stream accelerates
   /// so that it can be taken out along the jerk limit below the largest velocity, counts per tick. A
-  /// correction of what is off the path may be more: what would carry the reference beyond is given up at
-  /// once.
+  /// correction of what is off the path may be more: of that only what would carry the reference beyond is
+  /// given up at once.
   void leave_stream(const BrakingLimits& limits, float fastest) {
     phase = Phase::kBraking;
     if ((velocity ^ acceleration) < 0) return;
     const float room = fastest - approx::absolute(from_fixed(velocity));
-    const float change = from_fixed(acceleration);
-    if (change * change > 2.0F * limits.curve_jerk * room) acceleration = 0;
+    const float change = approx::absolute(from_fixed(acceleration));
+    // The first tick of the stop is one of less acceleration: a - j, a - 2 j and so on add up to this.
+    const float fall = limits.curve_jerk;
+    if (change * (change - fall) <= 2.0F * fall * room) return;
+    if (!(room > 0.0F)) {
+      acceleration = 0;
+      return;
+    }
+    // The largest of which that holds, as a share; rounded down.
+    constexpr std::int64_t kOne = 4096;
+    const float most = 0.5F * fall + approx::fast_square_root(fall * (0.25F * fall + 2.0F * room));
+    acceleration = acceleration / kOne * static_cast<std::int32_t>(most / change * static_cast<float>(kOne));
   }
 
   /// The acceleration of one tick of braking. What is queued while the axis brakes waits for the tick after

@@ -67,6 +67,74 @@ TEST(Pdo, ReceiveEventDrivenAtOnceSynchronousAtSync) {
   EXPECT_EQ(bench.read(0x607A, 0), 10000U);
 }
 
+// 0 to 240: at SYNC; 254 and 255: at once; between them is nothing (CiA 301, 7.5.2.35).
+TEST(Pdo, TransmissionTypesOfTheStandard) {
+  for (std::uint32_t type = 0; type <= 255; ++type) {
+    if (type > 5 && type < 235) continue;
+    Bench bench;
+    const bool exists = type <= 240 || type >= 254;
+    ASSERT_EQ(bench.write(0x1401, 2, type, 1), exists ? 0U : 0x06090030U) << type;
+    ASSERT_EQ(bench.write(0x1801, 2, type, 1), exists ? 0U : 0x06090030U) << type;
+    if (!exists) continue;
+    bench.nmt(0x01);
+    bench.run_ms(2);
+    bench.send(0x305, {0x06, 0x00, 0x10, 0x27, 0, 0});
+    bench.poll();
+    EXPECT_EQ(bench.read(0x607A, 0), type <= 240 ? 0U : 10000U) << type;
+    bench.all();
+    int syncs = 0;
+    for (; syncs < 300 && bench.all_with(0x285).empty(); ++syncs) {
+      bench.send(0x080, {});
+      bench.poll();
+    }
+    EXPECT_EQ(bench.read(0x607A, 0), 10000U) << type;
+    if (type > 0 && type <= 240) {
+      EXPECT_EQ(syncs, static_cast<int>(type));
+    }
+  }
+}
+
+// CiA 301, table 40: what is restricted is no CAN-ID of a PDO.
+TEST(Pdo, IdentifiersThatTheStandardKeeps) {
+  Bench bench;
+  ASSERT_EQ(bench.write(0x1402, 1, 0x80000000U, 4), 0U);
+  for (std::uint32_t id = 0; id <= 0x7FF; ++id) {
+    const bool restricted = id <= 0x07F || (id >= 0x101 && id <= 0x180) || (id >= 0x581 && id <= 0x5FF) ||
+                            (id >= 0x601 && id <= 0x67F) || id >= 0x6E0;
+    // 700h itself belongs to nobody.
+    if (id == 0x700) continue;
+    ASSERT_EQ(bench.write(0x1402, 1, id, 4), restricted ? 0x06090030U : 0U) << std::hex << id;
+    ASSERT_EQ(bench.write(0x1402, 1, 0x80000000U | id, 4), 0U) << std::hex << id;
+  }
+}
+
+// What lies behind the length of a frame is none of it: a controller leaves there what was before.
+TEST(Pdo, ACounterThatIsNotThereIsNotRead) {
+  Bench bench;
+  ASSERT_EQ(bench.write(0x1801, 1, 0xC0000285, 4), 0U);
+  ASSERT_EQ(bench.write(0x1801, 2, 1, 1), 0U);
+  ASSERT_EQ(bench.write(0x1801, 6, 2, 1), 0U);  // begins at the SYNC with counter 2
+  ASSERT_EQ(bench.write(0x1801, 1, 0x40000285, 4), 0U);
+  const auto sent = [&](std::uint8_t length, std::uint8_t behind) {
+    bench.nmt(0x80);
+    bench.nmt(0x01);
+    bench.all();
+    CanFrame sync;
+    sync.id = 0x080;
+    sync.length = length;
+    sync.data[0] = behind;
+    EXPECT_TRUE(bench.master.send(sync));
+    bench.poll();
+    return !bench.all_with(0x285).empty();
+  };
+  const bool without = sent(0, 0);
+  EXPECT_EQ(sent(0, 2), without);
+  EXPECT_EQ(sent(0, 7), without);
+  ASSERT_EQ(bench.write(0x1019, 0, 6, 1), 0U);
+  EXPECT_TRUE(sent(1, 2));
+  EXPECT_FALSE(sent(1, 3));
+}
+
 TEST(Pdo, TooShortIsNotTakenAndTold) {
   Bench bench;
   bench.nmt(0x01);

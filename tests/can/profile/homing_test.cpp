@@ -278,6 +278,16 @@ TEST(Homing, OutOfTime) {
   EXPECT_FALSE(axis.referenced());
 }
 
+// The time counts from its own begin, not from that of the drive.
+TEST(Homing, InTimeHoweverLongTheDriveHasBeenOn) {
+  HomingAxis axis(0.06);
+  ASSERT_EQ(axis.write_real(0x2011, 1, 4.0F), 0U);
+  axis.run_ms(5000);
+  EXPECT_EQ(axis.home(23), HomingAxis::kDone);
+  axis.run_ms(5000);
+  EXPECT_EQ(axis.start(), HomingAxis::kDone) << "and again";
+}
+
 TEST(Homing, StatusWhileItRunsAndWhenItIsInterrupted) {
   HomingAxis axis(0.2);
   ASSERT_EQ(axis.choose(23), 0U);

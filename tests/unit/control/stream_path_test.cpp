@@ -7,8 +7,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <memory>
 #include <random>
+#include <vector>
 
 #include "firmware/control/reference/point_to_point.h"
 #include "firmware/control/reference/reference.h"
@@ -452,6 +454,67 @@ TEST(PositionStream, IsMetWithinTheJerkLimitAndSoAreItsLeaps) {
     used = std::max(used, stream.sharpest / std::min(0.025, 0.5 / period));
   }
   EXPECT_GT(used, 0.9) << "leaps as fast as they may";
+}
+
+// What rounding set-points to whole counts, and floats behind it, make of a motion at 2 m/s: 0.5 m sin(4 t),
+// against the motion itself. Less than a count of place at every resolution; of the acceleration what the
+// second difference of rounded set-points has, which falls with the resolution until that of a float is left.
+TEST(PositionStream, RoundingOfSetPointsByResolution) {
+  struct Row {
+    double place_counts, acceleration_mps2;
+  };
+  const auto measure = [](double resolution_m, std::uint32_t period) {
+    const auto in_ticks = [&](double per_s, int power) {
+      return static_cast<float>(per_s / resolution_m * std::pow(1e-4, power));
+    };
+    Stream stream(in_ticks(2.5, 1), in_ticks(20.0, 2), period);
+    stream.cyclic->start();
+    const auto place = [](double t) { return 0.5 - 0.5 * std::cos(4.0 * t); };
+    const auto counts = [&](double t) { return place(t) / resolution_m; };
+    std::vector<double> off, speed;
+    double squares = 0.0;
+    const double period_s = period * 1e-4;
+    for (int n = 0; n * period_s < 3.2; ++n) {
+      stream.sync_position(static_cast<std::int32_t>(std::lround(counts(n * period_s))));
+      for (std::uint32_t i = 0; i < period; ++i) {
+        stream.tick();
+        // Set-point n is passed at n + 3; the watch is a tick behind the reference.
+        const double t = (n - 3) * period_s + i * 1e-4;
+        const double acceleration = stream.acceleration * resolution_m * 1e8;
+        if (t < 0.8) continue;
+        off.push_back(stream.way - counts(t));
+        speed.push_back(2.0 * std::sin(4.0 * t));
+        // Differences of the place about one tick and a half ago.
+        squares += std::pow(acceleration - 8.0 * std::cos(4.0 * (t - 1e-4)), 2);
+      }
+    }
+    // The latency of ticks is none of the rounding.
+    double products = 0.0, power = 0.0, mean = 0.0;
+    for (const double one : off) mean += one / static_cast<double>(off.size());
+    for (std::size_t i = 0; i < off.size(); ++i) {
+      products += (off[i] - mean) * speed[i];
+      power += speed[i] * speed[i];
+    }
+    double worst = 0.0;
+    for (std::size_t i = 0; i < off.size(); ++i)
+      worst = std::max(worst, std::abs(off[i] - mean - products / power * speed[i]));
+    return Row{worst, std::sqrt(squares / static_cast<double>(off.size()))};
+  };
+  std::printf("resolution  period   place   acceleration\n");
+  for (const double resolution_m : {1e-6, 1e-7, 1e-8, 1e-9}) {
+    for (const std::uint32_t period : {10U, 20U, 40U, 100U}) {
+      const Row row = measure(resolution_m, period);
+      std::printf("%7.0f nm  %4.0f ms  %6.2f counts, rms %8.2g m/s2\n", resolution_m * 1e9, period * 0.1,
+                  row.place_counts, row.acceleration_mps2);
+      const double period_s = period * 1e-4;
+      // A sixth of the fourth difference (set_point_spline.h), and what floats have of 2 m/s.
+      const double spline_m = 0.5 * std::pow(4.0 * period_s, 4) / 6.0;
+      EXPECT_LT(row.place_counts, 0.9 + (1e-8 + 1.1 * spline_m) / resolution_m);
+      const double rounded_mps2 = resolution_m / (period_s * period_s);
+      EXPECT_LT(row.acceleration_mps2, 0.75 * rounded_mps2 + 2.5e-3);
+      EXPECT_GT(row.acceleration_mps2, 0.5 * rounded_mps2) << "as the rounding of set-points makes it";
+    }
+  }
 }
 
 // The same of velocities: a leap is a ramp within the jerk limit.

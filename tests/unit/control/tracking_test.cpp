@@ -50,7 +50,7 @@ TEST(Tracking, AStopOutOfAStreamIsNoFasterThanTheStreamMayBe) {
 
 // A stream that keeps the jerk limit, and ends while it speeds up or slows down: so does the stop.
 TEST(Tracking, AStopOutOfAStreamKeepsTheJerkLimit) {
-  constexpr double kMostSpeed = 0.99 * double{kFastest};
+  constexpr double kMostSpeed = double{kFastest};
   constexpr double kMostAcceleration = 0.99 * double{kAcceleration};
   constexpr double kMostJerk = 0.99 * double{kJerk};
   test::Draw draw(6);
