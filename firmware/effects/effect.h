@@ -28,12 +28,12 @@ enum class Acts : std::uint8_t {
 
 /// A run of `count` gains of the same kind.
 struct GainGroup {
-  const char* name;
-  const char* unit;
-  float lower;
-  float upper;
-  int count;
-  Acts acts;
+  const char* name;     ///< as in a model file
+  const char* unit;     ///< of the gain, of a linear axis
+  float lower;          ///< least value
+  float upper;          ///< largest value
+  int count;            ///< gains in the group
+  Acts acts;            ///< what their basis multiplies
   bool smooth = false;  ///< neighbouring gains describe neighbouring places: a fit may expect a smooth map
 };
 
@@ -64,19 +64,19 @@ enum class ShapeKind : std::uint8_t {
 
 /// A parameter that enters the basis non-linearly, with its physical bounds.
 struct ShapeSpec {
-  const char* name;
-  const char* unit;
-  float lower;
-  float upper;
-  ShapeKind kind;
+  const char* name;  ///< as in a model file
+  const char* unit;  ///< of a linear axis
+  float lower;       ///< least value
+  float upper;       ///< largest value
+  ShapeKind kind;    ///< what it means
 };
 
 /// What people read about an effect.
 struct EffectText {
-  const char* id;
-  const char* title;
-  const char* formula;
-  const char* source;
+  const char* id;        ///< as in a model file and on the command line
+  const char* title;     ///< its name for people
+  const char* formula;   ///< in ASCII
+  const char* source;    ///< where the formula comes from
   const char* residual;  ///< what the residual of a model without it looks like
   /// The same as found in a log; {name} is replaced by the fitted value of a shape, a gain, or the amplitude
   /// of a group of gains.
@@ -95,9 +95,10 @@ inline constexpr bool kOnTarget = std::is_same_v<Real, float>;
 
 /// What an effect holds for a table of the controller: nothing where Real reads from no table.
 struct NoTable {};
+/// Table where Real computes what the controller computes, else NoTable.
 template <class Table, class Real>
 struct TableFor {
-  using type = std::conditional_t<kOnTarget<Real>, Table, NoTable>;
+  using type = std::conditional_t<kOnTarget<Real>, Table, NoTable>;  ///< of the two
 };
 
 /// How displacement reaches the hysteresis: absolute encoder counts on the target (nothing accumulates, so
@@ -108,11 +109,11 @@ using DisplacementOf = std::conditional_t<std::is_same_v<Real, float>, std::int3
 /// What an effect may know of one tick.
 template <class Real>
 struct Sample {
-  Real time_s{};
+  Real time_s{};                        ///< since the axis runs
   DisplacementOf<Real> displacement{};  ///< encoder counts (float) or metres (double)
-  Real position_m{};
-  Real velocity_mps{};
-  Real acceleration_mps2{};
+  Real position_m{};                    ///< on the rail
+  Real velocity_mps{};                  ///< along +x
+  Real acceleration_mps2{};             ///< along +x
   Real dry_friction_N{};  ///< sum of the `dry` forces of this tick, for effects that modulate it
   /// Of effects over position: 0 while nobody knows where on the rail the axis is. The controller's only.
   Real position_weight{1};
@@ -121,7 +122,7 @@ struct Sample {
 /// What an effect needs to turn its shapes into constants of the tick.
 template <class Real>
 struct Scales {
-  Real tick_s{};
+  Real tick_s{};                    ///< between two samples
   Real metres_per_displacement{1};  ///< encoder resolution on the target, 1 in the workbench
 };
 

@@ -14,9 +14,9 @@ namespace slipstack {
 /// Gains and shapes of one effect, and whether the model contains it.
 template <class E, class Real>
 struct EffectParameters {
-  std::array<Real, E::gain_count> gains{};
-  std::array<Real, E::shape_count> shapes{};
-  bool enabled = false;
+  std::array<Real, E::gain_count> gains{};    ///< in the order and the units of E::gains
+  std::array<Real, E::shape_count> shapes{};  ///< of E::shapes
+  bool enabled = false;                       ///< the model contains the effect
 };
 
 /// The force of a set of effects at one tick: the sum that effect.h defines, by effect.
@@ -26,14 +26,15 @@ struct EffectParameters {
 template <class Real, class EffectList = Catalogue<Real>>
 class FrictionModel;
 
+/// FrictionModel of the effects of a tuple.
 template <class Real, class... Effects>
 class FrictionModel<Real, std::tuple<Effects...>> {
  public:
-  static constexpr std::size_t effect_count = sizeof...(Effects);
-  using Parameters = std::tuple<EffectParameters<Effects, Real>...>;
-
+  static constexpr std::size_t effect_count = sizeof...(Effects);     ///< enabled or not
+  using Parameters = std::tuple<EffectParameters<Effects, Real>...>;  ///< of each effect, in that order
+  /// Of one tick, positive towards +x.
   struct Force {
-    Real total_N{};
+    Real total_N{};                                ///< what friction and inertia take
     Real dry_friction_N{};                         ///< after modulation
     std::array<Real, effect_count> by_effect_N{};  ///< in the order of the catalogue; sums to total_N
   };

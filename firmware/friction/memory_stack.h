@@ -13,43 +13,43 @@
 
 namespace slipstack {
 
-// Hysteresis with non-local memory: a virgin curve y(x) and a stack of up to Depth reversal points.
-//
-//   Rule I   on the virgin curve:               F = y(x), odd in x, x from the place of the last reset.
-//   Rule II  after a reversal at (x_m, F_m):    F = F_m +- 2 y(abs(x - x_m) / 2), + when moving towards +x.
-//   Wiping   a branch ends where the branch that encloses it began; there the loop is closed, its two
-//   reversal
-//            points are forgotten, and the older branch goes on as if the loop had never been. The first
-//            reversal is closed by its mirror image, beyond which the virgin curve goes on.
-//
-// One step closes all the loops it passes. When a reversal finds the stack full, the innermost loop (the
-// newest stored reversal and this one) gives way: neither is kept, and the force is taken anew from the
-// branch that encloses it. The force is then wrong by at most the height of that loop until the motion leaves
-// it; see overflow_count() and overflow_height_N().
-//
-// Displacements are absolute (encoder counts or metres) and no differences are summed: nothing drifts. Counts
-// may wrap around; the travel away from the place of the reset must stay below 2^30 counts.
-//
-// step() is bounded: at most (Depth + 1) / 2 loops close. Maxima and minima lie apart, each sorted since
-// loops are nested. One comparison with the outermost finds whether all close, and a binary search how many
-// of the others: log2(Depth) comparisons in all, however many that are.
-//
-// Source: Symens, Al-Bender, Swevers, Van Brussel, Harmonic analysis of a mass subject to hysteretic friction
-// (Rules I and II, wiping-out).
+/// Hysteresis with non-local memory: a virgin curve y(x) and a stack of up to Depth reversal points.
+///
+///     Rule I   on the virgin curve:             F = y(x), odd in x, x from the place of the last reset.
+///     Rule II  after a reversal at (x_m, F_m):  F = F_m +- 2 y(abs(x - x_m) / 2), + when moving towards +x.
+///
+/// Wiping: a branch ends where the branch that encloses it began; there the loop is closed, its two reversal
+/// points are forgotten, and the older branch goes on as if the loop had never been. The first reversal is
+/// closed by its mirror image, beyond which the virgin curve goes on.
+///
+/// One step closes all the loops it passes. When a reversal finds the stack full, the innermost loop (the
+/// newest stored reversal and this one) gives way: neither is kept, and the force is taken anew from the
+/// branch that encloses it. The force is then wrong by at most the height of that loop until the motion
+/// leaves it; see overflow_count() and overflow_height_N().
+///
+/// Displacements are absolute (encoder counts or metres) and no differences are summed: nothing drifts.
+/// Counts may wrap around; the travel away from the place of the reset must stay below 2^30 counts.
+///
+/// step() is bounded: at most (Depth + 1) / 2 loops close. Maxima and minima lie apart, each sorted since
+/// loops are nested. One comparison with the outermost finds whether all close, and a binary search how many
+/// of the others: log2(Depth) comparisons in all, however many that are.
+///
+/// Source: Symens, Al-Bender, Swevers, Van Brussel, Harmonic analysis of a mass subject to hysteretic
+/// friction (Rules I and II, wiping-out).
 template <VirginCurve Curve, std::size_t Depth, DisplacementType Displacement = typename Curve::Value>
 class MemoryStack {
   static_assert(Depth >= 2, "giving up the innermost loop must leave the first reversal in place");
 
  public:
-  using Real = typename Curve::Value;
-  static constexpr std::size_t kDepth = Depth;
+  using Real = typename Curve::Value;           ///< of the force
+  static constexpr std::size_t kDepth = Depth;  ///< reversals that are held
 
-  // The curve's length unit is that of Displacement.
+  /// The curve's length unit is that of Displacement.
   constexpr explicit MemoryStack(const Curve& curve) : curve_(curve), branch_(curve.doubled()) {
     reset(Displacement{});
   }
 
-  // Forgets everything: the virgin state, unloaded, at x.
+  /// Forgets everything: the virgin state, unloaded, at x.
   constexpr void reset(Displacement x) {
     origin_ = x;
     travel_ = Displacement{};
@@ -60,8 +60,8 @@ class MemoryStack {
     memory_.end_of_minima = &memory_.minima.at(1);
   }
 
-  // Takes another curve for the same motion: what would be had it been there from the start. O(Depth),
-  // outside the tick.
+  /// Takes another curve for the same motion: what would be had it been there from the start. O(Depth),
+  /// outside the tick.
   constexpr void set_curve(const Curve& curve) {
     curve_ = curve;
     branch_ = curve.doubled();
@@ -77,27 +77,27 @@ class MemoryStack {
     force_N_ = forward_ != 0 ? force_on_branch<1>() : force_on_branch<-1>();
   }
 
-  // Moves to x and returns the friction force in N, positive after motion towards +x.
+  /// Moves to x and returns the friction force in N, positive after motion towards +x.
   constexpr Real step(Displacement x) {
     const Displacement travel = difference(x, origin_);
     if (travel == travel_) return force_N_;
     return travel > travel_ ? move<1>(travel) : move<-1>(travel);
   }
 
-  constexpr Real force_N() const { return force_N_; }
-  constexpr Displacement position() const { return sum(origin_, travel_); }
+  constexpr Real force_N() const { return force_N_; }                        ///< of the last step
+  constexpr Displacement position() const { return sum(origin_, travel_); }  ///< of the last step or reset
 
-  // Reversal points held at present; 0 on the virgin curve.
+  /// Reversal points held at present; 0 on the virgin curve.
   constexpr std::size_t depth() const {
     const bool virgin = (forward_ != 0 ? memory_.number_of_maxima() : memory_.number_of_minima()) == 0;
     return virgin ? 0 : memory_.number_of_maxima() + memory_.number_of_minima() - 1;
   }
 
-  // Loops that gave way to a full stack since construction.
+  /// Loops that gave way to a full stack since construction.
   constexpr std::uint32_t overflow_count() const { return overflow_count_; }
 
-  // Height in N of the highest loop that gave way since construction, on the present curve: bounds the error
-  // that overflow has caused.
+  /// Height in N of the highest loop that gave way since construction, on the present curve: bounds the error
+  /// that overflow has caused.
   constexpr Real overflow_height_N() const { return branch_.force(static_cast<Real>(longest_overflow_)); }
 
  private:
@@ -107,12 +107,12 @@ class MemoryStack {
   };
 
   static constexpr std::size_t kMostClosed = (Depth + 1) / 2;
-  static constexpr std::size_t kLargestStride = std::bit_floor(kMostClosed - 1);  // the outermost apart
+  static constexpr std::size_t kLargestStride = std::bit_floor(kMostClosed - 1);  ///< the outermost apart
 
-  // The reversals of one kind, oldest first, each within the one before. Below the first lie places that no
-  // motion reaches. The first of one kind is the first reversal, that of the other its mirror image. On the
-  // virgin curve there are none in the direction of the motion, the first place is one that was passed, and
-  // behind is the mirror image of where it is now.
+  /// The reversals of one kind, oldest first, each within the one before. Below the first lie places that no
+  /// motion reaches. The first of one kind is the first reversal, that of the other its mirror image. On the
+  /// virgin curve there are none in the direction of the motion, the first place is one that was passed, and
+  /// behind is the mirror image of where it is now.
   struct Side {
     static constexpr std::size_t kBelow = kLargestStride > 0 ? kLargestStride - 1 : 0;
 
@@ -125,7 +125,7 @@ class MemoryStack {
     std::array<Reversal, kBelow + kMostClosed + 2> all{};
   };
 
-  // Both sides, and the places behind the newest of each.
+  /// Both sides, and the places behind the newest of each.
   struct Memory {
     constexpr Memory() = default;
     // The ends point into its own.
@@ -157,7 +157,7 @@ class MemoryStack {
 
   static constexpr Displacement distance(Displacement a, Displacement b) { return a > b ? a - b : b - a; }
 
-  // The reversal i of all, oldest first; i < depth().
+  /// The reversal i of all, oldest first; i < depth().
   constexpr Reversal& reversal(std::size_t i) {
     const bool from_maximum = forward_ != 0 ? memory_.number_of_maxima() < memory_.number_of_minima()
                                             : memory_.number_of_maxima() == memory_.number_of_minima();
@@ -166,8 +166,8 @@ class MemoryStack {
     return side.at(as_first ? i / 2 : (i + 1) / 2);
   }
 
-  // Moves to `travel`, which lies in direction Sign. `ahead`: where branches in this direction end; `behind`:
-  // where they begin.
+  /// Moves to `travel`, which lies in direction Sign. `ahead`: where branches in this direction end;
+  /// `behind`: where they begin.
   template <int Sign>
   constexpr Real move(Displacement travel) {
     Side& ahead = Sign > 0 ? memory_.maxima : memory_.minima;
@@ -211,7 +211,7 @@ class MemoryStack {
     return Sign > 0 ? travel_ >= place.travel : travel_ <= place.travel;
   }
 
-  // The innermost loop, from the newest reversal to here, the motion now in direction Sign.
+  /// The innermost loop, from the newest reversal to here, the motion now in direction Sign.
   template <int Sign>
   constexpr void give_up(const Reversal& newest) {
     const Displacement length = Sign > 0 ? newest.travel - travel_ : travel_ - newest.travel;
@@ -238,13 +238,13 @@ class MemoryStack {
   }
 
   Curve curve_;
-  Curve branch_;  // 2 y(x / 2), what a branch follows: the same to the bit, powers of two are exact
+  Curve branch_;  ///< 2 y(x / 2), what a branch follows: the same to the bit, powers of two are exact
   Displacement origin_{};
-  Displacement travel_{};     // position minus origin
-  std::int32_t forward_ = 1;  // 1 after motion towards +x, 0 after motion towards -x
+  Displacement travel_{};     ///< position minus origin
+  std::int32_t forward_ = 1;  ///< 1 after motion towards +x, 0 after motion towards -x
   Real force_N_ = Real(0);
   Memory memory_;
-  Displacement longest_overflow_{};  // from reversal to reversal
+  Displacement longest_overflow_{};  ///< from reversal to reversal
   std::uint32_t overflow_count_ = 0;
 };
 

@@ -14,16 +14,16 @@ namespace slipstack {
 
 namespace detail {
 
-// State and parameters of 2 W stop operators, one word for two.
+/// State and parameters of 2 W stop operators, one word for two.
 template <std::size_t W>
 struct PackedRows {
   std::array<std::uint32_t, W> lanes{};
-  std::array<std::uint32_t, W> turn{};       // 2 Delta + 1
-  std::array<std::uint32_t, W> stiffness{};  // k in units of the common scale
+  std::array<std::uint32_t, W> turn{};       ///< 2 Delta + 1
+  std::array<std::uint32_t, W> stiffness{};  ///< k in units of the common scale
 };
 
-// Changes the direction of all lanes by `turn` (+1, 0, -1), moves them by `both`, limits them, and returns
-// total + sum of stiffness times lane, modulo 2^32.
+/// Changes the direction of all lanes by `turn` (+1, 0, -1), moves them by `both`, limits them, and returns
+/// total + sum of stiffness times lane, modulo 2^32.
 template <std::size_t W>
 std::uint32_t advance(PackedRows<W>& rows, std::uint32_t turn, std::uint32_t both, std::uint32_t total) {
 #pragma GCC unroll 16
@@ -35,9 +35,9 @@ std::uint32_t advance(PackedRows<W>& rows, std::uint32_t turn, std::uint32_t bot
 }
 
 #if defined(__ARM_FEATURE_SIMD32) && defined(__thumb2__) && defined(__OPTIMIZE__)
-// The same for the ten elements of the controller, with loads of several words at once, which the compiler
-// does not make: without them the observer exceeds its budget. Bit for bit the portable form (tests/budget
-// compares the two).
+/// The same for the ten elements of the controller, with loads of several words at once, which the compiler
+/// does not make: without them the observer exceeds its budget. Bit for bit the portable form (tests/budget
+/// compares the two).
 template <>
 inline std::uint32_t advance<5>(PackedRows<5>& rows, std::uint32_t turn, std::uint32_t both,
                                 std::uint32_t total) {
@@ -75,34 +75,34 @@ inline std::uint32_t advance<5>(PackedRows<5>& rows, std::uint32_t turn, std::ui
 
 }  // namespace detail
 
-// MaxwellSlip on encoder counts for a processor with 16-bit lanes: three instructions for two elements.
-//
-// A lane holds v = z + 32767 - Delta while the motion is towards +x, so that the slip limit ahead, z = Delta,
-// lies on the upper rail of the saturating addition; the limit behind cannot be reached in this direction.
-// Towards -x it holds v = z - 32768 + Delta, with z = -Delta on the lower rail. A change of direction
-// therefore adds or subtracts 2 Delta + 1, without a branch: with Delta <= 16383 no carry leaves a lane, so
-// that one 32-bit multiplication by +1, 0 or -1 and addition does it for both. Then QADD16 moves and clamps
-// both, SMLAD sums stiffness times lane, and the sum's offset (known for each direction) is taken out at the
-// start.
-//
-// Every z_i is exact. Stiffnesses are rounded to 16 bits of a common scale: the force is that of MaxwellSlip
-// with the stiffnesses stiffness(i), exactly, but for one rounding to float at the end. The same bits on
-// every platform, and the same work for every input. A step of more than 32767 counts is cut there: all
-// elements slip fully either way.
-//
-// N elements, N even; cost in tests/budget/budget.csv.
+/// MaxwellSlip on encoder counts for a processor with 16-bit lanes: three instructions for two elements.
+///
+/// A lane holds v = z + 32767 - Delta while the motion is towards +x, so that the slip limit ahead, z =
+/// Delta, lies on the upper rail of the saturating addition; the limit behind cannot be reached in this
+/// direction. Towards -x it holds v = z - 32768 + Delta, with z = -Delta on the lower rail. A change of
+/// direction therefore adds or subtracts 2 Delta + 1, without a branch: with Delta <= 16383 no carry leaves a
+/// lane, so that one 32-bit multiplication by +1, 0 or -1 and addition does it for both. Then QADD16 moves
+/// and clamps both, SMLAD sums stiffness times lane, and the sum's offset (known for each direction) is taken
+/// out at the start.
+///
+/// Every z_i is exact. Stiffnesses are rounded to 16 bits of a common scale: the force is that of MaxwellSlip
+/// with the stiffnesses stiffness(i), exactly, but for one rounding to float at the end. The same bits on
+/// every platform, and the same work for every input. A step of more than 32767 counts is cut there: all
+/// elements slip fully either way.
+///
+/// N elements, N even; cost in tests/budget/budget.csv.
 template <std::size_t N>
 class PackedMaxwellSlip {
   static_assert(N >= 2 && N % 2 == 0, "two elements share a word");
 
  public:
-  static constexpr std::size_t kCapacity = N;
-  static constexpr std::int32_t kLargestSlipDistance = 16383;  // counts
+  static constexpr std::size_t kCapacity = N;                  ///< elements
+  static constexpr std::int32_t kLargestSlipDistance = 16383;  ///< counts
 
   PackedMaxwellSlip() { clear(); }
 
-  // Takes up to N elements: slip distances in counts, 0 <= Delta <= 16383, stiffnesses in N per count, >= 0
-  // and finite. The elements restart unloaded at the present position. Outside the tick.
+  /// Takes up to N elements: slip distances in counts, 0 <= Delta <= 16383, stiffnesses in N per count,
+  /// finite and not negative. The elements restart unloaded at the present position. Outside the tick.
   [[nodiscard]] SetupStatus set_elements(std::span<const std::int32_t> slip_distance,
                                          std::span<const float> stiffness) {
     if (slip_distance.size() != stiffness.size()) return SetupStatus::kSizeMismatch;
@@ -123,7 +123,7 @@ class PackedMaxwellSlip {
     return SetupStatus::kOk;
   }
 
-  // Unloads every element at position x.
+  /// Unloads every element at position x.
   void reset(std::int32_t x) {
     position_ = x;
     backward_ = 0;
@@ -134,8 +134,8 @@ class PackedMaxwellSlip {
     }
   }
 
-  // Moves to position x in counts and returns the friction force in N. The difference to the last position
-  // must be below 2^31 counts; the counter may wrap.
+  /// Moves to position x in counts and returns the friction force in N. The difference to the last position
+  /// must be below 2^31 counts; the counter may wrap.
   float step(std::int32_t x) {
     const std::int32_t travel = saturate16(difference(x, position_));
     const std::int32_t backward = travel >> 31;  // 0 towards +x or at rest, -1 towards -x
@@ -148,8 +148,8 @@ class PackedMaxwellSlip {
     return static_cast<float>(static_cast<std::int32_t>(total)) * scale_N_;
   }
 
-  // Continues the motion of `from`, which has other parameters for the same axis: its position and direction,
-  // and its displacements as far as the slip distances of this one allow.
+  /// Continues the motion of `from`, which has other parameters for the same axis: its position and
+  /// direction, and its displacements as far as the slip distances of this one allow.
   void carry_over(const PackedMaxwellSlip& from) {
     position_ = from.position_;
     backward_ = from.backward_;
@@ -161,18 +161,18 @@ class PackedMaxwellSlip {
     }
   }
 
-  // Displacement of element i in counts, exact.
+  /// Displacement of element i in counts, exact.
   std::int32_t z(std::size_t i) const {
     const std::int32_t v = lane(rows_.lanes[i / 2], i);
     return backward_ != 0 ? v + 32768 - slip_distance(i) : v - 32767 + slip_distance(i);
   }
 
-  // Writes the displacements of the first min(N, out.size()) elements, in counts.
+  /// Writes the displacements of the first min(N, out.size()) elements, in counts.
   void elements(std::span<float> out) const {
     for (std::size_t i = 0; i < N && i < out.size(); ++i) out[i] = static_cast<float>(z(i));
   }
 
-  // Energy held by the elements, sum k z^2 / 2, in N counts.
+  /// Energy held by the elements, sum k z^2 / 2, in N counts.
   float stored_energy() const {
     float energy = 0.0F;
     for (std::size_t i = 0; i < N; ++i) {
@@ -182,19 +182,20 @@ class PackedMaxwellSlip {
     return energy;
   }
 
-  // Stiffness of element i as held, in N per count: a whole multiple of stiffness_step().
+  /// Stiffness of element i as held, in N per count: a whole multiple of stiffness_step().
   float stiffness(std::size_t i) const {
     return static_cast<float>(lane(rows_.stiffness[i / 2], i)) * scale_N_;
   }
 
-  // The unit of the stiffnesses, in N per count.
+  /// The unit of the stiffnesses, in N per count.
   float stiffness_step() const { return scale_N_; }
 
+  /// Of element i, in counts.
   std::int32_t slip_distance(std::size_t i) const {
     return static_cast<std::int32_t>((rows_.turn[i / 2] >> (i % 2 == 0 ? 0U : 16U)) & 0xFFFFU) / 2;
   }
 
-  std::int32_t position() const { return position_; }
+  std::int32_t position() const { return position_; }  ///< of the last step or reset, in counts
 
  private:
   static constexpr std::size_t kWords = N / 2;
@@ -208,7 +209,7 @@ class PackedMaxwellSlip {
     return below < -limit ? -limit : below;
   }
 
-  // Smallest unit for which every stiffness fits in 15 bits and the greatest sum of k z in 31.
+  /// Smallest unit for which every stiffness fits in 15 bits and the greatest sum of k z in 31.
   static float common_scale(std::span<const std::int32_t> slip_distance, std::span<const float> stiffness) {
     float largest = 0.0F;
     float sum_N = 0.0F;
@@ -245,7 +246,7 @@ class PackedMaxwellSlip {
 
   detail::PackedRows<kWords> rows_;
   std::int32_t position_ = 0;
-  std::int32_t backward_ = 0;  // 0: the lanes are held for motion towards +x, -1: towards -x
+  std::int32_t backward_ = 0;  ///< 0: the lanes are held for motion towards +x, -1: towards -x
   std::uint32_t offset_forward_ = 0;
   std::uint32_t offset_change_ = 0;
   float scale_N_ = 0.0F;
