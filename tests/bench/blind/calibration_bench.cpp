@@ -38,9 +38,18 @@ bool under_control(std::uint64_t seed) {
   return seed % 3 == 0;
 }
 
+/// Factors by which sensors and amplifier of each axis are better than drawn: to find the cause of a bias.
+struct Instruments {
+  double noise = 1.0;
+  double resolution = 1.0;
+};
+
 /// The estimates of the hidden effect of one axis: one list for each record.
-std::vector<std::vector<Estimate>> records_of(sim::EffectId effect, std::uint64_t seed, int repeats) {
+std::vector<std::vector<Estimate>> records_of(sim::EffectId effect, std::uint64_t seed, int repeats,
+                                              const Instruments& instruments) {
   sim::Bench bench = sim::draw_bench(sim::Setup::kRandom, seed);
+  bench.axis.force_noise_N *= instruments.noise;
+  bench.axis.encoder_resolution_m *= instruments.resolution;
   const sim::MotionProgramme programme = sim::draw_programme(bench, seed);
   sim::add_effects(bench.axis, {effect}, programme, bench.rate_Hz, 0.0, seed);
   const bool closed_loop = under_control(seed);
@@ -115,16 +124,19 @@ void print_axis(sim::EffectId effect, std::uint64_t seed, const std::vector<std:
 struct Axes {
   bool prescribed = true;
   bool controlled = true;
+  std::string effect;  ///< empty: each in turn
 };
 
-int run(std::uint64_t first_seed, std::uint64_t count, int repeats, Axes axes) {
+int run(std::uint64_t first_seed, std::uint64_t count, int repeats, Axes axes,
+        const Instruments& instruments) {
   std::vector<Estimate> of_motion[2];  // prescribed, under control
   Deviations deviations[2];
   for (const sim::EffectId effect : kEffects) {
+    if (!axes.effect.empty() && axes.effect != sim::name(effect)) continue;
     for (std::uint64_t seed = first_seed; seed < first_seed + count; ++seed) {
       const bool controlled = under_control(seed);
       if (!(controlled ? axes.controlled : axes.prescribed)) continue;
-      const auto records = records_of(effect, seed, repeats);
+      const auto records = records_of(effect, seed, repeats, instruments);
       if (records.front().empty()) continue;
       print_axis(effect, seed, records, deviations[controlled]);
       // An axis counts once: systematic errors are the same in each of its records.
@@ -147,14 +159,20 @@ int main(int argc, char** argv) {
   std::uint64_t count = 10;
   int repeats = 1;
   std::string motion = "both";
+  std::string effect;
+  Instruments instruments;
   app.add_option("--first-seed", first_seed);
   app.add_option("--count", count, "axes of each effect; those of another formula do not count");
   app.add_option("--repeats", repeats, "records of each axis, with other noise")->check(CLI::PositiveNumber);
   app.add_option("--motion", motion, "axes to record")
       ->check(CLI::IsMember({"both", "prescribed", "controlled"}));
+  app.add_option("--effect", effect, "only axes with this effect");
+  app.add_option("--noise-factor", instruments.noise, "the force's noise, relative to that drawn");
+  app.add_option("--resolution-factor", instruments.resolution, "the encoder's step, relative to that drawn");
   try {
     app.parse(argc, argv);
-    return run(first_seed, count, repeats, {motion != "controlled", motion != "prescribed"});
+    return run(first_seed, count, repeats, {motion != "controlled", motion != "prescribed", effect},
+               instruments);
   } catch (const CLI::ParseError& error) {
     return app.exit(error);
   } catch (const std::exception& error) {

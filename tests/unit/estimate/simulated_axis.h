@@ -16,6 +16,7 @@ inline Log log_of(const sim::Axis& axis, const sim::SimulatedLog& simulated) {
   log.sample_rate_Hz = simulated.rate_Hz;
   log.position_m = simulated.position_m;
   log.force_N = simulated.force_N;
+  log.reference_position_m = simulated.reference_position_m;
   log.mass_kg = axis.mass_kg;
   log.magnet_pitch_m = axis.magnet_pitch_m;
   if (axis.encoder_resolution_m > 0.0) log.encoder_resolution_m = axis.encoder_resolution_m;

@@ -315,6 +315,59 @@ TEST(StandardErrors, ContainWhatABoundOfTheSearchHides) {
   EXPECT_LT(mode.shape_standard_errors[1], 0.03);
 }
 
+// Under control the noise moves the axis, and viscous friction comes out too large, in every record alike:
+// the motion along the reference shows by how much.
+TEST(StandardErrors, ContainTheBiasUnderControlWhereTheLogHasTheReference) {
+  constexpr std::uint64_t kSeed = 9;
+  sim::Bench bench = sim::draw_bench(sim::Setup::kRandom, kSeed);
+  const sim::MotionProgramme programme = sim::draw_programme(bench, kSeed);
+  sim::add_effects(bench.axis, {sim::EffectId::kViscous}, programme, bench.rate_Hz, 0.0, kSeed);
+  const Log log =
+      test::log_of(bench.axis, sim::simulate_closed_loop_log(bench.axis, programme, bench.rate_Hz, kSeed));
+  const auto viscous_of = [](Log own) {
+    Measurement measurement(std::move(own));
+    weigh_rows(measurement);
+    return *find_term(
+        with_standard_errors(measurement,
+                             fit_effects(measurement, {"inertia", "presliding_hysteresis", "viscous"}, {}))
+            .terms,
+        "viscous");
+  };
+  ASSERT_EQ(log.reference_position_m.size(), log.position_m.size());
+  const Term with = viscous_of(log);
+  Log without_reference = log;
+  without_reference.reference_position_m.clear();
+  const Term without = viscous_of(without_reference);
+  Log follows_exactly = log;
+  follows_exactly.reference_position_m = log.position_m;
+  const Term prescribed = viscous_of(follows_exactly);
+  EXPECT_EQ(with.gains[0], without.gains[0]);
+  EXPECT_GT(with.gain_standard_errors[0], 1.15 * without.gain_standard_errors[0]);
+  EXPECT_LT(with.gain_standard_errors[0], 3.0 * without.gain_standard_errors[0]);
+  EXPECT_EQ(prescribed.gain_standard_errors[0], without.gain_standard_errors[0]);
+}
+
+// The level of a hysteresis is better known than its elements, whose errors cancel.
+TEST(StandardErrors, OfTheLevelAreThoseOfTheSum) {
+  Draw draw(17);
+  const Measurement measurement(test::wandering_log(12, 1000.0, 20'000));
+  const Index rows = measurement.row_count();
+  MatrixXd columns(rows, 2);
+  columns.col(0) = draw.matrix(rows, 1);
+  columns.col(1) = columns.col(0) + 0.1 * draw.matrix(rows, 1);
+  const NormalEquations::Constraints constraints{VectorXd::Constant(2, -1e9), VectorXd::Constant(2, 1e9),
+                                                 MatrixXd::Zero(2, 2)};
+  const NormalEquations equations(measurement, columns,
+                                  VectorXd(columns.rowwise().sum() + draw.matrix(rows, 1)));
+  const VectorXd errors =
+      equations.standard_errors(equations.fit(constraints), constraints, VectorXd::Ones(2));
+  ASSERT_EQ(errors.size(), 3);
+  // Of the sum of both gains on a common column: that of one gain on that column alone.
+  EXPECT_NEAR(errors(2), 1.0 / std::sqrt(static_cast<double>(rows)),
+              0.25 / std::sqrt(static_cast<double>(rows)));
+  EXPECT_GT(errors(0), 5.0 * errors(2));
+}
+
 TEST(StandardErrors, AreZeroForTheShapesOfAnEffectWithoutForce) {
   const Measurement measurement(test::wandering_log(10, 1000.0, 6000));
   FittedModel fitted = fit_gains(measurement, ripple_model(measurement));

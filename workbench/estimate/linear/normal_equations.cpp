@@ -7,6 +7,21 @@
 #include "workbench/estimate/linear/tall_product.h"
 
 namespace slipstack::workbench {
+namespace {
+
+/// Blocks are divided into parts of at least so many rows. Noise is uncorrelated over far fewer: the filter
+/// reaches over nine. There are at most kMostParts per block: enough parts then contain what only few
+/// movements excite, and finer ones give the same standard errors.
+constexpr Eigen::Index kLeastRowsOfPart = 45;
+constexpr Eigen::Index kMostParts = 4;
+
+}  // namespace
+
+int parts_of_block(const Measurement& measurement) {
+  const Eigen::Index rows = measurement.row_count() / std::max(1, measurement.block_count());
+  return static_cast<int>(std::clamp<Eigen::Index>(rows / kLeastRowsOfPart, 1, kMostParts));
+}
+
 std::vector<RowRange> block_ranges(const Measurement& measurement, int parts) {
   std::vector<RowRange> ranges(static_cast<std::size_t>(measurement.block_count()));
   const std::vector<int>& blocks = measurement.row_blocks();

@@ -12,6 +12,10 @@ namespace slipstack::workbench {
 /// Rows of each part of a block: blocks are contiguous and in order.
 std::vector<RowRange> block_ranges(const Measurement& measurement, int parts = 1);
 
+/// Into how many parts the blocks are divided where the scatter between parts is an error: each is several
+/// times longer than noise is correlated.
+int parts_of_block(const Measurement& measurement);
+
 /// Normal equations of a regression, one set for each block of rows. They suffice for fits, for
 /// cross-validation by blocks, and for standard errors that do not assume independent residuals.
 class NormalEquations {

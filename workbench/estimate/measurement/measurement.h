@@ -215,6 +215,8 @@ class Measurement {
   /// The same measurement with another displacement that is consistent with the encoder's resolution. The
   /// difference of the hysteresis forces is the error by quantisation where the axis is slow.
   Measurement with_realisation(const EncoderRealisation& other) const;
+  /// The same rows of a log with this smooth motion and this force, one value for each sample.
+  Measurement with_motion(std::vector<double> position_m, std::vector<double> force_N) const;
 
  private:
   struct Motion {

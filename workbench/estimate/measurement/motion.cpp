@@ -95,4 +95,25 @@ Measurement Measurement::with_realisation(const EncoderRealisation& other) const
   return copy;
 }
 
+Measurement Measurement::with_motion(std::vector<double> position_m, std::vector<double> force_N) const {
+  Measurement copy = *this;
+  Motion motion;
+  for (const LogPart& part : parts_) {
+    const std::vector<double> own_m = part_of(position_m, part);
+    const std::vector<double> own_mps = first_derivative(own_m, sample_rate_Hz());
+    const std::vector<double> own_mps2 = second_derivative(own_m, sample_rate_Hz());
+    motion.velocity_mps.insert(motion.velocity_mps.end(), own_mps.begin(), own_mps.end());
+    motion.acceleration_mps2.insert(motion.acceleration_mps2.end(), own_mps2.begin(), own_mps2.end());
+  }
+  motion.position_m = position_m;
+  copy.motion_ = std::make_shared<const Motion>(std::move(motion));
+  copy.displacement_m_ = std::move(position_m);
+  copy.turning_points_.clear();  // the motion is smooth: it reverses at the samples
+  Log log = *log_;
+  log.force_N = std::move(force_N);
+  copy.log_ = std::make_shared<const Log>(std::move(log));
+  copy.recorded_force_N_ = std::make_shared<const Eigen::VectorXd>(copy.filtered(copy.log_->force_N));
+  return copy;
+}
+
 }  // namespace slipstack::workbench

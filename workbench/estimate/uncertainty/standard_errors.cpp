@@ -6,43 +6,10 @@
 
 #include "workbench/estimate/nonlinear/tangent.h"
 #include "workbench/estimate/uncertainty/encoder_realisations.h"
-#include "workbench/estimate/uncertainty/noise_floor.h"
+#include "workbench/estimate/uncertainty/instruments.h"
 
 namespace slipstack::workbench {
 namespace {
-
-/// Blocks are divided into parts of at least so many rows. Noise is uncorrelated over far fewer: the filter
-/// reaches over nine. There are at most kMostParts per block: enough parts then contain what only few
-/// movements excite, and finer ones give the same standard errors.
-constexpr Eigen::Index kLeastRowsOfPart = 45;
-constexpr Eigen::Index kMostParts = 4;
-
-int parts_of_block(const Measurement& measurement) {
-  const Eigen::Index rows = measurement.row_count() / std::max(1, measurement.block_count());
-  return static_cast<int>(std::clamp<Eigen::Index>(rows / kLeastRowsOfPart, 1, kMostParts));
-}
-
-/// Share of the error by quantisation at each row, root mean square, that the log supports: the noise floor
-/// counts it as far as the saturated residual contains it (noise_floor.h).
-Eigen::VectorXd supported_share(const Measurement& measurement, const ForceChanges& changes_N) {
-  Eigen::VectorXd expected = Eigen::VectorXd::Zero(measurement.row_count());
-  for (const Eigen::VectorXd& change_N : changes_N) expected += change_N.cwiseAbs2();
-  expected = smoothed(expected / static_cast<double>(changes_N.size()));
-  Eigen::VectorXd share = Eigen::VectorXd::Ones(measurement.row_count());
-  // Weights are all one before weigh_rows(), which alone knows what the log supports.
-  if (measurement.row_weights() == measurement.row_usable()) return share;
-  const Eigen::VectorXd all = smoothed(measurement.noise_variance());
-  for (const LogPart& part : measurement.parts()) {
-    const auto first = static_cast<Eigen::Index>(part.first_row);
-    const auto count = static_cast<Eigen::Index>(part.row_count);
-    if (count == 0) continue;
-    const double least = all.segment(first, count).minCoeff();  // noise of the force: the same at all rows
-    for (Eigen::Index row = first; row < first + count; ++row) {
-      if (expected(row) > 0.0) share(row) = std::sqrt(std::min(1.0, (all(row) - least) / expected(row)));
-    }
-  }
-  return share;
-}
 
 /// Variance of each unknown by the encoder's quantisation that the scatter between blocks does not contain. A
 /// log has only one grid. Where a motion is repeated, its quantisation error and the resulting error of the
@@ -52,9 +19,7 @@ Eigen::VectorXd quantisation_variance(const Measurement& measurement, const Fitt
                                       const BoundedSolution& solution, const Eigen::MatrixXd& levels) {
   if (measurement.encoder_resolution_m() <= 0.0)
     return Eigen::VectorXd::Zero(tangent.columns.cols() + levels.cols());
-  ForceChanges changes_N = changes_by_quantisation_N(measurement, {&fitted.terms}, 0).front();
-  const Eigen::VectorXd share = supported_share(measurement, changes_N);
-  for (Eigen::VectorXd& change_N : changes_N) change_N.array() *= share.array();
+  const ForceChanges changes_N = changes_by_quantisation_N(measurement, {&fitted.terms}, 0).front();
   return equations.recurring_variance(measurement, tangent.columns, changes_N, solution, tangent.constraints,
                                       levels);
 }
@@ -141,6 +106,9 @@ FittedModel with_standard_errors(const Measurement& measurement, FittedModel fit
   }
   const NormalEquations equations(measurement, tangent.columns, fitted.linearisation->target(),
                                   parts_of_block(measurement));
+  // Where a search of the shapes stopped beside the minimum: the step to it.
+  const Eigen::VectorXd beside =
+      equations.fit(tangent.constraints, solution.bound_states).value - solution.value;
   for (std::size_t i = 0; i < tangent.shapes.size(); ++i) {
     // In another record the shape may come out anywhere in its range.
     const FreeShape& shape = tangent.shapes[i];
@@ -157,7 +125,9 @@ FittedModel with_standard_errors(const Measurement& measurement, FittedModel fit
     unseen.head(count) += change.cwiseAbs2();
     unseen.tail(levels.cols()) += (levels.transpose() * change).cwiseAbs2();
   };
+  add_square(beside);
   add_square(change_by_bounds(measurement, fitted, tangent, equations, solution));
+  unseen += squared_bias_by_control(measurement, fitted, tangent, solution, levels);
   for (Eigen::Index i = 0; i < errors.size(); ++i) {
     if (errors(i) > 0.0) errors(i) = std::hypot(errors(i), std::sqrt(unseen(i)));
   }
