@@ -108,8 +108,28 @@ test('open, compare, learn, add, error falls, undo, redo, plan, run, deploy, exp
   assert.ok(await page.locator('.card.best .fingerprint path').count() === 2, 'the expected trace beside the residual');
   await page.locator('.card.best').getByText('What would it do?').click();
   await page.waitForFunction(() => /→/.test(document.querySelector('.card.best output').textContent));
+  // The gains answer at once, and say that they are no more than that; then the refined model takes their place.
+  await page.evaluate(() => {
+    window.answers = [];
+    const note = () => {
+      const {first_answer: first, versions} = window.slipstackWorkbench.store.state;
+      const text = document.querySelector('#first-answer')?.textContent ?? '';
+      if (first && text) window.answers.push({id: first.id, effects: first.effects, after_N: first.after_N, versions: versions.length, text, bars: document.querySelectorAll('.waterfall li button').length});
+    };
+    new MutationObserver(note).observe(document.querySelector('#waterfall'), {childList: true, subtree: true});
+  });
   await page.locator('.card.best [data-add]').click();
   await drawn(page, 2);
+  const [first] = await page.evaluate(() => window.answers);
+  assert.ok(first && first.id < 0, 'a first answer was shown');
+  assert.equal(first.versions, 1, 'it is no version of the session');
+  assert.equal(first.bars, 2, 'the error falls by a bar at once');
+  assert.equal(first.text, 'Gains only; shapes are being refined.');
+  assert.deepEqual(first.effects, [...before.effects, kHidden]);
+  assert.ok(Math.abs(first.after_N / (await current(page)).after_N - 1) < 0.05, `${first.after_N} N at first`);
+  assert.equal((await state(page)).first_answer, null);
+  const [soon, refined] = await page.evaluate(() => ['first answer', 'refined answer'].map((name) => performance.getEntriesByName(name)[0].duration));
+  assert.ok(soon < refined, `${soon} ms, then ${refined} ms`);
   const after = await current(page);
   assert.ok(after.after_N < 0.7 * before.after_N, `error ${before.after_N} -> ${after.after_N}`);
   assert.deepEqual(after.effects, [...before.effects, kHidden]);

@@ -39,9 +39,22 @@ LogSearch::LogSearch(const LogRequest& request, Progress& progress)
   measure();
 }
 
+LogSearch::LogSearch(const LogSearch& opened, Progress& progress)
+    : progress_(progress),
+      conditioning_(opened.conditioning_),
+      logs_(opened.logs_),
+      intervals_(opened.intervals_),
+      searched_{std::make_unique<Measurement>(opened.measurement()), opened.searched_.weighing} {
+  prepare_whole();
+}
+
 void LogSearch::measure() {
   progress_.show("filter the samples");
   searched_ = logs_.measure(intervals_, conditioning_);
+  prepare_whole();
+}
+
+void LogSearch::prepare_whole() {
   const auto show = [this](double fraction) { progress_.show("judge by the whole logs", fraction); };
   whole_.emplace(logs_.logs(), *searched_.measurement, searched_.weighing, logs_.group(), show);
 }

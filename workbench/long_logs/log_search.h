@@ -31,11 +31,18 @@ struct LogRequest {
 class LogSearch {
  public:
   /// Opens and measures the logs. Throws UsageError for a log that is named twice, InputError for one that
-  /// cannot be used. `progress` must outlive this.
+  /// cannot be used. `progress` must outlive all use but reading the measurement and a further search.
   LogSearch(const LogRequest& request, Progress& progress);
+  /// Another search of the same logs, as they were read and weighed before `opened` was extended or its
+  /// measurement changed. Cost: a copy of the rows. `opened` need not outlive it.
+  LogSearch(const LogSearch& opened, Progress& progress);
+  LogSearch(const LogSearch&) = delete;
+  LogSearch& operator=(const LogSearch&) = delete;
 
   /// The measurement that is searched: of all samples, or of the excerpt.
   Measurement& measurement() { return *searched_.measurement; }
+  const Measurement& measurement() const { return *searched_.measurement; }
+  const std::vector<std::string>& paths() const { return logs_.paths(); }
   /// Fits the gains of `models` to the whole logs and sets their errors there (WholeLogs::fit()).
   void fit_to_whole(const std::vector<FittedModel*>& models, double limit_N) { whole_->fit(models, limit_N); }
   /// Residuals of models in the whole logs, without any fit.
@@ -57,6 +64,7 @@ class LogSearch {
 
  private:
   void measure();
+  void prepare_whole();
 
   Progress& progress_;
   ConditioningOptions conditioning_;

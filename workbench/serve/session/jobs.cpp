@@ -2,6 +2,7 @@
 #include "workbench/serve/session/jobs.h"
 
 #include <fmt/format.h>
+#include <sys/resource.h>
 
 #include <new>
 
@@ -14,7 +15,17 @@ namespace {
 using namespace std::chrono_literals;
 constexpr auto kBetweenTellings = 50ms;  // of progress; a page draws no more often. Chosen.
 
+/// Niceness of a job that gives way: a third of the processor beside a thread that does not (Linux,
+/// sched(7)).
+constexpr int kGivesWay = 5;
+
 }  // namespace
+
+void Jobs::give_way() {
+  // On Linux the niceness is that of the calling thread, and inherited by those that it starts. Where it is
+  // refused, answers take longer and nothing else.
+  static_cast<void>(::setpriority(PRIO_PROCESS, 0, kGivesWay));
+}
 
 Jobs::~Jobs() {
   cancel();

@@ -32,6 +32,9 @@ class Jobs {
   /// Asks the running job to end; it ends at its next check (base/cancel.h).
   void cancel();
   bool running() const;
+  /// Called within a job: from here on its thread, and those that it starts, give way to the answers that the
+  /// pages wait for. What a page waits for itself should be done before.
+  static void give_way();
   /// {running, what, stage, fraction, elapsed_s, error, outcome}: outcome is done, failed or cancelled.
   nlohmann::json to_json() const;
 

@@ -23,10 +23,6 @@ using nlohmann::json;
 
 namespace {
 
-std::string key_of(int version) {
-  return fmt::format("version {}", version);
-}
-
 json head_json(const std::string& path, const LongLog& log) {
   const Log& head = log.head();
   json header = json::object();
@@ -94,11 +90,28 @@ json Workspace::state() const {
   state["default_effects"] = default_baseline();
   state["simulated"] = simulated_axis_json();
   state["live"] = live_ ? live_->to_json() : json(nullptr);
+  state["first_answer"] = first_answer_json();
   state["diagnosis"] = nullptr;
   if (const Version* now = session_.current()) {
     if (auto found = session_.diagnosis(now->id)) state["diagnosis"] = std::move(*found);
   }
   return state;
+}
+
+/// As a version of the session, with what is not yet so of it said in `note`.
+json Workspace::first_answer_json() const {
+  if (!first_answer_ || first_answer_->ended) return nullptr;
+  const FirstAnswer& first = *first_answer_;
+  const bool excerpt = view_ != nullptr && view_->measurement().is_excerpt();
+  return {{"id", first.id},
+          {"parent", first.parent},
+          {"what", first.what},
+          {"effects", ids_of(first.gains.terms)},
+          {"before_N", first.gains.before_N},
+          {"after_N", first.gains.after_N},
+          {"floor_N", first.floor_N},
+          {"note", excerpt ? "gains only, on the excerpt; shapes are being refined"
+                           : "gains only; shapes are being refined"}};
 }
 
 LogRequest Workspace::request() const {
@@ -117,8 +130,18 @@ std::shared_ptr<View> Workspace::view() const {
   return view_;
 }
 
+LogSearch Workspace::search(Progress& progress) const {
+  std::shared_ptr<View> open;
+  {
+    const std::lock_guard lock(lock_);
+    if (view_ && view_->opened().paths() == session_.logs()) open = view_;
+  }
+  return open ? LogSearch(open->opened(), progress) : LogSearch(request(), progress);
+}
+
 Terms Workspace::terms(int version) const {
   const std::lock_guard lock(lock_);
+  if (first_answer_ && first_answer_->id == version) return first_answer_->gains.terms;
   return session_.model(version).terms;
 }
 
@@ -158,6 +181,7 @@ void Workspace::open(const std::vector<std::string>& paths, Progress& progress) 
     log_heads_.push_back(head_json(path, log));
     events_.tell();  // the first picture need not wait for what follows
   }
+  Jobs::give_way();           // the page draws meanwhile
   require_one_rate(sampled);  // after the pictures: each log can be seen, and closed, whatever its rate
   auto measured = std::make_shared<View>(LogRequest{&group_, paths, {}}, progress);
   const std::lock_guard lock(lock_);
@@ -228,16 +252,17 @@ Bytes Workspace::rows() const {
 }
 
 Bytes Workspace::model(int version) const {
-  return view()->model(key_of(version), terms(version));
+  return view()->model(View::key_of(version), terms(version));
 }
 
 json Workspace::charts(int version, int other) const {
   const Terms second = other != 0 ? terms(other) : Terms{};
-  return view()->charts(key_of(version), terms(version), key_of(other), other != 0 ? &second : nullptr);
+  return view()->charts(View::key_of(version), terms(version), View::key_of(other),
+                        other != 0 ? &second : nullptr);
 }
 
 json Workspace::worth(int version) const {
-  return view()->worth(key_of(version), terms(version));
+  return view()->worth(View::key_of(version), terms(version));
 }
 
 json Workspace::with_candidate(int version, const std::string& effect) const {
@@ -247,8 +272,10 @@ json Workspace::with_candidate(int version, const std::string& effect) const {
     found = session_.diagnosis(version);
   }
   if (!found) throw UsageError("this version has not been diagnosed");
-  return view()->with_term(key_of(version), terms(version),
-                           term_of_card(view()->measurement(), *found, effect));
+  const std::shared_ptr<View> drawn = view();
+  const std::optional<Term> term = term_of_card(drawn->measurement(), *found, effect);
+  if (!term) throw UsageError(fmt::format("{} is no candidate of this diagnosis", in_quotes(effect)));
+  return drawn->with_term(View::key_of(version), terms(version), *term);
 }
 
 Terms Workspace::bent_terms(int version, const json& changes) const {
@@ -262,13 +289,14 @@ json Workspace::adjustable_parameters(int version) const {
 }
 
 Bytes Workspace::bent(int version, const json& changes) const {
-  return view()->bent(key_of(version), terms(version), bent_terms(version, changes));
+  return view()->bent(View::key_of(version), terms(version), bent_terms(version, changes));
 }
 
 void Workspace::select(int version) {
   {
     const std::lock_guard lock(lock_);
     session_.select(version);
+    if (first_answer_) first_answer_->ended = true;
   }
   events_.tell();
 }

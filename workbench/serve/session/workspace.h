@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -127,6 +129,8 @@ class Workspace {
   std::shared_ptr<View> view() const;
   Terms terms(int version) const;
   Terms bent_terms(int version, const nlohmann::json& changes) const;
+  /// The logs for one job: a copy of those that are open, which need not be read and weighed again.
+  LogSearch search(Progress& progress) const;
   /// The version that is shown, and its model.
   struct Current {
     int version = 0;
@@ -137,6 +141,24 @@ class Workspace {
   void open(const std::vector<std::string>& paths, Progress& progress);
   void add_tried(nlohmann::json card);
   void publish(int parent, const std::string& what, const Model& model, double before_N);
+  /// The answer that is shown while a job refines it: the same effects, their gains fitted, the shapes held.
+  struct FirstAnswer {
+    int id = 0;  ///< below zero, where no version is
+    int parent = 0;
+    std::string what;
+    View::Gains gains;
+    double floor_N = 0.0;
+    bool ended = false;  ///< no longer shown; pages may still be asking for it
+  };
+  nlohmann::json first_answer_json() const;
+  std::optional<Term> known_term(const Measurement& measurement, int version,
+                                 const EffectDescription& effect) const;
+  /// Shows what `gains` makes of the version for as long as the result lives; nothing where it makes nothing.
+  /// The page asks for it by its id like for a version. No file is written: after a crash, or when the job is
+  /// cancelled, it has never been.
+  class Shown;
+  using FirstGains = std::function<std::optional<View::Gains>(View&, const std::string& key)>;
+  Shown show_first(const Current& now, const std::string& what, const FirstGains& gains);
 
   static constexpr const char* kDiagnosis = "find what is missing";  ///< name of that job
 
@@ -149,6 +171,8 @@ class Workspace {
   std::shared_ptr<View> view_;
   nlohmann::json plan_;
   nlohmann::json tried_ = nlohmann::json::array();  ///< effects that the last diagnosis has tried
+  std::optional<FirstAnswer> first_answer_;
+  int first_answers_ = 0;  ///< so far
   std::string deployed_;
   nlohmann::json tracking_;  ///< of the simulated axis, before and after the last deployment
   std::unique_ptr<SimulatedController> controller_;

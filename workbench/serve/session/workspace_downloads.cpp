@@ -95,7 +95,7 @@ Download Workspace::download(const std::string& what, int version, const json& o
     return {fmt::format("model-{}.json", version), "application/json", json_text(model_json(model))};
   if (what == "report") {
     Progress progress([](const std::string&, double) {});
-    LogSearch logs(request(), progress);
+    LogSearch logs = search(progress);
     ComparisonResult result = compare_model(logs, model, progress);
     result.command_line = fmt::format("slipstack compare {} --model {}", names, path);
     result.log = names;

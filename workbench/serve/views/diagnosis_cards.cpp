@@ -51,7 +51,7 @@ json tried_card(const Trial& trial, double baseline_N) {
           {"error_reduction", number_json(1.0 - trial.holdout_rmse_N / baseline_N)}};
 }
 
-json diagnosis_cards(const LogRequest& request, const std::string& model_path,
+json diagnosis_cards(LogSearch& logs, const std::string& model_path,
                      const std::vector<std::string>& user_effects, Progress& progress,
                      const std::function<void(json)>& tried) {
   const Model model = read_model(model_path);
@@ -63,13 +63,12 @@ json diagnosis_cards(const LogRequest& request, const std::string& model_path,
     progress.show(stage, fraction);
   };
   wanted.tried = [&tried](const Trial& trial, double baseline_N) { tried(tried_card(trial, baseline_N)); };
-  LogSearch logs(request, progress);
   const Diagnosis diagnosis = logs.diagnose(wanted);
   const Measurement& measurement = logs.measurement();
   std::string command = "slipstack diagnose";
-  for (const std::string& path : request.paths) command += " " + path;
+  for (const std::string& path : logs.paths()) command += " " + path;
   command += " --stepwise --model " + model_path;
-  const DiagnosisRequest asked{command, joined(request.paths), {request.paths, model_path, ""}, true};
+  const DiagnosisRequest asked{command, joined(logs.paths()), {logs.paths(), model_path, ""}, true};
   DiagnosisResult result = diagnosis_result(asked, measurement, diagnosis);
   json cards = std::move(result.json);
   for (std::size_t i = 0; i < diagnosis.candidates.size(); ++i) {
@@ -82,7 +81,8 @@ json diagnosis_cards(const LogRequest& request, const std::string& model_path,
   return cards;
 }
 
-Term term_of_card(const Measurement& measurement, const json& diagnosis, const std::string& effect) {
+std::optional<Term> term_of_card(const Measurement& measurement, const json& diagnosis,
+                                 const std::string& effect) {
   for (const json& card : diagnosis.at("candidates")) {
     if (card.at("effect") != effect || !card.contains("term")) continue;
     Term term = make_term(measurement, effect_named(effect));
@@ -93,7 +93,7 @@ Term term_of_card(const Measurement& measurement, const json& diagnosis, const s
     if (gains.size() == term.gains.size()) term.gains = gains;
     return term;
   }
-  throw UsageError(fmt::format("{} is no candidate of this diagnosis", in_quotes(effect)));
+  return std::nullopt;
 }
 
 }  // namespace slipstack::workbench

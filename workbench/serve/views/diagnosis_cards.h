@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,11 +22,12 @@ nlohmann::json tried_card(const Trial& trial, double baseline_N);
 /// (shapes and gains) and `expected` (what it would leave over each coordinate, report/pictures.h); the
 /// headline; the command line that does the same. `tried` gets a tried_card() for each effect as soon as it
 /// is known, from several threads.
-nlohmann::json diagnosis_cards(const LogRequest& request, const std::string& model,
+nlohmann::json diagnosis_cards(LogSearch& logs, const std::string& model,
                                const std::vector<std::string>& user_effects, Progress& progress,
                                const std::function<void(nlohmann::json)>& tried);
 
-/// The term that a diagnosis fitted for one of its candidates. Throws UsageError where there is none.
-Term term_of_card(const Measurement& measurement, const nlohmann::json& diagnosis, const std::string& effect);
+/// The term that a diagnosis fitted for one of its candidates; nothing where there is none.
+std::optional<Term> term_of_card(const Measurement& measurement, const nlohmann::json& diagnosis,
+                                 const std::string& effect);
 
 }  // namespace slipstack::workbench

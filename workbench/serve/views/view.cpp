@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/serve/views/view.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -20,7 +22,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t kMostKept = 24;  // force rows of models; 16 bytes for each row of each
+constexpr std::size_t kMostKept = 24;  // force rows and answers of models; 28 bytes for each row of each
 
 std::vector<double> plain(const Eigen::VectorXd& values) {
   return {values.data(), values.data() + values.size()};
@@ -42,8 +44,11 @@ double held_out_error(const NormalEquations& equations, const NormalEquations::C
 
 }  // namespace
 
-View::View(const LogRequest& request, Progress& progress)
-    : measurement_(LogSearch(request, progress).release()) {}
+std::string View::key_of(int version) {
+  return fmt::format("version {}", version);
+}
+
+View::View(const LogRequest& request, Progress& progress) : opened_(request, progress) {}
 
 Terms View::on_logs(const Terms& terms) const {
   return terms_on(measurement(), terms);
@@ -106,7 +111,10 @@ Bytes View::answer(const ForceRows& rows, const Terms& terms, bool whole) const 
 
 Bytes View::model(const std::string& key, const Terms& terms) {
   const std::lock_guard lock(lock_);
-  return answer(rows_of_model(key, terms), terms, true);
+  const auto known = answers_.find(key);
+  if (known != answers_.end()) return known->second;
+  if (answers_.size() >= kMostKept) answers_.erase(answers_.begin());
+  return answers_.emplace(key, answer(rows_of_model(key, terms), terms, true)).first->second;
 }
 
 json View::charts(const std::string& key, const Terms& terms, const std::string& other_key,
@@ -121,15 +129,16 @@ json View::charts(const std::string& key, const Terms& terms, const std::string&
   return data;
 }
 
-const View::Fitted& View::fitted(const std::string& key, const Terms& terms) {
+/// The equations of a model at the gains that it has.
+const FittedModel& View::fitted(const std::string& key, const Terms& terms) {
   if (fitted_ && fitted_key_ == key) return *fitted_;
-  auto next = std::make_unique<Fitted>();
+  auto next = std::make_unique<FittedModel>();
   next->terms = on_logs(terms);
-  next->linearisation = std::make_unique<Linearisation>(measurement(), next->terms);
-  next->equations = std::make_unique<NormalEquations>(measurement(), next->linearisation->columns(),
+  next->linearisation = std::make_shared<Linearisation>(measurement(), next->terms);
+  next->equations = std::make_shared<NormalEquations>(measurement(), next->linearisation->columns(),
                                                       next->linearisation->target());
-  next->constraints = constraints_of(
-      next->terms, std::max(measurement().weighted_rms(next->linearisation->residual_N()), 1e-12));
+  next->train_rmse_N = std::max(measurement().weighted_rms(next->linearisation->residual_N()), 1e-12);
+  next->constraints = constraints_of(next->terms, next->train_rmse_N);
   fitted_ = std::move(next);
   fitted_key_ = key;
   return *fitted_;
@@ -137,7 +146,7 @@ const View::Fitted& View::fitted(const std::string& key, const Terms& terms) {
 
 Bytes View::bent(const std::string& key, const Terms& terms, const Terms& by_hand) {
   const std::lock_guard lock(lock_);
-  const Fitted& from = fitted(key, terms);
+  const FittedModel& from = fitted(key, terms);
   const Terms there = on_logs(by_hand);
   const Eigen::VectorXd measured_N = measurement().force_N(measurement_dynamics_of(there));
   return answer({measured_N, from.linearisation->force_at(there)}, there, false);
@@ -145,7 +154,7 @@ Bytes View::bent(const std::string& key, const Terms& terms, const Terms& by_han
 
 json View::worth(const std::string& key, const Terms& terms) {
   const std::lock_guard lock(lock_);
-  const Fitted& now = fitted(key, terms);
+  const FittedModel& now = fitted(key, terms);
   json list = json::array();
   Eigen::Index next = 0;
   for (const Term& term : now.terms) {
@@ -165,15 +174,33 @@ json View::worth(const std::string& key, const Terms& terms) {
 
 json View::with_term(const std::string& key, const Terms& terms, const Term& term) {
   const std::lock_guard lock(lock_);
-  const Fitted& now = fitted(key, terms);
+  const FittedModel& now = fitted(key, terms);
   const Term here = with_gain_sets(measurement(), term);
   const NormalEquations wider = equations_with(measurement(), *now.linearisation, *now.equations, here);
   Terms all = now.terms;
   all.push_back(here);
-  const NormalEquations::Constraints constraints =
-      constraints_of(all, std::max(measurement().weighted_rms(now.linearisation->residual_N()), 1e-12));
+  const NormalEquations::Constraints constraints = constraints_of(all, now.train_rmse_N);
   return {{"before_N", number_json(held_out_error(*now.equations, now.constraints))},
           {"after_N", number_json(held_out_error(wider, constraints))}};
+}
+
+View::Gains View::gains_only(const FittedModel& now, Terms terms) const {
+  FittedModel fitted = fit_gains(measurement(), std::move(terms), &now);
+  return {std::move(fitted.terms), held_out_error(*now.equations, now.constraints), fitted.holdout_rmse_N};
+}
+
+View::Gains View::added(const std::string& key, const Terms& terms, const Term& term) {
+  const std::lock_guard lock(lock_);
+  const FittedModel& now = fitted(key, terms);
+  Terms more = now.terms;
+  more.push_back(with_gain_sets(measurement(), term));
+  return gains_only(now, std::move(more));
+}
+
+View::Gains View::removed(const std::string& key, const Terms& terms, const std::string& effect) {
+  const std::lock_guard lock(lock_);
+  const FittedModel& now = fitted(key, terms);
+  return gains_only(now, without(now.terms, effect));
 }
 
 }  // namespace slipstack::workbench

@@ -20,6 +20,9 @@ namespace slipstack::workbench {
 /// answer; what is kept comes from a job (analysis/). All members may be called from any thread.
 class View {
  public:
+  /// The key of a version of the session: what is known of its model is found by it again.
+  static std::string key_of(int version);
+
   /// Opens and measures the logs. Throws InputError.
   View(const LogRequest& request, Progress& progress);
 
@@ -43,26 +46,34 @@ class View {
   /// Held-out error with one more term at given shapes, likewise: {before_N, after_N}.
   nlohmann::json with_term(const std::string& key, const Terms& terms, const Term& term);
 
-  const Measurement& measurement() const { return *measurement_; }
+  /// A model whose gains were fitted at once, as a first answer: its shapes are held, those of the added term
+  /// at what is given. Cost: one column set and one solution; some more where effects multiply.
+  struct Gains {
+    Terms terms;
+    double before_N = 0.0;  ///< held-out error of the model that it came from, on what is searched
+    double after_N = 0.0;   ///< its own
+  };
+  Gains added(const std::string& key, const Terms& terms, const Term& term);
+  Gains removed(const std::string& key, const Terms& terms, const std::string& effect);
+
+  /// The logs as they were opened: what a job begins with.
+  const LogSearch& opened() const { return opened_; }
+  const Measurement& measurement() const { return opened_.measurement(); }
   /// Terms of a model file, as many gains as these logs need.
   Terms on_logs(const Terms& terms) const;
 
  private:
-  struct Fitted {
-    Terms terms;
-    std::unique_ptr<Linearisation> linearisation;
-    std::unique_ptr<NormalEquations> equations;
-    NormalEquations::Constraints constraints;
-  };
   const ForceRows& rows_of_model(const std::string& key, const Terms& terms);
-  const Fitted& fitted(const std::string& key, const Terms& terms);
+  const FittedModel& fitted(const std::string& key, const Terms& terms);
+  Gains gains_only(const FittedModel& now, Terms terms) const;
   Bytes answer(const ForceRows& rows, const Terms& terms, bool whole) const;
 
-  std::unique_ptr<Measurement> measurement_;
+  LogSearch opened_;
   std::mutex lock_;  ///< of what follows
   std::map<std::string, ForceRows> rows_;
+  std::map<std::string, Bytes> answers_;  ///< of model(): those of a version do not change
   std::string fitted_key_;
-  std::unique_ptr<Fitted> fitted_;
+  std::unique_ptr<FittedModel> fitted_;
 };
 
 }  // namespace slipstack::workbench

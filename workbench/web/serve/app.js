@@ -11,7 +11,7 @@ import {connect, liveCharts, liveSignals, startLive, takeSignals} from '/live.js
 import {startMissing} from '/missing.js';
 import {startModel} from '/model.js';
 import {startOpen} from '/open.js';
-import {currentVersion, on, store, tell, versionOf} from '/store.js';
+import {on, shownVersion, store, tell, versionOf} from '/store.js';
 
 let logsSeen = '';
 let recordedSeen = false;
@@ -25,7 +25,7 @@ const logsOf = (state) => state.logs.map((log) => log.path).join('\n');
 
 // Fetches rows and models; an answer that is no longer wanted is dropped.
 async function fetchModels() {
-  const version = currentVersion();
+  const version = shownVersion();
   const beside = versionOf(store.besideId) ?? (version ? versionOf(version.parent) : null);
   const wanted = `${logsSeen}|${version?.id}|${beside?.id}`;
   store.wanted = wanted;
@@ -40,6 +40,7 @@ async function fetchModels() {
     store.charts = null;  // those of the models before
     tell('model');
     tell('version');
+    showAnswered(version);
     store.charts = version ? await get('charts', beside ? {version: beside.id, other: version.id} : {version: version.id}) : null;
     if (store.wanted !== wanted) return;
     tell('model');
@@ -48,6 +49,13 @@ async function fetchModels() {
   } catch (error) {
     say(error.message);
   }
+}
+
+// In the trace: how long after the click the first answer and the refined one are drawn.
+function showAnswered(version) {
+  if (store.asked === null) return;
+  performance.measure(version.note ? 'first answer' : 'refined answer', {start: store.asked});
+  if (!version.note) store.asked = null;
 }
 
 // One job at a time: what would start another keeps the focus, and says why it does not.
@@ -78,6 +86,7 @@ function showJob({running, what, stage, fraction, elapsed_s: elapsed, outcome, e
   const ended = `${running}${what}${outcome}${error}`;
   if (store.jobSeen !== ended) {
     store.jobSeen = ended;
+    if (!running && outcome !== 'done') store.asked = null;
     if (error) say(error);
     else if (outcome === 'cancelled') say(`Cancelled: ${what}. Nothing has changed.`, 'note');
     else if (running) say('');
@@ -104,10 +113,11 @@ function take(state) {
     recordedSeen = true;
     tell('recorded');
   }
-  if (state.measured && (!measuredSeen || versionSeen !== state.current)) {
+  const shown = shownVersion()?.id ?? state.current;
+  if (state.measured && (!measuredSeen || versionSeen !== shown)) {
     measuredSeen = true;
-    if (versionSeen !== state.current) store.besideId = null;
-    versionSeen = state.current;
+    if (versionSeen !== shown) store.besideId = null;
+    versionSeen = shown;
     fetchModels();
   }
   const diagnosis = JSON.stringify([state.current, state.diagnosis?.headline, state.diagnosis?.noise_floor_N]);

@@ -13,7 +13,10 @@ function titleOf(id) { return store.state.diagnosis?.candidates.find((one) => on
 // A text of the server with the titles of effects in place of their ids.
 const named = (text) => text.replace(/[a-z]+(_[a-z]+)*/g, (word) => (store.state.diagnosis.candidates.some((one) => one.effect === word) ? inSentence(shortTitle(titleOf(word))) : word));
 
-function add(effect) { return attempt(() => post('add', {effect})); }
+function add(effect) {
+  store.asked = performance.now();
+  return attempt(() => post('add', {effect}));
+}
 
 // What the residual charts draw beside the means.
 function showExpected(card) {

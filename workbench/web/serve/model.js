@@ -3,7 +3,7 @@
 import {catalogue, get, post, postForBytes} from '/api.js';
 import {attempt, byId, fill, h, percent, quantity, readable, sentence, shortTitle, span} from '/dom.js';
 import {waterfall} from '/figures.js';
-import {currentVersion, lineage, on, store, tell} from '/store.js';
+import {currentVersion, lineage, on, shownVersion, store, tell} from '/store.js';
 import {showInterval} from '/time_charts.js';
 
 let changes = new Map();  // by effect, kind and index: {effect, kind, index, value}
@@ -13,34 +13,40 @@ let again = false;
 
 const key = (one) => `${one.effect} ${one.kind} ${one.index}`;
 
-function pick(id) { return attempt(() => post('select', {version: id})); }
+function pick(id) { return id > 0 ? attempt(() => post('select', {version: id})) : undefined; }
+
+function remove(effect) {
+  store.asked = performance.now();
+  return attempt(() => post('remove', {effect}));
+}
 
 function drawWaterfall() {
   const host = byId('waterfall');
-  const version = currentVersion();
+  const version = shownVersion();
   if (!version) { host.replaceChildren(); return; }
   const steps = lineage(version).map((one) => ({id: one.id, what: one.parent ? one.what.replaceAll('_', ' ') : one.effects.map((id) => id.replaceAll('_', ' ')).join(', '), error: one.after_N, now: one.id === version.id}));
   const first = steps[0].error;
   fill(host, h('h2', {}, 'The error'),
     h('p', {class: 'figure'}, h('b', {}, quantity(version.after_N, 'N')), ` on unseen data, ${(version.after_N / version.floor_N).toPrecision(3)} times the noise floor`,
       steps.length > 1 ? `; ${(first / version.after_N).toPrecision(3)} times less than at first` : ''),
+    version.note ? h('p', {class: 'soft', id: 'first-answer'}, sentence(version.note)) : null,
     waterfall(steps, version.floor_N, pick));
 }
 
 async function drawEffects() {
   const host = byId('effects');
-  const version = currentVersion();
+  const version = shownVersion();
   if (!version) { host.replaceChildren(); return; }
   const parameters = store.current?.header.parameters ?? [];
   const title = (id) => parameters.find((one) => one.effect === id)?.title ?? readable(id);
-  const worth = await get('worth', {version: version.id}).catch(() => null);
-  if (currentVersion()?.id !== version.id) return;
+  const worth = version.note ? null : await get('worth', {version: version.id}).catch(() => null);
+  if (shownVersion()?.id !== version.id) return;
   const without = (id) => worth?.effects.find((one) => one.effect === id)?.without_N;
   host.replaceChildren(h('h2', {}, 'Its effects'), h('ul', {class: 'effects'}, version.effects.map((id) => {
     const error = without(id);
     return h('li', {}, h('div', {class: 'row'}, h('b', {}, title(id)),
       h('button', {type: 'button', class: 'small', 'data-job': true, disabled: version.effects.length < 2, 'aria-label': `Remove ${title(id)}`,
-                   onclick: () => attempt(() => post('remove', {effect: id}))}, 'Remove')),
+                   onclick: () => remove(id)}, 'Remove')),
     h('p', {class: 'soft'}, error ? `without it ${quantity(error, 'N')} instead of ${quantity(worth.with_N, 'N')}` : ''),
     h('details', {}, h('summary', {}, 'Parameters'), parameterList(parameters.find((one) => one.effect === id))));
   })));
@@ -103,7 +109,7 @@ async function drawSliders() {
   const host = byId('sliders');
   const version = currentVersion();
   changes = new Map();
-  if (!version) { host.replaceChildren(); return; }
+  if (!version || shownVersion().note) { host.replaceChildren(); return; }
   adjustable = await get('adjustable', {version: version.id}).catch(() => []);
   if (currentVersion()?.id !== version.id) return;
   host.replaceChildren(h('h2', {}, 'By hand'), h('p', {class: 'soft', id: 'bent-error'}, 'Move a parameter; the charts follow.'),

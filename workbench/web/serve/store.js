@@ -12,6 +12,7 @@ export const store = {
   selected: null,     // Uint8Array over the rows: brushed samples
   cursors: [],        // up to two times, s
   tool: 'zoom',
+  asked: null,        // when an effect was added or removed, while its answers are waited for: ms
 };
 
 const listeners = new Map();
@@ -27,6 +28,8 @@ export function tell(what) {
 
 export const versionOf = (id) => store.state?.versions.find((version) => version.id === id) ?? null;
 export const currentVersion = () => (store.state ? versionOf(store.state.current) : null);
+// What is drawn: the version where the work stands, or the first answer of a job that refines it (`note` says so).
+export const shownVersion = () => store.state?.first_answer ?? currentVersion();
 
 // From the first version to this one.
 export function lineage(version) {
