@@ -39,7 +39,7 @@ TEST(BurstInForce, IsReportedWithItsTimeAndDuration) {
     ASSERT_TRUE(burst) << seed;
     EXPECT_EQ(burst->coordinate, Coordinate::time);
     EXPECT_NEAR(burst->where, kBurst_s, 10e-3);
-    EXPECT_NE(burst->description.find(" ms at 7.3"), std::string::npos) << burst->description;
+    EXPECT_NE(burst->description.find(" +- 1.0 ms at 7."), std::string::npos) << burst->description;
     // The part of the residual that it explains lies within it.
     EXPECT_GT(burst->explained_N.squaredNorm(), 0.0);
   }
