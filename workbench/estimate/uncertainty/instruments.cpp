@@ -157,7 +157,7 @@ Eigen::VectorXd squared_bias_by_control(const Measurement& measurement, const Fi
                                         const Tangent& tangent, const BoundedSolution& solution,
                                         const Eigen::MatrixXd& sums) {
   const Index count = tangent.columns.cols();
-  const Eigen::VectorXd none = Eigen::VectorXd::Zero(count + sums.cols());
+  Eigen::VectorXd none = Eigen::VectorXd::Zero(count + sums.cols());
   if (!is_under_control(measurement)) return none;
   const Eigen::MatrixXd directions = directions_of(fitted, tangent, solution);
   if (directions.cols() == 0) return none;
