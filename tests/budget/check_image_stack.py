@@ -53,10 +53,11 @@ INTERFACES = {
     "ProgramMemory": r"_ZNK?9slipstack9stm32g47412ProgramFlash.*(7running|5board|7address|7program|5spare|5notes|7restart)E",
     "AbsoluteEncoder": r"_ZNK?9slipstack.*AxisEncoder.*(3use|8counters)E",
     "AnalogueInputs": r"_ZNK?9slipstack.*(SlowInputs|LinkAnalogueInputs).*(11temperature|11bus_voltage|15has_temperature|15has_bus_voltage)E",
+    "EdgeCapture": r"_ZNK?9slipstack.*(CapturedInput|LinkEdgeCapture).*(8terminal|4take)E",
     "SignalScaling": r"_ZNK?9slipstack.*Scaling(10set_scales|9largest_A)E",
 }
 # A board may have none of them: the pointer is then null.
-OPTIONAL = {"SignalScaling", "ProgramMemory", "AbsoluteEncoder", "AnalogueInputs"}
+OPTIONAL = {"SignalScaling", "ProgramMemory", "AbsoluteEncoder", "AnalogueInputs", "EdgeCapture"}
 # The boot loader has no node and no static objects.
 NOT_IN_BOOT = {"constructors", "CanPort", "Indicator", "Application"}
 # Who may call which of them; the first that fits holds.
@@ -64,6 +65,7 @@ CALLERS = [
     (r"canopen::(Pdos|PdoMap|SdoServer|SdoAccess|Dictionary)::", ["ObjectAccess"]),
     (r"RecordSlots::|ParameterSet::", ["Nonvolatile"]),
     (r"slipstack::update::|canopen::ProgramDownload::", ["ProgramMemory", "Nonvolatile"]),
+    (r"canopen::TouchProbeProfile::", ["EdgeCapture"]),
     (r"canopen::(ModelStaging|Drive|EncoderObjects|AnalogueObjects)::", ["SignalScaling", "AbsoluteEncoder", "AnalogueInputs", "ProgramMemory", "Nonvolatile"]),
     (r"canopen::(Node|NodeObjects|NodeParts|BusWatch|BitRateSwitch|Lss|Outbox)::|CanopenNode::", ["Application", "CanPort", "Nonvolatile"]),
     (r"start_clock_tree", ["wait"]),

@@ -44,7 +44,8 @@ TEST(StagedAxis, EveryObjectIsAParameterOfItsOwn) {
   Dictionary& dictionary = bench.node->dictionary();
   // What of these records is no parameter of the axis: 2012h:05 and 2503h:04 to 08 are readings, 2503h:01 to
   // 03 the board's, 2501h:05 the hash of the scales that have passed, 2504h:05 and 09 readings, 2404h:02 too.
-  const std::set<std::uint16_t> records{0x2000, 0x2010, 0x2012, 0x2404, 0x2501, 0x2502, 0x2503, 0x2504, 0x6075};
+  const std::set<std::uint16_t> records{0x2000, 0x2010, 0x2012, 0x2404, 0x2501,
+                                        0x2502, 0x2503, 0x2504, 0x6075};
   const std::set<std::string> others{"2501:05", "2503:01", "2503:02", "2503:03"};
   std::map<std::set<std::size_t>, std::string> seen;
   int parameters = 0;
@@ -55,7 +56,8 @@ TEST(StagedAxis, EveryObjectIsAParameterOfItsOwn) {
     const Bytes was = staged(dictionary);
     // Every bit of it other than it was, so that an upper half or a sign counts too.
     std::uint32_t other = ~before;
-    if (object.type == Type::kReal32) other = std::bit_cast<std::uint32_t>(std::bit_cast<float>(before) + 1.25F);
+    if (object.type == Type::kReal32)
+      other = std::bit_cast<std::uint32_t>(std::bit_cast<float>(before) + 1.25F);
     if (object.type == Type::kBoolean) other = before == 0 ? 1 : 0;
     dictionary.set(row, other);
     const Bytes now = staged(dictionary);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The linker scripts and the test of the boot loader name the addresses of hal/mps2/program_map.h, whose banks
-// are those of the part.
+// The linker scripts and the test of the boot loader name the addresses of hal/mps2/program_map.h, whose
+// banks are those of the part.
 #include "hal/mps2/program_map.h"
 
 #include <gtest/gtest.h>
@@ -84,8 +84,10 @@ TEST(ProgramMap, TheTestOfTheBootLoaderHasItsAddresses) {
   const Numbers behind = numbers(
       script,
       R"(\nSUPPLY, ORDERS, FILE = FLASH \+ 2 \* BANK, FLASH \+ 2 \* BANK \+ (\d+), FLASH \+ (0x\w+)\n)");
-  EXPECT_EQ(behind, numbers("tests/boot/program.cpp",
-                            R"(kOrders = mps2::kProgramSupply \+ (\d+);\n.*kFile = mps2::kProgramFlash \+ (0x\w+);)"));
+  EXPECT_EQ(
+      behind,
+      numbers("tests/boot/program.cpp",
+              R"(kOrders = mps2::kProgramSupply \+ (\d+);\n.*kFile = mps2::kProgramFlash \+ (0x\w+);)"));
 }
 
 }  // namespace
