@@ -168,6 +168,17 @@ test('open, compare, learn, add, error falls, undo, redo, plan, run, deploy, exp
   await page.emulateMedia({colorScheme: 'light'});
   await page.waitForFunction(() => window.slipstackWorkbench.chartOf('force').u.width > 700);
 
+  // Cancelled: the first answer goes, and nothing of it stays.
+  await server.ask('remove', {method: 'POST', body: JSON.stringify({effect: kHidden})});
+  await server.ask('cancel', {method: 'POST', body: '{}'});
+  await idle(page);
+  const cancelled = await (await server.ask('state')).json();
+  assert.equal(cancelled.job.outcome, 'cancelled');
+  assert.equal(cancelled.first_answer, null);
+  assert.equal(cancelled.versions.length, 2);
+  await drawn(page, 2);
+  await page.locator('#first-answer').waitFor({state: 'detached'});
+
   // Remove and branch: the old version stays.
   await page.locator('.effects li').last().getByText('Remove').click();
   await drawn(page, 3);

@@ -36,6 +36,7 @@ class LogSearch {
   /// Another search of the same logs, as they were read and weighed before `opened` was extended or its
   /// measurement changed. Cost: a copy of the rows. `opened` need not outlive it.
   LogSearch(const LogSearch& opened, Progress& progress);
+  ~LogSearch() = default;
   LogSearch(const LogSearch&) = delete;
   LogSearch& operator=(const LogSearch&) = delete;
 

@@ -15,6 +15,7 @@
 
 #include "tests/unit/estimate/simulated_axis.h"
 #include "workbench/base/errors.h"
+#include "workbench/long_logs/log_search.h"
 #include "workbench/long_logs/processes/requests.h"
 #include "workbench/long_logs/shared_logs.h"
 
@@ -122,6 +123,28 @@ void expect_equal(const Diagnosis& a, const Diagnosis& b) {
     EXPECT_EQ(a.candidates[i].holdout_rmse_N, b.candidates[i].holdout_rmse_N) << a.candidates[i].term.id();
     EXPECT_EQ(a.candidates[i].error_reduction_se, b.candidates[i].error_reduction_se);
   }
+}
+
+// A job of the workbench begins with the logs as they are open, whatever jobs before it have done to theirs.
+TEST(LogSearch, ASecondSearchIsThatOfTheLogsAsTheyWereOpened) {
+  const std::filesystem::path path = viscous_file("opened.csv", 5, 20.0);
+  SingleProcess alone;
+  Progress progress;
+  LogSearch opened({&alone, {path.string()}, {}}, progress);
+  DiagnoseOptions options;
+  options.baseline = kBaseline;
+  options.candidates = {"viscous", "coulomb"};
+  {
+    LogSearch changed(opened, progress);
+    Measurement& own = changed.measurement();
+    own.set_row_weights(0.5 * own.row_weights());
+    own.set_slip_distances({});
+  }
+  std::filesystem::remove(path);  // nothing is read again
+  LogSearch second(opened, progress);
+  EXPECT_EQ(second.paths(), opened.paths());
+  EXPECT_EQ(second.measurement().row_weights(), opened.measurement().row_weights());
+  expect_equal(second.diagnose(options), opened.diagnose(options));
 }
 
 TEST(WholeLogs, AnExcerptJudgedByTheWholeGivesTheDiagnosisOfTheWhole) {

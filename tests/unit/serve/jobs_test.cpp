@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <thread>
@@ -35,6 +36,28 @@ TEST(Jobs, RunOneAtATimeAndTellHowTheyEnded) {
   wait(jobs);
   EXPECT_EQ(jobs.to_json()["outcome"], "failed");
   EXPECT_EQ(jobs.to_json()["error"], "log.csv: gone");
+}
+
+// Threads are those of the processors, however deep loops lie within each other, and all of them are there
+// again for the next loop.
+TEST(Parallel, LoopsWithinLoopsShareTheProcessors) {
+  for (int round = 0; round < 3; ++round) {
+    std::atomic<std::size_t> at_once{0};
+    std::atomic<std::size_t> most{0};
+    std::atomic<std::size_t> calls{0};
+    parallel_for(6, [&](std::size_t) {
+      parallel_for(6, [&](std::size_t) {
+        const std::size_t now = ++at_once;
+        for (std::size_t known = most.load(); known < now && !most.compare_exchange_weak(known, now);) {
+        }
+        ++calls;
+        std::this_thread::sleep_for(2ms);
+        --at_once;
+      });
+    });
+    EXPECT_EQ(calls.load(), 36U);
+    EXPECT_EQ(most.load(), std::min<std::size_t>(36, usable_processors()));
+  }
 }
 
 // Work that would never end by itself, in the calls of parallel_for and on its threads.
