@@ -24,9 +24,10 @@ void define_comparison(CLI::App& loop, const std::shared_ptr<LoopRequest>& reque
   loop.add_flag("--brief", wanted->brief,
                 "of the comparison: without wrong parameters, hidden effects and other levels of friction")
       ->needs(flag);
-  loop.add_option("--keep", wanted->keep,
-                  "of the comparison: add each axis that is done to this file, and measure none again that is "
-                  "in it")
+  loop.add_option(
+          "--keep", wanted->keep,
+          "of the comparison: add each axis that is done to this file, and measure none again that is "
+          "in it")
       ->type_name("FILE")
       ->needs(flag);
   loop.callback([request, wanted, compare] {

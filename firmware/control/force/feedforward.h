@@ -70,8 +70,8 @@ class FeedForward {
   /// It moves with the reference; where that rests, or lies where the axis is (`follows`), with the axis, by
   /// what the counts do beyond the dead band, as a play operator has it: noise within it moves nothing. The
   /// play begins where the estimate of the tick before has the axis: were it the middle of the count, an axis
-  /// that comes to rest near its edge and flickers over it would seem to have moved by half a count, where the
-  /// friction is stiffest.
+  /// that comes to rest near its edge and flickers over it would seem to have moved by half a count, where
+  /// the friction is stiffest.
   void observe(const Scales& scale, const ReferencePoint& at, std::int32_t counts,
                const StateEstimate& estimate, bool follows) {
     const std::int32_t now = displacement(scale, at);
@@ -80,7 +80,8 @@ class FeedForward {
     correction_ = 0.0F;
     if (rests) {
       const std::int32_t before = axis_;
-      axis_ = played(rests_ ? before : displacement(scale, estimate), displacement(scale, counts), scale.band);
+      axis_ =
+          played(rests_ ? before : displacement(scale, estimate), displacement(scale, counts), scale.band);
       if (rests_) {
         moved = difference(axis_, before);
         correction_ = 1.0F;

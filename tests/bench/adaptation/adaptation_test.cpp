@@ -212,7 +212,8 @@ std::string table() {
   return text;
 }
 
-/// Move by move on one random axis (adaptation_test --moves SEED): where a late move is worse than the others.
+/// Move by move on one random axis (adaptation_test --moves SEED): where a late move is worse than the
+/// others.
 std::string moves_of(std::uint64_t seed) {
   const sim::Axis axis = random_bench(seed).axis;
   std::string text;
@@ -225,8 +226,8 @@ std::string moves_of(std::uint64_t seed) {
     for (const double move_m : {0.05, 0.3})
       for (const Case& one : cases()) {
         const Row r = row(one, move_m, share, {{seed, true}});
-        print("%.0f mm, share %.0f, %-28s over known %5.2f, none %4.2f; known %.2f; adapted", 1e3 * move_m, static_cast<double>(share),
-              one.name, r.ratio(), r.worst(), largest_after(r.known, kLearned));
+        print("%.0f mm, share %.0f, %-28s over known %5.2f, none %4.2f; known %.2f; adapted", 1e3 * move_m,
+              static_cast<double>(share), one.name, r.ratio(), r.worst(), largest_after(r.known, kLearned));
         for (const double um : r.adapted) print(" %.2f", um);
         print("%s", "\n");
       }

@@ -236,7 +236,8 @@ TEST(FeedForward, TheTimeOfDriftDoesNotWrap) {
 constexpr StopTimes kTimes{.quick_stop = 50, .slow_down = 50};
 
 // An axis that comes to rest at 100.44 counts reads 100, and moves by 0.06 to read 101: only so much may move
-// the hysteresis. From the middle of the count it would be half a count, and the count back would not undo it.
+// the hysteresis. From the middle of the count it would be half a count, and the count back would not undo
+// it.
 TEST(FeedForward, AtRestACountMovesWhatTheEstimateDoesNotKnow) {
   FeedForward::Scales scales;
   scales.shift_up = 4;

@@ -18,7 +18,8 @@ namespace {
 
 class ComparisonFileTest : public ::testing::Test {
  protected:
-  std::string path_ = testing::TempDir() + "/kept-" + testing::UnitTest::GetInstance()->current_test_info()->name();
+  std::string path_ =
+      testing::TempDir() + "/kept-" + testing::UnitTest::GetInstance()->current_test_info()->name();
   std::vector<ContenderName> names_ = contenders_of(Field::kFew);
 
   void SetUp() override { std::filesystem::remove(path_); }
@@ -85,9 +86,8 @@ TEST_F(ComparisonFileTest, AComparisonTakesWhatIsKept) {
   kept.add(6, names_, made(3.0));
   kept.add(7, names_, made(2.0));
   const Comparison comparison =
-      compare({.first_seed = 5, .seeds = 3, .field = Field::kFew, .extent = {}}, kept, [](const std::string&, double) {
-        FAIL() << "nothing is to be measured";
-      });
+      compare({.first_seed = 5, .seeds = 3, .field = Field::kFew, .extent = {}}, kept,
+              [](const std::string&, double) { FAIL() << "nothing is to be measured"; });
   ASSERT_EQ(comparison.contenders.size(), names_.size());
   EXPECT_DOUBLE_EQ(comparison.contenders[0].median(Measure::kRms), 2.0);
   EXPECT_DOUBLE_EQ(comparison.contenders[0].value(Measure::kRms, 1.0), 3.0);

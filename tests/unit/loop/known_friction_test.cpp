@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "sim_host/log/draw.h"
+#include "sim_host/plant/friction/maxwell_elements.h"
 #include "workbench/base/statistics.h"
 #include "workbench/loop/comparison/contenders.h"
 #include "workbench/loop/comparison/measures.h"

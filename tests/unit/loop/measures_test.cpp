@@ -99,10 +99,10 @@ TEST(Comparison, SaysWhereAnotherIsBetterAndWhichGoalsAreMet) {
   };
   Comparison comparison;
   comparison.seeds = 3;
-  comparison.contenders = {made("p_pi", Kind::kPeer, 20.0, 9.0), made("mass", Kind::kPeer, 10.0, 8.0),
-                           made("velocity-table", Kind::kPeer, 4.0, 6.0), made("ilc", Kind::kLearner, 0.5, 5.0),
-                           made("maxwell_slip", Kind::kOurs, 0.9, 4.0),
-                           made("bound", Kind::kBound, 0.4, 3.0)};
+  comparison.contenders = {
+      made("p_pi", Kind::kPeer, 20.0, 9.0),          made("mass", Kind::kPeer, 10.0, 8.0),
+      made("velocity-table", Kind::kPeer, 4.0, 6.0), made("ilc", Kind::kLearner, 0.5, 5.0),
+      made("maxwell_slip", Kind::kOurs, 0.9, 4.0),   made("bound", Kind::kBound, 0.4, 3.0)};
   const std::vector<ComparedGoal> goals = goals_of(comparison);
   ASSERT_EQ(goals.size(), 4U);
   EXPECT_TRUE(goals[0].met) << goals[0].found;
@@ -118,7 +118,7 @@ TEST(Comparison, SaysWhereAnotherIsBetterAndWhichGoalsAreMet) {
   EXPECT_EQ(goals_of(comparison)[0].found, "0.11 of the mass; with the friction known 0.05");
   comparison.contenders.back() = made("bound", Kind::kBound, 0.85, 3.0);
   EXPECT_EQ(goals_of(comparison)[0].found,
-            "0.11 of the mass; with the friction known 0.11, so that nothing reaches it");
+            "0.11 of the mass; with the friction known 0.11, so that no friction model reaches it");
   EXPECT_FALSE(goals_of(comparison)[3].met);
 }
 

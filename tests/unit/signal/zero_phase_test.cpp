@@ -92,8 +92,8 @@ TEST(Filter, IsTheSumOfShiftedTaps) {
   }
 }
 
-// Each sum in the order of the taps, however many are made side by side: the last bit does not depend on where
-// in the signal a sample is.
+// Each sum in the order of the taps, however many are made side by side: the last bit does not depend on
+// where in the signal a sample is.
 TEST(Filter, IsTheSameBitForBitWhereverASampleIs) {
   const std::vector<double> taps = random_signal(3, 21);
   for (const std::size_t count : {1U, 20U, 21U, 36U, 37U, 38U, 100U}) {

@@ -74,7 +74,7 @@ ComparedGoal ratio_goal(const Comparison& comparison, const std::string& text, M
   if (const ComparedContender* bound = find(comparison, "bound"); bound != nullptr && ratio > goal) {
     const double least = bound->median(measure) / other->median(measure);
     found += fmt::format("; with the friction known {:.2f}", least);
-    if (least > goal) found += ", so that nothing reaches it";
+    if (least > goal) found += ", so that no friction model reaches it";
   }
   return {text, found, ratio <= goal};
 }
@@ -126,12 +126,12 @@ std::vector<ComparedGoal> goals_of(const Comparison& comparison) {
   const ComparedContender* plain = find(comparison, "p_pi");
   if (ours == nullptr || plain == nullptr) return {};
   std::vector<ComparedGoal> goals;
-  goals.push_back(ratio_goal(comparison, "peak at reversals, at most 0.1 of mass feed-forward", Measure::kReversalPeak,
-                             *ours, find(comparison, "mass"), 0.1));
+  goals.push_back(ratio_goal(comparison, "peak at reversals, at most 0.1 of mass feed-forward",
+                             Measure::kReversalPeak, *ours, find(comparison, "mass"), 0.1));
   const auto peer = [](const ComparedContender& one) { return one.is(Kind::kPeer); };
-  goals.push_back(ratio_goal(comparison, "peak at reversals, at most 0.5 of the best that learns no trajectory",
-                             Measure::kReversalPeak, *ours, best(comparison, Measure::kReversalPeak, peer),
-                             0.5));
+  goals.push_back(
+      ratio_goal(comparison, "peak at reversals, at most 0.5 of the best that learns no trajectory",
+                 Measure::kReversalPeak, *ours, best(comparison, Measure::kReversalPeak, peer), 0.5));
   goals.push_back(ratio_goal(comparison, "settling to 1 um after 100 mm, at most 0.7 of the velocity table",
                              Measure::kSettle100mm, *ours, find(comparison, "velocity-table"), 0.7));
   std::size_t worse = 0;
@@ -156,16 +156,16 @@ std::vector<std::string> lost_cells(const Comparison& comparison) {
   for (std::size_t i = 0; i < kMeasureCount; ++i) {
     const auto measure = static_cast<Measure>(i);
     const auto* ours = best(comparison, measure, [](const auto& one) { return one.is(Kind::kOurs); });
-    const auto* other = best(comparison, measure, [](const auto& one) {
-      return one.is(Kind::kPeer) || one.is(Kind::kLearner);
-    });
+    const auto* other = best(comparison, measure,
+                             [](const auto& one) { return one.is(Kind::kPeer) || one.is(Kind::kLearner); });
     if (ours == nullptr || other == nullptr) continue;
     const double mine = ours->median(measure);
     const double theirs = other->median(measure);
     if (!(theirs < mine)) continue;
     const MeasureText& text = text_of(measure);
-    sentences.push_back(fmt::format("{}: {} wins, {:.3g} against {:.3g} {}: {}.", text.what, other->name.title,
-                                    theirs * text.scale, mine * text.scale, text.unit, other->name.strength));
+    sentences.push_back(fmt::format("{}: {} wins, {:.3g} against {:.3g} {}: {}.", text.what,
+                                    other->name.title, theirs * text.scale, mine * text.scale, text.unit,
+                                    other->name.strength));
   }
   return sentences;
 }

@@ -48,9 +48,9 @@ struct ComparisonTask {
   Extent extent;
 };
 
-/// Tunes the contenders on an axis of each seed and measures them all. An axis that `kept` has is not measured
-/// again; what is measured is added to it. About a minute of a processor for an axis, half of it for the
-/// iterative learning; a third without Extent::robustness.
+/// Tunes the contenders on an axis of each seed and measures them all. An axis that `kept` has is not
+/// measured again; what is measured is added to it. About a minute of a processor for an axis, half of it for
+/// the iterative learning; a third without Extent::robustness.
 Comparison compare(const ComparisonTask& task, ComparisonFile& kept,
                    const std::function<void(const std::string&, double)>& progress);
 

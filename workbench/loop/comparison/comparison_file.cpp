@@ -40,7 +40,8 @@ Measures measures_from(const nlohmann::json& object) {
 ComparisonFile::ComparisonFile(std::string path, std::string task)
     : path_(std::move(path)), task_(std::move(task)) {
   read();
-  if (!std::ofstream(path_, std::ios::binary | std::ios::app)) throw UsageError(path_ + ": cannot be written");
+  if (!std::ofstream(path_, std::ios::binary | std::ios::app))
+    throw UsageError(path_ + ": cannot be written");
 }
 
 void ComparisonFile::read() {

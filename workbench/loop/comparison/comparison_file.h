@@ -11,8 +11,9 @@
 
 namespace slipstack::workbench {
 
-/// What a comparison has measured so far, in a file: one line of JSON for each axis, added as soon as the axis
-/// is done, so that a comparison that was stopped goes on behind it. A last line that was cut off is dropped.
+/// What a comparison has measured so far, in a file: one line of JSON for each axis, added as soon as the
+/// axis is done, so that a comparison that was stopped goes on behind it. A last line that was cut off is
+/// dropped.
 class ComparisonFile {
  public:
   /// Nothing is kept.

@@ -23,7 +23,7 @@ std::string cell_of(const ByRank& value, bool spread) {
   const auto number = [](double of) {
     return of != 0.0 && std::fabs(of) < 0.0995 ? fmt::format("{:.2g}", of)
            : std::fabs(of) < 99.5              ? fmt::format("{:.3g}", of)
-                                                     : fmt::format("{:.0f}", of);
+                                               : fmt::format("{:.0f}", of);
   };
   if (!spread) return number(value(0.5));
   return fmt::format("{} ({}..{})", number(value(0.5)), number(value(0.0)), number(value(1.0)));

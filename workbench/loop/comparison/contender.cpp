@@ -41,7 +41,8 @@ void learn(const Contender& contender, const Trajectory& trajectory, const Drive
 
 }  // namespace
 
-Compensation compensation_on(const Contender& contender, const sim::Axis& axis, const Trajectory& trajectory) {
+Compensation compensation_on(const Contender& contender, const sim::Axis& axis,
+                             const Trajectory& trajectory) {
   Compensation compensation;
   compensation.own_model = contender.own_model;
   compensation.mass_share = contender.mass_share;

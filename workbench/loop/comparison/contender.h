@@ -48,8 +48,8 @@ struct Contender {
   bool bound() const { return name.kind == ContenderName::Kind::kBound; }
 };
 
-/// What the contender adds on this motion before anything has been learned. The axis matters to a bound alone:
-/// of anything else it serves for every axis.
+/// What the contender adds on this motion before anything has been learned. The axis matters to a bound
+/// alone: of anything else it serves for every axis.
 Compensation compensation_on(const Contender& contender, const sim::Axis& axis, const Trajectory& trajectory);
 
 /// Its last repetition of this motion on this axis. About 0.4 µs per tick and repetition.

@@ -30,9 +30,8 @@ Maker with_elements(const std::string& id, const std::string& title) {
 }
 
 Maker bound(const std::string& id, const std::string& title, double noise_share, double encoder_share) {
-  return {{id, title, "", Kind::kBound}, [=](const Workshop& w, const ContenderName& n) {
-            return w.bound(n, noise_share, encoder_share);
-          }};
+  return {{id, title, "", Kind::kBound},
+          [=](const Workshop& w, const ContenderName& n) { return w.bound(n, noise_share, encoder_share); }};
 }
 
 std::vector<Maker> few() {
@@ -94,7 +93,8 @@ std::vector<Maker> makers_of(Field field) {
   append(peers());
   makers.push_back(ours);
   append(ours_with_more());
-  append({bound("bound", "bound: friction known", 1.0, 1.0), bound("bound_quiet", "bound, no noise", 0.0, 1.0),
+  append({bound("bound", "bound: friction known", 1.0, 1.0),
+          bound("bound_quiet", "bound, no noise", 0.0, 1.0),
           bound("bound_fine", "bound, fine encoder", 1.0, 0.01)});
   return makers;
 }
