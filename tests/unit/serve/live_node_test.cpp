@@ -248,7 +248,8 @@ TEST(LiveNode, AFaultIsToldByItsEmergencyInPlainWords) {
   ASSERT_TRUE(await([&] { return bench.live->to_json().at("drive").at("error") == "8611h"; }));
   // Reset: the error goes, what it was stays to be read.
   drive.write(0x6040, 0, 0x80, 2);
-  ASSERT_TRUE(await([&] { return bench.live->to_json().at("drive").at("error") == ""; }));
+  ASSERT_TRUE(
+      await([&] { return bench.live->to_json().at("drive").at("error").get<std::string>().empty(); }));
   EXPECT_EQ(bench.live->to_json().at("emergency").at("code"), "8611h");
   EXPECT_GE(place_of(happened(*bench.live), "EMCY 0000h"), 0) << happened(*bench.live);
 }

@@ -39,7 +39,7 @@ class DriveEvents {
 
   /// {state, mode, error, error_words, warning, limited, referenced} or null; emergency: {code, words, at_ms,
   /// earlier} or null; happened: [{at_ms, what, kind}], newest first. `at_ms`: since 1970.
-  void add_to(nlohmann::json& json) const;
+  void add_to(nlohmann::json& page) const;
 
  private:
   struct Entry {

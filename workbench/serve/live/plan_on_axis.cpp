@@ -203,7 +203,9 @@ Recording run_plan_on(SdoClient& drive, const PlannedMotion& plan, const PlanSam
     const double place = static_cast<double>(one.tick - done.samples.front().tick) / ticks;
     if (std::fabs(place - std::round(place)) * ticks > 0.5) continue;
     StreamSample sample;
-    static_cast<MotionSample&>(sample) = one;
+    sample.tick = one.tick;
+    sample.counts = one.counts;
+    sample.current_A = one.current_A;
     samples.push_back(sample);
   }
   return recording_of(streamed, samples);
