@@ -32,7 +32,8 @@ std::string code_text(std::uint32_t code) {
 DriveState ask_state(SdoClient& drive) {
   DriveState state;
   state.statusword = drive.read(0x6041, 0);
-  state.mode = static_cast<std::int32_t>(static_cast<std::int8_t>(drive.read(0x6061, 0)));
+  const auto mode = static_cast<int>(drive.read(0x6061, 0) & 0xFFU);  // INTEGER8
+  state.mode = mode < 128 ? mode : mode - 256;
   state.error = drive.read(0x603F, 0);
   state.referenced = drive.read(canopen::kReferenceIndex, 5) != 0;
   return state;
