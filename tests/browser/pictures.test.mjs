@@ -174,7 +174,7 @@ async function live() {
   await page.locator('#tab-model').click();
   await page.evaluate(() => scrollTo(0, 0));
   await page.locator('#live-hold').click();
-  await picture(page, 'serve-live', ['#live-charts', '#live-parts tbody']);
+  await picture(page, 'serve-live', ['#live-charts', '#live-parts tbody', '#live-happened']);
   await page.context().close();
   await server.stop();
 }

@@ -266,8 +266,11 @@ test('a live controller: watch, move, record, deploy, before and after', async (
   await page.locator('#live-state[data-state=live]').waitFor({timeout: kJobs_ms});
   await page.locator('[data-chart="live residual"] canvas').waitFor();
   await page.locator('#live-record').click();
-  const move = async (times) => {
+  assert.equal(await page.locator('#drive-state').textContent(), 'switch on disabled');
+  assert.equal(await page.locator('#drive-emergency').textContent(), 'none');
+  const move = async (times, travel_mm = '20') => {
     await page.locator('#live-move').click();
+    await page.locator('#move-travel').fill(travel_mm);
     await page.locator('#move-times').fill(times);
     await page.locator('dialog').getByRole('button', {name: 'Move'}).click();
     await page.waitForFunction(() => {
@@ -276,7 +279,10 @@ test('a live controller: watch, move, record, deploy, before and after', async (
     });
   };
   await move('2');
+  // State and mode as they change, while the job talks to the drive too.
+  await page.waitForFunction(() => document.querySelector('#drive-state').textContent === 'operation enabled' && document.querySelector('#drive-mode').textContent === 'profile position');
   await idle(page);
+  await page.waitForFunction(() => document.querySelector('#drive-state').textContent === 'ready to switch on');
   await page.locator('#live-parts tbody tr').waitFor();
   // Cancelled on the way: the axis stops, the drive is disabled and can be deployed to.
   await move('20');
@@ -294,6 +300,7 @@ test('a live controller: watch, move, record, deploy, before and after', async (
   const parts = await page.evaluate(() => window.slipstackWorkbench.liveSignals().parts);
   assert.ok(parts[1].residual_rms_N < 0.3 * parts[0].residual_rms_N && parts[1].residual_rms_N > 0.01, JSON.stringify(parts));
   assert.ok(parts[1].error_rms_m < 0.5 * parts[0].error_rms_m && parts[1].error_rms_m > 1e-8, JSON.stringify(parts));
+  assert.doesNotMatch(await page.locator('#live-happened').textContent(), /lost/, 'questions and a deployment share the node');
   await accessible(page, 'live');
   // The picture is held, and goes on.
   await page.locator('#live-hold').click();
@@ -303,6 +310,7 @@ test('a live controller: watch, move, record, deploy, before and after', async (
   assert.equal(await end(), heldAt);
   await page.locator('#live-hold').click();
   await page.waitForFunction((before) => window.slipstackWorkbench.liveCharts().get('live residual').u.scales.x.max > before, heldAt);
+  await page.waitForFunction(() => parseFloat(document.querySelector('#live-recorded').textContent) > 16, null, {timeout: kJobs_ms});  // enough for a fit
   // The recording has another rate than the log that is open.
   await page.locator('#live-record').click();
   await page.locator('dialog').getByText('Another sampling rate').waitFor();
@@ -311,6 +319,37 @@ test('a live controller: watch, move, record, deploy, before and after', async (
   await idle(page);
   assert.equal((await state(page)).live.notice, '', 'nothing is lost on this bus, however fast a deployment lets its time pass');
   assert.ok(Math.abs((await state(page)).logs[0].sample_rate_Hz - 500) < 1e-6);
+  // A plan, against the limits of the axis, run on it, and its log joins that of the same rate.
+  await page.locator('#plan-for input[value=stribeck]').check();
+  await page.locator('#plan-seconds').fill('20');
+  await page.locator('#plan').click();
+  await page.locator('#run-live').waitFor({timeout: kJobs_ms});
+  await idle(page);
+  await page.locator('#run-live').click();
+  await page.locator('#plan-limits-table').waitFor({timeout: kJobs_ms});
+  assert.equal(await page.locator('#plan-limits-table tbody tr').count(), 5);
+  assert.equal(await page.locator('#plan-limits-table tbody tr.warn').count(), 0, await page.locator('#plan-limits-table').textContent());
+  await accessible(page, 'plan on the axis');
+  await page.locator('dialog').getByRole('button', {name: 'The way is free'}).click();
+  await page.waitForFunction(() => { const {logs, measured} = window.slipstackWorkbench.store.state; return measured && logs.length === 2 && logs[1].name === 'planned-node5.csv'; }, null, {timeout: kJobs_ms});
+  await idle(page);
+  assert.ok(Math.abs((await state(page)).logs[1].sample_rate_Hz - 500) < 1e-6);
+  await page.locator('#live-state[data-state=live]').waitFor({timeout: kJobs_ms});
+  // A fault as the server tells it (unit.serve.LiveNode has the drive's own): what stopped the axis, in plain words, and the way out.
+  await page.evaluate(async () => {
+    const {store, tell} = await import('/store.js');
+    const {live} = store.state;
+    Object.assign(live.drive, {state: 'fault', error: '8611h', error_words: 'the axis does not follow'});
+    live.emergency = {code: '8611h', words: 'the axis does not follow', at_ms: Date.now(), earlier: false};
+    live.happened.unshift({at_ms: Date.now(), what: 'EMCY 8611h: the axis does not follow', kind: 'bad'});
+    tell('state');
+  });
+  assert.match(await page.locator('#drive-emergency').textContent(), /^8611h: the axis does not follow, \d\d:\d\d:\d\d$/);
+  assert.equal(await page.locator('#drive-error').textContent(), '8611h: the axis does not follow');
+  assert.match(await page.locator('#live-happened li').first().textContent(), /EMCY 8611h: /);
+  await accessible(page, 'fault');
+  await page.locator('#live-reset').click();
+  await page.waitForFunction(() => document.querySelector('#drive-state').textContent === 'switch on disabled' && !document.querySelector('#drive-error'), null, {timeout: kJobs_ms});
   await page.locator('#live-end').click();
   await page.locator('#live').waitFor({state: 'hidden'});
   assert.deepEqual(page.faults, []);

@@ -12,6 +12,8 @@
 #include <stdexcept>
 #include <thread>
 
+#include "firmware/control/supervision/faults.h"
+#include "workbench/can/drive/drive_words.h"
 #include "workbench/log/log.h"
 #include "workbench/serve/live/driven_axis.h"
 #include "workbench/serve/live/simulated_axis.h"
@@ -51,9 +53,8 @@ struct Watched {
     ASSERT_TRUE(await([&] { return live->end() > 50; })) << live->to_json();
   }
   void move(double travel_m) {
-    const std::lock_guard lock(talking);
     const auto cable = link();
-    SdoClient drive(*cable, 5);
+    SdoClient drive(*cable, 5, &talking);
     move_to_and_fro(drive, travel_m, 1, kQuiet);
     // Frames of the move may still wait for the thread that watches.
     const std::uint64_t now = live->end();
@@ -190,6 +191,133 @@ TEST(LiveNode, TheControllerIsAsItWasWhenItIsLeft) {
   }
   bench.live.reset();
   EXPECT_EQ(objects(), before);
+}
+
+json happened(const LiveNode& live) {
+  return live.to_json().at("happened");
+}
+
+/// The newest entry that contains `words`; how many are newer. -1: none.
+int place_of(const json& entries, const std::string& words) {
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    if (entries[i].at("what").get<std::string>().find(words) != std::string::npos) return static_cast<int>(i);
+  }
+  return -1;
+}
+
+TEST(LiveNode, StateAndModeAreToldAsTheyChange) {
+  Watched bench;
+  bench.watch();
+  EXPECT_EQ(bench.live->to_json().at("drive").at("state"), "switch on disabled");
+  EXPECT_EQ(bench.live->to_json().at("drive").at("error"), "");
+  EXPECT_TRUE(bench.live->to_json().at("emergency").is_null());
+  const auto cable = bench.link();
+  SdoClient drive(*cable, 5, &bench.talking);
+  {
+    DrivenAxis axis(drive);
+    ASSERT_TRUE(await([&] { return bench.live->to_json().at("drive").at("state") == "operation enabled"; }));
+    EXPECT_EQ(bench.live->to_json().at("drive").at("mode"), "profile position");
+  }
+  ASSERT_TRUE(await([&] { return bench.live->to_json().at("drive").at("state") == "ready to switch on"; }));
+  const json seen = happened(*bench.live);
+  const int enabled = place_of(seen, "operation enabled");
+  ASSERT_GE(enabled, 0) << seen;
+  EXPECT_LT(place_of(seen, "ready to switch on"), enabled) << "newest first";
+  EXPECT_GT(place_of(seen, "connected"), enabled);
+}
+
+// A following error of 10 um is less than a move without a friction model has.
+TEST(LiveNode, AFaultIsToldByItsEmergencyInPlainWords) {
+  Watched bench;
+  bench.watch();
+  const auto cable = bench.link();
+  SdoClient drive(*cable, 5, &bench.talking);
+  drive.write_real(0x2000, 0x0F, 1e-5);  // the following error at which it stops
+  drive.write(0x2140, 3, drive.read(0x2140, 1), 4);
+  try {
+    move_to_and_fro(drive, 0.1, 1, kQuiet);
+  } catch (const UsageError&) {  // it is disabled on the way
+  }
+  ASSERT_TRUE(await([&] { return !bench.live->to_json().at("emergency").is_null(); }))
+      << happened(*bench.live);
+  const json emergency = bench.live->to_json().at("emergency");
+  EXPECT_EQ(emergency.at("code"), "8611h");
+  EXPECT_EQ(emergency.at("words"), error_words(0x8611));
+  EXPECT_FALSE(emergency.at("earlier"));
+  EXPECT_GE(place_of(happened(*bench.live), "EMCY 8611h"), 0);
+  ASSERT_TRUE(await([&] { return bench.live->to_json().at("drive").at("error") == "8611h"; }));
+  // Reset: the error goes, what it was stays to be read.
+  drive.write(0x6040, 0, 0x80, 2);
+  ASSERT_TRUE(
+      await([&] { return bench.live->to_json().at("drive").at("error").get<std::string>().empty(); }));
+  EXPECT_EQ(bench.live->to_json().at("emergency").at("code"), "8611h");
+  EXPECT_GE(place_of(happened(*bench.live), "EMCY 0000h"), 0) << happened(*bench.live);
+}
+
+TEST(LiveNode, ADriveThatStartsAnewIsThereAgain) {
+  Watched bench;
+  bench.watch();
+  const auto cable = bench.link();
+  SdoClient drive(*cable, 5, &bench.talking);
+  drive.nmt(0x81);
+  ASSERT_TRUE(await([&] { return place_of(happened(*bench.live), "connected again") >= 0; }));
+  const json seen = happened(*bench.live);
+  EXPECT_EQ(place_of(seen, "lost: node 5"), place_of(seen, "connected again") + 1) << seen;
+  const std::uint64_t end = bench.live->end();
+  ASSERT_TRUE(await([&] { return bench.live->end() > end + 100; })) << "it streams again";
+  const json times = bench.live->since(0).at("time_s");
+  for (std::size_t i = 1; i < times.size(); ++i)
+    ASSERT_GT(times[i].get<double>(), times[i - 1].get<double>()) << "time goes on";
+}
+
+/// A link that carries nothing while `cut`.
+class CutLink final : public CanLink {
+ public:
+  CutLink(std::unique_ptr<CanLink> link, const std::atomic<bool>& cut) : link_(std::move(link)), cut_(cut) {}
+  void send(const CanFrame& frame) override {
+    if (!cut_) link_->send(frame);
+  }
+  bool receive(CanFrame& frame, int timeout_ms) override {
+    if (!cut_) return link_->receive(frame, timeout_ms);
+    std::this_thread::sleep_for(std::chrono::milliseconds(timeout_ms));
+    return false;
+  }
+  void listen_to(std::span<const std::uint32_t> ids) override { link_->listen_to(ids); }
+  std::string name() const override { return "cut"; }
+
+ private:
+  std::unique_ptr<CanLink> link_;
+  const std::atomic<bool>& cut_;
+};
+
+TEST(LiveNode, AfterACutCableItIsThereAgainAndIsLeftAsItWas) {
+  Watched bench;
+  std::atomic<bool> cut{false};
+  const auto sync = [&] {
+    const auto cable = bench.link();
+    SdoClient drive(*cable, 5, &bench.talking);
+    return std::pair(drive.read(0x1005, 0), drive.read(0x1A03, 1));
+  };
+  const auto before = sync();
+  bench.live = std::make_unique<LiveNode>(bench.events, bench.talking, LiveNode::Target{"", 5, 500.0},
+                                          [&] { return std::make_unique<CutLink>(bench.link(), cut); });
+  ASSERT_TRUE(await([&] { return bench.live->end() > 50; }));
+  cut = true;
+  ASSERT_TRUE(await([&] { return bench.live->to_json().at("state") == "lost"; }));
+  EXPECT_NE(sync(), before) << "nobody could restore it";
+  cut = false;
+  ASSERT_TRUE(await([&] { return bench.live->to_json().at("state") == "live"; }));
+  EXPECT_GE(place_of(happened(*bench.live), "connected again"), 0);
+  bench.live.reset();
+  EXPECT_EQ(sync(), before);
+}
+
+TEST(DriveWords, EveryFaultOfTheFirmwareHasSome) {
+  for (std::size_t i = 1; i < kFaultCount; ++i) {
+    const std::uint16_t code = error_code(static_cast<Fault>(i));
+    EXPECT_NE(error_words(code), "unknown to this program") << std::hex << code;
+  }
+  EXPECT_EQ(error_words(0x1234), "unknown to this program");
 }
 
 TEST(LiveNode, WhatGoesWrongIsSaid) {

@@ -107,9 +107,11 @@ bool SdoClient::next(Frame& data, int timeout_ms) {
   return false;
 }
 
+// Answers to others that share the node, too: a block transfer of a whole trace is 10 000 frames.
 void SdoClient::drain() {
+  constexpr int kMost = 1 << 17;
   CanFrame frame;
-  for (int i = 0; i < 10000 && link_.receive(frame, 0); ++i) {
+  for (int i = 0; i < kMost && link_.receive(frame, 0); ++i) {
   }
 }
 
@@ -125,6 +127,7 @@ void SdoClient::await_node() {
   constexpr int kDuplicates_ms = 20;
   Frame frame;
   for (int i = 0; i < kRequests; ++i) {
+    const auto turn = take_turn();
     send(request(0x40, 0x1000, 0));
     if (!next(frame, kEvery_ms)) continue;
     while (next(frame, kDuplicates_ms)) {
@@ -153,6 +156,7 @@ void SdoClient::expect(const Frame& frame, std::uint8_t mask, std::uint8_t comma
 }
 
 std::uint32_t SdoClient::read(std::uint16_t index, std::uint8_t sub) {
+  const auto turn = take_turn();
   drain();
   send(request(0x40, index, sub));
   const Frame frame = answer(index, sub);
@@ -173,6 +177,7 @@ void SdoClient::fail(const std::string& why) const {
 }
 
 std::uint32_t SdoClient::try_write(std::uint16_t index, std::uint8_t sub, std::uint32_t value, int bytes) {
+  const auto turn = take_turn();
   drain();
   send(request(static_cast<std::uint8_t>(0x23 | (4 - bytes) << 2), index, sub, value));
   Frame frame;
@@ -188,6 +193,7 @@ void SdoClient::write(std::uint16_t index, std::uint8_t sub, std::uint32_t value
 }
 
 std::vector<std::uint8_t> SdoClient::upload(std::uint16_t index, std::uint8_t sub, const Watch& watch) {
+  const auto turn = take_turn();
   drain();
   send(request(0xA4, index, sub, kBlock));
   const Frame begin = answer(index, sub);
@@ -234,6 +240,7 @@ void SdoClient::take_block(std::vector<std::uint8_t>& data, std::uint16_t index,
 
 void SdoClient::download(std::uint16_t index, std::uint8_t sub, const std::vector<std::uint8_t>& data,
                          const Watch& watch) {
+  const auto turn = take_turn();
   drain();
   send(request(0xC6, index, sub, static_cast<std::uint32_t>(data.size())));
   const Frame begin = answer(index, sub);

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <initializer_list>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -26,9 +27,15 @@ class SdoAbort : public UsageError {
 
 /// An SDO client (CiA 301, 7.2.4): expedited for values, block transfer for domains.
 /// Throws UsageError, one line, when the node does not answer or refuses.
+///
+/// A node has one server: where several clients of this program ask it from different threads, each on a link
+/// of its own, they share a mutex `turn`, which is held for the length of a transfer.
 class SdoClient {
  public:
-  SdoClient(CanLink& link, std::uint8_t node) : link_(link), node_(node) { listen_also_to({}); }
+  SdoClient(CanLink& link, std::uint8_t node, std::mutex* turn = nullptr)
+      : link_(link), node_(node), turn_(turn) {
+    listen_also_to({});
+  }
 
   /// Beside the server's answers, frames with these identifiers are received.
   void listen_also_to(std::initializer_list<std::uint32_t> ids) {
@@ -61,6 +68,9 @@ class SdoClient {
 
  private:
   using Frame = std::array<std::uint8_t, 8>;
+  std::unique_lock<std::mutex> take_turn() const {
+    return turn_ != nullptr ? std::unique_lock(*turn_) : std::unique_lock<std::mutex>();
+  }
   void send(const Frame& data);
   [[noreturn]] void silent(const char* hint) const;
   Frame answer(std::uint16_t index, std::uint8_t sub);
@@ -75,6 +85,7 @@ class SdoClient {
 
   CanLink& link_;
   std::uint8_t node_;
+  std::mutex* turn_;
 };
 
 /// The meaning of an abort code (CiA 301 table 22).

@@ -11,6 +11,7 @@
 #include "firmware/effects/model_hash.h"
 #include "workbench/base/text.h"
 #include "workbench/can/drive/drive_access.h"
+#include "workbench/can/drive/drive_words.h"
 #include "workbench/console/output.h"
 
 namespace slipstack::workbench {
@@ -39,31 +40,6 @@ std::uint32_t word_at(const std::vector<std::uint8_t>& image, std::size_t word) 
 double value_of(const Object& object, std::uint32_t word) {
   return object.type == Type::kReal32 ? static_cast<double>(std::bit_cast<float>(word))
                                       : static_cast<double>(word);
-}
-
-std::string state_name(std::uint32_t word) {
-  switch (word & 0x6F) {
-    case 0x21:
-      return "ready to switch on";
-    case 0x23:
-      return "switched on";
-    case 0x27:
-      return "operation enabled";
-    case 0x07:
-      return "quick stop active";
-    default:
-      break;
-  }
-  switch (word & 0x4F) {
-    case 0x40:
-      return "switch on disabled";
-    case 0x0F:
-      return "fault reaction active";
-    case 0x08:
-      return "fault";
-    default:
-      return "not ready to switch on";
-  }
 }
 
 }  // namespace
@@ -125,7 +101,10 @@ std::string drive_status(SdoClient& drive) {
                                  printable(drive.link().name()), drive.read(0x1018, 4));
   text += fmt::format("state      {} (statusword {:04x}h), mode {}\n", state_name(word), word,
                       static_cast<std::int32_t>(static_cast<std::int8_t>(drive.read(0x6061, 0))));
-  text += fmt::format("error      {}\n", error == 0 ? "none" : fmt::format("{:04x}h", error));
+  text += fmt::format(
+      "error      {}\n",
+      error == 0 ? "none"
+                 : fmt::format("{:04x}h, {}", error, error_words(static_cast<std::uint16_t>(error))));
   text += fmt::format("position   {} counts\n", static_cast<std::int32_t>(drive.read(0x6063, 0)));
   text += fmt::format("residual   {:.4g} N\n", drive.read_real(kObserverIndex, 3));
   text += fmt::format("model      active {:08x}, staged {:08x}\n", drive.read(kModelIndex, 2),

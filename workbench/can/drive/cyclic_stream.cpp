@@ -22,6 +22,7 @@ constexpr std::uint32_t kNoRemote = 0x40000000;  // bit 30 of a TPDO
 constexpr std::uint8_t kStateEvery = 10;         // SYNCs
 constexpr std::int64_t kAfterMotion = 3;         // periods by which the reference is behind a set-point
 constexpr int kLongestStart = 3000;              // SYNCs until the stream is followed
+constexpr std::int64_t kWatchEvery = 64;         // SYNCs
 constexpr std::size_t kSilence_ms = 1000;
 constexpr std::uint32_t kLimitSwitches = 3;    // of the digital inputs (60FDh)
 constexpr std::uint32_t kFollows = 1U << 12U;  // of the statusword
@@ -80,7 +81,7 @@ void CyclicStream::configure() {
 }
 
 StreamedMotion CyclicStream::follow(const std::vector<std::int32_t>& set_points, double limit_A,
-                                    double tick_s) {
+                                    double tick_s, const std::function<void(double fraction)>& watch) {
   const double period_ticks = 1e-3 * period_ms_ / tick_s;
   StreamedMotion motion;
   motion.samples.reserve(set_points.size() + kAfterMotion);
@@ -122,6 +123,8 @@ StreamedMotion CyclicStream::follow(const std::vector<std::int32_t>& set_points,
       if (period > static_cast<std::int64_t>(set_points.size()) + kAfterMotion) break;
       const auto place = std::min(static_cast<std::size_t>(period), set_points.size() - 1);
       drive_.link().send(set_point_frame(set_point_id_, set_points[place]));
+      if (watch && period % kWatchEvery == 0)
+        watch(static_cast<double>(place) / static_cast<double>(set_points.size()));
     } else if (is_frame(frame, error_id_, 8) && sampled) {
       sampled = false;
       now.error_m = static_cast<double>(value_at<float>(frame, 0));

@@ -36,9 +36,11 @@ class CyclicStream {
   /// UsageError.
   void configure();
   /// Runs a drive that is enabled in mode 8 along set-points (counts from position zero), which begin where
-  /// its reference rests. `limit_A`: 2000h:09. Throws UsageError where the drive no longer answers or does
-  /// not take up the stream.
-  StreamedMotion follow(const std::vector<std::int32_t>& set_points, double limit_A, double tick_s);
+  /// its reference rests. `limit_A`: 2000h:09. `watch` is told now and then how much of it is done. Throws
+  /// UsageError where the drive no longer answers or does not take up the stream, and what `watch` throws:
+  /// the drive then brakes by itself.
+  StreamedMotion follow(const std::vector<std::int32_t>& set_points, double limit_A, double tick_s,
+                        const std::function<void(double fraction)>& watch = {});
   int period_ms() const { return period_ms_; }
 
  private:

@@ -56,12 +56,20 @@ void RestoredObjects::set(std::uint16_t index, std::uint8_t sub, std::uint32_t v
   drive_.write(index, sub, value, bytes);
 }
 
+RestoredObjects::RestoredObjects(SdoClient& drive, std::vector<Before>* owed) : drive_(drive), owed_(owed) {
+  if (owed_ == nullptr) return;
+  for (const Before& one : *owed_) drive_.try_write(one.index, one.sub, one.value, one.bytes);
+  owed_->clear();
+}
+
 RestoredObjects::~RestoredObjects() {
   try {
-    for (auto one = changes_.rbegin(); one != changes_.rend(); ++one) {
-      drive_.try_write(one->index, one->sub, one->before, one->bytes);
+    for (; !changes_.empty(); changes_.pop_back()) {
+      const Before& one = changes_.back();
+      drive_.try_write(one.index, one.sub, one.value, one.bytes);
     }
   } catch (const std::exception&) {  // the bus is gone, and each further object would wait for its answer
+    if (owed_ != nullptr) owed_->assign(changes_.rbegin(), changes_.rend());
   }
 }
 

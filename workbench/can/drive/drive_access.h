@@ -47,24 +47,26 @@ class RestoredObject {
 
 /// Changes objects one after the other, and restores them in the reverse order: a PDO is switched off before
 /// its mapping changes and its mapping is whole before it is on again (CiA 301, 7.5.2.36), on the way back
-/// too. Where the bus is gone nothing is restored.
+/// too. Where the bus is gone what is left to be restored is `owed`; another one that is given it begins with
+/// that.
 class RestoredObjects {
  public:
-  explicit RestoredObjects(SdoClient& drive) : drive_(drive) {}
+  struct Before {
+    std::uint16_t index;
+    std::uint8_t sub;
+    int bytes;
+    std::uint32_t value;
+  };
+  explicit RestoredObjects(SdoClient& drive, std::vector<Before>* owed = nullptr);
   RestoredObjects(const RestoredObjects&) = delete;
   RestoredObjects& operator=(const RestoredObjects&) = delete;
   ~RestoredObjects();
   void set(std::uint16_t index, std::uint8_t sub, std::uint32_t value, int bytes);
 
  private:
-  struct Change {
-    std::uint16_t index;
-    std::uint8_t sub;
-    int bytes;
-    std::uint32_t before;
-  };
   SdoClient& drive_;
-  std::vector<Change> changes_;
+  std::vector<Before>* owed_;
+  std::vector<Before> changes_;
 };
 
 }  // namespace slipstack::workbench

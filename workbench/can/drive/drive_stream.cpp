@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <iterator>
+#include <utility>
 
 #include "firmware/canopen/telemetry/trace.h"
 #include "workbench/can/drive/drive_access.h"
@@ -31,8 +32,11 @@ void check_axis(const SdoClient& drive, double tick_s, double resolution_m, doub
                   tick_s, resolution_m, constant));
 }
 
-DriveStream::DriveStream(SdoClient& drive, double rate_Hz, With with)
-    : drive_(drive), observed_(with == With::observer), changed_(drive) {
+DriveStream::DriveStream(SdoClient& drive, double rate_Hz, With with, BesideStream beside)
+    : drive_(drive),
+      observed_(with == With::observer),
+      beside_(std::move(beside)),
+      changed_(drive, beside_.owed) {
   axis_.rate_Hz = rate_Hz;
   axis_.tick_s = drive.read_real(kAxisIndex, 2);
   axis_.resolution_m = drive.read_real(kAxisIndex, 1);
@@ -60,7 +64,11 @@ DriveStream::DriveStream(SdoClient& drive, double rate_Hz, With with)
   id3_ = cob3 & kId;
   id4_ = observed_ ? cob4 & kId : id3_;
   changed_.set(0x1005, 0, kProducesSync | (drive.read(0x1005, 0) & kId), 4);
-  drive.listen_also_to({id3_, id4_});
+  if (beside_.message) {
+    drive.listen_also_to({id3_, id4_, kEmergencyId + drive.node(), kErrorControlId + drive.node()});
+  } else {
+    drive.listen_also_to({id3_, id4_});
+  }
   drive.nmt(1);
 }
 
@@ -94,6 +102,9 @@ std::optional<StreamSample> DriveStream::next(int timeout_ms) {
       next_.error_m = value_at<float>(frame, 0);
       next_.residual_N = value_at<float>(frame, 4);
       return next_;
+    } else if (beside_.message &&
+               (frame.id == kEmergencyId + drive_.node() || frame.id == kErrorControlId + drive_.node())) {
+      beside_.message(frame);
     }
   }
   return {};

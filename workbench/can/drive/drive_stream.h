@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -28,6 +29,14 @@ struct StreamSample : MotionSample {
   float residual_N = 0.0F;  ///< what the model does not explain (2200h:03); with the observer only
 };
 
+/// What one wants who watches for long, beside the samples.
+struct BesideStream {
+  /// What could not be restored at the end of an earlier stream, since the bus was gone.
+  std::vector<RestoredObjects::Before>* owed = nullptr;
+  /// Called by DriveStream::next() for EMCY and boot-up or heartbeat of the drive.
+  std::function<void(const CanFrame&)> message = {};
+};
+
 /// The drive as SYNC producer that sends TPDO 3 (tick, position, current) with each SYNC, and with the
 /// observer TPDO 4 too, mapped to position error and residual. The communication objects are restored at the
 /// end. While it lives nothing else may receive from the link of `drive`. Cost on the bus: 3 frames a sample
@@ -35,8 +44,7 @@ struct StreamSample : MotionSample {
 class DriveStream {
  public:
   enum class With : std::uint8_t { motion, observer };
-
-  DriveStream(SdoClient& drive, double rate_Hz, With with);
+  DriveStream(SdoClient& drive, double rate_Hz, With with, BesideStream beside = {});
 
   /// The next sample, or none within this time.
   std::optional<StreamSample> next(int timeout_ms);
@@ -48,6 +56,7 @@ class DriveStream {
 
   SdoClient& drive_;
   bool observed_;
+  BesideStream beside_;
   StreamedAxis axis_;
   double limit_A_ = 0.0;
   std::uint32_t id3_ = 0;

@@ -11,6 +11,9 @@
 namespace slipstack::workbench {
 
 inline constexpr std::uint32_t kProducesSync = 0x40000000;  ///< of 1005h
+// Identifiers less the node's id, as CiA 301 gives them (table 40).
+inline constexpr std::uint32_t kEmergencyId = 0x80;
+inline constexpr std::uint32_t kErrorControlId = 0x700;  ///< boot-up and heartbeat
 /// 1A02h: tick, position, current.
 inline constexpr std::uint32_t kMotionMapping[] = {0x22100510, 0x60630020, 0x22000B10};
 

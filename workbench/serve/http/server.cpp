@@ -257,6 +257,12 @@ void serve_live(httplib::Server& server, Workspace& workspace) {
     const json body = body_of(request);
     workspace.move_axis(body.at("travel_m"), body.value("times", 1));
   });
+  post(server, "/api/live/reset", workspace, [&](const Request&) { workspace.reset_fault(); });
+  get(server, "/api/live/plan",
+      [&](const Request&, Response& response) { answer_json(response, workspace.plan_on_controller()); });
+  post(server, "/api/live/run", workspace, [&](const Request& request) {
+    workspace.run_plan_on_controller(body_of(request).value("alone", false));
+  });
   get(server, "/api/live/interfaces",
       [](const Request&, Response& response) { answer_json(response, can_interfaces()); });
 }

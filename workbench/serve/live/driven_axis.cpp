@@ -22,7 +22,8 @@ constexpr int kMostPolls = 20'000;                   // each takes a tick or mor
 constexpr std::uint32_t kTargetReached = 1U << 10U;  // 6041h (CiA 402)
 constexpr std::uint32_t kSetPointTaken = 1U << 12U;
 constexpr std::uint32_t kProfilePosition = 1;  // 6060h
-constexpr std::uint32_t kShutdown = 0x06;      // 6040h
+constexpr std::uint32_t kCyclicPosition = 8;
+constexpr std::uint32_t kShutdown = 0x06;  // 6040h
 
 /// Position units of the profile for each count (docs/can.md, the user's unit).
 double counts_per_unit(SdoClient& drive) {
@@ -71,8 +72,11 @@ DrivenAxis::~DrivenAxis() {
 }
 
 void DrivenAxis::move_to(double position_m) {
-  const std::int64_t target = begin_ + std::llround(position_m / resolution_m_);
-  drive_.write(0x607A, 0, static_cast<std::uint32_t>(target), 4);
+  move_to_place(static_cast<std::int32_t>(begin_ + std::llround(position_m / resolution_m_)));
+}
+
+void DrivenAxis::move_to_place(std::int32_t counts) {
+  drive_.write(0x607A, 0, static_cast<std::uint32_t>(counts), 4);
   // Not before the drive has taken the set-point is bit 10 that of this one (CiA 402).
   drive_.write(0x6040, 0, 0x3F, 2);
   for (int poll = 0; (drive_.read(0x6041, 0) & kSetPointTaken) == 0; ++poll) {
@@ -80,6 +84,14 @@ void DrivenAxis::move_to(double position_m) {
     throw_if_cancelled();
   }
   drive_.write(0x6040, 0, 0x2F, 2);
+}
+
+void DrivenAxis::follow_set_points() {
+  drive_.write(0x6060, 0, kCyclicPosition, 1);
+  for (int poll = 0; drive_.read(0x6061, 0) != kCyclicPosition; ++poll) {
+    if (poll > kMostPolls) drive_.fail("does not change to cyclic synchronous position; see its status");
+    throw_if_cancelled();
+  }
 }
 
 bool DrivenAxis::arrives() {

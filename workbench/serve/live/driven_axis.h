@@ -20,6 +20,11 @@ class DrivenAxis {
   double resolution_m() const { return resolution_m_; }
   /// A set-point that takes effect at once, from where the axis was enabled.
   void move_to(double position_m);
+  /// The same for a place in the drive's own counts.
+  void move_to_place(std::int32_t counts);
+  /// Cyclic synchronous position from here on, for a stream of set-points. Throws UsageError where the drive
+  /// does not take the mode.
+  void follow_set_points();
   /// Waits until the target is reached; false after a generous time.
   bool arrives();
 

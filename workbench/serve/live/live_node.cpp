@@ -19,9 +19,11 @@ namespace {
 using namespace std::chrono_literals;
 using nlohmann::json;
 
-constexpr auto kBetweenSignals = 50ms;  // a page draws no more often. Chosen.
-constexpr int kPatience_ms = 200;       // for a sample; after so many of them the stream has ended
-constexpr int kMostSilences = 10;
+constexpr auto kBetweenSignals = 50ms;     // a page draws no more often. Chosen.
+constexpr auto kBetweenQuestions = 200ms;  // for the state: as fast as one reads. Chosen.
+constexpr auto kBetweenTries = 1s;         // to reach a drive that is lost. Chosen.
+constexpr int kPatience_ms = 200;          // for a sample; after so many of them the stream has ended
+constexpr int kMostSilences = 3;
 constexpr std::size_t kMotionSamples = 10;  // the axis moves where it went further than so many counts
 constexpr std::int32_t kMotionCounts = 4;  // within so many samples. Chosen: an encoder at rest dithers by 1.
 constexpr double kLeast_s = 2.0;           // of a recording: less has no stretch that a fit could hold out
@@ -75,52 +77,141 @@ LiveNode::~LiveNode() {
   thread_.join();
 }
 
-void LiveNode::set_state(const std::string& state, const std::string& error) {
+void LiveNode::run() {
+  while (!stop_.load()) {
+    try {
+      if (!paused_.load()) attend();
+    } catch (const std::exception& failure) {
+      if (stop_.load()) return;
+      if (!paused_.load()) lost(printable(failure.what()));
+    }
+    if (paused_.load()) {
+      set_state("paused");
+      while (paused_.load() && !stop_.load()) std::this_thread::sleep_for(5ms);
+      set_state("connecting");
+      continue;
+    }
+    const auto again = std::chrono::steady_clock::now() + kBetweenTries;
+    while (!stop_.load() && !paused_.load() && std::chrono::steady_clock::now() < again)
+      std::this_thread::sleep_for(5ms);
+  }
+}
+
+void LiveNode::set_state(const char* state) {
   {
     const std::lock_guard lock(lock_);
     state_ = state;
-    error_ = error;
+    error_.clear();
   }
   events_.tell();
 }
 
-void LiveNode::run() {
-  try {
-    const std::unique_ptr<CanLink> link = connect_();
-    SdoClient drive(*link, static_cast<std::uint8_t>(target_.node));
-    std::unique_lock talking(talking_);
-    drive.await_node();
-    std::string status = drive_status(drive);
-    auto stream = std::make_unique<DriveStream>(drive, target_.rate_Hz, DriveStream::With::observer);
-    talking.unlock();
+void LiveNode::pause() {
+  paused_.store(true);
+  for (;;) {
     {
       const std::lock_guard lock(lock_);
-      status_ = std::move(status);
-      axis_ = stream->axis();
+      if (state_ == "paused") return;
     }
-    set_state("live", "");
-    std::string error;
-    try {
-      follow(drive, *stream);
-    } catch (const std::exception& failure) {
-      error = printable(failure.what());
-    }
-    talking.lock();
-    stream.reset();  // restores the controller
-    if (!error.empty()) set_state("lost", error);
-  } catch (const std::exception& failure) {
-    set_state("lost", printable(failure.what()));
+    std::this_thread::sleep_for(5ms);
   }
 }
 
-void LiveNode::follow(SdoClient& drive, DriveStream& stream) {
+void LiveNode::resume() {
+  paused_.store(false);
+}
+
+void LiveNode::lost(const std::string& why) {
+  {
+    const std::lock_guard lock(lock_);
+    if (state_ == "live") happened_.lost(why);
+    if (state_ == "lost" && error_ == why) return;  // still
+    state_ = "lost";
+    error_ = why;
+  }
+  events_.tell();
+}
+
+/// Asks for the state during its life.
+class LiveNode::Asking {
+ public:
+  Asking(LiveNode& node, SdoClient& drive) : thread_([this, &node, &drive] { run(node, drive); }) {}
+  Asking(const Asking&) = delete;
+  Asking& operator=(const Asking&) = delete;
+  ~Asking() {
+    ended_.store(true);
+    thread_.join();
+  }
+
+ private:
+  void run(LiveNode& node, SdoClient& drive) {
+    while (!ended_.load()) {
+      try {
+        node.take_state(ask_state(drive));
+      } catch (const std::exception& failure) {
+        const std::lock_guard lock(node.lock_);
+        node.no_answer_ = printable(failure.what());
+      }
+      const auto next = std::chrono::steady_clock::now() + kBetweenQuestions;
+      while (!ended_.load() && std::chrono::steady_clock::now() < next) std::this_thread::sleep_for(5ms);
+    }
+  }
+
+  std::atomic<bool> ended_{false};
+  std::thread thread_;  ///< last
+};
+
+void LiveNode::attend() {
+  const std::unique_ptr<CanLink> stream_link = connect_();
+  const std::unique_ptr<CanLink> question_link = connect_();
+  const auto node = static_cast<std::uint8_t>(target_.node);
+  SdoClient drive(*stream_link, node, &talking_);
+  SdoClient asked(*question_link, node, &talking_);
+  static_cast<void>(asked.read(0x1000, 0));
+  std::string status = drive_status(asked);
+  const DriveState state = ask_state(asked);
+  const std::uint32_t last_error = asked.read(0x1003, 0) > 0 ? asked.read(0x1003, 1) : 0;
+  DriveStream stream(drive, target_.rate_Hz, DriveStream::With::observer,
+                     {&owed_, [this](const CanFrame& frame) { take_message(frame); }});
+  {
+    const std::lock_guard lock(lock_);
+    status_ = std::move(status);
+    axis_ = stream.axis();
+    state_ = "live";
+    error_.clear();
+    anew_ = true;
+    no_answer_.clear();
+    happened_.connected(state, last_error);
+  }
+  events_.tell();
+  // In a thread of its own: a question waits for its turn, and samples that wait meanwhile would be counted
+  // to a model that was deployed after them.
+  const Asking asking(*this, asked);
+  follow(stream);
+}
+
+void LiveNode::take_state(const DriveState& state) {
+  {
+    const std::lock_guard lock(lock_);
+    no_answer_.clear();
+    if (!happened_.take(state)) return;
+  }
+  events_.tell();
+}
+
+void LiveNode::follow(DriveStream& stream) {
   auto told = std::chrono::steady_clock::now();
-  for (int silences = 0; !stop_.load();) {
+  for (int silences = 0; !stop_.load() && !paused_.load();) {
     if (const auto sample = stream.next(kPatience_ms)) {
       silences = 0;
       take(*sample);
     } else if (++silences > kMostSilences) {
-      drive.fail("has stopped its stream; is it still on the bus, or does another master use SYNC?");
+      const std::lock_guard lock(lock_);
+      throw UsageError(!no_answer_.empty()
+                           ? no_answer_
+                           : fmt::format("node {}: has stopped its stream; is it still on the bus, or does "
+                                         "another master use SYNC?",
+                                         target_.node));
     }
     const auto now = std::chrono::steady_clock::now();
     if (now - told < kBetweenSignals) continue;
@@ -129,9 +220,33 @@ void LiveNode::follow(SdoClient& drive, DriveStream& stream) {
   }
 }
 
-void LiveNode::take(const StreamSample& sample) {
+void LiveNode::take_message(const CanFrame& frame) {
+  if (frame.id == kErrorControlId + static_cast<std::uint32_t>(target_.node)) {
+    // Boot-up (CiA 301, 7.2.8.3.3): what was set for the stream is gone.
+    if (frame.length == 1 && frame.data[0] == 0)
+      throw UsageError(fmt::format("node {}: has started anew", target_.node));
+    return;
+  }
+  if (frame.length != 8) return;
+  {
+    const std::lock_guard lock(lock_);
+    happened_.take_emergency(frame);
+  }
+  events_.tell();
+}
+
+void LiveNode::take(StreamSample sample) {
   const std::lock_guard lock(lock_);
+  const auto now = std::chrono::steady_clock::now();
   if (end_ == 0) first_tick_ = sample.tick;
+  if (anew_ && end_ > 0) {
+    const double away_s = std::chrono::duration<double>(now - seen_).count();
+    const auto last = shown_.empty() ? first_tick_ : shown_.back().tick;
+    tick_offset_ = last + std::max<std::int64_t>(1, std::llround(away_s / axis_.tick_s)) - sample.tick;
+  }
+  anew_ = false;
+  seen_ = now;
+  sample.tick += tick_offset_;
   ++end_;
   shown_.push_back(sample);
   if (static_cast<double>(shown_.size()) > kShown_s * axis_.rate_Hz) shown_.pop_front();
@@ -152,15 +267,17 @@ void LiveNode::take(const StreamSample& sample) {
 
 json LiveNode::to_json() const {
   const std::lock_guard lock(lock_);
-  return {{"bus", printable(target_.bus)},
-          {"node", target_.node},
-          {"rate_Hz", target_.rate_Hz},
-          {"state", state_},
-          {"error", error_},
-          {"status", status_},
-          {"recording", recording_},
-          {"notice", notice_},
-          {"shown_s", kShown_s}};
+  json page = {{"bus", printable(target_.bus)},
+               {"node", target_.node},
+               {"rate_Hz", target_.rate_Hz},
+               {"state", state_},
+               {"error", error_},
+               {"status", status_},
+               {"recording", recording_},
+               {"notice", notice_},
+               {"shown_s", kShown_s}};
+  happened_.add_to(page);
+  return page;
 }
 
 std::uint64_t LiveNode::end() const {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -14,12 +15,14 @@
 
 #include "workbench/can/drive/drive_stream.h"
 #include "workbench/serve/http/events.h"
+#include "workbench/serve/live/drive_events.h"
 
 namespace slipstack::workbench {
 
 /// A controller that is watched while it runs: what it streams (drive_stream.h) for the pages, a recording of
-/// it as a log, and the errors before and after each model that was put on it. Its thread owns the link; the
-/// controller is only read, but for the communication objects of the stream, which are restored.
+/// it as a log, the errors before and after each model that was put on it, and what it says of itself: state,
+/// mode, faults. Its thread owns the links; the controller is only read, but for the communication objects of
+/// the stream, which are restored. Where it is lost, it is tried again until it is there or this ends.
 /// All members may be called from any thread.
 class LiveNode {
  public:
@@ -32,7 +35,8 @@ class LiveNode {
   };
   using Connect = std::function<std::unique_ptr<CanLink>()>;
 
-  /// `talking` is held while the controller is asked for its objects: two masters at once would mix up.
+  /// `talking`: the turn of those in this program that ask the controller for its objects (SdoClient).
+  /// `connect` is called for two links, and anew after each loss.
   LiveNode(Events& events, std::mutex& talking, Target target, Connect connect);
   /// Ends the stream and restores the controller.
   ~LiveNode();
@@ -42,8 +46,8 @@ class LiveNode {
   const Target& target() const { return target_; }
   /// Another one for each connection.
   std::uint64_t number() const { return number_; }
-  /// {bus, node, rate_Hz, state: connecting | live | lost, error, status, recording, notice}: what changes
-  /// seldom.
+  /// {bus, node, rate_Hz, state: connecting | live | lost | paused, error, status, recording, notice}, and
+  /// what DriveEvents adds: what changes seldom.
   nlohmann::json to_json() const;
   /// Number of the next sample.
   std::uint64_t end() const;
@@ -51,6 +55,11 @@ class LiveNode {
   /// force_N, error_m, residual_N, recorded, parts}. `parts`: for each model since the connection the rms
   /// errors while the axis moved.
   nlohmann::json since(std::uint64_t first) const;
+
+  /// Leaves the controller to another work of this program: ends the stream, restores the controller, and
+  /// returns when that is done; until resume() nothing is asked.
+  void pause();
+  void resume();
 
   /// A model was put on the controller: a new part begins.
   void model_changed(const std::string& label);
@@ -73,9 +82,15 @@ class LiveNode {
   };
 
   void run();
-  void follow(SdoClient& drive, DriveStream& stream);
-  void take(const StreamSample& sample);
-  void set_state(const std::string& state, const std::string& error);
+  /// From one connection to its end; throws what it ended by.
+  void attend();
+  class Asking;
+  void follow(DriveStream& stream);
+  void take_state(const DriveState& state);
+  void take(StreamSample sample);
+  void take_message(const CanFrame& frame);
+  void lost(const std::string& why);
+  void set_state(const char* state);
 
   Events& events_;
   std::mutex& talking_;
@@ -91,10 +106,18 @@ class LiveNode {
   std::deque<StreamSample> shown_;
   std::uint64_t end_ = 0;
   std::int64_t first_tick_ = 0;
+  DriveEvents happened_;
+  std::string no_answer_;  ///< why the last question had none
+  // The drive's ticks begin anew with each connection; these go on.
+  bool anew_ = false;
+  std::int64_t tick_offset_ = 0;
+  std::chrono::steady_clock::time_point seen_;  ///< the last sample
   std::vector<Part> parts_;
   bool recording_ = false;
   std::vector<StreamSample> recorded_;
+  std::vector<RestoredObjects::Before> owed_;  ///< of this thread: to be restored when it is there again
   std::atomic<bool> stop_{false};
+  std::atomic<bool> paused_{false};
   std::thread thread_;  ///< last: it ends before the rest goes
 };
 

@@ -14,6 +14,7 @@
 #include "workbench/serve/http/bytes.h"
 #include "workbench/serve/http/events.h"
 #include "workbench/serve/live/live_node.h"
+#include "workbench/serve/live/plan_on_axis.h"
 #include "workbench/serve/live/simulated_axis.h"
 #include "workbench/serve/session/jobs.h"
 #include "workbench/serve/session/session.h"
@@ -93,6 +94,11 @@ class Workspace {
   void plan(const nlohmann::json& wanted);
   /// Runs the plan on the simulated axis; the log joins the others.
   void run_plan();
+  /// The plan against the limits of the axis of the live controller (plan_on_axis.h): {limits, refused,
+  /// begin_m, now_m, low_m, high_m, rate_Hz, duration_s}.
+  nlohmann::json plan_on_controller();
+  /// Runs the plan on that axis; the log joins the others, or takes their place. A job; watching pauses.
+  void run_plan_on_controller(bool alone);
   /// What a deployment would change on the controller; `bus`: empty for the simulated drive, else a CAN
   /// interface.
   nlohmann::json controller(int version, const std::string& bus, int node);
@@ -109,6 +115,8 @@ class Workspace {
   void keep_recording(bool alone);
   /// Moves the axis of the live controller to and fro. A job.
   void move_axis(double travel_m, int times);
+  /// Resets a fault of the live controller (bit 7 of 6040h); nothing moves.
+  void reset_fault();
   /// The live controller, or nullptr.
   std::shared_ptr<LiveNode> live() const;
 
@@ -120,6 +128,9 @@ class Workspace {
   LogRequest request() const;
   nlohmann::json simulated_axis_json() const;
   SimulatedAxis simulated_axis() const;
+  PlannedMotion planned_motion() const;
+  /// Sampling of a log along the plan, at the rate of the open logs where a bus can carry it.
+  PlanSampling plan_sampling() const;
   void drop_live();
   void disconnect_simulated();
   std::unique_ptr<CanLink> link_to(const std::string& bus, SimulatedController::Wait wait);
@@ -177,7 +188,7 @@ class Workspace {
   nlohmann::json tracking_;  ///< of the simulated axis, before and after the last deployment
   std::unique_ptr<SimulatedController> controller_;
   std::mutex controller_lock_;
-  std::mutex talking_;  ///< held while this master asks a controller: two transfers would mix
+  std::mutex talking_;  ///< held for each transfer with a controller (SdoClient): two would mix
   std::shared_ptr<LiveNode> live_;
   Jobs jobs_;  ///< last: its thread ends before the rest goes
 };

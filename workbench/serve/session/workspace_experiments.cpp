@@ -2,8 +2,11 @@
 // Plan, run, deploy.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <stdexcept>
 #include <utility>
 
+#include "sim_host/motion/set_points.h"
 #include "workbench/analysis/plan_motion.h"
 #include "workbench/base/atomic_write.h"
 #include "workbench/base/errors.h"
@@ -51,6 +54,18 @@ json tracking_json(const TrackingError& found) {
           {"rms_m", found.rms_m},
           {"largest_m", found.largest_m}};
 }
+
+/// A controller is not watched during the life of this.
+class Paused {
+ public:
+  explicit Paused(LiveNode& live) : live_(live) { live_.pause(); }
+  Paused(const Paused&) = delete;
+  Paused& operator=(const Paused&) = delete;
+  ~Paused() { live_.resume(); }
+
+ private:
+  LiveNode& live_;
+};
 
 std::filesystem::path plan_file(const Session& session) {
   return session.folder() / "plan.csv";
@@ -163,9 +178,8 @@ template <class Work>
 void Workspace::with_controller(const std::string& bus, int node, SimulatedController::Wait wait,
                                 Work&& work) {
   check_node(node);
-  const std::lock_guard lock(talking_);
   const std::unique_ptr<CanLink> link = link_to(bus, wait);
-  SdoClient drive(*link, static_cast<std::uint8_t>(node));
+  SdoClient drive(*link, static_cast<std::uint8_t>(node), &talking_);
   drive.await_node();
   work(drive);
 }
@@ -191,6 +205,93 @@ json Workspace::controller(int version, const std::string& bus, int node) {
               {"hash", fmt::format("{:08x}", target_hash(model))}};
   });
   return answer;
+}
+
+/// What was planned last: the file that the user may have, and the figures that the page shows of it.
+PlannedMotion Workspace::planned_motion() const {
+  const std::lock_guard lock(lock_);
+  if (plan_.is_null() || !std::filesystem::exists(plan_file(session_)))
+    throw UsageError("plan an experiment first");
+  PlannedMotion motion;
+  try {
+    sim::SetPointFile points = sim::read_set_points(plan_file(session_).string());
+    motion.position_m = std::move(points.position_m);
+    motion.rate_Hz = points.rate_Hz;
+  } catch (const std::runtime_error& error) {
+    throw InputError(printable(error.what()));
+  }
+  const json& summary = plan_.at("summary");
+  const auto value = [](const json& object, const char* key) {
+    const auto found = object.find(key);
+    return found != object.end() && found->is_number() ? found->get<double>() : 0.0;
+  };
+  motion.velocity_mps = value(summary, "velocity_mps");
+  motion.acceleration_mps2 = value(summary, "acceleration_mps2");
+  motion.force_N = value(summary, "force_N");
+  const json log = summary.value("log", json::object());
+  motion.log_low_m = value(log, "low_m");
+  motion.log_high_m = value(log, "high_m");
+  return motion;
+}
+
+PlanSampling Workspace::plan_sampling() const {
+  const std::lock_guard lock(lock_);
+  return log_heads_.empty() ? PlanSampling{} : sampling_for(log_heads_.front().at("sample_rate_Hz"));
+}
+
+json Workspace::plan_on_controller() {
+  PlannedMotion motion = planned_motion();
+  const std::shared_ptr<LiveNode> now = live();
+  if (!now) throw UsageError("no controller is connected; connect to one first");
+  motion.places_known = now->target().bus.empty();
+  PlanOnAxis found;
+  with_controller(now->target().bus, now->target().node, Wait::real_time,
+                  [&](SdoClient& drive) { found = check_plan_on(drive, motion); });
+  json limits = json::array();
+  for (const PlanLimit& one : found.limits) {
+    limits.push_back({{"quantity", one.quantity},
+                      {"unit", one.unit},
+                      {"planned", number_json(one.planned)},
+                      {"allowed", number_json(one.allowed)},
+                      {"fits", one.fits},
+                      {"source", one.source}});
+  }
+  return {{"limits", limits},
+          {"refused", found.refused},
+          {"begin_m", found.begin_m},
+          {"now_m", found.now_m},
+          {"low_m", std::min(motion.low_m(), found.now_m)},
+          {"high_m", std::max(motion.high_m(), found.now_m)},
+          {"rate_Hz", plan_sampling().rate_Hz()},
+          {"duration_s", static_cast<double>(motion.position_m.size()) / motion.rate_Hz}};
+}
+
+void Workspace::run_plan_on_controller(bool alone) {
+  PlannedMotion motion = planned_motion();
+  const std::shared_ptr<LiveNode> now = live();
+  if (!now) throw UsageError("no controller is connected; connect to one first");
+  motion.places_known = now->target().bus.empty();
+  const PlanSampling sampling = plan_sampling();
+  jobs_.start("run the plan on the controller", [this, now, motion, sampling, alone](Progress& progress) {
+    std::string log;
+    {
+      // The stream that is watched and that of the set-points use the same SYNC and PDOs.
+      const Paused paused(*now);
+      with_controller(
+          now->target().bus, now->target().node, Wait::as_fast_as_possible, [&](SdoClient& drive) {
+            const Show show = [&](const std::string& stage, double f) { progress.show(stage, f); };
+            log = run_plan_on(drive, motion, sampling, show).log;
+          });
+    }
+    std::vector<std::string> paths;
+    {
+      const std::lock_guard lock(lock_);
+      if (!alone) paths = session_.logs();
+      paths.push_back(session_.store_log(fmt::format("planned-node{}.csv", now->target().node), log));
+      session_.set_logs(paths);
+    }
+    open(paths, progress);
+  });
 }
 
 json Workspace::tracking() const {
@@ -290,6 +391,15 @@ void Workspace::keep_recording(bool alone) {
     paths.push_back(session_.store_log(fmt::format("node{}.csv", now->target().node), recording.log));
   }
   set_logs(std::move(paths));
+}
+
+void Workspace::reset_fault() {
+  if (jobs_.running()) throw UsageError("a job is still running; cancel it or wait");
+  const std::shared_ptr<LiveNode> now = live();
+  if (!now) throw UsageError("no controller is connected; connect to one first");
+  with_controller(now->target().bus, now->target().node, Wait::real_time, [](SdoClient& drive) {
+    for (const std::uint32_t word : {0x00U, 0x80U, 0x00U}) drive.write(0x6040, 0, word, 2);
+  });
 }
 
 void Workspace::move_axis(double travel_m, int times) {

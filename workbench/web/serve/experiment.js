@@ -2,8 +2,8 @@
 // Plan the next experiment, run it, deploy the model.
 import {catalogue, get, post} from '/api.js';
 import {Chart} from '/chart.js';
-import {attempt, byId, fill, h, quantity, readable, say, shortTitle} from '/dom.js';
-import {ifTheWayIsFree} from '/live.js';
+import {attempt, byId, dialog, fill, h, quantity, readable, say, sentence, shortTitle, span} from '/dom.js';
+import {ifTheWayIsFree, liveName} from '/live.js';
 import {currentVersion, on, store} from '/store.js';
 
 let setPoints = null;
@@ -35,14 +35,38 @@ function planForm() {
     h('div', {class: 'buttons'}, h('button', {type: 'button', class: 'main', id: 'plan', 'data-job': true, onclick: plan}, 'Plan the experiment')));
 }
 
+// A plan beside what the axis behind the live controller may do; it is run where it fits and the user says that the way is
+// free.
+async function runOnController() {
+  const {live, logs} = store.state;
+  const found = await get('live/plan');
+  const limits = h('table', {id: 'plan-limits-table'}, h('caption', {}, 'The plan against the limits of the axis'),
+    h('thead', {}, h('tr', {}, ['Quantity', 'Plan', 'Axis', 'Its limit is from'].map((text) => h('th', {scope: 'col'}, text)))),
+    h('tbody', {}, found.limits.map((one) => h('tr', {class: one.fits ? undefined : 'warn'}, h('th', {scope: 'row'}, readable(one.quantity)),
+      h('td', {}, quantity(one.planned, one.unit)), h('td', {}, one.allowed === null ? 'not limited' : quantity(one.allowed, one.unit)), h('td', {}, `${one.source}${one.fits ? '' : ': does not fit'}`)))));
+  if (found.refused) {
+    await dialog('The plan cannot be run on this axis', h('div', {}, h('p', {class: 'warn', id: 'plan-refused'}, sentence(found.refused)), limits));
+    return;
+  }
+  const others = logs.filter((log) => log.sample_rate_Hz && Math.abs(log.sample_rate_Hz / found.rate_Hz - 1) > 1e-3);
+  const answer = await dialog('Is the way free?', h('div', {}, limits,
+    h('p', {}, `The axis of ${liveName(live)} will be enabled, move from ${quantity(found.now_m, 'm')} to ${quantity(found.begin_m, 'm')}, and follow the plan for ${quantity(found.duration_s, 's')} between ${span(found.low_m, found.high_m, 'm')}. Nobody may stand in its way. Esc stops it.`),
+    h('p', {}, 'Its SYNC and PDOs are used meanwhile, and are afterwards as the drive has them stored.'),
+    others.length ? h('p', {class: 'warn'}, `The log will have ${quantity(found.rate_Hz, 'Hz')}, and ${others.map((log) => log.name).join(', ')} ${quantity(others[0].sample_rate_Hz, 'Hz')}: one model is fitted to logs of one rate, so the open logs are closed. They stay where they are.`) : null),
+  [{label: 'Cancel', value: ''}, {label: 'The way is free: run it', value: 'run', main: true}]);
+  if (answer === 'run') await post('live/run', {alone: others.length > 0});
+}
+
 function planned() {
-  const {plan} = store.state;
+  const {plan, live} = store.state;
   if (!plan) return null;
+  const runsLive = live?.state === 'live';
   const figure = h('figure', {class: 'chart'});
   const section = h('section', {id: 'planned'}, h('h3', {}, plan.headline), plan.detail ? h('p', {}, plan.detail) : null, figure,
     h('details', {}, h('summary', {}, 'Limits, evidence, segments'), h('pre', {tabindex: 0}, plan.text)),
-    h('div', {class: 'buttons'}, store.state.simulated ? h('button', {type: 'button', class: 'main', id: 'run-plan', 'data-job': true, onclick: () => attempt(() => post('run'))}, 'Run it on the simulated axis') : null),
-    store.state.simulated ? null : h('p', {class: 'soft'}, 'The set points are in plan.csv of the session folder: run them on your axis and open the log that it records.'));
+    h('div', {class: 'buttons'}, store.state.simulated ? h('button', {type: 'button', class: 'main', id: 'run-plan', 'data-job': true, onclick: () => attempt(() => post('run'))}, 'Run it on the simulated axis') : null,
+    runsLive ? h('button', {type: 'button', class: store.state.simulated ? '' : 'main', id: 'run-live', 'data-job': true, onclick: () => attempt(runOnController)}, `Run it on ${liveName(live)} …`) : null),
+    runsLive ? null : h('p', {class: 'soft'}, live ? 'The controller is lost; when it is there again, the plan can be run on it.' : 'Connect to a controller (key c) to run it there: the log joins the others. The set points are in plan.csv of the session folder too.'));
   const chart = plan.charts[0];
   queueMicrotask(() => {
     setPoints = new Chart(figure, {title: chart.title, height: 160, x: {name: chart.x_axis.name, label: `${chart.x_axis.name} (${chart.x_axis.unit})`, unit: chart.x_axis.unit},

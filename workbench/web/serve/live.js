@@ -87,11 +87,32 @@ async function keep() {
 
 // --- the panel ---
 
+const clock = (at) => new Date(at).toLocaleTimeString('en-GB');
+
+// What the drive says of itself: state and mode of CiA 402, what stops it, its last emergency.
+function driveState({drive, emergency, state}) {
+  if (!drive) return null;
+  const row = (name, id, text, bad = false) => [h('dt', {}, name), h('dd', {id, class: bad ? 'bad' : undefined}, text)];
+  const flags = [drive.warning ? 'warning' : '', drive.limited ? 'at a limit' : '', drive.referenced ? '' : 'does not know its positions'].filter(Boolean);
+  const now = state === 'live' ? '' : ' (before it was lost)';
+  return h('dl', {id: 'live-drive', 'data-state': drive.state, 'aria-label': 'State of the drive'},
+    row('State', 'drive-state', drive.state + now, drive.state.startsWith('fault')), row('Mode', 'drive-mode', drive.mode),
+    drive.error ? row('Error', 'drive-error', `${drive.error}: ${drive.error_words}`, true) : null,
+    flags.length ? row('Also', 'drive-flags', flags.join(', ')) : null,
+    row('Last emergency', 'drive-emergency', emergency ? `${emergency.code}: ${emergency.words}, ${emergency.earlier ? 'before it was connected' : clock(emergency.at_ms)}` : 'none'));
+}
+
+function happened({happened: entries}) {
+  if (!entries.length) return null;
+  return h('details', {open: byId('live-happened')?.parentElement.open ?? true}, h('summary', {}, 'What happened'), h('div', {id: 'live-happened', role: 'log', 'aria-label': 'What happened', tabindex: 0}, h('ol', {},
+    entries.map((one) => h('li', {'data-kind': one.kind}, h('time', {datetime: new Date(one.at_ms).toISOString()}, clock(one.at_ms)), ` ${one.what}`)))));
+}
+
 function draw() {
   const {live} = store.state;
   const host = byId('live');
   host.hidden = !live;
-  const now = JSON.stringify([live?.bus, live?.node, live?.state, live?.error, live?.recording, live?.notice, held]);
+  const now = JSON.stringify([live?.bus, live?.node, live?.state, live?.error, live?.recording, live?.notice, live?.drive, live?.emergency, live?.happened, held]);
   if (now === seen) return;
   seen = now;
   if (!live) { forget(); host.replaceChildren(); return; }
@@ -102,13 +123,14 @@ function draw() {
     running ? button('live-record', live.recording ? 'Stop and open the log' : 'Record', () => (live.recording ? keep() : attempt(() => post('live/record'))), {class: 'main', 'data-job': live.recording}) : null,
     running ? button('live-move', 'Move to and fro', move, {'data-job': true}) : null,
     running ? button('live-hold', held ? 'Go on' : 'Hold the picture', () => { held = !held; draw(); }, {'aria-pressed': String(held)}) : null,
-    live.state === 'lost' ? button('live-again', 'Connect again', () => attempt(() => post('live/connect', {bus: live.bus, node: live.node, rate_Hz: live.rate_Hz}))) : null,
+    running && live.drive?.state === 'fault' ? button('live-reset', 'Reset the fault', () => attempt(() => post('live/reset')), {'data-job': true}) : null,
     button('live-end', 'Disconnect', () => attempt(() => post('live/disconnect')), {'data-job': true}));
-  const state = {connecting: 'connecting …', live: live.recording ? 'recording' : 'live', lost: 'lost'}[live.state];
+  const state = {connecting: 'connecting …', live: live.recording ? 'recording' : 'live', lost: 'lost, tried again each second', paused: 'left to the running job'}[live.state];
   let figures = byId('live-charts');
   if (!figures) figures = h('div', {id: 'live-charts'});
   fill(host, h('div', {class: 'row'}, h('h2', {id: 'live-title'}, `Live: ${liveName(live)}`), h('span', {id: 'live-state', role: 'status', 'data-state': live.state}, state), h('span', {id: 'live-recorded', class: 'soft'})),
-    live.error || live.notice ? h('p', {class: 'warn'}, live.error || live.notice) : null, buttons, figures, h('div', {id: 'live-parts'}),
+    live.error || live.notice ? h('p', {class: 'warn'}, live.error || live.notice) : null, driveState(live), buttons, figures, h('div', {id: 'live-parts'}),
+    happened(live),
     live.status ? h('details', {}, h('summary', {}, 'The drive when it was connected'), h('pre', {tabindex: 0}, live.status)) : null);
   if (focused) byId(focused)?.focus();
   drawParts();
