@@ -32,8 +32,8 @@ struct Bench {
   double now_m() { return static_cast<std::int32_t>(drive.read(0x6063, 0)) * drive.read_real(0x2000, 1); }
 
   /// From standstill to standstill, beside where the axis is.
-  PlannedMotion plan() {
-    PlannedMotion motion;
+  DriveMotion plan() {
+    DriveMotion motion;
     motion.rate_Hz = 1000.0;
     const double begin_m = now_m() + kAside_m;
     const double omega = 2.0 * std::numbers::pi * kFrequency_Hz;
@@ -69,7 +69,7 @@ struct Bench {
     return values;
   }
 
-  std::string refusal(const PlannedMotion& motion) {
+  std::string refusal(const DriveMotion& motion) {
     const double before_m = now_m();
     try {
       static_cast<void>(run_plan_on(drive, motion, {}, kNoProgress));
@@ -109,7 +109,7 @@ TEST(PlanSampling, IsThatOfTheLogsWhereTheBusCanCarryIt) {
 TEST(PlanOnAxis, IsFollowedRecordedAndEverythingIsLeftAsItWas) {
   for (const double rate_Hz : {1000.0, 100.0}) {
     Bench bench;
-    const PlannedMotion plan = bench.plan();
+    const DriveMotion plan = bench.plan();
     const auto before = bench.objects();
     double fraction = 0.0;
     const Recording recording =
@@ -140,7 +140,7 @@ TEST(PlanOnAxis, IsFollowedRecordedAndEverythingIsLeftAsItWas) {
 
 TEST(PlanOnAxis, OneThatLeavesWhatTheAxisMayDoIsNotRun) {
   Bench bench;
-  PlannedMotion plan = bench.plan();
+  DriveMotion plan = bench.plan();
   plan.log_high_m = plan.high_m() - 1e-3;
   EXPECT_NE(bench.refusal(plan).find("highest position leaves what the axis may do (where the logs were"),
             std::string::npos)
@@ -171,7 +171,7 @@ TEST(PlanOnAxis, OneThatLeavesWhatTheAxisMayDoIsNotRun) {
 
 TEST(PlanOnAxis, ADriveThatIsInUseOrLostItsPlaceIsNotMoved) {
   Bench bench;
-  PlannedMotion plan = bench.plan();
+  DriveMotion plan = bench.plan();
   plan.places_known = false;
   EXPECT_EQ(check_plan_on(bench.drive, plan).refused, "") << "its encoder is absolute";
   bench.drive.write(0x2012, 1, 0, 1);  // an incremental one now, and not homed
@@ -189,7 +189,7 @@ TEST(PlanOnAxis, ADriveThatIsInUseOrLostItsPlaceIsNotMoved) {
 
 TEST(PlanOnAxis, CancelledOnTheWayTheAxisStopsAndIsLeft) {
   Bench bench;
-  const PlannedMotion plan = bench.plan();
+  const DriveMotion plan = bench.plan();
   const auto before = bench.objects();
   EXPECT_THROW(static_cast<void>(run_plan_on(bench.drive, plan, {},
                                              [](const std::string&, double fraction) {

@@ -19,8 +19,8 @@ using Eigen::Index;
 
 /// Taps of an impulse response to either side, one for each distance between rows: five periods of the
 /// bandwidth, several time constants of a loop that moves the axis within the bandwidth. Chosen; on simulated
-/// axes a tracking error of 10 to 47 um leaves 4 to 5 um, and a second pass, with the force along the response,
-/// leaves no less.
+/// axes a tracking error of 10 to 47 um leaves 4 to 5 um, and a second pass, with the force along the
+/// response, leaves no less.
 constexpr int kTaps = 16;
 constexpr double kRelativeRidge = 1e-9;
 
@@ -93,9 +93,8 @@ Eigen::MatrixXd instruments(const Measurement& measurement, const FittedModel& f
   const auto force_along = [&](const std::vector<double>& position_m) {
     return evaluate_force(measurement.with_motion(position_m, force_N), fitted.terms).force_N;
   };
-  const std::vector<double> position_m =
-      response(measurement, reference_m,
-               {reference_m, smoothed_as_motion(measurement, force_along(reference_m))});
+  const std::vector<double> position_m = response(
+      measurement, reference_m, {reference_m, smoothed_as_motion(measurement, force_along(reference_m))});
   // A delay acts on the measured force, here on the model's.
   const Measurement clean = measurement.with_motion(position_m, force_along(position_m));
   FittedModel along = fitted;
@@ -148,7 +147,8 @@ Eigen::MatrixXd directions_of(const FittedModel& fitted, const Tangent& tangent,
 bool is_under_control(const Measurement& measurement) {
   const std::vector<double>& reference_m = measurement.log().reference_position_m;
   return reference_m.size() == measurement.sample_count() && reference_m != measurement.log().position_m &&
-         std::all_of(reference_m.begin(), reference_m.end(), [](double value) { return std::isfinite(value); });
+         std::all_of(reference_m.begin(), reference_m.end(),
+                     [](double value) { return std::isfinite(value); });
 }
 
 }  // namespace
@@ -177,10 +177,9 @@ Eigen::VectorXd squared_bias_by_control(const Measurement& measurement, const Fi
   const auto difference = [&](Index first, Index rows) {
     const Eigen::VectorXd weighted = weights.segment(first, rows).cwiseProduct(left.segment(first, rows));
     const Eigen::VectorXd moved =
-        directions *
-        (scale.asDiagonal() *
-         (by_instruments.solve(instrument.middleRows(first, rows).transpose() * weighted) -
-          least_squares.solve(columns.middleRows(first, rows).transpose() * weighted)));
+        directions * (scale.asDiagonal() *
+                      (by_instruments.solve(instrument.middleRows(first, rows).transpose() * weighted) -
+                       least_squares.solve(columns.middleRows(first, rows).transpose() * weighted)));
     Eigen::VectorXd all(count + sums.cols());
     all << moved, sums.transpose() * moved;
     return all;

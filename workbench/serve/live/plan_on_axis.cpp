@@ -61,7 +61,7 @@ PlanLimit limit(const char* quantity, const char* unit, double planned, double a
           source};
 }
 
-std::string why_not(SdoClient& drive, const PlannedMotion& plan, const PlanOnAxis& found) {
+std::string why_not(SdoClient& drive, const DriveMotion& plan, const PlanOnAxis& found) {
   const std::uint32_t word = drive.read(0x6041, 0);
   if ((word & kFaultBit) != 0) {
     const std::uint32_t error = drive.read(0x603F, 0);
@@ -81,7 +81,7 @@ std::string why_not(SdoClient& drive, const PlannedMotion& plan, const PlanOnAxi
   return "";
 }
 
-std::vector<std::int32_t> set_points_of(const PlannedMotion& plan, int period_ms, double resolution_m) {
+std::vector<std::int32_t> set_points_of(const DriveMotion& plan, int period_ms, double resolution_m) {
   std::vector<std::int32_t> counts;
   const double step = plan.rate_Hz * 1e-3 * period_ms;
   const auto last = static_cast<double>(plan.position_m.size() - 1);
@@ -100,15 +100,15 @@ std::vector<std::int32_t> set_points_of(const PlannedMotion& plan, int period_ms
 
 }  // namespace
 
-double PlannedMotion::low_m() const {
+double DriveMotion::low_m() const {
   return *std::min_element(position_m.begin(), position_m.end());
 }
 
-double PlannedMotion::high_m() const {
+double DriveMotion::high_m() const {
   return *std::max_element(position_m.begin(), position_m.end());
 }
 
-PlanOnAxis check_plan_on(SdoClient& drive, const PlannedMotion& plan) {
+PlanOnAxis check_plan_on(SdoClient& drive, const DriveMotion& plan) {
   require_slipstack_drive(drive);
   const double resolution_m = drive.read_real(kAxisIndex, 1);
   if (!(resolution_m > 0.0)) drive.fail("2000h:01 is no resolution; is it commissioned?");
@@ -146,7 +146,7 @@ PlanSampling sampling_for(double rate_Hz) {
   return {period, whole / period};
 }
 
-Recording run_plan_on(SdoClient& drive, const PlannedMotion& plan, const PlanSampling& sampling,
+Recording run_plan_on(SdoClient& drive, const DriveMotion& plan, const PlanSampling& sampling,
                       const Show& show) {
   show("ask the drive", -1.0);
   const PlanOnAxis check = check_plan_on(drive, plan);

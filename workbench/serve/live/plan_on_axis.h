@@ -9,7 +9,7 @@
 namespace slipstack::workbench {
 
 /// A planned motion in the positions of the drive, and what it asks of the axis.
-struct PlannedMotion {
+struct DriveMotion {
   std::vector<double> position_m;
   double rate_Hz = 1000.0;
   double velocity_mps = 0.0;  ///< largest
@@ -46,7 +46,7 @@ struct PlanOnAxis {
 /// Compares a plan with software limits (607Dh), velocity, acceleration and current limit (2000h) of a drive.
 /// Without software limits the plan must stay where the axis has been in the logs. Nothing is written. Throws
 /// UsageError where the drive does not answer.
-PlanOnAxis check_plan_on(SdoClient& drive, const PlannedMotion& plan);
+PlanOnAxis check_plan_on(SdoClient& drive, const DriveMotion& plan);
 
 /// How a log of `rate_Hz` is recorded along a plan: set-points and samples each `period_ms`, every so many of
 /// which are kept. A bus carries 1000 of them a second: from a rate beyond, or none in whole milliseconds,
@@ -64,7 +64,7 @@ PlanSampling sampling_for(double rate_Hz);
 /// the drive has them stored (NMT reset communication). For an axis in whose way nothing stands. Throws
 /// UsageError where the plan does not fit, the drive refuses, stops, or is stopped by a limit switch, and
 /// Cancelled.
-Recording run_plan_on(SdoClient& drive, const PlannedMotion& plan, const PlanSampling& sampling,
+Recording run_plan_on(SdoClient& drive, const DriveMotion& plan, const PlanSampling& sampling,
                       const Show& show);
 
 }  // namespace slipstack::workbench

@@ -128,7 +128,7 @@ class Workspace {
   LogRequest request() const;
   nlohmann::json simulated_axis_json() const;
   SimulatedAxis simulated_axis() const;
-  PlannedMotion planned_motion() const;
+  DriveMotion planned_motion() const;
   /// Sampling of a log along the plan, at the rate of the open logs where a bus can carry it.
   PlanSampling plan_sampling() const;
   void drop_live();

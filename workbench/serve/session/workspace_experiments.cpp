@@ -208,11 +208,11 @@ json Workspace::controller(int version, const std::string& bus, int node) {
 }
 
 /// What was planned last: the file that the user may have, and the figures that the page shows of it.
-PlannedMotion Workspace::planned_motion() const {
+DriveMotion Workspace::planned_motion() const {
   const std::lock_guard lock(lock_);
   if (plan_.is_null() || !std::filesystem::exists(plan_file(session_)))
     throw UsageError("plan an experiment first");
-  PlannedMotion motion;
+  DriveMotion motion;
   try {
     sim::SetPointFile points = sim::read_set_points(plan_file(session_).string());
     motion.position_m = std::move(points.position_m);
@@ -240,7 +240,7 @@ PlanSampling Workspace::plan_sampling() const {
 }
 
 json Workspace::plan_on_controller() {
-  PlannedMotion motion = planned_motion();
+  DriveMotion motion = planned_motion();
   const std::shared_ptr<LiveNode> now = live();
   if (!now) throw UsageError("no controller is connected; connect to one first");
   motion.places_known = now->target().bus.empty();
@@ -267,7 +267,7 @@ json Workspace::plan_on_controller() {
 }
 
 void Workspace::run_plan_on_controller(bool alone) {
-  PlannedMotion motion = planned_motion();
+  DriveMotion motion = planned_motion();
   const std::shared_ptr<LiveNode> now = live();
   if (!now) throw UsageError("no controller is connected; connect to one first");
   motion.places_known = now->target().bus.empty();
