@@ -159,11 +159,10 @@ class ReferenceGenerator {
                          stream.step - fraction();
     // Met in a stop that is harder than the stream may be: its path takes that acceleration out, along the
     // jerk limit. Held back from it, the reference would make up for it in a step later.
-    const float allowed = tracked_change_ > limits.acceleration ? tracked_change_ : limits.acceleration;
-    const float step = tracking_step(behind, stream.step, last, limits, allowed);
+    const float step = tracking_step(behind, stream.step, last, tracked_change_, limits);
     const ReferencePoint point{motion_.counts, fraction(), 0.5F * (step + last), step - last};
     tracked_step_ = step;
-    tracked_change_ = approx::absolute(step - last);
+    tracked_change_ = step - last;
     tracked_fastest_ = limits.velocity;
     const std::int64_t before = motion_.velocity;
     motion_.velocity = step_to_fixed(step);
@@ -198,7 +197,7 @@ class ReferenceGenerator {
   // A stream takes over: nothing that was planned or queued is played after it.
   void begin_tracking() {
     motion_.phase = Motion::Phase::kTracking;
-    tracked_change_ = approx::absolute(from_fixed(shifted_down(motion_.acceleration, motion_.shift)));
+    tracked_change_ = from_fixed(shifted_down(motion_.acceleration, motion_.shift));
     motion_.left = 0;
     motion_.jerk = 0;
     motion_.shift = 0;

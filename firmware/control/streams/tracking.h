@@ -51,17 +51,17 @@ struct TrackingLimits {
 /// The step of the reference in this tick on its way to a stream, from its step in the last one: never faster
 /// than the velocity limit, never another step than the last by more than the acceleration limit, whatever
 /// the stream does. `error`: stream less reference at the begin of the tick. While the stream stays within
-/// the limits and the error is zero, the step is the stream's. `acceleration`: the limit in force. In the
-/// tick.
+/// the limits and the error is zero, the step is the stream's. `last_change`: of the step, in the last tick;
+/// where that was beyond the acceleration limit, as in a stop that is harder than the stream may be, as much
+/// is allowed again, that way only. In the tick.
 [[gnu::always_inline]] inline float tracking_step(float error, float stream_step, float last_step,
-                                                  const TrackingLimits& limits, float acceleration) {
+                                                  float last_change, const TrackingLimits& limits) {
   const float towards = approach_velocity(error, TrackingLimits::kShare, limits.linear, limits.half_linear,
                                           limits.twice_approach);
   const float step = approx::clamp(stream_step + towards, -limits.velocity, limits.velocity);
-  return approx::clamp(step, last_step - acceleration, last_step + acceleration);
-}
-inline float tracking_step(float error, float stream_step, float last_step, const TrackingLimits& limits) {
-  return tracking_step(error, stream_step, last_step, limits, limits.acceleration);
+  const float up = last_change > limits.acceleration ? last_change : limits.acceleration;
+  const float down = last_change < -limits.acceleration ? last_change : -limits.acceleration;
+  return approx::clamp(step, last_step + down, last_step + up);
 }
 
 }  // namespace slipstack
