@@ -81,7 +81,7 @@ test('open, compare, learn, add, error falls, undo, redo, plan, run, deploy, exp
   await page.locator('#own-error').getByText('sgn').first().waitFor();
   assert.equal(await page.evaluate(() => { const input = document.querySelector('#own'); return input.value.slice(input.selectionStart, input.selectionStart + 3); }), 'sgn');
   assert.ok(await page.evaluate(() => { const panel = document.querySelector('#panel'); return panel.scrollWidth <= panel.clientWidth; }), 'the panel has its width');
-  assert.match(page.faults.splice(0).join(), /^[^,]*400 \(Bad Request\)$/);  // the browser's own note of the refusal
+  assert.match(page.faults.splice(0).join(), /^[^,]*400 \(Bad Request\) \S*\/api\/diagnose$/);  // the browser's own note of the refusal
   await page.locator('#own').fill('');
   // The first candidates show while others are tried, the best of them first.
   await page.evaluate(() => {
@@ -168,17 +168,6 @@ test('open, compare, learn, add, error falls, undo, redo, plan, run, deploy, exp
   await page.emulateMedia({colorScheme: 'light'});
   await page.waitForFunction(() => window.slipstackWorkbench.chartOf('force').u.width > 700);
 
-  // Cancelled: the first answer goes, and nothing of it stays.
-  await server.ask('remove', {method: 'POST', body: JSON.stringify({effect: kHidden})});
-  await server.ask('cancel', {method: 'POST', body: '{}'});
-  await idle(page);
-  const cancelled = await (await server.ask('state')).json();
-  assert.equal(cancelled.job.outcome, 'cancelled');
-  assert.equal(cancelled.first_answer, null);
-  assert.equal(cancelled.versions.length, 2);
-  await drawn(page, 2);
-  await page.locator('#first-answer').waitFor({state: 'detached'});
-
   // Remove and branch: the old version stays.
   await page.locator('.effects li').last().getByText('Remove').click();
   await drawn(page, 3);
@@ -195,6 +184,27 @@ test('open, compare, learn, add, error falls, undo, redo, plan, run, deploy, exp
   }
   // The command line reads what the page saved, and says the same.
   assert.match(execFileSync(slipstack, ['compare', log, '--model', path.join(folder, 'saved.toml')], {encoding: 'utf8'}), /error/);
+
+  // Cancelled: the first answer goes, and nothing of it stays. A fit that ends before the request arrives is taken back.
+  const post = async (what, body = {}) => {
+    await server.ask(what, {method: 'POST', body: JSON.stringify(body)});
+    for (const end = Date.now() + kJobs_ms; ;) {
+      const now = await (await server.ask('state')).json();
+      if (!now.job.running) return now;
+      assert.ok(Date.now() < end, 'the job does not end');
+    }
+  };
+  let cancelled = null, versions = 0;
+  for (let tries = 0; tries < 10 && cancelled?.job.outcome !== 'cancelled'; ++tries) {
+    if (tries > 0) await post('undo');
+    versions = (await (await server.ask('state')).json()).versions.length;
+    await server.ask('remove', {method: 'POST', body: JSON.stringify({effect: kHidden})});
+    cancelled = await post('cancel');
+  }
+  assert.equal(cancelled.job.outcome, 'cancelled');
+  assert.equal(cancelled.first_answer, null);
+  assert.equal(cancelled.versions.length, versions);
+  await page.locator('#first-answer').waitFor({state: 'detached'});
 
   assert.deepEqual(page.faults, []);
   await page.context().close();
@@ -352,7 +362,8 @@ test('a live controller: watch, move, record, deploy, before and after', async (
   await page.waitForFunction(() => document.querySelector('#drive-state').textContent === 'switch on disabled' && !document.querySelector('#drive-error'), null, {timeout: kJobs_ms});
   await page.locator('#live-end').click();
   await page.locator('#live').waitFor({state: 'hidden'});
-  assert.deepEqual(page.faults, []);
+  // Logs were replaced, perhaps while charts of those before were asked for: such an answer is not wanted any more.
+  assert.deepEqual(page.faults.filter((fault) => !/400 \(Bad Request\) \S*\/api\/(rows|model|charts)\b/.test(fault)), []);
   await page.context().close();
   await server.stop();
 });

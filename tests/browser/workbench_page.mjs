@@ -50,7 +50,7 @@ export async function openPage(browser, url, options = {}) {
   const context = await browser.newContext({viewport: {width: 1500, height: 1000}, acceptDownloads: true, ...options});
   const page = await context.newPage();
   page.faults = [];
-  page.on('console', (message) => { if (message.type() === 'error') page.faults.push(message.text()); });
+  page.on('console', (message) => { if (message.type() === 'error') page.faults.push(`${message.text()} ${message.location().url}`); });
   page.on('pageerror', (error) => page.faults.push(error.stack));
   await page.goto(url);
   return page;

@@ -130,9 +130,9 @@ Eigen::VectorXd NormalEquations::recurring_variance(const Measurement& measureme
                                                     const std::vector<Eigen::VectorXd>& errors_N,
                                                     const BoundedSolution& solution,
                                                     const Constraints& constraints,
-                                                    const Eigen::MatrixXd& wanted) const {
-  const Eigen::MatrixXd sums = sums_of(unknowns_, wanted);
-  Eigen::VectorXd variance = Eigen::VectorXd::Zero(unknowns_ + sums.cols());
+                                                    const Eigen::MatrixXd& sums) const {
+  const Eigen::MatrixXd combined = sums_of(unknowns_, sums);
+  Eigen::VectorXd variance = Eigen::VectorXd::Zero(unknowns_ + combined.cols());
   std::vector<Eigen::Index> free = free_unknowns(solution, unknowns_);
   if (free.empty() || errors_N.empty()) return variance;
   const Influence influence(total_.gram + constraints.penalty, constraints.pairs, std::move(free));
@@ -144,7 +144,7 @@ Eigen::VectorXd NormalEquations::recurring_variance(const Measurement& measureme
       const Eigen::VectorXd moved =
           with_sums(influence.change(columns.middleRows(range.first, range.count).transpose() *
                                      weighted.segment(range.first, range.count)),
-                    sums);
+                    combined);
       sum += moved;
       variance -= moved.cwiseAbs2();
     }
@@ -155,9 +155,9 @@ Eigen::VectorXd NormalEquations::recurring_variance(const Measurement& measureme
 
 Eigen::VectorXd NormalEquations::standard_errors(const BoundedSolution& solution,
                                                  const Constraints& constraints,
-                                                 const Eigen::MatrixXd& wanted) const {
-  const Eigen::MatrixXd sums = sums_of(unknowns_, wanted);
-  const Eigen::Index count = unknowns_ + sums.cols();
+                                                 const Eigen::MatrixXd& sums) const {
+  const Eigen::MatrixXd combined = sums_of(unknowns_, sums);
+  const Eigen::Index count = unknowns_ + combined.cols();
   std::vector<Eigen::Index> free = free_unknowns(solution, unknowns_);
   Eigen::VectorXd errors = Eigen::VectorXd::Zero(count);
   if (free.empty()) return errors;
@@ -172,7 +172,7 @@ Eigen::VectorXd NormalEquations::standard_errors(const BoundedSolution& solution
   Eigen::VectorXd known_squared = Eigen::VectorXd::Zero(count);
   for (const Part& block : blocks_) {
     scores.push_back(influence.score_of_noise(block.gram, block.right - block.gram * solution.value));
-    const Eigen::VectorXd share = influence.information(block.gram, sums);
+    const Eigen::VectorXd share = influence.information(block.gram, combined);
     known += share;
     known_squared += share.cwiseAbs2();
   }
@@ -185,7 +185,7 @@ Eigen::VectorXd NormalEquations::standard_errors(const BoundedSolution& solution
     inverse_sum_difference_transform(constraints.pairs, noise);
     problem.right = middle + noise;
     squares +=
-        with_sums(solve_bounded(problem, solution.bound_states).value - solution.value, sums).cwiseAbs2();
+        with_sums(solve_bounded(problem, solution.bound_states).value - solution.value, combined).cwiseAbs2();
   }
   for (const Eigen::Index i : reported) {
     // The effective number of blocks that determine this unknown, less one for its value.

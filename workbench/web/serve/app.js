@@ -47,7 +47,7 @@ async function fetchModels() {
     tell('charts');
     document.body.dataset.drawn = String(version?.id ?? 0);
   } catch (error) {
-    say(error.message);
+    if (store.wanted === wanted) say(error.message);
   }
 }
 
@@ -105,7 +105,7 @@ function take(state) {
     logsSeen = logsOf(state);
     recordedSeen = measuredSeen = false;
     versionSeen = null;
-    Object.assign(store, {rows: null, current: null, beside: null, bent: null, charts: null});
+    Object.assign(store, {wanted: null, rows: null, current: null, beside: null, bent: null, charts: null});
     forgetCharts();
   }
   tell('state');
