@@ -7,29 +7,22 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <fstream>
-#include <iterator>
 #include <regex>
 #include <string>
 #include <vector>
 
 #include "firmware/update/image_header.h"
 #include "hal/stm32g474/flash_map.h"
+#include "tests/unit/project_text.h"
 
 namespace slipstack::mps2 {
 namespace {
 
 constexpr auto kHeaderBytes = static_cast<std::uint32_t>(update::kHeaderBlock);
 
-std::string text_of(const std::string& path) {
-  std::ifstream file(std::string(SLIPSTACK_SOURCE_DIR "/") + path);
-  EXPECT_TRUE(file) << path;
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
 // The numbers that the groups of a pattern find.
 std::vector<std::uint32_t> numbers(const std::string& path, const std::string& pattern) {
-  const std::string text = text_of(path);
+  const std::string text = project_text(path);
   std::smatch found;
   if (!std::regex_search(text, found, std::regex(pattern))) {
     ADD_FAILURE() << path << " has nothing of the form " << pattern;

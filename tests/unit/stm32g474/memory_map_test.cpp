@@ -6,24 +6,17 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
-#include <fstream>
-#include <iterator>
 #include <regex>
 #include <string>
 
 #include "firmware/update/image_header.h"
 #include "hal/stm32g474/flash_map.h"
+#include "tests/unit/project_text.h"
 
 namespace slipstack::stm32g474 {
 namespace {
 
 constexpr auto kHeaderBytes = static_cast<std::uint32_t>(update::kHeaderBlock);
-
-std::string text_of(const std::string& path) {
-  std::ifstream file(std::string(SLIPSTACK_SOURCE_DIR "/") + path);
-  EXPECT_TRUE(file) << path;
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 struct Memory {
   std::uint32_t begin;
@@ -32,7 +25,7 @@ struct Memory {
 
 /// The line FLASH of a linker script: "ORIGIN = 0x08007200, LENGTH = 224K - 512".
 Memory flash_of(const std::string& script) {
-  const std::string text = text_of("toolchain/ld/" + script);
+  const std::string text = project_text("toolchain/ld/" + script);
   std::smatch found;
   const std::regex line(R"(FLASH \(rx\) *: ORIGIN = (0x[0-9A-F]+), LENGTH = (\d+)K(?: - (\d+))?)");
   if (!std::regex_search(text, found, line)) {
@@ -61,7 +54,7 @@ TEST(MemoryMap, TheLinkerScriptsHaveTheAddressesOfTheFlashMap) {
 }
 
 TEST(MemoryMap, TheCheckOfImagesHasTheAddressesOfTheFlashMap) {
-  const std::string text = text_of("toolchain/check-image");
+  const std::string text = project_text("toolchain/check-image");
   const auto has = [&](const std::string& line) { return text.find(line) != std::string::npos; };
   EXPECT_TRUE(has("PARAMETER_BYTES = " + std::to_string(parameters_in(0).pages) + " * " +
                   std::to_string(kFlashPageBytes)));

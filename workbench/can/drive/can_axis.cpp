@@ -32,16 +32,12 @@ constexpr std::uint8_t kCyclicTorque = 10;
 constexpr std::uint32_t kHere = 37;  // homing method: where the axis is
 constexpr int kLongestWait_ms = 10'000;
 constexpr int kRest_ms = 100;
-constexpr int kStart_ms = 300;               // after a reset, before the node is asked
 constexpr double kFarthestShift_m = 0.2e-3;  // of a motion, to begin where the axis is held
 constexpr double kAssumed_mps2 = 20.0;       // of the largest force, before the mass is known
 constexpr double kOtherConstant = 1.00001;   // of the motor: another machine for the check of the direction
-constexpr std::uint32_t kPulseTimeOut_ms = 50;    // without a master the force ends after it (2403h)
-constexpr std::uint32_t kStreamTimeOut_ms = 500;  // a stream that ends brakes by itself
+constexpr std::uint32_t kPulseTimeOut_ms = 50;  // without a master the force ends after it (2403h)
 constexpr int kMorePulses = 3;
 constexpr std::uint16_t kBeforePulse = 100;  // samples of the trace
-constexpr double kMostLost = 0.01;           // of a motion's samples
-constexpr double kArrived_m = 20e-6;
 
 // 2000h by sub-index, as docs/object-dictionary.md has it.
 enum AxisSub : std::uint8_t {
@@ -116,10 +112,10 @@ class CanAxis final : public LiveAxis {
       kept_["reversed"] = true;
       // In force from a start on: what is stored has to be what there was, but for this.
       before_.restore(drive_);
-      release_bus();
+      restart_communication(drive_);
       store_parameters(drive_);
       drive_.nmt(0x81);
-      wait_for_start();
+      wait_for_start(drive_);
       reference_here();
       stream_.configure();
       // Not before it is done: a run that was cut in between does it again.
@@ -160,7 +156,7 @@ class CanAxis final : public LiveAxis {
       const std::uint32_t hash = drive_.read(kModelIndex, 1);
       if (const auto refused = apply_staged(drive_, hash))
         drive_.fail(fmt::format("does not take its own limits back (result {}, 2140h:04)", *refused));
-      release_bus();
+      restart_communication(drive_);
       store_parameters(drive_);
       return fmt::format("model {:08x} and its gains are in the drive's flash, stored {} times so far", hash,
                          drive_.read(kCountersIndex, 9));
@@ -171,7 +167,7 @@ class CanAxis final : public LiveAxis {
     answered([&] {
       off();
       before_.restore(drive_);
-      release_bus();
+      restart_communication(drive_);
     });
   }
 
@@ -302,12 +298,6 @@ class CanAxis final : public LiveAxis {
   double since_ms(std::uint32_t tick) const {
     return 1e3 * plate_.tick_s * static_cast<double>(drive_.read(kTimingIndex, 4) - tick);
   }
-  /// For a node that starts anew and does not answer meanwhile.
-  void wait_for_start() const {
-    CanFrame frame;
-    for (int i = 0; i < kStart_ms; ++i) static_cast<void>(drive_.link().receive(frame, 1));
-    drive_.await_node();
-  }
 
   std::uint32_t state() const { return drive_.read(0x6041, 0) & 0x6FU; }
   bool faulted() const { return (state() & 0x4FU) == 0x0F || (state() & 0x4FU) == 0x08; }
@@ -338,12 +328,6 @@ class CanAxis final : public LiveAxis {
     wait_ms(3);
     drive_.write(0x6040, 0, 0x00, 2);
     wait_ms(kRest_ms);
-  }
-
-  /// SYNC and PDOs as they are stored, or as delivered.
-  void release_bus() {
-    drive_.nmt(0x82);
-    wait_for_start();
   }
 
   std::string configured(const DriveSettings& settings, const ModelParameters& model) {

@@ -25,6 +25,11 @@ struct StreamedMotion {
   bool disabled = false;            ///< the drive has left operation enabled
 };
 
+/// What is asked of a streamed motion, in commissioning and for a plan alike.
+inline constexpr std::uint32_t kStreamTimeOut_ms = 500;  ///< 2403h; a stream that ends brakes by itself
+inline constexpr double kMostLost = 0.01;                ///< of a motion's samples
+inline constexpr double kArrived_m = 20e-6;              ///< of a reference that followed its set-points
+
 /// Cyclic synchronous position over PDOs. The drive produces SYNC, so that its samples keep its own time, and
 /// each of them asks for the next set-point: one that the master is late with is lost, and the others stay in
 /// their place (docs/can.md).

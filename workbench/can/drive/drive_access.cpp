@@ -26,6 +26,18 @@ std::optional<std::uint32_t> apply_staged(SdoClient& drive, std::uint32_t hash) 
   return {};
 }
 
+void wait_for_start(SdoClient& drive) {
+  constexpr int kStart_ms = 300;  // before the node is asked
+  CanFrame frame;
+  for (int i = 0; i < kStart_ms; ++i) static_cast<void>(drive.link().receive(frame, 1));
+  drive.await_node();
+}
+
+void restart_communication(SdoClient& drive) {
+  drive.nmt(0x82);
+  wait_for_start(drive);
+}
+
 void store_parameters(SdoClient& drive) {
   constexpr std::uint32_t kSave = 0x65766173;  // "save" in the order of the bytes
   drive.write(0x1010, 1, kSave, 4);

@@ -20,6 +20,14 @@ bool is_enabled(SdoClient& drive);
 /// it. Where the drive refuses: its result (2140h:04); what runs is then unchanged.
 std::optional<std::uint32_t> apply_staged(SdoClient& drive, std::uint32_t hash);
 
+/// Waits for a node that starts anew and does not answer meanwhile, 0.3 s at least. Throws UsageError where
+/// it does not come back.
+void wait_for_start(SdoClient& drive);
+
+/// NMT reset communication: SYNC and PDOs as they are stored, or as delivered. Waits for the node; throws as
+/// wait_for_start().
+void restart_communication(SdoClient& drive);
+
 /// Stores what is staged and the drive's other parameters (1010h:01).
 void store_parameters(SdoClient& drive);
 

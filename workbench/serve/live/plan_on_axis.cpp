@@ -24,11 +24,7 @@ namespace {
 
 constexpr double kRounding = 1.0 + 1e-6;  // of values in float
 constexpr double kPlaceRounding_m = 1e-9;
-constexpr std::uint32_t kStreamTimeOut_ms = 500;  // as in commission; a stream that ends brakes by itself
-constexpr int kStart_ms = 300;                    // after NMT reset communication, before the node is asked
-constexpr double kMostLost = 0.01;                // of the samples, as in commission
-constexpr std::uint32_t kFaultBit = 1U << 3U;     // 6041h
-constexpr double kArrived_m = 20e-6;              // of a reference that followed its set-points
+constexpr std::uint32_t kFaultBit = 1U << 3U;  // 6041h
 
 double counts_m(SdoClient& drive, std::uint16_t index, std::uint8_t sub, double resolution_m) {
   return static_cast<double>(static_cast<std::int32_t>(drive.read(index, sub))) * resolution_m;
@@ -43,10 +39,7 @@ class ReleasedBus {
   ~ReleasedBus() {
     try {
       drive_.listen_also_to({});
-      drive_.nmt(0x82);
-      CanFrame frame;
-      for (int i = 0; i < kStart_ms; ++i) static_cast<void>(drive_.link().receive(frame, 1));
-      drive_.await_node();
+      restart_communication(drive_);
     } catch (const std::exception&) {  // the bus is gone; what the drive does then is its own supervision's
     }
   }
