@@ -127,7 +127,7 @@ struct Axes {
   std::string effect;  ///< empty: each in turn
 };
 
-int run(std::uint64_t first_seed, std::uint64_t count, int repeats, Axes axes,
+int run(std::uint64_t first_seed, std::uint64_t count, int repeats, const Axes& axes,
         const Instruments& instruments) {
   std::vector<Estimate> of_motion[2];  // prescribed, under control
   Deviations deviations[2];

@@ -123,10 +123,10 @@ class Invariants {
     const bool faulty = now == DriveState::kFault || now == DriveState::kFaultReactionActive;
     if (faulty != (latched_now != Fault::kNone))
       wrong("a fault state without a fault, or a fault without its state");
-    if (last_state_ == DriveState::kFault && now != last_state_ && tick_ - master_.fault_reset_at() > kLate_)
+    if (last_state_ == DriveState::kFault && now != last_state_ && tick_ - master_.fault_reset_at() > kLate)
       wrong("a fault was left without a reset");
     if (now == DriveState::kOperationEnabled && last_state_ != now &&
-        (master_.delivered_word() & 0x0F) != 0x0F && tick_ - master_.delivered_at() > kLate_) {
+        (master_.delivered_word() & 0x0F) != 0x0F && tick_ - master_.delivered_at() > kLate) {
       wrong("enabled without a command");
     }
     const std::int64_t longest = static_cast<std::int64_t>(1.0 / kTick_s) + 500;
@@ -243,12 +243,12 @@ class Invariants {
       const std::int64_t acts = fault == Fault::kOverVoltage ? 60 : 1000 + 15000;
       if (lasts_[i] > acts && controller().driving()) wrong("driven with " + std::to_string(i));
       const bool began = latched_now == fault && last_latched_ != fault;
-      if (began && since_cause_[i] > kLate_) wrong("a fault without its cause");
+      if (began && since_cause_[i] > kLate) wrong("a fault without its cause");
     }
     last_latched_ = latched_now;
   }
 
-  static constexpr std::int64_t kLate_ = 11000;  // a main loop that hangs for a second
+  static constexpr std::int64_t kLate = 11000;  // a main loop that hangs for a second
 
   SoakAxis& axis_;
   const Faults& faults_;

@@ -50,9 +50,9 @@ TEST(Tracking, AStopOutOfAStreamIsNoFasterThanTheStreamMayBe) {
 
 // A stream that keeps the jerk limit, and ends while it speeds up or slows down: so does the stop.
 TEST(Tracking, AStopOutOfAStreamKeepsTheJerkLimit) {
-  constexpr double kMostSpeed = double{kFastest};
-  constexpr double kMostAcceleration = 0.99 * double{kAcceleration};
-  constexpr double kMostJerk = 0.99 * double{kJerk};
+  constexpr double kMostSpeed = static_cast<double>(kFastest);
+  constexpr double kMostAcceleration = 0.99 * static_cast<double>(kAcceleration);
+  constexpr double kMostJerk = 0.99 * static_cast<double>(kJerk);
   test::Draw draw(6);
   const TrackingLimits limits = TrackingLimits::of(kFastest, kAcceleration);
   const BrakingLimits braking = braking_limits(kAcceleration, kJerk);

@@ -18,7 +18,8 @@ constexpr double kFilterRate_Hz = 1000.0;
 /// Response at a frequency, computed from the definition.
 std::complex<double> response(const std::vector<double>& taps, double frequency_Hz) {
   const double turn = 2.0 * std::numbers::pi * frequency_Hz / kFilterRate_Hz;
-  const auto half = static_cast<double>(taps.size() / 2);
+  const std::size_t middle = taps.size() / 2;
+  const auto half = static_cast<double>(middle);
   std::complex<double> sum;
   for (std::size_t k = 0; k < taps.size(); ++k) {
     sum += taps[k] * std::polar(1.0, -turn * (static_cast<double>(k) - half));

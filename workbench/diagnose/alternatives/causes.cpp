@@ -15,9 +15,9 @@ namespace slipstack::workbench {
 namespace {
 
 /// A fitted cause in its model, with what the intervals of its values are made from.
-class ToldCause {
+class DescribedCause {
  public:
-  ToldCause(const Measurement& measurement, const FittedModel& model, const Term& cause)
+  DescribedCause(const Measurement& measurement, const FittedModel& model, const Term& cause)
       : measurement_(measurement), model_(model), cause_(cause) {
     for (const Term& term : model.terms) {
       if (term.effect == cause.effect) break;
@@ -91,7 +91,7 @@ std::string change_with_interval(double share, double error) {
          " %";
 }
 
-std::string change_text(const ToldCause& cause) {
+std::string change_text(const DescribedCause& cause) {
   const Term& term = cause.term();
   const Eigen::VectorXd errors = cause.errors({}, Eigen::MatrixXd::Identity(2, 2));
   return fmt::format("the friction changes at {}: its level by {}, the offset by {}",
@@ -103,7 +103,7 @@ std::string change_text(const ToldCause& cause) {
 /// A step of a shape for its derivative, far below the scale on which the force is curved.
 constexpr double kSmallStep = 1e-2;
 
-std::string place_text(const ToldCause& cause) {
+std::string place_text(const DescribedCause& cause) {
   const Term& term = cause.term();
   const double force_N = std::hypot(term.gains[0], term.gains[1]);
   Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(3, 2);
@@ -118,7 +118,7 @@ std::string place_text(const ToldCause& cause) {
       quantity_with_interval(force_N, 2.0 * errors(2), "N"), change_with_interval(term.gains[2], errors(3)));
 }
 
-std::string line_text(const ToldCause& cause) {
+std::string line_text(const DescribedCause& cause) {
   const Term& term = cause.term();
   double amplitude_N = 0.0;
   Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(term.gains.size()), 1);
@@ -146,7 +146,7 @@ double knot_s(const Term& term, std::ptrdiff_t knot) {
   return term.shapes[0] + knot_distance_s(term) * static_cast<double>(knot);
 }
 
-std::string curve_text(const ToldCause& cause) {
+std::string curve_text(const DescribedCause& cause) {
   const Term& term = cause.term();
   const auto [low, high] = std::minmax_element(term.gains.begin(), term.gains.end());
   Eigen::MatrixXd rise = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(term.gains.size()), 1);
@@ -161,28 +161,28 @@ std::string curve_text(const ToldCause& cause) {
 }
 
 /// Coordinate, place and text of a fitted cause.
-Structure place_and_text(const ToldCause& told) {
-  const Term& cause = told.term();
+Structure place_and_text(const DescribedCause& described) {
+  const Term& cause = described.term();
   Structure structure;
   structure.where = cause.shapes[0];
   switch (form_of(*cause.effect)) {
     case CauseForm::line_in_time:
       structure.coordinate = Coordinate::frequency;
-      structure.description = line_text(told);
+      structure.description = line_text(described);
       break;
     case CauseForm::change_at_a_time:
       structure.coordinate = Coordinate::time;
-      structure.description = change_text(told);
+      structure.description = change_text(described);
       break;
     case CauseForm::force_at_a_place:
       structure.coordinate = Coordinate::position;
-      structure.description = place_text(told);
+      structure.description = place_text(described);
       break;
     case CauseForm::force_over_time: {
       structure.coordinate = Coordinate::time;
       const auto high = std::max_element(cause.gains.begin(), cause.gains.end());
       structure.where = knot_s(cause, high - cause.gains.begin());
-      structure.description = curve_text(told);
+      structure.description = curve_text(described);
       break;
     }
   }
@@ -193,7 +193,7 @@ Structure place_and_text(const ToldCause& told) {
 
 Structure described_cause(const Measurement& measurement, const FittedModel& model, const Term& cause,
                           double without_N) {
-  Structure structure = place_and_text(ToldCause(measurement, model, cause));
+  Structure structure = place_and_text(DescribedCause(measurement, model, cause));
   structure.error_reduction = 1.0 - model.holdout_rmse_N / std::max(without_N, 1e-300);
   structure.description +=
       fmt::format("; with it the held-out error is {}", quantity(model.holdout_rmse_N, "N"));
