@@ -5,6 +5,7 @@
 #include <condition_variable>
 #include <cstdint>
 #include <mutex>
+#include <optional>
 
 namespace slipstack::workbench {
 
@@ -19,12 +20,29 @@ class Events {
     bool operator==(const Numbers&) const = default;
   };
 
+  /// A page that follows: the number to wait with. When there are more than kMostFollowers, the oldest are
+  /// told to end: a page that is there comes again, one that takes nothing holds no place for ever.
+  static constexpr std::uint64_t kMostFollowers = 32;
+  std::uint64_t follow() {
+    std::uint64_t follower = 0;
+    {
+      const std::lock_guard lock(lock_);
+      follower = ++followers_;
+    }
+    changed_.notify_all();
+    return follower;
+  }
+
   void tell() { count(&Numbers::state); }
   void tell_live() { count(&Numbers::live); }
-  /// Waits until something was told since `seen`, at most this long, or close(). Returns the numbers.
-  Numbers wait(const Numbers& seen, std::chrono::milliseconds most) const {
+  /// Waits until something was told since `seen`, at most this long. Returns the numbers, or nothing where
+  /// this follower is to end.
+  std::optional<Numbers> wait(std::uint64_t follower, const Numbers& seen,
+                              std::chrono::milliseconds most) const {
     std::unique_lock lock(lock_);
-    changed_.wait_for(lock, most, [&] { return numbers_ != seen || closed_; });
+    const auto ends = [&] { return closed_ || follower + kMostFollowers <= followers_; };
+    changed_.wait_for(lock, most, [&] { return numbers_ != seen || ends(); });
+    if (ends()) return std::nullopt;
     return numbers_;
   }
   void close() {
@@ -33,10 +51,6 @@ class Events {
       closed_ = true;
     }
     changed_.notify_all();
-  }
-  bool closed() const {
-    const std::lock_guard lock(lock_);
-    return closed_;
   }
 
  private:
@@ -51,6 +65,7 @@ class Events {
   mutable std::mutex lock_;
   mutable std::condition_variable changed_;
   Numbers numbers_;
+  std::uint64_t followers_ = 0;  ///< so far
   bool closed_ = false;
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The only source that sees the HTTP library: requests are checked (guard.h), taken apart, and answered by
-// the workspace.
+// Requests are checked (guard.h), taken apart, and answered by the workspace. This source and connections.cpp
+// alone see the HTTP library.
 #include "workbench/serve/http/server.h"
 
 #include <fmt/format.h>
@@ -12,6 +12,7 @@
 #include <cstdio>
 #include <functional>
 #include <optional>
+#include <string_view>
 #include <thread>
 
 // The headers of the HTTP library define this macro, which is a name in Eigen.
@@ -22,6 +23,7 @@
 #include "workbench/can/client/socket_link.h"
 #include "workbench/model/expression/definition.h"
 #include "workbench/report/effect_page.h"
+#include "workbench/serve/http/connections.h"
 #include "workbench/serve/http/guard.h"
 #include "workbench/serve/http/open_page.h"
 #include "workbench/serve/http/pages.h"
@@ -38,9 +40,6 @@ using httplib::Request;
 using httplib::Response;
 using nlohmann::json;
 
-constexpr std::size_t kThreads = 24;  // two for each page's events, the rest for pictures
-constexpr std::size_t kLargestUpload = std::size_t{1} << 30;  // 3e7 samples of text
-constexpr auto kStalled = 10s;   // a client that takes nothing for so long is left
 constexpr auto kHeartbeat = 2s;  // of the events, so that a lost page is noticed
 
 constexpr int kBadRequest = 400;
@@ -130,17 +129,17 @@ std::string new_signals(const Workspace& workspace, SeenSignals& seen) {
 void stream_events(Workspace& workspace, Response& response) {
   response.set_header("Cache-Control", "no-store");
   response.set_chunked_content_provider(
-      "text/event-stream", [&workspace, seen = Events::Numbers{0, 0}, signals = SeenSignals{}](
-                               std::size_t, httplib::DataSink& sink) mutable {
-        const Events::Numbers now = workspace.events().wait(seen, kHeartbeat);
-        if (workspace.events().closed()) {
+      "text/event-stream", [&workspace, follower = workspace.events().follow(), seen = Events::Numbers{0, 0},
+                            signals = SeenSignals{}](std::size_t, httplib::DataSink& sink) mutable {
+        const std::optional<Events::Numbers> now = workspace.events().wait(follower, seen, kHeartbeat);
+        if (!now) {
           sink.done();
           return false;
         }
         std::string text = ":\n\n";
-        if (now.state != seen.state) text += event("state", workspace.state());
-        if (now.live != seen.live) text += new_signals(workspace, signals);
-        seen = now;
+        if (now->state != seen.state) text += event("state", workspace.state());
+        if (now->live != seen.live) text += new_signals(workspace, signals);
+        seen = *now;
         return sink.write(text.data(), text.size());
       });
 }
@@ -323,6 +322,10 @@ void check_requests(httplib::Server& server, const Guard& guard) {
   });
 }
 
+bool is_large(std::string_view path) {
+  return path == "/api/upload" || path == "/api/download";
+}
+
 std::atomic<bool> stop_asked{false};
 void on_signal(int) {
   stop_asked.store(true);
@@ -331,12 +334,7 @@ void on_signal(int) {
 }  // namespace
 
 void serve_pages(Workspace& workspace, const ServerOptions& options) {
-  httplib::Server server;
-  server.new_task_queue = [] { return new httplib::ThreadPool(kThreads); };
-  server.set_payload_max_length(kLargestUpload);
-  server.set_write_timeout(kStalled);
-  server.set_read_timeout(kStalled);
-  server.set_keep_alive_timeout(2);
+  PageServer server({}, is_large);
   // Head and body are two writes: without this the second waits for the acknowledgement of the first, 40 ms.
   server.set_tcp_nodelay(true);
   const int port = options.port == 0                                ? server.bind_to_any_port("127.0.0.1")
@@ -346,6 +344,7 @@ void serve_pages(Workspace& workspace, const ServerOptions& options) {
     throw UsageError(
         fmt::format("--port {}: cannot be bound; leave it out for any that is free", options.port));
   }
+  server.widen_backlog();
   const Guard guard(port);
   check_requests(server, guard);
   serve_page(server);
