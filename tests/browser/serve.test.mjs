@@ -66,6 +66,10 @@ test('open, compare, learn, add, error falls, undo, redo, plan, run, deploy, exp
     if (chart === 'coherence') assert.ok(Math.max(...drawnValues.values) <= 1 && Math.max(...drawnValues.values) > 0.3, 'viscous friction follows the motion');
     if (chart === 'memory') assert.equal(drawnValues.values[0], 1);
   }
+  // Damping ratios of the loops, as the log has them and as the model does.
+  const damping = await page.evaluate(() => window.slipstackWorkbench.store.charts.damping);
+  assert.ok(damping.amplitude_m.length >= 2 && damping.measured.every((ratio, i) => ratio > 0.01 && ratio < 0.64 && Math.abs(ratio - damping.model[i]) < 0.1), JSON.stringify(damping));
+  assert.match(await page.evaluate(() => window.slipstackWorkbench.chartOf('damping').spec.x.label), /\((nm|µm|mm)\)$/);
   const loop = page.locator('[data-chart^="loop "]').first();
   await loop.locator('.menu summary').click();
   await loop.getByText('Table').click();
@@ -399,6 +403,142 @@ test('by keyboard alone, and on a phone', async () => {
   await server.stop();
 });
 
+// Goes to an element as somebody without a mouse does, and sees where he is.
+async function reach(page, selector) {
+  for (let tabs = 0; tabs < 600; ++tabs) {
+    const here = await page.evaluate((wanted) => {
+      const one = document.activeElement;
+      const style = getComputedStyle(one);
+      return {there: one.matches(wanted), seen: one === document.body || (style.outlineStyle !== 'none' && parseFloat(style.outlineWidth) >= 1), name: one.outerHTML.slice(0, 120)};
+    }, selector);
+    assert.ok(here.seen, `the focus is not visible on ${here.name}`);
+    if (here.there) return;
+    await page.keyboard.press('Tab');
+  }
+  assert.fail(`${selector} cannot be reached by the keyboard`);
+}
+
+test('the whole path by keyboard alone', async () => {
+  const server = await serve('keys alone');
+  const page = await openPage(server.url);
+  await page.evaluate(() => { window.pointed = 0; addEventListener('pointerdown', () => { ++window.pointed; }, true); });
+  const press = async (selector, key = 'Enter') => { await reach(page, selector); await page.keyboard.press(key); };
+  // Open: a file, which is closed again, and a simulated axis.
+  await page.locator('#empty').waitFor();
+  page.on('filechooser', (chooser) => chooser.setFiles(log));
+  await page.locator('h1').hover();  // a round trip: choosers are caught from here on
+  await page.keyboard.press('o');
+  await page.locator('#fit').waitFor({timeout: kJobs_ms});
+  await idle(page);
+  await press('#logs button');
+  await press('#empty [data-simulate]');
+  await reach(page, '#seed');
+  await page.keyboard.press('Control+A');
+  await page.keyboard.type(kSeed);
+  await reach(page, '#hidden');
+  await page.keyboard.press('Control+A');
+  await page.keyboard.type(kHidden);
+  await page.keyboard.press('Enter');
+  await page.locator('#fit').waitFor({timeout: kJobs_ms});
+  await idle(page);
+  await press('#fit');
+  await drawn(page, 1);
+  await idle(page);
+  // Compare: move, zoom, a cursor, the worst place.
+  await press('[data-chart=residual] .plot', '+');
+  await page.keyboard.press('ArrowRight');
+  await page.keyboard.press('c');
+  await page.locator('#cursors').waitFor();
+  assert.equal(await page.locator('dialog').count(), 0, 'the key means the cursor alone');
+  await press('.worst button');
+  assert.match(await page.locator('#brushed').textContent(), /shown in all charts/);
+  await page.keyboard.press('Escape');
+  // Learn, add: the error falls.
+  await page.keyboard.press('d');
+  await page.locator('.card.best').waitFor({timeout: kJobs_ms});
+  await idle(page);
+  const before = await current(page);
+  await press('.card.best [data-add]');
+  await drawn(page, 2);
+  await idle(page);
+  assert.ok((await current(page)).after_N < 0.7 * before.after_N);
+  await page.keyboard.press('u');
+  await drawn(page, 1);
+  await page.keyboard.press('r');
+  await drawn(page, 2);
+  // By hand.
+  await page.keyboard.press('1');
+  await press('#sliders input[data-kind=gain]', 'PageUp');
+  await page.waitForFunction(() => /set by hand/.test(document.querySelector('#bent-error').textContent));
+  // Plan, run, deploy.
+  await page.keyboard.press('3');
+  await press('#plan-for input[value=stribeck]', 'Space');
+  await press('#plan');
+  await page.locator('#run-plan').waitFor({timeout: kJobs_ms});
+  await idle(page);
+  await press('#run-plan');
+  await page.waitForFunction(() => window.slipstackWorkbench.store.state.logs.length === 2 && window.slipstackWorkbench.store.state.measured, null, {timeout: kJobs_ms});
+  await idle(page);
+  await press('#deploy');
+  await page.locator('#deployed').waitFor({timeout: kJobs_ms});
+  await idle(page);
+  // Export.
+  await page.keyboard.press('4');
+  await reach(page, '[data-save=toml]');
+  const [download] = await Promise.all([page.waitForEvent('download'), page.keyboard.press('Enter')]);
+  assert.match(fs.readFileSync(await download.path(), 'utf8'), /slipstack model 1/);
+  assert.equal(await page.evaluate(() => window.pointed), 0, 'no pointer was used');
+  assert.deepEqual(page.faults.filter((fault) => !/400 \(Bad Request\) \S*\/api\/(rows|model|charts)\b/.test(fault)), []);
+  await page.context().close();
+  await server.stop();
+});
+
+test('a full disk and a file that vanishes are said, and the server goes on', async () => {
+  // What is written fails beyond a few kilobytes (EFBIG): as on a full disk (ENOSPC), at a place that does not depend on it.
+  const full = path.join(folder, 'full.sh');
+  fs.writeFileSync(full, `#!/bin/sh\ntrap '' XFSZ\nulimit -f 1\nexec '${slipstack}' "$@"\n`, {mode: 0o755});
+  const session = path.join(folder, 'full');
+  const server = await start(full, session, log);
+  const page = await openPage(server.url);
+  await page.locator('#fit').waitFor({timeout: kJobs_ms});
+  await idle(page);
+  await page.locator('#fit').click();
+  await page.locator('#message').getByText(/cannot be written|too large|No space/i).waitFor({timeout: kJobs_ms});
+  assert.equal((await state(page)).versions.length, 0, 'nothing that was not kept is shown');
+  assert.equal((await state(page)).job.outcome, 'failed');
+  await page.locator('#file').setInputFiles(log);
+  await page.waitForFunction(() => /written|too large|space/i.test(document.querySelector('#message').textContent) && window.slipstackWorkbench.store.state.logs.length === 1);
+  assert.deepEqual(fs.readdirSync(path.join(session, 'logs')).concat(fs.readdirSync(path.join(session, 'models'))), [], 'no half of a file is left');
+  assert.equal((await server.ask('rows')).status, 200);
+  await page.context().close();
+  await server.stop();
+
+  // A log that goes while it is open: what was read stays. When the session is opened again it is missed by name, and the work goes on
+  // without it.
+  const gone = path.join(folder, 'gone.csv');
+  fs.copyFileSync(log, gone);
+  const first = await serve('gone', gone);
+  const one = await openPage(first.url);
+  await one.locator('#fit').waitFor({timeout: kJobs_ms});
+  await idle(one);
+  fs.rmSync(gone);
+  await one.locator('#fit').click();
+  await drawn(one, 1);
+  assert.equal((await first.ask('picture?log=0&signal=force&from=1&to=1.01&points=800')).status, 200);
+  assert.equal((await first.ask('download?what=csv&version=1')).status, 200);
+  await one.context().close();
+  await first.stop();
+  const second = await serve('gone');
+  const two = await openPage(second.url);
+  await two.locator('#message').getByText(/gone\.csv/).waitFor({timeout: kJobs_ms});
+  await two.locator('#logs button').first().click();
+  await two.locator('#empty').waitFor({timeout: kJobs_ms});
+  await two.locator('#file').setInputFiles(log);
+  await drawn(two, 1);
+  await two.context().close();
+  await second.stop();
+});
+
 test('an ugly table is shown before it is read', async () => {
   const rows = fs.readFileSync(log, 'utf8').split('\n').filter((line) => /^[-\d]/.test(line)).map((line) => line.split(','));
   const comma = (value) => String(value).replace('.', ',');
@@ -459,6 +599,12 @@ test('nobody else gets in', async () => {
   for (const what of ['../../etc/passwd', '..%2f..%2fetc%2fpasswd', 'session.json']) assert.notEqual(await status(what, {headers: authorized}), 200, what);
   const page = await fetch(server.origin);
   assert.match(page.headers.get('content-security-policy'), /default-src 'none'/);
+  // Nothing is compressed on the way to this machine: it took longer than anything else before the first picture.
+  for (const what of ['uplot.js', 'api/state']) {
+    const answer = await fetch(`${server.origin}/${what}`, {headers: {...authorized, 'Accept-Encoding': 'gzip, deflate, br'}});
+    assert.equal(answer.status, 200);
+    assert.equal(answer.headers.get('content-encoding'), null, what);
+  }
   for (const [what, body] of [['api/select', '{"version": 99}'], ['api/fit', '{"effects": ["<script>"]}'], ['api/fit', 'no json'], ['api/add', '{}'], ['api/download', '']]) {
     const answer = await server.ask(what.slice(4), body ? {method: 'POST', body} : {});
     assert.equal(answer.status, 400, what);

@@ -19,17 +19,19 @@ namespace slipstack::workbench {
 /// What the connections of one server may take. The defaults are chosen: a page opens six connections, one of
 /// them for its events.
 struct ConnectionLimits {
-  /// A client is left that takes so long for the head of a request, or makes the server wait so long after it.
+  /// A client is left that takes so long for the head of a request, or makes the server wait so long after
+  /// it.
   std::chrono::milliseconds stalled{10000};
   /// ... and so much longer for each megabyte of a body or of an answer: slower is nobody on this machine.
   std::chrono::milliseconds for_each_megabyte{1000};
   /// Between two requests.
   std::chrono::milliseconds idle{60000};
-  std::size_t waiting = 512;  ///< connections without a whole request: descriptors, of which a process has 1024
+  std::size_t waiting =
+      512;  ///< connections without a whole request: descriptors, of which a process has 1024
   std::size_t threads = 256;  ///< requests at a time, those that stay open among them
   std::size_t large = 2;      ///< large ones at a time; the others wait and hold no thread
-  std::size_t small_bytes = std::size_t{4} << 20;   ///< body of any but a large request
-  std::size_t large_bytes = std::size_t{1} << 30;   ///< 3e7 samples of text
+  std::size_t small_bytes = std::size_t{4} << 20;  ///< body of any but a large request
+  std::size_t large_bytes = std::size_t{1} << 30;  ///< 3e7 samples of text
   std::size_t head_bytes = std::size_t{32} << 10;
 };
 
@@ -44,8 +46,8 @@ class PageServer : public httplib::Server {
 
   PageServer(const ConnectionLimits& limits, IsLarge is_large);
   ~PageServer() override;
-  /// To be called once the port is bound. The library lets five connections wait to be accepted, and a page opens
-  /// six at once: the sixth would be tried again after a second (tcp_syn_retries).
+  /// To be called once the port is bound. The library lets five connections wait to be accepted, and a page
+  /// opens six at once: the sixth would be tried again after a second (tcp_syn_retries).
   void widen_backlog() const;
   PageServer(const PageServer&) = delete;
   PageServer& operator=(const PageServer&) = delete;

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "workbench/analysis/compare_model.h"
+#include "workbench/analysis/loop_damping.h"
 #include "workbench/analysis/residual_dynamics.h"
 #include "workbench/analysis/worst_intervals.h"
 #include "workbench/diagnose/evidence/held_out.h"
@@ -117,6 +118,16 @@ Bytes View::model(const std::string& key, const Terms& terms) {
   return answers_.emplace(key, answer(rows_of_model(key, terms), terms, true)).first->second;
 }
 
+/// Force of the moving mass at the rows, zero where the model has none.
+Eigen::VectorXd View::inertia_N(const Terms& terms) const {
+  Terms masses;
+  for (const Term& term : terms) {
+    if (is_mass(term)) masses.push_back(term);
+  }
+  if (masses.empty()) return Eigen::VectorXd::Zero(measurement().force_N().size());
+  return force_rows(measurement(), masses).model_N;
+}
+
 json View::charts(const std::string& key, const Terms& terms, const std::string& other_key,
                   const Terms* other) {
   const std::lock_guard lock(lock_);
@@ -126,6 +137,7 @@ json View::charts(const std::string& key, const Terms& terms, const std::string&
   json data = json::object();
   add_residual_charts(data, measurement(), before, other == nullptr ? nullptr : &after);
   add_residual_dynamics(data, measurement(), before, other == nullptr ? nullptr : &after);
+  add_loop_damping(data, measurement(), inertia_N(terms), before, other == nullptr ? nullptr : &after);
   return data;
 }
 

@@ -34,7 +34,8 @@ class View {
   /// left, parameters, worst.
   Bytes model(const std::string& key, const Terms& terms);
   /// Residual charts of a model, and of a second one beside it (null: none): loops, profiles, spectrum
-  /// (report/pictures.h), coherence, autocorrelation, response (analysis/residual_dynamics.h).
+  /// (report/pictures.h), coherence, autocorrelation, response (analysis/residual_dynamics.h), damping of
+  /// loops (analysis/loop_damping.h).
   nlohmann::json charts(const std::string& key, const Terms& terms, const std::string& other_key,
                         const Terms* other);
 
@@ -63,6 +64,7 @@ class View {
   Terms on_logs(const Terms& terms) const;
 
  private:
+  Eigen::VectorXd inertia_N(const Terms& terms) const;
   const ForceRows& rows_of_model(const std::string& key, const Terms& terms);
   const FittedModel& fitted(const std::string& key, const Terms& terms);
   Gains gains_only(const FittedModel& now, Terms terms) const;

@@ -31,7 +31,7 @@ export function padded(low, high) {
   return [low - pad, high + pad];
 }
 
-// `spec`: {title, x: {name, label, log}, y: {name, label, log}, series: [{name, role, width, dash}], data: [[x], [y]...],
+// `spec`: {title, x: {name, label, log}, y: {name, label, log}, series: [{name, role, width, dash, points}], data: [[x], [y]...],
 // height, xRange: [low, high], yExtent: (u) => [low, high], rows: () => [[x, y...]...] where data holds no lines,
 // under: (u) => drawing below the lines, over: (u) => above, onRange, onBrush, onCursor}
 export class Chart {
@@ -77,7 +77,7 @@ export class Chart {
       },
       axes: [{...axis(spec.x, 2), size: 24, space: 60}, {...axis(spec.y, 3), space: spec.height < 150 ? 18 : 28, size: (u, values) => Math.max(44, 14 + 6.3 * Math.max(1, ...(values ?? []).map((text) => String(text ?? '').length)))}],
       series: [{}, ...spec.series.map((one) => ({
-        label: one.name, width: one.width ?? 1.25, dash: one.dash, stroke: () => colour(one.role), points: {show: false}, spanGaps: false}))],
+        label: one.name, width: one.width ?? 1.25, dash: one.dash, stroke: () => colour(one.role), points: {show: one.points ?? false, size: 6}, spanGaps: false}))],
       cursor: {drag: {x: true, y: false, setScale: false}, y: false, points: {size: 5}, bind: {dblclick: () => () => { this.reset(); return null; }}},
       hooks: {
         drawAxes: [(u) => this.spec.under?.(u)],
@@ -223,6 +223,7 @@ export class Chart {
     const act = acts[event.key === '=' ? '+' : event.key];
     if (!act || event.target !== this.box || event.ctrlKey || event.metaKey) return;
     event.preventDefault();
+    event.stopPropagation();  // c connects to a controller elsewhere
     act();
   }
 

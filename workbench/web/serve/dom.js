@@ -69,7 +69,7 @@ export function span(low, high, unit) {
 }
 
 // A text of the server as a sentence: a capital, a full stop, signs and units as the page writes them.
-export const sentence = (text) => text.replace(/^./, (first) => first.toUpperCase()).replace(/(?<=^|[ (])-(?=\d)/g, '\u2212').replace(/(?<=\d )um\b/g, 'µm').replace(/(?<=\d) (?=%|[µmk]?(N|m|s|Hz|kg)\b)/g, '\u00a0').replace(/[^.]$/, '$&.');
+export const sentence = (text) => text.replace(/^./, (first) => first.toUpperCase()).replace(/(?<=^|[ (])-(?=\d)/g, '\u2212').replace(/(?<=\d )\+-(?= \d)/g, '±').replace(/(?<=\d )um\b/g, 'µm').replace(/(?<=\d) (?=%|[µmk]?(N|m|s|Hz|kg)\b)/g, '\u00a0').replace(/[^.]$/, '$&.');
 
 // "Stribeck effect: friction falls with velocity" is called Stribeck effect where there is little room.
 export const shortTitle = (title) => title.split(/: | \(/)[0];
@@ -84,7 +84,8 @@ export function dialog(title, content, buttons = [{label: 'Close', value: ''}]) 
   return new Promise((done) => {
     const box = h('dialog', {'aria-labelledby': 'dialog-title'},
       h('form', {method: 'dialog'}, h('h2', {id: 'dialog-title'}, title), content,
-        h('div', {class: 'buttons'}, buttons.map(({label, value, main}) => h('button', {value, class: main ? 'main' : ''}, label)))));
+        h('div', {class: 'buttons'}, buttons.map(({label, value, main}) => h('button', main || buttons.length === 1 ? {value, class: main ? 'main' : ''}
+          : {type: 'button', onclick: () => box.close(value)}, label)))));  // Enter in a field means the main button
     box.addEventListener('close', () => { box.remove(); done(box.returnValue); });
     document.body.append(box);
     box.showModal();

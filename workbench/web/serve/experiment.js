@@ -62,7 +62,7 @@ function planned() {
   if (!plan) return null;
   const runsLive = live?.state === 'live';
   const figure = h('figure', {class: 'chart'});
-  const section = h('section', {id: 'planned'}, h('h3', {}, plan.headline), plan.detail ? h('p', {}, plan.detail) : null, figure,
+  const section = h('section', {id: 'planned'}, h('h3', {}, plan.headline.replaceAll('_', ' ')), plan.detail ? h('p', {}, plan.detail) : null, figure,
     h('details', {}, h('summary', {}, 'Limits, evidence, segments'), h('pre', {tabindex: 0}, plan.text)),
     h('div', {class: 'buttons'}, store.state.simulated ? h('button', {type: 'button', class: 'main', id: 'run-plan', 'data-job': true, onclick: () => attempt(() => post('run'))}, 'Run it on the simulated axis') : null,
     runsLive ? h('button', {type: 'button', class: store.state.simulated ? '' : 'main', id: 'run-live', 'data-job': true, onclick: () => attempt(runOnController)}, `Run it on ${liveName(live)} …`) : null),

@@ -48,9 +48,11 @@ function responseSpecs() {
   const series = (key, factor) => [{name: 'measured', role: 'measured', width: 2, values: given(found.measured[key], factor)},
     ...(store.beside ? [{name: 'modelled before', role: 'before', values: given(found.model[key], factor)}, {name: 'modelled', role: 'after', values: given(found.after[key], factor)}]
                      : [{name: 'modelled', role: 'after', values: given(found.model[key], factor)}])];
+  const phases = series('phase_rad', 180 / Math.PI);
+  const largest = Math.max(45, ...phases.flatMap(({values}) => values.map(Math.abs)));
   return {
     'response size': spec(`Acceleration over ${force}`, kHertz, {name: 'Gain', label: `Acceleration over ${force} (${unit})`, unit, log: true}, found.frequency_Hz, series('gain', 1)),
-    'response phase': {...spec(`Phase of acceleration over ${force}`, kHertz, {name: 'Phase', label: 'Phase (°)', unit: '°'}, found.frequency_Hz, series('phase_rad', 180 / Math.PI)), yExtent: () => [-180, 180]},
+    'response phase': {...spec(`Phase of acceleration over ${force}`, kHertz, {name: 'Phase', label: 'Phase (°)', unit: '°'}, found.frequency_Hz, phases), yExtent: () => [-largest, largest]},
   };
 }
 

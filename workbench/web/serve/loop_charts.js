@@ -42,6 +42,38 @@ function loopSpec(loop) {
   };
 }
 
+// The equivalent damping ratio at resonance over the amplitude of the loop.
+function dampingSpec() {
+  const found = store.charts.damping;
+  const along = unitFor('m', found.amplitude_m);
+  const percents = (values) => values.map((value) => 100 * value);
+  const series = [{name: 'measured', role: 'measured', width: 2, points: true, values: percents(found.measured)},
+    ...(store.beside ? [{name: 'modelled before', role: 'before', points: true, values: percents(found.model)}, {name: 'modelled', role: 'after', points: true, values: percents(found.after)}]
+                     : [{name: 'modelled', role: 'after', points: true, values: percents(found.model)}])];
+  const first = found.amplitude_m[0] * along.perSi;
+  const last = found.amplitude_m[found.amplitude_m.length - 1] * along.perSi;
+  const range = [first / 1.1, last * 1.1];
+  return {
+    title: 'Damping ratio of the loops', height: 240, x: {name: 'Amplitude', label: `Amplitude of the loop (${along.label})`, unit: along.label, log: true},
+    y: {name: 'Damping ratio', label: 'Damping ratio ζᵣ (%)', unit: '%'}, series: series.map(({values, ...rest}) => rest),
+    data: [found.amplitude_m.map((value) => value * along.perSi), ...series.map(({values}) => values)],
+    xRange: range, whole: () => range, yExtent: () => [0, extentOf(series.flatMap(({values}) => values))[1]],
+    over: (u) => clipped(u, (ctx) => {
+      // One standard deviation of the loops that were averaged, each way.
+      if (!u.series[1].show) return;
+      ctx.strokeStyle = colour('measured');
+      ctx.lineWidth = devicePixelRatio;
+      found.deviation.forEach((deviation, i) => {
+        const x = u.valToPos(found.amplitude_m[i] * along.perSi, 'x', true);
+        ctx.beginPath();
+        for (const [sign, act] of [[-1, 'moveTo'], [1, 'lineTo']]) ctx[act](x, u.valToPos(100 * (found.measured[i] + sign * deviation), 'y', true));
+        ctx.stroke();
+      });
+    }),
+  };
+}
+
 export function drawLoops(host) {
+  if (store.charts.damping) place('damping', host, dampingSpec());
   for (const loop of store.charts.loops) place(`loop ${loop.title}`, host, loopSpec(loop));
 }
