@@ -84,13 +84,42 @@ export async function download(query) {
 
 const payload = (message) => JSON.parse(message.slice(message.indexOf('data: ') + 6));
 
+const kHidden_ms = 2000;  // a tab that is only passed on the way to another keeps its events
+
+// Ends when the tab has been hidden for a while. A browser opens six connections to a server, whatever the tabs: six of them
+// that follow would leave none for anything else.
+function untilHidden() {
+  const end = new AbortController();
+  let timer = 0;
+  const look = () => {
+    clearTimeout(timer);
+    if (document.visibilityState === 'hidden') timer = setTimeout(() => end.abort(), kHidden_ms);
+  };
+  look();
+  document.addEventListener('visibilitychange', look);
+  end.signal.addEventListener('abort', () => document.removeEventListener('visibilitychange', look));
+  return end;
+}
+
+const shown = () => new Promise((done) => {
+  const look = () => {
+    if (document.visibilityState === 'hidden') return;
+    document.removeEventListener('visibilitychange', look);
+    done();
+  };
+  document.addEventListener('visibilitychange', look);
+  look();
+});
+
 // Calls `onState` with every state that the server tells, `onLive` with new signals of a controller, and `onLink` with
 // whether the server is there. An EventSource cannot
 // send the token in a header.
 export async function follow(onState, onLive, onLink) {
   for (;;) {
+    await shown();
+    const hidden = untilHidden();
     try {
-      const response = await checked(await fetch(address('events'), {headers}));
+      const response = await checked(await fetch(address('events'), {headers, signal: hidden.signal}));
       onLink('');
       const reader = response.body.pipeThrough(new TextDecoderStream()).getReader();
       let text = '';
@@ -106,6 +135,8 @@ export async function follow(onState, onLive, onLink) {
       }
       throw new Error('the server ended');
     } catch (error) {
+      if (hidden.signal.aborted) continue;
+      hidden.abort();
       onLink(error instanceof Refused ? error.message : 'The server does not answer. Start slipstack serve again and open the address that it prints; the session is kept.');
       if (error instanceof Refused) return;
       await new Promise((done) => setTimeout(done, 1000));
