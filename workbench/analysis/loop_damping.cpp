@@ -28,8 +28,8 @@ struct OneLoop {
   std::vector<double> ratio;
 };
 
-/// Rows with points between them, by cubics that pass through the rows (Catmull and Rom): the rows are filtered,
-/// and the polygon through a dozen of them would miss a tenth of the area.
+/// Rows with points between them, by cubics that pass through the rows (Catmull and Rom): the rows are
+/// filtered, and the polygon through a dozen of them would miss a tenth of the area.
 std::vector<double> finer(const Eigen::VectorXd& all, const RowRange& rows) {
   std::vector<double> points;
   points.reserve(static_cast<std::size_t>(kFiner * rows.count));
@@ -39,15 +39,16 @@ std::vector<double> finer(const Eigen::VectorXd& all, const RowRange& rows) {
     for (int k = 0; k < kFiner; ++k) {
       const double u = static_cast<double>(k) / kFiner;
       points.push_back(from + 0.5 * u *
-                                  (to - before + u * (2.0 * before - 5.0 * from + 4.0 * to - after +
-                                                      u * (3.0 * (from - to) + after - before))));
+                                  (to - before +
+                                   u * (2.0 * before - 5.0 * from + 4.0 * to - after +
+                                        u * (3.0 * (from - to) + after - before))));
     }
   }
   return points;
 }
 
-std::optional<OneLoop> loop_of(const Eigen::VectorXd& position_m, const std::vector<Eigen::VectorXd>& forces_N,
-                               const RowRange& rows) {
+std::optional<OneLoop> loop_of(const Eigen::VectorXd& position_m,
+                               const std::vector<Eigen::VectorXd>& forces_N, const RowRange& rows) {
   OneLoop found;
   for (const Eigen::VectorXd& force_N : forces_N) {
     try {

@@ -12,9 +12,9 @@ namespace slipstack::workbench {
 /// Equivalent damping ratio at resonance of closed hysteresis loops, ζᵣ = E/(2π·A·F) ([2], section 3.2), of
 /// loops of about one amplitude A.
 struct LoopDamping {
-  double amplitude_m = 0.0;          ///< mean
-  std::vector<double> ratio;         ///< mean of each force that was given
-  std::vector<double> deviation;     ///< standard deviation over the loops, likewise; zero of a single loop
+  double amplitude_m = 0.0;       ///< mean
+  std::vector<double> ratio;      ///< mean of each force that was given
+  std::vector<double> deviation;  ///< standard deviation over the loops, likewise; zero of a single loop
   std::size_t loops = 0;
 };
 

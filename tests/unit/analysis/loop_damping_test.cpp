@@ -63,7 +63,8 @@ TEST(LoopDamping, LeavesOutWhatReleasesEnergyAndWhatDoesNotClose) {
   const Measurement measurement(sines({20e-6}), {});
   EXPECT_TRUE(loop_damping(measurement, {-measurement.force_N()}).empty());
   Log ramp = sines({20e-6});
-  for (std::size_t i = 0; i < ramp.position_m.size(); ++i) ramp.position_m[i] += 2e-8 * static_cast<double>(i);
+  for (std::size_t i = 0; i < ramp.position_m.size(); ++i)
+    ramp.position_m[i] += 2e-8 * static_cast<double>(i);
   const Measurement drifting(std::move(ramp), {});
   EXPECT_TRUE(loop_damping(drifting, {drifting.force_N()}).empty());
 }
