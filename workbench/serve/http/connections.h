@@ -61,7 +61,7 @@ class PageServer : public httplib::Server {
 
   bool process_and_close_socket(socket_t socket) override;
   void wait_for_requests();
-  void receive(Connections& from, Connections::iterator connection);
+  void receive(Connections& waiting, Connections::iterator place);
   /// Moves a connection whose next request has arrived to those that are served.
   void offer(std::unique_ptr<Connection> connection);
   void serve_requests();

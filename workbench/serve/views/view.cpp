@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "workbench/analysis/compare_model.h"
-#include "workbench/analysis/loop_damping.h"
 #include "workbench/analysis/residual_dynamics.h"
 #include "workbench/analysis/worst_intervals.h"
 #include "workbench/diagnose/evidence/held_out.h"
@@ -17,6 +16,7 @@
 #include "workbench/report/json_values.h"
 #include "workbench/report/parameters.h"
 #include "workbench/report/results/comparison_result.h"
+#include "workbench/serve/views/loop_damping.h"
 
 namespace slipstack::workbench {
 namespace {

@@ -35,7 +35,7 @@ class View {
   Bytes model(const std::string& key, const Terms& terms);
   /// Residual charts of a model, and of a second one beside it (null: none): loops, profiles, spectrum
   /// (report/pictures.h), coherence, autocorrelation, response (analysis/residual_dynamics.h), damping of
-  /// loops (analysis/loop_damping.h).
+  /// loops (loop_damping.h).
   nlohmann::json charts(const std::string& key, const Terms& terms, const std::string& other_key,
                         const Terms* other);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/analysis/loop_damping.h"
+#include "workbench/serve/views/loop_damping.h"
 
 #include <gtest/gtest.h>
 
