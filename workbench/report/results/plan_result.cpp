@@ -90,9 +90,12 @@ ExperimentResult plan_result(const PlanRequest& request, const KnownAxis& known,
                      : joined(request.logs);
   const auto weakest = std::min_element(plan.expected.begin(), plan.expected.end(),
                                         [](const auto& a, const auto& b) { return a.evidence < b.evidence; });
+  const std::string evidence = std::abs(weakest->evidence) < 1000.0
+                                   ? fmt::format("{:.3g}", weakest->evidence)
+                                   : fmt::format("{:.0f}", weakest->evidence);
   result.headline =
-      fmt::format("{:.1f} s of motion; the least evidence that it is expected to give is {:.3g}, {} {}.",
-                  plan.motion.duration_s(), weakest->evidence, weakest->effect,
+      fmt::format("{:.1f} s of motion; the least evidence that it is expected to give is {}, {} {}.",
+                  plan.motion.duration_s(), evidence, weakest->effect,
                   weakest->other.empty() ? std::string("beside the baseline") : "against " + weakest->other);
   result.detail =
       "Evidence is the expected difference of BIC if the axis has the effect: above 10 it is decisive, below "

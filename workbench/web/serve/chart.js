@@ -77,7 +77,7 @@ export class Chart {
       },
       axes: [{...axis(spec.x, 2), size: 24, space: 60}, {...axis(spec.y, 3), space: spec.height < 150 ? 18 : 28, size: (u, values) => Math.max(44, 14 + 6.3 * Math.max(1, ...(values ?? []).map((text) => String(text ?? '').length)))}],
       series: [{}, ...spec.series.map((one) => ({
-        label: one.name, width: one.width ?? 1.25, dash: one.dash, stroke: () => colour(one.role), points: {show: one.points ?? false, size: 6}, spanGaps: false}))],
+        label: one.name, width: one.width ?? 1.25, dash: one.dash, stroke: () => colour(one.role), points: {show: one.points ?? false, size: 6, fill: () => colour('page')}, spanGaps: false}))],
       cursor: {drag: {x: true, y: false, setScale: false}, y: false, points: {size: 5}, bind: {dblclick: () => () => { this.reset(); return null; }}},
       hooks: {
         drawAxes: [(u) => this.spec.under?.(u)],
