@@ -263,6 +263,23 @@ test('a simulated axis: record, plan, run, deploy', async () => {
   await server.stop();
 });
 
+test('a simulated axis of another set-up', async () => {
+  const server = await serve('set-up');
+  const page = await openPage(server.url);
+  await page.locator('[data-simulate]').click();
+  await page.locator('#setup').selectOption('random');
+  await page.locator('#seed').fill('3');
+  await page.getByRole('button', {name: 'Start it'}).click();
+  await page.locator('#fit').waitFor({timeout: kJobs_ms});
+  await idle(page);
+  const {logs, simulated} = await state(page);
+  assert.equal(simulated.setup, 'random');
+  assert.notEqual(Number(logs[0].header.mass_kg), 35.45, 'that of the pick-and-place axis');
+  assert.deepEqual(page.faults, []);
+  await page.context().close();
+  await server.stop();
+});
+
 test('a live controller: watch, move, record, deploy, before and after', async () => {
   const server = await serve('live');
   const page = await openPage(server.url);

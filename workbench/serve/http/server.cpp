@@ -222,7 +222,8 @@ void serve_experiments(httplib::Server& server, Workspace& workspace) {
   post(server, "/api/simulate", workspace, [&](const Request& request) {
     const json body = body_of(request);
     workspace.start_simulated_axis({body.value("seed", std::uint64_t{1}), body.value("effects", "random"),
-                                    body.value("strength", 0.0), body.value("seconds", 30.0)});
+                                    body.value("strength", 0.0), body.value("seconds", 30.0),
+                                    body.value("setup", SimulatedAxis{}.setup)});
   });
   post(server, "/api/plan", workspace, [&](const Request& request) { workspace.plan(body_of(request)); });
   post(server, "/api/run", workspace, [&](const Request&) { workspace.run_plan(); });

@@ -37,8 +37,14 @@ struct Drawn {
   sim::MotionProgramme programme;
 };
 
+sim::Setup setup_of(const SimulatedAxis& axis) {
+  if (axis.setup == "pick_and_place") return sim::Setup::kPickAndPlace;
+  if (axis.setup == "random") return sim::Setup::kRandom;
+  throw UsageError(fmt::format("setup: {} is neither pick_and_place nor random", in_quotes(axis.setup)));
+}
+
 Drawn draw(const SimulatedAxis& axis) {
-  Drawn drawn{sim::draw_bench(sim::Setup::kPickAndPlace, axis.seed), {}};
+  Drawn drawn{sim::draw_bench(setup_of(axis), axis.seed), {}};
   if (!(axis.seconds >= 8.0 && axis.seconds <= 600.0)) {
     throw UsageError("seconds: must be between 8 and 600");
   }

@@ -11,12 +11,13 @@ namespace slipstack::workbench {
 
 class SimulatedBus;
 
-/// The axis to try things on where there is no hardware: that of `slipstack-sim log --setup pick_and_place`.
+/// The axis to try things on where there is no hardware: that of `slipstack-sim log --setup`.
 struct SimulatedAxis {
   std::uint64_t seed = 1;
-  std::string effects = "random";  ///< names with commas, none, or random: one that the seed draws
-  double strength = 0.0;           ///< over the noise floor; 0: drawn
-  double seconds = 30.0;           ///< of the usual programme
+  std::string effects = "random";        ///< names with commas, none, or random: one that the seed draws
+  double strength = 0.0;                 ///< over the noise floor; 0: drawn
+  double seconds = 30.0;                 ///< of the usual programme
+  std::string setup = "pick_and_place";  ///< or random: mass, encoder, stroke and friction are drawn too
 };
 
 /// A measurement of the axis as CSV: along the usual test programme, or along a file of set points. Throws

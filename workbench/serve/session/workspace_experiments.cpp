@@ -89,7 +89,8 @@ SimulatedAxis Workspace::simulated_axis() const {
     throw UsageError(
         "this session has no simulated axis; start one, or run the plan on your axis and add its log");
   }
-  return {stored.at("seed"), stored.at("effects"), stored.at("strength"), stored.at("seconds")};
+  return {stored.at("seed"), stored.at("effects"), stored.at("strength"), stored.at("seconds"),
+          stored.value("setup", SimulatedAxis{}.setup)};
 }
 
 void Workspace::start_simulated_axis(const SimulatedAxis& axis) {
@@ -103,7 +104,8 @@ void Workspace::start_simulated_axis(const SimulatedAxis& axis) {
       write_atomically(axis_file(session_), json_text({{"seed", axis.seed},
                                                        {"effects", axis.effects},
                                                        {"strength", axis.strength},
-                                                       {"seconds", axis.seconds}}));
+                                                       {"seconds", axis.seconds},
+                                                       {"setup", axis.setup}}));
       paths = session_.logs();
       paths.push_back(session_.store_log(fmt::format("simulated-{}.csv", axis.seed), log));
       session_.set_logs(paths);

@@ -57,9 +57,10 @@ export async function open(files) {
 async function simulate() {
   const seed = h('input', {type: 'number', id: 'seed', min: '0', value: String(1 + Math.floor(Math.random() * 9999))});
   const effects = h('input', {type: 'text', id: 'hidden', value: 'random', spellcheck: false});
-  const answer = await dialog('A simulated axis', h('div', {class: 'form'}, h('label', {for: 'seed'}, 'Seed: everything random follows from it'), seed,
+  const setup = h('select', {id: 'setup'}, [['pick_and_place', 'a pick-and-place axis'], ['random', 'any axis: mass, encoder, stroke and friction are drawn']].map(([value, label]) => h('option', {value}, label)));
+  const answer = await dialog('A simulated axis', h('div', {class: 'form'}, h('label', {for: 'setup'}, 'Set-up'), setup, h('label', {for: 'seed'}, 'Seed: everything random follows from it'), seed,
     h('label', {for: 'hidden'}, 'Hidden in it (names with commas, none, or random)'), effects), [{label: 'Cancel', value: ''}, {label: 'Start it', value: 'start', main: true}]);
-  if (answer === 'start') await attempt(() => post('simulate', {seed: Number(seed.value), effects: effects.value.trim() || 'random'}));
+  if (answer === 'start') await attempt(() => post('simulate', {setup: setup.value, seed: Number(seed.value), effects: effects.value.trim() || 'random'}));
 }
 
 function drawLogs() {
