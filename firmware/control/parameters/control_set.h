@@ -152,7 +152,7 @@ struct ControlSet {
     scales.mps2_per_count = mps2_per_count;
     scales.shift_up = displacement_shift > 0 ? displacement_shift : 0;
     scales.shift_down = displacement_shift < 0 ? -displacement_shift : 0;
-    scales.steps_per_count = displacement_shift > 0 ? approx::power_of_two<float>(displacement_shift) : 0.0F;
+    scales.steps_per_count = approx::power_of_two<float>(displacement_shift);
     scales.steps_per_m = scales.steps_per_count / axis.encoder_resolution_m;
     prepare_observer();
     const float metres_per_step =
