@@ -39,6 +39,7 @@ class FeedForward {
     std::int32_t shift_down = 0;
     float steps_per_count = 0.0F;  ///< 2^up / 2^down
     float steps_per_m = 0.0F;
+    float ahead = 0.5F;     ///< of the tick; more or less where a delay is no whole number of them
     std::int32_t band = 0;  ///< dead band of the observer, steps
     float rest = 0.0F;      ///< a reference below this speed rests, counts per tick; 0: it never does
   };
@@ -48,7 +49,7 @@ class FeedForward {
   /// half a tick, where it changes most. Velocity and place on the rail change too little in a tick to
   /// matter.
   static std::int32_t displacement(const Scales& scale, const ReferencePoint& at) {
-    const float beyond = at.fraction + kMiddle * at.velocity;
+    const float beyond = at.fraction + scale.ahead * at.velocity;
     return displacement(scale, at.counts) + static_cast<std::int32_t>(beyond * scale.steps_per_count);
   }
 
@@ -123,8 +124,6 @@ class FeedForward {
   float corrected_N() const { return corrected_N_; }
 
  private:
-  static constexpr float kMiddle = 0.5F;  // of the tick that begins at a point of the reference
-
   // `from` moved as little as brings it within the band about `to`.
   static std::int32_t played(std::int32_t from, std::int32_t to, std::int32_t band) {
     std::int32_t ahead = difference(from, to);

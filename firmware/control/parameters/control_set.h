@@ -63,6 +63,8 @@ struct ControlSet {
     axis = new_axis;
     hash = model_hash(parameters);
     lead = lead_ticks(parameters, axis.tick_s);
+    // In the middle of the tick over which the force is held.
+    scales.ahead = 0.5F + delay_ticks(parameters, axis.tick_s) - static_cast<float>(lead);
     displacement_shift = slipstack::displacement_shift(axis, parameters);
     mass_kg = slipstack::mass_kg(parameters);
     per_mass_kg = 1.0F / mass_kg;
