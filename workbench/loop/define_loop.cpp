@@ -21,6 +21,10 @@ void define_comparison(CLI::App& loop, const std::shared_ptr<LoopRequest>& reque
   loop.add_option("--seeds", wanted->seeds, "of the comparison: so many axes, from --seed on (default: 1)")
       ->type_name("N")
       ->needs(flag);
+  loop.add_option("--encoder", wanted->encoder_nm,
+                  "of the comparison: resolution of the encoder (default: that of the axis)")
+      ->type_name("NM")
+      ->needs(flag);
   loop.add_flag("--brief", wanted->brief,
                 "of the comparison: without wrong parameters, hidden effects and other levels of friction")
       ->needs(flag);

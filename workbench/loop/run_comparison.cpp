@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
 #include <nlohmann/json.hpp>
 
 #include "workbench/console/output.h"
@@ -11,17 +13,22 @@ namespace slipstack::workbench {
 
 void run_comparison(const ComparisonRequest& request) {
   if (request.seeds < 1 || request.seeds > 1000) throw UsageError("--seeds: must be between 1 and 1000");
+  if (request.encoder_nm != 0.0 && !(request.encoder_nm >= 1.0 && request.encoder_nm <= 1e5))
+    throw UsageError("--encoder: must be between 1 and 100000 nm");
   const ComparisonTask task{.setup = setup_named(request.setup),
                             .first_seed = seed_of(request.seed),
                             .seeds = static_cast<std::size_t>(request.seeds),
+                            .encoder_resolution_m = 1e-9 * request.encoder_nm,
                             .field = Field::kAll,
                             .extent = {.robustness = !request.brief}};
   Outputs outputs;
   outputs.claim(request.json);
   ComparisonFile kept;
   if (!request.keep.empty()) {
-    kept = ComparisonFile(request.keep, "slipstack " SLIPSTACK_VERSION ", " + request.setup +
-                                            (request.brief ? ", brief" : ", whole"));
+    kept = ComparisonFile(
+        request.keep,
+        "slipstack " SLIPSTACK_VERSION ", " + request.setup + (request.brief ? ", brief" : ", whole") +
+            (request.encoder_nm > 0.0 ? fmt::format(", encoder {} nm", request.encoder_nm) : ""));
   }
   Progress progress;
   const Comparison comparison =

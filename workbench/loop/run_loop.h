@@ -28,8 +28,9 @@ struct ComparisonRequest {
   std::string setup = "pick_and_place";
   std::int64_t seed = 1;
   std::int64_t seeds = 1;
-  bool brief = false;  ///< without what the axis may differ in
-  std::string keep;    ///< file of the axes that are done
+  double encoder_nm = 0.0;  ///< resolution of the encoder; 0: that of the set-up
+  bool brief = false;       ///< without what the axis may differ in
+  std::string keep;         ///< file of the axes that are done
   std::string json;
 };
 

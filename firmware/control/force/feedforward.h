@@ -37,15 +37,20 @@ class FeedForward {
     float mps2_per_count = 0.0F;
     std::int32_t shift_up = 0;  ///< displacement is counts x 2^up / 2^down; one of the two is zero
     std::int32_t shift_down = 0;
-    float steps_per_count = 0.0F;  ///< 2^up, 0 where displacement is coarser than a count
-    float steps_per_m = 0.0F;      ///< the same over a metre
-    std::int32_t band = 0;         ///< dead band of the observer, steps
-    float rest = 0.0F;             ///< a reference below this speed rests, counts per tick; 0: it never does
+    float steps_per_count = 0.0F;  ///< 2^up / 2^down
+    float steps_per_m = 0.0F;
+    float ahead = 0.5F;     ///< of the tick; more or less where a delay is no whole number of them
+    std::int32_t band = 0;  ///< dead band of the observer, steps
+    float rest = 0.0F;      ///< a reference below this speed rests, counts per tick; 0: it never does
   };
 
-  /// Where the hysteresis sees the reference, in its own steps.
+  /// Where the hysteresis sees the reference, in its own steps: in the middle of the tick over which its
+  /// force is held. At the tick itself, the force of a motion that has just turned round would be late by
+  /// half a tick, where it changes most. Velocity and place on the rail change too little in a tick to
+  /// matter.
   static std::int32_t displacement(const Scales& scale, const ReferencePoint& at) {
-    return displacement(scale, at.counts) + static_cast<std::int32_t>(at.fraction * scale.steps_per_count);
+    const float beyond = at.fraction + scale.ahead * at.velocity;
+    return displacement(scale, at.counts) + static_cast<std::int32_t>(beyond * scale.steps_per_count);
   }
 
   /// The same of the axis.

@@ -63,6 +63,8 @@ struct ControlSet {
     axis = new_axis;
     hash = model_hash(parameters);
     lead = lead_ticks(parameters, axis.tick_s);
+    // In the middle of the tick over which the force is held.
+    scales.ahead = 0.5F + delay_ticks(parameters, axis.tick_s) - static_cast<float>(lead);
     displacement_shift = slipstack::displacement_shift(axis, parameters);
     mass_kg = slipstack::mass_kg(parameters);
     per_mass_kg = 1.0F / mass_kg;
@@ -152,7 +154,7 @@ struct ControlSet {
     scales.mps2_per_count = mps2_per_count;
     scales.shift_up = displacement_shift > 0 ? displacement_shift : 0;
     scales.shift_down = displacement_shift < 0 ? -displacement_shift : 0;
-    scales.steps_per_count = displacement_shift > 0 ? approx::power_of_two<float>(displacement_shift) : 0.0F;
+    scales.steps_per_count = approx::power_of_two<float>(displacement_shift);
     scales.steps_per_m = scales.steps_per_count / axis.encoder_resolution_m;
     prepare_observer();
     const float metres_per_step =

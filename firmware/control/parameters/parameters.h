@@ -200,13 +200,18 @@ inline float drift_begin_s(const AxisParameters& axis, const ModelParameters& mo
   return drift.enabled && drift.gains[0] < 0.0F ? kForEver_s : 0.0F;
 }
 
-/// Ticks by which the reference of the model runs ahead of the feedback's, for `time_delay`: a low pass is
-/// as late as its time constant where the force changes slowly against it.
-inline std::int32_t lead_ticks(const ModelParameters& model, float tick_s) {
+/// How late the force of the axis is by `time_delay`, ticks: a low pass is as late as its time constant where
+/// the force changes slowly against it.
+inline float delay_ticks(const ModelParameters& model, float tick_s) {
   const auto& delay = std::get<EffectParameters<TimeDelay<float>, float>>(model);
   const float lag_s = delay.shapes[0] + delay.shapes[1];
-  if (!delay.enabled || !(lag_s > 0.0F)) return 0;
-  return static_cast<std::int32_t>(lag_s / tick_s + 0.5F);
+  return delay.enabled && lag_s > 0.0F ? lag_s / tick_s : 0.0F;
+}
+
+/// Whole ticks of it, by which the reference of the model runs ahead of the feedback's; the hysteresis takes
+/// the rest (FeedForward::Scales::ahead).
+inline std::int32_t lead_ticks(const ModelParameters& model, float tick_s) {
+  return static_cast<std::int32_t>(delay_ticks(model, tick_s) + 0.5F);
 }
 
 /// The limits of the axis in counts and ticks.

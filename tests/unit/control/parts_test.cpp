@@ -235,6 +235,29 @@ TEST(FeedForward, TheTimeOfDriftDoesNotWrap) {
 
 constexpr StopTimes kTimes{.quick_stop = 50, .slow_down = 50};
 
+// The force of the hysteresis is held over a tick: it is that of the middle of the tick, to a step, with the
+// steps finer and coarser than a count.
+TEST(FeedForward, SeesTheReferenceInTheMiddleOfTheTick) {
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<float> within(0.0F, 1.0F);
+  for (const int shift : {4, 1, 0, -3}) {
+    FeedForward::Scales scales;
+    scales.shift_up = std::max(shift, 0);
+    scales.shift_down = std::max(-shift, 0);
+    scales.steps_per_count = std::ldexp(1.0F, shift);
+    for (int i = 0; i < 1000; ++i) {
+      const float velocity = 200.0F * (within(random) - 0.5F);
+      const ReferencePoint at{static_cast<std::int32_t>(1e6F * (within(random) - 0.5F)), within(random),
+                              velocity, 0.0F};
+      const double middle =
+          at.counts + static_cast<double>(at.fraction) + 0.5 * static_cast<double>(velocity);
+      const double seen = FeedForward::displacement(scales, at);
+      // Rounded twice: the whole counts and what is beyond them.
+      ASSERT_NEAR(seen, std::ldexp(middle, shift), shift < 0 ? 2.0 : 1.0) << shift << ' ' << middle;
+    }
+  }
+}
+
 // An axis that comes to rest at 100.44 counts reads 100, and moves by 0.06 to read 101: only so much may move
 // the hysteresis. From the middle of the count it would be half a count, and the count back would not undo
 // it.

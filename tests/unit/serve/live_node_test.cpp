@@ -121,15 +121,16 @@ TEST(LiveNode, ARecordingIsALogAndOneThatIsTooShortIsNot) {
   std::filesystem::remove(path);
 }
 
-/// A link that loses what it receives while `lossy` says so.
+/// A link that loses as many of the frames that it receives as `to_lose` says, and counts that down.
 class LossyLink final : public CanLink {
  public:
-  LossyLink(std::unique_ptr<CanLink> link, const std::atomic<bool>& lossy)
-      : link_(std::move(link)), lossy_(lossy) {}
+  LossyLink(std::unique_ptr<CanLink> link, std::atomic<int>& to_lose)
+      : link_(std::move(link)), to_lose_(to_lose) {}
   void send(const CanFrame& frame) override { link_->send(frame); }
   bool receive(CanFrame& frame, int timeout_ms) override {
     while (link_->receive(frame, timeout_ms)) {
-      if (!lossy_ || frame.id > 0x500) return true;
+      if (to_lose_ == 0 || frame.id > 0x500) return true;
+      --to_lose_;
     }
     return false;
   }
@@ -138,14 +139,14 @@ class LossyLink final : public CanLink {
 
  private:
   std::unique_ptr<CanLink> link_;
-  const std::atomic<bool>& lossy_;
+  std::atomic<int>& to_lose_;
 };
 
 TEST(LiveNode, OfARecordingWithALongGapTheLongestPartBecomesTheLog) {
   Watched bench;
-  std::atomic<bool> lossy{false};
+  std::atomic<int> to_lose{0};
   bench.live = std::make_unique<LiveNode>(bench.events, bench.talking, LiveNode::Target{"", 5, 500.0},
-                                          [&] { return std::make_unique<LossyLink>(bench.link(), lossy); });
+                                          [&] { return std::make_unique<LossyLink>(bench.link(), to_lose); });
   const auto recorded = [&](std::size_t more) {
     const std::uint64_t begin = bench.live->end();
     return await([&] { return bench.live->end() > begin + more; });
@@ -153,9 +154,8 @@ TEST(LiveNode, OfARecordingWithALongGapTheLongestPartBecomesTheLog) {
   ASSERT_TRUE(recorded(50));
   bench.live->start_recording();
   ASSERT_TRUE(recorded(200));
-  lossy = true;
-  std::this_thread::sleep_for(20ms);
-  lossy = false;
+  to_lose = 20;
+  ASSERT_TRUE(await([&] { return to_lose == 0; }));
   bench.move(0.02);
   ASSERT_TRUE(recorded(1500));
   const Recording recording = bench.live->stop_recording();

@@ -37,7 +37,8 @@ std::vector<std::size_t> longest_first(const std::vector<Contender>& contenders)
 }
 
 std::vector<Measures> measured(const ComparisonTask& task, std::uint64_t seed, const Show& show) {
-  const sim::Axis axis = sim::draw_bench(task.setup, seed).axis;
+  sim::Axis axis = sim::draw_bench(task.setup, seed).axis;
+  if (task.encoder_resolution_m > 0.0) axis.encoder_resolution_m = task.encoder_resolution_m;
   const std::vector<Contender> contenders =
       tuned_contenders(axis, seed, task.field, [&](double done) { show("tune", kTuningShare * done); });
   const std::vector<sim::Axis> hidden =

@@ -44,6 +44,7 @@ struct ComparisonTask {
   sim::Setup setup = sim::Setup::kPickAndPlace;
   std::uint64_t first_seed = 1;
   std::size_t seeds = 1;
+  double encoder_resolution_m = 0.0;  ///< 0: that of the set-up
   Field field = Field::kAll;
   Extent extent;
 };

@@ -14,14 +14,16 @@ namespace {
 using Hysteresis = EffectParameters<PreslidingHysteresis<float>, float>;
 using Mass = EffectParameters<Inertia<float>, float>;
 
-/// The force of the contender's friction model along the reference, N.
+/// The force of the contender's friction model along the reference, N: in the middle of each tick, over which
+/// it is held, as slipstack's own.
 std::vector<double> friction_along(const Contender& contender, const Trajectory& trajectory) {
   const FrictionFit& fit = *contender.friction;
   SampledMotion motion;
   motion.step_s = trajectory.tick_s;
   for (const sim::MotionPoint& point : trajectory.points) {
-    motion.position_m.push_back(point.x_m);
-    motion.velocity_mps.push_back(point.v_mps);
+    const double gained_mps = 0.5 * trajectory.tick_s * point.a_mps2;
+    motion.position_m.push_back(point.x_m + 0.5 * trajectory.tick_s * (point.v_mps + 0.5 * gained_mps));
+    motion.velocity_mps.push_back(point.v_mps + gained_mps);
   }
   const Eigen::MatrixXd columns = model_columns(fit.kind, fit.shape, fit.slips_m, motion);
   const double offset_N = fit.gains[fit.gains.size() - 1];
@@ -60,8 +62,7 @@ DriveRun run(const Contender& contender, const sim::Axis& axis, const Trajectory
   other.encoder_resolution_m *= contender.encoder_share;
   Contender on_it = contender;
   on_it.axis.encoder_resolution_m = static_cast<float>(other.encoder_resolution_m);
-  const Trajectory held = with_held_acceleration(trajectory);
-  return run(on_it, other, held, compensation_on(contender, axis, held), noise_seed);
+  return run(on_it, other, trajectory, compensation_on(contender, axis, trajectory), noise_seed);
 }
 
 DriveRun run(const Contender& contender, const sim::Axis& axis, const Trajectory& trajectory,

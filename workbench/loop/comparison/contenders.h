@@ -22,7 +22,8 @@ std::vector<ContenderName> contenders_of(Field field);
 ///   iterative learning control over ten repetitions; slipstack's Maxwell-slip elements; the same with maps
 ///   of ripple and preload, with adaptation of level and mass, with the disturbance observer.
 /// Behind them three bounds, which are no compensators: the friction of the simulated axis itself fed
-/// forward; the same without noise of the force; the same with an encoder of a hundredth of the step.
+/// forward; the same without noise of the force; the same with an encoder of a hundredth of the step,
+/// 1 nm at least.
 /// Friction models are fitted to a log of the training motion, by the drive with mass feed-forward
 /// (fit_friction()), and then their level is searched in the loop, as are share and learning: Nelder-Mead by
 /// NLopt, for the least rms error. slipstack's models are what `fit` makes of the same log, and are not

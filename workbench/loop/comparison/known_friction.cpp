@@ -39,11 +39,4 @@ std::vector<double> known_friction_N(const sim::Axis& axis, const Trajectory& tr
   return force_N;
 }
 
-Trajectory with_held_acceleration(Trajectory trajectory) {
-  for (std::size_t i = 0; i + 1 < trajectory.size(); ++i)
-    trajectory.points[i].a_mps2 =
-        (trajectory.points[i + 1].v_mps - trajectory.points[i].v_mps) / trajectory.tick_s;
-  return trajectory;
-}
-
 }  // namespace slipstack::workbench

@@ -14,7 +14,4 @@ namespace slipstack::workbench {
 /// axis are not in it. About 0.1 µs per tick.
 std::vector<double> known_friction_N(const sim::Axis& axis, const Trajectory& trajectory);
 
-/// The motion with accelerations that are means over a tick: what a current that is held must give.
-Trajectory with_held_acceleration(Trajectory trajectory);
-
 }  // namespace slipstack::workbench

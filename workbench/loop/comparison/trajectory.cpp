@@ -80,6 +80,8 @@ Trajectory sampled(const std::function<sim::MotionPoint(double)>& motion, double
   const auto count = static_cast<std::size_t>(std::floor(duration_s / tick_s));
   made.points.reserve(count);
   for (std::size_t i = 0; i < count; ++i) made.points.push_back(motion(static_cast<double>(i) * tick_s));
+  for (std::size_t i = 0; i + 1 < count; ++i)
+    made.points[i].a_mps2 = (made.points[i + 1].v_mps - made.points[i].v_mps) / tick_s;
   find_reversals(made);
   return made;
 }

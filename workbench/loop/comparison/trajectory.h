@@ -29,7 +29,9 @@ struct Trajectory {
   double duration_s() const { return static_cast<double>(size()) * tick_s; }
 };
 
-/// A motion of this duration, by its law; its reversals are found, it has no moves.
+/// A motion of this duration, by its law; its reversals are found, it has no moves. Accelerations are means
+/// over the tick that begins there, as the firmware's reference has them (ReferencePoint): what a current
+/// that is held must give.
 Trajectory sampled(const std::function<sim::MotionPoint(double)>& motion, double duration_s, double tick_s);
 
 /// What compensators are tuned on: the first `seconds` of the programme of the axis and the seed

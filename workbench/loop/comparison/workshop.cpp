@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/loop/comparison/workshop.h"
 
+#include <algorithm>
 #include <stdexcept>
 #include <utility>
 
@@ -22,6 +23,7 @@ constexpr double kTraining_s = 16.0;
 constexpr double kLoopTraining_s = 6.0;  // of it, for what is searched in the loop
 constexpr int kLoopSearches = 14;
 constexpr int kRepetitions = 10;
+constexpr double kFinestEncoder_m = 1e-9;  // with which the axis may still move at 2 m/s
 
 AxisParameters with_tuned_feedback(const sim::Axis& axis) {
   AxisParameters parameters = loop_parameters(axis, kComparedTick_s);
@@ -53,14 +55,44 @@ Log training_log(const sim::Axis& axis, const DriveRun& run) {
 
 // ---- the models ----
 
-FrictionFit fitted_friction(FrictionKind kind, const sim::Axis& axis, const Measurement& measurement) {
+/// Between which lengths pre-sliding was found, m: the elements of the whole fit that carry something.
+std::pair<double, double> presliding_lengths(const FittedModel& fitted) {
+  std::pair<double, double> lengths{0.0, 0.0};
+  for (const Term& term : fitted.terms) {
+    if (!term.effect->has_role(Role::hysteresis)) continue;
+    for (std::size_t i = 0; i < term.shapes.size(); ++i) {
+      if (!(term.gains[i] > 0.0)) continue;
+      lengths.first = lengths.first > 0.0 ? std::min(lengths.first, term.shapes[i]) : term.shapes[i];
+      lengths.second = std::max(lengths.second, term.shapes[i]);
+    }
+  }
+  return lengths;
+}
+
+FrictionFit fitted_friction(FrictionKind kind, const Measurement& measurement, double shortest_m,
+                            double longest_m) {
   FrictionData data;
-  data.motion = {measurement.tick_s(), measurement.position_m(), measurement.velocity_mps(),
-                 axis.encoder_resolution_m, 1e-3};
+  data.motion = {measurement.tick_s(), measurement.position_m(), measurement.velocity_mps(), shortest_m,
+                 longest_m};
   data.force_N = measurement.force_N();
   data.others.push_back(measurement.acceleration_mps2());
   data.observe = [&](std::span<const double> signal) { return measurement.filtered(signal); };
   return fit_friction(kind, data);
+}
+
+/// The elements of a model with few of them stand the denser the shorter the range: the beginning of the
+/// range that fits best.
+FrictionFit best_fitted_friction(FrictionKind kind, const Measurement& measurement, double shortest_m,
+                                 double longest_m) {
+  constexpr double kRatio = 3.0;
+  constexpr double kDecade = 10.0;  // the range keeps at least one
+  FrictionFit best = fitted_friction(kind, measurement, shortest_m, longest_m);
+  if (best.slips_m.empty()) return best;
+  for (double from_m = kRatio * shortest_m; kDecade * from_m < longest_m; from_m *= kRatio) {
+    FrictionFit other = fitted_friction(kind, measurement, from_m, longest_m);
+    if (other.relative_error < best.relative_error) best = std::move(other);
+  }
+  return best;
 }
 
 ModelParameters refined_model(const Measurement& measurement, const FittedModel& fitted) {
@@ -103,6 +135,7 @@ Workshop::Workshop(const sim::Axis& axis, std::uint64_t seed)
       loop_training_(training_motion(axis, seed, kLoopTraining_s, kComparedTick_s)) {
   const FittedModel base = fit_effects(measurement_, effects_with({}), {});
   mass_kg_ = mass_kg(base.terms);
+  lengths_m_ = presliding_lengths(base);
   own_model_ = refined_model(measurement_, base);
 }
 
@@ -140,7 +173,7 @@ Contender Workshop::without_mass(const ContenderName& name) const {
 
 Contender Workshop::with_friction(FrictionKind kind, const ContenderName& name) const {
   Contender contender = plain(name);
-  contender.friction = fitted_friction(kind, axis_, measurement_);
+  contender.friction = best_fitted_friction(kind, measurement_, lengths_m_.first, lengths_m_.second);
   // The last gains are those of the acceleration and of the offset.
   const Eigen::VectorXd& gains = contender.friction->gains;
   contender.model = mass_only_model(gains[gains.size() - 2]);
@@ -177,7 +210,8 @@ Contender Workshop::bound(const ContenderName& name, double noise_share, double 
   Contender contender = plain(name);
   contender.model = mass_only_model(axis_.mass_kg);
   contender.noise_share = noise_share;
-  contender.encoder_share = encoder_share;
+  contender.encoder_share =
+      std::max(encoder_share, std::min(1.0, kFinestEncoder_m / axis_.encoder_resolution_m));
   return contender;
 }
 

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "workbench/estimate/measurement/measurement.h"
@@ -32,7 +33,8 @@ class Workshop {
   Contender learning(const ContenderName& name) const;
   /// slipstack's model of the log with these effects more.
   Contender maxwell_slip(const ContenderName& name, const std::vector<std::string>& more) const;
-  /// What is left with the friction known, with such shares of force noise and encoder step.
+  /// What is left with the friction known, with such shares of force noise and encoder step; the step stays
+  /// at least 1 nm.
   Contender bound(const ContenderName& name, double noise_share, double encoder_share) const;
 
  private:
@@ -44,6 +46,8 @@ class Workshop {
   AxisParameters parameters_;
   Measurement measurement_;
   double mass_kg_;
+  std::pair<double, double>
+      lengths_m_;  // of pre-sliding, as slipstack's fit finds them: the same for all models
   ModelParameters own_model_;
   Trajectory loop_training_;
 };
