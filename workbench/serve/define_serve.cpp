@@ -104,9 +104,10 @@ void define_import(CLI::App& app) {
   CLI::App* command = app.add_subcommand("import", "Convert a table of another program into a log");
   command->add_option("FILE", request->file, "table of text: CSV, TSV, export of a scope")->required();
   command
-      ->add_option("--columns", request->columns,
-                   "what the columns are, as 'Pos [mm]=position_mm,F=force_N*0.001'; where none is the time, it is "
-                   "guessed (default: all are)")
+      ->add_option(
+          "--columns", request->columns,
+          "what the columns are, as 'Pos [mm]=position_mm,F=force_N*0.001'; where none is the time, it is "
+          "guessed (default: all are)")
       ->type_name("NAME=TARGET,..");
   command->add_option("--import", request->profile, "profile that tells how to read the file")
       ->type_name("FILE");

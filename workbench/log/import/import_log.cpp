@@ -165,9 +165,10 @@ class Converter {
     for (const std::size_t i : group_times_) {
       if (i >= fields.size() || same_number(fields[i], fields[time_field_])) continue;
       fail(line,
-           fmt::format("{} is {}, that of the first channel in use {}: these channels were not sampled together; "
-                       "record them with one sample time, or export with one time line",
-                       profile_.columns[i].source, in_quotes(fields[i]), in_quotes(fields[time_field_])));
+           fmt::format(
+               "{} is {}, that of the first channel in use {}: these channels were not sampled together; "
+               "record them with one sample time, or export with one time line",
+               profile_.columns[i].source, in_quotes(fields[i]), in_quotes(fields[time_field_])));
     }
   }
   /// A time since an epoch counts from the first row: its digits would not fit into a number.
