@@ -3,6 +3,7 @@
 """Files of other programs (tests/data/foreign, made by pandas, Octave, LibreOffice and TwinCAT Scope) become logs with the same numbers, or one
 line says what to do with them."""
 
+import json
 import math
 import unittest
 
@@ -68,6 +69,16 @@ class ForeignLogs(program.Workshop):
 
     def test_mat_of_octave_is_a_log(self):
         self.assert_done("fit", FOREIGN / "octave_v7.mat", "--effects", "inertia,coulomb")
+
+    def test_mat_of_version_7_3_is_a_log(self):
+        done = self.run_here("fit", FOREIGN / "hdf5storage_v73.mat", "--effects", "inertia,coulomb", "--json", "-")
+        if b"libhdf5" in done.stderr:
+            self.skipTest(done.stderr.decode())
+        old = self.assert_done("fit", FOREIGN / "octave_v7.mat", "--effects", "inertia,coulomb", "--json", "-")
+        result, same = json.loads(done.stdout), json.loads(old.stdout)
+        # The same motion; the force is in single precision.
+        self.assertEqual(result["samples"], same["samples"])
+        self.assertAlmostEqual(result["train_rmse_N"], same["train_rmse_N"], delta=1e-6)
 
     def test_other_formats_say_what_to_do(self):
         for name, told in (("pandas.xlsx", "save its sheet as CSV"), ("libreoffice.ods", "save its sheet as CSV"),
