@@ -76,7 +76,7 @@ class ForeignLogs(program.Workshop):
             self.skipTest(done.stderr.decode())
         old = self.assert_done("fit", FOREIGN / "octave_v7.mat", "--effects", "inertia,coulomb", "--json", "-")
         result, same = json.loads(done.stdout), json.loads(old.stdout)
-        # The same motion; the force is in single precision.
+        # The same motion, but for the rounding of two libraries' sines.
         self.assertEqual(result["samples"], same["samples"])
         self.assertAlmostEqual(result["train_rmse_N"], same["train_rmse_N"], delta=1e-6)
 

@@ -9,6 +9,7 @@ import numpy
 t = numpy.arange(1200).reshape(-1, 1) * 0.002
 x = 0.0125 + 0.003 * numpy.sin(2 * numpy.pi * 1.5 * t)
 F = 4 * numpy.sign(numpy.cos(2 * numpy.pi * 1.5 * t)) + 20 * x
-log = {"time_s": t, "position_m": x, "force_N": F.astype(numpy.float32), "operator_name": "Hans"}
+log = {"time_s": t, "position_m": x, "force_N": F, "operator_name": "Hans"}
 hdf5storage.savemat("hdf5storage_v73.mat", {"log": log, "other": numpy.eye(3)}, format="7.3",
-                    store_python_metadata=False, oned_as="column")
+                    store_python_metadata=False, oned_as="column",
+                    truncate_existing=True)
