@@ -88,8 +88,12 @@ void send(const PipeEnd& out, const Hdf5Item& item) {
 Hdf5Item receive(const PipeEnd& in) {
   ItemHead head{};
   in.read_all(&head, sizeof head);
-  Hdf5Item item{head.kind, head.in_record, head.single, std::string(head.name_size, '\0'),
-                std::string(head.text_size, '\0'), std::vector<double>(head.count)};
+  Hdf5Item item{head.kind,
+                head.in_record,
+                head.single,
+                std::string(head.name_size, '\0'),
+                std::string(head.text_size, '\0'),
+                std::vector<double>(head.count)};
   in.read_all(item.name.data(), item.name.size());
   in.read_all(item.text.data(), item.text.size());
   in.read_all(item.numbers.data(), item.numbers.size() * sizeof(double));
@@ -152,9 +156,10 @@ RawTable received(const std::string& name, const PipeEnd& in) {
         break;
       case Hdf5Item::Kind::kFault:
         if (!item.text.empty()) throw MatDamage(item.text);
-        throw InputError(name +
-                         ": is a MAT file of version 7.3 (HDF5); install the package libhdf5-103-1, or save it "
-                         "with save(..., '-v7')");
+        throw InputError(
+            name +
+            ": is a MAT file of version 7.3 (HDF5); install the package libhdf5-103-1, or save it "
+            "with save(..., '-v7')");
       case Hdf5Item::Kind::kEnd:
         return content.finish();
     }

@@ -46,7 +46,9 @@ void MatContent::add_text(bool in_record, const std::string& name, const std::st
   part(in_record).texts.try_emplace(printable(name), printable(trimmed(value)));
 }
 
-void MatContent::leave_out(const std::string& name) { left_out_.push_back(printable(name)); }
+void MatContent::leave_out(const std::string& name) {
+  left_out_.push_back(printable(name));
+}
 
 void MatContent::begin_record(const std::string& name) {
   if (!record_name_.empty()) {

@@ -29,7 +29,8 @@ class MatContent {
   void begin_record(const std::string& name);
 
   /// Vectors beside a struct with the log are left out, scalars and text beside it still count as header
-  /// entries. Throws InputError where the columns are not those of a log, are not finite or not of one length.
+  /// entries. Throws InputError where the columns are not those of a log, are not finite or not of one
+  /// length.
   RawTable finish();
 
  private:
