@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""What docs/tutorial.md, docs/other-programs.md and docs/install.md say can be typed does what they say, and the site of the
-documentation is made without a broken link."""
+"""What docs/tutorial.md, docs/other-programs.md and docs/install.md say can be typed does what they say, every command of every
+page is one that the programs take, and the site of the documentation is made without a broken link."""
 
+import itertools
 import os
 import pathlib
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -65,6 +67,30 @@ class Documented(program.Workshop):
         first, second = ((self.here / name).read_text().splitlines() for name in ("log.csv", "log2.csv"))
         self.assertEqual(first[-1], second[-1])
         self.assertGreater(len(first), 1000)
+
+    def test_every_command_is_taken(self):
+        """Commands of all pages with an option that there is not: it is the only thing that the programs complain about."""
+        asked = 0
+        pages = [program.REPOSITORY / "README.md", *sorted(DOCS.rglob("*.md"))]
+        for page in pages:
+            for _, text in re.findall(r"^```(\w*)\n(.*?)^```$", page.read_text(), re.MULTILINE | re.DOTALL):
+                for line in text.replace("\\\n", " ").splitlines():
+                    line = re.sub(r"^(\$ |\. <\()", "", line.strip())
+                    if not re.match(r"slipstack(-sim)? [a-z-]", line):
+                        continue
+                    words = shlex.shlex(line, posix=True, punctuation_chars="|&;<>()")
+                    words.whitespace_split = True
+                    words = list(itertools.takewhile(lambda word: not set(word) <= set("|&;<>()"), words))
+                    name = {"slipstack": program.SLIPSTACK, "slipstack-sim": program.SLIPSTACK_SIM}[words[0]]
+                    if page.name == "hardware.md":  # which says that they are left out there
+                        words += ["--can", "vcan0", "--node", "5"]
+                    done = subprocess.run([name, *words[1:], "--no-such-option"], cwd=self.here, capture_output=True, text=True,
+                                          timeout=program.PATIENCE_S)
+                    with self.subTest(page=page.name, line=line):
+                        self.assertEqual(done.returncode, 2, done.stdout)
+                        self.assertIn("not expected: --no-such-option;", done.stderr)
+                    asked += 1
+        self.assertGreater(asked, 60)
 
     def test_manual_and_completion(self):
         text = [text for _, text in blocks("install.md") if text.startswith("slipstack manual")]

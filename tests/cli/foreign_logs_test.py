@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Files of other programs (tests/data/foreign, made by pandas, Octave and LibreOffice) become logs with the same numbers, or one
+"""Files of other programs (tests/data/foreign, made by pandas, Octave, LibreOffice and TwinCAT Scope) become logs with the same numbers, or one
 line says what to do with them."""
 
+import json
 import math
 import unittest
 
@@ -50,8 +51,34 @@ class ForeignLogs(program.Workshop):
         self.assertGreater(max(abs(t - i * STEP_S) for i, t in enumerate(columns["time_s"])), 1e-4)
         self.assert_done("fit", "log.csv", "--effects", "inertia,coulomb")
 
+    def test_scope_of_twincat(self):
+        # The ramps that its author recorded: each channel counts its samples of 1 ms.
+        for name, count in (("scope_channels.csv", 90), ("scope_groups.csv", 150)):
+            with self.subTest(name):
+                text, _, columns = self.imported(name, "--columns", "var_REAL64=position_um,func_scaled=force_N")
+                self.assertNotIn("note", text)
+                self.assertEqual(columns["position_um"], tuple(float(i) for i in range(count)))
+                self.assertEqual(columns["force_N"], tuple(1.0 - i for i in range(count)))
+                for i, time_s in enumerate(columns["time_s"]):
+                    self.assertAlmostEqual(time_s, i * 1e-3, delta=1e-12)
+
+    def test_channels_of_a_scope_with_different_sample_times(self):
+        for other in ("var_REAL64", "func_freesample"):
+            self.assert_refused(["import", FOREIGN / "scope_groups.csv", "--out", "mixed.csv", "--columns",
+                                 f"func_OS=position_um,{other}=force_N"], "scope_groups.csv", "not sampled together")
+
     def test_mat_of_octave_is_a_log(self):
         self.assert_done("fit", FOREIGN / "octave_v7.mat", "--effects", "inertia,coulomb")
+
+    def test_mat_of_version_7_3_is_a_log(self):
+        done = self.run_here("fit", FOREIGN / "hdf5storage_v73.mat", "--effects", "inertia,coulomb", "--json", "-")
+        if b"libhdf5" in done.stderr:
+            self.skipTest(done.stderr.decode())
+        old = self.assert_done("fit", FOREIGN / "octave_v7.mat", "--effects", "inertia,coulomb", "--json", "-")
+        result, same = json.loads(done.stdout), json.loads(old.stdout)
+        # The same motion, but for the rounding of two libraries' sines.
+        self.assertEqual(result["samples"], same["samples"])
+        self.assertAlmostEqual(result["train_rmse_N"], same["train_rmse_N"], delta=1e-6)
 
     def test_other_formats_say_what_to_do(self):
         for name, told in (("pandas.xlsx", "save its sheet as CSV"), ("libreoffice.ods", "save its sheet as CSV"),

@@ -87,3 +87,10 @@ def test_what_cannot_be_used_is_said_in_one_line(bag):
     (folder / "cut.bag").write_bytes(whole[:len(whole) // 2])
     assert refused(folder, "cut.bag").count("\n") == 1
     assert b"python3 -m slipstack.bag" in program.run("diagnose", "axis.bag", cwd=folder).stderr
+
+
+def test_what_the_page_says_can_be_typed(bag):
+    folder, good = bag
+    conftest.type_block("other-programs.md", "slipstack.bag", folder)
+    _, log = conftest.read_log(folder / "log.csv")
+    assert len(log["force_N"]) == len(good["force_N"])

@@ -36,7 +36,7 @@ CLI::Option* add_text(CLI::App& command, const std::string& name, std::string& v
 void add_log(CLI::App& command, Options& options) {
   command
       .add_option("LOG", options.logs,
-                  "measurement: CSV, or a MAT file of version 5; several of one axis are fitted together")
+                  "measurement: CSV, or a MAT file (v5 to v7.3); several of one axis are fitted together")
       ->check(kNotEmpty)
       ->type_name("FILE")
       ->expected(1, -1)

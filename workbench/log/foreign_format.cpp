@@ -25,14 +25,14 @@ constexpr std::array kFormats{
     Format{"PK\x03\x04"sv, kWorkbook},                        // .xlsx, .ods: a ZIP archive
     Format{"\xD0\xCF\x11\xE0\xA1\xB1\x1A\xE1"sv, kWorkbook},  // .xls: a compound file
     Format{"PAR1"sv, "a Parquet file; in Python: slipstack.diagnose(pandas.read_parquet(FILE))"sv},
-    Format{
-        "\x89MCAP0\r\n"sv,
-        "an MCAP file of ROS; write its topics as one CSV table (package rosbags of Python), then slipstack import"sv},
+    Format{"\x89MCAP0\r\n"sv,
+           "an MCAP file; python3 -m slipstack.mcap makes a table of its topics, then slipstack import"sv},
     Format{"#ROSBAG V2.0"sv,
            "a ROS bag; python3 -m slipstack.bag makes a table of its topics, then slipstack import"sv},
-    Format{
-        "SQLite format 3\0"sv,
-        "an SQLite data base, maybe a ROS bag; write its signals as one CSV table, then slipstack import"sv},
+    Format{"SQLite format 3\0"sv,
+           "an SQLite data base, maybe a bag of ROS 2; ros2 bag convert makes an MCAP file of it, python3 -m "
+           "slipstack.mcap a "
+           "table of that"sv},
     Format{
         "MDF     "sv,
         "an MDF file of measurements; write it as CSV (package asammdf of Python), then slipstack import"sv},

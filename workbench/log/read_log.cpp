@@ -10,6 +10,7 @@
 #include "workbench/log/input_file.h"
 #include "workbench/log/log.h"
 #include "workbench/log/mat/mat.h"
+#include "workbench/log/mat/mat73.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -21,6 +22,7 @@ Log read_file(const std::string& name, const std::filesystem::path& path) {
   const std::size_t count = file.read_at(0, head.data(), head.size());
   if (const std::string format = foreign_format({head.data(), count}); !format.empty())
     throw InputError(name + ": is " + format);
+  if (is_mat73({head.data(), count})) return assemble_log(read_mat73(name, path, file.size()));
   FileSource source(file, 0);
   if (looks_like_mat({head.data(), count})) return assemble_log(read_mat(name, source, file.size()));
   return assemble_log(read_csv(name, source));

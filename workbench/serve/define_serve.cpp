@@ -69,7 +69,7 @@ std::string shown(const ImportProfile& profile) {
                   profile.separator == '\t' ? "tab" : std::string(1, profile.separator), profile.decimal);
   for (const ImportColumn& column : profile.columns) {
     text += fmt::format("column     {} -> {}", printable(column.source),
-                        column.same_time        ? "must be the same time"
+                        column.same_time        ? "time of the channels behind it"
                         : column.target.empty() ? "left out"
                                                 : column.target);
     if (column.factor != 1.0) text += fmt::format(", times {:g}", column.factor);
@@ -104,8 +104,10 @@ void define_import(CLI::App& app) {
   CLI::App* command = app.add_subcommand("import", "Convert a table of another program into a log");
   command->add_option("FILE", request->file, "table of text: CSV, TSV, export of a scope")->required();
   command
-      ->add_option("--columns", request->columns,
-                   "what the columns are, as 'Pos [mm]=position_mm,F=force_N*0.001' (default: guessed)")
+      ->add_option(
+          "--columns", request->columns,
+          "what the columns are, as 'Pos [mm]=position_mm,F=force_N*0.001'; where none is the time, it is "
+          "guessed (default: all are)")
       ->type_name("NAME=TARGET,..");
   command->add_option("--import", request->profile, "profile that tells how to read the file")
       ->type_name("FILE");

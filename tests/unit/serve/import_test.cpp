@@ -204,7 +204,7 @@ TEST(Import, FilesOfOtherFormatsSayWhatToDo) {
   for (const auto& [head, told] : {std::pair{std::string("PK\x03\x04 and more"), "libreoffice"},
                                    std::pair{std::string("\xD0\xCF\x11\xE0\xA1\xB1\x1A\xE1"), "libreoffice"},
                                    std::pair{std::string("PAR1...."), "read_parquet"},
-                                   std::pair{std::string("\x89MCAP0\r\n"), "rosbags"},
+                                   std::pair{std::string("\x89MCAP0\r\n"), "slipstack.mcap"},
                                    std::pair{std::string("(1795560339.850364) vcan0 705#00\n"), "candump"}}) {
     try {
       static_cast<void>(guess_import("other", head));

@@ -71,8 +71,8 @@ class Converter {
     for (std::size_t i = 0; i < profile.columns.size(); ++i) {
       if (!profile.columns[i].target.empty()) used_.push_back(i);
       if (profile.columns[i].target == "time_s") time_column_ = i;
-      if (profile.columns[i].same_time) other_times_.push_back(i);
     }
+    choose_times();
   }
 
   std::string head() const {
@@ -92,6 +92,7 @@ class Converter {
   }
 
   void row(const std::vector<std::string_view>& fields, std::size_t line, std::string& out) {
+    if (after_end_of_group(fields, line)) return;
     bool first = true;
     if (makes_time()) {
       fmt::format_to(std::back_inserter(out), "{:.9f}", static_cast<double>(rows_) / profile_.sample_rate_Hz);
@@ -103,7 +104,7 @@ class Converter {
       if (i >= fields.size())
         fail(line, fmt::format("{} fields; the row ends before {}", fields.size(),
                                in_quotes(profile_.columns[i].source)));
-      put(profile_.columns[i], fields[i], line, out);
+      put(profile_.columns[i], fields[i == time_column_ ? time_field_ : i], line, out);
     }
     require_same_time(fields, line);
     out += '\n';
@@ -124,14 +125,50 @@ class Converter {
   [[noreturn]] void fail(std::size_t line, const std::string& what) const {
     throw InputError(fmt::format("{}:{}: {}", name_, line, what));
   }
+  /// Where the file has several columns of times, each is that of the channels behind it. The time of the log
+  /// is that of the first channel that is used; those of the other channels in use have to agree with it.
+  void choose_times() {
+    if (!time_column_) return;
+    time_field_ = *time_column_;
+    std::vector<std::size_t> times;
+    for (std::size_t i = 0; i < profile_.columns.size(); ++i) {
+      if (i == *time_column_ || profile_.columns[i].same_time) times.push_back(i);
+    }
+    if (times.size() < 2) return;
+    for (const std::size_t i : used_) {
+      if (i == *time_column_) continue;
+      const auto behind = std::upper_bound(times.begin(), times.end(), i);
+      group_times_.push_back(behind == times.begin() ? times.front() : *std::prev(behind));
+    }
+    if (!group_times_.empty()) time_field_ = group_times_.front();
+  }
+  /// Channels that were sampled more slowly, or stopped sooner, have no values in the last rows of a file.
+  bool after_end_of_group(const std::vector<std::string_view>& fields, std::size_t line) {
+    if (group_times_.empty()) return false;
+    const bool here = time_field_ < fields.size() && !trimmed(fields[time_field_]).empty();
+    if (here && ended_) fail(line, "these channels have values again after rows without; remove the rows");
+    ended_ = !here;
+    return ended_;
+  }
+  bool same_number(std::string_view one, std::string_view other) const {
+    if (one == other) return true;
+    std::array<double, 2> values{};
+    std::array<std::string, 2> room;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const std::string_view pointed = with_point(i == 0 ? one : other, profile_.decimal, room[i]);
+      if (parse_double(pointed.data(), pointed.data() + pointed.size(), values[i]) == nullptr) return false;
+    }
+    return values[0] == values[1];
+  }
   /// A row is one instant only where its channels were sampled together.
   void require_same_time(const std::vector<std::string_view>& fields, std::size_t line) const {
-    for (const std::size_t i : other_times_) {
-      if (!time_column_ || i >= fields.size() || fields[i] == fields[*time_column_]) continue;
+    for (const std::size_t i : group_times_) {
+      if (i >= fields.size() || same_number(fields[i], fields[time_field_])) continue;
       fail(line,
-           fmt::format("{} is {}, that of the first channel {}: these channels were not sampled together; "
-                       "record them with one sample time, or export with one time line",
-                       profile_.columns[i].source, in_quotes(fields[i]), in_quotes(fields[*time_column_])));
+           fmt::format(
+               "{} is {}, that of the first channel in use {}: these channels were not sampled together; "
+               "record them with one sample time, or export with one time line",
+               profile_.columns[i].source, in_quotes(fields[i]), in_quotes(fields[time_field_])));
     }
   }
   /// A time since an epoch counts from the first row: its digits would not fit into a number.
@@ -181,7 +218,9 @@ class Converter {
   const ImportProfile& profile_;
   std::vector<std::size_t> used_;
   std::optional<std::size_t> time_column_;
-  std::vector<std::size_t> other_times_;
+  std::size_t time_field_ = 0;            // where the time is read
+  std::vector<std::size_t> group_times_;  // the times of the channels in use; empty: the file has one time
+  bool ended_ = false;
   std::vector<double> time_s_;
   std::size_t rows_ = 0;
   double start_s_ = 0.0;

@@ -5,6 +5,7 @@
 
 #include <toml++/toml.h>
 #include <algorithm>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -38,7 +39,11 @@ void refuse_unknown_keys(const toml::table& table, const std::vector<std::string
 }  // namespace
 
 void assign_columns(ImportProfile& profile, const std::string& text) {
-  for (ImportColumn& column : profile.columns) column.target.clear();
+  std::optional<ImportColumn> guessed_time;
+  for (ImportColumn& column : profile.columns) {
+    if (column.target == "time_s") guessed_time = column;
+    column.target.clear();
+  }
   for (const std::string_view field : split_fields(text)) {
     const std::size_t equals = field.rfind('=');
     if (equals == std::string_view::npos) {
@@ -73,6 +78,17 @@ void assign_columns(ImportProfile& profile, const std::string& text) {
     column->target = target;
     column->factor = factor;
     column->same_time = false;
+  }
+  // Who names no time, and gives no rate, means the one that was recognised.
+  const bool has_time =
+      profile.sample_rate_Hz > 0.0 || std::any_of(profile.columns.begin(), profile.columns.end(),
+                                                  [](const auto& one) { return one.target == "time_s"; });
+  if (has_time || !guessed_time) return;
+  for (ImportColumn& column : profile.columns) {
+    if (column.source == guessed_time->source && column.target.empty()) {
+      column = *guessed_time;
+      return;
+    }
   }
 }
 

@@ -15,7 +15,7 @@ struct ImportColumn {
   double factor = 1.0;    ///< value in the log = factor x value in the file
   bool iso_time = false;  ///< date and time of ISO 8601; the log counts seconds from the first row
   bool same_time =
-      false;  ///< the time of other channels: left out, and refused where it differs from the time
+      false;  ///< the time of the channels behind it: left out, or taken for the time where they are used
 };
 
 /// How a foreign file of text is read.
@@ -31,7 +31,8 @@ struct ImportProfile {
 };
 
 /// "t=time_s, x=position_mm, F=force_N*0.001": assigns columns by the names in the file, or by their numbers
-/// from 1; the others are left out. Throws UsageError.
+/// from 1; the others are left out, but for the time that was recognised, where neither a column nor
+/// sample_rate_Hz gives one. Throws UsageError.
 void assign_columns(ImportProfile& profile, const std::string& text);
 
 /// The profile as TOML, and back. `name` stands for the text in messages. Throws InputError.

@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/log/mat/mat.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <cstdint>
 #include <span>
 #include <utility>
@@ -13,7 +10,7 @@
 
 #include "workbench/base/errors.h"
 #include "workbench/base/text.h"
-#include "workbench/log/csv/columns.h"
+#include "workbench/log/mat/mat_content.h"
 #include "workbench/log/mat/mat_elements.h"
 
 namespace slipstack::workbench {
@@ -24,7 +21,6 @@ constexpr std::string_view kLittleEndian("\0\1IM", 4);
 constexpr std::string_view kBigEndian("\1\0MI", 4);
 constexpr std::string_view kHdf5Signature = "\x89HDF\r\n\x1A\n";
 
-constexpr double kSinglePrecision = 0x1p-24;
 constexpr std::size_t kLargestVariable = std::size_t{512} << 20;
 
 // Array classes (MAT-File Format, table 1-3).
@@ -67,19 +63,12 @@ Array open_array(std::span<const std::byte> bytes, bool swapped) {
 class MatReader {
  public:
   MatReader(const std::string& name, ByteSource& source, std::size_t file_size)
-      : source_(source), remaining_(file_size) {
-    table_.source = name;
-  }
+      : name_(name), source_(source), remaining_(file_size), content_(name) {}
 
   RawTable read() {
     read_head();
     while (remaining_ > 0) read_variable();
-    choose_variables_or_struct();
-    if (!left_out_.empty()) {
-      table_.notes.push_back("left out, neither vector, number nor text: " + joined(left_out_));
-    }
-    require_equal_lengths();
-    return std::move(table_);
+    return content_.finish();
   }
 
  private:
@@ -99,13 +88,12 @@ class MatReader {
   void read_head() {
     const std::vector<std::byte> bytes = read_bytes(std::min(remaining_, kMatHeaderSize));
     const std::string_view head(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-    if (head.starts_with("MATLAB 7.3") || head.starts_with(kHdf5Signature)) {
-      throw InputError(table_.source +
-                       ": is a MAT file of version 7.3 (HDF5); save it with save(..., '-v7')");
+    if (head.starts_with(kHdf5Signature)) {
+      throw InputError(name_ + ": is an HDF5 file, not one of MATLAB; save it with save(..., '-v7')");
     }
     if (head.size() < kMatHeaderSize) throw MatDamage("the file is cut off");
     if (!is_level5(head)) {
-      throw InputError(table_.source + ": is not a MAT file of level 5; save it with save(..., '-v7')");
+      throw InputError(name_ + ": is not a MAT file of level 5; save it with save(..., '-v7')");
     }
     swapped_ = head.ends_with(kLittleEndian) != (std::endian::native == std::endian::little);
   }
@@ -132,13 +120,8 @@ class MatReader {
     Array array = open_array(bytes, swapped_);
     const std::string name = array.name;
     if (array.is(MatClass::kStruct) && array.element_count() == 1.0 && take_record(array)) return;
-    take(name, array, variables_);
+    take(name, array, false);
   }
-
-  struct Content {
-    std::vector<RawTable::Column> columns;
-    std::map<std::string, std::string> texts;
-  };
 
   // A struct with a field time_s holds the log. False for any other struct.
   bool take_record(const Array& record) {
@@ -153,86 +136,37 @@ class MatReader {
       fields.push_back(field.substr(0, field.find('\0')));
     }
     if (std::find(fields.begin(), fields.end(), "time_s") == fields.end()) return false;
-    if (!record_name_.empty()) {
-      throw InputError(table_.source + ": structs " + in_quotes(record_name_) + " and " +
-                       in_quotes(record.name) + " both hold a log; save one of them alone");
-    }
-    record_name_ = record.name.empty() ? "?" : record.name;
+    content_.begin_record(record.name);
     for (const std::string& field : fields) {
       const MatElement element = cursor.next(MatType::kMatrix);
       if (element.data.empty()) continue;  // an empty array
-      take(field, open_array(element.data, swapped_), record_);
+      take(field, open_array(element.data, swapped_), true);
     }
     return true;
   }
 
-  // Vectors become columns; scalars and text become header entries.
-  void take(const std::string& name, Array array, Content& content) {
+  void take(const std::string& name, Array array, bool in_record) {
     if (array.is(MatClass::kChar) && array.is_vector()) {
-      content.texts.try_emplace(printable(name),
-                                printable(trimmed(mat_text(array.content.next(), swapped_))));
+      content_.add_text(in_record, name, mat_text(array.content.next(), swapped_));
       return;
     }
     if (!array.is_numeric() || array.complex || !array.is_vector() || array.element_count() == 0.0) {
-      left_out_.push_back(printable(name));
+      content_.leave_out(name);
       return;
     }
     std::vector<double> values = mat_numbers(array.content.next(), swapped_);
     if (static_cast<double>(values.size()) != array.element_count()) {
       throw MatDamage("the size of variable " + in_quotes(name) + " does not fit its numbers");
     }
-    if (values.size() == 1) {
-      content.texts.try_emplace(printable(name), fmt::format("{}", values.front()));
-      return;
-    }
-    content.columns.push_back(
-        {name, std::move(values), array.is(MatClass::kSingle) ? kSinglePrecision : 0.0});
+    content_.add_numbers(in_record, name, std::move(values),
+                         array.is(MatClass::kSingle) ? kSinglePrecision : 0.0);
   }
 
-  // The log is either in the variables or in the fields of one struct. In the second case vectors beside the
-  // struct are left out, while scalars and text beside it still count as header entries.
-  void choose_variables_or_struct() {
-    const auto is_time = [](const RawTable::Column& column) { return column.name == "time_s"; };
-    const bool in_record =
-        !record_name_.empty() && std::none_of(variables_.columns.begin(), variables_.columns.end(), is_time);
-    Content& log = in_record ? record_ : variables_;
-    for (const auto& column : in_record ? variables_.columns : record_.columns) {
-      left_out_.push_back(printable(column.name));
-    }
-    if (in_record) log.texts.merge(variables_.texts);
-    table_.columns = std::move(log.columns);
-    for (const auto& [key, value] : log.texts)
-      table_.header.try_emplace(key, RawTable::HeaderEntry{value, 0});
-    for (const RawTable::Column& column : table_.columns) require_finite(column);
-  }
-
-  void require_finite(const RawTable::Column& column) const {
-    const auto& values = column.values;
-    const auto bad = std::find_if(values.begin(), values.end(), [](double v) { return !std::isfinite(v); });
-    if (bad == values.end()) return;
-    throw InputError(fmt::format("{}: {}({}) is {}; remove or correct the sample", table_.source,
-                                 printable(column.name), bad - values.begin() + 1, *bad));
-  }
-
-  void require_equal_lengths() const {
-    plan_columns(table_, read_header_values(table_));
-    const auto& first = table_.columns.front();
-    for (const auto& column : table_.columns) {
-      if (column.values.size() == first.values.size()) continue;
-      throw InputError(fmt::format("{}: {} has {} samples, {} has {}; save vectors of one length",
-                                   table_.source, column.name, column.values.size(), first.name,
-                                   first.values.size()));
-    }
-  }
-
+  const std::string& name_;
   ByteSource& source_;
   std::size_t remaining_;
   bool swapped_ = false;
-  RawTable table_;
-  Content variables_;
-  Content record_;
-  std::string record_name_;
-  std::vector<std::string> left_out_;
+  MatContent content_;
 };
 
 }  // namespace
@@ -240,6 +174,10 @@ class MatReader {
 bool looks_like_mat(std::string_view head) {
   if (head.starts_with("MATLAB ") || head.starts_with(kHdf5Signature)) return true;
   return head.size() == kMatHeaderSize && is_level5(head);
+}
+
+bool is_mat73(std::string_view head) {
+  return head.starts_with("MATLAB 7.3");
 }
 
 RawTable read_mat(const std::string& name, ByteSource& source, std::size_t file_size) {

@@ -13,9 +13,14 @@ namespace slipstack::workbench {
 // Bytes at the start of a MAT-file that contain its version.
 inline constexpr std::size_t kMatHeaderSize = 128;
 
-// True for the start of a MAT-file of level 5, and of one of version 7.3 or HDF5, which read_mat() refuses
-// with a message that names the version.
+// Relative precision of numbers that were stored as single.
+inline constexpr double kSinglePrecision = 0x1p-24;
+
+// True for the start of a MAT-file of level 5 or version 7.3, and of any HDF5 file, which read_mat() refuses.
 bool looks_like_mat(std::string_view head);
+
+// True for the start of a MAT-file of version 7.3, which read_mat73() reads.
+bool is_mat73(std::string_view head);
 
 // Reads a MATLAB level 5 MAT-file (save -v6, -v7; Octave, SciPy): real vectors become columns, real scalars
 // and rows of characters header entries. They are variables, or the fields of the one struct that has a field

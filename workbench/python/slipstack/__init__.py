@@ -6,11 +6,13 @@
     print(found.verdict, found.candidates[0].effect)
 
 A log is given as
+
   - a path of a CSV or MAT file,
   - a pandas frame, a mapping of names to arrays, or a structured array, with the columns of a log file
     (docs/log-format.md): time_s, position_m, force_N, ...,
   - a Log, which has header and name besides,
   - or a list of these: several logs of one axis, fitted together.
+
 A model is given as the path of a model file, or as the result of fit() or add().
 
 All functions take `progress`, a function of (stage, fraction) that is called in the caller's thread; the fraction is None

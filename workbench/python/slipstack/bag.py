@@ -14,10 +14,9 @@ import argparse
 import pathlib
 import sys
 
-from slipstack.tables import BadInput, converted
+from slipstack.tables import LONGEST_ARRAY, BadInput, chosen_topics, converted, table_of_topics
 
 NUMBERS = (bool, int, float)
-LONGEST_ARRAY = 64  # an image or a point cloud is no signal
 
 
 def numbers(message, path=""):
@@ -62,28 +61,10 @@ def opened(path):
 def table(path, topics):
     """Head and rows: time (in the rows in ns), then the fields of the first topic, then those of the others."""
     with opened(path) as bag:
-        there = sorted(bag.get_type_and_topic_info().topics)
-        topics = topics or (there if len(there) == 1 else [])
-        if not topics:
-            raise BadInput(f"{path}: say --topic; there are {', '.join(there) or 'none'}")
-        for topic in topics:
-            if topic not in there:
-                raise BadInput(f"{path}: has no topic {topic}; there are {', '.join(there) or 'none'}")
-        columns, last, rows = {topic: [] for topic in topics}, {}, []
-        for topic, message, recorded in bag.read_messages(topics=topics):
-            values = dict(numbers(message))
-            columns[topic] = columns[topic] or list(values)
-            if list(values) != columns[topic]:
-                raise BadInput(f"{path}: the messages of {topic} change their fields after {len(rows)} rows; "
-                               "write one topic of messages alike")
-            last[topic] = list(values.values())
-            if topic == topics[0] and len(last) == len(topics):
-                rows.append([time_of(message, recorded), *(value for one in topics for value in last[one])])
-    if not rows or not any(columns.values()):
-        raise BadInput(f"{path}: no message of {', '.join(topics)} has numbers")
-    head = [f"{topic} {name}" if topic != topics[0] else name for topic in topics for name in columns[topic]]
-    begin_ns = rows[0][0]
-    return ["time [s]", *head], [[(time_ns - begin_ns) * 1e-9, *values] for time_ns, *values in rows]
+        topics = chosen_topics(path, topics, bag.get_type_and_topic_info().topics)
+        messages = ((topic, time_of(message, recorded), list(numbers(message)))
+                    for topic, message, recorded in bag.read_messages(topics=topics))
+        return table_of_topics(path, topics, messages)
 
 
 def main(arguments=None):
