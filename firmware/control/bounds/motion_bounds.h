@@ -8,6 +8,7 @@
 #include "firmware/control/parameters/parameters.h"
 #include "firmware/control/reference/braking.h"
 #include "firmware/control/reference/motion_limits.h"
+#include "firmware/control/streams/sync_clock.h"
 #include "firmware/control/streams/tracking.h"
 #include "firmware/control/supervision/state_machine.h"
 
@@ -43,6 +44,7 @@ struct MotionBounds {
   float velocity_mps = 0.0F;  ///< in torque mode
   StopTimes times;
   std::uint32_t number = 0;  ///< of the user's bounds
+  MotionLimits stream;       ///< of the path of a stream of positions
 
   /// Outside the tick.
   static MotionBounds of(const AxisParameters& axis, const UserBounds& user) {
@@ -67,8 +69,9 @@ struct MotionBounds {
     bounds.quick_stop = braking_limits(quick_mps2 * per_mps2, bounds.motion.jerk);
     bounds.slow_down = braking_limits(slow_mps2 * per_mps2, slow_mps3 * per_mps3);
     bounds.stopping = StoppingDistanceBound::of(quick_mps2 * per_mps2, bounds.motion.jerk);
-    bounds.tracking =
-        TrackingLimits::of(bounds.velocity_mps * per_mps, axis.acceleration_limit_mps2 * per_mps2);
+    const float acceleration = axis.acceleration_limit_mps2 * per_mps2;
+    bounds.stream = {bounds.velocity_mps * per_mps, acceleration, acceleration, bounds.motion.jerk};
+    bounds.tracking = TrackingLimits::of_path(bounds.stream.velocity, acceleration, SyncClock::kLockRange);
     bounds.range = user.range;
     bounds.switches = user.switches;
     bounds.number = user.number;
