@@ -30,6 +30,7 @@ import dataclasses
 import json
 import os
 import pathlib
+import random
 import re
 import subprocess
 import sys
@@ -88,7 +89,7 @@ class Bench:
     def build(self):
         subprocess.run(["cmake", "-S", self.tree, "-B", self.build_folder, "-G", "Ninja", "--log-level=WARNING",
                         "-DCMAKE_BUILD_TYPE=None", "-DCMAKE_CXX_FLAGS=-O1 -Wno-error -w"], check=True)
-        subprocess.run(["cmake", "--build", self.build_folder, f"-j{self.options.jobs}", "--target", *PROGRAMS], check=True)
+        subprocess.run(["cmake", "--build", self.build_folder, f"-j{self.options.jobs}", "--target", *self.options.programs], check=True)
 
     def program(self, name):
         return str(self.build_folder / "bin" / name)
@@ -117,7 +118,7 @@ class Bench:
                 "mutants": [number for number, byte in enumerate(bytes_passed) if byte]}
 
     def reach(self):
-        jobs = [(program, test) for program in PROGRAMS for test in self.tests_of(program)]
+        jobs = [(program, test) for program in self.options.programs for test in self.tests_of(program)]
         with concurrent.futures.ThreadPoolExecutor(self.options.jobs) as pool:
             measured = list(pool.map(self.measure, jobs))
         (self.folder / "reach.json").write_text(json.dumps(measured))
@@ -163,6 +164,8 @@ class Bench:
         left = [number for number, site in mutants.items() if site.key() not in results]
         if self.options.again:
             left += [number for number, site in mutants.items() if not results.get(site.key(), {"killed": True})["killed"]]
+        # Drawn: what was run by the time it is stopped is a sample too.
+        random.Random(1).shuffle(left)
         with concurrent.futures.ThreadPoolExecutor(self.options.jobs) as pool:
             running = {pool.submit(self.kill, number, measured): number for number in left}
             for done in concurrent.futures.as_completed(running):
@@ -214,6 +217,7 @@ def main():
     parser.add_argument("--seed", type=int, nargs="+", default=[1])
     parser.add_argument("--mutants", type=int, default=sum(QUOTAS.values()), help="how many: prepare")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
+    parser.add_argument("--programs", nargs="+", choices=PROGRAMS, default=PROGRAMS, help="fewer are built sooner, and kill less")
     parser.add_argument("--again", action="store_true", help="run: the survivors once more, after new tests")
     options = parser.parse_args()
     bench = Bench(options)

@@ -25,6 +25,8 @@ class Bus {
   Bus() = default;
   Bus(const Bus&) = delete;
   Bus& operator=(const Bus&) = delete;
+  Bus(Bus&&) = delete;
+  Bus& operator=(Bus&&) = delete;
   virtual ~Bus() = default;
   virtual void send(const CanFrame& frame) = 0;
   virtual bool receive(CanFrame& frame) = 0;
@@ -90,6 +92,10 @@ class ProcessBus final : public Bus {
     }
     ::close(ends[1]);
   }
+  ProcessBus(const ProcessBus&) = delete;
+  ProcessBus& operator=(const ProcessBus&) = delete;
+  ProcessBus(ProcessBus&&) = delete;
+  ProcessBus& operator=(ProcessBus&&) = delete;
   ~ProcessBus() override {
     end();
     ::munmap(inside_, sizeof(Inside));

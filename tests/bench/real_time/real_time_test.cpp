@@ -89,8 +89,8 @@ class RealTime : public ::testing::Test {
     EXPECT_LE(inside().seen.jerk_mps3,
               static_cast<double>(drive_->parameters().jerk_limit_mps3) * (1.0 + 1e-4) + kLastBits_mps3);
   }
-  // By the master: rounding to counts is followed, where the path changes its jerk one tick has 4/3 of it, and
-  // where SYNC was out of place the clock changes its rate, within its lock range, over a period.
+  // By the master: rounding to counts is followed, where the path changes its jerk one tick has 4/3 of it,
+  // and where SYNC was out of place the clock changes its rate, within its lock range, over a period.
   void expect_jerk_of_a_stream() {
     const AxisParameters& axis = drive_->parameters();
     const double rounding_mps3 = 6.0 * 1e-6 / std::pow(kPeriod_s, 3);
