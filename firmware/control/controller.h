@@ -94,7 +94,7 @@ class Controller {
   /// Of the quick stop, counts per tick^2.
   float stop_deceleration() const { return bounds().quick_stop.deceleration_counts; }
   /// What set-points of position are bounded by.
-  const MotionLimits& stream_limits() const { return bounds().stream; }
+  MotionLimits stream_limits() const { return bounds().of_stream(parameters().axis); }
 
   /// Excites the loop while the reference rests or moves at constant velocity; to begin, it must be possible.
   Excitation& excitation() { return excitation_; }

@@ -44,7 +44,14 @@ struct MotionBounds {
   float velocity_mps = 0.0F;  ///< in torque mode
   StopTimes times;
   std::uint32_t number = 0;  ///< of the user's bounds
-  MotionLimits stream;       ///< of the path of a stream of positions
+
+  /// What the path of a stream of positions is bounded by: the profile's bounds are none of it. Outside the
+  /// tick.
+  MotionLimits of_stream(const AxisParameters& axis) const {
+    const float per_mps = axis.tick_s / axis.encoder_resolution_m;
+    const float acceleration = axis.acceleration_limit_mps2 * (per_mps * axis.tick_s);
+    return {velocity_mps * per_mps, acceleration, acceleration, motion.jerk};
+  }
 
   /// Outside the tick.
   static MotionBounds of(const AxisParameters& axis, const UserBounds& user) {
@@ -69,9 +76,8 @@ struct MotionBounds {
     bounds.quick_stop = braking_limits(quick_mps2 * per_mps2, bounds.motion.jerk);
     bounds.slow_down = braking_limits(slow_mps2 * per_mps2, slow_mps3 * per_mps3);
     bounds.stopping = StoppingDistanceBound::of(quick_mps2 * per_mps2, bounds.motion.jerk);
-    const float acceleration = axis.acceleration_limit_mps2 * per_mps2;
-    bounds.stream = {bounds.velocity_mps * per_mps, acceleration, acceleration, bounds.motion.jerk};
-    bounds.tracking = TrackingLimits::of_path(bounds.stream.velocity, acceleration, SyncClock::kLockRange);
+    const MotionLimits path = bounds.of_stream(axis);
+    bounds.tracking = TrackingLimits::of_path(path.velocity, path.acceleration, SyncClock::kLockRange);
     bounds.range = user.range;
     bounds.switches = user.switches;
     bounds.number = user.number;

@@ -117,10 +117,9 @@ class CyclicPosition {
     count_bridged(newest, begun);
     if (joined_ && newest - newest_ > kBridged + 1) leave();
     // Until its first segment begins, each SYNC tells better when that is.
-    const bool first = !joined_ || newest == first_;
-    if (first && static_cast<std::int32_t>(newest - begun) > 0)
+    if (!joined_ || newest != newest_) ++in_a_row_;
+    if (in_a_row_ == 1 && static_cast<std::int32_t>(newest - begun) > 0)
       path.start(newest, begin_of(newest, now, ahead));
-    if (!joined_) first_ = newest;
     newest_ = newest;
     joined_ = true;
     streaming_.store(true, std::memory_order_release);
@@ -136,7 +135,7 @@ class CyclicPosition {
   const SyncClock& clock() const { return clock_; }
   /// Set-points that were extrapolated, and streams that ended because too many were missing.
   std::uint32_t bridged() const { return bridged_; }
-  std::uint32_t gaps() const { return gaps_ + left_; }
+  std::uint32_t gaps() const { return gaps_; }
 
   // ---- in the tick ----
 
@@ -198,8 +197,10 @@ class CyclicPosition {
   // Nothing of the stream so far is played any more. Its last segments, where they were not over yet, are
   // left for the stop that a prediction begins with.
   void leave() {
-    if (following()) ++left_;
+    const bool early = following();
     following_.store(false, std::memory_order_relaxed);
+    // From now on the tick counts none.
+    gaps_ += early ? 1 : 0;
     empty_slots();
     in_a_row_ = 0;
     joined_ = false;
@@ -305,11 +306,9 @@ class CyclicPosition {
   SetPointPeriods periods_;
   SetPointSpline spline_;
   std::uint32_t newest_ = 0;
-  std::uint32_t first_ = 0;  // of a stream of velocities
   std::uint32_t in_a_row_ = 0;
   bool joined_ = false;
   std::uint32_t bridged_ = 0;
-  std::uint32_t left_ = 0;  // gaps that the tick has not come to
   bool started_ = false;
   // From there to the tick, and back.
   std::array<Slot, kSlots> slots_;
