@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cmath>
+#include <cstddef>
 
 #include "firmware/control/bounds/motion_bounds.h"
 #include "firmware/control/current/thermal_limit.h"
@@ -181,7 +182,7 @@ TEST(Edges, TheDirectionCheckIsTheSameBothWays) {
                                           .hold_ticks = 2};
   for (const std::int32_t far : {9, 10, 11}) {
     std::array<int, 2> ticks{};
-    for (const int way : {0, 1}) {
+    for (const std::size_t way : {0U, 1U}) {
       const std::int32_t sign = way == 0 ? 1 : -1;
       DirectionCheck check;
       check.begin(settings);
