@@ -94,10 +94,7 @@ class Controller {
   /// Of the quick stop, counts per tick^2.
   float stop_deceleration() const { return bounds().quick_stop.deceleration_counts; }
   /// What set-points of position are bounded by.
-  MotionLimits stream_limits() const {
-    const TrackingLimits& tracking = bounds().tracking;
-    return {tracking.velocity, tracking.acceleration, tracking.acceleration, bounds().motion.jerk};
-  }
+  MotionLimits stream_limits() const { return bounds().of_stream(parameters().axis); }
 
   /// Excites the loop while the reference rests or moves at constant velocity; to begin, it must be possible.
   Excitation& excitation() { return excitation_; }

@@ -8,6 +8,7 @@
 #include "firmware/control/parameters/parameters.h"
 #include "firmware/control/reference/braking.h"
 #include "firmware/control/reference/motion_limits.h"
+#include "firmware/control/streams/sync_clock.h"
 #include "firmware/control/streams/tracking.h"
 #include "firmware/control/supervision/state_machine.h"
 
@@ -44,6 +45,14 @@ struct MotionBounds {
   StopTimes times;
   std::uint32_t number = 0;  ///< of the user's bounds
 
+  /// What the path of a stream of positions is bounded by: the profile's bounds are none of it. Outside the
+  /// tick.
+  MotionLimits of_stream(const AxisParameters& axis) const {
+    const float per_mps = axis.tick_s / axis.encoder_resolution_m;
+    const float acceleration = axis.acceleration_limit_mps2 * (per_mps * axis.tick_s);
+    return {velocity_mps * per_mps, acceleration, acceleration, motion.jerk};
+  }
+
   /// Outside the tick.
   static MotionBounds of(const AxisParameters& axis, const UserBounds& user) {
     const float tick_s = axis.tick_s;
@@ -67,8 +76,8 @@ struct MotionBounds {
     bounds.quick_stop = braking_limits(quick_mps2 * per_mps2, bounds.motion.jerk);
     bounds.slow_down = braking_limits(slow_mps2 * per_mps2, slow_mps3 * per_mps3);
     bounds.stopping = StoppingDistanceBound::of(quick_mps2 * per_mps2, bounds.motion.jerk);
-    bounds.tracking =
-        TrackingLimits::of(bounds.velocity_mps * per_mps, axis.acceleration_limit_mps2 * per_mps2);
+    const MotionLimits path = bounds.of_stream(axis);
+    bounds.tracking = TrackingLimits::of_path(path.velocity, path.acceleration, SyncClock::kLockRange);
     bounds.range = user.range;
     bounds.switches = user.switches;
     bounds.number = user.number;

@@ -84,10 +84,15 @@ class CyclicPosition {
     spline_.put(place.period, place.counts);
     const SyncClock::Phase now = clock_.at(tick);
     const std::uint32_t begun = now.period - 1;
+    if (ran_out(begun)) leave();
     count_bridged(place.period, begun);
     const bool streamed = joined_;
     if (!join(place.period)) return;
-    if (!streamed) path.start(place.period, begin_of(place.period, now, ahead));
+    if (!streamed) {
+      const bool too_late = static_cast<std::int32_t>(place.period - begun) <= 0;
+      const std::uint32_t first = too_late ? begun + 1 : place.period;
+      path.start(first, begin_of(first, now, ahead));
+    }
     const auto bend = static_cast<std::int32_t>(path.limits().speeding) + 1;
     make_segments(place.period, begun, path, [&](std::uint32_t period) {
       if (period != place.period) static_cast<void>(spline_.extrapolate(period, bend));
@@ -110,7 +115,11 @@ class CyclicPosition {
     const std::uint32_t begun = now.period - 1;
     const std::uint32_t newest = period_of_velocity(by_time, now);
     count_bridged(newest, begun);
-    if (!joined_ || newest - newest_ > kBridged + 1) path.start(newest, begin_of(newest, now, ahead));
+    if (joined_ && newest - newest_ > kBridged + 1) leave();
+    // Until its first segment begins, each SYNC tells better when that is.
+    if (!joined_ || newest != newest_) ++in_a_row_;
+    if (in_a_row_ == 1 && static_cast<std::int32_t>(newest - begun) > 0)
+      path.start(newest, begin_of(newest, now, ahead));
     newest_ = newest;
     joined_ = true;
     streaming_.store(true, std::memory_order_release);
@@ -181,6 +190,22 @@ class CyclicPosition {
     return since > static_cast<std::int32_t>(kSlots) && streaming_.load(std::memory_order_relaxed);
   }
 
+  // The tick has come to a period without a segment: the reference brakes.
+  bool ran_out(std::uint32_t begun) const {
+    return joined_ && static_cast<std::int32_t>(newest_ + kBridged + 1 - begun) <= 0;
+  }
+  // Nothing of the stream so far is played any more. Its last segments, where they were not over yet, are
+  // left for the stop that a prediction begins with.
+  void leave() {
+    const bool early = following();
+    following_.store(false, std::memory_order_relaxed);
+    // From now on the tick counts none.
+    gaps_ += early ? 1 : 0;
+    empty_slots();
+    in_a_row_ = 0;
+    joined_ = false;
+  }
+
   // By time. A SYNC that came between two periods was late or held back: its set-point is for the first one
   // to be played yet.
   std::uint32_t period_of_velocity(std::uint32_t by_time, const SyncClock::Phase& now) const {
@@ -198,9 +223,8 @@ class CyclicPosition {
   template <class Ahead>
   StreamPath::State begin_of(std::uint32_t period, const SyncClock::Phase& now, const Ahead& ahead) const {
     constexpr float kFarthest_ticks = 256.0F;
-    const float ticks = clock_.period_ticks();
     const auto periods = static_cast<float>(static_cast<std::int32_t>(period + 1 - now.period));
-    const float left = ticks * (periods - static_cast<float>(now.fraction) * 0x1p-32F);
+    const float left = clock_.ticks_until(periods - static_cast<float>(now.fraction) * 0x1p-32F);
     const auto lead = static_cast<std::uint32_t>(approx::clamp(left, 0.0F, kFarthest_ticks));
     const Motion then = ahead(lead);
     const float rest = left - static_cast<float>(lead);
@@ -209,6 +233,7 @@ class CyclicPosition {
     const float velocity = from_fixed(then.velocity) + (0.5F + rest) * acceleration;
     const float beyond = rest * (velocity - 0.5F * rest * acceleration);
     const auto whole = static_cast<std::int32_t>(beyond);
+    const float ticks = 1.0F / clock_.wanted_rate();
     return {sum(then.counts, whole), then.fraction_of_count() + (beyond - static_cast<float>(whole)),
             velocity * ticks, acceleration * ticks * ticks};
   }
@@ -217,14 +242,17 @@ class CyclicPosition {
   void forget() {
     streaming_.store(false, std::memory_order_release);
     following_.store(false, std::memory_order_relaxed);
+    empty_slots();
+    periods_.reset();
+    in_a_row_ = 0;
+    joined_ = false;
+  }
+  void empty_slots() {
     for (std::uint32_t i = 0; i < kSlots; ++i) {
       const std::uint32_t which = slots_[i].in_use.load(std::memory_order_relaxed) & 1U;
       // A period that is never looked for in this slot, whatever the clock says.
       slots_[i].in_use.store(2 * (i ^ 1U) + which, std::memory_order_relaxed);
     }
-    periods_.reset();
-    in_a_row_ = 0;
-    joined_ = false;
   }
 
   // Whether there is a stream with this set-point: four in a row begin one, three missing end it.

@@ -105,6 +105,19 @@ class SyncClock {
   /// Deviation of the rate from the nominal one.
   float deviation() const { return deviation_; }
 
+  /// Ticks until it has gone on by so many periods, on the way to the rate that the last SYNC has made.
+  float ticks_until(float periods) const {
+    const float now = rate();
+    const float wanted = wanted_rate();
+    const float straight = periods / now;
+    // The rate changes over a period: the mean of it on the way.
+    const float mean = straight < period_ticks_ ? now + 0.5F * (wanted - now) * straight / period_ticks_
+                                                : wanted - 0.5F * (wanted - now) * period_ticks_ / straight;
+    return periods / mean;
+  }
+  /// The rate that the last SYNC has made, of a period, in a tick: it is there a period later.
+  float wanted_rate() const { return static_cast<float>(wanted_rate_) * 0x1p-32F; }
+
   // ---- anywhere ----
 
   /// Where the oscillator is at a tick. A multiplication.

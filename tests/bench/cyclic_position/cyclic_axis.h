@@ -1,27 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <algorithm>
-#include <cmath>
 #include <cstdint>
+#include <tuple>
 
+#include "tests/bench/cyclic_position/reference_watch.h"
 #include "tests/can/bench.h"
 
 // The drive on its bench, tick by tick, with an eye on every step of the reference.
 namespace slipstack::bench {
-
-/// What the reference did, in SI units.
-struct Seen {
-  double velocity_mps = 0.0;       ///< largest difference of two positions
-  double acceleration_mps2 = 0.0;  ///< largest difference of two velocities
-  double jerk_mps3 = 0.0;          ///< largest difference of two accelerations
-  double error_m = 0.0;            ///< largest following error
-  double square_error = 0.0;
-  std::int64_t ticks = 0;
-  double rms_error_m() const {
-    return std::sqrt(square_error / static_cast<double>(std::max<std::int64_t>(ticks, 1)));
-  }
-};
 
 class CyclicAxis {
  public:
@@ -41,7 +28,7 @@ class CyclicAxis {
     drive_.now_us += 100;
     drive_.poll();
     ++ticks_;
-    look();
+    watch_.look(controller());
     while (drive_.next()) {
     }
   }
@@ -62,13 +49,7 @@ class CyclicAxis {
     for (int i = 0; i < 10 * milliseconds; ++i) tick();
   }
   /// Differences count from here on.
-  void mark() {
-    const Controller& controller = drive_.loop->controller();
-    last_ = controller.reference().counts();
-    last_fraction_ = static_cast<double>(controller.reference().fraction());
-    if (controller.reference().standing()) last_step_ = last_change_ = 0.0;
-    seen = {};
-  }
+  void mark() { watch_.mark(controller()); }
 
   can::Bench& drive() { return drive_; }
   Controller& controller() { return drive_.loop->controller(); }
@@ -79,41 +60,19 @@ class CyclicAxis {
   const AxisParameters& axis() { return controller().parameters().axis; }
   /// From home, m.
   double reference_m() {
-    return (static_cast<double>(difference(controller().reference().counts(), home_)) + last_fraction_) *
+    const ReferenceGenerator& reference = controller().reference();
+    return (difference(reference.counts(), home_) + static_cast<double>(reference.fraction())) *
            resolution_m();
   }
-  Seen seen;
 
  private:
-  void look() {
-    const ReferenceGenerator& reference = controller().reference();
-    const auto fraction = static_cast<double>(reference.fraction());
-    const double step =
-        static_cast<double>(difference(reference.counts(), last_)) + fraction - last_fraction_;
-    const double per_tick = resolution_m() / loop::kTick_s;
-    seen.velocity_mps = std::max(seen.velocity_mps, std::abs(step) * per_tick);
-    seen.acceleration_mps2 =
-        std::max(seen.acceleration_mps2, std::abs(step - last_step_) * per_tick / loop::kTick_s);
-    const double change = step - last_step_;
-    seen.jerk_mps3 = std::max(seen.jerk_mps3,
-                              std::abs(change - last_change_) * per_tick / (loop::kTick_s * loop::kTick_s));
-    last_change_ = change;
-    const auto error_m = static_cast<double>(controller().output().position_error_m);
-    seen.error_m = std::max(seen.error_m, std::abs(error_m));
-    seen.square_error += error_m * error_m;
-    ++seen.ticks;
-    last_ = reference.counts();
-    last_fraction_ = fraction;
-    last_step_ = step;
-  }
-
   can::Bench drive_;
   std::int64_t ticks_ = 0;
   std::int32_t home_ = 0;
-  std::int32_t last_ = 0;
-  double last_fraction_ = 0.0;
-  double last_step_ = 0.0;
-  double last_change_ = 0.0;
+  ReferenceWatch watch_;
+
+ public:
+  Seen& seen = watch_.seen;
 };
 
 }  // namespace slipstack::bench

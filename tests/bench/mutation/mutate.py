@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Breaks the core on purpose: how many of 200 mutants of firmware/control, canopen and friction the quick tests kill.
 
-    tests/bench/mutation/mutate.py all [--seed N] [--mutants N] [--jobs N]
-    tests/bench/mutation/mutate.py prepare|build|reach|run|report [--folder build/mutation]
+    tests/bench/mutation/mutate.py all [--seed N...] [--mutants N] [--jobs N]
+    tests/bench/mutation/mutate.py prepare|refresh|build|reach|run|report [--folder build/mutation]
 
   prepare  a copy of the project with all mutants in its headers (rewrite.py); which one runs is asked at run time
   build    its quick tests, once
@@ -13,8 +13,12 @@
   report   the ratio by folder, and the survivors beside the reasons in survivors.txt; status 1 below 90 %
 
 A change that leaves the same program is no mutant: equivalent.txt names those that were drawn, with the reason, and the
-next in the order takes their place. A folder of results belongs to one state of the sources, one seed and one number
+next in the order takes their place. A folder of results belongs to one state of the sources, its seeds and one number
 of mutants: delete it for another. --mutants 60 is a sample in the same proportions, for a look between two full runs.
+
+The build is what costs, and it is one for any number of mutants: `prepare --seed 1 2` writes two samples into it, one to
+learn from and one that stays unseen until the tests are better; `run --seed 1` and `report --seed 1` take one of them.
+After that, `refresh` copies the tests that have changed and `build` compiles only these.
 
 Needs python3-clang-14 (toolchain/install full). An hour or two on two cores; each step continues where it was stopped.
 """
@@ -26,6 +30,7 @@ import dataclasses
 import json
 import os
 import pathlib
+import random
 import re
 import subprocess
 import sys
@@ -61,7 +66,9 @@ class Bench:
 
     def mutants(self):
         data = json.loads((self.folder / "mutants.json").read_text())
-        return {int(number): sites.Site(**site) for number, site in data.items()}
+        sample = json.loads((self.folder / "samples.json").read_text())
+        wanted = {number for seed in self.options.seed for number in sample[str(seed)]}
+        return {int(number): sites.Site(**site) for number, site in data.items() if int(number) in wanted}
 
     def prepare(self):
         rewrite.copy_sources(ROOT, self.tree)
@@ -70,15 +77,19 @@ class Bench:
                       name] for name in CHECKED]
         same = read_reasons(HERE / "equivalent.txt")
         quotas = {folder: round(quota * self.options.mutants / sum(QUOTAS.values())) for folder, quota in QUOTAS.items()}
-        mutants, refused = rewrite.accepted(ROOT, self.tree, found, quotas, self.options.seed, compilers, same)
+        mutants, samples, refused = rewrite.accepted(ROOT, self.tree, found, quotas, self.options.seed, compilers, same)
         (self.folder / "mutants.json").write_text(
             json.dumps({number: dataclasses.asdict(site) for number, site in mutants.items()}, indent=1))
+        (self.folder / "samples.json").write_text(json.dumps(samples))
         print(f"{len(found)} places, {len(mutants)} mutants chosen, {len(refused - set(same))} refused by the compiler")
+
+    def refresh(self):
+        rewrite.copy_sources(ROOT, self.tree, "tests/")
 
     def build(self):
         subprocess.run(["cmake", "-S", self.tree, "-B", self.build_folder, "-G", "Ninja", "--log-level=WARNING",
                         "-DCMAKE_BUILD_TYPE=None", "-DCMAKE_CXX_FLAGS=-O1 -Wno-error -w"], check=True)
-        subprocess.run(["cmake", "--build", self.build_folder, f"-j{self.options.jobs}", "--target", *PROGRAMS], check=True)
+        subprocess.run(["cmake", "--build", self.build_folder, f"-j{self.options.jobs}", "--target", *self.options.programs], check=True)
 
     def program(self, name):
         return str(self.build_folder / "bin" / name)
@@ -107,7 +118,7 @@ class Bench:
                 "mutants": [number for number, byte in enumerate(bytes_passed) if byte]}
 
     def reach(self):
-        jobs = [(program, test) for program in PROGRAMS for test in self.tests_of(program)]
+        jobs = [(program, test) for program in self.options.programs for test in self.tests_of(program)]
         with concurrent.futures.ThreadPoolExecutor(self.options.jobs) as pool:
             measured = list(pool.map(self.measure, jobs))
         (self.folder / "reach.json").write_text(json.dumps(measured))
@@ -153,6 +164,8 @@ class Bench:
         left = [number for number, site in mutants.items() if site.key() not in results]
         if self.options.again:
             left += [number for number, site in mutants.items() if not results.get(site.key(), {"killed": True})["killed"]]
+        # Drawn: what was run by the time it is stopped is a sample too.
+        random.Random(1).shuffle(left)
         with concurrent.futures.ThreadPoolExecutor(self.options.jobs) as pool:
             running = {pool.submit(self.kill, number, measured): number for number in left}
             for done in concurrent.futures.as_completed(running):
@@ -199,11 +212,12 @@ def read_reasons(path):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("step", choices=["all", "prepare", "build", "reach", "run", "report"])
+    parser.add_argument("step", choices=["all", "prepare", "refresh", "build", "reach", "run", "report"])
     parser.add_argument("--folder", default=str(ROOT / "build" / "mutation"))
-    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--seed", type=int, nargs="+", default=[1])
     parser.add_argument("--mutants", type=int, default=sum(QUOTAS.values()), help="how many: prepare")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
+    parser.add_argument("--programs", nargs="+", choices=PROGRAMS, default=PROGRAMS, help="fewer are built sooner, and kill less")
     parser.add_argument("--again", action="store_true", help="run: the survivors once more, after new tests")
     options = parser.parse_args()
     bench = Bench(options)

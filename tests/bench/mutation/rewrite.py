@@ -91,13 +91,13 @@ def write(root, mutants):
         file.write_bytes(rewritten(file.read_bytes(), numbered))
 
 
-def copy_sources(source, target):
-    """What git knows of the project, as it is on disk."""
+def copy_sources(source, target, below=""):
+    """What git knows of the project, as it is on disk; only what lies `below` a folder where one is named."""
     names = subprocess.run(["git", "-C", source, "ls-files"], check=True, capture_output=True, text=True).stdout.split("\n")
     target = pathlib.Path(target)
     for name in names:
         file = pathlib.Path(source) / name
-        if not name or not file.is_file():
+        if not name or not name.startswith(below) or not file.is_file():
             continue
         there = target / name
         there.parent.mkdir(parents=True, exist_ok=True)
@@ -116,12 +116,23 @@ def offenders(root, mutants, errors):
             if any((site.path, line) in lines for line in range(site.line, site.line + 1 + site.original.count("\n")))]
 
 
-def accepted(source, target, found, quotas, seed, compilers, refused=()):
-    """The chosen mutants that the compiler takes, written into `target`. `compilers`: commands that check the syntax of
-    what includes the headers, with the folder as their place. A mutant that they refuse gives way to the next."""
+def choose_all(found, quotas, seeds, refused=()):
+    """The mutants of several samples, by number from 1, and the numbers in each, by seed."""
+    chosen = {seed: list(choose(found, quotas, seed, refused).values()) for seed in seeds}
+    places = {(site.path, site.begin, site.end, site.changed): site for sites_of in chosen.values() for site in sites_of}
+    order = sorted(places.values(), key=lambda s: (s.path, s.begin, s.kind, s.changed))
+    number_of = {(site.path, site.begin, site.end, site.changed): number + 1 for number, site in enumerate(order)}
+    samples = {seed: sorted(number_of[(s.path, s.begin, s.end, s.changed)] for s in chosen[seed]) for seed in seeds}
+    return {number + 1: site for number, site in enumerate(order)}, samples
+
+
+def accepted(source, target, found, quotas, seeds, compilers, refused=()):
+    """The chosen mutants that the compiler takes, written into `target`, and the numbers of each seed's. `compilers`:
+    commands that check the syntax of what includes the headers, with the folder as their place. A mutant that they
+    refuse gives way to the next."""
     refused = set(refused)
     for _ in range(20):
-        mutants = choose(found, quotas, seed, refused)
+        mutants, samples = choose_all(found, quotas, seeds, refused)
         for path in {site.path for site in found}:
             shutil.copy(pathlib.Path(source) / path, pathlib.Path(target) / path)
         write(target, mutants)
@@ -131,7 +142,7 @@ def accepted(source, target, found, quotas, seed, compilers, refused=()):
             if done.returncode != 0:
                 errors += done.stderr
         if not errors:
-            return mutants, refused
+            return mutants, samples, refused
         bad = offenders(target, mutants, errors)
         if not bad:
             raise RuntimeError(errors[:4000])

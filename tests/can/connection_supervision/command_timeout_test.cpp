@@ -216,5 +216,38 @@ TEST_F(SilentMaster, AnRpdoThatFailsToComeIsALostConnection) {
   EXPECT_LT(std::abs(velocity()), 1e-3);
 }
 
+// Each object that commands the axis is a sign of life, and no other.
+TEST_F(SilentMaster, EveryCommandIsASignOfLife) {
+  struct Command {
+    std::uint16_t index;
+    int bytes;
+    std::uint32_t value;
+    bool counts;
+  };
+  for (const Command& command : {
+           Command{0x6040, 2, 0x0F, true},
+           {0x6060, 1, kCyclicTorque, true},
+           {0x607A, 4, 0, true},
+           {0x6071, 2, 0, true},
+           {0x60B0, 4, 0, true},
+           {0x60B1, 4, 0, true},
+           {0x60B2, 2, 0, true},
+           {0x60FF, 4, 0, true},
+           {0x6081, 4, 1000, false},
+           {0x6083, 4, 100000, false},
+       }) {
+    Bench bench;
+    bench.configure();
+    bench.enable(kCyclicTorque);
+    ASSERT_EQ(bench.write(0x6071, 0, 0, 2), 0U);
+    for (int i = 0; i < 5; ++i) {
+      bench.run_ms(kTimeout_ms - 10);
+      ASSERT_EQ(bench.write(command.index, 0, command.value, command.bytes), 0U) << std::hex << command.index;
+    }
+    const bool enabled = (bench.read(0x6041, 0) & 0x6F) == 0x27U;
+    EXPECT_EQ(enabled, command.counts) << std::hex << command.index;
+  }
+}
+
 }  // namespace
 }  // namespace slipstack::can

@@ -94,6 +94,27 @@ TEST(Pdo, TransmissionTypesOfTheStandard) {
   }
 }
 
+// Type 0: with SYNC, but only what has changed since it was sent last (CiA 301, 7.5.2.37).
+TEST(Pdo, AcyclicAtSyncOnlyWhatHasChanged) {
+  Bench bench;
+  ASSERT_EQ(bench.write(0x1801, 2, 0, 1), 0U);
+  bench.nmt(0x01);
+  const auto syncs = [&](int number) {
+    bench.all();
+    for (int i = 0; i < number; ++i) bench.send(0x080, {});
+    bench.poll();
+    return bench.all_with(0x285).size();
+  };
+  EXPECT_LE(syncs(3), 1U);
+  for (int change = 0; change < 5; ++change) {
+    EXPECT_EQ(syncs(4), 0U) << "nothing has changed";
+    // The position, by the axis.
+    bench.loop->plant.reset(0.1 + 1e-3 * (change + 1));
+    bench.run_ms(2);
+    EXPECT_EQ(syncs(1), 1U) << change;
+  }
+}
+
 // CiA 301, table 40: what is restricted is no CAN-ID of a PDO.
 TEST(Pdo, IdentifiersThatTheStandardKeeps) {
   Bench bench;

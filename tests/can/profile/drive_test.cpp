@@ -264,6 +264,95 @@ TEST(Drive, CyclicPositionFollowsAtSync) {
   EXPECT_EQ(bench.read(0x6041, 0) & 0x1000, 0x1000U);
 }
 
+// A set-point is taken at the edge of bit 4, once: not while it stays, not while another waits, not while the
+// axis is halted or not enabled; and its acknowledgement goes with the bit.
+TEST(Drive, ASetPointIsTakenAtTheEdgeOfItsBit) {
+  Bench bench;
+  bench.configure();
+  const auto control = [&](std::uint32_t word) {
+    ASSERT_EQ(bench.write(0x6040, 0, word, 2), 0U);
+    bench.run_ms(5);
+  };
+  const auto target = [&](std::int32_t counts) {
+    ASSERT_EQ(bench.write(0x607A, 0, static_cast<std::uint32_t>(counts), 4), 0U);
+    bench.run_ms(5);
+  };
+  const auto acknowledged = [&] { return (bench.read(0x6041, 0) & 0x1000U) != 0; };
+  const auto arrive = [&] {
+    bench.run_ms(20);
+    for (int i = 0; i < 2000 && (bench.read(0x6041, 0) & 0x400U) == 0; ++i) bench.run_ms(1);
+    bench.run_ms(50);
+    return bench.read_signed(0x6064, 0);
+  };
+  // The bit rises before operation is enabled.
+  ASSERT_EQ(bench.write(0x6060, 0, 1, 1), 0U);
+  const std::int32_t home = bench.read_signed(0x6064, 0);
+  target(home + 3000);
+  for (const std::uint32_t word : {0x06U, 0x17U, 0x1FU}) control(word);
+  EXPECT_FALSE(acknowledged());
+  EXPECT_NEAR(arrive(), home, 15);
+  control(0x0F);
+  // While it stays, another target is none.
+  control(0x1F);
+  EXPECT_TRUE(acknowledged());
+  target(home + 6000);
+  EXPECT_NEAR(arrive(), home + 3000, 15);
+  control(0x0F);
+  EXPECT_FALSE(acknowledged());
+  // While halted.
+  control(0x10F);
+  control(0x11F);
+  EXPECT_FALSE(acknowledged());
+  control(0x01F);
+  EXPECT_NEAR(arrive(), home + 3000, 15);
+  control(0x0F);
+  // One under way, one that waits; a third is not taken, and the second holds.
+  target(home + 20000);
+  control(0x1F);
+  control(0x0F);
+  target(home + 10000);
+  control(0x1F);
+  EXPECT_TRUE(acknowledged());
+  control(0x0F);
+  target(home + 1000);
+  control(0x1F);
+  EXPECT_FALSE(acknowledged()) << "no room";
+  bench.run_ms(200);
+  static_cast<void>(arrive());
+  EXPECT_NEAR(arrive(), home + 10000, 15);
+}
+
+// SYNC without a set-point in between: what is missing is extrapolated, the last one is none for its period.
+TEST(Drive, AMissingSetPointIsNotTheLastOneAgain) {
+  Bench bench;
+  bench.configure();
+  ASSERT_EQ(bench.write(0x60C2, 1, 2, 1), 0U);
+  bench.enable(8);
+  bench.nmt(0x01);
+  const std::int32_t home = bench.read_signed(0x6064, 0);
+  std::int32_t before = 0, velocity = 0;
+  for (int i = 0; i < 400; ++i) {
+    // Up to 0.05 m/s, 100 counts a period, and on.
+    const std::int32_t wanted = home + (i < 20    ? 0
+                                        : i < 220 ? (i - 20) * (i - 20) / 4
+                                                  : 10000 + 100 * (i - 220));
+    const auto bits = static_cast<std::uint32_t>(wanted);
+    const bool lost = i > 240 && i % 10 < 2;
+    if (!lost)
+      bench.send(0x305, {0x0F, 0x00, static_cast<std::uint8_t>(bits), static_cast<std::uint8_t>(bits >> 8),
+                         static_cast<std::uint8_t>(bits >> 16), static_cast<std::uint8_t>(bits >> 24)});
+    bench.send(0x080, {});
+    bench.run_ms(2);
+    const std::int32_t demand = bench.loop->controller().reference().counts();
+    velocity = demand - before;
+    before = demand;
+    if (i <= 235) continue;
+    ASSERT_NEAR(velocity, 100, 4) << i;
+  }
+  EXPECT_EQ(bench.read(0x2211, 8), 0U) << "two are bridged";
+  EXPECT_GT(bench.loop->controller().cyclic_position().bridged(), 20U);
+}
+
 TEST(Drive, QuickStopOptionZeroCutsTheCurrentAtOnce) {
   Bench bench;
   bench.configure();

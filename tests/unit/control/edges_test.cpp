@@ -2,13 +2,19 @@
 // Edges of rules that the tests of the whole did not tell apart: each was a mutant that survived.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <cstddef>
 
 #include "firmware/control/bounds/motion_bounds.h"
+#include "firmware/control/current/thermal_limit.h"
+#include "firmware/control/parameters/control_set.h"
 #include "firmware/control/parameters/parameters.h"
+#include "firmware/control/reference/reference.h"
 #include "firmware/control/streams/cyclic_position.h"
 #include "firmware/control/streams/set_point_periods.h"
 #include "firmware/control/supervision/digital_io.h"
+#include "firmware/control/supervision/direction_check.h"
 #include "firmware/control/supervision/state_machine.h"
 
 namespace slipstack {
@@ -140,6 +146,122 @@ TEST(Edges, TheAmplifierIsWellWhereItIsReadyAndHasNoFault) {
       EXPECT_EQ(inputs.amplifier_well(io), inputs.amplifier_ready(io) && !inputs.amplifier_fault(io));
       EXPECT_EQ(inputs.amplifier_well(io), ((levels ^ inverted) & 3U) == 1U);
     }
+  }
+}
+
+// The brake closes in full, whatever a stop that was broken off had done of it.
+TEST(Edges, AMoreUrgentStopClosesTheBrakeInFull) {
+  constexpr std::int32_t kApply = 5;
+  const StopTimes times{.quick_stop = 100, .slow_down = 100, .brake_release = 0, .brake_apply = kApply};
+  for (const int broken_off : {1, 3, 4}) {
+    StateMachine machine;
+    const auto step = [&](std::uint32_t word) {
+      machine.step(
+          word, Fault::kNone, true, [] { return true; }, times);
+      return machine.state();
+    };
+    step(0);
+    for (const std::uint32_t word : {0x06U, 0x07U, 0x0FU}) step(word);
+    // Disable operation along the ramp, and a quick stop while the brake closes.
+    for (int i = 0; i < 1 + broken_off; ++i)
+      ASSERT_EQ(step(0x07U | kBrakeOnDisable), DriveState::kOperationEnabled);
+    EXPECT_EQ(step(0x0B), DriveState::kQuickStopActive);
+    int ticks = 0;
+    while (step(0x0B) == DriveState::kQuickStopActive && ticks < 20) ++ticks;
+    EXPECT_EQ(ticks, kApply + 1) << broken_off;
+  }
+}
+
+// What is asked for in one direction is asked for in the other: counts of the same size, to the count.
+TEST(Edges, TheDirectionCheckIsTheSameBothWays) {
+  const DirectionCheck::Settings settings{.wanted = true,
+                                          .stand_ticks = 3,
+                                          .distance_counts = 10,
+                                          .largest_N = 4.0F,
+                                          .step_N = 1.0F,
+                                          .hold_ticks = 2};
+  for (const std::int32_t far : {9, 10, 11}) {
+    std::array<int, 2> ticks{};
+    for (const std::size_t way : {0U, 1U}) {
+      const std::int32_t sign = way == 0 ? 1 : -1;
+      DirectionCheck check;
+      check.begin(settings);
+      // Moved once, after two ticks: by less than the distance it stands, else the time begins anew.
+      while (!check.pushing() && ticks[way] < 50) {
+        ++ticks[way];
+        static_cast<void>(check.step(settings, 0, ticks[way] > 2 ? sign * far : 0));
+      }
+      EXPECT_EQ(ticks[way] > 5, far >= 10) << far << ' ' << way << ' ' << ticks[way];
+      // Pushed forwards: along the force it is right, against it reversed, from the distance on.
+      const std::int32_t from = sign * far;
+      DirectionCheck other = check;
+      EXPECT_EQ(check.step(settings, 0, from + far),
+                far >= 10 ? DirectionCheck::Verdict::kRight : DirectionCheck::Verdict::kNone);
+      EXPECT_EQ(other.step(settings, 0, from - far),
+                far >= 10 ? DirectionCheck::Verdict::kReversed : DirectionCheck::Verdict::kNone);
+    }
+    EXPECT_EQ(ticks[0], ticks[1]) << far;
+  }
+}
+
+// Steps of the hysteresis over a count and over a metre are the same scale, fine encoders and coarse ones.
+TEST(Edges, StepsOfTheHysteresisHaveOneScale) {
+  ModelParameters model{};
+  std::get<EffectParameters<Inertia<float>, float>>(model) = {{10.0F}, {}, true};
+  for (const float resolution_m : {1e-5F, 1e-6F, 1e-8F}) {
+    AxisParameters axis;
+    axis.encoder_resolution_m = resolution_m;
+    ControlSet set;
+    ASSERT_EQ(set.prepare(axis, model, UserBounds{}), ParameterStatus::kOk) << resolution_m;
+    ASSERT_GT(set.scales.steps_per_count, 0.0F);
+    EXPECT_NEAR(set.scales.steps_per_m * resolution_m, set.scales.steps_per_count,
+                1e-6F * set.scales.steps_per_count);
+    EXPECT_EQ(FeedForward::displacement(set.scales, 1) - FeedForward::displacement(set.scales, 0),
+              static_cast<std::int32_t>(set.scales.steps_per_count));
+  }
+}
+
+// A queue that ends in motion is braked, whether the velocity changes at its end or not.
+TEST(Edges, AQueueThatRunsDryIsBraked) {
+  const BrakingLimits braking = braking_limits(0.2F, 0.02F);
+  for (const float velocity : {-3.0F, 3.0F}) {
+    for (const float acceleration : {-0.01F, 0.0F, 0.01F}) {
+      ReferenceGenerator reference;
+      reference.hold(0);
+      ASSERT_TRUE(reference.push(
+          {.ticks = 5, .velocity = to_fixed(velocity), .acceleration = to_fixed(acceleration)}));
+      int ticks = 0;
+      while ((ticks < 6 || !reference.standing()) && ticks < 500) {
+        static_cast<void>(reference.next(braking));
+        ++ticks;
+      }
+      EXPECT_TRUE(reference.standing()) << velocity << ' ' << acceleration;
+      EXPECT_EQ(reference.underruns(), 1U);
+    }
+  }
+}
+
+// I2t: whichever of motor and amplifier is spent, the current is down at its rating, and says so.
+TEST(Edges, MotorAndAmplifierAreSpentEachByItself) {
+  for (const bool motor : {true, false}) {
+    AxisParameters axis;
+    axis.current_limit_A = 10.0F;
+    (motor ? axis.motor_rated_A : axis.amplifier_rated_A) = 4.0F;
+    axis.motor_thermal_s = axis.amplifier_thermal_s = 2.0F;
+    ThermalLimit limit;
+    int begins = 0, ends = 0;
+    for (int i = 1; i < 40'000; ++i) {
+      limit.step(axis, 1e-3F, i == 1 ? 0.0F : limit.limit_A());
+      const bool down = limit.limit_A() < 4.0F + 0.01F * 6.0F + 1e-4F;
+      if (limit.reduces() && begins == 0) begins = i;
+      if (limit.spent() && ends == 0) ends = i;
+      ASSERT_EQ(limit.spent(), down) << i << ' ' << limit.limit_A();
+    }
+    EXPECT_GT(begins, 0);
+    EXPECT_GT(ends, begins + 100);
+    for (int i = 0; i < 1000; ++i) limit.step(axis, 1e-3F, 0.0F);
+    EXPECT_FALSE(limit.spent());
+    EXPECT_FALSE(limit.reduces());
   }
 }
 

@@ -90,5 +90,42 @@ TEST(Tracking, AStopOutOfAStreamKeepsTheJerkLimit) {
   EXPECT_GE(sharpest, 0.9F * kJerk);
 }
 
+// A path at its limits, by a clock that is right or nearly at the end of the lock range: the reference is not
+// left behind, which it would have to make up for afterwards with more than the path's jerk.
+TEST(Tracking, APathAtItsLimitsLeavesNothingBehind) {
+  for (const double clock : {1.0, 1.0 + 4.99e-4}) {
+    const TrackingLimits limits = TrackingLimits::of_path(kFastest, kAcceleration, 5e-4F);
+    ReferenceGenerator reference;
+    double at = 0.0, velocity = 0.0;
+    double furthest = 0.0;
+    for (int tick = 0; tick < 6000; ++tick) {
+      // Up to the velocity limit, there for a while, and back.
+      const double change = clock * clock * static_cast<double>(tick < 4000 ? kAcceleration : -kAcceleration);
+      velocity = std::clamp(velocity + change, 0.0, clock * static_cast<double>(kFastest));
+      at += velocity;
+      StreamPoint stream{.counts = static_cast<std::int32_t>(at), .step = static_cast<float>(velocity)};
+      stream.offset = static_cast<float>(at - stream.counts);
+      static_cast<void>(reference.track(stream, limits));
+      const double is = reference.counts() + static_cast<double>(reference.fraction());
+      furthest = std::max(furthest, std::abs(is - at));
+    }
+    // The last bit of a velocity of 200 (half of it in the stream, half in the step), in the time constant of
+    // 32 ticks.
+    EXPECT_LE(furthest, 0x1p-16 * 32.0) << clock;
+  }
+}
+
+// And what goes beyond is held back: by no more than the clock may be fast.
+TEST(Tracking, AReferenceBehindAPathKeepsItsLimits) {
+  const TrackingLimits limits = TrackingLimits::of_path(kFastest, kAcceleration, 5e-4F);
+  EXPECT_NEAR(limits.velocity, kFastest, 6e-4F * kFastest);
+  EXPECT_GE(limits.velocity, kFastest * (1.0F + 4.9e-4F));
+  EXPECT_NEAR(limits.acceleration, kAcceleration, 1.2e-3F * kAcceleration);
+  EXPECT_GE(limits.acceleration, kAcceleration * (1.0F + 9.9e-4F));
+  // Room for the last bit, where that is more.
+  const TrackingLimits fine = TrackingLimits::of_path(2e5F, 0.1F, 5e-4F);
+  EXPECT_GE(2e5F + fine.acceleration - 2e5F, 0.1F);
+}
+
 }  // namespace
 }  // namespace slipstack

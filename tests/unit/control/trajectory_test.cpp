@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <random>
 
@@ -95,10 +96,10 @@ Excess excess(const Profile& profile, const State& from, const Limits& limits) {
   return worst;
 }
 
-// 10^6 by SLIPSTACK_TRAJECTORIES=1000000.
-int problems(int otherwise) {
+// 10^6 by SLIPSTACK_TRAJECTORIES=1000000; then a hundredth of them are searched for a faster way.
+int problems(int otherwise, int of_asked = 1) {
   const char* asked = std::getenv("SLIPSTACK_TRAJECTORIES");
-  return asked != nullptr ? std::atoi(asked) : otherwise;
+  return asked != nullptr ? std::atoi(asked) / of_asked : otherwise;
 }
 
 TEST(Trajectory, ArrivesWithinItsLimitsFromAnyState) {
@@ -122,6 +123,7 @@ TEST(Trajectory, ArrivesWithinItsLimitsFromAnyState) {
     most_steps = std::max(most_steps, planner.steps());
     most_phases = std::max(most_phases, profile.size());
   }
+  std::printf("%.1e counts off, %d evaluations, %zu phases at most\n", farthest, most_steps, most_phases);
   EXPECT_LT(most_steps, 31);
   EXPECT_LT(most_phases, Profile::kMost);
 }
@@ -154,7 +156,7 @@ TEST(Trajectory, IsAsFastAsTheFastestFoundByBruteForce) {
   Problems problem(2);
   Planner planner;
   double slowest = 1.0, fastest = 1.0;
-  for (int i = 0; i < problems(300); ++i) {
+  for (int i = 0; i < problems(300, 100); ++i) {
     problem.draw(true);
     const double ticks = duration(planner.move(problem.from, problem.target, problem.limits));
     const Limits& own = problem.limits;
@@ -164,6 +166,7 @@ TEST(Trajectory, IsAsFastAsTheFastestFoundByBruteForce) {
     slowest = std::max(slowest, ticks / found);
     fastest = std::min(fastest, ticks / found);
   }
+  std::printf("%.5f to %.5f of the numerical optimum\n", fastest, slowest);
   EXPECT_LT(slowest, 1.01);
   EXPECT_GT(fastest, 0.99);
 }

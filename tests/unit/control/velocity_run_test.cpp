@@ -213,5 +213,69 @@ TEST(VelocityRun, ARampTooLongForItsSumsIsRefused) {
   EXPECT_EQ(runner.run(2.0e5F), PlanStatus::kTooSlow);
 }
 
+// The least time to a velocity by going through time in small steps: at each, the highest acceleration from
+// which velocity and acceleration can still keep their bounds. Independent of the phases.
+double least_time(double v, double a, double target, const trajectory::Limits& limits) {
+  const double dt = 1e-3 * std::min(limits.acceleration, limits.deceleration) / limits.jerk;
+  const double jerk = limits.jerk;
+  const double most = std::max({limits.acceleration, limits.deceleration, a});
+  const auto may_be = [&](double velocity, double acceleration) {
+    if (acceleration > most) return false;
+    const double bound = velocity < 0.0 ? limits.deceleration : limits.acceleration;
+    // Above its bound it falls as fast as it can.
+    if (acceleration > bound + 2.0 * jerk * dt) return false;
+    if (velocity + 0.5 * acceleration * std::abs(acceleration) / jerk > target) return false;
+    const double later = limits.acceleration;
+    return !(velocity < 0.0 && acceleration > later &&
+             velocity + 0.5 * (acceleration * acceleration - later * later) / jerk > 0.0);
+  };
+  double time = 0.0;
+  for (; v < target - 1e-3 * limits.velocity || std::abs(a) > 10.0 * jerk * dt; time += dt) {
+    double next = a - jerk * dt;
+    for (const double wanted : {a + jerk * dt, a}) {
+      if (!may_be(v + wanted * dt, wanted)) continue;
+      next = wanted;
+      break;
+    }
+    a = next;
+    v += a * dt;
+    if (time > 1e9 * dt) break;
+  }
+  return time;
+}
+
+// From any state below the target, through zero too, where the bound of the acceleration changes.
+TEST(VelocityRun, NoChangeOfVelocityIsFaster) {
+  std::mt19937 random(23);
+  const auto uniform = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  for (int i = 0; i < 400; ++i) {
+    trajectory::Limits limits{100.0, 0.0, 0.0, 0.0};
+    limits.acceleration = uniform(0.2, 2.0);
+    limits.deceleration = uniform(0.2, 2.0);
+    limits.jerk = uniform(0.005, 0.1);
+    const double from = uniform(-60.0, 20.0);
+    // Upwards, within the bound there.
+    const double acceleration = uniform(0.0, from < 0.0 ? limits.deceleration : limits.acceleration);
+    const double reached = from + 0.5 * acceleration * acceleration / limits.jerk;
+    const double target = std::max(from, reached) + uniform(1.0, 60.0);
+    // It must be able to keep the bound beyond zero.
+    if (from < 0.0 && acceleration > limits.acceleration &&
+        from + 0.5 * (acceleration * acceleration - limits.acceleration * limits.acceleration) / limits.jerk >
+            0.0)
+      continue;
+    trajectory::Profile profile;
+    profile.begin({0.0, from, acceleration});
+    trajectory::change_velocity(profile, target, limits);
+    double ticks = 0.0;
+    for (std::size_t k = 0; k < profile.size(); ++k) ticks += profile[k].ticks;
+    const double least = least_time(from, acceleration, target, limits);
+    const double slack = 0.01 * least + 2.0;
+    ASSERT_LT(ticks, least + slack) << i;
+    ASSERT_GT(ticks, least - slack) << i;
+  }
+}
+
 }  // namespace
 }  // namespace slipstack
