@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <string>
 #include <utility>
 
@@ -18,16 +17,6 @@ namespace {
 /// A log cannot show an effect that would be named only if its peak were this share of the force (rms).
 /// Chosen.
 constexpr double kCannotShow = 0.2;
-
-/// Below this angle two forces have nine tenths of their squares in common (cos^2 18 degrees = 0.905): each
-/// explains what the other does, ...
-constexpr double kSameDirection_deg = 18.0;
-/// ... unless their held-out errors differ by more than this share. Chosen.
-constexpr double kSameError = 0.10;
-
-double radians(double degrees) {
-  return degrees * std::numbers::pi / 180.0;
-}
 
 /// The largest share of a column's length that is orthogonal to the known columns.
 double share_left(const ResidualMaker& known, const Eigen::MatrixXd& columns) {
@@ -61,21 +50,21 @@ bool is_the_simpler_case(const Measurement& measurement, const Diagnosis& diagno
   const double left = share_left(ResidualMaker(force), columns.leftCols(showing));
   const double explained_N =
       std::sqrt(std::max(0.0, explained_N2(diagnosis.baseline.holdout_rmse_N, simpler.holdout_rmse_N)));
-  return std::asin(left) > radians(kSameDirection_deg) && left * explained_N > diagnosis.noise_floor_N;
+  return left * explained_N > diagnosis.noise_floor_N;
 }
 
-/// An effect is promising if it reaches this share of the best reduction of the error. Chosen.
-constexpr double kPromising = 0.5;
-
-Terms promising_effects(const std::vector<Candidate>& candidates) {
-  double best = kLeastReduction;
-  for (const Candidate& one : candidates) best = std::max(best, one.error_reduction);
-  const double enough = std::max(kLeastReduction, kPromising * best);
-  Terms promising;
+/// The effects that are worth a name each alone.
+Terms effects_worth_a_name(const std::vector<Candidate>& candidates) {
+  Terms effects;
   for (const Candidate& one : candidates) {
-    if (one.error_reduction >= enough && !one.term.gains.empty()) promising.push_back(one.term);
+    if (one.error_reduction >= kLeastReduction && !one.term.gains.empty()) effects.push_back(one.term);
   }
-  return promising;
+  return effects;
+}
+
+bool is_named(const Diagnosis& diagnosis, const std::string& effect) {
+  return std::any_of(diagnosis.steps.begin(), diagnosis.steps.end(),
+                     [&](const Step& step) { return step.effect == effect; });
 }
 
 }  // namespace
@@ -99,22 +88,23 @@ void list_what_cannot_be_shown(const Measurement& measurement, Diagnosis& diagno
 }
 
 void list_what_cannot_be_separated(const Measurement& measurement, Diagnosis& diagnosis) {
-  const Terms promising = promising_effects(diagnosis.candidates);
-  if (promising.size() < 2) return;
+  const Terms effects = effects_worth_a_name(diagnosis.candidates);
+  if (effects.size() < 2) return;
+  const bool any_named = diagnosis.steps.size() > 1;
   const auto end = diagnosis.candidates.end();
   const auto find = [&](auto from, const std::string& effect) {
     return std::find_if(from, end, [&](const Candidate& one) { return one.term.id() == effect; });
   };
-  for (Separation& pair : separations(measurement, diagnosis.baseline, promising, diagnosis.noise_floor_N)) {
+  for (Separation& pair : separations(measurement, diagnosis.baseline, effects, diagnosis.noise_floor_N)) {
     const auto candidate = find(diagnosis.candidates.begin(), pair.effect);
     // Only whether the better one can be imitated counts: an effect that contains another imitates it always.
     const auto behind = find(candidate, pair.other);
     if (behind == end) continue;
+    // Where effects are named, what else may be in their place; what explains less than they do is no
+    // question.
+    if (any_named && !is_named(diagnosis, pair.effect)) continue;
     const auto& alike = candidate->confounded_with;
-    const bool as_good = std::find(alike.begin(), alike.end(), pair.other) != alike.end();
-    const bool same = pair.angle_deg < kSameDirection_deg &&
-                      behind->holdout_rmse_N < (1.0 + kSameError) * candidate->holdout_rmse_N;
-    if (!as_good && !same) continue;
+    if (std::find(alike.begin(), alike.end(), pair.other) == alike.end()) continue;
     if (is_the_simpler_case(measurement, diagnosis, *candidate, *behind)) {
       std::erase(candidate->confounded_with, pair.other);
       std::erase(behind->confounded_with, pair.effect);
