@@ -17,7 +17,8 @@ namespace {
 
 /// Explanations that are kept from level to level. Chosen on the blind bench.
 constexpr std::size_t kBeam = 3;
-/// Attempts of a level that are fitted in full.
+/// Attempts of a level that are fitted in full: as many again as are kept, because the order to first order
+/// is not that of the criterion.
 constexpr std::size_t kFitted = 2 * kBeam;
 
 /// Adds every further effect to every explanation of the beam: all to first order, the best fitted in full,
