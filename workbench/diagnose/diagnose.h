@@ -60,8 +60,8 @@ struct Diagnosis {
   OutsideCauses outside;  ///< that were chosen beside the steps; the models do not contain them
   /// Effects that this log would show only if they were a large part of the force: it does not rule them out.
   std::vector<Visibility> cannot_show;
-  /// Pairs of effects of which each is worth a name and neither lowers the other's error by what is worth
-  /// one, the smallest angle first. Where effects are named, only pairs with one of these.
+  /// Pairs of effects that each reach most of the best reduction and of which neither lowers the other's
+  /// error by what is worth a name, the smallest angle first.
   std::vector<Separation> cannot_separate;
 };
 

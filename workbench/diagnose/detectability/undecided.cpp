@@ -53,18 +53,17 @@ bool is_the_simpler_case(const Measurement& measurement, const Diagnosis& diagno
   return left * explained_N > diagnosis.noise_floor_N;
 }
 
-/// The effects that are worth a name each alone.
-Terms effects_worth_a_name(const std::vector<Candidate>& candidates) {
-  Terms effects;
+/// The effects that are worth a name each alone, and reach most of the best reduction of the error: what
+/// explains far less is no question beside it.
+Terms promising_effects(const std::vector<Candidate>& candidates) {
+  double best = 0.0;
+  for (const Candidate& one : candidates) best = std::max(best, one.error_reduction);
+  const double enough = std::max(kLeastReduction, kMajority * best);
+  Terms promising;
   for (const Candidate& one : candidates) {
-    if (one.error_reduction >= kLeastReduction && !one.term.gains.empty()) effects.push_back(one.term);
+    if (one.error_reduction >= enough && !one.term.gains.empty()) promising.push_back(one.term);
   }
-  return effects;
-}
-
-bool is_named(const Diagnosis& diagnosis, const std::string& effect) {
-  return std::any_of(diagnosis.steps.begin(), diagnosis.steps.end(),
-                     [&](const Step& step) { return step.effect == effect; });
+  return promising;
 }
 
 }  // namespace
@@ -88,21 +87,17 @@ void list_what_cannot_be_shown(const Measurement& measurement, Diagnosis& diagno
 }
 
 void list_what_cannot_be_separated(const Measurement& measurement, Diagnosis& diagnosis) {
-  const Terms effects = effects_worth_a_name(diagnosis.candidates);
-  if (effects.size() < 2) return;
-  const bool any_named = diagnosis.steps.size() > 1;
+  const Terms promising = promising_effects(diagnosis.candidates);
+  if (promising.size() < 2) return;
   const auto end = diagnosis.candidates.end();
   const auto find = [&](auto from, const std::string& effect) {
     return std::find_if(from, end, [&](const Candidate& one) { return one.term.id() == effect; });
   };
-  for (Separation& pair : separations(measurement, diagnosis.baseline, effects, diagnosis.noise_floor_N)) {
+  for (Separation& pair : separations(measurement, diagnosis.baseline, promising, diagnosis.noise_floor_N)) {
     const auto candidate = find(diagnosis.candidates.begin(), pair.effect);
     // Only whether the better one can be imitated counts: an effect that contains another imitates it always.
     const auto behind = find(candidate, pair.other);
     if (behind == end) continue;
-    // Where effects are named, what else may be in their place; what explains less than they do is no
-    // question.
-    if (any_named && !is_named(diagnosis, pair.effect)) continue;
     const auto& alike = candidate->confounded_with;
     if (std::find(alike.begin(), alike.end(), pair.other) == alike.end()) continue;
     if (is_the_simpler_case(measurement, diagnosis, *candidate, *behind)) {
