@@ -60,8 +60,8 @@ struct Diagnosis {
   OutsideCauses outside;  ///< that were chosen beside the steps; the models do not contain them
   /// Effects that this log would show only if they were a large part of the force: it does not rule them out.
   std::vector<Visibility> cannot_show;
-  /// Pairs of effects that each reach most of the best reduction and of which neither lowers the other's
-  /// error by what is worth a name, the smallest angle first.
+  /// Pairs of promising effects that this log cannot separate, the smallest angle first: orthogonal to the
+  /// baseline, their forces have nearly the same direction, or they explain equally much.
   std::vector<Separation> cannot_separate;
 };
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <string>
 #include <utility>
 
@@ -17,6 +18,16 @@ namespace {
 /// A log cannot show an effect that would be named only if its peak were this share of the force (rms).
 /// Chosen.
 constexpr double kCannotShow = 0.2;
+
+/// Below this angle two forces have nine tenths of their squares in common (cos^2 18 degrees = 0.905): each
+/// explains what the other does, ...
+constexpr double kSameDirection_deg = 18.0;
+/// ... unless their held-out errors differ by more than this share. Chosen.
+constexpr double kSameError = 0.10;
+
+double radians(double degrees) {
+  return degrees * std::numbers::pi / 180.0;
+}
 
 /// The largest share of a column's length that is orthogonal to the known columns.
 double share_left(const ResidualMaker& known, const Eigen::MatrixXd& columns) {
@@ -50,13 +61,12 @@ bool is_the_simpler_case(const Measurement& measurement, const Diagnosis& diagno
   const double left = share_left(ResidualMaker(force), columns.leftCols(showing));
   const double explained_N =
       std::sqrt(std::max(0.0, explained_N2(diagnosis.baseline.holdout_rmse_N, simpler.holdout_rmse_N)));
-  return left * explained_N > diagnosis.noise_floor_N;
+  return std::asin(left) > radians(kSameDirection_deg) && left * explained_N > diagnosis.noise_floor_N;
 }
 
-/// The effects that are worth a name each alone, and reach most of the best reduction of the error: what
-/// explains far less is no question beside it.
+/// The effects that reach most of the best reduction of the error.
 Terms promising_effects(const std::vector<Candidate>& candidates) {
-  double best = 0.0;
+  double best = kLeastReduction;
   for (const Candidate& one : candidates) best = std::max(best, one.error_reduction);
   const double enough = std::max(kLeastReduction, kMajority * best);
   Terms promising;
@@ -99,7 +109,10 @@ void list_what_cannot_be_separated(const Measurement& measurement, Diagnosis& di
     const auto behind = find(candidate, pair.other);
     if (behind == end) continue;
     const auto& alike = candidate->confounded_with;
-    if (std::find(alike.begin(), alike.end(), pair.other) == alike.end()) continue;
+    const bool as_good = std::find(alike.begin(), alike.end(), pair.other) != alike.end();
+    const bool same = pair.angle_deg < kSameDirection_deg &&
+                      behind->holdout_rmse_N < (1.0 + kSameError) * candidate->holdout_rmse_N;
+    if (!as_good && !same) continue;
     if (is_the_simpler_case(measurement, diagnosis, *candidate, *behind)) {
       std::erase(candidate->confounded_with, pair.other);
       std::erase(behind->confounded_with, pair.effect);
