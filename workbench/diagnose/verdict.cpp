@@ -31,10 +31,6 @@ std::vector<Structure> structure_left(const Measurement& measurement, const Diag
   return left;
 }
 
-/// Structure is reported only if it explains this share of the residual's rms: of the residual of a complete
-/// model, as the encoder leaves it, curves and lines explain up to 4 %.
-constexpr double kStructureReduction = 0.05;
-
 bool above_floor(const Measurement& measurement, const Diagnosis& diagnosis) {
   return is_above_floor(measurement, diagnosis.explained);
 }
@@ -44,11 +40,11 @@ bool above_floor(const Measurement& measurement, const Diagnosis& diagnosis) {
 std::optional<Structure> structure_to_report(const Measurement& measurement, const Diagnosis& diagnosis,
                                              const Structure& strongest) {
   std::optional<Structure> reported;
-  if (above_floor(measurement, diagnosis) && strongest.error_reduction >= kStructureReduction)
+  if (above_floor(measurement, diagnosis) && strongest.error_reduction >= kLeastReduction)
     reported = strongest;
   const FittedModel& last = diagnosis.explained;
   auto line = line_beyond_rows(measurement, last.linearisation->sample_force_N(), last.train_rmse_N);
-  const double known = reported ? reported->error_reduction : kStructureReduction;
+  const double known = reported ? reported->error_reduction : kLeastReduction;
   if (line && line->error_reduction >= known) reported = std::move(line);
   if (!reported) reported = burst_in_force(measurement, weighted_residual(measurement, last));
   return reported;
@@ -69,7 +65,7 @@ bool is_large(const Measurement& measurement, const Diagnosis& diagnosis, double
 bool insufficient(const Measurement& measurement, const Diagnosis& diagnosis) {
   const double before_N = discrepancy_N(diagnosis.baseline, diagnosis.noise_floor_N);
   const double after_N = discrepancy_N(diagnosis.explained, diagnosis.noise_floor_N);
-  return is_large(measurement, diagnosis, after_N) && after_N * after_N > 0.5 * before_N * before_N;
+  return is_large(measurement, diagnosis, after_N) && after_N * after_N > kMajority * before_N * before_N;
 }
 
 /// Whether the candidate would be worth a name, but is no larger than errors of clocks and sensors can be.

@@ -31,7 +31,7 @@ TEST(LagIsBristleDeflection, OverThePreSlidingTravelAndNotInTime) {
   const Measurement measurement(test::wandering_log(1, 2000.0, 6000));
   EXPECT_TRUE(lag_is_bristle_deflection(with_lag(measurement, 100.0, 30e-6)));
   EXPECT_FALSE(lag_is_bristle_deflection(with_lag(measurement, 100.0, 1e-3)));   // memory of a film
-  EXPECT_FALSE(lag_is_bristle_deflection(with_lag(measurement, 0.015, 30e-6)));  // and in time
+  EXPECT_FALSE(lag_is_bristle_deflection(with_lag(measurement, 0.002, 30e-6)));  // in time
   FittedModel none = with_lag(measurement, 100.0, 30e-6);
   none.terms.pop_back();
   EXPECT_FALSE(lag_is_bristle_deflection(none));

@@ -5,11 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <vector>
 
 #include "workbench/base/interval.h"
 #include "workbench/base/quantity.h"
 #include "workbench/cleaning/outliers.h"
+#include "workbench/diagnose/evidence/chance.h"
 #include "workbench/diagnose/evidence/held_out.h"
 #include "workbench/diagnose/evidence/reduction.h"
 
@@ -30,25 +32,58 @@ std::vector<double> jumps_of_force(const Measurement& measurement) {
   return jumps_N;
 }
 
-/// A sample belongs to the interval if its deviation is at least this share of the largest, and it is at most
-/// so many samples away from another that belongs to it. Chosen.
-constexpr double kStrongBurst = 0.2;
-constexpr std::size_t kNear_samples = 100;
+/// Samples of which one deviation from a cubic through neighbours consists: so many follow one cause.
+constexpr double kSamplesOfDeviation = 5.0;
 
-/// The interval of large deviations around the largest.
-Interval noisy_interval(const std::vector<double>& jumps_N, std::size_t strongest) {
-  const double strong_N = kStrongBurst * jumps_N[strongest];
-  Interval burst{strongest, strongest + 1};
-  for (std::size_t i = strongest; i-- > 0 && burst.first - i <= kNear_samples;) {
-    if (jumps_N[i] >= strong_N) burst.first = i;
-  }
-  for (std::size_t i = strongest; i < jumps_N.size() && i < burst.end + kNear_samples; ++i) {
-    if (jumps_N[i] >= strong_N) burst.end = i + 1;
-  }
-  return burst;
+/// The natural logarithm of the probability that, of `all` samples, the `count` with the largest deviations
+/// lie within an interval of `length` samples by chance: k (L/N)^(k-1) for k independent ones (Naus 1965, The
+/// distribution of the size of the maximum cluster of points on a line).
+double ln_chance_of_cluster(std::size_t count, std::size_t length, std::size_t all) {
+  const double independent = static_cast<double>(count) / kSamplesOfDeviation;
+  if (independent <= 1.0) return 0.0;
+  return std::log(independent) +
+         (independent - 1.0) * std::log(static_cast<double>(length) / static_cast<double>(all));
 }
 
-/// The largest magnitude within an interval, and of the samples that are not near it.
+/// Whether some of these places are so far apart, for as many within an interval, that they are not of one
+/// burst: chance leaves a gap of the share g free with the probability k (1 - g)^(k - 1) at most (Darling
+/// 1953).
+bool fall_apart(std::vector<std::size_t> places) {
+  std::sort(places.begin(), places.end());
+  std::size_t gap = 0;
+  for (std::size_t i = 1; i < places.size(); ++i) gap = std::max(gap, places[i] - places[i - 1]);
+  const double independent = static_cast<double>(places.size()) / kSamplesOfDeviation;
+  const auto length = static_cast<double>(places.back() - places.front());
+  return !is_chance(std::pow(1.0 - static_cast<double>(gap) / length, independent - 1.0), independent);
+}
+
+/// The interval in which the largest deviations lie, for as many of them as are least likely there by chance;
+/// empty where that is chance, or where they are not of one burst.
+Interval noisy_interval(const std::vector<double>& jumps_N) {
+  std::vector<std::size_t> order(jumps_N.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return jumps_N[a] > jumps_N[b]; });
+  Interval spanned{order.front(), order.front() + 1};
+  Interval least_likely;
+  std::size_t count = 0;
+  double ln_least = 0.0;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    spanned.first = std::min(spanned.first, order[i]);
+    spanned.end = std::max(spanned.end, order[i] + 1);
+    if (static_cast<double>(spanned.size()) > kMajority * static_cast<double>(order.size())) break;
+    const double ln_chance = ln_chance_of_cluster(i + 1, spanned.size(), order.size());
+    if (ln_chance >= ln_least) continue;
+    ln_least = ln_chance;
+    least_likely = spanned;
+    count = i + 1;
+  }
+  if (is_chance(std::exp(ln_least), static_cast<double>(order.size()))) return {};
+  order.resize(count);
+  return fall_apart(std::move(order)) ? Interval{} : least_likely;
+}
+
+/// The largest magnitude within an interval, and of the other samples.
 struct Extremes {
   double within = 0.0;
   double without = 0.0;
@@ -56,40 +91,23 @@ struct Extremes {
 Extremes extremes(const std::vector<double>& values, const Interval& interval) {
   Extremes most;
   for (std::size_t i = 0; i < values.size(); ++i) {
-    if (i >= interval.first && i < interval.end) {
-      most.within = std::max(most.within, std::abs(values[i]));
-    } else if (i + kNear_samples < interval.first || i >= interval.end + kNear_samples) {
-      most.without = std::max(most.without, std::abs(values[i]));
-    }
+    double& own = i >= interval.first && i < interval.end ? most.within : most.without;
+    own = std::max(own, std::abs(values[i]));
   }
   return most;
 }
-
-/// A burst takes at most this share of the logs, ...
-constexpr double kShortBurst = 0.05;
-/// ... has at least so many large deviations (a corner of the force or an outlier makes five), ...
-constexpr std::ptrdiff_t kFewestLarge = 12;
-/// ... each of them larger by this factor than any other in the logs, ...
-constexpr double kAboveAllElse = 2.0;
-/// ... and the acceleration there is at most this multiple of that anywhere else. All four chosen on the
-/// blind bench.
-constexpr double kFaster = 1.5;
 
 }  // namespace
 
 std::optional<Structure> burst_in_force(const Measurement& measurement, const Eigen::VectorXd& residual_N) {
   const std::vector<double> jumps_N = jumps_of_force(measurement);
   if (jumps_N.empty()) return {};
-  const auto strongest = std::max_element(jumps_N.begin(), jumps_N.end());
-  const Interval burst = noisy_interval(jumps_N, static_cast<std::size_t>(strongest - jumps_N.begin()));
-  if (static_cast<double>(burst.size()) > kShortBurst * static_cast<double>(jumps_N.size())) return {};
-  const double strong_N = kAboveAllElse * extremes(jumps_N, burst).without;
-  const auto large = std::count_if(jumps_N.begin() + static_cast<std::ptrdiff_t>(burst.first),
-                                   jumps_N.begin() + static_cast<std::ptrdiff_t>(burst.end),
-                                   [&](double jump_N) { return jump_N > strong_N; });
+  const Interval burst = noisy_interval(jumps_N);
+  if (burst.size() == 0) return {};
+  const double largest_N = extremes(jumps_N, burst).within;
   // The only fast move of a log changes the force quickly too.
   const Extremes acceleration = extremes(measurement.acceleration_mps2(), burst);
-  if (large < kFewestLarge || acceleration.within > kFaster * acceleration.without) return {};
+  if (acceleration.within > acceleration.without) return {};
   const double first_s = measurement.time_s(burst.first);
   const double end_s = measurement.time_s(burst.end - 1);
   const double sample_s = measurement.tick_s();
@@ -102,7 +120,7 @@ std::optional<Structure> burst_in_force(const Measurement& measurement, const Ei
                                "for a loose plug, a disturbed sensor or a knock",
                                quantity_with_interval(end_s - first_s, sample_s, "s"),
                                when_of(measurement, first_s, sample_s),
-                               quantity_with_interval(*strongest, 2.0 * measurement.force_noise_N(), "N")),
+                               quantity_with_interval(largest_N, 2.0 * measurement.force_noise_N(), "N")),
                    within_N};
 }
 

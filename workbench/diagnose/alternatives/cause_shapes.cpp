@@ -8,12 +8,12 @@
 #include <utility>
 
 #include "workbench/diagnose/alternatives/causes.h"
-#include "workbench/diagnose/alternatives/place_on_rail.h"
 #include "workbench/diagnose/alternatives/spectral_line.h"
 #include "workbench/diagnose/detectability/separation.h"
 #include "workbench/diagnose/evidence/held_out.h"
 #include "workbench/estimate/nonlinear/fit_gains.h"
 #include "workbench/estimate/nonlinear/minimise.h"
+#include "workbench/estimate/nonlinear/trial.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -67,9 +67,9 @@ std::optional<std::vector<double>> time_of_change(const Measurement& measurement
   return std::vector{measurement.sample(measurement.row_samples()[best]).time_s};
 }
 
-/// Half widths of a place that are tried, as shares of the travel: from a dent to a fifth of the rail. What
-/// is wider is a map.
-constexpr double kSharesOfTravel[] = {1.0 / 400, 1.0 / 200, 1.0 / 100, 1.0 / 50, 1.0 / 20, 1.0 / 10};
+/// The largest half width of a place, as a share of the travel: a fifth of the rail spans several values of
+/// the maps over the position, and what is wider is a map.
+constexpr double kWidestPlace = 0.1;
 
 /// The residual over the position, rows in the order of the position.
 class Rail {
@@ -87,6 +87,11 @@ class Rail {
 
   double first_m() const { return position_m_(order_.front()); }
   double travel_m() const { return position_m_(order_.back()) - first_m(); }
+  /// How far the axis moves from row to row, in the mean.
+  double resolution_m() const {
+    const Eigen::Index steps = position_m_.size() - 1;
+    return (position_m_.tail(steps) - position_m_.head(steps)).cwiseAbs().mean();
+  }
 
   /// The sum of squares that a force within `half_width_m` of `middle_m` explains.
   double explained(double middle_m, double half_width_m) const {
@@ -106,10 +111,6 @@ class Rail {
     gram.diagonal().array() += 1e-9;
     right = scale.cwiseProduct(right);
     return right.dot(gram.ldlt().solve(right));
-  }
-
-  int passes(double middle_m, double half_width_m) const {
-    return passes_of_place(position_m_, middle_m, half_width_m);
   }
 
  private:
@@ -141,14 +142,12 @@ std::optional<std::vector<double>> place_and_width(const Measurement& measuremen
   const Rail rail(measurement, model);
   const double travel_m = rail.travel_m();
   // Within the pre-sliding travel a force over the place is the form of the hysteresis.
-  const double least_m = std::max(std::begin(kSharesOfTravel)[0] * travel_m, longest_slip_m(model.terms));
-  const double most_m = std::end(kSharesOfTravel)[-1] * travel_m;
+  const double least_m = std::max(rail.resolution_m(), longest_slip_m(model.terms));
+  const double most_m = kWidestPlace * travel_m;
   if (!(travel_m > 0.0) || least_m >= most_m) return {};
   double most = 0.0;
   std::vector<double> best;
-  for (const double share : kSharesOfTravel) {
-    const double half_width_m = share * travel_m;
-    if (half_width_m < least_m) continue;
+  for (double half_width_m = most_m; half_width_m >= least_m; half_width_m *= 0.5) {
     for (double middle_m = rail.first_m(); middle_m <= rail.first_m() + travel_m;
          middle_m += 0.5 * half_width_m) {
       const double explained = rail.explained(middle_m, half_width_m);
@@ -160,12 +159,10 @@ std::optional<std::vector<double>> place_and_width(const Measurement& measuremen
   if (best.empty()) return {};
   const std::vector<ShapeRange> ranges{{0, best[0] - best[1], best[0] + best[1], false, 0.25 * best[1]},
                                        {1, least_m, most_m, true}};
-  constexpr int kEvaluations = 60;
   best = refine_shapes(
              ranges, best, [&](const std::vector<double>& at) { return -rail.explained(at[0], at[1]); },
-             kEvaluations)
+             SearchEffort{}.evaluations)
              .shapes;
-  if (rail.passes(best[0], best[1]) < kFewestPasses) return {};
   return best;
 }
 

@@ -11,6 +11,8 @@
 #include "workbench/base/axis_units.h"
 #include "workbench/base/quantity.h"
 #include "workbench/diagnose/evidence/held_out.h"
+#include "workbench/diagnose/evidence/plausibility.h"
+#include "workbench/diagnose/evidence/reduction.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -20,23 +22,16 @@ double reduction_of_all(const Diagnosis& diagnosis) {
   return 1.0 - diagnosis.explained.holdout_rmse_N / diagnosis.baseline.holdout_rmse_N;
 }
 
-/// The reduction from which on another explanation counts as far better than one of `reduction`. Chosen on
-/// the blind bench.
-double far_above(double reduction) {
-  return reduction + 0.25 * (1.0 - reduction);
-}
-
 }  // namespace
 
 std::optional<Structure> curve_behind_all(const Measurement& measurement, const Diagnosis& diagnosis) {
   const Eigen::VectorXd residual_N = weighted_residual(measurement, diagnosis.baseline);
   const auto free = find_structure(measurement, residual_N);
-  if (free.front().error_reduction < far_above(reduction_of_all(diagnosis))) return {};
+  const double kept = 1.0 - free.front().error_reduction;
+  const double kept_by_effects = 1.0 - reduction_of_all(diagnosis);
+  if (kept * kept >= kMajority * kept_by_effects * kept_by_effects) return {};
   return free.front();
 }
-
-/// A moving mass that differs from the declared one by this factor is a wrong unit, not a payload. Chosen.
-constexpr double kAnotherAxis = 5.0;
 
 std::optional<Structure> mass_of_another_axis(const Measurement& measurement, const Diagnosis& diagnosis) {
   const auto described = [&](std::string description) {
@@ -46,7 +41,7 @@ std::optional<Structure> mass_of_another_axis(const Measurement& measurement, co
                      weighted_residual(measurement, diagnosis.baseline)};
   };
   // Some effect then compensates the inertia: a negative payload, a mode of all the mass.
-  if (measurement.log().mass_kg && diagnosis.baseline.relative_error > kAnotherAxis) {
+  if (measurement.log().mass_kg && diagnosis.baseline.relative_error > kMostChange) {
     return described(fmt::format("the declared mass would need {:.3g} times the measured force",
                                  diagnosis.baseline.relative_error));
   }
@@ -54,7 +49,7 @@ std::optional<Structure> mass_of_another_axis(const Measurement& measurement, co
   for (std::size_t log = 0; log < measurement.log_count(); ++log) {
     const double declared_kg = mass_kg(diagnosis.baseline.terms, log);
     const double found_kg = mass_kg(diagnosis.explained.terms, log);
-    if (found_kg * kAnotherAxis > declared_kg && found_kg < kAnotherAxis * declared_kg) continue;
+    if (found_kg * kMostChange > declared_kg && found_kg < kMostChange * declared_kg) continue;
     return described(fmt::format("force and acceleration make a mass of {} where the log declares {}",
                                  quantity(found_kg, "kg"), quantity(declared_kg, "kg")));
   }

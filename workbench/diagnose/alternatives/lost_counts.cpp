@@ -6,22 +6,16 @@
 #include <cmath>
 
 #include "workbench/base/quantity.h"
+#include "workbench/diagnose/evidence/chance.h"
 
 namespace slipstack::workbench {
 
 namespace {
 
-/// Random jumps have either sign: that so many have the sign of the motion occurs in one log of 32 ...
-constexpr std::size_t kFewestAhead = 5;
-/// ... and each is at least as long as the distance that the axis moves in this share of a sample. Chosen.
-constexpr double kOfASample = 0.5;
-
-/// Whether the jump has the direction of the motion and at least kOfASample of its distance in a sample, as
-/// where rows are missing.
+/// Whether the jump has the direction of the motion, as where rows are missing.
 bool runs_ahead(const Measurement& measurement, std::size_t sample, double jump_m) {
   if (sample == 0 || sample + 1 >= measurement.sample_count()) return false;
-  const double moved_m = 0.5 * (measurement.position_m()[sample + 1] - measurement.position_m()[sample - 1]);
-  return jump_m * moved_m > 0.0 && std::abs(jump_m) >= kOfASample * std::abs(moved_m);
+  return jump_m * (measurement.position_m()[sample + 1] - measurement.position_m()[sample - 1]) > 0.0;
 }
 
 }  // namespace
@@ -41,7 +35,7 @@ std::optional<Structure> lost_counts(const Measurement& measurement) {
     }
   }
   if (count == 0) return {};
-  const bool rows_missing = ahead == count && count >= kFewestAhead;
+  const bool rows_missing = ahead == count && !equal_signs_are_chance(count);
   const char* const what =
       rows_missing
           ? "each the way the axis goes: rows of the log are missing there, and time stamps go on as "

@@ -6,29 +6,20 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <complex>
 #include <numbers>
+#include <unsupported/Eigen/FFT>
 
+#include "workbench/base/interval.h"
 #include "workbench/base/quantity.h"
 #include "workbench/base/statistics.h"
+#include "workbench/diagnose/evidence/chance.h"
 #include "workbench/diagnose/evidence/held_out.h"
+#include "workbench/estimate/linear/normal_equations.h"
 #include "workbench/signal/spectrum.h"
 
 namespace slipstack::workbench {
 namespace {
-
-/// Limits of the length of a spectrum's segment, in samples; the log must have kParts such segments.
-constexpr std::size_t kLongestSegment = 2048;
-constexpr std::size_t kShortestSegment = 256;
-/// A line exceeds the density on both its sides by this factor; in medians of spectra of noise the factor is
-/// three at most.
-constexpr double kStandsOut = 8.0;
-/// The same factor for the measured force, in which the line is one part among others. Chosen.
-constexpr double kInForce = 4.0;
-/// The least number of parts into which the log is divided. A line is in all of them; ringing after moves is
-/// not.
-constexpr std::size_t kParts = 8;
-/// Three quarters of the parts must have this share of the power of the median part. Chosen.
-constexpr double kSteady = 0.25;
 
 /// Two values, each with half the width of its interval.
 struct Line {
@@ -44,9 +35,11 @@ std::string described(const Line& line) {
                      quantity_with_interval(line.amplitude_N, line.amplitude_half_width_N, "N"));
 }
 
-/// Distances in bins at which a line no longer contributes, with a Hann window.
+/// The distances in bins from a line of the three on each side that it is compared with. The Hann window
+/// spreads a line over two bins to either side (Harris 1978), and these must be free of it though the line
+/// may lie between two bins.
 constexpr std::size_t kNear = 4;
-constexpr std::size_t kFar = 6;
+constexpr std::size_t kFar = kNear + 2;
 
 /// The ratio of a bin to the larger density on its two sides. At the edge of a broad hump (quantisation times
 /// mass, up to the bandwidth of the motion's filter) one side is as high as the peak.
@@ -67,23 +60,23 @@ double power_at(const Spectrum& spectrum, std::size_t bin) {
   return (spectrum.density[bin - 1] + spectrum.density[bin] + spectrum.density[bin + 1]) * width_Hz;
 }
 
-/// The longest segment that a signal has kParts of; zero where it is too short.
-std::size_t segment_for(std::size_t samples) {
-  std::size_t segment = kLongestSegment;
-  while (segment * kParts > samples) segment /= 2;
-  return segment < kShortestSegment ? 0 : segment;
-}
-
-/// Spectra of the parts of a signal in the order of time; none where it is too short.
-std::vector<Spectrum> spectra_of_parts(std::span<const double> signal, double rate_Hz) {
-  const std::size_t segment = segment_for(signal.size());
-  if (segment == 0) return {};
-  const std::size_t parts = signal.size() / segment;
-  const std::size_t length = signal.size() / parts;
+/// Spectra of the blocks of cross-validation of a signal in the order of time; none where they are too short.
+std::vector<Spectrum> spectra_of_blocks(const Measurement& measurement, std::span<const double> signal) {
+  std::vector<Interval> blocks;
+  std::size_t shortest = signal.size();
+  for (const RowRange& rows : block_ranges(measurement)) {
+    if (rows.count == 0) continue;  // all cut out by repairs
+    const std::size_t first = measurement.row_samples()[static_cast<std::size_t>(rows.first)];
+    const std::size_t last = measurement.row_samples()[static_cast<std::size_t>(rows.first + rows.count - 1)];
+    blocks.push_back({first, last + 1});
+    shortest = std::min(shortest, blocks.back().size());
+  }
   std::vector<Spectrum> spectra;
-  spectra.reserve(parts);
-  for (std::size_t part = 0; part < parts; ++part) {
-    spectra.push_back(power_spectrum(signal.subspan(part * length, length), rate_Hz, segment));
+  spectra.reserve(blocks.size());
+  for (const Interval& block : blocks) {
+    spectra.push_back(power_spectrum(signal.subspan(block.first, block.size()), measurement.sample_rate_Hz(),
+                                     std::bit_floor(shortest)));
+    if (spectra.back().density.empty()) return {};
   }
   return spectra;
 }
@@ -101,14 +94,15 @@ Spectrum median_spectrum(const std::vector<Spectrum>& parts) {
   return spectrum;
 }
 
-/// Whether nearly all parts have the line: a controller that hunts within an encoder step causes one too, but
-/// only while the axis stands.
-bool steady(const std::vector<Spectrum>& parts, std::size_t bin) {
-  std::vector<double> powers;
-  powers.reserve(parts.size());
-  for (const Spectrum& part : parts) powers.push_back(power_at(part, bin));
-  std::sort(powers.begin(), powers.end());
-  return powers[powers.size() / 4] >= kSteady * powers[powers.size() / 2];
+/// The probability that chance alone makes a bin stand out from its sides as it does, from the logarithms of
+/// its prominence in all blocks. A line is in all of them; ringing after moves and a controller that hunts
+/// while the axis stands are not.
+double chance_of_line(const std::vector<Spectrum>& blocks, std::size_t bin) {
+  std::vector<double> logarithms;
+  logarithms.reserve(blocks.size());
+  for (const Spectrum& block : blocks)
+    logarithms.push_back(std::log(std::max(prominence(block, bin), 1e-300)));
+  return chance_of_mean(logarithms);
 }
 
 /// Standard error of the median over the parts of their power at a line: sqrt(pi / 2) of that of the mean
@@ -126,27 +120,67 @@ double error_of_median(const std::vector<Spectrum>& parts, std::size_t bin) {
   return std::sqrt(0.5 * std::numbers::pi * variance / count);
 }
 
-/// The longest segment of a spectrum of the rows.
-constexpr std::size_t kLongestRowSegment = 1024;
-
 double row_rate_Hz(const Measurement& measurement) {
   return measurement.sample_rate_Hz() / static_cast<double>(measurement.row_stride());
 }
 
-std::span<const double> rows_of(const Eigen::VectorXd& residual_N) {
-  return {residual_N.data(), static_cast<std::size_t>(residual_N.size())};
-}
+/// The frequency at which the blocks of a log are most alike in amplitude and phase.
+struct Coherent {
+  double frequency_Hz = 0.0;
+  double bin_Hz = 0.0;
+  double chance = 1.0;  ///< probability that chance makes them as alike at one frequency
+  double tried = 0.0;   ///< independent frequencies
+};
 
-Spectrum row_spectrum(const Measurement& measurement, const Eigen::VectorXd& residual_N) {
-  // With few rows the resolution is coarser; the frequency of the line is refined around the peak anyway.
-  const std::size_t segment = std::bit_floor(static_cast<std::size_t>(residual_N.size()));
-  return power_spectrum(rows_of(residual_N), row_rate_Hz(measurement), std::min(segment, kLongestRowSegment));
+/// The F test of a line (Thomson 1982) over P intervals of the log instead of over windows: with their
+/// transforms c, each in units of its own rms, so that moves of large residual do not count for more than
+/// others, R = |sum c|^2 / (P sum |c|^2) exceeds r by chance with the probability (1 - r)^(P - 1). The
+/// intervals are the blocks of cross-validation, or fewer where these would have fewer rows than there are of
+/// them.
+Coherent most_coherent(const Measurement& measurement, const LogPart& part,
+                       const Eigen::VectorXd& residual_N) {
+  const auto rows = static_cast<Eigen::Index>(part.row_count);
+  const auto first_row = static_cast<Eigen::Index>(part.first_row);
+  const Eigen::Index intervals =
+      std::min<Eigen::Index>(part.block_count, static_cast<Eigen::Index>(std::sqrt(part.row_count)));
+  const std::size_t length = std::bit_ceil(2 * part.row_count);
+  std::vector<std::complex<double>> sum(length / 2), own;
+  std::vector<double> power(length / 2, 0.0);
+  Eigen::FFT<double> transform;
+  for (Eigen::Index i = 0; i < intervals; ++i) {
+    const Eigen::Index from = rows * i / intervals;
+    const Eigen::Index count = rows * (i + 1) / intervals - from;
+    Eigen::VectorXd interval = residual_N.segment(first_row + from, count);
+    interval.array() -= interval.mean();
+    std::vector<double> padded(length, 0.0);
+    Eigen::Map<Eigen::VectorXd>(padded.data() + from, count) = interval / std::max(interval.norm(), 1e-300);
+    transform.fwd(own, padded);
+    for (std::size_t k = 0; k < sum.size(); ++k) {
+      sum[k] += own[k];
+      power[k] += std::norm(own[k]);
+    }
+  }
+  Coherent best;
+  best.bin_Hz = row_rate_Hz(measurement) / static_cast<double>(length);
+  double most = 0.0;
+  const auto count = static_cast<double>(intervals);
+  // Less than a period in an interval is no line.
+  for (std::size_t k = length * static_cast<std::size_t>(intervals) / part.row_count; k < sum.size(); ++k) {
+    const double share = std::norm(sum[k]) / std::max(count * power[k], 1e-300);
+    if (share <= most) continue;
+    most = share;
+    best.frequency_Hz = best.bin_Hz * static_cast<double>(k);
+  }
+  best.chance = std::pow(1.0 - std::min(most, 1.0), count - 1.0);
+  best.tried = 0.5 * static_cast<double>(part.row_count);
+  return best;
 }
 
 /// The line of the largest amplitude among the parts, from its cosine and sine columns and their gains; two
 /// standard errors to either side, frequency and gains jointly.
-Line with_intervals(const Eigen::MatrixXd& columns, const Eigen::VectorXd& times,
+Line with_intervals(const Measurement& measurement, const Eigen::MatrixXd& columns,
                     const Eigen::VectorXd& residual_N, double frequency_Hz, const Eigen::VectorXd& gains) {
+  const Eigen::VectorXd times = row_times(measurement);
   Eigen::MatrixXd all(columns.rows(), columns.cols() + 1);
   all.leftCols(columns.cols()) = columns;
   auto slope = all.col(columns.cols());  // derivative by the frequency
@@ -163,7 +197,7 @@ Line with_intervals(const Eigen::MatrixXd& columns, const Eigen::VectorXd& times
     sums.col(0).segment(i, 2) = gains.segment(i, 2) / amplitude_N;
   }
   sums(columns.cols(), 1) = 1.0;
-  const Eigen::VectorXd errors = errors_of_sums(all, residual_N, alternating_blocks(residual_N.size()), sums);
+  const Eigen::VectorXd errors = errors_of_sums(all, residual_N, alternating_blocks(measurement), sums);
   line.amplitude_half_width_N = 2.0 * errors(0);
   line.frequency_half_width_Hz = 2.0 * errors(1);
   return line;
@@ -201,68 +235,56 @@ Structure line_within(const Measurement& measurement, const Eigen::VectorXd& res
     }
   }
   const Eigen::MatrixXd columns = columns_at(frequency_Hz);
-  const HeldOut judged = held_out(columns, residual_N, alternating_blocks(residual_N.size()));
-  const Line line = with_intervals(columns, times, residual_N, frequency_Hz, judged.value);
+  const HeldOut judged = held_out(columns, residual_N, alternating_blocks(measurement));
+  const Line line = with_intervals(measurement, columns, residual_N, frequency_Hz, judged.value);
   return {Coordinate::frequency, judged.error_reduction, frequency_Hz, described(line), judged.explained};
 }
 
 }  // namespace
 
 Structure line_at_rows(const Measurement& measurement, const Eigen::VectorXd& residual_N) {
-  const Spectrum spectrum = row_spectrum(measurement, residual_N);
-  if (spectrum.density.empty())
+  Coherent best;
+  double tried = 0.0;
+  for (const LogPart& part : measurement.parts()) {  // the phase differs from log to log
+    if (part.block_count < 2 || part.row_count < 4) continue;
+    const Coherent own = most_coherent(measurement, part, residual_N);
+    tried += own.tried;
+    if (own.chance < best.chance) best = own;
+  }
+  if (is_chance(best.chance, tried))
     return {Coordinate::frequency, 0.0, 0.0, "", Eigen::VectorXd::Zero(residual_N.size())};
-  std::size_t peak = 2;
-  for (std::size_t k = 2; k < spectrum.density.size(); ++k) {
-    if (spectrum.density[k] > spectrum.density[peak]) peak = k;
-  }
-  Structure strongest =
-      line_within(measurement, residual_N, spectrum.frequency_Hz[peak], spectrum.frequency_Hz[1]);
-  // The residual of moves is larger at low frequencies; a line that is present all the time exceeds the
-  // median of the parts.
-  const Spectrum usual = median_spectrum(spectra_of_parts(rows_of(residual_N), row_rate_Hz(measurement)));
-  std::size_t sharpest = 0;
-  double most = kStandsOut;
-  for (std::size_t k = kFar; k + kFar < usual.density.size(); ++k) {
-    if (prominence(usual, k) < most) continue;
-    most = prominence(usual, k);
-    sharpest = k;
-  }
-  if (sharpest == 0) return strongest;
-  Structure steadiest =
-      line_within(measurement, residual_N, usual.frequency_Hz[sharpest], usual.frequency_Hz[1]);
-  return steadiest.error_reduction > strongest.error_reduction ? steadiest : strongest;
+  return line_within(measurement, residual_N, best.frequency_Hz, best.bin_Hz);
 }
 
 std::optional<Structure> line_beyond_rows(const Measurement& measurement, const std::vector<double>& model_N,
                                           double error_N) {
   std::vector<double> residual_N = measurement.log().force_N;
   for (std::size_t i = 0; i < residual_N.size(); ++i) residual_N[i] -= model_N[i];
-  const double rate_Hz = measurement.sample_rate_Hz();
-  const std::vector<Spectrum> parts = spectra_of_parts(residual_N, rate_Hz);
-  const Spectrum spectrum = median_spectrum(parts);
+  const std::vector<Spectrum> blocks = spectra_of_blocks(measurement, residual_N);
+  const Spectrum spectrum = median_spectrum(blocks);
   if (spectrum.density.size() < 4) return {};
   const double width_Hz = spectrum.frequency_Hz[1] - spectrum.frequency_Hz[0];
   const auto first = static_cast<std::size_t>(measurement.bandwidth_Hz() / width_Hz) + 2;
   // At a constant slow speed encoder steps come at one frequency, and mass times acceleration has a line
   // there that the measured force does not have.
-  const Spectrum force = median_spectrum(spectra_of_parts(measurement.log().force_N, rate_Hz));
+  const std::vector<Spectrum> force = spectra_of_blocks(measurement, measurement.log().force_N);
   std::size_t peak = 0;
-  double most = kStandsOut;
+  double least = 1.0;
   for (std::size_t k = std::max(first, kFar); k + kFar < spectrum.density.size(); ++k) {
-    const double stands_out = std::min(prominence(spectrum, k), kStandsOut / kInForce * prominence(force, k));
-    if (stands_out < most) continue;
-    most = stands_out;
+    const double chance = std::max(chance_of_line(blocks, k), chance_of_line(force, k));
+    if (chance >= least) continue;
+    least = chance;
     peak = k;
   }
-  if (peak == 0 || !steady(parts, peak)) return {};
+  if (peak == 0 || is_chance(least, static_cast<double>(spectrum.density.size()))) return {};
   const double usual = spectrum.density[peak] / prominence(spectrum, peak);
   const double power = std::max(0.0, power_at(spectrum, peak) - 3.0 * usual * width_Hz);
   const double reduction = 1.0 - error_N / std::sqrt(error_N * error_N + power);
   const double frequency_Hz = spectrum.frequency_Hz[peak];
   const double amplitude_N = std::sqrt(2.0 * power);
   // The amplitude is to its power as its error to that of the power, halved: the frequency is known to a bin.
-  const double amplitude_error_N = amplitude_N * 0.5 * error_of_median(parts, peak) / std::max(power, 1e-300);
+  const double amplitude_error_N =
+      amplitude_N * 0.5 * error_of_median(blocks, peak) / std::max(power, 1e-300);
   return Structure{Coordinate::frequency, reduction, frequency_Hz,
                    described({frequency_Hz, width_Hz, amplitude_N, 2.0 * amplitude_error_N}),
                    Eigen::VectorXd::Zero(measurement.row_count())};

@@ -5,25 +5,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
-#include <numeric>
 
 #include "workbench/base/quantity.h"
 #include "workbench/base/text.h"
 #include "workbench/diagnose/alternatives/cause_forms.h"
-#include "workbench/diagnose/alternatives/place_on_rail.h"
 #include "workbench/diagnose/alternatives/reversals.h"
 #include "workbench/diagnose/alternatives/spectral_line.h"
 #include "workbench/diagnose/evidence/held_out.h"
-#include "workbench/diagnose/evidence/reduction.h"
 #include "workbench/signal/free_curve.h"
 
 namespace slipstack::workbench {
 namespace {
-
-/// Moments of high energy are attributed to a place, or to reversals, and not to time, when these explain at
-/// least this share of what the event in time explains. Chosen.
-constexpr double kRecurs = 0.5;
 
 /// The distance of the knots around a value: a free curve shows no place better.
 double resolution(const std::vector<double>& knots, double value) {
@@ -33,10 +25,9 @@ double resolution(const std::vector<double>& knots, double value) {
 }
 
 Structure over(Coordinate coordinate, const std::string& unit, const Eigen::VectorXd& values,
-               const Eigen::VectorXd& residual) {
+               const Eigen::VectorXd& residual, const Halves& halves) {
   const std::vector<double> knots = knots_over(values, kCurveIntervals);
   const Eigen::MatrixXd columns = hat_functions(values, knots);
-  const Halves halves = alternating_blocks(residual.size());
   const HeldOut judged = held_out(columns, residual, halves);
   Eigen::Index peak = 0;
   judged.explained.cwiseAbs().maxCoeff(&peak);
@@ -46,30 +37,6 @@ Structure over(Coordinate coordinate, const std::string& unit, const Eigen::Vect
                       quantity_with_interval(judged.explained(peak), 2.0 * error_N, "N"),
                       quantity_with_interval(values(peak), resolution(knots, values(peak)), unit)),
           judged.explained};
-}
-
-/// Energy concentrated in a few rows: an event, not an effect.
-Structure event_in_time(const Measurement& measurement, const Eigen::VectorXd& residual) {
-  std::vector<double> energy(static_cast<std::size_t>(residual.size()));
-  for (Eigen::Index row = 0; row < residual.size(); ++row) {
-    energy[static_cast<std::size_t>(row)] = residual(row) * residual(row);
-  }
-  const double whole = std::accumulate(energy.begin(), energy.end(), 1e-300);
-  const auto strongest = std::max_element(energy.begin(), energy.end()) - energy.begin();
-  std::vector<double> sorted = energy;
-  const auto few = static_cast<std::ptrdiff_t>(sorted.size() / 100);
-  std::nth_element(sorted.begin(), sorted.begin() + few, sorted.end(), std::greater<>());
-  const double share = std::accumulate(sorted.begin(), sorted.begin() + few, 0.0) / whole;
-  // The strongest 1 % of Gaussian rows holds 8.6 % of the energy; of logs whose residual is quantisation at
-  // reversals it holds about 30 %.
-  constexpr double kUsual = 0.35;
-  const Eigen::VectorXd times = row_times(measurement);
-  const double time_s = times(static_cast<Eigen::Index>(strongest));
-  const std::string when = when_of(measurement, time_s, spread_of_moment_s(measurement));
-  return {Coordinate::time, reduction_beyond(share, kUsual), time_s,
-          fmt::format("what is left sits in few moments: 1 % of the time holds {:.0f} % of it, most at {}",
-                      100.0 * share, when),
-          residual};
 }
 
 }  // namespace
@@ -109,29 +76,21 @@ std::string when_of(const Measurement& measurement, double time_s, double half_w
 }
 
 std::vector<Structure> find_structure(const Measurement& measurement, const Eigen::VectorXd& residual_N) {
-  const Eigen::VectorXd position_m = at_rows(measurement, measurement.position_m());
   std::vector<Structure> found;
-  found.push_back(over(Coordinate::position, "m", position_m, residual_N));
-  const Eigen::VectorXd velocity_mps = at_rows(measurement, measurement.velocity_mps());
-  found.push_back(over(Coordinate::velocity, "m/s", velocity_mps, residual_N));
+  const Halves halves = alternating_blocks(measurement);
+  found.push_back(
+      over(Coordinate::position, "m", at_rows(measurement, measurement.position_m()), residual_N, halves));
+  found.push_back(over(Coordinate::velocity, "m/s", at_rows(measurement, measurement.velocity_mps()),
+                       residual_N, halves));
   found.push_back(over(Coordinate::acceleration, "m/s2",
-                       at_rows(measurement, measurement.acceleration_mps2()), residual_N));
-  found.push_back(over(Coordinate::time, "s", row_times(measurement), residual_N));
+                       at_rows(measurement, measurement.acceleration_mps2()), residual_N, halves));
+  found.push_back(over(Coordinate::time, "s", row_times(measurement), residual_N, halves));
   if (measurement.log_count() > 1) {
     found.back().description +=
         " (" + when_of(measurement, found.back().where, spread_of_moment_s(measurement)) + ")";
   }
   found.push_back(line_at_rows(measurement, residual_N));
-  Structure place = place_on_rail(position_m, velocity_mps, residual_N);
-  Structure event = event_in_time(measurement, residual_N);
-  // Moments that recur at one place of the rail, or at reversals, do not depend on time.
-  const bool recurs_at_place = place.error_reduction >= kRecurs * event.error_reduction;
-  Structure reversal = after_reversals(measurement, residual_N);
-  const bool recurs_at_reversals = reversal.error_reduction >= kRecurs * event.error_reduction;
-  if (!recurs_at_place && !recurs_at_reversals && event.error_reduction > found[3].error_reduction)
-    found[3] = std::move(event);
-  if (place.error_reduction > found[0].error_reduction) found[0] = std::move(place);
-  found.push_back(std::move(reversal));
+  found.push_back(after_reversals(measurement, residual_N));
   std::sort(found.begin(), found.end(),
             [](const auto& a, const auto& b) { return a.error_reduction > b.error_reduction; });
   return found;

@@ -64,13 +64,11 @@ bool is_the_simpler_case(const Measurement& measurement, const Diagnosis& diagno
   return std::asin(left) > radians(kSameDirection_deg) && left * explained_N > diagnosis.noise_floor_N;
 }
 
-/// An effect is promising if it reaches this share of the best reduction of the error. Chosen.
-constexpr double kPromising = 0.5;
-
+/// The effects that reach most of the best reduction of the error.
 Terms promising_effects(const std::vector<Candidate>& candidates) {
   double best = kLeastReduction;
   for (const Candidate& one : candidates) best = std::max(best, one.error_reduction);
-  const double enough = std::max(kLeastReduction, kPromising * best);
+  const double enough = std::max(kLeastReduction, kMajority * best);
   Terms promising;
   for (const Candidate& one : candidates) {
     if (one.error_reduction >= enough && !one.term.gains.empty()) promising.push_back(one.term);

@@ -1,12 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <span>
 
 namespace slipstack::workbench {
 
-/// Whether the mean of independent observations differs from zero by no more than two of its standard errors:
-/// 95 % of a normal distribution. True of fewer than two.
+/// Whether a mean of independent observations is within what chance gives a mean of zero: two standard
+/// errors, 95.45 % (Student's t of many observations).
 bool mean_is_chance(std::span<const double> observations);
+
+/// Whether chance gives `count` signs that are all alike: their sum is within two standard deviations of
+/// zero.
+bool equal_signs_are_chance(std::size_t count);
+
+/// Whether a result of this probability is within what chance gives, after it was the best of `tried`
+/// independent ones (Bonferroni).
+bool is_chance(double probability, double tried);
+
+/// A bound of the probability that chance makes Student's t of `observations` as large as that of these:
+/// (1 + t^2/n)^(-n/2), n = observations - 1; the bound exp(-t^2/2) of many (Chernoff 1952). One where the
+/// mean is not positive.
+double chance_of_mean(std::span<const double> observations);
 
 }  // namespace slipstack::workbench

@@ -9,37 +9,19 @@
 #include "workbench/base/statistics.h"
 #include "workbench/diagnose/alternatives/cause_forms.h"
 #include "workbench/diagnose/evidence/held_out.h"
+#include "workbench/estimate/linear/normal_equations.h"
+#include "workbench/estimate/nonlinear/starting_shapes.h"
 #include "workbench/estimate/terms/search_ranges.h"
 
 namespace slipstack::workbench {
 namespace {
 
-/// Pitches and frequencies that a search compares: the periodogram over the stroke has 150 independent
-/// pitches, the spectrum of the residual 256 frequencies (nonlinear/starting_shapes.cpp).
-constexpr double kStarts = 200.0;
-
-/// Intervals of a cross-validation block that are clusters in time: each still holds several periods of the
-/// lowest frequency that the row filter passes undisturbed.
-constexpr std::size_t kIntervalsOfBlock = 4;
-/// Quantiles of position and velocity whose cells are clusters of state. What the form of a model misses
-/// returns whenever the axis returns to the same place at the same speed: cycles that repeat are no further
-/// evidence.
-constexpr std::size_t kPlaces = 12;
-constexpr std::size_t kSpeeds = 6;
-
-/// The cluster of each row where every block is divided into intervals of equal length.
+/// The cluster in time of each row: the parts of the blocks between which scatter is an error.
 std::vector<std::size_t> intervals(const Measurement& measurement) {
-  const std::vector<int>& blocks = measurement.row_blocks();
-  std::vector<std::size_t> cluster(blocks.size());
-  for (std::size_t first = 0; first < blocks.size();) {
-    std::size_t end = first + 1;
-    while (end < blocks.size() && blocks[end] == blocks[first]) ++end;
-    for (std::size_t row = first; row < end; ++row) {
-      cluster[row] = static_cast<std::size_t>(blocks[row]) * kIntervalsOfBlock +
-                     (row - first) * kIntervalsOfBlock / (end - first);
-    }
-    first = end;
-  }
+  std::vector<std::size_t> cluster(static_cast<std::size_t>(measurement.row_count()));
+  std::size_t interval = 0;
+  for (const RowRange& range : block_ranges(measurement, parts_of_block(measurement)))
+    std::fill_n(cluster.begin() + range.first, range.count, interval++);
   return cluster;
 }
 
@@ -58,6 +40,14 @@ std::vector<std::size_t> quantile_of(const Eigen::VectorXd& values, std::size_t 
   return quantile;
 }
 
+/// Quantiles of position and velocity whose cells are clusters of state. What the form of a model misses
+/// returns whenever the axis returns to the same place at the same speed: cycles that repeat are no further
+/// evidence. Measured on EMPS: with 7 x 7 or 9 x 9 cells the map over the position, which also improves the
+/// position from the force alone, is not named (1.46 N held out in place of 1.26 N); with 12 x 12 it is.
+constexpr std::size_t kPlaces = 12;
+constexpr std::size_t kSpeeds = 6;
+
+/// The cluster of state of each row.
 std::vector<std::size_t> cells_of_state(const Measurement& measurement) {
   std::vector<std::size_t> cell = quantile_of(at_rows(measurement, measurement.position_m()), kPlaces);
   const std::vector<std::size_t> speed =
@@ -126,9 +116,8 @@ Criterion::Choices Criterion::choices_of(const Terms& terms) const {
       continue;
     }
     for (const ShapeRange& range : searched_shapes(measurement_, *term.effect)) {
-      const ShapeKind kind = term.effect->shapes[range.index].kind;
       choices.shapes += 1.0;
-      if (kind == ShapeKind::pitch || kind == ShapeKind::frequency) choices.ln_starts += std::log(kStarts);
+      choices.ln_starts += std::log(independent_values(measurement_, *term.effect, range));
     }
   }
   return choices;

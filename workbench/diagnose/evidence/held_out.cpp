@@ -7,12 +7,10 @@
 #include <array>
 #include <cmath>
 
+#include "workbench/estimate/linear/normal_equations.h"
+
 namespace slipstack::workbench {
 namespace {
-
-/// Eight periods of the bandwidth (three rows each): several times the impulse response of the filter.
-/// Chosen.
-constexpr Eigen::Index kBlockRows = 24;
 
 /// Calls visit(first, count, half) for every run of rows of one half.
 template <class Visit>
@@ -72,10 +70,12 @@ Eigen::VectorXd errors_of_sums(const Eigen::MatrixXd& columns, const Eigen::Vect
   return variance.cwiseSqrt();
 }
 
-Halves alternating_blocks(Eigen::Index rows) {
-  Halves halves(static_cast<std::size_t>(rows));
-  for (Eigen::Index row = 0; row < rows; ++row) {
-    halves[static_cast<std::size_t>(row)] = static_cast<std::uint8_t>(row / kBlockRows % 2);
+Halves alternating_blocks(const Measurement& measurement) {
+  Halves halves(static_cast<std::size_t>(measurement.row_count()));
+  std::uint8_t half = 0;
+  for (const RowRange& range : block_ranges(measurement, parts_of_block(measurement))) {
+    std::fill_n(halves.begin() + range.first, range.count, half);
+    half = 1 - half;
   }
   return halves;
 }

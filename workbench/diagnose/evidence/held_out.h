@@ -28,8 +28,8 @@ HeldOut held_out(const Eigen::MatrixXd& columns, const Eigen::VectorXd& residual
 Eigen::VectorXd errors_of_sums(const Eigen::MatrixXd& columns, const Eigen::VectorXd& residual,
                                const Halves& halves, const Eigen::MatrixXd& sums);
 
-/// Alternating blocks, each longer than the impulse response of the filter.
-Halves alternating_blocks(Eigen::Index rows);
+/// Parts of the blocks of cross-validation in turn (parts_of_block()).
+Halves alternating_blocks(const Measurement& measurement);
 
 /// A signal with a value per sample, taken at the rows without filtering.
 Eigen::VectorXd at_rows(const Measurement& measurement, const std::vector<double>& per_sample);

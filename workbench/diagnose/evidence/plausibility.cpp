@@ -11,16 +11,6 @@
 namespace slipstack::workbench {
 namespace {
 
-/// The largest factor by which an effect makes dry friction larger or smaller. No preload, film or warming
-/// makes it more than four times as large (the largest value of the map over position in the catalogue, and
-/// of Stribeck friction); of a scale, a factor and its reciprocal are changes of equal size (Jeffreys 1961,
-/// 3.1).
-constexpr double kMostModulation = 4.0;
-
-/// A lag in time is absent where its rate, at the Stribeck velocity, is this share of that of the lag in
-/// distance.
-constexpr double kNegligibleRate = 0.1;
-
 /// Whether a term of `model` that the baseline does not have changes the dry friction by an implausible
 /// factor at any sample of the log.
 bool changes_friction_too_much(const Measurement& measurement, const FittedModel& baseline,
@@ -35,9 +25,9 @@ bool changes_friction_too_much(const Measurement& measurement, const FittedModel
   const DryTrace trace = evaluate_dry(measurement, model.terms, dry_N);
   for (std::size_t t = 0; t < model.terms.size(); ++t) {
     if (!is_new_modulation(model.terms[t])) continue;
-    const bool plausible = std::all_of(
-        trace.dry_scales[t].begin(), trace.dry_scales[t].end(),
-        [](double factor) { return factor * kMostModulation >= 1.0 && factor <= kMostModulation; });
+    const bool plausible =
+        std::all_of(trace.dry_scales[t].begin(), trace.dry_scales[t].end(),
+                    [](double factor) { return factor * kMostChange >= 1.0 && factor <= kMostChange; });
     if (!plausible) return true;
   }
   return false;
@@ -105,8 +95,9 @@ bool lag_is_bristle_deflection(const FittedModel& model) {
   const double velocity_mps = lag->shapes[0];
   const double time_s = lag->shapes[2];
   const double distance_m = lag->shapes[3];
+  // At the Stribeck velocity the lag in distance is the faster one: it determines what is seen.
   return distance_m <= lag->effect->traits.plausible.least_slip_distances * mean_slip_m(*hysteresis) &&
-         distance_m <= kNegligibleRate * time_s * velocity_mps;
+         distance_m <= time_s * velocity_mps;
 }
 
 bool is_implausible(const Measurement& measurement, const FittedModel& baseline, const FittedModel& model) {

@@ -11,6 +11,12 @@ namespace slipstack::workbench {
 /// fitted by an effect of a similar form. The middle between EMPS (2.1) and the blind bench (1.3 at most).
 inline constexpr double kFormIsNotTheAxis = 1.65;
 
+/// The largest factor by which a property of an axis changes. No preload, film or warming makes dry friction
+/// more than four times as large (the largest value of the map over position in the catalogue, and of
+/// Stribeck friction), and no payload the mass; of a scale, a factor and its reciprocal are changes of equal
+/// size (Jeffreys 1961, 3.1). A mass that differs by more is in another unit: kgf for N is a factor of 9.8.
+inline constexpr double kMostChange = 4.0;
+
 /// Whether the gain ended at a bound other than zero, so that the bound determined it and not the log: one of
 /// its own, or the gain of another effect of `model` that it is a part of (PartOfAnother). False of a given
 /// gain.

@@ -17,6 +17,10 @@ inline bool is_worth_a_name(double before_N, double after_N) {
 inline double explained_N2(double before_N, double after_N) {
   return before_N * before_N - after_N * after_N;
 }
+/// Most of a mean square: what explains less than this share of it is not its cause, and what leaves less
+/// than this share of what another leaves is far better. The only share at which neither of two causes is
+/// preferred.
+inline constexpr double kMajority = 0.5;
 /// Smaller reductions are not shown. Chosen.
 inline constexpr double kLeastShownReduction = 0.005;
 

@@ -6,22 +6,27 @@
 #include <cstddef>
 
 #include "workbench/diagnose/evidence/held_out.h"
+#include "workbench/diagnose/evidence/reduction.h"
 
 namespace slipstack::workbench {
 namespace {
 
-/// A traverse ends when the axis has moved back by this part of the required length. Chosen.
-constexpr double kReturn = 0.1;
-
-/// Writes the distance from row to row of each long traverse among rows [first, end) of `position_m`.
+/// A traverse ends when the axis has moved back by the length for which traverses are wanted: it is then one
+/// of its own. Writes the distance by which each row of a long traverse goes further than those before; moves
+/// back and forth within it are none among rows [first, end) of `position_m`.
 void traverses_of_log(const Eigen::VectorXd& position_m, Eigen::Index first, Eigen::Index end,
                       double length_m, Eigen::VectorXd& distance_m) {
   Eigen::Index from = first;
   Eigen::Index farthest = first;
   const auto finish = [&] {
     if (std::abs(position_m(farthest) - position_m(from)) < length_m) return;
-    for (Eigen::Index row = from + 1; row <= farthest; ++row) {
-      distance_m(row) = std::abs(position_m(row) - position_m(row - 1));
+    const double side = position_m(farthest) >= position_m(from) ? 1.0 : -1.0;
+    Eigen::Index start = 0;  // from where the axis goes all the way
+    (side * position_m.segment(from, farthest - from + 1)).minCoeff(&start);
+    double reached = side * position_m(from + start);
+    for (Eigen::Index row = from + start + 1; row <= farthest; ++row) {
+      distance_m(row) = std::max(0.0, side * position_m(row) - reached);
+      reached = std::max(reached, side * position_m(row));
     }
   };
   for (Eigen::Index row = first + 1; row < end; ++row) {
@@ -29,7 +34,7 @@ void traverses_of_log(const Eigen::VectorXd& position_m, Eigen::Index first, Eig
     const double further = side * (position_m(row) - position_m(farthest));
     if (further >= 0.0) {
       farthest = row;
-    } else if (-further > kReturn * length_m) {
+    } else if (-further > length_m) {
       finish();
       from = farthest;
       farthest = row;
@@ -46,10 +51,6 @@ Eigen::VectorXd force_of(const FittedModel& model, std::size_t index) {
   const Eigen::Map<const Eigen::VectorXd> values(gains.data(), std::ssize(gains));
   return model.linearisation->columns().middleCols(first, values.size()) * values;
 }
-
-/// Below this share a ripple counts as not supported: halfway between all and nothing. True ripples show 0.99
-/// to 1.03, others 0.4 at most (docs/theory.md).
-constexpr double kSupported = 0.5;
 
 /// The least share of `claimed_N` that traverses support when any one pitch of the rail is excluded: a force
 /// at one place can be fitted by a ripple too, but does not recur one pitch further.
@@ -98,7 +99,8 @@ bool ripple_not_supported(const Measurement& measurement, const FittedModel& mod
     const double pitch_m = model.terms[i].shapes[static_cast<std::size_t>(pitch - shapes.begin())];
     const double share =
         share_beside_any_place(measurement, force_of(model, i), model.linearisation->residual_N(), pitch_m);
-    if (share < kSupported) return true;
+    // True ripples show 0.99 to 1.03, others 0.4 at most (docs/theory.md).
+    if (share < kMajority) return true;
   }
   return false;
 }

@@ -13,12 +13,6 @@
 namespace slipstack::workbench {
 namespace {
 
-/// An effect is tried in place of another when, alone, it explains this share of what the other explains
-/// alone, and it is fitted in full when, to first order, its error is at most this multiple of the other's:
-/// an effect of fewer parameters may leave somewhat more. Both chosen: they only save fits.
-constexpr double kShareAlone = 0.5;
-constexpr double kNearEnough = 1.05;
-
 std::vector<std::string> with_other(std::vector<std::string> added, const std::string& old,
                                     const std::string& other) {
   for (std::string& id : added) {
@@ -27,19 +21,14 @@ std::vector<std::string> with_other(std::vector<std::string> added, const std::s
   return added;
 }
 
-/// The trials of effects that may take the place of the effect `old`, those worth a fit.
+/// The trials of effects on top of the explanation without one of its effects, those that may take its place:
+/// to first order they leave no error whose difference is worth a name.
 std::vector<Trial> replacements(const SelectionContext& context, const std::vector<Trial>& alone,
-                                const Explanation& explanation, const std::string& old,
-                                const FittedModel& without_old) {
-  const auto explained = [&](const Trial& trial) {
-    return explained_N2(context.baseline.holdout_rmse_N, trial.holdout_rmse_N);
-  };
-  const Trial* own = find_trial(alone, old);
-  if (own == nullptr) return {};
+                                const Explanation& explanation, const FittedModel& without_old) {
   std::vector<const EffectDescription*> others;
   for (const Trial& other : alone) {
     if (!contains(explanation.model.terms, other.term.effect->text.id) &&
-        explained(other) >= kShareAlone * explained(*own)) {
+        is_worth_a_name(context.baseline.holdout_rmse_N, other.holdout_rmse_N)) {
       others.push_back(other.term.effect);
     }
   }
@@ -47,7 +36,7 @@ std::vector<Trial> replacements(const SelectionContext& context, const std::vect
   parallel_for(trials.size(),
                [&](std::size_t i) { trials[i] = try_anew(context.measurement, without_old, *others[i]); });
   std::erase_if(trials, [&](const Trial& trial) {
-    return trial.holdout_rmse_N > kNearEnough * explanation.model.holdout_rmse_N;
+    return is_worth_a_name(trial.holdout_rmse_N, explanation.model.holdout_rmse_N);
   });
   return trials;
 }
@@ -63,7 +52,7 @@ Explanation without_effect(const SelectionContext& context, const Explanation& e
   if (added.empty()) return {context.baseline, {}};
   FittedModel model = fit_gains(context.measurement, without(explanation.model.terms, explanation.added[i]),
                                 &explanation.model);
-  model = refine_shapes_in_turn(context.measurement, std::move(model), {15});
+  model = refine_shapes_in_turn(context.measurement, std::move(model), kRefinement);
   return {with_causes_found_again(context.measurement, std::move(model)), std::move(added)};
 }
 
@@ -94,11 +83,11 @@ void exchange_effects(const SelectionContext& context, const std::vector<Trial>&
     const std::string old = explanation.added[i];
     const FittedModel without_old =
         fit_gains(context.measurement, without(explanation.model.terms, old), &explanation.model);
-    const std::vector<Trial> trials = replacements(context, alone, explanation, old, without_old);
+    const std::vector<Trial> trials = replacements(context, alone, explanation, without_old);
     std::vector<FittedModel> models(trials.size());
     parallel_for(trials.size(), [&](std::size_t t) {
       FittedModel model = fit_gains(context.measurement, trials[t].terms, &without_old);
-      model = refine_shapes_in_turn(context.measurement, std::move(model), {15});
+      model = refine_shapes_in_turn(context.measurement, std::move(model), kRefinement);
       models[t] = with_causes_found_again(context.measurement, std::move(model));
     });
     for (std::size_t t = 0; t < trials.size(); ++t) {

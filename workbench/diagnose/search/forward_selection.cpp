@@ -71,12 +71,6 @@ Trial try_cause(const Measurement& measurement, const FittedModel& from, const E
   return none;
 }
 
-/// Evaluations of a first look at an effect, and by which the shapes of a trial are then refined. Chosen:
-/// without any, a delay whose shape the first level has found beside a missing effect is not recognised
-/// (EMPS).
-constexpr int kFirstLook = 6;
-constexpr int kRefinements = 20;
-
 /// A first look at an effect on top of an explanation. It starts from the shapes that the first level found,
 /// except for pitches and frequencies, whose best values may differ with another residual.
 Trial look_again(const Measurement& measurement, const FittedModel& from, const EffectDescription& effect,
@@ -88,12 +82,8 @@ Trial look_again(const Measurement& measurement, const FittedModel& from, const 
            shape.kind == ShapeKind::user_defined;
   });
   const bool known = first != nullptr && !elsewhere;
-  return try_effect(measurement, from, effect, {kFirstLook}, known ? &first->term.shapes : nullptr);
+  return try_effect(measurement, from, effect, kRefinement, known ? &first->term.shapes : nullptr);
 }
-
-/// Trials whose shapes are refined, for each that fit_best() may take. Refining lowers the error of those
-/// that are left out too, but not past so many (sure screening: Fan and Lv 2008).
-constexpr std::size_t kRefinedOfTaken = 2;
 
 std::vector<std::string> added_by(const Attempt& attempt) {
   std::vector<std::string> added = attempt.from->added;
@@ -106,9 +96,6 @@ bool same_set(std::vector<std::string> a, std::vector<std::string> b) {
   std::sort(b.begin(), b.end());
   return a == b;
 }
-
-/// Trials that lower the error by less than this share to first order are not fitted in full.
-constexpr double kLeastPromising = 0.5 * kLeastReduction;
 
 /// By error, then by id: the order of effects that do nothing must not depend on the catalogue.
 void sort_by_error(std::vector<Attempt>& attempts) {
@@ -132,8 +119,7 @@ std::vector<std::size_t> longest_first(const std::vector<Attempt>& attempts) {
 }  // namespace
 
 std::vector<Attempt> try_effects(const Measurement& measurement, const DiagnoseOptions& options,
-                                 const std::vector<Explanation>& beam, const std::vector<Trial>* alone,
-                                 std::size_t most) {
+                                 const std::vector<Explanation>& beam, const std::vector<Trial>* alone) {
   std::vector<Attempt> attempts;
   for (const Explanation& from : beam) {
     for (const EffectDescription* effect : effects_to_try(measurement, options, from.model.terms))
@@ -153,14 +139,6 @@ std::vector<Attempt> try_effects(const Measurement& measurement, const DiagnoseO
                    static_cast<double>(finished) / static_cast<double>(attempts.size()));
   });
   sort_by_error(attempts);
-  if (alone == nullptr) return attempts;
-  parallel_for(std::min(kRefinedOfTaken * most, attempts.size()), [&](std::size_t i) {
-    Attempt& one = attempts[i];
-    if (is_outside_catalogue(*one.effect)) return;  // has no shapes to refine
-    const std::vector<double> start = one.trial.term.shapes;
-    one.trial = try_effect(measurement, one.from->model, *one.effect, {kRefinements}, &start);
-  });
-  sort_by_error(attempts);
   return attempts;
 }
 
@@ -168,7 +146,8 @@ std::vector<Explanation> fit_best(const SelectionContext& context, std::vector<A
                                   std::size_t most) {
   std::vector<Attempt> distinct;
   for (Attempt& attempt : attempts) {
-    if (attempt.trial.holdout_rmse_N > (1.0 - kLeastPromising) * attempt.from->model.holdout_rmse_N) continue;
+    if (attempt.trial.holdout_rmse_N > (1.0 - kLeastShownReduction) * attempt.from->model.holdout_rmse_N)
+      continue;
     const bool seen = std::any_of(distinct.begin(), distinct.end(), [&](const Attempt& other) {
       return same_set(added_by(other), added_by(attempt));
     });

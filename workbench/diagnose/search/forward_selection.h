@@ -18,13 +18,16 @@ struct Attempt {
   Trial trial;
 };
 
+/// The work on the shapes of an effect that has been found before, where others have changed beside it. On 45
+/// training logs (docs/theory.md) 20 evaluations everywhere name the same effects as 6 for a first look, 20
+/// for the best of them and 15 or 20 afterwards did.
+inline constexpr SearchEffort kRefinement{20};
+
 /// Tries every candidate on top of every explanation of `beam`; the lowest error first. `alone`: the trials
 /// on the baseline, whose shapes are the starting values; null on the first level, which searches them
-/// globally. On later levels only those are refined that may be among the best `most`. The attempts point
-/// into `beam`.
+/// globally. The attempts point into `beam`.
 std::vector<Attempt> try_effects(const Measurement& measurement, const DiagnoseOptions& options,
-                                 const std::vector<Explanation>& beam, const std::vector<Trial>* alone,
-                                 std::size_t most);
+                                 const std::vector<Explanation>& beam, const std::vector<Trial>* alone);
 
 /// Fits in full the best `most` of the promising attempts, each set of effects once.
 std::vector<Explanation> fit_best(const SelectionContext& context, std::vector<Attempt> attempts,

@@ -9,16 +9,16 @@
 #include "workbench/diagnose/evidence/plausibility.h"
 #include "workbench/diagnose/evidence/reduction.h"
 #include "workbench/diagnose/search/elimination_and_exchange.h"
+#include "workbench/diagnose/search/forward_selection.h"
 #include "workbench/diagnose/search/mass_and_mode.h"
 
 namespace slipstack::workbench {
 namespace {
 
-/// Effects that are added at most. Chosen.
-constexpr std::size_t kMostSteps = 5;
 /// Explanations that are kept from level to level. Chosen on the blind bench.
 constexpr std::size_t kBeam = 3;
-/// Attempts of a level that are fitted in full.
+/// Attempts of a level that are fitted in full: as many again as are kept, because the order to first order
+/// is not that of the criterion.
 constexpr std::size_t kFitted = 2 * kBeam;
 
 /// Adds every further effect to every explanation of the beam: all to first order, the best fitted in full,
@@ -28,7 +28,7 @@ std::vector<Explanation> grow(const DiagnoseOptions& options, const std::vector<
                               bool first, Found& found) {
   const SelectionContext& context = found.context;
   std::vector<Attempt> attempts =
-      try_effects(context.measurement, options, beam, first ? nullptr : &found.alone, kFitted);
+      try_effects(context.measurement, options, beam, first ? nullptr : &found.alone);
   if (first) {
     found.alone.reserve(attempts.size());
     for (const Attempt& attempt : attempts) found.alone.push_back(attempt.trial);
@@ -50,7 +50,7 @@ std::vector<Explanation> grow(const DiagnoseOptions& options, const std::vector<
 /// An explanation with its shapes refined before further effects are tried. A delay also gets its low pass:
 /// the error of a low pass that is modelled as a delay resembles a mode.
 Explanation refined(const SelectionContext& context, Explanation explanation) {
-  FittedModel model = refine_shapes_in_turn(context.measurement, std::move(explanation.model), {20});
+  FittedModel model = refine_shapes_in_turn(context.measurement, std::move(explanation.model), kRefinement);
   if (has_role(model.terms, Role::measurement_delay))
     model = refine_delay(context.measurement, std::move(model));
   return {std::move(model), std::move(explanation.added)};
@@ -60,7 +60,7 @@ Explanation refined(const SelectionContext& context, Explanation explanation) {
 void add_effects(const DiagnoseOptions& options, Found& found) {
   const SelectionContext& context = found.context;
   std::vector<Explanation> beam{found.best};
-  for (std::size_t level = 0; level < kMostSteps; ++level) {
+  for (std::size_t level = 0;; ++level) {
     std::vector<Explanation> next = grow(options, beam, level == 0, found);
     if (next.empty()) break;
     if (is_step(context, found.best, next.front())) {

@@ -10,6 +10,7 @@
 
 #include "workbench/diagnose/evidence/evidence.h"
 #include "workbench/diagnose/evidence/reduction.h"
+#include "workbench/diagnose/search/forward_selection.h"
 #include "workbench/estimate/uncertainty/held_out_error.h"
 #include "workbench/estimate/uncertainty/standard_errors.h"
 
@@ -64,7 +65,7 @@ void list_steps(const SelectionContext& context, const Explanation& best, Diagno
     terms.push_back(term);
     FittedModel model =
         last ? best.model
-             : refine_shapes_in_turn(measurement, fit_gains(measurement, terms, &best.model), {20});
+             : refine_shapes_in_turn(measurement, fit_gains(measurement, terms, &best.model), kRefinement);
     if (i == 0 && !last) model = better_fit(std::move(model), fit_alone(measurement, diagnosis, order[0]));
     if (!last) judge_on_unseen_data(measurement, model);
     diagnosis.steps.push_back({order[i], model.holdout_rmse_N, context.criterion.difference(model, before),

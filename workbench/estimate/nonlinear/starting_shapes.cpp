@@ -24,6 +24,20 @@ std::vector<std::size_t> peaks(const std::vector<double>& power, std::size_t wan
   return found;
 }
 
+/// The most periods of a pitch within the stroke that the periodogram over the position contains.
+constexpr double kMostCycles = 150.0;
+
+double most_cycles(double stroke_m, const ShapeRange& pitch) {
+  return std::min(stroke_m / pitch.lower, kMostCycles);
+}
+
+/// Segment of the spectrum of the rows in which frequencies are sought.
+constexpr std::size_t kFrequencySegment = 512;
+
+double row_rate_Hz(const Measurement& measurement) {
+  return measurement.sample_rate_Hz() / static_cast<double>(measurement.row_stride());
+}
+
 /// Pitches at which `signal` repeats over position: the highest peaks of its periodogram over a uniform grid
 /// of positions.
 std::vector<double> repeating_pitches(const Measurement& measurement, const ShapeRange& range,
@@ -50,7 +64,7 @@ std::vector<double> repeating_pitches(const Measurement& measurement, const Shap
   }
   mean /= std::max(used, 1.0);
   const double lowest_cycles = 1.0;
-  const double highest_cycles = std::min(stroke.length() / range.lower, 150.0);
+  const double highest_cycles = most_cycles(stroke.length(), range);
   constexpr double kStep = 0.25;
   std::vector<double> cycles;
   std::vector<double> power;
@@ -101,9 +115,8 @@ std::vector<double> pitch_starts(const Measurement& measurement, const ShapeRang
 
 std::vector<double> frequency_starts(const Measurement& measurement, const ShapeRange& range,
                                      const Eigen::VectorXd& residual_N) {
-  const double row_rate_Hz = measurement.sample_rate_Hz() / static_cast<double>(measurement.row_stride());
   const std::span<const double> rows(residual_N.data(), static_cast<std::size_t>(residual_N.size()));
-  const Spectrum spectrum = power_spectrum(rows, row_rate_Hz, 512);
+  const Spectrum spectrum = power_spectrum(rows, row_rate_Hz(measurement), kFrequencySegment);
   std::vector<double> starts = spread(range, 8);
   for (const std::size_t peak : peaks(spectrum.density, 3)) {
     const double frequency = spectrum.frequency_Hz[peak];
@@ -187,6 +200,20 @@ std::vector<std::vector<double>> starting_shapes(const Measurement& measurement,
     points = std::move(product);
   }
   return with_lag_distances(ranges, effect, std::move(points));
+}
+
+double independent_values(const Measurement& measurement, const EffectDescription& effect,
+                          const ShapeRange& range) {
+  const ShapeKind kind = effect.shapes[range.index].kind;
+  if (kind == ShapeKind::pitch) {  // one for each period more within the stroke
+    const double stroke_m = value_range(measurement.position_m()).length();
+    return std::max(1.0, most_cycles(stroke_m, range) - stroke_m / range.upper);
+  }
+  if (kind == ShapeKind::frequency) {
+    const double bin_Hz = row_rate_Hz(measurement) / static_cast<double>(kFrequencySegment);
+    return std::max(1.0, (range.upper - range.lower) / bin_Hz);
+  }
+  return 1.0;
 }
 
 }  // namespace slipstack::workbench

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "workbench/estimate/measurement/measurement.h"
+#include "workbench/estimate/terms/search_ranges.h"
 #include "workbench/model/effect_adapters/firmware_effects.h"
 
 namespace slipstack::workbench {
@@ -15,5 +16,10 @@ std::vector<std::vector<double>> starting_shapes(const Measurement& measurement,
                                                  const EffectDescription& effect,
                                                  const Eigen::VectorXd& residual_N,
                                                  const Eigen::VectorXd& force_N);
+
+/// Of how many independent values of a shape the search takes the best: those of a pitch or a frequency that
+/// the periodogram tells apart within the range; 1 of other shapes.
+double independent_values(const Measurement& measurement, const EffectDescription& effect,
+                          const ShapeRange& range);
 
 }  // namespace slipstack::workbench
