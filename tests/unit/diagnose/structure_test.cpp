@@ -51,6 +51,19 @@ TEST_F(Residual, OfABumpIsOneOfPosition) {
   EXPECT_GT(found.error_reduction, 0.05);
 }
 
+// A force in one pass only is an event in time, not a property of the place.
+TEST_F(Residual, OfOnePassIsOneOfTime) {
+  Eigen::VectorXd residual_N = noise_N_;
+  const Eigen::VectorXd all_N = 3.0 * (-((position_m_.array() - middle_m_) / 3e-3).square()).exp().matrix();
+  Eigen::Index row = 0;
+  while (all_N(row) < 0.1) ++row;
+  const Eigen::Index first = row;
+  for (; row < first + 40; ++row) residual_N(row) += all_N(row);
+  const Structure found = find_structure(measurement_, residual_N).front();
+  EXPECT_EQ(found.coordinate, Coordinate::time);
+  EXPECT_NEAR(found.where, row_times(measurement_)(first), 0.5);
+}
+
 /// Rows at which a signal changes sign.
 std::vector<Eigen::Index> reversals_of(const Eigen::VectorXd& signal) {
   std::vector<Eigen::Index> rows;

@@ -5,6 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <numeric>
+#include <span>
+#include <vector>
 
 #include "workbench/base/quantity.h"
 #include "workbench/base/text.h"
@@ -12,6 +16,7 @@
 #include "workbench/diagnose/alternatives/reversals.h"
 #include "workbench/diagnose/alternatives/spectral_line.h"
 #include "workbench/diagnose/evidence/held_out.h"
+#include "workbench/diagnose/evidence/reduction.h"
 #include "workbench/signal/free_curve.h"
 
 namespace slipstack::workbench {
@@ -37,6 +42,28 @@ Structure over(Coordinate coordinate, const std::string& unit, const Eigen::Vect
                       quantity_with_interval(judged.explained(peak), 2.0 * error_N, "N"),
                       quantity_with_interval(values(peak), resolution(knots, values(peak)), unit)),
           judged.explained};
+}
+
+/// Energy concentrated in a few rows: an event, not an effect.
+Structure event_in_time(const Measurement& measurement, const Eigen::VectorXd& residual) {
+  const std::span<const double> rows(residual.data(), static_cast<std::size_t>(residual.size()));
+  std::vector<double> energy;
+  energy.reserve(rows.size());
+  for (const double row : rows) energy.push_back(row * row);
+  const double whole = std::accumulate(energy.begin(), energy.end(), 1e-300);
+  const auto strongest = std::max_element(energy.begin(), energy.end()) - energy.begin();
+  const auto few = static_cast<std::ptrdiff_t>(energy.size() / 100);
+  std::nth_element(energy.begin(), energy.begin() + few, energy.end(), std::greater<>());
+  const double share = std::accumulate(energy.begin(), energy.begin() + few, 0.0) / whole;
+  // The strongest 1 % of Gaussian rows holds 8.6 % of the energy; of logs whose residual is quantisation at
+  // reversals it holds about 30 %.
+  constexpr double kUsual = 0.35;
+  const double time_s = row_times(measurement)(strongest);
+  const std::string when = when_of(measurement, time_s, spread_of_moment_s(measurement));
+  return {Coordinate::time, reduction_beyond(share, kUsual), time_s,
+          fmt::format("what is left sits in few moments: 1 % of the time holds {:.0f} % of it, most at {}",
+                      100.0 * share, when),
+          residual};
 }
 
 }  // namespace
@@ -90,7 +117,13 @@ std::vector<Structure> find_structure(const Measurement& measurement, const Eige
         " (" + when_of(measurement, found.back().where, spread_of_moment_s(measurement)) + ")";
   }
   found.push_back(line_at_rows(measurement, residual_N));
-  found.push_back(after_reversals(measurement, residual_N));
+  Structure event = event_in_time(measurement, residual_N);
+  Structure reversal = after_reversals(measurement, residual_N);
+  // Moments that recur at reversals do not depend on time.
+  if (reversal.error_reduction < kMajority * event.error_reduction &&
+      event.error_reduction > found[3].error_reduction)
+    found[3] = std::move(event);
+  found.push_back(std::move(reversal));
   std::sort(found.begin(), found.end(),
             [](const auto& a, const auto& b) { return a.error_reduction > b.error_reduction; });
   return found;
