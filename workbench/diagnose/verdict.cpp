@@ -31,6 +31,10 @@ std::vector<Structure> structure_left(const Measurement& measurement, const Diag
   return left;
 }
 
+/// Structure is reported only if it explains this share of the residual's rms: of the residual of a complete
+/// model, as the encoder leaves it, curves and lines explain up to 4 %.
+constexpr double kStructureReduction = 0.05;
+
 bool above_floor(const Measurement& measurement, const Diagnosis& diagnosis) {
   return is_above_floor(measurement, diagnosis.explained);
 }
@@ -40,11 +44,11 @@ bool above_floor(const Measurement& measurement, const Diagnosis& diagnosis) {
 std::optional<Structure> structure_to_report(const Measurement& measurement, const Diagnosis& diagnosis,
                                              const Structure& strongest) {
   std::optional<Structure> reported;
-  if (above_floor(measurement, diagnosis) && strongest.error_reduction >= kLeastReduction)
+  if (above_floor(measurement, diagnosis) && strongest.error_reduction >= kStructureReduction)
     reported = strongest;
   const FittedModel& last = diagnosis.explained;
   auto line = line_beyond_rows(measurement, last.linearisation->sample_force_N(), last.train_rmse_N);
-  const double known = reported ? reported->error_reduction : kLeastReduction;
+  const double known = reported ? reported->error_reduction : kStructureReduction;
   if (line && line->error_reduction >= known) reported = std::move(line);
   if (!reported) reported = burst_in_force(measurement, weighted_residual(measurement, last));
   return reported;

@@ -17,8 +17,8 @@ double called_chance(double mean) {
   slipstack::test::Draw draw(17);
   int chance = 0;
   for (int experiment = 0; experiment < kExperiments; ++experiment) {
-    std::vector<double> observations;
-    for (int i = 0; i < 30; ++i) observations.push_back(mean + draw.normal());
+    std::vector<double> observations(30);
+    for (double& observation : observations) observation = mean + draw.normal();
     chance += mean_is_chance(observations) ? 1 : 0;
   }
   return static_cast<double>(chance) / kExperiments;
@@ -59,8 +59,8 @@ TEST(ChanceOfMean, BoundsTheShareOfMeansWithoutACause) {
   slipstack::test::Draw draw(23);
   int below = 0;
   for (int experiment = 0; experiment < kExperiments; ++experiment) {
-    std::vector<double> observations;
-    for (int i = 0; i < 30; ++i) observations.push_back(draw.normal());
+    std::vector<double> observations(30);
+    for (double& observation : observations) observation = draw.normal();
     below += chance_of_mean(observations) < 0.05 ? 1 : 0;
   }
   const double share = static_cast<double>(below) / kExperiments;
