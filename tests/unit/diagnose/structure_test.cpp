@@ -120,6 +120,18 @@ TEST(AfterReversals, ABurstIsAnEventInTime) {
   EXPECT_NEAR(found->where, 15.2, 0.3);
 }
 
+// The only reversal lies in the second half: what comes after it is never half of the log.
+TEST(AfterReversals, OfOneLateReversalTheSearchEnds) {
+  const Log turned = test::log_of(
+      2000.0, 20'000, [](double t_s) { return 0.1 - 0.01 * std::fabs(t_s - 7.0); },
+      [](double t_s) { return t_s < 7.0 ? 1.0 : -1.0; });
+  Measurement measurement(turned);
+  weigh_rows(measurement);
+  Draw draw(11);
+  const Eigen::VectorXd residual_N = draw.matrix(measurement.row_count(), 1);
+  EXPECT_LT(after_reversals(measurement, residual_N).error_reduction, 0.05);
+}
+
 TEST_F(Residual, ThatDependsOnVelocityIsOneOfVelocity) {
   const Eigen::VectorXd residual_N = noise_N_ + (velocity_mps_.array() * 30.0).tanh().matrix() * 0.2;
   const Structure found = find_structure(measurement_, residual_N).front();

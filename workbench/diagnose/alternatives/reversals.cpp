@@ -110,7 +110,8 @@ Structure after_reversals(const Measurement& measurement, const Eigen::VectorXd&
   std::vector<Window> windows;
   for (const auto& [name, signal] : signals) {
     const std::vector<Eigen::Index> changes = sign_changes(signal);
-    for (Eigen::Index length = 2 * smear;; length *= 2) {
+    // One reversal in the last half of the log leaves the rest outside, however long it is waited.
+    for (Eigen::Index length = 2 * smear; length < residual_N.size(); length *= 2) {
       Eigen::VectorXd here = rows_after(changes, smear, length, residual_N.size());
       const double rows = here.mean();
       if (rows == 0.0 || rows > kMajority) break;  // else these are no moments
