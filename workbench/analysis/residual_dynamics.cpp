@@ -23,10 +23,6 @@ constexpr std::size_t kMostLags = 400;
 constexpr double kChance = 0.05;
 constexpr double kMostDeviation = 0.2;  // of a response that is drawn; chosen
 
-double row_rate_Hz(const Measurement& measurement) {
-  return measurement.sample_rate_Hz() / static_cast<double>(measurement.row_stride());
-}
-
 /// Usable rows without a gap between them.
 std::vector<RowRange> runs_of(const Measurement& measurement) {
   std::vector<RowRange> runs;
@@ -58,7 +54,7 @@ CrossSpectrum cross_spectrum(const Measurement& measurement, const Eigen::Vector
   const std::vector<RowRange> runs = runs_of(measurement);
   std::size_t segment = kLongestSegment;
   while (segment > kShortestSegment && segments_in(runs, segment) < kFewestSegments) segment /= 2;
-  CrossSpectrum spectrum(row_rate_Hz(measurement), segment);
+  CrossSpectrum spectrum(measurement.row_rate_Hz(), segment);
   if (segments_in(runs, segment) < kFewestSegments) return spectrum;
   for (const RowRange& run : runs) {
     const auto count = static_cast<std::size_t>(run.count);
@@ -141,7 +137,7 @@ AxisResponse axis_response(const Measurement& measurement, const Eigen::VectorXd
 }
 
 Autocorrelation autocorrelation(const Measurement& measurement, const Eigen::VectorXd& residual_N) {
-  const double rate_Hz = row_rate_Hz(measurement);
+  const double rate_Hz = measurement.row_rate_Hz();
   const auto lags = std::min(kMostLags, static_cast<std::size_t>(kLongestLag_s * rate_Hz)) + 1;
   std::vector<double> sum(lags, 0.0);
   for (const RowRange& run : runs_of(measurement)) {

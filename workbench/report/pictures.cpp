@@ -39,8 +39,7 @@ Eigen::VectorXd recorded_times(const Measurement& measurement) {
 
 /// Intervals in which the axis reverses within a few tenths of a millimetre: pre-sliding loops.
 std::vector<RowRange> find_loops(const Measurement& measurement, const Eigen::VectorXd& position_m) {
-  const double row_rate_Hz = measurement.sample_rate_Hz() / static_cast<double>(measurement.row_stride());
-  const auto window = static_cast<Eigen::Index>(std::max(8.0, 0.5 * row_rate_Hz));
+  const auto window = static_cast<Eigen::Index>(std::max(8.0, 0.5 * measurement.row_rate_Hz()));
   std::vector<RowRange> loops;
   for (Eigen::Index first = 0; first + window <= position_m.size(); first += window) {
     const auto part = position_m.segment(first, window);
@@ -169,7 +168,7 @@ json amplitude_density(const Eigen::VectorXd& residual, double rate_Hz, double b
 }
 
 json spectrum_json(const Measurement& measurement, const ForceRows& before, const ForceRows* after) {
-  const double rate_Hz = measurement.sample_rate_Hz() / static_cast<double>(measurement.row_stride());
+  const double rate_Hz = measurement.row_rate_Hz();
   json frequency = json::array();
   json spectrum{
       {"residual_N", amplitude_density(before.residual_N(), rate_Hz, measurement.bandwidth_Hz(), &frequency)},

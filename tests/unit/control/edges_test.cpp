@@ -20,24 +20,39 @@
 namespace slipstack {
 namespace {
 
+/// A state machine whose operation is enabled, of an axis that stands.
+class EnabledMachine {
+ public:
+  explicit EnabledMachine(std::int32_t brake_apply) {
+    times_.brake_apply = brake_apply;
+    for (const std::uint32_t word : {0x00U, 0x06U, 0x07U, 0x0FU}) step(word);
+  }
+  DriveState step(std::uint32_t word) {
+    machine_.step(
+        word, Fault::kNone, true, [] { return true; }, times_);
+    return machine_.state();
+  }
+  /// Ticks for which a quick stop is seen, the first one not counted.
+  int quick_stop_ticks() {
+    EXPECT_EQ(step(0x0B), DriveState::kQuickStopActive);
+    int ticks = 0;
+    while (step(0x0B) == DriveState::kQuickStopActive && ticks < 20) ++ticks;
+    return ticks;
+  }
+  DriveState state() const { return machine_.state(); }
+
+ private:
+  StateMachine machine_;
+  StopTimes times_{.quick_stop = 100, .slow_down = 100, .brake_release = 0, .brake_apply = 0};
+};
+
 // A quick stop of an axis that stands: its state is seen for a tick before it is left, with brake and
 // without.
 TEST(Edges, AStopOfAnAxisThatStandsTakesOneTickAndTheBrake) {
   for (const std::int32_t apply : {0, 3}) {
-    StateMachine machine;
-    const StopTimes times{.quick_stop = 100, .slow_down = 100, .brake_release = 0, .brake_apply = apply};
-    const auto step = [&](std::uint32_t word) {
-      machine.step(
-          word, Fault::kNone, true, [] { return true; }, times);
-      return machine.state();
-    };
-    step(0);
-    for (const std::uint32_t word : {0x06U, 0x07U, 0x0FU}) step(word);
+    EnabledMachine machine(apply);
     ASSERT_EQ(machine.state(), DriveState::kOperationEnabled);
-    EXPECT_EQ(step(0x0B), DriveState::kQuickStopActive);
-    int ticks = 0;
-    while (step(0x0B) == DriveState::kQuickStopActive && ticks < 20) ++ticks;
-    EXPECT_EQ(ticks, apply + 1);
+    EXPECT_EQ(machine.quick_stop_ticks(), apply + 1);
     EXPECT_EQ(machine.state(), DriveState::kSwitchOnDisabled);
   }
 }
@@ -152,23 +167,12 @@ TEST(Edges, TheAmplifierIsWellWhereItIsReadyAndHasNoFault) {
 // The brake closes in full, whatever a stop that was broken off had done of it.
 TEST(Edges, AMoreUrgentStopClosesTheBrakeInFull) {
   constexpr std::int32_t kApply = 5;
-  const StopTimes times{.quick_stop = 100, .slow_down = 100, .brake_release = 0, .brake_apply = kApply};
   for (const int broken_off : {1, 3, 4}) {
-    StateMachine machine;
-    const auto step = [&](std::uint32_t word) {
-      machine.step(
-          word, Fault::kNone, true, [] { return true; }, times);
-      return machine.state();
-    };
-    step(0);
-    for (const std::uint32_t word : {0x06U, 0x07U, 0x0FU}) step(word);
+    EnabledMachine machine(kApply);
     // Disable operation along the ramp, and a quick stop while the brake closes.
     for (int i = 0; i < 1 + broken_off; ++i)
-      ASSERT_EQ(step(0x07U | kBrakeOnDisable), DriveState::kOperationEnabled);
-    EXPECT_EQ(step(0x0B), DriveState::kQuickStopActive);
-    int ticks = 0;
-    while (step(0x0B) == DriveState::kQuickStopActive && ticks < 20) ++ticks;
-    EXPECT_EQ(ticks, kApply + 1) << broken_off;
+      ASSERT_EQ(machine.step(0x07U | kBrakeOnDisable), DriveState::kOperationEnabled);
+    EXPECT_EQ(machine.quick_stop_ticks(), kApply + 1) << broken_off;
   }
 }
 

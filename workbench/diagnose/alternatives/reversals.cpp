@@ -77,14 +77,6 @@ bool is_an_event(const Measurement& measurement, const Eigen::VectorXd& squares,
   return mean_is_chance(excess);
 }
 
-/// Rows after the sign changes of one signal.
-struct Window {
-  const char* signal;
-  std::size_t changes;
-  Eigen::Index length;
-  Eigen::VectorXd here;
-};
-
 /// A share in per cent, without the unit.
 std::string share_with_interval(double share, double error) {
   return error > 0.0 ? number_with_interval(100.0 * share, 200.0 * error)
@@ -107,37 +99,32 @@ Structure after_reversals(const Measurement& measurement, const Eigen::VectorXd&
       {"velocity", at_rows(measurement, measurement.velocity_mps())},
       {"acceleration", at_rows(measurement, measurement.acceleration_mps2())},
       {"force", measurement.force_N()}};
-  std::vector<Window> windows;
   for (const auto& [name, signal] : signals) {
     const std::vector<Eigen::Index> changes = sign_changes(signal);
     // One reversal in the last half of the log leaves the rest outside, however long it is waited.
     for (Eigen::Index length = 2 * smear; length < residual_N.size(); length *= 2) {
-      Eigen::VectorXd here = rows_after(changes, smear, length, residual_N.size());
+      const Eigen::VectorXd here = rows_after(changes, smear, length, residual_N.size());
       const double rows = here.mean();
       if (rows == 0.0 || rows > kMajority) break;  // else these are no moments
-      windows.push_back({name, changes.size(), length, std::move(here)});
+      const double energy = squares.dot(here) / whole;
+      // Of noise alone, so much would lie there; of anything that has nothing to do with reversals, `rows`.
+      const double expected = std::max(rows, noise.dot(here) / std::max(noise.sum(), 1e-300));
+      if (is_an_event(measurement, squares, here, expected)) continue;
+      const double reduction = reduction_beyond(energy, expected);
+      if (reduction <= best.error_reduction) continue;
+      best.error_reduction = reduction;
+      best.explained_N = residual_N.cwiseProduct(here);
+      Eigen::Index strongest = 0;
+      best.explained_N.cwiseAbs().maxCoeff(&strongest);
+      best.where = row_times(measurement)(strongest);
+      best.description = fmt::format(
+          "what is left comes after reversals of the {}: {} % of it in the {:.0f} % of the time that lie "
+          "within {} of one of {} (backlash or a loose joint in the drive, or friction with another form at "
+          "reversals); most at {}",
+          name, share_with_interval(energy, error_of_share(measurement, squares, here)), 100.0 * rows,
+          quantity(static_cast<double>(length) * row_s, "s"), changes.size(),
+          when_of(measurement, best.where, spread_of_moment_s(measurement)));
     }
-  }
-  for (const auto& [name, changes, length, here] : windows) {
-    const double rows = here.mean();
-    const double energy = squares.dot(here) / whole;
-    // Of noise alone, so much would lie there; of anything that has nothing to do with reversals, `rows`.
-    const double expected = std::max(rows, noise.dot(here) / std::max(noise.sum(), 1e-300));
-    if (is_an_event(measurement, squares, here, expected)) continue;
-    const double reduction = reduction_beyond(energy, expected);
-    if (reduction <= best.error_reduction) continue;
-    Eigen::Index strongest = 0;
-    residual_N.cwiseProduct(here).cwiseAbs().maxCoeff(&strongest);
-    best.error_reduction = reduction;
-    best.where = row_times(measurement)(strongest);
-    best.explained_N = residual_N.cwiseProduct(here);
-    best.description = fmt::format(
-        "what is left comes after reversals of the {}: {} % of it in the {:.0f} % of the time that lie "
-        "within {} of one of {} (backlash or a loose joint in the drive, or friction with another form at "
-        "reversals); most at {}",
-        name, share_with_interval(energy, error_of_share(measurement, squares, here)), 100.0 * rows,
-        quantity(static_cast<double>(length) * row_s, "s"), changes,
-        when_of(measurement, best.where, spread_of_moment_s(measurement)));
   }
   return best;
 }

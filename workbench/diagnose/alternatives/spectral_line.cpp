@@ -120,10 +120,6 @@ double error_of_median(const std::vector<Spectrum>& parts, std::size_t bin) {
   return std::sqrt(0.5 * std::numbers::pi * variance / count);
 }
 
-double row_rate_Hz(const Measurement& measurement) {
-  return measurement.sample_rate_Hz() / static_cast<double>(measurement.row_stride());
-}
-
 /// The frequency at which the blocks of a log are most alike in amplitude and phase.
 struct Coherent {
   double frequency_Hz = 0.0;
@@ -161,7 +157,7 @@ Coherent most_coherent(const Measurement& measurement, const LogPart& part,
     }
   }
   Coherent best;
-  best.bin_Hz = row_rate_Hz(measurement) / static_cast<double>(length);
+  best.bin_Hz = measurement.row_rate_Hz() / static_cast<double>(length);
   double most = 0.0;
   const auto count = static_cast<double>(intervals);
   // Less than a period in an interval is no line.
@@ -178,9 +174,8 @@ Coherent most_coherent(const Measurement& measurement, const LogPart& part,
 
 /// The line of the largest amplitude among the parts, from its cosine and sine columns and their gains; two
 /// standard errors to either side, frequency and gains jointly.
-Line with_intervals(const Measurement& measurement, const Eigen::MatrixXd& columns,
+Line with_intervals(const Eigen::VectorXd& times, const Halves& halves, const Eigen::MatrixXd& columns,
                     const Eigen::VectorXd& residual_N, double frequency_Hz, const Eigen::VectorXd& gains) {
-  const Eigen::VectorXd times = row_times(measurement);
   Eigen::MatrixXd all(columns.rows(), columns.cols() + 1);
   all.leftCols(columns.cols()) = columns;
   auto slope = all.col(columns.cols());  // derivative by the frequency
@@ -197,7 +192,7 @@ Line with_intervals(const Measurement& measurement, const Eigen::MatrixXd& colum
     sums.col(0).segment(i, 2) = gains.segment(i, 2) / amplitude_N;
   }
   sums(columns.cols(), 1) = 1.0;
-  const Eigen::VectorXd errors = errors_of_sums(all, residual_N, alternating_blocks(measurement), sums);
+  const Eigen::VectorXd errors = errors_of_sums(all, residual_N, halves, sums);
   line.amplitude_half_width_N = 2.0 * errors(0);
   line.frequency_half_width_Hz = 2.0 * errors(1);
   return line;
@@ -235,8 +230,9 @@ Structure line_within(const Measurement& measurement, const Eigen::VectorXd& res
     }
   }
   const Eigen::MatrixXd columns = columns_at(frequency_Hz);
-  const HeldOut judged = held_out(columns, residual_N, alternating_blocks(measurement));
-  const Line line = with_intervals(measurement, columns, residual_N, frequency_Hz, judged.value);
+  const Halves halves = alternating_blocks(measurement);
+  const HeldOut judged = held_out(columns, residual_N, halves);
+  const Line line = with_intervals(times, halves, columns, residual_N, frequency_Hz, judged.value);
   return {Coordinate::frequency, judged.error_reduction, frequency_Hz, described(line), judged.explained};
 }
 

@@ -6,8 +6,8 @@
 
 namespace slipstack::workbench {
 
-/// Whether a mean of independent observations is within what chance gives a mean of zero: two standard
-/// errors, 95.45 % (Student's t of many observations).
+/// Whether the mean of independent observations differs from zero by no more than two of its standard errors:
+/// 95 % of a normal distribution. True of fewer than two.
 bool mean_is_chance(std::span<const double> observations);
 
 /// Whether chance gives `count` signs that are all alike: their sum is within two standard deviations of

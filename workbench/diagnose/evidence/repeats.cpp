@@ -11,9 +11,9 @@
 namespace slipstack::workbench {
 namespace {
 
-/// A traverse ends when the axis has moved back by the length for which traverses are wanted: it is then one
-/// of its own. Writes the distance by which each row of a long traverse goes further than those before; moves
-/// back and forth within it are none among rows [first, end) of `position_m`.
+/// Of each traverse of at least `length_m` among rows [first, end) of `position_m`: writes by how much each
+/// row goes further than all before it; moves back and forth within it are no distance. A traverse ends when
+/// the axis has moved back by `length_m`, which is then one of its own.
 void traverses_of_log(const Eigen::VectorXd& position_m, Eigen::Index first, Eigen::Index end,
                       double length_m, Eigen::VectorXd& distance_m) {
   Eigen::Index from = first;

@@ -188,6 +188,7 @@ class Measurement {
   /// The filter between samples and rows.
   const RowFilter& filter() const { return filter_; }
   std::size_t row_stride() const { return row_stride_; }
+  double row_rate_Hz() const { return sample_rate_Hz_ / static_cast<double>(row_stride_); }
   /// Samples at either end of a part that serve only as input of the filters.
   std::size_t margin() const;
 

@@ -34,10 +34,6 @@ double most_cycles(double stroke_m, const ShapeRange& pitch) {
 /// Segment of the spectrum of the rows in which frequencies are sought.
 constexpr std::size_t kFrequencySegment = 512;
 
-double row_rate_Hz(const Measurement& measurement) {
-  return measurement.sample_rate_Hz() / static_cast<double>(measurement.row_stride());
-}
-
 /// Pitches at which `signal` repeats over position: the highest peaks of its periodogram over a uniform grid
 /// of positions.
 std::vector<double> repeating_pitches(const Measurement& measurement, const ShapeRange& range,
@@ -116,7 +112,7 @@ std::vector<double> pitch_starts(const Measurement& measurement, const ShapeRang
 std::vector<double> frequency_starts(const Measurement& measurement, const ShapeRange& range,
                                      const Eigen::VectorXd& residual_N) {
   const std::span<const double> rows(residual_N.data(), static_cast<std::size_t>(residual_N.size()));
-  const Spectrum spectrum = power_spectrum(rows, row_rate_Hz(measurement), kFrequencySegment);
+  const Spectrum spectrum = power_spectrum(rows, measurement.row_rate_Hz(), kFrequencySegment);
   std::vector<double> starts = spread(range, 8);
   for (const std::size_t peak : peaks(spectrum.density, 3)) {
     const double frequency = spectrum.frequency_Hz[peak];
@@ -210,7 +206,7 @@ double independent_values(const Measurement& measurement, const EffectDescriptio
     return std::max(1.0, most_cycles(stroke_m, range) - stroke_m / range.upper);
   }
   if (kind == ShapeKind::frequency) {
-    const double bin_Hz = row_rate_Hz(measurement) / static_cast<double>(kFrequencySegment);
+    const double bin_Hz = measurement.row_rate_Hz() / static_cast<double>(kFrequencySegment);
     return std::max(1.0, (range.upper - range.lower) / bin_Hz);
   }
   return 1.0;

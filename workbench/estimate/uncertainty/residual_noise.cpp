@@ -137,10 +137,6 @@ BandNoise band_noise(const Measurement& measurement, const LogPart& part, double
   return noise;
 }
 
-double row_rate_of(const Measurement& measurement) {
-  return measurement.sample_rate_Hz() / static_cast<double>(measurement.row_stride());
-}
-
 }  // namespace
 
 double NoiseBounds::bounded(double sensor_N) const {
@@ -150,7 +146,7 @@ double NoiseBounds::bounded(double sensor_N) const {
 NoiseBounds residual_noise(const Measurement& measurement, const LogPart& part,
                            const Eigen::VectorXd& residual_N,
                            const std::vector<Eigen::VectorXd>& realisations_N, double mass_kg) {
-  const double row_rate_Hz = row_rate_of(measurement);
+  const double row_rate_Hz = measurement.row_rate_Hz();
   const Segments segments = segments_of(measurement, part, row_rate_Hz, residual_N, realisations_N);
   if (segments.left.size() < kFewestSegments) return {};
   const BandNoise noise = band_noise(measurement, part, row_rate_Hz, segments.frequency_Hz, mass_kg);

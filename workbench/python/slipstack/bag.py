@@ -10,11 +10,10 @@ begin with their topic. The time is that of the header, or of the recording wher
 python3-rosbag. Status 2 and one line where the bag cannot be used.
 """
 
-import argparse
 import pathlib
 import sys
 
-from slipstack.tables import LONGEST_ARRAY, BadInput, chosen_topics, converted, table_of_topics
+from slipstack.tables import LONGEST_ARRAY, BadInput, chosen_topics, converted_topics, table_of_topics
 
 NUMBERS = (bool, int, float)
 
@@ -68,14 +67,7 @@ def table(path, topics):
 
 
 def main(arguments=None):
-    parser = argparse.ArgumentParser(prog="slipstack.bag", description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("bag", help="ROS 1 bag")
-    parser.add_argument("--topic", action="append",
-                        help="topic whose messages make the rows (default: the only one); may be repeated")
-    parser.add_argument("--out", required=True, help="table to write, CSV; '-': standard output")
-    options = parser.parse_args(arguments)
-    return converted(parser.prog, options.out, lambda: table(options.bag, options.topic), decimals=9)
+    return converted_topics("slipstack.bag", __doc__, "ROS 1 bag", table, arguments)
 
 
 if __name__ == "__main__":

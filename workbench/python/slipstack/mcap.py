@@ -13,14 +13,13 @@ python3-zstandard. Status 2 and one line where the file cannot be used.
 Source: "MCAP Format Specification" (mcap.dev/spec).
 """
 
-import argparse
 import json
 import struct
 import sys
 import zlib
 
 from slipstack.ros_messages import Definition, Unreadable
-from slipstack.tables import LONGEST_ARRAY, BadInput, chosen_topics, converted, table_of_topics
+from slipstack.tables import LONGEST_ARRAY, BadInput, chosen_topics, converted_topics, table_of_topics
 
 MAGIC = b"\x89MCAP0\r\n"
 FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, DATA_END = 0x02, 0x03, 0x04, 0x05, 0x06, 0x0F
@@ -208,14 +207,7 @@ def table(path, topics):
 
 
 def main(arguments=None):
-    parser = argparse.ArgumentParser(prog="slipstack.mcap", description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("file", help="MCAP file")
-    parser.add_argument("--topic", action="append",
-                        help="topic whose messages make the rows (default: the only one); may be repeated")
-    parser.add_argument("--out", required=True, help="table to write, CSV; '-': standard output")
-    options = parser.parse_args(arguments)
-    return converted(parser.prog, options.out, lambda: table(options.file, options.topic), decimals=9)
+    return converted_topics("slipstack.mcap", __doc__, "MCAP file", table, arguments)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the converters of this package have in common: the table for `slipstack import`, and their one line on a fault."""
 
+import argparse
 import contextlib
 import csv
 import sys
@@ -58,3 +59,15 @@ def converted(program, out, read, decimals):
         print(f"{program}: {error}", file=sys.stderr)
         return 2
     return 0
+
+
+def converted_topics(program, doc, recording, table, arguments):
+    """Status of the command that writes topics of a recording: `recording` is the kind of its file, table(path, topics) its head
+    and rows, with time stamps in ns."""
+    parser = argparse.ArgumentParser(prog=program, description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("file", help=recording)
+    parser.add_argument("--topic", action="append",
+                        help="topic whose messages make the rows (default: the only one); may be repeated")
+    parser.add_argument("--out", required=True, help="table to write, CSV; '-': standard output")
+    options = parser.parse_args(arguments)
+    return converted(program, options.out, lambda: table(options.file, options.topic), decimals=9)

@@ -68,7 +68,7 @@ Bytes View::rows() const {
     start_s += duration_s;
   }
   out.header = {{"sample_rate_Hz", all.sample_rate_Hz()},
-                {"row_rate_Hz", all.sample_rate_Hz() / static_cast<double>(all.row_stride())},
+                {"row_rate_Hz", all.row_rate_Hz()},
                 {"bandwidth_Hz", all.bandwidth_Hz()},
                 {"excerpt", all.is_excerpt()},
                 {"samples", all.whole_sample_count()},
