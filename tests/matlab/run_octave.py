@@ -4,7 +4,6 @@
 
 import os
 import pathlib
-import re
 import shutil
 import subprocess
 import sys
@@ -15,14 +14,6 @@ sys.path.insert(0, str(HERE.parent / "cli"))
 import program
 
 SKIPPED = 77
-PAGE = program.REPOSITORY / "docs/matlab.md"
-
-
-def documented():
-    """What docs/matlab.md says can be typed, in its order, with the folder of slipstack.m as it is here."""
-    blocks = re.findall(r"^```matlab\n(.*?)^```$", PAGE.read_text(), re.MULTILINE | re.DOTALL)
-    text = "".join(blocks).replace("'workbench/matlab'", f"'{program.REPOSITORY}/workbench/matlab'")
-    return text + "assert(abs(found.parameters(3).parameters(1).value / 12 - 1) < 0.1); disp('page: all ran')\n"
 
 
 def run(octave, here, *options):
@@ -43,11 +34,9 @@ def main():
         here = pathlib.Path(folder)
         (here / "temporary").mkdir()
         program.small_log(here / "log.csv", "viscous")
-        (here / "page.m").write_text(documented())
         tested = run(octave, here, "--path", str(HERE), "--path", str(program.REPOSITORY / "workbench/matlab"), "--eval",
                      "slipstack_test")
-        typed = run(octave, here, "page.m")
-        return 0 if "octave: all asserted" in tested and "page: all ran" in typed else 1
+        return 0 if "octave: all asserted" in tested else 1
 
 
 if __name__ == "__main__":

@@ -5,15 +5,10 @@ import subprocess
 import sys
 
 import conftest
-import genpy
-import geometry_msgs.msg
 import numpy
 import program
 import pytest
-import rosbag
-import sensor_msgs.msg
-
-BEGIN_NS = 1_700_000_000_123_456_789
+import write_bag
 
 
 def run(*arguments, cwd):
@@ -29,27 +24,11 @@ def refused(cwd, *arguments):
     return done.stderr
 
 
-def stamp(offset_ns):
-    return genpy.Time(*divmod(BEGIN_NS + offset_ns, 10**9))
-
-
 @pytest.fixture
 def bag(here):
     """axis.bag: good.csv as joint states that were recorded 0.5 ms late, a wrench at every tenth, and a topic of two kinds."""
     _, log = conftest.read_log("good.csv")
-    with rosbag.Bag("axis.bag", "w", compression="bz2") as file:
-        for i, time_s in enumerate(log["time_s"]):
-            at_ns = round(1e9 * time_s)
-            joint = sensor_msgs.msg.JointState(name=["turn", "slide"], position=[0.5, log["position_m"][i]], effort=[0.0, log["force_N"][i]])
-            joint.header.stamp = stamp(at_ns)
-            file.write("/joint_states", joint, stamp(at_ns + 500_000))
-            if i % 10 == 0:
-                wrench = geometry_msgs.msg.WrenchStamped()
-                wrench.header.stamp = joint.header.stamp
-                wrench.wrench.force.x = float(i)
-                file.write("/wrench", wrench, stamp(at_ns))
-        file.write("/changing", sensor_msgs.msg.JointState(position=[1.0]), stamp(0))
-        file.write("/changing", sensor_msgs.msg.JointState(position=[1.0, 2.0]), stamp(1))
+    write_bag.write("axis.bag", log)
     return here, log
 
 
@@ -87,10 +66,3 @@ def test_what_cannot_be_used_is_said_in_one_line(bag):
     (folder / "cut.bag").write_bytes(whole[:len(whole) // 2])
     assert refused(folder, "cut.bag").count("\n") == 1
     assert b"python3 -m slipstack.bag" in program.run("diagnose", "axis.bag", cwd=folder).stderr
-
-
-def test_what_the_page_says_can_be_typed(bag):
-    folder, good = bag
-    conftest.type_block("other-programs.md", "slipstack.bag", folder)
-    _, log = conftest.read_log(folder / "log.csv")
-    assert len(log["force_N"]) == len(good["force_N"])

@@ -3,10 +3,7 @@
 
 import os
 import pathlib
-import re
 import shutil
-import subprocess
-import sys
 
 import numpy
 import program
@@ -23,16 +20,6 @@ def read_log(path):
     names, *rows = [line for line in lines if not line.startswith("#")]
     table = numpy.array([[float(field) for field in row.split(",")] for row in rows])
     return header, dict(zip(names.split(","), table.T))
-
-
-def type_block(page, word, folder):
-    """Types the block of commands of a page of docs that names `word`, in this folder."""
-    blocks = re.findall(r"^```\w*\n(.*?)^```$", (program.REPOSITORY / "docs" / page).read_text(), re.MULTILINE | re.DOTALL)
-    text, = [block for block in blocks if word in block]
-    path = [pathlib.Path(program.SLIPSTACK).parent, pathlib.Path(sys.executable).parent, os.environ["PATH"]]
-    done = subprocess.run(["bash", "-ec", text], cwd=folder, capture_output=True, text=True, timeout=program.PATIENCE_S,
-                          env={**os.environ, "PATH": ":".join(map(str, path))})
-    assert done.returncode == 0, done.stderr
 
 
 @pytest.fixture(scope="session")

@@ -122,11 +122,3 @@ def test_definitions_that_lie():
             read(data)
     big = b"\0\0\0\0" + struct.pack(">I4xd", 1, 2.5) + struct.pack(">I", 3) + b"ab\0"
     assert read(big) == {"values": (2.5,), "word": "ab"}
-
-
-def test_what_the_page_says_can_be_typed(here):
-    folder = here
-    (here / "axis.mcap").write_bytes(written("mcap_ros2.mcap"))
-    conftest.type_block("other-programs.md", "slipstack.mcap", folder)
-    _, log = conftest.read_log(folder / "log.csv")
-    assert len(log["force_N"]) == COUNT
