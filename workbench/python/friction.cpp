@@ -58,7 +58,9 @@ Forces forces_along(Model& model, std::mutex& lock, const Positions& position) {
   {
     const py::gil_scoped_release release;
     const std::lock_guard alone(lock);
-    for (std::size_t i = 0; i < x.size(); ++i) out[i] = model.step(x[i]);
+    Model moved = model;  // a copy that no pointer leads to: what does not change stays in registers
+    for (std::size_t i = 0; i < x.size(); ++i) out[i] = moved.step(x[i]);
+    model = moved;
   }
   return force;
 }
