@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the vectorised friction core of Python is compared with: the same models along the same positions, one step after
-// the other (friction_speed_test.py).
+// What the vectorised friction core of Python is compared with: the same models along the same positions, one
+// step after the other (friction_speed_test.py).
 //
-//   friction_speed MODEL POSITIONS REPETITIONS: prints the user seconds of each repetition and the sum of the forces
+//   friction_speed MODEL POSITIONS REPETITIONS: prints the user seconds of each repetition and the sum of the
+//   forces
 #include <fmt/format.h>
 #include <sys/resource.h>
 
@@ -25,7 +26,8 @@ std::vector<double> positions_in(const char* path) {
   std::ifstream file(path, std::ios::binary | std::ios::ate);
   std::vector<double> positions(static_cast<std::size_t>(file.tellg()) / sizeof(double));
   file.seekg(0);
-  file.read(reinterpret_cast<char*>(positions.data()), static_cast<std::streamsize>(positions.size() * sizeof(double)));
+  file.read(reinterpret_cast<char*>(positions.data()),
+            static_cast<std::streamsize>(positions.size() * sizeof(double)));
   return positions;
 }
 
@@ -66,7 +68,8 @@ int main(int count, char** words) {
     static_cast<void>(model.set_elements(slip_distance, stiffness));
     run(model, positions, repetitions);
   } else {
-    slipstack::MemoryStack<slipstack::RationalCurve<double>, kDepth> model(slipstack::RationalCurve<double>{8.0, 2.0});
+    slipstack::MemoryStack<slipstack::RationalCurve<double>, kDepth> model(
+        slipstack::RationalCurve<double>{8.0, 2.0});
     run(model, positions, repetitions);
   }
   return 0;
