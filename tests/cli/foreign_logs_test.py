@@ -86,6 +86,31 @@ class ForeignLogs(program.Workshop):
             self.assert_refused(["import", FOREIGN / name, "--out", "log.csv"], name, told)
             self.assert_refused(["diagnose", FOREIGN / name], name, told)
         self.assert_refused(["diagnose", FOREIGN / "octave.h5"], "octave.h5", "-v7")
+        self.assert_refused(["import", FOREIGN / "octave_v7.mat", "--out", "log.csv"], "every command reads as it is")
+
+    def test_a_column_that_is_missing_is_said_with_those_that_there_are(self):
+        self.assert_refused(["import", FOREIGN / "scope_channels.csv", "--out", "log.csv"], "no column is the position",
+                            "--columns 'NAME=position_mm'", "'var_REAL64'", "'func_scaled'")
+        self.assert_refused(["import", FOREIGN / "scope_channels.csv", "--out", "log.csv", "--columns",
+                             "var_REAL64=position_um,func_scaled=current_A"], "--header motor_constant_N_per_A=VALUE")
+        # The names that it tells can be used.
+        self.assert_refused(["import", FOREIGN / "octave_dlmwrite.txt", "--out", "log.csv"], "--header sample_rate_Hz", "'column 1'")
+        _, _, columns = self.imported("octave_dlmwrite.txt", "--columns", "column 1=time_s,column 2=position_m,column 3=force_N")
+        self.assert_motion(columns)
+
+    def test_without_time_but_with_a_rate(self):
+        _, _, columns = self.imported("octave_dlmwrite.txt", "--columns", "2=position_m,3=force_N", "--header", "sample_rate_Hz=500")
+        self.assert_motion(columns)
+        for rate in ("0", "-500", "fast", "500Hz"):
+            self.assert_refused(["import", FOREIGN / "octave_dlmwrite.txt", "--out", "new.csv", "--columns", "2=position_m,3=force_N",
+                                 "--header", f"sample_rate_Hz={rate}"], "sample_rate_Hz", rate)
+
+    def test_header_lines_of_a_log_are_kept(self):
+        _, lines, columns = self.imported("candump_record.csv")
+        self.assertIn("# motor_constant_N_per_A: 60", lines)
+        self.assertEqual(len(columns["position_counts"]), len((FOREIGN / "candump_record.csv").read_text().splitlines()) - 6)
+        _, lines, _ = self.imported("candump_record.csv", "--header", "motor_constant_N_per_A=61")
+        self.assertEqual([line for line in lines if "motor_constant" in line], ["# motor_constant_N_per_A: 61"])
 
 
 if __name__ == "__main__":

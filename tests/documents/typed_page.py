@@ -320,7 +320,12 @@ class Session:
 
     @staticmethod
     def is_written(path):
-        """Whether a file or folder is there, and something in it; of a table, rows."""
+        """Whether a file or folder is there, and something in it: of a table rows, of a result what its schema says."""
+        if path.suffix == ".json" and path.is_file():
+            try:
+                program.published(path.read_text())
+            except (AssertionError, KeyError, ValueError) as error:
+                raise RuntimeError(f"{path.name}: {error}") from error
         if path.suffix == ".csv" and path.is_file():
             return sum(line[:1].isdigit() for line in path.read_text().splitlines()) > 10
         return path.is_dir() or path.is_file() and path.stat().st_size > 0

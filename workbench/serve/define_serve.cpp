@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <utility>
@@ -59,7 +60,17 @@ void take_header(ImportProfile& profile, const std::vector<std::string>& lines) 
     if (equals == std::string::npos) {
       throw UsageError(fmt::format("--header: {} is not KEY=VALUE, as mass_kg=35.45", in_quotes(line)));
     }
-    profile.header[printable(line.substr(0, equals))] = printable(line.substr(equals + 1));
+    const std::string key = printable(line.substr(0, equals));
+    const std::string value = printable(line.substr(equals + 1));
+    const auto is_time = [](const ImportColumn& column) { return column.target == "time_s"; };
+    if (key == "sample_rate_Hz" && std::none_of(profile.columns.begin(), profile.columns.end(), is_time)) {
+      const char* const end = value.data() + value.size();
+      if (parse_double(value.data(), end, profile.sample_rate_Hz) != end || !(profile.sample_rate_Hz > 0.0)) {
+        throw UsageError(fmt::format("--header: sample_rate_Hz {} is not a number above 0", in_quotes(value)));
+      }
+      continue;  // there is no time to compare it with: it makes the time
+    }
+    profile.header[key] = value;
   }
 }
 

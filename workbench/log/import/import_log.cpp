@@ -19,6 +19,7 @@
 #include "workbench/log/import/table_guess.h"
 #include "workbench/log/import/table_text.h"
 #include "workbench/log/import/text_encoding.h"
+#include "workbench/log/mat/mat.h"
 #include "workbench/log/sampling/sampling.h"
 
 namespace slipstack::workbench {
@@ -45,23 +46,55 @@ bool names_row_expected(const ImportProfile& profile) {
   return profile.columns.empty() || profile.columns[0].source != "column 1";
 }
 
-std::string fault_of(const ImportProfile& profile) {
+/// Why a file cannot be converted as a profile says, and what to add to the command line.
+struct Fault {
+  std::string what;
+  std::string advice;
+};
+
+std::string names_of(const ImportProfile& profile) {
+  constexpr std::size_t kMost = 12;
+  std::string names;
+  for (std::size_t i = 0; i < std::min(profile.columns.size(), kMost); ++i) {
+    names += fmt::format("{}'{}'", i == 0 ? "" : ", ", printable(profile.columns[i].source, 40));
+  }
+  return profile.columns.size() > kMost ? names + ", ..." : names;
+}
+
+std::optional<Fault> fault_of(const ImportProfile& profile) {
   const auto has = [&](std::initializer_list<const char*> begins) {
     return std::any_of(profile.columns.begin(), profile.columns.end(), [&](const ImportColumn& column) {
       return std::any_of(begins.begin(), begins.end(),
                          [&](const char* begin) { return column.target.rfind(begin, 0) == 0; });
     });
   };
-  if (!has({"time_"}) && !(profile.sample_rate_Hz > 0.0))
-    return "no column is the time, and no sample rate is given";
-  if (!has({"position_"})) return "no column is the position";
-  if (!has({"force_", "torque_", "current_"})) return "no column is the force, the torque or the current";
+  const auto assign = [&](const char* target) {
+    return fmt::format("assign one with --columns 'NAME={}', of {}", target, names_of(profile));
+  };
+  if (!has({"time_"}) && !(profile.sample_rate_Hz > 0.0)) {
+    return Fault{"no column is the time, and no sample rate is given",
+                 assign("time_s") + ", or give --header sample_rate_Hz=RATE"};
+  }
+  if (!has({"position_"})) return Fault{"no column is the position", assign("position_mm")};
+  if (!has({"force_", "torque_", "current_"})) {
+    return Fault{"no column is the force, the torque or the current", assign("force_N")};
+  }
   if (has({"current_"}) && !has({"force_", "torque_"}) &&
       profile.header.count("motor_constant_N_per_A") == 0 &&
       profile.header.count("motor_constant_Nm_per_A") == 0) {
-    return "a current needs the motor constant";
+    return Fault{"a current needs the motor constant", "give --header motor_constant_N_per_A=VALUE"};
   }
-  return "";
+  return {};
+}
+
+/// "# key: value" lines that stand above the table: what a log of ours, or of somebody who knows it, says of itself.
+void keep_header(std::string_view text, ImportProfile& profile) {
+  std::string_view line;
+  for (Lines lines(text); lines.next(line) && lines.number() <= profile.skip_lines;) {
+    const std::size_t colon = line.find(": ");
+    if (line.empty() || line[0] != '#' || colon == std::string_view::npos) continue;
+    profile.header.emplace(printable(trimmed(line.substr(1, colon - 1))), printable(trimmed(line.substr(colon + 2))));
+  }
 }
 
 /// Writes one row after another; knows where it is for messages.
@@ -260,6 +293,9 @@ ImportPreview guess_import(const std::string& name, std::string_view bytes) {
   if (const std::string format = foreign_format(bytes.substr(0, kLookedAt)); !format.empty()) {
     throw InputError(fmt::format("{}: is {}", name, format));
   }
+  if (looks_like_mat(bytes.substr(0, kMatHeaderSize))) {
+    throw InputError(name + ": is a MAT file, which every command reads as it is; nothing is to be imported");
+  }
   const std::string encoding = encoding_of(bytes.substr(0, kLookedAt));
   std::string text = decoded(bytes.substr(0, kLookedAt), encoding);
   if (bytes.size() > kLookedAt) text.erase(std::min(text.size(), text.find_last_of("\r\n") + 1));
@@ -268,6 +304,7 @@ ImportPreview guess_import(const std::string& name, std::string_view bytes) {
     throw InputError(name + ": no table of numbers was found; a log is text with one row for each sample");
   }
   profile->encoding = encoding;
+  keep_header(text, *profile);
   ImportPreview preview = preview_import(name, bytes, *profile);
   for (std::size_t i = 0; i < preview.profile.columns.size() && !preview.rows.empty(); ++i) {
     if (i >= preview.rows[0].size()) break;
@@ -282,7 +319,7 @@ ImportPreview guess_import(const std::string& name, std::string_view bytes) {
         column.factor = factor_of_epoch(value);
     }
   }
-  preview.fault = fault_of(preview.profile);
+  preview.fault = fault_of(preview.profile).value_or(Fault{}).what;
   return preview;
 }
 
@@ -300,13 +337,13 @@ ImportPreview preview_import(const std::string& name, std::string_view bytes, co
     for (const std::string_view field : fields) preview.rows.back().push_back(printable(field, 40));
   }
   if (preview.rows.empty()) throw InputError(name + ": no row of numbers follows the names");
-  preview.fault = fault_of(profile);
+  preview.fault = fault_of(profile).value_or(Fault{}).what;
   return preview;
 }
 
 ImportedLog import_log(const std::string& name, std::string_view bytes, const ImportProfile& profile) {
-  if (const std::string fault = fault_of(profile); !fault.empty()) {
-    throw InputError(name + ": " + fault + "; assign the columns");
+  if (const auto fault = fault_of(profile)) {
+    throw InputError(fmt::format("{}: {}; {}", name, fault->what, fault->advice));
   }
   const std::string text = decoded(bytes, profile.encoding);
   Converter converter(name, profile);
