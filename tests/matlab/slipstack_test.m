@@ -27,6 +27,17 @@ function slipstack_test()
   listed = slipstack('effects');
   assert(isequal(fieldnames(listed), {'text'}) && ~isempty(strfind(listed.text, 'stribeck')));
 
+  planned = slipstack('experiment plan', '--log', 'log.csv', '--for', 'stribeck', '--out', 'plan.csv');
+  assert(strcmp(planned.schema, 'urn:slipstack:experiment-1') && planned.summary.duration_s > 0);
+  looped = slipstack('loop', '--board', 'host', '--seconds', 8, '--out', 'loop.csv');
+  assert(strcmp(looped.schema, 'urn:slipstack:loop-1') && exist('loop.csv', 'file') == 2);
+  exported = slipstack('export', 'better.toml', '--c', 'friction.h');
+  assert(isequal(fieldnames(exported), {'text'}) && exist('friction.h', 'file') == 2);
+  every_command({}, whole_help());
+
+  refused(@() slipstack('serve', 'log.csv'), 'slipstack:input', 'terminal');
+  refused(@() slipstack('node', '--can', 'vcan0'), 'slipstack:input', 'terminal');
+  refused(@() slipstack('status', '--can', 'none0', '--node', 5), 'slipstack:input', 'none0');
   refused(@() slipstack('diagnose', 'none.csv'), 'slipstack:input', 'none.csv');
   refused(@() slipstack('fit', 'log.csv'), 'slipstack:input', '--effects');
   refused(@() slipstack('diagnose', struct('time_s', [1 2 3], 'force_N', [1 2])), 'slipstack:input', 'force_N');
@@ -36,6 +47,27 @@ function slipstack_test()
   left = [dir(fullfile(tempdir(), '*.csv')); dir(fullfile(tempdir(), '*.json'))];
   assert(isempty(left), 'temporary files are left');
   disp('octave: all asserted');
+end
+
+function text = whole_help()
+  [status, text] = system([getenv('SLIPSTACK') ' --help']);
+  assert(status == 0);
+end
+
+% The help of each command that a help names, and of those that its own names.
+function every_command(before, help)
+  list = regexp(help, 'Subcommands:\n((  .*\n)+?)\n', 'tokens', 'once', 'dotexceptnewline');
+  if isempty(list)
+    return;
+  end
+  names = regexp(list{1}, '^  ([a-z][a-z-]*)', 'tokens', 'lineanchors');
+  assert(~isempty(names));
+  for k = 1:numel(names)
+    command = strjoin([before, names{k}], ' ');
+    told = slipstack(command, '--help');
+    assert(~isempty(strfind(told.text, ['slipstack ' command])), told.text);
+    every_command([before, names{k}], told.text);
+  end
 end
 
 function refused(call, identifier, word)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The examples beside docs/python.md run; what the page itself says is typed by tests/documents."""
 
+import inspect
 import os
 import pathlib
 import re
@@ -10,6 +11,7 @@ import sys
 import conftest
 import program
 import pytest
+import slipstack
 
 EXAMPLES = program.REPOSITORY / "docs/python"
 
@@ -47,3 +49,15 @@ def test_hidden_effect_example(here):
     before_N, after_N, floor_N = (float(value) for value in re.findall(r"([\d.]+) N", text.splitlines()[-1]))
     assert after_N < 0.97 * before_N and after_N < 1.3 * floor_N
     assert pathlib.Path("better.toml").is_file() and pathlib.Path("better.html").is_file()
+
+
+def test_every_public_name_has_a_docstring():
+    """Of the package and of its classes, those in C++ too; pybind11 alone would leave the signature."""
+    bare = []
+    for name in slipstack.__all__:
+        value = getattr(slipstack, name)
+        found = {name: value}
+        if isinstance(value, type) and not issubclass(value, Exception):
+            found |= {f"{name}.{member}": getattr(value, member) for member in vars(value) if not member.startswith("_")}
+        bare += [path for path, one in found.items() if not re.sub(r"^\w+\(.*\) -> .*\n*", "", inspect.getdoc(one) or "").strip()]
+    assert bare == []

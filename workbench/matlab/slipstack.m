@@ -15,8 +15,9 @@ function result = slipstack(command, varargin)
 %   found = slipstack('diagnose', log, '--stepwise');
 %
 % The result has the keys of the command's JSON, and `text`, the table that the command line prints. Commands without
-% JSON (effects, export, import) give `text` alone. null becomes NaN or []. Input that cannot be used is an
-% error slipstack:input with the line that the command line prints; slipstack:fault is a fault of the program.
+% JSON (effects, export, import, those of a controller) give `text` alone, as --help does. null becomes NaN or []. Input
+% that cannot be used is an error slipstack:input with the line that the command line prints; slipstack:fault is a fault
+% of the program. `serve` and `node`, which go on until Ctrl-C, are for a terminal.
 %
 % The program is found on the PATH, or named by the environment variable SLIPSTACK. MATLAB R2016b, Octave 7 or later.
   if nargin < 1 || ~ischar(command) || isempty(strtrim(command))
@@ -24,7 +25,12 @@ function result = slipstack(command, varargin)
   end
   files = {};
   words = strsplit(strtrim(command));
-  with_json = gives_json(words) && ~any(strcmp(varargin(cellfun(@ischar, varargin)), '--json'));
+  asked = varargin(cellfun(@ischar, varargin));
+  help = any(strcmp(asked, '--help')) || any(strcmp(asked, '-h'));
+  if any(strcmp(words{1}, {'serve', 'node'})) && ~help
+    error('slipstack:input', 'slipstack: %s goes on until Ctrl-C; type it in a terminal', words{1});
+  end
+  with_json = gives_json(words) && ~help && ~any(strcmp(asked, '--json'));
   for k = 1:numel(varargin)
     if isstruct(varargin{k})
       files{end + 1} = [tempname() '.csv'];

@@ -49,28 +49,28 @@ class Record(dict):
 
 
 class Result(Record):
-    """What a command found: the keys of its JSON (docs/json.md), and
-
-    to_json()  the JSON as `--json` writes it
-    to_text()  what the command line prints
-    to_file()  of fit and add the model file; of plan and simulate the CSV file of `--out`; else empty
-    columns()  of that CSV file, by name, as arrays
-    """
+    """What a command found: the keys of its JSON (docs/json.md), and what the command line prints and writes."""
 
     def __init__(self, text, json, file, has_model=False):
         super().__init__(_json.loads(json, object_hook=Record))
         self.__dict__.update(_given=(text, json, file), _has_model=has_model)
 
     def to_text(self):
+        """The tables that the command line prints."""
         return self._given[0]
 
     def to_json(self):
+        """The text that `--json` writes, byte for byte (docs/json.md)."""
         return self._given[1]
 
     def to_file(self):
+        """The text of the file that the command writes: of fit and add the model (`--model`, `--out`), of plan and simulate
+        the CSV file of `--out`; else empty."""
         return self._given[2]
 
     def columns(self):
+        """The columns of the CSV file of plan and simulate as arrays, by name; units are in the names. Raises InputError for
+        other results."""
         if self._has_model or not self.to_file():
             raise InputError("this result has no columns; those of plan and simulate have")
         lines = [line for line in self.to_file().splitlines() if not line.startswith("#")]
