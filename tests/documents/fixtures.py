@@ -108,6 +108,17 @@ def update(path):
                    check=True, capture_output=True)
 
 
+def emps_mat(path):
+    """The variables of the benchmark's own file, of the record that is here as a log."""
+    record = path.with_name("record.csv")
+    shared("emps/emps_estimation.csv")(record)
+    if not shutil.which("octave-cli"):
+        raise Absent("octave-cli is not there")
+    subprocess.run(["octave-cli", "--no-init-file", "--eval", "x = dlmread('record.csv', ',', 2, 0); gtau = 35.15065188248547; t = x(:, 1); "
+                    f"qm = x(:, 2); qg = x(:, 3); vir = x(:, 4) / gtau; save('-v7', '{path.name}', 't', 'qm', 'qg', 'vir', 'gtau')"],
+                   cwd=path.parent, check=True, capture_output=True, timeout=program.PATIENCE_S)
+
+
 FILES = {
     "log.csv": viscous,
     "other.csv": other_axis,
@@ -115,6 +126,7 @@ FILES = {
     "logs/monday.csv": viscous,
     "axis.toml": BASE,
     "better.toml": ADDED, "model.toml": ADDED,
+    "DATA_EMPS.mat": emps_mat,
     "emps.csv": shared("emps/emps_estimation.csv"), "emps_estimation.csv": shared("emps/emps_estimation.csv"),
     "result.json": of_commands(viscous, "diagnose {log} --json {path}"),
     "setpoints.csv": of_commands(viscous, "experiment plan --log {log} --for stribeck --out {path}"),
@@ -234,7 +246,7 @@ SHOWN = {
                            Shown("slipstack: log.csv:700", command="cd damaged && slipstack diagnose log.csv", names="damaged/log.csv")],
     "docs/model-file.md": [Shown("format", file="better.toml")],
     "docs/serve.md": [Shown("session.json", test="browser.serve")],
-    "docs/tutorial.md": [Shown("time_s", command="grep -v ^# emps.csv | cut -d, -f1,2,4 | head -3")],
+    "docs/tutorial.md": [Shown("time_s", command="grep -v ^# emps.csv | head -3")],
     "sim_host/README.md": [Shown("slipstack::sim::Bench", command="c++ -std=c++20 -fsyntax-only -I. bench.cpp && cat bench.cpp", names="bench.cpp")],
     "docs/user-effect.md": [
         Shown("slipstack: --effect", command="slipstack diagnose log.csv --effect '{second}'"),

@@ -31,7 +31,7 @@ TARGET_BUILD = pathlib.Path(os.environ.get("SLIPSTACK_TARGET_BUILD") or program.
 PROGRAM = re.compile(r"(?:\w+=\S+ )*(?:chrt -r \d+ )?(slipstack|slipstack-sim|python3|cmake|ctest|mpirun|octave|candump|cansend|slcand|"
                      r"podman|buildah|debootstrap|tar|apt|touch|libreoffice|export|qemu-system-arm|\.|"
                      r"build/host/bin/\S+|toolchain/\S+|\.ci/run|tests/\S+\.py|\w+_test)( |$)")
-NAMES = re.compile(r"[\w./-]+\.(?:csv|toml|json|log|eds|bag|mcap|update|cpp)\b")
+NAMES = re.compile(r"[\w./-]+\.(?:csv|toml|json|log|eds|bag|mcap|update|cpp|mat)\b")
 
 
 @dataclasses.dataclass
@@ -391,7 +391,7 @@ class Session:
         if text is None:
             return
         self.need("octave-cli")
-        self.provide(text)
+        self.provide(re.sub(r"fopen\('[^']*', 'w'\)", "", text))
         self.run_script(command, "page.m", text, "octave-cli --no-init-file --no-history page.m")
 
     def run_script(self, command, name, text, line):

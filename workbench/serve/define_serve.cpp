@@ -66,7 +66,8 @@ void take_header(ImportProfile& profile, const std::vector<std::string>& lines) 
     if (key == "sample_rate_Hz" && std::none_of(profile.columns.begin(), profile.columns.end(), is_time)) {
       const char* const end = value.data() + value.size();
       if (parse_double(value.data(), end, profile.sample_rate_Hz) != end || !(profile.sample_rate_Hz > 0.0)) {
-        throw UsageError(fmt::format("--header: sample_rate_Hz {} is not a number above 0", in_quotes(value)));
+        throw UsageError(
+            fmt::format("--header: sample_rate_Hz {} is not a number above 0", in_quotes(value)));
       }
       continue;  // there is no time to compare it with: it makes the time
     }

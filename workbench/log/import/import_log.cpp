@@ -87,13 +87,15 @@ std::optional<Fault> fault_of(const ImportProfile& profile) {
   return {};
 }
 
-/// "# key: value" lines that stand above the table: what a log of ours, or of somebody who knows it, says of itself.
+/// "# key: value" lines that stand above the table: what a log of ours, or of somebody who knows it, says of
+/// itself.
 void keep_header(std::string_view text, ImportProfile& profile) {
   std::string_view line;
   for (Lines lines(text); lines.next(line) && lines.number() <= profile.skip_lines;) {
     const std::size_t colon = line.find(": ");
     if (line.empty() || line[0] != '#' || colon == std::string_view::npos) continue;
-    profile.header.emplace(printable(trimmed(line.substr(1, colon - 1))), printable(trimmed(line.substr(colon + 2))));
+    profile.header.emplace(printable(trimmed(line.substr(1, colon - 1))),
+                           printable(trimmed(line.substr(colon + 2))));
   }
 }
 
