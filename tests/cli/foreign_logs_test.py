@@ -90,7 +90,7 @@ class ForeignLogs(program.Workshop):
 
     def test_a_column_that_is_missing_is_said_with_those_that_there_are(self):
         self.assert_refused(["import", FOREIGN / "scope_channels.csv", "--out", "log.csv"], "no column is the position",
-                            "--columns 'NAME=position_mm'", "'var_REAL64'", "'func_scaled'")
+                            "--columns 'NAME=position_mm*FACTOR'", "'var_REAL64'", "'func_scaled'")
         self.assert_refused(["import", FOREIGN / "scope_channels.csv", "--out", "log.csv", "--columns",
                              "var_REAL64=position_um,func_scaled=current_A"], "--header motor_constant_N_per_A=VALUE")
         # The names that it tells can be used.

@@ -208,6 +208,7 @@ class Shown:
     names: str = ""     # files that the command needs beside those that it names
     log: bool = False   # or the beginning of a log that is read
     file: str = ""      # or an excerpt of such a file, without its values
+    source: str = ""    # or files and folders, a line each, that sources below a folder name
     test: str = ""      # or the test of CTest that compares it
     reason: str = ""    # or why there is nothing to compare
 
@@ -232,20 +233,20 @@ FILES["bench.cpp"] = bench_program
 SHOWN = {
     "README.md": [Shown("  without viscous", of="toolchain/demo"), Shown("# mass_kg", log=True)],
     "CONTRIBUTING.md": [Shown("app →", reason="toolchain/check-rules checks it")],
-    "docs/adaptation.md": [Shown("error of a move", test="bench.Adaptation"), Shown("    ", test="bench.AdaptationFresh")],
+    "docs/adaptation.md": [Shown("error of a move", test="bench.AdaptationPage"), Shown("    ", test="bench.AdaptationFresh")],
     "docs/adding-an-effect.md": [Shown("", test="cli.adding_an_effect")],
     "docs/can-sessions.md": [Shown("", test="can.documented_sessions")],
     "docs/comparison.md": [Shown("Tracking error", reason="20 axes: six minutes")],
     "docs/control.md": [Shown("counts", reason="a drawing")],
-    "docs/energy.md": [Shown("", test="bench.Energy")],
+    "docs/energy.md": [Shown("", test="bench.Energy.ThePage")],
     "docs/experiments.md": [Shown("k_e", reason="a formula"), Shown("F·sin", reason="a formula"),
                             Shown("       ", command="slipstack experiment plan --log emps.csv --for stribeck,viscous --out plan.csv")],
-    "docs/friction-observer.md": [Shown("error", test="bench.Observer")],
+    "docs/friction-observer.md": [Shown("error", test="bench.FrictionObserver.ThePage")],
     "docs/library.md": [Shown("#include", reason="compiled with the block before it")],
     "docs/log-format.md": [Shown("# mass_kg", log=True),
                            Shown("slipstack: log.csv:700", command="cd damaged && slipstack diagnose log.csv", names="damaged/log.csv")],
     "docs/model-file.md": [Shown("format", file="better.toml")],
-    "docs/serve.md": [Shown("session.json", test="browser.serve")],
+    "docs/serve.md": [Shown("session.json", source="workbench/serve")],
     "docs/tutorial.md": [Shown("time_s", command="grep -v ^# emps.csv | head -3")],
     "sim_host/README.md": [Shown("slipstack::sim::Bench", command="c++ -std=c++20 -fsyntax-only -I. bench.cpp && cat bench.cpp", names="bench.cpp")],
     "docs/user-effect.md": [

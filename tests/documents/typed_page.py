@@ -470,6 +470,13 @@ def as_excerpt(session, block, name):
     return ", ".join(one for one in names if not re.search(rf"^ *{re.escape(one)}", whole, re.MULTILINE))
 
 
+def as_named(block, folder):
+    """The names of a list of files that no source of a folder has in a text of its own."""
+    text = "".join(path.read_text() for path in (program.REPOSITORY / folder).rglob("*.cpp"))
+    names = [line.split()[0].split("/")[0] for line in block.text.splitlines()]
+    return ", ".join(name for name in names if not re.search(rf'"{re.escape(name)}["/]', text))
+
+
 def compare(session, block, found):
     """What is wrong with a block that is no command."""
     entry = next((one for one in fixtures.SHOWN.get(session.page, ()) if block.text.startswith(one.begins)), None)
@@ -480,6 +487,8 @@ def compare(session, block, found):
         return as_log(session, block)
     if entry.file:
         return as_excerpt(session, block, entry.file)
+    if entry.source:
+        return as_named(block, entry.source)
     if entry.of:
         command = next((one for one in found if one.text == entry.of), None)
         return f"{entry.of} is not on the page" if command is None else "\n".join(not_printed(lines, command.output)) if command.outcome == "ok" else ""

@@ -126,7 +126,9 @@ void define_import(CLI::App& app) {
   command->add_option("--save-profile", request->save_profile, "write the profile that was used")
       ->type_name("FILE");
   command
-      ->add_option("--header", request->header, "a header line of the log, as mass_kg=35.45; may be repeated")
+      ->add_option("--header", request->header,
+                   "a header line of the log, as mass_kg=35.45; sample_rate_Hz=RATE makes the time of a "
+                   "table without one; may be repeated")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false)
       ->take_all();

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <random>
 #include <string>
@@ -12,6 +13,7 @@
 #include "workbench/base/errors.h"
 #include "workbench/log/byte_source.h"
 #include "workbench/log/csv/csv.h"
+#include "workbench/log/import/column_guess.h"
 #include "workbench/log/import/import_log.h"
 
 namespace slipstack::workbench {
@@ -69,6 +71,41 @@ TEST(Import, UnitsRowTabsAndMicroseconds) {
   EXPECT_DOUBLE_EQ(table.columns[0].values[2], 1e-3);
   EXPECT_EQ(table.columns[1].name, "position_um");
   EXPECT_DOUBLE_EQ(table.columns[2].values[1], 0.021);
+}
+
+TEST(Import, UnitsInNames) {
+  struct Known {
+    const char* name;
+    const char* target;
+    double factor;
+  };
+  constexpr std::array kKnown{Known{"Time (s)", "time_s", 1.0},
+                              Known{"t [min]", "time_s", 60.0},
+                              Known{"time_h", "time_s", 3600.0},
+                              Known{"Zeit in ms", "time_s", 1e-3},
+                              Known{"timestamp [usec]", "time_s", 1e-6},
+                              Known{"pos [cm]", "position_mm", 10.0},
+                              Known{"pos (inch)", "position_mm", 25.4},
+                              Known{"Position (load side)", "position_m", 1.0},
+                              Known{"force [lbf]", "force_N", 4.4482216152605},
+                              Known{"torque [Ncm]", "torque_Nm", 1e-2},
+                              Known{"vel [m/min]", "velocity_mps", 1.0 / 60.0}};
+  for (const Known& known : kKnown) {
+    const ImportColumn column = guess_column(known.name);
+    EXPECT_EQ(column.target, known.target) << known.name;
+    EXPECT_DOUBLE_EQ(column.factor, known.factor) << known.name;
+  }
+}
+
+// A unit that is not known is not SI: a wrong factor would be a log that nobody doubts.
+TEST(Import, AUnitThatIsNotKnownIsAskedFor) {
+  const std::string text = "time [weeks],pos [mm],force [N]\n0,1,2\n1,2,3\n2,3,4\n";
+  const ImportPreview preview = guess_import("a.csv", text);
+  EXPECT_EQ(preview.profile.columns[0].target, "");
+  EXPECT_EQ(preview.fault, "no column is the time, and no sample rate is given");
+  for (const char* name : {"pos [furlong]", "force [stone]", "current (pA)", "t/fortnight [week]"}) {
+    EXPECT_EQ(guess_column(name).target, "") << name;
+  }
 }
 
 TEST(Import, IsoTimesCountFromTheFirst) {

@@ -29,25 +29,40 @@ struct UnitTarget {
 };
 
 // Where the log knows the unit itself, the numbers stay as they are.
-constexpr std::array kTimes{UnitTarget{"s", "time_s", 1.0},   UnitTarget{"sec", "time_s", 1.0},
-                            UnitTarget{"ms", "time_s", 1e-3}, UnitTarget{"us", "time_s", 1e-6},
-                            UnitTarget{"µs", "time_s", 1e-6}, UnitTarget{"ns", "time_s", 1e-9}};
+constexpr std::array kTimes{UnitTarget{"s", "time_s", 1.0},       UnitTarget{"sec", "time_s", 1.0},
+                            UnitTarget{"seconds", "time_s", 1.0}, UnitTarget{"ms", "time_s", 1e-3},
+                            UnitTarget{"msec", "time_s", 1e-3},   UnitTarget{"us", "time_s", 1e-6},
+                            UnitTarget{"usec", "time_s", 1e-6},   UnitTarget{"µs", "time_s", 1e-6},
+                            UnitTarget{"ns", "time_s", 1e-9},     UnitTarget{"min", "time_s", 60.0},
+                            UnitTarget{"h", "time_s", 3600.0},    UnitTarget{"hours", "time_s", 3600.0}};
 constexpr std::array kPositions{
-    UnitTarget{"m", "position_m", 1.0},        UnitTarget{"mm", "position_mm", 1.0},
-    UnitTarget{"um", "position_um", 1.0},      UnitTarget{"µm", "position_um", 1.0},
-    UnitTarget{"nm", "position_um", 1e-3},     UnitTarget{"counts", "position_counts", 1.0},
-    UnitTarget{"inc", "position_counts", 1.0}, UnitTarget{"rad", "position_rad", 1.0},
-    UnitTarget{"deg", "position_deg", 1.0},    UnitTarget{"°", "position_deg", 1.0},
-    UnitTarget{"rev", "position_rev", 1.0}};
-constexpr std::array kForces{UnitTarget{"n", "force_N", 1.0},     UnitTarget{"mn", "force_mN", 1.0},
-                             UnitTarget{"un", "force_uN", 1.0},   UnitTarget{"kn", "force_N", 1e3},
-                             UnitTarget{"nm", "torque_Nm", 1.0},  UnitTarget{"mnm", "torque_mNm", 1.0},
-                             UnitTarget{"n m", "torque_Nm", 1.0}, UnitTarget{"n·m", "torque_Nm", 1.0}};
+    UnitTarget{"m", "position_m", 1.0},           UnitTarget{"mm", "position_mm", 1.0},
+    UnitTarget{"um", "position_um", 1.0},         UnitTarget{"µm", "position_um", 1.0},
+    UnitTarget{"nm", "position_um", 1e-3},        UnitTarget{"cm", "position_mm", 10.0},
+    UnitTarget{"in", "position_mm", 25.4},        UnitTarget{"inch", "position_mm", 25.4},
+    UnitTarget{"counts", "position_counts", 1.0}, UnitTarget{"inc", "position_counts", 1.0},
+    UnitTarget{"rad", "position_rad", 1.0},       UnitTarget{"deg", "position_deg", 1.0},
+    UnitTarget{"°", "position_deg", 1.0},         UnitTarget{"rev", "position_rev", 1.0}};
+constexpr std::array kForces{UnitTarget{"n", "force_N", 1.0},
+                             UnitTarget{"mn", "force_mN", 1.0},
+                             UnitTarget{"un", "force_uN", 1.0},
+                             UnitTarget{"kn", "force_N", 1e3},
+                             UnitTarget{"lbf", "force_N", 4.4482216152605},  // NIST SP 811
+                             UnitTarget{"kgf", "force_N", 9.80665},          // the same
+                             UnitTarget{"ncm", "torque_Nm", 1e-2},
+                             UnitTarget{"nm", "torque_Nm", 1.0},
+                             UnitTarget{"mnm", "torque_mNm", 1.0},
+                             UnitTarget{"n m", "torque_Nm", 1.0},
+                             UnitTarget{"n·m", "torque_Nm", 1.0}};
 constexpr std::array kCurrents{UnitTarget{"a", "current_A", 1.0}, UnitTarget{"ma", "current_A", 1e-3}};
-constexpr std::array kVelocities{
-    UnitTarget{"m/s", "velocity_mps", 1.0},     UnitTarget{"mm/s", "velocity_mps", 1e-3},
-    UnitTarget{"um/s", "velocity_mps", 1e-6},   UnitTarget{"rad/s", "velocity_radps", 1.0},
-    UnitTarget{"deg/s", "velocity_degps", 1.0}, UnitTarget{"rpm", "velocity_revps", 1.0 / 60.0}};
+constexpr std::array kVelocities{UnitTarget{"m/s", "velocity_mps", 1.0},
+                                 UnitTarget{"mm/s", "velocity_mps", 1e-3},
+                                 UnitTarget{"um/s", "velocity_mps", 1e-6},
+                                 UnitTarget{"m/min", "velocity_mps", 1.0 / 60.0},
+                                 UnitTarget{"mm/min", "velocity_mps", 1e-3 / 60.0},
+                                 UnitTarget{"rad/s", "velocity_radps", 1.0},
+                                 UnitTarget{"deg/s", "velocity_degps", 1.0},
+                                 UnitTarget{"rpm", "velocity_revps", 1.0 / 60.0}};
 constexpr std::array kTemperatures{UnitTarget{"°c", "temperature_C", 1.0},
                                    UnitTarget{"c", "temperature_C", 1.0}};
 
@@ -110,11 +125,15 @@ std::optional<ImportColumn> by_unit(const std::array<UnitTarget, N>& units, cons
   return {};
 }
 
+/// By its unit; where a name has none, as if it were SI. A unit that is not known makes no column: a factor
+/// would be wrong.
 template <std::size_t N>
 ImportColumn chosen(const std::array<UnitTarget, N>& units, const std::string& unit,
                     const std::vector<std::string>& words) {
   if (const auto found = by_unit(units, unit)) return *found;
-  if (unit.empty() && words.size() > 1) {
+  const bool is_unit = !unit.empty() && unit.find(' ') == std::string::npos;  // "(load side)" is none
+  if (is_unit) return {};
+  if (words.size() > 1) {
     if (const auto found = by_unit(units, words.back())) return *found;
   }
   return {"", units[0].target, units[0].factor, false};

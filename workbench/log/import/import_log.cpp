@@ -69,7 +69,7 @@ std::optional<Fault> fault_of(const ImportProfile& profile) {
     });
   };
   const auto assign = [&](const char* target) {
-    return fmt::format("assign one with --columns 'NAME={}', of {}", target, names_of(profile));
+    return fmt::format("assign one with --columns 'NAME={}*FACTOR', of {}", target, names_of(profile));
   };
   if (!has({"time_"}) && !(profile.sample_rate_Hz > 0.0)) {
     return Fault{"no column is the time, and no sample rate is given",
