@@ -247,6 +247,7 @@ class Session:
         went_on = started.poll() is None and begun()
         started.send_signal(signal.SIGINT)
         output, _ = started.communicate(timeout=PATIENCE_S)
+        self.shell("slipstack object --can vcan0 --node 5 reset")  # what is ended so may leave the drive enabled
         return output, "" if went_on else f"{folder / file} did not come"
 
     # --- typing ---
