@@ -106,6 +106,8 @@ class Installed(unittest.TestCase):
     def test_desktop_entry_opens_the_browser(self):
         entry = pathlib.Path("/usr/share/applications/slipstack.desktop").read_text()
         self.assertIn("\nExec=slipstack serve --open %F\n", entry)
+        self.assertIn("\nIcon=slipstack\n", entry)
+        self.assertIn("<svg", pathlib.Path("/usr/share/icons/hicolor/scalable/apps/slipstack.svg").read_text())
         opener = self.here / "bin/xdg-open"
         opener.parent.mkdir()
         opener.write_text(f'#!/bin/sh\necho "$@" > {self.here}/opened.new\nstat -c %a "$1" >> {self.here}/opened.new\n'
