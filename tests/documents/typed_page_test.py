@@ -8,16 +8,16 @@
 """
 
 import json
-import os
 import pathlib
 import re
 import shlex
 import subprocess
 import sys
 
+import commands
 import fixtures
 import markdown
-import typed_page
+import session
 from fixtures import program
 
 HERE = pathlib.Path(__file__).resolve().parent
@@ -26,19 +26,19 @@ MOST_NOT_TYPED = 16
 
 
 def pages():
-    return [page for page in markdown.pages() if any(typed_page.commands(page))]
+    return [page for page in markdown.pages() if any(commands.commands(page))]
 
 
 def tests_of_ctest():
     """The names that CTest knows; those of programs that are not built end in _NOT_BUILT."""
-    done = subprocess.run(["ctest", "--test-dir", typed_page.BUILD, "-N"], capture_output=True, text=True)
+    done = subprocess.run(["ctest", "--test-dir", session.BUILD, "-N"], capture_output=True, text=True)
     return re.findall(r"^ *Test +#\d+: (\S+)$", done.stdout, re.MULTILINE)
 
 
 def run(page):
     """The commands of a page and what became of them; where there is no bus, without those that need one."""
     command = [sys.executable, "-B", str(HERE / "typed_page.py"), page]
-    with_can = [str(program.REPOSITORY / "toolchain/with-can")] if typed_page.speaks_can(page) else []
+    with_can = [str(program.REPOSITORY / "toolchain/with-can")] if commands.speaks_can(page) else []
     for before in ([with_can] if with_can else []) + [[]]:
         done = subprocess.run([*before, *command], capture_output=True, text=True, timeout=580)
         if before and done.returncode == SKIPPED:
@@ -59,21 +59,21 @@ def selects_a_test(command, names):
 
 
 def check_page(page):
-    commands = run(page)
-    names = tests_of_ctest() if any(one["kind"] == "ctest" for one in commands) else []
-    for one in commands:
+    typed = run(page)
+    names = tests_of_ctest() if any(one["kind"] == "ctest" for one in typed) else []
+    for one in typed:
         if one["kind"] == "ctest" and one["outcome"] == "ok" and not selects_a_test(one["text"], names):
             one.update(outcome="failed", why="selects no test")
         first, *_ = one["text"].splitlines()
         print(f"{one['outcome']:9} {one['seconds']:6.1f} s  {page}:{one['line']}: {first}")
         if one["why"]:
             print("            " + one["why"].strip().replace("\n", "\n            "))
-    failed = [one for one in commands if one["outcome"] == "failed"]
-    done = [one for one in commands if one["outcome"] == "ok"]
-    print(f"{len(done)} done, {len(failed)} failed, {len(commands) - len(done) - len(failed)} neither")
+    failed = [one for one in typed if one["outcome"] == "failed"]
+    done = [one for one in typed if one["outcome"] == "ok"]
+    print(f"{len(done)} done, {len(failed)} failed, {len(typed) - len(done) - len(failed)} neither")
     if failed:
         return 1
-    reasons = [one["why"] for one in commands if one["outcome"] == "skipped"]
+    reasons = [one["why"] for one in typed if one["outcome"] == "skipped"]
     if not done and reasons:
         print(f"SKIP: {reasons[0]}")
         return SKIPPED
@@ -84,9 +84,9 @@ def check_list():
     """Each entry of the tables is of use; commands of slipstack that are not typed are at least ones that it takes."""
     wrong, covered, names = [], {}, tests_of_ctest()
     for page in pages():
-        commands, rest = typed_page.commands(page)
-        for command in commands:
-            entry = typed_page.not_typed(command)
+        asked, rest = commands.commands(page)
+        for command in asked:
+            entry = commands.not_typed(command)
             if entry:
                 covered.setdefault(entry, []).append(f"{page}:{command.line}: {command.text}")
                 wrong += refused(command)
@@ -108,7 +108,7 @@ def check_list():
               if name not in everything and not any(name in shown.names for entries in fixtures.SHOWN.values() for shown in entries)
               and name != "logs/monday.csv"]
     wrong += [f"{page}: no command is {pattern}" for page, pattern, _ in fixtures.PRINTED
-              if not any(re.fullmatch(pattern, command.text) for command in typed_page.commands(page)[0])]
+              if not any(re.fullmatch(pattern, command.text) for command in commands.commands(page)[0])]
     if len(fixtures.NOT_TYPED) > MOST_NOT_TYPED:
         wrong.append(f"{len(fixtures.NOT_TYPED)} entries, more than {MOST_NOT_TYPED}")
     for line in wrong:
@@ -129,7 +129,7 @@ def main():
     word, *others = sys.argv[1:]
     if word == "--pages":
         for page in pages():
-            print(("can " if typed_page.speaks_can(page) else "") + page)
+            print(("can " if commands.speaks_can(page) else "") + page)
         return 0
     if word == "--listed":
         return check_list()
