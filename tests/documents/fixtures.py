@@ -163,6 +163,8 @@ TOLERANCES = {"docs/hardware.md": 1e-4}
 
 # The node that a page's commands speak to before the page starts one.
 NODE = "slipstack node --can vcan0 --node 5"
+# What is done on a new node before each command of a page: a measurement may leave the axis elsewhere, in the end too near to
+# the end of its travel for the next.
 BEFORE = {"docs/bode.md": ["slipstack object --can vcan0 --node 5 6060=1 6040=6 6040=7 6040=15", "sleep 1"]}
 
 # Commands that take minutes by the clock: begun, and ended by Ctrl-C when the file is there.

@@ -29,7 +29,6 @@ class Session:
         self.page, self.bus = page, bus
         self.here = pathlib.Path(tempfile.mkdtemp(prefix="slipstack-page-"))
         self.services = []
-        self.before = list(fixtures.BEFORE.get(page, ()))
         self.environment = {**os.environ, "DESTDIR": str(self.here / "installed"), "PYTHONDONTWRITEBYTECODE": "1", "SLIPSTACK": program.SLIPSTACK}
 
     def __enter__(self):
@@ -184,8 +183,10 @@ class Session:
         self.provide(text)
         if re.search(r"can0|^cansend", text) and not re.match("slipstack node", text) and not any(name == "node" for name, _ in self.services):
             self.start(fixtures.NODE)
-        while self.before:
-            before = self.before.pop(0)
+        if "can0" in text and self.page in fixtures.BEFORE:
+            self.end_services("node")
+            self.start(fixtures.NODE)
+        for before in fixtures.BEFORE.get(self.page, ()) if "can0" in text else ():
             done = self.shell(before)
             if done.returncode != 0:
                 return self.fail(command, f"{before}: {done.stderr}")
