@@ -178,7 +178,7 @@ void Workspace::add_tried(json card) {
                      [&](const json& a, const json& b) { return error_N(a) < error_N(b); });
     tried_ = std::move(all);
   }
-  events_.tell();
+  events_.tell_progress();
 }
 
 void Workspace::keep_bent(int version, const json& changes) {
