@@ -154,7 +154,8 @@ Eigen::VectorXd Linearisation::force_at(const Terms& terms, DryTrace* dry_of_ter
 Eigen::VectorXd Linearisation::residual_at(const Terms& terms, DryTrace* dry_of_terms) const {
   const MeasurementDynamics here = measurement_dynamics_of(terms_);
   const MeasurementDynamics there = measurement_dynamics_of(terms);
-  if (here.delay_s == there.delay_s && here.filter_s == there.filter_s) return measured_N_ - force_at(terms, dry_of_terms);
+  if (here.delay_s == there.delay_s && here.filter_s == there.filter_s)
+    return measured_N_ - force_at(terms, dry_of_terms);
   return measurement_.force_N(there) - force_at(terms, dry_of_terms);
 }
 
@@ -175,6 +176,7 @@ std::vector<double> Linearisation::derivative_by(Acts acts, std::size_t term_ind
   if (adds_up(acts)) return {};
   const bool whole_needed = acts == Acts::total_scale || has(Acts::total_scale);
   const DryTrace& trace = whole_needed ? whole() : dry();
+  if (acts == Acts::dry && !whole_needed) return trace.dry_factor;
   static const std::vector<double> kOne;
   const std::vector<double>& total_factor = whole_needed ? whole().total_factor : kOne;
   const std::vector<double>* own_factor = &kOne;

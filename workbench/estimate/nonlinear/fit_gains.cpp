@@ -78,8 +78,8 @@ bool within_bounds(const NormalEquations::Constraints& constraints, const Eigen:
 
 /// Moves the gains of `terms` towards `wanted`, as far as the cost falls: the bounds are convex, so any part
 /// of the way between two admissible points is admissible. Where the linearisation promises less than
-/// kConverged (`cost_promised`), only the whole step is tried. `dry` becomes evaluate_dry() of the moved terms,
-/// empty where they stay. Returns the relative decrease of the cost.
+/// kConverged (`cost_promised`), only the whole step is tried. `dry` becomes evaluate_dry() of the moved
+/// terms, empty where they stay. Returns the relative decrease of the cost.
 double step_towards(const PenalisedSquares& cost, double cost_here, double cost_promised,
                     const Eigen::VectorXd& wanted, Terms& terms, DryTrace& dry) {
   dry = {};
