@@ -132,7 +132,7 @@ FittedModel fit_gains(const Measurement& measurement, Terms terms, const FittedM
   std::shared_ptr<const Linearisation> lender = known == nullptr ? nullptr : known->linearisation;
   DryTrace dry;  // of the terms, where it is known
   for (int step = 0; step < kMostSteps; ++step) {
-    linearisation = std::make_shared<Linearisation>(measurement, terms, lender.get(), std::move(dry));
+    linearisation = std::make_shared<Linearisation>(measurement, terms, lender.get(), std::exchange(dry, {}));
     lender = linearisation;
     fitted.equations =
         std::make_shared<NormalEquations>(measurement, linearisation->columns(), linearisation->target());
