@@ -69,8 +69,10 @@ class MaxwellSlip {
       if constexpr (std::integral<Displacement>) {
         anchor_[i] = difference(x, z);
       } else {
-        // A spring that sticks keeps its anchor to the bit; x - z would round it.
-        anchor_[i] = z == stretch ? anchor_[i] : difference(x, z);
+        // A spring that sticks keeps its anchor to the bit; x - z would round it. By the two comparisons
+        // above and not by z, so that the next step waits for neither.
+        const Displacement ahead = stretch > limit ? x - limit : anchor_[i];
+        anchor_[i] = stretch < -limit ? x + limit : ahead;
       }
       force_N += stiffness_[i] * static_cast<Real>(z);
     }

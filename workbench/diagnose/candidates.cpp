@@ -83,6 +83,11 @@ void rank_candidates(Diagnosis& diagnosis, const std::vector<std::string>& added
   }
 }
 
+void put_first(Diagnosis& diagnosis, const std::string& effect) {
+  std::stable_partition(diagnosis.candidates.begin(), diagnosis.candidates.end(),
+                        [&](const Candidate& candidate) { return candidate.term.id() == effect; });
+}
+
 void show_by_named_model(Diagnosis& diagnosis) {
   Candidate& first = diagnosis.candidates.front();
   first.term = *find_term(diagnosis.best.terms, first.term.id());

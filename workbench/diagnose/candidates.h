@@ -17,6 +17,10 @@ std::vector<Candidate> list_candidates(const Measurement& measurement, const Fou
 /// differ by less than the share that is worth a name are listed as confounded with each other.
 void rank_candidates(Diagnosis& diagnosis, const std::vector<std::string>& added);
 
+/// Moves a candidate before all others. Where errors of the excerpt were replaced by those of whole logs,
+/// what is best alone may be another effect than the first step, which is what the verdict names.
+void put_first(Diagnosis& diagnosis, const std::string& effect);
+
 /// Sets the first candidate to the model of the first step, so that both say the same: the shapes may have
 /// been refined since it was ranked.
 void show_by_named_model(Diagnosis& diagnosis);

@@ -67,6 +67,7 @@ void EffectSearch::drop_what_whole_logs_do_not_support() {
   std::vector<std::string> added;
   for (std::size_t i = 1; i < diagnosis_.steps.size(); ++i) added.push_back(diagnosis_.steps[i].effect);
   rank_candidates(diagnosis_, added);
+  if (!added.empty()) put_first(diagnosis_, added.front());
 }
 
 Diagnosis EffectSearch::conclude() {

@@ -7,8 +7,11 @@
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <string_view>
+#include <type_traits>
 #include <utility>
+#include <vector>
 
 #include "workbench/base/axis_units.h"
 #include "workbench/base/quantity.h"
@@ -61,18 +64,135 @@ std::vector<RowRange> find_loops(const Measurement& measurement, const Eigen::Ve
   return loops;
 }
 
+/// Rows hold all that the filter passes, so that a loop is drawn as smooth as the samples are: between two
+/// rows stand up to kFiner points, the position as it was sampled there and the forces interpolated by a sinc
+/// of kReach rows to either side under a Kaiser window. Rows that are scarcer than kLeastRate of the
+/// bandwidth are drawn as they are.
+constexpr std::size_t kFiner = 8;
+constexpr Eigen::Index kReach = 8;
+constexpr double kKaiser = 6.0;
+constexpr double kLeastRate = 2.5;
+/// A point is left out where all curves stay within this share of the chart of the chord without it, a third
+/// of a pixel of the page, over at most kLongestChord points.
+constexpr double kLoopTolerance = 1e-3;
+constexpr std::size_t kLongestChord = 24;
+
+/// Weights of the rows from kReach - 1 before a row to kReach behind it, for a value this share of the way to
+/// the next row; their sum is one.
+Eigen::VectorXd weights_between_rows(double share) {
+  Eigen::VectorXd weights(2 * kReach);
+  for (Eigen::Index k = 0; k < weights.size(); ++k) {
+    const double distance = share - static_cast<double>(k + 1 - kReach);
+    const double phase = std::numbers::pi * distance;
+    const double edge = std::max(0.0, 1.0 - (distance / kReach) * (distance / kReach));
+    weights(k) =
+        std::cyl_bessel_i(0.0, kKaiser * std::sqrt(edge)) * (phase == 0.0 ? 1.0 : std::sin(phase) / phase);
+  }
+  return weights / weights.sum();
+}
+
+/// Curves of force over one displacement, and the row that is nearest to each point.
+struct LoopCurves {
+  std::vector<double> displacement_m;
+  std::vector<std::vector<double>> forces_N;
+  std::vector<Eigen::Index> rows;
+};
+
+LoopCurves curves_of(const Measurement& measurement, const RowRange& loop, double centre_m,
+                     const std::vector<const Eigen::VectorXd*>& forces_N) {
+  const std::size_t stride = measurement.row_stride();
+  const bool enough = measurement.row_rate_Hz() >= kLeastRate * measurement.bandwidth_Hz();
+  const std::size_t steps = enough ? std::min(kFiner, stride) : 1;
+  std::vector<Eigen::VectorXd> weights;
+  for (std::size_t step = 0; step < steps; ++step) {
+    const std::size_t offset = step * stride / steps;
+    weights.push_back(weights_between_rows(static_cast<double>(offset) / static_cast<double>(stride)));
+  }
+  LoopCurves curves;
+  curves.forces_N.resize(forces_N.size());
+  for (Eigen::Index row = loop.first; row < loop.first + loop.count; ++row) {
+    const std::size_t sample = measurement.row_samples()[static_cast<std::size_t>(row)];
+    const LogPart& part = measurement.parts()[measurement.part_at(sample)];
+    const auto first = static_cast<Eigen::Index>(part.first_row);
+    const Eigen::Index last = first + static_cast<Eigen::Index>(part.row_count) - 1;
+    const bool more = row < last && row + 1 < loop.first + loop.count;
+    for (std::size_t step = 0; step < (more ? steps : 1); ++step) {
+      curves.displacement_m.push_back(measurement.position_m()[sample + step * stride / steps] - centre_m);
+      curves.rows.push_back(2 * step < steps ? row : row + 1);
+      for (std::size_t f = 0; f < forces_N.size(); ++f) {
+        double force_N = step == 0 ? (*forces_N[f])(row) : 0.0;
+        for (Eigen::Index k = 0; step > 0 && k < 2 * kReach; ++k)
+          force_N += weights[step](k) * (*forces_N[f])(std::clamp(row + k + 1 - kReach, first, last));
+        curves.forces_N[f].push_back(force_N);
+      }
+    }
+  }
+  return curves;
+}
+
+double range_of(const std::vector<double>& values) {
+  const auto [low, high] = std::minmax_element(values.begin(), values.end());
+  return std::max(*high - *low, 1e-300);
+}
+
+/// The points without which the curves would look different.
+std::vector<std::size_t> points_of_shape(const LoopCurves& curves) {
+  const std::vector<double>& x = curves.displacement_m;
+  const double x_range = range_of(x);
+  const double y_range = range_of(curves.forces_N.front());
+  const auto is_on_chord = [&](std::size_t from, std::size_t to) {
+    for (const std::vector<double>& y : curves.forces_N) {
+      const double dx = (x[to] - x[from]) / x_range;
+      const double dy = (y[to] - y[from]) / y_range;
+      const double length2 = std::max(dx * dx + dy * dy, 1e-300);
+      for (std::size_t i = from + 1; i < to; ++i) {
+        const double px = (x[i] - x[from]) / x_range;
+        const double py = (y[i] - y[from]) / y_range;
+        const double along = std::clamp((px * dx + py * dy) / length2, 0.0, 1.0);
+        if (std::hypot(px - along * dx, py - along * dy) > kLoopTolerance) return false;
+      }
+    }
+    return true;
+  };
+  std::vector<std::size_t> kept{0};
+  while (kept.back() + 1 < x.size()) {
+    const std::size_t from = kept.back();
+    std::size_t to = from + 1;
+    while (to + 1 < x.size() && to + 1 - from <= kLongestChord && is_on_chord(from, to + 1)) ++to;
+    kept.push_back(to);
+  }
+  return kept;
+}
+
+template <class T>
+json picked(const std::vector<T>& values, const std::vector<std::size_t>& points) {
+  json array = json::array();
+  for (const std::size_t point : points) {
+    if constexpr (std::is_floating_point_v<T>) {
+      array.push_back(number_json(values[point]));
+    } else {
+      array.push_back(values[point]);
+    }
+  }
+  return array;
+}
+
 json loops_json(const Measurement& measurement, const ForceRows& before, const ForceRows* after) {
   const Eigen::VectorXd position_m = at_rows(measurement, measurement.position_m());
+  std::vector<const Eigen::VectorXd*> forces_N{&before.measured_N, &before.model_N};
+  if (after != nullptr) forces_N.push_back(&after->model_N);
   json list = json::array();
   for (const RowRange& loop : find_loops(measurement, position_m)) {
     const Eigen::VectorXd part = position_m.segment(loop.first, loop.count);
     const double centre_m = 0.5 * (part.maxCoeff() + part.minCoeff());
+    const LoopCurves curves = curves_of(measurement, loop, centre_m, forces_N);
+    const std::vector<std::size_t> points = points_of_shape(curves);
     json entry{{"title", fmt::format("Pre-sliding loops at {}", quantity(centre_m, "m"))},
-               {"first_row", loop.first},
-               {"displacement_m", array_of((part.array() - centre_m).matrix())},
-               {"measured_N", array_of(before.measured_N.segment(loop.first, loop.count))},
-               {"model_N", array_of(before.model_N.segment(loop.first, loop.count))}};
-    if (after != nullptr) entry["after_N"] = array_of(after->model_N.segment(loop.first, loop.count));
+               {"row", picked(curves.rows, points)},
+               {"displacement_m", picked(curves.displacement_m, points)},
+               {"measured_N", picked(curves.forces_N[0], points)},
+               {"model_N", picked(curves.forces_N[1], points)}};
+    if (after != nullptr) entry["after_N"] = picked(curves.forces_N[2], points);
     list.push_back(std::move(entry));
   }
   return list;

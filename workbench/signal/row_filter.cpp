@@ -17,22 +17,12 @@ namespace {
 /// of 32 KiB together with an effect's state. Of many columns fewer samples, 64 KiB in all.
 constexpr std::size_t kRowChunk = 2048;
 constexpr std::size_t kRowValues = 8192;
+/// Chunks whose means are held before those that are no longer needed are dropped.
+constexpr std::size_t kHeldChunks = 8;
 
 std::size_t chunk_of(std::size_t group, std::size_t columns) {
   const std::size_t samples = std::min(kRowChunk, kRowValues / std::max<std::size_t>(columns, 1));
   return std::max<std::size_t>(samples / group, 1) * group;
-}
-
-/// Calls visit(std::integral_constant<n>, first column) for tiles of 16, 8, 4, 2 and 1 columns, whose sums
-/// the compiler keeps in registers.
-template <class Visit>
-[[gnu::always_inline]] inline void each_tile(std::size_t columns, Visit&& visit) {
-  std::size_t first = 0;
-  for (; first + 16 <= columns; first += 16) visit(std::integral_constant<std::size_t, 16>{}, first);
-  for (; first + 8 <= columns; first += 8) visit(std::integral_constant<std::size_t, 8>{}, first);
-  for (; first + 4 <= columns; first += 4) visit(std::integral_constant<std::size_t, 4>{}, first);
-  for (; first + 2 <= columns; first += 2) visit(std::integral_constant<std::size_t, 2>{}, first);
-  for (; first < columns; ++first) visit(std::integral_constant<std::size_t, 1>{}, first);
 }
 
 /// Sums of `length` taps x values, of 4 * kVectors columns: value k of column c at values[k * stride + c].
@@ -65,56 +55,70 @@ template <std::size_t kVectors>
   }
 }
 
-/// Triangular means of the groups of a chunk, of kTile columns: half of each group falls to its own mean, the
-/// rest, `rising`, to the next. Of few columns, kGroups groups at once, since each addition waits for the one
-/// before it; the order of the sums is the same.
-template <std::size_t kTile>
+/// Triangular means of the groups of a chunk, of one column: half of each group falls to its own mean, the
+/// rest, `rising`, to the next. kGroups groups at once, since each addition waits for the one before it; the
+/// order of the sums is the same.
+[[gnu::always_inline]] inline void triangular_means(const double* from, std::size_t groups, std::size_t group,
+                                                    double* mean, double& rising) {
+  const double share = 1.0 / static_cast<double>(group);
+  constexpr std::size_t kGroups = 8;
+  double next = rising;
+  std::size_t g = 0;
+  for (; g + kGroups <= groups; g += kGroups, from += kGroups * group) {
+    double later[kGroups] = {};
+    for (std::size_t i = 0; i < group; ++i) {
+      const double up = share * static_cast<double>(i);
+      for (std::size_t k = 0; k < kGroups; ++k) later[k] += up * from[k * group + i];
+    }
+    double own[kGroups];
+    own[0] = std::exchange(next, later[kGroups - 1]);
+    for (std::size_t k = 1; k < kGroups; ++k) own[k] = later[k - 1];
+    for (std::size_t i = 0; i < group; ++i) {
+      const double down = 1.0 - share * static_cast<double>(i);
+      for (std::size_t k = 0; k < kGroups; ++k) own[k] += down * from[k * group + i];
+    }
+    std::memcpy(mean + g, own, sizeof(own));
+  }
+  for (; g < groups; ++g) {
+    double own = std::exchange(next, 0.0);
+    for (std::size_t i = 0; i < group; ++i, ++from) {
+      const double up = share * static_cast<double>(i);
+      own += (1.0 - up) * *from;
+      next += up * *from;
+    }
+    mean[g] = own;
+  }
+  rising = next;
+}
+
+/// The same of 4 * kVectors columns of [sample][columns], into [group][stride]. What lies behind the last
+/// column goes through it like a column of its own; nobody reads its means.
+template <std::size_t kVectors>
 [[gnu::always_inline]] inline void triangular_means(const double* from, std::size_t groups, std::size_t group,
                                                     std::size_t columns, double* mean, std::size_t stride,
                                                     double* rising) {
   const double share = 1.0 / static_cast<double>(group);
-  constexpr std::size_t kGroups = kTile >= 8 ? 1 : 8 / kTile;
-  double next[kTile];
-  for (std::size_t c = 0; c < kTile; ++c) next[c] = rising[c];
-  std::size_t g = 0;
-  for (; kGroups > 1 && g + kGroups <= groups; g += kGroups) {
-    double own[kGroups][kTile];
-    double later[kGroups][kTile] = {};
-    for (std::size_t i = 0; i < group; ++i) {
-      const double up = share * static_cast<double>(i);
-      for (std::size_t k = 0; k < kGroups; ++k) {
-        for (std::size_t c = 0; c < kTile; ++c) later[k][c] += up * from[(k * group + i) * columns + c];
-      }
+  FourDoubles next[kVectors];
+  for (std::size_t v = 0; v < kVectors; ++v) load(next[v], rising + 4 * v);
+  for (std::size_t g = 0; g < groups; ++g, mean += stride) {
+    FourDoubles own[kVectors];
+    for (std::size_t v = 0; v < kVectors; ++v) {
+      own[v] = next[v];
+      next[v] = FourDoubles{};
     }
-    for (std::size_t k = 0; k < kGroups; ++k) {
-      for (std::size_t c = 0; c < kTile; ++c) own[k][c] = k == 0 ? next[c] : later[k - 1][c];
-    }
-    for (std::size_t c = 0; c < kTile; ++c) next[c] = later[kGroups - 1][c];
-    for (std::size_t i = 0; i < group; ++i) {
-      const double down = 1.0 - share * static_cast<double>(i);
-      for (std::size_t k = 0; k < kGroups; ++k) {
-        for (std::size_t c = 0; c < kTile; ++c) own[k][c] += down * from[(k * group + i) * columns + c];
-      }
-    }
-    for (std::size_t k = 0; k < kGroups; ++k, mean += stride) {
-      for (std::size_t c = 0; c < kTile; ++c) mean[c] = own[k][c];
-    }
-    from += kGroups * group * columns;
-  }
-  for (; g < groups; ++g, mean += stride) {
-    double own[kTile];
-    for (std::size_t c = 0; c < kTile; ++c) own[c] = std::exchange(next[c], 0.0);
     for (std::size_t i = 0; i < group; ++i, from += columns) {
       const double up = share * static_cast<double>(i);
       const double down = 1.0 - up;
-      for (std::size_t c = 0; c < kTile; ++c) {
-        own[c] += down * from[c];
-        next[c] += up * from[c];
+      for (std::size_t v = 0; v < kVectors; ++v) {
+        FourDoubles value;
+        load(value, from + 4 * v);
+        own[v] += down * value;
+        next[v] += up * value;
       }
     }
-    for (std::size_t c = 0; c < kTile; ++c) mean[c] = own[c];
+    for (std::size_t v = 0; v < kVectors; ++v) std::memcpy(mean + 4 * v, &own[v], sizeof(FourDoubles));
   }
-  for (std::size_t c = 0; c < kTile; ++c) rising[c] = next[c];
+  for (std::size_t v = 0; v < kVectors; ++v) std::memcpy(rising + 4 * v, &next[v], sizeof(FourDoubles));
 }
 
 /// A triangular mean reaches this part of a period of the bandwidth to either side. Its gain at the bandwidth
@@ -147,18 +151,27 @@ RowCollector::RowCollector(const RowFilter& filter, const std::vector<std::size_
       columns_(columns),
       stride_(columns == 1 ? 1 : (columns + 3) / 4 * 4),
       chunk_(chunk_of(filter.group(), columns)),
-      raw_(chunk_ * columns),
-      means_((filter.stage().size() + chunk_ / filter.group()) * stride_),
-      rising_(columns, 0.0),
+      raw_(chunk_ * columns + stride_ - columns),
+      means_((filter.stage().size() + kHeldChunks * chunk_ / filter.group()) * stride_),
+      rising_(stride_, 0.0),
       rows_(static_cast<Eigen::Index>(row_samples.size()), static_cast<Eigen::Index>(columns)) {}
 
 void RowCollector::take_means(std::size_t groups) {
+  double* const means = means_.data() + held_ * stride_;
   run_wide([&] {
-    each_tile(
-        columns_, [&]<std::size_t kTile>(std::integral_constant<std::size_t, kTile>, std::size_t first) {
-          triangular_means<kTile>(raw_.data() + first, groups, filter_.group(), columns_,
-                                  means_.data() + held_ * stride_ + first, stride_, rising_.data() + first);
-        });
+    if (columns_ == 1) {
+      triangular_means(raw_.data(), groups, filter_.group(), means, rising_.front());
+      return;
+    }
+    const auto tile = [&]<std::size_t kVectors>(std::integral_constant<std::size_t, kVectors>,
+                                                std::size_t first) {
+      triangular_means<kVectors>(raw_.data() + first, groups, filter_.group(), columns_, means + first,
+                                 stride_, rising_.data() + first);
+    };
+    std::size_t first = 0;
+    for (; first + 16 <= stride_; first += 16) tile(std::integral_constant<std::size_t, 4>{}, first);
+    for (; first + 8 <= stride_; first += 8) tile(std::integral_constant<std::size_t, 2>{}, first);
+    for (; first < stride_; first += 4) tile(std::integral_constant<std::size_t, 1>{}, first);
   });
   held_ += groups;
 }
@@ -194,6 +207,8 @@ void RowCollector::commit(std::size_t count) {
   const std::size_t groups = count / filter_.group();
   take_means(groups);
   filter_rows();
+  // What later rows reach is moved to the front only where the next chunk has no room behind it.
+  if ((held_ + chunk_ / filter_.group()) * stride_ <= means_.size()) return;
   const std::size_t keep = std::min(held_, filter_.stage().size());
   const std::size_t drop = held_ - keep;
   std::memmove(means_.data(), means_.data() + drop * stride_, keep * stride_ * sizeof(double));

@@ -52,7 +52,7 @@ class RowCollector {
   std::size_t columns_;
   std::size_t stride_;  ///< of means_: whole vectors of four columns, or one column
   std::size_t chunk_;
-  std::vector<double> raw_;      ///< [sample][column]
+  std::vector<double> raw_;      ///< [sample][column], and as much as a vector reaches beyond the last
   std::vector<double> means_;    ///< triangular sums around the groups' first samples, [group][stride]
   std::vector<double> rising_;   ///< contribution of the last group to the next mean, [column]
   std::size_t first_group_ = 0;  ///< index of the first group in means_

@@ -6,6 +6,7 @@
 
 #include "tests/unit/diagnose/diagnosed.h"
 #include "tests/unit/estimate/simulated_axis.h"
+#include "workbench/estimate/uncertainty/noise_floor.h"
 
 // The result must not depend on the order of effects, nor on units.
 namespace slipstack::workbench {
@@ -47,6 +48,31 @@ TEST(Order, TheRankDoesNotDependOnTheCataloguesOrder) {
       EXPECT_EQ(other.candidates[i].holdout_rmse_N, usual.candidates[i].holdout_rmse_N) << i;
     }
   }
+}
+
+// What the excerpt of a long log names first stays first where another effect is better alone in the whole
+// logs: the verdict, the first candidate and the first step are one effect.
+TEST(Order, TheFirstStepStaysFirstWhateverWholeLogsSayOfTheOthers) {
+  Log log = viscous_log();
+  for (double& force_N : log.force_N) force_N += 2.0;
+  Measurement measurement(log);
+  weigh_rows(measurement);
+  DiagnoseOptions options;
+  options.baseline = {"inertia", "presliding_hysteresis"};
+  options.candidates = {"stribeck", "viscous", "offset_force"};
+  EffectSearch search(measurement, options);
+  Diagnosis& found = search.diagnosis();
+  ASSERT_EQ(found.steps.size(), 3U);
+  const std::string first = found.steps[1].effect;
+  for (Candidate& candidate : found.candidates) {
+    if (candidate.term.id() == found.steps[2].effect)
+      candidate.holdout_rmse_N = 0.5 * found.candidates.front().holdout_rmse_N;
+  }
+  search.drop_what_whole_logs_do_not_support();
+  const Diagnosis result = search.conclude();
+  EXPECT_EQ(result.candidates.front().term.id(), first);
+  EXPECT_EQ(result.steps[1].effect, first);
+  EXPECT_TRUE(contains(result.best.terms, first));
 }
 
 // A payload that changes the mass to a thousandth of the declared one indicates a wrong unit; a payload of a

@@ -30,8 +30,10 @@ Eigen::VectorXd residual_of(const Measurement& measurement, const Terms& terms) 
          measurement.filtered(evaluate_force(measurement, terms).force_N);
 }
 
-Linearisation::Linearisation(const Measurement& measurement, const Terms& terms, const Linearisation* known)
+Linearisation::Linearisation(const Measurement& measurement, const Terms& terms, const Linearisation* known,
+                             DryTrace dry)
     : measurement_(measurement), terms_(terms) {
+  take_dry(std::move(dry));
   columns_.resize(measurement.row_count(), unknown_count(terms));
   Eigen::Index next = 0;
   std::vector<std::pair<std::size_t, Eigen::Index>> unknown;  // term, first column
@@ -53,9 +55,17 @@ Linearisation::Linearisation(const Measurement& measurement, const Terms& terms,
   retarget(force_at(terms_));
 }
 
-Linearisation::Linearisation(const Linearisation& near, const Terms& terms)
+Linearisation::Linearisation(const Linearisation& near, const Terms& terms, DryTrace dry)
     : measurement_(near.measurement_), terms_(terms), columns_(near.columns_) {
-  retarget(near.force_at(terms));
+  const bool same = std::equal(terms.begin(), terms.end(), near.terms_.begin(), same_parameters);
+  if (dry.dry_N.empty() && same && has(Acts::dry_scale)) dry = near.dry();
+  retarget(near.force_at(terms, &dry));
+  take_dry(std::move(dry));
+}
+
+void Linearisation::take_dry(DryTrace dry) {
+  if (dry.dry_N.empty()) return;
+  std::call_once(dry_known_, [&] { dry_ = std::move(dry); });
 }
 
 void Linearisation::retarget(const Eigen::VectorXd& force_N) {
@@ -101,12 +111,18 @@ Eigen::VectorXd Linearisation::linear_force(const Terms& terms, std::vector<bool
   return columns_ * gains;
 }
 
-Eigen::VectorXd Linearisation::force_at(const Terms& terms) const {
+Eigen::VectorXd Linearisation::force_at(const Terms& terms, DryTrace* dry_of_terms) const {
   bool same_dry = true;
   for (std::size_t t = 0; t < terms.size(); ++t) {
     if (acts_with_gains(terms[t], Acts::dry)) same_dry = same_dry && same_parameters(terms[t], terms_[t]);
   }
-  const auto dry_there = [&] { return evaluate_dry(measurement_, terms, same_dry ? &dry().dry_N : nullptr); };
+  DryTrace own;
+  DryTrace& there = dry_of_terms == nullptr ? own : *dry_of_terms;
+  const auto dry_there = [&]() -> const DryTrace& {
+    if (&terms == &terms_) return dry();
+    if (there.dry_N.empty()) there = evaluate_dry(measurement_, terms, same_dry ? &dry().dry_N : nullptr);
+    return there;
+  };
   if (has(Acts::total_scale)) {
     if (&terms == &terms_) return measurement_.filtered(whole().force_N);
     return measurement_.filtered(evaluate_force(measurement_, terms, dry_there()).force_N);
@@ -128,19 +144,19 @@ Eigen::VectorXd Linearisation::force_at(const Terms& terms) const {
   }
   if (has(Acts::dry_scale)) {
     rest_N.resize(measurement_.sample_count(), 0.0);
-    const DryTrace there = &terms == &terms_ ? DryTrace{} : dry_there();
-    const DryTrace& trace = &terms == &terms_ ? dry() : there;
+    const DryTrace& trace = dry_there();
     for (std::size_t i = 0; i < rest_N.size(); ++i) rest_N[i] += trace.dry_N[i] * trace.dry_factor[i];
   }
   if (!rest_N.empty()) force_N += measurement_.filtered(rest_N);
   return force_N;
 }
 
-Eigen::VectorXd Linearisation::residual_at(const Terms& terms) const {
+Eigen::VectorXd Linearisation::residual_at(const Terms& terms, DryTrace* dry_of_terms) const {
   const MeasurementDynamics here = measurement_dynamics_of(terms_);
   const MeasurementDynamics there = measurement_dynamics_of(terms);
-  if (here.delay_s == there.delay_s && here.filter_s == there.filter_s) return measured_N_ - force_at(terms);
-  return measurement_.force_N(there) - force_at(terms);
+  if (here.delay_s == there.delay_s && here.filter_s == there.filter_s)
+    return measured_N_ - force_at(terms, dry_of_terms);
+  return measurement_.force_N(there) - force_at(terms, dry_of_terms);
 }
 
 std::optional<Eigen::Index> Linearisation::lent_columns(const Linearisation* known, const Term& term) const {
@@ -160,6 +176,7 @@ std::vector<double> Linearisation::derivative_by(Acts acts, std::size_t term_ind
   if (adds_up(acts)) return {};
   const bool whole_needed = acts == Acts::total_scale || has(Acts::total_scale);
   const DryTrace& trace = whole_needed ? whole() : dry();
+  if (acts == Acts::dry && !whole_needed) return trace.dry_factor;
   static const std::vector<double> kOne;
   const std::vector<double>& total_factor = whole_needed ? whole().total_factor : kOne;
   const std::vector<double>* own_factor = &kOne;

@@ -20,12 +20,14 @@ namespace slipstack::workbench {
 /// composed force, and only then filtered to the rows. Cost: samples x gains x taps / row stride.
 class Linearisation {
  public:
-  /// Columns that do not depend on the gains are copied from `known` where it has them.
-  Linearisation(const Measurement& measurement, const Terms& terms, const Linearisation* known = nullptr);
+  /// Columns that do not depend on the gains are copied from `known` where it has them. `dry`: evaluate_dry()
+  /// of the terms, where it is known.
+  Linearisation(const Measurement& measurement, const Terms& terms, const Linearisation* known = nullptr,
+                DryTrace dry = {});
 
   /// The columns of `near` at gains that are close enough for the columns to remain valid: costs
-  /// near.force_at().
-  Linearisation(const Linearisation& near, const Terms& terms);
+  /// near.force_at(). `dry` as above.
+  Linearisation(const Linearisation& near, const Terms& terms, DryTrace dry = {});
 
   /// rows x unknowns: derivative of the force by each gain, filtered.
   const Eigen::MatrixXd& columns() const { return columns_; }
@@ -42,10 +44,11 @@ class Linearisation {
   const std::vector<double>& sample_dry_N() const { return dry().dry_N; }
 
   /// Force at the rows of a model of the same effects with other gains or shapes. What is linear and keeps
-  /// its shapes is columns x gains; only the rest is evaluated at the samples.
-  Eigen::VectorXd force_at(const Terms& terms) const;
+  /// its shapes is columns x gains; only the rest is evaluated at the samples. `dry` (may be null):
+  /// evaluate_dry() of the terms, taken where it is known and set where it is needed.
+  Eigen::VectorXd force_at(const Terms& terms, DryTrace* dry = nullptr) const;
   /// Measured force less force_at().
-  Eigen::VectorXd residual_at(const Terms& terms) const;
+  Eigen::VectorXd residual_at(const Terms& terms, DryTrace* dry = nullptr) const;
 
   /// Columns for an effect that the model does not contain.
   Eigen::MatrixXd columns_of(const Term& candidate) const;
@@ -59,6 +62,7 @@ class Linearisation {
     std::vector<double> total_scale;
   };
   void retarget(const Eigen::VectorXd& force_N);
+  void take_dry(DryTrace dry);
   const DryTrace& dry() const;
   const ForceTrace& whole() const;
   bool has(Acts acts) const;

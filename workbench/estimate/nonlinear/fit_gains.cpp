@@ -60,7 +60,10 @@ class PenalisedSquares {
   double of(const Eigen::VectorXd& residual_N, const Eigen::VectorXd& gains) const {
     return measurement_.fit_weights().dot(residual_N.cwiseAbs2()) + gains.dot(penalty_ * gains);
   }
-  double of(const Terms& terms) const { return of(near_.residual_at(terms), gains_of(terms)); }
+  /// `dry`: set to evaluate_dry() of the terms, where they have products.
+  double of(const Terms& terms, DryTrace& dry) const {
+    return of(near_.residual_at(terms, &dry), gains_of(terms));
+  }
 
  private:
   const Measurement& measurement_;
@@ -75,18 +78,22 @@ bool within_bounds(const NormalEquations::Constraints& constraints, const Eigen:
 
 /// Moves the gains of `terms` towards `wanted`, as far as the cost falls: the bounds are convex, so any part
 /// of the way between two admissible points is admissible. Where the linearisation promises less than
-/// kConverged (`cost_promised`), only the whole step is tried. Returns the relative decrease of the cost.
+/// kConverged (`cost_promised`), only the whole step is tried. `dry` becomes evaluate_dry() of the moved
+/// terms, empty where they stay. Returns the relative decrease of the cost.
 double step_towards(const PenalisedSquares& cost, double cost_here, double cost_promised,
-                    const Eigen::VectorXd& wanted, Terms& terms) {
+                    const Eigen::VectorXd& wanted, Terms& terms, DryTrace& dry) {
+  dry = {};
   const Eigen::VectorXd here = gains_of(terms);
   double cost_there = cost_here;
   const bool converged = cost_promised > (1.0 - kConverged) * cost_here;
   const bool taken = take_damped_step(converged ? 0 : kMostHalvings, [&](double share) {
     Terms moved = terms;
     take_gains(moved, here + share * (wanted - here));
-    cost_there = cost.of(moved);
+    DryTrace dry_there;
+    cost_there = cost.of(moved, dry_there);
     if (cost_there >= cost_here) return false;
     terms = std::move(moved);
+    dry = std::move(dry_there);
     return true;
   });
   return taken ? 1.0 - cost_there / cost_here : 0.0;
@@ -123,8 +130,9 @@ FittedModel fit_gains(const Measurement& measurement, Terms terms, const FittedM
   double error_N = known == nullptr ? noise_N : known->train_rmse_N;
   std::shared_ptr<const Linearisation> linearisation;
   std::shared_ptr<const Linearisation> lender = known == nullptr ? nullptr : known->linearisation;
+  DryTrace dry;  // of the terms, where it is known
   for (int step = 0; step < kMostSteps; ++step) {
-    linearisation = std::make_shared<Linearisation>(measurement, terms, lender.get());
+    linearisation = std::make_shared<Linearisation>(measurement, terms, lender.get(), std::exchange(dry, {}));
     lender = linearisation;
     fitted.equations =
         std::make_shared<NormalEquations>(measurement, linearisation->columns(), linearisation->target());
@@ -145,12 +153,12 @@ FittedModel fit_gains(const Measurement& measurement, Terms terms, const FittedM
     const Eigen::VectorXd& wanted = fitted.solution.value;
     const double promised =
         fitted.equations->squared_error(wanted) + wanted.dot(fitted.constraints.penalty * wanted);
-    const double decrease = step_towards(cost, here, promised, wanted, terms);
+    const double decrease = step_towards(cost, here, promised, wanted, terms, dry);
     fitted.solution.value = gains_of(terms);
     if (step > 0 && decrease < kConverged) break;
   }
   // Linearised again at the final gains: residuals and trials start from here.
-  fitted.linearisation = std::make_shared<Linearisation>(*linearisation, terms);
+  fitted.linearisation = std::make_shared<Linearisation>(*linearisation, terms, std::move(dry));
   fitted.terms = std::move(terms);
   judge(measurement, fitted);
   return fitted;

@@ -15,10 +15,13 @@ SearchResult refine_shapes(const std::vector<ShapeRange>& ranges, std::vector<do
     return range.logarithmic ? std::log(value) : value;
   };
   std::vector<double> lower, upper, point, step;
+  bool within = true;
   for (const ShapeRange& range : ranges) {
     lower.push_back(to_search(range, range.lower));
     upper.push_back(to_search(range, range.upper));
-    point.push_back(std::clamp(to_search(range, start[range.index]), lower.back(), upper.back()));
+    const double wanted = to_search(range, start[range.index]);
+    point.push_back(std::clamp(wanted, lower.back(), upper.back()));
+    within = within && point.back() == wanted;
     if (range.first_step > 0.0) {
       step.push_back(range.first_step);
       continue;
@@ -26,7 +29,10 @@ SearchResult refine_shapes(const std::vector<ShapeRange>& ranges, std::vector<do
     step.push_back(std::max(1e-12, range.logarithmic ? std::min(0.25, 0.25 * (upper.back() - lower.back()))
                                                      : 0.1 * (upper.back() - lower.back())));
   }
+  const std::vector<double> first = point;
+  const double start_cost = best.cost;
   auto objective = [&](const std::vector<double>& x) {
+    if (within && x == first) return start_cost;  // it is the start, but for the rounding of exp(log(x))
     std::vector<double> shapes = start;
     for (std::size_t i = 0; i < ranges.size(); ++i) {
       shapes[ranges[i].index] = ranges[i].logarithmic ? std::exp(x[i]) : x[i];

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <span>
 
+#include "workbench/base/wide_vectors.h"
 #include "workbench/estimate/nonlinear/user_effect_starts.h"
 #include "workbench/estimate/terms/search_ranges.h"
 #include "workbench/signal/spectrum.h"
@@ -34,6 +35,40 @@ double most_cycles(double stroke_m, const ShapeRange& pitch) {
 /// Segment of the spectrum of the rows in which frequencies are sought.
 constexpr std::size_t kFrequencySegment = 512;
 
+/// Step of the periodogram over position, periods within the stroke. Chosen.
+constexpr double kCyclesStep = 0.25;
+
+/// Power of the bins at each of `cycles` periods within all bins. Phasors advance by one complex product for
+/// each bin instead of a sine and a cosine; eight at once, since each waits for the one before it.
+std::vector<double> periodogram(const std::vector<double>& bins, const std::vector<double>& cycles) {
+  constexpr std::size_t kAtOnce = 8;
+  std::vector<double> power(cycles.size());
+  for (std::size_t first = 0; first < cycles.size(); first += kAtOnce) {
+    const std::size_t count = std::min(kAtOnce, cycles.size() - first);
+    double step_cos[kAtOnce] = {}, step_sin[kAtOnce] = {};
+    for (std::size_t k = 0; k < count; ++k) {
+      const double angle = 2.0 * std::numbers::pi * cycles[first + k] / static_cast<double>(bins.size() - 1);
+      step_cos[k] = std::cos(angle);
+      step_sin[k] = std::sin(angle);
+    }
+    double re[kAtOnce] = {}, im[kAtOnce] = {}, sines[kAtOnce] = {}, cosines[kAtOnce];
+    std::fill_n(cosines, kAtOnce, 1.0);
+    run_wide([&] {
+      for (const double value : bins) {
+        for (std::size_t k = 0; k < kAtOnce; ++k) {
+          re[k] += value * cosines[k];
+          im[k] += value * sines[k];
+          const double next = cosines[k] * step_cos[k] - sines[k] * step_sin[k];
+          sines[k] = sines[k] * step_cos[k] + cosines[k] * step_sin[k];
+          cosines[k] = next;
+        }
+      }
+    });
+    for (std::size_t k = 0; k < count; ++k) power[first + k] = re[k] * re[k] + im[k] * im[k];
+  }
+  return power;
+}
+
 /// Pitches at which `signal` repeats over position: the highest peaks of its periodogram over a uniform grid
 /// of positions.
 std::vector<double> repeating_pitches(const Measurement& measurement, const ShapeRange& range,
@@ -61,28 +96,10 @@ std::vector<double> repeating_pitches(const Measurement& measurement, const Shap
   mean /= std::max(used, 1.0);
   const double lowest_cycles = 1.0;
   const double highest_cycles = most_cycles(stroke.length(), range);
-  constexpr double kStep = 0.25;
   std::vector<double> cycles;
-  std::vector<double> power;
-  for (double c = lowest_cycles; c <= highest_cycles; c += kStep) {
-    double re = 0.0;
-    double im = 0.0;
-    const double angle = 2.0 * std::numbers::pi * c / (kBins - 1);
-    // The phasor advances by one complex product per bin instead of a sine and a cosine.
-    const double cr = std::cos(angle), sr = std::sin(angle);
-    double ci = 1.0, si = 0.0;
-    for (std::size_t i = 0; i < sum.size(); ++i) {
-      if (weight[i] > 0.0) {
-        re += (sum[i] - mean) * ci;
-        im += (sum[i] - mean) * si;
-      }
-      const double next = ci * cr - si * sr;
-      si = si * cr + ci * sr;
-      ci = next;
-    }
-    cycles.push_back(c);
-    power.push_back(re * re + im * im);
-  }
+  for (double c = lowest_cycles; c <= highest_cycles; c += kCyclesStep) cycles.push_back(c);
+  for (std::size_t i = 0; i < sum.size(); ++i) sum[i] = weight[i] > 0.0 ? sum[i] - mean : 0.0;
+  const std::vector<double> power = periodogram(sum, cycles);
   std::vector<double> pitches;
   for (const std::size_t peak : peaks(power, wanted)) {
     pitches.push_back(std::clamp(stroke.length() / cycles[peak], range.lower, range.upper));

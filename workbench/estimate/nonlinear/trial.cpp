@@ -2,7 +2,10 @@
 #include "workbench/estimate/nonlinear/trial.h"
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
+#include <mutex>
+#include <optional>
 #include <utility>
 
 #include "workbench/base/parallel.h"
@@ -100,16 +103,75 @@ Eigen::VectorXd delayed_target(const Measurement& measurement, const Linearisati
          measurement.force_N(measurement_dynamics_of({delay}));
 }
 
-/// equations_with() without the blocks.
-NormalEquations sum_with(const Measurement& measurement, const Linearisation& linearisation,
-                         const NormalEquations& equations, const Term& term) {
-  if (term.gains.empty()) {
-    return equations.sum_with_target(measurement, linearisation.columns(),
-                                     delayed_target(measurement, linearisation, term));
+/// The costs of an effect's shapes: the error of base and effect fitted jointly. What was evaluated once is
+/// not evaluated again, since a search begins with the best starting point and the trial ends with the best
+/// shapes. May be called by several threads.
+class ShapeCosts {
+ public:
+  ShapeCosts(const Measurement& measurement, const FittedModel& base, Term term,
+             const NormalEquations::Constraints& constraints, const std::vector<BoundState>& bound_states)
+      : measurement_(measurement),
+        base_(base),
+        term_(std::move(term)),
+        constraints_(constraints),
+        bound_states_(bound_states) {}
+
+  double of(const std::vector<double>& shapes) {
+    if (const auto known = known_cost(shapes)) return *known;
+    Term term = term_;
+    term.shapes = shapes;
+    Eigen::MatrixXd columns;
+    if (!term.gains.empty()) columns = base_.linearisation->columns_of(term);
+    const double cost = sum_with(term, columns).training_error(constraints_, bound_states_);
+    const std::lock_guard lock(lock_);
+    costs_.push_back({shapes, cost});
+    if (cost < lowest_) {
+      lowest_ = cost;
+      lowest_shapes_ = shapes;
+      lowest_columns_ = std::move(columns);
+    }
+    return cost;
   }
-  return equations.sum_with(measurement, linearisation.columns(), linearisation.columns_of(term),
-                            linearisation.target());
-}
+
+  /// equations_with() at these shapes.
+  NormalEquations equations(const Term& term) const {
+    const Linearisation& linearisation = *base_.linearisation;
+    if (term.gains.empty() || term.shapes != lowest_shapes_)
+      return equations_with(measurement_, linearisation, *base_.equations, term);
+    return base_.equations->with(measurement_, linearisation.columns(), lowest_columns_,
+                                 linearisation.target());
+  }
+
+ private:
+  std::optional<double> known_cost(const std::vector<double>& shapes) const {
+    const std::lock_guard lock(lock_);
+    for (const SearchResult& one : costs_) {
+      if (one.shapes == shapes) return one.cost;
+    }
+    return {};
+  }
+
+  /// equations_with() without the blocks.
+  NormalEquations sum_with(const Term& term, const Eigen::MatrixXd& columns) const {
+    const Linearisation& linearisation = *base_.linearisation;
+    if (term.gains.empty()) {
+      return base_.equations->sum_with_target(measurement_, linearisation.columns(),
+                                              delayed_target(measurement_, linearisation, term));
+    }
+    return base_.equations->sum_with(measurement_, linearisation.columns(), columns, linearisation.target());
+  }
+
+  const Measurement& measurement_;
+  const FittedModel& base_;
+  const Term term_;
+  const NormalEquations::Constraints& constraints_;
+  const std::vector<BoundState>& bound_states_;
+  mutable std::mutex lock_;
+  std::vector<SearchResult> costs_;
+  double lowest_ = HUGE_VAL;
+  std::vector<double> lowest_shapes_;
+  Eigen::MatrixXd lowest_columns_;
+};
 
 }  // namespace
 
@@ -136,12 +198,8 @@ Trial try_effect(const Measurement& measurement, const FittedModel& base, const 
 
   // Shapes are chosen by the data that the gains are fitted to (variable projection, Golub and Pereyra 1973);
   // the held-out error judges what was chosen.
-  const auto cost = [&](const std::vector<double>& shapes) {
-    Term term = best.term;
-    term.shapes = shapes;
-    return sum_with(measurement, linearisation, *base.equations, term)
-        .training_error(constraints, bound_states);
-  };
+  ShapeCosts costs(measurement, base, best.term, constraints, bound_states);
+  const auto cost = [&](const std::vector<double>& shapes) { return costs.of(shapes); };
 
   const auto starts = start != nullptr
                           ? std::vector<std::vector<double>>{*start}
@@ -166,7 +224,7 @@ Trial try_effect(const Measurement& measurement, const FittedModel& base, const 
     if (found[i].cost < lowest.cost) lowest = std::move(found[i]);
   }
   best.term.shapes = std::move(lowest.shapes);
-  const NormalEquations equations = equations_with(measurement, linearisation, *base.equations, best.term);
+  const NormalEquations equations = costs.equations(best.term);
   const auto judged = equations.cross_validate(constraints, bound_states);
   best.terms.back() = best.term;
   take_gains(best.terms, equations.fit(constraints, bound_states).value);

@@ -17,6 +17,7 @@ class Events {
   struct Numbers {
     std::uint64_t state = 1;
     std::uint64_t live = 1;
+    std::uint64_t progress = 1;
     bool operator==(const Numbers&) const = default;
   };
 
@@ -35,13 +36,20 @@ class Events {
 
   void tell() { count(&Numbers::state); }
   void tell_live() { count(&Numbers::live); }
-  /// Waits until something was told since `seen`, at most this long. Returns the numbers, or nothing where
-  /// this follower is to end.
-  std::optional<Numbers> wait(std::uint64_t follower, const Numbers& seen,
-                              std::chrono::milliseconds most) const {
+  /// Tells how far a job is, which is part of the state, but can wait.
+  void tell_progress() { count(&Numbers::progress); }
+  using Clock = std::chrono::steady_clock;
+  /// Waits until something was told since `seen`, at most this long; until `progress_from` for progress
+  /// alone. Returns the numbers, or nothing where this follower is to end.
+  std::optional<Numbers> wait(std::uint64_t follower, const Numbers& seen, std::chrono::milliseconds most,
+                              Clock::time_point progress_from = {}) const {
     std::unique_lock lock(lock_);
     const auto ends = [&] { return closed_ || follower + kMostFollowers <= followers_; };
-    changed_.wait_for(lock, most, [&] { return numbers_ != seen || ends(); });
+    const auto is_urgent = [&] {
+      return numbers_.state != seen.state || numbers_.live != seen.live || ends();
+    };
+    changed_.wait_for(lock, most, [&] { return numbers_.progress != seen.progress || is_urgent(); });
+    if (numbers_.progress != seen.progress) changed_.wait_until(lock, progress_from, is_urgent);
     if (ends()) return std::nullopt;
     return numbers_;
   }

@@ -12,9 +12,6 @@
 namespace slipstack::workbench {
 namespace {
 
-using namespace std::chrono_literals;
-constexpr auto kBetweenTellings = 50ms;  // of progress; a page draws no more often. Chosen.
-
 /// Niceness of a job that gives way: a third of the processor beside a thread that does not (Linux,
 /// sched(7)).
 constexpr int kGivesWay = 5;
@@ -43,7 +40,7 @@ void Jobs::start(const std::string& what, Work work) {
   fraction_ = -1.0;
   error_.clear();
   outcome_.clear();
-  start_ = told_ = std::chrono::steady_clock::now();
+  start_ = std::chrono::steady_clock::now();
   thread_ = std::thread([this, work = std::move(work)] { run(work); });
   events_.tell();
 }
@@ -75,14 +72,10 @@ void Jobs::run(const Work& work) {
 void Jobs::show(const std::string& stage, double fraction) {
   {
     const std::lock_guard lock(lock_);
-    const auto now = std::chrono::steady_clock::now();
-    const bool same = stage == stage_;
     stage_ = stage;
     fraction_ = fraction;
-    if (same && now - told_ < kBetweenTellings) return;
-    told_ = now;
   }
-  events_.tell();
+  events_.tell_progress();
 }
 
 void Jobs::cancel() {

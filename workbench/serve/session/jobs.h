@@ -53,7 +53,6 @@ class Jobs {
   std::string error_;
   std::string outcome_;
   std::chrono::steady_clock::time_point start_;
-  std::chrono::steady_clock::time_point told_;
 };
 
 }  // namespace slipstack::workbench

@@ -163,8 +163,10 @@ void Workspace::diagnose(const std::vector<std::string>& user_effects) {
 
 /// Best first; a repeated search replaces what it tries again.
 void Workspace::add_tried(json card) {
+  bool first = false;
   {
     const std::lock_guard lock(lock_);
+    first = tried_.empty();
     std::vector<json> all;
     for (json& one : tried_) {
       if (one["effect"] != card["effect"]) all.push_back(std::move(one));
@@ -178,7 +180,11 @@ void Workspace::add_tried(json card) {
                      [&](const json& a, const json& b) { return error_N(a) < error_N(b); });
     tried_ = std::move(all);
   }
-  events_.tell();
+  if (first) {
+    events_.tell();  // that something shows is not to wait
+  } else {
+    events_.tell_progress();
+  }
 }
 
 void Workspace::keep_bent(int version, const json& changes) {

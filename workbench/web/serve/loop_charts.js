@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pre-sliding loops: force over the displacement from the middle of the loop.
+// Pre-sliding loops: force over the displacement from the middle of the loop. Their points lie closer than the rows do; row[i] is
+// the row that is nearest to point i.
 import {colour, padded} from '/chart.js';
 import {clipped, extentOf, forceWord, place, unitFor} from '/linked.js';
 import {store} from '/store.js';
@@ -17,7 +18,7 @@ function loopSpec(loop) {
     const size = 3 * devicePixelRatio;
     ctx.fillStyle = colour('curve5');
     loop.measured_N.forEach((value, i) => {
-      if (value === null || !store.selected[loop.first_row + i]) return;
+      if (value === null || !store.selected[loop.row[i]]) return;
       const [x, y] = path(u, loop.measured_N, i);
       ctx.fillRect(x - size / 2, y - size / 2, size, size);
     });
