@@ -133,7 +133,8 @@ class CyclicPosition {
   /// Whether the reference follows the stream.
   bool following() const { return following_.load(std::memory_order_relaxed); }
   const SyncClock& clock() const { return clock_; }
-  /// Set-points that were extrapolated, and streams that ended because too many were missing.
+  /// Set-points that were extrapolated, and streams that ended because too many were missing or SYNC lost its
+  /// lock.
   std::uint32_t bridged() const { return bridged_; }
   std::uint32_t gaps() const { return gaps_; }
 
@@ -174,7 +175,7 @@ class CyclicPosition {
 
   template <class Ahead>
   bool may_take(std::uint32_t by_time, bool has_target, const Ahead& ahead) {
-    if (!clock_.locked() || played_out(by_time)) forget();
+    if (!clock_.locked() || played_out(by_time)) end_unasked();
     if (!started_ || !clock_.locked() || !has_target) return false;
     if (!ended_.load(std::memory_order_relaxed)) return true;
     // The tick has ended it.
@@ -182,6 +183,14 @@ class CyclicPosition {
     ended_.store(false, std::memory_order_relaxed);
     forget();
     return true;
+  }
+
+  // The reference brakes if it has followed. Where set-points are missing, the tick has counted that already.
+  void end_unasked() {
+    const bool followed = following();
+    forget();
+    // From now on the tick counts none.
+    gaps_ += followed ? 1 : 0;
   }
 
   // The last segment of a stream is long over: it must be gone before its number comes round.

@@ -53,7 +53,8 @@ CHECKED = ["firmware/control/controller.cpp", "firmware/canopen/node.cpp", "firm
            "tests/unit/control/parts_test.cpp"]
 # The quick tests, as far as they are programs of the host: the nearest first.
 PROGRAMS = ["friction_unit_test", "friction_property_test", "control_test", "effects_test", "canopen_test",
-            "loop_test", "cyclic_position_test", "energy_test", "can_master_test"]
+            "loop_test", "cyclic_position_test", "soak_test", "adaptation_test", "observer_test", "energy_test",
+            "can_master_test"]
 BATCHES_S = (2.0, 20.0)
 
 

@@ -275,6 +275,40 @@ TEST(CyclicPosition, AStreamThatEndedIsNotPlayedAgain) {
   EXPECT_EQ(stream.followed, 0);
 }
 
+// A stream ends in one of three ways: set-points stay away, SYNC comes with another period until its lock is
+// lost, or it is told to stop. The first two are gaps, one each; nothing that leads the reference is no gap.
+TEST(CyclicPosition, CountsEachStreamThatEndsUnasked) {
+  const auto lose_lock = [](RestingStream& stream) {
+    for (int i = 0; i < 200 && stream.cyclic.clock().locked(); ++i) {
+      stream.tick += RestingStream::kPeriod / 2;
+      stream.sync(true);
+      for (std::uint32_t tick = 0; tick < RestingStream::kPeriod; ++tick) stream.step();
+    }
+    ASSERT_FALSE(stream.cyclic.clock().locked());
+    EXPECT_FALSE(stream.cyclic.following());
+  };
+  RestingStream stream;
+  stream.rest_at(100000);
+  stream.periods(40, true);
+  ASSERT_TRUE(stream.cyclic.following());
+  EXPECT_EQ(stream.cyclic.gaps(), 0U);
+  lose_lock(stream);
+  EXPECT_EQ(stream.cyclic.gaps(), 1U) << "the lock is lost";
+  lose_lock(stream);
+  EXPECT_EQ(stream.cyclic.gaps(), 1U) << "there is no stream to end";
+  stream.periods(40, true);
+  ASSERT_TRUE(stream.cyclic.following());
+  stream.periods(10, false);
+  EXPECT_EQ(stream.cyclic.gaps(), 2U) << "no set-points";
+  lose_lock(stream);
+  EXPECT_EQ(stream.cyclic.gaps(), 2U);
+  stream.periods(40, true);
+  ASSERT_TRUE(stream.cyclic.following());
+  stream.cyclic.stop();
+  lose_lock(stream);
+  EXPECT_EQ(stream.cyclic.gaps(), 2U) << "stopped";
+}
+
 // A stream that jumps, stops and runs away: never more than the limits; and it is met. Half of the runs begin
 // in a stop that is harder than the limits: its acceleration may be kept, but not turned round.
 TEST(Tracking, NeverBeyondTheLimitsAndMeetsTheStream) {
