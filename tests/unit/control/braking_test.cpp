@@ -116,6 +116,23 @@ TEST(Braking, EndsAtRestWithinItsLimitsInTheShortestTime) {
 }
 
 // 35 kg at 2 m/s on an encoder of 1 nm, 10 kHz: the numbers of the largest axis.
+// Deceleration and jerk of the fixed point are those asked for, rounded up: never less, and never none.
+TEST(Braking, LimitsAreRoundedUp) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> exponent(-20.0, 5.0);
+  for (int run = 0; run < 10000; ++run) {
+    const auto deceleration = static_cast<float>(std::pow(10.0, exponent(random)));
+    const auto jerk = static_cast<float>(std::pow(10.0, exponent(random)));
+    const BrakingLimits limits = braking_limits(deceleration, jerk);
+    ASSERT_GE(limits.deceleration, 1) << deceleration;
+    ASSERT_GE(limits.jerk, 1) << jerk;
+    ASSERT_GE(real(limits.deceleration), static_cast<double>(deceleration));
+    ASSERT_LE(real(limits.deceleration), static_cast<double>(deceleration) + kUnit);
+    ASSERT_GE(real(limits.jerk), static_cast<double>(jerk));
+    ASSERT_LE(real(limits.jerk), static_cast<double>(jerk) + kUnit);
+  }
+}
+
 TEST(Braking, StopsTwoMetresPerSecondOnANanometreEncoder) {
   const BrakingLimits limits = braking_limits(150.0F, 1.5F);
   const Played played = play(to_fixed(2.0e5F), 0, limits, 100000);

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <memory>
 #include <random>
+#include <vector>
 
 #include "firmware/control/bounds/position_range.h"
 #include "firmware/control/bounds/stopping_distance.h"
@@ -101,6 +102,20 @@ TEST(SyncClock, ASyncOutOfPlaceStepsNoVelocity) {
     EXPECT_GT(largest_change, 1e-6) << period << ": it is corrected";
     std::printf("period %u: velocity corrected by %.2g, by %.2g in a tick\n", period, largest_change,
                 largest_step);
+  }
+}
+
+// Eight SYNCs in a row make the lock, wherever the first one lies; a silence within a period takes none.
+TEST(SyncClock, IsLockedAfterEightSyncsInARow) {
+  for (std::uint32_t first = 1; first < 60; ++first) {
+    SyncClock clock;
+    clock.set_period(20.0F, 1e-4F);
+    int syncs = 0;
+    for (std::uint32_t tick = first; !clock.locked() && syncs < 20; tick += 20) {
+      clock.sync(tick);
+      ++syncs;
+    }
+    EXPECT_EQ(syncs, SyncClock::kAcquired) << first;
   }
 }
 
@@ -273,6 +288,75 @@ TEST(CyclicPosition, AStreamThatEndedIsNotPlayedAgain) {
   }
   stream.periods(6 * kSilence, false);
   EXPECT_EQ(stream.followed, 0);
+}
+
+// Bridged are the set-points that were missing, and those that came when their segment had begun.
+TEST(CyclicPosition, CountsWhatItHasBridged) {
+  RestingStream stream;
+  stream.rest_at(100000);
+  stream.periods(40, true);
+  std::uint32_t bridged = stream.cyclic.bridged();
+  EXPECT_EQ(bridged, 0U);
+  for (const int missing : {1, 2, 1, 2}) {
+    stream.periods(missing, false);
+    stream.periods(5, true);
+    bridged += static_cast<std::uint32_t>(missing);
+    EXPECT_EQ(stream.cyclic.bridged(), bridged);
+  }
+  // In motion it can be told which one is late: SYNC with its set-point comes with the next one.
+  std::int32_t place = 100000;
+  const auto moving = [&](int count) {
+    for (; count > 0; --count) {
+      stream.rest_at(place += 10);
+      stream.periods(1, true);
+    }
+  };
+  moving(40);
+  EXPECT_EQ(stream.cyclic.bridged(), bridged);
+  for (std::uint32_t i = 0; i < RestingStream::kPeriod; ++i) stream.step();
+  stream.rest_at(place += 10);
+  stream.sync(true);
+  moving(20);
+  EXPECT_EQ(stream.cyclic.bridged(), bridged + 1);
+  EXPECT_EQ(stream.cyclic.gaps(), 0U);
+}
+
+// Velocities that are lost or late now and then, played from a first period of any number: its number is in
+// nothing that is played.
+TEST(CyclicPosition, VelocitiesAreFollowedWhateverTheNumberOfThePeriod) {
+  constexpr std::uint32_t kTicks = 4;
+  const auto played = [](std::uint32_t earlier_periods) {
+    CyclicPosition cyclic;
+    StreamPath path;
+    cyclic.set_period(static_cast<float>(kTicks), 1e-4F);
+    path.set_limits(
+        cyclic.path_limits({250.0F, 0.5F, 0.5F, 0.005F}, PositionRange{}, CyclicPosition::kRounding));
+    std::uint32_t tick = 1000;
+    const auto sync = [&](bool has_target, float velocity) {
+      cyclic.sync_velocity(tick, has_target, velocity, path, [](std::uint32_t) { return Motion{}; });
+    };
+    // SYNC alone, rare enough to be quick and often enough to keep the lock.
+    for (std::uint32_t i = 0; i < 40; ++i, tick += kTicks) sync(false, 0.0F);
+    tick += kTicks * earlier_periods;
+    for (std::uint32_t i = 0; i < 40; ++i, tick += kTicks) sync(false, 0.0F);
+    cyclic.start();
+    std::vector<double> places;
+    for (std::uint32_t n = 0; n < 200; ++n) {
+      const bool late = n % 17 == 11;  // by half a period: between two
+      for (std::uint32_t i = 0; i < kTicks; ++i, cyclic.poll(++tick)) {
+        if (i == (late ? kTicks / 2 : 0))
+          sync(n % 13 != 5, 20.0F * std::sin(0.05F * static_cast<float>(n)));
+        if (!cyclic.step(tick)) continue;
+        const StreamPoint at = cyclic.point();
+        places.push_back(static_cast<double>(at.counts) + static_cast<double>(at.offset));
+      }
+    }
+    return places;
+  };
+  const std::vector<double> first = played(0);
+  EXPECT_GT(first.size(), 190 * kTicks);
+  for (const std::uint32_t earlier : {0x20000000U, 0x3FFFFFC0U})
+    EXPECT_EQ(played(earlier), first) << std::hex << earlier;
 }
 
 // A stream ends in one of three ways: set-points stay away, SYNC comes with another period until its lock is

@@ -119,6 +119,31 @@ TEST(Excitation, BeginsAndEndsSoftly) {
   EXPECT_GT(largest_step, 0.6 * steepest);
 }
 
+// Whatever one before has left: nothing of it is in what a new one says of itself, nor in its values.
+TEST(Excitation, BeginsAnewWithNothingOfTheOneBefore) {
+  std::mt19937 random(11);
+  for (int i = 0; i < 20; ++i) {
+    const ExcitationSettings settings = drawn(random), before = drawn(random);
+    Excitation fresh;
+    fresh.begin(settings);
+    Excitation again;
+    again.begin(before);
+    const auto ticks = static_cast<std::uint32_t>(1 + random() % (before.period_ticks * before.periods));
+    for (std::uint32_t tick = 0; tick < ticks; ++tick) again.step({}, 0.0F);
+    again.note(0xFFFF);
+    if (i % 2 == 0) again.stop();
+    again.leave();
+    again.begin(settings);
+    EXPECT_EQ(again.value(), 0.0F);
+    EXPECT_EQ(again.periods(), 0U);
+    EXPECT_EQ(again.limits(), 0);
+    EXPECT_TRUE(again.running());
+    for (std::uint32_t tick = 0; tick < 2 * settings.period_ticks; ++tick)
+      ASSERT_EQ(again.step({}, 0.0F), fresh.step({}, 0.0F)) << tick;
+    EXPECT_EQ(again.periods(), fresh.periods());
+  }
+}
+
 TEST(Excitation, EndsWhereTheAxisLeavesItsPlaceOrAccelerates) {
   const ExcitationSettings settings{.amplitude = 1.0F,
                                     .largest_deviation_m = 1e-4F,

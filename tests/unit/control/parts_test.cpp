@@ -176,6 +176,28 @@ TEST(Adaptation, TellsLevelPlaceAndMassApart) {
   EXPECT_GT(worst, 1e-3);
 }
 
+// What is learned at one place is linear between values 16 mm apart, and nothing beyond the next one.
+TEST(Adaptation, APlaceSaysNothingOfPlacesBeyondTheNextValue) {
+  AxisParameters axis;
+  axis.adapt_level = axis.adapt_mass = true;
+  Adaptation::Bounds bounds = Adaptation::bounds(axis, 12.0F, 35.0F);
+  bounds.whole = bounds.mass = {};
+  const auto at = [](int thousandths_m) { return 1000 * thousandths_m; };
+  for (const int learned_mm : {-32, 0, 48}) {
+    Adaptation adaptation;
+    adaptation.begin(bounds);
+    // Until the low-pass of the residual has forgotten how it began.
+    for (int i = 0; i < 20000; ++i)
+      adaptation.step(bounds, {at(learned_mm), 0.0F, 12.0F, 0.0F, (1.3F - adaptation.level()) * 12.0F});
+    EXPECT_NEAR(adaptation.level(), 1.3F, 2e-3F);
+    for (int away_mm = -40; away_mm <= 40; away_mm += 4) {
+      adaptation.step(bounds, {at(learned_mm + away_mm), 0.0F, 12.0F, 0.0F, std::nanf("")});
+      const float share = std::max(0.0F, 1.0F - static_cast<float>(std::abs(away_mm)) / 16.0F);
+      EXPECT_NEAR(adaptation.level(), 1.0F + 0.3F * share, 3e-3F) << learned_mm << " mm and " << away_mm;
+    }
+  }
+}
+
 TEST(Adaptation, StaysBoundedForAnyInput) {
   AxisParameters axis;
   axis.adapt_level = axis.adapt_mass = true;
