@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Breaks the core on purpose: how many of 200 mutants of firmware/control, canopen and friction the quick tests kill.
 
-    tests/bench/mutation/mutate.py all [--seed N...] [--mutants N] [--jobs N]
+    python3 tests/bench/mutation/mutate.py all [--seed N...] [--mutants N] [--jobs N]
     tests/bench/mutation/mutate.py prepare|refresh|build|reach|run|report [--folder build/mutation]
 
   prepare  a copy of the project with all mutants in its headers (rewrite.py); which one runs is asked at run time

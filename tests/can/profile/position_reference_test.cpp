@@ -93,8 +93,9 @@ TEST(PositionReference, AnAbsoluteEncoderHasItFromTheStart) {
 TEST(PositionReference, TheOriginIsWrittenWhenHomingIsDone) {
   HomingAxis axis(0.05, true);
   ASSERT_EQ(axis.choose(23), 0U);
-  const std::uint32_t before = axis.read(0x2012, 2);
-  // The controller's own is another one by a homing that was not to be stored.
+  // Staged and not in force.
+  const std::uint32_t before = axis.read(0x2012, 2) + 4711;
+  ASSERT_EQ(axis.write(0x2012, 2, before, 4), 0U);
   axis.enable(6);
   ASSERT_EQ(axis.write(0x6040, 0, 0x1F, 2), 0U);
   std::uint32_t bits = 0;
