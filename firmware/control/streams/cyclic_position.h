@@ -116,10 +116,17 @@ class CyclicPosition {
     const std::uint32_t newest = period_of_velocity(by_time, now);
     count_bridged(newest, begun);
     if (joined_ && newest - newest_ > kBridged + 1) leave();
+    // Of SYNCs that were held back and come together, the last one tells when a stream begins.
+    if (joined_ && began_ == tick && newest != newest_) {
+      empty_slots();
+      in_a_row_ = 0;
+    }
     // Until its first segment begins, each SYNC tells better when that is.
     if (!joined_ || newest != newest_) ++in_a_row_;
-    if (in_a_row_ == 1 && static_cast<std::int32_t>(newest - begun) > 0)
+    if (in_a_row_ == 1 && static_cast<std::int32_t>(newest - begun) > 0) {
       path.start(newest, begin_of(newest, now, ahead));
+      began_ = tick;
+    }
     newest_ = newest;
     joined_ = true;
     streaming_.store(true, std::memory_order_release);
@@ -242,7 +249,7 @@ class CyclicPosition {
     const float velocity = from_fixed(then.velocity) + (0.5F + rest) * acceleration;
     const float beyond = rest * (velocity - 0.5F * rest * acceleration);
     const auto whole = static_cast<std::int32_t>(beyond);
-    const float ticks = 1.0F / clock_.wanted_rate();
+    const float ticks = 1.0F / clock_.rate_in(left);
     return {sum(then.counts, whole), then.fraction_of_count() + (beyond - static_cast<float>(whole)),
             velocity * ticks, acceleration * ticks * ticks};
   }
@@ -316,9 +323,10 @@ class CyclicPosition {
   SetPointSpline spline_;
   std::uint32_t newest_ = 0;
   std::uint32_t in_a_row_ = 0;
+  std::uint32_t began_ = 0;  // the tick in which the stream of velocities began
   bool joined_ = false;
-  std::uint32_t bridged_ = 0;
   bool started_ = false;
+  std::uint32_t bridged_ = 0;
   // From there to the tick, and back.
   std::array<Slot, kSlots> slots_;
   std::atomic<bool> streaming_{false};

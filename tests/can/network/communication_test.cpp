@@ -248,8 +248,14 @@ TEST(Lss, EveryWordOfTheIdentityMustFitAndComeInItsTurn) {
   EXPECT_TRUE(selected({0, 1, 2, 3}, -1));
   for (int wrong = 0; wrong < 4; ++wrong) EXPECT_FALSE(selected({0, 1, 2, 3}, wrong)) << wrong;
   EXPECT_TRUE(selected({0, 1, 2, 3}, -1));
-  for (const auto& parts : std::vector<std::vector<std::uint8_t>>{
-           {1, 2, 3}, {0, 2, 3}, {0, 1, 3}, {0, 1, 2}, {1, 0, 2, 3}, {0, 1, 3, 2}, {3, 0, 1, 2}, {0, 1, 1, 2, 3}})
+  for (const auto& parts : std::vector<std::vector<std::uint8_t>>{{1, 2, 3},
+                                                                  {0, 2, 3},
+                                                                  {0, 1, 3},
+                                                                  {0, 1, 2},
+                                                                  {1, 0, 2, 3},
+                                                                  {0, 1, 3, 2},
+                                                                  {3, 0, 1, 2},
+                                                                  {0, 1, 1, 2, 3}})
     EXPECT_FALSE(selected(parts, -1)) << parts.size() << ' ' << int{parts[1]};
   // One that begins anew is none that goes on.
   EXPECT_TRUE(selected({0, 1, 0, 1, 2, 3}, -1));

@@ -344,8 +344,7 @@ TEST(CyclicPosition, VelocitiesAreFollowedWhateverTheNumberOfThePeriod) {
     for (std::uint32_t n = 0; n < 200; ++n) {
       const bool late = n % 17 == 11;  // by half a period: between two
       for (std::uint32_t i = 0; i < kTicks; ++i, cyclic.poll(++tick)) {
-        if (i == (late ? kTicks / 2 : 0))
-          sync(n % 13 != 5, 20.0F * std::sin(0.05F * static_cast<float>(n)));
+        if (i == (late ? kTicks / 2 : 0)) sync(n % 13 != 5, 20.0F * std::sin(0.05F * static_cast<float>(n)));
         if (!cyclic.step(tick)) continue;
         const StreamPoint at = cyclic.point();
         places.push_back(static_cast<double>(at.counts) + static_cast<double>(at.offset));

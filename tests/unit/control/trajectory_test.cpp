@@ -152,8 +152,8 @@ TEST(Trajectory, BringsAStateBeyondItsLimitsBack) {
   }
 }
 
-// The farthest places of a motion that turns round anywhere: as far as it is seen to go in small steps, and no
-// farther than one of these steps may hide.
+// The farthest places of a motion that turns round anywhere: as far as it is seen to go in small steps, and
+// no farther than one of these steps may hide.
 TEST(Trajectory, ExtentIsHowFarItGoes) {
   std::mt19937 random(12);
   const auto uniform = [&random](double low, double high) {
