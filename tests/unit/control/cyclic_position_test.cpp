@@ -185,6 +185,32 @@ TEST(SetPointSpline, LeansOutByNoMoreThanTheLargestBend) {
   }
 }
 
+// Set-points that are mirrored make the mirrored path.
+TEST(SetPointSpline, IsTheSameBothWays) {
+  std::mt19937 random(15);
+  for (int run = 0; run < 20; ++run) {
+    SetPointSpline up, down;
+    const auto put = [&](std::uint32_t n, std::int32_t place) {
+      up.put(n, place);
+      down.put(n, -place);
+    };
+    for (std::uint32_t n = 0; n < 4; ++n) put(n, 0);
+    up.start(3);
+    down.start(3);
+    for (std::uint32_t n = 4; n < 60; ++n) {
+      put(n, static_cast<std::int32_t>(random() % 2001) - 1000);
+      const auto bend = static_cast<std::int32_t>(random() % 3000);
+      up.lean(n, bend);
+      down.lean(n, bend);
+      // Sixths of a count are rounded down.
+      const auto both = static_cast<std::int64_t>(up.place(n) + down.place(n));
+      ASSERT_NEAR(static_cast<double>(both) * 0x1p-32, 0.0, 1e-6) << run << ' ' << n;
+      const std::int32_t next = up.extrapolate(n + 1, bend);
+      ASSERT_NEAR(next, -down.extrapolate(n + 1, bend), 1) << "whole counts";
+    }
+  }
+}
+
 TEST(SetPointSpline, ExtrapolatesAParabolaAndBelievesNoJump) {
   SetPointSpline spline;
   const auto path = [](std::int32_t n) { return 3 * n * n - 40 * n + 5; };
@@ -294,6 +320,13 @@ TEST(CyclicPosition, AStreamThatEndedIsNotPlayedAgain) {
 TEST(CyclicPosition, CountsWhatItHasBridged) {
   RestingStream stream;
   stream.rest_at(100000);
+  // Before there is a stream nothing is bridged.
+  stream.periods(20, false);
+  for (const int missing : {1, 2, 4, 1}) {
+    stream.periods(2, true);
+    stream.periods(missing, false);
+  }
+  ASSERT_FALSE(stream.cyclic.following());
   stream.periods(40, true);
   std::uint32_t bridged = stream.cyclic.bridged();
   EXPECT_EQ(bridged, 0U);

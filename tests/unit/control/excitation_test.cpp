@@ -164,6 +164,28 @@ TEST(Excitation, EndsWhereTheAxisLeavesItsPlaceOrAccelerates) {
   EXPECT_EQ(excitation.state(), ExcitationState::kEnded);
 }
 
+// The band is that of the harmonics next to its two frequencies, the upper one by one more where their sum
+// would be odd.
+TEST(Excitation, TheBandIsOfTheNearestHarmonics) {
+  std::mt19937 random(14);
+  for (int i = 0; i < 1000; ++i) {
+    ExcitationSettings settings;
+    settings.period_ticks = 1000 + static_cast<std::uint32_t>(random() % 60000);
+    const double period_s = settings.period_ticks * 1e-4;
+    const double low_Hz = std::uniform_real_distribution<double>(1.0, 200.0)(random) / period_s;
+    const double high_Hz = low_Hz + std::uniform_real_distribution<double>(2.0, 800.0)(random) / period_s;
+    settings.set_band(static_cast<float>(low_Hz), static_cast<float>(high_Hz), 1e-4F);
+    EXPECT_NEAR(settings.lowest, low_Hz * period_s, 0.501);
+    EXPECT_EQ((settings.lowest + settings.highest) % 2, 0U);
+    EXPECT_GT(settings.highest, high_Hz * period_s - 0.501);
+    EXPECT_LT(settings.highest, high_Hz * period_s + 1.501);
+  }
+  ExcitationSettings settings;
+  settings.period_ticks = 1000;
+  settings.set_band(0.0F, 30.0F, 1e-4F);
+  EXPECT_EQ(settings.lowest, 1U) << "at least one in a period";
+}
+
 TEST(Excitation, RefusesWhatIsNone) {
   const ExcitationSettings good{.amplitude = 1.0F,
                                 .largest_deviation_m = 1e-4F,

@@ -176,6 +176,24 @@ TEST(Adaptation, TellsLevelPlaceAndMassApart) {
   EXPECT_GT(worst, 1e-3);
 }
 
+// What is believed before anything was learned is five times what the forgetting comes to by itself where the
+// friction is that of the model: w T / dry^2.
+TEST(Adaptation, BeginsWithFiveTimesTheVarianceThatItSettlesAt) {
+  for (const float dry_N : {0.5F, 3.0F, 12.0F, 80.0F}) {
+    AxisParameters axis;
+    axis.adapt_level = true;
+    axis.level_memory_s = 0.5F;
+    const Adaptation::Bounds bounds = Adaptation::bounds(axis, dry_N, 35.0F);
+    Adaptation adaptation;
+    adaptation.begin(bounds);
+    const float first = adaptation.variance_per_N2();
+    for (int i = 0; i < 60000; ++i) adaptation.step(bounds, {0, 0.0F, dry_N, 0.0F, 0.0F});
+    const float settled = 1e-4F / 0.5F / (dry_N * dry_N);
+    EXPECT_NEAR(adaptation.variance_per_N2() / settled, 1.0F, 0.05F) << dry_N;
+    EXPECT_NEAR(first / settled, 5.0F, 0.01F) << dry_N;
+  }
+}
+
 // What is learned at one place is linear between values 16 mm apart, and nothing beyond the next one.
 TEST(Adaptation, APlaceSaysNothingOfPlacesBeyondTheNextValue) {
   AxisParameters axis;
