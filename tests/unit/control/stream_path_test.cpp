@@ -100,33 +100,6 @@ TEST(StreamPath, IsSmoothAndKeepsItsLimitsWhateverVelocitiesCome) {
   }
 }
 
-// Mirrored velocities make the mirrored path, but for what its roots are found to, also where speeding and
-// slowing differ.
-TEST(StreamPath, IsTheSameBothWays) {
-  std::mt19937 random(16);
-  for (int run = 0; run < 100; ++run) {
-    const double fastest = uniform(random, 5.0, 3000.0);
-    auto limits = limits_of(fastest, uniform(random, 0.01, 0.5) * fastest, uniform(random, 0.5, 20.0));
-    limits.slowing *= static_cast<float>(uniform(random, 0.3, 3.0));
-    StreamPath up, down;
-    for (StreamPath* path : {&up, &down}) {
-      path->set_limits(limits);
-      path->start(100, {.counts = 0, .fraction = 0.0F});
-    }
-    for (std::uint32_t n = 100; n < 400; ++n) {
-      const bool leaps = n % 37 > 20;
-      const auto velocity =
-          static_cast<float>(leaps ? uniform(random, -fastest, fastest) : 1.5 * fastest * std::sin(0.1 * n));
-      up.put_velocity(n, velocity);
-      down.put_velocity(n, -velocity);
-      const Ends there = Ends::of(up.segment(n)), back = Ends::of(down.segment(n));
-      ASSERT_NEAR(there.v0, -back.v0, 2e-3 * fastest) << run << ' ' << n;
-      ASSERT_NEAR(there.v1, -back.v1, 2e-3 * fastest) << run << ' ' << n;
-      ASSERT_NEAR(there.a1, -back.a1, 4e-3 * fastest) << run << ' ' << n;
-    }
-  }
-}
-
 // A velocity that leaps and then stays: reached in the time that the limits need, and not overshot.
 TEST(StreamPath, AVelocityThatLeapsIsReachedInTimeAndNotOvershot) {
   std::mt19937 random(4);
