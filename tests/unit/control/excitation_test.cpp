@@ -186,6 +186,30 @@ TEST(Excitation, TheBandIsOfTheNearestHarmonics) {
   EXPECT_EQ(settings.lowest, 1U) << "at least one in a period";
 }
 
+// The tick after the one that left it is told so, once: what was excited fades then.
+TEST(Excitation, SaysOnceThatItWasLeft) {
+  const ExcitationSettings settings{.amplitude = 1.0F,
+                                    .largest_deviation_m = 1e-4F,
+                                    .period_ticks = 1000,
+                                    .lowest = 1,
+                                    .highest = 21,
+                                    .periods = 3};
+  Excitation excitation;
+  EXPECT_FALSE(excitation.left());
+  for (int run = 0; run < 3; ++run) {
+    excitation.begin(settings);
+    EXPECT_TRUE(excitation.takes_part());
+    for (int i = 0; i < 100; ++i) {
+      excitation.step({}, 0.0F);
+      EXPECT_FALSE(excitation.left());
+    }
+    excitation.leave();
+    EXPECT_FALSE(excitation.takes_part());
+    EXPECT_TRUE(excitation.left());
+    EXPECT_FALSE(excitation.left());
+  }
+}
+
 TEST(Excitation, RefusesWhatIsNone) {
   const ExcitationSettings good{.amplitude = 1.0F,
                                 .largest_deviation_m = 1e-4F,

@@ -416,6 +416,22 @@ TEST(Parameters, AnEncoderIsRefusedThatTheReferenceCannotCount) {
   EXPECT_EQ(check(axis, model), ParameterStatus::kEncoderTooCoarse);
 }
 
+// What moves is inertia and payload together, each as far as it is in the model.
+TEST(Parameters, TheMassIsInertiaAndPayload) {
+  for (const bool has_inertia : {false, true}) {
+    for (const bool has_payload : {false, true}) {
+      ModelParameters model;
+      auto& inertia = std::get<EffectParameters<Inertia<float>, float>>(model);
+      auto& payload = std::get<EffectParameters<PayloadMass<float>, float>>(model);
+      inertia.enabled = has_inertia;
+      inertia.gains[0] = 30.0F;
+      payload.enabled = has_payload;
+      payload.gains[0] = 4.5F;
+      EXPECT_EQ(mass_kg(model), (has_inertia ? 30.0F : 0.0F) + (has_payload ? 4.5F : 0.0F));
+    }
+  }
+}
+
 TEST(Parameters, NothingOutOfBoundsPasses) {
   const AxisParameters good;
   EXPECT_EQ(check(good, plain_model(35.0F)), ParameterStatus::kOk);

@@ -62,6 +62,23 @@ class Watch {
   bool driving_;
 };
 
+// After a reset there is no step to compare the first one with: an axis that moves is no encoder that jumps.
+TEST(FaultMonitor, BeginsOnAnAxisThatMoves) {
+  const FaultMonitor::Bounds bounds = FaultMonitor::bounds(watched());
+  FaultMonitor monitor;
+  std::int32_t counts = 0;
+  const auto tick = [&](std::int32_t step) {
+    TickInputs in;
+    in.encoder.counts = counts += step;
+    return monitor.check(bounds, in, counts, 0.0F, false);
+  };
+  for (const std::int32_t step : {50, -50, 0, 50}) {
+    monitor.reset(counts);
+    for (int i = 0; i < 10; ++i) EXPECT_EQ(tick(step), Fault::kNone) << step << ' ' << i;
+  }
+  EXPECT_EQ(tick(-50), Fault::kEncoderJump);
+}
+
 TEST(FaultMonitor, ACurrentAwayFromItsSetPoint) {
   for (const bool driving : {false, true}) {
     for (const float sign : {-1.0F, 1.0F}) {
