@@ -128,7 +128,8 @@ TEST(Excitation, BeginsAnewWithNothingOfTheOneBefore) {
     fresh.begin(settings);
     Excitation again;
     again.begin(before);
-    const auto ticks = static_cast<std::uint32_t>(1 + random() % (before.period_ticks * before.periods));
+    const std::uint32_t longest = before.period_ticks * before.periods;
+    const auto ticks = static_cast<std::uint32_t>(1 + random() % longest);
     for (std::uint32_t tick = 0; tick < ticks; ++tick) again.step({}, 0.0F);
     again.note(0xFFFF);
     if (i % 2 == 0) again.stop();
