@@ -314,6 +314,21 @@ TEST_F(Faults, QuickStopEndsDisabledAndAtRest) {
   EXPECT_EQ(record().latched(), Fault::kNone);
 }
 
+// As long as the axis is braked, and no longer, the limits say so; beside what the current says.
+TEST_F(Faults, TheLimitsSayThatAStopBrakes) {
+  const auto brakes = [this] { return (loop_->controller().output().limits & kLimitReference) != 0; };
+  EXPECT_FALSE(brakes());
+  loop_->controller().command(0x0B);
+  loop_->run(0.001);
+  while (state() == DriveState::kQuickStopActive && std::abs(loop_->plant.velocity_mps()) > 0.01) {
+    EXPECT_TRUE(brakes());
+    loop_->step();
+  }
+  loop_->run(0.3);
+  EXPECT_EQ(state(), DriveState::kSwitchOnDisabled);
+  EXPECT_FALSE(brakes());
+}
+
 TEST(Watchdog, AResetByItIsAFaultUntilAcknowledged) {
   host::HostEncoder encoder;
   host::HostMotorCurrent motor;

@@ -51,7 +51,6 @@ class Emergency {
   /// The youngest is number 1.
   std::uint32_t history(std::uint8_t number) const { return number <= count_ ? history_[number - 1U] : 0; }
   void clear_history() { count_ = 0; }
-  bool active(ErrorSource source) const { return active_[at(source)] != 0; }
   /// What begins anew with the communication: its errors are gone, and nothing is waiting to be sent.
   void reset_communication() {
     for (std::size_t i = 1; i < active_.size(); ++i) active_[i] = 0;

@@ -116,10 +116,17 @@ class CyclicPosition {
     const std::uint32_t newest = period_of_velocity(by_time, now);
     count_bridged(newest, begun);
     if (joined_ && newest - newest_ > kBridged + 1) leave();
+    // Of SYNCs that were held back and come together, the last one tells when a stream begins.
+    if (joined_ && began_ == tick && newest != newest_) {
+      empty_slots();
+      in_a_row_ = 0;
+    }
     // Until its first segment begins, each SYNC tells better when that is.
     if (!joined_ || newest != newest_) ++in_a_row_;
-    if (in_a_row_ == 1 && static_cast<std::int32_t>(newest - begun) > 0)
+    if (in_a_row_ == 1 && static_cast<std::int32_t>(newest - begun) > 0) {
       path.start(newest, begin_of(newest, now, ahead));
+      began_ = tick;
+    }
     newest_ = newest;
     joined_ = true;
     streaming_.store(true, std::memory_order_release);
@@ -133,7 +140,8 @@ class CyclicPosition {
   /// Whether the reference follows the stream.
   bool following() const { return following_.load(std::memory_order_relaxed); }
   const SyncClock& clock() const { return clock_; }
-  /// Set-points that were extrapolated, and streams that ended because too many were missing.
+  /// Set-points that were extrapolated, and streams that ended because too many were missing or SYNC lost its
+  /// lock.
   std::uint32_t bridged() const { return bridged_; }
   std::uint32_t gaps() const { return gaps_; }
 
@@ -174,7 +182,7 @@ class CyclicPosition {
 
   template <class Ahead>
   bool may_take(std::uint32_t by_time, bool has_target, const Ahead& ahead) {
-    if (!clock_.locked() || played_out(by_time)) forget();
+    if (!clock_.locked() || played_out(by_time)) end_unasked();
     if (!started_ || !clock_.locked() || !has_target) return false;
     if (!ended_.load(std::memory_order_relaxed)) return true;
     // The tick has ended it.
@@ -182,6 +190,14 @@ class CyclicPosition {
     ended_.store(false, std::memory_order_relaxed);
     forget();
     return true;
+  }
+
+  // The reference brakes if it has followed. Where set-points are missing, the tick has counted that already.
+  void end_unasked() {
+    const bool followed = following();
+    forget();
+    // From now on the tick counts none.
+    gaps_ += followed ? 1 : 0;
   }
 
   // The last segment of a stream is long over: it must be gone before its number comes round.
@@ -233,7 +249,7 @@ class CyclicPosition {
     const float velocity = from_fixed(then.velocity) + (0.5F + rest) * acceleration;
     const float beyond = rest * (velocity - 0.5F * rest * acceleration);
     const auto whole = static_cast<std::int32_t>(beyond);
-    const float ticks = 1.0F / clock_.wanted_rate();
+    const float ticks = 1.0F / clock_.rate_in(left);
     return {sum(then.counts, whole), then.fraction_of_count() + (beyond - static_cast<float>(whole)),
             velocity * ticks, acceleration * ticks * ticks};
   }
@@ -307,9 +323,10 @@ class CyclicPosition {
   SetPointSpline spline_;
   std::uint32_t newest_ = 0;
   std::uint32_t in_a_row_ = 0;
+  std::uint32_t began_ = 0;  // the tick in which the stream of velocities began
   bool joined_ = false;
-  std::uint32_t bridged_ = 0;
   bool started_ = false;
+  std::uint32_t bridged_ = 0;
   // From there to the tick, and back.
   std::array<Slot, kSlots> slots_;
   std::atomic<bool> streaming_{false};

@@ -115,7 +115,13 @@ class SyncClock {
                                                 : wanted - 0.5F * (wanted - now) * period_ticks_ / straight;
     return periods / mean;
   }
-  /// The rate that the last SYNC has made, of a period, in a tick: it is there a period later.
+  /// The rate so many ticks after the last SYNC, of a period, in a tick: what that has made of it is there a
+  /// period later.
+  float rate_in(float ticks) const {
+    const float now = rate();
+    const float share = approx::clamp(ticks / period_ticks_, 0.0F, 1.0F);
+    return now + share * (wanted_rate() - now);
+  }
   float wanted_rate() const { return static_cast<float>(wanted_rate_) * 0x1p-32F; }
 
   // ---- anywhere ----

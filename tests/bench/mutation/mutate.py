@@ -2,12 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Breaks the core on purpose: how many of 200 mutants of firmware/control, canopen and friction the quick tests kill.
 
-    tests/bench/mutation/mutate.py all [--seed N...] [--mutants N] [--jobs N]
+    python3 tests/bench/mutation/mutate.py all [--seed N...] [--mutants N] [--jobs N]
     tests/bench/mutation/mutate.py prepare|refresh|build|reach|run|report [--folder build/mutation]
 
   prepare  a copy of the project with all mutants in its headers (rewrite.py); which one runs is asked at run time
   build    its quick tests, once
-  reach    runs each test alone, without a mutant: how long it takes and which mutants it comes past
+  reach    runs each test alone, without a mutant: how long it takes and which mutants it comes past. Of some
+           --programs only: those of the others stay
   run      each mutant against the tests that come past it, the shortest first, until one fails, crashes or takes ten
            times as long as without. What has been run is not run again
   report   the ratio by folder, and the survivors beside the reasons in survivors.txt; status 1 below 90 %
@@ -51,9 +52,10 @@ CHECKED = ["firmware/control/controller.cpp", "firmware/canopen/node.cpp", "firm
            "tests/property/friction/equality_test.cpp", "tests/property/friction/fast_forms_test.cpp",
            "tests/unit/friction/memory_stack_test.cpp", "tests/unit/control/point_to_point_test.cpp",
            "tests/unit/control/parts_test.cpp"]
-# The quick tests, as far as they are programs of the host: the nearest first.
+# The programs of quick tests that run the firmware on the host: the nearest first.
 PROGRAMS = ["friction_unit_test", "friction_property_test", "control_test", "effects_test", "canopen_test",
-            "loop_test", "cyclic_position_test", "energy_test", "can_master_test"]
+            "loop_test", "cyclic_position_test", "soak_test", "adaptation_test", "observer_test", "energy_test",
+            "can_master_test", "bus_commission_test"]
 BATCHES_S = (2.0, 20.0)
 
 
@@ -94,16 +96,17 @@ class Bench:
     def program(self, name):
         return str(self.build_folder / "bin" / name)
 
-    def tests_of(self, program):
-        listed = subprocess.run([self.program(program), "--gtest_list_tests"], check=True, capture_output=True, text=True)
-        suite, names = "", []
-        for line in listed.stdout.splitlines():
-            line = line.split("#")[0].rstrip()
-            if line.startswith("  "):
-                names.append(suite + line.strip())
-            elif line.endswith("."):
-                suite = line.strip()
-        return names
+    def quick_tests(self):
+        """(program, test) of what toolchain/test runs of the programs: without the labels that it leaves out."""
+        listed = subprocess.run(["ctest", "--test-dir", self.build_folder, "--show-only=json-v1"], check=True, capture_output=True)
+        wanted = {self.program(name): name for name in self.options.programs}
+        found = []
+        for test in json.loads(listed.stdout)["tests"]:
+            command = test.get("command", [""])
+            labels = next((one["value"] for one in test["properties"] if one["name"] == "LABELS"), [])
+            if command[0] in wanted and not {"long", "on_demand"} & set(labels):
+                found.append((wanted[command[0]], command[1].removeprefix("--gtest_filter=")))
+        return found
 
     def measure(self, job):
         program, test = job
@@ -118,10 +121,12 @@ class Bench:
                 "mutants": [number for number, byte in enumerate(bytes_passed) if byte]}
 
     def reach(self):
-        jobs = [(program, test) for program in self.options.programs for test in self.tests_of(program)]
+        jobs = self.quick_tests()
         with concurrent.futures.ThreadPoolExecutor(self.options.jobs) as pool:
             measured = list(pool.map(self.measure, jobs))
-        (self.folder / "reach.json").write_text(json.dumps(measured))
+        file = self.folder / "reach.json"
+        others = [one for one in json.loads(file.read_text()) if one["program"] not in self.options.programs] if file.exists() else []
+        file.write_text(json.dumps(others + measured))
         failing = [one["test"] for one in measured if one["fails"]]
         print(f"{len(measured)} tests, {sum(one['seconds'] for one in measured):.0f} s; left out, as they fail without a "
               f"mutant: {' '.join(failing) or 'none'}")

@@ -14,6 +14,8 @@
 #include <deque>
 #include <memory>
 #include <new>
+#include <utility>
+#include <vector>
 
 #include "tests/bench/real_time/watched_drive.h"
 
@@ -49,7 +51,7 @@ class SteppedBus final : public Bus {
   void wait_until(double time_s) override {
     while (now_s() < time_s) {
       drive_.tick(
-          *inside_, [this](CanFrame& frame) { return take(to_drive_, frame); },
+          *inside_, 0.0, [this](CanFrame& frame) { return take(to_drive_, frame); },
           [this](const CanFrame& frame) { to_master_.push_back(frame); });
       ++ticks_;
     }
@@ -69,6 +71,30 @@ class SteppedBus final : public Bus {
   std::unique_ptr<Inside> inside_ = std::make_unique<Inside>();
   std::deque<CanFrame> to_drive_, to_master_;
   std::int64_t ticks_ = 0;
+};
+
+/// A perfect clock but for some times in which the master is held up: what was due then follows at once.
+class HeldBus final : public Bus {
+ public:
+  struct Hold {
+    double from_s, to_s;
+  };
+  HeldBus(WatchedDrive& drive, std::vector<Hold> holds) : bus_(drive), holds_(std::move(holds)) {}
+  void send(const CanFrame& frame) override { bus_.send(frame); }
+  bool receive(CanFrame& frame) override { return bus_.receive(frame); }
+  double now_s() const override { return bus_.now_s(); }
+  void wait_until(double time_s) override {
+    for (const Hold& hold : holds_) {
+      if (hold.from_s <= time_s && time_s < hold.to_s) time_s = hold.to_s;
+    }
+    bus_.wait_until(time_s);
+  }
+  void mark() override { bus_.mark(); }
+  const Inside& end() override { return bus_.end(); }
+
+ private:
+  SteppedBus bus_;
+  std::vector<Hold> holds_;  // in the order of time
 };
 
 /// The drive in a process of its own, which sleeps until each of its ticks; the master in this one, which
@@ -147,12 +173,13 @@ class ProcessBus final : public Bus {
     for (std::int64_t tick = 1;; ++tick) {
       const double due_s = begin_ + static_cast<double>(tick) * loop::kTick_s;
       sleep_until(due_s);
-      inside_->turns.add(now() - due_s);
+      const double late_s = now() - due_s;
+      inside_->turns.add(late_s);
       const ssize_t size = ::recv(socket, &waiting, sizeof waiting, MSG_DONTWAIT);
       if (size == 0) return;
       waits = size == static_cast<ssize_t>(sizeof waiting);
       drive.tick(
-          *inside_,
+          *inside_, late_s,
           [&](CanFrame& frame) {
             if (!waits) return take(socket, frame);
             waits = false;

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <vector>
 
 #include "tests/bench/real_time/buses.h"
 
@@ -19,7 +20,10 @@ class ScriptMaster {
   static constexpr std::uint32_t kOtherPdo = 0x500U + can::kNode;     // RPDO 4 by map()
 
   explicit ScriptMaster(Bus& bus) : bus_(bus) {}
-  Lateness set_points;  ///< how late they were sent
+  Lateness set_points;         ///< how late they were sent
+  std::vector<double> late_s;  ///< the same, one by one
+  /// Of the first one: periods since the begin.
+  std::int64_t first_period() const { return period_ + 1 - static_cast<std::int64_t>(late_s.size()); }
 
   void write(std::uint16_t index, std::uint8_t sub, std::uint32_t value, std::size_t bytes) {
     const std::array<std::uint8_t, 5> commands = {0, 0x2F, 0x2B, 0x27, 0x23};
@@ -72,7 +76,8 @@ class ScriptMaster {
       // Each in its turn: what is late follows at once.
       const double due_s = kPeriod_s * static_cast<double>(++period_);
       bus_.wait_until(due_s);
-      set_points.add(bus_.now_s() - due_s);
+      late_s.push_back(bus_.now_s() - due_s);
+      set_points.add(late_s.back());
       const auto bits = static_cast<std::uint32_t>(static_cast<std::int32_t>(target(n * kPeriod_s)));
       std::array<std::uint8_t, 8> data = {0x0F, 0};
       for (std::size_t i = 0; i < bytes; ++i) data[2 + i] = static_cast<std::uint8_t>(bits >> (8 * i));

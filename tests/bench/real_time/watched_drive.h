@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 
 #include "tests/bench/cyclic_position/reference_watch.h"
@@ -11,16 +14,26 @@
 
 namespace slipstack::bench {
 
+/// A stretch of the drive's own time: as many ticks as the master has in a period.
+struct Stretch {
+  static constexpr std::int64_t kTicks = 40;
+
+  double square_error = 0.0;  ///< of following, m2, summed over the ticks
+  double late_s = 0.0;        ///< of the drive's process, at most
+  bool unlocked = false;      ///< the loop on SYNC had no lock, for a tick at least
+};
+
 /// What is known of a drive by looking into it. In memory that two processes share: the drive's writes it,
 /// the other one reads it when that has ended.
 struct Inside {
   Seen seen;
   Fault fault = Fault::kNone;  ///< the first one
   std::uint32_t bridged = 0, gaps = 0;
-  double axis_mps = 0.0;        ///< largest velocity of the axis
-  double current_step_A = 0.0;  ///< largest change of the current in a tick
-  double position_m = 0.0;      ///< on the rail, at last
-  Lateness turns;               ///< of the drive's process
+  double axis_mps = 0.0;                    ///< largest velocity of the axis
+  double current_step_A = 0.0;              ///< largest change of the current in a tick
+  double position_m = 0.0;                  ///< on the rail, at last
+  Lateness turns;                           ///< of the drive's process
+  std::array<Stretch, 20'000> stretches{};  ///< from the start on, 80 s
   bool real_time_scheduling = false;
   std::uint32_t frames_not_sent = 0;
   std::atomic<std::uint32_t> marks_wanted{0};  ///< by the other process: what is seen counts from here on
@@ -33,10 +46,10 @@ class WatchedDrive {
 
   explicit WatchedDrive(bool referenced) : axis_(kStart_m, referenced) { axis_.all(); }
 
-  /// One tick and one turn of the main loop. `next(frame)` takes what has come from the bus, `send(frame)`
-  /// what goes to it.
+  /// One tick and one turn of the main loop, so late. `next(frame)` takes what has come from the bus,
+  /// `send(frame)` what goes to it.
   template <class Next, class Send>
-  void tick(Inside& inside, const Next& next, const Send& send) {
+  void tick(Inside& inside, double late_s, const Next& next, const Send& send) {
     CanFrame frame;
     while (next(frame)) axis_.master.send(frame);
     Controller& controller = axis_.loop->controller();
@@ -49,12 +62,18 @@ class WatchedDrive {
       gaps_ = controller.cyclic_position().gaps();
     }
     const double before_A = current_A();
+    Stretch& stretch = inside.stretches[std::min(static_cast<std::size_t>(++ticks_ / Stretch::kTicks),
+                                                 inside.stretches.size() - 1)];
+    stretch.late_s = std::max(stretch.late_s, late_s);
     axis_.loop->step();
     axis_.drive->after_tick();
     axis_.now_us += 100;
     axis_.poll();
     watch_.look(controller);
     inside.seen = watch_.seen;
+    const auto error_m = static_cast<double>(controller.output().position_error_m);
+    stretch.square_error += error_m * error_m;
+    stretch.unlocked = stretch.unlocked || !controller.cyclic_position().clock().locked();
     if (inside.fault == Fault::kNone) inside.fault = controller.state().faults().latched();
     inside.bridged = controller.cyclic_position().bridged() - bridged_;
     inside.gaps = controller.cyclic_position().gaps() - gaps_;
@@ -74,6 +93,7 @@ class WatchedDrive {
 
   can::HomingAxis axis_;
   ReferenceWatch watch_;
+  std::int64_t ticks_ = 0;
   std::uint32_t marks_ = 0;
   std::uint32_t bridged_ = 0, gaps_ = 0;
 };

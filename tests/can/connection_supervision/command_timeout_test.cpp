@@ -190,6 +190,50 @@ TEST_F(SilentMaster, InCyclicPositionTheAxisStops) {
   EXPECT_EQ(bench_.read(0x6041, 0) & 0x4F, 0x40U);
 }
 
+// By SDO, without a controlword beside it: the velocity that was written is a set-point to be repeated, also
+// that of an axis which stands.
+TEST_F(SilentMaster, InCyclicVelocityTheAxisStops) {
+  for (const std::uint32_t wanted : {20000U, 0U}) {
+    Bench bench;
+    bench.configure();
+    bench.nmt(0x01);
+    ASSERT_EQ(bench.write(0x60C2, 1, 2, 1), 0U);
+    bench.enable(9);
+    bench.run_ms(500);
+    EXPECT_TRUE(bench.loop->motor.enabled) << "nothing commanded yet";
+    for (int i = 0; i < 200; ++i) {
+      ASSERT_EQ(bench.write(0x60FF, 0, wanted, 4), 0U);
+      bench.send(0x080, {});
+      bench.run_ms(2);
+      ASSERT_TRUE(bench.loop->motor.enabled) << i;
+    }
+    EXPECT_NEAR(bench.loop->plant.velocity_mps(), 1e-6 * wanted, 0.002);
+    for (int i = 0; i < 100; ++i) {
+      bench.send(0x080, {});
+      bench.run_ms(2);
+    }
+    EXPECT_FALSE(bench.loop->motor.enabled) << wanted;
+    EXPECT_EQ(bench.read(0x6041, 0) & 0x4F, 0x40U);
+  }
+}
+
+// The tick has seen the loss, and the next thing that the main loop sees is a command: the loss counts.
+TEST_F(SilentMaster, ACommandThatComesTooLateDoesNotUndoTheLoss) {
+  for (const int late_ms : {-5, 5}) {
+    Bench bench;
+    bench.configure();
+    bench.enable(kCyclicTorque);
+    ASSERT_EQ(bench.write(0x6071, 0, 0, 2), 0U);
+    for (int i = 0; i < 10 * (kTimeout_ms + late_ms); ++i) bench.loop->step();
+    ASSERT_EQ(bench.write(0x6071, 0, 0, 2), 0U);
+    for (int i = 0; i < 10; ++i) {
+      bench.run_ms(5);
+      ASSERT_EQ(bench.write(0x6071, 0, 0, 2), 0U);
+    }
+    EXPECT_EQ((bench.read(0x6041, 0) & 0x6F) == 0x27U, late_ms < 0) << late_ms;
+  }
+}
+
 // A move of profile position is complete when it is commanded.
 TEST_F(SilentMaster, AProfileMoveRunsToItsEnd) {
   bench_.enable(kProfilePosition);

@@ -90,6 +90,31 @@ TEST(ExcitationObjects, IsRefusedWhereItMustNotRun) {
   }
 }
 
+// 2320h:02: nothing has run before the first start, whether the axis is driven or not; and nothing runs that
+// is switched off.
+TEST(ExcitationObjects, TheStateIsThatOfTheLastRun) {
+  Excited axis;
+  EXPECT_EQ(axis.state(), 0U);
+  ASSERT_EQ(axis.bench.write(0x6040, 0, 0, 2), 0U);
+  axis.bench.run_ms(2);
+  EXPECT_EQ(axis.state(), 0U) << "switched off";
+  axis.bench.enable(1);
+  ASSERT_EQ(axis.start(), 0U);
+  EXPECT_EQ(axis.state(), kRunning);
+  axis.bench.run_ms(700);
+  EXPECT_EQ(axis.state(), 2U);
+  ASSERT_EQ(axis.bench.write(0x6040, 0, 0, 2), 0U);
+  EXPECT_EQ(axis.state(), 2U) << "what is complete stays so";
+  axis.bench.run_ms(20);
+  EXPECT_EQ(axis.state(), 2U);
+  axis.bench.enable(1);
+  ASSERT_EQ(axis.start(), 0U);
+  axis.bench.run_ms(10);
+  ASSERT_EQ(axis.bench.write(0x6040, 0, 0, 2), 0U);
+  axis.bench.run_ms(2);
+  EXPECT_EQ(axis.state(), 4U);
+}
+
 // Whatever ends it: it does not come back, the current makes no step larger than the excitation's own, and
 // the axis does what it was told.
 TEST(ExcitationObjects, EndsWithWhateverStopsTheAxis) {

@@ -213,6 +213,17 @@ TEST_F(Memory, TicksThatTheMainLoopComesTooLateForAreCounted) {
   EXPECT_EQ(bench_.read(kObserver, kMissed), 200U - Controller::kLatest);
 }
 
+TEST(MemoryAsDelivered, WithoutParametersNoTickIsMissed) {
+  Bench bench;
+  for (int i = 0; i < 3; ++i) {
+    for (int tick = 0; tick < 200; ++tick) bench.loop->step();
+    bench.run_ms(1);
+  }
+  bench.configure();
+  bench.run_ms(5);
+  EXPECT_EQ(bench.read(kObserver, kMissed), 0U);
+}
+
 TEST_F(Memory, WithoutHysteresisThereIsNone) {
   move(1000);
   move(-500);

@@ -80,5 +80,15 @@ TEST(StagedAxis, EveryObjectIsAParameterOfItsOwn) {
   EXPECT_GT(parameters, 60);
 }
 
+// What the bus has in another unit than the axis: 6075h in mA.
+TEST(StagedAxis, OtherUnitsAreThoseOfTheBus) {
+  Bench bench;
+  for (const std::uint32_t rated_mA : {1000U, 4321U, 20000U}) {
+    ASSERT_EQ(bench.write(0x6075, 0, rated_mA, 4), 0U);
+    EXPECT_FLOAT_EQ(staged_axis(bench.node->dictionary()).motor_rated_A,
+                    1e-3F * static_cast<float>(rated_mA));
+  }
+}
+
 }  // namespace
 }  // namespace slipstack::can

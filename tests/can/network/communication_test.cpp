@@ -112,6 +112,32 @@ TEST(Sync, ProducerCountsToTheOverflowValue) {
   EXPECT_EQ(bench.all_with(0x080), (std::vector<Data>{{1}, {2}, {3}, {4}, {1}, {2}}));
 }
 
+// The node's own SYNC is one for its own PDOs as well: as many go out as of a SYNC that another one sends.
+TEST(Sync, AProducerFollowsItsOwn) {
+  for (const bool own : {true, false}) {
+    Bench bench;
+    ASSERT_EQ(bench.write(0x1801, 2, 3, 1), 0U);  // TPDO 2 with every third
+    ASSERT_EQ(bench.write(0x1006, 0, 10000, 4), 0U);
+    bench.nmt(0x01);
+    bench.run_ms(20);
+    if (own) {
+      ASSERT_EQ(bench.write(0x1005, 0, 0x40000080, 4), 0U);
+    }
+    bench.all();
+    std::size_t syncs = 0, pdos = 0;
+    for (int period = 0; period < 30; ++period) {
+      if (!own) bench.send(0x080, {});
+      bench.run_ms(10);
+      for (const Message& message : bench.all()) {
+        syncs += message.id == 0x080 ? 1U : 0U;
+        pdos += message.id == 0x285 ? 1U : 0U;
+      }
+    }
+    EXPECT_EQ(syncs, own ? 30U : 0U);
+    EXPECT_EQ(pdos, 10U) << (own ? "its own" : "of another");
+  }
+}
+
 TEST(BusOff, WaitsRecoversAndTells) {
   Bench bench;
   bench.nmt(0x01);
@@ -204,6 +230,37 @@ TEST(Lss, SelectsByIdentityAndSetsTheNodeId) {
   EXPECT_EQ(bench.all_with(0x721), (std::vector<Data>{{0}})) << "stored";
 }
 
+TEST(Lss, EveryWordOfTheIdentityMustFitAndComeInItsTurn) {
+  Bench bench;
+  bench.all();
+  const std::array<std::uint32_t, 4> identity = {0, 0x534C4B31, 0x00010000, 0x12345678};
+  const auto selected = [&](const std::vector<std::uint8_t>& parts, int wrong) {
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      const std::uint32_t word = identity[parts[i]] + (static_cast<int>(i) == wrong ? 1U : 0U);
+      bench.send(0x7E5, lss(static_cast<std::uint8_t>(0x40 + parts[i]), word));
+    }
+    bench.poll();
+    const bool answered = !bench.all_with(0x7E4).empty();
+    bench.send(0x7E5, lss(0x04, 0));
+    bench.poll();
+    return answered;
+  };
+  EXPECT_TRUE(selected({0, 1, 2, 3}, -1));
+  for (int wrong = 0; wrong < 4; ++wrong) EXPECT_FALSE(selected({0, 1, 2, 3}, wrong)) << wrong;
+  EXPECT_TRUE(selected({0, 1, 2, 3}, -1));
+  for (const auto& parts : std::vector<std::vector<std::uint8_t>>{{1, 2, 3},
+                                                                  {0, 2, 3},
+                                                                  {0, 1, 3},
+                                                                  {0, 1, 2},
+                                                                  {1, 0, 2, 3},
+                                                                  {0, 1, 3, 2},
+                                                                  {3, 0, 1, 2},
+                                                                  {0, 1, 1, 2, 3}})
+    EXPECT_FALSE(selected(parts, -1)) << parts.size() << ' ' << int{parts[1]};
+  // One that begins anew is none that goes on.
+  EXPECT_TRUE(selected({0, 1, 0, 1, 2, 3}, -1));
+}
+
 TEST(Lss, IdentifyAnswersWithinTheRangesInOrderOnly) {
   Bench bench;
   // Vendor, product, revision from and to, serial number from and to.
@@ -257,6 +314,8 @@ TEST(Lss, AnUnconfiguredNodeIsFoundByFastscan) {
     ASSERT_TRUE(answered(word, 0, part, static_cast<std::uint8_t>(part == 3 ? 0 : part + 1)));
   }
   bench.send(0x7E5, lss(0x11, 9));
+  bench.run_ms(20);
+  EXPECT_TRUE(bench.all_with(0x709).empty()) << "not while it is configured";
   bench.send(0x7E5, lss(0x04, 0));
   bench.poll();
   EXPECT_EQ(bench.all_with(0x709), (std::vector<Data>{{0}}));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // EMCY: every error code of CiA 301 table 26 that communication can cause here, its end, register and
 // history.
+#include "firmware/canopen/network/emergency.h"
 #include "tests/can/bench.h"
 
 namespace slipstack::can {
@@ -60,6 +61,30 @@ TEST(Emcy, AnEmptyHistoryHasNoDataToRead) {
   bench.run_ms(2);
   EXPECT_EQ(bench.read(0x1003, 1) & 0xFFFF, 0x8210U);
   EXPECT_EQ(Bench::number(bench.sdo(Bench::address(0x40, 0x1003, 2)), 4), 0x08000024U);
+}
+
+// As long as the queue to the port has no room a message waits; with room for one it goes.
+TEST(Emcy, AMessageWaitsForRoomAndIsNotLost) {
+  canopen::Emergency emergency;
+  canopen::Outbox outbox;
+  host::HostCanPort port{64}, other{64};
+  other.connect(port);
+  const CanFrame filler{.id = 0x285};
+  while (outbox.room() > 0) outbox.push(filler);
+  emergency.set(canopen::ErrorSource::kPassive, 0x8120, 0x12345678);
+  for (std::uint32_t now_us = 0; now_us < 10000; now_us += 1000) emergency.step(now_us, 0x085, 0, outbox);
+  EXPECT_EQ(outbox.lost(), 0U);
+  outbox.clear();
+  while (outbox.room() > 1) outbox.push(filler);
+  emergency.step(11000, 0x085, 0, outbox);
+  EXPECT_EQ(outbox.room(), 0U);
+  emergency.step(12000, 0x085, 0, outbox);
+  EXPECT_EQ(outbox.lost(), 0U) << "once";
+  outbox.flush(port);
+  CanFrame frame, last;
+  while (other.receive(frame)) last = frame;
+  EXPECT_EQ(last.id, 0x085U);
+  EXPECT_EQ(last.data, (std::array<std::uint8_t, 8>{0x20, 0x81, 0x11, 5, 0x78, 0x56, 0x34, 0x12}));
 }
 
 TEST(Emcy, OverrunIsToldOnceForALossThatGoesOn) {

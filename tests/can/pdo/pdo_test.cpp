@@ -298,5 +298,43 @@ TEST(Remote, RequestsAreSaidToBeUnsupportedAndAreIgnored) {
   EXPECT_EQ(bench.read(0x2211, 3), malformed);
 }
 
+// The identifier of a PDO that is on stays; the same one may be written again, and another one once it is
+// off.
+TEST(Pdo, TheIdentifierChangesOnlyWhileItIsOff) {
+  for (const std::uint16_t pdo : {std::uint16_t{0x1400}, std::uint16_t{0x1802}}) {
+    Bench bench;
+    const std::uint32_t is = bench.read(pdo, 1) & 0x7FFFFFFFU;
+    ASSERT_EQ(bench.write(pdo, 1, is, 4), 0U);
+    EXPECT_EQ(bench.write(pdo, 1, is + 0x11, 4), 0x06090030U) << std::hex << pdo;
+    EXPECT_EQ(bench.write(pdo, 1, is, 4), 0U);
+    EXPECT_EQ(bench.write(pdo, 1, is | 0x80000000U, 4), 0U);
+    EXPECT_EQ(bench.write(pdo, 1, is + 0x11, 4), 0U);
+    EXPECT_EQ(bench.read(pdo, 1) & 0x7FFFFFFFU, is + 0x11);
+  }
+}
+
+// Every third SYNC from the one whose counter is the start value (CiA 301, 7.5.2.38, sub-index 06h).
+TEST(Pdo, SyncsCountFromTheStartValue) {
+  for (const std::uint32_t start : {0U, 5U}) {
+    Bench bench;
+    ASSERT_EQ(bench.write(0x1019, 0, 240, 1), 0U);
+    ASSERT_EQ(bench.write(0x1801, 1, 0xC0000285U, 4), 0U);
+    ASSERT_EQ(bench.write(0x1801, 2, 3, 1), 0U);
+    ASSERT_EQ(bench.write(0x1801, 6, start, 1), 0U);
+    ASSERT_EQ(bench.write(0x1801, 1, 0x40000285U, 4), 0U);
+    bench.nmt(0x01);
+    bench.run_ms(5);
+    bench.all();
+    std::vector<int> sent;
+    for (int counter = 1; counter <= 20; ++counter) {
+      bench.send(0x080, {static_cast<std::uint8_t>(counter)});
+      bench.run_ms(2);
+      if (!bench.all_with(0x285).empty()) sent.push_back(counter);
+    }
+    EXPECT_EQ(sent, start == 0 ? (std::vector<int>{3, 6, 9, 12, 15, 18})
+                               : (std::vector<int>{5, 8, 11, 14, 17, 20}));
+  }
+}
+
 }  // namespace
 }  // namespace slipstack::can

@@ -205,6 +205,26 @@ TEST_F(CyclicVelocity, AMasterThatFallsSilent) {
   EXPECT_LT(position() - from, 2000 + 6400 + 600);
 }
 
+// A master that changes its period in motion: the stream ends with the lock, a stop that 2211h:08 counts.
+TEST_F(CyclicVelocity, AMasterThatChangesItsPeriod) {
+  bench_.enable(9);
+  for (int i = 0; i < 200; ++i) period(std::min(4000 * i, 200000));
+  ASSERT_TRUE(bit(12));
+  EXPECT_EQ(bench_.read(0x2211, 8), 0U);
+  for (int i = 0; i < 100; ++i) {
+    period(200000);
+    bench_.run_ms(kPeriod_ms / 2);
+  }
+  EXPECT_FALSE(bit(12));
+  EXPECT_LT(std::abs(velocity()), 1e-3);
+  EXPECT_EQ(bench_.read(0x2211, 8), 1U);
+  EXPECT_EQ(bench_.read(0x603F, 0), 0U) << "set-points come: no fault";
+  // As agreed again.
+  periods(100, 200000);
+  EXPECT_NEAR(velocity(), 0.2, 0.01);
+  EXPECT_EQ(bench_.read(0x2211, 8), 1U);
+}
+
 // Cyclic position: the target is 607Ah and 60B0h together.
 TEST_F(CyclicVelocity, ThePositionOffsetCountsInCyclicPosition) {
   ASSERT_EQ(bench_.write(0x2403, 0, 0, 2), 0U);

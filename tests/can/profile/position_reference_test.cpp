@@ -89,6 +89,31 @@ TEST(PositionReference, AnAbsoluteEncoderHasItFromTheStart) {
   EXPECT_NEAR(axis.zero_m(), zero_m, 2e-6);
 }
 
+// The origin in 2012h:02, which 1010h stores, is another one when homing has found it, and not before.
+TEST(PositionReference, TheOriginIsWrittenWhenHomingIsDone) {
+  HomingAxis axis(0.05, true);
+  ASSERT_EQ(axis.choose(23), 0U);
+  // Staged and not in force.
+  const std::uint32_t before = axis.read(0x2012, 2) + 4711;
+  ASSERT_EQ(axis.write(0x2012, 2, before, 4), 0U);
+  axis.enable(6);
+  ASSERT_EQ(axis.write(0x6040, 0, 0x1F, 2), 0U);
+  std::uint32_t bits = 0;
+  for (int ms = 0; ms < 60000 && (bits & HomingAxis::kEnd) == 0; ++ms) {
+    EXPECT_EQ(axis.read(0x2012, 2), before) << ms;
+    axis.run_ms(1);
+    bits = axis.status();
+  }
+  ASSERT_EQ(bits & HomingAxis::kError, 0U);
+  axis.run_ms(500);
+  EXPECT_NE(axis.read(0x2012, 2), before);
+  EXPECT_EQ(axis.read(0x2012, 2), static_cast<std::uint32_t>(axis.loop->controller().position().origin()));
+  // An encoder that is not absolute has none to store.
+  HomingAxis incremental(0.05);
+  ASSERT_EQ(incremental.home(23), HomingAxis::kDone);
+  EXPECT_EQ(incremental.read(0x2012, 2), 0U);
+}
+
 // An absolute encoder keeps its place when homing fails or is interrupted.
 TEST(PositionReference, AnAbsoluteEncoderKeepsItWhenHomingFails) {
   HomingAxis axis(0.05, true);
@@ -123,6 +148,26 @@ TEST(PositionReference, AnEncoderFaultTakesItFromAnIncrementalEncoder) {
   lose_signal(absolute);
   EXPECT_EQ(absolute.read(0x603F, 0), 0x7305U);
   EXPECT_TRUE(absolute.referenced());
+}
+
+// Only what says that counts may be wrong: whatever else is a fault, the place is known after it.
+TEST(PositionReference, AFaultThatSaysNothingOfTheCountsLeavesIt) {
+  const auto takes_it = [](Fault fault) {
+    return fault == Fault::kEncoderLoss || fault == Fault::kEncoderJump || fault == Fault::kEncoderStands ||
+           fault == Fault::kIndexOffPlace;
+  };
+  for (std::size_t number = 1; number < kFaultCount; ++number) {
+    const auto fault = static_cast<Fault>(number);
+    for (const bool absolute : {false, true}) {
+      HomingAxis axis(0.05, absolute);
+      ASSERT_EQ(axis.home(37), HomingAxis::kDone);
+      ASSERT_TRUE(axis.referenced());
+      axis.loop->controller().inject(fault);
+      axis.run_ms(300);
+      EXPECT_EQ(axis.read(0x2212, static_cast<std::uint8_t>(number)), 1U) << number;
+      EXPECT_EQ(axis.referenced(), absolute || !takes_it(fault)) << number;
+    }
+  }
 }
 
 TEST(PositionReference, AResetTakesItToo) {

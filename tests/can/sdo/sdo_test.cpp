@@ -48,6 +48,19 @@ TEST(SdoExpedited, AbortCodes) {
   EXPECT_TRUE(bench.sdo({0x40, 0, 0x10, 0}).empty());
 }
 
+// A transfer that is under way: operational and pre-operational are nothing to it, stopped ends it.
+TEST(SdoSegmented, ATransferEndsWhereTheNodeIsStopped) {
+  for (const std::uint8_t through : {std::uint8_t{0x01}, std::uint8_t{0x02}}) {
+    Bench bench;
+    bench.nmt(0x80);
+    ASSERT_EQ(bench.sdo(Bench::address(0x40, 0x1008, 0)).at(0), 0x41);
+    bench.nmt(through);
+    if (through == 0x02) bench.nmt(0x80);
+    const Data segment = bench.sdo({0x60, 0, 0, 0, 0, 0, 0, 0});
+    EXPECT_EQ(segment.at(0) == 0x80, through == 0x02) << int{through};
+  }
+}
+
 TEST(SdoSegmented, ReadsAName) {
   Bench bench;
   const Data begin = bench.sdo(Bench::address(0x40, 0x1008, 0));

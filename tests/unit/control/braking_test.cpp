@@ -8,6 +8,7 @@
 #include <random>
 
 #include "firmware/control/reference/braking.h"
+#include "firmware/control/reference/motion.h"
 
 namespace slipstack {
 namespace {
@@ -116,6 +117,69 @@ TEST(Braking, EndsAtRestWithinItsLimitsInTheShortestTime) {
 }
 
 // 35 kg at 2 m/s on an encoder of 1 nm, 10 kHz: the numbers of the largest axis.
+// A stream that ends while it accelerates: the stop keeps below the largest velocity by giving up no more of
+// the acceleration than it must, and nothing where the axis slows down.
+TEST(Braking, AStopOfAStreamGivesUpWhatLeadsBeyondTheLargestVelocity) {
+  std::mt19937 random(8);
+  const auto uniform = [&random](double low, double high) {
+    return static_cast<float>(std::uniform_real_distribution<double>(low, high)(random));
+  };
+  int given_up = 0, kept = 0;
+  for (int run = 0; run < 5000; ++run) {
+    const float fastest = uniform(20.0, 250.0);
+    const float deceleration = fastest * uniform(0.001, 0.02);
+    const BrakingLimits limits = braking_limits(deceleration, deceleration * uniform(0.005, 0.1));
+    const float sign = run % 2 == 0 ? 1.0F : -1.0F;
+    Motion motion;
+    motion.phase = Motion::Phase::kTracking;
+    motion.velocity = to_fixed(sign * fastest * uniform(run % 3 == 0 ? 0.3 : 0.97, 0.999));
+    motion.acceleration = to_fixed(sign * deceleration * uniform(-1.0, 1.0));
+    const std::int64_t before = motion.acceleration;
+    const std::int64_t slower = motion.velocity;
+    motion.leave_stream(limits, fastest);
+    ASSERT_EQ(motion.velocity, slower);
+    ASSERT_LE(std::abs(motion.acceleration), std::abs(before));
+    ASSERT_GE(real(motion.acceleration) * real(before), 0.0) << "not turned round";
+    double largest = 0.0;
+    std::int64_t velocity = motion.velocity, acceleration = motion.acceleration;
+    for (int tick = 0; tick < 10000 && velocity != 0; ++tick) {
+      acceleration = braking_acceleration(velocity, acceleration, limits);
+      velocity += acceleration;
+      largest = std::max(largest, std::abs(real(velocity)));
+    }
+    ASSERT_LE(largest, static_cast<double>(fastest) * 1.0005) << run;
+    if (motion.acceleration == before) {
+      ++kept;
+      continue;
+    }
+    ++given_up;
+    ASSERT_GT(real(before) * static_cast<double>(sign), 0.0) << "it slowed down";
+    // Within a jerk of a tick, and the 4096th of the acceleration.
+    const double room = static_cast<double>(fastest) - std::abs(real(slower));
+    const double rest = static_cast<double>(fastest) - largest;
+    ASSERT_LE(rest, 0.05 * room + 2.0 * real(limits.jerk) + 1e-3 * room) << run;
+  }
+  EXPECT_GT(given_up, 500);
+  EXPECT_GT(kept, 2000);
+}
+
+// Deceleration and jerk of the fixed point are those asked for, rounded up: never less, and never none.
+TEST(Braking, LimitsAreRoundedUp) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> exponent(-20.0, 5.0);
+  for (int run = 0; run < 10000; ++run) {
+    const auto deceleration = static_cast<float>(std::pow(10.0, exponent(random)));
+    const auto jerk = static_cast<float>(std::pow(10.0, exponent(random)));
+    const BrakingLimits limits = braking_limits(deceleration, jerk);
+    ASSERT_GE(limits.deceleration, 1) << deceleration;
+    ASSERT_GE(limits.jerk, 1) << jerk;
+    ASSERT_GE(real(limits.deceleration), static_cast<double>(deceleration));
+    ASSERT_LE(real(limits.deceleration), static_cast<double>(deceleration) + kUnit);
+    ASSERT_GE(real(limits.jerk), static_cast<double>(jerk));
+    ASSERT_LE(real(limits.jerk), static_cast<double>(jerk) + kUnit);
+  }
+}
+
 TEST(Braking, StopsTwoMetresPerSecondOnANanometreEncoder) {
   const BrakingLimits limits = braking_limits(150.0F, 1.5F);
   const Played played = play(to_fixed(2.0e5F), 0, limits, 100000);

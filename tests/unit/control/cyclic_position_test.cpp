@@ -7,6 +7,7 @@
 #include <cmath>
 #include <memory>
 #include <random>
+#include <vector>
 
 #include "firmware/control/bounds/position_range.h"
 #include "firmware/control/bounds/stopping_distance.h"
@@ -104,6 +105,20 @@ TEST(SyncClock, ASyncOutOfPlaceStepsNoVelocity) {
   }
 }
 
+// Eight SYNCs in a row make the lock, wherever the first one lies; a silence within a period takes none.
+TEST(SyncClock, IsLockedAfterEightSyncsInARow) {
+  for (std::uint32_t first = 1; first < 60; ++first) {
+    SyncClock clock;
+    clock.set_period(20.0F, 1e-4F);
+    int syncs = 0;
+    for (std::uint32_t tick = first; !clock.locked() && syncs < 20; tick += 20) {
+      clock.sync(tick);
+      ++syncs;
+    }
+    EXPECT_EQ(syncs, SyncClock::kAcquired) << first;
+  }
+}
+
 TEST(SyncClock, IsNotLockedToAnotherPeriod) {
   for (const float wrong : {0.5F, 0.67F, 1.5F, 2.0F}) {
     SyncClock clock;
@@ -167,6 +182,32 @@ TEST(SetPointSpline, LeansOutByNoMoreThanTheLargestBend) {
     spline.put(n, place);
     spline.lean(n, 30);
     EXPECT_NEAR(static_cast<double>(static_cast<std::int64_t>(spline.place(n))) * 0x1p-32, place, 10.001);
+  }
+}
+
+// Set-points that are mirrored make the mirrored path.
+TEST(SetPointSpline, IsTheSameBothWays) {
+  std::mt19937 random(15);
+  for (int run = 0; run < 20; ++run) {
+    SetPointSpline up, down;
+    const auto put = [&](std::uint32_t n, std::int32_t place) {
+      up.put(n, place);
+      down.put(n, -place);
+    };
+    for (std::uint32_t n = 0; n < 4; ++n) put(n, 0);
+    up.start(3);
+    down.start(3);
+    for (std::uint32_t n = 4; n < 60; ++n) {
+      put(n, static_cast<std::int32_t>(random() % 2001) - 1000);
+      const auto bend = static_cast<std::int32_t>(random() % 3000);
+      up.lean(n, bend);
+      down.lean(n, bend);
+      // Sixths of a count are rounded down.
+      const auto both = static_cast<std::int64_t>(up.place(n) + down.place(n));
+      ASSERT_NEAR(static_cast<double>(both) * 0x1p-32, 0.0, 1e-6) << run << ' ' << n;
+      const std::int32_t next = up.extrapolate(n + 1, bend);
+      ASSERT_NEAR(next, -down.extrapolate(n + 1, bend), 1) << "whole counts";
+    }
   }
 }
 
@@ -273,6 +314,115 @@ TEST(CyclicPosition, AStreamThatEndedIsNotPlayedAgain) {
   }
   stream.periods(6 * kSilence, false);
   EXPECT_EQ(stream.followed, 0);
+}
+
+// Bridged are the set-points that were missing, and those that came when their segment had begun.
+TEST(CyclicPosition, CountsWhatItHasBridged) {
+  RestingStream stream;
+  stream.rest_at(100000);
+  // Before there is a stream nothing is bridged.
+  stream.periods(20, false);
+  for (const int missing : {1, 2, 4, 1}) {
+    stream.periods(2, true);
+    stream.periods(missing, false);
+  }
+  ASSERT_FALSE(stream.cyclic.following());
+  stream.periods(40, true);
+  std::uint32_t bridged = stream.cyclic.bridged();
+  EXPECT_EQ(bridged, 0U);
+  for (const int missing : {1, 2, 1, 2}) {
+    stream.periods(missing, false);
+    stream.periods(5, true);
+    bridged += static_cast<std::uint32_t>(missing);
+    EXPECT_EQ(stream.cyclic.bridged(), bridged);
+  }
+  // In motion it can be told which one is late: SYNC with its set-point comes with the next one.
+  std::int32_t place = 100000;
+  const auto moving = [&](int count) {
+    for (; count > 0; --count) {
+      stream.rest_at(place += 10);
+      stream.periods(1, true);
+    }
+  };
+  moving(40);
+  EXPECT_EQ(stream.cyclic.bridged(), bridged);
+  for (std::uint32_t i = 0; i < RestingStream::kPeriod; ++i) stream.step();
+  stream.rest_at(place += 10);
+  stream.sync(true);
+  moving(20);
+  EXPECT_EQ(stream.cyclic.bridged(), bridged + 1);
+  EXPECT_EQ(stream.cyclic.gaps(), 0U);
+}
+
+// Velocities that are lost or late now and then, played from a first period of any number: its number is in
+// nothing that is played.
+TEST(CyclicPosition, VelocitiesAreFollowedWhateverTheNumberOfThePeriod) {
+  constexpr std::uint32_t kTicks = 4;
+  const auto played = [](std::uint32_t earlier_periods) {
+    CyclicPosition cyclic;
+    StreamPath path;
+    cyclic.set_period(static_cast<float>(kTicks), 1e-4F);
+    path.set_limits(
+        cyclic.path_limits({250.0F, 0.5F, 0.5F, 0.005F}, PositionRange{}, CyclicPosition::kRounding));
+    std::uint32_t tick = 1000;
+    const auto sync = [&](bool has_target, float velocity) {
+      cyclic.sync_velocity(tick, has_target, velocity, path, [](std::uint32_t) { return Motion{}; });
+    };
+    // SYNC alone, rare enough to be quick and often enough to keep the lock.
+    for (std::uint32_t i = 0; i < 40; ++i, tick += kTicks) sync(false, 0.0F);
+    tick += kTicks * earlier_periods;
+    for (std::uint32_t i = 0; i < 40; ++i, tick += kTicks) sync(false, 0.0F);
+    cyclic.start();
+    std::vector<double> places;
+    for (std::uint32_t n = 0; n < 200; ++n) {
+      const bool late = n % 17 == 11;  // by half a period: between two
+      for (std::uint32_t i = 0; i < kTicks; ++i, cyclic.poll(++tick)) {
+        if (i == (late ? kTicks / 2 : 0)) sync(n % 13 != 5, 20.0F * std::sin(0.05F * static_cast<float>(n)));
+        if (!cyclic.step(tick)) continue;
+        const StreamPoint at = cyclic.point();
+        places.push_back(static_cast<double>(at.counts) + static_cast<double>(at.offset));
+      }
+    }
+    return places;
+  };
+  const std::vector<double> first = played(0);
+  EXPECT_GT(first.size(), 190 * kTicks);
+  for (const std::uint32_t earlier : {0x20000000U, 0x3FFFFFC0U})
+    EXPECT_EQ(played(earlier), first) << std::hex << earlier;
+}
+
+// A stream ends in one of three ways: set-points stay away, SYNC comes with another period until its lock is
+// lost, or it is told to stop. The first two are gaps, one each; nothing that leads the reference is no gap.
+TEST(CyclicPosition, CountsEachStreamThatEndsUnasked) {
+  const auto lose_lock = [](RestingStream& stream) {
+    for (int i = 0; i < 200 && stream.cyclic.clock().locked(); ++i) {
+      stream.tick += RestingStream::kPeriod / 2;
+      stream.sync(true);
+      for (std::uint32_t tick = 0; tick < RestingStream::kPeriod; ++tick) stream.step();
+    }
+    ASSERT_FALSE(stream.cyclic.clock().locked());
+    EXPECT_FALSE(stream.cyclic.following());
+  };
+  RestingStream stream;
+  stream.rest_at(100000);
+  stream.periods(40, true);
+  ASSERT_TRUE(stream.cyclic.following());
+  EXPECT_EQ(stream.cyclic.gaps(), 0U);
+  lose_lock(stream);
+  EXPECT_EQ(stream.cyclic.gaps(), 1U) << "the lock is lost";
+  lose_lock(stream);
+  EXPECT_EQ(stream.cyclic.gaps(), 1U) << "there is no stream to end";
+  stream.periods(40, true);
+  ASSERT_TRUE(stream.cyclic.following());
+  stream.periods(10, false);
+  EXPECT_EQ(stream.cyclic.gaps(), 2U) << "no set-points";
+  lose_lock(stream);
+  EXPECT_EQ(stream.cyclic.gaps(), 2U);
+  stream.periods(40, true);
+  ASSERT_TRUE(stream.cyclic.following());
+  stream.cyclic.stop();
+  lose_lock(stream);
+  EXPECT_EQ(stream.cyclic.gaps(), 2U) << "stopped";
 }
 
 // A stream that jumps, stops and runs away: never more than the limits; and it is met. Half of the runs begin

@@ -119,6 +119,32 @@ TEST(Excitation, BeginsAndEndsSoftly) {
   EXPECT_GT(largest_step, 0.6 * steepest);
 }
 
+// Whatever one before has left: nothing of it is in what a new one says of itself, nor in its values.
+TEST(Excitation, BeginsAnewWithNothingOfTheOneBefore) {
+  std::mt19937 random(11);
+  for (int i = 0; i < 20; ++i) {
+    const ExcitationSettings settings = drawn(random), before = drawn(random);
+    Excitation fresh;
+    fresh.begin(settings);
+    Excitation again;
+    again.begin(before);
+    const std::uint32_t longest = before.period_ticks * before.periods;
+    const auto ticks = static_cast<std::uint32_t>(1 + random() % longest);
+    for (std::uint32_t tick = 0; tick < ticks; ++tick) again.step({}, 0.0F);
+    again.note(0xFFFF);
+    if (i % 2 == 0) again.stop();
+    again.leave();
+    again.begin(settings);
+    EXPECT_EQ(again.value(), 0.0F);
+    EXPECT_EQ(again.periods(), 0U);
+    EXPECT_EQ(again.limits(), 0);
+    EXPECT_TRUE(again.running());
+    for (std::uint32_t tick = 0; tick < 2 * settings.period_ticks; ++tick)
+      ASSERT_EQ(again.step({}, 0.0F), fresh.step({}, 0.0F)) << tick;
+    EXPECT_EQ(again.periods(), fresh.periods());
+  }
+}
+
 TEST(Excitation, EndsWhereTheAxisLeavesItsPlaceOrAccelerates) {
   const ExcitationSettings settings{.amplitude = 1.0F,
                                     .largest_deviation_m = 1e-4F,
@@ -137,6 +163,52 @@ TEST(Excitation, EndsWhereTheAxisLeavesItsPlaceOrAccelerates) {
   EXPECT_TRUE(excitation.running());
   excitation.step({.velocity = 3.0F, .acceleration = 1e-3F}, 0.0F);
   EXPECT_EQ(excitation.state(), ExcitationState::kEnded);
+}
+
+// The band is that of the harmonics next to its two frequencies, the upper one by one more where their sum
+// would be odd.
+TEST(Excitation, TheBandIsOfTheNearestHarmonics) {
+  std::mt19937 random(14);
+  for (int i = 0; i < 1000; ++i) {
+    ExcitationSettings settings;
+    settings.period_ticks = 1000 + static_cast<std::uint32_t>(random() % 60000);
+    const double period_s = settings.period_ticks * 1e-4;
+    const double low_Hz = std::uniform_real_distribution<double>(1.0, 200.0)(random) / period_s;
+    const double high_Hz = low_Hz + std::uniform_real_distribution<double>(2.0, 800.0)(random) / period_s;
+    settings.set_band(static_cast<float>(low_Hz), static_cast<float>(high_Hz), 1e-4F);
+    EXPECT_NEAR(settings.lowest, low_Hz * period_s, 0.501);
+    EXPECT_EQ((settings.lowest + settings.highest) % 2, 0U);
+    EXPECT_GT(settings.highest, high_Hz * period_s - 0.501);
+    EXPECT_LT(settings.highest, high_Hz * period_s + 1.501);
+  }
+  ExcitationSettings settings;
+  settings.period_ticks = 1000;
+  settings.set_band(0.0F, 30.0F, 1e-4F);
+  EXPECT_EQ(settings.lowest, 1U) << "at least one in a period";
+}
+
+// The tick after the one that left it is told so, once: what was excited fades then.
+TEST(Excitation, SaysOnceThatItWasLeft) {
+  const ExcitationSettings settings{.amplitude = 1.0F,
+                                    .largest_deviation_m = 1e-4F,
+                                    .period_ticks = 1000,
+                                    .lowest = 1,
+                                    .highest = 21,
+                                    .periods = 3};
+  Excitation excitation;
+  EXPECT_FALSE(excitation.left());
+  for (int run = 0; run < 3; ++run) {
+    excitation.begin(settings);
+    EXPECT_TRUE(excitation.takes_part());
+    for (int i = 0; i < 100; ++i) {
+      excitation.step({}, 0.0F);
+      EXPECT_FALSE(excitation.left());
+    }
+    excitation.leave();
+    EXPECT_FALSE(excitation.takes_part());
+    EXPECT_TRUE(excitation.left());
+    EXPECT_FALSE(excitation.left());
+  }
 }
 
 TEST(Excitation, RefusesWhatIsNone) {

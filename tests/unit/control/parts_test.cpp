@@ -176,6 +176,46 @@ TEST(Adaptation, TellsLevelPlaceAndMassApart) {
   EXPECT_GT(worst, 1e-3);
 }
 
+// What is believed before anything was learned is five times what the forgetting comes to by itself where the
+// friction is that of the model: w T / dry^2.
+TEST(Adaptation, BeginsWithFiveTimesTheVarianceThatItSettlesAt) {
+  for (const float dry_N : {0.5F, 3.0F, 12.0F, 80.0F}) {
+    AxisParameters axis;
+    axis.adapt_level = true;
+    axis.level_memory_s = 0.5F;
+    const Adaptation::Bounds bounds = Adaptation::bounds(axis, dry_N, 35.0F);
+    Adaptation adaptation;
+    adaptation.begin(bounds);
+    const float first = adaptation.variance_per_N2();
+    for (int i = 0; i < 60000; ++i) adaptation.step(bounds, {0, 0.0F, dry_N, 0.0F, 0.0F});
+    const float settled = 1e-4F / 0.5F / (dry_N * dry_N);
+    EXPECT_NEAR(adaptation.variance_per_N2() / settled, 1.0F, 0.05F) << dry_N;
+    EXPECT_NEAR(first / settled, 5.0F, 0.01F) << dry_N;
+  }
+}
+
+// What is learned at one place is linear between values 16 mm apart, and nothing beyond the next one.
+TEST(Adaptation, APlaceSaysNothingOfPlacesBeyondTheNextValue) {
+  AxisParameters axis;
+  axis.adapt_level = axis.adapt_mass = true;
+  Adaptation::Bounds bounds = Adaptation::bounds(axis, 12.0F, 35.0F);
+  bounds.whole = bounds.mass = {};
+  const auto at = [](int thousandths_m) { return 1000 * thousandths_m; };
+  for (const int learned_mm : {-32, 0, 48}) {
+    Adaptation adaptation;
+    adaptation.begin(bounds);
+    // Until the low-pass of the residual has forgotten how it began.
+    for (int i = 0; i < 20000; ++i)
+      adaptation.step(bounds, {at(learned_mm), 0.0F, 12.0F, 0.0F, (1.3F - adaptation.level()) * 12.0F});
+    EXPECT_NEAR(adaptation.level(), 1.3F, 2e-3F);
+    for (int away_mm = -40; away_mm <= 40; away_mm += 4) {
+      adaptation.step(bounds, {at(learned_mm + away_mm), 0.0F, 12.0F, 0.0F, std::nanf("")});
+      const float share = std::max(0.0F, 1.0F - static_cast<float>(std::abs(away_mm)) / 16.0F);
+      EXPECT_NEAR(adaptation.level(), 1.0F + 0.3F * share, 3e-3F) << learned_mm << " mm and " << away_mm;
+    }
+  }
+}
+
 TEST(Adaptation, StaysBoundedForAnyInput) {
   AxisParameters axis;
   axis.adapt_level = axis.adapt_mass = true;
@@ -374,6 +414,22 @@ TEST(Parameters, AnEncoderIsRefusedThatTheReferenceCannotCount) {
   axis.tick_s = 2e-5F;
   axis.jerk_limit_mps3 = 1.0F;
   EXPECT_EQ(check(axis, model), ParameterStatus::kEncoderTooCoarse);
+}
+
+// What moves is inertia and payload together, each as far as it is in the model.
+TEST(Parameters, TheMassIsInertiaAndPayload) {
+  for (const bool has_inertia : {false, true}) {
+    for (const bool has_payload : {false, true}) {
+      ModelParameters model;
+      auto& inertia = std::get<EffectParameters<Inertia<float>, float>>(model);
+      auto& payload = std::get<EffectParameters<PayloadMass<float>, float>>(model);
+      inertia.enabled = has_inertia;
+      inertia.gains[0] = 30.0F;
+      payload.enabled = has_payload;
+      payload.gains[0] = 4.5F;
+      EXPECT_EQ(mass_kg(model), (has_inertia ? 30.0F : 0.0F) + (has_payload ? 4.5F : 0.0F));
+    }
+  }
 }
 
 TEST(Parameters, NothingOutOfBoundsPasses) {

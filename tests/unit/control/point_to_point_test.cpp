@@ -242,6 +242,34 @@ TEST(PointToPoint, AStopMakesAPlanVoid) {
   EXPECT_EQ(player.reference.counts(), -100000);
 }
 
+// A move may end at an end of the range, from either side; one count beyond it is refused, and so is a move
+// that only swings out there.
+TEST(PointToPoint, TheEndsOfTheRangeAreTheLastCounts) {
+  const MotionLimits limits{100.0F, 1.0F, 1.0F, 0.05F};
+  const BrakingLimits braking = braking_limits(limits.deceleration, limits.jerk);
+  for (const std::int32_t middle : {0, 1000000, -2000000000}) {
+    for (const std::int32_t half : {3, 500, 70000}) {
+      PositionRange range;
+      range.lowest = middle - half;
+      range.highest = middle + half;
+      ReferenceGenerator reference;
+      PointToPoint moves;
+      reference.hold(middle);
+      const auto planned = [&](std::int32_t target) {
+        return moves.move(reference, target, limits, braking, range);
+      };
+      EXPECT_EQ(planned(range.highest + 1), PlanStatus::kBeyondRange) << half;
+      EXPECT_EQ(planned(range.lowest - 1), PlanStatus::kBeyondRange) << half;
+      for (const std::int32_t end : {range.highest, range.lowest, range.highest}) {
+        ASSERT_EQ(planned(end), PlanStatus::kOk) << half;
+        for (int tick = 0; tick < 100000 && !reference.idle(); ++tick) reference.next(braking);
+        for (int tick = 0; tick < 3; ++tick) reference.next(braking);
+        ASSERT_EQ(reference.counts(), end);
+      }
+    }
+  }
+}
+
 TEST(PointToPoint, RefusesWhatItCannotPlan) {
   const MotionLimits good{100.0F, 1.0F, 1.0F, 0.05F};
   Player player(good);

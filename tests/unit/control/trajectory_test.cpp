@@ -152,6 +152,48 @@ TEST(Trajectory, BringsAStateBeyondItsLimitsBack) {
   }
 }
 
+// The farthest places of a motion that turns round anywhere: as far as it is seen to go in small steps, and
+// no farther than one of these steps may hide.
+TEST(Trajectory, ExtentIsHowFarItGoes) {
+  std::mt19937 random(12);
+  const auto uniform = [&random](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  constexpr int kSteps = 2000;
+  int within = 0;
+  for (int run = 0; run < 500; ++run) {
+    Profile profile;
+    profile.begin({uniform(-100.0, 100.0), uniform(-5.0, 5.0), uniform(-0.5, 0.5)});
+    const double first = profile.end().position;
+    double lowest = first, highest = first, hidden = 0.0;
+    for (int phase = 0; phase < 1 + run % 4; ++phase) {
+      const State from = profile.end();
+      // Without jerk, and without acceleration, now and then.
+      const double jerk = run % 5 == 0 ? 0.0 : uniform(-0.05, 0.05);
+      const double ticks = uniform(1.0, 60.0);
+      profile.add(jerk, ticks);
+      double hardest = 0.0;
+      for (int i = 0; i <= kSteps; ++i) {
+        const State at = after(from, jerk, ticks * i / kSteps);
+        lowest = std::min(lowest, at.position);
+        highest = std::max(highest, at.position);
+        hardest = std::max(hardest, std::abs(at.acceleration));
+      }
+      // Between two steps around a place of rest.
+      hidden = std::max(hidden, 0.5 * hardest * std::pow(ticks / kSteps, 2));
+    }
+    const Extent found = extent(profile);
+    ASSERT_LE(found.lowest, lowest + 1e-9) << run;
+    ASSERT_GE(found.lowest, lowest - hidden - 1e-9) << run;
+    ASSERT_GE(found.highest, highest - 1e-9) << run;
+    ASSERT_LE(found.highest, highest + hidden + 1e-9) << run;
+    const double last = profile.end().position;
+    within += lowest < std::min(first, last) - 1.0 || highest > std::max(first, last) + 1.0 ? 1 : 0;
+  }
+  EXPECT_GT(within, 200) << "beyond both ends";
+  EXPECT_EQ(extent(Profile{}).highest, 0.0);
+}
+
 TEST(Trajectory, IsAsFastAsTheFastestFoundByBruteForce) {
   Problems problem(2);
   Planner planner;

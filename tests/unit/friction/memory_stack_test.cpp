@@ -131,6 +131,37 @@ TEST(MemoryStack, TakesAnotherCurveForTheSameMotion) {
   }
 }
 
+// A copy goes on from where the other one is, and what either does then is its own.
+TEST(MemoryStack, ACopyRemembersTheSameAndIsItsOwn) {
+  std::mt19937 random(21);
+  const auto step = [&random] { return static_cast<std::int32_t>(random() % 200) - 100; };
+  for (int run = 0; run < 200; ++run) {
+    Stack original = make_stack(), witness = make_stack();
+    std::int32_t x = 0;
+    for (auto i = random() % 60; i > 0; --i) {
+      x += step();
+      original.step(x);
+      witness.step(x);
+    }
+    Stack constructed(original);
+    Stack assigned = make_stack();
+    for (auto i = random() % 20; i > 0; --i) assigned.step(step());
+    assigned = original;
+    Stack& itself = assigned;
+    assigned = itself;
+    // The first goes elsewhere.
+    for (int i = 0; i < 20; ++i) original.step(step());
+    original = make_stack();
+    for (int i = 0; i < 40; ++i) {
+      x += step();
+      const double should_N = witness.step(x);
+      ASSERT_EQ(constructed.step(x), should_N) << run << ' ' << i;
+      ASSERT_EQ(assigned.step(x), should_N) << run << ' ' << i;
+      ASSERT_EQ(assigned.depth(), witness.depth());
+    }
+  }
+}
+
 TEST(MemoryStack, RunsAtCompileTime) {
   constexpr double kForce = [] {
     Stack stack({kHeight, kDelta});
