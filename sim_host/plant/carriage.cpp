@@ -57,6 +57,13 @@ Loads Carriage::loads_after(double t_s, double x_m, double v_mps, const InnerSta
                   coulomb_.force_after_N(x_m), inner);
 }
 
+void Carriage::carry(double payload_kg) {
+  Axis loaded = axis_;
+  loaded.effects.payload_kg = payload_kg;
+  check(loaded);
+  axis_ = loaded;
+}
+
 void Carriage::move_to(double x_m) {
   hysteresis_.move_to(x_m);
   coulomb_.move_to(x_m);

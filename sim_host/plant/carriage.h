@@ -25,6 +25,8 @@ class Carriage {
   /// Moves the friction there; the caller splits a motion at its reversals.
   void move_to(double x_m);
   void reset(double x_m);
+  /// The payload from now on, kg. Throws as the constructor does.
+  void carry(double payload_kg);
 
   const MaxwellElements& hysteresis() const { return hysteresis_; }
   const MaxwellElements& coulomb() const { return coulomb_; }

@@ -50,6 +50,9 @@ class Plant {
   const Carriage& carriage() const { return carriage_; }
   /// Runge-Kutta steps taken, those repeated for locating events included.
   std::size_t steps() const { return steps_; }
+  /// Takes up or puts down: the payload from now on, kg. Throws std::invalid_argument as the constructor
+  /// does.
+  void carry(double payload_kg) { carriage_.carry(payload_kg); }
   /// A new start: at rest or moving at x, everything relaxed there, time zero.
   void reset(double x_m, double v_mps = 0.0);
 

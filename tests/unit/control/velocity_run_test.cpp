@@ -58,13 +58,13 @@ class Drawn {
   std::mt19937 random_;
 };
 
-constexpr double kSlack = 4e-6;  // of differences of fractions that are floats
+constexpr double kRunSlack = 4e-6;  // of differences of fractions that are floats
 
 void expect_within(const Runner& runner, const MotionLimits& limits, int i) {
   const double hardest = static_cast<double>(std::max(limits.acceleration, limits.deceleration));
-  EXPECT_LE(runner.fastest, static_cast<double>(limits.velocity) * (1.0 + 1e-6) + kSlack) << i;
-  EXPECT_LE(runner.hardest, hardest * (1.0 + 1e-6) + kSlack) << i;
-  EXPECT_LE(runner.sharpest, static_cast<double>(limits.jerk) * (1.0 + 1e-6) + kSlack) << i;
+  EXPECT_LE(runner.fastest, static_cast<double>(limits.velocity) * (1.0 + 1e-6) + kRunSlack) << i;
+  EXPECT_LE(runner.hardest, hardest * (1.0 + 1e-6) + kRunSlack) << i;
+  EXPECT_LE(runner.sharpest, static_cast<double>(limits.jerk) * (1.0 + 1e-6) + kRunSlack) << i;
 }
 
 // From one velocity to another at the moment that chance takes, in the middle of ramps too.
@@ -88,7 +88,7 @@ TEST(VelocityRun, WithinTheLimitsInEveryTickWhateverIsAskedForAndWhen) {
     expect_within(runner, limits, i);
     wanted = std::clamp(wanted, -limits.velocity, limits.velocity);
     EXPECT_NEAR(runner.velocity, static_cast<double>(wanted),
-                1e-6 * static_cast<double>(limits.velocity) + kSlack)
+                1e-6 * static_cast<double>(limits.velocity) + kRunSlack)
         << i;
     sharpest = std::max(sharpest, runner.sharpest / static_cast<double>(limits.jerk));
     hardest = std::max(hardest, runner.hardest / static_cast<double>(limits.acceleration));
@@ -115,7 +115,7 @@ TEST(VelocityRun, TakesTheShortestTime) {
     runner.hardest = 0.0;
     runner.play(3000);
     EXPECT_NEAR(runner.velocity, 100.0, 1e-6);
-    EXPECT_LE(runner.hardest, 0.25 + kSlack);
+    EXPECT_LE(runner.hardest, 0.25 + kRunSlack);
     ASSERT_EQ(runner.run(-100.0F), PlanStatus::kOk);
     runner.play(3000);
     EXPECT_NEAR(runner.velocity, -100.0, 1e-6);
