@@ -211,13 +211,13 @@ class Controller {
   Excitation excitation_;
   ReferenceGenerator reference_;
   ParameterSets sets_;
-  ModelUpkeep upkeep_;
   PointToPoint point_to_point_;
   EncoderBridge bridge_;
   UnseenMotion unseen_;
   AnalogueWatch analogue_;
   std::uint32_t sensed_at_ = 0;
   TickHistory history_;
+  ModelUpkeep upkeep_;  // behind what the tick reaches with one instruction
 };
 
 }  // namespace slipstack

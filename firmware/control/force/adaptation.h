@@ -279,15 +279,16 @@ class Adaptation {
   }
 
   void solve(const Bounds& bound) {
-    const LeastSquares::Change change =
-        squares_.solve(bound.priors, {.whole_least = (bound.lowest - whole_) * bound.typical_N,
-                                      .whole_most = (bound.highest - whole_) * bound.typical_N,
-                                      .mass_least = (bound.lightest_kg - mass_kg_) * bound.typical_mps2,
-                                      .mass_most = (bound.heaviest_kg - mass_kg_) * bound.typical_mps2});
     const float most = bound.highest - bound.lowest;
+    const LeastSquares::Change change = squares_.solve(
+        bound.priors,
+        {.whole_least = (bound.lowest - whole_) * bound.typical_N,
+         .whole_most = (bound.highest - whole_) * bound.typical_N,
+         .mass_least = (bound.lightest_kg - mass_kg_) * bound.typical_mps2,
+         .mass_most = (bound.heaviest_kg - mass_kg_) * bound.typical_mps2},
+        [&](std::size_t i, float change_N) { add(parts_[i], change_N / bound.typical_N, -most, most); });
     add(whole_, change.whole / bound.typical_N, bound.lowest, bound.highest);
     add(mass_kg_, change.mass / bound.typical_mps2, bound.lightest_kg, bound.heaviest_kg);
-    for (std::size_t i = 0; i < kCells; ++i) add(parts_[i], squares_.part(i) / bound.typical_N, -most, most);
   }
   static void add(float& value, float change, float lowest, float highest) {
     if (approx::is_finite(change)) value = approx::clamp(value + change, lowest, highest);

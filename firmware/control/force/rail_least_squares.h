@@ -99,9 +99,10 @@ class RailLeastSquares {
   /// The mass may be another one: forgotten until its standard deviation is 1/kept times as large.
   void doubt_mass(float kept) { kept_mass_ *= kept; }
 
-  /// What explains the errors since the last call best; those of the parts by part(). The same work for any
-  /// input.
-  Change solve(const Priors& priors, const Limits& limits) {
+  /// What explains the errors since the last call best; `change_part(i, change)` gets that of each value
+  /// along the line. The same work for any input.
+  template <class ChangePart>
+  Change solve(const Priors& priors, const Limits& limits, ChangePart&& change_part) {
     keep_whole_and_mass();
     float last_inverse = 0.0F, coupling = 0.0F;
     float last_error = 0.0F, last_whole = 0.0F, last_mass = 0.0F;
@@ -120,12 +121,11 @@ class RailLeastSquares {
       we -= last_whole * last_error * last_inverse;
       me -= last_mass * last_error * last_inverse;
       inverse_[i] = last_inverse;
-      reduced_error_[i] = last_error;
+      error_part_[i] = last_error;
       reduced_whole_[i] = last_whole;
       reduced_mass_[i] = last_mass;
       coupling = next_[i];
     }
-    error_part_.fill(0.0F);
     border_.whole_error = border_.mass_error = 0.0F;
     // Whole and mass: what the parts leave of them.
     ww = ww > priors.whole.least ? ww : priors.whole.least;
@@ -139,15 +139,13 @@ class RailLeastSquares {
     change.whole = approx::clamp((we - wm * change.mass) / ww, limits.whole_least, limits.whole_most);
     float beyond = 0.0F;
     for (std::size_t i = kCells; i-- > 0;) {
-      const float right =
-          reduced_error_[i] - reduced_whole_[i] * change.whole - reduced_mass_[i] * change.mass;
+      const float right = error_part_[i] - reduced_whole_[i] * change.whole - reduced_mass_[i] * change.mass;
       beyond = (right - next_[i] * beyond) * inverse_[i];
-      reduced_error_[i] = beyond;
+      error_part_[i] = 0.0F;
+      change_part(i, beyond);
     }
     return change;
   }
-  /// What the last solve() adds to the value of this cell.
-  float part(std::size_t cell) const { return reduced_error_[cell]; }
 
  private:
   using Cells = std::array<float, kCells>;
@@ -177,10 +175,10 @@ class RailLeastSquares {
 
   Cells diagonal_{}, next_{};  // of the parts: each with itself, and with the one behind it
   Cells whole_part_{}, mass_part_{};
-  Cells error_part_{};
+  Cells error_part_{};  // and what the elimination makes of them
   Border border_{};
-  float kept_whole_ = 1.0F, kept_mass_ = 1.0F;  // since the last solve()
-  Cells inverse_{}, reduced_error_{}, reduced_whole_{}, reduced_mass_{};
+  float kept_whole_ = 1.0F, kept_mass_ = 1.0F;          // since the last solve()
+  Cells inverse_{}, reduced_whole_{}, reduced_mass_{};  // of a solution
 };
 
 }  // namespace slipstack

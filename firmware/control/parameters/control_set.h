@@ -43,7 +43,6 @@ struct ControlSet {
   FaultMonitor::Bounds monitor;
   UnseenMotion::Settings unseen;
   IoMasks io;
-  Adaptation::Bounds adaptation;
   float inertia_kg = 0.0F;  ///< as the model has it, for the main loop
   ExchangeBox<MotionBounds> bounds;
   AxisParameters axis;
@@ -54,6 +53,7 @@ struct ControlSet {
   std::int32_t start_counts = 0;  ///< where the axis is before there are parameters
   std::uint32_t number = 0;       ///< of this set, counted since the start
   DirectionCheck::Settings direction;
+  Adaptation::Bounds adaptation;  ///< for the main loop
 
   /// Outside the tick. Nothing changes unless kOk.
   ParameterStatus prepare(const AxisParameters& new_axis, const ModelParameters& parameters,

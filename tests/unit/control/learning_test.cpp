@@ -120,11 +120,13 @@ TEST(RailLeastSquares, IsTheDenseSolutionToRounding) {
       few.add(kPriors, one);
       dense.add(one);
     }
-    const auto change = few.solve(kPriors, {-kFar, kFar, -kFar, kFar});
+    std::array<float, kFew> parts{};
+    const auto change =
+        few.solve(kPriors, {-kFar, kFar, -kFar, kFar}, [&](std::size_t i, float part) { parts[i] = part; });
     const Eigen::VectorXd should = dense.solve();
     ASSERT_NEAR(change.whole, should(dense.kWhole), 2e-4);
     ASSERT_NEAR(change.mass, should(dense.kMass), 2e-4);
-    for (std::size_t i = 0; i < kFew; ++i) ASSERT_NEAR(few.part(i), should(static_cast<int>(i)), 2e-4) << i;
+    for (std::size_t i = 0; i < kFew; ++i) ASSERT_NEAR(parts[i], should(static_cast<int>(i)), 2e-4) << i;
     largest = std::max(largest, should.cwiseAbs().maxCoeff());
   });
   EXPECT_GT(largest, 0.1) << "or it compared nothing";
@@ -141,14 +143,16 @@ TEST(RailLeastSquares, HoldsTheMassAtItsLimitAndTheOthersAreBestBesideIt) {
       dense.add(one);
     }
     constexpr float kMost = 0.004F;
-    const auto change = few.solve(kPriors, {-kFar, kFar, -kMost, kMost});
+    std::array<float, kFew> parts{};
+    const auto change =
+        few.solve(kPriors, {-kFar, kFar, -kMost, kMost}, [&](std::size_t i, float part) { parts[i] = part; });
     ASSERT_LE(std::abs(change.mass), kMost);
     const bool at_limit = std::abs(change.mass) == kMost;
     held += at_limit ? 1 : 0;
     const Eigen::VectorXd should = at_limit ? dense.solve(static_cast<double>(change.mass)) : dense.solve();
     ASSERT_NEAR(change.mass, should(dense.kMass), 2e-4);
     ASSERT_NEAR(change.whole, should(dense.kWhole), 2e-4);
-    for (std::size_t i = 0; i < kFew; ++i) ASSERT_NEAR(few.part(i), should(static_cast<int>(i)), 2e-4) << i;
+    for (std::size_t i = 0; i < kFew; ++i) ASSERT_NEAR(parts[i], should(static_cast<int>(i)), 2e-4) << i;
   });
   EXPECT_GT(held, 50);
   EXPECT_LT(held, 500);
