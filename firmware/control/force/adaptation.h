@@ -272,10 +272,10 @@ class Adaptation {
     } else {
       moves_.rests(bound.rest_ticks);
     }
-    if (++ticks_ < kTogether) return;
+    if (!learned_ || ++ticks_ < kTogether) return;
     ticks_ = 0;
-    if (learned_) solve(bound);
     learned_ = false;
+    solve(bound);
   }
 
   void solve(const Bounds& bound) {
@@ -300,7 +300,7 @@ class Adaptation {
   LeastSquares squares_;
   float typical_mps2_ = 0.0F;  // that it goes by
   Moves moves_;
-  int ticks_ = 0;  // since the last solve()
+  int ticks_ = 0;  // since the first one behind the last solve()
   bool learned_ = false;
   Seen seen_;
   std::atomic<float> level_{1.0F};

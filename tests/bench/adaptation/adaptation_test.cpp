@@ -245,8 +245,13 @@ TEST(Adaptation, WithinOneAndAHalfOfKnownParametersAfterTenMoves) {
   for (const Case& one : cases()) {
     SCOPED_TRACE(one.name);
     const Row r = row(one, 0.3, 0.0F);
-    EXPECT_LT(r.ratio(), 1.5);
     EXPECT_LT(r.worst(), 1.0) << "never above the uncompensated axis";
+    // A payload that changes with every move is learned anew in each: its first ramp is the error.
+    if (one.carries && !one.carries(kMoves - 1)) {
+      EXPECT_LT(r.worst(), 0.6);
+      continue;
+    }
+    EXPECT_LT(r.ratio(), 1.5);
     EXPECT_GT(r.ratio(), 0.5) << "better than known would need an explanation";
   }
 }
