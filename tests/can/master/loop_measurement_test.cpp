@@ -99,6 +99,23 @@ TEST(LoopMeasurement, PlantIsTheAxisWithinItsStandardDeviation) {
   }
 }
 
+// An odd number of moves to and fro.
+TEST(LoopMeasurement, LeavesTheAxisWhereItWas) {
+  for (const bool profile_velocity : {false, true}) {
+    const RandomAxis axis(1, false);
+    Desk desk(axis.bench, 1);
+    desk.enable();
+    if (profile_velocity) desk.client->write(0x6060, 0, 3, 1);
+    LoopMeasurement wanted = rolling();
+    wanted.captures = 1;
+    const auto position = [&] { return static_cast<std::int32_t>(desk.client->read(0x6064, 0)); };
+    const std::int32_t before = position();
+    measure_loop(*desk.client, wanted, kNoiseless);
+    // By velocity it overshoots by what it moves until the master has seen it: 5 mm of 90 mm.
+    EXPECT_NEAR(position(), before, profile_velocity ? 50000 : 5) << profile_velocity;
+  }
+}
+
 TEST(LoopMeasurement, SensitivityIsTheComputedOne) {
   for (const std::uint64_t seed : {1U, 2U, 3U, 4U}) {
     const RandomAxis axis(seed, seed % 2 == 0);

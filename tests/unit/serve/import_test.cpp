@@ -103,7 +103,8 @@ TEST(Import, AUnitThatIsNotKnownIsAskedFor) {
   const ImportPreview preview = guess_import("a.csv", text);
   EXPECT_EQ(preview.profile.columns[0].target, "");
   EXPECT_EQ(preview.fault, "no column is the time, and no sample rate is given");
-  for (const char* name : {"pos [furlong]", "force [stone]", "current (pA)", "t/fortnight [week]"}) {
+  for (const char* name :
+       {"pos [furlong]", "force [stone]", "force [MN]", "current (pA)", "t/fortnight [week]"}) {
     EXPECT_EQ(guess_column(name).target, "") << name;
   }
 }

@@ -147,17 +147,16 @@ class Mover {
   /// Begins a move that lasts `seconds` at the velocity, and a while more for the bus; waits until it has it.
   void begin(double seconds) {
     if (velocity_mps_ == 0.0) return;
-    if (facts_.profile_velocity) return run();
+    if (facts_.profile_velocity) {
+      note_begin();
+      return run();
+    }
     const double way_m = (1.1 * seconds + kStart_s + 0.2) * std::fabs(velocity_mps_);
-    const auto from = static_cast<std::int32_t>(drive_.read(0x6064, 0));
+    const std::int32_t from = note_begin();
     const double to = from + (forward_ ? 1.0 : -1.0) * way_m * users_per_m_;
     forward_ = !forward_;
     if (std::fabs(to) > 2.1e9) drive_.fail("--velocity: the move leaves the range of positions");
-    velocity_->set(static_cast<std::uint32_t>(std::lround(std::fabs(velocity_mps_) * users_per_m_)));
-    drive_.write(0x607A, 0, static_cast<std::uint32_t>(static_cast<std::int32_t>(std::lround(to))), 4);
-    drive_.write(0x6040, 0, 0x2F, 2);
-    drive_.write(0x6040, 0, 0x3F, 2);
-    drive_.write(0x6040, 0, 0x2F, 2);
+    go_to(static_cast<std::int32_t>(std::lround(to)));
     wait_ticks(drive_, static_cast<std::uint32_t>(kStart_s / facts_.controller.tick_s));
   }
   /// Waits for its end.
@@ -169,7 +168,39 @@ class Mover {
     }
   }
 
+  /// Back to where the first move began: an odd number of moves has left the axis displaced, and the next
+  /// measurement would begin there, and end at the limit of the travel one day.
+  void back() {
+    if (!begin_) return;
+    if (!facts_.profile_velocity) {
+      go_to(*begin_);
+      return end();
+    }
+    const std::int32_t way = way_back();
+    ask_for(way > 0 ? std::fabs(velocity_mps_) : -std::fabs(velocity_mps_));
+    while (way > 0 ? way_back() > 0 : way_back() < 0) {
+      if (!is_enabled(drive_)) drive_.fail("left operation enabled on the way back");
+    }
+    end();
+  }
+
  private:
+  // The position, users.
+  std::int32_t note_begin() {
+    const auto here = static_cast<std::int32_t>(drive_.read(0x6064, 0));
+    if (!begin_) begin_ = here;
+    return here;
+  }
+  std::int32_t way_back() {
+    return static_cast<std::int32_t>(static_cast<std::uint32_t>(*begin_) - drive_.read(0x6064, 0));
+  }
+  void go_to(std::int32_t users) {
+    velocity_->set(static_cast<std::uint32_t>(std::lround(std::fabs(velocity_mps_) * users_per_m_)));
+    drive_.write(0x607A, 0, static_cast<std::uint32_t>(users), 4);
+    drive_.write(0x6040, 0, 0x2F, 2);
+    drive_.write(0x6040, 0, 0x3F, 2);
+    drive_.write(0x6040, 0, 0x2F, 2);
+  }
   // Profile velocity: until it is constant.
   void run() {
     ask_for(forward_ ? std::fabs(velocity_mps_) : -std::fabs(velocity_mps_));
@@ -186,6 +217,7 @@ class Mover {
   double velocity_mps_;
   double users_per_m_ = 1.0;
   std::optional<RestoredObject> velocity_;  // 6081h
+  std::optional<std::int32_t> begin_;       // of the first move, users
   bool forward_;
 };
 
@@ -301,6 +333,7 @@ LoopRecording measure_loop(SdoClient& drive, const LoopMeasurement& wanted, cons
       captures.push_back(capture(drive, facts, band, mover, wanted, limits, show));
     recording.bands.push_back(std::move(captures));
   }
+  mover.back();
   if (limits != 0) {
     recording.notes.push_back(fmt::format(
         "Limits were met (2200h:0A, bits {:04X}h): the response is that of a limited loop; measure "

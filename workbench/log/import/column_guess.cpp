@@ -119,6 +119,8 @@ Kind kind_of(const std::vector<std::string>& words) {
 
 template <std::size_t N>
 std::optional<ImportColumn> by_unit(const std::array<UnitTarget, N>& units, const std::string& unit) {
+  // Mega, not milli, or a program that writes in capitals: 10^9 apart, so it is asked for.
+  if (unit.starts_with("MN") || unit.starts_with("MA")) return {};
   for (const UnitTarget& one : units) {
     if (lower(unit) == one.unit) return ImportColumn{"", one.target, one.factor, false};
   }
