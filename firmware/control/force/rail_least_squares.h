@@ -15,7 +15,7 @@ namespace slipstack {
 ///   e = whole f_w + mass f_m + (1 - b) p_i f_p + b p_(i+1) f_p.
 ///
 /// The information matrix of all of them, covariances included, is a tridiagonal one with two rows and
-/// columns at its border: six numbers for each value along the line keep it exactly, and one sweep solves it
+/// columns at its border: five numbers for each value along the line keep it exactly, and one sweep solves it
 /// (elimination of the tridiagonal part, Schur complement of the border; Golub, Van Loan: Matrix
 /// Computations, 4.3 and 3.2.11). A measurement here so corrects what was learned elsewhere together with the
 /// mass.

@@ -145,13 +145,15 @@ TEST(Excitation, BeginsAnewWithNothingOfTheOneBefore) {
   }
 }
 
+constexpr ExcitationSettings kThreePeriods{.amplitude = 1.0F,
+                                           .largest_deviation_m = 1e-4F,
+                                           .period_ticks = 1000,
+                                           .lowest = 1,
+                                           .highest = 21,
+                                           .periods = 3};
+
 TEST(Excitation, EndsWhereTheAxisLeavesItsPlaceOrAccelerates) {
-  const ExcitationSettings settings{.amplitude = 1.0F,
-                                    .largest_deviation_m = 1e-4F,
-                                    .period_ticks = 1000,
-                                    .lowest = 1,
-                                    .highest = 21,
-                                    .periods = 3};
+  const ExcitationSettings& settings = kThreePeriods;
   Excitation excitation;
   excitation.begin(settings);
   for (int i = 0; i < 500; ++i) excitation.step({}, 0.99e-4F);
@@ -189,12 +191,7 @@ TEST(Excitation, TheBandIsOfTheNearestHarmonics) {
 
 // The tick after the one that left it is told so, once: what was excited fades then.
 TEST(Excitation, SaysOnceThatItWasLeft) {
-  const ExcitationSettings settings{.amplitude = 1.0F,
-                                    .largest_deviation_m = 1e-4F,
-                                    .period_ticks = 1000,
-                                    .lowest = 1,
-                                    .highest = 21,
-                                    .periods = 3};
+  const ExcitationSettings& settings = kThreePeriods;
   Excitation excitation;
   EXPECT_FALSE(excitation.left());
   for (int run = 0; run < 3; ++run) {

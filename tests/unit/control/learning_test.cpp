@@ -9,6 +9,7 @@
 #include <limits>
 #include <numbers>
 #include <random>
+#include <vector>
 
 #include "firmware/control/force/adaptation.h"
 
@@ -110,16 +111,21 @@ void drive_randomly(std::uint32_t seed, int rounds, Visit&& visit) {
   }
 }
 
+void add_to_both(FewCells& few, DenseLeastSquares<kFew>& dense,
+                 const std::vector<FewCells::Measurement>& seen) {
+  for (const auto& one : seen) {
+    few.add(kPriors, one);
+    dense.add(one);
+  }
+}
+
 TEST(RailLeastSquares, IsTheDenseSolutionToRounding) {
   FewCells few;
   few.begin(kPriors);
   DenseLeastSquares<kFew> dense(kPriors);
   double largest = 0.0;
   drive_randomly(3, 500, [&](const auto& seen, auto&) {
-    for (const auto& one : seen) {
-      few.add(kPriors, one);
-      dense.add(one);
-    }
+    add_to_both(few, dense, seen);
     std::array<float, kFew> parts{};
     const auto change =
         few.solve(kPriors, {-kFar, kFar, -kFar, kFar}, [&](std::size_t i, float part) { parts[i] = part; });
@@ -138,10 +144,7 @@ TEST(RailLeastSquares, HoldsTheMassAtItsLimitAndTheOthersAreBestBesideIt) {
   DenseLeastSquares<kFew> dense(kPriors);
   int held = 0;
   drive_randomly(4, 500, [&](const auto& seen, auto&) {
-    for (const auto& one : seen) {
-      few.add(kPriors, one);
-      dense.add(one);
-    }
+    add_to_both(few, dense, seen);
     constexpr float kMost = 0.004F;
     std::array<float, kFew> parts{};
     const auto change =
