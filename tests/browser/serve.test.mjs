@@ -7,7 +7,7 @@ import fs from 'node:fs';
 import http from 'node:http';
 import path from 'node:path';
 import {pdfPages} from './pdf_text.mjs';
-import {current, drawn, idle, kJobs_ms, launch, openPage as openIn, serve as start, state} from './workbench_page.mjs';
+import {current, drawn, idle, kJobs_ms, launch, openPage as openIn, serve as start, slowly, state} from './workbench_page.mjs';
 
 const [, , slipstack, simulator, folder] = process.argv;
 const kSeed = '11';        // of the simulated axis; any seed must do
@@ -107,11 +107,13 @@ test('open, compare, learn, add, error falls, undo, redo, plan, run, deploy, exp
       if (job.running && cards) window.seen.push({cards, stage: job.stage, tried: tried.length, first: tried[0].effect});
     }).observe(document.querySelector('#missing'), {childList: true, subtree: true});
   });
-  await page.locator('#diagnose').click();
-  await page.waitForFunction(() => window.slipstackWorkbench.store.state.job.running);
-  await page.locator('#diagnose').click({force: true});
-  assert.match(await page.locator('#message').textContent(), /still running/);
-  await page.locator('.card.best').waitFor({timeout: kJobs_ms});
+  await slowly(server, async () => {
+    await page.locator('#diagnose').click();
+    await page.waitForFunction(() => window.slipstackWorkbench.store.state.job.running);
+    await page.locator('#diagnose').click({force: true});
+    await page.locator('#message').getByText(/still running/).waitFor();
+    await page.locator('.card.best').waitFor({timeout: kJobs_ms});
+  });
   const seen = await page.evaluate(() => window.seen);
   assert.ok(seen.some((one) => one.stage === 'try every effect' && one.tried < 10), JSON.stringify(seen));
   assert.equal(seen[seen.length - 1].first, kHidden);
@@ -133,8 +135,10 @@ test('open, compare, learn, add, error falls, undo, redo, plan, run, deploy, exp
     };
     new MutationObserver(note).observe(document.querySelector('#waterfall'), {childList: true, subtree: true});
   });
-  await page.locator('.card.best [data-add]').click();
-  await drawn(page, 2);
+  await slowly(server, async () => {
+    await page.locator('.card.best [data-add]').click();
+    await drawn(page, 2);
+  });
   const [first] = await page.evaluate(() => window.answers);
   assert.ok(first && first.id < 0, 'a first answer was shown');
   assert.equal(first.versions, 1, 'it is no version of the session');
@@ -421,10 +425,12 @@ test('by keyboard alone, and on a phone', async () => {
   await page.locator('dialog table').waitFor();
   await page.keyboard.press('Escape');
   await page.locator('body').click({position: {x: 5, y: 5}});
-  await page.keyboard.press('d');
-  await page.waitForFunction(() => window.slipstackWorkbench.store.state.job.running);
-  await page.keyboard.press('Escape');
-  await idle(page);
+  await slowly(server, async () => {
+    await page.keyboard.press('d');
+    await page.waitForFunction(() => window.slipstackWorkbench.store.state.job.running);
+    await page.keyboard.press('Escape');
+    await idle(page);
+  });
   assert.equal((await state(page)).job.outcome, 'cancelled');
   await accessible(page, 'dark, narrow');
   await page.context().close();

@@ -46,6 +46,28 @@ export async function serve(slipstack, session, ...logs) {
   return {url, origin, token, ask, stop, child};
 }
 
+// While `run` runs, the server works a tenth of the time: what the page shows in the middle of a job then does not depend on how fast the
+// server is, or how busy the machine.
+export async function slowly(server, run) {
+  const wait = (ms) => new Promise((done) => setTimeout(done, ms));
+  let ends = false;
+  const throttle = async () => {
+    while (!ends) {
+      server.child.kill('SIGSTOP');
+      await wait(45);
+      server.child.kill('SIGCONT');
+      await wait(5);
+    }
+  };
+  const throttled = throttle();
+  try {
+    return await run();
+  } finally {
+    ends = true;
+    await throttled;
+  }
+}
+
 export async function openPage(browser, url, options = {}) {
   const context = await browser.newContext({viewport: {width: 1500, height: 1000}, acceptDownloads: true, ...options});
   const page = await context.newPage();

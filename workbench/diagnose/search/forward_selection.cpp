@@ -125,6 +125,8 @@ std::vector<Attempt> try_effects(const Measurement& measurement, const DiagnoseO
     for (const EffectDescription* effect : effects_to_try(measurement, options, from.model.terms))
       attempts.push_back({&from, effect, {}});
   }
+  const char* const stage = alone == nullptr ? "try every effect" : "try every effect on top";
+  options.report(stage, 0.0);  // before the first result, which is shown with the stage it belongs to
   std::atomic<std::size_t> done{0};
   const std::vector<std::size_t> order = longest_first(attempts);
   parallel_for(attempts.size(), [&](std::size_t i) {
@@ -135,8 +137,7 @@ std::vector<Attempt> try_effects(const Measurement& measurement, const DiagnoseO
       options.tried(one.trial, one.from->model.holdout_rmse_N);
     }
     const std::size_t finished = ++done;
-    options.report(alone == nullptr ? "try every effect" : "try every effect on top",
-                   static_cast<double>(finished) / static_cast<double>(attempts.size()));
+    options.report(stage, static_cast<double>(finished) / static_cast<double>(attempts.size()));
   });
   sort_by_error(attempts);
   return attempts;
