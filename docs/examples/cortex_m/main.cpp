@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A bare Cortex-M4F that computes a friction force in every tick and prints it in mN. No operating system, no
-// heap.
+// A bare Cortex-M4F that computes a friction force in every tick and prints it in mN: no system, no heap.
+#include <charconv>
 #include <cstdint>
-#include <new>
 
 #include "axis.h"
 
@@ -15,28 +14,16 @@ std::uint32_t volatile& word_at(std::uint32_t address) {
 // The UART of the board (CMSDK): data, state (bit 0: full), control (bit 0: transmit).
 constexpr std::uint32_t kUart = 0x40004000U;
 
-void write(char letter) {
-  while ((word_at(kUart + 4) & 1U) != 0) {
+void write_line(std::int32_t number) {
+  char text[12];
+  char* const end = std::to_chars(text, text + 11, number).ptr;
+  *end = '\n';
+  for (const char* letter = text; letter <= end; ++letter) {
+    while ((word_at(kUart + 4) & 1U) != 0) {
+    }
+    word_at(kUart) = static_cast<std::uint32_t>(*letter);
   }
-  word_at(kUart) = static_cast<std::uint32_t>(letter);
 }
-
-void write(std::int32_t number) {
-  if (number < 0) write('-');
-  auto rest = static_cast<std::uint32_t>(number < 0 ? -number : number);
-  char digits[10];
-  int count = 0;
-  do {
-    digits[count++] = static_cast<char>('0' + rest % 10U);
-    rest /= 10U;
-  } while (rest > 0);
-  while (count > 0) write(digits[--count]);
-  write('\n');
-}
-
-// Constructed by run(): nothing here runs constructors before.
-using Model = slipstack::FrictionModel<float>;
-alignas(Model) unsigned char model_place[sizeof(Model)];
 
 }  // namespace
 
@@ -45,14 +32,14 @@ extern std::uint32_t __stack_top[];
 
 // In a drive the body of this loop is the timer interrupt: encoder in, force out.
 [[noreturn]] void run() {
-  Model& model = *new (model_place) Model;
   word_at(kUart + 8) = 1U;
+  slipstack::FrictionModel<float> model;
   model.prepare(example::parameters(), example::kScales);
   model.reset({});
   example::Motion motion;
   for (int tick = 0; tick < 200; ++tick) {
     const float force_N = model.step(motion.next()).total_N;
-    write(static_cast<std::int32_t>(force_N * 1000.0F));
+    write_line(static_cast<std::int32_t>(force_N * 1000.0F));
   }
   // Semihosting: ends the emulator (SYS_EXIT, ADP_Stopped_ApplicationExit).
   asm volatile("mov r0, #0x18\n ldr r1, =0x20026\n bkpt 0xAB" ::: "r0", "r1", "memory");
@@ -66,8 +53,8 @@ extern std::uint32_t __stack_top[];
 }
 }
 
-struct Vectors {
+// The first two words of the flash: stack, and where the processor starts.
+[[gnu::section(".vectors"), gnu::used]] extern const struct {
   std::uint32_t* stack_top;
   void (*reset)();
-};
-[[gnu::section(".vectors"), gnu::used]] extern const Vectors kVectors{__stack_top, reset_handler};
+} kVectors{__stack_top, reset_handler};
