@@ -17,7 +17,7 @@
 namespace slipstack::workbench {
 
 /// The master's end of a cable; while it waits the drive's time passes. `meddle` sees the frames to the
-/// master and may hold them back.
+/// master and may hold them back, `twist` may change them.
 class CableLink final : public CanLink {
  public:
   CableLink(host::HostCanPort& port, SimulatedDrive& drive) : port_(port), drive_(drive) {}
@@ -27,7 +27,9 @@ class CableLink final : public CanLink {
   bool receive(CanFrame& frame, int timeout_ms) override {
     for (int tick = 0; tick <= 10 * timeout_ms; ++tick) {
       while (port_.receive(frame)) {
-        if (!cut && !(meddle && meddle(frame))) return true;
+        if (cut || (meddle && meddle(frame))) continue;
+        if (twist) twist(frame);
+        return true;
       }
       if (timeout_ms > 0) {
         if (each_tick) each_tick(ticks_);
@@ -45,6 +47,7 @@ class CableLink final : public CanLink {
   bool stamped = false;
   double late_s = 0.0;
   std::function<bool(const CanFrame&)> meddle;
+  std::function<void(CanFrame&)> twist;
   std::function<void(std::uint64_t)> each_tick;
 
  private:

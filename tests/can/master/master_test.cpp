@@ -295,6 +295,71 @@ TEST(Record, ADriveThatGoesSilentIsOneLine) {
   }
 }
 
+// A busy machine loses frames: any of a block, its last one too, which nothing follows that would show it.
+TEST(Client, AnUploadOutlivesLostSegments) {
+  Desk desk;
+  const auto whole = desk.client->upload(0x2141, 0);
+  ASSERT_GT(whole.size(), 2U * 7U);
+  const auto segments = static_cast<int>((whole.size() + 6) / 7);
+  for (const int first : {0, 1, segments / 2, segments - 2, segments - 1, segments}) {  // the last: the end
+    for (const int lost : {1, 2, 8}) {
+      int number = -1;
+      int held_back = 0;
+      desk.link->meddle = [&](const CanFrame& frame) {
+        if (frame.id != 0x585 || (frame.data[0] & 0x7F) == 0 || frame.data[0] == 0xC6) return false;
+        ++number;
+        const bool now = number >= first && number < first + lost;
+        held_back += now ? 1 : 0;
+        return now;
+      };
+      EXPECT_EQ(desk.client->upload(0x2141, 0), whole) << "without " << lost << " from " << first;
+      EXPECT_GT(held_back, 0);
+      desk.link->meddle = nullptr;
+    }
+  }
+}
+
+// A master that was held up for longer than the server waits, or whose data came over wrong, asks again.
+TEST(Client, AnUploadThatTimedOutOrIsWrongIsAskedForAgain) {
+  Desk desk;
+  const auto whole = desk.client->upload(0x2141, 0);
+  int aborts = 0;
+  bool held_up = false;
+  desk.link->meddle = [&](const CanFrame& frame) {
+    if (frame.id == 0x585 && frame.data[0] == 0x80) ++aborts;
+    if (frame.id == 0x585 && frame.data[0] == 0x01 && !held_up) {
+      held_up = true;
+      for (int tick = 0; tick < 11000; ++tick) desk.drive->step();
+    }
+    return false;
+  };
+  EXPECT_EQ(desk.client->upload(0x2141, 0), whole);
+  EXPECT_TRUE(held_up);
+  EXPECT_GE(aborts, 1);
+
+  int uploads = 0;
+  desk.link->meddle = [&](const CanFrame& frame) {
+    uploads += frame.id == 0x585 && frame.data[0] == 0xC6 ? 1 : 0;
+    return false;
+  };
+  desk.link->twist = [&](CanFrame& frame) {
+    if (frame.id == 0x585 && frame.data[0] == 0x02 && uploads == 1) frame.data[3] ^= 0x10U;
+  };
+  EXPECT_EQ(desk.client->upload(0x2141, 0), whole);
+  EXPECT_EQ(uploads, 2);
+  desk.link->twist = [&](CanFrame& frame) {
+    if (frame.id == 0x585 && frame.data[0] == 0x02) frame.data[3] ^= 0x10U;
+  };
+  try {
+    desk.client->upload(0x2141, 0);
+    FAIL();
+  } catch (const UsageError& error) {
+    EXPECT_NE(std::string(error.what()).find("checksum of 2141h is wrong"), std::string::npos)
+        << error.what();
+  }
+  EXPECT_EQ(uploads, 5);
+}
+
 /// A node that gives the same answer to everything.
 class StubbornLink final : public CanLink {
  public:

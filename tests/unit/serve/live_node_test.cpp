@@ -52,10 +52,14 @@ struct Watched {
                                       [this] { return link(); });
     ASSERT_TRUE(await([&] { return live->end() > 50; })) << live->to_json();
   }
-  void move(double travel_m) {
+  /// Its samples still wait for the thread that watches.
+  void move_unseen(double travel_m) {
     const auto cable = link();
     SdoClient drive(*cable, 5, &talking);
     move_to_and_fro(drive, travel_m, 1, kQuiet);
+  }
+  void move(double travel_m) {
+    move_unseen(travel_m);
     // Frames of the move may still wait for the thread that watches.
     const std::uint64_t now = live->end();
     ASSERT_TRUE(await([&] { return live->end() > now + 500; }));
@@ -69,11 +73,13 @@ TEST(LiveNode, ShowsTheSignalsAndTheErrorsModelByModel) {
   const json rest = bench.live->since(0);
   EXPECT_EQ(rest.at("parts").at(0).at("moving_s"), 0.0) << "an encoder that dithers is no motion";
   EXPECT_TRUE(rest.at("parts").at(0).at("residual_rms_N").is_null());
-  bench.move(0.02);
+  bench.move_unseen(0.02);
   bench.live->model_changed("version 7");
   bench.move(0.02);
   const json seen = bench.live->since(0);
   ASSERT_EQ(seen.at("parts").size(), 2U);
+  EXPECT_NEAR(seen.at("parts").at(0).at("moving_s"), seen.at("parts").at(1).at("moving_s"), 0.1)
+      << "the samples of a move that wait when the model changes are of the model before";
   EXPECT_EQ(seen.at("parts").at(1).at("label"), "version 7");
   EXPECT_GT(seen.at("parts").at(1).at("begin_s"), 0.0);
   for (const json& part : seen.at("parts")) {

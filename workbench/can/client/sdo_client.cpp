@@ -18,6 +18,11 @@ constexpr std::uint8_t kBlock = 127;
 constexpr std::uint32_t kLargest = 16U << 20;
 /// Number of blocks without new data after which a transfer is aborted.
 constexpr int kTries = 10;
+/// Without a segment for so long, what has come of a block is acknowledged: its last segments were lost, and
+/// the server waits, itself for no longer than a second.
+constexpr int kSegmentPatience_ms = 200;
+/// An upload that timed out, or came over wrong, changed nothing, and is asked for again.
+constexpr int kUploads = 3;
 
 std::array<std::uint8_t, 8> request(std::uint8_t command, std::uint16_t index, std::uint8_t sub,
                                     std::uint32_t data = 0) {
@@ -194,6 +199,21 @@ void SdoClient::write(std::uint16_t index, std::uint8_t sub, std::uint32_t value
 
 std::vector<std::uint8_t> SdoClient::upload(std::uint16_t index, std::uint8_t sub, const Watch& watch) {
   const auto turn = take_turn();
+  for (int left = kUploads - 1;; --left) {
+    try {
+      if (auto data = upload_once(index, sub, watch)) return std::move(*data);
+      if (left == 0) {
+        throw UsageError(fmt::format("node {}: the checksum of {:04X}h is wrong; try again", node_, index));
+      }
+    } catch (const SdoAbort& abort) {
+      if (!abort.of_transport() || left == 0) throw;
+    }
+  }
+}
+
+// Nothing where the checksum is wrong, or its frame was lost.
+std::optional<std::vector<std::uint8_t>> SdoClient::upload_once(std::uint16_t index, std::uint8_t sub,
+                                                                const Watch& watch) {
   drain();
   send(request(0xA4, index, sub, kBlock));
   const Frame begin = answer(index, sub);
@@ -207,22 +227,25 @@ std::vector<std::uint8_t> SdoClient::upload(std::uint16_t index, std::uint8_t su
     take_block(data, index, sub);
     if (watch) watch(std::min(1.0, static_cast<double>(data.size()) / size));
   }
-  const Frame end = answer(index, sub);
+  Frame end;
+  if (!next(end, kPatience_ms)) return {};
+  if (end[0] == 0x80) refuse(index, sub, number(&end[4], 4));
   if ((end[0] & 0xE3) != 0xC1) wrong(index, sub);
   data.resize(size);
   send({0xA1});
-  if ((begin[0] & 0x04) != 0 && number(&end[1], 2) != crc_of(data)) {
-    throw UsageError(fmt::format("node {}: the checksum of {:04X}h is wrong; try again", node_, index));
-  }
+  if ((begin[0] & 0x04) != 0 && number(&end[1], 2) != crc_of(data)) return {};
   return data;
 }
 
-// One block of segments: those in order are accepted, the others requested again.
+// One block of segments: those in order are accepted, the others requested again, lost ones at its end too.
 void SdoClient::take_block(std::vector<std::uint8_t>& data, std::uint16_t index, std::uint8_t sub) {
+  bool silent_all_along = true;
   for (int tries = 0; tries < kTries; ++tries) {
     std::uint8_t good = 0;
-    for (int frames = 0; frames < kBlock; ++frames) {
-      const Frame frame = answer(index, sub);
+    Frame frame;
+    for (int frames = 0; frames < kBlock && next(frame, kSegmentPatience_ms); ++frames) {
+      silent_all_along = false;
+      if (frame[0] == 0x80) refuse(index, sub, number(&frame[4], 4));
       const std::uint8_t place = frame[0] & 0x7F;
       if (place == 0) wrong(index, sub);
       if (place == good + 1) {
@@ -234,6 +257,7 @@ void SdoClient::take_block(std::vector<std::uint8_t>& data, std::uint16_t index,
     send({0xA2, good, kBlock});
     if (good > 0) return;
   }
+  if (silent_all_along) silent("check its id, the bit rate and the cable");
   throw UsageError(fmt::format("node {}: {:04X}h:{:02X} does not come over; the transfer was given up", node_,
                                index, sub));
 }

@@ -6,6 +6,7 @@
 #include <functional>
 #include <initializer_list>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -55,6 +56,8 @@ class SdoClient {
   std::uint32_t try_write(std::uint16_t index, std::uint8_t sub, std::uint32_t value, int bytes);
 
   using Watch = std::function<void(double fraction)>;
+  /// Block upload; segments that are lost are requested again, and the whole up to two times more where it
+  /// timed out or its checksum is wrong. `watch` begins anew with each.
   std::vector<std::uint8_t> upload(std::uint16_t index, std::uint8_t sub, const Watch& watch = {});
   void download(std::uint16_t index, std::uint8_t sub, const std::vector<std::uint8_t>& data,
                 const Watch& watch = {});
@@ -76,6 +79,8 @@ class SdoClient {
   Frame answer(std::uint16_t index, std::uint8_t sub);
   bool next(Frame& data, int timeout_ms);
   void drain();
+  std::optional<std::vector<std::uint8_t>> upload_once(std::uint16_t index, std::uint8_t sub,
+                                                       const Watch& watch);
   void take_block(std::vector<std::uint8_t>& data, std::uint16_t index, std::uint8_t sub);
   std::uint8_t send_block(const std::vector<std::uint8_t>& data, std::size_t at, std::uint8_t block);
   void expect(const Frame& frame, std::uint8_t mask, std::uint8_t command, std::uint16_t index,

@@ -24,6 +24,7 @@ constexpr auto kBetweenQuestions = 200ms;  // for the state: as fast as one read
 constexpr auto kBetweenTries = 1s;         // to reach a drive that is lost. Chosen.
 constexpr int kPatience_ms = 200;          // for a sample; after so many of them the stream has ended
 constexpr int kMostSilences = 3;
+constexpr auto kMostCatchingUp = 5s;  // with samples that wait, before a new model is told of all the same
 constexpr std::size_t kMotionSamples = 10;  // the axis moves where it went further than so many counts
 constexpr std::int32_t kMotionCounts = 4;  // within so many samples. Chosen: an encoder at rest dithers by 1.
 constexpr double kLeast_s = 2.0;           // of a recording: less has no stretch that a fit could hold out
@@ -202,7 +203,16 @@ void LiveNode::take_state(const DriveState& state) {
 void LiveNode::follow(DriveStream& stream) {
   auto told = std::chrono::steady_clock::now();
   for (int silences = 0; !stop_.load() && !paused_.load();) {
-    if (const auto sample = stream.next(kPatience_ms)) {
+    auto sample = stream.next(0);
+    if (!sample) {
+      {
+        const std::lock_guard lock(lock_);
+        ++times_caught_up_;
+      }
+      caught_up_.notify_all();
+      sample = stream.next(kPatience_ms);
+    }
+    if (sample) {
       silences = 0;
       take(*sample);
     } else if (++silences > kMostSilences) {
@@ -318,7 +328,11 @@ json LiveNode::since(std::uint64_t first) const {
 }
 
 void LiveNode::model_changed(const std::string& label) {
-  const std::lock_guard lock(lock_);
+  std::unique_lock lock(lock_);
+  // The first time may be that of a look before this call.
+  caught_up_.wait_for(lock, kMostCatchingUp, [this, seen = times_caught_up_] {
+    return times_caught_up_ >= seen + 2 || state_ != "live";
+  });
   const double now_s =
       shown_.empty() ? 0.0 : static_cast<double>(shown_.back().tick - first_tick_) * axis_.tick_s;
   parts_.push_back({label, now_s, 0, 0.0, 0.0, 0.0});

@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <condition_variable>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -61,7 +62,8 @@ class LiveNode {
   void pause();
   void resume();
 
-  /// A model was put on the controller: a new part begins.
+  /// A model was put on the controller: a new part begins, once the samples from before it that still wait to
+  /// be received are counted to the part they belong to (at most 5 s).
   void model_changed(const std::string& label);
 
   /// Throws UsageError unless the controller is live.
@@ -113,6 +115,8 @@ class LiveNode {
   std::int64_t tick_offset_ = 0;
   std::chrono::steady_clock::time_point seen_;  ///< the last sample
   std::vector<Part> parts_;
+  std::uint64_t times_caught_up_ = 0;  ///< with the samples that waited
+  std::condition_variable caught_up_;
   bool recording_ = false;
   std::vector<StreamSample> recorded_;
   std::vector<RestoredObjects::Before> owed_;  ///< of this thread: to be restored when it is there again
