@@ -211,6 +211,7 @@ TEST(Record, AStreamWithTheObserverShowsWhatTheDriveHoldsAndPutsEverythingBack) 
   const std::vector<At> changed = {{0x1005, 0}, {0x1006, 0}, {0x1802, 1}, {0x1802, 2}, {0x1803, 1},
                                    {0x1803, 2}, {0x1A03, 0}, {0x1A03, 1}, {0x1A03, 2}};
   std::vector<std::uint32_t> before;
+  before.reserve(changed.size());
   for (const auto& [index, sub] : changed) before.push_back(client.read(index, sub));
   set_moving(desk);
   double largest_m = 0.0;
