@@ -25,19 +25,21 @@ enum class HuntingCause : std::uint8_t {
 enum class HuntingState : std::uint8_t { kWatching, kTrying, kLowered, kGoesOn };
 
 /// Finds an axis that hunts, and by trial what it comes from. While the reference is steady (standing, or of
-/// constant velocity), and in torque mode, the counts are searched for a sustained oscillation (OscillationSearch).
-/// What compensates by the measurement, or may in a world that is not as modelled, is then lowered by a
-/// ramp, one after the other: the disturbance observer, the compensation of the friction.
+/// constant velocity), and in torque mode, the counts are searched for a sustained oscillation
+/// (OscillationSearch). What compensates by the measurement, or may in a world that is not as modelled, is
+/// then lowered by a ramp, one after the other: the disturbance observer, the compensation of the friction.
 ///
 ///   it goes on     not the cause: it comes back, and the next one is tried
-///   it stops       it comes back once; if the hunting does too, it is the cause: lowered until told otherwise
+///   it stops       it comes back once; if the hunting does too, it is the cause: lowered until told
+///   otherwise
 ///
 /// Without this return a vibration of the floor that ends at the right moment would take the compensation
 /// away for good; the price is a second time of hunting. An axis that hunts only once it is pushed does not
 /// hunt again at once: what stops it with the ramp for the second time is the cause, too. When nothing was
 /// the cause, no trial is made for a minute.
 ///
-/// In the main loop, from what the ticks leave for it; the shares are applied there. O(1) per tick.
+/// In the main loop, from what the ticks leave for it; the shares are applied there. Some 175 instructions
+/// for a tick, 345 where periods are judged (`stage_hunting` of tests/budget/budget.csv).
 class HuntingWatch {
  public:
   /// Constants; made outside the tick.
@@ -54,8 +56,8 @@ class HuntingWatch {
   };
 
   /// From 2 Hz (a hand that leads an axis to and fro is slower) to an eighth of the ticks' rate, of
-  /// twice the noise that 2000h:24 tells. A reference whose velocity changes by less than `steady` sways by at most a
-  /// quarter of that.
+  /// twice the noise that 2000h:24 tells. A reference whose velocity changes by less than `steady` sways by
+  /// at most a quarter of that.
   static Settings settings(const AxisParameters& axis, const ModelParameters& model) {
     constexpr float kLowest_Hz = 2.0F;
     constexpr float kJudged_s = 0.5F;
@@ -278,7 +280,7 @@ class HuntingWatch {
   std::array<float, kSuspects> share_{1.0F, 1.0F};
   std::array<bool, kSuspects> blamed_{};
   std::array<bool, kSuspects> stopped_before_{};  // with the ramp, when it was tried last
-  int turns_ = 0;  // while it was lowered and had settled
+  int turns_ = 0;                                 // while it was lowered and had settled
   std::size_t suspect_ = kSuspects;
   Phase phase_ = Phase::kWatch;
   Drive drive_ = Drive::kNotFree;

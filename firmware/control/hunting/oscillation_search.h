@@ -18,7 +18,7 @@ namespace slipstack {
 /// Periods lie between turning points, which need no mean and no filter. They are judged together once there
 /// are eight of them and half a second; then the next ones.
 ///
-/// Some 15 instructions a tick, 60 at the end of a period.
+/// O(1) per tick.
 class OscillationSearch {
  public:
   struct Settings {

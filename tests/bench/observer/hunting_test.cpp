@@ -55,8 +55,7 @@ class MasterLoop {
   }
   void operator()(double) {
     if (tick_++ % 10 != 0) return;
-    const double now_m =
-        (axis_.controller().measured_counts() - begin_) * axis_.axis().encoder_resolution_m;
+    const double now_m = (axis_.controller().measured_counts() - begin_) * axis_.axis().encoder_resolution_m;
     velocity_mps_ += 0.3 * ((now_m - last_m_) / 1e-3 - velocity_mps_);
     last_m_ = now_m;
     const double force_N = -stiffness_N_per_m_ * now_m - damping_N_s_per_m_ * velocity_mps_;
@@ -89,10 +88,16 @@ TEST(HuntingAxis, TooMuchFrictionInTorqueModeIsLowered) {
     double stiffness_N_per_m;
     double damping;
   };
-  for (const Case& one : {Case{0.05, 2e4, 0.1}, {0.3, 2e4, 0.3}, {0.5, 2e4, 0.3}, {0.5, 2e5, 0.1},
-                          {0.5, 2e5, 0.3}, {1.0, 2e4, 0.1}, {1.0, 2e5, 0.3}}) {
+  for (const Case& one : {Case{0.05, 2e4, 0.1},
+                          {0.3, 2e4, 0.3},
+                          {0.5, 2e4, 0.3},
+                          {0.5, 2e5, 0.1},
+                          {0.5, 2e5, 0.3},
+                          {1.0, 2e4, 0.1},
+                          {1.0, 2e5, 0.3}}) {
     for (const std::uint64_t seed : {1U, 2U}) {
-      SCOPED_TRACE(testing::Message() << one.level_error << ' ' << one.stiffness_N_per_m << ' ' << one.damping << ' ' << seed);
+      SCOPED_TRACE(testing::Message()
+                   << one.level_error << ' ' << one.stiffness_N_per_m << ' ' << one.damping << ' ' << seed);
       const auto run = [&](bool watched) {
         Setting setting;
         setting.seed = seed;
@@ -121,9 +126,9 @@ TEST(HuntingAxis, TooMuchFrictionInTorqueModeIsLowered) {
       const Motion after = watch(axis, 1.0, std::ref(same));
       EXPECT_LT(after.between_um(), 3.0);
       EXPECT_LT(after.mmps.rms(), 1e-2 * before.mmps.rms()) << "its energy is a ten thousandth";
-      std::printf("%+.0f %%, %.0e N/m: %.1f Hz, %.0f -> %.1f um, %.3g -> %.2g mm/s\n", 100.0 * one.level_error,
-                  one.stiffness_N_per_m, frequency_Hz(axis), before.between_um(), after.between_um(),
-                  before.mmps.rms(), after.mmps.rms());
+      std::printf("%+.0f %%, %.0e N/m: %.1f Hz, %.0f -> %.1f um, %.3g -> %.2g mm/s\n",
+                  100.0 * one.level_error, one.stiffness_N_per_m, frequency_Hz(axis), before.between_um(),
+                  after.between_um(), before.mmps.rms(), after.mmps.rms());
       axis.expect_enabled();
     }
   }
@@ -137,9 +142,14 @@ TEST(HuntingAxis, ADisturbanceObserverThatIsTooFastIsLowered) {
     std::size_t late_ticks;
     float bandwidth_rad_per_s;
   };
-  for (const Case& one :
-       {Case{2.0, 7, 2000.0F}, {2.0, 7, 4000.0F}, {3.0, 3, 2000.0F}, {3.0, 3, 4000.0F}, {3.0, 7, 1000.0F}, {3.0, 7, 4000.0F}}) {
-    SCOPED_TRACE(testing::Message() << one.constant << ' ' << one.late_ticks << ' ' << one.bandwidth_rad_per_s);
+  for (const Case& one : {Case{2.0, 7, 2000.0F},
+                          {2.0, 7, 4000.0F},
+                          {3.0, 3, 2000.0F},
+                          {3.0, 3, 4000.0F},
+                          {3.0, 7, 1000.0F},
+                          {3.0, 7, 4000.0F}}) {
+    SCOPED_TRACE(testing::Message() << one.constant << ' ' << one.late_ticks << ' '
+                                    << one.bandwidth_rad_per_s);
     const auto run = [&](bool watched) {
       Setting setting;
       setting.late_ticks = one.late_ticks;
@@ -171,9 +181,10 @@ TEST(HuntingAxis, ADisturbanceObserverThatIsTooFastIsLowered) {
     const Motion after = watch(axis, 0.5);
     EXPECT_LT(after.between_um(), 3.0);
     EXPECT_LT(after.mmps.rms(), 0.05 * before.mmps.rms());
-    std::printf("constant x %.0f, %zu ticks, %.0f rad/s: %.0f Hz, %.0f -> %.1f um, %.3g -> %.2g mm/s\n", one.constant,
-                one.late_ticks, static_cast<double>(one.bandwidth_rad_per_s), frequency_Hz(axis), before.between_um(),
-                after.between_um(), before.mmps.rms(), after.mmps.rms());
+    std::printf("constant x %.0f, %zu ticks, %.0f rad/s: %.0f Hz, %.0f -> %.1f um, %.3g -> %.2g mm/s\n",
+                one.constant, one.late_ticks, static_cast<double>(one.bandwidth_rad_per_s),
+                frequency_Hz(axis), before.between_um(), after.between_um(), before.mmps.rms(),
+                after.mmps.rms());
     axis.expect_enabled();
   }
 }
@@ -259,7 +270,8 @@ Day work_a_day(const Setting& setting) {
   axis.expect_enabled();
   const HuntingWatch& hunting = axis.controller().hunting();
   const HuntingCause warning = hunting.warning();
-  return {hunting.found(), warning == HuntingCause::kFriction || warning == HuntingCause::kDisturbanceObserver};
+  return {hunting.found(),
+          warning == HuntingCause::kFriction || warning == HuntingCause::kDisturbanceObserver};
 }
 
 TEST(HuntingAxis, ADaysWorkIsNone) {

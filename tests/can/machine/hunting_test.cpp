@@ -37,7 +37,8 @@ class HuntingBench {
     const double damping = 2.0 * kDamping * std::sqrt(kStiffness_N_per_m * bench.axis.mass_kg);
     for (int ms = 0; ms < seconds * 1e3; ++ms) {
       bench.loop->pushed_N = pushes && ms < 50 ? 30.0 : 0.0;
-      const double now_m = (bench.loop->controller().measured_counts() - begin_) * bench.axis.encoder_resolution_m;
+      const double now_m =
+          (bench.loop->controller().measured_counts() - begin_) * bench.axis.encoder_resolution_m;
       velocity_mps_ += 0.3 * ((now_m - last_m_) / 1e-3 - velocity_mps_);
       last_m_ = now_m;
       const double force_N = -kStiffness_N_per_m * now_m - damping * velocity_mps_;

@@ -75,7 +75,8 @@ TEST(OscillationSearch, FindsWhatBegins) {
       };
       const double found_s = found_after(swings(), 20.0, begins) - begin_s;
       EXPECT_GT(found_s, 0.0);
-      EXPECT_LT(found_s, 2.0 * std::max(0.5, 8.0 / frequency_Hz) + 3.0 / frequency_Hz) << frequency_Hz << ' ' << begin_s;
+      EXPECT_LT(found_s, 2.0 * std::max(0.5, 8.0 / frequency_Hz) + 3.0 / frequency_Hz)
+          << frequency_Hz << ' ' << begin_s;
     }
   }
 }
@@ -109,7 +110,9 @@ TEST(OscillationSearch, LimitCyclesOfOtherForms) {
 }
 
 TEST(OscillationSearch, NotWhatIsNoLimitCycle) {
-  const auto rings = [](double t) { return sine(1000.0 * std::exp(-0.005 * 2.0 * std::numbers::pi * 30.0 * t), 30.0)(t); };
+  const auto rings = [](double t) {
+    return sine(1000.0 * std::exp(-0.005 * 2.0 * std::numbers::pi * 30.0 * t), 30.0)(t);
+  };
   EXPECT_LT(found_after(swings(), 5.0, rings), 0.0) << "a damping of half a per cent";
   const auto fast = [](double t) { return 20000.0 * t + sine(20.0, 30.0)(t); };
   EXPECT_LT(found_after(swings(), 5.0, fast), 0.0) << "a ripple that never turns the axis round";
@@ -147,8 +150,7 @@ int found_in_resonance(double frequency_Hz, double damping) {
   OscillationSearch search;
   int found = 0;
   for (int tick = 0; tick < 6'000'000; ++tick) {
-    velocity +=
-        kTick_s * (input * normal(random) - 2.0 * damping * rate * velocity - rate * rate * position);
+    velocity += kTick_s * (input * normal(random) - 2.0 * damping * rate * velocity - rate * rate * position);
     position += kTick_s * velocity;
     found += search.step(swings(), static_cast<std::int32_t>(std::lround(position))) ? 1 : 0;
   }
@@ -210,7 +212,9 @@ struct HuntingAxis {
   double amplitude = 0.0;
 };
 
-double by_friction(const HuntingAxis& axis) { return 20.0 * static_cast<double>(axis.watch.friction_share()); }
+double by_friction(const HuntingAxis& axis) {
+  return 20.0 * static_cast<double>(axis.watch.friction_share());
+}
 double by_observer(const HuntingAxis& axis) {
   return 20.0 * static_cast<double>(axis.watch.disturbance_share());
 }
@@ -341,7 +345,8 @@ TEST(Hunting, AReferenceThatSwaysIsNotSteady) {
       for (int tick = 0; tick < 50000; ++tick) {
         axis.point.velocity = static_cast<float>(amplitude * w * std::cos(w * tick));
         const double counts = amplitude * std::sin(w * tick);
-        axis.watch.step(axis.settings, axis.point, static_cast<std::int32_t>(std::lround(counts)), axis.drive);
+        axis.watch.step(axis.settings, axis.point, static_cast<std::int32_t>(std::lround(counts)),
+                        axis.drive);
       }
     }
     EXPECT_EQ(axis.watch.found(), 0) << frequency_Hz;
