@@ -38,8 +38,8 @@ enum class HuntingState : std::uint8_t { kWatching, kTrying, kLowered, kGoesOn }
 /// hunt again at once: what stops it with the ramp for the second time is the cause, too. When nothing was
 /// the cause, no trial is made for a minute.
 ///
-/// In the main loop, from what the ticks leave for it; the shares are applied there. Some 175 instructions
-/// for a tick, 345 where periods are judged (`stage_hunting` of tests/budget/budget.csv).
+/// In the main loop, from what the ticks leave for it; the shares are applied there. Some 120 instructions
+/// for a tick, 275 where periods are judged (`stage_hunting` of tests/budget/budget.csv).
 class HuntingWatch {
  public:
   /// Constants; made outside the tick.
@@ -102,7 +102,7 @@ class HuntingWatch {
   void step(const Settings& settings, const ReferencePoint& at, std::int32_t counts, Drive drive) {
     if (hold_ticks_ > 0) --hold_ticks_;
     if (waits_ > 0) --waits_;
-    const bool ramped = ramp(settings);
+    const bool ramped = there_ || ramp(settings);
     if (!watched(settings, at, drive)) return give_up();
     const bool found = swings_.step(settings.swings, counts);
     switch (phase_) {
@@ -186,15 +186,15 @@ class HuntingWatch {
 
   // Each share towards where it shall be; true when all are there.
   bool ramp(const Settings& settings) {
-    bool there = true;
+    there_ = true;
     for (std::size_t i = 0; i < kSuspects; ++i) {
       const bool tried = i == suspect_ && (phase_ == Phase::kLower || phase_ == Phase::kObserve);
       const float end = blamed_[i] || tried ? 0.0F : 1.0F;
       const float step = approx::clamp(end - share_[i], -settings.ramp, settings.ramp);
       share_[i] = step == end - share_[i] ? end : share_[i] + step;
-      there = there && share_[i] == end;
+      there_ = there_ && share_[i] == end;
     }
-    return there;
+    return there_;
   }
 
   // Steady, and free to hunt. In torque mode there is no reference; without a compensation nothing there is
@@ -219,12 +219,14 @@ class HuntingWatch {
     swings_.begin();
     phase_ = Phase::kWatch;
     suspect_ = kSuspects;
+    there_ = false;
   }
 
   void observe(Phase phase) {
     swings_.begin();
     phase_ = phase;
     waits_ = patience_;
+    there_ = false;
   }
 
   void begin_trial(const Settings& settings) {
@@ -249,6 +251,7 @@ class HuntingWatch {
     while (suspect_ < kSuspects && (!tried[suspect_] || blamed_[suspect_])) ++suspect_;
     if (suspect_ < kSuspects) {
       phase_ = Phase::kLower;
+      there_ = false;
       return;
     }
     if (hold_ticks_ == 0) hold_ticks_ = settings.hold_ticks;
@@ -278,6 +281,7 @@ class HuntingWatch {
 
   OscillationSearch swings_;
   std::array<float, kSuspects> share_{1.0F, 1.0F};
+  bool there_ = true;  // each share is where it shall be
   std::array<bool, kSuspects> blamed_{};
   std::array<bool, kSuspects> stopped_before_{};  // with the ramp, when it was tried last
   int turns_ = 0;                                 // while it was lowered and had settled
