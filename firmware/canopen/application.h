@@ -18,6 +18,8 @@ class Application : public ObjectAccess {
   virtual void step(std::uint32_t now_us) = 0;
   /// The error code of the active fault, 0 if there is none.
   virtual std::uint16_t error_code() = 0;
+  /// What hunts and does not stop the axis, for the emergency message FF01h: its detail, 0 without.
+  virtual std::uint32_t warning() = 0;
   virtual bool enabled() = 0;
   /// A SYNC came, and what PDOs held until then has been taken: `pdos` knows which objects.
   virtual void synchronise(const Pdos& pdos) = 0;

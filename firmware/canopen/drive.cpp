@@ -49,6 +49,10 @@ std::uint16_t Drive::error_code() {
   return profile_.error_code();
 }
 
+std::uint32_t Drive::warning() {
+  return telemetry_.hunting_warning();
+}
+
 bool Drive::enabled() {
   return profile_.driving();
 }
@@ -82,6 +86,8 @@ std::uint32_t Drive::read(std::size_t row) {
       return telemetry_.read_observer(object.sub, trace_.mean_command_A());
     case kByEffectIndex:
       return telemetry_.read_by_effect(object.sub);
+    case kHuntingIndex:
+      return telemetry_.read_hunting(object.sub, dictionary_->value(row));
     case kTimingIndex:
       return telemetry_.read_timing(object.sub);
     case kCountersIndex:
@@ -144,6 +150,10 @@ void Drive::written(std::size_t row, std::uint32_t value) {
   const Object& object = kObjects[row];
   if (object.index == kExcitationIndex) {
     if (object.sub == 1) excitation_.command(*dictionary_, value);
+    return;
+  }
+  if (object.index == kHuntingIndex) {
+    if (object.sub == 9 && value == 1) controller_.forget_hunting();
     return;
   }
   if (object.index != kTraceIndex) return profile_.written(object.index, value);

@@ -43,6 +43,7 @@ class Drive final : public Application {
   void reset(Dictionary& dictionary) override;
   void step(std::uint32_t now_us) override;
   std::uint16_t error_code() override;
+  std::uint32_t warning() override;
   bool enabled() override;
   void set_operational(bool operational) override;
   std::uint32_t serial_number() const override;

@@ -210,6 +210,9 @@ void Node::load_communication() {
 void Node::step(std::uint32_t now_us) {
   parts_.now_us = now_us;
   parts_.emergency.set(ErrorSource::kDrive, parts_.application.error_code());
+  // FF01h: of the device; the axis hunts (2202h).
+  const std::uint32_t hunting = parts_.application.warning();
+  parts_.emergency.set(ErrorSource::kHunting, hunting != 0 ? 0xFF01 : 0, hunting);
   step_heartbeats(now_us);
   step_sync(now_us);
   if (bus_.watch_frames(now_us, state_ == NmtState::kOperational)) parts_.application.connection_lost();

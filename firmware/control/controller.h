@@ -10,6 +10,7 @@
 #include "firmware/control/force/excitation.h"
 #include "firmware/control/force/force_control.h"
 #include "firmware/control/force/model_upkeep.h"
+#include "firmware/control/hunting/hunting_watch.h"
 #include "firmware/control/parameters/parameter_sets.h"
 #include "firmware/control/reference/point_to_point.h"
 #include "firmware/control/streams/cyclic_position.h"
@@ -137,6 +138,10 @@ class Controller {
   float drift_s() const { return upkeep_.time_s() + parameters().drift_begin_s; }
   /// What the adaptation has added to the mass of the model, kg.
   float added_kg() const { return upkeep_.added_kg(); }
+  /// Whether the axis hunts, as far as the last poll() has followed the tick.
+  const HuntingWatch& hunting() const { return hunting_; }
+  /// What was found of it no longer holds: full compensation.
+  void forget_hunting() { hunting_.forget(); }
   /// As far as the last poll() has followed the tick.
   const HysteresisMemory& memory() const { return upkeep_.memory(); }
   const StateMachine& state() const { return supervisor_.state(); }
@@ -173,6 +178,9 @@ class Controller {
   }
 
   void change_mode(ControlMode mode);
+
+  // In poll(): what hunts is compensated less.
+  void watch_hunting();
 
   // ---- the modes; false: the force is not finite ----
 
@@ -217,7 +225,8 @@ class Controller {
   AnalogueWatch analogue_;
   std::uint32_t sensed_at_ = 0;
   TickHistory history_;
-  ModelUpkeep upkeep_;  // behind what the tick reaches with one instruction
+  ModelUpkeep upkeep_;  // behind what the tick reaches with one instruction, as the next one
+  HuntingWatch hunting_;
 };
 
 }  // namespace slipstack

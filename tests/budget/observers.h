@@ -101,6 +101,7 @@ inline constexpr std::array kObservers = {
     Observer{"encoder_frame", reset_frames, receive_frame, sample_frame},
     Observer{"encoder_frame_read", reset_frames, read_frame, receive_any_frame},
     Observer{"stage_adaptation", reset_stages, step_adaptation},
+    Observer{"stage_hunting", reset_stages, step_hunting},
     Observer{"control_tick_all_effects", reset_tick<false, 1>, run_tick, prepare_tick, tick_drives},
     Observer{"control_tick_excited", reset_tick<true, 1>, run_tick, prepare_tick, tick_drives},
     Observer{"control_tick_many_events", reset_tick<false, 50>, run_tick, prepare_tick, tick_drives},

@@ -21,9 +21,10 @@ using namespace slipstack::budget;
 using mps2::uart_write;
 using mps2::uart_write_unsigned;
 
-// 25.6 counts an instruction: some 5000 for a tick, its checks, and what is left to the main loop, which the
-// adaptation alone takes 1800 of.
-constexpr std::uint32_t kPeriod = 128000;
+// 25.6 counts an instruction: some 5500 for a tick, its checks, and what is left to the main loop, which the
+// adaptation alone takes 1800 of, and the watch for hunting 200. With too little the main loop falls behind,
+// its commands time out, and hardly a tick is driven.
+constexpr std::uint32_t kPeriod = 140800;
 constexpr std::uint32_t kClockPeriod = 100;
 
 struct Injected {

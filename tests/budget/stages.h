@@ -56,6 +56,9 @@ struct Stages {
   Notch notch;
   CurrentLimit limit;
   Adaptation adaptation;
+  HuntingWatch::Settings hunting_settings = HuntingWatch::settings(axis, all_effects());
+  HuntingWatch hunting;
+  std::uint32_t hunting_ticks = 0;
   std::uint16_t limits = 0;
 };
 inline Stages stages;
@@ -68,6 +71,7 @@ inline void reset_stages(std::int32_t x) {
   stages.notch.reset();
   stages.limit.reset();
   stages.adaptation.begin(stages.adaptation_bounds);
+  stages.hunting.forget();
 }
 
 [[gnu::noinline]] inline float step_estimate(std::int32_t x) {
@@ -162,6 +166,15 @@ inline void move_feedforward(std::int32_t x) {
                          {x, static_cast<float>(x % 3), static_cast<float>(x) * 1.0e-2F,
                           static_cast<float>(x % 7), static_cast<float>(x % 11)});
   return stages.adaptation.level();
+}
+
+// An axis that the compensation of its friction makes swing, between counts that flicker.
+[[gnu::noinline]] inline float step_hunting(std::int32_t x) {
+  const std::uint32_t phase = stages.hunting_ticks++ % 200U;
+  const float swing = static_cast<float>(phase < 100U ? phase : 200U - phase);
+  const auto counts = static_cast<std::int32_t>(stages.hunting.friction_share() * swing) + (x & 1);
+  stages.hunting.step(stages.hunting_settings, {}, counts, HuntingWatch::Drive::kPosition);
+  return stages.hunting.friction_share() + stages.hunting.oscillation().swing_counts;
 }
 
 // A BiSS-C frame of 36 bits: its reception, in an interrupt below the tick, and what the tick reads.

@@ -51,6 +51,7 @@ inline AxisParameters staged_axis(const Dictionary& dictionary) {
   axis.observe_friction = dictionary.value(kFirst + kObserverSub) != 0;
   axis.friction_band_counts = dictionary.real(kFirst + kObserverSub + 1);
   axis.torque_friction_share = dictionary.real(kFirst + kTorqueShareSub);
+  axis.hunting_swing_m = dictionary.real(kRow<kHuntingIndex, 1>);
   axis.adapt_mass = dictionary.value(kFirst + kLastAxisSub) != 0;
   axis.io = staged_io(dictionary);
   axis.reference = staged_reference(dictionary);

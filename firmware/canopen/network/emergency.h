@@ -20,6 +20,7 @@ enum class ErrorSource : std::uint8_t {
   kCollision,
   kSyncLength,
   kPdoTimeout,
+  kHunting,
   kCount
 };
 

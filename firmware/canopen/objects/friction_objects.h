@@ -64,6 +64,7 @@ inline constexpr std::uint16_t kEffectIndex = 0x2100;  ///< + place in the catal
 inline constexpr std::uint16_t kModelIndex = 0x2140;
 inline constexpr std::uint16_t kModelImageIndex = 0x2141;
 inline constexpr std::uint16_t kByEffectIndex = 0x2201;
+inline constexpr std::uint16_t kHuntingIndex = 0x2202;
 
 inline constexpr auto kAxisRows = [] {
   std::array<Object, std::size_t{kLastAxisSub} + 1> rows{};
@@ -267,6 +268,25 @@ inline constexpr std::size_t kEffectCount = FrictionModel<float>::effect_count;
 inline constexpr auto kEffectRows =
     detail::effect_rows<detail::effect_row_count(detail::kCatalogue)>(detail::kCatalogue);
 inline constexpr auto kByEffectRows = detail::by_effect_rows<kEffectCount + 1>(detail::kCatalogue);
+
+/// Hunting (firmware/control/hunting/hunting_watch.h).
+inline constexpr auto kHuntingRows = std::to_array<Object>({
+    head(kHuntingIndex, ObjectCode::kRecord, "Hunting", 9),
+    entry(kHuntingIndex, 1, Type::kReal32, "Smallest swing of hunting (0: not watched)")
+        .within(0.0F, 1.0F)
+        .at_first(AxisParameters{}.hunting_swing_m)
+        .in("m")
+        .stored(Storage::kParameter),
+    reading(kHuntingIndex, 2, Type::kU8, "State (0 watching, 1 trying, 2 lowered, 3 goes on)"),
+    reading(kHuntingIndex, 3, Type::kU8,
+            "Cause (0 none, 1 friction, 2 disturbance observer, 3 elsewhere, 4 ended)"),
+    reading(kHuntingIndex, 4, Type::kReal32, "Frequency found last").in("Hz"),
+    reading(kHuntingIndex, 5, Type::kReal32, "Swing found last").in("m"),
+    reading(kHuntingIndex, 6, Type::kReal32, "Share of the friction compensation in force"),
+    reading(kHuntingIndex, 7, Type::kReal32, "Share of the disturbance observer in force"),
+    reading(kHuntingIndex, 8, Type::kU16, "Found since the start"),
+    entry(kHuntingIndex, 9, Type::kU8, "Command (1: full compensation again)").within(0, 1).from_device(),
+});
 
 /// Words of the model image 2141h: every effect's "enabled", gains and shapes.
 inline constexpr std::size_t kModelWords = kEffectRows.size() - kEffectCount;

@@ -34,8 +34,8 @@ constexpr std::uint32_t key(std::uint16_t index, std::uint8_t sub) {
 inline constexpr auto kObjects = detail::joined(
     kCommunicationObjects, kReceivePdoObjects, kTransmitPdoObjects, kProgramRows, kAxisRows, kIoRows,
     kHomingRows, kReferenceRows, kTouchProbeRows, kEffectRows, kModelRows, kObserverRows, kByEffectRows,
-    kTimingRows, kCounterRows, kFaultRows, kTraceRows, kExcitationRows, kLockRows, kNodeRows, kUpdateRows,
-    kMachineRows, kProfileObjects, kHomingMethodRows, kLastProfileObjects);
+    kHuntingRows, kTimingRows, kCounterRows, kFaultRows, kTraceRows, kExcitationRows, kLockRows, kNodeRows,
+    kUpdateRows, kMachineRows, kProfileObjects, kHomingMethodRows, kLastProfileObjects);
 inline constexpr std::size_t kObjectCount = kObjects.size();
 
 static_assert(

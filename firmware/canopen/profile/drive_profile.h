@@ -162,7 +162,8 @@ class DriveProfile {
     unsigned word_now = status_word(state);
     const bool voltage = controller_.parameters().valid && !controller_.analogue().bus_low();
     if (voltage && controller_.inputs().amplifier_ready(controller_.parameters().io)) word_now |= 1U << 4;
-    if (controller_.analogue().warns()) word_now |= 1U << 7;
+    if (controller_.analogue().warns() || controller_.hunting().warning() != HuntingCause::kNone)
+      word_now |= 1U << 7;
     if (state == DriveState::kSwitchOnDisabled || state == DriveState::kFault ||
         state == DriveState::kFaultReactionActive || state == DriveState::kNotReadyToSwitchOn) {
       word_now |= (context_.control & kQuickStop) != 0 ? 1U << 5 : 0U;

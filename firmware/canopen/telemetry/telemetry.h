@@ -40,6 +40,34 @@ class Telemetry {
   std::uint32_t read_by_effect(std::uint8_t sub) const {
     return word(controller_.friction().by_effect_N[sub - 1U]);
   }
+  /// 2202h; `stored` is what its parameter holds.
+  std::uint32_t read_hunting(std::uint8_t sub, std::uint32_t stored) const {
+    const HuntingWatch& hunting = controller_.hunting();
+    switch (sub) {
+      case 2:
+        return static_cast<std::uint32_t>(hunting.state());
+      case 3:
+        return static_cast<std::uint32_t>(hunting.cause());
+      case 4:
+        return word(hunting_Hz());
+      case 5:
+        return word(hunting.oscillation().swing_counts * controller_.parameters().axis.encoder_resolution_m);
+      case 6:
+        return word(hunting.friction_share());
+      case 7:
+        return word(hunting.disturbance_share());
+      case 8:
+        return hunting.found();
+      default:
+        return sub == 1 ? stored : 0U;
+    }
+  }
+  /// What the emergency message tells of hunting that is worth a warning: the cause, and behind it the
+  /// frequency in whole Hz; 0 without one.
+  std::uint32_t hunting_warning() const {
+    const auto cause = static_cast<std::uint32_t>(controller_.hunting().warning());
+    return cause == 0 ? 0U : cause | (rounded(hunting_Hz(), 32767.0F) << 16);
+  }
   std::uint32_t read_timing(std::uint8_t sub) const {
     switch (sub) {
       case 1:
@@ -68,6 +96,12 @@ class Telemetry {
 
  private:
   static std::uint32_t word(float number) { return std::bit_cast<std::uint32_t>(number); }
+
+  float hunting_Hz() const {
+    const float period_s =
+        controller_.hunting().oscillation().period_ticks * controller_.parameters().axis.tick_s;
+    return period_s > 0.0F ? 1.0F / period_s : 0.0F;
+  }
 
   std::uint32_t observer_value(std::uint8_t sub, float mean_command_A) const {
     const ControlOutput& out = controller_.output();

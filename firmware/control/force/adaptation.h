@@ -121,7 +121,7 @@ class Adaptation {
     learned_ = false;
     moves_ = {};
     seen_ = {};
-    level_.store(1.0F, std::memory_order_relaxed);
+    compensate(1.0F);
   }
 
   /// What a tick says: where the reference was, the dry friction of the model at level 1, and the force that
@@ -137,8 +137,7 @@ class Adaptation {
   void step(const Bounds& bound, const Said& said) {
     seen_.step(bound.pass, said, level() * said.dry_N + mass_kg_ * said.acceleration_mps2);
     learn(bound, said, at(bound, said.counts, said.velocity * bound.lag_ticks));
-    const float level = level_at(at(bound, said.counts, 0.0F));
-    level_.store(approx::clamp(level, bound.lowest, bound.highest), std::memory_order_relaxed);
+    compensate(approx::clamp(level_at(at(bound, said.counts, 0.0F)), bound.lowest, bound.highest));
   }
 
   /// Brings level and mass within other bounds.
@@ -146,11 +145,15 @@ class Adaptation {
     // In other units nothing is known of how they go together.
     if (bound.typical_mps2 != typical_mps2_) squares_.begin(bound.priors);
     typical_mps2_ = bound.typical_mps2;
-    level_.store(approx::clamp(level(), bound.lowest, bound.highest), std::memory_order_relaxed);
+    compensate(approx::clamp(learned_level_, bound.lowest, bound.highest));
     mass_kg_ = approx::clamp(mass_kg_, bound.lightest_kg, bound.heaviest_kg);
   }
 
-  /// Where the reference was in the last step.
+  /// From the next step() or limit() on only this part of the level is in force, 0 to 1. What is learned
+  /// stays: it is told from what was in force.
+  void lower(float part) { part_ = part; }
+
+  /// In force where the reference was in the last step.
   float level() const { return level_.load(std::memory_order_relaxed); }
   /// To the mass of the model.
   float added_kg() const { return mass_kg_; }
@@ -278,6 +281,11 @@ class Adaptation {
     solve(bound);
   }
 
+  void compensate(float level) {
+    learned_level_ = level;
+    level_.store(part_ * level, std::memory_order_relaxed);
+  }
+
   void solve(const Bounds& bound) {
     const float most = bound.highest - bound.lowest;
     const LeastSquares::Change change = squares_.solve(
@@ -303,6 +311,8 @@ class Adaptation {
   int ticks_ = 0;  // since the first one behind the last solve()
   bool learned_ = false;
   Seen seen_;
+  float learned_level_ = 1.0F;  // where the reference was
+  float part_ = 1.0F;           // of it that is in force
   std::atomic<float> level_{1.0F};
 };
 

@@ -38,6 +38,9 @@ class ModelUpkeep {
     if (set.valid) sets.active().add_mass(adaptation_.added_kg());
   }
 
+  /// From the next step() on only this part of the level of the friction is in force, 0 to 1.
+  void lower(float part) { adaptation_.lower(part); }
+
   /// What the adaptation adds to the mass of the model, kg.
   float added_kg() const { return adaptation_.added_kg(); }
   /// Of the friction; in the tick and outside it.

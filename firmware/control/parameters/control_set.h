@@ -11,6 +11,7 @@
 #include "firmware/control/force/feedforward.h"
 #include "firmware/control/force/hysteresis_memory.h"
 #include "firmware/control/force/state_estimate.h"
+#include "firmware/control/hunting/hunting_watch.h"
 #include "firmware/control/parameters/parameters.h"
 #include "firmware/control/supervision/digital_io.h"
 #include "firmware/control/supervision/direction_check.h"
@@ -53,7 +54,8 @@ struct ControlSet {
   std::int32_t start_counts = 0;  ///< where the axis is before there are parameters
   std::uint32_t number = 0;       ///< of this set, counted since the start
   DirectionCheck::Settings direction;
-  Adaptation::Bounds adaptation;  ///< for the main loop
+  Adaptation::Bounds adaptation;  ///< for the main loop, as the next one
+  HuntingWatch::Settings hunting;
 
   /// Outside the tick. Nothing changes unless kOk.
   ParameterStatus prepare(const AxisParameters& new_axis, const ModelParameters& parameters,
@@ -73,7 +75,7 @@ struct ControlSet {
     counts_per_mps = 1.0F / mps_per_count;
     A_per_N = 1.0F / axis.motor_constant_N_per_A;
     blend_keep = approx::exp(-3.0F * axis.tick_s / axis.swap_time_s);
-    disturbance_kg = axis.disturbance_share * mass_kg;
+    compensate_disturbance(1.0F);
     torque_share = axis.torque_friction_share;
     // Beyond any velocity when it is switched off.
     adaptation_counts =
@@ -89,6 +91,7 @@ struct ControlSet {
     prepare_check();
     io = IoMasks::of(axis.io);
     Adaptation::set(adaptation, axis, dry_friction_N(parameters), mass_kg);
+    hunting = HuntingWatch::settings(axis, parameters);
     prepare_model(axis.compensate ? parameters : mass_only(parameters));
     valid = true;
     return ParameterStatus::kOk;
@@ -108,6 +111,12 @@ struct ControlSet {
 
   /// Outside the tick: the feed-forward of the mass with so much more.
   void add_mass(float added_kg) { model.set_gain<Inertia<float>>(0, inertia_kg + added_kg); }
+
+  /// Outside the tick: this part of the share of the disturbance that is to be compensated.
+  void compensate_disturbance(float part) {
+    disturbance_kg = part * axis.disturbance_share * mass_kg;
+    uncompensated_share = 1.0F - part * axis.disturbance_share;
+  }
 
   /// Takes over the state of the model that runs; hysteresis only if displacement has the same unit. The
   /// first parameters find an axis at rest, its hysteresis unloaded.
@@ -174,7 +183,6 @@ struct ControlSet {
     // leaves the rounding of its path.
     constexpr float kRest = 0x1p-10F;
     scales.rest = axis.observe_friction && axis.integral_per_s > 0.0F ? kRest : 0.0F;
-    uncompensated_share = 1.0F - axis.disturbance_share;
   }
 
   static ModelParameters mass_only(const ModelParameters& parameters) {

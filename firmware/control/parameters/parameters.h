@@ -55,6 +55,7 @@ struct AxisParameters {
   bool observe_friction = true;          ///< while the reference rests the hysteresis sees the axis
   float friction_band_counts = 0.5F;     ///< by which the axis may be elsewhere without being seen there
   float torque_friction_share = 0.0F;    ///< of the friction that is compensated in torque mode
+  float hunting_swing_m = 1.0e-7F;       ///< smallest swing that is taken for hunting; 0: not watched
   float motor_rated_A = 0.0F;            ///< for ever (6075h); 0: without I2t
   float motor_thermal_s = 10.0F;         ///< time constant of the winding
   float amplifier_rated_A = 0.0F;
@@ -132,6 +133,7 @@ inline constexpr auto kAxisBounds = std::to_array<Bound>({
     {&AxisParameters::adaptation_speed_mps, 1.0e-4F, 10.0F},
     {&AxisParameters::friction_band_counts, 0.0F, 1.0e6F},
     {&AxisParameters::torque_friction_share, 0.0F, 1.0F},
+    {&AxisParameters::hunting_swing_m, 0.0F, 1.0F},
     {&AxisParameters::motor_rated_A, 0.0F, 1.0e3F},
     {&AxisParameters::motor_thermal_s, 0.1F, 1.0e5F},
     {&AxisParameters::amplifier_rated_A, 0.0F, 1.0e3F},

@@ -107,6 +107,8 @@ std::string drive_status(SdoClient& drive) {
                  : fmt::format("{:04x}h, {}", error, error_words(static_cast<std::uint16_t>(error))));
   text += fmt::format("position   {} counts\n", static_cast<std::int32_t>(drive.read(0x6063, 0)));
   text += fmt::format("residual   {:.4g} N\n", drive.read_real(kObserverIndex, 3));
+  text += fmt::format("hunting    {}\n",
+                      hunting_words(drive.read(kHuntingIndex, 2), drive.read(kHuntingIndex, 3)));
   text += fmt::format("model      active {:08x}, staged {:08x}\n", drive.read(kModelIndex, 2),
                       drive.read(kModelIndex, 1));
   text +=

@@ -50,8 +50,8 @@ struct CodeWords {
   const char* words;
 };
 
-/// Of communication (docs/can.md), beside the drive's faults.
-constexpr std::array<CodeWords, 9> kCommunication{{
+/// Of what does not stop the axis (docs/can.md), beside the drive's faults: communication, hunting.
+constexpr std::array<CodeWords, 10> kOthers{{
     {0x8110, "frames of the bus were lost"},
     {0x8120, "the bus is disturbed (error passive); check termination, bit rate and cable"},
     {0x8130, "the heartbeat of another node is missing"},
@@ -61,6 +61,7 @@ constexpr std::array<CodeWords, 9> kCommunication{{
     {0x8220, "a PDO came that is too long"},
     {0x8240, "SYNC came with another length than 1019h says"},
     {0x8250, "a PDO did not come in time (1400h:05)"},
+    {0xFF01, "the axis hunts; 2202h says what it comes from"},
 }};
 
 }  // namespace
@@ -111,14 +112,33 @@ std::string mode_name(int mode) {
   }
 }
 
+std::string hunting_words(std::uint32_t state, std::uint32_t cause) {
+  switch (state) {
+    case 1:
+      return "the axis hunts, and what it comes from is being tried";
+    case 2:
+      return cause == 2
+                 ? "the disturbance observer made the axis hunt and is lowered; check motor constant, mass "
+                   "and the observer's bandwidth, then write 1 to 2202h:09"
+                 : "the friction compensation made the axis hunt and is lowered; the friction is less than "
+                   "the model's: fit it anew, or write 1 to 2202h:09";
+    case 3:
+      return "the axis hunts, and not by its compensation; lower its gains, or look for a vibration from "
+             "outside";
+    default:
+      break;
+  }
+  return cause == 4 ? "none now; the last one ended by itself" : "none";
+}
+
 std::string error_words(std::uint16_t code) {
   if (code == 0) return "no error";
   const auto fault = std::find_if(kFaults.begin(), kFaults.end(),
                                   [code](const FaultWords& one) { return error_code(one.fault) == code; });
   if (fault != kFaults.end()) return fault->words;
-  const auto other = std::find_if(kCommunication.begin(), kCommunication.end(),
-                                  [code](const CodeWords& one) { return one.code == code; });
-  return other != kCommunication.end() ? other->words : "unknown to this program";
+  const auto other =
+      std::find_if(kOthers.begin(), kOthers.end(), [code](const CodeWords& one) { return one.code == code; });
+  return other != kOthers.end() ? other->words : "unknown to this program";
 }
 
 }  // namespace slipstack::workbench
