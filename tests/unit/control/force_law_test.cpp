@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The force of the controller against the law of docs/control.md, written down once more in double precision:
-// on random axes, in motion, through changes of mode and of parameters, with and without limits of the
-// current.
+// on random axes, in motion, through changes of mode and of parameters, excited, with and without limits of
+// the current.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -74,12 +74,17 @@ class Law {
     integral_N_ = proportional_N_ = 0.0;
     notch_ = {};
   }
+  // Of the loop's excitation, in this tick: added to the position error and to the force.
+  void excite(double added_m, double added_N) {
+    added_m_ = added_m;
+    added_N_ = added_N;
+  }
   double error_m(const ReferencePoint& at) const {
     return (at.counts + d(at.fraction)) * d(axis_.encoder_resolution_m) - x_m_;
   }
   double feedback_N(const ReferencePoint& at) {
     const double wanted = d(at.velocity) * d(axis_.encoder_resolution_m) / d(axis_.tick_s) +
-                          d(axis_.position_gain_per_s) * error_m(at);
+                          d(axis_.position_gain_per_s) * (error_m(at) + added_m_);
     proportional_N_ = d(axis_.velocity_gain_N_s_per_m) * (wanted - v_);
     const double t = d(axis_.tick_s);
     return notch_[1].step(axis_.notch[1], t,
@@ -112,7 +117,8 @@ class Law {
     const double t = d(axis_.tick_s);
     applied_N_ = current_A_ * d(axis_.motor_constant_N_per_A);
     expected_ =
-        acceleration_counts * d(axis_.encoder_resolution_m) / (t * t) + (applied_N_ - model_N) / mass_kg_;
+        acceleration_counts * d(axis_.encoder_resolution_m) / (t * t) +
+        (applied_N_ - added_N_ - model_N) / mass_kg_;
   }
   void expect_nothing() { expected_ = 0.0; }
   void integrate() {
@@ -125,6 +131,7 @@ class Law {
 
   AxisParameters axis_;
   double mass_kg_ = 1.0;
+  double added_m_ = 0.0, added_N_ = 0.0;
   double x_m_ = 0.0, v_ = 0.0, disturbance_ = 0.0, expected_ = 0.0;
   double integral_N_ = 0.0, proportional_N_ = 0.0;
   double wanted_N_ = 0.0, fading_N_ = 0.0, applied_N_ = 0.0, current_A_ = 0.0;
@@ -199,6 +206,18 @@ class AxisUnderLaw {
     torque_ = torque;
   }
 
+  void excite() {
+    ExcitationSettings settings;
+    by_force_ = draw.below(2) == 0;
+    settings.place = by_force_ ? ExcitationPlace::kCurrent : ExcitationPlace::kPosition;
+    settings.amplitude = static_cast<float>(by_force_ ? draw.uniform(2.0, 20.0) : draw.uniform(1e-6, 2e-5));
+    settings.largest_deviation_m = 1e-3F;
+    settings.period_ticks = 150 + static_cast<std::uint32_t>(draw.below(200));
+    settings.lowest = 2;
+    settings.highest = 20;
+    controller->excitation().begin(settings);
+  }
+
   // One tick of controller, law and mass; compares.
   void tick() {
     TickInputs in;
@@ -206,6 +225,11 @@ class AxisUnderLaw {
         static_cast<std::int32_t>(std::floor(x_m / static_cast<double>(axis.encoder_resolution_m)));
     in.current.current_A = now_A_;
     const bool drove = controller->output().driving;
+    const Excitation& excitation = controller->excitation();
+    const ReferenceGenerator& reference = controller->reference();
+    excited_ = excitation.takes_part();
+    const bool ends = reference.braking() || reference.plan_waits() || !excitation.running();
+    const bool left = left_it_;
     const ControlOutput out = controller->step(in);
     controller->poll();
     // A current that is limited may let the axis run away.
@@ -217,14 +241,21 @@ class AxisUnderLaw {
       law_.use(axis, mass_kg);
       if (number_ == 1) law_.rest_at(in.encoder.counts);
     }
-    compare(in.encoder.counts, out, drove, changed);
+    left_it_ = excited_ && !excitation.takes_part();
+    excited_ = excited_ && out.driving && !torque_;
+    const auto added = static_cast<double>(excitation.value());
+    law_.excite(excited_ && !by_force_ ? added : 0.0, excited_ && by_force_ ? added : 0.0);
+    added_N_ = excited_ && by_force_ ? added : 0.0;
+    excited_ticks += excited_ ? 1 : 0;
+    fades_ = drove && (excited_ ? ends : changed || follows_ != torque_ || left);
+    compare(in.encoder.counts, out, drove);
     now_A_ = out.current_A;
     move(static_cast<double>(out.current_A));
     last_ = controller->history().point(controller->ticks());
     last_dry_N_ = dry_N();
   }
   bool torque() const { return torque_; }
-  int limited = 0, bounded = 0;
+  int limited = 0, bounded = 0, excited_ticks = 0;
   bool stopped = false;
 
   test::Draw draw;
@@ -245,7 +276,7 @@ class AxisUnderLaw {
                        (followed_ || std::abs(last_.velocity) < kRests);
     return rests ? dry_N() - last_dry_N_ : 0.0;
   }
-  void compare(std::int32_t counts, const ControlOutput& out, bool drove, bool changed) {
+  void compare(std::int32_t counts, const ControlOutput& out, bool drove) {
     if (!out.driving) {
       law_.expect_nothing();
       law_.observe(counts);
@@ -275,9 +306,9 @@ class AxisUnderLaw {
       if (asked_N != wanted_N) limits |= kLimitVelocity;
       bounded += asked_N != wanted_N ? 1 : 0;
     } else {
-      law_.correct(corrected_N(now));
+      if (!excited_) law_.correct(corrected_N(now));
       feedback_N = law_.feedback_N(behind);
-      asked_N = model_N + feedback_N - law_.disturbance_N();
+      asked_N = model_N + feedback_N - law_.disturbance_N() + added_N_;
       EXPECT_NEAR(static_cast<double>(out.position_error_m), law_.error_m(behind),
                   1e-6 * std::abs(law_.error_m(behind)) + 1e-9);
     }
@@ -286,7 +317,7 @@ class AxisUnderLaw {
                 1e-3 * std::abs(law_.residual_N()) + tolerance_N());
     EXPECT_NEAR(static_cast<double>(out.feedback_N), feedback_N, tolerance_N());
     const double should_A =
-        law_.apply(asked_N + static_cast<double>(offset_N), drove && (changed || other_mode), limits);
+        law_.apply(asked_N + static_cast<double>(offset_N), fades_, limits);
     if (controller->reference().braking()) limits |= kLimitReference;
     const double off_N = (static_cast<double>(out.current_A) - should_A) *
                          static_cast<double>(axis.motor_constant_N_per_A);
@@ -316,6 +347,10 @@ class AxisUnderLaw {
   Law law_;
   std::uint32_t number_ = 0;
   float now_A_ = 0.0F;
+  double added_N_ = 0.0;  // by the excitation
+  bool by_force_ = true;
+  bool excited_ = false, left_it_ = false;  // in this tick, and after the last one
+  bool fades_ = false;
   bool torque_ = false;
   bool follows_ = false;
   bool followed_ = true;  // the reference lay where the axis was
@@ -324,7 +359,7 @@ class AxisUnderLaw {
 };
 
 TEST(ForceLaw, TheForceIsThatOfTheLawOnRandomAxes) {
-  int limited = 0, bounded = 0, changes = 0, stopped = 0;
+  int limited = 0, bounded = 0, changes = 0, stopped = 0, excited = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     SCOPED_TRACE(seed);
     AxisUnderLaw one(seed);
@@ -333,7 +368,7 @@ TEST(ForceLaw, TheForceIsThatOfTheLawOnRandomAxes) {
     for (int part = 0; part < 12 && !one.stopped; ++part) {
       const auto what = one.draw.below(4);
       const double far = one.draw.uniform(-0.02, 0.02);
-      if (what == 0 && !one.torque()) {
+      if (what == 0 && !one.torque() && !one.controller->excitation().takes_part()) {
         one.draw_parameters();
         one.configure();
         ++changes;
@@ -341,6 +376,8 @@ TEST(ForceLaw, TheForceIsThatOfTheLawOnRandomAxes) {
         one.demand(!one.torque(), one.draw.uniform(-60.0, 60.0), one.draw.uniform(-10.0, 10.0));
       } else if (what == 2 && one.torque()) {
         one.demand(true, one.draw.uniform(-60.0, 60.0), one.draw.uniform(-10.0, 10.0));
+      } else if (what == 2 && one.controller->reference().idle()) {
+        one.excite();
       } else if (!one.torque()) {
         const double counts = (one.x_m + far) / static_cast<double>(one.axis.encoder_resolution_m);
         static_cast<void>(one.controller->move_to(static_cast<std::int32_t>(counts)));
@@ -354,11 +391,13 @@ TEST(ForceLaw, TheForceIsThatOfTheLawOnRandomAxes) {
     limited += one.limited;
     stopped += one.stopped ? 1 : 0;
     bounded += one.bounded;
+    excited += one.excited_ticks;
   }
   EXPECT_LT(stopped, 10);
   EXPECT_GT(limited, 500);
   EXPECT_GT(bounded, 500);
   EXPECT_GT(changes, 30);
+  EXPECT_GT(excited, 1000);
 }
 
 }  // namespace
