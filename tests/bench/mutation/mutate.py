@@ -133,7 +133,8 @@ class Bench:
 
     def batches(self, number, measured):
         """Lists of tests that come past a mutant, by program; quick ones of all programs first."""
-        tests = [one for one in measured if number in one["mutants"] and not one["fails"]]
+        tests = [one for one in measured
+                 if number in one["mutants"] and not one["fails"] and one["seconds"] <= self.options.longest]
         low = 0.0
         for high in (*BATCHES_S, 1e9):
             by_program = collections.defaultdict(list)
@@ -223,6 +224,7 @@ def main():
     parser.add_argument("--mutants", type=int, default=sum(QUOTAS.values()), help="how many: prepare")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     parser.add_argument("--programs", nargs="+", choices=PROGRAMS, default=PROGRAMS, help="fewer are built sooner, and kill less")
+    parser.add_argument("--longest", type=float, default=1e9, help="run: without tests that take more seconds; kills no more than all do")
     parser.add_argument("--again", action="store_true", help="run: the survivors once more, after new tests")
     options = parser.parse_args()
     bench = Bench(options)
