@@ -168,6 +168,8 @@ class AxisUnderLaw {
     axis.swap_time_s = static_cast<float>(draw.uniform(2e-3, 0.05));
     axis.torque_friction_share = static_cast<float>(draw.uniform(0.0, 1.0));
     axis.compensate = draw.below(4) != 0;
+    axis.adapt_level = draw.below(2) == 0;
+    axis.adapt_mass = draw.below(2) == 0;
     const bool weak = draw.below(3) == 0;
     axis.current_limit_A = static_cast<float>(weak ? draw.uniform(1.0, 4.0) : 500.0);
     axis.current_rate_A_per_s = static_cast<float>(draw.below(3) == 0 ? draw.uniform(200.0, 3000.0) : 1e8);
@@ -274,7 +276,7 @@ class AxisUnderLaw {
     constexpr float kRests = 0x1p-10F;
     const bool rests = axis.integral_per_s > 0.0F && std::abs(now.velocity) < kRests &&
                        (followed_ || std::abs(last_.velocity) < kRests);
-    return rests ? dry_N() - last_dry_N_ : 0.0;
+    return rests ? static_cast<double>(controller->output().level) * (dry_N() - last_dry_N_) : 0.0;
   }
   void compare(std::int32_t counts, const ControlOutput& out, bool drove) {
     if (!out.driving) {
@@ -357,6 +359,39 @@ class AxisUnderLaw {
   ReferencePoint last_;
   double last_dry_N_ = 0.0;
 };
+
+// Other parameters with the same model: what was learned of its friction stays. With another model it begins
+// anew.
+TEST(ForceLaw, WhatIsLearnedStaysWithTheModel) {
+  AxisUnderLaw one(3);
+  one.axis.compensate = one.axis.adapt_level = true;
+  one.axis.adapt_mass = false;
+  one.axis.current_limit_A = 500.0F;
+  one.axis.current_rate_A_per_s = 1e8F;
+  auto& coulomb = std::get<EffectParameters<Coulomb<float>, float>>(one.model);
+  coulomb.gains[0] = 20.0F;  // the axis has 8 N
+  one.configure();
+  one.enable();
+  const auto run = [&](double metres, int ticks) {
+    const double counts = (one.x_m + metres) / static_cast<double>(one.axis.encoder_resolution_m);
+    ASSERT_EQ(one.controller->move_to(static_cast<std::int32_t>(counts)), PlanStatus::kOk);
+    for (int i = 0; i < ticks && !one.stopped; ++i) one.tick();
+  };
+  for (int move = 0; move < 6; ++move) run(move % 2 == 0 ? 0.02 : -0.02, 8000);
+  ASSERT_FALSE(one.stopped);
+  const float learned = one.controller->output().level;
+  EXPECT_LT(learned, 0.9F);
+  for (int i = 0; i < 3; ++i) {
+    one.axis.position_gain_per_s += 5.0F;
+    one.configure();
+    for (int tick = 0; tick < 50; ++tick) one.tick();
+    EXPECT_NEAR(one.controller->output().level, learned, 0.02F) << i;
+  }
+  coulomb.gains[0] = 19.0F;
+  one.configure();
+  for (int tick = 0; tick < 3; ++tick) one.tick();
+  EXPECT_EQ(one.controller->output().level, 1.0F);
+}
 
 TEST(ForceLaw, TheForceIsThatOfTheLawOnRandomAxes) {
   int limited = 0, bounded = 0, changes = 0, stopped = 0, excited = 0;
