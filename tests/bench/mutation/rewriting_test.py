@@ -40,13 +40,18 @@ inline int sum(int limit) {
   return counter.count;
 }
 inline bool odd(int value) { return value % 2 != 0; }
+template <int N>
+int times(int value) { return N * value; }
+template <int N>
+inline constexpr int kTwice = 2 * N;
+inline int table(int value) { return times<5>(value) + kTwice<11>; }
 }  // namespace sample
 """
 MAIN = """#include <cstdio>
 #include "firmware/sample/sample.h"
 int main() {
   for (int limit = -1; limit < 6; ++limit)
-    std::printf("%d %d ", sample::sum(limit), sample::odd(limit));
+    std::printf("%d %d %d ", sample::sum(limit), sample::odd(limit), sample::table(limit));
   std::printf("%d\\n", sample::g_count);
 }
 """
@@ -122,6 +127,7 @@ def main():
                   "another choice with the same seed"),
             fails(rewrite.choose(found, {"firmware/sample": 10}, 1) == rewrite.choose(found, {"firmware/sample": 10}, 2),
                   "the same choice with another seed"),
+            fails(any(site.original in ("5", "11") for site in mutants.values()), "a mutant in a template argument"),
             fails(any(site.function == "squared" for site in mutants.values()), "a mutant where only the compiler is"))
 
 

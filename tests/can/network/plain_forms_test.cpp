@@ -67,7 +67,8 @@ TEST(PeriodicTimer, StaysOnItsGrid) {
     timer.restart(now_us);
     std::uint64_t since_grid = 0;
     for (int i = 0; i < 2000; ++i) {
-      const auto step = static_cast<std::uint32_t>(draw.below(std::size_t{period_us} * (i % 50 == 0 ? 4 : 1) + 1));
+      const auto step =
+          static_cast<std::uint32_t>(draw.below(std::size_t{period_us} * (i % 50 == 0 ? 4 : 1) + 1));
       now_us += step;
       since_grid += step;
       const bool due = since_grid >= period_us;
@@ -124,7 +125,8 @@ TEST(EmergencyLists, RegisterHistoryAndMessagesAreThoseOfThePlainForm) {
   test::Draw draw(3);
   canopen::Emergency emergency;
   PlainEmergency plain;
-  const std::uint16_t codes[] = {0x0000, 0x0000, 0x2310, 0x3210, 0x4310, 0x5210, 0x7305, 0x8110, 0x8250, 0x8611};
+  const std::uint16_t codes[] = {0x0000, 0x0000, 0x2310, 0x3210, 0x4310,
+                                 0x5210, 0x7305, 0x8110, 0x8250, 0x8611};
   std::uint32_t now_us = 5, sent_us = 0;
   bool sent = false;
   for (int i = 0; i < 20000; ++i) {
@@ -200,7 +202,8 @@ TEST(Identifiers, OfSyncAndEmergencyAreWrittenWhileTheyAreNotInUse) {
       const bool wide = (value & ~(flag | 0x7FFU)) != 0;
       const bool moved = used(now) && used(value) && (now & 0x7FFU) != id;
       const bool bad = wide || moved || kept;
-      ASSERT_EQ(bench.write(index, 0, value, 4), bad ? kBad : 0U) << std::hex << index << ' ' << now << ' ' << value;
+      ASSERT_EQ(bench.write(index, 0, value, 4), bad ? kBad : 0U)
+          << std::hex << index << ' ' << now << ' ' << value;
       if (!bad) now = value;
       ASSERT_EQ(bench.read(index, 0), now);
       (bad ? refused : taken) += 1;

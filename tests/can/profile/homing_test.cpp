@@ -117,7 +117,8 @@ std::vector<HomingWay> ways_to_home(HomingAxis& axis, int method) {
         stood = true;
         continue;
       }
-      if (ways.empty() || ways.back().direction != direction || stood) ways.push_back({direction, 0.0, stood});
+      if (ways.empty() || ways.back().direction != direction || stood)
+        ways.push_back({direction, 0.0, stood});
       ways.back().fastest_mps = std::max(ways.back().fastest_mps, std::abs(velocity_mps));
       stood = false;
     }
@@ -136,7 +137,7 @@ TEST(Homing, ASwitchIsLeftAndEnteredSlowlyFromRest) {
     int search, leave, enter;  // 0: none
   };
   // The figures of the standard, from the side where the search does not meet a limit switch.
-  const Figure figures[] = {{23, 1, -1, 0}, {24, 1, -1, 1}, {25, 1, 1, -1}, {26, 1, 1, 0},
+  const Figure figures[] = {{23, 1, -1, 0}, {24, 1, -1, 1},  {25, 1, 1, -1},  {26, 1, 1, 0},
                             {27, -1, 1, 0}, {28, -1, 1, -1}, {29, -1, -1, 1}, {30, -1, -1, 0},
                             {8, 1, -1, 1},  {9, 1, 1, -1},   {17, -1, 1, 0},  {18, 1, -1, 0}};
   for (const Figure& figure : figures) {

@@ -45,7 +45,8 @@ TEST(AdaptationLaw, ItsConstantsAreThoseOfTheAxis) {
   for (int i = 0; i < 300; ++i) {
     SCOPED_TRACE(i);
     const AxisParameters axis = drawn_learner(draw);
-    const double dry_N = i % 10 == 0 ? 0.0 : draw.log_uniform(0.1, 200.0), mass_kg = draw.log_uniform(1.0, 200.0);
+    const double dry_N = i % 10 == 0 ? 0.0 : draw.log_uniform(0.1, 200.0),
+                 mass_kg = draw.log_uniform(1.0, 200.0);
     const Adaptation::Bounds bound =
         Adaptation::bounds(axis, static_cast<float>(dry_N), static_cast<float>(mass_kg));
     const double tick_s = exact(axis.tick_s), bandwidth = exact(axis.observer_bandwidth_rad_per_s);
@@ -85,7 +86,9 @@ class AdaptationInDouble {
   using Squares = Adaptation::LeastSquares;
   static constexpr int kCells = static_cast<int>(Adaptation::kCells);
 
-  explicit AdaptationInDouble(const Adaptation::Bounds& bound) : bound_(bound) { squares_->begin(bound.priors); }
+  explicit AdaptationInDouble(const Adaptation::Bounds& bound) : bound_(bound) {
+    squares_->begin(bound.priors);
+  }
 
   void step(const Adaptation::Said& said) {
     // Residual, friction and mass through the same low-pass of third order; what has been learned as well.
@@ -126,13 +129,14 @@ class AdaptationInDouble {
     learns_ = true;
     rested_ = 0;
     const double dry = dry_[2] / exact(bound_.typical_N);
-    squares_->add(bound_.priors,
-                  {.whole = static_cast<float>(bound_.whole ? dry : 0.0),
-                   .part = static_cast<float>(bound_.part ? dry : 0.0),
-                   .mass = static_cast<float>(bound_.mass ? acceleration_[2] / exact(bound_.typical_mps2) : 0.0),
-                   .cell = static_cast<std::uint32_t>(cell),
-                   .beyond = static_cast<float>(beyond),
-                   .error = static_cast<float>(error_N)});
+    squares_->add(
+        bound_.priors,
+        {.whole = static_cast<float>(bound_.whole ? dry : 0.0),
+         .part = static_cast<float>(bound_.part ? dry : 0.0),
+         .mass = static_cast<float>(bound_.mass ? acceleration_[2] / exact(bound_.typical_mps2) : 0.0),
+         .cell = static_cast<std::uint32_t>(cell),
+         .beyond = static_cast<float>(beyond),
+         .error = static_cast<float>(error_N)});
     // Once in a move: three times as far off as in the two before, or beyond what a level there explains; of
     // which half is enough where ten measurements' worth is known.
     const bool known = exact(squares_->known(static_cast<std::uint32_t>(cell), static_cast<float>(beyond))) >
@@ -173,7 +177,9 @@ class AdaptationInDouble {
         bound_.priors,
         {static_cast<float>((lowest - whole_) * newton), static_cast<float>((highest - whole_) * newton),
          static_cast<float>((lightest - added_kg) * mps2), static_cast<float>((heaviest - added_kg) * mps2)},
-        [&](std::size_t i, float part) { parts_[i] = std::clamp(parts_[i] + exact(part) / newton, -most, most); });
+        [&](std::size_t i, float part) {
+          parts_[i] = std::clamp(parts_[i] + exact(part) / newton, -most, most);
+        });
     whole_ = std::clamp(whole_ + exact(change.whole) / newton, lowest, highest);
     added_kg = std::clamp(added_kg + exact(change.mass) / mps2, lightest, heaviest);
   }
@@ -213,26 +219,32 @@ TEST(AdaptationLaw, LevelAndMassAreThoseOfTheLaw) {
       // Friction that is not learned would be taken for a mass where the acceleration is a rounding error.
       const double level = axis.adapt_level ? draw.uniform(0.5, 1.7) : 1.0;
       const double along = axis.adapt_level ? 0.2 : 0.0;
-      const double peak = exact(axis.velocity_limit_mps) * draw.uniform(0.2, 1.0) * (move % 2 == 0 ? 1.0 : -1.0);
+      const double peak =
+          exact(axis.velocity_limit_mps) * draw.uniform(0.2, 1.0) * (move % 2 == 0 ? 1.0 : -1.0);
       const int ramp = 30 + static_cast<int>(draw.below(200)), plateau = static_cast<int>(draw.below(200));
       const int pause = static_cast<int>(draw.uniform(0.5, 3.0) * bound.rest_ticks);
       for (int i = 0; i < 2 * ramp + plateau + pause; ++i) {
         const bool up = i < ramp, down = i >= ramp + plateau && i < 2 * ramp + plateau;
         const bool moves = i < 2 * ramp + plateau;
         const double a = moves ? (up ? peak : down ? -peak : 0.0) / (ramp * tick_s) : 0.0;
-        const double v = up ? peak * i / ramp : down ? peak * (2 * ramp + plateau - i) / ramp : moves ? peak : 0.0;
+        const double v = up      ? peak * i / ramp
+                         : down  ? peak * (2 * ramp + plateau - i) / ramp
+                         : moves ? peak
+                                 : 0.0;
         x_m += v * tick_s;
         const double dry = moves ? std::copysign(dry_N, peak) : 0.0;
         // The axis misses what it has and the model has not, seen through the estimate.
-        double seen = (level + along * std::sin(40.0 * x_m) - law.level) * dry + (payload_kg - law.added_kg) * a;
+        double seen =
+            (level + along * std::sin(40.0 * x_m) - law.level) * dry + (payload_kg - law.added_kg) * a;
         for (double& stage : missing) seen = stage += (1.0 - std::exp(-bandwidth * tick_s)) * (seen - stage);
         Adaptation::Said said;
         said.counts = static_cast<std::int32_t>(std::lround(x_m / resolution_m));
         said.velocity = static_cast<float>(v * tick_s / resolution_m);
         said.dry_N = static_cast<float>(dry);
         said.acceleration_mps2 = static_cast<float>(a);
-        said.residual_N = std::abs(v) > 0.05 * std::abs(peak) ? static_cast<float>(seen + 0.02 * draw.normal())
-                                                               : std::numeric_limits<float>::quiet_NaN();
+        said.residual_N = std::abs(v) > 0.05 * std::abs(peak)
+                              ? static_cast<float>(seen + 0.02 * draw.normal())
+                              : std::numeric_limits<float>::quiet_NaN();
         adaptation->step(bound, said);
         law.step(said);
         same = same && std::abs(exact(adaptation->level()) - law.level) < 2e-3 &&

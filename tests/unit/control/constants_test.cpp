@@ -55,8 +55,7 @@ class Constants : public ::testing::Test {
     model = {};
     inertia_kg = draw.uniform(2.0, 60.0);
     payload_kg = draw.below(2) == 0 ? 0.0 : draw.uniform(1.0, 20.0);
-    std::get<EffectParameters<Inertia<float>, float>>(model) = {
-        {static_cast<float>(inertia_kg)}, {}, true};
+    std::get<EffectParameters<Inertia<float>, float>>(model) = {{static_cast<float>(inertia_kg)}, {}, true};
     std::get<EffectParameters<PayloadMass<float>, float>>(model) = {
         {static_cast<float>(payload_kg)}, {}, payload_kg > 0.0};
     coulomb_N = draw.below(3) == 0 ? 0.0 : draw.uniform(1.0, 50.0);
@@ -159,7 +158,8 @@ TEST_F(Constants, OfTheDirectionCheck) {
     const double newton_per_A = wide(axis.motor_constant_N_per_A);
     EXPECT_EQ(check.wanted, axis.check_direction);
     EXPECT_NEAR(check.stand_ticks, 0.02 / tick_s() + 0.5, 0.51) << "20 ms, and not less";
-    EXPECT_NEAR(check.distance_counts, std::max(4.0, wide(axis.check_distance_m) * counts_per_m() - 0.5), 0.51);
+    EXPECT_NEAR(check.distance_counts, std::max(4.0, wide(axis.check_distance_m) * counts_per_m() - 0.5),
+                0.51);
     near(check.largest_N, wide(axis.check_current_A) * newton_per_A, "force");
     near(check.step_N, wide(axis.check_rate_A_per_s) * newton_per_A * tick_s(), "its rate");
     const double rise = wide(axis.check_current_A) / (wide(axis.check_rate_A_per_s) * tick_s());
@@ -206,8 +206,8 @@ TEST_F(Constants, OfTheMotion) {
       return std::min(wanted, wide(of_the_axis));
     };
     const double velocity = bound(user.velocity_mps, axis.velocity_limit_mps, 1.0);
-    const double profile =
-        std::min(velocity, bound(user.profile_velocity_counts_per_s, axis.velocity_limit_mps, counts_per_m()));
+    const double profile = std::min(
+        velocity, bound(user.profile_velocity_counts_per_s, axis.velocity_limit_mps, counts_per_m()));
     const double speeding =
         bound(user.acceleration_counts_per_s2, axis.acceleration_limit_mps2, counts_per_m());
     const double slowing =
@@ -243,7 +243,8 @@ TEST_F(Constants, OfTheMotion) {
     EXPECT_EQ(bounds.number, 7U);
     EXPECT_NEAR(bounds.times.brake_release, wide(user.brake_release_s) / tick_s() - 0.5, 0.51);
     EXPECT_NEAR(bounds.times.brake_apply, wide(user.brake_apply_s) / tick_s() - 0.5, 0.51);
-    // A stop that the user made longer has its time: from 1.5 times the velocity, and as long as a jerk takes.
+    // A stop that the user made longer has its time: from 1.5 times the velocity, and as long as a jerk
+    // takes.
     const auto time = [&](double deceleration, double jerk, bool set_by_user) {
       const double ramp = 1.5 * wide(axis.velocity_limit_mps) / deceleration + 2.0 * deceleration / jerk;
       const double usual = wide(axis.stop_timeout_s);
@@ -251,8 +252,8 @@ TEST_F(Constants, OfTheMotion) {
     };
     const double quick_ticks = time(quick, wide(axis.jerk_limit_mps3), quick < wide(axis.quick_stop_mps2));
     EXPECT_NEAR(bounds.times.quick_stop, quick_ticks, 1.0 + 1e-5 * quick_ticks);
-    const double slow_ticks = time(slow, slow_jerk,
-                                   slow < wide(axis.quick_stop_mps2) || slow_jerk < wide(axis.jerk_limit_mps3));
+    const double slow_ticks =
+        time(slow, slow_jerk, slow < wide(axis.quick_stop_mps2) || slow_jerk < wide(axis.jerk_limit_mps3));
     EXPECT_NEAR(bounds.times.slow_down, slow_ticks, 1.0 + 1e-5 * slow_ticks);
   }
 }

@@ -18,7 +18,7 @@ namespace {
 /// Lets ticks come while its state is copied.
 struct SwappedSet {
   int number = 0;
-  int motion = 0;  // what the tick changes in the set in force
+  int motion = 0;                               // what the tick changes in the set in force
   static inline std::function<void()> between;  // NOLINT(*-avoid-non-const-global-variables)
 
   void continue_from(const SwappedSet& other) {

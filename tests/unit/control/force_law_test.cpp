@@ -116,14 +116,12 @@ class Law {
   void expect(double acceleration_counts, double model_N) {
     const double t = d(axis_.tick_s);
     applied_N_ = current_A_ * d(axis_.motor_constant_N_per_A);
-    expected_ =
-        acceleration_counts * d(axis_.encoder_resolution_m) / (t * t) +
-        (applied_N_ - added_N_ - model_N) / mass_kg_;
+    expected_ = acceleration_counts * d(axis_.encoder_resolution_m) / (t * t) +
+                (applied_N_ - added_N_ - model_N) / mass_kg_;
   }
   void expect_nothing() { expected_ = 0.0; }
   void integrate() {
-    integral_N_ +=
-        d(axis_.integral_per_s) * d(axis_.tick_s) * (proportional_N_ + applied_N_ - wanted_N_);
+    integral_N_ += d(axis_.integral_per_s) * d(axis_.tick_s) * (proportional_N_ + applied_N_ - wanted_N_);
   }
 
  private:
@@ -318,11 +316,10 @@ class AxisUnderLaw {
     EXPECT_NEAR(static_cast<double>(out.residual_N), law_.residual_N(),
                 1e-3 * std::abs(law_.residual_N()) + tolerance_N());
     EXPECT_NEAR(static_cast<double>(out.feedback_N), feedback_N, tolerance_N());
-    const double should_A =
-        law_.apply(asked_N + static_cast<double>(offset_N), fades_, limits);
+    const double should_A = law_.apply(asked_N + static_cast<double>(offset_N), fades_, limits);
     if (controller->reference().braking()) limits |= kLimitReference;
-    const double off_N = (static_cast<double>(out.current_A) - should_A) *
-                         static_cast<double>(axis.motor_constant_N_per_A);
+    const double off_N =
+        (static_cast<double>(out.current_A) - should_A) * static_cast<double>(axis.motor_constant_N_per_A);
     ASSERT_LE(std::abs(off_N), tolerance_N()) << number;
     constexpr std::uint32_t kVelocity = kLimitVelocity;
     if (!law_.at_limit()) {
@@ -334,13 +331,11 @@ class AxisUnderLaw {
     followed_ = torque_;
   }
   // What floats of a velocity make of it: 2^-24 of it in each of some steps, times the gain.
-  double tolerance_N() const {
-    return 0.02 + 1e-6 * static_cast<double>(axis.velocity_gain_N_s_per_m);
-  }
+  double tolerance_N() const { return 0.02 + 1e-6 * static_cast<double>(axis.velocity_gain_N_s_per_m); }
   void move(double current_A) {
     const double t = static_cast<double>(axis.tick_s);
-    const double force_N =
-        current_A * static_cast<double>(axis.motor_constant_N_per_A) - 8.0 * std::tanh(v_mps / 1e-3) - 12.0 * v_mps;
+    const double force_N = current_A * static_cast<double>(axis.motor_constant_N_per_A) -
+                           8.0 * std::tanh(v_mps / 1e-3) - 12.0 * v_mps;
     const double change = force_N / 30.0 * t;
     x_m += (v_mps + 0.5 * change) * t;
     v_mps += change;

@@ -148,8 +148,8 @@ TEST(Forget, FaultMonitor) {
           in.overrun = draw.below(20) == 0;
           const float set_point_A = draw.below(2) == 0 ? in.current.current_A : 6.0F;
           seen.push_back(static_cast<int>(
-              one.check(bounds, in, in.encoder.counts + static_cast<std::int32_t>(draw.below(110)), set_point_A,
-                        draw.below(8) != 0)));
+              one.check(bounds, in, in.encoder.counts + static_cast<std::int32_t>(draw.below(110)),
+                        set_point_A, draw.below(8) != 0)));
           seen.push_back(one.last_step());
         }
         return seen;
@@ -194,8 +194,9 @@ TEST(Forget, Adaptation) {
         for (std::size_t i = 0; i < ticks; ++i) {
           const bool moves = i % 700 < 400;
           counts += moves ? 40 : 0;
-          one.step(bounds, {counts, moves ? 40.0F : 0.0F, moves ? 12.0F : 0.0F, moves ? drawn(draw, -5.0, 5.0) : 0.0F,
-                            moves ? drawn(draw, -20.0, 30.0) : std::numeric_limits<float>::quiet_NaN()});
+          one.step(bounds,
+                   {counts, moves ? 40.0F : 0.0F, moves ? 12.0F : 0.0F, moves ? drawn(draw, -5.0, 5.0) : 0.0F,
+                    moves ? drawn(draw, -20.0, 30.0) : std::numeric_limits<float>::quiet_NaN()});
           seen.insert(seen.end(), {one.level(), one.added_kg()});
         }
         return seen;

@@ -249,7 +249,8 @@ TEST(StreamPath, ItsLimitsOfSpeedingAndSlowingAreItsOwnWhateverComes) {
       const double rounding = 1e-5 * fastest, change = now - last, jerk = change - before;
       ASSERT_LE(std::abs(jerk), static_cast<double>(limits.jerk) * 1.001 + rounding) << run << ' ' << i;
       // Where an acceleration is more than it may be from now on, the jerk limit takes it out.
-      const bool taken_out = -jerk * (before > 0.0 ? 1.0 : -1.0) > 0.999 * static_cast<double>(limits.jerk) - rounding;
+      const bool taken_out =
+          -jerk * (before > 0.0 ? 1.0 : -1.0) > 0.999 * static_cast<double>(limits.jerk) - rounding;
       before = change;
       if (taken_out) continue;
       if (last * now >= 0.0) {

@@ -3,8 +3,8 @@
 // about.
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 
@@ -131,8 +131,8 @@ TEST(SyncLock, WhatIsToldOfTheRateComesAbout) {
       const auto off = static_cast<std::uint32_t>(draw.below(period / 4 + 1));
       for (std::uint32_t i = 0; i < period - period / 8 + off; ++i) clock.follow(++tick);
       clock.sync(tick);
-      const double begin = static_cast<double>(clock.at(tick).period) +
-                           static_cast<double>(clock.at(tick).fraction) * 0x1p-32;
+      const double begin =
+          static_cast<double>(clock.at(tick).period) + static_cast<double>(clock.at(tick).fraction) * 0x1p-32;
       const double asked = draw.uniform(0.1, 4.0);
       const auto told = static_cast<double>(clock.ticks_until(static_cast<float>(asked)));
       const auto later = static_cast<std::uint32_t>(draw.below(2 * period));
@@ -152,11 +152,14 @@ TEST(SyncLock, WhatIsToldOfTheRateComesAbout) {
         if (i == later) rate_then = ahead.rate();
         if (last < begin + asked && phase >= begin + asked) {
           const double crossed = i - 1 + (begin + asked - last) / (phase - last);
-          EXPECT_NEAR(crossed, told, 2e-5 * ticks + 1e-6 * told + ticks * ticks * ticks * 0x1p-32) << period << ' ' << n;
+          EXPECT_NEAR(crossed, told, 2e-5 * ticks + 1e-6 * told + ticks * ticks * ticks * 0x1p-32)
+              << period << ' ' << n;
         }
       }
       // To two ticks of the change, and a bit in each tick of it.
-      EXPECT_NEAR(rate_told, rate_then, 2.0F * std::abs(wanted - now) / static_cast<float>(period) + static_cast<float>(period) * 0x1p-32F + 1e-8F)
+      EXPECT_NEAR(rate_told, rate_then,
+                  2.0F * std::abs(wanted - now) / static_cast<float>(period) +
+                      static_cast<float>(period) * 0x1p-32F + 1e-8F)
           << period << ' ' << n;
       EXPECT_EQ(ahead.rate(), wanted) << "and then it stays";
     }
