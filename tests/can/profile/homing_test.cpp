@@ -255,6 +255,30 @@ TEST(Homing, MovesCountFromZero) {
   EXPECT_NEAR(axis.read_signed(0x607A, 0), axis.counts(0.02), 100.0) << "starts as the actual value";
 }
 
+// 607Dh counts from zero wherever that lies in the encoder's counts; its last numbers bound nothing.
+TEST(Homing, SoftwareLimitsCountFromZeroAndTheLastNumbersBoundNothing) {
+  constexpr std::uint32_t kLowest = 0x80000000U, kHighest = 0x7FFFFFFFU;
+  for (const std::int32_t offset : {-40000, 0, 30000}) {
+    HomingAxis axis(0.123);
+    ASSERT_EQ(axis.write(0x607C, 0, static_cast<std::uint32_t>(offset), 4), 0U);
+    ASSERT_EQ(axis.home(37), HomingAxis::kDone);
+    ASSERT_EQ(axis.write(0x6060, 0, 1, 1), 0U);  // homing itself is not bounded
+    const Controller& controller = axis.loop->controller();
+    const std::int32_t origin = controller.position().origin();
+    for (const std::uint32_t low : {kLowest, 0xFFFFFC18U}) {
+      for (const std::uint32_t high : {kHighest, 2000U}) {
+        ASSERT_EQ(axis.write(0x607D, 1, kLowest, 4), 0U);
+        ASSERT_EQ(axis.write(0x607D, 2, high, 4), 0U);
+        ASSERT_EQ(axis.write(0x607D, 1, low, 4), 0U);
+        axis.run_ms(2);
+        EXPECT_EQ(controller.range().lowest, low == kLowest ? PositionRange::kNoLowest : origin - 1000) << offset;
+        EXPECT_EQ(controller.range().highest, high == kHighest ? PositionRange::kNoHighest : origin + 2000)
+            << offset;
+      }
+    }
+  }
+}
+
 TEST(Homing, OtherMethodsAreRefused) {
   HomingAxis axis(0.1);
   std::vector<int> supported;

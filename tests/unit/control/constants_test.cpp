@@ -72,8 +72,9 @@ class Constants : public ::testing::Test {
   double counts_per_m() const { return 1.0 / wide(axis.encoder_resolution_m); }
   double tick_s() const { return wide(axis.tick_s); }
 
-  static void near(double value, double wanted, const char* what) {
-    EXPECT_NEAR(value, wanted, 1e-5 * std::abs(wanted)) << what;
+  template <class Real>
+  static void near(Real value, double wanted, const char* what) {
+    EXPECT_NEAR(static_cast<double>(value), wanted, 1e-5 * std::abs(wanted)) << what;
   }
 
   test::Draw draw{11};
