@@ -271,7 +271,8 @@ TEST(Homing, SoftwareLimitsCountFromZeroAndTheLastNumbersBoundNothing) {
         ASSERT_EQ(axis.write(0x607D, 2, high, 4), 0U);
         ASSERT_EQ(axis.write(0x607D, 1, low, 4), 0U);
         axis.run_ms(2);
-        EXPECT_EQ(controller.range().lowest, low == kLowest ? PositionRange::kNoLowest : origin - 1000) << offset;
+        EXPECT_EQ(controller.range().lowest, low == kLowest ? PositionRange::kNoLowest : origin - 1000)
+            << offset;
         EXPECT_EQ(controller.range().highest, high == kHighest ? PositionRange::kNoHighest : origin + 2000)
             << offset;
       }

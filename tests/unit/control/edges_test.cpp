@@ -281,10 +281,12 @@ TEST(Edges, AReferenceBeginsAnewWithTheEstimateWithinACountOfTheLastStep) {
       std::int32_t counts = 0;
       for (std::uint32_t tick = 0; tick < 400; ++tick) {
         counts = static_cast<std::int32_t>(std::floor(speed * static_cast<float>(tick)));
-        force.step_off({*set, bounds, command, history, history.entry(tick), out, tick, counts, 10.0F, false, false});
+        force.step_off(
+            {*set, bounds, command, history, history.entry(tick), out, tick, counts, 10.0F, false, false});
       }
       const float velocity = force.begin_anew(*set, step);
-      EXPECT_NEAR(velocity, std::clamp(speed, static_cast<float>(step) - 1.0F, static_cast<float>(step) + 1.0F), 0.05F)
+      EXPECT_NEAR(velocity,
+                  std::clamp(speed, static_cast<float>(step) - 1.0F, static_cast<float>(step) + 1.0F), 0.05F)
           << step << ' ' << estimated;
       EXPECT_NEAR(force.estimate().velocity_mps(), velocity * set->mps_per_count, 1e-6F);
     }

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstdint>
 #include <complex>
+#include <cstdint>
 #include <numbers>
 #include <random>
 #include <vector>
@@ -63,7 +63,8 @@ TEST(Excitation, ABandIsTheHarmonicsNextToIt) {
     EXPECT_LE(settings.highest, std::max(1.0, high) + 1.501);
     EXPECT_EQ((settings.lowest + settings.highest) % 2, 0U);
     const bool asked_for = std::lround(std::max(1.0, high)) % 2 == std::lround(std::max(1.0, low)) % 2;
-    if (asked_for && std::abs(high - std::floor(high) - 0.5) > 0.01 && std::abs(low - std::floor(low) - 0.5) > 0.01) {
+    if (asked_for && std::abs(high - std::floor(high) - 0.5) > 0.01 &&
+        std::abs(low - std::floor(low) - 0.5) > 0.01) {
       EXPECT_EQ(settings.highest, static_cast<std::uint32_t>(std::lround(std::max(1.0, high))));
     }
   }
