@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 
@@ -82,7 +83,7 @@ TEST(TickTime, ItsLongestTimesAreTheLargestOfAll) {
   one.run(kPeriod);
   std::uint32_t longest_period = 0, longest_duration = 10, late = 0, lasted = 10;
   for (int i = 0; i < 2000; ++i) {
-    const auto period = static_cast<std::uint32_t>(draw.below(2 * kPeriod));
+    const auto period = static_cast<std::uint32_t>(draw.below(std::size_t{2} * kPeriod));
     const auto takes = static_cast<std::uint32_t>(draw.below(kPeriod + kPeriod / 10));
     const bool should = period > kPeriod + kPeriod / 2 || lasted > kPeriod;
     ASSERT_EQ(one.run(period, takes), should) << period << ' ' << lasted;

@@ -293,6 +293,25 @@ TEST(Edges, AReferenceBeginsAnewWithTheEstimateWithinACountOfTheLastStep) {
   }
 }
 
+// At an end an axis is let go by a force that points away from there, and by none.
+TEST(Edges, AForceAwayFromTheEndAndNoForceLetTheAxisGo) {
+  const PositionRange range{-1000, 1000};
+  const StoppingDistanceBound stopping = StoppingDistanceBound::of(0.1F, 1e-3F);
+  for (const float sign : {-1.0F, 1.0F}) {
+    TorqueBounds bounds;
+    EXPECT_FALSE(bounds.holds());
+    bounds.look_ahead(range, stopping, {static_cast<std::int32_t>(1000.0F * sign), 0.0F, 0.0F, 5.0F * sign});
+    ASSERT_TRUE(bounds.holds());
+    EXPECT_FALSE(bounds.pulled_inwards(3.0F * sign));
+    EXPECT_TRUE(bounds.pulled_inwards(-3.0F * sign));
+    EXPECT_TRUE(bounds.pulled_inwards(0.0F));
+    bounds.release();
+    EXPECT_FALSE(bounds.holds());
+    bounds.look_ahead(range, stopping, {static_cast<std::int32_t>(1000.0F * sign), 0.0F, 0.0F, -5.0F * sign});
+    EXPECT_FALSE(bounds.holds()) << "pushed inwards";
+  }
+}
+
 // I2t: whichever of motor and amplifier is spent, the current is down at its rating, and says so.
 TEST(Edges, MotorAndAmplifierAreSpentEachByItself) {
   for (const bool motor : {true, false}) {

@@ -30,7 +30,6 @@ struct SwappedSet {
 /// The tick moves the set in force on, and sees where the motion goes on.
 class SwappingTick {
  public:
-  ~SwappingTick() { SwappedSet::between = nullptr; }
   bool tick() {
     const bool taken = swap.begin_tick();
     SwappedSet& set = swap.active();
@@ -110,6 +109,9 @@ struct SeenWhileWritten {
   SeenWhileWritten() = default;
   SeenWhileWritten(int a, int b) : first(a), second(b) {}
   SeenWhileWritten(const SeenWhileWritten&) = default;
+  SeenWhileWritten(SeenWhileWritten&&) = default;
+  SeenWhileWritten& operator=(SeenWhileWritten&& other) noexcept { return *this = other; }
+  ~SeenWhileWritten() = default;
   SeenWhileWritten& operator=(const SeenWhileWritten& other) {
     if (this == &other) return *this;
     first = other.first;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 
@@ -135,7 +136,7 @@ TEST(SyncLock, WhatIsToldOfTheRateComesAbout) {
           static_cast<double>(clock.at(tick).period) + static_cast<double>(clock.at(tick).fraction) * 0x1p-32;
       const double asked = draw.uniform(0.1, 4.0);
       const auto told = static_cast<double>(clock.ticks_until(static_cast<float>(asked)));
-      const auto later = static_cast<std::uint32_t>(draw.below(2 * period));
+      const auto later = static_cast<std::uint32_t>(draw.below(std::size_t{2} * period));
       const float rate_told = clock.rate_in(static_cast<float>(later));
       const float now = clock.rate(), wanted = clock.wanted_rate();
       largest_change = std::max(largest_change, std::abs(static_cast<double>((wanted - now) / now)));

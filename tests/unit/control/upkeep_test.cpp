@@ -194,6 +194,23 @@ TEST(HysteresisMemory, FollowsElementsAndSaysHowManyReversalsItHolds) {
   }
 }
 
+// One element is a hysteresis, too.
+TEST(HysteresisMemory, OfASingleElement) {
+  ModelParameters model{};
+  auto& own = std::get<EffectParameters<PreslidingHysteresis<float>, float>>(model);
+  own.enabled = true;
+  own.shapes[3] = 10e-6F;
+  own.gains[3] = 1e6F;
+  HysteresisMemory memory;
+  memory.take(virgin_curve_of(model, 1e-7F), false);
+  memory.step(0);
+  memory.step(50);
+  EXPECT_NEAR(memory.force_N(), 5.0F, 1e-4F);
+  memory.step(40);
+  EXPECT_NEAR(memory.force_N(), 4.0F, 1e-4F);
+  EXPECT_EQ(memory.depth(), 1U);
+}
+
 // Marks at a distance from the first one that passed; each may be off its place by the tolerance.
 TEST(PositionReference, AMarkIsOffItsPlaceFromTheToleranceOn) {
   test::Draw draw(4);
