@@ -10,7 +10,8 @@
   reach    runs each test alone, without a mutant: how long it takes and which mutants it comes past. Of some
            --programs only: those of the others stay
   run      each mutant against the tests that come past it, the shortest first, until one fails, crashes or takes ten
-           times as long as without. What has been run is not run again
+           times as long as without. What has been run is not run again. --longest SECONDS leaves out the longer tests:
+           sooner done, and no more mutants are killed than by all
   report   the ratio by folder, and the survivors beside the reasons in survivors.txt; status 1 below 90 %
 
 A change that leaves the same program is no mutant: equivalent.txt names those that were drawn, with the reason, and the
