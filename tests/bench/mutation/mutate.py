@@ -10,7 +10,8 @@
   reach    runs each test alone, without a mutant: how long it takes and which mutants it comes past. Of some
            --programs only: those of the others stay
   run      each mutant against the tests that come past it, the shortest first, until one fails, crashes or takes ten
-           times as long as without. What has been run is not run again
+           times as long as without. What has been run is not run again. --longest SECONDS leaves out the longer tests:
+           sooner done, and no more mutants are killed than by all
   report   the ratio by folder, and the survivors beside the reasons in survivors.txt; status 1 below 90 %
 
 A change that leaves the same program is no mutant: equivalent.txt names those that were drawn, with the reason, and the
@@ -133,7 +134,8 @@ class Bench:
 
     def batches(self, number, measured):
         """Lists of tests that come past a mutant, by program; quick ones of all programs first."""
-        tests = [one for one in measured if number in one["mutants"] and not one["fails"]]
+        tests = [one for one in measured
+                 if number in one["mutants"] and not one["fails"] and one["seconds"] <= self.options.longest]
         low = 0.0
         for high in (*BATCHES_S, 1e9):
             by_program = collections.defaultdict(list)
@@ -223,6 +225,7 @@ def main():
     parser.add_argument("--mutants", type=int, default=sum(QUOTAS.values()), help="how many: prepare")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     parser.add_argument("--programs", nargs="+", choices=PROGRAMS, default=PROGRAMS, help="fewer are built sooner, and kill less")
+    parser.add_argument("--longest", type=float, default=1e9, help="run: without tests that take more seconds; kills no more than all do")
     parser.add_argument("--again", action="store_true", help="run: the survivors once more, after new tests")
     options = parser.parse_args()
     bench = Bench(options)

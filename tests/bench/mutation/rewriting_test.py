@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """What rewrite.py makes of a header: the same program without a mutant, another with each, and nothing where the compiler
-computes. Status 77 without python3-clang-14."""
+computes. And that each entry of the lists is of a place that there is. Status 77 without python3-clang-14."""
 
 import os
 import pathlib
@@ -40,13 +40,18 @@ inline int sum(int limit) {
   return counter.count;
 }
 inline bool odd(int value) { return value % 2 != 0; }
+template <int N>
+int times(int value) { return N * value; }
+template <int N>
+inline constexpr int kTwice = 2 * N;
+inline int table(int value) { return times<5>(value) + kTwice<11>; }
 }  // namespace sample
 """
 MAIN = """#include <cstdio>
 #include "firmware/sample/sample.h"
 int main() {
   for (int limit = -1; limit < 6; ++limit)
-    std::printf("%d %d ", sample::sum(limit), sample::odd(limit));
+    std::printf("%d %d %d ", sample::sum(limit), sample::odd(limit), sample::table(limit));
   std::printf("%d\\n", sample::g_count);
 }
 """
@@ -63,6 +68,13 @@ def fails(condition, what):
     if condition:
         print(f"FAIL: {what}")
     return 1 if condition else 0
+
+
+def not_there():
+    """Entries of the two lists whose place is in the sources no more, or that stand in both lists."""
+    places = {site.key() for site in sites.find(mutate.ROOT, list(mutate.QUOTAS), mutate.ARGUMENTS)}
+    same, survivors = (mutate.read_reasons(HERE / name) for name in ("equivalent.txt", "survivors.txt"))
+    return [key for key in [*same, *survivors] if key not in places or (key in same and key in survivors)]
 
 
 def main():
@@ -98,9 +110,11 @@ def main():
         passed = [number for number, byte in enumerate(passed_file.read_bytes()) if byte]
         kinds = {site.kind for site in mutants.values()}
         print(f"{len(found)} places, {len(mutants)} mutants: {len(other)} differ, {len(endless)} do not end, same: {same}")
+        stale = not_there()
         missing = [path for path in mutate.CHECKED + list(mutate.QUOTAS) if not (mutate.ROOT / path).exists()]
         return max(
             fails(missing, f"not where the bench looks for them: {missing}"),
+            fails(stale, f"listed, and not in the sources: {stale}"),
             fails(unchanged != original, "another program without a mutant"),
             fails(kinds != {"comparison", "arithmetic", "logic", "constant", "statement"}, f"kinds: {kinds}"),
             fails(len(mutants) < 25, "too few mutants"),
@@ -113,6 +127,7 @@ def main():
                   "another choice with the same seed"),
             fails(rewrite.choose(found, {"firmware/sample": 10}, 1) == rewrite.choose(found, {"firmware/sample": 10}, 2),
                   "the same choice with another seed"),
+            fails(any(site.original in ("5", "11") for site in mutants.values()), "a mutant in a template argument"),
             fails(any(site.function == "squared" for site in mutants.values()), "a mutant where only the compiler is"))
 
 

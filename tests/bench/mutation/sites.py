@@ -151,7 +151,14 @@ class Finder:
                 between = self.texts[cursor.extent.start.file.name][cursor.extent.start.offset:child.extent.start.offset]
                 if between.decode().count("<") > between.decode().count(">") or between.decode().rstrip().endswith("["):
                     continue
+            if cursor.kind in (kinds.DECL_REF_EXPR, kinds.MEMBER_REF_EXPR) and self.is_template_argument(cursor, child):
+                continue
             self.visit(child, cursor)
+
+    def is_template_argument(self, reference, child):
+        text = self.texts[reference.extent.start.file.name]
+        before = text[reference.extent.start.offset:child.extent.start.offset].decode().replace("->", "")
+        return before.count("<") > before.count(">")
 
     def look(self, cursor, parent):
         kinds = clang.CursorKind

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A master that falls silent in a cyclic mode: the tick ends the motion, as 6007h says.
 #include <cmath>
+#include <string>
 
 #include "tests/can/bench.h"
 
@@ -217,20 +218,29 @@ TEST_F(SilentMaster, InCyclicVelocityTheAxisStops) {
   }
 }
 
-// The tick has seen the loss, and the next thing that the main loop sees is a command: the loss counts.
+// The tick has seen the loss, and the next thing that the main loop sees is a command: the loss counts, and
+// where it is to be a fault it is one.
 TEST_F(SilentMaster, ACommandThatComesTooLateDoesNotUndoTheLoss) {
-  for (const int late_ms : {-5, 5}) {
-    Bench bench;
-    bench.configure();
-    bench.enable(kCyclicTorque);
-    ASSERT_EQ(bench.write(0x6071, 0, 0, 2), 0U);
-    for (int i = 0; i < 10 * (kTimeout_ms + late_ms); ++i) bench.loop->step();
-    ASSERT_EQ(bench.write(0x6071, 0, 0, 2), 0U);
-    for (int i = 0; i < 10; ++i) {
-      bench.run_ms(5);
-      ASSERT_EQ(bench.write(0x6071, 0, 0, 2), 0U);
+  for (const std::uint32_t reaction : {1U, 2U, 3U}) {
+    for (const int late_ms : {-5, 5}) {
+      SCOPED_TRACE(std::to_string(reaction) + (late_ms > 0 ? " late" : " in time"));
+      Bench bench;
+      bench.configure();
+      ASSERT_EQ(bench.write(0x6007, 0, reaction, 2), 0U);
+      bench.enable(kCyclicTorque);
+      ASSERT_EQ(bench.write(0x6071, 0, 120, 2), 0U);
+      // Pushed, so that the stop is not over when the main loop looks.
+      for (int i = 0; i < 10 * (kTimeout_ms + late_ms); ++i) bench.loop->step();
+      ASSERT_EQ(bench.write(0x6071, 0, 120, 2), 0U);
+      for (int i = 0; i < 10; ++i) {
+        bench.run_ms(5);
+        ASSERT_EQ(bench.write(0x6071, 0, 120, 2), 0U);
+      }
+      EXPECT_EQ((bench.read(0x6041, 0) & 0x6F) == 0x27U, late_ms < 0);
+      const bool is_fault = reaction == 1 && late_ms > 0;
+      EXPECT_EQ(bench.read(0x603F, 0), is_fault ? 0x8100U : 0U);
+      EXPECT_EQ(bench.read(0x2212, static_cast<std::uint8_t>(Fault::kConnection)), is_fault ? 1U : 0U);
     }
-    EXPECT_EQ((bench.read(0x6041, 0) & 0x6F) == 0x27U, late_ms < 0) << late_ms;
   }
 }
 

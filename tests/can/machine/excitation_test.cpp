@@ -65,6 +65,22 @@ TEST(ExcitationObjects, RunsItsPeriodsAndEndsByItself) {
   EXPECT_EQ(axis.start(), 0U) << "and again";
 }
 
+// 2320h:12: a limit that was met while it ran; what is measured then is not linear.
+TEST(ExcitationObjects, TellsTheLimitsThatItMet) {
+  for (const float rate_A_per_s : {1e6F, 10.0F}) {
+    Excited axis;
+    ASSERT_EQ(axis.bench.write(0x6040, 0, 0x06, 2), 0U);
+    axis.bench.run_ms(5);
+    ASSERT_EQ(axis.bench.write_real(0x2000, 10, rate_A_per_s), 0U);
+    ASSERT_EQ(axis.bench.write(0x2140, 3, axis.bench.read(0x2140, 1), 4), 0U);
+    axis.bench.run_ms(5);
+    axis.bench.enable(1);
+    ASSERT_EQ(axis.start(), 0U);
+    axis.bench.run_ms(250);
+    EXPECT_EQ(axis.bench.read(0x2320, 12), rate_A_per_s < 100.0F ? std::uint32_t{kLimitCurrentRate} : 0U);
+  }
+}
+
 TEST(ExcitationObjects, IsRefusedWhereItMustNotRun) {
   Bench off;
   off.configure();

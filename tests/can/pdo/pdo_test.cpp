@@ -226,6 +226,37 @@ TEST(Pdo, EveryNthSyncAndStartValue) {
   EXPECT_EQ(when, (std::vector<int>{2, 5, 8, 11}));
 }
 
+// Identifier, type and SYNC start value make another PDO of it, which is sent once; its times do not.
+TEST(Pdo, WhatMakesItAnotherPdoSendsItAnew) {
+  Bench bench;
+  map(bench, 0x1800, 0x185, {0x60610008});  // nothing that changes
+  ASSERT_EQ(bench.write(0x1800, 5, 0, 2), 0U);
+  bench.nmt(0x01);
+  bench.run_ms(5);
+  const auto sent_after = [&](std::uint8_t sub, std::uint32_t value, std::size_t bytes) {
+    bench.all();
+    Data request = Bench::address(bytes == 4 ? 0x23 : bytes == 2 ? 0x2B : 0x2F, 0x1800, sub);
+    for (std::size_t i = 0; i < bytes; ++i) request[4 + i] = static_cast<std::uint8_t>(value >> (8 * i));
+    bench.send(0x605, request);
+    bench.run_ms(5);
+    std::size_t sent = 0;
+    for (const Message& message : bench.all()) {
+      if (message.id == 0x185) ++sent;
+      if (message.id == 0x585) {
+        EXPECT_EQ(message.data.at(0), 0x60) << int{sub};
+      }
+    }
+    return sent;
+  };
+  EXPECT_EQ(sent_after(5, 1000, 2), 0U) << "event time";
+  EXPECT_EQ(sent_after(2, 255, 1), 1U) << "type";
+  EXPECT_EQ(sent_after(2, 254, 1), 1U) << "and back";
+  EXPECT_EQ(sent_after(1, 0x40000185, 4), 1U) << "identifier";
+  EXPECT_EQ(sent_after(1, 0xC0000185, 4), 0U) << "off";
+  EXPECT_EQ(sent_after(3, 10, 2), 0U) << "inhibit time";
+  EXPECT_EQ(sent_after(1, 0x40000185, 4), 1U) << "on";
+}
+
 TEST(Pdo, InhibitAndEventTime) {
   Bench bench;
   ASSERT_EQ(bench.write(0x1800, 1, 0xC0000185, 4), 0U);

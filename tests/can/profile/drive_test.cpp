@@ -155,6 +155,32 @@ TEST(Drive, TargetReachedMeansTheAxisIsInItsWindow) {
   EXPECT_GT(outside, 10);
 }
 
+// 6068h: it counts as reached when it has been in the window for so long, each time anew, however long the
+// drive has been on.
+TEST(Drive, TargetReachedComesAfterTheTimeInTheWindow) {
+  Bench bench;
+  bench.configure();
+  bench.enable(1);
+  ASSERT_EQ(bench.write(0x6067, 0, 50, 4), 0U);
+  ASSERT_EQ(bench.write(0x6068, 0, 100, 2), 0U);
+  for (int move = 0; move < 3; ++move) {
+    const auto target = static_cast<std::uint32_t>(bench.read_signed(0x6064, 0) + 3000);
+    ASSERT_EQ(bench.write(0x607A, 0, target, 4), 0U);
+    ASSERT_EQ(bench.write(0x6040, 0, 0x3F, 2), 0U);
+    const ReferenceGenerator& reference = bench.loop->controller().reference();
+    int arrived = -1, reached = -1;
+    for (int ms = 0; ms < 2000 && reached < 0; ++ms) {
+      bench.run_ms(1);
+      if (arrived < 0 && ms > 10 && reference.idle()) arrived = ms;
+      if ((bench.read(0x6041, 0) & 0x0400) != 0) reached = ms;
+    }
+    EXPECT_GE(reached - arrived, 98) << move;
+    EXPECT_LE(reached - arrived, 130) << move << ": the axis is there soon after the reference";
+    ASSERT_EQ(bench.write(0x6040, 0, 0x0F, 2), 0U);
+    bench.run_ms(200);
+  }
+}
+
 // A master sends controlword and target in one frame, and may map them in either order.
 TEST(Drive, ASetPointIsTheTargetThatCameInTheSameFrame) {
   for (const bool target_first : {false, true}) {

@@ -4,7 +4,9 @@
 // where the switches and marks stand.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -90,6 +92,76 @@ TEST_P(HomingMethods, FindsItsPlaceFromAnywhere) {
 INSTANTIATE_TEST_SUITE_P(Standard, HomingMethods, testing::Range<std::size_t>(0, 20), [](const auto& which) {
   return "Method" + std::to_string(cases(0.3)[which.param].method);
 });
+
+/// How the reference goes until the home position is found: the ways in one direction, one after the other.
+struct HomingWay {
+  int direction = 0;
+  double fastest_mps = 0.0;
+  bool from_rest = false;  ///< the reference stood before, for a tick at least
+};
+std::vector<HomingWay> ways_to_home(HomingAxis& axis, int method) {
+  std::vector<HomingWay> ways;
+  EXPECT_EQ(axis.choose(method), 0U);
+  axis.enable(6);
+  EXPECT_EQ(axis.write(0x6040, 0, 0x1F, 2), 0U);
+  Controller& controller = axis.loop->controller();
+  bool stood = true;
+  for (int ms = 0; ms < 30000 && (axis.status() & HomingAxis::kEnd) == 0; ++ms) {
+    for (int tick = 0; tick < 10; ++tick) {
+      axis.loop->step();
+      axis.drive->after_tick();
+      const ReferencePoint& now = controller.history().point(controller.ticks());
+      const double velocity_mps = static_cast<double>(now.velocity) * axis.axis.encoder_resolution_m * 1e4;
+      const int direction = now.velocity > 0.0F ? 1 : -1;
+      if (now.velocity == 0.0F) {
+        stood = true;
+        continue;
+      }
+      if (ways.empty() || ways.back().direction != direction || stood)
+        ways.push_back({direction, 0.0, stood});
+      ways.back().fastest_mps = std::max(ways.back().fastest_mps, std::abs(velocity_mps));
+      stood = false;
+    }
+    axis.now_us += 1000;
+    axis.poll();
+  }
+  EXPECT_EQ(axis.status() & HomingAxis::kEnd, HomingAxis::kAttained);
+  return ways;
+}
+
+// A switch is searched fast, and left and entered slowly, each of them from rest: where the axis turns round
+// while it still moves, the switch is passed at a speed that nobody has set.
+TEST(Homing, ASwitchIsLeftAndEnteredSlowlyFromRest) {
+  struct Figure {
+    int method;
+    int search, leave, enter;  // 0: none
+  };
+  // The figures of the standard, from the side where the search does not meet a limit switch.
+  const Figure figures[] = {{23, 1, -1, 0}, {24, 1, -1, 1},  {25, 1, 1, -1},  {26, 1, 1, 0},
+                            {27, -1, 1, 0}, {28, -1, 1, -1}, {29, -1, -1, 1}, {30, -1, -1, 0},
+                            {8, 1, -1, 1},  {9, 1, 1, -1},   {17, -1, 1, 0},  {18, 1, -1, 0}};
+  for (const Figure& figure : figures) {
+    for (const bool on_it : {false, true}) {
+      SCOPED_TRACE("method " + std::to_string(figure.method) + (on_it ? " from the switch" : ""));
+      if (on_it && figure.method < 20 && figure.method > 10) continue;
+      HomingAxis axis(on_it ? 0.106 : (figure.search > 0 ? 0.06 : 0.15));
+      const std::vector<HomingWay> ways = ways_to_home(axis, figure.method);
+      std::vector<int> wanted;
+      if (!on_it) wanted.push_back(figure.search);
+      wanted.push_back(figure.leave);
+      if (figure.enter != 0) wanted.push_back(figure.enter);
+      ASSERT_EQ(ways.size(), wanted.size());
+      for (std::size_t i = 0; i < ways.size(); ++i) {
+        const bool searches = !on_it && i == 0;
+        const double speed_mps = searches ? HomingAxis::kFast_mps : HomingAxis::kSlow_mps;
+        EXPECT_EQ(ways[i].direction, wanted[i]) << i;
+        EXPECT_TRUE(ways[i].from_rest) << i;
+        EXPECT_LE(ways[i].fastest_mps, speed_mps * 1.001) << i;
+        EXPECT_GE(ways[i].fastest_mps, speed_mps * 0.99) << i;
+      }
+    }
+  }
+}
 
 TEST(Homing, IndexInEitherDirection) {
   for (const double start_m : {0.05, 0.0643001, 0.0642999, 0.15}) {
@@ -181,6 +253,31 @@ TEST(Homing, MovesCountFromZero) {
   ASSERT_EQ(axis.write(0x6060, 0, 8, 1), 0U);
   axis.run_ms(2);
   EXPECT_NEAR(axis.read_signed(0x607A, 0), axis.counts(0.02), 100.0) << "starts as the actual value";
+}
+
+// 607Dh counts from zero wherever that lies in the encoder's counts; its last numbers bound nothing.
+TEST(Homing, SoftwareLimitsCountFromZeroAndTheLastNumbersBoundNothing) {
+  constexpr std::uint32_t kLowest = 0x80000000U, kHighest = 0x7FFFFFFFU;
+  for (const std::int32_t offset : {-40000, 0, 30000}) {
+    HomingAxis axis(0.123);
+    ASSERT_EQ(axis.write(0x607C, 0, static_cast<std::uint32_t>(offset), 4), 0U);
+    ASSERT_EQ(axis.home(37), HomingAxis::kDone);
+    ASSERT_EQ(axis.write(0x6060, 0, 1, 1), 0U);  // homing itself is not bounded
+    const Controller& controller = axis.loop->controller();
+    const std::int32_t origin = controller.position().origin();
+    for (const std::uint32_t low : {kLowest, 0xFFFFFC18U}) {
+      for (const std::uint32_t high : {kHighest, 2000U}) {
+        ASSERT_EQ(axis.write(0x607D, 1, kLowest, 4), 0U);
+        ASSERT_EQ(axis.write(0x607D, 2, high, 4), 0U);
+        ASSERT_EQ(axis.write(0x607D, 1, low, 4), 0U);
+        axis.run_ms(2);
+        EXPECT_EQ(controller.range().lowest, low == kLowest ? PositionRange::kNoLowest : origin - 1000)
+            << offset;
+        EXPECT_EQ(controller.range().highest, high == kHighest ? PositionRange::kNoHighest : origin + 2000)
+            << offset;
+      }
+    }
+  }
 }
 
 TEST(Homing, OtherMethodsAreRefused) {

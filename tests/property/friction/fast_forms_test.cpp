@@ -2,10 +2,13 @@
 // The packed form of the target against the readable one.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <random>
+#include <span>
 
 #include "firmware/friction/maxwell_slip.h"
 #include "firmware/friction/packed_maxwell_slip.h"
@@ -68,6 +71,51 @@ void expect_packed_is_exact(std::uint64_t seed, std::int32_t largest_slip, Motio
     }
     ASSERT_EQ(force_N, static_cast<float>(total) * packed.stiffness_step())
         << "seed " << seed << " step " << step;
+  }
+}
+
+// The unit of the stiffnesses is the smallest that holds each of them in a lane and their greatest sum in a
+// word, however small they are.
+TEST(PackedMaxwellSlip, ItsUnitIsTheSmallestThatHoldsTheElements) {
+  std::mt19937_64 random(5);
+  const auto uniform = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  for (int run = 0; run < 500; ++run) {
+    std::array<std::int32_t, 10> slip{};
+    std::array<float, 10> stiffness{};
+    const double size = std::exp(uniform(-20.0, 10.0)), longest = std::exp(uniform(1.0, 9.6));
+    double largest = 0.0, sum_N = 0.0, rounding = 0.0;
+    for (std::size_t i = 0; i < slip.size(); ++i) {
+      slip[i] = static_cast<std::int32_t>(uniform(0.0, longest));
+      stiffness[i] = static_cast<float>(size * uniform(0.0, 1.0));
+      const auto k = static_cast<double>(stiffness[i]);
+      largest = std::max(largest, k);
+      sum_N += k * slip[i];
+      rounding += slip[i];
+    }
+    PackedMaxwellSlip<10> packed;
+    ASSERT_EQ(packed.set_elements(slip, stiffness), SetupStatus::kOk);
+    const double unit = std::max(largest / 32767.0, sum_N / (2147480000.0 - rounding));
+    ASSERT_NEAR(static_cast<double>(packed.stiffness_step()), unit, 1e-5 * unit) << run;
+  }
+}
+
+// Displacements are told as far as there is room for them, and no further.
+TEST(PackedMaxwellSlip, TellsItsElementsAsFarAsThereIsRoom) {
+  PackedMaxwellSlip<4> packed;
+  const std::array<std::int32_t, 4> slip = {10, 20, 30, 40};
+  const std::array<float, 4> stiffness = {1.0F, 1.0F, 1.0F, 1.0F};
+  ASSERT_EQ(packed.set_elements(slip, stiffness), SetupStatus::kOk);
+  packed.step(25);
+  for (std::size_t room = 0; room <= 6; ++room) {
+    std::array<float, 8> out{};
+    out.fill(-7.0F);
+    packed.elements(std::span(out).first(room));
+    for (std::size_t i = 0; i < out.size(); ++i) {
+      const float held = std::min(25.0F, static_cast<float>(10 * (i + 1)));
+      EXPECT_EQ(out[i], i < room && i < 4 ? held : -7.0F) << room << ' ' << i;
+    }
   }
 }
 

@@ -5,7 +5,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <optional>
 #include <random>
 #include <vector>
@@ -99,6 +101,30 @@ TEST(CodedMarks, AMarkThatIsMissedOrNoneIsRefused) {
   }
   EXPECT_GT(refused, 1500);
   EXPECT_GT(found_after, 1500);
+}
+
+// Two neighbours may be further apart or nearer by the tolerance of both, and by no count more; the same
+// whichever of the two is the longer distance, and whichever way the scale counts.
+TEST(CodedMarks, ADistanceIsOneOfTheScaleUpToTheToleranceOfTwoMarks) {
+  for (const std::int32_t sign : {1, -1}) {
+    for (const std::uint32_t tolerance : {1U, 3U}) {
+      const MarkCode code{.distance = 2000, .step = sign * 20, .tolerance = tolerance};
+      const auto most = 2 * static_cast<std::int32_t>(tolerance);
+      for (std::int32_t off = -most - 3; off <= most + 3; ++off) {
+        // Of the even mark 7 and the odd one behind it, then of that and the even mark 8.
+        for (const bool first : {true, false}) {
+          std::array<std::int32_t, 3> marks = {7 * 2000, 7 * 2000 + 1000 + 7 * 20, 8 * 2000};
+          (first ? marks[0] : marks[2]) += first ? -off : off;
+          if (sign < 0) marks = {-marks[0], -marks[1], -marks[2]};
+          CodedMarks coded;
+          EXPECT_FALSE(coded.passed(code, marks[0]));
+          EXPECT_FALSE(coded.passed(code, marks[1]));
+          EXPECT_EQ(coded.passed(code, marks[2]), std::abs(off) <= most)
+              << sign << ' ' << tolerance << ' ' << off << ' ' << first;
+        }
+      }
+    }
+  }
 }
 
 TEST(CodedMarks, TurningRoundIsNoNewMark) {

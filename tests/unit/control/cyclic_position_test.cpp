@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <memory>
 #include <random>
 #include <vector>
@@ -151,6 +152,33 @@ TEST(SetPointPeriods, TellsTheLateFromTheLost) {
   // A master that has lost a period of its own: late for ever, until time decides.
   const auto slipped = [](std::uint32_t n) { return n < 150 ? n : n + 1; };
   EXPECT_EQ(run(slipped, never), 57 - 2);
+}
+
+// Paths that are bent as much as may be: however many set-points are lost before one, and by how much it is
+// late itself, its place says which it is.
+TEST(SetPointPeriods, ABentPathTellsHowManyWereLost) {
+  std::mt19937 random(9);
+  std::uniform_real_distribution<double> any(-1.0, 1.0);
+  int late_ones = 0;
+  for (int run = 0; run < 400; ++run) {
+    const double velocity = 2000.0 * any(random), bend = 300.0 * any(random);
+    const auto path = [&](std::uint32_t n) {
+      const double at = static_cast<double>(n) - 100.0;
+      return static_cast<std::int32_t>(std::lround(velocity * at + 0.5 * bend * at * at));
+    };
+    SetPointPeriods periods;
+    for (std::uint32_t n = 100; n < 106; ++n) periods.place(n, path(n), 1 << 20);
+    // Places that may be taken for one another are for time to tell.
+    double nearest = 1e9;
+    for (std::uint32_t n = 105; n < 110; ++n)
+      nearest = std::min(nearest, std::abs(static_cast<double>(path(n + 1)) - path(n)));
+    if (nearest < 50.0) continue;
+    const auto lost = static_cast<std::uint32_t>(run % 3), late = static_cast<std::uint32_t>(run / 3 % 2);
+    const std::uint32_t n = 106 + lost;
+    ASSERT_EQ(periods.place(n + late, path(n), 1 << 20).period, n) << run << ' ' << velocity << ' ' << bend;
+    late_ones += late > 0 ? 1 : 0;
+  }
+  EXPECT_GT(late_ones, 100);
 }
 
 // A uniform cubic B-spline passes c + (second difference of c) / 6: on a cubic that is the set-point.

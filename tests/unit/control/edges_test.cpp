@@ -2,12 +2,16 @@
 // Edges of rules that the tests of the whole did not tell apart: each was a mutant that survived.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <memory>
 
 #include "firmware/control/bounds/motion_bounds.h"
 #include "firmware/control/current/thermal_limit.h"
+#include "firmware/control/force/force_control.h"
 #include "firmware/control/parameters/control_set.h"
 #include "firmware/control/parameters/parameters.h"
 #include "firmware/control/reference/reference.h"
@@ -242,6 +246,69 @@ TEST(Edges, AQueueThatRunsDryIsBraked) {
       EXPECT_TRUE(reference.standing()) << velocity << ' ' << acceleration;
       EXPECT_EQ(reference.underruns(), 1U);
     }
+  }
+}
+
+// What was queued when the reference is held somewhere else is forgotten at once: the places are free.
+TEST(Edges, AReferenceThatIsHeldHasAnEmptyQueue) {
+  ReferenceGenerator reference;
+  reference.hold(0);
+  for (int i = 0; i < 5; ++i) ASSERT_TRUE(reference.push({.ticks = 5, .velocity = to_fixed(1.0F)}));
+  EXPECT_FALSE(reference.idle());
+  reference.hold(70);
+  EXPECT_EQ(reference.free(), SegmentQueue::kCapacity);
+  EXPECT_TRUE(reference.idle());
+  for (int i = 0; i < 10; ++i) EXPECT_EQ(reference.next(braking_limits(0.2F, 0.02F)).counts, 70);
+}
+
+// An axis that the reference is taken to moves as its estimate says, to a count of the last step.
+TEST(Edges, AReferenceBeginsAnewWithTheEstimateWithinACountOfTheLastStep) {
+  AxisParameters axis;
+  ModelParameters model{};
+  std::get<EffectParameters<Inertia<float>, float>>(model) = {{10.0F}, {}, true};
+  const auto set = std::make_unique<ControlSet>();
+  ASSERT_EQ(set->prepare(axis, model, UserBounds{}), ParameterStatus::kOk);
+  for (const std::int32_t step : {-30, 0, 25}) {
+    for (const float estimated : {-100.0F, -1.5F, -0.9F, 0.0F, 0.7F, 1.2F, 40.0F}) {
+      ForceControl force;
+      force.start(*set, 0);
+      // An estimate of so many counts per tick beside the step.
+      ControlOutput out;
+      TickHistory history;
+      const MotionBounds bounds = MotionBounds::of(axis, {});
+      const Command command;
+      const float speed = static_cast<float>(step) + estimated;
+      std::int32_t counts = 0;
+      for (std::uint32_t tick = 0; tick < 400; ++tick) {
+        counts = static_cast<std::int32_t>(std::floor(speed * static_cast<float>(tick)));
+        force.step_off(
+            {*set, bounds, command, history, history.entry(tick), out, tick, counts, 10.0F, false, false});
+      }
+      const float velocity = force.begin_anew(*set, step);
+      EXPECT_NEAR(velocity,
+                  std::clamp(speed, static_cast<float>(step) - 1.0F, static_cast<float>(step) + 1.0F), 0.05F)
+          << step << ' ' << estimated;
+      EXPECT_NEAR(force.estimate().velocity_mps(), velocity * set->mps_per_count, 1e-6F);
+    }
+  }
+}
+
+// At an end an axis is let go by a force that points away from there, and by none.
+TEST(Edges, AForceAwayFromTheEndAndNoForceLetTheAxisGo) {
+  const PositionRange range{-1000, 1000};
+  const StoppingDistanceBound stopping = StoppingDistanceBound::of(0.1F, 1e-3F);
+  for (const float sign : {-1.0F, 1.0F}) {
+    TorqueBounds bounds;
+    EXPECT_FALSE(bounds.holds());
+    bounds.look_ahead(range, stopping, {static_cast<std::int32_t>(1000.0F * sign), 0.0F, 0.0F, 5.0F * sign});
+    ASSERT_TRUE(bounds.holds());
+    EXPECT_FALSE(bounds.pulled_inwards(3.0F * sign));
+    EXPECT_TRUE(bounds.pulled_inwards(-3.0F * sign));
+    EXPECT_TRUE(bounds.pulled_inwards(0.0F));
+    bounds.release();
+    EXPECT_FALSE(bounds.holds());
+    bounds.look_ahead(range, stopping, {static_cast<std::int32_t>(1000.0F * sign), 0.0F, 0.0F, -5.0F * sign});
+    EXPECT_FALSE(bounds.holds()) << "pushed inwards";
   }
 }
 

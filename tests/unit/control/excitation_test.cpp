@@ -2,9 +2,11 @@
 // The periodic sweep that excites a loop.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <complex>
+#include <cstdint>
 #include <numbers>
 #include <random>
 #include <vector>
@@ -43,6 +45,29 @@ double power_at(const std::vector<float>& values, std::size_t begin, std::size_t
     sum += static_cast<double>(values[begin + i]) * std::polar(1.0, phase);
   }
   return 2.0 * std::norm(sum / static_cast<double>(period));
+}
+
+// The band is in whole harmonics of the period next to the frequencies asked for, from the first one on; the
+// highest may be one higher, so that a period ends in the phase in which it began.
+TEST(Excitation, ABandIsTheHarmonicsNextToIt) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> harmonics(0.0, 60.0);
+  for (int i = 0; i < 500; ++i) {
+    ExcitationSettings settings;
+    settings.period_ticks = 1000;
+    const double low = harmonics(random) * (i % 4 == 0 ? 0.05 : 1.0), high = low + harmonics(random);
+    // A period of 0.2 s.
+    settings.set_band(static_cast<float>(low / 0.2), static_cast<float>(high / 0.2), 2e-4F);
+    EXPECT_NEAR(settings.lowest, std::max(1.0, low), 0.501) << low;
+    EXPECT_GE(settings.highest, std::max(1.0, high) - 0.501);
+    EXPECT_LE(settings.highest, std::max(1.0, high) + 1.501);
+    EXPECT_EQ((settings.lowest + settings.highest) % 2, 0U);
+    const bool asked_for = std::lround(std::max(1.0, high)) % 2 == std::lround(std::max(1.0, low)) % 2;
+    if (asked_for && std::abs(high - std::floor(high) - 0.5) > 0.01 &&
+        std::abs(low - std::floor(low) - 0.5) > 0.01) {
+      EXPECT_EQ(settings.highest, static_cast<std::uint32_t>(std::lround(std::max(1.0, high))));
+    }
+  }
 }
 
 TEST(Excitation, PeriodsAreTheSameBitForBit) {

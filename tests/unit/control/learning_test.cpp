@@ -47,6 +47,7 @@ class DenseLeastSquares {
     }
     right_ += factors * static_cast<double>(seen.error);
   }
+  double known_of_part(int i) const { return matrix_(i, i); }
   /// Parts, whole, mass; those of `held` have this value.
   Eigen::VectorXd solve(double held_mass = std::nan("")) {
     forget(kWhole, kept_[0], false);
@@ -136,6 +137,24 @@ TEST(RailLeastSquares, IsTheDenseSolutionToRounding) {
     largest = std::max(largest, should.cwiseAbs().maxCoeff());
   });
   EXPECT_GT(largest, 0.1) << "or it compared nothing";
+}
+
+// What is known of a place is the information of the two values beside it, by their shares.
+TEST(RailLeastSquares, KnowsOfAPlaceWhatItKnowsBesideIt) {
+  FewCells few;
+  few.begin(kPriors);
+  DenseLeastSquares<kFew> dense(kPriors);
+  drive_randomly(6, 50, [&](const auto& seen, auto&) {
+    add_to_both(few, dense, seen);
+    for (std::uint32_t cell = 0; cell < 2 * kFew; ++cell) {
+      const double near = dense.known_of_part(static_cast<int>(cell % kFew));
+      const double far = dense.known_of_part(static_cast<int>((cell + 1) % kFew));
+      for (const double beyond : {0.0, 0.3, 0.8}) {
+        const double wanted = (1.0 - beyond) * near + beyond * far;
+        ASSERT_NEAR(few.known(cell, static_cast<float>(beyond)), wanted, 1e-4 * wanted) << cell;
+      }
+    }
+  });
 }
 
 TEST(RailLeastSquares, HoldsTheMassAtItsLimitAndTheOthersAreBestBesideIt) {

@@ -89,7 +89,7 @@ TEST(Generator, FollowsTheAxisAndBrakesFromItsVelocity) {
 }
 
 // As wide as the arithmetic.
-const SetPointQueue::Bounds kUnbounded{
+const SetPointQueue::Bounds kNoBounds{
     {.velocity = 250000.0F, .acceleration = 1000.0F, .deceleration = 1000.0F, .jerk = 1000.0F}, 1000.0F, {}};
 
 TEST(Stream, PassesItsSetpointsSmoothly) {
@@ -103,7 +103,7 @@ TEST(Stream, PassesItsSetpointsSmoothly) {
   stream.start(generator, kPeriod);
   double last = 0.0, last_v = 0.0, roughest = 0.0;
   for (int k = 1; k < 600; ++k) {
-    ASSERT_TRUE(stream.push(generator, kUnbounded, wanted(k)));
+    ASSERT_TRUE(stream.push(generator, kNoBounds, wanted(k)));
     for (int i = 0; i < kPeriod; ++i) {
       const double x = position(next(generator));
       if (i == 0) {
@@ -129,7 +129,7 @@ TEST(Stream, PassesItsSetpointsSmoothly) {
 TEST(Stream, TakesTheSetpointsOfAFineEncoder) {
   constexpr int kPeriod = 20;
   constexpr std::int32_t kStep = 200000 * kPeriod;
-  SetPointQueue::Bounds kFine = kUnbounded;
+  SetPointQueue::Bounds kFine = kNoBounds;
   kFine.motion.acceleration = kFine.motion.jerk = 20000.0F;  // it begins at once
   ReferenceGenerator generator;
   generator.hold(-1000000000);
@@ -161,7 +161,7 @@ TEST(Stream, KeepsASteadyAcceleration) {
     const double wanted = -7.0 + 0.5 * kAcceleration * std::pow(kPeriod * k, 2);
     const auto counts = static_cast<std::int32_t>(std::floor(wanted));
     const auto fraction = static_cast<std::uint32_t>((wanted - counts) * 0x1p32);
-    ASSERT_TRUE(stream.push(generator, kUnbounded, counts, fraction));
+    ASSERT_TRUE(stream.push(generator, kNoBounds, counts, fraction));
     for (int i = 0; i < kPeriod; ++i) {
       const double x = position(next(generator));
       // The first periods come from rest.

@@ -345,12 +345,19 @@ TEST(Controller, AnEffectThatIsNotFiniteIsForgottenWithTheFault) {
     return controller->state().state();
   };
   ASSERT_EQ(enable(), DriveState::kOperationEnabled);
+  // A current flows, until it is taken off.
+  controller->command(Command{0x0FU, 0.0F, 30.0F});
+  for (int i = 0; i < 3; ++i) step();
+  ASSERT_GT(controller->output().current_A, 0.1F);
   // The model is the tick's own: nobody else can put this there.
   Sample<float> poison;
   poison.velocity_mps = poison.acceleration_mps2 = std::nanf("");
   const_cast<ControlSet&>(controller->parameters()).model.step(poison);  // NOLINT(*-pro-type-const-cast)
   EXPECT_EQ(step(), DriveState::kFault);
   EXPECT_EQ(controller->state().faults().latched(), Fault::kNotFinite);
+  EXPECT_EQ(controller->output().current_A, 0.0F);
+  EXPECT_FALSE(controller->output().driving);
+  controller->command(Command{0x0FU, 0.0F, 0.0F});
   EXPECT_EQ(enable(), DriveState::kOperationEnabled);
   for (int i = 0; i < 100; ++i) ASSERT_EQ(step(), DriveState::kOperationEnabled) << i;
 }

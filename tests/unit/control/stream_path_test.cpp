@@ -191,6 +191,86 @@ TEST(StreamPath, SpeedIsWonAndLostByTheirOwnLimits) {
   EXPECT_TRUE(path.limited());
 }
 
+// Velocities between the control points of a path, oldest first: what its limits are kept by.
+class Hull {
+ public:
+  /// The segment of each period in a row.
+  void see(const StreamSegment& segment) {
+    const auto d = static_cast<double>(segment.d), s = static_cast<double>(segment.s);
+    if (velocities.empty()) velocities = {d - s, d + s};
+    velocities.push_back(d + 3.0 * s + 6.0 * static_cast<double>(segment.k));
+  }
+  std::vector<double> velocities;
+};
+
+// Limits of speeding up and slowing down that differ, both ways round: speed is won by the one and lost by
+// the other in every period, and each of them is used up to the end. Places and velocities that turn round,
+// smoothly and in leaps, so that a stream is met, held back from and left at any speed.
+TEST(StreamPath, ItsLimitsOfSpeedingAndSlowingAreItsOwnWhateverComes) {
+  std::mt19937 random(7);
+  double most_won = 0.0, most_lost = 0.0;
+  int followed = 0;
+  for (int run = 0; run < 300; ++run) {
+    const double fastest = uniform(random, 50.0, 3000.0);
+    StreamPath::Limits limits = limits_of(fastest, uniform(random, 0.02, 0.3) * fastest, 0.05);
+    limits.slowing = limits.speeding * static_cast<float>(std::exp(uniform(random, -1.5, 1.5)));
+    // A jerk of no account, or one that shapes the path.
+    const double hardest = static_cast<double>(std::max(limits.speeding, limits.slowing));
+    limits.jerk = static_cast<float>(hardest * (run % 3 == 0 ? uniform(random, 0.1, 0.5) : 100.0));
+    const auto won = static_cast<double>(limits.speeding), lost = static_cast<double>(limits.slowing);
+    StreamPath path;
+    path.set_limits(limits);
+    path.start(100, {});
+    Hull hull;
+    const bool places = run % 2 == 0;
+    const double pace = uniform(random, 0.02, 0.5);
+    // Of a sine at most as hard as the limits, or half as hard again.
+    const double size = std::min(0.9 * fastest, uniform(random, 0.5, 1.5) * std::min(won, lost) / pace);
+    double place = 0.0;
+    const auto fixed = [](double counts) {
+      return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(counts * 0x1p32)));
+    };
+    for (std::uint32_t n = 100; n < 500; ++n) {
+      const bool leaps = n % 61 > 40;
+      const double velocity = leaps ? uniform(random, -fastest, fastest) : size * std::sin(pace * n);
+      const double before = place;
+      place += velocity;
+      if (places) {
+        path.put_place(n, fixed(place), fixed(before));
+      } else {
+        path.put_velocity(n, static_cast<float>(velocity));
+      }
+      followed += path.limited() ? 0 : 1;
+      hull.see(path.segment(n));
+    }
+    double before = 0.0;
+    for (std::size_t i = 1; i < hull.velocities.size(); ++i) {
+      const double last = hull.velocities[i - 1], now = hull.velocities[i];
+      const double rounding = 1e-5 * fastest, change = now - last, jerk = change - before;
+      ASSERT_LE(std::abs(jerk), static_cast<double>(limits.jerk) * 1.001 + rounding) << run << ' ' << i;
+      // Where an acceleration is more than it may be from now on, the jerk limit takes it out.
+      const bool taken_out =
+          -jerk * (before > 0.0 ? 1.0 : -1.0) > 0.999 * static_cast<double>(limits.jerk) - rounding;
+      before = change;
+      if (taken_out) continue;
+      if (last * now >= 0.0) {
+        const double gain = std::abs(now) - std::abs(last);
+        ASSERT_LE(gain, won * 1.0001 + rounding) << run << ' ' << i;
+        ASSERT_LE(-gain, lost * 1.0001 + rounding) << run << ' ' << i;
+        most_won = std::max(most_won, gain / won);
+        most_lost = std::max(most_lost, -gain / lost);
+      } else {
+        // Through zero: the rest of the period is for what is won on the other side.
+        ASSERT_LE(std::abs(change), lost * 1.0001 + rounding) << run << ' ' << i;
+        ASSERT_LE(std::abs(now), won * 1.0001 + rounding) << run << ' ' << i;
+      }
+    }
+  }
+  EXPECT_GT(most_won, 0.99);
+  EXPECT_GT(most_lost, 0.99);
+  EXPECT_GT(followed, 20000) << "and what keeps them is followed";
+}
+
 // Velocities that lead out of the range at any speed: no point of the path beyond the end, and it is reached.
 TEST(StreamPath, StopsAtTheEndOfTheRangeAndComesBackAtOnce) {
   std::mt19937 random(5);
