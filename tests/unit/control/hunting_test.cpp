@@ -15,12 +15,12 @@
 namespace slipstack {
 namespace {
 
-constexpr double kTick_s = 1e-4;
+constexpr double kTickOfWatch_s = 1e-4;
 using Position = std::function<double(double time_s)>;  // counts
 
 AxisParameters axis_parameters() {
   AxisParameters axis;
-  axis.tick_s = static_cast<float>(kTick_s);
+  axis.tick_s = static_cast<float>(kTickOfWatch_s);
   return axis;
 }
 
@@ -39,8 +39,8 @@ OscillationSearch::Settings swings(const AxisParameters& axis = axis_parameters(
 // When an oscillation is first found, in seconds; negative: never.
 double found_after(const OscillationSearch::Settings& settings, double seconds, const Position& position) {
   OscillationSearch search;
-  for (int tick = 0; tick < seconds / kTick_s; ++tick) {
-    const double time_s = tick * kTick_s;
+  for (int tick = 0; tick < seconds / kTickOfWatch_s; ++tick) {
+    const double time_s = tick * kTickOfWatch_s;
     if (search.step(settings, static_cast<std::int32_t>(std::lround(position(time_s))))) return time_s;
   }
   return -1.0;
@@ -145,13 +145,13 @@ int found_in_resonance(double frequency_Hz, double damping) {
   std::mt19937 random(23);
   std::normal_distribution<double> normal;
   const double rate = 2.0 * std::numbers::pi * frequency_Hz;
-  const double input = 20.0 * std::sqrt(4.0 * damping * rate * rate * rate / kTick_s);
+  const double input = 20.0 * std::sqrt(4.0 * damping * rate * rate * rate / kTickOfWatch_s);
   double position = 0.0, velocity = 0.0;
   OscillationSearch search;
   int found = 0;
   for (int tick = 0; tick < 6'000'000; ++tick) {
-    velocity += kTick_s * (input * normal(random) - 2.0 * damping * rate * velocity - rate * rate * position);
-    position += kTick_s * velocity;
+    velocity += kTickOfWatch_s * (input * normal(random) - 2.0 * damping * rate * velocity - rate * rate * position);
+    position += kTickOfWatch_s * velocity;
     found += search.step(swings(), static_cast<std::int32_t>(std::lround(position))) ? 1 : 0;
   }
   return found;
@@ -174,8 +174,8 @@ TEST(OscillationSearch, PlacesDoNotMatter) {
   OscillationSearch search;
   double there = -1.0;
   for (int tick = 0; there < 0.0 && tick < 50000; ++tick) {
-    const auto offset = static_cast<std::int32_t>(std::lround(sine(50.0, 30.0)(tick * kTick_s)));
-    if (search.step(swings(), sum(0x7FFFFFFF, offset))) there = tick * kTick_s;
+    const auto offset = static_cast<std::int32_t>(std::lround(sine(50.0, 30.0)(tick * kTickOfWatch_s)));
+    if (search.step(swings(), sum(0x7FFFFFFF, offset))) there = tick * kTickOfWatch_s;
   }
   EXPECT_EQ(here, there);
 }
@@ -193,8 +193,8 @@ struct HuntingAxis {
     settings = HuntingWatch::settings(axis, with_friction());
   }
   void run(double seconds) {
-    for (int tick = 0; tick < seconds / kTick_s; ++tick) {
-      time_s += kTick_s;
+    for (int tick = 0; tick < seconds / kTickOfWatch_s; ++tick) {
+      time_s += kTickOfWatch_s;
       const double wanted = size(*this);
       amplitude += 0.002 * (wanted - amplitude);
       const double phase = 2.0 * std::numbers::pi * frequency_Hz * time_s;
@@ -229,7 +229,7 @@ TEST(Hunting, TheFrictionIsLoweredAndStaysSo) {
   EXPECT_EQ(axis.watch.friction_share(), 0.0F);
   EXPECT_EQ(axis.watch.disturbance_share(), 1.0F) << "it was tried first, and is not to blame";
   EXPECT_EQ(axis.watch.found(), 1);
-  EXPECT_NEAR(1.0 / (static_cast<double>(axis.watch.oscillation().period_ticks) * kTick_s), 40.0, 1.0);
+  EXPECT_NEAR(1.0 / (static_cast<double>(axis.watch.oscillation().period_ticks) * kTickOfWatch_s), 40.0, 1.0);
   EXPECT_NEAR(axis.watch.oscillation().swing_counts, 40, 3);
   axis.run(100.0);
   EXPECT_EQ(axis.watch.friction_share(), 0.0F);
@@ -340,7 +340,7 @@ TEST(Hunting, OnlyOfAnAxisThatIsFreeAndSteady) {
 TEST(Hunting, AReferenceThatSwaysIsNotSteady) {
   for (const double frequency_Hz : {2.1, 5.0, 20.0, 100.0, 400.0}) {
     HuntingAxis axis;
-    const double w = 2.0 * std::numbers::pi * frequency_Hz * kTick_s;
+    const double w = 2.0 * std::numbers::pi * frequency_Hz * kTickOfWatch_s;
     for (const double amplitude : {1.6, 5.0, 100.0}) {
       for (int tick = 0; tick < 50000; ++tick) {
         axis.point.velocity = static_cast<float>(amplitude * w * std::cos(w * tick));
@@ -371,7 +371,7 @@ TEST(Hunting, SharesChangeByARamp) {
   axis.size = by_friction;
   float friction = 1.0F, observer = 1.0F, largest = 0.0F;
   for (int tick = 0; tick < 120000; ++tick) {
-    axis.run(0.5 * kTick_s);
+    axis.run(0.5 * kTickOfWatch_s);
     largest = std::max({largest, std::fabs(axis.watch.friction_share() - friction),
                         std::fabs(axis.watch.disturbance_share() - observer)});
     friction = axis.watch.friction_share();
