@@ -45,7 +45,7 @@ void DiagnoseOptions::report(const std::string& stage, double fraction) const {
   if (progress) progress(stage, fraction);
 }
 
-EffectSearch::EffectSearch(const Measurement& measurement, const DiagnoseOptions& options)
+EffectSearch::EffectSearch(Measurement& measurement, const DiagnoseOptions& options)
     : measurement_(measurement), options_(options) {
   options.report("fit the baseline", 0.0);
   diagnosis_.baseline = fit_baseline(measurement, options);
@@ -80,7 +80,7 @@ Diagnosis EffectSearch::conclude() {
   return std::move(diagnosis_);
 }
 
-Diagnosis diagnose(const Measurement& measurement, const DiagnoseOptions& options) {
+Diagnosis diagnose(Measurement& measurement, const DiagnoseOptions& options) {
   return EffectSearch(measurement, options).conclude();
 }
 
