@@ -50,6 +50,7 @@ FitResult fit_model(LogSearch& logs, const FitRequest& request, Progress& progre
   } while (logs.extend());
   Measurement& measurement = logs.measurement();
   lower_noise_floor(measurement, *result.fitted.linearisation);
+  bound_noise_floor(measurement, result.fitted.holdout_rmse_N);
   result.noise_floor_N = measurement.noise_floor_N();
   result.warnings = input_warnings(measurement);
   result.logs = log_results(measurement, result.fitted);

@@ -42,6 +42,7 @@ Refit remove_effect(LogSearch& logs, const std::string& log, const Model& old, c
   } while (logs.extend());
   Measurement& measurement = logs.measurement();
   lower_noise_floor(measurement, *before.linearisation);
+  bound_noise_floor(measurement, before.holdout_rmse_N);
   Refit refit;
   refit.before_N = before.holdout_rmse_N;
   refit.after_N = after.holdout_rmse_N;

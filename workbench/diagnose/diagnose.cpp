@@ -14,6 +14,7 @@
 #include "workbench/diagnose/search/steps.h"
 #include "workbench/diagnose/verdict.h"
 #include "workbench/estimate/uncertainty/held_out_error.h"
+#include "workbench/estimate/uncertainty/noise_floor.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -71,6 +72,7 @@ void EffectSearch::drop_what_whole_logs_do_not_support() {
 }
 
 Diagnosis EffectSearch::conclude() {
+  bound_noise_floor(measurement_, diagnosis_.explained.holdout_rmse_N);
   diagnosis_.noise_floor_N = measurement_.noise_floor_N();
   judge(measurement_, diagnosis_);
   list_what_cannot_be_shown(measurement_, diagnosis_);

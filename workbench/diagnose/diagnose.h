@@ -95,7 +95,7 @@ class EffectSearch {
   Diagnosis conclude();
 
  private:
-  const Measurement& measurement_;
+  Measurement& measurement_;
   const DiagnoseOptions& options_;
   Diagnosis diagnosis_;
 };

@@ -139,4 +139,10 @@ void lower_noise_floor(Measurement& measurement, const Linearisation& model) {
     measurement.set_noise_variance(std::move(variance));
 }
 
+void bound_noise_floor(Measurement& measurement, double left_N) {
+  const double floor_N = measurement.noise_floor_N();
+  if (left_N < floor_N)
+    measurement.set_noise_variance(measurement.noise_variance() * squared(left_N / floor_N));
+}
+
 }  // namespace slipstack::workbench

@@ -42,6 +42,11 @@ Eigen::VectorXd unexplainable_variance(const RowVariances& rows, const Eigen::Ve
 /// count as noise. Call after weigh_rows(), where nothing else reads the floor. Cost: rows x (gains + 14)^2.
 void lower_noise_floor(Measurement& measurement, const Linearisation& model);
 
+/// Lowers the noise floor to `left_N`, the error of a model on data that it was not fitted to, where that is
+/// less: noise is in those data too, so a model that leaves less than the floor disproves it. A line above
+/// the bandwidth, for example, is noise between samples and not at the rows.
+void bound_noise_floor(Measurement& measurement, double left_N);
+
 /// Moving average over neighbouring rows, some filter lengths wide.
 Eigen::VectorXd smoothed(const Eigen::VectorXd& values);
 
