@@ -20,7 +20,7 @@ class BlindLog : public testing::TestWithParam<int> {
   void diagnose_log(const std::string& name) {
     const auto truth_file = shared_file("hidden_effect/truth.json");
     truth_ = nlohmann::json::parse(std::ifstream(truth_file))[name];
-    const Measurement measurement = measured(shared_file(("hidden_effect/" + name + ".csv").c_str()));
+    Measurement measurement = measured(shared_file(("hidden_effect/" + name + ".csv").c_str()));
     force_noise_N_ = measurement.force_noise_N();
     diagnosis_ = diagnose(measurement,
                           {.baseline = {"inertia", "presliding_hysteresis"}, .start = {}, .progress = {}});

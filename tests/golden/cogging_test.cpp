@@ -18,8 +18,9 @@ class CoggingMotor : public testing::Test {
 TEST_F(CoggingMotor, CoggingIsNamedAndNothingThatTheLogDoesNotSupport) {
   const auto path = shared_file("odrive_cogging/odrive_0p1rev.csv");
   SKIP_WITHOUT(path);
-  const Diagnosis diagnosis = diagnose(
-      measured(path), {.baseline = {"inertia", "presliding_hysteresis"}, .start = {}, .progress = {}});
+  Measurement measurement = measured(path);
+  const Diagnosis diagnosis =
+      diagnose(measurement, {.baseline = {"inertia", "presliding_hysteresis"}, .start = {}, .progress = {}});
   ASSERT_GE(diagnosis.steps.size(), 2u);
   EXPECT_EQ(diagnosis.steps[1].effect, "force_ripple");
   // Seven periods a turn, as its author measured: 2 pi / 7 = 0.8976 rad.

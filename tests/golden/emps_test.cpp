@@ -13,7 +13,7 @@ constexpr double kPublishedErrorByDirection = 0.0311;
 TEST(Emps, DirectionAsymmetryIsNamedAndLowersTheError) {
   const auto path = shared_file("emps/emps_estimation.csv");
   SKIP_WITHOUT(path);
-  const Measurement measurement = measured(path);
+  Measurement measurement = measured(path);
   const Diagnosis diagnosis =
       diagnose(measurement,
                {.baseline = {"inertia", "coulomb", "viscous", "offset_force"}, .start = {}, .progress = {}});
@@ -29,7 +29,7 @@ TEST(Emps, DirectionAsymmetryIsNamedAndLowersTheError) {
 TEST(Emps, AllStepsFromInertiaAlone) {
   const auto path = shared_file("emps/emps_estimation.csv");
   SKIP_WITHOUT(path);
-  const Measurement measurement = measured(path);
+  Measurement measurement = measured(path);
   const Diagnosis diagnosis = diagnose(measurement, {.baseline = {"inertia"}, .start = {}, .progress = {}});
   ASSERT_GE(diagnosis.steps.size(), 5u);
   for (std::size_t i = 1; i < diagnosis.steps.size(); ++i) {

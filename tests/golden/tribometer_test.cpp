@@ -38,8 +38,9 @@ TEST(Tribometer, FirstHalfPredictsTheSecond) {
 TEST(Tribometer, TheModelIsNotCalledComplete) {
   const auto path = shared_file("tribometer/tribometer_loops.csv");
   SKIP_WITHOUT(path);
+  Measurement measurement = measured(path);
   const Diagnosis diagnosis =
-      diagnose(measured(path), {.baseline = {"presliding_hysteresis"}, .start = {}, .progress = {}});
+      diagnose(measurement, {.baseline = {"presliding_hysteresis"}, .start = {}, .progress = {}});
   EXPECT_NE(diagnosis.verdict, Verdict::complete);
   EXPECT_LT(diagnosis.baseline.relative_error, 0.055);
   if (diagnosis.verdict == Verdict::missing_effect) {
@@ -54,7 +55,7 @@ TEST(Tribometer, TheModelIsNotCalledComplete) {
 TEST(Tribometer, StepsArePhysical) {
   const auto path = shared_file("tribometer/tribometer_loops.csv");
   SKIP_WITHOUT(path);
-  const Measurement measurement = measured(path);
+  Measurement measurement = measured(path);
   const Diagnosis diagnosis =
       diagnose(measurement, {.baseline = {"presliding_hysteresis"}, .start = {}, .progress = {}});
   const FittedModel& last = diagnosis.explained;

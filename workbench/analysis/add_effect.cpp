@@ -6,6 +6,7 @@
 #include "workbench/diagnose/evidence/criterion.h"
 #include "workbench/estimate/nonlinear/checks.h"
 #include "workbench/estimate/uncertainty/held_out_error.h"
+#include "workbench/estimate/uncertainty/noise_floor.h"
 #include "workbench/estimate/uncertainty/standard_errors.h"
 #include "workbench/report/fitted_model_file.h"
 #include "workbench/report/model_notes.h"
@@ -55,7 +56,7 @@ AdditionResult add_effect(LogSearch& logs, const std::string& log, const Model& 
     check_enough(log, logs.measurement(), ids);
     addition = fit_addition(logs, old, effect, progress);
   } while (logs.extend());
-  const Measurement& measurement = logs.measurement();
+  Measurement& measurement = logs.measurement();
 
   AdditionResult result;
   result.log = log;
@@ -64,6 +65,8 @@ AdditionResult add_effect(LogSearch& logs, const std::string& log, const Model& 
   result.criterion_difference = addition.criterion_difference;
   result.before = std::move(addition.before);
   result.after = std::move(addition.after);
+  lower_noise_floor(measurement, *result.after.linearisation);
+  bound_noise_floor(measurement, result.after.holdout_rmse_N);
   result.noise_floor_N = measurement.noise_floor_N();
   result.logs = log_results(measurement, result.after);
   result.model = model_of(log, measurement, result.after, addition.reduced, result.noise_floor_N);

@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <utility>
 
+#include "workbench/estimate/uncertainty/noise_floor.h"
+
 namespace slipstack::workbench {
 namespace {
 
 void compare(LogSearch& logs, ComparisonResult& result) {
-  const Measurement& measurement = logs.measurement();
+  Measurement& measurement = logs.measurement();
   const bool several = measurement.log_count() > 1;  // each with the load that it declares
   const Terms terms = several ? terms_on(measurement, result.model.terms) : result.model.terms;
   result.rows = force_rows(measurement, result.model.terms);
@@ -24,6 +26,8 @@ void compare(LogSearch& logs, ComparisonResult& result) {
     result.relative_error = left.relative_error;
     whole_errors = std::move(left.logs);
   }
+  lower_noise_floor(measurement, Linearisation(measurement, terms));
+  bound_noise_floor(measurement, result.rmse_N);
   result.noise_floor_N = measurement.noise_floor_N();
   result.logs = log_results(measurement, result.rows, nullptr, whole_errors);
   result.left = dependence_of(measurement, residual_N);

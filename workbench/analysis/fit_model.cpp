@@ -6,6 +6,7 @@
 #include "workbench/estimate/nonlinear/checks.h"
 #include "workbench/estimate/nonlinear/robust.h"
 #include "workbench/estimate/uncertainty/held_out_error.h"
+#include "workbench/estimate/uncertainty/noise_floor.h"
 #include "workbench/estimate/uncertainty/standard_errors.h"
 #include "workbench/report/fitted_model_file.h"
 #include "workbench/report/model_notes.h"
@@ -47,7 +48,9 @@ FitResult fit_model(LogSearch& logs, const FitRequest& request, Progress& progre
     if (request.by_simulation) refine_by_simulation(request, searched, progress, result, reduced);
     logs.fit_to_whole({&result.fitted, &reduced}, robust.limit_N);
   } while (logs.extend());
-  const Measurement& measurement = logs.measurement();
+  Measurement& measurement = logs.measurement();
+  lower_noise_floor(measurement, *result.fitted.linearisation);
+  bound_noise_floor(measurement, result.fitted.holdout_rmse_N);
   result.noise_floor_N = measurement.noise_floor_N();
   result.warnings = input_warnings(measurement);
   result.logs = log_results(measurement, result.fitted);

@@ -9,6 +9,7 @@
 #include "workbench/base/text.h"
 #include "workbench/estimate/nonlinear/fit.h"
 #include "workbench/estimate/uncertainty/held_out_error.h"
+#include "workbench/estimate/uncertainty/noise_floor.h"
 #include "workbench/estimate/uncertainty/standard_errors.h"
 #include "workbench/report/fitted_model_file.h"
 #include "workbench/report/model_notes.h"
@@ -39,7 +40,9 @@ Refit remove_effect(LogSearch& logs, const std::string& log, const Model& old, c
     reduced = on_controller(measurement, after);
     logs.fit_to_whole({&before, &reduced, &after}, 0.0);
   } while (logs.extend());
-  const Measurement& measurement = logs.measurement();
+  Measurement& measurement = logs.measurement();
+  lower_noise_floor(measurement, *before.linearisation);
+  bound_noise_floor(measurement, before.holdout_rmse_N);
   Refit refit;
   refit.before_N = before.holdout_rmse_N;
   refit.after_N = after.holdout_rmse_N;

@@ -20,6 +20,8 @@ std::vector<Interval> outliers(const std::vector<double>& values, double noise, 
 /// Difference of each sample from the cubic through two neighbours on either side; zero for the first and
 /// last two samples. O(n).
 std::vector<double> departures_from_cubic(const std::vector<double>& values);
+/// Samples that one such difference consists of.
+inline constexpr std::size_t kSamplesOfDeparture = 5;
 
 /// Single outliers such as the spikes of a damaged cable, which outliers() misses because the motion of the
 /// signal is larger; the cubic through the neighbours follows the motion. None where they are a smaller share

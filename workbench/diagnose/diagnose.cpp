@@ -14,6 +14,7 @@
 #include "workbench/diagnose/search/steps.h"
 #include "workbench/diagnose/verdict.h"
 #include "workbench/estimate/uncertainty/held_out_error.h"
+#include "workbench/estimate/uncertainty/noise_floor.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -45,7 +46,7 @@ void DiagnoseOptions::report(const std::string& stage, double fraction) const {
   if (progress) progress(stage, fraction);
 }
 
-EffectSearch::EffectSearch(const Measurement& measurement, const DiagnoseOptions& options)
+EffectSearch::EffectSearch(Measurement& measurement, const DiagnoseOptions& options)
     : measurement_(measurement), options_(options) {
   options.report("fit the baseline", 0.0);
   diagnosis_.baseline = fit_baseline(measurement, options);
@@ -71,6 +72,7 @@ void EffectSearch::drop_what_whole_logs_do_not_support() {
 }
 
 Diagnosis EffectSearch::conclude() {
+  bound_noise_floor(measurement_, diagnosis_.explained.holdout_rmse_N);
   diagnosis_.noise_floor_N = measurement_.noise_floor_N();
   judge(measurement_, diagnosis_);
   list_what_cannot_be_shown(measurement_, diagnosis_);
@@ -80,7 +82,7 @@ Diagnosis EffectSearch::conclude() {
   return std::move(diagnosis_);
 }
 
-Diagnosis diagnose(const Measurement& measurement, const DiagnoseOptions& options) {
+Diagnosis diagnose(Measurement& measurement, const DiagnoseOptions& options) {
   return EffectSearch(measurement, options).conclude();
 }
 

@@ -87,7 +87,7 @@ class EffectSearch {
  public:
   /// Fits the baseline and searches the effects that it lacks: candidates and steps. Both references must
   /// outlive this.
-  EffectSearch(const Measurement& measurement, const DiagnoseOptions& options);
+  EffectSearch(Measurement& measurement, const DiagnoseOptions& options);
   Diagnosis& diagnosis() { return diagnosis_; }
   /// Call after the errors in diagnosis() were replaced: drops the steps that are no longer supported.
   void drop_what_whole_logs_do_not_support();
@@ -95,7 +95,7 @@ class EffectSearch {
   Diagnosis conclude();
 
  private:
-  const Measurement& measurement_;
+  Measurement& measurement_;
   const DiagnoseOptions& options_;
   Diagnosis diagnosis_;
 };
@@ -104,6 +104,6 @@ class EffectSearch {
 /// baseline. Sets of effects are found by a beam search, because if two effects are missing, the best single
 /// effect may be neither of them. One criterion decides between models (evidence/criterion.h); to be named,
 /// an effect must also lower the held-out error by 3 %.
-Diagnosis diagnose(const Measurement& measurement, const DiagnoseOptions& options);
+Diagnosis diagnose(Measurement& measurement, const DiagnoseOptions& options);
 
 }  // namespace slipstack::workbench

@@ -54,10 +54,6 @@ std::optional<Structure> structure_to_report(const Measurement& measurement, con
   return reported;
 }
 
-/// A discrepancy of the form above this share of the force (rms) is large: models of machines that are called
-/// good in the literature of identification leave less (EMPS 3 to 4 % [5]).
-constexpr double kLargeShareOfForce = 0.05;
-
 bool is_large(const Measurement& measurement, const Diagnosis& diagnosis, double discrepancy_N) {
   return discrepancy_N > diagnosis.noise_floor_N &&
          discrepancy_N >

@@ -10,6 +10,8 @@
 #include "sim_host/log/closed_loop.h"
 #include "tests/unit/estimate/estimate_support.h"
 #include "tests/unit/estimate/simulated_axis.h"
+#include "workbench/estimate/nonlinear/fit.h"
+#include "workbench/estimate/uncertainty/noise_floor.h"
 #include "workbench/model/effect_adapters/effect_registry.h"
 
 namespace slipstack::workbench {
@@ -90,6 +92,28 @@ TEST(NoiseFloor, DoesNotDependOnWhatIsMissing) {
     bench.axis.effects.viscous = sim::Viscous{20.0 * bench.axis.curve.saturation_N(), 1.0};
     bench.axis.effects.payload_kg = 0.1 * bench.axis.mass_kg;
     EXPECT_NEAR(noise_N() / complete_N, 1.0, 0.25) << seed;
+  }
+}
+
+// What free curves leave of a delayed force is no noise, as the model with the delay shows: with it the floor
+// is what it is without a delay.
+TEST(NoiseFloor, IsLoweredByABetterModel) {
+  for (std::uint64_t seed = 90; seed < 94; ++seed) {
+    sim::Bench bench = bench_of(sim::Setup::kPickAndPlace, seed);
+    bench.axis.effects.delay = sim::RecordingDelay{5e-3, 0.0};
+    Measurement measurement(test::simulate(bench, seed));
+    weigh_rows(measurement);
+    const double by_curves_N = measurement.noise_floor_N();
+    // A model that lacks the delay leaves no less room for noise than the curves alone.
+    const FittedModel plain = fit_effects(measurement, default_baseline(), {});
+    lower_noise_floor(measurement, *plain.linearisation);
+    EXPECT_NEAR(measurement.noise_floor_N(), by_curves_N, 0.1 * by_curves_N) << seed;
+    const FittedModel model =
+        fit_effects(measurement, {"inertia", "presliding_hysteresis", "time_delay"}, {});
+    lower_noise_floor(measurement, *model.linearisation);
+    EXPECT_LT(measurement.noise_floor_N(), 0.9 * by_curves_N) << seed;
+    EXPECT_GT(model.holdout_rmse_N, 0.9 * measurement.noise_floor_N()) << seed;
+    EXPECT_LT(model.holdout_rmse_N, 1.35 * measurement.noise_floor_N()) << seed;
   }
 }
 

@@ -32,8 +32,8 @@ std::vector<double> jumps_of_force(const Measurement& measurement) {
   return jumps_N;
 }
 
-/// Samples of which one deviation from a cubic through neighbours consists: so many follow one cause.
-constexpr double kSamplesOfDeviation = 5.0;
+/// So many deviations follow one cause, because each consists of so many samples.
+constexpr auto kSamplesOfDeviation = static_cast<double>(kSamplesOfDeparture);
 
 /// The natural logarithm of the probability that, of `all` samples, the `count` with the largest deviations
 /// lie within an interval of `length` samples by chance: k (L/N)^(k-1) for k independent ones (Naus 1965, The

@@ -22,9 +22,12 @@ enum class CauseForm : std::uint8_t {
   force_over_time,  ///< a linear spline of the time
 };
 
-/// Intervals between the knots of a free curve over a coordinate: few enough that noise alone explains
-/// little. Chosen.
-inline constexpr int kCurveIntervals = 40;
+/// The largest half width of a place, as a share of the travel: a fifth of the rail spans several values of
+/// the maps over the position, and what is wider is a map.
+inline constexpr double kWidestPlace = 0.1;
+/// Intervals between the knots of a free curve over a coordinate: four in the half width of the widest place,
+/// so that what no map and no place describes shows in the curve.
+inline constexpr int kCurveIntervals = static_cast<int>(4.0 / kWidestPlace);
 
 /// Those that this measurement can show; time that several logs do not share is no coordinate.
 std::vector<const EffectDescription*> causes_to_try(const Measurement& measurement);

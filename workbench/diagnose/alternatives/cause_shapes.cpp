@@ -67,10 +67,6 @@ std::optional<std::vector<double>> time_of_change(const Measurement& measurement
   return std::vector{measurement.sample(measurement.row_samples()[best]).time_s};
 }
 
-/// The largest half width of a place, as a share of the travel: a fifth of the rail spans several values of
-/// the maps over the position, and what is wider is a map.
-constexpr double kWidestPlace = 0.1;
-
 /// The residual over the position, rows in the order of the position.
 class Rail {
  public:

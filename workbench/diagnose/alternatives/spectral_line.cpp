@@ -35,11 +35,11 @@ std::string described(const Line& line) {
                      quantity_with_interval(line.amplitude_N, line.amplitude_half_width_N, "N"));
 }
 
-/// The distances in bins from a line of the three on each side that it is compared with. The Hann window
-/// spreads a line over two bins to either side (Harris 1978), and these must be free of it though the line
-/// may lie between two bins.
-constexpr std::size_t kNear = 4;
-constexpr std::size_t kFar = kNear + 2;
+/// The distances in bins from a line of those on each side that it is compared with: as many as the main lobe
+/// of the window has within its borders, beyond two half lobes, so that they are free of a line that lies
+/// between two bins.
+constexpr std::size_t kNear = 2 * kHalfMainLobe;
+constexpr std::size_t kFar = kNear + 2 * (kHalfMainLobe - 1);
 
 /// The ratio of a bin to the larger density on its two sides. At the edge of a broad hump (quantisation times
 /// mass, up to the bandwidth of the motion's filter) one side is as high as the peak.

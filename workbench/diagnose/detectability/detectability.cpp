@@ -21,7 +21,8 @@ Visibility visibility_of(const Measurement& measurement, const FittedModel& base
   const Eigen::VectorXd force = columns * gains;
   const double own = force.squaredNorm();
   const double beyond = (left * gains).squaredNorm();
-  Visibility visibility{term.id(), own > 0.0 ? beyond / own : 0.0, std::numeric_limits<double>::infinity()};
+  Visibility visibility{term.id(), own > 0.0 ? beyond / own : 0.0, std::numeric_limits<double>::infinity(),
+                        std::numeric_limits<double>::infinity()};
   // The effect is named if it lowers the error by r = least_reduction: with the effect in the force, the
   // error of the model without it satisfies error^2 + share x force^2 = (error / (1 - r))^2.
   const double kept = 1.0 - least_reduction;
@@ -30,7 +31,8 @@ Visibility visibility_of(const Measurement& measurement, const FittedModel& base
     // A force that acts only for a short time is reported by its peak, not by its mean over the log.
     const double peak_over_rms =
         force.cwiseAbs().maxCoeff() / std::sqrt(own / measurement.row_weights().sum());
-    visibility.least_N = wanted_N / std::sqrt(visibility.share) * peak_over_rms;
+    visibility.least_rms_N = wanted_N / std::sqrt(visibility.share);
+    visibility.least_N = visibility.least_rms_N * peak_over_rms;
   }
   return visibility;
 }

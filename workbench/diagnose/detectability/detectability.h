@@ -15,6 +15,7 @@ struct Visibility {
       0.0;  ///< of its force (mean square), the part that no change of the baseline's parameters imitates
   double least_N =
       0.0;  ///< peak of the force from which on the effect would be named; infinite where share is 0
+  double least_rms_N = 0.0;  ///< the same as root mean square over the log
 };
 
 /// The part of the columns of `term` that is orthogonal to the columns of `base` (for one gain the squared

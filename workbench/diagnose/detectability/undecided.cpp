@@ -9,21 +9,18 @@
 
 #include "workbench/base/parallel.h"
 #include "workbench/diagnose/candidates.h"
+#include "workbench/diagnose/evidence/naming_rule.h"
 #include "workbench/diagnose/evidence/plausibility.h"
 #include "workbench/diagnose/evidence/reduction.h"
 
 namespace slipstack::workbench {
 namespace {
 
-/// A log cannot show an effect that would be named only if its peak were this share of the force (rms).
-/// Chosen.
-constexpr double kCannotShow = 0.2;
-
 /// Below this angle two forces have nine tenths of their squares in common (cos^2 18 degrees = 0.905): each
-/// explains what the other does, ...
+/// explains what the other does, unless their held-out errors differ by more than the noise floor is
+/// uncertain by (kUncertainFloor). Without it the pair of Stribeck friction and lag that `experiment plan`
+/// resolves is not listed.
 constexpr double kSameDirection_deg = 18.0;
-/// ... unless their held-out errors differ by more than this share. Chosen.
-constexpr double kSameError = 0.10;
 
 double radians(double degrees) {
   return degrees * std::numbers::pi / 180.0;
@@ -91,7 +88,7 @@ void list_what_cannot_be_shown(const Measurement& measurement, Diagnosis& diagno
     all[i] = visibility_of(measurement, explained, residual_maker, term, kLeastReduction);
   });
   for (Visibility& one : all) {
-    if (!one.effect.empty() && one.least_N > kCannotShow * force_N)
+    if (!one.effect.empty() && one.least_rms_N > kLargeShareOfForce * force_N)
       diagnosis.cannot_show.push_back(std::move(one));
   }
 }
@@ -111,7 +108,7 @@ void list_what_cannot_be_separated(const Measurement& measurement, Diagnosis& di
     const auto& alike = candidate->confounded_with;
     const bool as_good = std::find(alike.begin(), alike.end(), pair.other) != alike.end();
     const bool same = pair.angle_deg < kSameDirection_deg &&
-                      behind->holdout_rmse_N < (1.0 + kSameError) * candidate->holdout_rmse_N;
+                      behind->holdout_rmse_N < kUncertainFloor * candidate->holdout_rmse_N;
     if (!as_good && !same) continue;
     if (is_the_simpler_case(measurement, diagnosis, *candidate, *behind)) {
       std::erase(candidate->confounded_with, pair.other);

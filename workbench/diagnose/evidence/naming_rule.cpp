@@ -11,9 +11,6 @@
 namespace slipstack::workbench {
 namespace {
 
-/// The noise floor is itself uncertain by this share (docs/theory.md, "Noise floor").
-constexpr double kUncertainFloor = 1.1;
-
 /// The effect of `these` that `those` do not have; empty unless it is one.
 std::string only_in(const std::vector<std::string>& these, const std::vector<std::string>& those) {
   std::string only;

@@ -8,6 +8,10 @@
 
 namespace slipstack::workbench {
 
+/// The noise floor is itself uncertain by this factor (docs/theory.md, "Noise floor"), so errors that differ
+/// by less are the same multiple of it.
+inline constexpr double kUncertainFloor = 1.1;
+
 /// A model that the search has reached: the baseline and the effects that were added.
 struct Explanation {
   FittedModel model;

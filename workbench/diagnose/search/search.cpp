@@ -11,6 +11,7 @@
 #include "workbench/diagnose/search/elimination_and_exchange.h"
 #include "workbench/diagnose/search/forward_selection.h"
 #include "workbench/diagnose/search/mass_and_mode.h"
+#include "workbench/estimate/uncertainty/noise_floor.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -57,7 +58,7 @@ Explanation refined(const SelectionContext& context, Explanation explanation) {
 }
 
 /// Effects are added one after the other as long as the criterion falls.
-void add_effects(const DiagnoseOptions& options, Found& found) {
+void add_effects(Measurement& measurement, const DiagnoseOptions& options, Found& found) {
   const SelectionContext& context = found.context;
   std::vector<Explanation> beam{found.best};
   for (std::size_t level = 0;; ++level) {
@@ -66,6 +67,7 @@ void add_effects(const DiagnoseOptions& options, Found& found) {
     if (is_step(context, found.best, next.front())) {
       next.front() = refined(context, std::move(next.front()));
       found.best = next.front();
+      lower_noise_floor(measurement, *found.best.model.linearisation);
       if (!is_above_floor(context.measurement, found.best.model)) break;
     } else if (level > 0) {
       break;  // a pair may be a step where its first effect is none
@@ -117,13 +119,14 @@ void set_causes_apart(Found& found) {
 
 }  // namespace
 
-Found search(const Measurement& measurement, const DiagnoseOptions& options, const FittedModel& baseline) {
+Found search(Measurement& measurement, const DiagnoseOptions& options, const FittedModel& baseline) {
   const Criterion criterion(measurement, baseline.terms, choices_of(measurement, options, baseline.terms));
   Found found{{}, {measurement, baseline, criterion}, {}, {}, {}};
   found.best.model = baseline;
-  add_effects(options, found);
+  add_effects(measurement, options, found);
   if (!found.best.added.empty()) improve(found);
   set_causes_apart(found);
+  lower_noise_floor(measurement, *found.best.model.linearisation);
   return found;
 }
 

@@ -21,6 +21,6 @@ struct Found {
 
 /// Searches for the effects that `baseline` lacks, one after the other. A beam search, because if two effects
 /// are missing, the best single effect may be neither of them. The result refers to all arguments.
-Found search(const Measurement& measurement, const DiagnoseOptions& options, const FittedModel& baseline);
+Found search(Measurement& measurement, const DiagnoseOptions& options, const FittedModel& baseline);
 
 }  // namespace slipstack::workbench

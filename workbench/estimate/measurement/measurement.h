@@ -171,10 +171,21 @@ class Measurement {
   const Eigen::VectorXd& fit_weights() const { return fit_weights_; }
   void set_fit_weights(const Eigen::VectorXd& weights) { fit_weights_ = weights.cwiseProduct(row_usable_); }
   /// Variance of what no model can explain, at each row [N^2], and its weighted root over all rows, or those
-  /// of one log [N]: the noise floor. Known after weigh_rows(); a property of the log, whatever the model.
+  /// of one log [N]: the noise floor, as high as the best model that is known leaves room for. Known after
+  /// weigh_rows().
   const Eigen::VectorXd& noise_variance() const;
   void set_noise_variance(Eigen::VectorXd variance) { noise_variance_ = std::move(variance); }
   double noise_floor_N() const;
+  /// What the noise floor was found from, kept so that a better model can lower it (lower_noise_floor()).
+  struct NoiseReadings {
+    std::vector<double> mass_kg;             ///< of each log, through which the encoder's steps are a force
+    std::vector<Eigen::VectorXd> changes_N;  ///< of the hysteresis force, one for each encoder realisation
+  };
+  /// Null before weigh_rows().
+  const NoiseReadings* noise_readings() const { return noise_readings_.get(); }
+  void set_noise_readings(NoiseReadings readings) {
+    noise_readings_ = std::make_shared<const NoiseReadings>(std::move(readings));
+  }
   double noise_floor_of_log_N(std::size_t log) const;
   /// One for usable rows, zero for those to which the filters carry samples that repair() cut out.
   const Eigen::VectorXd& row_usable() const { return row_usable_; }
@@ -258,6 +269,7 @@ class Measurement {
   Eigen::VectorXd row_weights_;
   Eigen::VectorXd fit_weights_;
   Eigen::VectorXd noise_variance_;
+  std::shared_ptr<const NoiseReadings> noise_readings_;
   int block_count_ = 0;
   int fold_count_ = 0;
 };

@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "workbench/base/statistics.h"
 #include "workbench/estimate/uncertainty/residual_noise.h"
+#include "workbench/estimate/uncertainty/saturated_residual.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -89,13 +91,13 @@ Eigen::VectorXd smoothed(const Eigen::VectorXd& values) {
   return means;
 }
 
-RowVariances variances_at_rows(const Measurement& measurement, const Terms& terms,
+RowVariances variances_at_rows(const Measurement& measurement, const std::vector<double>& mass_kg,
                                const std::vector<double>& force_noise_N, const ForceChanges& changes_N) {
   RowVariances variances{Eigen::VectorXd(measurement.row_count()),
                          Eigen::VectorXd::Zero(measurement.row_count())};
   const double gain = measurement.force_noise_gain({});
   for (const LogPart& part : measurement.parts()) {
-    const double inertia_N = mass_kg(terms, part.log) * measurement.acceleration_noise_mps2(part);
+    const double inertia_N = mass_kg[part.log] * measurement.acceleration_noise_mps2(part);
     variances.noise
         .segment(static_cast<Eigen::Index>(part.first_row), static_cast<Eigen::Index>(part.row_count))
         .setConstant(squared(gain * force_noise_N[part.log]) + squared(inertia_N));
@@ -106,14 +108,14 @@ RowVariances variances_at_rows(const Measurement& measurement, const Terms& term
   return variances;
 }
 
-std::vector<double> force_noise_of_logs_N(const Measurement& measurement, const Terms& reference,
+std::vector<double> force_noise_of_logs_N(const Measurement& measurement, const std::vector<double>& mass_kg,
                                           const Eigen::VectorXd& saturated_N, const ForceChanges& changes_N) {
   std::vector<double> noise_N(measurement.log_count(), 0.0);
   each_log(measurement, [&](std::size_t log, const LogPart& all) {
     noise_N[log] = all.force_noise_N;
     if (measurement.force_noise_given()) return;
-    noise_N[log] = residual_noise(measurement, all, saturated_N, changes_N, mass_kg(reference, log))
-                       .bounded(noise_N[log]);
+    noise_N[log] =
+        residual_noise(measurement, all, saturated_N, changes_N, mass_kg[log]).bounded(noise_N[log]);
   });
   return noise_N;
 }
@@ -121,6 +123,26 @@ std::vector<double> force_noise_of_logs_N(const Measurement& measurement, const 
 Eigen::VectorXd unexplainable_variance(const RowVariances& rows, const Eigen::VectorXd& saturated_N,
                                        const Eigen::VectorXd& usable) {
   return rows.noise + supported_variance(rows, saturated_N, usable);
+}
+
+void lower_noise_floor(Measurement& measurement, const Linearisation& model) {
+  const Measurement::NoiseReadings* const readings = measurement.noise_readings();
+  if (readings == nullptr) return;
+  const Eigen::VectorXd saturated_N = saturated_residual_N(measurement, model);
+  const std::vector<double> force_noise_N =
+      force_noise_of_logs_N(measurement, readings->mass_kg, saturated_N, readings->changes_N);
+  Eigen::VectorXd variance = unexplainable_variance(
+      variances_at_rows(measurement, readings->mass_kg, force_noise_N, readings->changes_N), saturated_N,
+      measurement.row_usable());
+  const Eigen::VectorXd& weights = measurement.row_weights();
+  if (weights.dot(variance) < weights.dot(measurement.noise_variance()))
+    measurement.set_noise_variance(std::move(variance));
+}
+
+void bound_noise_floor(Measurement& measurement, double left_N) {
+  const double floor_N = measurement.noise_floor_N();
+  if (left_N < floor_N)
+    measurement.set_noise_variance(measurement.noise_variance() * squared(left_N / floor_N));
 }
 
 }  // namespace slipstack::workbench
