@@ -150,7 +150,8 @@ int found_in_resonance(double frequency_Hz, double damping) {
   OscillationSearch search;
   int found = 0;
   for (int tick = 0; tick < 6'000'000; ++tick) {
-    velocity += kTickOfWatch_s * (input * normal(random) - 2.0 * damping * rate * velocity - rate * rate * position);
+    velocity +=
+        kTickOfWatch_s * (input * normal(random) - 2.0 * damping * rate * velocity - rate * rate * position);
     position += kTickOfWatch_s * velocity;
     found += search.step(swings(), static_cast<std::int32_t>(std::lround(position))) ? 1 : 0;
   }
