@@ -185,7 +185,7 @@ NOT_TYPED = [
     NotTyped(r"toolchain/(install|fresh)( .*)?|\.ci/run", "root, apt and the network: .ci/run, which decides over a change, is the latter"),
     NotTyped(r"toolchain/test( --full)?", "runs this test"),
     NotTyped(r"cmake --(preset|build) .*|touch .*", "builds what this test runs"),
-    NotTyped(r"python3 tests/bench/mutation/mutate.py all", "an hour; that the rewriting works is tested", "bench.mutation_rewriting"),
+    NotTyped(r"python3 tests/bench/mutation/mutate.py all", "a quarter of an hour; that the rewriting works is tested", "bench.mutation_rewriting"),
     NotTyped(r"toolchain/(check-\w+|update-uplot)( .*)?", "stages of toolchain/test"),
     NotTyped(r"toolchain/site", "writes into the build; run into another folder", "cli.documented"),
     NotTyped(r"toolchain/package( .*)?|apt install .*", "root: toolchain/fresh packages installs and uses all of them", "packages.made"),

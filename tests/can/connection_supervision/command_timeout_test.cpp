@@ -73,6 +73,21 @@ TEST_F(SilentMaster, TheErrorIsReportedUntilCommandsComeAgain) {
   EXPECT_EQ(bench_.read(0x603F, 0), 0U);
 }
 
+// Only a stream of set-points can fail to come: a drive that is enabled waits for the first one for as long
+// as it takes, whatever else is written.
+TEST_F(SilentMaster, BeforeTheFirstSetPointNobodyIsMissed) {
+  for (const std::uint8_t mode : {kCyclicPosition, kCyclicTorque}) {
+    bench_.enable(mode);
+    ASSERT_EQ(bench_.write(0x6040, 0, 0x0F, 2), 0U);
+    ASSERT_EQ(bench_.write(0x6060, 0, mode, 1), 0U);
+    bench_.run_ms(4 * kTimeout_ms);
+    EXPECT_EQ(bench_.read(0x6041, 0) & 0x6F, 0x27U) << int{mode};
+    EXPECT_EQ(bench_.read(0x603F, 0), 0U) << int{mode};
+    ASSERT_EQ(bench_.write(0x6040, 0, 0, 2), 0U);
+    bench_.run_ms(5);
+  }
+}
+
 // A main loop that stands still cannot act: the tick does.
 TEST_F(SilentMaster, TheTickStopsTheAxisWithoutTheMainLoop) {
   push();

@@ -230,6 +230,26 @@ TEST(Lss, SelectsByIdentityAndSetsTheNodeId) {
   EXPECT_EQ(bench.all_with(0x721), (std::vector<Data>{{0}})) << "stored";
 }
 
+// CiA 305: whoever has no node id yet answers the master that asks for such, and nobody else does.
+TEST(Lss, OneWithoutANodeIdSaysSo) {
+  Bench bench;
+  bench.all();
+  const auto asked = [&] {
+    bench.send(0x7E5, lss(0x4C, 0));
+    bench.poll();
+    return bench.all_with(0x7E4);
+  };
+  EXPECT_TRUE(asked().empty()) << "it has one";
+  bench.send(0x7E5, lss(0x04, 1));
+  bench.send(0x7E5, lss(0x11, 255));
+  bench.send(0x7E5, lss(0x04, 0));
+  bench.poll();
+  bench.nmt(0x82);
+  bench.poll();
+  bench.all();
+  EXPECT_EQ(asked(), (std::vector<Data>{{0x50, 0, 0, 0, 0, 0, 0, 0}}));
+}
+
 TEST(Lss, EveryWordOfTheIdentityMustFitAndComeInItsTurn) {
   Bench bench;
   bench.all();

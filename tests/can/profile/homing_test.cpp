@@ -192,6 +192,18 @@ TEST(Homing, CurrentPositionWithAndWithoutPower) {
   }
 }
 
+// What homing has found is told in its mode, until another one is entered.
+TEST(Homing, AnotherModeForgetsHowItEnded) {
+  HomingAxis axis(0.123);
+  ASSERT_EQ(axis.home(35), HomingAxis::kDone);
+  for (const std::uint32_t mode : {1U, 6U}) {
+    ASSERT_EQ(axis.write(0x6060, 0, mode, 1), 0U);
+    axis.run_ms(5);
+  }
+  EXPECT_EQ(axis.status(), HomingAxis::kReached) << "it stands, and has not been homed since";
+  EXPECT_TRUE(axis.referenced());
+}
+
 TEST(Homing, EndStopsByCurrent) {
   const double stroke_m = HomingAxis(0.1).stroke_m;
   for (const int method : {-1, -2, -3, -4}) {

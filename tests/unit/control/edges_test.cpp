@@ -10,6 +10,7 @@
 #include <memory>
 
 #include "firmware/control/bounds/motion_bounds.h"
+#include "firmware/control/current/load_watch.h"
 #include "firmware/control/current/thermal_limit.h"
 #include "firmware/control/force/force_control.h"
 #include "firmware/control/parameters/control_set.h"
@@ -227,6 +228,33 @@ TEST(Edges, StepsOfTheHysteresisHaveOneScale) {
     EXPECT_EQ(FeedForward::displacement(set.scales, 1) - FeedForward::displacement(set.scales, 0),
               static_cast<std::int32_t>(set.scales.steps_per_count));
   }
+}
+
+// A load that is spent is a fault in the sample in which it is, and never again while it lasts.
+TEST(Edges, ALoadThatIsSpentIsAFaultOnce) {
+  const auto set = std::make_unique<ControlSet>();
+  set->valid = true;
+  set->axis.motor_rated_A = 2.0F;
+  set->axis.motor_thermal_s = 1.0F;
+  set->axis.current_limit_A = 10.0F;
+  set->axis.overload_is_fault = true;
+  constexpr std::uint32_t kSample_ticks = 100;
+  LoadWatch watch;
+  std::uint32_t tick = 0;
+  int faults = 0;
+  for (int sample = 0; sample < 1000; ++sample) {
+    const bool before = watch.thermal().spent();
+    const bool fault = watch.step(*set, tick += kSample_ticks, true, 4.0F);
+    EXPECT_EQ(fault, watch.thermal().spent() && !before) << sample;
+    faults += fault ? 1 : 0;
+  }
+  EXPECT_EQ(faults, 1);
+  for (int sample = 0; sample < 1000; ++sample)
+    EXPECT_FALSE(watch.step(*set, tick += kSample_ticks, false, 0.0F)) << "it cools";
+  ASSERT_FALSE(watch.thermal().spent());
+  for (int sample = 0; sample < 1000; ++sample)
+    faults += watch.step(*set, tick += kSample_ticks, true, 4.0F) ? 1 : 0;
+  EXPECT_EQ(faults, 2) << "and is spent again";
 }
 
 // A queue that ends in motion is braked, whether the velocity changes at its end or not.

@@ -259,6 +259,20 @@ TEST(Hunting, TheDisturbanceObserverIsLoweredAlone) {
   EXPECT_EQ(axis.watch.friction_share(), 0.0F);
 }
 
+// In torque mode no disturbance is compensated, whatever its share.
+TEST(Hunting, InTorqueModeOnlyTheFrictionIsTried) {
+  HuntingAxis axis([](AxisParameters& a) { a.torque_friction_share = 1.0F; });
+  ASSERT_TRUE(axis.settings.torque && axis.settings.disturbance);
+  axis.drive = Drive::kTorque;
+  axis.size = by_friction;
+  for (int part = 0; part < 120; ++part) {
+    axis.run(0.1);
+    ASSERT_EQ(axis.watch.disturbance_share(), 1.0F) << part;
+  }
+  EXPECT_EQ(axis.watch.cause(), HuntingCause::kFriction);
+  EXPECT_EQ(axis.watch.friction_share(), 0.0F);
+}
+
 TEST(Hunting, WhatGoesOnIsNotTheCompensation) {
   HuntingAxis axis;
   axis.size = [](const HuntingAxis&) { return 20.0; };
