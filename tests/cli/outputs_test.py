@@ -22,6 +22,15 @@ import program
 from program import SLIPSTACK, every_command
 
 
+def slow_down(process):
+    """Lets the process work a tenth of the time: what it shows on the way then does not depend on the machine."""
+    while process.poll() is None:
+        process.send_signal(signal.SIGSTOP)
+        time.sleep(0.045)
+        process.send_signal(signal.SIGCONT)
+        time.sleep(0.005)
+
+
 class Places(program.Workshop):
     def test_no_such_folder(self):
         for name, command in every_command().items():
@@ -189,6 +198,7 @@ class Signals(program.Workshop):
             with self.subTest(name), subprocess.Popen(
                     [SLIPSTACK, "diagnose", "long.csv", "--report", "new.html", "--json", "new.json"], cwd=self.here,
                     stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+                threading.Thread(target=slow_down, args=[process], daemon=True).start()
                 time.sleep(0.3)
                 process.send_signal(name)
                 stdout, stderr = process.communicate(timeout=program.PATIENCE_S)
@@ -235,15 +245,6 @@ class Signals(program.Workshop):
             with open(self.here / "pipe", "rb") as pipe:
                 self.assertIn("rmse_N", json.load(pipe))
         self.assertEqual(process.returncode, 0)
-
-
-def slow_down(process):
-    """Lets the process work a tenth of the time: what it shows on the way then does not depend on the machine."""
-    while process.poll() is None:
-        process.send_signal(signal.SIGSTOP)
-        time.sleep(0.045)
-        process.send_signal(signal.SIGCONT)
-        time.sleep(0.005)
 
 
 class Terminal(program.Workshop):
