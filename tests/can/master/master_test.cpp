@@ -429,6 +429,7 @@ TEST(Status, SaysWhatTheDriveSays) {
   const std::string text = drive_status(*desk.client);
   EXPECT_NE(text.find("switch on disabled"), std::string::npos) << text;
   EXPECT_NE(text.find("lock       off"), std::string::npos);
+  EXPECT_NE(text.find("hunting    none\n"), std::string::npos);
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include <stdexcept>
 #include <thread>
 
+#include "firmware/control/hunting/hunting_watch.h"
 #include "firmware/control/supervision/faults.h"
 #include "workbench/can/drive/drive_words.h"
 #include "workbench/log/log.h"
@@ -323,6 +324,21 @@ TEST(DriveWords, EveryFaultOfTheFirmwareHasSome) {
     const std::uint16_t code = error_code(static_cast<Fault>(i));
     EXPECT_NE(error_words(code), "unknown to this program") << std::hex << code;
   }
+  EXPECT_NE(error_words(0xFF01).find("hunts"), std::string::npos);
+  EXPECT_EQ(error_words(0xFF02), "unknown to this program");
+}
+
+TEST(DriveWords, HuntingNamesWhatIsLowered) {
+  const auto names = [](HuntingState state, HuntingCause cause, const char* what) {
+    return hunting_words(static_cast<std::uint32_t>(state), static_cast<std::uint32_t>(cause)).find(what) !=
+           std::string::npos;
+  };
+  EXPECT_TRUE(names(HuntingState::kLowered, HuntingCause::kFriction, "friction compensation"));
+  EXPECT_TRUE(names(HuntingState::kLowered, HuntingCause::kDisturbanceObserver, "disturbance observer"));
+  EXPECT_TRUE(names(HuntingState::kGoesOn, HuntingCause::kElsewhere, "not by its compensation"));
+  EXPECT_TRUE(names(HuntingState::kTrying, HuntingCause::kNone, "being tried"));
+  EXPECT_TRUE(names(HuntingState::kWatching, HuntingCause::kEnded, "ended by itself"));
+  EXPECT_TRUE(names(HuntingState::kWatching, HuntingCause::kNone, "none"));
   EXPECT_EQ(error_words(0x1234), "unknown to this program");
 }
 
