@@ -17,20 +17,19 @@ void Controller::poll() {
   watch_hunting();
   upkeep_.step(sets_, history_, position_, out_.driving);
   if (!position_.check_index(parameters().axis.reference)) inject(Fault::kIndexOffPlace);
-  // What excites the loop alternates too fast to move the axis.
-  const bool free = out_.driving && !excitation_.takes_part() && supervisor_.moves_freely();
   if (unseen_.follow(
-          parameters().unseen, history_, [this] { return ticks(); }, free))
+          parameters().unseen, history_, [this] { return ticks(); }, moves_freely()))
     inject(Fault::kEncoderStands);
   if (load_.step(parameters(), ticks(), driving(), measured_A())) inject(Fault::kOverload);
 }
 
 void Controller::watch_hunting() {
-  const bool free = out_.driving && !excitation_.takes_part() && supervisor_.moves_freely();
   const ControlSet& set = parameters();
   auto drive = HuntingWatch::Drive::kNotFree;
-  if (set.valid && free && mode_ == ControlMode::kPosition) drive = HuntingWatch::Drive::kPosition;
-  if (set.valid && free && mode_ == ControlMode::kTorque) drive = HuntingWatch::Drive::kTorque;
+  if (set.valid && moves_freely()) {
+    if (mode_ == ControlMode::kPosition) drive = HuntingWatch::Drive::kPosition;
+    if (mode_ == ControlMode::kTorque) drive = HuntingWatch::Drive::kTorque;
+  }
   hunting_.follow(
       set.hunting, set.number, history_, [this] { return ticks(); }, drive);
   upkeep_.lower(hunting_.friction_share());

@@ -179,6 +179,11 @@ class Controller {
 
   void change_mode(ControlMode mode);
 
+  // In poll(): the current may move the axis. What excites the loop alternates too fast for that.
+  bool moves_freely() const {
+    return out_.driving && !excitation_.takes_part() && supervisor_.moves_freely();
+  }
+
   // In poll(): what hunts is compensated less.
   void watch_hunting();
 

@@ -65,8 +65,7 @@ AdditionResult add_effect(LogSearch& logs, const std::string& log, const Model& 
   result.criterion_difference = addition.criterion_difference;
   result.before = std::move(addition.before);
   result.after = std::move(addition.after);
-  lower_noise_floor(measurement, *result.after.linearisation);
-  bound_noise_floor(measurement, result.after.holdout_rmse_N);
+  lower_noise_floor(measurement, *result.after.linearisation, result.after.holdout_rmse_N);
   result.noise_floor_N = measurement.noise_floor_N();
   result.logs = log_results(measurement, result.after);
   result.model = model_of(log, measurement, result.after, addition.reduced, result.noise_floor_N);

@@ -26,8 +26,7 @@ void compare(LogSearch& logs, ComparisonResult& result) {
     result.relative_error = left.relative_error;
     whole_errors = std::move(left.logs);
   }
-  lower_noise_floor(measurement, Linearisation(measurement, terms));
-  bound_noise_floor(measurement, result.rmse_N);
+  lower_noise_floor(measurement, Linearisation(measurement, terms), result.rmse_N);
   result.noise_floor_N = measurement.noise_floor_N();
   result.logs = log_results(measurement, result.rows, nullptr, whole_errors);
   result.left = dependence_of(measurement, residual_N);

@@ -49,8 +49,7 @@ FitResult fit_model(LogSearch& logs, const FitRequest& request, Progress& progre
     logs.fit_to_whole({&result.fitted, &reduced}, robust.limit_N);
   } while (logs.extend());
   Measurement& measurement = logs.measurement();
-  lower_noise_floor(measurement, *result.fitted.linearisation);
-  bound_noise_floor(measurement, result.fitted.holdout_rmse_N);
+  lower_noise_floor(measurement, *result.fitted.linearisation, result.fitted.holdout_rmse_N);
   result.noise_floor_N = measurement.noise_floor_N();
   result.warnings = input_warnings(measurement);
   result.logs = log_results(measurement, result.fitted);

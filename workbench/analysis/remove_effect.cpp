@@ -41,8 +41,7 @@ Refit remove_effect(LogSearch& logs, const std::string& log, const Model& old, c
     logs.fit_to_whole({&before, &reduced, &after}, 0.0);
   } while (logs.extend());
   Measurement& measurement = logs.measurement();
-  lower_noise_floor(measurement, *before.linearisation);
-  bound_noise_floor(measurement, before.holdout_rmse_N);
+  lower_noise_floor(measurement, *before.linearisation, before.holdout_rmse_N);
   Refit refit;
   refit.before_N = before.holdout_rmse_N;
   refit.after_N = after.holdout_rmse_N;

@@ -22,7 +22,8 @@ The build is what costs, and it is one for any number of mutants: `prepare --see
 learn from and one that stays unseen until the tests are better; `run --seed 1` and `report --seed 1` take one of them.
 After that, `refresh` copies the tests that have changed and `build` compiles only these.
 
-Needs python3-clang-14 (toolchain/install full). A quarter of an hour on two cores without other work, hours beside it; each step continues where it was stopped.
+Needs python3-clang-14 (toolchain/install full). A quarter of an hour on two cores without other work, hours
+beside it; each step continues where it was stopped.
 """
 
 import argparse

@@ -198,10 +198,7 @@ TEST(HuntingAxis, ByItsGainsKeepsItsCompensation) {
     setting.late_ticks = 7;
     setting.drive = [share](AxisParameters& p) {
       p.disturbance_share = share;
-      p.position_gain_per_s *= 10.0F;
-      p.velocity_gain_N_s_per_m *= 10.0F;
-      p.integral_per_s *= 10.0F;
-      p.observer_bandwidth_rad_per_s = 1000.0F;
+      make_ten_times_stiffer(p);
     };
     ObservedAxis axis(setting);
     axis.move(1e-3, [](double) {});

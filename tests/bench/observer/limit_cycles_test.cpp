@@ -106,10 +106,7 @@ TEST(LimitCycles, AreThoseOfTheFeedbackWhateverTheCompensation) {
     setting.late_ticks = 7;
     setting.drive = [compensate](AxisParameters& p) {
       p.compensate = compensate;
-      p.position_gain_per_s *= 10.0F;
-      p.velocity_gain_N_s_per_m *= 10.0F;
-      p.integral_per_s *= 10.0F;
-      p.observer_bandwidth_rad_per_s = 1000.0F;
+      make_ten_times_stiffer(p);
     };
     ObservedAxis axis(setting);
     const Hold hold = hold_after(axis, 1e-3);

@@ -10,11 +10,11 @@ the next. Long logs of your own, which stay in their files:  --logs a.csv,b.csv
 import argparse
 import json
 import math
-import os
 import pathlib
 import subprocess
 import tempfile
-import time
+
+from measured import measured
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
 RATE_HZ = 2500
@@ -32,17 +32,6 @@ def simulated(wanted, folder):
         log = f"{folder}/log.csv"
         simulate(f"{wanted.programs}/slipstack-sim", log, samples)
         yield log
-
-
-def measured(command):
-    """Seconds, processor seconds and peak MB of a command."""
-    start = time.monotonic()
-    with open(os.devnull, "w", encoding="utf-8") as nowhere:
-        child = subprocess.Popen(command, stdout=nowhere, stderr=nowhere)
-        _, status, usage = os.wait4(child.pid, 0)
-    if status != 0:
-        raise RuntimeError(f"{command} ended with {status}")
-    return time.monotonic() - start, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024.0
 
 
 def main():

@@ -8,12 +8,12 @@ catalogue. The goals are 1, 2 and 3 s (median) for 10^5, 5*10^5 and 10^6 samples
 """
 
 import argparse
-import os
 import pathlib
 import statistics
 import subprocess
 import tempfile
-import time
+
+from measured import measured
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
 RATE_HZ = 2500
@@ -22,25 +22,14 @@ CONTENTS = (["--effects", "none"], ["--effects", "random"], ["--effects", "rando
             ["--effects", "none", "--outside", "line"], ["--effects", "none", "--outside", "bump"])
 
 
-def simulate(program, log, samples, seed, number):
-    subprocess.run([program, "log", "--setup", SETUPS[number % len(SETUPS)], *CONTENTS[number // len(SETUPS) % len(CONTENTS)],
-                    "--seed", str(seed + number), "--rate", str(RATE_HZ), "--seconds", str(samples / RATE_HZ), "--out", log],
-                   check=True, capture_output=True)
-
-
-def measured(command):
-    """Seconds and processor seconds of a command that must succeed."""
-    start = time.monotonic()
-    with open(os.devnull, "w", encoding="utf-8") as nowhere:
-        child = subprocess.Popen(command, stdout=nowhere, stderr=nowhere)
-        _, status, usage = os.wait4(child.pid, 0)
-    if status != 0:
-        raise RuntimeError(f"{command} ended with {status}")
-    return time.monotonic() - start, usage.ru_utime + usage.ru_stime
+def drawn(seed, number):
+    """How the log of this number is simulated."""
+    contents = CONTENTS[number // len(SETUPS) % len(CONTENTS)]
+    return ["--setup", SETUPS[number % len(SETUPS)], *contents, "--seed", str(seed + number)]
 
 
 def ninth_decile(values):
-    return sorted(values)[min(len(values) - 1, -(-9 * len(values) // 10) - 1)]
+    return sorted(values)[-(-9 * len(values) // 10) - 1]
 
 
 def main():
@@ -58,12 +47,14 @@ def main():
             log = f"{folder}/log.csv"
             walls, processors = [], []
             for number in range(wanted.logs):
-                simulate(f"{wanted.programs}/slipstack-sim", log, samples, seed, number)
-                wall, processor = measured([f"{wanted.programs}/slipstack", "diagnose", log, "--stepwise"])
+                how = drawn(seed, number)
+                subprocess.run([f"{wanted.programs}/slipstack-sim", "log", *how, "--rate", str(RATE_HZ),
+                                "--seconds", str(samples / RATE_HZ), "--out", log], check=True, capture_output=True)
+                wall, processor, _ = measured([f"{wanted.programs}/slipstack", "diagnose", log, "--stepwise"])
                 walls.append(wall)
                 processors.append(processor)
                 if wanted.each:
-                    print(f"{seed + number:9d} {SETUPS[number % 2]:>15} {' '.join(CONTENTS[number // 2 % len(CONTENTS)]):<30} {wall:6.2f} s", flush=True)
+                    print(f"{wall:9.2f} s  {' '.join(how)}", flush=True)
             seed += wanted.logs
             print(f"{samples:9d} {len(walls):5d} {statistics.median(walls):9.2f} {ninth_decile(walls):7.2f} {max(walls):7.2f} "
                   f"{statistics.median(processors):12.2f}", flush=True)

@@ -157,22 +157,27 @@ def model_sizes(text):
 CAPTURES = 3  # where a machine is so busy that it loses frames, a transfer is repeated in a way that no page shows
 
 
+def fault_of(said, new):
+    """What is wrong with the session itself, if anything."""
+    if "?" in new.replace("type?", "") or "abort" in new.split("```")[1]:
+        return "frames that nobody understands"
+    # Where the machine is too busy, the record is over before the moves are (can_master_test has the same in the
+    # drive's own time).
+    if "Missing: Viscous friction." not in new and ("yes" in said["moves"] or sys.argv[1:]):
+        return "the log of session 3 does not show the hidden effect"
+    return ""
+
+
 def main():
-    for left in reversed(range(CAPTURES)):
+    for _ in range(CAPTURES):
         said = capture()
         new = page(said)
-        if "?" in new.replace("type?", "") or "abort" in new.split("```")[1]:
-            why = "frames that nobody understands"
-        # Where the machine is too busy, the record is over before the moves are (can_master_test has the same in
-        # the drive's own time).
-        elif "Missing: Viscous friction." not in new and ("yes" in said["moves"] or sys.argv[1:]):
-            why = "the log of session 3 does not show the hidden effect"
-        else:
+        fault = fault_of(said, new)
+        if not fault:
             break
-        print(new if left == 0 else f"{why}: once more", flush=True)
-        if left == 0:
-            print(f"FAIL: {why}")
-            return 1
+        print(f"{new}\nFAIL: {fault}", flush=True)
+    else:
+        return 1
     kept = PAGE.read_text()
     stale = structure(new) != structure(kept)
     if sys.argv[1:] == ["--write"] or sys.argv[1:] == ["--update"] and (stale or model_sizes(new) != model_sizes(kept)):

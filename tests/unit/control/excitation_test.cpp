@@ -234,12 +234,7 @@ TEST(Excitation, SaysOnceThatItWasLeft) {
 }
 
 TEST(Excitation, RefusesWhatIsNone) {
-  const ExcitationSettings good{.amplitude = 1.0F,
-                                .largest_deviation_m = 1e-4F,
-                                .period_ticks = 1000,
-                                .lowest = 1,
-                                .highest = 21,
-                                .periods = 3};
+  const ExcitationSettings& good = kThreePeriods;
   EXPECT_TRUE(good.possible());
   for (int fault = 0; fault < 6; ++fault) {
     ExcitationSettings bad = good;

@@ -23,6 +23,7 @@ constexpr int kTries = 10;
 constexpr int kSegmentPatience_ms = 200;
 /// An upload that timed out, or came over wrong, changed nothing, and is asked for again.
 constexpr int kUploads = 3;
+constexpr const char* kCheckTheBus = "check its id, the bit rate and the cable";
 
 std::array<std::uint8_t, 8> request(std::uint8_t command, std::uint16_t index, std::uint8_t sub,
                                     std::uint32_t data = 0) {
@@ -142,10 +143,16 @@ void SdoClient::await_node() {
   silent("is it running? If so, check its id, the bit rate and the cable");
 }
 
+// False without a frame in this time; an abort is thrown.
+bool SdoClient::next_of(Frame& frame, int timeout_ms, std::uint16_t index, std::uint8_t sub) {
+  if (!next(frame, timeout_ms)) return false;
+  if (frame[0] == 0x80) refuse(index, sub, number(&frame[4], 4));
+  return true;
+}
+
 SdoClient::Frame SdoClient::answer(std::uint16_t index, std::uint8_t sub) {
   Frame frame;
-  if (!next(frame, kPatience_ms)) silent("check its id, the bit rate and the cable");
-  if (frame[0] == 0x80) refuse(index, sub, number(&frame[4], 4));
+  if (!next_of(frame, kPatience_ms, index, sub)) silent(kCheckTheBus);
   return frame;
 }
 
@@ -228,8 +235,7 @@ std::optional<std::vector<std::uint8_t>> SdoClient::upload_once(std::uint16_t in
     if (watch) watch(std::min(1.0, static_cast<double>(data.size()) / size));
   }
   Frame end;
-  if (!next(end, kPatience_ms)) return {};
-  if (end[0] == 0x80) refuse(index, sub, number(&end[4], 4));
+  if (!next_of(end, kPatience_ms, index, sub)) return {};
   if ((end[0] & 0xE3) != 0xC1) wrong(index, sub);
   data.resize(size);
   send({0xA1});
@@ -243,9 +249,8 @@ void SdoClient::take_block(std::vector<std::uint8_t>& data, std::uint16_t index,
   for (int tries = 0; tries < kTries; ++tries) {
     std::uint8_t good = 0;
     Frame frame;
-    for (int frames = 0; frames < kBlock && next(frame, kSegmentPatience_ms); ++frames) {
+    for (int frames = 0; frames < kBlock && next_of(frame, kSegmentPatience_ms, index, sub); ++frames) {
       silent_all_along = false;
-      if (frame[0] == 0x80) refuse(index, sub, number(&frame[4], 4));
       const std::uint8_t place = frame[0] & 0x7F;
       if (place == 0) wrong(index, sub);
       if (place == good + 1) {
@@ -257,7 +262,7 @@ void SdoClient::take_block(std::vector<std::uint8_t>& data, std::uint16_t index,
     send({0xA2, good, kBlock});
     if (good > 0) return;
   }
-  if (silent_all_along) silent("check its id, the bit rate and the cable");
+  if (silent_all_along) silent(kCheckTheBus);
   throw UsageError(fmt::format("node {}: {:04X}h:{:02X} does not come over; the transfer was given up", node_,
                                index, sub));
 }

@@ -78,6 +78,7 @@ class SdoClient {
   [[noreturn]] void silent(const char* hint) const;
   Frame answer(std::uint16_t index, std::uint8_t sub);
   bool next(Frame& data, int timeout_ms);
+  bool next_of(Frame& frame, int timeout_ms, std::uint16_t index, std::uint8_t sub);
   void drain();
   std::optional<std::vector<std::uint8_t>> upload_once(std::uint16_t index, std::uint8_t sub,
                                                        const Watch& watch);

@@ -145,4 +145,9 @@ void bound_noise_floor(Measurement& measurement, double left_N) {
     measurement.set_noise_variance(measurement.noise_variance() * squared(left_N / floor_N));
 }
 
+void lower_noise_floor(Measurement& measurement, const Linearisation& model, double left_N) {
+  lower_noise_floor(measurement, model);
+  bound_noise_floor(measurement, left_N);
+}
+
 }  // namespace slipstack::workbench

@@ -47,6 +47,9 @@ void lower_noise_floor(Measurement& measurement, const Linearisation& model);
 /// the bandwidth, for example, is noise between samples and not at the rows.
 void bound_noise_floor(Measurement& measurement, double left_N);
 
+/// Both, by a model whose error a command tells.
+void lower_noise_floor(Measurement& measurement, const Linearisation& model, double left_N);
+
 /// Moving average over neighbouring rows, some filter lengths wide.
 Eigen::VectorXd smoothed(const Eigen::VectorXd& values);
 
