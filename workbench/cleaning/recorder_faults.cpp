@@ -80,6 +80,17 @@ double smallest_step(const std::vector<double>& values) {
   return smallest;
 }
 
+std::vector<Interval> force_at_limit(const std::vector<double>& force_N) {
+  const auto [lowest, highest] = std::minmax_element(force_N.begin(), force_N.end());
+  std::vector<Interval> found;
+  for (std::size_t i = 0; i < force_N.size();) {
+    const std::size_t end = end_of_run(force_N, i, force_N.size());
+    if (end - i >= kFrozen && (force_N[i] == *lowest || force_N[i] == *highest)) found.push_back({i, end});
+    i = end;
+  }
+  return found;
+}
+
 ConstantForce constant_force(const Log& log, double noise_N) {
   const std::vector<double>& force_N = log.force_N;
   const auto [lowest, highest] = std::minmax_element(force_N.begin(), force_N.end());

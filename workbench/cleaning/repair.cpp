@@ -2,6 +2,7 @@
 #include "workbench/cleaning/repair.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -192,7 +193,7 @@ void join_cuts(const Log& log, Repairs& repairs) {
   if (share > kMostCut) {
     throw InputError(fmt::format("{}: {:.0f} % of the log cannot be used: {}; record again",
                                  printable(log.path), 100.0 * share,
-                                 repairs.notes.empty() ? "" : repairs.notes.back()));
+                                 fmt::join(repairs.notes, "; ")));
   }
 }
 
@@ -212,7 +213,8 @@ constexpr double kNoiseOverStep = 3.0;
 
 Repairs repair_in_place(Log& log, RepairScope scope) {
   Repairs repairs;
-  const double noise_N = white_noise(log.force_N);
+  // A force that is at its limit for half of a log has a median change of zero.
+  const double noise_N = white_noise(log.force_N, force_at_limit(log.force_N));
   if (noise_N > kNoiseOverStep * smallest_step(log.force_N)) {
     const ConstantForce constant = constant_force(log, noise_N);
     cut(log, constant.at_limit, "the force is at its limit", repairs);

@@ -36,7 +36,7 @@ std::vector<std::string> chosen_baseline(const Measurement& measurement) {
                                          with(with(mass, Role::hysteresis), Role::viscous_friction)}) {
     FittedModel better = fitted(other);
     if (!is_worth_a_name(model.holdout_rmse_N, better.holdout_rmse_N) ||
-        criterion.difference(better, model) >= 0.0) {
+        !is_supported(criterion.difference(better, model))) {
       continue;
     }
     chosen = std::move(other);

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "workbench/base/parallel.h"
+#include "workbench/diagnose/evidence/criterion.h"
 #include "workbench/diagnose/evidence/evidence.h"
 #include "workbench/diagnose/evidence/reduction.h"
 #include "workbench/estimate/nonlinear/fit_gains.h"
@@ -49,7 +50,7 @@ std::vector<Candidate> list_candidates(const Measurement& measurement, const Fou
       candidate.criterion_difference = found.context.criterion.difference(model, found.context.baseline);
       // Values, with their intervals, are told of what the log supports.
       candidate.evidence = trial.term.effect->text.residual;
-      if (candidate.criterion_difference < 0.0 &&
+      if (is_supported(candidate.criterion_difference) &&
           is_worth_a_name(found.context.baseline.holdout_rmse_N, model.holdout_rmse_N)) {
         model = with_standard_errors(measurement, std::move(model));
         candidate.evidence = evidence_of(model, trial.term.id());

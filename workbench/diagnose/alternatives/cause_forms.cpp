@@ -5,9 +5,12 @@
 #include <cmath>
 #include <memory>
 #include <numbers>
+#include <optional>
 #include <span>
 #include <type_traits>
 #include <utility>
+
+#include "workbench/diagnose/alternatives/gap.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -90,6 +93,45 @@ class PlaceBasis final : public EffectBasis {
   double half_width_m_ = 1.0;
 };
 
+class GapBasis final : public EffectBasis {
+ public:
+  void prepare(std::span<const double> shapes, const Scales<double>& scales) override {
+    gap_.emplace(GapInDrive::Parameters{shapes[0], shapes[1], shapes[2]}, scales.tick_s);
+  }
+  void reset(const Sample<double>& sample) override { gap_->reset(sample.position_m); }
+  void run(std::span<const Sample<double>> samples, double* out) override {
+    for (const Sample<double>& sample : samples) *out++ = gap_->step(sample);
+  }
+
+ private:
+  std::optional<GapInDrive> gap_;
+};
+
+class DeflectionBasis final : public EffectBasis {
+ public:
+  void prepare(std::span<const double> shapes, const Scales<double>&) override {
+    slip_m_ = std::max(shapes[0], 1e-12);
+  }
+  void reset(const Sample<double>& sample) override {
+    position_m_ = sample.position_m;
+    deflection_ = 0.0;
+  }
+  void run(std::span<const Sample<double>> samples, double* out) override {
+    for (const Sample<double>& sample : samples) {
+      const double way_m = sample.position_m - position_m_;
+      position_m_ = sample.position_m;
+      const double end = way_m < 0.0 ? -1.0 : 1.0;
+      deflection_ = end + (deflection_ - end) * std::exp(-std::abs(way_m) / slip_m_);
+      *out++ = (sample.velocity_mps - std::abs(sample.velocity_mps) * deflection_) / slip_m_;
+    }
+  }
+
+ private:
+  double slip_m_ = 1.0;
+  double position_m_ = 0.0;
+  double deflection_ = 0.0;
+};
+
 /// The description of a cause; its shapes are found by shapes_of_cause() and not searched.
 template <class Basis>
 EffectDescription cause(const char* id, std::vector<GainGroup> gains, std::vector<ShapeSpec> shapes) {
@@ -120,8 +162,8 @@ ShapeSpec found(const char* name, const char* unit) {
 }
 
 /// In the order of CauseForm.
-const std::array<EffectDescription, 4>& all_causes() {
-  static const std::array<EffectDescription, 4> all{
+const std::array<EffectDescription, 6>& all_causes() {
+  static const std::array<EffectDescription, 6> all{
       cause<LineBasis>("line_in_time", {any_force("cosine"), any_force("sine")}, {found("frequency", "Hz")}),
       cause<ChangeBasis>("change_at_a_time",
                          {{"level", "", -1.0f, kUnbounded, 1, Acts::dry_scale}, any_force("offset")},
@@ -133,7 +175,11 @@ const std::array<EffectDescription, 4>& all_causes() {
       cause<CurveBasis>(
           "force_over_time",
           {{"curve", "N", -kUnbounded, kUnbounded, kCurveIntervals + 1, Acts::force, /*smooth=*/true}},
-          {found("first", "s"), found("last", "s")})};
+          {found("first", "s"), found("last", "s")}),
+      cause<GapBasis>("gap_in_drive", {{"carriage", "kg", 0.0f, kUnbounded, 1, Acts::force}},
+                      {found("gap", "m"), found("deceleration", "m/s2"), found("slip_distance", "m")}),
+      cause<DeflectionBasis>("damped_deflection", {{"damping", "N s", 0.0f, kUnbounded, 1, Acts::force}},
+                             {found("slip_distance", "m")})};
   return all;
 }
 

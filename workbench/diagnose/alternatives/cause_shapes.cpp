@@ -162,6 +162,83 @@ std::optional<std::vector<double>> place_and_width(const Measurement& measuremen
   return best;
 }
 
+/// The error of a model and a cause fitted jointly, by the shapes of the cause.
+class JointError {
+ public:
+  JointError(const Measurement& measurement, const FittedModel& model, const EffectDescription& cause)
+      : measurement_(measurement), model_(model), term_(term_for_log(measurement, cause)) {
+    Terms terms = model.terms;
+    terms.push_back(term_);
+    constraints_ = constraints_of(terms, model.train_rmse_N);
+    bound_states_ = model.solution.bound_states;
+    bound_states_.resize(bound_states_.size() + term_.gains.size(), BoundState::free);
+  }
+
+  double operator()(const std::vector<double>& shapes) const {
+    Term term = term_;
+    term.shapes = shapes;
+    const Linearisation& known = *model_.linearisation;
+    return model_.equations->sum_with(measurement_, known.columns(), known.columns_of(term), known.target())
+        .training_error(constraints_, bound_states_);
+  }
+
+ private:
+  const Measurement& measurement_;
+  const FittedModel& model_;
+  Term term_;
+  NormalEquations::Constraints constraints_;
+  std::vector<BoundState> bound_states_;
+};
+
+/// The shapes of least error: the best of `starts`, refined.
+std::vector<double> best_of(const JointError& error_N, const std::vector<std::vector<double>>& starts,
+                            const std::vector<ShapeRange>& ranges) {
+  std::vector<double> errors;
+  errors.reserve(starts.size());
+  for (const std::vector<double>& start : starts) errors.push_back(error_N(start));
+  const auto best = std::min_element(errors.begin(), errors.end()) - errors.begin();
+  return refine_shapes(ranges, starts[static_cast<std::size_t>(best)], error_N, SearchEffort{}.evaluations)
+      .shapes;
+}
+
+/// Width of the gap, deceleration by the friction behind it, and slip distance of that friction. A shorter gap
+/// than the longest slip distance is another form of the hysteresis.
+std::optional<std::vector<double>> gap_and_friction(const Measurement& measurement, const FittedModel& model,
+                                                    const EffectDescription& cause) {
+  const Term* hysteresis = find_role(model.terms, Role::hysteresis);
+  const double mass = mass_kg(model.terms);
+  const double longest_m = longest_slip_m(model.terms);
+  const double least_m = std::max(measurement.encoder_resolution_m(), longest_m);
+  const double most_m = kWidestPlace * value_range(measurement.position_m()).length();
+  if (!(longest_m > 0.0) || !(mass > 0.0) || least_m >= most_m) return {};
+  // The friction of the whole axis slows down no more than its whole mass, and often less.
+  const double least_mps2 = hysteresis_level_N(*hysteresis, 0) / mass;
+  const double slip_m = mean_slip_m(*hysteresis);
+  std::vector<std::vector<double>> starts;
+  for (double gap_m = least_m; gap_m < most_m; gap_m *= 2.0) {
+    for (const double share : {1.0, 0.7, 0.5, 0.35})
+      starts.push_back({gap_m, least_mps2 / share, slip_m});
+  }
+  return best_of({measurement, model, cause}, starts,
+                 {{0, least_m, most_m, true},
+                  {1, 0.5 * least_mps2, 10.0 * least_mps2, true},
+                  {2, 0.1 * slip_m, longest_m, true}});
+}
+
+/// The distance within which the deflection develops is that of the hysteresis, with which it is one bristle:
+/// half its mean slip distance where the virgin curve is an exponential (its elements then have a level in
+/// proportion to s exp(-s / distance)), to a factor of two for other curves. Within less than ten encoder steps
+/// none is seen (as of velocities, search_ranges.cpp).
+std::optional<std::vector<double>> distance_of_deflection(const Measurement& measurement,
+                                                          const FittedModel& model,
+                                                          const EffectDescription& cause) {
+  const Term* hysteresis = find_role(model.terms, Role::hysteresis);
+  const double distance_m = hysteresis == nullptr ? 0.0 : 0.5 * mean_slip_m(*hysteresis);
+  const ShapeRange range{0, 0.5 * distance_m, 2.0 * distance_m, true};
+  if (!(range.lower > 10.0 * measurement.encoder_resolution_m()) || !(distance_m > 0.0)) return {};
+  return best_of({measurement, model, cause}, {{distance_m}}, {range});
+}
+
 }  // namespace
 
 std::optional<std::vector<double>> shapes_of_cause(const Measurement& measurement, const FittedModel& model,
@@ -173,6 +250,10 @@ std::optional<std::vector<double>> shapes_of_cause(const Measurement& measuremen
       return time_of_change(measurement, model);
     case CauseForm::force_at_a_place:
       return place_and_width(measurement, model);
+    case CauseForm::gap_in_drive:
+      return gap_and_friction(measurement, model, cause);
+    case CauseForm::damped_deflection:
+      return distance_of_deflection(measurement, model, cause);
     case CauseForm::force_over_time:
       break;
   }

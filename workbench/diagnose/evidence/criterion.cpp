@@ -151,13 +151,14 @@ std::vector<double> Criterion::of(const std::vector<const FittedModel*>& models)
     counts[i] = (influence.cwiseAbs2() * weights).sum();
     if (i == best) inflation = inflation_of(*models[i], influence, counts[i], squares[i]);
   });
-  const double ln_rows = std::log(std::max(weight / inflation, std::exp(1.0)));
+  const double independent = weight / inflation;
+  const double ln_rows = std::log(std::max(independent, std::exp(1.0)));
   std::vector<double> criteria;
   criteria.reserve(models.size());
   for (std::size_t i = 0; i < models.size(); ++i) {
     const Choices choices = choices_of(models[i]->terms);
-    criteria.push_back(weight * std::log(squares[i]) +
-                       inflation * (ln_rows * (counts[i] + choices.shapes) + 2.0 * choices.ln_starts));
+    criteria.push_back(independent * std::log(squares[i]) + ln_rows * (counts[i] + choices.shapes) +
+                       2.0 * choices.ln_starts);
   }
   return criteria;
 }

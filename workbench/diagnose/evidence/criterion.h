@@ -9,12 +9,18 @@
 
 namespace slipstack::workbench {
 
+/// A difference of two criteria approximates twice the logarithm of a Bayes factor; less than this is "not worth
+/// more than a bare mention" (Kass and Raftery 1995, "Bayes factors", section 3.2).
+inline constexpr double kBareMention = 2.0;
+/// Whether the log supports a model whose criterion is `difference` above that of another.
+inline bool is_supported(double difference) { return difference < -kBareMention; }
+
 /// What the data say about models: the smaller, the better, whether or not one model contains the other.
 ///
-///   criterion = W ln(mse) + f (ln(W / f) (p + s) + 2 ln(starts))
+///   criterion = W / f ln(mse) + ln(W / f) (p + s) + 2 ln(starts)
 ///
 /// the Bayesian information criterion (Schwarz 1978) for dependent residuals, in units of twice the
-/// log-likelihood. W: sum of the weights by which the model was fitted; mse: weighted mean square of its
+/// log-likelihood of independent rows. W: sum of the weights by which the model was fitted; mse: weighted mean square of its
 /// residual. p = tr(H^-1 X'WX), H = X'WX + penalty: the effective number of its gains; a smooth map of twenty
 /// values counts as few. s: searched shapes of the effects beside the baseline; starts: product of the
 /// numbers of pitches or frequencies that their searches compared, and of the number of effects that each was

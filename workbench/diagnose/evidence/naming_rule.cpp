@@ -74,7 +74,8 @@ bool is_above_floor(const Measurement& measurement, const FittedModel& model) {
 bool is_step(const SelectionContext& context, const Explanation& before, const Explanation& after) {
   const double before_N = before.model.holdout_rmse_N;
   const double after_N = after.model.holdout_rmse_N;
-  return is_worth_a_name(before_N, after_N) && is_better(context, after, before) &&
+  return is_worth_a_name(before_N, after_N) &&
+         is_supported(context.criterion.difference(after.model, before.model)) &&
          is_above_floor(context.measurement, before.model) &&
          !within_instruments(context.baseline, context.measurement.tick_s(), before.model.terms,
                              after.model.terms, explained_N2(before_N, after_N));

@@ -5,6 +5,8 @@
 #include <cmath>
 
 #include "workbench/base/statistics.h"
+#include "workbench/diagnose/alternatives/cause_forms.h"
+#include "workbench/diagnose/evidence/reduction.h"
 #include "workbench/diagnose/evidence/repeats.h"
 #include "workbench/estimate/linear/force_trace.h"
 
@@ -38,6 +40,15 @@ bool ends_at_a_bound(const FittedModel& model, const Term& term) {
     if (gain_ended_at_bound(model.terms, term, gain)) return true;
   }
   return false;
+}
+
+/// Whether the term is a gap without most of the friction behind it. The guideway carries the carriage, so its
+/// friction acts there; another form of the hysteresis takes the form of a small mass behind a gap.
+bool is_gap_without_friction(const FittedModel& model, const Term& term) {
+  if (!is_outside_catalogue(*term.effect) || form_of(*term.effect) != CauseForm::gap_in_drive) return false;
+  const Term* hysteresis = find_role(model.terms, Role::hysteresis);
+  const double behind_N = term.gains[0] * term.shapes[1];  // mass times deceleration by friction
+  return hysteresis == nullptr || behind_N < kMajority * hysteresis_level_N(*hysteresis, 0);
 }
 
 /// Whether a new term of `model` is none, by `is_none`.
@@ -103,7 +114,10 @@ bool lag_is_bristle_deflection(const FittedModel& model) {
 bool is_implausible(const Measurement& measurement, const FittedModel& baseline, const FittedModel& model) {
   const bool has_new_coulomb = has_role(model.terms, Role::saturating_friction) &&
                                !has_role(baseline.terms, Role::saturating_friction);
-  return any_new(model, baseline, [&](const Term& term) { return ends_at_a_bound(model, term); }) ||
+  return any_new(model, baseline,
+                 [&](const Term& term) {
+                   return ends_at_a_bound(model, term) || is_gap_without_friction(model, term);
+                 }) ||
          changes_friction_too_much(measurement, baseline, model) ||
          (has_no_true_mode(model.terms) && !has_no_true_mode(baseline.terms)) ||
          (lag_is_bristle_deflection(model) && !has_role(baseline.terms, Role::friction_memory)) ||

@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "workbench/diagnose/evidence/criterion.h"
 #include "workbench/diagnose/evidence/reduction.h"
 #include "workbench/report/fit_quality.h"
 #include "workbench/report/json_values.h"
@@ -31,10 +32,11 @@ std::string addition_text(const Measurement& measurement, const AdditionResult& 
   std::string text = headline_of(result) + "\n";
   if (!is_worth_a_name(result.before.holdout_rmse_N, result.after.holdout_rmse_N)) {
     text += "It is no step: the held-out error falls by less than 3 %.\n";
-  } else if (result.criterion_difference >= 0.0) {
-    text +=
-        fmt::format("It is no step: the criterion rises by {:.0f}, so that its parameters may fit chance.\n",
-                    result.criterion_difference);
+  } else if (!is_supported(result.criterion_difference)) {
+    text += fmt::format(
+        "It is no step: the criterion changes by {:+.0f}, not below {:.0f}, so that its parameters may fit "
+        "chance.\n",
+        result.criterion_difference, -kBareMention);
   }
   return text + excerpt_line(measurement, "shapes fitted") + repair_lines(measurement) +
          log_table(result.logs) + parameter_table(result.after.terms) + friction_each_way_line(result.after) +

@@ -8,6 +8,7 @@
 
 #include "workbench/base/quantity.h"
 #include "workbench/base/text.h"
+#include "workbench/diagnose/evidence/criterion.h"
 #include "workbench/diagnose/evidence/reduction.h"
 #include "workbench/report/json_values.h"
 #include "workbench/report/measurement_notes.h"
@@ -53,7 +54,9 @@ std::string candidate_table(json candidates) {
   if (const std::size_t others = candidates.size() - lines; others > 0) {
     text += fmt::format("{} others reduce the error by less than 0.5 %\n", others);
   }
-  text += "criterion: change of the information criterion by the effect; the log supports it below 0\n";
+  text += fmt::format(
+      "criterion: change of the information criterion by the effect; the log supports the effect below {:.0f}\n",
+      -kBareMention);
   return text;
 }
 
