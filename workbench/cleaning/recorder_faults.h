@@ -16,8 +16,8 @@ namespace slipstack::workbench {
 /// constant one.
 double smallest_step(const std::vector<double>& values);
 
-/// Intervals in which the force stays at its largest or its smallest value, so long as noise makes it by chance
-/// nowhere.
+/// Intervals in which the force stays at its largest or its smallest value, so long as noise makes it by
+/// chance nowhere.
 std::vector<Interval> force_at_limit(const std::vector<double>& force_N);
 
 /// Intervals in which the force does not change, though it has noise elsewhere.

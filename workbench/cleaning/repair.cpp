@@ -192,8 +192,7 @@ void join_cuts(const Log& log, Repairs& repairs) {
   const double share = share_of(log, samples_in(repairs.cut));
   if (share > kMostCut) {
     throw InputError(fmt::format("{}: {:.0f} % of the log cannot be used: {}; record again",
-                                 printable(log.path), 100.0 * share,
-                                 fmt::join(repairs.notes, "; ")));
+                                 printable(log.path), 100.0 * share, fmt::join(repairs.notes, "; ")));
   }
 }
 

@@ -198,6 +198,25 @@ TEST(Repair, ForceAtItsLimit) {
   expect_same(clean, limited, "at its limit", 0.02);
 }
 
+// At the limit for most of the log, the median change of the force is zero; it has noise nevertheless, and
+// the log is refused for its limit.
+TEST(Repair, AForceThatIsMostlyAtItsLimitIsRefused) {
+  Log limited = plant_log(1);
+  std::vector<double> magnitudes;
+  for (const double force : limited.force_N) magnitudes.push_back(std::abs(force));
+  std::nth_element(magnitudes.begin(),
+                   magnitudes.begin() + static_cast<std::ptrdiff_t>(magnitudes.size() / 4), magnitudes.end());
+  const double limit_N = magnitudes[magnitudes.size() / 4];
+  for (double& force : limited.force_N) force = std::clamp(force, -limit_N, limit_N);
+  try {
+    repair(limited, RepairScope::whole_log);
+    FAIL() << "accepted";
+  } catch (const InputError& refused) {
+    EXPECT_NE(std::string(refused.what()).find("the force is at its limit"), std::string::npos)
+        << refused.what();
+  }
+}
+
 TEST(Repair, FrozenForce) {
   const Log clean = plant_log(15);
   Log off = clean;

@@ -110,6 +110,49 @@ TEST(Causes, APlaceIsFoundWhereItIs) {
   EXPECT_NEAR(is.unexplained->where, middle_m, half_width_m);
 }
 
+// The plant simulates the carriage behind elastic flanks; the form that is fitted has rigid ones.
+TEST(Causes, AGapIsFoundWithItsWidth) {
+  for (const double gap_m : {20e-6, 60e-6}) {
+    sim::Bench bench = bench_with_payload(0.0);
+    bench.axis.outside.backlash = sim::Backlash{gap_m, 0.2, 800.0, 0.3};
+    const Diagnosis is = diagnosed(test::simulate(bench, kAxisSeed));
+    EXPECT_EQ(is.verdict, Verdict::unexplained);
+    EXPECT_EQ(is.steps.size(), 1u) << is.steps.back().effect;
+    ASSERT_TRUE(is.unexplained);
+    EXPECT_EQ(is.unexplained->coordinate, Coordinate::reversal) << is.unexplained->description;
+    EXPECT_NEAR(is.unexplained->where, gap_m, 0.5 * gap_m) << is.unexplained->description;
+    EXPECT_GT(is.unexplained->error_reduction, 0.5) << is.unexplained->description;
+  }
+}
+
+// sigma1 dz/dt of the LuGre model (its equations, integrated by Euler's method) on an axis of stop operators:
+// a force that leads the motion, which a delay of the force describes nearly as well.
+TEST(Causes, DampingOfTheContactsIsNotADelay) {
+  constexpr double kLength_m = 15e-6;
+  constexpr double kDamping_Ns_per_m = 1500.0;
+  double before_m = 0.0;
+  double deflection_m = 0.0;
+  bool first = true;
+  const Log log = log_and_force(0.0, [&](double, double position_m) {
+    const double way_m = first ? 0.0 : position_m - before_m;
+    first = false;
+    before_m = position_m;
+    double moved_m = 0.0;
+    constexpr int kSteps = 200;
+    for (int i = 0; i < kSteps; ++i) {
+      const double step_m = (way_m - std::abs(way_m) * (deflection_m + moved_m) / kLength_m) / kSteps;
+      moved_m += step_m;
+    }
+    deflection_m += moved_m;
+    return kDamping_Ns_per_m * moved_m * 2000.0;
+  });
+  const Diagnosis is = diagnosed(log);
+  EXPECT_EQ(is.steps.size(), 1u) << is.steps.back().effect;
+  ASSERT_TRUE(is.unexplained);
+  EXPECT_EQ(is.unexplained->coordinate, Coordinate::reversal) << is.unexplained->description;
+  EXPECT_NE(is.unexplained->description.find("sigma1"), std::string::npos) << is.unexplained->description;
+}
+
 TEST(Causes, NoneIsFoundWhereNoneIs) {
   const Diagnosis is = diagnosed(log_and_force(0.0, no_force));
   EXPECT_EQ(is.verdict, Verdict::complete);

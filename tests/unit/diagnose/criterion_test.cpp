@@ -56,6 +56,39 @@ TEST(Criterion, AGainCostsTheLogarithmOfTheRowsWhereResidualsAreIndependent) {
   EXPECT_GT(sum / kLogs, -2.5);
 }
 
+TEST(Criterion, IsNoSupportWhereItIsABareMention) {
+  EXPECT_FALSE(is_supported(0.0));
+  EXPECT_FALSE(is_supported(-1.99));
+  EXPECT_TRUE(is_supported(-2.01));
+}
+
+// Rows that only repeat others are no evidence: the criterion is that of independent rows.
+TEST(Criterion, OfAnEffectDoesNotGrowWithRowsThatRepeatOthers) {
+  double least = 0.0;
+  double most = 0.0;
+  for (const double rate_Hz : {500.0, 4000.0}) {
+    // A residual that is constant over half a second, whatever the rate.
+    test::Draw draw(3);
+    std::vector<double> held;
+    for (int i = 0; i < 80; ++i) held.push_back(draw.normal());
+    const auto position_m = [](double t) {
+      return 0.05 * std::sin(2.3 * t) + 0.01 * std::sin(11.7 * t + 1.0);
+    };
+    const Measurement measurement(
+        test::log_of(rate_Hz, static_cast<std::size_t>(40.0 * rate_Hz), position_m, [&](double t) {
+          const double v = 0.115 * std::cos(2.3 * t) + 0.117 * std::cos(11.7 * t + 1.0);
+          return 6.0 * v + held[static_cast<std::size_t>(2.0 * t) % held.size()];
+        }));
+    const FittedModel with = fitted(measurement, {"offset_force", "viscous"});
+    const FittedModel without = fitted(measurement, {"offset_force"});
+    const double difference = Criterion(measurement, without.terms, 1).difference(with, without);
+    least = rate_Hz < 1000.0 ? difference : least;
+    most = difference;
+  }
+  EXPECT_LT(least, -2.0);
+  EXPECT_NEAR(most / least, 1.0, 0.5);
+}
+
 TEST(Criterion, PrefersAnEffectThatIsThere) {
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     test::Draw draw(seed);

@@ -98,7 +98,7 @@ class GapBasis final : public EffectBasis {
   void prepare(std::span<const double> shapes, const Scales<double>& scales) override {
     gap_.emplace(GapInDrive::Parameters{shapes[0], shapes[1], shapes[2]}, scales.tick_s);
   }
-  void reset(const Sample<double>& sample) override { gap_->reset(sample.position_m); }
+  void reset(const Sample<double>& sample) override { gap_->reset(sample); }
   void run(std::span<const Sample<double>> samples, double* out) override {
     for (const Sample<double>& sample : samples) *out++ = gap_->step(sample);
   }

@@ -21,8 +21,8 @@ enum class CauseForm : std::uint8_t {
   force_at_a_place,
   force_over_time,  ///< a linear spline of the time
   gap_in_drive,     ///< backlash: F = carriage mass x GapInDrive (gap.h)
-  /// F = d dz/dt, dz/dt = v / slip distance (1 - z sgn v): what friction adds by the velocity of its deflection z
-  /// while it has not developed (sigma1 of LuGre: Canudas de Wit et al. 1995, equations 1 to 3)
+  /// F = d dz/dt, dz/dt = v / slip distance (1 - z sgn v): what friction adds by the velocity of its
+  /// deflection z while it has not developed (sigma1 of LuGre: Canudas de Wit et al. 1995, equations 1 to 3)
   damped_deflection,
 };
 

@@ -190,9 +190,15 @@ class JointError {
   std::vector<BoundState> bound_states_;
 };
 
-/// The shapes of least error: the best of `starts`, refined.
+/// The shapes of least error: the best of `starts`, refined; or those near others that are known.
 std::vector<double> best_of(const JointError& error_N, const std::vector<std::vector<double>>& starts,
-                            const std::vector<ShapeRange>& ranges) {
+                            const std::vector<ShapeRange>& ranges, const std::vector<double>* near) {
+  if (near != nullptr) {
+    std::vector<double> start = *near;
+    for (const ShapeRange& range : ranges)
+      start[range.index] = std::clamp(start[range.index], range.lower, range.upper);
+    return refine_shapes(ranges, std::move(start), error_N, SearchEffort{}.evaluations / 2).shapes;
+  }
   std::vector<double> errors;
   errors.reserve(starts.size());
   for (const std::vector<double>& start : starts) errors.push_back(error_N(start));
@@ -201,10 +207,11 @@ std::vector<double> best_of(const JointError& error_N, const std::vector<std::ve
       .shapes;
 }
 
-/// Width of the gap, deceleration by the friction behind it, and slip distance of that friction. A shorter gap
-/// than the longest slip distance is another form of the hysteresis.
+/// Width of the gap, deceleration by the friction behind it, and slip distance of that friction. A shorter
+/// gap than the longest slip distance is another form of the hysteresis.
 std::optional<std::vector<double>> gap_and_friction(const Measurement& measurement, const FittedModel& model,
-                                                    const EffectDescription& cause) {
+                                                    const EffectDescription& cause,
+                                                    const std::vector<double>* near) {
   const Term* hysteresis = find_role(model.terms, Role::hysteresis);
   const double mass = mass_kg(model.terms);
   const double longest_m = longest_slip_m(model.terms);
@@ -216,33 +223,35 @@ std::optional<std::vector<double>> gap_and_friction(const Measurement& measureme
   const double slip_m = mean_slip_m(*hysteresis);
   std::vector<std::vector<double>> starts;
   for (double gap_m = least_m; gap_m < most_m; gap_m *= 2.0) {
-    for (const double share : {1.0, 0.7, 0.5, 0.35})
-      starts.push_back({gap_m, least_mps2 / share, slip_m});
+    for (const double share : {1.0, 0.7, 0.5, 0.35}) starts.push_back({gap_m, least_mps2 / share, slip_m});
   }
   return best_of({measurement, model, cause}, starts,
                  {{0, least_m, most_m, true},
                   {1, 0.5 * least_mps2, 10.0 * least_mps2, true},
-                  {2, 0.1 * slip_m, longest_m, true}});
+                  {2, 0.1 * slip_m, longest_m, true}},
+                 near);
 }
 
 /// The distance within which the deflection develops is that of the hysteresis, with which it is one bristle:
 /// half its mean slip distance where the virgin curve is an exponential (its elements then have a level in
-/// proportion to s exp(-s / distance)), to a factor of two for other curves. Within less than ten encoder steps
-/// none is seen (as of velocities, search_ranges.cpp).
+/// proportion to s exp(-s / distance)), to a factor of two for other curves. Within less than ten encoder
+/// steps none is seen (as of velocities, search_ranges.cpp).
 std::optional<std::vector<double>> distance_of_deflection(const Measurement& measurement,
                                                           const FittedModel& model,
-                                                          const EffectDescription& cause) {
+                                                          const EffectDescription& cause,
+                                                          const std::vector<double>* near) {
   const Term* hysteresis = find_role(model.terms, Role::hysteresis);
   const double distance_m = hysteresis == nullptr ? 0.0 : 0.5 * mean_slip_m(*hysteresis);
   const ShapeRange range{0, 0.5 * distance_m, 2.0 * distance_m, true};
   if (!(range.lower > 10.0 * measurement.encoder_resolution_m()) || !(distance_m > 0.0)) return {};
-  return best_of({measurement, model, cause}, {{distance_m}}, {range});
+  return best_of({measurement, model, cause}, {{distance_m}}, {range}, near);
 }
 
 }  // namespace
 
 std::optional<std::vector<double>> shapes_of_cause(const Measurement& measurement, const FittedModel& model,
-                                                   const EffectDescription& cause) {
+                                                   const EffectDescription& cause,
+                                                   const std::vector<double>* near) {
   switch (form_of(cause)) {
     case CauseForm::line_in_time:
       return frequency_of_line(measurement, model);
@@ -251,9 +260,9 @@ std::optional<std::vector<double>> shapes_of_cause(const Measurement& measuremen
     case CauseForm::force_at_a_place:
       return place_and_width(measurement, model);
     case CauseForm::gap_in_drive:
-      return gap_and_friction(measurement, model, cause);
+      return gap_and_friction(measurement, model, cause, near);
     case CauseForm::damped_deflection:
-      return distance_of_deflection(measurement, model, cause);
+      return distance_of_deflection(measurement, model, cause, near);
     case CauseForm::force_over_time:
       break;
   }
@@ -265,7 +274,7 @@ FittedModel with_causes_found_again(const Measurement& measurement, FittedModel 
     const EffectDescription& cause = *model.terms[i].effect;
     if (!is_outside_catalogue(cause)) continue;
     const FittedModel others = fit_gains(measurement, without(model.terms, cause.text.id), &model);
-    const auto shapes = shapes_of_cause(measurement, others, cause);
+    const auto shapes = shapes_of_cause(measurement, others, cause, &model.terms[i].shapes);
     if (!shapes || *shapes == model.terms[i].shapes) continue;
     Terms moved = model.terms;
     moved[i].shapes = *shapes;

@@ -138,9 +138,9 @@ std::string line_text(const DescribedCause& cause) {
                      quantity_with_interval(amplitude_N, 2.0 * errors(1), "N"));
 }
 
-/// The relative error of the values of a gap that its form causes: flanks are elastic, and friction is more than
-/// one stop operator. Width and mass found on twelve simulated axes, of which a form without these was fitted,
-/// scatter by a quarter about the true ones (docs/theory.md).
+/// The relative error of the values of a gap that its form causes: flanks are elastic, and friction is more
+/// than one stop operator. Width and mass found on twelve simulated axes, of which a form without these was
+/// fitted, scatter by a quarter about the true ones (docs/theory.md).
 constexpr double kErrorOfGap = 0.25;
 
 std::string gap_text(const DescribedCause& cause) {
@@ -151,17 +151,18 @@ std::string gap_text(const DescribedCause& cause) {
     return quantity_with_interval(value, 2.0 * std::hypot(error, kErrorOfGap * value), unit);
   };
   return fmt::format(
-      "the drive has a gap of {}: a part of {} behind it runs free whenever the force on it changes its sign, and "
+      "the drive has a gap of {}: a part of {} behind it runs free whenever the force on it changes its "
+      "sign, and "
       "then meets the other side (backlash or a loose coupling)",
       with_interval(term.shapes[0], errors(0), "m"), with_interval(term.gains[0], errors(1), "kg"));
 }
 
 std::string deflection_text(const DescribedCause& cause) {
   const Term& term = cause.term();
-  const Eigen::VectorXd errors =
-      cause.errors({kSmallStep * term.shapes[0]}, Eigen::MatrixXd::Identity(1, 1));
+  const Eigen::VectorXd errors = cause.errors({kSmallStep * term.shapes[0]}, Eigen::MatrixXd::Identity(1, 1));
   return fmt::format(
-      "after each reversal, until it slides, the friction also grows with the velocity, by {} in {}: damping of "
+      "after each reversal, until it slides, the friction also grows with the velocity, by {} in {}: damping "
+      "of "
       "the contacts (sigma1 of the LuGre model)",
       quantity_with_interval(term.gains[0] / term.shapes[0], 2.0 * errors(1) / term.shapes[0], "N s/m"),
       quantity_with_interval(term.shapes[0], 2.0 * errors(0), "m"));

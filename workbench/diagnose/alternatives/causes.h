@@ -12,9 +12,12 @@ namespace slipstack::workbench {
 
 /// The frequency, time, or place and width at which a cause outside the catalogue explains most of the
 /// residual of `model`; empty where there is none. All of them are compared at the rows. Cost: O(rows log
-/// rows), of a line rows x frequencies within one bin of a spectrum. Implemented in cause_shapes.cpp.
+/// rows), of a line rows x frequencies within one bin of a spectrum. What has a shape of another kind (a gap,
+/// a deflection) is fitted jointly with the model, from the shapes `near` if there are any: some forty
+/// evaluations of a basis, or half as many. Implemented in cause_shapes.cpp.
 std::optional<std::vector<double>> shapes_of_cause(const Measurement& measurement, const FittedModel& model,
-                                                   const EffectDescription& cause);
+                                                   const EffectDescription& cause,
+                                                   const std::vector<double>* near = nullptr);
 
 /// The model with the shapes of its causes found again, where that lowers the error: they were found while
 /// other effects were in the model. Implemented in cause_shapes.cpp.

@@ -23,11 +23,11 @@ GapInDrive::GapInDrive(const Parameters& parameters, double tick_s)
   substeps_ = static_cast<int>(std::clamp(std::ceil(4.0 * per_tick), 1.0, 16.0));
 }
 
-void GapInDrive::reset(double position_m) {
+void GapInDrive::reset(const Sample<double>& sample) {
   flank_ = 0;
-  motor_m_ = position_m;
-  carriage_m_ = position_m;
-  carriage_mps_ = 0.0;
+  motor_m_ = sample.position_m;
+  carriage_m_ = sample.position_m;
+  carriage_mps_ = sample.velocity_mps;
   deflection_ = 0.0;
   rigid_deflection_ = 0.0;
 }

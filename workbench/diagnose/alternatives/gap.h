@@ -5,14 +5,14 @@
 
 namespace slipstack::workbench {
 
-/// A carriage behind a gap in the drive, whose encoder is on the motor's side: what the force lacks of that of a
-/// rigid drive, for a carriage of one kilogram. The flanks are rigid (Nordin and Gutman 2002, "Controlling
-/// mechanical systems with backlash - a survey", section 2), without rebound: while one flank pushes, the carriage
-/// follows the motor half a gap behind it; where the force that the flank transmits would pull, the carriage
-/// leaves it and its friction decelerates it until it meets the other flank, which gives it the motor's velocity
-/// at once. Friction is one stop operator over the way of the carriage. A coefficient of restitution was tried: on
-/// 12 simulated axes with elastic flanks the error was as large with it. Cost: some ten operations a
-/// sample, in the gap up to sixteen times as many.
+/// A carriage behind a gap in the drive, whose encoder is on the motor's side: what the force lacks of that
+/// of a rigid drive, for a carriage of one kilogram. The flanks are rigid (Nordin and Gutman 2002,
+/// "Controlling mechanical systems with backlash - a survey", section 2), without rebound: while one flank
+/// pushes, the carriage follows the motor half a gap behind it; where the force that the flank transmits
+/// would pull, the carriage leaves it and its friction decelerates it until it meets the other flank, which
+/// gives it the motor's velocity at once. Friction is one stop operator over the way of the carriage. A
+/// coefficient of restitution was tried: on 12 simulated axes with elastic flanks the error was as large with
+/// it. Cost: some ten operations a sample, in the gap up to sixteen times as many.
 class GapInDrive {
  public:
   struct Parameters {
@@ -23,7 +23,8 @@ class GapInDrive {
   /// `tick_s`: between two samples.
   GapInDrive(const Parameters& parameters, double tick_s);
 
-  void reset(double position_m);
+  /// The carriage is in the middle of the gap and moves with the motor.
+  void reset(const Sample<double>& sample);
   /// Force per mass of the carriage [m/s2] less that of a carriage without a gap.
   double step(const Sample<double>& sample);
 

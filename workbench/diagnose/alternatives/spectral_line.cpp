@@ -13,6 +13,7 @@
 #include "workbench/base/interval.h"
 #include "workbench/base/quantity.h"
 #include "workbench/base/statistics.h"
+#include "workbench/diagnose/alternatives/steady_line.h"
 #include "workbench/diagnose/evidence/chance.h"
 #include "workbench/diagnose/evidence/held_out.h"
 #include "workbench/estimate/linear/normal_equations.h"
@@ -33,91 +34,6 @@ std::string described(const Line& line) {
   return fmt::format("what is left is a line in time at {}, amplitude {}, whatever the motion",
                      quantity_with_interval(line.frequency_Hz, line.frequency_half_width_Hz, "Hz"),
                      quantity_with_interval(line.amplitude_N, line.amplitude_half_width_N, "N"));
-}
-
-/// The distances in bins from a line of those on each side that it is compared with: as many as the main lobe
-/// of the window has within its borders, beyond two half lobes, so that they are free of a line that lies
-/// between two bins.
-constexpr std::size_t kNear = 2 * kHalfMainLobe;
-constexpr std::size_t kFar = kNear + 2 * (kHalfMainLobe - 1);
-
-/// The ratio of a bin to the larger density on its two sides. At the edge of a broad hump (quantisation times
-/// mass, up to the bandwidth of the motion's filter) one side is as high as the peak.
-double prominence(const Spectrum& spectrum, std::size_t bin) {
-  double left = 0.0;
-  double right = 0.0;
-  for (std::size_t away = kNear; away <= kFar; ++away) {
-    left += spectrum.density[bin - away];
-    right += spectrum.density[bin + away];
-  }
-  const double beside = std::max(left, right) / static_cast<double>(kFar - kNear + 1);
-  return spectrum.density[bin] / std::max(beside, 1e-300);
-}
-
-/// Power of the three bins over which a Hann window spreads a line.
-double power_at(const Spectrum& spectrum, std::size_t bin) {
-  const double width_Hz = spectrum.frequency_Hz[1] - spectrum.frequency_Hz[0];
-  return (spectrum.density[bin - 1] + spectrum.density[bin] + spectrum.density[bin + 1]) * width_Hz;
-}
-
-/// Spectra of the blocks of cross-validation of a signal in the order of time; none where they are too short.
-std::vector<Spectrum> spectra_of_blocks(const Measurement& measurement, std::span<const double> signal) {
-  std::vector<Interval> blocks;
-  std::size_t shortest = signal.size();
-  for (const RowRange& rows : block_ranges(measurement)) {
-    if (rows.count == 0) continue;  // all cut out by repairs
-    const std::size_t first = measurement.row_samples()[static_cast<std::size_t>(rows.first)];
-    const std::size_t last = measurement.row_samples()[static_cast<std::size_t>(rows.first + rows.count - 1)];
-    blocks.push_back({first, last + 1});
-    shortest = std::min(shortest, blocks.back().size());
-  }
-  std::vector<Spectrum> spectra;
-  spectra.reserve(blocks.size());
-  for (const Interval& block : blocks) {
-    spectra.push_back(power_spectrum(signal.subspan(block.first, block.size()), measurement.sample_rate_Hz(),
-                                     std::bit_floor(shortest)));
-    if (spectra.back().density.empty()) return {};
-  }
-  return spectra;
-}
-
-/// The median over the parts at each frequency. A few moves of large residual, or a controller that hunts for
-/// a while, contain all frequencies and would hide a line that is present all the time.
-Spectrum median_spectrum(const std::vector<Spectrum>& parts) {
-  if (parts.empty()) return {};
-  Spectrum spectrum = parts.front();
-  std::vector<double> densities(parts.size());
-  for (std::size_t k = 0; k < spectrum.density.size(); ++k) {
-    for (std::size_t p = 0; p < parts.size(); ++p) densities[p] = parts[p].density[k];
-    spectrum.density[k] = median(densities);
-  }
-  return spectrum;
-}
-
-/// The probability that chance alone makes a bin stand out from its sides as it does, from the logarithms of
-/// its prominence in all blocks. A line is in all of them; ringing after moves and a controller that hunts
-/// while the axis stands are not.
-double chance_of_line(const std::vector<Spectrum>& blocks, std::size_t bin) {
-  std::vector<double> logarithms;
-  logarithms.reserve(blocks.size());
-  for (const Spectrum& block : blocks)
-    logarithms.push_back(std::log(std::max(prominence(block, bin), 1e-300)));
-  return chance_of_mean(logarithms);
-}
-
-/// Standard error of the median over the parts of their power at a line: sqrt(pi / 2) of that of the mean
-/// (Kendall and Stuart, The Advanced Theory of Statistics, volume 1, 10.11).
-double error_of_median(const std::vector<Spectrum>& parts, std::size_t bin) {
-  double sum = 0.0;
-  double squares = 0.0;
-  for (const Spectrum& part : parts) {
-    const double power = power_at(part, bin);
-    sum += power;
-    squares += power * power;
-  }
-  const auto count = static_cast<double>(parts.size());
-  const double variance = std::max(0.0, squares - sum * sum / count) / std::max(1.0, count - 1.0);
-  return std::sqrt(0.5 * std::numbers::pi * variance / count);
 }
 
 /// The frequency at which the blocks of a log are most alike in amplitude and phase.
@@ -236,6 +152,14 @@ Structure line_within(const Measurement& measurement, const Eigen::VectorXd& res
   return {Coordinate::frequency, judged.error_reduction, frequency_Hz, described(line), judged.explained};
 }
 
+/// The largest amplitude of a line that the encoder makes: at a constant speed its steps come at one
+/// frequency, a sawtooth of one step, and the mass times its second derivative has the line that the force
+/// does not have.
+double encoder_line_N(const LogPart& part, double frequency_Hz) {
+  const double rate = 2.0 * std::numbers::pi * frequency_Hz;
+  return part.rough_mass_kg * rate * rate * part.encoder_resolution_m / std::numbers::pi;
+}
+
 }  // namespace
 
 Structure line_at_rows(const Measurement& measurement, const Eigen::VectorXd& residual_N) {
@@ -256,33 +180,27 @@ std::optional<Structure> line_beyond_rows(const Measurement& measurement, const 
                                           double error_N) {
   std::vector<double> residual_N = measurement.log().force_N;
   for (std::size_t i = 0; i < residual_N.size(); ++i) residual_N[i] -= model_N[i];
-  const std::vector<Spectrum> blocks = spectra_of_blocks(measurement, residual_N);
-  const Spectrum spectrum = median_spectrum(blocks);
-  if (spectrum.density.size() < 4) return {};
-  const double width_Hz = spectrum.frequency_Hz[1] - spectrum.frequency_Hz[0];
-  const auto first = static_cast<std::size_t>(measurement.bandwidth_Hz() / width_Hz) + 2;
-  // At a constant slow speed encoder steps come at one frequency, and mass times acceleration has a line
-  // there that the measured force does not have.
-  const std::vector<Spectrum> force = spectra_of_blocks(measurement, measurement.log().force_N);
-  std::size_t peak = 0;
-  double least = 1.0;
-  for (std::size_t k = std::max(first, kFar); k + kFar < spectrum.density.size(); ++k) {
-    const double chance = std::max(chance_of_line(blocks, k), chance_of_line(force, k));
-    if (chance >= least) continue;
-    least = chance;
-    peak = k;
+  const auto of_part = [](const std::vector<double>& signal, const LogPart& part) {
+    return std::span(signal).subspan(part.first_sample, part.sample_count);
+  };
+  std::optional<SteadyLine> best;
+  const LogPart* at = nullptr;
+  for (const LogPart& part : measurement.parts()) {  // the phase differs from log to log
+    const SteadySearch search{measurement.sample_rate_Hz(), measurement.bandwidth_Hz(),
+                              static_cast<std::size_t>(part.block_count)};
+    const auto line = steady_line(of_part(residual_N, part), search);
+    if (!line || (best && line->chance >= best->chance)) continue;
+    const bool in_force = is_steady_at(of_part(measurement.log().force_N, part), search, line->frequency_Hz);
+    if (!in_force && line->amplitude_N < encoder_line_N(part, line->frequency_Hz)) continue;
+    best = line;
+    at = &part;
   }
-  if (peak == 0 || is_chance(least, static_cast<double>(spectrum.density.size()))) return {};
-  const double usual = spectrum.density[peak] / prominence(spectrum, peak);
-  const double power = std::max(0.0, power_at(spectrum, peak) - 3.0 * usual * width_Hz);
-  const double reduction = 1.0 - error_N / std::sqrt(error_N * error_N + power);
-  const double frequency_Hz = spectrum.frequency_Hz[peak];
-  const double amplitude_N = std::sqrt(2.0 * power);
-  // The amplitude is to its power as its error to that of the power, halved: the frequency is known to a bin.
-  const double amplitude_error_N =
-      amplitude_N * 0.5 * error_of_median(blocks, peak) / std::max(power, 1e-300);
-  return Structure{Coordinate::frequency, reduction, frequency_Hz,
-                   described({frequency_Hz, width_Hz, amplitude_N, 2.0 * amplitude_error_N}),
+  if (at == nullptr) return {};
+  const double power = 0.5 * best->amplitude_N * best->amplitude_N;
+  return Structure{Coordinate::frequency, 1.0 - error_N / std::sqrt(error_N * error_N + power),
+                   best->frequency_Hz,
+                   described({best->frequency_Hz, 2.0 * best->frequency_error_Hz, best->amplitude_N,
+                              2.0 * best->amplitude_error_N}),
                    Eigen::VectorXd::Zero(measurement.row_count())};
 }
 

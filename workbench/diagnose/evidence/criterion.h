@@ -9,22 +9,24 @@
 
 namespace slipstack::workbench {
 
-/// A difference of two criteria approximates twice the logarithm of a Bayes factor; less than this is "not worth
-/// more than a bare mention" (Kass and Raftery 1995, "Bayes factors", section 3.2).
+/// A difference of two criteria approximates twice the logarithm of a Bayes factor; less than this is "not
+/// worth more than a bare mention" (Kass and Raftery 1995, "Bayes factors", section 3.2).
 inline constexpr double kBareMention = 2.0;
 /// Whether the log supports a model whose criterion is `difference` above that of another.
-inline bool is_supported(double difference) { return difference < -kBareMention; }
+inline bool is_supported(double difference) {
+  return difference < -kBareMention;
+}
 
 /// What the data say about models: the smaller, the better, whether or not one model contains the other.
 ///
 ///   criterion = W / f ln(mse) + ln(W / f) (p + s) + 2 ln(starts)
 ///
 /// the Bayesian information criterion (Schwarz 1978) for dependent residuals, in units of twice the
-/// log-likelihood of independent rows. W: sum of the weights by which the model was fitted; mse: weighted mean square of its
-/// residual. p = tr(H^-1 X'WX), H = X'WX + penalty: the effective number of its gains; a smooth map of twenty
-/// values counts as few. s: searched shapes of the effects beside the baseline; starts: product of the
-/// numbers of pitches or frequencies that their searches compared, and of the number of effects that each was
-/// chosen from (extended criterion, Chen and Chen 2008).
+/// log-likelihood of independent rows. W: sum of the weights by which the model was fitted; mse: weighted
+/// mean square of its residual. p = tr(H^-1 X'WX), H = X'WX + penalty: the effective number of its gains; a
+/// smooth map of twenty values counts as few. s: searched shapes of the effects beside the baseline; starts:
+/// product of the numbers of pitches or frequencies that their searches compared, and of the number of
+/// effects that each was chosen from (extended criterion, Chen and Chen 2008).
 ///
 /// f = tr(H^-1 J) / (mse p), at least 1: how many rows are worth one independent row (composite likelihood;
 /// Varin and Vidoni 2005, Gao and Song 2010). J: the variance of the scores X_i' w_i r_i, summed within

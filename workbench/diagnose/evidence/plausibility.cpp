@@ -42,8 +42,8 @@ bool ends_at_a_bound(const FittedModel& model, const Term& term) {
   return false;
 }
 
-/// Whether the term is a gap without most of the friction behind it. The guideway carries the carriage, so its
-/// friction acts there; another form of the hysteresis takes the form of a small mass behind a gap.
+/// Whether the term is a gap without most of the friction behind it. The guideway carries the carriage, so
+/// its friction acts there; another form of the hysteresis takes the form of a small mass behind a gap.
 bool is_gap_without_friction(const FittedModel& model, const Term& term) {
   if (!is_outside_catalogue(*term.effect) || form_of(*term.effect) != CauseForm::gap_in_drive) return false;
   const Term* hysteresis = find_role(model.terms, Role::hysteresis);

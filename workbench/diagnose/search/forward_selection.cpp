@@ -57,9 +57,13 @@ std::vector<const EffectDescription*> effects_to_try(const Measurement& measurem
   return effects;
 }
 
-/// A trial of a cause outside the catalogue; the base alone where the residual has none.
-Trial try_cause(const Measurement& measurement, const FittedModel& from, const EffectDescription& cause) {
-  if (const auto shapes = shapes_of_cause(measurement, from, cause))
+/// A trial of a cause outside the catalogue; the base alone where the residual has none. `before`: a trial of
+/// it on top of another model, or null.
+Trial try_cause(const Measurement& measurement, const FittedModel& from, const EffectDescription& cause,
+                const Trial* before) {
+  const std::vector<double>* near =
+      before == nullptr || before->below_visible ? nullptr : &before->term.shapes;
+  if (const auto shapes = shapes_of_cause(measurement, from, cause, near))
     return try_effect(measurement, from, cause, {}, &*shapes);
   Trial none;
   none.term = make_term(measurement, cause);
@@ -75,8 +79,8 @@ Trial try_cause(const Measurement& measurement, const FittedModel& from, const E
 /// except for pitches and frequencies, whose best values may differ with another residual.
 Trial look_again(const Measurement& measurement, const FittedModel& from, const EffectDescription& effect,
                  const std::vector<Trial>& alone) {
-  if (is_outside_catalogue(effect)) return try_cause(measurement, from, effect);
   const Trial* first = find_trial(alone, effect.text.id);
+  if (is_outside_catalogue(effect)) return try_cause(measurement, from, effect, first);
   const bool elsewhere = std::any_of(effect.shapes.begin(), effect.shapes.end(), [](const ShapeSpec& shape) {
     return shape.kind == ShapeKind::pitch || shape.kind == ShapeKind::frequency ||
            shape.kind == ShapeKind::user_defined;
@@ -164,7 +168,7 @@ std::vector<Explanation> fit_best(const SelectionContext& context, std::vector<A
 }
 
 Trial try_anew(const Measurement& measurement, const FittedModel& from, const EffectDescription& effect) {
-  return is_outside_catalogue(effect) ? try_cause(measurement, from, effect)
+  return is_outside_catalogue(effect) ? try_cause(measurement, from, effect, nullptr)
                                       : try_effect(measurement, from, effect, {});
 }
 

@@ -55,7 +55,8 @@ std::string candidate_table(json candidates) {
     text += fmt::format("{} others reduce the error by less than 0.5 %\n", others);
   }
   text += fmt::format(
-      "criterion: change of the information criterion by the effect; the log supports the effect below {:.0f}\n",
+      "criterion: change of the information criterion by the effect; the log supports the effect below "
+      "{:.0f}\n",
       -kBareMention);
   return text;
 }
