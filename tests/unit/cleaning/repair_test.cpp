@@ -176,7 +176,8 @@ TEST(Repair, ASlowlyChangingCommandAtStandstillIsKept) {
   for (const auto& [i, end] : standstills_of(log, 20)) {
     for (std::size_t k = i + 1; k < end; ++k) {
       log.position_m[k] = log.position_m[i];
-      log.force_N[k] = log.force_N[i] + 1e-4 * static_cast<double>((k - i) / (i % 2 == 0 ? 3 : 10));
+      const std::size_t digits = (k - i) / (i % 2 == 0 ? 3 : 10);
+      log.force_N[k] = log.force_N[i] + 1e-4 * static_cast<double>(digits);
       equal += log.force_N[k] == log.force_N[k - 1] ? 1 : 0;
     }
   }

@@ -69,8 +69,8 @@ TEST(Criterion, OfAnEffectDoesNotGrowWithRowsThatRepeatOthers) {
   for (const double rate_Hz : {500.0, 4000.0}) {
     // A residual that is constant over half a second, whatever the rate.
     test::Draw draw(3);
-    std::vector<double> held;
-    for (int i = 0; i < 80; ++i) held.push_back(draw.normal());
+    std::vector<double> held(80);
+    for (double& value : held) value = draw.normal();
     const auto position_m = [](double t) {
       return 0.05 * std::sin(2.3 * t) + 0.01 * std::sin(11.7 * t + 1.0);
     };
