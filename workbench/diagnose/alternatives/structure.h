@@ -18,7 +18,8 @@ const char* name_of(Coordinate coordinate);
 struct Structure {
   Coordinate coordinate = Coordinate::position;
   double error_reduction = 0.0;  ///< of the residual's rms, on held-out rows
-  /// Of the largest deviation, in the unit of the coordinate; of a reversal its time, or the way of its cause.
+  /// Of the largest deviation, in the unit of the coordinate; of a reversal its time, or the way of its
+  /// cause.
   double where = 0.0;
   std::string description;      ///< a sentence without its capital and its full stop
   Eigen::VectorXd explained_N;  ///< the part of the residual that the structure explains, at the rows
