@@ -50,7 +50,10 @@ std::optional<Structure> structure_to_report(const Measurement& measurement, con
   auto line = line_beyond_rows(measurement, last.linearisation->sample_force_N(), last.train_rmse_N);
   const double known = reported ? reported->error_reduction : kStructureReduction;
   if (line && line->error_reduction >= known) reported = std::move(line);
-  if (!reported) reported = burst_in_force(measurement, weighted_residual(measurement, last));
+  if (!reported) {
+    reported = burst_in_force(measurement, last.linearisation->sample_force_N(),
+                              weighted_residual(measurement, last));
+  }
   return reported;
 }
 

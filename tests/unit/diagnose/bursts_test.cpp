@@ -21,7 +21,7 @@ Log plain_log(std::uint64_t seed) {
 /// The burst that is found in a log.
 std::optional<Structure> burst_of(const Log& log) {
   const Measurement measurement(log);
-  return burst_in_force(measurement, measurement.force_N());
+  return burst_in_force(measurement, std::vector<double>(log.force_N.size(), 0.0), measurement.force_N());
 }
 
 /// Adds noise of `amplitude_N` to `count` samples from `first_s`.

@@ -114,7 +114,8 @@ TEST(AfterReversals, ABurstIsAnEventInTime) {
   weigh_rows(measurement);
   const Eigen::VectorXd residual_N = measurement.filtered(burst_N);
   EXPECT_EQ(after_reversals(measurement, residual_N).error_reduction, 0.0);
-  const auto found = burst_in_force(measurement, residual_N);
+  const auto found =
+      burst_in_force(measurement, std::vector<double>(measurement.log().force_N.size(), 0.0), residual_N);
   ASSERT_TRUE(found.has_value());
   EXPECT_EQ(found->coordinate, Coordinate::time) << found->description;
   EXPECT_NEAR(found->where, 15.2, 0.3);

@@ -18,9 +18,8 @@
 namespace slipstack::workbench {
 namespace {
 
-/// The absolute deviation of each sample of the force from the cubic through its neighbours, part by part.
-std::vector<double> jumps_of_force(const Measurement& measurement) {
-  const std::vector<double>& force_N = measurement.log().force_N;
+/// The absolute deviation of each sample of a force from the cubic through its neighbours, part by part.
+std::vector<double> jumps_of(const Measurement& measurement, const std::vector<double>& force_N) {
   std::vector<double> jumps_N;
   jumps_N.reserve(force_N.size());
   for (const LogPart& part : measurement.parts()) {
@@ -29,6 +28,14 @@ std::vector<double> jumps_of_force(const Measurement& measurement) {
         departures_from_cubic({first, first + static_cast<std::ptrdiff_t>(part.sample_count)});
     for (const double jump_N : own) jumps_N.push_back(std::abs(jump_N));
   }
+  return jumps_N;
+}
+
+/// By how much each sample of the measured force deviates more than the model's.
+std::vector<double> jumps_beyond(const Measurement& measurement, const std::vector<double>& model_N) {
+  std::vector<double> jumps_N = jumps_of(measurement, measurement.log().force_N);
+  const std::vector<double> expected_N = jumps_of(measurement, model_N);
+  for (std::size_t i = 0; i < jumps_N.size(); ++i) jumps_N[i] = std::max(0.0, jumps_N[i] - expected_N[i]);
   return jumps_N;
 }
 
@@ -99,8 +106,9 @@ Extremes extremes(const std::vector<double>& values, const Interval& interval) {
 
 }  // namespace
 
-std::optional<Structure> burst_in_force(const Measurement& measurement, const Eigen::VectorXd& residual_N) {
-  const std::vector<double> jumps_N = jumps_of_force(measurement);
+std::optional<Structure> burst_in_force(const Measurement& measurement, const std::vector<double>& model_N,
+                                        const Eigen::VectorXd& residual_N) {
+  const std::vector<double> jumps_N = jumps_beyond(measurement, model_N);
   if (jumps_N.empty()) return {};
   const Interval burst = noisy_interval(jumps_N);
   if (burst.size() == 0) return {};

@@ -10,8 +10,10 @@ namespace slipstack::workbench {
 
 /// A short interval in which the force changes from sample to sample more than anywhere else in the logs: a
 /// loose plug, a knock against the sensor. It is searched in the samples, because rows around a reversal of
-/// the axis have so little weight that the residual may not show it. `residual_N`: the residual of the model
-/// at the rows. Cost: O(samples).
-std::optional<Structure> burst_in_force(const Measurement& measurement, const Eigen::VectorXd& residual_N);
+/// the axis have so little weight that the residual may not show it; changes count beyond those of the model
+/// there, which follow from the motion. `model_N`: the force of the model at every sample; `residual_N`: its
+/// residual at the rows. Cost: O(samples).
+std::optional<Structure> burst_in_force(const Measurement& measurement, const std::vector<double>& model_N,
+                                        const Eigen::VectorXd& residual_N);
 
 }  // namespace slipstack::workbench

@@ -9,6 +9,7 @@
 #include "workbench/diagnose/evidence/reduction.h"
 #include "workbench/diagnose/evidence/repeats.h"
 #include "workbench/estimate/linear/force_trace.h"
+#include "workbench/estimate/terms/search_ranges.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -49,6 +50,17 @@ bool is_gap_without_friction(const FittedModel& model, const Term& term) {
   const Term* hysteresis = find_role(model.terms, Role::hysteresis);
   const double behind_N = term.gains[0] * term.shapes[1];  // mass times deceleration by friction
   return hysteresis == nullptr || behind_N < kMajority * hysteresis_level_N(*hysteresis, 0);
+}
+
+/// Whether the term is a mode above the band: the search of its frequency ended there, and below its
+/// frequency a mode cannot be told from a payload or a delay.
+bool is_mode_above_band(const Measurement& measurement, const Term& term) {
+  if (!term.effect->has_role(Role::resonance)) return false;
+  const std::vector<ShapeRange> ranges = searched_shapes(measurement, *term.effect);
+  return std::any_of(ranges.begin(), ranges.end(), [&](const ShapeRange& range) {
+    return term.effect->shapes[range.index].kind == ShapeKind::frequency &&
+           term.shapes[range.index] >= range.upper;
+  });
 }
 
 /// Whether a new term of `model` is none, by `is_none`.
@@ -111,6 +123,12 @@ bool lag_is_bristle_deflection(const FittedModel& model) {
          distance_m <= time_s * velocity_mps;
 }
 
+bool has_implausible_mode(const Measurement& measurement, const FittedModel& baseline,
+                          const FittedModel& model) {
+  return (has_no_true_mode(model.terms) && !has_no_true_mode(baseline.terms)) ||
+         any_new(model, baseline, [&](const Term& term) { return is_mode_above_band(measurement, term); });
+}
+
 bool is_implausible(const Measurement& measurement, const FittedModel& baseline, const FittedModel& model) {
   const bool has_new_coulomb = has_role(model.terms, Role::saturating_friction) &&
                                !has_role(baseline.terms, Role::saturating_friction);
@@ -119,7 +137,7 @@ bool is_implausible(const Measurement& measurement, const FittedModel& baseline,
                    return ends_at_a_bound(model, term) || is_gap_without_friction(model, term);
                  }) ||
          changes_friction_too_much(measurement, baseline, model) ||
-         (has_no_true_mode(model.terms) && !has_no_true_mode(baseline.terms)) ||
+         has_implausible_mode(measurement, baseline, model) ||
          (lag_is_bristle_deflection(model) && !has_role(baseline.terms, Role::friction_memory)) ||
          (has_new_coulomb && coulomb_is_of_hysteresis(model, measurement.noise_floor_N())) ||
          ripple_not_supported(measurement, model, baseline.terms);

@@ -37,11 +37,17 @@ bool coulomb_is_of_hysteresis(const FittedModel& model, double floor_N);
 bool within_instruments(const FittedModel& baseline, double tick_s, const Terms& before, const Terms& after,
                         double step_N2);
 
+/// Whether `model` has a mode that the baseline does not have and that is none: by its damping or its mass
+/// (has_no_true_mode()), or because the search of its frequency ended at the band.
+bool has_implausible_mode(const Measurement& measurement, const FittedModel& baseline,
+                          const FittedModel& model);
+
 /// Whether `model` has an effect that the baseline does not have and that is none: one with a gain at a bound
 /// other than zero (the bound determined it, not the log), one that makes dry friction anywhere in the log
-/// more than four times as large or as small, a mode that does not ring, a lag of bristles, Coulomb friction
-/// of the hysteresis, a gap in the drive with less than half of the friction behind it, or a ripple that does
-/// not repeat along the rail (repeats.h). Cost: one evaluation of each effect that modulates friction.
+/// more than four times as large or as small, a mode that does not ring or lies above the band, a lag of
+/// bristles, Coulomb friction of the hysteresis, a gap in the drive with less than half of the friction
+/// behind it, or a ripple that does not repeat along the rail (repeats.h). Cost: one evaluation of each
+/// effect that modulates friction.
 bool is_implausible(const Measurement& measurement, const FittedModel& baseline, const FittedModel& model);
 
 }  // namespace slipstack::workbench

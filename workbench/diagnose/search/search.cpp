@@ -84,8 +84,8 @@ void improve(Found& found) {
   name_mass_beside_mode(found.context, found.best);
   FittedModel model = refine_nominal_shapes(found.context.measurement, std::move(found.best.model));
   found.best.model = refine_all_shapes(found.context.measurement, std::move(model));
-  // With refined shapes, the first effect may explain what another was added for.
-  if (found.best.added.size() > 1) drop_superfluous(found.context, found.best);
+  // With refined shapes, the first effect may explain what another was added for, or be implausible.
+  drop_superfluous(found.context, found.best);
 }
 
 /// Takes what is outside the catalogue from the results: no controller has it. Of the effects that were

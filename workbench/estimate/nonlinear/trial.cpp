@@ -30,14 +30,20 @@ bool below_visible(const EffectDescription& effect, const std::vector<ShapeRange
   });
 }
 
-/// Whether the effect is a map over a travel of which friction takes most to develop after a reversal: 2 D
-/// for a slip distance D (Masing's second rule). Such a map is another form of the hysteresis.
-bool within_presliding(const Measurement& measurement, const Terms& base, const EffectDescription& effect) {
+/// Whether the effect is a map over a travel, or repeats within one, of which friction takes most to develop
+/// after a reversal: 2 D for a slip distance D (Masing's second rule). Such an effect is another form of the
+/// hysteresis.
+bool within_presliding(const Measurement& measurement, const Terms& base, const EffectDescription& effect,
+                       const std::vector<double>& shapes) {
   const Term* hysteresis = find_role(base, Role::hysteresis);
-  const bool is_map = std::any_of(effect.shapes.begin(), effect.shapes.end(),
-                                  [](const ShapeSpec& shape) { return shape.kind == ShapeKind::travel; });
-  return is_map && hysteresis != nullptr &&
-         value_range(measurement.position_m()).length() < 2.0 * 2.0 * mean_slip_m(*hysteresis);
+  if (hysteresis == nullptr) return false;
+  const double develops_m = 2.0 * 2.0 * mean_slip_m(*hysteresis);
+  for (std::size_t i = 0; i < effect.shapes.size(); ++i) {
+    const ShapeKind kind = effect.shapes[i].kind;
+    if (kind == ShapeKind::travel && value_range(measurement.position_m()).length() < develops_m) return true;
+    if (kind == ShapeKind::pitch && shapes[i] < develops_m) return true;
+  }
+  return false;
 }
 
 /// The starting point of lowest cost; among pitches that are equally good (kAsGoodPitch), the shortest,
@@ -231,8 +237,8 @@ Trial try_effect(const Measurement& measurement, const FittedModel& base, const 
   best.term = best.terms.back();
   best.holdout_rmse_N = judged.rmse;
   best.block_squared_error = judged.block_squared_error;
-  best.below_visible =
-      below_visible(effect, ranges, best.term.shapes) || within_presliding(measurement, base.terms, effect);
+  best.below_visible = below_visible(effect, ranges, best.term.shapes) ||
+                       within_presliding(measurement, base.terms, effect, best.term.shapes);
   if (best.below_visible) {
     best.holdout_rmse_N = base.holdout_rmse_N;
     best.block_squared_error = base.block_squared_error;

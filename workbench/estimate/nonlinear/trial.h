@@ -19,7 +19,8 @@ struct Trial {
   double holdout_rmse_N = 0.0;
   std::vector<double> block_squared_error;
   /// The log cannot show the effect, whatever the search found: it decays below the slowest visible speed, or
-  /// is a map over a travel within which friction develops. The errors are those of the base.
+  /// is a map over a travel, or repeats within one, within which friction develops. The errors are those of
+  /// the base.
   bool below_visible = false;
 };
 
