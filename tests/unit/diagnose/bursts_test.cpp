@@ -62,6 +62,20 @@ TEST(BurstInForce, IsNotReportedForAFewOutliers) {
   EXPECT_FALSE(burst_of(log));
 }
 
+// Reversals that follow quickly upon one another change the force from sample to sample, and the model's too.
+TEST(BurstInForce, IsWhatTheModelDoesNotDo) {
+  Log log = plain_log(6);
+  add_burst(log, kBurst_s, 60, 20.0, 6);
+  std::vector<double> model_N(log.force_N.size(), 0.0);
+  const auto found = [&] {
+    const Measurement measurement(log);
+    return burst_in_force(measurement, model_N, measurement.force_N()).has_value();
+  };
+  EXPECT_TRUE(found());
+  model_N = log.force_N;
+  EXPECT_FALSE(found());
+}
+
 TEST(BurstInForce, IsNotReportedWhereTheAxisIsShaken) {
   Log log = plain_log(5);
   add_burst(log, kBurst_s, 100, 20.0, 5);

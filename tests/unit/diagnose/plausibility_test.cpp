@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "tests/unit/estimate/estimate_support.h"
+#include "workbench/diagnose/alternatives/cause_forms.h"
 #include "workbench/model/effect_adapters/effect_registry.h"
 
 namespace slipstack::workbench {
@@ -145,6 +146,34 @@ TEST(IsImplausible, WithAGainAtThatOfTheEffectItIsAPartOf) {
   model.terms.back().gains = {0.1, 0.0, -4.9};
   EXPECT_FALSE(is_implausible(measurement, {}, model));
   model.terms.back().gains[2] = -5.0;
+  EXPECT_TRUE(is_implausible(measurement, {}, model));
+}
+
+TEST(IsImplausible, WithAModeAtTheEndOfTheBand) {
+  const Measurement measurement(test::wandering_log(1, 2000.0, 6000));
+  FittedModel model = with_arm(measurement, 0.3);
+  model.terms.back().shapes[0] = 0.99 * measurement.bandwidth_Hz();
+  EXPECT_FALSE(has_implausible_mode(measurement, {}, model));
+  model.terms.back().shapes[0] = measurement.bandwidth_Hz();
+  EXPECT_TRUE(has_implausible_mode(measurement, {}, model));
+  EXPECT_TRUE(is_implausible(measurement, {}, model));
+  EXPECT_FALSE(has_implausible_mode(measurement, model, model));  // the baseline has it
+}
+
+// Hysteresis of 16 N; the gap's friction is its mass times its deceleration.
+TEST(IsImplausible, WithAGapThatHasLessThanHalfOfTheFrictionBehindIt) {
+  const Measurement measurement(test::wandering_log(1, 2000.0, 6000));
+  FittedModel model = with_coulomb(measurement, 2.0);
+  const auto causes = causes_to_try(measurement);
+  const auto gap = std::find_if(causes.begin(), causes.end(), [](const EffectDescription* cause) {
+    return form_of(*cause) == CauseForm::gap_in_drive;
+  });
+  ASSERT_NE(gap, causes.end());
+  model.terms.back() = make_term(measurement, **gap);
+  model.terms.back().shapes = {40e-6, 2.0, 10e-6};
+  model.terms.back().gains = {4.1};
+  EXPECT_FALSE(is_implausible(measurement, {}, model));
+  model.terms.back().gains = {3.9};
   EXPECT_TRUE(is_implausible(measurement, {}, model));
 }
 

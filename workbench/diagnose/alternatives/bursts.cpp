@@ -75,7 +75,7 @@ Interval noisy_interval(const std::vector<double>& jumps_N) {
   Interval least_likely;
   std::size_t count = 0;
   double ln_least = 0.0;
-  for (std::size_t i = 0; i < order.size(); ++i) {
+  for (std::size_t i = 0; i < order.size() && jumps_N[order[i]] > 0.0; ++i) {
     spanned.first = std::min(spanned.first, order[i]);
     spanned.end = std::max(spanned.end, order[i] + 1);
     if (static_cast<double>(spanned.size()) > kMajority * static_cast<double>(order.size())) break;
