@@ -374,5 +374,37 @@ TEST(Watchdog, IsRefreshedOnlyWhileTheMainLoopAdvances) {
   EXPECT_EQ(run(100), 100U);
 }
 
+// The force of a change of mode fades over the swap time. Where the axis is braked anew before that is over,
+// what is left of it does not push the braking axis: the current is what it is with any swap time.
+TEST(FaultReaction, AnAxisThatIsBrakedAnewIsNotPushedByAFade) {
+  const sim::Axis axis = sim::draw_bench(sim::Setup::kPickAndPlace, 3).axis;
+  // The current of the tick after a change from torque to position in motion.
+  const auto current_A = [&axis](float swap_time_s, Fault fault) {
+    AxisLoop loop(axis);
+    AxisParameters parameters = pick_and_place_parameters(axis);
+    parameters.swap_time_s = swap_time_s;
+    EXPECT_EQ(loop.controller().configure(parameters, identified_model(axis, 0.02, 0.01)),
+              ParameterStatus::kOk);
+    loop.step();
+    // Enabled in torque mode: nothing has faded before the change.
+    for (const std::uint32_t word : {0x06U, 0x07U, 0x0FU}) {
+      loop.controller().command(Command{word | kTorqueMode, 60.0F, 0.0F});
+      loop.step();
+      loop.step();
+    }
+    for (int i = 0; i < 400; ++i) loop.step();
+    EXPECT_GT(loop.plant.velocity_mps(), 0.01);
+    loop.controller().command(Command{0x0FU, 0.0F, 0.0F});
+    loop.step();
+    if (fault != Fault::kNone) loop.controller().inject(fault);
+    loop.step();
+    EXPECT_EQ(loop.controller().state().faults().latched(), fault);
+    EXPECT_TRUE(loop.controller().output().driving);
+    return loop.controller().output().current_A;
+  };
+  EXPECT_NE(current_A(0.1F, Fault::kNone), current_A(1e-3F, Fault::kNone)) << "it fades";
+  EXPECT_EQ(current_A(0.1F, Fault::kFollowingError), current_A(1e-3F, Fault::kFollowingError));
+}
+
 }  // namespace
 }  // namespace slipstack::loop

@@ -42,7 +42,7 @@ class DriveProfile {
 
   /// Once in every poll.
   void step() {
-    if (supervision_.lost()) connection_lost();
+    follow_supervision();
     probes_.step();
     follow_mode();
     cyclic_.follow();
@@ -152,8 +152,19 @@ class DriveProfile {
     const bool velocity = index == 0x60FF && context_.mode == Mode::kCyclicVelocity;
     const bool set_point = index == 0x607A || index == 0x6071 || velocity;
     if (!set_point && !offset && index != 0x6040 && index != 0x6060 && index != 0x60FF) return;
-    if (supervision_.lost()) connection_lost();
+    follow_supervision();
     supervision_.received(*context_.dictionary, set_point && context_.operation_enabled());
+    loss_seen_ = false;
+  }
+  // Commands fail to come. The tick stops the axis by itself: where that is over before the main loop looks,
+  // nothing is driven any more, and the loss is to be a fault all the same. Once for each loss, so that a
+  // reset of the fault holds.
+  void follow_supervision() {
+    if (!supervision_.lost()) return;
+    const bool missed = !loss_seen_ && !driving();
+    loss_seen_ = true;
+    if (missed && CommandSupervision::is_fault(*context_.dictionary)) controller_.inject(Fault::kConnection);
+    connection_lost();
   }
 
   // Bits of IEC 61800-7-201 table 29; 12 and 13 by mode. 15, of the manufacturer: the position is referenced.
@@ -306,6 +317,7 @@ class DriveProfile {
   bool enabled_ = false;
   bool operational_ = false;
   bool resetting_ = false;
+  bool loss_seen_ = false;  // the loss of commands that there is now was followed
 };
 
 }  // namespace slipstack::canopen

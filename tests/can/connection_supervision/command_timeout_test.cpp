@@ -157,6 +157,45 @@ TEST_F(SilentMaster, ALossThatIsToBeAFaultIsOne) {
   }
 }
 
+// The same where the main loop is held up until the tick's own stop is over: a fault all the same, told once,
+// counted once, and gone for good when it is reset, whether a poll or a command sees the loss first.
+TEST_F(SilentMaster, ALossThatTheMainLoopSeesAfterTheStopIsAFault) {
+  for (const bool command_first : {false, true}) {
+    SCOPED_TRACE(command_first ? "a command sees it first" : "a poll sees it first");
+    Bench bench;
+    bench.configure();
+    ASSERT_EQ(bench.write(0x6007, 0, 1, 2), 0U);
+    bench.nmt(0x01);
+    bench.enable(kCyclicTorque);
+    ASSERT_EQ(bench.write(0x6071, 0, 5, 2), 0U);
+    bench.all();
+    for (int i = 0; i < 10 * (kTimeout_ms + 200); ++i) bench.loop->step();
+    ASSERT_FALSE(bench.loop->motor.enabled) << "the stop is over";
+    if (command_first) bench.send(0x605, {0x2B, 0x71, 0x60, 0, 0, 0, 0, 0});
+    bench.poll();
+    bench.run_ms(50);
+    const auto told = bench.all_with(0x085);
+    ASSERT_EQ(told.size(), 1U);
+    EXPECT_EQ(Bench::number(told[0], 0, 2), 0x8100U);
+    EXPECT_EQ(bench.read(0x6041, 0) & 0x4F, 0x08U) << "latched";
+    EXPECT_EQ(bench.read(0x603F, 0), 0x8100U);
+    EXPECT_EQ(bench.read(0x2212, static_cast<std::uint8_t>(Fault::kConnection)), 1U);
+    // The first command after the loss.
+    ASSERT_EQ(bench.write(0x6040, 0, 0x80, 2), 0U);
+    bench.run_ms(500);
+    EXPECT_EQ(bench.read(0x6041, 0) & 0x4F, 0x40U) << "the reset holds";
+    EXPECT_EQ(bench.read(0x603F, 0), 0U);
+    EXPECT_EQ(bench.read(0x2212, static_cast<std::uint8_t>(Fault::kConnection)), 1U);
+    // The next loss is one of its own.
+    bench.enable(kCyclicTorque);
+    ASSERT_EQ(bench.write(0x6071, 0, 5, 2), 0U);
+    for (int i = 0; i < 10 * (kTimeout_ms + 200); ++i) bench.loop->step();
+    bench.run_ms(5);
+    EXPECT_EQ(bench.read(0x6041, 0) & 0x4F, 0x08U);
+    EXPECT_EQ(bench.read(0x2212, static_cast<std::uint8_t>(Fault::kConnection)), 2U);
+  }
+}
+
 TEST_F(SilentMaster, TheTimeIsAParameterAndZeroSwitchesItOff) {
   ASSERT_EQ(bench_.read(0x2403, 0), static_cast<std::uint32_t>(kTimeout_ms));
   for (const int timeout_ms : {10, 0}) {

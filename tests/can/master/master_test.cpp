@@ -432,5 +432,32 @@ TEST(Status, SaysWhatTheDriveSays) {
   EXPECT_NE(text.find("hunting    none\n"), std::string::npos);
 }
 
+// A node whose firmware is from before 2202h refuses it: object does not exist (CiA 301 table 22). Any other
+// refusal, and no answer, are errors.
+TEST(Status, OfANodeWithoutAWatchOfHuntingShowsTheRest) {
+  const auto status = [](std::uint32_t code) {
+    Desk desk;
+    desk.link->twist = [code](CanFrame& frame) {
+      if (frame.id != 0x585 || frame.data[1] != 0x02 || frame.data[2] != 0x22) return;
+      frame.data[0] = 0x80;
+      for (std::size_t i = 0; i < 4; ++i) frame.data[4 + i] = static_cast<std::uint8_t>(code >> (8 * i));
+    };
+    return drive_status(*desk.client);
+  };
+  const std::string text = status(0x06020000);
+  EXPECT_NE(text.find("\nhunting    not watched: this firmware is older than the watch of hunting\nmodel "),
+            std::string::npos)
+      << text;
+  EXPECT_NE(text.find("lock       off"), std::string::npos) << text;
+  EXPECT_THROW(status(0x06090011), SdoAbort) << "the sub-index does not exist";
+  EXPECT_THROW(status(0x08000000), SdoAbort) << "general error";
+
+  Desk silent;
+  silent.link->meddle = [](const CanFrame& frame) {
+    return frame.id == 0x585 && frame.data[1] == 0x02 && frame.data[2] == 0x22;
+  };
+  EXPECT_THROW(drive_status(*silent.client), UsageError) << "no answer";
+}
+
 }  // namespace
 }  // namespace slipstack::workbench

@@ -421,6 +421,51 @@ TEST(CyclicPosition, VelocitiesAreFollowedWhateverTheNumberOfThePeriod) {
 
 // A stream ends in one of three ways: set-points stay away, SYNC comes with another period until its lock is
 // lost, or it is told to stop. The first two are gaps, one each; nothing that leads the reference is no gap.
+// A set-point that comes a little before its period, after three that never came: the stream before it is
+// left while its last segment is played, and that is one gap. The tick, which finds no segment in the next
+// period, counts none.
+TEST(CyclicPosition, AStreamThatIsLeftIsOneGap) {
+  constexpr std::uint32_t kTicks = 20;
+  constexpr std::uint32_t kEarly = 3;
+  CyclicPosition cyclic;
+  StreamPath path;
+  cyclic.set_period(static_cast<float>(kTicks), 1e-4F);
+  path.set_limits(
+      cyclic.path_limits({250.0F, 0.5F, 0.5F, 0.005F}, PositionRange{}, CyclicPosition::kRounding));
+  std::uint32_t tick = 1000;
+  const auto sync = [&](bool has_target) {
+    cyclic.sync_velocity(tick, has_target, 1.0F, path, [](std::uint32_t) { return Motion{}; });
+  };
+  const auto steps = [&](std::uint32_t count) {
+    for (; count > 0; --count) {
+      cyclic.poll(++tick);
+      static_cast<void>(cyclic.step(tick));
+    }
+  };
+  const auto periods = [&](int count, bool has_target) {
+    for (; count > 0; --count) {
+      sync(has_target);
+      steps(kTicks);
+    }
+  };
+  cyclic.start();
+  periods(40, false);
+  periods(40, true);
+  ASSERT_TRUE(cyclic.following());
+  periods(2, false);
+  sync(false);
+  steps(kTicks - kEarly);
+  ASSERT_TRUE(cyclic.following()) << "the last segment is not over";
+  sync(true);
+  EXPECT_FALSE(cyclic.following());
+  EXPECT_EQ(cyclic.gaps(), 1U);
+  steps(kTicks + kEarly);
+  EXPECT_EQ(cyclic.gaps(), 1U) << "counted once";
+  periods(10, true);
+  EXPECT_TRUE(cyclic.following()) << "the next stream";
+  EXPECT_EQ(cyclic.gaps(), 1U);
+}
+
 TEST(CyclicPosition, CountsEachStreamThatEndsUnasked) {
   const auto lose_lock = [](RestingStream& stream) {
     for (int i = 0; i < 200 && stream.cyclic.clock().locked(); ++i) {

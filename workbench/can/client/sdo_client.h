@@ -21,6 +21,8 @@ class SdoAbort : public UsageError {
   SdoAbort(std::uint8_t node, std::uint16_t index, std::uint8_t sub, std::uint32_t code);
   /// Not the object refused: frames were lost on the way (CiA 301 table 22).
   bool of_transport() const { return code_ >> 24U == 0x05; }
+  /// The node has no object with this index (CiA 301 table 22).
+  bool of_missing_object() const { return code_ == 0x06020000; }
 
  private:
   std::uint32_t code_;

@@ -42,6 +42,16 @@ double value_of(const Object& object, std::uint32_t word) {
                                       : static_cast<double>(word);
 }
 
+// Firmware from before the watch of hunting has no such object; the rest of its status is worth showing.
+std::string hunting_status(SdoClient& drive) {
+  try {
+    return hunting_words(drive.read(kHuntingIndex, 2), drive.read(kHuntingIndex, 3));
+  } catch (const SdoAbort& abort) {
+    if (!abort.of_missing_object()) throw;
+    return "not watched: this firmware is older than the watch of hunting";
+  }
+}
+
 }  // namespace
 
 std::string deploy_model(SdoClient& drive, const Model& model, const std::string& name, bool store,
@@ -107,8 +117,7 @@ std::string drive_status(SdoClient& drive) {
                  : fmt::format("{:04x}h, {}", error, error_words(static_cast<std::uint16_t>(error))));
   text += fmt::format("position   {} counts\n", static_cast<std::int32_t>(drive.read(0x6063, 0)));
   text += fmt::format("residual   {:.4g} N\n", drive.read_real(kObserverIndex, 3));
-  text += fmt::format("hunting    {}\n",
-                      hunting_words(drive.read(kHuntingIndex, 2), drive.read(kHuntingIndex, 3)));
+  text += fmt::format("hunting    {}\n", hunting_status(drive));
   text += fmt::format("model      active {:08x}, staged {:08x}\n", drive.read(kModelIndex, 2),
                       drive.read(kModelIndex, 1));
   text +=
