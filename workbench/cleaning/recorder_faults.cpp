@@ -53,6 +53,17 @@ bool standstills_without_noise(const Log& log, const std::vector<Interval>& cons
 /// probability of 0.1 at most.
 constexpr std::size_t kFrozen = 8;
 
+/// The runs of at least so many equal forces.
+std::vector<Interval> runs_of_constant(const std::vector<double>& force_N) {
+  std::vector<Interval> runs;
+  for (std::size_t i = 0; i < force_N.size();) {
+    const std::size_t end = end_of_run(force_N, i, force_N.size());
+    if (end - i >= kFrozen) runs.push_back({i, end});
+    i = end;
+  }
+  return runs;
+}
+
 /// The force has no noise next to an interval where all of kFaultMargin steps on either side are smaller than
 /// this share of the noise; white noise looks like that at one sample in 10^4.
 constexpr std::size_t kFaultMargin = 4;
@@ -81,14 +92,14 @@ double smallest_step(const std::vector<double>& values) {
 }
 
 std::vector<Interval> force_at_limit(const std::vector<double>& force_N) {
-  const auto [lowest, highest] = std::minmax_element(force_N.begin(), force_N.end());
-  std::vector<Interval> found;
-  for (std::size_t i = 0; i < force_N.size();) {
-    const std::size_t end = end_of_run(force_N, i, force_N.size());
-    if (end - i >= kFrozen && (force_N[i] == *lowest || force_N[i] == *highest)) found.push_back({i, end});
-    i = end;
-  }
-  return found;
+  std::vector<Interval> constant = runs_of_constant(force_N);
+  if (constant.empty()) return constant;
+  const double lowest_N = *std::min_element(force_N.begin(), force_N.end());
+  const double highest_N = *std::max_element(force_N.begin(), force_N.end());
+  std::erase_if(constant, [&](const Interval& one) {
+    return force_N[one.first] != lowest_N && force_N[one.first] != highest_N;
+  });
+  return constant;
 }
 
 ConstantForce constant_force(const Log& log, double noise_N) {
@@ -96,17 +107,13 @@ ConstantForce constant_force(const Log& log, double noise_N) {
   const auto [lowest, highest] = std::minmax_element(force_N.begin(), force_N.end());
   ConstantForce found;
   std::vector<Interval> at_standstill;
-  for (std::size_t i = 0; i < force_N.size();) {
-    const std::size_t end = end_of_run(force_N, i, force_N.size());
-    if (end - i >= kFrozen) {
-      const bool at_limit = force_N[i] == *lowest || force_N[i] == *highest;
-      const auto from = log.position_m.begin() + static_cast<std::ptrdiff_t>(i);
-      const bool still = std::all_of(from, from + static_cast<std::ptrdiff_t>(end - i), [&](double x) {
-        return std::abs(x - *from) <= 1.5 * encoder_step_m(log);
-      });
-      (still ? at_standstill : at_limit ? found.at_limit : found.frozen).push_back({i, end});
-    }
-    i = end;
+  for (const Interval& run : runs_of_constant(force_N)) {
+    const bool at_limit = force_N[run.first] == *lowest || force_N[run.first] == *highest;
+    const auto from = log.position_m.begin() + static_cast<std::ptrdiff_t>(run.first);
+    const bool still = std::all_of(from, from + static_cast<std::ptrdiff_t>(run.size()), [&](double x) {
+      return std::abs(x - *from) <= 1.5 * encoder_step_m(log);
+    });
+    (still ? at_standstill : at_limit ? found.at_limit : found.frozen).push_back(run);
   }
   found.noise_at_standstill = !standstills_without_noise(log, at_standstill);
   // A slowly changing command repeats its last digits now and then, without noise around; a sensor that

@@ -9,23 +9,21 @@ the motor), a bare brushless motor, a rig with a torque sensor between drive and
 or _rev, torque_Nm or current_A; 100 Hz to 4 kHz; motion by sums of sines (as excitation trajectories of robots are),
 point to point, slow sweeps at several speeds, or a repeated trajectory; the torque is that of the motor, with
 noise, or follows from the current. Hidden: nothing, one effect in a form that physics gives, two, or a cause that no
-effect of the catalogue is. Every hidden torque has an rms of 0.3 to 1.2 of the dry friction's level.
+effect of the catalogue is. A hidden torque that is added has an rms of 0.3 to 1.2 of the dry friction's level.
 
 Prints a line for each log, then counts. Needs python3-numpy. Status 1 when anything is named on a log without a hidden
 effect.
 """
 
-import argparse
-import json
 import math
 import pathlib
-import subprocess
 import sys
-import tempfile
 
 import numpy
 
-ROOT = pathlib.Path(__file__).resolve().parents[3]
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+import judged_logs  # noqa: E402
+
 # case: effects that a right answer may name first, or coordinates of what is unexplained
 SINGLES = {
     "viscous": {"viscous"}, "viscous:thinning": {"viscous", "quadratic_drag", "stribeck"},
@@ -202,68 +200,12 @@ def make_log(seed, hidden, path):
     return f"{machine}/{kind}", rate_Hz
 
 
-def verdict_of(hidden, found):
-    """Group, whether right, and what kind of mistake."""
-    ranked = [one["effect"] for one in found["candidates"][:2]]
-    named = found["verdict"] == "missing_effect"
-    if not hidden:
-        return "clean", not named, "false alarm" if named else ""
-    if hidden[0] in OUTSIDE:
-        where = (found.get("unexplained") or {}).get("coordinate", "")
-        ok = found["verdict"] == "unexplained" and where in OUTSIDE[hidden[0]]
-        return "outside", ok, "" if ok else "wrong name" if named else f"at {where}" if where else "wrongly complete"
-    right = set().union(*(SINGLES[name] for name in hidden))
-    group = "single" if len(hidden) == 1 else "pair"
-    if not named:
-        return group, False, "unexplained" if found["verdict"] == "unexplained" else "wrongly complete"
-    return group, ranked[0] in right, "" if ranked[0] in right else "wrong name"
+def label(note):
+    setting, rate_Hz = note
+    return f"{setting:16}{rate_Hz:5d}"
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--slipstack", default=str(ROOT / "build/host/bin/slipstack"))
-    parser.add_argument("--logs", type=int, default=len(CASES))
-    parser.add_argument("--first-seed", type=int, default=1)
-    parser.add_argument("--keep", help="folder for the logs, which are made once; by default they are thrown away")
-    parser.add_argument("--only", default="", help="cases whose name contains this; clean for those without any")
-    wanted = parser.parse_args()
-    counts = {}
-    with tempfile.TemporaryDirectory() as scratch:
-        folder = pathlib.Path(wanted.keep or scratch)
-        folder.mkdir(parents=True, exist_ok=True)
-        for seed in range(wanted.first_seed, wanted.first_seed + wanted.logs):
-            hidden = CASES[seed % len(CASES)]
-            if wanted.only not in ("+".join(hidden) or "clean"):
-                continue
-            path, note = folder / f"joint_{seed}.csv", folder / f"joint_{seed}.json"
-            if not note.exists():
-                note.write_text(json.dumps(make_log(seed, hidden, path)))
-            setting, rate_Hz = json.loads(note.read_text())
-            done = subprocess.run([wanted.slipstack, "diagnose", str(path), "--stepwise", "--json", "-"], capture_output=True, text=True, check=False)
-            label = f"{seed:5d} {'+'.join(hidden) or '-':26}{setting:16}{rate_Hz:5d}  "
-            if done.returncode != 0:
-                print(f"{label}status {done.returncode}: {done.stderr.strip()}   <-- refused", flush=True)
-                counts.setdefault("refused", []).append((False, ""))
-                continue
-            found = json.loads(done.stdout)
-            group, right, mistake = verdict_of(hidden, found)
-            over = (found["steps"][-1] if found.get("steps") else found["baseline"])
-            error, floor = (next(v for k, v in one.items() if k.startswith(key)) for one, key in ((over, "holdout_rmse"), (found, "noise_floor")))
-            base = next(v for k, v in found["baseline"].items() if k.startswith("holdout_rmse"))
-            names = ", ".join(one["effect"] for one in found.get("steps", [])[1:]) or (found.get("unexplained") or {}).get("coordinate", "")
-            print(f"{label}{found['verdict']:15}{base / floor:7.2f} >{error / floor:6.2f} {names}{'' if right else '   <-- ' + mistake}", flush=True)
-            counts.setdefault(group, []).append((right, mistake))
-            if not wanted.keep:
-                path.unlink()
-                note.unlink()
-    print()
-    for group in ("single", "pair", "clean", "outside", "refused"):
-        if group in counts:
-            mistakes = [m for right, m in counts[group] if not right]
-            tally = ", ".join(f"{mistakes.count(m)} {m}" for m in sorted(set(mistakes)))
-            print(f"{group:9}{sum(right for right, _ in counts[group]):3d} of {len(counts[group]):3d} right{'; ' + tally if tally else ''}")
-    return 1 if any(not right for right, _ in counts.get("clean", [])) else 0
-
+GENERATOR = judged_logs.Generator("joint", CASES, SINGLES, OUTSIDE, make_log, label, options=("--stepwise",))
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(GENERATOR.main(__doc__.splitlines()[0]))

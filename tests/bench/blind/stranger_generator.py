@@ -15,21 +15,16 @@ Prints a line for each log, then counts. Needs python3-numpy. Status 1 when anyt
 effect.
 """
 
-import argparse
-import json
 import math
 import pathlib
-import subprocess
 import sys
-import tempfile
-import time
 
 import numpy
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+import judged_logs  # noqa: E402
 import stranger_physics as physics  # noqa: E402
 
-ROOT = pathlib.Path(__file__).resolve().parents[3]
 # case: effects that a right answer may name first, or coordinates of what is unexplained
 SINGLES = {
     "viscous": {"viscous"}, "viscous:power": {"viscous"}, "quadratic_drag": {"quadratic_drag"},
@@ -368,74 +363,12 @@ def write_log(rng, path, axis, t, x, force, hidden):
         numpy.savetxt(log, numpy.c_[stamps, position, values][keep], fmt=["%.7f", f"%.{digits}f", "%.7g"], delimiter=",")
 
 
-def verdict_of(hidden, found):
-    """Group, whether right, and what kind of mistake."""
-    ranked = [one["effect"] for one in found["candidates"][:2]]
-    verdict = found["verdict"]
-    named = verdict == "missing_effect"
-    if not hidden:
-        return "clean", not named, "false alarm" if named else ""
-    if hidden[0] in OUTSIDE:
-        where = (found.get("unexplained") or {}).get("coordinate", "")
-        ok = verdict == "unexplained" and where in OUTSIDE[hidden[0]]
-        kind = "" if ok else "wrong name" if named else "wrongly complete" if verdict == "complete" else f"at {where}"
-        return "outside", ok, kind
-    right = set().union(*(SINGLES[name] for name in hidden))
-    group = "single" if len(hidden) == 1 else "pair"
-    if named:
-        first = ranked[0] in right
-        return group, first, "" if first else "second" if ranked[1] in right else "wrong name"
-    return group, False, "unexplained" if verdict == "unexplained" else "wrongly complete"
+def label(note):
+    setting, rate_Hz, encoder_m, raised, misfit = note
+    return f"{setting:26}{rate_Hz:6d} {encoder_m:6.0e}{raised:7.2f}{misfit:6.1f}"
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--slipstack", default=str(ROOT / "build/host/bin/slipstack"))
-    parser.add_argument("--logs", type=int, default=len(CASES))
-    parser.add_argument("--first-seed", type=int, default=1)
-    parser.add_argument("--keep", help="folder for the logs, which are made once; by default they are thrown away")
-    parser.add_argument("--only", default="", help="cases whose name contains this; clean for those without any")
-    wanted = parser.parse_args()
-    counts = {}
-    with tempfile.TemporaryDirectory() as scratch:
-        folder = pathlib.Path(wanted.keep or scratch)
-        folder.mkdir(parents=True, exist_ok=True)
-        for seed in range(wanted.first_seed, wanted.first_seed + wanted.logs):
-            hidden = CASES[seed % len(CASES)]
-            if wanted.only not in ("+".join(hidden) or "clean"):
-                continue
-            path, note = folder / f"stranger_{seed}.csv", folder / f"stranger_{seed}.json"
-            if not note.exists():
-                note.write_text(json.dumps(make_log(seed, hidden, path)))
-            setting, rate_Hz, encoder_m, raised, misfit = json.loads(note.read_text())
-            began = time.monotonic()
-            done = subprocess.run([wanted.slipstack, "diagnose", str(path), "--json", "-"], capture_output=True, text=True, check=False)
-            seconds = time.monotonic() - began
-            if not wanted.keep:
-                path.unlink()
-                note.unlink()
-            label = f"{seed:4d} {'+'.join(hidden) or '-':50.50}{setting:26}{rate_Hz:6d} {encoder_m:6.0e}{raised:7.2f}{misfit:6.1f}{seconds:6.1f}  "
-            if done.returncode != 0:
-                print(f"{label}status {done.returncode}: {done.stderr.strip()}   <-- refused", flush=True)
-                counts.setdefault("refused", []).append((False, ""))
-                continue
-            found = json.loads(done.stdout)
-            group, right, mistake = verdict_of(hidden, found)
-            named = ", ".join(one["effect"] for one in found["candidates"][:2]) if found["verdict"] == "missing_effect" else (
-                (found.get("unexplained") or {}).get("coordinate", ""))
-            over = (found["steps"][-1] if found.get("steps") else found["candidates"][0])["holdout_rmse_N"] / found["noise_floor_N"]
-            base = found["baseline"]["holdout_rmse_N"] / found["noise_floor_N"]
-            print(f"{label}{found['verdict'][:11]:12}{base:6.2f}>{over:5.2f} {named}{'' if right else '   <-- ' + mistake}", flush=True)
-            if group in ("clean", "outside") or raised >= 1.1:
-                counts.setdefault(group, []).append((right, mistake))
-    print()
-    for group in ("single", "pair", "clean", "outside", "refused"):
-        if group in counts:
-            mistakes = [m for right, m in counts[group] if not right]
-            tally = ", ".join(f"{mistakes.count(m)} {m}" for m in sorted(set(mistakes)))
-            print(f"{group:9}{sum(right for right, _ in counts[group]):3d} of {len(counts[group]):3d} right{'; ' + tally if tally else ''}")
-    return 1 if any(not right for right, _ in counts.get("clean", [])) else 0
-
+GENERATOR = judged_logs.Generator("stranger", CASES, SINGLES, OUTSIDE, make_log, label, counted=lambda note: note[3] >= 1.1, width=50)
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(GENERATOR.main(__doc__.splitlines()[0]))

@@ -382,20 +382,31 @@ TEST(CyclicPosition, CountsWhatItHasBridged) {
   EXPECT_EQ(stream.cyclic.gaps(), 0U);
 }
 
+// Velocities in counts per period, from a reference at rest.
+struct VelocityStream {
+  explicit VelocityStream(std::uint32_t period_ticks) {
+    cyclic.set_period(static_cast<float>(period_ticks), 1e-4F);
+    path.set_limits(
+        cyclic.path_limits({250.0F, 0.5F, 0.5F, 0.005F}, PositionRange{}, CyclicPosition::kRounding));
+  }
+  void sync(bool has_target, float velocity) {
+    cyclic.sync_velocity(tick, has_target, velocity, path, [](std::uint32_t) { return Motion{}; });
+  }
+
+  CyclicPosition cyclic;
+  StreamPath path;
+  std::uint32_t tick = 1000;
+};
+
 // Velocities that are lost or late now and then, played from a first period of any number: its number is in
 // nothing that is played.
 TEST(CyclicPosition, VelocitiesAreFollowedWhateverTheNumberOfThePeriod) {
   constexpr std::uint32_t kTicks = 4;
   const auto played = [](std::uint32_t earlier_periods) {
-    CyclicPosition cyclic;
-    StreamPath path;
-    cyclic.set_period(static_cast<float>(kTicks), 1e-4F);
-    path.set_limits(
-        cyclic.path_limits({250.0F, 0.5F, 0.5F, 0.005F}, PositionRange{}, CyclicPosition::kRounding));
-    std::uint32_t tick = 1000;
-    const auto sync = [&](bool has_target, float velocity) {
-      cyclic.sync_velocity(tick, has_target, velocity, path, [](std::uint32_t) { return Motion{}; });
-    };
+    VelocityStream stream(kTicks);
+    CyclicPosition& cyclic = stream.cyclic;
+    std::uint32_t& tick = stream.tick;
+    const auto sync = [&](bool has_target, float velocity) { stream.sync(has_target, velocity); };
     // SYNC alone, rare enough to be quick and often enough to keep the lock.
     for (std::uint32_t i = 0; i < 40; ++i, tick += kTicks) sync(false, 0.0F);
     tick += kTicks * earlier_periods;
@@ -419,23 +430,16 @@ TEST(CyclicPosition, VelocitiesAreFollowedWhateverTheNumberOfThePeriod) {
     EXPECT_EQ(played(earlier), first) << std::hex << earlier;
 }
 
-// A stream ends in one of three ways: set-points stay away, SYNC comes with another period until its lock is
-// lost, or it is told to stop. The first two are gaps, one each; nothing that leads the reference is no gap.
 // A set-point that comes a little before its period, after three that never came: the stream before it is
 // left while its last segment is played, and that is one gap. The tick, which finds no segment in the next
 // period, counts none.
 TEST(CyclicPosition, AStreamThatIsLeftIsOneGap) {
   constexpr std::uint32_t kTicks = 20;
   constexpr std::uint32_t kEarly = 3;
-  CyclicPosition cyclic;
-  StreamPath path;
-  cyclic.set_period(static_cast<float>(kTicks), 1e-4F);
-  path.set_limits(
-      cyclic.path_limits({250.0F, 0.5F, 0.5F, 0.005F}, PositionRange{}, CyclicPosition::kRounding));
-  std::uint32_t tick = 1000;
-  const auto sync = [&](bool has_target) {
-    cyclic.sync_velocity(tick, has_target, 1.0F, path, [](std::uint32_t) { return Motion{}; });
-  };
+  VelocityStream stream(kTicks);
+  CyclicPosition& cyclic = stream.cyclic;
+  std::uint32_t& tick = stream.tick;
+  const auto sync = [&](bool has_target) { stream.sync(has_target, 1.0F); };
   const auto steps = [&](std::uint32_t count) {
     for (; count > 0; --count) {
       cyclic.poll(++tick);
@@ -466,6 +470,8 @@ TEST(CyclicPosition, AStreamThatIsLeftIsOneGap) {
   EXPECT_EQ(cyclic.gaps(), 1U);
 }
 
+// A stream ends in one of three ways: set-points stay away, SYNC comes with another period until its lock is
+// lost, or it is told to stop. The first two are gaps, one each; nothing that leads the reference is no gap.
 TEST(CyclicPosition, CountsEachStreamThatEndsUnasked) {
   const auto lose_lock = [](RestingStream& stream) {
     for (int i = 0; i < 200 && stream.cyclic.clock().locked(); ++i) {

@@ -162,49 +162,21 @@ std::optional<std::vector<double>> place_and_width(const Measurement& measuremen
   return best;
 }
 
-/// The error of a model and a cause fitted jointly, by the shapes of the cause.
-class JointError {
- public:
-  JointError(const Measurement& measurement, const FittedModel& model, const EffectDescription& cause)
-      : measurement_(measurement), model_(model), term_(term_for_log(measurement, cause)) {
-    Terms terms = model.terms;
-    terms.push_back(term_);
-    constraints_ = constraints_of(terms, model.train_rmse_N);
-    bound_states_ = model.solution.bound_states;
-    bound_states_.resize(bound_states_.size() + term_.gains.size(), BoundState::free);
-  }
-
-  double operator()(const std::vector<double>& shapes) const {
-    Term term = term_;
-    term.shapes = shapes;
-    const Linearisation& known = *model_.linearisation;
-    return model_.equations->sum_with(measurement_, known.columns(), known.columns_of(term), known.target())
-        .training_error(constraints_, bound_states_);
-  }
-
- private:
-  const Measurement& measurement_;
-  const FittedModel& model_;
-  Term term_;
-  NormalEquations::Constraints constraints_;
-  std::vector<BoundState> bound_states_;
-};
-
-/// The shapes of least error: the best of `starts`, refined; or those near others that are known.
-std::vector<double> best_of(const JointError& error_N, const std::vector<std::vector<double>>& starts,
+/// The shapes of least error, of model and cause fitted jointly: from `starts`, or near others that are
+/// known.
+std::vector<double> best_of(const Measurement& measurement, const FittedModel& model,
+                            const EffectDescription& cause, std::vector<std::vector<double>> starts,
                             const std::vector<ShapeRange>& ranges, const std::vector<double>* near) {
+  int evaluations = SearchEffort{}.evaluations;
   if (near != nullptr) {
-    std::vector<double> start = *near;
-    for (const ShapeRange& range : ranges)
-      start[range.index] = std::clamp(start[range.index], range.lower, range.upper);
-    return refine_shapes(ranges, std::move(start), error_N, SearchEffort{}.evaluations / 2).shapes;
+    evaluations /= 2;
+    starts = {*near};
+    for (const ShapeRange& range : ranges) {
+      double& shape = starts.front()[range.index];
+      shape = std::clamp(shape, range.lower, range.upper);
+    }
   }
-  std::vector<double> errors;
-  errors.reserve(starts.size());
-  for (const std::vector<double>& start : starts) errors.push_back(error_N(start));
-  const auto best = std::min_element(errors.begin(), errors.end()) - errors.begin();
-  return refine_shapes(ranges, starts[static_cast<std::size_t>(best)], error_N, SearchEffort{}.evaluations)
-      .shapes;
+  return jointly_best_shapes(measurement, model, cause, starts, ranges, evaluations);
 }
 
 /// Width of the gap, deceleration by the friction behind it, and slip distance of that friction. A shorter
@@ -225,7 +197,7 @@ std::optional<std::vector<double>> gap_and_friction(const Measurement& measureme
   for (double gap_m = least_m; gap_m < most_m; gap_m *= 2.0) {
     for (const double share : {1.0, 0.7, 0.5, 0.35}) starts.push_back({gap_m, least_mps2 / share, slip_m});
   }
-  return best_of({measurement, model, cause}, starts,
+  return best_of(measurement, model, cause, std::move(starts),
                  {{0, least_m, most_m, true},
                   {1, 0.5 * least_mps2, 10.0 * least_mps2, true},
                   {2, 0.1 * slip_m, longest_m, true}},
@@ -244,7 +216,7 @@ std::optional<std::vector<double>> distance_of_deflection(const Measurement& mea
   const double distance_m = hysteresis == nullptr ? 0.0 : 0.5 * mean_slip_m(*hysteresis);
   const ShapeRange range{0, 0.5 * distance_m, 2.0 * distance_m, true};
   if (!(range.lower > 10.0 * measurement.encoder_resolution_m()) || !(distance_m > 0.0)) return {};
-  return best_of({measurement, model, cause}, {{distance_m}}, {range}, near);
+  return best_of(measurement, model, cause, {{distance_m}}, {range}, near);
 }
 
 }  // namespace

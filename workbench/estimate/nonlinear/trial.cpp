@@ -191,6 +191,21 @@ NormalEquations equations_with(const Measurement& measurement, const Linearisati
                         linearisation.target());
 }
 
+std::vector<double> jointly_best_shapes(const Measurement& measurement, const FittedModel& base,
+                                        const EffectDescription& effect,
+                                        const std::vector<std::vector<double>>& starts,
+                                        const std::vector<ShapeRange>& ranges, int evaluations) {
+  const Term term = term_for_log(measurement, effect);
+  Terms terms = base.terms;
+  terms.push_back(term);
+  const NormalEquations::Constraints constraints = constraints_of(terms, base.train_rmse_N);
+  std::vector<BoundState> bound_states = base.solution.bound_states;
+  bound_states.resize(bound_states.size() + term.gains.size(), BoundState::free);
+  ShapeCosts costs(measurement, base, term, constraints, bound_states);
+  const auto cost = [&](const std::vector<double>& shapes) { return costs.of(shapes); };
+  return refine_shapes(ranges, best_start(effect, starts, cost), cost, evaluations).shapes;
+}
+
 Trial try_effect(const Measurement& measurement, const FittedModel& base, const EffectDescription& effect,
                  const SearchEffort& effort, const std::vector<double>* start) {
   const Linearisation& linearisation = *base.linearisation;

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "workbench/estimate/nonlinear/fit_gains.h"
+#include "workbench/estimate/terms/search_ranges.h"
 
 namespace slipstack::workbench {
 
@@ -28,6 +29,13 @@ struct Trial {
 /// error of base and effect fitted jointly, by all rows. With `start`, searches only from those shapes.
 Trial try_effect(const Measurement& measurement, const FittedModel& base, const EffectDescription& effect,
                  const SearchEffort& effort, const std::vector<double>* start = nullptr);
+
+/// The shapes of `effect` within `ranges` for the lowest error of base and effect fitted jointly: the best of
+/// `starts`, refined with at most `evaluations` more. For shapes that try_effect() does not search.
+std::vector<double> jointly_best_shapes(const Measurement& measurement, const FittedModel& base,
+                                        const EffectDescription& effect,
+                                        const std::vector<std::vector<double>>& starts,
+                                        const std::vector<ShapeRange>& ranges, int evaluations);
 
 /// Equations of a model with `term` added at its present shapes; `equations` are those of the model without
 /// it.
