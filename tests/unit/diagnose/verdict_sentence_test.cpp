@@ -41,13 +41,15 @@ TEST(VerdictSentence, NothingLowersTheErrorWhereNothingDoes) {
 
 TEST(VerdictSentence, SaysWhyAnEffectThatLowersTheErrorIsNotNamed) {
   const std::string below = detail_of_complete(1.05, 0.40, -600.0);
-  EXPECT_TRUE(says(below, "although structural_resonance would lower the held-out error by 61.90 %")) << below;
+  EXPECT_TRUE(says(below, "although structural_resonance would lower the held-out error by 61.90 %"))
+      << below;
   EXPECT_TRUE(says(below, "floor is estimated too high")) << below;
   const std::string at_floor = detail_of_complete(1.05, 0.98, -600.0);
   EXPECT_TRUE(says(at_floor, "already that of the noise floor")) << at_floor;
   EXPECT_FALSE(says(at_floor, "too high")) << at_floor;
   const std::string implausible = detail_of_complete(1.50, 1.10, -600.0);
-  EXPECT_TRUE(says(implausible, "as fitted (the residual rings at 2.4 Hz) it is not plausible")) << implausible;
+  EXPECT_TRUE(says(implausible, "as fitted (the residual rings at 2.4 Hz) it is not plausible"))
+      << implausible;
 }
 
 }  // namespace
