@@ -20,10 +20,12 @@ class AccelerationDependentPreload {
       .evidence =
           "the friction level grows with acceleration, either way: by {pitching} of itself "
           "below {knee}, by {pitching_beyond_knee} above",
-      .cause = "the motor pulls below the centre of mass: the slide pitches and loads the carriages",
+      .cause =
+          "the motor pulls below the centre of mass: the slide pitches and loads the carriages; on a joint, "
+          "gear teeth rub more under load",
       .confirm =
-          "repeat one move at doubled acceleration with equal peak speed: the friction level changes; move "
-          "the mass lower and repeat"};
+          "repeat one move at doubled acceleration with equal peak speed: the friction level changes; on a "
+          "slide, move the mass lower and repeat"};
   static constexpr std::array<GainGroup, 2> gains{{
       {"pitching", "s2/m", 0.0f, 1.0e3f, 1, Acts::dry_scale},
       {"pitching_beyond_knee", "s2/m", 0.0f, 1.0e3f, 1, Acts::dry_scale},

@@ -15,7 +15,7 @@ class CableChainStiffness {
  public:
   static constexpr EffectText text{
       .id = "cable_chain_stiffness",
-      .title = "Cable chain stiffness",
+      .title = "Cable chain stiffness or gravity of a link",
       .formula =
           "F = k (x - x0), as k x + F0, + a P2(u) + b P3(u); u = -1 .. 1 over the stroke, "
           "P2 = (3 u^2 - 1)/2, P3 = (5 u^3 - 3 u)/2",
@@ -25,8 +25,14 @@ class CableChainStiffness {
           "the residual is a line against position, the same both ways: {stiffness}, force at zero "
           "{force_at_zero}; at the ends of the stroke it bends by {quadratic_at_ends} (square) and "
           "{cubic_at_ends} (cube)",
-      .cause = "cable chain, hose or bellows pulling towards its unloaded length",
-      .confirm = "creep over the whole stroke both ways with the chain unhooked, then hooked"};
+      .cause =
+          "cable chain, hose or bellows pulling towards its unloaded length; on a joint, gravity of a link "
+          "over "
+          "part of a turn",
+      .confirm =
+          "creep over the whole stroke both ways with the chain unhooked, then hooked; gravity of a link: "
+          "with "
+          "the joint's axis vertical, where it vanishes, or with a known load"};
   static constexpr std::array<GainGroup, 4> gains{{
       {"stiffness", "N/m", 0.0f, 1.0e6f, 1, Acts::force},
       {"force_at_zero", "N", -1.0e6f, 1.0e6f, 1, Acts::force},

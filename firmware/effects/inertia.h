@@ -16,7 +16,9 @@ class Inertia {
       .residual = "proportional to acceleration, the same at every place and speed",
       .evidence = "the residual is proportional to acceleration: {mass} are moved",
       .cause = "the moving mass itself",
-      .confirm = "weigh the slide, or accelerate it at several levels far from reversals"};
+      .confirm =
+          "weigh the slide (a rotor: from its drawing), or accelerate it at several levels far from "
+          "reversals"};
   static constexpr std::array<GainGroup, 1> gains{{
       {"mass", "kg", 0.0f, 1.0e5f, 1, Acts::force},
   }};

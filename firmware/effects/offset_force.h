@@ -17,7 +17,9 @@ class OffsetForce {
       .evidence = "the residual has a mean of {offset} at every place, speed and direction",
       .cause = "tilt of the rail, a gravity component, an amplifier or sensor offset",
       .confirm =
-          "turn the axis by 180 degrees or level it: a tilt changes sign, an amplifier offset does not"};
+          "mount the axis the other way round, or level it: gravity changes sign or vanishes, an offset of "
+          "an "
+          "amplifier or sensor stays"};
   static constexpr std::array<GainGroup, 1> gains{{
       {"offset", "N", -1.0e6f, 1.0e6f, 1, Acts::force},
   }};

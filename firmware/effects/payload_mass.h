@@ -14,9 +14,12 @@ class PayloadMass {
       .formula = "F = dm a",
       .source = "Newton; [1] set-up 2, 0.845 kg added",
       .residual = "proportional to acceleration",
-      .evidence = "the residual is proportional to acceleration: {payload_mass} beyond the declared mass",
-      .cause = "a gripper, a part or a cable that the nominal mass leaves out, or a wrong data sheet",
-      .confirm = "repeat one fast move with a known mass added: the fitted mass must rise by as much"};
+      .evidence = "the residual is proportional to acceleration: {payload_mass} beyond what the log declares",
+      .cause =
+          "a gripper, a part or a cable that the nominal mass or inertia leaves out, or a "
+          "wrong data sheet",
+      .confirm =
+          "repeat one fast move with a known mass or inertia added: the fitted one must rise by as much"};
   static constexpr std::array<GainGroup, 1> gains{{
       {"payload_mass", "kg", -1.0e5f, 1.0e5f, 1, Acts::force},
   }};

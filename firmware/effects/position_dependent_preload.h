@@ -16,14 +16,16 @@ class PositionDependentPreload {
  public:
   static constexpr EffectText text{
       .id = "position_dependent_preload",
-      .title = "Preload that varies along the rail",
+      .title = "Preload that varies with position",
       .formula = "dry friction x (1 + sum_j w_j B3((x - x0)/h - j)), cubic B-splines on a uniform grid",
       .source = "[1] set-ups 1 and 3, [2]: loops at four positions differ by preload",
       .residual = "follows position, with the sign of friction: opposite in the two directions",
       .evidence =
-          "the friction level varies along the rail, by up to {map} of itself, opposite in the two "
+          "the friction level varies with position, by up to {map} of itself, opposite in the two "
           "directions",
-      .cause = "rail straightness and mounting, carriage preload, a rail joint",
+      .cause =
+          "rail straightness and mounting, carriage preload, a rail joint; on a rotary axis, an eccentric "
+          "bearing, gear or seal",
       .confirm =
           "pre-sliding loops and slow traverses at several places: the level differs, the shape does not"};
   static constexpr std::array<GainGroup, 1> gains{{

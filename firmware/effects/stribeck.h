@@ -19,11 +19,13 @@ class Stribeck {
           "1990); "
           "s(v) of the Leuven and GMS models [4]",
       .residual =
-          "largest at low velocity, opposing motion, vanishing beyond a velocity of a few mm/s to cm/s",
+          "largest at low velocity, opposing motion, vanishing beyond a low velocity (on a slide, a few mm/s "
+          "to cm/s)",
       .evidence =
           "the friction level falls from standstill over {stribeck_velocity}, by {weakening} of the level at "
           "speed, with a long tail by {weakening_with_tail} of it",
-      .cause = "a lubricant film that forms with speed; wipers and seals; slight in rolling guideways",
+      .cause =
+          "a lubricant film that forms with speed: wipers, seals, gear teeth; slight in rolling guideways",
       .confirm =
           "traverses at constant velocity, from very slow to fast: friction level against log velocity"};
   /// A breakaway of more than four times the level at speed is chosen as the limit: what lies beyond

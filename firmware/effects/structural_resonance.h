@@ -17,7 +17,9 @@ class StructuralResonance {
       .source = "second mass on a spring; [1] Fig. 14 shows such resonances beside the guideway's",
       .residual = "a spectral line that rings after fast moves and decays",
       .evidence = "the residual rings at {frequency} after fast moves, damping {damping}",
-      .cause = "an arm, gripper or machine frame that swings against the slide",
+      .cause =
+          "an arm, gripper or machine frame that swings against the axis; a gear or belt "
+          "that yields between motor and load",
       .confirm = "tap the arm with the axis held and look at the ring; add mass to the arm: the line falls"};
   static constexpr std::array<GainGroup, 3> gains{{
       {"modal_mass", "kg", -1.0e5f, 1.0e5f, 1, Acts::force},

@@ -21,7 +21,7 @@ class TimeDelay {
           "force and motion are {delay} apart in time (positive: the force comes later), beside a low "
           "pass of {filter} (0: none)",
       .cause = "filters and sampling of drive and sensor, a slow current loop",
-      .confirm = "step the current set-point with the slide clamped and time the measured force"};
+      .confirm = "step the current set-point with the axis clamped and time the measured force"};
   static constexpr std::array<GainGroup, 0> gains{{}};
   static constexpr std::array<ShapeSpec, 2> shapes{{
       {"delay", "s", -0.02f, 0.02f, ShapeKind::delay},

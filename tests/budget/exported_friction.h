@@ -676,7 +676,7 @@ static inline float exported_step(exported_state *state, const exported_motion *
   const float t9 = state->memory[2] + t7 * (t8.first - state->memory[2]);
   const float t10 = state->memory[3] + t7 * (t8.second - state->memory[3]);
   const float frictional_lag_N = t4 * (0.1F * t9 + 0.03F * t10);
-  /* Preload that varies along the rail: dry friction x (1 + sum_j w_j B3((x - x0)/h - j)), cubic B-splines on a uniform grid */
+  /* Preload that varies with position: dry friction x (1 + sum_j w_j B3((x - x0)/h - j)), cubic B-splines on a uniform grid */
   const float t11 = t4 + frictional_lag_N;
   const float t12 = exported_clamp(motion->position_m * 42.5F, 0.0F, 17.0F);
   const int32_t t13 = exported_interval(t12, 17);
@@ -702,7 +702,7 @@ static inline float exported_step(exported_state *state, const exported_motion *
   /* Force ripple (cogging): F = sum_h A_h cos(2 pi h x / p) + B_h sin(2 pi h x / p), h = 1..4 */
   const float t29 = motion->position_m * 41.666668F;
   const float force_ripple_N = exported_ripple(exported_table_5, t29);
-  /* Cable chain stiffness: F = k (x - x0), as k x + F0, + a P2(u) + b P3(u); u = -1 .. 1 over the stroke, P2 = (3 u^2 - 1)/2, P3 = (5 u^3 - 3 u)/2 */
+  /* Cable chain stiffness or gravity of a link: F = k (x - x0), as k x + F0, + a P2(u) + b P3(u); u = -1 .. 1 over the stroke, P2 = (3 u^2 - 1)/2, P3 = (5 u^3 - 3 u)/2 */
   const float t30 = exported_clamp((motion->position_m - 0.2F) * 5.0F, (-1.0F), 1.0F);
   const float t31 = t30 * t30;
   const float cable_chain_stiffness_N = 6.0F * motion->position_m + (-1.1F) + 0.15F * (1.5F * t31 - 0.5F) + 0.3F * (t30 * (2.5F * t31 - 1.5F));

@@ -9,12 +9,46 @@
 #include "workbench/base/quantity.h"
 #include "workbench/base/text.h"
 #include "workbench/diagnose/diagnose.h"
+#include "workbench/diagnose/evidence/criterion.h"
+#include "workbench/diagnose/evidence/naming_rule.h"
+#include "workbench/diagnose/evidence/reduction.h"
 #include "workbench/report/json_values.h"
 #include "workbench/report/texts.h"
 
 namespace slipstack::workbench {
 
 using nlohmann::json;
+
+namespace {
+
+/// Why a complete model names nothing. The table shows every candidate, so that one that lowers the error by
+/// a share that is worth a name is not passed over in silence.
+std::string nothing_named(const json& result, const EffectName& name) {
+  const double floor_N = number_of(result["noise_floor_N"]);
+  const json* best = nullptr;
+  for (const json& one : result["candidates"]) {
+    const double reduction = number_of(one["error_reduction"]);
+    if (!is_supported(number_of(one["criterion_difference"])) || reduction < kLeastReduction) continue;
+    if (best == nullptr || reduction > number_of((*best)["error_reduction"])) best = &one;
+  }
+  if (best == nullptr) return "No effect of the catalogue lowers the held-out error significantly.";
+  std::string text =
+      fmt::format("No effect is named, although {} would lower the held-out error by {}: ",
+                  name((*best)["effect"].get<std::string>()), share(number_of((*best)["error_reduction"])));
+  if (number_of(result["baseline"]["holdout_rmse_N"]) >= kUncertainFloor * floor_N) {
+    return text +
+           fmt::format("as fitted ({}) it is not plausible, or no larger than what clocks and sensors err.",
+                       (*best)["evidence"].get<std::string>());
+  }
+  text += "the error is already that of the noise floor, within its uncertainty";
+  if (number_of((*best)["holdout_rmse_N"]) * kUncertainFloor < floor_N)
+    text +=
+        "; but it would fall below the floor, so this log's floor is estimated too high and may hide an "
+        "effect";
+  return text + ".";
+}
+
+}  // namespace
 
 Headline headline_of(const json& result, const EffectName& name) {
   const auto error = [](const json& of) { return newtons(number_of(of["holdout_rmse_N"])); };
@@ -23,11 +57,9 @@ Headline headline_of(const json& result, const EffectName& name) {
   const json& unexplained = result["unexplained"];
   const std::string left = unexplained.is_null() ? "" : unexplained["description"].get<std::string>() + ".";
   if (result["verdict"] == name_of(Verdict::complete)) {
-    return {
-        fmt::format("Complete: held-out error {}, noise floor {}, both below {}.", before, floor,
-                    quantity(number_of(result["bandwidth_Hz"]), "Hz")),
-        "No effect of the catalogue lowers the held-out error significantly, and the residual depends on no "
-        "single coordinate."};
+    return {fmt::format("Complete: held-out error {}, noise floor {}, both below {}.", before, floor,
+                        quantity(number_of(result["bandwidth_Hz"]), "Hz")),
+            nothing_named(result, name) + " The residual depends on no single coordinate."};
   }
   if (result["verdict"] == name_of(Verdict::unexplained)) {
     return {fmt::format("Unexplained: held-out error {}, noise floor {}.", before, floor),

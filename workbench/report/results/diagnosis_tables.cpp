@@ -8,6 +8,7 @@
 
 #include "workbench/base/quantity.h"
 #include "workbench/base/text.h"
+#include "workbench/diagnose/detectability/separation.h"
 #include "workbench/diagnose/evidence/criterion.h"
 #include "workbench/diagnose/evidence/reduction.h"
 #include "workbench/report/json_values.h"
@@ -108,9 +109,12 @@ std::string limits_text(const json& result) {
     text += fmt::format("\nthis log cannot show   {}\n", fmt::join(ids, ", "));
   }
   for (const json& pair : result["cannot_separate"]) {
-    text += fmt::format("{}cannot separate        {} from {}: {:.1f} degrees apart\n",
-                        text.empty() ? "\n" : "", pair["effect"].get<std::string>(),
-                        pair["other"].get<std::string>(), number_of(pair["angle_deg"]));
+    const double angle_deg = number_of(pair["angle_deg"]);
+    // Also forces that differ, each of a part of what is left, may lower the error alike.
+    text += fmt::format(
+        "{}cannot separate        {} from {}: {}{:.1f} degrees apart\n", text.empty() ? "\n" : "",
+        pair["effect"].get<std::string>(), pair["other"].get<std::string>(),
+        angle_deg < kSameDirection_deg ? "" : "they lower the error alike, with forces ", angle_deg);
   }
   if (const json& next = result["next_experiment"]; !next.is_null()) {
     text += fmt::format("\nnext experiment        {}:\n  {}\n", next["why"].get<std::string>(),
