@@ -20,12 +20,11 @@ class ForceRipple : public Ripple<Real> {
           "{cosine_and_sine}",
       .cause =
           "magnets attracting the iron of the motor (cogging); a ball-pass pattern of the carriage; on a "
-          "rotary "
-          "axis, gravity of a link (once a turn), an eccentric pulley, gear teeth or a wave generator",
+          "rotary axis, gravity of a link (once a turn), an eccentric pulley, gear teeth or a wave "
+          "generator",
       .confirm =
-          "creep over several periods both ways with the motor off, moved by hand or by a spring; gravity of "
-          "a "
-          "link vanishes with the axis vertical"};
+          "creep over several periods both ways with the motor off, moved by hand or by a spring; gravity "
+          "of a link vanishes with the axis vertical"};
   static constexpr std::array<GainGroup, 1> gains{{
       {"cosine_and_sine", "N", -1.0e6f, 1.0e6f, 2 * kRippleHarmonics, Acts::force},
   }};

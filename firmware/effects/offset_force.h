@@ -17,9 +17,8 @@ class OffsetForce {
       .evidence = "the residual has a mean of {offset} at every place, speed and direction",
       .cause = "tilt of the rail, a gravity component, an amplifier or sensor offset",
       .confirm =
-          "mount the axis the other way round, or level it: gravity changes sign or vanishes, an offset of "
-          "an "
-          "amplifier or sensor stays"};
+          "mount the axis the other way round, or level it: gravity changes sign or vanishes, an offset "
+          "of an amplifier or sensor stays"};
   static constexpr std::array<GainGroup, 1> gains{{
       {"offset", "N", -1.0e6f, 1.0e6f, 1, Acts::force},
   }};
