@@ -23,7 +23,8 @@ class CableChainStiffness {
       .residual = "a line against position, straight or steeper towards the ends, the same both ways",
       .evidence =
           "the residual is a line against position, the same both ways: {stiffness}, force at zero "
-          "{force_at_zero}; at the ends of the stroke it bends by {quadratic_at_ends} (square) and "
+          "{force_at_zero} (a constant offset would be part of it); at the ends of the stroke it bends by "
+          "{quadratic_at_ends} (square) and "
           "{cubic_at_ends} (cube)",
       .cause =
           "cable chain, hose or bellows pulling towards its unloaded length; on a joint, gravity of a "

@@ -49,6 +49,7 @@ enum class ShapeKind : std::uint8_t {
   /// exponent.
   nominal_exponent,
   time_constant,
+  duration,  ///< time at the end of the log: computed, never searched
   delay,
   filter,  ///< time constant of a low pass in series with a delay; held at 0 until all else is identified
   pitch,

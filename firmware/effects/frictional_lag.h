@@ -33,10 +33,12 @@ class FrictionalLag {
   }};
   /// A lag of no time is Stribeck friction. In bristle models whose level falls with velocity (LuGre, Leuven)
   /// the deflection approaches its new value over the pre-sliding travel, without any memory of a lubricant
-  /// film.
+  /// film. The memories that were measured last 1 to 50 ms (Armstrong-Helouvry, Dupont, Canudas de Wit 1994,
+  /// "A survey of models, analysis tools and compensation methods", section 2); one of seconds is a change
+  /// over time that the velocities of the log happen to follow.
   static constexpr EffectTraits traits{.role = Role::friction_memory,
                                        .special_case = {.id = Stribeck<Real>::text.id},
-                                       .plausible = {.least_slip_distances = 2.0}};
+                                       .plausible = {.least_slip_distances = 2.0, .most_memory_s = 2.0}};
   static constexpr int gain_count = total_count(gains);
   static constexpr int shape_count = 4;
 

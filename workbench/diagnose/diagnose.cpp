@@ -9,12 +9,15 @@
 
 #include "workbench/diagnose/candidates.h"
 #include "workbench/diagnose/detectability/undecided.h"
+#include "workbench/diagnose/evidence/evidence.h"
+#include "workbench/diagnose/evidence/naming_rule.h"
 #include "workbench/diagnose/evidence/reduction.h"
 #include "workbench/diagnose/search/search.h"
 #include "workbench/diagnose/search/steps.h"
 #include "workbench/diagnose/verdict.h"
 #include "workbench/estimate/uncertainty/held_out_error.h"
 #include "workbench/estimate/uncertainty/noise_floor.h"
+#include "workbench/estimate/uncertainty/standard_errors.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -22,6 +25,16 @@ namespace {
 FittedModel fit_baseline(const Measurement& measurement, const DiagnoseOptions& options) {
   return options.start.empty() ? fit_effects(measurement, options.baseline, {})
                                : fit_gains(measurement, options.start);
+}
+
+/// What was withheld, as a step on top of `best`.
+Step withheld_step(const Measurement& measurement, const SelectionContext& context, const Explanation& best,
+                   Explanation withheld) {
+  judge_on_unseen_data(measurement, withheld.model);
+  const FittedModel known = with_standard_errors(measurement, std::move(withheld.model));
+  const std::string& id = withheld.added.back();
+  return {id, known.holdout_rmse_N, context.criterion.difference(known, best.model), evidence_of(known, id),
+          known.terms};
 }
 
 }  // namespace
@@ -59,6 +72,8 @@ EffectSearch::EffectSearch(Measurement& measurement, const DiagnoseOptions& opti
   diagnosis_.candidates = list_candidates(measurement, found);
   rank_candidates(diagnosis_, found.best.added);
   list_steps(found.context, found.best, diagnosis_);
+  if (found.withheld)
+    diagnosis_.withheld = withheld_step(measurement, found.context, found.best, std::move(*found.withheld));
   diagnosis_.explained = std::move(found.best.model);
   diagnosis_.outside = std::move(found.outside);
 }

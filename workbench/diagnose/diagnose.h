@@ -58,6 +58,9 @@ struct Diagnosis {
   FittedModel explained;              ///< baseline with every step
   std::optional<Structure> unexplained;
   OutsideCauses outside;  ///< that were chosen beside the steps; the models do not contain them
+  /// The next step that was not made, because clocks and sensors may err that much: the effect and the error
+  /// with it. Empty without one.
+  std::optional<Step> withheld;
   /// Effects that this log would show only if they were a large part of the force: it does not rule them out.
   std::vector<Visibility> cannot_show;
   /// Pairs of promising effects that this log cannot separate, the smallest angle first: orthogonal to the

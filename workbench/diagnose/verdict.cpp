@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "workbench/base/quantity.h"
 #include "workbench/diagnose/alternatives/bursts.h"
 #include "workbench/diagnose/alternatives/confounders.h"
 #include "workbench/diagnose/alternatives/lost_counts.h"
@@ -93,6 +94,15 @@ std::string instruments_behind(const Measurement& measurement, const Diagnosis& 
       best->term.id(), 100.0 * best->error_reduction, best->evidence);
 }
 
+/// The same where effects are named.
+std::string instruments_behind_rest(const Diagnosis& diagnosis) {
+  if (!diagnosis.withheld) return {};
+  return fmt::format(
+      "; with {} too the held-out error is {}, but it is no larger than what clocks and sensors err: {}",
+      diagnosis.withheld->effect, quantity(diagnosis.withheld->holdout_rmse_N, "N"),
+      diagnosis.withheld->evidence);
+}
+
 /// The verdict where effects were named: whether a confounder explains the log better. `strongest`: what is
 /// reported where the confounder has no description of its own.
 void judge_named(const Measurement& measurement, const Structure& strongest, Diagnosis& diagnosis) {
@@ -129,6 +139,7 @@ void judge_by_what_is_left(const Measurement& measurement, Diagnosis& diagnosis)
   diagnosis.unexplained = structure_to_report(measurement, diagnosis, left.front());
   if (diagnosis.steps.size() > 1) {
     judge_named(measurement, left.front(), diagnosis);
+    if (diagnosis.unexplained) diagnosis.unexplained->description += instruments_behind_rest(diagnosis);
     return;
   }
   const double discrepancy = discrepancy_N(diagnosis.explained, diagnosis.noise_floor_N);

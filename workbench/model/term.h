@@ -3,7 +3,6 @@
 
 #include <Eigen/Core>
 #include <cstddef>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -26,14 +25,6 @@ struct Term {
   std::vector<double> shape_standard_errors;
   /// Of the level of a hysteresis, one for each set of gains [N].
   std::vector<double> level_standard_errors;
-  /// Of an effect over time and one log: the share of the level by which it changes from the first sample to
-  /// the last, and its standard error. The gain alone is that of infinite time, which a log that is short
-  /// against the time constant does not determine.
-  struct ChangeOverLog {
-    double value = 0.0;
-    double standard_error = 0.0;
-  };
-  std::optional<ChangeOverLog> change_over_log;
 
   std::string id() const { return effect->id(); }
   /// Number of gains in one set, and number of sets.

@@ -66,6 +66,9 @@ bool Outcome::right() const {
   if (outside_catalogue(kind)) return verdict == "unexplained";
   std::vector<std::string> wanted = hidden;
   std::vector<std::string> named = added;
+  // Not two findings: a chain whose unloaded place is not known has any constant force.
+  if (std::find(wanted.begin(), wanted.end(), "cable_chain_stiffness") != wanted.end())
+    std::erase(wanted, "offset_force");
   std::sort(wanted.begin(), wanted.end());
   std::sort(named.begin(), named.end());
   return verdict == "missing_effect" && wanted == named;

@@ -113,7 +113,7 @@ TEST(CurrentLimit, HoldsMagnitudeAndRateAndSaysWhich) {
 TEST(FeedForward, TheTimeOfDriftDoesNotWrap) {
   ModelParameters parameters{};
   std::get<EffectParameters<Coulomb<float>, float>>(parameters) = {{10.0F}, {1e-3F}, true};
-  std::get<EffectParameters<Drift<float>, float>>(parameters) = {{0.5F}, {1e6F}, true};
+  std::get<EffectParameters<Drift<float>, float>>(parameters) = {{0.5F}, {1e6F, 1e9F}, true};
   FrictionModel<float> model;
   model.prepare(parameters, Scales<float>{kTick_s, 1e-6F});
   FeedForward::Scales scales;

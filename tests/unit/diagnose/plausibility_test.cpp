@@ -38,6 +38,13 @@ TEST(LagIsBristleDeflection, OverThePreSlidingTravelAndNotInTime) {
   EXPECT_FALSE(lag_is_bristle_deflection(none));
 }
 
+TEST(LagIsChangeOverTime, LongerThanAnyMemoryThatWasMeasured) {
+  const Measurement measurement(test::wandering_log(1, 2000.0, 6000));
+  EXPECT_TRUE(lag_is_change_over_time(measurement, with_lag(measurement, 16.0, 100.0)));
+  EXPECT_FALSE(lag_is_change_over_time(measurement, with_lag(measurement, 0.3, 100.0)));  // of a film
+  EXPECT_FALSE(lag_is_change_over_time(measurement, with_lag(measurement, 16.0, 1e-3)));  // over a distance
+}
+
 /// Hysteresis of 16 N with Coulomb friction.
 FittedModel with_coulomb(const Measurement& measurement, double coulomb_N) {
   FittedModel model = with_lag(measurement, 1.0, 1e-3);

@@ -95,7 +95,9 @@ struct Formula<CableChainStiffness<R>> {
 };
 template <class R>
 struct Formula<Drift<R>> {
-  static Values of(const Sample<double>& s, const Values& p) { return {1.0 - std::exp(-s.time_s / p[0])}; }
+  static Values of(const Sample<double>& s, const Values& p) {
+    return {(1.0 - std::exp(-std::min(s.time_s, p[1]) / p[0])) / (1.0 - std::exp(-p[1] / p[0]))};
+  }
 };
 
 /// How far a basis may lie from its formula, for each unit of the larger of 1 and the formula's value:
@@ -303,12 +305,24 @@ TEST(Basis, StribeckIsWholeAtRestAndGoneWhenFast) {
 
 TEST(Basis, DriftStartsAtZero) {
   Drift<float> effect;
-  effect.prepare(std::array{1e6F}, {.tick_s = 1e-4F});
+  effect.prepare(std::array{1e6F, 1e9F}, {.tick_s = 1e-4F});
   std::array<float, 1> out{1.0F};
   effect.basis({.time_s = 0.0F}, out);
   EXPECT_EQ(out[0], 0.0F);
   effect.basis({.time_s = 1e-4F}, out);
   EXPECT_NEAR(out[0] * 1e10F, 1.0F, 1e-6F);
+}
+
+// With a time constant that is long against what was observed it is proportional to time; nothing is
+// compensated that was not seen.
+TEST(Basis, DriftEndsWhereNobodyHasSeenIt) {
+  Drift<float> effect;
+  effect.prepare(std::array{1e6F, 60.0F}, {.tick_s = 1e-4F});
+  std::array<float, 1> out{};
+  for (const float time_s : {6.0F, 30.0F, 60.0F, 61.0F, 1e5F}) {
+    effect.basis({.time_s = time_s}, out);
+    EXPECT_NEAR(out[0], std::min(time_s / 60.0F, 1.0F), 1e-4F);
+  }
 }
 
 TEST(Basis, TimeDelayAddsNoForce) {

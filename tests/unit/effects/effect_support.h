@@ -112,6 +112,9 @@ std::array<double, E::shape_count> random_shapes(Draw& draw) {
       case ShapeKind::time_constant:
         shape = draw.log_uniform(1.0, 2.0);
         break;
+      case ShapeKind::duration:
+        shape = draw.log_uniform(0.5, 5.0);
+        break;
       case ShapeKind::delay:
         shape = draw.uniform(-0.01, 0.01);
         break;

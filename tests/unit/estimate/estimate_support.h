@@ -90,6 +90,7 @@ inline Term random_term(const Measurement& measurement, std::string_view id, Dra
         break;
       case ShapeKind::position:
       case ShapeKind::travel:
+      case ShapeKind::duration:
       case ShapeKind::slip_distance:
       case ShapeKind::delay:
       case ShapeKind::filter:

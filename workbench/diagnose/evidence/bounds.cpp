@@ -15,7 +15,7 @@ bool is_nominal(const ShapeSpec& spec, double value) {
 
 bool is_computed(ShapeKind kind) {
   return kind == ShapeKind::position || kind == ShapeKind::travel || kind == ShapeKind::slip_distance ||
-         kind == ShapeKind::table;
+         kind == ShapeKind::duration || kind == ShapeKind::table;
 }
 
 }  // namespace

@@ -130,19 +130,12 @@ constexpr std::array<EachWayName, 4> kEachWay{
      {"slope_backward", &FrictionEachWay::slope_backward, "N s/m"}}};
 
 /// The value of the placeholder `name` with its interval: a shape, a single gain, the amplitude of a group of
-/// gains (of a map its largest absolute value), the friction of the model each way, or the change over the
-/// log.
+/// gains (of a map its largest absolute value), or the friction of the model each way.
 std::string value_of(const Term& term, const Derived& derived, std::string_view name) {
   for (const EachWayName& known : kEachWay) {
     if (name == known.name)
       return with_interval({derived.each_way.*known.member, derived.each_way_error.*known.member},
                            known.unit);
-  }
-  if (name == "change_over_log") {
-    const auto& change = term.change_over_log;
-    return change ? with_interval({change->value, change->standard_error}, "1") +
-                        " of itself from the start of the log to its end"
-                  : value_of(term, derived, "change") + " of itself in the end";
   }
   for (std::size_t i = 0; i < term.effect->shapes.size(); ++i) {
     if (name == term.effect->shapes[i].name) return shape_with_interval(term, i);

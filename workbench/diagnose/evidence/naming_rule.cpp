@@ -31,17 +31,21 @@ bool is_special_case(const Explanation& simple, const Explanation& general) {
 }
 
 /// Whether an explanation is as good as one with a more general effect: that lowers the error by nothing
-/// worth a name.
-bool suffices(const Explanation& simple, const Explanation& general) {
-  return is_special_case(simple, general) &&
-         !is_worth_a_name(simple.model.holdout_rmse_N, general.model.holdout_rmse_N);
+/// worth a name, or by no more than clocks and sensors err.
+bool suffices(const SelectionContext& context, const Explanation& simple, const Explanation& general) {
+  if (!is_special_case(simple, general)) return false;
+  const double simple_N = simple.model.holdout_rmse_N;
+  const double general_N = general.model.holdout_rmse_N;
+  return !is_worth_a_name(simple_N, general_N) ||
+         within_instruments(context.baseline, context.measurement.tick_s(), simple.model.terms,
+                            general.model.terms, explained_N2(simple_N, general_N));
 }
 
 }  // namespace
 
 bool is_better(const SelectionContext& context, const Explanation& one, const Explanation& other) {
-  if (suffices(one, other)) return true;
-  if (suffices(other, one)) return false;
+  if (suffices(context, one, other)) return true;
+  if (suffices(context, other, one)) return false;
   return context.criterion.difference(one.model, other.model) < 0.0;
 }
 
@@ -59,7 +63,7 @@ void sort_by_criterion(const SelectionContext& context, std::vector<Explanation>
   sorted.reserve(all.size());
   for (const std::size_t i : order) sorted.push_back(std::move(all[i]));
   for (std::size_t i = 1; i < sorted.size(); ++i) {
-    if (suffices(sorted[i], sorted.front())) {
+    if (suffices(context, sorted[i], sorted.front())) {
       std::rotate(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(i),
                   sorted.begin() + static_cast<std::ptrdiff_t>(i) + 1);
     }
@@ -71,14 +75,17 @@ bool is_above_floor(const Measurement& measurement, const FittedModel& model) {
   return model.holdout_rmse_N >= kUncertainFloor * measurement.noise_floor_N();
 }
 
-bool is_step(const SelectionContext& context, const Explanation& before, const Explanation& after) {
-  const double before_N = before.model.holdout_rmse_N;
-  const double after_N = after.model.holdout_rmse_N;
-  return is_worth_a_name(before_N, after_N) &&
+bool is_improvement(const SelectionContext& context, const Explanation& before, const Explanation& after) {
+  return is_worth_a_name(before.model.holdout_rmse_N, after.model.holdout_rmse_N) &&
          is_supported(context.criterion.difference(after.model, before.model)) &&
-         is_above_floor(context.measurement, before.model) &&
+         is_above_floor(context.measurement, before.model);
+}
+
+bool is_step(const SelectionContext& context, const Explanation& before, const Explanation& after) {
+  const double step_N2 = explained_N2(before.model.holdout_rmse_N, after.model.holdout_rmse_N);
+  return is_improvement(context, before, after) &&
          !within_instruments(context.baseline, context.measurement.tick_s(), before.model.terms,
-                             after.model.terms, explained_N2(before_N, after_N));
+                             after.model.terms, step_N2);
 }
 
 }  // namespace slipstack::workbench

@@ -36,9 +36,11 @@ void sort_by_criterion(const SelectionContext& context, std::vector<Explanation>
 /// Whether the error is so far above the noise floor that there is something to explain.
 bool is_above_floor(const Measurement& measurement, const FittedModel& model);
 
-/// Whether the step from `before` to `after` is made: the log supports it (criterion.h); the held-out error,
-/// which is above the noise floor, falls by the share that is worth a name (kLeastReduction); and clocks and
-/// sensors alone do not err that much.
+/// Whether the log supports the step from `before` to `after` (criterion.h), and the held-out error, which is
+/// above the noise floor, falls by the share that is worth a name (kLeastReduction).
+bool is_improvement(const SelectionContext& context, const Explanation& before, const Explanation& after);
+
+/// Whether that step is made: it is an improvement, and clocks and sensors alone do not err that much.
 bool is_step(const SelectionContext& context, const Explanation& before, const Explanation& after);
 
 }  // namespace slipstack::workbench

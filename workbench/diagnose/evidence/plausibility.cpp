@@ -123,6 +123,13 @@ bool lag_is_bristle_deflection(const FittedModel& model) {
          distance_m <= time_s * velocity_mps;
 }
 
+bool lag_is_change_over_time(const Measurement& measurement, const FittedModel& model) {
+  const Term* lag = find_role(model.terms, Role::friction_memory);
+  if (lag == nullptr) return false;
+  return lag->shapes[2] > lag->effect->traits.plausible.most_memory_s &&
+         lag->shapes[3] > value_range(measurement.position_m()).length();
+}
+
 bool has_implausible_mode(const Measurement& measurement, const FittedModel& baseline,
                           const FittedModel& model) {
   return (has_no_true_mode(model.terms) && !has_no_true_mode(baseline.terms)) ||
@@ -138,7 +145,8 @@ bool is_implausible(const Measurement& measurement, const FittedModel& baseline,
                  }) ||
          changes_friction_too_much(measurement, baseline, model) ||
          has_implausible_mode(measurement, baseline, model) ||
-         (lag_is_bristle_deflection(model) && !has_role(baseline.terms, Role::friction_memory)) ||
+         ((lag_is_bristle_deflection(model) || lag_is_change_over_time(measurement, model)) &&
+          !has_role(baseline.terms, Role::friction_memory)) ||
          (has_new_coulomb && coulomb_is_of_hysteresis(model, measurement.noise_floor_N())) ||
          ripple_not_supported(measurement, model, baseline.terms);
 }

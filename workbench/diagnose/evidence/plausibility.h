@@ -27,6 +27,10 @@ bool gain_ended_at_bound(const Terms& model, const Term& term, std::size_t gain)
 /// its new value over such a distance, without any memory of a lubricant film.
 bool lag_is_bristle_deflection(const FittedModel& model);
 
+/// Whether the model's frictional lag lasts longer than any memory of the velocity that was measured, and
+/// over more than the travel of the log: what it follows is time.
+bool lag_is_change_over_time(const Measurement& measurement, const FittedModel& model);
+
 /// Whether the Coulomb friction of a model is part of its hysteresis: the steep start of a virgin curve,
 /// which an encoder cannot distinguish from a step; or a correction of a virgin curve of another form, which
 /// shows by an error that stays above the noise floor `floor_N`.

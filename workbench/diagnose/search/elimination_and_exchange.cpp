@@ -22,13 +22,15 @@ std::vector<std::string> with_other(std::vector<std::string> added, const std::s
 }
 
 /// The trials of effects on top of the explanation without one of its effects, those that may take its place:
-/// to first order they leave no error whose difference is worth a name.
+/// to first order they leave no error whose difference is worth a name. Of an explanation that reaches the
+/// floor only effects that do something alone are tried; otherwise another one may have hidden them.
 std::vector<Trial> replacements(const SelectionContext& context, const std::vector<Trial>& alone,
                                 const Explanation& explanation, const FittedModel& without_old) {
   std::vector<const EffectDescription*> others;
   for (const Trial& other : alone) {
     if (!contains(explanation.model.terms, other.term.effect->text.id) &&
-        is_worth_a_name(context.baseline.holdout_rmse_N, other.holdout_rmse_N)) {
+        (is_above_floor(context.measurement, explanation.model) ||
+         is_worth_a_name(context.baseline.holdout_rmse_N, other.holdout_rmse_N))) {
       others.push_back(other.term.effect);
     }
   }

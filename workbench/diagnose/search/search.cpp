@@ -2,6 +2,7 @@
 #include "workbench/diagnose/search/search.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <utility>
 
 #include "workbench/base/parallel.h"
@@ -22,14 +23,20 @@ constexpr std::size_t kBeam = 3;
 /// is not that of the criterion.
 constexpr std::size_t kFitted = 2 * kBeam;
 
+/// Where the searches of a level start: from nothing, whose trials are reported as candidates; from the
+/// shapes of these; or from nothing again.
+enum class Start : std::uint8_t { first_level, first_shapes, anew };
+
 /// Adds every further effect to every explanation of the beam: all to first order, the best fitted in full,
 /// of which the plausible ones are returned, the best first. The trials of the first level are stored, since
 /// all of them are reported as candidates.
 std::vector<Explanation> grow(const DiagnoseOptions& options, const std::vector<Explanation>& beam,
-                              bool first, Found& found) {
+                              Start start, Found& found) {
   const SelectionContext& context = found.context;
-  std::vector<Attempt> attempts =
-      try_effects(context.measurement, options, beam, first ? nullptr : &found.alone);
+  const bool first = start == Start::first_level;
+  const std::vector<Trial> none;
+  std::vector<Attempt> attempts = try_effects(
+      context.measurement, options, beam, first ? nullptr : (start == Start::anew ? &none : &found.alone));
   if (first) {
     found.alone.reserve(attempts.size());
     for (const Attempt& attempt : attempts) found.alone.push_back(attempt.trial);
@@ -57,20 +64,29 @@ Explanation refined(const SelectionContext& context, Explanation explanation) {
   return {std::move(model), std::move(explanation.added)};
 }
 
-/// Effects are added one after the other as long as the criterion falls.
+/// Effects are added one after the other as long as the criterion falls. Where it does not, and the error is
+/// still above the floor, once more from new starting points: an effect that a larger one hid on the first
+/// level had meaningless shapes there.
 void add_effects(Measurement& measurement, const DiagnoseOptions& options, Found& found) {
   const SelectionContext& context = found.context;
+  const auto is_step_on = [&](const std::vector<Explanation>& next) {
+    return !next.empty() && is_step(context, found.best, next.front());
+  };
   std::vector<Explanation> beam{found.best};
   for (std::size_t level = 0;; ++level) {
-    std::vector<Explanation> next = grow(options, beam, level == 0, found);
+    std::vector<Explanation> next =
+        grow(options, beam, level == 0 ? Start::first_level : Start::first_shapes, found);
+    if (level > 0 && !found.best.added.empty() && !is_step_on(next))
+      next = grow(options, {found.best}, Start::anew, found);
     if (next.empty()) break;
-    if (is_step(context, found.best, next.front())) {
+    if (is_step_on(next)) {
       next.front() = refined(context, std::move(next.front()));
       found.best = next.front();
       lower_noise_floor(measurement, *found.best.model.linearisation);
       if (!is_above_floor(context.measurement, found.best.model)) break;
-    } else if (level > 0) {
-      break;  // a pair may be a step where its first effect is none
+    } else if (level > 0) {  // a pair may be a step where its first effect is none
+      if (is_improvement(context, found.best, next.front())) found.withheld = std::move(next.front());
+      break;
     }
     if (next.size() > kBeam) next.resize(kBeam);
     beam = std::move(next);
@@ -117,15 +133,22 @@ void set_causes_apart(Found& found) {
   found.outside.explain_most = causes_alone.holdout_rmse_N < found.best.model.holdout_rmse_N;
 }
 
+/// Whether `more` has the effects of `best`, in any order, and one behind them.
+bool is_one_more(const Explanation& best, const Explanation& more) {
+  return more.added.size() == best.added.size() + 1 &&
+         std::is_permutation(best.added.begin(), best.added.end(), more.added.begin());
+}
+
 }  // namespace
 
 Found search(Measurement& measurement, const DiagnoseOptions& options, const FittedModel& baseline) {
   const Criterion criterion(measurement, baseline.terms, choices_of(measurement, options, baseline.terms));
-  Found found{{}, {measurement, baseline, criterion}, {}, {}, {}};
+  Found found{{}, {}, {measurement, baseline, criterion}, {}, {}, {}};
   found.best.model = baseline;
   add_effects(measurement, options, found);
   if (!found.best.added.empty()) improve(found);
   set_causes_apart(found);
+  if (found.withheld && !is_one_more(found.best, *found.withheld)) found.withheld.reset();
   lower_noise_floor(measurement, *found.best.model.linearisation);
   return found;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "workbench/diagnose/diagnose.h"
@@ -12,6 +13,8 @@ namespace slipstack::workbench {
 /// The result of the search, and the trials of its first level.
 struct Found {
   Explanation best;
+  /// `best` with one more effect that would be a step if clocks and sensors could not err that much.
+  std::optional<Explanation> withheld;
   SelectionContext context;              ///< by which its steps were judged
   std::vector<Trial> alone;              ///< every effect on the baseline, best first
   std::vector<Explanation> first_level;  ///< the best of them, fitted in full

@@ -111,6 +111,10 @@ RowRange Measurement::rows_of_log(std::size_t log) const {
   return {static_cast<Eigen::Index>(first), static_cast<Eigen::Index>(end - first)};
 }
 
+double Measurement::longest_log_s() const {
+  return static_cast<double>(*std::max_element(log_samples_.begin(), log_samples_.end())) * tick_s();
+}
+
 double Measurement::time_s(std::size_t index) const {
   const LogPart& part = parts_[part_at(index)];
   std::size_t before = index - part.first_sample;

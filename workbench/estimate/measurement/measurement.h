@@ -116,6 +116,8 @@ class Measurement {
   double tick_s() const { return 1.0 / sample_rate_Hz_; }
   /// Duration of all whole logs together.
   double duration_s() const { return static_cast<double>(whole_sample_count()) * tick_s(); }
+  /// Duration of the longest whole log.
+  double longest_log_s() const;
   double bandwidth_Hz() const { return bandwidth_Hz_; }
   double encoder_resolution_m() const { return encoder_resolution_m_; }
 

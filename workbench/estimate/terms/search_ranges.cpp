@@ -40,8 +40,20 @@ ShapeRange user_range(const Measurement& measurement, const ShapeSpec& spec, std
   return {index, -largest, largest, false};
 }
 
+bool changes_over_log(const EffectDescription& effect) {
+  return std::any_of(effect.shapes.begin(), effect.shapes.end(),
+                     [](const ShapeSpec& shape) { return shape.kind == ShapeKind::duration; });
+}
+
+/// A time constant that is so many times as long as the log is none: what is seen is the beginning of an
+/// exponential, which deviates from a straight line by an eighth of their ratio. Memories of the velocity are
+/// without end then; a change over the log is in proportion to time, to a per mille of itself.
+constexpr double kEndlessMemory = 10.0;
+constexpr double kStraightLine = 100.0;
+
 /// Intersection of the catalogue's bounds with what the log shows.
-ShapeRange narrowed(const Measurement& measurement, const ShapeSpec& spec, std::size_t index) {
+ShapeRange narrowed(const Measurement& measurement, const EffectDescription& effect, std::size_t index) {
+  const ShapeSpec& spec = effect.shapes[index];
   if (spec.kind == ShapeKind::user_defined) return user_range(measurement, spec, index);
   const ShapeBounds bounds = bounds_of(spec);
   ShapeRange range{index, bounds.lower, bounds.upper, true};
@@ -69,7 +81,8 @@ ShapeRange narrowed(const Measurement& measurement, const ShapeSpec& spec, std::
       narrow(measurement.encoder_resolution_m(), 10.0 * value_range(measurement.position_m()).length());
       break;
     case ShapeKind::time_constant:
-      narrow(measurement.tick_s(), 10.0 * measurement.duration_s());
+      narrow(measurement.tick_s(), changes_over_log(effect) ? kStraightLine * measurement.longest_log_s()
+                                                            : kEndlessMemory * measurement.duration_s());
       break;
     case ShapeKind::pitch:
       // A period that does not fit twice into the stroke cannot be observed as a repetition.
@@ -91,7 +104,7 @@ bool is_nominal(ShapeKind kind) {
 
 bool is_searched(ShapeKind kind) {
   return kind != ShapeKind::slip_distance && kind != ShapeKind::position && kind != ShapeKind::travel &&
-         kind != ShapeKind::table && !is_nominal(kind);
+         kind != ShapeKind::duration && kind != ShapeKind::table && !is_nominal(kind);
 }
 
 /// The value of a shape until all other effects are identified.
@@ -133,7 +146,7 @@ std::vector<double> slip_distances(double shortest_m, double longest_m, std::siz
 std::vector<ShapeRange> searched_shapes(const Measurement& measurement, const EffectDescription& effect) {
   std::vector<ShapeRange> ranges;
   for (std::size_t i = 0; i < effect.shapes.size(); ++i) {
-    if (is_searched(effect.shapes[i].kind)) ranges.push_back(narrowed(measurement, effect.shapes[i], i));
+    if (is_searched(effect.shapes[i].kind)) ranges.push_back(narrowed(measurement, effect, i));
   }
   return ranges;
 }
@@ -149,7 +162,7 @@ std::vector<ShapeRange> nominal_shapes(const Measurement& measurement, const Eff
   std::vector<ShapeRange> ranges;
   for (std::size_t i = 0; i < effect.shapes.size(); ++i) {
     if (!is_nominal(effect.shapes[i].kind)) continue;
-    ranges.push_back(narrowed(measurement, effect.shapes[i], i));
+    ranges.push_back(narrowed(measurement, effect, i));
     ranges.back().nominal = nominal(effect.shapes[i].kind, ranges.back());
   }
   return ranges;
@@ -178,11 +191,14 @@ std::vector<double> default_shapes(const Measurement& measurement, const EffectD
       case ShapeKind::travel:
         shapes.push_back(std::max(stroke.length(), static_cast<double>(spec.lower)));
         break;
+      case ShapeKind::duration:
+        shapes.push_back(std::max(measurement.longest_log_s(), static_cast<double>(spec.lower)));
+        break;
       case ShapeKind::exponent:
         shapes.push_back(1.0);
         break;
       default:
-        shapes.push_back(nominal(spec.kind, narrowed(measurement, spec, i)));
+        shapes.push_back(nominal(spec.kind, narrowed(measurement, effect, i)));
     }
   }
   return shapes;

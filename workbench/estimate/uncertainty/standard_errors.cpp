@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "workbench/estimate/nonlinear/tangent.h"
 #include "workbench/estimate/uncertainty/encoder_realisations.h"
@@ -56,46 +55,12 @@ Eigen::VectorXd change_by_bounds(const Measurement& measurement, const FittedMod
          equations.fit(tangent.constraints, solution.bound_states).value;
 }
 
-/// The shape that is a time constant: its place; empty for an effect without one, and one with gains of
-/// several logs, which have ends of their own.
-std::optional<std::size_t> time_constant_of(const Term& term) {
-  const auto& shapes = term.effect->shapes;
-  const auto found = std::find_if(shapes.begin(), shapes.end(), [](const ShapeSpec& shape) {
-    return shape.kind == ShapeKind::time_constant;
-  });
-  if (found == shapes.end() || term.gains.size() != 1) return {};
-  return static_cast<std::size_t>(found - shapes.begin());
-}
-
-/// 1 - exp(-t / tau) between the first sample and the last, and its derivative by tau.
-struct ShareOverLog {
-  double value;
-  double by_time_constant;
-};
-ShareOverLog share_over_log(const Measurement& measurement, double time_constant_s) {
-  const double first = measurement.time_s(0) / time_constant_s;
-  const double last = measurement.time_s(measurement.sample_count() - 1) / time_constant_s;
-  return {std::exp(-first) - std::exp(-last),
-          (first * std::exp(-first) - last * std::exp(-last)) / time_constant_s};
-}
-
-/// Sums of unknowns, one in each column: the level of each hysteresis and set of gains, and the change of
-/// each effect over time (Term::change_over_log), to first order in its gain and its time constant.
-Eigen::MatrixXd levels_of(const Measurement& measurement, const Terms& terms, const Tangent& tangent) {
-  const Eigen::Index unknowns = tangent.columns.cols();
+/// The level of each hysteresis and set of gains as a sum of unknowns, one in each column.
+Eigen::MatrixXd levels_of(const Terms& terms, Eigen::Index unknowns) {
   std::vector<Eigen::VectorXd> levels;
   Eigen::Index next = 0;
   for (const Term& term : terms) {
     const auto count = static_cast<Eigen::Index>(term.gains_per_set());
-    if (const auto shape = time_constant_of(term)) {
-      const ShareOverLog share = share_over_log(measurement, term.shapes[*shape]);
-      levels.emplace_back(Eigen::VectorXd::Zero(unknowns));
-      levels.back()(next) = share.value;
-      for (std::size_t i = 0; i < tangent.shapes.size(); ++i) {
-        if (&terms[tangent.shapes[i].term] == &term && tangent.shapes[i].shape == *shape)
-          levels.back()(tangent.column_of(i)) = term.gains.front() * share.by_time_constant;
-      }
-    }
     for (std::size_t set = 0; !term.gains.empty() && set < term.gain_sets(); ++set, next += count) {
       if (!term.effect->has_role(Role::hysteresis)) continue;
       levels.emplace_back(Eigen::VectorXd::Zero(unknowns));
@@ -108,9 +73,8 @@ Eigen::MatrixXd levels_of(const Measurement& measurement, const Terms& terms, co
   return columns;
 }
 
-/// Hands the errors of the unknowns and, after them, of the sums of levels_of() to the terms.
-void take_errors(const Measurement& measurement, const Eigen::VectorXd& errors, const Tangent& tangent,
-                 Terms& terms) {
+/// Hands the errors of the unknowns and, after them, of the levels to the terms.
+void take_errors(const Eigen::VectorXd& errors, const Tangent& tangent, Terms& terms) {
   const double* next = errors.data();
   for (Term& term : terms) {
     term.gain_standard_errors.assign(next, next + term.gains.size());
@@ -121,11 +85,6 @@ void take_errors(const Measurement& measurement, const Eigen::VectorXd& errors, 
   for (const FreeShape& shape : tangent.shapes)
     terms[shape.term].shape_standard_errors[shape.shape] = *next++;
   for (Term& term : terms) {
-    term.change_over_log.reset();
-    if (const auto shape = time_constant_of(term)) {
-      const double share = share_over_log(measurement, term.shapes[*shape]).value;
-      term.change_over_log = {term.gains.front() * share, *next++};
-    }
     if (!term.effect->has_role(Role::hysteresis)) continue;
     term.level_standard_errors.assign(next, next + term.gain_sets());
     next += term.gain_sets();
@@ -159,7 +118,7 @@ FittedModel with_standard_errors(const Measurement& measurement, FittedModel fit
     tangent.constraints.lower(column) = shape.lower - value;
     tangent.constraints.upper(column) = shape.upper - value;
   }
-  const Eigen::MatrixXd levels = levels_of(measurement, fitted.terms, tangent);
+  const Eigen::MatrixXd levels = levels_of(fitted.terms, count);
   Eigen::VectorXd errors = equations.standard_errors(solution, tangent.constraints, levels);
   Eigen::VectorXd unseen = quantisation_variance(measurement, fitted, tangent, equations, solution, levels);
   const auto add_square = [&](const Eigen::VectorXd& change) {
@@ -172,7 +131,7 @@ FittedModel with_standard_errors(const Measurement& measurement, FittedModel fit
   for (Eigen::Index i = 0; i < errors.size(); ++i) {
     if (errors(i) > 0.0) errors(i) = std::hypot(errors(i), std::sqrt(unseen(i)));
   }
-  take_errors(measurement, errors, tangent, fitted.terms);
+  take_errors(errors, tangent, fitted.terms);
   return fitted;
 }
 

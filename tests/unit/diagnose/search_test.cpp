@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a search over several effects finds on random axes whose hidden effects mask each other.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "sim_host/log/draw.h"
+#include "tests/unit/diagnose/diagnosed.h"
+#include "tests/unit/estimate/simulated_axis.h"
+
+namespace slipstack::workbench {
+namespace {
+
+struct Result {
+  std::vector<std::string> added;
+  double error_over_floor;
+};
+
+Result found_on(std::uint64_t seed, const std::vector<sim::EffectId>& hidden) {
+  sim::Bench bench = sim::draw_bench(sim::Setup::kRandom, seed);
+  const sim::MotionProgramme programme = sim::draw_programme(bench, seed);
+  sim::add_effects(bench.axis, hidden, programme, bench.rate_Hz, 0.0, seed);
+  const Diagnosis diagnosis = test::diagnosed(
+      test::log_of(bench.axis, sim::simulate_log(bench.axis, programme, bench.rate_Hz, seed)));
+  Result result{{}, diagnosis.explained.holdout_rmse_N / diagnosis.noise_floor_N};
+  for (std::size_t i = 1; i < diagnosis.steps.size(); ++i) result.added.push_back(diagnosis.steps[i].effect);
+  std::sort(result.added.begin(), result.added.end());
+  return result;
+}
+
+// The viscous force is thirty times the noise. Alone, on top of the baseline, a lag of 4 % of the friction
+// does nothing, and the shapes that fit there best mean nothing.
+TEST(Search, FindsAnEffectThatALargerOneHides) {
+  const Result found = found_on(2026117006, {sim::EffectId::kViscous, sim::EffectId::kFrictionalLag});
+  EXPECT_EQ(found.added, (std::vector<std::string>{"frictional_lag", "viscous"}));
+  EXPECT_LT(found.error_over_floor, 1.1);
+}
+
+// The friction falls by a third in proportion to time: an exponential that ends within its bounds is another
+// curve, and what it leaves takes the form of a lag.
+TEST(Search, ADriftInProportionToTimeIsADriftAlone) {
+  const Result found = found_on(2026117009, {sim::EffectId::kMotorConstantRipple, sim::EffectId::kDrift});
+  EXPECT_EQ(found.added, (std::vector<std::string>{"drift", "motor_constant_ripple"}));
+  EXPECT_LT(found.error_over_floor, 1.1);
+}
+
+}  // namespace
+}  // namespace slipstack::workbench
