@@ -99,7 +99,7 @@ inline FrictionModel<float>::Parameters all_effects() {
   set<PayloadMass<float>>(p, values(1.5F), values());
   set<StructuralResonance<float>>(p, values(1.2F, 0.1F, 0.3F), values(47.0F, 0.02F));
   set<TimeDelay<float>>(p, values(), values(2e-4F, 1e-4F));
-  set<Drift<float>>(p, values(-0.1F), values(600.0F));
+  set<Drift<float>>(p, values(-0.1F), values(600.0F, 3600.0F));
   set<UserTable<float>>(p, bump_of_4_newtons(), values(-1e-3F, 8.0e3F, 0.0F, 0.0F, 1e-3F));
   detail::set_the_rest(p, static_cast<const Catalogue<float>*>(nullptr));
   return p;

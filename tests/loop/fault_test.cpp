@@ -264,7 +264,7 @@ TEST_F(Faults, AForceThatIsNotFiniteNeverReachesTheMotor) {
   ripple.shapes = {0.024F};
   drift.enabled = true;
   drift.gains = {20.0F};
-  drift.shapes = {1.0F};
+  drift.shapes = {1.0F, 1.0F};
   hysteresis.gains.fill(1e12F);
   hysteresis.shapes.fill(1.0F);
   if (loop_->controller().configure(parameters_, model_) == ParameterStatus::kOk) {
