@@ -163,6 +163,9 @@ class Commissioning {
     const std::string unexplained = found.at("unexplained").get<std::string>();
     if (!unexplained.empty())
       stages_.notes.push_back(fmt::format("Something is left that no effect explains: {}.", unexplained));
+    // A folder of an earlier version has none.
+    for (const json& limit : found.value("detection_limits", json::array()))
+      stages_.notes.push_back(limit.get<std::string>());
     const std::string stored = stages_.axis.keep();
     if (!stored.empty()) {
       stages_.stage("stored", 0.995, []() -> json { return json::object(); });

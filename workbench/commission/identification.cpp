@@ -4,9 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "workbench/commission/detection_limits.h"
 #include "workbench/diagnose/diagnose.h"
 #include "workbench/estimate/uncertainty/standard_errors.h"
 #include "workbench/long_logs/log_search.h"
@@ -33,6 +35,55 @@ std::string model_file(const Measurement& measurement, const std::string& logs, 
   return to_toml(model);
 }
 
+/// The band of a log is where the encoder's step does not yet hide the noise of the force (conditioning.h):
+/// right for friction, which is slow. In the log of a drive, whose force is a smooth command, it ends at 20
+/// to 40 Hz, and an arm often swings above. A mode is far above the encoder's noise at its own frequency, so
+/// it is looked for up to where a motion is well sampled, a twentieth of the rate.
+constexpr double kModesBelow = 0.05;
+/// A mode is one whose mass is known to a third of itself. Else the fit can exchange it for the mass of the
+/// axis, and frequency and damping say nothing.
+constexpr double kModeStandardErrors = 3.0;
+
+Terms without_mode(Terms terms) {
+  std::erase_if(terms, [](const Term& term) { return term.effect->has_role(Role::resonance); });
+  return terms;
+}
+
+/// Modes above the band, beside what was found within it. Within the band one that swings above is taken for
+/// one at its end, so a mode that was found is looked for again.
+class ModesAboveBand {
+ public:
+  ModesAboveBand(LogRequest request, const Measurement& within, const Diagnosis& found, Progress& progress) {
+    request.conditioning.bandwidth_Hz = kModesBelow * within.sample_rate_Hz();
+    if (within.bandwidth_Hz() >= request.conditioning.bandwidth_Hz) return;
+    search_.emplace(request, progress);
+    DiagnoseOptions options;
+    options.start = without_mode(found.explained.terms);
+    options.baseline = ids_of(options.start);
+    options.candidates = {effect_with_role(Role::resonance).id()};
+    options.progress = [&](const std::string& stage, double fraction) { progress.show(stage, fraction); };
+    diagnosis_ = search_->diagnose(options);
+  }
+  /// The model with the mode; nothing where there is none.
+  const Step* mode() const {
+    if (!diagnosis_) return nullptr;
+    const auto step = std::find_if(diagnosis_->steps.begin(), diagnosis_->steps.end(),
+                                   [](const Step& one) { return has_role(one.terms, Role::resonance); });
+    if (step == diagnosis_->steps.end()) return nullptr;
+    const FittedModel fitted = with_standard_errors(measurement(), fit_gains(measurement(), step->terms));
+    const Term& mode = *find_role(fitted.terms, Role::resonance);
+    const bool known = std::abs(mode.gains[0]) > kModeStandardErrors * mode.gain_standard_error(0);
+    return known ? &*step : nullptr;
+  }
+  const Diagnosis& diagnosis() const { return *diagnosis_; }
+  const Measurement& measurement() const { return search_->measurement(); }
+  bool searched() const { return diagnosis_.has_value(); }
+
+ private:
+  std::optional<LogSearch> search_;
+  std::optional<Diagnosis> diagnosis_;
+};
+
 }  // namespace
 
 nlohmann::json identify(const std::vector<std::string>& logs, const std::string& name,
@@ -46,27 +97,47 @@ nlohmann::json identify(const std::vector<std::string>& logs, const std::string&
   options.baseline = default_baseline();
   options.progress = [&](const std::string& stage, double fraction) { progress.show(stage, fraction); };
   const Diagnosis diagnosis = search.diagnose(options);
+  const ModesAboveBand above(request, search.measurement(), diagnosis, progress);
 
   nlohmann::json models = nlohmann::json::array();
   std::vector<std::string> added = default_baseline();
-  const auto add = [&](const std::string& effect, const Terms& terms) {
+  const auto add = [&](const Measurement& measurement, const std::string& effect, const Terms& terms) {
     const std::string file = fmt::format("{}_{}.toml", name, models.size() + 1);
-    folder.write(file, model_file(search.measurement(), fmt::format("{} logs", logs.size()), terms, added));
+    folder.write(file, model_file(measurement, fmt::format("{} logs", logs.size()), terms, added));
     models.push_back({{"added", title_of_effect(added.back())}, {"effect", effect}, {"file", file}});
   };
-  add("", diagnosis.baseline.terms);
+  add(search.measurement(), "", diagnosis.baseline.terms);
+  const Step* const mode = above.mode();
   for (const Step& step : diagnosis.steps) {
-    if (find_effect(step.effect) == nullptr) continue;  // "baseline"
+    const EffectDescription* const effect = find_effect(step.effect);
+    if (effect == nullptr) continue;  // "baseline"
+    if (mode != nullptr && effect->has_role(Role::resonance)) continue;
     added.push_back(step.effect);
-    add(step.effect, step.terms);
+    add(search.measurement(), step.effect, mode == nullptr ? step.terms : without_mode(step.terms));
   }
+  if (mode != nullptr) {
+    added.push_back(mode->effect);
+    add(above.measurement(), mode->effect, mode->terms);
+  }
+  const Diagnosis& last = mode == nullptr ? diagnosis : above.diagnosis();
   nlohmann::json question;
   if (const auto next = next_experiment(diagnosis))
     question = {{"effects", next->effects}, {"reason", reason_text(*next, title_of_effect)}};
-  return {{"verdict", name_of(diagnosis.verdict)},
-          {"unexplained", diagnosis.unexplained ? diagnosis.unexplained->description : ""},
+  nlohmann::json limits = nlohmann::json::array();
+  const auto limit = [&](const std::string& text) {
+    if (!text.empty()) limits.push_back(text);
+  };
+  limit(delay_limit_text(search.measurement(), diagnosis.explained));
+  if (!above.searched()) {
+    limit(mode_limit_text(search.measurement(), diagnosis.explained));
+  } else if (mode == nullptr && !has_role(diagnosis.explained.terms, Role::resonance)) {
+    limit(mode_limit_text(above.measurement(), above.diagnosis().baseline));
+  }
+  return {{"verdict", name_of(last.verdict)},
+          {"unexplained", last.unexplained ? last.unexplained->description : ""},
           {"models", models},
-          {"question", question}};
+          {"question", question},
+          {"detection_limits", limits}};
 }
 
 std::optional<PlannedMotion> planned_motion(const std::vector<std::string>& logs,

@@ -17,7 +17,8 @@ namespace slipstack::workbench {
 /// explanation, each with one effect more, go into the folder as `<name>_1.toml` and so on. Returns
 ///
 ///   {"verdict", "unexplained": "" or where, "models": [{"added", "effect", "file"}],
-///    "question": null or {"effects": [], "reason"}}
+///    "question": null or {"effects": [], "reason"},
+///    "detection_limits": sentences (detection_limits.h)}
 ///
 /// where "effect" of the first model is "", and "question" is what an experiment would answer. Throws
 /// InputError. Some seconds.

@@ -13,6 +13,7 @@
 #include "sim_host/plant/end_stops.h"
 #include "sim_host/plant/plant.h"
 #include "sim_host/rng.h"
+#include "sim_host/sensors/delay_line.h"
 #include "sim_host/sensors/encoder.h"
 #include "workbench/loop/loop_parameters.h"
 #include "workbench/model/model.h"
@@ -33,6 +34,13 @@ constexpr std::uint32_t kOn = kSwitchOn | kEnableVoltage | kQuickStop | kEnableO
 Nameplate nameplate_of(const sim::Axis& axis) {
   return {axis.encoder_resolution_m, axis.motor_constant_N_per_A, axis.current_limit_A, axis.stroke_m,
           kLargestVelocity_mps,      axis.magnet_pitch_m,         kAxisTick_s};
+}
+
+/// The delay with which the drive reports its force, as in every record of the simulator: the axis itself is
+/// not late.
+sim::DelayLine report_of(const sim::Axis& axis) {
+  const sim::RecordingDelay late = axis.effects.delay.value_or(sim::RecordingDelay{});
+  return {kAxisTick_s, late.delay_s, late.filter_s};
 }
 
 /// What a drive has of these settings. The supervision's limits follow from the name plate.
@@ -61,6 +69,7 @@ class LockstepAxis final : public LiveAxis {
         machine_(machine),
         plant_(machine_.axis, 0.5 * machine_.axis.stroke_m),
         encoder_(machine_.axis.encoder_resolution_m, kPhase),
+        report_(report_of(machine_.axis)),
         noise_(machine_.seed, "lockstep axis"),
         nameplate_(nameplate_of(machine_.axis)) {
     stops_.positive_m = machine_.end_m > 0.0 ? machine_.end_m : machine_.axis.stroke_m;
@@ -207,7 +216,7 @@ class LockstepAxis final : public LiveAxis {
     ++ticks_;
     if (!(std::fabs(plant_.position_m()) < 10.0 * axis.stroke_m))
       throw DriveLost("the simulated axis has left its rail");
-    return current_A * axis.motor_constant_N_per_A;
+    return report_.push(current_A * axis.motor_constant_N_per_A);
   }
 
   /// The command is held from a tick on: at its instant the force is the mean of those before and after it.
@@ -279,6 +288,7 @@ class LockstepAxis final : public LiveAxis {
   bool drive_reversed_ = false;  // what the drive takes the wires for
   sim::Plant plant_;
   sim::Encoder encoder_;
+  sim::DelayLine report_;
   sim::Rng noise_;
   sim::EndStops stops_;
   Nameplate nameplate_;

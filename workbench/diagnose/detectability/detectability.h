@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <string>
 
 #include "workbench/diagnose/detectability/separation.h"
@@ -25,5 +26,11 @@ struct Visibility {
 /// `base`, the same for every term. Cost: the columns of one effect.
 Visibility visibility_of(const Measurement& measurement, const FittedModel& base,
                          const ResidualMaker& residual_maker, const Term& term, double least_reduction);
+
+/// From which value on gain `gain` of the term, alone, would be named; of a delay, which has no gain, the
+/// delay [s]. By the error as visibility_of(), and by what clocks and sensors err (Plausibility). Infinite
+/// where the baseline imitates all of it. Cost: the columns of one effect.
+double detection_limit(const Measurement& measurement, const FittedModel& base,
+                       const ResidualMaker& residual_maker, const Term& term, std::size_t gain = 0);
 
 }  // namespace slipstack::workbench
