@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* clang-format off */
 /* NOLINTBEGIN */
-/* Friction model 30c55696 in C99, written by slipstack; SI units.
+/* Friction model 4d8656d4 in C99, written by slipstack; SI units.
    Effects: inertia, presliding_hysteresis, coulomb, viscous, quadratic_drag, stribeck, frictional_lag, position_dependent_preload, acceleration_dependent_preload, direction_asymmetry, force_ripple, motor_constant_ripple, offset_force, cable_chain_stiffness, payload_mass, structural_resonance, time_delay, drift, user_table.
    exported_init() once, exported_step() each tick; a exported_state for each axis. No heap, no library but memcpy.
    The force is that of the slipstack firmware bit for bit where the compiler does not contract into fused products
@@ -12,7 +12,7 @@
 #include <stdint.h>
 #include <string.h>
 
-#define EXPORTED_MODEL_HASH 0x30c55696U
+#define EXPORTED_MODEL_HASH 0x4d8656d4U
 #define EXPORTED_STEP_M 1e-06F
 /* time_delay: adds no force, is left to the caller. F(t) + T dF/dt = F_model(t - tau) */
 #define EXPORTED_TIME_DELAY_DELAY 0.0002F /* s */
@@ -713,21 +713,22 @@ static inline float exported_step(exported_state *state, const exported_motion *
   const float t33 = motion->acceleration_mps2 + 0.9995642F * t32 + 0.029509246F * state->memory[1];
   const float t34 = 0.99838376F * state->memory[1] - 0.029509246F * t32;
   const float structural_resonance_N = 1.2F * t33 + 0.1F * t34 + 0.3F * motion->acceleration_mps2;
-  /* Friction level that changes with time: dry friction x (1 + b (1 - exp(-t / tau))) */
+  /* Friction level that changes with time: dry friction x (1 + b (1 - exp(-t / tau)) / (1 - exp(-T / tau))), t at most T */
   const float t35 = t25 + t28;
-  const float drift_N = t35 * ((-0.1F) * (-exported_exp_minus_one((-motion->time_s) * 0.0016666667F)));
+  const float t36 = (-((motion->time_s < 3600.0F) ? motion->time_s : 3600.0F)) * 0.0016666667F;
+  const float drift_N = t35 * ((-0.1F) * ((-exported_exp_minus_one(t36)) * 1.0024849F));
   /* Table of a user-defined effect: F = T((x - x0) n + (v - v0) m) d, T straight between 33 points; d = 1, or sat(v/vr) */
-  const float t36 = exported_clamp(8000.0F * motion->position_m + 8.0F, 0.0F, 32.0F);
-  const int32_t t37 = exported_interval(t36, 32);
-  const float t38 = t36 - (float)t37;
-  const float t39 = exported_clamp(motion->velocity_mps * 999.99994F, (-1.0F), 1.0F);
-  const float user_table_N = exported_table_7[t37] * ((1.0F - t38) * t39) + exported_table_7[t37 + 1] * (t38 * t39);
+  const float t37 = exported_clamp(8000.0F * motion->position_m + 8.0F, 0.0F, 32.0F);
+  const int32_t t38 = exported_interval(t37, 32);
+  const float t39 = t37 - (float)t38;
+  const float t40 = exported_clamp(motion->velocity_mps * 999.99994F, (-1.0F), 1.0F);
+  const float user_table_N = exported_table_7[t38] * ((1.0F - t39) * t40) + exported_table_7[t38 + 1] * (t39 * t40);
   /* Motor constant that varies with position: F x (1 + sum_h A_h cos(2 pi h x / p) + B_h sin(2 pi h x / p)), h = 1..4 */
-  const float t40 = inertia_N + viscous_N + quadratic_drag_N + t24 + force_ripple_N + (-0.7F);
-  const float t41 = t40 + cable_chain_stiffness_N + payload_mass_N + structural_resonance_N + user_table_N;
-  const float t42 = t35 + drift_N + t41;
-  const float t43 = exported_ripple(exported_table_6, t29);
-  const float force_N = t42 * (1.0F + t43);
+  const float t41 = inertia_N + viscous_N + quadratic_drag_N + t24 + force_ripple_N + (-0.7F);
+  const float t42 = t41 + cable_chain_stiffness_N + payload_mass_N + structural_resonance_N + user_table_N;
+  const float t43 = t35 + drift_N + t42;
+  const float t44 = exported_ripple(exported_table_6, t29);
+  const float force_N = t43 * (1.0F + t44);
   const float next_0 = t33;
   const float next_1 = t34;
   const float next_2 = t9;
