@@ -32,7 +32,8 @@ inline std::string text_of_any_axis(std::string_view text) {
   constexpr std::string_view kBetween = " | ";
   const std::size_t at = text.find(kBetween);
   if (at == std::string_view::npos) return std::string(text);
-  return std::string(text.substr(0, at)) + ". On a rotary axis: " + std::string(text.substr(at + kBetween.size()));
+  return std::string(text.substr(0, at)) +
+         ". On a rotary axis: " + std::string(text.substr(at + kBetween.size()));
 }
 
 }  // namespace slipstack::workbench

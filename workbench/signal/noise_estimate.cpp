@@ -53,7 +53,8 @@ double noise_of_samples(std::span<const double> signal, const std::vector<Interv
 
 double growth_of_noise_at_half_rate(std::span<const double> signal) {
   const double noise = white_noise(signal);
-  if (!(noise > 0.0)) return 1.0;
+  // Differences of equal neighbours are rounding.
+  if (!(noise > coarse_step(signal) / std::sqrt(12.0))) return 1.0;
   std::vector<double> half;
   half.reserve(signal.size() / 2 + 1);
   for (std::size_t i = 0; i < signal.size(); i += 2) half.push_back(signal[i]);

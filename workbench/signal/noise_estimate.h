@@ -25,7 +25,7 @@ double noise_of_samples(std::span<const double> signal, const std::vector<Interv
 
 /// By which factor white_noise() grows where every second sample is left out: one for white noise, more where
 /// neighbours share their noise (a signal that was filtered or interpolated), or where the signal is not
-/// smooth. One where there is no noise.
+/// smooth. One where there is no noise, or none beyond that of coarse steps.
 double growth_of_noise_at_half_rate(std::span<const double> signal);
 
 }  // namespace slipstack::workbench

@@ -71,7 +71,8 @@ TEST(ReadCsv, HeaderValuesHaveTheUnitsOfThePosition) {
   };
   EXPECT_DOUBLE_EQ(*rotary("# encoder_resolution_deg: 1e-5").encoder_resolution_m,
                    *rotary("# encoder_resolution_rad: 1.7453292519943295e-7").encoder_resolution_m);
-  EXPECT_DOUBLE_EQ(*rotary("# magnet_pitch_rev: 0.125").magnet_pitch_m, *rotary("# magnet_pitch_deg: 45").magnet_pitch_m);
+  EXPECT_DOUBLE_EQ(*rotary("# magnet_pitch_rev: 0.125").magnet_pitch_m,
+                   *rotary("# magnet_pitch_deg: 45").magnet_pitch_m);
 }
 
 TEST(ReadCsv, RefusesAHeaderValueInTwoUnits) {

@@ -46,7 +46,8 @@ class SessionTest : public testing::Test {
   fs::path folder_;
 };
 
-// What is published of a rotary axis has other names; the session reads its own files again, and so does the page.
+// What is published of a rotary axis has other names; the session reads its own files again, and so does the
+// page.
 TEST_F(SessionTest, OfARotaryAxisIsThereAgain) {
   use_axis({AxisKind::rotary, AngleUnit::radian}, "joint.csv");
   {
