@@ -8,6 +8,7 @@
 
 #include "workbench/base/axis_units.h"
 #include "workbench/base/statistics.h"
+#include "workbench/signal/noise_estimate.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -256,49 +257,45 @@ constexpr double kForcelessTravel = 50.0;  ///< encoder steps
 
 namespace {
 
-/// A short interval of the log: how far the axis goes in each half of it, and the rms of the force.
-struct Passage {
-  Interval samples;
-  double first_m = 0.0;
-  double second_m = 0.0;
-  double force_N = 0.0;
+/// Blocks of a window, and what chi-squared of their means is at most where these are of white noise: five
+/// standard deviations above its expectation.
+constexpr std::size_t kBlocks = 8;
+const double kMostChiSquared = static_cast<double>(kBlocks) + 5.0 * std::sqrt(2.0 * kBlocks);
 
-  double way_m() const { return std::abs(first_m) + std::abs(second_m); }
-};
-
-std::vector<Passage> passages_of(const Log& log, std::size_t window) {
-  std::vector<Passage> passages;
-  for (std::size_t first = 0; first + window <= log.force_N.size(); first += window / 2) {
-    const std::size_t last = first + window - 1;
-    const std::size_t middle = first + window / 2;
-    const auto from = log.force_N.begin() + static_cast<std::ptrdiff_t>(first);
-    passages.push_back({{first, first + window},
-                        log.position_m[middle] - log.position_m[first],
-                        log.position_m[last] - log.position_m[middle],
-                        rms({from, from + static_cast<std::ptrdiff_t>(window)})});
+/// Whether the force within the window is white noise about zero, by the means of its blocks in units of
+/// their standard error. A force that is only small has a mean or follows the motion: on a joint of little
+/// friction the force of a move passes zero for long.
+bool is_noise_about_zero(const Log& log, const Interval& window) {
+  const std::size_t length = window.size() / kBlocks;
+  double squares = 0.0;
+  double squared_means = 0.0;
+  for (std::size_t block = 0; block < kBlocks; ++block) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < length; ++i) {
+      const double force_N = log.force_N[window.first + block * length + i];
+      sum += force_N;
+      squares += force_N * force_N;
+    }
+    squared_means += squared(sum / static_cast<double>(length));
   }
-  return passages;
+  const double variance = squares / static_cast<double>(kBlocks * length);
+  return static_cast<double>(length) * squared_means <= kMostChiSquared * variance;
 }
 
-/// Two passages are alike where either half differs by less than this share of the way, so that speed,
-/// direction and acceleration are alike too; and motion takes a force where that of three quarters of the
-/// passages alike is so many times the noise. Both chosen.
-constexpr double kAlike = 0.125;
-constexpr double kTakesForce = 3.0;
-
-/// Whether motion like this passage takes a force elsewhere in the log. Between two accelerations a joint of
-/// little friction moves with a force that is no more than noise, or than a step of a coarse current: no
-/// fault, and its motion says something about the friction.
-bool like_motion_takes_force(const std::vector<Passage>& passages, const Passage& one, double noise_N) {
-  std::vector<double> alike_N;
-  for (const Passage& other : passages) {
-    if (other.samples.first < one.samples.end && one.samples.first < other.samples.end) continue;
-    const double most_m = kAlike * one.way_m();
-    if (std::abs(other.first_m - one.first_m) < most_m && std::abs(other.second_m - one.second_m) < most_m)
-      alike_N.push_back(other.force_N);
+/// Whether the axis moves while the force is no more than noise.
+bool moves_without_force(const Log& log, double noise_N, const Interval& window) {
+  double sum = 0.0;
+  double lowest = log.position_m[window.first];
+  double highest = lowest;
+  for (std::size_t i = window.first; i < window.end; ++i) {
+    sum += log.force_N[i] * log.force_N[i];
+    lowest = std::min(lowest, log.position_m[i]);
+    highest = std::max(highest, log.position_m[i]);
   }
-  constexpr double kLowQuarter = 0.25;
-  return !alike_N.empty() && quantile(std::move(alike_N), kLowQuarter) > kTakesForce * noise_N;
+  const double most = kForcelessNoise * noise_N;
+  const double travel_m = std::max(kForcelessTravel * encoder_step_m(log), axis_length(1e-4));
+  return sum <= most * most * static_cast<double>(window.size()) && highest - lowest >= travel_m &&
+         is_noise_about_zero(log, window);
 }
 
 }  // namespace
@@ -307,16 +304,15 @@ std::vector<Interval> forceless_motion(const Log& log, double noise_N) {
   const std::size_t count = log.force_N.size();
   const auto window = static_cast<std::size_t>(std::max(50.0, kForceless_s * log.sample_rate_Hz));
   if (noise_N <= 0.0 || rms(log.force_N) < kClearForce * noise_N) return {};
-  const std::vector<Passage> passages = passages_of(log, window);
-  const double travel_m = std::max(kForcelessTravel * encoder_step_m(log), axis_length(1e-4));
+  // In coarse steps, no force is any force of less than half a step.
+  if (coarse_step(log.force_N) > 0.0) return {};
   std::vector<Interval> idle;
-  for (const Passage& one : passages) {
-    if (one.force_N > kForcelessNoise * noise_N || one.way_m() < travel_m) continue;
-    if (!like_motion_takes_force(passages, one, noise_N)) continue;
-    if (!idle.empty() && one.samples.first <= idle.back().end) {
-      idle.back().end = one.samples.end;
+  for (std::size_t first = 0; first + window <= count; first += window / 2) {
+    if (!moves_without_force(log, noise_N, {first, first + window})) continue;
+    if (!idle.empty() && first <= idle.back().end) {
+      idle.back().end = first + window;
     } else {
-      idle.push_back(one.samples);
+      idle.push_back({first, first + window});
     }
   }
   if (static_cast<double>(samples_in(idle)) / static_cast<double>(count) > kLargestShare) return {};
