@@ -21,11 +21,12 @@ class AccelerationDependentPreload {
           "the friction level grows with acceleration, either way: by {pitching} of itself "
           "below {knee}, by {pitching_beyond_knee} above",
       .cause =
-          "the motor pulls below the centre of mass: the slide pitches and loads the carriages; on a joint, "
-          "gear teeth rub more under load",
+          "the motor pulls below the centre of mass: the slide pitches and loads the carriages | gear "
+          "teeth, or a bearing of the joint, rub more under load",
       .confirm =
-          "repeat one move at doubled acceleration with equal peak speed: the friction level changes; on a "
-          "slide, move the mass lower and repeat"};
+          "repeat one move at doubled acceleration with equal peak speed, then with the mass lower on "
+          "the slide: the friction level changes | repeat one move at doubled acceleration with equal "
+          "peak speed: the friction level changes"};
   static constexpr std::array<GainGroup, 2> gains{{
       {"pitching", "s2/m", 0.0f, 1.0e3f, 1, Acts::dry_scale},
       {"pitching_beyond_knee", "s2/m", 0.0f, 1.0e3f, 1, Acts::dry_scale},

@@ -27,11 +27,12 @@ class CableChainStiffness {
           "{quadratic_at_ends} (square) and "
           "{cubic_at_ends} (cube)",
       .cause =
-          "cable chain, hose or bellows pulling towards its unloaded length; on a joint, gravity of a "
-          "link over part of a turn",
+          "cable chain, hose or bellows pulling towards its unloaded length | gravity of a link over "
+          "part of a turn, a hose or cable that is twisted",
       .confirm =
-          "creep over the whole stroke both ways with the chain unhooked, then hooked; gravity of a link "
-          "vanishes with the joint's axis vertical"};
+          "creep over the whole stroke both ways with the chain unhooked, then hooked | creep over "
+          "the whole range both ways: gravity of a link vanishes with the axis vertical, a cable with "
+          "the cable unhooked"};
   static constexpr std::array<GainGroup, 4> gains{{
       {"stiffness", "N/m", 0.0f, 1.0e6f, 1, Acts::force},
       {"force_at_zero", "N", -1.0e6f, 1.0e6f, 1, Acts::force},

@@ -21,11 +21,12 @@ class DirectionAsymmetry {
           "the friction level differs by {level_asymmetry} to either side between the directions, by "
           "{level_asymmetry_by_motion} more once the axis moves, the viscous slope by {viscous_asymmetry}",
       .cause =
-          "wear or tilt of the carriages, a screw or belt fatigued on one side, wiper lips; in a "
-          "gear, flanks worn on one side",
+          "wear or tilt of the carriages, a screw or belt fatigued on one side, wiper lips | flanks "
+          "of a gear worn on one side, a seal whose lip drags one way",
       .confirm =
-          "equal slow and fast traverses both ways: compare the two levels and slopes; mount the carriage "
-          "or gear the other way round and repeat"};
+          "equal slow and fast traverses both ways: compare the two levels and slopes; mount the "
+          "carriage the other way round and repeat | equal slow and fast turns both ways: compare the "
+          "two levels and slopes; mount the gear the other way round and repeat"};
   static constexpr std::array<GainGroup, 3> gains{{
       {"level_asymmetry", "1", -0.95f, 0.95f, 1, Acts::dry_scale},
       {"level_asymmetry_by_motion", "1", -0.95f, 0.95f, 1, Acts::dry_scale},

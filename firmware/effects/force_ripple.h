@@ -19,12 +19,13 @@ class ForceRipple : public Ripple<Real> {
           "the residual repeats every {pitch} of position, the same in both directions, amplitude "
           "{cosine_and_sine}",
       .cause =
-          "magnets attracting the iron of the motor (cogging); a ball-pass pattern of the carriage; on a "
-          "rotary axis, gravity of a link (once a turn), an eccentric pulley, gear teeth or a wave "
-          "generator",
+          "magnets attracting the iron of the motor (cogging); a ball-pass pattern of the carriage | "
+          "magnets attracting the iron of the motor (cogging); gravity of a link (once a turn), an "
+          "eccentric pulley, gear teeth or a wave generator",
       .confirm =
-          "creep over several periods both ways with the motor off, moved by hand or by a spring; gravity "
-          "of a link vanishes with the axis vertical"};
+          "creep over several periods both ways with the motor off, moved by hand or by a spring | "
+          "creep over several periods both ways with the motor off, moved by hand; gravity of a link "
+          "vanishes with the axis vertical"};
   static constexpr std::array<GainGroup, 1> gains{{
       {"cosine_and_sine", "N", -1.0e6f, 1.0e6f, 2 * kRippleHarmonics, Acts::force},
   }};

@@ -17,8 +17,8 @@ class Inertia {
       .evidence = "the residual is proportional to acceleration: {mass} are moved",
       .cause = "the moving mass itself",
       .confirm =
-          "weigh the slide (a rotor: from its drawing), or accelerate it at several levels far from "
-          "reversals"};
+          "weigh the slide, or accelerate it at several levels far from reversals | take it from the "
+          "drawing of the rotor and its load, or accelerate at several levels far from reversals"};
   static constexpr std::array<GainGroup, 1> gains{{
       {"mass", "kg", 0.0f, 1.0e5f, 1, Acts::force},
   }};

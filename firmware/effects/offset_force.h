@@ -15,10 +15,13 @@ class OffsetForce {
       .source = "[5]: offset of -3.16 N on EMPS",
       .residual = "a mean that does not depend on place, direction or speed",
       .evidence = "the residual has a mean of {offset} at every place, speed and direction",
-      .cause = "tilt of the rail, a gravity component, an amplifier or sensor offset",
+      .cause =
+          "tilt of the rail, a gravity component, an amplifier or sensor offset | a weight that hangs "
+          "on a drum, a spring, an amplifier or sensor offset",
       .confirm =
-          "mount the axis the other way round, or level it: gravity changes sign or vanishes, an offset "
-          "of an amplifier or sensor stays"};
+          "mount the axis the other way round, or level it: gravity changes sign or vanishes, an "
+          "offset of an amplifier or sensor stays | take the weight or the spring away: its torque "
+          "vanishes, an offset of an amplifier or sensor stays"};
   static constexpr std::array<GainGroup, 1> gains{{
       {"offset", "N", -1.0e6f, 1.0e6f, 1, Acts::force},
   }};

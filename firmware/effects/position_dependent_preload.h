@@ -24,8 +24,8 @@ class PositionDependentPreload {
           "the friction level varies with position, by up to {map} of itself, opposite in the two "
           "directions",
       .cause =
-          "rail straightness and mounting, carriage preload, a rail joint; on a rotary axis, an eccentric "
-          "bearing, gear or seal",
+          "rail straightness and mounting, carriage preload, a rail joint | an eccentric bearing, "
+          "gear or seal",
       .confirm =
           "pre-sliding loops and slow traverses at several places: the level differs, the shape does not"};
   static constexpr std::array<GainGroup, 1> gains{{

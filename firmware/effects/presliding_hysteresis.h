@@ -31,9 +31,10 @@ class PreslidingHysteresis {
       .cause =
           "rolling elements creep before they roll: contact stiffness and micro-slip of balls or rollers",
       .confirm =
-          "slow sines of stepped amplitude at several places, from a tenth of the pre-sliding travel to "
-          "three times "
-          "it (on a rolling guideway one to some tens of micrometres)"};
+          "slow sines of stepped amplitude at several places, from a tenth of the pre-sliding travel "
+          "to three times it (on a rolling guideway one to some tens of micrometres) | slow sines of "
+          "stepped amplitude at several angles, from a tenth of the pre-sliding travel to three times "
+          "it"};
   static constexpr std::array<GainGroup, 1> gains{{
       {"stiffness", "N/m", 0.0f, kUnbounded, Elements, Acts::dry},
   }};

@@ -18,14 +18,13 @@ class Stribeck {
           "Stribeck; g after Bo and Pavelescu (Wear 82, 1982), h after Hess and Soom (J. Tribology 112, "
           "1990); "
           "s(v) of the Leuven and GMS models [4]",
-      .residual =
-          "largest at low velocity, opposing motion, vanishing beyond a low velocity (on a slide, a few mm/s "
-          "to cm/s)",
+      .residual = "largest at low velocity, opposing motion, vanishing beyond a low velocity",
       .evidence =
           "the friction level falls from standstill over {stribeck_velocity}, by {weakening} of the level at "
           "speed, with a long tail by {weakening_with_tail} of it",
       .cause =
-          "a lubricant film that forms with speed: wipers, seals, gear teeth; slight in rolling guideways",
+          "a lubricant film that forms with speed: wipers, seals; slight in rolling guideways | a "
+          "lubricant film that forms with speed: seals, gear teeth; slight in rolling bearings",
       .confirm =
           "traverses at constant velocity, from very slow to fast: friction level against log velocity"};
   /// A breakaway of more than four times the level at speed is chosen as the limit: what lies beyond

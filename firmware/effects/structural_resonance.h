@@ -18,8 +18,9 @@ class StructuralResonance {
       .residual = "a spectral line that rings after fast moves and decays",
       .evidence = "the residual rings at {frequency} after fast moves, damping {damping}",
       .cause =
-          "an arm, gripper or machine frame that swings against the axis; a gear or belt "
-          "that yields between motor and load",
+          "an arm, gripper or machine frame that swings against the axis; a belt or screw that yields "
+          "between motor and load | a link, tool or machine frame that swings against the axis; a "
+          "gear or belt that yields between motor and load",
       .confirm = "tap the arm with the axis held and look at the ring; add mass to the arm: the line falls"};
   static constexpr std::array<GainGroup, 3> gains{{
       {"modal_mass", "kg", -1.0e5f, 1.0e5f, 1, Acts::force},

@@ -109,6 +109,11 @@ TEST(Format, DisplayedValueTimesUnitIsTheSiValue) {
   }
 }
 
+TEST(Format, ProseHasTheSignsOfAPage) {
+  EXPECT_EQ(prose_html("20.2 +- 0.3 N of 3 um"), "20.2 \u00b1 0.3\u00a0N of 3\u00a0\u00b5m");
+  EXPECT_EQ(prose_html("a +-sign"), "a +-sign");
+}
+
 TEST(Format, EscapesWhatCouldBecomeMarkup) {
   EXPECT_EQ(escape_html("<b a=\"1\" c='2'>&"), "&lt;b a=&quot;1&quot; c=&#39;2&#39;&gt;&amp;");
   EXPECT_EQ(escape_html(std::string("a\0\x1b[31m\nb", 9)), "a[31m\nb");

@@ -38,6 +38,7 @@ WRONG = {
                                           ["drift", "dry friction"]),
     "two baselines": (["diagnose", "good.csv", "--effects", "inertia", "--model", "good.toml"],
                       ["--effects", "--model"]),
+    "negative noise": (["diagnose", "good.csv", "--noise", "-1"], ["--noise: Value -1 is not positive; see"]),
     "escape codes": (["diagnose", "good.csv", "--\x1b[31mred"], []),
 }
 

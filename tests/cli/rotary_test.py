@@ -124,6 +124,23 @@ class Rotary(program.Workshop):
         self.assert_scaled(results[1], results[0], 1e-6)
         self.assert_scaled(results[2], results[0], 1e-6)
 
+    def test_no_word_of_a_linear_axis(self):
+        self.write("r.csv", REFERENCE_RADIUS_M)
+        text = self.done("diagnose", "r.csv", "--json", "r.json", "--report", "r.html")
+        found = json.loads((self.here / "r.json").read_text())
+        told = [text] + [one[key] for one in found["candidates"] for key in ("cause", "confirm_with", "evidence")]
+        for one in told:
+            self.assertNotRegex(one, r"(?i)\b(rail|slide|carriage|guideway|traverse|stroke)s?\b")
+            self.assertNotIn(" | ", one)
+        self.assertIn("of the torque", text)
+        # In wrong units: what is declared is a moment of inertia.
+        lines = [line if line[0] in "#t" else "{},{},{}".format(*(lambda t, x, f: (t, float(x) * 57.3, f))(*line.split(",")))
+                 for line in (self.here / "r.csv").read_text().splitlines()]
+        (self.here / "deg.csv").write_text("\n".join(lines) + "\n")
+        detail = self.done("diagnose", "deg.csv").splitlines()[2]
+        self.assertIn("moment of inertia", detail)
+        self.assertNotRegex(detail, r"\b(mass|force)\b")
+
     def test_every_command_has_the_units_of_the_axis(self):
         self.write("r.csv", REFERENCE_RADIUS_M)
         commands = {

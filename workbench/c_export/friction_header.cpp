@@ -12,6 +12,7 @@
 
 #include "firmware/friction/packed_maxwell_slip.h"
 #include "workbench/base/axis_units.h"
+#include "workbench/base/axis_words.h"
 #include "workbench/base/errors.h"
 #include "workbench/c_export/c_functions.h"
 #include "workbench/c_export/record_model.h"
@@ -39,11 +40,6 @@ std::string formula_in_comment(const EffectText& text) {
   std::string formula = text.formula;
   replace_all(formula, " m/s", " " + axis_unit("m/s"));
   return in_comment(std::move(formula));
-}
-
-/// The axis' word for a force.
-const char* force_word() {
-  return axis_is_rotary() ? "torque" : "force";
 }
 
 /// All of this file writes the names of a linear axis; here each identifier that ends with a unit gets that

@@ -8,6 +8,7 @@
 
 #include "workbench/base/axis_units.h"
 #include "workbench/base/statistics.h"
+#include "workbench/signal/noise_estimate.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -256,6 +257,31 @@ constexpr double kForcelessTravel = 50.0;  ///< encoder steps
 
 namespace {
 
+/// Blocks of a window, and what chi-squared of their means is at most where these are of white noise: five
+/// standard deviations above its expectation.
+constexpr std::size_t kBlocks = 8;
+const double kMostChiSquared = static_cast<double>(kBlocks) + 5.0 * std::sqrt(2.0 * kBlocks);
+
+/// Whether the force within the window is white noise about zero, by the means of its blocks in units of
+/// their standard error. A force that is only small has a mean or follows the motion: on a joint of little
+/// friction the force of a move passes zero for long.
+bool is_noise_about_zero(const Log& log, const Interval& window) {
+  const std::size_t length = window.size() / kBlocks;
+  double squares = 0.0;
+  double squared_means = 0.0;
+  for (std::size_t block = 0; block < kBlocks; ++block) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < length; ++i) {
+      const double force_N = log.force_N[window.first + block * length + i];
+      sum += force_N;
+      squares += force_N * force_N;
+    }
+    squared_means += squared(sum / static_cast<double>(length));
+  }
+  const double variance = squares / static_cast<double>(kBlocks * length);
+  return static_cast<double>(length) * squared_means <= kMostChiSquared * variance;
+}
+
 /// Whether the axis moves while the force is no more than noise.
 bool moves_without_force(const Log& log, double noise_N, const Interval& window) {
   double sum = 0.0;
@@ -268,7 +294,8 @@ bool moves_without_force(const Log& log, double noise_N, const Interval& window)
   }
   const double most = kForcelessNoise * noise_N;
   const double travel_m = std::max(kForcelessTravel * encoder_step_m(log), axis_length(1e-4));
-  return sum <= most * most * static_cast<double>(window.size()) && highest - lowest >= travel_m;
+  return sum <= most * most * static_cast<double>(window.size()) && highest - lowest >= travel_m &&
+         is_noise_about_zero(log, window);
 }
 
 }  // namespace
@@ -277,6 +304,8 @@ std::vector<Interval> forceless_motion(const Log& log, double noise_N) {
   const std::size_t count = log.force_N.size();
   const auto window = static_cast<std::size_t>(std::max(50.0, kForceless_s * log.sample_rate_Hz));
   if (noise_N <= 0.0 || rms(log.force_N) < kClearForce * noise_N) return {};
+  // In coarse steps, no force is any force of less than half a step.
+  if (coarse_step(log.force_N) > 0.0) return {};
   std::vector<Interval> idle;
   for (std::size_t first = 0; first + window <= count; first += window / 2) {
     if (!moves_without_force(log, noise_N, {first, first + window})) continue;

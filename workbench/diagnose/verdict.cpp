@@ -14,9 +14,11 @@
 #include "workbench/diagnose/alternatives/confounders.h"
 #include "workbench/diagnose/alternatives/lost_counts.h"
 #include "workbench/diagnose/alternatives/spectral_line.h"
+#include "workbench/diagnose/evidence/criterion.h"
 #include "workbench/diagnose/evidence/naming_rule.h"
 #include "workbench/diagnose/evidence/plausibility.h"
 #include "workbench/diagnose/evidence/reduction.h"
+#include "workbench/estimate/nonlinear/fit_gains.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -103,6 +105,23 @@ std::string instruments_behind_rest(const Diagnosis& diagnosis) {
       diagnosis.withheld->evidence);
 }
 
+/// A remark for the case that no effect is named, although the log supports one that lowers the error by a
+/// share that is worth a name: the table of candidates shows it.
+std::string passed_over(const Measurement& measurement, const Diagnosis& diagnosis) {
+  const Candidate* best = nullptr;
+  for (const Candidate& one : diagnosis.candidates) {
+    if (!is_supported(one.criterion_difference) || one.error_reduction < kLeastReduction) continue;
+    if (best == nullptr || one.holdout_rmse_N < best->holdout_rmse_N) best = &one;
+  }
+  if (best == nullptr) return {};
+  const std::string would = fmt::format("; {} alone would lower the error by {:.0f} %", best->term.id(),
+                                        100.0 * best->error_reduction);
+  FittedModel fitted = fit_gains(measurement, best->terms);
+  fitted.holdout_rmse_N = best->holdout_rmse_N;
+  const bool implausible = is_implausible(measurement, diagnosis.baseline, fitted);
+  return implausible ? would + ", but as fitted it is not plausible: " + best->evidence : would;
+}
+
 /// The verdict where effects were named: whether a confounder explains the log better. `strongest`: what is
 /// reported where the confounder has no description of its own.
 void judge_named(const Measurement& measurement, const Structure& strongest, Diagnosis& diagnosis) {
@@ -127,6 +146,7 @@ void judge_beside_causes(const Measurement& measurement, Diagnosis& diagnosis) {
   diagnosis.unexplained = diagnosis.outside.causes.front();
   const bool named = diagnosis.steps.size() > 1 && !diagnosis.outside.explain_most;
   diagnosis.verdict = named ? Verdict::missing_effect : Verdict::unexplained;
+  if (!named) diagnosis.unexplained->description += passed_over(measurement, diagnosis);
   auto wrong_unit = mass_of_another_axis(measurement, diagnosis);
   if (!wrong_unit) return;
   diagnosis.unexplained = std::move(wrong_unit);
@@ -145,7 +165,11 @@ void judge_by_what_is_left(const Measurement& measurement, Diagnosis& diagnosis)
   const double discrepancy = discrepancy_N(diagnosis.explained, diagnosis.noise_floor_N);
   if (!diagnosis.unexplained && is_large(measurement, diagnosis, discrepancy))
     diagnosis.unexplained = left.front();
-  if (diagnosis.unexplained) diagnosis.unexplained->description += instruments_behind(measurement, diagnosis);
+  if (diagnosis.unexplained) {
+    const std::string instruments = instruments_behind(measurement, diagnosis);
+    diagnosis.unexplained->description +=
+        instruments.empty() ? passed_over(measurement, diagnosis) : instruments;
+  }
   diagnosis.verdict = diagnosis.unexplained ? Verdict::unexplained : Verdict::complete;
 }
 

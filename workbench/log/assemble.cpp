@@ -234,7 +234,7 @@ void require_motion(const std::string& where, double lowest_m, double highest_m,
                     const std::optional<double>& resolution_m) {
   if (lowest_m == highest_m) {
     throw InputError(fmt::format("{}: the position never moves (it is always {:.6g} {}); record a motion",
-                                 where, lowest_m, axis_unit("m")));
+                                 where, lowest_m + 0.0, axis_unit("m")));
   }
   const double travel_m = highest_m - lowest_m;
   if (!std::isfinite(travel_m)) {

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "workbench/base/axis_words.h"
 #include "workbench/report/texts.h"
 
 namespace slipstack::workbench {
@@ -86,8 +87,8 @@ std::string effect_description(const EffectDescription& effect) {
     text += shape_rows(effect) + "\n";
   }
   text += fmt::format("**What a model without it leaves.** {}\n\n", sentence(words.residual));
-  text += fmt::format("**Usual cause.** {}\n\n", sentence(words.cause));
-  text += fmt::format("**Experiment that confirms it.** {}\n\n", sentence(words.confirm));
+  text += fmt::format("**Usual cause.** {}\n\n", sentence(text_of_any_axis(words.cause)));
+  text += fmt::format("**Experiment that confirms it.** {}\n\n", sentence(text_of_any_axis(words.confirm)));
   text += fmt::format("**On the controller.** {}\n\n", deployment(effect));
   text += fmt::format("Code: `firmware/effects/{}.h`.\n", words.id);
   return text;

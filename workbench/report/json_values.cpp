@@ -39,13 +39,15 @@ json in_units_of_axis(const json& value) {
 
 }  // namespace
 
+std::string own_json_text(const json& value) {
+  return value.dump(1, ' ', false, json::error_handler_t::replace) + "\n";
+}
+
 std::string json_text(const json& value) {
-  json published = value;
-  if (axis_is_rotary()) {
-    published = in_units_of_axis(value);
-    published["axis"] = "rotary";
-  }
-  return published.dump(1, ' ', false, json::error_handler_t::replace) + "\n";
+  if (!axis_is_rotary()) return own_json_text(value);
+  json published = in_units_of_axis(value);
+  published["axis"] = "rotary";
+  return own_json_text(published);
 }
 
 std::string published_text(json value, const std::string& schema) {

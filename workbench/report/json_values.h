@@ -18,6 +18,10 @@ double number_of(const nlohmann::json& value);
 /// The text of a JSON file: indented, one trailing newline; names that are not UTF-8 are made so.
 std::string json_text(const nlohmann::json& value);
 
+/// The same for a file that only this program reads again: the names of a linear axis whatever the axis is,
+/// as all of the program has them.
+std::string own_json_text(const nlohmann::json& value);
+
 /// The same for machines: with the URN of its schema as `schema`, as "urn:slipstack:fit-1", the $id of
 /// docs/schema/fit-1.json. The number rises when a key goes, or means something else.
 std::string published_text(nlohmann::json value, const std::string& schema);

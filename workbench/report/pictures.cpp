@@ -25,7 +25,11 @@ namespace {
 
 using nlohmann::json;
 
-constexpr int kBins = 80;
+/// Bins of a profile, and the rows that a bin of a short log has on average: with fewer, most bins would have
+/// none to draw.
+constexpr int kMostBins = 80;
+constexpr int kFewestBins = 8;
+constexpr Eigen::Index kRowsPerBin = 8;
 constexpr double kLargestLoop_m = 4e-4;
 constexpr std::size_t kMostLoops = 4;
 
@@ -201,31 +205,34 @@ json loops_json(const Measurement& measurement, const ForceRows& before, const F
 /// Mean of `values` in bins of `coordinate`, null where a bin is empty.
 class Bins {
  public:
-  explicit Bins(const Eigen::VectorXd& coordinate) : coordinate_(coordinate) {
+  explicit Bins(const Eigen::VectorXd& coordinate)
+      : coordinate_(coordinate),
+        bin_count_(std::clamp(static_cast<int>(coordinate.size() / kRowsPerBin), kFewestBins, kMostBins)) {
     low_ = coordinate.minCoeff();
-    width_ = std::max(coordinate.maxCoeff() - low_, 1e-300) / kBins;
+    width_ = std::max(coordinate.maxCoeff() - low_, 1e-300) / bin_count_;
   }
 
   json centres() const {
     json list = json::array();
-    for (int bin = 0; bin < kBins; ++bin) list.push_back(low_ + (bin + 0.5) * width_);
+    for (int bin = 0; bin < bin_count_; ++bin) list.push_back(low_ + (bin + 0.5) * width_);
     return list;
   }
 
   template <class Accept>
   std::pair<json, json> mean_and_spread(const Eigen::VectorXd& values, Accept&& accept) const {
-    std::vector<double> sum(kBins, 0.0), squares(kBins, 0.0), count(kBins, 0.0);
+    const auto bin_count = static_cast<std::size_t>(bin_count_);
+    std::vector<double> sum(bin_count, 0.0), squares(bin_count, 0.0), count(bin_count, 0.0);
     for (Eigen::Index row = 0; row < values.size(); ++row) {
       if (!accept(row)) continue;
       const auto bin = static_cast<std::size_t>(
-          std::clamp(static_cast<int>((coordinate_(row) - low_) / width_), 0, kBins - 1));
+          std::clamp(static_cast<int>((coordinate_(row) - low_) / width_), 0, bin_count_ - 1));
       sum[bin] += values(row);
       squares[bin] += values(row) * values(row);
       count[bin] += 1.0;
     }
     json mean = json::array();
     json spread = json::array();
-    for (std::size_t bin = 0; bin < kBins; ++bin) {
+    for (std::size_t bin = 0; bin < bin_count; ++bin) {
       if (count[bin] < 3.0) {
         mean.push_back(nullptr);
         spread.push_back(nullptr);
@@ -240,6 +247,7 @@ class Bins {
 
  private:
   const Eigen::VectorXd& coordinate_;
+  int bin_count_;
   double low_ = 0.0;
   double width_ = 1.0;
 };

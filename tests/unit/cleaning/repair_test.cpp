@@ -383,6 +383,38 @@ TEST(Repair, MotionWithoutForce) {
   expect_same(clean, idle, "without any force", 0.02);
 }
 
+// A joint with hardly any friction: between two accelerations its force is less than its noise, or than a
+// step of its current.
+TEST(Repair, AForceThatIsSmallAtConstantVelocityIsNoFault) {
+  constexpr double kRate_Hz = 1000.0;
+  constexpr double kStep_N = 0.05;
+  Log fine;
+  fine.sample_rate_Hz = kRate_Hz;
+  fine.encoder_resolution_m = 1e-5;
+  test::Draw draw(12);
+  double x_m = 0.0;
+  double v_mps = 0.0;
+  for (int move = 0; move < 24; ++move) {
+    const double way = move % 2 == 0 ? 1.0 : -1.0;
+    // Of twelve moves, two have an interval at constant velocity.
+    const double steady_s = move % 12 < 2 ? 0.6 : 0.0;
+    const double a_mps2 = draw.uniform(1.0, 2.0);
+    for (double t_s = 0.0; t_s < 1.0 + steady_s; t_s += 1.0 / kRate_Hz) {
+      const double a = t_s < 0.5 ? way * a_mps2 : t_s < 0.5 + steady_s ? 0.0 : -way * a_mps2;
+      v_mps += a / kRate_Hz;
+      x_m += v_mps / kRate_Hz;
+      fine.position_m.push_back(1e-5 * std::round(1e5 * x_m));
+      fine.force_N.push_back(1e-5 * std::round(1e5 * (a + 0.02 * way + 0.02 * draw.normal())));
+    }
+  }
+  Log coarse = fine;
+  for (double& force_N : coarse.force_N) force_N = kStep_N * std::round(force_N / kStep_N);
+  for (Log* one : {&fine, &coarse}) {
+    for (const std::string& note : repair(*one).notes)
+      EXPECT_EQ(note.find("without any force"), std::string::npos) << note;
+  }
+}
+
 TEST(Repair, TooMuchIsRefused) {
   Log log = plant_log(18);
   test::Draw draw(9);

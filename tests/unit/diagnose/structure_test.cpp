@@ -180,6 +180,9 @@ TEST(LineBeyondRows, IsFoundWithItsAmplitude) {
   EXPECT_NEAR(line->where, 311.0, 1.0);
   // rms 0.0707 beside 0.05
   EXPECT_NEAR(line->error_reduction, 1.0 - 0.05 / std::hypot(0.05, 0.0707), 0.03);
+  // Its amplitude may be many times the errors that stand beside it.
+  EXPECT_NE(line->description.find("the errors, which are those below "), std::string::npos)
+      << line->description;
 }
 
 // A quarter of the log contains all frequencies, with more power than the line.

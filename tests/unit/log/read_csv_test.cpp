@@ -7,6 +7,8 @@
 #include <string>
 
 #include "tests/unit/log/log_support.h"
+#include "workbench/base/axis_units.h"
+#include "workbench/base/errors.h"
 
 namespace slipstack::workbench::test {
 namespace {
@@ -51,6 +53,36 @@ TEST(ReadCsv, GivesEveryColumnAndHeaderValue) {
   EXPECT_EQ(log.header.size(), 5U);
   EXPECT_EQ(log.header.at("operator"), "Hans: shift 2");
   EXPECT_TRUE(log.notes.empty());
+}
+
+// Lengths and angles of the header in every unit that a position may have.
+TEST(ReadCsv, HeaderValuesHaveTheUnitsOfThePosition) {
+  const auto linear = [](const std::string& header) {
+    return parse_text(header + "\ntime_s,position_m,force_N\n" + usual_rows());
+  };
+  EXPECT_EQ(linear("# encoder_resolution_um: 1").encoder_resolution_m, 1e-6);
+  EXPECT_EQ(linear("# encoder_resolution_mm: 0.001").encoder_resolution_m, 1e-6);
+  EXPECT_EQ(linear("# magnet_pitch_mm: 24").magnet_pitch_m, 0.024);
+  const auto rotary = [](const std::string& header) {
+    forget_axis();
+    const Log log = parse_text(header + "\ntime_s,position_deg,torque_Nm\n" + usual_rows());
+    forget_axis();
+    return log;
+  };
+  EXPECT_DOUBLE_EQ(*rotary("# encoder_resolution_deg: 1e-5").encoder_resolution_m,
+                   *rotary("# encoder_resolution_rad: 1.7453292519943295e-7").encoder_resolution_m);
+  EXPECT_DOUBLE_EQ(*rotary("# magnet_pitch_rev: 0.125").magnet_pitch_m,
+                   *rotary("# magnet_pitch_deg: 45").magnet_pitch_m);
+}
+
+TEST(ReadCsv, RefusesAHeaderValueInTwoUnits) {
+  try {
+    parse_text("# magnet_pitch_m: 0.024\n# magnet_pitch_mm: 24\ntime_s,position_m,force_N\n" + usual_rows());
+    FAIL() << "accepted";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("magnet_pitch_mm repeats what another gives"), std::string::npos)
+        << error.what();
+  }
 }
 
 TEST(ReadCsv, LeavesEmptyWhatIsAbsent) {

@@ -6,8 +6,10 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 
 #include "workbench/base/atomic_write.h"
+#include "workbench/base/axis_units.h"
 #include "workbench/base/errors.h"
 #include "workbench/model/effect_adapters/firmware_effects.h"
 #include "workbench/serve/session/plain_file.h"
@@ -43,6 +45,26 @@ class SessionTest : public testing::Test {
   }
   fs::path folder_;
 };
+
+// What is published of a rotary axis has other names; the session reads its own files again, and so does the
+// page.
+TEST_F(SessionTest, OfARotaryAxisIsThereAgain) {
+  use_axis({AxisKind::rotary, AngleUnit::radian}, "joint.csv");
+  {
+    Session session(folder_);
+    const int first = session.add(0, "fitted", model(3.0), 0.0);
+    session.add(first, "more", model(2.0), 3.0);
+    session.set_diagnosis(first, {{"candidates", {{{"effect", "viscous"}, {"holdout_rmse_N", 2.0}}}}});
+  }
+  forget_axis();
+  Session again(folder_);
+  ASSERT_EQ(again.versions().size(), 2U);
+  EXPECT_EQ(again.versions().back().before_N, 3.0);
+  EXPECT_EQ(again.versions().back().after_N, 2.0);
+  const auto diagnosis = again.diagnosis(again.versions().front().id);
+  ASSERT_TRUE(diagnosis.has_value());
+  EXPECT_EQ(diagnosis->at("candidates").at(0).at("holdout_rmse_N"), 2.0);
+}
 
 TEST_F(SessionTest, UndoRedoAndBranches) {
   Session session(folder_);

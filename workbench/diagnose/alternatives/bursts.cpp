@@ -8,6 +8,8 @@
 #include <numeric>
 #include <vector>
 
+#include "workbench/base/axis_units.h"
+#include "workbench/base/axis_words.h"
 #include "workbench/base/interval.h"
 #include "workbench/base/quantity.h"
 #include "workbench/cleaning/outliers.h"
@@ -124,9 +126,9 @@ std::optional<Structure> burst_in_force(const Measurement& measurement, const st
       ((times.array() >= first_s) && (times.array() <= end_s)).select(residual_N.array(), 0.0);
   const double share = within_N.squaredNorm() / std::max(residual_N.squaredNorm(), 1e-300);
   return Structure{Coordinate::time, reduction_beyond(share, 0.0), first_s,
-                   fmt::format("the force jumps about for {} at {}, by {}, as nowhere else in the log: look "
+                   fmt::format("the {} jumps about for {} at {}, by {}, as nowhere else in the log: look "
                                "for a loose plug, a disturbed sensor or a knock",
-                               quantity_with_interval(end_s - first_s, sample_s, "s"),
+                               force_word(), quantity_with_interval(end_s - first_s, sample_s, "s"),
                                when_of(measurement, first_s, sample_s),
                                quantity_with_interval(largest_N, 2.0 * measurement.force_noise_N(), "N")),
                    within_N};

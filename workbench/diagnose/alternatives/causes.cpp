@@ -8,6 +8,8 @@
 #include <string>
 #include <utility>
 
+#include "workbench/base/axis_units.h"
+#include "workbench/base/axis_words.h"
 #include "workbench/base/quantity.h"
 #include "workbench/estimate/nonlinear/tangent.h"
 
@@ -111,11 +113,12 @@ std::string place_text(const DescribedCause& cause) {
   sums(2, 1) = 1.0;
   const double step_m = kSmallStep * term.shapes[1];
   const Eigen::VectorXd errors = cause.errors({step_m, step_m}, sums);
-  return fmt::format(
-      "a force sits at one place of the rail, {}, within {} to either side: {}, and the friction is {} there",
-      quantity_with_interval(term.shapes[0], 2.0 * errors(0), "m"),
-      quantity_with_interval(term.shapes[1], 2.0 * errors(1), "m"),
-      quantity_with_interval(force_N, 2.0 * errors(2), "N"), change_with_interval(term.gains[2], errors(3)));
+  return fmt::format("a {} sits at one {}, {}, within {} to either side: {}, and the friction is {} there",
+                     force_word(), axis_is_rotary() ? "angle" : "place of the rail",
+                     quantity_with_interval(term.shapes[0], 2.0 * errors(0), "m"),
+                     quantity_with_interval(term.shapes[1], 2.0 * errors(1), "m"),
+                     quantity_with_interval(force_N, 2.0 * errors(2), "N"),
+                     change_with_interval(term.gains[2], errors(3)));
 }
 
 std::string line_text(const DescribedCause& cause) {
@@ -133,7 +136,7 @@ std::string line_text(const DescribedCause& cause) {
   // A small part of a period over the whole log.
   const double step_Hz = kSmallStep / cause.measurement().duration_s();
   const Eigen::VectorXd errors = cause.errors({step_Hz}, sum);
-  return fmt::format("the force has a line in time at {}, amplitude {}, whatever the motion",
+  return fmt::format("the {} has a line in time at {}, amplitude {}, whatever the motion", force_word(),
                      quantity_with_interval(term.shapes[0], 2.0 * errors(0), "Hz"),
                      quantity_with_interval(amplitude_N, 2.0 * errors(1), "N"));
 }
@@ -151,17 +154,18 @@ std::string gap_text(const DescribedCause& cause) {
     return quantity_with_interval(value, 2.0 * std::hypot(error, kErrorOfGap * value), unit);
   };
   return fmt::format(
-      "the drive has a gap of {}: a part of {} behind it runs free whenever the force on it changes its "
-      "sign, and "
+      "the drive has a gap of {}: a part of {} behind it runs free whenever the {} on it changes its sign, "
+      "and "
       "then meets the other side (backlash or a loose coupling)",
-      with_interval(term.shapes[0], errors(0), "m"), with_interval(term.gains[0], errors(1), "kg"));
+      with_interval(term.shapes[0], errors(0), "m"), with_interval(term.gains[0], errors(1), "kg"),
+      force_word());
 }
 
 std::string deflection_text(const DescribedCause& cause) {
   const Term& term = cause.term();
   const Eigen::VectorXd errors = cause.errors({kSmallStep * term.shapes[0]}, Eigen::MatrixXd::Identity(1, 1));
   return fmt::format(
-      "after each reversal, until it slides, the friction also grows with the velocity, by {} in {}: damping "
+      "after each reversal, until it slips, the friction also grows with the velocity, by {} in {}: damping "
       "of "
       "the contacts (sigma1 of the LuGre model)",
       quantity_with_interval(term.gains[0] / term.shapes[0], 2.0 * errors(1) / term.shapes[0], "N s/m"),
@@ -186,8 +190,9 @@ std::string curve_text(const DescribedCause& cause) {
   const auto at = [&](auto knot) {  // a free curve shows no time better than its knots lie
     return quantity_with_interval(knot_s(term, knot - term.gains.begin()), knot_distance_s(term), "s");
   };
-  return fmt::format("the force depends on time, whatever the motion: lowest at {}, higher by {} at {}",
-                     at(low), quantity_with_interval(*high - *low, 2.0 * error_N, "N"), at(high));
+  return fmt::format("the {} depends on time, whatever the motion: lowest at {}, higher by {} at {}",
+                     force_word(), at(low), quantity_with_interval(*high - *low, 2.0 * error_N, "N"),
+                     at(high));
 }
 
 /// Coordinate, place and text of a fitted cause.

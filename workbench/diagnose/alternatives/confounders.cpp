@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "workbench/base/axis_units.h"
+#include "workbench/base/axis_words.h"
 #include "workbench/base/quantity.h"
 #include "workbench/diagnose/evidence/held_out.h"
 #include "workbench/diagnose/evidence/plausibility.h"
@@ -34,24 +35,25 @@ std::optional<Structure> curve_behind_all(const Measurement& measurement, const 
 }
 
 std::optional<Structure> mass_of_another_axis(const Measurement& measurement, const Diagnosis& diagnosis) {
-  const auto described = [&](std::string description) {
+  const auto described = [&](const std::string& description) {
     return Structure{Coordinate::acceleration, reduction_of_all(diagnosis), 0.0,
-                     std::move(description) + ": check " + axis_key("mass_kg") +
-                         " and the units of time, position and force",
+                     fmt::format("{}: check {}, and the sign and the units of time, position and {}",
+                                 description, axis_key("mass_kg"), force_word()),
                      weighted_residual(measurement, diagnosis.baseline)};
   };
   // Some effect then compensates the inertia: a negative payload, a mode of all the mass.
   if (measurement.log().mass_kg && diagnosis.baseline.relative_error > kMostChange) {
-    return described(fmt::format("the declared mass would need {:.3g} times the measured force",
-                                 diagnosis.baseline.relative_error));
+    return described(fmt::format("the declared {} would need {:.3g} times the measured {}", mass_word(),
+                                 diagnosis.baseline.relative_error, force_word()));
   }
   if (!has_role(diagnosis.explained.terms, Role::added_mass)) return {};
   for (std::size_t log = 0; log < measurement.log_count(); ++log) {
     const double declared_kg = mass_kg(diagnosis.baseline.terms, log);
     const double found_kg = mass_kg(diagnosis.explained.terms, log);
     if (found_kg * kMostChange > declared_kg && found_kg < kMostChange * declared_kg) continue;
-    return described(fmt::format("force and acceleration make a mass of {} where the log declares {}",
-                                 quantity(found_kg, "kg"), quantity(declared_kg, "kg")));
+    return described(fmt::format("{} and acceleration make a {} of {} where the log declares {}",
+                                 force_word(), mass_word(), quantity(found_kg, "kg"),
+                                 quantity(declared_kg, "kg")));
   }
   return {};
 }

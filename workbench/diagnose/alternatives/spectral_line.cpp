@@ -197,10 +197,13 @@ std::optional<Structure> line_beyond_rows(const Measurement& measurement, const 
   }
   if (at == nullptr) return {};
   const double power = 0.5 * best->amplitude_N * best->amplitude_N;
+  const std::string line = described(
+      {best->frequency_Hz, 2.0 * best->frequency_error_Hz, best->amplitude_N, 2.0 * best->amplitude_error_N});
+  // The reader sees an amplitude that may be many times the error.
   return Structure{Coordinate::frequency, 1.0 - error_N / std::sqrt(error_N * error_N + power),
                    best->frequency_Hz,
-                   described({best->frequency_Hz, 2.0 * best->frequency_error_Hz, best->amplitude_N,
-                              2.0 * best->amplitude_error_N}),
+                   fmt::format("{}; the errors, which are those below {}, do not contain it", line,
+                               quantity(measurement.bandwidth_Hz(), "Hz")),
                    Eigen::VectorXd::Zero(measurement.row_count())};
 }
 

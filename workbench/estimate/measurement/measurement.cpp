@@ -60,7 +60,7 @@ Measurement::Measurement(JoinedLogs joined, const ConditioningOptions& options)
     part.rough_mass_kg =
         part.mass_kg ? *part.mass_kg
                      : rough_mass_kg(part_of(log_->position_m, part), force_N, sample_rate_Hz(), part.cut);
-    part.force_noise_N = force_noise_given_ ? options.force_noise_N : white_noise(force_N, part.cut);
+    part.force_noise_N = force_noise_given_ ? options.force_noise_N : noise_of_samples(force_N, part.cut);
   }
   share_noise();
   bandwidth_Hz_ = options.bandwidth_Hz > 0.0 ? std::min(options.bandwidth_Hz, 0.25 * sample_rate_Hz())

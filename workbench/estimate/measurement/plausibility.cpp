@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "workbench/base/axis_units.h"
+#include "workbench/base/axis_words.h"
 #include "workbench/base/quantity.h"
 
 namespace slipstack::workbench {
@@ -164,10 +165,6 @@ class MotionFit {
   Sums all_;
   Vector solution_ = Vector::Zero();
 };
-
-const char* force_word() {
-  return axis_is_rotary() ? "torque" : "force";
-}
 
 /// A force that is a magnitude: its sign is found by turns with the fit, from that of the velocity and from
 /// that of the acceleration.

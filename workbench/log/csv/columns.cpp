@@ -85,11 +85,13 @@ const KnownColumn* find_known(std::string_view name) {
     if ((alone || with_unit) && quantity.size() > match.size()) match = quantity;
   }
   if (match.empty()) {
-    throw InputError(where + " is unknown; rename or remove it (known columns: " + known_names() + ")");
+    throw InputError(where + " is unknown; rename or remove it, or use `slipstack import`, which assigns " +
+                     "other names and units (known columns: " + known_names() + ")");
   }
   if (match == name) throw InputError(where + " names no unit; write one of " + known_names(match));
   throw InputError(where + ": unknown unit " + in_quotes(name.substr(match.size() + 1)) +
-                   "; convert it to one of " + known_names(match));
+                   "; convert it to one of " + known_names(match) +
+                   ", or use `slipstack import`, which assigns other names and units");
 }
 
 /// The kind of axis that columns and header keys name; the first that names one decides.

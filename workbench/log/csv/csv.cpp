@@ -34,7 +34,8 @@ void refuse_what_is_no_header_row(const std::string& here, std::string_view text
   }
   if (fields.size() == 1 && text.find_first_of(";\t ") != std::string_view::npos) {
     throw InputError(here + ": found no comma in the header row " + in_quotes(text) +
-                     "; separate columns by commas and write decimal points");
+                     "; separate columns by commas and write decimal points, or use `slipstack import`, "
+                     "which reads other separators and decimal commas");
   }
   const bool numbers = std::all_of(fields.begin(), fields.end(),
                                    [](std::string_view field) { return number_fault(field).empty(); });

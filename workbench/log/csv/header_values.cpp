@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <numbers>
 #include <string>
 #include <string_view>
 
@@ -20,28 +21,48 @@ struct KnownKey {
   Range range;
   std::optional<double> HeaderValues::*value;
   AxisKind kind;
+  double divisor = 1.0;  ///< by 10^n rounds once, as for the columns
+  double factor = 1.0;   ///< of angles
 
   std::string_view quantity() const { return name.substr(0, name.size() - unit.size() - 1); }
 };
 
-constexpr std::array<KnownKey, 8> kKnownKeys{{
+constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr double kRevolution = 2.0 * std::numbers::pi;
+
+/// Lengths and angles in the units that a position may have, so that a log can be written in one unit.
+constexpr std::array<KnownKey, 16> kKnownKeys{{
     {"mass_kg", "kg", Range::kNotNegative, &HeaderValues::mass_kg, AxisKind::linear},
     {"motor_constant_N_per_A", "N_per_A", Range::kPositive, &HeaderValues::motor_constant_N_per_A,
      AxisKind::linear},
     {"magnet_pitch_m", "m", Range::kPositive, &HeaderValues::magnet_pitch_m, AxisKind::linear},
     {"encoder_resolution_m", "m", Range::kPositive, &HeaderValues::encoder_resolution_m, AxisKind::linear},
+    {"magnet_pitch_mm", "mm", Range::kPositive, &HeaderValues::magnet_pitch_m, AxisKind::linear, 1e3},
+    {"encoder_resolution_mm", "mm", Range::kPositive, &HeaderValues::encoder_resolution_m, AxisKind::linear,
+     1e3},
+    {"magnet_pitch_um", "um", Range::kPositive, &HeaderValues::magnet_pitch_m, AxisKind::linear, 1e6},
+    {"encoder_resolution_um", "um", Range::kPositive, &HeaderValues::encoder_resolution_m, AxisKind::linear,
+     1e6},
     {"inertia_kg_m2", "kg_m2", Range::kNotNegative, &HeaderValues::mass_kg, AxisKind::rotary},
     {"motor_constant_Nm_per_A", "Nm_per_A", Range::kPositive, &HeaderValues::motor_constant_N_per_A,
      AxisKind::rotary},
     {"magnet_pitch_rad", "rad", Range::kPositive, &HeaderValues::magnet_pitch_m, AxisKind::rotary},
     {"encoder_resolution_rad", "rad", Range::kPositive, &HeaderValues::encoder_resolution_m,
      AxisKind::rotary},
+    {"magnet_pitch_deg", "deg", Range::kPositive, &HeaderValues::magnet_pitch_m, AxisKind::rotary, 1.0,
+     kDegree},
+    {"encoder_resolution_deg", "deg", Range::kPositive, &HeaderValues::encoder_resolution_m, AxisKind::rotary,
+     1.0, kDegree},
+    {"magnet_pitch_rev", "rev", Range::kPositive, &HeaderValues::magnet_pitch_m, AxisKind::rotary, 1.0,
+     kRevolution},
+    {"encoder_resolution_rev", "rev", Range::kPositive, &HeaderValues::encoder_resolution_m, AxisKind::rotary,
+     1.0, kRevolution},
 }};
 
 // Units that are refused. Any other ending (`mass_note`) makes a key of the user's own.
-constexpr std::array<std::string_view, 22> kOtherUnits{
-    "g",    "mg",     "t",   "lb",  "kg",   "m",      "cm",    "mm",       "um",       "nm",    "in",
-    "inch", "counts", "deg", "rev", "kg_m", "kg_cm2", "per_A", "mN_per_A", "N_per_mA", "g_cm2", "lbf_per_A"};
+constexpr std::array<std::string_view, 20> kOtherUnits{
+    "g",      "mg",     "t",    "lb",     "kg",    "m",        "cm",       "nm",    "in",        "inch",
+    "arcmin", "counts", "kg_m", "kg_cm2", "per_A", "mN_per_A", "N_per_mA", "g_cm2", "lbf_per_A", "mrad"};
 
 // Otherwise a key such as magnet_pitch_mm would be kept as a remark and its value silently ignored.
 void refuse_other_unit(const RawTable& table, const std::string& key, const RawTable::HeaderEntry& entry) {
@@ -52,7 +73,7 @@ void refuse_other_unit(const RawTable& table, const std::string& key, const RawT
     const std::string quantity(known.quantity());
     if (key == quantity) throw InputError(where + " names no unit; write " + std::string(known.name));
     for (const std::string_view unit : kOtherUnits) {
-      const bool angle = unit == "deg" || unit == "rev";
+      const bool angle = unit == "arcmin" || unit == "mrad";
       if (key != quantity + "_" + std::string(unit) || (angle && known.kind == AxisKind::linear)) continue;
       throw InputError(where + ": unknown unit " + in_quotes(unit) + "; convert it to " +
                        std::string(known.name));
@@ -75,7 +96,7 @@ double read_header_number(const RawTable& table, const KnownKey& known, const Ra
   if (value == 0.0 && known.range == Range::kPositive) {
     throw InputError(where + " is zero; write a positive number or remove the line");
   }
-  return value;
+  return value / known.divisor * known.factor;
 }
 
 // A key with two values, of which the first is meant where the key is absent.
@@ -99,6 +120,10 @@ HeaderValues read_header_values(const RawTable& table) {
   for (const KnownKey& known : kKnownKeys) {
     const auto entry = table.header.find(std::string(known.name));
     if (entry == table.header.end()) continue;
+    if (values.*known.value && known.kind == values.kinds.back().second) {
+      throw InputError(table.where_line(entry->second.line) + ": header key " + std::string(known.name) +
+                       " repeats what another gives; remove one of them");
+    }
     values.*known.value = read_header_number(table, known, entry->second);
     values.kinds.emplace_back(known.name, known.kind);
   }

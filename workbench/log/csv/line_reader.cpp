@@ -67,7 +67,8 @@ void LineReader::check_beginning() {
   if (head.starts_with("\xEF\xBB\xBF")) {
     begin_ = 3;
   } else if (head.starts_with("\xFF\xFE") || head.starts_with("\xFE\xFF")) {
-    throw InputError(name_ + ": the text is UTF-16; save it as UTF-8");
+    throw InputError(name_ +
+                     ": the text is UTF-16; save it as UTF-8, or use `slipstack import`, which reads it");
   }
 }
 

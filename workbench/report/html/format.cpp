@@ -40,7 +40,10 @@ std::string prose_html(std::string_view text) {
                                                              "deg", "rev", "deg/s",   "rev/s"};
   // The rest of a unit in several words: "N s/m", "N m", "kg m2".
   static constexpr std::array<std::string_view, 6> kFurther = {"s/m", "m", "s/rad", "m/rad", "s", "m2"};
-  const std::string plain = escape_html(text);
+  std::string plain = escape_html(text);
+  constexpr std::string_view kTyped = "+-";  // what a terminal of any encoding shows
+  for (std::size_t at = 0; (at = plain.find(" +- ", at)) != std::string::npos;)
+    plain.replace(at + 1, kTyped.size(), "\u00b1");
   const auto is_unit = [](std::string_view word) {
     if (std::ranges::find(kWhole, word) != kWhole.end() || std::ranges::find(kBare, word) != kBare.end())
       return true;

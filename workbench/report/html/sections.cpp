@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "workbench/base/axis_units.h"
+#include "workbench/base/axis_words.h"
 #include "workbench/report/html/chart_data.h"
 #include "workbench/report/html/format.h"
 #include "workbench/report/html/json_access.h"
@@ -77,7 +78,7 @@ std::string key_figures_html(const json& data) {
   }
   if (const auto relative = number_at(figures, "relative_error")) {
     const auto after = number_at(figures, "after_relative_error");
-    out += "<div class=\"key plain\"><dt>Relative force error" +
+    out += "<div class=\"key plain\"><dt>Relative " + std::string(force_word()) + " error" +
            std::string(after ? ", before and after" : "") + "</dt><dd>" + significant(*relative * 100.0, 3) +
            (after ? " \u2192 " + significant(*after * 100.0, 3) : "") + "<small>\u00a0%</small></dd></div>";
   }
@@ -169,7 +170,13 @@ std::string verdict_html(const json& data, FigureNumbers& figures) {
   const std::string kind = text_at(verdict, "kind");
   std::string headline = text_at(verdict, "headline");
   if (headline.empty()) headline = text_at(data, "title");
-  std::string said = "<h1>" + prose_html(headline.empty() ? "Report" : headline) + "</h1>";
+  if (headline.empty()) headline = "Report";
+  // What is found in large type, the figures of it in small.
+  const std::size_t end = std::min(headline.find(". "), headline.size() - 1) + 1;
+  std::string said = "<h1>" + prose_html(headline.substr(0, end));
+  if (end < headline.size())
+    said += " <span class=\"figures\">" + prose_html(headline.substr(end + 1)) + "</span>";
+  said += "</h1>";
   if (const std::string detail = text_at(verdict, "detail"); !detail.empty()) {
     said += "<p class=\"detail\">" + prose_html(detail) + "</p>";
   }
@@ -221,9 +228,11 @@ std::string charts_html(const json& data, FigureNumbers& figures) {
   const json& series = member(data, "series");
   if (!array_at(series, "time_s").empty()) {
     const bool modelled = !array_at(series, "model_N").empty();
-    const char* title = modelled ? "Force over time: measured and modelled, what is left, and the motion"
-                                 : "Measured force over time, and the motion";
-    out += "<section><h2>Force over time</h2>" + frame("force", 0, title) + "</section>\n";
+    const std::string force = axis_is_rotary() ? "Torque" : "Force";
+    const std::string title = modelled
+                                  ? force + " over time: measured and modelled, what is left, and the motion"
+                                  : "Measured " + std::string(force_word()) + " over time, and the motion";
+    out += "<section><h2>" + force + " over time</h2>" + frame("force", 0, title) + "</section>\n";
   }
   // The index counts all elements, also those that have nothing to draw.
   const auto frames = [&](const char* kind, const char* list, const char* x, const char* otherwise) {

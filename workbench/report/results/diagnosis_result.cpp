@@ -5,6 +5,7 @@
 
 #include <utility>
 
+#include "workbench/base/axis_words.h"
 #include "workbench/base/quantity.h"
 #include "workbench/base/text.h"
 #include "workbench/report/fit_quality.h"
@@ -38,8 +39,8 @@ json candidates_json(const Diagnosis& diagnosis) {
                {"criterion_difference", number_json(candidate.criterion_difference)},
                {"confounded_with", candidate.confounded_with},
                {"evidence", candidate.evidence},
-               {"cause", text.cause},
-               {"confirm_with", text.confirm}};
+               {"cause", text_of_axis(text.cause)},
+               {"confirm_with", text_of_axis(text.confirm)}};
     if (candidate.term.effect->is_user_defined()) entry["definition"] = candidate.term.effect->definition;
     list.push_back(std::move(entry));
   }
@@ -84,10 +85,9 @@ void add_limits(json& result, const DiagnosisRequest& request, const Diagnosis& 
 
 DiagnosisResult diagnosis_result(const DiagnosisRequest& request, const Measurement& measurement,
                                  const Diagnosis& diagnosis) {
-  DiagnosisResult result{{},
-                         log_results(measurement, diagnosis.explained),
-                         next_experiment(diagnosis),
-                         input_warnings(measurement)};
+  DiagnosisResult result{{}, log_results(measurement, diagnosis.explained), {}, input_warnings(measurement)};
+  // A motion is no remedy for an input in wrong units or of the wrong sign.
+  if (result.warnings.empty()) result.next = next_experiment(diagnosis);
   result.json = {{"log", request.log},
                  {"samples", measurement.whole_sample_count()},
                  {"searched_samples", measurement.sample_count()},

@@ -70,8 +70,12 @@ std::string step_table(const json& result) {
                         evidence.empty() ? "" : "  ", evidence);
   }
   text += fmt::format("{:<32} {:>14}\n", "noise floor", newtons(number_of(result["noise_floor_N"])));
-  text += fmt::format("{:<32} {:>14}\n", "left beyond the noise floor",
-                      newtons(number_of(result["discrepancy_N"])));
+  // The square root of a difference that is rounding, where the error is the noise floor.
+  constexpr double kRounding = 1e-6;
+  const double left_N = number_of(result["discrepancy_N"]);
+  const bool nothing = left_N <= kRounding * number_of(result["noise_floor_N"]);
+  text +=
+      fmt::format("{:<32} {:>14}\n", "left beyond the noise floor", nothing ? "nothing" : newtons(left_N));
   return text + "+-: two standard errors of a value beside the others (95 %)\n";
 }
 

@@ -127,7 +127,7 @@ void Session::save() const {
   json versions = json::array();
   for (const Version& version : versions_) versions.push_back(version_json(version));
   const json data{{"format", kFormat}, {"logs", logs}, {"current", current_}, {"versions", versions}};
-  write_atomically(folder_ / "session.json", json_text(data));
+  write_atomically(folder_ / "session.json", own_json_text(data));
 }
 
 void Session::set_logs(std::vector<std::string> logs) {
@@ -233,7 +233,7 @@ std::optional<json> Session::diagnosis(int id) const {
 }
 
 void Session::set_diagnosis(int id, const json& diagnosis) const {
-  write_atomically(folder_ / "diagnoses" / fmt::format("{}.json", id), json_text(diagnosis));
+  write_atomically(folder_ / "diagnoses" / fmt::format("{}.json", id), own_json_text(diagnosis));
 }
 
 std::string Session::notes() const {

@@ -101,11 +101,11 @@ void Workspace::start_simulated_axis(const SimulatedAxis& axis) {
     std::vector<std::string> paths;
     {
       const std::lock_guard lock(lock_);
-      write_atomically(axis_file(session_), json_text({{"seed", axis.seed},
-                                                       {"effects", axis.effects},
-                                                       {"strength", axis.strength},
-                                                       {"seconds", axis.seconds},
-                                                       {"setup", axis.setup}}));
+      write_atomically(axis_file(session_), own_json_text({{"seed", axis.seed},
+                                                           {"effects", axis.effects},
+                                                           {"strength", axis.strength},
+                                                           {"seconds", axis.seconds},
+                                                           {"setup", axis.setup}}));
       paths = session_.logs();
       paths.push_back(session_.store_log(fmt::format("simulated-{}.csv", axis.seed), log));
       session_.set_logs(paths);

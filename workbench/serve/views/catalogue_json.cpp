@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "workbench/base/axis_words.h"
 #include "workbench/model/effect_adapters/firmware_effects.h"
 
 namespace slipstack::workbench {
@@ -15,8 +16,8 @@ nlohmann::json catalogue_json() {
                     {"formula", effect.text.formula},
                     {"source", effect.text.source},
                     {"residual", effect.text.residual},
-                    {"cause", effect.text.cause},
-                    {"confirm", effect.text.confirm},
+                    {"cause", text_of_axis(effect.text.cause)},
+                    {"confirm", text_of_axis(effect.text.confirm)},
                     {"plannable", effect.is_plannable()}});
   }
   return list;

@@ -69,7 +69,7 @@ export function span(low, high, unit) {
 }
 
 // A text of the server as a sentence: a capital, a full stop, signs and units as the page writes them.
-export const sentence = (text) => text.replace(/^./, (first) => first.toUpperCase()).replace(/(?<=^|[ (])-(?=\d)/g, '\u2212').replace(/(?<=\d )\+-(?= \d)/g, '±').replace(/(?<=\d )um\b/g, 'µm').replace(/(?<=\d) (?=%|[µmk]?(N|m|s|Hz|kg)\b)/g, '\u00a0').replace(/[^.]$/, '$&.');
+export const sentence = (text) => text.replace(/^./, (first) => first.toUpperCase()).replace(/(?<=^|[ (])-(?=\d)/g, '\u2212').replace(/(?<=\d )\+-(?= \d)/g, '±').replace(/(?<=\d )u(?=(N|m|s|A|rad)\b)/g, 'µ').replace(/(?<=\d) (?=%|[µmkn]?(N|m|s|A|Hz|kg|rad|deg|rev)\b)/g, '\u00a0').replace(/(?<=\d\u00a0[µmkn]?(N|kg)) (?=(m|s|m2)\b)/g, '\u00a0').replace(/[^.]$/, '$&.');
 
 // "Stribeck effect: friction falls with velocity" is called Stribeck effect where there is little room.
 export const shortTitle = (title) => title.split(/: | \(/)[0];

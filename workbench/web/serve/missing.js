@@ -131,7 +131,7 @@ function draw() {
   }
   const missing = found.verdict === 'missing_effect';
   const cards = found.candidates.filter((card, i) => i === 0 || card.error_reduction >= kShown).slice(0, kCards);
-  fill(host, h('section', {id: 'tried', 'aria-label': 'Tried so far'}), h('h2', {class: `verdict ${found.verdict}`}, found.headline), h('p', {}, sentence(found.detail)),
+  fill(host, h('section', {id: 'tried', 'aria-label': 'Tried so far'}), h('h2', {class: `verdict ${found.verdict}`}, sentence(found.headline)), h('p', {}, sentence(found.detail)),
     found.unexplained && !found.detail.includes(found.unexplained.description) ? h('p', {class: 'warn'}, sentence(found.unexplained.description)) : null,
     found.input_warnings.length ? h('ul', {class: 'warn'}, found.input_warnings.map((one) => h('li', {}, one.what))) : null,
     h('ol', {class: 'cards'}, cards.map((card, i) => candidate(card, missing && i === 0))), others(found.candidates.filter((card) => !cards.includes(card))),
