@@ -15,8 +15,8 @@ void define_comparison(CLI::App& loop, const std::shared_ptr<LoopRequest>& reque
   const auto compare = std::make_shared<bool>(false);
   CLI::Option* flag =
       loop.add_flag("--compare", *compare, "compare ways to compensate friction on the same axis and motion");
-  for (const char* other : {"--board", "--image", "--effects", "--strength", "--seconds", "--log-rate",
-                            "--push", "--model", "--adapt", "--out"})
+  for (const char* other :
+       {"--board", "--image", "--seconds", "--log-rate", "--push", "--model", "--adapt", "--out"})
     flag->excludes(loop.get_option(other));
   loop.add_option("--seeds", wanted->seeds, "of the comparison: so many axes, from --seed on (default: 1)")
       ->type_name("N")
@@ -39,6 +39,8 @@ void define_comparison(CLI::App& loop, const std::shared_ptr<LoopRequest>& reque
     wanted->setup = request->setup;
     wanted->seed = request->seed;
     wanted->json = request->json;
+    wanted->effects = request->effects;
+    wanted->strength = request->strength;
     run_comparison(*wanted);
   });
 }
@@ -55,11 +57,13 @@ void define_loop(CLI::App& app) {
       ->type_name("FILE");
   loop->add_option("--setup", request->setup, "pick_and_place or random")->type_name("NAME");
   loop->add_option("--seed", request->seed, "everything random of the axis follows from it")->type_name("N");
-  loop->add_option("--effects", request->effects,
-                   "what the axis has beside mass and hysteresis; none: nothing")
+  loop->add_option(
+          "--effects", request->effects,
+          "what the axis has beside mass and hysteresis; none: nothing; of the comparison also random: "
+          "one effect, by the seed")
       ->type_name("A,B,..");
   loop->add_option("--strength", request->strength,
-                   "effect over noise floor, rms (default: 1.5 to 15, drawn)")
+                   "effect over noise floor, rms (default: 1.5 to 15, drawn; of the comparison 6)")
       ->type_name("X");
   loop->add_option("--seconds", request->seconds, "length of the programme (default: 60)")->type_name("S");
   loop->add_option("--log-rate", request->log_rate_Hz, "samples per second of the log (default: 2000)")

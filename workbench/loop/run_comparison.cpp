@@ -15,12 +15,20 @@ void run_comparison(const ComparisonRequest& request) {
   if (request.seeds < 1 || request.seeds > 1000) throw UsageError("--seeds: must be between 1 and 1000");
   if (request.encoder_nm != 0.0 && !(request.encoder_nm >= 1.0 && request.encoder_nm <= 1e5))
     throw UsageError("--encoder: must be between 1 and 100000 nm");
+  check_strength(request.strength);
+  const bool draw = request.effects == "random";
+  const std::vector<sim::EffectId> effects =
+      draw ? std::vector<sim::EffectId>{} : effects_of(request.effects);
+  const bool with_effects = draw || !effects.empty();
   const ComparisonTask task{.setup = setup_named(request.setup),
                             .first_seed = seed_of(request.seed),
                             .seeds = static_cast<std::size_t>(request.seeds),
                             .encoder_resolution_m = 1e-9 * request.encoder_nm,
-                            .field = Field::kAll,
-                            .extent = {.robustness = !request.brief}};
+                            .effects = effects,
+                            .draw_effect = draw,
+                            .strength = request.strength,
+                            .field = with_effects ? Field::kWithEffects : Field::kAll,
+                            .extent = {.robustness = !request.brief && !with_effects}};
   Outputs outputs;
   outputs.claim(request.json);
   ComparisonFile kept;
@@ -28,7 +36,9 @@ void run_comparison(const ComparisonRequest& request) {
     kept = ComparisonFile(
         request.keep,
         "slipstack " SLIPSTACK_VERSION ", " + request.setup + (request.brief ? ", brief" : ", whole") +
-            (request.encoder_nm > 0.0 ? fmt::format(", encoder {} nm", request.encoder_nm) : ""));
+            (request.encoder_nm > 0.0 ? fmt::format(", encoder {} nm", request.encoder_nm) : "") +
+            (with_effects ? fmt::format(", effects {}, strength {}", request.effects, request.strength)
+                          : ""));
   }
   Progress progress;
   const Comparison comparison =

@@ -30,7 +30,10 @@ struct ComparisonRequest {
   std::int64_t seeds = 1;
   double encoder_nm = 0.0;  ///< resolution of the encoder; 0: that of the set-up
   bool brief = false;       ///< without what the axis may differ in
-  std::string keep;         ///< file of the axes that are done
+  std::string effects =
+      "none";             ///< of the axis, in the training too: names, `none`, or `random`: one by seed
+  double strength = 0.0;  ///< of them; 0: six times the noise floor
+  std::string keep;       ///< file of the axes that are done
   std::string json;
 };
 

@@ -12,6 +12,7 @@
 
 #include "workbench/base/parallel.h"
 #include "workbench/base/statistics.h"
+#include "workbench/base/text.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -36,9 +37,22 @@ std::vector<std::size_t> longest_first(const std::vector<Contender>& contenders)
   return order;
 }
 
+std::vector<sim::EffectId> effects_on(const ComparisonTask& task, std::uint64_t seed) {
+  std::vector<sim::EffectId> effects = task.effects;
+  if (task.draw_effect) effects.push_back(sim::draw_effect_ids(1, seed).front());
+  return effects;
+}
+
+std::string names_of(const std::vector<sim::EffectId>& effects) {
+  std::vector<std::string> names;
+  for (const sim::EffectId effect : effects) names.emplace_back(sim::name(effect));
+  return joined(names);
+}
+
 std::vector<Measures> measured(const ComparisonTask& task, std::uint64_t seed, const Show& show) {
   sim::Axis axis = sim::draw_bench(task.setup, seed).axis;
   if (task.encoder_resolution_m > 0.0) axis.encoder_resolution_m = task.encoder_resolution_m;
+  if (task.has_effects()) axis = axis_with_effects(axis, effects_on(task, seed), task.strength, seed);
   const std::vector<Contender> contenders =
       tuned_contenders(axis, seed, task.field, [&](double done) { show("tune", kTuningShare * done); });
   const std::vector<sim::Axis> hidden =
@@ -117,13 +131,15 @@ Comparison compare(const ComparisonTask& task, ComparisonFile& kept,
       });
       kept.add(seed, names, *measures);
     }
+    if (task.has_effects()) comparison.effects.push_back(names_of(effects_on(task, seed)));
     for (std::size_t i = 0; i < names.size(); ++i) comparison.contenders[i].by_seed.push_back((*measures)[i]);
   }
   return comparison;
 }
 
 std::vector<ComparedGoal> goals_of(const Comparison& comparison) {
-  const ComparedContender* ours = find(comparison, "maxwell_slip");
+  const ComparedContender* ours = find(comparison, "maxwell_slip_diagnosed");
+  if (ours == nullptr) ours = find(comparison, "maxwell_slip");
   const ComparedContender* plain = find(comparison, "p_pi");
   if (ours == nullptr || plain == nullptr) return {};
   std::vector<ComparedGoal> goals;

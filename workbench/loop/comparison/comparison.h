@@ -37,6 +37,7 @@ struct ComparedGoal {
 struct Comparison {
   std::vector<ComparedContender> contenders;
   std::size_t seeds = 0;
+  std::vector<std::string> effects;  ///< of each axis, names with commas; empty where the task has none
 };
 
 /// What is compared.
@@ -45,8 +46,15 @@ struct ComparisonTask {
   std::uint64_t first_seed = 1;
   std::size_t seeds = 1;
   double encoder_resolution_m = 0.0;  ///< 0: that of the set-up
+  /// What each axis has beside mass and hysteresis, in the training too; with `draw_effect` one more, drawn
+  /// by its seed.
+  std::vector<sim::EffectId> effects = {};
+  bool draw_effect = false;
+  double strength = 0.0;  ///< of the effects, over the noise floor, rms; 0: six
   Field field = Field::kAll;
   Extent extent;
+
+  bool has_effects() const { return draw_effect || !effects.empty(); }
 };
 
 /// Tunes the contenders on an axis of each seed and measures them all. An axis that `kept` has is not
@@ -60,8 +68,9 @@ const ComparedContender* find(const Comparison& comparison, const std::string& i
 
 /// Reversal peak 1/10 of mass feed-forward and 1/2 of the best that learns nothing per trajectory; settling
 /// of a 100 mm move 30 % less than with the velocity table; never worse than P/PI alone with a parameter
-/// wrong by 30 %. For the plain Maxwell-slip model; by medians, the last by each seed. A goal against a peer
-/// says too what share of that peer's error the bound is: less than that, no compensator reaches.
+/// wrong by 30 %. For the plain Maxwell-slip model, or as diagnosed where the axes have effects; by medians,
+/// the last by each seed. A goal against a peer says too what share of that peer's error the bound is: less
+/// than that, no compensator reaches.
 std::vector<ComparedGoal> goals_of(const Comparison& comparison);
 
 /// A sentence for each measure in which another is better than each of ours: which, by how much, and why.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -75,6 +76,10 @@ std::string comparison_text(const Comparison& comparison) {
       "{}\n",
       comparison.seeds, comparison.seeds == 1 ? "" : "s",
       comparison.seeds > 1 ? "Medians, and in brackets the least and the most of the seeds.\n" : "");
+  if (!comparison.effects.empty()) {
+    text += fmt::format("Beside mass and hysteresis, in the training too: {}.\n\n",
+                        fmt::join(comparison.effects, "; "));
+  }
   constexpr std::array kTracking{M::kRms, M::kPeak, M::kReversalRms, M::kReversalPeak, M::kEffort};
   text += table_of(comparison, "Tracking error", kTracking);
   constexpr std::array kSettling{M::kSettle10um, M::kSettle1mm, M::kSettle100mm};
@@ -119,6 +124,7 @@ nlohmann::json comparison_json(const Comparison& comparison) {
     goals.push_back({{"goal", goal.text}, {"found", goal.found}, {"met", goal.met}});
   return {{"schema", "urn:slipstack:loop-compare-1"},
           {"seeds", comparison.seeds},
+          {"effects", comparison.effects},
           {"contenders", contenders},
           {"goals", goals},
           {"where_another_is_better", lost_cells(comparison)}};

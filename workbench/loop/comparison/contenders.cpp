@@ -82,6 +82,15 @@ std::vector<Maker> ours_with_more() {
   return {maps, adapted, observer};
 }
 
+// Of an axis that has effects of which nobody has told.
+std::vector<Maker> diagnosed() {
+  Maker alone = with_elements("maxwell_slip_diagnosed", "slipstack, diagnosed");
+  alone.make = [](const Workshop& w, const ContenderName& n) { return w.diagnosed(n); };
+  Maker observer = with_elements("maxwell_slip_diagnosed_observer", "slipstack, diagnosed, observer");
+  observer.make = [](const Workshop& w, const ContenderName& n) { return w.with_observer(w.diagnosed(n)); };
+  return {alone, observer};
+}
+
 std::vector<Maker> makers_of(Field field) {
   std::vector<Maker> makers = few();
   if (field == Field::kFew) return makers;
@@ -93,6 +102,10 @@ std::vector<Maker> makers_of(Field field) {
   append(peers());
   makers.push_back(ours);
   append(ours_with_more());
+  if (field == Field::kWithEffects) {
+    append(diagnosed());
+    return makers;
+  }
   append({bound("bound", "bound: friction known", 1.0, 1.0),
           bound("bound_quiet", "bound, no noise", 0.0, 1.0),
           bound("bound_fine", "bound, fine encoder", 1.0, 0.01)});

@@ -10,7 +10,13 @@
 namespace slipstack::workbench {
 
 /// Which of the contenders take part.
-enum class Field { kAll, kFew };
+enum class Field {
+  kAll,
+  kFew,
+  /// For an axis with effects beside mass and hysteresis: with slipstack's model as diagnosed, without the
+  /// bounds, which know the friction alone.
+  kWithEffects
+};
 
 /// What takes part, in the order of tuned_contenders().
 std::vector<ContenderName> contenders_of(Field field);
@@ -27,7 +33,9 @@ std::vector<ContenderName> contenders_of(Field field);
 /// Friction models are fitted to a log of the training motion, by the drive with mass feed-forward
 /// (fit_friction()), and then their level is searched in the loop, as are share and learning: Nelder-Mead by
 /// NLopt, for the least rms error. slipstack's models are what `fit` makes of the same log, and are not
-/// searched in the loop. kFew: P/PI, mass, the table and Maxwell-slip alone. Some 10 s of a processor.
+/// searched in the loop. kFew: P/PI, mass, the table and Maxwell-slip alone. kWithEffects: slipstack also
+/// with the effects that `diagnose` finds in that log, alone and with the disturbance observer. Some 10 s of
+/// a processor.
 std::vector<Contender> tuned_contenders(const sim::Axis& axis, std::uint64_t seed, Field field,
                                         const std::function<void(double)>& progress);
 

@@ -208,16 +208,20 @@ Measures measures_of(const Contender& contender, const sim::Axis& axis,
   return judge.measures();
 }
 
-std::vector<sim::Axis> axes_with_hidden_effects(const sim::Axis& axis, std::uint64_t seed) {
+sim::Axis axis_with_effects(const sim::Axis& axis, const std::vector<sim::EffectId>& effects, double strength,
+                            std::uint64_t seed) {
   sim::Bench bench;
   bench.axis = axis;
   bench.programme.seconds = 12.0;
-  const sim::MotionProgramme programme = sim::draw_programme(bench, seed);
+  sim::add_effects(bench.axis, effects, sim::draw_programme(bench, seed), 2000.0,
+                   strength > 0.0 ? strength : kHiddenStrength, seed);
+  return bench.axis;
+}
+
+std::vector<sim::Axis> axes_with_hidden_effects(const sim::Axis& axis, std::uint64_t seed) {
   std::vector<sim::Axis> axes;
-  for (const sim::EffectId effect : sim::drawable_effects()) {
-    axes.push_back(axis);
-    sim::add_effects(axes.back(), {effect}, programme, 2000.0, kHiddenStrength, seed);
-  }
+  for (const sim::EffectId effect : sim::drawable_effects())
+    axes.push_back(axis_with_effects(axis, {effect}, 0.0, seed));
   return axes;
 }
 

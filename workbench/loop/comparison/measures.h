@@ -89,6 +89,9 @@ Measures measures_of(const Contender& contender, const sim::Axis& axis,
                      const std::vector<sim::Axis>& with_hidden_effects, std::uint64_t seed,
                      const Extent& extent);
 
+/// The axis with these effects, `strength` times its noise floor (rms); 0: six times.
+sim::Axis axis_with_effects(const sim::Axis& axis, const std::vector<sim::EffectId>& effects, double strength,
+                            std::uint64_t seed);
 /// The axis with each effect that can be drawn, six times its noise floor.
 std::vector<sim::Axis> axes_with_hidden_effects(const sim::Axis& axis, std::uint64_t seed);
 

@@ -7,6 +7,7 @@
 
 #include "firmware/effects/catalogue.h"
 #include "workbench/base/statistics.h"
+#include "workbench/diagnose/diagnose.h"
 #include "workbench/estimate/nonlinear/fit.h"
 #include "workbench/estimate/nonlinear/minimise.h"
 #include "workbench/estimate/uncertainty/row_weights.h"
@@ -203,6 +204,16 @@ Contender Workshop::maxwell_slip(const ContenderName& name, const std::vector<st
   contender.model = more.empty()
                         ? own_model_
                         : refined_model(measurement_, fit_effects(measurement_, effects_with(more), {}));
+  return contender;
+}
+
+Contender Workshop::diagnosed(const ContenderName& name) const {
+  Contender contender = plain(name);
+  contender.own_model = true;
+  Measurement measurement = measurement_;  // the search lowers its noise floor
+  DiagnoseOptions options;
+  options.baseline = effects_with({});
+  contender.model = refined_model(measurement, diagnose(measurement, options).explained);
   return contender;
 }
 

@@ -33,6 +33,8 @@ class Workshop {
   Contender learning(const ContenderName& name) const;
   /// slipstack's model of the log with these effects more.
   Contender maxwell_slip(const ContenderName& name, const std::vector<std::string>& more) const;
+  /// slipstack's model of the log with what `diagnose` finds missing in it.
+  Contender diagnosed(const ContenderName& name) const;
   /// What is left with the friction known, with such shares of force noise and encoder step; the step stays
   /// at least 1 nm.
   Contender bound(const ContenderName& name, double noise_share, double encoder_share) const;
