@@ -49,6 +49,7 @@ class SessionTest : public testing::Test {
 // What is published of a rotary axis has other names; the session reads its own files again, and so does the
 // page.
 TEST_F(SessionTest, OfARotaryAxisIsThereAgain) {
+  forget_axis();
   use_axis({AxisKind::rotary, AngleUnit::radian}, "joint.csv");
   {
     Session session(folder_);
