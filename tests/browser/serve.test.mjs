@@ -123,6 +123,8 @@ test('open, compare, learn, add, error falls, undo, redo, plan, run, deploy, exp
   const effect = await page.locator('.card.best [data-add]').getAttribute('data-add');
   assert.equal(effect, kHidden);
   assert.ok(await page.locator('.card.best .fingerprint path').count() === 2, 'the expected trace beside the residual');
+  const told = await page.locator('.card.best details').textContent();
+  for (const term of ['Usual cause', 'The experiment that decides', 'In the residual']) assert.ok(told.includes(term), term);
   await page.locator('.card.best').getByText('What would it do?').click();
   await page.waitForFunction(() => /→/.test(document.querySelector('.card.best output').textContent));
   // The gains answer at once, and say that they are no more than that; then the refined model takes their place.

@@ -15,12 +15,14 @@ class Comparison(program.Workshop):
         self.assert_one_line(done.stderr, expected)
 
     def test_a_comparison_takes_no_options_of_a_run(self):
-        for arguments in (("--model", "m.toml"), ("--effects", "viscous"), ("--board", "host"), ("--out", "log.csv")):
+        for arguments in (("--model", "m.toml"), ("--push", "2"), ("--board", "host"), ("--out", "log.csv")):
             self.assert_refused("loop", "--compare", *arguments, expected="--compare")
         self.assert_refused("loop", "--seeds", "2", expected="--compare")
         self.assert_refused("loop", "--keep", "kept", expected="--compare")
         self.assert_refused("loop", "--compare", "--seeds", "0", expected="--seeds")
         self.assert_refused("loop", "--compare", "--setup", "mine", expected="--setup")
+        self.assert_refused("loop", "--compare", "--effects", "cogging", expected="cogging")
+        self.assert_refused("loop", "--compare", "--effects", "viscous", "--strength", "-1", expected="--strength")
 
     def test_what_is_kept_is_of_this_comparison_or_refused(self):
         kept = pathlib.Path(self.here, "kept")

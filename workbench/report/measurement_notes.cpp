@@ -30,7 +30,7 @@ std::string noise_method(const Measurement& measurement) {
 
 /// Sixth differences say too little of noise that neighbouring samples share. White noise grows by one where
 /// every second sample is left out, the difference of two samples of a random walk by sqrt(2). Chosen above
-/// that: of 60 logs of axes it was 0.98 to 1.9 where the noise was white or nearly, 2.2 where samples were
+/// that: of 52 logs of axes it was 0.98 to 1.9 where the noise was white or nearly, 2.2 where samples were
 /// interpolated and 5.8 beside a strong line near half of the sample rate.
 constexpr double kNotWhite = 2.0;
 

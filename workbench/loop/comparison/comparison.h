@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "sim_host/log/draw.h"
+#include "sim_host/plant/effects/effect_id.h"
 #include "workbench/loop/comparison/comparison_file.h"
 #include "workbench/loop/comparison/contenders.h"
 #include "workbench/loop/comparison/measures.h"

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "sim_host/plant/effects/effect_id.h"
 #include "workbench/loop/comparison/contender.h"
 
 namespace slipstack::workbench {

@@ -57,7 +57,7 @@ function candidate(card, best) {
     h('p', {}, sentence(card.evidence || card.look)),
     card.confounded_with?.length ? h('p', {class: 'warn'}, `This log cannot tell it from ${card.confounded_with.map((id) => inSentence(shortTitle(titleOf(id)))).join(', ')}.`) : null,
     h('details', {open: best}, h('summary', {}, 'Cause and experiment'),
-      h('dl', {}, [['Usual cause', card.cause], ['The experiment that decides', card.confirm], ['In the residual', card.look]].filter(([, text]) => text).map(([term, text]) => [h('dt', {}, term), h('dd', {}, sentence(text))]).flat())),
+      h('dl', {}, [['Usual cause', card.cause], ['The experiment that decides', card.confirm_with], ['In the residual', card.look]].filter(([, text]) => text).map(([term, text]) => [h('dt', {}, term), h('dd', {}, sentence(text))]).flat())),
     output,
     h('div', {class: 'buttons'}, h('button', {type: 'button', class: best ? 'main' : '', 'data-add': card.effect, 'data-job': true, onclick: () => add(card.definition ?? card.effect)}, `Add ${inSentence(shortTitle(card.title))}`),
       h('button', {type: 'button', onclick: () => preview(card, output)}, 'What would it do?'),
