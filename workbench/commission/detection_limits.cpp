@@ -10,7 +10,6 @@
 #include <string>
 #include <vector>
 
-#include "workbench/base/quantity.h"
 #include "workbench/diagnose/detectability/detectability.h"
 #include "workbench/estimate/terms/search_ranges.h"
 #include "workbench/estimate/terms/terms.h"
@@ -37,8 +36,8 @@ std::string delay_limit_text(const Measurement& measurement, const FittedModel& 
   const Term delay = make_term(measurement, effect_with_role(Role::measurement_delay));
   const double least_s =
       detection_limit(measurement, explained, baseline_residual_maker(measurement, explained), delay);
-  return fmt::format("A delay between force and motion below {} would not have been named.",
-                     with_unit(least_s, "s", 2));
+  return fmt::format("A delay between force and motion below {:.3g} µs would not have been named.",
+                     1e6 * least_s);
 }
 
 std::string mode_limit_text(const Measurement& measurement, const FittedModel& explained) {
