@@ -114,8 +114,9 @@ template <class R>
 constexpr Allowed kAllowed<Stribeck<R>>{1.5e-8, 4.0};
 template <class R>
 constexpr Allowed kAllowed<QuadraticDrag<R>>{1.0e-8, 4.0};
+// A quotient of two exponentials, each of which deviates by 8e-9 of itself.
 template <class R>
-constexpr Allowed kAllowed<Drift<R>>{8e-9, 2.0};
+constexpr Allowed kAllowed<Drift<R>>{1.6e-8, 2.0};
 // The middle of the stroke is rounded, and so is the place in half a stroke of 0.05 m; the cubic is six
 // times as steep at its ends.
 template <class R>
