@@ -65,7 +65,7 @@ TEST(ReadCsv, HeaderValuesHaveTheUnitsOfThePosition) {
   EXPECT_EQ(linear("# magnet_pitch_mm: 24").magnet_pitch_m, 0.024);
   const auto rotary = [](const std::string& header) {
     forget_axis();
-    const Log log = parse_text(header + "\ntime_s,position_deg,torque_Nm\n" + usual_rows());
+    Log log = parse_text(header + "\ntime_s,position_deg,torque_Nm\n" + usual_rows());
     forget_axis();
     return log;
   };
