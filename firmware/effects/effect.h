@@ -82,10 +82,10 @@ struct EffectText {
   /// The same as found in a log; {name} is replaced by the fitted value of a shape, a gain, or the amplitude
   /// of a group of gains.
   const char* evidence;
-  /// The usual physical cause, and the experiment that confirms it: one text, or two alternatives between
+  /// The usual physical cause; as the experiment behind it, one text, or two alternatives between
   /// which " | " stands, of a linear axis and of a rotary one.
   const char* cause;
-  const char* confirm;
+  const char* confirm;  ///< the experiment that confirms the cause
 };
 
 /// Largest magnitude a gain may take: far beyond any axis, small enough that sums stay finite in float.

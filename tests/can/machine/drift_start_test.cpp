@@ -13,15 +13,17 @@ namespace slipstack::can {
 namespace {
 
 constexpr float kTimeConstant_s = 100.0F;
+constexpr float kObserved_s = 1e4F;  // the change is that of infinite time, to 2^-24
 
 // A drive whose friction changes by this share of itself, after a start and two seconds.
 struct Started {
   Started(float change, std::optional<std::uint32_t> run_before_s) {
     bench.configure();
-    // 2111h: enabled, change, time constant.
+    // 2111h: enabled, change, time constant, observed time.
     EXPECT_EQ(bench.write(0x2111, 1, 1, 1), 0U);
     EXPECT_EQ(bench.write_real(0x2111, 2, change), 0U);
     EXPECT_EQ(bench.write_real(0x2111, 3, kTimeConstant_s), 0U);
+    EXPECT_EQ(bench.write_real(0x2111, 4, kObserved_s), 0U);
     if (run_before_s) {
       EXPECT_EQ(bench.write(0x2404, 1, *run_before_s, 4), 0U);
     }
