@@ -45,6 +45,7 @@ std::vector<sim::EffectId> effects_on(const ComparisonTask& task, std::uint64_t 
 
 std::string names_of(const std::vector<sim::EffectId>& effects) {
   std::vector<std::string> names;
+  names.reserve(effects.size());
   for (const sim::EffectId effect : effects) names.emplace_back(sim::name(effect));
   return joined(names);
 }
