@@ -58,14 +58,17 @@ Explanation without_effect(const SelectionContext& context, const Explanation& e
   return {with_causes_found_again(context.measurement, std::move(model)), std::move(added)};
 }
 
-/// Whether the first effect was dropped that is no step, or a mode that refined shapes have made implausible.
+/// Whether the first effect was dropped that is no step, or that refined shapes have made implausible.
 bool drop_one(const SelectionContext& context, Explanation& explanation) {
   // Most often none is dropped, and all of these fits are needed; else those behind it were made in vain.
   std::vector<Explanation> fewer(explanation.added.size());
   parallel_for(fewer.size(), [&](std::size_t i) { fewer[i] = without_effect(context, explanation, i); });
-  const bool no_mode = has_implausible_mode(context.measurement, context.baseline, explanation.model);
+  const auto implausible = [&](const FittedModel& model) {
+    return is_implausible(context.measurement, context.baseline, model);
+  };
+  const bool has_one = implausible(explanation.model);
   for (std::size_t i = 0; i < fewer.size(); ++i) {
-    const bool is_it = no_mode && !has_role(fewer[i].model.terms, Role::resonance);
+    const bool is_it = has_one && !implausible(fewer[i].model);
     if (is_step(context, fewer[i], explanation) && !is_it) continue;
     explanation = std::move(fewer[i]);
     return true;
