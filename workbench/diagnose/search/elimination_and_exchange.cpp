@@ -68,7 +68,8 @@ bool drop_one(const SelectionContext& context, Explanation& explanation) {
   };
   const bool has_one = implausible(explanation.model);
   for (std::size_t i = 0; i < fewer.size(); ++i) {
-    const bool is_it = has_one && !implausible(fewer[i].model);
+    // The only effect stays, with its bound told: better than no name.
+    const bool is_it = has_one && !fewer[i].added.empty() && !implausible(fewer[i].model);
     if (is_step(context, fewer[i], explanation) && !is_it) continue;
     explanation = std::move(fewer[i]);
     return true;
