@@ -63,13 +63,13 @@ bool drop_one(const SelectionContext& context, Explanation& explanation) {
   // Most often none is dropped, and all of these fits are needed; else those behind it were made in vain.
   std::vector<Explanation> fewer(explanation.added.size());
   parallel_for(fewer.size(), [&](std::size_t i) { fewer[i] = without_effect(context, explanation, i); });
-  const auto implausible = [&](const FittedModel& model) {
-    return is_implausible(context.measurement, context.baseline, model);
-  };
-  const bool has_one = implausible(explanation.model);
+  const bool no_mode = has_implausible_mode(context.measurement, context.baseline, explanation.model);
+  const bool no_lag = has_role(explanation.model.terms, Role::friction_memory) &&
+                      is_implausible(context.measurement, context.baseline, explanation.model);
   for (std::size_t i = 0; i < fewer.size(); ++i) {
-    // The only effect stays, with its bound told: better than no name.
-    const bool is_it = has_one && !fewer[i].added.empty() && !implausible(fewer[i].model);
+    const Terms& rest = fewer[i].model.terms;
+    const bool is_it = (no_mode && !has_role(rest, Role::resonance)) ||
+                       (no_lag && !has_role(rest, Role::friction_memory));
     if (is_step(context, fewer[i], explanation) && !is_it) continue;
     explanation = std::move(fewer[i]);
     return true;
