@@ -68,8 +68,8 @@ bool drop_one(const SelectionContext& context, Explanation& explanation) {
                       is_implausible(context.measurement, context.baseline, explanation.model);
   for (std::size_t i = 0; i < fewer.size(); ++i) {
     const Terms& rest = fewer[i].model.terms;
-    const bool is_it = (no_mode && !has_role(rest, Role::resonance)) ||
-                       (no_lag && !has_role(rest, Role::friction_memory));
+    const bool is_it =
+        (no_mode && !has_role(rest, Role::resonance)) || (no_lag && !has_role(rest, Role::friction_memory));
     if (is_step(context, fewer[i], explanation) && !is_it) continue;
     explanation = std::move(fewer[i]);
     return true;
