@@ -10,6 +10,7 @@
 #include "workbench/cli/define_manual.h"
 #include "workbench/cli/define_simulate.h"
 #include "workbench/commission/define_commission.h"
+#include "workbench/console/positive_number.h"
 #include "workbench/estimate/measurement/parts.h"
 #include "workbench/long_logs/shared_logs.h"
 #include "workbench/loop/define_loop.h"
@@ -47,7 +48,7 @@ void add_log(CLI::App& command, Options& options) {
   command
       .add_option("--noise", options.noise_N,
                   "standard deviation of the force's noise in one sample, N (default: estimated)")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->type_name("N");
 }
 

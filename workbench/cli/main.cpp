@@ -24,15 +24,6 @@ void complain(std::string_view message) {
   fmt::print(stderr, "slipstack: {}\n", as_one_line(message));
 }
 
-/// What the parser says, without the 309 digits of the largest double where it wants a positive number.
-std::string readable(const std::string& message) {
-  constexpr std::string_view kRange = " not in range 0.000000 to 1797";
-  const std::size_t at = message.find(kRange);
-  if (at == std::string::npos) return message;
-  const std::size_t end = message.find_first_not_of("0123456789.", at + kRange.size());
-  return message.substr(0, at) + " is not positive" + (end == std::string::npos ? "" : message.substr(end));
-}
-
 /// The parser alone reports an unknown command as a missing one.
 void check_command(const CLI::App& app, int argc, char** argv) {
   if (argc < 2 || argv[1][0] == '-') return;
@@ -78,7 +69,7 @@ int run(ProcessGroup& group, int argc, char** argv) {
     return 0;
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
-    complain(fmt::format("{}; see `slipstack --help`", readable(error.what())));
+    complain(fmt::format("{}; see `slipstack --help`", error.what()));
     return kUnusableInput;
   } catch (const Stopped& stopped) {
     complain(stopped.what());

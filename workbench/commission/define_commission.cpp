@@ -13,6 +13,7 @@
 #include "workbench/commission/commission.h"
 #include "workbench/commission/drive_memory.h"
 #include "workbench/console/output.h"
+#include "workbench/console/positive_number.h"
 #include "workbench/console/progress.h"
 #include "workbench/loop/drawn_axis.h"
 #include "workbench/report/html/report_page.h"
@@ -125,11 +126,11 @@ void define_bus(CLI::App& command, const std::shared_ptr<CommissionRequest>& req
       .add_option("--largest-velocity", request->largest_velocity_mps,
                   "of the axis (default: the drive's limit, 2000h:0B)")
       ->type_name("M/S")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->needs(can);
   command.add_option("--magnet-pitch", request->magnet_pitch_mm, "of the motor, where it is known")
       ->type_name("MM")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->needs(can);
   command
       .add_option("--period", request->period_ms,

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
+#include <utility>
 
 #include "workbench/commission/detection_limits.h"
 #include "workbench/diagnose/diagnose.h"
@@ -45,8 +46,7 @@ constexpr double kModesBelow = 0.05;
 constexpr double kModeStandardErrors = 3.0;
 
 Terms without_mode(Terms terms) {
-  std::erase_if(terms, [](const Term& term) { return term.effect->has_role(Role::resonance); });
-  return terms;
+  return without(std::move(terms), effect_with_role(Role::resonance).text.id);
 }
 
 /// Modes above the band, beside what was found within it. Within the band one that swings above is taken for

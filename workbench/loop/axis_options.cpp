@@ -24,6 +24,17 @@ std::vector<sim::EffectId> effects_of(const std::string& list) {
   return ids;
 }
 
+std::vector<sim::EffectId> effects_by_seed(const std::string& list, std::uint64_t seed) {
+  return list == "random" ? sim::draw_effect_ids(1, seed) : effects_of(list);
+}
+
+std::string names_of(const std::vector<sim::EffectId>& effects) {
+  std::vector<std::string> names;
+  names.reserve(effects.size());
+  for (const sim::EffectId effect : effects) names.emplace_back(sim::name(effect));
+  return names.empty() ? "none" : joined(names);
+}
+
 sim::Setup setup_named(const std::string& name) {
   if (name == "pick_and_place") return sim::Setup::kPickAndPlace;
   if (name == "random") return sim::Setup::kRandom;

@@ -14,6 +14,12 @@ namespace slipstack::workbench {
 /// nothing. Throws UsageError where a name is no effect of the simulated axis.
 std::vector<sim::EffectId> effects_of(const std::string& list);
 
+/// The same, or for `random` one effect, drawn by the seed.
+std::vector<sim::EffectId> effects_by_seed(const std::string& list, std::uint64_t seed);
+
+/// Their names with commas, or `none`.
+std::string names_of(const std::vector<sim::EffectId>& effects);
+
 /// The set-up that an axis is drawn from: pick_and_place or random. Throws UsageError for another name.
 sim::Setup setup_named(const std::string& name);
 

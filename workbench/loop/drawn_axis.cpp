@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include "sim_host/log/draw.h"
-#include "workbench/base/text.h"
 #include "workbench/loop/axis_options.h"
 #include "workbench/loop/board.h"
 #include "workbench/loop/lockstep_axis.h"
@@ -13,8 +12,7 @@ namespace slipstack::workbench {
 namespace {
 
 std::vector<sim::EffectId> effects_in(const DrawnAxis& wanted) {
-  return wanted.effects == "random" ? sim::draw_effect_ids(1, static_cast<std::uint64_t>(wanted.seed))
-                                    : effects_of(wanted.effects);
+  return effects_by_seed(wanted.effects, static_cast<std::uint64_t>(wanted.seed));
 }
 
 }  // namespace
@@ -38,9 +36,7 @@ std::string title_of(const DrawnAxis& wanted) {
 }
 
 std::string hidden_in(const DrawnAxis& wanted) {
-  std::vector<std::string> names;
-  for (const sim::EffectId effect : effects_in(wanted)) names.emplace_back(sim::name(effect));
-  return names.empty() ? "none" : joined(names);
+  return names_of(effects_in(wanted));
 }
 
 }  // namespace slipstack::workbench

@@ -16,16 +16,13 @@ void run_comparison(const ComparisonRequest& request) {
   if (request.encoder_nm != 0.0 && !(request.encoder_nm >= 1.0 && request.encoder_nm <= 1e5))
     throw UsageError("--encoder: must be between 1 and 100000 nm");
   check_strength(request.strength);
-  const bool draw = request.effects == "random";
-  const std::vector<sim::EffectId> effects =
-      draw ? std::vector<sim::EffectId>{} : effects_of(request.effects);
-  const bool with_effects = draw || !effects.empty();
+  effects_by_seed(request.effects, 0);  // names that are none are refused before anything is measured
+  const bool with_effects = request.effects != "none";
   const ComparisonTask task{.setup = setup_named(request.setup),
                             .first_seed = seed_of(request.seed),
                             .seeds = static_cast<std::size_t>(request.seeds),
                             .encoder_resolution_m = 1e-9 * request.encoder_nm,
-                            .effects = effects,
-                            .draw_effect = draw,
+                            .effects = request.effects,
                             .strength = request.strength,
                             .field = with_effects ? Field::kWithEffects : Field::kAll,
                             .extent = {.robustness = !request.brief && !with_effects}};

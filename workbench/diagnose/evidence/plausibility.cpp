@@ -136,6 +136,15 @@ bool has_implausible_mode(const Measurement& measurement, const FittedModel& bas
          any_new(model, baseline, [&](const Term& term) { return is_mode_above_band(measurement, term); });
 }
 
+bool has_implausible_lag(const Measurement& measurement, const FittedModel& baseline,
+                         const FittedModel& model) {
+  return any_new(model, baseline, [&](const Term& term) {
+    return term.effect->has_role(Role::friction_memory) &&
+           (ends_at_a_bound(model, term) || lag_is_bristle_deflection(model) ||
+            lag_is_change_over_time(measurement, model));
+  });
+}
+
 bool is_implausible(const Measurement& measurement, const FittedModel& baseline, const FittedModel& model) {
   const bool has_new_coulomb = has_role(model.terms, Role::saturating_friction) &&
                                !has_role(baseline.terms, Role::saturating_friction);
@@ -145,8 +154,7 @@ bool is_implausible(const Measurement& measurement, const FittedModel& baseline,
                  }) ||
          changes_friction_too_much(measurement, baseline, model) ||
          has_implausible_mode(measurement, baseline, model) ||
-         ((lag_is_bristle_deflection(model) || lag_is_change_over_time(measurement, model)) &&
-          !has_role(baseline.terms, Role::friction_memory)) ||
+         has_implausible_lag(measurement, baseline, model) ||
          (has_new_coulomb && coulomb_is_of_hysteresis(model, measurement.noise_floor_N())) ||
          ripple_not_supported(measurement, model, baseline.terms);
 }

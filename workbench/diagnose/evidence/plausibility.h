@@ -46,6 +46,11 @@ bool within_instruments(const FittedModel& baseline, double tick_s, const Terms&
 bool has_implausible_mode(const Measurement& measurement, const FittedModel& baseline,
                           const FittedModel& model);
 
+/// Whether `model` has a frictional lag that the baseline does not have and that is none: with a gain at a
+/// bound, of a bristle, or a change over time.
+bool has_implausible_lag(const Measurement& measurement, const FittedModel& baseline,
+                         const FittedModel& model);
+
 /// Whether `model` has an effect that the baseline does not have and that is none: one with a gain at a bound
 /// other than zero (the bound determined it, not the log), one that makes dry friction anywhere in the log
 /// more than four times as large or as small, a mode that does not ring or lies above the band, a lag of

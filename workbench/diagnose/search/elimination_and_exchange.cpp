@@ -58,14 +58,14 @@ Explanation without_effect(const SelectionContext& context, const Explanation& e
   return {with_causes_found_again(context.measurement, std::move(model)), std::move(added)};
 }
 
-/// Whether the first effect was dropped that is no step, or that refined shapes have made implausible.
+/// Whether the first effect was dropped that is no step, or a mode or lag that refined shapes have made
+/// implausible.
 bool drop_one(const SelectionContext& context, Explanation& explanation) {
   // Most often none is dropped, and all of these fits are needed; else those behind it were made in vain.
   std::vector<Explanation> fewer(explanation.added.size());
   parallel_for(fewer.size(), [&](std::size_t i) { fewer[i] = without_effect(context, explanation, i); });
   const bool no_mode = has_implausible_mode(context.measurement, context.baseline, explanation.model);
-  const bool no_lag = has_role(explanation.model.terms, Role::friction_memory) &&
-                      is_implausible(context.measurement, context.baseline, explanation.model);
+  const bool no_lag = has_implausible_lag(context.measurement, context.baseline, explanation.model);
   for (std::size_t i = 0; i < fewer.size(); ++i) {
     const Terms& rest = fewer[i].model.terms;
     const bool is_it =

@@ -2,7 +2,6 @@
 #include "workbench/diagnose/search/search.h"
 
 #include <algorithm>
-#include <cstdint>
 #include <utility>
 
 #include "workbench/base/parallel.h"
@@ -23,20 +22,14 @@ constexpr std::size_t kBeam = 3;
 /// is not that of the criterion.
 constexpr std::size_t kFitted = 2 * kBeam;
 
-/// Where the searches of a level start: from nothing, whose trials are reported as candidates; from the
-/// shapes of these; or from nothing again.
-enum class Start : std::uint8_t { first_level, first_shapes, anew };
-
 /// Adds every further effect to every explanation of the beam: all to first order, the best fitted in full,
-/// of which the plausible ones are returned, the best first. The trials of the first level are stored, since
-/// all of them are reported as candidates.
+/// of which the plausible ones are returned, the best first. `known`: trials whose shapes the searches start
+/// from; null on the first level, whose trials are stored, since all of them are reported as candidates.
 std::vector<Explanation> grow(const DiagnoseOptions& options, const std::vector<Explanation>& beam,
-                              Start start, Found& found) {
+                              const std::vector<Trial>* known, Found& found) {
   const SelectionContext& context = found.context;
-  const bool first = start == Start::first_level;
-  const std::vector<Trial> none;
-  std::vector<Attempt> attempts = try_effects(
-      context.measurement, options, beam, first ? nullptr : (start == Start::anew ? &none : &found.alone));
+  const bool first = known == nullptr;
+  std::vector<Attempt> attempts = try_effects(context.measurement, options, beam, known);
   if (first) {
     found.alone.reserve(attempts.size());
     for (const Attempt& attempt : attempts) found.alone.push_back(attempt.trial);
@@ -74,10 +67,11 @@ void add_effects(Measurement& measurement, const DiagnoseOptions& options, Found
   };
   std::vector<Explanation> beam{found.best};
   for (std::size_t level = 0;; ++level) {
-    std::vector<Explanation> next =
-        grow(options, beam, level == 0 ? Start::first_level : Start::first_shapes, found);
-    if (level > 0 && !found.best.added.empty() && !is_step_on(next))
-      next = grow(options, {found.best}, Start::anew, found);
+    std::vector<Explanation> next = grow(options, beam, level == 0 ? nullptr : &found.alone, found);
+    if (level > 0 && !found.best.added.empty() && !is_step_on(next)) {
+      const std::vector<Trial> none;
+      next = grow(options, {found.best}, &none, found);
+    }
     if (next.empty()) break;
     if (is_step_on(next)) {
       next.front() = refined(context, std::move(next.front()));

@@ -12,7 +12,7 @@
 
 #include "workbench/base/parallel.h"
 #include "workbench/base/statistics.h"
-#include "workbench/base/text.h"
+#include "workbench/loop/axis_options.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -37,23 +37,11 @@ std::vector<std::size_t> longest_first(const std::vector<Contender>& contenders)
   return order;
 }
 
-std::vector<sim::EffectId> effects_on(const ComparisonTask& task, std::uint64_t seed) {
-  std::vector<sim::EffectId> effects = task.effects;
-  if (task.draw_effect) effects.push_back(sim::draw_effect_ids(1, seed).front());
-  return effects;
-}
-
-std::string names_of(const std::vector<sim::EffectId>& effects) {
-  std::vector<std::string> names;
-  names.reserve(effects.size());
-  for (const sim::EffectId effect : effects) names.emplace_back(sim::name(effect));
-  return joined(names);
-}
-
 std::vector<Measures> measured(const ComparisonTask& task, std::uint64_t seed, const Show& show) {
   sim::Axis axis = sim::draw_bench(task.setup, seed).axis;
   if (task.encoder_resolution_m > 0.0) axis.encoder_resolution_m = task.encoder_resolution_m;
-  if (task.has_effects()) axis = axis_with_effects(axis, effects_on(task, seed), task.strength, seed);
+  if (task.has_effects())
+    axis = axis_with_effects(axis, effects_by_seed(task.effects, seed), task.strength, seed);
   const std::vector<Contender> contenders =
       tuned_contenders(axis, seed, task.field, [&](double done) { show("tune", kTuningShare * done); });
   const std::vector<sim::Axis> hidden =
@@ -132,7 +120,7 @@ Comparison compare(const ComparisonTask& task, ComparisonFile& kept,
       });
       kept.add(seed, names, *measures);
     }
-    if (task.has_effects()) comparison.effects.push_back(names_of(effects_on(task, seed)));
+    if (task.has_effects()) comparison.effects.push_back(names_of(effects_by_seed(task.effects, seed)));
     for (std::size_t i = 0; i < names.size(); ++i) comparison.contenders[i].by_seed.push_back((*measures)[i]);
   }
   return comparison;

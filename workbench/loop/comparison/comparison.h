@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "sim_host/log/draw.h"
-#include "sim_host/plant/effects/effect_id.h"
 #include "workbench/loop/comparison/comparison_file.h"
 #include "workbench/loop/comparison/contenders.h"
 #include "workbench/loop/comparison/measures.h"
@@ -47,15 +46,14 @@ struct ComparisonTask {
   std::uint64_t first_seed = 1;
   std::size_t seeds = 1;
   double encoder_resolution_m = 0.0;  ///< 0: that of the set-up
-  /// What each axis has beside mass and hysteresis, in the training too; with `draw_effect` one more, drawn
-  /// by its seed.
-  std::vector<sim::EffectId> effects = {};
-  bool draw_effect = false;
+  /// What each axis has beside mass and hysteresis, in the training too: names, `none`, or `random`, one that
+  /// is drawn by its seed.
+  std::string effects = "none";
   double strength = 0.0;  ///< of the effects, over the noise floor, rms; 0: six
   Field field = Field::kAll;
   Extent extent;
 
-  bool has_effects() const { return draw_effect || !effects.empty(); }
+  bool has_effects() const { return effects != "none"; }
 };
 
 /// Tunes the contenders on an axis of each seed and measures them all. An axis that `kept` has is not

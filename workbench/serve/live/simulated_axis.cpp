@@ -29,7 +29,7 @@ namespace {
 constexpr std::uint8_t kNode = 5;
 
 std::vector<sim::EffectId> effects_in(const SimulatedAxis& axis) {
-  return axis.effects == "random" ? sim::draw_effect_ids(1, axis.seed) : effects_of(axis.effects);
+  return effects_by_seed(axis.effects, axis.seed);
 }
 
 struct Drawn {
@@ -209,9 +209,7 @@ std::string record_simulated_axis(const SimulatedAxis& axis, const std::string& 
 }
 
 std::string hidden_in(const SimulatedAxis& axis) {
-  std::vector<std::string> names;
-  for (const sim::EffectId id : effects_in(axis)) names.emplace_back(sim::name(id));
-  return names.empty() ? "none" : joined(names);
+  return names_of(effects_in(axis));
 }
 
 SimulatedController::SimulatedController(const SimulatedAxis& axis)
