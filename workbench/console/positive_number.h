@@ -7,8 +7,8 @@
 
 namespace slipstack::workbench {
 
-/// Refuses what is no positive number. As CLI::PositiveNumber, whose message has the 309 digits of the largest
-/// double.
+/// Refuses what is no positive number. As CLI::PositiveNumber, whose message has the 309 digits of the
+/// largest double.
 inline CLI::Validator positive_number() {
   return {[](const std::string& text) {
             double value = 0.0;

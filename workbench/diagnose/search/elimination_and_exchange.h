@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "workbench/diagnose/evidence/naming_rule.h"
@@ -9,8 +10,9 @@
 namespace slipstack::workbench {
 
 /// Drops effects that are no step beside the others. The effect added last is tested too, because the
-/// effects that it was added to may have changed since.
-void drop_superfluous(const SelectionContext& context, Explanation& explanation);
+/// effects that it was added to may have changed since. Returns those that were dropped because refined
+/// shapes have made them implausible (modes and lags only).
+std::vector<std::string> drop_superfluous(const SelectionContext& context, Explanation& explanation);
 
 /// Replaces an effect by another that has the better criterion beside the other effects: what was best while
 /// effects were missing need not be best beside them. `alone`: the trials of all effects on the baseline.

@@ -12,6 +12,7 @@
 #include "workbench/diagnose/search/forward_selection.h"
 #include "workbench/diagnose/search/mass_and_mode.h"
 #include "workbench/estimate/uncertainty/noise_floor.h"
+#include "workbench/model/effect_adapters/effect_registry.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -57,18 +58,19 @@ Explanation refined(const SelectionContext& context, Explanation explanation) {
   return {std::move(model), std::move(explanation.added)};
 }
 
-/// Effects are added one after the other as long as the criterion falls. Where it does not, and the error is
-/// still above the floor, once more from new starting points: an effect that a larger one hid on the first
-/// level had meaningless shapes there.
+/// Effects are added one after the other to the best explanation as long as the criterion falls. Where it
+/// does not, and the error is still above the floor, once more from new starting points: an effect that a
+/// larger one hid on the first level had meaningless shapes there.
 void add_effects(Measurement& measurement, const DiagnoseOptions& options, Found& found) {
   const SelectionContext& context = found.context;
   const auto is_step_on = [&](const std::vector<Explanation>& next) {
     return !next.empty() && is_step(context, found.best, next.front());
   };
   std::vector<Explanation> beam{found.best};
-  for (std::size_t level = 0;; ++level) {
-    std::vector<Explanation> next = grow(options, beam, level == 0 ? nullptr : &found.alone, found);
-    if (level > 0 && !found.best.added.empty() && !is_step_on(next)) {
+  while (true) {
+    const bool first = found.alone.empty();
+    std::vector<Explanation> next = grow(options, beam, first ? nullptr : &found.alone, found);
+    if (!first && !found.best.added.empty() && !is_step_on(next)) {
       const std::vector<Trial> none;
       next = grow(options, {found.best}, &none, found);
     }
@@ -78,7 +80,7 @@ void add_effects(Measurement& measurement, const DiagnoseOptions& options, Found
       found.best = next.front();
       lower_noise_floor(measurement, *found.best.model.linearisation);
       if (!is_above_floor(context.measurement, found.best.model)) break;
-    } else if (level > 0) {  // a pair may be a step where its first effect is none
+    } else if (!first) {  // a pair may be a step where its first effect is none
       if (is_improvement(context, found.best, next.front())) found.withheld = std::move(next.front());
       break;
     }
@@ -87,15 +89,34 @@ void add_effects(Measurement& measurement, const DiagnoseOptions& options, Found
   }
 }
 
-/// Drops what is superfluous, exchanges what another effect explains better, and refines all shapes.
-void improve(Found& found) {
+/// Drops what is superfluous, exchanges what another effect explains better, and refines all shapes. Returns
+/// the effects that were dropped because their refined shapes are implausible.
+std::vector<std::string> improve(Found& found) {
   drop_superfluous(found.context, found.best);
   exchange_effects(found.context, found.alone, found.best);
   name_mass_beside_mode(found.context, found.best);
   FittedModel model = refine_nominal_shapes(found.context.measurement, std::move(found.best.model));
   found.best.model = refine_all_shapes(found.context.measurement, std::move(model));
   // With refined shapes, the first effect may explain what another was added for, or be implausible.
-  drop_superfluous(found.context, found.best);
+  return drop_superfluous(found.context, found.best);
+}
+
+/// The search from `found.best` on, to its end. An effect that was chosen and then dropped as implausible
+/// kept others out: the search goes on without it.
+void choose_effects(Measurement& measurement, const DiagnoseOptions& options, Found& found) {
+  add_effects(measurement, options, found);
+  DiagnoseOptions remaining = options;
+  if (remaining.candidates.empty()) {
+    for (const EffectDescription& effect : catalogue()) remaining.candidates.push_back(effect.id());
+  }
+  while (!found.best.added.empty()) {
+    const std::vector<std::string> implausible = improve(found);
+    const auto refused = std::erase_if(remaining.candidates, [&](const std::string& id) {
+      return std::find(implausible.begin(), implausible.end(), id) != implausible.end();
+    });
+    if (refused == 0 || !is_above_floor(measurement, found.best.model)) return;
+    add_effects(measurement, remaining, found);
+  }
 }
 
 /// Takes what is outside the catalogue from the results: no controller has it. Of the effects that were
@@ -139,8 +160,7 @@ Found search(Measurement& measurement, const DiagnoseOptions& options, const Fit
   const Criterion criterion(measurement, baseline.terms, choices_of(measurement, options, baseline.terms));
   Found found{{}, {}, {measurement, baseline, criterion}, {}, {}, {}};
   found.best.model = baseline;
-  add_effects(measurement, options, found);
-  if (!found.best.added.empty()) improve(found);
+  choose_effects(measurement, options, found);
   set_causes_apart(found);
   if (found.withheld && !is_one_more(found.best, *found.withheld)) found.withheld.reset();
   lower_noise_floor(measurement, *found.best.model.linearisation);
