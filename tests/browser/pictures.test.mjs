@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The main states of the workbench as pictures: compared with those of docs/serve.md, or made anew:
+// The main states of the workbench and the reports of the tutorial as pictures: compared with those of the pages, or made anew:
 //   node pictures.test.mjs SLIPSTACK SLIPSTACK_SIM FOLDER docs/pictures [--renew]
 // Compared are means of blocks of pixels, not pixels: what a reader would see, not how a letter is smoothed. Another font moves
 // every line, so where the browser draws texts with other widths than those of the references nothing can be said.
@@ -74,12 +74,13 @@ const judge = await (await browser.newContext()).newPage();
 const made = [];
 let failed = 0;
 
-async function picture(page, name, ignored = []) {
+// `clip`: the rectangle of the whole page that is shown; else what the window shows.
+async function picture(page, name, ignored = [], clip = undefined) {
   await page.mouse.move(0, 0);
   await page.waitForTimeout(600);  // a transition has ended
   const rectangles = [];
   for (const one of ignored) rectangles.push(await page.locator(one).boundingBox());
-  const bytes = await page.screenshot({animations: 'disabled', caret: 'hide'});
+  const bytes = await page.screenshot({animations: 'disabled', caret: 'hide', fullPage: clip !== undefined, clip});
   made.push(name);
   const file = path.join(references, `${name}.png`);
   if (renew) { fs.writeFileSync(file, bytes); return; }
@@ -179,8 +180,32 @@ async function live() {
   await server.stop();
 }
 
+// The pictures of docs/tutorial, by the commands of its pages.
+async function tutorial() {
+  const run = (...command) => execFileSync(slipstack, command, {cwd: folder});
+  run('experiment', 'loops', '--setup', 'pick_and_place', '--report', 'loops.html');
+  run('loop', '--seed', '11', '--effects', 'stribeck', '--strength', '8', '--out', 'raw.csv');
+  run('fit', 'raw.csv', '--effects', 'inertia,coulomb,viscous', '--report', 'velocity.html');
+  run('fit', 'raw.csv', '--effects', 'inertia,presliding_hysteresis', '--model', 'first.toml', '--report', 'hysteresis.html');
+  run('diagnose', 'raw.csv', '--model', 'first.toml', '--report', 'missing.html');
+  const shown = async (name, selector, height) => {
+    const page = await (await browser.newContext({viewport: {width: 1100, height: 860}})).newPage();
+    await page.goto(`file://${path.resolve(folder, `${name}.html`)}`);
+    await page.locator('canvas').first().waitFor();
+    const box = await page.locator(selector).first().boundingBox();
+    await picture(page, `tutorial-${name}`, [], {x: 0, y: Math.max(0, box.y - 12), width: 1100, height: Math.min(height, box.height + 24)});
+    await page.context().close();
+  };
+  const hysteresis = 'section:has(h2:text-is("Hysteresis"))';
+  await shown('loops', 'section:has(h2:text-is("Pictures"))', 440);
+  await shown('velocity', hysteresis, 430);
+  await shown('hysteresis', hysteresis, 430);
+  await shown('missing', 'section.verdict', 860);
+}
+
 try {
   await working();
+  await tutorial();
   await live();
 } catch (error) {
   ++failed;

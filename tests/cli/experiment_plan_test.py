@@ -143,6 +143,16 @@ class Plan(program.Workshop):
         self.assertEqual(table[0].split(), ["log", "limit", "plan", "unit"])
         self.assertEqual(len({line.rindex(line.split()[-1]) for line in table}), 1, "columns are not aligned")
         self.assertEqual(table[3].split()[2], "0.3")
+        for line in table[1:]:
+            self.assertRegex(line, r"\d .*(m|m/s|m/s2|m/s3|N)$", "a figure without its unit")
+        measured_N, model_N = (float(re.search(rf"^ *force, {which} +(\S+)", text, re.M)[1])
+                               for which in ("measured", "by the model"))
+        rows = [line.split(",") for line in (self.stock / "first.csv").read_text().splitlines() if not line.startswith("#")]
+        at = next(i for i, name in enumerate(rows[0]) if name.startswith(("force", "current")))
+        forces_N = [abs(float(row[at])) for row in rows[1:]]
+        self.assertLessEqual(measured_N, max(forces_N))
+        self.assertGreater(measured_N, 0.5 * max(forces_N))
+        self.assertGreater(model_N, 0)
         self.assertIn("Log and plan", (self.here / "r.html").read_text())
 
     def test_a_plan_that_shows_less_than_the_log_is_not_written(self):

@@ -250,7 +250,7 @@ SHOWN = {
                            Shown("slipstack: log.csv:700", command="cd damaged && slipstack diagnose log.csv", names="damaged/log.csv")],
     "docs/model-file.md": [Shown("format", file="better.toml")],
     "docs/serve.md": [Shown("session.json", source="workbench/serve")],
-    "docs/tutorial.md": [Shown("time_s", command="grep -v ^# emps.csv | head -3")],
+    "docs/tutorial/real-axis.md": [Shown("time_s", command="grep -v ^# emps.csv | head -3")],
     "sim_host/README.md": [Shown("slipstack::sim::Bench", command="c++ -std=c++20 -fsyntax-only -I. bench.cpp && cat bench.cpp", names="bench.cpp")],
     "docs/user-effect.md": [
         Shown("slipstack: --effect", command="slipstack diagnose log.csv --effect '{second}'"),
@@ -264,7 +264,7 @@ AFTERWARDS = {
     "docs/python.md": ["installed/usr/lib/python3/dist-packages/slipstack/__init__.py", "installed/usr/lib/python3/dist-packages/slipstack/_core.*",
                        "better.toml", "compare.html"],
     "docs/serve.md": ["slipstack-session/session.json", "tuesday/session.json"],
-    "docs/tutorial.md": ["emps.html", "better.html", "setpoints.csv"],
+    "docs/tutorial/real-axis.md": ["emps.html", "better.html", "setpoints.csv"],
 }
 # What the output of a command holds, where the page does not show it: (page, command, expression).
 PRINTED = [

@@ -94,7 +94,9 @@ void know_by_logs(KnownAxis& known, const PlanRequest& request, const std::vecto
     knowledge.effects = averaged_over_logs(measurement, std::move(effects));
     logs.fit_to_whole({&known.base}, 0.0);
     known.reached = logs.reached();
-    known.reached.force_N = std::max(known.reached.force_N, largest_force_N(known.base));
+    known.measured_force_N = known.reached.force_N;
+    known.model_force_N = largest_force_N(known.base);
+    known.reached.force_N = std::max(known.measured_force_N, known.model_force_N);
     // The payload of the next motion is assumed to be the mean of the logs'.
     knowledge.model = averaged_over_logs(measurement, known.base.terms);
   } while (logs.extend());

@@ -30,7 +30,9 @@ struct PlanRequest {
 /// What is known of the axis, and how it is recorded.
 struct KnownAxis {
   std::unique_ptr<Measurement> measurement;  ///< of long logs, an excerpt
-  MotionExtremes reached;                    ///< in all of the logs
+  MotionExtremes reached;                    ///< in all of the logs; the force no less than model_force_N
+  double measured_force_N = 0.0;             ///< that the logs have surely reached
+  double model_force_N = 0.0;                ///< largest of the baseline along the logs
   FittedModel base;                          ///< fitted to the logs; empty without logs
   Knowledge knowledge;
   std::vector<ExpectedEvidence> so_far;

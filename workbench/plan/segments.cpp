@@ -121,9 +121,9 @@ class SegmentCatalogue {
         3.0 * amplitude_m * rate * rate > limits_.acceleration_mps2 || amplitude_m > 0.05 * length_m_) {
       return;
     }
-    segments_.push_back({fmt::format("sines of {} at {}", quantity(amplitude_m, "m"), quantity(place_m, "m")),
-                         place_m,
-                         [=](MotionBuilder& motion) { motion.sine(amplitude_m, kFrequency_Hz, 4); }});
+    segments_.push_back(
+        {fmt::format("sines of {} amplitude at {}", quantity(amplitude_m, "m"), quantity(place_m, "m")),
+         place_m, [=](MotionBuilder& motion) { motion.sine(amplitude_m, kFrequency_Hz, 4); }});
   }
 
   AxisLimits limits_;

@@ -75,7 +75,7 @@ std::vector<RowRange> find_loops(const Measurement& measurement, const Eigen::Ve
 constexpr std::size_t kFiner = 8;
 constexpr Eigen::Index kReach = 8;
 constexpr double kKaiser = 6.0;
-constexpr double kLeastRate = 2.5;
+constexpr double kLeastRate = 2.0;
 /// A point is left out where all curves stay within this share of the chart of the chord without it, a third
 /// of a pixel of the page, over at most kLongestChord points.
 constexpr double kLoopTolerance = 1e-3;

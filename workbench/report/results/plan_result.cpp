@@ -54,9 +54,9 @@ ExperimentTable limits_table(const KnownAxis& known, const AxisLimits& limits, c
                         {}};
   const double none = std::nan("");
   const MotionExtremes& log = known.reached;
-  const auto row = [&](const char* quantity, const char* unit, double did, double limit, double plan) {
-    table.rows.push_back({std::string(quantity), known.measurement ? did : none, limit > 0.0 ? limit : none,
-                          plan, axis_unit(unit)});
+  const auto row = [&](const std::string& quantity, const char* unit, double did, double limit, double plan) {
+    table.rows.push_back(
+        {quantity, known.measurement ? did : none, limit > 0.0 ? limit : none, plan, axis_unit(unit)});
   };
   table.rows.push_back({std::string("lowest position"), known.measurement ? log.low_m : none, limits.low_m,
                         planned.low_m, axis_unit("m")});
@@ -65,7 +65,11 @@ ExperimentTable limits_table(const KnownAxis& known, const AxisLimits& limits, c
   row("velocity", "m/s", log.velocity_mps, limits.velocity_mps, planned.velocity_mps);
   row("acceleration", "m/s2", log.acceleration_mps2, limits.acceleration_mps2, planned.acceleration_mps2);
   row("jerk", "m/s3", log.jerk_mps3, limits.jerk_mps3, planned.jerk_mps3);
-  row(axis_is_rotary() ? "torque" : "force", "N", log.force_N, limits.force_N, planned.force_N);
+  // Of a plan only the force of the model is known: it is set beside that of the log's, not beside the
+  // measured.
+  const std::string force = axis_is_rotary() ? "torque" : "force";
+  if (known.measurement) row(force + ", measured", "N", known.measured_force_N, 0.0, none);
+  row(force + ", by the model", "N", known.model_force_N, limits.force_N, planned.force_N);
   return table;
 }
 
@@ -98,8 +102,12 @@ ExperimentResult plan_result(const PlanRequest& request, const KnownAxis& known,
                   plan.motion.duration_s(), evidence, weakest->effect,
                   weakest->other.empty() ? std::string("beside the baseline") : "against " + weakest->other);
   result.detail =
-      "Evidence is the expected difference of BIC if the axis has the effect: above 10 it is decisive, below "
-      "0 the other would be named. An effect that contains another can always imitate it.";
+      "Evidence is the expected difference of BIC, without a unit, if the axis has the effect: above 10 it "
+      "is "
+      "decisive, below 0 the other would be named. An effect that contains another can always imitate it.";
+  if (known.measurement) {
+    result.detail += " Figures of the log are what it has surely done, beyond noise and encoder steps.";
+  }
   result.summary = {{"for", request.effects},
                     {"duration_s", plan.motion.duration_s()},
                     {"rate_Hz", plan.motion.rate_Hz},
