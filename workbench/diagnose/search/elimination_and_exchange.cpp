@@ -58,27 +58,31 @@ Explanation without_effect(const SelectionContext& context, const Explanation& e
   return {with_causes_found_again(context.measurement, std::move(model)), std::move(added)};
 }
 
-/// Whether one was dropped: a mode or lag that refined shapes have made implausible, whose id is appended to
-/// `implausible`; else the first effect that is no step. The implausible one first: beside it another may
-/// seem to be no step.
-bool drop_one(const SelectionContext& context, Explanation& explanation,
-              std::vector<std::string>& implausible) {
+/// Whether a mode or lag was dropped that refined shapes have made implausible; its id is appended to
+/// `implausible`.
+bool drop_implausible(const SelectionContext& context, Explanation& explanation,
+                      std::vector<std::string>& implausible) {
+  const bool no_mode = has_implausible_mode(context.measurement, context.baseline, explanation.model);
+  const bool no_lag = has_implausible_lag(context.measurement, context.baseline, explanation.model);
+  for (std::size_t i = 0; i < explanation.added.size(); ++i) {
+    const Terms rest = without(explanation.model.terms, explanation.added[i]);
+    if ((no_mode && !has_role(rest, Role::resonance)) || (no_lag && !has_role(rest, Role::friction_memory))) {
+      implausible.push_back(explanation.added[i]);
+      explanation = without_effect(context, explanation, i);
+      return true;
+    }
+  }
+  return false;
+}
+
+/// Whether the first effect was dropped that is no step.
+bool drop_no_step(const SelectionContext& context, Explanation& explanation) {
   // Most often none is dropped, and all of these fits are needed; else those behind it were made in vain.
   std::vector<Explanation> fewer(explanation.added.size());
   parallel_for(fewer.size(), [&](std::size_t i) { fewer[i] = without_effect(context, explanation, i); });
-  const bool no_mode = has_implausible_mode(context.measurement, context.baseline, explanation.model);
-  const bool no_lag = has_implausible_lag(context.measurement, context.baseline, explanation.model);
-  const auto is_without_implausible = [&](const Explanation& one) {
-    return (no_mode && !has_role(one.model.terms, Role::resonance)) ||
-           (no_lag && !has_role(one.model.terms, Role::friction_memory));
-  };
-  auto dropped = std::find_if(fewer.begin(), fewer.end(), is_without_implausible);
-  if (dropped != fewer.end()) {
-    implausible.push_back(explanation.added[static_cast<std::size_t>(dropped - fewer.begin())]);
-  } else {
-    dropped = std::find_if(fewer.begin(), fewer.end(),
-                           [&](const Explanation& one) { return !is_step(context, one, explanation); });
-  }
+  const auto dropped = std::find_if(fewer.begin(), fewer.end(), [&](const Explanation& one) {
+    return !is_step(context, one, explanation);
+  });
   if (dropped == fewer.end()) return false;
   explanation = std::move(*dropped);
   return true;
@@ -88,8 +92,10 @@ bool drop_one(const SelectionContext& context, Explanation& explanation,
 
 std::vector<std::string> drop_superfluous(const SelectionContext& context, Explanation& explanation) {
   std::vector<std::string> implausible;
-  // What was needed beside the dropped one may no longer be.
-  while (!explanation.added.empty() && drop_one(context, explanation, implausible)) {
+  // What was needed beside the dropped one may no longer be. The implausible one first: beside it another may
+  // seem to be no step.
+  while (!explanation.added.empty() &&
+         (drop_implausible(context, explanation, implausible) || drop_no_step(context, explanation))) {
   }
   return implausible;
 }

@@ -114,7 +114,9 @@ void choose_effects(Measurement& measurement, const DiagnoseOptions& options, Fo
     const auto refused = std::erase_if(remaining.candidates, [&](const std::string& id) {
       return std::find(implausible.begin(), implausible.end(), id) != implausible.end();
     });
-    if (refused == 0 || !is_above_floor(measurement, found.best.model)) return;
+    // No candidates at all would mean all of the catalogue.
+    if (refused == 0 || remaining.candidates.empty() || !is_above_floor(measurement, found.best.model))
+      return;
     add_effects(measurement, remaining, found);
   }
 }

@@ -103,10 +103,12 @@ ExperimentResult plan_result(const PlanRequest& request, const KnownAxis& known,
                   weakest->other.empty() ? std::string("beside the baseline") : "against " + weakest->other);
   result.detail =
       "Evidence is the expected difference of BIC, without a unit, if the axis has the effect: above 10 it "
-      "is "
-      "decisive, below 0 the other would be named. An effect that contains another can always imitate it.";
+      "is decisive, below 0 the other would be named. An effect that contains another can always imitate it.";
   if (known.measurement) {
-    result.detail += " Figures of the log are what it has surely done, beyond noise and encoder steps.";
+    result.detail +=
+        " What the log did is what it has surely done, beyond noise and encoder steps; its force by the "
+        "model "
+        "is not measured.";
   }
   result.summary = {{"for", request.effects},
                     {"duration_s", plan.motion.duration_s()},
