@@ -7,14 +7,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 #include "tests/unit/estimate/estimate_support.h"
 #include "workbench/diagnose/alternatives/cause_forms.h"
+#include "workbench/estimate/nonlinear/fit_gains.h"
 #include "workbench/model/effect_adapters/effect_registry.h"
 
 namespace slipstack::workbench {
 namespace {
+
+constexpr double kTwoPi = 2.0 * std::numbers::pi;
 
 /// A model of hysteresis over about 20 um, with a lag.
 FittedModel with_lag(const Measurement& measurement, double time_s, double distance_m) {
@@ -26,6 +30,34 @@ FittedModel with_lag(const Measurement& measurement, double time_s, double dista
   lag.shapes = {0.01, 1.0, time_s, distance_m};
   model.terms = {hysteresis, lag};
   return model;
+}
+
+/// Whether Coulomb friction, saturated at 20 um/s, is of the sampling where an axis that turns round at 40
+/// mm/s^2 has it and one stop operator, and the baseline the operator alone.
+bool is_of_sampling(double slip_distance_m, double level_N, double coulomb_N) {
+  constexpr double kSaturation_mps = 20e-6;  // a sample's change of velocity
+  const auto x = [](double t) { return 1e-3 * std::cos(kTwoPi * t); };
+  double last_m = x(0.0);
+  double z_m = 0.0;
+  const Log log = test::log_of(2000.0, 12000, x, [&](double t) {
+    z_m = std::clamp(z_m + x(t) - last_m, -slip_distance_m, slip_distance_m);
+    last_m = x(t);
+    const double v = -kTwoPi * 1e-3 * std::sin(kTwoPi * t);
+    return level_N * z_m / slip_distance_m + coulomb_N * std::clamp(v / kSaturation_mps, -1.0, 1.0);
+  });
+  const Measurement measurement(log);
+  Term hysteresis = make_term(measurement, *find_effect("presliding_hysteresis"));
+  std::fill(hysteresis.shapes.begin(), hysteresis.shapes.end(), 0.0);
+  hysteresis.shapes.front() = slip_distance_m;
+  Term coulomb = make_term(measurement, *find_effect("coulomb"));
+  coulomb.shapes = {kSaturation_mps};
+  const FittedModel baseline = fit_gains(measurement, {hysteresis});
+  return coulomb_is_of_sampling(measurement, baseline, fit_gains(measurement, {hysteresis, coulomb}));
+}
+
+TEST(CoulombIsOfSampling, WhereItDiffersFromTheHysteresisWithinASampleOfReversals) {
+  EXPECT_TRUE(is_of_sampling(1e-9, 0.0, 10.0));     // the operator slips within a sample
+  EXPECT_FALSE(is_of_sampling(20e-6, 10.0, 10.0));  // it needs sixty samples
 }
 
 TEST(LagIsBristleDeflection, OverThePreSlidingTravelAndNotInTime) {
@@ -165,6 +197,19 @@ TEST(IsImplausible, WithAModeAtTheEndOfTheBand) {
   EXPECT_TRUE(has_implausible_mode(measurement, {}, model));
   EXPECT_TRUE(is_implausible(measurement, {}, model));
   EXPECT_FALSE(has_implausible_mode(measurement, model, model));  // the baseline has it
+}
+
+// A search by logarithms ends beside the bound by the last digits.
+TEST(IsImplausible, WithAModeAtEitherEndOfTheBandButForRounding) {
+  const Measurement measurement(test::wandering_log(1, 2000.0, 6000));
+  FittedModel model = with_arm(measurement, 0.3);
+  model.terms.back().shapes[0] = std::exp(std::log(measurement.bandwidth_Hz()) - 1e-12);
+  EXPECT_TRUE(has_implausible_mode(measurement, {}, model));
+  const double least_Hz = 4.0 / 3.0;  // four periods in the log
+  model.terms.back().shapes[0] = 1.01 * least_Hz;
+  EXPECT_FALSE(has_implausible_mode(measurement, {}, model));
+  model.terms.back().shapes[0] = std::exp(std::log(least_Hz) + 1e-12);
+  EXPECT_TRUE(has_implausible_mode(measurement, {}, model));
 }
 
 // Hysteresis of 16 N; the gap's friction is its mass times its deceleration.

@@ -3,13 +3,18 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include "sim_host/log/draw.h"
 #include "tests/unit/diagnose/diagnosed.h"
+#include "tests/unit/estimate/estimate_support.h"
 #include "tests/unit/estimate/simulated_axis.h"
+#include "workbench/diagnose/search/elimination_and_exchange.h"
+#include "workbench/estimate/nonlinear/fit.h"
+#include "workbench/model/effect_adapters/effect_registry.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -45,6 +50,33 @@ TEST(Search, ADriftInProportionToTimeIsADriftAlone) {
   const Result found = found_on(2026117009, {sim::EffectId::kMotorConstantRipple, sim::EffectId::kDrift});
   EXPECT_EQ(found.added, (std::vector<std::string>{"drift", "motor_constant_ripple"}));
   EXPECT_LT(found.error_over_floor, 1.1);
+}
+
+/// What is left of viscous friction and a constant force, both of one gain, on a log with 5 N s/m and
+/// `offset_N`.
+std::vector<std::string> determined(double offset_N) {
+  test::Draw draw(3);
+  const auto x = [](double t) { return 0.02 * std::sin(6.0 * t) + 0.003 * std::sin(31.0 * t); };
+  Log log = test::log_of(1000.0, 12000, x, [&](double t) {
+    const double velocity_mps = 0.12 * std::cos(6.0 * t) + 0.093 * std::cos(31.0 * t);
+    return 5.0 * velocity_mps + offset_N + 0.1 * draw.normal();
+  });
+  log.mass_kg = 0.0;
+  Measurement measurement(log);
+  weigh_rows(measurement);
+  const FittedModel baseline = fit_effects(measurement, {"presliding_hysteresis"}, {});
+  const SelectionContext context{measurement, baseline, Criterion(measurement, baseline.terms, 10)};
+  Explanation explanation{{}, {"viscous", "offset_force"}};
+  Terms terms = baseline.terms;
+  for (const std::string& id : explanation.added) terms.push_back(make_term(measurement, *find_effect(id)));
+  explanation.model = fit_gains(measurement, terms);
+  drop_undetermined(context, explanation);
+  return explanation.added;
+}
+
+TEST(DropUndetermined, WhatMayAsWellBeZeroBesideOthers) {
+  EXPECT_EQ(determined(0.0), (std::vector<std::string>{"viscous"}));
+  EXPECT_EQ(determined(0.5), (std::vector<std::string>{"viscous", "offset_force"}));
 }
 
 }  // namespace

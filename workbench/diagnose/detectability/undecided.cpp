@@ -9,8 +9,8 @@
 
 #include "workbench/base/parallel.h"
 #include "workbench/diagnose/candidates.h"
+#include "workbench/diagnose/evidence/criterion.h"
 #include "workbench/diagnose/evidence/naming_rule.h"
-#include "workbench/diagnose/evidence/plausibility.h"
 #include "workbench/diagnose/evidence/reduction.h"
 
 namespace slipstack::workbench {
@@ -31,16 +31,18 @@ double share_left(const ResidualMaker& known, const Eigen::MatrixXd& columns) {
   return share;
 }
 
-/// Whether `simpler` is a special case of `richer`, and this log would show what else `richer` can be. Then
-/// that `richer` can imitate `simpler`, as in every log, is no reason to list the pair. Tested with the
-/// middle of the shapes of `richer`, one gain at a time.
+/// Whether `simpler` is a special case of `richer`, and this log would show what else `richer` can be, and
+/// does not support it. Then that `richer` can imitate `simpler`, as in every log, is no reason to list the
+/// pair. Tested with the middle of the shapes of `richer`, one gain at a time.
 bool is_the_simpler_case(const Measurement& measurement, const Diagnosis& diagnosis, const Candidate& simpler,
                          const Candidate& richer) {
   const SpecialCase& special_case = richer.term.effect->traits.special_case;
   if (simpler.term.id() != special_case.id) return false;
-  // The error that the simpler effect leaves may be due to what the richer one has in addition.
-  const bool more_left = simpler.holdout_rmse_N > kFormIsNotTheAxis * diagnosis.noise_floor_N;
-  if (more_left && is_worth_a_name(simpler.holdout_rmse_N, richer.holdout_rmse_N)) return false;
+  // Supported, though clocks and sensors may err as much: the simpler one was chosen for that.
+  if (is_supported(richer.criterion_difference - simpler.criterion_difference) &&
+      is_worth_a_name(simpler.holdout_rmse_N, richer.holdout_rmse_N)) {
+    return false;
+  }
   const ResidualMaker baseline = baseline_residual_maker(measurement, diagnosis.baseline);
   const auto beyond = [&](const Term& term) {
     return baseline.beyond(weighted_columns(measurement, diagnosis.baseline, term));
@@ -109,6 +111,10 @@ void list_what_cannot_be_separated(const Measurement& measurement, Diagnosis& di
       std::erase(behind->confounded_with, pair.effect);
       std::erase_if(diagnosis.cannot_show, [&](const Visibility& one) { return one.effect == pair.other; });
       continue;
+    }
+    if (!as_good) {
+      candidate->confounded_with.push_back(pair.other);
+      behind->confounded_with.push_back(pair.effect);
     }
     diagnosis.cannot_separate.push_back(std::move(pair));
   }

@@ -52,14 +52,16 @@ bool is_gap_without_friction(const FittedModel& model, const Term& term) {
   return hysteresis == nullptr || behind_N < kMajority * hysteresis_level_N(*hysteresis, 0);
 }
 
-/// Whether the term is a mode above the band: the search of its frequency ended there, and below its
-/// frequency a mode cannot be told from a payload or a delay.
-bool is_mode_above_band(const Measurement& measurement, const Term& term) {
+/// Whether the term is a mode beyond the frequencies that the log can show: the search ended at one of them.
+/// Far below its frequency a mode cannot be told from a payload or a delay, far above it from a stiffness.
+bool is_mode_beyond_band(const Measurement& measurement, const Term& term) {
   if (!term.effect->has_role(Role::resonance)) return false;
+  constexpr double kRounding = 1e-6;  // shapes are searched by their logarithm
   const std::vector<ShapeRange> ranges = searched_shapes(measurement, *term.effect);
   return std::any_of(ranges.begin(), ranges.end(), [&](const ShapeRange& range) {
+    const double value = term.shapes[range.index];
     return term.effect->shapes[range.index].kind == ShapeKind::frequency &&
-           term.shapes[range.index] >= range.upper;
+           (value >= (1.0 - kRounding) * range.upper || value <= (1.0 + kRounding) * range.lower);
   });
 }
 
@@ -111,6 +113,23 @@ bool coulomb_is_of_hysteresis(const FittedModel& model, double floor_N) {
          model.holdout_rmse_N > kFormIsNotTheAxis * floor_N;
 }
 
+bool coulomb_is_of_sampling(const Measurement& measurement, const FittedModel& baseline,
+                            const FittedModel& model) {
+  if (!has_role(baseline.terms, Role::hysteresis)) return false;
+  const std::vector<double>& with_N = model.linearisation->sample_force_N();
+  const std::vector<double>& without_N = baseline.linearisation->sample_force_N();
+  const std::vector<double>& velocity_mps = measurement.velocity_mps();
+  const auto turns = [&](std::size_t i) { return velocity_mps[i - 1] * velocity_mps[i] <= 0.0; };
+  double all_N2 = 0.0;
+  double at_reversals_N2 = 0.0;
+  for (std::size_t i = 1; i + 1 < velocity_mps.size(); ++i) {
+    const double change_N2 = squared(with_N[i] - without_N[i]);
+    all_N2 += change_N2;
+    if (turns(i) || turns(i + 1)) at_reversals_N2 += change_N2;
+  }
+  return at_reversals_N2 > kMajority * all_N2;
+}
+
 bool lag_is_bristle_deflection(const FittedModel& model) {
   const Term* lag = find_role(model.terms, Role::friction_memory);
   const Term* hysteresis = find_role(model.terms, Role::hysteresis);
@@ -133,7 +152,7 @@ bool lag_is_change_over_time(const Measurement& measurement, const FittedModel& 
 bool has_implausible_mode(const Measurement& measurement, const FittedModel& baseline,
                           const FittedModel& model) {
   return (has_no_true_mode(model.terms) && !has_no_true_mode(baseline.terms)) ||
-         any_new(model, baseline, [&](const Term& term) { return is_mode_above_band(measurement, term); });
+         any_new(model, baseline, [&](const Term& term) { return is_mode_beyond_band(measurement, term); });
 }
 
 bool has_implausible_lag(const Measurement& measurement, const FittedModel& baseline,
@@ -155,7 +174,8 @@ bool is_implausible(const Measurement& measurement, const FittedModel& baseline,
          changes_friction_too_much(measurement, baseline, model) ||
          has_implausible_mode(measurement, baseline, model) ||
          has_implausible_lag(measurement, baseline, model) ||
-         (has_new_coulomb && coulomb_is_of_hysteresis(model, measurement.noise_floor_N())) ||
+         (has_new_coulomb && (coulomb_is_of_hysteresis(model, measurement.noise_floor_N()) ||
+                              coulomb_is_of_sampling(measurement, baseline, model))) ||
          ripple_not_supported(measurement, model, baseline.terms);
 }
 

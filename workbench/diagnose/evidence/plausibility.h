@@ -36,6 +36,11 @@ bool lag_is_change_over_time(const Measurement& measurement, const FittedModel& 
 /// shows by an error that stays above the noise floor `floor_N`.
 bool coulomb_is_of_hysteresis(const FittedModel& model, double floor_N);
 
+/// Whether most of what the model changes the force of the baseline by, which has hysteresis, lies within one
+/// sample of a reversal: between two samples nobody has seen where the axis turned round.
+bool coulomb_is_of_sampling(const Measurement& measurement, const FittedModel& baseline,
+                            const FittedModel& model);
+
 /// Whether the step adds an effect that grows with the force, and no more of it than errors of clocks and
 /// sensors can cause. `step_N2`: the mean square that the step explains of the error of `before`.
 bool within_instruments(const FittedModel& baseline, double tick_s, const Terms& before, const Terms& after,

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/diagnose/search/elimination_and_exchange.h"
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "workbench/base/parallel.h"
@@ -9,6 +11,7 @@
 #include "workbench/diagnose/evidence/reduction.h"
 #include "workbench/diagnose/search/forward_selection.h"
 #include "workbench/estimate/nonlinear/fit.h"
+#include "workbench/estimate/uncertainty/standard_errors.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -88,6 +91,16 @@ bool drop_no_step(const SelectionContext& context, Explanation& explanation) {
   return true;
 }
 
+/// Whether the one gain of the term is within two standard errors of zero. Of several gains each may be,
+/// where together they are not.
+bool is_undetermined(const Term& term) {
+  if (term.gains_per_set() != 1) return false;
+  for (std::size_t i = 0; i < term.gains.size(); ++i) {
+    if (std::abs(term.gains[i]) > 2.0 * term.gain_standard_error(i)) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 std::vector<std::string> drop_superfluous(const SelectionContext& context, Explanation& explanation) {
@@ -98,6 +111,22 @@ std::vector<std::string> drop_superfluous(const SelectionContext& context, Expla
          (drop_implausible(context, explanation, implausible) || drop_no_step(context, explanation))) {
   }
   return implausible;
+}
+
+std::vector<std::string> drop_undetermined(const SelectionContext& context, Explanation& explanation) {
+  std::vector<std::string> dropped;
+  while (explanation.added.size() > 1) {
+    const FittedModel known = with_standard_errors(context.measurement, explanation.model);
+    const auto effect =
+        std::find_if(explanation.added.begin(), explanation.added.end(),
+                     [&](const std::string& id) { return is_undetermined(*find_term(known.terms, id)); });
+    if (effect == explanation.added.end()) break;
+    dropped.push_back(*effect);
+    explanation =
+        without_effect(context, explanation, static_cast<std::size_t>(effect - explanation.added.begin()));
+    drop_superfluous(context, explanation);
+  }
+  return dropped;
 }
 
 void exchange_effects(const SelectionContext& context, const std::vector<Trial>& alone,

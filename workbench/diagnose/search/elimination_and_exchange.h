@@ -14,6 +14,11 @@ namespace slipstack::workbench {
 /// shapes have made them implausible (modes and lags only).
 std::vector<std::string> drop_superfluous(const SelectionContext& context, Explanation& explanation);
 
+/// Of several effects drops those of one gain that differs from zero by less than two standard errors beside
+/// the others: two that cancel each other lower the error together, and the log does not say how large they
+/// are. Returns them. Cost: the standard errors of the model, once more for each that is dropped.
+std::vector<std::string> drop_undetermined(const SelectionContext& context, Explanation& explanation);
+
 /// Replaces an effect by another that has the better criterion beside the other effects: what was best while
 /// effects were missing need not be best beside them. `alone`: the trials of all effects on the baseline.
 void exchange_effects(const SelectionContext& context, const std::vector<Trial>& alone,

@@ -90,7 +90,7 @@ void add_effects(Measurement& measurement, const DiagnoseOptions& options, Found
 }
 
 /// Drops what is superfluous, exchanges what another effect explains better, and refines all shapes. Returns
-/// the effects that were dropped because their refined shapes are implausible.
+/// the effects that were dropped because they are implausible with refined shapes, or undetermined.
 std::vector<std::string> improve(Found& found) {
   drop_superfluous(found.context, found.best);
   exchange_effects(found.context, found.alone, found.best);
@@ -98,11 +98,13 @@ std::vector<std::string> improve(Found& found) {
   FittedModel model = refine_nominal_shapes(found.context.measurement, std::move(found.best.model));
   found.best.model = refine_all_shapes(found.context.measurement, std::move(model));
   // With refined shapes, the first effect may explain what another was added for, or be implausible.
-  return drop_superfluous(found.context, found.best);
+  std::vector<std::string> refused = drop_superfluous(found.context, found.best);
+  for (std::string& id : drop_undetermined(found.context, found.best)) refused.push_back(std::move(id));
+  return refused;
 }
 
-/// The search from `found.best` on, to its end. An effect that was chosen and then dropped as implausible
-/// kept others out: the search goes on without it.
+/// The search from `found.best` on, to its end. An effect that was chosen and then refused kept others out:
+/// the search goes on without it.
 void choose_effects(Measurement& measurement, const DiagnoseOptions& options, Found& found) {
   add_effects(measurement, options, found);
   DiagnoseOptions remaining = options;
@@ -110,13 +112,12 @@ void choose_effects(Measurement& measurement, const DiagnoseOptions& options, Fo
     for (const EffectDescription& effect : catalogue()) remaining.candidates.push_back(effect.id());
   }
   while (!found.best.added.empty()) {
-    const std::vector<std::string> implausible = improve(found);
-    const auto refused = std::erase_if(remaining.candidates, [&](const std::string& id) {
-      return std::find(implausible.begin(), implausible.end(), id) != implausible.end();
+    const std::vector<std::string> refused = improve(found);
+    const auto fewer = std::erase_if(remaining.candidates, [&](const std::string& id) {
+      return std::find(refused.begin(), refused.end(), id) != refused.end();
     });
     // No candidates at all would mean all of the catalogue.
-    if (refused == 0 || remaining.candidates.empty() || !is_above_floor(measurement, found.best.model))
-      return;
+    if (fewer == 0 || remaining.candidates.empty() || !is_above_floor(measurement, found.best.model)) return;
     add_effects(measurement, remaining, found);
   }
 }
