@@ -59,6 +59,14 @@ class ServeOpen(program.Workshop):
         server.communicate(timeout=PATIENCE_S)
         self.assertEqual((self.here / "other").read_text(), "mine")
 
+    def test_an_interrupt_ends_it_as_soon_as_the_address_is_there(self):
+        for _ in range(10):
+            server = subprocess.Popen([program.SLIPSTACK, "serve", "--session", "session"], cwd=self.here, stdout=subprocess.PIPE)
+            server.stdout.readline()
+            server.send_signal(signal.SIGINT)
+            server.communicate(timeout=PATIENCE_S)
+            self.assertEqual(server.returncode, 0)
+
     def test_without_a_browser(self):
         done = subprocess.run([program.SLIPSTACK, "serve", "--open", "--session", "session", "good.csv"], cwd=self.here,
                               capture_output=True, env={**os.environ, "PATH": "/nowhere"}, timeout=program.PATIENCE_S)

@@ -371,12 +371,17 @@ void serve_pages(Workspace& workspace, const ServerOptions& options) {
   const std::string address = fmt::format("http://127.0.0.1:{}/#token={}", port, guard.token());
   std::optional<OpenPage> opened;
   if (options.open) opened.emplace(workspace.folder(), address);
-  fmt::print("{}\nends with Ctrl-C\n", address);
-  std::fflush(stdout);
   ::signal(SIGINT, on_signal);
   ::signal(SIGTERM, on_signal);
-  std::thread listening([&] { server.listen_after_bind(); });
-  while (!stop_asked.load()) std::this_thread::sleep_for(50ms);
+  fmt::print("{}\nends with Ctrl-C\n", address);
+  std::fflush(stdout);
+  std::atomic<bool> ended{false};
+  std::thread listening([&] {
+    server.listen_after_bind();
+    ended.store(true);
+  });
+  // A server that does not listen yet is not stopped by stop().
+  while (!ended.load() && (!stop_asked.load() || !server.is_running())) std::this_thread::sleep_for(50ms);
   workspace.jobs().cancel();
   workspace.events().close();
   server.stop();
