@@ -56,12 +56,10 @@ bool is_gap_without_friction(const FittedModel& model, const Term& term) {
 /// Far below its frequency a mode cannot be told from a payload or a delay, far above it from a stiffness.
 bool is_mode_beyond_band(const Measurement& measurement, const Term& term) {
   if (!term.effect->has_role(Role::resonance)) return false;
-  constexpr double kRounding = 1e-6;  // shapes are searched by their logarithm
   const std::vector<ShapeRange> ranges = searched_shapes(measurement, *term.effect);
   return std::any_of(ranges.begin(), ranges.end(), [&](const ShapeRange& range) {
-    const double value = term.shapes[range.index];
     return term.effect->shapes[range.index].kind == ShapeKind::frequency &&
-           (value >= (1.0 - kRounding) * range.upper || value <= (1.0 + kRounding) * range.lower);
+           is_at_bound(range, term.shapes[range.index]);
   });
 }
 

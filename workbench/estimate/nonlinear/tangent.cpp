@@ -12,8 +12,6 @@ namespace {
 /// Step of the central difference, relative to the shape where its range is logarithmic, else to the range.
 /// Far above the resolution of the firmware's tables and far below the scale on which the force is curved.
 constexpr double kRelativeStep = 3e-4;
-/// A shape this close to an end of its range, relative to the range, counts as at its bound.
-constexpr double kAtItsBound = 1e-6;
 
 /// The tangent is trusted over this many steps, i.e. over 3 % of the shape.
 constexpr double kFurthestSteps = 100.0;
@@ -27,11 +25,6 @@ std::vector<ShapeRange> chosen_shapes(const Measurement& measurement, const Term
     if (term.shapes[range.index] != range.nominal) ranges.push_back(range);
   }
   return ranges;
-}
-
-bool is_at_bound(const ShapeRange& range, double value) {
-  const double margin = kAtItsBound * (range.upper - range.lower);
-  return value <= range.lower + margin || value >= range.upper - margin;
 }
 
 double step_of(const ShapeRange& range, double value) {

@@ -119,6 +119,12 @@ ValueRange value_range(const std::vector<double>& values) {
   return {*low, *high};
 }
 
+bool is_at_bound(const ShapeRange& range, double value) {
+  constexpr double kRounding = 1e-6;  // of the range
+  const double margin = kRounding * (range.upper - range.lower);
+  return value <= range.lower + margin || value >= range.upper - margin;
+}
+
 double middle_of(const ShapeRange& range) {
   return range.logarithmic ? std::sqrt(range.lower * range.upper) : 0.5 * (range.lower + range.upper);
 }

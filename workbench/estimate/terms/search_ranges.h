@@ -19,6 +19,9 @@ struct ShapeRange {
   double nominal = 0.0;     ///< of nominal_shapes() only: the value held until all else is identified
 };
 
+/// Whether a search ended at an end of the range with this value, but for rounding.
+bool is_at_bound(const ShapeRange& range, double value);
+
 /// `count` values strictly inside the range, evenly spaced in the coordinate of the search.
 std::vector<double> spread(const ShapeRange& range, std::size_t count);
 
