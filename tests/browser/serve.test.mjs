@@ -18,7 +18,7 @@ let axe = '';
 try {
   axe = fs.readFileSync(new URL('node_modules/axe-core/axe.min.js', import.meta.url), 'utf8');
 } catch {
-  console.log("axe-core is missing ('npm ci' in tests/browser): accessibility is not checked");
+  console.log("axe-core is missing (toolchain/install): accessibility is not checked");
 }
 
 fs.rmSync(folder, {recursive: true, force: true});

@@ -21,7 +21,7 @@ export async function launch() {
   try {
     ({chromium} = await import('playwright-core'));
   } catch {
-    skip("playwright-core is missing ('npm ci' in tests/browser)");
+    skip("playwright-core is missing (toolchain/install)");
   }
   return chromium.launch({executablePath, args: ['--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run',
     '--disable-background-networking', '--disable-component-update', '--disable-sync']});

@@ -41,7 +41,7 @@ try {
   require.cache[place] = {id: place, filename: place, loaded: true, exports: {crc: crc_of(require('crc').crc16xmodem)}};
   canopen = require('canopen');
 } catch (error) {
-  skip(`the npm package canopen is missing: 'npm ci --ignore-scripts' in tests/can/foreign_master (${error.code ?? error.message})`);
+  skip(`the npm package canopen is missing: toolchain/install (${error.code ?? error.message})`);
 }
 const {Device, Eds, DataType, LssMode, NmtState} = canopen;
 
