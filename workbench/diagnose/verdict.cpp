@@ -74,35 +74,35 @@ bool insufficient(const Measurement& measurement, const Diagnosis& diagnosis) {
   return is_large(measurement, diagnosis, after_N) && after_N * after_N > kMajority * before_N * before_N;
 }
 
-/// Whether the candidate would be worth a name, but is no larger than errors of clocks and sensors can be.
-bool instruments_may_cause(const Measurement& measurement, const FittedModel& baseline,
-                           const Candidate& candidate) {
+/// Whether the candidate would be worth a name, but is too small for one.
+bool would_be_named_if_larger(const Measurement& measurement, const FittedModel& baseline,
+                              const Candidate& candidate) {
   const double step_N2 = explained_N2(baseline.holdout_rmse_N, candidate.holdout_rmse_N);
   return candidate.error_reduction >= kLeastReduction &&
-         within_instruments(baseline, measurement.tick_s(), baseline.terms, candidate.terms, step_N2);
+         is_beyond_its_error({candidate.error_reduction, candidate.error_reduction_se}) &&
+         is_too_small(baseline, measurement.tick_s(), baseline.terms, candidate.terms, step_N2);
 }
 
-/// A remark for the case that no effect is named: the candidate of the best criterion, if it is no larger
-/// than errors of clocks and sensors. Without it the reader would look for a fault of the axis.
-std::string instruments_behind(const Measurement& measurement, const Diagnosis& diagnosis) {
+/// A remark for the case that no effect is named: the candidate of the best criterion, if it is too small for
+/// a name. Without it the reader would look for a fault of the axis.
+std::string too_small_alone(const Measurement& measurement, const Diagnosis& diagnosis) {
   const auto best = std::min_element(
       diagnosis.candidates.begin(), diagnosis.candidates.end(),
       [](const Candidate& a, const Candidate& b) { return a.criterion_difference < b.criterion_difference; });
-  if (best == diagnosis.candidates.end() || !instruments_may_cause(measurement, diagnosis.baseline, *best)) {
+  if (best == diagnosis.candidates.end() ||
+      !would_be_named_if_larger(measurement, diagnosis.baseline, *best)) {
     return {};
   }
-  return fmt::format(
-      "; {} would lower the error by {:.0f} %, but is no larger than what clocks and sensors err: {}",
-      best->term.id(), 100.0 * best->error_reduction, best->evidence);
+  return fmt::format("; {} would lower the error by {:.0f} %, but is no larger than {}: {}", best->term.id(),
+                     100.0 * best->error_reduction, kTooSmall, best->evidence);
 }
 
 /// The same where effects are named.
-std::string instruments_behind_rest(const Diagnosis& diagnosis) {
+std::string too_small_beside_others(const Diagnosis& diagnosis) {
   if (!diagnosis.withheld) return {};
-  return fmt::format(
-      "; with {} too the held-out error is {}, but it is no larger than what clocks and sensors err: {}",
-      diagnosis.withheld->effect, quantity(diagnosis.withheld->holdout_rmse_N, "N"),
-      diagnosis.withheld->evidence);
+  return fmt::format("; with {} too the held-out error is {}, but it is no larger than {}: {}",
+                     diagnosis.withheld->effect, quantity(diagnosis.withheld->holdout_rmse_N, "N"), kTooSmall,
+                     diagnosis.withheld->evidence);
 }
 
 /// A remark for the case that no effect is named, although the log supports one that lowers the error by a
@@ -110,7 +110,10 @@ std::string instruments_behind_rest(const Diagnosis& diagnosis) {
 std::string passed_over(const Measurement& measurement, const Diagnosis& diagnosis) {
   const Candidate* best = nullptr;
   for (const Candidate& one : diagnosis.candidates) {
-    if (!is_supported(one.criterion_difference) || one.error_reduction < kLeastReduction) continue;
+    if (!is_supported(one.criterion_difference) || one.error_reduction < kLeastReduction ||
+        !is_beyond_its_error({one.error_reduction, one.error_reduction_se})) {
+      continue;
+    }
     if (best == nullptr || one.holdout_rmse_N < best->holdout_rmse_N) best = &one;
   }
   if (best == nullptr) return {};
@@ -159,16 +162,15 @@ void judge_by_what_is_left(const Measurement& measurement, Diagnosis& diagnosis)
   diagnosis.unexplained = structure_to_report(measurement, diagnosis, left.front());
   if (diagnosis.steps.size() > 1) {
     judge_named(measurement, left.front(), diagnosis);
-    if (diagnosis.unexplained) diagnosis.unexplained->description += instruments_behind_rest(diagnosis);
+    if (diagnosis.unexplained) diagnosis.unexplained->description += too_small_beside_others(diagnosis);
     return;
   }
   const double discrepancy = discrepancy_N(diagnosis.explained, diagnosis.noise_floor_N);
   if (!diagnosis.unexplained && is_large(measurement, diagnosis, discrepancy))
     diagnosis.unexplained = left.front();
   if (diagnosis.unexplained) {
-    const std::string instruments = instruments_behind(measurement, diagnosis);
-    diagnosis.unexplained->description +=
-        instruments.empty() ? passed_over(measurement, diagnosis) : instruments;
+    const std::string too_small = too_small_alone(measurement, diagnosis);
+    diagnosis.unexplained->description += too_small.empty() ? passed_over(measurement, diagnosis) : too_small;
   }
   diagnosis.verdict = diagnosis.unexplained ? Verdict::unexplained : Verdict::complete;
 }

@@ -11,6 +11,7 @@
 #include "workbench/diagnose/diagnose.h"
 #include "workbench/diagnose/evidence/criterion.h"
 #include "workbench/diagnose/evidence/naming_rule.h"
+#include "workbench/diagnose/evidence/plausibility.h"
 #include "workbench/diagnose/evidence/reduction.h"
 #include "workbench/report/json_values.h"
 #include "workbench/report/texts.h"
@@ -28,7 +29,10 @@ std::string nothing_named(const json& result, const EffectName& name) {
   const json* best = nullptr;
   for (const json& one : result["candidates"]) {
     const double reduction = number_of(one["error_reduction"]);
-    if (!is_supported(number_of(one["criterion_difference"])) || reduction < kLeastReduction) continue;
+    if (!is_supported(number_of(one["criterion_difference"])) || reduction < kLeastReduction ||
+        !is_beyond_its_error({reduction, number_of(one["error_reduction_se"])})) {
+      continue;
+    }
     if (best == nullptr || reduction > number_of((*best)["error_reduction"])) best = &one;
   }
   if (best == nullptr) return "No effect of the catalogue lowers the held-out error significantly.";
@@ -36,9 +40,8 @@ std::string nothing_named(const json& result, const EffectName& name) {
       fmt::format("No effect is named, although {} would lower the held-out error by {}: ",
                   name((*best)["effect"].get<std::string>()), share(number_of((*best)["error_reduction"])));
   if (number_of(result["baseline"]["holdout_rmse_N"]) >= kUncertainFloor * floor_N) {
-    return text +
-           fmt::format("as fitted ({}) it is not plausible, or no larger than what clocks and sensors err.",
-                       (*best)["evidence"].get<std::string>());
+    return text + fmt::format("as fitted ({}) it is not plausible, or no larger than {}.",
+                              (*best)["evidence"].get<std::string>(), kTooSmall);
   }
   text += "the error is already that of the noise floor, within its uncertainty";
   if (number_of((*best)["holdout_rmse_N"]) * kUncertainFloor < floor_N)

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -61,6 +62,33 @@ TEST(Visibility, OfAnOrthogonalForceIsOne) {
   // Its peak is its rms.
   const double with_it = std::hypot(base.holdout_rmse_N, offset.least_N * std::sqrt(offset.share));
   EXPECT_NEAR(base.holdout_rmse_N / with_it, 0.97, 1e-9);
+}
+
+// However little noise there is: hysteresis of another form would leave as much.
+TEST(Visibility, BesideHysteresisHasALeastShareOfItsLevel) {
+  constexpr double kSlip_m = 20e-6;
+  constexpr double kLevel_N = 8.0;
+  const auto position_m = [](double t_s) { return 0.01 * std::sin(5.0 * t_s) + 2e-3 * std::sin(17.0 * t_s); };
+  double last_m = position_m(0.0);
+  double z_m = 0.0;
+  const Log log = test::log_of(1000.0, 20'000, position_m, [&](double t_s) {
+    z_m = std::clamp(z_m + position_m(t_s) - last_m, -kSlip_m, kSlip_m);
+    last_m = position_m(t_s);
+    return kLevel_N * z_m / kSlip_m;
+  });
+  const Measurement measurement(log);
+  Term hysteresis = make_term(measurement, *find_effect("presliding_hysteresis"));
+  std::fill(hysteresis.shapes.begin(), hysteresis.shapes.end(), 0.0);
+  hysteresis.shapes.front() = kSlip_m;
+  const FittedModel base = fit_gains(measurement, {hysteresis});
+  ASSERT_LT(base.holdout_rmse_N, 1e-3 * kLevel_N);
+  const auto least_beyond_N = [&](const char* id) {
+    const Visibility visibility = visibility_of(measurement, base, baseline_residual_maker(measurement, base),
+                                                make_term(measurement, *find_effect(id)), 0.03);
+    return visibility.least_rms_N * std::sqrt(visibility.share);
+  };
+  EXPECT_NEAR(least_beyond_N("viscous"), 0.005 * kLevel_N, 1e-3 * 0.005 * kLevel_N);
+  EXPECT_LT(least_beyond_N("force_ripple"), 0.3 * 0.005 * kLevel_N);  // it repeats along the rail
 }
 
 }  // namespace

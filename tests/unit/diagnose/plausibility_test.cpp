@@ -113,7 +113,7 @@ FittedModel with_arm(const Measurement& measurement, double modal_kg) {
   return model;
 }
 
-TEST(WithinInstruments, AnEffectThatGrowsWithAForceOfWhichItIsAPerMille) {
+TEST(IsTooSmall, AnEffectThatGrowsWithAForceOfWhichItIsAPerMille) {
   const Measurement measurement(test::wandering_log(1, 2000.0, 6000));
   FittedModel baseline = with_arm(measurement, 0.3);
   baseline.terms.pop_back();
@@ -121,11 +121,39 @@ TEST(WithinInstruments, AnEffectThatGrowsWithAForceOfWhichItIsAPerMille) {
   baseline.relative_error = 0.01;  // a force of 100 N
   Terms payload = baseline.terms;
   payload.push_back(make_term(measurement, *find_effect("payload_mass")));
-  EXPECT_TRUE(within_instruments(baseline, measurement.tick_s(), baseline.terms, payload, 0.009));
-  EXPECT_FALSE(within_instruments(baseline, measurement.tick_s(), baseline.terms, payload, 0.011));
+  EXPECT_TRUE(is_too_small(baseline, measurement.tick_s(), baseline.terms, payload, 0.009));
+  EXPECT_FALSE(is_too_small(baseline, measurement.tick_s(), baseline.terms, payload, 0.011));
   Terms viscous = baseline.terms;
   viscous.push_back(make_term(measurement, *find_effect("viscous")));
-  EXPECT_FALSE(within_instruments(baseline, measurement.tick_s(), baseline.terms, viscous, 0.009));
+  EXPECT_FALSE(is_too_small(baseline, measurement.tick_s(), baseline.terms, viscous, 0.009));
+}
+
+TEST(IsTooSmall, AnEffectBesideHysteresisThatIsHalfAPerCentOfItsLevelUnlessItRepeats) {
+  const Measurement measurement(test::wandering_log(1, 2000.0, 6000));
+  FittedModel baseline = with_lag(measurement, 0.0, 1e-3);
+  baseline.terms.pop_back();
+  baseline.train_rmse_N = 0.1;
+  baseline.relative_error = 0.01;  // a force of 10 N
+  const double level_N = hysteresis_level_N(baseline.terms.front());
+  const auto is_small = [&](const char* id, const Terms& before, double share_of_level) {
+    Terms after = before;
+    after.push_back(make_term(measurement, *find_effect(id)));
+    const double step_N = share_of_level * level_N;
+    return is_too_small(baseline, measurement.tick_s(), before, after, step_N * step_N);
+  };
+  for (const char* id : {"viscous", "coulomb", "offset_force", "structural_resonance", "drift"}) {
+    EXPECT_TRUE(is_small(id, baseline.terms, 0.0049)) << id;
+    EXPECT_FALSE(is_small(id, baseline.terms, 0.0051)) << id;
+    EXPECT_FALSE(is_small(id, {}, 0.0049)) << id << ", without hysteresis";
+  }
+  for (const char* id : {"force_ripple", "motor_constant_ripple"}) {
+    EXPECT_FALSE(is_small(id, baseline.terms, 0.0005)) << id;
+  }
+  // Of two logs with levels of their own it is the mean.
+  Terms two = baseline.terms;
+  two.front().gains.insert(two.front().gains.end(), two.front().gains.begin(), two.front().gains.end());
+  EXPECT_TRUE(is_small("viscous", two, 0.0049));
+  EXPECT_FALSE(is_small("viscous", two, 0.0051));
 }
 
 /// A model without anything but this effect.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "workbench/diagnose/evidence/plausibility.h"
 #include "workbench/diagnose/evidence/reduction.h"
 
 namespace slipstack::workbench {
@@ -21,6 +22,10 @@ constexpr double kNoneLeft = 1e-4;
 double wanted_rms_N(const FittedModel& base, double least_reduction) {
   const double kept = 1.0 - least_reduction;
   return base.holdout_rmse_N * std::sqrt(1.0 / (kept * kept) - 1.0);
+}
+
+double least_N(const Measurement& measurement, const FittedModel& base, const Term& term) {
+  return least_named_N(*term.effect, measurement.weighted_rms(base.linearisation->measured_N()), base.terms);
 }
 
 }  // namespace
@@ -42,7 +47,7 @@ Visibility visibility_of(const Measurement& measurement, const FittedModel& base
   const double beyond = (left * gains).squaredNorm();
   Visibility visibility{term.id(), own > 0.0 ? beyond / own : 0.0, std::numeric_limits<double>::infinity(),
                         std::numeric_limits<double>::infinity()};
-  const double wanted_N = wanted_rms_N(base, least_reduction);
+  const double wanted_N = std::max(wanted_rms_N(base, least_reduction), least_N(measurement, base, term));
   if (visibility.share > 0.0) {
     // A force that acts only for a short time is reported by its peak, not by its mean over the log.
     const double peak_over_rms =
@@ -60,13 +65,11 @@ double detection_limit(const Measurement& measurement, const FittedModel& base,
   const double own = column.norm();
   const double beyond = residual_maker.beyond(column).norm();
   if (!(beyond > kNoneLeft * own)) return std::numeric_limits<double>::infinity();
-  const Plausibility& plausible = term.effect->traits.plausible;
-  const double force_N = measurement.weighted_rms(base.linearisation->measured_N());
-  const double wanted_N =
-      std::max(wanted_rms_N(base, kLeastReduction), plausible.least_share_of_force * force_N);
+  const double wanted_N = std::max(wanted_rms_N(base, kLeastReduction), least_N(measurement, base, term));
   const double limit = wanted_N * std::sqrt(measurement.row_weights().sum()) / beyond;
   const bool is_delay = term.gains.empty();
-  return is_delay ? std::max(limit, plausible.least_samples * measurement.tick_s()) : limit;
+  const double least_s = term.effect->traits.plausible.least_samples * measurement.tick_s();
+  return is_delay ? std::max(limit, least_s) : limit;
 }
 
 }  // namespace slipstack::workbench

@@ -22,13 +22,14 @@ struct Visibility {
 /// The part of the columns of `term` that is orthogonal to the columns of `base` (for one gain the squared
 /// sine of the canonical angle; for several gains with the gains as fitted, or, where none is fitted, with
 /// the gain whose column has the largest orthogonal part). `least_N` follows from `least_reduction`, the
-/// reduction of the error from which on an effect is named. `residual_maker`: baseline_residual_maker() of
-/// `base`, the same for every term. Cost: the columns of one effect.
+/// reduction of the error from which on an effect is named, and from what is too small (least_named_N()).
+/// `residual_maker`: baseline_residual_maker() of `base`, the same for every term. Cost: the columns of one
+/// effect.
 Visibility visibility_of(const Measurement& measurement, const FittedModel& base,
                          const ResidualMaker& residual_maker, const Term& term, double least_reduction);
 
 /// From which value on gain `gain` of the term, alone, would be named; of a delay, which has no gain, the
-/// delay [s]. By the error as visibility_of(), and by what clocks and sensors err (Plausibility). Infinite
+/// delay [s]. By the error and by what is too small, as visibility_of(). Infinite
 /// where the baseline imitates all of it. Cost: the columns of one effect.
 double detection_limit(const Measurement& measurement, const FittedModel& base,
                        const ResidualMaker& residual_maker, const Term& term, std::size_t gain = 0);

@@ -38,7 +38,7 @@ bool is_the_simpler_case(const Measurement& measurement, const Diagnosis& diagno
                          const Candidate& richer) {
   const SpecialCase& special_case = richer.term.effect->traits.special_case;
   if (simpler.term.id() != special_case.id) return false;
-  // Supported, though clocks and sensors may err as much: the simpler one was chosen for that.
+  // Supported, though too small for a name: the simpler one was chosen for that.
   if (is_supported(richer.criterion_difference - simpler.criterion_difference) &&
       is_worth_a_name(simpler.holdout_rmse_N, richer.holdout_rmse_N)) {
     return false;

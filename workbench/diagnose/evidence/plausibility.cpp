@@ -63,6 +63,11 @@ bool is_mode_beyond_band(const Measurement& measurement, const Term& term) {
   });
 }
 
+/// The measured force (rms) that a model was fitted to; 0 where it leaves nothing.
+double measured_N(const FittedModel& model) {
+  return model.relative_error > 0.0 ? model.train_rmse_N / model.relative_error : 0.0;
+}
+
 /// Whether a new term of `model` is none, by `is_none`.
 template <class IsNone>
 bool any_new(const FittedModel& model, const FittedModel& baseline, IsNone&& is_none) {
@@ -89,15 +94,34 @@ bool gain_ended_at_bound(const Terms& model, const Term& term, std::size_t gain)
   return std::abs(value) >= (1.0 - kRounding) * std::abs(bound);
 }
 
+double least_named_N(const EffectDescription& effect, double measured_N, const Terms& model) {
+  const double instruments_N = effect.traits.plausible.least_share_of_force * measured_N;
+  const Term* const hysteresis = find_role(model, Role::hysteresis);
+  const bool repeats = std::any_of(effect.shapes.begin(), effect.shapes.end(),
+                                   [](const auto& shape) { return shape.kind == ShapeKind::pitch; });
+  if (hysteresis == nullptr || repeats || is_outside_catalogue(effect)) return instruments_N;
+  const double level_N = hysteresis_level_N(*hysteresis) / static_cast<double>(hysteresis->gain_sets());
+  return std::max(instruments_N, kFormLeaves * level_N);
+}
+
 bool within_instruments(const FittedModel& baseline, double tick_s, const Terms& before, const Terms& after,
                         double step_N2) {
-  const double force_N =
-      baseline.relative_error > 0.0 ? baseline.train_rmse_N / baseline.relative_error : 0.0;
+  const double force_N = measured_N(baseline);
   return std::any_of(after.begin(), after.end(), [&](const Term& term) {
     if (contains(before, term.effect->text.id)) return false;
     const Plausibility& plausible = term.effect->traits.plausible;
     return std::abs(measurement_dynamics_of({term}).total_s()) < plausible.least_samples * tick_s ||
            step_N2 < squared(plausible.least_share_of_force * force_N);
+  });
+}
+
+bool is_too_small(const FittedModel& baseline, double tick_s, const Terms& before, const Terms& after,
+                  double step_N2) {
+  if (within_instruments(baseline, tick_s, before, after, step_N2)) return true;
+  const double force_N = measured_N(baseline);
+  return std::any_of(after.begin(), after.end(), [&](const Term& term) {
+    return !contains(before, term.effect->text.id) &&
+           step_N2 < squared(least_named_N(*term.effect, force_N, before));
   });
 }
 
