@@ -56,7 +56,8 @@ class Improvement : public ::testing::Test {
     return {fit_gains(measurement_, terms), {id}};
   }
   bool is_improvement_of(const Explanation& before, const Explanation& after) {
-    return is_improvement({measurement_, baseline_, Criterion(measurement_, baseline_.terms, 20)}, before, after);
+    return is_improvement({measurement_, baseline_, Criterion(measurement_, baseline_.terms, 20)}, before,
+                          after);
   }
 };
 
