@@ -184,6 +184,7 @@ class NotTyped:
 NOT_TYPED = [
     NotTyped(r"toolchain/(install|fresh)( .*)?|\.ci/run", "root, apt and the network: .ci/run, which decides over a change, is the latter"),
     NotTyped(r"toolchain/test( --full)?", "runs this test"),
+    NotTyped(r"toolchain/demo (LOG\.csv|--loop)", "half a minute in a kernel of its own; toolchain/demo is typed", "cli.demo_long"),
     NotTyped(r"cmake --(preset|build) .*|touch .*", "builds what this test runs"),
     NotTyped(r"python3 tests/bench/mutation/mutate.py all", "a quarter of an hour; that the rewriting works is tested", "bench.mutation_rewriting"),
     NotTyped(r"toolchain/(check-\w+|update-uplot)( .*)?", "stages of toolchain/test"),
