@@ -79,7 +79,6 @@ bool would_be_named_if_larger(const Measurement& measurement, const FittedModel&
                               const Candidate& candidate) {
   const double step_N2 = explained_N2(baseline.holdout_rmse_N, candidate.holdout_rmse_N);
   return candidate.error_reduction >= kLeastReduction &&
-         is_beyond_its_error({candidate.error_reduction, candidate.error_reduction_se}) &&
          is_too_small(baseline, measurement.tick_s(), baseline.terms, candidate.terms, step_N2);
 }
 
@@ -110,10 +109,7 @@ std::string too_small_beside_others(const Diagnosis& diagnosis) {
 std::string passed_over(const Measurement& measurement, const Diagnosis& diagnosis) {
   const Candidate* best = nullptr;
   for (const Candidate& one : diagnosis.candidates) {
-    if (!is_supported(one.criterion_difference) || one.error_reduction < kLeastReduction ||
-        !is_beyond_its_error({one.error_reduction, one.error_reduction_se})) {
-      continue;
-    }
+    if (!is_supported(one.criterion_difference) || one.error_reduction < kLeastReduction) continue;
     if (best == nullptr || one.holdout_rmse_N < best->holdout_rmse_N) best = &one;
   }
   if (best == nullptr) return {};

@@ -29,10 +29,7 @@ std::string nothing_named(const json& result, const EffectName& name) {
   const json* best = nullptr;
   for (const json& one : result["candidates"]) {
     const double reduction = number_of(one["error_reduction"]);
-    if (!is_supported(number_of(one["criterion_difference"])) || reduction < kLeastReduction ||
-        !is_beyond_its_error({reduction, number_of(one["error_reduction_se"])})) {
-      continue;
-    }
+    if (!is_supported(number_of(one["criterion_difference"])) || reduction < kLeastReduction) continue;
     if (best == nullptr || reduction > number_of((*best)["error_reduction"])) best = &one;
   }
   if (best == nullptr) return "No effect of the catalogue lowers the held-out error significantly.";

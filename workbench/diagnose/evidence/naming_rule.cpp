@@ -5,7 +5,6 @@
 #include <numeric>
 #include <utility>
 
-#include "workbench/diagnose/alternatives/cause_forms.h"
 #include "workbench/diagnose/evidence/plausibility.h"
 #include "workbench/diagnose/evidence/reduction.h"
 
@@ -40,13 +39,6 @@ bool suffices(const SelectionContext& context, const Explanation& simple, const 
   return !is_worth_a_name(simple_N, general_N) ||
          within_instruments(context.baseline, context.measurement.tick_s(), simple.model.terms,
                             general.model.terms, explained_N2(simple_N, general_N));
-}
-
-/// Whether a cause outside the catalogue is among what `after` has and `before` has not.
-bool adds_cause(const Terms& before, const Terms& after) {
-  return std::any_of(after.begin(), after.end(), [&](const Term& term) {
-    return is_outside_catalogue(*term.effect) && !contains(before, term.effect->text.id);
-  });
 }
 
 }  // namespace
@@ -85,9 +77,6 @@ bool is_above_floor(const Measurement& measurement, const FittedModel& model) {
 
 bool is_improvement(const SelectionContext& context, const Explanation& before, const Explanation& after) {
   return is_worth_a_name(before.model.holdout_rmse_N, after.model.holdout_rmse_N) &&
-         (adds_cause(before.model.terms, after.model.terms) ||
-          is_beyond_its_error(
-              reduction(before.model.block_squared_error, after.model.block_squared_error))) &&
          is_supported(context.criterion.difference(after.model, before.model)) &&
          is_above_floor(context.measurement, before.model);
 }

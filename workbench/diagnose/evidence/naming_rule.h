@@ -37,9 +37,7 @@ void sort_by_criterion(const SelectionContext& context, std::vector<Explanation>
 bool is_above_floor(const Measurement& measurement, const FittedModel& model);
 
 /// Whether the log supports the step from `before` to `after` (criterion.h), and the held-out error, which is
-/// above the noise floor, falls by the share that is worth a name (kLeastReduction) and by more than the
-/// standard error of its fall. The latter is not asked of a cause outside the catalogue: an event may lie in
-/// one block.
+/// above the noise floor, falls by the share that is worth a name (kLeastReduction).
 bool is_improvement(const SelectionContext& context, const Explanation& before, const Explanation& after);
 
 /// Whether that step is made: it is an improvement, and not too small for a name (is_too_small()).

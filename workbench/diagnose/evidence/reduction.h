@@ -38,13 +38,6 @@ struct Reduction {
 /// and Stein 1981).
 Reduction reduction(const std::vector<double>& before, const std::vector<double>& after);
 
-/// Whether a fall of the held-out error is more than its standard error: of two models whose errors differ by
-/// less, the simpler one is chosen (the one-standard-error rule: Breiman, Friedman, Olshen and Stone 1984,
-/// 3.4.3).
-inline bool is_beyond_its_error(const Reduction& fall) {
-  return fall.value > fall.standard_error;
-}
-
 /// The reduction of an rms if some rows had no more energy than expected: they hold the share `energy` of the
 /// sum of squares, and `expected` of it would be normal for them.
 double reduction_beyond(double energy, double expected);
