@@ -63,6 +63,11 @@ bool is_mode_beyond_band(const Measurement& measurement, const Term& term) {
   });
 }
 
+/// The level of a hysteresis, of several logs with levels of their own their mean.
+double mean_level_N(const Term& hysteresis) {
+  return hysteresis_level_N(hysteresis) / static_cast<double>(hysteresis.gain_sets());
+}
+
 /// The measured force (rms) that a model was fitted to; 0 where it leaves nothing.
 double measured_N(const FittedModel& model) {
   return model.relative_error > 0.0 ? model.train_rmse_N / model.relative_error : 0.0;
@@ -100,7 +105,7 @@ double least_named_N(const EffectDescription& effect, double measured_N, const T
   const bool repeats = std::any_of(effect.shapes.begin(), effect.shapes.end(),
                                    [](const auto& shape) { return shape.kind == ShapeKind::pitch; });
   if (hysteresis == nullptr || repeats || is_outside_catalogue(effect)) return instruments_N;
-  const double level_N = hysteresis_level_N(*hysteresis) / static_cast<double>(hysteresis->gain_sets());
+  const double level_N = mean_level_N(*hysteresis);
   return std::max(instruments_N, kFormLeaves * level_N);
 }
 
@@ -129,7 +134,7 @@ bool coulomb_is_of_hysteresis(const FittedModel& model, double floor_N) {
   const Term* coulomb = find_role(model.terms, Role::saturating_friction);
   const Term* hysteresis = find_role(model.terms, Role::hysteresis);
   if (coulomb == nullptr || hysteresis == nullptr) return false;
-  const double level_N = hysteresis_level_N(*hysteresis) / static_cast<double>(hysteresis->gain_sets());
+  const double level_N = mean_level_N(*hysteresis);
   const double coulomb_N = std::abs(coulomb->gains[0]);
   return coulomb_N < coulomb->effect->traits.plausible.least_share_of_dry * (coulomb_N + level_N) ||
          model.holdout_rmse_N > kFormIsNotTheAxis * floor_N;
