@@ -17,13 +17,13 @@ class CableChainStiffness {
       .id = "cable_chain_stiffness",
       .title = "Cable chain stiffness or gravity of a link",
       .formula =
-          "F = k (x - x0), as k x + F0, + a P2(u) + b P3(u); u = -1 .. 1 over the stroke, "
+          "F = k (x - x0), as k x + F0, + a P2(u) + b P3(u); u = -1 .. 1 over the travel, "
           "P2 = (3 u^2 - 1)/2, P3 = (5 u^3 - 3 u)/2",
       .source = "Hooke; what a chain stiffens, as Legendre polynomials",
       .residual = "a line against position, straight or steeper towards the ends, the same both ways",
       .evidence =
           "the residual is a line against position, the same both ways: {stiffness}, force at zero "
-          "{force_at_zero} (a constant offset would be part of it); at the ends of the stroke it bends by "
+          "{force_at_zero} (a constant offset would be part of it); at the ends of the travel it bends by "
           "{quadratic_at_ends} (square) and "
           "{cubic_at_ends} (cube)",
       .cause =

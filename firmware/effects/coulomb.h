@@ -17,7 +17,7 @@ class Coulomb {
       .residual = "steps by twice its level when the velocity changes sign",
       .evidence = "the residual steps by twice {coulomb} when the velocity changes sign",
       .cause = "dry friction, in a log too coarse to show pre-sliding",
-      .confirm = "slow traverses at constant velocity both ways: half the difference of the mean forces"};
+      .confirm = "slow moves at constant velocity both ways: half the difference of the mean forces"};
   static constexpr std::array<GainGroup, 1> gains{{
       {"coulomb", "N", 0.0f, 1.0e6f, 1, Acts::dry},
   }};

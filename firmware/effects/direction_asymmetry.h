@@ -24,7 +24,7 @@ class DirectionAsymmetry {
           "wear or tilt of the carriages, a screw or belt fatigued on one side, wiper lips | flanks "
           "of a gear worn on one side, a seal whose lip drags one way",
       .confirm =
-          "equal slow and fast traverses both ways: compare the two levels and slopes; mount the "
+          "equal slow and fast moves both ways: compare the two levels and slopes; mount the "
           "carriage the other way round and repeat | equal slow and fast turns both ways: compare the "
           "two levels and slopes; mount the gear the other way round and repeat"};
   static constexpr std::array<GainGroup, 3> gains{{

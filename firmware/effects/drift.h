@@ -24,7 +24,7 @@ class Drift {
       .cause =
           "the guideway warms and its grease thins, or the surfaces run in | the bearing or gear "
           "warms and its grease thins, or the surfaces run in",
-      .confirm = "one and the same slow stroke every minute from cold for half an hour"};
+      .confirm = "one and the same slow move every minute from cold for half an hour"};
   static constexpr std::array<GainGroup, 1> gains{{
       {"change", "1", -0.95f, 20.0f, 1, Acts::dry_scale},
   }};

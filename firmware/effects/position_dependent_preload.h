@@ -26,8 +26,7 @@ class PositionDependentPreload {
       .cause =
           "rail straightness and mounting, carriage preload, a rail joint | an eccentric bearing, "
           "gear or seal",
-      .confirm =
-          "pre-sliding loops and slow traverses at several places: the level differs, the shape does not"};
+      .confirm = "pre-sliding loops and slow moves at several places: the level differs, the shape does not"};
   static constexpr std::array<GainGroup, 1> gains{{
       {"map", "1", -0.95f, 3.0f, kPreloadMapSplines, Acts::dry_scale, true},
   }};

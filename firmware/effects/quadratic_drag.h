@@ -25,7 +25,7 @@ class QuadraticDrag {
           "air displaced in a closed guide, bellows, churning grease | air that a fan or rotor stirs, "
           "churning grease",
       .confirm =
-          "traverses at doubled speeds: the added force quadruples; open the bellows and repeat | "
+          "moves at doubled speeds: the added force quadruples; open the bellows and repeat | "
           "turns at doubled speeds: the added torque quadruples"};
   static constexpr std::array<GainGroup, 1> gains{{
       {"quadratic_drag", "N s2/m2", 0.0f, 1.0e6f, 1, Acts::force},

@@ -55,7 +55,9 @@ struct Plausibility {
   double most_of_all_mass = 0.0;    ///< of its mass, as a share of all that moves
   /// A lag over fewer mean slip distances, and over none in time, is the deflection of a bristle.
   double least_slip_distances = 0.0;
-  double most_memory_s = 0.0;  ///< of what follows the velocity late: the longest time it may take
+  /// Of what follows the velocity late: the least and the longest time it may take.
+  double least_memory_s = 0.0;
+  double most_memory_s = 0.0;
 };
 
 /// The smallest force that a recorder can be trusted with, as a share of the measured force (rms): clocks of

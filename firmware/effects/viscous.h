@@ -16,7 +16,7 @@ class Viscous {
       .residual = "a straight line through zero against velocity",
       .evidence = "the residual is a straight line against velocity: {viscous}",
       .cause = "grease, seals, back-EMF of the current loop",
-      .confirm = "long traverses at four or more constant speeds: the mean force rises in proportion"};
+      .confirm = "long moves at four or more constant speeds: the mean force rises in proportion"};
   static constexpr std::array<GainGroup, 1> gains{{
       {"viscous", "N s/m", 0.0f, 1.0e6f, 1, Acts::force},
   }};

@@ -702,7 +702,7 @@ static inline float exported_step(exported_state *state, const exported_motion *
   /* Force ripple (cogging): F = sum_h A_h cos(2 pi h x / p) + B_h sin(2 pi h x / p), h = 1..4 */
   const float t29 = motion->position_m * 41.666668F;
   const float force_ripple_N = exported_ripple(exported_table_5, t29);
-  /* Cable chain stiffness or gravity of a link: F = k (x - x0), as k x + F0, + a P2(u) + b P3(u); u = -1 .. 1 over the stroke, P2 = (3 u^2 - 1)/2, P3 = (5 u^3 - 3 u)/2 */
+  /* Cable chain stiffness or gravity of a link: F = k (x - x0), as k x + F0, + a P2(u) + b P3(u); u = -1 .. 1 over the travel, P2 = (3 u^2 - 1)/2, P3 = (5 u^3 - 3 u)/2 */
   const float t30 = exported_clamp((motion->position_m - 0.2F) * 5.0F, (-1.0F), 1.0F);
   const float t31 = t30 * t30;
   const float cable_chain_stiffness_N = 6.0F * motion->position_m + (-1.1F) + 0.15F * (1.5F * t31 - 0.5F) + 0.3F * (t30 * (2.5F * t31 - 1.5F));

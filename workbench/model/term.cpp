@@ -79,7 +79,7 @@ double hysteresis_level_N(const Term& hysteresis) {
   double level_N = 0.0;
   for (std::size_t set = 0; set < hysteresis.gain_sets(); ++set)
     level_N += hysteresis_level_N(hysteresis, set);
-  return level_N;
+  return level_N / static_cast<double>(hysteresis.gain_sets());
 }
 
 double hysteresis_level_N(const Term& hysteresis, std::size_t set) {
@@ -97,7 +97,7 @@ double mean_slip_m(const Term& hysteresis) {
     const double slip_m = hysteresis.shapes[i % hysteresis.gains_per_set()];
     sum_Nm += hysteresis.gains[i] * slip_m * slip_m;
   }
-  return sum_Nm / level_N;
+  return sum_Nm / (level_N * static_cast<double>(hysteresis.gain_sets()));
 }
 
 bool mass_is_free(const Terms& terms) {

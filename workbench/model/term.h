@@ -69,8 +69,8 @@ std::vector<std::string> ids_of(const Terms& terms);
 bool is_mass(const Term& term);
 /// The mass of axis and payload in one of the logs.
 double mass_kg(const Terms& terms, std::size_t log = 0);
-/// Level of a hysteresis: the sum of stiffness times slip distance of its elements [N]; over all sets of
-/// gains, or of one.
+/// Level of a hysteresis: the sum of stiffness times slip distance of its elements [N]; of several logs with
+/// levels of their own their mean, or that of one set of gains.
 double hysteresis_level_N(const Term& hysteresis);
 double hysteresis_level_N(const Term& hysteresis, std::size_t set);
 /// Its mean slip distance, each weighted by the level of its element [m]; zero where the level is zero.

@@ -65,7 +65,7 @@ class SegmentCatalogue {
     const double ramp_m = speed_mps * ramp_time_s(speed_mps, limits_);
     const double hold_s = std::min(kLongestHold_s, (length_m_ - ramp_m) / speed_mps);
     if (hold_s <= 0.0) return;
-    add_both_ways(fmt::format("stroke there and back at {}", quantity(speed_mps, "m/s")), speed_mps,
+    add_both_ways(fmt::format("move there and back at {}", quantity(speed_mps, "m/s")), speed_mps,
                   ramp_m + speed_mps * hold_s,
                   [hold_s](MotionBuilder& motion, double velocity) { motion.hold(velocity, hold_s); });
   }
@@ -95,7 +95,7 @@ class SegmentCatalogue {
     if (ramp_m >= length_m_ || faster > kOfVelocity * limits_.velocity_mps) return;
     const double hold_s = (length_m_ * 0.999 - faster * ramp_time_s(faster, limits_)) / faster;
     if (hold_s <= 0.0) return;
-    add_both_ways(fmt::format("pass over the whole stroke, there and back, at {}", quantity(faster, "m/s")),
+    add_both_ways(fmt::format("pass over the whole travel, there and back, at {}", quantity(faster, "m/s")),
                   faster, length_m_ * 0.9995,
                   [hold_s](MotionBuilder& motion, double velocity) { motion.hold(velocity, hold_s); });
   }

@@ -11,7 +11,7 @@ namespace slipstack::workbench {
 
 /// A part of a planned motion, from standstill to standstill, with a start position of its own.
 struct MotionSegment {
-  std::string name;  ///< as text: "stroke there and back at 5 mm/s"
+  std::string name;  ///< as text: "move there and back at 5 mm/s"
   double start_m = 0.0;
   std::function<void(MotionBuilder&)> append;  ///< from start_m
 };

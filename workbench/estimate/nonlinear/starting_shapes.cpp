@@ -170,10 +170,8 @@ std::vector<std::vector<double>> starting_shapes(const Measurement& measurement,
                                                  const Eigen::VectorXd& force_N) {
   std::vector<std::vector<double>> points{default_shapes(measurement, effect)};
   const std::vector<ShapeRange> ranges = searched_shapes(measurement, effect);
-  const bool user_defined =
-      std::any_of(effect.shapes.begin(), effect.shapes.end(),
-                  [](const ShapeSpec& shape) { return shape.kind == ShapeKind::user_defined; });
-  if (user_defined) return user_effect_starting_shapes(measurement, effect, ranges, residual_N);
+  if (effect.has_shape(ShapeKind::user_defined))
+    return user_effect_starting_shapes(measurement, effect, ranges, residual_N);
   for (const ShapeRange& range : ranges) {
     std::vector<double> values;
     switch (effect.shapes[range.index].kind) {

@@ -41,8 +41,7 @@ ShapeRange user_range(const Measurement& measurement, const ShapeSpec& spec, std
 }
 
 bool changes_over_log(const EffectDescription& effect) {
-  return std::any_of(effect.shapes.begin(), effect.shapes.end(),
-                     [](const ShapeSpec& shape) { return shape.kind == ShapeKind::duration; });
+  return effect.has_shape(ShapeKind::duration);
 }
 
 /// A time constant that is so many times as long as the log is none: what is seen is the beginning of an

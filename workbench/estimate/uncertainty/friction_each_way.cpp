@@ -39,9 +39,7 @@ double sum_at(const Term& term, Acts acts, double velocity_mps) {
 
 double dry_level_N(const Terms& model) {
   double level_N = 0.0;
-  if (const Term* hysteresis = find_role(model, Role::hysteresis)) {
-    level_N += hysteresis_level_N(*hysteresis) / static_cast<double>(hysteresis->gain_sets());
-  }
+  if (const Term* hysteresis = find_role(model, Role::hysteresis)) level_N += hysteresis_level_N(*hysteresis);
   if (const Term* coulomb = find_role(model, Role::saturating_friction)) level_N += coulomb->gains.front();
   return level_N;
 }

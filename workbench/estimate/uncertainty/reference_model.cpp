@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/estimate/uncertainty/reference_model.h"
 
-#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -16,9 +15,7 @@ namespace {
 /// Whether the effect is a force of a period, over position or over time: no smooth curve describes it.
 bool is_periodic(const EffectDescription& effect) {
   return effect.acts_as(Acts::force) &&
-         std::any_of(effect.shapes.begin(), effect.shapes.end(), [](const ShapeSpec& shape) {
-           return shape.kind == ShapeKind::pitch || shape.kind == ShapeKind::frequency;
-         });
+         (effect.has_shape(ShapeKind::pitch) || effect.has_shape(ShapeKind::frequency));
 }
 
 }  // namespace

@@ -237,6 +237,13 @@ const GainGroup& EffectDescription::group_of_gain(int index) const {
   throw std::out_of_range("gain index");
 }
 
+bool EffectDescription::has_shape(ShapeKind kind) const {
+  for (const ShapeSpec& shape : shapes) {
+    if (shape.kind == kind) return true;
+  }
+  return false;
+}
+
 bool EffectDescription::acts_as(Acts acts) const {
   for (const GainGroup& group : gain_groups) {
     if (group.acts == acts) return true;

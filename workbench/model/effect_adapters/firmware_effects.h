@@ -39,6 +39,7 @@ struct EffectDescription {
   const GainGroup& group_of_gain(int index) const;
   bool acts_as(Acts acts) const;
   bool has_role(Role role) const { return traits.role == role; }
+  bool has_shape(ShapeKind kind) const;
   /// Whether an experiment can be planned that shows it.
   bool is_plannable() const { return traits.plannable && gain_count > 0; }
   /// Number of parameters that a fit of this effect determines.
