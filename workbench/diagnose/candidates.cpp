@@ -48,6 +48,11 @@ std::vector<Candidate> list_candidates(const Measurement& measurement, const Fou
           fitted != nullptr ? fitted->model : fit_gains(measurement, trial.terms, &found.context.baseline);
       judge_on_unseen_data(measurement, model);
       candidate.criterion_difference = found.context.criterion.difference(model, found.context.baseline);
+      if (const Trial* simpler = find_trial(found.alone, trial.term.effect->traits.special_case.id);
+          simpler != nullptr) {
+        candidate.criterion_over_special_case = found.context.criterion.difference(
+            model, fit_gains(measurement, simpler->terms, &found.context.baseline));
+      }
       // Values, with their intervals, are told of what the log supports.
       candidate.evidence = trial.term.effect->text.residual;
       if (is_supported(candidate.criterion_difference) &&

@@ -23,6 +23,7 @@ struct Candidate {
   double error_reduction = 0.0;       ///< 1 - held-out error / baseline's
   double error_reduction_se = 0.0;    ///< jackknife over blocks
   double criterion_difference = 0.0;  ///< against the baseline; negative: better (evidence/criterion.h)
+  double criterion_over_special_case = 0.0;  ///< against the effect's special case; 0: it has none
   std::vector<std::string> confounded_with;  ///< effects that this log cannot distinguish from it
   std::string evidence;
 };

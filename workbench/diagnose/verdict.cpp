@@ -79,7 +79,7 @@ bool would_be_named_if_larger(const Measurement& measurement, const FittedModel&
                               const Candidate& candidate) {
   const double step_N2 = explained_N2(baseline.holdout_rmse_N, candidate.holdout_rmse_N);
   return candidate.error_reduction >= kLeastReduction &&
-         is_too_small(baseline, measurement.tick_s(), baseline.terms, candidate.terms, step_N2);
+         is_too_small(measurement, baseline, baseline.terms, candidate.terms, step_N2);
 }
 
 /// A remark for the case that no effect is named: the candidate of the best criterion, if it is too small for
@@ -124,20 +124,14 @@ std::string passed_over(const Measurement& measurement, const Diagnosis& diagnos
 /// The verdict where effects were named: whether a confounder explains the log better. `strongest`: what is
 /// reported where the confounder has no description of its own.
 void judge_named(const Measurement& measurement, const Structure& strongest, Diagnosis& diagnosis) {
-  const auto attribute_to = [&](std::optional<Structure> confounder) {
-    if (!confounder) return false;
-    diagnosis.verdict = Verdict::unexplained;
-    diagnosis.unexplained = std::move(confounder);
-    return true;
-  };
-  diagnosis.verdict = Verdict::missing_effect;
+  std::optional<Structure> confounder;
   if (above_floor(measurement, diagnosis) && diagnosis.unexplained)
-    attribute_to(curve_behind_all(measurement, diagnosis));
-  if (insufficient(measurement, diagnosis) || line_masks_effects(measurement, diagnosis) ||
-      backlash_as_coulomb(diagnosis)) {
-    attribute_to(diagnosis.unexplained ? diagnosis.unexplained : strongest);
-  }
-  attribute_to(mass_of_another_axis(measurement, diagnosis));
+    confounder = curve_behind_all(measurement, diagnosis);
+  if (insufficient(measurement, diagnosis)) confounder = diagnosis.unexplained.value_or(strongest);
+  if (confounder) confounder->description += passed_over(measurement, diagnosis);
+  if (auto wrong_unit = mass_of_another_axis(measurement, diagnosis)) confounder = std::move(wrong_unit);
+  diagnosis.verdict = confounder ? Verdict::unexplained : Verdict::missing_effect;
+  if (confounder) diagnosis.unexplained = std::move(confounder);
 }
 
 /// The verdict where causes outside the catalogue compete with the effects: the stronger of both.

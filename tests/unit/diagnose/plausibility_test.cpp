@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "tests/unit/estimate/estimate_support.h"
+#include "workbench/base/statistics.h"
 #include "workbench/diagnose/alternatives/cause_forms.h"
 #include "workbench/estimate/nonlinear/fit_gains.h"
 #include "workbench/model/effect_adapters/effect_registry.h"
@@ -70,6 +71,34 @@ TEST(LagIsBristleDeflection, OverThePreSlidingTravelAndNotInTime) {
   EXPECT_FALSE(lag_is_bristle_deflection(none));
 }
 
+TEST(LagIsImmediate, ShorterThanAnyMemoryThatWasMeasured) {
+  const Measurement measurement(test::wandering_log(1, 2000.0, 6000));
+  EXPECT_TRUE(lag_is_immediate(with_lag(measurement, 0.7e-3, 100.0)));
+  EXPECT_FALSE(lag_is_immediate(with_lag(measurement, 1.4e-3, 100.0)));
+  EXPECT_TRUE(lag_is_immediate(with_lag(measurement, 100.0, 7e-6)));  // at the Stribeck velocity, 10 mm/s
+  EXPECT_FALSE(lag_is_immediate(with_lag(measurement, 100.0, 14e-6)));
+  EXPECT_TRUE(lag_is_immediate(with_lag(measurement, 1.4e-3, 14e-6)));  // the two together
+}
+
+/// A hysteresis whose level follows a map over the position, with `count` neighbouring splines at their
+/// bound.
+FittedModel with_map_at_bound(const Measurement& measurement, std::size_t count) {
+  FittedModel model = with_lag(measurement, 1.0, 1.0);
+  model.terms.back() = make_term(measurement, *find_effect("position_dependent_preload"));
+  Term& map = model.terms.back();
+  for (std::size_t i = 0; i < count; ++i) map.gains[8 + i] = map.lower[8 + i];
+  return model;
+}
+
+TEST(IsImplausible, AMapByItsValuesAndNotByItsSplines) {
+  const Measurement measurement(test::wandering_log(1, 2000.0, 6000));
+  FittedModel baseline = with_map_at_bound(measurement, 0);
+  baseline.terms.pop_back();
+  // Of one spline at -95 % the map is -63 % where it is lowest; of four at their bound it is -95 %.
+  EXPECT_FALSE(is_implausible(measurement, baseline, with_map_at_bound(measurement, 1)));
+  EXPECT_TRUE(is_implausible(measurement, baseline, with_map_at_bound(measurement, 4)));
+}
+
 TEST(LagIsChangeOverTime, LongerThanAnyMemoryThatWasMeasured) {
   const Measurement measurement(test::wandering_log(1, 2000.0, 6000));
   EXPECT_TRUE(lag_is_change_over_time(measurement, with_lag(measurement, 16.0, 100.0)));
@@ -121,11 +150,34 @@ TEST(IsTooSmall, AnEffectThatGrowsWithAForceOfWhichItIsAPerMille) {
   baseline.relative_error = 0.01;  // a force of 100 N
   Terms payload = baseline.terms;
   payload.push_back(make_term(measurement, *find_effect("payload_mass")));
-  EXPECT_TRUE(is_too_small(baseline, measurement.tick_s(), baseline.terms, payload, 0.009));
-  EXPECT_FALSE(is_too_small(baseline, measurement.tick_s(), baseline.terms, payload, 0.011));
+  EXPECT_TRUE(is_too_small(measurement, baseline, baseline.terms, payload, 0.009));
+  EXPECT_FALSE(is_too_small(measurement, baseline, baseline.terms, payload, 0.011));
   Terms viscous = baseline.terms;
   viscous.push_back(make_term(measurement, *find_effect("viscous")));
-  EXPECT_FALSE(is_too_small(baseline, measurement.tick_s(), baseline.terms, viscous, 0.009));
+  EXPECT_FALSE(is_too_small(measurement, baseline, baseline.terms, viscous, 0.009));
+}
+
+TEST(IsTooSmall, AModeThatSmoothsTheStepsOfTheEncoder) {
+  Log log = test::wandering_log(1, 2000.0, 6000);
+  log.encoder_resolution_m = 5e-6;
+  const Measurement measurement(log);
+  const Term inertia = with_arm(measurement, 0.3).terms.front();
+  const double axis_kg = mass_kg({inertia});
+  // A third of the axis swings, with no mass beside: far above its frequency two thirds follow.
+  Term mode = make_term(measurement, *find_effect("structural_resonance"));
+  mode.gains = {axis_kg / 3.0, 0.0, -axis_kg / 3.0};
+  const Terms after{inertia, mode};
+  const LogPart& part = measurement.parts().front();
+  const double steps_N2 = squared(axis_kg * measurement.acceleration_noise_mps2(part));
+  ASSERT_EQ(measurement.parts().size(), 1u);
+  ASSERT_GT(steps_N2, 0.0);
+  EXPECT_NEAR(smoothed_steps_N2(measurement, after), 5.0 / 9.0 * steps_N2, 1e-9 * steps_N2);
+  FittedModel baseline;
+  baseline.terms = {inertia};
+  EXPECT_TRUE(is_too_small(measurement, baseline, baseline.terms, after, 1.9 * 5.0 / 9.0 * steps_N2));
+  EXPECT_FALSE(is_too_small(measurement, baseline, baseline.terms, after, 2.1 * 5.0 / 9.0 * steps_N2));
+  // Beside a mode that is known it is no question.
+  EXPECT_FALSE(is_too_small(measurement, baseline, after, after, 0.1 * steps_N2));
 }
 
 TEST(IsTooSmall, AnEffectBesideHysteresisThatIsHalfAPerCentOfItsLevelUnlessItRepeats) {
@@ -139,7 +191,7 @@ TEST(IsTooSmall, AnEffectBesideHysteresisThatIsHalfAPerCentOfItsLevelUnlessItRep
     Terms after = before;
     after.push_back(make_term(measurement, *find_effect(id)));
     const double step_N = share_of_level * level_N;
-    return is_too_small(baseline, measurement.tick_s(), before, after, step_N * step_N);
+    return is_too_small(measurement, baseline, before, after, step_N * step_N);
   };
   for (const char* id : {"viscous", "coulomb", "offset_force", "structural_resonance", "drift"}) {
     EXPECT_TRUE(is_small(id, baseline.terms, 0.0049)) << id;

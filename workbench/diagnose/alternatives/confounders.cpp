@@ -58,21 +58,4 @@ std::optional<Structure> mass_of_another_axis(const Measurement& measurement, co
   return {};
 }
 
-bool line_masks_effects(const Measurement& measurement, const Diagnosis& diagnosis) {
-  const auto& left = diagnosis.unexplained;
-  if (!left || left->coordinate != Coordinate::frequency || left->where < measurement.bandwidth_Hz())
-    return false;
-  // The reduction of a line above the bandwidth is relative to the rms of line and error together.
-  const double rest = std::max(1.0 - left->error_reduction, 1e-6);
-  const double line_N = diagnosis.explained.train_rmse_N * std::sqrt(1.0 / (rest * rest) - 1.0);
-  return line_N > diagnosis.baseline.holdout_rmse_N;
-}
-
-bool backlash_as_coulomb(const Diagnosis& diagnosis) {
-  return diagnosis.unexplained && diagnosis.unexplained->coordinate == Coordinate::reversal &&
-         has_role(diagnosis.explained.terms, Role::hysteresis) &&
-         has_role(diagnosis.explained.terms, Role::saturating_friction) &&
-         !has_role(diagnosis.baseline.terms, Role::saturating_friction);
-}
-
 }  // namespace slipstack::workbench

@@ -31,6 +31,11 @@ double share_left(const ResidualMaker& known, const Eigen::MatrixXd& columns) {
   return share;
 }
 
+bool has_line_above_band(const Measurement& measurement, const Diagnosis& diagnosis) {
+  return diagnosis.unexplained && diagnosis.unexplained->coordinate == Coordinate::frequency &&
+         diagnosis.unexplained->where > measurement.bandwidth_Hz();
+}
+
 /// Whether `simpler` is a special case of `richer`, and this log would show what else `richer` can be, and
 /// does not support it. Then that `richer` can imitate `simpler`, as in every log, is no reason to list the
 /// pair. Tested with the middle of the shapes of `richer`, one gain at a time.
@@ -39,10 +44,13 @@ bool is_the_simpler_case(const Measurement& measurement, const Diagnosis& diagno
   const SpecialCase& special_case = richer.term.effect->traits.special_case;
   if (simpler.term.id() != special_case.id) return false;
   // Supported, though too small for a name: the simpler one was chosen for that.
-  if (is_supported(richer.criterion_difference - simpler.criterion_difference) &&
+  if (is_supported(richer.criterion_over_special_case) &&
       is_worth_a_name(simpler.holdout_rmse_N, richer.holdout_rmse_N)) {
     return false;
   }
+  // What else a mode can be is its ringing: a line above the band may be that.
+  if (richer.term.effect->has_shape(ShapeKind::frequency) && has_line_above_band(measurement, diagnosis))
+    return false;
   const ResidualMaker baseline = baseline_residual_maker(measurement, diagnosis.baseline);
   const auto beyond = [&](const Term& term) {
     return baseline.beyond(weighted_columns(measurement, diagnosis.baseline, term));

@@ -77,11 +77,6 @@ Fitted largest_of_map(const Term& term, const std::vector<Term>& without) {
   return there;
 }
 
-bool is_map(const EffectDescription& effect) {
-  return std::any_of(effect.shapes.begin(), effect.shapes.end(),
-                     [](const ShapeSpec& shape) { return shape.kind == ShapeKind::travel; });
-}
-
 /// "204.0 +- 6.0 N s/m": two standard errors to either side, 95 %.
 std::string with_interval(const Fitted& fitted, const char* unit) {
   return quantity_with_interval(fitted.value, 2.0 * fitted.standard_error, unit);
@@ -155,8 +150,9 @@ std::string value_of(const Term& term, const Derived& derived, std::string_view 
       }
       return values;
     }
-    return with_interval(is_map(*term.effect) ? largest_of_map(term, derived.without)
-                                              : amplitude_of(term, derived.without, first, count),
+    return with_interval(term.effect->has_shape(ShapeKind::travel)
+                             ? largest_of_map(term, derived.without)
+                             : amplitude_of(term, derived.without, first, count),
                          group.unit);
   }
   return std::string(name);

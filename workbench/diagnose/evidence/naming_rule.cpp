@@ -37,8 +37,8 @@ bool suffices(const SelectionContext& context, const Explanation& simple, const 
   const double simple_N = simple.model.holdout_rmse_N;
   const double general_N = general.model.holdout_rmse_N;
   return !is_worth_a_name(simple_N, general_N) ||
-         within_instruments(context.baseline, context.measurement.tick_s(), simple.model.terms,
-                            general.model.terms, explained_N2(simple_N, general_N));
+         within_instruments(context.measurement, context.baseline, simple.model.terms, general.model.terms,
+                            explained_N2(simple_N, general_N));
 }
 
 }  // namespace
@@ -84,8 +84,7 @@ bool is_improvement(const SelectionContext& context, const Explanation& before, 
 bool is_step(const SelectionContext& context, const Explanation& before, const Explanation& after) {
   const double step_N2 = explained_N2(before.model.holdout_rmse_N, after.model.holdout_rmse_N);
   return is_improvement(context, before, after) &&
-         !is_too_small(context.baseline, context.measurement.tick_s(), before.model.terms, after.model.terms,
-                       step_N2);
+         !is_too_small(context.measurement, context.baseline, before.model.terms, after.model.terms, step_N2);
 }
 
 }  // namespace slipstack::workbench

@@ -30,13 +30,16 @@ bool changes_friction_too_much(const Measurement& measurement, const FittedModel
     if (!is_new_modulation(model.terms[t])) continue;
     const bool plausible =
         std::all_of(trace.dry_scales[t].begin(), trace.dry_scales[t].end(),
-                    [](double factor) { return factor * kMostChange >= 1.0 && factor <= kMostChange; });
+                    [](double factor) { return factor * kMostChange > 1.0 && factor < kMostChange; });
     if (!plausible) return true;
   }
   return false;
 }
 
+/// Of a map that scales the dry friction the values are tested (changes_friction_too_much()): its gains are
+/// those of splines, so that one of them at its bound is no value at a bound.
 bool ends_at_a_bound(const FittedModel& model, const Term& term) {
+  if (term.effect->has_shape(ShapeKind::travel) && acts_with_gains(term, Acts::dry_scale)) return false;
   for (std::size_t gain = 0; gain < term.gains.size(); ++gain) {
     if (gain_ended_at_bound(model.terms, term, gain)) return true;
   }
@@ -61,11 +64,6 @@ bool is_mode_beyond_band(const Measurement& measurement, const Term& term) {
     return term.effect->shapes[range.index].kind == ShapeKind::frequency &&
            is_at_bound(range, term.shapes[range.index]);
   });
-}
-
-/// The level of a hysteresis, of several logs with levels of their own their mean.
-double mean_level_N(const Term& hysteresis) {
-  return hysteresis_level_N(hysteresis) / static_cast<double>(hysteresis.gain_sets());
 }
 
 /// The measured force (rms) that a model was fitted to; 0 where it leaves nothing.
@@ -102,15 +100,36 @@ bool gain_ended_at_bound(const Terms& model, const Term& term, std::size_t gain)
 double least_named_N(const EffectDescription& effect, double measured_N, const Terms& model) {
   const double instruments_N = effect.traits.plausible.least_share_of_force * measured_N;
   const Term* const hysteresis = find_role(model, Role::hysteresis);
-  const bool repeats = std::any_of(effect.shapes.begin(), effect.shapes.end(),
-                                   [](const auto& shape) { return shape.kind == ShapeKind::pitch; });
+  const bool repeats = effect.has_shape(ShapeKind::pitch);
   if (hysteresis == nullptr || repeats || is_outside_catalogue(effect)) return instruments_N;
-  const double level_N = mean_level_N(*hysteresis);
-  return std::max(instruments_N, kFormLeaves * level_N);
+  return std::max(instruments_N, kFormLeaves * hysteresis_level_N(*hysteresis));
 }
 
-bool within_instruments(const FittedModel& baseline, double tick_s, const Terms& before, const Terms& after,
-                        double step_N2) {
+double smoothed_steps_N2(const Measurement& measurement, const Terms& model) {
+  const Term* const mode = find_role(model, Role::resonance);
+  if (mode == nullptr) return 0.0;
+  const Eigen::VectorXd& weights = measurement.row_weights();
+  const auto rigid_gain = static_cast<std::size_t>(mode->effect->traits.axis_mass_gain);
+  double sum_N2 = 0.0;
+  for (const LogPart& part : measurement.parts()) {
+    const std::size_t set = mode->gain_sets() > 1 ? part.log * mode->gains_per_set() : 0;
+    const double above_kg = mass_kg(model, part.log) + mode->gains[set + rigid_gain];
+    const double whole_kg = above_kg + mode->gains[set];
+    const double acceleration_mps2 = measurement.acceleration_noise_mps2(part);
+    const double weight =
+        weights.segment(static_cast<Eigen::Index>(part.first_row), static_cast<Eigen::Index>(part.row_count))
+            .sum();
+    sum_N2 += weight * std::max(0.0, squared(whole_kg) - squared(above_kg)) * squared(acceleration_mps2);
+  }
+  return sum_N2 / weights.sum();
+}
+
+bool within_instruments(const Measurement& measurement, const FittedModel& baseline, const Terms& before,
+                        const Terms& after, double step_N2) {
+  if (!has_role(before, Role::resonance) && smoothed_steps_N2(measurement, after) > kMajority * step_N2) {
+    return true;
+  }
+  const double tick_s = measurement.tick_s();
   const double force_N = measured_N(baseline);
   return std::any_of(after.begin(), after.end(), [&](const Term& term) {
     if (contains(before, term.effect->text.id)) return false;
@@ -120,9 +139,9 @@ bool within_instruments(const FittedModel& baseline, double tick_s, const Terms&
   });
 }
 
-bool is_too_small(const FittedModel& baseline, double tick_s, const Terms& before, const Terms& after,
-                  double step_N2) {
-  if (within_instruments(baseline, tick_s, before, after, step_N2)) return true;
+bool is_too_small(const Measurement& measurement, const FittedModel& baseline, const Terms& before,
+                  const Terms& after, double step_N2) {
+  if (within_instruments(measurement, baseline, before, after, step_N2)) return true;
   const double force_N = measured_N(baseline);
   return std::any_of(after.begin(), after.end(), [&](const Term& term) {
     return !contains(before, term.effect->text.id) &&
@@ -134,7 +153,7 @@ bool coulomb_is_of_hysteresis(const FittedModel& model, double floor_N) {
   const Term* coulomb = find_role(model.terms, Role::saturating_friction);
   const Term* hysteresis = find_role(model.terms, Role::hysteresis);
   if (coulomb == nullptr || hysteresis == nullptr) return false;
-  const double level_N = mean_level_N(*hysteresis);
+  const double level_N = hysteresis_level_N(*hysteresis);
   const double coulomb_N = std::abs(coulomb->gains[0]);
   return coulomb_N < coulomb->effect->traits.plausible.least_share_of_dry * (coulomb_N + level_N) ||
          model.holdout_rmse_N > kFormIsNotTheAxis * floor_N;
@@ -169,6 +188,14 @@ bool lag_is_bristle_deflection(const FittedModel& model) {
          distance_m <= time_s * velocity_mps;
 }
 
+bool lag_is_immediate(const FittedModel& model) {
+  const Term* lag = find_role(model.terms, Role::friction_memory);
+  if (lag == nullptr) return false;
+  const double velocity_mps = lag->shapes[0];
+  const double per_s = 1.0 / lag->shapes[2] + velocity_mps / lag->shapes[3];
+  return per_s * lag->effect->traits.plausible.least_memory_s > 1.0;
+}
+
 bool lag_is_change_over_time(const Measurement& measurement, const FittedModel& model) {
   const Term* lag = find_role(model.terms, Role::friction_memory);
   if (lag == nullptr) return false;
@@ -186,7 +213,7 @@ bool has_implausible_lag(const Measurement& measurement, const FittedModel& base
                          const FittedModel& model) {
   return any_new(model, baseline, [&](const Term& term) {
     return term.effect->has_role(Role::friction_memory) &&
-           (ends_at_a_bound(model, term) || lag_is_bristle_deflection(model) ||
+           (ends_at_a_bound(model, term) || lag_is_bristle_deflection(model) || lag_is_immediate(model) ||
             lag_is_change_over_time(measurement, model));
   });
 }

@@ -35,6 +35,10 @@ bool gain_ended_at_bound(const Terms& model, const Term& term, std::size_t gain)
 /// its new value over such a distance, without any memory of a lubricant film.
 bool lag_is_bristle_deflection(const FittedModel& model);
 
+/// Whether the model's frictional lag lasts shorter, at the Stribeck velocity, than any memory of the
+/// velocity that was measured: then friction follows the velocity at once, which is Stribeck friction.
+bool lag_is_immediate(const FittedModel& model);
+
 /// Whether the model's frictional lag lasts longer than any memory of the velocity that was measured, and
 /// over more than the travel of the log: what it follows is time.
 bool lag_is_change_over_time(const Measurement& measurement, const FittedModel& model);
@@ -55,14 +59,20 @@ bool coulomb_is_of_sampling(const Measurement& measurement, const FittedModel& b
 /// latter is not asked of a cause outside the catalogue: an event is short.
 double least_named_N(const EffectDescription& effect, double measured_N, const Terms& model);
 
+/// What a mode of the model lowers the mean square error by where it does nothing but smooth the steps of the
+/// encoder [N^2]; 0 without a mode. The mass that it carries does not follow the acceleration far above its
+/// frequency, where most of the steps' noise is; so this is the most that it can be.
+double smoothed_steps_N2(const Measurement& measurement, const Terms& model);
+
 /// Whether the step adds an effect that grows with the force, and no more of it than errors of clocks and
-/// sensors can cause. `step_N2`: the mean square that the step explains of the error of `before`.
-bool within_instruments(const FittedModel& baseline, double tick_s, const Terms& before, const Terms& after,
-                        double step_N2);
+/// sensors can cause, or a mode of which smoothed_steps_N2() are most. `step_N2`: the mean square that the
+/// step explains of the error of `before`.
+bool within_instruments(const Measurement& measurement, const FittedModel& baseline, const Terms& before,
+                        const Terms& after, double step_N2);
 
 /// Whether the step is within_instruments(), or adds less of an effect than least_named_N().
-bool is_too_small(const FittedModel& baseline, double tick_s, const Terms& before, const Terms& after,
-                  double step_N2);
+bool is_too_small(const Measurement& measurement, const FittedModel& baseline, const Terms& before,
+                  const Terms& after, double step_N2);
 
 /// Whether `model` has a mode that the baseline does not have and that is none: by its damping or its mass
 /// (has_no_true_mode()), or because the search of its frequency ended at the band.

@@ -28,9 +28,11 @@ std::vector<std::string> with_other(std::vector<std::string> added, const std::s
 /// to first order they leave no error whose difference is worth a name. Of an explanation that reaches the
 /// floor only effects that do something alone are tried; otherwise another one may have hidden them.
 std::vector<Trial> replacements(const SelectionContext& context, const std::vector<Trial>& alone,
-                                const Explanation& explanation, const FittedModel& without_old) {
+                                const std::vector<std::string>& refused, const Explanation& explanation,
+                                const FittedModel& without_old) {
   std::vector<const EffectDescription*> others;
   for (const Trial& other : alone) {
+    if (std::find(refused.begin(), refused.end(), other.term.id()) != refused.end()) continue;
     if (!contains(explanation.model.terms, other.term.effect->text.id) &&
         (is_above_floor(context.measurement, explanation.model) ||
          is_worth_a_name(context.baseline.holdout_rmse_N, other.holdout_rmse_N))) {
@@ -130,12 +132,12 @@ std::vector<std::string> drop_undetermined(const SelectionContext& context, Expl
 }
 
 void exchange_effects(const SelectionContext& context, const std::vector<Trial>& alone,
-                      Explanation& explanation) {
+                      const std::vector<std::string>& refused, Explanation& explanation) {
   for (std::size_t i = 0; i < explanation.added.size(); ++i) {
     const std::string old = explanation.added[i];
     const FittedModel without_old =
         fit_gains(context.measurement, without(explanation.model.terms, old), &explanation.model);
-    const std::vector<Trial> trials = replacements(context, alone, explanation, without_old);
+    const std::vector<Trial> trials = replacements(context, alone, refused, explanation, without_old);
     std::vector<FittedModel> models(trials.size());
     parallel_for(trials.size(), [&](std::size_t t) {
       FittedModel model = fit_gains(context.measurement, trials[t].terms, &without_old);

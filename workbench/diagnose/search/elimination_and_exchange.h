@@ -20,8 +20,9 @@ std::vector<std::string> drop_superfluous(const SelectionContext& context, Expla
 std::vector<std::string> drop_undetermined(const SelectionContext& context, Explanation& explanation);
 
 /// Replaces an effect by another that has the better criterion beside the other effects: what was best while
-/// effects were missing need not be best beside them. `alone`: the trials of all effects on the baseline.
+/// effects were missing need not be best beside them. `alone`: the trials of all effects on the baseline,
+/// of which those of `refused` are left out.
 void exchange_effects(const SelectionContext& context, const std::vector<Trial>& alone,
-                      Explanation& explanation);
+                      const std::vector<std::string>& refused, Explanation& explanation);
 
 }  // namespace slipstack::workbench

@@ -81,10 +81,8 @@ Trial look_again(const Measurement& measurement, const FittedModel& from, const 
                  const std::vector<Trial>& alone) {
   const Trial* first = find_trial(alone, effect.text.id);
   if (is_outside_catalogue(effect)) return try_cause(measurement, from, effect, first);
-  const bool elsewhere = std::any_of(effect.shapes.begin(), effect.shapes.end(), [](const ShapeSpec& shape) {
-    return shape.kind == ShapeKind::pitch || shape.kind == ShapeKind::frequency ||
-           shape.kind == ShapeKind::user_defined;
-  });
+  const bool elsewhere = effect.has_shape(ShapeKind::pitch) || effect.has_shape(ShapeKind::frequency) ||
+                         effect.has_shape(ShapeKind::user_defined);
   const bool known = first != nullptr && !elsewhere;
   return try_effect(measurement, from, effect, kRefinement, known ? &first->term.shapes : nullptr);
 }

@@ -89,18 +89,21 @@ void add_effects(Measurement& measurement, const DiagnoseOptions& options, Found
   }
 }
 
-/// Drops what is superfluous, exchanges what another effect explains better, and refines all shapes. Returns
-/// the effects that were dropped because they are implausible with refined shapes, or undetermined.
-std::vector<std::string> improve(Found& found) {
-  drop_superfluous(found.context, found.best);
-  exchange_effects(found.context, found.alone, found.best);
+/// Drops what is superfluous, exchanges what another effect explains better, and refines all shapes. The
+/// effects that were dropped because they are implausible with refined shapes, or undetermined, are appended
+/// to `refused`; those that are in it take the place of no other.
+void improve(Found& found, std::vector<std::string>& refused) {
+  const auto refuse = [&](const std::vector<std::string>& dropped) {
+    refused.insert(refused.end(), dropped.begin(), dropped.end());
+  };
+  refuse(drop_superfluous(found.context, found.best));
+  exchange_effects(found.context, found.alone, refused, found.best);
   name_mass_beside_mode(found.context, found.best);
   FittedModel model = refine_nominal_shapes(found.context.measurement, std::move(found.best.model));
   found.best.model = refine_all_shapes(found.context.measurement, std::move(model));
   // With refined shapes, the first effect may explain what another was added for, or be implausible.
-  std::vector<std::string> refused = drop_superfluous(found.context, found.best);
-  for (std::string& id : drop_undetermined(found.context, found.best)) refused.push_back(std::move(id));
-  return refused;
+  refuse(drop_superfluous(found.context, found.best));
+  refuse(drop_undetermined(found.context, found.best));
 }
 
 /// The search from `found.best` on, to its end. An effect that was chosen and then refused kept others out:
@@ -111,8 +114,9 @@ void choose_effects(Measurement& measurement, const DiagnoseOptions& options, Fo
   if (remaining.candidates.empty()) {
     for (const EffectDescription& effect : catalogue()) remaining.candidates.push_back(effect.id());
   }
+  std::vector<std::string> refused;
   while (!found.best.added.empty()) {
-    const std::vector<std::string> refused = improve(found);
+    improve(found, refused);
     const auto fewer = std::erase_if(remaining.candidates, [&](const std::string& id) {
       return std::find(refused.begin(), refused.end(), id) != refused.end();
     });
