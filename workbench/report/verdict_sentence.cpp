@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <string>
 
+#include "workbench/base/axis_words.h"
 #include "workbench/base/quantity.h"
 #include "workbench/base/text.h"
 #include "workbench/diagnose/diagnose.h"
@@ -48,6 +49,18 @@ std::string nothing_named(const json& result, const EffectName& name) {
   return text + ".";
 }
 
+/// What a complete model leaves beyond the noise floor, where that is more than the floor: its form is then
+/// not that of the axis, though it misses little of the force.
+std::string beyond_floor(const json& result) {
+  const double left_N = number_of(result["discrepancy_N"]);
+  const json& baseline = result["baseline"];
+  const double relative = number_of(baseline["relative_error"]);
+  if (!(left_N > number_of(result["noise_floor_N"])) || !(relative > 0.0)) return "";
+  const double force_N = number_of(baseline["train_rmse_N"]) / relative;
+  return fmt::format(" Beyond the floor it leaves {}, {} of the {}.", newtons(left_N),
+                     share(left_N / force_N), force_word());
+}
+
 }  // namespace
 
 Headline headline_of(const json& result, const EffectName& name) {
@@ -59,7 +72,8 @@ Headline headline_of(const json& result, const EffectName& name) {
   if (result["verdict"] == name_of(Verdict::complete)) {
     return {fmt::format("Complete: held-out error {}, noise floor {}, both below {}.", before, floor,
                         quantity(number_of(result["bandwidth_Hz"]), "Hz")),
-            nothing_named(result, name) + " The residual depends on no single coordinate."};
+            nothing_named(result, name) + " The residual depends on no single coordinate." +
+                beyond_floor(result)};
   }
   if (result["verdict"] == name_of(Verdict::unexplained)) {
     return {fmt::format("Unexplained: held-out error {}, noise floor {}.", before, floor),
