@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -12,6 +14,7 @@ namespace {
 
 using nlohmann::json;
 
+/// Of a log with a force of 20 N (rms), and a noise floor of 1 N.
 std::string detail_of_complete(double baseline_N, double candidate_N, double criterion_difference) {
   const json candidate = {{"effect", "structural_resonance"},
                           {"evidence", "the residual rings at 2.4 Hz"},
@@ -21,7 +24,11 @@ std::string detail_of_complete(double baseline_N, double candidate_N, double cri
   const json result = {{"verdict", "complete"},
                        {"noise_floor_N", 1.0},
                        {"bandwidth_Hz", 10.0},
-                       {"baseline", {{"holdout_rmse_N", baseline_N}}},
+                       {"discrepancy_N", std::sqrt(std::max(0.0, baseline_N * baseline_N - 1.0))},
+                       {"baseline",
+                        {{"holdout_rmse_N", baseline_N},
+                         {"train_rmse_N", 0.9 * baseline_N},
+                         {"relative_error", 0.9 * baseline_N / 20.0}}},
                        {"candidates", json::array({candidate})},
                        {"unexplained", nullptr}};
   return headline_of(result, [](const std::string& id) { return id; }).detail;
@@ -50,6 +57,13 @@ TEST(VerdictSentence, SaysWhyAnEffectThatLowersTheErrorIsNotNamed) {
   const std::string implausible = detail_of_complete(1.50, 1.10, -600.0);
   EXPECT_TRUE(says(implausible, "as fitted (the residual rings at 2.4 Hz) it is not plausible"))
       << implausible;
+}
+
+TEST(VerdictSentence, TellsWhatACompleteModelLeavesWhereThatIsMoreThanTheFloor) {
+  const std::string told = "Beyond the floor it leaves";
+  EXPECT_FALSE(says(detail_of_complete(1.40, 1.40, 3.0), told));
+  const std::string above = detail_of_complete(std::sqrt(5.0), std::sqrt(5.0), 3.0);
+  EXPECT_TRUE(says(above, "Beyond the floor it leaves 2.00 N, 10.00 % of the force.")) << above;
 }
 
 }  // namespace
