@@ -22,11 +22,14 @@ void set_reduction(const FittedModel& baseline, Candidate& candidate) {
   candidate.error_reduction_se = reduced.standard_error;
 }
 
-/// The baseline with this effect, where the search has fitted it in full; else null.
-const Explanation* fitted_alone(const Found& found, const std::string& id) {
+/// The baseline with the effect of a trial: as the search has fitted it in full, where it has; else fitted
+/// now.
+FittedModel fitted_alone(const Measurement& measurement, const Found& found, const Trial& trial) {
+  const std::string id = trial.term.id();
   const auto one = std::find_if(found.first_level.begin(), found.first_level.end(),
                                 [&](const Explanation& full) { return full.added.front() == id; });
-  return one == found.first_level.end() ? nullptr : &*one;
+  return one != found.first_level.end() ? one->model
+                                        : fit_gains(measurement, trial.terms, &found.context.baseline);
 }
 
 }  // namespace
@@ -43,15 +46,13 @@ std::vector<Candidate> list_candidates(const Measurement& measurement, const Fou
       candidate.block_squared_error = found.context.baseline.block_squared_error;
       candidate.evidence = trial.term.effect->text.residual;
     } else {
-      const Explanation* fitted = fitted_alone(found, trial.term.id());
-      FittedModel model =
-          fitted != nullptr ? fitted->model : fit_gains(measurement, trial.terms, &found.context.baseline);
+      FittedModel model = fitted_alone(measurement, found, trial);
       judge_on_unseen_data(measurement, model);
       candidate.criterion_difference = found.context.criterion.difference(model, found.context.baseline);
       if (const Trial* simpler = find_trial(found.alone, trial.term.effect->traits.special_case.id);
           simpler != nullptr) {
-        candidate.criterion_over_special_case = found.context.criterion.difference(
-            model, fit_gains(measurement, simpler->terms, &found.context.baseline));
+        candidate.criterion_over_special_case =
+            found.context.criterion.difference(model, fitted_alone(measurement, found, *simpler));
       }
       // Values, with their intervals, are told of what the log supports.
       candidate.evidence = trial.term.effect->text.residual;
