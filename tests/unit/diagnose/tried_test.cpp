@@ -8,6 +8,7 @@
 #include "tests/unit/estimate/simulated_axis.h"
 #include "workbench/diagnose/diagnose.h"
 #include "workbench/estimate/uncertainty/noise_floor.h"
+#include "workbench/estimate/uncertainty/row_weights.h"
 
 namespace slipstack::workbench {
 namespace {
