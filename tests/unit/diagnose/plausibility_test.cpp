@@ -316,5 +316,28 @@ TEST(HasNoTrueMode, WhereMostOfAFittedMassSwings) {
   EXPECT_TRUE(has_no_true_mode(with_arm(measurement, 3.2).terms));   // 62 %
 }
 
+// Behind the last sample nobody knows where the axis goes: an acceleration there is none that was fitted.
+TEST(ChangesOfFriction, AreJudgedWhereTheFitLooks) {
+  Log log = test::log_of(
+      1000.0, 8000, [](double t) { return 0.02 * std::sin(6.0 * t); },
+      [](double t) { return std::sin(6.0 * t); });
+  const auto is_plausible = [](const Log& one, double pitching) {
+    const Measurement measurement(one);
+    FittedModel baseline;
+    baseline.terms = {make_term(measurement, *find_effect("presliding_hysteresis"))};
+    FittedModel model = baseline;
+    Term preload = make_term(measurement, *find_effect("acceleration_dependent_preload"));
+    preload.shapes = {1e3};
+    preload.gains = {pitching, 0.0};
+    model.terms.push_back(preload);
+    return !is_implausible(measurement, baseline, model);
+  };
+  EXPECT_TRUE(is_plausible(log, 1.0));   // at 0.72 m/s^2: a factor of 1.7
+  EXPECT_FALSE(is_plausible(log, 5.0));  // of 4.6
+  log.position_m.back() += 50e-6;        // 50 m/s^2
+  EXPECT_TRUE(is_plausible(log, 1.0));
+  EXPECT_FALSE(is_plausible(log, 5.0));
+}
+
 }  // namespace
 }  // namespace slipstack::workbench

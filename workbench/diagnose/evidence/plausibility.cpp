@@ -15,7 +15,7 @@ namespace slipstack::workbench {
 namespace {
 
 /// Whether a term of `model` that the baseline does not have changes the dry friction by an implausible
-/// factor at any sample of the log.
+/// factor at any row: at samples that no row uses, the first and the last, the acceleration is not known.
 bool changes_friction_too_much(const Measurement& measurement, const FittedModel& baseline,
                                const FittedModel& model) {
   const auto is_new_modulation = [&](const Term& term) {
@@ -28,10 +28,8 @@ bool changes_friction_too_much(const Measurement& measurement, const FittedModel
   const DryTrace trace = evaluate_dry(measurement, model.terms, dry_N);
   for (std::size_t t = 0; t < model.terms.size(); ++t) {
     if (!is_new_modulation(model.terms[t])) continue;
-    const bool plausible =
-        std::all_of(trace.dry_scales[t].begin(), trace.dry_scales[t].end(),
-                    [](double factor) { return factor * kMostChange > 1.0 && factor < kMostChange; });
-    if (!plausible) return true;
+    const Eigen::VectorXd factors = at_rows(measurement, trace.dry_scales[t]);
+    if (factors.minCoeff() * kMostChange <= 1.0 || factors.maxCoeff() >= kMostChange) return true;
   }
   return false;
 }
