@@ -80,16 +80,16 @@ bool drop_implausible(const SelectionContext& context, Explanation& explanation,
   return false;
 }
 
-/// Whether the first effect was dropped that is no step.
+/// Whether an effect was dropped that is no step: of several the one whose lack the criterion prefers most.
+/// Beside one that is superfluous another seems to be (an offset beside an asymmetry).
 bool drop_no_step(const SelectionContext& context, Explanation& explanation) {
   // Most often none is dropped, and all of these fits are needed; else those behind it were made in vain.
   std::vector<Explanation> fewer(explanation.added.size());
   parallel_for(fewer.size(), [&](std::size_t i) { fewer[i] = without_effect(context, explanation, i); });
-  const auto dropped = std::find_if(fewer.begin(), fewer.end(), [&](const Explanation& one) {
-    return !is_step(context, one, explanation);
-  });
-  if (dropped == fewer.end()) return false;
-  explanation = std::move(*dropped);
+  std::erase_if(fewer, [&](const Explanation& one) { return is_step(context, one, explanation); });
+  if (fewer.empty()) return false;
+  sort_by_criterion(context, fewer);
+  explanation = std::move(fewer.front());
   return true;
 }
 
