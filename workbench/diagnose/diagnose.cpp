@@ -33,7 +33,11 @@ Step withheld_step(const Measurement& measurement, const SelectionContext& conte
   judge_on_unseen_data(measurement, withheld.model);
   const FittedModel known = with_standard_errors(measurement, std::move(withheld.model));
   const std::string& id = withheld.added.back();
-  return {id, known.holdout_rmse_N, context.criterion.difference(known, best.model), evidence_of(known, id),
+  return {id,
+          known.holdout_rmse_N,
+          known.block_squared_error,
+          context.criterion.difference(known, best.model),
+          evidence_of(known, id),
           known.terms};
 }
 
@@ -78,15 +82,12 @@ EffectSearch::EffectSearch(Measurement& measurement, const DiagnoseOptions& opti
   diagnosis_.outside = std::move(found.outside);
 }
 
-void EffectSearch::drop_what_whole_logs_do_not_support() {
+Diagnosis EffectSearch::conclude() {
   drop_insignificant_steps(measurement_, diagnosis_);
   std::vector<std::string> added;
   for (std::size_t i = 1; i < diagnosis_.steps.size(); ++i) added.push_back(diagnosis_.steps[i].effect);
   rank_candidates(diagnosis_, added);
   if (!added.empty()) put_first(diagnosis_, added.front());
-}
-
-Diagnosis EffectSearch::conclude() {
   bound_noise_floor(measurement_, diagnosis_.explained.holdout_rmse_N);
   diagnosis_.noise_floor_N = measurement_.noise_floor_N();
   judge(measurement_, diagnosis_);

@@ -31,6 +31,7 @@ struct Candidate {
 struct Step {
   std::string effect;  ///< id of the effect that the step adds; "baseline" first
   double holdout_rmse_N = 0.0;
+  std::vector<double> block_squared_error;
   double criterion_difference = 0.0;  ///< against the step before; negative: better (evidence/criterion.h)
   std::string evidence;  ///< evidence for the effect, with its values in the model of all effects
   Terms terms;           ///< the model with the effects up to this step
@@ -93,9 +94,8 @@ class EffectSearch {
   /// outlive this.
   EffectSearch(Measurement& measurement, const DiagnoseOptions& options);
   Diagnosis& diagnosis() { return diagnosis_; }
-  /// Call after the errors in diagnosis() were replaced: drops the steps that are no longer supported.
-  void drop_what_whole_logs_do_not_support();
-  /// The verdict, and what the log cannot show or separate.
+  /// Drops the steps that unseen data do not support (is_significant); the verdict, and what the log cannot
+  /// show or separate.
   Diagnosis conclude();
 
  private:
@@ -107,7 +107,7 @@ class EffectSearch {
 /// Finds the effects that the baseline lacks. Every effect of the catalogue is fitted jointly with the
 /// baseline. Sets of effects are found by a beam search, because if two effects are missing, the best single
 /// effect may be neither of them. One criterion decides between models (evidence/criterion.h); to be named,
-/// an effect must also lower the held-out error by 3 %.
+/// an effect must also lower the held-out error by 3 %, and by more than a standard error of that.
 Diagnosis diagnose(Measurement& measurement, const DiagnoseOptions& options);
 
 }  // namespace slipstack::workbench

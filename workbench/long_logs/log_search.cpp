@@ -69,7 +69,6 @@ Diagnosis LogSearch::diagnose(DiagnoseOptions options) {
     if (measurement().is_excerpt()) {
       options.report("judge by the whole logs", 0.0);
       whole_->judge(search.diagnosis());
-      search.drop_what_whole_logs_do_not_support();
     }
     Diagnosis diagnosis = search.conclude();
     if (!extend()) return diagnosis;

@@ -261,7 +261,10 @@ void WholeLogs::judge(Diagnosis& diagnosis) {
   take_errors(diagnosis.baseline, found[0]);
   take_errors(diagnosis.best, found[std::min<std::size_t>(1, full - 1)]);
   take_errors(diagnosis.explained, found[full - 1]);
-  for (std::size_t s = 0; s < full; ++s) diagnosis.steps[s].holdout_rmse_N = found[s].holdout_rmse_N;
+  for (std::size_t s = 0; s < full; ++s) {
+    diagnosis.steps[s].holdout_rmse_N = found[s].holdout_rmse_N;
+    diagnosis.steps[s].block_squared_error = found[s].block_squared_error;
+  }
   for (std::size_t c = 0; c < diagnosis.candidates.size(); ++c) {
     const FittedModel& model = shown[c] ? found[full + c] : found[0];
     diagnosis.candidates[c].holdout_rmse_N = model.holdout_rmse_N;

@@ -68,7 +68,6 @@ TEST(Order, TheFirstStepStaysFirstWhateverWholeLogsSayOfTheOthers) {
     if (candidate.term.id() == found.steps[2].effect)
       candidate.holdout_rmse_N = 0.5 * found.candidates.front().holdout_rmse_N;
   }
-  search.drop_what_whole_logs_do_not_support();
   const Diagnosis result = search.conclude();
   EXPECT_EQ(result.candidates.front().term.id(), first);
   EXPECT_EQ(result.steps[1].effect, first);

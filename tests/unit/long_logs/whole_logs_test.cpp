@@ -60,10 +60,7 @@ Found diagnosed(const SharedLogs& logs, const std::vector<LogInterval>& interval
   options.candidates = {"viscous",      "quadratic_drag", "coulomb",
                         "offset_force", "time_delay",     "position_dependent_preload"};
   EffectSearch search(*found.measurement, options);
-  if (found.measurement->is_excerpt()) {
-    whole.judge(search.diagnosis());
-    search.drop_what_whole_logs_do_not_support();
-  }
+  if (found.measurement->is_excerpt()) whole.judge(search.diagnosis());
   found.diagnosis = search.conclude();
   found.poorly_predicted = whole.poorly_predicted(intervals);
   return found;

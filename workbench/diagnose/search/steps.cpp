@@ -43,12 +43,26 @@ FittedModel better_fit(FittedModel one, FittedModel other) {
   return other.train_rmse_N < one.train_rmse_N ? std::move(other) : std::move(one);
 }
 
+/// Whether a step only gives a part of the model's force a name of its own: a payload beside a mode is the
+/// rigid mass of that (mass_and_mode.h).
+bool only_names(const Step& step) {
+  return find_term(step.terms, step.effect)->effect->has_role(Role::added_mass) &&
+         has_role(step.terms, Role::resonance);
+}
+
+/// Whether the last step lowers the error of the one before it as an effect that is named must.
+bool last_is_significant(const std::vector<Step>& steps) {
+  const Step& before = steps[steps.size() - 2];
+  return only_names(steps.back()) ||
+         is_significant(reduction(before.block_squared_error, steps.back().block_squared_error));
+}
+
 }  // namespace
 
 void list_steps(const SelectionContext& context, const Explanation& best, Diagnosis& diagnosis) {
   const Measurement& measurement = context.measurement;
-  diagnosis.steps.push_back(
-      {"baseline", diagnosis.baseline.holdout_rmse_N, 0.0, "", diagnosis.baseline.terms});
+  diagnosis.steps.push_back({"baseline", diagnosis.baseline.holdout_rmse_N,
+                             diagnosis.baseline.block_squared_error, 0.0, "", diagnosis.baseline.terms});
   diagnosis.best = diagnosis.baseline;
   std::vector<std::string> order;
   for (const Candidate& candidate : diagnosis.candidates) {
@@ -68,8 +82,9 @@ void list_steps(const SelectionContext& context, const Explanation& best, Diagno
              : refine_shapes_in_turn(measurement, fit_gains(measurement, terms, &best.model), kRefinement);
     if (i == 0 && !last) model = better_fit(std::move(model), fit_alone(measurement, diagnosis, order[0]));
     if (!last) judge_on_unseen_data(measurement, model);
-    diagnosis.steps.push_back({order[i], model.holdout_rmse_N, context.criterion.difference(model, before),
-                               evidence_of(known, order[i]), model.terms});
+    diagnosis.steps.push_back({order[i], model.holdout_rmse_N, model.block_squared_error,
+                               context.criterion.difference(model, before), evidence_of(known, order[i]),
+                               model.terms});
     if (i == 0) diagnosis.best = model;
     before = std::move(model);
   }
@@ -78,10 +93,7 @@ void list_steps(const SelectionContext& context, const Explanation& best, Diagno
 void drop_insignificant_steps(const Measurement& measurement, Diagnosis& diagnosis) {
   std::vector<Step>& steps = diagnosis.steps;
   const std::size_t found = steps.size();
-  while (steps.size() > 1 &&
-         !is_worth_a_name(steps[steps.size() - 2].holdout_rmse_N, steps.back().holdout_rmse_N)) {
-    steps.pop_back();
-  }
+  while (steps.size() > 1 && !last_is_significant(steps)) steps.pop_back();
   if (steps.size() == found) return;
   if (steps.size() == 1) diagnosis.best = diagnosis.baseline;
   if (steps.size() <= 2) {

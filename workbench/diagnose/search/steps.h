@@ -12,8 +12,7 @@ namespace slipstack::workbench {
 /// comes later; the first takes its candidate's where these are closer to the training data.
 void list_steps(const SelectionContext& context, const Explanation& best, Diagnosis& diagnosis);
 
-/// Drops steps, from the last on, that lower the held-out error of the whole logs by less than
-/// kLeastReduction.
+/// Drops steps, from the last on, by which the held-out error does not fall significantly.
 void drop_insignificant_steps(const Measurement& measurement, Diagnosis& diagnosis);
 
 }  // namespace slipstack::workbench
