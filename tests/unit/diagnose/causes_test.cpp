@@ -126,9 +126,10 @@ TEST(Causes, AGapIsFoundWithItsWidth) {
 }
 
 // sigma1 dz/dt of the LuGre model (its equations, integrated by Euler's method) on an axis of stop operators:
-// a force that leads the motion, which a delay of the force describes nearly as well.
+// a force that leads the motion, which a delay of the force describes nearly as well. The deflection is that
+// of the axis's own hysteresis, within a factor of two.
 TEST(Causes, DampingOfTheContactsIsNotADelay) {
-  constexpr double kLength_m = 15e-6;
+  constexpr double kLength_m = 6e-6;
   constexpr double kDamping_Ns_per_m = 1500.0;
   double before_m = 0.0;
   double deflection_m = 0.0;
@@ -151,6 +152,46 @@ TEST(Causes, DampingOfTheContactsIsNotADelay) {
   ASSERT_TRUE(is.unexplained);
   EXPECT_EQ(is.unexplained->coordinate, Coordinate::reversal) << is.unexplained->description;
   EXPECT_NE(is.unexplained->description.find("sigma1"), std::string::npos) << is.unexplained->description;
+}
+
+// A blow that rings, whenever mass times acceleration and friction together change their sign, of another
+// strength each time: what no rigid gap describes, and a delay of the force a little.
+TEST(Causes, BlowsAfterLoadReversalsAreBacklash) {
+  constexpr double kSampling_Hz = 2000.0;
+  constexpr double kMass_kg = 8.0;
+  constexpr double kFriction_N = 12.0;
+  constexpr double kSlip_m = 20e-6;
+  const auto x = [](double t) { return 0.05 * std::sin(7.0 * t) + 0.02 * std::sin(11.3 * t + 1.0); };
+  const auto a = [](double t) {
+    return -0.05 * 49.0 * std::sin(7.0 * t) - 0.02 * 11.3 * 11.3 * std::sin(11.3 * t + 1.0);
+  };
+  double before_m = x(0.0);
+  double deflection_m = 0.0;
+  double side = 0.0;
+  double since_s = 1e9;
+  double strength_N = 0.0;
+  test::Draw draw(5);
+  const Log log = test::log_of(kSampling_Hz, 40'000, x, [&](double t) {
+    deflection_m = std::clamp(deflection_m + x(t) - before_m, -kSlip_m, kSlip_m);
+    before_m = x(t);
+    const double load_N = kMass_kg * a(t) + kFriction_N * deflection_m / kSlip_m;
+    since_s += 1.0 / kSampling_Hz;
+    if (load_N * side <= 0.0) {
+      side = load_N > 0.0 ? 1.0 : -1.0;
+      since_s = 0.0;
+      strength_N = draw.uniform(6.0, 12.0);
+    }
+    const double ringing = std::exp(-since_s / 8e-3) * std::sin(2.0 * std::numbers::pi * 40.0 * since_s);
+    return load_N + side * strength_N * ringing + 0.05 * draw.normal();
+  });
+  const Diagnosis is = diagnosed(log);
+  EXPECT_EQ(is.verdict, Verdict::unexplained);
+  EXPECT_EQ(is.steps.size(), 1u) << is.steps.back().effect;
+  ASSERT_TRUE(is.unexplained);
+  EXPECT_EQ(is.unexplained->coordinate, Coordinate::reversal);
+  EXPECT_NE(is.unexplained->description.find("load of the drive changes its sign"), std::string::npos)
+      << is.unexplained->description;
+  EXPECT_GT(is.unexplained->error_reduction, 0.5) << is.unexplained->description;
 }
 
 TEST(Causes, NoneIsFoundWhereNoneIs) {

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "workbench/diagnose/alternatives/gap.h"
+#include "workbench/diagnose/alternatives/load_reversals.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -132,6 +133,37 @@ class DeflectionBasis final : public EffectBasis {
   double deflection_ = 0.0;
 };
 
+class LoadReversalBasis final : public EffectBasis {
+ public:
+  void prepare(std::span<const double> shapes, const Scales<double>& scales) override {
+    per_s_ = kKnotsAfterReversal / std::max(shapes[0], 1e-12);
+    load_.emplace(LoadReversals::Parameters{shapes[1], shapes[2]}, scales.tick_s);
+  }
+  void reset(const Sample<double>& sample) override { load_->reset(sample); }
+  void run(std::span<const Sample<double>> samples, double* out) override {
+    for (const Sample<double>& sample : samples) {
+      load_->step(sample);
+      std::fill_n(out, 2 * kKnotsAfterReversal, 0.0);
+      const double at = load_->since_s() * per_s_;
+      if (at < kKnotsAfterReversal) {
+        const auto knot = static_cast<std::ptrdiff_t>(at);
+        const double next = at - static_cast<double>(knot);
+        const auto add_hats = [&](double* curve, double scale) {
+          curve[knot] = (1.0 - next) * scale;
+          if (knot + 1 < kKnotsAfterReversal) curve[knot + 1] = next * scale;
+        };
+        add_hats(out, load_->side());
+        add_hats(out + kKnotsAfterReversal, load_->load());
+      }
+      out += 2 * kKnotsAfterReversal;
+    }
+  }
+
+ private:
+  std::optional<LoadReversals> load_;
+  double per_s_ = 1.0;
+};
+
 /// The description of a cause; its shapes are found by shapes_of_cause() and not searched.
 template <class Basis>
 EffectDescription cause(const char* id, std::vector<GainGroup> gains, std::vector<ShapeSpec> shapes) {
@@ -162,8 +194,8 @@ ShapeSpec found(const char* name, const char* unit) {
 }
 
 /// In the order of CauseForm.
-const std::array<EffectDescription, 6>& all_causes() {
-  static const std::array<EffectDescription, 6> all{
+const std::array<EffectDescription, 7>& all_causes() {
+  static const std::array<EffectDescription, 7> all{
       cause<LineBasis>("line_in_time", {any_force("cosine"), any_force("sine")}, {found("frequency", "Hz")}),
       cause<ChangeBasis>("change_at_a_time",
                          {{"level", "", -1.0f, kUnbounded, 1, Acts::dry_scale}, any_force("offset")},
@@ -179,7 +211,12 @@ const std::array<EffectDescription, 6>& all_causes() {
       cause<GapBasis>("gap_in_drive", {{"carriage", "kg", 0.0f, kUnbounded, 1, Acts::force}},
                       {found("gap", "m"), found("deceleration", "m/s2"), found("slip_distance", "m")}),
       cause<DeflectionBasis>("damped_deflection", {{"damping", "N s", 0.0f, kUnbounded, 1, Acts::force}},
-                             {found("slip_distance", "m")})};
+                             {found("slip_distance", "m")}),
+      cause<LoadReversalBasis>(
+          "after_load_reversals",
+          {{"blow", "N", -kUnbounded, kUnbounded, kKnotsAfterReversal, Acts::force, /*smooth=*/true},
+           {"lost_load", "N", -kUnbounded, kUnbounded, kKnotsAfterReversal, Acts::force, /*smooth=*/true}},
+          {found("window", "s"), found("deceleration", "m/s2"), found("slip_distance", "m")})};
   return all;
 }
 

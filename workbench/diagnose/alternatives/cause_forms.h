@@ -24,6 +24,9 @@ enum class CauseForm : std::uint8_t {
   /// F = d dz/dt, dz/dt = v / slip distance (1 - z sgn v): what friction adds by the velocity of its
   /// deflection z while it has not developed (sigma1 of LuGre: Canudas de Wit et al. 1995, equations 1 to 3)
   damped_deflection,
+  /// F = side c(t) + load / deceleration e(t) for t < window: c and e linear splines of the time since the
+  /// load of the drive changed its sign (LoadReversals)
+  after_load_reversals,
 };
 
 /// The largest half width of a place, as a share of the travel: a fifth of the rail spans several values of
@@ -32,6 +35,9 @@ inline constexpr double kWidestPlace = 0.1;
 /// Intervals between the knots of a free curve over a coordinate: four in the half width of the widest place,
 /// so that what no map and no place describes shows in the curve.
 inline constexpr int kCurveIntervals = static_cast<int>(4.0 / kWidestPlace);
+
+/// Knots of the force after a load reversal: a blow rings for two or three periods.
+inline constexpr int kKnotsAfterReversal = 8;
 
 /// Those that this measurement can show; time that several logs do not share is no coordinate.
 std::vector<const EffectDescription*> causes_to_try(const Measurement& measurement);

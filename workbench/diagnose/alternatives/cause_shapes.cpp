@@ -219,6 +219,28 @@ std::optional<std::vector<double>> distance_of_deflection(const Measurement& mea
   return best_of(measurement, model, cause, {{distance_m}}, {range}, near);
 }
 
+/// The time after a load reversal within which the force differs, and the friction that decides when the load
+/// changes its sign: that of the whole axis by its whole mass, or of a carriage that is a part of it. The
+/// knots lie half a period of the bandwidth apart, closer they are not told apart, or up to four times that.
+std::optional<std::vector<double>> window_and_friction(const Measurement& measurement,
+                                                       const FittedModel& model,
+                                                       const EffectDescription& cause,
+                                                       const std::vector<double>* near) {
+  const Term* hysteresis = find_role(model.terms, Role::hysteresis);
+  const double mass = mass_kg(model.terms);
+  if (hysteresis == nullptr || !(mass > 0.0)) return {};
+  const double whole_mps2 = hysteresis_level_N(*hysteresis, 0) / mass;
+  const double slip_m = mean_slip_m(*hysteresis);
+  if (!(whole_mps2 > 0.0)) return {};
+  const double least_s = kKnotsAfterReversal / (2.0 * measurement.bandwidth_Hz());
+  std::vector<std::vector<double>> starts;
+  for (const double wider : {1.0, 2.0, 4.0}) {
+    for (const double share : {1.0, 0.5}) starts.push_back({wider * least_s, whole_mps2 / share, slip_m});
+  }
+  return best_of(measurement, model, cause, std::move(starts),
+                 {{0, least_s, 4.0 * least_s, true}, {1, 0.5 * whole_mps2, 10.0 * whole_mps2, true}}, near);
+}
+
 }  // namespace
 
 std::optional<std::vector<double>> shapes_of_cause(const Measurement& measurement, const FittedModel& model,
@@ -235,6 +257,8 @@ std::optional<std::vector<double>> shapes_of_cause(const Measurement& measuremen
       return gap_and_friction(measurement, model, cause, near);
     case CauseForm::damped_deflection:
       return distance_of_deflection(measurement, model, cause, near);
+    case CauseForm::after_load_reversals:
+      return window_and_friction(measurement, model, cause, near);
     case CauseForm::force_over_time:
       break;
   }

@@ -30,6 +30,8 @@ class DescribedCause {
 
   const Measurement& measurement() const { return measurement_; }
   const Term& term() const { return cause_; }
+  /// Of the cause, at the rows.
+  Eigen::MatrixXd columns() const { return model_.linearisation->columns_of(cause_); }
 
   /// Standard errors of the first shapes, which are moved by `steps` for their derivatives, and then of sums
   /// of the cause's gains, one in each column; all unknowns of the model jointly.
@@ -195,6 +197,23 @@ std::string curve_text(const DescribedCause& cause) {
                      at(high));
 }
 
+std::string after_reversals_text(const DescribedCause& cause) {
+  const Term& term = cause.term();
+  const Eigen::MatrixXd columns = cause.columns();
+  const Eigen::VectorXd force_N =
+      columns * Eigen::Map<const Eigen::VectorXd>(term.gains.data(), columns.cols());
+  Eigen::Index most = 0;
+  force_N.cwiseAbs().maxCoeff(&most);
+  const double error_N = cause.errors({}, columns.row(most).transpose())(0);
+  return fmt::format(
+      "whenever the load of the drive changes its sign the {} differs for {}, by up to {} below {} (backlash "
+      "or a loose "
+      "coupling)",
+      force_word(), quantity(term.shapes[0], "s"),
+      quantity_with_interval(std::abs(force_N(most)), 2.0 * error_N, "N"),
+      quantity(cause.measurement().bandwidth_Hz(), "Hz"));
+}
+
 /// Coordinate, place and text of a fitted cause.
 Structure place_and_text(const DescribedCause& described) {
   const Term& cause = described.term();
@@ -220,6 +239,10 @@ Structure place_and_text(const DescribedCause& described) {
     case CauseForm::damped_deflection:
       structure.coordinate = Coordinate::reversal;
       structure.description = deflection_text(described);
+      break;
+    case CauseForm::after_load_reversals:
+      structure.coordinate = Coordinate::reversal;
+      structure.description = after_reversals_text(described);
       break;
     case CauseForm::force_over_time: {
       structure.coordinate = Coordinate::time;
