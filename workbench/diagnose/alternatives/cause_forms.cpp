@@ -143,23 +143,27 @@ class LoadReversalBasis final : public EffectBasis {
   void run(std::span<const Sample<double>> samples, double* out) override {
     for (const Sample<double>& sample : samples) {
       load_->step(sample);
-      std::fill_n(out, 2 * kKnotsAfterReversal, 0.0);
-      const double at = load_->since_s() * per_s_;
-      if (at < kKnotsAfterReversal) {
-        const auto knot = static_cast<std::ptrdiff_t>(at);
-        const double next = at - static_cast<double>(knot);
-        const auto add_hats = [&](double* curve, double scale) {
-          curve[knot] = (1.0 - next) * scale;
-          if (knot + 1 < kKnotsAfterReversal) curve[knot + 1] = next * scale;
-        };
-        add_hats(out, load_->side());
-        add_hats(out + kKnotsAfterReversal, load_->load());
+      for (const double scale : {load_->side(), load_->load()}) {
+        std::fill_n(out, kKnots, 0.0);
+        add_hats(out, scale);
+        out += kKnots;
       }
-      out += 2 * kKnotsAfterReversal;
     }
   }
 
  private:
+  static constexpr std::ptrdiff_t kKnots = kKnotsAfterReversal;
+
+  /// `scale` at the time since the reversal, between the two knots around it; the spline ends at zero.
+  void add_hats(double* curve, double scale) const {
+    const double at = load_->since_s() * per_s_;
+    if (at >= kKnotsAfterReversal) return;
+    const auto knot = static_cast<std::ptrdiff_t>(at);
+    const double next = at - static_cast<double>(knot);
+    curve[knot] = (1.0 - next) * scale;
+    if (knot + 1 < kKnots) curve[knot + 1] = next * scale;
+  }
+
   std::optional<LoadReversals> load_;
   double per_s_ = 1.0;
 };

@@ -6,6 +6,7 @@
 
 #include "workbench/base/statistics.h"
 #include "workbench/diagnose/alternatives/cause_forms.h"
+#include "workbench/diagnose/evidence/held_out.h"
 #include "workbench/diagnose/evidence/reduction.h"
 #include "workbench/diagnose/evidence/repeats.h"
 #include "workbench/estimate/linear/force_trace.h"
