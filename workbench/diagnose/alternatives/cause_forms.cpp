@@ -51,6 +51,16 @@ class ChangeBasis final : public EffectBasis {
   double from_s_ = 0.0;
 };
 
+/// Linear B-splines with `knots` knots one apart, at `at` from the first, times `scale`.
+void write_hats(double at, std::ptrdiff_t knots, double scale, double* out) {
+  std::fill_n(out, knots, 0.0);
+  if (at >= static_cast<double>(knots)) return;
+  const auto knot = static_cast<std::ptrdiff_t>(at);
+  const double next = at - static_cast<double>(knot);
+  out[knot] = (1.0 - next) * scale;
+  if (knot + 1 < knots) out[knot + 1] = next * scale;
+}
+
 /// Linear B-splines over the time from the first shape to the second.
 class CurveBasis final : public EffectBasis {
  public:
@@ -61,11 +71,8 @@ class CurveBasis final : public EffectBasis {
   void reset(const Sample<double>&) override {}
   void run(std::span<const Sample<double>> samples, double* out) override {
     for (const Sample<double>& sample : samples) {
-      std::fill_n(out, kCurveIntervals + 1, 0.0);
       const double at = std::clamp((sample.time_s - first_s_) * per_s_, 0.0, kCurveIntervals - 1e-9);
-      const auto knot = static_cast<std::ptrdiff_t>(at);
-      out[knot] = 1.0 - (at - static_cast<double>(knot));
-      out[knot + 1] = at - static_cast<double>(knot);
+      write_hats(at, kCurveIntervals + 1, 1.0, out);
       out += kCurveIntervals + 1;
     }
   }
@@ -144,26 +151,13 @@ class LoadReversalBasis final : public EffectBasis {
     for (const Sample<double>& sample : samples) {
       load_->step(sample);
       for (const double scale : {load_->side(), load_->load()}) {
-        std::fill_n(out, kKnots, 0.0);
-        add_hats(out, scale);
-        out += kKnots;
+        write_hats(load_->since_s() * per_s_, kKnotsAfterReversal, scale, out);
+        out += kKnotsAfterReversal;
       }
     }
   }
 
  private:
-  static constexpr std::ptrdiff_t kKnots = kKnotsAfterReversal;
-
-  /// `scale` at the time since the reversal, between the two knots around it; the spline ends at zero.
-  void add_hats(double* curve, double scale) const {
-    const double at = load_->since_s() * per_s_;
-    if (at >= kKnotsAfterReversal) return;
-    const auto knot = static_cast<std::ptrdiff_t>(at);
-    const double next = at - static_cast<double>(knot);
-    curve[knot] = (1.0 - next) * scale;
-    if (knot + 1 < kKnots) curve[knot + 1] = next * scale;
-  }
-
   std::optional<LoadReversals> load_;
   double per_s_ = 1.0;
 };

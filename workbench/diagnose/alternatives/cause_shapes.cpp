@@ -179,29 +179,37 @@ std::vector<double> best_of(const Measurement& measurement, const FittedModel& m
   return jointly_best_shapes(measurement, model, cause, starts, ranges, evaluations);
 }
 
+/// What decelerates the whole axis: its friction by its mass. 0 without either.
+double deceleration_of_axis_mps2(const FittedModel& model) {
+  const Term* hysteresis = find_role(model.terms, Role::hysteresis);
+  const double mass = mass_kg(model.terms);
+  return hysteresis != nullptr && mass > 0.0 ? hysteresis_level_N(*hysteresis, 0) / mass : 0.0;
+}
+
+/// Where the deceleration of a carriage that is a part of the axis is searched; the second shape of a cause.
+ShapeRange deceleration_range(double whole_mps2) {
+  return {1, 0.5 * whole_mps2, 10.0 * whole_mps2, true};
+}
+
 /// Width of the gap, deceleration by the friction behind it, and slip distance of that friction. A shorter
 /// gap than the longest slip distance is another form of the hysteresis.
 std::optional<std::vector<double>> gap_and_friction(const Measurement& measurement, const FittedModel& model,
                                                     const EffectDescription& cause,
                                                     const std::vector<double>* near) {
-  const Term* hysteresis = find_role(model.terms, Role::hysteresis);
-  const double mass = mass_kg(model.terms);
+  // The friction of the whole axis slows down no more than its whole mass, and often less.
+  const double least_mps2 = deceleration_of_axis_mps2(model);
   const double longest_m = longest_slip_m(model.terms);
   const double least_m = std::max(measurement.encoder_resolution_m(), longest_m);
   const double most_m = kWidestPlace * value_range(measurement.position_m()).length();
-  if (!(longest_m > 0.0) || !(mass > 0.0) || least_m >= most_m) return {};
-  // The friction of the whole axis slows down no more than its whole mass, and often less.
-  const double least_mps2 = hysteresis_level_N(*hysteresis, 0) / mass;
-  const double slip_m = mean_slip_m(*hysteresis);
+  if (!(least_mps2 > 0.0) || least_m >= most_m) return {};
+  const double slip_m = mean_slip_m(*find_role(model.terms, Role::hysteresis));
   std::vector<std::vector<double>> starts;
   for (double gap_m = least_m; gap_m < most_m; gap_m *= 2.0) {
     for (const double share : {1.0, 0.7, 0.5, 0.35}) starts.push_back({gap_m, least_mps2 / share, slip_m});
   }
-  return best_of(measurement, model, cause, std::move(starts),
-                 {{0, least_m, most_m, true},
-                  {1, 0.5 * least_mps2, 10.0 * least_mps2, true},
-                  {2, 0.1 * slip_m, longest_m, true}},
-                 near);
+  return best_of(
+      measurement, model, cause, std::move(starts),
+      {{0, least_m, most_m, true}, deceleration_range(least_mps2), {2, 0.1 * slip_m, longest_m, true}}, near);
 }
 
 /// The distance within which the deflection develops is that of the hysteresis, with which it is one bristle:
@@ -226,19 +234,16 @@ std::optional<std::vector<double>> window_and_friction(const Measurement& measur
                                                        const FittedModel& model,
                                                        const EffectDescription& cause,
                                                        const std::vector<double>* near) {
-  const Term* hysteresis = find_role(model.terms, Role::hysteresis);
-  const double mass = mass_kg(model.terms);
-  if (hysteresis == nullptr || !(mass > 0.0)) return {};
-  const double whole_mps2 = hysteresis_level_N(*hysteresis, 0) / mass;
-  const double slip_m = mean_slip_m(*hysteresis);
+  const double whole_mps2 = deceleration_of_axis_mps2(model);
   if (!(whole_mps2 > 0.0)) return {};
+  const double slip_m = mean_slip_m(*find_role(model.terms, Role::hysteresis));
   const double least_s = kKnotsAfterReversal / (2.0 * measurement.bandwidth_Hz());
   std::vector<std::vector<double>> starts;
   for (const double wider : {1.0, 2.0, 4.0}) {
     for (const double share : {1.0, 0.5}) starts.push_back({wider * least_s, whole_mps2 / share, slip_m});
   }
   return best_of(measurement, model, cause, std::move(starts),
-                 {{0, least_s, 4.0 * least_s, true}, {1, 0.5 * whole_mps2, 10.0 * whole_mps2, true}}, near);
+                 {{0, least_s, 4.0 * least_s, true}, deceleration_range(whole_mps2)}, near);
 }
 
 }  // namespace

@@ -4,14 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "workbench/diagnose/alternatives/stop_operator.h"
+
 namespace slipstack::workbench {
-namespace {
-
-double moved(double deflection, double way_m, double slip_m) {
-  return std::clamp(deflection + way_m / slip_m, -1.0, 1.0);
-}
-
-}  // namespace
 
 GapInDrive::GapInDrive(const Parameters& parameters, double tick_s)
     : half_gap_m_(0.5 * parameters.gap_m),

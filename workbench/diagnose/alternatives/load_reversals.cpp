@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "workbench/diagnose/alternatives/stop_operator.h"
+
 namespace slipstack::workbench {
 namespace {
 
@@ -28,7 +30,7 @@ void LoadReversals::reset(const Sample<double>& sample) {
 }
 
 void LoadReversals::step(const Sample<double>& sample) {
-  deflection_ = std::clamp(deflection_ + (sample.position_m - position_m_) / slip_m_, -1.0, 1.0);
+  deflection_ = moved(deflection_, sample.position_m - position_m_, slip_m_);
   position_m_ = sample.position_m;
   load_ = sample.acceleration_mps2 / deceleration_mps2_ + deflection_;
   since_s_ += tick_s_;

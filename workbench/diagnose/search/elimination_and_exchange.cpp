@@ -83,7 +83,6 @@ bool drop_implausible(const SelectionContext& context, Explanation& explanation,
 /// Whether an effect was dropped that is no step: of several the one whose lack the criterion prefers most.
 /// Beside one that is superfluous another seems to be (an offset beside an asymmetry).
 bool drop_no_step(const SelectionContext& context, Explanation& explanation) {
-  // Most often none is dropped, and all of these fits are needed; else those behind it were made in vain.
   std::vector<Explanation> fewer(explanation.added.size());
   parallel_for(fewer.size(), [&](std::size_t i) { fewer[i] = without_effect(context, explanation, i); });
   std::erase_if(fewer, [&](const Explanation& one) { return is_step(context, one, explanation); });
