@@ -38,4 +38,11 @@ class TemporaryDirectory {
   std::filesystem::path path_;
 };
 
+/// The directory of this process, for files that several tests of a program write: two processes of it, run
+/// at the same time, never share one.
+inline const TemporaryDirectory& directory_of_process() {
+  static const TemporaryDirectory directory;
+  return directory;
+}
+
 }  // namespace slipstack::test

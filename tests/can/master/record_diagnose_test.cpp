@@ -5,11 +5,10 @@
 #include <array>
 #include <cmath>
 #include <deque>
-#include <filesystem>
-#include <fstream>
 #include <vector>
 
 #include "tests/can/master/desk.h"
+#include "tests/unit/temporary_directory.h"
 #include "workbench/cleaning/repair.h"
 #include "workbench/diagnose/diagnose.h"
 #include "workbench/estimate/measurement/measurement.h"
@@ -95,12 +94,8 @@ class Mover {
 };
 
 Log read_text(const std::string& text, const char* name) {
-  const std::filesystem::path path =
-      std::filesystem::path(::testing::TempDir()) / (std::string("slipstack_") + name + ".csv");
-  std::ofstream(path, std::ios::binary) << text;
-  Log log = read_log(path);
-  std::filesystem::remove(path);
-  return log;
+  const slipstack::test::TemporaryDirectory directory;
+  return read_log(directory.write(std::string(name) + ".csv", text));
 }
 
 Diagnosis diagnosis_of(const std::string& text, const char* name) {

@@ -12,7 +12,10 @@
 #include <thread>
 #include <vector>
 
+#include "tests/unit/temporary_directory.h"
+
 // A log that stays in its file has the content that read_log() returns.
+
 namespace slipstack::workbench {
 namespace {
 
@@ -26,7 +29,7 @@ struct Fault {
 std::filesystem::path written(const std::string& name, std::uint64_t seed, const Fault& fault = {},
                               const std::string& header = "# mass_kg: 3\n") {
   std::mt19937_64 random(seed);
-  std::filesystem::path path = std::filesystem::path(testing::TempDir()) / name;
+  std::filesystem::path path = slipstack::test::directory_of_process() / name;
   std::ofstream file(path);
   file << header << "# magnet_pitch_m: 0.024\ntime_s,position_um,force_N,temperature_C\n";
   for (std::size_t i = 0; i < kRows; ++i) {
@@ -177,7 +180,7 @@ TEST(LongLog, FaultsFarIntoTheFileAreReportedWithTheirLine) {
 }
 
 TEST(LongLog, ALongLogWithoutMotionIsRefused) {
-  const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / "still.csv";
+  const std::filesystem::path path = slipstack::test::directory_of_process() / "still.csv";
   {
     std::ofstream file(path);
     file << "time_s,position_m,force_N\n";

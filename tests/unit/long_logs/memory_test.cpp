@@ -12,6 +12,7 @@
 #include <new>
 #include <random>
 
+#include "tests/unit/temporary_directory.h"
 #include "workbench/estimate/nonlinear/fit.h"
 #include "workbench/long_logs/shared_logs.h"
 #include "workbench/long_logs/whole_logs.h"
@@ -84,8 +85,7 @@ void run_on_one_processor() {
 
 /// Traverses with dry and viscous friction.
 std::filesystem::path traverses(std::size_t rows) {
-  std::filesystem::path path =
-      std::filesystem::path(testing::TempDir()) / fmt::format("traverses{}.csv", rows);
+  std::filesystem::path path = slipstack::test::directory_of_process() / fmt::format("traverses{}.csv", rows);
   std::ofstream file(path);
   file << "# mass_kg: 3\n# encoder_resolution_m: 1e-6\ntime_s,position_m,force_N\n";
   std::mt19937_64 random(11);

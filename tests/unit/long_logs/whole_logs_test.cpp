@@ -14,6 +14,7 @@
 #include <thread>
 
 #include "tests/unit/estimate/simulated_axis.h"
+#include "tests/unit/temporary_directory.h"
 #include "workbench/base/errors.h"
 #include "workbench/long_logs/log_search.h"
 #include "workbench/long_logs/processes/requests.h"
@@ -33,7 +34,7 @@ std::filesystem::path viscous_file(const std::string& name, std::uint64_t seed, 
   bench.rate_Hz = 1000.0;
   Log log = test::simulate(bench, seed + 20);
   const Measurement motion(log);
-  std::filesystem::path path = std::filesystem::path(testing::TempDir()) / name;
+  std::filesystem::path path = slipstack::test::directory_of_process() / name;
   std::ofstream file(path);
   file << "# mass_kg: " << *log.mass_kg << "\n# encoder_resolution_m: " << *log.encoder_resolution_m << "\n";
   file << "time_s,position_m,force_N\n";
@@ -290,7 +291,7 @@ TEST(SharedLogs, AFaultInAnyProcessGivesTheMessageOfASingleProcess) {
   const std::filesystem::path good = viscous_file("good.csv", 9, 40.0);
   std::vector<std::string> paths{good.string()};
   for (const char* name : {"bad1.csv", "bad2.csv", "bad3.csv"}) {
-    const std::filesystem::path bad = std::filesystem::path(testing::TempDir()) / name;
+    const std::filesystem::path bad = slipstack::test::directory_of_process() / name;
     std::filesystem::copy_file(good, bad, std::filesystem::copy_options::overwrite_existing);
     std::ofstream(bad, std::ios::app) << "40.000,zero,0\n";
     paths.push_back(bad.string());
@@ -333,7 +334,7 @@ TEST(WholeLogs, AnEventOutsideTheExcerptIsPoorlyPredicted) {
   }
   ASSERT_GT(event, 0u);
   const Log log = logs[0].chunk(0, logs[0].sample_count());
-  const std::filesystem::path disturbed = std::filesystem::path(testing::TempDir()) / "disturbed.csv";
+  const std::filesystem::path disturbed = slipstack::test::directory_of_process() / "disturbed.csv";
   {
     std::ofstream file(disturbed);
     file << "# mass_kg: " << *log.mass_kg << "\n# encoder_resolution_m: " << *log.encoder_resolution_m
@@ -382,7 +383,7 @@ TEST(ChooseIntervals, WorksWithACoarserEnvelope) {
 
 TEST(ChooseIntervals, CoversSlowPartsAndFastOnesAndEveryLog) {
   // Fast traverses nearly all the time; one per cent of the log creeps.
-  const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / "creep.csv";
+  const std::filesystem::path path = slipstack::test::directory_of_process() / "creep.csv";
   constexpr std::size_t kCreepRows = 400'000;
   const auto creeps = [](std::size_t i) { return i >= 300'000 && i < 304'000; };
   {
