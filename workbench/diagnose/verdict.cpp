@@ -60,18 +60,22 @@ std::optional<Structure> structure_to_report(const Measurement& measurement, con
   return reported;
 }
 
-bool is_large(const Measurement& measurement, const Diagnosis& diagnosis, double discrepancy_N) {
+/// The force (rms) of all samples, as the errors are: that of an excerpt may be another.
+double force_of_logs_N(const Diagnosis& diagnosis) {
+  return diagnosis.baseline.train_rmse_N / std::max(diagnosis.baseline.relative_error, 1e-300);
+}
+
+bool is_large(const Diagnosis& diagnosis, double discrepancy_N) {
   return discrepancy_N > diagnosis.noise_floor_N &&
-         discrepancy_N >
-             kLargeShareOfForce * measurement.weighted_rms(diagnosis.explained.linearisation->measured_N());
+         discrepancy_N > kLargeShareOfForce * force_of_logs_N(diagnosis);
 }
 
 /// Whether the named effects only approximate something else: they explain less than half of what the
 /// baseline leaves beyond the noise, and what is left is large.
-bool insufficient(const Measurement& measurement, const Diagnosis& diagnosis) {
+bool insufficient(const Diagnosis& diagnosis) {
   const double before_N = discrepancy_N(diagnosis.baseline, diagnosis.noise_floor_N);
   const double after_N = discrepancy_N(diagnosis.explained, diagnosis.noise_floor_N);
-  return is_large(measurement, diagnosis, after_N) && after_N * after_N > kMajority * before_N * before_N;
+  return is_large(diagnosis, after_N) && after_N * after_N > kMajority * before_N * before_N;
 }
 
 /// Whether the candidate would be worth a name, but is too small for one.
@@ -127,7 +131,7 @@ void judge_named(const Measurement& measurement, const Structure& strongest, Dia
   std::optional<Structure> confounder;
   if (above_floor(measurement, diagnosis) && diagnosis.unexplained)
     confounder = curve_behind_all(measurement, diagnosis);
-  if (insufficient(measurement, diagnosis)) confounder = diagnosis.unexplained.value_or(strongest);
+  if (insufficient(diagnosis)) confounder = diagnosis.unexplained.value_or(strongest);
   if (confounder) confounder->description += passed_over(measurement, diagnosis);
   if (auto wrong_unit = mass_of_another_axis(measurement, diagnosis)) confounder = std::move(wrong_unit);
   diagnosis.verdict = confounder ? Verdict::unexplained : Verdict::missing_effect;
@@ -156,8 +160,7 @@ void judge_by_what_is_left(const Measurement& measurement, Diagnosis& diagnosis)
     return;
   }
   const double discrepancy = discrepancy_N(diagnosis.explained, diagnosis.noise_floor_N);
-  if (!diagnosis.unexplained && is_large(measurement, diagnosis, discrepancy))
-    diagnosis.unexplained = left.front();
+  if (!diagnosis.unexplained && is_large(diagnosis, discrepancy)) diagnosis.unexplained = left.front();
   if (diagnosis.unexplained) {
     const std::string too_small = too_small_alone(measurement, diagnosis);
     diagnosis.unexplained->description += too_small.empty() ? passed_over(measurement, diagnosis) : too_small;

@@ -155,7 +155,7 @@ TEST(ShapeSearch, FindsTheMinimumOfAQuadraticFunction) {
     return 1.0 + std::pow(apart(ranges[0], shapes[0], 0.02), 2.0) +
            10.0 * std::pow(apart(ranges[1], shapes[2], -0.7), 2.0);
   };
-  const SearchResult result = refine_shapes(ranges, {0.1, 42.0, 1.0}, cost, 80);
+  const SearchResult result = refine_shapes(ranges, {0.1, 42.0, 1.0}, cost, {80});
   EXPECT_NEAR(result.shapes[0] / 0.02, 1.0, 0.02);
   EXPECT_NEAR(result.shapes[2], -0.7, 0.05);
   EXPECT_EQ(result.shapes[1], 42.0);  // is not searched
@@ -179,7 +179,7 @@ TEST(ShapeSearch, StaysWithinItsBounds) {
       return 10.0 + sign * std::log(shapes[0]);
     };
     const SearchResult result =
-        refine_shapes({{0, lower, upper, logarithmic}}, {0.5 * (lower + upper)}, cost, 60);
+        refine_shapes({{0, lower, upper, logarithmic}}, {0.5 * (lower + upper)}, cost, {60});
     EXPECT_GE(lowest, lower * (1.0 - 1e-14)) << trial;
     EXPECT_LE(highest, upper * (1.0 + 1e-14)) << trial;
     EXPECT_NEAR(result.shapes[0] / (sign > 0.0 ? lower : upper), 1.0, 0.05) << trial;

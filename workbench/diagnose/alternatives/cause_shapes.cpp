@@ -157,7 +157,7 @@ std::optional<std::vector<double>> place_and_width(const Measurement& measuremen
                                        {1, least_m, most_m, true}};
   best = refine_shapes(
              ranges, best, [&](const std::vector<double>& at) { return -rail.explained(at[0], at[1]); },
-             SearchEffort{}.evaluations)
+             SearchEffort{})
              .shapes;
   return best;
 }
@@ -167,16 +167,16 @@ std::optional<std::vector<double>> place_and_width(const Measurement& measuremen
 std::vector<double> best_of(const Measurement& measurement, const FittedModel& model,
                             const EffectDescription& cause, std::vector<std::vector<double>> starts,
                             const std::vector<ShapeRange>& ranges, const std::vector<double>* near) {
-  int evaluations = SearchEffort{}.evaluations;
+  SearchEffort effort = kFirstLook;
   if (near != nullptr) {
-    evaluations /= 2;
+    effort.evaluations /= 2;
     starts = {*near};
     for (const ShapeRange& range : ranges) {
       double& shape = starts.front()[range.index];
       shape = std::clamp(shape, range.lower, range.upper);
     }
   }
-  return jointly_best_shapes(measurement, model, cause, starts, ranges, evaluations);
+  return jointly_best_shapes(measurement, model, cause, starts, ranges, effort);
 }
 
 /// What decelerates the whole axis: its friction by its mass. 0 without either.

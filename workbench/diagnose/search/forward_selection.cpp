@@ -167,7 +167,7 @@ std::vector<Explanation> fit_best(const SelectionContext& context, std::vector<A
 
 Trial try_anew(const Measurement& measurement, const FittedModel& from, const EffectDescription& effect) {
   return is_outside_catalogue(effect) ? try_cause(measurement, from, effect, nullptr)
-                                      : try_effect(measurement, from, effect, {});
+                                      : try_effect(measurement, from, effect, kFirstLook);
 }
 
 std::size_t choices_of(const Measurement& measurement, const DiagnoseOptions& options,

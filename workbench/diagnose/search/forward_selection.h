@@ -21,7 +21,7 @@ struct Attempt {
 /// The work on the shapes of an effect that has been found before, where others have changed beside it. On 45
 /// training logs (docs/theory.md) 20 evaluations everywhere name the same effects as 6 for a first look, 20
 /// for the best of them and 15 or 20 afterwards did.
-inline constexpr SearchEffort kRefinement{20};
+inline constexpr SearchEffort kRefinement{20, kFirstLook.tolerance};
 
 /// Tries every candidate on top of every explanation of `beam`; the lowest error first. `alone`: the trials
 /// on the baseline, whose shapes are the starting values; null on the first level, which searches them

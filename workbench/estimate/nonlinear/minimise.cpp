@@ -8,9 +8,10 @@
 namespace slipstack::workbench {
 
 SearchResult refine_shapes(const std::vector<ShapeRange>& ranges, std::vector<double> start,
-                           const std::function<double(const std::vector<double>&)>& cost, int evaluations) {
+                           const std::function<double(const std::vector<double>&)>& cost,
+                           const SearchEffort& effort) {
   SearchResult best{start, cost(start)};
-  if (ranges.empty() || evaluations <= 0) return best;  // to NLopt, 0 is no limit
+  if (ranges.empty() || effort.evaluations <= 0) return best;  // to NLopt, 0 is no limit
   const auto to_search = [&](const ShapeRange& range, double value) {
     return range.logarithmic ? std::log(value) : value;
   };
@@ -49,8 +50,8 @@ SearchResult refine_shapes(const std::vector<ShapeRange>& ranges, std::vector<do
   search.set_lower_bounds(lower);
   search.set_upper_bounds(upper);
   search.set_initial_step(step);
-  search.set_maxeval(evaluations);
-  search.set_ftol_rel(1e-5);
+  search.set_maxeval(effort.evaluations);
+  search.set_ftol_rel(effort.tolerance);
   double value = best.cost;
   try {
     search.optimize(point, value);

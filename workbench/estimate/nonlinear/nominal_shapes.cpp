@@ -88,7 +88,7 @@ FittedModel search_nominal(const Measurement& measurement, const FittedModel& fi
   };
   const int evaluations = kNominalEvaluations * static_cast<int>(ranges.size());
   const SearchResult found =
-      refine_shapes(ranges, moved_delay(term, term.shapes, 1.0), cost_of_shapes, evaluations);
+      refine_shapes(ranges, moved_delay(term, term.shapes, 1.0), cost_of_shapes, {evaluations});
   Terms terms = fitted.terms;
   terms[t].shapes = moved_delay(term, found.shapes, -1.0);
   return fit_gains(measurement, std::move(terms), &fitted);

@@ -69,7 +69,8 @@ std::vector<double> best_start(const EffectDescription& effect,
 SearchResult with_shortest_pitch(const EffectDescription& effect, const std::vector<ShapeRange>& ranges,
                                  SearchResult found,
                                  const std::function<double(const std::vector<double>&)>& cost,
-                                 int evaluations) {
+                                 const SearchEffort& effort) {
+  const SearchEffort half{effort.evaluations / 2, effort.tolerance};
   const double enough = kAsGoodPitch * found.cost;
   for (const ShapeRange& range : ranges) {
     if (effect.shapes[range.index].kind != ShapeKind::pitch) continue;
@@ -77,7 +78,7 @@ SearchResult with_shortest_pitch(const EffectDescription& effect, const std::vec
       std::vector<double> shapes = found.shapes;
       shapes[range.index] /= part;
       if (shapes[range.index] < range.lower || cost(shapes) > kNearBestBeforeRefining * found.cost) continue;
-      SearchResult shorter = refine_shapes(ranges, std::move(shapes), cost, evaluations / 2);
+      SearchResult shorter = refine_shapes(ranges, std::move(shapes), cost, half);
       if (shorter.cost <= enough) found = std::move(shorter);
     }
   }
@@ -194,7 +195,7 @@ NormalEquations equations_with(const Measurement& measurement, const Linearisati
 std::vector<double> jointly_best_shapes(const Measurement& measurement, const FittedModel& base,
                                         const EffectDescription& effect,
                                         const std::vector<std::vector<double>>& starts,
-                                        const std::vector<ShapeRange>& ranges, int evaluations) {
+                                        const std::vector<ShapeRange>& ranges, const SearchEffort& effort) {
   const Term term = term_for_log(measurement, effect);
   Terms terms = base.terms;
   terms.push_back(term);
@@ -203,7 +204,7 @@ std::vector<double> jointly_best_shapes(const Measurement& measurement, const Fi
   bound_states.resize(bound_states.size() + term.gains.size(), BoundState::free);
   ShapeCosts costs(measurement, base, term, constraints, bound_states);
   const auto cost = [&](const std::vector<double>& shapes) { return costs.of(shapes); };
-  return refine_shapes(ranges, best_start(effect, starts, cost), cost, evaluations).shapes;
+  return refine_shapes(ranges, best_start(effect, starts, cost), cost, effort).shapes;
 }
 
 Trial try_effect(const Measurement& measurement, const FittedModel& base, const EffectDescription& effect,
@@ -229,16 +230,14 @@ Trial try_effect(const Measurement& measurement, const FittedModel& base, const 
                                             linearisation.force_N());
   const std::vector<ShapeRange> ranges = searched_shapes(measurement, effect);
   // A user-defined effect may have many shapes, and a narrow minimum.
-  const int evaluations = effect.is_user_defined()
-                              ? effort.evaluations * std::max(1, static_cast<int>(ranges.size()))
-                              : effort.evaluations;
+  SearchEffort own = effort;
+  if (effect.is_user_defined()) own.evaluations *= std::max(1, static_cast<int>(ranges.size()));
   const auto groups = groups_of_starts(effect, ranges, starts);
   std::vector<SearchResult> found(groups.size());
   parallel_for(groups.size(), [&](std::size_t i) {
     const std::vector<double> first =
         groups[i].size() > 1 ? best_start(effect, groups[i], cost) : groups[i].front();
-    found[i] = with_shortest_pitch(effect, ranges, refine_shapes(ranges, first, cost, evaluations), cost,
-                                   evaluations);
+    found[i] = with_shortest_pitch(effect, ranges, refine_shapes(ranges, first, cost, own), cost, own);
   });
   SearchResult lowest = std::move(found.front());
   for (std::size_t i = 1; i < found.size(); ++i) {

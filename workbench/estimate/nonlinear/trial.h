@@ -4,14 +4,14 @@
 #include <vector>
 
 #include "workbench/estimate/nonlinear/fit_gains.h"
+#include "workbench/estimate/nonlinear/minimise.h"
 #include "workbench/estimate/terms/search_ranges.h"
 
 namespace slipstack::workbench {
 
-/// How much work a shape search may spend.
-struct SearchEffort {
-  int evaluations = 40;  ///< of the refinement, for each searched effect; 0: starting points only
-};
+/// The effort of looks at many effects, of which the best are refined afterwards: a coarse tolerance moves an
+/// error by less than a hundredth of what is worth a name, and costs a third less time (docs/theory.md).
+inline constexpr SearchEffort kFirstLook{40, 1e-4};
 
 /// An effect added to a fitted model: best shapes, gains to first order, and the held-out error.
 struct Trial {
@@ -31,11 +31,11 @@ Trial try_effect(const Measurement& measurement, const FittedModel& base, const 
                  const SearchEffort& effort, const std::vector<double>* start = nullptr);
 
 /// The shapes of `effect` within `ranges` for the lowest error of base and effect fitted jointly: the best of
-/// `starts`, refined with at most `evaluations` more. For shapes that try_effect() does not search.
+/// `starts`, refined. For shapes that try_effect() does not search.
 std::vector<double> jointly_best_shapes(const Measurement& measurement, const FittedModel& base,
                                         const EffectDescription& effect,
                                         const std::vector<std::vector<double>>& starts,
-                                        const std::vector<ShapeRange>& ranges, int evaluations);
+                                        const std::vector<ShapeRange>& ranges, const SearchEffort& effort);
 
 /// Equations of a model with `term` added at its present shapes; `equations` are those of the model without
 /// it.

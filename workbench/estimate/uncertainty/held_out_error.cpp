@@ -17,7 +17,8 @@ namespace {
 /// solution, so the steps converge linearly; later ones change the error by less than its last digit printed.
 constexpr int kMostSteps = 6;
 constexpr int kMostHalvings = 6;
-/// Relative decrease of the training error that ends the steps.
+/// Relative decrease of the training error that ends the steps, where the tangent promises no more or a step
+/// brought no more.
 constexpr double kConverged = 1e-4;
 
 /// Fits of a model to parts of the data.
@@ -46,6 +47,8 @@ class PartialFits {
     for (int step = 0; step < kMostSteps; ++step) {
       const Eigen::VectorXd wanted = solve(blocks, step, residual_N, value);
       if (linear_) return residual_N - tangent_.columns * (wanted - value);
+      const Eigen::VectorXd promised_N = residual_N - tangent_.columns * (wanted - value);
+      if (cost_of(weights, promised_N, wanted) > (1.0 - kConverged) * cost) break;
       const double before = cost;
       step_towards(wanted, weights, value, residual_N, cost);
       if (cost > (1.0 - kConverged) * before) break;
@@ -88,12 +91,10 @@ class PartialFits {
         .value;
   }
 
-  /// Where the tangent promises less than kConverged, only the whole step is tried.
+  /// Moves `value` towards `wanted` as far as the training error falls.
   void step_towards(const Eigen::VectorXd& wanted, const Eigen::VectorXd& weights, Eigen::VectorXd& value,
                     Eigen::VectorXd& residual_N, double& cost) const {
-    const Eigen::VectorXd promised_N = residual_N - tangent_.columns * (wanted - value);
-    const bool converged = cost_of(weights, promised_N, wanted) > (1.0 - kConverged) * cost;
-    take_damped_step(converged ? 0 : kMostHalvings, [&](double share) {
+    take_damped_step(kMostHalvings, [&](double share) {
       Eigen::VectorXd there = value + share * (wanted - value);
       Eigen::VectorXd residual_there_N = residual_at(there);
       const double cost_there = cost_of(weights, residual_there_N, there);

@@ -155,7 +155,7 @@ void Workshop::search_in_loop(Contender& contender, const std::vector<double Con
   std::vector<double> start;
   start.reserve(parameters.size());
   for (double Contender::*parameter : parameters) start.push_back(contender.*parameter);
-  contender = with(refine_shapes(ranges, start, cost, kLoopSearches).shapes);
+  contender = with(refine_shapes(ranges, start, cost, {kLoopSearches}).shapes);
 }
 
 Contender Workshop::plain(const ContenderName& name) const {
