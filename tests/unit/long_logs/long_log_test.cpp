@@ -15,7 +15,6 @@
 #include "tests/unit/temporary_directory.h"
 
 // A log that stays in its file has the content that read_log() returns.
-
 namespace slipstack::workbench {
 namespace {
 

@@ -9,8 +9,8 @@
 
 namespace slipstack::workbench {
 
-/// The effort of looks at many effects, of which the best are refined afterwards: a coarse tolerance moves an
-/// error by less than a hundredth of what is worth a name, and costs a third less time (docs/theory.md).
+/// The effort of looks at many effects, of which the best are refined afterwards. The coarse tolerance moved
+/// an error by a thousandth on EMPS, a thirtieth of what is worth a name (verdicts: docs/theory.md).
 inline constexpr SearchEffort kFirstLook{40, 1e-4};
 
 /// An effect added to a fitted model: best shapes, gains to first order, and the held-out error.

@@ -46,8 +46,8 @@ class PartialFits {
     double cost = cost_of(weights, residual_N, value);
     for (int step = 0; step < kMostSteps; ++step) {
       const Eigen::VectorXd wanted = solve(blocks, step, residual_N, value);
-      if (linear_) return residual_N - tangent_.columns * (wanted - value);
-      const Eigen::VectorXd promised_N = residual_N - tangent_.columns * (wanted - value);
+      Eigen::VectorXd promised_N = residual_N - tangent_.columns * (wanted - value);
+      if (linear_) return promised_N;
       if (cost_of(weights, promised_N, wanted) > (1.0 - kConverged) * cost) break;
       const double before = cost;
       step_towards(wanted, weights, value, residual_N, cost);
