@@ -9,7 +9,9 @@
 #include "workbench/base/statistics.h"
 #include "workbench/diagnose/alternatives/cause_forms.h"
 #include "workbench/diagnose/evidence/held_out.h"
+#include "workbench/estimate/linear/bounded_least_squares.h"
 #include "workbench/estimate/linear/normal_equations.h"
+#include "workbench/estimate/linear/tall_product.h"
 #include "workbench/estimate/nonlinear/starting_shapes.h"
 #include "workbench/estimate/terms/search_ranges.h"
 
@@ -56,38 +58,55 @@ std::vector<std::size_t> cells_of_state(const Measurement& measurement) {
   return cell;
 }
 
-/// H^(-1/2) X' for the free unknowns of a model, one column per row of the measurement.
-Eigen::MatrixXd influence_of_rows(const FittedModel& model) {
-  const NormalEquations::Constraints& constraints = model.constraints;
-  Eigen::MatrixXd normal = model.equations->gram() + constraints.penalty;
-  sum_difference_transform(constraints.pairs, normal);
-  Eigen::MatrixXd columns = model.linearisation->columns();
-  sum_difference_columns(constraints.pairs, columns);
-  std::vector<Eigen::Index> free;
-  for (std::size_t i = 0; i < model.solution.bound_states.size(); ++i) {
-    if (model.solution.bound_states[i] == BoundState::free) free.push_back(static_cast<Eigen::Index>(i));
+/// Traces of H^-1 A over the free unknowns of a model, H its normal matrix with the penalty.
+class FreeUnknowns {
+ public:
+  explicit FreeUnknowns(const FittedModel& model) : pairs_(model.constraints.pairs) {
+    const std::vector<BoundState>& states = model.solution.bound_states;
+    for (std::size_t i = 0; i < states.size(); ++i) {
+      if (states[i] == BoundState::free) free_.push_back(static_cast<Eigen::Index>(i));
+    }
+    Eigen::MatrixXd own = of_free(model.equations->gram() + model.constraints.penalty);
+    // Scaled to a unit diagonal, so that the regularisation does not depend on units.
+    constexpr double kRelativeRidge = 1e-10;
+    scale_ = own.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+    own = scale_.asDiagonal() * own * scale_.asDiagonal();
+    own.diagonal().array() += kRelativeRidge;
+    normal_.compute(own);
   }
-  if (free.empty()) return Eigen::MatrixXd(0, columns.rows());
-  const Eigen::MatrixXd own = normal(free, free);
-  // Scaled to a unit diagonal, so that the regularisation does not depend on units.
-  constexpr double kRelativeRidge = 1e-10;
-  const Eigen::VectorXd scale = own.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  Eigen::MatrixXd scaled = scale.asDiagonal() * own * scale.asDiagonal();
-  scaled.diagonal().array() += kRelativeRidge;
-  Eigen::MatrixXd rows = scale.asDiagonal() * columns(Eigen::all, free).transpose();
-  const Eigen::LLT<Eigen::MatrixXd> factor(scaled);
-  factor.matrixL().solveInPlace(rows);
-  return rows;
-}
 
-/// tr(H^-1 J) for scores that are summed within clusters.
-double clustered(const Eigen::MatrixXd& scores, const std::vector<std::size_t>& cluster) {
-  const std::size_t count = *std::max_element(cluster.begin(), cluster.end()) + 1;
-  Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(scores.rows(), static_cast<Eigen::Index>(count));
-  for (std::size_t row = 0; row < cluster.size(); ++row) {
-    sums.col(static_cast<Eigen::Index>(cluster[row])) += scores.col(static_cast<Eigen::Index>(row));
+  /// tr(H^-1 A) of a symmetric matrix by all unknowns.
+  double trace(Eigen::MatrixXd matrix) const {
+    if (free_.empty()) return 0.0;
+    const Eigen::MatrixXd own = scale_.asDiagonal() * of_free(std::move(matrix)) * scale_.asDiagonal();
+    return normal_.solve(own).trace();
   }
-  return sums.squaredNorm();
+
+ private:
+  Eigen::MatrixXd of_free(Eigen::MatrixXd matrix) const {
+    sum_difference_transform(pairs_, matrix);
+    return matrix(free_, free_);
+  }
+
+  const SumDifferencePairs& pairs_;
+  std::vector<Eigen::Index> free_;
+  Eigen::VectorXd scale_;
+  Eigen::LLT<Eigen::MatrixXd> normal_;
+};
+
+/// Sum of the squares s s' of the scores s = sum of X_i' w_i r_i over the rows i of each cluster.
+Eigen::MatrixXd clustered(const Eigen::MatrixXd& columns, const Eigen::VectorXd& weighted_N,
+                          const std::vector<std::size_t>& cluster) {
+  const std::size_t count = *std::max_element(cluster.begin(), cluster.end()) + 1;
+  Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(count), columns.cols());
+  for (Eigen::Index unknown = 0; unknown < columns.cols(); ++unknown) {
+    const double* const column = columns.col(unknown).data();
+    double* const sum = sums.col(unknown).data();
+    for (std::size_t row = 0; row < cluster.size(); ++row) {
+      sum[cluster[row]] += column[row] * weighted_N[static_cast<Eigen::Index>(row)];
+    }
+  }
+  return sums.transpose() * sums;
 }
 
 double mean_square(const Measurement& measurement, const FittedModel& model) {
@@ -123,34 +142,33 @@ Criterion::Choices Criterion::choices_of(const Terms& terms) const {
   return choices;
 }
 
-double Criterion::inflation_of(const FittedModel& model, const Eigen::MatrixXd& influence, double count,
-                               double mean_square) const {
+double Criterion::inflation_of(const FittedModel& model, double count, double mean_square) const {
   if (!(count > 0.0)) return 1.0;
+  const FreeUnknowns unknowns(model);
+  const Eigen::MatrixXd& columns = model.linearisation->columns();
   const Eigen::VectorXd weighted_N =
       measurement_.fit_weights().cwiseProduct(model.linearisation->residual_N());
-  const Eigen::MatrixXd scores = influence * weighted_N.asDiagonal();
-  const double time = clustered(scores, interval_of_row_);
-  const double state = clustered(scores, state_of_row_);
+  const double time = unknowns.trace(clustered(columns, weighted_N, interval_of_row_));
+  const double state = unknowns.trace(clustered(columns, weighted_N, state_of_row_));
+  const double rows = unknowns.trace(weighted_gram(columns, weighted_N.cwiseAbs2()));
   // The sum over two partitions, less what is in both, need not be positive.
-  const double trace = std::max({time, state, time + state - scores.squaredNorm()});
+  const double trace = std::max({time, state, time + state - rows});
   return std::max(1.0, trace / (mean_square * count));
 }
 
 std::vector<double> Criterion::of(const std::vector<const FittedModel*>& models) const {
-  const Eigen::VectorXd& weights = measurement_.fit_weights();
-  const double weight = weights.sum();
   std::vector<double> squares(models.size());
   parallel_for(models.size(),
                [&](std::size_t i) { squares[i] = std::max(mean_square(measurement_, *models[i]), 1e-300); });
   const auto best =
       static_cast<std::size_t>(std::min_element(squares.begin(), squares.end()) - squares.begin());
-  std::vector<double> counts(models.size());
-  double inflation = 1.0;
-  parallel_for(models.size(), [&](std::size_t i) {
-    const Eigen::MatrixXd influence = influence_of_rows(*models[i]);
-    counts[i] = (influence.cwiseAbs2() * weights).sum();
-    if (i == best) inflation = inflation_of(*models[i], influence, counts[i], squares[i]);
-  });
+  std::vector<double> counts;
+  counts.reserve(models.size());
+  for (const FittedModel* model : models) {
+    counts.push_back(FreeUnknowns(*model).trace(model->equations->gram()));
+  }
+  const double inflation = inflation_of(*models[best], counts[best], squares[best]);
+  const double weight = measurement_.fit_weights().sum();
   const double independent = weight / inflation;
   const double ln_rows = std::log(std::max(independent, std::exp(1.0)));
   std::vector<double> criteria;

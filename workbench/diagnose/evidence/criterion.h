@@ -40,7 +40,8 @@ class Criterion {
   /// which a search chooses. Keeps a reference to the measurement. Cost: O(rows log rows).
   Criterion(const Measurement& measurement, const Terms& baseline, std::size_t choices);
 
-  /// The criterion of each model. Comparable only within one call. Cost of each: rows x gains^2.
+  /// The criterion of each model. Comparable only within one call. Cost: rows x gains^2 for
+  /// the one of lowest error, rows for each other.
   std::vector<double> of(const std::vector<const FittedModel*>& models) const;
   /// The criterion of `model` less that of `other`: negative where `model` is the better.
   double difference(const FittedModel& model, const FittedModel& other) const;
@@ -51,8 +52,7 @@ class Criterion {
     double ln_starts = 0.0;
   };
   Choices choices_of(const Terms& terms) const;
-  double inflation_of(const FittedModel& model, const Eigen::MatrixXd& influence, double count,
-                      double mean_square) const;
+  double inflation_of(const FittedModel& model, double count, double mean_square) const;
 
   const Measurement& measurement_;
   Terms baseline_;

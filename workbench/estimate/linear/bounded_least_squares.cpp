@@ -172,10 +172,6 @@ void sum_difference_columns(Eigen::Index a, Eigen::Index b, Eigen::MatrixXd& row
 
 }  // namespace
 
-void sum_difference_columns(const SumDifferencePairs& pairs, Eigen::MatrixXd& rows) {
-  for (const auto& [a, b] : pairs) sum_difference_columns(a, b, rows);
-}
-
 void sum_difference_transform(const SumDifferencePairs& pairs, Eigen::MatrixXd& matrix) {
   for (const auto& [a, b] : pairs) {
     sum_difference_columns(a, b, matrix);

@@ -18,8 +18,6 @@ using SumDifferencePairs = std::vector<std::pair<Eigen::Index, Eigen::Index>>;
 void sum_difference_transform(const SumDifferencePairs& pairs, Eigen::VectorXd& vector);
 /// T M T of a symmetric matrix M.
 void sum_difference_transform(const SumDifferencePairs& pairs, Eigen::MatrixXd& matrix);
-/// M T: rows of unknowns, such as those of a regression.
-void sum_difference_columns(const SumDifferencePairs& pairs, Eigen::MatrixXd& rows);
 /// The inverse of T, on a vector.
 void inverse_sum_difference_transform(const SumDifferencePairs& pairs, Eigen::VectorXd& vector);
 
