@@ -190,6 +190,11 @@ class Contradictions(program.Workshop):
             supported = [one for one in candidates if one["criterion_difference"] < -2.0 and one["error_reduction"] >= 0.03]
             if found["verdict"] == "unexplained" and not added and supported and not found["input_warnings"]:
                 self.assertTrue(any(one["effect"] in found["unexplained"]["description"] for one in supported), found["unexplained"])
+            # Nor is one that alone leaves less than all that are named together.
+            if found["verdict"] == "missing_effect":
+                for one in supported:
+                    if one["effect"] not in added and error(one) < 0.97 * error(steps[-1]):
+                        self.assertIn(f"{one['effect']} alone would leave less", text)
             # Each relation is stated from both sides, or not at all.
             by_id = {one["effect"]: one for one in candidates}
             for one in candidates:

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "workbench/base/quantity.h"
+#include "workbench/base/statistics.h"
 #include "workbench/diagnose/alternatives/bursts.h"
 #include "workbench/diagnose/alternatives/confounders.h"
 #include "workbench/diagnose/alternatives/lost_counts.h"
@@ -78,6 +79,20 @@ bool insufficient(const Diagnosis& diagnosis) {
   return is_large(diagnosis, after_N) && after_N * after_N > kMajority * before_N * before_N;
 }
 
+/// Whether an effect that was refused leaves, alone, far less than the named ones together, which then
+/// imitate what it describes. At the floor there is nothing to describe: a mode smooths the noise of the
+/// encoder.
+bool far_better_alone(const Measurement& measurement, const Diagnosis& diagnosis) {
+  if (!above_floor(measurement, diagnosis)) return false;
+  const double named_N = diagnosis.explained.holdout_rmse_N;
+  return std::any_of(diagnosis.candidates.begin(), diagnosis.candidates.end(),
+                     [&](const Candidate& candidate) {
+                       return is_supported(candidate.criterion_difference) &&
+                              !contains(diagnosis.explained.terms, candidate.term.effect->text.id) &&
+                              squared(candidate.holdout_rmse_N) < kMajority * squared(named_N);
+                     });
+}
+
 /// Whether the candidate would be worth a name, but is too small for one.
 bool would_be_named_if_larger(const Measurement& measurement, const FittedModel& baseline,
                               const Candidate& candidate) {
@@ -131,7 +146,8 @@ void judge_named(const Measurement& measurement, const Structure& strongest, Dia
   std::optional<Structure> confounder;
   if (above_floor(measurement, diagnosis) && diagnosis.unexplained)
     confounder = curve_behind_all(measurement, diagnosis);
-  if (insufficient(diagnosis)) confounder = diagnosis.unexplained.value_or(strongest);
+  if (insufficient(diagnosis) || far_better_alone(measurement, diagnosis))
+    confounder = diagnosis.unexplained.value_or(strongest);
   if (confounder) confounder->description += passed_over(measurement, diagnosis);
   if (auto wrong_unit = mass_of_another_axis(measurement, diagnosis)) confounder = std::move(wrong_unit);
   diagnosis.verdict = confounder ? Verdict::unexplained : Verdict::missing_effect;

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <string>
 
@@ -23,30 +24,56 @@ using nlohmann::json;
 
 namespace {
 
+/// The candidate of lowest error among those that the log supports, by a share that is worth a name, and that
+/// are no step; null where there is none.
+const json* best_not_named(const json& result) {
+  const json* best = nullptr;
+  for (const json& one : result["candidates"]) {
+    if (!is_supported(number_of(one["criterion_difference"])) ||
+        number_of(one["error_reduction"]) < kLeastReduction) {
+      continue;
+    }
+    const bool named = std::any_of(result["steps"].begin(), result["steps"].end(),
+                                   [&](const json& step) { return step["effect"] == one["effect"]; });
+    if (named) continue;
+    if (best == nullptr || number_of(one["holdout_rmse_N"]) < number_of((*best)["holdout_rmse_N"]))
+      best = &one;
+  }
+  return best;
+}
+
+/// "as fitted (...) it is not plausible, ...": why the log supports a candidate that has no name.
+std::string not_plausible(const json& candidate) {
+  return fmt::format("as fitted ({}) it is not plausible, or no larger than {}.",
+                     candidate["evidence"].get<std::string>(), kTooSmall);
+}
+
 /// Why a complete model names nothing. The table shows every candidate, so that one that lowers the error by
 /// a share that is worth a name is not passed over in silence.
 std::string nothing_named(const json& result, const EffectName& name) {
   const double floor_N = number_of(result["noise_floor_N"]);
-  const json* best = nullptr;
-  for (const json& one : result["candidates"]) {
-    const double reduction = number_of(one["error_reduction"]);
-    if (!is_supported(number_of(one["criterion_difference"])) || reduction < kLeastReduction) continue;
-    if (best == nullptr || reduction > number_of((*best)["error_reduction"])) best = &one;
-  }
+  const json* const best = best_not_named(result);
   if (best == nullptr) return "No effect of the catalogue lowers the held-out error significantly.";
   std::string text =
       fmt::format("No effect is named, although {} would lower the held-out error by {}: ",
                   name((*best)["effect"].get<std::string>()), share(number_of((*best)["error_reduction"])));
-  if (number_of(result["baseline"]["holdout_rmse_N"]) >= kUncertainFloor * floor_N) {
-    return text + fmt::format("as fitted ({}) it is not plausible, or no larger than {}.",
-                              (*best)["evidence"].get<std::string>(), kTooSmall);
-  }
+  if (number_of(result["baseline"]["holdout_rmse_N"]) >= kUncertainFloor * floor_N)
+    return text + not_plausible(*best);
   text += "the error is already that of the noise floor, within its uncertainty";
   if (number_of((*best)["holdout_rmse_N"]) * kUncertainFloor < floor_N)
     text +=
         "; but it would fall below the floor, so this log's floor is estimated too high and may hide an "
         "effect";
   return text + ".";
+}
+
+/// An effect that alone leaves less than all that are named together is not passed over in silence either.
+std::string better_alone(const json& result, const EffectName& name) {
+  const json* const best = best_not_named(result);
+  const double named_N = number_of(result["steps"].back()["holdout_rmse_N"]);
+  if (best == nullptr || !is_worth_a_name(named_N, number_of((*best)["holdout_rmse_N"]))) return "";
+  return fmt::format(" {} alone would leave less, {}, but {}", name((*best)["effect"].get<std::string>()),
+                     newtons(number_of((*best)["holdout_rmse_N"])), not_plausible(*best));
 }
 
 /// What a complete model leaves beyond the noise floor, where that is more than the floor: its form is then
@@ -97,6 +124,7 @@ Headline headline_of(const json& result, const EffectName& name) {
     headline.detail += fmt::format(" the error falls to {}.", error(steps.back()));
   }
   if (!left.empty()) headline.detail += " Still open: " + left;
+  headline.detail += better_alone(result, name);
   return headline;
 }
 

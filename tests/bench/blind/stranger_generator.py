@@ -172,8 +172,12 @@ def sampled(rng, axis, kind, friction, hidden, fine_Hz):
     return x, v, a, force, bare
 
 
+class LostControl(Exception):
+    """The controller that was drawn does not hold the axis that was drawn."""
+
+
 def looped(rng, axis, kind, friction, hidden, fine_Hz, control_every):
-    """PID with feed-forward of mass; the force is what the motor gives, constant between control ticks."""
+    """PID with feed-forward of mass; the force is what the motor gives, constant between control ticks. Raises LostControl."""
     ref = axis["reference_m"]
     dt = 1.0 / fine_Hz
     rv = numpy.gradient(ref, dt)
@@ -193,6 +197,8 @@ def looped(rng, axis, kind, friction, hidden, fine_Hz, control_every):
             slope += (1.0 - math.exp(-2 * math.pi * 150.0 * T)) * ((y - seen) / T - slope)
             seen = y
             e = float(ref[i]) - y
+            if abs(e) > axis["stroke_m"]:
+                raise LostControl
             integral += e * T
             before = u
             u = m * float(ra[i]) + kp * e + ki * integral + kd * (float(rv[i]) - slope)
@@ -248,7 +254,16 @@ def beyond_imitation(x, a, force_N, other_N):
 
 
 def make_log(seed, hidden_names, path):
-    rng = numpy.random.default_rng(1000 + seed)
+    """Writes a log and says how it was made; of the next draw where the controller loses the axis."""
+    draw = 0
+    while True:
+        try:
+            return drawn_log(numpy.random.default_rng([1000 + seed, draw] if draw else 1000 + seed), hidden_names, path)
+        except LostControl:
+            draw += 1
+
+
+def drawn_log(rng, hidden_names, path):
     root = hidden_names[0].split(":")[0] if hidden_names else ""
     choices = MOTION_OF.get(root, FAST if root in ("payload_mass", "acceleration_dependent_preload", "structural_resonance",
                                                    "time_delay", "quadratic_drag", "backlash", "loose_coupling")

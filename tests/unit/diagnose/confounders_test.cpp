@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -12,6 +13,9 @@
 #include "tests/unit/diagnose/diagnosed.h"
 #include "tests/unit/estimate/estimate_support.h"
 #include "tests/unit/estimate/simulated_axis.h"
+#include "workbench/diagnose/verdict.h"
+#include "workbench/estimate/nonlinear/fit.h"
+#include "workbench/estimate/uncertainty/row_weights.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -157,6 +161,57 @@ TEST(Confounders, AnArmHeavierThanItsAxisIsNotNamed) {
     EXPECT_EQ(is.verdict, Verdict::unexplained);
   }
   EXPECT_NE(is.verdict, Verdict::complete);
+}
+
+/// The verdict on viscous friction as the explanation of a friction that grows with acceleration, which was
+/// refused. `refused_N`: what it leaves, in place of what its fit leaves.
+Diagnosis judged_beside_refused(const std::function<double(double)>& refused_N) {
+  test::Draw draw(7);
+  const auto wave = [](double t, auto&& of) {
+    return of(0.02, 4.4, t) + of(0.004, 19.5, t) + of(0.0006, 40.0, t);
+  };
+  const auto x = [&](double t) {
+    return wave(t, [](double a, double w, double s) { return a * std::sin(w * s + w); });
+  };
+  Log log = test::log_of(1000.0, 20000, x, [&](double t) {
+    const double v = wave(t, [](double a, double w, double s) { return a * w * std::cos(w * s + w); });
+    const double acceleration =
+        -wave(t, [](double a, double w, double s) { return a * w * w * std::sin(w * s + w); });
+    const double dry_N = std::tanh(v / 1e-4) * (1.0 + 0.5 * std::abs(acceleration));
+    return 50.0 * acceleration + dry_N + 6.0 * v + 0.02 * draw.normal();
+  });
+  log.mass_kg = 50.0;
+  log.encoder_resolution_m = 1e-9;
+  Measurement measurement(log);
+  weigh_rows(measurement);
+  const auto fitted_with = [&](const std::vector<std::string>& effects) {
+    return fit_effects(measurement, effects, {});
+  };
+  Diagnosis is;
+  is.baseline = fitted_with({"inertia", "coulomb"});
+  is.explained = fitted_with({"inertia", "coulomb", "viscous"});
+  const FittedModel refused = fitted_with({"inertia", "coulomb", "acceleration_dependent_preload"});
+  is.noise_floor_N = measurement.noise_floor_N();
+  is.steps.resize(2);
+  is.candidates.resize(1);
+  is.candidates[0].term = *find_term(refused.terms, "acceleration_dependent_preload");
+  is.candidates[0].terms = refused.terms;
+  is.candidates[0].holdout_rmse_N = refused_N(is.explained.holdout_rmse_N);
+  is.candidates[0].error_reduction = 1.0 - is.candidates[0].holdout_rmse_N / is.baseline.holdout_rmse_N;
+  is.candidates[0].criterion_difference = -100.0;
+  judge(measurement, is);
+  return is;
+}
+
+TEST(Confounders, ARefusedEffectThatIsFarBetterAloneTakesTheNamesAway) {
+  const Diagnosis far = judged_beside_refused([](double named_N) { return 0.5 * named_N; });
+  EXPECT_EQ(far.verdict, Verdict::unexplained);
+  ASSERT_TRUE(far.unexplained.has_value());
+  EXPECT_NE(far.unexplained->description.find("acceleration_dependent_preload alone would lower the error"),
+            std::string::npos)
+      << far.unexplained->description;
+  EXPECT_EQ(judged_beside_refused([](double named_N) { return 0.8 * named_N; }).verdict,
+            Verdict::missing_effect);
 }
 
 }  // namespace

@@ -30,6 +30,7 @@ std::string detail_of_complete(double baseline_N, double candidate_N, double cri
                          {"train_rmse_N", 0.9 * baseline_N},
                          {"relative_error", 0.9 * baseline_N / 20.0}}},
                        {"candidates", json::array({candidate})},
+                       {"steps", json::array({{{"effect", "baseline"}, {"holdout_rmse_N", baseline_N}}})},
                        {"unexplained", nullptr}};
   return headline_of(result, [](const std::string& id) { return id; }).detail;
 }
@@ -64,6 +65,35 @@ TEST(VerdictSentence, TellsWhatACompleteModelLeavesWhereThatIsMoreThanTheFloor) 
   EXPECT_FALSE(says(detail_of_complete(1.40, 1.40, 3.0), told));
   const std::string above = detail_of_complete(std::sqrt(5.0), std::sqrt(5.0), 3.0);
   EXPECT_TRUE(says(above, "Beyond the floor it leaves 2.00 N, 10.00 % of the force.")) << above;
+}
+
+/// Viscous friction is named and leaves 2 N; `other_N`: what another candidate leaves alone.
+std::string detail_beside_viscous(const std::string& other, double other_N) {
+  const auto candidate = [](const std::string& effect, double left_N) {
+    return json{{"effect", effect},
+                {"title", effect},
+                {"evidence", "as told"},
+                {"holdout_rmse_N", left_N},
+                {"error_reduction", 1.0 - left_N / 3.0},
+                {"criterion_difference", -50.0}};
+  };
+  const json steps = json::array(
+      {{{"effect", "baseline"}, {"holdout_rmse_N", 3.0}}, {{"effect", "viscous"}, {"holdout_rmse_N", 2.0}}});
+  const json result = {{"verdict", "missing_effect"},
+                       {"noise_floor_N", 1.0},
+                       {"baseline", {{"holdout_rmse_N", 3.0}}},
+                       {"best", {{"holdout_rmse_N", 2.0}}},
+                       {"candidates", json::array({candidate("viscous", 2.0), candidate(other, other_N)})},
+                       {"steps", steps},
+                       {"unexplained", nullptr}};
+  return headline_of(result, [](const std::string& id) { return id; }).detail;
+}
+
+TEST(VerdictSentence, TellsOfAnEffectThatAloneLeavesLessThanAllThatAreNamed) {
+  EXPECT_TRUE(
+      says(detail_beside_viscous("coulomb", 1.80), "coulomb alone would leave less, 1.80 N, but as fitted"));
+  EXPECT_FALSE(says(detail_beside_viscous("coulomb", 1.99), "coulomb"));  // by less than is worth a name
+  EXPECT_FALSE(says(detail_beside_viscous("viscous", 1.50), "alone would leave"));  // it is named
 }
 
 }  // namespace
