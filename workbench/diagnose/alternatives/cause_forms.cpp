@@ -245,4 +245,19 @@ CauseForm form_of(const EffectDescription& cause) {
   return static_cast<CauseForm>(&cause - all_causes().data());
 }
 
+bool is_fitted_jointly(const EffectDescription& cause) {
+  switch (form_of(cause)) {
+    case CauseForm::gap_in_drive:
+    case CauseForm::damped_deflection:
+    case CauseForm::after_load_reversals:
+      return true;
+    case CauseForm::line_in_time:
+    case CauseForm::change_at_a_time:
+    case CauseForm::force_at_a_place:
+    case CauseForm::force_over_time:
+      break;
+  }
+  return false;
+}
+
 }  // namespace slipstack::workbench

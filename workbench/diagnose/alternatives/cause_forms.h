@@ -46,6 +46,8 @@ bool is_outside_catalogue(const EffectDescription& effect);
 
 /// The form of an effect for which is_outside_catalogue() holds.
 CauseForm form_of(const EffectDescription& cause);
+/// Whether the shapes of the cause are found by fits of the model with it, not from the residual.
+bool is_fitted_jointly(const EffectDescription& cause);
 
 /// The basis of a force at one place, for a position in half widths from its middle: two forces, and a factor
 /// of the dry friction.

@@ -166,10 +166,9 @@ std::optional<std::vector<double>> place_and_width(const Measurement& measuremen
 /// known.
 std::vector<double> best_of(const Measurement& measurement, const FittedModel& model,
                             const EffectDescription& cause, std::vector<std::vector<double>> starts,
-                            const std::vector<ShapeRange>& ranges, const std::vector<double>* near) {
-  SearchEffort effort = kFirstLook;
+                            const std::vector<ShapeRange>& ranges, const std::vector<double>* near,
+                            const SearchEffort& effort) {
   if (near != nullptr) {
-    effort.evaluations /= 2;
     starts = {*near};
     for (const ShapeRange& range : ranges) {
       double& shape = starts.front()[range.index];
@@ -195,7 +194,8 @@ ShapeRange deceleration_range(double whole_mps2) {
 /// gap than the longest slip distance is another form of the hysteresis.
 std::optional<std::vector<double>> gap_and_friction(const Measurement& measurement, const FittedModel& model,
                                                     const EffectDescription& cause,
-                                                    const std::vector<double>* near) {
+                                                    const std::vector<double>* near,
+                                                    const SearchEffort& effort) {
   // The friction of the whole axis slows down no more than its whole mass, and often less.
   const double least_mps2 = deceleration_of_axis_mps2(model);
   const double longest_m = longest_slip_m(model.terms);
@@ -209,7 +209,8 @@ std::optional<std::vector<double>> gap_and_friction(const Measurement& measureme
   }
   return best_of(
       measurement, model, cause, std::move(starts),
-      {{0, least_m, most_m, true}, deceleration_range(least_mps2), {2, 0.1 * slip_m, longest_m, true}}, near);
+      {{0, least_m, most_m, true}, deceleration_range(least_mps2), {2, 0.1 * slip_m, longest_m, true}}, near,
+      effort);
 }
 
 /// The distance within which the deflection develops is that of the hysteresis, with which it is one bristle:
@@ -219,12 +220,13 @@ std::optional<std::vector<double>> gap_and_friction(const Measurement& measureme
 std::optional<std::vector<double>> distance_of_deflection(const Measurement& measurement,
                                                           const FittedModel& model,
                                                           const EffectDescription& cause,
-                                                          const std::vector<double>* near) {
+                                                          const std::vector<double>* near,
+                                                          const SearchEffort& effort) {
   const Term* hysteresis = find_role(model.terms, Role::hysteresis);
   const double distance_m = hysteresis == nullptr ? 0.0 : 0.5 * mean_slip_m(*hysteresis);
   const ShapeRange range{0, 0.5 * distance_m, 2.0 * distance_m, true};
   if (!(range.lower > 10.0 * measurement.encoder_resolution_m()) || !(distance_m > 0.0)) return {};
-  return best_of(measurement, model, cause, {{distance_m}}, {range}, near);
+  return best_of(measurement, model, cause, {{distance_m}}, {range}, near, effort);
 }
 
 /// The time after a load reversal within which the force differs, and the friction that decides when the load
@@ -233,7 +235,8 @@ std::optional<std::vector<double>> distance_of_deflection(const Measurement& mea
 std::optional<std::vector<double>> window_and_friction(const Measurement& measurement,
                                                        const FittedModel& model,
                                                        const EffectDescription& cause,
-                                                       const std::vector<double>* near) {
+                                                       const std::vector<double>* near,
+                                                       const SearchEffort& effort) {
   const double whole_mps2 = deceleration_of_axis_mps2(model);
   if (!(whole_mps2 > 0.0)) return {};
   const double slip_m = mean_slip_m(*find_role(model.terms, Role::hysteresis));
@@ -243,14 +246,15 @@ std::optional<std::vector<double>> window_and_friction(const Measurement& measur
     for (const double share : {1.0, 0.5}) starts.push_back({wider * least_s, whole_mps2 / share, slip_m});
   }
   return best_of(measurement, model, cause, std::move(starts),
-                 {{0, least_s, 4.0 * least_s, true}, deceleration_range(whole_mps2)}, near);
+                 {{0, least_s, 4.0 * least_s, true}, deceleration_range(whole_mps2)}, near, effort);
 }
 
 }  // namespace
 
 std::optional<std::vector<double>> shapes_of_cause(const Measurement& measurement, const FittedModel& model,
                                                    const EffectDescription& cause,
-                                                   const std::vector<double>* near) {
+                                                   const std::vector<double>* near,
+                                                   const SearchEffort& effort) {
   switch (form_of(cause)) {
     case CauseForm::line_in_time:
       return frequency_of_line(measurement, model);
@@ -259,23 +263,26 @@ std::optional<std::vector<double>> shapes_of_cause(const Measurement& measuremen
     case CauseForm::force_at_a_place:
       return place_and_width(measurement, model);
     case CauseForm::gap_in_drive:
-      return gap_and_friction(measurement, model, cause, near);
+      return gap_and_friction(measurement, model, cause, near, effort);
     case CauseForm::damped_deflection:
-      return distance_of_deflection(measurement, model, cause, near);
+      return distance_of_deflection(measurement, model, cause, near, effort);
     case CauseForm::after_load_reversals:
-      return window_and_friction(measurement, model, cause, near);
+      return window_and_friction(measurement, model, cause, near, effort);
     case CauseForm::force_over_time:
       break;
   }
   return std::vector{measurement.sample(0).time_s, measurement.sample(measurement.sample_count() - 1).time_s};
 }
 
+/// The work on shapes that were found beside other effects.
+constexpr SearchEffort kAgain{kFirstLook.evaluations / 2, kFirstLook.tolerance};
+
 FittedModel with_causes_found_again(const Measurement& measurement, FittedModel model) {
   for (std::size_t i = 0; i < model.terms.size(); ++i) {
     const EffectDescription& cause = *model.terms[i].effect;
     if (!is_outside_catalogue(cause)) continue;
     const FittedModel others = fit_gains(measurement, without(model.terms, cause.text.id), &model);
-    const auto shapes = shapes_of_cause(measurement, others, cause, &model.terms[i].shapes);
+    const auto shapes = shapes_of_cause(measurement, others, cause, &model.terms[i].shapes, kAgain);
     if (!shapes || *shapes == model.terms[i].shapes) continue;
     Terms moved = model.terms;
     moved[i].shapes = *shapes;

@@ -7,17 +7,19 @@
 #include "workbench/diagnose/alternatives/cause_forms.h"
 #include "workbench/diagnose/alternatives/structure.h"
 #include "workbench/estimate/nonlinear/fitted_model.h"
+#include "workbench/estimate/nonlinear/trial.h"
 
 namespace slipstack::workbench {
 
 /// The frequency, time, or place and width at which a cause outside the catalogue explains most of the
 /// residual of `model`; empty where there is none. All of them are compared at the rows. Cost: O(rows log
-/// rows), of a line rows x frequencies within one bin of a spectrum. What has a shape of another kind (a gap,
-/// a deflection) is fitted jointly with the model, from the shapes `near` if there are any: some forty
-/// evaluations of a basis, or half as many. Implemented in cause_shapes.cpp.
+/// rows), of a line rows x frequencies within one bin of a spectrum. What has a shape of another kind
+/// (is_fitted_jointly()) is fitted jointly with the model, from the shapes `near` if there are any, with
+/// `effort`: as many evaluations of a basis. Implemented in cause_shapes.cpp.
 std::optional<std::vector<double>> shapes_of_cause(const Measurement& measurement, const FittedModel& model,
                                                    const EffectDescription& cause,
-                                                   const std::vector<double>* near = nullptr);
+                                                   const std::vector<double>* near = nullptr,
+                                                   const SearchEffort& effort = kFirstLook);
 
 /// The model with the shapes of its causes found again, where that lowers the error: they were found while
 /// other effects were in the model. Implemented in cause_shapes.cpp.

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "workbench/base/parallel.h"
+#include "workbench/base/statistics.h"
 #include "workbench/diagnose/alternatives/causes.h"
 #include "workbench/diagnose/evidence/plausibility.h"
 #include "workbench/diagnose/evidence/reduction.h"
@@ -40,8 +41,16 @@ std::vector<Trial> replacements(const SelectionContext& context, const std::vect
     }
   }
   std::vector<Trial> trials(others.size());
-  parallel_for(trials.size(),
-               [&](std::size_t i) { trials[i] = try_anew(context.measurement, without_old, *others[i]); });
+  parallel_for(trials.size(), [&](std::size_t i) {
+    trials[i] = try_at_best_start(context.measurement, without_old, *others[i]);
+  });
+  // A search of the shapes would have to explain most of what is left.
+  std::erase_if(trials, [&](const Trial& trial) {
+    return kMajority * squared(trial.holdout_rmse_N) > squared(explanation.model.holdout_rmse_N);
+  });
+  parallel_for(trials.size(), [&](std::size_t i) {
+    trials[i] = with_shapes_searched(context.measurement, without_old, std::move(trials[i]), kFirstLook);
+  });
   std::erase_if(trials, [&](const Trial& trial) {
     return is_worth_a_name(trial.holdout_rmse_N, explanation.model.holdout_rmse_N);
   });

@@ -16,6 +16,9 @@
 namespace slipstack::workbench {
 namespace {
 
+/// Without a search: the shapes are those from which it would begin.
+constexpr SearchEffort kUnmoved{0, kRefinement.tolerance};
+
 /// Whether the effect has the same column as one in the model; or cannot occur, because the log declares a
 /// mass of zero (inertia is not part of its force), so that neither payload nor resonance can be seen.
 bool is_redundant(const Measurement& measurement, const Terms& terms, const EffectDescription& effect) {
@@ -57,14 +60,12 @@ std::vector<const EffectDescription*> effects_to_try(const Measurement& measurem
   return effects;
 }
 
-/// A trial of a cause outside the catalogue; the base alone where the residual has none. `before`: a trial of
-/// it on top of another model, or null.
+/// A trial of a cause outside the catalogue; the base alone where the residual has none. `near`: where the
+/// search of its shapes begins, or null.
 Trial try_cause(const Measurement& measurement, const FittedModel& from, const EffectDescription& cause,
-                const Trial* before) {
-  const std::vector<double>* near =
-      before == nullptr || before->below_visible ? nullptr : &before->term.shapes;
-  if (const auto shapes = shapes_of_cause(measurement, from, cause, near))
-    return try_effect(measurement, from, cause, {}, &*shapes);
+                const std::vector<double>* near, const SearchEffort& effort) {
+  if (const auto shapes = shapes_of_cause(measurement, from, cause, near, effort))
+    return try_effect(measurement, from, cause, kUnmoved, &*shapes);
   Trial none;
   none.term = make_term(measurement, cause);
   none.terms = from.terms;
@@ -75,16 +76,24 @@ Trial try_cause(const Measurement& measurement, const FittedModel& from, const E
   return none;
 }
 
-/// A first look at an effect on top of an explanation. It starts from the shapes that the first level found,
-/// except for pitches and frequencies, whose best values may differ with another residual.
+/// A trial of an effect or a cause whose shapes are searched from `near`, or from its starting points.
+Trial try_with(const Measurement& measurement, const FittedModel& from, const EffectDescription& effect,
+               const SearchEffort& effort, const std::vector<double>* near) {
+  return is_outside_catalogue(effect) ? try_cause(measurement, from, effect, near, effort)
+                                      : try_effect(measurement, from, effect, effort, near);
+}
+
+/// An effect on top of an explanation with the shapes that the first level found. Pitches and frequencies,
+/// whose best values may differ with another residual, are those of their best starting point; what is found
+/// from the residual is found anew.
 Trial look_again(const Measurement& measurement, const FittedModel& from, const EffectDescription& effect,
                  const std::vector<Trial>& alone) {
-  const Trial* first = find_trial(alone, effect.text.id);
-  if (is_outside_catalogue(effect)) return try_cause(measurement, from, effect, first);
+  const Trial* const first = find_trial(alone, effect.text.id);
   const bool elsewhere = effect.has_shape(ShapeKind::pitch) || effect.has_shape(ShapeKind::frequency) ||
-                         effect.has_shape(ShapeKind::user_defined);
-  const bool known = first != nullptr && !elsewhere;
-  return try_effect(measurement, from, effect, kRefinement, known ? &first->term.shapes : nullptr);
+                         effect.has_shape(ShapeKind::user_defined) ||
+                         (is_outside_catalogue(effect) && first != nullptr && first->below_visible);
+  return first == nullptr || elsewhere ? try_at_best_start(measurement, from, effect)
+                                       : try_with(measurement, from, effect, kUnmoved, &first->term.shapes);
 }
 
 std::vector<std::string> added_by(const Attempt& attempt) {
@@ -121,7 +130,8 @@ std::vector<std::size_t> longest_first(const std::vector<Attempt>& attempts) {
 }  // namespace
 
 std::vector<Attempt> try_effects(const Measurement& measurement, const DiagnoseOptions& options,
-                                 const std::vector<Explanation>& beam, const std::vector<Trial>* alone) {
+                                 const std::vector<Explanation>& beam, const std::vector<Trial>* alone,
+                                 std::size_t searched) {
   std::vector<Attempt> attempts;
   for (const Explanation& from : beam) {
     for (const EffectDescription* effect : effects_to_try(measurement, options, from.model.terms))
@@ -140,6 +150,12 @@ std::vector<Attempt> try_effects(const Measurement& measurement, const DiagnoseO
     }
     const std::size_t finished = ++done;
     options.report(stage, static_cast<double>(finished) / static_cast<double>(attempts.size()));
+  });
+  sort_by_error(attempts);
+  if (alone == nullptr) return attempts;
+  parallel_for(std::min(attempts.size(), searched), [&](std::size_t i) {
+    Attempt& one = attempts[i];
+    one.trial = with_shapes_searched(measurement, one.from->model, std::move(one.trial), kRefinement);
   });
   sort_by_error(attempts);
   return attempts;
@@ -166,8 +182,19 @@ std::vector<Explanation> fit_best(const SelectionContext& context, std::vector<A
 }
 
 Trial try_anew(const Measurement& measurement, const FittedModel& from, const EffectDescription& effect) {
-  return is_outside_catalogue(effect) ? try_cause(measurement, from, effect, nullptr)
-                                      : try_effect(measurement, from, effect, kFirstLook);
+  return try_with(measurement, from, effect, kFirstLook, nullptr);
+}
+
+Trial try_at_best_start(const Measurement& measurement, const FittedModel& from,
+                        const EffectDescription& effect) {
+  return try_with(measurement, from, effect, kUnmoved, nullptr);
+}
+
+Trial with_shapes_searched(const Measurement& measurement, const FittedModel& from, Trial trial,
+                           const SearchEffort& effort) {
+  const EffectDescription& effect = *trial.term.effect;
+  if (trial.below_visible || (is_outside_catalogue(effect) && !is_fitted_jointly(effect))) return trial;
+  return try_with(measurement, from, effect, effort, &trial.term.shapes);
 }
 
 std::size_t choices_of(const Measurement& measurement, const DiagnoseOptions& options,

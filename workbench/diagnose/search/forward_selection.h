@@ -24,10 +24,12 @@ struct Attempt {
 inline constexpr SearchEffort kRefinement{20, kFirstLook.tolerance};
 
 /// Tries every candidate on top of every explanation of `beam`; the lowest error first. `alone`: the trials
-/// on the baseline, whose shapes are the starting values; null on the first level, which searches them
-/// globally. The attempts point into `beam`.
+/// on the baseline, whose shapes are the starting values, searched for the `searched` attempts that leave
+/// least with them; null on the first level, which searches all of them globally. The attempts point into
+/// `beam`.
 std::vector<Attempt> try_effects(const Measurement& measurement, const DiagnoseOptions& options,
-                                 const std::vector<Explanation>& beam, const std::vector<Trial>* alone);
+                                 const std::vector<Explanation>& beam, const std::vector<Trial>* alone,
+                                 std::size_t searched);
 
 /// Fits in full the best `most` of the promising attempts, each set of effects once.
 std::vector<Explanation> fit_best(const SelectionContext& context, std::vector<Attempt> attempts,
@@ -35,6 +37,12 @@ std::vector<Explanation> fit_best(const SelectionContext& context, std::vector<A
 
 /// Tries an effect, or a cause outside the catalogue, on top of a model, from starting points of its own.
 Trial try_anew(const Measurement& measurement, const FittedModel& from, const EffectDescription& effect);
+/// The same without a search: with the shapes of its best starting point.
+Trial try_at_best_start(const Measurement& measurement, const FittedModel& from,
+                        const EffectDescription& effect);
+/// A trial on top of `from` with its shapes searched, from those that it has.
+Trial with_shapes_searched(const Measurement& measurement, const FittedModel& from, Trial trial,
+                           const SearchEffort& effort);
 
 /// The number of effects that a search with these options can add to the baseline.
 std::size_t choices_of(const Measurement& measurement, const DiagnoseOptions& options, const Terms& baseline);
