@@ -249,6 +249,9 @@ std::optional<std::vector<double>> window_and_friction(const Measurement& measur
                  {{0, least_s, 4.0 * least_s, true}, deceleration_range(whole_mps2)}, near, effort);
 }
 
+/// The work on shapes that were found beside other effects.
+constexpr SearchEffort kAgain{kFirstLook.evaluations / 2, kFirstLook.tolerance};
+
 }  // namespace
 
 std::optional<std::vector<double>> shapes_of_cause(const Measurement& measurement, const FittedModel& model,
@@ -273,9 +276,6 @@ std::optional<std::vector<double>> shapes_of_cause(const Measurement& measuremen
   }
   return std::vector{measurement.sample(0).time_s, measurement.sample(measurement.sample_count() - 1).time_s};
 }
-
-/// The work on shapes that were found beside other effects.
-constexpr SearchEffort kAgain{kFirstLook.evaluations / 2, kFirstLook.tolerance};
 
 FittedModel with_causes_found_again(const Measurement& measurement, FittedModel model) {
   for (std::size_t i = 0; i < model.terms.size(); ++i) {

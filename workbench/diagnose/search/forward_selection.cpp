@@ -84,16 +84,15 @@ Trial try_with(const Measurement& measurement, const FittedModel& from, const Ef
 }
 
 /// An effect on top of an explanation with the shapes that the first level found. Pitches and frequencies,
-/// whose best values may differ with another residual, are those of their best starting point; what is found
-/// from the residual is found anew.
+/// whose best values may differ with another residual, and shapes of what the first level did not show, are
+/// those of their best starting point; what is found from the residual is found anew.
 Trial look_again(const Measurement& measurement, const FittedModel& from, const EffectDescription& effect,
                  const std::vector<Trial>& alone) {
   const Trial* const first = find_trial(alone, effect.text.id);
-  const bool elsewhere = effect.has_shape(ShapeKind::pitch) || effect.has_shape(ShapeKind::frequency) ||
-                         effect.has_shape(ShapeKind::user_defined) ||
-                         (is_outside_catalogue(effect) && first != nullptr && first->below_visible);
-  return first == nullptr || elsewhere ? try_at_best_start(measurement, from, effect)
-                                       : try_with(measurement, from, effect, kUnmoved, &first->term.shapes);
+  const bool elsewhere = first == nullptr || first->below_visible || effect.has_shape(ShapeKind::pitch) ||
+                         effect.has_shape(ShapeKind::frequency) || effect.has_shape(ShapeKind::user_defined);
+  return elsewhere ? try_at_best_start(measurement, from, effect)
+                   : try_with(measurement, from, effect, kUnmoved, &first->term.shapes);
 }
 
 std::vector<std::string> added_by(const Attempt& attempt) {
