@@ -12,7 +12,7 @@ namespace slipstack::workbench {
 /// Logs of up to so many samples together are searched whole.
 inline constexpr std::size_t kSearchedWhole = 400000;
 /// Approximate number of samples of an excerpt.
-inline constexpr std::size_t kExcerptSamples = 98304;
+inline constexpr std::size_t kExcerptSamples = 131072;
 
 /// An interval of one of several logs: samples [first, first + count).
 struct LogInterval {

@@ -24,7 +24,7 @@ constexpr std::size_t kBeam = 3;
 constexpr std::size_t kFitted = 2 * kBeam;
 /// Attempts of a later level whose shapes are searched, after a look at all with those of the first level.
 /// With half as many EMPS from inertia alone loses the map over the position (1.57 N held out in place of
-/// 1.26 N); with all of them the verdicts on 178 training logs are the same.
+/// 1.26 N); with all of them the verdicts on 178 training logs are the same, but for the third effect of one.
 constexpr std::size_t kSearched = 3 * kFitted;
 
 /// Adds every further effect to every explanation of the beam: all to first order, the best fitted in full,
