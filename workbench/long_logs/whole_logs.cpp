@@ -7,6 +7,7 @@
 
 #include "workbench/base/parallel.h"
 #include "workbench/base/statistics.h"
+#include "workbench/diagnose/evidence/reduction.h"
 #include "workbench/estimate/uncertainty/held_out_error.h"
 #include "workbench/long_logs/poorly_predicted.h"
 
@@ -158,7 +159,8 @@ std::vector<WholeLogs::Judged> WholeLogs::judged(const SumTask& task, double err
 }
 
 /// The same, with further passes for models whose effects multiply: Gauss-Newton steps, halved where the
-/// error of the model itself does not fall.
+/// error of the model itself does not fall. For one that is not full, and lowers the error of the first by
+/// less than is shown, the first pass is enough.
 std::vector<FittedModel> WholeLogs::converged(const SumTask& task, double error_N, LogSums::Pass pass) {
   std::vector<Judged> found = judged(task, error_N, pass);
   const std::vector<Window> windows = windows_;
@@ -167,8 +169,10 @@ std::vector<FittedModel> WholeLogs::converged(const SumTask& task, double error_
   const auto settled = [&](std::size_t m) {
     return found[m].model.train_rmse_N >= (1.0 - kConverged) * found[m].before_rmse_N;
   };
+  const double least_shown_N = (1.0 - kLeastShownReduction) * found.front().model.holdout_rmse_N;
   for (std::size_t m = 0; m < at.size(); ++m) {
-    if (any_multiplies(at[m]) && !settled(m)) pending.push_back(m);
+    const bool told = m < task.full || found[m].model.holdout_rmse_N < least_shown_N;
+    if (told && any_multiplies(at[m]) && !settled(m)) pending.push_back(m);
   }
   for (int step = 0; step < kMostPasses && !pending.empty(); ++step) {
     SumTask next;
