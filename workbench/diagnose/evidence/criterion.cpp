@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/diagnose/evidence/criterion.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -9,7 +8,7 @@
 #include "workbench/base/statistics.h"
 #include "workbench/diagnose/alternatives/cause_forms.h"
 #include "workbench/diagnose/evidence/held_out.h"
-#include "workbench/estimate/linear/bounded_least_squares.h"
+#include "workbench/estimate/linear/free_unknowns.h"
 #include "workbench/estimate/linear/normal_equations.h"
 #include "workbench/estimate/linear/tall_product.h"
 #include "workbench/estimate/nonlinear/starting_shapes.h"
@@ -58,41 +57,9 @@ std::vector<std::size_t> cells_of_state(const Measurement& measurement) {
   return cell;
 }
 
-/// Traces of H^-1 A over the free unknowns of a model, H its normal matrix with the penalty.
-class FreeUnknowns {
- public:
-  explicit FreeUnknowns(const FittedModel& model) : pairs_(model.constraints.pairs) {
-    const std::vector<BoundState>& states = model.solution.bound_states;
-    for (std::size_t i = 0; i < states.size(); ++i) {
-      if (states[i] == BoundState::free) free_.push_back(static_cast<Eigen::Index>(i));
-    }
-    Eigen::MatrixXd own = of_free(model.equations->gram() + model.constraints.penalty);
-    // Scaled to a unit diagonal, so that the regularisation does not depend on units.
-    constexpr double kRelativeRidge = 1e-10;
-    scale_ = own.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-    own = scale_.asDiagonal() * own * scale_.asDiagonal();
-    own.diagonal().array() += kRelativeRidge;
-    normal_.compute(own);
-  }
-
-  /// tr(H^-1 A) of a symmetric matrix by all unknowns.
-  double trace(Eigen::MatrixXd matrix) const {
-    if (free_.empty()) return 0.0;
-    const Eigen::MatrixXd own = scale_.asDiagonal() * of_free(std::move(matrix)) * scale_.asDiagonal();
-    return normal_.solve(own).trace();
-  }
-
- private:
-  Eigen::MatrixXd of_free(Eigen::MatrixXd matrix) const {
-    sum_difference_transform(pairs_, matrix);
-    return matrix(free_, free_);
-  }
-
-  const SumDifferencePairs& pairs_;
-  std::vector<Eigen::Index> free_;
-  Eigen::VectorXd scale_;
-  Eigen::LLT<Eigen::MatrixXd> normal_;
-};
+FreeUnknowns free_unknowns(const FittedModel& model) {
+  return {model.equations->gram() + model.constraints.penalty, model.constraints.pairs, model.solution};
+}
 
 /// Sum of the squares s s' of the scores s = sum of X_i' w_i r_i over the rows i of each cluster.
 Eigen::MatrixXd clustered(const Eigen::MatrixXd& columns, const Eigen::VectorXd& weighted_N,
@@ -144,7 +111,7 @@ Criterion::Choices Criterion::choices_of(const Terms& terms) const {
 
 double Criterion::inflation_of(const FittedModel& model, double count, double mean_square) const {
   if (!(count > 0.0)) return 1.0;
-  const FreeUnknowns unknowns(model);
+  const FreeUnknowns unknowns = free_unknowns(model);
   const Eigen::MatrixXd& columns = model.linearisation->columns();
   const Eigen::VectorXd weighted_N =
       measurement_.fit_weights().cwiseProduct(model.linearisation->residual_N());
@@ -165,7 +132,7 @@ std::vector<double> Criterion::of(const std::vector<const FittedModel*>& models)
   std::vector<double> counts;
   counts.reserve(models.size());
   for (const FittedModel* model : models) {
-    counts.push_back(FreeUnknowns(*model).trace(model->equations->gram()));
+    counts.push_back(free_unknowns(*model).trace(model->equations->gram()));
   }
   const double inflation = inflation_of(*models[best], counts[best], squares[best]);
   const double weight = measurement_.fit_weights().sum();

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // NormalEquations::standard_errors(), the wild cluster bootstrap, and recurring_variance().
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
@@ -8,6 +7,7 @@
 #include <random>
 
 #include "workbench/base/statistics.h"
+#include "workbench/estimate/linear/free_unknowns.h"
 #include "workbench/estimate/linear/normal_equations.h"
 
 namespace slipstack::workbench {
@@ -29,17 +29,15 @@ double student_factor(double freedom) {
 class Influence {
  public:
   /// `normal`: the fit's normal matrix, with its penalty.
-  Influence(Eigen::MatrixXd normal, const SumDifferencePairs& pairs, std::vector<Eigen::Index> free)
-      : pairs_(pairs), free_(std::move(free)) {
-    sum_difference_transform(pairs_, normal);
-    const Eigen::MatrixXd bread = normal(free_, free_);
-    scale_ = bread.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-    Eigen::MatrixXd scaled = scale_.asDiagonal() * bread * scale_.asDiagonal();
-    scaled.diagonal().array() += kRelativeRidge;
-    factor_.compute(scaled);
-    inverse_ = scale_.asDiagonal() * factor_.solve(Eigen::MatrixXd::Identity(scaled.rows(), scaled.rows())) *
-               scale_.asDiagonal();
+  Influence(const Eigen::MatrixXd& normal, const SumDifferencePairs& pairs, const BoundedSolution& solution)
+      : pairs_(pairs), unknowns_(normal, pairs, solution), free_(unknowns_.indices()) {
+    const auto count = static_cast<Eigen::Index>(free_.size());
+    inverse_ =
+        scale().asDiagonal() * factor().solve(Eigen::MatrixXd::Identity(count, count)) * scale().asDiagonal();
   }
+
+  /// The unknowns at no bound.
+  const std::vector<Eigen::Index>& free() const { return free_; }
 
   /// X'r of a block's rows, corrected to what it would be for the noise itself. A fit follows the rows that
   /// it was made of, the more so the fewer blocks determine an unknown, and its residuals r are smaller than
@@ -52,9 +50,9 @@ class Influence {
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> hat(hat_of(gram));
     const auto leverages = hat.eigenvalues().array().max(kLeastLeverage).min(kLargestLeverage);
     const Eigen::VectorXd growth = ((1.0 - leverages).rsqrt() - 1.0) / leverages;
-    Eigen::VectorXd part = factor_.matrixL().solve(scale_.cwiseProduct(score(free_)));
+    Eigen::VectorXd part = factor().matrixL().solve(scale().cwiseProduct(score(free_)));
     part = hat.eigenvectors() * growth.cwiseProduct(hat.eigenvectors().transpose() * part);
-    part = scale_.cwiseProduct(factor_.matrixU().solve(part));
+    part = scale().cwiseProduct(factor().matrixU().solve(part));
     for (std::size_t i = 0; i < free_.size(); ++i) {
       score += gram.col(free_[i]) * part(static_cast<Eigen::Index>(i));
     }
@@ -84,22 +82,23 @@ class Influence {
   }
 
  private:
-  static constexpr double kRelativeRidge = 1e-11;
   static constexpr double kLeastLeverage = 1e-9;
   /// A block that alone determines an unknown has leverage 1: its residuals say nothing about its noise.
   static constexpr double kLargestLeverage = 0.99;
 
   Eigen::MatrixXd hat_of(const Eigen::MatrixXd& gram) const {
-    Eigen::MatrixXd own = scale_.asDiagonal() * gram(free_, free_) * scale_.asDiagonal();
-    factor_.matrixL().solveInPlace(own);
+    Eigen::MatrixXd own = scale().asDiagonal() * gram(free_, free_) * scale().asDiagonal();
+    factor().matrixL().solveInPlace(own);
     own.transposeInPlace();
-    factor_.matrixL().solveInPlace(own);
+    factor().matrixL().solveInPlace(own);
     return 0.5 * (own + own.transpose());
   }
+  const Eigen::VectorXd& scale() const { return unknowns_.scale(); }
+  const Eigen::LLT<Eigen::MatrixXd>& factor() const { return unknowns_.factor(); }
+
   const SumDifferencePairs& pairs_;
-  std::vector<Eigen::Index> free_;
-  Eigen::VectorXd scale_;
-  Eigen::LLT<Eigen::MatrixXd> factor_;
+  FreeUnknowns unknowns_;
+  const std::vector<Eigen::Index>& free_;
   Eigen::MatrixXd inverse_;
 };
 
@@ -115,14 +114,6 @@ Eigen::MatrixXd sums_of(Eigen::Index unknowns, const Eigen::MatrixXd& sums) {
   return sums.size() > 0 ? sums : Eigen::MatrixXd(unknowns, 0);
 }
 
-std::vector<Eigen::Index> free_unknowns(const BoundedSolution& solution, Eigen::Index unknowns) {
-  std::vector<Eigen::Index> free;
-  for (Eigen::Index i = 0; i < unknowns; ++i) {
-    if (solution.bound_states[static_cast<std::size_t>(i)] == BoundState::free) free.push_back(i);
-  }
-  return free;
-}
-
 }  // namespace
 
 Eigen::VectorXd NormalEquations::recurring_variance(const Measurement& measurement,
@@ -133,9 +124,9 @@ Eigen::VectorXd NormalEquations::recurring_variance(const Measurement& measureme
                                                     const Eigen::MatrixXd& sums) const {
   const Eigen::MatrixXd combined = sums_of(unknowns_, sums);
   Eigen::VectorXd variance = Eigen::VectorXd::Zero(unknowns_ + combined.cols());
-  std::vector<Eigen::Index> free = free_unknowns(solution, unknowns_);
-  if (free.empty() || errors_N.empty()) return variance;
-  const Influence influence(total_.gram + constraints.penalty, constraints.pairs, std::move(free));
+  if (errors_N.empty()) return variance;
+  const Influence influence(total_.gram + constraints.penalty, constraints.pairs, solution);
+  if (influence.free().empty()) return variance;
   for (const Eigen::VectorXd& error_N : errors_N) {
     const Eigen::VectorXd weighted = measurement.fit_weights().cwiseProduct(error_N);
     Eigen::VectorXd sum = Eigen::VectorXd::Zero(variance.size());
@@ -158,14 +149,13 @@ Eigen::VectorXd NormalEquations::standard_errors(const BoundedSolution& solution
                                                  const Eigen::MatrixXd& sums) const {
   const Eigen::MatrixXd combined = sums_of(unknowns_, sums);
   const Eigen::Index count = unknowns_ + combined.cols();
-  std::vector<Eigen::Index> free = free_unknowns(solution, unknowns_);
   Eigen::VectorXd errors = Eigen::VectorXd::Zero(count);
-  if (free.empty()) return errors;
-  std::vector<Eigen::Index> reported = free;
-  for (Eigen::Index i = unknowns_; i < count; ++i) reported.push_back(i);
   BoundedProblem problem{
       total_.gram + constraints.penalty, {}, constraints.lower, constraints.upper, constraints.pairs};
-  const Influence influence(problem.gram, constraints.pairs, std::move(free));
+  const Influence influence(problem.gram, constraints.pairs, solution);
+  if (influence.free().empty()) return errors;
+  std::vector<Eigen::Index> reported = influence.free();
+  for (Eigen::Index i = unknowns_; i < count; ++i) reported.push_back(i);
   std::vector<Eigen::VectorXd> scores;
   scores.reserve(blocks_.size());
   Eigen::VectorXd known = Eigen::VectorXd::Zero(count);
