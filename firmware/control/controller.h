@@ -31,8 +31,9 @@ namespace slipstack {
 /// The model sees the reference, never the measurement: it is a feed-forward, and whatever it or its
 /// adaptation does, the loop that could become unstable is that of the linear feedback (docs/control.md).
 ///
-/// In torque mode F = target + offset. The reference then follows the axis, and with it the hysteresis; a
-/// stop begins at the axis's own velocity. A change between the two modes fades as one of parameters does.
+/// In torque mode F = target + offset + a share (2000h:25) of the model's force. The reference then follows
+/// the axis, and with it the hysteresis; a stop begins at the axis's own velocity. A change between the two
+/// modes fades as one of parameters does.
 ///
 /// step() is the tick; everything else is for outside it, where nothing else is said.
 class Controller {

@@ -54,7 +54,7 @@ class SmoothAxis {
   double position_m() const { return y_[kX]; }
   double velocity_mps() const { return y_[kV]; }
   double hysteresis_N() const { return masing_.force_N(y_[kX]); }
-  /// Largest and smallest position since set_force or the last clear_extremes(), by events and step ends, m.
+  /// Largest and smallest position since set_force, by events and step ends, m.
   double highest_m() const { return highest_m_; }
   double lowest_m() const { return lowest_m_; }
   /// ∫(x − x₀)·exp(−iωt) dt since the last clear_integrals(), x₀ the position then, t since set_force; m·s.

@@ -10,7 +10,7 @@ namespace slipstack::workbench {
 /// plan of an experiment of one's own. `command_line` is read when a command runs.
 void define_experiment(CLI::App& app, const std::string& command_line);
 
-/// `slipstack experiment plan` (run_plan.cpp).
+/// `slipstack experiment plan` (commands/plan_command.cpp).
 void define_plan(CLI::App& experiment, const std::string& command_line);
 
 }  // namespace slipstack::workbench

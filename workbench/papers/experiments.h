@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The experiments of the papers: what each is asked for, and the function that runs it and writes its result.
-// The options on the command line are in command_line.cpp.
+// The options on the command line are in define_papers.cpp.
 #pragma once
 
 #include <cstdint>

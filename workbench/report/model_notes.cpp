@@ -4,6 +4,7 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <ctime>
 #include <nlohmann/json.hpp>
@@ -113,10 +114,12 @@ std::string model_lines(const std::string& path, const Model& model) {
   std::string text = path.empty()
                          ? std::string("\nmodel      not written; --model FILE writes it\n")
                          : fmt::format("\nmodel      {}, hash {}\n", printable(path), hash_text(model));
-  if (has_role(model.terms, Role::hysteresis)) {
-    text +=
-        fmt::format("controller {} hysteresis elements: held-out error {} instead of {}\n", kTargetElements,
-                    newtons(model.target_holdout_rmse_N), newtons(model.source.holdout_rmse_N));
+  if (const Term* const hysteresis = find_role(model.target_terms, Role::hysteresis)) {
+    const auto elements = std::count_if(hysteresis->gains.begin(), hysteresis->gains.end(),
+                                        [](double stiffness) { return stiffness > 0.0; });
+    text += fmt::format("controller {} hysteresis {}: held-out error {} instead of {}\n", elements,
+                        elements == 1 ? "element" : "elements", newtons(model.target_holdout_rmse_N),
+                        newtons(model.source.holdout_rmse_N));
   }
   return text + user_effect_lines(model);
 }

@@ -8,9 +8,6 @@
 
 namespace slipstack::workbench {
 
-/// Bins to either side over which a Hann window spreads a line (Harris 1978, Proceedings of the IEEE 66).
-inline constexpr std::size_t kHalfMainLobe = 2;
-
 struct Spectrum {
   std::vector<double> frequency_Hz;
   std::vector<double> density;  ///< one-sided power spectral density, input unit squared per Hz

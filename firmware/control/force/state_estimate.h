@@ -21,7 +21,7 @@ namespace slipstack {
 /// appears as d, through a low-pass of third order with the stated bandwidth.
 ///
 /// Velocity noise from counts of 1 um at 10 kHz, bandwidth 400 rad/s: 2.5e-5 m/s standard deviation, where
-/// the difference of two counts has 4e-3 (tests/unit/control/state_estimate_test.cpp).
+/// the difference of two counts has 4e-3.
 class StateEstimate {
  public:
   /// Constants of the tick; made outside it.

@@ -113,7 +113,7 @@ int main(int argc, char** argv) {
   app.add_option("--keep", request.keep, "folder to keep the logs in");
   app.add_flag("--every", request.every, "status 1 when one log is diagnosed incorrectly");
   app.add_flag("--check", request.check,
-               "status 1 when a share falls short of what every test run must reach");
+               "status 1 when a share falls short of what every full test run must reach");
   try {
     app.parse(argc, argv);
     return run(request);

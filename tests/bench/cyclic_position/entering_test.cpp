@@ -139,7 +139,7 @@ TEST_F(Entering, HaltReleasedWhileBraking) {
 
 // The cable is out for 100 ms at 0.2 m/s: the axis stops, stays, and goes on with the stream.
 // Longer than the command time-out as delivered, which would end with a quick stop
-// (tests/can/command_timeout).
+// (tests/can/connection_supervision/command_timeout_test.cpp).
 TEST_F(Entering, ALongGapIsAStopAndTheStreamIsMetAgain) {
   EXPECT_EQ(axis_.drive().write(0x2403, 0, 0, 2), 0U);
   UnsteadyMaster bus = swing();

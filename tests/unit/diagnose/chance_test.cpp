@@ -53,25 +53,5 @@ TEST(IsChance, AllowsForWhatWasTried) {
   EXPECT_TRUE(is_chance(0.001, 100.0));
 }
 
-// A bound: the share of means without a cause below it is smaller, but not by much.
-TEST(ChanceOfMean, BoundsTheShareOfMeansWithoutACause) {
-  constexpr int kExperiments = 8000;
-  slipstack::test::Draw draw(23);
-  int below = 0;
-  for (int experiment = 0; experiment < kExperiments; ++experiment) {
-    std::vector<double> observations(30);
-    for (double& observation : observations) observation = draw.normal();
-    below += chance_of_mean(observations) < 0.05 ? 1 : 0;
-  }
-  const double share = static_cast<double>(below) / kExperiments;
-  EXPECT_LT(share, 0.013);
-  EXPECT_GT(share, 0.004);
-}
-
-TEST(ChanceOfMean, IsOneWithoutAPositiveMean) {
-  EXPECT_EQ(chance_of_mean(std::vector<double>{-1.0, -2.0, -1.5}), 1.0);
-  EXPECT_EQ(chance_of_mean(std::vector<double>{1.0}), 1.0);
-}
-
 }  // namespace
 }  // namespace slipstack::workbench

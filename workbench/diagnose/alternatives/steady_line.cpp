@@ -52,7 +52,7 @@ class Intervals {
 
  private:
   static constexpr std::size_t kShortest = 16;
-  static constexpr std::size_t kHalfLobe = 2;  // of a Hann window, in bins
+  static constexpr std::size_t kHalfLobe = 2;  // of a Hann window, in bins (Harris 1978)
 
   double rate_Hz_;
   std::size_t length_;

@@ -11,12 +11,10 @@ namespace {
 /// in the output has it.
 constexpr double kChance = 2.0;
 
-/// A mean and the variance of its sum.
-struct Sum {
-  double value = 0.0;
-  double variance = 0.0;
-};
-Sum sum_of(std::span<const double> observations) {
+}  // namespace
+
+bool mean_is_chance(std::span<const double> observations) {
+  if (observations.size() < 2) return true;
   const auto count = static_cast<double>(observations.size());
   double sum = 0.0;
   double squares = 0.0;
@@ -24,15 +22,8 @@ Sum sum_of(std::span<const double> observations) {
     sum += one;
     squares += one * one;
   }
-  return {sum, count / (count - 1.0) * (squares - sum * sum / count)};
-}
-
-}  // namespace
-
-bool mean_is_chance(std::span<const double> observations) {
-  if (observations.size() < 2) return true;
-  const Sum sum = sum_of(observations);
-  return sum.value * sum.value <= kChance * kChance * sum.variance;
+  const double variance_of_sum = count / (count - 1.0) * (squares - sum * sum / count);
+  return sum * sum <= kChance * kChance * variance_of_sum;
 }
 
 bool equal_signs_are_chance(std::size_t count) {
@@ -42,15 +33,6 @@ bool equal_signs_are_chance(std::size_t count) {
 
 bool is_chance(double probability, double tried) {
   return probability * tried >= std::erfc(kChance / std::numbers::sqrt2);
-}
-
-double chance_of_mean(std::span<const double> observations) {
-  if (observations.size() < 2) return 1.0;
-  const Sum sum = sum_of(observations);
-  if (!(sum.value > 0.0)) return 1.0;
-  const double freedom = static_cast<double>(observations.size()) - 1.0;
-  const double t2 = sum.value * sum.value / std::fmax(sum.variance, 1e-300);
-  return std::pow(1.0 + t2 / freedom, -0.5 * freedom);
 }
 
 }  // namespace slipstack::workbench

@@ -18,9 +18,4 @@ bool equal_signs_are_chance(std::size_t count);
 /// independent ones (Bonferroni).
 bool is_chance(double probability, double tried);
 
-/// A bound of the probability that chance makes Student's t of `observations` as large as that of these:
-/// (1 + t^2/n)^(-n/2), n = observations - 1; the bound exp(-t^2/2) of many (Chernoff 1952). One where the
-/// mean is not positive.
-double chance_of_mean(std::span<const double> observations);
-
 }  // namespace slipstack::workbench

@@ -5,22 +5,20 @@
 #include <cmath>
 #include <numeric>
 
+#include "workbench/estimate/uncertainty/friction_each_way.h"
+
 namespace slipstack::workbench {
 
 Reduction reduction(const std::vector<double>& before, const std::vector<double>& after) {
   const double before_sum = std::accumulate(before.begin(), before.end(), 1e-300);
   const double after_sum = std::accumulate(after.begin(), after.end(), 0.0);
   Reduction result{1.0 - std::sqrt(std::max(0.0, after_sum) / before_sum), 0.0};
-  const auto blocks = static_cast<double>(before.size());
   std::vector<double> left_out;
   for (std::size_t b = 0; b < before.size(); ++b) {
     const double rest = std::max(before_sum - before[b], 1e-300);
     left_out.push_back(1.0 - std::sqrt(std::max(0.0, after_sum - after[b]) / rest));
   }
-  const double mean = std::accumulate(left_out.begin(), left_out.end(), 0.0) / blocks;
-  double variance = 0.0;
-  for (const double value : left_out) variance += (value - mean) * (value - mean);
-  result.standard_error = std::sqrt(variance * (blocks - 1.0) / blocks);
+  result.standard_error = jackknife_error(left_out);
   return result;
 }
 

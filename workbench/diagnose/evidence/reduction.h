@@ -25,7 +25,7 @@ inline constexpr double kMajority = 0.5;
 /// good in the literature of identification leave less (EMPS 3 to 4 %; Janot, Gautier, Brunot 2019). What a
 /// log would not show though it were larger, it does not rule out.
 inline constexpr double kLargeShareOfForce = 0.05;
-/// Smaller reductions are not shown. Chosen.
+/// Smaller reductions are not shown, nor fitted in full, nor called seen. Chosen.
 inline constexpr double kLeastShownReduction = 0.005;
 
 /// The share by which a model lowers a held-out error.

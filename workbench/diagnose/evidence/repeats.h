@@ -9,7 +9,7 @@
 namespace slipstack::workbench {
 
 /// For each row that belongs to a traverse of at least `length_m`: the distance from the row before, m; zero
-/// for other rows. A traverse ends where the axis has moved back by a tenth of `length_m`, and at the end of
+/// for other rows. A traverse ends where the axis has moved back by `length_m`, and at the end of
 /// a log. Rows whose filter reaches samples that repair() left out are zero.
 Eigen::VectorXd distance_in_traverses(const Measurement& measurement, double length_m);
 

@@ -12,7 +12,7 @@ namespace slipstack::workbench {
 namespace {
 
 /// Gauss-Newton steps at most. Two or three suffice where products are small against the sums; a map that
-/// modulates most of the force needs up to a dozen (tribometer, tests/unit/estimate/gains_test.cpp).
+/// modulates most of the force needs up to a dozen (tribometer).
 constexpr int kMostSteps = 40;
 /// Steps in which the scale of the prior follows the error. Afterwards it is held, so that the cost is one
 /// function that can only fall.

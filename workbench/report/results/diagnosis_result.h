@@ -40,8 +40,8 @@ nlohmann::json published_json(const DiagnosisRequest& request, const DiagnosisRe
 std::string diagnosis_text(const DiagnosisRequest& request, const Measurement& measurement,
                            const DiagnosisResult& result);
 
-/// The data of the report (html.h); effects are called by their titles. `diagnosis` gives what is drawn.
-/// `model`: the baseline's file, whose history is shown; null where there is none.
+/// The data of the report (html/report_page.h); effects are called by their titles. `diagnosis` gives what is
+/// drawn. `model`: the baseline's file, whose history is shown; null where there is none.
 nlohmann::json diagnosis_page(const DiagnosisRequest& request, const Measurement& measurement,
                               const Diagnosis& diagnosis, const DiagnosisResult& result, const Model* model);
 

@@ -104,7 +104,7 @@ inline constexpr const char* kExperimentSchema = "experiment-1";
 /// not finite is null.
 nlohmann::json result_json(const ExperimentResult& result);
 
-/// The page that render_report() (workbench/report/html.h) makes of it.
+/// The page that render_report() (workbench/report/html/report_page.h) makes of it.
 nlohmann::json result_report(const ExperimentResult& result, const std::string& command_line);
 
 }  // namespace slipstack::workbench

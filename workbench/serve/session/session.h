@@ -32,7 +32,7 @@ struct Version {
 ///   diagnoses/N.json what was found to be missing in version N
 ///   notes.md         the user's own words
 ///
-/// Every file is written whole (base/write_atomically.h), models before the list that names them: a crash at
+/// Every file is written whole (base/atomic_write.h), models before the list that names them: a crash at
 /// any moment leaves a session that opens. A model file that is not in the list, put there by the command
 /// line, joins the history as a version from nothing.
 class Session {
