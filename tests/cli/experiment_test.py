@@ -76,10 +76,10 @@ class Experiment(program.Workshop):
                 stdout, stderr = run.communicate(timeout=60)
             if (self.here / "parts.json").exists():  # done, though a signal may have met the very end
                 break
-            self.assertEqual(stdout, b"")
-            if run.returncode == -signal.SIGINT:  # before the sweep began, or before its results were written
+            if run.returncode == -signal.SIGINT:  # before the sweep began, or while its results were written
                 continue
             self.assertEqual(run.returncode, 130, stderr)
+            self.assertEqual(stdout, b"")
             self.assert_one_line(stderr, "stopped after", "kept in kept")
             stops += 1
         self.assertGreaterEqual(stops, 1)
