@@ -124,6 +124,8 @@ std::vector<Structure> find_structure(const Measurement& measurement, const Eige
       event.error_reduction > found[3].error_reduction)
     found[3] = std::move(event);
   found.push_back(std::move(reversal));
+  // Without a line, or moments after reversals, there is nothing to be told of them.
+  std::erase_if(found, [](const Structure& one) { return one.description.empty(); });
   std::sort(found.begin(), found.end(),
             [](const auto& a, const auto& b) { return a.error_reduction > b.error_reduction; });
   return found;
