@@ -92,6 +92,21 @@ double smallest_step(const std::vector<double>& values) {
   return smallest;
 }
 
+std::size_t held_samples(const std::vector<double>& force_N) {
+  constexpr double kNearlyAll = 0.8;  // of the changes; chosen
+  std::vector<double> lengths;
+  for (std::size_t i = 0; i < force_N.size();) {
+    const std::size_t end = end_of_run(force_N, i, force_N.size());
+    lengths.push_back(static_cast<double>(end - i));
+    i = end;
+  }
+  constexpr std::size_t kFewest = 50;  // changes; of fewer nothing follows
+  if (lengths.size() < kFewest) return 1;
+  const double usual = median(lengths);
+  const auto alike = static_cast<double>(std::count(lengths.begin(), lengths.end(), usual));
+  return alike >= kNearlyAll * static_cast<double>(lengths.size()) ? static_cast<std::size_t>(usual) : 1;
+}
+
 std::vector<Interval> force_at_limit(const std::vector<double>& force_N) {
   std::vector<Interval> constant = runs_of_constant(force_N);
   if (constant.empty()) return constant;

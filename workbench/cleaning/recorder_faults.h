@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <vector>
 
@@ -15,6 +16,10 @@ namespace slipstack::workbench {
 /// The smallest non-zero difference between neighbours: the resolution of a digital signal; infinite for a
 /// constant one.
 double smallest_step(const std::vector<double>& values);
+
+/// Samples for which the force is held: more than 1 where nearly all of its changes are as many samples
+/// apart, as where it is recorded at a lower rate than the position.
+std::size_t held_samples(const std::vector<double>& force_N);
 
 /// Intervals in which the force stays at its largest or its smallest value, so long as noise makes it by
 /// chance nowhere.

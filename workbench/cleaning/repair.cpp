@@ -8,9 +8,11 @@
 #include <cmath>
 #include <utility>
 
+#include "workbench/base/axis_words.h"
 #include "workbench/base/quantity.h"
 #include "workbench/base/statistics.h"
 #include "workbench/base/text.h"
+#include "workbench/cleaning/momentum.h"
 #include "workbench/cleaning/outliers.h"
 #include "workbench/cleaning/recorder_faults.h"
 #include "workbench/signal/noise_estimate.h"
@@ -127,26 +129,36 @@ constexpr double kMostRepaired = 0.02;
 /// The largest outliers hide smaller ones near them, so the search is repeated up to this number of times.
 constexpr int kPasses = 4;
 
-/// Interpolates the outliers of one signal of the log, except near what is cut; spikes only where they are at
-/// least `least_share_of_spikes` of the samples.
-void repair_outliers(Log& log, const std::vector<double>& values, double noise, double least,
-                     double least_share_of_spikes, const char* what,
-                     void (*interpolate_gaps)(Log&, const std::vector<Interval>&), Repairs& repairs) {
-  if (noise <= 0.0) return;
+/// A signal of the log whose outliers are repaired.
+struct Signal {
+  const std::vector<double>& values;
+  const char* name;
+  double noise;
+  double least;                  ///< of an outlier
+  double least_share_of_spikes;  ///< of the samples
+  void (*interpolate)(Log&, const std::vector<Interval>&);
+  /// Of what looks like outliers, those that are no motion of the axis.
+  std::vector<Interval> (*faults_among)(const Log&, std::vector<Interval>);
+};
+
+/// Interpolates the outliers of one signal of the log, except near what is cut.
+void repair_outliers(Log& log, const Signal& signal, Repairs& repairs) {
+  if (signal.noise <= 0.0) return;
   std::vector<Interval> repaired;
   const auto repair_those = [&](std::vector<Interval> found) {
-    found = beside_cuts(std::move(found), repairs);
+    found = signal.faults_among(log, beside_cuts(std::move(found), repairs));
     if (found.empty()) return false;
     // All are interpolated again, because outliers next to them are repaired now. Intervals with a single
     // good sample between them are joined.
     found.insert(found.end(), repaired.begin(), repaired.end());
     repaired = joined(std::move(found), 1);
-    interpolate_gaps(log, repaired);
+    signal.interpolate(log, repaired);
     return true;
   };
-  for (int pass = 0; pass < kPasses && repair_those(outliers(values, noise, least)); ++pass) {
+  for (int pass = 0; pass < kPasses && repair_those(outliers(signal.values, signal.noise, signal.least));
+       ++pass) {
   }
-  repair_those(spikes(values, noise, least_share_of_spikes));
+  repair_those(spikes(signal.values, signal.noise, signal.least_share_of_spikes));
   if (repaired.empty()) return;
   const std::size_t samples = samples_in(repaired);
   const std::size_t first = repaired.front().first;
@@ -154,10 +166,11 @@ void repair_outliers(Log& log, const std::vector<double>& values, double noise, 
     throw InputError(fmt::format(
         "{}: {} of {} samples of the {} are outliers, the first at {}; check the cable and the shield "
         "and record again",
-        printable(log.path), samples, values.size(), what, time_of(log, first)));
+        printable(log.path), samples, signal.values.size(), signal.name, time_of(log, first)));
   }
   repairs.notes.push_back(fmt::format("{} {} of the {} interpolated, the first at {}", samples,
-                                      samples == 1 ? "outlier" : "outliers", what, time_of(log, first)));
+                                      samples == 1 ? "outlier" : "outliers", signal.name,
+                                      time_of(log, first)));
 }
 
 /// An outlier of the position departs by at least this share of the travel. Chosen.
@@ -166,8 +179,15 @@ constexpr double kLeastTravel = 1e-4;
 void repair_position(Log& log, Repairs& repairs) {
   const double noise_m = std::max(log.encoder_resolution_m.value_or(0.0), white_noise(log.position_m));
   const auto [low, high] = std::minmax_element(log.position_m.begin(), log.position_m.end());
-  repair_outliers(log, log.position_m, noise_m, kLeastTravel * (*high - *low), 0.0, "position",
-                  interpolate_positions, repairs);
+  repair_outliers(log,
+                  {.values = log.position_m,
+                   .name = "position",
+                   .noise = noise_m,
+                   .least = kLeastTravel * (*high - *low),
+                   .least_share_of_spikes = 0.0,
+                   .interpolate = interpolate_positions,
+                   .faults_among = [](const Log&, std::vector<Interval> found) { return found; }},
+                  repairs);
 }
 
 /// An outlier of the force departs by at least this share of its rms. Chosen.
@@ -179,8 +199,15 @@ constexpr double kLeastShareOfForceSpikes = 1.5e-3;
 void repair_force(Log& log, double noise_N, Repairs& repairs) {
   // A digital force changes by at least its resolution.
   const double least_noise_N = noise_N > 0.0 ? std::max(noise_N, smallest_step(log.force_N)) : 0.0;
-  repair_outliers(log, log.force_N, least_noise_N, kLeastForce * rms(log.force_N), kLeastShareOfForceSpikes,
-                  "force", interpolate_force, repairs);
+  repair_outliers(log,
+                  {.values = log.force_N,
+                   .name = "force",
+                   .noise = least_noise_N,
+                   .least = kLeastForce * rms(log.force_N),
+                   .least_share_of_spikes = kLeastShareOfForceSpikes,
+                   .interpolate = interpolate_force,
+                   .faults_among = without_true_pulses},
+                  repairs);
 }
 
 /// A log of which more than this share would be cut is refused. Chosen.
@@ -210,8 +237,27 @@ void repair_jumps(Log& log, RepairScope scope, Repairs& repairs) {
 /// Equal neighbours are a fault only where the noise is this many times the resolution of the force. Chosen.
 constexpr double kNoiseOverStep = 3.0;
 
+/// Of a force that is recorded at a lower rate than the position: refuses it where that is so low that the
+/// values in between would be invented, else notes by how much it is late.
+void note_held_force(const Log& log, Repairs& repairs) {
+  constexpr std::size_t kMostHeld = 7;  // a constant force of more samples counts as frozen
+  const std::size_t held = held_samples(log.force_N);
+  if (held < 2) return;
+  const double rate_Hz = log.sample_rate_Hz / static_cast<double>(held);
+  if (held > kMostHeld) {
+    throw InputError(fmt::format(
+        "{}: the {} changes only every {} samples, it is recorded at {:.4g} Hz and the position at "
+        "{:.4g} Hz; record both at one rate, or write only every {}th row",
+        printable(log.path), force_word(), held, rate_Hz, log.sample_rate_Hz, held));
+  }
+  repairs.notes.push_back(fmt::format(
+      "the {} changes only every {} samples ({:.4g} Hz): in the mean it is late by {}", force_word(), held,
+      rate_Hz, quantity(0.5 * static_cast<double>(held - 1) / log.sample_rate_Hz, "s")));
+}
+
 Repairs repair_in_place(Log& log, RepairScope scope) {
   Repairs repairs;
+  note_held_force(log, repairs);
   // A force that is at its limit for half of a log has a median change of zero.
   const double noise_N = white_noise(log.force_N, force_at_limit(log.force_N));
   if (noise_N > kNoiseOverStep * smallest_step(log.force_N)) {

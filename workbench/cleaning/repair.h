@@ -20,7 +20,7 @@ struct Repairs {
 /// Finds faults that only a recorder or a sensor can cause, and repairs those whose true values follow from
 /// the neighbouring samples:
 /// - outliers of force or position, up to three in a row: interpolated. Many close together are a burst,
-///   caused by the axis or its surroundings, and are kept.
+///   caused by the axis or its surroundings, and are kept; so is a pulse of the force that moved the axis.
 /// - samples that repeat the one before, where noise makes that impossible: interpolated.
 /// - force at its limit, or frozen without its noise (drive off, sensor lost): cut. Not at standstill in a
 ///   log whose force has no noise there, and nowhere in one whose header says `current_source: commanded`.

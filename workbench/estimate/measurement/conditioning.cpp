@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/estimate/measurement/conditioning.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -52,26 +51,6 @@ constexpr double kInstantsPerPeriod = 3.0;
 
 std::vector<double> motion_taps(double bandwidth_Hz, double rate_Hz) {
   return low_pass_taps(std::min(kMotionBandwidthRatio * bandwidth_Hz, 0.3 * rate_Hz), rate_Hz);
-}
-
-double rough_mass_kg(const std::vector<double>& position_m, const std::vector<double>& force_N,
-                     double rate_Hz, const std::vector<Interval>& cut) {
-  const std::vector<double> taps = low_pass_taps(0.02 * rate_Hz, rate_Hz);
-  const std::vector<double> x = filter_all(position_m, taps);
-  const std::vector<double> f = filter_all(force_N, taps);
-  const std::vector<double> v = first_derivative(x, rate_Hz);
-  const std::vector<double> a = second_derivative(x, rate_Hz);
-  Eigen::Matrix4d gram = 1e-12 * Eigen::Matrix4d::Identity();
-  Eigen::Vector4d right = Eigen::Vector4d::Zero();
-  auto next = cut.begin();
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    while (next != cut.end() && i >= next->end + taps.size()) ++next;
-    if (next != cut.end() && i + taps.size() >= next->first) continue;
-    const Eigen::Vector4d row(a[i], v[i], std::copysign(1.0, v[i]), 1.0);
-    gram += row * row.transpose();
-    right += row * f[i];
-  }
-  return std::max(0.0, gram.ldlt().solve(right)(0));
 }
 
 double bandwidth_shown_Hz(const Log& log, const std::vector<LogPart>& parts) {

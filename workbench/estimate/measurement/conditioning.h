@@ -12,11 +12,6 @@ namespace slipstack::workbench {
 /// Low pass of the motion, for rows of this bandwidth.
 std::vector<double> motion_taps(double bandwidth_Hz, double rate_Hz);
 
-/// Mass by ordinary least squares on a strongly smoothed log: accurate enough to choose filters, no more.
-/// Intervals that repair() cut out, and what the smoothing carries from them, are left out.
-double rough_mass_kg(const std::vector<double>& position_m, const std::vector<double>& force_N,
-                     double rate_Hz, const std::vector<Interval>& cut);
-
 /// Bandwidth within which the force of joined logs contains information about the motion: no further than the
 /// logs excite, and no further than where the encoder's quantisation, through the mass, exceeds the noise of
 /// the force. The rough mass and the noise of the parts must be set.

@@ -7,6 +7,7 @@
 
 #include "workbench/estimate/measurement/conditioning.h"
 #include "workbench/signal/noise_estimate.h"
+#include "workbench/signal/rough_mass.h"
 
 namespace slipstack::workbench {
 
