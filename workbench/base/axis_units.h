@@ -48,6 +48,9 @@ std::string axis_key(std::string_view key, AxisKind kind);
 /// Power of the length in a unit of a linear axis: 1 for "m/s", -2 for "N s2/m2".
 int power_of_length(std::string_view unit);
 
+/// The angle of one turn, after which gravity and eccentric parts repeat.
+inline constexpr double kTurn_rad = 6.283185307179586;
+
 /// A bound or start value that was chosen in metres, for the axis: on a rotary one the angle at the radius
 /// kReferenceRadius_m.
 double axis_length(double metres);

@@ -33,6 +33,31 @@ double storage_error(const RawTable::Column& column, double largest) {
   return 2.0 * std::max(column.relative_precision, kEpsilon) * largest;
 }
 
+/// Continues an angle that is counted modulo one turn; returns how often it jumps. It is one where all values
+/// lie within one turn, and a step from sample to sample is less than a quarter of a turn, or more than three
+/// quarters: between them no one could tell forward from backward.
+std::size_t unwrap(std::vector<double>& angle_rad) {
+  const auto [lowest, highest] = std::minmax_element(angle_rad.begin(), angle_rad.end());
+  constexpr double kRounding = 1e-3;
+  if (*highest - *lowest > (1.0 + kRounding) * kTurn_rad) return 0;
+  std::size_t wraps = 0;
+  for (std::size_t i = 1; i < angle_rad.size(); ++i) {
+    const double step = std::abs(angle_rad[i] - angle_rad[i - 1]) / kTurn_rad;
+    if (step > 0.25 && step < 0.75) return 0;
+    wraps += step >= 0.75 ? 1 : 0;
+  }
+  if (wraps == 0) return 0;
+  double turns = 0.0;
+  double before_rad = angle_rad.front();
+  for (double& angle : angle_rad) {
+    const double step = (angle - before_rad) / kTurn_rad;
+    before_rad = angle;
+    turns -= std::round(step);
+    angle += turns * kTurn_rad;
+  }
+  return wraps;
+}
+
 class Assembler {
  public:
   /// What the table holds: all rows of a log, or a chunk of them whose sampling is to be found or is known.
@@ -170,6 +195,7 @@ class Assembler {
       for (double& value : log_.position_m) value *= *log_.encoder_resolution_m;
       require_finite(log_.position_m, Quantity::kPosition);
     }
+    if (rows_ == Rows::all && axis_is_rotary()) unwrap_angle();
     // Interpolated positions lie on no grid, so the encoder's step is estimated before the interpolation.
     if (!log_.encoder_resolution_m && rows_ != Rows::known_sampling)
       estimate_resolution(table_.columns[source.column]);
@@ -177,6 +203,16 @@ class Assembler {
     if (rows_ != Rows::all) return;
     const auto [lowest, highest] = std::minmax_element(log_.position_m.begin(), log_.position_m.end());
     require_motion(where_column(Quantity::kPosition), *lowest, *highest, log_.encoder_resolution_m);
+  }
+
+  // An angle that is counted modulo one turn continues where it jumps from one end of the turn to the other.
+  void unwrap_angle() {
+    const std::size_t wraps = unwrap(log_.position_m);
+    if (wraps == 0) return;
+    log_.notes.push_back(
+        fmt::format("the angle jumps by one turn {} {} and was continued (it is counted "
+                    "modulo one turn)",
+                    wraps, wraps == 1 ? "time" : "times"));
   }
 
   void estimate_resolution(const RawTable::Column& column) {
@@ -223,6 +259,18 @@ class Assembler {
   ResamplingGrid grid_;
 };
 
+/// No sensor reads more, in whatever unit; the squares of larger values, summed, exceed a number.
+constexpr double kLargestValue = 1e40;
+
+void require_possible(const std::string& where, const char* what, double lowest, double highest,
+                      const std::string& unit) {
+  const double largest = std::abs(lowest) > std::abs(highest) ? lowest : highest;
+  if (std::abs(largest) <= kLargestValue) return;
+  throw InputError(
+      fmt::format("{}: the {} reaches {:.3g} {}, which no sensor reads; correct the unit or remove the row",
+                  where, what, largest, unit));
+}
+
 }  // namespace
 
 std::string estimated_resolution_note(double resolution_m) {
@@ -237,9 +285,7 @@ void require_motion(const std::string& where, double lowest_m, double highest_m,
                                  where, lowest_m + 0.0, axis_unit("m")));
   }
   const double travel_m = highest_m - lowest_m;
-  if (!std::isfinite(travel_m)) {
-    throw InputError(where + ": the travel is beyond the range of a number; check the unit");
-  }
+  require_possible(where, "position", lowest_m, highest_m, axis_unit("m"));
   if (resolution_m && travel_m < kMoreThanOneStep * *resolution_m) {
     throw InputError(fmt::format(
         "{}: the position never moves by more than one encoder step ({:.6g} {}); record a motion or correct "
@@ -254,9 +300,7 @@ void require_force(const std::string& where, double lowest_N, double highest_N) 
         fmt::format("{}: the {} never changes (it is always {:.6g} {}); check the sensor or the export",
                     where, axis_is_rotary() ? "torque" : "force", lowest_N, axis_unit("N")));
   }
-  if (!std::isfinite(highest_N - lowest_N)) {
-    throw InputError(where + ": the force is beyond the range of a number; check the unit");
-  }
+  require_possible(where, axis_is_rotary() ? "torque" : "force", lowest_N, highest_N, axis_unit("N"));
 }
 
 Log assemble_log(RawTable table) {

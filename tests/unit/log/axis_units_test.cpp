@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 #include <string>
 #include <utility>
@@ -138,6 +140,46 @@ TEST_F(AxisUnitsTest, AMixOfKindsIsRefused) {
   EXPECT_EQ(refusal("# inertia_g: 3\ntime_s,position_rad,torque_Nm\n" + rows(1.0, 1.0)),
             "log.csv:1: header key 'inertia_g': unknown unit 'g'; convert it to inertia_kg_m2");
   EXPECT_FALSE(axis_is_rotary()) << "a refused log leaves no trace";
+}
+
+/// A joint that turns at a turn in two seconds, back and forth over `turns`, from 0.3 turns on; its angle is
+/// counted modulo one turn, in the unit of the column.
+std::string turning(const char* column, double turn, double turns, bool modulo) {
+  std::string text = std::string("time_s,") + column + ",torque_Nm\n";
+  for (int i = 0; i < 4000; ++i) {
+    const double way = 0.3 + turns * 0.5 * (1.0 - std::cos(1e-3 * i * std::numbers::pi / turns));
+    char line[80];
+    std::snprintf(line, sizeof line, "%.3f,%.6f,%.3f\n", 1e-3 * i,
+                  turn * (modulo ? way - std::floor(way) : way),
+                  std::sin(0.01 * i) + 1e-3 * (i * 7919 % 100));
+    text += line;
+  }
+  return text;
+}
+
+TEST_F(AxisUnitsTest, AnAngleThatWrapsIsContinued) {
+  const std::pair<const char*, double> columns[] = {
+      {"position_rad", 2.0 * std::numbers::pi}, {"position_deg", 360.0}, {"position_rev", 1.0}};
+  for (const auto& [column, turn] : columns) {
+    forget_axis();
+    const Log wrapped = parse_text(turning(column, turn, 1.5, true));
+    const Log whole = parse_text(turning(column, turn, 1.5, false));
+    ASSERT_EQ(wrapped.position_m.size(), whole.position_m.size());
+    for (std::size_t i = 0; i < whole.position_m.size(); ++i)
+      ASSERT_NEAR(wrapped.position_m[i], whole.position_m[i], 2e-5) << column << " at " << i;
+    EXPECT_TRUE(std::any_of(wrapped.notes.begin(), wrapped.notes.end(), [](const std::string& note) {
+      return note.find("jumps by one turn") != std::string::npos;
+    })) << column;
+  }
+}
+
+// Within one turn without a wrap, and over several turns without a modulus, nothing is changed.
+TEST_F(AxisUnitsTest, AnAngleThatDoesNotWrapIsLeftAlone) {
+  for (const double turns : {0.6, 3.0}) {
+    forget_axis();
+    const Log log = parse_text(turning("position_rad", 2.0 * std::numbers::pi, turns, false));
+    for (const std::string& note : log.notes) EXPECT_EQ(note.find("turn"), std::string::npos) << note;
+  }
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "workbench/base/axis_units.h"
 #include "workbench/base/quantity.h"
 #include "workbench/diagnose/evidence/chance.h"
 
@@ -36,8 +37,11 @@ std::optional<Structure> lost_counts(const Measurement& measurement) {
   }
   if (count == 0) return {};
   const bool rows_missing = ahead == count && !equal_signs_are_chance(count);
+  // A log that is read at once is continued where its angle wraps; one that is read in chunks is not.
+  const bool wraps = axis_is_rotary() && std::abs(std::abs(largest_m) - kTurn_rad) < 1e-3 * kTurn_rad;
   const char* const what =
-      rows_missing
+      wraps ? "by one turn: the angle is counted modulo one turn, write it continued"
+      : rows_missing
           ? "each the way the axis goes: rows of the log are missing there, and time stamps go on as "
             "if they were not (or the encoder makes counts up)"
           : "and no force moves the axis: the encoder loses counts or makes them up, and positions "
