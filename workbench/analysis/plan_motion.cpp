@@ -3,7 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <optional>
+#include <string>
 
 #include "workbench/base/errors.h"
 #include "workbench/model/effect_adapters/effect_registry.h"
@@ -13,15 +16,21 @@
 namespace slipstack::workbench {
 namespace {
 
+constexpr double kShortestPlan_s = 5.0;
+constexpr double kLongestPlan_s = 3600.0;
+
 /// Throws InputError for a plan that would show less than what is known already.
-void refuse_less_than_known(const std::vector<ExpectedEvidence>& so_far, const Plan& plan) {
-  const std::optional<LeastEvidence> least = least_evidence(so_far, plan.expected);
+void refuse_less_than_known(const Plan& plan) {
+  const std::optional<LeastEvidence> least = least_evidence(plan.in_hand, plan.expected);
   if (!least || least->plan >= least->log) return;
+  const double needed_s = 1.2 * plan.motion.duration_s() * least->log / std::max(least->plan, 1e-300);
+  const std::string longer =
+      needed_s <= kLongestPlan_s ? fmt::format(", or {:.0f} s with --seconds", std::ceil(needed_s)) : "";
   throw InputError(
       fmt::format("within these limits the best motion of {:.3g} s is expected to give less evidence "
                   "({:.3g}) than the log in "
-                  "hand ({:.3g}), so it is not written; allow more with --limits or --seconds",
-                  plan.motion.duration_s(), least->plan, least->log));
+                  "hand ({:.3g}), so it is not written; allow more with --limits{}",
+                  plan.motion.duration_s(), least->plan, least->log, longer));
 }
 
 }  // namespace
@@ -33,8 +42,9 @@ void check_plan(const PlanRequest& request) {
       throw UsageError(fmt::format("--for: no experiment can be planned for {}; name another effect", id));
     }
   }
-  if (!(request.seconds >= 5.0 && request.seconds <= 3600.0))
-    throw UsageError("--seconds: must be between 5 and 3600");
+  if (!(request.seconds >= kShortestPlan_s && request.seconds <= kLongestPlan_s)) {
+    throw UsageError(fmt::format("--seconds: must be between {} and {}", kShortestPlan_s, kLongestPlan_s));
+  }
   if (!(request.rate_Hz >= 200.0 && request.rate_Hz <= 20000.0)) {
     throw UsageError("--rate: must be between 200 and 20000 Hz");
   }
@@ -50,12 +60,12 @@ ExperimentResult plan_motion(const PlanRequest& request, Progress& progress) {
     limits = limits_of_axis(given, known.reached, known.measurement->log().motor_constant_N_per_A);
   }
   const Plan plan = plan_experiment(
-      known.knowledge, {limits, request.seconds,
-                        [&](const std::string& stage, double fraction) { progress.show(stage, fraction); }});
-  if (known.measurement) {
-    known.so_far = expected_evidence(*known.measurement, known.base, plan.effects);
-    refuse_less_than_known(known.so_far, plan);
-  }
+      known.knowledge,
+      {.limits = limits,
+       .seconds = request.seconds,
+       .in_hand = [&](const Terms& effects) { return known.evidence_in_hand(effects); },
+       .progress = [&](const std::string& stage, double fraction) { progress.show(stage, fraction); }});
+  refuse_less_than_known(plan);
   return plan_result(request, known, limits, plan);
 }
 

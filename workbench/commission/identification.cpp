@@ -148,13 +148,16 @@ std::optional<PlannedMotion> planned_motion(const std::vector<std::string>& logs
   request.logs = logs;
   request.seconds = seconds;
   try {
-    KnownAxis known = known_axis(request, effects, progress);
+    const KnownAxis known = known_axis(request, effects, progress);
     AxisLimits limits = limits_of_axis({}, known.reached, known.measurement->log().motor_constant_N_per_A);
     limits.low_m = std::max(limits.low_m, room.low_m);
     limits.high_m = std::min(limits.high_m, room.high_m);
-    const Plan plan = plan_experiment(known.knowledge, {limits, seconds, {}});
-    known.so_far = expected_evidence(*known.measurement, known.base, plan.effects);
-    const auto least = least_evidence(known.so_far, plan.expected);
+    const Plan plan = plan_experiment(
+        known.knowledge, {.limits = limits,
+                          .seconds = seconds,
+                          .in_hand = [&](const Terms& terms) { return known.evidence_in_hand(terms); },
+                          .progress = {}});
+    const auto least = least_evidence(plan.in_hand, plan.expected);
     if (least && least->plan < least->log) return std::nullopt;
     return PlannedMotion{plan.motion, plan.peak_force_N};
   } catch (const std::invalid_argument&) {  // no segment fits the room

@@ -126,6 +126,11 @@ KnownAxis known_axis(const PlanRequest& request, const std::vector<std::string>&
   return known;
 }
 
+std::vector<ExpectedEvidence> KnownAxis::evidence_in_hand(const Terms& effects) const {
+  if (!measurement) return {};
+  return expected_evidence(*measurement, base, effects);
+}
+
 std::string assumed_text() {
   return fmt::format("{} kg, {} N of friction, noise {} % of it", kAssumedMass_kg, kAssumedFriction_N,
                      100.0 * kAssumedNoise);

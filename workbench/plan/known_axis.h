@@ -35,7 +35,9 @@ struct KnownAxis {
   double model_force_N = 0.0;                ///< largest of the baseline along the logs
   FittedModel base;                          ///< fitted to the logs; empty without logs
   Knowledge knowledge;
-  std::vector<ExpectedEvidence> so_far;
+
+  /// What the logs show of effects, as they are expected to be; none without logs.
+  std::vector<ExpectedEvidence> evidence_in_hand(const Terms& effects) const;
 };
 
 /// From the logs, the model, or assumptions that hold for rolling guideways. `ids`: the effects to plan for.

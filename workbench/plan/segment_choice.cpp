@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <random>
 #include <stdexcept>
 
@@ -119,7 +120,12 @@ class Planner {
     report("choose", 0.7);
     const std::vector<const MotionSegment*> chosen = choose();
     report("evaluate the plan", 0.8);
-    return evaluated(chosen);
+    Plan plan = evaluated(chosen);
+    if (!options_.in_hand) return plan;
+    const std::vector<ExpectedEvidence> in_hand = options_.in_hand(effects_);
+    if (const int times = repetitions(plan, in_hand); times > 1) plan = evaluated(repeated(chosen, times));
+    plan.in_hand = in_hand;
+    return plan;
   }
 
  private:
@@ -235,6 +241,23 @@ class Planner {
           "no motion within the limits and the time shows these effects; allow more speed, force or time");
     }
     return chosen;
+  }
+
+  /// How often the motion is made so that it gives more evidence than what is in hand: in proportion to its
+  /// duration, within the time.
+  int repetitions(const Plan& plan, const std::vector<ExpectedEvidence>& in_hand) const {
+    constexpr double kSurely = 1.1;
+    const std::optional<LeastEvidence> least = least_evidence(in_hand, plan.expected);
+    if (!least || least->plan <= 0.0 || least->plan >= least->log) return 1;
+    const double fit = std::max(1.0, options_.seconds / plan.motion.duration_s());
+    return static_cast<int>(std::ceil(std::min(kSurely * least->log / least->plan, fit)));
+  }
+
+  static std::vector<const MotionSegment*> repeated(const std::vector<const MotionSegment*>& once,
+                                                    int times) {
+    std::vector<const MotionSegment*> all;
+    for (int i = 0; i < times; ++i) all.insert(all.end(), once.begin(), once.end());
+    return all;
   }
 
   Plan evaluated(std::vector<const MotionSegment*> chosen) const {

@@ -22,6 +22,8 @@ struct Knowledge {
 struct PlanOptions {
   AxisLimits limits;
   double seconds = 60.0;  ///< longest duration of the motion
+  /// The evidence for effects, as they are expected, that is in hand already; may be empty.
+  std::function<std::vector<ExpectedEvidence>(const Terms& effects)> in_hand;
   std::function<void(const std::string& stage, double fraction)> progress;
 };
 
@@ -30,13 +32,15 @@ struct Plan {
   std::vector<std::string> segments;  ///< in order of the motion
   Terms effects;                      ///< as expected
   std::vector<ExpectedEvidence> expected;
-  double peak_force_N = 0.0;  ///< by the model with the effects
+  std::vector<ExpectedEvidence> in_hand;  ///< that of the options
+  double peak_force_N = 0.0;              ///< by the model with the effects
 };
 
 /// The motion within the limits that distinguishes the effects best, by its expected evidence. Every possible
 /// segment (segments.h) is simulated with the model and conditioned like a log, and its information about
 /// every pair of effects is computed. Then segments are chosen greedily, by their gain of information per
-/// time, until the time is used up or the gain becomes negligible. Deterministic. Cost: a few seconds.
+/// time, until the time is used up or the gain becomes negligible. Where that is less than what is in hand,
+/// the motion is repeated until it is more, within the time. Deterministic. Cost: a few seconds.
 ///
 /// Throws std::invalid_argument where no segment satisfies the limits.
 Plan plan_experiment(const Knowledge& knowledge, const PlanOptions& options);

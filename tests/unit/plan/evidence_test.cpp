@@ -55,8 +55,11 @@ Promise promised_and_found(sim::EffectId effect, std::uint64_t seed) {
   request.seconds = 30.0;
   request.rate_Hz = bench.rate_Hz;
   const KnownAxis known = known_axis(request, {id}, progress);
-  const Plan plan = plan_experiment(known.knowledge,
-                                    {limits_of_axis({}, known.reached, std::nullopt), request.seconds, {}});
+  const Plan plan =
+      plan_experiment(known.knowledge, {.limits = limits_of_axis({}, known.reached, std::nullopt),
+                                        .seconds = request.seconds,
+                                        .in_hand = {},
+                                        .progress = {}});
   sim::MotionProgramme planned;
   planned.append(sim::make_sampled(plan.motion.position_m, plan.motion.rate_Hz));
   const Log second =

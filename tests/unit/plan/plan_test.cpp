@@ -76,6 +76,26 @@ TEST(Plan, IsTheSameEveryTime) {
   EXPECT_EQ(one.segments, two.segments);
 }
 
+// A motion that ends before it shows as much as the log in hand is made again, as long as there is time.
+TEST(Plan, IsRepeatedUntilItShowsMoreThanWhatIsInHand) {
+  const Knowledge knowledge = knowledge_of({"viscous"});
+  PlanOptions options = options_of(60.0);
+  const Plan once = plan_experiment(knowledge, options);
+  ASSERT_LT(once.motion.duration_s(), 20.0);
+  const double shown = evidence(once, "viscous", "").evidence;
+  options.in_hand = [&](const Terms&) {
+    std::vector<ExpectedEvidence> in_hand = once.expected;
+    for (ExpectedEvidence& one : in_hand) one.evidence *= 2.5;
+    return in_hand;
+  };
+  const Plan more = plan_experiment(knowledge, options);
+  EXPECT_GT(evidence(more, "viscous", "").evidence, 2.5 * shown);
+  EXPECT_LE(more.motion.duration_s(), options.seconds);
+  EXPECT_EQ(more.in_hand.size(), once.expected.size());
+  options.seconds = 1.5 * once.motion.duration_s();
+  EXPECT_LE(plan_experiment(knowledge, options).motion.duration_s(), options.seconds);
+}
+
 TEST(Plan, ExcludesSegmentsThatExceedTheForce) {
   Knowledge knowledge = knowledge_of({"viscous"});
   PlanOptions options = options_of(20.0);

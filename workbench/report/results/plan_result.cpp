@@ -22,7 +22,7 @@ const ExpectedEvidence* find_evidence(const std::vector<ExpectedEvidence>& all,
   return nullptr;
 }
 
-ExperimentTable evidence_table(const Plan& plan, const std::vector<ExpectedEvidence>& so_far) {
+ExperimentTable evidence_table(const Plan& plan) {
   ExperimentTable table{"evidence",
                         "Expected evidence",
                         {{"effect", "effect", ""},
@@ -34,7 +34,7 @@ ExperimentTable evidence_table(const Plan& plan, const std::vector<ExpectedEvide
                         {}};
   const double none = std::nan("");
   for (const ExpectedEvidence& one : plan.expected) {
-    const ExpectedEvidence* log = find_evidence(so_far, one);
+    const ExpectedEvidence* log = find_evidence(plan.in_hand, one);
     table.rows.push_back({one.effect, one.other.empty() ? std::string("nothing") : one.other,
                           log == nullptr ? none : log->angle_deg, one.angle_deg,
                           log == nullptr ? none : log->evidence, one.evidence});
@@ -135,8 +135,7 @@ ExperimentResult plan_result(const PlanRequest& request, const KnownAxis& known,
                                           {"jerk_mps3", known.reached.jerk_mps3},
                                           {"force_N", known.reached.force_N}}});
   }
-  result.tables = {limits_table(known, limits, reached), evidence_table(plan, known.so_far),
-                   pieces_table(plan)};
+  result.tables = {limits_table(known, limits, reached), evidence_table(plan), pieces_table(plan)};
   std::vector<double> time_s(plan.motion.size());
   for (std::size_t i = 0; i < time_s.size(); ++i) time_s[i] = static_cast<double>(i) / plan.motion.rate_Hz;
   const DisplayUnit length = machine_length_unit();
